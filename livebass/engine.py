@@ -1,0 +1,200 @@
+"""The bass as an object: MIDI messages in, one signal a string out. Used by files and by the live stream alike."""
+
+from __future__ import annotations
+
+import math
+import os
+import time
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livebass import layout as at
+from livebass import performer, voice
+from livebass.instrument import Instrument, speaking
+from livebass.motion import Motion, Trial
+from livebass.operators import Rates, operator, pickup_taps, sampled_taps, usual_grazing_apex, whole_contact_rate
+from livebass.quality import Quality, modes_for
+from livebass.score import Score
+from livebass.state import Voice, gather, instrument_voice, new_performer, new_voice
+
+CHUNK = 1.0  # s computed at once
+SILENCE = 10 ** (-80 / 20)  # full scale: the tail ends when no string is louder for QUIET_FOR
+QUIET_FOR = 0.3  # s
+LONGEST_TAIL = 12.0  # s
+FADE = 0.02  # s, where a tail is cut
+LOG = 1 << 16
+
+
+@dataclass(frozen=True)
+class Report:
+    """What became of the notes so far."""
+
+    notes: int
+    transposed: int
+    dropped: int
+    stolen: int  # strings taken away from a note that still sounded
+
+
+class Engine:
+    """A bass at an audio rate. Same messages at the same frames: same samples, however the blocks are cut."""
+
+    def __init__(self, instrument: Instrument, quality: Quality, rate: int, seed: int = 0, workers: int | None = None):
+        """Prepares all strings and frets; raises ValueError for a neck or rate that cannot be played.
+
+        `seed` is kept for instruments that vary from note to note. `workers` threads compute strings side by side
+        (default: as many as cores, at most one a string). [main thread]
+        """
+        self.instrument, self.quality, self.rate, self.seed = instrument, quality, rate, seed
+        self.rates = Rates(rate, whole_contact_rate(quality.contact_rate, rate))
+        self.frets = min(len(neck.fret_positions) for neck in instrument.necks)
+        rows = []
+        for string, neck in zip(instrument.strings, instrument.necks, strict=True):
+            row = []
+            for fret in range(self.frets + 1):
+                s = speaking(string, neck, fret)
+                count = modes_for(quality, s.length, string.length, s.grid_points)
+                taps = pickup_taps(s, instrument.output, count, rate)
+                graze = usual_grazing_apex(s, instrument.player.pluck_position)
+                row.append(operator(s, count, self.rates, taps, 0, graze=graze))
+            rows.append(row)
+        self.pool = gather(rows)
+        self.voices = [instrument_voice(instrument, self.rates) for _ in instrument.strings]
+        self.performer = new_performer(instrument, self.frets)
+        self.settings = np.array([instrument.player.rounding, instrument.player.strike_width])
+        self.frame = 0
+        self.workers = workers or min(len(self.voices), os.cpu_count() or 1)
+        self._pending: list[NDArray[np.void]] = [np.zeros(0, at.EVENT) for _ in self.voices]
+
+    @property
+    def strings(self) -> int:
+        return len(self.voices)
+
+    def send(self, frames: NDArray[np.int64], messages: NDArray[np.uint8]) -> None:
+        """Hands over channel messages (n, 3) with their absolute frames (n,), in order, none before `frame`."""
+        events = np.zeros(performer.MOST_EVENTS * max(1, len(frames)), at.EVENT)
+        count = 0
+        for when, (status, first, second) in zip(frames.tolist(), messages.tolist(), strict=True):
+            count = performer.message(
+                self.performer[0], self.pool.records, self.pool.memory, when, status, first, second, events, count
+            )
+        for i in range(self.strings):
+            mine = events[:count][events[:count]["string"] == i]
+            self._pending[i] = np.concatenate([self._pending[i], mine])
+
+    def process(self, count: int, pool: ThreadPoolExecutor | None = None) -> NDArray[np.float64]:
+        """The next `count` frames of every string, (strings, count)."""
+        out = np.zeros((self.strings, count))
+        jobs = range(self.strings)
+        used = list(pool.map(lambda i: self._run(i, out[i]), jobs) if pool else (self._run(i, out[i]) for i in jobs))
+        for i, n in enumerate(used):
+            self._pending[i] = self._pending[i][n:]
+        self.frame += count
+        return out
+
+    def _run(self, i: int, out: NDArray[np.float64]) -> int:
+        v, events = self.voices[i], self._pending[i]
+        return int(
+            voice.run(
+                v.record[0], v.slots, self.pool.records[i], v.work, self.pool.memory, events, len(events),
+                self.settings, v.scratch, v.taps, v.log, False, out,
+            )
+        )
+
+    def sounding(self) -> bool:
+        """Whether any string still moves."""
+        return any(bool(v.slots["on"].any()) for v in self.voices)
+
+    def play(self, score: Score, tail: float | None = None) -> Iterator[NDArray[np.float64]]:
+        """Renders `score` from its start: blocks (strings, n) until the last note has died away.
+
+        `tail` seconds after the score's end, or None: until silent, at most `LONGEST_TAIL`.
+        """
+        chunk = max(1, int(CHUNK * self.rate))
+        longest = LONGEST_TAIL if tail is None else tail
+        last = score.end_frame + int(longest * self.rate)
+        sent = 0
+        with ThreadPoolExecutor(self.workers) as pool:
+            while self.frame < last:
+                count = min(chunk, last - self.frame)
+                until = int(np.searchsorted(score.frames, self.frame + count))
+                self.send(score.frames[sent:until], score.messages[sent:until])
+                sent = until
+                past = self.frame - score.end_frame
+                block = self.process(count, pool)
+                ended = self.frame >= last
+                if tail is None and past >= 0 and not ended:
+                    quiet = np.flatnonzero(np.abs(block).max(axis=0) > SILENCE)
+                    keep = (int(quiet[-1]) + 1 if quiet.size else 0) + int(QUIET_FOR * self.rate)
+                    if keep < count or not self.sounding():
+                        block, ended = block[:, : min(keep, count)], True
+                if ended:
+                    fade = min(block.shape[1], int(FADE * self.rate))
+                    if fade:
+                        block[:, -fade:] *= np.cos(0.5 * np.pi * (np.arange(fade) + 1) / fade) ** 2
+                yield block
+                if ended:
+                    return
+
+    def report(self) -> Report:
+        p = self.performer[0]
+        return Report(int(p["notes"]), int(p["transposed"]), int(p["dropped"]), int(p["stolen"]))
+
+
+def trial_voice(trial: Trial, log: int = LOG) -> tuple[Voice, NDArray[np.void], NDArray[np.float64]]:
+    """A string ready to be released as `trial` says, its operator record (1,) and memory."""
+    if trial.output_rate != int(trial.output_rate) or trial.contact_rate != int(trial.contact_rate):
+        raise ValueError("rates: allowed are whole numbers of Hz")
+    rates = Rates(int(trial.output_rate), int(trial.contact_rate))
+    taps = sampled_taps(trial.speaking, trial.sensor, trial.modes, rates)
+    op = operator(trial.speaking, trial.modes, rates, taps, 0, lossless=trial.lossless)
+    state = new_voice(rates, 1, log)
+    records = np.zeros(1, at.OPERATOR)
+    records[0] = op.record
+    return state, records, op.memory.ravel()
+
+
+def solve_trial(trial: Trial) -> Motion:
+    """The engine's solution of `trial`, sampled at its output rate; see `reference.solve` for the other one."""
+    began = time.perf_counter()
+    state, records, memory = trial_voice(trial)
+    pluck = trial.pluck
+    events = np.zeros(1, at.EVENT)
+    events[0] = (0, at.PLUCK, 0, 0, 0, pluck.apex, pluck.position)
+    settings = np.array([pluck.rounding, 0.02])
+    total = math.floor(trial.duration * trial.output_rate + 1e-9) + 1
+    out = np.zeros(total)
+    contacts = []
+    for first in range(0, total, 4096):
+        voice.run(
+            state.record[0], state.slots, records, state.work, memory, events, len(events), settings,
+            state.scratch, state.taps, state.log, True, out[first : first + 4096],
+        )
+        events = events[:0]
+        contacts.append(state.log[: int(state.record[0]["logged"])].copy())
+        state.record["logged"] = 0
+    logged = np.concatenate(contacts)
+    order = np.lexsort((logged[:, 1], logged[:, 0]))
+    return Motion(
+        time_s=np.arange(total) / trial.output_rate,
+        displacement_m=out,
+        contact_step=logged[order, 0],
+        contact_index=logged[order, 1],
+        contact_rate_hz=trial.contact_rate,
+        wall_s=time.perf_counter() - began,
+    )
+
+
+def kernels_cached() -> bool:
+    """Whether the compiled kernels are on disk and not older than their sources."""
+    here = Path(__file__).parent
+    newest = max((here / f"{name}.py").stat().st_mtime for name in ("voice", "stepping", "rows", "contact", "layout"))
+    try:
+        found = list(Path(voice.run._cache.cache_path).glob("voice.run-*.nbi"))  # type: ignore[attr-defined]
+    except (AttributeError, OSError):
+        return False
+    return any(index.stat().st_mtime >= newest for index in found)

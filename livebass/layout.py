@@ -1,0 +1,121 @@
+"""Where things lie in memory: rows of the working set of a sounding string, rows of its operators, records.
+
+All rows of a working set have the same constant length `ROW`, so that the compiler knows every distance and
+vectorises the loops of `rows.py` without checks. ROW is an odd number of cache lines: rows do not collide in
+the cache.
+"""
+
+import numpy as np
+
+ROW = 1048  # float64; the most modes, and the most contact points, of one string
+NEAR = 4  # contact rows the innermost loop takes at once
+MOST_NEAR = 32  # contact points solved together in one fine step
+BLOCK = 16  # modes are woken and dropped in blocks
+
+# Working set: state, coefficients of the tuned string, contact points, scratch
+Q, P = 0, 1  # modal displacement; modal momentum scaled to one fine step (kernel.py)
+Q_OLD, P_OLD = 2, 3  # the state before a trial step
+FINE_A, FINE_B = 4, 5
+FRAME = 6  # three rows A, B, G: one audio frame
+FRAME_1 = 9  # one fine step more, where frames are not whole numbers of steps
+SUB = 12  # a part of a frame
+KAPPA = 15  # P of a unit modal velocity
+OMEGA, SIGMA = 16, 17  # rad/s (damped), 1/s
+SHAPE = 18  # modal amplitudes of the pluck in preparation
+STRIKE = 19  # modal velocity per frame of the strike in progress
+FINGER = 20  # factor per frame of the finger that touches
+CLEARANCE, CLEARANCE_NOW = 21, 22  # m: last known, and the one just computed
+KNOWN, DUE = 23, 24  # fine step at which CLEARANCE was true; before which no contact is possible
+ETA, ETA_OLD = 25, 26  # m: penetration at this step, at the one before
+STAMP = 27  # fine step for which ETA, ETA_OLD hold
+FORCE, PENDING = 28, 29
+NEAR_PHI = 30  # MOST_NEAR rows: shapes at the points solved now
+WORK_ROWS = NEAR_PHI + MOST_NEAR
+
+# Operators of one string at one fret, in a pool shared by all: the first rows go to the working set at a pluck
+OP_COPIED = 14  # rows FINE_A .. SIGMA, in that order
+OP_HEIGHT, OP_POSITION = 14, 15  # per contact point
+OP_DISPLACEMENT_TAP = 16  # two rows a tap: weights of Q and of P; `taps` taps, `phases` times
+
+OPERATOR = np.dtype(
+    [
+        ("start", "i8"),  # offset in the pool
+        ("phi", "i8"),  # row of the shapes at the contact points
+        ("coupling", "i8"),  # row of W, (points, points) by rows: m of u at a point per unit f
+        ("compliance", "i8"),  # row of R, the same for the modes left out
+        ("modes", "i8"),
+        ("padded", "i8"),  # modes, up to a whole BLOCK
+        ("tap_modes", "i8"),  # up to a whole BLOCK: the taps have no weight above
+        ("points", "i8"),
+        ("diagonal", "i8"),  # W couples no points
+        ("steps", "i8"),  # whole fine steps a frame
+        ("parts", "i8"),  # a contact frame is cut in so many parts ...
+        ("part_steps", "i8"),  # ... of so many fine steps, and a rest
+        ("fine", "f8"),  # s, the fine step
+        ("push", "f8"),  # dt^2 dx / mu: modal step of a unit f
+        ("stiffness", "f8"),  # K
+        ("exponent", "f8"),  # alpha
+        ("length", "f8"),  # m
+        ("speed", "f8"),  # m/s of transverse waves, 2 L f0
+        ("graze", "f8"),  # m, a pluck amplitude to use where there is no obstacle
+    ],
+    align=True,
+)
+
+SLOT = np.dtype(
+    [
+        ("on", "i8"),  # 0 silent, 1 sounding
+        ("fading", "i8"),  # the string left this note: linear, quickly damped
+        ("fret", "i8"),
+        ("active", "i8"),  # modes not known to be dead, whole BLOCKs
+        ("touching", "i8"),  # contacts begun since the pluck
+        ("due", "i8"),  # fine step before which no point needs a look
+        ("quiet", "i8"),  # no contact possible before the next event
+        ("ratio", "f8"),  # frequencies relative to the operators: pitch bend
+        ("fastest", "f8"),  # m/s no point of the string exceeds
+        ("hand", "f8"),  # factor per frame, 1 where no hand is on the string
+        ("release", "f8"),  # modal energy measure kept for the status line
+    ],
+    align=True,
+)
+
+VOICE = np.dtype(
+    [
+        ("frame", "i8"),
+        ("step", "i8"),  # fine steps since the start: floor(frame * numerator / denominator)
+        ("numerator", "i8"),
+        ("denominator", "i8"),
+        ("rate", "f8"),  # audio, Hz
+        ("slot", "i8"),  # the one that plays
+        ("pulling", "i8"),  # frames left until the finger lets go
+        ("pull", "i8"),  # frames of a pull
+        ("striking", "i8"),  # frames left of the thumb's push
+        ("strike", "i8"),
+        ("fingering", "i8"),  # frames left of the finger damping
+        ("bend", "f8"),  # frequency ratio wanted
+        ("logged", "i8"),  # contacts begun, also beyond the log's length
+        ("taps", "i8"),
+        ("phases", "i8"),
+        ("pickups", "i8"),
+        ("held", "f8", (8,)),  # taps of the shape the finger holds
+        ("decay", "f8", (4,)),  # 1/m of each pickup
+        ("mix", "f8", (4,)),
+        ("b", "f8", (4,)),  # output filter
+        ("a", "f8", (4,)),
+        ("z", "f8", (4,)),
+        ("block", "f8"),  # DC blocker: pole ...
+        ("block_in", "f8"),  # ... and memory
+        ("block_out", "f8"),
+        ("gain", "f8"),
+        ("gain_wanted", "f8"),
+        ("gain_pole", "f8"),
+        ("peak", "f8"),
+    ],
+    align=True,
+)
+VOICE_SLOTS = 2
+
+EVENT = np.dtype(
+    [("frame", "i8"), ("kind", "i4"), ("string", "i4"), ("fret", "i4"), ("key", "i4"), ("x", "f8"), ("y", "f8")], align=True
+)
+PLUCK, STRIKE_EVENT, HAND, BEND, GAIN, CUT = 1, 2, 3, 4, 5, 6

@@ -1,0 +1,188 @@
+"""From a speaking string and its rates to the numbers the kernels multiply with."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livebass import layout as at
+from livebass.instrument import Output, Speaking
+from livebass.modes import dampings, frequencies, grazing_apex, shapes
+from livebass.quality import MOST_MODES
+
+Floats = NDArray[np.float64]
+
+PART = 5.2e-6  # s, length of the parts a contact frame is cut into
+TAPER = (0.40, 0.46)  # of the audio rate: modes fade from the output between these
+MOST_PHASES = 2000
+
+
+@dataclass(frozen=True)
+class Rates:
+    """Audio rate and contact rate (Hz); `numerator` fine steps make `denominator` frames."""
+
+    rate: int
+    contact_rate: int
+
+    def __post_init__(self) -> None:
+        if self.contact_rate < self.rate:
+            raise ValueError(f"contact rate {self.contact_rate} Hz: allowed is the audio rate {self.rate} Hz or more")
+        if self.denominator > MOST_PHASES:
+            raise ValueError(
+                f"contact rate {self.contact_rate} Hz: its ratio to {self.rate} Hz is not simple enough;"
+                f" {whole_contact_rate(self.contact_rate, self.rate)} Hz is"
+            )
+
+    @property
+    def denominator(self) -> int:
+        return self.rate // math.gcd(self.rate, self.contact_rate)
+
+    @property
+    def numerator(self) -> int:
+        return self.contact_rate // math.gcd(self.rate, self.contact_rate)
+
+
+def whole_contact_rate(contact_rate: float, rate: int) -> int:
+    """The least whole multiple of the audio rate that is not below `contact_rate` (Hz)."""
+    return rate * max(1, math.ceil(contact_rate / rate - 1e-9))
+
+
+@dataclass(frozen=True)
+class Tap:
+    """A linear output of the string: displacement, or velocity, weighted over modes."""
+
+    weights: Floats  # (modes,) m^-0.5
+    velocity: bool
+    delay: float = 0.0  # s after the last fine step
+
+
+@dataclass(frozen=True)
+class Operator:
+    """One row of `layout.OPERATOR` and its share of the pool, (rows, ROW)."""
+
+    record: NDArray[np.void]
+    memory: Floats
+
+
+def pickup_taps(s: Speaking, output: Output, count: int, rate: int) -> list[Tap]:
+    """Displacement and velocity of every pickup (or of the sensor), without what the rate cannot carry."""
+    nu = frequencies(s, count)
+    low, high = TAPER[0] * rate, TAPER[1] * rate
+    fade = 0.5 + 0.5 * np.cos(np.pi * np.clip((nu - low) / (high - low), 0, 1))
+    fade[nu >= high] = 0.0
+    if output.kind == "displacement":
+        weights = shapes(s, count, np.array([s.length - output.sensor]))[0] * fade
+        return [Tap(weights, velocity=False)]
+    k = np.arange(1, count + 1) * (math.pi / s.length)
+    taps = []
+    for pickup in output.pickups:
+        # a Gaussian window as wide as a rectangle of the aperture
+        window = np.exp(-((k * pickup.aperture) ** 2) / 24)
+        weights = shapes(s, count, np.array([s.length - pickup.position]))[0] * window * fade
+        taps += [Tap(weights, velocity=False), Tap(weights, velocity=True)]
+    return taps
+
+
+def sampled_taps(s: Speaking, sensor: float, count: int, rates: Rates) -> list[Tap]:
+    """The displacement at `sensor` (m from the stop) for each of the places a frame can have between fine steps."""
+    weights = shapes(s, count, np.array([sensor]))[0]
+    fraction = [(i * rates.numerator) % rates.denominator / rates.denominator for i in range(rates.denominator)]
+    return [Tap(weights, velocity=False, delay=f / rates.contact_rate) for f in fraction]
+
+
+def operator(
+    s: Speaking, count: int, rates: Rates, taps: list[Tap], start: int, *, lossless: bool = False, graze: float = 0.0
+) -> Operator:
+    """Builds the operator of `count` modes; `start` is where its memory will lie in the pool (float64 index).
+
+    Raises ValueError for more modes, taps or contact points than the kernels take, or a rate that freezes a mode.
+    """
+    if not 1 <= count <= min(MOST_MODES, s.grid_points - 1):
+        raise ValueError(f"modes {count}: allowed are 1 to {min(MOST_MODES, s.grid_points - 1)} for this length")
+    points = len(s.contact_position)
+    if points > at.MOST_NEAR:
+        raise ValueError(f"contact points {points}: allowed are at most {at.MOST_NEAR}")
+    dt = 1.0 / rates.contact_rate
+    sigma = np.zeros(count) if lossless else dampings(s, count)
+    omega = 2 * np.pi * frequencies(s, count)
+    if np.any(sigma >= omega):
+        raise ValueError("damping is above critical for a mode: lower the extra damping")
+    w_d = np.sqrt(omega**2 - sigma**2)
+    if np.min(np.abs(np.sin(w_d * dt))) < 1e-9:
+        raise ValueError(f"contact rate {rates.contact_rate} Hz: a mode stands still at it, take another one")
+    steps = rates.numerator // rates.denominator
+    parts = max(1, round(steps * dt / PART))
+    part_steps = steps // parts
+
+    n = -(-count // at.BLOCK) * at.BLOCK
+    tap_rows = 2 * len(taps)
+    phi_row = at.OP_DISPLACEMENT_TAP + tap_rows
+    coupling_row, compliance_row = phi_row + points, phi_row + 2 * points
+    memory = np.zeros((phi_row + 3 * points, at.ROW))
+    damp = np.exp(-sigma * dt)
+    es = damp * np.sin(w_d * dt)
+    memory[0, :count] = damp * np.cos(w_d * dt)
+    memory[1, :count] = es**2
+    for row, k in ((2, steps), (5, steps + 1), (8, part_steps)):
+        damp_k = np.exp(-sigma * k * dt)
+        memory[row, :count] = damp_k * np.cos(w_d * k * dt)
+        memory[row + 1, :count] = damp_k * np.sin(w_d * k * dt) / es
+        memory[row + 2, :count] = damp_k * np.sin(w_d * k * dt) * es
+    # the modes that fill up the last block stay zero and must not divide by zero
+    memory[11, :n], memory[12, :n], memory[0, count:n] = 1.0, 1.0, 1.0
+    memory[11, :count] = es / w_d
+    memory[12, :count] = w_d
+    memory[13, :count] = sigma
+    memory[at.OP_HEIGHT, :points] = s.contact_height
+    memory[at.OP_POSITION, :points] = s.contact_position
+
+    last_tap = 0
+    for i, tap in enumerate(taps):
+        q_row = at.OP_DISPLACEMENT_TAP + 2 * i
+        if tap.velocity:  # v = omega p - sigma q
+            memory[q_row, :count] = -sigma * tap.weights
+            memory[q_row + 1, :count] = w_d / es * tap.weights
+        else:
+            decay = np.exp(-sigma * tap.delay)
+            memory[q_row, :count] = decay * np.cos(w_d * tap.delay) * tap.weights
+            memory[q_row + 1, :count] = decay * np.sin(w_d * tap.delay) / es * tap.weights
+        used = np.flatnonzero(tap.weights)
+        last_tap = max(last_tap, int(used[-1]) + 1 if used.size else 0)
+
+    dx_mu = s.step / s.string.linear_density
+    phi = shapes(s, s.grid_points - 1, np.asarray(s.contact_position))
+    memory[phi_row : phi_row + points, :count] = phi[:, :count]
+    coupling = dt**2 * dx_mu * phi[:, :count] @ phi[:, :count].T
+    memory[coupling_row:compliance_row, :points] = coupling
+    memory[compliance_row:, :points] = static_compliance(s, count)
+    record = np.zeros((), at.OPERATOR)
+    record["start"] = start
+    record["phi"], record["coupling"], record["compliance"] = phi_row, coupling_row, compliance_row
+    record["modes"], record["padded"] = count, n
+    record["tap_modes"] = -(-last_tap // at.BLOCK) * at.BLOCK
+    record["points"], record["diagonal"] = points, count == s.grid_points - 1
+    record["steps"], record["parts"], record["part_steps"] = steps, parts, part_steps
+    record["fine"], record["push"] = dt, dt**2 * dx_mu
+    record["stiffness"], record["exponent"] = s.contact_stiffness, s.contact_exponent
+    record["length"], record["speed"] = s.length, 2 * s.length * s.fundamental
+    record["graze"] = graze
+    return Operator(record, memory)
+
+
+def static_compliance(s: Speaking, count: int) -> Floats:
+    """R (points, points), m per unit force per length: what the modes left out give way at the contact points."""
+    full = s.grid_points - 1
+    if count >= full:
+        return np.zeros((len(s.contact_position),) * 2)
+    phi = shapes(s, full, np.asarray(s.contact_position))[:, count:]
+    omega = 2 * np.pi * frequencies(s, full)[count:]
+    return np.asarray(s.step / s.string.linear_density * (phi / omega**2) @ phi.T)
+
+
+def usual_grazing_apex(s: Speaking, position: float) -> float:
+    """`grazing_apex` at a fraction `position` of the length; for a last fret, a fixed share of the length."""
+    least = grazing_apex(s, position * s.length)
+    return least if math.isfinite(least) else 2e-3 * s.length

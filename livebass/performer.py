@@ -1,0 +1,269 @@
+"""From MIDI messages to plucks: which string and fret, how hard, when a hand stops a note.
+
+Every decision is made when the message arrives, from what was played so far: a file and a keyboard give the same
+performance, and the same input always the same one. One record holds all that is remembered. [audio thread]
+"""
+
+import numba as nb
+import numpy as np
+
+from livebass.layout import BEND, CUT, GAIN, HAND, PLUCK, STRIKE_EVENT
+from livebass.voice import grazing
+
+jit = nb.njit(cache=True, nogil=True, error_model="numpy")
+
+MOST_STRINGS = 8
+FREE, HELD, PEDALLED = 0, 1, 2
+HAND_SPAN = 3  # frets beyond the first finger
+MOST_EVENTS = 2 * MOST_STRINGS + 2  # one message gives at most so many
+
+PERFORMER = np.dtype(
+    [
+        ("strings", "i8"),
+        ("frets", "i8"),
+        ("open", "i8", (MOST_STRINGS,)),
+        ("state", "i8", (MOST_STRINGS,)),
+        ("key", "i8", (MOST_STRINGS,)),  # the key that plays the string, -1: none since all-off
+        ("fret", "i8", (MOST_STRINGS,)),
+        ("age", "i8", (MOST_STRINGS,)),
+        ("clock", "i8"),
+        ("place", "i8"),  # fret of the first finger
+        ("pedal", "i8"),
+        ("wheel", "f8"),  # -1 to 1
+        ("range", "f8"),  # semitones
+        ("parameter", "i8"),  # RPN selected, 16383: none
+        ("volume", "f8"),
+        ("expression", "f8"),
+        ("position", "f8"),  # fraction of the speaking length
+        # the player, constant
+        ("usual_position", "f8"),
+        ("nearest", "f8"),
+        ("farthest", "f8"),
+        ("softest", "f8"),
+        ("hardest", "f8"),
+        ("greatest", "f8"),
+        ("slapped", "i8"),
+        ("strike_position", "f8"),
+        ("hand_damping", "f8"),
+        ("usual_range", "f8"),
+        ("drop", "i8"),
+        ("position_controller", "i8"),
+        # counters
+        ("notes", "i8"),
+        ("transposed", "i8"),
+        ("dropped", "i8"),
+        ("stolen", "i8"),
+    ],
+    align=True,
+)
+
+
+@jit
+def reset_controllers(p):
+    p.pedal = 0
+    p.wheel = 0.0
+    p.expression = 1.0
+    p.parameter = 16383
+    p.position = p.usual_position
+
+
+@jit
+def emit(events, count, frame, kind, string, fret, x, y):
+    e = events[count]
+    e.frame = frame
+    e.kind = kind
+    e.string = string
+    e.fret = fret
+    e.x = x
+    e.y = y
+    return count + 1
+
+
+@jit
+def choose_string(p, note):
+    """The string for `note`, -1 if none has it. Free strings first, then low and near positions, then the oldest."""
+    best = -1
+    least = np.inf
+    for i in range(p.strings):
+        fret = note - p.open[i]
+        if fret < 0 or fret > p.frets:
+            continue
+        cost = 0.4 * fret
+        if fret > 0:
+            away = max(p.place - fret, fret - p.place - HAND_SPAN, 0)
+            cost += 2.5 * away
+        if p.state[i] != FREE:
+            same = p.key[i] >= 0 and p.open[i] + p.fret[i] == note
+            # a string that sounds is only taken for its own note, or where no other can play this one
+            cost += -1000.0 if same else 1000.0 - 1e-6 * (p.clock - p.age[i])
+        if cost < least:
+            least = cost
+            best = i
+    return best
+
+
+@jit
+def press(p, fret):
+    """Moves the hand just so far that a finger reaches `fret`."""
+    if fret > 0:
+        if fret < p.place:
+            p.place = fret
+        elif fret > p.place + HAND_SPAN:
+            p.place = fret - HAND_SPAN
+
+
+@jit
+def stop_string(p, i, frame, events, count):
+    p.state[i] = FREE
+    return emit(events, count, frame, HAND, i, p.fret[i], p.hand_damping, 0.0)
+
+
+@jit
+def note_on(p, ops, pool, frame, key, velocity, events, count):
+    low = p.open[0]
+    high = p.open[0]
+    for i in range(p.strings):
+        low = min(low, p.open[i])
+        high = max(high, p.open[i] + p.frets)
+    note = key
+    while note < low:
+        note += 12
+    while note > high:
+        note -= 12
+    if note < low or (note != key and p.drop):
+        p.dropped += 1
+        return count
+    if note != key:
+        p.transposed += 1
+    i = choose_string(p, note)
+    if i < 0:
+        p.dropped += 1
+        return count
+    for k in range(p.strings):  # the same key again, on another string: that one stops
+        if k != i and p.state[k] != FREE and p.key[k] == key:
+            count = stop_string(p, k, frame, events, count)
+    fret = note - p.open[i]
+    if p.state[i] != FREE and p.key[i] != key:
+        p.stolen += 1
+    press(p, fret)
+    p.notes += 1
+    p.clock += 1
+    p.state[i] = HELD
+    p.key[i] = key
+    p.fret[i] = fret
+    p.age[i] = p.clock
+    op = ops[i, fret]
+    force = p.softest * (p.hardest / p.softest) ** ((velocity - 1) / 126.0)
+    if i < p.slapped:
+        where = p.strike_position * op.length
+        depth = min(force * grazing(op, pool, 0.5 * op.length), p.greatest)
+        return emit(events, count, frame, STRIKE_EVENT, i, fret, depth, where)
+    where = p.position * op.length
+    apex = min(force * grazing(op, pool, where), p.greatest)
+    return emit(events, count, frame, PLUCK, i, fret, apex, where)
+
+
+@jit
+def note_off(p, frame, key, events, count):
+    for i in range(p.strings):
+        if p.state[i] == HELD and p.key[i] == key:
+            if p.pedal:
+                p.state[i] = PEDALLED
+            else:
+                count = stop_string(p, i, frame, events, count)
+    return count
+
+
+@jit
+def all_notes_off(p, frame, events, count):
+    for i in range(p.strings):
+        if p.state[i] == HELD:
+            if p.pedal:
+                p.state[i] = PEDALLED
+            else:
+                count = stop_string(p, i, frame, events, count)
+    return count
+
+
+@jit
+def tell_bend(p, frame, events, count):
+    ratio = 2.0 ** (p.wheel * p.range / 12.0)
+    for i in range(p.strings):
+        count = emit(events, count, frame, BEND, i, 0, ratio, 0.0)
+    return count
+
+
+@jit
+def tell_gain(p, frame, events, count):
+    gain = (p.volume * p.expression) ** 2
+    for i in range(p.strings):
+        count = emit(events, count, frame, GAIN, i, 0, gain, 0.0)
+    return count
+
+
+@jit
+def control(p, frame, number, value, events, count):
+    if number == p.position_controller:
+        p.position = p.nearest + (p.farthest - p.nearest) * value / 127.0
+    elif number == 7:
+        p.volume = value / 127.0
+        count = tell_gain(p, frame, events, count)
+    elif number == 11:
+        p.expression = value / 127.0
+        count = tell_gain(p, frame, events, count)
+    elif number == 64:
+        p.pedal = 1 if value >= 64 else 0
+        if not p.pedal:
+            for i in range(p.strings):
+                if p.state[i] == PEDALLED:
+                    count = stop_string(p, i, frame, events, count)
+    elif number == 101:
+        p.parameter = (value << 7) | (p.parameter & 127)
+    elif number == 100:
+        p.parameter = (p.parameter & ~127) | value
+    elif number == 98 or number == 99:
+        p.parameter = 16383
+    elif number == 6 and p.parameter == 0:
+        p.range = float(min(value, 24)) + (p.range - np.floor(p.range))
+        count = tell_bend(p, frame, events, count)
+    elif number == 38 and p.parameter == 0:
+        p.range = np.floor(p.range) + min(value, 99) / 100.0
+        count = tell_bend(p, frame, events, count)
+    elif number == 120:
+        for i in range(p.strings):
+            p.state[i] = FREE
+            p.key[i] = -1
+            count = emit(events, count, frame, CUT, i, 0, 0.0, 0.0)
+    elif number == 121:
+        reset_controllers(p)
+        count = tell_bend(p, frame, events, count)
+        count = tell_gain(p, frame, events, count)
+        for i in range(p.strings):
+            if p.state[i] == PEDALLED:
+                count = stop_string(p, i, frame, events, count)
+    elif number >= 123:
+        count = all_notes_off(p, frame, events, count)
+    return count
+
+
+@jit
+def message(p, ops, pool, frame, status, first, second, events, count):
+    """One channel message at `frame`; writes events from index `count` on and returns the new count.
+
+    ops (strings, frets + 1) and pool are the operators; `events` needs MOST_EVENTS places free.
+    Anything that is not a channel message with data bytes of 0 to 127 is passed over.
+    """
+    if status < 0x80 or status > 0xEF or first > 127 or second > 127:
+        return count
+    kind = status & 0xF0
+    if kind == 0x90 and second > 0:
+        return note_on(p, ops, pool, frame, first, second, events, count)
+    if kind == 0x80 or kind == 0x90:
+        return note_off(p, frame, first, events, count)
+    if kind == 0xB0:
+        return control(p, frame, first, second, events, count)
+    if kind == 0xE0:
+        wheel = ((second << 7) | first) - 8192
+        p.wheel = wheel / 8192.0 if wheel < 0 else wheel / 8191.0
+        return tell_bend(p, frame, events, count)
+    return count

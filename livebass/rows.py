@@ -1,0 +1,344 @@
+"""Inner loops over modes, all the arithmetic of the engine.
+
+A mode is (q, P). q is its displacement; P = E s p is its momentum scaled to the fine step dt, with
+E = exp(-sigma dt), s = sin(omega dt), p = (q' + sigma q) / omega. One fine step without force is then
+
+    q <- a q + P,   P <- a P - b q,   a = E cos(omega dt),  b = (E s)^2
+
+and k fine steps at once, exactly, with three numbers: q <- A q + B P, P <- A P - G q. A force f of eq. 12 acting
+during a step adds dt^2 dx/mu phi f to q and a times that to P, after the step: this is the scheme of eq. 12,
+q^{n+1} = C q^n - Ct q^{n-1} + F, in a form with one state instead of two displacements, whose difference
+would lose digits. Each loop touches a mode once; sums are reassociated by the compiler into lanes, the same
+way each time. Distances between rows are compile-time constants (layout.py): without that no loop vectorises.
+[any thread]
+"""
+
+import numba as nb
+import numpy as np
+
+from livebass.layout import (
+    BLOCK,
+    FINE_A,
+    FINE_B,
+    FINGER,
+    KAPPA,
+    NEAR_PHI,
+    OMEGA,
+    P_OLD,
+    Q_OLD,
+    ROW,
+    SHAPE,
+    SIGMA,
+    STRIKE,
+    FRAME,
+    FRAME_1,
+    P,
+    Q,
+    SUB,
+)
+
+LANES = {"reassoc", "contract", "nsz", "arcp"}
+jit = nb.njit(cache=True, fastmath=LANES, nogil=True, error_model="numpy")
+
+IQ, IP, IQO, IPO = Q * ROW, P * ROW, Q_OLD * ROW, P_OLD * ROW
+IA, IB, IK, IW, IS = FINE_A * ROW, FINE_B * ROW, KAPPA * ROW, OMEGA * ROW, SIGMA * ROW
+IN0, IN1, IN2, IN3 = NEAR_PHI * ROW, (NEAR_PHI + 1) * ROW, (NEAR_PHI + 2) * ROW, (NEAR_PHI + 3) * ROW
+IF, IF1, ISUB = FRAME * ROW, FRAME_1 * ROW, SUB * ROW
+DEAD = 1e-13  # m^1.5: a mode below this is silence
+
+
+@jit
+def fine_1(w, f0, n):
+    u0 = 0.0
+    for j in range(n):
+        kick = f0 * w[IN0 + j]
+        a = w[IA + j]
+        x = w[IQ + j] + kick
+        y = w[IP + j] + a * kick
+        q = a * x + y
+        w[IP + j] = a * y - w[IB + j] * x
+        w[IQ + j] = q
+        u0 += w[IN0 + j] * q
+    return u0
+
+
+@jit
+def fine_2(w, f0, f1, n):
+    u0 = 0.0
+    u1 = 0.0
+    for j in range(n):
+        kick = f0 * w[IN0 + j] + f1 * w[IN1 + j]
+        a = w[IA + j]
+        x = w[IQ + j] + kick
+        y = w[IP + j] + a * kick
+        q = a * x + y
+        w[IP + j] = a * y - w[IB + j] * x
+        w[IQ + j] = q
+        u0 += w[IN0 + j] * q
+        u1 += w[IN1 + j] * q
+    return u0, u1
+
+
+@jit
+def fine_4(w, f0, f1, f2, f3, n):
+    u0 = 0.0
+    u1 = 0.0
+    u2 = 0.0
+    u3 = 0.0
+    for j in range(n):
+        kick = f0 * w[IN0 + j] + f1 * w[IN1 + j] + f2 * w[IN2 + j] + f3 * w[IN3 + j]
+        a = w[IA + j]
+        x = w[IQ + j] + kick
+        y = w[IP + j] + a * kick
+        q = a * x + y
+        w[IP + j] = a * y - w[IB + j] * x
+        w[IQ + j] = q
+        u0 += w[IN0 + j] * q
+        u1 += w[IN1 + j] * q
+        u2 += w[IN2 + j] * q
+        u3 += w[IN3 + j] * q
+    return u0, u1, u2, u3
+
+
+@jit
+def kick(w, row, f, n):
+    """Adds the effect of one contact force, its shape in working row `row`, after a fine step."""
+    o = row * ROW
+    for j in range(n):
+        x = f * w[o + j]
+        w[IQ + j] += x
+        w[IP + j] += w[IA + j] * x
+
+
+@jit
+def frame(w, n):
+    for j in range(n):
+        x = w[IQ + j]
+        y = w[IP + j]
+        a = w[IF + j]
+        w[IQ + j] = a * x + w[IF + ROW + j] * y
+        w[IP + j] = a * y - w[IF + 2 * ROW + j] * x
+
+
+@jit
+def frame_1(w, n):
+    for j in range(n):
+        x = w[IQ + j]
+        y = w[IP + j]
+        a = w[IF1 + j]
+        w[IQ + j] = a * x + w[IF1 + ROW + j] * y
+        w[IP + j] = a * y - w[IF1 + 2 * ROW + j] * x
+
+
+@jit
+def try_frame(w, n):
+    """`frame` that keeps the state before it in the _OLD rows."""
+    for j in range(n):
+        x = w[IQ + j]
+        y = w[IP + j]
+        a = w[IF + j]
+        w[IQO + j] = x
+        w[IPO + j] = y
+        w[IQ + j] = a * x + w[IF + ROW + j] * y
+        w[IP + j] = a * y - w[IF + 2 * ROW + j] * x
+
+
+@jit
+def try_frame_1(w, n):
+    for j in range(n):
+        x = w[IQ + j]
+        y = w[IP + j]
+        a = w[IF1 + j]
+        w[IQO + j] = x
+        w[IPO + j] = y
+        w[IQ + j] = a * x + w[IF1 + ROW + j] * y
+        w[IP + j] = a * y - w[IF1 + 2 * ROW + j] * x
+
+
+@jit
+def try_part(w, n):
+    for j in range(n):
+        x = w[IQ + j]
+        y = w[IP + j]
+        a = w[ISUB + j]
+        w[IQO + j] = x
+        w[IPO + j] = y
+        w[IQ + j] = a * x + w[ISUB + ROW + j] * y
+        w[IP + j] = a * y - w[ISUB + 2 * ROW + j] * x
+
+
+@jit
+def take_back(w, n):
+    for j in range(n):
+        w[IQ + j] = w[IQO + j]
+        w[IP + j] = w[IPO + j]
+
+
+@jit
+def displacement(w, pool, o, n):
+    """u at the point whose shape starts at pool[o]."""
+    u = 0.0
+    for j in range(n):
+        u += pool[o + j] * w[IQ + j]
+    return u
+
+
+@jit
+def displacement_old(w, pool, o, n):
+    u = 0.0
+    for j in range(n):
+        u += pool[o + j] * w[IQO + j]
+    return u
+
+
+@jit
+def displacement_before(w, pool, o, n):
+    """u one fine step ago: q^{n-1} = (a q - P) / E^2, and E^2 = a^2 + b."""
+    u = 0.0
+    for j in range(n):
+        a = w[IA + j]
+        u += pool[o + j] * (a * w[IQ + j] - w[IP + j]) / (a * a + w[IB + j])
+    return u
+
+
+@jit
+def displacement_near(w, row, n):
+    o = row * ROW
+    u = 0.0
+    for j in range(n):
+        u += w[o + j] * w[IQ + j]
+    return u
+
+
+@jit
+def copy_row(w, row, pool, o, n):
+    i = row * ROW
+    for j in range(n):
+        w[i + j] = pool[o + j]
+
+
+@jit
+def tap(w, pool, o, n):
+    """A linear output: weights of q at pool[o], of P one row further."""
+    y = 0.0
+    for j in range(n):
+        y += pool[o + j] * w[IQ + j] + pool[o + ROW + j] * w[IP + j]
+    return y
+
+
+@jit
+def tap_shape(w, pool, o, n):
+    """The tap of the held shape at rest."""
+    y = 0.0
+    for j in range(n):
+        y += pool[o + j] * w[SHAPE * ROW + j]
+    return y
+
+
+@jit
+def scale(w, factor, n):
+    for j in range(n):
+        w[IQ + j] *= factor
+        w[IP + j] *= factor
+
+
+@jit
+def finger(w, n):
+    for j in range(n):
+        w[IQ + j] *= w[FINGER * ROW + j]
+        w[IP + j] *= w[FINGER * ROW + j]
+
+
+@jit
+def release(w, n):
+    """Adds the held shape, at rest: p = sigma q / omega."""
+    for j in range(n):
+        x = w[SHAPE * ROW + j]
+        w[IQ + j] += x
+        w[IP + j] += w[IK + j] * w[IS + j] * x
+
+
+@jit
+def push(w, weight, n):
+    for j in range(n):
+        w[IP + j] += weight * w[IK + j] * w[STRIKE * ROW + j]
+
+
+@jit
+def speed_square(w, n):
+    """Sum of squared velocity amplitudes, m^3/s^2: twice the energy over mu."""
+    e = 0.0
+    for j in range(n):
+        v = w[IP + j] / w[IK + j]
+        d = w[IW + j] * w[IQ + j]
+        e += v * v + d * d
+    return e
+
+
+@jit
+def amplitude_sum(w, n):
+    """Sum of modal amplitudes, m^1.5: sqrt(2/L) times it bounds every displacement from now on."""
+    s = 0.0
+    for j in range(n):
+        p = w[IP + j] / (w[IK + j] * w[IW + j])
+        x = w[IQ + j]
+        s += np.sqrt(x * x + p * p)
+    return s
+
+
+@jit
+def living(w, n):
+    """Modes in use once dead BLOCKs at the top are set to exact zero."""
+    while n > 0:
+        most = 0.0
+        for j in range(n - BLOCK, n):
+            p = w[IP + j] / (w[IK + j] * w[IW + j])
+            x = w[IQ + j]
+            most = max(most, x * x + p * p)
+        if most > DEAD * DEAD:
+            break
+        for j in range(n - BLOCK, n):
+            w[IQ + j] = 0.0
+            w[IP + j] = 0.0
+        n -= BLOCK
+    return n
+
+
+@jit
+def clear(w, n):
+    for j in range(n):
+        w[IQ + j] = 0.0
+        w[IP + j] = 0.0
+
+
+@jit
+def retune(w, ratio, fine, steps, part_steps, n):
+    """Coefficients of `n` modes whose frequencies are `ratio` times the operators', the motion kept.
+
+    OMEGA holds the tuned frequencies already; P follows KAPPA, so that displacement and velocity stay.
+    """
+    for j in range(n):
+        w_d = w[IW + j]
+        sigma = w[IS + j]
+        damp = np.exp(-sigma * fine)
+        es = damp * np.sin(w_d * fine)
+        kappa = es / w_d
+        w[IP + j] *= kappa / w[IK + j]
+        w[IK + j] = kappa
+        w[IA + j] = damp * np.cos(w_d * fine)
+        w[IB + j] = es * es
+        for which in range(3):
+            row = FRAME
+            k = steps
+            if which == 1:
+                row = FRAME_1
+                k = steps + 1
+            elif which == 2:
+                row = SUB
+                k = part_steps
+            h = k * fine
+            damp_k = np.exp(-sigma * h)
+            sin_k = damp_k * np.sin(w_d * h)
+            w[row * ROW + j] = damp_k * np.cos(w_d * h)
+            w[row * ROW + ROW + j] = sin_k / es
+            w[row * ROW + 2 * ROW + j] = sin_k * es

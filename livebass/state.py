@@ -1,0 +1,116 @@
+"""What sounding strings and the performer remember; the only place of the engine that allocates."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livebass import layout as at
+from livebass.circuit import digital
+from livebass.instrument import Instrument
+from livebass.operators import Operator, Rates
+from livebass.performer import PERFORMER, reset_controllers
+
+BLOCKER_HZ = 6.0  # DC blocker's corner
+GAIN_TIME = 6e-3  # s, how fast volume follows its controller
+
+
+@dataclass
+class Pool:
+    """Operators of all strings and frets: records (strings, frets + 1), and their memory."""
+
+    records: NDArray[np.void]
+    memory: NDArray[np.float64]
+
+
+@dataclass
+class Voice:
+    """One string's state and workspace, as `voice.run` takes it."""
+
+    record: NDArray[np.void]  # (1,) layout.VOICE
+    slots: NDArray[np.void]  # (2,) layout.SLOT
+    work: NDArray[np.float64]  # (2, WORK_ROWS * ROW)
+    scratch: NDArray[np.int64]  # (2, ROW)
+    taps: NDArray[np.float64]  # (8,)
+    log: NDArray[np.int64]  # (n, 2)
+
+
+def gather(operators: list[list[Operator]]) -> Pool:
+    """One pool of operators given by string and fret; each was built with its own offset."""
+    size = sum(op.memory.size for row in operators for op in row)
+    memory = np.zeros(size)
+    records = np.zeros((len(operators), len(operators[0])), at.OPERATOR)
+    offset = 0
+    for i, row in enumerate(operators):
+        for k, op in enumerate(row):
+            memory[offset : offset + op.memory.size] = op.memory.ravel()
+            records[i, k] = op.record
+            records[i, k]["start"] = offset
+            offset += op.memory.size
+    return Pool(records, memory)
+
+
+def new_voice(rates: Rates, taps: int, log: int = 0) -> Voice:
+    """A silent string with `taps` outputs and room for `log` contacts."""
+    v = np.zeros(1, at.VOICE)
+    v["numerator"], v["denominator"], v["rate"] = rates.numerator, rates.denominator, rates.rate
+    v["bend"], v["taps"], v["gain"], v["gain_wanted"] = 1.0, taps, 1.0, 1.0
+    v["b"][0, 0] = v["a"][0, 0] = 1.0
+    v["block"] = math.exp(-2 * math.pi * BLOCKER_HZ / rates.rate)
+    v["gain_pole"] = 1.0 - math.exp(-1.0 / (GAIN_TIME * rates.rate))
+    slots = np.zeros(at.VOICE_SLOTS, at.SLOT)
+    slots["hand"] = slots["ratio"] = 1.0
+    return Voice(
+        v,
+        slots,
+        np.zeros((at.VOICE_SLOTS, at.WORK_ROWS * at.ROW)),
+        np.zeros((2, at.ROW), np.int64),
+        np.zeros(8),
+        np.zeros((log, 2), np.int64),
+    )
+
+
+def instrument_voice(instrument: Instrument, rates: Rates) -> Voice:
+    """A string of `instrument`, with its pickups, circuit and the player's times."""
+    output, player = instrument.output, instrument.player
+    pickups = output.pickups if output.kind == "pickups" else ()
+    voice = new_voice(rates, 2 * len(pickups) or 1)
+    v = voice.record
+    v["pickups"] = len(pickups)
+    for i, pickup in enumerate(pickups):
+        v["decay"][0, i] = 1.0 / pickup.decay_length
+        v["mix"][0, i] = pickup.level
+    if pickups:
+        v["b"][0], v["a"][0] = digital(output.coil, rates.rate)
+    v["b"][0] *= output.gain
+    v["pull"] = round(player.pull_time * rates.rate)
+    v["strike"] = max(1, round(player.strike_time * rates.rate))
+    return voice
+
+
+def new_performer(instrument: Instrument, frets: int) -> NDArray[np.void]:
+    """(1,) `performer.PERFORMER` for `instrument` with `frets` frets a string."""
+    p = np.zeros(1, PERFORMER)
+    player = instrument.player
+    count = len(instrument.strings)
+    p["strings"], p["frets"] = count, frets
+    p["open"][0, :count] = [s.open_note for s in instrument.strings]
+    p["key"] = -1
+    p["volume"] = 1.0
+    p["place"] = 1
+    p["range"] = p["usual_range"] = player.bend_range
+    p["usual_position"], p["nearest"], p["farthest"] = (
+        player.pluck_position,
+        player.pluck_nearest,
+        player.pluck_farthest,
+    )
+    p["softest"], p["hardest"], p["greatest"] = player.softest, player.hardest, player.greatest_apex
+    p["slapped"] = player.slapped_strings if player.technique == "slap" else 0
+    p["strike_position"], p["hand_damping"] = player.strike_position, player.hand_damping
+    p["drop"] = player.out_of_range == "drop"
+    p["position_controller"] = player.position_controller
+    reset_controllers(p[0])
+    return p
