@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 import time
 from collections.abc import Iterator
@@ -166,10 +165,9 @@ def solve_trial(trial: Trial) -> Motion:
     events = np.zeros(1, at.EVENT)
     events[0] = (0, at.PLUCK, 0, 0, 0, pluck.apex, pluck.position)
     settings = np.array([pluck.rounding, 0.02])
-    total = math.floor(trial.duration * trial.output_rate + 1e-9) + 1
-    out = np.zeros(total)
+    out = np.zeros(trial.samples)
     contacts = []
-    for first in range(0, total, 4096):
+    for first in range(0, trial.samples, 4096):
         voice.run(
             state.record[0], state.slots, records, state.work, memory, events, len(events), settings,
             state.scratch, state.taps, state.log, True, out[first : first + 4096],
@@ -178,9 +176,10 @@ def solve_trial(trial: Trial) -> Motion:
         contacts.append(state.log[: int(state.record[0]["logged"])].copy())
         state.record["logged"] = 0
     logged = np.concatenate(contacts)
+    logged = logged[logged[:, 0] <= trial.steps]
     order = np.lexsort((logged[:, 1], logged[:, 0]))
     return Motion(
-        time_s=np.arange(total) / trial.output_rate,
+        time_s=np.arange(trial.samples) / trial.output_rate,
         displacement_m=out,
         contact_step=logged[order, 0],
         contact_index=logged[order, 1],

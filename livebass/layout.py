@@ -82,7 +82,7 @@ SLOT = np.dtype(
 VOICE = np.dtype(
     [
         ("frame", "i8"),
-        ("step", "i8"),  # fine steps since the start: floor(frame * numerator / denominator)
+        ("step", "i8"),  # fine steps since the start: ceil(frame * numerator / denominator)
         ("numerator", "i8"),
         ("denominator", "i8"),
         ("rate", "f8"),  # audio, Hz

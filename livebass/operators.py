@@ -56,7 +56,7 @@ class Tap:
 
     weights: Floats  # (modes,) m^-0.5
     velocity: bool
-    delay: float = 0.0  # s after the last fine step
+    ahead: float = 0.0  # s before the fine step of the frame
 
 
 @dataclass(frozen=True)
@@ -89,8 +89,8 @@ def pickup_taps(s: Speaking, output: Output, count: int, rate: int) -> list[Tap]
 def sampled_taps(s: Speaking, sensor: float, count: int, rates: Rates) -> list[Tap]:
     """The displacement at `sensor` (m from the stop) for each of the places a frame can have between fine steps."""
     weights = shapes(s, count, np.array([sensor]))[0]
-    fraction = [(i * rates.numerator) % rates.denominator / rates.denominator for i in range(rates.denominator)]
-    return [Tap(weights, velocity=False, delay=f / rates.contact_rate) for f in fraction]
+    before = [(-i * rates.numerator) % rates.denominator / rates.denominator for i in range(rates.denominator)]
+    return [Tap(weights, velocity=False, ahead=f / rates.contact_rate) for f in before]
 
 
 def operator(
@@ -146,9 +146,9 @@ def operator(
             memory[q_row, :count] = -sigma * tap.weights
             memory[q_row + 1, :count] = w_d / es * tap.weights
         else:
-            decay = np.exp(-sigma * tap.delay)
-            memory[q_row, :count] = decay * np.cos(w_d * tap.delay) * tap.weights
-            memory[q_row + 1, :count] = decay * np.sin(w_d * tap.delay) / es * tap.weights
+            growth = np.exp(sigma * tap.ahead)
+            memory[q_row, :count] = growth * np.cos(w_d * tap.ahead) * tap.weights
+            memory[q_row + 1, :count] = -growth * np.sin(w_d * tap.ahead) / es * tap.weights
         used = np.flatnonzero(tap.weights)
         last_tap = max(last_tap, int(used[-1]) + 1 if used.size else 0)
 

@@ -44,7 +44,7 @@ IQ, IP, IQO, IPO = Q * ROW, P * ROW, Q_OLD * ROW, P_OLD * ROW
 IA, IB, IK, IW, IS = FINE_A * ROW, FINE_B * ROW, KAPPA * ROW, OMEGA * ROW, SIGMA * ROW
 IN0, IN1, IN2, IN3 = NEAR_PHI * ROW, (NEAR_PHI + 1) * ROW, (NEAR_PHI + 2) * ROW, (NEAR_PHI + 3) * ROW
 IF, IF1, ISUB = FRAME * ROW, FRAME_1 * ROW, SUB * ROW
-DEAD = 1e-13  # m^1.5: a mode below this is silence
+DEAD = 1e-17  # m^1.5: a mode below this is silence
 
 
 @jit

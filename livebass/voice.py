@@ -236,7 +236,7 @@ def signal(v, y):
 @jit
 def move(v, slots, ops, w2, pool, scratch, log):
     """One frame of motion of both slots."""
-    after = ((v.frame + 1) * v.numerator) // v.denominator
+    after = -((-(v.frame + 1) * v.numerator) // v.denominator)  # rounded up: a tap may look back, not ahead
     steps = after - v.step
     for k in range(2):
         s = slots[k]
