@@ -1,0 +1,5 @@
+"""`python -m livebass`."""
+
+from livebass.cli import main
+
+main()

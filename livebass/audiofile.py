@@ -1,0 +1,170 @@
+"""Sound to WAV, FLAC and Ogg Vorbis files, block by block; the same sound gives the same bytes."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import zlib
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import soundfile
+from numpy.typing import NDArray
+
+from livebass.atomic import OutputError, Transaction, output_error
+
+# format -> bits -> libsndfile's name; None is what a format takes when nothing was asked for
+SUBTYPES: dict[str, dict[str | None, str]] = {
+    "wav": {None: "PCM_24", "16": "PCM_16", "24": "PCM_24", "float": "FLOAT"},
+    "flac": {None: "PCM_24", "16": "PCM_16", "24": "PCM_24"},
+    "ogg": {None: "VORBIS"},
+}
+BYTES = {"PCM_16": 2, "PCM_24": 3, "FLOAT": 4}
+WAV_LIMIT = (1 << 32) - 4096  # bytes: WAV counts them in 32 bits
+CHUNK = 1 << 15  # frames handed over at once; the Vorbis encoder keeps a whole one on its stack
+OGG_SERIAL = b"bass"
+
+
+@dataclass(frozen=True)
+class Encoding:
+    """A way to write sound that is known to exist; made by `encoding`."""
+
+    format: str  # "wav", "flac" or "ogg"
+    subtype: str  # libsndfile's name
+    rate: int  # Hz
+    channels: int = 1
+
+    def check_length(self, frames: int, path: Path) -> None:
+        """OutputError where so many frames do not fit into one file."""
+        limit = WAV_LIMIT // (BYTES.get(self.subtype, 1) * self.channels)
+        if self.format == "wav" and frames > limit:
+            hours = limit / self.rate / 3600
+            raise OutputError(f"{path}: a wav file of this kind holds up to {hours:.3g} hours; use --format flac")
+
+
+def encoding(
+    path: Path, rate: int, format: str | None = None, bits: str | None = None, channels: int = 1
+) -> Encoding:
+    """The encoding for `path`: `format`, or what the name ends in. ValueError says what is allowed."""
+    named = path.suffix.lower().removeprefix(".")
+    kind = format or named
+    if kind not in SUBTYPES:
+        raise ValueError(f"{path}: format {kind or 'unknown'}: allowed are {', '.join(SUBTYPES)} (--format)")
+    if named in SUBTYPES and named != kind:
+        raise ValueError(f"{path}: is named as {named}, the format asked for is {kind}")
+    if bits not in SUBTYPES[kind]:
+        allowed = ", ".join(b for b in SUBTYPES[kind] if b) or "none, leave it out"
+        raise ValueError(f"bits {bits}: allowed for {kind}: {allowed}")
+    if kind == "flac" and rate > 65535 and rate % 10:
+        raise ValueError(f"rate {rate} Hz: flac allows whole tens above 65535 Hz")
+    return Encoding(kind, SUBTYPES[kind][bits], rate, channels)
+
+
+class AudioWriter:
+    """One file of a transaction. `close` it before the transaction ends.
+
+    ``with Transaction() as files: writer = AudioWriter(files, path, encoding(path, rate))``
+    """
+
+    def __init__(self, files: Transaction, path: Path, encoding: Encoding) -> None:
+        self.path, self.encoding = path, encoding
+        self.frames = 0  # written
+        self.clipped = 0  # samples beyond full scale; integer formats hold them at full scale
+        self._fd, self._temporary = files.create(path)
+        try:
+            self._sound = soundfile.SoundFile(
+                self._fd, "w", encoding.rate, encoding.channels, encoding.subtype,
+                format=encoding.format.upper(), closefd=False,
+            )  # fmt: skip
+        except soundfile.LibsndfileError as error:
+            raise self._reason(error) from None
+        files.before_closing(self._abandon)
+
+    def write(self, sound: NDArray[np.float32] | NDArray[np.float64]) -> None:
+        """Append `sound`, (frames,) or (frames, channels), full scale 1. Raises OutputError."""
+        if self.encoding.subtype != "FLOAT":
+            self.clipped += int(np.count_nonzero(np.abs(sound) > 1.0))
+        self.frames += len(sound)
+        self.encoding.check_length(self.frames, self.path)
+        try:
+            for start in range(0, len(sound), CHUNK):
+                self._sound.write(np.ascontiguousarray(sound[start : start + CHUNK]))
+        except (soundfile.LibsndfileError, AssertionError) as error:  # the latter: fewer frames than given
+            raise self._reason(error) from None
+
+    def close(self) -> None:
+        """Finish the file and see that all of it is there. Raises OutputError."""
+        try:
+            self._sound.close()
+            if soundfile.info(str(self._temporary)).frames != self.frames:
+                raise self._reason(OSError("the file came out short"))
+            self._make_repeatable()
+        except soundfile.LibsndfileError as error:
+            raise self._reason(error) from None
+        except OutputError:
+            raise
+        except OSError as error:
+            raise output_error(self.path, error) from None
+
+    def _abandon(self) -> None:
+        """Let go of the descriptor; without effect after `close`."""
+        with contextlib.suppress(soundfile.LibsndfileError):
+            self._sound.close()
+
+    def _reason(self, error: Exception) -> OutputError:
+        """Why the encoder failed. It does not say, so ask the system by writing some more."""
+        try:
+            os.lseek(self._fd, 0, os.SEEK_END)
+            os.write(self._fd, bytes(1 << 16))
+            os.fsync(self._fd)
+        except OSError as reason:
+            return output_error(self.path, reason)
+        return OutputError(f"{self.path}: cannot be written: {error or 'the encoder failed'}")
+
+    def _make_repeatable(self) -> None:
+        """Take out what libsndfile makes of the clock: a time in float WAV, a serial number in Ogg."""
+        if self.encoding.subtype == "FLOAT":
+            head = _read_at(self._fd, 0, 512)
+            peak = head.find(b"PEAK")
+            if peak >= 0:
+                _write_at(self._fd, peak + 12, bytes(4))
+        elif self.encoding.format == "ogg":
+            with os.fdopen(os.dup(self._fd), "r+b") as file:
+                file.seek(0)
+                pages = with_ogg_serial(file.read(), OGG_SERIAL)
+                file.seek(0)
+                file.write(pages)
+
+
+def _read_at(fd: int, offset: int, size: int) -> bytes:
+    os.lseek(fd, offset, os.SEEK_SET)
+    return os.read(fd, size)
+
+
+def _write_at(fd: int, offset: int, data: bytes) -> None:
+    os.lseek(fd, offset, os.SEEK_SET)
+    os.write(fd, data)
+
+
+_REVERSED = bytes(int(f"{i:08b}"[::-1], 2) for i in range(256))
+
+
+def with_ogg_serial(stream: bytes, serial: bytes) -> bytes:
+    """An Ogg stream with another 4-byte serial number in every page, and the checksums that go with it."""
+    out = bytearray(stream)
+    at = 0
+    while out[at : at + 4] == b"OggS":
+        segments = out[at + 26]
+        end = at + 27 + segments + sum(out[at + 27 : at + 27 + segments])
+        out[at + 14 : at + 18] = serial
+        out[at + 22 : at + 26] = bytes(4)
+        out[at + 22 : at + 26] = _ogg_crc(bytes(out[at:end])).to_bytes(4, "little")
+        at = end
+    return bytes(out)
+
+
+def _ogg_crc(page: bytes) -> int:
+    """Polynomial 0x04C11DB7, most significant bit first, from 0: zlib's, with all bits in the other order."""
+    mirrored = zlib.crc32(page.translate(_REVERSED), 0xFFFFFFFF) ^ 0xFFFFFFFF
+    return int(f"{mirrored:032b}"[::-1], 2)

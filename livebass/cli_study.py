@@ -1,0 +1,82 @@
+"""`livebass simulate` and `livebass bench`: one string and one pluck to look at, and what things cost."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import click
+
+from livebass.cli_render import announce_kernels
+from livebass.cli_values import CONTACT_RATE, MODES, RATE, Number, Quantity
+from livebass.quality import QUALITIES
+
+
+@click.command()
+@click.option("-p", "--preset", metavar="NAME|FILE", default="paper-g", show_default=True, help="The bass.")
+@click.option("--string", "string", default="G", show_default=True, help="Name of the string.")
+@click.option("--fret", type=Number("number", 0, 36, whole=True), default=0, show_default=True, help="0: open.")
+@click.option("--apex", type=Quantity("length", 1e-6, 0.05), default=3.6e-3, show_default="3.6mm",
+              help="Height of the plucked corner.")
+@click.option("--at", "at", type=Quantity("length", 1e-3, 2.0), default=0.64, show_default="0.64m",
+              help="Where it is, from the stop (the nut or the fret).")
+@click.option("--duration", type=Quantity("time", 1e-4, 600.0), default=1.0, show_default="1 s")
+@click.option("-q", "--quality", type=click.Choice(list(QUALITIES)), default="reference", show_default=True)
+@click.option("--modes", type=MODES, help="Modes of the string as stopped, instead of the quality's.")
+@click.option("--contact-rate", type=CONTACT_RATE, help="Such as 8MHz, instead of the quality's.")
+@click.option("--rate", type=RATE, default=44100, show_default=True, help="Samples a second of the output.")
+@click.option("--solver", type=click.Choice(["engine", "reference"]), default="engine", show_default=True,
+              help="reference: brute force, step by step, slow.")
+@click.option("-o", "--output", type=click.Path(path_type=Path), required=True, metavar="DIR", help="Made if need be.")
+def simulate(
+    preset: str, string: str, fret: int, apex: float, at: float, duration: float, quality: str,
+    modes: int | None, contact_rate: float | None, rate: int, solver: str, output: Path,
+) -> None:  # fmt: skip
+    """Pluck one string once and write what it did.
+
+    Into DIR go displacement.wav (m, at the sensor), contacts.csv (time_s,fret) and result.npz (all of it).
+
+    \b
+    Example, case B of Issanchou et al. (2018):
+      livebass simulate --preset paper-g --apex 3.6mm --at 0.64 -o case-b
+    """
+    from livebass.instrument import speaking
+    from livebass.preset import load_preset
+    from livebass.quality import modes_for, quality_with
+    from livebass.simulate import simulate_to_directory
+
+    bass = load_preset(preset)
+    chosen = quality_with(quality, modes, contact_rate)
+    if modes is None and chosen.modes is not None:
+        index = bass.string_index(string)
+        part = speaking(bass.strings[index], bass.necks[index], fret)
+        modes = modes_for(chosen, part.length, bass.strings[index].length, part.grid_points)
+    if solver == "engine":
+        announce_kernels()
+    line = simulate_to_directory(
+        bass, string=string, fret=fret, apex=apex, at=at, duration=duration, modes=modes,
+        contact_rate=chosen.contact_rate, rate=rate, solver=solver, directory=output,
+    )  # fmt: skip
+    click.echo(line, err=True)
+
+
+@click.group()
+def bench() -> None:
+    """Measure what things cost on this machine."""
+
+
+@bench.command("render")
+@click.option("--json", "file", type=click.Path(path_type=Path), help="Write the figures to FILE as well.")
+def render_(file: Path | None) -> None:
+    """Seconds of work per second of sound: brute force, the engine in each quality, the published method."""
+    from livebass.atomic import Transaction, checked_place
+    from livebass.bench import bench_render, table
+
+    if file is not None:
+        checked_place(file)  # now, not after minutes of work
+    announce_kernels()
+    result = bench_render()
+    if file is not None:
+        with Transaction() as files:
+            files.write(file, (json.dumps(result, indent=2) + "\n").encode())
+    click.echo(table(result))

@@ -1,0 +1,175 @@
+"""Text with a unit to SI and back, note names, cents and decibels. Depends on nothing, imports fast."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Dimension:
+    """Units of one physical dimension; the first is the one that is shown where nobody asked for another."""
+
+    name: str
+    units: dict[str, float]  # unit -> how many SI units it is
+    signed: bool = False  # may be negative
+
+
+INCH, POUND, GRAVITY = 0.0254, 0.45359237, 9.80665  # m, kg, m/s2: exact by definition
+
+DIMENSIONS: dict[str, Dimension] = {
+    d.name: d
+    for d in (
+        Dimension("length", {"mm": 1e-3, "m": 1.0, "cm": 1e-2, "um": 1e-6, "in": INCH}, signed=True),
+        Dimension("linear density", {"g/m": 1e-3, "kg/m": 1.0, "lb/in": POUND / INCH}),
+        Dimension("force", {"N": 1.0, "lbf": POUND * GRAVITY, "kgf": GRAVITY}),
+        Dimension("time", {"ms": 1e-3, "s": 1.0, "us": 1e-6}),
+        Dimension("frequency", {"Hz": 1.0, "kHz": 1e3, "MHz": 1e6}),
+        Dimension("decay rate", {"/s": 1.0, "1/s": 1.0}),
+        Dimension("modulus", {"GPa": 1e9, "MPa": 1e6, "Pa": 1.0}),
+        Dimension("conductance", {"m/s/N": 1.0, "mm/s/N": 1e-3, "s/kg": 1.0}),
+        Dimension("inductance", {"H": 1.0, "mH": 1e-3}),
+        Dimension("resistance", {"kohm": 1e3, "ohm": 1.0, "Mohm": 1e6}),
+        Dimension("capacitance", {"pF": 1e-12, "nF": 1e-9, "uF": 1e-6, "F": 1.0}),
+        Dimension("ratio", {"%": 0.01, "cents": math.nan, "dB": math.nan}, signed=True),
+    )
+}
+_QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(\S.*?)?\s*", re.ASCII)
+# micro, ohm and minus signs, as other keyboards write them
+_SAME = str.maketrans({"\u00b5": "u", "\u03bc": "u", "\u03a9": "ohm", "\u2126": "ohm", "\u2212": "-"})
+_STEPS = {"C": 0, "D": 2, "E": 4, "F": 5, "G": 7, "A": 9, "B": 11}
+_SHARPS = ("C", "C#", "D", "D#", "E", "F", "F#", "G", "G#", "A", "A#", "B")
+_NOTE = re.compile(r"([A-G])([#b\u266f\u266d]?)(-1|\d)", re.ASCII)
+
+
+def allowed_units(dimension: str) -> str:
+    """The units of `dimension` as a list to read: "mm, m, cm, um or in"."""
+    *first, last = DIMENSIONS[dimension].units
+    return f"{', '.join(first)} or {last}" if first else last
+
+
+def split_quantity(text: str, dimension: str) -> tuple[float, str]:
+    """Number and unit of a text such as "34 in". The number is finite, and positive or 0 unless signed.
+
+    Raises ValueError, naming what is allowed, and KeyError for an unknown dimension.
+    """
+    what, units = DIMENSIONS[dimension], allowed_units(dimension)
+    example = f'"{2 if dimension != "force" else 180} {next(iter(what.units))}"'
+    match = _QUANTITY.fullmatch(text.translate(_SAME))
+    if not match:
+        raise ValueError(f"a {dimension} is a number and a unit such as {example}; units: {units}")
+    number, unit = float(match[1]), match[2] or ""
+    if unit not in what.units:
+        missing = "has no unit" if not unit else f"has the unit {unit!r}"
+        raise ValueError(f"a {dimension} {missing}; units: {units}")
+    if not math.isfinite(number):
+        raise ValueError(f"a {dimension} must be finite")
+    if number < 0 and not what.signed:
+        raise ValueError(f"a {dimension} cannot be negative")
+    return number, unit
+
+
+def quantity(text: str, dimension: str) -> float:
+    """SI value of a text such as "48.6 lbf"; `dimension` is a key of DIMENSIONS.
+
+    A ratio may be "50 %", "-3 dB" (amplitude) or "7 cents". Raises ValueError as `split_quantity` does.
+    """
+    number, unit = split_quantity(text, dimension)
+    if unit == "dB":
+        value = from_decibels(number)
+    elif unit == "cents":
+        value = from_cents(number)
+    else:
+        value = number * DIMENSIONS[dimension].units[unit]
+    if not math.isfinite(value):
+        raise ValueError(f"a {dimension} must be finite")
+    return value
+
+
+def unit_of(text: str, dimension: str) -> str:
+    """The unit `text` is in, or the usual one of `dimension` where it has none that is allowed."""
+    try:
+        return split_quantity(text, dimension)[1]
+    except ValueError:
+        return next(iter(DIMENSIONS[dimension].units))
+
+
+def format_quantity(value: float, dimension: str, unit: str | None = None) -> str:
+    """`value` (SI) with four digits in `unit`, or in the usual unit of `dimension`: "34 in"."""
+    unit = unit or next(iter(DIMENSIONS[dimension].units))
+    if unit == "dB":
+        return f"{decibels(value):.4g} dB" if value > 0 else "-inf dB"
+    if unit == "cents":
+        return f"{cents(value):.4g} cents" if value > 0 else "-inf cents"
+    rounded = float(f"{value / DIMENSIONS[dimension].units[unit]:.4g}")
+    return f"{rounded:.12g} {unit}"
+
+
+def decibels(ratio: float) -> float:
+    """20 log10 of an amplitude ratio. Raises ValueError unless it is positive and finite."""
+    return 20 * math.log10(_positive(ratio, "an amplitude ratio"))
+
+
+def from_decibels(level: float) -> float:
+    """Amplitude ratio of a level in dB; infinite where it is too large to write."""
+    return _power(10.0, level / 20)
+
+
+def cents(ratio: float) -> float:
+    """Interval of a frequency ratio, 1200 to the octave. Raises ValueError unless positive and finite."""
+    return 1200 * math.log2(_positive(ratio, "a frequency ratio"))
+
+
+def from_cents(interval: float) -> float:
+    """Frequency ratio of an interval in cents; infinite where it is too large to write."""
+    return _power(2.0, interval / 1200)
+
+
+def note_number(note: str | int) -> int:
+    """MIDI note number of "G2" (43), "C#1", "Bb0", "60" or 60; C4 is 60.
+
+    Raises ValueError for anything else, and outside 0 (C-1) to 127 (G9).
+    """
+    allowed = 'a note is a name such as "E1", "C#2" or "Bb0" (C4 is 60), or a MIDI number from 0 to 127'
+    if isinstance(note, bool) or not isinstance(note, (str, int)):
+        raise ValueError(allowed)
+    if isinstance(note, str):
+        text = note.strip()
+        match = _NOTE.fullmatch(text[:1].upper() + text[1:])
+        if match:
+            number = _STEPS[match[1]] + 12 * (int(match[3]) + 1)
+            number += {"": 0, "#": 1, "\u266f": 1, "b": -1, "\u266d": -1}[match[2]]
+        elif re.fullmatch(r"\d{1,3}", text, re.ASCII):
+            number = int(text)
+        else:
+            raise ValueError(allowed)
+    else:
+        number = note
+    if not 0 <= number <= 127:
+        raise ValueError(allowed)
+    return number
+
+
+def note_name(number: int) -> str:
+    """Name of a MIDI note number, with sharps: 43 is "G2". Raises ValueError outside 0 to 127."""
+    number = note_number(number)
+    return f"{_SHARPS[number % 12]}{number // 12 - 1}"
+
+
+def frequency_note(frequency: float) -> float:
+    """MIDI note number, with its fraction, of `frequency` in Hz (440 is 69). ValueError unless positive."""
+    return 69 + 12 * math.log2(_positive(frequency, "a frequency") / 440.0)
+
+
+def _positive(value: float, what: str) -> float:
+    if not (math.isfinite(value) and value > 0):
+        raise ValueError(f"{what} must be positive and finite")
+    return value
+
+
+def _power(base: float, exponent: float) -> float:
+    try:
+        return math.pow(base, exponent)
+    except OverflowError:
+        return math.inf

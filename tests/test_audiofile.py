@@ -1,0 +1,193 @@
+"""Sound files: what is written is what is read, twice the same bytes, whole or not at all."""
+
+from __future__ import annotations
+
+import os
+import resource
+import signal
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import pytest
+import soundfile
+
+from livebass import atomic
+from livebass.atomic import OutputError, Transaction
+from livebass.audiofile import AudioWriter, encoding
+
+RATE = 48000
+SOUND = (0.5 * np.sin(np.arange(100_000) * 0.05)).astype(np.float32)
+KINDS = [("wav", "16", 2**-15), ("wav", "24", 2**-23), ("wav", "float", 0), ("flac", "16", 2**-15),
+         ("flac", "24", 2**-23), ("ogg", None, 0.1)]  # fmt: skip
+
+
+def save(path: Path, bits: str | None = None, sound: np.ndarray = SOUND, rate: int = RATE) -> AudioWriter:
+    with Transaction() as files:
+        writer = AudioWriter(files, path, encoding(path, rate, bits=bits))
+        for start in range(0, len(sound), 5000):
+            writer.write(sound[start : start + 5000])
+        writer.close()
+    return writer
+
+
+@contextmanager
+def largest_file(size: int) -> Iterator[None]:
+    """A full disk: no file may grow beyond `size` bytes."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+
+
+@pytest.mark.parametrize(("kind", "bits", "error"), KINDS)
+def test_what_is_written_is_read(tmp_path: Path, kind: str, bits: str | None, error: float) -> None:
+    path = tmp_path / f"a.{kind}"
+    writer = save(path, bits)
+    sound, rate = soundfile.read(path, dtype="float32")
+    assert rate == RATE and sound.shape == SOUND.shape
+    assert np.max(np.abs(sound - SOUND)) <= error
+    assert (writer.frames, writer.clipped) == (len(SOUND), 0)
+    assert [p.name for p in tmp_path.iterdir()] == [path.name]
+
+
+@pytest.mark.parametrize(("kind", "bits", "_"), KINDS)
+def test_same_sound_same_bytes(tmp_path: Path, kind: str, bits: str | None, _: float) -> None:
+    first, second = tmp_path / f"a.{kind}", tmp_path / f"b.{kind}"
+    save(first, bits)
+    time.sleep(1.1 if bits in ("float", None) else 0)  # the clock libsndfile would write has whole seconds
+    save(second, bits)
+    assert first.read_bytes() == second.read_bytes()
+
+
+@pytest.mark.parametrize("rate", [22050, 44100, 96000, 192000])
+@pytest.mark.parametrize("kind", ["wav", "flac", "ogg"])
+def test_rates(tmp_path: Path, kind: str, rate: int) -> None:
+    save(tmp_path / f"a.{kind}", rate=rate)
+    info = soundfile.info(str(tmp_path / f"a.{kind}"))
+    assert (info.samplerate, info.frames) == (rate, len(SOUND))
+
+
+@pytest.mark.parametrize("bits", ["16", "24"])
+def test_integers_are_held_at_full_scale_and_counted(tmp_path: Path, bits: str) -> None:
+    writer = save(tmp_path / "a.wav", bits, np.array([0.0, 1.5, -1.5, 1.0, -1.0, 40.0]))
+    sound, _ = soundfile.read(tmp_path / "a.wav")
+    np.testing.assert_allclose(sound, [0, 1, -1, 1, -1, 1], atol=1e-4)
+    assert writer.clipped == 3
+    assert save(tmp_path / "b.wav", "float", np.array([1.5])).clipped == 0
+
+
+def test_stereo(tmp_path: Path) -> None:
+    both = np.stack([SOUND, -SOUND], axis=1)
+    with Transaction() as files:
+        writer = AudioWriter(files, tmp_path / "a.wav", encoding(tmp_path / "a.wav", RATE, channels=2))
+        writer.write(both)
+        writer.close()
+    assert soundfile.info(str(tmp_path / "a.wav")).channels == 2
+
+
+@pytest.mark.parametrize(
+    ("name", "asked", "says"),
+    [
+        ("a.mp3", {}, "format mp3: allowed are wav, flac, ogg"),
+        ("a", {}, "format unknown: allowed"),
+        ("a.wav", {"format": "flac"}, "is named as wav"),
+        ("a.flac", {"bits": "float"}, "allowed for flac: 16, 24"),
+        ("a.ogg", {"bits": "16"}, "allowed for ogg: none"),
+        ("a.wav", {"bits": "8"}, "allowed for wav: 16, 24, float"),
+        ("a.flac", {"rate": 96001}, "whole tens"),
+    ],
+)
+def test_encodings_that_do_not_exist(name: str, asked: dict[str, str | int], says: str) -> None:
+    with pytest.raises(ValueError, match=says):
+        encoding(Path(name), **{"rate": RATE, **asked})  # type: ignore[arg-type]
+
+
+def test_a_wav_file_ends_at_4_gigabytes() -> None:
+    kind = encoding(Path("a.wav"), RATE, bits="float")
+    kind.check_length(2**30 - 2000, Path("a.wav"))
+    with pytest.raises(OutputError, match="holds up to 6.21 hours; use --format flac"):
+        kind.check_length(2**30, Path("a.wav"))
+    encoding(Path("a.flac"), RATE).check_length(2**40, Path("a.flac"))
+
+
+def test_places_that_cannot_be_written(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("x")
+    for path, says in [
+        (tmp_path, "is a directory"),
+        (tmp_path / "none" / "a.wav", "there is no directory"),
+        (tmp_path / "file" / "a.wav", "no directory"),
+        (Path("/dev/full"), "not a regular file"),
+        (Path("/proc/a.wav"), "cannot be written"),
+        (tmp_path / ("x" * 300 + ".wav"), "cannot be written"),
+        (Path("a\0.wav"), "not a file name"),
+    ]:
+        with pytest.raises(OutputError, match=says) as error, Transaction() as files:
+            files.create(path)
+        assert "\n" not in str(error.value)
+    with pytest.raises(OutputError, match="written twice"), Transaction() as files:
+        files.create(tmp_path / "a.wav")
+        files.create(tmp_path / "." / "a.wav")
+    assert [p.name for p in tmp_path.iterdir()] == ["file"]
+
+
+@pytest.mark.parametrize(("kind", "bits", "_"), KINDS)
+def test_a_full_disk_leaves_nothing(tmp_path: Path, kind: str, bits: str | None, _: float) -> None:
+    path = tmp_path / f"a.{kind}"
+    path.write_text("before")
+    with largest_file(8192), pytest.raises(OutputError, match="cannot be written: File too large"):
+        save(path, bits, np.random.default_rng(1).normal(0, 0.1, 200_000))
+    assert [p.name for p in tmp_path.iterdir()] == [path.name] and path.read_text() == "before"
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt, SystemExit, ValueError])
+def test_any_exception_leaves_nothing(tmp_path: Path, error: type[BaseException]) -> None:
+    (tmp_path / "mix.wav").write_text("before")
+    with pytest.raises(error), Transaction() as files:
+        for name in ("stem.wav", "mix.wav"):
+            writer = AudioWriter(files, tmp_path / name, encoding(tmp_path / name, RATE))
+            writer.write(SOUND)
+        raise error
+    assert [p.name for p in tmp_path.iterdir()] == ["mix.wav"]
+    assert (tmp_path / "mix.wav").read_text() == "before"
+
+
+@pytest.mark.parametrize("failing", range(7))
+def test_all_files_or_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, failing: int) -> None:
+    """Whichever renaming fails, what was there before is there again. Six are needed for these four files."""
+    for name in ("1", "2"):
+        (tmp_path / name).write_text("before")
+    calls, replace = iter(range(100)), os.replace
+
+    def sometimes(source: Path, target: Path) -> None:
+        if next(calls) == failing:
+            raise OSError(5, "Input/output error")
+        replace(source, target)
+
+    monkeypatch.setattr(atomic.os, "replace", sometimes)
+    write = Transaction()
+    try:
+        with write as files:
+            for name in "1234":
+                files.write(tmp_path / name, b"after")
+    except OutputError as error:
+        assert failing < 6 and "Input/output error" in str(error)
+    texts = {p.name: p.read_text() for p in tmp_path.iterdir()}
+    assert texts == ({"1": "before", "2": "before"} if failing < 6 else dict.fromkeys("1234", "after"))
+
+
+def test_a_symbolic_link_stays(tmp_path: Path) -> None:
+    (tmp_path / "real.wav").write_text("before")
+    (tmp_path / "link.wav").symlink_to("real.wav")
+    save(tmp_path / "link.wav")
+    assert (tmp_path / "link.wav").is_symlink()
+    assert soundfile.info(str(tmp_path / "real.wav")).frames == len(SOUND)
+
+
+def test_file_limit_signal_is_ignored_by_python() -> None:
+    """What `largest_file` rests on: a write beyond the limit is an error, not the end of the process."""
+    assert signal.getsignal(signal.SIGXFSZ) == signal.SIG_IGN

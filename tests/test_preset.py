@@ -1,0 +1,407 @@
+"""Presets: each way to get one wrong gives one line that says what, where and what is allowed."""
+
+from dataclasses import MISSING, fields
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from livebass import preset
+from livebass.instrument import Coil, Neck, Output, Pickup, Player, String, speaking
+from livebass.preset import (
+    KEYS,
+    REQUIRED,
+    PresetError,
+    load_preset,
+    preset_names,
+    preset_reference,
+    preset_text,
+)
+from livebass.units import DIMENSIONS
+
+GOOD = """\
+name = "Test"
+[neck]
+scale_length = "34 in"
+[[string]]
+name = "A"
+open_note = "A1"
+linear_density = "23.88 g/m"
+tension = "215.5 N"
+diameter = "0.085 in"
+inharmonicity = 1e-4
+[[string]]
+name = "G"
+open_note = "G2"
+linear_density = "6.69 g/m"
+diameter = "1.14 mm"
+core_diameter = "0.43 mm"
+neck.action = "1.8 mm"
+[[pickup]]
+position = "90 mm"
+[player]
+technique = "pluck"
+"""
+GEOMETRY = 'scale_length = "34 in"\n'
+MEASURED = (
+    GEOMETRY + 'fret_positions = ["48 mm", "94 mm"]\nfret_heights = {unit = "mm", values = [-1.0, -1.25]}\n'
+)
+
+
+def load(folder: Path, text: str | bytes) -> Any:
+    path = folder / "my.toml"
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    return load_preset(path)
+
+
+def message(folder: Path, text: str | bytes) -> str:
+    with pytest.raises(PresetError) as caught:
+        load(folder, text)
+    said = str(caught.value)
+    assert said.isprintable(), said
+    assert "my.toml: " in said
+    return said
+
+
+def test_good(tmp_path: Path) -> None:
+    bass = load(tmp_path, GOOD)
+    low, high = bass.strings
+    assert (bass.name, low.name, low.open_note, high.open_note) == ("Test", "A", 33, 43)
+    assert low.length == pytest.approx(0.8636) and low.tension == 215.5
+    assert low.linear_density == pytest.approx(23.88e-3) and low.diameter == pytest.approx(2.159e-3)
+    assert high.tension == pytest.approx(191.67, abs=0.01)  # left out: what the pitch needs
+    # pi^2 x 1.5 x 200 GPa x pi d^4 / 64 / (T L^2), by hand
+    assert high.inharmonicity == pytest.approx(3.475e-5, rel=1e-3)
+    assert [n.fret_heights[11] for n in bass.necks] == pytest.approx([-2e-3, -1.8e-3])
+    assert bass.output.pickups[0].position == pytest.approx(0.09)
+
+
+STIFF = 'core_diameter = "2 mm"\nstiffness_ratio = 10\ncore_modulus = "500 GPa"'
+CHANGES = [  # what to replace in GOOD, by what, and what the message must say
+    ('tension = "215.5 N"', 'tenson = "215.5 N"', ["string[A].tenson", "unknown key", "nearest: tension"]),
+    ('technique = "pluck"', 'zzz = "pluck"', ["player.zzz", "unknown key", "technique", "rounding"]),
+    ("[player]", "[palyer]", ["palyer", "nearest: player"]),
+    ("[[pickup]]", "[[pikcup]]", ["pikcup", "nearest: pickup"]),
+    ('tension = "215.5 N"', "tension = 215.5", ["string[A].tension = 215.5", "units: N, lbf or kgf"]),
+    (
+        'tension = "215.5 N"',
+        'tension = "215.5 kg"',
+        ["string[A].tension", "215.5 kg", "units: N, lbf or kgf"],
+    ),
+    ('tension = "215.5 N"', 'tension = "2155 N"', ["tension", "2155 N", "5 N to 1000 N"]),
+    ('tension = "215.5 N"', 'tension = "2155 lbf"', ["2155 lbf", "1.124 lbf to 224.8 lbf"]),
+    ('tension = "215.5 N"', 'tension = "-5 N"', ["tension", "negative"]),
+    ('tension = "215.5 N"', 'tension = "nan N"', ["tension", "units: N"]),
+    ('tension = "215.5 N"', 'tension = "150 N"', ['tension = "150 N"', "45.8", "A1", "215.5 N would do"]),
+    ('scale_length = "34 in"', 'scale_length = "900 in"', ["neck.scale_length", "11.81 in to 59.06 in"]),
+    ('scale_length = "34 in"', "", ["neck.scale_length", "missing", "300 mm to 1500 mm"]),
+    ('name = "Test"', "", ["name", "missing"]),
+    ('name = "Test"', 'name = ""', ["name", "1 to 80 characters"]),
+    ('open_note = "A1"', 'open_note = "H1"', ["string[A].open_note", "H1", '"E1"']),
+    ('open_note = "A1"', "open_note = 200", ["open_note = 200", "0 to 127"]),
+    ('name = "G"', 'name = "a"', ["string[a].name", "two strings"]),
+    (
+        'open_note = "A1"\nlinear_density = "23.88 g/m"\ntension = "215.5 N"',
+        'open_note = "A2"\nlinear_density = "5 g/m"',
+        ["string[G].open_note", "lowest to the highest"],
+    ),
+    ("inharmonicity = 1e-4", 'inharmonicity = "1e-4"', ["inharmonicity", "a number from 0 to 0.01"]),
+    ("inharmonicity = 1e-4", "inharmonicity = true", ["inharmonicity = True", "a number from 0 to 0.01"]),
+    ("inharmonicity = 1e-4", "inharmonicity = nan", ["inharmonicity", "a number from 0 to 0.01"]),
+    ("inharmonicity = 1e-4", "", ["string[A].inharmonicity", "core_diameter"]),
+    ("inharmonicity = 1e-4", 'inharmonicity = 1e-4\ncore_diameter = "0.5 mm"', ["give either"]),
+    ("inharmonicity = 1e-4", 'core_diameter = "3 mm"', ["core_diameter", "at most the diameter, 2.159 mm"]),
+    ("inharmonicity = 1e-4", STIFF, ["string[A].core_diameter", "gives B", "0.01"]),
+    (
+        "inharmonicity = 1e-4",
+        'inharmonicity = 1e-4\nlaw_fundamental = "65 Hz"',
+        ["law_fundamental", "55 Hz would do"],
+    ),
+    (
+        "inharmonicity = 1e-4",
+        'inharmonicity = 1e-4\nmeasured_frequencies = ["55 Hz", "110 Hz"]\nmeasured_dampings = ["1 /s"]',
+        ["measured_dampings", "1 for 2"],
+    ),
+    (
+        "inharmonicity = 1e-4",
+        'inharmonicity = 1e-4\nmeasured_frequencies = ["55 Hz", "50 Hz"]\n'
+        'measured_dampings = ["1 /s", "1 /s"]',
+        ["measured_frequencies", "item 2", "ascend"],
+    ),
+    ('position = "90 mm"', 'position = "700 mm"', ["pickup[1].position", "700 mm", "last fret", "272 mm"]),
+    ('position = "90 mm"', 'position = "5 mm"', ["pickup[1].position", "aperture"]),
+    ('[[pickup]]\nposition = "90 mm"', "", ["pickup", "at least one"]),
+    ('[[pickup]]\nposition = "90 mm"', 'pickup = "neck"', ["string[G].pickup", "unknown key"]),
+    (
+        '[[pickup]]\nposition = "90 mm"',
+        '[output]\nkind = "laser"',
+        ["output.kind", "pickups or displacement"],
+    ),
+    (
+        '[[pickup]]\nposition = "90 mm"',
+        '[output]\nkind = "displacement"\nsensor = "400 mm"',
+        ["output.sensor", "272"],
+    ),
+    ('technique = "pluck"', "technique = 3", ["player.technique = 3", "pluck or slap"]),
+    ('technique = "pluck"', "slapped_strings = 3", ["player.slapped_strings = 3", "has 2"]),
+    ('technique = "pluck"', "slapped_strings = 1.0", ["slapped_strings", "whole number"]),
+    (
+        'technique = "pluck"',
+        "pluck_nearest = 0.9\npluck_farthest = 0.6",
+        ["player.pluck_nearest = 0.9", "0.6"],
+    ),
+    ('technique = "pluck"', "softest = 3\nhardest = 2", ["player.softest = 3", "player.hardest, 2"]),
+    ('technique = "pluck"', 'rounding = "5 s"', ["player.rounding", "'s'", "mm"]),
+    ('neck.action = "1.8 mm"', 'neck.acton = "1.8 mm"', ["string[G].neck.acton", "nearest: action"]),
+    ('neck.action = "1.8 mm"', 'neck.action = "80 mm"', ["string[G].neck.action", "0 mm to 20 mm"]),
+    ('neck.action = "1.8 mm"', "neck = 3", ["string[G].neck", "must be a table"]),
+    (GEOMETRY, GEOMETRY + 'lift = {6 = "3 mm"}\n', ["string[A].neck", "fret 6 stands", "above string A"]),
+    (GEOMETRY, GEOMETRY + 'lift = {25 = "1 mm"}\n', ["lift", "frets 1 to 20"]),
+    (GEOMETRY, GEOMETRY + 'lift = {six = "1 mm"}\n', ["neck.lift", "fret numbers"]),
+    (GEOMETRY, GEOMETRY + "lift = {6 = 1}\n", ["neck.lift", "unit"]),
+    (GEOMETRY, MEASURED.replace("-1.0", "0.5"), ["string[A].neck", "fret 1 stands 0.50 mm above"]),
+    (GEOMETRY, MEASURED.replace("-1.0, ", ""), ["fret_heights", "1 for 2 fret_positions"]),
+    (GEOMETRY, MEASURED.replace("94 mm", "40 mm"), ["fret_positions", "item 2, 40 mm", "ascend"]),
+    (GEOMETRY, MEASURED.replace("94 mm", "48.5 mm"), ["fret_positions", "item 2, 48.5 mm", "at least 1 mm"]),
+    (GEOMETRY, MEASURED.replace("94 mm", "900 mm"), ["fret_positions", "between 0 mm and 863.6 mm"]),
+    (GEOMETRY, MEASURED.replace('"94 mm"', "94"), ["neck.fret_positions", "item 2, 94", "units: mm"]),
+    (GEOMETRY, MEASURED.replace('unit = "mm"', 'unit = "N"'), ["neck.fret_heights", "item 1", "units: mm"]),
+    (GEOMETRY, MEASURED.replace('unit = "mm", ', ""), ["neck.fret_heights", 'unit = "mm", values']),
+    (GEOMETRY, MEASURED + 'relief = "1 mm"\n', ["relief", "not together with measured frets"]),
+    (GEOMETRY, GEOMETRY + 'conductance_frequencies = ["50 Hz"]\n', ["conductance_values", "0 for 1"]),
+    ("[[string]]", "[string]", ["my.toml"]),
+]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"), CHANGES, ids=[f"{i}-{c[2][0]}" for i, c in enumerate(CHANGES)]
+)
+def test_error(tmp_path: Path, old: str, new: str, says: list[str]) -> None:
+    assert old in GOOD
+    text = GOOD.replace(old, new, 1)
+    if MEASURED[:40] in new:  # the G string asks for geometry
+        text = text.replace('neck.action = "1.8 mm"\n', "")
+    said = message(tmp_path, text)
+    assert [s for s in says if s not in said] == [], said
+
+
+@pytest.mark.parametrize(
+    ("content", "says"),
+    [
+        (b"", "empty"),
+        (b"\n  \n", "empty"),
+        (b"# only a comment\n", "name: missing"),
+        (b'name = "x"\n[neck]\nscale_length = "34 in"\n', "at least one [[string]]"),
+        (b'name = "\xff"\n', "not UTF-8 (byte 8)"),
+        (b"name = \n", "line 1"),
+        (b"a = " + b"[" * 20000, "not TOML"),
+        (b"name = 0x" + b"f" * 9000, "a huge number"),
+        (b"name = 1979-05-27T07:32:00Z\n", "characters"),
+        (b"#" * 1_000_001, "at most 1000000"),
+        (b'string = 3\nname = "x"\n', "[[string]] tables"),
+        (b'name = "x"\nneck = 3\n', "neck = 3"),
+        (b'name = "x"\nstring = [3]\n', "string[1] = 3"),
+        (b'name = "x"\nplayer = []\n[neck]\nscale_length = "1 m"\n', "string"),
+        (b"\xef\xbb\xbfnmae = 1\n", "nearest: name"),
+    ],
+)
+def test_file_error(tmp_path: Path, content: bytes, says: str) -> None:
+    assert says in message(tmp_path, content)
+
+
+@pytest.mark.parametrize(
+    ("name", "says"),
+    [
+        ("jaz-finger", "nearest: jazz-finger"),
+        ("", "allowed: "),
+        ("no/such/file", "no such file"),
+        ("nothing.toml", "no such file"),
+        ("./", "is a directory"),
+        ("/dev/null", "not a regular file"),
+        ("a\0/b", "not a file name"),
+        ("a" * 5000 + ".toml", "cannot be read"),
+        ("bad\nname", "unknown"),
+        ("\ud800.toml", "not a file name"),
+    ],
+)
+def test_name_error(name: str, says: str) -> None:
+    with pytest.raises(PresetError) as caught:
+        load_preset(name)
+    assert says in str(caught.value) and str(caught.value).isprintable()
+
+
+def test_no_permission(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(self: Path) -> bytes:
+        raise PermissionError(13, "Permission denied")
+
+    path = tmp_path / "my.toml"
+    path.write_text(GOOD)
+    monkeypatch.setattr(Path, "read_bytes", refuse)
+    with pytest.raises(PresetError, match=r"my\.toml: no permission"):
+        load_preset(path)
+
+
+def test_shipped_names() -> None:
+    assert set(preset_names()) >= {
+        "paper-g",
+        "paper-bass",
+        "jazz-finger",
+        "precision-finger",
+        "slap",
+        "muted",
+    }
+
+
+@pytest.mark.parametrize("name", preset_names())
+def test_shipped_preset_sounds_at_every_fret(name: str) -> None:
+    bass = load_preset(name)
+    assert bass.name and bass.description and bass.output.gain == 1.0
+    for string, neck in zip(bass.strings, bass.necks, strict=True):
+        for fret in range(len(neck.fret_positions) + 1):
+            note = speaking(string, neck, fret)
+            assert note.stop == fret, (
+                f"{name}, string {string.name}: fret {fret} is choked by fret {note.stop}"
+            )
+
+
+def test_paper_g_is_the_paper() -> None:
+    bass = load_preset("paper-g")
+    (g,), (neck,) = bass.strings, bass.necks
+    figures = (g.length, g.tension, g.linear_density, g.diameter, g.inharmonicity, g.law_fundamental)
+    assert figures == pytest.approx((0.863, 191.6, 6.69e-3, 1.14e-3, 3.5e-5, 97.976), rel=1e-9)
+    assert len(g.measured_frequencies) == len(g.measured_dampings) == 34
+    assert (g.measured_frequencies[0], g.measured_dampings[7]) == (97.97319798, 3.506936363)
+    assert len(neck.fret_positions) == 20
+    assert neck.fret_heights[5] == pytest.approx(-1.73e-3) and neck.fret_positions[5] == pytest.approx(0.253)
+    assert bass.output.kind == "displacement" and bass.output.sensor == pytest.approx(0.009)
+    assert bass.player.rounding == pytest.approx(4e-3)
+
+
+def test_paper_bass_conductance_gives_back_the_measured_dampings() -> None:
+    from dataclasses import replace
+
+    from livebass.modes import dampings
+
+    bass = load_preset("paper-bass")
+    g, neck = bass.strings[3], bass.necks[3]
+    law = dampings(speaking(replace(g, measured_frequencies=(), measured_dampings=()), neck, 0), 34)
+    assert law == pytest.approx(g.measured_dampings, rel=1e-3)
+
+
+@pytest.mark.parametrize("name", preset_names())
+def test_text_is_the_same_preset(name: str, tmp_path: Path) -> None:
+    assert load(tmp_path, preset_text(name)) == load_preset(name)
+
+
+def test_text_lists_defaults() -> None:
+    assert 'player.out_of_range = "transpose"' in preset_text("paper-g")
+
+
+def test_reference_has_each_key_once() -> None:
+    rows = preset_reference().splitlines()[2:]
+    assert len(rows) == len(KEYS)
+    assert all(row.count("|") == 5 for row in rows)
+    assert "| `string.tension` | 5 N to 1000 N |" in preset_reference()
+
+
+def limits() -> list[Any]:
+    """Every key with limits: the ends are allowed, a little beyond them is not."""
+    cases = []
+    for key in KEYS:
+        kind = key.kind.removesuffix("[]")
+        if kind in DIMENSIONS or kind in ("number", "integer"):
+            for end, beyond in ((key.least, -1.0), (key.most, 1.0)):
+                number, _, unit = end.partition(" ")
+                far = float(number) + beyond * (
+                    1 if kind == "integer" else 1e-6 * (abs(float(number)) or 1.0)
+                )
+                cases.append(
+                    pytest.param(key, number, f"{far:.17g}", unit, id=f"{key.section}.{key.name}-{end}")
+                )
+    return cases
+
+
+@pytest.mark.parametrize(("key", "end", "far", "unit"), limits())
+def test_limits(key: preset.Key, end: str, far: str, unit: str) -> None:
+    number = int if key.kind == "integer" else float
+
+    def written(text: str) -> Any:
+        value = f"{text} {unit}" if unit else number(float(text))
+        return [value] if key.kind.endswith("[]") else value
+
+    preset._value(key, written(end))
+    with pytest.raises(ValueError, match=r" to |negative"):
+        preset._value(key, written(far))
+
+
+SECTIONS = {
+    "string": String,
+    "neck": Neck,
+    "output": Output,
+    "pickup": Pickup,
+    "coil": Coil,
+    "player": Player,
+}
+
+
+@pytest.mark.parametrize("key", [k for k in KEYS if k.section], ids=lambda k: f"{k.section}.{k.name}")
+def test_default_is_the_instruments_own(key: preset.Key) -> None:
+    own = {f.name: f.default for f in fields(SECTIONS[key.section])}
+    if key.default in (REQUIRED, None):
+        assert own.get(key.name, MISSING) in (MISSING, (), 0.0)
+    elif own.get(key.name, MISSING) is not MISSING:
+        assert preset._value(key, key.default) == pytest.approx(own[key.name])
+
+
+@pytest.mark.parametrize("section", ["output", "pickup", "coil", "player"])
+def test_every_field_has_a_key(section: str) -> None:
+    made_elsewhere = {"pickups", "coil"}
+    assert {f.name for f in fields(SECTIONS[section])} - made_elsewhere == set(preset._names(section))
+
+
+scalars = st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=12)
+values = st.recursive(
+    scalars, lambda v: st.lists(v, max_size=3) | st.dictionaries(st.text(max_size=8), v, max_size=3)
+)
+names = st.sampled_from([k.name for k in KEYS] + ["neck", "string", "pickup", "player", "coil", "output"])
+trees = st.recursive(
+    values, lambda v: st.dictionaries(names | st.text(max_size=6), v, max_size=6) | st.lists(v, max_size=2)
+)
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.dictionaries(names | st.text(max_size=6), trees, max_size=8))
+def test_garbage_tables_give_preset_errors(data: dict[str, Any]) -> None:
+    with pytest.raises(PresetError) as caught:
+        preset._File("f").instrument(data)
+    assert str(caught.value).isprintable()
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.sampled_from(GOOD.splitlines()), st.sampled_from(KEYS), values)
+def test_one_garbage_value_gives_a_preset_or_its_error(line: str, key: preset.Key, value: Any) -> None:
+    import tomllib
+
+    data = tomllib.loads(GOOD.replace(line + "\n", "", 1)) if "[" not in line else tomllib.loads(GOOD)
+    where = data if not key.section else data.setdefault(key.section, {})
+    (where[0] if isinstance(where, list) else where)[key.name] = value
+    try:
+        preset._File("f").instrument(data)
+    except PresetError as error:
+        assert str(error).isprintable()
+
+
+@settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.binary(max_size=200))
+def test_garbage_files_give_preset_errors(tmp_path: Path, content: bytes) -> None:
+    message(tmp_path, content)
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.text(max_size=40).filter(lambda s: s not in preset_names()))
+def test_garbage_names_give_preset_errors(name: str) -> None:
+    with pytest.raises(PresetError) as caught:
+        load_preset(name)
+    assert str(caught.value).isprintable()

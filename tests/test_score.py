@@ -1,0 +1,312 @@
+"""Standard MIDI Files as annotated bytes, and what must come of them; damaged files give one clear error."""
+
+from __future__ import annotations
+
+import io
+import os
+import random
+from pathlib import Path
+
+import mido
+import numpy as np
+import pytest
+
+from livebass.demo import STYLES, demo_score
+from livebass.score import Score, ScoreError, note_ends, read_score, score_of, single_note
+from livebass.smf import parse_smf
+
+RATE = 48000
+BASS = b"\x00\xc0\x21"  # at 0: channel 1 plays program 33, finger bass
+END = b"\x00\xff\x2f\x00"
+
+
+def chunk(name: bytes, data: bytes) -> bytes:
+    return name + len(data).to_bytes(4) + data
+
+
+def smf(*tracks: bytes, kind: int = 1, division: int = 480) -> bytes:
+    head = kind.to_bytes(2) + len(tracks).to_bytes(2) + division.to_bytes(2)
+    return chunk(b"MThd", head) + b"".join(chunk(b"MTrk", t) for t in tracks)
+
+
+def read(tmp_path: Path, data: bytes, channel: str | int = "auto", rate: int = RATE) -> Score:
+    path = tmp_path / "song.mid"
+    path.write_bytes(data)
+    return read_score(path, rate, channel)
+
+
+def rows(score: Score) -> list[tuple[int, ...]]:
+    return [(int(f), *map(int, m)) for f, m in zip(score.frames, score.messages, strict=True)]
+
+
+def test_one_note_with_a_tempo_and_running_status(tmp_path: Path) -> None:
+    track = (
+        b"\x00\xff\x51\x03\x0f\x42\x40"  # at 0: 1000000 us a quarter, 60 a minute
+        b"\x00\xff\x03\x04line"  # track name
+        b"\x00\xc0\x21"  # program 33
+        b"\x00\x90\x28\x64"  # note 40 on, velocity 100
+        b"\x83\x60\x28\x00"  # 480 ticks later, running status: velocity 0, that is off
+        b"\x00\x2b\x50"  # running status: note 43 on
+        b"\x81\x70\x80\x2b\x40"  # 240 ticks later: note 43 off
+        b"\x00\xff\x2f\x00"
+    )
+    score = read(tmp_path, smf(track, kind=0))
+    assert rows(score) == [
+        (0, 0xC0, 33, 0),
+        (0, 0x90, 40, 100),
+        (48000, 0x80, 40, 64),
+        (48000, 0x90, 43, 80),
+        (72000, 0x80, 43, 64),
+    ]
+    assert (score.notes, score.end_frame, score.name, score.rate) == (2, 72000, "song", RATE)
+    assert score.frames.dtype == np.int64 and score.messages.dtype == np.uint8
+
+
+def test_tempo_changes_in_another_track(tmp_path: Path) -> None:
+    tempi = (
+        b"\x00\xff\x51\x03\x07\xa1\x20"  # 500000 us
+        b"\x83\x60\xff\x51\x03\x0f\x42\x40" + END  # at 480: 1000000 us
+    )
+    line = BASS + b"\x00\x90\x28\x64\x87\x40\x80\x28\x40" + END  # 960 ticks long
+    assert read(tmp_path, smf(tempi, line)).end_frame == round(1.5 * RATE)
+
+
+@pytest.mark.parametrize(
+    ("division", "ticks_per_second"),
+    [(0xE728, 25 * 40), (0xE850, 24 * 80), (0xE250, 30 * 80), (0xE364, 30000 / 1001 * 100)],
+)
+def test_smpte_time_ignores_the_tempo(tmp_path: Path, division: int, ticks_per_second: float) -> None:
+    line = b"\x00\xff\x51\x03\x0f\x42\x40" + BASS + b"\x00\x90\x28\x64\x8f\x50\x80\x28\x40" + END  # 2000 ticks
+    assert read(tmp_path, smf(line, division=division)).end_frame == round(2000 / ticks_per_second * RATE)
+
+
+def test_hours_do_not_drift(tmp_path: Path) -> None:
+    """10000 quarters of 333333 us: the last frame is right to one half."""
+    ticks = (4_800_000).to_bytes(4)
+    bits = int.from_bytes(ticks)
+    delta = bytes([bits >> 21 & 0x7F | 0x80, bits >> 14 & 0x7F | 0x80, bits >> 7 & 0x7F | 0x80, bits & 0x7F])
+    line = b"\x00\xff\x51\x03\x05\x16\x15" + BASS + delta + b"\x90\x28\x64\x00\x80\x28\x40" + END
+    assert read(tmp_path, smf(line)).frames[1] == round(3333.33 * RATE)
+
+
+def test_unknown_chunks_escapes_and_odd_metadata_are_passed_over(tmp_path: Path) -> None:
+    line = (
+        b"\x00\xff\x59\x02\x7f\x09"  # a key signature that does not exist
+        b"\x00\xff\x20\x00"  # a channel prefix without a channel
+        b"\x00\xf0\x03\x7e\x7f\xf7"  # system exclusive
+        b"\x00\xf7\x02\xf3\x01"  # escape: a song select, data above 127
+        + BASS
+        + b"\x00\x90\x28\x64"
+        b"\x81\x70\xff\x01\x02hi"  # text between does not end ...
+        b"\x81\x70\x28\x00"  # ... running status
+    )  # and no end of track
+    data = smf(line)
+    data = data[:14] + chunk(b"XFIH", b"anything") + data[14:] + b"trailing"
+    assert read(tmp_path, data).end_frame == RATE // 2
+
+
+def test_events_of_one_frame_are_ordered(tmp_path: Path) -> None:
+    """Controllers, then note-offs, then note-ons, whatever the order in the file."""
+    line = (
+        BASS + b"\x00\x90\x28\x64"
+        b"\x83\x60\x90\x28\x50"  # struck again before ...
+        b"\x00\x80\x28\x40"  # ... the off of the first
+        b"\x00\xb0\x40\x7f"  # pedal
+        b"\x83\x60\x80\x28\x40" + END
+    )
+    assert [r[:3] for r in rows(read(tmp_path, smf(line)))][1:] == [
+        (0, 0x90, 40), (24000, 0xB0, 64), (24000, 0x80, 40), (24000, 0x90, 40), (48000, 0x80, 40),
+    ]  # fmt: skip
+
+
+ENDS = {
+    # name: (strokes of one key as "frame+" on, "frame-" off), ends with 48 frames least and a file of 9000
+    "plain": ("0+ 480-", [480]),
+    "zero length": ("0+ 0-", [48]),
+    "shorter than brief": ("0+ 20-", [48]),
+    "zero length, struck again": ("0+ 0- 20+ 480-", [20, 480]),
+    "orphan offs": ("0- 10- 20+ 480- 500-", [480]),
+    "never ends": ("0+", [9000]),
+    "struck again at its end": ("0+ 480- 480+ 960-", [480, 960]),
+    "the same, on first": ("0+ 480+ 480- 960+ 960- 1440-", [480, 960, 1440]),
+    "overlap: the first off is the first note's": ("0+ 480+ 500- 960-", [960]),
+    "struck three times, one off": ("0+ 480+ 960+ 1440-", [1440]),
+    "doubled note": ("0+ 0+ 480- 480-", [480]),
+}
+
+
+@pytest.mark.parametrize("name", ENDS)
+def test_ends_of_one_key(name: str) -> None:
+    strokes, expected = ENDS[name]
+    assert note_ends([(int(s[:-1]), s[-1] == "+") for s in strokes.split()], 9000, 48) == expected
+
+
+@pytest.mark.parametrize("seed", range(50))
+def test_every_note_on_is_ended(seed: int) -> None:
+    rng = random.Random(seed)
+    strokes = sorted(((rng.randrange(300), rng.random() < 0.5) for _ in range(40)), key=lambda s: s[0])
+    strokes.append((300, False))
+    ends = note_ends(strokes, 300, 5)
+    assert ends == sorted(ends)
+    last_on = max((f for f, on in strokes if on), default=None)
+    assert last_on is None or ends[-1] > last_on
+
+
+def three_channels() -> bytes:
+    piano = b"\x00\xc3\x00\x00\x93\x3c\x64\x83\x60\x83\x3c\x40" + END
+    bass = (
+        b"\x00\xc1\x00\x00\x91\x30\x64\x83\x60\x81\x30\x40"  # channel 2 begins as a piano ...
+        b"\x00\xb1\x07\x50\x00\xc1\x27\x00\x91\x28\x64\x83\x60\x81\x28\x40" + END  # ... and turns into program 39
+    )
+    drums = b"\x00\xc9\x20\x00\x99\x24\x64\x83\x60\x89\x24\x40" + END  # program 32 on channel 10: still drums
+    return smf(piano, bass, drums)
+
+
+@pytest.mark.parametrize(
+    ("channel", "notes"), [("auto", [40]), ("all", [48, 60, 40]), (2, [48, 40]), (4, [60]), (10, [36])]
+)
+def test_channels(tmp_path: Path, channel: str | int, notes: list[int]) -> None:
+    score = read(tmp_path, three_channels(), channel)
+    struck = [m[1] for m in score.messages if m[0] == 0x90]
+    assert sorted(struck) == sorted(notes) and score.notes == len(notes)
+    assert not (score.messages[:, 0] & 0x0F).any()
+    assert any(m[0] == 0xB0 for m in score.messages) == (channel in ("auto", "all", 2))
+
+
+def test_a_program_set_at_the_same_tick_by_a_later_track_counts(tmp_path: Path) -> None:
+    line = b"\x00\x90\x28\x64\x83\x60\x80\x28\x40" + END
+    assert read(tmp_path, smf(line, BASS + END)).notes == 1
+
+
+LINE = BASS + b"\x00\x90\x28\x64\x83\x60\x80\x28\x40" + END
+BAD = {
+    # name: (bytes, what the message says)
+    "nothing": (b"", "empty"),
+    "text": (b"hello, world", "not a Standard MIDI File"),
+    "riff": (b"RIFF....RMIDdata", "not a Standard MIDI File"),
+    "half a header": (smf(LINE)[:9], "truncated"),
+    "no track": (smf(LINE)[:14], "track 1 of 1, byte 14: chunk name of 4 bytes, 0 left"),
+    "track cut off": (smf(LINE)[:-6], "track 1 of 1, byte 22: chunk of 16 bytes, 10 left"),
+    "event cut off": (smf(LINE[:9] + b"\x90"), "track 1 of 1, byte 32: message"),
+    "type 2": (smf(LINE, kind=2), "type 2 MIDI file, allowed: type 0"),
+    "no division": (smf(LINE, division=0), "0 ticks per quarter note, allowed: 1 to 32767"),
+    "odd smpte": (smf(LINE, division=0xEC28), "20 SMPTE frames"),
+    "status in a file": (smf(b"\x00\xf8"), "byte 23: status byte 0xF8"),
+    "no running status": (smf(b"\x00\x40\x40"), "byte 23: data byte 0x40 without"),
+    "high data": (smf(b"\x00\x90\x28\xff"), "data byte 0xFF"),
+    "long delta": (smf(b"\xff\xff\xff\xff\x7f"), "longer than the 4 bytes allowed"),
+    "tempo 0": (smf(b"\x00\xff\x51\x03\x00\x00\x00"), "tempo 0 in 3 bytes, allowed"),
+    "no notes": (smf(BASS + END), "has no notes"),
+    "no bass": (smf(LINE[3:]), "no bass notes: no channel uses programs 32-39; use --channel N or --channel all"),
+    "two days": (smf(b"\x00\xff\x51\x03\xff\xff\xff" + BASS + b"\x00\x90\x28\x64\xff\xff\xff\x7f\x80\x28\x40"),
+                 "hours, allowed: up to 24"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_bad_files(tmp_path: Path, name: str) -> None:
+    data, says = BAD[name]
+    with pytest.raises(ScoreError) as error:
+        read(tmp_path, data)
+    text = str(error.value)
+    assert says in text and "song.mid" in text and "\n" not in text
+
+
+def test_bad_paths(tmp_path: Path) -> None:
+    for path, says in [
+        (tmp_path, "is a directory"),
+        (tmp_path / "none.mid", "No such file"),
+        (tmp_path / "none.mid" / "deeper", "No such file"),
+        (Path("/dev/null"), "not a regular file"),
+        (Path("zero\0byte"), "cannot be read"),
+    ]:
+        with pytest.raises(ScoreError, match=says):
+            read_score(path, RATE)
+    huge = tmp_path / "huge.mid"
+    with huge.open("wb") as file:
+        os.truncate(file.fileno(), 100 << 20)
+    with pytest.raises(ScoreError, match="100 MB, allowed: up to 64 MB"):
+        read_score(huge, RATE)
+
+
+def test_damaged_files_give_a_score_or_a_clear_error(tmp_path: Path) -> None:
+    """Truncations at every byte, and random bytes in random places."""
+    whole = three_channels()
+    rng = random.Random(1)
+    cases = [whole[:n] for n in range(len(whole))]
+    for _ in range(3000):
+        data = bytearray(whole)
+        for _ in range(rng.randint(1, 6)):
+            data[rng.randrange(len(data))] = rng.randrange(256)
+        cases.append(bytes(data))
+    path = tmp_path / "damaged.mid"
+    good = 0
+    for data in cases:
+        path.write_bytes(data)
+        try:
+            score = read_score(path, RATE, "all")
+        except ScoreError as error:
+            assert "\n" not in str(error)
+            continue
+        good += 1
+        assert (np.diff(score.frames) >= 0).all() and 0 <= score.end_frame <= 24 * 3600 * RATE + RATE
+        assert (score.messages[:, 1:] < 128).all() and score.notes > 0
+    assert good > 100
+
+
+def test_agrees_with_another_reader() -> None:
+    """The events of a random file are those that mido wrote."""
+    rng = random.Random(2)
+    file = mido.MidiFile(type=1, ticks_per_beat=96)
+    expected = []
+    for channel in range(3):
+        track, tick = file.add_track(f"line {channel}"), 0
+        for _ in range(200):
+            delta, note = rng.choice((0, 3, 200, 40000)), rng.randrange(128)
+            kind = rng.choice(("note_on", "note_off", "control_change", "program_change", "pitchwheel"))
+            values: dict[str, int] = {
+                "note_on": {"note": note, "velocity": rng.randrange(128)},
+                "note_off": {"note": note, "velocity": 3},
+                "control_change": {"control": note, "value": 5},
+                "program_change": {"program": note},
+                "pitchwheel": {"pitch": rng.randrange(-8192, 8192)},
+            }[kind]
+            message = mido.Message(kind, channel=channel, time=delta, **values)
+            track.append(message)
+            tick += delta
+            expected.append((tick, bytes(message.bytes())))
+    buffer = io.BytesIO()
+    file.save(file=buffer)
+    assert list(parse_smf(buffer.getvalue()).messages) == sorted(expected, key=lambda e: e[0])
+
+
+def test_single_note() -> None:
+    assert rows(single_note(43, 110, 3.0, RATE)) == [(0, 0x90, 43, 110), (144000, 0x80, 43, 64)]
+    assert single_note(43, 110, 0.0, RATE).end_frame == 48
+
+
+@pytest.mark.parametrize("bad", [(0, 1, 128, 100), (0, 1, 40, 0), (0, float("nan"), 40, 100), (-1, 1, 40, 100)])
+def test_notes_out_of_range(bad: tuple[float, float, int, int]) -> None:
+    with pytest.raises(ValueError, match="allowed"):
+        score_of([bad], RATE)
+
+
+def test_a_chord_of_all_notes(tmp_path: Path) -> None:
+    line = BASS + b"".join(b"\x00\x90" + bytes([n, 100]) for n in range(128))
+    line += b"\x83\x60\x80\x00\x40" + b"".join(b"\x00" + bytes([n, 64]) for n in range(1, 128)) + END
+    score = read(tmp_path, smf(line))
+    assert score.notes == 128 and len(score.frames) == 257
+
+
+@pytest.mark.parametrize("style", STYLES)
+def test_demo_phrases_have_soft_and_hard_notes_on_all_strings(style: str) -> None:
+    score = demo_score(RATE, style)
+    on = score.messages[score.messages[:, 0] == 0x90]
+    assert 6 < score.end_frame / RATE < 10
+    assert on[:, 2].min() < 40 and on[:, 2].max() > 115
+    assert on[:, 1].min() >= 28 and on[:, 1].max() <= 63
+    for lowest in (28, 33, 38, 43):
+        assert (on[:, 1] >= lowest).any()
+    assert (score.messages[:, 0] == 0xE0).any()
+    with pytest.raises(ValueError, match="allowed are finger, slap"):
+        demo_score(RATE, "bowed")

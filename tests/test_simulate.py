@@ -1,0 +1,158 @@
+"""What `simulate_to_directory` writes, refuses, and leaves behind."""
+
+from __future__ import annotations
+
+import csv
+import math
+from pathlib import Path
+from typing import Any
+
+import cases
+import numpy as np
+import pytest
+import soundfile
+
+from livebass import simulate
+from livebass.motion import Trial
+from livebass.reference import solve
+from livebass.simulate import simulate_to_directory
+
+CASE: dict[str, Any] = {
+    "string": "G", "fret": 0, "apex": 3.6e-3, "at": 0.64, "duration": 0.03, "modes": 60,
+    "contact_rate": 200e3, "rate": 44100, "solver": "reference",
+}  # fmt: skip
+FILES = ["contacts.csv", "displacement.wav", "result.npz"]
+KEYS = """
+length_m linear_density_kg_per_m grid_points frequencies_hz dampings_per_s contact_positions_m
+contact_heights_m contact_stiffness contact_exponent contact_rate_hz initial_modal_amplitudes
+sensor_position_m output_rate_hz time_s displacement_m contact_time_s contact_index wall_s contact_frets
+contact_compliance wav_metres_per_unit modes
+""".split()
+
+
+def run(directory: Path, **changed: Any) -> str:
+    """Simulate `CASE` with some values changed."""
+    return simulate_to_directory(cases.paper_bass(), **{**CASE, **changed}, directory=directory)
+
+
+def test_files_tell_the_same_story(tmp_path: Path) -> None:
+    summary = run(tmp_path / "a" / "out")
+    out = tmp_path / "a" / "out"
+    assert sorted(p.name for p in out.iterdir()) == FILES
+    assert [p.name for p in (tmp_path / "a").iterdir()] == ["out"]
+    with np.load(out / "result.npz") as result:
+        data = {key: result[key] for key in result.files}
+    assert sorted(data) == sorted(KEYS)
+    s = cases.paper_g()
+    expected = solve(Trial(s, cases.pluck(), 60, 200e3, 44100.0, 0.03, s.length - 9e-3))
+    np.testing.assert_array_equal(data["displacement_m"], expected.displacement_m)
+    assert data["time_s"][0] == 0 and data["time_s"].size == 1324 == data["displacement_m"].size
+    assert data["frequencies_hz"].shape == data["dampings_per_s"].shape == (60,)
+    assert data["initial_modal_amplitudes"].shape == (60,) and data["contact_compliance"].shape == (20, 20)
+    assert data["sensor_position_m"] == pytest.approx(0.854) and data["grid_points"] == 863
+    with open(out / "contacts.csv", newline="") as table:
+        rows = list(csv.DictReader(table))
+    assert [float(r["time_s"]) for r in rows] == data["contact_time_s"].tolist()
+    assert [int(r["fret"]) for r in rows] == data["contact_frets"][data["contact_index"]].tolist()
+    assert len(rows) > 5 and f"{len(rows)} contacts" in summary and "\n" not in summary
+    wav, rate = soundfile.read(out / "displacement.wav")
+    assert rate == 44100 and soundfile.info(out / "displacement.wav").subtype == "FLOAT"
+    assert 20 * math.log10(np.max(np.abs(wav))) == pytest.approx(-1, abs=1e-3)
+    np.testing.assert_allclose(wav * data["wav_metres_per_unit"], data["displacement_m"], atol=1e-9)
+
+
+def test_released_at_the_sensor_displacement_of_the_pluck(tmp_path: Path) -> None:
+    run(tmp_path / "out", modes=None, duration=1e-3)
+    with np.load(tmp_path / "out" / "result.npz") as result:
+        assert result["modes"] == 862
+        assert result["displacement_m"][0] == pytest.approx(3.6e-3 * 9 / (863 - 640), rel=1e-3)
+        assert not result["contact_compliance"].any()
+
+
+def test_same_run_same_wav_and_an_old_result_is_replaced(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    run(out)
+    first = (out / "displacement.wav").read_bytes()
+    (out / "mine.txt").write_text("kept")
+    (out / "contacts.csv").write_text("old")
+    run(out)
+    assert (out / "displacement.wav").read_bytes() == first
+    assert sorted(p.name for p in out.iterdir()) == sorted([*FILES, "mine.txt"])
+    assert (out / "contacts.csv").read_text().startswith("time_s,fret\n")
+    at = first.find(b"PEAK")
+    assert at < 0 or first[at + 12 : at + 16] == bytes(4)
+
+
+@pytest.mark.parametrize(
+    "changed, words",
+    [
+        ({"string": "B"}, "has G"),
+        ({"fret": 21}, "0 to 20"),
+        ({"fret": -1}, "0 to 20"),
+        ({"apex": 0.0}, "up to 30 mm"),
+        ({"apex": 0.031}, "up to 30 mm"),
+        ({"apex": math.nan}, "up to 30 mm"),
+        ({"at": 0.0}, "863 mm"),
+        ({"at": 0.9}, "863 mm"),
+        ({"at": math.nan}, "863 mm"),
+        ({"at": 0.8, "fret": 12}, "431 mm"),
+        ({"modes": 0}, "1 to 862"),
+        ({"modes": 10**9}, "1 to 862"),
+        ({"contact_rate": 22050.0}, "44100"),
+        ({"contact_rate": 65e6}, "6.4e+07"),
+        ({"contact_rate": math.nan}, "6.4e+07"),
+        ({"contact_rate": 2 * 97.97319798 * 5000, "rate": 48000, "modes": 0}, "1 to 862"),
+        ({"duration": 0.0}, "up to 60 s"),
+        ({"duration": 61.0}, "up to 60 s"),
+        ({"duration": math.inf}, "up to 60 s"),
+        ({"rate": 0}, "192000"),
+        ({"solver": "oracle"}, "reference"),
+    ],
+)
+def test_bad_values_are_refused_in_a_line(tmp_path: Path, changed: dict[str, Any], words: str) -> None:
+    with pytest.raises(ValueError) as caught:
+        run(tmp_path / "a" / "out", **changed)
+    assert words in str(caught.value) and "\n" not in str(caught.value)
+    assert not list(tmp_path.iterdir())
+
+
+def test_rate_that_hides_a_mode_is_refused(tmp_path: Path) -> None:
+    s = cases.paper_g()
+    from livebass import modes
+
+    nu = float(modes.frequencies(s, 862)[-1])
+    with pytest.raises(ValueError, match="mode 862"):
+        run(
+            tmp_path / "out",
+            modes=None,
+            contact_rate=2 * math.sqrt(nu**2 - (modes.dampings(s, 862)[-1] / 2 / math.pi) ** 2),
+        )
+    run(tmp_path / "out", modes=None, contact_rate=2e6, duration=0.001)  # the paper's own, below 2 x 1.18 MHz
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt, OSError, MemoryError])
+def test_nothing_is_left_of_a_broken_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: type[BaseException]
+) -> None:
+    def broken(*_: object, **__: object) -> None:
+        raise error
+
+    monkeypatch.setattr(simulate.np, "savez", broken)
+    with pytest.raises(error):
+        run(tmp_path / "a" / "b" / "out")
+    assert not list(tmp_path.iterdir())
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "contacts.csv").write_text("old")
+    with pytest.raises(error):
+        run(tmp_path / "out")
+    assert [p.name for p in tmp_path.rglob("*")] == ["out", "contacts.csv"]
+    assert (tmp_path / "out" / "contacts.csv").read_text() == "old"
+
+
+def test_a_file_in_the_way_is_named(tmp_path: Path) -> None:
+    (tmp_path / "out").write_text("mine")
+    with pytest.raises(ValueError, match="out: exists"):
+        run(tmp_path / "out")
+    with pytest.raises(OSError):
+        run(tmp_path / "out" / "below")
+    assert (tmp_path / "out").read_text() == "mine"
