@@ -13,6 +13,7 @@ jit = nb.njit(cache=True, nogil=True, error_model="numpy")
 MOST_ITERATIONS = 60
 MOST_SWEEPS = 400
 SMALL = 1e-17  # m
+ENOUGH = 1e-9
 
 
 @jit
@@ -42,19 +43,22 @@ def force(new, old, r, stiffness, exponent):
 
 
 @jit
-def solve_point(wanted, old, weight, stiffness, exponent):
-    """The force f at a point: r + weight f(r) = wanted. Zero where nothing touches."""
+def solve_point(wanted, old, weight, stiffness, exponent, guess):
+    """The force f at a point: r + weight f(r) = wanted. Zero where nothing touches. `guess`: of f."""
     if old <= 0.0 and old + wanted <= 0.0:
         return 0.0
-    r = wanted
-    f = 0.0
+    # from the left of the root the first step leads to its right, from where it comes down; but where nothing
+    # would touch there is no slope to follow
+    r = wanted - weight * guess
+    if old <= 0.0 and old + r <= 0.0:
+        r = wanted
     for _ in range(MOST_ITERATIONS):
         if r == 0.0:
             r = 1e-30
         f, slope = force(old + r, old, r, stiffness, exponent)
         step = (r + weight * f - wanted) / (1.0 + weight * slope)
         r -= step
-        if abs(step) <= 1e-15 * abs(r) + SMALL:
+        if abs(step) <= ENOUGH * abs(r) + SMALL:  # converges quadratically: the next would be far below rounding
             break
     # from the equation itself: smoother than the force law where that is steep
     return (wanted - r) / weight
@@ -79,7 +83,7 @@ def solve_points(near, count, wanted, old, f, coupling, compliance, ratio, strid
                         c = near[k]
                         rest -= (coupling[m * stride + c] + soft * compliance[m * stride + c]) * f[c]
             weight = coupling[m * stride + m] + soft * compliance[m * stride + m]
-            new = solve_point(rest, old[m], weight, stiffness, exponent)
+            new = solve_point(rest, old[m], weight, stiffness, exponent, f[m])
             change = max(change, abs(new - f[m]) * weight)
             f[m] = new
         if diagonal or count == 1 or change <= 1e-16:

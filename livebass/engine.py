@@ -62,7 +62,7 @@ class Engine:
                 row.append(operator(s, count, self.rates, taps, 0, graze=graze))
             rows.append(row)
         self.pool = gather(rows)
-        self.voices = [instrument_voice(instrument, self.rates) for _ in instrument.strings]
+        self.voices = [instrument_voice(instrument, s.name, self.rates) for s in instrument.strings]
         self.performer = new_performer(instrument, self.frets)
         self.settings = np.array([instrument.player.rounding, instrument.player.strike_width])
         self.frame = 0

@@ -10,6 +10,7 @@ import math
 from dataclasses import dataclass, field
 
 A4_NOTE, A4_HZ = 69, 440.0
+ROUNDING = 1e-9  # m: a crown that high lies on the line
 
 
 @dataclass(frozen=True)
@@ -70,6 +71,7 @@ class Pickup:
     aperture: float = 0.02  # m, length of string it senses
     decay_length: float = 4e-3  # m, flux gradient falls e times when the string rises by this
     level: float = 1.0  # mix
+    strings: tuple[str, ...] = ()  # names of those it senses, as half of a split coil does; empty: all
 
 
 @dataclass(frozen=True)
@@ -89,14 +91,14 @@ class Player:
 
     technique: str = "pluck"  # "pluck", or "slap": thumb strikes on the lower strings, pops above
     slapped_strings: int = 0  # how many strings, from the lowest, the thumb strikes
-    pluck_position: float = 0.74  # fraction of the speaking length, from the stop
+    pluck_position: float = 0.74  # place over the body, fraction of the open string from the nut
     pluck_nearest: float = 0.55  # the same for controller value 0 ...
     pluck_farthest: float = 0.93  # ... and 127
     rounding: float = 5e-3  # m, standard deviation of the Gaussian that rounds the corner
     softest: float = 0.08  # apex at velocity 1, multiple of the grazing apex
     hardest: float = 4.5  # apex at velocity 127
     greatest_apex: float = 0.010  # m, whatever the velocity
-    strike_position: float = 0.32  # fraction of the speaking length, slap
+    strike_position: float = 0.68  # place of the thumb over the body, as pluck_position
     strike_width: float = 0.02  # m
     strike_time: float = 1.5e-3  # s
     pull_time: float = 2e-3  # s the finger takes to displace the string before it lets go
@@ -203,7 +205,7 @@ def speaking(string: String, neck: Neck, fret: int) -> Speaking:
     frets = tuple(range(stop + 1, count + 1))
     heights = tuple(h[k - 1] - h_stop * (total - x[k - 1]) / length for k in frets)
     for k, height in zip(frets, heights, strict=True):
-        if height > 0:
+        if height > ROUNDING:
             raise ValueError(f"fret {k} stands {height * 1e3:.2f} mm above string {string.name} at rest")
     stiffness = string.inharmonicity * (total / length) ** 2
     if stop == 0 and string.law_fundamental:
@@ -220,7 +222,7 @@ def speaking(string: String, neck: Neck, fret: int) -> Speaking:
         grid_points=points,
         contact_fret=frets,
         contact_position=tuple(round((x[k - 1] - x_stop) / step) * step for k in frets),
-        contact_height=heights,
+        contact_height=tuple(min(height, 0.0) for height in heights),
         contact_stiffness=neck.contact_stiffness,
         contact_exponent=neck.contact_exponent,
         conductance=neck.conductance,

@@ -74,7 +74,7 @@ SLOT = np.dtype(
         ("ratio", "f8"),  # frequencies relative to the operators: pitch bend
         ("fastest", "f8"),  # m/s no point of the string exceeds
         ("hand", "f8"),  # factor per frame, 1 where no hand is on the string
-        ("release", "f8"),  # modal energy measure kept for the status line
+        ("safety", "f8"),  # `fastest` over the root mean square velocity
     ],
     align=True,
 )

@@ -35,10 +35,12 @@ def dampings(s: Speaking, count: int) -> Floats:
     As in the published data the law is evaluated at j f0, and constant above `CLAMP_WAVENUMBER`.
     """
     j = np.arange(1, count + 1)
-    nu = j * s.fundamental  # Hz, nu_{0,j}
+    # where f0 was measured the published dampings still follow c / 2L of the table's tension
+    nominal = s.string.nominal_fundamental if s.stop == 0 and s.string.law_fundamental else s.fundamental
+    nu = j * nominal  # Hz, nu_{0,j}
     top = max(1, math.floor(CLAMP_WAVENUMBER * s.length))
+    nu = np.minimum(nu, top * nominal)
     sigma = math.pi * nu * loss_factor(s, nu)
-    sigma[top:] = math.pi * top * s.fundamental * loss_factor(s, np.array([top * s.fundamental]))[0]
     if s.stop == 0:
         known = np.asarray(s.string.measured_dampings[:count])
         sigma[: known.size] = known

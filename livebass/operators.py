@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livebass import layout as at
-from livebass.instrument import Output, Speaking
+from livebass.instrument import Output, Pickup, Speaking
 from livebass.modes import dampings, frequencies, grazing_apex, shapes
 from livebass.quality import MOST_MODES
 
@@ -67,6 +67,13 @@ class Operator:
     memory: Floats
 
 
+def pickups_under(output: Output, name: str) -> tuple[Pickup, ...]:
+    """The pickups that sense the string `name`; none where the displacement itself is heard."""
+    if output.kind == "displacement":
+        return ()
+    return tuple(p for p in output.pickups if not p.strings or name in p.strings)
+
+
 def pickup_taps(s: Speaking, output: Output, count: int, rate: int) -> list[Tap]:
     """Displacement and velocity of every pickup (or of the sensor), without what the rate cannot carry."""
     nu = frequencies(s, count)
@@ -78,7 +85,7 @@ def pickup_taps(s: Speaking, output: Output, count: int, rate: int) -> list[Tap]
         return [Tap(weights, velocity=False)]
     k = np.arange(1, count + 1) * (math.pi / s.length)
     taps = []
-    for pickup in output.pickups:
+    for pickup in pickups_under(output, s.string.name):
         # a Gaussian window as wide as a rectangle of the aperture
         window = np.exp(-((k * pickup.aperture) ** 2) / 24)
         weights = shapes(s, count, np.array([s.length - pickup.position]))[0] * window * fade

@@ -34,7 +34,7 @@ PERFORMER = np.dtype(
         ("parameter", "i8"),  # RPN selected, 16383: none
         ("volume", "f8"),
         ("expression", "f8"),
-        ("position", "f8"),  # fraction of the speaking length
+        ("position", "f8"),  # fraction of the open string
         # the player, constant
         ("usual_position", "f8"),
         ("nearest", "f8"),
@@ -119,6 +119,12 @@ def stop_string(p, i, frame, events, count):
 
 
 @jit
+def over_body(open_op, op, place):
+    """Distance from the stop of a finger at `place` (fraction of the open string); never beyond the middle."""
+    return max(op.length - (1.0 - place) * open_op.length, 0.5 * op.length)
+
+
+@jit
 def note_on(p, ops, pool, frame, key, velocity, events, count):
     low = p.open[0]
     high = p.open[0]
@@ -155,10 +161,10 @@ def note_on(p, ops, pool, frame, key, velocity, events, count):
     op = ops[i, fret]
     force = p.softest * (p.hardest / p.softest) ** ((velocity - 1) / 126.0)
     if i < p.slapped:
-        where = p.strike_position * op.length
+        where = over_body(ops[i, 0], op, p.strike_position)
         depth = min(force * grazing(op, pool, 0.5 * op.length), p.greatest)
         return emit(events, count, frame, STRIKE_EVENT, i, fret, depth, where)
-    where = p.position * op.length
+    where = over_body(ops[i, 0], op, p.position)
     apex = min(force * grazing(op, pool, where), p.greatest)
     return emit(events, count, frame, PLUCK, i, fret, apex, where)
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from livebass import layout as at
 from livebass.circuit import digital
 from livebass.instrument import Instrument
-from livebass.operators import Operator, Rates
+from livebass.operators import Operator, Rates, pickups_under
 from livebass.performer import PERFORMER, reset_controllers
 
 BLOCKER_HZ = 6.0  # DC blocker's corner
@@ -73,10 +73,10 @@ def new_voice(rates: Rates, taps: int, log: int = 0) -> Voice:
     )
 
 
-def instrument_voice(instrument: Instrument, rates: Rates) -> Voice:
-    """A string of `instrument`, with its pickups, circuit and the player's times."""
+def instrument_voice(instrument: Instrument, name: str, rates: Rates) -> Voice:
+    """The string `name` of `instrument`, with its pickups, circuit and the player's times."""
     output, player = instrument.output, instrument.player
-    pickups = output.pickups if output.kind == "pickups" else ()
+    pickups = pickups_under(output, name)
     voice = new_voice(rates, 2 * len(pickups) or 1)
     v = voice.record
     v["pickups"] = len(pickups)

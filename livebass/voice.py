@@ -144,6 +144,7 @@ def strike(v, slots, ops, w2, pool, fret, depth, position, width):
     v.pulling = 0
     shape_of_strike(w2[k], ops[fret], depth, position, width)
     v.striking = v.strike
+    s.safety = stepping.SAFETY_STRUCK
     stepping.disturb(s, ops[fret], w2[k], v.step)
 
 
