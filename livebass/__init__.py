@@ -5,10 +5,11 @@
     score = livebass.read_score("song.mid", rate=48000)             # or livebass.single_note(...)
     sound = livebass.render_to_array(bass, score, livebass.QUALITIES["studio"])
 
-`sound` is float64 of shape (n_strings, n_frames), lowest string first, full scale 1; its sum over the strings
-is what `render_to_file` writes. Units are SI throughout (m, s, Hz, kg/m, N); pitches are MIDI note numbers,
-C4 = 60; times in a `Score` are sample frames at its `rate`. Bad data raise ValueError (PresetError, ScoreError)
-and files that cannot be written OutputError, an OSError, each with one line that says what is allowed.
+`sound` is float64 of shape (n_strings, n_frames), lowest string first, full scale 1; its sum over strings is
+what `render_to_file` writes. Units are SI throughout (m, s, Hz, kg/m, N); pitches are MIDI note numbers
+(C4 is 60); times in a `Score` are sample frames at its `rate`. Bad data raise ValueError (PresetError,
+ScoreError) and files that cannot be written OutputError, an OSError, each with one line that says what is
+allowed.
 
     preset_names() -> list[str]                    the basses that come along
     load_preset(name_or_path) -> Instrument        strings, necks, pickups, player
@@ -52,8 +53,8 @@ _HOMES = {
 }
 __all__ = [
     "QUALITIES", "Engine", "Instrument", "OutputError", "PresetError", "Quality", "RenderReport", "Score",
-    "ScoreError", "demo_score", "load_preset", "preset_names", "quality_with", "read_score", "render_to_array",
-    "render_to_file", "score_of", "single_note",
+    "ScoreError", "demo_score", "load_preset", "preset_names", "quality_with", "read_score",
+    "render_to_array", "render_to_file", "score_of", "single_note",
 ]  # fmt: skip
 
 

@@ -40,7 +40,9 @@ class Encoding:
         limit = WAV_LIMIT // (BYTES.get(self.subtype, 1) * self.channels)
         if self.format == "wav" and frames > limit:
             hours = limit / self.rate / 3600
-            raise OutputError(f"{path}: a wav file of this kind holds up to {hours:.3g} hours; use --format flac")
+            raise OutputError(
+                f"{path}: a wav file of this kind holds up to {hours:.3g} hours; use --format flac"
+            )
 
 
 def encoding(

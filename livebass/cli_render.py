@@ -43,35 +43,84 @@ class Options:
 
 @click.command()
 @click.argument("midi", required=False, type=click.Path(path_type=Path))
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="File to write. Default: named as the MIDI "
-              "file or note, in the current directory.")
 @click.option("--note", type=Note(), help="One note instead of a MIDI file: G2, C#1, 43.")
-@click.option("--velocity", type=Number("1-127", 1, 127, whole=True), default=100, show_default=True,
-              help="Of --note. Soft notes leave the frets alone, hard ones hit most of them.")
-@click.option("--duration", type=Quantity("time", 1e-3, 3600.0), default=3.0, show_default="3 s",
-              help="Of --note, 1ms to 3600s.")
-@click.option("--all-presets", "directory", type=click.Path(path_type=Path), metavar="DIR",
-              help="A demo phrase for each preset into DIR.")
-@click.option("-p", "--preset", metavar="NAME|FILE", help=f"The bass: see `livebass presets list`. "
-              f"[default: {DEFAULT_PRESET}]")
-@click.option("-q", "--quality", type=click.Choice(list(QUALITIES)), default="studio", show_default=True,
-              help="How many modes a string has and how fine its contacts are resolved.")
-@click.option("--modes", type=MODES, help="Modes of the open string, instead of the quality's.")
-@click.option("--contact-rate", type=CONTACT_RATE, help="Steps a second in contact, such as 4MHz, instead of the "
-              "quality's.")
-@click.option("--rate", type=RATE, default=48000, show_default=True, help="Samples a second, 22050 to 192000.")
+@click.option("--demo", is_flag=True, help="A phrase of eight seconds that shows what the preset does.")
+@click.option(
+    "--all-presets",
+    "directory",
+    type=click.Path(path_type=Path),
+    metavar="DIR",
+    help="The demo phrase for each preset, into DIR.",
+)
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    help="File to write. Default: the MIDI file's or note's name, in the current directory.",
+)
+@click.option(
+    "-p",
+    "--preset",
+    metavar="NAME|FILE",
+    help=f"The bass, see `livebass presets list`. [default: {DEFAULT_PRESET}]",
+)
+@click.option(
+    "-q",
+    "--quality",
+    type=click.Choice(list(QUALITIES)),
+    default="studio",
+    show_default=True,
+    help="How many modes a string has, how finely its contacts are resolved.",
+)
+@click.option(
+    "--velocity",
+    type=Number("1-127", 1, 127, whole=True),
+    default=100,
+    show_default=True,
+    help="Of --note. Soft notes leave the frets alone, hard ones hit most of them.",
+)
+@click.option(
+    "--duration",
+    type=Quantity("time", 1e-3, 3600.0),
+    default=3.0,
+    show_default="3s",
+    help="Of --note, 1ms to 3600s.",
+)
+@click.option(
+    "--channel",
+    type=Channel(),
+    default="auto",
+    show_default=True,
+    help="Of the MIDI file. auto: notes with programs 32-39, the basses; all: all but 10, the drums.",
+)
+@click.option("--rate", type=RATE, default=48000, show_default=True, help="In Hz, 22050 to 192000.")
 @click.option("--format", type=click.Choice(FORMATS), help="Default: what OUTPUT ends in, or wav.")
-@click.option("--bits", type=click.Choice(BITS), help="Of wav (16, 24, float) and flac (16, 24). [default: 24]")
-@click.option("--stems", is_flag=True, help="A file a string as well: song.E.wav ...; they add up to the mix.")
-@click.option("--tail", type=Quantity("time", 0.0, 600.0), help="After the last event. Default: until it is still.")
+@click.option(
+    "--bits", type=click.Choice(BITS), help="Of wav (16, 24, float) and flac (16, 24). [default: 24]"
+)
+@click.option("--stems", is_flag=True, help="A file a string too, song.E.wav ...; they add up to the mix.")
+@click.option(
+    "--tail",
+    type=Quantity("time", 0.0, 600.0),
+    help="Time after the last event. Default: until the strings are still.",
+)
 @click.option("--gain", type=Number("db", -60, 40, unit="dB"), default=0.0, show_default=True, help="In dB.")
-@click.option("--seed", type=Number("number", 0, 2**32 - 1, whole=True), default=0, show_default=True,
-              help="Of the player's small irregularities; the same seed gives the same file.")
-@click.option("--channel", type=Channel(), default="auto", show_default=True,
-              help="Of the MIDI file. auto: notes with programs 32-39, the basses; all: all but 10, the drums.")
+@click.option("--modes", type=MODES, help="Modes of the open string, instead of the quality's.")
+@click.option(
+    "--contact-rate",
+    type=CONTACT_RATE,
+    help="Steps a second in contact, such as 4MHz, instead of the quality's.",
+)
+@click.option(
+    "--seed",
+    type=Number("number", 0, 2**32 - 1, whole=True),
+    default=0,
+    show_default=True,
+    help="Of the player's small irregularities; the same seed gives the same file.",
+)
 def render(
-    midi: Path | None, output: Path | None, note: int | None, velocity: int, duration: float,
-    directory: Path | None, preset: str | None, channel: str | int, **rest: Any,
+    midi: Path | None, note: int | None, demo: bool, directory: Path | None, output: Path | None,
+    preset: str | None, velocity: int, duration: float, channel: str | int, **rest: Any,
 ) -> None:  # fmt: skip
     """Render a MIDI file (type 0 or 1), a note or demo phrases to sound files.
 
@@ -83,40 +132,49 @@ def render(
       livebass render song.mid -o song.flac --preset precision-finger
       livebass render song.mid --channel 2 --stems --bits float
       livebass render --note E1 --velocity 127 --duration 5s --quality reference
+      livebass render --demo --preset slap
       livebass render --all-presets demos/
     """
     options = Options(**rest)
-    if sum(source is not None for source in (midi, note, directory)) != 1:
-        raise click.UsageError("give one of: a MIDI file, --note, --all-presets")
+    if sum((midi is not None, note is not None, demo, directory is not None)) != 1:
+        raise click.UsageError("give one of: a MIDI file, --note, --demo, --all-presets")
     if directory is not None:
         if output is not None or preset is not None:
             raise click.UsageError("--all-presets takes neither --output nor --preset")
         _render_presets(directory, options)
         return
-    name = midi.stem if midi else _note_name(note)
-    output = output or Path(f"{name}.{options.format or 'wav'}")
-    if midi and output.exists() and midi.exists() and os.path.samefile(midi, output):
-        raise click.UsageError(f"{output}: is the MIDI file itself; name another file with -o")
     from livebass.preset import load_preset
-    from livebass.score import read_score, single_note
 
-    if midi:
+    bass = load_preset(preset or DEFAULT_PRESET)
+    ending = options.format or "wav"
+    if midi is not None:
+        from livebass.score import read_score
+
+        output = output or Path(f"{midi.stem}.{ending}")
+        if output.exists() and midi.exists() and os.path.samefile(midi, output):
+            raise click.UsageError(f"{output}: is the MIDI file itself; name another file with -o")
         score = read_score(midi, options.rate, channel)
-    else:
-        assert note is not None
+    elif note is not None:
+        from livebass.score import single_note
+        from livebass.units import note_name
+
+        output = output or Path(f"{note_name(note)}.{ending}")
         score = single_note(note, velocity, duration, options.rate)
-    _render_one(load_preset(preset or DEFAULT_PRESET), score, output, options)
+    else:
+        output = output or Path(f"demo.{ending}")
+        score = _demo_for(bass, options.rate)
+    _render_one(bass, score, output, options)
 
 
-def _note_name(note: int | None) -> str:
-    from livebass.units import note_name
+def _demo_for(bass: Instrument, rate: int) -> Score:
+    """The demo phrase in the style its player has."""
+    from livebass.demo import demo_score
 
-    return note_name(note) if note is not None else "note"
+    return demo_score(rate, "slap" if bass.player.technique == "slap" else "finger")
 
 
 def _render_presets(directory: Path, options: Options) -> None:
-    """A phrase for each preset, in the style its player has."""
-    from livebass.demo import demo_score
+    """The demo phrase for each preset; a directory made for it is taken back when nothing got into it."""
     from livebass.preset import load_preset, preset_names
 
     new = not directory.exists()
@@ -124,7 +182,7 @@ def _render_presets(directory: Path, options: Options) -> None:
         directory.mkdir(parents=True, exist_ok=True)
         for name in preset_names():
             bass = load_preset(name)
-            score = demo_score(options.rate, "slap" if bass.player.technique == "slap" else "finger")
+            score = _demo_for(bass, options.rate)
             _render_one(bass, score, directory / f"{name}.{options.format or 'wav'}", options)
     except FileExistsError:
         raise click.ClickException(f"{directory}: is not a directory") from None
@@ -134,6 +192,7 @@ def _render_presets(directory: Path, options: Options) -> None:
 
 
 def _render_one(bass: Instrument, score: Score, output: Path, options: Options) -> None:
+    from livebass.atomic import checked_place
     from livebass.audiofile import encoding
     from livebass.quality import quality_with
 
@@ -142,13 +201,15 @@ def _render_one(bass: Instrument, score: Score, output: Path, options: Options) 
         quality = quality_with(options.quality, options.modes, options.contact_rate)
     except ValueError as error:
         raise click.UsageError(str(error)) from None
+    checked_place(output)
     from livebass.render import render_to_file
 
     announce_kernels()
     with shown_progress(output.name) as progress:
         report = render_to_file(
             bass, score, output, quality=quality, rate=options.rate, format=options.format, bits=options.bits,
-            stems=options.stems, tail=options.tail, gain_db=options.gain, seed=options.seed, progress=progress,
+            stems=options.stems, tail=options.tail, gain_db=options.gain, seed=options.seed,
+            progress=progress,
         )  # fmt: skip
     click.echo(summary(report, options.gain), err=True)
 

@@ -15,19 +15,39 @@ from livebass.quality import QUALITIES
 @click.command()
 @click.option("-p", "--preset", metavar="NAME|FILE", default="paper-g", show_default=True, help="The bass.")
 @click.option("--string", "string", default="G", show_default=True, help="Name of the string.")
-@click.option("--fret", type=Number("number", 0, 36, whole=True), default=0, show_default=True, help="0: open.")
-@click.option("--apex", type=Quantity("length", 1e-6, 0.05), default=3.6e-3, show_default="3.6mm",
-              help="Height of the plucked corner.")
-@click.option("--at", "at", type=Quantity("length", 1e-3, 2.0), default=0.64, show_default="0.64m",
-              help="Where it is, from the stop (the nut or the fret).")
+@click.option(
+    "--fret", type=Number("number", 0, 36, whole=True), default=0, show_default=True, help="0: open."
+)
+@click.option(
+    "--apex",
+    type=Quantity("length", 1e-6, 0.05),
+    default=3.6e-3,
+    show_default="3.6mm",
+    help="Height of the plucked corner.",
+)
+@click.option(
+    "--at",
+    "at",
+    type=Quantity("length", 1e-3, 2.0),
+    default=0.64,
+    show_default="0.64m",
+    help="Where it is, from the stop (the nut or the fret).",
+)
 @click.option("--duration", type=Quantity("time", 1e-4, 600.0), default=1.0, show_default="1 s")
 @click.option("-q", "--quality", type=click.Choice(list(QUALITIES)), default="reference", show_default=True)
 @click.option("--modes", type=MODES, help="Modes of the string as stopped, instead of the quality's.")
 @click.option("--contact-rate", type=CONTACT_RATE, help="Such as 8MHz, instead of the quality's.")
 @click.option("--rate", type=RATE, default=44100, show_default=True, help="Samples a second of the output.")
-@click.option("--solver", type=click.Choice(["engine", "reference"]), default="engine", show_default=True,
-              help="reference: brute force, step by step, slow.")
-@click.option("-o", "--output", type=click.Path(path_type=Path), required=True, metavar="DIR", help="Made if need be.")
+@click.option(
+    "--solver",
+    type=click.Choice(["engine", "reference"]),
+    default="engine",
+    show_default=True,
+    help="reference: brute force, step by step, slow.",
+)
+@click.option(
+    "-o", "--output", type=click.Path(path_type=Path), required=True, metavar="DIR", help="Made if need be."
+)
 def simulate(
     preset: str, string: str, fret: int, apex: float, at: float, duration: float, quality: str,
     modes: int | None, contact_rate: float | None, rate: int, solver: str, output: Path,

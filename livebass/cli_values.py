@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import Any
 
 import click
@@ -83,9 +84,9 @@ class Channel(click.ParamType):
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str | int:
         if value in ("auto", "all"):
             return str(value)
-        if str(value).isascii() and str(value).isdigit() and 1 <= int(value) <= 16:
-            return int(value)
-        self.fail(f"{value!r}: allowed are auto, all and 1 to 16", param, ctx)
+        if not re.fullmatch("[1-9]|1[0-6]", str(value)):
+            self.fail(f"{value!r}: allowed are auto, all and 1 to 16", param, ctx)
+        return int(value)
 
 
 RATE = Number("hz", 22050, 192000, whole=True)

@@ -47,7 +47,10 @@ def demo_score(rate: int, style: str = "finger") -> Score:
     rows, bends = (SLAP, SLAP_BENDS) if style == "slap" else (FINGER, FINGER_BENDS)
     sixteenth = 60 / TEMPO / 4
     return score_of(
-        [(at * sixteenth, length * sixteenth, note_number(note), velocity) for at, length, note, velocity in rows],
+        [
+            (at * sixteenth, length * sixteenth, note_number(name), velocity)
+            for at, length, name, velocity in rows
+        ],
         rate,
         [(at * sixteenth, position) for at, position in bends],
         name=f"demo, {style}",

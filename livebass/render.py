@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from livebass.atomic import Transaction
+from livebass.atomic import Transaction, checked_place
 from livebass.audiofile import AudioWriter, encoding
 from livebass.engine import Engine
 from livebass.instrument import Instrument
@@ -64,11 +64,11 @@ def render_to_file(
 ) -> RenderReport:
     """Play `score` into the file `out`, mono, `rate` Hz; all files appear at the end, or none.
 
-    `format` is "wav", "flac" or "ogg", by default what `out` ends in; `bits` "16", "24" (the default) or "float".
-    `stems` adds a file a string, beside `out` or in that directory; in "float" their sum in float32, string
-    after string, is bitwise the mix. `tail` s are played after the last event (None: until the strings are
-    still). `progress` is called with the fraction done. The same arguments give the same bytes. Raises
-    ValueError, OutputError, RenderError.
+    `format` is "wav", "flac" or "ogg", by default what `out` ends in; `bits` "16", "24" (the default) or
+    "float". `stems` adds a file a string, beside `out` or in that directory; in "float" their sum in float32,
+    string after string, is bitwise the mix. `tail` s are played after the last event (None: until the strings
+    are still). `progress` is called with the fraction done. The same arguments give the same bytes. Raises
+    ValueError, OutputError, RenderError. [main thread]
     """
     started = time.perf_counter()
     if score.rate != rate:
@@ -77,6 +77,8 @@ def render_to_file(
     expected = score.end_frame + round((USUAL_TAIL if tail is None else tail) * rate)
     kind.check_length(score.end_frame + round((tail or 0.0) * rate), out)
     paths = stem_paths(out, instrument, stems if isinstance(stems, Path) else None) if stems else []
+    for path in (out, *paths):
+        checked_place(path)  # now, not after seconds of work
     engine = Engine(instrument, quality, rate, seed)
     peak, done = 0.0, 0
     with Transaction() as files:
@@ -132,6 +134,6 @@ def _scaled(blocks: Iterator[NDArray[np.float64]], gain: float, rate: int) -> It
     frame = 0
     for block in blocks:
         if not np.isfinite(block).all():
-            raise RenderError(f"the string motion is not finite near {frame / rate:.3f} s; please report the preset")
+            raise RenderError(f"the sound is not finite near {frame / rate:.3f} s; please report the preset")
         yield (block * gain).astype(np.float32)
         frame += block.shape[1]

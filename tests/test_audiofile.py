@@ -110,7 +110,7 @@ def test_encodings_that_do_not_exist(name: str, asked: dict[str, str | int], say
 def test_a_wav_file_ends_at_4_gigabytes() -> None:
     kind = encoding(Path("a.wav"), RATE, bits="float")
     kind.check_length(2**30 - 2000, Path("a.wav"))
-    with pytest.raises(OutputError, match="holds up to 6.21 hours; use --format flac"):
+    with pytest.raises(OutputError, match=r"holds up to 6\.21 hours; use --format flac"):
         kind.check_length(2**30, Path("a.wav"))
     encoding(Path("a.flac"), RATE).check_length(2**40, Path("a.flac"))
 

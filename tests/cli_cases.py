@@ -1,0 +1,42 @@
+"""Small MIDI files, and what every error of the command line must look like."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Callable
+
+Run = Callable[..., tuple[int, str, str]]  # arguments -> status, stdout, stderr
+
+HEAD = b"MThd\x00\x00\x00\x06\x00\x00\x00\x01\x01\xe0"  # type 0, one track, 480 ticks a quarter
+
+
+def song(*events: bytes, head: bytes = HEAD) -> bytes:
+    track = b"".join(events) + b"\x00\xff\x2f\x00"
+    return head + b"MTrk" + len(track).to_bytes(4) + track
+
+
+BASS = b"\x00\xc0\x21"
+NOTE = b"\x00\x90\x28\x64\x81\x70\x80\x28\x40"  # a quarter of a second
+GOOD = song(BASS, NOTE)
+CHORD = b"".join(b"\x00\x90" + bytes([n, 100]) for n in range(128))
+
+
+def command(*arguments: object, **options: object) -> subprocess.CompletedProcess[str]:
+    line = [sys.executable, "-m", "livebass", *map(str, arguments)]
+    return subprocess.run(line, capture_output=True, text=True, timeout=300, **options)  # type: ignore[call-overload, no-any-return]
+
+
+def assert_one_clear_line(status: int, err: str, allowed: tuple[int, ...] = (1, 2)) -> None:
+    """One line of error and nothing else, but that the kernels may have been compiled before it."""
+    lines = [line for line in err.splitlines() if not line.startswith("compiling the kernels")]
+    assert status in allowed, err
+    assert len(lines) == 1 and lines[0].startswith("livebass: error: "), err
+    assert "Traceback" not in err and "internal error" not in err, err
+
+
+def cli_text(run: Run, *arguments: object) -> str:
+    """What the command prints when all is well."""
+    status, out, err = run(*arguments)
+    assert status == 0, err
+    return out

@@ -1,0 +1,195 @@
+"""Whatever is wrong: one clear line on stderr, status 1 or 2, no traceback, nothing half written."""
+
+from __future__ import annotations
+
+import resource
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import soundfile
+from cli_cases import BASS, CHORD, GOOD, HEAD, NOTE, Run, assert_one_clear_line, cli_text, command, song
+from conftest import FakeEngine
+
+USAGE = [
+    ["render"],
+    ["render", "a.mid", "--note", "G2"],
+    ["render", "--all-presets", "demos", "-o", "a.wav"],
+    ["render", "--note", "H2"],
+    ["render", "--note", "128"],
+    ["render", "--note", "G2", "--velocity", "0"],
+    ["render", "--note", "G2", "--velocity", "1.5"],
+    ["render", "--note", "G2", "--duration", "nan"],
+    ["render", "--note", "G2", "--duration", "-1"],
+    ["render", "--note", "G2", "--duration", "inf"],
+    ["render", "--note", "G2", "--duration", "3kg"],
+    ["render", "--note", "G2", "--modes", "1e9"],
+    ["render", "--note", "G2", "--modes", "-1"],
+    ["render", "--note", "G2", "--modes", "nan"],
+    ["render", "--note", "G2", "--modes", "12.5"],
+    ["render", "--note", "G2", "--contact-rate", "1e30"],
+    ["render", "--note", "G2", "--rate", "22049"],
+    ["render", "--note", "G2", "--rate", "1e9"],
+    ["render", "--note", "G2", "--gain", "nan"],
+    ["render", "--note", "G2", "--gain", "999"],
+    ["render", "--note", "G2", "--tail", "-1"],
+    ["render", "--note", "G2", "--seed", "-1"],
+    ["render", "--note", "G2", "--quality", "best"],
+    ["render", "--note", "G2", "--format", "mp3"],
+    ["render", "--note", "G2", "--channel", "17"],
+    ["render", "--note", "G2", "-o", "a.mp3"],
+    ["render", "--note", "G2", "-o", "a.wav", "--format", "ogg"],
+    ["render", "--note", "G2", "--format", "ogg", "--bits", "16"],
+    ["render", "--note", "G2", "--format", "flac", "--bits", "float"],
+    ["render", "--note", "G2", "--format", "flac", "--rate", "96001"],
+    ["simulate"],
+    ["simulate", "-o", "d", "--apex", "1e9mm"],
+    ["simulate", "-o", "d", "--at", "nan"],
+    ["simulate", "-o", "d", "--solver", "magic"],
+    ["presets", "show"],
+    ["nonsense"],
+    ["render", "--nonsense"],
+]
+
+
+@pytest.mark.parametrize("arguments", USAGE, ids=" ".join)
+def test_wrong_usage(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, arguments: list[str]) -> None:
+    monkeypatch.chdir(tmp_path)
+    status, _, err = run(*arguments)
+    assert_one_clear_line(status, err, (2,))
+    assert not list(tmp_path.iterdir())
+
+
+BAD_FILES = {
+    "empty": b"",
+    "text": b"not midi",
+    "truncated": GOOD[:-7],
+    "no track": HEAD,
+    "no notes": song(BASS),
+    "no bass notes": song(NOTE),
+}
+
+
+@pytest.mark.parametrize("name", BAD_FILES)
+def test_bad_midi_files(fake: type[FakeEngine], run: Run, tmp_path: Path, name: str) -> None:
+    path = tmp_path / "bad \n\x1b.mid"
+    path.write_bytes(BAD_FILES[name])
+    status, _, err = run("render", path, "-o", "out.wav")
+    assert_one_clear_line(status, err, (1,))
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["render", "."], "is a directory"),
+        (["render", "none.mid"], "No such file"),
+        (["render", "--note", "G2", "-o", "dir.wav"], "is a directory"),
+        (["render", "--note", "G2", "-o", "none/out.wav"], "there is no directory"),
+        (["render", "--note", "G2", "-o", "/dev/full", "--format", "wav"], "not a regular file"),
+        (["render", "--note", "G2", "-o", "/proc/out.wav"], "cannot be written"),
+        (["render", "--all-presets", "file"], "not a directory"),
+        (["render", "--all-presets", "file/deeper"], "Not a directory"),
+        (["render", "--note", "G2", "--preset", "none"], "none"),
+        (["render", "--note", "G2", "--preset", "nan.toml"], "nan.toml"),
+        (["presets", "check", "nan.toml"], "nan.toml"),
+        (["presets", "show", "none"], "none"),
+        (["simulate", "-o", "d", "--string", "X"], "string 'X'"),
+        (["simulate", "-o", "d", "--preset", "none"], "none"),
+    ],
+    ids=str,
+)
+def test_bad_data(fake: type[FakeEngine], run: Run, tmp_path: Path, arguments: list[str], says: str) -> None:
+    (tmp_path / "dir.wav").mkdir()
+    (tmp_path / "file").touch()
+    text = cli_text(run, "presets", "show", "jazz-finger")
+    (tmp_path / "nan.toml").write_text(text.replace('action = "2 mm"', "action = nan", 1))
+    status, _, err = run(*arguments)
+    assert_one_clear_line(status, err, (1,))
+    assert says in err
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["dir.wav", "file", "nan.toml"]
+
+
+ODD_FILES = {
+    "zero length": song(BASS, b"\x00\x90\x28\x64\x00\x80\x28\x40"),
+    "orphan offs": song(BASS, b"\x00\x80\x20\x40\x00\x90\x21\x00", NOTE),
+    "never ends": song(BASS, b"\x00\x90\x28\x64"),
+    "a chord of 128": song(BASS, CHORD, b"\x10\xb0\x7b\x00"),
+}
+
+
+@pytest.mark.parametrize("name", ODD_FILES)
+def test_odd_files_through_the_real_engine(run: Run, tmp_path: Path, name: str) -> None:
+    (tmp_path / "odd.mid").write_bytes(ODD_FILES[name])
+    options = ["-q", "live", "--tail", "0.2", "--bits", "float"]
+    status, _, err = run("render", tmp_path / "odd.mid", "-o", tmp_path / "o.wav", *options)
+    assert status == 0, err
+    sound, _ = soundfile.read(tmp_path / "o.wav")
+    assert np.isfinite(sound).all() and np.abs(sound).max() > 1e-6
+
+
+def test_a_defect_is_one_line_too(fake: type[FakeEngine], run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(fake, "report", lambda self: 1 / 0)
+    status, _, err = run("render", "--note", "G2")
+    assert status == 1 and err.count("\n") == 1
+    assert "internal error, ZeroDivisionError" in err and "LIVEBASS_TRACEBACK" in err
+
+
+def test_a_full_stdout_and_a_closed_pipe() -> None:
+    with open("/dev/full", "w") as full:
+        line = [sys.executable, "-m", "livebass", "presets", "list"]
+        done = subprocess.run(line, stdout=full, stderr=subprocess.PIPE, text=True, timeout=60)
+        assert_one_clear_line(done.returncode, done.stderr, (1,))
+    process = subprocess.Popen(
+        [sys.executable, "-m", "livebass", "presets", "keys"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stdout and process.stderr
+    process.stdout.close()
+    assert process.stderr.read() == ""
+    assert process.wait(60) != 0
+    process.stderr.close()
+
+
+def test_a_full_disk_leaves_nothing(tmp_path: Path) -> None:
+    def small() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
+
+    # The kernels' cache must be there before: its files are larger than the limit.
+    warm = command("render", "--note", "G2", "--duration", "0.1", "-q", "live", "-o", tmp_path / "warm.wav")
+    assert warm.returncode == 0, warm.stderr
+    (tmp_path / "warm.wav").unlink()
+    done = command(
+        "render", "--note", "G2", "--duration", "1", "-q", "live", "--stems", "-o", tmp_path / "a.wav",
+        preexec_fn=small,
+    )  # fmt: skip
+    assert_one_clear_line(done.returncode, done.stderr, (1,))
+    assert "File too large" in done.stderr and not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)]
+)
+def test_an_interrupt_leaves_nothing(tmp_path: Path, number: int, status: int) -> None:
+    out = tmp_path / "long.wav"
+    process = subprocess.Popen(
+        [sys.executable, "-m", "livebass", "render", "--note", "E1", "--duration", "3600s", "--stems",
+         "-o", str(out)],
+        stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    for _ in range(600):
+        if list(tmp_path.iterdir()) or process.poll() is not None:
+            break
+        time.sleep(0.1)
+    assert list(tmp_path.iterdir()), "nothing was begun"
+    time.sleep(0.3)
+    process.send_signal(number)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == status and "Traceback" not in err
+    assert not list(tmp_path.iterdir())
