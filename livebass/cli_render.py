@@ -216,9 +216,9 @@ def _render_one(bass: Instrument, score: Score, output: Path, options: Options) 
 
 def announce_kernels() -> None:
     """Say so where the kernels are compiled first."""
-    from livebass.engine import kernels_cached
+    from livebass import kernels
 
-    if not kernels_cached():
+    if not kernels.cached():
         click.echo("compiling the kernels, once (about 20 s) ...", err=True)
 
 

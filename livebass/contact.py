@@ -5,10 +5,9 @@ force and f = (psi(eta^{n+1}) - psi(eta^{n-1})) / r. f is convex and grows with 
 to the root without overshoot. [any thread]
 """
 
-import numba as nb
 import numpy as np
 
-jit = nb.njit(cache=True, nogil=True, error_model="numpy")
+from livebass.kernels import jit
 
 MOST_ITERATIONS = 60
 MOST_SWEEPS = 400
@@ -72,7 +71,7 @@ def solve_points(near, count, wanted, old, f, coupling, compliance, ratio, strid
     matrices W and R with rows of `stride`; R counts 1/ratio^2 (modes tuned higher are stiffer).
     """
     soft = 1.0 / (ratio * ratio)
-    for sweep in range(MOST_SWEEPS):
+    for _ in range(MOST_SWEEPS):
         change = 0.0
         for i in range(count):
             m = near[i]

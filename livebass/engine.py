@@ -7,7 +7,6 @@ import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +15,14 @@ from livebass import layout as at
 from livebass import performer, voice
 from livebass.instrument import Instrument, speaking
 from livebass.motion import Motion, Trial
-from livebass.operators import Rates, operator, pickup_taps, sampled_taps, usual_grazing_apex, whole_contact_rate
+from livebass.operators import (
+    Rates,
+    operator,
+    pickup_taps,
+    sampled_taps,
+    usual_grazing_apex,
+    whole_contact_rate,
+)
 from livebass.quality import Quality, modes_for
 from livebass.score import Score
 from livebass.state import Voice, gather, instrument_voice, new_performer, new_voice
@@ -186,14 +192,3 @@ def solve_trial(trial: Trial) -> Motion:
         contact_rate_hz=trial.contact_rate,
         wall_s=time.perf_counter() - began,
     )
-
-
-def kernels_cached() -> bool:
-    """Whether the compiled kernels are on disk and not older than their sources."""
-    here = Path(__file__).parent
-    newest = max((here / f"{name}.py").stat().st_mtime for name in ("voice", "stepping", "rows", "contact", "layout"))
-    try:
-        found = list(Path(voice.run._cache.cache_path).glob("voice.run-*.nbi"))  # type: ignore[attr-defined]
-    except (AttributeError, OSError):
-        return False
-    return any(index.stat().st_mtime >= newest for index in found)

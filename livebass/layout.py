@@ -116,6 +116,7 @@ VOICE = np.dtype(
 VOICE_SLOTS = 2
 
 EVENT = np.dtype(
-    [("frame", "i8"), ("kind", "i4"), ("string", "i4"), ("fret", "i4"), ("key", "i4"), ("x", "f8"), ("y", "f8")], align=True
+    [("frame", "i8"), ("kind", "i4"), ("string", "i4"), ("fret", "i4"), ("key", "i4"), ("x", "f8"), ("y", "f8")],
+    align=True,
 )
 PLUCK, STRIKE_EVENT, HAND, BEND, GAIN, CUT = 1, 2, 3, 4, 5, 6

@@ -4,13 +4,11 @@ Every decision is made when the message arrives, from what was played so far: a 
 performance, and the same input always the same one. One record holds all that is remembered. [audio thread]
 """
 
-import numba as nb
 import numpy as np
 
+from livebass.kernels import jit
 from livebass.layout import BEND, CUT, GAIN, HAND, PLUCK, STRIKE_EVENT
 from livebass.voice import grazing
-
-jit = nb.njit(cache=True, nogil=True, error_model="numpy")
 
 MOST_STRINGS = 8
 FREE, HELD, PEDALLED = 0, 1, 2

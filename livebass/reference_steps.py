@@ -11,8 +11,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from livebass.kernels import compiled, jit
 from livebass.motion import Floats, Ints
 from livebass.reference_contact import potential, solve_contact
 
@@ -50,7 +50,7 @@ class State(NamedTuple):
     force_before: Floats  # (P,) f^{n-2}
 
 
-@njit(cache=True, fastmath={"reassoc", "contract"})
+@compiled(fastmath={"reassoc", "contract"})
 def _dot(a: Floats, b: Floats) -> float:
     total = 0.0
     for j in range(a.size):
@@ -58,7 +58,7 @@ def _dot(a: Floats, b: Floats) -> float:
     return total
 
 
-@njit(cache=True)
+@jit
 def _between(plan: Plan, before: Floats, after: Floats, offset: float) -> float:
     """Sensor displacement `offset` s after q^n = before: the free motion through q^n and q^{n+1} = after."""
     total = 0.0
@@ -70,7 +70,7 @@ def _between(plan: Plan, before: Floats, after: Floats, offset: float) -> float:
     return total
 
 
-@njit(cache=True)
+@jit
 def _energy(plan: Plan, state: State) -> float:
     """H at n - 1/2 for a state at n, J."""
     total = 0.0
@@ -87,7 +87,7 @@ def _energy(plan: Plan, state: State) -> float:
     return total
 
 
-@njit(cache=True)
+@jit
 def run(
     plan: Plan,
     state: State,

@@ -13,14 +13,16 @@ way each time. Distances between rows are compile-time constants (layout.py): wi
 [any thread]
 """
 
-import numba as nb
 import numpy as np
 
+from livebass.kernels import compiled
 from livebass.layout import (
     BLOCK,
     FINE_A,
     FINE_B,
     FINGER,
+    FRAME,
+    FRAME_1,
     KAPPA,
     NEAR_PHI,
     OMEGA,
@@ -30,15 +32,13 @@ from livebass.layout import (
     SHAPE,
     SIGMA,
     STRIKE,
-    FRAME,
-    FRAME_1,
+    SUB,
     P,
     Q,
-    SUB,
 )
 
 LANES = {"reassoc", "contract", "nsz", "arcp"}
-jit = nb.njit(cache=True, fastmath=LANES, nogil=True, error_model="numpy")
+jit = compiled(fastmath=LANES)
 
 IQ, IP, IQO, IPO = Q * ROW, P * ROW, Q_OLD * ROW, P_OLD * ROW
 IA, IB, IK, IW, IS = FINE_A * ROW, FINE_B * ROW, KAPPA * ROW, OMEGA * ROW, SIGMA * ROW

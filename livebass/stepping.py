@@ -8,10 +8,10 @@ ways are the same exact solution; the choice depends on frame numbers and on the
 [any thread]
 """
 
-import numba as nb
 import numpy as np
 
 from livebass import contact, rows
+from livebass.kernels import jit
 from livebass.layout import (
     BLOCK,
     CLEARANCE,
@@ -32,8 +32,6 @@ from livebass.layout import (
     ROW,
     STAMP,
 )
-
-jit = nb.njit(cache=True, nogil=True, error_model="numpy")
 
 NEVER = 1 << 60
 # Fastest point over the root mean square velocity that the string's energy gives: plucks were seen to reach 3.8
@@ -138,10 +136,10 @@ def fine_steps(s, op, w, pool, near, count, steps, step, log, voice):
             w[C1 + m] = free - w[EO + m]
         pending = False
         if hit:
-            pending = 0 < contact.solve_points(
+            pending = contact.solve_points(
                 near, count, wanted, w[EO : EO + ROW], w[FO : FO + ROW], coupling, compliance, s.ratio, ROW,
                 op.diagonal, op.stiffness, op.exponent,
-            )
+            ) > 0
             soft = 1.0 / (s.ratio * s.ratio)
             for i in range(count):
                 m = near[i]

@@ -6,17 +6,16 @@ starts in the other slot while the old one is damped out by the finger, a few mi
 touches only what it is handed. [audio thread]
 """
 
-import numba as nb
 import numpy as np
 
 from livebass import rows, stepping
+from livebass.kernels import jit
 from livebass.layout import (
     BEND,
     CUT,
     FINGER,
     GAIN,
     HAND,
-    KAPPA,
     OP_DISPLACEMENT_TAP,
     OP_HEIGHT,
     OP_POSITION,
@@ -26,8 +25,6 @@ from livebass.layout import (
     STRIKE,
     STRIKE_EVENT,
 )
-
-jit = nb.njit(cache=True, nogil=True, error_model="numpy")
 
 FADE_RATE = 450.0  # 1/s of the finger that leaves a note for another fret
 CUT_RATE = 900.0  # 1/s of all-sound-off

@@ -37,7 +37,7 @@ class FakeEngine:
 def fake(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> type[FakeEngine]:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(render_module, "Engine", FakeEngine)
-    monkeypatch.setattr("livebass.engine.kernels_cached", lambda: True)
+    monkeypatch.setattr("livebass.kernels.cached", lambda: True)
     monkeypatch.setattr(FakeEngine, "peak", 0.1)
     return FakeEngine
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import dataclasses
 import math
+from itertools import pairwise
 from pathlib import Path
 
 import cases
@@ -203,7 +204,7 @@ def test_second_order_in_the_time_step() -> None:
     exact = at_rate(64e5)
     errors = [np.max(np.abs(at_rate(rate) - exact)) for rate in (1e5, 2e5, 4e5)]
     assert errors[0] > 1e-9
-    for coarse, fine in zip(errors, errors[1:], strict=False):
+    for coarse, fine in pairwise(errors):
         assert 3.5 < coarse / fine < 4.5, errors
 
 

@@ -1,0 +1,69 @@
+"""The compiler of the kernels, and a cache on disk that knows all their sources.
+
+Numba keys a compiled function by the file it stands in, so one that calls into another file would stay as it was
+when that file changes. Here a directory of its own belongs to each state of all the kernel sources together.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numba as nb
+import platformdirs
+
+HERE = Path(__file__).parent
+SOURCES = tuple(
+    HERE / f"{name}.py"
+    for name in (
+        "kernels", "layout", "rows", "contact", "stepping", "voice", "performer",
+        "reference_contact", "reference_steps",
+    )
+)  # fmt: skip
+ENTRY = "voice.run-*.nbi"  # what is compiled last and holds all the others
+
+
+def _directory() -> Path:
+    digest = hashlib.sha256(b"".join(source.read_bytes() for source in SOURCES)).hexdigest()[:16]
+    given = os.environ.get("NUMBA_CACHE_DIR")
+    places = [Path(given) if given else platformdirs.user_cache_path("livebass")]
+    places.append(Path(tempfile.gettempdir()) / f"livebass-{getattr(os, 'getuid', int)()}")
+    for place in places:
+        try:
+            (place / f"kernels-{digest}").mkdir(parents=True, exist_ok=True, mode=0o700)
+        except OSError:
+            continue
+        if os.access(place / f"kernels-{digest}", os.W_OK):
+            break
+    return place / f"kernels-{digest}"
+
+
+DIRECTORY = _directory()
+
+
+def compiled(**options: Any) -> Callable[[Callable[..., Any]], Any]:
+    """A decorator: numba's `njit` without the interpreter lock, division as in C, kept on disk."""
+
+    def decorate(function: Callable[..., Any]) -> Any:
+        settings: Any = nb.config
+        before = settings.CACHE_DIR
+        settings.CACHE_DIR = str(DIRECTORY)
+        try:
+            return nb.njit(cache=True, nogil=True, error_model="numpy", **options)(function)
+        finally:
+            settings.CACHE_DIR = before
+
+    return decorate
+
+
+jit = compiled()
+
+
+def cached() -> bool:
+    """Whether the kernels are on disk, compiled from the sources as they are."""
+    newest = max(source.stat().st_mtime for source in SOURCES)
+    return any(index.stat().st_mtime >= newest for index in DIRECTORY.rglob(ENTRY))
