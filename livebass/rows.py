@@ -103,9 +103,9 @@ def fine_4(w, f0, f1, f2, f3, n):
 @jit
 def kick(w, row, f, n):
     """Adds the effect of one contact force, its shape in working row `row`, after a fine step."""
-    o = row * ROW
+    phi = w[row * ROW : row * ROW + n]
     for j in range(n):
-        x = f * w[o + j]
+        x = f * phi[j]
         w[IQ + j] += x
         w[IP + j] += w[IA + j] * x
 
@@ -177,52 +177,58 @@ def take_back(w, n):
 @jit
 def displacement(w, pool, o, n):
     """u at the point whose shape starts at pool[o]."""
+    phi = pool[o : o + n]
     u = 0.0
     for j in range(n):
-        u += pool[o + j] * w[IQ + j]
+        u += phi[j] * w[IQ + j]
     return u
 
 
 @jit
 def displacement_old(w, pool, o, n):
+    phi = pool[o : o + n]
     u = 0.0
     for j in range(n):
-        u += pool[o + j] * w[IQO + j]
+        u += phi[j] * w[IQO + j]
     return u
 
 
 @jit
 def displacement_before(w, pool, o, n):
     """u one fine step ago: q^{n-1} = (a q - P) / E^2, and E^2 = a^2 + b."""
+    phi = pool[o : o + n]
     u = 0.0
     for j in range(n):
         a = w[IA + j]
-        u += pool[o + j] * (a * w[IQ + j] - w[IP + j]) / (a * a + w[IB + j])
+        u += phi[j] * (a * w[IQ + j] - w[IP + j]) / (a * a + w[IB + j])
     return u
 
 
 @jit
 def displacement_near(w, row, n):
-    o = row * ROW
+    phi = w[row * ROW : row * ROW + n]
     u = 0.0
     for j in range(n):
-        u += w[o + j] * w[IQ + j]
+        u += phi[j] * w[IQ + j]
     return u
 
 
 @jit
 def copy_row(w, row, pool, o, n):
-    i = row * ROW
+    to = w[row * ROW : row * ROW + n]
+    phi = pool[o : o + n]
     for j in range(n):
-        w[i + j] = pool[o + j]
+        to[j] = phi[j]
 
 
 @jit
 def tap(w, pool, o, n):
     """A linear output: weights of q at pool[o], of P one row further."""
+    of_q = pool[o : o + n]
+    of_p = pool[o + ROW : o + ROW + n]
     y = 0.0
     for j in range(n):
-        y += pool[o + j] * w[IQ + j] + pool[o + ROW + j] * w[IP + j]
+        y += of_q[j] * w[IQ + j] + of_p[j] * w[IP + j]
     return y
 
 
