@@ -138,7 +138,7 @@ def random_trial(seed: int, duration: float = 0.03) -> Trial:
     least = max(3e5, 2.1 * modes.frequencies(s, number)[-1])
     output = float(rng.choice([22050.0, 44100.0, 48000.0, 96000.0]))
     rate = math.exp(rng.uniform(math.log(least), math.log(max(8e6, least))))
-    if rng.random() < 0.5:
-        rate = output * math.ceil(rate / output)
+    simple = output if rng.random() < 0.5 else 1000.0
+    rate = simple * math.ceil(rate / simple)
     sensor = s.length - rng.uniform(0.005, 0.1)
     return Trial(s, Pluck(apex, position, rng.uniform(3e-3, 1e-2)), number, rate, output, duration, sensor)

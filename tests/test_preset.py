@@ -8,17 +8,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from livebass import preset
+from livebass.preset_build import Builder
+from livebass.preset_keys import KEYS, REQUIRED, Key, checked, key_names
 from livebass.instrument import Coil, Neck, Output, Pickup, Player, String, speaking
-from livebass.preset import (
-    KEYS,
-    REQUIRED,
-    PresetError,
-    load_preset,
-    preset_names,
-    preset_reference,
-    preset_text,
-)
+from livebass.preset import PresetError, load_preset, preset_names, preset_reference, preset_text
 from livebass.units import DIMENSIONS
 
 GOOD = """\
@@ -324,16 +317,16 @@ def limits() -> list[Any]:
 
 
 @pytest.mark.parametrize(("key", "end", "far", "unit"), limits())
-def test_limits(key: preset.Key, end: str, far: str, unit: str) -> None:
+def test_limits(key: Key, end: str, far: str, unit: str) -> None:
     number = int if key.kind == "integer" else float
 
     def written(text: str) -> Any:
         value = f"{text} {unit}" if unit else number(float(text))
         return [value] if key.kind.endswith("[]") else value
 
-    preset._value(key, written(end))
+    checked(key, written(end))
     with pytest.raises(ValueError, match=r" to |negative"):
-        preset._value(key, written(far))
+        checked(key, written(far))
 
 
 SECTIONS = {
@@ -347,18 +340,18 @@ SECTIONS = {
 
 
 @pytest.mark.parametrize("key", [k for k in KEYS if k.section], ids=lambda k: f"{k.section}.{k.name}")
-def test_default_is_the_instruments_own(key: preset.Key) -> None:
+def test_default_is_the_instruments_own(key: Key) -> None:
     own = {f.name: f.default for f in fields(SECTIONS[key.section])}
     if key.default in (REQUIRED, None):
         assert own.get(key.name, MISSING) in (MISSING, (), 0.0)
     elif own.get(key.name, MISSING) is not MISSING:
-        assert preset._value(key, key.default) == pytest.approx(own[key.name])
+        assert checked(key, key.default) == pytest.approx(own[key.name])
 
 
 @pytest.mark.parametrize("section", ["output", "pickup", "coil", "player"])
 def test_every_field_has_a_key(section: str) -> None:
     made_elsewhere = {"pickups", "coil"}
-    assert {f.name for f in fields(SECTIONS[section])} - made_elsewhere == set(preset._names(section))
+    assert {f.name for f in fields(SECTIONS[section])} - made_elsewhere == set(key_names(section))
 
 
 scalars = st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=12)
@@ -375,20 +368,20 @@ trees = st.recursive(
 @given(st.dictionaries(names | st.text(max_size=6), trees, max_size=8))
 def test_garbage_tables_give_preset_errors(data: dict[str, Any]) -> None:
     with pytest.raises(PresetError) as caught:
-        preset._File("f").instrument(data)
+        Builder("f").instrument(data)
     assert str(caught.value).isprintable()
 
 
 @settings(max_examples=300, deadline=None)
 @given(st.sampled_from(GOOD.splitlines()), st.sampled_from(KEYS), values)
-def test_one_garbage_value_gives_a_preset_or_its_error(line: str, key: preset.Key, value: Any) -> None:
+def test_one_garbage_value_gives_a_preset_or_its_error(line: str, key: Key, value: Any) -> None:
     import tomllib
 
     data = tomllib.loads(GOOD.replace(line + "\n", "", 1)) if "[" not in line else tomllib.loads(GOOD)
     where = data if not key.section else data.setdefault(key.section, {})
     (where[0] if isinstance(where, list) else where)[key.name] = value
     try:
-        preset._File("f").instrument(data)
+        Builder("f").instrument(data)
     except PresetError as error:
         assert str(error).isprintable()
 
