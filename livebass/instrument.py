@@ -211,7 +211,9 @@ def speaking(string: String, neck: Neck, fret: int) -> Speaking:
     if stop == 0 and string.law_fundamental:
         fundamental = string.law_fundamental
     else:
-        fundamental = note_frequency(string.open_note + stop) / (1 + stiffness / 2)
+        note = note_frequency(string.open_note + stop)
+        mute = string.extra_damping / (2 * math.pi) + string.extra_damping_slope * note
+        fundamental = math.hypot(note, mute) / (1 + stiffness / 2)  # a damped mode rings lower than it is tuned
     return Speaking(
         string=string,
         fret=fret,
