@@ -8,10 +8,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from livebass.preset_build import Builder
-from livebass.preset_keys import KEYS, REQUIRED, Key, checked, key_names
 from livebass.instrument import Coil, Neck, Output, Pickup, Player, String, speaking
 from livebass.preset import PresetError, load_preset, preset_names, preset_reference, preset_text
+from livebass.preset_build import LARGEST_COUNTS, MOST_SENSING, Builder
+from livebass.preset_keys import KEYS, REQUIRED, Key, checked, key_names
 from livebass.units import DIMENSIONS
 
 GOOD = """\
@@ -72,6 +72,7 @@ def test_good(tmp_path: Path) -> None:
 
 
 STIFF = 'core_diameter = "2 mm"\nstiffness_ratio = 10\ncore_modulus = "500 GPa"'
+PICKUP = 'position = "90 mm"\n'
 CHANGES = [  # what to replace in GOOD, by what, and what the message must say
     ('tension = "215.5 N"', 'tenson = "215.5 N"', ["string[A].tenson", "unknown key", "nearest: tension"]),
     ('technique = "pluck"', 'zzz = "pluck"', ["player.zzz", "unknown key", "technique", "rounding"]),
@@ -165,6 +166,12 @@ CHANGES = [  # what to replace in GOOD, by what, and what the message must say
     (GEOMETRY, MEASURED + 'relief = "1 mm"\n', ["relief", "not together with measured frets"]),
     (GEOMETRY, GEOMETRY + 'conductance_frequencies = ["50 Hz"]\n', ["conductance_values", "0 for 1"]),
     ("[[string]]", "[string]", ["my.toml"]),
+    (PICKUP, PICKUP + 'strings = ["A", "B"]\n', ["pickup[1].strings", '"B"', "this bass has A, G"]),
+    (PICKUP, PICKUP + 'strings = ["A"]\n', ["pickup", "0 sense string G", "1 to 4"]),
+    ("[[pickup]]\n" + PICKUP, 5 * ("[[pickup]]\n" + PICKUP), ["5 sense string A", "1 to 4"]),
+    (PICKUP, PICKUP + "strings = []\n", ["pickup[1].strings = []", '["E", "A"]']),
+    (PICKUP, PICKUP + 'strings = "A"\n', ["pickup[1].strings", '["E", "A"]']),
+    (PICKUP, PICKUP + 'strings = ["A", 3]\n', ["pickup[1].strings", "item 2, 3", "1 to 20 characters"]),
 ]
 
 
@@ -225,6 +232,20 @@ def test_name_error(name: str, says: str) -> None:
     assert says in str(caught.value) and str(caught.value).isprintable()
 
 
+def test_split_coil(tmp_path: Path) -> None:
+    halves = 'position = "90 mm"\nstrings = ["g"]\n[[pickup]]\nposition = "110 mm"\nstrings = ["A"]\n'
+    bass = load(tmp_path, GOOD.replace(PICKUP, halves))
+    assert [p.strings for p in bass.output.pickups] == [("G",), ("A",)]
+
+
+def test_limits_are_what_the_engine_has_room_for() -> None:
+    from livebass.layout import VOICE
+    from livebass.performer import MOST_STRINGS
+
+    assert LARGEST_COUNTS["string"] == MOST_STRINGS
+    assert VOICE["mix"].shape[0] == MOST_SENSING
+
+
 def test_no_permission(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(self: Path) -> bytes:
         raise PermissionError(13, "Permission denied")
@@ -250,7 +271,7 @@ def test_shipped_names() -> None:
 @pytest.mark.parametrize("name", preset_names())
 def test_shipped_preset_sounds_at_every_fret(name: str) -> None:
     bass = load_preset(name)
-    assert bass.name and bass.description and bass.output.gain == 1.0
+    assert bass.name and bass.description
     for string, neck in zip(bass.strings, bass.necks, strict=True):
         for fret in range(len(neck.fret_positions) + 1):
             note = speaking(string, neck, fret)
