@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import sys
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -88,15 +90,25 @@ def bench() -> None:
 @bench.command("render")
 @click.option("--json", "file", type=click.Path(path_type=Path), help="Write the figures to FILE as well.")
 def render_(file: Path | None) -> None:
-    """Seconds of work per second of sound: brute force, the engine in each quality, the published method."""
+    """Seconds of work per second of sound: brute force, the engine in each quality, the published method.
+
+    Takes about a minute; leave the machine alone meanwhile.
+    """
     from livebass.atomic import Transaction, checked_place
     from livebass.bench import bench_render, table
 
     if file is not None:
-        checked_place(file)  # now, not after minutes of work
+        checked_place(file)  # now, not after a minute of work
     announce_kernels()
-    result = bench_render()
-    if file is not None:
-        with Transaction() as files:
-            files.write(file, (json.dumps(result, indent=2) + "\n").encode())
-    click.echo(table(result))
+    shown: dict[str, Any] = {"progress": _say} if sys.stderr.isatty() else {}
+    result = bench_render(**shown)
+    try:
+        if file is not None:
+            with Transaction() as files:
+                files.write(file, (json.dumps(result, indent=2) + "\n").encode())
+    finally:  # a disk that is full does not lose the figures
+        click.echo(table(result))
+
+
+def _say(what: str) -> None:
+    click.echo(f"{what} ...", err=True)
