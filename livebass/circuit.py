@@ -9,6 +9,8 @@ from livebass.instrument import Coil
 
 Floats = NDArray[np.float64]
 ORDER = 3
+FITTED = 0.45  # of the sampling rate
+LATE = 0.25  # samples
 
 
 def analogue(coil: Coil) -> tuple[Floats, Floats]:
@@ -27,25 +29,28 @@ def analogue(coil: Coil) -> tuple[Floats, Floats]:
     return np.pad(branch, (0, ORDER - 1)), denominator
 
 
-def digital(coil: Coil, rate: float) -> tuple[Floats, Floats]:
-    """(b, a), each (4,), a[0] = 1, by the bilinear transform at `rate` Hz, exact at the resonance."""
+def response(coil: Coil, frequency: Floats) -> NDArray[np.complex128]:
+    """Output over induced voltage at `frequency` (Hz)."""
+    s = 2j * np.pi * frequency
     numerator, denominator = analogue(coil)
-    resonance = 1.0 / np.sqrt(coil.inductance * coil.capacitance)  # rad/s
-    warp = min(resonance, 0.9 * np.pi * rate)
-    c = warp / np.tan(warp / (2 * rate))  # s = c (1 - z^-1) / (1 + z^-1)
-    b = bilinear(numerator, c)
-    a = bilinear(denominator, c)
-    return b / a[0], a / a[0]
+    return np.asarray(np.polyval(numerator[::-1], s) / np.polyval(denominator[::-1], s))
 
 
-def bilinear(powers: Floats, c: float) -> Floats:
-    """Polynomial in s (ascending, degree `ORDER`) with s = c (1 - z^-1)/(1 + z^-1), times (1 + z^-1)^ORDER."""
-    total = np.zeros(ORDER + 1)
-    for k, value in enumerate(powers):
-        term = np.array([value * c**k])
-        for _ in range(k):
-            term = np.convolve(term, [1.0, -1.0])
-        for _ in range(ORDER - k):
-            term = np.convolve(term, [1.0, 1.0])
-        total += term
-    return total
+def digital(coil: Coil, rate: float) -> tuple[Floats, Floats]:
+    """(b, a), each (4,), a[0] = 1: a filter at `rate` Hz with the circuit's poles and nearly its response.
+
+    The numerator is the least-squares fit of relative error up to `FITTED` of the rate. The response comes within
+    0.7 dB there (1.2 dB with the tone closed, far below the low notes), late by `LATE` samples; a bilinear
+    transform would be 18 dB off.
+    """
+    poles = np.roots(analogue(coil)[1][::-1])
+    a = np.zeros(ORDER + 1)
+    monic = np.real(np.poly(np.exp(poles / rate)))
+    a[: monic.size] = monic
+    frequency = np.linspace(0, FITTED * rate, 400)
+    delays = np.exp(-2j * np.pi * np.outer(frequency / rate, np.arange(ORDER + 1)))
+    wanted = response(coil, frequency) * np.exp(-2j * np.pi * frequency / rate * LATE)
+    relative = delays / (delays @ a * wanted)[:, None]
+    matrix = np.concatenate([relative.real, relative.imag])
+    b = np.linalg.lstsq(matrix, np.concatenate([np.ones(400), np.zeros(400)]), rcond=None)[0]
+    return b, a

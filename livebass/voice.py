@@ -120,7 +120,7 @@ def pluck(v, slots, ops, w2, pool, fret, apex, position, rounding):
         touch(v, w, op, position, max(v.pull, 1))
     for i in range(v.taps):
         v.held[i] = rows.tap_shape(w, pool, op.start + (OP_DISPLACEMENT_TAP + 2 * i) * ROW, op.tap_modes)
-    v.pulling = v.pull
+    v.pulling = v.pull + 1 if v.pull > 0 else 0  # this frame counts one down already
     if v.pull == 0:
         let_go(v, s, op, w)
 
@@ -178,7 +178,7 @@ def excite(v, s, op, w):
             let_go(v, s, op, w)
     if v.striking > 0:
         # a raised cosine of force whose sum over the frames is one
-        t = (v.strike - v.striking + 0.5) / v.strike
+        t = (v.strike - v.striking) / v.strike
         rows.push(w, (1 - np.cos(2 * np.pi * t)) / v.strike, n)
         v.striking -= 1
         stepping.disturb(s, op, w, v.step)

@@ -1,0 +1,125 @@
+"""Two laws, bitwise: blocks may be split anywhere; the same input gives the same file. And: nothing aliases."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+import soundfile
+
+from livebass import Quality, Score, kernels, load_preset, render_to_file
+from livebass.engine import Engine
+from livebass.instrument import Coil
+from livebass.motion import Floats
+
+QUICK = Quality("quick", 150, 400e3)
+RATE = 44100
+
+
+def busy_score(rate: int = RATE) -> Score:
+    """A second and a half in which everything happens, at frames that no block likes."""
+    rng = np.random.default_rng(7)
+    frames, messages = [], []
+    held: list[int] = []
+    for frame in np.sort(rng.integers(0, rate * 3 // 2, 90)).tolist():
+        kind = rng.integers(0, 10)
+        if kind < 5:
+            held.append(int(rng.integers(24, 70)))
+            message = [0x90, held[-1], int(rng.integers(1, 128))]
+        elif kind < 7 and held:
+            message = [0x80, held.pop(0), 0]
+        elif kind < 8:
+            message = [0xE0, int(rng.integers(0, 128)), int(rng.integers(0, 128))]
+        else:
+            message = [0xB0, int(rng.choice([7, 11, 16, 64, 120, 121])), int(rng.integers(0, 128))]
+        frames.append(frame)
+        messages.append(message)
+    notes = sum(message[0] == 0x90 for message in messages)
+    return Score(np.array(frames), np.array(messages, np.uint8), frames[-1], notes, "busy", rate)
+
+
+def in_blocks(score: Score, sizes: list[int], preset: str = "slap") -> Floats:
+    """`score` played in blocks of the given sizes, over and over, each sent what falls into it."""
+    engine = Engine(load_preset(preset), QUICK, score.rate)
+    blocks, sent, i = [], 0, 0
+    while engine.frame < score.end_frame:
+        count = min(sizes[i % len(sizes)], score.end_frame - engine.frame)
+        until = int(np.searchsorted(score.frames, engine.frame + count))
+        engine.send(score.frames[sent:until], score.messages[sent:until])
+        blocks.append(engine.process(count))
+        sent, i = until, i + 1
+    return np.concatenate(blocks, axis=1)
+
+
+@pytest.mark.parametrize("preset", ["slap", "paper-bass"])
+def test_splitting_a_block_anywhere_changes_nothing(preset: str) -> None:
+    score = busy_score()
+    whole = in_blocks(score, [10**9], preset)
+    assert np.abs(whole).max(axis=1).all(), "every string plays"
+    for sizes in ([1], [63], [64], [65], [1000, 1, 63, 64, 65, 7]):
+        assert np.array_equal(in_blocks(score, sizes, preset), whole), sizes
+
+
+def test_threads_change_nothing() -> None:
+    bass, score = load_preset("slap"), busy_score()
+    alone = list(Engine(bass, QUICK, RATE, workers=1).play(score, 0.5))
+    together = list(Engine(bass, QUICK, RATE, workers=4).play(score, 0.5))
+    assert all(np.array_equal(a, b) for a, b in zip(alone, together, strict=True))
+
+
+def test_the_same_input_gives_the_same_bytes(tmp_path: Path) -> None:
+    bass, score = load_preset("jazz-finger"), busy_score()
+    for name in ("first", "second"):
+        render_to_file(bass, score, tmp_path / f"{name}.wav", quality=QUICK, rate=RATE, seed=3)
+    assert (tmp_path / "first.wav").read_bytes() == (tmp_path / "second.wav").read_bytes()
+
+
+def test_stems_add_up_to_the_mix(tmp_path: Path) -> None:
+    report = render_to_file(
+        load_preset("slap"), busy_score(), tmp_path / "song.wav", quality=QUICK, rate=RATE, bits="float", stems=True
+    )
+    mix, *stems = (soundfile.read(path, dtype="float32")[0] for path in report.files)
+    assert len(stems) == 4
+    total = stems[0].copy()
+    for stem in stems[1:]:
+        assert np.abs(stem).max() > 0.01
+        total += stem
+    assert np.array_equal(total, mix)
+
+
+@pytest.mark.parametrize("preset", ["jazz-finger", "paper-bass"])
+def test_what_48_khz_gives_is_what_192_khz_has_below_its_limit(preset: str) -> None:
+    """Contact steps are the same 768 kHz in both; so what differs below 18 kHz was folded down or lost."""
+    bass = load_preset(preset)
+    # a circuit that does nothing: its digital filter differs a little from rate to rate
+    coil = Coil(inductance=1e-3, capacitance=1e-13, tone_capacitor=1e-12)
+    bass = dataclasses.replace(bass, output=dataclasses.replace(bass.output, coil=coil))
+    quality = Quality("the same contacts", 200, 768e3)
+    spectra = []
+    for rate in (48000, 192000):
+        engine = Engine(bass, quality, rate)
+        # hard plucks at times both rates have; no hands, which act once a frame
+        frames = np.arange(4) * (rate // 100)
+        engine.send(frames, np.array([[0x90, key, 120] for key in (30, 35, 40, 45)], np.uint8))
+        sound = engine.process(rate).sum(axis=0)
+        assert [int(v.slots["touching"].max()) > 5 for v in engine.voices] == [True] * 4
+        spectra.append(np.fft.rfft(sound * np.hanning(rate))[:18000] / rate)
+    low, high = spectra
+    heard = np.abs(high) ** 2
+    for first, last in ((20, 200), (200, 1000), (1000, 5000), (5000, 10000), (10000, 18000)):
+        there = np.sum(heard[first:last]) + 1e-4 * np.sum(heard)  # a band 40 dB below the sound masks nothing
+        folded = 10 * np.log10(np.sum(np.abs(low - high)[first:last] ** 2) / there)
+        assert folded < -60, f"{first} to {last} Hz"
+
+
+def test_the_kernel_cache_knows_every_file_with_kernels() -> None:
+    sources = {path.name for path in kernels.SOURCES}
+    for path in kernels.HERE.glob("*.py"):
+        if re.search(r"^from livebass\.kernels import", path.read_text(), re.MULTILINE):
+            assert path.name in sources
+            for needed in re.findall(r"^from livebass\.(\w+) import|^from livebass import (.*)", path.read_text(), re.M):
+                for name in re.findall(r"\w+", " ".join(needed)):
+                    assert f"{name}.py" in sources | {"motion.py"}, f"{path.name} imports {name}"
