@@ -56,7 +56,8 @@ def test_case_b_hits_the_frets_of_the_paper_in_time() -> None:
 @pytest.mark.parametrize("first", range(0, 30, 5))
 def test_random_setups(first: int) -> None:
     """Thirty of them. A string that rattles thousands of times is chaotic: brute force is then a judge only until
-    it departs from itself when the pluck changes by a part in 1e13."""
+    it departs from itself when the pluck changes by a part in 1e13.
+    """
     judged_to_the_end = 0
     for seed in range(first, first + 5):
         trial = random_trial(seed)

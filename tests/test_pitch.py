@@ -68,7 +68,7 @@ def test_within_two_cents_of_equal_temperament(name: str) -> None:
             off = cents(pitch(sound[int(0.1 * RATE) :], RATE, expected), expected)
             assert abs(off) < IN_TUNE, f"{name}, string {string.name}, fret {fret}: {off:+.2f} cents"
             worst = max(worst, abs(off))
-    assert 0 < worst
+    assert worst > 0
 
 
 def test_the_measure_finds_a_quarter_of_a_cent() -> None:
