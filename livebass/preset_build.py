@@ -120,7 +120,7 @@ class Builder:
         for name in names:
             sensing = sum(not p.strings or name in p.strings for p in pickups)
             if pickups and not 1 <= sensing <= MOST_SENSING:
-                raise self.error("pickup", f"{sensing} sense string {name}, must be 1 to {MOST_SENSING}")
+                raise self.error("pickup", f"{sensing} of them sense string {name}, allowed: 1 to {MOST_SENSING}")
         room = min(string.length - neck.fret_positions[-1] for string, neck in pairs)
         ends = f"allowed: between the saddle and the last fret, 0 mm to {room * 1e3:.4g} mm"
         for i, p in enumerate(pickups, 1):

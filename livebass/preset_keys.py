@@ -151,7 +151,7 @@ def checked(key: Key, raw: Any) -> Any:
 
 def _several(key: Key, raw: Any) -> tuple[Any, ...]:
     one = replace(key, kind=key.kind.removesuffix("[]"))
-    example = '["E", "A"]'
+    example = 'a list such as ["E", "A"]'
     if one.kind in DIMENSIONS:
         unit = next(iter(DIMENSIONS[one.kind].units))
         example = f'["1 {unit}", "2 {unit}"] or {{unit = "{unit}", values = [1, 2]}}'

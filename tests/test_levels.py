@@ -36,6 +36,16 @@ def test_levels(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", preset_names())
+def test_nothing_beyond_full_scale(name: str) -> None:
+    """A chromatic run, each note struck hard while the one before still sounds."""
+    bass = load_preset(name)
+    notes = range(bass.strings[0].open_note, bass.strings[-1].open_note + PLACES[-1] + 1)
+    run = score_of([(0.134 * k, 0.14, note, HARD) for k, note in enumerate(notes)], RATE)
+    peak = decibels(np.abs(render_to_array(bass, run, QUALITIES["live"]).sum(axis=0)).max())
+    assert peak <= 0.0, f"{name}: a run peaks at {peak:.1f} dBFS"
+
+
+@pytest.mark.parametrize("name", preset_names())
 def test_no_dc(name: str) -> None:
     bass = load_preset(name)
     lowest = bass.strings[0].open_note
