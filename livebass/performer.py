@@ -13,7 +13,8 @@ from livebass.voice import grazing
 MOST_STRINGS = 8
 FREE, HELD, PEDALLED = 0, 1, 2
 HAND_SPAN = 3  # frets beyond the first finger
-MOST_EVENTS = 2 * MOST_STRINGS + 2  # one message gives at most so many
+MOST_EVENTS = 3 * MOST_STRINGS  # one message gives at most so many: reset-controllers
+LEAST_FORCE = 1e-3  # multiple of the grazing apex: a curve cannot start at zero
 
 PERFORMER = np.dtype(
     [
@@ -137,15 +138,12 @@ def note_on(p, ops, pool, frame, key, velocity, events, count):
     if note < low or (note != key and p.drop):
         p.dropped += 1
         return count
-    if note != key:
-        p.transposed += 1
     i = choose_string(p, note)
     if i < 0:
         p.dropped += 1
         return count
-    for k in range(p.strings):  # the same key again, on another string: that one stops
-        if k != i and p.state[k] != FREE and p.key[k] == key:
-            count = stop_string(p, k, frame, events, count)
+    if note != key:
+        p.transposed += 1
     fret = note - p.open[i]
     if p.state[i] != FREE and p.key[i] != key:
         p.stolen += 1
@@ -157,7 +155,8 @@ def note_on(p, ops, pool, frame, key, velocity, events, count):
     p.fret[i] = fret
     p.age[i] = p.clock
     op = ops[i, fret]
-    force = p.softest * (p.hardest / p.softest) ** ((velocity - 1) / 126.0)
+    softest = max(p.softest, LEAST_FORCE)
+    force = softest * (p.hardest / softest) ** ((velocity - 1) / 126.0)
     if i < p.slapped:
         where = over_body(ops[i, 0], op, p.strike_position)
         depth = min(force * grazing(op, pool, 0.5 * op.length), p.greatest)
