@@ -16,20 +16,25 @@ from livebass.layout import (
     FINGER,
     GAIN,
     HAND,
+    KAPPA,
     OP_DISPLACEMENT_TAP,
     OP_HEIGHT,
     OP_POSITION,
     PLUCK,
     ROW,
     SHAPE,
+    SIGMA,
     STRIKE,
     STRIKE_EVENT,
+    P,
+    Q,
 )
 
 FADE_RATE = 450.0  # 1/s of the finger that leaves a note for another fret
 CUT_RATE = 900.0  # 1/s of all-sound-off
 FINGER_NEPERS = 5.0  # damping, at an antinode, of a finger that takes hold of a sounding string
 BEND_FRAMES = 128  # pitch bend is followed at every such frame number
+INAUDIBLE = 1e-17  # of the signal of a string at rest: what the filters still hold below it is silence
 
 
 @jit
@@ -82,14 +87,37 @@ def touch(v, w, op, position, frames):
 
 
 @jit
+def pulled(v, left):
+    """How much of the held shape there is with `left` frames of the pull to go, and its change a second."""
+    t = (v.pull - left) / v.pull
+    return 0.5 - 0.5 * np.cos(np.pi * t), 0.5 * np.pi * np.sin(np.pi * t) / v.pull * v.rate
+
+
+@jit
+def interrupt(v, slots, ops, w2):
+    """A finger in the middle of its pull leaves: the string goes on from where it is, as fast as it is."""
+    if 0 < v.pulling <= v.pull:
+        s = slots[v.slot]
+        op = ops[s.fret]
+        w = w2[v.slot]
+        up, moving = pulled(v, v.pulling - 1)
+        for j in range(op.padded):
+            x = w[SHAPE * ROW + j]
+            w[Q * ROW + j] += up * x
+            w[P * ROW + j] += w[KAPPA * ROW + j] * (moving + w[SIGMA * ROW + j] * up) * x
+        stepping.disturb(s, op, w, v.step)
+    v.pulling = 0
+
+
+@jit
 def take_string(v, slots, ops, w2, pool, fret):
     """The slot in which `fret` is to sound; what sounds on another fret begins to fade."""
+    interrupt(v, slots, ops, w2)
     s = slots[v.slot]
     if s.on and (s.fret != fret or s.fading):
         if not s.fading:
             s.fading = 1
         s.hand = min(s.hand, np.exp(-FADE_RATE / v.rate))
-        v.pulling = 0
         v.striking = 0
         v.fingering = 0
         v.slot = 1 - v.slot
@@ -138,7 +166,6 @@ def strike(v, slots, ops, w2, pool, fret, depth, position, width):
     s = slots[k]
     s.on = 1
     s.touching = 0
-    v.pulling = 0
     shape_of_strike(w2[k], ops[fret], depth, position, width)
     v.striking = v.strike
     s.safety = stepping.SAFETY_STRUCK
@@ -158,8 +185,10 @@ def happen(v, slots, ops, w2, pool, event, settings):
         v.bend = event.x
     elif event.kind == GAIN:
         v.gain_wanted = event.x
+        if not (slots[0].on or slots[1].on):
+            v.gain = event.x  # nothing to hear that could jump
     elif event.kind == CUT:
-        v.pulling = 0
+        interrupt(v, slots, ops, w2)
         v.striking = 0
         for k in range(2):
             slots[k].hand = min(slots[k].hand, np.exp(-CUT_RATE / v.rate))
@@ -201,9 +230,7 @@ def listen(v, slots, ops, w2, pool, y):
                 o = op.start + (OP_DISPLACEMENT_TAP + 2 * (phase * v.taps + i)) * ROW
                 y[i] += rows.tap(w2[k], pool, o, n)
     if v.pulling > 0:
-        t = (v.pull - v.pulling) / v.pull
-        up = 0.5 - 0.5 * np.cos(np.pi * t)
-        moving = 0.5 * np.pi * np.sin(np.pi * t) / v.pull * v.rate
+        up, moving = pulled(v, v.pulling)
         if v.pickups == 0:
             y[0] += up * v.held[0]
         for i in range(v.pickups):
@@ -232,6 +259,19 @@ def signal(v, y):
 
 
 @jit
+def settle(v):
+    """Filters run out to an exact zero; left alone they would never get there."""
+    most = max(abs(v.block_in), abs(v.block_out))
+    for i in range(3):
+        most = max(most, abs(v.z[i]))
+    if most < INAUDIBLE:
+        v.block_in = 0.0
+        v.block_out = 0.0
+        for i in range(3):
+            v.z[i] = 0.0
+
+
+@jit
 def move(v, slots, ops, w2, pool, scratch, log):
     """One frame of motion of both slots."""
     after = -((-(v.frame + 1) * v.numerator) // v.denominator)  # rounded up: a tap may look back, not ahead
@@ -252,6 +292,8 @@ def move(v, slots, ops, w2, pool, scratch, log):
             s = slots[k]
             if s.on and not (k == v.slot and (v.pulling > 0 or v.striking > 0)):
                 stepping.keep_house(s, ops[s.fret], w2[k], pool, v.step)
+        if not (slots[0].on or slots[1].on):
+            settle(v)
 
 
 @jit
