@@ -3,8 +3,8 @@
 Case B of the paper (the open G string of `paper-g`, 3.6 mm at 0.64 m, first second) by brute force, by the dense
 products the method was published with, and by the engine in each quality; then four strings at once and a slap
 line through `Engine`, as `livebass render` plays them. All in one run, so that the ratios are of one machine in
-one state. A figure is the least of its runs, with the median and the processor's time beside it: where the latter is
-much less on one core, something else was running.
+one state. A figure is the least of its runs, with the median and the processor's time beside it: where that is much
+less on one core, or no more on several, something else was running.
 """
 
 from __future__ import annotations
@@ -55,8 +55,8 @@ ONE_THREAD = {
     "VECLIB_MAXIMUM_THREADS": "1",
 }  # fmt: skip
 
-# Ratio, what it says, what is wanted of it, and the measurements it is made of: the first over the second, or
-# real time over the first.
+# Ratio, what it says, what is wanted of it, and the measurements it is made of: the first over the second in
+# processor time, which other work on the machine hardly changes, or real time over the first.
 RATIOS: tuple[tuple[str, str, str, str, str | None], ...] = (
     ("reference_to_real_time", "reference over real time", "4, aim 20", "engine_reference_50k", None),
     ("reference_to_brute_force", "reference over brute force", "", "brute_force", "engine_reference_50k"),
@@ -139,7 +139,7 @@ def bench_render(progress: Say | None = None, extent: Extent | None = None) -> d
 def _ratio(rows: dict[str, Row], upper: str, lower: str | None) -> float:
     if lower is None:
         return float(1 / rows[upper]["seconds_per_second"])
-    return float(rows[upper]["seconds_per_second"] / rows[lower]["seconds_per_second"])
+    return float(rows[upper]["processor"] / rows[lower]["processor"])
 
 
 class Clock:

@@ -63,10 +63,11 @@ def test_what_is_measured_is_what_is_said(measured: tuple[dict[str, Any], list[s
 def test_ratios_follow_from_the_times(measured: tuple[dict[str, Any], list[str]]) -> None:
     result = measured[0]
     cost = {key: row["seconds_per_second"] for key, row in result["measurements"].items()}
+    used = {key: row["processor"] for key, row in result["measurements"].items()}
     expected = {
         "reference_to_real_time": 1 / cost["engine_reference_50k"],
-        "reference_to_brute_force": cost["brute_force"] / cost["engine_reference_50k"],
-        "reference_to_dense_step": cost["dense_step"] / cost["engine_reference_50k"],
+        "reference_to_brute_force": used["brute_force"] / used["engine_reference_50k"],
+        "reference_to_dense_step": used["dense_step"] / used["engine_reference_50k"],
         "strings_one_core": 1 / cost["strings_live_one_core"],
         "strings_all_cores": 1 / cost["strings_live_all_cores"],
         "slap_live": 1 / cost["slap_live"],
