@@ -1,4 +1,4 @@
-"""What a second of sound costs on this machine: `bench_render` measures, `table` shows.
+"""What a second of sound costs on this machine: `bench_render` measures, `bench_table.table` shows.
 
 Case B of the paper (the open G string of `paper-g`, 3.6 mm at 0.64 m, first second) by brute force, by the dense
 products the method was published with, and by the engine in each quality; then four strings at once and a slap
@@ -9,13 +9,9 @@ less on one core, or no more on several, something else was running.
 
 from __future__ import annotations
 
-import json
 import os
 import platform
-import statistics
-import subprocess
 import sys
-import time
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
@@ -25,20 +21,19 @@ from typing import Any
 import numba
 import numpy as np
 
-from livebass import __version__, modes
+from livebass import __version__
+from livebass.bench_dense import dense_row
+from livebass.bench_measure import APEX, PLACE, RATES, Clock, Row, case_b, row
+from livebass.bench_table import RATIOS
 from livebass.engine import Engine, solve_trial
-from livebass.instrument import Instrument, Pluck, speaking
-from livebass.motion import Floats, Motion, Trial, initial_amplitudes
-from livebass.operators import whole_contact_rate
+from livebass.instrument import Instrument
+from livebass.motion import Motion, Trial
 from livebass.preset import load_preset
-from livebass.quality import QUALITIES, modes_for
+from livebass.quality import QUALITIES
 from livebass.reference import solve
 from livebass.score import Score, score_of
 from livebass.units import note_number
 
-APEX, PLACE = 3.6e-3, 0.64  # m, case B
-PAPER_RATE = 8_000_000  # Hz, of its contact steps
-RATES = (50_000, 48_000)  # Hz, of the output; of 50 kHz, 8 MHz is a whole multiple
 AGREE_FOR = 0.06  # s: contacts amplify rounding, later the two solutions differ in detail
 
 BEAT = 0.5  # s between the chords of four strings
@@ -48,24 +43,6 @@ SLAP_BAR = (
     ("E1", 112), ("E1", 70), ("E2", 118), ("E1", 45), ("D2", 112), ("E2", 120), ("E1", 90), ("G2", 122),
     ("A1", 115), ("A1", 60), ("A2", 118), ("E1", 100), ("G1", 50), ("D2", 80), ("E2", 124), ("E1", 127),
 )  # fmt: skip
-
-# What the libraries behind numpy's products listen to.
-ONE_THREAD = {
-    "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1", "BLIS_NUM_THREADS": "1",
-    "VECLIB_MAXIMUM_THREADS": "1",
-}  # fmt: skip
-
-# Ratio, what it says, what is wanted of it, and the measurements it is made of: the first over the second in
-# processor time, which other work on the machine hardly changes, or real time over the first.
-RATIOS: tuple[tuple[str, str, str, str, str | None], ...] = (
-    ("reference_to_real_time", "reference over real time", "4, aim 20", "engine_reference_50k", None),
-    ("reference_to_brute_force", "reference over brute force", "", "brute_force", "engine_reference_50k"),
-    ("reference_to_dense_step", "reference over the dense step", "5000", "dense_step", "engine_reference_50k"),
-    ("strings_one_core", "four strings live, one core", "5", "strings_live_one_core", None),
-    ("strings_all_cores", "four strings live, all cores", "5", "strings_live_all_cores", None),
-    ("slap_live", "slap line live, all cores", "5", "slap_live", None),
-    ("slap_studio", "slap line studio, all cores", "2", "slap_studio", None),
-)
 
 
 @dataclass(frozen=True)
@@ -82,7 +59,6 @@ class Extent:
 
 
 USUAL = Extent()
-Row = dict[str, Any]
 Say = Callable[[str], None]
 
 
@@ -104,7 +80,7 @@ def bench_render(progress: Say | None = None, extent: Extent | None = None) -> d
     for quality in QUALITIES:
         for rate in RATES:
             say(f"case B, {quality}, {rate // 1000} kHz")
-            trial = _case_b(bass, quality, rate, extent.sound)
+            trial = case_b(bass, quality, rate, extent.sound)
             row, motion = _trial_row(f"engine, {quality}", trial, solve_trial, extent.runs)
             rows[f"engine_{quality}_{rate // 1000}k"] = row
             if quality == "reference" and rate == RATES[0]:
@@ -121,9 +97,9 @@ def bench_render(progress: Say | None = None, extent: Extent | None = None) -> d
         rows[f"slap_{quality}"] = _engine_row(f"slap line, {quality}", slap, quality, line, None, extent.long_runs)
     memory = _peak_memory()
     say("dense products")
-    rows["dense_step"] = _dense_row(extent)
+    rows["dense_step"] = dense_row(extent.dense_steps, extent.runs)
     say("brute force")
-    trial = _case_b(bass, "reference", RATES[0], extent.brute)
+    trial = case_b(bass, "reference", RATES[0], extent.brute)
     rows["brute_force"], slow = _trial_row("brute force", trial, solve, 1)
     return {
         "livebass": __version__,
@@ -142,57 +118,13 @@ def _ratio(rows: dict[str, Row], upper: str, lower: str | None) -> float:
     return float(rows[upper]["processor"] / rows[lower]["processor"])
 
 
-class Clock:
-    """Time taken and processor time used by each `with` block so far, s."""
-
-    def __init__(self) -> None:
-        self.work: list[float] = []
-        self.processor: list[float] = []
-
-    def __enter__(self) -> None:
-        self._used, self._began = time.process_time(), time.perf_counter()
-
-    def __exit__(self, *_: object) -> None:
-        self.work.append(time.perf_counter() - self._began)
-        self.processor.append(time.process_time() - self._used)
-
-
-def _row(name: str, sound: float, clock: Clock, **more: Any) -> Row:
-    """A measurement: each run of `clock` made `sound` s."""
-    each = [w / sound for w in clock.work]
-    return {
-        "name": name,
-        **more,
-        "sound_s": sound,
-        "seconds_per_second": min(each),
-        "median": statistics.median(each),
-        "processor": min(clock.processor) / sound,
-        "runs": each,
-    }
-
-
-def _case_b(bass: Instrument, quality: str, rate: int, duration: float) -> Trial:
-    """Case B, the contact rate a whole multiple of the output's, as an instrument has it."""
-    q, string = QUALITIES[quality], bass.strings[0]
-    s = speaking(string, bass.necks[0], 0)
-    return Trial(
-        speaking=s,
-        pluck=Pluck(APEX, PLACE, bass.player.rounding),
-        modes=modes_for(q, s.length, string.length, s.grid_points),
-        contact_rate=whole_contact_rate(q.contact_rate, rate),
-        output_rate=rate,
-        duration=duration,
-        sensor=s.length - bass.output.sensor,
-    )
-
-
 def _trial_row(name: str, trial: Trial, solver: Callable[[Trial], Motion], runs: int) -> tuple[Row, Motion]:
     """One string, one pluck, with the solver's preparation, about 1 ms."""
     clock = Clock()
     for _ in range(runs):
         with clock:
             motion = solver(trial)
-    row = _row(
+    figures = row(
         name,
         trial.duration,
         clock,
@@ -202,7 +134,7 @@ def _trial_row(name: str, trial: Trial, solver: Callable[[Trial], Motion], runs:
         cores=1,
         contacts=int(motion.contact_step.size),
     )
-    return row, motion
+    return figures, motion
 
 
 def _chords(bass: Instrument, duration: float) -> Score:
@@ -235,7 +167,7 @@ def _engine_row(
             engine = Engine(bass, QUALITIES[quality], score.rate, workers=workers)
         with clock:
             frames = sum(block.shape[1] for block in engine.play(score, tail=0.0))
-    return _row(
+    return row(
         name,
         frames / score.rate,
         clock,
@@ -251,71 +183,10 @@ def _engine_row(
 def _warm(bass: Instrument) -> None:
     """Compiles or loads the kernels and plays them for a moment."""
     for solver in (solve_trial, solve):
-        solver(_case_b(bass, "live", RATES[0], 0.01))
+        solver(case_b(bass, "live", RATES[0], 0.01))
     score = score_of([(0.0, 0.02, bass.strings[0].open_note, 100)], RATES[1])
     for _ in Engine(bass, QUALITIES["live"], RATES[1]).play(score, tail=0.0):
         pass
-
-
-def _dense_row(extent: Extent) -> Row:
-    """The published method's two products, in a process of its own where the linear algebra has one thread."""
-    program = f"import json, livebass.bench as b; print(json.dumps(b.dense_steps({extent.dense_steps}, {extent.runs})))"
-    done = subprocess.run(
-        [sys.executable, "-c", program],
-        env={**os.environ, **ONE_THREAD, "PYTHONPATH": os.pathsep.join(p or os.curdir for p in sys.path)},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    if done.returncode:
-        raise RuntimeError(f"dense products: {(done.stderr.splitlines() or ['no reason given'])[-1]}")
-    result = json.loads(done.stdout)
-    clock = Clock()
-    clock.work, clock.processor = result["step_s"], result["processor_s"]
-    return _row(
-        "dense step, as published",
-        1 / PAPER_RATE,
-        clock,
-        modes=result["modes"],
-        contact_rate_hz=PAPER_RATE,
-        rate_hz=None,
-        cores=1,
-    )
-
-
-def dense_steps(steps: int, runs: int) -> dict[str, Any]:
-    """What a step of eq. 12 costs with full matrices: u^{n+1} = D u^n - D~ u^{n-1} on the points of the grid.
-
-    The contact force would come on top. "step_s" and "processor_s" have the mean of `steps` steps for each run,
-    after one that is not counted. [main thread]
-    """
-    bass = load_preset("paper-g")
-    trial = _case_b(bass, "reference", RATES[0], 1.0)
-    forward, backward, u = _dense_matrices(trial)
-    before, after, taken = u.copy(), np.empty_like(u), np.empty_like(u)
-    clock = Clock()
-    for _ in range(runs + 1):
-        with clock:
-            for _ in range(steps):
-                np.dot(forward, u, out=after)
-                np.dot(backward, before, out=taken)
-                after -= taken
-                before, u, after = u, after, before
-    if not np.abs(u).max() < 2 * APEX:
-        raise ArithmeticError("the dense products do not swing like a string")
-    each = np.array([clock.work[1:], clock.processor[1:]]) / steps
-    return {"modes": len(u), "step_s": each[0].tolist(), "processor_s": each[1].tolist()}
-
-
-def _dense_matrices(trial: Trial) -> tuple[Floats, Floats, Floats]:
-    """D = S C S^-1 and D~ of eq. 12, (points, points), and the pluck's u, (points,), m."""
-    s, count, dt = trial.speaking, trial.modes, 1 / trial.contact_rate
-    sigma = modes.dampings(s, count)
-    omega = np.sqrt((2 * np.pi * modes.frequencies(s, count)) ** 2 - sigma**2)
-    shape = modes.shapes(s, count, s.step * np.arange(1.0, count + 1))
-    inverse = s.step * shape.T
-    forward = (shape * (2 * np.exp(-sigma * dt) * np.cos(omega * dt))) @ inverse
-    return forward, (shape * np.exp(-2 * sigma * dt)) @ inverse, shape @ initial_amplitudes(trial)
 
 
 def _agreement(slow: Motion, fast: Motion, until: float) -> dict[str, Any]:
@@ -365,61 +236,3 @@ def _peak_memory() -> int | None:
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)
 
 
-HEAD = ("s of work per s of sound", "modes", "contact", "output", "cores", "runs", "best", "median", "cpu", "speed")
-
-
-def table(result: dict[str, Any]) -> str:
-    """The figures of `bench_render` for people; "cpu" is processor time, "speed" in times real time."""
-    rows = [HEAD, *(_cells(result["measurements"][key]) for key in _order(result["measurements"]))]
-    widths = [max(len(row[i]) for row in rows) for i in range(len(HEAD))]
-    lines = [
-        "  ".join([row[0].ljust(widths[0]), *(c.rjust(w) for c, w in zip(row[1:], widths[1:], strict=True))])
-        for row in rows
-    ]
-    machine, agreement = result["machine"], result["agreement"]
-    memory = machine["peak_resident_bytes"]
-    lines += ["", *(_ratio_line(label, wanted, result["ratios"][key]) for key, label, wanted, _, _ in RATIOS)]
-    same = "the same" if agreement["contacts_equal"] else f"{agreement['contacts_brute_force']} and"
-    return "\n".join(
-        [
-            f"case B, dense step to engine: {result['case_b']}",
-            *lines,
-            "",
-            f"engine and brute force over {agreement['until_s'] * 1e3:g} ms: {same} {agreement['contacts_engine']} "
-            f"contacts, displacement within {agreement['displacement']:.1e}",
-            f"livebass {result['livebass']}, {machine['cpu']}, {machine['cores']} cores, Python {machine['python']}, "
-            f"numpy {machine['numpy']}, numba {machine['numba']}"
-            + (f", {memory / 1e6:.0f} MB at most" if memory else ""),
-        ]
-    )
-
-
-def _order(rows: dict[str, Row]) -> list[str]:
-    """Slow ones first."""
-    first = ["dense_step", "brute_force"]
-    return first + [key for key in rows if key not in first]
-
-
-def _cells(row: Row) -> tuple[str, ...]:
-    contact, output = row["contact_rate_hz"], row["rate_hz"]
-    return (
-        row["name"],
-        str(row["modes"]),
-        f"{contact / 1e6:g} MHz",
-        f"{output / 1e3:g} kHz" if output else "",
-        str(row["cores"]),
-        str(len(row["runs"])),
-        _figure(row["seconds_per_second"]),
-        _figure(row["median"]),
-        _figure(row["processor"]),
-        _figure(1 / row["seconds_per_second"]),
-    )
-
-
-def _figure(x: float) -> str:
-    """Three digits, and no powers of ten above one."""
-    return f"{x:.0f}" if x >= 100 else f"{x:.3g}"
-
-
-def _ratio_line(label: str, wanted: str, value: float) -> str:
-    return f"{label:33}{_figure(value):>8}" + (f"   wanted {wanted}" if wanted else "")

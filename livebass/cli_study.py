@@ -95,7 +95,8 @@ def render_(file: Path | None) -> None:
     Takes about a minute; leave the machine alone meanwhile.
     """
     from livebass.atomic import Transaction, checked_place
-    from livebass.bench import bench_render, table
+    from livebass.bench import bench_render
+    from livebass.bench_table import table
 
     if file is not None:
         checked_place(file)  # now, not after a minute of work

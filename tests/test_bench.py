@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from cli_cases import Run, assert_one_clear_line, cli_text
 
-from livebass import __version__, bench
+from livebass import __version__, bench, bench_dense, bench_table, modes
 from livebass.engine import Engine
 from livebass.preset import load_preset
 from livebass.quality import QUALITIES
@@ -85,14 +85,14 @@ def test_the_two_solvers_compared_are_one_solution(measured: tuple[dict[str, Any
 
 def test_the_dense_product_is_eq_12() -> None:
     """Each mode turns by C and is damped by C~, as it would alone."""
-    trial = bench._case_b(load_preset("paper-g"), "reference", 50_000, 1e-3)
-    forward, backward, u = bench._dense_matrices(trial)
+    trial = bench.case_b(load_preset("paper-g"), "reference", 50_000, 1e-3)
+    forward, backward, u = bench_dense._dense_matrices(trial)
     assert forward.shape == backward.shape == (862, 862)
     assert np.abs(u).max() == pytest.approx(3.6e-3, rel=0.1)
     for j in (1, 20, 862):
         shape = np.sin(j * np.pi * np.arange(1, 863) / 863)
-        sigma = bench.modes.dampings(trial.speaking, 862)[j - 1]
-        omega = 2 * np.pi * bench.modes.frequencies(trial.speaking, 862)[j - 1]
+        sigma = modes.dampings(trial.speaking, 862)[j - 1]
+        omega = 2 * np.pi * modes.frequencies(trial.speaking, 862)[j - 1]
         turn = 2 * np.exp(-sigma / 8e6) * np.cos(np.sqrt(omega**2 - sigma**2) / 8e6)
         np.testing.assert_allclose(forward @ shape, turn * shape, atol=1e-11)
         np.testing.assert_allclose(backward @ shape, np.exp(-2 * sigma / 8e6) * shape, atol=1e-11)
@@ -106,18 +106,18 @@ def test_four_strings_sound_at_once() -> None:
 
 
 def test_the_table_has_every_row_and_ratio(measured: tuple[dict[str, Any], list[str]]) -> None:
-    lines = bench.table(measured[0]).splitlines()
+    lines = bench_table.table(measured[0]).splitlines()
     names = [row["name"] for row in measured[0]["measurements"].values()]
     assert sum(line.startswith(tuple(names)) for line in lines) == len(ROWS)
     columns = lines[1 : 2 + len(ROWS)]
     assert len({len(line) for line in columns}) == 1 and len(columns[0]) <= 100
-    for _, label, wanted, _, _ in bench.RATIOS:
+    for _, label, wanted, _, _ in bench_table.RATIOS:
         assert any(line.startswith(label) and line.endswith(wanted) for line in lines), label
 
 
 @pytest.mark.parametrize("x, text", [(26612.4, "26612"), (18.31, "18.3"), (0.0593, "0.0593"), (0.000634, "0.000634")])
 def test_figures(x: float, text: str) -> None:
-    assert bench._figure(x) == text
+    assert bench_table._figure(x) == text
 
 
 def test_json_from_the_command_line(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -125,7 +125,7 @@ def test_json_from_the_command_line(run: Run, tmp_path: Path, monkeypatch: pytes
     file = tmp_path / "bench.json"
     text = cli_text(run, "bench", "render", "--json", file)
     result = json.loads(file.read_text())
-    assert text == bench.table(result) + "\n"
+    assert text == bench_table.table(result) + "\n"
     assert set(result["measurements"]) == ROWS
     assert os.listdir(tmp_path) == ["bench.json"]
 
@@ -150,7 +150,7 @@ def test_figures_are_shown_though_the_disk_is_full(
         raise OSError("bench.json: cannot be written: No space left on device")
 
     monkeypatch.setattr(bench, "bench_render", dict)
-    monkeypatch.setattr(bench, "table", lambda result: "the table")
+    monkeypatch.setattr(bench_table, "table", lambda result: "the table")
     monkeypatch.setattr("livebass.atomic.Transaction.write", full)
     status, out, err = run("bench", "render", "--json", tmp_path / "bench.json")
     assert_one_clear_line(status, err, (1,))

@@ -102,8 +102,10 @@ def test_simulate(run: Run, tmp_path: Path) -> None:
 
 
 def test_bench(monkeypatch: pytest.MonkeyPatch, run: Run, tmp_path: Path) -> None:
-    bench = SimpleNamespace(bench_render=lambda: {"engine": 0.2}, table=lambda result: f"table {result}")
+    bench = SimpleNamespace(bench_render=lambda: {"engine": 0.2})
     monkeypatch.setitem(sys.modules, "livebass.bench", bench)
+    shown = SimpleNamespace(table=lambda result: f"table {result}")
+    monkeypatch.setitem(sys.modules, "livebass.bench_table", shown)
     monkeypatch.setattr("livebass.kernels.cached", lambda: True)
     assert "table" in cli_text(run, "bench", "render", "--json", tmp_path / "b.json")
     assert json.loads((tmp_path / "b.json").read_text()) == {"engine": 0.2}
