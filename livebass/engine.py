@@ -51,8 +51,9 @@ class Engine:
     def __init__(self, instrument: Instrument, quality: Quality, rate: int, seed: int = 0, workers: int | None = None):
         """Prepares all strings and frets; raises ValueError for a neck or rate that cannot be played.
 
-        `seed` is kept for instruments that vary from note to note. `workers` threads compute strings side by side
-        (default: as many as cores, at most one a string). [main thread]
+        `seed` picks the little differences from note to note of a player who has them (`Player.unevenness`).
+        `workers` threads compute strings side by side (default: as many as cores, at most one a string).
+        [main thread]
         """
         self.instrument, self.quality, self.rate, self.seed = instrument, quality, rate, seed
         self.rates = Rates(rate, whole_contact_rate(quality.contact_rate, rate))
@@ -68,8 +69,8 @@ class Engine:
                 row.append(operator(s, count, self.rates, taps, 0, graze=graze))
             rows.append(row)
         self.pool = gather(rows)
-        self.voices = [instrument_voice(instrument, s.name, self.rates) for s in instrument.strings]
-        self.performer = new_performer(instrument, self.frets)
+        self.voices = [instrument_voice(instrument, s, self.rates) for s in instrument.strings]
+        self.performer = new_performer(instrument, self.frets, seed)
         self.settings = np.array([instrument.player.rounding, instrument.player.strike_width])
         self.frame = 0
         self.workers = workers or min(len(self.voices), os.cpu_count() or 1)

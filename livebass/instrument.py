@@ -28,6 +28,7 @@ class String:
     thermoelastic: float = 6e-6  # 1/Q_te of eq. 9
     extra_damping: float = 0.0  # 1/s added to every mode: mute, tape, palm
     extra_damping_slope: float = 0.0  # dimensionless: 1/s added per rad/s of the mode
+    level: float = 1.0  # how strongly pickups sense it: its steel, and how high their poles are set
     law_fundamental: float = 0.0  # Hz, f0 of eq. 8 where it was measured; 0: from open_note
     measured_frequencies: tuple[float, ...] = ()  # Hz, first modes of the open string
     measured_dampings: tuple[float, ...] = ()  # 1/s, as many
@@ -97,8 +98,10 @@ class Player:
     rounding: float = 5e-3  # m, standard deviation of the Gaussian that rounds the corner
     softest: float = 0.08  # apex at velocity 1, multiple of the grazing apex
     hardest: float = 4.5  # apex at velocity 127
-    greatest_apex: float = 0.010  # m, whatever the velocity
+    greatest_apex: float = 0.010  # m, approached but never exceeded
+    unevenness: float = 0.0  # notes differ by up to this part in strength, and by so many times 10 cm in place
     strike_position: float = 0.68  # place of the thumb over the body, as pluck_position
+    strike_force: float = 1.0  # depth of a strike over the apex of a pluck of the same velocity
     strike_width: float = 0.02  # m
     strike_time: float = 1.5e-3  # s
     pull_time: float = 2e-3  # s the finger takes to displace the string before it lets go

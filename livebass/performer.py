@@ -13,6 +13,9 @@ from livebass.voice import grazing
 MOST_STRINGS = 8
 FREE, HELD, PEDALLED = 0, 1, 2
 HAND_SPAN = 3  # frets beyond the first finger
+LEAST_PLUCK, LEAST_STRIKE = 0.5, 0.2  # of the length: no nearer to the stop do finger and thumb come
+MOST_PLACE = 0.99
+UNEVEN_PLACE = 0.1  # m, for an unevenness of 1
 MOST_EVENTS = 3 * MOST_STRINGS  # one message gives at most so many: reset-controllers
 LEAST_FORCE = 1e-3  # multiple of the grazing apex: a curve cannot start at zero
 
@@ -43,7 +46,10 @@ PERFORMER = np.dtype(
         ("greatest", "f8"),
         ("slapped", "i8"),
         ("strike_position", "f8"),
+        ("strike_force", "f8"),
         ("hand_damping", "f8"),
+        ("unevenness", "f8"),
+        ("seed", "i8"),
         ("usual_range", "f8"),
         ("drop", "i8"),
         ("position_controller", "i8"),
@@ -118,9 +124,29 @@ def stop_string(p, i, frame, events, count):
 
 
 @jit
-def over_body(open_op, op, place):
-    """Distance from the stop of a finger at `place` (fraction of the open string); never beyond the middle."""
-    return max(op.length - (1.0 - place) * open_op.length, 0.5 * op.length)
+def over_body(open_op, op, place, aside, least):
+    """Distance from the stop of a hand `aside` (m) of `place` (fraction of the open string), kept on the string.
+
+    It comes no nearer to the stop than the part `least` of the length.
+    """
+    where = op.length - (1.0 - place) * open_op.length + aside
+    return min(max(where, least * op.length), MOST_PLACE * op.length)
+
+
+@jit
+def chance(seed, count):
+    """A number from -1 to 1 that depends on both and looks random: SplitMix64 (Steele, Lea, Flood 2014)."""
+    z = np.uint64(seed) + np.uint64(count) * np.uint64(0x9E3779B97F4A7C15)
+    z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    z = z ^ (z >> np.uint64(31))
+    return np.float64(z >> np.uint64(11)) * 2.0**-52 - 1.0
+
+
+@jit
+def held_below(x, most):
+    """x where it is small, never quite `most`, and always more for more."""
+    return x / (1.0 + (x / most) ** 4) ** 0.25
 
 
 @jit
@@ -157,12 +183,14 @@ def note_on(p, ops, pool, frame, key, velocity, events, count):
     op = ops[i, fret]
     softest = max(p.softest, LEAST_FORCE)
     force = softest * (p.hardest / softest) ** ((velocity - 1) / 126.0)
+    force *= 1.0 + p.unevenness * chance(p.seed, 2 * p.notes)
+    aside = UNEVEN_PLACE * p.unevenness * chance(p.seed, 2 * p.notes + 1)
     if i < p.slapped:
-        where = over_body(ops[i, 0], op, p.strike_position)
-        depth = min(force * grazing(op, pool, 0.5 * op.length), p.greatest)
+        where = over_body(ops[i, 0], op, p.strike_position, aside, LEAST_STRIKE)
+        depth = p.strike_force * held_below(force * grazing(op, pool, 0.5 * op.length), p.greatest)
         return emit(events, count, frame, STRIKE_EVENT, i, fret, depth, where)
-    where = over_body(ops[i, 0], op, p.position)
-    apex = min(force * grazing(op, pool, where), p.greatest)
+    where = over_body(ops[i, 0], op, p.position, aside, LEAST_PLUCK)
+    apex = held_below(force * grazing(op, pool, where), p.greatest)
     return emit(events, count, frame, PLUCK, i, fret, apex, where)
 
 

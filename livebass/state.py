@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from livebass import layout as at
 from livebass.circuit import digital
-from livebass.instrument import Instrument
+from livebass.instrument import Instrument, String
 from livebass.operators import Operator, Rates, pickups_under
 from livebass.performer import PERFORMER, reset_controllers
 
@@ -73,16 +73,16 @@ def new_voice(rates: Rates, taps: int, log: int = 0) -> Voice:
     )
 
 
-def instrument_voice(instrument: Instrument, name: str, rates: Rates) -> Voice:
-    """The string `name` of `instrument`, with its pickups, circuit and the player's times."""
+def instrument_voice(instrument: Instrument, string: String, rates: Rates) -> Voice:
+    """`string` of `instrument`, with its pickups, circuit and the player's times."""
     output, player = instrument.output, instrument.player
-    pickups = pickups_under(output, name)
+    pickups = pickups_under(output, string.name)
     voice = new_voice(rates, 2 * len(pickups) or 1)
     v = voice.record
     v["pickups"] = len(pickups)
     for i, pickup in enumerate(pickups):
         v["decay"][0, i] = 1.0 / pickup.decay_length
-        v["mix"][0, i] = pickup.level
+        v["mix"][0, i] = pickup.level * string.level
     if pickups:
         v["b"][0], v["a"][0] = digital(output.coil, rates.rate)
     v["b"][0] *= output.gain
@@ -91,8 +91,8 @@ def instrument_voice(instrument: Instrument, name: str, rates: Rates) -> Voice:
     return voice
 
 
-def new_performer(instrument: Instrument, frets: int) -> NDArray[np.void]:
-    """(1,) `performer.PERFORMER` for `instrument` with `frets` frets a string."""
+def new_performer(instrument: Instrument, frets: int, seed: int = 0) -> NDArray[np.void]:
+    """(1,) `performer.PERFORMER` for `instrument` with `frets` frets a string; `seed` of its unevenness."""
     p = np.zeros(1, PERFORMER)
     player = instrument.player
     count = len(instrument.strings)
@@ -109,7 +109,9 @@ def new_performer(instrument: Instrument, frets: int) -> NDArray[np.void]:
     )
     p["softest"], p["hardest"], p["greatest"] = player.softest, player.hardest, player.greatest_apex
     p["slapped"] = player.slapped_strings if player.technique == "slap" else 0
-    p["strike_position"], p["hand_damping"] = player.strike_position, player.hand_damping
+    p["strike_position"], p["strike_force"] = player.strike_position, player.strike_force
+    p["hand_damping"] = player.hand_damping
+    p["unevenness"], p["seed"] = player.unevenness, seed & 0x7FFF_FFFF_FFFF_FFFF
     p["drop"] = player.out_of_range == "drop"
     p["position_controller"] = player.position_controller
     reset_controllers(p[0])

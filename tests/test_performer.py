@@ -59,15 +59,18 @@ def engine_of(instrument: Instrument) -> Engine:
 
 
 def bass(preset: str = "jazz-finger", **player: object) -> Instrument:
+    """An even one, unless `player` says otherwise."""
     instrument = load_preset(preset)
-    return replace(instrument, player=replace(instrument.player, **player))  # type: ignore[arg-type]
+    return replace(instrument, player=replace(instrument.player, **{"unevenness": 0.0, **player}))  # type: ignore[arg-type]
 
 
-def bass_tuned(open_notes: Sequence[int], **player: object) -> Instrument:
+def bass_tuned(open_notes: Sequence[int], frets: int = 20, **player: object) -> Instrument:
     """Strings like the jazz bass's E, tuned to `open_notes`."""
     model = bass(**player)
     strings = tuple(replace(model.strings[0], name=f"S{n}", open_note=n) for n in open_notes)
-    return replace(model, strings=strings, necks=model.necks[:1] * len(strings))
+    neck = model.necks[0]
+    neck = replace(neck, fret_positions=neck.fret_positions[:frets], fret_heights=neck.fret_heights[:frets])
+    return replace(model, strings=strings, necks=(neck,) * len(strings))
 
 
 class Hands:
@@ -97,6 +100,12 @@ class Hands:
             )
             assert before <= count <= before + performer.MOST_EVENTS
         return events[:count]
+
+    def first(self, key: int, velocity: int = 90) -> np.void:
+        """The event of a note, with the unevenness of a performance's first."""
+        self.p["notes"] = 0
+        (event,) = self(on(key, velocity))
+        return event
 
     def plays(self, key: int, velocity: int = 90) -> tuple[int, int]:
         """String and fret that `key` goes to."""
@@ -264,6 +273,15 @@ def test_the_oldest_string_is_taken_of_two_alike(again: bool) -> None:
     assert hands.plays(44)[0] == (1 if again else 0)
 
 
+def test_a_note_struck_again_stays_on_its_string() -> None:
+    """Also where a lower place is free and nearer by now."""
+    hands = Hands()
+    assert hands.tab([43]) == "G0" and hands.plays(45) == (2, 7)
+    hands(off(43), on(29))
+    assert hands.p["place"] == 1
+    assert hands.plays(45) == (2, 7)
+
+
 @settings(deadline=None)
 @given(st.lists(messages, max_size=40), st.integers(0, 40))
 def test_same_messages_same_events_however_sent(sequence: list[Message], cut: int) -> None:
@@ -303,12 +321,12 @@ def test_out_of_range(key: int) -> None:
 
 @settings(deadline=None)
 @given(st.lists(st.integers(0, 127), max_size=60), st.sampled_from(["drop", "transpose"]))
-@example([60, 30, 42], "transpose")
+@example([60, 30, 19, 14], "transpose")  # 19 and 14 become 31 and 26, which no string has
 def test_every_note_on_is_counted_once(keys: list[int], option: str) -> None:
-    hands = Hands(bass_tuned([20, 62], out_of_range=option))  # no string has 41 to 61
+    hands = Hands(bass_tuned([20, 62], frets=5, out_of_range=option))
     hands(*[on(key) for key in keys])
     assert hands.p["notes"] + hands.p["dropped"] == len(keys)
-    there = [key for key in keys if 20 <= key <= 40 or 62 <= key <= 82]
+    there = [key for key in keys if 20 <= key <= 25 or 62 <= key <= 67]
     assert hands.p["transposed"] == hands.p["notes"] - len(there)
     assert option == "transpose" or hands.p["notes"] == len(there)
 
@@ -316,25 +334,23 @@ def test_every_note_on_is_counted_once(keys: list[int], option: str) -> None:
 # How hard, and where
 
 
-def graze(instrument: Instrument, string: int, fret: int, event: np.void) -> float:
-    """What just reaches a fret, m: the apex for a pluck at its place; for the thumb one in the middle."""
-    s = speaking(instrument.strings[string], instrument.necks[string], fret)
-    where = float(event["y"]) if event["kind"] == at.PLUCK else s.length / 2
-    return grazing_apex(s, where)
-
-
 @pytest.mark.parametrize("preset", AUDIBLE)
 def test_velocity_to_apex(preset: str) -> None:
-    instrument = load_preset(preset)
+    instrument = bass(preset)
     most = instrument.player.greatest_apex
     for string in range(4):
         hands = Hands(instrument, string)
         for fret in range(FRETS):
-            events = [hands(on(OPEN[string] + fret, v))[0] for v in range(1, 128)]
+            events = [hands.first(OPEN[string] + fret, v) for v in range(1, 128)]
             assert {(int(e["string"]), int(e["fret"])) for e in events} == {(0, fret)}
-            apex = [float(e["x"]) for e in events]
-            assert all(a < b or a == b == most for a, b in pairwise(apex)), (string, fret)
-            limit = graze(instrument, string, fret, events[0])
+            less = instrument.player.strike_force if events[0]["kind"] == at.STRIKE_EVENT else 1.0
+            apex = [float(e["x"]) / less for e in events]
+            assert all(a < b < most for a, b in pairwise(apex)), (string, fret)
+            assert apex[0] > 0 and apex[126] <= most
+            if events[0]["kind"] == at.STRIKE_EVENT:
+                continue  # what a thumb's impulse comes to is up to the string
+            s = speaking(instrument.strings[string], instrument.necks[string], fret)
+            limit = grazing_apex(s, float(events[0]["y"]))
             assert apex[0] < 0.15 * limit, (string, fret)
             assert apex[59] < limit, (string, fret)
             assert apex[126] > 1.3 * limit, (string, fret, apex[126] / limit)
@@ -349,8 +365,25 @@ def test_techniques() -> None:
 
 def test_a_curve_from_zero_is_a_number() -> None:
     hands = Hands(bass(softest=0.0))
-    apex = [float(hands(on(40, v))[0]["x"]) for v in (1, 2, 64, 127)]
+    apex = [float(hands.first(40, v)["x"]) for v in (1, 2, 64, 127)]
     assert all(math.isfinite(a) for a in apex) and apex == sorted(set(apex))
+
+
+def test_unevenness_is_chance_within_its_bounds_and_that_of_the_seed() -> None:
+    def played(seed: int, unevenness: float = 0.1) -> np.ndarray:
+        hands = Hands(bass(unevenness=unevenness))
+        hands.p["seed"] = seed
+        return np.array([[(e := hands(on(40))[0])["x"], e["y"]] for _ in range(400)])
+
+    even, one = played(1, 0.0), played(1)
+    assert np.ptp(even, axis=0).max() == 0
+    assert np.array_equal(one, played(1)) and not np.array_equal(one, played(2))
+    force = one[:, 0] / even[0, 0] - 1
+    aside = one[:, 1] - even[0, 1]
+    assert 0.05 < force.max() < 0.2 and -0.2 < force.min() < -0.05, "the place counts too"
+    assert 0.009 < aside.max() <= 0.0101 and -0.0101 <= aside.min() < -0.009
+    assert abs(np.corrcoef(aside[1:], aside[:-1])[0, 1]) < 0.15
+    assert abs(aside.mean()) < 1e-3
 
 
 def test_controller_16_moves_the_hand_over_the_body() -> None:
@@ -359,16 +392,16 @@ def test_controller_16_moves_the_hand_over_the_body() -> None:
     open_length, length = float(hands.ops[0, 0]["length"]), float(hands.ops[0, 3]["length"])
     from_saddle = []
     for place, m in [
-        (player.pluck_position, on(0)),
+        (player.pluck_position, control(1, 0)),
         (player.pluck_nearest, control(16, 0)),
         ((player.pluck_nearest + player.pluck_farthest) / 2, control(16, 64)),
         (player.pluck_farthest, control(16, 127)),
     ]:
-        assert m[0] == 0x90 or kinds(hands(m)) == []
-        (event,) = hands(on(28))
-        assert event["y"] / open_length == pytest.approx(place, abs=2e-3)
+        assert kinds(hands(m)) == []
+        event = hands.first(28)
+        assert event["y"] / open_length == pytest.approx(place, abs=8e-3)
         from_saddle.append(open_length - event["y"])
-        (event,) = hands(on(31))
+        event = hands.first(31)
         assert (event["string"], event["fret"]) == (0, 3)
         assert length - event["y"] == pytest.approx(from_saddle[-1], rel=1e-9), "as far from the saddle"
     assert from_saddle[1] > from_saddle[2] > from_saddle[3]
@@ -377,12 +410,13 @@ def test_controller_16_moves_the_hand_over_the_body() -> None:
 @pytest.mark.parametrize("value", [0, 16, 64, 127])
 @pytest.mark.parametrize("preset", AUDIBLE)
 def test_every_place_is_on_the_string(preset: str, value: int) -> None:
+    """Well away from its ends."""
     for string in range(4):
         hands = Hands(load_preset(preset), string)
         hands(control(16, value))
         for fret in range(FRETS + 1):
             (event,) = hands(on(OPEN[string] + fret))
-            assert 0.5 <= event["y"] / hands.ops[0, fret]["length"] < 0.99
+            assert 0.19 < event["y"] / hands.ops[0, fret]["length"] < 0.991
 
 
 # Ends of notes

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from copy import copy
+from copy import copy, deepcopy
 from dataclasses import replace
 from functools import cache
 from itertools import pairwise
@@ -13,10 +13,9 @@ import pytest
 
 from livebass import load_preset
 from livebass.engine import Engine
-from livebass.layout import EVENT
+from livebass.instrument import Instrument
 from livebass.motion import Floats
 from livebass.quality import QUALITIES
-from livebass.state import instrument_voice, new_performer
 from livebass.units import cents, decibels
 
 RATE = 48000
@@ -45,17 +44,22 @@ BEND_UP, BEND_DOWN = (0xE0, 127, 127), (0xE0, 0, 0)
 OCTAVE = [control(101, 0), control(100, 0), control(6, 12)]
 
 
+def even(preset: str) -> Instrument:
+    """The bass of `preset` in the hands of one who plays each note alike."""
+    model = load_preset(preset)
+    return replace(model, player=replace(model.player, unevenness=0.0))
+
+
 @cache
 def built(preset: str) -> Engine:
-    return Engine(load_preset(preset), QUALITIES["live"], RATE)
+    return Engine(even(preset), QUALITIES["live"], RATE)
 
 
 def engine(preset: str = "jazz-finger") -> Engine:
     """As new; what never changes is built once."""
     bass = copy(built(preset))
-    bass.voices = [instrument_voice(bass.instrument, s.name, bass.rates) for s in bass.instrument.strings]
-    bass.performer = new_performer(bass.instrument, bass.frets)
-    bass._pending = [np.zeros(0, EVENT) for _ in bass.voices]
+    bass.voices, bass.performer = deepcopy(bass.voices), bass.performer.copy()
+    bass._pending = [events.copy() for events in bass._pending]
     return bass
 
 
@@ -181,6 +185,14 @@ def test_a_hard_pluck_on_a_sounding_string(key: int, preset: str) -> None:
     assert louder < 6, f"{louder:.1f} dB"
 
 
+@pytest.mark.parametrize("preset", OUTPUTS)
+@pytest.mark.parametrize("key", [28, 40, 45])
+def test_a_finger_takes_most_of_a_loud_note_and_not_all(key: int, preset: str) -> None:
+    note = mix([(0.0, on(key, 127)), (THEN, on(key, 1))], 0.5, preset)
+    left = decibels(rms(part(note, THEN + 0.01, THEN + 0.06)) / rms(part(note, THEN - 0.05, THEN)))
+    assert -25 < left < -6, f"{left:.1f} dB"
+
+
 BROKEN_OFF: dict[str, list[Message]] = {
     "the same note": [on(40)],
     "another fret": [off(40), on(41)],
@@ -285,6 +297,15 @@ def test_a_note_at_another_fret_takes_the_bend_along() -> None:
     assert cents(bent / straight) == pytest.approx(200, abs=2.0)
 
 
+@pytest.mark.parametrize("later", [1, 5, 77])
+def test_a_bent_note_is_bent_from_its_first_frame(later: int) -> None:
+    """A strike sounds at once, so it tells."""
+    note = [(0.0, BEND_UP), (0.1, on(28))]
+    sound = play(note, 0.3, "slap")
+    shifted = play([note[0], (0.1 + later / RATE, on(28))], 0.3, "slap")[:, later:]
+    np.testing.assert_allclose(shifted, sound[:, : shifted.shape[1]], rtol=0, atol=1e-9 * np.abs(sound).max())
+
+
 # Volume, tone
 
 
@@ -356,7 +377,7 @@ def test_long_notes_decay_and_have_no_dc(key: int, velocity: int, preset: str) -
 
 def contacts(preset: str, string: int, velocities: list[int]) -> dict[tuple[int, int], int]:
     """Contacts in the first 60 ms by (fret, velocity), on a bass of that one string."""
-    model = load_preset(preset)
+    model = even(preset)
     slapped = max(0, min(1, model.player.slapped_strings - string))
     one = replace(
         model,
