@@ -72,6 +72,7 @@ SLOT = np.dtype(
         ("due", "i8"),  # fine step before which no point needs a look
         ("quiet", "i8"),  # no contact possible before the next event
         ("ratio", "f8"),  # frequencies relative to the operators: pitch bend
+        ("heard", "i8"),  # modes that the audio rate can carry, up to a whole BLOCK
         ("fastest", "f8"),  # m/s no point of the string exceeds
         ("hand", "f8"),  # factor per frame, 1 where no hand is on the string
         ("safety", "f8"),  # `fastest` over the root mean square velocity
@@ -92,7 +93,8 @@ VOICE = np.dtype(
         ("striking", "i8"),  # frames left of the thumb's push
         ("strike", "i8"),
         ("fingering", "i8"),  # frames left of the finger damping
-        ("bend", "f8"),  # frequency ratio wanted
+        ("bend", "f8"),  # frequency ratio wanted ...
+        ("tuned", "f8"),  # ... and the one it has got to
         ("logged", "i8"),  # contacts begun, also beyond the log's length
         ("taps", "i8"),
         ("phases", "i8"),

@@ -13,8 +13,9 @@ from livebass.voice import grazing
 MOST_STRINGS = 8
 FREE, HELD, PEDALLED = 0, 1, 2
 HAND_SPAN = 3  # frets beyond the first finger
-LEAST_PLUCK, LEAST_STRIKE = 0.5, 0.2  # of the length: no nearer to the stop do finger and thumb come
-MOST_PLACE = 0.99
+LEAST_PLUCK, LEAST_STRIKE = 0.47, 0.2  # of the length: no nearer to the stop; the middle itself has no even partials
+MOST_PLACE = 0.99  # of the length
+LEAST_GRAZE = 1e-4  # m, where a string lies on a fret
 UNEVEN_PLACE = 0.1  # m, for an unevenness of 1
 MOST_EVENTS = 3 * MOST_STRINGS  # one message gives at most so many: reset-controllers
 LEAST_FORCE = 1e-3  # multiple of the grazing apex: a curve cannot start at zero
@@ -50,7 +51,6 @@ PERFORMER = np.dtype(
         ("hand_damping", "f8"),
         ("unevenness", "f8"),
         ("seed", "i8"),
-        ("usual_range", "f8"),
         ("drop", "i8"),
         ("position_controller", "i8"),
         # counters
@@ -127,7 +127,7 @@ def stop_string(p, i, frame, events, count):
 def over_body(open_op, op, place, aside, least):
     """Distance from the stop of a hand `aside` (m) of `place` (fraction of the open string), kept on the string.
 
-    It comes no nearer to the stop than the part `least` of the length.
+    No nearer to the stop than the part `least` of the length.
     """
     where = op.length - (1.0 - place) * open_op.length + aside
     return min(max(where, least * op.length), MOST_PLACE * op.length)
@@ -187,10 +187,10 @@ def note_on(p, ops, pool, frame, key, velocity, events, count):
     aside = UNEVEN_PLACE * p.unevenness * chance(p.seed, 2 * p.notes + 1)
     if i < p.slapped:
         where = over_body(ops[i, 0], op, p.strike_position, aside, LEAST_STRIKE)
-        depth = p.strike_force * held_below(force * grazing(op, pool, 0.5 * op.length), p.greatest)
+        depth = p.strike_force * held_below(force * max(grazing(op, pool, 0.5 * op.length), LEAST_GRAZE), p.greatest)
         return emit(events, count, frame, STRIKE_EVENT, i, fret, depth, where)
     where = over_body(ops[i, 0], op, p.position, aside, LEAST_PLUCK)
-    apex = held_below(force * grazing(op, pool, where), p.greatest)
+    apex = held_below(force * max(grazing(op, pool, where), LEAST_GRAZE), p.greatest)
     return emit(events, count, frame, PLUCK, i, fret, apex, where)
 
 

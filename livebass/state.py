@@ -57,7 +57,8 @@ def new_voice(rates: Rates, taps: int, log: int = 0) -> Voice:
     """A silent string with `taps` outputs and room for `log` contacts."""
     v = np.zeros(1, at.VOICE)
     v["numerator"], v["denominator"], v["rate"] = rates.numerator, rates.denominator, rates.rate
-    v["bend"], v["taps"], v["gain"], v["gain_wanted"] = 1.0, taps, 1.0, 1.0
+    v["bend"] = v["tuned"] = v["gain"] = v["gain_wanted"] = 1.0
+    v["taps"] = taps
     v["b"][0, 0] = v["a"][0, 0] = 1.0
     v["block"] = math.exp(-2 * math.pi * BLOCKER_HZ / rates.rate)
     v["gain_pole"] = 1.0 - math.exp(-1.0 / (GAIN_TIME * rates.rate))
@@ -101,7 +102,7 @@ def new_performer(instrument: Instrument, frets: int, seed: int = 0) -> NDArray[
     p["key"] = -1
     p["volume"] = 1.0
     p["place"] = 1
-    p["range"] = p["usual_range"] = player.bend_range
+    p["range"] = player.bend_range
     p["usual_position"], p["nearest"], p["farthest"] = (
         player.pluck_position,
         player.pluck_nearest,

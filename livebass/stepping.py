@@ -39,6 +39,7 @@ NEVER = 1 << 60
 SAFETY, SAFETY_STRUCK = 5.0, 10.0
 SLACK = 0.02  # m/s
 HOUSEKEEPING = 64  # frames between looks for dead modes
+STEEPEST = 0.1  # root mean square velocity over wave speed that a string bears: no playing reaches a third of it
 
 C0, C1, KN, DU = CLEARANCE * ROW, CLEARANCE_NOW * ROW, KNOWN * ROW, DUE * ROW
 EN, EO, ST, FO, PE = ETA * ROW, ETA_OLD * ROW, STAMP * ROW, FORCE * ROW, PENDING * ROW
@@ -52,6 +53,7 @@ def load(s, op, w, pool, step):
         rows.copy_row(w, FINE_A + row, pool, op.start + row * ROW, n)
     rows.clear(w, n)
     s.ratio = 1.0
+    s.heard = op.tap_modes
     s.safety = SAFETY
     s.active = 0
     s.touching = 0
@@ -76,8 +78,11 @@ def disturb(s, op, w, step):
 
 
 @jit
-def bend(s, op, w, pool, ratio):
-    """Tunes the slot to `ratio` times the operators' frequencies without a jump of displacement or velocity."""
+def bend(s, op, w, pool, ratio, most):
+    """Tunes the slot to `ratio` times the operators' frequencies without a jump of displacement or velocity.
+
+    Modes that get above `most` (rad/s) are not heard any more.
+    """
     n = op.padded
     base = op.start + (OMEGA - FINE_A) * ROW
     for j in range(n):
@@ -85,6 +90,10 @@ def bend(s, op, w, pool, ratio):
         w[OMEGA * ROW + j] = pool[base + j] * ratio
     rows.retune(w, ratio, op.fine, op.steps, op.part_steps, n)
     s.ratio = ratio
+    s.heard = op.tap_modes
+    if ratio > 1.0:
+        while s.heard > 0 and w[OMEGA * ROW + min(s.heard, op.modes) - 1] > most:
+            s.heard -= BLOCK
 
 
 @jit
@@ -282,12 +291,29 @@ def advance(s, op, w, pool, suspects, near, steps, step, log, voice):
 
 
 @jit
+def weaken(s, op, w, factor):
+    """Takes a motion back to what a string bears; one that is no number ends."""
+    if factor > 0.0:
+        rows.scale(w, factor, s.active)
+        for m in range(op.points):
+            w[ST + m] = -1.0
+    else:
+        rows.clear(w, op.padded)
+        s.active = 0
+        s.on = 0
+
+
+@jit
 def keep_house(s, op, w, pool, step):
     """Drops dead modes, and finds out whether a contact is still possible. At fixed frame numbers only."""
     n = rows.living(w, s.active)
     s.active = n
     if n == 0:
         s.on = 0
+        return
+    speed = np.sqrt(rows.speed_square(w, n) / op.length)
+    if not speed < STEEPEST * op.speed:
+        weaken(s, op, w, STEEPEST * op.speed / speed)
         return
     if op.points == 0 or s.fading or s.quiet > step:
         return
@@ -298,7 +324,7 @@ def keep_house(s, op, w, pool, step):
         lowest = min(lowest, -pool[op.start + OP_HEIGHT * ROW + m])
     if held:
         return
-    s.fastest = min(s.fastest, s.safety * np.sqrt(rows.speed_square(w, n) / op.length) + SLACK)
+    s.fastest = min(s.fastest, s.safety * speed + SLACK)
     if np.sqrt(2.0 / op.length) * rows.amplitude_sum(w, n) < lowest:
         s.quiet = NEVER
 

@@ -33,7 +33,10 @@ from livebass.layout import (
 FADE_RATE = 450.0  # 1/s of the finger that leaves a note for another fret
 CUT_RATE = 900.0  # 1/s of all-sound-off
 FINGER_NEPERS = 5.0  # damping, at an antinode, of a finger that takes hold of a sounding string
-BEND_FRAMES = 128  # pitch bend is followed at every such frame number
+BEND_FRAMES = 128  # pitch bend is followed at every such frame number ...
+BEND_SPEED = 400.0  # semitones/s, ... and not faster
+HEARD = 0.46  # of the audio rate: what a bend takes above is left out (operators.TAPER)
+DEEPEST = 8e-3  # m: a string cannot dip farther into a magnet's field
 INAUDIBLE = 1e-17  # of the signal of a string at rest: what the filters still hold below it is silence
 
 
@@ -126,8 +129,8 @@ def take_string(v, slots, ops, w2, pool, fret):
     if not s.on:
         s.fret = fret
         stepping.load(s, ops[fret], w2[v.slot], pool, v.step)
-        if v.bend != 1.0:
-            stepping.bend(s, ops[fret], w2[v.slot], pool, v.bend)
+        if v.tuned != 1.0:
+            stepping.bend(s, ops[fret], w2[v.slot], pool, v.tuned, highest(v))
     s.hand = 1.0
     return v.slot
 
@@ -162,10 +165,13 @@ def let_go(v, s, op, w):
 @jit
 def strike(v, slots, ops, w2, pool, fret, depth, position, width):
     """The thumb throws the string down at `position` over `v.strike` frames."""
+    sounding = slots[v.slot].on
     k = take_string(v, slots, ops, w2, pool, fret)
     s = slots[k]
     s.on = 1
     s.touching = 0
+    if sounding and s.active > 0:
+        touch(v, w2[k], ops[fret], position, v.strike)
     shape_of_strike(w2[k], ops[fret], depth, position, width)
     v.striking = v.strike
     s.safety = stepping.SAFETY_STRUCK
@@ -183,15 +189,35 @@ def happen(v, slots, ops, w2, pool, event, settings):
         slots[v.slot].hand = np.exp(-event.x / v.rate)
     elif event.kind == BEND:
         v.bend = event.x
+        if not (slots[0].on or slots[1].on) or not abs(v.block_out) < np.inf:
+            v.tuned = v.bend
     elif event.kind == GAIN:
         v.gain_wanted = event.x
-        if not (slots[0].on or slots[1].on):
+        if not (slots[0].on or slots[1].on) or not abs(v.block_out) < np.inf:
             v.gain = event.x  # nothing to hear that could jump
     elif event.kind == CUT:
         interrupt(v, slots, ops, w2)
         v.striking = 0
         for k in range(2):
             slots[k].hand = min(slots[k].hand, np.exp(-CUT_RATE / v.rate))
+
+
+@jit
+def highest(v):
+    """rad/s that the audio rate still carries."""
+    return 2 * np.pi * HEARD * v.rate
+
+
+@jit
+def follow_bend(v, slots, ops, w2, pool):
+    """Tunes the string a little nearer to the bend: so fast as an arm can, or a string would gain energy by it."""
+    most = 2.0 ** (BEND_SPEED * BEND_FRAMES / (12.0 * v.rate))
+    v.tuned = min(max(v.bend, v.tuned / most), v.tuned * most)
+    for k in range(2):
+        s = slots[k]
+        if s.on:
+            stepping.bend(s, ops[s.fret], w2[k], pool, v.tuned, highest(v))
+            stepping.disturb(s, ops[s.fret], w2[k], v.step)
 
 
 @jit
@@ -225,7 +251,7 @@ def listen(v, slots, ops, w2, pool, y):
         s = slots[k]
         if s.on:
             op = ops[s.fret]
-            n = min(s.active, op.tap_modes)
+            n = min(s.active, s.heard)
             for i in range(v.taps):
                 o = op.start + (OP_DISPLACEMENT_TAP + 2 * (phase * v.taps + i)) * ROW
                 y[i] += rows.tap(w2[k], pool, o, n)
@@ -246,7 +272,7 @@ def signal(v, y):
         x = y[0]
     for i in range(v.pickups):
         # the flux gradient falls exponentially with the distance between string and magnet
-        x += v.mix[i] * np.exp(-v.decay[i] * y[2 * i]) * y[2 * i + 1]
+        x += v.mix[i] * np.exp(-v.decay[i] * max(y[2 * i], -DEEPEST)) * y[2 * i + 1]
     out = v.b[0] * x + v.z[0]
     v.z[0] = v.b[1] * x - v.a[1] * out + v.z[1]
     v.z[1] = v.b[2] * x - v.a[2] * out + v.z[2]
@@ -260,11 +286,11 @@ def signal(v, y):
 
 @jit
 def settle(v):
-    """Filters run out to an exact zero; left alone they would never get there."""
-    most = max(abs(v.block_in), abs(v.block_out))
+    """Filters run out to an exact zero, where left alone they would never get; what is no number ends there too."""
+    most = abs(v.block_in) + abs(v.block_out)
     for i in range(3):
-        most = max(most, abs(v.z[i]))
-    if most < INAUDIBLE:
+        most += abs(v.z[i])
+    if most < INAUDIBLE or not most < np.inf:
         v.block_in = 0.0
         v.block_out = 0.0
         for i in range(3):
@@ -292,7 +318,7 @@ def move(v, slots, ops, w2, pool, scratch, log):
             s = slots[k]
             if s.on and not (k == v.slot and (v.pulling > 0 or v.striking > 0)):
                 stepping.keep_house(s, ops[s.fret], w2[k], pool, v.step)
-        if not (slots[0].on or slots[1].on):
+        if not (slots[0].on or slots[1].on) or not abs(v.block_out) < np.inf:
             settle(v)
 
 
@@ -309,12 +335,8 @@ def run(v, slots, ops, w2, pool, events, count, settings, scratch, taps, log, ra
         while used < count and events[used].frame <= v.frame:
             happen(v, slots, ops, w2, pool, events[used], settings)
             used += 1
-        if v.frame % BEND_FRAMES == 0:
-            for k in range(2):
-                s = slots[k]
-                if s.on and s.ratio != v.bend:
-                    stepping.bend(s, ops[s.fret], w2[k], pool, v.bend)
-                    stepping.disturb(s, ops[s.fret], w2[k], v.step)
+        if v.frame % BEND_FRAMES == 0 and v.tuned != v.bend:
+            follow_bend(v, slots, ops, w2, pool)
         s = slots[v.slot]
         if s.on:
             excite(v, s, ops[s.fret], w2[v.slot])

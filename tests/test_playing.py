@@ -129,8 +129,7 @@ CHANGES: dict[str, list[Message]] = {
 
 # dB above 10 kHz in 2 ms, from the level just before: a step by a hundredth of the level is at -67
 CLICK = -70.0
-# a hand that is there at once; a wheel that jumps: the string is 4 times as stiff from one frame to the next
-EXCUSED = {"all sound off": -58.0, "bend an octave": -53.0}
+EXCUSED = {"all sound off": -58.0}  # a hand that is there at once
 
 
 @pytest.mark.parametrize("preset", OUTPUTS)
@@ -145,7 +144,7 @@ def test_no_click(change: str, velocity: int, preset: str) -> None:
     click = decibels(burst(changed, THEN) / level)
     assert click < EXCUSED.get(change, CLICK), f"{click:.1f} dB"
     sharper = jerk(changed, THEN) / jerk(plain, THEN)
-    assert sharper < (9 if "octave" in change else 1.6), f"{sharper:.2f}"
+    assert sharper < 1.6, f"{sharper:.2f}"
 
 
 def test_the_click_test_hears_a_click() -> None:
@@ -442,3 +441,28 @@ def test_wild_playing_stays_within_bounds(seed: int, preset: str) -> None:
     sound = play([*wild(seed), *chord(0.5)], 1.2, preset)
     assert np.isfinite(sound).all()
     assert 0.05 * loudest < np.abs(sound).max() < 5 * loudest
+
+
+@pytest.mark.parametrize("preset", ["jazz-finger", "slap", "paper-bass"])
+def test_a_bend_cannot_pump_a_string_up(preset: str) -> None:
+    """The wheel thrown from end to end of four octaves, every 3 ms."""
+    loudest = max(float(np.abs(play([(0.0, on(key, 127))], 0.2, preset)).max()) for key in OPEN)
+    wide = [(0.0, control(101, 0)), (0.0, control(100, 0)), (0.0, control(6, 24))]
+    rng = np.random.default_rng(3)
+    thrown = [(0.003 * k, (0xE0, 0, int(rng.integers(0, 128)))) for k in range(500)]
+    sound = play([*wide, *chord(0.05), *thrown], 1.6, preset)
+    assert np.abs(sound).max() < 6 * loudest
+
+
+def test_a_string_that_is_no_number_ends_and_plays_again() -> None:
+    bass = engine()
+    messages = np.array([on(40, 100)], np.uint8)
+    bass.send(np.array([0]), messages)
+    bass.process(1000)
+    broken = bass.voices[2]
+    assert broken.slots["on"].any()
+    broken.work[:, :20] = np.nan
+    bass.process(1000)
+    bass.send(np.array([bass.frame]), messages)
+    again = bass.process(4000)
+    assert np.isfinite(again).all() and np.abs(again).max() > 0.01
