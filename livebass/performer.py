@@ -195,13 +195,19 @@ def note_on(p, ops, pool, frame, key, velocity, events, count):
 
 
 @jit
+def release(p, i, frame, events, count):
+    """The finger of a held note lets go; the pedal may still hold it."""
+    if p.pedal:
+        p.state[i] = PEDALLED
+        return count
+    return stop_string(p, i, frame, events, count)
+
+
+@jit
 def note_off(p, frame, key, events, count):
     for i in range(p.strings):
         if p.state[i] == HELD and p.key[i] == key:
-            if p.pedal:
-                p.state[i] = PEDALLED
-            else:
-                count = stop_string(p, i, frame, events, count)
+            count = release(p, i, frame, events, count)
     return count
 
 
@@ -209,10 +215,7 @@ def note_off(p, frame, key, events, count):
 def all_notes_off(p, frame, events, count):
     for i in range(p.strings):
         if p.state[i] == HELD:
-            if p.pedal:
-                p.state[i] = PEDALLED
-            else:
-                count = stop_string(p, i, frame, events, count)
+            count = release(p, i, frame, events, count)
     return count
 
 

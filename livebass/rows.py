@@ -43,7 +43,6 @@ jit = compiled(fastmath=LANES)
 IQ, IP, IQO, IPO = Q * ROW, P * ROW, Q_OLD * ROW, P_OLD * ROW
 IA, IB, IK, IW, IS = FINE_A * ROW, FINE_B * ROW, KAPPA * ROW, OMEGA * ROW, SIGMA * ROW
 IN0, IN1, IN2, IN3 = NEAR_PHI * ROW, (NEAR_PHI + 1) * ROW, (NEAR_PHI + 2) * ROW, (NEAR_PHI + 3) * ROW
-IF, IF1, ISUB = FRAME * ROW, FRAME_1 * ROW, SUB * ROW
 DEAD = 1e-17  # m^1.5: a mode below this is silence
 
 
@@ -111,60 +110,31 @@ def kick(w, row, f, n):
 
 
 @jit
-def frame(w, n):
+def leap(w, row, n):
+    """Many fine steps at once, free: with A, B, G of rows `row` and two more."""
+    a = w[row * ROW : row * ROW + n]
+    b = w[row * ROW + ROW : row * ROW + ROW + n]
+    g = w[row * ROW + 2 * ROW : row * ROW + 2 * ROW + n]
     for j in range(n):
         x = w[IQ + j]
         y = w[IP + j]
-        a = w[IF + j]
-        w[IQ + j] = a * x + w[IF + ROW + j] * y
-        w[IP + j] = a * y - w[IF + 2 * ROW + j] * x
+        w[IQ + j] = a[j] * x + b[j] * y
+        w[IP + j] = a[j] * y - g[j] * x
 
 
 @jit
-def frame_1(w, n):
+def try_leap(w, row, n):
+    """`leap` that keeps the state before it in the _OLD rows."""
+    a = w[row * ROW : row * ROW + n]
+    b = w[row * ROW + ROW : row * ROW + ROW + n]
+    g = w[row * ROW + 2 * ROW : row * ROW + 2 * ROW + n]
     for j in range(n):
         x = w[IQ + j]
         y = w[IP + j]
-        a = w[IF1 + j]
-        w[IQ + j] = a * x + w[IF1 + ROW + j] * y
-        w[IP + j] = a * y - w[IF1 + 2 * ROW + j] * x
-
-
-@jit
-def try_frame(w, n):
-    """`frame` that keeps the state before it in the _OLD rows."""
-    for j in range(n):
-        x = w[IQ + j]
-        y = w[IP + j]
-        a = w[IF + j]
         w[IQO + j] = x
         w[IPO + j] = y
-        w[IQ + j] = a * x + w[IF + ROW + j] * y
-        w[IP + j] = a * y - w[IF + 2 * ROW + j] * x
-
-
-@jit
-def try_frame_1(w, n):
-    for j in range(n):
-        x = w[IQ + j]
-        y = w[IP + j]
-        a = w[IF1 + j]
-        w[IQO + j] = x
-        w[IPO + j] = y
-        w[IQ + j] = a * x + w[IF1 + ROW + j] * y
-        w[IP + j] = a * y - w[IF1 + 2 * ROW + j] * x
-
-
-@jit
-def try_part(w, n):
-    for j in range(n):
-        x = w[IQ + j]
-        y = w[IP + j]
-        a = w[ISUB + j]
-        w[IQO + j] = x
-        w[IPO + j] = y
-        w[IQ + j] = a * x + w[ISUB + ROW + j] * y
-        w[IP + j] = a * y - w[ISUB + 2 * ROW + j] * x
+        w[IQ + j] = a[j] * x + b[j] * y
+        w[IP + j] = a[j] * y - g[j] * x
 
 
 @jit

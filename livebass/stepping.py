@@ -21,6 +21,8 @@ from livebass.layout import (
     ETA_OLD,
     FINE_A,
     FORCE,
+    FRAME,
+    FRAME_1,
     KNOWN,
     MOST_NEAR,
     NEAR,
@@ -31,6 +33,7 @@ from livebass.layout import (
     PENDING,
     ROW,
     STAMP,
+    SUB,
 )
 
 NEVER = 1 << 60
@@ -197,7 +200,7 @@ def contact_frame(s, op, w, pool, suspects, near, count, steps, step, log, voice
     end = step + steps
     for _ in range(op.parts):
         n = s.active
-        rows.try_part(w, n)
+        rows.try_leap(w, SUB, n)
         close = 0
         for i in range(count):
             m = suspects[i]
@@ -242,18 +245,12 @@ def advance(s, op, w, pool, suspects, near, steps, step, log, voice):
     n = s.active
     if n == 0:
         return
-    long_frame = steps > op.steps
+    leap = FRAME_1 if steps > op.steps else FRAME
     end = step + steps
     if op.points == 0 or s.fading or end <= s.quiet or end <= s.due:
-        if long_frame:
-            rows.frame_1(w, n)
-        else:
-            rows.frame(w, n)
+        rows.leap(w, leap, n)
         return
-    if long_frame:
-        rows.try_frame_1(w, n)
-    else:
-        rows.try_frame(w, n)
+    rows.try_leap(w, leap, n)
     start = op.start
     way = s.fastest * op.fine
     count = 0
