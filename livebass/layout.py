@@ -41,8 +41,8 @@ OPERATOR = np.dtype(
     [
         ("start", "i8"),  # offset in the pool
         ("phi", "i8"),  # row of the shapes at the contact points
-        ("coupling", "i8"),  # row of W, (points, points) by rows: m of u at a point per unit f
-        ("compliance", "i8"),  # row of R, the same for the modes left out
+        ("coupling", "i8"),  # row of W, m of u at a point per unit f, a row a point; MOST_NEAR further R, the same
+        # for the modes left out
         ("modes", "i8"),
         ("padded", "i8"),  # modes, up to a whole BLOCK
         ("tap_modes", "i8"),  # up to a whole BLOCK: the taps have no weight above

@@ -127,8 +127,8 @@ def operator(
     n = -(-count // at.BLOCK) * at.BLOCK
     tap_rows = 2 * len(taps)
     phi_row = at.OP_DISPLACEMENT_TAP + tap_rows
-    coupling_row, compliance_row = phi_row + points, phi_row + 2 * points
-    memory = np.zeros((phi_row + 3 * points, at.ROW))
+    coupling_row = phi_row + points
+    memory = np.zeros((coupling_row + points, at.ROW))
     damp = np.exp(-sigma * dt)
     es = damp * np.sin(w_d * dt)
     memory[0, :count] = damp * np.cos(w_d * dt)
@@ -163,11 +163,11 @@ def operator(
     phi = shapes(s, s.grid_points - 1, np.asarray(s.contact_position))
     memory[phi_row : phi_row + points, :count] = phi[:, :count]
     coupling = dt**2 * dx_mu * phi[:, :count] @ phi[:, :count].T
-    memory[coupling_row:compliance_row, :points] = coupling
-    memory[compliance_row:, :points] = static_compliance(s, count)
+    memory[coupling_row:, :points] = coupling
+    memory[coupling_row:, at.MOST_NEAR : at.MOST_NEAR + points] = static_compliance(s, count)
     record = np.zeros((), at.OPERATOR)
     record["start"] = start
-    record["phi"], record["coupling"], record["compliance"] = phi_row, coupling_row, compliance_row
+    record["phi"], record["coupling"] = phi_row, coupling_row
     record["modes"], record["padded"] = count, n
     record["tap_modes"] = -(-last_tap // at.BLOCK) * at.BLOCK
     record["points"], record["diagonal"] = points, count == s.grid_points - 1

@@ -113,7 +113,7 @@ def fine_steps(s, op, w, pool, near, count, steps, step, log, voice):
         w[FO + m] = 0.0
         w[PE + i] = 0.0
     coupling = pool[start + op.coupling * ROW : start + (op.coupling + op.points) * ROW]
-    compliance = pool[start + op.compliance * ROW : start + (op.compliance + op.points) * ROW]
+    compliance = pool[start + op.coupling * ROW + MOST_NEAR : start + (op.coupling + op.points) * ROW]
     for i in range(count, count + NEAR):
         w[PE + i] = 0.0
     wanted = w[C1 : C1 + ROW]
