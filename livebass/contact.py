@@ -23,20 +23,10 @@ def force(new, old, r, stiffness, exponent):
     if a == 0.0 and b == 0.0:
         return 0.0, 0.0
     e = exponent + 1.0
-    if a > 0.0 and b > 0.0:
-        if exponent == 1.5:
-            # (x^5 - y^5) / (x^2 - y^2) with x, y the square roots: no cancellation
-            x = np.sqrt(a)
-            y = np.sqrt(b)
-            top = a * a + a * x * y + a * b + x * y * b + b * b
-            s = x + y
-            f = stiffness / e * top / s
-            slope = (4 * a * x + 3 * a * y + 2 * x * b + y * b) / s - top / (s * s)
-            return f, stiffness / e * slope / (2 * x)
-        if abs(r) < 1e-4 * b:
-            mid = b + 0.5 * r
-            f = stiffness * mid**exponent
-            return f, 0.5 * stiffness * exponent * mid ** (exponent - 1.0)
+    if a > 0.0 and b > 0.0 and abs(r) < 1e-4 * b:
+        mid = b + 0.5 * r
+        f = stiffness * mid**exponent
+        return f, 0.5 * stiffness * exponent * mid ** (exponent - 1.0)
     f = stiffness / e * (a**e - b**e) / r
     return f, (stiffness * a**exponent - f) / r
 
@@ -51,16 +41,54 @@ def solve_point(wanted, old, weight, stiffness, exponent, guess):
     r = wanted - weight * guess
     if old <= 0.0 and old + r <= 0.0:
         r = wanted
-    for _ in range(MOST_ITERATIONS):
-        if r == 0.0:
-            r = 1e-30
-        f, slope = force(old + r, old, r, stiffness, exponent)
-        step = (r + weight * f - wanted) / (1.0 + weight * slope)
-        r -= step
-        if abs(step) <= ENOUGH * abs(r) + SMALL:  # converges quadratically: the next would be far below rounding
-            break
+    if exponent == 1.5:
+        r = root_of_three_halves(r, wanted, old, weight, stiffness / 2.5)
+    else:
+        for _ in range(MOST_ITERATIONS):
+            if r == 0.0:
+                r = 1e-30
+            f, slope = force(old + r, old, r, stiffness, exponent)
+            step = (r + weight * f - wanted) / (1.0 + weight * slope)
+            r -= step
+            if abs(step) <= ENOUGH * abs(r) + SMALL:  # converges quadratically: the next is far below rounding
+                break
     # from the equation itself: smoother than the force law where that is steep
     return (wanted - r) / weight
+
+
+@jit
+def root_of_three_halves(r, wanted, old, weight, k):
+    """Newton from r for alpha = 1.5, k = K / 2.5: `force` with one root and one division a step.
+
+    Where both penetrations are positive f = k (x^5 - y^5) / (x^2 - y^2), x and y their roots: no cancellation.
+    """
+    b = max(old, 0.0)
+    y = np.sqrt(b)
+    for _ in range(MOST_ITERATIONS):
+        a = old + r
+        if a > 0.0:
+            x = np.sqrt(a)
+            if b > 0.0:
+                s = x + y
+                top = a * a + (a + b) * x * y + a * b + b * b
+                part = k / (2.0 * x * s * s)
+                f = part * top * 2.0 * x * s
+                slope = part * ((4.0 * a * x + 3.0 * a * y + 2.0 * x * b + y * b) * s - top)
+            else:
+                part = k * a * x / r
+                f = part * a
+                slope = (2.5 * part * r - f) / r
+        elif b > 0.0:
+            f = -k * b * b * y / r
+            slope = -f / r
+        else:
+            f = 0.0
+            slope = 0.0
+        step = (r + weight * f - wanted) / (1.0 + weight * slope)
+        r -= step
+        if abs(step) <= ENOUGH * abs(r) + SMALL:
+            break
+    return r
 
 
 @jit
@@ -78,8 +106,8 @@ def solve_points(near, count, wanted, old, f, coupling, compliance, ratio, strid
             rest = wanted[m]
             if not diagonal:
                 for k in range(count):
-                    if k != i:
-                        c = near[k]
+                    c = near[k]
+                    if k != i and f[c] != 0.0:
                         rest -= (coupling[m * stride + c] + soft * compliance[m * stride + c]) * f[c]
             weight = coupling[m * stride + m] + soft * compliance[m * stride + m]
             new = solve_point(rest, old[m], weight, stiffness, exponent, f[m])

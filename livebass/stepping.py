@@ -100,6 +100,20 @@ def bend(s, op, w, pool, ratio, most):
 
 
 @jit
+def exchange(s, old, op, w, pool, step):
+    """Makes the sounding slot `s` go on with `op`, untuned."""
+    rows.exchange(w, old.padded, op.padded)
+    for row in range(OP_COPIED):
+        rows.copy_row(w, FINE_A + row, pool, op.start + row * ROW, op.padded)
+    rows.from_velocity(w, op.padded)
+    s.ratio = 1.0
+    s.heard = op.tap_modes
+    s.active = op.padded
+    for m in range(op.points):
+        w[ST + m] = -1.0
+
+
+@jit
 def fine_steps(s, op, w, pool, near, count, steps, step, log, voice):
     """Takes `steps` fine steps with the contact solved at the `count` points in `near`."""
     start = op.start
@@ -158,7 +172,7 @@ def fine_steps(s, op, w, pool, near, count, steps, step, log, voice):
                 r = w[C1 + m]
                 for k in range(count):
                     c = near[k]
-                    if c == m or not op.diagonal:
+                    if w[FO + c] != 0.0 and (c == m or not op.diagonal):
                         r -= (coupling[m * ROW + c] + soft * compliance[m * ROW + c]) * w[FO + c]
                 eta = w[EO + m] + r
                 if eta > 0.0 and w[EN + m] <= 0.0:
