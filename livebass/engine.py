@@ -25,7 +25,7 @@ from livebass.operators import (
 )
 from livebass.quality import Quality, modes_for
 from livebass.score import Score
-from livebass.state import Voice, gather, instrument_voice, new_performer, new_voice
+from livebass.state import Pool, Voice, gather, instrument_voice, new_performer, new_voice
 
 CHUNK = 1.0  # s computed at once
 SILENCE = 10 ** (-80 / 20)  # full scale: the tail ends when no string is louder for QUIET_FOR
@@ -45,6 +45,21 @@ class Report:
     stolen: int  # strings taken away from a note that still sounded
 
 
+def prepare(instrument: Instrument, quality: Quality, rates: Rates, frets: int) -> Pool:
+    """The operators of every string and fret; raises ValueError for a neck or rate that cannot be played."""
+    rows = []
+    for string, neck in zip(instrument.strings, instrument.necks, strict=True):
+        row = []
+        for fret in range(frets + 1):
+            s = speaking(string, neck, fret)
+            count = modes_for(quality, s.length, string.length, s.grid_points)
+            taps = pickup_taps(s, instrument.output, count, rates.rate)
+            graze = usual_grazing_apex(s, instrument.player.pluck_position)
+            row.append(operator(s, count, rates, taps, 0, graze=graze))
+        rows.append(row)
+    return gather(rows)
+
+
 class Engine:
     """A bass at an audio rate. Same messages at the same frames: same samples, however the blocks are cut."""
 
@@ -58,17 +73,7 @@ class Engine:
         self.instrument, self.quality, self.rate, self.seed = instrument, quality, rate, seed
         self.rates = Rates(rate, whole_contact_rate(quality.contact_rate, rate))
         self.frets = min(len(neck.fret_positions) for neck in instrument.necks)
-        rows = []
-        for string, neck in zip(instrument.strings, instrument.necks, strict=True):
-            row = []
-            for fret in range(self.frets + 1):
-                s = speaking(string, neck, fret)
-                count = modes_for(quality, s.length, string.length, s.grid_points)
-                taps = pickup_taps(s, instrument.output, count, rate)
-                graze = usual_grazing_apex(s, instrument.player.pluck_position)
-                row.append(operator(s, count, self.rates, taps, 0, graze=graze))
-            rows.append(row)
-        self.pool = gather(rows)
+        self.pool = prepare(instrument, quality, self.rates, self.frets)
         self.voices = [instrument_voice(instrument, s, self.rates) for s in instrument.strings]
         self.performer = new_performer(instrument, self.frets, seed)
         self.settings = np.array([instrument.player.rounding, instrument.player.strike_width])

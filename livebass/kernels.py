@@ -6,10 +6,12 @@ when that file changes. Here a directory of its own belongs to each state of all
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import os
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +23,7 @@ SOURCES = tuple(
     HERE / f"{name}.py"
     for name in (
         "kernels", "layout", "rows", "contact", "stepping", "voice", "performer",
-        "reference_contact", "reference_steps",
+        "native", "live_layout", "live", "callbacks", "reference_contact", "reference_steps",
     )
 )  # fmt: skip
 ENTRY = "voice.run-*.nbi"  # what is compiled last and holds all the others
@@ -45,21 +47,45 @@ def _directory() -> Path:
 DIRECTORY = _directory()
 
 
+@contextmanager
+def _cache() -> Iterator[None]:
+    """What numba compiles in here is kept in `DIRECTORY`."""
+    settings: Any = nb.config
+    before = settings.CACHE_DIR
+    settings.CACHE_DIR = str(DIRECTORY)
+    try:
+        yield
+    finally:
+        settings.CACHE_DIR = before
+
+
 def compiled(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     """A decorator: numba's `njit` without the interpreter lock, division as in C, kept on disk."""
 
     def decorate(function: Callable[..., Any]) -> Any:
-        settings: Any = nb.config
-        before = settings.CACHE_DIR
-        settings.CACHE_DIR = str(DIRECTORY)
-        try:
+        with _cache():
             return nb.njit(cache=True, nogil=True, error_model="numpy", **options)(function)
-        finally:
-            settings.CACHE_DIR = before
 
     return decorate
 
 
+def callback(signature: str) -> Callable[[Callable[..., Any]], Callable[[], int]]:
+    """A decorator: a C function of that signature. What it gives is called for its address, and compiles it then."""
+
+    def decorate(function: Callable[..., Any]) -> Callable[[], int]:
+        @functools.cache
+        def address() -> int:
+            with _cache():
+                made = nb.cfunc(signature, cache=True, error_model="numpy")(function)
+            _KEPT.append(made)
+            return int(made.address or 0)
+
+        return address
+
+    return decorate
+
+
+_KEPT: list[Any] = []  # compiled callbacks live as long as the process
 jit = compiled()
 
 

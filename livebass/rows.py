@@ -318,3 +318,22 @@ def retune(w, ratio, fine, steps, part_steps, n):
             w[row * ROW + j] = damp_k * np.cos(w_d * h)
             w[row * ROW + ROW + j] = sin_k / es
             w[row * ROW + 2 * ROW + j] = sin_k * es
+
+
+@jit
+def exchange(w, old, new):
+    """P becomes velocity over omega; modes that come in anew are at rest, and no hand touches them."""
+    for j in range(old):
+        w[IP + j] /= w[IK + j]
+    for j in range(old, new):
+        w[IQ + j] = 0.0
+        w[IP + j] = 0.0
+        w[SHAPE * ROW + j] = 0.0
+        w[STRIKE * ROW + j] = 0.0
+        w[FINGER * ROW + j] = 1.0
+
+
+@jit
+def from_velocity(w, n):
+    for j in range(n):
+        w[IP + j] *= w[IK + j]

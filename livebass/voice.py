@@ -323,6 +323,23 @@ def move(v, slots, ops, w2, pool, scratch, log):
 
 
 @jit
+def exchange(v, slots, old, ops, w2, pool):
+    """The string goes on with operators `ops` in place of `old`: other modes, another contact rate.
+
+    Both have whole fine steps in a frame. Displacement and velocity of the modes they share stay.
+    """
+    v.numerator = ops[0].steps
+    v.step = v.frame * v.numerator
+    for k in range(2):
+        s = slots[k]
+        if s.on:
+            stepping.exchange(s, old[s.fret], ops[s.fret], w2[k], pool, v.step)
+            if v.tuned != 1.0:
+                stepping.bend(s, ops[s.fret], w2[k], pool, v.tuned, highest(v))
+            stepping.disturb(s, ops[s.fret], w2[k], v.step)
+
+
+@jit
 def run(v, slots, ops, w2, pool, events, count, settings, scratch, taps, log, raw, out):
     """Plays out.shape[0] frames. `events[:count]`: this string's, by frame, none before v.frame.
 

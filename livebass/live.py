@@ -1,0 +1,325 @@
+"""One block of the stage: messages in, sound out, meters. All that the audio thread does.
+
+No Python, allocation, lock, file or print in here: addresses from the stage's record become arrays, rings are read
+and written, and the kernels of `voice` and `performer` do the rest. [audio thread]
+"""
+
+import numpy as np
+from numba import carray
+
+from livebass import performer, voice
+from livebass.kernels import jit
+from livebass.layout import EVENT, OPERATOR, ROW, SLOT, VOICE, VOICE_SLOTS, WORK_ROWS
+from livebass.live_layout import (
+    BASS,
+    ENTRIES,
+    EVENT_ROOM,
+    EVENT_WORDS,
+    HEAD,
+    HISTOGRAM,
+    MOST_MESSAGES,
+    NOW,
+    STAGE,
+    STRETCH,
+    TAIL,
+)
+from livebass.native import flush_denormals, load_acquire, nanoseconds, pointer, store_release
+from livebass.performer import MOST_EVENTS, PERFORMER
+
+FADE = 0.03  # s in which a bass that was replaced is heard out
+GAIN_POLE = 0.004  # of the gain's way, each frame
+HIGH, LOW = 0.75, 0.35  # of the time a block lasts: take some of the work away; give it back after CALM
+CALM = 0.5  # s
+WORD = 8  # bytes
+
+
+@jit
+def bass_at(address):
+    return carray(pointer(address), 1, BASS)[0]
+
+
+@jit
+def operators_of(b, which):
+    return carray(pointer(b.operators[which]), (b.strings, b.frets + 1), OPERATOR)
+
+
+@jit
+def pool_of(b, which):
+    return carray(pointer(b.pool[which]), b.pool_size[which], np.float64)
+
+
+@jit
+def waiting(address, size, limit):
+    """The frame of the next entry of an event ring, NOW, or `limit` if there is none."""
+    words = carray(pointer(address), ENTRIES + EVENT_WORDS * size, np.int64)
+    tail = words[TAIL]
+    if load_acquire(address + WORD * HEAD) == tail:
+        return limit
+    return words[ENTRIES + EVENT_WORDS * (tail % size)]
+
+
+@jit
+def take(address, size):
+    """The message of the next entry, which leaves the ring."""
+    words = carray(pointer(address), ENTRIES + EVENT_WORDS * size, np.int64)
+    tail = words[TAIL]
+    message = words[ENTRIES + EVENT_WORDS * (tail % size) + 1]
+    store_release(address + WORD * TAIL, tail + 1)
+    return message
+
+
+@jit
+def put(address, size, frame, message):
+    """Adds an entry; drops it where the ring is full."""
+    words = carray(pointer(address), ENTRIES + EVENT_WORDS * size, np.int64)
+    head = words[HEAD]
+    if head - load_acquire(address + WORD * TAIL) >= size:
+        return False
+    words[ENTRIES + EVENT_WORDS * (head % size)] = frame
+    words[ENTRIES + EVENT_WORDS * (head % size) + 1] = message
+    store_release(address + WORD * HEAD, head + 1)
+    return True
+
+
+@jit
+def hear(stage, b, frame, message, count):
+    """Hands one message at stage frame `frame` to the performer; the new number of events."""
+    status = message & 0xFF
+    first = (message >> 8) & 0x7F
+    second = (message >> 16) & 0x7F
+    if stage.channel >= 0 and (status & 0x0F) != stage.channel:
+        return count
+    stage.messages += 1
+    kind = status & 0xF0
+    if kind == 0xC0:
+        stage.program = stage.bank << 8 | first
+        stage.program_count += 1
+        return count
+    if kind == 0xB0 and (first == 0 or first == 32):
+        stage.bank = (stage.bank & 0x7F) | second << 7 if first == 0 else (stage.bank & ~0x7F) | second
+        return count
+    p = carray(pointer(b.performer), 1, PERFORMER)[0]
+    events = carray(pointer(b.events), EVENT_ROOM, EVENT)
+    # places and grazing apexes are those of the fine operators, whatever plays
+    return performer.message(
+        p, operators_of(b, 0), pool_of(b, 0), frame - b.frame, status, first, second, events, count
+    )
+
+
+@jit
+def gather(stage, b, end):
+    """All messages before stage frame `end`, in order, as events of `b`; their number."""
+    count = 0
+    if load_acquire(stage.panic_address) != 0:
+        store_release(stage.panic_address, 0)
+        count = hear(stage, b, stage.frame, 0xB0 | stage.channel & 0x0F | 120 << 8, count)
+        count = hear(stage, b, stage.frame, 0xB0 | stage.channel & 0x0F | 121 << 8, count)
+    last = stage.frame
+    for _ in range(MOST_MESSAGES):
+        if count + MOST_EVENTS > EVENT_ROOM:
+            break
+        best = end
+        ring = -1
+        for k in range(3):
+            when = waiting(stage.ring[k], stage.ring_size[k], end)
+            if when == NOW:
+                when = stage.frame
+            if when < best:
+                best = when
+                ring = k
+        if ring < 0:
+            break
+        last = max(last, best)
+        count = hear(stage, b, last, take(stage.ring[ring], stage.ring_size[ring]), count)
+    return count
+
+
+@jit
+def play_strings(stage, b, count, out, n, level, slope):
+    """Adds n frames of every string of `b` to out (n,) float32; `level` and `slope` a frame: of a fade."""
+    events = carray(pointer(b.events), EVENT_ROOM, EVENT)
+    mine = carray(pointer(b.mine), EVENT_ROOM, EVENT)
+    sound = carray(pointer(b.sound), STRETCH, np.float64)[:n]
+    settings = carray(pointer(b.settings), 2, np.float64)
+    log = carray(pointer(b.settings), (0, 2), np.int64)
+    for i in range(b.strings):
+        used = 0
+        for k in range(count):
+            if events[k].string == i:
+                mine[used] = events[k]
+                used += 1
+        which = (b.coarse >> i) & 1
+        voice.run(
+            carray(pointer(b.voice[i]), 1, VOICE)[0],
+            carray(pointer(b.slots[i]), VOICE_SLOTS, SLOT),
+            operators_of(b, which)[i],
+            carray(pointer(b.work[i]), (VOICE_SLOTS, WORK_ROWS * ROW), np.float64),
+            pool_of(b, which),
+            mine,
+            used,
+            settings,
+            carray(pointer(b.scratch[i]), (2, ROW), np.int64),
+            carray(pointer(b.taps[i]), 8, np.float64),
+            log,
+            False,
+            sound,
+        )
+        gain = stage.gain
+        for j in range(n):
+            gain += GAIN_POLE * (stage.gain_wanted - gain)
+            x = sound[j] * gain * (level + slope * j)
+            if not abs(x) < 1e6:
+                x = 0.0
+                stage.faults += 1
+            out[j] += np.float32(x)
+
+
+@jit
+def stretch(stage, out, n):
+    """n <= STRETCH frames into out (n,) float32."""
+    for j in range(n):
+        out[j] = 0.0
+    if stage.bass != 0:
+        b = bass_at(stage.bass)
+        count = gather(stage, b, stage.frame + n)
+        play_strings(stage, b, count, out, n, 1.0, 0.0)
+    if stage.old_bass != 0:
+        whole = FADE * stage.rate
+        level = max(0.0, stage.fade / whole)
+        play_strings(stage, bass_at(stage.old_bass), 0, out, n, level, -level / max(n, stage.fade))
+        stage.fade -= n
+        if stage.fade <= 0:
+            store_release(stage.free_address, stage.old_bass)
+            stage.old_bass = 0
+    for _ in range(n):
+        stage.gain += GAIN_POLE * (stage.gain_wanted - stage.gain)
+    most = stage.peak
+    for j in range(n):
+        most = max(most, abs(np.float64(out[j])))
+        out[j] = min(max(out[j], np.float32(-1.0)), np.float32(1.0))
+    stage.peak = most
+    stage.frame += n
+
+
+@jit
+def adopt(stage):
+    """Takes the bass that Python has put ready, once the one before the last is out."""
+    if stage.old_bass == 0 and load_acquire(stage.free_address) == 0:
+        wanted = load_acquire(stage.next_address)
+        if wanted != 0:
+            store_release(stage.next_address, 0)
+            stage.old_bass = stage.bass
+            stage.fade = np.int64(FADE * stage.rate)
+            stage.bass = wanted
+            bass_at(wanted).frame = stage.frame
+            stage.overload = 0
+
+
+@jit
+def store(stage, out, n):
+    """Hands the sound to the recorder; what finds no room is counted."""
+    address = load_acquire(stage.record_address)
+    if address == 0:
+        return
+    words = carray(pointer(address), ENTRIES, np.int64)
+    data = carray(pointer(address + WORD * ENTRIES), stage.record_size, np.float32)
+    head = words[HEAD]
+    free = stage.record_size - (head - load_acquire(address + WORD * TAIL))
+    fits = min(n, free)
+    for j in range(fits):
+        data[(head + j) % stage.record_size] = out[j]
+    stage.record_lost += n - fits
+    store_release(address + WORD * HEAD, head + fits)
+
+
+@jit
+def relieve(stage, b, load, n):
+    """Under overload strings go to the coarse operators, newest contacts first; they come back in calm times."""
+    if b.pool_size[1] == 0:
+        return
+    p = carray(pointer(b.performer), 1, PERFORMER)[0]
+    if load > HIGH:
+        stage.calm = 0
+        best = -1
+        rank = -np.inf
+        for i in range(b.strings):
+            if (b.coarse >> i) & 1:
+                continue
+            slots = carray(pointer(b.slots[i]), VOICE_SLOTS, SLOT)
+            sounding = slots[0].on or slots[1].on
+            if not sounding:
+                continue
+            touching = slots[0].touching > 0 or slots[1].touching > 0
+            # contacts, the newest first; then what only sounds, the oldest first
+            value = p.age[i] if touching else -1e12 - p.age[i]
+            if value > rank:
+                rank = value
+                best = i
+        if best >= 0:
+            exchange(b, best, 1)
+            stage.overload += 1
+        return
+    stage.calm = 0 if load > LOW else stage.calm + n
+    if stage.calm > CALM * stage.rate and b.coarse != 0:
+        for i in range(b.strings):
+            if (b.coarse >> i) & 1:
+                exchange(b, i, 0)
+                stage.overload -= 1
+                stage.calm = 0
+                return
+
+
+@jit
+def exchange(b, i, which):
+    """String `i` goes on with the operators `which`."""
+    voice.exchange(
+        carray(pointer(b.voice[i]), 1, VOICE)[0],
+        carray(pointer(b.slots[i]), VOICE_SLOTS, SLOT),
+        operators_of(b, 1 - which)[i],
+        operators_of(b, which)[i],
+        carray(pointer(b.work[i]), (VOICE_SLOTS, WORK_ROWS * ROW), np.float64),
+        pool_of(b, which),
+    )
+    b.coarse ^= 1 << i
+
+
+@jit
+def block(address, out, n):
+    """n frames into out (n,) float32 from the stage at `address`."""
+    flush_denormals()
+    stage = carray(pointer(address), 1, STAGE)[0]
+    began = nanoseconds(stage.clock, stage.clock_kind)
+    stage.time_frame = stage.frame
+    store_release(stage.time_address, began)
+    adopt(stage)
+    done = 0
+    while done < n:
+        m = min(STRETCH, n - done)
+        stretch(stage, out[done : done + m], m)
+        done += m
+    store(stage, out, n)
+    stage.blocks += 1
+    if began == 0:
+        return
+    busy = nanoseconds(stage.clock, stage.clock_kind) - began
+    stage.busy = busy
+    stage.busy_worst = max(stage.busy_worst, busy)
+    load = busy * 1e-9 * stage.rate / n
+    if load > 1.0:
+        stage.late += 1
+    place = 0 if load <= 0.0 else np.int64(32.0 + 4.0 * np.log2(load))
+    stage.histogram[min(max(place, 0), HISTOGRAM - 1)] += 1
+    if stage.bass != 0 and stage.sheltered:
+        relieve(stage, bass_at(stage.bass), load, n)
+
+
+@jit
+def read(address):
+    """The word at `address`, with all that was written before it. [any thread]"""
+    return load_acquire(address)
+
+
+@jit
+def write(address, value):
+    """Writes the word at `address`, after all that was written before. [any thread]"""
+    store_release(address, value)

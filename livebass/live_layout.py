@@ -1,0 +1,96 @@
+"""Records that the audio thread and Python share: one prepared bass, the stage it plays on, rings of words.
+
+A ring is an int64 array: words 0 and 8 are its head (next to write) and tail (next to read), each on a cache line
+of its own, the entries follow from word 16. One thread writes, one reads; heads and tails only ever grow.
+"""
+
+import numpy as np
+
+from livebass.performer import MOST_EVENTS, MOST_STRINGS
+
+HEAD, TAIL, ENTRIES = 0, 8, 16
+EVENT_WORDS = 2  # frame, or NOW; status | first << 8 | second << 16
+NOW = -1
+MOST_MESSAGES = 128  # taken into one stretch; the others wait for the next
+EVENT_ROOM = (MOST_MESSAGES + 1) * MOST_EVENTS
+STRETCH = 1024  # frames computed at once, at most
+HISTOGRAM = 64
+
+BASS = np.dtype(
+    [
+        ("strings", "i8"),
+        ("frets", "i8"),
+        ("coarse", "i8"),  # strings that play with the coarse operators, a bit each
+        ("operators", "i8", (2,)),  # addresses: layout.OPERATOR (strings, frets + 1), fine and coarse
+        ("pool", "i8", (2,)),
+        ("pool_size", "i8", (2,)),
+        ("voice", "i8", (MOST_STRINGS,)),
+        ("slots", "i8", (MOST_STRINGS,)),
+        ("work", "i8", (MOST_STRINGS,)),
+        ("scratch", "i8", (MOST_STRINGS,)),
+        ("taps", "i8", (MOST_STRINGS,)),
+        ("performer", "i8"),
+        ("settings", "i8"),
+        ("events", "i8"),  # layout.EVENT (EVENT_ROOM,), of all strings
+        ("mine", "i8"),  # the same, of one
+        ("sound", "i8"),  # float64 (STRETCH,)
+        ("frame", "i8"),  # of the stage, when this bass began
+    ],
+    align=True,
+)
+
+STAGE = np.dtype(
+    [
+        ("rate", "f8"),
+        ("frame", "i8"),  # next to be computed
+        ("clock", "i8"),  # address of clock_gettime, 0: none
+        ("clock_kind", "i8"),
+        ("time", "i8"),  # ns, at the start of the last block ...
+        ("time_frame", "i8"),  # ... whose first frame this was
+        ("sheltered", "i8"),  # overload may coarsen strings
+        # basses, as addresses of BASS
+        ("bass", "i8"),  # plays, 0: none
+        ("next_bass", "i8"),  # put there by Python; taken at a block's start
+        ("old_bass", "i8"),  # fades out
+        ("free_bass", "i8"),  # has faded out: Python may let it go and writes 0
+        ("fade", "i8"),  # frames left of the fade
+        # event rings: live, score, the audio thread's own port; and sound for the recorder
+        ("ring", "i8", (3,)),
+        ("ring_size", "i8", (3,)),
+        ("record", "i8"),  # header of a ring and float32 behind it, 0: not recording
+        ("record_size", "i8"),
+        ("record_lost", "i8"),  # frames
+        # where some fields are, for atomic access
+        ("time_address", "i8"),
+        ("next_address", "i8"),
+        ("free_address", "i8"),
+        ("record_address", "i8"),
+        ("panic_address", "i8"),
+        # what was played
+        ("channel", "i8"),  # 0-15, -1: all
+        ("program", "i8"),  # of the last program change, bank << 8 | program
+        ("program_count", "i8"),
+        ("bank", "i8"),
+        ("panic", "i8"),  # raised by Python, lowered by the audio thread
+        ("gain", "f8"),
+        ("gain_wanted", "f8"),
+        # meters
+        ("blocks", "i8"),
+        ("messages", "i8"),
+        ("busy", "i8"),  # ns of the last block
+        ("busy_worst", "i8"),  # since Python lowered it
+        ("late", "i8"),  # blocks that took longer than they last
+        ("underruns", "i8"),  # told by the driver
+        ("peak", "f8"),  # since Python lowered it
+        ("faults", "i8"),  # frames of a string that were no number
+        ("overload", "i8"),  # strings on coarse operators
+        ("calm", "i8"),  # frames since the load was last high
+        ("histogram", "i8", (HISTOGRAM,)),  # blocks by load: bin 32 + 4 log2(busy over the block's time)
+    ],
+    align=True,
+)
+
+
+def new_ring(entries: int, words: int) -> np.ndarray:
+    """An empty ring of `entries` entries of `words` words."""
+    return np.zeros(ENTRIES + entries * words, np.int64)

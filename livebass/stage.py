@@ -1,0 +1,205 @@
+"""What plays live, seen from Python: the stage's record, its rings, and the basses on it. [main thread]"""
+
+from __future__ import annotations
+
+import ctypes
+import threading
+import time
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livebass import layout as at
+from livebass import live
+from livebass.engine import Engine, prepare
+from livebass.instrument import Instrument
+from livebass.live_layout import (
+    BASS,
+    ENTRIES,
+    EVENT_ROOM,
+    EVENT_WORDS,
+    NOW,
+    STAGE,
+    STRETCH,
+    TAIL,
+    new_ring,
+)  # fmt: skip
+from livebass.operators import Rates, whole_contact_rate
+from livebass.quality import Quality
+from livebass.score import Score
+
+COARSE = Quality("coarse", 150, 192e3)  # where strings go under overload
+RING = 4096  # messages
+RECORD_SECONDS = 20.0
+
+
+@dataclass(frozen=True)
+class Meters:
+    """What the audio thread counted; loads are parts of the time a block lasts."""
+
+    frame: int
+    blocks: int
+    late: int
+    underruns: int
+    messages: int
+    load: float  # last block
+    worst: float  # since the meters were read last
+    peak: float  # the same; 1 is full scale
+    faults: int
+    overload: int  # strings on coarse operators
+    lost: int  # frames the recorder lost
+
+
+class LiveBass:
+    """An instrument made ready for the audio thread; raises ValueError for what `Engine` cannot play."""
+
+    def __init__(self, instrument: Instrument, quality: Quality, rate: int, seed: int = 0) -> None:
+        self.engine = Engine(instrument, quality, rate, seed)
+        coarse = Rates(rate, whole_contact_rate(COARSE.contact_rate, rate))
+        self.coarse = prepare(instrument, COARSE, coarse, self.engine.frets)
+        self.events = np.zeros((2, EVENT_ROOM), at.EVENT)
+        self.sound = np.zeros(STRETCH)
+        self.record = np.zeros(1, BASS)
+        b = self.record
+        b["strings"], b["frets"] = self.engine.strings, self.engine.frets
+        for k, pool in enumerate((self.engine.pool, self.coarse)):
+            b["operators"][0, k] = pool.records.ctypes.data
+            b["pool"][0, k], b["pool_size"][0, k] = pool.memory.ctypes.data, pool.memory.size
+        for i, v in enumerate(self.engine.voices):
+            b["voice"][0, i], b["slots"][0, i] = v.record.ctypes.data, v.slots.ctypes.data
+            b["work"][0, i], b["scratch"][0, i] = v.work.ctypes.data, v.scratch.ctypes.data
+            b["taps"][0, i] = v.taps.ctypes.data
+        b["performer"], b["settings"] = self.engine.performer.ctypes.data, self.engine.settings.ctypes.data
+        b["events"], b["mine"] = self.events[0].ctypes.data, self.events[1].ctypes.data
+        b["sound"] = self.sound.ctypes.data
+
+    @property
+    def address(self) -> int:
+        return int(self.record.ctypes.data)
+
+    def fingers(self) -> list[tuple[str, int, bool, bool]]:
+        """(string, fret, sounding, touching a fret since the pluck) for each string."""
+        p = self.engine.performer[0]
+        out = []
+        for i, (string, v) in enumerate(zip(self.engine.instrument.strings, self.engine.voices, strict=True)):
+            slot = v.slots[int(v.record["slot"][0])]
+            out.append((string.name, int(p["fret"][i]), bool(slot["on"]), bool(slot["touching"])))
+        return out
+
+
+class Stage:
+    """The record the audio thread works on, at `rate` Hz."""
+
+    def __init__(self, rate: int, channel: int = -1, gain: float = 1.0, shelter: bool = True) -> None:
+        self.rate = rate
+        self.record = np.zeros(1, STAGE)
+        self.rings = [new_ring(RING, EVENT_WORDS) for _ in range(3)]
+        self.sound_ring = np.zeros(0, np.int64)
+        self._writer = threading.Lock()  # of the live ring, between Python's threads
+        self._basses: list[LiveBass] = []
+        r = self.record
+        r["rate"], r["channel"], r["gain"], r["gain_wanted"] = rate, channel, gain, gain
+        r["sheltered"] = shelter
+        for k, ring in enumerate(self.rings):
+            r["ring"][0, k], r["ring_size"][0, k] = ring.ctypes.data, RING
+        for name in ("time", "next_bass", "free_bass", "record", "panic"):
+            r[f"{name.removesuffix('_bass')}_address"] = self._address_of(name)
+        r["clock"], r["clock_kind"] = _clock()
+
+    @property
+    def address(self) -> int:
+        return int(self.record.ctypes.data)
+
+    def _address_of(self, field: str) -> int:
+        offset = STAGE.fields[field][1]  # type: ignore[index]
+        return self.address + int(offset)
+
+    def put_on(self, bass: LiveBass) -> None:
+        """`bass` plays from the next block on; the one before fades out. Waits where one is fading already."""
+        self.clear_away()
+        while live.read(self._address_of("next_bass")) or live.read(self._address_of("free_bass")):
+            time.sleep(0.005)
+            self.clear_away()
+        self._basses.append(bass)
+        live.write(self._address_of("next_bass"), bass.address)
+
+    def clear_away(self) -> None:
+        """Lets go of a bass that has faded out."""
+        free = live.read(self._address_of("free_bass"))
+        if free:
+            self._basses = [b for b in self._basses if b.address != free]
+            live.write(self._address_of("free_bass"), 0)
+
+    @property
+    def bass(self) -> LiveBass | None:
+        """The last one put on."""
+        return self._basses[-1] if self._basses else None
+
+    def send(self, status: int, first: int = 0, second: int = 0, frame: int = NOW) -> bool:
+        """A MIDI message for stage frame `frame` or as soon as possible; False where the ring is full. [any thread]"""
+        message = status & 0xFF | (first & 0x7F) << 8 | (second & 0x7F) << 16
+        with self._writer:
+            return bool(live.put(self.rings[0].ctypes.data, RING, frame, message))
+
+    def feed(self, score: Score, first: int, start: int) -> int:
+        """Messages of `score` from index `first` on, at `start` + their frames, while there is room; the next index."""
+        ring = self.rings[1].ctypes.data
+        for k in range(first, len(score.frames)):
+            status, one, two = score.messages[k].tolist()
+            if not live.put(ring, RING, start + int(score.frames[k]), status | one << 8 | two << 16):
+                return k
+        return len(score.frames)
+
+    def frame_now(self, ahead: int) -> int:
+        """The frame that a message of this moment belongs to, `ahead` frames late: the same delay for all."""
+        began, first = live.read(self._address_of("time")), int(self.record["time_frame"][0])
+        if not began:
+            return NOW
+        return first + round((time.clock_gettime_ns(time.CLOCK_MONOTONIC) - began) * 1e-9 * self.rate) + ahead
+
+    def panic(self) -> None:
+        """All sound off, controllers as new."""
+        live.write(self._address_of("panic"), 1)
+
+    def set_gain(self, gain: float) -> None:
+        self.record["gain_wanted"] = gain
+
+    def start_recording(self) -> None:
+        """From the next block on sound goes into a ring that `recorded` empties."""
+        size = int(RECORD_SECONDS * self.rate)
+        self.sound_ring = np.zeros(ENTRIES + (size + 1) // 2, np.int64)
+        self.record["record_size"] = size
+        live.write(self._address_of("record"), self.sound_ring.ctypes.data)
+
+    def recorded(self) -> NDArray[np.float32]:
+        """What has been recorded since the last call, (n,)."""
+        size, address = int(self.record["record_size"][0]), self.sound_ring.ctypes.data
+        data = self.sound_ring[ENTRIES:].view(np.float32)[:size]
+        tail, head = int(self.sound_ring[TAIL]), live.read(address)
+        out = data[np.arange(tail, head) % size].copy()
+        live.write(address + 8 * TAIL, head)
+        return out
+
+    def meters(self) -> Meters:
+        """Counters; `worst` and `peak` start anew."""
+        r = self.record[0]
+        worst, peak = int(r["busy_worst"]), float(r["peak"])
+        r["busy_worst"], r["peak"] = 0, 0.0
+        block = max(1, int(r["frame"]) - int(r["time_frame"])) / self.rate
+        return Meters(
+            frame=int(r["frame"]), blocks=int(r["blocks"]), late=int(r["late"]), underruns=int(r["underruns"]),
+            messages=int(r["messages"]), load=int(r["busy"]) * 1e-9 / block, worst=worst * 1e-9 / block, peak=peak,
+            faults=int(r["faults"]), overload=int(r["overload"]), lost=int(r["record_lost"]),
+        )  # fmt: skip
+
+
+def _clock() -> tuple[int, int]:
+    """Address of clock_gettime and the number of the monotonic clock; zeros where there is none."""
+    try:
+        function = ctypes.CDLL(None).clock_gettime
+        return int(ctypes.cast(function, ctypes.c_void_p).value or 0), time.CLOCK_MONOTONIC
+    except (AttributeError, OSError, TypeError):
+        return 0, 0
+
+

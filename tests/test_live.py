@@ -1,0 +1,253 @@
+"""The stage: what the native callback plays, called by its C pointer; no sound card is needed."""
+
+from __future__ import annotations
+
+import ctypes
+import threading
+import time
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from livebass import QUALITIES, Quality, demo_score, live, load_preset
+from livebass.callbacks import PORTAUDIO, portaudio
+from livebass.engine import Engine
+from livebass.live_layout import STRETCH
+from livebass.motion import Floats
+from livebass.render import mixed
+from livebass.stage import LiveBass, Stage
+
+RATE = 48000
+QUICK = Quality("quick", 150, 384e3)
+SIGNATURE = ctypes.CFUNCTYPE(
+    ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_ulong, ctypes.c_void_p, ctypes.c_ulong, ctypes.c_void_p
+)
+
+
+class Player:
+    """A sound card without sound: asks the callback for blocks."""
+
+    def __init__(self, stage: Stage, channels: int = 1) -> None:
+        self.stage, self.channels = stage, channels
+        self.mono = np.zeros(STRETCH, np.float32)
+        self.record = np.zeros(1, PORTAUDIO)
+        self.record["stage"], self.record["channels"] = stage.address, channels
+        self.record["mono"] = self.mono.ctypes.data
+        self.call = SIGNATURE(portaudio())
+
+    def block(self, n: int, flags: int = 0) -> Floats:
+        """n frames, (n,) or (n, channels)."""
+        out = np.full(n * self.channels, np.nan, np.float32)
+        assert self.call(None, out.ctypes.data, n, None, flags, self.record.ctypes.data) == 0
+        return out if self.channels == 1 else out.reshape(n, self.channels)
+
+
+def staged(preset: str = "slap", quality: Quality = QUICK, **more: object) -> tuple[Stage, Player]:
+    stage = Stage(RATE, **more)  # type: ignore[arg-type]
+    stage.put_on(LiveBass(load_preset(preset), quality, RATE))
+    return stage, Player(stage)
+
+
+def offline(preset: str, messages: list[tuple[int, int, int, int]], frames: int, quality: Quality = QUICK) -> Floats:
+    """The same by the engine: (frame, status, first, second)."""
+    engine = Engine(load_preset(preset), quality, RATE)
+    engine.send(np.array([m[0] for m in messages]), np.array([m[1:] for m in messages], np.uint8))
+    return mixed(engine.process(frames).astype(np.float32))
+
+
+@pytest.mark.parametrize("sizes", [[64], [1, 500, 33], [4096]])
+def test_a_score_sounds_as_rendered_bit_for_bit(sizes: list[int]) -> None:
+    score = demo_score(RATE, "slap")
+    stage, player = staged(shelter=False)
+    blocks, fed = [], 0
+    while stage.record["frame"][0] < 3 * RATE:
+        fed = stage.feed(score, fed, 0)
+        blocks.append(player.block(sizes[len(blocks) % len(sizes)]))
+    heard = np.concatenate(blocks)[: 3 * RATE]
+    messages = [(int(f), *map(int, m)) for f, m in zip(score.frames, score.messages, strict=True)]
+    assert np.array_equal(heard, offline("slap", messages, 3 * RATE))
+    assert np.abs(heard).max() > 0.1
+
+
+def test_messages_at_their_frames_and_now() -> None:
+    stage, player = staged("jazz-finger", shelter=False)
+    first = player.block(100)
+    assert not first.any()
+    stage.send(0x90, 40, 100)
+    stage.send(0x90, 45, 90, frame=333)
+    stage.send(0x80, 40, 0, frame=120)  # too late for its frame: as soon as possible, and in order
+    heard = np.concatenate([player.block(64) for _ in range(60)])
+    messages = [(100, 0x90, 40, 100), (333, 0x90, 45, 90), (333, 0x80, 40, 0)]
+    assert np.array_equal(heard, offline("jazz-finger", messages, 100 + len(heard))[100:])
+
+
+def test_two_channels_hear_the_same() -> None:
+    stage, _ = staged(shelter=False)
+    stage.send(0x90, 40, 100)
+    both = Player(stage, channels=2).block(3000)
+    assert np.array_equal(both[:, 0], both[:, 1])
+    assert np.array_equal(both[:, 0], offline("slap", [(0, 0x90, 40, 100)], 3000))
+
+
+def test_another_bass_comes_in_without_a_click() -> None:
+    stage, player = staged("jazz-finger", shelter=False)
+    stage.send(0x90, 40, 60)
+    before = np.concatenate([player.block(64) for _ in range(200)])
+    stage.put_on(LiveBass(load_preset("flatwound"), QUICK, RATE))
+    after = np.concatenate([player.block(64) for _ in range(100)])
+    steps = np.abs(np.diff(np.concatenate([before[-3000:], after]), 2))
+    assert steps[2990:].max() < 2 * steps[:2990].max()
+    assert not np.any(after[3000:])
+    stage.clear_away()
+    assert len(stage._basses) == 1
+    stage.send(0x90, 40, 60)
+    sound = np.concatenate([player.block(64) for _ in range(100)])
+    assert np.abs(sound).max() > 0.005
+
+
+def test_many_basses_one_after_the_other() -> None:
+    stage, player = staged("jazz-finger")
+    basses = [LiveBass(load_preset(name), QUICK, RATE) for name in ("slap", "muted", "flatwound")]
+    done = threading.Event()
+
+    def swap() -> None:
+        for bass in basses:
+            stage.put_on(bass)
+        done.set()
+
+    threading.Thread(target=swap, daemon=True).start()
+    end = time.monotonic() + 20
+    while not done.is_set() and time.monotonic() < end:
+        stage.send(0x90, 40, 90)
+        player.block(256)
+    assert done.is_set()
+    for _ in range(20):
+        player.block(256)
+    stage.clear_away()
+    assert stage._basses == basses[-1:]
+
+
+def test_program_changes_and_banks_are_noted() -> None:
+    stage, player = staged()
+    for message in ((0xB0, 0, 1), (0xB0, 32, 2), (0xC0, 5)):
+        stage.send(*message)
+    player.block(64)
+    assert stage.record["program"][0] == (1 << 7 | 2) << 8 | 5
+    assert stage.record["program_count"][0] == 1
+
+
+def test_one_channel_only() -> None:
+    stage, player = staged(channel=2)
+    stage.send(0x90, 40, 100)
+    assert not player.block(2000).any()
+    stage.send(0x92, 40, 100)
+    assert player.block(2000).any()
+
+
+def test_panic_ends_everything() -> None:
+    stage, player = staged()
+    for key in (28, 33, 38, 43):
+        stage.send(0x90, key, 120)
+    assert player.block(4000).any()
+    stage.panic()
+    player.block(RATE)
+    assert not player.block(RATE).any()
+
+
+def test_recording_is_what_was_heard() -> None:
+    stage, player = staged()
+    stage.start_recording()
+    stage.send(0x90, 40, 110)
+    heard, kept = [], []
+    for k in range(400):
+        heard.append(player.block(97))
+        if k % 50 == 0:
+            kept.append(stage.recorded())
+    kept.append(stage.recorded())
+    assert np.array_equal(np.concatenate(kept), np.concatenate(heard))
+    assert stage.meters().lost == 0
+
+
+def test_a_recorder_that_sleeps_loses_sound_and_counts_it() -> None:
+    stage, player = staged()
+    stage.start_recording()
+    size = int(stage.record["record_size"][0])
+    for _ in range(size // 4096 + 2):
+        player.block(4096)
+    assert stage.meters().lost == (size // 4096 + 2) * 4096 - size
+    assert len(stage.recorded()) == size
+
+
+def test_overload_coarsens_strings_and_calm_brings_them_back() -> None:
+    """The clock tells of time that never passed: each block takes as long as is said."""
+    stage, player = staged("jazz-finger", QUALITIES["live"])
+    bass = stage.bass
+    assert bass is not None
+    spans = [0.0]
+    fake = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_int, ctypes.POINTER(ctypes.c_int64))
+    now = [0]
+
+    def clock(_kind: int, spec: ctypes.POINTER(ctypes.c_int64)) -> int:  # type: ignore[valid-type]
+        now[0] += int(spans[0])
+        spec[0], spec[1] = now[0] // 10**9, now[0] % 10**9 + 1  # type: ignore[index]
+        return 0
+
+    keep: Callable[..., int] = fake(clock)
+    stage.record["clock"] = ctypes.cast(keep, ctypes.c_void_p).value  # type: ignore[arg-type]
+    for key in (28, 33, 38, 43):
+        stage.send(0x90, key, 127)
+    player.block(2400)
+    spans[0] = 0.9 * 64 / RATE * 1e9
+    before = np.concatenate([player.block(64) for _ in range(1)])
+    assert bin(bass.record["coarse"][0]).count("1") == 1 and stage.meters().overload == 1
+    assert bass.record["coarse"][0] == 0b1000, "the newest contact first"
+    sound = np.concatenate([before, *[player.block(64) for _ in range(3)]])
+    assert bass.record["coarse"][0] == 0b1111
+    assert np.isfinite(sound).all() and np.abs(sound).max() > 0.05
+    assert np.abs(np.diff(sound)).max() < 0.2, "no jump"
+    spans[0] = 0.1 * 64 / RATE * 1e9
+    for _ in range(4 * RATE // 64):
+        player.block(64)
+    assert bass.record["coarse"][0] == 0 and stage.meters().overload == 0
+    del keep
+
+
+def test_coarse_strings_go_on_in_tune() -> None:
+    """Exchanged in the middle of a note, and back: the same motion, but for what contacts make of it."""
+    quality = QUALITIES["live"]
+    sounds = []
+    for exchanged in (False, True):
+        stage, player = staged("jazz-finger", quality, shelter=False)
+        bass = stage.bass
+        assert bass is not None
+        stage.send(0x90, 40, 50)
+        blocks = [player.block(4800)]
+        for which in (1, 0):
+            if exchanged:
+                live.exchange(bass.record[0], 2, which)
+            blocks.append(player.block(4800))
+        sounds.append(np.concatenate(blocks))
+    plain, changed = sounds
+    assert np.array_equal(plain[:4800], changed[:4800])
+    assert np.abs(plain - changed).max() < 0.03 * np.abs(plain).max()
+
+
+def test_wild_messages_leave_sound_that_is_finite() -> None:
+    stage, player = staged("slap")
+    rng = np.random.default_rng(1)
+    for _ in range(300):
+        for _ in range(int(rng.integers(0, 40))):
+            stage.send(*(int(x) for x in rng.integers(0, 256, 3)))
+        sound = player.block(int(rng.integers(1, 300)))
+        assert np.isfinite(sound).all() and np.abs(sound).max() <= 1
+    stage.panic()
+    player.block(RATE)
+    assert not player.block(RATE).any()
+    assert stage.meters().faults == 0
+
+
+def test_a_full_ring_refuses() -> None:
+    stage = Stage(RATE)
+    sent = sum(stage.send(0x90, 40, 100) for _ in range(5000))
+    assert sent == 4096
