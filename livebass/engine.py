@@ -55,7 +55,7 @@ def prepare(instrument: Instrument, quality: Quality, rates: Rates, frets: int) 
             count = modes_for(quality, s.length, string.length, s.grid_points)
             taps = pickup_taps(s, instrument.output, count, rates.rate)
             graze = usual_grazing_apex(s, instrument.player.pluck_position)
-            row.append(operator(s, count, rates, taps, 0, graze=graze))
+            row.append(operator(s, count, rates, taps, graze=graze))
         rows.append(row)
     return gather(rows)
 
@@ -162,7 +162,7 @@ def trial_voice(trial: Trial, log: int = LOG) -> tuple[Voice, NDArray[np.void], 
         raise ValueError("rates: allowed are whole numbers of Hz")
     rates = Rates(int(trial.output_rate), int(trial.contact_rate))
     taps = sampled_taps(trial.speaking, trial.sensor, trial.modes, rates)
-    op = operator(trial.speaking, trial.modes, rates, taps, 0, lossless=trial.lossless)
+    op = operator(trial.speaking, trial.modes, rates, taps, lossless=trial.lossless)
     state = new_voice(rates, 1, log)
     records = np.zeros(1, at.OPERATOR)
     records[0] = op.record
@@ -175,7 +175,7 @@ def solve_trial(trial: Trial) -> Motion:
     state, records, memory = trial_voice(trial)
     pluck = trial.pluck
     events = np.zeros(1, at.EVENT)
-    events[0] = (0, at.PLUCK, 0, 0, 0, pluck.apex, pluck.position)
+    events[0] = (0, at.PLUCK, 0, 0, pluck.apex, pluck.position)
     settings = np.array([pluck.rounding, 0.02])
     out = np.zeros(trial.samples)
     contacts = []

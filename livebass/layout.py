@@ -13,7 +13,7 @@ MOST_NEAR = 32  # contact points solved together in one fine step
 BLOCK = 16  # modes are woken and dropped in blocks
 
 # Working set: state, coefficients of the tuned string, contact points, scratch
-Q, P = 0, 1  # modal displacement; modal momentum scaled to one fine step (kernel.py)
+Q, P = 0, 1  # modal displacement; modal momentum scaled to one fine step (rows.py)
 Q_OLD, P_OLD = 2, 3  # the state before a trial step
 FINE_A, FINE_B = 4, 5
 FRAME = 6  # three rows A, B, G: one audio frame
@@ -97,7 +97,6 @@ VOICE = np.dtype(
         ("tuned", "f8"),  # ... and the one it has got to
         ("logged", "i8"),  # contacts begun, also beyond the log's length
         ("taps", "i8"),
-        ("phases", "i8"),
         ("pickups", "i8"),
         ("held", "f8", (8,)),  # taps of the shape the finger holds
         ("decay", "f8", (4,)),  # 1/m of each pickup
@@ -111,14 +110,13 @@ VOICE = np.dtype(
         ("gain", "f8"),
         ("gain_wanted", "f8"),
         ("gain_pole", "f8"),
-        ("peak", "f8"),
     ],
     align=True,
 )
 VOICE_SLOTS = 2
 
 EVENT = np.dtype(
-    [("frame", "i8"), ("kind", "i4"), ("string", "i4"), ("fret", "i4"), ("key", "i4"), ("x", "f8"), ("y", "f8")],
+    [("frame", "i8"), ("kind", "i4"), ("string", "i4"), ("fret", "i4"), ("x", "f8"), ("y", "f8")],
     align=True,
 )
 PLUCK, STRIKE_EVENT, HAND, BEND, GAIN, CUT = 1, 2, 3, 4, 5, 6

@@ -101,9 +101,9 @@ def sampled_taps(s: Speaking, sensor: float, count: int, rates: Rates) -> list[T
 
 
 def operator(
-    s: Speaking, count: int, rates: Rates, taps: list[Tap], start: int, *, lossless: bool = False, graze: float = 0.0
+    s: Speaking, count: int, rates: Rates, taps: list[Tap], *, lossless: bool = False, graze: float = 0.0
 ) -> Operator:
-    """Builds the operator of `count` modes; `start` is where its memory will lie in the pool (float64 index).
+    """Builds the operator of `count` modes; `state.gather` says where its memory lies.
 
     Raises ValueError for more modes, taps or contact points than the kernels take, or a rate that freezes a mode.
     """
@@ -166,7 +166,6 @@ def operator(
     memory[coupling_row:, :points] = coupling
     memory[coupling_row:, at.MOST_NEAR : at.MOST_NEAR + points] = static_compliance(s, count)
     record = np.zeros((), at.OPERATOR)
-    record["start"] = start
     record["phi"], record["coupling"] = phi_row, coupling_row
     record["modes"], record["padded"] = count, n
     record["tap_modes"] = -(-last_tap // at.BLOCK) * at.BLOCK

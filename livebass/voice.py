@@ -171,7 +171,7 @@ def strike(v, slots, ops, w2, pool, fret, depth, position, width):
     s.on = 1
     s.touching = 0
     if sounding and s.active > 0:
-        touch(v, w2[k], ops[fret], position, v.strike)
+        touch(v, w2[k], ops[fret], position, max(v.strike // 2, 1))  # it lies on the string, then throws it
     shape_of_strike(w2[k], ops[fret], depth, position, width)
     v.striking = v.strike
     s.safety = stepping.SAFETY_STRUCK
@@ -231,7 +231,7 @@ def excite(v, s, op, w):
         v.pulling -= 1
         if v.pulling == 0:
             let_go(v, s, op, w)
-    if v.striking > 0:
+    if v.striking > 0 and v.fingering == 0:
         # a raised cosine of force whose sum over the frames is one
         t = (v.strike - v.striking) / v.strike
         rows.push(w, (1 - np.cos(2 * np.pi * t)) / v.strike, n)

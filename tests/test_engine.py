@@ -83,7 +83,7 @@ def energies(trial: Trial) -> tuple[Floats, int]:
     state, records, memory = trial_voice(trial)
     op, slot, v, w = records[0], state.slots[0], state.record[0], state.work[0]
     event = np.zeros(1, at.EVENT)
-    event[0] = (0, at.PLUCK, 0, 0, 0, trial.pluck.apex, trial.pluck.position)
+    event[0] = (0, at.PLUCK, 0, 0, trial.pluck.apex, trial.pluck.position)
     settings, out = np.array([trial.pluck.rounding, 0.02]), np.zeros(1)
     rows = w.reshape(-1, at.ROW)
     stamp, now, before = rows[at.STAMP], rows[at.ETA], rows[at.ETA_OLD]

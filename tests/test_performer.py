@@ -285,7 +285,7 @@ def test_a_note_struck_again_stays_on_its_string() -> None:
 @settings(deadline=None)
 @given(st.lists(messages, max_size=40), st.integers(0, 40))
 def test_same_messages_same_events_however_sent(sequence: list[Message], cut: int) -> None:
-    def events(*parts: list[Message]) -> list[bytes]:
+    def events(*parts: list[Message]) -> list[list[tuple[float, ...]]]:
         engine = engine_of(bass())
         engine.performer = new_performer(engine.instrument, engine.frets)
         engine._pending = [np.zeros(0, at.EVENT) for _ in range(4)]
@@ -294,7 +294,7 @@ def test_same_messages_same_events_however_sent(sequence: list[Message], cut: in
             frames = np.arange(frame, frame + len(part), dtype=np.int64) * 7
             engine.send(frames, np.array(part, np.uint8).reshape(-1, 3))
             frame += len(part)
-        return [p.tobytes() for p in engine._pending]
+        return [p.tolist() for p in engine._pending]
 
     whole = events(sequence)
     assert events(sequence) == whole
