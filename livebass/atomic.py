@@ -4,12 +4,18 @@ from __future__ import annotations
 
 import os
 import secrets
+import signal
 import stat
-from collections.abc import Callable
-from contextlib import ExitStack
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 from typing import Self
+
+STOPS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
+written: list[Path] = []  # files this process has put in their places, as they were named
 
 
 class OutputError(OSError):
@@ -46,6 +52,31 @@ def checked_place(path: Path) -> Path:
     return place
 
 
+@contextmanager
+def uninterrupted() -> Iterator[None]:
+    """What asks the program to stop (`STOPS`) waits until the block is done. [main thread; others: no effect]"""
+    late: list[int] = []
+    before = {}
+    try:
+        if threading.current_thread() is threading.main_thread():
+            for number in STOPS:
+                if signal.getsignal(number) not in (signal.SIG_IGN, None):
+                    before[number] = signal.signal(number, lambda number, _: late.append(number))
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+        for number in late[:1]:
+            signal.raise_signal(number)
+
+
+@dataclass(frozen=True)
+class _File:
+    name: Path  # what it was called by whoever asked for it
+    place: Path  # where it will be
+    temporary: Path  # where it is until then
+
+
 def _beside(place: Path, ending: str) -> Path:
     """A name in the same directory, so that moving is renaming, that no other file has."""
     return place.with_name(f".{place.name[:40]}.{ending}-{secrets.token_hex(4)}")
@@ -55,12 +86,14 @@ class Transaction:
     """Several new files as one: `with Transaction() as files: fd, temporary = files.create(path)`.
 
     Leaving the block without an exception moves every file to its place, over an older one; with any
-    exception, KeyboardInterrupt included, none appears, older ones stay and nothing is left behind.
+    exception, KeyboardInterrupt included, none appears, older ones stay and nothing is left behind. Signals
+    that come while files are moved or taken away wait until that is done.
     """
 
     def __init__(self) -> None:
-        self._files: list[tuple[Path, Path]] = []  # (temporary, place)
-        self._open: list[int] = []  # file descriptors
+        self._files: list[_File] = []
+        self._made: list[Path] = []  # directories, outermost first
+        self._open: list[tuple[int, Path]] = []  # file descriptors and the names of their files
         self._closing = ExitStack()  # closes what writes to a descriptor, then the descriptor
 
     def __enter__(self) -> Self:
@@ -69,29 +102,55 @@ class Transaction:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
+        complete = False
         try:
             if kind is None:
-                self._commit()
+                self._sync()
+                complete = True
         finally:
-            self._discard()
+            with uninterrupted():
+                try:
+                    if complete:
+                        self._commit()
+                finally:
+                    self._discard()
+
+    def directory(self, path: Path) -> None:
+        """Make the directory `path` if need be, and those above it; what was made goes if no file appears."""
+        try:
+            place = Path(os.path.realpath(path))
+            for directory in reversed([p for p in (place, *place.parents) if not p.exists()]):
+                self._made.append(directory)  # before it exists, as in `create`
+                try:
+                    directory.mkdir()
+                except OSError:
+                    self._made.pop()
+                    raise
+            if not place.is_dir():
+                raise OutputError(f"{path}: is not a directory")
+        except ValueError:  # a zero byte in the name
+            raise OutputError(f"{str(path)!r}: is not a directory name") from None
+        except OutputError:
+            raise
+        except OSError as error:
+            raise output_error(path, error) from None
 
     def create(self, path: Path) -> tuple[int, Path]:
         """A descriptor to read and write a new file that will be `path`, and where it is until then.
 
         Raises OutputError where `path` could not be put in place at the end.
         """
-        place = checked_place(path)
-        if any(place == other for _, other in self._files):
+        file = _File(path, checked_place(path), _beside(checked_place(path), "tmp"))
+        if any(file.place == other.place for other in self._files):
             raise OutputError(f"{path}: would be written twice")
-        temporary = _beside(place, "tmp")
-        self._files.append((temporary, place))  # before it exists: an interrupt in between leaves nothing
+        self._files.append(file)  # before it exists: an interrupt in between leaves nothing
         try:
-            fd = os.open(temporary, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)
+            fd = os.open(file.temporary, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)
         except OSError as error:
             raise output_error(path, error) from None
         self._closing.callback(os.close, fd)
-        self._open.append(fd)
-        return fd, temporary
+        self._open.append((fd, path))
+        return fd, file.temporary
 
     def before_closing(self, action: Callable[[], None]) -> None:
         """Call `action` before the descriptors made so far are closed, whatever the end."""
@@ -106,35 +165,49 @@ class Transaction:
         except OSError as error:
             raise output_error(path, error) from None
 
+    def _sync(self) -> None:
+        """See that all is on the disk: some report that they are full only now."""
+        for fd, name in self._open:
+            try:
+                os.fsync(fd)
+            except OSError as error:
+                raise output_error(name, error) from None
+
     def _commit(self) -> None:
         """Move all to their places. What they replace is set aside until the last one is in its place."""
         aside: list[tuple[Path, Path]] = []
-        moved: list[Path] = []
+        moved: list[_File] = []
         try:
-            for fd in self._open:
-                os.fsync(fd)  # some disks report that they are full only now
-            for temporary, place in self._files:
-                if place.exists() and len(self._files) > 1:
-                    old = _beside(place, "old")
-                    aside.append((old, place))
-                    os.replace(place, old)
-                moved.append(place)
-                os.replace(temporary, place)
+            for file in self._files:
+                moved.append(file)
+                if file.place.exists() and len(self._files) > 1:
+                    old = _beside(file.place, "old")
+                    aside.append((old, file.place))
+                    os.replace(file.place, old)
+                os.replace(file.temporary, file.place)
         except BaseException as error:
-            for place in moved:
-                place.unlink(missing_ok=True)
+            for file in moved:
+                if not file.temporary.exists():
+                    file.place.unlink(missing_ok=True)
             for old, place in aside:
                 if old.exists():
                     os.replace(old, place)
             if isinstance(error, OSError):
-                raise output_error(self._files[max(0, len(moved) - 1)][1], error) from None
+                raise output_error(moved[-1].name, error) from None
             raise
         for old, _ in aside:
             old.unlink(missing_ok=True)
+        written.extend(file.name for file in self._files)
+        self._made.clear()
 
     def _discard(self) -> None:
-        self._closing.close()
-        self._open.clear()
-        for temporary, _ in self._files:
-            temporary.unlink(missing_ok=True)
-        self._files.clear()
+        try:
+            self._closing.close()
+        finally:
+            for file in self._files:
+                file.temporary.unlink(missing_ok=True)
+            for directory in reversed(self._made):
+                with suppress(OSError):  # somebody has put something into it
+                    directory.rmdir()
+            for made in (self._open, self._files, self._made):
+                made.clear()

@@ -43,7 +43,9 @@ def check(file: str) -> None:
 
     bass = load_preset(file)
     strings = " ".join(s.name for s in bass.strings)
-    click.echo(f"{file}: good; {bass.name}, strings {strings}, {len(bass.necks[0].fret_positions)} frets")
+    frets = len(bass.necks[0].fret_positions)
+    several = "s" * (len(bass.strings) != 1), "s" * (frets != 1)
+    click.echo(f"{file}: good; {bass.name}, string{several[0]} {strings}, {frets} fret{several[1]}")
 
 
 @presets.command()

@@ -9,6 +9,7 @@ from typing import Any
 
 import click
 
+from livebass import limits
 from livebass.cli_render import announce_kernels
 from livebass.cli_values import CONTACT_RATE, MODES, RATE, Number, Quantity
 from livebass.quality import QUALITIES
@@ -22,7 +23,7 @@ from livebass.quality import QUALITIES
 )
 @click.option(
     "--apex",
-    type=Quantity("length", 1e-6, 0.05),
+    type=Quantity(*limits.APEX),
     default=3.6e-3,
     show_default="3.6mm",
     help="Height of the plucked corner.",
@@ -30,12 +31,12 @@ from livebass.quality import QUALITIES
 @click.option(
     "--at",
     "at",
-    type=Quantity("length", 1e-3, 2.0),
+    type=Quantity(*limits.AT),
     default=0.64,
     show_default="0.64m",
     help="Where it is, from the stop (the nut or the fret).",
 )
-@click.option("--duration", type=Quantity("time", 1e-4, 600.0), default=1.0, show_default="1 s")
+@click.option("--duration", type=Quantity(*limits.DURATION), default=1.0, show_default="1 s")
 @click.option("-q", "--quality", type=click.Choice(list(QUALITIES)), default="reference", show_default=True)
 @click.option("--modes", type=MODES, help="Modes of the string as stopped, instead of the quality's.")
 @click.option("--contact-rate", type=CONTACT_RATE, help="Such as 8MHz, instead of the quality's.")
@@ -56,7 +57,8 @@ def simulate(
 ) -> None:  # fmt: skip
     """Pluck one string once and write what it did.
 
-    Into DIR go displacement.wav (m, at the sensor), contacts.csv (time_s,fret) and result.npz (all of it).
+    Into DIR go displacement.wav (at the sensor, scaled to a peak of -1 dBFS; wav_metres_per_unit in
+    result.npz makes metres of it), contacts.csv (time_s,fret) and result.npz (all of it): all three or none.
 
     \b
     Example, case B of Issanchou et al. (2018):

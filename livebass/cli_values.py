@@ -8,15 +8,16 @@ from typing import Any
 
 import click
 
-from livebass.quality import LEAST_CONTACT_RATE, MOST_CONTACT_RATE, MOST_MODES
-from livebass.units import DIMENSIONS, format_quantity, note_number, quantity
+from livebass import limits
+from livebass.quality import MOST_MODES
+from livebass.units import note_number, quantity
 
 
 class Quantity(click.ParamType):
     """A number with or without a unit, within limits, in SI: "3.6mm", "0.64 m", "0.64", "8MHz"."""
 
-    def __init__(self, dimension: str, least: float, most: float) -> None:
-        self.name, self.dimension, self.least, self.most = dimension, dimension, least, most
+    def __init__(self, dimension: str, least: float, most: float, whole: bool = False) -> None:
+        self.name, self.limits = dimension, limits.Limits(dimension, least, most, whole)
 
     def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
         return self.name.upper()
@@ -28,17 +29,21 @@ class Quantity(click.ParamType):
             number = float(value)
         except ValueError:
             try:
-                number = quantity(value, self.dimension)
+                number = quantity(value, self.name)
             except ValueError as error:
                 self.fail(f"{value!r}: {error}", param, ctx)
-        if not self.least <= number <= self.most:  # NaN is not
-            self.fail(f"{value}: allowed are {self._show(self.least)} to {self._show(self.most)}", param, ctx)
+        if self.limits.whole and math.isclose(number, _nearest(number), rel_tol=1e-12):
+            number = _nearest(number)  # 8.1 million times 1 Hz need not be whole
+        try:
+            self.limits.check("", number)
+        except ValueError:
+            self.fail(f"{value}: allowed are {self.limits}", param, ctx)
         return number
 
-    def _show(self, value: float) -> str:
-        units = DIMENSIONS[self.dimension].units
-        fitting = [u for u, size in units.items() if 1 <= value / size < 1000 and u not in ("in", "cm")]
-        return format_quantity(value, self.dimension, fitting[0] if fitting else None)
+
+def _nearest(number: float) -> float:
+    """The nearest whole number; what is not finite stays."""
+    return float(round(number)) if math.isfinite(number) else number
 
 
 class Number(click.ParamType):
@@ -89,6 +94,6 @@ class Channel(click.ParamType):
         return int(value)
 
 
-RATE = Number("hz", 22050, 192000, whole=True)
+RATE = Number("hz", limits.RATE.least, limits.RATE.most, whole=True)
 MODES = Number("count", 1, MOST_MODES, whole=True)
-CONTACT_RATE = Quantity("frequency", LEAST_CONTACT_RATE, MOST_CONTACT_RATE)
+CONTACT_RATE = Quantity(*limits.CONTACT_RATE)

@@ -1,31 +1,28 @@
 """One string, one pluck, to files: what `livebass simulate` does.
 
 Writes `displacement.wav` (float32, the sensor's displacement scaled to a peak of -1 dBFS), `contacts.csv`
-(`time_s,fret`) and `result.npz`, all three or none: they are made in a directory beside the one asked for.
+(`time_s,fret`) and `result.npz`, all three or none.
 """
 
 from __future__ import annotations
 
 import io
 import math
-import os
-import shutil
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import soundfile
 
+from livebass import limits
 from livebass import modes as modal
+from livebass.atomic import Transaction, checked_place
+from livebass.audiofile import AudioWriter, encoding
 from livebass.instrument import Instrument, Pluck, Speaking, speaking
-from livebass.motion import Floats, Motion, Trial, initial_amplitudes
+from livebass.motion import Motion, Trial, initial_amplitudes
 from livebass.reference import static_compliance
 
-GREATEST_APEX = 0.030  # m
-GREATEST_CONTACT_RATE = 64e6  # Hz
-GREATEST_DURATION = 60.0  # s
-LEAST_RATE, GREATEST_RATE = 8000, 192000  # Hz
+FILES = ("displacement.wav", "contacts.csv", "result.npz")
 LEAST_SINE = 1e-6  # of omega_d dt: at 0 two fine steps do not tell how a mode moves between them
 PEAK = 10 ** (-1 / 20)  # of the WAV file, -1 dBFS
 
@@ -53,10 +50,16 @@ def simulate_to_directory(
     if solver not in ("engine", "reference"):
         raise ValueError(f"solver {solver!r}: engine or reference")
     s = _speaking(instrument, string, fret)
+    whole = solver == "engine"  # which cuts a sample into whole steps
+    limits.CONTACT_RATE._replace(whole=whole).check("contact rate", contact_rate)
     trial = _trial(instrument, s, apex, at, duration, modes, contact_rate, rate)
-    with _replacing(Path(directory)) as place:
+    directory = Path(directory)
+    with Transaction() as files:
+        files.directory(directory)
+        for name in FILES:
+            checked_place(directory / name)  # now, not after seconds of work
         motion = _solve(trial, solver)
-        _write(place, trial, motion)
+        _write(files, directory, trial, motion)
     first = ""
     if motion.contact_step.size:
         when, where = motion.contact_time_s[0], s.contact_fret[motion.contact_index[0]]
@@ -77,14 +80,6 @@ def _speaking(instrument: Instrument, string: str, fret: int) -> Speaking:
     return speaking(instrument.strings[index], instrument.necks[index], fret)
 
 
-def _within(name: str, value: float, least: float, most: float, unit: str, scale: float = 1.0) -> None:
-    """Raise ValueError unless least < value <= most (a NaN never is); shown in `unit` = 1 / `scale`."""
-    if not least < value <= most:
-        raise ValueError(
-            f"{name} {value * scale:g} {unit}: above {least * scale:g} and up to {most * scale:g} {unit}"
-        )
-
-
 def _trial(
     instrument: Instrument,
     s: Speaking,
@@ -96,16 +91,14 @@ def _trial(
     rate: int,
 ) -> Trial:
     """What to solve, every number checked: ValueError says what is allowed."""
-    _within("apex", apex, 0.0, GREATEST_APEX, "mm", 1e3)
-    if not 0 < at < s.length:
-        raise ValueError(f"pluck at {at * 1e3:g} mm: between 0 and {s.length * 1e3:g} mm from the stop")
-    _within("duration", duration, 0.0, GREATEST_DURATION, "s")
-    if not LEAST_RATE <= rate <= GREATEST_RATE:
-        raise ValueError(f"rate {rate} Hz: {LEAST_RATE} to {GREATEST_RATE} Hz")
-    if not rate <= contact_rate <= GREATEST_CONTACT_RATE:
-        raise ValueError(
-            f"contact rate {contact_rate:g} Hz: from the output rate {rate} to {GREATEST_CONTACT_RATE:g} Hz"
-        )
+    limits.APEX.check("apex", apex)
+    if not limits.AT.least <= at < s.length:
+        least, below = limits.AT.least * 1e3, s.length * 1e3
+        raise ValueError(f"pluck at {at * 1e3:g} mm: allowed are {least:g} mm to below {below:g} mm from the stop")
+    limits.DURATION.check("duration", duration)
+    limits.RATE.check("rate", rate)
+    if contact_rate < rate:
+        raise ValueError(f"contact rate {contact_rate:.10g} Hz: allowed is at least the output rate, {rate} Hz")
     most = s.grid_points - 1
     count = most if modes is None else modes
     if not 1 <= count <= most:
@@ -136,30 +129,32 @@ def _check_aliasing(s: Speaking, count: int, contact_rate: float) -> None:
 
 def _solve(trial: Trial, solver: str) -> Motion:
     """Run the solver called `solver`; the engine is loaded only if it is asked for."""
+    solve: Callable[[Trial], Motion]
     if solver == "reference":
         from livebass.reference import solve
+    else:
+        from livebass.engine import solve_trial
 
-        return solve(trial)
-    from livebass.engine import solve_trial
+        solve = solve_trial
+    solve(replace(trial, modes=1, duration=1 / trial.output_rate))  # compiles, or loads what was compiled
+    return solve(trial)
 
-    return solve_trial(trial)
 
-
-def _write(place: Path, trial: Trial, motion: Motion) -> None:
+def _write(files: Transaction, directory: Path, trial: Trial, motion: Motion) -> None:
     """The three files of a result."""
+    sound, table, result = (directory / name for name in FILES)
     s = trial.speaking
     loudest = float(np.max(np.abs(motion.displacement_m)))
     metres_per_unit = loudest / PEAK or 1.0
-    (place / "displacement.wav").write_bytes(
-        _wav_bytes(motion.displacement_m / metres_per_unit, round(trial.output_rate))
-    )
+    writer = AudioWriter(files, sound, encoding(sound, round(trial.output_rate), bits="float"))
+    writer.write((motion.displacement_m / metres_per_unit).astype(np.float32))
+    writer.close()
     frets = np.asarray(s.contact_fret, dtype=np.int64)
-    with open(place / "contacts.csv", "w", encoding="ascii", newline="\n") as table:
-        table.write("time_s,fret\n")
-        for when, index in zip(motion.contact_time_s, motion.contact_index, strict=True):
-            table.write(f"{float(when)!r},{frets[index]}\n")
+    rows = zip(motion.contact_time_s, frets[motion.contact_index], strict=True)
+    files.write(table, "".join(["time_s,fret\n", *(f"{float(t)!r},{fret}\n" for t, fret in rows)]).encode())
+    arrays = io.BytesIO()
     np.savez(
-        place / "result.npz",
+        arrays,
         length_m=s.length,
         linear_density_kg_per_m=s.string.linear_density,
         grid_points=s.grid_points,
@@ -183,42 +178,4 @@ def _write(place: Path, trial: Trial, motion: Motion) -> None:
         contact_index=motion.contact_index,
         wall_s=motion.wall_s,
     )
-
-
-def _wav_bytes(samples: Floats, rate: int) -> bytes:
-    """A float32 WAV file of `samples`, the same bytes whenever it is made.
-
-    libsndfile puts the time of day into the PEAK chunk: header, size, version, then 4 bytes of time.
-    """
-    memory = io.BytesIO()
-    soundfile.write(memory, samples.astype(np.float32), rate, format="WAV", subtype="FLOAT")
-    data = bytearray(memory.getvalue())
-    peak = data.find(b"PEAK", 0, data.find(b"data"))
-    if peak >= 0:
-        data[peak + 12 : peak + 16] = bytes(4)
-    return bytes(data)
-
-
-@contextmanager
-def _replacing(directory: Path) -> Iterator[Path]:
-    """A new directory whose files end up in `directory` if nothing goes wrong; otherwise all is as before."""
-    if directory.exists() and not directory.is_dir():
-        raise ValueError(f"{directory}: exists and is not a directory")
-    directory = directory.resolve()
-    made = [p for p in (directory, *directory.parents) if not p.exists()][1:]  # deepest first
-    place = directory.parent / f".{directory.name}.{os.getpid()}.part"
-    try:
-        place.mkdir(parents=True, exist_ok=True)
-        yield place
-        if directory.exists():
-            for file in sorted(place.iterdir()):
-                os.replace(file, directory / file.name)
-            place.rmdir()
-        else:
-            os.replace(place, directory)
-    except BaseException:
-        shutil.rmtree(place, ignore_errors=True)
-        for parent in made:
-            if parent.is_dir() and not any(parent.iterdir()):
-                parent.rmdir()
-        raise
+    files.write(result, arrays.getvalue())

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import csv
+import importlib
 import math
+import os
+import resource
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +15,8 @@ import numpy as np
 import pytest
 import soundfile
 
-from livebass import simulate
+from livebass import atomic, simulate
+from livebass.atomic import OutputError
 from livebass.motion import Trial
 from livebass.reference import solve
 from livebass.simulate import simulate_to_directory
@@ -89,23 +93,25 @@ def test_same_run_same_wav_and_an_old_result_is_replaced(tmp_path: Path) -> None
         ({"string": "B"}, "has G"),
         ({"fret": 21}, "0 to 20"),
         ({"fret": -1}, "0 to 20"),
-        ({"apex": 0.0}, "up to 30 mm"),
-        ({"apex": 0.031}, "up to 30 mm"),
-        ({"apex": math.nan}, "up to 30 mm"),
+        ({"apex": 0.0}, "allowed are 1 um to 30 mm"),
+        ({"apex": 0.031}, "apex 0.031 m: allowed are 1 um to 30 mm"),
+        ({"apex": math.nan}, "1 um to 30 mm"),
         ({"at": 0.0}, "863 mm"),
         ({"at": 0.9}, "863 mm"),
         ({"at": math.nan}, "863 mm"),
         ({"at": 0.8, "fret": 12}, "431 mm"),
         ({"modes": 0}, "1 to 862"),
         ({"modes": 10**9}, "1 to 862"),
-        ({"contact_rate": 22050.0}, "44100"),
-        ({"contact_rate": 65e6}, "6.4e+07"),
-        ({"contact_rate": math.nan}, "6.4e+07"),
+        ({"contact_rate": 22050.0}, "44.1 kHz to 64 MHz"),
+        ({"contact_rate": 47e3, "rate": 48000}, "the output rate, 48000 Hz"),
+        ({"contact_rate": 65e6}, "64 MHz"),
+        ({"contact_rate": math.nan}, "64 MHz"),
+        ({"contact_rate": 200000.1, "solver": "engine"}, "contact rate 200000.1 Hz: allowed are whole numbers of Hz"),
         ({"contact_rate": 2 * 97.97319798 * 5000, "rate": 48000, "modes": 0}, "1 to 862"),
-        ({"duration": 0.0}, "up to 60 s"),
-        ({"duration": 61.0}, "up to 60 s"),
-        ({"duration": math.inf}, "up to 60 s"),
-        ({"rate": 0}, "192000"),
+        ({"duration": 0.0}, "100 us to 60 s"),
+        ({"duration": 61.0}, "100 us to 60 s"),
+        ({"duration": math.inf}, "100 us to 60 s"),
+        ({"rate": 0}, "192 kHz"),
         ({"solver": "oracle"}, "reference"),
     ],
 )
@@ -151,8 +157,55 @@ def test_nothing_is_left_of_a_broken_run(
 
 def test_a_file_in_the_way_is_named(tmp_path: Path) -> None:
     (tmp_path / "out").write_text("mine")
-    with pytest.raises(ValueError, match="out: exists"):
+    with pytest.raises(OutputError, match="out: is not a directory"):
         run(tmp_path / "out")
-    with pytest.raises(OSError):
+    with pytest.raises(OutputError, match="below: cannot be written: Not a directory"):
         run(tmp_path / "out" / "below")
     assert (tmp_path / "out").read_text() == "mine"
+
+
+def test_a_directory_in_the_place_of_a_file_leaves_nothing(tmp_path: Path) -> None:
+    (tmp_path / "sd" / "result.npz").mkdir(parents=True)
+    with pytest.raises(OutputError, match=r"sd/result\.npz: is a directory"):
+        run(tmp_path / "sd")
+    assert [p.name for p in tmp_path.rglob("*")] == ["sd", "result.npz"]
+
+
+def test_a_full_disk_leaves_nothing(tmp_path: Path) -> None:
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    for size, file in ((4096, "displacement.wav"), (9000, "result.npz")):
+        resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
+        try:
+            with pytest.raises(OutputError, match=f"^{tmp_path}/a/b/{file}: cannot be written: File too large$"):
+                run(tmp_path / "a" / "b")
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+        assert not list(tmp_path.iterdir())
+
+
+def test_nothing_is_made_beside_the_directory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The directory may be another disk, or its parent closed: only what is in it is touched."""
+    made: list[Path] = []
+    opened = os.open
+
+    def open_(path: Any, *rest: Any) -> int:
+        made.append(Path(path))
+        return opened(path, *rest)
+
+    monkeypatch.setattr(atomic.os, "open", open_)
+    (tmp_path / "out").mkdir()
+    run(tmp_path / "out")
+    assert len(made) == 3 and {p.parent for p in made} == {tmp_path / "out"}
+
+
+@pytest.mark.parametrize("solver", ["engine", "reference"])
+def test_wall_time_is_without_compilation(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, solver: str) -> None:
+    """Whatever is compiled or loaded when a solver first runs is done before the run that is timed."""
+    module = importlib.import_module(f"livebass.{solver}")
+    name = "solve" if solver == "reference" else "solve_trial"
+    trials: list[Trial] = []
+    real = getattr(module, name)
+    monkeypatch.setattr(module, name, lambda trial: trials.append(trial) or real(trial))
+    run(tmp_path / "out", solver=solver)
+    first, second = trials
+    assert (first.modes, first.samples) == (1, 2) and (second.modes, second.samples) == (60, 1324)
