@@ -22,7 +22,7 @@ HERE = Path(__file__).parent
 SOURCES = tuple(
     HERE / f"{name}.py"
     for name in (
-        "kernels", "layout", "rows", "contact", "stepping", "voice", "performer",
+        "kernels", "layout", "rows", "contact", "stepping", "hands", "voice", "performer",
         "native", "live_layout", "live", "callbacks", "reference_contact", "reference_steps",
     )
 )  # fmt: skip

@@ -7,7 +7,7 @@ and written, and the kernels of `voice` and `performer` do the rest. [audio thre
 import numpy as np
 from numba import carray
 
-from livebass import performer, voice
+from livebass import hands, performer, voice
 from livebass.kernels import jit
 from livebass.layout import EVENT, OPERATOR, ROW, SLOT, VOICE, VOICE_SLOTS, WORK_ROWS
 from livebass.live_layout import (
@@ -272,7 +272,7 @@ def relieve(stage, b, load, n):
 @jit
 def exchange(b, i, which):
     """String `i` goes on with the operators `which`."""
-    voice.exchange(
+    hands.exchange(
         carray(pointer(b.voice[i]), 1, VOICE)[0],
         carray(pointer(b.slots[i]), VOICE_SLOTS, SLOT),
         operators_of(b, 1 - which)[i],

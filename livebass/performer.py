@@ -6,9 +6,9 @@ performance, and the same input always the same one. One record holds all that i
 
 import numpy as np
 
+from livebass.hands import grazing
 from livebass.kernels import jit
 from livebass.layout import BEND, CUT, GAIN, HAND, PLUCK, STRIKE_EVENT
-from livebass.voice import grazing
 
 MOST_STRINGS = 8
 FREE, HELD, PEDALLED = 0, 1, 2
