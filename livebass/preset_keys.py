@@ -29,7 +29,7 @@ KEYS = (
     Key("", "name", "text", "1", "80", REQUIRED, "what the bass is called"),
     Key("", "description", "text", "0", "500", "", "one sentence about it"),
     Key("neck", "scale_length", "length", "300 mm", "1500 mm", REQUIRED, "nut to saddle"),
-    Key("neck", "frets", "integer", "1", "36", 20, "how many, by geometry"),
+    Key("neck", "frets", "integer", "1", "32", 20, "how many, by geometry"),
     Key("neck", "action", "length", "0 mm", "20 mm", "2 mm", "gap under the open string at fret 12"),
     Key("neck", "relief", "length", "0 mm", "5 mm", "0.3 mm", "hollow of the neck at its middle"),
     Key("neck", "nut_height", "length", "0 mm", "10 mm", "0.5 mm", "gap under the open string at fret 1"),
