@@ -10,6 +10,7 @@ from livebass import units
 from livebass.units import DIMENSIONS, format_quantity, quantity
 
 REQUIRED = object()
+TAKEN = (6, 7, 11, 38, 64, 98, 99, 100, 101)  # MIDI controllers with another meaning, and all from 120 on
 
 
 @dataclass(frozen=True)
@@ -18,7 +19,7 @@ class Key:
 
     section: str
     name: str
-    kind: str  # a dimension of `units`, number, integer, text, note, choices "a|b"; "[]" after it: several
+    kind: str  # a dimension of `units`, number, integer, text, note, lift, controller, choices "a|b"; "[]": several
     least: str
     most: str
     default: Any  # REQUIRED; None: may be left out, see `meaning`
@@ -93,7 +94,7 @@ KEYS = (
     Key("player", "hand_damping", "decay rate", "0 /s", "10000 /s", "90 /s", "hand that stops a note"),
     Key("player", "bend_range", "number", "0", "24", 2.0, "semitones"),
     Key("player", "out_of_range", "transpose|drop", "", "", "transpose", "notes the bass does not have"),
-    Key("player", "position_controller", "integer", "0", "127", 16, "MIDI controller of the pluck position"),
+    Key("player", "position_controller", "controller", "0", "119", 16, "MIDI controller of the pluck position"),
 )
 SECTIONS = tuple(dict.fromkeys(key.section for key in KEYS if key.section))
 
@@ -118,6 +119,8 @@ def allowed(key: Key, unit: str | None = None) -> str:
         ends = [(quantity(text, kind), unit or units.unit_of(text, kind)) for text in (key.least, key.most)]
         least, most = (format_quantity(value, kind, shown) for value, shown in ends)
         return f"{least} to {most}" + (", several" if key.kind != kind else "")
+    if kind == "controller":
+        return f"a whole number from {key.least} to {key.most} except {', '.join(map(str, TAKEN))}"
     return f"{'a whole number' if kind == 'integer' else 'a number'} from {key.least} to {key.most}"
 
 
@@ -144,9 +147,10 @@ def checked(key: Key, raw: Any) -> Any:
     elif "|" in kind:
         value, good = raw, isinstance(raw, str) and raw in kind.split("|")
     else:
-        types = (int,) if kind == "integer" else (int, float)
+        types = (int,) if kind in ("integer", "controller") else (int, float)
         numeric = isinstance(raw, types) and not isinstance(raw, bool)
         value, good = raw, numeric and float(key.least) <= raw <= float(key.most)
+        good = good and not (kind == "controller" and raw in TAKEN)
     if not good:
         raise ValueError(f"allowed: {allowed(key, units.unit_of(raw, kind) if kind in DIMENSIONS else None)}")
     return float(value) if kind == "number" else value

@@ -166,6 +166,15 @@ CHANGES = [  # what to replace in GOOD, by what, and what the message must say
     (GEOMETRY, MEASURED + 'relief = "1 mm"\n', ["relief", "not together with measured frets"]),
     (GEOMETRY, GEOMETRY + 'conductance_frequencies = ["50 Hz"]\n', ["conductance_values", "0 for 1"]),
     ("[[string]]", "[string]", ["my.toml"]),
+    *(
+        (
+            'technique = "pluck"',
+            f"position_controller = {number}",
+            [f"player.position_controller = {number}:", "a whole number from 0 to 119 except 6, 7, 11, 38, 64"],
+        )
+        for number in (6, 7, 11, 38, 64, 98, 99, 100, 101, 120, 121, 127, 128, -1)
+    ),
+    ('technique = "pluck"', "position_controller = 1.0", ["player.position_controller = 1.0", "whole number"]),
     (
         "inharmonicity = 1e-4",
         'inharmonicity = 1e-4\nextra_damping = "10000 /s"',
@@ -264,6 +273,12 @@ def test_name_error(name: str, says: str) -> None:
     with pytest.raises(PresetError) as caught:
         load_preset(name)
     assert says in str(caught.value) and str(caught.value).isprintable()
+
+
+@pytest.mark.parametrize("number", [0, 1, 5, 74, 119])
+def test_free_controllers(tmp_path: Path, number: int) -> None:
+    bass = load(tmp_path, GOOD.replace('technique = "pluck"', f"position_controller = {number}"))
+    assert bass.player.position_controller == number
 
 
 def test_split_coil(tmp_path: Path) -> None:
@@ -514,6 +529,8 @@ def some(key: Key) -> st.SearchStrategy[Any]:
         unit = next(iter(DIMENSIONS[key.kind].units))
         ends = st.sampled_from([key.least, key.most])
         return ends | spread(low / scale, high / scale).map(lambda v: f"{v:.15g} {unit}")
+    if key.kind == "controller":
+        return st.sampled_from([0, 1, 16, 119])
     if key.kind == "integer":
         return st.integers(int(key.least), int(key.most))
     return st.sampled_from([float(key.least), float(key.most)]) | spread(float(key.least), float(key.most))
