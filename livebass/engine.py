@@ -24,7 +24,7 @@ from livebass.operators import (
     whole_contact_rate,
 )
 from livebass.quality import Quality, modes_for
-from livebass.score import Score
+from livebass.score import LONGEST, Score, checked_rate
 from livebass.state import Pool, Voice, gather, instrument_voice, new_performer, new_voice
 
 CHUNK = 1.0  # s computed at once
@@ -66,10 +66,12 @@ class Engine:
     def __init__(self, instrument: Instrument, quality: Quality, rate: int, seed: int = 0, workers: int | None = None):
         """Prepares all strings and frets; raises ValueError for a neck or rate that cannot be played.
 
+        `rate` is a whole number of Hz from 8000 to 192000.
         `seed` picks the little differences from note to note of a player who has them (`Player.unevenness`).
         `workers` threads compute strings side by side (default: as many as cores, at most one a string).
         [main thread]
         """
+        checked_rate(rate)
         self.instrument, self.quality, self.rate, self.seed = instrument, quality, rate, seed
         self.rates = Rates(rate, whole_contact_rate(quality.contact_rate, rate))
         self.frets = min(len(neck.fret_positions) for neck in instrument.necks)
@@ -121,21 +123,31 @@ class Engine:
         return any(bool(v.slots["on"].any()) for v in self.voices)
 
     def play(self, score: Score, tail: float | None = None) -> Iterator[NDArray[np.float64]]:
-        """Renders `score` from its start: blocks (strings, n) until the last note has died away.
+        """Renders `score` from here on: blocks (strings, n) until the last note has died away.
 
-        `tail` seconds after the score's end, or None: until silent, at most `LONGEST_TAIL`.
+        The score's frame 0 is the engine's `frame` when the first block is asked for; whatever still sounds then
+        sounds on. `tail` seconds after the score's end, or None: until silent, at most `LONGEST_TAIL`. Raises
+        ValueError for a score at another rate and a tail that is not a time.
         """
+        if score.rate != self.rate:
+            raise ValueError(f"the score is in frames of {score.rate} Hz, the engine in {self.rate} Hz: take the same")
+        if tail is not None and not 0 <= tail <= LONGEST:
+            raise ValueError(f"tail {tail} s: allowed are 0 to {LONGEST} s, or None")
+        return self._play(score, tail)
+
+    def _play(self, score: Score, tail: float | None) -> Iterator[NDArray[np.float64]]:
         chunk = max(1, int(CHUNK * self.rate))
         longest = LONGEST_TAIL if tail is None else tail
-        last = score.end_frame + int(longest * self.rate)
+        frames, end = score.frames + self.frame, score.end_frame + self.frame
+        last = end + int(longest * self.rate)
         sent = 0
         with ThreadPoolExecutor(self.workers) as pool:
             while self.frame < last:
                 count = min(chunk, last - self.frame)
-                until = int(np.searchsorted(score.frames, self.frame + count))
-                self.send(score.frames[sent:until], score.messages[sent:until])
+                until = int(np.searchsorted(frames, self.frame + count))
+                self.send(frames[sent:until], score.messages[sent:until])
                 sent = until
-                past = self.frame - score.end_frame
+                past = self.frame - end
                 block = self.process(count, pool)
                 ended = self.frame >= last
                 if tail is None and past >= 0 and not ended:
@@ -147,6 +159,8 @@ class Engine:
                     fade = min(block.shape[1], int(FADE * self.rate))
                     if fade:
                         block[:, -fade:] *= np.cos(0.5 * np.pi * (np.arange(fade) + 1) / fade) ** 2
+                    rest = slice(sent, int(np.searchsorted(frames, self.frame, "right")))
+                    self.send(frames[rest], score.messages[rest])  # notes that end here are not held into the next play
                 yield block
                 if ended:
                     return

@@ -7,6 +7,7 @@ overlapping notes of one pitch the earlier one's end does not cut the later one.
 
 from __future__ import annotations
 
+import operator
 import os
 import stat
 from bisect import bisect_right
@@ -27,6 +28,7 @@ BASS_PROGRAMS = range(32, 40)  # General MIDI, counted from 0: the eight basses
 BRIEF = 1e-3  # s, least length of a note: a zero-length note still sounds
 LONGEST = 24 * 3600  # s
 LARGEST = 64 << 20  # bytes of a MIDI file
+LEAST_RATE, MOST_RATE = 8000, 192_000  # Hz
 
 Event = tuple[int, bytes]  # (frame, status and one or two data bytes)
 
@@ -52,8 +54,11 @@ def read_score(path: str | os.PathLike[str], rate: int, channel: str | int = "au
 
     `channel` "auto" takes the notes played while their channel's program is 32 to 39 (the General MIDI
     basses); "all" takes every channel but 10, the drums; 1 to 16 takes that one. Controllers come along from
-    the channels that have such notes. Raises ScoreError.
+    the channels that have such notes. Raises ScoreError for the file, ValueError for another rate or channel.
     """
+    checked_rate(rate)
+    if channel not in ("auto", "all", *range(1, 17)):
+        raise ValueError(f'channel {channel!r}: allowed are "auto", "all" and 1 to 16')
     path = Path(path)
     try:
         smf = parse_smf(_file_bytes(path))
@@ -65,7 +70,7 @@ def read_score(path: str | os.PathLike[str], rate: int, channel: str | int = "au
 
 
 def single_note(note: int, velocity: int, duration: float, rate: int) -> Score:
-    """One note of `duration` s. `note` 0 to 127, `velocity` 1 to 127."""
+    """One note of `duration` s. `note` 0 to 127, `velocity` 1 to 127. Raises ValueError as `score_of` does."""
     return score_of([(0.0, duration, note, velocity)], rate, name=f"note {note}")
 
 
@@ -77,22 +82,41 @@ def score_of(
 ) -> Score:
     """A score from (start s, length s, note 0 to 127, velocity 1 to 127), in any order.
 
-    `bends` are (time s, position -1 to 1 of the pitch wheel). Raises ValueError for values out of range.
+    `bends` are (time s, position -1 to 1 of the pitch wheel). Raises ValueError for values out of range, and for
+    a rate that is not a whole number of Hz from LEAST_RATE to MOST_RATE.
     """
+    checked_rate(rate)
     events: list[Event] = []
     for start, length, note, velocity in notes:
-        if not (0 <= note <= 127 and 1 <= velocity <= 127):
-            raise ValueError(f"note {note} at velocity {velocity}: allowed are 0 to 127 and 1 to 127")
+        if not (_whole(note) and _whole(velocity) and 0 <= note <= 127 and 1 <= velocity <= 127):
+            raise ValueError(f"note {note} at velocity {velocity}: allowed are whole numbers, 0 to 127 and 1 to 127")
         if not (0 <= start <= LONGEST and 0 <= length <= LONGEST):
             raise ValueError(f"note of {length} s at {start} s: allowed are 0 to {LONGEST} s")
         first = round(start * rate)
         last = round((start + length) * rate)
         events += [(first, bytes([NOTE_ON << 4, note, velocity])), (last, bytes([NOTE_OFF << 4, note, 64]))]
     for time, position in bends:
-        wheel = round(8192 + 8191 * max(-1.0, min(1.0, position)))
+        if not (0 <= time <= LONGEST and -1 <= position <= 1):
+            raise ValueError(f"bend to {position} at {time} s: allowed are -1 to 1 and 0 to {LONGEST} s")
+        wheel = round(8192 + 8191 * position)
         events.append((round(time * rate), bytes([0xE0, wheel & 0x7F, wheel >> 7])))
     events.sort(key=lambda e: e[0])
     return _score(_cleaned(events, 0, rate), name, rate)
+
+
+def checked_rate(rate: int) -> None:
+    """Raises ValueError unless `rate` is a whole number of Hz that an engine can run at."""
+    if not (_whole(rate) and LEAST_RATE <= rate <= MOST_RATE):
+        raise ValueError(f"rate {rate} Hz: allowed are whole numbers from {LEAST_RATE} to {MOST_RATE}")
+
+
+def _whole(number: object) -> bool:
+    """Whether it is an integer of any kind, numpy's among them."""
+    try:
+        operator.index(number)  # type: ignore[arg-type]
+    except TypeError:
+        return False
+    return True
 
 
 def _file_bytes(path: Path) -> bytes:
