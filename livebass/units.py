@@ -32,7 +32,6 @@ DIMENSIONS: dict[str, Dimension] = {
         Dimension("inductance", {"H": 1.0, "mH": 1e-3}),
         Dimension("resistance", {"kohm": 1e3, "ohm": 1.0, "Mohm": 1e6}),
         Dimension("capacitance", {"pF": 1e-12, "nF": 1e-9, "uF": 1e-6, "F": 1.0}),
-        Dimension("ratio", {"%": 0.01, "cents": math.nan, "dB": math.nan}, signed=True),
     )
 }
 _QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(\S.*?)?\s*", re.ASCII)
@@ -73,15 +72,10 @@ def split_quantity(text: str, dimension: str) -> tuple[float, str]:
 def quantity(text: str, dimension: str) -> float:
     """SI value of a text such as "48.6 lbf"; `dimension` is a key of DIMENSIONS.
 
-    A ratio may be "50 %", "-3 dB" (amplitude) or "7 cents". Raises ValueError as `split_quantity` does.
+    Raises ValueError as `split_quantity` does.
     """
     number, unit = split_quantity(text, dimension)
-    if unit == "dB":
-        value = from_decibels(number)
-    elif unit == "cents":
-        value = from_cents(number)
-    else:
-        value = number * DIMENSIONS[dimension].units[unit]
+    value = number * DIMENSIONS[dimension].units[unit]
     if not math.isfinite(value):
         raise ValueError(f"a {dimension} must be finite")
     return value
@@ -98,10 +92,6 @@ def unit_of(text: str, dimension: str) -> str:
 def format_quantity(value: float, dimension: str, unit: str | None = None) -> str:
     """`value` (SI) with four digits in `unit`, or in the usual unit of `dimension`: "34 in"."""
     unit = unit or next(iter(DIMENSIONS[dimension].units))
-    if unit == "dB":
-        return f"{decibels(value):.4g} dB" if value > 0 else "-inf dB"
-    if unit == "cents":
-        return f"{cents(value):.4g} cents" if value > 0 else "-inf cents"
     rounded = float(f"{value / DIMENSIONS[dimension].units[unit]:.4g}")
     return f"{rounded:.12g} {unit}"
 
@@ -111,19 +101,9 @@ def decibels(ratio: float) -> float:
     return 20 * math.log10(_positive(ratio, "an amplitude ratio"))
 
 
-def from_decibels(level: float) -> float:
-    """Amplitude ratio of a level in dB; infinite where it is too large to write."""
-    return _power(10.0, level / 20)
-
-
 def cents(ratio: float) -> float:
     """Interval of a frequency ratio, 1200 to the octave. Raises ValueError unless positive and finite."""
     return 1200 * math.log2(_positive(ratio, "a frequency ratio"))
-
-
-def from_cents(interval: float) -> float:
-    """Frequency ratio of an interval in cents; infinite where it is too large to write."""
-    return _power(2.0, interval / 1200)
 
 
 def note_number(note: str | int) -> int:
@@ -157,19 +137,7 @@ def note_name(number: int) -> str:
     return f"{_SHARPS[number % 12]}{number // 12 - 1}"
 
 
-def frequency_note(frequency: float) -> float:
-    """MIDI note number, with its fraction, of `frequency` in Hz (440 is 69). ValueError unless positive."""
-    return 69 + 12 * math.log2(_positive(frequency, "a frequency") / 440.0)
-
-
 def _positive(value: float, what: str) -> float:
     if not (math.isfinite(value) and value > 0):
         raise ValueError(f"{what} must be positive and finite")
     return value
-
-
-def _power(base: float, exponent: float) -> float:
-    try:
-        return math.pow(base, exponent)
-    except OverflowError:
-        return math.inf
