@@ -6,16 +6,20 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import os
 import signal
 import sys
+import time
 import traceback
 from collections.abc import Sequence
+from types import FrameType
 from typing import NoReturn
 
 import click
 
 from livebass import __version__
+from livebass.atomic import STOPS, written
 from livebass.cli_presets import presets
 from livebass.cli_render import render
 from livebass.cli_study import bench, simulate
@@ -43,14 +47,21 @@ for command in (render, presets, simulate, bench):
 
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
     """Run the command line (`sys.argv` by default) and exit."""
-    for name in ("SIGTERM", "SIGHUP"):
-        if hasattr(signal, name):
-            signal.signal(getattr(signal, name), _terminated)
-    sys.exit(run(arguments))
+    heeded = [number for number in STOPS if signal.getsignal(number) is not signal.SIG_IGN]  # nohup: not SIGHUP
+    for number in heeded:
+        signal.signal(number, _Stop())
+    sys.unraisablehook = _lost
+    try:
+        status = run(arguments)
+    finally:
+        for number in heeded:
+            signal.signal(number, signal.SIG_IGN)  # only the interpreter's end is left
+    sys.exit(status)
 
 
 def run(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; the exit status. Whatever goes wrong becomes one line on stderr."""
+    before = len(written)
     try:
         status = livebass.main(args=arguments, prog_name="livebass", standalone_mode=False)
         sys.stdout.flush()
@@ -62,7 +73,8 @@ def run(arguments: Sequence[str] | None = None) -> int:
         _complain(error.format_message())
         return error.exit_code
     except (click.Abort, KeyboardInterrupt):
-        _complain("interrupted, nothing written")
+        complete = ", ".join(map(str, written[before:]))
+        _complain(f"interrupted, but complete: {complete}" if complete else "interrupted, nothing written")
         return INTERRUPTED
     except BrokenPipeError:
         _silence_stdout()
@@ -94,5 +106,29 @@ def _silence_stdout() -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-def _terminated(number: int, frame: object) -> NoReturn:
-    sys.exit(128 + number)
+class _Stop:
+    """A signal's handler: stops the program in order, and is deaf while that goes on, but not for ever."""
+
+    PATIENCE = 2.0  # s
+    latest = -math.inf  # s, when one was heeded last
+    number = signal.SIGINT  # which it was
+
+    def __call__(self, number: int, frame: FrameType | None) -> None:
+        now = time.monotonic()
+        if now - _Stop.latest > self.PATIENCE:
+            _Stop.latest, _Stop.number = now, signal.Signals(number)
+            raise KeyboardInterrupt if number == signal.SIGINT else SystemExit(128 + number)
+
+
+def _lost(what: sys.UnraisableHookArgs) -> None:
+    """An exception nobody can catch, such as one in the compiler's callbacks: if it is ours, again a bit later."""
+    if isinstance(what.exc_value, KeyboardInterrupt | SystemExit):
+        signal.signal(signal.SIGALRM, _again)
+        signal.setitimer(signal.ITIMER_REAL, 0.01)
+    else:
+        sys.__unraisablehook__(what)
+
+
+def _again(number: int, frame: FrameType | None) -> None:
+    _Stop.latest = -math.inf
+    signal.raise_signal(_Stop.number)

@@ -17,6 +17,7 @@ from livebass.cli_values import CONTACT_RATE, MODES, RATE, Channel, Note, Number
 from livebass.quality import QUALITIES
 
 if TYPE_CHECKING:
+    from livebass.atomic import Transaction
     from livebass.instrument import Instrument
     from livebass.render import RenderReport
     from livebass.score import Score
@@ -163,7 +164,7 @@ def render(
     else:
         output = output or Path(f"demo.{ending}")
         score = _demo_for(bass, options.rate)
-    _render_one(bass, score, output, options)
+    click.echo(_render_one(bass, score, output, options), err=True)
 
 
 def _demo_for(bass: Instrument, rate: int) -> Score:
@@ -174,24 +175,25 @@ def _demo_for(bass: Instrument, rate: int) -> Score:
 
 
 def _render_presets(directory: Path, options: Options) -> None:
-    """The demo phrase for each preset; a directory made for it is taken back when nothing got into it."""
+    """The demo phrase for each preset, all of them or none."""
+    from livebass.atomic import Transaction
     from livebass.preset import load_preset, preset_names
 
-    new = not directory.exists()
-    try:
-        directory.mkdir(parents=True, exist_ok=True)
+    lines = []
+    with Transaction() as files:
+        files.directory(directory)
         for name in preset_names():
             bass = load_preset(name)
             score = _demo_for(bass, options.rate)
-            _render_one(bass, score, directory / f"{name}.{options.format or 'wav'}", options)
-    except FileExistsError:
-        raise click.ClickException(f"{directory}: is not a directory") from None
-    finally:
-        if new and directory.is_dir() and not any(directory.iterdir()):
-            directory.rmdir()
+            output = directory / f"{name}.{options.format or 'wav'}"
+            lines.append(_render_one(bass, score, output, options, files))
+    click.echo("\n".join(lines), err=True)
 
 
-def _render_one(bass: Instrument, score: Score, output: Path, options: Options) -> None:
+def _render_one(
+    bass: Instrument, score: Score, output: Path, options: Options, files: Transaction | None = None
+) -> str:
+    """Render into `files`, or at once; the summary."""
     from livebass.atomic import checked_place
     from livebass.audiofile import encoding
     from livebass.quality import quality_with
@@ -209,9 +211,9 @@ def _render_one(bass: Instrument, score: Score, output: Path, options: Options) 
         report = render_to_file(
             bass, score, output, quality=quality, rate=options.rate, format=options.format, bits=options.bits,
             stems=options.stems, tail=options.tail, gain_db=options.gain, seed=options.seed,
-            progress=progress,
+            progress=progress, files=files,
         )  # fmt: skip
-    click.echo(summary(report, options.gain), err=True)
+    return summary(report, options.gain)
 
 
 def announce_kernels() -> None:

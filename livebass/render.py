@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterator
+from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -61,13 +62,15 @@ def render_to_file(
     gain_db: float = 0.0,
     seed: int = 0,
     progress: Callable[[float], None] | None = None,
+    files: Transaction | None = None,
 ) -> RenderReport:
     """Play `score` into the file `out`, mono, `rate` Hz; all files appear at the end, or none.
 
     `format` is "wav", "flac" or "ogg", by default what `out` ends in; `bits` "16", "24" (the default) or
     "float". `stems` adds a file a string, beside `out` or in that directory; in "float" their sum in float32,
     string after string, is bitwise the mix. `tail` s are played after the last event (None: until the strings
-    are still). `progress` is called with the fraction done. The same arguments give the same bytes. Raises
+    are still). `progress` is called with the fraction done. With `files` given, the files appear when that
+    transaction ends. The same arguments give the same bytes. Raises
     ValueError, OutputError, RenderError. [main thread]
     """
     started = time.perf_counter()
@@ -81,7 +84,7 @@ def render_to_file(
         checked_place(path)  # now, not after seconds of work
     engine = Engine(instrument, quality, rate, seed)
     peak, done = 0.0, 0
-    with Transaction() as files:
+    with Transaction() if files is None else nullcontext(files) as files:
         writers = [AudioWriter(files, path, kind) for path in paths]
         mix_writer = AudioWriter(files, out, kind)
         for strings in _scaled(engine.play(score, tail), 10 ** (gain_db / 20), rate):

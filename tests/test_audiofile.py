@@ -180,6 +180,58 @@ def test_all_files_or_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, fail
     assert texts == ({"1": "before", "2": "before"} if failing < 6 else dict.fromkeys("1234", "after"))
 
 
+@pytest.mark.parametrize("number", atomic.STOPS)
+def test_a_signal_waits_until_files_are_moved_or_gone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, number: signal.Signals
+) -> None:
+    """In the middle of moving them, and of taking them away after another interrupt."""
+
+    def stop(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    replace, unlink = os.replace, Path.unlink
+
+    def replace_(source: Path, target: Path) -> None:
+        signal.raise_signal(number)
+        replace(source, target)
+
+    def unlink_(path: Path, missing_ok: bool = False) -> None:
+        signal.raise_signal(number)
+        unlink(path, missing_ok)
+
+    before = signal.signal(number, stop)
+    monkeypatch.setattr(atomic.os, "replace", replace_)
+    monkeypatch.setattr(Path, "unlink", unlink_)
+    try:
+        with pytest.raises(KeyboardInterrupt), Transaction() as files:
+            files.directory(tmp_path / "a")
+            for name in "12":
+                files.write(tmp_path / "a" / name, b"x")
+        assert sorted(p.name for p in tmp_path.rglob("*")) == ["1", "2", "a"]
+        with pytest.raises(KeyboardInterrupt), Transaction() as files:
+            files.directory(tmp_path / "b" / "c")
+            for name in "34":
+                files.write(tmp_path / "b" / "c" / name, b"x")
+            raise KeyboardInterrupt
+        assert sorted(p.name for p in tmp_path.rglob("*")) == ["1", "2", "a"]
+        assert signal.getsignal(number) is stop
+    finally:
+        signal.signal(number, before)
+
+
+def test_a_single_file_that_cannot_be_moved_keeps_the_old_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(*_: object) -> None:
+        raise OSError(5, "Input/output error")
+
+    (tmp_path / "1").write_text("before")
+    monkeypatch.setattr(atomic.os, "replace", broken)
+    with pytest.raises(OutputError, match="1: cannot be written: Input/output error"), Transaction() as files:
+        files.write(tmp_path / "1", b"after")
+    assert [p.name for p in tmp_path.iterdir()] == ["1"] and (tmp_path / "1").read_text() == "before"
+
+
 def test_a_symbolic_link_stays(tmp_path: Path) -> None:
     (tmp_path / "real.wav").write_text("before")
     (tmp_path / "link.wav").symlink_to("real.wav")

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import os
 import resource
 import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -179,7 +181,9 @@ def test_a_full_disk_leaves_nothing(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)]
 )
-def test_an_interrupt_leaves_nothing(tmp_path: Path, number: int, status: int) -> None:
+@pytest.mark.parametrize("again", [(), (0.05,), (0.002, 0.2, 0.1)])
+def test_an_interrupt_leaves_nothing(tmp_path: Path, number: int, status: int, again: tuple[float, ...]) -> None:
+    """Nor does an impatient one: `again` (s) after the first come more."""
     out = tmp_path / "long.wav"
     process = subprocess.Popen(
         [sys.executable, "-m", "livebass", "render", "--note", "E1", "--duration", "3600s", "--stems",
@@ -193,6 +197,71 @@ def test_an_interrupt_leaves_nothing(tmp_path: Path, number: int, status: int) -
     assert list(tmp_path.iterdir()), "nothing was begun"
     time.sleep(0.3)
     process.send_signal(number)
+    for pause in again:
+        time.sleep(pause)
+        process.send_signal(signal.SIGINT)
     _, err = process.communicate(timeout=60)
     assert process.returncode == status and "Traceback" not in err
     assert not list(tmp_path.iterdir())
+
+
+def test_an_interrupt_while_modules_load() -> None:
+    """An import takes its place in `__main__`: the first thing there answers Ctrl-C."""
+    code = (
+        "import os, signal, sys\n"
+        "class Finder:\n"
+        "    def find_spec(self, name, *_):\n"
+        "        if name == 'click': os.kill(os.getpid(), signal.SIGINT)\n"
+        "sys.meta_path.insert(0, Finder())\n"
+        "from livebass.__main__ import main\n"
+        "main()"
+    )
+    done = subprocess.run([sys.executable, "-c", code, "--version"], capture_output=True, text=True, timeout=60)
+    assert_one_clear_line(done.returncode, done.stderr, (130,))
+
+
+def test_an_interrupt_that_is_lost_in_a_destructor_comes_again() -> None:
+    code = (
+        "import os, signal, sys, time\n"
+        "from livebass import cli\n"
+        "class Odd:\n"
+        "    def __del__(self): os.kill(os.getpid(), signal.SIGINT); time.sleep(0.01)\n"
+        "def lose(*_, **__):\n"
+        "    odd = Odd(); del odd; time.sleep(5)\n"
+        "cli.livebass.main = lose\n"
+        "cli.main()"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert_one_clear_line(done.returncode, done.stderr, (130,))
+
+
+@pytest.mark.parametrize("moment", ["in the second", "when all are there"])
+def test_all_presets_or_none(
+    fake: type[FakeEngine], run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, moment: str
+) -> None:
+    from livebass import atomic
+
+    if moment == "in the second":
+        plays = []
+
+        def play(self: FakeEngine, *_: object) -> Iterator[np.ndarray]:
+            plays.append(1)
+            if len(plays) == 2:
+                raise KeyboardInterrupt
+            yield np.zeros((4, 100))
+
+        monkeypatch.setattr(fake, "play", play)
+    else:
+        replace = os.replace
+
+        def replace_(*names: Path) -> None:
+            signal.raise_signal(signal.SIGINT)
+            replace(*names)
+
+        monkeypatch.setattr(atomic.os, "replace", replace_)
+    status, _, err = run("render", "--all-presets", "a/demos")
+    assert status == 130
+    if moment == "in the second":
+        assert "interrupted, nothing written" in err and not list(tmp_path.iterdir())
+    else:
+        assert "interrupted, but complete: a/demos/" in err and len(list(tmp_path.glob("a/demos/*.wav"))) > 4

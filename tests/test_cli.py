@@ -91,6 +91,7 @@ def test_presets(run: Run, tmp_path: Path) -> None:
     assert "jazz-finger" in listed and "slap" in listed
     (tmp_path / "mine.toml").write_text(cli_text(run, "presets", "show", "slap"))
     assert "good" in cli_text(run, "presets", "check", tmp_path / "mine.toml")
+    assert cli_text(run, "presets", "check", "paper-g").endswith(", string G, 20 frets\n")
     assert "scale_length" in cli_text(run, "presets", "keys")
 
 
