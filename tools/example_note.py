@@ -13,7 +13,10 @@ import livebass
 
 RATE = 48000  # Hz
 
-bass = livebass.load_preset(sys.argv[1] if len(sys.argv) > 1 else "jazz-finger")
+try:
+    bass = livebass.load_preset(sys.argv[1] if len(sys.argv) > 1 else "jazz-finger")
+except (ValueError, LookupError, OSError) as error:
+    sys.exit(f"example_note.py: {error}")
 for velocity in (30, 70, 127):
     score = livebass.single_note(43, velocity, 1.0, RATE)  # G2 for a second
     strings = livebass.render_to_array(bass, score, livebass.QUALITIES["live"])  # (n_strings, n_frames)

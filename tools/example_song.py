@@ -14,7 +14,10 @@ RATE = 48000  # Hz
 BEAT = 60 / 100  # s
 
 if len(sys.argv) > 1:
-    score = livebass.read_score(sys.argv[1], RATE)
+    try:
+        score = livebass.read_score(sys.argv[1], RATE)
+    except (ValueError, OSError) as error:
+        sys.exit(f"example_song.py: {error}")
 else:
     pitches = (28, 28, 40, 38, 28, 31, 33, 34)  # MIDI notes: E1 E1 E2 D2 E1 G1 A1 A#1
     line = [(k * BEAT / 2, BEAT / 2.2, note, 60 + 8 * k) for k, note in enumerate(pitches)]
