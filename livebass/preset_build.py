@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import difflib
 import math
-from bisect import bisect_right
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
@@ -17,20 +16,18 @@ from livebass.instrument import (
     Output,
     Pickup,
     Player,
-    Speaking,
     String,
     frets_from_geometry,
     note_frequency,
     speaking,
 )
+from livebass.preset_damping import overdamped
 from livebass.preset_keys import KEYS, REQUIRED, SECTIONS, allowed, checked, key_names, quoted
-from livebass.quality import MOST_MODES
 from livebass.units import format_quantity, note_name
 
 LARGEST_COUNTS = {"string": 8, "pickup": 8}  # the engine has room for so many strings
 MOST_SENSING = 4  # and for so many pickups under one
 MOST_FRETS = 32  # and for so many contact points
-MOST_DAMPING = 0.999  # of critical: what is left must ring
 _FRETS = {"fret_positions", "fret_heights"}
 _MEASURED = _FRETS | {"height_scale", "height_offset"}
 _GEOMETRY = {"frets", "action", "relief", "nut_height"}
@@ -177,29 +174,21 @@ class Builder:
                 raise self.error(f"{where}.grid_step", f"{why} {_mm(0.9 * room)}", _mm(neck.grid_step))
 
     def damping(self, string: String, neck: Neck, where: str, neck_where: str) -> None:
-        """No mode of the string at any fret may be damped beyond MOST_DAMPING of critical."""
+        """Every mode of the string has to ring, at every fret."""
         found = overdamped(string, neck)
         if not found:
             return
-        fret, mode, parts = found
-        key = max(parts, key=parts.__getitem__)
-        low, high = 0.0, 1.0  # of the value there is
-        if not overdamped(*_scaled(string, neck, key, mode, low)):
-            for _ in range(20):
-                middle = (low + high) / 2
-                if overdamped(*_scaled(string, neck, key, mode, middle)):
-                    high = middle
-                else:
-                    low = middle
-        value, dimension = _loss(string, neck, key, mode)
-        what = f"item {mode}: " if key == "measured_dampings" else ""
-        why = f"{what}damps mode {mode} at fret {fret} beyond critical; " + (
-            f"allowed up to {_shown(_floored(low * value), dimension)} with the other losses as they are"
-            if low
-            else f"lower {' and '.join(sorted(parts, key=parts.__getitem__)[-2:])}"
+        dimension = {"conductance_values": "conductance"}.get(found.key, "decay rate" if "dampi" in found.key else "")
+        if found.key == "extra_damping_slope":
+            dimension = ""
+        what = f"item {found.mode}: " if found.key == "measured_dampings" else ""
+        why = f"{what}damps mode {found.mode} at fret {found.fret} beyond critical; " + (
+            f"allowed up to {_shown(_floored(found.allowed), dimension)} with the other losses as they are"
+            if found.allowed > 0
+            else "allowed is less, and of the other losses too"
         )
-        place = neck_where if key == "conductance_values" else where
-        raise self.error(f"{place}.{key}", why, _shown(value, dimension) if dimension else value)
+        place = neck_where if found.key == "conductance_values" else where
+        raise self.error(f"{place}.{found.key}", why, _shown(found.value, dimension) if dimension else found.value)
 
     def string(self, values: dict[str, Any], length: float, where: str) -> String:
         pitch = note_frequency(values["open_note"])  # Hz
@@ -293,107 +282,6 @@ def nearest(name: str, names: list[str]) -> str:
 
 def _mm(length: float) -> str:
     return f"{length * 1e3:.4g} mm"
-
-
-def overdamped(string: String, neck: Neck) -> tuple[int, int, dict[str, float]] | None:
-    """(fret, mode, 1/s that each key adds) of the first mode beyond MOST_DAMPING of critical, if there is one."""
-    for fret in range(len(neck.fret_positions) + 1):
-        s = speaking(string, neck, fret)
-        known = string.measured_frequencies if s.stop == 0 else ()
-        for mode in range(1, min(s.grid_points - 1, MOST_MODES) + 1):
-            if mode > len(known) and _damping_above(s, mode) < MOST_DAMPING:
-                break
-            law = mode * s.fundamental * (1 + s.inharmonicity * mode**2 / 2)
-            parts = damping_parts(s, mode)
-            if sum(parts.values()) > MOST_DAMPING * 2 * math.pi * (known[mode - 1] if mode <= len(known) else law):
-                return fret, mode, parts
-    return None
-
-
-def damping_parts(s: Speaking, mode: int) -> dict[str, float]:
-    """`modes.dampings` of one mode (1/s) by the key it comes from.
-
-    Written again without numpy, whose import would double the time that `livebass presets check` takes.
-    """
-    nominal, top = _nominal(s)
-    nu = min(mode, top) * nominal
-    extra = {
-        "extra_damping": s.string.extra_damping,
-        "extra_damping_slope": s.string.extra_damping_slope * 2 * math.pi * nu,
-    }
-    if s.stop == 0 and mode <= len(s.string.measured_dampings):
-        return extra | {"measured_dampings": s.string.measured_dampings[mode - 1]}
-    return extra | {key: math.pi * nu * loss for key, loss in _losses(s, nu, _conductance(s, nu)).items()}
-
-
-def _losses(s: Speaking, nu: float, conductance: float) -> dict[str, float]:
-    """The terms of 1/Q at `nu` (Hz), eqs. 9 to 11, by key; as `modes.loss_factor`."""
-    string, mu = s.string, s.string.linear_density
-    viscosity, air = 1.8e-5, 1.2  # kg/m/s, kg/m3
-    friction = 2 * math.pi * (viscosity + string.diameter * math.sqrt(math.pi * viscosity * air * nu))
-    bending = string.inharmonicity * string.tension * string.length**2 / math.pi**2  # N m2
-    return {
-        "diameter": friction / (2 * math.pi * mu * nu),
-        "viscoelastic_angle": 4 * math.pi**2 * mu * bending * string.viscoelastic_angle / string.tension**2 * nu**2,
-        "thermoelastic": string.thermoelastic,
-        "conductance_values": mu * 4 * s.length * s.fundamental**2 / math.pi / nu * conductance,
-    }
-
-
-def _nominal(s: Speaking) -> tuple[float, int]:
-    """f0 (Hz) of the damping law, and the mode from which it stays constant; as `modes.dampings`."""
-    open_law = s.stop == 0 and s.string.law_fundamental
-    return (
-        s.string.nominal_fundamental if open_law else s.fundamental,
-        max(1, math.floor(800 / 0.863 * s.length)),
-    )
-
-
-def _conductance(s: Speaking, nu: float) -> float:
-    """Re Y (m/s/N) of the neck at `nu` (Hz), between the points of its table."""
-    table = s.conductance
-    if not table or not table[0][0] <= nu <= table[-1][0]:
-        return 0.0
-    k = bisect_right(table, nu, key=lambda point: point[0])
-    if k == len(table):
-        return table[-1][1]
-    (a, low), (b, high) = table[k - 1], table[k]
-    return low + (high - low) * (nu - a) / (b - a)
-
-
-def _damping_above(s: Speaking, mode: int) -> float:
-    """No mode by the law from `mode` on is damped by more than this part of critical.
-
-    Friction, neck and extra damping weigh less the higher the mode; the viscoelastic term is taken at its top.
-    """
-    nominal, top = _nominal(s)
-    nu = min(mode, top) * nominal
-    losses = _losses(s, nu, max((y for _, y in s.conductance), default=0.0))
-    most = min(top, math.sqrt(2 / s.inharmonicity) if s.inharmonicity else math.inf)
-    losses["viscoelastic_angle"] *= (most * nominal / nu) ** 2
-    share = sum(losses.values()) / 2 + s.string.extra_damping_slope
-    return share * nominal / s.fundamental + s.string.extra_damping / (2 * math.pi * mode * s.fundamental)
-
-
-def _loss(string: String, neck: Neck, key: str, mode: int) -> tuple[float, str]:
-    """Value and dimension of what a file says under `key`."""
-    if key == "conductance_values":
-        return max(y for _, y in neck.conductance), "conductance"
-    if key == "measured_dampings":
-        return string.measured_dampings[mode - 1], "decay rate"
-    return getattr(string, key), {"extra_damping": "decay rate", "diameter": "length"}.get(key, "")
-
-
-def _scaled(string: String, neck: Neck, key: str, mode: int, by: float) -> tuple[String, Neck]:
-    """The same with the value of `key` (of its item `mode`) times `by`."""
-    if key == "conductance_values":
-        return string, replace(neck, conductance=tuple((nu, y * by) for nu, y in neck.conductance))
-    if key == "measured_dampings":
-        known = string.measured_dampings
-        known = (*known[: mode - 1], known[mode - 1] * by, *known[mode:])
-        return replace(string, measured_dampings=known), neck
-    changed: dict[str, Any] = {key: getattr(string, key) * by}
-    return replace(string, **changed), neck
 
 
 def _shown(value: float, dimension: str) -> str:

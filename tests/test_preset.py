@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 
 from livebass.instrument import Coil, Neck, Output, Pickup, Player, String, note_frequency, speaking
 from livebass.preset import PresetError, load_preset, preset_names, preset_reference, preset_text
-from livebass.preset_build import LARGEST_COUNTS, MOST_FRETS, MOST_SENSING, Builder, damping_parts, overdamped
+from livebass.preset_build import LARGEST_COUNTS, MOST_FRETS, MOST_SENSING, Builder
+from livebass.preset_damping import overdamped
 from livebass.preset_keys import KEYS, REQUIRED, Key, checked, key_names
 from livebass.units import DIMENSIONS, quantity
 
@@ -296,22 +297,7 @@ def test_limits_are_what_the_engine_has_room_for() -> None:
     assert MOST_NEAR == MOST_FRETS == int(next(k.most for k in KEYS if k.name == "frets"))
 
 
-@pytest.mark.parametrize("mute", [{}, {"extra_damping": 40.0, "extra_damping_slope": 0.1}])
-@pytest.mark.parametrize("name", preset_names())
-def test_the_check_of_damping_is_the_law(name: str, mute: dict[str, float]) -> None:
-    from dataclasses import replace
-
-    from livebass.modes import dampings
-
-    bass = load_preset(name)
-    for string, neck in zip(bass.strings, bass.necks, strict=True):
-        for fret in (0, 5, 20):
-            s = speaking(replace(string, **mute), neck, fret)
-            parts = [sum(damping_parts(s, mode).values()) for mode in range(1, 901)]
-            assert parts == pytest.approx(list(dampings(s, 900)), rel=1e-12)
-
-
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(
     mute=st.sampled_from([0.0, 100.0, 1000.0, 1500.0, 2000.0, 10000.0]),
     slope=st.sampled_from([0.0, 0.1, 0.5, 0.9, 0.98, 0.99, 1.0]),
@@ -323,7 +309,7 @@ def test_the_check_of_damping_is_the_law(name: str, mute: dict[str, float]) -> N
 def test_no_overdamped_mode_is_overlooked(
     mute: float, slope: float, angle: float, admittance: float, inharmonicity: float, law: float
 ) -> None:
-    """The early end of the search, against all modes of all frets."""
+    """And what is said to be allowed is."""
     from dataclasses import replace
 
     import numpy as np
@@ -341,7 +327,10 @@ def test_no_overdamped_mode_is_overlooked(
         s = speaking(string, neck, fret)
         count = s.grid_points - 1
         worst = max(worst, np.max(dampings(s, count) / (2 * np.pi * frequencies(s, count))))
-    assert (overdamped(string, neck) is not None) == (worst > 0.999)
+    found = overdamped(string, neck)
+    assert (found is not None) == (worst > 0.999)
+    if found and found.key in ("extra_damping", "extra_damping_slope", "viscoelastic_angle") and found.allowed > 0:
+        assert overdamped(replace(string, **{found.key: found.allowed}), neck) is None
 
 
 def test_no_permission(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
