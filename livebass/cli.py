@@ -20,6 +20,7 @@ import click
 
 from livebass import __version__
 from livebass.atomic import STOPS, written
+from livebass.cli_play import devices, play
 from livebass.cli_presets import presets
 from livebass.cli_render import render
 from livebass.cli_study import bench, simulate
@@ -35,13 +36,14 @@ def livebass() -> None:
 
     \b
     Examples:
+      livebass play                                  live, from a MIDI or the computer keyboard
       livebass render --note G2 --velocity 120       one hard note into G2.wav
       livebass render song.mid -o song.wav           the bass part of a MIDI file
       livebass presets list                          the basses there are
     """
 
 
-for command in (render, presets, simulate, bench):
+for command in (play, render, presets, devices, simulate, bench):
     livebass.add_command(command)
 
 

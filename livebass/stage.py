@@ -147,6 +147,8 @@ class Stage:
         ring = self.rings[1].ctypes.data
         for k in range(first, len(score.frames)):
             status, one, two = score.messages[k].tolist()
+            if status & 0xF0 == 0xC0:
+                continue  # programs of a file are somebody else's sounds
             if not live.put(ring, RING, start + int(score.frames[k]), status | one << 8 | two << 16):
                 return k
         return len(score.frames)

@@ -1,0 +1,179 @@
+"""Where the stage's sound goes: PortAudio, or a JACK server with a MIDI port of the bass's own. [main thread]"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from livebass import callbacks
+from livebass.hush import hushed
+from livebass.live_layout import STRETCH
+from livebass.stage import Stage
+
+
+class OutputLost(OSError):
+    """An audio output that cannot be opened or has gone; one line."""
+
+
+class PortAudioOutput:
+    """A device of PortAudio, by index or name; None: the system's default."""
+
+    midi_included = False
+
+    def __init__(self, stage: Stage, device: int | str | None, block: int, latency: str | float) -> None:
+        sd = _sounddevice()
+        self.stage, self.block = stage, block
+        try:
+            with hushed():
+                info = sd.query_devices(device, "output")
+            self.channels = min(callbacks.MOST_CHANNELS, int(info["max_output_channels"]))
+            with hushed():
+                self._stream = _NativeStream(sd, stage, device, self.channels, block, latency)
+        except (sd.PortAudioError, ValueError) as error:
+            if device is None:
+                raise OutputLost(
+                    f"no audio output ({_one_line(error)}): connect one or start a JACK server;"
+                    " `livebass render` needs neither"
+                ) from None
+            raise OutputLost(
+                f"audio output {device!r}: {_one_line(error)}; `livebass devices` lists what there is"
+            ) from None
+        self.name = str(info["name"])
+        self.latency = float(self._stream.stream.latency)
+
+    def start(self) -> None:
+        self._stream.stream.start()
+
+    @property
+    def alive(self) -> bool:
+        return bool(self._stream.stream.active)
+
+    def close(self) -> None:
+        """Ends the sound; again does nothing."""
+        self._stream.stream.abort(ignore_errors=True)
+        self._stream.stream.close(ignore_errors=True)
+
+
+class _NativeStream:
+    """A sounddevice stream whose callback is a C function, as sounddevice offers to library authors."""
+
+    def __init__(
+        self, sd: Any, stage: Stage, device: int | str | None, channels: int, block: int, latency: str | float
+    ) -> None:
+        self.mono = np.zeros(STRETCH, np.float32)
+        self.record = np.zeros(1, callbacks.PORTAUDIO)
+        self.record["stage"], self.record["channels"] = stage.address, channels
+        self.record["mono"] = self.mono.ctypes.data
+        function = sd._ffi.cast("PaStreamCallback *", callbacks.portaudio())
+        data = sd._ffi.cast("void *", self.record.ctypes.data)
+        self.stream: Any = sd._StreamBase(
+            kind="output", wrap_callback=None, callback=function, userdata=data, samplerate=stage.rate,
+            blocksize=block, device=device, channels=channels, dtype="float32", latency=latency,
+        )  # fmt: skip
+
+
+class JackOutput:
+    """A client of a running JACK server: two output ports, one MIDI input, connected to what plays."""
+
+    midi_included = True
+
+    def __init__(self, name: str, make_stage: Callable[[int], Stage], connect: bool = True) -> None:
+        jack = _jack()
+        self._jack = jack
+        try:
+            with hushed():
+                self.client = jack.Client(name, no_start_server=True)
+        except jack.JackError as error:
+            raise OutputLost(f"JACK: {_one_line(error)}; is a server running?") from None
+        self.name = f"JACK client {self.client.name}"
+        self.block = int(self.client.blocksize)
+        self.stage = make_stage(int(self.client.samplerate))
+        self.outputs = [self.client.outports.register(f"out_{k}") for k in (1, 2)]
+        self.midi = self.client.midi_inports.register("midi_in")
+        self.record = np.zeros(1, callbacks.JACK)
+        ffi, lib, r = jack._ffi, jack._lib, self.record
+
+        def address(value: Any) -> int:
+            return int(ffi.cast("intptr_t", value))
+
+        r["stage"], r["outputs"] = self.stage.address, len(self.outputs)
+        r["get_buffer"] = address(lib.jack_port_get_buffer)
+        r["event_count"] = address(lib.jack_midi_get_event_count)
+        r["event_get"] = address(lib.jack_midi_event_get)
+        for k, port in enumerate(self.outputs):
+            r["output"][0, k] = address(port._ptr)
+        r["midi"] = address(self.midi._ptr)
+        r["event_address"] = r.ctypes.data + callbacks.JACK.fields["event"][1]  # type: ignore[index]
+        function = ffi.cast("JackProcessCallback", callbacks.jack())
+        if lib.jack_set_process_callback(self.client._ptr, function, ffi.cast("void *", r.ctypes.data)):
+            raise OutputLost("JACK: the server does not take the callback")
+        self._gone = self._closed = False
+        self.client.set_shutdown_callback(self._shut_down)
+        self.client.set_xrun_callback(self._xrun)
+        self._connect = connect
+
+    def _shut_down(self, _status: object, _reason: str) -> None:
+        self._gone = True
+
+    def _xrun(self, _delay: float) -> None:
+        self.stage.record["underruns"] += 1
+
+    def start(self) -> None:
+        self.client.activate()
+        if not self._connect:
+            return
+        speakers = self.client.get_ports(is_physical=True, is_input=True, is_audio=True)
+        for mine, port in zip(self.outputs, speakers, strict=False):
+            self.client.connect(mine, port)
+        for port in self.client.get_ports(is_physical=True, is_output=True, is_midi=True):
+            self.client.connect(port, self.midi)
+
+    @property
+    def alive(self) -> bool:
+        return not self._gone
+
+    @property
+    def latency(self) -> float:
+        return self.block / self.stage.rate
+
+    def close(self) -> None:
+        if self._closed:
+            return
+        self._closed = True
+        if not self._gone:
+            self.client.deactivate(ignore_errors=True)
+        self.client.close(ignore_errors=True)
+
+
+def output_names() -> dict[int, str]:
+    """PortAudio's outputs by number."""
+    return {
+        int(d["index"]): f"{d['name']} ({d['max_output_channels']} channels)"
+        for d in _sounddevice().query_devices()
+        if d["max_output_channels"] > 0
+    }
+
+
+def _sounddevice() -> Any:
+    try:
+        with hushed():
+            import sounddevice
+    except (ImportError, OSError) as error:
+        raise OutputLost(
+            f"sound output: {_one_line(error)}; on Debian: sudo apt install libportaudio2"
+        ) from None
+    return sounddevice
+
+
+def _jack() -> Any:
+    try:
+        import jack
+    except (ImportError, OSError) as error:
+        raise OutputLost(f"JACK: {_one_line(error)}; pip install JACK-Client, and a JACK library") from None
+    return jack
+
+
+def _one_line(error: BaseException) -> str:
+    return " ".join(str(error).split())

@@ -1,0 +1,274 @@
+"""The live path through a real JACK server with the dummy driver, which the fixture starts and ends."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+import soundfile
+from test_live import QUICK, offline
+
+from livebass import load_preset
+from livebass.stage import LiveBass, Stage
+
+RATE, PERIOD = 48000, 256
+NEEDED = bool(os.environ.get("LIVEBASS_NEEDS_JACK"))
+
+
+@pytest.fixture(scope="module")
+def server() -> Iterator[SimpleNamespace]:
+    """A server of its own, ended by its process id whatever happens."""
+    if not shutil.which("jackd"):
+        assert not NEEDED, "jackd is missing"
+        pytest.skip("there is no jackd here")
+    name = f"livebass-test-{os.getpid()}"
+    before = {key: os.environ.get(key) for key in ("JACK_DEFAULT_SERVER", "JACK_NO_AUDIO_RESERVATION")}
+    os.environ["JACK_DEFAULT_SERVER"], os.environ["JACK_NO_AUDIO_RESERVATION"] = name, "1"
+    command = ["jackd", "--no-realtime", "-n", name, "-d", "dummy", "-r", str(RATE), "-p", str(PERIOD)]
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    try:
+        jack = pytest.importorskip("jack")
+        end = time.monotonic() + 10
+        while True:
+            try:
+                jack.Client("probe", no_start_server=True).close()
+                break
+            except jack.JackError:
+                assert time.monotonic() < end and process.poll() is None, "jackd did not start"
+                time.sleep(0.1)
+        yield SimpleNamespace(process=process, jack=jack)
+    finally:
+        process.send_signal(signal.SIGTERM)
+        try:
+            process.wait(5)
+        except subprocess.TimeoutExpired:
+            process.kill()
+        for key, value in before.items():
+            if value is None:
+                os.environ.pop(key, None)
+            else:
+                os.environ[key] = value
+
+
+@pytest.fixture
+def bass(server: SimpleNamespace) -> Iterator[Any]:
+    """A client of the server that plays the slap bass."""
+    from livebass.outputs import JackOutput
+
+    output = JackOutput("livebass", lambda rate: Stage(rate, shelter=False), connect=False)
+    output.stage.put_on(LiveBass(load_preset("slap"), QUICK, output.stage.rate))
+    output.start()
+    time.sleep(0.5)
+    yield output
+    output.close()
+
+
+class Ears:
+    """A client that hears a port: (frame of the server, samples) for each period."""
+
+    def __init__(self, jack: Any) -> None:
+        self.client = jack.Client("ears", no_start_server=True)
+        self.port = self.client.inports.register("in")
+        self.heard: list[tuple[int, np.ndarray]] = []
+        self.client.set_process_callback(self._take)
+
+    def _take(self, frames: int) -> None:
+        self.heard.append((self.client.last_frame_time, self.port.get_array().copy()))
+
+
+class Keys:
+    """A client that sends MIDI messages, each at an offset in a period of its own."""
+
+    def __init__(self, jack: Any) -> None:
+        self.client = jack.Client("keys", no_start_server=True)
+        self.port = self.client.midi_outports.register("out")
+        self.wanted: list[tuple[int, tuple[int, ...]]] = []
+        self.sent: list[int] = []
+        self.client.set_process_callback(self._send)
+
+    def _send(self, frames: int) -> None:
+        self.port.clear_buffer()
+        if self.wanted:
+            offset, message = self.wanted.pop(0)
+            self.port.write_midi_event(offset, message)
+            self.sent.append(self.client.last_frame_time + offset)
+
+
+@pytest.mark.parametrize("offset", [0, 1, 100, PERIOD - 1])
+def test_notes_come_out_at_their_frame_as_rendered(server: SimpleNamespace, bass: Any, offset: int) -> None:
+    ears, keys = Ears(server.jack), Keys(server.jack)
+    try:
+        for client in (ears.client, keys.client):
+            client.activate()
+        bass.client.connect(bass.outputs[0], ears.port)
+        bass.client.connect(keys.port, bass.midi)
+        time.sleep(0.5)
+        keys.wanted.append((offset, (0x90, 40, 110)))
+        end = time.monotonic() + 5
+        while not keys.sent and time.monotonic() < end:
+            time.sleep(0.02)
+        time.sleep(0.4)
+    finally:
+        for client in (ears.client, keys.client):
+            client.deactivate()
+            client.close()
+    start = keys.sent[0] - offset
+    periods = {frame: sound for frame, sound in ears.heard if frame >= start}
+    assert start in periods
+    count = 0
+    while start + count * PERIOD in periods:
+        count += 1
+    heard = np.concatenate([periods[start + k * PERIOD] for k in range(count)])
+    expected = offline("slap", [(offset, 0x90, 40, 110)], len(heard))
+    assert len(heard) >= 4 * PERIOD, "the server lost periods"
+    assert not heard[: offset + 1].any() and np.abs(expected).max() > 0.01
+    assert np.array_equal(heard, expected)
+
+
+def test_a_busy_interpreter_loses_nothing(server: SimpleNamespace, bass: Any) -> None:
+    """Frames of the server that the stage did not play, idle and with Python hogging the processor.
+
+    A Python callback loses most of them; other work on the machine may cost any callback some.
+    """
+    seconds = 2.0
+
+    def lost(work: Any) -> int:
+        begin = bass.client.frame_time, int(bass.stage.record["frame"][0])
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            work()
+        return int(bass.client.frame_time - begin[0]) - (int(bass.stage.record["frame"][0]) - begin[1])
+
+    idle = lost(lambda: time.sleep(0.05))
+    busy = lost(lambda: re.match(r"(a+)+$", "a" * 18 + "b"))
+    assert busy <= max(idle, 0) + 0.15 * seconds * RATE, f"{busy} frames lost, {idle} when idle"
+
+
+def test_nothing_sounds_by_itself(server: SimpleNamespace, bass: Any) -> None:
+    ears = Ears(server.jack)
+    ears.client.activate()
+    bass.client.connect(bass.outputs[1], ears.port)
+    time.sleep(0.3)
+    ears.client.deactivate()
+    ears.client.close()
+    assert len(ears.heard) > 5 and not any(sound.any() for _, sound in ears.heard)
+
+
+def livebass(*arguments: object, **more: Any) -> subprocess.Popen[str]:
+    return subprocess.Popen(
+        [sys.executable, "-m", "livebass", *map(str, arguments)], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        stdin=subprocess.DEVNULL, text=True, **more,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_a_take_survives_the_signal_that_ends_it(server: SimpleNamespace, tmp_path: Path, number: int) -> None:
+    take = tmp_path / "take.wav"
+    song = tmp_path / "song.mid"
+    mido = pytest.importorskip("mido")
+    track = mido.MidiTrack([mido.Message("program_change", program=33)])
+    for note in (28, 33, 38, 43) * 20:
+        track += [mido.Message("note_on", note=note, velocity=120), mido.Message("note_off", note=note, time=200)]
+    midi = mido.MidiFile()
+    midi.tracks.append(track)
+    midi.save(song)
+    process = livebass("play", "--backend", "jack", "-p", "slap", "--file", song, "--record", take)
+    try:
+        time.sleep(4)
+        process.send_signal(number)
+        _, err = process.communicate(timeout=20)
+    finally:
+        process.kill()
+    assert process.returncode == 0, err
+    sound, rate = soundfile.read(take)
+    assert rate == RATE and len(sound) > RATE // 2
+    assert np.abs(sound).max() > 0.05
+    assert os.listdir(tmp_path) in (["song.mid", "take.wav"], ["take.wav", "song.mid"])
+    assert "underruns" in err and "Traceback" not in err
+
+
+def test_the_sound_of_portaudio_is_the_same(server: SimpleNamespace) -> None:
+    """PortAudio's JACK host, heard by another client; in a process of its own, as PortAudio looks once."""
+    program = f"""
+import sys, time
+import numpy as np
+sys.path.insert(0, {str(Path(__file__).parent)!r})
+import jack
+from test_jack import Ears
+from test_live import QUICK, offline
+from livebass import load_preset
+from livebass.outputs import PortAudioOutput
+from livebass.stage import LiveBass, Stage
+
+stage = Stage({RATE}, shelter=False)
+stage.put_on(LiveBass(load_preset("slap"), QUICK, {RATE}))
+output = PortAudioOutput(stage, None, {PERIOD}, "low")
+ears = Ears(jack)
+ears.client.activate()
+output.start()
+ports = ears.client.get_ports(is_output=True, is_audio=True)
+ears.client.connect(next(p for p in ports if not p.name.startswith("system")), ears.port)
+time.sleep(0.5)
+stage.send(0x90, 40, 110)
+time.sleep(0.6)
+sound = np.concatenate([s for _, s in ears.heard])
+first = int(np.flatnonzero(sound)[0])
+expected = offline("slap", [(0, 0x90, 40, 110)], 8000)
+onset = int(np.flatnonzero(expected)[0])
+heard = sound[first - onset : first - onset + 8000]
+print("same" if np.array_equal(heard, expected) else f"differs by {{np.abs(heard - expected).max()}}", flush=True)
+output.close()
+import os
+os._exit(0)
+"""
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=120, check=False)
+    assert done.stdout.strip() == "same", done.stdout + done.stderr[-2000:]
+
+
+def test_a_server_that_goes_away_ends_the_session(server: SimpleNamespace, tmp_path: Path) -> None:
+    """Last, as it takes the server with it."""
+    take = tmp_path / "take.wav"
+    process = livebass("play", "--backend", "jack", "--record", take)
+    try:
+        time.sleep(3)
+        server.process.send_signal(signal.SIGTERM)
+        server.process.wait(5)
+        _, err = process.communicate(timeout=20)
+    finally:
+        process.kill()
+    assert "is gone" in err and "Traceback" not in err
+    assert soundfile.info(take).frames > 0
+
+
+def test_without_a_server_it_says_so() -> None:
+    pytest.importorskip("jack")
+    process = livebass("play", "--backend", "jack", env={**os.environ, "JACK_DEFAULT_SERVER": "nobody"})
+    _, err = process.communicate(timeout=30)
+    assert process.returncode == 1
+    lines = err.splitlines()
+    assert lines[-1].startswith("livebass: error: JACK") and "server" in lines[-1]
+    assert all(line.startswith(("livebass:", "compiling")) for line in lines)
+
+
+def test_threads_may_send_together() -> None:
+    stage = Stage(RATE)
+    threads = [
+        threading.Thread(target=lambda: [stage.send(0x90, 40, 1) for _ in range(500)]) for _ in range(4)
+    ]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert stage.rings[0][0] == 2000
