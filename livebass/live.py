@@ -23,7 +23,15 @@ from livebass.live_layout import (
     STRETCH,
     TAIL,
 )
-from livebass.native import flush_denormals, load_acquire, nanoseconds, pointer, store_release
+from livebass.native import (
+    FLUSH,
+    float_control,
+    load_acquire,
+    nanoseconds,
+    pointer,
+    set_float_control,
+    store_release,
+)
 from livebass.performer import MOST_EVENTS, PERFORMER
 
 FADE = 0.03  # s in which a bass that was replaced is heard out
@@ -286,7 +294,8 @@ def exchange(b, i, which):
 @jit
 def block(address, out, n):
     """n frames into out (n,) float32 from the stage at `address`."""
-    flush_denormals()
+    before = float_control()
+    set_float_control(before | FLUSH)  # no denormal numbers in here; the thread's owner may want them
     stage = carray(pointer(address), 1, STAGE)[0]
     began = nanoseconds(stage.clock, stage.clock_kind)
     stage.time_frame = stage.frame
@@ -299,9 +308,14 @@ def block(address, out, n):
         done += m
     store(stage, out, n)
     stage.blocks += 1
-    if began == 0:
-        return
-    busy = nanoseconds(stage.clock, stage.clock_kind) - began
+    if began != 0:
+        measure(stage, nanoseconds(stage.clock, stage.clock_kind) - began, n)
+    set_float_control(before)
+
+
+@jit
+def measure(stage, busy, n):
+    """The meters of a block of n frames that took `busy` ns, and relief if that was too long."""
     stage.busy = busy
     stage.busy_worst = max(stage.busy_worst, busy)
     load = busy * 1e-9 * stage.rate / n

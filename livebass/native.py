@@ -14,9 +14,10 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 
 WORD = ir.IntType(64)
-FLUSH_X86 = 0x8040  # MXCSR: flush to zero, denormals are zero
-FLUSH_ARM = 1 << 24  # FPCR.FZ
 MACHINE = platform.machine().lower()
+X86, ARM = ("x86_64", "amd64"), ("aarch64", "arm64")
+# Bits of `float_control` that take denormal numbers for zero: MXCSR's FTZ and DAZ, or FPCR's FZ.
+FLUSH = 0x8040 if MACHINE in X86 else 1 << 24 if MACHINE in ARM else 0
 
 
 @intrinsic
@@ -121,25 +122,41 @@ def status_from(_context: Any, function: Any, target: Any, pointer: Any, index: 
 
 
 @intrinsic
-def flush_denormals(_context: Any) -> Any:
-    """Sets the processor of this thread to take denormal numbers for zero."""
+def float_control(_context: Any) -> Any:
+    """The word that says how this thread's processor treats floating-point numbers; 0 where that is not known."""
 
     def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        if MACHINE in ("x86_64", "amd64"):
+        module = builder.module
+        if MACHINE in X86:
             slot = cgutils.alloca_once(builder, U32)
             kind = ir.FunctionType(ir.VoidType(), [BYTES])
-            as_bytes = builder.bitcast(slot, BYTES)
-            module = builder.module
-            builder.call(cgutils.get_or_insert_function(module, kind, "llvm.x86.sse.stmxcsr"), [as_bytes])
-            builder.store(builder.or_(builder.load(slot), U32(FLUSH_X86)), slot)
-            builder.call(cgutils.get_or_insert_function(module, kind, "llvm.x86.sse.ldmxcsr"), [as_bytes])
-        elif MACHINE in ("aarch64", "arm64"):
-            module = builder.module
-            get = cgutils.get_or_insert_function(module, ir.FunctionType(WORD, []), "llvm.aarch64.get.fpcr")
-            put = cgutils.get_or_insert_function(
-                module, ir.FunctionType(ir.VoidType(), [WORD]), "llvm.aarch64.set.fpcr"
+            store = cgutils.get_or_insert_function(module, kind, "llvm.x86.sse.stmxcsr")
+            builder.call(store, [builder.bitcast(slot, BYTES)])
+            return builder.zext(builder.load(slot), WORD)
+        if MACHINE in ARM:
+            return builder.call(
+                cgutils.get_or_insert_function(module, ir.FunctionType(WORD, []), "llvm.aarch64.get.fpcr"), []
             )
-            builder.call(put, [builder.or_(builder.call(get, []), WORD(FLUSH_ARM))])
+        return WORD(0)
+
+    return types.int64(), generate
+
+
+@intrinsic
+def set_float_control(_context: Any, word: Any) -> Any:
+    """Sets what `float_control` gives."""
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        module = builder.module
+        if MACHINE in X86:
+            slot = cgutils.alloca_once(builder, U32)
+            builder.store(builder.trunc(args[0], U32), slot)
+            kind = ir.FunctionType(ir.VoidType(), [BYTES])
+            load = cgutils.get_or_insert_function(module, kind, "llvm.x86.sse.ldmxcsr")
+            builder.call(load, [builder.bitcast(slot, BYTES)])
+        elif MACHINE in ARM:
+            kind = ir.FunctionType(ir.VoidType(), [WORD])
+            builder.call(cgutils.get_or_insert_function(module, kind, "llvm.aarch64.set.fpcr"), [args[0]])
         return context.get_dummy_value()
 
-    return types.void(), generate
+    return types.void(types.int64), generate

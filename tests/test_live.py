@@ -247,6 +247,12 @@ def test_wild_messages_leave_sound_that_is_finite() -> None:
     assert stage.meters().faults == 0
 
 
+def test_denormal_numbers_stay_what_they_were_outside() -> None:
+    _, player = staged()
+    player.block(64)
+    assert 5e-324 * 1.0 > 0.0 and float(np.float64(2e-308) / 4) > 0.0
+
+
 def test_a_full_ring_refuses() -> None:
     stage = Stage(RATE)
     sent = sum(stage.send(0x90, 40, 100) for _ in range(5000))
