@@ -19,7 +19,7 @@ allowed.
     demo_score(rate, style="finger") -> Score      "finger" or "slap"
     quality_with("studio", modes=None, contact_rate=None) -> Quality
     render_to_array(instrument, score, quality, tail=None, seed=0) -> (n_strings, n_frames)
-    render_to_file(instrument, score, Path, quality=..., rate=..., ...) -> RenderReport
+    render_to_file(instrument, score, path, quality=..., rate=..., ...) -> RenderReport
     Engine(instrument, quality, rate, seed=0)      .play(score, tail) yields (n_strings, n_block) arrays
 """
 

@@ -239,7 +239,8 @@ def shown_progress(label: str) -> Iterator[Callable[[float], None] | None]:
 def summary(report: RenderReport, gain: float) -> str:
     """What a render with `gain` (dB) did, in a line."""
     notes = f"{report.notes} note{'s' * (report.notes != 1)}"
-    moved = f" ({report.transposed} transposed, {report.dropped} dropped)"
+    moved = f" ({report.transposed} transposed, {report.dropped} dropped"
+    moved += f", {report.stolen} cut short for another)" if report.stolen else ")"
     speed = report.duration_s / report.wall_s if report.wall_s else 0.0
     line = (
         f"{report.files[0]}: {notes}{moved}, {report.duration_s:.2f} s, {speed:.2g} times real time, "

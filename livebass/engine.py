@@ -131,8 +131,7 @@ class Engine:
         """
         if score.rate != self.rate:
             raise ValueError(f"the score is in frames of {score.rate} Hz, the engine in {self.rate} Hz: take the same")
-        if tail is not None and not 0 <= tail <= LONGEST:
-            raise ValueError(f"tail {tail} s: allowed are 0 to {LONGEST} s, or None")
+        check_tail(tail)
         return self._play(score, tail)
 
     def _play(self, score: Score, tail: float | None) -> Iterator[NDArray[np.float64]]:
@@ -168,6 +167,12 @@ class Engine:
     def report(self) -> Report:
         p = self.performer[0]
         return Report(int(p["notes"]), int(p["transposed"]), int(p["dropped"]), int(p["stolen"]))
+
+
+def check_tail(tail: float | None) -> None:
+    """ValueError for a `tail` that `Engine.play` does not take."""
+    if tail is not None and not 0 <= tail <= LONGEST:
+        raise ValueError(f"tail {tail} s: allowed are 0 to {LONGEST} s, or None")
 
 
 def trial_voice(trial: Trial, log: int = LOG) -> tuple[Voice, NDArray[np.void], NDArray[np.float64]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import time
 from collections.abc import Callable, Iterator
 from contextlib import nullcontext
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 
 from livebass.atomic import Transaction, checked_place
 from livebass.audiofile import AudioWriter, encoding
-from livebass.engine import Engine
+from livebass.engine import Engine, check_tail
 from livebass.instrument import Instrument
 from livebass.quality import Quality
 from livebass.score import Score
@@ -34,6 +35,7 @@ class RenderReport:
     notes: int
     transposed: int  # notes moved by octaves into the range
     dropped: int  # notes the instrument could not play
+    stolen: int  # notes whose string another took while they sounded
     clipped: int  # samples beyond full scale
     duration_s: float
     wall_s: float
@@ -51,7 +53,7 @@ def stem_paths(out: Path, instrument: Instrument, directory: Path | None = None)
 def render_to_file(
     instrument: Instrument,
     score: Score,
-    out: Path,
+    out: str | os.PathLike[str],
     *,
     quality: Quality,
     rate: int,
@@ -74,8 +76,10 @@ def render_to_file(
     ValueError, OutputError, RenderError. [main thread]
     """
     started = time.perf_counter()
+    out = Path(out)
     if score.rate != rate:
         raise ValueError(f"the score is in frames of {score.rate} Hz, the render in {rate} Hz")
+    check_tail(tail)
     kind = encoding(out, rate, format, bits)
     expected = score.end_frame + round((USUAL_TAIL if tail is None else tail) * rate)
     kind.check_length(score.end_frame + round((tail or 0.0) * rate), out)
@@ -104,6 +108,7 @@ def render_to_file(
         notes=report.notes,
         transposed=report.transposed,
         dropped=report.dropped,
+        stolen=report.stolen,
         clipped=mix_writer.clipped,
         duration_s=done / rate,
         wall_s=time.perf_counter() - started,

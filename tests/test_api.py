@@ -68,7 +68,7 @@ def test_a_note_that_ends_with_the_score_is_not_held_into_the_next(bass: livebas
     assert not one.sounding()
 
 
-def test_play_refuses_at_once(bass: livebass.Instrument) -> None:
+def test_play_refuses_at_once(bass: livebass.Instrument, tmp_path: Path) -> None:
     one, score = engine(bass), livebass.single_note(28, 100, 0.1, RATE)
     with pytest.raises(ValueError, match=r"22050 Hz, the engine in 44100 Hz"):
         engine(bass, 44100).play(score)
@@ -77,6 +77,8 @@ def test_play_refuses_at_once(bass: livebass.Instrument) -> None:
             one.play(score, tail)
         with pytest.raises(ValueError, match="allowed are 0 to 86400 s"):
             livebass.render_to_array(bass, score, QUICK, tail=tail)
+        with pytest.raises(ValueError, match="allowed are 0 to 86400 s"):
+            livebass.render_to_file(bass, score, str(tmp_path / "a.wav"), quality=QUICK, rate=RATE, tail=tail)
     assert one.frame == 0
 
 
