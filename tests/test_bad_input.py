@@ -201,7 +201,8 @@ def test_an_interrupt_leaves_nothing(tmp_path: Path, number: int, status: int, a
         time.sleep(pause)
         process.send_signal(signal.SIGINT)
     _, err = process.communicate(timeout=60)
-    assert process.returncode == status and "Traceback" not in err
+    # Of two signals that wait for the interpreter, it takes the lower number first: SIGINT before SIGTERM.
+    assert process.returncode in ({status, 130} if again else {status}) and "Traceback" not in err
     assert not list(tmp_path.iterdir())
 
 
