@@ -2,26 +2,35 @@
 
 At point m, r = eta^{n+1} - eta^{n-1} solves r + sum_k W_mk f_k = r*, where r* is what r would be without
 force and f = (psi(eta^{n+1}) - psi(eta^{n-1})) / r. f is convex and grows with r, so Newton from r* comes down
-to the root without overshoot. [any thread]
+to the root without overshoot; points that W couples are solved together, by Newton in all of them. [any thread]
 """
 
 import numpy as np
 
 from livebass.kernels import jit
+from livebass.layout import MOST_NEAR
 
 MOST_ITERATIONS = 60
+MOST_TOGETHER = 12  # iterations of coupled points; they need 3 or 4
 MOST_SWEEPS = 400
 SMALL = 1e-17  # m
-ENOUGH = 1e-9
+ENOUGH = 1e-6  # of r: Newton converges quadratically, so the error left is near rounding
+# The workspace of `solve_together`: a matrix, and four vectors
+RESIDUAL = MOST_NEAR * MOST_NEAR
+SLOPE, LAW, TRIAL, WORKSPACE = (RESIDUAL + k * MOST_NEAR for k in (1, 2, 3, 4))
 
 
 @jit
-def force(new, old, r, stiffness, exponent):
-    """(f, df/dr): the divided difference of psi between penetrations `old` and `new` = old + r."""
-    a = max(new, 0.0)
+def force(r, old, stiffness, exponent):
+    """(f, df/dr): the divided difference of psi between penetrations `old` and old + r."""
+    if exponent == 1.5:
+        return force_of_three_halves(r, old, stiffness / 2.5)
+    a = max(old + r, 0.0)
     b = max(old, 0.0)
     if a == 0.0 and b == 0.0:
         return 0.0, 0.0
+    if r == 0.0:
+        r = 1e-30
     e = exponent + 1.0
     if a > 0.0 and b > 0.0 and abs(r) < 1e-4 * b:
         mid = b + 0.5 * r
@@ -29,6 +38,31 @@ def force(new, old, r, stiffness, exponent):
         return f, 0.5 * stiffness * exponent * mid ** (exponent - 1.0)
     f = stiffness / e * (a**e - b**e) / r
     return f, (stiffness * a**exponent - f) / r
+
+
+@jit
+def force_of_three_halves(r, old, k):
+    """`force` for alpha = 1.5, k = K / 2.5.
+
+    Where both penetrations are positive f = k (x^5 - y^5) / (x^2 - y^2), x and y their roots: no cancellation.
+    """
+    a = old + r
+    if a > 0.0:
+        x = np.sqrt(a)
+        if old > 0.0:
+            b = old
+            y = np.sqrt(b)
+            s = x + y
+            top = a * a + (a + b) * x * y + a * b + b * b
+            part = k / (2.0 * x * s * s)
+            return part * top * 2.0 * x * s, part * ((4.0 * a * x + 3.0 * a * y + 2.0 * x * b + y * b) * s - top)
+        part = k * a * x / r
+        f = part * a
+        return f, (2.5 * part * r - f) / r
+    if old > 0.0:
+        f = -k * old * old * np.sqrt(old) / r
+        return f, -f / r
+    return 0.0, 0.0
 
 
 @jit
@@ -41,82 +75,110 @@ def solve_point(wanted, old, weight, stiffness, exponent, guess):
     r = wanted - weight * guess
     if old <= 0.0 and old + r <= 0.0:
         r = wanted
-    if exponent == 1.5:
-        r = root_of_three_halves(r, wanted, old, weight, stiffness / 2.5)
-    else:
-        for _ in range(MOST_ITERATIONS):
-            if r == 0.0:
-                r = 1e-30
-            f, slope = force(old + r, old, r, stiffness, exponent)
-            step = (r + weight * f - wanted) / (1.0 + weight * slope)
-            r -= step
-            if abs(step) <= ENOUGH * abs(r) + SMALL:  # converges quadratically: the next is far below rounding
-                break
+    for _ in range(MOST_ITERATIONS):
+        f, slope = force(r, old, stiffness, exponent)
+        step = (r + weight * f - wanted) / (1.0 + weight * slope)
+        r -= step
+        if abs(step) <= ENOUGH * abs(r) + SMALL:
+            break
     # from the equation itself: smoother than the force law where that is steep
     return (wanted - r) / weight
 
 
 @jit
-def root_of_three_halves(r, wanted, old, weight, k):
-    """Newton from r for alpha = 1.5, k = K / 2.5: `force` with one root and one division a step.
-
-    Where both penetrations are positive f = k (x^5 - y^5) / (x^2 - y^2), x and y their roots: no cancellation.
-    """
-    b = max(old, 0.0)
-    y = np.sqrt(b)
-    for _ in range(MOST_ITERATIONS):
-        a = old + r
-        if a > 0.0:
-            x = np.sqrt(a)
-            if b > 0.0:
-                s = x + y
-                top = a * a + (a + b) * x * y + a * b + b * b
-                part = k / (2.0 * x * s * s)
-                f = part * top * 2.0 * x * s
-                slope = part * ((4.0 * a * x + 3.0 * a * y + 2.0 * x * b + y * b) * s - top)
-            else:
-                part = k * a * x / r
-                f = part * a
-                slope = (2.5 * part * r - f) / r
-        elif b > 0.0:
-            f = -k * b * b * y / r
-            slope = -f / r
-        else:
-            f = 0.0
-            slope = 0.0
-        step = (r + weight * f - wanted) / (1.0 + weight * slope)
-        r -= step
-        if abs(step) <= ENOUGH * abs(r) + SMALL:
-            break
-    return r
-
-
-@jit
-def solve_points(near, count, wanted, old, f, coupling, compliance, ratio, stride, diagonal, stiffness, exponent):
+def solve_points(near, count, wanted, old, f, coupling, diagonal, stiffness, exponent, work):
     """Forces f (kept in place, also as the first guess) at `count` points, and how many are not zero.
 
-    near: indices of the points; wanted, old: r* and eta^{n-1} by point index; coupling and compliance: flat
-    matrices W and R with rows of `stride`; R counts 1/ratio^2 (modes tuned higher are stiffer).
+    near: indices of the points; wanted, old: r* and eta^{n-1} by point index; coupling: W of the points in `near`,
+    rows of MOST_NEAR; work: WORKSPACE numbers.
     """
-    soft = 1.0 / (ratio * ratio)
-    for _ in range(MOST_SWEEPS):
-        change = 0.0
+    if diagonal or count == 1:
         for i in range(count):
             m = near[i]
-            rest = wanted[m]
-            if not diagonal:
-                for k in range(count):
-                    c = near[k]
-                    if k != i and f[c] != 0.0:
-                        rest -= (coupling[m * stride + c] + soft * compliance[m * stride + c]) * f[c]
-            weight = coupling[m * stride + m] + soft * compliance[m * stride + m]
-            new = solve_point(rest, old[m], weight, stiffness, exponent, f[m])
-            change = max(change, abs(new - f[m]) * weight)
-            f[m] = new
-        if diagonal or count == 1 or change <= 1e-16:
-            break
+            f[m] = solve_point(wanted[m], old[m], coupling[i * MOST_NEAR + i], stiffness, exponent, f[m])
+    elif not solve_together(near, count, wanted, old, f, coupling, stiffness, exponent, work):
+        solve_in_turn(near, count, wanted, old, f, coupling, stiffness, exponent)
     touching = 0
     for i in range(count):
         if f[near[i]] != 0.0:
             touching += 1
     return touching
+
+
+@jit
+def solve_together(near, count, wanted, old, f, coupling, stiffness, exponent, work):
+    """Newton in all points at once. False, and f as it was, where it does not converge.
+
+    With D the slopes of the law, a step solves (1 + W D) dr = -residual; what comes out is f + D dr of the last one,
+    which fulfils the equation to rounding.
+    """
+    residual, slope, law = work[RESIDUAL:SLOPE], work[SLOPE:LAW], work[LAW:TRIAL]
+    r = work[TRIAL:WORKSPACE]
+    for i in range(count):
+        m = near[i]
+        x = wanted[m]
+        for k in range(count):
+            x -= coupling[i * MOST_NEAR + k] * f[near[k]]
+        if old[m] <= 0.0 and old[m] + x <= 0.0:
+            x = wanted[m]
+        r[i] = x
+    for _ in range(MOST_TOGETHER):
+        for i in range(count):
+            law[i], slope[i] = force(r[i], old[near[i]], stiffness, exponent)
+        for i in range(count):
+            x = wanted[near[i]] - r[i]
+            for k in range(count):
+                c = coupling[i * MOST_NEAR + k]
+                x -= c * law[k]
+                work[i * MOST_NEAR + k] = c * slope[k]
+            residual[i] = x
+            work[i * MOST_NEAR + i] += 1.0
+        eliminate(work, residual, count)
+        done = True
+        for i in range(count):
+            step = residual[i]
+            r[i] += step
+            law[i] += slope[i] * step
+            done = done and abs(step) <= ENOUGH * abs(r[i]) + SMALL
+        if done:
+            for i in range(count):
+                f[near[i]] = law[i]
+            return True
+    return False
+
+
+@jit
+def eliminate(matrix, x, count):
+    """Solves matrix y = x in place, rows of MOST_NEAR; 1 + W D needs no pivoting, as W is positive and D >= 0."""
+    for i in range(count):
+        inverse = 1.0 / matrix[i * MOST_NEAR + i]
+        for k in range(i + 1, count):
+            factor = matrix[k * MOST_NEAR + i] * inverse
+            if factor != 0.0:
+                for c in range(i + 1, count):
+                    matrix[k * MOST_NEAR + c] -= factor * matrix[i * MOST_NEAR + c]
+                x[k] -= factor * x[i]
+    for i in range(count - 1, -1, -1):
+        y = x[i]
+        for k in range(i + 1, count):
+            y -= matrix[i * MOST_NEAR + k] * x[k]
+        x[i] = y / matrix[i * MOST_NEAR + i]
+
+
+@jit
+def solve_in_turn(near, count, wanted, old, f, coupling, stiffness, exponent):
+    """One point after the other, again and again: slow, but it always gets there."""
+    for _ in range(MOST_SWEEPS):
+        change = 0.0
+        for i in range(count):
+            m = near[i]
+            rest = wanted[m]
+            for k in range(count):
+                if k != i:
+                    rest -= coupling[i * MOST_NEAR + k] * f[near[k]]
+            weight = coupling[i * MOST_NEAR + i]
+            new = solve_point(rest, old[m], weight, stiffness, exponent, f[m])
+            change = max(change, abs(new - f[m]) * weight)
+            f[m] = new
+        if change <= 1e-16:
+            break

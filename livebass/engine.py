@@ -18,8 +18,9 @@ from livebass.motion import Motion, Trial
 from livebass.operators import (
     Rates,
     operator,
-    pickup_taps,
-    sampled_taps,
+    pickup_rows,
+    sampled_rows,
+    sensor_rows,
     usual_grazing_apex,
     whole_contact_rate,
 )
@@ -53,7 +54,10 @@ def prepare(instrument: Instrument, quality: Quality, rates: Rates, frets: int) 
         for fret in range(frets + 1):
             s = speaking(string, neck, fret)
             count = modes_for(quality, s.length, string.length, s.grid_points)
-            taps = pickup_taps(s, instrument.output, count, rates.rate)
+            if instrument.output.kind == "displacement":
+                taps = sensor_rows(s, s.length - instrument.output.sensor, count, rates.rate)
+            else:
+                taps = pickup_rows(s, instrument.output, count, rates.rate)
             graze = usual_grazing_apex(s, instrument.player.pluck_position)
             row.append(operator(s, count, rates, taps, graze=graze))
         rows.append(row)
@@ -180,9 +184,9 @@ def trial_voice(trial: Trial, log: int = LOG) -> tuple[Voice, NDArray[np.void], 
     if trial.output_rate != int(trial.output_rate) or trial.contact_rate != int(trial.contact_rate):
         raise ValueError("rates: allowed are whole numbers of Hz")
     rates = Rates(int(trial.output_rate), int(trial.contact_rate))
-    taps = sampled_taps(trial.speaking, trial.sensor, trial.modes, rates)
+    taps = sampled_rows(trial.speaking, trial.sensor, trial.modes, rates, trial.lossless)
     op = operator(trial.speaking, trial.modes, rates, taps, lossless=trial.lossless)
-    state = new_voice(rates, 1, log)
+    state = new_voice(rates, log)
     records = np.zeros(1, at.OPERATOR)
     records[0] = op.record
     return state, records, op.memory.ravel()

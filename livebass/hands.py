@@ -12,9 +12,9 @@ from livebass.kernels import jit
 from livebass.layout import (
     FINGER,
     KAPPA,
-    OP_DISPLACEMENT_TAP,
     OP_HEIGHT,
     OP_POSITION,
+    OP_TAP,
     ROW,
     SHAPE,
     SIGMA,
@@ -139,8 +139,8 @@ def pluck(v, slots, ops, w2, pool, fret, apex, position, rounding):
     shape_of_pluck(w, op, apex, position, rounding)
     if sounding and s.active > 0:
         touch(v, w, op, position, max(v.pull, 1))
-    for i in range(v.taps):
-        v.held[i] = rows.tap_shape(w, pool, op.start + (OP_DISPLACEMENT_TAP + 2 * i) * ROW, op.tap_modes)
+    for i in range(max(v.pickups, 1)):
+        v.held[i] = rows.tap_shape(w, pool, op.start + (OP_TAP + i) * ROW, op.tap_modes)
     v.pulling = v.pull + 1 if v.pull > 0 else 0  # this frame counts one down already
     if v.pull == 0:
         let_go(v, s, op, w)

@@ -21,21 +21,24 @@ FRAME_1 = 9  # one fine step more, where frames are not whole numbers of steps
 SUB = 12  # a part of a frame
 KAPPA = 15  # P of a unit modal velocity
 OMEGA, SIGMA = 16, 17  # rad/s (damped), 1/s
-SHAPE = 18  # modal amplitudes of the pluck in preparation
-STRIKE = 19  # modal velocity per frame of the strike in progress
-FINGER = 20  # factor per frame of the finger that touches
-CLEARANCE, CLEARANCE_NOW = 21, 22  # m: last known, and the one just computed
-KNOWN, DUE = 23, 24  # fine step at which CLEARANCE was true; before which no contact is possible
-ETA, ETA_OLD = 25, 26  # m: penetration at this step, at the one before
-STAMP = 27  # fine step for which ETA, ETA_OLD hold
-FORCE, PENDING = 28, 29
-NEAR_PHI = 30  # MOST_NEAR rows: shapes at the points solved now
-WORK_ROWS = NEAR_PHI + MOST_NEAR
+PACE = 18  # 1 / KAPPA: modal velocity is PACE P - SIGMA q
+SHAPE = 19# modal amplitudes of the pluck in preparation
+STRIKE = 20# modal velocity per frame of the strike in progress
+FINGER = 21# factor per frame of the finger that touches
+CLEARANCE, CLEARANCE_NOW = 22, 23# m: last known, and the one just computed
+KNOWN, DUE = 24, 25# fine step at which CLEARANCE was true; before which no contact is possible
+ETA, ETA_OLD = 26, 27# m: penetration at this step, at the one before
+STAMP = 28# fine step for which ETA, ETA_OLD hold
+FORCE, FORCE_OLD, PENDING = 29, 30, 31
+NEAR_PHI = 32# MOST_NEAR rows: shapes at the points solved now
+COUPLING = NEAR_PHI + MOST_NEAR  # W between them, in rows of MOST_NEAR
+SOLVE = COUPLING + 1  # two rows: workspace of contact.py
+WORK_ROWS = SOLVE + 2
 
 # Operators of one string at one fret, in a pool shared by all: the first rows go to the working set at a pluck
-OP_COPIED = 14  # rows FINE_A .. SIGMA, in that order
-OP_HEIGHT, OP_POSITION = 14, 15  # per contact point
-OP_DISPLACEMENT_TAP = 16  # two rows a tap: weights of Q and of P; `taps` taps, `phases` times
+OP_COPIED = 15  # rows FINE_A .. PACE, in that order
+OP_HEIGHT, OP_POSITION = 15, 16  # per contact point
+OP_TAP = 17  # a row a pickup; or without one, two rows: weights of Q and of P, for each phase
 
 OPERATOR = np.dtype(
     [
@@ -49,7 +52,7 @@ OPERATOR = np.dtype(
         ("points", "i8"),
         ("diagonal", "i8"),  # W couples no points
         ("steps", "i8"),  # whole fine steps a frame
-        ("parts", "i8"),  # a contact frame is cut in so many parts ...
+        ("parts", "i8"),  # a contact frame is cut in so many parts (0: in none) ...
         ("part_steps", "i8"),  # ... of so many fine steps, and a rest
         ("fine", "f8"),  # s, the fine step
         ("push", "f8"),  # dt^2 dx / mu: modal step of a unit f
@@ -96,9 +99,8 @@ VOICE = np.dtype(
         ("bend", "f8"),  # frequency ratio wanted ...
         ("tuned", "f8"),  # ... and the one it has got to
         ("logged", "i8"),  # contacts begun, also beyond the log's length
-        ("taps", "i8"),
-        ("pickups", "i8"),
-        ("held", "f8", (8,)),  # taps of the shape the finger holds
+        ("pickups", "i8"),  # 0: the displacement itself
+        ("held", "f8", (4,)),  # displacement at each of the shape the finger holds
         ("decay", "f8", (4,)),  # 1/m of each pickup
         ("mix", "f8", (4,)),
         ("b", "f8", (4,)),  # output filter

@@ -7,9 +7,9 @@ and written, and the kernels of `voice` and `performer` do the rest. [audio thre
 import numpy as np
 from numba import carray
 
-from livebass import hands, performer, voice
+from livebass import ahead, hands, performer
 from livebass.kernels import jit
-from livebass.layout import EVENT, OPERATOR, ROW, SLOT, VOICE, VOICE_SLOTS, WORK_ROWS
+from livebass.layout import EVENT
 from livebass.live_layout import (
     BASS,
     ENTRIES,
@@ -17,8 +17,10 @@ from livebass.live_layout import (
     EVENT_WORDS,
     HEAD,
     HISTOGRAM,
+    HORIZON,
     MOST_MESSAGES,
     NOW,
+    SOUND_RING,
     STAGE,
     STRETCH,
     TAIL,
@@ -44,16 +46,6 @@ WORD = 8  # bytes
 @jit
 def bass_at(address):
     return carray(pointer(address), 1, BASS)[0]
-
-
-@jit
-def operators_of(b, which):
-    return carray(pointer(b.operators[which]), (b.strings, b.frets + 1), OPERATOR)
-
-
-@jit
-def pool_of(b, which):
-    return carray(pointer(b.pool[which]), b.pool_size[which], np.float64)
 
 
 @jit
@@ -110,7 +102,7 @@ def hear(stage, b, frame, message, count):
     events = carray(pointer(b.events), EVENT_ROOM, EVENT)
     # places and grazing apexes are those of the fine operators, whatever plays
     return performer.message(
-        p, operators_of(b, 0), pool_of(b, 0), frame - b.frame, status, first, second, events, count
+        p, ahead.operators_of(b, 0), ahead.pool_of(b, 0), frame - b.frame, status, first, second, events, count
     )
 
 
@@ -147,35 +139,19 @@ def play_strings(stage, b, count, out, n, level, slope):
     """Adds n frames of every string of `b` to out (n,) float32; `level` and `slope` a frame: of a fade."""
     events = carray(pointer(b.events), EVENT_ROOM, EVENT)
     mine = carray(pointer(b.mine), EVENT_ROOM, EVENT)
-    sound = carray(pointer(b.sound), STRETCH, np.float64)[:n]
-    settings = carray(pointer(b.settings), 2, np.float64)
-    log = carray(pointer(b.settings), (0, 2), np.int64)
+    start = stage.frame - b.frame
     for i in range(b.strings):
         used = 0
         for k in range(count):
             if events[k].string == i:
                 mine[used] = events[k]
                 used += 1
-        which = (b.coarse >> i) & 1
-        voice.run(
-            carray(pointer(b.voice[i]), 1, VOICE)[0],
-            carray(pointer(b.slots[i]), VOICE_SLOTS, SLOT),
-            operators_of(b, which)[i],
-            carray(pointer(b.work[i]), (VOICE_SLOTS, WORK_ROWS * ROW), np.float64),
-            pool_of(b, which),
-            mine,
-            used,
-            settings,
-            carray(pointer(b.scratch[i]), (2, ROW), np.int64),
-            carray(pointer(b.taps[i]), 8, np.float64),
-            log,
-            False,
-            sound,
-        )
+        ahead.play_to(b, i, start + n, used)
+        sound = carray(pointer(ahead.ahead_of(b, i).sound), SOUND_RING, np.float64)
         gain = stage.gain
         for j in range(n):
             gain += GAIN_POLE * (stage.gain_wanted - gain)
-            x = sound[j] * gain * (level + slope * j)
+            x = sound[(start + j) % SOUND_RING] * gain * (level + slope * j)
             if not abs(x) < 1e6:
                 x = 0.0
                 stage.faults += 1
@@ -241,8 +217,11 @@ def store(stage, out, n):
 
 
 @jit
-def relieve(stage, b, load, n):
+def relieve(stage, load, n):
     """Under overload strings go to the coarse operators, newest contacts first; they come back in calm times."""
+    if stage.bass == 0 or not stage.sheltered:
+        return
+    b = bass_at(stage.bass)
     if b.pool_size[1] == 0:
         return
     p = carray(pointer(b.performer), 1, PERFORMER)[0]
@@ -253,7 +232,7 @@ def relieve(stage, b, load, n):
         for i in range(b.strings):
             if (b.coarse >> i) & 1:
                 continue
-            slots = carray(pointer(b.slots[i]), VOICE_SLOTS, SLOT)
+            slots = ahead.slots_of(b, i)
             sounding = slots[0].on or slots[1].on
             if not sounding:
                 continue
@@ -264,29 +243,30 @@ def relieve(stage, b, load, n):
                 rank = value
                 best = i
         if best >= 0:
-            exchange(b, best, 1)
+            exchange(b, best, 1, stage.frame)
             stage.overload += 1
         return
     stage.calm = 0 if load > LOW else stage.calm + n
     if stage.calm > CALM * stage.rate and b.coarse != 0:
         for i in range(b.strings):
             if (b.coarse >> i) & 1:
-                exchange(b, i, 0)
+                exchange(b, i, 0, stage.frame)
                 stage.overload -= 1
                 stage.calm = 0
                 return
 
 
 @jit
-def exchange(b, i, which):
-    """String `i` goes on with the operators `which`."""
+def exchange(b, i, which, now):
+    """String `i` goes on with the operators `which` from stage frame `now` on."""
+    ahead.stay(b, i, now - b.frame)
     hands.exchange(
-        carray(pointer(b.voice[i]), 1, VOICE)[0],
-        carray(pointer(b.slots[i]), VOICE_SLOTS, SLOT),
-        operators_of(b, 1 - which)[i],
-        operators_of(b, which)[i],
-        carray(pointer(b.work[i]), (VOICE_SLOTS, WORK_ROWS * ROW), np.float64),
-        pool_of(b, which),
+        ahead.voice_of(b, i),
+        ahead.slots_of(b, i),
+        ahead.operators_of(b, 1 - which)[i],
+        ahead.operators_of(b, which)[i],
+        ahead.work_of(b, i),
+        ahead.pool_of(b, which),
     )
     b.coarse ^= 1 << i
 
@@ -309,13 +289,31 @@ def block(address, out, n):
     store(stage, out, n)
     stage.blocks += 1
     if began != 0:
+        needed = nanoseconds(stage.clock, stage.clock_kind) - began
+        relieve(stage, needed * 1e-9 * stage.rate / n, n)
+        run_ahead(stage, began, n)
         measure(stage, nanoseconds(stage.clock, stage.clock_kind) - began, n)
     set_float_control(before)
 
 
 @jit
+def run_ahead(stage, began, n):
+    """Plays on, past the end of a block of n frames that began at `began` (ns), for a share of its time."""
+    if stage.bass == 0:
+        return
+    b = bass_at(stage.bass)
+    until = began + np.int64(b.share * 1e9 * n / stage.rate)
+    end = stage.frame - b.frame
+    while nanoseconds(stage.clock, stage.clock_kind) < until:
+        i = ahead.rearmost(b, end + HORIZON)
+        if i < 0:
+            return
+        ahead.step_ahead(b, i, end)
+
+
+@jit
 def measure(stage, busy, n):
-    """The meters of a block of n frames that took `busy` ns, and relief if that was too long."""
+    """The meters of a block of n frames that took `busy` ns."""
     stage.busy = busy
     stage.busy_worst = max(stage.busy_worst, busy)
     load = busy * 1e-9 * stage.rate / n
@@ -323,8 +321,6 @@ def measure(stage, busy, n):
         stage.late += 1
     place = 0 if load <= 0.0 else np.int64(32.0 + 4.0 * np.log2(load))
     stage.histogram[min(max(place, 0), HISTOGRAM - 1)] += 1
-    if stage.bass != 0 and stage.sheltered:
-        relieve(stage, bass_at(stage.bass), load, n)
 
 
 @jit

@@ -6,6 +6,7 @@ of its own, the entries follow from word 16. One thread writes, one reads; heads
 
 import numpy as np
 
+from livebass.layout import MOST_NEAR, ROW
 from livebass.performer import MOST_EVENTS, MOST_STRINGS
 
 HEAD, TAIL, ENTRIES = 0, 8, 16
@@ -15,6 +16,26 @@ MOST_MESSAGES = 128  # taken into one stretch; the others wait for the next
 EVENT_ROOM = (MOST_MESSAGES + 1) * MOST_EVENTS
 STRETCH = 1024  # frames computed at once, at most
 HISTOGRAM = 64
+
+# Running ahead of the clock
+HORIZON = 768  # frames
+SAVE_EVERY, SAVES = 16, 64  # frames between kept states, whole strides; and how many are kept
+SOUND_RING = 4096  # frames, more than STRETCH + HORIZON
+KEPT_POINTS = MOST_NEAR
+KEPT = 2 * ROW + 6 * KEPT_POINTS  # float64 a slot
+
+AHEAD = np.dtype(
+    [
+        ("first", "i8"),  # kept states from here ...
+        ("saved", "i8"),  # ... up to here are good
+        ("frame", "i8", (SAVES,)),  # of each kept state
+        ("voice", "i8"),  # addresses: layout.VOICE (SAVES,)
+        ("slots", "i8"),  # layout.SLOT (SAVES, VOICE_SLOTS)
+        ("memory", "i8"),  # float64 (SAVES, VOICE_SLOTS, KEPT): q, P, and six numbers a contact point
+        ("sound", "i8"),  # float64 (SOUND_RING,): frame n is at n % SOUND_RING
+    ],
+    align=True,
+)
 
 BASS = np.dtype(
     [
@@ -33,8 +54,10 @@ BASS = np.dtype(
         ("settings", "i8"),
         ("events", "i8"),  # layout.EVENT (EVENT_ROOM,), of all strings
         ("mine", "i8"),  # the same, of one
-        ("sound", "i8"),  # float64 (STRETCH,)
+        ("ahead", "i8", (MOST_STRINGS,)),  # AHEAD of each string
         ("frame", "i8"),  # of the stage, when this bass began
+        ("share", "f8"),  # of the time a block lasts: so long strings may run ahead ...
+        ("stride", "i8"),  # ... looking at the clock after so many frames
     ],
     align=True,
 )

@@ -15,7 +15,8 @@ from livebass.quality import MOST_MODES
 
 Floats = NDArray[np.float64]
 
-PART = 5.2e-6  # s, length of the parts a contact frame is cut into
+PART = 5.2e-6  # s, length of the parts a contact frame is cut into ...
+LEAST_PART = 16  # ... but so many fine steps at least: to look costs as much as some steps
 TAPER = (0.40, 0.46)  # of the audio rate: modes fade from the output between these
 MOST_PHASES = 2000
 
@@ -51,15 +52,6 @@ def whole_contact_rate(contact_rate: float, rate: int) -> int:
 
 
 @dataclass(frozen=True)
-class Tap:
-    """A linear output of the string: displacement, or velocity, weighted over modes."""
-
-    weights: Floats  # (modes,) m^-0.5
-    velocity: bool
-    ahead: float = 0.0  # s before the fine step of the frame
-
-
-@dataclass(frozen=True)
 class Operator:
     """One row of `layout.OPERATOR` and its share of the pool, (rows, ROW)."""
 
@@ -74,38 +66,63 @@ def pickups_under(output: Output, name: str) -> tuple[Pickup, ...]:
     return tuple(p for p in output.pickups if not p.strings or name in p.strings)
 
 
-def pickup_taps(s: Speaking, output: Output, count: int, rate: int) -> list[Tap]:
-    """Displacement and velocity of every pickup (or of the sensor), without what the rate cannot carry."""
+def pickup_rows(s: Speaking, output: Output, count: int, rate: int) -> Floats:
+    """(pickups, count) weights of modal displacements at each pickup, m^-0.5, without what the rate cannot carry."""
+    fade = _fade(s, count, rate)
+    k = np.arange(1, count + 1) * (math.pi / s.length)
+    rows = [
+        # a Gaussian window as wide as a rectangle of the aperture
+        shapes(s, count, np.array([s.length - p.position]))[0] * np.exp(-((k * p.aperture) ** 2) / 24) * fade
+        for p in pickups_under(output, s.string.name)
+    ]
+    return np.array(rows).reshape(len(rows), count)
+
+
+def sensor_rows(s: Speaking, sensor: float, count: int, rate: int) -> Floats:
+    """(2, count) weights of q and P for the displacement at `sensor` (m from the stop), as a rate carries it."""
+    weights = shapes(s, count, np.array([sensor]))[0] * _fade(s, count, rate)
+    return np.array([weights, np.zeros(count)])
+
+
+def sampled_rows(s: Speaking, sensor: float, count: int, rates: Rates, lossless: bool = False) -> Floats:
+    """`sensor_rows` for each of the places a frame can have between fine steps, nothing left out."""
+    weights = shapes(s, count, np.array([sensor]))[0]
+    sigma, omega, es = _motion(s, count, rates, lossless)
+    rows = []
+    for i in range(rates.denominator):
+        ahead = (-i * rates.numerator) % rates.denominator / rates.denominator / rates.contact_rate  # s
+        growth = np.exp(sigma * ahead)
+        rows += [growth * np.cos(omega * ahead) * weights, -growth * np.sin(omega * ahead) / es * weights]
+    return np.array(rows)
+
+
+def _fade(s: Speaking, count: int, rate: int) -> Floats:
     nu = frequencies(s, count)
     low, high = TAPER[0] * rate, TAPER[1] * rate
     fade = 0.5 + 0.5 * np.cos(np.pi * np.clip((nu - low) / (high - low), 0, 1))
     fade[nu >= high] = 0.0
-    if output.kind == "displacement":
-        weights = shapes(s, count, np.array([s.length - output.sensor]))[0] * fade
-        return [Tap(weights, velocity=False)]
-    k = np.arange(1, count + 1) * (math.pi / s.length)
-    taps = []
-    for pickup in pickups_under(output, s.string.name):
-        # a Gaussian window as wide as a rectangle of the aperture
-        window = np.exp(-((k * pickup.aperture) ** 2) / 24)
-        weights = shapes(s, count, np.array([s.length - pickup.position]))[0] * window * fade
-        taps += [Tap(weights, velocity=False), Tap(weights, velocity=True)]
-    return taps
+    return np.asarray(fade)
 
 
-def sampled_taps(s: Speaking, sensor: float, count: int, rates: Rates) -> list[Tap]:
-    """The displacement at `sensor` (m from the stop) for each of the places a frame can have between fine steps."""
-    weights = shapes(s, count, np.array([sensor]))[0]
-    before = [(-i * rates.numerator) % rates.denominator / rates.denominator for i in range(rates.denominator)]
-    return [Tap(weights, velocity=False, ahead=f / rates.contact_rate) for f in before]
+def _motion(s: Speaking, count: int, rates: Rates, lossless: bool) -> tuple[Floats, Floats, Floats]:
+    """sigma (1/s), damped omega (rad/s) and E sin(omega dt) of each mode."""
+    dt = 1.0 / rates.contact_rate
+    sigma = np.zeros(count) if lossless else dampings(s, count)
+    omega = 2 * np.pi * frequencies(s, count)
+    if np.any(sigma >= omega):
+        raise ValueError("damping is above critical for a mode: lower the extra damping")
+    damped = np.sqrt(omega**2 - sigma**2)
+    if np.min(np.abs(np.sin(damped * dt))) < 1e-9:
+        raise ValueError(f"contact rate {rates.contact_rate} Hz: a mode stands still at it, take another one")
+    return sigma, damped, np.exp(-sigma * dt) * np.sin(damped * dt)
 
 
 def operator(
-    s: Speaking, count: int, rates: Rates, taps: list[Tap], *, lossless: bool = False, graze: float = 0.0
+    s: Speaking, count: int, rates: Rates, taps: Floats, *, lossless: bool = False, graze: float = 0.0
 ) -> Operator:
-    """Builds the operator of `count` modes; `state.gather` says where its memory lies.
+    """Builds the operator of `count` modes heard through `taps` (rows, count); `state.gather` gives it its place.
 
-    Raises ValueError for more modes, taps or contact points than the kernels take, or a rate that freezes a mode.
+    Raises ValueError for more modes or contact points than the kernels take, or a rate that freezes a mode.
     """
     if not 1 <= count <= min(MOST_MODES, s.grid_points - 1):
         raise ValueError(f"modes {count}: allowed are 1 to {min(MOST_MODES, s.grid_points - 1)} for this length")
@@ -113,25 +130,18 @@ def operator(
     if points > at.MOST_NEAR:
         raise ValueError(f"contact points {points}: allowed are at most {at.MOST_NEAR}")
     dt = 1.0 / rates.contact_rate
-    sigma = np.zeros(count) if lossless else dampings(s, count)
-    omega = 2 * np.pi * frequencies(s, count)
-    if np.any(sigma >= omega):
-        raise ValueError("damping is above critical for a mode: lower the extra damping")
-    w_d = np.sqrt(omega**2 - sigma**2)
-    if np.min(np.abs(np.sin(w_d * dt))) < 1e-9:
-        raise ValueError(f"contact rate {rates.contact_rate} Hz: a mode stands still at it, take another one")
+    sigma, w_d, es = _motion(s, count, rates, lossless)
     steps = rates.numerator // rates.denominator
-    parts = max(1, round(steps * dt / PART))
-    part_steps = steps // parts
+    parts = min(round(steps * dt / PART), steps // LEAST_PART)
+    if parts < 2:
+        parts = 0
+    part_steps = steps // max(parts, 1)
 
     n = -(-count // at.BLOCK) * at.BLOCK
-    tap_rows = 2 * len(taps)
-    phi_row = at.OP_DISPLACEMENT_TAP + tap_rows
+    phi_row = at.OP_TAP + len(taps)
     coupling_row = phi_row + points
     memory = np.zeros((coupling_row + points, at.ROW))
-    damp = np.exp(-sigma * dt)
-    es = damp * np.sin(w_d * dt)
-    memory[0, :count] = damp * np.cos(w_d * dt)
+    memory[0, :count] = np.exp(-sigma * dt) * np.cos(w_d * dt)
     memory[1, :count] = es**2
     for row, k in ((2, steps), (5, steps + 1), (8, part_steps)):
         damp_k = np.exp(-sigma * k * dt)
@@ -143,21 +153,11 @@ def operator(
     memory[11, :count] = es / w_d
     memory[12, :count] = w_d
     memory[13, :count] = sigma
+    memory[14, :count] = w_d / es
     memory[at.OP_HEIGHT, :points] = s.contact_height
     memory[at.OP_POSITION, :points] = s.contact_position
-
-    last_tap = 0
-    for i, tap in enumerate(taps):
-        q_row = at.OP_DISPLACEMENT_TAP + 2 * i
-        if tap.velocity:  # v = omega p - sigma q
-            memory[q_row, :count] = -sigma * tap.weights
-            memory[q_row + 1, :count] = w_d / es * tap.weights
-        else:
-            growth = np.exp(sigma * tap.ahead)
-            memory[q_row, :count] = growth * np.cos(w_d * tap.ahead) * tap.weights
-            memory[q_row + 1, :count] = -growth * np.sin(w_d * tap.ahead) / es * tap.weights
-        used = np.flatnonzero(tap.weights)
-        last_tap = max(last_tap, int(used[-1]) + 1 if used.size else 0)
+    memory[at.OP_TAP : phi_row, :count] = taps
+    heard = np.flatnonzero(np.any(taps != 0, axis=0))
 
     dx_mu = s.step / s.string.linear_density
     phi = shapes(s, s.grid_points - 1, np.asarray(s.contact_position))
@@ -168,7 +168,7 @@ def operator(
     record = np.zeros((), at.OPERATOR)
     record["phi"], record["coupling"] = phi_row, coupling_row
     record["modes"], record["padded"] = count, n
-    record["tap_modes"] = -(-last_tap // at.BLOCK) * at.BLOCK
+    record["tap_modes"] = -(-(heard[-1] + 1) // at.BLOCK) * at.BLOCK if heard.size else 0
     record["points"], record["diagonal"] = points, count == s.grid_points - 1
     record["steps"], record["parts"], record["part_steps"] = steps, parts, part_steps
     record["fine"], record["push"] = dt, dt**2 * dx_mu

@@ -18,7 +18,7 @@ class Quality:
 
 
 QUALITIES = {
-    "live": Quality("live", 400, 768e3),
+    "live": Quality("live", 400, 384e3),
     "studio": Quality("studio", 600, 4e6),
     "reference": Quality("reference", None, 8e6),
 }

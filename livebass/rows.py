@@ -27,6 +27,7 @@ from livebass.layout import (
     NEAR_PHI,
     OMEGA,
     P_OLD,
+    PACE,
     Q_OLD,
     ROW,
     SHAPE,
@@ -42,6 +43,7 @@ jit = compiled(fastmath=LANES)
 
 IQ, IP, IQO, IPO = Q * ROW, P * ROW, Q_OLD * ROW, P_OLD * ROW
 IA, IB, IK, IW, IS = FINE_A * ROW, FINE_B * ROW, KAPPA * ROW, OMEGA * ROW, SIGMA * ROW
+IPACE = PACE * ROW
 IN0, IN1, IN2, IN3 = NEAR_PHI * ROW, (NEAR_PHI + 1) * ROW, (NEAR_PHI + 2) * ROW, (NEAR_PHI + 3) * ROW
 DEAD = 1e-17  # m^1.5: a mode below this is silence
 
@@ -76,6 +78,25 @@ def fine_2(w, f0, f1, n):
         u0 += w[IN0 + j] * q
         u1 += w[IN1 + j] * q
     return u0, u1
+
+
+@jit
+def fine_3(w, f0, f1, f2, n):
+    u0 = 0.0
+    u1 = 0.0
+    u2 = 0.0
+    for j in range(n):
+        kick = f0 * w[IN0 + j] + f1 * w[IN1 + j] + f2 * w[IN2 + j]
+        a = w[IA + j]
+        x = w[IQ + j] + kick
+        y = w[IP + j] + a * kick
+        q = a * x + y
+        w[IP + j] = a * y - w[IB + j] * x
+        w[IQ + j] = q
+        u0 += w[IN0 + j] * q
+        u1 += w[IN1 + j] * q
+        u2 += w[IN2 + j] * q
+    return u0, u1, u2
 
 
 @jit
@@ -203,6 +224,38 @@ def tap(w, pool, o, n):
 
 
 @jit
+def sense_1(w, pool, o, n):
+    """Displacement and velocity at a pickup whose weights start at pool[o]."""
+    weight = pool[o : o + n]
+    u = 0.0
+    v = 0.0
+    for j in range(n):
+        q = w[IQ + j]
+        u += weight[j] * q
+        v += weight[j] * (w[IPACE + j] * w[IP + j] - w[IS + j] * q)
+    return u, v
+
+
+@jit
+def sense_2(w, pool, o, n):
+    """`sense_1` at two pickups, of the next row too."""
+    weight = pool[o : o + n]
+    other = pool[o + ROW : o + ROW + n]
+    u0 = 0.0
+    v0 = 0.0
+    u1 = 0.0
+    v1 = 0.0
+    for j in range(n):
+        q = w[IQ + j]
+        moving = w[IPACE + j] * w[IP + j] - w[IS + j] * q
+        u0 += weight[j] * q
+        v0 += weight[j] * moving
+        u1 += other[j] * q
+        v1 += other[j] * moving
+    return u0, v0, u1, v1
+
+
+@jit
 def tap_shape(w, pool, o, n):
     """The tap of the held shape at rest."""
     y = 0.0
@@ -301,6 +354,7 @@ def retune(w, ratio, fine, steps, part_steps, n):
         kappa = es / w_d
         w[IP + j] *= kappa / w[IK + j]
         w[IK + j] = kappa
+        w[IPACE + j] = 1.0 / kappa
         w[IA + j] = damp * np.cos(w_d * fine)
         w[IB + j] = es * es
         for which in range(3):

@@ -15,21 +15,27 @@ from livebass import live
 from livebass.engine import Engine, prepare
 from livebass.instrument import Instrument
 from livebass.live_layout import (
+    AHEAD,
     BASS,
     ENTRIES,
     EVENT_ROOM,
     EVENT_WORDS,
+    KEPT,
     NOW,
+    SAVES,
+    SOUND_RING,
     STAGE,
-    STRETCH,
     TAIL,
     new_ring,
-)  # fmt: skip
+)
 from livebass.operators import Rates, whole_contact_rate
-from livebass.quality import Quality
+from livebass.quality import QUALITIES, Quality
 from livebass.score import Score
 
 COARSE = Quality("coarse", 150, 192e3)  # where strings go under overload
+# Running ahead: share of a block's time, and frames between looks at the clock. What is no heavier than `live` leaves
+# most of the time to others; a heavier one needs what there is.
+AHEAD_LIGHT, AHEAD_HEAVY = (0.35, 4), (0.7, 1)
 RING = 4096  # messages
 RECORD_SECONDS = 20.0
 
@@ -51,6 +57,19 @@ class Meters:
     lost: int  # frames the recorder lost
 
 
+class Ahead:
+    """What one string keeps to run ahead of the clock and come back."""
+
+    def __init__(self) -> None:
+        self.voice = np.zeros(SAVES, at.VOICE)
+        self.slots = np.zeros((SAVES, at.VOICE_SLOTS), at.SLOT)
+        self.memory = np.full((SAVES, at.VOICE_SLOTS, KEPT), 0.0)
+        self.sound = np.full(SOUND_RING, 0.0)
+        self.record = np.zeros(1, AHEAD)
+        for name in ("voice", "slots", "memory", "sound"):
+            self.record[name] = getattr(self, name).ctypes.data
+
+
 class LiveBass:
     """An instrument made ready for the audio thread; raises ValueError for what `Engine` cannot play."""
 
@@ -59,7 +78,6 @@ class LiveBass:
         coarse = Rates(rate, whole_contact_rate(COARSE.contact_rate, rate))
         self.coarse = prepare(instrument, COARSE, coarse, self.engine.frets)
         self.events = np.zeros((2, EVENT_ROOM), at.EVENT)
-        self.sound = np.zeros(STRETCH)
         self.record = np.zeros(1, BASS)
         b = self.record
         b["strings"], b["frets"] = self.engine.strings, self.engine.frets
@@ -72,7 +90,13 @@ class LiveBass:
             b["taps"][0, i] = v.taps.ctypes.data
         b["performer"], b["settings"] = self.engine.performer.ctypes.data, self.engine.settings.ctypes.data
         b["events"], b["mine"] = self.events[0].ctypes.data, self.events[1].ctypes.data
-        b["sound"] = self.sound.ctypes.data
+        light = QUALITIES["live"]
+        heavy = quality.modes is None or quality.modes > (light.modes or 0) or quality.contact_rate > light.contact_rate
+        b["share"], b["stride"] = AHEAD_HEAVY if heavy else AHEAD_LIGHT
+        self.ahead = [Ahead() for _ in self.engine.voices]
+        b["ahead"][0, : self.engine.strings] = [a.record.ctypes.data for a in self.ahead]
+        for v in self.engine.voices:
+            v.work.fill(0.0)  # so that the audio thread meets no page for the first time
 
     @property
     def address(self) -> int:

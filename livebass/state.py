@@ -53,12 +53,11 @@ def gather(operators: list[list[Operator]]) -> Pool:
     return Pool(records, memory)
 
 
-def new_voice(rates: Rates, taps: int, log: int = 0) -> Voice:
-    """A silent string with `taps` outputs and room for `log` contacts."""
+def new_voice(rates: Rates, log: int = 0) -> Voice:
+    """A silent string, its displacement the output, with room for `log` contacts."""
     v = np.zeros(1, at.VOICE)
     v["numerator"], v["denominator"], v["rate"] = rates.numerator, rates.denominator, rates.rate
     v["bend"] = v["tuned"] = v["gain"] = v["gain_wanted"] = 1.0
-    v["taps"] = taps
     v["b"][0, 0] = v["a"][0, 0] = 1.0
     v["block"] = math.exp(-2 * math.pi * BLOCKER_HZ / rates.rate)
     v["gain_pole"] = 1.0 - math.exp(-1.0 / (GAIN_TIME * rates.rate))
@@ -78,7 +77,7 @@ def instrument_voice(instrument: Instrument, string: String, rates: Rates) -> Vo
     """`string` of `instrument`, with its pickups, circuit and the player's times."""
     output, player = instrument.output, instrument.player
     pickups = pickups_under(output, string.name)
-    voice = new_voice(rates, 2 * len(pickups) or 1)
+    voice = new_voice(rates)
     v = voice.record
     v["pickups"] = len(pickups)
     for i, pickup in enumerate(pickups):

@@ -16,11 +16,13 @@ from livebass.layout import (
     BLOCK,
     CLEARANCE,
     CLEARANCE_NOW,
+    COUPLING,
     DUE,
     ETA,
     ETA_OLD,
     FINE_A,
     FORCE,
+    FORCE_OLD,
     FRAME,
     FRAME_1,
     KNOWN,
@@ -32,6 +34,7 @@ from livebass.layout import (
     OP_HEIGHT,
     PENDING,
     ROW,
+    SOLVE,
     STAMP,
     SUB,
 )
@@ -45,7 +48,7 @@ HOUSEKEEPING = 64  # frames between looks for dead modes
 STEEPEST = 0.1  # root mean square velocity over wave speed that a string bears: no playing reaches a third of it
 
 C0, C1, KN, DU = CLEARANCE * ROW, CLEARANCE_NOW * ROW, KNOWN * ROW, DUE * ROW
-EN, EO, ST, FO, PE = ETA * ROW, ETA_OLD * ROW, STAMP * ROW, FORCE * ROW, PENDING * ROW
+EN, EO, ST, FO, FB, PE = ETA * ROW, ETA_OLD * ROW, STAMP * ROW, FORCE * ROW, FORCE_OLD * ROW, PENDING * ROW
 
 
 @jit
@@ -114,6 +117,16 @@ def exchange(s, old, op, w, pool, step):
 
 
 @jit
+def couple(s, op, pool, near, count, coupling):
+    """Gathers W between the points in `near`, the modes left out included."""
+    soft = 1.0 / (s.ratio * s.ratio)  # modes tuned higher are stiffer
+    for i in range(count):
+        o = op.start + (op.coupling + near[i]) * ROW
+        for k in range(count):
+            coupling[i * MOST_NEAR + k] = pool[o + near[k]] + soft * pool[o + MOST_NEAR + near[k]]
+
+
+@jit
 def fine_steps(s, op, w, pool, near, count, steps, step, log, voice):
     """Takes `steps` fine steps with the contact solved at the `count` points in `near`."""
     start = op.start
@@ -125,9 +138,10 @@ def fine_steps(s, op, w, pool, near, count, steps, step, log, voice):
             w[EN + m] = pool[start + OP_HEIGHT * ROW + m] - rows.displacement(w, pool, o, s.active)
             w[EO + m] = pool[start + OP_HEIGHT * ROW + m] - rows.displacement_before(w, pool, o, s.active)
         w[FO + m] = 0.0
+        w[FB + m] = 0.0
         w[PE + i] = 0.0
-    coupling = pool[start + op.coupling * ROW : start + (op.coupling + op.points) * ROW]
-    compliance = pool[start + op.coupling * ROW + MOST_NEAR : start + (op.coupling + op.points) * ROW]
+    coupling = w[COUPLING * ROW : COUPLING * ROW + ROW]
+    couple(s, op, pool, near, count, coupling)
     for i in range(count, count + NEAR):
         w[PE + i] = 0.0
     wanted = w[C1 : C1 + ROW]
@@ -144,13 +158,17 @@ def fine_steps(s, op, w, pool, near, count, steps, step, log, voice):
             u0, u1 = rows.fine_2(w, w[PE], w[PE + 1], n)
             w[C1 + near[0]] = u0
             w[C1 + near[1]] = u1
+        elif count == 3:
+            u0, u1, u2 = rows.fine_3(w, w[PE], w[PE + 1], w[PE + 2], n)
+            w[C1 + near[0]] = u0
+            w[C1 + near[1]] = u1
+            w[C1 + near[2]] = u2
         else:
             u0, u1, u2, u3 = rows.fine_4(w, w[PE], w[PE + 1], w[PE + 2], w[PE + 3], n)
             w[C1 + near[0]] = u0
             w[C1 + near[1]] = u1
             w[C1 + near[2]] = u2
-            if count > 3:
-                w[C1 + near[3]] = u3
+            w[C1 + near[3]] = u3
             for i in range(NEAR, count):
                 w[C1 + near[i]] = rows.displacement_near(w, NEAR_PHI + i, n)
         step += 1
@@ -162,18 +180,23 @@ def fine_steps(s, op, w, pool, near, count, steps, step, log, voice):
             w[C1 + m] = free - w[EO + m]
         pending = False
         if hit:
+            for i in range(count):  # the forces go on as they went
+                m = near[i]
+                last = w[FO + m]
+                w[FO + m] = max(2.0 * last - w[FB + m], 0.0)
+                w[FB + m] = last
             pending = contact.solve_points(
-                near, count, wanted, w[EO : EO + ROW], w[FO : FO + ROW], coupling, compliance, s.ratio, ROW,
-                op.diagonal, op.stiffness, op.exponent,
+                near, count, wanted, w[EO : EO + ROW], w[FO : FO + ROW], coupling, op.diagonal, op.stiffness,
+                op.exponent, w[SOLVE * ROW : SOLVE * ROW + 2 * ROW],
             ) > 0
-            soft = 1.0 / (s.ratio * s.ratio)
             for i in range(count):
                 m = near[i]
                 r = w[C1 + m]
-                for k in range(count):
-                    c = near[k]
-                    if w[FO + c] != 0.0 and (c == m or not op.diagonal):
-                        r -= (coupling[m * ROW + c] + soft * compliance[m * ROW + c]) * w[FO + c]
+                if op.diagonal:
+                    r -= coupling[i * MOST_NEAR + i] * w[FO + m]
+                else:
+                    for k in range(count):
+                        r -= coupling[i * MOST_NEAR + k] * w[FO + near[k]]
                 eta = w[EO + m] + r
                 if eta > 0.0 and w[EN + m] <= 0.0:
                     s.touching += 1
@@ -193,6 +216,7 @@ def fine_steps(s, op, w, pool, near, count, steps, step, log, voice):
                 w[EO + m] = w[EN + m]
                 w[EN + m] = eta
                 w[FO + m] = 0.0
+                w[FB + m] = 0.0
                 w[PE + i] = 0.0
     if pending:
         for i in range(count):

@@ -8,7 +8,7 @@ import numpy as np
 
 from livebass import hands, rows, stepping
 from livebass.kernels import jit
-from livebass.layout import BEND, CUT, GAIN, HAND, OP_DISPLACEMENT_TAP, PLUCK, ROW, STRIKE_EVENT
+from livebass.layout import BEND, CUT, GAIN, HAND, OP_TAP, PLUCK, ROW, STRIKE_EVENT
 
 CUT_RATE = 900.0  # 1/s of all-sound-off
 DEEPEST = 8e-3  # m: a string cannot dip farther into a magnet's field
@@ -41,27 +41,40 @@ def happen(v, slots, ops, w2, pool, event, settings):
 
 @jit
 def listen(v, slots, ops, w2, pool, y):
-    """Fills y with the taps of this frame, both slots and the held shape together."""
-    phase = 0
-    if v.denominator > 1:
-        phase = v.frame % v.denominator
-    for i in range(v.taps):
+    """Fills y with what is sensed at this frame, both slots and the held shape together.
+
+    Displacement and velocity at each pickup; without one, the displacement alone.
+    """
+    for i in range(2 * max(v.pickups, 1)):
         y[i] = 0.0
     for k in range(2):
         s = slots[k]
         if s.on:
             op = ops[s.fret]
             n = min(s.active, s.heard)
-            for i in range(v.taps):
-                o = op.start + (OP_DISPLACEMENT_TAP + 2 * (phase * v.taps + i)) * ROW
-                y[i] += rows.tap(w2[k], pool, o, n)
+            o = op.start + OP_TAP * ROW
+            if v.pickups == 0:
+                phase = v.frame % v.denominator if v.denominator > 1 else 0
+                y[0] += rows.tap(w2[k], pool, o + 2 * phase * ROW, n)
+            i = 0
+            while i + 1 < v.pickups:
+                u, moving, other, other_moving = rows.sense_2(w2[k], pool, o + i * ROW, n)
+                y[2 * i] += u
+                y[2 * i + 1] += moving
+                y[2 * i + 2] += other
+                y[2 * i + 3] += other_moving
+                i += 2
+            if i < v.pickups:
+                u, moving = rows.sense_1(w2[k], pool, o + i * ROW, n)
+                y[2 * i] += u
+                y[2 * i + 1] += moving
     if v.pulling > 0:
         up, moving = hands.pulled(v, v.pulling)
         if v.pickups == 0:
             y[0] += up * v.held[0]
         for i in range(v.pickups):
-            y[2 * i] += up * v.held[2 * i]
-            y[2 * i + 1] += moving * v.held[2 * i]
+            y[2 * i] += up * v.held[i]
+            y[2 * i + 1] += moving * v.held[i]
 
 
 @jit

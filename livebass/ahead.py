@@ -1,0 +1,189 @@
+"""Running ahead of the clock, and back.
+
+A string nobody touches is deterministic: in quiet blocks it plays on beyond the block's end, into a ring of sound, and
+the burst of work that contact is gets paid for over the blocks before it. Every SAVE_EVERY frames its state is kept.
+When an event comes for a frame that has been played already, the string goes back to the state kept last before, and on
+from there. The sound is the same bit for bit, only computed at another time. [audio thread]
+"""
+
+import numpy as np
+from numba import carray
+
+from livebass import voice
+from livebass.kernels import jit
+from livebass.layout import (
+    CLEARANCE,
+    DUE,
+    ETA,
+    ETA_OLD,
+    EVENT,
+    KNOWN,
+    OPERATOR,
+    ROW,
+    SLOT,
+    STAMP,
+    VOICE,
+    VOICE_SLOTS,
+    WORK_ROWS,
+    P,
+    Q,
+)
+from livebass.live_layout import AHEAD, EVENT_ROOM, KEPT, KEPT_POINTS, SAVE_EVERY, SAVES, SOUND_RING
+from livebass.native import pointer
+
+POINT_ROWS = (CLEARANCE, KNOWN, DUE, ETA, ETA_OLD, STAMP)
+
+
+@jit
+def ahead_of(b, i):
+    return carray(pointer(b.ahead[i]), 1, AHEAD)[0]
+
+
+@jit
+def voice_of(b, i):
+    return carray(pointer(b.voice[i]), 1, VOICE)[0]
+
+
+@jit
+def slots_of(b, i):
+    return carray(pointer(b.slots[i]), VOICE_SLOTS, SLOT)
+
+
+@jit
+def work_of(b, i):
+    return carray(pointer(b.work[i]), (VOICE_SLOTS, WORK_ROWS * ROW), np.float64)
+
+
+@jit
+def operators_of(b, which):
+    return carray(pointer(b.operators[which]), (b.strings, b.frets + 1), OPERATOR)
+
+
+@jit
+def pool_of(b, which):
+    return carray(pointer(b.pool[which]), b.pool_size[which], np.float64)
+
+
+@jit
+def save(b, i):
+    """Keeps the state of string `i` as it is now; the oldest one kept goes."""
+    a, v, slots, w2 = ahead_of(b, i), voice_of(b, i), slots_of(b, i), work_of(b, i)
+    place = a.saved % SAVES
+    a.saved += 1
+    a.first = max(a.first, a.saved - SAVES)
+    a.frame[place] = v.frame
+    carray(pointer(a.voice), SAVES, VOICE)[place] = v
+    kept_slots = carray(pointer(a.slots), (SAVES, VOICE_SLOTS), SLOT)
+    memory = carray(pointer(a.memory), (SAVES, VOICE_SLOTS, KEPT), np.float64)
+    ops = operators_of(b, (b.coarse >> i) & 1)[i]
+    for k in range(VOICE_SLOTS):
+        s = slots[k]
+        kept_slots[place, k] = s
+        if not s.on:
+            continue
+        to, w, n = memory[place, k], w2[k], s.active
+        to[:n] = w[Q * ROW : Q * ROW + n]
+        to[ROW : ROW + n] = w[P * ROW : P * ROW + n]
+        points = ops[s.fret].points
+        at = 2 * ROW
+        for row in POINT_ROWS:
+            for m in range(points):
+                to[at + m] = w[row * ROW + m]
+            at += KEPT_POINTS
+
+
+@jit
+def go_back(b, i, frame):
+    """String `i` is again as it was at the frame kept last that is not after `frame`."""
+    a, slots, w2 = ahead_of(b, i), slots_of(b, i), work_of(b, i)
+    last = a.saved - 1
+    while last > a.first and a.frame[last % SAVES] > frame:
+        last -= 1
+    if last < a.first:
+        return
+    place = last % SAVES
+    a.saved = last + 1
+    carray(pointer(b.voice[i]), 1, VOICE)[0] = carray(pointer(a.voice), SAVES, VOICE)[place]
+    kept_slots = carray(pointer(a.slots), (SAVES, VOICE_SLOTS), SLOT)
+    memory = carray(pointer(a.memory), (SAVES, VOICE_SLOTS, KEPT), np.float64)
+    ops = operators_of(b, (b.coarse >> i) & 1)[i]
+    for k in range(VOICE_SLOTS):
+        slots[k] = kept_slots[place, k]
+        s = slots[k]
+        if not s.on:
+            continue
+        kept, w, n = memory[place, k], w2[k], s.active
+        op = ops[s.fret]
+        w[Q * ROW : Q * ROW + n] = kept[:n]
+        w[P * ROW : P * ROW + n] = kept[ROW : ROW + n]
+        w[Q * ROW + n : Q * ROW + op.padded] = 0.0
+        w[P * ROW + n : P * ROW + op.padded] = 0.0
+        at = 2 * ROW
+        for row in POINT_ROWS:
+            for m in range(op.points):
+                w[row * ROW + m] = kept[at + m]
+            at += KEPT_POINTS
+
+
+@jit
+def play_to(b, i, end, count):
+    """String `i` plays on to frame `end` of its bass, with the first `count` events of b.mine, into its ring."""
+    a, v = ahead_of(b, i), voice_of(b, i)
+    mine = carray(pointer(b.mine), EVENT_ROOM, EVENT)
+    if count > 0:
+        if v.frame > mine[0].frame:
+            go_back(b, i, mine[0].frame)
+        a.first = a.saved  # what was kept knows nothing of these events
+    ring = carray(pointer(a.sound), SOUND_RING, np.float64)
+    which = (b.coarse >> i) & 1
+    used = 0
+    while v.frame < end:
+        place = v.frame % SOUND_RING
+        n = min(end - v.frame, SOUND_RING - place)
+        used += voice.run(
+            v,
+            slots_of(b, i),
+            operators_of(b, which)[i],
+            work_of(b, i),
+            pool_of(b, which),
+            mine[used:],
+            count - used,
+            carray(pointer(b.settings), 2, np.float64),
+            carray(pointer(b.scratch[i]), (2, ROW), np.int64),
+            carray(pointer(b.taps[i]), 8, np.float64),
+            carray(pointer(b.settings), (0, 2), np.int64),
+            False,
+            ring[place : place + n],
+        )
+
+
+@jit
+def step_ahead(b, i, end):
+    """String `i` plays a few frames on, past `end`, the first frame that may still hear of events."""
+    v = voice_of(b, i)
+    if v.frame == end or v.frame % SAVE_EVERY == 0:
+        save(b, i)
+    play_to(b, i, v.frame + b.stride - v.frame % b.stride, 0)
+
+
+@jit
+def stay(b, i, frame):
+    """String `i` forgets what it played beyond `frame`."""
+    if voice_of(b, i).frame > frame:
+        go_back(b, i, frame)
+        play_to(b, i, frame, 0)
+    a = ahead_of(b, i)
+    a.first = a.saved
+
+
+@jit
+def rearmost(b, horizon):
+    """The string that is the least ahead, short of frame `horizon` and not being tuned; -1: none."""
+    best, least = -1, horizon
+    for i in range(b.strings):
+        v = voice_of(b, i)
+        if v.frame < least and v.tuned == v.bend:
+            slots = slots_of(b, i)
+            if slots[0].on or slots[1].on:
+                best, least = i, v.frame
+    return best
