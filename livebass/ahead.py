@@ -10,7 +10,7 @@ import numpy as np
 from numba import carray
 
 from livebass import voice
-from livebass.kernels import jit
+from livebass.kernels import callback, jit
 from livebass.layout import (
     CLEARANCE,
     DUE,
@@ -28,8 +28,8 @@ from livebass.layout import (
     P,
     Q,
 )
-from livebass.live_layout import AHEAD, EVENT_ROOM, KEPT, KEPT_POINTS, SAVE_EVERY, SAVES, SOUND_RING
-from livebass.native import pointer
+from livebass.live_layout import AHEAD, BASS, EVENT_ROOM, KEPT, KEPT_POINTS, SAVE_EVERY, SAVES, SOUND_RING
+from livebass.native import call_4, pointer
 
 POINT_ROWS = (CLEARANCE, KNOWN, DUE, ETA, ETA_OLD, STAMP)
 
@@ -125,9 +125,10 @@ def go_back(b, i, frame):
             at += KEPT_POINTS
 
 
-@jit
-def play_to(b, i, end, count):
-    """String `i` plays on to frame `end` of its bass, with the first `count` events of b.mine, into its ring."""
+@callback("void(int64, int64, int64, int64)")
+def player(bass, i, end, count):
+    """`play_to`, a C function for the bass at address `bass`."""
+    b = carray(pointer(bass), 1, BASS)[0]
     a, v = ahead_of(b, i), voice_of(b, i)
     mine = carray(pointer(b.mine), EVENT_ROOM, EVENT)
     if count > 0:
@@ -152,9 +153,15 @@ def play_to(b, i, end, count):
             carray(pointer(b.scratch[i]), (2, ROW), np.int64),
             carray(pointer(b.taps[i]), 8, np.float64),
             carray(pointer(b.settings), (0, 2), np.int64),
-            False,
+            count < 0,  # not raw, and no constant, which would be a type of its own
             ring[place : place + n],
         )
+
+
+@jit
+def play_to(b, i, end, count):
+    """String `i` plays on to frame `end` of its bass, with the first `count` events of b.mine, into its ring."""
+    call_4(b.player, b.address, i, end, count)
 
 
 @jit
@@ -179,7 +186,7 @@ def stay(b, i, frame):
 @jit
 def rearmost(b, horizon):
     """The string that is the least ahead, short of frame `horizon` and not being tuned; -1: none."""
-    best, least = -1, horizon
+    best, least = np.int64(-1), horizon
     for i in range(b.strings):
         v = voice_of(b, i)
         if v.frame < least and v.tuned == v.bend:

@@ -4,9 +4,9 @@ import numpy as np
 from numba import carray
 
 from livebass.kernels import callback, jit
-from livebass.live import block, put
+from livebass.live import put
 from livebass.live_layout import STAGE, STRETCH
-from livebass.native import count_from, pointer, pointer_from, status_from
+from livebass.native import address_of, call_3, count_from, pointer, pointer_from, status_from
 
 OUTPUT_UNDERFLOW = 4  # paOutputUnderflow
 MOST_CHANNELS = 2
@@ -32,6 +32,12 @@ JACK = np.dtype(
 )
 
 
+@jit
+def block(stage, sound, n):
+    """n frames of the stage at address `stage` into float32 at address `sound`."""
+    call_3(carray(pointer(stage), 1, STAGE)[0].block, stage, sound, n)
+
+
 @callback("int32(voidptr, voidptr, uint64, voidptr, uint64, voidptr)")
 def portaudio(_input, output, frames, _time, flags, arg):
     """A PaStreamCallback with `PORTAUDIO` as user data; interleaved float32."""
@@ -40,14 +46,14 @@ def portaudio(_input, output, frames, _time, flags, arg):
     if flags & np.uint64(OUTPUT_UNDERFLOW):
         carray(pointer(me.stage), 1, STAGE)[0].underruns += 1
     if me.channels == 1:
-        block(me.stage, carray(output, n, np.float32), n)
+        block(me.stage, address_of(output), n)
         return np.int32(0)
     out = carray(output, n * me.channels, np.float32)
     mono = carray(pointer(me.mono), STRETCH, np.float32)
     done = 0
     while done < n:
         m = min(STRETCH, n - done)
-        block(me.stage, mono[:m], m)
+        block(me.stage, me.mono, m)
         for j in range(m):
             for k in range(me.channels):
                 out[(done + j) * me.channels + k] = mono[j]
@@ -83,8 +89,9 @@ def jack(frames, arg):
     n = np.int64(frames)
     if me.midi != 0:
         receive(me, n)
-    first = carray(pointer(pointer_from(me.get_buffer, me.output[0], n)), n, np.float32)
-    block(me.stage, first, n)
+    sound = pointer_from(me.get_buffer, me.output[0], n)
+    block(me.stage, sound, n)
+    first = carray(pointer(sound), n, np.float32)
     for k in range(1, me.outputs):
         other = carray(pointer(pointer_from(me.get_buffer, me.output[k], n)), n, np.float32)
         for j in range(n):

@@ -8,7 +8,7 @@ import numpy as np
 from numba import carray
 
 from livebass import ahead, hands, performer
-from livebass.kernels import jit
+from livebass.kernels import callback, jit
 from livebass.layout import EVENT
 from livebass.live_layout import (
     BASS,
@@ -109,7 +109,7 @@ def hear(stage, b, frame, message, count):
 @jit
 def gather(stage, b, end):
     """All messages before stage frame `end`, in order, as events of `b`; their number."""
-    count = 0
+    count = np.int64(0)  # a constant would be a type of its own: what is called with it would be compiled twice
     if load_acquire(stage.panic_address) != 0:
         store_release(stage.panic_address, 0)
         count = hear(stage, b, stage.frame, 0xB0 | stage.channel & 0x0F | 120 << 8, count)
@@ -170,7 +170,7 @@ def stretch(stage, out, n):
     if stage.old_bass != 0:
         whole = FADE * stage.rate
         level = max(0.0, stage.fade / whole)
-        play_strings(stage, bass_at(stage.old_bass), 0, out, n, level, -level / max(n, stage.fade))
+        play_strings(stage, bass_at(stage.old_bass), np.int64(0), out, n, level, -level / max(n, stage.fade))
         stage.fade -= n
         if stage.fade <= 0:
             store_release(stage.free_address, stage.old_bass)
@@ -227,7 +227,7 @@ def relieve(stage, load, n):
     p = carray(pointer(b.performer), 1, PERFORMER)[0]
     if load > HIGH:
         stage.calm = 0
-        best = -1
+        best = np.int64(-1)
         rank = -np.inf
         for i in range(b.strings):
             if (b.coarse >> i) & 1:
@@ -243,14 +243,14 @@ def relieve(stage, load, n):
                 rank = value
                 best = i
         if best >= 0:
-            exchange(b, best, 1, stage.frame)
+            exchange(b, best, np.int64(1), stage.frame)
             stage.overload += 1
         return
     stage.calm = 0 if load > LOW else stage.calm + n
     if stage.calm > CALM * stage.rate and b.coarse != 0:
         for i in range(b.strings):
             if (b.coarse >> i) & 1:
-                exchange(b, i, 0, stage.frame)
+                exchange(b, i, np.int64(0), stage.frame)
                 stage.overload -= 1
                 stage.calm = 0
                 return
@@ -271,9 +271,10 @@ def exchange(b, i, which, now):
     b.coarse ^= 1 << i
 
 
-@jit
-def block(address, out, n):
-    """n frames into out (n,) float32 from the stage at `address`."""
+@callback("void(int64, int64, int64)")
+def block(address, sound, n):
+    """A C function: n frames into float32 at address `sound`, from the stage at `address`."""
+    out = carray(pointer(sound), n, np.float32)
     before = float_control()
     set_float_control(before | FLUSH)  # no denormal numbers in here; the thread's owner may want them
     stage = carray(pointer(address), 1, STAGE)[0]

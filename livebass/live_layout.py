@@ -39,6 +39,8 @@ AHEAD = np.dtype(
 
 BASS = np.dtype(
     [
+        ("address", "i8"),  # of this record
+        ("player", "i8"),  # address of ahead.player
         ("strings", "i8"),
         ("frets", "i8"),
         ("coarse", "i8"),  # strings that play with the coarse operators, a bit each
@@ -64,6 +66,7 @@ BASS = np.dtype(
 
 STAGE = np.dtype(
     [
+        ("block", "i8"),  # address of live.block
         ("rate", "f8"),
         ("frame", "i8"),  # next to be computed
         ("clock", "i8"),  # address of clock_gettime, 0: none

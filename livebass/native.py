@@ -121,6 +121,32 @@ def status_from(_context: Any, function: Any, target: Any, pointer: Any, index: 
     return _c_function(U32, [BYTES, BYTES, U32], None, [types.int64] * 3)
 
 
+def _call(count: int, args: Any, builder: Any, context: Any) -> Any:
+    kind = ir.FunctionType(ir.VoidType(), [WORD] * count)
+    builder.call(builder.inttoptr(args[0], kind.as_pointer()), list(args[1:]))
+    return context.get_dummy_value()
+
+
+@intrinsic
+def call_3(_context: Any, function: Any, a: Any, b: Any, c: Any) -> Any:
+    """void function(int64, int64, int64), by its address: what it is made of is not compiled into the caller again."""
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        return _call(3, args, builder, context)
+
+    return types.void(*[types.int64] * 4), generate
+
+
+@intrinsic
+def call_4(_context: Any, function: Any, a: Any, b: Any, c: Any, d: Any) -> Any:
+    """void function(int64, int64, int64, int64), by its address."""
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        return _call(4, args, builder, context)
+
+    return types.void(*[types.int64] * 5), generate
+
+
 @intrinsic
 def float_control(_context: Any) -> Any:
     """The word that says how this thread's processor treats floating-point numbers; 0 where that is not known."""

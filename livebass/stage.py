@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from livebass import ahead, live
 from livebass import layout as at
-from livebass import live
 from livebass.engine import Engine, prepare
 from livebass.instrument import Instrument
 from livebass.live_layout import (
@@ -80,6 +80,7 @@ class LiveBass:
         self.events = np.zeros((2, EVENT_ROOM), at.EVENT)
         self.record = np.zeros(1, BASS)
         b = self.record
+        b["address"], b["player"] = b.ctypes.data, ahead.player()
         b["strings"], b["frets"] = self.engine.strings, self.engine.frets
         for k, pool in enumerate((self.engine.pool, self.coarse)):
             b["operators"][0, k] = pool.records.ctypes.data
@@ -123,6 +124,7 @@ class Stage:
         self._writer = threading.Lock()  # of the live ring, between Python's threads
         self._basses: list[LiveBass] = []
         r = self.record
+        r["block"] = live.block()
         r["rate"], r["channel"], r["gain"], r["gain_wanted"] = rate, channel, gain, gain
         r["sheltered"] = shelter
         for k, ring in enumerate(self.rings):

@@ -239,7 +239,7 @@ def contact_frame(s, op, w, pool, suspects, near, count, steps, step, log, voice
     for _ in range(op.parts):
         n = s.active
         rows.try_leap(w, SUB, n)
-        close = 0
+        close = np.int64(0)
         for i in range(count):
             m = suspects[i]
             height = pool[start + OP_HEIGHT * ROW + m]
@@ -291,7 +291,7 @@ def advance(s, op, w, pool, suspects, near, steps, step, log, voice):
     rows.try_leap(w, leap, n)
     start = op.start
     way = s.fastest * op.fine
-    count = 0
+    count = np.int64(0)  # a constant would be a type of its own
     for m in range(op.points):
         if end <= w[DU + m]:
             continue
