@@ -76,6 +76,35 @@ def live(preset: str, tiers: tuple[str, ...], blocks: tuple[int, ...], runs: int
     _report(file, picture, lambda say: bench_live.bench_live(preset, extent=extent, **say), live_table, live_png)
 
 
+@bench.command("latency")
+@filed
+def latency(file: Path | None, picture: Path | None) -> None:
+    """MIDI note-on to the first sample, through a running JACK server.
+
+    Both ways there are to play live: the native JACK client with its own MIDI port, and PortAudio with rtmidi. Where no
+    server runs, only the way from the queue into a block is measured. Takes half a minute.
+    """
+    from livebass import bench_latency
+    from livebass.bench_live_table import latency_table
+    from livebass.bench_plot import latency_png
+
+    _report(file, picture, lambda say: bench_latency.bench_latency(**say), latency_table, latency_png)
+
+
+@bench.command("python")
+@filed
+def python(file: Path | None, picture: Path | None) -> None:
+    """Blocks lost by the native callback and by one in Python while the interpreter is busy.
+
+    The same engine behind both, through a running JACK server. Takes half a minute.
+    """
+    from livebass import bench_python
+    from livebass.bench_live_table import python_table
+    from livebass.bench_plot import python_png
+
+    _report(file, picture, lambda say: bench_python.bench_python(**say), python_table, python_png)
+
+
 def _report(
     file: Path | None, picture: Path | None, measure: Callable[[Result], Result], table: Callable[[Result], str],
     draw: Callable[[Result], bytes] | None,
