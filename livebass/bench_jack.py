@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from livebass.bench_apart import Lost
 from livebass.hush import hushed
-from livebass.outputs import OutputLost
 
 HEARD, SILENT = 2e-6, 1e-6  # full scale: the first sample of a soft pluck is beyond the one, a stopped string below
 WRAP = 1 << 32  # JACK's frame times
@@ -25,30 +25,30 @@ def since(later: int, earlier: int) -> int:
 
 
 def jack_module() -> Any:
-    """JACK-Client; OutputLost where it or its library is missing."""
+    """JACK-Client; Lost where it or its library is missing."""
     try:
         import jack
     except (ImportError, OSError) as error:
         why = " ".join(str(error).split())
-        raise OutputLost(f"JACK: {why}; pip install 'livebass[live]', and a JACK library") from None
+        raise Lost(f"JACK: {why}; pip install 'livebass[live]', and a JACK library") from None
     return jack
 
 
 def new_client(name: str) -> Any:
-    """A client of the running server; OutputLost where there is none."""
+    """A client of the running server; Lost where there is none."""
     jack = jack_module()
     try:
         with hushed():
             return jack.Client(name, no_start_server=True)
     except jack.JackError:
         server = os.environ.get("JACK_DEFAULT_SERVER", "default")
-        raise OutputLost(
+        raise Lost(
             f"no JACK server {server!r} runs here: start one, such as jackd -d alsa or jackd -d dummy, or PipeWire's"
         ) from None
 
 
-def server() -> dict[str, Any]:
-    """What the running server is; OutputLost where there is none."""
+def server(_say: object = None) -> dict[str, Any]:
+    """What the running server is; Lost where there is none."""
     client = new_client("livebass-look")
     try:
         return {

@@ -19,17 +19,19 @@ from typing import Any
 import numpy as np
 
 from livebass import __version__
+from livebass.bench_apart import Lost, apart
 from livebass.bench_card import ALL_SOUND_OFF, CONTROL, NOTE_ON, Card
 from livebass.bench_jack import HEARD, Ears, Keys, server, since, wait_for
 from livebass.bench_measure import Neighbours, Row, machine
 from livebass.bench_player import NAME
-from livebass.outputs import JackOutput, OutputLost
+from livebass.outputs import JackOutput
 from livebass.preset import load_preset
 from livebass.quality import QUALITIES
 from livebass.stage import LiveBass, Stage
 
-PRESET, QUALITY, VELOCITY = "jazz-finger", "live", 100
+PRESET, VELOCITY = "jazz-finger", 100
 SETTLE = 0.5  # s after a client has joined
+LOOK = 30.0  # s for a server to answer
 PATIENCE = 2.0  # s for a note to sound or to be silent
 START = 90.0  # s for the other process, which may compile
 QUEUE_BLOCK, QUEUE_RATE = 128, 48_000
@@ -43,6 +45,7 @@ class Extent:
     notes: int = 40  # each way through the server
     queued: int = 200
     ways: tuple[str, ...] = ("jack", "portaudio")
+    quality: str = "live"
 
 
 USUAL = Extent()
@@ -59,31 +62,28 @@ def bench_latency(progress: Say | None = None, extent: Extent | None = None) -> 
     where, neighbours = machine(), Neighbours()
     found, missing = None, ""
     try:
-        found = server()
-    except OutputLost as error:
+        found = apart(say, LOOK, server)
+    except Lost as error:
         missing = str(error)
     say("the stage's queue")
-    rows = [_queue(found["rate"] if found else QUEUE_RATE, found["block"] if found else QUEUE_BLOCK, extent.queued)]
+    rows = [_queue(found["rate"] if found else QUEUE_RATE, found["block"] if found else QUEUE_BLOCK, extent)]
     if found:
-        for way, name, opened in (
-            ("jack", "JACK client, its own MIDI port", _native),
-            ("portaudio", "PortAudio and rtmidi", _portaudio),
-        ):
-            if way in extent.ways:
-                say(name)
-                row: Row = {"way": way, "name": name, "block": found["block"]}
-                try:
-                    row |= _through(opened(found), found, extent.notes)
-                except OSError as error:
-                    row["error"] = " ".join(str(error).split())
-                rows.append(row)
+        for way in extent.ways:
+            name, _ = WAYS[way]
+            say(name)
+            row: Row = {"way": way, "name": name, "block": found["block"]}
+            try:
+                row |= apart(say, START + 3 * PATIENCE * extent.notes, _through, way, found, extent)
+            except Lost as error:
+                row["error"] = str(error)
+            rows.append(row)
     return {
         "livebass": __version__,
         "date": datetime.now(UTC).isoformat(timespec="seconds"),
         "machine": where,
         **neighbours.shares(),
         "preset": PRESET,
-        "quality": QUALITY,
+        "quality": extent.quality,
         "rate_hz": found["rate"] if found else QUEUE_RATE,
         "server": found,
         "missing": missing,
@@ -104,16 +104,16 @@ def latency_figures(frames: list[float], rate: int) -> dict[str, Any]:
     }
 
 
-def _queue(rate: int, block: int, notes: int) -> Row:
+def _queue(rate: int, block: int, extent: Extent) -> Row:
     """From `Stage.send`, for a frame of the next block, to the first sample: the call's time and the frames between."""
     stage = Stage(rate, shelter=False)
-    bass = LiveBass(load_preset(PRESET), QUALITIES[QUALITY], rate)
+    bass = LiveBass(load_preset(PRESET), QUALITIES[extent.quality], rate)
     stage.put_on(bass)
     card, rng = Card(stage, block), np.random.default_rng(0)
     key = bass.engine.instrument.strings[-1].open_note
     frames, calls = [], []
     card.silence()  # the first message loads a kernel
-    for _ in range(notes):
+    for _ in range(extent.queued):
         start = int(stage.record["frame"][0])
         wanted = start + int(rng.integers(block))
         began = time.perf_counter_ns()
@@ -134,11 +134,11 @@ def _queue(rate: int, block: int, notes: int) -> Row:
 
 
 @contextmanager
-def _native(found: dict[str, Any]) -> Iterator[tuple[str, str]]:
+def _native(found: dict[str, Any], quality: str) -> Iterator[tuple[str, str]]:
     """`livebass play --backend jack`, in this process: its MIDI port and its output."""
     output = JackOutput("livebass-bench", lambda rate: Stage(rate), connect=False)
     try:
-        output.stage.put_on(LiveBass(load_preset(PRESET), QUALITIES[QUALITY], output.stage.rate))
+        output.stage.put_on(LiveBass(load_preset(PRESET), QUALITIES[quality], output.stage.rate))
         output.start()
         yield output.midi.name, output.outputs[0].name
     finally:
@@ -146,10 +146,10 @@ def _native(found: dict[str, Any]) -> Iterator[tuple[str, str]]:
 
 
 @contextmanager
-def _portaudio(found: dict[str, Any]) -> Iterator[tuple[str, str]]:
+def _portaudio(found: dict[str, Any], quality: str) -> Iterator[tuple[str, str]]:
     """`livebass play --backend portaudio`, in another process."""
     looking = Ears()  # only to look at ports
-    command = [sys.executable, "-m", "livebass.bench_player", PRESET, QUALITY, str(found["rate"]), str(found["block"])]
+    command = [sys.executable, "-m", "livebass.bench_player", PRESET, quality, str(found["rate"]), str(found["block"])]
     before = {port.name for port in looking.client.get_ports(is_audio=True, is_output=True)}
     child = subprocess.Popen(
         command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
@@ -158,13 +158,13 @@ def _portaudio(found: dict[str, Any]) -> Iterator[tuple[str, str]]:
         def ports() -> tuple[str, str] | None:
             if child.poll() is not None:
                 why = (child.stderr.read() if child.stderr else "").strip().splitlines()
-                raise OutputLost(why[-1] if why else f"the player ended with status {child.returncode}")
+                raise Lost(why[-1] if why else f"the player ended with status {child.returncode}")
             midi = [port.name for port in looking.client.get_ports(f"^{NAME}:", is_midi=True, is_input=True)]
             sound = [p.name for p in looking.client.get_ports(is_audio=True, is_output=True) if p.name not in before]
             return (midi[0], sound[0]) if midi and sound else None
 
         if not wait_for(ports, START):
-            raise OutputLost(f"no ports of PortAudio and rtmidi after {START:g} s")
+            raise Lost(f"no ports of PortAudio and rtmidi after {START:g} s")
         found_ports = ports()
         assert found_ports is not None
         yield found_ports
@@ -174,9 +174,16 @@ def _portaudio(found: dict[str, Any]) -> Iterator[tuple[str, str]]:
         child.communicate()
 
 
-def _through(opened: AbstractContextManager[tuple[str, str]], found: dict[str, Any], notes: int) -> Row:
-    """Notes at random offsets into the MIDI port and out of the output that are `opened`."""
-    with opened as (midi, sound):
+WAYS: dict[str, tuple[str, Callable[[dict[str, Any], str], AbstractContextManager[tuple[str, str]]]]] = {
+    "jack": ("JACK client, its own MIDI port", _native),
+    "portaudio": ("PortAudio and rtmidi", _portaudio),
+}
+
+
+def _through(_say: Say, way: str, found: dict[str, Any], extent: Extent) -> Row:
+    """Notes at random offsets into the MIDI port and out of the output of `way`."""
+    _, opened = WAYS[way]
+    with opened(found, extent.quality) as (midi, sound):
         keys, ears = Keys(), None
         try:
             ears = Ears()
@@ -185,13 +192,13 @@ def _through(opened: AbstractContextManager[tuple[str, str]], found: dict[str, A
             keys.client.connect(keys.port, midi)
             ears.client.connect(sound, ears.port)
             time.sleep(SETTLE)
-            frames, discarded = _notes(keys, ears, found["block"], notes)
+            frames, discarded = _notes(keys, ears, found["block"], extent.notes)
         finally:
             keys.close()
             if ears:
                 ears.close()
     if not frames:
-        raise OutputLost(f"none of {notes} notes was heard without a gap")
+        raise Lost(f"none of {extent.notes} notes was heard without a gap")
     return {"discarded": discarded, **latency_figures(frames, found["rate"])}
 
 
@@ -203,7 +210,7 @@ def _notes(keys: Keys, ears: Ears, block: int, notes: int) -> tuple[list[float],
     discarded = 0
     for _ in range(notes):
         if not wait_for(lambda: ears.silent > 1, PATIENCE):
-            raise OutputLost("the bass does not become silent, or the server has stopped")
+            raise Lost("the bass does not become silent, or the server has stopped")
         ears.listen()
         time.sleep(float(rng.uniform(0.0, 2e-3)))
         keys.send(int(rng.integers(block)), NOTE_ON, key, VELOCITY)

@@ -8,6 +8,8 @@ LIVE_HEAD = (
     "tier", "modes", "contact", "frames", "deadline", "median", "99.9 %", "worst", "quiet 99.9 %", "quiet worst", "fit",
 )  # fmt: skip
 NEAR_HEAD = ("from reference", "notes", "characteristic frequency", "worst note", "spectrum", "where heard")
+WISH_HEAD = ("wanted", "plain", "best run", "quiet", "at most", "")
+WISH_KEYS = ("value", "best_run", "quiet", "limit")
 LATENCY_HEAD = ("way", "block", "notes", "least", "median", "most", "jitter", "not counted")
 PYTHON_HEAD = ("interpreter", "callback", "blocks", "lost", "share", "xruns")
 
@@ -16,7 +18,7 @@ def live_table(result: dict[str, Any]) -> str:
     """The figures of `bench_live` for people."""
     rows = [LIVE_HEAD, *(_live_cells(row) for row in [*result["rows"], result["moonshot"]])]
     wishes = [
-        (w["what"], *(_value(w[key], w["unit"]) for key in ("value", "quiet", "limit")), "" if w["met"] else "missed")
+        (w["what"], *(_value(w[key], w["unit"]) for key in WISH_KEYS), "" if w["met"] else "missed")
         for w in result["wanted"]
     ]
     near = [
@@ -33,7 +35,7 @@ def live_table(result: dict[str, Any]) -> str:
             "fit: strings popped at once whose worst block is in time, plain / quiet",
             "",
             *([*columns([NEAR_HEAD, *near]), ""] if near else []),
-            *columns([("wanted", "plain", "quiet", "at most", ""), *wishes]),
+            *columns([WISH_HEAD, *wishes]),
             "",
             *_where(result),
         ]
@@ -71,6 +73,7 @@ def latency_table(result: dict[str, Any]) -> str:
         [
             head,
             *columns(rows),
+            "jitter: standard deviation; not counted: notes during which the measuring client lost a period",
             *(f"{row['name']}: {row['error']}" for row in result["rows"] if "error" in row),
             "",
             *_where(result),

@@ -1,29 +1,40 @@
 """A bass behind PortAudio's JACK host and rtmidi, to be measured from outside; ends when its standard input ends.
 
 A process of its own: PortAudio looks for JACK once, when it is loaded, and closing a stream whose server has gone
-never returns, so it leaves without closing.
+never returns, so it leaves without closing, and its time is limited.
 """
 
 from __future__ import annotations
 
 import os
 import sys
+import threading
 from typing import Any
 
+from livebass.bench_apart import limited
+
 NAME = "livebass-bench"  # of the JACK client that holds the MIDI input
+LONGEST = 240.0  # s
 HOST = "JACK Audio Connection Kit"
 
 
 def main() -> None:
     """Arguments: preset, quality, rate, block. One line on stderr and status 1 where something is missing."""
     preset, quality, rate, block = sys.argv[1:]
+    limited(LONGEST)
+    watch = threading.Thread(target=_leave_with_parent)
+    watch.start()
     try:
         held = _play(preset, quality, int(rate), int(block))
     except (OSError, ValueError, LookupError) as error:
         print(" ".join(str(error).split()), file=sys.stderr, flush=True)
         os._exit(1)
-    sys.stdin.read()
+    watch.join()
     del held
+
+
+def _leave_with_parent() -> None:
+    sys.stdin.read()
     os._exit(0)
 
 

@@ -16,6 +16,7 @@ from datetime import UTC, datetime
 from typing import Any
 
 from livebass import __version__
+from livebass.bench_apart import apart
 from livebass.bench_card import Card
 from livebass.bench_jack import new_client, server, since
 from livebass.bench_measure import Neighbours, Row, machine
@@ -26,7 +27,7 @@ from livebass.quality import QUALITIES
 from livebass.stage import LiveBass, Stage
 
 PRESET, QUALITY = "slap", "live"
-SETTLE = 0.5  # s after a client has joined
+LONGEST = 90.0  # s, without the measuring itself
 Say = Callable[[str], None]
 Work = Callable[[], object]
 
@@ -36,6 +37,7 @@ class Extent:
     """How much is measured."""
 
     seconds: float = 2.0  # each load with each callback
+    settle: float = 0.5  # s after a client has joined, before that
     objects: int = 1_000_000  # that the garbage collector goes through
 
 
@@ -71,17 +73,13 @@ def bench_python(progress: Say | None = None, extent: Extent | None = None) -> d
     """Both callbacks under each load, in half a minute: numbers and text, as JSON has them.
 
     "rows" has one for each load and callback: blocks of the server's time, and how many of them were lost. Raises
-    OutputLost where no JACK server runs. [main thread]
+    Lost where no JACK server runs. [main thread]
     """
     extent = extent or USUAL
     say = progress or (lambda what: None)
-    found = server()
     where, neighbours = machine(), Neighbours()
-    rows = []
-    for load, work in _loads(extent.objects).items():
-        for callback, make in (("native", _native), ("Python", PythonOutput)):
-            say(f"{load}, {callback} callback")
-            rows.append(_row(load, callback, make, work, found["block"], extent.seconds))
+    found = apart(say, LONGEST, server)
+    rows = apart(say, LONGEST + 10 * extent.seconds, _rows, found["block"], extent)
     return {
         "livebass": __version__,
         "date": datetime.now(UTC).isoformat(timespec="seconds"),
@@ -95,6 +93,15 @@ def bench_python(progress: Say | None = None, extent: Extent | None = None) -> d
         "seconds": extent.seconds,
         "rows": rows,
     }
+
+
+def _rows(say: Say, block: int, extent: Extent) -> list[Row]:
+    rows = []
+    for load, work in _loads(extent.objects).items():
+        for callback, make in (("native", _native), ("Python", PythonOutput)):
+            say(f"{load}, {callback} callback")
+            rows.append(_row(load, callback, make, work, block, extent))
+    return rows
 
 
 def _loads(objects: int) -> dict[str, Work]:
@@ -118,17 +125,17 @@ def _native(name: str, make_stage: Callable[[int], Stage]) -> JackOutput:
     return JackOutput(name, make_stage, connect=False)
 
 
-def _row(load: str, callback: str, make: Callable[..., Any], work: Work, block: int, seconds: float) -> Row:
+def _row(load: str, callback: str, make: Callable[..., Any], work: Work, block: int, extent: Extent) -> Row:
     output = make("livebass-bench", lambda rate: Stage(rate))
     stage = output.stage
     try:
         stage.put_on(LiveBass(load_preset(PRESET), QUALITIES[QUALITY], stage.rate))
         stage.feed(demo_score(stage.rate, "slap"), 0, stage.rate // 10)
         output.start()
-        time.sleep(SETTLE)
+        time.sleep(extent.settle)
         began, first = output.client.frame_time, int(stage.record["frame"][0])
         xruns = int(stage.record["underruns"][0])
-        end = time.monotonic() + seconds
+        end = time.monotonic() + extent.seconds
         while time.monotonic() < end:
             work()
         passed = since(output.client.frame_time, began)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import time
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -11,9 +12,11 @@ from typing import Any
 import numpy as np
 import pytest
 import test_jack
+from apart_cases import die, fail, sleep
 from cli_cases import Run, assert_one_clear_line, cli_text
 
 from livebass import bench_latency, bench_player, bench_python
+from livebass.bench_apart import Lost, apart
 from livebass.bench_jack import WRAP, since
 from livebass.bench_latency import latency_figures
 from livebass.bench_live_table import latency_table, python_table
@@ -21,7 +24,7 @@ from livebass.bench_plot import latency_png, python_png
 
 server = test_jack.server  # a fixture
 FEW = bench_latency.Extent(notes=4, queued=5)
-SHORT = bench_python.Extent(seconds=0.3, objects=100_000)
+SHORT = bench_python.Extent(seconds=0.3, settle=0.2, objects=100_000)
 
 
 @pytest.fixture
@@ -84,20 +87,30 @@ def test_latency_through_a_server(server: SimpleNamespace) -> None:
 
 
 def test_a_way_that_fails_is_said(server: SimpleNamespace, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(bench_latency, "QUALITY", "nothing")
     monkeypatch.setattr(bench_latency, "_queue", lambda *_: {"way": "queue"} | latency_figures([1.0], 48_000) | {
         "name": "queue", "block": 128, "discarded": 0})  # fmt: skip
-    result = bench_latency.bench_latency(extent=bench_latency.Extent(ways=("portaudio",)))
+    result = bench_latency.bench_latency(extent=bench_latency.Extent(ways=("portaudio",), quality="nothing"))
     row = result["rows"][1]
     assert row["way"] == "portaudio" and "nothing" in row["error"]
     assert f"PortAudio and rtmidi: {row['error']}" in latency_table(result)
+
+
+def test_work_apart_is_bounded(capfd: pytest.CaptureFixture[str]) -> None:
+    said: list[str] = []
+    assert apart(said.append, 60, sleep, 0.0) == "done" and said == ["sleeping"]
+    for work, why in ((die, "with it"), (fail, "no way")):
+        with pytest.raises(Lost, match=why):
+            apart(said.append, 60, work)
+    began = time.monotonic()
+    with pytest.raises(Lost):
+        apart(said.append, 1, sleep, 60.0)
+    assert time.monotonic() - began < 30 and capfd.readouterr().err == ""
 
 
 def test_both_callbacks_under_each_load(
     server: SimpleNamespace, run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(bench_python, "USUAL", SHORT)
-    monkeypatch.setattr(bench_python, "SETTLE", 0.2)
     text = cli_text(run, "bench", "python", "--json", tmp_path / "x.json")
     result = json.loads((tmp_path / "x.json").read_text())
     assert text == python_table(result) + "\n"
@@ -118,6 +131,8 @@ def test_the_player_ends_in_one_line(monkeypatch: pytest.MonkeyPatch, capfd: pyt
 
     monkeypatch.setattr(os, "_exit", leave)
     monkeypatch.setattr("sys.argv", ["player", "violin", "live", "48000", "128"])
+    monkeypatch.setattr(bench_player, "limited", lambda _: None)
+    monkeypatch.setattr(bench_player, "_leave_with_parent", lambda: None)
     monkeypatch.setattr("livebass.bench_player._play", lambda *_: (_ for _ in ()).throw(OSError("no\nserver")))
     with pytest.raises(SystemExit) as ended:
         bench_player.main()
