@@ -97,7 +97,7 @@ class Neighbours:
     IDLE, WAITING, STOLEN = 3, 4, 7  # columns of /proc/stat
 
     def __init__(self) -> None:
-        self._before, self._mine = _ticks(), time.process_time()
+        self._before, self._mine = _ticks(), _own()
 
     def shares(self) -> dict[str, float | None]:
         now = _ticks()
@@ -105,9 +105,14 @@ class Neighbours:
             return {"stolen": None, "others": None}
         spent = [b - a for a, b in zip(self._before, now, strict=True)]
         total, stolen = sum(spent), spent[self.STOLEN]
-        mine = (time.process_time() - self._mine) * os.sysconf("SC_CLK_TCK")
+        mine = (_own() - self._mine) * os.sysconf("SC_CLK_TCK")
         others = total - spent[self.IDLE] - spent[self.WAITING] - stolen - mine
         return {"stolen": stolen / total, "others": max(0.0, others / total)}
+
+
+def _own() -> float:
+    """Processor time of this process and of those it started that have ended, s."""
+    return sum(os.times()[:4])
 
 
 def _ticks() -> list[int]:
