@@ -54,7 +54,7 @@ USUAL = Extent()
 def bench_live(
     preset: str = "jazz-finger", progress: Say | None = None, extent: Extent | None = None
 ) -> dict[str, Any]:  # fmt: skip
-    """Everything, in less than two minutes: numbers and text, as JSON has them. `progress` hears what comes next.
+    """Everything, in about two minutes: numbers and text, as JSON has them. `progress` hears what comes next.
 
     "rows" has one for each tier and block size, "moonshot" one of a single string, "fidelity" how far each tier is
     from `reference`, "wanted" what is asked of them. Nothing else should run on the machine. Raises what

@@ -58,7 +58,7 @@ def live(preset: str, tiers: tuple[str, ...], blocks: tuple[int, ...], runs: int
 
     Four strings popped at velocity 127 at once, again while they sound, then sixteenths over all strings, for block
     sizes from 32 to 1024 frames and each quality; one string at full fidelity; and how far the qualities are from
-    `reference` in sound. Takes a minute or two; leave the machine alone meanwhile.
+    `reference` in sound. Takes about two minutes; leave the machine alone meanwhile.
     """
     from dataclasses import replace
 
