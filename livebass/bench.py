@@ -9,21 +9,17 @@ less on one core, or no more on several, something else was running.
 
 from __future__ import annotations
 
-import os
-import platform
 import sys
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any
 
-import numba
 import numpy as np
 
 from livebass import __version__
 from livebass.bench_dense import dense_row
-from livebass.bench_measure import APEX, PLACE, RATES, Clock, Row, case_b, row
+from livebass.bench_measure import APEX, PLACE, RATES, Clock, Row, case_b, machine, row
 from livebass.bench_table import RATIOS
 from livebass.engine import Engine, solve_trial
 from livebass.instrument import Instrument
@@ -72,7 +68,7 @@ def bench_render(progress: Say | None = None, extent: Extent | None = None) -> d
     """
     extent = extent or USUAL
     say = progress or (lambda what: None)
-    machine = _machine()
+    where = machine()
     bass = load_preset("paper-g")
     say("loading the kernels")
     _warm(bass)
@@ -104,7 +100,7 @@ def bench_render(progress: Say | None = None, extent: Extent | None = None) -> d
     return {
         "livebass": __version__,
         "date": datetime.now(UTC).isoformat(timespec="seconds"),
-        "machine": machine | {"peak_resident_bytes": memory},
+        "machine": where | {"peak_resident_bytes": memory},
         "case_b": f"open G of paper-g, {APEX * 1e3:g} mm at {PLACE:g} m, first {extent.sound:g} s",
         "measurements": rows,
         "agreement": _agreement(slow, fast, min(AGREE_FOR, extent.brute, extent.sound)),
@@ -203,27 +199,6 @@ def _agreement(slow: Motion, fast: Motion, until: float) -> dict[str, Any]:
         "contacts_engine": len(lists[1]),
         "contacts_equal": lists[0] == lists[1],
         "displacement": float(np.abs(one - other).max() / np.abs(one).max()),
-    }
-
-
-def _machine() -> dict[str, Any]:
-    """Where the figures are from."""
-    name = platform.processor() or platform.machine()
-    with suppress(OSError), open("/proc/cpuinfo", encoding="utf-8") as lines:
-        name = next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), name)
-    load = None
-    with suppress(OSError, AttributeError):
-        load = os.getloadavg()[0]
-    blas: Any = np.show_config(mode="dicts")
-    return {
-        "cpu": name,
-        "cores": os.cpu_count(),
-        "system": f"{platform.system()} {platform.machine()}",
-        "python": platform.python_version(),
-        "numpy": np.__version__,
-        "blas": blas["Build Dependencies"]["blas"].get("name", "unknown"),
-        "numba": numba.__version__,
-        "load_before": load,  # processes that ran already
     }
 
 

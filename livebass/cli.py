@@ -20,10 +20,11 @@ import click
 
 from livebass import __version__
 from livebass.atomic import STOPS, written
+from livebass.cli_bench import bench
 from livebass.cli_play import devices, play
 from livebass.cli_presets import presets
 from livebass.cli_render import render
-from livebass.cli_study import bench, simulate
+from livebass.cli_study import simulate
 
 INTERRUPTED, TERMINATED, BROKEN_PIPE = 130, 143, 141
 EXPECTED = (ValueError, OSError, MemoryError)  # what the package raises on purpose, and LookupError itself

@@ -1,11 +1,8 @@
-"""`livebass simulate` and `livebass bench`: one string and one pluck to look at, and what things cost."""
+"""`livebass simulate`: one string and one pluck to look at."""
 
 from __future__ import annotations
 
-import json
-import sys
 from pathlib import Path
-from typing import Any
 
 import click
 
@@ -82,36 +79,3 @@ def simulate(
         contact_rate=chosen.contact_rate, rate=rate, solver=solver, directory=output,
     )  # fmt: skip
     click.echo(line, err=True)
-
-
-@click.group()
-def bench() -> None:
-    """Measure what things cost on this machine."""
-
-
-@bench.command("render")
-@click.option("--json", "file", type=click.Path(path_type=Path), help="Write the figures to FILE as well.")
-def render_(file: Path | None) -> None:
-    """Seconds of work per second of sound: brute force, the engine in each quality, the published method.
-
-    Takes about a minute; leave the machine alone meanwhile.
-    """
-    from livebass.atomic import Transaction, checked_place
-    from livebass.bench import bench_render
-    from livebass.bench_table import table
-
-    if file is not None:
-        checked_place(file)  # now, not after a minute of work
-    announce_kernels()
-    shown: dict[str, Any] = {"progress": _say} if sys.stderr.isatty() else {}
-    result = bench_render(**shown)
-    try:
-        if file is not None:
-            with Transaction() as files:
-                files.write(file, (json.dumps(result, indent=2) + "\n").encode())
-    finally:  # a disk that is full does not lose the figures
-        click.echo(table(result))
-
-
-def _say(what: str) -> None:
-    click.echo(f"{what} ...", err=True)
