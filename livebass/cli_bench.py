@@ -120,7 +120,7 @@ def _report(
         if picture.suffix.lower() != ".png":
             raise click.UsageError(f"--plot {os.fspath(picture)}: the picture is a PNG, name it .png")
         bench_plot.check()
-    announce_kernels()
+    announce_kernels(live=draw is not None)
     result = measure({"progress": _say} if sys.stderr.isatty() else {})
     try:
         if places:

@@ -216,12 +216,15 @@ def _render_one(
     return summary(report, options.gain)
 
 
-def announce_kernels() -> None:
-    """Say so where the kernels are compiled first."""
+def announce_kernels(live: bool = False) -> None:
+    """Say so where the kernels, with those of the audio thread or without, are compiled first."""
     from livebass import kernels
 
-    if not kernels.cached():
-        click.echo("compiling the kernels, once (about 20 s) ...", err=True)
+    seconds = 0 if kernels.cached() else 20
+    if live and not kernels.cached(kernels.LIVE_ENTRY):
+        seconds += 15
+    if seconds:
+        click.echo(f"compiling the kernels, once (about {seconds} s) ...", err=True)
 
 
 @contextmanager

@@ -26,7 +26,7 @@ SOURCES = tuple(
         "native", "live_layout", "ahead", "live", "callbacks", "reference_contact", "reference_steps",
     )
 )  # fmt: skip
-ENTRY = "voice.run-*.nbi"  # what is compiled last and holds all the others
+ENTRY, LIVE_ENTRY = "voice.run-*.nbi", "live.block-*.nbi"  # what is compiled last and holds all the others
 
 
 def _directory() -> Path:
@@ -89,7 +89,7 @@ _KEPT: list[Any] = []  # compiled callbacks live as long as the process
 jit = compiled()
 
 
-def cached() -> bool:
-    """Whether the kernels are on disk, compiled from the sources as they are."""
+def cached(entry: str = ENTRY) -> bool:
+    """Whether the kernels up to `entry` are on disk, compiled from the sources as they are."""
     newest = max(source.stat().st_mtime for source in SOURCES)
-    return any(index.stat().st_mtime >= newest for index in DIRECTORY.rglob(ENTRY))
+    return any(index.stat().st_mtime >= newest for index in DIRECTORY.rglob(entry))

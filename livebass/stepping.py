@@ -312,7 +312,7 @@ def advance(s, op, w, pool, suspects, near, steps, step, log, voice):
     if count > 0:
         rows.take_back(w, n)
         if count > MOST_NEAR:
-            count = MOST_NEAR
+            count = np.int64(MOST_NEAR)
         contact_frame(s, op, w, pool, suspects, near, count, steps, step, log, voice)
         return
     least = float(NEVER)
