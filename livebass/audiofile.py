@@ -73,6 +73,7 @@ class AudioWriter:
         self.path, self.encoding = path, encoding
         self.frames = 0  # written
         self.clipped = 0  # samples beyond full scale; integer formats hold them at full scale
+        self._size = 0  # bytes, after the last write that went well
         self._fd, self._temporary = files.create(path)
         try:
             self._sound = soundfile.SoundFile(
@@ -92,6 +93,7 @@ class AudioWriter:
         try:
             for start in range(0, len(sound), CHUNK):
                 self._sound.write(np.ascontiguousarray(sound[start : start + CHUNK]))
+            self._size = os.fstat(self._fd).st_size
         except (soundfile.LibsndfileError, AssertionError) as error:  # the latter: fewer frames than given
             raise self._reason(error) from None
 
@@ -108,6 +110,17 @@ class AudioWriter:
             raise
         except OSError as error:
             raise output_error(self.path, error) from None
+
+    def close_short(self) -> int:
+        """Finish a file that `write` or `close` failed on; the frames that it holds, 0 if it cannot be read."""
+        try:
+            os.ftruncate(self._fd, self._size)
+            os.lseek(self._fd, 0, os.SEEK_END)
+            self._abandon()
+            frames = int(soundfile.info(str(self._temporary)).frames)
+        except (OSError, soundfile.LibsndfileError):
+            return 0
+        return min(frames, self.frames)
 
     def _abandon(self) -> None:
         """Let go of the descriptor; without effect after `close`."""
