@@ -117,10 +117,17 @@ class AudioWriter:
             os.ftruncate(self._fd, self._size)
             os.lseek(self._fd, 0, os.SEEK_END)
             self._abandon()
-            frames = int(soundfile.info(str(self._temporary)).frames)
+            frames = _readable_frames(self._temporary)
+            if self.encoding.format == "flac":
+                self._set_flac_frames(frames)
         except (OSError, soundfile.LibsndfileError):
             return 0
-        return min(frames, self.frames)
+        return frames
+
+    def _set_flac_frames(self, frames: int) -> None:
+        """What the encoder fills in at the end: 36 bits of the STREAMINFO block, which is the first."""
+        word = int.from_bytes(_read_at(self._fd, 18, 8))
+        _write_at(self._fd, 18, (word & ~((1 << 36) - 1) | frames).to_bytes(8))
 
     def _abandon(self) -> None:
         """Let go of the descriptor; without effect after `close`."""
@@ -150,6 +157,15 @@ class AudioWriter:
                 pages = with_ogg_serial(file.read(), OGG_SERIAL)
                 file.seek(0)
                 file.write(pages)
+
+
+def _readable_frames(path: Path) -> int:
+    """Frames up to the first that is broken."""
+    frames = 0
+    with soundfile.SoundFile(str(path)) as file, contextlib.suppress(soundfile.LibsndfileError):
+        while count := len(file.read(1024)):
+            frames += count
+    return frames
 
 
 def _read_at(fd: int, offset: int, size: int) -> bytes:

@@ -9,7 +9,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 
 from livebass.preset import load_preset, preset_names
-from livebass.quality import QUALITIES
+from livebass.quality import QUALITIES, Quality
 from livebass.stage import LiveBass, Stage
 
 NICENESS = 10  # of the thread that prepares: what sounds comes first
@@ -18,10 +18,11 @@ NICENESS = 10  # of the thread that prepares: what sounds comes first
 class Changes:
     """What is wished for and what plays. The last wish counts; those that it overtook are never prepared."""
 
-    def __init__(self, stage: Stage, preset: str, quality: str) -> None:
-        """`preset` and `quality` are names, of what is on the stage already."""
+    def __init__(self, stage: Stage, preset: str, quality: Quality) -> None:
+        """`preset`, a name or path, and `quality` are what is on the stage already."""
         self.stage = stage
-        self.playing = self.wanted = (preset, quality)
+        self.qualities = {**QUALITIES, quality.name: quality}
+        self.playing = self.wanted = (preset, quality.name)
         self._thread = ThreadPoolExecutor(1, "changes", _step_back)
         self._coming: tuple[tuple[str, str], Future[LiveBass]] | None = None
         self._programs = int(stage.record["program_count"][0])
@@ -32,9 +33,8 @@ class Changes:
         self.wanted = names[(names.index(self.wanted[0]) + 1) % len(names) if known else 0], self.wanted[1]
 
     def next_quality(self) -> None:
-        names = list(QUALITIES)
-        known = self.wanted[1] in names
-        self.wanted = self.wanted[0], names[(names.index(self.wanted[1]) + 1) % len(names) if known else 0]
+        names = list(self.qualities)
+        self.wanted = self.wanted[0], names[(names.index(self.wanted[1]) + 1) % len(names)]
 
     def turn(self) -> str | None:
         """Looks for program changes, starts what is to be prepared, puts on what is ready; a line for people, or None.
@@ -45,7 +45,9 @@ class Changes:
         if self._coming is None:
             if self.wanted != self.playing:
                 preset, quality = self.wanted
-                self._coming = self.wanted, self._thread.submit(prepared, preset, quality, self.stage.rate)
+                self._coming = self.wanted, self._thread.submit(
+                    prepared, preset, self.qualities[quality], self.stage.rate
+                )
             return None
         wanted, future = self._coming
         if not future.done():
@@ -80,9 +82,9 @@ class Changes:
         self._thread.shutdown(wait=False, cancel_futures=True)
 
 
-def prepared(preset: str, quality: str, rate: int) -> LiveBass:
+def prepared(preset: str, quality: Quality, rate: int) -> LiveBass:
     """A bass for the stage. Raises PresetError and ValueError. [any thread]"""
-    return LiveBass(load_preset(preset), QUALITIES[quality], rate)
+    return LiveBass(load_preset(preset), quality, rate)
 
 
 def take_over(old: LiveBass, new: LiveBass) -> None:

@@ -67,6 +67,8 @@ def play(**options: Any) -> None:
     if options["controllers"]:
         click.echo(CONTROLLERS)
         return
+    from livebass import kernels
+    from livebass.outputs import check_output
     from livebass.play import Session, Wish
     from livebass.preset import load_preset
     from livebass.score import read_score
@@ -92,7 +94,9 @@ def play(**options: Any) -> None:
         read=(lambda rate: read_score(song, rate)) if song else None,
     )
     with Desk(quiet, options["log"]) as desk:
-        announce_kernels()
+        if not kernels.cached():
+            check_output(wish.backend, wish.audio)
+            announce_kernels()
         session = Session(wish, desk.say, desk.status if desk.terminal else None, desk.note)
         heed_signals(session)
         if interactive():

@@ -35,13 +35,7 @@ class PortAudioOutput:
             with hushed():
                 info = sd.query_devices(device, "output")
         except (sd.PortAudioError, ValueError) as error:
-            if device is None:
-                raise OutputLost(
-                    "no audio output: connect a sound card or start a JACK server; `livebass render` needs neither"
-                ) from None
-            raise OutputLost(
-                f"audio output {device!r}: {_one_line(error)}; `livebass devices` lists what there is"
-            ) from None
+            raise _no_output(device, error) from None
         self.name = str(info["name"])
         self.channels = min(callbacks.MOST_CHANNELS, int(info["max_output_channels"]))
         try:
@@ -111,11 +105,7 @@ class JackOutput:
             with hushed():
                 self.client = jack.Client(name, no_start_server=True)
         except jack.JackError as error:
-            named = f" named {os.environ['JACK_DEFAULT_SERVER']}" if os.environ.get("JACK_DEFAULT_SERVER") else ""
-            raise OutputLost(
-                f"JACK: no server{named} to be reached ({_one_line(error)}): start one, or take --backend portaudio;"
-                " `livebass render` needs neither"
-            ) from None
+            raise _no_server(_one_line(error)) from None
         for quiet in (jack.set_error_function, jack.set_info_function):
             quiet(_ignore)
         self.name = f"JACK client {self.client.name}"
@@ -200,14 +190,45 @@ class JackOutput:
         self.client.close(ignore_errors=True)
 
 
+def check_output(backend: str, device: int | str | None) -> None:
+    """Raises OutputLost where `backend` ("auto", "portaudio", "jack") has no output, before anything is compiled."""
+    if backend == "jack" or (backend == "auto" and device is None and jack_server()):
+        if not jack_server():
+            raise _no_server("none answers")
+        return
+    sd = _sounddevice()
+    try:
+        with hushed():
+            sd.query_devices(device, "output")
+    except (sd.PortAudioError, ValueError) as error:
+        raise _no_output(device, error) from None
+
+
+def _no_output(device: int | str | None, error: Exception) -> OutputLost:
+    if device is None:
+        return OutputLost(
+            "no audio output: connect a sound card or start a JACK server; `livebass render` needs neither"
+        )
+    return OutputLost(f"audio output {device!r}: {_one_line(error)}; `livebass devices` lists what there is")
+
+
+def _no_server(why: object) -> OutputLost:
+    named = f" named {os.environ['JACK_DEFAULT_SERVER']}" if os.environ.get("JACK_DEFAULT_SERVER") else ""
+    return OutputLost(
+        f"JACK: no server{named} to be reached ({why}): start one, or take --backend portaudio;"
+        " `livebass render` needs neither"
+    )
+
+
 def jack_server() -> str | None:
     """What the running JACK server offers, in a line; None where none runs."""
     try:
         jack = _jack()
+    except OutputLost:
+        return None
+    try:
         with hushed():
             client = jack.Client("livebass-look", no_start_server=True)
-    except (OutputLost, OSError):
-        return None
     except jack.JackError:
         return None
     try:

@@ -91,7 +91,7 @@ class Session:
             score = wish.read(stage.rate) if wish.read else None
             take = ends.enter_context(Recorder(wish.record, stage, self.say)) if wish.record else None
             stage.put_on(LiveBass(wish.instrument, wish.quality, stage.rate))
-            changes = Changes(stage, wish.preset, wish.quality.name)
+            changes = Changes(stage, wish.preset, wish.quality)
             ends.callback(changes.close)
             others = {"\t": changes.next_preset, "\n": changes.next_quality, "\r": changes.next_quality}
             keys = ends.enter_context(TerminalKeys(stage.send, stage.panic, others)) if wish.keyboard else None
