@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import os
 import sys
 import threading
@@ -25,6 +26,7 @@ class Changes:
         self.playing = self.wanted = (preset, quality.name)
         self._thread = ThreadPoolExecutor(1, "changes", _step_back)
         self._coming: tuple[tuple[str, str], Future[LiveBass]] | None = None
+        self._leaving = False  # the bass before
         self._programs = int(stage.record["program_count"][0])
 
     def next_preset(self) -> None:
@@ -42,6 +44,11 @@ class Changes:
         Returns at once. What a preset's file has wrong is such a line too, and the bass before plays on.
         """
         self._hear()
+        self.stage.clear_away()
+        fading = any(self.stage.record[name][0] for name in ("next_bass", "old_bass", "free_bass"))
+        if self._leaving and not fading:
+            self._leaving = False
+            self._thread.submit(give_back)
         if self._coming is None:
             if self.wanted != self.playing:
                 preset, quality = self.wanted
@@ -52,10 +59,8 @@ class Changes:
         wanted, future = self._coming
         if not future.done():
             return None
-        record = self.stage.record
-        self.stage.clear_away()
-        if wanted == self.wanted and any(record[name][0] for name in ("next_bass", "old_bass", "free_bass")):
-            return None  # one is fading still
+        if wanted == self.wanted and fading:
+            return None
         self._coming = None
         if wanted != self.wanted:
             return None
@@ -68,6 +73,7 @@ class Changes:
         if before is not None:
             take_over(before, bass)
         self.stage.put_on(bass)
+        self._leaving = True
         return f"preset {wanted[0]}, quality {wanted[1]}"
 
     def _hear(self) -> None:
@@ -84,7 +90,15 @@ class Changes:
 
 def prepared(preset: str, quality: Quality, rate: int) -> LiveBass:
     """A bass for the stage. Raises PresetError and ValueError. [any thread]"""
-    return LiveBass(load_preset(preset), quality, rate)
+    bass = LiveBass(load_preset(preset), quality, rate)
+    give_back()
+    return bass
+
+
+def give_back() -> None:
+    """What was allocated on the way goes back to the system, where the C library would keep it. [any thread]"""
+    with suppress(AttributeError, OSError, TypeError):
+        ctypes.CDLL(None).malloc_trim(0)
 
 
 def take_over(old: LiveBass, new: LiveBass) -> None:

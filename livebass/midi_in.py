@@ -31,13 +31,11 @@ class MidiPort:
     ) -> None:
         self.stage, self.wanted, self.ahead = stage, wanted, ahead
         self._rtmidi = _rtmidi()
-        self._looker = new_input(f"{CLIENT}-look")  # stays, as each new client would disturb a JACK server
+        self._looker = new_input(f"{CLIENT}-look", hardware_only)  # stays: new clients disturb JACK
         self._in: Any = None
         self._virtual: Any = None
         self._device: str | None = None  # the last one open
         try:
-            if hardware_only and self._looker.get_current_api() == self._rtmidi.API_UNIX_JACK:
-                raise MidiLost("MIDI: none but JACK's")
             names = _names(self._looker)
             index = find_port(names, wanted)
             if index is not None:
@@ -144,11 +142,13 @@ def port_names() -> list[str]:
         _delete(looker)
 
 
-def new_input(name: str) -> Any:
-    """An input of the system's MIDI, or of JACK's where the system has none; MidiLost where neither works."""
+def new_input(name: str, hardware_only: bool = False) -> Any:
+    """An input of the system's MIDI, or else of JACK's unless `hardware_only`; MidiLost where neither works."""
     rtmidi = _rtmidi()
     why = "this build of python-rtmidi knows no system"
     for api in rtmidi.get_compiled_api():
+        if hardware_only and api == rtmidi.API_UNIX_JACK:
+            continue
         try:
             with hushed():
                 return rtmidi.MidiIn(rtapi=api, name=name)
