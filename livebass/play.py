@@ -9,6 +9,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -85,12 +86,19 @@ class Session:
         """
         wish = self.wish
         with ExitStack() as ends:
-            output = self._output()
+            beside = ends.enter_context(ThreadPoolExecutor(1))
+            coming: list[Future[LiveBass]] = []  # prepared while the output gets ready
+
+            def make_stage(rate: int) -> Stage:
+                coming.append(beside.submit(LiveBass, wish.instrument, wish.quality, rate))
+                return Stage(rate, wish.channel, wish.gain)
+
+            output = self._output(make_stage)
             ends.callback(output.close)
             stage = output.stage
             score = wish.read(stage.rate) if wish.read else None
             take = ends.enter_context(Recorder(wish.record, stage, self.say)) if wish.record else None
-            stage.put_on(LiveBass(wish.instrument, wish.quality, stage.rate))
+            stage.put_on(coming.pop().result())
             changes = Changes(stage, wish.preset, wish.quality)
             ends.callback(changes.close)
             others = {"\t": changes.next_preset, "\n": changes.next_quality, "\r": changes.next_quality}
@@ -105,15 +113,15 @@ class Session:
             meters, seconds = gauge.read().meters, float(stage.record["frame"][0]) / stage.rate
         return Summary(output.name, seconds, meters, gauge.worst, take.kept if take else None, lost)
 
-    def _output(self) -> Output:
+    def _output(self, make_stage: Callable[[int], Stage]) -> Output:
         wish = self.wish
         if wish.backend in ("auto", "jack") and wish.audio is None:
             try:
-                return JackOutput("livebass", lambda rate: Stage(rate, wish.channel, wish.gain))
+                return JackOutput("livebass", make_stage)
             except OutputLost:
                 if wish.backend == "jack":
                     raise
-        return PortAudioOutput(Stage(wish.rate, wish.channel, wish.gain), wish.audio, wish.block, wish.latency)
+        return PortAudioOutput(make_stage(wish.rate), wish.audio, wish.block, wish.latency)
 
     def _midi(self, stage: Stage, output: Output) -> MidiPort | None:
         """JACK's own MIDI where there is some, or else a port of the system's."""

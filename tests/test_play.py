@@ -135,6 +135,43 @@ def test_program_changes_through_the_server_neither_click_nor_stall(server: Simp
     assert jumps.max() < 0.1 * np.abs(sound).max()
 
 
+def test_dense_playing_under_a_busy_interpreter(server: SimpleNamespace) -> None:
+    """A few seconds of tools/endurance.py: nothing that is no number, nothing stuck, all blocks played."""
+    sys.path.insert(0, str(Path(__file__).parent.parent / "tools"))
+    from endurance import hog, random_playing
+
+    wish = Wish(load_preset("slap"), QUICK, "slap", backend="jack", keyboard=False)
+    session = Session(wish, lambda line: None)
+    stop = threading.Event()
+    stuck: list[bool] = []
+
+    def play() -> None:
+        wait_for(lambda: session.stage)
+        stage = session.stage
+        assert stage is not None
+        for kind in range(2):
+            threading.Thread(target=hog, args=(stop, kind), daemon=True).start()
+        random_playing(stage, np.random.default_rng(3), 6.0)
+        stop.set()
+        stage.panic()
+        time.sleep(2.0)
+        stage.meters()
+        time.sleep(0.3)
+        stuck.append(stage.meters().peak > 0 or any(f[2] for f in stage.bass.fingers()))  # type: ignore[union-attr]
+        session.stop.set()
+
+    thread = threading.Thread(target=play, daemon=True)
+    thread.start()
+    try:
+        summary = session.run()
+        thread.join(10)
+    finally:
+        stop.set()
+        session.stop.set()
+    assert summary.lost is None and summary.meters.faults == 0 and summary.meters.messages > 100
+    assert stuck == [False]
+
+
 # ---- takes
 
 
