@@ -73,6 +73,7 @@ class AudioWriter:
         self.path, self.encoding = path, encoding
         self.frames = 0  # written
         self.clipped = 0  # samples beyond full scale; integer formats hold them at full scale
+        self._size = 0  # bytes, after the last write that went well
         self._fd, self._temporary = files.create(path)
         try:
             self._sound = soundfile.SoundFile(
@@ -92,6 +93,7 @@ class AudioWriter:
         try:
             for start in range(0, len(sound), CHUNK):
                 self._sound.write(np.ascontiguousarray(sound[start : start + CHUNK]))
+            self._size = os.fstat(self._fd).st_size
         except (soundfile.LibsndfileError, AssertionError) as error:  # the latter: fewer frames than given
             raise self._reason(error) from None
 
@@ -108,6 +110,24 @@ class AudioWriter:
             raise
         except OSError as error:
             raise output_error(self.path, error) from None
+
+    def close_short(self) -> int:
+        """Finish a file that `write` or `close` failed on; the frames that it holds, 0 if it cannot be read."""
+        try:
+            os.ftruncate(self._fd, self._size)
+            os.lseek(self._fd, 0, os.SEEK_END)
+            self._abandon()
+            frames = _readable_frames(self._temporary)
+            if self.encoding.format == "flac":
+                self._set_flac_frames(frames)
+        except (OSError, soundfile.LibsndfileError):
+            return 0
+        return frames
+
+    def _set_flac_frames(self, frames: int) -> None:
+        """What the encoder fills in at the end: 36 bits of the STREAMINFO block, which is the first."""
+        word = int.from_bytes(_read_at(self._fd, 18, 8))
+        _write_at(self._fd, 18, (word & ~((1 << 36) - 1) | frames).to_bytes(8))
 
     def _abandon(self) -> None:
         """Let go of the descriptor; without effect after `close`."""
@@ -137,6 +157,15 @@ class AudioWriter:
                 pages = with_ogg_serial(file.read(), OGG_SERIAL)
                 file.seek(0)
                 file.write(pages)
+
+
+def _readable_frames(path: Path) -> int:
+    """Frames up to the first that is broken."""
+    frames = 0
+    with soundfile.SoundFile(str(path)) as file, contextlib.suppress(soundfile.LibsndfileError):
+        while count := len(file.read(1024)):
+            frames += count
+    return frames
 
 
 def _read_at(fd: int, offset: int, size: int) -> bytes:

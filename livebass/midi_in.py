@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
+import re
 from typing import Any
 
 from livebass.hush import hushed
 from livebass.stage import Stage
 
 CLIENT = "livebass"
+THROUGH = "Midi Through"  # ALSA's own, that nobody plays on
 LOOK_EVERY = 1.0  # s, for ports that come and go
 
 
@@ -20,33 +21,61 @@ class MidiPort:
     """The port `wanted` (number or part of a name), or the first there is, or else a virtual one to connect to.
 
     Messages are played `ahead` frames after they arrive, so that a block's length is not heard as jitter. A port
-    that is unplugged is opened again when it is back, at `look`.
+    that is unplugged is opened again when it is back, at `look`; where none was named, the next best will do.
+    Raises MidiLost where there is no MIDI, no such port, or none at all and `virtual` ones are not wanted or known;
+    with `hardware_only`, also where the system has no MIDI of its own but JACK's.
     """
 
-    def __init__(self, stage: Stage, wanted: str | None, ahead: int) -> None:
+    def __init__(
+        self, stage: Stage, wanted: str | None, ahead: int, virtual: bool = True, hardware_only: bool = False
+    ) -> None:
         self.stage, self.wanted, self.ahead = stage, wanted, ahead
         self._rtmidi = _rtmidi()
+        self._looker = new_input(f"{CLIENT}-look", hardware_only)  # stays: new clients disturb JACK
         self._in: Any = None
-        self.name = ""
-        self._open()
+        self._virtual: Any = None
+        self._device: str | None = None  # the last one open
+        try:
+            names = _names(self._looker)
+            index = find_port(names, wanted)
+            if index is not None:
+                self._open(index, names[index])
+            elif wanted is not None:
+                raise MidiLost(f"MIDI input {wanted!r}: there is {', '.join(names) or 'none'}")
+            elif virtual:
+                self._open_virtual()
+            else:
+                raise MidiLost("MIDI: no input")
+        except BaseException:
+            self.close()
+            raise
 
-    def _open(self) -> None:
-        names = port_names()
-        index = find_port(names, self.wanted)
-        if index is None and self.wanted is not None:
-            raise MidiLost(f"MIDI port {self.wanted!r}: there is {', '.join(names) or 'none'}")
+    @property
+    def name(self) -> str:
+        return self._device if self._in is not None and self._device else f"virtual port {CLIENT}"
+
+    def _open(self, index: int, name: str) -> None:
         port = new_input(CLIENT)
-        if index is not None:
-            port.open_port(index, name="in")
-            self.name = names[index]
-        else:
-            try:
-                port.open_virtual_port("in")
-                self.name = f"virtual port {CLIENT}"
-            except (NotImplementedError, self._rtmidi.RtMidiError) as error:
-                raise MidiLost(f"no MIDI input, and none can be made: {error}") from None
+        try:
+            with hushed():
+                # ports of this program are listed as well: find the name in the whole list
+                port.open_port(port.get_ports().index(name), name="in")
+        except (self._rtmidi.RtMidiError, ValueError, OSError) as error:
+            port.delete()
+            raise MidiLost(f"MIDI input {name}: {error}") from None
         port.set_callback(self._heard)
-        self._in = port
+        self._in, self._device = port, name
+
+    def _open_virtual(self) -> None:
+        port = new_input(CLIENT)
+        try:
+            with hushed():
+                port.open_virtual_port(CLIENT)
+        except (NotImplementedError, self._rtmidi.RtMidiError) as error:
+            port.delete()
+            raise MidiLost(f"no MIDI input, and none can be made: {error}") from None
+        port.set_callback(self._heard)
+        self._virtual = port
 
     def _heard(self, event: tuple[list[int], float], _data: object = None) -> None:
         message = event[0]
@@ -55,41 +84,71 @@ class MidiPort:
             self.stage.send(status, first, second, self.stage.frame_now(self.ahead))
 
     def look(self) -> str | None:
-        """Opens the port again where it came back; what has changed, for people."""
-        if self.name.startswith("virtual"):
+        """Opens the port again where it came back, lets go of one that has gone; what has changed, for people."""
+        names = _names(self._looker)
+        if self._in is not None:
+            if any(bare(self.name) == bare(name) for name in names):
+                return None
+            gone = self.name
+            _delete(self._in)
+            self._in = None
+            for channel in range(16):  # a key that was held will not be let go any more
+                for controller in (64, 123):
+                    self.stage.send(0xB0 | channel, controller, 0)
+            return f"MIDI: {gone} is gone, waiting for it"
+        device = self._device
+        index = next((k for k, name in enumerate(names) if device and bare(name) == bare(device)), None)
+        if index is None and self.wanted is None:
+            index = find_port(names, None)
+        if index is None:
             return None
-        there = self.name in port_names()
-        if self._in is not None and not there:
-            self.close()
-            return f"MIDI: {self.name} is gone, waiting for it"
-        if self._in is None and there:
-            with suppress(MidiLost, self._rtmidi.RtMidiError):
-                self._open()
-                return f"MIDI: {self.name} is back"
-        return None
+        try:
+            self._open(index, names[index])
+        except MidiLost:
+            return None  # perhaps the next time
+        return f"MIDI: {self.name} is {'back' if device and bare(device) == bare(self.name) else 'there'}"
 
     def close(self) -> None:
-        if self._in is not None:
-            self._in.cancel_callback()
-            self._in.close_port()
-            self._in.delete()
-            self._in = None
+        """Ends listening; again does nothing."""
+        for port in (self._in, self._virtual, self._looker):
+            if port is not None:
+                _delete(port)
+        self._in = self._virtual = self._looker = None
+
+
+def _delete(port: Any) -> None:
+    with hushed():
+        port.cancel_callback()
+        port.close_port()
+        port.delete()
+
+
+def _names(looker: Any) -> list[str]:
+    with hushed():
+        return [name for name in looker.get_ports() or [] if not name.startswith(CLIENT)]
+
+
+def bare(name: str) -> str:
+    """A port's name without the numbers that ALSA gives anew each time a device is plugged in."""
+    return re.sub(r" \d+:\d+$", "", name)
 
 
 def port_names() -> list[str]:
     """The MIDI inputs of this system that are not livebass's own; MidiLost where there is no MIDI."""
-    probe = new_input(f"{CLIENT}-look")
+    looker = new_input(f"{CLIENT}-look")
     try:
-        return [name for name in probe.get_ports() if not name.startswith(CLIENT)]
+        return _names(looker)
     finally:
-        probe.delete()
+        _delete(looker)
 
 
-def new_input(name: str) -> Any:
-    """An input of the system's MIDI, or of JACK's where the system has none; MidiLost where neither works."""
+def new_input(name: str, hardware_only: bool = False) -> Any:
+    """An input of the system's MIDI, or else of JACK's unless `hardware_only`; MidiLost where neither works."""
     rtmidi = _rtmidi()
     why = "this build of python-rtmidi knows no system"
     for api in rtmidi.get_compiled_api():
+        if hardware_only and api == rtmidi.API_UNIX_JACK:
+            continue
         try:
             with hushed():
                 return rtmidi.MidiIn(rtapi=api, name=name)
@@ -99,9 +158,9 @@ def new_input(name: str) -> Any:
 
 
 def find_port(names: list[str], wanted: str | None) -> int | None:
-    """Index of the port `wanted` means: its number, or a part of its name; the first for None."""
+    """Index of the port `wanted` means: its number, or a part of its name; the first that is a device for None."""
     if wanted is None:
-        return 0 if names else None
+        return next((i for i, name in enumerate(names) if THROUGH not in name), None)
     if wanted.isdigit():
         return int(wanted) if int(wanted) < len(names) else None
     return next((i for i, name in enumerate(names) if wanted.casefold() in name.casefold()), None)
@@ -111,5 +170,5 @@ def _rtmidi() -> Any:
     try:
         import rtmidi
     except ImportError as error:
-        raise MidiLost(f"MIDI input: {error}; pip install 'livebass[live]'") from None
+        raise MidiLost(f"MIDI input: {' '.join(str(error).split())}; pip install 'livebass[live]'") from None
     return rtmidi

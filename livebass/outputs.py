@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import atexit
+import os
+import threading
 from collections.abc import Callable
 from typing import Any
 
@@ -11,6 +14,9 @@ from livebass import callbacks
 from livebass.hush import hushed
 from livebass.live_layout import STRETCH
 from livebass.stage import Stage
+
+PATIENCE = 2.0  # s, with a stream that does not end
+_STUCK: list[object] = []  # what a callback may still use
 
 
 class OutputLost(OSError):
@@ -28,30 +34,43 @@ class PortAudioOutput:
         try:
             with hushed():
                 info = sd.query_devices(device, "output")
-            self.channels = min(callbacks.MOST_CHANNELS, int(info["max_output_channels"]))
+        except (sd.PortAudioError, ValueError) as error:
+            raise _no_output(device, error) from None
+        self.name = str(info["name"])
+        self.channels = min(callbacks.MOST_CHANNELS, int(info["max_output_channels"]))
+        try:
             with hushed():
                 self._stream = _NativeStream(sd, stage, device, self.channels, block, latency)
         except (sd.PortAudioError, ValueError) as error:
-            if device is None:
-                raise OutputLost(
-                    f"no audio output ({_one_line(error)}): connect one or start a JACK server;"
-                    " `livebass render` needs neither"
-                ) from None
-            raise OutputLost(
-                f"audio output {device!r}: {_one_line(error)}; `livebass devices` lists what there is"
-            ) from None
-        self.name = str(info["name"])
+            usual = f"; its usual rate is {info['default_samplerate']:.0f} Hz (--rate)"
+            raise OutputLost(f"audio output {self.name} at {stage.rate} Hz: {_one_line(error)}{usual}") from None
+        self._exit, self._errors, self._closed = sd._exit_handler, sd.PortAudioError, False
         self.latency = float(self._stream.stream.latency)
 
     def start(self) -> None:
-        self._stream.stream.start()
+        with hushed():
+            try:
+                self._stream.stream.start()
+            except self._errors as error:
+                raise OutputLost(f"audio output {self.name}: {_one_line(error)}") from None
 
     @property
     def alive(self) -> bool:
         return bool(self._stream.stream.active)
 
     def close(self) -> None:
-        """Ends the sound; again does nothing."""
+        """Ends the sound; again does nothing. PortAudio may wait for ever for a server that is gone: it is left to."""
+        if self._closed:
+            return
+        self._closed = True
+        ending = threading.Thread(target=self._end, daemon=True)
+        ending.start()
+        ending.join(PATIENCE)
+        if ending.is_alive():
+            atexit.unregister(self._exit)  # would wait too
+            _STUCK.append(self._stream)
+
+    def _end(self) -> None:
         self._stream.stream.abort(ignore_errors=True)
         self._stream.stream.close(ignore_errors=True)
 
@@ -86,7 +105,9 @@ class JackOutput:
             with hushed():
                 self.client = jack.Client(name, no_start_server=True)
         except jack.JackError as error:
-            raise OutputLost(f"JACK: {_one_line(error)}; is a server running?") from None
+            raise _no_server(_one_line(error)) from None
+        for quiet in (jack.set_error_function, jack.set_info_function):
+            quiet(_ignore)
         self.name = f"JACK client {self.client.name}"
         self.block = int(self.client.blocksize)
         self.stage = make_stage(int(self.client.samplerate))
@@ -113,6 +134,7 @@ class JackOutput:
         self.client.set_shutdown_callback(self._shut_down)
         self.client.set_xrun_callback(self._xrun)
         self._connect = connect
+        self._seen: set[str] = set()
 
     def _shut_down(self, _status: object, _reason: str) -> None:
         self._gone = True
@@ -121,14 +143,35 @@ class JackOutput:
         self.stage.record["underruns"] += 1
 
     def start(self) -> None:
-        self.client.activate()
-        if not self._connect:
-            return
-        speakers = self.client.get_ports(is_physical=True, is_input=True, is_audio=True)
-        for mine, port in zip(self.outputs, speakers, strict=False):
-            self.client.connect(mine, port)
-        for port in self.client.get_ports(is_physical=True, is_output=True, is_midi=True):
-            self.client.connect(port, self.midi)
+        """Plays, and connects to the speakers there are."""
+        try:
+            self.client.activate()
+            if self._connect:
+                speakers = self.client.get_ports(is_physical=True, is_input=True, is_audio=True)
+                for mine, port in zip(self.outputs, speakers, strict=False):
+                    self.client.connect(mine, port)
+        except self._jack.JackError as error:
+            raise OutputLost(f"JACK: {_one_line(error)}") from None
+
+    def connect_midi(self, wanted: str | None = None) -> list[str]:
+        """Connects MIDI outputs that have appeared since the last call, for None those of hardware; their names.
+
+        `wanted` is a part of a name. What somebody has disconnected stays so.
+        """
+        if not self._connect or self._gone:
+            return []
+        try:
+            ports = {p.name: p for p in self.client.get_ports(is_physical=wanted is None, is_output=True, is_midi=True)}
+            heard = {p.name for p in self.client.get_all_connections(self.midi)}
+            fitting = [name for name in ports if (wanted or "").casefold() in name.casefold()]
+            new = [name for name in fitting if name not in self._seen]
+            for name in new:
+                if name not in heard:
+                    self.client.connect(ports[name], self.midi)
+        except self._jack.JackError:
+            return []
+        self._seen = set(fitting)
+        return new
 
     @property
     def alive(self) -> bool:
@@ -147,6 +190,54 @@ class JackOutput:
         self.client.close(ignore_errors=True)
 
 
+def check_output(backend: str, device: int | str | None) -> None:
+    """Raises OutputLost where `backend` ("auto", "portaudio", "jack") has no output, before anything is compiled."""
+    if backend == "jack" or (backend == "auto" and device is None and jack_server()):
+        if not jack_server():
+            raise _no_server("none answers")
+        return
+    sd = _sounddevice()
+    try:
+        with hushed():
+            sd.query_devices(device, "output")
+    except (sd.PortAudioError, ValueError) as error:
+        raise _no_output(device, error) from None
+
+
+def _no_output(device: int | str | None, error: Exception) -> OutputLost:
+    if device is None:
+        return OutputLost(
+            "no audio output: connect a sound card or start a JACK server; `livebass render` needs neither"
+        )
+    return OutputLost(f"audio output {device!r}: {_one_line(error)}; `livebass devices` lists what there is")
+
+
+def _no_server(why: object) -> OutputLost:
+    named = f" named {os.environ['JACK_DEFAULT_SERVER']}" if os.environ.get("JACK_DEFAULT_SERVER") else ""
+    return OutputLost(
+        f"JACK: no server{named} to be reached ({why}): start one, or take --backend portaudio;"
+        " `livebass render` needs neither"
+    )
+
+
+def jack_server() -> str | None:
+    """What the running JACK server offers, in a line; None where none runs."""
+    try:
+        jack = _jack()
+    except OutputLost:
+        return None
+    try:
+        with hushed():
+            client = jack.Client("livebass-look", no_start_server=True)
+    except jack.JackError:
+        return None
+    try:
+        ports = client.get_ports(is_output=True, is_midi=True)
+        return f"{client.samplerate} Hz, {client.blocksize} frames, {len(ports)} MIDI outputs to listen to"
+    finally:
+        client.close(ignore_errors=True)
+
+
 def output_names() -> dict[int, str]:
     """PortAudio's outputs by number."""
     return {
@@ -160,9 +251,11 @@ def _sounddevice() -> Any:
     try:
         with hushed():
             import sounddevice
-    except (ImportError, OSError) as error:
+    except ImportError as error:
+        raise OutputLost(f"sound output: {_one_line(error)}; pip install 'livebass[live]'") from None
+    except OSError as error:
         raise OutputLost(
-            f"sound output: {_one_line(error)}; on Debian: sudo apt install libportaudio2"
+            f"sound output: {_one_line(error)}; on Debian: sudo apt install libportaudio2; or start a JACK server"
         ) from None
     return sounddevice
 
@@ -170,9 +263,15 @@ def _sounddevice() -> Any:
 def _jack() -> Any:
     try:
         import jack
-    except (ImportError, OSError) as error:
-        raise OutputLost(f"JACK: {_one_line(error)}; pip install JACK-Client, and a JACK library") from None
+    except ImportError as error:
+        raise OutputLost(f"JACK: {_one_line(error)}; pip install 'livebass[live]'") from None
+    except OSError as error:
+        raise OutputLost(f"JACK: {_one_line(error)}; on Debian: sudo apt install libjack-jackd2-0") from None
     return jack
+
+
+def _ignore(_message: str) -> None:
+    """JACK's own words on stderr: exceptions say what matters."""
 
 
 def _one_line(error: BaseException) -> str:

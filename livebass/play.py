@@ -9,24 +9,29 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
-from livebass.atomic import Transaction
-from livebass.audiofile import AudioWriter, encoding
+from livebass.changes import Changes
 from livebass.instrument import Instrument
 from livebass.midi_in import LOOK_EVERY, MidiLost, MidiPort
 from livebass.outputs import JackOutput, OutputLost, PortAudioOutput
-from livebass.preset import PresetError, load_preset, preset_names
 from livebass.quality import Quality
+from livebass.recorder import Recorder
 from livebass.score import Score
 from livebass.stage import LiveBass, Meters, Stage
+from livebass.status import Gauge, Reading, strings
 from livebass.terminal import TerminalKeys
 
 TURN = 0.05  # s
+STALLED = 60  # turns in which an output asked for nothing: it is gone
 SAY_EVERY = 0.25  # s
+NOTE_EVERY = 60.0  # s, without any trouble
 AFTER = 3.0  # s of sound after a score's end
+Output = PortAudioOutput | JackOutput
+Line = Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -35,6 +40,7 @@ class Wish:
 
     instrument: Instrument
     quality: Quality
+    preset: str = ""  # the instrument's name among the presets, if it has one
     backend: str = "auto"  # "auto", "portaudio" or "jack"
     audio: int | str | None = None  # PortAudio device
     midi: str | None = None
@@ -57,130 +63,148 @@ class Summary:
     meters: Meters
     worst: float  # load of a block, of the time it lasts
     recorded: Path | None
+    lost: str | None  # why the output ended it
 
 
 class Session:
-    """One evening on the stage. `say` hears of changes, a line each; `status` of how it goes."""
+    """One evening on the stage.
 
-    def __init__(self, wish: Wish, say: Callable[[str], None], status: Callable[[str], None] | None = None) -> None:
-        self.wish, self.say, self.status = wish, say, status
+    `say` hears of changes, a line each; `status`, where it is given, four times a second what plays and the load;
+    `note` of the load where there was trouble, and once a minute.
+    """
+
+    def __init__(self, wish: Wish, say: Line, status: Line | None = None, note: Line | None = None) -> None:
+        self.wish, self.say, self.status, self.note = wish, say, status, note
         self.stop = threading.Event()
-        self.worst = 0.0
-        self._programs = 0
+        self.stage: Stage | None = None  # as soon as it plays
 
     def run(self) -> Summary:
-        """Plays until `stop` is set, the score is over, or the output is gone. Raises OutputLost, MidiLost."""
+        """Plays until `stop` is set, the score is over, or the output is gone.
+
+        Raises OutputLost and MidiLost for what is not there, OutputError for a take that cannot be written, and
+        what the score's reader raises: all before anything sounds. [main thread]
+        """
+        wish = self.wish
         with ExitStack() as ends:
-            output = self._output()
+            beside = ends.enter_context(ThreadPoolExecutor(1))
+            coming: list[Future[LiveBass]] = []  # prepared while the output gets ready
+
+            def make_stage(rate: int) -> Stage:
+                coming.append(beside.submit(LiveBass, wish.instrument, wish.quality, rate))
+                return Stage(rate, wish.channel, wish.gain)
+
+            output = self._output(make_stage)
             ends.callback(output.close)
             stage = output.stage
-            stage.put_on(LiveBass(self.wish.instrument, self.wish.quality, stage.rate))
+            score = wish.read(stage.rate) if wish.read else None
+            take = ends.enter_context(Recorder(wish.record, stage, self.say)) if wish.record else None
+            stage.put_on(coming.pop().result())
+            changes = Changes(stage, wish.preset, wish.quality)
+            ends.callback(changes.close)
+            others = {"\t": changes.next_preset, "\n": changes.next_quality, "\r": changes.next_quality}
+            keys = ends.enter_context(TerminalKeys(stage.send, stage.panic, others)) if wish.keyboard else None
+            output.start()
             midi = self._midi(stage, output)
             if midi:
                 ends.callback(midi.close)
-            keys = ends.enter_context(TerminalKeys(stage.send, stage.panic))
-            writer = self._recorder(stage, ends)
-            score = self.wish.read(stage.rate) if self.wish.read else None
-            output.start()
             self.say(f"playing through {output.name}, {stage.rate} Hz, about {output.latency * 1e3:.1f} ms")
-            self._loop(stage, output, midi, keys if self.wish.keyboard else None, writer, score)
-            seconds = float(stage.record["frame"][0]) / stage.rate
-            output.close()
-            if writer:
-                writer.write(stage.recorded())
-                writer.close()
-            return Summary(output.name, seconds, stage.meters(), self.worst, self.wish.record if writer else None)
+            gauge, self.stage = Gauge(stage), stage
+            lost = _Loop(self, output, midi, changes, keys, take, score, gauge).run()
+            meters, seconds = gauge.read().meters, float(stage.record["frame"][0]) / stage.rate
+        return Summary(output.name, seconds, meters, gauge.worst, take.kept if take else None, lost)
 
-    def _output(self) -> PortAudioOutput | JackOutput:
+    def _output(self, make_stage: Callable[[int], Stage]) -> Output:
         wish = self.wish
         if wish.backend in ("auto", "jack") and wish.audio is None:
             try:
-                return JackOutput("livebass", lambda rate: Stage(rate, wish.channel, wish.gain))
+                return JackOutput("livebass", make_stage)
             except OutputLost:
                 if wish.backend == "jack":
                     raise
-        return PortAudioOutput(Stage(wish.rate, wish.channel, wish.gain), wish.audio, wish.block, wish.latency)
+        return PortAudioOutput(make_stage(wish.rate), wish.audio, wish.block, wish.latency)
 
-    def _midi(self, stage: Stage, output: PortAudioOutput | JackOutput) -> MidiPort | None:
-        if output.midi_included and self.wish.midi is None:
-            self.say("MIDI: the JACK port livebass:midi_in")
-            return None
+    def _midi(self, stage: Stage, output: Output) -> MidiPort | None:
+        """JACK's own MIDI where there is some, or else a port of the system's."""
+        wanted, virtual = self.wish.midi, True
+        if isinstance(output, JackOutput):
+            connected = output.connect_midi(wanted) if wanted is None or not wanted.isdigit() else []
+            if wanted is None or connected:
+                self.say(f"MIDI: the JACK port {output.midi.name}" + "".join(f", from {name}" for name in connected))
+            if connected:
+                return None
+            virtual = False
         try:
-            port = MidiPort(stage, self.wish.midi, output.block)
+            port = MidiPort(stage, wanted, output.block, virtual, hardware_only=not virtual and wanted is None)
         except MidiLost as error:
-            if self.wish.midi is not None:
+            if wanted is not None:
                 raise
-            self.say(f"{error}; the computer keyboard and --file still play")
+            if virtual:
+                self.say(f"{error}; the computer keyboard and --file still play")
             return None
         self.say(f"MIDI: {port.name}")
         return port
 
-    def _recorder(self, stage: Stage, ends: ExitStack) -> AudioWriter | None:
-        if self.wish.record is None:
-            return None
-        files = ends.enter_context(Transaction())
-        writer = AudioWriter(files, self.wish.record, encoding(self.wish.record, stage.rate))
-        stage.start_recording()
-        return writer
 
-    def _loop(
-        self, stage: Stage, output: PortAudioOutput | JackOutput, midi: MidiPort | None, keys: TerminalKeys | None,
-        writer: AudioWriter | None, score: Score | None,
-    ) -> None:  # fmt: skip
-        fed, said, looked = 0, 0.0, time.monotonic()
+@dataclass
+class _Loop:
+    """What runs beside the audio thread."""
+
+    session: Session
+    output: Output
+    midi: MidiPort | None
+    changes: Changes
+    keys: TerminalKeys | None
+    take: Recorder | None
+    score: Score | None
+    gauge: Gauge
+
+    def run(self) -> str | None:
+        """Until something ends it; why, if it is the output."""
+        stage, fed, waited, frame = self.output.stage, 0, 0, -1
+        said = looked = noted = time.monotonic()
+        troubles: tuple[int, ...] = (0, 0, 0, 0)
         start = int(stage.record["frame"][0]) + stage.rate // 5
-        while not self.stop.wait(TURN):
-            if not output.alive:
-                self.say(f"{output.name} is gone")
-                return
+        while not self.session.stop.wait(TURN):
+            if self.keys:
+                self.keys.read()
+            if self.score is not None:
+                fed = stage.feed(self.score, fed, start)
+                if frame > start + self.score.end_frame + AFTER * stage.rate:
+                    return None
+            if self.take:
+                self.take.turn()
             stage.clear_away()
-            if keys:
-                keys.read()
-            if score is not None:
-                fed = stage.feed(score, fed, start)
-                if stage.record["frame"][0] > start + score.end_frame + AFTER * stage.rate:
-                    return
-            if writer:
-                writer.write(stage.recorded())
-            self._program(stage)
+            self._say(self.changes.turn())
+            before, frame = frame, int(stage.record["frame"][0])
+            waited = 0 if frame != before else waited + 1
+            if not self.output.alive or waited > STALLED:
+                return f"{self.output.name} is gone"
             now = time.monotonic()
-            if midi and now - looked > LOOK_EVERY:
+            if now - looked > LOOK_EVERY:
                 looked = now
-                change = midi.look()
-                if change:
-                    self.say(change)
+                self._look()
             if now - said > SAY_EVERY:
                 said = now
-                self._report(stage)
+                reading = self.gauge.read()
+                if self.session.status:
+                    self.session.status(f"{strings(stage)}   {reading.text()}")
+                if reading.troubles != troubles or now - noted > NOTE_EVERY:
+                    troubles, noted = reading.troubles, now
+                    self._note(reading)
+        return None
 
-    def _program(self, stage: Stage) -> None:
-        """Answers a program change: the preset of that number, in the order of `livebass presets list`."""
-        count = int(stage.record["program_count"][0])
-        if count == self._programs:
-            return
-        self._programs = count
-        names = preset_names()
-        number = int(stage.record["program"][0])
-        name = names[((number >> 8) * 128 + (number & 0x7F)) % len(names)]
-        try:
-            stage.put_on(LiveBass(load_preset(name), self.wish.quality, stage.rate))
-        except (PresetError, ValueError) as error:
-            self.say(f"preset {name}: {error}")
-            return
-        self.say(f"preset {name}")
+    def _look(self) -> None:
+        """MIDI that has come or gone."""
+        if self.midi:
+            self._say(self.midi.look())
+        elif isinstance(self.output, JackOutput):
+            for name in self.output.connect_midi(self.session.wish.midi):
+                self._say(f"MIDI: {name} is there")
 
-    def _report(self, stage: Stage) -> None:
-        meters = stage.meters()
-        self.worst = max(self.worst, meters.worst)
-        bass = stage.bass
-        if self.status is None or bass is None:
-            return
-        fingers = " ".join(
-            f"{name}{fret}{'*' if touching else ''}" if sounding else f"{name}-"
-            for name, fret, sounding, touching in bass.fingers()
-        )
-        more = f", {meters.overload} strings coarse" if meters.overload else ""
-        self.status(
-            f"{fingers}   load {meters.load:.0%}, worst {meters.worst:.0%}, peak {meters.peak:.2f}, "
-            f"underruns {meters.underruns}{more}"
-        )
+    def _say(self, line: str | None) -> None:
+        if line:
+            self.session.say(line)
+
+    def _note(self, reading: Reading) -> None:
+        if self.session.note:
+            self.session.note(reading.text())

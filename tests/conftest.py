@@ -2,6 +2,12 @@
 
 from __future__ import annotations
 
+import itertools
+import os
+import shutil
+import signal
+import subprocess
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
@@ -13,6 +19,10 @@ from cli_cases import Run
 from livebass import cli
 from livebass import render as render_module
 from livebass.score import Score
+
+JACK_RATE, JACK_PERIOD = 48000, 256
+NEEDED = bool(os.environ.get("LIVEBASS_NEEDS_JACK"))
+NUMBERS = itertools.count()
 
 
 class FakeEngine:
@@ -50,3 +60,38 @@ def run(capfd: pytest.CaptureFixture[str]) -> Run:
         return status, out, err
 
     return run_
+
+
+@pytest.fixture(scope="module")
+def server() -> Iterator[SimpleNamespace]:
+    """A server of its own, ended by its process id whatever happens."""
+    if not shutil.which("jackd"):
+        assert not NEEDED, "jackd is missing"
+        pytest.skip("there is no jackd here")
+    name = f"livebass-test-{os.getpid()}-{next(NUMBERS)}"
+    before = {key: os.environ.get(key) for key in ("JACK_DEFAULT_SERVER", "JACK_NO_AUDIO_RESERVATION")}
+    os.environ["JACK_DEFAULT_SERVER"], os.environ["JACK_NO_AUDIO_RESERVATION"] = name, "1"
+    command = ["jackd", "--no-realtime", "-n", name, "-d", "dummy", "-r", str(JACK_RATE), "-p", str(JACK_PERIOD)]
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    try:
+        jack = pytest.importorskip("jack")
+        end = time.monotonic() + 10
+        while True:
+            try:
+                jack.Client("probe", no_start_server=True).close()
+                break
+            except jack.JackError:
+                assert time.monotonic() < end and process.poll() is None, "jackd did not start"
+                time.sleep(0.1)
+        yield SimpleNamespace(process=process, jack=jack)
+    finally:
+        process.send_signal(signal.SIGTERM)
+        try:
+            process.wait(5)
+        except subprocess.TimeoutExpired:
+            process.kill()
+        for key, value in before.items():
+            if value is None:
+                os.environ.pop(key, None)
+            else:
+                os.environ[key] = value

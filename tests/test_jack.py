@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-import shutil
 import signal
 import subprocess
 import sys
@@ -18,48 +17,14 @@ from typing import Any
 import numpy as np
 import pytest
 import soundfile
+from conftest import JACK_PERIOD, JACK_RATE
+from jack_cases import Ears, Keys, livebass, wait_for
 from test_live import QUICK, offline
 
 from livebass import load_preset
 from livebass.stage import LiveBass, Stage
 
-RATE, PERIOD = 48000, 256
-NEEDED = bool(os.environ.get("LIVEBASS_NEEDS_JACK"))
-
-
-@pytest.fixture(scope="module")
-def server() -> Iterator[SimpleNamespace]:
-    """A server of its own, ended by its process id whatever happens."""
-    if not shutil.which("jackd"):
-        assert not NEEDED, "jackd is missing"
-        pytest.skip("there is no jackd here")
-    name = f"livebass-test-{os.getpid()}"
-    before = {key: os.environ.get(key) for key in ("JACK_DEFAULT_SERVER", "JACK_NO_AUDIO_RESERVATION")}
-    os.environ["JACK_DEFAULT_SERVER"], os.environ["JACK_NO_AUDIO_RESERVATION"] = name, "1"
-    command = ["jackd", "--no-realtime", "-n", name, "-d", "dummy", "-r", str(RATE), "-p", str(PERIOD)]
-    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    try:
-        jack = pytest.importorskip("jack")
-        end = time.monotonic() + 10
-        while True:
-            try:
-                jack.Client("probe", no_start_server=True).close()
-                break
-            except jack.JackError:
-                assert time.monotonic() < end and process.poll() is None, "jackd did not start"
-                time.sleep(0.1)
-        yield SimpleNamespace(process=process, jack=jack)
-    finally:
-        process.send_signal(signal.SIGTERM)
-        try:
-            process.wait(5)
-        except subprocess.TimeoutExpired:
-            process.kill()
-        for key, value in before.items():
-            if value is None:
-                os.environ.pop(key, None)
-            else:
-                os.environ[key] = value
+RATE, PERIOD = JACK_RATE, JACK_PERIOD
 
 
 @pytest.fixture
@@ -73,37 +38,6 @@ def bass(server: SimpleNamespace) -> Iterator[Any]:
     time.sleep(0.5)
     yield output
     output.close()
-
-
-class Ears:
-    """A client that hears a port: (frame of the server, samples) for each period."""
-
-    def __init__(self, jack: Any) -> None:
-        self.client = jack.Client("ears", no_start_server=True)
-        self.port = self.client.inports.register("in")
-        self.heard: list[tuple[int, np.ndarray]] = []
-        self.client.set_process_callback(self._take)
-
-    def _take(self, frames: int) -> None:
-        self.heard.append((self.client.last_frame_time, self.port.get_array().copy()))
-
-
-class Keys:
-    """A client that sends MIDI messages, each at an offset in a period of its own."""
-
-    def __init__(self, jack: Any) -> None:
-        self.client = jack.Client("keys", no_start_server=True)
-        self.port = self.client.midi_outports.register("out")
-        self.wanted: list[tuple[int, tuple[int, ...]]] = []
-        self.sent: list[int] = []
-        self.client.set_process_callback(self._send)
-
-    def _send(self, frames: int) -> None:
-        self.port.clear_buffer()
-        if self.wanted:
-            offset, message = self.wanted.pop(0)
-            self.port.write_midi_event(offset, message)
-            self.sent.append(self.client.last_frame_time + offset)
 
 
 @pytest.mark.parametrize("offset", [0, 1, 100, PERIOD - 1])
@@ -166,16 +100,12 @@ def test_nothing_sounds_by_itself(server: SimpleNamespace, bass: Any) -> None:
     assert len(ears.heard) > 5 and not any(sound.any() for _, sound in ears.heard)
 
 
-def livebass(*arguments: object, **more: Any) -> subprocess.Popen[str]:
-    return subprocess.Popen(
-        [sys.executable, "-m", "livebass", *map(str, arguments)], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-        stdin=subprocess.DEVNULL, text=True, **more,
-    )  # fmt: skip
-
-
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGHUP])
 def test_a_take_survives_the_signal_that_ends_it(server: SimpleNamespace, tmp_path: Path, number: int) -> None:
+    if signal.getsignal(number) is signal.SIG_IGN:
+        pytest.skip("whoever started the tests is deaf to it")
     take = tmp_path / "take.wav"
+    log = tmp_path / "log"
     song = tmp_path / "song.mid"
     mido = pytest.importorskip("mido")
     track = mido.MidiTrack([mido.Message("program_change", program=33)])
@@ -184,9 +114,10 @@ def test_a_take_survives_the_signal_that_ends_it(server: SimpleNamespace, tmp_pa
     midi = mido.MidiFile()
     midi.tracks.append(track)
     midi.save(song)
-    process = livebass("play", "--backend", "jack", "-p", "slap", "--file", song, "--record", take)
+    process = livebass("play", "--backend", "jack", "-p", "slap", "--file", song, "--record", take, "--log", log)
     try:
-        time.sleep(4)
+        wait_for(lambda: log.exists() and "playing" in log.read_text(), 60)
+        time.sleep(1.5)
         process.send_signal(number)
         _, err = process.communicate(timeout=20)
     finally:
@@ -195,7 +126,7 @@ def test_a_take_survives_the_signal_that_ends_it(server: SimpleNamespace, tmp_pa
     sound, rate = soundfile.read(take)
     assert rate == RATE and len(sound) > RATE // 2
     assert np.abs(sound).max() > 0.05
-    assert os.listdir(tmp_path) in (["song.mid", "take.wav"], ["take.wav", "song.mid"])
+    assert sorted(os.listdir(tmp_path)) == ["log", "song.mid", "take.wav"]
     assert "underruns" in err and "Traceback" not in err
 
 
@@ -206,7 +137,9 @@ import sys, time
 import numpy as np
 sys.path.insert(0, {str(Path(__file__).parent)!r})
 import jack
-from test_jack import Ears
+from jack_cases import Ears
+from conftest import JACK_PERIOD, JACK_RATE
+from jack_cases import Ears, Keys, livebass, wait_for
 from test_live import QUICK, offline
 from livebass import load_preset
 from livebass.outputs import PortAudioOutput
@@ -238,18 +171,26 @@ os._exit(0)
 
 
 def test_a_server_that_goes_away_ends_the_session(server: SimpleNamespace, tmp_path: Path) -> None:
-    """Last, as it takes the server with it."""
-    take = tmp_path / "take.wav"
-    process = livebass("play", "--backend", "jack", "--record", take)
+    """Through JACK and through PortAudio, which waits for ever then. Last, as it takes the server with it."""
+    names = ("jack", "portaudio")
+    takes, logs = ([tmp_path / f"{name}.{ending}" for name in names] for ending in ("wav", "log"))
+    processes = [
+        livebass("play", "--backend", name, "--record", take, "--log", log)
+        for name, take, log in zip(names, takes, logs, strict=True)
+    ]
     try:
-        time.sleep(3)
+        wait_for(lambda: all(log.exists() and "playing" in log.read_text() for log in logs), 60)
+        time.sleep(0.5)
         server.process.send_signal(signal.SIGTERM)
         server.process.wait(5)
-        _, err = process.communicate(timeout=20)
+        for process, take in zip(processes, takes, strict=True):
+            _, err = process.communicate(timeout=20)
+            assert process.returncode == 1
+            assert f"is gone; {take} is complete" in err.splitlines()[-1] and "Traceback" not in err
+            assert soundfile.info(take).frames > 0
     finally:
-        process.kill()
-    assert "is gone" in err and "Traceback" not in err
-    assert soundfile.info(take).frames > 0
+        for process in processes:
+            process.kill()
 
 
 def test_without_a_server_it_says_so() -> None:

@@ -1,0 +1,77 @@
+"""What is heard, into a file: it is there in the end, however the session ends. [main thread]"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from livebass.atomic import OutputError, Transaction
+from livebass.audiofile import AudioWriter, encoding
+from livebass.stage import Stage
+
+
+class Recorder:
+    """`with Recorder(path, stage, say) as take:` writes what the stage plays; call `take.turn()` often.
+
+    Leaving the block puts the file in its place, with any exception too, if anything was recorded. A disk that is
+    full ends the recording, not the session: what fitted is kept, and `say` hears of it.
+    Raises OutputError for a place where no file can be, and ValueError for a format that does not exist.
+    """
+
+    def __init__(self, path: Path, stage: Stage, say: Callable[[str], None]) -> None:
+        self.path, self.stage, self.say = path, stage, say
+        self.kept: Path | None = None
+        self._files = Transaction()
+        try:
+            self._writer: AudioWriter | None = AudioWriter(self._files, path, encoding(path, stage.rate))
+        except BaseException as error:
+            self._files.__exit__(type(error), error, None)
+            raise
+        stage.start_recording()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.turn()
+        if self._writer is not None:
+            self._end(self._writer)
+
+    def turn(self) -> None:
+        """Writes what has been played since."""
+        sound = self.stage.recorded()
+        if self._writer is None:
+            return
+        try:
+            self._writer.write(sound)
+        except OutputError as error:
+            self.say(f"{error}: recording has ended, playing goes on")
+            self._end(self._writer, short=True)
+
+    def _end(self, writer: AudioWriter, short: bool = False) -> None:
+        self._writer = None
+        frames = writer.frames
+        try:
+            if not short:
+                writer.close()
+            else:
+                frames = writer.close_short()
+        except OutputError as error:
+            self.say(str(error))
+            frames = writer.close_short()
+        nothing = None if frames else OutputError(f"{self.path}: nothing was recorded")
+        try:
+            self._files.__exit__(type(nothing) if nothing else None, nothing, None)
+        except OutputError as error:
+            self.say(str(error))
+            return
+        if nothing is None:
+            self.kept = self.path
+            if short:
+                self.say(f"{self.path}: {frames / self.stage.rate:.1f} s are kept")
+        else:
+            self.say(str(nothing))

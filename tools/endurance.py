@@ -1,0 +1,214 @@
+"""Dense random playing for minutes while Python is busy: lost frames, faults, stuck notes, growth of memory.
+
+    .venv/bin/python tools/endurance.py [--minutes 10] [--seed 1]
+
+Starts a JACK server of its own with the dummy driver (Debian: jackd2), and in this process what `livebass play` runs.
+Five times over, nobody plays and Python sleeps for a while, and what the server loses then it may lose else too; then
+a thread plays notes, controllers, bends and programs, and two more keep the interpreter busy. In the end all notes
+are cut off, and the sound has to end. Prints what was measured; status 1 where something is wrong. The server asks
+for real-time scheduling; without the right to it, any other work on the machine costs frames.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import re
+import signal
+import subprocess
+import sys
+import threading
+import time
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+PERIOD, RATE = 256, 48000
+WARM_UP = 15.0  # s of playing, most presets in it, before memory counts
+SLAP = 6  # program
+SETTLING = 3.0  # s in which the last program is put on and the one before let go
+GROWTH = 20.0  # MB that memory may grow by
+SLACK = 0.002  # of the time that may be lost beyond what was lost when idle: other work on the machine
+
+
+@dataclass
+class Lost:
+    """Frames of the server that the bass did not play, since this was made."""
+
+    client: Any
+    stage: Any
+
+    def __post_init__(self) -> None:
+        self.began, self.frame, self.stolen = self._server(), self._played(), stolen()
+
+    def _server(self) -> int:
+        return int(self.client.last_frame_time)
+
+    def _played(self) -> int:
+        return int(self.stage.record["frame"][0])
+
+    def read(self) -> tuple[float, float, float]:
+        """(s lost, s passed, s that other machines took from this one)."""
+        passed = (self._server() - self.began) % (1 << 32)
+        lost = passed - (self._played() - self.frame)
+        return max(0, lost - PERIOD) / RATE, passed / RATE, stolen() - self.stolen
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--minutes", type=float, default=10.0)
+    parser.add_argument("--seed", type=int, default=1)
+    options = parser.parse_args()
+    name = f"livebass-endurance-{os.getpid()}"
+    os.environ["JACK_DEFAULT_SERVER"], os.environ["JACK_NO_AUDIO_RESERVATION"] = name, "1"
+    command = ["jackd", "-n", name, "-d", "dummy", "-r", str(RATE), "-p", str(PERIOD)]
+    try:
+        server = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    except OSError as error:
+        print(f"jackd: {error.strerror}; on Debian: sudo apt install jackd2", file=sys.stderr)
+        return 1
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
+    try:
+        return play(60.0 * options.minutes, options.seed)
+    except OSError as error:
+        print(f"endurance: {error}", file=sys.stderr)
+        return 1
+    finally:
+        server.terminate()
+        try:
+            server.wait(5)
+        except subprocess.TimeoutExpired:
+            server.kill()
+
+
+def play(seconds: float, seed: int) -> int:
+    """Both phases; the exit status."""
+    import jack
+
+    from livebass import QUALITIES, load_preset
+    from livebass.play import Session, Wish
+
+    wait_for_server(jack)
+    wish = Wish(load_preset("slap"), QUALITIES["live"], "slap", backend="jack", keyboard=False)
+    session = Session(wish, lambda line: None if line.startswith("preset") else print(line, flush=True))
+    outcome: list[int] = []
+    thread = threading.Thread(target=lambda: outcome.append(judged(jack, session, seconds, seed)), daemon=True)
+    thread.start()
+    summary = session.run()
+    thread.join(10)
+    if summary.lost:
+        print(f"FAILED: {summary.lost}")
+    return 1 if summary.lost or not outcome else outcome[0]
+
+
+def judged(jack: Any, session: Any, seconds: float, seed: int) -> int:
+    """Plays on a session that is starting and ends it; the number of laws that were broken, at most 1."""
+    try:
+        while session.stage is None:
+            time.sleep(0.05)
+        stage = session.stage
+        client = jack.Client("endurance", no_start_server=True)
+        print(f"{seconds:.0f} s, {'with' if client.realtime else 'without'} real-time scheduling", flush=True)
+        rng, cycles = np.random.default_rng(seed), 5
+        random_playing(stage, rng, WARM_UP)
+        memory = highest = settled(stage)
+        before = stage.meters()
+        totals = np.zeros((2, 4))  # idle, busy: s lost, s passed, s stolen, xruns
+        for _ in range(cycles):
+            for busy in (0, 1):
+                stop, began, underruns = threading.Event(), Lost(client, stage), stage.meters().underruns
+                if busy:
+                    for kind in range(2):
+                        threading.Thread(target=hog, args=(stop, kind), daemon=True).start()
+                    highest = max(highest, random_playing(stage, rng, seconds / cycles))
+                else:
+                    time.sleep(max(3.0, 0.15 * seconds / cycles))
+                totals[busy] += [*began.read(), stage.meters().underruns - underruns]
+                stop.set()
+            stage.panic()
+            time.sleep(1.0)
+        idle, busy_total = totals
+        grown = settled(stage) - memory
+        stage.meters()
+        time.sleep(1.0)
+        after = stage.meters()
+        stuck = after.peak > 0 or any(sounding for _, _, sounding, _ in stage.bass.fingers())
+        allowed = (idle[0] / idle[1] + SLACK) * busy_total[1] + max(0.0, busy_total[2])
+        laws = [
+            *(
+                (f"{name}: {lost:.3f} s of {passed:.0f} s lost in {xruns:.0f} xruns ({taken:.2f} s of the processors"
+                 " stolen by other machines)", name == "idle" or lost <= allowed)
+                for name, (lost, passed, taken, xruns) in (("idle", idle), ("busy", busy_total))
+            ),
+            (f"{after.messages} messages, {after.late - before.late} of {after.blocks - before.blocks} blocks late",
+             after.messages > 10 * seconds),
+            (f"frames that were no number: {after.faults}", after.faults == 0),
+            (f"after panic: peak {after.peak:g}", not stuck),
+            (f"memory {memory:.0f} MB, at most {highest:.0f}, grown by {grown:.1f} in the end", grown < GROWTH),
+        ]  # fmt: skip
+        for text, good in laws:
+            print(f"{'ok' if good else 'FAILED'}: {text}", flush=True)
+        return int(not all(good for _, good in laws))
+    finally:
+        session.stop.set()
+
+
+def settled(stage: Any) -> float:
+    """Memory, MB, with one bass on the stage, always the same."""
+    for program in (0, SLAP):
+        stage.send(0xC0, program)
+        time.sleep(SETTLING)
+    return resident()
+
+
+def random_playing(stage: Any, rng: np.random.Generator, seconds: float) -> float:
+    """Some 100 messages a second, a program every 2 s; the most memory meanwhile, MB."""
+    end, next_program, most = time.monotonic() + seconds, 0.0, 0.0
+    while time.monotonic() < end:
+        stage.send(0x90, int(rng.integers(24, 72)), int(rng.integers(1, 128)))
+        stage.send(0x80, int(rng.integers(24, 72)))
+        if rng.random() < 0.3:
+            stage.send(0xB0, int(rng.choice([7, 11, 16, 64, 1, 121, 123])), int(rng.integers(128)))
+            stage.send(0xE0, int(rng.integers(128)), int(rng.integers(128)))
+        if time.monotonic() > next_program:
+            stage.send(0xC0, int(rng.integers(128)))
+            next_program, most = time.monotonic() + 2.0, max(most, resident())
+        time.sleep(float(rng.exponential(0.02)))
+    return most
+
+
+def hog(stop: threading.Event, kind: int) -> None:
+    """Holds the interpreter: with bytecode, or with a regular expression that does not let go."""
+    while not stop.is_set():
+        if kind:
+            re.match(r"(a+)+$", "a" * 16 + "b")
+        else:
+            sum(k * k for k in range(10_000))
+
+
+def wait_for_server(jack: Any) -> None:
+    """Raises OSError where none comes."""
+    for _ in range(100):
+        try:
+            jack.Client("probe", no_start_server=True).close()
+            return
+        except jack.JackError:
+            time.sleep(0.1)
+    raise OSError("the JACK server did not start")
+
+
+def resident() -> float:
+    """Memory of this process, MB."""
+    with open("/proc/self/status") as file:
+        return next(int(line.split()[1]) for line in file if line.startswith("VmRSS")) / 1024
+
+
+def stolen() -> float:
+    """Processor time that this virtual machine wanted and did not get, s, of all processors."""
+    with open("/proc/stat") as file:
+        return int(file.readline().split()[8]) / os.sysconf("SC_CLK_TCK")
+
+
+if __name__ == "__main__":
+    sys.exit(main())
