@@ -32,6 +32,8 @@ class MidiPort:
         self.stage, self.wanted, self.ahead = stage, wanted, ahead
         self._rtmidi = _rtmidi()
         self._looker = new_input(f"{CLIENT}-look", hardware_only)  # stays: new clients disturb JACK
+        warm = Stage(stage.rate)
+        warm.send(0xF8, 0, 0, warm.frame_now(0))  # a kernel that is loaded when the first note comes makes it late
         self._in: Any = None
         self._virtual: Any = None
         self._device: str | None = None  # the last one open
@@ -92,9 +94,7 @@ class MidiPort:
             gone = self.name
             _delete(self._in)
             self._in = None
-            for channel in range(16):  # a key that was held will not be let go any more
-                for controller in (64, 123):
-                    self.stage.send(0xB0 | channel, controller, 0)
+            let_go(self.stage)
             return f"MIDI: {gone} is gone, waiting for it"
         device = self._device
         index = next((k for k, name in enumerate(names) if device and bare(name) == bare(device)), None)
@@ -114,6 +114,13 @@ class MidiPort:
             if port is not None:
                 _delete(port)
         self._in = self._virtual = self._looker = None
+
+
+def let_go(stage: Stage) -> None:
+    """Ends all notes that are held: whoever would let the keys go is no longer there."""
+    for channel in range(16):
+        for controller in (64, 123):
+            stage.send(0xB0 | channel, controller, 0)
 
 
 def _delete(port: Any) -> None:

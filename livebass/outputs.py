@@ -6,6 +6,7 @@ import atexit
 import os
 import threading
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -36,6 +37,8 @@ class PortAudioOutput:
                 info = sd.query_devices(device, "output")
         except (sd.PortAudioError, ValueError) as error:
             raise _no_output(device, error) from None
+        with suppress(OutputLost):  # which PortAudio may use
+            _hush_jack(_jack())
         self.name = str(info["name"])
         self.channels = min(callbacks.MOST_CHANNELS, int(info["max_output_channels"]))
         try:
@@ -106,8 +109,7 @@ class JackOutput:
                 self.client = jack.Client(name, no_start_server=True)
         except jack.JackError as error:
             raise _no_server(_one_line(error)) from None
-        for quiet in (jack.set_error_function, jack.set_info_function):
-            quiet(_ignore)
+        _hush_jack(jack)
         self.name = f"JACK client {self.client.name}"
         self.block = int(self.client.blocksize)
         self.stage = make_stage(int(self.client.samplerate))
@@ -153,13 +155,13 @@ class JackOutput:
         except self._jack.JackError as error:
             raise OutputLost(f"JACK: {_one_line(error)}") from None
 
-    def connect_midi(self, wanted: str | None = None) -> list[str]:
-        """Connects MIDI outputs that have appeared since the last call, for None those of hardware; their names.
+    def connect_midi(self, wanted: str | None = None) -> tuple[list[str], list[str]]:
+        """Connects MIDI outputs that have appeared since the last call; their names, and of those that have gone.
 
-        `wanted` is a part of a name. What somebody has disconnected stays so.
+        `wanted` is a part of a name; None means those of hardware. What somebody has disconnected stays so.
         """
         if not self._connect or self._gone:
-            return []
+            return [], []
         try:
             ports = {p.name: p for p in self.client.get_ports(is_physical=wanted is None, is_output=True, is_midi=True)}
             heard = {p.name for p in self.client.get_all_connections(self.midi)}
@@ -169,9 +171,9 @@ class JackOutput:
                 if name not in heard:
                     self.client.connect(ports[name], self.midi)
         except self._jack.JackError:
-            return []
-        self._seen = set(fitting)
-        return new
+            return [], []
+        gone, self._seen = self._seen - set(fitting), set(fitting)
+        return new, sorted(gone)
 
     @property
     def alive(self) -> bool:
@@ -270,8 +272,10 @@ def _jack() -> Any:
     return jack
 
 
-def _ignore(_message: str) -> None:
-    """JACK's own words on stderr: exceptions say what matters."""
+def _hush_jack(jack: Any) -> None:
+    """No words of JACK's own on stderr: exceptions say what matters."""
+    for quiet in (jack.set_error_function, jack.set_info_function):
+        quiet(lambda message: None)
 
 
 def _one_line(error: BaseException) -> str:

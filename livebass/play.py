@@ -16,7 +16,7 @@ from pathlib import Path
 
 from livebass.changes import Changes
 from livebass.instrument import Instrument
-from livebass.midi_in import LOOK_EVERY, MidiLost, MidiPort
+from livebass.midi_in import LOOK_EVERY, MidiLost, MidiPort, let_go
 from livebass.outputs import JackOutput, OutputLost, PortAudioOutput
 from livebass.quality import Quality
 from livebass.recorder import Recorder
@@ -127,7 +127,7 @@ class Session:
         """JACK's own MIDI where there is some, or else a port of the system's."""
         wanted, virtual = self.wish.midi, True
         if isinstance(output, JackOutput):
-            connected = output.connect_midi(wanted) if wanted is None or not wanted.isdigit() else []
+            connected = output.connect_midi(wanted)[0] if wanted is None or not wanted.isdigit() else []
             if wanted is None or connected:
                 self.say(f"MIDI: the JACK port {output.midi.name}" + "".join(f", from {name}" for name in connected))
             if connected:
@@ -198,8 +198,13 @@ class _Loop:
         if self.midi:
             self._say(self.midi.look())
         elif isinstance(self.output, JackOutput):
-            for name in self.output.connect_midi(self.session.wish.midi):
+            new, gone = self.output.connect_midi(self.session.wish.midi)
+            for name in new:
                 self._say(f"MIDI: {name} is there")
+            for name in gone:
+                self._say(f"MIDI: {name} is gone, waiting for it")
+            if gone:
+                let_go(self.output.stage)
 
     def _say(self, line: str | None) -> None:
         if line:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import signal
 import time
 from collections.abc import Iterator
@@ -65,8 +66,10 @@ def test_notes_arrive(source: Source) -> None:
     try:
         assert "test-keys" in port.name
         source.send(ON, [0xF0, 1, 2, 0xF7], [0xF8], [0xC0, 3], OFF)
-        wait_for(lambda: len(arrived(stage)) >= 3)
-        assert arrived(stage) == [word(ON), 0xC0 | 3 << 8, word(OFF)]
+        wait_for(lambda: word(OFF) in arrived(stage))
+        # a server that waits in vain for a client hands over again what it had from it
+        heard = [m for m, before in zip(arrived(stage), [0, *arrived(stage)], strict=False) if m != before]
+        assert heard == [word(ON), 0xC0 | 3 << 8, word(OFF)]
     finally:
         port.close()
         port.close()
@@ -112,7 +115,7 @@ def test_without_a_device_there_is_a_virtual_port_until_one_comes(server: Simple
         assert "test-keys" in (port.look() or "") and "test-keys" in port.name
         source.send(ON)
         wait_for(lambda: arrived(stage))
-        assert arrived(stage) == [word(ON)]
+        assert set(arrived(stage)) == {word(ON)}
     finally:
         port.close()
         if source:
@@ -130,6 +133,7 @@ def test_the_whole_program(source: Source, tmp_path: Path, extra: tuple[str, ...
     """A MIDI source plays livebass, by rtmidi or straight into its JACK port; what is heard is in the take."""
     take, log = tmp_path / "take.wav", tmp_path / "log.txt"
     process = livebass("play", "-p", "slap", "--record", take, "--log", log, *extra)
+    again = None
     try:
         wait_for(lambda: log.exists() and "playing" in log.read_text())
         time.sleep(0.3)
@@ -137,12 +141,21 @@ def test_the_whole_program(source: Source, tmp_path: Path, extra: tuple[str, ...
         time.sleep(0.5)
         source.send(OFF)
         time.sleep(0.3)
+        source.unplug()
+        wait_for(lambda: "is gone" in log.read_text())
+        again = Source()
+        wait_for(lambda: f"test-keys:out is {'back' if 'portaudio' in extra else 'there'}" in log.read_text())
+        again.send(ON, OFF)
+        time.sleep(0.3)
         process.send_signal(signal.SIGTERM)
         _, err = process.communicate(timeout=20)
     finally:
         process.kill()
+        if again:
+            again.unplug()
     assert process.returncode == 0, err
-    assert "test-keys" in err and " 2 messages" in err
+    count = re.search(r"(\d+) messages", err)
+    assert count and int(count[1]) >= 36, "two notes, and 16 channels let go"
     assert np.abs(soundfile.read(take)[0]).max() > 0.05
 
 
