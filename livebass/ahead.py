@@ -35,6 +35,11 @@ POINT_ROWS = (CLEARANCE, KNOWN, DUE, ETA, ETA_OLD, STAMP)
 
 
 @jit
+def bass_at(address):
+    return carray(pointer(address), 1, BASS)[0]
+
+
+@jit
 def ahead_of(b, i):
     return carray(pointer(b.ahead[i]), 1, AHEAD)[0]
 
@@ -65,6 +70,13 @@ def pool_of(b, which):
 
 
 @jit
+def copy(to, o, of, p, n):
+    """n numbers; numba's own assignment of slices allocates where they might overlap."""
+    for j in range(n):
+        to[o + j] = of[p + j]
+
+
+@jit
 def save(b, i):
     """Keeps the state of string `i` as it is now; the oldest one kept goes."""
     a, v, slots, w2 = ahead_of(b, i), voice_of(b, i), slots_of(b, i), work_of(b, i)
@@ -82,13 +94,12 @@ def save(b, i):
         if not s.on:
             continue
         to, w, n = memory[place, k], w2[k], s.active
-        to[:n] = w[Q * ROW : Q * ROW + n]
-        to[ROW : ROW + n] = w[P * ROW : P * ROW + n]
+        copy(to, 0, w, Q * ROW, n)
+        copy(to, ROW, w, P * ROW, n)
         points = ops[s.fret].points
         at = 2 * ROW
         for row in POINT_ROWS:
-            for m in range(points):
-                to[at + m] = w[row * ROW + m]
+            copy(to, at, w, row * ROW, points)
             at += KEPT_POINTS
 
 
@@ -114,21 +125,21 @@ def go_back(b, i, frame):
             continue
         kept, w, n = memory[place, k], w2[k], s.active
         op = ops[s.fret]
-        w[Q * ROW : Q * ROW + n] = kept[:n]
-        w[P * ROW : P * ROW + n] = kept[ROW : ROW + n]
-        w[Q * ROW + n : Q * ROW + op.padded] = 0.0
-        w[P * ROW + n : P * ROW + op.padded] = 0.0
+        copy(w, Q * ROW, kept, 0, n)
+        copy(w, P * ROW, kept, ROW, n)
+        for j in range(n, op.padded):
+            w[Q * ROW + j] = 0.0
+            w[P * ROW + j] = 0.0
         at = 2 * ROW
         for row in POINT_ROWS:
-            for m in range(op.points):
-                w[row * ROW + m] = kept[at + m]
+            copy(w, row * ROW, kept, at, op.points)
             at += KEPT_POINTS
 
 
 @callback("void(int64, int64, int64, int64)")
 def player(bass, i, end, count):
     """`play_to`, a C function for the bass at address `bass`."""
-    b = carray(pointer(bass), 1, BASS)[0]
+    b = bass_at(bass)
     a, v = ahead_of(b, i), voice_of(b, i)
     mine = carray(pointer(b.mine), EVENT_ROOM, EVENT)
     if count > 0:

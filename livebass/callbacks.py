@@ -75,6 +75,8 @@ def receive(me, n):
             continue
         data = carray(pointer(words[2]), size, np.uint8)
         message = np.int64(data[0])
+        if message < 0x80 or message >= 0xF0 or (stage.channel >= 0 and message & 0x0F != stage.channel):
+            continue  # clocks and the like, and what is meant for others
         if size > 1:
             message |= np.int64(data[1]) << 8
         if size > 2:

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from livebass import hands, performer, voice
 from livebass import layout as at
-from livebass import performer, voice
 from livebass.instrument import Instrument, speaking
 from livebass.motion import Motion, Trial
 from livebass.operators import (
@@ -81,6 +81,8 @@ class Engine:
         self.frets = min(len(neck.fret_positions) for neck in instrument.necks)
         self.pool = prepare(instrument, quality, self.rates, self.frets)
         self.voices = [instrument_voice(instrument, s, self.rates) for s in instrument.strings]
+        for i, v in enumerate(self.voices):
+            v.record["turn"] = i * hands.BEND_FRAMES // len(self.voices)
         self.performer = new_performer(instrument, self.frets, seed)
         self.settings = np.array([instrument.player.rounding, instrument.player.strike_width])
         self.frame = 0

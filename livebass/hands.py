@@ -25,7 +25,7 @@ from livebass.layout import (
 
 FADE_RATE = 450.0  # 1/s of the finger that leaves a note for another fret
 FINGER_NEPERS = 5.0  # damping, at an antinode, of a finger that takes hold of a sounding string
-BEND_FRAMES = 128  # pitch bend is followed at every such frame number ...
+BEND_FRAMES = 128  # pitch bend is followed so often, one string after the other ...
 BEND_SPEED = 400.0  # semitones/s, ... and not faster
 HEARD = 0.46  # of the audio rate: what a bend takes above is left out (operators.TAPER)
 

@@ -98,6 +98,7 @@ VOICE = np.dtype(
         ("fingering", "i8"),  # frames left of the finger damping
         ("bend", "f8"),  # frequency ratio wanted ...
         ("tuned", "f8"),  # ... and the one it has got to
+        ("turn", "i8"),  # frames by which this string follows a bend before the others
         ("logged", "i8"),  # contacts begun, also beyond the log's length
         ("pickups", "i8"),  # 0: the displacement itself
         ("held", "f8", (4,)),  # displacement at each of the shape the finger holds

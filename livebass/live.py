@@ -7,17 +7,17 @@ and written, and the kernels of `voice` and `performer` do the rest. [audio thre
 import numpy as np
 from numba import carray
 
-from livebass import ahead, hands, performer
+from livebass import ahead, performer, relief
 from livebass.kernels import callback, jit
 from livebass.layout import EVENT
 from livebass.live_layout import (
-    BASS,
     ENTRIES,
     EVENT_ROOM,
     EVENT_WORDS,
     HEAD,
     HISTOGRAM,
     HORIZON,
+    LEAST_MESSAGES,
     MOST_MESSAGES,
     NOW,
     SOUND_RING,
@@ -38,14 +38,7 @@ from livebass.performer import MOST_EVENTS, PERFORMER
 
 FADE = 0.03  # s in which a bass that was replaced is heard out
 GAIN_POLE = 0.004  # of the gain's way, each frame
-HIGH, LOW = 0.75, 0.35  # of the time a block lasts: take some of the work away; give it back after CALM
-CALM = 0.5  # s
 WORD = 8  # bytes
-
-
-@jit
-def bass_at(address):
-    return carray(pointer(address), 1, BASS)[0]
 
 
 @jit
@@ -87,8 +80,6 @@ def hear(stage, b, frame, message, count):
     status = message & 0xFF
     first = (message >> 8) & 0x7F
     second = (message >> 16) & 0x7F
-    if stage.channel >= 0 and (status & 0x0F) != stage.channel:
-        return count
     stage.messages += 1
     kind = status & 0xF0
     if kind == 0xC0:
@@ -107,15 +98,16 @@ def hear(stage, b, frame, message, count):
 
 
 @jit
-def gather(stage, b, end):
-    """All messages before stage frame `end`, in order, as events of `b`; their number."""
+def gather(stage, b, n):
+    """All messages for the next `n` frames, in order, as events of `b`; their number."""
+    end = stage.frame + n
     count = np.int64(0)  # a constant would be a type of its own: what is called with it would be compiled twice
     if load_acquire(stage.panic_address) != 0:
         store_release(stage.panic_address, 0)
         count = hear(stage, b, stage.frame, 0xB0 | stage.channel & 0x0F | 120 << 8, count)
         count = hear(stage, b, stage.frame, 0xB0 | stage.channel & 0x0F | 121 << 8, count)
     last = stage.frame
-    for _ in range(MOST_MESSAGES):
+    for _ in range(min(MOST_MESSAGES, LEAST_MESSAGES + n // 8)):  # a flood waits, the sound does not
         if count + MOST_EVENTS > EVENT_ROOM:
             break
         best = end
@@ -135,8 +127,11 @@ def gather(stage, b, end):
 
 
 @jit
-def play_strings(stage, b, count, out, n, level, slope):
-    """Adds n frames of every string of `b` to out (n,) float32; `level` and `slope` a frame: of a fade."""
+def play_strings(stage, b, count, out, n, fade, whole):
+    """Adds n frames of every string of `b` to out (n,) float32, `fade` of `whole` frames before a fade's end.
+
+    Without a fade `fade` is -1.
+    """
     events = carray(pointer(b.events), EVENT_ROOM, EVENT)
     mine = carray(pointer(b.mine), EVENT_ROOM, EVENT)
     start = stage.frame - b.frame
@@ -151,7 +146,9 @@ def play_strings(stage, b, count, out, n, level, slope):
         gain = stage.gain
         for j in range(n):
             gain += GAIN_POLE * (stage.gain_wanted - gain)
-            x = sound[(start + j) % SOUND_RING] * gain * (level + slope * j)
+            x = sound[(start + j) % SOUND_RING] * gain
+            if fade >= 0:
+                x *= max(fade - j, 0) / whole
             if not abs(x) < 1e6:
                 x = 0.0
                 stage.faults += 1
@@ -164,13 +161,12 @@ def stretch(stage, out, n):
     for j in range(n):
         out[j] = 0.0
     if stage.bass != 0:
-        b = bass_at(stage.bass)
-        count = gather(stage, b, stage.frame + n)
-        play_strings(stage, b, count, out, n, 1.0, 0.0)
+        b = ahead.bass_at(stage.bass)
+        count = gather(stage, b, n)
+        play_strings(stage, b, count, out, n, np.int64(-1), np.int64(1))
     if stage.old_bass != 0:
-        whole = FADE * stage.rate
-        level = max(0.0, stage.fade / whole)
-        play_strings(stage, bass_at(stage.old_bass), np.int64(0), out, n, level, -level / max(n, stage.fade))
+        whole = np.int64(FADE * stage.rate)
+        play_strings(stage, ahead.bass_at(stage.old_bass), np.int64(0), out, n, stage.fade, whole)
         stage.fade -= n
         if stage.fade <= 0:
             store_release(stage.free_address, stage.old_bass)
@@ -195,7 +191,7 @@ def adopt(stage):
             stage.old_bass = stage.bass
             stage.fade = np.int64(FADE * stage.rate)
             stage.bass = wanted
-            bass_at(wanted).frame = stage.frame
+            ahead.bass_at(wanted).frame = stage.frame
             stage.overload = 0
 
 
@@ -216,61 +212,6 @@ def store(stage, out, n):
     store_release(address + WORD * HEAD, head + fits)
 
 
-@jit
-def relieve(stage, load, n):
-    """Under overload strings go to the coarse operators, newest contacts first; they come back in calm times."""
-    if stage.bass == 0 or not stage.sheltered:
-        return
-    b = bass_at(stage.bass)
-    if b.pool_size[1] == 0:
-        return
-    p = carray(pointer(b.performer), 1, PERFORMER)[0]
-    if load > HIGH:
-        stage.calm = 0
-        best = np.int64(-1)
-        rank = -np.inf
-        for i in range(b.strings):
-            if (b.coarse >> i) & 1:
-                continue
-            slots = ahead.slots_of(b, i)
-            sounding = slots[0].on or slots[1].on
-            if not sounding:
-                continue
-            touching = slots[0].touching > 0 or slots[1].touching > 0
-            # contacts, the newest first; then what only sounds, the oldest first
-            value = p.age[i] if touching else -1e12 - p.age[i]
-            if value > rank:
-                rank = value
-                best = i
-        if best >= 0:
-            exchange(b, best, np.int64(1), stage.frame)
-            stage.overload += 1
-        return
-    stage.calm = 0 if load > LOW else stage.calm + n
-    if stage.calm > CALM * stage.rate and b.coarse != 0:
-        for i in range(b.strings):
-            if (b.coarse >> i) & 1:
-                exchange(b, i, np.int64(0), stage.frame)
-                stage.overload -= 1
-                stage.calm = 0
-                return
-
-
-@jit
-def exchange(b, i, which, now):
-    """String `i` goes on with the operators `which` from stage frame `now` on."""
-    ahead.stay(b, i, now - b.frame)
-    hands.exchange(
-        ahead.voice_of(b, i),
-        ahead.slots_of(b, i),
-        ahead.operators_of(b, 1 - which)[i],
-        ahead.operators_of(b, which)[i],
-        ahead.work_of(b, i),
-        ahead.pool_of(b, which),
-    )
-    b.coarse ^= 1 << i
-
-
 @callback("void(int64, int64, int64)")
 def block(address, sound, n):
     """A C function: n frames into float32 at address `sound`, from the stage at `address`."""
@@ -280,6 +221,7 @@ def block(address, sound, n):
     stage = carray(pointer(address), 1, STAGE)[0]
     began = nanoseconds(stage.clock, stage.clock_kind)
     stage.time_frame = stage.frame
+    stage.time_frames = n
     store_release(stage.time_address, began)
     adopt(stage)
     done = 0
@@ -290,10 +232,13 @@ def block(address, sound, n):
     store(stage, out, n)
     stage.blocks += 1
     if began != 0:
-        needed = nanoseconds(stage.clock, stage.clock_kind) - began
-        relieve(stage, needed * 1e-9 * stage.rate / n, n)
+        load = (nanoseconds(stage.clock, stage.clock_kind) - began) * 1e-9 * stage.rate / n
+        measure(stage, load)
+        relief.relieve(stage, load, n)
         run_ahead(stage, began, n)
-        measure(stage, nanoseconds(stage.clock, stage.clock_kind) - began, n)
+        stage.busy = nanoseconds(stage.clock, stage.clock_kind) - began
+        if stage.busy * 1e-9 * stage.rate > n:
+            stage.late += 1
     set_float_control(before)
 
 
@@ -302,7 +247,7 @@ def run_ahead(stage, began, n):
     """Plays on, past the end of a block of n frames that began at `began` (ns), for a share of its time."""
     if stage.bass == 0:
         return
-    b = bass_at(stage.bass)
+    b = ahead.bass_at(stage.bass)
     until = began + np.int64(b.share * 1e9 * n / stage.rate)
     end = stage.frame - b.frame
     while nanoseconds(stage.clock, stage.clock_kind) < until:
@@ -313,13 +258,10 @@ def run_ahead(stage, began, n):
 
 
 @jit
-def measure(stage, busy, n):
-    """The meters of a block of n frames that took `busy` ns."""
-    stage.busy = busy
-    stage.busy_worst = max(stage.busy_worst, busy)
-    load = busy * 1e-9 * stage.rate / n
-    if load > 1.0:
-        stage.late += 1
+def measure(stage, load):
+    """The meters of a block that needed `load` of its time."""
+    stage.load = load
+    stage.load_worst = max(stage.load_worst, load)
     place = 0 if load <= 0.0 else np.int64(32.0 + 4.0 * np.log2(load))
     stage.histogram[min(max(place, 0), HISTOGRAM - 1)] += 1
 

@@ -12,7 +12,7 @@ from livebass.performer import MOST_EVENTS, MOST_STRINGS
 HEAD, TAIL, ENTRIES = 0, 8, 16
 EVENT_WORDS = 2  # frame, or NOW; status | first << 8 | second << 16
 NOW = -1
-MOST_MESSAGES = 128  # taken into one stretch; the others wait for the next
+LEAST_MESSAGES, MOST_MESSAGES = 32, 128  # taken into one stretch, by its length; the others wait for the next
 EVENT_ROOM = (MOST_MESSAGES + 1) * MOST_EVENTS
 STRETCH = 1024  # frames computed at once, at most
 HISTOGRAM = 64
@@ -72,7 +72,8 @@ STAGE = np.dtype(
         ("clock", "i8"),  # address of clock_gettime, 0: none
         ("clock_kind", "i8"),
         ("time", "i8"),  # ns, at the start of the last block ...
-        ("time_frame", "i8"),  # ... whose first frame this was
+        ("time_frame", "i8"),  # ... whose first frame this was ...
+        ("time_frames", "i8"),  # ... and that had so many
         ("sheltered", "i8"),  # overload may coarsen strings
         # basses, as addresses of BASS
         ("bass", "i8"),  # plays, 0: none
@@ -93,7 +94,7 @@ STAGE = np.dtype(
         ("record_address", "i8"),
         ("panic_address", "i8"),
         # what was played
-        ("channel", "i8"),  # 0-15, -1: all
+        ("channel", "i8"),  # that MIDI ports are heard on, 0-15; -1: all
         ("program", "i8"),  # of the last program change, bank << 8 | program
         ("program_count", "i8"),
         ("bank", "i8"),
@@ -103,15 +104,16 @@ STAGE = np.dtype(
         # meters
         ("blocks", "i8"),
         ("messages", "i8"),
-        ("busy", "i8"),  # ns of the last block
-        ("busy_worst", "i8"),  # since Python lowered it
+        ("busy", "i8"),  # ns of the last block, all of it
+        ("load", "f8"),  # of the last block: what it needed, in parts of its time, without running ahead
+        ("load_worst", "f8"),  # since Python lowered it
         ("late", "i8"),  # blocks that took longer than they last
         ("underruns", "i8"),  # told by the driver
         ("peak", "f8"),  # since Python lowered it
         ("faults", "i8"),  # frames of a string that were no number
         ("overload", "i8"),  # strings on coarse operators
         ("calm", "i8"),  # frames since the load was last high
-        ("histogram", "i8", (HISTOGRAM,)),  # blocks by load: bin 32 + 4 log2(busy over the block's time)
+        ("histogram", "i8", (HISTOGRAM,)),  # blocks by load: bin 32 + 4 log2(load)
     ],
     align=True,
 )

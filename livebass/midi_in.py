@@ -83,7 +83,7 @@ class MidiPort:
         message = event[0]
         if 1 <= len(message) <= 3 and 0x80 <= message[0] < 0xF0:
             status, first, second = (*message, 0, 0)[:3]
-            self.stage.send(status, first, second, self.stage.frame_now(self.ahead))
+            self.stage.receive(status, first, second, self.stage.frame_now(self.ahead))
 
     def look(self) -> str | None:
         """Opens the port again where it came back, lets go of one that has gone; what has changed, for people."""

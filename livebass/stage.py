@@ -6,6 +6,7 @@ import ctypes
 import threading
 import time
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,19 +43,23 @@ RECORD_SECONDS = 20.0
 
 @dataclass(frozen=True)
 class Meters:
-    """What the audio thread counted; loads are parts of the time a block lasts."""
+    """What the audio thread counted; loads are parts of the time a block lasts, without running ahead."""
 
     frame: int
     blocks: int
     late: int
     underruns: int
     messages: int
-    load: float  # last block
     worst: float  # since the meters were read last
     peak: float  # the same; 1 is full scale
     faults: int
     overload: int  # strings on coarse operators
     lost: int  # frames the recorder lost
+
+
+def touch(array: NDArray[Any]) -> None:
+    """Writes zeros to every page, so that the audio thread is not the first to."""
+    array.reshape(-1).view(np.uint8).fill(0)
 
 
 class Ahead:
@@ -63,11 +68,12 @@ class Ahead:
     def __init__(self) -> None:
         self.voice = np.zeros(SAVES, at.VOICE)
         self.slots = np.zeros((SAVES, at.VOICE_SLOTS), at.SLOT)
-        self.memory = np.full((SAVES, at.VOICE_SLOTS, KEPT), 0.0)
-        self.sound = np.full(SOUND_RING, 0.0)
+        self.memory = np.zeros((SAVES, at.VOICE_SLOTS, KEPT))
+        self.sound = np.zeros(SOUND_RING)
         self.record = np.zeros(1, AHEAD)
         for name in ("voice", "slots", "memory", "sound"):
             self.record[name] = getattr(self, name).ctypes.data
+            touch(getattr(self, name))
 
 
 class LiveBass:
@@ -97,7 +103,8 @@ class LiveBass:
         self.ahead = [Ahead() for _ in self.engine.voices]
         b["ahead"][0, : self.engine.strings] = [a.record.ctypes.data for a in self.ahead]
         for v in self.engine.voices:
-            v.work.fill(0.0)  # so that the audio thread meets no page for the first time
+            touch(v.work)
+        touch(self.events)
 
     @property
     def address(self) -> int:
@@ -120,6 +127,8 @@ class Stage:
         self.rate = rate
         self.record = np.zeros(1, STAGE)
         self.rings = [new_ring(RING, EVENT_WORDS) for _ in range(3)]
+        for ring in self.rings:
+            touch(ring)
         self.sound_ring = np.zeros(0, np.int64)
         self._writer = threading.Lock()  # of the live ring, between Python's threads
         self._basses: list[LiveBass] = []
@@ -180,11 +189,26 @@ class Stage:
         return len(score.frames)
 
     def frame_now(self, ahead: int) -> int:
-        """The frame that a message of this moment belongs to, `ahead` frames late: the same delay for all."""
-        began, first = live.read(self._address_of("time")), int(self.record["time_frame"][0])
+        """The frame that a message of this moment belongs to, `ahead` frames late: the same delay for all.
+
+        Where the sound has stalled it is that of the block after the next: nothing waits for time that was lost.
+        """
+        began = live.read(self._address_of("time"))
+        while True:
+            first, block = int(self.record["time_frame"][0]), int(self.record["time_frames"][0])
+            again = live.read(self._address_of("time"))
+            if again == began:
+                break
+            began = again
         if not began:
             return NOW
-        return first + round((time.clock_gettime_ns(time.CLOCK_MONOTONIC) - began) * 1e-9 * self.rate) + ahead
+        since = round((time.clock_gettime_ns(time.CLOCK_MONOTONIC) - began) * 1e-9 * self.rate)
+        return first + min(since, 2 * block) + ahead
+
+    def receive(self, status: int, first: int = 0, second: int = 0, frame: int = NOW) -> bool:
+        """`send` for what comes in at a MIDI port: other channels than the stage's are not heard. [any thread]"""
+        channel = int(self.record["channel"][0])
+        return (channel >= 0 and status & 0x0F != channel) or self.send(status, first, second, frame)
 
     def panic(self) -> None:
         """All sound off, controllers as new."""
@@ -197,6 +221,7 @@ class Stage:
         """From the next block on sound goes into a ring that `recorded` empties."""
         size = int(RECORD_SECONDS * self.rate)
         self.sound_ring = np.zeros(ENTRIES + (size + 1) // 2, np.int64)
+        touch(self.sound_ring)
         self.record["record_size"] = size
         live.write(self._address_of("record"), self.sound_ring.ctypes.data)
 
@@ -212,12 +237,11 @@ class Stage:
     def meters(self) -> Meters:
         """Counters; `worst` and `peak` start anew."""
         r = self.record[0]
-        worst, peak = int(r["busy_worst"]), float(r["peak"])
-        r["busy_worst"], r["peak"] = 0, 0.0
-        block = max(1, int(r["frame"]) - int(r["time_frame"])) / self.rate
+        worst, peak = float(r["load_worst"]), float(r["peak"])
+        r["load_worst"], r["peak"] = 0.0, 0.0
         return Meters(
             frame=int(r["frame"]), blocks=int(r["blocks"]), late=int(r["late"]), underruns=int(r["underruns"]),
-            messages=int(r["messages"]), load=int(r["busy"]) * 1e-9 / block, worst=worst * 1e-9 / block, peak=peak,
+            messages=int(r["messages"]), worst=worst, peak=peak,
             faults=int(r["faults"]), overload=int(r["overload"]), lost=int(r["record_lost"]),
         )  # fmt: skip
 

@@ -148,7 +148,7 @@ def run(v, slots, ops, w2, pool, events, count, settings, scratch, taps, log, ra
         while used < count and events[used].frame <= v.frame:
             happen(v, slots, ops, w2, pool, events[used], settings)
             used += 1
-        if v.frame % hands.BEND_FRAMES == 0 and v.tuned != v.bend:
+        if v.tuned != v.bend and (v.frame + v.turn) % hands.BEND_FRAMES == 0:
             hands.follow_bend(v, slots, ops, w2, pool)
         s = slots[v.slot]
         if s.on:

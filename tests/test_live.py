@@ -10,7 +10,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from livebass import QUALITIES, Quality, demo_score, live, load_preset
+from livebass import QUALITIES, Quality, demo_score, kernels, load_preset, relief
 from livebass.callbacks import PORTAUDIO, portaudio
 from livebass.engine import Engine
 from livebass.live_layout import STRETCH
@@ -190,10 +190,41 @@ def test_program_changes_and_banks_are_noted() -> None:
 
 def test_one_channel_only() -> None:
     stage, player = staged(channel=2)
-    stage.send(0x90, 40, 100)
+    stage.receive(0x90, 40, 100)
     assert not player.block(2000).any()
-    stage.send(0x92, 40, 100)
+    stage.receive(0x92, 40, 100)
     assert player.block(2000).any()
+
+
+def test_scores_and_keys_are_heard_whatever_the_channel() -> None:
+    stage, player = staged(channel=2)
+    stage.send(0x90, 40, 100)
+    assert player.block(2000).any()
+
+
+def test_what_comes_after_a_stall_is_not_late_by_it() -> None:
+    stage, player = staged()
+    for _ in range(10):
+        player.block(64)
+    time.sleep(0.5)
+    assert stage.frame_now(64) <= int(stage.record["frame"][0]) + 2 * 64
+    stage.send(0x90, 40, 120, stage.frame_now(64))
+    assert np.concatenate([player.block(64) for _ in range(20)]).any()
+
+
+@pytest.mark.parametrize("size", [1, 64, 1000, 3000])
+def test_a_bass_fades_out_at_the_same_frames_in_any_blocks(size: int) -> None:
+    """From the frame on at which the next one comes in, which is the start of a block."""
+    sounds = []
+    for n in (240, size):
+        stage, player = staged("jazz-finger", shelter=False)
+        stage.send(0x90, 40, 120)
+        player.block(6000)
+        stage.put_on(LiveBass(load_preset("slap"), QUICK, RATE))
+        sounds.append(np.concatenate([player.block(n) for _ in range(-(-3000 // n))])[:3000])
+    assert np.abs(sounds[0][:1000]).max() > 0.01
+    assert np.array_equal(*sounds)
+    assert not sounds[0][1440:].any()
 
 
 def test_panic_ends_everything() -> None:
@@ -275,7 +306,7 @@ def test_coarse_strings_go_on_in_tune() -> None:
         blocks = [player.block(4800)]
         for which in (1, 0):
             if exchanged:
-                live.exchange(bass.record[0], 2, which, stage.record["frame"][0])
+                relief.exchange(bass.record[0], 2, which, stage.record["frame"][0])
             blocks.append(player.block(4800))
         sounds.append(np.concatenate(blocks))
     plain, changed = sounds
@@ -307,3 +338,15 @@ def test_a_full_ring_refuses() -> None:
     stage = Stage(RATE)
     sent = sum(stage.send(0x90, 40, 100) for _ in range(5000))
     assert sent == 4096
+
+
+def test_kernels_of_the_audio_thread_cannot_allocate() -> None:
+    """No function of numba's that asks for memory is in there."""
+    staged()
+    for name in ("live.block", "ahead.player", "callbacks.portaudio", "callbacks.jack"):
+        files = list(kernels.DIRECTORY.rglob(f"{name}-*.nbc"))
+        assert files, name
+        for file in files:
+            code = file.read_bytes()
+            for word in (b"NRT_Allocate", b"NRT_MemInfo_alloc", b"NRT_Reallocate"):
+                assert word not in code, f"{file.name}: {word.decode()}"
