@@ -33,8 +33,8 @@ CONTROLLERS = """\
   120, 121, 123     all sound off, controllers as new, all notes off
 
 Where a block takes more than three quarters of its time, strings go over to 150 modes and 192 kHz of contact steps:
-first the one that touched a fret last, then the others that touch, then those that only sound, the oldest first.
-They come back one by one when the load has stayed below 35 % for half a second."""
+first the one plucked last of those that have touched a fret, then the others of these, then those that only sound,
+the oldest first. They come back one by one when the load has stayed below 35 % for half a second."""
 
 
 @click.command()
@@ -94,9 +94,9 @@ def play(**options: Any) -> None:
         read=(lambda rate: read_score(song, rate)) if song else None,
     )
     with Desk(quiet, options["log"]) as desk:
-        if not kernels.cached():
+        if not kernels.cached(kernels.LIVE_ENTRY):
             check_output(wish.backend, wish.audio)
-            announce_kernels()
+            announce_kernels(live=True)
         session = Session(wish, desk.say, desk.status if desk.terminal else None, desk.note)
         heed_signals(session)
         if interactive():

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import re
+from contextlib import suppress
 from typing import Any
 
-from livebass.hush import hushed
+from livebass.hush import hushed, keep_for_ever, patiently
 from livebass.stage import Stage
 
 CLIENT = "livebass"
@@ -32,6 +33,7 @@ class MidiPort:
         self.stage, self.wanted, self.ahead = stage, wanted, ahead
         self._rtmidi = _rtmidi()
         self._looker = new_input(f"{CLIENT}-look", hardware_only)  # stays: new clients disturb JACK
+        self._by_jack = self._looker.get_current_api() == self._rtmidi.API_UNIX_JACK
         warm = Stage(stage.rate)
         warm.send(0xF8, 0, 0, warm.frame_now(0))  # a kernel that is loaded when the first note comes makes it late
         self._in: Any = None
@@ -110,10 +112,17 @@ class MidiPort:
 
     def close(self) -> None:
         """Ends listening; again does nothing."""
-        for port in (self._in, self._virtual, self._looker):
-            if port is not None:
-                _delete(port)
+        ports = [port for port in (self._in, self._virtual, self._looker) if port is not None]
         self._in = self._virtual = self._looker = None
+
+        def end() -> None:
+            for port in ports:
+                _delete(port)
+
+        if self._by_jack and not patiently(_ask_jack, None):
+            keep_for_ever(ports)  # to close them would hang, with the interpreter held
+        else:
+            patiently(end, ports)
 
 
 def let_go(stage: Stage) -> None:
@@ -121,6 +130,15 @@ def let_go(stage: Stage) -> None:
     for channel in range(16):
         for controller in (64, 123):
             stage.send(0xB0 | channel, controller, 0)
+
+
+def _ask_jack() -> None:
+    """Comes back where the JACK server answers, or there is none."""
+    with suppress(Exception):
+        import jack
+
+        with hushed():
+            jack.Client(f"{CLIENT}-look", no_start_server=True).close()
 
 
 def _delete(port: Any) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import atexit
 import os
-import threading
+import sys
 from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
@@ -12,12 +12,9 @@ from typing import Any
 import numpy as np
 
 from livebass import callbacks
-from livebass.hush import hushed
+from livebass.hush import hushed, patiently
 from livebass.live_layout import STRETCH
 from livebass.stage import Stage
-
-PATIENCE = 2.0  # s, with a stream that does not end
-_STUCK: list[object] = []  # what a callback may still use
 
 
 class OutputLost(OSError):
@@ -66,12 +63,8 @@ class PortAudioOutput:
         if self._closed:
             return
         self._closed = True
-        ending = threading.Thread(target=self._end, daemon=True)
-        ending.start()
-        ending.join(PATIENCE)
-        if ending.is_alive():
+        if not patiently(self._end, self):
             atexit.unregister(self._exit)  # would wait too
-            _STUCK.append(self._stream)
 
     def _end(self) -> None:
         self._stream.stream.abort(ignore_errors=True)
@@ -135,6 +128,7 @@ class JackOutput:
         self._gone = self._closed = False
         self.client.set_shutdown_callback(self._shut_down)
         self.client.set_xrun_callback(self._xrun)
+        self.client.set_blocksize_callback(self._resize)
         self._connect = connect
         self._seen: set[str] = set()
 
@@ -143,6 +137,9 @@ class JackOutput:
 
     def _xrun(self, _delay: float) -> None:
         self.stage.record["underruns"] += 1
+
+    def _resize(self, frames: int) -> None:
+        self.block = frames
 
     def start(self) -> None:
         """Plays, and connects to the speakers there are."""
@@ -184,9 +181,13 @@ class JackOutput:
         return self.block / self.stage.rate
 
     def close(self) -> None:
+        """Ends the sound; again does nothing. A server that does not answer is left."""
         if self._closed:
             return
         self._closed = True
+        patiently(self._end, self)
+
+    def _end(self) -> None:
         if not self._gone:
             self.client.deactivate(ignore_errors=True)
         self.client.close(ignore_errors=True)
@@ -270,6 +271,12 @@ def _jack() -> Any:
     except OSError as error:
         raise OutputLost(f"JACK: {_one_line(error)}; on Debian: sudo apt install libjack-jackd2-0") from None
     return jack
+
+
+def hush_jack() -> None:
+    """Once more, after libraries that give JACK words of their own."""
+    if "jack" in sys.modules:
+        _hush_jack(sys.modules["jack"])
 
 
 def _hush_jack(jack: Any) -> None:

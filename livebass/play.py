@@ -8,16 +8,18 @@ from __future__ import annotations
 
 import threading
 import time
+from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from livebass.changes import Changes
+from livebass.hush import PATIENCE
 from livebass.instrument import Instrument
 from livebass.midi_in import LOOK_EVERY, MidiLost, MidiPort, let_go
-from livebass.outputs import JackOutput, OutputLost, PortAudioOutput
+from livebass.outputs import JackOutput, OutputLost, PortAudioOutput, hush_jack
 from livebass.quality import Quality
 from livebass.recorder import Recorder
 from livebass.score import Score
@@ -66,6 +68,19 @@ class Summary:
     lost: str | None  # why the output ended it
 
 
+class Stop:
+    """A wish to end. Without the lock of an Event, which a signal's handler may find taken by who it interrupts."""
+
+    def __init__(self) -> None:
+        self._wanted = False
+
+    def set(self) -> None:
+        self._wanted = True
+
+    def is_set(self) -> bool:
+        return self._wanted
+
+
 class Session:
     """One evening on the stage.
 
@@ -75,7 +90,7 @@ class Session:
 
     def __init__(self, wish: Wish, say: Line, status: Line | None = None, note: Line | None = None) -> None:
         self.wish, self.say, self.status, self.note = wish, say, status, note
-        self.stop = threading.Event()
+        self.stop = Stop()
         self.stage: Stage | None = None  # as soon as it plays
 
     def run(self) -> Summary:
@@ -97,7 +112,9 @@ class Session:
             ends.callback(output.close)
             stage = output.stage
             score = wish.read(stage.rate) if wish.read else None
-            take = ends.enter_context(Recorder(wish.record, stage, self.say)) if wish.record else None
+            take = Recorder(wish.record, stage, self.say) if wish.record else None
+            if take:
+                ends.callback(take.discard)
             stage.put_on(coming.pop().result())
             changes = Changes(stage, wish.preset, wish.quality)
             ends.callback(changes.close)
@@ -107,6 +124,9 @@ class Session:
             midi = self._midi(stage, output)
             if midi:
                 ends.callback(midi.close)
+            hush_jack()
+            if take:
+                ends.push(take)  # the first that is ended: whatever hangs after it does not lose it
             self.say(f"playing through {output.name}, {stage.rate} Hz, about {output.latency * 1e3:.1f} ms")
             gauge, self.stage = Gauge(stage), stage
             lost = _Loop(self, output, midi, changes, keys, take, score, gauge).run()
@@ -157,14 +177,25 @@ class _Loop:
     take: Recorder | None
     score: Score | None
     gauge: Gauge
+    heard: deque[str] = field(default_factory=deque)
+
+    looking: threading.Thread = field(default_factory=threading.Thread)  # for MIDI, beside: a server may hang
 
     def run(self) -> str | None:
         """Until something ends it; why, if it is the output."""
+        try:
+            return self._run()
+        finally:
+            if self.looking.is_alive():
+                self.looking.join(PATIENCE)
+
+    def _run(self) -> str | None:
         stage, fed, waited, frame = self.output.stage, 0, 0, -1
         said = looked = noted = time.monotonic()
         troubles: tuple[int, ...] = (0, 0, 0, 0)
         start = int(stage.record["frame"][0]) + stage.rate // 5
-        while not self.session.stop.wait(TURN):
+        while not self.session.stop.is_set():
+            time.sleep(TURN)
             if self.keys:
                 self.keys.read()
             if self.score is not None:
@@ -180,9 +211,12 @@ class _Loop:
             if not self.output.alive or waited > STALLED:
                 return f"{self.output.name} is gone"
             now = time.monotonic()
-            if now - looked > LOOK_EVERY:
+            if now - looked > LOOK_EVERY and not self.looking.is_alive():
                 looked = now
-                self._look()
+                self.looking = threading.Thread(target=self._look, daemon=True)
+                self.looking.start()
+            while self.heard:
+                self._say(self.heard.popleft())
             if now - said > SAY_EVERY:
                 said = now
                 reading = self.gauge.read()
@@ -194,15 +228,14 @@ class _Loop:
         return None
 
     def _look(self) -> None:
-        """MIDI that has come or gone."""
-        if self.midi:
-            self._say(self.midi.look())
-        elif isinstance(self.output, JackOutput):
+        """MIDI that has come or gone: lines for `heard`. [a thread of its own]"""
+        line = self.midi.look() if self.midi else None
+        if line:
+            self.heard.append(line)
+        if isinstance(self.output, JackOutput):
             new, gone = self.output.connect_midi(self.session.wish.midi)
-            for name in new:
-                self._say(f"MIDI: {name} is there")
-            for name in gone:
-                self._say(f"MIDI: {name} is gone, waiting for it")
+            self.heard.extend(f"MIDI: {name} is there" for name in new)
+            self.heard.extend(f"MIDI: {name} is gone, waiting for it" for name in gone)
             if gone:
                 let_go(self.output.stage)
 

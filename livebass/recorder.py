@@ -15,7 +15,8 @@ from livebass.stage import Stage
 class Recorder:
     """`with Recorder(path, stage, say) as take:` writes what the stage plays; call `take.turn()` often.
 
-    Leaving the block puts the file in its place, with any exception too, if anything was recorded. A disk that is
+    Leaving the block puts the file in its place, with any exception too, if anything was recorded; `discard` before
+    leaves nothing. A disk that is
     full ends the recording, not the session: what fitted is kept, and `say` hears of it.
     Raises OutputError for a place where no file can be, and ValueError for a format that does not exist.
     """
@@ -40,6 +41,13 @@ class Recorder:
         self.turn()
         if self._writer is not None:
             self._end(self._writer)
+
+    def discard(self) -> None:
+        """Leaves nothing, where the take has not ended: nothing was played."""
+        if self._writer is not None:
+            self._writer = None
+            never = OutputError(f"{self.path}: nothing was recorded")
+            self._files.__exit__(type(never), never, None)
 
     def turn(self) -> None:
         """Writes what has been played since."""

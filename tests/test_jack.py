@@ -170,6 +170,27 @@ os._exit(0)
     assert done.stdout.strip() == "same", done.stdout + done.stderr[-2000:]
 
 
+@pytest.mark.parametrize("backend", ["jack", "portaudio"])
+def test_a_server_that_hangs_does_not_hold_the_take(server: SimpleNamespace, tmp_path: Path, backend: str) -> None:
+    """It is stopped, not ended: whatever asks it something waits."""
+    take = tmp_path / "take.wav"
+    process = livebass("play", "--backend", backend, "--record", take)
+    assert process.stderr is not None
+    try:
+        while "playing" not in process.stderr.readline():
+            assert process.poll() is None
+        time.sleep(1.5)
+        server.process.send_signal(signal.SIGSTOP)
+        time.sleep(1.0)
+        process.send_signal(signal.SIGTERM)
+        _, err = process.communicate(timeout=30)
+    finally:
+        server.process.send_signal(signal.SIGCONT)
+        process.kill()
+    assert "Traceback" not in err and "played" in err
+    assert soundfile.info(take).frames > RATE // 2
+
+
 def test_a_server_that_goes_away_ends_the_session(server: SimpleNamespace, tmp_path: Path) -> None:
     """Through JACK and through PortAudio, which waits for ever then. Last, as it takes the server with it."""
     names = ("jack", "portaudio")

@@ -10,7 +10,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from livebass import QUALITIES, Quality, demo_score, kernels, load_preset, relief
+from livebass import QUALITIES, Quality, callbacks, demo_score, kernels, load_preset, relief
 from livebass.callbacks import PORTAUDIO, portaudio
 from livebass.engine import Engine
 from livebass.live_layout import STRETCH
@@ -343,6 +343,7 @@ def test_a_full_ring_refuses() -> None:
 def test_kernels_of_the_audio_thread_cannot_allocate() -> None:
     """No function of numba's that asks for memory is in there."""
     staged()
+    callbacks.jack()
     for name in ("live.block", "ahead.player", "callbacks.portaudio", "callbacks.jack"):
         files = list(kernels.DIRECTORY.rglob(f"{name}-*.nbc"))
         assert files, name
