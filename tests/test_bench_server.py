@@ -11,9 +11,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-import test_jack
 from apart_cases import die, fail, sleep
 from cli_cases import Run, assert_one_clear_line, cli_text
+from conftest import JACK_PERIOD as PERIOD
+from conftest import JACK_RATE as RATE
 
 from livebass import bench_latency, bench_player, bench_python
 from livebass.bench_apart import Lost, apart
@@ -22,7 +23,6 @@ from livebass.bench_latency import latency_figures
 from livebass.bench_live_table import latency_table, python_table
 from livebass.bench_plot import latency_png, python_png
 
-server = test_jack.server  # a fixture
 FEW = bench_latency.Extent(notes=4, queued=5)
 SHORT = bench_python.Extent(seconds=0.3, settle=0.2, objects=100_000)
 
@@ -73,7 +73,7 @@ def test_latency_through_a_server(server: SimpleNamespace) -> None:
     result = bench_latency.bench_latency(said.append, FEW)
     rows: dict[str, Any] = {row["way"]: row for row in result["rows"]}
     assert list(rows) == ["queue", "jack", "portaudio"] and len(said) == 3
-    assert result["server"]["block"] == test_jack.PERIOD and result["rate_hz"] == test_jack.RATE
+    assert result["server"]["block"] == PERIOD and result["rate_hz"] == RATE
     native, portaudio = rows["jack"], rows["portaudio"]
     assert native["notes"] + native["discarded"] == 4
     assert native["least_ms"] == native["median_ms"] == pytest.approx(1 / 48)
@@ -119,7 +119,7 @@ def test_both_callbacks_under_each_load(
         (load, callback) for load in loads for callback in ("native", "Python")
     ]
     for row in result["rows"]:
-        assert row["blocks"] >= 0.3 * test_jack.RATE / test_jack.PERIOD - 2
+        assert row["blocks"] >= 0.3 * RATE / PERIOD - 2
         assert 0 <= row["lost"] <= row["blocks"] and row["share"] == row["lost"] / row["blocks"] and row["xruns"] >= 0
     pytest.importorskip("matplotlib")
     assert python_png(result).startswith(b"\x89PNG")
