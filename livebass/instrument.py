@@ -1,7 +1,7 @@
 """What an electric bass is, as frozen values in SI units: strings, necks, pickups, player.
 
 Axes: x runs along the string from the nut (0) to the saddle (`length`), u points up, away from the
-neck. The open string at rest is u = 0; a fret crown under it has a negative height.
+neck, v across, along the frets. The open string at rest is u = 0; a fret crown under it has a negative height.
 """
 
 from __future__ import annotations
@@ -49,6 +49,8 @@ class Neck:
     contact_exponent: float = 1.5  # alpha
     grid_step: float = 1e-3  # m: frets sit on this grid, a fret pushes on one step of it (dx)
     conductance: tuple[tuple[float, float], ...] = ()  # (Hz, m/s/N) of the neck, Re Y_nut in eq. 9
+    friction: float = 900.0  # A of eq. 7, force per unit length on `grid_step`, N/m
+    friction_speed: float = 1e-5  # s of eq. 7, m/s
 
 
 @dataclass(frozen=True)
@@ -138,6 +140,7 @@ class Pluck:
     apex: float  # m, height of the corner before rounding
     position: float  # m from the stop of the speaking length
     rounding: float = 5e-3  # m, standard deviation
+    angle: float = 0.0  # rad from u, the direction away from the neck, towards v, along the neck's face
 
 
 @dataclass(frozen=True)
@@ -157,6 +160,8 @@ class Speaking:
     contact_stiffness: float
     contact_exponent: float
     conductance: tuple[tuple[float, float], ...]
+    friction: float
+    friction_speed: float
 
     @property
     def step(self) -> float:
@@ -231,4 +236,6 @@ def speaking(string: String, neck: Neck, fret: int) -> Speaking:
         contact_stiffness=neck.contact_stiffness,
         contact_exponent=neck.contact_exponent,
         conductance=neck.conductance,
+        friction=neck.friction,
+        friction_speed=neck.friction_speed,
     )

@@ -23,7 +23,8 @@ SOURCES = tuple(
     HERE / f"{name}.py"
     for name in (
         "kernels", "layout", "rows", "contact", "stepping", "hands", "voice", "performer",
-        "native", "live_layout", "ahead", "relief", "live", "callbacks", "reference_contact", "reference_steps",
+        "native", "live_layout", "ahead", "relief", "live", "callbacks",
+        "reference_contact", "reference_friction", "reference_steps",
     )
 )  # fmt: skip
 ENTRY, LIVE_ENTRY = "voice.run-*.nbi", "live.block-*.nbi"  # what is compiled last and holds all the others

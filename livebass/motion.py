@@ -32,6 +32,7 @@ class Trial:
     duration: float  # s
     sensor: float  # m from the stop
     lossless: bool = False  # all sigma_j zero
+    sensor_v: float | None = None  # m from the stop, of v, the second polarisation; None: at `sensor`
 
     @property
     def samples(self) -> int:
@@ -49,13 +50,14 @@ class Motion:
     """How the string moved. Contacts are ordered by step, then by index."""
 
     time_s: Floats  # (n,), 0 is the release
-    displacement_m: Floats  # (n,), at the sensor
+    displacement_m: Floats  # (n,), u at the sensor
     contact_step: Ints  # (k,), the n >= 1 with eta^n > 0 after eta^{n-1} <= 0
     contact_index: Ints  # (k,), into Speaking.contact_*
     contact_rate_hz: float
     wall_s: float  # time taken by the solver, without compilation
     energy_j: Floats | None = None  # (m,)
     energy_time_s: Floats | None = None  # (m,)
+    across_m: Floats | None = None  # (n,), v at its sensor; None: the string was plucked along u, where it stays
 
     @property
     def contact_time_s(self) -> Floats:
@@ -64,5 +66,10 @@ class Motion:
 
 
 def initial_amplitudes(trial: Trial) -> Floats:
-    """Modal amplitudes q_j(0) of the pluck, (trial.modes,), m^1.5 in the basis sqrt(2/L) sin(j pi x / L)."""
-    return modes.pluck_amplitudes(trial.speaking, trial.modes, trial.pluck)
+    """Modal amplitudes q_j(0) of u, (trial.modes,), m^1.5 in the basis sqrt(2/L) sin(j pi x / L)."""
+    return math.cos(trial.pluck.angle) * modes.pluck_amplitudes(trial.speaking, trial.modes, trial.pluck)
+
+
+def initial_amplitudes_across(trial: Trial) -> Floats:
+    """The same of v."""
+    return math.sin(trial.pluck.angle) * modes.pluck_amplitudes(trial.speaking, trial.modes, trial.pluck)

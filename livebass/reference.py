@@ -1,6 +1,6 @@
 """Brute force: every fine step of eq. 12, every mode, every contact point. Written from the equations.
 
-It shares nothing with the engine but the description of the string and the modal laws, so that agreement of
+It shares second with the engine but the description of the string and the modal laws, so that agreement of
 the two means something. Eq. 12 for one mode is q^{n+1} = C q^n - Ct q^{n-1} + F with, for theta = omega_d dt,
 
     C = 2 exp(-sigma dt) cos(theta),   Ct = exp(-2 sigma dt),   F = (dt^2/mu) dx sum_m phi(x_m) f_m^n.
@@ -11,7 +11,7 @@ at 8 MHz). With d^n = q^n - q^{n-1} the same recursion reads
     d^{n+1} = Ct d^n - (1 - C + Ct) q^n + F,   q^{n+1} = q^n + d^{n+1},
 
 and 1 - C + Ct = (1 - exp(-sigma dt))^2 + 4 exp(-sigma dt) sin^2(theta / 2) is a sum of squares, in which
-nothing cancels.
+second cancels.
 
 Contact, with eta = g - u, psi = K/(alpha+1) [eta]_+^(alpha+1), r = eta^{n+1} - eta^{n-1}:
 
@@ -20,12 +20,16 @@ Contact, with eta = g - u, psi = K/(alpha+1) [eta]_+^(alpha+1), r = eta^{n+1} - 
 r* being r without force and R the static compliance of the modes left out (zero for a full set), which move
 with the force at once: u^{n+1} = Phi^T q^{n+1} + R f^n.
 
+The second polarisation v is the same string without obstacle; where u^n < g it feels the friction of eq. 7,
+ff = -A sat((v^{n+1} - v^{n-1}) / (2 dt s)), and u does not feel v.
+
 Energy at n + 1/2, from eq. 12 times (q^{n+1} - q^{n-1}) / 2:
 
     H = mu/(2 dt^2) sum_j [(1 + Ct)/2 d^2 + (1 - C + Ct) q^{n+1} q^n]
         + dx sum_m [psi(eta^{n+1}) + psi(eta^n)]/2 + dx/4 [f^n R f^n + f^{n-1} R f^{n-1}]
 
-A step changes H by
+With friction v has the same first line and R of its own forces, and a step changes H by dx sum_m ff (v^{n+1} -
+v^{n-1}) / 2 <= 0 more. Otherwise a step changes H by
 
     -(mu/dt^2) sum_j (1 - Ct)/4 (q^{n+1} - q^{n-1})^2 - dx/4 (f^n - f^{n-2}) R (f^n - f^{n-2}),
 
@@ -42,7 +46,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livebass import modes
-from livebass.motion import Floats, Motion, Trial, initial_amplitudes
+from livebass.motion import Floats, Motion, Trial, initial_amplitudes, initial_amplitudes_across
 from livebass.reference_steps import Plan, State, run
 
 CHUNK = 16384  # steps between two returns to Python: where Ctrl-C is noticed
@@ -68,6 +72,7 @@ def make_plan(trial: Trial) -> Plan:
     omega = np.sqrt((natural - sigma) * (natural + sigma))
     shape = modes.shapes(s, count, np.asarray(s.contact_position))
     compliance = static_compliance(trial)
+    place = trial.sensor if trial.sensor_v is None else trial.sensor_v
     return Plan(
         dt=dt,
         density=s.string.linear_density,
@@ -83,22 +88,28 @@ def make_plan(trial: Trial) -> Plan:
         compliance=compliance,
         stiffness=float(s.contact_stiffness),
         exponent=float(s.contact_exponent),
+        across=modes.shapes(s, count, np.array([place]))[0] if trial.pluck.angle else np.zeros(0),
+        friction=s.friction,
+        slip=2 * dt * s.friction_speed,
     )
 
 
-def make_state(plan: Plan, q: Floats) -> State:
-    """State at step 0 of a string released at rest from the amplitudes `q` (N,).
+def make_state(plan: Plan, q: Floats, across: Floats) -> State:
+    """State at step 0 of a string released at rest from the amplitudes `q` (N,) of u, `across` of v.
 
     The free damped motion with q(0) = q, dq/dt(0) = 0, followed back to -dt, gives d^0.
     """
     s, theta = plan.sigma * plan.dt, plan.omega * plan.dt
-    d = q * (
-        -np.expm1(s) + np.exp(s) * (2 * np.sin(theta / 2) ** 2 + plan.sigma / plan.omega * np.sin(theta))
-    )
-    none = np.zeros(plan.height.size)
-    return State(
-        q.copy(), d, plan.height - plan.shape @ q, plan.height - plan.shape @ (q - d), none, none.copy()
-    )
+    back = -np.expm1(s) + np.exp(s) * (2 * np.sin(theta / 2) ** 2 + plan.sigma / plan.omega * np.sin(theta))
+    d, points = q * back, plan.height.size
+    if not plan.across.size:
+        second = [np.zeros(0)] * 2 + [np.zeros(points) for _ in range(4)]
+    else:
+        e = across * back
+        v = plan.shape @ across, plan.shape @ (across - e)
+        second = [across.copy(), e, *v, np.zeros(points), np.zeros(points)]
+    heights = plan.height - plan.shape @ q, plan.height - plan.shape @ (q - d)
+    return State(q.copy(), d, *heights, np.zeros(points), np.zeros(points), *second)
 
 
 def solve(trial: Trial, energy_every: int = 0) -> Motion:
@@ -107,17 +118,17 @@ def solve(trial: Trial, energy_every: int = 0) -> Motion:
     Raises ArithmeticError should Newton's method ever fail.
     """
     plan = make_plan(trial)
-    state = make_state(plan, initial_amplitudes(trial))
+    state = make_state(plan, initial_amplitudes(trial), initial_amplitudes_across(trial))
     place = np.arange(trial.samples) * trial.contact_rate / trial.output_rate  # in fine steps
     sample_step = np.floor(place + 1e-9).astype(np.int64)
     offset = np.maximum(place - sample_step, 0.0)
-    displacement = np.zeros(trial.samples)
+    displacement, across = np.zeros(trial.samples), np.zeros(trial.samples)
     last = trial.steps + 1  # one more than listed: a sample may lie just after step trial.steps
     energy = np.zeros((last - 1) // energy_every + 1 if energy_every else 0)
     room = CHUNK * plan.height.size // 2 + plan.height.size
     onset = np.zeros((room, 2), dtype=np.int64)
     found: list[NDArray[np.int64]] = []
-    arguments = (sample_step, offset, displacement, energy_every, energy, onset)
+    arguments = (sample_step, offset, displacement, across, energy_every, energy, onset)
     run(plan, state, 0, 0, *arguments)  # compiles
     start = time.perf_counter()
     for first in range(0, last, CHUNK):
@@ -137,4 +148,5 @@ def solve(trial: Trial, energy_every: int = 0) -> Motion:
         wall_s=time.perf_counter() - start,
         energy_j=energy if energy_every else None,
         energy_time_s=moments if energy_every else None,
+        across_m=across if plan.across.size else None,
     )

@@ -132,7 +132,7 @@ def _newton(
             change[a] = -residual[a]
             for b in range(count):
                 matrix[a, b] = coupling[active[a], active[b]] * slope[b] + (1.0 if a == b else 0.0)
-        _eliminate(matrix, change)
+        eliminate(matrix, change)
         part = 1.0
         while True:
             for a in range(count):
@@ -181,7 +181,7 @@ def _residual(
 
 
 @jit
-def _eliminate(matrix: Floats, x: Floats) -> None:
+def eliminate(matrix: Floats, x: Floats) -> None:
     """Solve matrix y = x by Gauss with row pivoting; y replaces x, `matrix` is used up."""
     n = x.size
     for c in range(n):
