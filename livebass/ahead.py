@@ -19,6 +19,7 @@ from livebass.layout import (
     EVENT,
     KNOWN,
     OPERATOR,
+    POLARISATIONS,
     ROW,
     SLOT,
     STAMP,
@@ -56,7 +57,7 @@ def slots_of(b, i):
 
 @jit
 def work_of(b, i):
-    return carray(pointer(b.work[i]), (VOICE_SLOTS, WORK_ROWS * ROW), np.float64)
+    return carray(pointer(b.work[i]), (POLARISATIONS * VOICE_SLOTS, WORK_ROWS * ROW), np.float64)
 
 
 @jit
@@ -86,14 +87,16 @@ def save(b, i):
     a.frame[place] = v.frame
     carray(pointer(a.voice), SAVES, VOICE)[place] = v
     kept_slots = carray(pointer(a.slots), (SAVES, VOICE_SLOTS), SLOT)
-    memory = carray(pointer(a.memory), (SAVES, VOICE_SLOTS, KEPT), np.float64)
+    memory = carray(pointer(a.memory), (SAVES, POLARISATIONS * VOICE_SLOTS, KEPT), np.float64)
     ops = operators_of(b, (b.coarse >> i) & 1)[i]
     for k in range(VOICE_SLOTS):
-        s = slots[k]
-        kept_slots[place, k] = s
-        if not s.on:
+        kept_slots[place, k] = slots[k]
+    for k in range(POLARISATIONS * VOICE_SLOTS):
+        s = slots[k % VOICE_SLOTS]
+        n = s.active if k < VOICE_SLOTS else s.swaying
+        if not s.on or (k >= VOICE_SLOTS and n == 0):
             continue
-        to, w, n = memory[place, k], w2[k], s.active
+        to, w = memory[place, k], w2[k]
         copy(to, 0, w, Q * ROW, n)
         copy(to, ROW, w, P * ROW, n)
         points = ops[s.fret].points
@@ -116,14 +119,16 @@ def go_back(b, i, frame):
     a.saved = last + 1
     carray(pointer(b.voice[i]), 1, VOICE)[0] = carray(pointer(a.voice), SAVES, VOICE)[place]
     kept_slots = carray(pointer(a.slots), (SAVES, VOICE_SLOTS), SLOT)
-    memory = carray(pointer(a.memory), (SAVES, VOICE_SLOTS, KEPT), np.float64)
+    memory = carray(pointer(a.memory), (SAVES, POLARISATIONS * VOICE_SLOTS, KEPT), np.float64)
     ops = operators_of(b, (b.coarse >> i) & 1)[i]
     for k in range(VOICE_SLOTS):
         slots[k] = kept_slots[place, k]
-        s = slots[k]
-        if not s.on:
+    for k in range(POLARISATIONS * VOICE_SLOTS):
+        s = slots[k % VOICE_SLOTS]
+        n = s.active if k < VOICE_SLOTS else s.swaying
+        if not s.on or (k >= VOICE_SLOTS and n == 0):
             continue
-        kept, w, n = memory[place, k], w2[k], s.active
+        kept, w = memory[place, k], w2[k]
         op = ops[s.fret]
         copy(w, Q * ROW, kept, 0, n)
         copy(w, P * ROW, kept, ROW, n)
@@ -160,12 +165,13 @@ def player(bass, i, end, count):
             pool_of(b, which),
             mine[used:],
             count - used,
-            carray(pointer(b.settings), 2, np.float64),
+            carray(pointer(b.settings), 3, np.float64),
             carray(pointer(b.scratch[i]), (2, ROW), np.int64),
             carray(pointer(b.taps[i]), 8, np.float64),
             carray(pointer(b.settings), (0, 2), np.int64),
             count < 0,  # not raw, and no constant, which would be a type of its own
             ring[place : place + n],
+            ring[:0],
         )
 
 

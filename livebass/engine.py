@@ -55,7 +55,8 @@ def prepare(instrument: Instrument, quality: Quality, rates: Rates, frets: int) 
             s = speaking(string, neck, fret)
             count = modes_for(quality, s.length, string.length, s.grid_points)
             if instrument.output.kind == "displacement":
-                taps = sensor_rows(s, s.length - instrument.output.sensor, count, rates.rate)
+                places = s.length - instrument.output.sensor, s.length - instrument.output.sensor_v
+                taps = sensor_rows(s, places, count, rates.rate)
             else:
                 taps = pickup_rows(s, instrument.output, count, rates.rate)
             graze = usual_grazing_apex(s, instrument.player.pluck_position)
@@ -84,7 +85,8 @@ class Engine:
         for i, v in enumerate(self.voices):
             v.record["turn"] = i * hands.BEND_FRAMES // len(self.voices)
         self.performer = new_performer(instrument, self.frets, seed)
-        self.settings = np.array([instrument.player.rounding, instrument.player.strike_width])
+        player = instrument.player
+        self.settings = np.array([player.rounding, player.strike_width, player.pluck_angle])
         self.frame = 0
         self.workers = workers or min(len(self.voices), os.cpu_count() or 1)
         self._pending: list[NDArray[np.void]] = [np.zeros(0, at.EVENT) for _ in self.voices]
@@ -120,7 +122,7 @@ class Engine:
         return int(
             voice.run(
                 v.record[0], v.slots, self.pool.records[i], v.work, self.pool.memory, events, len(events),
-                self.settings, v.scratch, v.taps, v.log, False, out,
+                self.settings, v.scratch, v.taps, v.log, False, out, out[:0],
             )
         )
 
@@ -186,7 +188,8 @@ def trial_voice(trial: Trial, log: int = LOG) -> tuple[Voice, NDArray[np.void], 
     if trial.output_rate != int(trial.output_rate) or trial.contact_rate != int(trial.contact_rate):
         raise ValueError("rates: allowed are whole numbers of Hz")
     rates = Rates(int(trial.output_rate), int(trial.contact_rate))
-    taps = sampled_rows(trial.speaking, trial.sensor, trial.modes, rates, trial.lossless)
+    places = trial.sensor, trial.sensor if trial.sensor_v is None else trial.sensor_v
+    taps = sampled_rows(trial.speaking, places, trial.modes, rates, trial.lossless)
     op = operator(trial.speaking, trial.modes, rates, taps, lossless=trial.lossless)
     state = new_voice(rates, log)
     records = np.zeros(1, at.OPERATOR)
@@ -201,13 +204,13 @@ def solve_trial(trial: Trial) -> Motion:
     pluck = trial.pluck
     events = np.zeros(1, at.EVENT)
     events[0] = (0, at.PLUCK, 0, 0, pluck.apex, pluck.position)
-    settings = np.array([pluck.rounding, 0.02])
-    out = np.zeros(trial.samples)
+    settings = np.array([pluck.rounding, 0.02, pluck.angle])
+    out, across = np.zeros(trial.samples), np.zeros(trial.samples)
     contacts = []
     for first in range(0, trial.samples, 4096):
         voice.run(
             state.record[0], state.slots, records, state.work, memory, events, len(events), settings,
-            state.scratch, state.taps, state.log, True, out[first : first + 4096],
+            state.scratch, state.taps, state.log, True, out[first : first + 4096], across[first : first + 4096],
         )
         events = events[:0]
         contacts.append(state.log[: int(state.record[0]["logged"])].copy())
@@ -222,4 +225,5 @@ def solve_trial(trial: Trial) -> Motion:
         contact_index=logged[order, 1],
         contact_rate_hz=trial.contact_rate,
         wall_s=time.perf_counter() - began,
+        across_m=across if pluck.angle else None,
     )

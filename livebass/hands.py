@@ -18,11 +18,14 @@ from livebass.layout import (
     ROW,
     SHAPE,
     SIGMA,
+    STAMP,
     STRIKE,
+    VOICE_SLOTS,
     P,
     Q,
 )
 
+ST = STAMP * ROW
 FADE_RATE = 450.0  # 1/s of the finger that leaves a note for another fret
 FINGER_NEPERS = 5.0  # damping, at an antinode, of a finger that takes hold of a sounding string
 BEND_FRAMES = 128  # pitch bend is followed so often, one string after the other ...
@@ -70,12 +73,14 @@ def grazing(op, pool, position):
 
 
 @jit
-def touch(v, w, op, position, frames):
+def touch(v, s, w, across, op, position, frames):
     """The plucking finger lies on the string at `position`: modes with a node there go on."""
     k1 = np.pi / op.length
     for j in range(op.padded):
-        s = np.sin((j + 1) * k1 * position)
-        w[FINGER * ROW + j] = np.exp(-FINGER_NEPERS / frames * s * s)
+        shape = np.sin((j + 1) * k1 * position)
+        w[FINGER * ROW + j] = np.exp(-FINGER_NEPERS / frames * shape * shape)
+    if s.across:
+        across[FINGER * ROW : FINGER * ROW + op.padded] = w[FINGER * ROW : FINGER * ROW + op.padded]
     v.fingering = frames
 
 
@@ -94,12 +99,21 @@ def interrupt(v, slots, ops, w2):
         op = ops[s.fret]
         w = w2[v.slot]
         up, moving = pulled(v, v.pulling - 1)
-        for j in range(op.padded):
-            x = w[SHAPE * ROW + j]
-            w[Q * ROW + j] += up * x
-            w[P * ROW + j] += w[KAPPA * ROW + j] * (moving + w[SIGMA * ROW + j] * up) * x
+        leave(op, w, up, moving)
+        if s.across:
+            leave(op, w2[VOICE_SLOTS + v.slot], up, moving)
+            s.swaying = op.padded
         stepping.disturb(s, op, w, v.step)
     v.pulling = 0
+
+
+@jit
+def leave(op, w, up, moving):
+    """Adds `up` times the held shape, moving by `moving` times it a second."""
+    for j in range(op.padded):
+        x = w[SHAPE * ROW + j]
+        w[Q * ROW + j] += up * x
+        w[P * ROW + j] += w[KAPPA * ROW + j] * (moving + w[SIGMA * ROW + j] * up) * x
 
 
 @jit
@@ -120,14 +134,17 @@ def take_string(v, slots, ops, w2, pool, fret):
         s.fret = fret
         stepping.load(s, ops[fret], w2[v.slot], pool, v.step)
         if v.tuned != 1.0:
-            stepping.bend(s, ops[fret], w2[v.slot], pool, v.tuned, highest(v))
+            stepping.bend(s, ops[fret], w2[v.slot], w2[VOICE_SLOTS + v.slot], pool, v.tuned, highest(v))
     s.hand = 1.0
     return v.slot
 
 
 @jit
-def pluck(v, slots, ops, w2, pool, fret, apex, position, rounding):
-    """A finger takes the string, pulls it up for `v.pull` frames and lets go. Lengths in m from the stop."""
+def pluck(v, slots, ops, w2, pool, fret, apex, position, rounding, angle):
+    """A finger takes the string, pulls it for `v.pull` frames and lets go. Lengths in m from the stop.
+
+    It pulls at `angle` (rad) from u, away from the neck, towards v, across.
+    """
     sounding = slots[v.slot].on
     k = take_string(v, slots, ops, w2, pool, fret)
     s = slots[k]
@@ -136,19 +153,33 @@ def pluck(v, slots, ops, w2, pool, fret, apex, position, rounding):
     s.on = 1
     s.touching = 0
     v.striking = 0
-    shape_of_pluck(w, op, apex, position, rounding)
-    if sounding and s.active > 0:
-        touch(v, w, op, position, max(v.pull, 1))
+    across = w2[VOICE_SLOTS + k]
+    if angle != 0.0:
+        stepping.open_across(s, op, across, pool)
+    shape_of_pluck(w, op, np.cos(angle) * apex, position, rounding)
+    if s.across:
+        shape_of_pluck(across, op, np.sin(angle) * apex, position, rounding)
+    if sounding and (s.active > 0 or s.swaying > 0):
+        touch(v, s, w, across, op, position, max(v.pull, 1))
     for i in range(max(v.pickups, 1)):
         v.held[i] = rows.tap_shape(w, pool, op.start + (OP_TAP + i) * ROW, op.tap_modes)
+        v.held_across[i] = 0.0
+        if s.across:
+            row = OP_TAP + (i if v.pickups > 0 else 2 * v.denominator)
+            v.held_across[i] = rows.tap_shape(across, pool, op.start + row * ROW, op.tap_modes)
     v.pulling = v.pull + 1 if v.pull > 0 else 0  # this frame counts one down already
     if v.pull == 0:
-        let_go(v, s, op, w)
+        let_go(v, s, op, w, across)
 
 
 @jit
-def let_go(v, s, op, w):
+def let_go(v, s, op, w, across):
     rows.release(w, op.padded)
+    if s.across:
+        rows.release(across, op.padded)
+        s.swaying = op.padded
+        for m in range(op.points):
+            across[ST + m] = -1.0
     stepping.disturb(s, op, w, v.step)
 
 
@@ -160,8 +191,9 @@ def strike(v, slots, ops, w2, pool, fret, depth, position, width):
     s = slots[k]
     s.on = 1
     s.touching = 0
-    if sounding and s.active > 0:
-        touch(v, w2[k], ops[fret], position, max(v.strike // 2, 1))  # it lies on the string, then throws it
+    if sounding and (s.active > 0 or s.swaying > 0):
+        # it lies on the string, then throws it
+        touch(v, s, w2[k], w2[VOICE_SLOTS + k], ops[fret], position, max(v.strike // 2, 1))
     shape_of_strike(w2[k], ops[fret], depth, position, width)
     v.striking = v.strike
     s.safety = stepping.SAFETY_STRUCK
@@ -182,21 +214,22 @@ def follow_bend(v, slots, ops, w2, pool):
     for k in range(2):
         s = slots[k]
         if s.on:
-            stepping.bend(s, ops[s.fret], w2[k], pool, v.tuned, highest(v))
+            stepping.bend(s, ops[s.fret], w2[k], w2[VOICE_SLOTS + k], pool, v.tuned, highest(v))
             stepping.disturb(s, ops[s.fret], w2[k], v.step)
 
 
 @jit
-def excite(v, s, op, w):
+def excite(v, s, op, w, across):
     """What finger or thumb do to the string before this frame's motion."""
     n = op.padded
     if v.fingering > 0:
         rows.finger(w, n)
+        rows.finger(across, s.swaying)
         v.fingering -= 1
     if v.pulling > 0:
         v.pulling -= 1
         if v.pulling == 0:
-            let_go(v, s, op, w)
+            let_go(v, s, op, w, across)
     if v.striking > 0 and v.fingering == 0:
         # a raised cosine of force whose sum over the frames is one
         t = (v.strike - v.striking) / v.strike
@@ -216,7 +249,7 @@ def exchange(v, slots, old, ops, w2, pool):
     for k in range(2):
         s = slots[k]
         if s.on:
-            stepping.exchange(s, old[s.fret], ops[s.fret], w2[k], pool, v.step)
+            stepping.exchange(s, old[s.fret], ops[s.fret], w2[k], w2[VOICE_SLOTS + k], pool)
             if v.tuned != 1.0:
-                stepping.bend(s, ops[s.fret], w2[k], pool, v.tuned, highest(v))
+                stepping.bend(s, ops[s.fret], w2[k], w2[VOICE_SLOTS + k], pool, v.tuned, highest(v))
             stepping.disturb(s, ops[s.fret], w2[k], v.step)

@@ -74,6 +74,7 @@ class Pickup:
     aperture: float = 0.02  # m, length of string it senses
     decay_length: float = 4e-3  # m, flux gradient falls e times when the string rises by this
     level: float = 1.0  # mix
+    across: float = 0.15  # how strongly it senses v, of u: the field changes less along the frets
     strings: tuple[str, ...] = ()  # names of those it senses, as half of a split coil does; empty: all
 
 
@@ -85,6 +86,8 @@ class Output:
     pickups: tuple[Pickup, ...] = (Pickup(0.09),)
     coil: Coil = field(default_factory=Coil)
     sensor: float = 0.009  # m from the saddle, for "displacement"
+    sensor_v: float = 0.018  # the same, of v
+    across: float = 0.0  # level of v in "displacement"
     gain: float = 1.0  # signal units per V-like unit (pickups, m/s) or per m (displacement)
 
 
@@ -98,6 +101,7 @@ class Player:
     pluck_nearest: float = 0.55  # the same for controller value 0 ...
     pluck_farthest: float = 0.93  # ... and 127
     rounding: float = 5e-3  # m, standard deviation of the Gaussian that rounds the corner
+    pluck_angle: float = 0.0  # rad from straight away from the neck
     softest: float = 0.08  # apex at velocity 1, multiple of the grazing apex
     hardest: float = 4.5  # apex at velocity 127
     greatest_apex: float = 0.010  # m, approached but never exceeded

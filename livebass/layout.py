@@ -56,6 +56,8 @@ OPERATOR = np.dtype(
         ("part_steps", "i8"),  # ... of so many fine steps, and a rest
         ("fine", "f8"),  # s, the fine step
         ("push", "f8"),  # dt^2 dx / mu: modal step of a unit f
+        ("friction", "f8"),  # A of eq. 7, N/m
+        ("slip", "f8"),  # m, 2 dt s: slower than that a point sticks
         ("stiffness", "f8"),  # K
         ("exponent", "f8"),  # alpha
         ("length", "f8"),  # m
@@ -71,6 +73,8 @@ SLOT = np.dtype(
         ("fading", "i8"),  # the string left this note: linear, quickly damped
         ("fret", "i8"),
         ("active", "i8"),  # modes not known to be dead, whole BLOCKs
+        ("across", "i8"),  # v, the second polarisation, has its working set ready ...
+        ("swaying", "i8"),  # ... and so many modes of it are not known to be dead; 0: v rests
         ("touching", "i8"),  # contacts begun since the pluck
         ("due", "i8"),  # fine step before which no point needs a look
         ("quiet", "i8"),  # no contact possible before the next event
@@ -102,6 +106,8 @@ VOICE = np.dtype(
         ("logged", "i8"),  # contacts begun, also beyond the log's length
         ("pickups", "i8"),  # 0: the displacement itself
         ("held", "f8", (4,)),  # displacement at each of the shape the finger holds
+        ("held_across", "f8", (4,)),  # the same of v
+        ("across", "f8", (4,)),  # how strongly each senses v, of u
         ("decay", "f8", (4,)),  # 1/m of each pickup
         ("mix", "f8", (4,)),
         ("b", "f8", (4,)),  # output filter
@@ -117,6 +123,7 @@ VOICE = np.dtype(
     align=True,
 )
 VOICE_SLOTS = 2
+POLARISATIONS = 2  # the working set of slot k is k for u, VOICE_SLOTS + k for v
 
 EVENT = np.dtype(
     [("frame", "i8"), ("kind", "i4"), ("string", "i4"), ("fret", "i4"), ("x", "f8"), ("y", "f8")],

@@ -78,15 +78,21 @@ def pickup_rows(s: Speaking, output: Output, count: int, rate: int) -> Floats:
     return np.array(rows).reshape(len(rows), count)
 
 
-def sensor_rows(s: Speaking, sensor: float, count: int, rate: int) -> Floats:
-    """(2, count) weights of q and P for the displacement at `sensor` (m from the stop), as a rate carries it."""
-    weights = shapes(s, count, np.array([sensor]))[0] * _fade(s, count, rate)
-    return np.array([weights, np.zeros(count)])
+def sensor_rows(s: Speaking, places: tuple[float, float], count: int, rate: int) -> Floats:
+    """(4, count) weights of q and P for u at the first of `places` (m from the stop), for v at the second."""
+    u, v = shapes(s, count, np.array(places)) * _fade(s, count, rate)
+    return np.array([u, np.zeros(count), v, np.zeros(count)])
 
 
-def sampled_rows(s: Speaking, sensor: float, count: int, rates: Rates, lossless: bool = False) -> Floats:
-    """`sensor_rows` for each of the places a frame can have between fine steps, nothing left out."""
-    weights = shapes(s, count, np.array([sensor]))[0]
+def sampled_rows(
+    s: Speaking, places: tuple[float, float], count: int, rates: Rates, lossless: bool = False
+) -> Floats:
+    """Those of u for each of the places a frame can have between fine steps, then those of v; nothing left out."""
+    return np.concatenate([_sampled(s, place, count, rates, lossless) for place in places])
+
+
+def _sampled(s: Speaking, place: float, count: int, rates: Rates, lossless: bool) -> Floats:
+    weights = shapes(s, count, np.array([place]))[0]
     sigma, omega, es = _motion(s, count, rates, lossless)
     rows = []
     for i in range(rates.denominator):
@@ -172,6 +178,7 @@ def operator(
     record["points"], record["diagonal"] = points, count == s.grid_points - 1
     record["steps"], record["parts"], record["part_steps"] = steps, parts, part_steps
     record["fine"], record["push"] = dt, dt**2 * dx_mu
+    record["friction"], record["slip"] = s.friction, 2 * dt * s.friction_speed
     record["stiffness"], record["exponent"] = s.contact_stiffness, s.contact_exponent
     record["length"], record["speed"] = s.length, 2 * s.length * s.fundamental
     record["graze"] = graze

@@ -68,7 +68,7 @@ class Ahead:
     def __init__(self) -> None:
         self.voice = np.zeros(SAVES, at.VOICE)
         self.slots = np.zeros((SAVES, at.VOICE_SLOTS), at.SLOT)
-        self.memory = np.zeros((SAVES, at.VOICE_SLOTS, KEPT))
+        self.memory = np.zeros((SAVES, at.POLARISATIONS * at.VOICE_SLOTS, KEPT))
         self.sound = np.zeros(SOUND_RING)
         self.record = np.zeros(1, AHEAD)
         for name in ("voice", "slots", "memory", "sound"):

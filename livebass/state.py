@@ -32,7 +32,7 @@ class Voice:
 
     record: NDArray[np.void]  # (1,) layout.VOICE
     slots: NDArray[np.void]  # (2,) layout.SLOT
-    work: NDArray[np.float64]  # (2, WORK_ROWS * ROW)
+    work: NDArray[np.float64]  # (4, WORK_ROWS * ROW)
     scratch: NDArray[np.int64]  # (2, ROW)
     taps: NDArray[np.float64]  # (8,)
     log: NDArray[np.int64]  # (n, 2)
@@ -66,7 +66,7 @@ def new_voice(rates: Rates, log: int = 0) -> Voice:
     return Voice(
         v,
         slots,
-        np.zeros((at.VOICE_SLOTS, at.WORK_ROWS * at.ROW)),
+        np.zeros((at.POLARISATIONS * at.VOICE_SLOTS, at.WORK_ROWS * at.ROW)),
         np.zeros((2, at.ROW), np.int64),
         np.zeros(8),
         np.zeros((log, 2), np.int64),
@@ -83,6 +83,9 @@ def instrument_voice(instrument: Instrument, string: String, rates: Rates) -> Vo
     for i, pickup in enumerate(pickups):
         v["decay"][0, i] = 1.0 / pickup.decay_length
         v["mix"][0, i] = pickup.level * string.level
+        v["across"][0, i] = pickup.across
+    if not pickups:
+        v["across"][0, 0] = output.across
     if pickups:
         v["b"][0], v["a"][0] = digital(output.coil, rates.rate)
     v["b"][0] *= output.gain

@@ -10,31 +10,25 @@ ways are the same exact solution; the choice depends on frame numbers and on the
 
 import numpy as np
 
-from livebass import contact, rows
+from livebass import rows
+from livebass.fine import fine_steps
 from livebass.kernels import jit
 from livebass.layout import (
     BLOCK,
     CLEARANCE,
     CLEARANCE_NOW,
-    COUPLING,
     DUE,
     ETA,
     ETA_OLD,
     FINE_A,
-    FORCE,
-    FORCE_OLD,
     FRAME,
     FRAME_1,
     KNOWN,
     MOST_NEAR,
-    NEAR,
-    NEAR_PHI,
     OMEGA,
     OP_COPIED,
     OP_HEIGHT,
-    PENDING,
     ROW,
-    SOLVE,
     STAMP,
     SUB,
 )
@@ -48,7 +42,7 @@ HOUSEKEEPING = 64  # frames between looks for dead modes
 STEEPEST = 0.1  # root mean square velocity over wave speed that a string bears: no playing reaches a third of it
 
 C0, C1, KN, DU = CLEARANCE * ROW, CLEARANCE_NOW * ROW, KNOWN * ROW, DUE * ROW
-EN, EO, ST, FO, FB, PE = ETA * ROW, ETA_OLD * ROW, STAMP * ROW, FORCE * ROW, FORCE_OLD * ROW, PENDING * ROW
+EN, EO, ST = ETA * ROW, ETA_OLD * ROW, STAMP * ROW
 
 
 @jit
@@ -60,6 +54,8 @@ def load(s, op, w, pool, step):
     rows.clear(w, n)
     s.ratio = 1.0
     s.heard = op.tap_modes
+    s.across = 0
+    s.swaying = 0
     s.safety = SAFETY
     s.active = 0
     s.touching = 0
@@ -68,6 +64,21 @@ def load(s, op, w, pool, step):
     for m in range(op.points):
         w[ST + m] = -1.0
     disturb(s, op, w, step)
+
+
+@jit
+def open_across(s, op, across, pool):
+    """Makes the slot's second polarisation ready to move, where it is not."""
+    if s.across:
+        return
+    for row in range(OP_COPIED):
+        rows.copy_row(across, FINE_A + row, pool, op.start + row * ROW, op.padded)
+    rows.clear(across, op.padded)
+    for m in range(op.points):
+        across[ST + m] = -1.0
+    if s.ratio != 1.0:
+        tune(op, across, pool, s.ratio)
+    s.across = 1
 
 
 @jit
@@ -84,17 +95,14 @@ def disturb(s, op, w, step):
 
 
 @jit
-def bend(s, op, w, pool, ratio, most):
+def bend(s, op, w, across, pool, ratio, most):
     """Tunes the slot to `ratio` times the operators' frequencies without a jump of displacement or velocity.
 
     Modes that get above `most` (rad/s) are not heard any more.
     """
-    n = op.padded
-    base = op.start + (OMEGA - FINE_A) * ROW
-    for j in range(n):
-        # sigma stays, the undamped frequency scales; sigma << omega
-        w[OMEGA * ROW + j] = pool[base + j] * ratio
-    rows.retune(w, ratio, op.fine, op.steps, op.part_steps, n)
+    tune(op, w, pool, ratio)
+    if s.across:
+        tune(op, across, pool, ratio)
     s.ratio = ratio
     s.heard = op.tap_modes
     if ratio > 1.0:
@@ -103,131 +111,40 @@ def bend(s, op, w, pool, ratio, most):
 
 
 @jit
-def exchange(s, old, op, w, pool, step):
+def tune(op, w, pool, ratio):
+    """Coefficients of one polarisation for frequencies `ratio` times the operators'."""
+    base = op.start + (OMEGA - FINE_A) * ROW
+    for j in range(op.padded):
+        # sigma stays, the undamped frequency scales; sigma << omega
+        w[OMEGA * ROW + j] = pool[base + j] * ratio
+    rows.retune(w, ratio, op.fine, op.steps, op.part_steps, op.padded)
+
+
+@jit
+def exchange(s, old, op, w, across, pool):
     """Makes the sounding slot `s` go on with `op`, untuned."""
+    change_operator(old, op, w, pool)
+    if s.across:
+        change_operator(old, op, across, pool)
+        s.swaying = op.padded
+    s.ratio = 1.0
+    s.heard = op.tap_modes
+    s.active = op.padded
+
+
+@jit
+def change_operator(old, op, w, pool):
+    """The motion of one polarisation goes on with `op` in place of `old`."""
     rows.exchange(w, old.padded, op.padded)
     for row in range(OP_COPIED):
         rows.copy_row(w, FINE_A + row, pool, op.start + row * ROW, op.padded)
     rows.from_velocity(w, op.padded)
-    s.ratio = 1.0
-    s.heard = op.tap_modes
-    s.active = op.padded
     for m in range(op.points):
         w[ST + m] = -1.0
 
 
 @jit
-def couple(s, op, pool, near, count, coupling):
-    """Gathers W between the points in `near`, the modes left out included."""
-    soft = 1.0 / (s.ratio * s.ratio)  # modes tuned higher are stiffer
-    for i in range(count):
-        o = op.start + (op.coupling + near[i]) * ROW
-        for k in range(count):
-            coupling[i * MOST_NEAR + k] = pool[o + near[k]] + soft * pool[o + MOST_NEAR + near[k]]
-
-
-@jit
-def fine_steps(s, op, w, pool, near, count, steps, step, log, voice):
-    """Takes `steps` fine steps with the contact solved at the `count` points in `near`."""
-    start = op.start
-    for i in range(count):
-        m = near[i]
-        o = start + (op.phi + m) * ROW
-        rows.copy_row(w, NEAR_PHI + i, pool, o, op.padded)
-        if w[ST + m] != step:
-            w[EN + m] = pool[start + OP_HEIGHT * ROW + m] - rows.displacement(w, pool, o, s.active)
-            w[EO + m] = pool[start + OP_HEIGHT * ROW + m] - rows.displacement_before(w, pool, o, s.active)
-        w[FO + m] = 0.0
-        w[FB + m] = 0.0
-        w[PE + i] = 0.0
-    coupling = w[COUPLING * ROW : COUPLING * ROW + ROW]
-    couple(s, op, pool, near, count, coupling)
-    for i in range(count, count + NEAR):
-        w[PE + i] = 0.0
-    wanted = w[C1 : C1 + ROW]
-    pending = False
-    for _ in range(steps):
-        n = s.active
-        if pending:
-            for i in range(NEAR, count):
-                if w[PE + i] != 0.0:
-                    rows.kick(w, NEAR_PHI + i, w[PE + i], n)
-        if count == 1:
-            w[C1 + near[0]] = rows.fine_1(w, w[PE], n)
-        elif count == 2:
-            u0, u1 = rows.fine_2(w, w[PE], w[PE + 1], n)
-            w[C1 + near[0]] = u0
-            w[C1 + near[1]] = u1
-        elif count == 3:
-            u0, u1, u2 = rows.fine_3(w, w[PE], w[PE + 1], w[PE + 2], n)
-            w[C1 + near[0]] = u0
-            w[C1 + near[1]] = u1
-            w[C1 + near[2]] = u2
-        else:
-            u0, u1, u2, u3 = rows.fine_4(w, w[PE], w[PE + 1], w[PE + 2], w[PE + 3], n)
-            w[C1 + near[0]] = u0
-            w[C1 + near[1]] = u1
-            w[C1 + near[2]] = u2
-            w[C1 + near[3]] = u3
-            for i in range(NEAR, count):
-                w[C1 + near[i]] = rows.displacement_near(w, NEAR_PHI + i, n)
-        step += 1
-        hit = False
-        for i in range(count):
-            m = near[i]
-            free = pool[start + OP_HEIGHT * ROW + m] - w[C1 + m]
-            hit = hit or free > 0.0 or w[EO + m] > 0.0
-            w[C1 + m] = free - w[EO + m]
-        pending = False
-        if hit:
-            for i in range(count):  # the forces go on as they went
-                m = near[i]
-                last = w[FO + m]
-                w[FO + m] = max(2.0 * last - w[FB + m], 0.0)
-                w[FB + m] = last
-            pending = contact.solve_points(
-                near, count, wanted, w[EO : EO + ROW], w[FO : FO + ROW], coupling, op.diagonal, op.stiffness,
-                op.exponent, w[SOLVE * ROW : SOLVE * ROW + 2 * ROW],
-            ) > 0
-            for i in range(count):
-                m = near[i]
-                r = w[C1 + m]
-                if op.diagonal:
-                    r -= coupling[i * MOST_NEAR + i] * w[FO + m]
-                else:
-                    for k in range(count):
-                        r -= coupling[i * MOST_NEAR + k] * w[FO + near[k]]
-                eta = w[EO + m] + r
-                if eta > 0.0 and w[EN + m] <= 0.0:
-                    s.touching += 1
-                    if voice.logged < log.shape[0]:
-                        log[voice.logged, 0] = step
-                        log[voice.logged, 1] = m
-                    voice.logged += 1
-                w[EO + m] = w[EN + m]
-                w[EN + m] = eta
-                w[PE + i] = op.push * w[FO + m]
-            if pending:
-                s.active = op.padded
-        else:
-            for i in range(count):
-                m = near[i]
-                eta = w[EO + m] + w[C1 + m]
-                w[EO + m] = w[EN + m]
-                w[EN + m] = eta
-                w[FO + m] = 0.0
-                w[FB + m] = 0.0
-                w[PE + i] = 0.0
-    if pending:
-        for i in range(count):
-            if w[PE + i] != 0.0:
-                rows.kick(w, NEAR_PHI + i, w[PE + i], s.active)
-    for i in range(count):
-        w[ST + near[i]] = step
-
-
-@jit
-def contact_frame(s, op, w, pool, suspects, near, count, steps, step, log, voice):
+def contact_frame(s, op, w, across, pool, suspects, near, count, steps, step, log, voice):
     """A frame in which some of the `count` suspects may touch: parts, and fine steps where needed."""
     start = op.start
     way = s.fastest * op.fine
@@ -251,11 +168,12 @@ def contact_frame(s, op, w, pool, suspects, near, count, steps, step, log, voice
                 near[close] = m
                 close += 1
         if close == 0:
+            rows.leap(across, SUB, s.swaying)
             for i in range(count):
                 w[C0 + suspects[i]] = w[C1 + suspects[i]]
         else:
             rows.take_back(w, n)
-            fine_steps(s, op, w, pool, near, close, op.part_steps, step, log, voice)
+            fine_steps(s, op, w, across, pool, near, close, op.part_steps, step, log, voice)
             for i in range(count):
                 m = suspects[i]
                 if w[ST + m] == step + op.part_steps:
@@ -265,7 +183,7 @@ def contact_frame(s, op, w, pool, suspects, near, count, steps, step, log, voice
                     w[C0 + m] = rows.displacement(w, pool, start + (op.phi + m) * ROW, s.active) - height
         step += op.part_steps
     if step < end:
-        fine_steps(s, op, w, pool, suspects, count, end - step, step, log, voice)
+        fine_steps(s, op, w, across, pool, suspects, count, end - step, step, log, voice)
         for i in range(count):
             w[C0 + suspects[i]] = -w[EN + suspects[i]]
     for i in range(count):
@@ -278,15 +196,14 @@ def contact_frame(s, op, w, pool, suspects, near, count, steps, step, log, voice
 
 
 @jit
-def advance(s, op, w, pool, suspects, near, steps, step, log, voice):
+def advance(s, op, w, across, pool, suspects, near, steps, step, log, voice):
     """Moves a slot from fine step `step` over one frame of `steps` fine steps."""
     n = s.active
-    if n == 0:
-        return
     leap = FRAME_1 if steps > op.steps else FRAME
     end = step + steps
-    if op.points == 0 or s.fading or end <= s.quiet or end <= s.due:
+    if n == 0 or op.points == 0 or s.fading or end <= s.quiet or end <= s.due:
         rows.leap(w, leap, n)
+        rows.leap(across, leap, s.swaying)
         return
     rows.try_leap(w, leap, n)
     start = op.start
@@ -313,8 +230,9 @@ def advance(s, op, w, pool, suspects, near, steps, step, log, voice):
         rows.take_back(w, n)
         if count > MOST_NEAR:
             count = np.int64(MOST_NEAR)
-        contact_frame(s, op, w, pool, suspects, near, count, steps, step, log, voice)
+        contact_frame(s, op, w, across, pool, suspects, near, count, steps, step, log, voice)
         return
+    rows.leap(across, leap, s.swaying)
     least = float(NEVER)
     for m in range(op.points):
         if end > w[DU + m]:
@@ -326,29 +244,36 @@ def advance(s, op, w, pool, suspects, near, steps, step, log, voice):
 
 
 @jit
-def weaken(s, op, w, factor):
+def weaken(s, op, w, across, factor):
     """Takes a motion back to what a string bears; one that is no number ends."""
     if factor > 0.0:
         rows.scale(w, factor, s.active)
+        rows.scale(across, factor, s.swaying)
         for m in range(op.points):
             w[ST + m] = -1.0
+            across[ST + m] = -1.0
     else:
         rows.clear(w, op.padded)
+        rows.clear(across, op.padded)
         s.active = 0
+        s.swaying = 0
         s.on = 0
 
 
 @jit
-def keep_house(s, op, w, pool, step):
+def keep_house(s, op, w, across, pool, step):
     """Drops dead modes, and finds out whether a contact is still possible. At fixed frame numbers only."""
     n = rows.living(w, s.active)
     s.active = n
-    if n == 0:
+    if s.swaying:
+        s.swaying = rows.living(across, s.swaying)
+    if n == 0 and s.swaying == 0:
         s.on = 0
         return
     speed = np.sqrt(rows.speed_square(w, n) / op.length)
-    if not speed < STEEPEST * op.speed:
-        weaken(s, op, w, STEEPEST * op.speed / speed)
+    most = max(speed, np.sqrt(rows.speed_square(across, s.swaying) / op.length)) if s.swaying else speed
+    if not most < STEEPEST * op.speed:
+        weaken(s, op, w, across, STEEPEST * op.speed / most)
         return
     if op.points == 0 or s.fading or s.quiet > step:
         return

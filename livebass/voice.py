@@ -8,7 +8,7 @@ import numpy as np
 
 from livebass import hands, rows, stepping
 from livebass.kernels import jit
-from livebass.layout import BEND, CUT, GAIN, HAND, OP_TAP, PLUCK, ROW, STRIKE_EVENT
+from livebass.layout import BEND, CUT, GAIN, HAND, OP_TAP, PLUCK, ROW, STRIKE_EVENT, VOICE_SLOTS
 
 CUT_RATE = 900.0  # 1/s of all-sound-off
 DEEPEST = 8e-3  # m: a string cannot dip farther into a magnet's field
@@ -17,9 +17,9 @@ INAUDIBLE = 1e-17  # of the signal of a string at rest: what the filters still h
 
 @jit
 def happen(v, slots, ops, w2, pool, event, settings):
-    """One event. `settings`: rounding (m), strike width (m)."""
+    """One event. `settings`: rounding (m), strike width (m), angle of plucks (rad)."""
     if event.kind == PLUCK:
-        hands.pluck(v, slots, ops, w2, pool, event.fret, event.x, event.y, settings[0])
+        hands.pluck(v, slots, ops, w2, pool, event.fret, event.x, event.y, settings[0], settings[2])
     elif event.kind == STRIKE_EVENT:
         hands.strike(v, slots, ops, w2, pool, event.fret, event.x, event.y, settings[1])
     elif event.kind == HAND:
@@ -56,6 +56,8 @@ def listen(v, slots, ops, w2, pool, y):
             if v.pickups == 0:
                 phase = v.frame % v.denominator if v.denominator > 1 else 0
                 y[0] += rows.tap(w2[k], pool, o + 2 * phase * ROW, n)
+            if s.swaying > 0:
+                listen_across(v, op, w2[VOICE_SLOTS + k], pool, min(s.swaying, s.heard), y)
             i = 0
             while i + 1 < v.pickups:
                 u, moving, other, other_moving = rows.sense_2(w2[k], pool, o + i * ROW, n)
@@ -72,9 +74,22 @@ def listen(v, slots, ops, w2, pool, y):
         up, moving = hands.pulled(v, v.pulling)
         if v.pickups == 0:
             y[0] += up * v.held[0]
+            y[1] += up * v.held_across[0]
         for i in range(v.pickups):
             y[2 * i] += up * v.held[i]
-            y[2 * i + 1] += moving * v.held[i]
+            y[2 * i + 1] += moving * (v.held[i] + v.across[i] * v.held_across[i])
+
+
+@jit
+def listen_across(v, op, across, pool, n, y):
+    """Adds what is sensed of v: to the velocities, or as a displacement of its own, at its own sensor."""
+    o = op.start + OP_TAP * ROW
+    if v.pickups == 0:
+        phase = v.frame % v.denominator if v.denominator > 1 else 0
+        y[1] += rows.tap(across, pool, o + 2 * (v.denominator + phase) * ROW, n)
+    for i in range(v.pickups):
+        _, moving = rows.sense_1(across, pool, o + i * ROW, n)
+        y[2 * i + 1] += v.across[i] * moving
 
 
 @jit
@@ -82,7 +97,7 @@ def signal(v, y):
     """Taps to one sample: flux of each pickup, coil and tone circuit, volume."""
     x = 0.0
     if v.pickups == 0:
-        x = y[0]
+        x = y[0] + v.across[0] * y[1]
     for i in range(v.pickups):
         # the flux gradient falls exponentially with the distance between string and magnet
         x += v.mix[i] * np.exp(-v.decay[i] * max(y[2 * i], -DEEPEST)) * y[2 * i + 1]
@@ -121,27 +136,29 @@ def move(v, slots, ops, w2, pool, scratch, log):
             continue
         op = ops[s.fret]
         w = w2[k]
-        stepping.advance(s, op, w, pool, scratch[0], scratch[1], steps, v.step, log, v)
+        across = w2[VOICE_SLOTS + k]
+        stepping.advance(s, op, w, across, pool, scratch[0], scratch[1], steps, v.step, log, v)
         if s.hand < 1.0:
             rows.scale(w, s.hand, s.active)
+            rows.scale(across, s.hand, s.swaying)
     v.step = after
     v.frame += 1
     if v.frame % stepping.HOUSEKEEPING == 0:
         for k in range(2):
             s = slots[k]
             if s.on and not (k == v.slot and (v.pulling > 0 or v.striking > 0)):
-                stepping.keep_house(s, ops[s.fret], w2[k], pool, v.step)
+                stepping.keep_house(s, ops[s.fret], w2[k], w2[VOICE_SLOTS + k], pool, v.step)
         if not (slots[0].on or slots[1].on) or not abs(v.block_out) < np.inf:
             settle(v)
 
 
 @jit
-def run(v, slots, ops, w2, pool, events, count, settings, scratch, taps, log, raw, out):
+def run(v, slots, ops, w2, pool, events, count, settings, scratch, taps, log, raw, out, across):
     """Plays out.shape[0] frames. `events[:count]`: this string's, by frame, none before v.frame.
 
-    v, slots, ops: records (layout.py); w2 (2, WORK_ROWS * ROW); pool: operators; scratch (2, ROW) int64 and taps (8,)
-    are workspace; log (n, 2) receives fine step and point of each contact; with `raw` out holds the first tap.
-    Returns the events used.
+    v, slots, ops: records (layout.py); w2 (4, WORK_ROWS * ROW); pool: operators; scratch (2, ROW) int64 and taps (8,)
+    are workspace; log (n, 2) receives fine step and point of each contact; with `raw` out
+    holds u, and `across` (as long, or empty) v. Returns the events used.
     """
     used = 0
     for i in range(out.shape[0]):
@@ -152,10 +169,12 @@ def run(v, slots, ops, w2, pool, events, count, settings, scratch, taps, log, ra
             hands.follow_bend(v, slots, ops, w2, pool)
         s = slots[v.slot]
         if s.on:
-            hands.excite(v, s, ops[s.fret], w2[v.slot])
+            hands.excite(v, s, ops[s.fret], w2[v.slot], w2[VOICE_SLOTS + v.slot])
         listen(v, slots, ops, w2, pool, taps)
         if raw:
             out[i] = taps[0]
+            if i < across.shape[0]:
+                across[i] = taps[1]
         else:
             out[i] = signal(v, taps)
         move(v, slots, ops, w2, pool, scratch, log)
