@@ -33,6 +33,9 @@ from livebass.quality import QUALITIES
     show_default="0.64m",
     help="Where it is, from the stop (the nut or the fret).",
 )
+@click.option(
+    "--angle", type=Quantity(*limits.ANGLE), default=0.0, show_default="0deg", help="Of the pluck, from straight up."
+)
 @click.option("--duration", type=Quantity(*limits.DURATION), default=1.0, show_default="1 s")
 @click.option("-q", "--quality", type=click.Choice(list(QUALITIES)), default="reference", show_default=True)
 @click.option("--modes", type=MODES, help="Modes of the string as stopped, instead of the quality's.")
@@ -49,7 +52,7 @@ from livebass.quality import QUALITIES
     "-o", "--output", type=click.Path(path_type=Path), required=True, metavar="DIR", help="Made if need be."
 )
 def simulate(
-    preset: str, string: str, fret: int, apex: float, at: float, duration: float, quality: str,
+    preset: str, string: str, fret: int, apex: float, at: float, angle: float, duration: float, quality: str,
     modes: int | None, contact_rate: float | None, rate: int, solver: str, output: Path,
 ) -> None:  # fmt: skip
     """Pluck one string once and write what it did.
@@ -76,6 +79,6 @@ def simulate(
         announce_kernels()
     line = simulate_to_directory(
         bass, string=string, fret=fret, apex=apex, at=at, duration=duration, modes=modes,
-        contact_rate=chosen.contact_rate, rate=rate, solver=solver, directory=output,
+        contact_rate=chosen.contact_rate, rate=rate, solver=solver, directory=output, angle=angle,
     )  # fmt: skip
     click.echo(line, err=True)

@@ -34,6 +34,7 @@ def _shown(value: float, dimension: str) -> str:
 
 
 APEX = Limits("length", 1e-6, 0.030)
+ANGLE = Limits("angle", -1.56, 1.56)  # rad, from straight up
 AT = Limits("length", 1e-3, 2.0)  # from the stop; and on the string
 DURATION = Limits("time", 1e-4, 60.0)
 RATE = Limits("frequency", 22050, 192_000, whole=True)

@@ -128,8 +128,9 @@ class Builder:
         for i, p in enumerate(pickups, 1):
             if not p.aperture / 2 <= p.position <= room - p.aperture / 2:
                 raise self.error(f"pickup[{i}].position", f"with its aperture, {ends}", _mm(p.position))
-        if not output.sensor < room:
-            raise self.error("output.sensor", ends, _mm(output.sensor))
+        for key in ("sensor", "sensor_v"):
+            if not getattr(output, key) < room:
+                raise self.error(f"output.{key}", ends, _mm(getattr(output, key)))
         return output
 
     def pickup(self, raw: Any, where: str, names: list[str]) -> Pickup:
@@ -259,7 +260,7 @@ class Builder:
         if len(nu) != len(re_y):
             why = f"{len(re_y)} for {len(nu)} conductance_frequencies, must be as many"
             raise self.error(f"{where}.conductance_values", why)
-        same = {k: v[k] for k in ("contact_stiffness", "contact_exponent", "grid_step")}
+        same = {k: v[k] for k in ("contact_stiffness", "contact_exponent", "grid_step", "friction", "friction_speed")}
         return length, Neck(x, h, conductance=tuple(zip(nu, re_y, strict=True)), **same)
 
     def ascending(self, where: str, values: tuple[float, ...], dimension: str, least: float = 0.0) -> None:

@@ -1,7 +1,7 @@
 """One string, one pluck, to files: what `livebass simulate` does.
 
-Writes `displacement.wav` (float32, the sensor's displacement scaled to a peak of -1 dBFS), `contacts.csv`
-(`time_s,fret`) and `result.npz`, all three or none.
+Writes `displacement.wav` (float32, the displacement at the sensor scaled to a peak of -1 dBFS; after an oblique pluck
+in two channels, u and v), `contacts.csv` (`time_s,fret`) and `result.npz`, all three or none.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from livebass import modes as modal
 from livebass.atomic import Transaction, checked_place
 from livebass.audiofile import AudioWriter, encoding
 from livebass.instrument import Instrument, Pluck, Speaking, speaking
-from livebass.motion import Motion, Trial, initial_amplitudes
+from livebass.motion import Motion, Trial, initial_amplitudes, initial_amplitudes_across
 from livebass.reference import static_compliance
 
 FILES = ("displacement.wav", "contacts.csv", "result.npz")
@@ -40,19 +41,20 @@ def simulate_to_directory(
     rate: int,
     solver: str,
     directory: Path,
+    angle: float = 0.0,
 ) -> str:
     """Pluck `string` stopped at `fret` with corner `apex` (m) at `at` (m from the stop); a one-line summary.
 
-    duration s; modes None for all; contact_rate and rate Hz; solver "engine" or "reference". Raises
-    ValueError, one line that says what is allowed, before anything is computed or written, and OSError
-    where the files cannot be written; the directory is then as it was. [main thread]
+    `angle` rad from straight up towards across; duration s; modes None for all; contact_rate and rate Hz; solver
+    "engine" or "reference". Raises ValueError, one line that says what is allowed, before anything is computed or
+    written, and OSError where the files cannot be written; the directory is then as it was. [main thread]
     """
     if solver not in ("engine", "reference"):
         raise ValueError(f"solver {solver!r}: engine or reference")
     s = _speaking(instrument, string, fret)
     whole = solver == "engine"  # which cuts a sample into whole steps
     limits.CONTACT_RATE._replace(whole=whole).check("contact rate", contact_rate)
-    trial = _trial(instrument, s, apex, at, duration, modes, contact_rate, rate)
+    trial = _trial(instrument, s, apex, at, duration, modes, contact_rate, rate, angle)
     directory = Path(directory)
     with Transaction() as files:
         files.directory(directory)
@@ -89,12 +91,14 @@ def _trial(
     modes: int | None,
     contact_rate: float,
     rate: int,
+    angle: float,
 ) -> Trial:
     """What to solve, every number checked: ValueError says what is allowed."""
     limits.APEX.check("apex", apex)
     if not limits.AT.least <= at < s.length:
         least, below = limits.AT.least * 1e3, s.length * 1e3
         raise ValueError(f"pluck at {at * 1e3:g} mm: allowed are {least:g} mm to below {below:g} mm from the stop")
+    limits.ANGLE.check("angle", angle)
     limits.DURATION.check("duration", duration)
     limits.RATE.check("rate", rate)
     if contact_rate < rate:
@@ -104,11 +108,13 @@ def _trial(
     if not 1 <= count <= most:
         raise ValueError(f"{count} modes: 1 to {most} for this string and fret")
     _check_aliasing(s, count, contact_rate)
-    sensor = instrument.output.sensor
-    if not 0 < sensor < s.length:
-        raise ValueError(f"sensor {sensor * 1e3:g} mm from the saddle: between 0 and {s.length * 1e3:g} mm")
-    pluck = Pluck(apex, at, instrument.player.rounding)
-    return Trial(s, pluck, int(count), float(contact_rate), float(rate), float(duration), s.length - sensor)
+    places = instrument.output.sensor, instrument.output.sensor_v
+    for place in places:
+        if not 0 < place < s.length:
+            raise ValueError(f"sensor {place * 1e3:g} mm from the saddle: between 0 and {s.length * 1e3:g} mm")
+    pluck = Pluck(apex, at, instrument.player.rounding, angle)
+    sensor, sensor_v = (s.length - place for place in places)
+    return Trial(s, pluck, int(count), float(contact_rate), float(rate), float(duration), sensor, sensor_v=sensor_v)
 
 
 def _check_aliasing(s: Speaking, count: int, contact_rate: float) -> None:
@@ -144,17 +150,28 @@ def _write(files: Transaction, directory: Path, trial: Trial, motion: Motion) ->
     """The three files of a result."""
     sound, table, result = (directory / name for name in FILES)
     s = trial.speaking
-    loudest = float(np.max(np.abs(motion.displacement_m)))
-    metres_per_unit = loudest / PEAK or 1.0
-    writer = AudioWriter(files, sound, encoding(sound, round(trial.output_rate), bits="float"))
-    writer.write((motion.displacement_m / metres_per_unit).astype(np.float32))
+    moved = np.column_stack([motion.displacement_m, *([] if motion.across_m is None else [motion.across_m])])
+    metres_per_unit = float(np.max(np.abs(moved))) / PEAK or 1.0
+    kind = encoding(sound, round(trial.output_rate), bits="float", channels=moved.shape[1])
+    writer = AudioWriter(files, sound, kind)
+    writer.write((moved / metres_per_unit).astype(np.float32))
     writer.close()
     frets = np.asarray(s.contact_fret, dtype=np.int64)
     rows = zip(motion.contact_time_s, frets[motion.contact_index], strict=True)
     files.write(table, "".join(["time_s,fret\n", *(f"{float(t)!r},{fret}\n" for t, fret in rows)]).encode())
     arrays = io.BytesIO()
+    across: dict[str, Any] = {}
+    if motion.across_m is not None:
+        across = {
+            "across_m": motion.across_m,
+            "across_sensor_position_m": trial.sensor_v,
+            "initial_modal_amplitudes_across": initial_amplitudes_across(trial),
+            "friction_n_per_m": s.friction,
+            "friction_speed_m_per_s": s.friction_speed,
+        }
     np.savez(
         arrays,
+        **across,
         length_m=s.length,
         linear_density_kg_per_m=s.string.linear_density,
         grid_points=s.grid_points,

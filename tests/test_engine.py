@@ -75,6 +75,35 @@ def test_random_setups(first: int) -> None:
     assert judged_to_the_end >= 4
 
 
+def oblique(trial: Trial, angle: float, apex: float, **more: float) -> Trial:
+    """Plucked at `angle` (rad), heard across 30 mm from the saddle, with what `more` says of friction."""
+    pluck = dataclasses.replace(trial.pluck, angle=angle, apex=apex)
+    speaking = dataclasses.replace(trial.speaking, **more)
+    return dataclasses.replace(trial, pluck=pluck, speaking=speaking, sensor_v=speaking.length - 0.03)
+
+
+def assert_agree_across(trial: Trial, name: str) -> None:
+    engine, brute = solve_trial(trial), solve(trial)
+    assert engine.across_m is not None and brute.across_m is not None
+    assert len(brute.contact_step) > 0 and same_contacts(engine, brute), name
+    assert np.max(difference(engine, brute)) < AGREED, name
+    assert np.abs(engine.across_m - brute.across_m).max() < AGREED * np.abs(brute.across_m).max(), name
+
+
+def test_oblique_pluck_of_the_paper_at_8_mhz() -> None:
+    """Section 4.1.3: 3.1 mm up, 2.2 mm across."""
+    trial = oblique(case_b(duration=0.06), np.arctan2(2.2, 3.1), np.hypot(3.1e-3, 2.2e-3))
+    assert_agree_across(trial, "3.1 mm and 2.2 mm")
+
+
+@pytest.mark.parametrize("first", range(1, 21, 5))
+def test_random_setups_with_friction(first: int) -> None:
+    for seed in range(first, first + 5):
+        trial, rng = random_trial(seed, 0.02), np.random.default_rng(seed)
+        law = {"friction": 10 ** rng.uniform(1, 3.5), "friction_speed": 10 ** rng.uniform(-6, -2)}
+        assert_agree_across(oblique(trial, rng.uniform(0.1, 1.0), trial.pluck.apex, **law), f"seed {seed}")
+
+
 def energies(trial: Trial) -> tuple[Floats, int]:
     """The energy (J) at every frame at which no fret pushes, and how many frames had one that does.
 
@@ -84,14 +113,14 @@ def energies(trial: Trial) -> tuple[Floats, int]:
     op, slot, v, w = records[0], state.slots[0], state.record[0], state.work[0]
     event = np.zeros(1, at.EVENT)
     event[0] = (0, at.PLUCK, 0, 0, trial.pluck.apex, trial.pluck.position)
-    settings, out = np.array([trial.pluck.rounding, 0.02]), np.zeros(1)
+    settings, out = np.array([trial.pluck.rounding, 0.02, 0.0]), np.zeros(1)
     rows = w.reshape(-1, at.ROW)
     stamp, now, before = rows[at.STAMP], rows[at.ETA], rows[at.ETA_OLD]
     values, pushed = [], 0
     for frame in range(trial.samples):
         voice.run(
             v, state.slots, records, state.work, memory, event, int(frame == 0), settings, state.scratch,
-            state.taps, state.log, True, out,
+            state.taps, state.log, True, out, out[:0],
         )  # fmt: skip
         points = slice(0, int(op["points"]))
         at_fret = (stamp[points] == v["step"]) & ((now[points] > 0) | (before[points] > 0))
