@@ -47,7 +47,7 @@ def identify(
     measured, for `livebass render`, `play` and `simulate`. Each note in the RECORDINGs (WAV, FLAC, Ogg ...) is a take:
     with several, medians and their scatter are told. Let the notes ring, and damp the other strings. A pluck close to
     the nut and a pickup close to the bridge show the most partials. Where a partial is two, as the string swings in two
-    directions, the stronger counts and the other is named beside it.
+    directions or the pickup adds an overtone, the stronger counts and the other is named beside it.
 
     \b
     Examples:
@@ -90,6 +90,7 @@ def identify(
     click.echo(identified.table(result), nl=False)
     notes, count = len(result.takes), len(result.partials)
     written = f" -> {', '.join(map(str, outputs))}" if outputs else ""
+    left = f", {result.rejected} more not used: of another pitch, short or unclear" if result.rejected else ""
     click.echo(
-        f"string {result.string.name}: {count} partials from {notes} note{'s' * (notes != 1)}{written}", err=True
+        f"string {result.string.name}: {count} partials from {notes} note{'s' * (notes != 1)}{left}{written}", err=True
     )

@@ -63,6 +63,7 @@ def json_text(result: Identified) -> str:
         "thermoelastic": s.thermoelastic,
         "conductance": [{"frequency_hz": nu, "conductance_m_per_s_per_n": y} for nu, y in result.conductance],
         "missing_partials": list(result.missing),
+        "rejected_takes": result.rejected,
         "takes": [{"file": t.name, "start_s": t.start_s, "duration_s": t.duration_s} for t in result.takes],
         "partials": rows(result),
     }

@@ -41,6 +41,7 @@ class Identified:
     partials: tuple[Found, ...]
     law: Law
     takes: tuple[Take, ...]
+    rejected: int  # takes of another pitch, too short, or without enough partials
     missing: tuple[int, ...]  # partials below the highest that were not found: `string` has the law's values
 
 
@@ -68,7 +69,7 @@ def identify(
     hint = f0 or (note_frequency(note) if note is not None else None)
     if hint is None and known is not None:
         hint = note_frequency(known.open_note)
-    takes, pitch = _takes(paths, start, duration, channel, hint)
+    takes, pitch, all_takes = _takes(paths, start, duration, channel, hint)
     tracks = [(take, track(take.sound, take.rate, pitch, modes)) for take in takes]
     good = [(take, partials) for take, partials in tracks if _plausible(partials, pitch)]
     if not good:
@@ -81,7 +82,7 @@ def identify(
     losses = fit_losses(
         fitted, neck, _numbers(found), np.array([p.damping for p in found]), np.array([p.damping_u for p in found]) / 2
     )
-    return _identified(fitted, losses, found, law, [take for take, _ in good])
+    return _identified(fitted, losses, found, law, [take for take, _ in good], all_takes - len(good))
 
 
 def nearest_string(bass: Instrument, frequency: float) -> String:
@@ -102,8 +103,8 @@ def _check_pitch(string: String, frequency: float, all_strings: str = "") -> Non
 
 def _takes(
     paths: Sequence[Path], start: float, duration: float, channel: int | None, hint: float | None
-) -> tuple[list[Take], float]:
-    """All takes long enough, and their pitch, Hz."""
+) -> tuple[list[Take], float, int]:
+    """All takes long enough of one pitch, that pitch, Hz, and how many takes there are."""
     if not paths:
         raise RecordingError("no recording")
     takes: list[Take] = []
@@ -122,14 +123,16 @@ def _takes(
             longest = max(t.duration_s for t in takes)
             raise RecordingError(f"{takes[0].name}: {longest:.3g} s of note, too short: {PERIODS} periods are needed")
         raise RecordingError(f"{takes[0].name}: no pitch{near}: noise, several notes at once, or not this string")
-    pitch = float(np.median([p for p in pitches if p]))
+    heard = np.array([p for p in pitches if p])
+    alike = np.abs(np.log(heard[:, None] / heard)) < math.log(SEMITONE)
+    pitch = float(np.median(heard[alike[np.argmax(alike.sum(axis=0))]]))  # of most takes
     good = [t for t, p in zip(takes, pitches, strict=True) if p and abs(cents(p / pitch)) < 100]
     long = [t for t in good if t.duration_s * pitch >= PERIODS]
     if not long:
         longest = max(t.duration_s for t in good)
         why = f"too short: {PERIODS} periods, {PERIODS / pitch:.2g} s, are needed"
         raise RecordingError(f"{good[0].name}: {longest:.3g} s of note, {why}")
-    return long, pitch
+    return long, pitch, len(takes)
 
 
 def _pitch(take: Take, low: float, high: float) -> float | None:
@@ -174,7 +177,9 @@ def _tuned(base: String, law: Law, note: int | None) -> String:
     )  # fmt: skip
 
 
-def _identified(fitted: String, losses: Losses, found: list[Found], law: Law, takes: list[Take]) -> Identified:
+def _identified(
+    fitted: String, losses: Losses, found: list[Found], law: Law, takes: list[Take], rejected: int
+) -> Identified:
     """Measured modes without a gap: what was not found follows the law."""
     fitted = replace(
         fitted, diameter=losses.diameter, viscoelastic_angle=losses.viscoelastic_angle,
@@ -197,4 +202,4 @@ def _identified(fitted: String, losses: Losses, found: list[Found], law: Law, ta
     string = replace(
         fitted, measured_frequencies=tuple(map(float, frequencies)), measured_dampings=tuple(map(float, dampings))
     )
-    return Identified(string, losses.conductance, tuple(found), law, tuple(takes), missing)
+    return Identified(string, losses.conductance, tuple(found), law, tuple(takes), rejected, missing)

@@ -82,8 +82,11 @@ def read_recording(path: Path, channel: int | None = None) -> Recording:
         raise RecordingError(f"{name}: no channel {channel}, it has {sound.shape[1]}")
     if not np.isfinite(sound).all():
         raise RecordingError(f"{name}: has samples that are not finite numbers")
-    if not sound.size or np.max(np.abs(sound)) < SILENCE:
-        raise RecordingError(f"{name}: is silent" if sound.size else f"{name}: is empty")
+    if not sound.size:
+        raise RecordingError(f"{name}: is empty")
+    sound -= sound.mean(axis=0)  # a displacement sensor has an offset
+    if np.max(np.abs(sound)) < SILENCE:
+        raise RecordingError(f"{name}: is silent")
     chosen = int(np.argmax(np.sum(sound**2, axis=0))) if channel is None else channel - 1
     return Recording(name, np.ascontiguousarray(sound[:, chosen]), int(rate))
 
