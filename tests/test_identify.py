@@ -292,6 +292,26 @@ def test_another_tuning(run: Run, tmp_path: Path) -> None:
     assert tomllib.loads((tmp_path / "drop.toml").read_text())["string"][0]["open_note"] == "D1"
 
 
+@pytest.mark.parametrize(
+    ("file", "string", "f0", "inharmonicity", "least"),
+    [("picked-g.flac", "G", 98.0, (3.2e-5, 3.7e-5), 50), ("picked-e.flac", "E", 41.2, (1.1e-4, 1.6e-4), 45)],
+)
+def test_a_real_bass(
+    run: Run, tmp_path: Path, file: str, string: str, f0: float, inharmonicity: tuple[float, float], least: int
+) -> None:
+    """Recordings under the MIT licence, see recordings/LICENSE. The G of the paper, on another bass, has B = 3.5e-5."""
+    path = Path(__file__).parent / "recordings" / file
+    result = identify([path], load_preset("jazz-finger"))
+    assert result.string.name == string and len(result.partials) >= least and not result.rejected
+    assert result.law.fundamental == pytest.approx(f0, rel=0.015)
+    assert inharmonicity[0] < result.string.inharmonicity < inharmonicity[1]
+    low = result.partials[:5]
+    np.testing.assert_allclose([p.frequency / p.number for p in low], f0, rtol=5e-3)
+    assert all(0.1 < p.damping < 4 for p in low)  # T60 of 2 to 70 s
+    cli_text(run, "identify", path, "-o", tmp_path / "mine.toml")
+    assert "good" in cli_text(run, "presets", "check", tmp_path / "mine.toml")
+
+
 def bad_recordings(folder: Path) -> dict[str, Path]:
     noise = np.random.default_rng(3).normal(size=2 * RATE)
     good = pluck(seconds=1.0)
