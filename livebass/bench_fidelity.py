@@ -11,16 +11,14 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 
+from livebass.analysis import RANGE, characteristic_frequencies, spectrogram
 from livebass.engine import Engine
 from livebass.instrument import Instrument
 from livebass.motion import Floats
 from livebass.quality import QUALITIES, Quality
 
 SPAN = 0.3  # s of each note
-WINDOW, HOP = 2048, 512  # samples at 48 kHz: 43 ms, 1.8 periods of the low E
-RANGE = 70.0  # dB below the loudest of the other sound: what is lower counts as that low
 FRETS = (0, 2, 5, 7, 9, 12)
 VELOCITIES = (20, 45, 64, 85, 106, 127)
 NOTE_ON, CONTROL, ALL_SOUND_OFF = 0x90, 0xB0, 120
@@ -105,24 +103,6 @@ def _sounds(bass: Instrument, quality: Quality, rate: int, play: list[tuple[int,
         send(CONTROL, ALL_SOUND_OFF, 0)
         engine.process(round(GAP * rate))
     return out
-
-
-def spectrogram(sound: Floats, rate: int) -> Floats:
-    """Amplitudes (frames, bins) of Hann windows; the sound is at least a window long."""
-    window, hop = (round(n * rate / 48_000) for n in (WINDOW, HOP))
-    return np.abs(np.fft.rfft(sliding_window_view(sound, window)[::hop] * np.hanning(window + 1)[:-1]))
-
-
-def characteristic_frequencies(sound: Floats, rate: int) -> Floats:
-    """Eq. 14 for each frame, Hz: the mean frequency, weighted with the square of the amplitude, up to rate / 2.
-
-    The paper resamples to 51.2 kHz first, so it counts to 25.6 kHz; here all that a file at `rate` holds counts.
-    NaN where a frame is silent.
-    """
-    power = spectrogram(sound, rate) ** 2
-    nu = np.linspace(0.0, rate / 2, power.shape[1])
-    total = power.sum(axis=1)
-    return np.divide(power @ nu, total, out=np.full(len(total), np.nan), where=total > 0)
 
 
 def frequency_error(sound: Floats, other: Floats, rate: int) -> float:

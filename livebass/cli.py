@@ -21,6 +21,7 @@ import click
 from livebass import __version__
 from livebass.atomic import STOPS, written
 from livebass.cli_bench import bench
+from livebass.cli_identify import identify
 from livebass.cli_play import devices, play
 from livebass.cli_presets import presets
 from livebass.cli_render import render
@@ -44,7 +45,7 @@ def livebass() -> None:
     """
 
 
-for command in (play, render, presets, devices, simulate, bench):
+for command in (play, render, presets, devices, simulate, identify, bench):
     livebass.add_command(command)
 
 

@@ -14,7 +14,7 @@ from livebass.instrument import Instrument
 from livebass.preset_build import Builder, PresetError, nearest
 from livebass.preset_keys import KEYS, REQUIRED, Key, allowed, quoted
 
-__all__ = ["PresetError", "load_preset", "preset_names", "preset_reference", "preset_text"]
+__all__ = ["PresetError", "load_preset", "preset_names", "preset_reference", "preset_source", "preset_text"]
 
 LARGEST_FILE = 1_000_000  # bytes
 
@@ -29,13 +29,13 @@ def load_preset(name_or_path: str | os.PathLike[str]) -> Instrument:
 
     Raises PresetError, one line, for whatever is wrong with the file or what it says.
     """
-    label, text = _read(name_or_path)
+    label, text = preset_source(name_or_path)
     return Builder(label).instrument(_parse(label, text))
 
 
 def preset_text(name_or_path: str | os.PathLike[str]) -> str:
     """The preset file as it is, then as comments the keys it leaves to their defaults. Raises PresetError."""
-    label, text = _read(name_or_path)
+    label, text = preset_source(name_or_path)
     data = _parse(label, text)
     Builder(label).instrument(data)
     lines = []
@@ -74,8 +74,8 @@ def _shipped() -> Traversable:
     return installed if installed.is_dir() else Path(__file__).resolve().parent.parent / "presets"
 
 
-def _read(name_or_path: str | os.PathLike[str]) -> tuple[str, str]:
-    """File name for messages, and the text. Raises PresetError."""
+def preset_source(name_or_path: str | os.PathLike[str]) -> tuple[str, str]:
+    """File name for messages, and the text of the file as it is. Raises PresetError."""
     name = os.fspath(name_or_path)
     if not (name.endswith(".toml") or "/" in name or os.sep in name):
         if name not in preset_names():

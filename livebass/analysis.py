@@ -1,0 +1,114 @@
+"""What is looked at in a sound or a motion: spectrogram, characteristic frequency, contacts on frets over time.
+
+Source: C. Issanchou et al. (2018), eq. 14 and figures 5 to 7. Sounds are (n,) arrays in any unit, rates in Hz, times
+in s from the first sample.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import ArrayLike, NDArray
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+WINDOW, HOP = 2048, 512  # samples at 48 kHz: 43 ms, 1.8 periods of the low E
+RANGE = 70.0  # dB, of the paper's spectrograms
+PAPER_RATE = 51_200  # Hz, to which the paper resamples before eq. 14
+
+
+def spectrogram(sound: Floats, rate: float, window: int | None = None, hop: int | None = None) -> Floats:
+    """Amplitudes (frames, bins) of Hann windows of `window` samples, `hop` samples apart.
+
+    Bin k is k rate / window Hz. Left out, they are `WINDOW` and `HOP`, the same times at every rate. Raises ValueError
+    where the sound is shorter than a window.
+    """
+    window, hop = _frames(rate, window, hop)
+    return np.abs(np.fft.rfft(sliding_window_view(sound, window)[::hop] * np.hanning(window + 1)[:-1]))
+
+
+@dataclass(frozen=True)
+class Spectrogram:
+    """Levels over time and frequency, as the paper draws them (figure 5)."""
+
+    time_s: Floats  # (frames,), the middle of each window
+    frequency_hz: Floats  # (bins,)
+    level_db: Floats  # (frames, bins), 0 is the loudest of all; what is lower than the range counts as that low
+
+
+def spectrogram_db(
+    sound: Floats, rate: float, window: int | None = None, hop: int | None = None, range_db: float = RANGE
+) -> Spectrogram:
+    """Short-time spectrogram in dB below its loudest bin. Raises ValueError for silence, or less than a window."""
+    window, hop = _frames(rate, window, hop)
+    amplitude = spectrogram(sound, rate, window, hop)
+    loudest = float(amplitude.max())
+    if not loudest > 0:
+        raise ValueError("nothing sounds: there is no level to refer to")
+    level = 20 * np.log10(np.maximum(amplitude / loudest, 10 ** (-range_db / 20)))
+    middle: Floats = (np.arange(len(level), dtype=np.float64) * hop + window / 2) / rate
+    return Spectrogram(middle, np.arange(level.shape[1]) * rate / window, level)
+
+
+def characteristic_frequencies(sound: Floats, rate: float, window: int | None = None, hop: int | None = None) -> Floats:
+    """Eq. 14 for each frame of the spectrogram, Hz: the mean frequency, weighted with the square of the amplitude.
+
+    It counts up to rate / 2. The paper's goes to 25.6 kHz: for that, `resampled` first. NaN where a frame is silent.
+    """
+    power = spectrogram(sound, rate, window, hop) ** 2
+    nu = np.linspace(0.0, rate / 2, power.shape[1])
+    total = power.sum(axis=1)
+    return np.divide(power @ nu, total, out=np.full(len(total), np.nan), where=total > 0)
+
+
+def resampled(sound: Floats, rate: int, to: int = PAPER_RATE) -> Floats:
+    """The sound at `to` Hz, by SciPy's polyphase filter. Raises ValueError unless both rates are whole and positive.
+
+    Needs SciPy: pip install 'livebass[analysis]'.
+    """
+    if rate < 1 or to < 1 or rate != int(rate) or to != int(to):
+        raise ValueError(f"rates {rate:g} Hz and {to:g} Hz: allowed are whole positive ones")
+    from scipy.signal import resample_poly
+
+    shared = int(np.gcd(int(rate), int(to)))
+    return np.asarray(resample_poly(sound, int(to) // shared, int(rate) // shared), dtype=np.float64)
+
+
+@dataclass(frozen=True)
+class Contactogram:
+    """Which fret is touched when (figure 7), ordered by time, then as given."""
+
+    time_s: Floats  # (k,), the string meets the fret
+    fret: Ints  # (k,)
+    release_s: Floats  # (k,), it leaves it; NaN where that is not known
+
+    def sets(self, gap: float = 4e-3) -> Ints:
+        """Number of the set each contact belongs to, from 0, (k,): `gap` (s) without a new contact ends a set.
+
+        A string swings down to the frets once a period: half of one, 5 ms at 98 Hz, is free of contacts.
+        """
+        return np.concatenate([[0], np.cumsum(np.diff(self.time_s) >= gap)])[: self.time_s.size].astype(np.int64)
+
+
+def contactogram(
+    contact_time_s: ArrayLike, contact_index: ArrayLike, frets: ArrayLike, release_s: ArrayLike | None = None
+) -> Contactogram:
+    """The contacts of a `Motion` on the frets (`Speaking.contact_fret`) its indices mean.
+
+    contact_time_s (k,), s; contact_index (k,), into `frets`; release_s (k,), s, where it is known. Raises ValueError
+    unless they are as many.
+    """
+    time, index = np.asarray(contact_time_s, np.float64), np.asarray(contact_index, np.int64)
+    release = np.full(time.shape, np.nan) if release_s is None else np.asarray(release_s, np.float64)
+    if not time.shape == index.shape == release.shape or time.ndim != 1:
+        raise ValueError(f"contacts: {time.shape} times, {index.shape} indices and {release.shape} releases")
+    order = np.argsort(time, kind="stable")
+    return Contactogram(time[order], np.asarray(frets, np.int64)[index][order], release[order])
+
+
+def _frames(rate: float, window: int | None, hop: int | None) -> tuple[int, int]:
+    """Samples of a window and from one to the next."""
+    return window or round(WINDOW * rate / 48_000), hop or round(HOP * rate / 48_000)

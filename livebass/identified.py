@@ -1,0 +1,199 @@
+"""What was identified, as a preset file, a table to read, JSON and CSV."""
+
+from __future__ import annotations
+
+import json
+import math
+import tomllib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from livebass.combine import Found
+from livebass.identify import Identified
+from livebass.instrument import String
+from livebass.preset import preset_source
+from livebass.preset_build import Builder
+from livebass.units import note_name, note_number
+
+MARK = "identified"
+COLUMNS = (
+    "partial", "frequency_hz", "frequency_u95_hz", "damping_per_s", "damping_u95_per_s", "q", "t60_s", "level_db",
+    "takes", "law_frequency_hz", "twin_frequency_hz", "twin_damping_per_s",
+)  # fmt: skip
+
+
+def rows(result: Identified) -> list[dict[str, float | None]]:
+    """A row a partial, by `COLUMNS`; None where there is no value. u95: expanded uncertainty, 95 %."""
+    law = result.law.frequency(np.array([p.number for p in result.partials]))
+    return [dict(zip(COLUMNS, map(_or_none, _row(p, float(nu))), strict=True))
+            for p, nu in zip(result.partials, law, strict=True)]  # fmt: skip
+
+
+def _row(p: Found, law: float) -> tuple[float, ...]:
+    q = math.pi * p.frequency / p.damping  # section 2.2
+    return (
+        p.number, p.frequency, p.frequency_u, p.damping, p.damping_u, q, p.t60, p.level_db, p.takes, law,
+        p.twin_frequency, p.twin_damping,
+    )  # fmt: skip
+
+
+def csv_text(result: Identified) -> str:
+    """The partials, comma-separated, with a head."""
+    lines = [",".join("" if v is None else f"{v:.9g}" for v in row.values()) for row in rows(result)]
+    return "\n".join([",".join(COLUMNS), *lines]) + "\n"
+
+
+def json_text(result: Identified) -> str:
+    """All of it; keys carry their units."""
+    s, law = result.string, result.law
+    data = {
+        "string": s.name,
+        "open_note": note_name(s.open_note),
+        "f0_hz": law.fundamental,
+        "inharmonicity": law.inharmonicity,
+        "law_deviation": law.deviation,
+        "law_from_partial": law.first,
+        "tension_n": s.tension,
+        "linear_density_kg_per_m": s.linear_density,
+        "diameter_m": s.diameter,
+        "viscoelastic_angle": s.viscoelastic_angle,
+        "thermoelastic": s.thermoelastic,
+        "conductance": [{"frequency_hz": nu, "conductance_m_per_s_per_n": y} for nu, y in result.conductance],
+        "missing_partials": list(result.missing),
+        "rejected_takes": result.rejected,
+        "takes": [{"file": t.name, "start_s": t.start_s, "duration_s": t.duration_s} for t in result.takes],
+        "partials": rows(result),
+    }
+    return json.dumps(data, indent=1) + "\n"
+
+
+def table(result: Identified) -> str:
+    """The partials and the laws through them, to be read."""
+    several = len(result.takes) > 1
+    head = f"{'partial':>7} {'Hz':>11} {'+-':>9} {'1/s':>9} {'+-':>8} {'T60 s':>7} {'dB':>6} {'off law':>8}"
+    lines = [head + (f" {'takes':>5}" if several else "") + "  beside it"]
+    for row, p in zip(rows(result), result.partials, strict=True):
+        off = 1e6 * (p.frequency / (row["law_frequency_hz"] or math.nan) - 1)
+        twin = "" if math.isnan(p.twin_frequency) else f"  {p.twin_frequency:.3f} Hz, {p.twin_damping:.3g} /s"
+        lines.append(
+            f"{p.number:7} {p.frequency:11.4f} {p.frequency_u:9.2g} {p.damping:9.4g} {p.damping_u:8.2g} {p.t60:7.3g} "
+            f"{p.level_db:6.1f} {off:+4.0f} ppm" + (f" {p.takes:5}" if several else "") + twin
+        )
+    s = result.string
+    lines += [
+        "+-: 95 %, " + ("scatter over the takes" if several else "from the noise in this one take"),
+        f"f0 {result.law.fundamental:.4f} Hz, B {s.inharmonicity:.3g}, from partial {result.law.first} on, "
+        f"to {1e6 * result.law.deviation:.0f} ppm; tension {s.tension:.1f} N at {s.linear_density * 1e3:.4g} g/m",
+        f"losses: air as diameter {s.diameter * 1e3:.3g} mm, viscoelastic angle {s.viscoelastic_angle:.3g}, "
+        f"thermoelastic {s.thermoelastic:.2g}, " + _neck(result),
+    ]
+    if result.missing:
+        lines.append(f"not found: {', '.join(map(str, result.missing))}; the law stands in for them")
+    return "\n".join(lines) + "\n"
+
+
+def _neck(result: Identified) -> str:
+    if not result.conductance:
+        return "nothing left for the neck"
+    nu, most = max(result.conductance, key=lambda pair: pair[1])
+    return f"the neck takes most at {nu:.0f} Hz, {most * 1e3:.3g} mm/s/N"
+
+
+def new_preset(base: str, old: str, result: Identified, sources: Sequence[Path]) -> str:
+    """The text of preset `base` with its string `old` as it was identified from the files `sources`.
+
+    Everything else, comments too, stays. Raises PresetError where the result is no preset: a string that the law damps
+    beyond critical, or a pitch out of order. Needs tomlkit: pip install 'livebass[analysis]'.
+    """
+    import tomlkit
+
+    label, text = preset_source(base)
+    document: Any = tomlkit.parse(text)
+    table_: Any = next(s for s in document["string"] if s["name"].casefold() == old.casefold())
+    s = result.string
+    files = ", ".join("".join(c for c in p.name if c.isprintable()) for p in sources)
+    for name in ("core_diameter", "core_modulus", "stiffness_ratio", "extra_damping", "extra_damping_slope"):
+        table_.pop(name, None)
+
+    below = _cut_end(table_)
+    for name, value in _values(s, table_["open_note"]).items():
+        _put(table_, name, value)
+    _put_neck(document, table_, result)
+    if below:
+        table_.value.body.extend((None, item) for item in below)
+    document["description"] = f"String {old} identified from {files}; the rest is {label}"[:500]
+    head = f"# String {old} is identified from {files}, where marked so. The rest is {label}.\n"
+    done = head + tomlkit.dumps(document)
+    parsed = tomllib.loads(done)
+    Builder("the identified preset").instrument(parsed)
+    if parsed != document.unwrap():  # a value that ended up in a comment would go unnoticed
+        raise ArithmeticError(f"{label}: the new preset did not come out as it was meant")
+    return done
+
+
+def _cut_end(table: Any) -> list[Any]:
+    """Take away, and return, the blank lines and comments that end a table: they belong to what follows it."""
+    body = getattr(table.value, "body", [])
+    cut: list[Any] = []
+    while body and body[-1][0] is None:
+        cut.insert(0, body.pop()[1])
+    return cut
+
+
+def _put(target: Any, name: str, value: str) -> None:
+    """Set a key of a table to a value in TOML, marked."""
+    import tomlkit
+
+    target[name] = tomlkit.parse(f"x = {value}")["x"]
+    target[name].comment(MARK)
+    target[name].trivia.comment_ws, target[name].trivia.trail = "  ", "\n"
+
+
+def _put_neck(document: Any, string: Any, result: Identified) -> None:
+    """What the neck takes under this string alone; none of it where the preset has some and none was found."""
+    pairs = result.conductance
+    if not pairs:
+        given = {**document.get("neck", {}), **string.get("neck", {})}
+        if "conductance_values" not in given:
+            return
+        pairs = ((result.law.fundamental, 0.0),)
+    nu = _array("Hz", [x for x, _ in pairs], ".6g")
+    y = _array("mm/s/N", [x * 1e3 for _, x in pairs], ".4g")
+    if "neck" in string:
+        _put(string["neck"], "conductance_frequencies", nu)
+        _put(string["neck"], "conductance_values", y)
+    else:
+        import tomlkit
+
+        string["neck"] = tomlkit.table()
+        _put(string["neck"], "conductance_frequencies", nu)
+        _put(string["neck"], "conductance_values", y)
+
+
+def _values(s: String, open_note: Any) -> dict[str, str]:
+    """Keys of the string, in TOML."""
+    note = {} if note_number(open_note) == s.open_note else {"open_note": f'"{note_name(s.open_note)}"'}
+    return note | {
+        "tension": f'"{s.tension:.6g} N"',
+        "diameter": f'"{s.diameter * 1e3:.4g} mm"',
+        "inharmonicity": f"{s.inharmonicity:.5g}",
+        "viscoelastic_angle": f"{s.viscoelastic_angle:.4g}",
+        "thermoelastic": f"{s.thermoelastic:.3g}",
+        "law_fundamental": f'"{s.law_fundamental:.6f} Hz"',
+        "measured_frequencies": _array("Hz", s.measured_frequencies, ".9g"),
+        "measured_dampings": _array("/s", s.measured_dampings, ".6g"),
+    }
+
+
+def _array(unit: str, values: Sequence[float], digits: str) -> str:
+    """Quantities of one unit, eight a line."""
+    shown = [format(v, digits) for v in values]
+    lines = ["    " + ", ".join(shown[i : i + 8]) + ",\n" for i in range(0, len(shown), 8)]
+    return f'{{unit = "{unit}", values = [\n{"".join(lines)}]}}'
+
+
+def _or_none(value: float) -> float | None:
+    return value if math.isfinite(value) else None
