@@ -80,7 +80,8 @@ def touch(v, s, w, across, op, position, frames):
         shape = np.sin((j + 1) * k1 * position)
         w[FINGER * ROW + j] = np.exp(-FINGER_NEPERS / frames * shape * shape)
     if s.across:
-        across[FINGER * ROW : FINGER * ROW + op.padded] = w[FINGER * ROW : FINGER * ROW + op.padded]
+        for j in range(op.padded):
+            across[FINGER * ROW + j] = w[FINGER * ROW + j]
     v.fingering = frames
 
 
