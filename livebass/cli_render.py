@@ -220,7 +220,7 @@ def announce_kernels(live: bool = False) -> None:
     """Say so where the kernels, with those of the audio thread or without, are compiled first."""
     from livebass import kernels
 
-    seconds = 0 if kernels.cached() else 20
+    seconds = 0 if kernels.cached() else 25
     if live and not kernels.cached(kernels.LIVE_ENTRY):
         seconds += 15
     if seconds:
