@@ -24,8 +24,6 @@ class OutputLost(OSError):
 class PortAudioOutput:
     """A device of PortAudio, by index or name; None: the system's default."""
 
-    midi_included = False
-
     def __init__(self, stage: Stage, device: int | str | None, block: int, latency: str | float) -> None:
         sd = _sounddevice()
         self.stage, self.block = stage, block
@@ -91,8 +89,6 @@ class _NativeStream:
 
 class JackOutput:
     """A client of a running JACK server: two output ports, one MIDI input, connected to what plays."""
-
-    midi_included = True
 
     def __init__(self, name: str, make_stage: Callable[[int], Stage], connect: bool = True) -> None:
         jack = _jack()
