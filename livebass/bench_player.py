@@ -62,7 +62,7 @@ def _play(preset: str, quality: str, rate: int, block: int) -> Any:
 
     def heard(event: tuple[list[int], float], _data: object = None) -> None:  # as MidiPort does
         status, first, second = event[0]
-        stage.send(status, first, second, stage.frame_now(block))
+        stage.receive(status, first, second, stage.frame_now(block))
 
     port.set_callback(heard)
     output.start()

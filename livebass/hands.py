@@ -80,8 +80,7 @@ def touch(v, s, w, across, op, position, frames):
         shape = np.sin((j + 1) * k1 * position)
         w[FINGER * ROW + j] = np.exp(-FINGER_NEPERS / frames * shape * shape)
     if s.across:
-        for j in range(op.padded):
-            across[FINGER * ROW + j] = w[FINGER * ROW + j]
+        rows.copy_row(across, FINGER, w, FINGER * ROW, op.padded)
     v.fingering = frames
 
 

@@ -46,11 +46,17 @@ EN, EO, ST = ETA * ROW, ETA_OLD * ROW, STAMP * ROW
 
 
 @jit
+def take_coefficients(op, w, pool):
+    """One polarisation goes by operator `op`, untuned."""
+    for row in range(OP_COPIED):
+        rows.copy_row(w, FINE_A + row, pool, op.start + row * ROW, op.padded)
+
+
+@jit
 def load(s, op, w, pool, step):
     """Makes the silent slot `s` ready to play operator `op`."""
     n = op.padded
-    for row in range(OP_COPIED):
-        rows.copy_row(w, FINE_A + row, pool, op.start + row * ROW, n)
+    take_coefficients(op, w, pool)
     rows.clear(w, n)
     s.ratio = 1.0
     s.heard = op.tap_modes
@@ -71,8 +77,7 @@ def open_across(s, op, across, pool):
     """Makes the slot's second polarisation ready to move, where it is not."""
     if s.across:
         return
-    for row in range(OP_COPIED):
-        rows.copy_row(across, FINE_A + row, pool, op.start + row * ROW, op.padded)
+    take_coefficients(op, across, pool)
     rows.clear(across, op.padded)
     for m in range(op.points):
         across[ST + m] = -1.0
@@ -136,8 +141,7 @@ def exchange(s, old, op, w, across, pool):
 def change_operator(old, op, w, pool):
     """The motion of one polarisation goes on with `op` in place of `old`."""
     rows.exchange(w, old.padded, op.padded)
-    for row in range(OP_COPIED):
-        rows.copy_row(w, FINE_A + row, pool, op.start + row * ROW, op.padded)
+    take_coefficients(op, w, pool)
     rows.from_velocity(w, op.padded)
     for m in range(op.points):
         w[ST + m] = -1.0
