@@ -16,8 +16,7 @@ class Recorder:
     """`with Recorder(path, stage, say) as take:` writes what the stage plays; call `take.turn()` often.
 
     Leaving the block puts the file in its place, with any exception too, if anything was recorded; `discard` before
-    leaves nothing. A disk that is
-    full ends the recording, not the session: what fitted is kept, and `say` hears of it.
+    leaves nothing. A disk that is full ends the recording, not the session: what fitted is kept, and `say` hears of it.
     Raises OutputError for a place where no file can be, and ValueError for a format that does not exist.
     """
 
