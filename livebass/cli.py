@@ -25,7 +25,8 @@ from livebass.cli_identify import identify
 from livebass.cli_play import devices, play
 from livebass.cli_presets import presets
 from livebass.cli_render import render
-from livebass.cli_study import simulate
+from livebass.cli_simulate import simulate
+from livebass.cli_study import study
 
 INTERRUPTED, TERMINATED, BROKEN_PIPE = 130, 143, 141
 EXPECTED = (ValueError, OSError, MemoryError)  # what the package raises on purpose, and LookupError itself
@@ -45,7 +46,7 @@ def livebass() -> None:
     """
 
 
-for command in (play, render, presets, devices, simulate, identify, bench):
+for command in (play, render, presets, devices, simulate, study, identify, bench):
     livebass.add_command(command)
 
 

@@ -3,7 +3,7 @@
     .venv/bin/python tools/endurance.py [--minutes 10] [--seed 1]
 
 Starts a JACK server of its own with the dummy driver (Debian: jackd2), and in this process what `livebass play` runs.
-Five times over, nobody plays and Python sleeps for a while, and what the server loses then it may lose else too; then
+Ten times over, nobody plays and Python sleeps for a while, and what the server loses then it may lose else too; then
 a thread plays notes, controllers, bends and programs, and two more keep the interpreter busy. In the end all notes
 are cut off, and the sound has to end. Prints what was measured; status 1 where something is wrong. The server asks
 for real-time scheduling; without the right to it, any other work on the machine costs frames.
@@ -110,7 +110,7 @@ def judged(jack: Any, session: Any, seconds: float, seed: int) -> int:
         stage = session.stage
         client = jack.Client("endurance", no_start_server=True)
         print(f"{seconds:.0f} s, {'with' if client.realtime else 'without'} real-time scheduling", flush=True)
-        rng, cycles = np.random.default_rng(seed), 5
+        rng, cycles = np.random.default_rng(seed), 10
         random_playing(stage, rng, WARM_UP)
         memory = highest = settled(stage)
         before = stage.meters()
@@ -123,7 +123,7 @@ def judged(jack: Any, session: Any, seconds: float, seed: int) -> int:
                         threading.Thread(target=hog, args=(stop, kind), daemon=True).start()
                     highest = max(highest, random_playing(stage, rng, seconds / cycles))
                 else:
-                    time.sleep(max(3.0, 0.15 * seconds / cycles))
+                    time.sleep(max(3.0, 0.5 * seconds / cycles))
                 totals[busy] += [*began.read(), stage.meters().underruns - underruns]
                 stop.set()
             stage.panic()
@@ -137,8 +137,8 @@ def judged(jack: Any, session: Any, seconds: float, seed: int) -> int:
         allowed = (idle[0] / idle[1] + SLACK) * busy_total[1] + max(0.0, busy_total[2])
         laws = [
             *(
-                (f"{name}: {lost:.3f} s of {passed:.0f} s lost in {xruns:.0f} xruns ({taken:.2f} s of the processors"
-                 " stolen by other machines)", name == "idle" or lost <= allowed)
+                (f"{name}: {lost:.3f} s of {passed:.0f} s lost, {60 * xruns / passed:.1f} xruns a minute"
+                 f" ({taken:.2f} s of the processors stolen by other machines)", name == "idle" or lost <= allowed)
                 for name, (lost, passed, taken, xruns) in (("idle", idle), ("busy", busy_total))
             ),
             (f"{after.messages} messages, {after.late - before.late} of {after.blocks - before.blocks} blocks late",
