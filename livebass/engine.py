@@ -7,6 +7,7 @@ import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 from livebass import hands, performer, voice
 from livebass import layout as at
 from livebass.instrument import Instrument, speaking
-from livebass.motion import Motion, Trial
+from livebass.motion import Motion, Trial, initial_amplitudes, initial_amplitudes_across
 from livebass.operators import (
     Rates,
     operator,
@@ -200,17 +201,22 @@ def trial_voice(trial: Trial, log: int = LOG) -> tuple[Voice, NDArray[np.void], 
 def solve_trial(trial: Trial) -> Motion:
     """The engine's solution of `trial`, sampled at its output rate; see `reference.solve` for the other one."""
     began = time.perf_counter()
+    if trial.states and not 0 <= min(trial.states) <= max(trial.states) < trial.samples:
+        raise ValueError(f"state at sample {max(trial.states)}: there are 0 to {trial.samples - 1}")
     state, records, memory = trial_voice(trial)
     pluck = trial.pluck
     events = np.zeros(1, at.EVENT)
     events[0] = (0, at.PLUCK, 0, 0, pluck.apex, pluck.position)
     settings = np.array([pluck.rounding, 0.02, pluck.angle])
     out, across = np.zeros(trial.samples), np.zeros(trial.samples)
-    contacts = []
-    for first in range(0, trial.samples, 4096):
+    contacts, states = [], []
+    edges = sorted({*range(0, trial.samples, 4096), *trial.states, trial.samples})
+    for first, end in pairwise(edges):
+        if first in trial.states:
+            states.append(modal_state(state, trial))
         voice.run(
             state.record[0], state.slots, records, state.work, memory, events, len(events), settings,
-            state.scratch, state.taps, state.log, True, out[first : first + 4096], across[first : first + 4096],
+            state.scratch, state.taps, state.log, True, out[first:end], across[first:end],
         )
         events = events[:0]
         contacts.append(state.log[: int(state.record[0]["logged"])].copy())
@@ -226,4 +232,17 @@ def solve_trial(trial: Trial) -> Motion:
         contact_rate_hz=trial.contact_rate,
         wall_s=time.perf_counter() - began,
         across_m=across if pluck.angle else None,
+        states=np.array(states) if states else None,
     )
+
+
+def modal_state(state: Voice, trial: Trial) -> NDArray[np.float64]:
+    """q and dq/dt of the sounding slot, (polarisations, 2, modes): a polarisation if the string was plucked along u."""
+    if state.record[0]["frame"] == 0:  # the pluck is an event of the first frame
+        held = [initial_amplitudes(trial), initial_amplitudes_across(trial)][: 2 if trial.pluck.angle else 1]
+        return np.stack([held, np.zeros_like(held)], axis=1)
+    k = int(state.record[0]["slot"])
+    works = state.work[k :: at.VOICE_SLOTS] if trial.pluck.angle else state.work[k : k + 1]
+    rows = works.reshape(len(works), at.WORK_ROWS, at.ROW)[:, :, : trial.modes]
+    q = rows[:, at.Q]
+    return np.stack([q, rows[:, at.PACE] * rows[:, at.P] - rows[:, at.SIGMA] * q], axis=1)

@@ -33,6 +33,7 @@ class Trial:
     sensor: float  # m from the stop
     lossless: bool = False  # all sigma_j zero
     sensor_v: float | None = None  # m from the stop, of v, the second polarisation; None: at `sensor`
+    states: tuple[int, ...] = ()  # output samples, ascending, at which the engine also gives the modes' state
 
     @property
     def samples(self) -> int:
@@ -58,6 +59,7 @@ class Motion:
     energy_j: Floats | None = None  # (m,)
     energy_time_s: Floats | None = None  # (m,)
     across_m: Floats | None = None  # (n,), v at its sensor; None: the string was plucked along u, where it stays
+    states: Floats | None = None  # (len(Trial.states), polarisations, 2, modes): q, m^1.5, and dq/dt, m^1.5/s
 
     @property
     def contact_time_s(self) -> Floats:

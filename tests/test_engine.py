@@ -9,8 +9,9 @@ import pytest
 from cases import case_b, random_trial
 
 from livebass import layout as at
-from livebass import voice
+from livebass import modes, voice
 from livebass.engine import solve_trial, trial_voice
+from livebass.instrument import Pluck
 from livebass.motion import Floats, Motion, Trial
 from livebass.reference import solve
 
@@ -147,3 +148,21 @@ def test_energy_never_rises_with_losses(modes: int) -> None:
     assert pushed > 20
     assert np.max(np.diff(values)) <= 1e-13 * values[0]
     assert values[-1] < 0.9 * values[0]
+
+
+def test_modal_states_are_those_of_the_displacement() -> None:
+    """Asking for states changes nothing; summed up at the sensor they are the motion, and its rate of change."""
+    trial = dataclasses.replace(case_b(contact_rate=84 * 96e3, duration=8e-3), pluck=Pluck(3.6e-3, 0.64, angle=0.6), output_rate=96000.0)
+    asked = dataclasses.replace(trial, states=(0, 1, 333, 766, 767, 768))
+    plain, motion = solve_trial(trial), solve_trial(asked)
+    assert np.array_equal(plain.displacement_m, motion.displacement_m) and plain.states is None
+    assert motion.states is not None and motion.across_m is not None
+    assert motion.states.shape == (6, 2, 2, trial.modes)
+    sensor = modes.shapes(trial.speaking, trial.modes, np.array([trial.sensor]))[0]
+    seen = motion.states @ sensor
+    for k, moved in enumerate((motion.displacement_m, motion.across_m)):
+        assert np.abs(seen[:, k, 0] - moved[list(asked.states)]).max() < 1e-6 * np.abs(moved).max()
+        speed = (seen[4, k, 0], (moved[768] - moved[766]) * 96000 / 2, seen[4, k, 1])
+        assert speed[2] == pytest.approx(speed[1], rel=0.02)
+    with pytest.raises(ValueError, match="sample"):
+        solve_trial(dataclasses.replace(trial, states=(10**6,)))
