@@ -9,8 +9,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
+from livebass.admittance import FREE_PART, Admittance, detuning
+
 A4_NOTE, A4_HZ = 69, 440.0
 ROUNDING = 1e-9  # m: a crown that high lies on the line
+MOST_DETUNING = 0.05  # of a mode, by the neck: beyond, eq. 8 does not hold, as it is of first order
 
 
 @dataclass(frozen=True)
@@ -48,7 +51,8 @@ class Neck:
     contact_stiffness: float = 1e13  # K, force per unit length on `grid_step`
     contact_exponent: float = 1.5  # alpha
     grid_step: float = 1e-3  # m: frets sit on this grid, a fret pushes on one step of it (dx)
-    conductance: tuple[tuple[float, float], ...] = ()  # (Hz, m/s/N) of the neck, Re Y_nut in eq. 9
+    admittance: Admittance = field(default_factory=Admittance)  # Y_nut of eqs. 8 and 9
+    free_length: float = 0.0  # m, from the nut to the body; 0: FREE_PART of the scale
     friction: float = 900.0  # A of eq. 7, force per unit length on `grid_step`, N/m
     friction_speed: float = 1e-5  # s of eq. 7, m/s
 
@@ -163,7 +167,7 @@ class Speaking:
     contact_height: tuple[float, ...]  # m, negative: under the string at rest
     contact_stiffness: float
     contact_exponent: float
-    conductance: tuple[tuple[float, float], ...]
+    admittance: Admittance  # of the neck where the string is stopped
     friction: float
     friction_speed: float
 
@@ -200,7 +204,8 @@ def speaking(string: String, neck: Neck, fret: int) -> Speaking:
     """The string of `neck` stopped at `fret` (0: open), with the obstacles that are left above it.
 
     A note is tuned to equal temperament whatever the fret's exact place, as a compensated saddle does. Where
-    a higher crown stands above the line from the pressed fret to the saddle, the string rests on that crown.
+    a higher crown stands above the line from the pressed fret to the saddle, the string rests on that crown. The neck
+    draws each mode aside for itself (eq. 8); it is the first mode that is in tune.
     Raises ValueError for a fret the neck does not have, or where the open string lies on a fret.
     """
     count = len(neck.fret_positions)
@@ -220,12 +225,14 @@ def speaking(string: String, neck: Neck, fret: int) -> Speaking:
         if height > ROUNDING:
             raise ValueError(f"fret {k} stands {height * 1e3:.2f} mm above string {string.name} at rest")
     stiffness = string.inharmonicity * (total / length) ** 2
+    admittance = neck.admittance.moved(x_stop, neck.free_length or FREE_PART * total)
     if stop == 0 and string.law_fundamental:
         fundamental = string.law_fundamental
     else:
         note = note_frequency(string.open_note + stop)
         mute = string.extra_damping / (2 * math.pi) + string.extra_damping_slope * note
-        fundamental = math.hypot(note, mute) / (1 + stiffness / 2)  # a damped mode rings lower than it is tuned
+        sounds = math.hypot(note, mute)  # a damped mode rings lower than it is tuned
+        fundamental = _tuned(sounds, stiffness, 2 * string.linear_density * length, admittance)
     return Speaking(
         string=string,
         fret=fret,
@@ -239,7 +246,19 @@ def speaking(string: String, neck: Neck, fret: int) -> Speaking:
         contact_height=tuple(min(height, 0.0) for height in heights),
         contact_stiffness=neck.contact_stiffness,
         contact_exponent=neck.contact_exponent,
-        conductance=neck.conductance,
+        admittance=admittance,
         friction=neck.friction,
         friction_speed=neck.friction_speed,
     )
+
+
+def _tuned(sounds: float, stiffness: float, mass: float, admittance: Admittance) -> float:
+    """f0 of eq. 8 (Hz) whose first mode is at `sounds` (Hz). mass: 2 mu L, kg, so that mu c is that times f0."""
+    fundamental = sounds / (1 + stiffness / 2)
+    if not admittance:
+        return fundamental
+    for _ in range(8):  # each gains some digits, as the neck's part is small
+        aside = float(detuning(admittance.at(fundamental), mass * fundamental, 1))
+        aside = min(max(aside, -MOST_DETUNING), MOST_DETUNING)
+        fundamental = sounds / (1 + stiffness / 2 + aside)
+    return fundamental
