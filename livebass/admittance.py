@@ -30,7 +30,7 @@ class Resonance:
     frequency: float  # Hz
     quality: float  # Q
     mass: float  # kg, effective where the string ends
-    shape: int = 1  # number of the bending mode, 1 the lowest
+    shape: int = 1  # number of the bending mode, 1 the lowest; 0: the whole bass moves, alike everywhere
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ class Admittance:
         """The admittance `place` (m) from the nut on a neck that is free over `free_length` (m) from there.
 
         Each resonance counts by the square of its shape, that is with a greater mass; a table, whose vibrations are
-        not known, by that of the first. From the body on nothing gives way.
+        not known, by that of the first. From the body on no bending is left.
         """
         if place == 0 or not self:
             return self
@@ -90,9 +90,11 @@ def neck_damping(y: ArrayLike, impedance: float, fundamental: float) -> Floats:
 def bending_shape(number: int, place: float) -> float:
     """Displacement of a beam, clamped at 1 and free at 0, at `place` in its bending mode `number`; 1 at 0.
 
-    From 1 on it is zero: there the body begins. Euler-Bernoulli: cosh - cos - s (sinh - sin) of beta times the distance
-    from the clamp, written so that no large numbers cancel.
+    From 1 on it is zero: there the body begins. Number 0 is no bending: 1 everywhere. Euler-Bernoulli: cosh - cos - s
+    (sinh - sin) of beta times the distance from the clamp, written so that no large numbers cancel.
     """
+    if number == 0:
+        return 1.0
     if place >= 1:
         return 0.0
     beta = _root(number)

@@ -53,7 +53,7 @@ KEYS = (
     Key("neck", "resonance_frequencies", "frequency[]", "1 Hz", "20 kHz", None, "of the neck, ascending"),
     Key("neck", "resonance_qualities", "number[]", "0.5", "1000", None, "Q of the same"),
     Key("neck", "resonance_masses", "mass[]", "0.001 kg", "1000 kg", None, "effective, at the nut"),
-    Key("neck", "resonance_shapes", "integer[]", "1", "40", None, "bending modes; left out: 1, 2, 3 ..."),
+    Key("neck", "resonance_shapes", "integer[]", "0", "40", None, "bending modes, 0 none; left out: 1, 2, 3 ..."),
     Key("neck", "conductance_frequencies", "frequency[]", "0 Hz", "100 kHz", None, "instead: measured, ascending"),
     Key("neck", "conductance_values", "conductance[]", "0 m/s/N", "10 m/s/N", None, "Re Y of eq. 9 there, at the nut"),
     Key("neck", "susceptance_values", "susceptance[]", "-10 m/s/N", "10 m/s/N", None, "Im Y of eq. 8; left out: 0"),

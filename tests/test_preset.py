@@ -382,17 +382,6 @@ def test_paper_g_is_the_paper() -> None:
     assert bass.player.rounding == pytest.approx(5e-3)
 
 
-def test_paper_bass_conductance_gives_back_the_measured_dampings() -> None:
-    from dataclasses import replace
-
-    from livebass.modes import dampings
-
-    bass = load_preset("paper-bass")
-    g, neck = bass.strings[3], bass.necks[3]
-    law = dampings(speaking(replace(g, measured_frequencies=(), measured_dampings=()), neck, 0), 34)
-    assert law == pytest.approx(g.measured_dampings, rel=1e-3)
-
-
 @pytest.mark.parametrize("name", preset_names())
 def test_text_is_the_same_preset(name: str, tmp_path: Path) -> None:
     assert load(tmp_path, preset_text(name)) == load_preset(name)
