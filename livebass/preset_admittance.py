@@ -13,9 +13,9 @@ RESONANCES = {"resonance_frequencies", "resonance_qualities", "resonance_masses"
 class Misfit(ValueError):
     """Keys that do not go together: the one at fault, and why."""
 
-    def __init__(self, key: str, why: str) -> None:
+    def __init__(self, key: str, why: str, *raw: object) -> None:
         super().__init__(f"{key}: {why}")
-        self.key, self.why = key, why
+        self.key, self.why, self.raw = key, why, raw
 
 
 def replaced(own: set[str]) -> set[str]:

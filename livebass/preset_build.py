@@ -24,6 +24,7 @@ from livebass.instrument import (
 from livebass.preset_admittance import Misfit, neck_admittance, replaced
 from livebass.preset_damping import Overdamped, overdamped
 from livebass.preset_keys import KEYS, REQUIRED, SECTIONS, allowed, checked, key_names, quoted
+from livebass.preset_obstacle import neck_surface
 from livebass.units import format_quantity, note_name
 
 LARGEST_COUNTS = {"string": 8, "pickup": 8}  # the engine has room for so many strings
@@ -124,8 +125,8 @@ class Builder:
             sensing = sum(not p.strings or name in p.strings for p in pickups)
             if pickups and not 1 <= sensing <= MOST_SENSING:
                 raise self.error("pickup", f"{sensing} of them sense string {name}, allowed: 1 to {MOST_SENSING}")
-        room = min(string.length - neck.fret_positions[-1] for string, neck in pairs)
-        ends = f"allowed: between the saddle and the last fret, 0 mm to {room * 1e3:.4g} mm"
+        room = min(string.length - _neck_end(neck) for string, neck in pairs)
+        ends = f"allowed: between the saddle and the neck, 0 mm to {room * 1e3:.4g} mm"
         for i, p in enumerate(pickups, 1):
             if not p.aperture / 2 <= p.position <= room - p.aperture / 2:
                 raise self.error(f"pickup[{i}].position", f"with its aperture, {ends}", _mm(p.position))
@@ -258,7 +259,12 @@ class Builder:
         except Misfit as fault:
             raise self.error(f"{where}.{fault.key}", fault.why) from None
         same = {k: v[k] for k in ("contact_stiffness", "contact_exponent", "grid_step", "friction", "friction_speed")}
-        return length, Neck(x, h, admittance=admittance, free_length=v.get("free_length", 0.0), **same)
+        self.ascending(f"{where}.profile_positions", v.get("profile_positions", ()), "length")
+        try:
+            h, surface = neck_surface(set(raw), v, x, h)
+        except Misfit as fault:
+            raise self.error(f"{where}.{fault.key}", fault.why, *fault.raw) from None
+        return length, Neck(x, h, admittance=admittance, free_length=v.get("free_length", 0.0), surface=surface, **same)
 
     def ascending(self, where: str, values: tuple[float, ...], dimension: str, least: float = 0.0) -> None:
         """Each of `values` must be above the one before, by `least` or more (a rounding error aside)."""
@@ -289,6 +295,11 @@ def _too_much(found: Overdamped, dimension: str) -> str:
     else:
         rest = f"up to {_shown(_floored(found.allowed), dimension)} with all else as it is"
     return f"{item}{verb} mode {found.mode} at fret {found.fret} {end}; allowed {rest}"
+
+
+def _neck_end(neck: Neck) -> float:
+    """m from the nut: beyond, the string is over the body."""
+    return max([neck.fret_positions[-1], *(x for x, _ in neck.surface[-1:])])
 
 
 def _mm(length: float) -> str:

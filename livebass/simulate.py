@@ -19,7 +19,7 @@ from livebass import limits
 from livebass import modes as modal
 from livebass.atomic import Transaction, checked_place
 from livebass.audiofile import AudioWriter, encoding
-from livebass.instrument import Instrument, Pluck, Speaking, speaking
+from livebass.instrument import Instrument, Pluck, Speaking, for_modes, speaking
 from livebass.motion import Motion, Trial, initial_amplitudes, initial_amplitudes_across
 from livebass.reference import static_compliance
 
@@ -108,6 +108,7 @@ def _trial(
     if not 1 <= count <= most:
         raise ValueError(f"{count} modes: 1 to {most} for this string and fret")
     _check_aliasing(s, count, contact_rate)
+    s = for_modes(s, count)
     places = instrument.output.sensor, instrument.output.sensor_v
     for place in places:
         if not 0 < place < s.length:
