@@ -1,7 +1,7 @@
 """One string, one pluck, to files: what `livebass simulate` does.
 
 Writes `displacement.wav` (float32, the displacement at the sensor scaled to a peak of -1 dBFS; after an oblique pluck
-in two channels, u and v), `contacts.csv` (`time_s,fret`) and `result.npz`, all three or none.
+in two channels, u and v), `contacts.csv` (`time_s,fret,position_m`; fret 0 is wood) and `result.npz`, all three or none.
 """
 
 from __future__ import annotations
@@ -64,8 +64,10 @@ def simulate_to_directory(
         _write(files, directory, trial, motion)
     first = ""
     if motion.contact_step.size:
-        when, where = motion.contact_time_s[0], s.contact_fret[motion.contact_index[0]]
-        first = f", the first at {when * 1e3:.3f} ms on fret {where}"
+        when, point = motion.contact_time_s[0], int(motion.contact_index[0])
+        fret_hit, place = trial.speaking.contact_fret[point], trial.speaking.contact_position[point]
+        where = f"on fret {fret_hit}" if fret_hit else f"on the wood {place * 1e3:.0f} mm from the stop"
+        first = f", the first at {when * 1e3:.3f} ms {where}"
     return (
         f"string {s.string.name} fret {s.fret}, {apex * 1e3:g} mm at {at * 1e3:g} mm, {trial.modes} modes, "
         f"{contact_rate / 1e6:g} MHz: {motion.contact_step.size} contacts{first}; "
@@ -143,7 +145,7 @@ def _solve(trial: Trial, solver: str) -> Motion:
         from livebass.engine import solve_trial
 
         solve = solve_trial
-    solve(replace(trial, modes=1, duration=1 / trial.output_rate))  # compiles, or loads what was compiled
+    solve(replace(trial, duration=1 / trial.output_rate))  # compiles, or loads what was compiled
     return solve(trial)
 
 
@@ -158,8 +160,10 @@ def _write(files: Transaction, directory: Path, trial: Trial, motion: Motion) ->
     writer.write((moved / metres_per_unit).astype(np.float32))
     writer.close()
     frets = np.asarray(s.contact_fret, dtype=np.int64)
-    rows = zip(motion.contact_time_s, frets[motion.contact_index], strict=True)
-    files.write(table, "".join(["time_s,fret\n", *(f"{float(t)!r},{fret}\n" for t, fret in rows)]).encode())
+    places = np.asarray(s.contact_position, dtype=np.float64)[motion.contact_index]
+    rows = zip(motion.contact_time_s.tolist(), frets[motion.contact_index].tolist(), places.tolist(), strict=True)
+    lines = ["time_s,fret,position_m\n", *(f"{t!r},{fret},{x!r}\n" for t, fret, x in rows)]
+    files.write(table, "".join(lines).encode())
     arrays = io.BytesIO()
     across: dict[str, Any] = {}
     if motion.across_m is not None:
