@@ -23,7 +23,8 @@ Floats = NDArray[np.float64]
 STATES_EVERY = 512  # output samples between two looks at the modes, 10 ms
 SHORT = 0.02  # s of brute force for the energy: the first two sets of contacts of case B
 ENERGY_EVERY = 50  # fine steps
-OCTAVE = (80.0, 160.0)  # Hz, about 98 Hz and its glide: short frames for YIN, 25 ms
+LOW = 500.0  # Hz: the glide is "in the low-frequency range (mostly below 500 Hz)"
+GLIDE = {"least": 80.0, "most": 145.0, "hop": 1e-3, "window": 12.5e-3, "threshold": 0.3}  # for YIN: frames of 25 ms
 
 
 @dataclass(frozen=True)
@@ -55,13 +56,16 @@ class Run:
         """Middle of each frame (s) and its characteristic frequency (Hz, eq. 14)."""
         nu = characteristic_frequencies(self.motion.displacement_m, self.rate)
         window, hop = (round(n * self.rate / 48_000) for n in (2048, 512))
-        return (np.arange(nu.size) * hop + window / 2) / self.rate, nu
+        middle: Floats = (np.arange(nu.size, dtype=np.float64) * hop + window / 2) / self.rate
+        return middle, nu
 
     @cached_property
     def pitch(self) -> Pitch:
-        """Fundamental frequency every millisecond, by YIN."""
-        least, most = OCTAVE
-        return fundamental(self.motion.displacement_m, self.rate, least, most, hop=1e-3)
+        """Fundamental frequency every millisecond, by YIN, of what is below `LOW`. Needs SciPy."""
+        from scipy.signal import butter, sosfiltfilt
+
+        low = butter(4, LOW, fs=self.rate, output="sos")
+        return fundamental(sosfiltfilt(low, self.motion.displacement_m), self.rate, **GLIDE)
 
 
 Solver = Callable[[Trial], Motion]
@@ -103,6 +107,11 @@ def _far(neck: Neck) -> Neck:
     return replace(neck, fret_heights=tuple(h - 0.03 for h in neck.fret_heights))
 
 
+def _stiff(stiffness: float) -> Case:
+    """The case with soft frets, with other frets."""
+    return replace(CASES["soft"], neck=lambda neck: replace(neck, contact_stiffness=stiffness))
+
+
 B, C = CASES["b"], CASES["c"]
 JOBS = {name: _engine(case) for name, case in CASES.items()} | {
     "b-twice": _engine(replace(B, contact_rate=16e6, duration=0.2)),
@@ -111,7 +120,9 @@ JOBS = {name: _engine(case) for name, case in CASES.items()} | {
     "c-far": _engine(replace(C, contact_rate=512e3, neck=_far)),
     "b-tilted": _engine(replace(B, angle=math.radians(1))),
     "b-fret-12": _engine(replace(B, duration=0.2, neck=raised(12, 1e-4))),
-    "b-k11": _engine(replace(B, neck=lambda neck: replace(neck, contact_stiffness=1e11))),
+    "k12": _engine(_stiff(1e12)),
+    "k11": _engine(_stiff(1e11)),
+    "k10": _engine(_stiff(1e10)),
     "energy": _brute(8e6, lossless=True),
     "energy-losses": _brute(8e6, lossless=False),
     "energy-1MHz": _brute(1.024e6, lossless=True),
