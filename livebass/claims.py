@@ -7,11 +7,19 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
 
-from livebass import claims_contact, claims_linear, claims_neck, claims_player, claims_runs, claims_spectrum
+from livebass import (
+    claims_contact,
+    claims_linear,
+    claims_neck,
+    claims_player,
+    claims_runs,
+    claims_scheme,
+    claims_spectrum,
+)
 from livebass.claims_expect import Claim, Value, finite
 from livebass.preset_build import nearest
 
-TABLES = (claims_linear, claims_contact, claims_spectrum, claims_player, claims_neck)
+TABLES = (claims_linear, claims_scheme, claims_contact, claims_spectrum, claims_player, claims_neck)
 CLAIMS = {claim.id: claim for table in TABLES for claim in table.CLAIMS}
 
 

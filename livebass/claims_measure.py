@@ -10,6 +10,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from livebass import modes
 from livebass.analysis import spectrogram
 from livebass.claims_runs import Run
 from livebass.modal_motion import modal_energies
@@ -115,6 +116,15 @@ def contrast(sound: Floats, rate: float, frequency: float, width: float, start: 
         return 10 * math.log10(mean[(nu >= middle - width / 2) & (nu < middle + width / 2)].sum())
 
     return level(frequency) - (level(frequency - width) + level(frequency + width)) / 2
+
+
+def partial_levels(run: Run, sound: Floats, partials: int, start: float, end: float) -> tuple[Floats, Floats]:
+    """Frequencies (Hz) of the first partials and the levels (dB) of `sound` about them, on average over a time."""
+    power = spectrogram(sound[round(start * run.rate) : round(end * run.rate)], run.rate, WINDOW, WINDOW // 4) ** 2
+    nu = modes.frequencies(run.trial.speaking, partials + 1)
+    edges = np.concatenate([[nu[0] / 2], (nu[1:] + nu[:-1]) / 2]) * WINDOW / run.rate
+    sums = np.add.reduceat(power.mean(axis=0), np.ceil(edges).astype(np.int64))[:-1]
+    return nu[:-1], np.asarray(10 * np.log10(sums))
 
 
 def energies(run: Run) -> Floats:

@@ -58,7 +58,7 @@ CLAIMS = (
     ),
     Claim(
         "harmonic-phase", "4.2.1",
-        "the time interval in which contacts occur lasts about 0.15 s",
+        "the time interval in which contacts occur [...] lasts about 0.15 s",
         "first contact to last without dispersion",
         "s", Near(0.15, 0.1), ("harmonic",), phase,
     ),

@@ -13,7 +13,7 @@ from typing import Any
 from livebass.claims import Result
 
 HEAD = ("id", "section", "statement", "expected", "measured", "holds")
-WIDTHS = {"statement": 56, "expected": 32, "measured": 32}  # characters a line of text has for them
+WIDTHS = {"statement": 48, "expected": 26, "measured": 28}  # characters a line of text has for them
 STYLE = (
     "body{font:15px/1.4 sans-serif;margin:2em auto;max-width:80em}table{border-collapse:collapse}"
     "td,th{border-bottom:1px solid #ccc;padding:.3em .6em;text-align:left;vertical-align:top}"
@@ -41,7 +41,8 @@ def count_line(results: Sequence[Result]) -> str:
 def cells(result: Result) -> tuple[str, ...]:
     """What `HEAD` names, unshortened."""
     c = result.claim
-    expected = value_text(c.expects.expected, c.unit)
+    wanted = c.expects.expected
+    expected = value_text(wanted, "" if str(wanted).isalpha() else c.unit)  # "rising" has no unit
     if c.expects.tolerance.startswith("±"):
         expected += f" {c.expects.tolerance}"
     measured = value_text(result.measured, c.unit)
