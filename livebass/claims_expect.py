@@ -43,7 +43,8 @@ class Near:
         return f"± {100 * self.within:g} %"
 
     def holds(self, measured: Value) -> bool:
-        return all(abs(v - self.expected) <= self.within * abs(self.expected) for v in numbers(measured))
+        found = numbers(measured)
+        return len(found) == 1 and abs(found[0] - self.expected) <= self.within * abs(self.expected)
 
 
 @dataclass(frozen=True)

@@ -30,7 +30,7 @@ def value_text(value: Any, unit: str = "") -> str:
         shown = f"{value[0]} to {value[-1]}" if row else ", ".join(value_text(v) for v in value) or "none"
     else:
         shown = f"{value:.4g}"
-    return f"{shown} {unit}" if unit else shown
+    return f"{shown} {unit}" if unit and value != [] else shown
 
 
 def count_line(results: Sequence[Result]) -> str:

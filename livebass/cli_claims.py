@@ -34,9 +34,9 @@ def claims(ids: tuple[str, ...], output: Path | None, file: Path | None, workers
     """
     from livebass.atomic import Transaction, checked_place
 
-    texts = {} if output is None else {output / name: name.rpartition(".")[2] for name in FILES}
+    texts = [] if output is None else [(output / name, name.rpartition(".")[2]) for name in FILES]
     if file is not None:
-        texts[file] = "json"
+        texts.append((file, "json"))
     try:
         import scipy  # noqa: F401
     except ImportError as error:
@@ -49,11 +49,11 @@ def claims(ids: tuple[str, ...], output: Path | None, file: Path | None, workers
     with Transaction() as files:
         if output is not None:
             files.directory(output)
-        if len({checked_place(path) for path in texts}) < len(texts):  # now, not after the work
+        if len({checked_place(path) for path, _ in texts}) < len(texts):  # now, not after the work
             raise click.UsageError(f"--json {file}: -o writes a file of that name")
         with shown_progress("solving") as progress:
             results = checker.check(wanted, workers, progress)
         click.echo(claims_text.table(results))
-        for path, kind in texts.items():
+        for path, kind in texts:
             files.write(path, claims_text.WRITERS[kind](results).encode())
     return int(not all(r.passed for r in results))
