@@ -31,7 +31,7 @@ def second_hit(run: Run) -> Value:
 def released(run: Run) -> list[float]:
     """Greatest displacement along u and along v at the release, m."""
     states = run.motion.states
-    if states is None:
+    if states is None or states.shape[1] < 2:
         return [math.nan, math.nan]
     s = run.trial.speaking
     return [float(string_shape(s, q, np.linspace(0, s.length, 1000)).max()) for q in states[0, :, 0]]
