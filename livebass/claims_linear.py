@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from livebass import modes
+from livebass.admittance import neck_damping
 from livebass.claims_expect import AtLeast, AtMost, Between, Claim, Each, Near, Rising, Value
 from livebass.instrument import Speaking
 from livebass.paper_cases import CASES
@@ -36,7 +36,7 @@ def _measured(s: Speaking) -> tuple[Floats, Floats]:
 
 def _neck_dampings(s: Speaking, count: int) -> Floats:
     """The neck's part in the dampings of the model, 1/s, (count,): the last term of eq. 9."""
-    return math.pi * modes.neck_factor(s) * modes.conductance(s, s.fundamental * np.arange(1.0, count + 1))
+    return neck_damping(s.admittance.at(modes.frequencies(_law(s), count)), modes.impedance(s), s.fundamental)
 
 
 def tension() -> Value:

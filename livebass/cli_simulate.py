@@ -58,7 +58,8 @@ def simulate(
     """Pluck one string once and write what it did.
 
     Into DIR go displacement.wav (at the sensor, scaled to a peak of -1 dBFS; wav_metres_per_unit in
-    result.npz makes metres of it), contacts.csv (time_s,fret,position_m; fret 0: wood) and result.npz (all of it): all three or none.
+    result.npz makes metres of it), contacts.csv (time_s,fret,position_m; fret 0: wood) and result.npz
+    (all of it): all three or none.
 
     \b
     Example, case B of Issanchou et al. (2018):
