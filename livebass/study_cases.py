@@ -13,7 +13,6 @@ from livebass.analysis import Contactogram
 from livebass.study_parts import Findings, Picture, Solved, curve
 
 ZOOMS = ((0.0, 0.02), (0.05, 0.07), (0.75, 0.77))  # s, of figure 4
-FIRST_SETS = ((0.0035, 0.0055), (0.0115, 0.0145), (0.0195, 0.0235))  # s, of figure 7's inserts
 GLIDE_HZ, GLIDE_S = 1500.0, 0.2  # the zoom of figure 5
 TOP_HZ, SHOWN_S = 8000.0, 0.7
 
@@ -116,7 +115,9 @@ def contacts_picture(
             draw.variation_panel(above, time_s[seen], change[seen], f"frequency, {title}", k)
         for i in range(3 if zooms else 0):
             draw.contacts_panel(axes[i], solved.contacts, title, k, frets)
-            axes[i].set(xlim=FIRST_SETS[i], title=("First set", "Second set", "Third set")[i])
+    for i, which in enumerate(("first", "second", "third") if zooms else ()):
+        axes[i].set(xlim=measure.set_times(motions.values(), i), title=f"{which} set of contacts")
+        axes[i].locator_params(axis="x", nbins=4)
     axes["all"].set_xlim(0, end)
     draw.legend(*([axes["all"]] if above is None else [axes["all"], above]))
     what = "Contacts on the frets and relative variation of the fundamental (YIN)" if pitch else "Contacts on the frets"

@@ -55,6 +55,8 @@ def report(motions: Mapping[str, Solved]) -> Findings:
             errors = [np.nanmax(r[key]) if row == 0 else np.nanmedian(r[key]) for r in rows]
             axes[row][column].loglog(values, errors, marker="o", label=WHAT[kind])
             axes[row][column].set(xlabel=label)
+            axes[row][column].set_xticks(values, [f"{v:g}" for v in values])
+            axes[row][column].minorticks_off()
             axes[row][column].legend(fontsize="small")
         columns = label, *(f"error of u up to {t:g} s" for t in TIMES), "median error of nu_c", "contacts"
         against = f"all {motions[kind].trial.modes} modes" if kind == "modes" else f"{FINEST_RATE / 1e6:g} MHz"
@@ -72,9 +74,9 @@ def report(motions: Mapping[str, Solved]) -> Findings:
     found.arrays["error_until_s"] = np.asarray(TIMES)
     for axis in axes[0]:
         axis.axhline(CRITERION, color="grey", linestyle="--", linewidth=0.8)
-        axis.set_ylabel("relative error of u, the greatest")
+        axis.set_ylabel("relative error of u")
     for axis in axes[1]:
-        axis.set_ylabel("relative error of nu_c, median")
+        axis.set_ylabel("median error of nu_c")
     caption = f"Errors against the finest solution in the first {motions['b'].trial.duration:g} s; dashed: the paper's"
     found.pictures.append(Picture("convergence", f"{caption} criterion, 0.1", drawn))
     return found

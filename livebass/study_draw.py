@@ -44,7 +44,7 @@ def spectrogram_panel(axis: Any, shown: Spectrogram, top_hz: float, until_s: flo
     keep = shown.frequency_hz <= top_hz + shown.frequency_hz[1]
     half = shown.frequency_hz[1] / 2
     image = axis.imshow(
-        shown.level_db[:, keep].T, origin="lower", aspect="auto", cmap="magma", vmin=-RANGE, vmax=0.0,
+        shown.level_db[:, keep].T, origin="lower", aspect="auto", cmap="magma", vmin=-RANGE, vmax=0.0, interpolation="bilinear",
         extent=(
             shown.time_s[0] - step / 2, shown.time_s[-1] + step / 2,
             -half / 1e3, (shown.frequency_hz[keep][-1] + half) / 1e3,
@@ -69,7 +69,7 @@ def contacts_panel(axis: Any, contacts: Contactogram, label: str, number: int = 
         facecolors="none" if MARKERS[number] in "oDs" else None,
         edgecolors=COLOURS[number] if MARKERS[number] in "oDs" else None,
     )  # fmt: skip
-    axis.set(xlabel="time (s)", ylabel="fret number", ylim=(0, frets + 1))
+    axis.set(xlabel="time (s)", ylabel="fret number", ylim=(0, frets + 1), yticks=range(0, frets + 1, 5))
 
 
 def variation_panel(axis: Any, time_s: Floats, variation: Floats, label: str, number: int = 0) -> None:
@@ -99,7 +99,11 @@ def displacement_panel(axis: Any, time_s: Floats, moved: Floats, name: str = "u"
 
 
 def legend(*axes: Any) -> None:
-    """One legend for axes that lie over each other."""
+    """One legend for axes that lie over each other, above them."""
     pairs = [axis.get_legend_handles_labels() for axis in axes]
     handles = [h for pair in pairs for h in pair[0]]
-    axes[-1].legend(handles, [label for pair in pairs for label in pair[1]], fontsize="small", loc="upper right")
+    labels = [label for pair in pairs for label in pair[1]]
+    axes[0].legend(
+        handles, labels, fontsize="small", loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=min(4, len(labels)),
+        frameon=False,
+    )  # fmt: skip

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -17,7 +17,7 @@ from livebass.study_parts import Solved, Sound, Table
 from livebass.yin import fundamental, relative_variation
 
 WINDOW, HOP = 2048, 128  # samples at 51.2 kHz: 40 ms, every 2.5 ms
-LEAST, MOST = 80.0, 140.0  # Hz, between which the fundamental is sought
+LEAST, MOST = 90.0, 150.0  # Hz, between which the fundamental is sought: 98 Hz, and up to half as much in a rattle
 PITCH_HOP = 1e-3  # s
 PITCH_WINDOW = 1 / 98  # s: one period, or the steps of a glide would be smoothed
 STATES = 200  # times at which the modes are looked at
@@ -49,7 +49,7 @@ def characteristic(solved: Solved, across: bool = False) -> tuple[Floats, Floats
 def variation(solved: Solved) -> tuple[Floats, Floats]:
     """Times, s, and the fundamental by YIN relative to the first eigenfrequency less 1, as in figure 7."""
     pitch = fundamental(
-        solved.motion.displacement_m, solved.trial.output_rate, LEAST, MOST, hop=PITCH_HOP, window=PITCH_WINDOW
+        solved.motion.displacement_m, solved.trial.output_rate, LEAST, MOST, PITCH_HOP, PITCH_WINDOW, threshold=None
     )
     reference = float(modes.frequencies(solved.speaking, 1)[0])
     return pitch.time_s, relative_variation(pitch.frequency_hz, reference)
@@ -88,6 +88,16 @@ def sets_of(solved: Solved) -> list[tuple[float, float, list[int]]]:
         times, frets = contacts.time_s[number == k], contacts.fret[number == k]
         out.append((float(times[0]), float(times[-1]), sorted({int(f) for f in frets})))
     return out
+
+
+def set_times(motions: Iterable[Solved], number: int) -> tuple[float, float] | None:
+    """From before to after the sets of that number, from 0, of all `motions`, s; None where there is none."""
+    sets = [found[number] for found in map(sets_of, motions) if len(found) > number]
+    if not sets:
+        return None
+    first, last = min(s[0] for s in sets), max(s[1] for s in sets)
+    room = max(0.1 * (last - first), 5e-5)
+    return first - room, last + room
 
 
 def ranges(frets: list[int]) -> str:

@@ -111,10 +111,10 @@ def _gathered(motions: Mapping[str, Solved]) -> Findings:
 
 def _spectrograms(name: str, motions: Mapping[str, Solved], like: str) -> Picture:
     """A spectrogram each, and under it what the string was before its release."""
-    drawn = draw.figure(4.2 * len(motions), 6)
+    drawn = draw.figure(4 * len(motions), 6)
     axes = drawn.subplots(2, len(motions), height_ratios=(2, 1), squeeze=False)
     for (above, below), (title, solved) in zip(axes.T, motions.items(), strict=True):
-        image = draw.spectrogram_panel(above, measure.spectrum(solved), TOP_HZ, _end(motions))
+        image = draw.spectrogram_panel(above, measure.spectrum(solved), TOP_HZ)
         above.set_title(title, fontsize="medium")
         draw.neck_panel(below, solved.speaking, [measure.initial_shape(solved)])
         below.set_ylim(-5, 5)
