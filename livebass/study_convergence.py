@@ -12,9 +12,9 @@ from dataclasses import replace
 import numpy as np
 
 from livebass import study_draw as draw
-from livebass import study_measure as measure
-from livebass.analysis import PAPER_RATE, characteristic_frequencies
+from livebass.analysis import PAPER_RATE
 from livebass.motion import Floats, Trial
+from livebass.motion_analysis import characteristic
 from livebass.paper_cases import CASES
 from livebass.study_parts import Findings, Picture, Solved, Table
 
@@ -86,7 +86,7 @@ def _errors(solved: Solved, finest: Solved) -> dict[str, Floats]:
     """Of u up to each of `TIMES`, and of eq. 14 frame by frame."""
     u, exact = solved.motion.displacement_m, finest.motion.displacement_m
     ends = [min(u.size, round(t * solved.trial.output_rate) + 1) for t in TIMES]
-    nu, true = (characteristic_frequencies(m, PAPER_RATE, measure.WINDOW, measure.HOP) for m in (u, exact))
+    nu, true = (characteristic(solved.trial, m)[1] for m in (u, exact))
     return {
         "displacement": np.array([np.linalg.norm((u - exact)[:n]) / np.linalg.norm(exact[:n]) for n in ends]),
         "characteristic frequency": np.abs(nu - true) / true,

@@ -44,7 +44,8 @@ def spectrogram_panel(axis: Any, shown: Spectrogram, top_hz: float, until_s: flo
     keep = shown.frequency_hz <= top_hz + shown.frequency_hz[1]
     half = shown.frequency_hz[1] / 2
     image = axis.imshow(
-        shown.level_db[:, keep].T, origin="lower", aspect="auto", cmap="magma", vmin=-RANGE, vmax=0.0, interpolation="bilinear",
+        shown.level_db[:, keep].T, origin="lower", aspect="auto", cmap="magma", vmin=-RANGE, vmax=0.0,
+        interpolation="bilinear",
         extent=(
             shown.time_s[0] - step / 2, shown.time_s[-1] + step / 2,
             -half / 1e3, (shown.frequency_hz[keep][-1] + half) / 1e3,

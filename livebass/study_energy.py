@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from livebass import modal_motion, modes
+from livebass import modal_motion, modes, motion_analysis
 from livebass import study_draw as draw
 from livebass import study_measure as measure
 from livebass.motion import Floats, Trial
@@ -24,9 +24,9 @@ DECADES = 10  # of energy, in which a decay is fitted
 
 def trials(duration: float | None) -> dict[str, Trial]:
     """Case B, and its first 5 ms with whole samples at the times of figure 8."""
-    samples = tuple(round(t * SHAPE_RATE) for t in SHAPE_TIMES)
     short = replace(CASES["b"], duration=SHAPE_TIMES[-1]).trial(SHAPE_RATE)
-    return {"b": measure.case_trial("b", duration), "shapes": replace(short, states=samples)}
+    looked = motion_analysis.looked_at(short, 1, SHAPE_TIMES)
+    return {"b": measure.case_trial("b", duration), "shapes": replace(short, states=looked)}
 
 
 def report(motions: Mapping[str, Solved]) -> Findings:
@@ -34,7 +34,7 @@ def report(motions: Mapping[str, Solved]) -> Findings:
     solved = motions["b"]
     found = case_findings("b", "Case B", solved)
     _shapes(found, motions["shapes"])
-    time_s, each, total = measure.modal(solved)
+    time_s, each, total = motion_analysis.energies(solved.trial, solved.motion)
     found.arrays |= {"energy_time_s": time_s, "energy_j": total, "modal_energies_j": each}
     found.tables.append(curve("energy", "Energy of the string and its contacts", time_s=time_s, energy_j=total))
     found.numbers["energy_j"] = {"initial": float(total[0]), "final": float(total[-1])}
@@ -45,10 +45,8 @@ def report(motions: Mapping[str, Solved]) -> Findings:
 
 def _shapes(found: Findings, solved: Solved) -> None:
     """Figure 8."""
-    s, states = solved.speaking, solved.motion.states
-    assert states is not None
-    x = np.linspace(0, s.length, s.grid_points + 1)
-    shapes = modal_motion.string_shape(s, states[:, 0, 0], x)
+    s = solved.speaking
+    _, x, (shapes,) = motion_analysis.shapes(solved.trial, solved.motion, SHAPE_TIMES)
     drawn = draw.figure(11, 5.5)
     for axis, t, shape in zip(np.ravel(drawn.subplots(2, 3, sharex=True, sharey=True)), SHAPE_TIMES, shapes,
                               strict=True):

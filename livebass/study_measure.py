@@ -1,4 +1,4 @@
-"""What studies measure in a motion: spectrogram, characteristic frequency, pitch, sets of contacts, energies."""
+"""What studies measure in a motion: spectrogram, characteristic frequency, pitch, sets of contacts, sounds."""
 
 from __future__ import annotations
 
@@ -9,17 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from livebass import modal_motion, modes
-from livebass.analysis import PAPER_RATE, Spectrogram, characteristic_frequencies, resampled, spectrogram_db
+from livebass import modal_motion, modes, motion_analysis
+from livebass.analysis import PAPER_RATE, Spectrogram, resampled, spectrogram_db
 from livebass.motion import Floats, Trial
 from livebass.paper_cases import CASES
 from livebass.study_parts import Solved, Sound, Table
-from livebass.yin import fundamental, relative_variation
+from livebass.yin import relative_variation
 
-WINDOW, HOP = 2048, 128  # samples at 51.2 kHz: 40 ms, every 2.5 ms
-LEAST, MOST = 90.0, 150.0  # Hz, between which the fundamental is sought: 98 Hz, and up to half as much in a rattle
-PITCH_HOP = 1e-3  # s
-PITCH_WINDOW = 1 / 98  # s: one period, or the steps of a glide would be smoothed
 STATES = 200  # times at which the modes are looked at
 WAV_RATE = 44_100  # Hz, as the paper's sounds
 
@@ -31,39 +27,25 @@ def case_trial(name: str, duration: float | None = None) -> Trial:
     """
     case = CASES[name] if duration is None else replace(CASES[name], duration=duration)
     trial = case.trial()
-    looked = np.unique(np.linspace(0, trial.samples - 1, STATES + 1).round().astype(int))
-    return replace(trial, states=tuple(map(int, looked)))
+    return replace(trial, states=motion_analysis.looked_at(trial, STATES))
 
 
 def spectrum(solved: Solved, across: bool = False) -> Spectrogram:
     """As the paper's, in dB below the loudest."""
-    return spectrogram_db(_at_paper_rate(solved, across), PAPER_RATE, WINDOW, HOP)
+    moved = motion_analysis.at_paper_rate(solved.trial, solved.displacement(across))
+    return spectrogram_db(moved, PAPER_RATE, motion_analysis.WINDOW, motion_analysis.HOP)
 
 
 def characteristic(solved: Solved, across: bool = False) -> tuple[Floats, Floats]:
     """Times, s, and eq. 14, Hz."""
-    nu = characteristic_frequencies(_at_paper_rate(solved, across), PAPER_RATE, WINDOW, HOP)
-    return (np.arange(nu.size) * HOP + WINDOW / 2) / PAPER_RATE, nu
+    return motion_analysis.characteristic(solved.trial, solved.displacement(across))
 
 
 def variation(solved: Solved) -> tuple[Floats, Floats]:
     """Times, s, and the fundamental by YIN relative to the first eigenfrequency less 1, as in figure 7."""
-    pitch = fundamental(
-        solved.motion.displacement_m, solved.trial.output_rate, LEAST, MOST, PITCH_HOP, PITCH_WINDOW, threshold=None
-    )
+    pitch = motion_analysis.pitch(solved.trial, solved.motion.displacement_m)
     reference = float(modes.frequencies(solved.speaking, 1)[0])
     return pitch.time_s, relative_variation(pitch.frequency_hz, reference)
-
-
-def modal(solved: Solved) -> tuple[Floats, Floats, Floats]:
-    """Times, s; energy of each mode, J, (times, modes), of u and v together; all energy, contacts too, J, (times,)."""
-    states = solved.motion.states
-    if states is None:
-        raise ValueError("the trial asked for no states")
-    s = solved.speaking
-    each = modal_motion.modal_energies(s, states[:, :, 0], states[:, :, 1]).sum(axis=1)
-    total = each.sum(axis=1) + modal_motion.contact_energy(s, states[:, 0, 0])
-    return np.asarray(solved.trial.states) / solved.trial.output_rate, each, np.asarray(total)
 
 
 def initial_shape(solved: Solved) -> Floats:
@@ -171,9 +153,3 @@ def numbers_table(told: Mapping[str, dict[str, Any]]) -> Table:
         for name, n in told.items()
     ]
     return Table("numbers", "In numbers", ("case", *columns), rows)
-
-
-def _at_paper_rate(solved: Solved, across: bool) -> Floats:
-    rate = round(solved.trial.output_rate)
-    moved = solved.displacement(across)
-    return moved if rate == PAPER_RATE else resampled(moved, rate)
