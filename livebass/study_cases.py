@@ -20,7 +20,7 @@ TOP_HZ, SHOWN_S = 8000.0, 0.7
 def case_findings(name: str, title: str, solved: Solved, glide: bool = True) -> Findings:
     """Displacement, spectrogram, characteristic frequency, contacts and pitch of one motion; its sound and data."""
     found = Findings()
-    found.pictures.append(displacement_picture(f"{name}-displacement", {title: solved}, "Figure 4"))
+    found.pictures.append(displacement_picture(f"{name}-displacement", {title: solved}, "figure 4"))
     found.pictures.append(spectrogram_picture(f"{name}-spectrogram", title, solved, glide))
     add_data(found, name, title, solved)
     found.tables.insert(0, measure.numbers_table({title: found.numbers[name]}))

@@ -49,11 +49,11 @@ def report(motions: Mapping[str, Solved]) -> Findings:
     axes = drawn.subplots(2, 2)
     for kind, column, name in (("b", 0, "rates-b"), ("c", 0, "rates-c"), ("modes", 1, "modes")):
         values = MODES if kind == "modes" else tuple(rate / 1e6 for rate in RATES)
-        rows = [_errors(motions[f"{kind} {value:g}"], motions[kind]) for value in values]
+        rows = [errors(motions[f"{kind} {value:g}"], motions[kind]) for value in values]
         label = "modes" if kind == "modes" else "contact rate (MHz)"
         for row, key in enumerate(("displacement", "characteristic frequency")):
-            errors = [np.nanmax(r[key]) if row == 0 else np.nanmedian(r[key]) for r in rows]
-            axes[row][column].loglog(values, errors, marker="o", label=WHAT[kind])
+            told = [np.nanmax(r[key]) if row == 0 else np.nanmedian(r[key]) for r in rows]
+            axes[row][column].loglog(values, told, marker="o", label=WHAT[kind])
             axes[row][column].set(xlabel=label)
             axes[row][column].set_xticks(values, [f"{v:g}" for v in values])
             axes[row][column].minorticks_off()
@@ -82,7 +82,7 @@ def report(motions: Mapping[str, Solved]) -> Findings:
     return found
 
 
-def _errors(solved: Solved, finest: Solved) -> dict[str, Floats]:
+def errors(solved: Solved, finest: Solved) -> dict[str, Floats]:
     """Of u up to each of `TIMES`, and of eq. 14 frame by frame."""
     u, exact = solved.motion.displacement_m, finest.motion.displacement_m
     ends = [min(u.size, round(t * solved.trial.output_rate) + 1) for t in TIMES]

@@ -28,14 +28,18 @@ def figure(width: float, height: float) -> Any:
     return Figure(figsize=(width, height), layout="constrained")
 
 
-def rendered(drawn: Any, kind: str) -> bytes:
-    """The file of a figure, "png" or "svg"; the same figure gives the same bytes."""
+def rendered(drawn: Any) -> dict[str, bytes]:
+    """The files of a figure, "png" and "svg"; the same figure gives the same bytes."""
     import matplotlib as mpl
 
-    data = io.BytesIO()
+    files = {}
     with mpl.rc_context({"svg.hashsalt": "livebass"}):
-        drawn.savefig(data, format=kind, dpi=DPI, metadata={"Date": None} if kind == "svg" else {"Software": None})
-    return data.getvalue()
+        for kind, nothing in (("png", "Software"), ("svg", "Date")):
+            data = io.BytesIO()
+            drawn.savefig(data, format=kind, dpi=DPI, metadata={nothing: None})
+            files[kind] = data.getvalue()
+            drawn.set_layout_engine("none")  # it is laid out now, which takes as long as drawing
+    return files
 
 
 def spectrogram_panel(axis: Any, shown: Spectrogram, top_hz: float, until_s: float | None = None) -> Any:

@@ -48,12 +48,12 @@ def _shapes(found: Findings, solved: Solved) -> None:
     s = solved.speaking
     _, x, (shapes,) = motion_analysis.shapes(solved.trial, solved.motion, SHAPE_TIMES)
     drawn = draw.figure(11, 5.5)
-    for axis, t, shape in zip(np.ravel(drawn.subplots(2, 3, sharex=True, sharey=True)), SHAPE_TIMES, shapes,
-                              strict=True):
+    axes = np.ravel(drawn.subplots(2, 3, sharex=True, sharey=True))
+    for axis, t, shape in zip(axes, SHAPE_TIMES, shapes, strict=True):
         draw.neck_panel(axis, s, [shape])
         axis.set(title=f"t = {t * 1e3:g} ms", ylim=(-4.5, 4.5))
-    found.pictures.append(Picture("shapes", "The string over the neck during the first set of contacts (figure 8)",
-                                  drawn))
+    caption = "The string over the neck during the first set of contacts (figure 8)"
+    found.pictures.append(Picture("shapes", caption, drawn))
     columns = {f"u_m_at_{t * 1e3:g}_ms": shape for t, shape in zip(SHAPE_TIMES, shapes, strict=True)}
     found.tables.append(curve("shapes", "The string's shape", x_m=x, **columns))
     found.arrays |= {"shape_time_s": np.asarray(SHAPE_TIMES), "shape_x_m": x, "shapes_m": shapes}
@@ -84,7 +84,8 @@ def _decays(found: Findings, solved: Solved, time_s: Floats, each: Floats) -> No
     if np.count_nonzero(free) > 2:
         rest = each[free]
         rest = np.where(rest > rest.max() * 10.0**-DECADES, rest, 0.0)  # the rest is rounding, or a mode laid to rest
-        fitted = modal_motion.t60(modal_motion.decay_rates(time_s[free], rest))
+        rates = modal_motion.decay_rates(time_s[free], rest)
+        fitted = np.where(np.isnan(rates), np.nan, modal_motion.t60(rates))
     drawn = draw.figure(9, 4.5)
     axis = drawn.subplots()
     j = np.arange(1, count + 1)
@@ -95,10 +96,9 @@ def _decays(found: Findings, solved: Solved, time_s: Floats, each: Floats) -> No
     axis.legend()
     found.pictures.append(Picture("t60", "Time in which each mode falls by 60 dB", drawn))
     nu = modes.frequencies(s, count)
-    found.tables.append(curve("t60", "T60 by mode", mode=j, frequency_hz=nu, damping_per_s=sigma, t60_s=model,
-                              t60_from_energy_s=fitted))
-    found.tables.append(
-        Table("t60-first-modes", "T60 of the first ten modes", ("mode", "frequency (Hz)", "T60 (s)", "from energy (s)"),
-              [(int(j[k]), float(nu[k]), float(model[k]), float(fitted[k])) for k in range(10)])
-    )
+    columns = {"frequency_hz": nu, "damping_per_s": sigma, "t60_s": model, "t60_from_energy_s": fitted}
+    found.tables.append(curve("t60", "T60 by mode", mode=j, **columns))
+    first = [tuple(float(column[k]) for column in (j, nu, model, fitted)) for k in range(10)]
+    heads = "mode", "frequency (Hz)", "T60 (s)", "from its energy (s)"
+    found.tables.append(Table("t60-first-modes", "T60 of the first ten modes", heads, first))
     found.arrays |= {"t60_s": model, "t60_from_energy_s": fitted}

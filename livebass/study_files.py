@@ -71,9 +71,10 @@ def plain(value: Any) -> Any:
 
 
 def _picture(files: Transaction, directory: Path, name: str, caption: str, figure: Any) -> dict[str, str]:
-    names = {kind: f"{name}.{kind}" for kind in ("png", "svg")}
-    for kind, file in names.items():
-        files.write(directory / file, rendered(figure, kind))
+    names = {}
+    for kind, data in rendered(figure).items():
+        names[kind] = f"{name}.{kind}"
+        files.write(directory / names[kind], data)
     return {"name": name, "caption": caption, **names}
 
 

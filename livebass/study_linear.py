@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -78,10 +79,23 @@ def _neck(s: Speaking) -> Picture:
 
 def _modes(s: Speaking, rows: Mapping[str, Floats]) -> Picture:
     """Figure 3."""
-    drawn = draw.figure(11, 8)
-    axes = drawn.subplot_mosaic([["frequency", "q"], ["conductance", "conductance"]], height_ratios=(3, 2))
+    drawn = draw.figure(11, 7)
+    fine = np.linspace(20.0, TOP_HZ, 4000)
+    conductance = modes.conductance(s, fine)
+    rows_of_axes = [["frequency", "q"], *([["conductance"] * 2] if conductance.any() else [])]
+    axes = drawn.subplot_mosaic(rows_of_axes, height_ratios=(3, 2)[: len(rows_of_axes)])
+    _frequencies(axes["frequency"], rows)
+    _quality_factors(axes["q"], s, rows)
+    if conductance.any():
+        axes["conductance"].plot(fine, conductance, color="tab:blue", linewidth=0.9)
+        axes["conductance"].set(xlabel="frequency (Hz)", ylabel="conductance (m/s/N)", xlim=(0, TOP_HZ))
+    neck = ", conductance of the neck" if conductance.any() else "; the preset has no mobility of the neck"
+    return Picture("modes", f"Modes measured and by the model: frequencies, quality factors{neck} (figure 3)", drawn)
+
+
+def _frequencies(axis: Any, rows: Mapping[str, Floats]) -> None:
+    """Figure 3a."""
     j, nu = rows["mode"], rows["measured (Hz)"]
-    axis = axes["frequency"]
     axis.plot(j, nu, "x", color="tab:red", label="measured")
     axis.plot(j, rows["model (Hz)"], "o", color="tab:blue", markerfacecolor="none", label="eq. 8")
     axis.set(xlabel="mode number", ylabel="frequency (Hz)")
@@ -89,23 +103,18 @@ def _modes(s: Speaking, rows: Mapping[str, Floats]) -> Picture:
     error.plot(j, rows["error"] * 1e3, "D", color="tab:orange", markersize=3, label="relative error")
     error.set(ylabel="relative error (1e-3)", ylim=(0, None))
     draw.legend(axis, error)
-    axis = axes["q"]
-    axis.loglog(nu, rows["measured Q"], "x", color="tab:red", label="measured")
+
+
+def _quality_factors(axis: Any, s: Speaking, rows: Mapping[str, Floats]) -> None:
+    """Figure 3b."""
+    axis.loglog(rows["measured (Hz)"], rows["measured Q"], "x", color="tab:red", label="measured")
     axis.loglog(rows["model (Hz)"], rows["model Q"], "o", color="tab:blue", markerfacecolor="none",
                 label="eqs. 9 to 11")  # fmt: skip
     grid = np.geomspace(60.0, TOP_HZ, 400)
     share = modes.neck_factor(s) / grid * modes.conductance(s, grid)
     axis.loglog(grid, 1 / (modes.loss_factor(s, grid) - share), "k--", label="without the neck's mobility")
     axis.set(xlabel="frequency (Hz)", ylabel="Q")
-    axis.legend(fontsize="small")
-    fine = np.linspace(20.0, TOP_HZ, 4000)
-    axis = axes["conductance"]
-    axis.plot(fine, modes.conductance(s, fine), color="tab:blue", linewidth=0.9)
-    axis.set(xlabel="frequency (Hz)", ylabel="conductance (m/s/N)", xlim=(0, TOP_HZ))
-    if not modes.conductance(s, fine).any():
-        axis.text(0.5, 0.5, "the preset has no mobility of the neck", transform=axis.transAxes, ha="center")
-    caption = "Modes measured and by the model: frequencies, quality factors, conductance of the neck (figure 3)"
-    return Picture("modes", caption, drawn)
+    axis.legend(fontsize="small", loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3, frameon=False)
 
 
 def _frets(s: Speaking) -> Table:

@@ -28,7 +28,7 @@ figcaption, caption, .small { color: #555; font-size: 0.9rem; text-align: left; 
 .wide { overflow-x: auto; }
 table { border-collapse: collapse; font-size: 0.85rem; margin: 1rem 0; }
 th, td { border-bottom: 1px solid #ddd; padding: 0.2rem 0.7rem; text-align: right; vertical-align: bottom; }
-th:first-child, td:first-child { text-align: left; }
+th:first-child, td:first-child { text-align: left; white-space: nowrap; }
 .sounds div { margin: 0.6rem 0; }
 audio { display: block; width: 24rem; max-width: 100%; }
 </style>
@@ -68,7 +68,7 @@ def _study(summary: Mapping[str, Any]) -> str:
     name = summary["name"]
     files = [*([summary["data"]] if summary["data"] else []), *(t["csv"] for t in summary["tables"])]
     seconds = summary.get("solved_in_s")
-    about = f"{summary['gives']}."
+    about = f"{summary['gives'][0].upper()}{summary['gives'][1:]}."
     if seconds:
         about += f" Computed in {seconds:.2g} s of one core's time, by version {summary['version']}."
     sounds = "\n".join(

@@ -96,5 +96,5 @@ class Study:
 
 def curve(name: str, caption: str, **columns: Any) -> Table:
     """A table of arrays of one length, too long to be shown."""
-    return Table(name, caption, tuple(columns), list(zip(*(np.asarray(c).tolist() for c in columns.values()),
-                                                         strict=True)), shown=False)
+    rows = list(zip(*(np.asarray(column).tolist() for column in columns.values()), strict=True))
+    return Table(name, caption, tuple(columns), rows, shown=False)
