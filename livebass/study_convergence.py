@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -49,45 +50,49 @@ def report(motions: Mapping[str, Solved]) -> Findings:
     axes = drawn.subplots(2, 2)
     for kind, column, name in (("b", 0, "rates-b"), ("c", 0, "rates-c"), ("modes", 1, "modes")):
         values = MODES if kind == "modes" else tuple(rate / 1e6 for rate in RATES)
-        rows = [errors(motions[f"{kind} {value:g}"], motions[kind]) for value in values]
+        solved = [motions[f"{kind} {value:g}"] for value in values]
+        u, nu = zip(*(errors(one, motions[kind]) for one in solved), strict=True)
         label = "modes" if kind == "modes" else "contact rate (MHz)"
-        for row, key in enumerate(("displacement", "characteristic frequency")):
-            told = [np.nanmax(r[key]) if row == 0 else np.nanmedian(r[key]) for r in rows]
-            axes[row][column].loglog(values, told, marker="o", label=WHAT[kind])
-            axes[row][column].set(xlabel=label)
-            axes[row][column].set_xticks(values, [f"{v:g}" for v in values])
-            axes[row][column].minorticks_off()
-            axes[row][column].legend(fontsize="small")
-        columns = label, *(f"error of u up to {t:g} s" for t in TIMES), "median error of nu_c", "contacts"
+        for axis, told in zip(axes[:, column], ([e[-1] for e in u], nu), strict=True):
+            axis.loglog(values, told, marker="o", label=WHAT[kind])
+            axis.set(xlabel=label)
+            axis.set_xticks(values, [f"{v:g}" for v in values])
+            axis.minorticks_off()
+            axis.legend(fontsize="small")
         against = f"all {motions[kind].trial.modes} modes" if kind == "modes" else f"{FINEST_RATE / 1e6:g} MHz"
-        found.tables.append(Table(
-            name, f"{WHAT[kind].capitalize()} against {against}", columns,
-            [(v, *map(float, r["displacement"]), float(np.nanmedian(r["characteristic frequency"])),
-              motions[f"{kind} {v:g}"].motion.contact_step.size) for v, r in zip(values, rows, strict=True)],
-        ))  # fmt: skip
-        found.numbers[name] = {
-            "values": list(values), "error_of_u": [float(r["displacement"][-1]) for r in rows],
-            "median_error_of_nu_c": [float(np.nanmedian(r["characteristic frequency"])) for r in rows],
+        times = times_of(motions[kind])
+        columns = label, *(f"error of u up to {t:g} s" for t in times), "median error of nu_c", "contacts"
+        rows = [(v, *map(float, e), n, one.motion.contact_step.size)
+                for v, e, n, one in zip(values, u, nu, solved, strict=True)]  # fmt: skip
+        found.tables.append(Table(name, f"{WHAT[kind].capitalize()} against {against}", columns, rows))
+        found.numbers[name] = {"values": values, "error_of_u": [e[-1] for e in u], "median_error_of_nu_c": nu}
+        found.arrays |= {
+            f"{name}_values": np.asarray(values, np.float64), f"{name}_errors_of_u": np.array(u),
+            f"{name}_errors_until_s": np.asarray(times),
         }  # fmt: skip
-        found.arrays[f"{name}_values"] = np.asarray(values, np.float64)
-        found.arrays[f"{name}_errors_of_u"] = np.array([r["displacement"] for r in rows])
-    found.arrays["error_until_s"] = np.asarray(TIMES)
-    for axis in axes[0]:
-        axis.axhline(CRITERION, color="grey", linestyle="--", linewidth=0.8)
-        axis.set_ylabel("relative error of u")
-    for axis in axes[1]:
-        axis.set_ylabel("median error of nu_c")
-    caption = f"Errors against the finest solution in the first {motions['b'].trial.duration:g} s; dashed: the paper's"
-    found.pictures.append(Picture("convergence", f"{caption} criterion, 0.1", drawn))
+    found.pictures.append(_finished(drawn, axes, motions["b"].trial.duration))
     return found
 
 
-def errors(solved: Solved, finest: Solved) -> dict[str, Floats]:
-    """Of u up to each of `TIMES`, and of eq. 14 frame by frame."""
+def errors(solved: Solved, finest: Solved) -> tuple[Floats, float]:
+    """Of u up to each of `times_of`, and the median over the frames of eq. 14."""
     u, exact = solved.motion.displacement_m, finest.motion.displacement_m
-    ends = [min(u.size, round(t * solved.trial.output_rate) + 1) for t in TIMES]
+    ends = [round(t * solved.trial.output_rate) + 1 for t in times_of(finest)]
     nu, true = (characteristic(solved.trial, m)[1] for m in (u, exact))
-    return {
-        "displacement": np.array([np.linalg.norm((u - exact)[:n]) / np.linalg.norm(exact[:n]) for n in ends]),
-        "characteristic frequency": np.abs(nu - true) / true,
-    }
+    of_u = [np.linalg.norm((u - exact)[:n]) / np.linalg.norm(exact[:n]) for n in ends]
+    return np.array(of_u), float(np.median(np.abs(nu - true) / true))
+
+
+def times_of(solved: Solved) -> list[float]:
+    """Those of `TIMES` that a motion lasts, s."""
+    return [t for t in TIMES if t <= solved.trial.duration]
+
+
+def _finished(drawn: Any, axes: Any, seconds: float) -> Picture:
+    """What is common to the panels."""
+    for above, below in axes.T:
+        above.axhline(CRITERION, color="grey", linestyle="--", linewidth=0.8)
+        above.set_ylabel("relative error of u")
+        below.set_ylabel("median error of nu_c")
+    caption = f"Errors against the finest solution in the first {seconds:g} s; dashed: the paper's criterion, 0.1"
+    return Picture("convergence", caption, drawn)
