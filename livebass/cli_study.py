@@ -36,7 +36,7 @@ def study() -> None:
 
 @study.command("list")
 def list_studies() -> None:
-    """Print the studies: name, section of the paper, title, what comes out."""
+    """Print the studies: name, section, title, what comes out."""
     from livebass.studies import STUDIES
 
     for one in STUDIES.values():
@@ -78,7 +78,7 @@ def run(names: tuple[str, ...], output: Path, json_file: Path | None, duration: 
             studies, output, duration=duration, workers=workers, progress=progress, json_file=json_file
         )
     click.echo(
-        f"{len(studies)} studies from {result['solutions']} solutions in {result['wall_s']:.1f} s -> "
+        f"{len(studies)} stud{'y' if len(studies) == 1 else 'ies'} from {result['solutions']} motions in {result['wall_s']:.1f} s -> "
         f"{output / 'index.html'}",
         err=True,
     )
