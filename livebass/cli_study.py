@@ -77,8 +77,5 @@ def run(names: tuple[str, ...], output: Path, json_file: Path | None, duration: 
         result = run_studies(
             studies, output, duration=duration, workers=workers, progress=progress, json_file=json_file
         )
-    click.echo(
-        f"{len(studies)} stud{'y' if len(studies) == 1 else 'ies'} from {result['solutions']} motions in {result['wall_s']:.1f} s -> "
-        f"{output / 'index.html'}",
-        err=True,
-    )
+    count = f"{len(studies)} stud{'y' if len(studies) == 1 else 'ies'} from {result['solutions']} motions"
+    click.echo(f"{count} in {result['wall_s']:.1f} s -> {output / 'index.html'}", err=True)
