@@ -17,6 +17,8 @@ from livebass.layout import (
     ETA,
     ETA_OLD,
     EVENT,
+    GROUP_ROOM,
+    GROUPS,
     KNOWN,
     OPERATOR,
     POLARISATIONS,
@@ -29,7 +31,7 @@ from livebass.layout import (
     P,
     Q,
 )
-from livebass.live_layout import AHEAD, BASS, EVENT_ROOM, KEPT, KEPT_POINTS, SAVE_EVERY, SAVES, SOUND_RING
+from livebass.live_layout import AHEAD, BASS, EVENT_ROOM, SAVE_EVERY, SAVES, SOUND_RING
 from livebass.native import call_4, pointer
 
 POINT_ROWS = (CLEARANCE, KNOWN, DUE, ETA, ETA_OLD, STAMP)
@@ -87,7 +89,7 @@ def save(b, i):
     a.frame[place] = v.frame
     carray(pointer(a.voice), SAVES, VOICE)[place] = v
     kept_slots = carray(pointer(a.slots), (SAVES, VOICE_SLOTS), SLOT)
-    memory = carray(pointer(a.memory), (SAVES, POLARISATIONS * VOICE_SLOTS, KEPT), np.float64)
+    memory = carray(pointer(a.memory), (SAVES, POLARISATIONS * VOICE_SLOTS, a.kept), np.float64)
     ops = operators_of(b, (b.coarse >> i) & 1)[i]
     for k in range(VOICE_SLOTS):
         kept_slots[place, k] = slots[k]
@@ -103,7 +105,8 @@ def save(b, i):
         at = 2 * ROW
         for row in POINT_ROWS:
             copy(to, at, w, row * ROW, points)
-            at += KEPT_POINTS
+            at += points
+        copy(to, at, w, GROUPS * ROW, 4 * GROUP_ROOM)
 
 
 @jit
@@ -119,7 +122,7 @@ def go_back(b, i, frame):
     a.saved = last + 1
     carray(pointer(b.voice[i]), 1, VOICE)[0] = carray(pointer(a.voice), SAVES, VOICE)[place]
     kept_slots = carray(pointer(a.slots), (SAVES, VOICE_SLOTS), SLOT)
-    memory = carray(pointer(a.memory), (SAVES, POLARISATIONS * VOICE_SLOTS, KEPT), np.float64)
+    memory = carray(pointer(a.memory), (SAVES, POLARISATIONS * VOICE_SLOTS, a.kept), np.float64)
     ops = operators_of(b, (b.coarse >> i) & 1)[i]
     for k in range(VOICE_SLOTS):
         slots[k] = kept_slots[place, k]
@@ -138,7 +141,8 @@ def go_back(b, i, frame):
         at = 2 * ROW
         for row in POINT_ROWS:
             copy(w, row * ROW, kept, at, op.points)
-            at += KEPT_POINTS
+            at += op.points
+        copy(w, GROUPS * ROW, kept, at, 4 * GROUP_ROOM)
 
 
 @callback("void(int64, int64, int64, int64)")
@@ -166,7 +170,7 @@ def player(bass, i, end, count):
             mine[used:],
             count - used,
             carray(pointer(b.settings), 3, np.float64),
-            carray(pointer(b.scratch[i]), (2, ROW), np.int64),
+            carray(pointer(b.scratch[i]), (3, ROW), np.int64),
             carray(pointer(b.taps[i]), 8, np.float64),
             carray(pointer(b.settings), (0, 2), np.int64),
             count < 0,  # not raw, and no constant, which would be a type of its own

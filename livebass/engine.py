@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from livebass import hands, performer, voice
 from livebass import layout as at
-from livebass.instrument import Instrument, speaking
+from livebass.instrument import Instrument, for_modes, speaking
 from livebass.motion import Motion, Trial, initial_amplitudes, initial_amplitudes_across
 from livebass.operators import (
     Rates,
@@ -55,6 +55,7 @@ def prepare(instrument: Instrument, quality: Quality, rates: Rates, frets: int) 
         for fret in range(frets + 1):
             s = speaking(string, neck, fret)
             count = modes_for(quality, s.length, string.length, s.grid_points)
+            s = for_modes(s, count)
             if instrument.output.kind == "displacement":
                 places = s.length - instrument.output.sensor, s.length - instrument.output.sensor_v
                 taps = sensor_rows(s, places, count, rates.rate)

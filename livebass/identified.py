@@ -157,7 +157,7 @@ def _put_neck(document: Any, string: Any, result: Identified) -> None:
     pairs = result.conductance
     if not pairs:
         given = {**document.get("neck", {}), **string.get("neck", {})}
-        if "conductance_values" not in given:
+        if not given.keys() & {"conductance_values", "resonance_masses"}:
             return
         pairs = ((result.law.fundamental, 0.0),)
     nu = _array("Hz", [x for x, _ in pairs], ".6g")

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livebass import modes as modal
+from livebass.admittance import Admittance
 from livebass.combine import Found, combine
 from livebass.instrument import Instrument, Neck, String, note_frequency, speaking
 from livebass.partials import Partial, track
@@ -185,7 +186,8 @@ def _identified(
         fitted, diameter=losses.diameter, viscoelastic_angle=losses.viscoelastic_angle,
         thermoelastic=losses.thermoelastic,
     )  # fmt: skip
-    neck = Neck((fitted.length / 2,), (-1.0,), conductance=losses.conductance)  # any frets: the open string has none
+    table = Admittance(table=tuple((nu, y, 0.0) for nu, y in losses.conductance))
+    neck = Neck((fitted.length / 2,), (-1.0,), admittance=table)  # any frets: the open string has none
     count = found[-1].number
     s = speaking(fitted, neck, 0)
     frequencies, dampings = modal.frequencies(s, count), modal.dampings(s, count)

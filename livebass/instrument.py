@@ -7,10 +7,18 @@ neck, v across, along the frets. The open string at rest is u = 0; a fret crown 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from livebass import obstacle
+from livebass.admittance import FREE_PART, Admittance, detuning
+from livebass.obstacle import Surface
 
 A4_NOTE, A4_HZ = 69, 440.0
 ROUNDING = 1e-9  # m: a crown that high lies on the line
+BOARD_ROUGH = 20e-6  # m: what a board may stand higher; it is pressed flat
+MOST_DETUNING = 0.05  # of a mode, by the neck: beyond, eq. 8 does not hold, as it is of first order
 
 
 @dataclass(frozen=True)
@@ -48,9 +56,11 @@ class Neck:
     contact_stiffness: float = 1e13  # K, force per unit length on `grid_step`
     contact_exponent: float = 1.5  # alpha
     grid_step: float = 1e-3  # m: frets sit on this grid, a fret pushes on one step of it (dx)
-    conductance: tuple[tuple[float, float], ...] = ()  # (Hz, m/s/N) of the neck, Re Y_nut in eq. 9
+    admittance: Admittance = field(default_factory=Admittance)  # Y_nut of eqs. 8 and 9
+    free_length: float = 0.0  # m, from the nut to the body; 0: FREE_PART of the scale
     friction: float = 900.0  # A of eq. 7, force per unit length on `grid_step`, N/m
     friction_speed: float = 1e-5  # s of eq. 7, m/s
+    surface: Surface = ()  # board under the string, crowns included; empty: it can touch the crowns only
 
 
 @dataclass(frozen=True)
@@ -158,14 +168,15 @@ class Speaking:
     fundamental: float  # Hz, f0 of the frequency law (eq. 8)
     inharmonicity: float  # B for this length
     grid_points: int  # N: `length` / N is the grid step dx
-    contact_fret: tuple[int, ...]  # fret numbers of the obstacles
+    contact_fret: tuple[int, ...]  # fret numbers of the obstacles; 0: wood
     contact_position: tuple[float, ...]  # m from the stop, on the grid
     contact_height: tuple[float, ...]  # m, negative: under the string at rest
     contact_stiffness: float
     contact_exponent: float
-    conductance: tuple[tuple[float, float], ...]
+    admittance: Admittance  # of the neck where the string is stopped
     friction: float
     friction_speed: float
+    surface: Surface = ()  # of the board, from the stop, relative to the string at rest
 
     @property
     def step(self) -> float:
@@ -200,7 +211,8 @@ def speaking(string: String, neck: Neck, fret: int) -> Speaking:
     """The string of `neck` stopped at `fret` (0: open), with the obstacles that are left above it.
 
     A note is tuned to equal temperament whatever the fret's exact place, as a compensated saddle does. Where
-    a higher crown stands above the line from the pressed fret to the saddle, the string rests on that crown.
+    a higher crown stands above the line from the pressed fret to the saddle, the string rests on that crown. The neck
+    draws each mode aside for itself (eq. 8); it is the first mode that is in tune.
     Raises ValueError for a fret the neck does not have, or where the open string lies on a fret.
     """
     count = len(neck.fret_positions)
@@ -214,19 +226,23 @@ def speaking(string: String, neck: Neck, fret: int) -> Speaking:
     length = total - x_stop
     points = max(8, round(length / neck.grid_step))
     step = length / points
-    frets = tuple(range(stop + 1, count + 1))
-    heights = tuple(h[k - 1] - h_stop * (total - x[k - 1]) / length for k in frets)
-    for k, height in zip(frets, heights, strict=True):
+    crowns = tuple(range(stop + 1, count + 1))
+    heights = tuple(h[k - 1] - h_stop * (total - x[k - 1]) / length for k in crowns)
+    places = tuple(round((x[k - 1] - x_stop) / step) * step for k in crowns)
+    for k, height in zip(crowns, heights, strict=True):
         if height > ROUNDING:
             raise ValueError(f"fret {k} stands {height * 1e3:.2f} mm above string {string.name} at rest")
+    surface = obstacle.under(neck.surface, x_stop, h_stop, total)
     stiffness = string.inharmonicity * (total / length) ** 2
+    admittance = neck.admittance.moved(x_stop, neck.free_length or FREE_PART * total)
     if stop == 0 and string.law_fundamental:
         fundamental = string.law_fundamental
     else:
         note = note_frequency(string.open_note + stop)
         mute = string.extra_damping / (2 * math.pi) + string.extra_damping_slope * note
-        fundamental = math.hypot(note, mute) / (1 + stiffness / 2)  # a damped mode rings lower than it is tuned
-    return Speaking(
+        sounds = math.hypot(note, mute)  # a damped mode rings lower than it is tuned
+        fundamental = _tuned(sounds, stiffness, 2 * string.linear_density * length, admittance)
+    s = Speaking(
         string=string,
         fret=fret,
         stop=stop,
@@ -234,12 +250,57 @@ def speaking(string: String, neck: Neck, fret: int) -> Speaking:
         fundamental=fundamental,
         inharmonicity=stiffness,
         grid_points=points,
-        contact_fret=frets,
-        contact_position=tuple(round((x[k - 1] - x_stop) / step) * step for k in frets),
+        contact_fret=crowns,
+        contact_position=places,
         contact_height=tuple(min(height, 0.0) for height in heights),
         contact_stiffness=neck.contact_stiffness,
         contact_exponent=neck.contact_exponent,
-        conductance=neck.conductance,
+        admittance=admittance,
         friction=neck.friction,
         friction_speed=neck.friction_speed,
+        surface=surface,
     )
+    return on_grid(s, points) if neck.surface else s
+
+
+def on_grid(s: Speaking, points: int) -> Speaking:
+    """`s` over its board on a grid of `points` steps: a contact point wherever there is board.
+
+    Contact on a board needs a grid of one step more than there are modes: each point has its own (eq. 12), and each
+    fret is the point next to it. Raises ValueError where the board stands above the string at rest.
+    """
+    step = s.length / points
+    place, height = obstacle.on_grid(s.surface, s.length, points)
+    for x, h in zip(place.tolist(), height.tolist(), strict=True):
+        if h > BOARD_ROUGH:
+            why = f"the board stands {h * 1e3:.2f} mm above string {s.string.name} at rest, {x * 1e3:.0f} mm from"
+            raise ValueError(f"{why} {f'fret {s.stop}' if s.stop else 'the nut'}")
+    frets = np.zeros(place.size, np.int64)
+    for x, number in zip(s.contact_position, s.contact_fret, strict=True):
+        k = round((x - place[0]) / step) if number else -1
+        if 0 <= k < place.size:
+            frets[k] = number
+    return replace(
+        s,
+        grid_points=points,
+        contact_fret=tuple(frets.tolist()),
+        contact_position=tuple(place.tolist()),
+        contact_height=tuple(np.minimum(height, 0.0).tolist()),
+    )
+
+
+def for_modes(s: Speaking, count: int) -> Speaking:
+    """`s` as it is for frets alone; over a board, on the grid that `count` modes need."""
+    return on_grid(s, count + 1) if s.surface and count + 1 != s.grid_points else s
+
+
+def _tuned(sounds: float, stiffness: float, mass: float, admittance: Admittance) -> float:
+    """f0 of eq. 8 (Hz) whose first mode is at `sounds` (Hz). mass: 2 mu L, kg, so that mu c is that times f0."""
+    fundamental = sounds / (1 + stiffness / 2)
+    if not admittance:
+        return fundamental
+    for _ in range(8):  # each gains some digits, as the neck's part is small
+        aside = float(detuning(admittance.at(fundamental), mass * fundamental, 1))
+        aside = min(max(aside, -MOST_DETUNING), MOST_DETUNING)
+        fundamental = sounds / (1 + stiffness / 2 + aside)
+    return fundamental

@@ -33,7 +33,11 @@ FORCE, FORCE_OLD, PENDING = 29, 30, 31
 NEAR_PHI = 32# MOST_NEAR rows: shapes at the points solved now
 COUPLING = NEAR_PHI + MOST_NEAR  # W between them, in rows of MOST_NEAR
 SOLVE = COUPLING + 1  # two rows: workspace of contact.py
-WORK_ROWS = SOLVE + 2
+NEXT = SOLVE + 2  # fine step at which a point of a board is looked at again; at which it was last; how often in a row
+LOOKED, STREAK = NEXT + 1, NEXT + 2
+GROUPS = NEXT + 3  # of points of a board: four parts of GROUP_ROOM (board.py)
+WORK_ROWS = GROUPS + 1
+GROUP, GROUP_ROOM = 16, 128  # points
 
 # Operators of one string at one fret, in a pool shared by all: the first rows go to the working set at a pluck
 OP_COPIED = 15  # rows FINE_A .. PACE, in that order
@@ -43,14 +47,15 @@ OP_TAP = 17  # a row a pickup; or without one, two rows: weights of Q and of P, 
 OPERATOR = np.dtype(
     [
         ("start", "i8"),  # offset in the pool
-        ("phi", "i8"),  # row of the shapes at the contact points
+        ("phi", "i8"),  # row of the shapes at the contact points; a ROW each, for a board `padded` numbers each
         ("coupling", "i8"),  # row of W, m of u at a point per unit f, a row a point; MOST_NEAR further R, the same
         # for the modes left out
         ("modes", "i8"),
         ("padded", "i8"),  # modes, up to a whole BLOCK
         ("tap_modes", "i8"),  # up to a whole BLOCK: the taps have no weight above
         ("points", "i8"),
-        ("diagonal", "i8"),  # W couples no points
+        ("diagonal", "i8"),  # W couples no points ...
+        ("weight", "f8"),  # ... and this is its diagonal, where there are more than MOST_NEAR: a board
         ("steps", "i8"),  # whole fine steps a frame
         ("parts", "i8"),  # a contact frame is cut in so many parts (0: in none) ...
         ("part_steps", "i8"),  # ... of so many fine steps, and a rest

@@ -6,7 +6,7 @@ of its own, the entries follow from word 16. One thread writes, one reads; heads
 
 import numpy as np
 
-from livebass.layout import MOST_NEAR, ROW
+from livebass.layout import GROUP_ROOM, ROW
 from livebass.performer import MOST_EVENTS, MOST_STRINGS
 
 HEAD, TAIL, ENTRIES = 0, 8, 16
@@ -21,8 +21,14 @@ HISTOGRAM = 64
 HORIZON = 768  # frames
 SAVE_EVERY, SAVES = 16, 64  # frames between kept states, whole strides; and how many are kept
 SOUND_RING = 4096  # frames, more than STRETCH + HORIZON
-KEPT_POINTS = MOST_NEAR
-KEPT = 2 * ROW + 6 * KEPT_POINTS  # float64 a slot
+POINT_ROWS = 6  # kept of each contact point
+
+
+
+def kept(points: int) -> int:
+    """float64 a slot to keep the state of a string over so many contact points."""
+    return 2 * ROW + POINT_ROWS * points + 4 * GROUP_ROOM
+
 
 AHEAD = np.dtype(
     [
@@ -31,7 +37,8 @@ AHEAD = np.dtype(
         ("frame", "i8", (SAVES,)),  # of each kept state
         ("voice", "i8"),  # addresses: layout.VOICE (SAVES,)
         ("slots", "i8"),  # layout.SLOT (SAVES, VOICE_SLOTS)
-        ("memory", "i8"),  # float64 (SAVES, VOICE_SLOTS, KEPT): q, P, and six numbers a contact point
+        ("memory", "i8"),  # float64 (SAVES, 2 VOICE_SLOTS, kept): q, P, six numbers a contact point, groups of points
+        ("kept", "i8"),
         ("sound", "i8"),  # float64 (SOUND_RING,): frame n is at n % SOUND_RING
     ],
     align=True,

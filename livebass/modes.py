@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from livebass.admittance import detuning, neck_damping
 from livebass.instrument import Pluck, Speaking
 
 Floats = NDArray[np.float64]
@@ -17,12 +18,13 @@ CLAMP_WAVENUMBER = 800 / 0.863  # modes per metre: above it the published dampin
 
 
 def frequencies(s: Speaking, count: int) -> Floats:
-    """Eigenfrequencies nu_j, j = 1..count, Hz: eq. 8 without the nut term, measured values first.
+    """Eigenfrequencies nu_j, j = 1..count, Hz: eq. 8, measured values first.
 
-    The law is 1 + B j^2 / 2, not its square root: at j = 862 the two differ 2.7 times.
+    The law is 1 + B j^2 / 2, not its square root: at j = 862 the two differ 2.7 times. The neck's term is that at
+    omega_{0,j}, its sign the one of `admittance`.
     """
     j = np.arange(1, count + 1)
-    nu = j * s.fundamental * (1 + s.inharmonicity * j**2 / 2)
+    nu = j * s.fundamental * (1 + s.inharmonicity * j**2 / 2 + neck_detuning(s, count))
     if s.stop == 0:
         known = np.asarray(s.string.measured_frequencies[:count])
         nu[: known.size] = known
@@ -32,7 +34,8 @@ def frequencies(s: Speaking, count: int) -> Floats:
 def dampings(s: Speaking, count: int) -> Floats:
     """Damping coefficients sigma_j, j = 1..count, 1/s: eqs. 9 to 11, measured values first.
 
-    As in the published data the law is evaluated at j f0, and constant above `CLAMP_WAVENUMBER`.
+    As in the published data the law is evaluated at j f0, and constant above `CLAMP_WAVENUMBER`; the neck's part of it
+    at the frequency of the mode itself.
     """
     j = np.arange(1, count + 1)
     # where f0 was measured the published dampings still follow c / 2L of the table's tension
@@ -40,7 +43,9 @@ def dampings(s: Speaking, count: int) -> Floats:
     nu = j * nominal  # Hz, nu_{0,j}
     top = max(1, math.floor(CLAMP_WAVENUMBER * s.length))
     nu = np.minimum(nu, top * nominal)
-    sigma = math.pi * nu * loss_factor(s, nu)
+    sigma = math.pi * nu * loss_factor(s, nu) + neck_damping(
+        s.admittance.at(frequencies(s, count)), impedance(s), s.fundamental
+    )
     if s.stop == 0:
         known = np.asarray(s.string.measured_dampings[:count])
         sigma[: known.size] = known
@@ -48,7 +53,7 @@ def dampings(s: Speaking, count: int) -> Floats:
 
 
 def loss_factor(s: Speaking, nu: Floats) -> Floats:
-    """1/Q at frequencies `nu` (Hz): air (10), viscoelastic (11), thermoelastic, and the neck (9)."""
+    """1/Q at frequencies `nu` (Hz) without the neck: air (10), viscoelastic (11), thermoelastic."""
     string = s.string
     mu = string.linear_density
     friction = 2 * math.pi * AIR_VISCOSITY + 2 * math.pi * string.diameter * np.sqrt(
@@ -58,21 +63,18 @@ def loss_factor(s: Speaking, nu: Floats) -> Floats:
     # E_core I_core from the inharmonicity: B = pi^2 E I / (T L^2)
     bending = string.inharmonicity * string.tension * string.length**2 / math.pi**2  # N m2
     viscoelastic = 4 * math.pi**2 * mu * bending * string.viscoelastic_angle / string.tension**2 * nu**2
-    neck = neck_factor(s) / nu * conductance(s, nu)
-    return air + viscoelastic + string.thermoelastic + neck
+    return np.asarray(air + viscoelastic + string.thermoelastic)
 
 
-def neck_factor(s: Speaking) -> float:
-    """mu c^2 / (pi L), the factor of Re(Y_nut) / nu in eq. 9; c = 2 L f0."""
-    return s.string.linear_density * 4 * s.length * s.fundamental**2 / math.pi
+def impedance(s: Speaking) -> float:
+    """mu c, kg/s; c = 2 L f0."""
+    return 2 * s.string.linear_density * s.length * s.fundamental
 
 
-def conductance(s: Speaking, nu: Floats) -> Floats:
-    """Re Y of the neck at `nu` (Hz), m/s/N, from its table; zero outside the table."""
-    if not s.conductance:
-        return np.zeros_like(nu)
-    table = np.asarray(s.conductance)
-    return np.interp(nu, table[:, 0], table[:, 1], left=0.0, right=0.0)
+def neck_detuning(s: Speaking, count: int) -> Floats:
+    """What the neck adds to nu_j / (j f0) of each mode, (count,): the last term of eq. 8."""
+    j = np.arange(1, count + 1)
+    return detuning(s.admittance.at(j * s.fundamental), impedance(s), j)
 
 
 def shapes(s: Speaking, count: int, x: Floats) -> Floats:

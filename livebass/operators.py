@@ -133,8 +133,9 @@ def operator(
     if not 1 <= count <= min(MOST_MODES, s.grid_points - 1):
         raise ValueError(f"modes {count}: allowed are 1 to {min(MOST_MODES, s.grid_points - 1)} for this length")
     points = len(s.contact_position)
-    if points > at.MOST_NEAR:
-        raise ValueError(f"contact points {points}: allowed are at most {at.MOST_NEAR}")
+    board = points > at.MOST_NEAR
+    if board and (count < s.grid_points - 1 or points > at.ROW):
+        raise ValueError(f"{points} contact points, {count} modes: a board needs a grid of one step more than modes")
     dt = 1.0 / rates.contact_rate
     sigma, w_d, es = _motion(s, count, rates, lossless)
     steps = rates.numerator // rates.denominator
@@ -145,8 +146,9 @@ def operator(
 
     n = -(-count // at.BLOCK) * at.BLOCK
     phi_row = at.OP_TAP + len(taps)
-    coupling_row = phi_row + points
-    memory = np.zeros((coupling_row + points, at.ROW))
+    shape_rows = -(-points * n // at.ROW) if board else points
+    coupling_row = phi_row + shape_rows
+    memory = np.zeros((coupling_row + (0 if board else points), at.ROW))
     memory[0, :count] = np.exp(-sigma * dt) * np.cos(w_d * dt)
     memory[1, :count] = es**2
     for row, k in ((2, steps), (5, steps + 1), (8, part_steps)):
@@ -167,15 +169,18 @@ def operator(
 
     dx_mu = s.step / s.string.linear_density
     phi = shapes(s, s.grid_points - 1, np.asarray(s.contact_position))
-    memory[phi_row : phi_row + points, :count] = phi[:, :count]
-    coupling = dt**2 * dx_mu * phi[:, :count] @ phi[:, :count].T
-    memory[coupling_row:, :points] = coupling
-    memory[coupling_row:, at.MOST_NEAR : at.MOST_NEAR + points] = static_compliance(s, count)
+    if board:
+        memory[phi_row:coupling_row].reshape(-1)[: points * n].reshape(points, n)[:, :count] = phi
+    else:
+        memory[phi_row:coupling_row, :count] = phi[:, :count]
+        memory[coupling_row:, :points] = dt**2 * dx_mu * phi[:, :count] @ phi[:, :count].T
+        memory[coupling_row:, at.MOST_NEAR : at.MOST_NEAR + points] = static_compliance(s, count)
     record = np.zeros((), at.OPERATOR)
     record["phi"], record["coupling"] = phi_row, coupling_row
     record["modes"], record["padded"] = count, n
     record["tap_modes"] = -(-(heard[-1] + 1) // at.BLOCK) * at.BLOCK if heard.size else 0
     record["points"], record["diagonal"] = points, count == s.grid_points - 1
+    record["weight"] = dt**2 / s.string.linear_density
     record["steps"], record["parts"], record["part_steps"] = steps, parts, part_steps
     record["fine"], record["push"] = dt, dt**2 * dx_mu
     record["friction"], record["slip"] = s.friction, 2 * dt * s.friction_speed

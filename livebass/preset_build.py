@@ -21,8 +21,10 @@ from livebass.instrument import (
     note_frequency,
     speaking,
 )
-from livebass.preset_damping import overdamped
+from livebass.preset_admittance import Misfit, neck_admittance, replaced
+from livebass.preset_damping import Overdamped, overdamped
 from livebass.preset_keys import KEYS, REQUIRED, SECTIONS, allowed, checked, key_names, quoted
+from livebass.preset_obstacle import neck_surface
 from livebass.units import format_quantity, note_name
 
 LARGEST_COUNTS = {"string": 8, "pickup": 8}  # the engine has room for so many strings
@@ -123,8 +125,8 @@ class Builder:
             sensing = sum(not p.strings or name in p.strings for p in pickups)
             if pickups and not 1 <= sensing <= MOST_SENSING:
                 raise self.error("pickup", f"{sensing} of them sense string {name}, allowed: 1 to {MOST_SENSING}")
-        room = min(string.length - neck.fret_positions[-1] for string, neck in pairs)
-        ends = f"allowed: between the saddle and the last fret, 0 mm to {room * 1e3:.4g} mm"
+        room = min(string.length - _neck_end(neck) for string, neck in pairs)
+        ends = f"allowed: between the saddle and the neck, 0 mm to {room * 1e3:.4g} mm"
         for i, p in enumerate(pickups, 1):
             if not p.aperture / 2 <= p.position <= room - p.aperture / 2:
                 raise self.error(f"pickup[{i}].position", f"with its aperture, {ends}", _mm(p.position))
@@ -150,7 +152,8 @@ class Builder:
         rest = {k: v for k, v in raw.items() if k != "neck"} if isinstance(raw, dict) else raw
         values = self.table("string", rest, where)
         self.table("neck", own, f"{where}.neck", defaults=False)
-        drop = _GEOMETRY if own.keys() & _FRETS else _MEASURED if own.keys() & _GEOMETRY else ()
+        drop = _GEOMETRY if own.keys() & _FRETS else _MEASURED if own.keys() & _GEOMETRY else set()
+        drop = drop | replaced(set(own))
         merged = {k: v for k, v in shared.items() if k not in drop} | own
         length, neck = self.neck(merged, f"{where}.neck" if own else "neck")
         string = self.string(values, length, where)
@@ -179,17 +182,11 @@ class Builder:
         found = overdamped(string, neck)
         if not found:
             return
-        dimension = {"conductance_values": "conductance"}.get(found.key, "decay rate" if "dampi" in found.key else "")
-        if found.key == "extra_damping_slope":
-            dimension = ""
-        what = f"item {found.mode}: " if found.key == "measured_dampings" else ""
-        why = f"{what}damps mode {found.mode} at fret {found.fret} beyond critical; " + (
-            f"allowed up to {_shown(_floored(found.allowed), dimension)} with the other losses as they are"
-            if found.allowed > 0
-            else "allowed is less, and of the other losses too"
-        )
-        place = neck_where if found.key == "conductance_values" else where
-        raise self.error(f"{place}.{found.key}", why, _shown(found.value, dimension) if dimension else found.value)
+        kind = next(k.kind for k in KEYS if k.name == found.key).removesuffix("[]")
+        dimension = kind if kind in units.DIMENSIONS else ""
+        place = neck_where if any(k.name == found.key and k.section == "neck" for k in KEYS) else where
+        shown = _shown(found.value, dimension) if dimension else found.value
+        raise self.error(f"{place}.{found.key}", _too_much(found, dimension), shown)
 
     def string(self, values: dict[str, Any], length: float, where: str) -> String:
         pitch = note_frequency(values["open_note"])  # Hz
@@ -255,13 +252,19 @@ class Builder:
             x, h = frets_from_geometry(length, v["frets"], v["action"], v["relief"], v["nut_height"], lift)
         if lift and max(lift) > len(x):
             raise self.error(f"{where}.lift", f"this neck has frets 1 to {len(x)}", raw["lift"])
-        nu, re_y = (v.get(f"conductance_{k}", ()) for k in ("frequencies", "values"))
-        self.ascending(f"{where}.conductance_frequencies", nu, "frequency")
-        if len(nu) != len(re_y):
-            why = f"{len(re_y)} for {len(nu)} conductance_frequencies, must be as many"
-            raise self.error(f"{where}.conductance_values", why)
+        for name in ("conductance_frequencies", "resonance_frequencies"):
+            self.ascending(f"{where}.{name}", v.get(name, ()), "frequency")
+        try:
+            admittance = neck_admittance(v)
+        except Misfit as fault:
+            raise self.error(f"{where}.{fault.key}", fault.why) from None
         same = {k: v[k] for k in ("contact_stiffness", "contact_exponent", "grid_step", "friction", "friction_speed")}
-        return length, Neck(x, h, conductance=tuple(zip(nu, re_y, strict=True)), **same)
+        self.ascending(f"{where}.profile_positions", v.get("profile_positions", ()), "length")
+        try:
+            h, surface = neck_surface(set(raw), v, x, h)
+        except Misfit as fault:
+            raise self.error(f"{where}.{fault.key}", fault.why, *fault.raw) from None
+        return length, Neck(x, h, admittance=admittance, free_length=v.get("free_length", 0.0), surface=surface, **same)
 
     def ascending(self, where: str, values: tuple[float, ...], dimension: str, least: float = 0.0) -> None:
         """Each of `values` must be above the one before, by `least` or more (a rounding error aside)."""
@@ -281,6 +284,24 @@ def nearest(name: str, names: list[str]) -> str:
     return f"nearest: {', '.join(near)}" if near else f"allowed: {', '.join(names)}"
 
 
+def _too_much(found: Overdamped, dimension: str) -> str:
+    """What `found` does, and what would be allowed."""
+    item = f"item {found.item}: " if found.item else ""
+    verb, end = ("draws", "aside by more than 5 %") if found.detuned else ("damps", "beyond critical")
+    if found.allowed == 0:
+        rest = f"is {'more' if found.key == 'resonance_masses' else 'less'}, and of the others too"
+    elif found.key == "resonance_masses":
+        rest = f"from {_shown(-_floored(-found.allowed), dimension)} with all else as it is"
+    else:
+        rest = f"up to {_shown(_floored(found.allowed), dimension)} with all else as it is"
+    return f"{item}{verb} mode {found.mode} at fret {found.fret} {end}; allowed {rest}"
+
+
+def _neck_end(neck: Neck) -> float:
+    """m from the nut: beyond, the string is over the body."""
+    return max([neck.fret_positions[-1], *(x for x, _ in neck.surface[-1:])])
+
+
 def _mm(length: float) -> str:
     return f"{length * 1e3:.4g} mm"
 
@@ -290,6 +311,6 @@ def _shown(value: float, dimension: str) -> str:
 
 
 def _floored(value: float) -> float:
-    """Three digits of a positive value, not rounded up: what a message allows must be allowed."""
-    digit = 10.0 ** (math.floor(math.log10(value)) - 2)
+    """Three digits of a value, never above it: what a message allows must be allowed."""
+    digit = 10.0 ** (math.floor(math.log10(abs(value))) - 2)
     return math.floor(value / digit) * digit

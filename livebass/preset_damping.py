@@ -9,81 +9,112 @@ from typing import Any
 import numpy as np
 
 from livebass import modes
-from livebass.instrument import Neck, String, speaking
+from livebass.instrument import MOST_DETUNING, Neck, String, speaking
 from livebass.quality import MOST_MODES
 
 MOST_DAMPING = 0.999  # of critical
+TABLE = {"conductance_values": 1, "susceptance_values": 2}  # and their columns
 KEYS = (
-    "extra_damping", "extra_damping_slope", "viscoelastic_angle", "thermoelastic", "conductance_values",
+    "extra_damping", "extra_damping_slope", "viscoelastic_angle", "thermoelastic", *TABLE, "resonance_masses",
     "measured_dampings",
 )  # fmt: skip
 
 
 @dataclass(frozen=True)
 class Overdamped:
-    """A mode damped beyond `MOST_DAMPING`, and the key of the preset that takes the largest part in it."""
+    """A mode damped beyond `MOST_DAMPING` or drawn aside by the neck beyond `MOST_DETUNING`.
+
+    `key` of the preset takes the largest part in it.
+    """
 
     fret: int
     mode: int
+    detuned: bool  # drawn aside, not damped
     key: str
-    value: float  # of the key, SI; of its item `mode` for measured_dampings, the greatest for conductance_values
-    allowed: float  # with all else as it is; 0: that key alone cannot help
+    item: int  # of `key`, from 1; 0 where it has none, or all count
+    value: float  # of the key, SI; of its item; the greatest for conductance_values and susceptance_values
+    allowed: float  # with all else as it is, at most, or for resonance_masses at least; 0: that key alone cannot help
 
 
 def overdamped(string: String, neck: Neck) -> Overdamped | None:
-    """The first mode that is damped too much, at the first fret there is one."""
+    """The first mode that is damped or drawn aside too much, at the first fret there is one."""
     found = _first(string, neck)
     if found is None:
         return None
-    fret, j = found
-    parts = {key: _part(string, neck, key, fret, j) for key in KEYS}
+    fret, j, detuned = found
+    keys = [*TABLE, "resonance_masses"] if detuned else KEYS
+    items = {key: _item(string, neck, key, fret, j) for key in keys}
+    parts = {key: _part(string, neck, key, fret, j, items[key], detuned) for key in keys}
     key = max(parts, key=parts.__getitem__)
-    low, high = 0.0, 1.0  # of the value; the tuning depends on the mute, so that this is no straight line
-    if _first(*_scaled(string, neck, key, j, low)) is None:
+    item, low, high = items[key], 0.0, 1.0  # of the value; the tuning depends on the mute, so this is no straight line
+    if _first(*_scaled(string, neck, key, item, low)) is None:
         for _ in range(20):
             middle = (low + high) / 2
-            if _first(*_scaled(string, neck, key, j, middle)) is None:
+            if _first(*_scaled(string, neck, key, item, middle)) is None:
                 low = middle
             else:
                 high = middle
-    value = _value(string, neck, key, j)
-    return Overdamped(fret, j + 1, key, value, low * value)
+    value = _value(string, neck, key, item)
+    allowed = (value / low if low else 0.0) if key == "resonance_masses" else low * value
+    return Overdamped(fret, j + 1, detuned, key, item, value, allowed)
 
 
-def _first(string: String, neck: Neck) -> tuple[int, int] | None:
-    """(fret, index of the mode)."""
+def _first(string: String, neck: Neck) -> tuple[int, int, bool] | None:
+    """(fret, index of the mode, whether it is drawn aside rather than damped)."""
     for fret in range(len(neck.fret_positions) + 1):
         s = speaking(string, neck, fret)
         count = min(s.grid_points - 1, MOST_MODES)
-        over = modes.dampings(s, count) > MOST_DAMPING * 2 * math.pi * modes.frequencies(s, count)
+        aside = np.abs(modes.neck_detuning(s, count)) > MOST_DETUNING if s.admittance else np.zeros(count, bool)
+        over = aside | (modes.dampings(s, count) > MOST_DAMPING * 2 * math.pi * modes.frequencies(s, count))
         if over.any():
-            return fret, int(np.argmax(over))
+            j = int(np.argmax(over))
+            return fret, j, bool(aside[j])
     return None
 
 
-def _part(string: String, neck: Neck, key: str, fret: int, j: int) -> float:
-    """What `key` adds to the damping of mode j + 1, 1/s."""
-    with_it, without = (
-        modes.dampings(speaking(*_scaled(string, neck, key, j, by), fret), j + 1)[j] for by in (1.0, 0.0)
-    )
-    return float(with_it - without)
+def _item(string: String, neck: Neck, key: str, fret: int, j: int) -> int:
+    """Which item of `key` matters to mode j + 1: the resonance that gives way most, the mode itself."""
+    if key == "resonance_masses" and neck.admittance.resonances:
+        nu = modes.frequencies(speaking(string, neck, fret), j + 1)[j]
+        each = [abs(replace(neck.admittance, resonances=(r,)).at(nu)) for r in neck.admittance.resonances]
+        return int(np.argmax(each)) + 1
+    return j + 1 if key == "measured_dampings" else 0
 
 
-def _value(string: String, neck: Neck, key: str, j: int) -> float:
-    if key == "conductance_values":
-        return max((y for _, y in neck.conductance), default=0.0)
+def _part(string: String, neck: Neck, key: str, fret: int, j: int, item: int, detuned: bool) -> float:
+    """What `key` adds to the damping of mode j + 1, 1/s, or to what draws it aside."""
+
+    def amount(by: float) -> float:
+        s = speaking(*_scaled(string, neck, key, item, by), fret)
+        return float(abs(modes.neck_detuning(s, j + 1)[j]) if detuned else modes.dampings(s, j + 1)[j])
+
+    return amount(1.0) - amount(0.0)
+
+
+def _value(string: String, neck: Neck, key: str, item: int) -> float:
+    if key in TABLE:
+        return max((abs(row[TABLE[key]]) for row in neck.admittance.table), default=0.0)
+    if key == "resonance_masses":
+        return neck.admittance.resonances[item - 1].mass if item else 0.0
     if key == "measured_dampings":
-        return string.measured_dampings[j] if j < len(string.measured_dampings) else 0.0
+        return string.measured_dampings[item - 1] if item <= len(string.measured_dampings) else 0.0
     return float(getattr(string, key))
 
 
-def _scaled(string: String, neck: Neck, key: str, j: int, by: float) -> tuple[String, Neck]:
-    """The same with the value of `key` (its item j) times `by`."""
-    if key == "conductance_values":
-        return string, replace(neck, conductance=tuple((nu, y * by) for nu, y in neck.conductance))
+def _scaled(string: String, neck: Neck, key: str, item: int, by: float) -> tuple[String, Neck]:
+    """The same with the value of `key` (its item) times `by`; a mass divided by it."""
+    y = neck.admittance
+    if key in TABLE:
+        real, imaginary = (by if TABLE[key] == column else 1.0 for column in (1, 2))
+        rows = tuple((nu, g * real, b * imaginary) for nu, g, b in y.table)
+        return string, replace(neck, admittance=replace(y, table=rows))
+    if key == "resonance_masses":
+        heavy = tuple(replace(r, mass=r.mass / by if by else math.inf) if k == item else r
+                      for k, r in enumerate(y.resonances, 1))  # fmt: skip
+        return string, replace(neck, admittance=replace(y, resonances=heavy))
     if key == "measured_dampings":
         known = string.measured_dampings
-        known = (*known[:j], *(x * by for x in known[j : j + 1]), *known[j + 1 :])
+        known = (*known[: item - 1], *(x * by for x in known[item - 1 : item]), *known[item:])
         return replace(string, measured_dampings=known), neck
     changed: dict[str, Any] = {key: getattr(string, key) * by}
     return replace(string, **changed), neck

@@ -39,13 +39,24 @@ KEYS = (
     Key("neck", "fret_heights", "length[]", "-30 mm", "10 mm", None, "measured; negative: below the string"),
     Key("neck", "height_scale", "number", "0", "5", 1.0, "measured heights times this ..."),
     Key("neck", "height_offset", "length", "-10 mm", "10 mm", "0 mm", "... plus this"),
+    Key("neck", "obstacle", "frets|profile|board", "", "", "frets", "what is hit; profile: wood too; board: fretless"),
+    Key("neck", "fret_height", "length", "0.1 mm", "5 mm", "1 mm", "of crowns over the wood of a profile"),
+    Key("neck", "board_end", "length", "50 mm", "1500 mm", None, "end of the wood; left out: 20 mm past the last fret"),
+    Key("neck", "profile_positions", "length[]", "0 mm", "1500 mm", None, "of a measured surface, from the nut"),
+    Key("neck", "profile_heights", "length[]", "-30 mm", "10 mm", None, "there; negative: below the string"),
     Key("neck", "contact_stiffness", "number", "1e5", "1e15", 1e13, "K of eq. 6, SI"),
     Key("neck", "contact_exponent", "number", "1", "3", 1.5, "alpha of eq. 6"),
     Key("neck", "grid_step", "length", "0.2 mm", "10 mm", "1 mm", "length of string that a fret pushes on"),
     Key("neck", "friction", "force per length", "0 N/m", "1000000 N/m", "900 N/m", "A of eq. 7"),
     Key("neck", "friction_speed", "speed", "0.01 um/s", "1 m/s", "10 um/s", "s of eq. 7: slower, a point sticks"),
-    Key("neck", "conductance_frequencies", "frequency[]", "0 Hz", "100 kHz", None, "of the neck, ascending"),
-    Key("neck", "conductance_values", "conductance[]", "0 m/s/N", "10 m/s/N", None, "Re Y of eq. 9 there"),
+    Key("neck", "free_length", "length", "10 mm", "1500 mm", None, "nut to body; left out: 0.6 of the scale"),
+    Key("neck", "resonance_frequencies", "frequency[]", "1 Hz", "20 kHz", None, "of the neck, ascending"),
+    Key("neck", "resonance_qualities", "number[]", "0.5", "1000", None, "Q of the same"),
+    Key("neck", "resonance_masses", "mass[]", "0.001 kg", "1000 kg", None, "effective, at the nut"),
+    Key("neck", "resonance_shapes", "integer[]", "0", "40", None, "bending modes, 0 none; left out: 1, 2, 3 ..."),
+    Key("neck", "conductance_frequencies", "frequency[]", "0 Hz", "100 kHz", None, "instead: measured, ascending"),
+    Key("neck", "conductance_values", "conductance[]", "0 m/s/N", "10 m/s/N", None, "Re Y of eq. 9 there, at the nut"),
+    Key("neck", "susceptance_values", "susceptance[]", "-10 m/s/N", "10 m/s/N", None, "Im Y of eq. 8; left out: 0"),
     Key("string", "name", "text", "1", "20", REQUIRED, "unlike the other strings' names"),
     Key("string", "open_note", "note", "0", "127", REQUIRED, "pitch of the open string"),
     Key("string", "linear_density", "linear density", "0.1 g/m", "200 g/m", REQUIRED, "mass per length"),
@@ -164,7 +175,7 @@ def checked(key: Key, raw: Any) -> Any:
 
 def _several(key: Key, raw: Any) -> tuple[Any, ...]:
     one = replace(key, kind=key.kind.removesuffix("[]"))
-    example = 'a list such as ["E", "A"]'
+    example = 'a list such as ["E", "A"]' if one.kind == "text" else "a list such as [1, 2]"
     if one.kind in DIMENSIONS:
         unit = next(iter(DIMENSIONS[one.kind].units))
         example = f'["1 {unit}", "2 {unit}"] or {{unit = "{unit}", values = [1, 2]}}'

@@ -131,6 +131,77 @@ def kick(w, row, f, n):
 
 
 @jit
+def kick_from(w, pool, o, f, n):
+    """`kick` with the shape that starts at pool[o]."""
+    phi = pool[o : o + n]
+    for j in range(n):
+        x = f * phi[j]
+        w[IQ + j] += x
+        w[IP + j] += w[IA + j] * x
+
+
+@jit
+def fine(w, n):
+    """One fine step, free."""
+    for j in range(n):
+        a = w[IA + j]
+        x = w[IQ + j]
+        y = w[IP + j]
+        w[IQ + j] = a * x + y
+        w[IP + j] = a * y - w[IB + j] * x
+
+
+@jit
+def kicked_2(w, pool, o, p, f, g, n):
+    """One fine step after the forces f and g, their shapes at pool[o] and pool[p]."""
+    first = pool[o : o + n]
+    second = pool[p : p + n]
+    for j in range(n):
+        kick = f * first[j] + g * second[j]
+        a = w[IA + j]
+        x = w[IQ + j] + kick
+        y = w[IP + j] + a * kick
+        w[IQ + j] = a * x + y
+        w[IP + j] = a * y - w[IB + j] * x
+
+
+@jit
+def kicked_4(w, pool, o, p, r, s, f, g, h, i, n):
+    """`kicked_2` with four forces."""
+    first = pool[o : o + n]
+    second = pool[p : p + n]
+    third = pool[r : r + n]
+    fourth = pool[s : s + n]
+    for j in range(n):
+        kick = f * first[j] + g * second[j] + h * third[j] + i * fourth[j]
+        a = w[IA + j]
+        x = w[IQ + j] + kick
+        y = w[IP + j] + a * kick
+        w[IQ + j] = a * x + y
+        w[IP + j] = a * y - w[IB + j] * x
+
+
+@jit
+def displacement_4(w, pool, o, p, r, s, n):
+    """`displacement` at four points."""
+    first = pool[o : o + n]
+    second = pool[p : p + n]
+    third = pool[r : r + n]
+    fourth = pool[s : s + n]
+    u0 = 0.0
+    u1 = 0.0
+    u2 = 0.0
+    u3 = 0.0
+    for j in range(n):
+        q = w[IQ + j]
+        u0 += first[j] * q
+        u1 += second[j] * q
+        u2 += third[j] * q
+        u3 += fourth[j] * q
+    return u0, u1, u2, u3
+
+
+@jit
 def leap(w, row, n):
     """Many fine steps at once, free: with A, B, G of rows `row` and two more."""
     a = w[row * ROW : row * ROW + n]

@@ -1,8 +1,8 @@
 """One string, one pluck, to files: what `livebass simulate` does.
 
 Writes `displacement.wav` (float32, the displacement at the sensor scaled to a peak of -1 dBFS; after an oblique pluck
-in two channels, u and v), `contacts.csv` (`time_s,fret`) and `result.npz`, all three or none. What is found in the
-motion (pitch, characteristic frequency, energies, T60, shapes) is in the last if asked for.
+in two channels, u and v), `contacts.csv` (`time_s,fret,position_m`; fret 0 is wood) and `result.npz`, all three or none.
+What is found in the motion (pitch, characteristic frequency, energies, T60, shapes) is in the last if asked for.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from livebass import limits
 from livebass import modes as modal
 from livebass.atomic import Transaction, checked_place
 from livebass.audiofile import AudioWriter, encoding
-from livebass.instrument import Instrument, Pluck, Speaking, speaking
+from livebass.instrument import Instrument, Pluck, Speaking, for_modes, speaking
 from livebass.motion import Motion, Trial, initial_amplitudes, initial_amplitudes_across
 from livebass.motion_analysis import columns, looked_at, shape_columns
 from livebass.reference import static_compliance
@@ -75,8 +75,10 @@ def simulate_to_directory(
         _write(files, directory, trial, motion, found | shape_columns(trial, motion, shape_at))
     first = ""
     if motion.contact_step.size:
-        when, where = motion.contact_time_s[0], s.contact_fret[motion.contact_index[0]]
-        first = f", the first at {when * 1e3:.3f} ms on fret {where}"
+        when, point = motion.contact_time_s[0], int(motion.contact_index[0])
+        fret_hit, place = trial.speaking.contact_fret[point], trial.speaking.contact_position[point]
+        where = f"on fret {fret_hit}" if fret_hit else f"on the wood {place * 1e3:.0f} mm from the stop"
+        first = f", the first at {when * 1e3:.3f} ms {where}"
     return (
         f"string {s.string.name} fret {s.fret}, {apex * 1e3:g} mm at {at * 1e3:g} mm, {trial.modes} modes, "
         f"{contact_rate / 1e6:g} MHz: {motion.contact_step.size} contacts{first}; "
@@ -119,6 +121,7 @@ def _trial(
     if not 1 <= count <= most:
         raise ValueError(f"{count} modes: 1 to {most} for this string and fret")
     _check_aliasing(s, count, contact_rate)
+    s = for_modes(s, count)
     places = instrument.output.sensor, instrument.output.sensor_v
     for place in places:
         if not 0 < place < s.length:
@@ -153,7 +156,7 @@ def _solve(trial: Trial, solver: str) -> Motion:
         from livebass.engine import solve_trial
 
         solve = solve_trial
-    solve(replace(trial, modes=1, duration=1 / trial.output_rate, states=()))  # compiles, or loads what was compiled
+    solve(replace(trial, duration=1 / trial.output_rate, states=()))  # compiles, or loads what was compiled
     return solve(trial)
 
 
@@ -168,8 +171,10 @@ def _write(files: Transaction, directory: Path, trial: Trial, motion: Motion, fo
     writer.write((moved / metres_per_unit).astype(np.float32))
     writer.close()
     frets = np.asarray(s.contact_fret, dtype=np.int64)
-    rows = zip(motion.contact_time_s, frets[motion.contact_index], strict=True)
-    files.write(table, "".join(["time_s,fret\n", *(f"{float(t)!r},{fret}\n" for t, fret in rows)]).encode())
+    places = np.asarray(s.contact_position, dtype=np.float64)[motion.contact_index]
+    rows = zip(motion.contact_time_s.tolist(), frets[motion.contact_index].tolist(), places.tolist(), strict=True)
+    lines = ["time_s,fret,position_m\n", *(f"{t!r},{fret},{x!r}\n" for t, fret, x in rows)]
+    files.write(table, "".join(lines).encode())
     arrays = io.BytesIO()
     across: dict[str, Any] = {}
     if motion.across_m is not None:

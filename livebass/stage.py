@@ -21,12 +21,12 @@ from livebass.live_layout import (
     ENTRIES,
     EVENT_ROOM,
     EVENT_WORDS,
-    KEPT,
     NOW,
     SAVES,
     SOUND_RING,
     STAGE,
     TAIL,
+    kept,
     new_ring,
 )
 from livebass.operators import Rates, whole_contact_rate
@@ -65,12 +65,13 @@ def touch(array: NDArray[Any]) -> None:
 class Ahead:
     """What one string keeps to run ahead of the clock and come back."""
 
-    def __init__(self) -> None:
+    def __init__(self, points: int) -> None:
         self.voice = np.zeros(SAVES, at.VOICE)
         self.slots = np.zeros((SAVES, at.VOICE_SLOTS), at.SLOT)
-        self.memory = np.zeros((SAVES, at.POLARISATIONS * at.VOICE_SLOTS, KEPT))
+        self.memory = np.zeros((SAVES, at.POLARISATIONS * at.VOICE_SLOTS, kept(points)))
         self.sound = np.zeros(SOUND_RING)
         self.record = np.zeros(1, AHEAD)
+        self.record["kept"] = kept(points)
         for name in ("voice", "slots", "memory", "sound"):
             self.record[name] = getattr(self, name).ctypes.data
             touch(getattr(self, name))
@@ -100,7 +101,8 @@ class LiveBass:
         light = QUALITIES["live"]
         heavy = quality.modes is None or quality.modes > (light.modes or 0) or quality.contact_rate > light.contact_rate
         b["share"], b["stride"] = AHEAD_HEAVY if heavy else AHEAD_LIGHT
-        self.ahead = [Ahead() for _ in self.engine.voices]
+        points = np.maximum(*(pool.records["points"].max(axis=1) for pool in (self.engine.pool, self.coarse)))
+        self.ahead = [Ahead(int(n)) for n in points]
         b["ahead"][0, : self.engine.strings] = [a.record.ctypes.data for a in self.ahead]
         for v in self.engine.voices:
             touch(v.work)

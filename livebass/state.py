@@ -33,7 +33,7 @@ class Voice:
     record: NDArray[np.void]  # (1,) layout.VOICE
     slots: NDArray[np.void]  # (2,) layout.SLOT
     work: NDArray[np.float64]  # (4, WORK_ROWS * ROW)
-    scratch: NDArray[np.int64]  # (2, ROW)
+    scratch: NDArray[np.int64]  # (3, ROW)
     taps: NDArray[np.float64]  # (8,)
     log: NDArray[np.int64]  # (n, 2)
 
@@ -67,7 +67,7 @@ def new_voice(rates: Rates, log: int = 0) -> Voice:
         v,
         slots,
         np.zeros((at.POLARISATIONS * at.VOICE_SLOTS, at.WORK_ROWS * at.ROW)),
-        np.zeros((2, at.ROW), np.int64),
+        np.zeros((3, at.ROW), np.int64),
         np.zeros(8),
         np.zeros((log, 2), np.int64),
     )

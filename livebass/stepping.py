@@ -23,6 +23,8 @@ from livebass.layout import (
     FINE_A,
     FRAME,
     FRAME_1,
+    GROUP_ROOM,
+    GROUPS,
     KNOWN,
     MOST_NEAR,
     OMEGA,
@@ -97,6 +99,8 @@ def disturb(s, op, w, step):
     for m in range(op.points):
         w[DU + m] = -1.0
         w[KN + m] = -1.0
+    for g in range(2 * GROUP_ROOM):
+        w[GROUPS * ROW + g] = -1.0
 
 
 @jit

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livebass import modes
+from livebass.admittance import Admittance, neck_damping
 from livebass.instrument import Neck, String, speaking
 from livebass.partials import median_line
 
@@ -85,7 +86,7 @@ def fit_losses(string: String, neck: Neck, number: Ints, damping: Floats, deviat
     nominal: Floats = number.astype(np.float64) * string.nominal_fundamental
     loss = damping / (math.pi * nominal)
     bare = replace(string, diameter=0.0, viscoelastic_angle=0.0, thermoelastic=0.0)
-    unit = replace(neck, conductance=())
+    unit = replace(neck, admittance=Admittance())
 
     def factor(s: String) -> Floats:
         return modes.loss_factor(speaking(s, unit, 0), nominal)
@@ -109,8 +110,10 @@ def fit_losses(string: String, neck: Neck, number: Ints, damping: Floats, deviat
     conductance: tuple[tuple[float, float], ...] = ()
     if rest.any():
         last = int(np.flatnonzero(rest)[-1]) + 2  # one zero ends the table
-        values = (rest * nominal / modes.neck_factor(speaking(string, unit, 0)))[:last]
-        conductance = tuple((float(nu), float(y)) for nu, y in zip(nominal[:last], values, strict=True))
+        s = speaking(string, unit, 0)
+        values = math.pi * nominal * rest / neck_damping(1.0, modes.impedance(s), s.fundamental)
+        nu = modes.frequencies(s, int(number[-1]))[number - 1]
+        conductance = tuple((float(f), float(y)) for f, y in zip(nu[:last], values, strict=False))
     return Losses(float(x[0] * string.diameter), float(x[1] * ANGLE), float(x[2] * THERMOELASTIC_SPREAD), conductance)
 
 

@@ -6,9 +6,9 @@ touches only what it is handed. [audio thread]
 
 import numpy as np
 
-from livebass import hands, rows, stepping
+from livebass import board, hands, rows, stepping
 from livebass.kernels import jit
-from livebass.layout import BEND, CUT, GAIN, HAND, OP_TAP, PLUCK, ROW, STRIKE_EVENT, VOICE_SLOTS
+from livebass.layout import BEND, CUT, GAIN, HAND, MOST_NEAR, OP_TAP, PLUCK, ROW, STRIKE_EVENT, VOICE_SLOTS
 
 CUT_RATE = 900.0  # 1/s of all-sound-off
 DEEPEST = 8e-3  # m: a string cannot dip farther into a magnet's field
@@ -137,7 +137,10 @@ def move(v, slots, ops, w2, pool, scratch, log):
         op = ops[s.fret]
         w = w2[k]
         across = w2[VOICE_SLOTS + k]
-        stepping.advance(s, op, w, across, pool, scratch[0], scratch[1], steps, v.step, log, v)
+        if op.points > MOST_NEAR:
+            board.advance(s, op, w, across, pool, scratch, steps, v.step, log, v)
+        else:
+            stepping.advance(s, op, w, across, pool, scratch[0], scratch[1], steps, v.step, log, v)
         if s.hand < 1.0:
             rows.scale(w, s.hand, s.active)
             rows.scale(across, s.hand, s.swaying)
@@ -156,7 +159,7 @@ def move(v, slots, ops, w2, pool, scratch, log):
 def run(v, slots, ops, w2, pool, events, count, settings, scratch, taps, log, raw, out, across):
     """Plays out.shape[0] frames. `events[:count]`: this string's, by frame, none before v.frame.
 
-    v, slots, ops: records (layout.py); w2 (4, WORK_ROWS * ROW); pool: operators; scratch (2, ROW) int64 and taps (8,)
+    v, slots, ops: records (layout.py); w2 (4, WORK_ROWS * ROW); pool: operators; scratch (3, ROW) int64 and taps (8,)
     are workspace; log (n, 2) receives fine step and point of each contact; with `raw` out
     holds u, and `across` (as long, or empty) v. Returns the events used.
     """

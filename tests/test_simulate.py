@@ -85,7 +85,7 @@ def test_same_run_same_wav_and_an_old_result_is_replaced(tmp_path: Path) -> None
     run(out)
     assert (out / "displacement.wav").read_bytes() == first
     assert sorted(p.name for p in out.iterdir()) == sorted([*FILES, "mine.txt"])
-    assert (out / "contacts.csv").read_text().startswith("time_s,fret\n")
+    assert (out / "contacts.csv").read_text().startswith("time_s,fret,position_m\n")
     at = first.find(b"PEAK")
     assert at < 0 or first[at + 12 : at + 16] == bytes(4)
 

@@ -1,0 +1,114 @@
+"""What a neck gives way under a string: its admittance at the nut, and at any fret.
+
+Convention: exp(+i omega t), and Y is the velocity of the neck over the force of the string on it, m/s/N, so that its
+real part is never negative. A string of impedance Z = mu c that ends there obeys tan(k L) = i Z Y; for a small Z Y
+mode j is shifted by i Z Y / (j pi) of its angular frequency. Hence eq. 9 of Issanchou et al. (2018), and eq. 8 with a
+minus sign: as printed, with a plus, it is for exp(-i omega t). A neck that yields like a spring (Im Y > 0) makes the
+string longer and flatter, one that yields like a mass sharper.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+
+FREE_PART = 0.6  # of the scale is neck beyond the body, where a preset does not say
+MOST_SHAPE = 40  # number of the highest bending mode
+
+
+@dataclass(frozen=True)
+class Resonance:
+    """One vibration of the neck, as the string feels it."""
+
+    frequency: float  # Hz
+    quality: float  # Q
+    mass: float  # kg, effective where the string ends
+    shape: int = 1  # number of the bending mode, 1 the lowest; 0: the whole bass moves, alike everywhere
+
+
+@dataclass(frozen=True)
+class Admittance:
+    """Y where the string ends: a sum of resonances, or a measured table, zero outside it."""
+
+    resonances: tuple[Resonance, ...] = ()
+    table: tuple[tuple[float, float, float], ...] = ()  # (Hz, Re Y, Im Y), m/s/N, ascending
+
+    def __bool__(self) -> bool:
+        return bool(self.resonances or self.table)
+
+    def at(self, frequency: ArrayLike) -> Complexes:
+        """Y at `frequency` (Hz, any shape), m/s/N.
+
+        A resonance adds (i omega / m) / (omega_r^2 - omega^2 + i omega omega_r / Q).
+        """
+        nu = np.asarray(frequency, np.float64)
+        y: Complexes = np.zeros(nu.shape, np.complex128)
+        for r in self.resonances:
+            y = y + 1j * nu / (2 * math.pi * r.mass) / (r.frequency**2 - nu**2 + 1j * nu * r.frequency / r.quality)
+        if self.table:
+            known, real, imaginary = np.array(self.table).T
+            y = y + np.interp(nu, known, real, 0.0, 0.0) + 1j * np.interp(nu, known, imaginary, 0.0, 0.0)
+        return y
+
+    def moved(self, place: float, free_length: float) -> Admittance:
+        """The admittance `place` (m) from the nut on a neck that is free over `free_length` (m) from there.
+
+        Each resonance counts by the square of its shape, that is with a greater mass; a table, whose vibrations are
+        not known, by that of the first. From the body on no bending is left.
+        """
+        if place == 0 or not self:
+            return self
+        moved = []
+        for r in self.resonances:
+            if part := bending_shape(r.shape, place / free_length) ** 2:
+                moved.append(replace(r, mass=r.mass / part))
+        part = bending_shape(1, place / free_length) ** 2
+        table = tuple((nu, part * real, part * imaginary) for nu, real, imaginary in self.table) if part else ()
+        return Admittance(tuple(moved), table)
+
+
+def detuning(y: ArrayLike, impedance: float, mode: ArrayLike) -> Floats:
+    """What the neck adds to nu_j / (j f0): -(mu c / (j pi)) Im Y, eq. 8 with the sign of exp(+i omega t).
+
+    y: at omega_{0,j}, m/s/N; impedance: mu c, kg/s; mode: j.
+    """
+    return np.asarray(-impedance / (math.pi * np.asarray(mode)) * np.imag(y))
+
+
+def neck_damping(y: ArrayLike, impedance: float, fundamental: float) -> Floats:
+    """What the neck adds to sigma_j: (mu c^2 / L) Re Y, 1/s, eq. 9 times pi nu_j. y: at omega_j; c / L = 2 f0."""
+    return np.asarray(2 * fundamental * impedance * np.real(y))
+
+
+def bending_shape(number: int, place: float) -> float:
+    """Displacement of a beam, clamped at 1 and free at 0, at `place` in its bending mode `number`; 1 at 0.
+
+    From 1 on it is zero: there the body begins. Number 0 is no bending: 1 everywhere. Euler-Bernoulli: cosh - cos - s
+    (sinh - sin) of beta times the distance from the clamp, written so that no large numbers cancel.
+    """
+    if number == 0:
+        return 1.0
+    if place >= 1:
+        return 0.0
+    beta = _root(number)
+    z = beta * (1 - place)
+    grows = (math.exp(-beta) + math.cos(beta) + math.sin(beta)) / (math.cosh(beta) + math.cos(beta))  # 1 - s
+    value = grows / 2 * math.exp(z) + (1 - grows / 2) * math.exp(-z) - math.cos(z) + (1 - grows) * math.sin(z)
+    return value / (2 if number % 2 else -2)
+
+
+@lru_cache
+def _root(number: int) -> float:
+    """The root beta of cos(beta) + 1 / cosh(beta) near (number - 1/2) pi, by Newton's method."""
+    beta = (number - 0.5) * math.pi
+    for _ in range(8):
+        value = math.cos(beta) + 1 / math.cosh(beta)
+        beta += value / (math.sin(beta) + math.tanh(beta) / math.cosh(beta))
+    return beta

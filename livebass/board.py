@@ -1,0 +1,203 @@
+"""One string over a board from one audio frame to the next: what stepping.py does, for contact points by the hundred.
+
+Points are looked at in groups of GROUP first. The string is nowhere steeper than `fastest` over the speed of its waves,
+so that the displacement at a group's middle and its highest point tell how clear all of it is at least. Only groups
+that this leaves in doubt are looked at point by point. [any thread]
+"""
+
+import numpy as np
+
+from livebass import rows
+from livebass.board_fine import fine_steps, shape
+from livebass.kernels import jit
+from livebass.layout import (
+    CLEARANCE,
+    CLEARANCE_NOW,
+    DUE,
+    ETA,
+    ETA_OLD,
+    FRAME,
+    FRAME_1,
+    GROUP,
+    GROUP_ROOM,
+    GROUPS,
+    KNOWN,
+    OP_HEIGHT,
+    OP_POSITION,
+    ROW,
+    STAMP,
+    SUB,
+)
+
+C0, C1, KN, DU = CLEARANCE * ROW, CLEARANCE_NOW * ROW, KNOWN * ROW, DUE * ROW
+EN, EO, ST = ETA * ROW, ETA_OLD * ROW, STAMP * ROW
+# Of a group: fine step before which none of its points can touch; step at which it was looked at; how clear it was, m,
+# and is at the end of the frame on trial
+GD, GK = GROUPS * ROW, GROUPS * ROW + GROUP_ROOM
+GC, GN = GROUPS * ROW + 2 * GROUP_ROOM, GROUPS * ROW + 3 * GROUP_ROOM
+NEVER = float(1 << 60)
+
+
+@jit
+def height(op, pool, m):
+    return pool[op.start + OP_HEIGHT * ROW + m]
+
+
+@jit
+def doubtful(s, op, w, pool, g, step, end, way, n):
+    """Whether a point of group g may touch between `step` and `end`; GN tells how clear it is in the end, or 0."""
+    first = g * GROUP
+    last = min(first + GROUP, op.points) - 1
+    middle = (first + last) // 2
+    x = op.start + OP_POSITION * ROW
+    top = height(op, pool, first)
+    for m in range(first + 1, last + 1):
+        top = max(top, height(op, pool, m))
+    top += s.fastest / op.speed * max(pool[x + last] - pool[x + middle], pool[x + middle] - pool[x + first])
+    clear = rows.displacement(w, pool, shape(op, middle), n) - top
+    known = w[GK + g]
+    before = w[GC + g]
+    w[GN + g] = 0.0
+    if known < 0 or known >= step or before + clear <= way * (end - known):
+        before = rows.displacement_old(w, pool, shape(op, middle), n) - top
+        known = float(step)
+        w[GC + g] = before
+        w[GK + g] = known
+    if before <= 0.0 or clear <= 0.0 or before + clear <= way * (end - known):
+        return True
+    w[GN + g] = clear
+    return False
+
+
+@jit
+def suspicious(op, w, pool, m, step, end, way, n):
+    """Whether point m may touch between `step` and `end`."""
+    o = shape(op, m)
+    clear = rows.displacement(w, pool, o, n) - height(op, pool, m)
+    w[C1 + m] = clear
+    known = w[KN + m]
+    if 0 <= known < step and w[C0 + m] + clear > way * (end - known):
+        return False
+    if known < step:
+        w[C0 + m] = rows.displacement_old(w, pool, o, n) - height(op, pool, m)
+        w[KN + m] = step
+    held = w[ST + m] == step and (w[EN + m] > 0.0 or w[EO + m] > 0.0)
+    return held or w[C0 + m] <= 0.0 or w[C0 + m] + clear <= way * (end - step)
+
+
+@jit
+def advance(s, op, w, across, pool, scratch, steps, step, log, voice):
+    """Moves a slot from fine step `step` over one frame of `steps` fine steps. scratch (3, ROW) int64."""
+    n = s.active
+    leap = FRAME_1 if steps > op.steps else FRAME
+    end = step + steps
+    if n == 0 or s.fading or end <= s.quiet or end <= s.due:
+        rows.leap(w, leap, n)
+        rows.leap(across, leap, s.swaying)
+        return
+    rows.try_leap(w, leap, n)
+    way = s.fastest * op.fine
+    suspects, looked = scratch[0], scratch[1]
+    groups = (op.points + GROUP - 1) // GROUP
+    count = np.int64(0)
+    looks = np.int64(0)
+    for g in range(groups):
+        w[GN + g] = 0.0
+        if end <= w[GD + g] or not doubtful(s, op, w, pool, g, step, end, way, n):
+            continue
+        for m in range(g * GROUP, min((g + 1) * GROUP, op.points)):
+            if end <= w[DU + m]:
+                continue
+            looked[looks] = m
+            looks += 1
+            if suspicious(op, w, pool, m, step, end, way, n):
+                suspects[count] = m
+                count += 1
+    if count > 0:
+        rows.take_back(w, n)
+        contact_frame(s, op, w, across, pool, scratch, count, steps, step, log, voice)
+        return
+    rows.leap(across, leap, s.swaying)
+    for i in range(looks):
+        m = looked[i]
+        w[C0 + m] = w[C1 + m]
+        w[KN + m] = end
+        w[DU + m] = end + np.floor(w[C1 + m] / way)
+    s.due = np.int64(note_groups(op, w, groups, end, way))
+
+
+@jit
+def note_groups(op, w, groups, end, way):
+    """What the frame up to `end`, free of contact, told of the groups; the fine step of the next look."""
+    least = NEVER
+    for g in range(groups):
+        if w[GN + g] > 0.0:
+            w[GC + g] = w[GN + g]
+            w[GK + g] = end
+            w[GD + g] = end + np.floor(w[GN + g] / way)
+        if w[GD + g] > end:
+            least = min(least, w[GD + g])
+            continue
+        for m in range(g * GROUP, min((g + 1) * GROUP, op.points)):
+            least = min(least, max(w[DU + m], float(end)))
+    return least
+
+
+@jit
+def contact_frame(s, op, w, across, pool, scratch, count, steps, step, log, voice):
+    """A frame in which some of the `count` suspects may touch: parts, and fine steps where needed."""
+    suspects, near, seen = scratch[0], scratch[1], scratch[2]
+    way = s.fastest * op.fine
+    reach = way * op.part_steps
+    for i in range(count):
+        m = suspects[i]
+        if w[ST + m] == step:
+            w[C0 + m] = -w[EN + m]
+    end = step + steps
+    for _ in range(op.parts):
+        n = s.active
+        rows.try_leap(w, SUB, n)
+        close = np.int64(0)
+        for i in range(count):
+            m = suspects[i]
+            now = w[C0 + m]
+            w[C1 + m] = now - reach  # at least, without a look
+            held = w[ST + m] == step and w[EO + m] > 0.0
+            if held or now <= reach:
+                clear = rows.displacement(w, pool, shape(op, m), n) - height(op, pool, m)
+                w[C1 + m] = clear
+                if held or now <= 0.0 or now + clear <= reach:
+                    near[close] = m
+                    close += 1
+        if close == 0:
+            rows.leap(across, SUB, s.swaying)
+            for i in range(count):
+                w[C0 + suspects[i]] = w[C1 + suspects[i]]
+        else:
+            rows.take_back(w, n)
+            fine_steps(s, op, w, across, pool, near, close, seen, op.part_steps, step, log, voice)
+            go_on(s, op, w, pool, suspects, count, near, close, reach)
+        step += op.part_steps
+    if step < end:
+        fine_steps(s, op, w, across, pool, suspects, count, seen, end - step, step, log, voice)
+    for i in range(count):
+        m = suspects[i]
+        w[KN + m] = end
+        w[DU + m] = end
+        if w[C0 + m] > 0.0:
+            w[DU + m] = end + np.floor(w[C0 + m] / way)
+    s.due = end
+
+
+@jit
+def go_on(s, op, w, pool, suspects, count, near, close, reach):
+    """How clear the suspects are that were not among the `close` ones of the fine steps: `reach` less, or a look."""
+    k = 0
+    for i in range(count):
+        m = suspects[i]
+        if k < close and near[k] == m:
+            k += 1
+            continue
+        w[C0 + m] -= reach
+        if w[C0 + m] <= 0.0:
+            w[C0 + m] = rows.displacement(w, pool, shape(op, m), s.active) - height(op, pool, m)

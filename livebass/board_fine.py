@@ -1,0 +1,208 @@
+"""Fine steps over a board, where a string may touch anywhere: contact points by the hundred, each on its own.
+
+The grid has one step more than there are modes, so that W couples no points (eq. 12) and each force is one scalar
+equation. A point is looked at only when it could be reached: it moves at most `fastest` m/s, and from two steps before
+it could touch on it is looked at in every one, because eq. 12 needs its penetration at n - 1, n and n + 1. Of a hundred
+points near the string some ten are looked at in a step, and some five touch.
+
+v, across the board, feels friction where u touches; it is sensed at the same points. [any thread]
+"""
+
+import numpy as np
+
+from livebass import contact, rows
+from livebass.kernels import jit
+from livebass.layout import (
+    CLEARANCE,
+    CLEARANCE_NOW,
+    ETA,
+    ETA_OLD,
+    FORCE,
+    FORCE_OLD,
+    LOOKED,
+    NEXT,
+    OP_HEIGHT,
+    PENDING,
+    ROW,
+    STAMP,
+    STREAK,
+)
+
+C0, C1, EN, EO, ST = CLEARANCE * ROW, CLEARANCE_NOW * ROW, ETA * ROW, ETA_OLD * ROW, STAMP * ROW
+FO, FB, PE = FORCE * ROW, FORCE_OLD * ROW, PENDING * ROW
+NX, LK, SK = NEXT * ROW, LOOKED * ROW, STREAK * ROW
+EARLY = 2  # steps that a point is looked at before it could touch
+
+
+@jit
+def shape(op, m):
+    """Where the shapes at point m begin in the pool."""
+    return op.start + op.phi * ROW + m * op.padded
+
+
+@jit
+def look_back(s, op, w, across, pool, near, count, step, way):
+    """What is known of the points in `near` before the first step: penetrations, or that they are clear."""
+    for i in range(count):
+        m = near[i]
+        w[FO + m] = 0.0
+        w[FB + m] = 0.0
+        w[PE + m] = 0.0
+        across[PE + m] = 0.0
+        w[LK + m] = step
+        w[SK + m] = 2.0
+        w[NX + m] = step + 1
+        if w[ST + m] != step:
+            if w[C0 + m] > (EARLY + 2) * way:
+                w[EN + m] = -w[C0 + m]
+                w[EO + m] = -w[C0 + m]
+                w[NX + m] = step + np.floor(w[C0 + m] / way) - EARLY
+                w[SK + m] = 0.0
+                continue
+            height = pool[op.start + OP_HEIGHT * ROW + m]
+            w[EN + m] = height - rows.displacement(w, pool, shape(op, m), s.active)
+            w[EO + m] = height - rows.displacement_before(w, pool, shape(op, m), s.active)
+        if s.swaying > 0 and across[ST + m] != step:
+            across[EN + m] = rows.displacement(across, pool, shape(op, m), s.swaying)
+            across[EO + m] = rows.displacement_before(across, pool, shape(op, m), s.swaying)
+
+
+@jit
+def push(op, w, pool, seen, count, n):
+    """The pending forces, and one fine step; four forces go in the same pass."""
+    pending = np.int64(0)
+    a = b = c = d = np.int64(0)
+    for i in range(count):
+        m = seen[i]
+        if w[PE + m] == 0.0:
+            continue
+        if pending == 0:
+            a = b = c = d = m
+        elif pending == 1:
+            b = m
+        elif pending == 2:
+            c = m
+        elif pending == 3:
+            d = m
+        else:
+            rows.kick_from(w, pool, shape(op, m), w[PE + m], n)
+        pending += 1
+    if pending == 0:
+        rows.fine(w, n)
+    elif pending <= 2:
+        rows.kicked_2(w, pool, shape(op, a), shape(op, b), w[PE + a], w[PE + b] if pending > 1 else 0.0, n)
+    else:
+        rows.kicked_4(
+            w, pool, shape(op, a), shape(op, b), shape(op, c), shape(op, d),
+            w[PE + a], w[PE + b], w[PE + c], w[PE + d] if pending > 3 else 0.0, n,
+        )  # fmt: skip
+
+
+@jit
+def sense(op, w, pool, seen, count, n):
+    """Displacements at the points in `seen` into CLEARANCE_NOW."""
+    i = 0
+    while i + 3 < count:
+        a, b, c, d = seen[i], seen[i + 1], seen[i + 2], seen[i + 3]
+        u0, u1, u2, u3 = rows.displacement_4(w, pool, shape(op, a), shape(op, b), shape(op, c), shape(op, d), n)
+        w[C1 + a] = u0
+        w[C1 + b] = u1
+        w[C1 + c] = u2
+        w[C1 + d] = u3
+        i += 4
+    while i < count:
+        w[C1 + seen[i]] = rows.displacement(w, pool, shape(op, seen[i]), n)
+        i += 1
+
+
+@jit
+def press(s, op, w, pool, seen, count, step, way, log, voice):
+    """Contact at `step`, and when each point is to be looked at again."""
+    touching = False
+    for i in range(count):
+        m = seen[i]
+        old, before = w[EO + m], w[EN + m]
+        free = pool[op.start + OP_HEIGHT * ROW + m] - w[C1 + m]
+        eta = free
+        f = 0.0
+        if free > 0.0 or old > 0.0:
+            guess = max(2.0 * w[FO + m] - w[FB + m], 0.0)
+            f = contact.solve_point(free - old, old, op.weight, op.stiffness, op.exponent, guess)
+            eta = free - op.weight * f
+            touching = touching or f != 0.0
+        if eta > 0.0 and before <= 0.0:
+            s.touching += 1
+            if voice.logged < log.shape[0]:
+                log[voice.logged, 0] = step
+                log[voice.logged, 1] = m
+            voice.logged += 1
+        w[FB + m] = w[FO + m]
+        w[FO + m] = f
+        w[EO + m] = before
+        w[EN + m] = eta
+        w[PE + m] = op.push * f
+        w[SK + m] = w[SK + m] + 1.0 if w[LK + m] == step - 1 else 1.0
+        w[LK + m] = step
+        w[NX + m] = step + 1
+        if eta < 0.0 and before <= 0.0 and f == 0.0:
+            w[NX + m] = step + max(np.floor(-eta / way) - EARLY, 1.0)
+    if touching:
+        s.active = op.padded
+
+
+@jit
+def slide(s, op, w, across, seen, count):
+    """Friction (eq. 7) of the step just made in `across`; `w` still has the penetration at its start."""
+    touching = False
+    for i in range(count):
+        m = seen[i]
+        f = 0.0
+        if w[EN + m] > 0.0:
+            wanted = across[C1 + m] - across[EO + m]
+            f = -op.friction * min(max(wanted / (op.slip + op.weight * op.friction), -1.0), 1.0)
+            touching = True
+        across[EO + m] = across[EN + m]
+        across[EN + m] = across[C1 + m] + op.weight * f
+        across[PE + m] = op.push * f
+    if touching:
+        s.swaying = op.padded
+
+
+@jit
+def get_done(op, w, across, pool, near, count, n, swaying, step, way):
+    """The forces of the last step; which points are known at `step`, and how clear the others are at least."""
+    for i in range(count):
+        m = near[i]
+        if w[PE + m] != 0.0:
+            rows.kick_from(w, pool, shape(op, m), w[PE + m], n)
+        if swaying > 0 and across[PE + m] != 0.0:
+            rows.kick_from(across, pool, shape(op, m), across[PE + m], swaying)
+        known = w[LK + m] == step and w[SK + m] > 1.0
+        w[ST + m] = step if known else -1.0
+        across[ST + m] = w[ST + m] if swaying > 0 else -1.0
+        w[C0 + m] = -w[EN + m] if w[LK + m] == step else (w[NX + m] + EARLY - step) * way
+
+
+@jit
+def fine_steps(s, op, w, across, pool, near, count, seen, steps, step, log, voice):
+    """Takes `steps` fine steps with contact and friction solved for at the `count` points in `near`.
+
+    CLEARANCE is that of the points, at least, before and after. seen (ROW,): workspace.
+    """
+    way = s.fastest * op.fine
+    look_back(s, op, w, across, pool, near, count, step, way)
+    for _ in range(steps):
+        step += 1
+        looks = np.int64(0)
+        for i in range(count):
+            if w[NX + near[i]] <= step:
+                seen[looks] = near[i]
+                looks += 1
+        if s.swaying > 0:
+            push(op, across, pool, seen, looks, s.swaying)
+            sense(op, across, pool, seen, looks, s.swaying)
+            slide(s, op, w, across, seen, looks)
+        push(op, w, pool, seen, looks, s.active)
+        sense(op, w, pool, seen, looks, s.active)
+        press(s, op, w, pool, seen, looks, step, way, log, voice)
+    get_done(op, w, across, pool, near, count, s.active, s.swaying, step, way)
