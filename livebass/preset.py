@@ -15,7 +15,8 @@ from livebass.preset_build import Builder, PresetError, nearest
 from livebass.preset_keys import KEYS, REQUIRED, Key, allowed, quoted
 
 __all__ = [
-    "PresetError", "laboratory_names", "load_preset", "preset_names", "preset_reference", "preset_source", "preset_text",
+    "PresetError", "laboratory_names", "load_preset", "preset_names", "preset_reference", "preset_source",
+    "preset_text",
 ]  # fmt: skip
 
 LARGEST_FILE = 1_000_000  # bytes
