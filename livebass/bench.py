@@ -1,10 +1,10 @@
 """What a second of sound costs on this machine: `bench_render` measures, `bench_table.table` shows.
 
 Case B of the paper (the open G string of `paper-g`, 3.6 mm at 0.64 m, first second) by brute force, by the dense
-products the method was published with, and by the engine in each quality; then four strings at once and a slap
-line through `Engine`, as `livebass render` plays them. All in one run, so that the ratios are of one machine in
-one state. A figure is the least of its runs, with the median and the processor's time beside it: where that is much
-less on one core, or no more on several, something else was running.
+products the method was published with, and by the engine in each quality, and over a fretless board; then four
+strings at once and a slap line through `Engine`, as `livebass render` plays them. All in one run, so that the ratios
+are of one machine in one state. A figure is the least of its runs, with the median and the processor's time beside
+it: where that is much less on one core, or no more on several, something else was running.
 """
 
 from __future__ import annotations
@@ -81,6 +81,9 @@ def bench_render(progress: Say | None = None, extent: Extent | None = None) -> d
             rows[f"engine_{quality}_{rate // 1000}k"] = row
             if quality == "reference" and rate == RATES[0]:
                 fast = motion
+    say("case B, fretless, reference")
+    fretless = case_b(load_preset("paper-fretless"), "reference", RATES[0], extent.sound)
+    rows["fretless"], _ = _trial_row("fretless, reference", fretless, solve_trial, extent.runs)
     jazz = load_preset("jazz-finger")
     chords = _chords(jazz, extent.chords)
     for key, workers in (("one_core", 1), ("all_cores", None)):

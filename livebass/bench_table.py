@@ -12,6 +12,7 @@ RATIOS: tuple[tuple[str, str, str, str, str | None], ...] = (
     ("reference_to_real_time", "reference over real time", "4, aim 20", "engine_reference_50k", None),
     ("reference_to_brute_force", "reference over brute force", "", "brute_force", "engine_reference_50k"),
     ("reference_to_dense_step", "reference over the dense step", "5000", "dense_step", "engine_reference_50k"),
+    ("fretless_to_fretted", "cost of fretless over fretted", "at most 10", "fretless", "engine_reference_50k"),
     ("strings_one_core", "four strings live, one core", "5", "strings_live_one_core", None),
     ("strings_all_cores", "four strings live, all cores", "5", "strings_live_all_cores", None),
     ("slap_live", "slap line live, all cores", "5", "slap_live", None),

@@ -13,6 +13,7 @@ import sys
 import time
 import traceback
 from collections.abc import Sequence
+from pathlib import Path
 from types import FrameType
 from typing import NoReturn
 
@@ -29,6 +30,7 @@ from livebass.cli_simulate import simulate
 from livebass.cli_study import study
 
 INTERRUPTED, TERMINATED, BROKEN_PIPE = 130, 143, 141
+MANY = 8  # files that an interrupt still names
 EXPECTED = (ValueError, OSError, MemoryError)  # what the package raises on purpose, and LookupError itself
 
 
@@ -78,7 +80,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
         _complain(error.format_message())
         return error.exit_code
     except (click.Abort, KeyboardInterrupt):
-        complete = ", ".join(map(str, written[before:]))
+        complete = _named(written[before:])
         _complain(f"interrupted, but complete: {complete}" if complete else "interrupted, nothing written")
         return INTERRUPTED
     except BrokenPipeError:
@@ -93,6 +95,13 @@ def run(arguments: Sequence[str] | None = None) -> int:
             _complain(f"internal error, {type(error).__name__}: {error} (LIVEBASS_TRACEBACK=1 shows where)")
         _silence_stdout()
         return 1
+
+
+def _named(files: list[Path]) -> str:
+    """Some files by name, many by their directories."""
+    if len(files) <= MANY:
+        return ", ".join(map(str, files))
+    return ", ".join(dict.fromkeys(str(file.parent) for file in files))
 
 
 def _complain(message: str) -> None:

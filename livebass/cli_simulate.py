@@ -48,17 +48,27 @@ from livebass.quality import QUALITIES
     show_default=True,
     help="reference: brute force, step by step, slow.",
 )
+@click.option("--analyse", is_flag=True, help="Also pitch, characteristic frequency, energies and T60.")
+@click.option(
+    "--shape-at", type=Quantity("time", 0, 60), multiple=True, metavar="TIME",
+    help="Also the string's shape then, such as 3.9ms; may be repeated.",
+)  # fmt: skip
 @click.option(
     "-o", "--output", type=click.Path(path_type=Path), required=True, metavar="DIR", help="Made if need be."
 )
 def simulate(
     preset: str, string: str, fret: int, apex: float, at: float, angle: float, duration: float, quality: str,
-    modes: int | None, contact_rate: float | None, rate: int, solver: str, output: Path,
+    modes: int | None, contact_rate: float | None, rate: int, solver: str, analyse: bool, shape_at: tuple[float, ...],
+    output: Path,
 ) -> None:  # fmt: skip
     """Pluck one string once and write what it did.
 
     Into DIR go displacement.wav (at the sensor, scaled to a peak of -1 dBFS; wav_metres_per_unit in
-    result.npz makes metres of it), contacts.csv (time_s,fret) and result.npz (all of it): all three or none.
+    result.npz makes metres of it), contacts.csv (time_s,fret,position_m; fret 0: wood) and result.npz
+    (all of it): all three or none.
+
+    With --analyse result.npz also has the pitch over time (YIN), the characteristic frequency (eq. 14; needs SciPy),
+    T60 by mode and, with the engine, the energy of all and of each mode at some 100 times.
 
     \b
     Example, case B of Issanchou et al. (2018):
@@ -80,5 +90,6 @@ def simulate(
     line = simulate_to_directory(
         bass, string=string, fret=fret, apex=apex, at=at, duration=duration, modes=modes,
         contact_rate=chosen.contact_rate, rate=rate, solver=solver, directory=output, angle=angle,
+        analyse=analyse, shape_at=shape_at,
     )  # fmt: skip
     click.echo(line, err=True)

@@ -37,15 +37,16 @@ class Case:
     duration: float = 1.0  # s
     string: Callable[[String], String] = lambda string: string
     neck: Callable[[Neck], Neck] = lambda neck: neck
+    preset: str = PRESET
 
     def speaking(self) -> Speaking:
         """The string over its neck."""
-        bass = load_preset(PRESET)
+        bass = load_preset(self.preset)
         return speaking(self.string(bass.strings[0]), self.neck(bass.necks[0]), 0)
 
     def trial(self, rate: float = PAPER_RATE) -> Trial:
         """What to solve, with all modes, at output rate `rate` (Hz)."""
-        bass = load_preset(PRESET)
+        bass = load_preset(self.preset)
         s = self.speaking()
         pluck = Pluck(self.apex, self.position, bass.player.rounding, self.angle)
         sensors = s.length - bass.output.sensor, s.length - bass.output.sensor_v
@@ -115,5 +116,7 @@ CASES = {
         Case("straight", "The neck straight", "4.2.3", 1.8e-3, 2e6, 0.6, neck=straightened(1.0)),
         Case("sixth-fret", "The sixth fret up by 0.5 mm", "4.2.3", 1.8e-3, 2e6, 0.6, neck=raised(6, 0.5e-3)),
         Case("soft", "Case B, frets of K = 1e9", "4.2.4", 3.6e-3, 4e6, neck=softer),
+        Case("fretless", "A fretless bass, plucked as in case B", "5", 3.6e-3, 8e6, preset="paper-fretless"),
+        Case("one-contact", "Laboratory string over one point", "2", 1e-3, 4e6, 0.7515, preset="one-contact"),
     )
 }  # fmt: skip

@@ -1,14 +1,15 @@
 """One string, one pluck, to files: what `livebass simulate` does.
 
 Writes `displacement.wav` (float32, the displacement at the sensor scaled to a peak of -1 dBFS; after an oblique pluck
-in two channels, u and v), `contacts.csv` (`time_s,fret`) and `result.npz`, all three or none.
+in two channels, u and v), `contacts.csv` (`time_s,fret,position_m`; fret 0 is wood) and `result.npz`, all three or
+none. What is found in the motion (pitch, characteristic frequency, energies, T60, shapes) is in the last if asked for.
 """
 
 from __future__ import annotations
 
 import io
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -21,6 +22,7 @@ from livebass.atomic import Transaction, checked_place
 from livebass.audiofile import AudioWriter, encoding
 from livebass.instrument import Instrument, Pluck, Speaking, for_modes, speaking
 from livebass.motion import Motion, Trial, initial_amplitudes, initial_amplitudes_across
+from livebass.motion_analysis import columns, looked_at, shape_columns
 from livebass.reference import static_compliance
 
 FILES = ("displacement.wav", "contacts.csv", "result.npz")
@@ -42,12 +44,16 @@ def simulate_to_directory(
     solver: str,
     directory: Path,
     angle: float = 0.0,
+    analyse: bool = False,
+    shape_at: Sequence[float] = (),
 ) -> str:
     """Pluck `string` stopped at `fret` with corner `apex` (m) at `at` (m from the stop); a one-line summary.
 
     `angle` rad from straight up towards across; duration s; modes None for all; contact_rate and rate Hz; solver
-    "engine" or "reference". Raises ValueError, one line that says what is allowed, before anything is computed or
-    written, and OSError where the files cannot be written; the directory is then as it was. [main thread]
+    "engine" or "reference"; analyse: what `motion_analysis.columns` finds goes into result.npz; shape_at: times, s, at
+    which the engine tells the string's shape there too. Raises ValueError, one line that says what is allowed, before
+    anything is computed or written, and OSError where the files cannot be written; the directory is then as it was.
+    [main thread]
     """
     if solver not in ("engine", "reference"):
         raise ValueError(f"solver {solver!r}: engine or reference")
@@ -55,17 +61,24 @@ def simulate_to_directory(
     whole = solver == "engine"  # which cuts a sample into whole steps
     limits.CONTACT_RATE._replace(whole=whole).check("contact rate", contact_rate)
     trial = _trial(instrument, s, apex, at, duration, modes, contact_rate, rate, angle)
+    if shape_at and not whole:
+        raise ValueError("shapes: only the engine tells them, the reference solver does not")
+    if whole and (analyse or shape_at):
+        trial = replace(trial, states=looked_at(trial, more=shape_at))
     directory = Path(directory)
     with Transaction() as files:
         files.directory(directory)
         for name in FILES:
             checked_place(directory / name)  # now, not after seconds of work
         motion = _solve(trial, solver)
-        _write(files, directory, trial, motion)
+        found = columns(trial, motion) if analyse else {}
+        _write(files, directory, trial, motion, found | shape_columns(trial, motion, shape_at))
     first = ""
     if motion.contact_step.size:
-        when, where = motion.contact_time_s[0], s.contact_fret[motion.contact_index[0]]
-        first = f", the first at {when * 1e3:.3f} ms on fret {where}"
+        when, point = motion.contact_time_s[0], int(motion.contact_index[0])
+        fret_hit, place = trial.speaking.contact_fret[point], trial.speaking.contact_position[point]
+        where = f"on fret {fret_hit}" if fret_hit else f"on the wood {place * 1e3:.0f} mm from the stop"
+        first = f", the first at {when * 1e3:.3f} ms {where}"
     return (
         f"string {s.string.name} fret {s.fret}, {apex * 1e3:g} mm at {at * 1e3:g} mm, {trial.modes} modes, "
         f"{contact_rate / 1e6:g} MHz: {motion.contact_step.size} contacts{first}; "
@@ -143,11 +156,11 @@ def _solve(trial: Trial, solver: str) -> Motion:
         from livebass.engine import solve_trial
 
         solve = solve_trial
-    solve(replace(trial, modes=1, duration=1 / trial.output_rate))  # compiles, or loads what was compiled
+    solve(replace(trial, duration=1 / trial.output_rate, states=()))  # compiles, or loads what was compiled
     return solve(trial)
 
 
-def _write(files: Transaction, directory: Path, trial: Trial, motion: Motion) -> None:
+def _write(files: Transaction, directory: Path, trial: Trial, motion: Motion, found: dict[str, Any]) -> None:
     """The three files of a result."""
     sound, table, result = (directory / name for name in FILES)
     s = trial.speaking
@@ -158,8 +171,10 @@ def _write(files: Transaction, directory: Path, trial: Trial, motion: Motion) ->
     writer.write((moved / metres_per_unit).astype(np.float32))
     writer.close()
     frets = np.asarray(s.contact_fret, dtype=np.int64)
-    rows = zip(motion.contact_time_s, frets[motion.contact_index], strict=True)
-    files.write(table, "".join(["time_s,fret\n", *(f"{float(t)!r},{fret}\n" for t, fret in rows)]).encode())
+    places = np.asarray(s.contact_position, dtype=np.float64)[motion.contact_index]
+    rows = zip(motion.contact_time_s.tolist(), frets[motion.contact_index].tolist(), places.tolist(), strict=True)
+    lines = ["time_s,fret,position_m\n", *(f"{t!r},{fret},{x!r}\n" for t, fret, x in rows)]
+    files.write(table, "".join(lines).encode())
     arrays = io.BytesIO()
     across: dict[str, Any] = {}
     if motion.across_m is not None:
@@ -195,5 +210,6 @@ def _write(files: Transaction, directory: Path, trial: Trial, motion: Motion) ->
         contact_time_s=motion.contact_time_s,
         contact_index=motion.contact_index,
         wall_s=motion.wall_s,
+        **found,
     )
     files.write(result, arrays.getvalue())

@@ -36,11 +36,12 @@ def fundamental(
     most: float = 500.0,
     hop: float = 5e-3,
     window: float | None = None,
-    threshold: float = THRESHOLD,
+    threshold: float | None = THRESHOLD,
 ) -> Pitch:
     """Fundamental frequency of `sound` (n,), Hz, between `least` and `most` (Hz), every `hop` (s).
 
     window (s): over which the difference is summed, 1 / least if left out; a frame takes that and the longest lag.
+    threshold None: the deepest of all dips counts, for sounds too rough for any threshold, and limits within an octave.
     Lags are multiples of a sample, refined to some thousandth of one. Raises ValueError for limits that are not
     0 < least < most < rate / 4, and for a sound shorter than one frame.
     """
@@ -63,7 +64,7 @@ def relative_variation(frequency_hz: Floats, reference_hz: float) -> Floats:
     return (np.asarray(frequency_hz, np.float64) - reference_hz) / reference_hz
 
 
-def _lags(frames: Floats, width: int, longest: int, shortest: int, threshold: float) -> tuple[Floats, Floats]:
+def _lags(frames: Floats, width: int, longest: int, shortest: int, threshold: float | None) -> tuple[Floats, Floats]:
     """Period in samples, NaN if there is none, and the normalised difference there, (frames,) each."""
     size = 1 << (frames.shape[1] + width - 1).bit_length()
     spectrum = np.fft.rfft(frames, size)
@@ -77,9 +78,10 @@ def _lags(frames: Floats, width: int, longest: int, shortest: int, threshold: fl
     np.divide(difference[:, 1:], mean, out=normal[:, 1:], where=mean > 0)
     lag, rest = np.full(len(frames), np.nan), np.ones(len(frames))
     for i, d in enumerate(normal):
-        below = np.flatnonzero(d[shortest:longest] < threshold)
+        least = float(d[shortest:longest].min())
+        below = np.flatnonzero(d[shortest:longest] <= least if threshold is None else d[shortest:longest] < threshold)
         if not below.size:
-            rest[i] = d[shortest:longest].min()
+            rest[i] = least
             continue
         k = shortest + int(below[0])
         while k + 1 < longest and d[k + 1] < d[k]:

@@ -21,7 +21,7 @@ TINY = bench.Extent(sound=0.02, brute=0.005, dense_steps=3, chords=0.04, line=0.
 ROWS = {
     "dense_step", "brute_force", "engine_live_50k", "engine_live_48k", "engine_studio_50k", "engine_studio_48k",
     "engine_reference_50k", "engine_reference_48k", "strings_live_one_core", "strings_live_all_cores",
-    "slap_live", "slap_studio",
+    "slap_live", "slap_studio", "fretless",
 }  # fmt: skip
 MACHINE = {"cpu", "cores", "system", "python", "numpy", "blas", "numba", "load_before", "peak_resident_bytes"}
 
@@ -38,7 +38,7 @@ def test_all_is_measured_and_named(measured: tuple[dict[str, Any], list[str]]) -
     assert set(result["measurements"]) == ROWS and set(result["machine"]) == MACHINE
     assert result["livebass"] == __version__ and result["machine"]["cores"] == os.cpu_count()
     assert result["machine"]["peak_resident_bytes"] > 50e6
-    assert len(said) == len(set(said)) == 13
+    assert len(said) == len(set(said)) == 14
     for key, row in result["measurements"].items():
         runs = row["runs"]
         assert len(runs) == (1 if key == "brute_force" else 2), key
@@ -68,6 +68,7 @@ def test_ratios_follow_from_the_times(measured: tuple[dict[str, Any], list[str]]
         "reference_to_real_time": 1 / cost["engine_reference_50k"],
         "reference_to_brute_force": used["brute_force"] / used["engine_reference_50k"],
         "reference_to_dense_step": used["dense_step"] / used["engine_reference_50k"],
+        "fretless_to_fretted": used["fretless"] / used["engine_reference_50k"],
         "strings_one_core": 1 / cost["strings_live_one_core"],
         "strings_all_cores": 1 / cost["strings_live_all_cores"],
         "slap_live": 1 / cost["slap_live"],

@@ -7,6 +7,7 @@ import importlib
 import math
 import os
 import resource
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,9 @@ import pytest
 import soundfile
 
 from livebass import atomic, simulate
+from livebass import modes as modal
 from livebass.atomic import OutputError
+from livebass.modal_motion import string_shape
 from livebass.motion import Trial
 from livebass.reference import solve
 from livebass.simulate import simulate_to_directory
@@ -82,7 +85,7 @@ def test_same_run_same_wav_and_an_old_result_is_replaced(tmp_path: Path) -> None
     run(out)
     assert (out / "displacement.wav").read_bytes() == first
     assert sorted(p.name for p in out.iterdir()) == sorted([*FILES, "mine.txt"])
-    assert (out / "contacts.csv").read_text().startswith("time_s,fret\n")
+    assert (out / "contacts.csv").read_text().startswith("time_s,fret,position_m\n")
     at = first.find(b"PEAK")
     assert at < 0 or first[at + 12 : at + 16] == bytes(4)
 
@@ -134,6 +137,44 @@ def test_rate_that_hides_a_mode_is_refused(tmp_path: Path) -> None:
             contact_rate=2 * math.sqrt(nu**2 - (modes.dampings(s, 862)[-1] / 2 / math.pi) ** 2),
         )
     run(tmp_path / "out", modes=None, contact_rate=2e6, duration=0.001)  # the paper's own, below 2 x 1.18 MHz
+
+
+def test_what_is_found_in_the_motion_on_demand(tmp_path: Path) -> None:
+    asked: dict[str, Any] = {"contact_rate": 2e6, "solver": "engine", "modes": 200, "duration": 0.06, "angle": 0.5}
+    run(tmp_path / "out", **asked, analyse=True, shape_at=(0.0, 3.9e-3))
+    with np.load(tmp_path / "out" / "result.npz") as result:
+        data = {key: result[key] for key in result.files}
+    s = cases.paper_g()
+    q = np.cos(0.5) * modal.pluck_amplitudes(s, 200, cases.pluck())
+    np.testing.assert_allclose(data["shapes_m"][0], string_shape(s, q, data["shape_x_m"]), atol=1e-12)
+    np.testing.assert_allclose(data["shapes_across_m"][0], np.tan(0.5) * data["shapes_m"][0], atol=1e-12)
+    assert data["shapes_m"].shape == (2, 864) and data["shape_time_s"] == pytest.approx([0, 3.9e-3], abs=1e-5)
+    assert data["shapes_m"][1].min() < -2e-3  # the string is on the neck
+    assert data["modal_energies_j"].shape == (data["energy_time_s"].size, 200)
+    assert data["energy_j"][0] == pytest.approx(data["modal_energies_j"][0].sum())
+    assert np.all(np.diff(data["energy_j"]) < 0)
+    assert np.all(np.abs(data["pitch_hz"] / 98 - 1) < 0.5)
+    assert data["pitch_hz"].shape == data["pitch_time_s"].shape == data["pitch_aperiodicity"].shape
+    assert data["characteristic_frequency_hz"].min() > 98
+    np.testing.assert_allclose(data["t60_s"] * data["dampings_per_s"], 3 * math.log(10))
+
+
+def test_what_cannot_be_found_is_left_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "scipy.signal", None)
+    run(tmp_path / "out", duration=0.06, analyse=True)
+    with np.load(tmp_path / "out" / "result.npz") as result:
+        found = set(result.files) - set(KEYS)
+    assert found == {"t60_s", "pitch_time_s", "pitch_hz", "pitch_aperiodicity"}  # brute force tells no states
+    run(tmp_path / "out", duration=0.005, analyse=True)
+    with np.load(tmp_path / "out" / "result.npz") as result:
+        assert set(result.files) - set(KEYS) == {"t60_s"}
+    for changed, words in (
+        ({"shape_at": (0.01,)}, "only the engine"),
+        ({"shape_at": (0.0301,), "solver": "engine"}, "shape at 30.1 ms: allowed are 0 ms to 30 ms"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            run(tmp_path / "none", **changed)
+    assert not (tmp_path / "none").exists()
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt, OSError, MemoryError])

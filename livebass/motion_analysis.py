@@ -1,0 +1,123 @@
+"""What is found in a motion: spectral centre, pitch, energies, shapes, T60; columns of the outputs, with units.
+
+Sources: C. Issanchou et al. (2018), eq. 14 (spectral centre) and figures 6 to 8; YIN (module `yin`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livebass import modal_motion, modes
+from livebass.analysis import PAPER_RATE, characteristic_frequencies, resampled
+from livebass.motion import Floats, Motion, Trial
+from livebass.yin import Pitch, fundamental
+
+WINDOW, HOP = 2048, 128  # samples at 51.2 kHz: 40 ms, every 2.5 ms
+PITCHES = (0.92, 1.53)  # of the first eigenfrequency: where the pitch is sought; a rattle raises it by up to a half
+PITCH_HOP = 1e-3  # s
+STATES = 100  # times at which energies are told
+
+
+def looked_at(trial: Trial, count: int = STATES, more: Sequence[float] = ()) -> tuple[int, ...]:
+    """Output samples, ascending: `count` + 1 over the whole trial, and those nearest to the times `more` (s).
+
+    For `Trial.states`. Raises ValueError for a time outside the trial.
+    """
+    for time in more:
+        if not 0 <= time <= trial.duration:
+            raise ValueError(f"shape at {time * 1e3:g} ms: allowed are 0 ms to {trial.duration * 1e3:g} ms")
+    even = np.linspace(0, trial.samples - 1, count + 1).round().astype(int)
+    return tuple(sorted({*map(int, even), *(_sample(trial, time) for time in more)}))
+
+
+def at_paper_rate(trial: Trial, moved: Floats) -> Floats:
+    """A displacement of `trial` at 51.2 kHz. Needs SciPy where the trial has another rate."""
+    return moved if trial.output_rate == PAPER_RATE else resampled(moved, round(trial.output_rate))
+
+
+def characteristic(trial: Trial, moved: Floats) -> tuple[Floats, Floats]:
+    """Times, s, and eq. 14, Hz, of a displacement at 51.2 kHz. ValueError for less than 40 ms."""
+    nu = characteristic_frequencies(at_paper_rate(trial, moved), PAPER_RATE, WINDOW, HOP)
+    return (np.arange(nu.size) * HOP + WINDOW / 2) / PAPER_RATE, nu
+
+
+def pitch(trial: Trial, moved: Floats) -> Pitch:
+    """The fundamental of a displacement by YIN over a period and the longest lag, or the steps of a glide would blur.
+
+    The deepest dip counts: where a string rattles none may be below a threshold. ValueError for less than two periods.
+    """
+    first = float(modes.frequencies(trial.speaking, 1)[0])
+    least, most = (part * first for part in PITCHES)
+    return fundamental(moved, trial.output_rate, least, most, PITCH_HOP, 1 / first, threshold=None)
+
+
+def energies(trial: Trial, motion: Motion) -> tuple[Floats, Floats, Floats]:
+    """Times of `Trial.states`, s; energy of each mode, J, (times, modes), u and v together; all, contacts too, J."""
+    if motion.states is None:
+        raise ValueError("the motion has no states: none were asked for, or the solver tells none")
+    s, q, velocity = trial.speaking, motion.states[:, :, 0], motion.states[:, :, 1]
+    each = modal_motion.modal_energies(s, q, velocity).sum(axis=1)
+    total = each.sum(axis=1) + modal_motion.contact_energy(s, q[:, 0])
+    return np.asarray(trial.states) / trial.output_rate, each, np.asarray(total)
+
+
+def shapes(trial: Trial, motion: Motion, times: Sequence[float]) -> tuple[Floats, Floats, Floats]:
+    """Times of the nearest samples, s; the grid with both ends, m, (N + 1,); u and v, m, (polarisations, times, N + 1).
+
+    The samples must be among `Trial.states`: see `looked_at`.
+    """
+    if motion.states is None:
+        raise ValueError("the motion has no states: none were asked for, or the solver tells none")
+    s, samples = trial.speaking, [_sample(trial, time) for time in times]
+    x = np.linspace(0, s.length, s.grid_points + 1)
+    q = motion.states[[trial.states.index(i) for i in samples], :, 0]
+    return np.asarray(samples) / trial.output_rate, x, np.moveaxis(modal_motion.string_shape(s, q, x), 1, 0)
+
+
+def columns(trial: Trial, motion: Motion) -> dict[str, NDArray[Any]]:
+    """All but shapes under names with units, for result.npz, as far as it can be had.
+
+    Left out are the characteristic frequency without SciPy, what a motion is too short for, and energies where the
+    solver tells no states.
+    """
+    out: dict[str, NDArray[Any]] = {
+        "t60_s": modal_motion.t60(np.zeros(trial.modes) if trial.lossless
+                                  else modes.dampings(trial.speaking, trial.modes))
+    }  # fmt: skip
+    first = float(modes.frequencies(trial.speaking, 1)[0])
+    if trial.duration > 1 / first + 1 / (PITCHES[0] * first) + 3 / trial.output_rate:
+        found = pitch(trial, motion.displacement_m)
+        out |= {"pitch_time_s": found.time_s, "pitch_hz": found.frequency_hz, "pitch_aperiodicity": found.aperiodicity}
+    if trial.duration > WINDOW / PAPER_RATE and _can_resample(trial):
+        time_s, nu = characteristic(trial, motion.displacement_m)
+        out |= {"characteristic_time_s": time_s, "characteristic_frequency_hz": nu}
+    if motion.states is not None:
+        time_s, each, total = energies(trial, motion)
+        out |= {"energy_time_s": time_s, "energy_j": total, "modal_energies_j": each}
+    return out
+
+
+def shape_columns(trial: Trial, motion: Motion, times: Sequence[float]) -> dict[str, NDArray[Any]]:
+    """`shapes` for result.npz; nothing without times."""
+    if not times:
+        return {}
+    time_s, x, moved = shapes(trial, motion, times)
+    across = {"shapes_across_m": moved[1]} if len(moved) > 1 else {}
+    return {"shape_time_s": time_s, "shape_x_m": x, "shapes_m": moved[0], **across}
+
+
+def _can_resample(trial: Trial) -> bool:
+    """Whether the motion can be had at 51.2 kHz."""
+    try:
+        import scipy.signal  # noqa: F401
+    except ImportError:
+        return trial.output_rate == PAPER_RATE
+    return True
+
+
+def _sample(trial: Trial, time: float) -> int:
+    return min(round(time * trial.output_rate), trial.samples - 1)

@@ -1,0 +1,155 @@
+"""What studies measure in a motion: spectrogram, characteristic frequency, pitch, sets of contacts, sounds."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from livebass import modal_motion, modes, motion_analysis
+from livebass.analysis import PAPER_RATE, Spectrogram, resampled, spectrogram_db
+from livebass.motion import Floats, Trial
+from livebass.paper_cases import CASES
+from livebass.study_parts import Solved, Sound, Table
+from livebass.yin import relative_variation
+
+STATES = 200  # times at which the modes are looked at
+WAV_RATE = 44_100  # Hz, as the paper's sounds
+
+
+def case_trial(name: str, duration: float | None = None) -> Trial:
+    """The case of the paper called so, at 51.2 kHz, with the state of its modes `STATES` times and at the end.
+
+    Every study asks for a case here: the same trial is solved once.
+    """
+    case = CASES[name] if duration is None else replace(CASES[name], duration=duration)
+    trial = case.trial()
+    return replace(trial, states=motion_analysis.looked_at(trial, STATES))
+
+
+def spectrum(solved: Solved, across: bool = False) -> Spectrogram:
+    """As the paper's, in dB below the loudest."""
+    moved = motion_analysis.at_paper_rate(solved.trial, solved.displacement(across))
+    return spectrogram_db(moved, PAPER_RATE, motion_analysis.WINDOW, motion_analysis.HOP)
+
+
+def characteristic(solved: Solved, across: bool = False) -> tuple[Floats, Floats]:
+    """Times, s, and eq. 14, Hz."""
+    return motion_analysis.characteristic(solved.trial, solved.displacement(across))
+
+
+def variation(solved: Solved) -> tuple[Floats, Floats]:
+    """Times, s, and the fundamental by YIN relative to the first eigenfrequency less 1, as in figure 7."""
+    pitch = motion_analysis.pitch(solved.trial, solved.motion.displacement_m)
+    reference = float(modes.frequencies(solved.speaking, 1)[0])
+    return pitch.time_s, relative_variation(pitch.frequency_hz, reference)
+
+
+def initial_shape(solved: Solved) -> Floats:
+    """u on the grid before the release, m, (N + 1,), both ends included."""
+    s = solved.speaking
+    q = math.cos(solved.trial.pluck.angle) * modes.pluck_amplitudes(s, solved.trial.modes, solved.trial.pluck)
+    return modal_motion.string_shape(s, q, np.linspace(0, s.length, s.grid_points + 1))
+
+
+def sound(name: str, caption: str, solved: Solved, across: bool = False) -> Sound:
+    """The displacement at its sensor, at 44.1 kHz as the paper's sounds are."""
+    rate = round(solved.trial.output_rate)
+    return Sound(name, caption, resampled(solved.displacement(across), rate, WAV_RATE), WAV_RATE)
+
+
+def sets_of(solved: Solved) -> list[tuple[float, float, list[int]]]:
+    """Each set of contacts: its first and last time, s, and the frets, ascending."""
+    contacts = solved.contacts
+    number = contacts.sets()
+    out = []
+    for k in range(int(number.max()) + 1 if number.size else 0):
+        times, frets = contacts.time_s[number == k], contacts.fret[number == k]
+        out.append((float(times[0]), float(times[-1]), sorted({int(f) for f in frets})))
+    return out
+
+
+def set_times(motions: Iterable[Solved], number: int) -> tuple[float, float] | None:
+    """From before to after the sets of that number, from 0, of all `motions`, s; None where there is none."""
+    sets = [found[number] for found in map(sets_of, motions) if len(found) > number]
+    if not sets:
+        return None
+    first, last = min(s[0] for s in sets), max(s[1] for s in sets)
+    room = max(0.1 * (last - first), 5e-5)
+    return first - room, last + room
+
+
+def ranges(frets: list[int]) -> str:
+    """Ascending numbers in short: "1-3, 7"."""
+    parts: list[list[int]] = []
+    for fret in frets:
+        if parts and fret == parts[-1][-1] + 1:
+            parts[-1].append(fret)
+        else:
+            parts.append([fret])
+    return ", ".join(str(p[0]) if len(p) == 1 else f"{p[0]}-{p[-1]}" for p in parts)
+
+
+def sets_table(motions: Mapping[str, Solved], most: int = 12) -> Table:
+    """The first sets of contacts of each motion."""
+    rows = [
+        (title, k + 1, round(first * 1e3, 3), round(last * 1e3, 3), len(frets), ranges(frets))
+        for title, solved in motions.items()
+        for k, (first, last, frets) in enumerate(sets_of(solved)[:most])
+    ]
+    columns = "case", "set", "first contact (ms)", "last contact (ms)", "frets", "which"
+    return Table("contact-sets", f"The first {most} sets of contacts: 4 ms without a new one end a set", columns, rows)
+
+
+def contacts_table(name: str, solved: Solved) -> Table:
+    """All contacts."""
+    contacts = solved.contacts
+    rows = list(zip(contacts.time_s.tolist(), contacts.fret.tolist(), strict=True))
+    return Table(name, "Contacts", ("time_s", "fret"), rows, shown=False)
+
+
+def numbers(solved: Solved) -> dict[str, Any]:
+    """What is told of a motion in a few numbers; None where there is no such thing."""
+    trial, contacts, sets = solved.trial, solved.contacts, sets_of(solved)
+    nu = characteristic(solved)[1]
+    change = variation(solved)[1]
+    first = int(np.argmin(contacts.time_s)) if contacts.time_s.size else None
+    return {
+        "apex_mm": trial.pluck.apex * 1e3,
+        "position_m": trial.pluck.position,
+        "angle_deg": math.degrees(trial.pluck.angle),
+        "duration_s": trial.duration,
+        "modes": trial.modes,
+        "contact_rate_hz": trial.contact_rate,
+        "contacts": int(contacts.time_s.size),
+        "first_contact_ms": None if first is None else float(contacts.time_s[first] * 1e3),
+        "first_fret": None if first is None else int(contacts.fret[first]),
+        "frets_first_set": len(sets[0][2]) if sets else 0,
+        "last_contact_s": float(contacts.time_s[-1]) if contacts.time_s.size else None,
+        "greatest_displacement_mm": float(np.abs(solved.motion.displacement_m).max() * 1e3),
+        "greatest_characteristic_frequency_hz": float(np.nanmax(nu)),
+        "last_characteristic_frequency_hz": float(nu[-1]),
+        "greatest_frequency_variation": None if np.isnan(change).all() else float(np.nanmax(change)),
+        "wall_s": solved.motion.wall_s,
+    }
+
+
+def numbers_table(told: Mapping[str, dict[str, Any]]) -> Table:
+    """`numbers` of several motions, a row each."""
+    columns = {
+        "contacts": "contacts", "first contact (ms)": "first_contact_ms", "on fret": "first_fret",
+        "frets of the first set": "frets_first_set", "last contact (s)": "last_contact_s",
+        "greatest |u| at the sensor (mm)": "greatest_displacement_mm",
+        "greatest nu_c (Hz)": "greatest_characteristic_frequency_hz",
+        "last nu_c (Hz)": "last_characteristic_frequency_hz",
+        "greatest variation of f0": "greatest_frequency_variation",
+        "contact rate (MHz)": "contact_rate_hz",
+    }  # fmt: skip
+    rows = [
+        (name, *(n[key] / 1e6 if key == "contact_rate_hz" else n[key] for key in columns.values()))
+        for name, n in told.items()
+    ]
+    return Table("numbers", "In numbers", ("case", *columns), rows)

@@ -1,0 +1,77 @@
+"""What studies measure, against the paper and against closed forms."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from livebass import modes, motion_analysis, study_convergence, study_measure
+from livebass.engine import solve_trial
+from livebass.modal_motion import decay_rates
+from livebass.motion import Motion
+from livebass.studies import STUDIES, chosen
+from livebass.study_files import plain
+from livebass.study_parts import Solved
+
+
+@pytest.fixture(scope="module")
+def case_b() -> Solved:
+    """0.15 s of case B: all its contacts, and some free motion."""
+    trial = study_measure.case_trial("b", 0.15)
+    return Solved(trial, solve_trial(trial))
+
+
+def test_case_b_in_numbers(case_b: Solved) -> None:
+    told = study_measure.numbers(case_b)
+    assert told["first_fret"] == 12 and told["frets_first_set"] == 12
+    assert told["first_contact_ms"] == pytest.approx(4, abs=0.3)
+    table = study_measure.sets_table({"B": case_b})
+    assert table.rows[0][-1] == "1-12" and table.rows[1][-1] == "2-11"  # section 4.1.1
+    time_s, change = study_measure.variation(case_b)
+    early, late = change[time_s < 0.02], change[time_s > 0.1]
+    assert early.max() > 0.1 and np.abs(late).max() < 0.03  # the glide of figure 7a
+    window = study_measure.set_times([case_b], 0)
+    assert window is not None and window[0] < told["first_contact_ms"] * 1e-3 < window[1]
+    assert study_measure.set_times([case_b], 99) is None
+
+
+def test_energy_falls_and_modes_ring_down_as_damped(case_b: Solved) -> None:
+    time_s, each, total = motion_analysis.energies(case_b.trial, case_b.motion)
+    assert each.shape == (time_s.size, 862) and time_s[0] == 0 and time_s[-1] == pytest.approx(0.15, abs=1e-4)
+    assert (np.diff(total) < 0).all()
+    free = time_s > case_b.contacts.time_s[-1]
+    s, tested = case_b.speaking, [0, 2, 7, 20]
+    sigma = decay_rates(time_s[free], each[free][:, tested])
+    np.testing.assert_allclose(sigma, modes.dampings(s, 21)[tested], rtol=0.02)
+
+
+def test_convergence_meets_the_paper_s_criterion() -> None:
+    """Section 4: below 0.1 at 8 MHz in case B, 16 MHz in case C; and finer is better."""
+    asked = study_convergence.trials(None)
+    motions = {key: asked[key] for key in ("b", "b 2", "b 8", "c", "c 16", "modes", "modes 400")}
+    solved = {key: Solved(trial, solve_trial(trial)) for key, trial in motions.items()}
+    error = {
+        key: study_convergence.errors(solved[key], solved[key.split()[0]])[0][-1]
+        for key in solved
+        if " " in key
+    }
+    assert error["b 8"] < 0.01 and error["c 16"] < 0.1 and error["modes 400"] < 0.1
+    assert error["b 8"] < error["b 2"] < 1
+
+
+def test_the_rest_of_what_is_said() -> None:
+    assert study_measure.ranges([1, 2, 3, 7, 9, 10]) == "1-3, 7, 9-10" and study_measure.ranges([]) == ""
+    assert plain({"a": np.float64("nan"), "b": [np.int64(3), math.inf], 3: (1.5,)}) == {
+        "a": None, "b": [3, None], "3": [1.5]
+    }  # fmt: skip
+    assert [s.name for s in chosen(["ALL"])] == list(STUDIES)
+    assert [s.name for s in chosen(["neck", "b", "B"])] == ["b", "neck"]
+    with pytest.raises(ValueError, match="there is no v"):
+        Solved(study_measure.case_trial("a", 0.1), _still()).displacement(across=True)
+
+
+def _still() -> Motion:
+    nothing = np.zeros(0, np.int64)
+    return Motion(np.zeros(1), np.zeros(1), nothing, nothing, 8e6, 0.0)
