@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from cases import g_neck, g_string
-from test_laws import QUICK, busy_score, in_blocks
+from test_laws import busy_score, in_blocks
 
 from livebass import Instrument, PresetError, load_preset, obstacle, paper_cases
 from livebass import layout as at
