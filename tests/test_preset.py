@@ -129,7 +129,7 @@ CHANGES = [  # what to replace in GOOD, by what, and what the message must say
         'measured_dampings = ["1 /s", "1 /s"]',
         ["measured_frequencies", "item 2", "ascend"],
     ),
-    ('position = "90 mm"', 'position = "700 mm"', ["pickup[1].position", "700 mm", "last fret", "272 mm"]),
+    ('position = "90 mm"', 'position = "700 mm"', ["pickup[1].position", "700 mm", "the neck", "272 mm"]),
     ('position = "90 mm"', 'position = "5 mm"', ["pickup[1].position", "aperture"]),
     ('[[pickup]]\nposition = "90 mm"', "", ["pickup", "at least one"]),
     ('[[pickup]]\nposition = "90 mm"', 'pickup = "neck"', ["string[G].pickup", "unknown key"]),
