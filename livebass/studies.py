@@ -62,6 +62,10 @@ STUDIES = {
             cases("b", "soft"), study_variations.stiffness,
         ),
         Study(
+            "fretless", "A fretless bass, plucked as in case B", "5", f"{SEEN}, places of contact and pitch",
+            cases("fretless"), one_case("fretless", "Fretless"),
+        ),
+        Study(
             "convergence", "Contact rates and numbers of modes", "4",
             "errors of displacement and characteristic frequency against the finest",
             study_convergence.trials, study_convergence.report,
