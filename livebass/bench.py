@@ -1,10 +1,10 @@
 """What a second of sound costs on this machine: `bench_render` measures, `bench_table.table` shows.
 
 Case B of the paper (the open G string of `paper-g`, 3.6 mm at 0.64 m, first second) by brute force, by the dense
-products the method was published with, and by the engine in each quality, and over a fretless board; then four strings at once and a slap
-line through `Engine`, as `livebass render` plays them. All in one run, so that the ratios are of one machine in
-one state. A figure is the least of its runs, with the median and the processor's time beside it: where that is much
-less on one core, or no more on several, something else was running.
+products the method was published with, and by the engine in each quality, and over a fretless board; then four
+strings at once and a slap line through `Engine`, as `livebass render` plays them. All in one run, so that the ratios
+are of one machine in one state. A figure is the least of its runs, with the median and the processor's time beside
+it: where that is much less on one core, or no more on several, something else was running.
 """
 
 from __future__ import annotations

@@ -12,10 +12,10 @@ def presets() -> None:
 
 @presets.command("list")
 def list_() -> None:
-    """The presets that come with livebass."""
-    from livebass.preset import load_preset, preset_names
+    """The presets that come with livebass: basses in the order of MIDI programs, then experiments."""
+    from livebass.preset import laboratory_names, load_preset, preset_names
 
-    names = preset_names()
+    names = preset_names() + laboratory_names()
     width = max(map(len, names), default=0)
     for name in names:
         click.echo(f"{name:{width}}  {load_preset(name).description}")

@@ -64,8 +64,8 @@ def simulate(
     """Pluck one string once and write what it did.
 
     Into DIR go displacement.wav (at the sensor, scaled to a peak of -1 dBFS; wav_metres_per_unit in
-    result.npz makes metres of it), contacts.csv (time_s,fret,position_m; fret 0: wood) and result.npz (all
-    of it): all three or none.
+    result.npz makes metres of it), contacts.csv (time_s,fret,position_m; fret 0: wood) and result.npz
+    (all of it): all three or none.
 
     With --analyse result.npz also has the pitch over time (YIN), the characteristic frequency (eq. 14; needs SciPy),
     T60 by mode and, with the engine, the energy of all and of each mode at some 100 times.

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import click
 
+from livebass.cli_claims import claims
 from livebass.cli_render import announce_kernels, shown_progress
 from livebass.cli_values import Number, Quantity
 
@@ -24,7 +25,7 @@ class NamesToo(click.Group):
 
 @click.group(cls=NamesToo)
 def study() -> None:
-    """The paper's cases, figures and statements computed anew.
+    """The paper's cases, figures and statements computed anew; sweeps over any parameter of a preset.
 
     \b
     Examples:
@@ -79,3 +80,6 @@ def run(names: tuple[str, ...], output: Path, json_file: Path | None, duration: 
         )
     count = f"{len(studies)} stud{'y' if len(studies) == 1 else 'ies'} from {result['solutions']} motions"
     click.echo(f"{count} in {result['wall_s']:.1f} s -> {output / 'index.html'}", err=True)
+
+
+study.add_command(claims)

@@ -14,14 +14,27 @@ from livebass.instrument import Instrument
 from livebass.preset_build import Builder, PresetError, nearest
 from livebass.preset_keys import KEYS, REQUIRED, Key, allowed, quoted
 
-__all__ = ["PresetError", "load_preset", "preset_names", "preset_reference", "preset_source", "preset_text"]
+__all__ = [
+    "PresetError", "laboratory_names", "load_preset", "preset_names", "preset_reference", "preset_source",
+    "preset_text",
+]  # fmt: skip
 
 LARGEST_FILE = 1_000_000  # bytes
+LABORATORY = "laboratory"  # folder of those that no one plays
 
 
 def preset_names() -> list[str]:
-    """Names of the presets that come with livebass, sorted."""
-    return sorted(f.name.removesuffix(".toml") for f in _shipped().iterdir() if f.name.endswith(".toml"))
+    """Names of the basses that come with livebass, sorted."""
+    return _names_in(_shipped())
+
+
+def laboratory_names() -> list[str]:
+    """Names of the presets that are no basses but experiments: for `simulate` and studies."""
+    return _names_in(_shipped() / LABORATORY)
+
+
+def _names_in(folder: Traversable) -> list[str]:
+    return sorted(f.name.removesuffix(".toml") for f in folder.iterdir() if f.name.endswith(".toml"))
 
 
 def load_preset(name_or_path: str | os.PathLike[str]) -> Instrument:
@@ -78,10 +91,11 @@ def preset_source(name_or_path: str | os.PathLike[str]) -> tuple[str, str]:
     """File name for messages, and the text of the file as it is. Raises PresetError."""
     name = os.fspath(name_or_path)
     if not (name.endswith(".toml") or "/" in name or os.sep in name):
-        if name not in preset_names():
+        folder = _shipped() / LABORATORY if name in laboratory_names() else _shipped()
+        if name not in _names_in(folder):
             known = nearest(name, preset_names())
             raise PresetError(f"preset {quoted(name)}: unknown; {known}; a file needs a path with .toml or /")
-        label, raw = f"{name}.toml", (_shipped() / f"{name}.toml").read_bytes()
+        label, raw = f"{name}.toml", (folder / f"{name}.toml").read_bytes()
     else:
         label, raw = name, _bytes(name)
     try:

@@ -1,8 +1,8 @@
 """One string, one pluck, to files: what `livebass simulate` does.
 
 Writes `displacement.wav` (float32, the displacement at the sensor scaled to a peak of -1 dBFS; after an oblique pluck
-in two channels, u and v), `contacts.csv` (`time_s,fret,position_m`; fret 0: wood) and `result.npz`, all three or none.
-What is found in the motion (pitch, characteristic frequency, energies, T60, shapes) is in the last if asked for.
+in two channels, u and v), `contacts.csv` (`time_s,fret,position_m`; fret 0 is wood) and `result.npz`, all three or
+none. What is found in the motion (pitch, characteristic frequency, energies, T60, shapes) is in the last if asked for.
 """
 
 from __future__ import annotations

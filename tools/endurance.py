@@ -26,7 +26,6 @@ import numpy as np
 
 PERIOD, RATE = 256, 48000
 WARM_UP = 15.0  # s of playing, most presets in it, before memory counts
-SLAP = 6  # program
 SETTLING = 3.0  # s in which the last program is put on and the one before let go
 GROWTH = 20.0  # MB that memory may grow by
 SLACK = 0.002  # of the time that may be lost beyond what was lost when idle: other work on the machine
@@ -156,7 +155,9 @@ def judged(jack: Any, session: Any, seconds: float, seed: int) -> int:
 
 def settled(stage: Any) -> float:
     """Memory, MB, with one bass on the stage, always the same."""
-    for program in (0, SLAP):
+    from livebass import preset_names
+
+    for program in (0, preset_names().index("slap")):
         stage.send(0xC0, program)
         time.sleep(SETTLING)
     return resident()
