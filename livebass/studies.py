@@ -4,7 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 
-from livebass import study_cases, study_convergence, study_energy, study_linear, study_measure, study_variations
+from livebass import (
+    study_cases,
+    study_claims,
+    study_convergence,
+    study_energy,
+    study_linear,
+    study_measure,
+    study_variations,
+)
 from livebass.motion import Trial
 from livebass.study_parts import Findings, Solved, Study
 
@@ -69,6 +77,11 @@ STUDIES = {
             "convergence", "Contact rates and numbers of modes", "4",
             "errors of displacement and characteristic frequency against the finest",
             study_convergence.trials, study_convergence.report,
+        ),
+        Study(
+            "statements", "What the paper says, and what comes out", "2 to 4",
+            "each statement that can be checked, what is expected and what was measured",
+            study_claims.trials, study_claims.report,
         ),
     )
 }  # fmt: skip
