@@ -90,7 +90,7 @@ def test_a_score_sounds_as_rendered_bit_for_bit(sizes: list[int], ahead: str) ->
     assert np.abs(heard).max() > 0.1
 
 
-@pytest.mark.parametrize("preset", ["slap", "jazz-finger", "paper-bass"])
+@pytest.mark.parametrize("preset", ["slap", "jazz-finger", "paper-bass", "fretless"])
 def test_strings_that_ran_ahead_come_back_for_what_they_did_not_know(preset: str) -> None:
     """Dense notes, bends, pedal and volume, each told in the block it falls into, into strings that are far ahead."""
     rng = np.random.default_rng(5)
