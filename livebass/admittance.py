@@ -50,8 +50,11 @@ class Admittance:
         """
         nu = np.asarray(frequency, np.float64)
         y: Complexes = np.zeros(nu.shape, np.complex128)
-        for r in self.resonances:
-            y = y + 1j * nu / (2 * math.pi * r.mass) / (r.frequency**2 - nu**2 + 1j * nu * r.frequency / r.quality)
+        if self.resonances:
+            f, q, mass = np.array([(r.frequency, r.quality, r.mass) for r in self.resonances]).T
+            off, width = f**2 - nu[..., None] ** 2, nu[..., None] * f / q
+            part = 1 / (2 * math.pi * mass * (off**2 + width**2))  # real arithmetic: presets are checked at every fret
+            y = nu * (np.sum(width * part, axis=-1) + 1j * np.sum(off * part, axis=-1))
         if self.table:
             known, real, imaginary = np.array(self.table).T
             y = y + np.interp(nu, known, real, 0.0, 0.0) + 1j * np.interp(nu, known, imaginary, 0.0, 0.0)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -207,6 +208,7 @@ def note_frequency(note: float) -> float:
     return A4_HZ * 2.0 ** ((note - A4_NOTE) / 12)
 
 
+@lru_cache(maxsize=1024)
 def speaking(string: String, neck: Neck, fret: int) -> Speaking:
     """The string of `neck` stopped at `fret` (0: open), with the obstacles that are left above it.
 
@@ -302,5 +304,7 @@ def _tuned(sounds: float, stiffness: float, mass: float, admittance: Admittance)
     for _ in range(8):  # each gains some digits, as the neck's part is small
         aside = float(detuning(admittance.at(fundamental), mass * fundamental, 1))
         aside = min(max(aside, -MOST_DETUNING), MOST_DETUNING)
-        fundamental = sounds / (1 + stiffness / 2 + aside)
+        before, fundamental = fundamental, sounds / (1 + stiffness / 2 + aside)
+        if abs(fundamental / before - 1) < 1e-12:
+            break
     return fundamental

@@ -184,7 +184,8 @@ def test_tuned_with_the_neck(name: str) -> None:
             cents = 1200 * math.log2(math.sqrt(nu**2 - sigma**2) / note_frequency(string.open_note + fret))
             assert abs(cents) < 0.1, (string.name, fret, cents)
             aside = max(aside, float(np.max(np.abs(neck_detuning(s, 12)))))
-    assert 1e-4 < aside < 1e-2, "upper partials are drawn aside"
+    gives_way = any(neck.admittance for neck in bass.necks)
+    assert 1e-4 < aside < 1e-2 if gives_way else aside == 0, "upper partials are drawn aside"
 
 
 def test_impedance() -> None:

@@ -1,6 +1,6 @@
 """Presets: each way to get one wrong gives one line that says what, where and what is allowed."""
 
-from dataclasses import MISSING, fields
+from dataclasses import MISSING, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -8,7 +8,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from livebass.admittance import Admittance
+from livebass.admittance import Admittance, Resonance
 from livebass.instrument import Coil, Neck, Output, Pickup, Player, String, note_frequency, speaking
 from livebass.preset import PresetError, load_preset, preset_names, preset_reference, preset_text
 from livebass.preset_build import LARGEST_COUNTS, MOST_FRETS, MOST_SENSING, Builder
@@ -42,6 +42,9 @@ technique = "pluck"
 GEOMETRY = 'scale_length = "34 in"\n'
 MEASURED = (
     GEOMETRY + 'fret_positions = ["48 mm", "94 mm"]\nfret_heights = {unit = "mm", values = [-1.0, -1.25]}\n'
+)
+RESONANT = (
+    GEOMETRY + 'resonance_frequencies = ["150 Hz"]\nresonance_qualities = [30]\nresonance_masses = ["1 kg"]\n'
 )
 
 
@@ -126,7 +129,7 @@ CHANGES = [  # what to replace in GOOD, by what, and what the message must say
         'measured_dampings = ["1 /s", "1 /s"]',
         ["measured_frequencies", "item 2", "ascend"],
     ),
-    ('position = "90 mm"', 'position = "700 mm"', ["pickup[1].position", "700 mm", "last fret", "272 mm"]),
+    ('position = "90 mm"', 'position = "700 mm"', ["pickup[1].position", "700 mm", "the neck", "272 mm"]),
     ('position = "90 mm"', 'position = "5 mm"', ["pickup[1].position", "aperture"]),
     ('[[pickup]]\nposition = "90 mm"', "", ["pickup", "at least one"]),
     ('[[pickup]]\nposition = "90 mm"', 'pickup = "neck"', ["string[G].pickup", "unknown key"]),
@@ -167,6 +170,35 @@ CHANGES = [  # what to replace in GOOD, by what, and what the message must say
     (GEOMETRY, MEASURED.replace('unit = "mm", ', ""), ["neck.fret_heights", 'unit = "mm", values']),
     (GEOMETRY, MEASURED + 'relief = "1 mm"\n', ["relief", "not together with measured frets"]),
     (GEOMETRY, GEOMETRY + 'conductance_frequencies = ["50 Hz"]\n', ["conductance_values", "0 for 1"]),
+    (
+        GEOMETRY,
+        GEOMETRY + 'conductance_frequencies = ["50 Hz"]\nconductance_values = ["1 m/s/N"]\n'
+        'susceptance_values = ["1 m/s/N", "-1 m/s/N"]\n',
+        ["neck.susceptance_values", "2 for 1 conductance_frequencies"],
+    ),
+    (GEOMETRY, RESONANT.replace("30]", "30, 40]"), ["neck.resonance_qualities", "2 for 1 resonance_frequencies"]),
+    (GEOMETRY, RESONANT.replace('z"]', 'z", "100 Hz"]'), ["resonance_frequencies", "item 2, 100 Hz", "ascend"]),
+    (GEOMETRY, RESONANT + "resonance_shapes = [41]\n", ["neck.resonance_shapes", "item 1, 41", "0 to 40"]),
+    (GEOMETRY, RESONANT + "resonance_shapes = 1\n", ["neck.resonance_shapes = 1", "a list such as [1, 2]"]),
+    (GEOMETRY, RESONANT.replace("1 kg", "0 kg"), ["neck.resonance_masses", "item 1", "0.001 kg to 1000 kg"]),
+    (GEOMETRY, RESONANT.replace("1 kg", "1 N"), ["neck.resonance_masses", "item 1", "units: kg or g"]),
+    (
+        GEOMETRY,
+        RESONANT + 'conductance_frequencies = ["50 Hz"]\nconductance_values = ["1 mm/s/N"]\n',
+        ["neck.resonance_frequencies", "not allowed together with a table of conductances"],
+    ),
+    (
+        GEOMETRY,
+        RESONANT.replace('["150 Hz"]', '["50 Hz"]').replace("1 kg", "30 g"),
+        ['neck.resonance_masses = "0.03 kg"', "item 1: draws mode 1 at fret 0 aside by more than 5 %", "from 0.41"],
+    ),
+    (
+        GEOMETRY,
+        GEOMETRY + 'conductance_frequencies = ["50 Hz", "90 Hz"]\nconductance_values = ["0 m/s/N", "0 m/s/N"]\n'
+        'susceptance_values = ["0.2 m/s/N", "-0.2 m/s/N"]\n',
+        ['neck.susceptance_values = "0.2 m/s/N"', "draws mode 1 at fret 0 aside", "allowed up to 0.1"],
+    ),
+    (GEOMETRY, GEOMETRY + 'free_length = "5 mm"\n', ["neck.free_length", "10 mm to 1500 mm"]),
     ("[[string]]", "[string]", ["my.toml"]),
     *(
         (
@@ -311,8 +343,6 @@ def test_no_overdamped_mode_is_overlooked(
     mute: float, slope: float, angle: float, admittance: float, inharmonicity: float, law: float
 ) -> None:
     """And what is said to be allowed is."""
-    from dataclasses import replace
-
     import numpy as np
 
     from livebass.modes import dampings, frequencies
@@ -333,6 +363,38 @@ def test_no_overdamped_mode_is_overlooked(
     assert (found is not None) == (worst > 0.999)
     if found and found.key in ("extra_damping", "extra_damping_slope", "viscoelastic_angle") and found.allowed > 0:
         assert overdamped(replace(string, **{found.key: found.allowed}), neck) is None
+
+
+def test_a_neck_gives_way(tmp_path: Path) -> None:
+    """Resonances as written, shapes by order where left out; a string's own neck replaces what the others share."""
+    shared = (
+        'resonance_frequencies = ["150 Hz", "0.3 kHz"]\nresonance_qualities = [30, 12.5]\n'
+        'resonance_masses = ["1 kg", "500 g"]\nfree_length = "510 mm"\n'
+    )
+    own = 'neck.conductance_frequencies = ["90 Hz"]\nneck.conductance_values = ["2 mm/s/N"]\n'
+    text = GOOD.replace(GEOMETRY, GEOMETRY + shared)
+    bass = load(tmp_path, text.replace('neck.action = "1.8 mm"\n', own))
+    assert bass.necks[0].admittance == Admittance((Resonance(150.0, 30.0, 1.0, 1), Resonance(300.0, 12.5, 0.5, 2)))
+    assert bass.necks[1].admittance == Admittance(table=((90.0, 2e-3, 0.0),))
+    assert [n.free_length for n in bass.necks] == [0.51, 0.51]
+    own = own + 'neck.susceptance_values = ["-1 mm/s/N"]\n'
+    (_, moved) = load(tmp_path, text.replace('neck.action = "1.8 mm"\n', own)).necks
+    assert moved.admittance.table == ((90.0, 2e-3, -1e-3),)
+    own = 'neck.resonance_masses = ["2 kg", "1 kg"]\nneck.action'
+    (_, heavy) = load(tmp_path, text.replace("neck.action", own)).necks
+    assert [r.mass for r in heavy.admittance.resonances] == [2.0, 1.0]
+    (_, other) = load(tmp_path, text.replace("neck.action", "neck.resonance_shapes = [3, 0]\nneck.action")).necks
+    assert [r.shape for r in other.admittance.resonances] == [3, 0]
+
+
+@pytest.mark.parametrize("mass", [0.02, 0.1, 0.3, 0.5])
+def test_what_is_said_to_be_heavy_enough_is(mass: float) -> None:
+    bass = load_preset("jazz-finger")
+    resonance = Resonance(45.0, 20.0, mass)
+    found = overdamped(bass.strings[0], replace(bass.necks[0], admittance=Admittance((resonance,))))
+    assert found and found.key == "resonance_masses" and found.item == 1 and found.allowed > found.value == mass
+    heavier = Admittance((replace(resonance, mass=found.allowed),))
+    assert overdamped(bass.strings[0], replace(bass.necks[0], admittance=heavier)) is None
 
 
 def test_no_permission(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

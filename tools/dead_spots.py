@@ -1,0 +1,59 @@
+"""How long the fundamental of every note rings (T60), string by string and fret by fret: where a bass has dead spots.
+
+python tools/dead_spots.py jazz-finger dead-spots.png
+"""
+
+from __future__ import annotations
+
+import sys
+
+import matplotlib as mpl
+import numpy as np
+
+mpl.use("Agg")  # no display is needed
+
+import matplotlib.pyplot as plt
+
+from livebass import Instrument, load_preset
+from livebass.instrument import speaking
+from livebass.modal_motion import t60
+from livebass.modes import dampings, frequencies
+
+
+def decays(bass: Instrument, string: int) -> tuple[list[float], list[float]]:
+    """Frequency (Hz) and T60 (s) of the fundamental by fret."""
+    neck = bass.necks[string]
+    notes = [speaking(bass.strings[string], neck, k) for k in range(len(neck.fret_positions) + 1)]
+    return [float(frequencies(s, 1)[0]) for s in notes], [float(t60(dampings(s, 1))[0]) for s in notes]
+
+
+def draw(bass: Instrument, picture: str) -> None:
+    """T60 over frets and over frequency, and the neck's conductance at some frets."""
+    figure, axes = plt.subplots(3, 1, figsize=(9, 10), layout="constrained")
+    by_fret, by_note, neck = axes
+    for i, string in enumerate(bass.strings):
+        nu, seconds = decays(bass, i)
+        by_fret.semilogy(seconds, "o-", markersize=4, label=string.name)
+        by_note.loglog(nu, seconds, "o-", markersize=4, label=string.name)
+    by_fret.set(xlabel="fret", ylabel="T60 of the fundamental (s)", title=bass.name)
+    by_note.set(xlabel="Hz", ylabel="T60 of the fundamental (s)")
+    for axis in (by_fret.yaxis, by_note.yaxis, by_note.xaxis):
+        axis.set_major_formatter("{x:g}")
+        axis.set_minor_formatter("{x:g}")
+    by_fret.set_xticks(range(0, len(bass.necks[0].fret_positions) + 1, 2))
+    grid = np.geomspace(30, 4000, 3000)
+    for fret in (k for k in (0, 3, 5, 7, 12) if k <= len(bass.necks[-1].fret_positions)):
+        conductance = speaking(bass.strings[-1], bass.necks[-1], fret).admittance.at(grid).real
+        neck.semilogx(grid, conductance * 1e3, label=f"fret {fret}" if fret else "nut")
+    neck.set(xlabel="Hz", ylabel="conductance of the neck (mm/s/N)")
+    for axis in axes:
+        axis.legend()
+        axis.grid(alpha=0.3)
+    figure.savefig(picture, dpi=110)
+
+
+name = sys.argv[1] if len(sys.argv) > 1 else "jazz-finger"
+try:
+    draw(load_preset(name), sys.argv[2] if len(sys.argv) > 2 else "dead-spots.png")
+except (ValueError, LookupError, OSError) as error:
+    sys.exit(f"dead_spots.py: {error}")
