@@ -62,7 +62,7 @@ def run(names: tuple[str, ...], output: Path, json_file: Path | None, duration: 
 
     Into DIR/NAME go figures (PNG, SVG), data (result.npz, CSV), sounds (WAV, 44.1 kHz, peak -1 dBFS) and summary.json;
     over all the studies in DIR goes the page DIR/index.html. A study's files appear together, or none of them. Needs
-    pip install 'livebass[analysis,plots]'.
+    pip install 'livebass[analysis,plots]'. The study `statements` is what `livebass study claims` checks.
     """
     from livebass.studies import chosen
 

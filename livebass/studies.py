@@ -4,7 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 
-from livebass import study_cases, study_convergence, study_energy, study_linear, study_measure, study_variations
+from livebass import (
+    study_cases,
+    study_claims,
+    study_convergence,
+    study_energy,
+    study_linear,
+    study_measure,
+    study_variations,
+)
 from livebass.motion import Trial
 from livebass.study_parts import Findings, Solved, Study
 
@@ -62,9 +70,18 @@ STUDIES = {
             cases("b", "soft"), study_variations.stiffness,
         ),
         Study(
+            "fretless", "A fretless bass, plucked as in case B", "5", f"{SEEN}, places of contact and pitch",
+            cases("fretless"), one_case("fretless", "Fretless"),
+        ),
+        Study(
             "convergence", "Contact rates and numbers of modes", "4",
             "errors of displacement and characteristic frequency against the finest",
             study_convergence.trials, study_convergence.report,
+        ),
+        Study(
+            "statements", "What the paper says, and what comes out", "2 to 4",
+            "each statement that can be checked, what is expected and what was measured",
+            study_claims.trials, study_claims.report,
         ),
     )
 }  # fmt: skip

@@ -55,11 +55,12 @@ def add_data(found: Findings, name: str, title: str, solved: Solved) -> None:
         f"{name}_time_s": solved.motion.time_s,
         f"{name}_contact_time_s": solved.contacts.time_s,
         f"{name}_contact_fret": solved.contacts.fret,
+        f"{name}_contact_place_m": solved.contact_place,
         f"{name}_pitch_time_s": time_s,
         f"{name}_frequency_variation": change,
         f"{name}_initial_u_m": measure.initial_shape(solved),
-        f"{name}_fret_positions_m": np.asarray(solved.speaking.contact_position),
-        f"{name}_fret_heights_m": np.asarray(solved.speaking.contact_height),
+        f"{name}_obstacle_positions_m": np.asarray(solved.speaking.contact_position),
+        f"{name}_obstacle_heights_m": np.asarray(solved.speaking.contact_height),
     }
     found.numbers[name] = measure.numbers(solved)
 
@@ -104,23 +105,22 @@ def contacts_picture(
     rows: list[list[Any]] = [["all"] * 3, [0, 1, 2]] if zooms else [["all"]]
     axes = drawn.subplot_mosaic(rows, height_ratios=[3, 2][: len(rows)])
     above = axes["all"].twinx() if pitch else None
-    frets = max(max(s.speaking.contact_fret) for s in motions.values())
     last = max(contact_phase_end(s.contacts) for s in motions.values())
     end = until_s or 1.15 * last + 0.01
     for k, (title, solved) in enumerate(motions.items()):
-        draw.contacts_panel(axes["all"], solved.contacts, f"contacts, {title}", k, frets)
+        draw.contacts_panel(axes["all"], solved, f"contacts, {title}", k)
         if above is not None:
             time_s, change = measure.variation(solved)
             seen = time_s <= end
             draw.variation_panel(above, time_s[seen], change[seen], f"frequency, {title}", k)
         for i in range(3 if zooms else 0):
-            draw.contacts_panel(axes[i], solved.contacts, title, k, frets)
+            draw.contacts_panel(axes[i], solved, title, k)
     for i, which in enumerate(("first", "second", "third") if zooms else ()):
         axes[i].set(xlim=measure.set_times(motions.values(), i), title=f"{which} set of contacts")
         axes[i].locator_params(axis="x", nbins=4)
     axes["all"].set_xlim(0, end)
     draw.legend(*([axes["all"]] if above is None else [axes["all"], above]))
-    what = "Contacts on the frets and relative variation of the fundamental (YIN)" if pitch else "Contacts on the frets"
+    what = "Contacts" + (" and relative variation of the fundamental (YIN)" if pitch else "")
     return Picture(name, what + ("; the first three sets from near" if zooms else ""), drawn)
 
 

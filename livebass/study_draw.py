@@ -11,9 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from livebass.analysis import RANGE, Contactogram, Spectrogram
+from livebass.analysis import RANGE, Spectrogram
 from livebass.instrument import Speaking
 from livebass.motion import Floats
+from livebass.study_parts import Solved
 
 DPI = 110
 MANY = 5000  # points of a line or a cloud that an SVG holds as a picture
@@ -65,16 +66,22 @@ def level_bar(drawn: Any, image: Any, axes: Any) -> None:
     drawn.colorbar(image, ax=axes, label="level (dB)", pad=0.01)
 
 
-def contacts_panel(axis: Any, contacts: Contactogram, label: str, number: int = 0, frets: int = 20) -> None:
-    """A mark for each time the string meets a fret."""
-    size = 26 if MARKERS[number] in "." else 16
+def contacts_panel(axis: Any, solved: Solved, label: str, number: int = 0) -> None:
+    """A mark for each time the string meets a fret, or a place of a board."""
+    time_s = solved.motion.contact_time_s
+    where = solved.contact_place if solved.over_board else solved.contacts.fret
+    filled = MARKERS[number] in "x+."
     axis.scatter(
-        contacts.time_s, contacts.fret, s=size, marker=MARKERS[number], label=label, linewidths=0.8,
-        rasterized=contacts.time_s.size > MANY, color=COLOURS[number] if MARKERS[number] in "x+." else None,
-        facecolors="none" if MARKERS[number] in "oDs" else None,
-        edgecolors=COLOURS[number] if MARKERS[number] in "oDs" else None,
+        time_s, where, s=26 if MARKERS[number] == "." else 16, marker=MARKERS[number], label=label, linewidths=0.8,
+        rasterized=time_s.size > MANY, color=COLOURS[number] if filled else None,
+        facecolors=None if filled else "none", edgecolors=None if filled else COLOURS[number],
     )  # fmt: skip
-    axis.set(xlabel="time (s)", ylabel="fret number", ylim=(0, frets + 1), yticks=range(0, frets + 1, 5))
+    axis.set_xlabel("time (s)")
+    if solved.over_board:
+        axis.set(ylabel="place of contact (m)", ylim=(0, max(solved.speaking.contact_position)))
+    else:
+        last = max(solved.speaking.contact_fret)
+        axis.set(ylabel="fret number", ylim=(0, last + 1), yticks=range(0, last + 1, 5))
 
 
 def variation_panel(axis: Any, time_s: Floats, variation: Floats, label: str, number: int = 0) -> None:
@@ -84,10 +91,11 @@ def variation_panel(axis: Any, time_s: Floats, variation: Floats, label: str, nu
 
 
 def neck_panel(axis: Any, s: Speaking, shapes: Sequence[Floats] = (), labels: Sequence[str] = ()) -> None:
-    """Fret crowns, and string shapes over them, each u (m) on points from the stop to the saddle, both included."""
+    """Fret crowns or the board, and shapes of the string over them, each u (m) on even points from end to end."""
     x, height = np.asarray(s.contact_position), np.asarray(s.contact_height) * 1e3
     axis.plot(x, height, color="black", linewidth=0.8)
-    axis.vlines(x, -6.0, height, color="black", linewidth=0.6)
+    crowns = np.asarray(s.contact_fret) > 0
+    axis.vlines(x[crowns], -6.0, height[crowns], color="black", linewidth=0.6)
     for k, shape in enumerate(shapes):
         label = labels[k] if labels else None
         axis.plot(np.linspace(0, s.length, len(shape)), shape * 1e3, color=("tab:blue", *COLOURS)[k], label=label)

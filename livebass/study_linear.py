@@ -11,7 +11,7 @@ import numpy as np
 
 from livebass import modes
 from livebass import study_draw as draw
-from livebass.admittance import neck_damping
+from livebass.admittance import Admittance
 from livebass.instrument import Speaking, speaking
 from livebass.motion import Floats, Trial
 from livebass.paper_cases import PRESET
@@ -31,12 +31,11 @@ def report(motions: Mapping[str, Solved]) -> Findings:
     bass = load_preset(PRESET)
     string = bass.strings[0]
     s = speaking(replace(string, measured_frequencies=(), measured_dampings=()), bass.necks[0], 0)
+    count = len(string.measured_frequencies)
     measured = np.asarray(string.measured_frequencies)
     measured_q = math.pi * measured / np.asarray(string.measured_dampings)
-    count = measured.size
-    nu = modes.frequencies(s, count)
-    sigma, neck = modes.dampings(s, count), neck_damping(s.admittance.at(nu), modes.impedance(s), s.fundamental)
-    q, without = math.pi * nu / sigma, math.pi * nu / (sigma - neck)
+    nu, q = modes.frequencies(s, count), quality_factors(s, count)
+    without = quality_factors(replace(s, admittance=Admittance()), count)
     rows = {
         "mode": np.arange(1, count + 1), "measured (Hz)": measured, "model (Hz)": nu,
         "error": np.abs(nu - measured) / measured, "measured Q": measured_q, "model Q": q,
@@ -53,7 +52,7 @@ def report(motions: Mapping[str, Solved]) -> Findings:
             "modes": count,
             "greatest_frequency_error": float(rows["error"].max()),
             "median_q_error": float(np.median(rows["error of Q"])),
-            "neck_mobility": bool(neck.any()),
+            "neck_mobility": bool(s.admittance),
         },
     )  # fmt: skip
     found.arrays |= {
@@ -62,6 +61,11 @@ def report(motions: Mapping[str, Solved]) -> Findings:
         "fret_heights_m": np.asarray(s.contact_height),
     }  # fmt: skip
     return found
+
+
+def quality_factors(s: Speaking, count: int) -> Floats:
+    """Q_j = pi nu_j / sigma_j of the first modes (section 2.2)."""
+    return math.pi * modes.frequencies(s, count) / modes.dampings(s, count)
 
 
 def _neck(s: Speaking) -> Picture:
@@ -111,8 +115,11 @@ def _quality_factors(axis: Any, s: Speaking, rows: Mapping[str, Floats]) -> None
     axis.loglog(rows["measured (Hz)"], rows["measured Q"], "x", color="tab:red", label="measured")
     axis.loglog(rows["model (Hz)"], rows["model Q"], "o", color="tab:blue", markerfacecolor="none",
                 label="eqs. 9 to 11")  # fmt: skip
-    grid = np.geomspace(60.0, TOP_HZ, 400)
-    axis.loglog(grid, 1 / modes.loss_factor(s, grid), "k--", label="without the neck's mobility")
+    alone = replace(s, admittance=Admittance())
+    many = int(TOP_HZ / s.fundamental)
+    axis.loglog(
+        modes.frequencies(alone, many), quality_factors(alone, many), "k--", label="without the neck's mobility"
+    )
     axis.set(xlabel="frequency (Hz)", ylabel="Q")
     axis.legend(fontsize="small", loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3, frameon=False)
 

@@ -13,7 +13,7 @@ from livebass import modal_motion, modes, motion_analysis
 from livebass.analysis import PAPER_RATE, Spectrogram, resampled, spectrogram_db
 from livebass.motion import Floats, Trial
 from livebass.paper_cases import CASES
-from livebass.study_parts import Solved, Sound, Table
+from livebass.study_parts import Solved, Sound, Table, curve
 from livebass.yin import relative_variation
 
 STATES = 200  # times at which the modes are looked at
@@ -62,13 +62,12 @@ def sound(name: str, caption: str, solved: Solved, across: bool = False) -> Soun
 
 
 def sets_of(solved: Solved) -> list[tuple[float, float, list[int]]]:
-    """Each set of contacts: its first and last time, s, and the frets, ascending."""
-    contacts = solved.contacts
-    number = contacts.sets()
+    """Each set of contacts: its first and last time, s, and the contact points (into Speaking.contact_*), ascending."""
+    number, time_s = solved.contacts.sets(), solved.motion.contact_time_s
     out = []
     for k in range(int(number.max()) + 1 if number.size else 0):
-        times, frets = contacts.time_s[number == k], contacts.fret[number == k]
-        out.append((float(times[0]), float(times[-1]), sorted({int(f) for f in frets})))
+        times, points = time_s[number == k], solved.motion.contact_index[number == k]
+        out.append((float(times[0]), float(times[-1]), sorted({int(point) for point in points})))
     return out
 
 
@@ -93,22 +92,30 @@ def ranges(frets: list[int]) -> str:
     return ", ".join(str(p[0]) if len(p) == 1 else f"{p[0]}-{p[-1]}" for p in parts)
 
 
+def places(solved: Solved, points: list[int]) -> str:
+    """Contact points in short: the frets, or over a board the stretch."""
+    s = solved.speaking
+    if not solved.over_board:
+        return ranges([s.contact_fret[point] for point in points])
+    return f"{s.contact_position[points[0]] * 1e3:.0f} to {s.contact_position[points[-1]] * 1e3:.0f} mm"
+
+
 def sets_table(motions: Mapping[str, Solved], most: int = 12) -> Table:
     """The first sets of contacts of each motion."""
     rows = [
-        (title, k + 1, round(first * 1e3, 3), round(last * 1e3, 3), len(frets), ranges(frets))
+        (title, k + 1, round(first * 1e3, 3), round(last * 1e3, 3), len(points), places(solved, points))
         for title, solved in motions.items()
-        for k, (first, last, frets) in enumerate(sets_of(solved)[:most])
+        for k, (first, last, points) in enumerate(sets_of(solved)[:most])
     ]
-    columns = "case", "set", "first contact (ms)", "last contact (ms)", "frets", "which"
+    columns = "case", "set", "first contact (ms)", "last contact (ms)", "frets or points", "which"
     return Table("contact-sets", f"The first {most} sets of contacts: 4 ms without a new one end a set", columns, rows)
 
 
 def contacts_table(name: str, solved: Solved) -> Table:
     """All contacts."""
     contacts = solved.contacts
-    rows = list(zip(contacts.time_s.tolist(), contacts.fret.tolist(), strict=True))
-    return Table(name, "Contacts", ("time_s", "fret"), rows, shown=False)
+    columns = {"time_s": contacts.time_s, "fret": contacts.fret, "position_m": solved.contact_place}
+    return curve(name, "Contacts", **columns)
 
 
 def numbers(solved: Solved) -> dict[str, Any]:
@@ -126,8 +133,9 @@ def numbers(solved: Solved) -> dict[str, Any]:
         "contact_rate_hz": trial.contact_rate,
         "contacts": int(contacts.time_s.size),
         "first_contact_ms": None if first is None else float(contacts.time_s[first] * 1e3),
-        "first_fret": None if first is None else int(contacts.fret[first]),
-        "frets_first_set": len(sets[0][2]) if sets else 0,
+        "first_fret": None if first is None else int(contacts.fret[first]) or None,
+        "first_place_mm": None if first is None else float(solved.contact_place[first] * 1e3),
+        "points_first_set": len(sets[0][2]) if sets else 0,
         "last_contact_s": float(contacts.time_s[-1]) if contacts.time_s.size else None,
         "greatest_displacement_mm": float(np.abs(solved.motion.displacement_m).max() * 1e3),
         "greatest_characteristic_frequency_hz": float(np.nanmax(nu)),
@@ -141,7 +149,8 @@ def numbers_table(told: Mapping[str, dict[str, Any]]) -> Table:
     """`numbers` of several motions, a row each."""
     columns = {
         "contacts": "contacts", "first contact (ms)": "first_contact_ms", "on fret": "first_fret",
-        "frets of the first set": "frets_first_set", "last contact (s)": "last_contact_s",
+        "at (mm)": "first_place_mm",
+        "frets or points of the first set": "points_first_set", "last contact (s)": "last_contact_s",
         "greatest |u| at the sensor (mm)": "greatest_displacement_mm",
         "greatest nu_c (Hz)": "greatest_characteristic_frequency_hz",
         "last nu_c (Hz)": "last_characteristic_frequency_hz",

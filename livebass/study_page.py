@@ -27,8 +27,9 @@ img { max-width: 100%; height: auto; }
 figcaption, caption, .small { color: #555; font-size: 0.9rem; text-align: left; }
 .wide { overflow-x: auto; }
 table { border-collapse: collapse; font-size: 0.85rem; margin: 1rem 0; }
-th, td { border-bottom: 1px solid #ddd; padding: 0.2rem 0.7rem; text-align: right; vertical-align: bottom; }
+th, td { border-bottom: 1px solid #ddd; padding: 0.2rem 0.7rem; text-align: right; vertical-align: top; }
 th:first-child, td:first-child { text-align: left; white-space: nowrap; }
+th.text, td.text { text-align: left; max-width: 28rem; }
 .sounds div { margin: 0.6rem 0; }
 audio { display: block; width: 24rem; max-width: 100%; }
 </style>
@@ -46,9 +47,10 @@ $studies
 </html>
 """)
 
+TEXT = ' class="text"'
 STUDY = Template("""<section id="$name">
 <h2>$title</h2>
-<p class="small">Section $section. $about</p>
+<p class="small">$section. $about</p>
 $sounds
 $figures
 $tables
@@ -79,7 +81,7 @@ def _study(summary: Mapping[str, Any]) -> str:
     return STUDY.substitute(
         name=_text(name),
         title=_text(summary["title"]),
-        section=_text(summary["section"]),
+        section=_text(f"Section{'s' * (not summary['section'].replace('.', '').isdigit())} {summary['section']}"),
         about=_text(about),
         sounds=f'<div class="sounds">{sounds}</div>' if sounds else "",
         figures="\n".join(_figure(name, figure) for figure in summary["figures"]),
@@ -97,16 +99,21 @@ def _figure(name: str, figure: Mapping[str, Any]) -> str:
 
 
 def _table(table: Mapping[str, Any]) -> str:
-    head = "".join(f"<th>{_text(column)}</th>" for column in table["columns"])
-    rows = "\n".join(f"<tr>{''.join(f'<td>{_cell(value)}</td>' for value in row)}</tr>" for row in table["rows"])
+    first = table["rows"][0] if table["rows"] else [None] * len(table["columns"])
+    head = "".join(
+        f"<th{TEXT * isinstance(value, str)}>{_text(column)}</th>"
+        for column, value in zip(table["columns"], first, strict=True)
+    )
+    rows = "\n".join(f"<tr>{''.join(map(_cell, row))}</tr>" for row in table["rows"])
     caption = f"<caption>{_text(table['caption'])}</caption>"
     return f'<div class="wide"><table>{caption}<thead><tr>{head}</tr></thead><tbody>\n{rows}\n</tbody></table></div>'
 
 
 def _cell(value: Any) -> str:
-    if value is None:
-        return "&ndash;"
-    return f"{value:.5g}" if isinstance(value, float) else _text(value)
+    if isinstance(value, str):
+        return f"<td{TEXT}>{_text(value)}</td>"
+    shown = "&ndash;" if value is None else f"{value:.5g}" if isinstance(value, float) else _text(value)
+    return f"<td>{shown}</td>"
 
 
 def _link(name: str, file: str) -> str:

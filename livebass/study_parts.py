@@ -29,8 +29,18 @@ class Solved:
 
     @property
     def contacts(self) -> Contactogram:
-        """Which fret was touched when."""
+        """Which fret was touched when; 0 is wood."""
         return contactogram(self.motion.contact_time_s, self.motion.contact_index, self.speaking.contact_fret)
+
+    @property
+    def contact_place(self) -> Floats:
+        """Where each of `contacts` was, m from the stop."""
+        return np.asarray(self.speaking.contact_position, np.float64)[self.motion.contact_index]
+
+    @property
+    def over_board(self) -> bool:
+        """Whether the string may touch wood, anywhere, and not frets only."""
+        return bool(self.speaking.surface)
 
     def displacement(self, across: bool = False) -> Floats:
         """u at its sensor, or v at its own, m, (n,); ValueError for v of a pluck along u."""

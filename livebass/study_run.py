@@ -82,7 +82,8 @@ def solve_all(trials: Sequence[Trial], workers: int | None, step: Callable[[], N
     """The engine's solution of each, the longest first so that no core waits; `step` is called after each."""
     if not trials:
         return {}
-    solve_trial(replace(trials[0], modes=1, duration=1 / trials[0].output_rate, states=()))  # compiles, or loads
+    for trial in {bool(t.speaking.surface): t for t in trials}.values():  # one a kind of contact: compiles, or loads
+        solve_trial(replace(trial, duration=1 / trial.output_rate, states=()))
     ordered = sorted(trials, key=lambda t: -t.duration * t.contact_rate)
     motions = {}
     with ThreadPoolExecutor(_threads(workers)) as pool:

@@ -249,4 +249,4 @@ def test_wall_time_is_without_compilation(tmp_path: Path, monkeypatch: pytest.Mo
     monkeypatch.setattr(module, name, lambda trial: trials.append(trial) or real(trial))
     run(tmp_path / "out", solver=solver)
     first, second = trials
-    assert (first.modes, first.samples) == (1, 2) and (second.modes, second.samples) == (60, 1324)
+    assert (first.modes, first.samples) == (60, 2) and (second.modes, second.samples) == (60, 1324)

@@ -130,7 +130,7 @@ def test_what_studies_share_is_solved_once(tmp_path: Path, monkeypatch: pytest.M
     solved: list[Trial] = []
 
     def solve(trial: Trial) -> Motion:
-        if trial.modes > 1:
+        if trial.samples > 2:  # the others load the kernels
             solved.append(trial)
         return solve_trial(replace(trial, modes=min(trial.modes, 20)))
 

@@ -25,7 +25,7 @@ def case_b() -> Solved:
 
 def test_case_b_in_numbers(case_b: Solved) -> None:
     told = study_measure.numbers(case_b)
-    assert told["first_fret"] == 12 and told["frets_first_set"] == 12
+    assert told["first_fret"] == 12 and told["points_first_set"] == 12
     assert told["first_contact_ms"] == pytest.approx(4, abs=0.3)
     table = study_measure.sets_table({"B": case_b})
     assert table.rows[0][-1] == "1-12" and table.rows[1][-1] == "2-11"  # section 4.1.1
