@@ -10,6 +10,8 @@ import click
 from livebass.cli_render import DEFAULT_PRESET
 from livebass.cli_values import Note, Number, Quantity
 
+MOST_RESONANCES = 16
+
 
 @click.command()
 @click.argument("recordings", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="RECORDING...")
@@ -32,12 +34,16 @@ from livebass.cli_values import Note, Number, Quantity
     "--duration", type=Quantity("time", 0.05, 60), default=5.0, show_default="5s", help="Used of each note, at most."
 )
 @click.option("--channel", type=Number("number", 1, 64, whole=True), help="1 is left; without it the loudest.")
+@click.option(
+    "--neck", type=click.Choice(["table", "resonances"]), default="table", show_default=True,
+    help="How the preset has what the neck takes: by partial, or as resonances that do it, some 10 s to find.",
+)  # fmt: skip
 @click.option("-o", "--output", type=click.Path(path_type=Path), metavar="FILE.toml", help="The new preset.")
 @click.option("--json", "json_file", type=click.Path(path_type=Path), metavar="FILE", help="All of it as JSON.")
 @click.option("--csv", "csv_file", type=click.Path(path_type=Path), metavar="FILE", help="The partials as CSV.")
 def identify(
     recordings: tuple[Path, ...], preset: str, string: str | None, note: int | None, f0: float | None, modes: int,
-    start: float, duration: float, channel: int | None, output: Path | None, json_file: Path | None,
+    start: float, duration: float, channel: int | None, neck: str, output: Path | None, json_file: Path | None,
     csv_file: Path | None,
 ) -> None:  # fmt: skip
     """Measure an open string from recordings of it, plucked alone, softly enough not to touch the frets.
@@ -76,18 +82,22 @@ def identify(
         raise click.ClickException(f"{error}; pip install 'livebass[analysis]'") from None
     from livebass import identified
     from livebass.identify import identify as identify_string
+    from livebass.neck_fit import fit_neck
 
     result = identify_string(
         recordings, bass, string=string, note=note, f0=f0, modes=modes, start=start, duration=duration, channel=channel
     )
+    fit = fit_neck(result.string, most=MOST_RESONANCES) if neck == "resonances" else None
+    resonances = fit.resonances if fit else ()
     with Transaction() as files:
         if output is not None:
-            files.write(output, identified.new_preset(preset, result.string.name, result, recordings).encode())
+            text = identified.new_preset(preset, result.string.name, result, recordings, resonances)
+            files.write(output, text.encode())
         if json_file is not None:
-            files.write(json_file, identified.json_text(result).encode())
+            files.write(json_file, identified.json_text(result, resonances).encode())
         if csv_file is not None:
             files.write(csv_file, identified.csv_text(result).encode())
-    click.echo(identified.table(result), nl=False)
+    click.echo(identified.table(result) + (identified.neck_table(fit) if fit else ""), nl=False)
     notes, count = len(result.takes), len(result.partials)
     written = f" -> {', '.join(map(str, outputs))}" if outputs else ""
     left = f", {result.rejected} more not used: of another pitch, short or unclear" if result.rejected else ""

@@ -11,10 +11,13 @@ from typing import Any
 
 import numpy as np
 
+from livebass.admittance import Resonance
 from livebass.combine import Found
 from livebass.identify import Identified
 from livebass.instrument import String
+from livebass.neck_fit import NeckFit
 from livebass.preset import preset_source
+from livebass.preset_admittance import RESONANCES, TABLE
 from livebass.preset_build import Builder
 from livebass.units import note_name, note_number
 
@@ -46,7 +49,7 @@ def csv_text(result: Identified) -> str:
     return "\n".join([",".join(COLUMNS), *lines]) + "\n"
 
 
-def json_text(result: Identified) -> str:
+def json_text(result: Identified, resonances: Sequence[Resonance] = ()) -> str:
     """All of it; keys carry their units."""
     s, law = result.string, result.law
     data = {
@@ -62,6 +65,7 @@ def json_text(result: Identified) -> str:
         "viscoelastic_angle": s.viscoelastic_angle,
         "thermoelastic": s.thermoelastic,
         "conductance": [{"frequency_hz": nu, "conductance_m_per_s_per_n": y} for nu, y in result.conductance],
+        "resonances": [{"frequency_hz": r.frequency, "q": r.quality, "mass_kg": r.mass} for r in resonances],
         "missing_partials": list(result.missing),
         "rejected_takes": result.rejected,
         "takes": [{"file": t.name, "start_s": t.start_s, "duration_s": t.duration_s} for t in result.takes],
@@ -95,6 +99,20 @@ def table(result: Identified) -> str:
     return "\n".join(lines) + "\n"
 
 
+def neck_table(fit: NeckFit) -> str:
+    """The resonances, and how well they meet the partials, to be read."""
+    lines = [f"{'neck Hz':>11} {'Q':>6} {'kg':>8}"]
+    lines += [f"{r.frequency:11.2f} {r.quality:6.1f} {r.mass:8.3g}" for r in fit.resonances]
+    lines.append(
+        f"with them the dampings are met to {100 * fit.deviation:.1f} % rms, and the partials lie "
+        f"{1e6 * fit.left:.0f} ppm off their law, {1e6 * fit.scatter:.0f} ppm without"
+    )
+    if fit.below:
+        numbers = ", ".join(map(str, fit.below))
+        lines.append(f"damped less than the string alone by its law, which no neck can do: partials {numbers}")
+    return "\n".join(lines) + "\n"
+
+
 def _neck(result: Identified) -> str:
     if not result.conductance:
         return "nothing left for the neck"
@@ -102,9 +120,12 @@ def _neck(result: Identified) -> str:
     return f"the neck takes most at {nu:.0f} Hz, {most * 1e3:.3g} mm/s/N"
 
 
-def new_preset(base: str, old: str, result: Identified, sources: Sequence[Path]) -> str:
+def new_preset(
+    base: str, old: str, result: Identified, sources: Sequence[Path], resonances: Sequence[Resonance] = ()
+) -> str:
     """The text of preset `base` with its string `old` as it was identified from the files `sources`.
 
+    The neck under it is that of the `resonances`, or, without any, a table of what was found at the partials.
     Everything else, comments too, stays. Raises PresetError where the result is no preset: a string that the law damps
     beyond critical, or a pitch out of order. Needs tomlkit: pip install 'livebass[analysis]'.
     """
@@ -121,7 +142,7 @@ def new_preset(base: str, old: str, result: Identified, sources: Sequence[Path])
     below = _cut_end(table_)
     for name, value in _values(s, table_["open_note"]).items():
         _put(table_, name, value)
-    _put_neck(document, table_, result)
+    _put_neck(document, table_, result, resonances)
     if below:
         table_.value.body.extend((None, item) for item in below)
     document["description"] = f"String {old} identified from {files}; the rest is {label}"[:500]
@@ -152,25 +173,39 @@ def _put(target: Any, name: str, value: str) -> None:
     target[name].trivia.comment_ws, target[name].trivia.trail = "  ", "\n"
 
 
-def _put_neck(document: Any, string: Any, result: Identified) -> None:
+def _put_neck(document: Any, string: Any, result: Identified, resonances: Sequence[Resonance]) -> None:
     """What the neck takes under this string alone; none of it where the preset has some and none was found."""
     pairs = result.conductance
-    if not pairs:
+    if not pairs and not resonances:
         given = {**document.get("neck", {}), **string.get("neck", {})}
         if not given.keys() & {"conductance_values", "resonance_masses"}:
             return
         pairs = ((result.law.fundamental, 0.0),)
-    nu = _array("Hz", [x for x, _ in pairs], ".6g")
-    y = _array("mm/s/N", [x * 1e3 for _, x in pairs], ".4g")
-    if "neck" in string:
-        _put(string["neck"], "conductance_frequencies", nu)
-        _put(string["neck"], "conductance_values", y)
-    else:
+    if "neck" not in string:
         import tomlkit
 
         string["neck"] = tomlkit.table()
-        _put(string["neck"], "conductance_frequencies", nu)
-        _put(string["neck"], "conductance_values", y)
+    for name in TABLE | RESONANCES:
+        string["neck"].pop(name, None)
+    for name, value in (_resonance_keys(resonances) if resonances else _table_keys(pairs)).items():
+        _put(string["neck"], name, value)
+
+
+def _table_keys(pairs: Sequence[tuple[float, float]]) -> dict[str, str]:
+    nu = _array("Hz", [x for x, _ in pairs], ".6g")
+    return {
+        "conductance_frequencies": nu,
+        "conductance_values": _array("mm/s/N", [y * 1e3 for _, y in pairs], ".4g"),
+    }
+
+
+def _resonance_keys(resonances: Sequence[Resonance]) -> dict[str, str]:
+    return {
+        "resonance_frequencies": _array("Hz", [r.frequency for r in resonances], ".6g"),
+        "resonance_qualities": f"[{', '.join(f'{r.quality:.3g}' for r in resonances)}]",
+        "resonance_masses": _array("kg", [r.mass for r in resonances], ".3g"),
+        "resonance_shapes": f"[{', '.join(str(r.shape) for r in resonances)}]",
+    }
 
 
 def _values(s: String, open_note: Any) -> dict[str, str]:

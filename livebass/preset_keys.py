@@ -138,7 +138,8 @@ def allowed(key: Key, unit: str | None = None) -> str:
         return f"{least} to {most}" + (", several" if key.kind != kind else "")
     if kind == "controller":
         return f"a whole number from {key.least} to {key.most} except {', '.join(map(str, TAKEN))}"
-    return f"{'a whole number' if kind == 'integer' else 'a number'} from {key.least} to {key.most}"
+    one = f"{'a whole number' if kind == 'integer' else 'a number'} from {key.least} to {key.most}"
+    return one + (", several" if key.kind != kind else "")
 
 
 def checked(key: Key, raw: Any) -> Any:

@@ -268,6 +268,25 @@ def test_a_preset_that_plays(run: Run, tmp_path: Path) -> None:
     assert said["partials"][0]["t60_s"] == pytest.approx(3 * math.log(10) / DAMPINGS[0], rel=1e-2)
 
 
+def test_a_neck_of_resonances(run: Run, tmp_path: Path) -> None:
+    """Instead of a table; a preset that had either has the other after it."""
+    save(tmp_path / "g.wav", noisy(pluck(), 60))
+    mine, again = tmp_path / "mine.toml", tmp_path / "again.toml"
+    arguments = ["identify", tmp_path / "g.wav", "--modes", 20, "--json", tmp_path / "g.json"]
+    out = cli_text(run, *arguments, "--neck", "resonances", "-o", mine)
+    assert "% rms" in out and "neck Hz" in out
+    neck, said = load_preset(str(mine)).necks[3].admittance, json.loads((tmp_path / "g.json").read_text())
+    assert 4 <= len(neck.resonances) == len(said["resonances"]) <= 16 and not neck.table
+    assert neck.resonances[0].mass == pytest.approx(said["resonances"][0]["mass_kg"], rel=1e-2)
+    law = replace(load_preset(str(mine)).strings[3], measured_dampings=())
+    s = replace(speaking(law, g_neck(), 0), admittance=neck)
+    np.testing.assert_allclose(modes.dampings(s, 20), DAMPINGS[:20], rtol=0.35)
+    cli_text(run, *arguments, "-p", mine, "-o", again)
+    neck = load_preset(str(again)).necks[3].admittance
+    assert neck.table and not neck.resonances
+    assert run("identify", tmp_path / "g.wav", "--neck", "wood")[0] == 2
+
+
 @pytest.mark.parametrize("base", ["paper-g", "paper-bass", "precision-finger", "flatwound", "slap", "muted"])
 def test_every_preset_takes_a_measured_string(run: Run, tmp_path: Path, base: str) -> None:
     """With or without a neck table, core, conductance or mute; the keys and their order are TOML's to check."""
