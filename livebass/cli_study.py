@@ -4,7 +4,12 @@ from __future__ import annotations
 
 import click
 
+from livebass.cli_sweep import sweep
+
 
 @click.group()
 def study() -> None:
     """The paper's cases, figures and statements computed anew; sweeps over any parameter of a preset."""
+
+
+study.add_command(sweep)
