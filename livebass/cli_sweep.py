@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import functools
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -125,14 +127,14 @@ def _complete(
     from livebass.sweep import completed
 
     missing = len({point.digest for point in points} - results.keys())
-    where = f"on {scheduler}" if scheduler else f"with {workers} process{'es' * (workers != 1)}"
-    todo = f"{missing} to compute {where}" if missing else "nothing to compute"
-    click.echo(f"{len(points)} points, {len(points) - missing} found in {directory}, {todo}", err=True)
+    there = f"{len(points)} points, {len(points) - missing} found in {directory}"
     if not missing:
+        click.echo(f"{there}, nothing to compute", err=True)
         return
-    compute, done = _computer(points[0], workers, scheduler), 0
+    done = 0
     try:
-        with shown_progress("sweep") as progress:
+        with _computer(points[0], workers, scheduler) as (where, compute), shown_progress("sweep") as progress:
+            click.echo(f"{there}, {missing} to compute {where}", err=True)
             for done in completed(directory, points, results, compute):
                 if progress:
                     progress(done / missing)
@@ -142,18 +144,23 @@ def _complete(
         raise click.exceptions.Exit(INTERRUPTED) from None
 
 
-def _computer(first: Point, workers: int, scheduler: str | None) -> Callable[[Sequence[Point]], Any]:
-    """What gives the results of points, on the cluster or here, where the kernels are compiled before it starts."""
+@contextmanager
+def _computer(first: Point, workers: int, scheduler: str | None) -> Iterator[tuple[str, Callable[[Any], Any]]]:
+    """Where, and what gives the results of points: the cluster, or here, the kernels compiled before it starts."""
     if scheduler is not None:
         from livebass import sweep_cluster
 
-        return lambda points: sweep_cluster.computed(points, scheduler)
+        with sweep_cluster.connected(scheduler) as compute:
+            yield f"on {scheduler}", compute
+        return
     from livebass import kernels, sweep_local
 
     announce_kernels()
     if not kernels.cached():
         sweep_local.compile_kernels(first)
-    return lambda points: sweep_local.computed(points, workers, lambda line: click.echo(line, err=True))
+    say = functools.partial(click.echo, err=True)
+    where = f"with {workers} process{'es' * (workers != 1)}"
+    yield where, lambda points: sweep_local.computed(points, workers, say)
 
 
 def _column(points: Sequence[Point], results: dict[str, dict[str, float]], name: str) -> Any:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import logging
+import re
 import socket
 import warnings
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import islice
 from typing import Any
@@ -17,39 +18,39 @@ CONNECT = 5.0  # s for the scheduler to answer
 HIRE = 15.0  # s for a first worker to be there
 AHEAD = 3  # points handed out for each thread of the cluster, so that none waits for the next
 LOUD = ("distributed", "distributed.client", "distributed.core", "distributed.comm", "tornado.application")
+ADDRESS = re.compile(r"((tcp|tls|ws|wss)://)?(\[[0-9a-fA-F:]+\]|[\w.-]+):[0-9]{1,5}")
 
 
-def computed(points: Sequence[Point], address: str) -> Generator[tuple[Point, Result]]:
-    """Each of `points` with its result, as they are done by the cluster whose scheduler is at `address`.
+@contextmanager
+def connected(address: str) -> Iterator[Callable[[Sequence[Point]], Generator[tuple[Point, Result]]]]:
+    """A function that gives each point with its result, as they are done by the cluster of the scheduler at `address`.
 
-    Raises OSError where no scheduler or no worker answers, or the scheduler is lost, ValueError, naming the point, for
-    one that cannot be solved, ChildProcessError for one that Dask gives up as its workers die, and LookupError without
-    the library.
+    Raises OSError where no scheduler or no worker answers, or the scheduler is lost, ValueError for what is no address,
+    and, naming the point, for one that cannot be solved, ChildProcessError for one that Dask gives up as its workers
+    die, and LookupError without the library.
     """
     try:
+        import dask
         import distributed
     except ImportError:
         raise LookupError("--scheduler needs Dask: pip install 'livebass[cluster]'") from None
-    with _client(distributed, address) as client:
-        waiting = iter(points)
-        futures: dict[str, Point] = {}
-
-        def handed_out() -> list[Any]:
-            """As many more as the workers there are now need."""
-            handed = []
-            threads = sum(client.nthreads().values())
-            for point in islice(waiting, max(AHEAD * threads - len(futures), not futures)):
-                key = f"livebass-{point.digest}"
-                futures[key] = point
-                handed.append(client.submit(measured_there, point.work, program(), key=key))
-            return handed
-
-        done = distributed.as_completed(handed_out())
-        for future in done:
-            point = futures.pop(future.key)
-            yield point, _result(distributed, point, future, address)
-            for more in handed_out():
-                done.add(more)
+    if not ADDRESS.fullmatch(address):
+        raise ValueError(f"scheduler {address}: is no address such as tcp://host:8786")
+    for name in LOUD:
+        logging.getLogger(name).setLevel(logging.CRITICAL + 1)
+    times = {"distributed.comm.timeouts.connect": f"{CONNECT}s", "distributed.comm.retry.count": 0}
+    with warnings.catch_warnings(), dask.config.set(times):
+        warnings.simplefilter("ignore")  # of versions that differ: what matters is compared by the worker
+        try:
+            client = distributed.Client(address, timeout=CONNECT, set_as_default=False)
+        except OSError:
+            raise OSError(f"scheduler {address}: does not answer") from None
+        try:
+            _wait_for_workers(client, address)
+            with client.as_current():
+                yield lambda points: _computed(client, points, address)
+        finally:
+            client.close(timeout=CONNECT)
 
 
 def measured_there(work: Work, wanted: str) -> Result:
@@ -62,32 +63,39 @@ def measured_there(work: Work, wanted: str) -> Result:
         return measured(work)
 
 
-@contextmanager
-def _client(distributed: Any, address: str) -> Iterator[Any]:
-    """Connected, with a worker there, and quiet."""
-    import dask
-
-    for name in LOUD:
-        logging.getLogger(name).setLevel(logging.CRITICAL + 1)
-    times = {"distributed.comm.timeouts.connect": f"{CONNECT}s", "distributed.comm.retry.count": 0}
-    with warnings.catch_warnings(), dask.config.set(times):
-        warnings.simplefilter("ignore")  # of versions that differ: what matters is compared by the worker
-        try:
-            client = distributed.Client(address, timeout=CONNECT, set_as_default=False)
-        except (OSError, ValueError, TypeError) as error:
-            why = "does not answer" if isinstance(error, OSError) else "is no address such as tcp://host:8786"
-            raise OSError(f"scheduler {address}: {why}") from None
-        try:
-            try:
-                client.wait_for_workers(1, timeout=HIRE)
-            except TimeoutError:
-                raise OSError(f"scheduler {address}: has no workers; start some: dask worker {address}") from None
-            yield client
-        finally:
-            client.close(timeout=CONNECT)
+def _wait_for_workers(client: Any, address: str) -> None:
+    try:
+        client.wait_for_workers(1, timeout=HIRE)
+    except TimeoutError:
+        raise OSError(f"scheduler {address}: has no workers; start some: dask worker {address}") from None
 
 
-def _result(distributed: Any, point: Point, future: Any, address: str) -> Result:
+def _computed(client: Any, points: Sequence[Point], address: str) -> Generator[tuple[Point, Result]]:
+    import distributed
+
+    waiting = iter(points)
+    handed_out: dict[str, Point] = {}
+
+    def more() -> list[Any]:
+        """As many as the workers there are now need."""
+        futures = []
+        wanted = AHEAD * sum(client.nthreads().values()) - len(handed_out)
+        for point in islice(waiting, max(wanted, not handed_out)):
+            key = f"livebass-{point.digest}"
+            handed_out[key] = point
+            futures.append(client.submit(measured_there, point.work, program(), key=key))
+        return futures
+
+    done = distributed.as_completed(more())
+    for future in done:
+        point = handed_out.pop(future.key)
+        yield point, _result(point, future, address)
+        done.update(more())
+
+
+def _result(point: Point, future: Any, address: str) -> Result:
+    import distributed
+
     try:
         result: Result = future.result(timeout=CONNECT)
         return result

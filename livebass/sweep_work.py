@@ -82,9 +82,10 @@ def grid(settings: Settings, axes: Sequence[Axis]) -> list[Point]:
     if count > MOST:
         raise ValueError(f"{count} points, allowed are at most {MOST}")
     label, data = preset_tables(settings.preset)
-    Builder(label).instrument(data)
     speaking_string(Builder(label).instrument(data), settings.string, 0)
     for axis in axes:
+        if axis.at.section != "pluck":
+            axis.at.tables(copy.deepcopy(data))
         why = hidden(axis.at, data, settings.string)
         if why:
             raise ValueError(f"{axis.at.dotted} changes nothing in preset {settings.preset}: {why}")
