@@ -58,7 +58,8 @@ def _quantities() -> str:
 @click.option("--duration", type=Quantity(*limits.DURATION), default=1.0, show_default="1 s")
 @click.option("-q", "--quality", type=click.Choice(list(QUALITIES)), default="reference", show_default=True)
 @click.option("--modes", type=MODES, help="Modes of the string as stopped, instead of the quality's.")
-@click.option("--contact-rate", type=CONTACT_RATE, help="Such as 8MHz, instead of the quality's.")
+@click.option("--contact-rate", type=CONTACT_RATE,
+              help="Such as 8MHz, instead of the quality's; raised to a whole multiple of 51.2 kHz.")
 @click.option("--quantity", "quantities", metavar="NAME", type=click.Choice(list(QUANTITIES)), multiple=True,
               help=f"To draw; may be given again. [default: {', '.join(USUAL)}]")
 @click.option("--picture/--no-picture", default=True, help="Draw it, or leave matplotlib alone.")
@@ -133,11 +134,12 @@ def _complete(
         return
     done = 0
     try:
-        with _computer(points[0], workers, scheduler) as (where, compute), shown_progress("sweep") as progress:
+        with _computer(points[0], workers, scheduler) as (where, compute):
             click.echo(f"{there}, {missing} to compute {where}", err=True)
-            for done in completed(directory, points, results, compute):
-                if progress:
-                    progress(done / missing)
+            with shown_progress("sweep") as progress:
+                for done in completed(directory, points, results, compute):
+                    if progress:
+                        progress(done / missing)
     except KeyboardInterrupt:
         kept = f"{done} of {missing} points computed and kept in {directory}"
         click.echo(f"livebass: error: interrupted, {kept}: the same command goes on", err=True)

@@ -14,12 +14,12 @@ from livebass.state import instrument_voice
 
 
 def heard(trial: Trial, output: Output) -> NDArray[np.float64]:
-    """The signal of `trial`, (trial.samples,), full scale 1. Raises ValueError for rates that are not whole.
+    """The signal of `trial`, (trial.samples,), full scale 1: as `Engine` gives it, but released without a pull.
 
-    As in `Engine`, but released at once, without the time a finger takes to pull.
+    Raises ValueError where a sample is not a whole number of fine steps.
     """
-    if trial.output_rate != int(trial.output_rate) or trial.contact_rate != int(trial.contact_rate):
-        raise ValueError("rates: allowed are whole numbers of Hz")
+    if trial.output_rate != int(trial.output_rate) or trial.contact_rate % trial.output_rate:
+        raise ValueError(f"contact rate {trial.contact_rate:g} Hz: no whole multiple of {trial.output_rate:g} Hz")
     s, pluck, count = trial.speaking, trial.pluck, trial.modes
     rates = Rates(int(trial.output_rate), int(trial.contact_rate))
     if output.kind == "displacement":

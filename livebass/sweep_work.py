@@ -17,7 +17,7 @@ from livebass import __version__
 from livebass.analysis import PAPER_RATE
 from livebass.instrument import Coil, Instrument, Neck, Output
 from livebass.motion import Trial
-from livebass.operators import Rates, pickups_under
+from livebass.operators import pickups_under, whole_contact_rate
 from livebass.preset import preset_tables
 from livebass.preset_build import Builder
 from livebass.quality import Quality, modes_for
@@ -126,8 +126,7 @@ def _work(bass: Instrument, settings: Settings) -> Work:
     modes = settings.modes
     if modes is None:
         modes = modes_for(settings.quality, s.length, s.string.length, s.grid_points)
-    contact_rate = settings.quality.contact_rate
-    Rates(PAPER_RATE, int(contact_rate))
+    contact_rate = whole_contact_rate(settings.quality.contact_rate, PAPER_RATE)
     trial = checked_trial(
         bass, s, settings.apex, settings.at, settings.duration, modes, contact_rate, PAPER_RATE, settings.angle
     )  # fmt: skip
