@@ -15,10 +15,10 @@ from livebass import limits
 from livebass.cli_render import announce_kernels, shown_progress
 from livebass.cli_values import CONTACT_RATE, MODES, Number, Quantity
 from livebass.quality import QUALITIES
-from livebass.sweep_grid import USAGE, Axis, axis
 from livebass.sweep_quantities import QUANTITIES, USUAL
 
 if TYPE_CHECKING:
+    from livebass.sweep_grid import Axis
     from livebass.sweep_work import Point, Settings
 
 INTERRUPTED = 130
@@ -33,6 +33,8 @@ class Vary(click.ParamType):
         return self.name
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Axis:
+        from livebass.sweep_grid import axis
+
         try:
             return axis(str(value))
         except ValueError as error:
@@ -83,8 +85,8 @@ def sweep(
     Killed or interrupted at any moment, the same command goes on where it was. Points of other sweeps in DIR are used
     where they are the same; the table and picture are those of the last sweep.
 
-    With --scheduler the points are computed by the workers of a Dask cluster, for the same table: they need this
-    version of livebass, with the same NumPy and Numba (pip install 'livebass[cluster]').
+    With --scheduler the points are computed by the workers of a Dask cluster, for the same table: scheduler and workers
+    need this version of livebass, with the same NumPy and Numba (pip install 'livebass[cluster]').
 
     \b
     Examples:
@@ -94,6 +96,7 @@ def sweep(
     """
     from livebass import sweep as sweeping
     from livebass.quality import quality_with
+    from livebass.sweep_grid import USAGE
     from livebass.sweep_plot import check, drawable, pictures
     from livebass.sweep_work import Settings, grid
 
@@ -109,16 +112,25 @@ def sweep(
     points = grid(settings, axes)
     sweeping.places(directory, file)
     results = sweeping.found(directory, points)
-    _complete(directory, points, results, workers or os.cpu_count() or 1, scheduler)
-    drawn: tuple[bytes, ...] = ()
-    if draw:
-        values = {name: _column(points, results, name) for name in quantities or USUAL}
-        drawn = pictures(axes, values, _title(settings))
-    elif picture:
+    try:
+        _complete(directory, points, results, workers or os.cpu_count() or 1, scheduler)
+        drawn: tuple[bytes, ...] = ()
+        if draw:
+            values = {name: _column(points, results, name) for name in quantities or USUAL}
+            drawn = pictures(axes, values, _title(settings))
+        described = sweeping.as_json(settings, axes, points, results)
+        sweeping.write(directory, sweeping.table(axes, points, results), drawn, file, described)
+    except KeyboardInterrupt:
+        kept = f"{_found(points, results)} of {len(points)} points are kept in {directory}"
+        click.echo(f"livebass: error: interrupted, {kept}: the same command goes on", err=True)
+        raise click.exceptions.Exit(INTERRUPTED) from None
+    if picture and not draw:
         click.echo("no picture: that shows up to 3 parameters, the first of 3 with up to 12 values", err=True)
-    described = sweeping.as_json(settings, axes, points, results)
-    sweeping.write(directory, sweeping.table(axes, points, results), drawn, file, described)
     click.echo(f"{len(points)} points -> {directory / sweeping.TABLE}", err=True)
+
+
+def _found(points: Sequence[Point], results: dict[str, dict[str, float]]) -> int:
+    return sum(point.digest in results for point in points)
 
 
 def _complete(
@@ -128,22 +140,16 @@ def _complete(
     from livebass.sweep import completed
 
     missing = len({point.digest for point in points} - results.keys())
-    there = f"{len(points)} points, {len(points) - missing} found in {directory}"
+    there = f"{len(points)} points, {_found(points, results)} found in {directory}"
     if not missing:
         click.echo(f"{there}, nothing to compute", err=True)
         return
-    done = 0
-    try:
-        with _computer(points[0], workers, scheduler) as (where, compute):
-            click.echo(f"{there}, {missing} to compute {where}", err=True)
-            with shown_progress("sweep") as progress:
-                for done in completed(directory, points, results, compute):
-                    if progress:
-                        progress(done / missing)
-    except KeyboardInterrupt:
-        kept = f"{done} of {missing} points computed and kept in {directory}"
-        click.echo(f"livebass: error: interrupted, {kept}: the same command goes on", err=True)
-        raise click.exceptions.Exit(INTERRUPTED) from None
+    with _computer(points[0], workers, scheduler) as (where, compute):
+        click.echo(f"{there}, {missing} to compute {where}", err=True)
+        with shown_progress("sweep") as progress:
+            for done in completed(directory, points, results, compute):
+                if progress:
+                    progress(done / missing)
 
 
 @contextmanager

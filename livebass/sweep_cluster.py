@@ -16,6 +16,7 @@ from livebass.sweep_work import Point, Work, program
 
 CONNECT = 5.0  # s for the scheduler to answer
 HIRE = 15.0  # s for a first worker to be there
+IDLE = 30.0  # s without a result and without a worker end a sweep
 AHEAD = 3  # points handed out for each thread of the cluster, so that none waits for the next
 LOUD = ("distributed", "distributed.client", "distributed.core", "distributed.comm", "tornado.application")
 ADDRESS = re.compile(r"((tcp|tls|ws|wss)://)?(\[[0-9a-fA-F:]+\]|[\w.-]+):[0-9]{1,5}")
@@ -46,7 +47,7 @@ def connected(address: str) -> Iterator[Callable[[Sequence[Point]], Generator[tu
         except OSError:
             raise OSError(f"scheduler {address}: does not answer") from None
         try:
-            _wait_for_workers(client, address)
+            _check(client, address)
             with client.as_current():
                 yield lambda points: _computed(client, points, address)
         finally:
@@ -63,15 +64,19 @@ def measured_there(work: Work, wanted: str) -> Result:
         return measured(work)
 
 
-def _wait_for_workers(client: Any, address: str) -> None:
+def _check(client: Any, address: str) -> None:
+    """A worker is there, and what it is to compute with; one that meets unknown names in a task would leave."""
     try:
         client.wait_for_workers(1, timeout=HIRE)
+        for run in (client.run_on_scheduler, client.run):
+            run(exec, f"import {__name__}")
+    except ImportError as error:
+        raise OSError(f"scheduler {address}: it or a worker does not have this livebass: {error}") from None
     except TimeoutError:
         raise OSError(f"scheduler {address}: has no workers; start some: dask worker {address}") from None
 
 
 def _computed(client: Any, points: Sequence[Point], address: str) -> Generator[tuple[Point, Result]]:
-    import distributed
 
     waiting = iter(points)
     handed_out: dict[str, Point] = {}
@@ -86,11 +91,32 @@ def _computed(client: Any, points: Sequence[Point], address: str) -> Generator[t
             futures.append(client.submit(measured_there, point.work, program(), key=key))
         return futures
 
-    done = distributed.as_completed(more())
-    for future in done:
-        point = handed_out.pop(future.key)
-        yield point, _result(point, future, address)
-        done.update(more())
+    running = set(more())
+    while running:
+        done = _some(client, running, address)
+        running -= done
+        for future in done:
+            point = handed_out.pop(future.key)
+            yield point, _result(point, future, address)
+        running |= set(more())
+
+
+def _some(client: Any, running: set[Any], address: str) -> set[Any]:
+    """Those of `running` that are done, at least one. OSError where scheduler or workers are gone."""
+    import distributed
+
+    while True:
+        try:
+            return set(distributed.wait(list(running), timeout=IDLE, return_when="FIRST_COMPLETED").done)
+        except distributed.client.FutureCancelledError:
+            raise _gone(address, "lost") from None
+        except TimeoutError:
+            if not client.nthreads():
+                raise _gone(address, "has no workers any more") from None
+
+
+def _gone(address: str, what: str) -> OSError:
+    return OSError(f"scheduler {address}: {what}; finished points stay, the same command goes on")
 
 
 def _result(point: Point, future: Any, address: str) -> Result:
@@ -102,8 +128,6 @@ def _result(point: Point, future: Any, address: str) -> Result:
     except distributed.scheduler.KilledWorker:
         raise ChildProcessError(f"{point.name}: the workers that compute it die") from None
     except distributed.client.FutureCancelledError:
-        raise OSError(f"scheduler {address}: lost; finished points stay, the same command goes on") from None
-    except ImportError as error:
-        raise OSError(f"a worker of {address} cannot import livebass: {error}") from None
+        raise _gone(address, "lost") from None
     except ValueError as error:
         raise ValueError(f"{point.name}: {error}") from None

@@ -8,7 +8,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from pathlib import Path
 
@@ -25,7 +25,7 @@ PATIENCE = 120  # s until a test gives up
 COUNT = 16
 SWEEP = (
     "study", "sweep", "--vary", "pluck.apex=2mm:5mm:8", "--vary", "neck.contact_stiffness=1e9:1e13:2:log",
-    "--modes", "60", "--contact-rate", "192kHz", "--duration", "1s", "--no-picture",
+    "--modes", "60", "--contact-rate", "192kHz", "--duration", "2s", "--no-picture",
 )  # fmt: skip
 
 
@@ -89,8 +89,9 @@ def test_killed_in_the_middle_it_computes_nothing_twice(undisturbed: Path, tmp_p
         assert not psutil.wait_procs(workers, timeout=20)[1], "workers outlive their parent"
     before = kept(directory)
     assert 3 <= len(before) < COUNT and not (directory / "sweep.csv").exists()
-    for left in (directory / "points").glob(".*"):  # half-written, as old as if it had been killed a while ago
-        os.utime(left, (1, 1))
+    (directory / "points" / ".0.json.tmp-00000000").write_text("{")  # as one killed in a write leaves it
+    for left in (directory / "points").glob(".*"):
+        os.utime(left, (1, 1))  # a while ago
     with sweeping(directory) as process:
         assert f"{COUNT} points, {len(before)} found in" in finished(process)
     after = kept(directory)
@@ -120,7 +121,7 @@ def test_interrupted_it_ends_at_once_and_keeps_what_is_done(tmp_path: Path) -> N
     said, *error = err.splitlines(keepends=True)
     assert "16 to compute with 1 process" in said
     assert_one_clear_line(process.returncode, "".join(error), (130,))
-    assert f"{len(kept(directory))} of {COUNT} points computed and kept" in err
+    assert f"{len(kept(directory))} of {COUNT} points are kept" in err
     assert not (directory / "sweep.csv").exists()
 
 
@@ -132,11 +133,11 @@ def test_on_a_cluster_whose_worker_is_killed_the_table_is_the_same(undisturbed: 
             n_workers=2, threads_per_worker=1, dashboard_address=None, local_directory=str(tmp_path), silence_logs=60
         ) as cluster,
         distributed.Client(cluster, set_as_default=False) as client,
-        sweeping(directory, "--scheduler", cluster.scheduler_address) as process,
+        ExitStack() as running,
     ):
+        victim = psutil.Process(min(client.run(os.getpid).values()))
+        process = running.enter_context(sweeping(directory, "--scheduler", cluster.scheduler_address))
         until(lambda: len(kept(directory)) >= 2)
-        before = set(client.run(os.getpid).values())
-        victim = psutil.Process(min(before))
         victim.kill()
         until(lambda: not victim.is_running() or victim.status() == psutil.STATUS_ZOMBIE)
         assert len(kept(directory)) < COUNT
