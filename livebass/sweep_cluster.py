@@ -7,6 +7,7 @@ import re
 import socket
 import warnings
 from collections.abc import Callable, Generator, Iterator, Sequence
+from concurrent.futures import CancelledError
 from contextlib import contextmanager
 from itertools import islice
 from typing import Any
@@ -108,7 +109,7 @@ def _some(client: Any, running: set[Any], address: str) -> set[Any]:
     while True:
         try:
             return set(distributed.wait(list(running), timeout=IDLE, return_when="FIRST_COMPLETED").done)
-        except distributed.client.FutureCancelledError:
+        except CancelledError:
             raise _gone(address, "lost") from None
         except TimeoutError:
             if not client.nthreads():
@@ -127,7 +128,7 @@ def _result(point: Point, future: Any, address: str) -> Result:
         return result
     except distributed.scheduler.KilledWorker:
         raise ChildProcessError(f"{point.name}: the workers that compute it die") from None
-    except distributed.client.FutureCancelledError:
+    except CancelledError:
         raise _gone(address, "lost") from None
     except ValueError as error:
         raise ValueError(f"{point.name}: {error}") from None
