@@ -9,8 +9,8 @@ import click
 
 from livebass.cli_claims import claims
 from livebass.cli_render import announce_kernels, shown_progress
-from livebass.cli_values import Number, Quantity
 from livebass.cli_sweep import sweep
+from livebass.cli_values import Number, Quantity
 
 HELP = ("-h", "--help")
 
