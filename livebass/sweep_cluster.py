@@ -34,6 +34,7 @@ def connected(address: str) -> Iterator[Callable[[Sequence[Point]], Generator[tu
     try:
         import dask
         import distributed
+        from distributed.comm.core import CommClosedError
     except ImportError:
         raise LookupError("--scheduler needs Dask: pip install 'livebass[cluster]'") from None
     if not ADDRESS.fullmatch(address):
@@ -51,6 +52,8 @@ def connected(address: str) -> Iterator[Callable[[Sequence[Point]], Generator[tu
             _check(client, address)
             with client.as_current():
                 yield lambda points: _computed(client, points, address)
+        except (CancelledError, CommClosedError):
+            raise _gone(address, "lost") from None
         finally:
             client.close(timeout=CONNECT)
 
@@ -95,10 +98,13 @@ def _computed(client: Any, points: Sequence[Point], address: str) -> Generator[t
     running = set(more())
     while running:
         done = _some(client, running, address)
-        running -= done
         for future in done:
-            point = handed_out.pop(future.key)
-            yield point, _result(point, future, address)
+            point = handed_out[future.key]
+            result = _result(point, future)
+            if result is not None:
+                running.remove(future)
+                del handed_out[future.key]
+                yield point, result
         running |= set(more())
 
 
@@ -109,8 +115,6 @@ def _some(client: Any, running: set[Any], address: str) -> set[Any]:
     while True:
         try:
             return set(distributed.wait(list(running), timeout=IDLE, return_when="FIRST_COMPLETED").done)
-        except CancelledError:
-            raise _gone(address, "lost") from None
         except TimeoutError:
             if not client.nthreads():
                 raise _gone(address, "has no workers any more") from None
@@ -120,15 +124,16 @@ def _gone(address: str, what: str) -> OSError:
     return OSError(f"scheduler {address}: {what}; finished points stay, the same command goes on")
 
 
-def _result(point: Point, future: Any, address: str) -> Result:
+def _result(point: Point, future: Any) -> Result | None:
+    """None where the worker that had it died just now: it is computed again."""
     import distributed
 
     try:
         result: Result = future.result(timeout=CONNECT)
         return result
+    except TimeoutError:
+        return None
     except distributed.scheduler.KilledWorker:
         raise ChildProcessError(f"{point.name}: the workers that compute it die") from None
-    except CancelledError:
-        raise _gone(address, "lost") from None
     except ValueError as error:
         raise ValueError(f"{point.name}: {error}") from None
