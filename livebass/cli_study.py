@@ -9,6 +9,7 @@ import click
 
 from livebass.cli_claims import claims
 from livebass.cli_render import announce_kernels, shown_progress
+from livebass.cli_sweep import sweep
 from livebass.cli_values import Number, Quantity
 
 HELP = ("-h", "--help")
@@ -83,3 +84,4 @@ def run(names: tuple[str, ...], output: Path, json_file: Path | None, duration: 
 
 
 study.add_command(claims)
+study.add_command(sweep)

@@ -16,6 +16,7 @@ from livebass.preset_keys import KEYS, REQUIRED, Key, allowed, quoted
 
 __all__ = [
     "PresetError", "laboratory_names", "load_preset", "preset_names", "preset_reference", "preset_source",
+    "preset_tables",
     "preset_text",
 ]  # fmt: skip
 
@@ -42,8 +43,14 @@ def load_preset(name_or_path: str | os.PathLike[str]) -> Instrument:
 
     Raises PresetError, one line, for whatever is wrong with the file or what it says.
     """
+    label, data = preset_tables(name_or_path)
+    return Builder(label).instrument(data)
+
+
+def preset_tables(name_or_path: str | os.PathLike[str]) -> tuple[str, dict[str, Any]]:
+    """File name for messages, and the tables of the file as parsed, yet unchecked. Raises PresetError."""
     label, text = preset_source(name_or_path)
-    return Builder(label).instrument(_parse(label, text))
+    return label, _parse(label, text)
 
 
 def preset_text(name_or_path: str | os.PathLike[str]) -> str:

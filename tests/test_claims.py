@@ -43,7 +43,7 @@ def solved() -> dict[str, claims_runs.Run]:
 
 def test_the_tables() -> None:
     assert len(CLAIMS) == sum(len(table.CLAIMS) for table in TABLES) >= 25
-    assert {name for claim in CLAIMS.values() for name in claim.needs} == set(claims_runs.JOBS)
+    assert {name for claim in CLAIMS.values() for name in claim.needs} == set(claims_runs.JOBS) - BEYOND
     for claim in CLAIMS.values():
         assert re.fullmatch(r"[24](\.\d){0,2}|3(\.2)?", claim.section), claim.id
         assert claim.statement and claim.quantity and claim.expects.tolerance, claim.id

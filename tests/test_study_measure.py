@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from livebass import modes, motion_analysis, study_convergence, study_measure
+from livebass import claims, modes, motion_analysis, study_claims, study_convergence, study_linear, study_measure
 from livebass.engine import solve_trial
 from livebass.modal_motion import decay_rates
 from livebass.motion import Motion
@@ -59,6 +59,35 @@ def test_convergence_meets_the_paper_s_criterion() -> None:
     }
     assert error["b 8"] < 0.01 and error["c 16"] < 0.1 and error["modes 400"] < 0.1
     assert error["b 8"] < error["b 2"] < 1
+
+
+def test_over_a_board_places_are_told() -> None:
+    trial = study_measure.case_trial("fretless", 0.05)
+    solved = Solved(trial, solve_trial(trial))
+    told, table = study_measure.numbers(solved), study_measure.sets_table({"F": solved})
+    assert solved.over_board and told["first_fret"] is None and 300 < told["first_place_mm"] < 600
+    assert told["points_first_set"] > 100  # a fretted neck has 20
+    least, most = map(float, str(table.rows[0][-1]).removesuffix(" mm").split(" to "))
+    assert 0 < least < told["first_place_mm"] <= most < 604
+    assert solved.contact_place.shape == solved.contacts.time_s.shape
+
+
+def test_statements_beside_what_comes_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    few = claims.chosen(["g-fundamental", "a-centroid"])
+    monkeypatch.setattr(claims, "chosen", lambda: few)
+    found = study_claims.report({})
+    (table,) = found.tables
+    assert [(row[0], row[-1]) for row in table.rows] == [("g-fundamental", "yes"), ("a-centroid", "yes")]
+    assert [claim["passed"] for claim in found.numbers["claims"]] == [True, True]
+    assert "2 of 2" in table.caption and study_claims.trials(1.0) == {}
+
+
+def test_the_neck_explains_the_quality_factors() -> None:
+    """Section 3.2: with the mobility the model follows the measured dampings, without it not."""
+    found = study_linear.report({})
+    measured, with_neck, without = (found.arrays[k] for k in ("measured_q", "model_q", "model_q_without_neck"))
+    misses = [np.median(np.abs(q / measured - 1)) for q in (with_neck, without)]
+    assert misses[0] < 0.2 and misses[1] > 0.5 and (without >= with_neck).all()
 
 
 def test_the_rest_of_what_is_said() -> None:

@@ -1,0 +1,43 @@
+"""What `livebass study sweep` says of each point: a row a quantity, for the table, the picture and the help."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+
+class Quantity(NamedTuple):
+    """One column of the table."""
+
+    name: str
+    unit: str  # "": a plain number
+    meaning: str
+
+    @property
+    def title(self) -> str:
+        """Name and unit, "last_contact [s]"."""
+        return f"{self.name} [{self.unit}]" if self.unit else self.name
+
+
+QUANTITIES = {
+    row.name: row
+    for row in (
+        Quantity("contacts", "", "how often the string meets a fret"),
+        Quantity("frets", "", "how many frets it meets"),
+        Quantity("first_fret", "", "the fret it meets first"),
+        Quantity("first_contact", "s", "when it first does"),
+        Quantity("last_contact", "s", "when it last does"),
+        Quantity("contact_phase", "s", "the last contact before three periods without any"),
+        Quantity("hardness", "", "apex over the one that just grazes a fret"),
+        Quantity("characteristic_frequency", "Hz", "eq. 14, mean over the duration (43 ms at least)"),
+        Quantity("characteristic_start", "Hz", "eq. 14, in the first 43 ms"),
+        Quantity("peak", "m", "greatest displacement at the sensor"),
+        Quantity("rms", "m", "displacement at the sensor, root mean square"),
+        Quantity("glide", "", "fundamental over the first mode's, less 1: by YIN, in the first 0.1 s"),
+        Quantity("t60", "s", "of the first mode, from its damping"),
+        Quantity("energy", "J", "of the plucked string"),
+        Quantity("energy_left", "", "part of it that is left at the end"),
+        Quantity("heard_peak", "", "of the preset's output (pickups and circuit, or sensor), 1 is full scale"),
+        Quantity("heard_characteristic_frequency", "Hz", "eq. 14 of that output, mean over the duration"),
+    )
+}
+USUAL = ("last_contact", "characteristic_frequency")
