@@ -22,7 +22,7 @@ from livebass.instrument import (
     speaking,
 )
 from livebass.preset_admittance import Misfit, neck_admittance, replaced
-from livebass.preset_damping import Overdamped, overdamped
+from livebass.preset_damping import overdamped
 from livebass.preset_keys import KEYS, REQUIRED, SECTIONS, allowed, checked, key_names, quoted
 from livebass.preset_obstacle import neck_surface
 from livebass.units import format_quantity, note_name
@@ -182,11 +182,11 @@ class Builder:
         found = overdamped(string, neck)
         if not found:
             return
-        kind = next(k.kind for k in KEYS if k.name == found.key).removesuffix("[]")
-        dimension = kind if kind in units.DIMENSIONS else ""
-        place = neck_where if any(k.name == found.key and k.section == "neck" for k in KEYS) else where
-        shown = _shown(found.value, dimension) if dimension else found.value
-        raise self.error(f"{place}.{found.key}", _too_much(found, dimension), shown)
+        key = next(k for k in KEYS if k.name == found.key)
+        kind = key.kind.removesuffix("[]")
+        shown = format_quantity(found.value, kind) if kind in units.DIMENSIONS else found.value
+        place = neck_where if key.section == "neck" else where
+        raise self.error(f"{place}.{found.key}", found.why(kind), shown)
 
     def string(self, values: dict[str, Any], length: float, where: str) -> String:
         pitch = note_frequency(values["open_note"])  # Hz
@@ -284,19 +284,6 @@ def nearest(name: str, names: list[str]) -> str:
     return f"nearest: {', '.join(near)}" if near else f"allowed: {', '.join(names)}"
 
 
-def _too_much(found: Overdamped, dimension: str) -> str:
-    """What `found` does, and what would be allowed."""
-    item = f"item {found.item}: " if found.item else ""
-    verb, end = ("draws", "aside by more than 5 %") if found.detuned else ("damps", "beyond critical")
-    if found.allowed == 0:
-        rest = f"is {'more' if found.key == 'resonance_masses' else 'less'}, and of the others too"
-    elif found.key == "resonance_masses":
-        rest = f"from {_shown(-_floored(-found.allowed), dimension)} with all else as it is"
-    else:
-        rest = f"up to {_shown(_floored(found.allowed), dimension)} with all else as it is"
-    return f"{item}{verb} mode {found.mode} at fret {found.fret} {end}; allowed {rest}"
-
-
 def _neck_end(neck: Neck) -> float:
     """m from the nut: beyond, the string is over the body."""
     return max([neck.fret_positions[-1], *(x for x, _ in neck.surface[-1:])])
@@ -304,13 +291,3 @@ def _neck_end(neck: Neck) -> float:
 
 def _mm(length: float) -> str:
     return f"{length * 1e3:.4g} mm"
-
-
-def _shown(value: float, dimension: str) -> str:
-    return format_quantity(value, dimension) if dimension else f"{value:.4g}"
-
-
-def _floored(value: float) -> float:
-    """Three digits of a value, never above it: what a message allows must be allowed."""
-    digit = 10.0 ** (math.floor(math.log10(abs(value))) - 2)
-    return math.floor(value / digit) * digit

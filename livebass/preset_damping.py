@@ -11,6 +11,7 @@ import numpy as np
 from livebass import modes
 from livebass.instrument import MOST_DETUNING, Neck, String, speaking
 from livebass.quality import MOST_MODES
+from livebass.units import DIMENSIONS, format_quantity
 
 MOST_DAMPING = 0.999  # of critical
 TABLE = {"conductance_values": 1, "susceptance_values": 2}  # and their columns
@@ -34,6 +35,21 @@ class Overdamped:
     item: int  # of `key`, from 1; 0 where it has none, or all count
     value: float  # of the key, SI; of its item; the greatest for conductance_values and susceptance_values
     allowed: float  # with all else as it is, at most, or for resonance_masses at least; 0: that key alone cannot help
+
+    def why(self, kind: str) -> str:
+        """What it does, and what would be allowed; `kind` of the key, a dimension or not."""
+        item = f"item {self.item}: " if self.item else ""
+        verb, end = ("draws", "aside by more than 5 %") if self.detuned else ("damps", "beyond critical")
+        heavier = self.key == "resonance_masses"
+        if self.allowed == 0:
+            rest = f"is {'more' if heavier else 'less'}, and of the others too"
+        else:
+            # three digits, rounded to the safe side: what a message allows must be allowed
+            digit = 10.0 ** (math.floor(math.log10(self.allowed)) - 2)
+            value = digit * (math.ceil if heavier else math.floor)(self.allowed / digit)
+            shown = format_quantity(value, kind) if kind in DIMENSIONS else f"{value:.4g}"
+            rest = f"{'from' if heavier else 'up to'} {shown} with all else as it is"
+        return f"{item}{verb} mode {self.mode} at fret {self.fret} {end}; allowed {rest}"
 
 
 def overdamped(string: String, neck: Neck) -> Overdamped | None:
