@@ -163,7 +163,7 @@ def test_modal_states_are_those_of_the_displacement() -> None:
     seen = motion.states @ sensor
     for k, moved in enumerate((motion.displacement_m, motion.across_m)):
         assert np.abs(seen[:, k, 0] - moved[list(asked.states)]).max() < 1e-6 * np.abs(moved).max()
-        speed = (seen[4, k, 0], (moved[768] - moved[766]) * 96000 / 2, seen[4, k, 1])
-        assert speed[2] == pytest.approx(speed[1], rel=0.02)
+        before, after = moved[332], moved[334]  # no contact has been: smooth enough to be differentiated
+        assert seen[2, k, 1] == pytest.approx((after - before) * 96000 / 2, rel=0.02)
     with pytest.raises(ValueError, match="sample"):
         solve_trial(dataclasses.replace(trial, states=(10**6,)))
