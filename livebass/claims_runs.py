@@ -11,20 +11,18 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from livebass import engine, reference
+from livebass import engine, motion_analysis, reference
 from livebass.analysis import Contactogram, characteristic_frequencies, contactogram
 from livebass.instrument import Neck
 from livebass.motion import Motion, Trial
 from livebass.paper_cases import CASES, Case, raised
-from livebass.yin import Pitch, fundamental
+from livebass.yin import Pitch
 
 Floats = NDArray[np.float64]
 
 STATES_EVERY = 512  # output samples between two looks at the modes, 10 ms
 SHORT = 0.02  # s of brute force for the energy: the first two sets of contacts of case B
 ENERGY_EVERY = 50  # fine steps
-LOW = 500.0  # Hz: the glide is "in the low-frequency range (mostly below 500 Hz)"
-GLIDE = {"least": 80.0, "most": 145.0, "hop": 1e-3, "window": 12.5e-3, "threshold": 0.3}  # for YIN: frames of 25 ms
 
 
 @dataclass(frozen=True)
@@ -61,11 +59,8 @@ class Run:
 
     @cached_property
     def pitch(self) -> Pitch:
-        """Fundamental frequency every millisecond, by YIN, of what is below `LOW`. Needs SciPy."""
-        from scipy.signal import butter, sosfiltfilt
-
-        low = butter(4, LOW, fs=self.rate, output="sos")
-        return fundamental(sosfiltfilt(low, self.motion.displacement_m), self.rate, **GLIDE)
+        """Fundamental frequency every millisecond, the same as in the studies' figures."""
+        return motion_analysis.pitch(self.trial, self.motion.displacement_m)
 
 
 Solver = Callable[[Trial], Motion]

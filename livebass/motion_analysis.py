@@ -19,6 +19,7 @@ from livebass.yin import Pitch, fundamental
 WINDOW, HOP = 2048, 128  # samples at 51.2 kHz: 40 ms, every 2.5 ms
 PITCHES = (0.92, 1.53)  # of the first eigenfrequency: where the pitch is sought; a rattle raises it by up to a half
 PITCH_HOP = 1e-3  # s
+LOW, ORDER = 5.0, 4  # of the first eigenfrequency: the glide is "mostly below 500 Hz" (4.1.1); of a Butterworth filter
 STATES = 100  # times at which energies are told
 
 
@@ -48,11 +49,13 @@ def characteristic(trial: Trial, moved: Floats) -> tuple[Floats, Floats]:
 def pitch(trial: Trial, moved: Floats) -> Pitch:
     """The fundamental of a displacement by YIN over a period and the longest lag, or the steps of a glide would blur.
 
-    The deepest dip counts: where a string rattles none may be below a threshold. ValueError for less than two periods.
+    Of what is below `LOW`: near the bridge the overtones have most of the power, and they are not quite harmonic. The
+    deepest dip counts: where a string rattles none may be below a threshold. ValueError for less than two periods.
     """
     first = float(modes.frequencies(trial.speaking, 1)[0])
     least, most = (part * first for part in PITCHES)
-    return fundamental(moved, trial.output_rate, least, most, PITCH_HOP, 1 / first, threshold=None)
+    low = _low_passed(moved, LOW * first / trial.output_rate)
+    return fundamental(low, trial.output_rate, least, most, PITCH_HOP, 1 / first, threshold=None)
 
 
 def energies(trial: Trial, motion: Motion) -> tuple[Floats, Floats, Floats]:
@@ -108,6 +111,15 @@ def shape_columns(trial: Trial, motion: Motion, times: Sequence[float]) -> dict[
     time_s, x, moved = shapes(trial, motion, times)
     across = {"shapes_across_m": moved[1]} if len(moved) > 1 else {}
     return {"shape_time_s": time_s, "shape_x_m": x, "shapes_m": moved[0], **across}
+
+
+def _low_passed(sound: Floats, cutoff: float) -> Floats:
+    """By a Butterworth filter forwards and backwards, which delays nothing; cutoff in parts of the sampling rate."""
+    room = min(sound.size - 1, round(10 / cutoff))
+    turned = 2 * sound[0] - sound[room:0:-1], sound, 2 * sound[-1] - sound[-2 : -room - 2 : -1]  # odd about the ends
+    padded = np.concatenate(turned)
+    gain = 1 / (1 + (np.fft.rfftfreq(padded.size) / cutoff) ** (2 * ORDER))
+    return np.asarray(np.fft.irfft(np.fft.rfft(padded) * gain, padded.size)[room : room + sound.size])
 
 
 def _can_resample(trial: Trial) -> bool:

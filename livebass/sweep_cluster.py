@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import logging
 import re
 import socket
@@ -44,6 +45,7 @@ def connected(address: str) -> Iterator[Callable[[Sequence[Point]], Generator[tu
     times = {"distributed.comm.timeouts.connect": f"{CONNECT}s", "distributed.comm.retry.count": 0}
     with warnings.catch_warnings(), dask.config.set(times):
         warnings.simplefilter("ignore")  # of versions that differ: what matters is compared by the worker
+        asyncio.run(_shake_hands(address))
         try:
             client = distributed.Client(address, timeout=CONNECT, set_as_default=False)
         except OSError:
@@ -66,6 +68,24 @@ def measured_there(work: Work, wanted: str) -> Result:
         raise OSError(f"the worker on {socket.gethostname()} has {program()}; needed is {wanted}")
     with threadpoolctl.threadpool_limits(1):  # as in the processes of `sweep_local`, for the same rounding
         return measured(work)
+
+
+async def _shake_hands(address: str) -> None:
+    """Raises OSError where nobody answers, or something else than Dask: its own dashboard, with port 8787, say.
+
+    A client that meets such a thing raises whatever its bytes happen to mean, and keeps a thread that asks again.
+    """
+    from distributed import Security
+    from distributed.comm.core import connect
+
+    secrets = Security().get_connection_args("client")
+    try:
+        comm = await asyncio.wait_for(connect(address, timeout=CONNECT, **secrets), 2 * CONNECT)
+    except OSError:
+        raise OSError(f"scheduler {address}: does not answer") from None
+    except Exception:
+        raise OSError(f"scheduler {address}: is no Dask scheduler; those listen on port 8786 mostly") from None
+    await comm.close()
 
 
 def _check(client: Any, address: str) -> None:

@@ -83,8 +83,7 @@ def _maps(
     mesh = None
     for k, (panel, each) in enumerate(zip(row, values.reshape(len(row), *values.shape[-2:]), strict=True)):
         mesh = panel.pcolormesh(
-            across.numbers, up.numbers, np.ma.masked_invalid(each), shading="nearest", vmin=ends[0], vmax=ends[1],
-            rasterized=True,
+            edges(across), edges(up), np.ma.masked_invalid(each), vmin=ends[0], vmax=ends[1], rasterized=True,
         )  # fmt: skip
         panel.set(
             xlabel=across.title, ylabel=up.title,
@@ -93,3 +92,11 @@ def _maps(
         if first:
             panel.set_title(first[0].shown(first[0].numbers[k]), fontsize="small")
     figure.colorbar(mesh, ax=list(row), label=quantity.title)
+
+
+def edges(axis: Axis) -> NDArray[np.float64]:
+    """Ends of the cells about each value, half way to the next, by ratios on a logarithmic axis."""
+    numbers = np.log(axis.numbers) if axis.log else np.asarray(axis.numbers, np.float64)
+    half = np.diff(numbers) / 2
+    edges = np.concatenate([[numbers[0] - half[0]], numbers[:-1] + half, [numbers[-1] + half[-1]]])
+    return np.exp(edges) if axis.log else edges

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from livebass import modal_motion, modes, yin
+from livebass import modal_motion, modes, motion_analysis, yin
 from livebass.analysis import PAPER_RATE, WINDOW, characteristic_frequencies
 from livebass.engine import solve_trial
 from livebass.heard import heard
@@ -19,7 +19,7 @@ from livebass.sweep_work import Work
 Floats = NDArray[np.float64]
 Result = dict[str, float]  # NaN where there is none, such as the first contact of a pluck without
 PERIODS = 3  # without a contact end the contact phase
-PITCH, START = (0.85, 1.2), 0.1  # of the first eigenfrequency: where YIN looks for the fundamental; s
+START = 0.1  # s: of the fundamental by YIN
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ def _glide(seen: Seen) -> float:
     """(nu - nu_1) / nu_1, median of the first `START`; NaN where there is no pitch, or too little sound for one."""
     nu = _first_mode(seen)
     try:
-        pitch = yin.fundamental(seen.motion.displacement_m, PAPER_RATE, PITCH[0] * nu, PITCH[1] * nu)
+        pitch = motion_analysis.pitch(seen.work.trial, seen.motion.displacement_m)
     except ValueError:
         return math.nan
     good = np.isfinite(pitch.frequency_hz) & (pitch.time_s < START)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -35,6 +36,17 @@ def test_case_b_in_numbers(case_b: Solved) -> None:
     window = study_measure.set_times([case_b], 0)
     assert window is not None and window[0] < told["first_contact_ms"] * 1e-3 < window[1]
     assert study_measure.set_times([case_b], 99) is None
+
+
+def test_the_pitch_is_that_of_the_contacts(case_b: Solved) -> None:
+    """A string that comes back to the neck every 9.6 ms has 105 Hz, whatever its overtones do; it ends in mode 1."""
+    pitch = motion_analysis.pitch(case_b.trial, case_b.motion.displacement_m)
+    middles = [(first + last) / 2 for first, last, _ in study_measure.sets_of(case_b)[:7]]
+    for before, after in pairwise(middles):
+        found = np.interp((before + after) / 2, pitch.time_s, pitch.frequency_hz)
+        assert found == pytest.approx(1 / (after - before), rel=0.045)
+    first = modes.frequencies(case_b.speaking, 1)[0]
+    np.testing.assert_allclose(pitch.frequency_hz[pitch.time_s > 0.11], first, rtol=5e-3)
 
 
 def test_energy_falls_and_modes_ring_down_as_damped(case_b: Solved) -> None:

@@ -6,7 +6,9 @@ import csv
 import json
 import math
 import socket
+import threading
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +24,7 @@ from livebass.modes import pluck_amplitudes
 from livebass.quality import quality_with
 from livebass.sweep_grid import axis
 from livebass.sweep_key import names, target
-from livebass.sweep_plot import drawable, pictures
+from livebass.sweep_plot import drawable, edges, pictures
 from livebass.sweep_point import measured
 from livebass.sweep_quantities import QUANTITIES, USUAL
 from livebass.sweep_work import Point, Settings, grid
@@ -125,6 +127,26 @@ def test_a_directory_that_cannot_be_and_a_scheduler_that_is_not_there(run: Run, 
     status, _, err = run("study", "sweep", *vary, *SMALL, "-o", tmp_path / "d", "--scheduler", f"tcp://127.0.0.1:{port}")
     assert_one_clear_line(status, err, (1,))
     assert f"scheduler tcp://127.0.0.1:{port}: does not answer" in err
+
+
+def test_an_address_where_something_else_than_dask_answers_or_nobody_says_a_word(run: Run, tmp_path: Path) -> None:
+    kept = []  # open: an end, too, would be an answer
+
+    def answer(server: socket.socket) -> None:
+        with suppress(OSError):
+            while True:
+                kept.append(server.accept()[0])
+                kept[-1].sendall(b"HTTP/1.1 400 Bad Request\r\n\r\n")
+
+    vary = "--vary", "pluck.apex=1mm:2mm:3"
+    for serves, words in ((True, "is no Dask scheduler"), (False, "does not answer")):
+        with socket.create_server(("127.0.0.1", 0)) as server:
+            if serves:
+                threading.Thread(target=answer, args=(server,), daemon=True).start()
+            address = f"tcp://127.0.0.1:{server.getsockname()[1]}"
+            status, _, err = run("study", "sweep", *vary, *SMALL, "-o", tmp_path / "d", "--scheduler", address)
+        assert_one_clear_line(status, err, (1,))
+        assert f"scheduler {address}: {words}" in err
 
 
 def test_keys_reach_what_they_name() -> None:
@@ -260,3 +282,9 @@ def test_pictures(vary: list[str]) -> None:
     assert png.startswith(b"\x89PNG") and b"</svg>" in svg
     assert len(axes) > 1 or pictures(axes, values, "a title") == (png, svg)
     assert not drawable([axis("pluck.apex=1mm:2mm:1")])
+
+
+def test_each_value_is_in_the_middle_of_its_cell_as_the_axis_is_drawn() -> None:
+    np.testing.assert_allclose(edges(axis("pluck.apex=1mm:3mm:3")), [0.5, 1.5, 2.5, 3.5])
+    stiffness = edges(axis("neck.contact_stiffness=1e9:1e13:5:log"))
+    np.testing.assert_allclose(stiffness, 10.0 ** np.arange(8.5, 14))

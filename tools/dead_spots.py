@@ -53,7 +53,12 @@ def draw(bass: Instrument, picture: str) -> None:
 
 
 name = sys.argv[1] if len(sys.argv) > 1 else "jazz-finger"
+if {"-h", "--help"} & set(sys.argv):
+    print(__doc__)
+    sys.exit()
 try:
     draw(load_preset(name), sys.argv[2] if len(sys.argv) > 2 else "dead-spots.png")
 except (ValueError, LookupError, OSError) as error:
     sys.exit(f"dead_spots.py: {error}")
+except KeyboardInterrupt:
+    sys.exit(130)

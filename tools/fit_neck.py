@@ -30,11 +30,16 @@ def table(fit: NeckFit) -> str:
     return "\n".join(lines)
 
 
+if {"-h", "--help"} & set(sys.argv):
+    print(__doc__)
+    sys.exit()
 try:
     bass = load_preset(sys.argv[1] if len(sys.argv) > 1 else "paper-g")
     fit = fit_neck(bass.strings[bass.string_index(sys.argv[2]) if len(sys.argv) > 2 else -1])
 except (ValueError, LookupError, OSError) as error:
     sys.exit(f"fit_neck.py: {error}")
+except KeyboardInterrupt:
+    sys.exit(130)
 print(table(fit))
 if fit.below:
     print(f"# modes {', '.join(map(str, fit.below))} are damped less than the law: no neck can do that")
