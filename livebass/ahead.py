@@ -9,7 +9,7 @@ from there. The sound is the same bit for bit, only computed at another time. [a
 import numpy as np
 from numba import carray
 
-from livebass import voice
+from livebass import rows, voice
 from livebass.kernels import callback, jit
 from livebass.layout import (
     CLEARANCE,
@@ -110,6 +110,14 @@ def save(b, i):
 
 
 @jit
+def rest(op, w):
+    """A polarisation that had not moved yet: nothing is kept of it."""
+    rows.clear(w, op.padded)
+    for m in range(op.points):
+        w[STAMP * ROW + m] = -1.0
+
+
+@jit
 def go_back(b, i, frame):
     """String `i` is again as it was at the frame kept last that is not after `frame`."""
     a, slots, w2 = ahead_of(b, i), slots_of(b, i), work_of(b, i)
@@ -128,11 +136,14 @@ def go_back(b, i, frame):
         slots[k] = kept_slots[place, k]
     for k in range(POLARISATIONS * VOICE_SLOTS):
         s = slots[k % VOICE_SLOTS]
-        n = s.active if k < VOICE_SLOTS else s.swaying
-        if not s.on or (k >= VOICE_SLOTS and n == 0):
+        if not s.on:
             continue
+        n = s.active if k < VOICE_SLOTS else s.swaying
         kept, w = memory[place, k], w2[k]
         op = ops[s.fret]
+        if k >= VOICE_SLOTS and n == 0:
+            rest(op, w)
+            continue
         copy(w, Q * ROW, kept, 0, n)
         copy(w, P * ROW, kept, ROW, n)
         for j in range(n, op.padded):

@@ -53,7 +53,7 @@ def doubtful(s, op, w, pool, g, step, end, way, n):
     top = height(op, pool, first)
     for m in range(first + 1, last + 1):
         top = max(top, height(op, pool, m))
-    top += s.fastest / op.speed * max(pool[x + last] - pool[x + middle], pool[x + middle] - pool[x + first])
+    top += s.fastest / (op.speed * s.ratio) * max(pool[x + last] - pool[x + middle], pool[x + middle] - pool[x + first])
     clear = rows.displacement(w, pool, shape(op, middle), n) - top
     known = w[GK + g]
     before = w[GC + g]

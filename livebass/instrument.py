@@ -279,7 +279,7 @@ def on_grid(s: Speaking, points: int) -> Speaking:
             raise ValueError(f"{why} {f'fret {s.stop}' if s.stop else 'the nut'}")
     frets = np.zeros(place.size, np.int64)
     for x, number in zip(s.contact_position, s.contact_fret, strict=True):
-        k = round((x - place[0]) / step) if number else -1
+        k = round((x - place[0]) / step) if number and place.size else -1
         if 0 <= k < place.size:
             frets[k] = number
     return replace(

@@ -1,7 +1,7 @@
 """What lies under a string where it may touch anywhere: the board of a neck, with or without frets, on a grid.
 
 A surface is a table of (m from the nut, m relative to the open string at rest), ascending, straight lines between. On a
-grid of N steps each grid point has a step of it to itself, and is as high as the highest place of that.
+grid of N steps each grid point has a step of it to itself, and is as high as the surface there, or as a crown in that.
 """
 
 from __future__ import annotations
@@ -85,6 +85,12 @@ def on_grid(surface: Surface, length: float, points: int) -> tuple[Floats, Float
     place = np.arange(first, min(points - 1, math.floor(table[-1, 0] / step + 1e-9)) + 1) * step
     height = np.interp(place, table[:, 0], table[:, 1])
     cell = np.rint(table[:, 0] / step).astype(int) - first
-    inside = (cell >= 0) & (cell < place.size)
-    np.maximum.at(height, cell[inside], table[inside, 1])
+    peak = (cell >= 0) & (cell < place.size) & _peaks(table[:, 1])
+    np.maximum.at(height, cell[peak], table[peak, 1])
     return place, height
+
+
+def _peaks(height: Floats) -> NDArray[np.bool_]:
+    """Which places stand no lower than their neighbours: crowns. The first is none, and no place on a slope."""
+    before, after = np.concatenate([[np.inf], height[:-1]]), np.concatenate([height[1:], [-np.inf]])
+    return (height >= before) & (height >= after)

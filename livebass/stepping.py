@@ -144,7 +144,7 @@ def exchange(s, old, op, w, across, pool):
 @jit
 def change_operator(old, op, w, pool):
     """The motion of one polarisation goes on with `op` in place of `old`."""
-    rows.exchange(w, old.padded, op.padded)
+    rows.exchange(w, min(old.modes, op.modes), op.padded)  # what only fills up a block has to stay at rest
     take_coefficients(op, w, pool)
     rows.from_velocity(w, op.padded)
     for m in range(op.points):

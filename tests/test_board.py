@@ -10,10 +10,11 @@ import pytest
 from cases import g_neck, g_string
 from test_laws import busy_score, in_blocks
 
-from livebass import Instrument, PresetError, load_preset, obstacle, paper_cases
+from livebass import Instrument, PresetError, Quality, load_preset, obstacle, paper_cases
 from livebass import layout as at
-from livebass.engine import solve_trial
+from livebass.engine import Engine, solve_trial
 from livebass.instrument import Pluck, Speaking, for_modes, note_frequency, on_grid, speaking
+from livebass.modes import grazing_apex
 from livebass.motion import Trial
 from livebass.reference import solve
 
@@ -112,6 +113,24 @@ def test_grids_follow_the_modes_and_the_board() -> None:
     crowns = load_preset("paper-g")
     plain = speaking(crowns.strings[0], crowns.necks[0], 0)
     assert for_modes(plain, 300) is plain
+
+
+@pytest.mark.parametrize("preset", ["fretless", "paper-fretless"])
+def test_a_board_is_as_far_away_on_every_grid(preset: str) -> None:
+    """The pluck that just grazes it hardly depends on how many modes there are: no place on its slope is a crown."""
+    bass = load_preset(preset)
+    for fret in range(20):
+        s = speaking(bass.strings[-1], bass.necks[-1], fret)
+        exact = grazing_apex(on_grid(s, 5000), 0.74 * s.length)
+        for modes in (150, 400, 600, 862):
+            grid = for_modes(s, round(modes * s.length / bass.strings[-1].length))
+            assert grazing_apex(grid, 0.74 * s.length) == pytest.approx(exact, rel=0.1), (fret, modes)
+
+
+@pytest.mark.parametrize("modes", [1, 8, 20])
+def test_few_modes_leave_a_board_without_points_near_its_end(modes: int) -> None:
+    engine = Engine(load_preset("fretless"), Quality("few", modes, 96e3), 48000)
+    assert engine.pool.records["points"].min() == 0
 
 
 @pytest.mark.skipif(not DATA.exists(), reason="published data that lives outside the project")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import dataclasses
 import threading
 import time
 from collections.abc import Callable
@@ -10,7 +11,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from livebass import QUALITIES, Quality, callbacks, demo_score, kernels, load_preset, relief
+from livebass import QUALITIES, Instrument, Quality, callbacks, demo_score, kernels, layout, load_preset, relief
 from livebass.callbacks import PORTAUDIO, portaudio
 from livebass.engine import Engine
 from livebass.live_layout import STRETCH
@@ -49,9 +50,11 @@ def staged(preset: str = "slap", quality: Quality = QUICK, **more: object) -> tu
     return stage, Player(stage)
 
 
-def offline(preset: str, messages: list[tuple[int, int, int, int]], frames: int, quality: Quality = QUICK) -> Floats:
+def offline(
+    preset: str | Instrument, messages: list[tuple[int, int, int, int]], frames: int, quality: Quality = QUICK
+) -> Floats:
     """The same by the engine: (frame, status, first, second)."""
-    engine = Engine(load_preset(preset), quality, RATE)
+    engine = Engine(load_preset(preset) if isinstance(preset, str) else preset, quality, RATE)
     engine.send(np.array([m[0] for m in messages]), np.array([m[1:] for m in messages], np.uint8))
     return mixed(engine.process(frames).astype(np.float32))
 
@@ -90,8 +93,9 @@ def test_a_score_sounds_as_rendered_bit_for_bit(sizes: list[int], ahead: str) ->
     assert np.abs(heard).max() > 0.1
 
 
+@pytest.mark.parametrize("angle", [0.0, 0.7])
 @pytest.mark.parametrize("preset", ["slap", "jazz-finger", "paper-bass", "fretless"])
-def test_strings_that_ran_ahead_come_back_for_what_they_did_not_know(preset: str) -> None:
+def test_strings_that_ran_ahead_come_back_for_what_they_did_not_know(preset: str, angle: float) -> None:
     """Dense notes, bends, pedal and volume, each told in the block it falls into, into strings that are far ahead."""
     rng = np.random.default_rng(5)
     frames, total = np.sort(rng.integers(0, RATE, 160)), RATE + 5000
@@ -101,7 +105,11 @@ def test_strings_that_ran_ahead_come_back_for_what_they_did_not_know(preset: str
         key, value = int(rng.integers(28, 60)), int(rng.integers(1, 128))
         choices = {0: (0xE0, 0, value), 1: (0xB0, 7, 64 + value // 2), 2: (0xB0, 64, value), 3: (0xB0, 120, 0)}
         messages.append((frame, *choices.get(kind, (0x80 if kind < 6 else 0x90, key, value))))
-    stage, player = staged(preset, shelter=False)
+    bass = load_preset(preset)
+    bass = dataclasses.replace(bass, player=dataclasses.replace(bass.player, pluck_angle=angle))
+    stage = Stage(RATE, shelter=False)
+    stage.put_on(LiveBass(bass, QUICK, RATE))
+    player = Player(stage)
     run_ahead(stage, "far")
     blocks, done, sent, lead = [], 0, 0, 0
     while done < total:
@@ -112,12 +120,12 @@ def test_strings_that_ran_ahead_come_back_for_what_they_did_not_know(preset: str
             sent += 1
         blocks.append(player.block(n))
         done += n
-        bass = stage.bass
-        assert bass is not None
-        lead = max(lead, *(int(v.record["frame"][0]) - done for v in bass.engine.voices))
+        playing = stage.bass
+        assert playing is not None
+        lead = max(lead, *(int(v.record["frame"][0]) - done for v in playing.engine.voices))
     assert lead >= 700, "nothing ran ahead"
     heard = np.concatenate(blocks)
-    assert np.array_equal(heard, offline(preset, messages, total))
+    assert np.array_equal(heard, offline(bass, messages, total))
     assert np.abs(heard).max() > 0.05
 
 
@@ -312,6 +320,26 @@ def test_coarse_strings_go_on_in_tune() -> None:
     plain, changed = sounds
     assert np.array_equal(plain[:4800], changed[:4800])
     assert np.abs(plain - changed).max() < 0.03 * np.abs(plain).max()
+
+
+@pytest.mark.parametrize("preset", ["slap", "fretless"])
+def test_changing_operators_in_the_midst_of_contact_is_no_blow(preset: str) -> None:
+    """To and fro within the first set of contacts: what fills up a block of modes stays at rest."""
+    stage, player = staged(preset, QUALITIES["live"], shelter=False)
+    run_ahead(stage, "never")
+    bass = stage.bass
+    assert bass is not None
+    string = bass.engine.strings - 1
+    stage.send(0x90, bass.engine.instrument.strings[-1].open_note + 7, 127)
+    player.block(544)
+    for k in range(50):
+        relief.exchange(bass.record[0], string, 1 - k % 2, stage.record["frame"][0])
+        player.block(5 + 8 * (k % 5))
+    voice, op = bass.engine.voices[string], bass.engine.pool.records[string, 7]
+    rest = voice.work.reshape(-1, layout.WORK_ROWS, layout.ROW)[:, :2, op["modes"] : op["padded"]]
+    assert op["modes"] < op["padded"] and not rest.any()
+    meters = stage.meters()
+    assert meters.faults == 0 and 0.01 < meters.peak < 0.9
 
 
 def test_wild_messages_leave_sound_that_is_finite() -> None:
