@@ -181,7 +181,7 @@ def player(bass, i, end, count):
             mine[used:],
             count - used,
             carray(pointer(b.settings), 3, np.float64),
-            carray(pointer(b.scratch[i]), (3, ROW), np.int64),
+            carray(pointer(b.scratch[i]), (4, ROW), np.int64),
             carray(pointer(b.taps[i]), 8, np.float64),
             carray(pointer(b.settings), (0, 2), np.int64),
             count < 0,  # not raw, and no constant, which would be a type of its own

@@ -6,10 +6,11 @@ that this leaves in doubt are looked at point by point. [any thread]
 """
 
 import numpy as np
+from numba import carray
 
 from livebass import rows
 from livebass.board_fine import fine_steps, shape
-from livebass.kernels import jit
+from livebass.kernels import callback, jit
 from livebass.layout import (
     CLEARANCE,
     CLEARANCE_NOW,
@@ -24,10 +25,17 @@ from livebass.layout import (
     KNOWN,
     OP_HEIGHT,
     OP_POSITION,
+    OPERATOR,
+    POLARISATIONS,
     ROW,
+    SLOT,
     STAMP,
     SUB,
+    VOICE,
+    VOICE_SLOTS,
+    WORK_ROWS,
 )
+from livebass.native import pointer
 
 C0, C1, KN, DU = CLEARANCE * ROW, CLEARANCE_NOW * ROW, KNOWN * ROW, DUE * ROW
 EN, EO, ST = ETA * ROW, ETA_OLD * ROW, STAMP * ROW
@@ -87,7 +95,7 @@ def suspicious(op, w, pool, m, step, end, way, n):
 
 @jit
 def advance(s, op, w, across, pool, scratch, steps, step, log, voice):
-    """Moves a slot from fine step `step` over one frame of `steps` fine steps. scratch (3, ROW) int64."""
+    """Moves a slot from fine step `step` over one frame of `steps` fine steps. scratch (4, ROW) int64."""
     n = s.active
     leap = FRAME_1 if steps > op.steps else FRAME
     end = step + steps
@@ -201,3 +209,18 @@ def go_on(s, op, w, pool, suspects, count, near, close, reach):
         w[C0 + m] -= reach
         if w[C0 + m] <= 0.0:
             w[C0 + m] = rows.displacement(w, pool, shape(op, m), s.active) - height(op, pool, m)
+
+
+@callback("void(int64, int64, int64)")
+def player(address, _, __):
+    """`advance` as a C function. At `address`: what voice.over_a_board wrote there."""
+    a = carray(pointer(address), 12, np.int64)
+    v = carray(pointer(a[0]), 1, VOICE)[0]
+    k = a[2]
+    s = carray(pointer(a[1]), VOICE_SLOTS, SLOT)[k]
+    op = carray(pointer(a[3]), a[4], OPERATOR)[s.fret]
+    w2 = carray(pointer(a[5]), (POLARISATIONS * VOICE_SLOTS, WORK_ROWS * ROW), np.float64)
+    pool = carray(pointer(a[6]), a[7], np.float64)
+    scratch = carray(pointer(a[8]), (4, ROW), np.int64)
+    log = carray(pointer(a[9]), (a[10], 2), np.int64)
+    advance(s, op, w2[k], w2[VOICE_SLOTS + k], pool, scratch, a[11], v.step, log, v)

@@ -193,7 +193,7 @@ def trial_voice(trial: Trial, log: int = LOG) -> tuple[Voice, NDArray[np.void], 
     places = trial.sensor, trial.sensor if trial.sensor_v is None else trial.sensor_v
     taps = sampled_rows(trial.speaking, places, trial.modes, rates, trial.lossless)
     op = operator(trial.speaking, trial.modes, rates, taps, lossless=trial.lossless)
-    state = new_voice(rates, log)
+    state = new_voice(rates, log, len(trial.speaking.contact_position) > at.MOST_NEAR)
     records = np.zeros(1, at.OPERATOR)
     records[0] = op.record
     return state, records, op.memory.ravel()

@@ -94,6 +94,8 @@ SLOT = np.dtype(
 
 VOICE = np.dtype(
     [
+        ("address", "i8"),  # of this record
+        ("board", "i8"),  # address of board.player, where a string may go over a board
         ("frame", "i8"),
         ("step", "i8"),  # fine steps since the start: ceil(frame * numerator / denominator)
         ("numerator", "i8"),

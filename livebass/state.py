@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from livebass import board
 from livebass import layout as at
 from livebass.circuit import digital
 from livebass.instrument import Instrument, String
@@ -33,7 +34,7 @@ class Voice:
     record: NDArray[np.void]  # (1,) layout.VOICE
     slots: NDArray[np.void]  # (2,) layout.SLOT
     work: NDArray[np.float64]  # (4, WORK_ROWS * ROW)
-    scratch: NDArray[np.int64]  # (3, ROW)
+    scratch: NDArray[np.int64]  # (4, ROW)
     taps: NDArray[np.float64]  # (8,)
     log: NDArray[np.int64]  # (n, 2)
 
@@ -53,9 +54,10 @@ def gather(operators: list[list[Operator]]) -> Pool:
     return Pool(records, memory)
 
 
-def new_voice(rates: Rates, log: int = 0) -> Voice:
+def new_voice(rates: Rates, log: int = 0, over_board: bool = False) -> Voice:
     """A silent string, its displacement the output, with room for `log` contacts."""
     v = np.zeros(1, at.VOICE)
+    v["address"], v["board"] = v.ctypes.data, board.player() if over_board else 0
     v["numerator"], v["denominator"], v["rate"] = rates.numerator, rates.denominator, rates.rate
     v["bend"] = v["tuned"] = v["gain"] = v["gain_wanted"] = 1.0
     v["b"][0, 0] = v["a"][0, 0] = 1.0
@@ -67,7 +69,7 @@ def new_voice(rates: Rates, log: int = 0) -> Voice:
         v,
         slots,
         np.zeros((at.POLARISATIONS * at.VOICE_SLOTS, at.WORK_ROWS * at.ROW)),
-        np.zeros((3, at.ROW), np.int64),
+        np.zeros((4, at.ROW), np.int64),
         np.zeros(8),
         np.zeros((log, 2), np.int64),
     )
@@ -77,7 +79,7 @@ def instrument_voice(instrument: Instrument, string: String, rates: Rates) -> Vo
     """`string` of `instrument`, with its pickups, circuit and the player's times."""
     output, player = instrument.output, instrument.player
     pickups = pickups_under(output, string.name)
-    voice = new_voice(rates)
+    voice = new_voice(rates, over_board=any(neck.surface for neck in instrument.necks))
     v = voice.record
     v["pickups"] = len(pickups)
     for i, pickup in enumerate(pickups):

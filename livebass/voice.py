@@ -6,9 +6,10 @@ touches only what it is handed. [audio thread]
 
 import numpy as np
 
-from livebass import board, hands, rows, stepping
+from livebass import hands, rows, stepping
 from livebass.kernels import jit
 from livebass.layout import BEND, CUT, GAIN, HAND, MOST_NEAR, OP_TAP, PLUCK, ROW, STRIKE_EVENT, VOICE_SLOTS
+from livebass.native import call_3
 
 CUT_RATE = 900.0  # 1/s of all-sound-off
 DEEPEST = 8e-3  # m: a string cannot dip farther into a magnet's field
@@ -126,6 +127,17 @@ def settle(v):
 
 
 @jit
+def over_a_board(v, slots, ops, w2, pool, scratch, log, k, steps):
+    """`board.player` for slot k: called by its address, it is compiled only where there is a board."""
+    a = scratch[3]
+    a[0], a[1], a[2] = v.address, slots.ctypes.data, k
+    a[3], a[4] = ops.ctypes.data, ops.shape[0]
+    a[5], a[6], a[7] = w2.ctypes.data, pool.ctypes.data, pool.shape[0]
+    a[8], a[9], a[10], a[11] = scratch.ctypes.data, log.ctypes.data, log.shape[0], steps
+    call_3(v.board, np.int64(a.ctypes.data), np.int64(0), np.int64(0))
+
+
+@jit
 def move(v, slots, ops, w2, pool, scratch, log):
     """One frame of motion of both slots."""
     after = -((-(v.frame + 1) * v.numerator) // v.denominator)  # rounded up: a tap may look back, not ahead
@@ -138,7 +150,7 @@ def move(v, slots, ops, w2, pool, scratch, log):
         w = w2[k]
         across = w2[VOICE_SLOTS + k]
         if op.points > MOST_NEAR:
-            board.advance(s, op, w, across, pool, scratch, steps, v.step, log, v)
+            over_a_board(v, slots, ops, w2, pool, scratch, log, k, steps)
         else:
             stepping.advance(s, op, w, across, pool, scratch[0], scratch[1], steps, v.step, log, v)
         if s.hand < 1.0:
@@ -159,7 +171,7 @@ def move(v, slots, ops, w2, pool, scratch, log):
 def run(v, slots, ops, w2, pool, events, count, settings, scratch, taps, log, raw, out, across):
     """Plays out.shape[0] frames. `events[:count]`: this string's, by frame, none before v.frame.
 
-    v, slots, ops: records (layout.py); w2 (4, WORK_ROWS * ROW); pool: operators; scratch (3, ROW) int64 and taps (8,)
+    v, slots, ops: records (layout.py); w2 (4, WORK_ROWS * ROW); pool: operators; scratch (4, ROW) int64 and taps (8,)
     are workspace; log (n, 2) receives fine step and point of each contact; with `raw` out
     holds u, and `across` (as long, or empty) v. Returns the events used.
     """
