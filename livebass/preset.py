@@ -100,7 +100,7 @@ def preset_source(name_or_path: str | os.PathLike[str]) -> tuple[str, str]:
     if not (name.endswith(".toml") or "/" in name or os.sep in name):
         folder = _shipped() / LABORATORY if name in laboratory_names() else _shipped()
         if name not in _names_in(folder):
-            known = nearest(name, preset_names())
+            known = nearest(name, [*preset_names(), *laboratory_names()])
             raise PresetError(f"preset {quoted(name)}: unknown; {known}; a file needs a path with .toml or /")
         label, raw = f"{name}.toml", (folder / f"{name}.toml").read_bytes()
     else:

@@ -185,25 +185,33 @@ def test_a_full_disk_leaves_nothing(tmp_path: Path) -> None:
 def test_an_interrupt_leaves_nothing(tmp_path: Path, number: int, status: int, again: tuple[float, ...]) -> None:
     """Nor does an impatient one: `again` (s) after the first come more."""
     out = tmp_path / "long.wav"
-    process = subprocess.Popen(
+    with subprocess.Popen(
         [sys.executable, "-m", "livebass", "render", "--note", "E1", "--duration", "3600s", "--stems",
          "-o", str(out)],
-        stderr=subprocess.PIPE, text=True,
-    )  # fmt: skip
-    for _ in range(600):
-        if list(tmp_path.iterdir()) or process.poll() is not None:
-            break
-        time.sleep(0.1)
-    assert list(tmp_path.iterdir()), "nothing was begun"
-    time.sleep(0.3)
-    process.send_signal(number)
-    for pause in again:
-        time.sleep(pause)
-        process.send_signal(signal.SIGINT)
-    _, err = process.communicate(timeout=60)
+        stderr=subprocess.PIPE, text=True, preexec_fn=heed_hangups,
+    ) as process:  # fmt: skip
+        try:
+            for _ in range(900):
+                if list(tmp_path.iterdir()) or process.poll() is not None:
+                    break
+                time.sleep(0.1)
+            assert list(tmp_path.iterdir()), "nothing was begun"
+            time.sleep(0.3)
+            process.send_signal(number)
+            for pause in again:
+                time.sleep(pause)
+                process.send_signal(signal.SIGINT)
+            _, err = process.communicate(timeout=60)
+        finally:
+            process.kill()
     # Of two signals that wait for the interpreter, it takes the lower number first: SIGINT before SIGTERM.
     assert process.returncode in ({status, 130} if again else {status}) and "Traceback" not in err
     assert not list(tmp_path.iterdir())
+
+
+def heed_hangups() -> None:
+    """Whatever started the tests, with nohup, say."""
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 
 def test_an_interrupt_while_modules_load() -> None:
