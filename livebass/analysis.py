@@ -49,8 +49,7 @@ def spectrogram_db(
     if not loudest > 0:
         raise ValueError("nothing sounds: there is no level to refer to")
     level = 20 * np.log10(np.maximum(amplitude / loudest, 10 ** (-range_db / 20)))
-    middle: Floats = (np.arange(len(level), dtype=np.float64) * hop + window / 2) / rate
-    return Spectrogram(middle, np.arange(level.shape[1]) * rate / window, level)
+    return Spectrogram(frame_times(len(level), rate, window, hop), np.arange(level.shape[1]) * rate / window, level)
 
 
 def characteristic_frequencies(sound: Floats, rate: float, window: int | None = None, hop: int | None = None) -> Floats:
@@ -62,6 +61,12 @@ def characteristic_frequencies(sound: Floats, rate: float, window: int | None = 
     nu = np.linspace(0.0, rate / 2, power.shape[1])
     total = power.sum(axis=1)
     return np.divide(power @ nu, total, out=np.full(len(total), np.nan), where=total > 0)
+
+
+def frame_times(count: int, rate: float, window: int | None = None, hop: int | None = None) -> Floats:
+    """The middle of each of `count` frames of the spectrogram, s, (count,)."""
+    window, hop = _frames(rate, window, hop)
+    return np.asarray((np.arange(count, dtype=np.float64) * hop + window / 2) / rate)
 
 
 def resampled(sound: Floats, rate: int, to: int = PAPER_RATE) -> Floats:

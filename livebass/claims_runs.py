@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livebass import engine, motion_analysis, reference
-from livebass.analysis import Contactogram, characteristic_frequencies, contactogram
+from livebass.analysis import Contactogram, characteristic_frequencies, contactogram, frame_times
 from livebass.instrument import Neck
 from livebass.motion import Motion, Trial
 from livebass.paper_cases import CASES, Case, raised
@@ -53,9 +53,7 @@ class Run:
     def centroid(self) -> tuple[Floats, Floats]:
         """Middle of each frame (s) and its characteristic frequency (Hz, eq. 14)."""
         nu = characteristic_frequencies(self.motion.displacement_m, self.rate)
-        window, hop = (round(n * self.rate / 48_000) for n in (2048, 512))
-        middle: Floats = (np.arange(nu.size, dtype=np.float64) * hop + window / 2) / self.rate
-        return middle, nu
+        return frame_times(nu.size, self.rate), nu
 
     @cached_property
     def pitch(self) -> Pitch:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livebass import modal_motion, modes
-from livebass.analysis import PAPER_RATE, characteristic_frequencies, resampled
+from livebass.analysis import PAPER_RATE, characteristic_frequencies, frame_times, resampled
 from livebass.motion import Floats, Motion, Trial
 from livebass.yin import Pitch, fundamental
 
@@ -43,7 +43,7 @@ def at_paper_rate(trial: Trial, moved: Floats) -> Floats:
 def characteristic(trial: Trial, moved: Floats) -> tuple[Floats, Floats]:
     """Times, s, and eq. 14, Hz, of a displacement at 51.2 kHz. ValueError for less than 40 ms."""
     nu = characteristic_frequencies(at_paper_rate(trial, moved), PAPER_RATE, WINDOW, HOP)
-    return (np.arange(nu.size) * HOP + WINDOW / 2) / PAPER_RATE, nu
+    return frame_times(nu.size, PAPER_RATE, WINDOW, HOP), nu
 
 
 def pitch(trial: Trial, moved: Floats) -> Pitch:
@@ -60,9 +60,8 @@ def pitch(trial: Trial, moved: Floats) -> Pitch:
 
 def energies(trial: Trial, motion: Motion) -> tuple[Floats, Floats, Floats]:
     """Times of `Trial.states`, s; energy of each mode, J, (times, modes), u and v together; all, contacts too, J."""
-    if motion.states is None:
-        raise ValueError("the motion has no states: none were asked for, or the solver tells none")
-    s, q, velocity = trial.speaking, motion.states[:, :, 0], motion.states[:, :, 1]
+    states = _states(motion)
+    s, q, velocity = trial.speaking, states[:, :, 0], states[:, :, 1]
     each = modal_motion.modal_energies(s, q, velocity).sum(axis=1)
     total = each.sum(axis=1) + modal_motion.contact_energy(s, q[:, 0])
     return np.asarray(trial.states) / trial.output_rate, each, np.asarray(total)
@@ -73,11 +72,10 @@ def shapes(trial: Trial, motion: Motion, times: Sequence[float]) -> tuple[Floats
 
     The samples must be among `Trial.states`: see `looked_at`.
     """
-    if motion.states is None:
-        raise ValueError("the motion has no states: none were asked for, or the solver tells none")
+    states = _states(motion)
     s, samples = trial.speaking, [_sample(trial, time) for time in times]
     x = np.linspace(0, s.length, s.grid_points + 1)
-    q = motion.states[[trial.states.index(i) for i in samples], :, 0]
+    q = states[[trial.states.index(i) for i in samples], :, 0]
     return np.asarray(samples) / trial.output_rate, x, np.moveaxis(modal_motion.string_shape(s, q, x), 1, 0)
 
 
@@ -129,6 +127,12 @@ def _can_resample(trial: Trial) -> bool:
     except ImportError:
         return trial.output_rate == PAPER_RATE
     return True
+
+
+def _states(motion: Motion) -> Floats:
+    if motion.states is None:
+        raise ValueError("the motion has no states: none were asked for, or the solver tells none")
+    return motion.states
 
 
 def _sample(trial: Trial, time: float) -> int:

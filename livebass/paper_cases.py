@@ -16,6 +16,7 @@ from livebass.analysis import PAPER_RATE
 from livebass.instrument import Neck, Pluck, Speaking, String, speaking
 from livebass.modes import dampings
 from livebass.motion import Trial
+from livebass.operators import whole_contact_rate
 from livebass.preset import load_preset
 
 PRESET = "paper-g"
@@ -44,21 +45,16 @@ class Case:
         bass = load_preset(self.preset)
         return speaking(self.string(bass.strings[0]), self.neck(bass.necks[0]), 0)
 
-    def trial(self, rate: float = PAPER_RATE) -> Trial:
+    def trial(self, rate: int = PAPER_RATE) -> Trial:
         """What to solve, with all modes, at output rate `rate` (Hz)."""
         bass = load_preset(self.preset)
         s = self.speaking()
         pluck = Pluck(self.apex, self.position, bass.player.rounding, self.angle)
         sensors = s.length - bass.output.sensor, s.length - bass.output.sensor_v
         return Trial(
-            s, pluck, s.grid_points - 1, _shared(self.contact_rate, rate), rate, self.duration, sensors[0],
+            s, pluck, s.grid_points - 1, whole_contact_rate(self.contact_rate, rate), rate, self.duration, sensors[0],
             sensor_v=sensors[1],
         )  # fmt: skip
-
-
-def _shared(contact_rate: float, rate: float) -> float:
-    """The least whole multiple of `rate` not below `contact_rate`, Hz: whole fine steps between samples."""
-    return rate * math.ceil(contact_rate / rate - 1e-9)
 
 
 def without_dispersion(string: String) -> String:

@@ -11,7 +11,7 @@ import numpy as np
 
 from livebass import modal_motion, modes, motion_analysis
 from livebass.analysis import PAPER_RATE, Spectrogram, resampled, spectrogram_db
-from livebass.motion import Floats, Trial
+from livebass.motion import Floats, Trial, initial_amplitudes
 from livebass.paper_cases import CASES
 from livebass.study_parts import Solved, Sound, Table, curve
 from livebass.yin import relative_variation
@@ -51,8 +51,7 @@ def variation(solved: Solved) -> tuple[Floats, Floats]:
 def initial_shape(solved: Solved) -> Floats:
     """u on the grid before the release, m, (N + 1,), both ends included."""
     s = solved.speaking
-    q = math.cos(solved.trial.pluck.angle) * modes.pluck_amplitudes(s, solved.trial.modes, solved.trial.pluck)
-    return modal_motion.string_shape(s, q, np.linspace(0, s.length, s.grid_points + 1))
+    return modal_motion.string_shape(s, initial_amplitudes(solved.trial), np.linspace(0, s.length, s.grid_points + 1))
 
 
 def sound(name: str, caption: str, solved: Solved, across: bool = False) -> Sound:
