@@ -10,7 +10,7 @@ import numpy as np
 from numba import carray
 
 from livebass import rows, voice
-from livebass.kernels import callback, jit
+from livebass.kernels import callback, counted
 from livebass.layout import (
     CLEARANCE,
     DUE,
@@ -20,6 +20,7 @@ from livebass.layout import (
     GROUP_ROOM,
     GROUPS,
     KNOWN,
+    MOST_NEAR,
     OPERATOR,
     POLARISATIONS,
     ROW,
@@ -37,49 +38,51 @@ from livebass.native import call_4, pointer
 POINT_ROWS = (CLEARANCE, KNOWN, DUE, ETA, ETA_OLD, STAMP)
 
 
-@jit
+@counted
 def bass_at(address):
     return carray(pointer(address), 1, BASS)[0]
 
 
-@jit
+@counted
 def ahead_of(b, i):
     return carray(pointer(b.ahead[i]), 1, AHEAD)[0]
 
 
-@jit
+@counted
 def voice_of(b, i):
     return carray(pointer(b.voice[i]), 1, VOICE)[0]
 
 
-@jit
+@counted
 def slots_of(b, i):
     return carray(pointer(b.slots[i]), VOICE_SLOTS, SLOT)
 
 
-@jit
+@counted
 def work_of(b, i):
     return carray(pointer(b.work[i]), (POLARISATIONS * VOICE_SLOTS, WORK_ROWS * ROW), np.float64)
 
 
-@jit
+@counted
 def operators_of(b, which):
     return carray(pointer(b.operators[which]), (b.strings, b.frets + 1), OPERATOR)
 
 
-@jit
+@counted
 def pool_of(b, which):
     return carray(pointer(b.pool[which]), b.pool_size[which], np.float64)
 
 
-@jit
+@counted
 def copy(to, o, of, p, n):
     """n numbers; numba's own assignment of slices allocates where they might overlap."""
+    here = to[o : o + n]
+    there = of[p : p + n]
     for j in range(n):
-        to[o + j] = of[p + j]
+        here[j] = there[j]
 
 
-@jit
+@counted
 def save(b, i):
     """Keeps the state of string `i` as it is now; the oldest one kept goes."""
     a, v, slots, w2 = ahead_of(b, i), voice_of(b, i), slots_of(b, i), work_of(b, i)
@@ -106,10 +109,11 @@ def save(b, i):
         for row in POINT_ROWS:
             copy(to, at, w, row * ROW, points)
             at += points
-        copy(to, at, w, GROUPS * ROW, 4 * GROUP_ROOM)
+        if points > MOST_NEAR:
+            copy(to, at, w, GROUPS * ROW, 4 * GROUP_ROOM)
 
 
-@jit
+@counted
 def rest(op, w):
     """A polarisation that had not moved yet: nothing is kept of it."""
     rows.clear(w, op.padded)
@@ -117,7 +121,7 @@ def rest(op, w):
         w[STAMP * ROW + m] = -1.0
 
 
-@jit
+@counted
 def go_back(b, i, frame):
     """String `i` is again as it was at the frame kept last that is not after `frame`."""
     a, slots, w2 = ahead_of(b, i), slots_of(b, i), work_of(b, i)
@@ -153,7 +157,8 @@ def go_back(b, i, frame):
         for row in POINT_ROWS:
             copy(w, row * ROW, kept, at, op.points)
             at += op.points
-        copy(w, GROUPS * ROW, kept, at, 4 * GROUP_ROOM)
+        if op.points > MOST_NEAR:
+            copy(w, GROUPS * ROW, kept, at, 4 * GROUP_ROOM)
 
 
 @callback("void(int64, int64, int64, int64)")
@@ -190,13 +195,13 @@ def player(bass, i, end, count):
         )
 
 
-@jit
+@counted
 def play_to(b, i, end, count):
     """String `i` plays on to frame `end` of its bass, with the first `count` events of b.mine, into its ring."""
     call_4(b.player, b.address, i, end, count)
 
 
-@jit
+@counted
 def step_ahead(b, i, end):
     """String `i` plays a few frames on, past `end`, the first frame that may still hear of events."""
     v = voice_of(b, i)
@@ -205,7 +210,7 @@ def step_ahead(b, i, end):
     play_to(b, i, v.frame + b.stride - v.frame % b.stride, 0)
 
 
-@jit
+@counted
 def stay(b, i, frame):
     """String `i` forgets what it played beyond `frame`."""
     if voice_of(b, i).frame > frame:
@@ -215,7 +220,7 @@ def stay(b, i, frame):
     a.first = a.saved
 
 
-@jit
+@counted
 def rearmost(b, horizon):
     """The string that is the least ahead, short of frame `horizon` and not being tuned; -1: none."""
     best, least = np.int64(-1), horizon

@@ -3,7 +3,7 @@
 import numpy as np
 from numba import carray
 
-from livebass.kernels import callback, jit
+from livebass.kernels import callback, counted
 from livebass.live import put
 from livebass.live_layout import STAGE, STRETCH
 from livebass.native import address_of, call_3, count_from, pointer, pointer_from, status_from
@@ -32,7 +32,7 @@ JACK = np.dtype(
 )
 
 
-@jit
+@counted
 def block(stage, sound, n):
     """n frames of the stage at address `stage` into float32 at address `sound`."""
     call_3(carray(pointer(stage), 1, STAGE)[0].block, stage, sound, n)
@@ -61,7 +61,7 @@ def portaudio(_input, output, frames, _time, flags, arg):
     return np.int32(0)
 
 
-@jit
+@counted
 def receive(me, n):
     """Puts what came in at the MIDI port into the stage's own ring, at its frames."""
     stage = carray(pointer(me.stage), 1, STAGE)[0]

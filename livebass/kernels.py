@@ -60,12 +60,16 @@ def _cache() -> Iterator[None]:
         settings.CACHE_DIR = before
 
 
+# Division as in C; kept on disk.
+USUAL: dict[str, Any] = {"error_model": "numpy", "cache": True}
+
+
 def compiled(**options: Any) -> Callable[[Callable[..., Any]], Any]:
-    """A decorator: numba's `njit` without the interpreter lock, division as in C, kept on disk."""
+    """A decorator: numba's `njit` without the interpreter lock, with `USUAL` and `options`."""
 
     def decorate(function: Callable[..., Any]) -> Any:
         with _cache():
-            return nb.njit(cache=True, nogil=True, error_model="numpy", **options)(function)
+            return nb.njit(nogil=True, **USUAL, **options)(function)
 
     return decorate
 
@@ -77,7 +81,7 @@ def callback(signature: str) -> Callable[[Callable[..., Any]], Callable[[], int]
         @functools.cache
         def address() -> int:
             with _cache():
-                made = nb.cfunc(signature, cache=True, error_model="numpy")(function)
+                made = nb.cfunc(signature, **USUAL)(function)
             _KEPT.append(made)
             return int(made.address or 0)
 
@@ -87,7 +91,10 @@ def callback(signature: str) -> Callable[[Callable[..., Any]], Callable[[], int]
 
 
 _KEPT: list[Any] = []  # compiled callbacks live as long as the process
-jit = compiled()
+counted = compiled()  # counts references: for what allocates, and what makes arrays of addresses
+# All others: no references, which cost a quarter of the time; what would allocate does not compile.
+LEAN: dict[str, Any] = {"_nrt": False}
+jit = compiled(**LEAN)
 
 
 def cached(entry: str = ENTRY) -> bool:

@@ -8,7 +8,7 @@ import numpy as np
 from numba import carray
 
 from livebass import ahead, performer, relief
-from livebass.kernels import callback, jit
+from livebass.kernels import callback, counted
 from livebass.layout import EVENT
 from livebass.live_layout import (
     ENTRIES,
@@ -41,7 +41,7 @@ GAIN_POLE = 0.004  # of the gain's way, each frame
 WORD = 8  # bytes
 
 
-@jit
+@counted
 def waiting(address, size, limit):
     """The frame of the next entry of an event ring, NOW, or `limit` if there is none."""
     words = carray(pointer(address), ENTRIES + EVENT_WORDS * size, np.int64)
@@ -51,7 +51,7 @@ def waiting(address, size, limit):
     return words[ENTRIES + EVENT_WORDS * (tail % size)]
 
 
-@jit
+@counted
 def take(address, size):
     """The message of the next entry, which leaves the ring."""
     words = carray(pointer(address), ENTRIES + EVENT_WORDS * size, np.int64)
@@ -61,7 +61,7 @@ def take(address, size):
     return message
 
 
-@jit
+@counted
 def put(address, size, frame, message):
     """Adds an entry; drops it where the ring is full."""
     words = carray(pointer(address), ENTRIES + EVENT_WORDS * size, np.int64)
@@ -74,7 +74,7 @@ def put(address, size, frame, message):
     return True
 
 
-@jit
+@counted
 def hear(stage, b, frame, message, count):
     """Hands one message at stage frame `frame` to the performer; the new number of events."""
     status = message & 0xFF
@@ -97,7 +97,7 @@ def hear(stage, b, frame, message, count):
     )
 
 
-@jit
+@counted
 def gather(stage, b, n):
     """All messages for the next `n` frames, in order, as events of `b`; their number."""
     end = stage.frame + n
@@ -126,7 +126,7 @@ def gather(stage, b, n):
     return count
 
 
-@jit
+@counted
 def play_strings(stage, b, count, out, n, fade, whole):
     """Adds n frames of every string of `b` to out (n,) float32, `fade` of `whole` frames before a fade's end.
 
@@ -155,7 +155,7 @@ def play_strings(stage, b, count, out, n, fade, whole):
             out[j] += np.float32(x)
 
 
-@jit
+@counted
 def stretch(stage, out, n):
     """n <= STRETCH frames into out (n,) float32."""
     for j in range(n):
@@ -181,7 +181,7 @@ def stretch(stage, out, n):
     stage.frame += n
 
 
-@jit
+@counted
 def adopt(stage):
     """Takes the bass that Python has put ready, once the one before the last is out."""
     if stage.old_bass == 0 and load_acquire(stage.free_address) == 0:
@@ -195,7 +195,7 @@ def adopt(stage):
             stage.overload = 0
 
 
-@jit
+@counted
 def store(stage, out, n):
     """Hands the sound to the recorder; what finds no room is counted."""
     address = load_acquire(stage.record_address)
@@ -242,7 +242,7 @@ def block(address, sound, n):
     set_float_control(before)
 
 
-@jit
+@counted
 def run_ahead(stage, began, n):
     """Plays on, past the end of a block of n frames that began at `began` (ns), for a share of its time."""
     if stage.bass == 0:
@@ -257,7 +257,7 @@ def run_ahead(stage, began, n):
         ahead.step_ahead(b, i, end)
 
 
-@jit
+@counted
 def measure(stage, load):
     """The meters of a block that needed `load` of its time."""
     stage.load = load
@@ -266,13 +266,13 @@ def measure(stage, load):
     stage.histogram[min(max(place, 0), HISTOGRAM - 1)] += 1
 
 
-@jit
+@counted
 def read(address):
     """The word at `address`, with all that was written before it. [any thread]"""
     return load_acquire(address)
 
 
-@jit
+@counted
 def write(address, value):
     """Writes the word at `address`, after all that was written before. [any thread]"""
     store_release(address, value)

@@ -12,7 +12,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from livebass.kernels import jit
+from livebass.kernels import counted
 
 Floats = NDArray[np.float64]
 
@@ -22,13 +22,13 @@ LEAST_PART = 1e-9  # of a Newton step
 NEARLY_EQUAL = 1e-4  # relative change of penetration under which the slope is taken at a middle point
 
 
-@jit
+@counted
 def potential(eta: float, stiffness: float, exponent: float) -> float:
     """psi(eta) = K / (alpha + 1) [eta]_+^(alpha + 1), J per m of string and m of grid step."""
     return stiffness / (exponent + 1) * eta ** (exponent + 1) if eta > 0 else 0.0
 
 
-@jit
+@counted
 def contact_force(before: float, r: float, stiffness: float, exponent: float) -> tuple[float, float]:
     """Force f (N/m) and df/dr for a penetration going from `before` to before + r (m)."""
     after = before + r
@@ -45,7 +45,7 @@ def contact_force(before: float, r: float, stiffness: float, exponent: float) ->
     return _force_of_powers(before, after, r, stiffness, exponent)
 
 
-@jit
+@counted
 def _force_of_roots(a: float, b: float, stiffness: float) -> tuple[float, float]:
     """f and df/dr for alpha = 1.5; a^2 = eta^{n+1} > 0, b^2 = eta^{n-1} > 0."""
     force = stiffness / 2.5 * (a**4 + a**3 * b + a**2 * b**2 + a * b**3 + b**4) / (a + b)
@@ -53,7 +53,7 @@ def _force_of_roots(a: float, b: float, stiffness: float) -> tuple[float, float]
     return force, slope
 
 
-@jit
+@counted
 def _force_of_powers(
     before: float, after: float, r: float, stiffness: float, exponent: float
 ) -> tuple[float, float]:
@@ -68,7 +68,7 @@ def _force_of_powers(
     return force, stiffness * exponent / 2 * (before + r * 2 / 3) ** (exponent - 1)
 
 
-@jit
+@counted
 def solve_contact(
     coupling: Floats,
     free: Floats,
@@ -109,7 +109,7 @@ def solve_contact(
             return True
 
 
-@jit
+@counted
 def _newton(
     coupling: Floats,
     free: Floats,
@@ -153,7 +153,7 @@ def _newton(
     return error <= ACCEPTED_RESIDUAL
 
 
-@jit
+@counted
 def _residual(
     coupling: Floats,
     free: Floats,
@@ -180,7 +180,7 @@ def _residual(
     return largest
 
 
-@jit
+@counted
 def eliminate(matrix: Floats, x: Floats) -> None:
     """Solve matrix y = x by Gauss with row pivoting; y replaces x, `matrix` is used up."""
     n = x.size

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from livebass.kernels import jit
+from livebass.kernels import counted
 from livebass.reference_contact import eliminate
 
 Floats = NDArray[np.float64]
@@ -18,12 +18,12 @@ MOST_GUESSES = 40
 MOST_SWEEPS = 100_000
 
 
-@jit
+@counted
 def sat(x: float) -> float:
     return min(max(x, -1.0), 1.0)
 
 
-@jit
+@counted
 def solve_friction(
     coupling: Floats, wanted: Floats, touching: Floats, most: float, delta: float, force: Floats
 ) -> bool:
@@ -67,7 +67,7 @@ def solve_friction(
     return _in_turn(coupling, wanted, active[:count], most, delta, force)
 
 
-@jit
+@counted
 def _in_turn(
     coupling: Floats, wanted: Floats, active: NDArray[np.int64], most: float, delta: float, force: Floats
 ) -> bool:

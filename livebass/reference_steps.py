@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from livebass.kernels import compiled, jit
+from livebass.kernels import compiled, counted
 from livebass.motion import Floats, Ints
 from livebass.reference_contact import potential, solve_contact
 from livebass.reference_friction import solve_friction
@@ -68,7 +68,7 @@ def _dot(a: Floats, b: Floats) -> float:
     return total
 
 
-@jit
+@counted
 def _between(plan: Plan, sensor: Floats, before: Floats, after: Floats, offset: float) -> float:
     """Displacement at `sensor` `offset` s after q^n = before: the free motion through q^n and q^{n+1} = after."""
     total = 0.0
@@ -80,7 +80,7 @@ def _between(plan: Plan, sensor: Floats, before: Floats, after: Floats, offset: 
     return total
 
 
-@jit
+@counted
 def _linear_energy(plan: Plan, q: Floats, d: Floats, force: Floats, force_before: Floats) -> float:
     """What one polarisation stores without the potential of the contact."""
     total = 0.0
@@ -94,7 +94,7 @@ def _linear_energy(plan: Plan, q: Floats, d: Floats, force: Floats, force_before
     return total
 
 
-@jit
+@counted
 def _energy(plan: Plan, state: State) -> float:
     """H at n - 1/2 for a state at n, J."""
     total = _linear_energy(plan, state.q, state.d, state.force, state.force_before)
@@ -106,7 +106,7 @@ def _energy(plan: Plan, state: State) -> float:
     return total
 
 
-@jit
+@counted
 def _slide(plan: Plan, state: State) -> bool:
     """v from n to n + 1, before eta does: eq. 7 with the points that touch at n."""
     q, d = state.q_across, state.d_across
@@ -133,7 +133,7 @@ def _slide(plan: Plan, state: State) -> bool:
     return True
 
 
-@jit
+@counted
 def run(
     plan: Plan,
     state: State,

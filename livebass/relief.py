@@ -4,7 +4,7 @@ import numpy as np
 from numba import carray
 
 from livebass import ahead, hands
-from livebass.kernels import jit
+from livebass.kernels import counted
 from livebass.native import pointer
 from livebass.performer import PERFORMER
 
@@ -12,7 +12,7 @@ HIGH, LOW = 0.75, 0.35  # of the time a block lasts: take some of the work away;
 CALM = 0.5  # s
 
 
-@jit
+@counted
 def relieve(stage, load, n):
     """Under overload strings go to the coarse operators, newest contacts first; they come back in calm times."""
     if stage.bass == 0 or not stage.sheltered:
@@ -52,7 +52,7 @@ def relieve(stage, load, n):
                 return
 
 
-@jit
+@counted
 def exchange(b, i, which, now):
     """String `i` goes on with the operators `which` from stage frame `now` on."""
     ahead.stay(b, i, now - b.frame)

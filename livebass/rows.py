@@ -15,7 +15,7 @@ way each time. Distances between rows are compile-time constants (layout.py): wi
 
 import numpy as np
 
-from livebass.kernels import compiled
+from livebass.kernels import LEAN, compiled
 from livebass.layout import (
     BLOCK,
     FINE_A,
@@ -39,7 +39,7 @@ from livebass.layout import (
 )
 
 LANES = {"reassoc", "contract", "nsz", "arcp"}
-jit = compiled(fastmath=LANES)
+jit = compiled(fastmath=LANES, **LEAN)
 
 IQ, IP, IQO, IPO = Q * ROW, P * ROW, Q_OLD * ROW, P_OLD * ROW
 IA, IB, IK, IW, IS = FINE_A * ROW, FINE_B * ROW, KAPPA * ROW, OMEGA * ROW, SIGMA * ROW

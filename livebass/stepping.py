@@ -99,8 +99,9 @@ def disturb(s, op, w, step):
     for m in range(op.points):
         w[DU + m] = -1.0
         w[KN + m] = -1.0
-    for g in range(2 * GROUP_ROOM):
-        w[GROUPS * ROW + g] = -1.0
+    if op.points > MOST_NEAR:
+        for g in range(2 * GROUP_ROOM):
+            w[GROUPS * ROW + g] = -1.0
 
 
 @jit
@@ -217,9 +218,14 @@ def advance(s, op, w, across, pool, suspects, near, steps, step, log, voice):
     start = op.start
     way = s.fastest * op.fine
     count = np.int64(0)  # a constant would be a type of its own
+    looked = np.int64(0)
+    least = float(NEVER)
     for m in range(op.points):
         if end <= w[DU + m]:
+            least = min(least, w[DU + m])
             continue
+        near[looked] = m
+        looked += 1
         phi = start + (op.phi + m) * ROW
         height = pool[start + OP_HEIGHT * ROW + m]
         clear = rows.displacement(w, pool, phi, n) - height
@@ -241,12 +247,11 @@ def advance(s, op, w, across, pool, suspects, near, steps, step, log, voice):
         contact_frame(s, op, w, across, pool, suspects, near, count, steps, step, log, voice)
         return
     rows.leap(across, leap, s.swaying)
-    least = float(NEVER)
-    for m in range(op.points):
-        if end > w[DU + m]:
-            w[C0 + m] = w[C1 + m]
-            w[KN + m] = end
-            w[DU + m] = end + np.floor(w[C1 + m] / way)
+    for i in range(looked):
+        m = near[i]
+        w[C0 + m] = w[C1 + m]
+        w[KN + m] = end
+        w[DU + m] = end + np.floor(w[C1 + m] / way)
         least = min(least, w[DU + m])
     s.due = np.int64(least)
 

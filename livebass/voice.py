@@ -140,7 +140,9 @@ def over_a_board(v, slots, ops, w2, pool, scratch, log, k, steps):
 @jit
 def move(v, slots, ops, w2, pool, scratch, log):
     """One frame of motion of both slots."""
-    after = -((-(v.frame + 1) * v.numerator) // v.denominator)  # rounded up: a tap may look back, not ahead
+    after = (v.frame + 1) * v.numerator
+    if v.denominator > 1:
+        after = -(-after // v.denominator)  # rounded up: a tap may look back, not ahead
     steps = after - v.step
     for k in range(2):
         s = slots[k]

@@ -10,6 +10,7 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -27,8 +28,8 @@ from livebass.stage import LiveBass, Stage
 RATE, PERIOD = JACK_RATE, JACK_PERIOD
 
 
-@pytest.fixture
-def bass(server: SimpleNamespace) -> Iterator[Any]:
+@contextmanager
+def slap_bass() -> Iterator[Any]:
     """A client of the server that plays the slap bass."""
     from livebass.outputs import JackOutput
 
@@ -36,12 +37,34 @@ def bass(server: SimpleNamespace) -> Iterator[Any]:
     output.stage.put_on(LiveBass(load_preset("slap"), QUICK, output.stage.rate))
     output.start()
     time.sleep(0.5)
-    yield output
-    output.close()
+    try:
+        yield output
+    finally:
+        output.close()
+
+
+@pytest.fixture
+def bass(server: SimpleNamespace) -> Iterator[Any]:
+    with slap_bass() as output:
+        yield output
 
 
 @pytest.mark.parametrize("offset", [0, 1, 100, PERIOD - 1])
-def test_notes_come_out_at_their_frame_as_rendered(server: SimpleNamespace, bass: Any, offset: int) -> None:
+def test_notes_come_out_at_their_frame_as_rendered(server: SimpleNamespace, offset: int) -> None:
+    heard = np.zeros(0, np.float32)
+    for _ in range(6):  # a machine that stops for a while costs the server whole periods
+        with slap_bass() as bass:
+            heard = heard_note(server, bass, offset)
+        if len(heard) >= 4 * PERIOD:
+            break
+    assert len(heard) >= 4 * PERIOD, "the server lost periods"
+    expected = offline("slap", [(offset, 0x90, 40, 110)], len(heard))
+    assert not heard[: offset + 1].any() and np.abs(expected).max() > 0.01
+    assert np.array_equal(heard, expected)
+
+
+def heard_note(server: SimpleNamespace, bass: Any, offset: int) -> np.ndarray:
+    """What `bass` plays from the period on in which a note comes at `offset`, as far as the server lost no period."""
     ears, keys = Ears(server.jack), Keys(server.jack)
     try:
         for client in (ears.client, keys.client):
@@ -50,9 +73,7 @@ def test_notes_come_out_at_their_frame_as_rendered(server: SimpleNamespace, bass
         bass.client.connect(keys.port, bass.midi)
         time.sleep(0.5)
         keys.wanted.append((offset, (0x90, 40, 110)))
-        end = time.monotonic() + 5
-        while not keys.sent and time.monotonic() < end:
-            time.sleep(0.02)
+        wait_for(lambda: keys.sent, 5)
         time.sleep(0.4)
     finally:
         for client in (ears.client, keys.client):
@@ -60,15 +81,10 @@ def test_notes_come_out_at_their_frame_as_rendered(server: SimpleNamespace, bass
             client.close()
     start = keys.sent[0] - offset
     periods = {frame: sound for frame, sound in ears.heard if frame >= start}
-    assert start in periods
-    count = 0
-    while start + count * PERIOD in periods:
-        count += 1
-    heard = np.concatenate([periods[start + k * PERIOD] for k in range(count)])
-    expected = offline("slap", [(offset, 0x90, 40, 110)], len(heard))
-    assert len(heard) >= 4 * PERIOD, "the server lost periods"
-    assert not heard[: offset + 1].any() and np.abs(expected).max() > 0.01
-    assert np.array_equal(heard, expected)
+    whole = []
+    while start + len(whole) * PERIOD in periods:
+        whole.append(periods[start + len(whole) * PERIOD])
+    return np.concatenate([np.zeros(0, np.float32), *whole])
 
 
 def test_a_busy_interpreter_loses_nothing(server: SimpleNamespace, bass: Any) -> None:
