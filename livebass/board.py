@@ -6,9 +6,8 @@ that this leaves in doubt are looked at point by point. [any thread]
 """
 
 import numpy as np
-from numba import carray
 
-from livebass import rows
+from livebass import frame_call, rows
 from livebass.board_fine import fine_steps, shape
 from livebass.kernels import callback, jit
 from livebass.layout import (
@@ -25,17 +24,11 @@ from livebass.layout import (
     KNOWN,
     OP_HEIGHT,
     OP_POSITION,
-    OPERATOR,
-    POLARISATIONS,
     ROW,
-    SLOT,
     STAMP,
     SUB,
-    VOICE,
     VOICE_SLOTS,
-    WORK_ROWS,
 )
-from livebass.native import pointer
 
 C0, C1, KN, DU = CLEARANCE * ROW, CLEARANCE_NOW * ROW, KNOWN * ROW, DUE * ROW
 EN, EO, ST = ETA * ROW, ETA_OLD * ROW, STAMP * ROW
@@ -95,14 +88,13 @@ def suspicious(op, w, pool, m, step, end, way, n):
 
 @jit
 def advance(s, op, w, across, pool, scratch, steps, step, log, voice):
-    """Moves a slot from fine step `step` over one frame of `steps` fine steps. scratch (4, ROW) int64."""
+    """Moves a slot from fine step `step` over one frame of `steps` fine steps in which something may touch.
+
+    scratch (4, ROW) int64.
+    """
     n = s.active
     leap = FRAME_1 if steps > op.steps else FRAME
     end = step + steps
-    if n == 0 or s.fading or end <= s.quiet or end <= s.due:
-        rows.leap(w, leap, n)
-        rows.leap(across, leap, s.swaying)
-        return
     rows.try_leap(w, leap, n)
     way = s.fastest * op.fine
     suspects, looked = scratch[0], scratch[1]
@@ -213,14 +205,7 @@ def go_on(s, op, w, pool, suspects, count, near, close, reach):
 
 @callback("void(int64, int64, int64)")
 def player(address, _, __):
-    """`advance` as a C function. At `address`: what voice.over_a_board wrote there."""
-    a = carray(pointer(address), 12, np.int64)
-    v = carray(pointer(a[0]), 1, VOICE)[0]
-    k = a[2]
-    s = carray(pointer(a[1]), VOICE_SLOTS, SLOT)[k]
-    op = carray(pointer(a[3]), a[4], OPERATOR)[s.fret]
-    w2 = carray(pointer(a[5]), (POLARISATIONS * VOICE_SLOTS, WORK_ROWS * ROW), np.float64)
-    pool = carray(pointer(a[6]), a[7], np.float64)
-    scratch = carray(pointer(a[8]), (4, ROW), np.int64)
-    log = carray(pointer(a[9]), (a[10], 2), np.int64)
-    advance(s, op, w2[k], w2[VOICE_SLOTS + k], pool, scratch, a[11], v.step, log, v)
+    """`advance` as a C function, of what lies at `address`: frame_call.call put it there."""
+    voices, slots, ops, w2, pool, scratch, log, k, steps = frame_call.arguments(address)
+    v, s, w, across = voices[0], slots[k], w2[k], w2[VOICE_SLOTS + k]
+    advance(s, ops[s.fret], w, across, pool, scratch, steps, v.step, log, v)

@@ -22,8 +22,8 @@ HERE = Path(__file__).parent
 SOURCES = tuple(
     HERE / f"{name}.py"
     for name in (
-        "kernels", "layout", "rows", "contact", "friction", "fine", "stepping", "board_fine", "board", "hands", "voice",
-        "performer", "native", "live_layout", "ahead", "relief", "live", "callbacks",
+        "kernels", "layout", "rows", "contact", "friction", "fine", "frame_call", "frets", "board_fine", "board",
+        "stepping", "hands", "voice", "performer", "native", "live_layout", "ahead", "relief", "live", "callbacks",
         "reference_contact", "reference_friction", "reference_steps",
     )
 )  # fmt: skip

@@ -95,7 +95,8 @@ SLOT = np.dtype(
 VOICE = np.dtype(
     [
         ("address", "i8"),  # of this record
-        ("board", "i8"),  # address of board.player, where a string may go over a board
+        ("over_frets", "i8"),  # address of frets.player
+        ("over_board", "i8"),  # of board.player, where a string may go over a board
         ("frame", "i8"),
         ("step", "i8"),  # fine steps since the start: ceil(frame * numerator / denominator)
         ("numerator", "i8"),

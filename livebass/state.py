@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from livebass import board
+from livebass import board, frets
 from livebass import layout as at
 from livebass.circuit import digital
 from livebass.instrument import Instrument, String
@@ -57,7 +57,7 @@ def gather(operators: list[list[Operator]]) -> Pool:
 def new_voice(rates: Rates, log: int = 0, over_board: bool = False) -> Voice:
     """A silent string, its displacement the output, with room for `log` contacts."""
     v = np.zeros(1, at.VOICE)
-    v["address"], v["board"] = v.ctypes.data, board.player() if over_board else 0
+    v["address"], v["over_frets"], v["over_board"] = v.ctypes.data, frets.player(), board.player() if over_board else 0
     v["numerator"], v["denominator"], v["rate"] = rates.numerator, rates.denominator, rates.rate
     v["bend"] = v["tuned"] = v["gain"] = v["gain_wanted"] = 1.0
     v["b"][0, 0] = v["a"][0, 0] = 1.0

@@ -1,17 +1,11 @@
-"""One string from one audio frame to the next: a long exact step where nothing touches, fine steps where something may.
+"""A slot, one sounding note of a string: got ready, tuned, given other operators, and looked after.
 
-The step over a frame is tried first. A contact point needs a look only where it could have been reached: it moved
-at most `fastest` metres a second since it was last known to be clear. Looked at, it is safe if its clearances at
-both ends of the step add up to more than the way it can make in between. Otherwise the step is taken back, and
-the frame is cut into parts, and the parts with a point in doubt into fine steps that solve the contact. Both
-ways are the same exact solution; the choice depends on frame numbers and on the string alone, never on blocks.
-[any thread]
+What moves it from frame to frame is in frets.py and board.py. [any thread]
 """
 
 import numpy as np
 
 from livebass import rows
-from livebass.fine import fine_steps
 from livebass.kernels import jit
 from livebass.layout import (
     BLOCK,
@@ -21,8 +15,6 @@ from livebass.layout import (
     ETA,
     ETA_OLD,
     FINE_A,
-    FRAME,
-    FRAME_1,
     GROUP_ROOM,
     GROUPS,
     KNOWN,
@@ -32,7 +24,6 @@ from livebass.layout import (
     OP_HEIGHT,
     ROW,
     STAMP,
-    SUB,
 )
 
 NEVER = 1 << 60
@@ -150,110 +141,6 @@ def change_operator(old, op, w, pool):
     rows.from_velocity(w, op.padded)
     for m in range(op.points):
         w[ST + m] = -1.0
-
-
-@jit
-def contact_frame(s, op, w, across, pool, suspects, near, count, steps, step, log, voice):
-    """A frame in which some of the `count` suspects may touch: parts, and fine steps where needed."""
-    start = op.start
-    way = s.fastest * op.fine
-    for i in range(count):
-        m = suspects[i]
-        if w[ST + m] == step:
-            w[C0 + m] = -w[EN + m]
-    end = step + steps
-    for _ in range(op.parts):
-        n = s.active
-        rows.try_leap(w, SUB, n)
-        close = np.int64(0)
-        for i in range(count):
-            m = suspects[i]
-            height = pool[start + OP_HEIGHT * ROW + m]
-            clear = rows.displacement(w, pool, start + (op.phi + m) * ROW, n) - height
-            now = w[C0 + m]
-            w[C1 + m] = clear
-            held = w[ST + m] == step and w[EO + m] > 0.0
-            if held or now <= 0.0 or now + clear <= way * op.part_steps:
-                near[close] = m
-                close += 1
-        if close == 0:
-            rows.leap(across, SUB, s.swaying)
-            for i in range(count):
-                w[C0 + suspects[i]] = w[C1 + suspects[i]]
-        else:
-            rows.take_back(w, n)
-            fine_steps(s, op, w, across, pool, near, close, op.part_steps, step, log, voice)
-            for i in range(count):
-                m = suspects[i]
-                if w[ST + m] == step + op.part_steps:
-                    w[C0 + m] = -w[EN + m]
-                else:
-                    height = pool[start + OP_HEIGHT * ROW + m]
-                    w[C0 + m] = rows.displacement(w, pool, start + (op.phi + m) * ROW, s.active) - height
-        step += op.part_steps
-    if step < end:
-        fine_steps(s, op, w, across, pool, suspects, count, end - step, step, log, voice)
-        for i in range(count):
-            w[C0 + suspects[i]] = -w[EN + suspects[i]]
-    for i in range(count):
-        m = suspects[i]
-        w[KN + m] = end
-        w[DU + m] = end
-        if w[C0 + m] > 0.0:
-            w[DU + m] = end + np.floor(w[C0 + m] / way)
-    s.due = end
-
-
-@jit
-def advance(s, op, w, across, pool, suspects, near, steps, step, log, voice):
-    """Moves a slot from fine step `step` over one frame of `steps` fine steps."""
-    n = s.active
-    leap = FRAME_1 if steps > op.steps else FRAME
-    end = step + steps
-    if n == 0 or op.points == 0 or s.fading or end <= s.quiet or end <= s.due:
-        rows.leap(w, leap, n)
-        rows.leap(across, leap, s.swaying)
-        return
-    rows.try_leap(w, leap, n)
-    start = op.start
-    way = s.fastest * op.fine
-    count = np.int64(0)  # a constant would be a type of its own
-    looked = np.int64(0)
-    least = float(NEVER)
-    for m in range(op.points):
-        if end <= w[DU + m]:
-            least = min(least, w[DU + m])
-            continue
-        near[looked] = m
-        looked += 1
-        phi = start + (op.phi + m) * ROW
-        height = pool[start + OP_HEIGHT * ROW + m]
-        clear = rows.displacement(w, pool, phi, n) - height
-        w[C1 + m] = clear
-        known = w[KN + m]
-        if known >= 0 and known < step and w[C0 + m] + clear > way * (end - known):
-            continue
-        if known < step:
-            w[C0 + m] = rows.displacement_old(w, pool, phi, n) - height
-            w[KN + m] = step
-        held = w[ST + m] == step and (w[EN + m] > 0.0 or w[EO + m] > 0.0)
-        if held or w[C0 + m] <= 0.0 or w[C0 + m] + clear <= way * steps:
-            suspects[count] = m
-            count += 1
-    if count > 0:
-        rows.take_back(w, n)
-        if count > MOST_NEAR:
-            count = np.int64(MOST_NEAR)
-        contact_frame(s, op, w, across, pool, suspects, near, count, steps, step, log, voice)
-        return
-    rows.leap(across, leap, s.swaying)
-    for i in range(looked):
-        m = near[i]
-        w[C0 + m] = w[C1 + m]
-        w[KN + m] = end
-        w[DU + m] = end + np.floor(w[C1 + m] / way)
-        least = min(least, w[DU + m])
-    s.due = np.int64(least)
 
 
 @jit

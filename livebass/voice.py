@@ -6,10 +6,22 @@ touches only what it is handed. [audio thread]
 
 import numpy as np
 
-from livebass import hands, rows, stepping
+from livebass import frame_call, hands, rows, stepping
 from livebass.kernels import jit
-from livebass.layout import BEND, CUT, GAIN, HAND, MOST_NEAR, OP_TAP, PLUCK, ROW, STRIKE_EVENT, VOICE_SLOTS
-from livebass.native import call_3
+from livebass.layout import (
+    BEND,
+    CUT,
+    FRAME,
+    FRAME_1,
+    GAIN,
+    HAND,
+    MOST_NEAR,
+    OP_TAP,
+    PLUCK,
+    ROW,
+    STRIKE_EVENT,
+    VOICE_SLOTS,
+)
 
 CUT_RATE = 900.0  # 1/s of all-sound-off
 DEEPEST = 8e-3  # m: a string cannot dip farther into a magnet's field
@@ -127,17 +139,6 @@ def settle(v):
 
 
 @jit
-def over_a_board(v, slots, ops, w2, pool, scratch, log, k, steps):
-    """`board.player` for slot k: called by its address, it is compiled only where there is a board."""
-    a = scratch[3]
-    a[0], a[1], a[2] = v.address, slots.ctypes.data, k
-    a[3], a[4] = ops.ctypes.data, ops.shape[0]
-    a[5], a[6], a[7] = w2.ctypes.data, pool.ctypes.data, pool.shape[0]
-    a[8], a[9], a[10], a[11] = scratch.ctypes.data, log.ctypes.data, log.shape[0], steps
-    call_3(v.board, np.int64(a.ctypes.data), np.int64(0), np.int64(0))
-
-
-@jit
 def move(v, slots, ops, w2, pool, scratch, log):
     """One frame of motion of both slots."""
     after = (v.frame + 1) * v.numerator
@@ -151,10 +152,13 @@ def move(v, slots, ops, w2, pool, scratch, log):
         op = ops[s.fret]
         w = w2[k]
         across = w2[VOICE_SLOTS + k]
-        if op.points > MOST_NEAR:
-            over_a_board(v, slots, ops, w2, pool, scratch, log, k, steps)
+        if s.active == 0 or op.points == 0 or s.fading or after <= s.quiet or after <= s.due:
+            leap = FRAME_1 if steps > op.steps else FRAME
+            rows.leap(w, leap, s.active)
+            rows.leap(across, leap, s.swaying)
         else:
-            stepping.advance(s, op, w, across, pool, scratch[0], scratch[1], steps, v.step, log, v)
+            player = v.over_board if op.points > MOST_NEAR else v.over_frets
+            frame_call.call(player, v, slots, ops, w2, pool, scratch, log, k, steps)
         if s.hand < 1.0:
             rows.scale(w, s.hand, s.active)
             rows.scale(across, s.hand, s.swaying)

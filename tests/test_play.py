@@ -10,7 +10,6 @@ import signal
 import subprocess
 import sys
 import termios
-import threading
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -157,19 +156,14 @@ def test_program_changes_through_the_server_neither_click_nor_stall(server: Simp
 def test_dense_playing_under_a_busy_interpreter(server: SimpleNamespace) -> None:
     """A few seconds of tools/endurance.py: nothing that is no number, nothing stuck, all blocks played."""
     sys.path.insert(0, str(Path(__file__).parent.parent / "tools"))
-    from endurance import hog, random_playing
+    from endurance import python_busy, random_playing
 
     wish = Wish(load_preset("slap"), QUICK, "slap", backend="jack", keyboard=False)
-    stop = threading.Event()
     stuck: list[bool] = []
 
     def play(stage: Stage) -> None:
-        try:
-            for kind in range(2):
-                threading.Thread(target=hog, args=(stop, kind), daemon=True).start()
+        with python_busy():
             random_playing(stage, np.random.default_rng(3), 6.0)
-        finally:
-            stop.set()
         stage.panic()
         time.sleep(2.0)
         stage.meters()
