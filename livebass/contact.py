@@ -96,13 +96,83 @@ def solve_points(near, count, wanted, old, f, coupling, diagonal, stiffness, exp
         for i in range(count):
             m = near[i]
             f[m] = solve_point(wanted[m], old[m], coupling[i * MOST_NEAR + i], stiffness, exponent, f[m])
-    elif not solve_together(near, count, wanted, old, f, coupling, stiffness, exponent, work):
+    elif not solve_few(near, count, wanted, old, f, coupling, stiffness, exponent) and not solve_together(
+        near, count, wanted, old, f, coupling, stiffness, exponent, work
+    ):
         solve_in_turn(near, count, wanted, old, f, coupling, stiffness, exponent)
     touching = 0
     for i in range(count):
         if f[near[i]] != 0.0:
             touching += 1
     return touching
+
+
+@jit
+def solve_few(near, count, wanted, old, f, coupling, stiffness, exponent):
+    """Where at most two of the points could touch without force, as is usual. False, and f as it was, otherwise.
+
+    The others feel the forces at those two and stay clear, or it is not for this function.
+    """
+    first = second = -1
+    for i in range(count):
+        m = near[i]
+        if old[m] > 0.0 or old[m] + wanted[m] > 0.0:
+            if first < 0:
+                first = i
+            elif second < 0:
+                second = i
+            else:
+                return False
+    if first < 0:
+        return False
+    a, o = near[first], first * MOST_NEAR
+    if second < 0:
+        second = first
+        g = 0.0
+        h = solve_point(wanted[a], old[a], coupling[o + first], stiffness, exponent, f[a])
+    else:
+        b, p = near[second], second * MOST_NEAR
+        g, h, good = solve_two(
+            wanted[a], old[a], f[a], wanted[b], old[b], f[b],
+            coupling[o + first], coupling[o + second], coupling[p + first], coupling[p + second], stiffness, exponent,
+        )  # fmt: skip
+        if not good:
+            return False
+    for i in range(count):
+        m = near[i]
+        felt = coupling[i * MOST_NEAR + first] * g + coupling[i * MOST_NEAR + second] * h
+        if i != first and i != second and old[m] + wanted[m] - felt > 0.0:
+            return False
+    for i in range(count):
+        f[near[i]] = 0.0
+    f[a] = g
+    f[near[second]] = h
+    return True
+
+
+@jit
+def solve_two(wanted, old, guess, wanted_2, old_2, guess_2, w11, w12, w21, w22, stiffness, exponent):
+    """`solve_together` of two points: their forces, and whether it converged."""
+    r = wanted - w11 * guess - w12 * guess_2
+    if old <= 0.0 and old + r <= 0.0:
+        r = wanted
+    s = wanted_2 - w21 * guess - w22 * guess_2
+    if old_2 <= 0.0 and old_2 + s <= 0.0:
+        s = wanted_2
+    for _ in range(MOST_TOGETHER):
+        f, slope = force(r, old, stiffness, exponent)
+        g, slope_2 = force(s, old_2, stiffness, exponent)
+        rest = wanted - r - w11 * f - w12 * g
+        rest_2 = wanted_2 - s - w21 * f - w22 * g
+        a, b, c, d = 1.0 + w11 * slope, w12 * slope_2, w21 * slope, 1.0 + w22 * slope_2
+        inverse = 1.0 / (a * d - b * c)
+        step = (rest * d - b * rest_2) * inverse
+        step_2 = (a * rest_2 - c * rest) * inverse
+        r += step
+        s += step_2
+        if abs(step) <= ENOUGH * abs(r) + SMALL and abs(step_2) <= ENOUGH * abs(s) + SMALL:
+            return f + slope * step, g + slope_2 * step_2, True
+    return 0.0, 0.0, False
 
 
 @jit

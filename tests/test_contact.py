@@ -1,0 +1,62 @@
+"""The implicit equations of contact: r_i + sum_k W_ik f_k = r*_i with f of eq. 6, whichever way they are solved."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from livebass import contact
+from livebass.layout import MOST_NEAR, ROW
+
+STIFFNESS, DEPTH, COMPLIANCE = 1e13, 1e-7, 3e-10  # N/m^2.5; m; m per N/m
+
+
+def residuals(wanted: np.ndarray, old: np.ndarray, coupling: np.ndarray, exponent: float, guess: np.ndarray) -> tuple[
+    np.ndarray, np.ndarray
+]:  # fmt: skip
+    """What is left of each equation once solved, over r*, and the forces."""
+    count = len(wanted)
+    near = np.random.default_rng(count).permutation(20)[:count].astype(np.int64)
+    rows = np.zeros((3, ROW))
+    rows[0, near], rows[1, near], rows[2, near] = wanted, old, guess
+    table = np.zeros((MOST_NEAR, MOST_NEAR))
+    table[:count, :count] = coupling
+    touching = contact.solve_points(
+        near, count, rows[0], rows[1], rows[2], table.ravel(), 0, STIFFNESS, exponent, np.zeros(2 * ROW)
+    )
+    f = rows[2, near]
+    r = wanted - coupling @ f
+    law = np.array([contact.force(x, y, STIFFNESS, exponent)[0] for x, y in zip(r, old, strict=True)])
+    assert touching == np.count_nonzero(f)
+    return (coupling @ (law - f)) / DEPTH, f
+
+
+@pytest.mark.parametrize("exponent", [1.5, 1.3])
+@pytest.mark.parametrize("seed", range(40))
+def test_the_equations_hold(seed: int, exponent: float) -> None:
+    rng = np.random.default_rng(seed)
+    count = 2 + seed % 5
+    a = rng.standard_normal((count, 3 * count))
+    coupling = COMPLIANCE * (a @ a.T / (3 * count) + np.eye(count))
+    wanted, old = DEPTH * rng.standard_normal((2, count))
+    guess = np.maximum(rng.standard_normal(count), 0.0) * STIFFNESS * DEPTH**1.5
+    left, f = residuals(wanted, old, coupling, exponent, guess)
+    assert np.abs(left).max() < 1e-9
+    again, g = residuals(wanted, old, coupling, exponent, 0.0 * guess)
+    assert np.abs(again).max() < 1e-9
+    np.testing.assert_allclose(coupling @ f, coupling @ g, atol=1e-9 * DEPTH)
+
+
+@pytest.mark.parametrize("touching", [1, 2])
+def test_a_force_may_press_another_point_on(touching: int) -> None:
+    """Of truncated modes W is a little negative here and there: who could not touch without force then may."""
+    coupling = COMPLIANCE * (1.3 * np.eye(3) - 0.4 * (1 - np.eye(3)))
+    old = np.full(3, -0.1 * DEPTH)
+    wanted = np.array([2.0, 2.0 if touching == 2 else -0.5, 0.05]) * DEPTH
+    left, f = residuals(wanted, old, coupling, 1.5, np.zeros(3))
+    assert np.abs(left).max() < 1e-9 and f[0] > 0 and f[2] > 0
+
+
+def test_nobody_touches() -> None:
+    left, f = residuals(np.full(3, -DEPTH), np.full(3, -DEPTH), COMPLIANCE * np.eye(3), 1.5, np.ones(3))
+    assert not f.any() and not left.any()
