@@ -10,7 +10,7 @@ import numpy as np
 from numba import carray
 
 from livebass import rows, voice
-from livebass.kernels import callback, counted
+from livebass.kernels import callback, counted, jit
 from livebass.layout import (
     CLEARANCE,
     DUE,
@@ -73,7 +73,7 @@ def pool_of(b, which):
     return carray(pointer(b.pool[which]), b.pool_size[which], np.float64)
 
 
-@counted
+@jit
 def copy(to, o, of, p, n):
     """n numbers; numba's own assignment of slices allocates where they might overlap."""
     here = to[o : o + n]
@@ -113,7 +113,7 @@ def save(b, i):
             copy(to, at, w, GROUPS * ROW, 4 * GROUP_ROOM)
 
 
-@counted
+@jit
 def rest(op, w):
     """A polarisation that had not moved yet: nothing is kept of it."""
     rows.clear(w, op.padded)

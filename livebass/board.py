@@ -1,4 +1,4 @@
-"""One string over a board from one audio frame to the next: what stepping.py does, for contact points by the hundred.
+"""One string over a board from one audio frame to the next: what frets.py does, for contact points by the hundred.
 
 Points are looked at in groups of GROUP first. The string is nowhere steeper than `fastest` over the speed of its waves,
 so that the displacement at a group's middle and its highest point tell how clear all of it is at least. Only groups

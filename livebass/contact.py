@@ -2,7 +2,8 @@
 
 At point m, r = eta^{n+1} - eta^{n-1} solves r + sum_k W_mk f_k = r*, where r* is what r would be without
 force and f = (psi(eta^{n+1}) - psi(eta^{n-1})) / r. f is convex and grows with r, so Newton from r* comes down
-to the root without overshoot; points that W couples are solved together, by Newton in all of them. [any thread]
+to the root without overshoot; points that W couples are solved together, by Newton in all of them, or in the one or
+two that may touch. [any thread]
 """
 
 import numpy as np
@@ -109,7 +110,7 @@ def solve_points(near, count, wanted, old, f, coupling, diagonal, stiffness, exp
 
 @jit
 def solve_few(near, count, wanted, old, f, coupling, stiffness, exponent):
-    """Where at most two of the points could touch without force, as is usual. False, and f as it was, otherwise.
+    """Where one or two of the points could touch without force, as is usual. False, and f as it was, otherwise.
 
     The others feel the forces at those two and stay clear, or it is not for this function.
     """

@@ -83,7 +83,8 @@ class Engine:
         self.rates = Rates(rate, whole_contact_rate(quality.contact_rate, rate))
         self.frets = min(len(neck.fret_positions) for neck in instrument.necks)
         self.pool = prepare(instrument, quality, self.rates, self.frets)
-        self.voices = [instrument_voice(instrument, s, self.rates) for s in instrument.strings]
+        boards = any(neck.surface for neck in instrument.necks)
+        self.voices = [instrument_voice(instrument, s, self.rates, boards) for s in instrument.strings]
         for i, v in enumerate(self.voices):
             v.record["turn"] = i * hands.BEND_FRAMES // len(self.voices)
         self.performer = new_performer(instrument, self.frets, seed)

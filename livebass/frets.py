@@ -22,7 +22,6 @@ from livebass.layout import (
     FRAME,
     FRAME_1,
     KNOWN,
-    MOST_NEAR,
     OP_HEIGHT,
     ROW,
     STAMP,
@@ -121,8 +120,6 @@ def advance(s, op, w, across, pool, suspects, near, steps, step, log, voice):
             count += 1
     if count > 0:
         rows.take_back(w, n)
-        if count > MOST_NEAR:
-            count = np.int64(MOST_NEAR)
         contact_frame(s, op, w, across, pool, suspects, near, count, steps, step, log, voice)
         return
     rows.leap(across, leap, s.swaying)

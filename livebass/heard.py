@@ -31,7 +31,7 @@ def heard(trial: Trial, output: Output) -> NDArray[np.float64]:
     records = np.zeros(1, at.OPERATOR)
     records[0] = op.record
     bass = Instrument("", "", (s.string,), (), output, Player(pull_time=0.0))
-    state = instrument_voice(bass, s.string, rates)
+    state = instrument_voice(bass, s.string, rates, over_board=len(s.contact_position) > at.MOST_NEAR)
     events = np.zeros(1, at.EVENT)
     events[0] = (0, at.PLUCK, 0, 0, pluck.apex, pluck.position)
     settings = np.array([pluck.rounding, 0.02, pluck.angle])

@@ -27,7 +27,7 @@ SOURCES = tuple(
         "reference_contact", "reference_friction", "reference_steps",
     )
 )  # fmt: skip
-ENTRY, LIVE_ENTRY = "voice.run-*.nbi", "live.block-*.nbi"  # what is compiled last and holds all the others
+ENTRY, LIVE_ENTRY = "voice.run-*.nbi", "live.block-*.nbi"  # what is compiled last
 
 
 def _directory() -> Path:
@@ -91,7 +91,8 @@ def callback(signature: str) -> Callable[[Callable[..., Any]], Callable[[], int]
 
 
 _KEPT: list[Any] = []  # compiled callbacks live as long as the process
-counted = compiled()  # counts references: for what allocates, and what makes arrays of addresses
+# Counts references: for the reference solver, which allocates, and for files that make arrays of addresses.
+counted = compiled()
 # All others: no references, which cost a quarter of the time; what would allocate does not compile.
 LEAN: dict[str, Any] = {"_nrt": False}
 jit = compiled(**LEAN)

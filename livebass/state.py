@@ -75,11 +75,11 @@ def new_voice(rates: Rates, log: int = 0, over_board: bool = False) -> Voice:
     )
 
 
-def instrument_voice(instrument: Instrument, string: String, rates: Rates) -> Voice:
-    """`string` of `instrument`, with its pickups, circuit and the player's times."""
+def instrument_voice(instrument: Instrument, string: String, rates: Rates, over_board: bool = False) -> Voice:
+    """`string` of `instrument`, with its pickups, circuit and the player's times; maybe `over_board`."""
     output, player = instrument.output, instrument.player
     pickups = pickups_under(output, string.name)
-    voice = new_voice(rates, over_board=any(neck.surface for neck in instrument.necks))
+    voice = new_voice(rates, over_board=over_board)
     v = voice.record
     v["pickups"] = len(pickups)
     for i, pickup in enumerate(pickups):

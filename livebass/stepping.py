@@ -9,8 +9,6 @@ from livebass import rows
 from livebass.kernels import jit
 from livebass.layout import (
     BLOCK,
-    CLEARANCE,
-    CLEARANCE_NOW,
     DUE,
     ETA,
     ETA_OLD,
@@ -34,7 +32,7 @@ SLACK = 0.02  # m/s
 HOUSEKEEPING = 64  # frames between looks for dead modes
 STEEPEST = 0.1  # root mean square velocity over wave speed that a string bears: no playing reaches a third of it
 
-C0, C1, KN, DU = CLEARANCE * ROW, CLEARANCE_NOW * ROW, KNOWN * ROW, DUE * ROW
+KN, DU = KNOWN * ROW, DUE * ROW
 EN, EO, ST = ETA * ROW, ETA_OLD * ROW, STAMP * ROW
 
 

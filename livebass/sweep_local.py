@@ -26,7 +26,7 @@ DEAF = {signal.SIGINT, signal.SIGHUP}  # in the workers: Ctrl-C reaches the whol
 def compile_kernels(point: Point) -> None:
     """Once, before several processes do it: an instant of `point`."""
     trial = point.work.trial
-    measured(replace(point.work, trial=replace(trial, modes=1, duration=1 / trial.output_rate)))
+    measured(replace(point.work, trial=replace(trial, duration=1 / trial.output_rate)))
 
 
 def computed(points: Sequence[Point], workers: int, say: Callable[[str], None]) -> Generator[tuple[Point, Result]]:

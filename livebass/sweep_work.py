@@ -130,6 +130,7 @@ def _work(bass: Instrument, settings: Settings) -> Work:
     trial = checked_trial(
         bass, s, settings.apex, settings.at, settings.duration, modes, contact_rate, PAPER_RATE, settings.angle
     )  # fmt: skip
+    s = trial.speaking  # of a board, the grid of so many modes
     output = replace(bass.output, sensor=Output.sensor, sensor_v=Output.sensor_v)  # they are in the trial
     if output.kind == "displacement":
         s = replace(s, string=replace(s.string, level=1.0))

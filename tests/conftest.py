@@ -25,6 +25,13 @@ NEEDED = bool(os.environ.get("LIVEBASS_NEEDS_JACK"))
 NUMBERS = itertools.count()
 
 
+def pytest_configure() -> None:
+    """Children heed the signals that tests send them, also where a shell's `&` or nohup made the tests deaf to them."""
+    for number, usual in ((signal.SIGINT, signal.default_int_handler), (signal.SIGHUP, signal.SIG_DFL)):
+        if signal.getsignal(number) is signal.SIG_IGN:
+            signal.signal(number, usual)
+
+
 class FakeEngine:
     """A second of a sine for each string, in blocks; the same interface, without kernels."""
 

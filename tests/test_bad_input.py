@@ -188,7 +188,7 @@ def test_an_interrupt_leaves_nothing(tmp_path: Path, number: int, status: int, a
     with subprocess.Popen(
         [sys.executable, "-m", "livebass", "render", "--note", "E1", "--duration", "3600s", "--stems",
          "-o", str(out)],
-        stderr=subprocess.PIPE, text=True, preexec_fn=heed_hangups,
+        stderr=subprocess.PIPE, text=True,
     ) as process:  # fmt: skip
         try:
             for _ in range(900):
@@ -207,11 +207,6 @@ def test_an_interrupt_leaves_nothing(tmp_path: Path, number: int, status: int, a
     # Of two signals that wait for the interpreter, it takes the lower number first: SIGINT before SIGTERM.
     assert process.returncode in ({status, 130} if again else {status}) and "Traceback" not in err
     assert not list(tmp_path.iterdir())
-
-
-def heed_hangups() -> None:
-    """Whatever started the tests, with nohup, say."""
-    signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 
 def test_an_interrupt_while_modules_load() -> None:

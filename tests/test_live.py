@@ -11,7 +11,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from livebass import QUALITIES, Instrument, Quality, callbacks, demo_score, kernels, layout, load_preset, relief
+from livebass import QUALITIES, Instrument, Quality, board, callbacks, demo_score, kernels, layout, load_preset, relief
 from livebass.callbacks import PORTAUDIO, portaudio
 from livebass.engine import Engine
 from livebass.live_layout import STRETCH
@@ -372,7 +372,9 @@ def test_kernels_of_the_audio_thread_cannot_allocate() -> None:
     """No function of numba's that asks for memory is in there."""
     staged()
     callbacks.jack()
-    for name in ("live.block", "ahead.player", "callbacks.portaudio", "callbacks.jack"):
+    board.player()
+    names = "live.block", "ahead.player", "frets.player", "board.player", "callbacks.portaudio", "callbacks.jack"
+    for name in names:
         files = list(kernels.DIRECTORY.rglob(f"{name}-*.nbc"))
         assert files, name
         for file in files:

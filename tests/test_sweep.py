@@ -9,6 +9,7 @@ import socket
 import threading
 from collections.abc import Iterator
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -20,10 +21,12 @@ from livebass import sweep
 from livebass.engine import solve_trial
 from livebass.heard import heard
 from livebass.instrument import Neck
+from livebass.layout import MOST_NEAR
 from livebass.modes import pluck_amplitudes
 from livebass.quality import quality_with
 from livebass.sweep_grid import axis
 from livebass.sweep_key import names, target
+from livebass.sweep_local import compile_kernels
 from livebass.sweep_plot import drawable, edges, pictures
 from livebass.sweep_point import measured
 from livebass.sweep_quantities import QUANTITIES, USUAL
@@ -212,6 +215,14 @@ def test_what_is_heard_is_the_sensor_or_the_pickups() -> None:
     differ = {name for name in QUANTITIES if near[name] != far[name] and not math.isnan(near[name])}
     assert differ == {"heard_peak", "heard_characteristic_frequency"}
     assert 0.01 < near["heard_peak"] < 1
+
+
+def test_a_point_over_a_board() -> None:
+    (point,) = grid(replace(settings("paper-fretless"), modes=90), [axis("pluck.apex=4mm:4mm:1")])
+    assert len(point.work.trial.speaking.contact_position) > MOST_NEAR
+    compile_kernels(point)
+    result = measured(point.work)
+    assert result["contacts"] > 20 and result["heard_peak"] > 0
 
 
 def fake(points: list[Point]) -> Iterator[tuple[Point, dict[str, float]]]:
