@@ -21,6 +21,7 @@ from livebass.bench_card import Card
 from livebass.bench_jack import new_client, server, since
 from livebass.bench_measure import Neighbours, Row, machine
 from livebass.demo import demo_score
+from livebass.hush import patiently
 from livebass.outputs import JackOutput
 from livebass.preset import load_preset
 from livebass.quality import QUALITIES
@@ -65,12 +66,13 @@ class PythonOutput:
         self.client.activate()
 
     def close(self) -> None:
-        self.client.deactivate(ignore_errors=True)
-        self.client.close(ignore_errors=True)
+        """Or not: now and then the server does not answer a client that it had to wait for so often."""
+        patiently(lambda: self.client.deactivate(ignore_errors=True), self)
+        patiently(lambda: self.client.close(ignore_errors=True), self)
 
 
 def bench_python(progress: Say | None = None, extent: Extent | None = None) -> dict[str, Any]:
-    """Both callbacks under each load, in half a minute: numbers and text, as JSON has them.
+    """Both callbacks under each load, in two thirds of a minute: numbers and text, as JSON has them.
 
     "rows" has one for each load and callback: blocks of the server's time, and how many of them were lost. Raises
     Lost where no JACK server runs. [main thread]
@@ -79,7 +81,11 @@ def bench_python(progress: Say | None = None, extent: Extent | None = None) -> d
     say = progress or (lambda what: None)
     where, neighbours = machine(), Neighbours()
     found = apart(say, LONGEST, server)
-    rows = apart(say, LONGEST + 10 * extent.seconds, _rows, found["block"], extent)
+    rows = []
+    for load in LOADS:
+        for callback in ("native", "Python"):
+            say(f"{load}, {callback} callback")
+            rows.append(apart(say, LONGEST + 2 * extent.seconds, _row, load, callback, found["block"], extent))
     return {
         "livebass": __version__,
         "date": datetime.now(UTC).isoformat(timespec="seconds"),
@@ -95,17 +101,7 @@ def bench_python(progress: Say | None = None, extent: Extent | None = None) -> d
     }
 
 
-def _rows(say: Say, block: int, extent: Extent) -> list[Row]:
-    rows = []
-    for load, work in _loads(extent.objects).items():
-        for callback, make in (("native", _native), ("Python", PythonOutput)):
-            say(f"{load}, {callback} callback")
-            rows.append(_row(load, callback, make, work, block, extent))
-    return rows
-
-
-def _loads(objects: int) -> dict[str, Work]:
-    """Work for the main thread, each call some milliseconds."""
+def _collector(objects: int) -> Work:
     kept: list[list[int]] = []
 
     def collect() -> None:
@@ -113,19 +109,25 @@ def _loads(objects: int) -> dict[str, Work]:
             kept.extend([] for _ in range(objects))
         gc.collect()
 
-    return {
-        "idle": lambda: time.sleep(0.05),
-        "Python loop": lambda: sum(k & 1 for k in range(200_000)),
-        "regular expression": lambda: re.match(r"(a+)+$", "a" * 20 + "b"),
-        "garbage collector": collect,
-    }
+    return collect
+
+
+# Work for the main thread, each call some milliseconds; made of the number of objects for the garbage collector
+LOADS: dict[str, Callable[[int], Work]] = {
+    "idle": lambda _: lambda: time.sleep(0.05),
+    "Python loop": lambda _: lambda: sum(k & 1 for k in range(200_000)),
+    "regular expression": lambda _: lambda: re.match(r"(a+)+$", "a" * 20 + "b"),
+    "garbage collector": _collector,
+}
 
 
 def _native(name: str, make_stage: Callable[[int], Stage]) -> JackOutput:
     return JackOutput(name, make_stage, connect=False)
 
 
-def _row(load: str, callback: str, make: Callable[..., Any], work: Work, block: int, extent: Extent) -> Row:
+def _row(_say: Say, load: str, callback: str, block: int, extent: Extent) -> Row:
+    work = LOADS[load](extent.objects)
+    make: Callable[..., Any] = PythonOutput if callback == "Python" else _native
     output = make("livebass-bench", lambda rate: Stage(rate))
     stage = output.stage
     try:

@@ -96,7 +96,7 @@ def latency(file: Path | None, picture: Path | None) -> None:
 def python(file: Path | None, picture: Path | None) -> None:
     """Blocks lost by the native callback and by one in Python while the interpreter is busy.
 
-    The same engine behind both, through a running JACK server. Takes half a minute.
+    The same engine behind both, through a running JACK server. Takes two thirds of a minute.
     """
     from livebass import bench_python
     from livebass.bench_live_table import python_table
