@@ -9,7 +9,7 @@ from numba import carray
 
 from livebass.kernels import counted, jit
 from livebass.layout import OPERATOR, POLARISATIONS, ROW, SLOT, VOICE, VOICE_SLOTS, WORK_ROWS
-from livebass.native import call_3, pointer
+from livebass.native import call_3, pointer, record_address
 
 ARGUMENTS = 12  # int64, in the last row of scratch
 
@@ -18,7 +18,7 @@ ARGUMENTS = 12  # int64, in the last row of scratch
 def call(player, v, slots, ops, w2, pool, scratch, log, k, steps):
     """Moves slot k by `steps` fine steps, by the C function at address `player`."""
     a = scratch[3]
-    a[0], a[1], a[2] = v.address, slots.ctypes.data, k
+    a[0], a[1], a[2] = record_address(v), slots.ctypes.data, k
     a[3], a[4] = ops.ctypes.data, ops.shape[0]
     a[5], a[6], a[7] = w2.ctypes.data, pool.ctypes.data, pool.shape[0]
     a[8], a[9], a[10], a[11] = scratch.ctypes.data, log.ctypes.data, log.shape[0], steps

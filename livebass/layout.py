@@ -94,7 +94,6 @@ SLOT = np.dtype(
 
 VOICE = np.dtype(
     [
-        ("address", "i8"),  # of this record
         ("over_frets", "i8"),  # address of frets.player
         ("over_board", "i8"),  # of board.player, where a string may go over a board
         ("frame", "i8"),

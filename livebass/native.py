@@ -64,6 +64,16 @@ def address_of(_context: Any, value: Any) -> Any:
 
 
 @intrinsic
+def record_address(_context: Any, record: Any) -> Any:
+    """Where a record lies that numba got from an array."""
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        return builder.ptrtoint(args[0], WORD)
+
+    return types.int64(record), generate
+
+
+@intrinsic
 def nanoseconds(_context: Any, clock_gettime: Any, clock: Any) -> Any:
     """Time of `clock` by the C function at address `clock_gettime`; 0 where that is 0."""
 

@@ -57,7 +57,7 @@ def gather(operators: list[list[Operator]]) -> Pool:
 def new_voice(rates: Rates, log: int = 0, over_board: bool = False) -> Voice:
     """A silent string, its displacement the output, with room for `log` contacts."""
     v = np.zeros(1, at.VOICE)
-    v["address"], v["over_frets"], v["over_board"] = v.ctypes.data, frets.player(), board.player() if over_board else 0
+    v["over_frets"], v["over_board"] = frets.player(), board.player() if over_board else 0
     v["numerator"], v["denominator"], v["rate"] = rates.numerator, rates.denominator, rates.rate
     v["bend"] = v["tuned"] = v["gain"] = v["gain_wanted"] = 1.0
     v["b"][0, 0] = v["a"][0, 0] = 1.0

@@ -177,9 +177,9 @@ def move(v, slots, ops, w2, pool, scratch, log):
 def run(v, slots, ops, w2, pool, events, count, settings, scratch, taps, log, raw, out, across):
     """Plays out.shape[0] frames. `events[:count]`: this string's, by frame, none before v.frame.
 
-    v, slots, ops: records (layout.py), v the one at v.address and no copy; w2 (4, WORK_ROWS * ROW); pool: operators;
-    scratch (4, ROW) int64 and taps (8,) are workspace; log (n, 2) receives fine step and point of each contact; with
-    `raw` out holds u, and `across` (as long, or empty) v. Returns the events used.
+    v, slots, ops: records (layout.py); w2 (4, WORK_ROWS * ROW); pool: operators; scratch (4, ROW) int64 and taps (8,)
+    are workspace; log (n, 2) receives fine step and point of each contact; with `raw` out holds u, and `across` (as
+    long, or empty) v. Returns the events used.
     """
     used = 0
     for i in range(out.shape[0]):
