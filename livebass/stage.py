@@ -36,7 +36,7 @@ from livebass.score import Score
 COARSE = Quality("coarse", 150, 192e3)  # where strings go under overload
 # Running ahead: share of a block's time, and frames between looks at the clock. What is no heavier than `live` leaves
 # most of the time to others; a heavier one needs what there is.
-AHEAD_LIGHT, AHEAD_HEAVY = (0.38, 4), (0.7, 1)
+AHEAD_LIGHT, AHEAD_HEAVY = (0.35, 4), (0.7, 1)
 RING = 4096  # messages
 RECORD_SECONDS = 20.0
 
