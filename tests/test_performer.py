@@ -189,7 +189,7 @@ def test_lines_a_bassist_knows(line: str, tab: str) -> None:
     assert Hands().tab(keys) == tab
 
 
-@settings(deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(st.lists(st.integers(LOWEST, HIGHEST), max_size=40))
 def test_the_hand_moves_as_little_as_needed(keys: list[int]) -> None:
     hands = Hands()
@@ -205,7 +205,7 @@ def test_the_hand_moves_as_little_as_needed(keys: list[int]) -> None:
             assert abs(moved - place) == max(place - fret, fret - place - performer.HAND_SPAN, 0)
 
 
-@settings(deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(st.lists(st.tuples(st.integers(LOWEST, HIGHEST), st.booleans()), max_size=40))
 @example([(60, False), (50, False)])  # high up, D17 is nearer than the lower G7
 def test_a_note_in_reach_is_played_there(keys: list[tuple[int, bool]]) -> None:
@@ -227,7 +227,7 @@ def test_a_note_in_reach_is_played_there(keys: list[tuple[int, bool]]) -> None:
             hands(off(key))
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=80, deadline=None)
 @given(st.lists(messages, max_size=60))
 @example([on(k) for k in (45, 46, 47, 48, 49)])
 @example([on(38), on(40), off(38), on(43), on(45)])
@@ -282,7 +282,7 @@ def test_a_note_struck_again_stays_on_its_string() -> None:
     assert hands.plays(45) == (2, 7)
 
 
-@settings(deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(st.lists(messages, max_size=40), st.integers(0, 40))
 def test_same_messages_same_events_however_sent(sequence: list[Message], cut: int) -> None:
     def events(*parts: list[Message]) -> list[list[tuple[float, ...]]]:
@@ -319,7 +319,7 @@ def test_out_of_range(key: int) -> None:
     assert [int(hands.p[k]) for k in ("notes", "transposed", "dropped")] == [0, 0, 1]
 
 
-@settings(deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(st.lists(st.integers(0, 127), max_size=60), st.sampled_from(["drop", "transpose"]))
 @example([60, 30, 19, 14], "transpose")  # 19 and 14 become 31 and 26, which no string has
 def test_every_note_on_is_counted_once(keys: list[int], option: str) -> None:
@@ -648,7 +648,7 @@ EIGHT = bass_tuned([28, 33, 38, 43, 48, 53, 58, 63])
 RING = [m for s in EIGHT.strings for m in (on(s.open_note), off(s.open_note))]
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(st.lists(any_message, max_size=60), st.sampled_from([bass(), load_preset("slap"), EIGHT]))
 @example([control(64, 127), *RING, control(121)], EIGHT)
 def test_any_bytes_leave_the_performer_sane(sequence: list[Message], instrument: Instrument) -> None:

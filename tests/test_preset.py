@@ -525,7 +525,7 @@ trees = st.recursive(
 )
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=150, deadline=None)
 @given(st.dictionaries(names | st.text(max_size=6), trees, max_size=8))
 def test_garbage_tables_give_preset_errors(data: dict[str, Any]) -> None:
     with pytest.raises(PresetError) as caught:
@@ -533,7 +533,7 @@ def test_garbage_tables_give_preset_errors(data: dict[str, Any]) -> None:
     assert str(caught.value).isprintable()
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=150, deadline=None)
 @given(st.sampled_from(GOOD.splitlines()), st.sampled_from(KEYS), values)
 def test_one_garbage_value_gives_a_preset_or_its_error(line: str, key: Key, value: Any) -> None:
     import tomllib
@@ -547,13 +547,13 @@ def test_one_garbage_value_gives_a_preset_or_its_error(line: str, key: Key, valu
         assert str(error).isprintable()
 
 
-@settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=120, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.binary(max_size=200))
 def test_garbage_files_give_preset_errors(tmp_path: Path, content: bytes) -> None:
     message(tmp_path, content)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=120, deadline=None)
 @given(st.text(max_size=40).filter(lambda s: s not in preset_names()))
 def test_garbage_names_give_preset_errors(name: str) -> None:
     with pytest.raises(PresetError) as caught:
