@@ -7,41 +7,26 @@ that this leaves in doubt are looked at point by point. [any thread]
 
 import numpy as np
 
-from livebass import frame_call, rows
+from livebass import clearance, frame_call, rows
 from livebass.board_fine import fine_steps, shape
+from livebass.clearance import C0, C1, DU, EO, NEVER, ST, height, suspicious
 from livebass.kernels import callback, jit
 from livebass.layout import (
-    CLEARANCE,
-    CLEARANCE_NOW,
-    DUE,
-    ETA,
-    ETA_OLD,
     FRAME,
     FRAME_1,
     GROUP,
     GROUP_ROOM,
     GROUPS,
-    KNOWN,
-    OP_HEIGHT,
     OP_POSITION,
     ROW,
-    STAMP,
     SUB,
     VOICE_SLOTS,
 )
 
-C0, C1, KN, DU = CLEARANCE * ROW, CLEARANCE_NOW * ROW, KNOWN * ROW, DUE * ROW
-EN, EO, ST = ETA * ROW, ETA_OLD * ROW, STAMP * ROW
 # Of a group: fine step before which none of its points can touch; step at which it was looked at; how clear it was, m,
 # and is at the end of the frame on trial
 GD, GK = GROUPS * ROW, GROUPS * ROW + GROUP_ROOM
 GC, GN = GROUPS * ROW + 2 * GROUP_ROOM, GROUPS * ROW + 3 * GROUP_ROOM
-NEVER = float(1 << 60)
-
-
-@jit
-def height(op, pool, m):
-    return pool[op.start + OP_HEIGHT * ROW + m]
 
 
 @jit
@@ -71,22 +56,6 @@ def doubtful(s, op, w, pool, g, step, end, way, n):
 
 
 @jit
-def suspicious(op, w, pool, m, step, end, way, n):
-    """Whether point m may touch between `step` and `end`."""
-    o = shape(op, m)
-    clear = rows.displacement(w, pool, o, n) - height(op, pool, m)
-    w[C1 + m] = clear
-    known = w[KN + m]
-    if 0 <= known < step and w[C0 + m] + clear > way * (end - known):
-        return False
-    if known < step:
-        w[C0 + m] = rows.displacement_old(w, pool, o, n) - height(op, pool, m)
-        w[KN + m] = step
-    held = w[ST + m] == step and (w[EN + m] > 0.0 or w[EO + m] > 0.0)
-    return held or w[C0 + m] <= 0.0 or w[C0 + m] + clear <= way * (end - step)
-
-
-@jit
 def advance(s, op, w, across, pool, scratch, steps, step, log, voice):
     """Moves a slot from fine step `step` over one frame of `steps` fine steps in which something may touch.
 
@@ -110,7 +79,7 @@ def advance(s, op, w, across, pool, scratch, steps, step, log, voice):
                 continue
             looked[looks] = m
             looks += 1
-            if suspicious(op, w, pool, m, step, end, way, n):
+            if suspicious(op, w, pool, shape(op, m), m, step, end, way, n):
                 suspects[count] = m
                 count += 1
     if count > 0:
@@ -118,11 +87,7 @@ def advance(s, op, w, across, pool, scratch, steps, step, log, voice):
         contact_frame(s, op, w, across, pool, scratch, count, steps, step, log, voice)
         return
     rows.leap(across, leap, s.swaying)
-    for i in range(looks):
-        m = looked[i]
-        w[C0 + m] = w[C1 + m]
-        w[KN + m] = end
-        w[DU + m] = end + np.floor(w[C1 + m] / way)
+    clearance.stayed_clear(w, looked, looks, end, way)
     s.due = np.int64(note_groups(op, w, groups, end, way))
 
 
@@ -149,10 +114,7 @@ def contact_frame(s, op, w, across, pool, scratch, count, steps, step, log, voic
     suspects, near, seen = scratch[0], scratch[1], scratch[2]
     way = s.fastest * op.fine
     reach = way * op.part_steps
-    for i in range(count):
-        m = suspects[i]
-        if w[ST + m] == step:
-            w[C0 + m] = -w[EN + m]
+    clearance.before_contact(w, suspects, count, step)
     end = step + steps
     for _ in range(op.parts):
         n = s.active
@@ -180,12 +142,7 @@ def contact_frame(s, op, w, across, pool, scratch, count, steps, step, log, voic
         step += op.part_steps
     if step < end:
         fine_steps(s, op, w, across, pool, suspects, count, seen, end - step, step, log, voice)
-    for i in range(count):
-        m = suspects[i]
-        w[KN + m] = end
-        w[DU + m] = end
-        if w[C0 + m] > 0.0:
-            w[DU + m] = end + np.floor(w[C0 + m] / way)
+    clearance.after_contact(w, suspects, count, end, way)
     s.due = end
 
 

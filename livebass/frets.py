@@ -10,39 +10,30 @@ ways are the same exact solution; the choice depends on frame numbers and on the
 
 import numpy as np
 
-from livebass import frame_call, rows
+from livebass import clearance, frame_call, rows
+from livebass.clearance import C0, C1, DU, EN, EO, NEVER, ST, height, suspicious
 from livebass.fine import fine_steps
 from livebass.kernels import callback, jit
 from livebass.layout import (
-    CLEARANCE,
-    CLEARANCE_NOW,
-    DUE,
-    ETA,
-    ETA_OLD,
     FRAME,
     FRAME_1,
-    KNOWN,
-    OP_HEIGHT,
     ROW,
-    STAMP,
     SUB,
     VOICE_SLOTS,
 )
 
-C0, C1, KN, DU = CLEARANCE * ROW, CLEARANCE_NOW * ROW, KNOWN * ROW, DUE * ROW
-EN, EO, ST = ETA * ROW, ETA_OLD * ROW, STAMP * ROW
-NEVER = float(1 << 60)
+
+@jit
+def shape(op, m):
+    """Where in the pool the shape at point m starts."""
+    return op.start + (op.phi + m) * ROW
 
 
 @jit
 def contact_frame(s, op, w, across, pool, suspects, near, count, steps, step, log, voice):
     """A frame in which some of the `count` suspects may touch: parts, and fine steps where needed."""
-    start = op.start
     way = s.fastest * op.fine
-    for i in range(count):
-        m = suspects[i]
-        if w[ST + m] == step:
-            w[C0 + m] = -w[EN + m]
+    clearance.before_contact(w, suspects, count, step)
     end = step + steps
     for _ in range(op.parts):
         n = s.active
@@ -50,8 +41,7 @@ def contact_frame(s, op, w, across, pool, suspects, near, count, steps, step, lo
         close = np.int64(0)
         for i in range(count):
             m = suspects[i]
-            height = pool[start + OP_HEIGHT * ROW + m]
-            clear = rows.displacement(w, pool, start + (op.phi + m) * ROW, n) - height
+            clear = rows.displacement(w, pool, shape(op, m), n) - height(op, pool, m)
             now = w[C0 + m]
             w[C1 + m] = clear
             held = w[ST + m] == step and w[EO + m] > 0.0
@@ -70,19 +60,13 @@ def contact_frame(s, op, w, across, pool, suspects, near, count, steps, step, lo
                 if w[ST + m] == step + op.part_steps:
                     w[C0 + m] = -w[EN + m]
                 else:
-                    height = pool[start + OP_HEIGHT * ROW + m]
-                    w[C0 + m] = rows.displacement(w, pool, start + (op.phi + m) * ROW, s.active) - height
+                    w[C0 + m] = rows.displacement(w, pool, shape(op, m), s.active) - height(op, pool, m)
         step += op.part_steps
     if step < end:
         fine_steps(s, op, w, across, pool, suspects, count, end - step, step, log, voice)
         for i in range(count):
             w[C0 + suspects[i]] = -w[EN + suspects[i]]
-    for i in range(count):
-        m = suspects[i]
-        w[KN + m] = end
-        w[DU + m] = end
-        if w[C0 + m] > 0.0:
-            w[DU + m] = end + np.floor(w[C0 + m] / way)
+    clearance.after_contact(w, suspects, count, end, way)
     s.due = end
 
 
@@ -93,7 +77,6 @@ def advance(s, op, w, across, pool, suspects, near, steps, step, log, voice):
     leap = FRAME_1 if steps > op.steps else FRAME
     end = step + steps
     rows.try_leap(w, leap, n)
-    start = op.start
     way = s.fastest * op.fine
     count = np.int64(0)  # a constant would be a type of its own
     looked = np.int64(0)
@@ -104,18 +87,7 @@ def advance(s, op, w, across, pool, suspects, near, steps, step, log, voice):
             continue
         near[looked] = m
         looked += 1
-        phi = start + (op.phi + m) * ROW
-        height = pool[start + OP_HEIGHT * ROW + m]
-        clear = rows.displacement(w, pool, phi, n) - height
-        w[C1 + m] = clear
-        known = w[KN + m]
-        if known >= 0 and known < step and w[C0 + m] + clear > way * (end - known):
-            continue
-        if known < step:
-            w[C0 + m] = rows.displacement_old(w, pool, phi, n) - height
-            w[KN + m] = step
-        held = w[ST + m] == step and (w[EN + m] > 0.0 or w[EO + m] > 0.0)
-        if held or w[C0 + m] <= 0.0 or w[C0 + m] + clear <= way * steps:
+        if suspicious(op, w, pool, shape(op, m), m, step, end, way, n):
             suspects[count] = m
             count += 1
     if count > 0:
@@ -123,12 +95,9 @@ def advance(s, op, w, across, pool, suspects, near, steps, step, log, voice):
         contact_frame(s, op, w, across, pool, suspects, near, count, steps, step, log, voice)
         return
     rows.leap(across, leap, s.swaying)
+    clearance.stayed_clear(w, near, looked, end, way)
     for i in range(looked):
-        m = near[i]
-        w[C0 + m] = w[C1 + m]
-        w[KN + m] = end
-        w[DU + m] = end + np.floor(w[C1 + m] / way)
-        least = min(least, w[DU + m])
+        least = min(least, w[DU + near[i]])
     s.due = np.int64(least)
 
 

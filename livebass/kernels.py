@@ -22,9 +22,9 @@ HERE = Path(__file__).parent
 SOURCES = tuple(
     HERE / f"{name}.py"
     for name in (
-        "kernels", "layout", "rows", "contact", "friction", "fine", "frame_call", "frets", "board_fine", "board",
-        "stepping", "hands", "voice", "performer", "native", "live_layout", "ahead", "relief", "live", "callbacks",
-        "reference_contact", "reference_friction", "reference_steps",
+        "kernels", "layout", "rows", "contact", "friction", "fine", "clearance", "frame_call", "frets", "board_fine",
+        "board", "stepping", "hands", "voice", "performer", "native", "live_layout", "ahead", "relief", "live",
+        "callbacks", "reference_contact", "reference_friction", "reference_steps",
     )
 )  # fmt: skip
 ENTRY, LIVE_ENTRY = "voice.run-*.nbi", "live.block-*.nbi"  # what is compiled last
