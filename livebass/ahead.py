@@ -12,30 +12,20 @@ from numba import carray
 from livebass import rows, voice
 from livebass.kernels import callback, counted, jit
 from livebass.layout import (
-    CLEARANCE,
-    DUE,
-    ETA,
-    ETA_OLD,
     EVENT,
     GROUP_ROOM,
-    GROUPS,
-    KNOWN,
     MOST_NEAR,
     OPERATOR,
     POLARISATIONS,
     ROW,
     SLOT,
-    STAMP,
     VOICE,
     VOICE_SLOTS,
-    WORK_ROWS,
-    P,
-    Q,
+    STRING,
 )
 from livebass.live_layout import AHEAD, BASS, EVENT_ROOM, SAVE_EVERY, SAVES, SOUND_RING
-from livebass.native import call_4, pointer
+from livebass.native import call_4, pointer, record_address
 
-POINT_ROWS = (CLEARANCE, KNOWN, DUE, ETA, ETA_OLD, STAMP)
 
 
 @counted
@@ -49,18 +39,8 @@ def ahead_of(b, i):
 
 
 @counted
-def voice_of(b, i):
-    return carray(pointer(b.voice[i]), 1, VOICE)[0]
-
-
-@counted
-def slots_of(b, i):
-    return carray(pointer(b.slots[i]), VOICE_SLOTS, SLOT)
-
-
-@counted
-def work_of(b, i):
-    return carray(pointer(b.work[i]), (POLARISATIONS * VOICE_SLOTS, WORK_ROWS * ROW), np.float64)
+def string_of(b, i):
+    return carray(pointer(b.string[i]), 1, STRING)[0]
 
 
 @counted
@@ -85,7 +65,8 @@ def copy(to, o, of, p, n):
 @counted
 def save(b, i):
     """Keeps the state of string `i` as it is now; the oldest one kept goes."""
-    a, v, slots, w2 = ahead_of(b, i), voice_of(b, i), slots_of(b, i), work_of(b, i)
+    a, string = ahead_of(b, i), string_of(b, i)
+    v, slots, w2 = string.voice, string.slots, string.work
     place = a.saved % SAVES
     a.saved += 1
     a.first = max(a.first, a.saved - SAVES)
@@ -102,15 +83,23 @@ def save(b, i):
         if not s.on or (k >= VOICE_SLOTS and n == 0):
             continue
         to, w = memory[place, k], w2[k]
-        copy(to, 0, w, Q * ROW, n)
-        copy(to, ROW, w, P * ROW, n)
+        copy(to, 0, w.q, 0, n)
+        copy(to, ROW, w.p, 0, n)
         points = ops[s.fret].points
         at = 2 * ROW
-        for row in POINT_ROWS:
-            copy(to, at, w, row * ROW, points)
+        for row in (w.clearance, w.known_at, w.due, w.eta, w.eta_before, w.solved_at):
+            copy(to, at, row, 0, points)
             at += points
         if points > MOST_NEAR:
-            copy(to, at, w, GROUPS * ROW, 4 * GROUP_ROOM)
+            for groups in (w.group_due, w.group_known_at, w.group_clear, w.group_clear_now):
+                copy(to, at, groups, 0, GROUP_ROOM)
+                at += GROUP_ROOM
+
+
+@counted
+def set_voice(string, kept):
+    """All of `kept`: numba assigns records to places of arrays only."""
+    carray(pointer(record_address(string)), 1, VOICE)[0] = kept  # it stands first in the record
 
 
 @jit
@@ -118,13 +107,14 @@ def rest(op, w):
     """A polarisation that had not moved yet: nothing is kept of it."""
     rows.clear(w, op.padded)
     for m in range(op.points):
-        w[STAMP * ROW + m] = -1.0
+        w.solved_at[m] = -1.0
 
 
 @counted
 def go_back(b, i, frame):
     """String `i` is again as it was at the frame kept last that is not after `frame`."""
-    a, slots, w2 = ahead_of(b, i), slots_of(b, i), work_of(b, i)
+    a, string = ahead_of(b, i), string_of(b, i)
+    slots, w2 = string.slots, string.work
     last = a.saved - 1
     while last > a.first and a.frame[last % SAVES] > frame:
         last -= 1
@@ -132,7 +122,7 @@ def go_back(b, i, frame):
         return
     place = last % SAVES
     a.saved = last + 1
-    carray(pointer(b.voice[i]), 1, VOICE)[0] = carray(pointer(a.voice), SAVES, VOICE)[place]
+    set_voice(string, carray(pointer(a.voice), SAVES, VOICE)[place])
     kept_slots = carray(pointer(a.slots), (SAVES, VOICE_SLOTS), SLOT)
     memory = carray(pointer(a.memory), (SAVES, POLARISATIONS * VOICE_SLOTS, a.kept), np.float64)
     ops = operators_of(b, (b.coarse >> i) & 1)[i]
@@ -148,24 +138,27 @@ def go_back(b, i, frame):
         if k >= VOICE_SLOTS and n == 0:
             rest(op, w)
             continue
-        copy(w, Q * ROW, kept, 0, n)
-        copy(w, P * ROW, kept, ROW, n)
+        copy(w.q, 0, kept, 0, n)
+        copy(w.p, 0, kept, ROW, n)
         for j in range(n, op.padded):
-            w[Q * ROW + j] = 0.0
-            w[P * ROW + j] = 0.0
+            w.q[j] = 0.0
+            w.p[j] = 0.0
         at = 2 * ROW
-        for row in POINT_ROWS:
-            copy(w, row * ROW, kept, at, op.points)
+        for row in (w.clearance, w.known_at, w.due, w.eta, w.eta_before, w.solved_at):
+            copy(row, 0, kept, at, op.points)
             at += op.points
         if op.points > MOST_NEAR:
-            copy(w, GROUPS * ROW, kept, at, 4 * GROUP_ROOM)
+            for groups in (w.group_due, w.group_known_at, w.group_clear, w.group_clear_now):
+                copy(groups, 0, kept, at, GROUP_ROOM)
+                at += GROUP_ROOM
 
 
 @callback("void(int64, int64, int64, int64)")
 def player(bass, i, end, count):
     """`play_to`, a C function for the bass at address `bass`."""
     b = bass_at(bass)
-    a, v = ahead_of(b, i), voice_of(b, i)
+    a, string = ahead_of(b, i), string_of(b, i)
+    v = string.voice
     mine = carray(pointer(b.mine), EVENT_ROOM, EVENT)
     if count > 0:
         if v.frame > mine[0].frame:
@@ -178,16 +171,12 @@ def player(bass, i, end, count):
         place = v.frame % SOUND_RING
         n = min(end - v.frame, SOUND_RING - place)
         used += voice.run(
-            v,
-            slots_of(b, i),
+            string,
             operators_of(b, which)[i],
-            work_of(b, i),
             pool_of(b, which),
             mine[used:],
             count - used,
             carray(pointer(b.settings), 3, np.float64),
-            carray(pointer(b.scratch[i]), (4, ROW), np.int64),
-            carray(pointer(b.taps[i]), 8, np.float64),
             carray(pointer(b.settings), (0, 2), np.int64),
             count < 0,  # not raw, and no constant, which would be a type of its own
             ring[place : place + n],
@@ -204,7 +193,7 @@ def play_to(b, i, end, count):
 @counted
 def step_ahead(b, i, end):
     """String `i` plays a few frames on, past `end`, the first frame that may still hear of events."""
-    v = voice_of(b, i)
+    v = string_of(b, i).voice
     if v.frame == end or v.frame % SAVE_EVERY == 0:
         save(b, i)
     play_to(b, i, v.frame + b.stride - v.frame % b.stride, 0)
@@ -213,7 +202,7 @@ def step_ahead(b, i, end):
 @counted
 def stay(b, i, frame):
     """String `i` forgets what it played beyond `frame`."""
-    if voice_of(b, i).frame > frame:
+    if string_of(b, i).voice.frame > frame:
         go_back(b, i, frame)
         play_to(b, i, frame, 0)
     a = ahead_of(b, i)
@@ -225,9 +214,9 @@ def rearmost(b, horizon):
     """The string that is the least ahead, short of frame `horizon` and not being tuned; -1: none."""
     best, least = np.int64(-1), horizon
     for i in range(b.strings):
-        v = voice_of(b, i)
+        string = string_of(b, i)
+        v, slots = string.voice, string.slots
         if v.frame < least and v.tuned == v.bend:
-            slots = slots_of(b, i)
             if slots[0].on or slots[1].on:
                 best, least = i, v.frame
     return best

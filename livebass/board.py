@@ -9,24 +9,20 @@ import numpy as np
 
 from livebass import clearance, frame_call, rows
 from livebass.board_fine import fine_steps, shape
-from livebass.clearance import C0, C1, DU, EO, NEVER, ST, height, suspicious
+from livebass.clearance import NEVER, height, suspicious
 from livebass.kernels import callback, jit
 from livebass.layout import (
-    FRAME,
-    FRAME_1,
     GROUP,
-    GROUP_ROOM,
-    GROUPS,
     OP_POSITION,
     ROW,
-    SUB,
+    LONGER,
+    PART,
     VOICE_SLOTS,
+    WHOLE,
 )
 
 # Of a group: fine step before which none of its points can touch; step at which it was looked at; how clear it was, m,
 # and is at the end of the frame on trial
-GD, GK = GROUPS * ROW, GROUPS * ROW + GROUP_ROOM
-GC, GN = GROUPS * ROW + 2 * GROUP_ROOM, GROUPS * ROW + 3 * GROUP_ROOM
 
 
 @jit
@@ -41,17 +37,17 @@ def doubtful(s, op, w, pool, g, step, end, way, n):
         top = max(top, height(op, pool, m))
     top += s.fastest / (op.speed * s.ratio) * max(pool[x + last] - pool[x + middle], pool[x + middle] - pool[x + first])
     clear = rows.displacement(w, pool, shape(op, middle), n) - top
-    known = w[GK + g]
-    before = w[GC + g]
-    w[GN + g] = 0.0
+    known = w.group_known_at[g]
+    before = w.group_clear[g]
+    w.group_clear_now[g] = 0.0
     if known < 0 or known >= step or before + clear <= way * (end - known):
         before = rows.displacement_old(w, pool, shape(op, middle), n) - top
         known = float(step)
-        w[GC + g] = before
-        w[GK + g] = known
+        w.group_clear[g] = before
+        w.group_known_at[g] = known
     if before <= 0.0 or clear <= 0.0 or before + clear <= way * (end - known):
         return True
-    w[GN + g] = clear
+    w.group_clear_now[g] = clear
     return False
 
 
@@ -62,7 +58,7 @@ def advance(s, op, w, across, pool, scratch, steps, step, log, voice):
     scratch (4, ROW) int64.
     """
     n = s.active
-    leap = FRAME_1 if steps > op.steps else FRAME
+    leap = LONGER if steps > op.steps else WHOLE
     end = step + steps
     rows.try_leap(w, leap, n)
     way = s.fastest * op.fine
@@ -71,11 +67,11 @@ def advance(s, op, w, across, pool, scratch, steps, step, log, voice):
     count = np.int64(0)
     looks = np.int64(0)
     for g in range(groups):
-        w[GN + g] = 0.0
-        if end <= w[GD + g] or not doubtful(s, op, w, pool, g, step, end, way, n):
+        w.group_clear_now[g] = 0.0
+        if end <= w.group_due[g] or not doubtful(s, op, w, pool, g, step, end, way, n):
             continue
         for m in range(g * GROUP, min((g + 1) * GROUP, op.points)):
-            if end <= w[DU + m]:
+            if end <= w.due[m]:
                 continue
             looked[looks] = m
             looks += 1
@@ -96,15 +92,15 @@ def note_groups(op, w, groups, end, way):
     """What the frame up to `end`, free of contact, told of the groups; the fine step of the next look."""
     least = NEVER
     for g in range(groups):
-        if w[GN + g] > 0.0:
-            w[GC + g] = w[GN + g]
-            w[GK + g] = end
-            w[GD + g] = end + np.floor(w[GN + g] / way)
-        if w[GD + g] > end:
-            least = min(least, w[GD + g])
+        if w.group_clear_now[g] > 0.0:
+            w.group_clear[g] = w.group_clear_now[g]
+            w.group_known_at[g] = end
+            w.group_due[g] = end + np.floor(w.group_clear_now[g] / way)
+        if w.group_due[g] > end:
+            least = min(least, w.group_due[g])
             continue
         for m in range(g * GROUP, min((g + 1) * GROUP, op.points)):
-            least = min(least, max(w[DU + m], float(end)))
+            least = min(least, max(w.due[m], float(end)))
     return least
 
 
@@ -118,23 +114,23 @@ def contact_frame(s, op, w, across, pool, scratch, count, steps, step, log, voic
     end = step + steps
     for _ in range(op.parts):
         n = s.active
-        rows.try_leap(w, SUB, n)
+        rows.try_leap(w, PART, n)
         close = np.int64(0)
         for i in range(count):
             m = suspects[i]
-            now = w[C0 + m]
-            w[C1 + m] = now - reach  # at least, without a look
-            held = w[ST + m] == step and w[EO + m] > 0.0
+            now = w.clearance[m]
+            w.clearance_now[m] = now - reach  # at least, without a look
+            held = w.solved_at[m] == step and w.eta_before[m] > 0.0
             if held or now <= reach:
                 clear = rows.displacement(w, pool, shape(op, m), n) - height(op, pool, m)
-                w[C1 + m] = clear
+                w.clearance_now[m] = clear
                 if held or now <= 0.0 or now + clear <= reach:
                     near[close] = m
                     close += 1
         if close == 0:
-            rows.leap(across, SUB, s.swaying)
+            rows.leap(across, PART, s.swaying)
             for i in range(count):
-                w[C0 + suspects[i]] = w[C1 + suspects[i]]
+                w.clearance[suspects[i]] = w.clearance_now[suspects[i]]
         else:
             rows.take_back(w, n)
             fine_steps(s, op, w, across, pool, near, close, seen, op.part_steps, step, log, voice)
@@ -155,14 +151,15 @@ def go_on(s, op, w, pool, suspects, count, near, close, reach):
         if k < close and near[k] == m:
             k += 1
             continue
-        w[C0 + m] -= reach
-        if w[C0 + m] <= 0.0:
-            w[C0 + m] = rows.displacement(w, pool, shape(op, m), s.active) - height(op, pool, m)
+        w.clearance[m] -= reach
+        if w.clearance[m] <= 0.0:
+            w.clearance[m] = rows.displacement(w, pool, shape(op, m), s.active) - height(op, pool, m)
 
 
 @callback("void(int64, int64, int64)")
 def player(address, _, __):
     """`advance` as a C function, of what lies at `address`: frame_call.call put it there."""
-    voices, slots, ops, w2, pool, scratch, log, k, steps = frame_call.arguments(address)
-    v, s, w, across = voices[0], slots[k], w2[k], w2[VOICE_SLOTS + k]
+    strings, ops, pool, log, k, steps = frame_call.arguments(address)
+    string = strings[0]
+    s, w, across, v, scratch = string.slots[k], string.work[k], string.work[VOICE_SLOTS + k], string.voice, string.scratch
     advance(s, ops[s.fret], w, across, pool, scratch, steps, v.step, log, v)

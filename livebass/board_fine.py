@@ -12,25 +12,8 @@ import numpy as np
 
 from livebass import contact, rows
 from livebass.kernels import jit
-from livebass.layout import (
-    CLEARANCE,
-    CLEARANCE_NOW,
-    ETA,
-    ETA_OLD,
-    FORCE,
-    FORCE_OLD,
-    LOOKED,
-    NEXT,
-    OP_HEIGHT,
-    PENDING,
-    ROW,
-    STAMP,
-    STREAK,
-)
+from livebass.layout import OP_HEIGHT, ROW
 
-C0, C1, EN, EO, ST = CLEARANCE * ROW, CLEARANCE_NOW * ROW, ETA * ROW, ETA_OLD * ROW, STAMP * ROW
-FO, FB, PE = FORCE * ROW, FORCE_OLD * ROW, PENDING * ROW
-NX, LK, SK = NEXT * ROW, LOOKED * ROW, STREAK * ROW
 EARLY = 2  # steps that a point is looked at before it could touch
 
 
@@ -45,26 +28,26 @@ def look_back(s, op, w, across, pool, near, count, step, way):
     """What is known of the points in `near` before the first step: penetrations, or that they are clear."""
     for i in range(count):
         m = near[i]
-        w[FO + m] = 0.0
-        w[FB + m] = 0.0
-        w[PE + m] = 0.0
-        across[PE + m] = 0.0
-        w[LK + m] = step
-        w[SK + m] = 2.0
-        w[NX + m] = step + 1
-        if w[ST + m] != step:
-            if w[C0 + m] > (EARLY + 2) * way:
-                w[EN + m] = -w[C0 + m]
-                w[EO + m] = -w[C0 + m]
-                w[NX + m] = step + np.floor(w[C0 + m] / way) - EARLY
-                w[SK + m] = 0.0
+        w.force[m] = 0.0
+        w.force_before[m] = 0.0
+        w.pending[m] = 0.0
+        across.pending[m] = 0.0
+        w.last_look[m] = step
+        w.streak[m] = 2.0
+        w.next_look[m] = step + 1
+        if w.solved_at[m] != step:
+            if w.clearance[m] > (EARLY + 2) * way:
+                w.eta[m] = -w.clearance[m]
+                w.eta_before[m] = -w.clearance[m]
+                w.next_look[m] = step + np.floor(w.clearance[m] / way) - EARLY
+                w.streak[m] = 0.0
                 continue
             height = pool[op.start + OP_HEIGHT * ROW + m]
-            w[EN + m] = height - rows.displacement(w, pool, shape(op, m), s.active)
-            w[EO + m] = height - rows.displacement_before(w, pool, shape(op, m), s.active)
-        if s.swaying > 0 and across[ST + m] != step:
-            across[EN + m] = rows.displacement(across, pool, shape(op, m), s.swaying)
-            across[EO + m] = rows.displacement_before(across, pool, shape(op, m), s.swaying)
+            w.eta[m] = height - rows.displacement(w, pool, shape(op, m), s.active)
+            w.eta_before[m] = height - rows.displacement_before(w, pool, shape(op, m), s.active)
+        if s.swaying > 0 and across.solved_at[m] != step:
+            across.eta[m] = rows.displacement(across, pool, shape(op, m), s.swaying)
+            across.eta_before[m] = rows.displacement_before(across, pool, shape(op, m), s.swaying)
 
 
 @jit
@@ -74,7 +57,7 @@ def push(op, w, pool, seen, count, n):
     a = b = c = d = np.int64(0)
     for i in range(count):
         m = seen[i]
-        if w[PE + m] == 0.0:
+        if w.pending[m] == 0.0:
             continue
         if pending == 0:
             a = b = c = d = m
@@ -85,16 +68,16 @@ def push(op, w, pool, seen, count, n):
         elif pending == 3:
             d = m
         else:
-            rows.kick_from(w, pool, shape(op, m), w[PE + m], n)
+            rows.kick_from(w, pool, shape(op, m), w.pending[m], n)
         pending += 1
     if pending == 0:
         rows.fine(w, n)
     elif pending <= 2:
-        rows.kicked_2(w, pool, shape(op, a), shape(op, b), w[PE + a], w[PE + b] if pending > 1 else 0.0, n)
+        rows.kicked_2(w, pool, shape(op, a), shape(op, b), w.pending[a], w.pending[b] if pending > 1 else 0.0, n)
     else:
         rows.kicked_4(
             w, pool, shape(op, a), shape(op, b), shape(op, c), shape(op, d),
-            w[PE + a], w[PE + b], w[PE + c], w[PE + d] if pending > 3 else 0.0, n,
+            w.pending[a], w.pending[b], w.pending[c], w.pending[d] if pending > 3 else 0.0, n,
         )  # fmt: skip
 
 
@@ -105,13 +88,13 @@ def sense(op, w, pool, seen, count, n):
     while i + 3 < count:
         a, b, c, d = seen[i], seen[i + 1], seen[i + 2], seen[i + 3]
         u0, u1, u2, u3 = rows.displacement_4(w, pool, shape(op, a), shape(op, b), shape(op, c), shape(op, d), n)
-        w[C1 + a] = u0
-        w[C1 + b] = u1
-        w[C1 + c] = u2
-        w[C1 + d] = u3
+        w.clearance_now[a] = u0
+        w.clearance_now[b] = u1
+        w.clearance_now[c] = u2
+        w.clearance_now[d] = u3
         i += 4
     while i < count:
-        w[C1 + seen[i]] = rows.displacement(w, pool, shape(op, seen[i]), n)
+        w.clearance_now[seen[i]] = rows.displacement(w, pool, shape(op, seen[i]), n)
         i += 1
 
 
@@ -121,12 +104,12 @@ def press(s, op, w, pool, seen, count, step, way, log, voice):
     touching = False
     for i in range(count):
         m = seen[i]
-        old, before = w[EO + m], w[EN + m]
-        free = pool[op.start + OP_HEIGHT * ROW + m] - w[C1 + m]
+        old, before = w.eta_before[m], w.eta[m]
+        free = pool[op.start + OP_HEIGHT * ROW + m] - w.clearance_now[m]
         eta = free
         f = 0.0
         if free > 0.0 or old > 0.0:
-            guess = max(2.0 * w[FO + m] - w[FB + m], 0.0)
+            guess = max(2.0 * w.force[m] - w.force_before[m], 0.0)
             f = contact.solve_point(free - old, old, op.weight, op.stiffness, op.exponent, guess)
             eta = free - op.weight * f
             touching = touching or f != 0.0
@@ -136,16 +119,16 @@ def press(s, op, w, pool, seen, count, step, way, log, voice):
                 log[voice.logged, 0] = step
                 log[voice.logged, 1] = m
             voice.logged += 1
-        w[FB + m] = w[FO + m]
-        w[FO + m] = f
-        w[EO + m] = before
-        w[EN + m] = eta
-        w[PE + m] = op.push * f
-        w[SK + m] = w[SK + m] + 1.0 if w[LK + m] == step - 1 else 1.0
-        w[LK + m] = step
-        w[NX + m] = step + 1
+        w.force_before[m] = w.force[m]
+        w.force[m] = f
+        w.eta_before[m] = before
+        w.eta[m] = eta
+        w.pending[m] = op.push * f
+        w.streak[m] = w.streak[m] + 1.0 if w.last_look[m] == step - 1 else 1.0
+        w.last_look[m] = step
+        w.next_look[m] = step + 1
         if eta < 0.0 and before <= 0.0 and f == 0.0:
-            w[NX + m] = step + max(np.floor(-eta / way) - EARLY, 1.0)
+            w.next_look[m] = step + max(np.floor(-eta / way) - EARLY, 1.0)
     if touching:
         s.active = op.padded
 
@@ -157,13 +140,13 @@ def slide(s, op, w, across, seen, count):
     for i in range(count):
         m = seen[i]
         f = 0.0
-        if w[EN + m] > 0.0:
-            wanted = across[C1 + m] - across[EO + m]
+        if w.eta[m] > 0.0:
+            wanted = across.clearance_now[m] - across.eta_before[m]
             f = -op.friction * min(max(wanted / (op.slip + op.weight * op.friction), -1.0), 1.0)
             touching = True
-        across[EO + m] = across[EN + m]
-        across[EN + m] = across[C1 + m] + op.weight * f
-        across[PE + m] = op.push * f
+        across.eta_before[m] = across.eta[m]
+        across.eta[m] = across.clearance_now[m] + op.weight * f
+        across.pending[m] = op.push * f
     if touching:
         s.swaying = op.padded
 
@@ -173,14 +156,14 @@ def get_done(op, w, across, pool, near, count, n, swaying, step, way):
     """The forces of the last step; which points are known at `step`, and how clear the others are at least."""
     for i in range(count):
         m = near[i]
-        if w[PE + m] != 0.0:
-            rows.kick_from(w, pool, shape(op, m), w[PE + m], n)
-        if swaying > 0 and across[PE + m] != 0.0:
-            rows.kick_from(across, pool, shape(op, m), across[PE + m], swaying)
-        known = w[LK + m] == step and w[SK + m] > 1.0
-        w[ST + m] = step if known else -1.0
-        across[ST + m] = w[ST + m] if swaying > 0 else -1.0
-        w[C0 + m] = -w[EN + m] if w[LK + m] == step else (w[NX + m] + EARLY - step) * way
+        if w.pending[m] != 0.0:
+            rows.kick_from(w, pool, shape(op, m), w.pending[m], n)
+        if swaying > 0 and across.pending[m] != 0.0:
+            rows.kick_from(across, pool, shape(op, m), across.pending[m], swaying)
+        known = w.last_look[m] == step and w.streak[m] > 1.0
+        w.solved_at[m] = step if known else -1.0
+        across.solved_at[m] = w.solved_at[m] if swaying > 0 else -1.0
+        w.clearance[m] = -w.eta[m] if w.last_look[m] == step else (w.next_look[m] + EARLY - step) * way
 
 
 @jit
@@ -195,7 +178,7 @@ def fine_steps(s, op, w, across, pool, near, count, seen, steps, step, log, voic
         step += 1
         looks = np.int64(0)
         for i in range(count):
-            if w[NX + near[i]] <= step:
+            if w.next_look[near[i]] <= step:
                 seen[looks] = near[i]
                 looks += 1
         if s.swaying > 0:

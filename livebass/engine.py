@@ -124,8 +124,8 @@ class Engine:
         v, events = self.voices[i], self._pending[i]
         return int(
             voice.run(
-                v.record[0], v.slots, self.pool.records[i], v.work, self.pool.memory, events, len(events),
-                self.settings, v.scratch, v.taps, v.log, False, out, out[:0],
+                v.string[0], self.pool.records[i], self.pool.memory, events, len(events), self.settings, v.log, False,
+                out, out[:0],
             )
         )
 
@@ -217,8 +217,8 @@ def solve_trial(trial: Trial) -> Motion:
         if first in trial.states:
             states.append(modal_state(state, trial))
         voice.run(
-            state.record[0], state.slots, records, state.work, memory, events, len(events), settings,
-            state.scratch, state.taps, state.log, True, out[first:end], across[first:end],
+            state.string[0], records, memory, events, len(events), settings, state.log, True, out[first:end],
+            across[first:end],
         )
         events = events[:0]
         contacts.append(state.log[: int(state.record[0]["logged"])].copy())
@@ -245,6 +245,5 @@ def modal_state(state: Voice, trial: Trial) -> NDArray[np.float64]:
         return np.stack([held, np.zeros_like(held)], axis=1)
     k = int(state.record[0]["slot"])
     works = state.work[k :: at.VOICE_SLOTS] if trial.pluck.angle else state.work[k : k + 1]
-    rows = works.reshape(len(works), at.WORK_ROWS, at.ROW)[:, :, : trial.modes]
-    q = rows[:, at.Q]
-    return np.stack([q, rows[:, at.PACE] * rows[:, at.P] - rows[:, at.SIGMA] * q], axis=1)
+    q, p, pace, sigma = (works[name][:, : trial.modes] for name in ("q", "p", "pace", "sigma"))
+    return np.stack([q, pace * p - sigma * q], axis=1)

@@ -7,25 +7,8 @@ u does not feel v. [any thread]
 
 from livebass import contact, friction, rows
 from livebass.kernels import jit
-from livebass.layout import (
-    CLEARANCE_NOW,
-    COUPLING,
-    ETA,
-    ETA_OLD,
-    FORCE,
-    FORCE_OLD,
-    MOST_NEAR,
-    NEAR,
-    NEAR_PHI,
-    OP_HEIGHT,
-    PENDING,
-    ROW,
-    SOLVE,
-    STAMP,
-)
+from livebass.layout import MOST_NEAR, NEAR, OP_HEIGHT, ROW
 
-C1, EN, EO, ST = CLEARANCE_NOW * ROW, ETA * ROW, ETA_OLD * ROW, STAMP * ROW
-FO, FB, PE = FORCE * ROW, FORCE_OLD * ROW, PENDING * ROW
 
 
 @jit
@@ -42,47 +25,47 @@ def couple(s, op, pool, near, count, coupling):
 def get_ready(op, w, pool, near, count):
     """Shapes at the points in `near`, and no forces yet."""
     for i in range(count):
-        rows.copy_row(w, NEAR_PHI + i, pool, op.start + (op.phi + near[i]) * ROW, op.padded)
-        w[FO + near[i]] = 0.0
-        w[FB + near[i]] = 0.0
+        rows.copy_row(w.near_shape[i], pool, op.start + (op.phi + near[i]) * ROW, op.padded)
+        w.force[near[i]] = 0.0
+        w.force_before[near[i]] = 0.0
     for i in range(count + NEAR):
-        w[PE + i] = 0.0
+        w.pending[i] = 0.0
 
 
 @jit
 def move(w, near, count, n):
     """One fine step of `n` modes after the pending forces; free displacements at the points into CLEARANCE_NOW."""
     for i in range(NEAR, count):
-        if w[PE + i] != 0.0:
-            rows.kick(w, NEAR_PHI + i, w[PE + i], n)
+        if w.pending[i] != 0.0:
+            rows.kick(w, i, w.pending[i], n)
     if count == 1:
-        w[C1 + near[0]] = rows.fine_1(w, w[PE], n)
+        w.clearance_now[near[0]] = rows.fine_1(w, w.pending[0], n)
     elif count == 2:
-        u0, u1 = rows.fine_2(w, w[PE], w[PE + 1], n)
-        w[C1 + near[0]] = u0
-        w[C1 + near[1]] = u1
+        u0, u1 = rows.fine_2(w, w.pending[0], w.pending[1], n)
+        w.clearance_now[near[0]] = u0
+        w.clearance_now[near[1]] = u1
     elif count == 3:
-        u0, u1, u2 = rows.fine_3(w, w[PE], w[PE + 1], w[PE + 2], n)
-        w[C1 + near[0]] = u0
-        w[C1 + near[1]] = u1
-        w[C1 + near[2]] = u2
+        u0, u1, u2 = rows.fine_3(w, w.pending[0], w.pending[1], w.pending[2], n)
+        w.clearance_now[near[0]] = u0
+        w.clearance_now[near[1]] = u1
+        w.clearance_now[near[2]] = u2
     else:
-        u0, u1, u2, u3 = rows.fine_4(w, w[PE], w[PE + 1], w[PE + 2], w[PE + 3], n)
-        w[C1 + near[0]] = u0
-        w[C1 + near[1]] = u1
-        w[C1 + near[2]] = u2
-        w[C1 + near[3]] = u3
+        u0, u1, u2, u3 = rows.fine_4(w, w.pending[0], w.pending[1], w.pending[2], w.pending[3], n)
+        w.clearance_now[near[0]] = u0
+        w.clearance_now[near[1]] = u1
+        w.clearance_now[near[2]] = u2
+        w.clearance_now[near[3]] = u3
         for i in range(NEAR, count):
-            w[C1 + near[i]] = rows.displacement_near(w, NEAR_PHI + i, n)
+            w.clearance_now[near[i]] = rows.displacement_near(w, i, n)
 
 
 @jit
 def get_done(w, near, count, n, step):
     """The forces of the last step, and which step it was."""
     for i in range(count):
-        if w[PE + i] != 0.0:
-            rows.kick(w, NEAR_PHI + i, w[PE + i], n)
-        w[ST + near[i]] = step
+        if w.pending[i] != 0.0:
+            rows.kick(w, i, w.pending[i], n)
+        w.solved_at[near[i]] = step
 
 
 @jit
@@ -91,40 +74,40 @@ def press(s, op, w, pool, near, count, coupling, step, log, voice):
     hit = False
     for i in range(count):
         m = near[i]
-        free = pool[op.start + OP_HEIGHT * ROW + m] - w[C1 + m]
-        hit = hit or free > 0.0 or w[EO + m] > 0.0
-        w[C1 + m] = free - w[EO + m]
+        free = pool[op.start + OP_HEIGHT * ROW + m] - w.clearance_now[m]
+        hit = hit or free > 0.0 or w.eta_before[m] > 0.0
+        w.clearance_now[m] = free - w.eta_before[m]
     if not hit:
         for i in range(count):
             m = near[i]
-            eta = w[EO + m] + w[C1 + m]
-            w[EO + m] = w[EN + m]
-            w[EN + m] = eta
-            w[FO + m] = 0.0
-            w[FB + m] = 0.0
-            w[PE + i] = 0.0
+            eta = w.eta_before[m] + w.clearance_now[m]
+            w.eta_before[m] = w.eta[m]
+            w.eta[m] = eta
+            w.force[m] = 0.0
+            w.force_before[m] = 0.0
+            w.pending[i] = 0.0
         return
     for i in range(count):  # the forces go on as they went
         m = near[i]
-        last = w[FO + m]
-        w[FO + m] = max(2.0 * last - w[FB + m], 0.0)
-        w[FB + m] = last
+        last = w.force[m]
+        w.force[m] = max(2.0 * last - w.force_before[m], 0.0)
+        w.force_before[m] = last
     touching = contact.solve_points(
-        near, count, w[C1 : C1 + ROW], w[EO : EO + ROW], w[FO : FO + ROW], coupling, op.diagonal, op.stiffness,
-        op.exponent, w[SOLVE * ROW : SOLVE * ROW + 2 * ROW],
+        near, count, w.clearance_now, w.eta_before, w.force, coupling, op.diagonal, op.stiffness,
+        op.exponent, w.solver,
     )  # fmt: skip
     for i in range(count):
         m = near[i]
-        eta = w[EO + m] + w[C1 + m] - felt(near, count, w[FO : FO + ROW], coupling, op.diagonal, i)
-        if eta > 0.0 and w[EN + m] <= 0.0:
+        eta = w.eta_before[m] + w.clearance_now[m] - felt(near, count, w.force, coupling, op.diagonal, i)
+        if eta > 0.0 and w.eta[m] <= 0.0:
             s.touching += 1
             if voice.logged < log.shape[0]:
                 log[voice.logged, 0] = step
                 log[voice.logged, 1] = m
             voice.logged += 1
-        w[EO + m] = w[EN + m]
-        w[EN + m] = eta
-        w[PE + i] = op.push * w[FO + m]
+        w.eta_before[m] = w.eta[m]
+        w.eta[m] = eta
+        w.pending[i] = op.push * w.force[m]
     if touching > 0:
         s.active = op.padded
 
@@ -144,15 +127,15 @@ def felt(near, count, force, coupling, diagonal, i):
 def slide(s, op, w, across, near, count, coupling):
     """Friction of the step that `move` made in `across`; before `press`, while `w` has the penetration at its start."""
     if friction.solve_points(
-        near, count, across[C1 : C1 + ROW], across[EO : EO + ROW], w[EN : EN + ROW], across[FO : FO + ROW], coupling,
+        near, count, across.clearance_now, across.eta_before, w.eta, across.force, coupling,
         op.diagonal, op.friction, op.slip,
     ):  # fmt: skip
         s.swaying = op.padded
     for i in range(count):
         m = near[i]
-        across[EO + m] = across[EN + m]
-        across[EN + m] = across[C1 + m] + felt(near, count, across[FO : FO + ROW], coupling, op.diagonal, i)
-        across[PE + i] = op.push * across[FO + m]
+        across.eta_before[m] = across.eta[m]
+        across.eta[m] = across.clearance_now[m] + felt(near, count, across.force, coupling, op.diagonal, i)
+        across.pending[i] = op.push * across.force[m]
 
 
 @jit
@@ -164,20 +147,20 @@ def fine_steps(s, op, w, across, pool, near, count, steps, step, log, voice):
     get_ready(op, w, pool, near, count)
     for i in range(count):
         m = near[i]
-        if w[ST + m] != step:
+        if w.solved_at[m] != step:
             o = op.start + (op.phi + m) * ROW
-            w[EN + m] = pool[op.start + OP_HEIGHT * ROW + m] - rows.displacement(w, pool, o, s.active)
-            w[EO + m] = pool[op.start + OP_HEIGHT * ROW + m] - rows.displacement_before(w, pool, o, s.active)
+            w.eta[m] = pool[op.start + OP_HEIGHT * ROW + m] - rows.displacement(w, pool, o, s.active)
+            w.eta_before[m] = pool[op.start + OP_HEIGHT * ROW + m] - rows.displacement_before(w, pool, o, s.active)
     swaying = s.swaying > 0
     if swaying:
         get_ready(op, across, pool, near, count)
         for i in range(count):
             m = near[i]
-            if across[ST + m] != step:
+            if across.solved_at[m] != step:
                 o = op.start + (op.phi + m) * ROW
-                across[EN + m] = rows.displacement(across, pool, o, s.swaying)
-                across[EO + m] = rows.displacement_before(across, pool, o, s.swaying)
-    coupling = w[COUPLING * ROW : COUPLING * ROW + ROW]
+                across.eta[m] = rows.displacement(across, pool, o, s.swaying)
+                across.eta_before[m] = rows.displacement_before(across, pool, o, s.swaying)
+    coupling = w.coupling
     couple(s, op, pool, near, count, coupling)
     for _ in range(steps):
         step += 1

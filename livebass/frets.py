@@ -11,15 +11,15 @@ ways are the same exact solution; the choice depends on frame numbers and on the
 import numpy as np
 
 from livebass import clearance, frame_call, rows
-from livebass.clearance import C0, C1, DU, EN, EO, NEVER, ST, height, suspicious
+from livebass.clearance import NEVER, height, suspicious
 from livebass.fine import fine_steps
 from livebass.kernels import callback, jit
 from livebass.layout import (
-    FRAME,
-    FRAME_1,
+    LONGER,
+    PART,
     ROW,
-    SUB,
     VOICE_SLOTS,
+    WHOLE,
 )
 
 
@@ -37,35 +37,35 @@ def contact_frame(s, op, w, across, pool, suspects, near, count, steps, step, lo
     end = step + steps
     for _ in range(op.parts):
         n = s.active
-        rows.try_leap(w, SUB, n)
+        rows.try_leap(w, PART, n)
         close = np.int64(0)
         for i in range(count):
             m = suspects[i]
             clear = rows.displacement(w, pool, shape(op, m), n) - height(op, pool, m)
-            now = w[C0 + m]
-            w[C1 + m] = clear
-            held = w[ST + m] == step and w[EO + m] > 0.0
+            now = w.clearance[m]
+            w.clearance_now[m] = clear
+            held = w.solved_at[m] == step and w.eta_before[m] > 0.0
             if held or now <= 0.0 or now + clear <= way * op.part_steps:
                 near[close] = m
                 close += 1
         if close == 0:
-            rows.leap(across, SUB, s.swaying)
+            rows.leap(across, PART, s.swaying)
             for i in range(count):
-                w[C0 + suspects[i]] = w[C1 + suspects[i]]
+                w.clearance[suspects[i]] = w.clearance_now[suspects[i]]
         else:
             rows.take_back(w, n)
             fine_steps(s, op, w, across, pool, near, close, op.part_steps, step, log, voice)
             for i in range(count):
                 m = suspects[i]
-                if w[ST + m] == step + op.part_steps:
-                    w[C0 + m] = -w[EN + m]
+                if w.solved_at[m] == step + op.part_steps:
+                    w.clearance[m] = -w.eta[m]
                 else:
-                    w[C0 + m] = rows.displacement(w, pool, shape(op, m), s.active) - height(op, pool, m)
+                    w.clearance[m] = rows.displacement(w, pool, shape(op, m), s.active) - height(op, pool, m)
         step += op.part_steps
     if step < end:
         fine_steps(s, op, w, across, pool, suspects, count, end - step, step, log, voice)
         for i in range(count):
-            w[C0 + suspects[i]] = -w[EN + suspects[i]]
+            w.clearance[suspects[i]] = -w.eta[suspects[i]]
     clearance.after_contact(w, suspects, count, end, way)
     s.due = end
 
@@ -74,7 +74,7 @@ def contact_frame(s, op, w, across, pool, suspects, near, count, steps, step, lo
 def advance(s, op, w, across, pool, suspects, near, steps, step, log, voice):
     """Moves a slot from fine step `step` over one frame of `steps` fine steps in which something may touch."""
     n = s.active
-    leap = FRAME_1 if steps > op.steps else FRAME
+    leap = LONGER if steps > op.steps else WHOLE
     end = step + steps
     rows.try_leap(w, leap, n)
     way = s.fastest * op.fine
@@ -82,8 +82,8 @@ def advance(s, op, w, across, pool, suspects, near, steps, step, log, voice):
     looked = np.int64(0)
     least = NEVER
     for m in range(op.points):
-        if end <= w[DU + m]:
-            least = min(least, w[DU + m])
+        if end <= w.due[m]:
+            least = min(least, w.due[m])
             continue
         near[looked] = m
         looked += 1
@@ -97,13 +97,14 @@ def advance(s, op, w, across, pool, suspects, near, steps, step, log, voice):
     rows.leap(across, leap, s.swaying)
     clearance.stayed_clear(w, near, looked, end, way)
     for i in range(looked):
-        least = min(least, w[DU + near[i]])
+        least = min(least, w.due[near[i]])
     s.due = np.int64(least)
 
 
 @callback("void(int64, int64, int64)")
 def player(address, _, __):
     """`advance` as a C function, of what lies at `address`: frame_call.call put it there."""
-    voices, slots, ops, w2, pool, scratch, log, k, steps = frame_call.arguments(address)
-    v, s, w, across = voices[0], slots[k], w2[k], w2[VOICE_SLOTS + k]
+    strings, ops, pool, log, k, steps = frame_call.arguments(address)
+    string = strings[0]
+    s, w, across, v, scratch = string.slots[k], string.work[k], string.work[VOICE_SLOTS + k], string.voice, string.scratch
     advance(s, ops[s.fret], w, across, pool, scratch[0], scratch[1], steps, v.step, log, v)

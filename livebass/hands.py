@@ -9,23 +9,8 @@ import numpy as np
 
 from livebass import rows, stepping
 from livebass.kernels import jit
-from livebass.layout import (
-    FINGER,
-    KAPPA,
-    OP_HEIGHT,
-    OP_POSITION,
-    OP_TAP,
-    ROW,
-    SHAPE,
-    SIGMA,
-    STAMP,
-    STRIKE,
-    VOICE_SLOTS,
-    P,
-    Q,
-)
+from livebass.layout import OP_HEIGHT, OP_POSITION, OP_TAP, ROW, VOICE_SLOTS
 
-ST = STAMP * ROW
 FADE_RATE = 450.0  # 1/s of the finger that leaves a note for another fret
 FINGER_NEPERS = 5.0  # damping, at an antinode, of a finger that takes hold of a sounding string
 BEND_FRAMES = 128  # pitch bend is followed so often, one string after the other ...
@@ -40,10 +25,10 @@ def shape_of_pluck(w, op, apex, position, rounding):
     k1 = np.pi / length
     corner = np.sqrt(2 / length) * apex * length / (position * (length - position))
     for j in range(op.padded):
-        w[SHAPE * ROW + j] = 0.0
+        w.held[j] = 0.0
     for j in range(op.modes):
         k = (j + 1) * k1
-        w[SHAPE * ROW + j] = corner * np.sin(k * position) / (k * k) * np.exp(-0.5 * (k * rounding) ** 2)
+        w.held[j] = corner * np.sin(k * position) / (k * k) * np.exp(-0.5 * (k * rounding) ** 2)
 
 
 @jit
@@ -51,11 +36,11 @@ def shape_of_strike(w, op, depth, position, width):
     """Fills STRIKE with modal velocities: an impulse that pushes an endless string down by `depth`."""
     k1 = np.pi / op.length
     for j in range(op.padded):
-        w[STRIKE * ROW + j] = 0.0
+        w.strike[j] = 0.0
     for j in range(op.modes):
         k = (j + 1) * k1
         smooth = np.exp(-0.5 * (k * width) ** 2)
-        w[STRIKE * ROW + j] = -2 * op.speed * depth * np.sqrt(2 / op.length) * np.sin(k * position) * smooth
+        w.strike[j] = -2 * op.speed * depth * np.sqrt(2 / op.length) * np.sin(k * position) * smooth
 
 
 @jit
@@ -78,9 +63,9 @@ def touch(v, s, w, across, op, position, frames):
     k1 = np.pi / op.length
     for j in range(op.padded):
         shape = np.sin((j + 1) * k1 * position)
-        w[FINGER * ROW + j] = np.exp(-FINGER_NEPERS / frames * shape * shape)
+        w.finger[j] = np.exp(-FINGER_NEPERS / frames * shape * shape)
     if s.across:
-        rows.copy_row(across, FINGER, w, FINGER * ROW, op.padded)
+        rows.copy_row(across.finger, w.finger, 0, op.padded)
     v.fingering = frames
 
 
@@ -92,8 +77,9 @@ def pulled(v, left):
 
 
 @jit
-def interrupt(v, slots, ops, w2):
+def interrupt(string, ops):
     """A finger in the middle of its pull leaves: the string goes on from where it is, as fast as it is."""
+    v, slots, w2 = string.voice, string.slots, string.work
     if 0 < v.pulling <= v.pull:
         s = slots[v.slot]
         op = ops[s.fret]
@@ -111,15 +97,16 @@ def interrupt(v, slots, ops, w2):
 def leave(op, w, up, moving):
     """Adds `up` times the held shape, moving by `moving` times it a second."""
     for j in range(op.padded):
-        x = w[SHAPE * ROW + j]
-        w[Q * ROW + j] += up * x
-        w[P * ROW + j] += w[KAPPA * ROW + j] * (moving + w[SIGMA * ROW + j] * up) * x
+        x = w.held[j]
+        w.q[j] += up * x
+        w.p[j] += w.kappa[j] * (moving + w.sigma[j] * up) * x
 
 
 @jit
-def take_string(v, slots, ops, w2, pool, fret):
+def take_string(string, ops, pool, fret):
     """The slot in which `fret` is to sound; what sounds on another fret begins to fade."""
-    interrupt(v, slots, ops, w2)
+    v, slots, w2 = string.voice, string.slots, string.work
+    interrupt(string, ops)
     s = slots[v.slot]
     if s.on and (s.fret != fret or s.fading):
         if not s.fading:
@@ -140,13 +127,14 @@ def take_string(v, slots, ops, w2, pool, fret):
 
 
 @jit
-def pluck(v, slots, ops, w2, pool, fret, apex, position, rounding, angle):
+def pluck(string, ops, pool, fret, apex, position, rounding, angle):
     """A finger takes the string, pulls it for `v.pull` frames and lets go. Lengths in m from the stop.
 
     It pulls at `angle` (rad) from u, away from the neck, towards v, across.
     """
+    v, slots, w2 = string.voice, string.slots, string.work
     sounding = slots[v.slot].on
-    k = take_string(v, slots, ops, w2, pool, fret)
+    k = take_string(string, ops, pool, fret)
     s = slots[k]
     op = ops[fret]
     w = w2[k]
@@ -179,15 +167,16 @@ def let_go(v, s, op, w, across):
         rows.release(across, op.padded)
         s.swaying = op.padded
         for m in range(op.points):
-            across[ST + m] = -1.0
+            across.solved_at[m] = -1.0
     stepping.disturb(s, op, w, v.step)
 
 
 @jit
-def strike(v, slots, ops, w2, pool, fret, depth, position, width):
+def strike(string, ops, pool, fret, depth, position, width):
     """The thumb throws the string down at `position` over `v.strike` frames."""
+    v, slots, w2 = string.voice, string.slots, string.work
     sounding = slots[v.slot].on
-    k = take_string(v, slots, ops, w2, pool, fret)
+    k = take_string(string, ops, pool, fret)
     s = slots[k]
     s.on = 1
     s.touching = 0
@@ -207,8 +196,9 @@ def highest(v):
 
 
 @jit
-def follow_bend(v, slots, ops, w2, pool):
+def follow_bend(string, ops, pool):
     """Tunes the string a little nearer to the bend: so fast as an arm can, or a string would gain energy by it."""
+    v, slots, w2 = string.voice, string.slots, string.work
     most = 2.0 ** (BEND_SPEED * BEND_FRAMES / (12.0 * v.rate))
     v.tuned = min(max(v.bend, v.tuned / most), v.tuned * most)
     for k in range(2):
@@ -239,11 +229,12 @@ def excite(v, s, op, w, across):
 
 
 @jit
-def exchange(v, slots, old, ops, w2, pool):
+def exchange(string, old, ops, pool):
     """The string goes on with operators `ops` in place of `old`: other modes, another contact rate.
 
     Both have whole fine steps in a frame. Displacement and velocity of the modes they share stay.
     """
+    v, slots, w2 = string.voice, string.slots, string.work
     v.numerator = ops[0].steps
     v.step = v.frame * v.numerator
     for k in range(2):

@@ -37,7 +37,6 @@ def heard(trial: Trial, output: Output) -> NDArray[np.float64]:
     settings = np.array([pluck.rounding, 0.02, pluck.angle])
     out = np.zeros(trial.samples)
     voice.run(
-        state.record[0], state.slots, records, state.work, op.memory.ravel(), events, 1, settings,
-        state.scratch, state.taps, state.log, False, out, out[:0],
+        state.string[0], records, op.memory.ravel(), events, 1, settings, state.log, False, out, out[:0],
     )  # fmt: skip
     return out

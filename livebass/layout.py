@@ -37,6 +37,23 @@ NEXT = SOLVE + 2  # fine step at which a point of a board is looked at again; at
 LOOKED, STREAK = NEXT + 1, NEXT + 2
 GROUPS = NEXT + 3  # of points of a board: four parts of GROUP_ROOM (board.py)
 WORK_ROWS = GROUPS + 1
+WHOLE, LONGER, PART = 0, 1, 2  # the leaps of a slot: one frame; one fine step more; a part of a frame
+LEAP = np.dtype([(name, "f8", (ROW,)) for name in "abg"])
+
+
+def _row(name):
+    return (name, "f8", (ROW,))
+
+
+WORK = np.dtype([
+    _row("q"), _row("p"), _row("q_before"), _row("p_before"), _row("fine_a"), _row("fine_b"), ("leaps", LEAP, (3,)), _row("kappa"),
+    _row("omega"), _row("sigma"), _row("pace"), _row("held"), _row("strike"), _row("finger"), _row("clearance"),
+    _row("clearance_now"), _row("known_at"), _row("due"), _row("eta"), _row("eta_before"), _row("solved_at"),
+    _row("force"), _row("force_before"), _row("pending"), ("near_shape", "f8", (MOST_NEAR, ROW)), _row("coupling"),
+    ("solver", "f8", (2 * ROW,)), _row("next_look"), _row("last_look"), _row("streak"),
+    ("group_due", "f8", (128,)), ("group_known_at", "f8", (128,)), ("group_clear", "f8", (128,)), ("group_clear_now", "f8", (128,)),
+    ("_rest", "f8", (ROW - 512,)),
+])
 GROUP, GROUP_ROOM = 16, 128  # points
 
 # Operators of one string at one fret, in a pool shared by all: the first rows go to the working set at a pluck
@@ -137,3 +154,14 @@ EVENT = np.dtype(
     align=True,
 )
 PLUCK, STRIKE_EVENT, HAND, BEND, GAIN, CUT = 1, 2, 3, 4, 5, 6
+
+STRING = np.dtype(
+    [
+        ("voice", VOICE),
+        ("slots", SLOT, (VOICE_SLOTS,)),
+        ("work", WORK, (POLARISATIONS * VOICE_SLOTS,)),  # of slot k: k for u, VOICE_SLOTS + k for v
+        ("scratch", "i8", (4, ROW)),  # indices of contact points
+        ("taps", "f8", (8,)),  # what is sensed at a frame
+    ],
+    align=True,
+)

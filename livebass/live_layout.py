@@ -54,11 +54,7 @@ BASS = np.dtype(
         ("operators", "i8", (2,)),  # addresses: layout.OPERATOR (strings, frets + 1), fine and coarse
         ("pool", "i8", (2,)),
         ("pool_size", "i8", (2,)),
-        ("voice", "i8", (MOST_STRINGS,)),
-        ("slots", "i8", (MOST_STRINGS,)),
-        ("work", "i8", (MOST_STRINGS,)),
-        ("scratch", "i8", (MOST_STRINGS,)),
-        ("taps", "i8", (MOST_STRINGS,)),
+        ("string", "i8", (MOST_STRINGS,)),  # layout.STRING
         ("performer", "i8"),
         ("settings", "i8"),
         ("events", "i8"),  # layout.EVENT (EVENT_ROOM,), of all strings

@@ -28,7 +28,7 @@ def relieve(stage, load, n):
         for i in range(b.strings):
             if (b.coarse >> i) & 1:
                 continue
-            slots = ahead.slots_of(b, i)
+            slots = ahead.string_of(b, i).slots
             sounding = slots[0].on or slots[1].on
             if not sounding:
                 continue
@@ -57,11 +57,9 @@ def exchange(b, i, which, now):
     """String `i` goes on with the operators `which` from stage frame `now` on."""
     ahead.stay(b, i, now - b.frame)
     hands.exchange(
-        ahead.voice_of(b, i),
-        ahead.slots_of(b, i),
+        ahead.string_of(b, i),
         ahead.operators_of(b, 1 - which)[i],
         ahead.operators_of(b, which)[i],
-        ahead.work_of(b, i),
         ahead.pool_of(b, which),
     )
     b.coarse ^= 1 << i

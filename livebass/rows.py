@@ -16,35 +16,11 @@ way each time. Distances between rows are compile-time constants (layout.py): wi
 import numpy as np
 
 from livebass.kernels import LEAN, compiled
-from livebass.layout import (
-    BLOCK,
-    FINE_A,
-    FINE_B,
-    FINGER,
-    FRAME,
-    FRAME_1,
-    KAPPA,
-    NEAR_PHI,
-    OMEGA,
-    P_OLD,
-    PACE,
-    Q_OLD,
-    ROW,
-    SHAPE,
-    SIGMA,
-    STRIKE,
-    SUB,
-    P,
-    Q,
-)
+from livebass.layout import BLOCK, LONGER, PART, ROW, WHOLE
 
 LANES = {"reassoc", "contract", "nsz", "arcp"}
 jit = compiled(fastmath=LANES, **LEAN)
 
-IQ, IP, IQO, IPO = Q * ROW, P * ROW, Q_OLD * ROW, P_OLD * ROW
-IA, IB, IK, IW, IS = FINE_A * ROW, FINE_B * ROW, KAPPA * ROW, OMEGA * ROW, SIGMA * ROW
-IPACE = PACE * ROW
-IN0, IN1, IN2, IN3 = NEAR_PHI * ROW, (NEAR_PHI + 1) * ROW, (NEAR_PHI + 2) * ROW, (NEAR_PHI + 3) * ROW
 DEAD = 1e-17  # m^1.5: a mode below this is silence
 
 
@@ -52,14 +28,14 @@ DEAD = 1e-17  # m^1.5: a mode below this is silence
 def fine_1(w, f0, n):
     u0 = 0.0
     for j in range(n):
-        kick = f0 * w[IN0 + j]
-        a = w[IA + j]
-        x = w[IQ + j] + kick
-        y = w[IP + j] + a * kick
+        kick = f0 * w.near_shape[0, j]
+        a = w.fine_a[j]
+        x = w.q[j] + kick
+        y = w.p[j] + a * kick
         q = a * x + y
-        w[IP + j] = a * y - w[IB + j] * x
-        w[IQ + j] = q
-        u0 += w[IN0 + j] * q
+        w.p[j] = a * y - w.fine_b[j] * x
+        w.q[j] = q
+        u0 += w.near_shape[0, j] * q
     return u0
 
 
@@ -68,15 +44,15 @@ def fine_2(w, f0, f1, n):
     u0 = 0.0
     u1 = 0.0
     for j in range(n):
-        kick = f0 * w[IN0 + j] + f1 * w[IN1 + j]
-        a = w[IA + j]
-        x = w[IQ + j] + kick
-        y = w[IP + j] + a * kick
+        kick = f0 * w.near_shape[0, j] + f1 * w.near_shape[1, j]
+        a = w.fine_a[j]
+        x = w.q[j] + kick
+        y = w.p[j] + a * kick
         q = a * x + y
-        w[IP + j] = a * y - w[IB + j] * x
-        w[IQ + j] = q
-        u0 += w[IN0 + j] * q
-        u1 += w[IN1 + j] * q
+        w.p[j] = a * y - w.fine_b[j] * x
+        w.q[j] = q
+        u0 += w.near_shape[0, j] * q
+        u1 += w.near_shape[1, j] * q
     return u0, u1
 
 
@@ -86,16 +62,16 @@ def fine_3(w, f0, f1, f2, n):
     u1 = 0.0
     u2 = 0.0
     for j in range(n):
-        kick = f0 * w[IN0 + j] + f1 * w[IN1 + j] + f2 * w[IN2 + j]
-        a = w[IA + j]
-        x = w[IQ + j] + kick
-        y = w[IP + j] + a * kick
+        kick = f0 * w.near_shape[0, j] + f1 * w.near_shape[1, j] + f2 * w.near_shape[2, j]
+        a = w.fine_a[j]
+        x = w.q[j] + kick
+        y = w.p[j] + a * kick
         q = a * x + y
-        w[IP + j] = a * y - w[IB + j] * x
-        w[IQ + j] = q
-        u0 += w[IN0 + j] * q
-        u1 += w[IN1 + j] * q
-        u2 += w[IN2 + j] * q
+        w.p[j] = a * y - w.fine_b[j] * x
+        w.q[j] = q
+        u0 += w.near_shape[0, j] * q
+        u1 += w.near_shape[1, j] * q
+        u2 += w.near_shape[2, j] * q
     return u0, u1, u2
 
 
@@ -106,28 +82,28 @@ def fine_4(w, f0, f1, f2, f3, n):
     u2 = 0.0
     u3 = 0.0
     for j in range(n):
-        kick = f0 * w[IN0 + j] + f1 * w[IN1 + j] + f2 * w[IN2 + j] + f3 * w[IN3 + j]
-        a = w[IA + j]
-        x = w[IQ + j] + kick
-        y = w[IP + j] + a * kick
+        kick = f0 * w.near_shape[0, j] + f1 * w.near_shape[1, j] + f2 * w.near_shape[2, j] + f3 * w.near_shape[3, j]
+        a = w.fine_a[j]
+        x = w.q[j] + kick
+        y = w.p[j] + a * kick
         q = a * x + y
-        w[IP + j] = a * y - w[IB + j] * x
-        w[IQ + j] = q
-        u0 += w[IN0 + j] * q
-        u1 += w[IN1 + j] * q
-        u2 += w[IN2 + j] * q
-        u3 += w[IN3 + j] * q
+        w.p[j] = a * y - w.fine_b[j] * x
+        w.q[j] = q
+        u0 += w.near_shape[0, j] * q
+        u1 += w.near_shape[1, j] * q
+        u2 += w.near_shape[2, j] * q
+        u3 += w.near_shape[3, j] * q
     return u0, u1, u2, u3
 
 
 @jit
 def kick(w, row, f, n):
     """Adds the effect of one contact force, its shape in working row `row`, after a fine step."""
-    phi = w[row * ROW : row * ROW + n]
+    phi = w.near_shape[row]
     for j in range(n):
         x = f * phi[j]
-        w[IQ + j] += x
-        w[IP + j] += w[IA + j] * x
+        w.q[j] += x
+        w.p[j] += w.fine_a[j] * x
 
 
 @jit
@@ -136,19 +112,19 @@ def kick_from(w, pool, o, f, n):
     phi = pool[o : o + n]
     for j in range(n):
         x = f * phi[j]
-        w[IQ + j] += x
-        w[IP + j] += w[IA + j] * x
+        w.q[j] += x
+        w.p[j] += w.fine_a[j] * x
 
 
 @jit
 def fine(w, n):
     """One fine step, free."""
     for j in range(n):
-        a = w[IA + j]
-        x = w[IQ + j]
-        y = w[IP + j]
-        w[IQ + j] = a * x + y
-        w[IP + j] = a * y - w[IB + j] * x
+        a = w.fine_a[j]
+        x = w.q[j]
+        y = w.p[j]
+        w.q[j] = a * x + y
+        w.p[j] = a * y - w.fine_b[j] * x
 
 
 @jit
@@ -158,11 +134,11 @@ def kicked_2(w, pool, o, p, f, g, n):
     second = pool[p : p + n]
     for j in range(n):
         kick = f * first[j] + g * second[j]
-        a = w[IA + j]
-        x = w[IQ + j] + kick
-        y = w[IP + j] + a * kick
-        w[IQ + j] = a * x + y
-        w[IP + j] = a * y - w[IB + j] * x
+        a = w.fine_a[j]
+        x = w.q[j] + kick
+        y = w.p[j] + a * kick
+        w.q[j] = a * x + y
+        w.p[j] = a * y - w.fine_b[j] * x
 
 
 @jit
@@ -174,11 +150,11 @@ def kicked_4(w, pool, o, p, r, s, f, g, h, i, n):
     fourth = pool[s : s + n]
     for j in range(n):
         kick = f * first[j] + g * second[j] + h * third[j] + i * fourth[j]
-        a = w[IA + j]
-        x = w[IQ + j] + kick
-        y = w[IP + j] + a * kick
-        w[IQ + j] = a * x + y
-        w[IP + j] = a * y - w[IB + j] * x
+        a = w.fine_a[j]
+        x = w.q[j] + kick
+        y = w.p[j] + a * kick
+        w.q[j] = a * x + y
+        w.p[j] = a * y - w.fine_b[j] * x
 
 
 @jit
@@ -193,7 +169,7 @@ def displacement_4(w, pool, o, p, r, s, n):
     u2 = 0.0
     u3 = 0.0
     for j in range(n):
-        q = w[IQ + j]
+        q = w.q[j]
         u0 += first[j] * q
         u1 += second[j] * q
         u2 += third[j] * q
@@ -204,36 +180,32 @@ def displacement_4(w, pool, o, p, r, s, n):
 @jit
 def leap(w, row, n):
     """Many fine steps at once, free: with A, B, G of rows `row` and two more."""
-    a = w[row * ROW : row * ROW + n]
-    b = w[row * ROW + ROW : row * ROW + ROW + n]
-    g = w[row * ROW + 2 * ROW : row * ROW + 2 * ROW + n]
+    a, b, g = w.leaps[row].a, w.leaps[row].b, w.leaps[row].g
     for j in range(n):
-        x = w[IQ + j]
-        y = w[IP + j]
-        w[IQ + j] = a[j] * x + b[j] * y
-        w[IP + j] = a[j] * y - g[j] * x
+        x = w.q[j]
+        y = w.p[j]
+        w.q[j] = a[j] * x + b[j] * y
+        w.p[j] = a[j] * y - g[j] * x
 
 
 @jit
 def try_leap(w, row, n):
     """`leap` that keeps the state before it in the _OLD rows."""
-    a = w[row * ROW : row * ROW + n]
-    b = w[row * ROW + ROW : row * ROW + ROW + n]
-    g = w[row * ROW + 2 * ROW : row * ROW + 2 * ROW + n]
+    a, b, g = w.leaps[row].a, w.leaps[row].b, w.leaps[row].g
     for j in range(n):
-        x = w[IQ + j]
-        y = w[IP + j]
-        w[IQO + j] = x
-        w[IPO + j] = y
-        w[IQ + j] = a[j] * x + b[j] * y
-        w[IP + j] = a[j] * y - g[j] * x
+        x = w.q[j]
+        y = w.p[j]
+        w.q_before[j] = x
+        w.p_before[j] = y
+        w.q[j] = a[j] * x + b[j] * y
+        w.p[j] = a[j] * y - g[j] * x
 
 
 @jit
 def take_back(w, n):
     for j in range(n):
-        w[IQ + j] = w[IQO + j]
-        w[IP + j] = w[IPO + j]
+        w.q[j] = w.q_before[j]
+        w.p[j] = w.p_before[j]
 
 
 @jit
@@ -242,7 +214,7 @@ def displacement(w, pool, o, n):
     phi = pool[o : o + n]
     u = 0.0
     for j in range(n):
-        u += phi[j] * w[IQ + j]
+        u += phi[j] * w.q[j]
     return u
 
 
@@ -251,7 +223,7 @@ def displacement_old(w, pool, o, n):
     phi = pool[o : o + n]
     u = 0.0
     for j in range(n):
-        u += phi[j] * w[IQO + j]
+        u += phi[j] * w.q_before[j]
     return u
 
 
@@ -261,23 +233,22 @@ def displacement_before(w, pool, o, n):
     phi = pool[o : o + n]
     u = 0.0
     for j in range(n):
-        a = w[IA + j]
-        u += phi[j] * (a * w[IQ + j] - w[IP + j]) / (a * a + w[IB + j])
+        a = w.fine_a[j]
+        u += phi[j] * (a * w.q[j] - w.p[j]) / (a * a + w.fine_b[j])
     return u
 
 
 @jit
 def displacement_near(w, row, n):
-    phi = w[row * ROW : row * ROW + n]
+    phi = w.near_shape[row]
     u = 0.0
     for j in range(n):
-        u += phi[j] * w[IQ + j]
+        u += phi[j] * w.q[j]
     return u
 
 
 @jit
-def copy_row(w, row, pool, o, n):
-    to = w[row * ROW : row * ROW + n]
+def copy_row(to, pool, o, n):
     phi = pool[o : o + n]
     for j in range(n):
         to[j] = phi[j]
@@ -290,7 +261,7 @@ def tap(w, pool, o, n):
     of_p = pool[o + ROW : o + ROW + n]
     y = 0.0
     for j in range(n):
-        y += of_q[j] * w[IQ + j] + of_p[j] * w[IP + j]
+        y += of_q[j] * w.q[j] + of_p[j] * w.p[j]
     return y
 
 
@@ -301,9 +272,9 @@ def sense_1(w, pool, o, n):
     u = 0.0
     v = 0.0
     for j in range(n):
-        q = w[IQ + j]
+        q = w.q[j]
         u += weight[j] * q
-        v += weight[j] * (w[IPACE + j] * w[IP + j] - w[IS + j] * q)
+        v += weight[j] * (w.pace[j] * w.p[j] - w.sigma[j] * q)
     return u, v
 
 
@@ -317,8 +288,8 @@ def sense_2(w, pool, o, n):
     u1 = 0.0
     v1 = 0.0
     for j in range(n):
-        q = w[IQ + j]
-        moving = w[IPACE + j] * w[IP + j] - w[IS + j] * q
+        q = w.q[j]
+        moving = w.pace[j] * w.p[j] - w.sigma[j] * q
         u0 += weight[j] * q
         v0 += weight[j] * moving
         u1 += other[j] * q
@@ -331,37 +302,37 @@ def tap_shape(w, pool, o, n):
     """The tap of the held shape at rest."""
     y = 0.0
     for j in range(n):
-        y += pool[o + j] * w[SHAPE * ROW + j]
+        y += pool[o + j] * w.held[j]
     return y
 
 
 @jit
 def scale(w, factor, n):
     for j in range(n):
-        w[IQ + j] *= factor
-        w[IP + j] *= factor
+        w.q[j] *= factor
+        w.p[j] *= factor
 
 
 @jit
 def finger(w, n):
     for j in range(n):
-        w[IQ + j] *= w[FINGER * ROW + j]
-        w[IP + j] *= w[FINGER * ROW + j]
+        w.q[j] *= w.finger[j]
+        w.p[j] *= w.finger[j]
 
 
 @jit
 def release(w, n):
     """Adds the held shape, at rest: p = sigma q / omega."""
     for j in range(n):
-        x = w[SHAPE * ROW + j]
-        w[IQ + j] += x
-        w[IP + j] += w[IK + j] * w[IS + j] * x
+        x = w.held[j]
+        w.q[j] += x
+        w.p[j] += w.kappa[j] * w.sigma[j] * x
 
 
 @jit
 def push(w, weight, n):
     for j in range(n):
-        w[IP + j] += weight * w[IK + j] * w[STRIKE * ROW + j]
+        w.p[j] += weight * w.kappa[j] * w.strike[j]
 
 
 @jit
@@ -369,8 +340,8 @@ def speed_square(w, n):
     """Sum of squared velocity amplitudes, m^3/s^2: twice the energy over mu."""
     e = 0.0
     for j in range(n):
-        v = w[IP + j] / w[IK + j]
-        d = w[IW + j] * w[IQ + j]
+        v = w.p[j] / w.kappa[j]
+        d = w.omega[j] * w.q[j]
         e += v * v + d * d
     return e
 
@@ -380,8 +351,8 @@ def amplitude_sum(w, n):
     """Sum of modal amplitudes, m^1.5: sqrt(2/L) times it bounds every displacement from now on."""
     s = 0.0
     for j in range(n):
-        p = w[IP + j] / (w[IK + j] * w[IW + j])
-        x = w[IQ + j]
+        p = w.p[j] / (w.kappa[j] * w.omega[j])
+        x = w.q[j]
         s += np.sqrt(x * x + p * p)
     return s
 
@@ -392,14 +363,14 @@ def living(w, n):
     while n > 0:
         most = 0.0
         for j in range(n - BLOCK, n):
-            p = w[IP + j] / (w[IK + j] * w[IW + j])
-            x = w[IQ + j]
+            p = w.p[j] / (w.kappa[j] * w.omega[j])
+            x = w.q[j]
             most = max(most, x * x + p * p)
         if most > DEAD * DEAD:
             break
         for j in range(n - BLOCK, n):
-            w[IQ + j] = 0.0
-            w[IP + j] = 0.0
+            w.q[j] = 0.0
+            w.p[j] = 0.0
         n -= BLOCK
     return n
 
@@ -407,8 +378,8 @@ def living(w, n):
 @jit
 def clear(w, n):
     for j in range(n):
-        w[IQ + j] = 0.0
-        w[IP + j] = 0.0
+        w.q[j] = 0.0
+        w.p[j] = 0.0
 
 
 @jit
@@ -418,47 +389,47 @@ def retune(w, ratio, fine, steps, part_steps, n):
     OMEGA holds the tuned frequencies already; P follows KAPPA, so that displacement and velocity stay.
     """
     for j in range(n):
-        w_d = w[IW + j]
-        sigma = w[IS + j]
+        w_d = w.omega[j]
+        sigma = w.sigma[j]
         damp = np.exp(-sigma * fine)
         es = damp * np.sin(w_d * fine)
         kappa = es / w_d
-        w[IP + j] *= kappa / w[IK + j]
-        w[IK + j] = kappa
-        w[IPACE + j] = 1.0 / kappa
-        w[IA + j] = damp * np.cos(w_d * fine)
-        w[IB + j] = es * es
+        w.p[j] *= kappa / w.kappa[j]
+        w.kappa[j] = kappa
+        w.pace[j] = 1.0 / kappa
+        w.fine_a[j] = damp * np.cos(w_d * fine)
+        w.fine_b[j] = es * es
         for which in range(3):
-            row = FRAME
+            row = WHOLE
             k = steps
             if which == 1:
-                row = FRAME_1
+                row = LONGER
                 k = steps + 1
             elif which == 2:
-                row = SUB
+                row = PART
                 k = part_steps
             h = k * fine
             damp_k = np.exp(-sigma * h)
             sin_k = damp_k * np.sin(w_d * h)
-            w[row * ROW + j] = damp_k * np.cos(w_d * h)
-            w[row * ROW + ROW + j] = sin_k / es
-            w[row * ROW + 2 * ROW + j] = sin_k * es
+            w.leaps[row].a[j] = damp_k * np.cos(w_d * h)
+            w.leaps[row].b[j] = sin_k / es
+            w.leaps[row].g[j] = sin_k * es
 
 
 @jit
 def exchange(w, old, new):
     """P becomes velocity over omega; modes that come in anew are at rest, and no hand touches them."""
     for j in range(old):
-        w[IP + j] /= w[IK + j]
+        w.p[j] /= w.kappa[j]
     for j in range(old, new):
-        w[IQ + j] = 0.0
-        w[IP + j] = 0.0
-        w[SHAPE * ROW + j] = 0.0
-        w[STRIKE * ROW + j] = 0.0
-        w[FINGER * ROW + j] = 1.0
+        w.q[j] = 0.0
+        w.p[j] = 0.0
+        w.held[j] = 0.0
+        w.strike[j] = 0.0
+        w.finger[j] = 1.0
 
 
 @jit
 def from_velocity(w, n):
     for j in range(n):
-        w[IP + j] *= w[IK + j]
+        w.p[j] *= w.kappa[j]

@@ -93,9 +93,7 @@ class LiveBass:
             b["operators"][0, k] = pool.records.ctypes.data
             b["pool"][0, k], b["pool_size"][0, k] = pool.memory.ctypes.data, pool.memory.size
         for i, v in enumerate(self.engine.voices):
-            b["voice"][0, i], b["slots"][0, i] = v.record.ctypes.data, v.slots.ctypes.data
-            b["work"][0, i], b["scratch"][0, i] = v.work.ctypes.data, v.scratch.ctypes.data
-            b["taps"][0, i] = v.taps.ctypes.data
+            b["string"][0, i] = v.string.ctypes.data
         b["performer"], b["settings"] = self.engine.performer.ctypes.data, self.engine.settings.ctypes.data
         b["events"], b["mine"] = self.events[0].ctypes.data, self.events[1].ctypes.data
         light = QUALITIES["live"]

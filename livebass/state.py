@@ -31,12 +31,20 @@ class Pool:
 class Voice:
     """One string's state and workspace, as `voice.run` takes it."""
 
-    record: NDArray[np.void]  # (1,) layout.VOICE
-    slots: NDArray[np.void]  # (2,) layout.SLOT
-    work: NDArray[np.float64]  # (4, WORK_ROWS * ROW)
-    scratch: NDArray[np.int64]  # (4, ROW)
-    taps: NDArray[np.float64]  # (8,)
+    string: NDArray[np.void]  # (1,) layout.STRING
     log: NDArray[np.int64]  # (n, 2)
+
+    @property
+    def record(self) -> NDArray[np.void]:
+        return self.string["voice"]
+
+    @property
+    def slots(self) -> NDArray[np.void]:
+        return self.string["slots"][0]
+
+    @property
+    def work(self) -> NDArray[np.void]:
+        return self.string["work"][0]
 
 
 def gather(operators: list[list[Operator]]) -> Pool:
@@ -56,23 +64,16 @@ def gather(operators: list[list[Operator]]) -> Pool:
 
 def new_voice(rates: Rates, log: int = 0, over_board: bool = False) -> Voice:
     """A silent string, its displacement the output, with room for `log` contacts."""
-    v = np.zeros(1, at.VOICE)
+    string = np.zeros(1, at.STRING)
+    v, slots = string["voice"], string["slots"][0]
     v["over_frets"], v["over_board"] = frets.player(), board.player() if over_board else 0
     v["numerator"], v["denominator"], v["rate"] = rates.numerator, rates.denominator, rates.rate
     v["bend"] = v["tuned"] = v["gain"] = v["gain_wanted"] = 1.0
     v["b"][0, 0] = v["a"][0, 0] = 1.0
     v["block"] = math.exp(-2 * math.pi * BLOCKER_HZ / rates.rate)
     v["gain_pole"] = 1.0 - math.exp(-1.0 / (GAIN_TIME * rates.rate))
-    slots = np.zeros(at.VOICE_SLOTS, at.SLOT)
     slots["hand"] = slots["ratio"] = 1.0
-    return Voice(
-        v,
-        slots,
-        np.zeros((at.POLARISATIONS * at.VOICE_SLOTS, at.WORK_ROWS * at.ROW)),
-        np.zeros((4, at.ROW), np.int64),
-        np.zeros(8),
-        np.zeros((log, 2), np.int64),
-    )
+    return Voice(string, np.zeros((log, 2), np.int64))
 
 
 def instrument_voice(instrument: Instrument, string: String, rates: Rates, over_board: bool = False) -> Voice:

@@ -7,22 +7,7 @@ import numpy as np
 
 from livebass import rows
 from livebass.kernels import jit
-from livebass.layout import (
-    BLOCK,
-    DUE,
-    ETA,
-    ETA_OLD,
-    FINE_A,
-    GROUP_ROOM,
-    GROUPS,
-    KNOWN,
-    MOST_NEAR,
-    OMEGA,
-    OP_COPIED,
-    OP_HEIGHT,
-    ROW,
-    STAMP,
-)
+from livebass.layout import BLOCK, FINE_A, GROUP_ROOM, LONGER, MOST_NEAR, OMEGA, OP_HEIGHT, PART, ROW, WHOLE
 
 NEVER = 1 << 60
 # Fastest point over the root mean square velocity that the string's energy gives: plucks were seen to reach 3.8
@@ -32,15 +17,19 @@ SLACK = 0.02  # m/s
 HOUSEKEEPING = 64  # frames between looks for dead modes
 STEEPEST = 0.1  # root mean square velocity over wave speed that a string bears: no playing reaches a third of it
 
-KN, DU = KNOWN * ROW, DUE * ROW
-EN, EO, ST = ETA * ROW, ETA_OLD * ROW, STAMP * ROW
 
 
 @jit
 def take_coefficients(op, w, pool):
     """One polarisation goes by operator `op`, untuned."""
-    for row in range(OP_COPIED):
-        rows.copy_row(w, FINE_A + row, pool, op.start + row * ROW, op.padded)
+    whole, longer, part = w.leaps[WHOLE], w.leaps[LONGER], w.leaps[PART]
+    o = op.start
+    for row in (
+        w.fine_a, w.fine_b, whole.a, whole.b, whole.g, longer.a, longer.b, longer.g, part.a, part.b, part.g,
+        w.kappa, w.omega, w.sigma, w.pace,
+    ):  # as they follow each other in the pool
+        rows.copy_row(row, pool, o, op.padded)
+        o += ROW
 
 
 @jit
@@ -59,7 +48,7 @@ def load(s, op, w, pool, step):
     s.fading = 0
     s.hand = 1.0
     for m in range(op.points):
-        w[ST + m] = -1.0
+        w.solved_at[m] = -1.0
     disturb(s, op, w, step)
 
 
@@ -71,7 +60,7 @@ def open_across(s, op, across, pool):
     take_coefficients(op, across, pool)
     rows.clear(across, op.padded)
     for m in range(op.points):
-        across[ST + m] = -1.0
+        across.solved_at[m] = -1.0
     if s.ratio != 1.0:
         tune(op, across, pool, s.ratio)
     s.across = 1
@@ -86,11 +75,12 @@ def disturb(s, op, w, step):
     s.due = step
     s.quiet = -1
     for m in range(op.points):
-        w[DU + m] = -1.0
-        w[KN + m] = -1.0
+        w.due[m] = -1.0
+        w.known_at[m] = -1.0
     if op.points > MOST_NEAR:
-        for g in range(2 * GROUP_ROOM):
-            w[GROUPS * ROW + g] = -1.0
+        for g in range(GROUP_ROOM):
+            w.group_due[g] = -1.0
+            w.group_known_at[g] = -1.0
 
 
 @jit
@@ -105,7 +95,7 @@ def bend(s, op, w, across, pool, ratio, most):
     s.ratio = ratio
     s.heard = op.tap_modes
     if ratio > 1.0:
-        while s.heard > 0 and w[OMEGA * ROW + min(s.heard, op.modes) - 1] > most:
+        while s.heard > 0 and w.omega[min(s.heard, op.modes) - 1] > most:
             s.heard -= BLOCK
 
 
@@ -115,7 +105,7 @@ def tune(op, w, pool, ratio):
     base = op.start + (OMEGA - FINE_A) * ROW
     for j in range(op.padded):
         # sigma stays, the undamped frequency scales; sigma << omega
-        w[OMEGA * ROW + j] = pool[base + j] * ratio
+        w.omega[j] = pool[base + j] * ratio
     rows.retune(w, ratio, op.fine, op.steps, op.part_steps, op.padded)
 
 
@@ -138,7 +128,7 @@ def change_operator(old, op, w, pool):
     take_coefficients(op, w, pool)
     rows.from_velocity(w, op.padded)
     for m in range(op.points):
-        w[ST + m] = -1.0
+        w.solved_at[m] = -1.0
 
 
 @jit
@@ -148,8 +138,8 @@ def weaken(s, op, w, across, factor):
         rows.scale(w, factor, s.active)
         rows.scale(across, factor, s.swaying)
         for m in range(op.points):
-            w[ST + m] = -1.0
-            across[ST + m] = -1.0
+            w.solved_at[m] = -1.0
+            across.solved_at[m] = -1.0
     else:
         rows.clear(w, op.padded)
         rows.clear(across, op.padded)
@@ -178,7 +168,7 @@ def keep_house(s, op, w, across, pool, step):
     held = False
     lowest = np.inf
     for m in range(op.points):
-        held = held or (w[ST + m] == step and (w[EN + m] > 0.0 or w[EO + m] > 0.0))
+        held = held or (w.solved_at[m] == step and (w.eta[m] > 0.0 or w.eta_before[m] > 0.0))
         lowest = min(lowest, -pool[op.start + OP_HEIGHT * ROW + m])
     if held:
         return

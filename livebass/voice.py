@@ -11,16 +11,16 @@ from livebass.kernels import jit
 from livebass.layout import (
     BEND,
     CUT,
-    FRAME,
-    FRAME_1,
     GAIN,
     HAND,
+    LONGER,
     MOST_NEAR,
     OP_TAP,
     PLUCK,
     ROW,
     STRIKE_EVENT,
     VOICE_SLOTS,
+    WHOLE,
 )
 
 CUT_RATE = 900.0  # 1/s of all-sound-off
@@ -29,12 +29,13 @@ INAUDIBLE = 1e-17  # of the signal of a string at rest: what the filters still h
 
 
 @jit
-def happen(v, slots, ops, w2, pool, event, settings):
+def happen(string, ops, pool, event, settings):
     """One event. `settings`: rounding (m), strike width (m), angle of plucks (rad)."""
+    v, slots = string.voice, string.slots
     if event.kind == PLUCK:
-        hands.pluck(v, slots, ops, w2, pool, event.fret, event.x, event.y, settings[0], settings[2])
+        hands.pluck(string, ops, pool, event.fret, event.x, event.y, settings[0], settings[2])
     elif event.kind == STRIKE_EVENT:
-        hands.strike(v, slots, ops, w2, pool, event.fret, event.x, event.y, settings[1])
+        hands.strike(string, ops, pool, event.fret, event.x, event.y, settings[1])
     elif event.kind == HAND:
         slots[v.slot].hand = np.exp(-event.x / v.rate)
     elif event.kind == BEND:
@@ -46,18 +47,19 @@ def happen(v, slots, ops, w2, pool, event, settings):
         if not (slots[0].on or slots[1].on) or not abs(v.block_out) < np.inf:
             v.gain = event.x  # nothing to hear that could jump
     elif event.kind == CUT:
-        hands.interrupt(v, slots, ops, w2)
+        hands.interrupt(string, ops)
         v.striking = 0
         for k in range(2):
             slots[k].hand = min(slots[k].hand, np.exp(-CUT_RATE / v.rate))
 
 
 @jit
-def listen(v, slots, ops, w2, pool, y):
+def listen(string, ops, pool, y):
     """Fills y with what is sensed at this frame, both slots and the held shape together.
 
     Displacement and velocity at each pickup; without one, the displacement alone.
     """
+    v, slots, w2 = string.voice, string.slots, string.work
     for i in range(2 * max(v.pickups, 1)):
         y[i] = 0.0
     for k in range(2):
@@ -139,8 +141,9 @@ def settle(v):
 
 
 @jit
-def move(v, slots, ops, w2, pool, scratch, log):
+def move(string, ops, pool, log):
     """One frame of motion of both slots."""
+    v, slots, w2 = string.voice, string.slots, string.work
     after = (v.frame + 1) * v.numerator
     if v.denominator > 1:
         after = -(-after // v.denominator)  # rounded up: a tap may look back, not ahead
@@ -153,12 +156,12 @@ def move(v, slots, ops, w2, pool, scratch, log):
         w = w2[k]
         across = w2[VOICE_SLOTS + k]
         if s.active == 0 or op.points == 0 or s.fading or after <= s.quiet or after <= s.due:
-            leap = FRAME_1 if steps > op.steps else FRAME
+            leap = LONGER if steps > op.steps else WHOLE
             rows.leap(w, leap, s.active)
             rows.leap(across, leap, s.swaying)
         else:
             player = v.over_board if op.points > MOST_NEAR else v.over_frets
-            frame_call.call(player, v, slots, ops, w2, pool, scratch, log, k, steps)
+            frame_call.call(player, string, ops, pool, log, k, steps)
         if s.hand < 1.0:
             rows.scale(w, s.hand, s.active)
             rows.scale(across, s.hand, s.swaying)
@@ -174,29 +177,30 @@ def move(v, slots, ops, w2, pool, scratch, log):
 
 
 @jit
-def run(v, slots, ops, w2, pool, events, count, settings, scratch, taps, log, raw, out, across):
+def run(string, ops, pool, events, count, settings, log, raw, out, across):
     """Plays out.shape[0] frames. `events[:count]`: this string's, by frame, none before v.frame.
 
-    v, slots, ops: records (layout.py); w2 (4, WORK_ROWS * ROW); pool: operators; scratch (4, ROW) int64 and taps (8,)
-    are workspace; log (n, 2) receives fine step and point of each contact; with `raw` out holds u, and `across` (as
+    string, ops: records (layout.py); pool: operators; log (n, 2) receives fine step and point of each contact; with `raw` out holds u, and `across` (as
     long, or empty) v. Returns the events used.
     """
+    v, slots, w2 = string.voice, string.slots, string.work
+    taps = string.taps
     used = 0
     for i in range(out.shape[0]):
         while used < count and events[used].frame <= v.frame:
-            happen(v, slots, ops, w2, pool, events[used], settings)
+            happen(string, ops, pool, events[used], settings)
             used += 1
         if v.tuned != v.bend and (v.frame + v.turn) % hands.BEND_FRAMES == 0:
-            hands.follow_bend(v, slots, ops, w2, pool)
+            hands.follow_bend(string, ops, pool)
         s = slots[v.slot]
         if s.on:
             hands.excite(v, s, ops[s.fret], w2[v.slot], w2[VOICE_SLOTS + v.slot])
-        listen(v, slots, ops, w2, pool, taps)
+        listen(string, ops, pool, taps)
         if raw:
             out[i] = taps[0]
             if i < across.shape[0]:
                 across[i] = taps[1]
         else:
             out[i] = signal(v, taps)
-        move(v, slots, ops, w2, pool, scratch, log)
+        move(string, ops, pool, log)
     return used

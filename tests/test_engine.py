@@ -115,13 +115,11 @@ def energies(trial: Trial) -> tuple[Floats, int]:
     event = np.zeros(1, at.EVENT)
     event[0] = (0, at.PLUCK, 0, 0, trial.pluck.apex, trial.pluck.position)
     settings, out = np.array([trial.pluck.rounding, 0.02, 0.0]), np.zeros(1)
-    rows = w.reshape(-1, at.ROW)
-    stamp, now, before = rows[at.STAMP], rows[at.ETA], rows[at.ETA_OLD]
+    stamp, now, before = w["solved_at"], w["eta"], w["eta_before"]
     values, pushed = [], 0
     for frame in range(trial.samples):
         voice.run(
-            v, state.slots, records, state.work, memory, event, int(frame == 0), settings, state.scratch,
-            state.taps, state.log, True, out, out[:0],
+            state.string[0], records, memory, event, int(frame == 0), settings, state.log, True, out, out[:0],
         )  # fmt: skip
         points = slice(0, int(op["points"]))
         at_fret = (stamp[points] == v["step"]) & ((now[points] > 0) | (before[points] > 0))
@@ -129,7 +127,7 @@ def energies(trial: Trial) -> tuple[Floats, int]:
             pushed += 1
             continue
         n = int(op["modes"])
-        total = np.sum(rows[at.P, :n] ** 2 + rows[at.FINE_B, :n] * rows[at.Q, :n] ** 2)
+        total = np.sum(w["p"][:n] ** 2 + w["fine_b"][:n] * w["q"][:n] ** 2)
         values.append(trial.speaking.string.linear_density / (2 * op["fine"] ** 2) * total)
     assert slot["touching"] > 100
     return np.array(values), pushed

@@ -336,7 +336,7 @@ def test_changing_operators_in_the_midst_of_contact_is_no_blow(preset: str) -> N
         relief.exchange(bass.record[0], string, 1 - k % 2, stage.record["frame"][0])
         player.block(5 + 8 * (k % 5))
     voice, op = bass.engine.voices[string], bass.engine.pool.records[string, 7]
-    rest = voice.work.reshape(-1, layout.WORK_ROWS, layout.ROW)[:, :2, op["modes"] : op["padded"]]
+    rest = np.stack([voice.work[name][:, op["modes"] : op["padded"]] for name in ("q", "p")])
     assert op["modes"] < op["padded"] and not rest.any()
     meters = stage.meters()
     assert meters.faults == 0 and 0.01 < meters.peak < 0.9
