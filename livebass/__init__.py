@@ -29,27 +29,26 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from livebass.atomic import OutputError
-    from livebass.demo import demo_score
-    from livebass.engine import Engine
-    from livebass.instrument import Instrument
-    from livebass.preset import PresetError, load_preset, preset_names
-    from livebass.quality import QUALITIES, Quality, quality_with
-    from livebass.render import RenderReport, render_to_array, render_to_file
-    from livebass.score import Score, ScoreError, read_score, score_of, single_note
+    from livebass.engine.engine import Engine
+    from livebass.engine.render import RenderReport, render_to_array, render_to_file
+    from livebass.files import OutputError
+    from livebass.model.instrument import Instrument
+    from livebass.model.quality import QUALITIES, Quality, quality_with
+    from livebass.preset.load import PresetError, load_preset, preset_names
+    from livebass.score import Score, ScoreError, demo_score, read_score, score_of, single_note
 
 __version__ = "0.1.0"
 
 # Loaded when asked for: numba alone takes half a second that `livebass --help` need not wait for.
 _HOMES = {
-    "atomic": ("OutputError",),
-    "demo": ("demo_score",),
-    "engine": ("Engine",),
-    "instrument": ("Instrument",),
-    "preset": ("PresetError", "load_preset", "preset_names"),
-    "quality": ("QUALITIES", "Quality", "quality_with"),
-    "render": ("RenderReport", "render_to_array", "render_to_file"),
-    "score": ("Score", "ScoreError", "read_score", "score_of", "single_note"),
+    "files": ("OutputError",),
+    "engine.engine": ("Engine",),
+    "model.instrument": ("Instrument",),
+    "preset.build": ("PresetError",),
+    "preset.load": ("load_preset", "preset_names"),
+    "model.quality": ("QUALITIES", "Quality", "quality_with"),
+    "engine.render": ("RenderReport", "render_to_array", "render_to_file"),
+    "score": ("Score", "ScoreError", "demo_score", "read_score", "score_of", "single_note"),
 }
 __all__ = [
     "QUALITIES", "Engine", "Instrument", "OutputError", "PresetError", "Quality", "RenderReport", "Score",

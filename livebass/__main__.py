@@ -16,7 +16,7 @@ def main() -> NoReturn:
     try:
         if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
             signal.signal(signal.SIGINT, _too_early)
-        from livebass import cli
+        from livebass.cli import main as cli
 
         cli.main()
     except KeyboardInterrupt:  # around what `cli` catches itself

@@ -12,7 +12,7 @@ import numpy as np
 import soundfile
 from numpy.typing import NDArray
 
-from livebass.atomic import OutputError, Transaction, output_error
+from livebass.files import OutputError, Transaction, output_error
 
 # format -> bits -> libsndfile's name; None is what a format takes when nothing was asked for
 SUBTYPES: dict[str, dict[str | None, str]] = {
@@ -40,14 +40,10 @@ class Encoding:
         limit = WAV_LIMIT // (BYTES.get(self.subtype, 1) * self.channels)
         if self.format == "wav" and frames > limit:
             hours = limit / self.rate / 3600
-            raise OutputError(
-                f"{path}: a wav file of this kind holds up to {hours:.3g} hours; use --format flac"
-            )
+            raise OutputError(f"{path}: a wav file of this kind holds up to {hours:.3g} hours; use --format flac")
 
 
-def encoding(
-    path: Path, rate: int, format: str | None = None, bits: str | None = None, channels: int = 1
-) -> Encoding:
+def encoding(path: Path, rate: int, format: str | None = None, bits: str | None = None, channels: int = 1) -> Encoding:
     """The encoding for `path`: `format`, or what the name ends in. ValueError says what is allowed."""
     named = path.suffix.lower().removeprefix(".")
     kind = format or named

@@ -3,6 +3,14 @@
 A `Score` is clean by construction, whatever the file: at one frame note-offs and controllers come before
 note-ons; every note-on has its end, at least `BRIEF` seconds later; an end without a note is dropped; and of
 overlapping notes of one pitch the earlier one's end does not cut the later one.
+
+Standard MIDI File -> channel messages in ticks: the container only, no seconds and no notes.
+
+Read here byte by byte rather than through a library because the reader's promises are its own: any file that
+keeps the format is read (unknown chunks, escapes, odd text and key signatures are passed over), and whatever
+breaks it is reported with its track and byte.
+
+Two phrases in E minor to hear a preset by: soft and hard notes, every string, a bend, repeated notes.
 """
 
 from __future__ import annotations
@@ -20,7 +28,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from livebass.smf import DEFAULT_TEMPO, Smf, SmfError, parse_smf
+from livebass.units import note_number
 
 NOTE_OFF, NOTE_ON, PROGRAM = 0x8, 0x9, 0xC  # upper four bits of a status byte
 DRUMS = 9  # channel 10, counted from 0: never a bass
@@ -161,8 +169,7 @@ def _timed(smf: Smf, rate: int) -> tuple[list[Event], int]:
     if end > LONGEST * rate:
         raise SmfError(f"lasts {end / rate / 3600:.4g} hours, allowed: up to {LONGEST // 3600}")
     off_or_as_is = (
-        (tick, bytes([m[0] - 0x10, m[1], 64]) if m[0] >> 4 == NOTE_ON and m[2] == 0 else m)
-        for tick, m in smf.messages
+        (tick, bytes([m[0] - 0x10, m[1], 64]) if m[0] >> 4 == NOTE_ON and m[2] == 0 else m) for tick, m in smf.messages
     )
     return [(frame(tick), m) for tick, m in off_or_as_is], end
 
@@ -265,4 +272,192 @@ def _score(events: list[Event], name: str, rate: int) -> Score:
         notes=int(np.count_nonzero(messages[:, 0] >> 4 == NOTE_ON)),
         name=name,
         rate=rate,
+    )
+
+
+DEFAULT_TEMPO = 500_000  # us per quarter note, until the file says otherwise
+SMPTE_RATES = {24: (24, 1), 25: (25, 1), 29: (30_000, 1001), 30: (30, 1)}  # frames/s as a fraction
+META_END, META_TEMPO = 0x2F, 0x51
+
+
+class SmfError(ValueError):
+    """The bytes are not a Standard MIDI File that can be played; one line with the place."""
+
+
+@dataclass(frozen=True)
+class Smf:
+    """A file's content. Ticks count from the start of the file."""
+
+    ticks_per_quarter: int  # 0 where time is in SMPTE frames
+    ticks_per_second: tuple[int, int]  # numerator, denominator; (0, 1) where time is in quarter notes
+    messages: tuple[tuple[int, bytes], ...]  # (tick, status and data) by tick, then track, then place
+    tempos: tuple[tuple[int, int], ...]  # (tick, us per quarter note) by tick
+    end_tick: int  # the latest end of a track
+
+
+class _Bytes:
+    """A cursor over `data` up to `end` that names the place when something is missing."""
+
+    def __init__(self, data: bytes, start: int, end: int, place: str) -> None:
+        self.data, self.at, self.end, self.place = data, start, end, place
+
+    def fail(self, what: str, at: int | None = None) -> SmfError:
+        return SmfError(f"{self.place}, byte {self.at if at is None else at}: {what}")
+
+    def take(self, count: int, what: str) -> bytes:
+        if self.at + count > self.end:
+            left = self.end - self.at
+            raise self.fail(f"{what} of {count} bytes, {left} left: the file is truncated or damaged")
+        self.at += count
+        return self.data[self.at - count : self.at]
+
+    def number(self, what: str) -> int:
+        """A variable-length quantity; the format allows 4 bytes."""
+        start, value = self.at, 0
+        for _ in range(4):
+            byte = self.take(1, what)[0]
+            value = value << 7 | byte & 0x7F
+            if byte < 0x80:
+                return value
+        raise self.fail(f"{what} longer than the 4 bytes allowed", start)
+
+
+def parse_smf(data: bytes) -> Smf:
+    """The content of a type 0 or 1 file; SmfError with track and byte for anything else."""
+    if not data:
+        raise SmfError("the file is empty (0 bytes)")
+    if data[:4] != b"MThd":
+        raise SmfError("not a Standard MIDI File (it does not begin with MThd)")
+    head = _Bytes(data, 4, len(data), "header")
+    size = int.from_bytes(head.take(4, "header length"))
+    if size < 6:
+        raise SmfError(f"header, byte 4: header length {size}, allowed: 6 or more")
+    body = head.take(size, "header")
+    kind, count, division = (int.from_bytes(body[i : i + 2]) for i in (0, 2, 4))
+    if kind not in (0, 1):
+        raise SmfError(f"type {kind} MIDI file, allowed: type 0 (one track) or 1 (tracks together)")
+    per_quarter, per_second = _division(division)
+    messages: list[tuple[int, bytes]] = []
+    tempos: list[tuple[int, int]] = []
+    end = 0
+    for number in range(1, count + 1):
+        track = _next_track(head, number, count)
+        end = max(end, _read_track(track, messages, tempos))
+    messages.sort(key=lambda m: m[0])
+    tempos.sort(key=lambda t: t[0])
+    return Smf(per_quarter, per_second, tuple(messages), tuple(tempos), end)
+
+
+def _division(word: int) -> tuple[int, tuple[int, int]]:
+    """Ticks per quarter note and per second; the one not in use is zero."""
+    if word & 0x8000 == 0:
+        if word == 0:
+            raise SmfError("header, byte 12: 0 ticks per quarter note, allowed: 1 to 32767")
+        return word, (0, 1)
+    frames, ticks = 256 - (word >> 8), word & 0xFF
+    if frames not in SMPTE_RATES or ticks == 0:
+        what = f"{frames} SMPTE frames of {ticks} ticks"
+        raise SmfError(f"header, byte 12: {what}, allowed: 24, 25, 29 or 30 frames of 1 to 255 ticks")
+    over, under = SMPTE_RATES[frames]
+    return 0, (over * ticks, under)
+
+
+def _next_track(file: _Bytes, number: int, count: int) -> _Bytes:
+    """The bytes of the next MTrk chunk; other kinds of chunk are passed over, as the format asks."""
+    file.place = f"track {number} of {count}"
+    while True:
+        kind = file.take(4, "chunk name")
+        size = int.from_bytes(file.take(4, "chunk length"))
+        start = file.at
+        file.take(size, "chunk")
+        if kind == b"MTrk":
+            return _Bytes(file.data, start, start + size, file.place)
+
+
+def _read_track(track: _Bytes, messages: list[tuple[int, bytes]], tempos: list[tuple[int, int]]) -> int:
+    """Append a track's channel messages and tempos; its last tick. A missing end mark is forgiven."""
+    tick, running = 0, 0
+    while track.at < track.end:
+        tick += track.number("delta time")
+        start = track.at
+        status = track.take(1, "event")[0]
+        if status == 0xFF:
+            kind = track.take(1, "meta event")[0]
+            data = track.take(track.number("meta event length"), "meta event")
+            if kind == META_END:
+                break
+            if kind == META_TEMPO:
+                tempos.append((tick, _tempo(track, data, start)))
+        elif status in (0xF0, 0xF7):
+            track.take(track.number("system exclusive length"), "system exclusive")
+        elif status > 0xEF:
+            raise track.fail(f"status byte 0x{status:02X} is not allowed in a file", start)
+        else:
+            if status < 0x80:
+                if running == 0:
+                    raise track.fail(f"data byte 0x{status:02X} without a status byte before it", start)
+                track.at = start
+            else:
+                running = status
+            data = track.take(1 if running >> 4 in (0xC, 0xD) else 2, "message")
+            if max(data) > 0x7F:
+                raise track.fail(f"data byte 0x{max(data):02X} in a message, allowed: 0 to 0x7F", start)
+            messages.append((tick, bytes([running]) + data))
+    return tick
+
+
+def _tempo(track: _Bytes, data: bytes, start: int) -> int:
+    """Microseconds per quarter note."""
+    tempo = int.from_bytes(data)
+    if len(data) != 3 or tempo == 0:
+        raise track.fail(f"tempo {tempo} in {len(data)} bytes, allowed: 1 to 16777215 us in 3 bytes", start)
+    return tempo
+
+
+TEMPO = 112.0  # quarter notes per minute
+STYLES = ("finger", "slap")
+
+# One row a note: (start in sixteenths, length in sixteenths, note, velocity). Velocities under 40 leave the
+# frets alone, those above 110 strike most of them: the phrase has both, so that a spectrogram shows it.
+FINGER = (
+    (0, 3, "E1", 36), (4, 1.5, "E1", 52), (6, 1.5, "G1", 60), (8, 3, "A1", 48), (12, 1, "B1", 66),
+    (13, 1, "B1", 72), (14, 1, "D2", 80), (15, 1, "D#2", 70),
+    (16, 3, "E2", 92), (19, 1, "E1", 45), (20, 1, "E1", 64), (21, 1, "E1", 80), (22, 1, "E1", 96),
+    (23, 1, "E1", 108), (24, 2, "G2", 88), (26, 2, "F#2", 76), (28, 2, "D2", 72), (30, 2, "B1", 64),
+    (32, 2.5, "C2", 84), (35, 1, "G2", 92), (36, 1, "C3", 100), (37, 2.5, "B2", 88),
+    (40, 4, "D3", 116), (44, 1, "B2", 84), (45, 1, "G2", 76), (46, 1, "D2", 70), (47, 1, "A1", 66),
+    (48, 3, "E1", 124), (51, 1, "E1", 58), (52, 1, "G1", 96), (53, 1, "A1", 100), (54, 2, "B1", 118),
+    (56, 8, "E1", 30),
+)  # fmt: skip
+# Half-way through the held D3 the wheel rises by a tone and comes back: (sixteenth, position).
+FINGER_BENDS = tuple((40.5 + k / 8, min(k, 28 - k) / 14) for k in range(29))
+
+SLAP = (
+    (0, 1, "E1", 112), (2, 1, "E1", 100), (3, 0.7, "E2", 118), (4, 1, "E1", 106), (6, 0.7, "D2", 112),
+    (7, 0.7, "E2", 120), (8, 1, "G1", 110), (10, 1, "G1", 98), (11, 0.7, "G2", 118), (12, 1, "A1", 112),
+    (13, 0.7, "A2", 116), (14, 1, "A#1", 104), (15, 0.7, "B1", 110),
+    *((16 + k, 0.7, note, 96 + 26 * (k % 4 == 0) + 14 * (k % 4 == 3)) for k, note in enumerate(
+        ("E1", "E1", "E2", "D2", "E1", "G1", "G2", "E2", "E1", "E1", "D2", "E2", "A1", "A2", "B1", "B2"))),
+    (32, 3, "C2", 34), (36, 3, "G1", 42), (40, 3, "A1", 50), (44, 1, "B1", 62), (45, 1, "B1", 74),
+    (46, 1, "B1", 88), (47, 1, "B1", 104),
+    (48, 1, "E1", 124), (50, 1, "E1", 108), (51, 0.7, "E2", 122), (52, 0.7, "G2", 124), (54, 1, "D2", 100),
+    (55, 1, "D#2", 104), (56, 8, "E1", 127),
+)  # fmt: skip
+SLAP_BENDS = tuple((58 + k / 8, -min(k, 16 - k) / 16) for k in range(17))
+
+
+def demo_score(rate: int, style: str = "finger") -> Score:
+    """A phrase of about eight seconds at `rate` Hz, as a player with that `style` would play it.
+
+    Raises ValueError for a style that is not in STYLES.
+    """
+    if style not in STYLES:
+        raise ValueError(f"style {style!r}: allowed are {', '.join(STYLES)}")
+    rows, bends = (SLAP, SLAP_BENDS) if style == "slap" else (FINGER, FINGER_BENDS)
+    sixteenth = 60 / TEMPO / 4
+    return score_of(
+        [(at * sixteenth, length * sixteenth, note_number(name), velocity) for at, length, name, velocity in rows],
+        rate,
+        [(at * sixteenth, position) for at, position in bends],
+        name=f"demo, {style}",
     )

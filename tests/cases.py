@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from livebass import modes
-from livebass.instrument import (
+from livebass.model import modes
+from livebass.model.instrument import (
     Instrument,
     Neck,
     Output,
@@ -18,7 +18,7 @@ from livebass.instrument import (
     frets_from_geometry,
     speaking,
 )
-from livebass.motion import Trial
+from livebass.model.trial import Trial
 
 # First 34 modes of the open G string as published with siconos-tutorials, examples/mechanics/Music,
 # Apache-2.0.
@@ -62,9 +62,7 @@ def g_string() -> String:
 
 def g_neck(stiffness: float = 1e13) -> Neck:
     """The measured frets under it."""
-    return Neck(
-        tuple(x / 1e3 for x in FRETS_MM), tuple(h / 1e3 for h in HEIGHTS_MM), contact_stiffness=stiffness
-    )
+    return Neck(tuple(x / 1e3 for x in FRETS_MM), tuple(h / 1e3 for h in HEIGHTS_MM), contact_stiffness=stiffness)
 
 
 def paper_g(stiffness: float = 1e13) -> Speaking:
@@ -104,9 +102,7 @@ def tiny(
     string = String(**{**string.__dict__, "tension": 5e-3 * (0.6 * fundamental) ** 2})
     neck = Neck((0.05, 0.1, 0.15), (-0.5e-3, -0.7e-3, -0.9e-3), stiffness, exponent, grid_step=0.3 / points)
     s = speaking(string, neck, 0)
-    return Trial(
-        s, Pluck(3e-3, 0.2), modes, contact_rate, output_rate or contact_rate, duration, 0.28, lossless
-    )
+    return Trial(s, Pluck(3e-3, 0.2), modes, contact_rate, output_rate or contact_rate, duration, 0.28, lossless)
 
 
 def random_trial(seed: int, duration: float = 0.03) -> Trial:
@@ -119,9 +115,7 @@ def random_trial(seed: int, duration: float = 0.03) -> Trial:
     note, dead = int(rng.integers(28, 56)), float(rng.choice([0.0, 0.0, 15.0]))
     tension = density * (2 * length * 440 * 2 ** ((note - 69) / 12)) ** 2
     stiffness = 10 ** rng.uniform(-5, -3.7)
-    string = String(
-        "R", note, length, density, tension, rng.uniform(5e-4, 2.6e-3), stiffness, extra_damping=dead
-    )
+    string = String("R", note, length, density, tension, rng.uniform(5e-4, 2.6e-3), stiffness, extra_damping=dead)
     count = int(rng.integers(12, 25))
     x, h = frets_from_geometry(
         length, count, rng.uniform(1.2e-3, 3e-3), rng.uniform(0, 4e-4), rng.uniform(3e-4, 8e-4),

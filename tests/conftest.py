@@ -16,8 +16,8 @@ import numpy as np
 import pytest
 from cli_cases import Run
 
-from livebass import cli
-from livebass import render as render_module
+from livebass.cli import main as cli
+from livebass.engine import render as render_module
 from livebass.score import Score
 
 JACK_RATE, JACK_PERIOD = 48000, 256
@@ -54,7 +54,7 @@ class FakeEngine:
 def fake(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> type[FakeEngine]:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(render_module, "Engine", FakeEngine)
-    monkeypatch.setattr("livebass.kernels.cached", lambda: True)
+    monkeypatch.setattr("livebass.compiling.cached", lambda: True)
     monkeypatch.setattr(FakeEngine, "peak", 0.1)
     return FakeEngine
 

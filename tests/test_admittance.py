@@ -10,10 +10,10 @@ import pytest
 from cases import g_neck, g_string
 
 from livebass import load_preset, preset_names
-from livebass.admittance import Admittance, Resonance, bending_shape, detuning, neck_damping
-from livebass.instrument import Instrument, note_frequency, speaking
-from livebass.modal_motion import t60
-from livebass.modes import dampings, frequencies, impedance, neck_detuning
+from livebass.analysis.motion import t60
+from livebass.model.instrument import Instrument, note_frequency, speaking
+from livebass.model.modes import dampings, frequencies, impedance, neck_detuning
+from livebass.model.neck import Admittance, Resonance, bending_shape, detuning, neck_damping
 
 LENGTH, TENSION, DENSITY = 0.863, 191.6, 6.69e-3
 SPEED = math.sqrt(TENSION / DENSITY)

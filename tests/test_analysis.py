@@ -6,27 +6,20 @@ import numpy as np
 import pytest
 from cases import paper_g, tiny
 
-from livebass import modes
-from livebass.analysis import (
+from livebass.analysis.motion import contact_energy, decay_rates, energy, modal_energies, shape_at, string_shape, t60
+from livebass.analysis.sound import (
     PAPER_RATE,
     characteristic_frequencies,
     contactogram,
+    fundamental,
+    relative_variation,
     resampled,
     spectrogram,
     spectrogram_db,
 )
-from livebass.instrument import Pluck, Speaking
-from livebass.modal_motion import (
-    contact_energy,
-    decay_rates,
-    energy,
-    modal_energies,
-    shape_at,
-    string_shape,
-    t60,
-)
-from livebass.reference import solve
-from livebass.yin import fundamental, relative_variation
+from livebass.model import modes
+from livebass.model.instrument import Pluck, Speaking
+from livebass.reference.solver import solve
 
 RATE = 48_000
 
@@ -116,7 +109,7 @@ def test_the_shape_later(g_string: Speaking) -> None:
     np.testing.assert_allclose(shape[0], string_shape(g_string, q, x))
     step = 1e-7  # released at rest: no velocity, and mu q'' = -mu omega^2 q
     early = shape_at(g_string, q[:5], none[:5], np.array([step]), x)[0]
-    force = string_shape(g_string, -(2 * np.pi * modes.frequencies(g_string, 5)) ** 2 * q[:5], x)
+    force = string_shape(g_string, -((2 * np.pi * modes.frequencies(g_string, 5)) ** 2) * q[:5], x)
     moved = (early - string_shape(g_string, q[:5], x)) / (step**2 / 2)
     np.testing.assert_allclose(moved, force, rtol=1e-2, atol=0.02 * np.abs(force).max())
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import livebass
-from livebass.quality import quality_with
+from livebass.model.quality import quality_with
 
 RATE = 22050
 QUICK = quality_with("live", modes=40, contact_rate=100e3)

@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 import soundfile
 
-from livebass import atomic
-from livebass.atomic import OutputError, Transaction
+from livebass import files as atomic
 from livebass.audiofile import AudioWriter, encoding
+from livebass.files import OutputError, Transaction
 
 RATE = 48000
 SOUND = (0.5 * np.sin(np.arange(100_000) * 0.05)).astype(np.float32)
@@ -219,9 +219,7 @@ def test_a_signal_waits_until_files_are_moved_or_gone(
         signal.signal(number, before)
 
 
-def test_a_single_file_that_cannot_be_moved_keeps_the_old_one(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_single_file_that_cannot_be_moved_keeps_the_old_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def broken(*_: object) -> None:
         raise OSError(5, "Input/output error")
 

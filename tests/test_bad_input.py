@@ -178,9 +178,7 @@ def test_a_full_disk_leaves_nothing(tmp_path: Path) -> None:
     assert "File too large" in done.stderr and not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize(
-    ("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)]
-)
+@pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)])
 @pytest.mark.parametrize("again", [(), (0.05,), (0.002, 0.2, 0.1)])
 def test_an_interrupt_leaves_nothing(tmp_path: Path, number: int, status: int, again: tuple[float, ...]) -> None:
     """Nor does an impatient one: `again` (s) after the first come more."""
@@ -227,7 +225,7 @@ def test_an_interrupt_while_modules_load() -> None:
 def test_an_interrupt_that_is_lost_in_a_destructor_comes_again() -> None:
     code = (
         "import os, signal, sys, time\n"
-        "from livebass import cli\n"
+        "from livebass.cli import main as cli\n"
         "class Odd:\n"
         "    def __del__(self): os.kill(os.getpid(), signal.SIGINT); time.sleep(0.01)\n"
         "def lose(*_, **__):\n"
@@ -243,7 +241,7 @@ def test_an_interrupt_that_is_lost_in_a_destructor_comes_again() -> None:
 def test_all_presets_or_none(
     fake: type[FakeEngine], run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, moment: str
 ) -> None:
-    from livebass import atomic
+    from livebass import files as atomic
 
     if moment == "in the second":
         plays = []

@@ -12,10 +12,14 @@ import numpy as np
 import pytest
 from cli_cases import Run, assert_one_clear_line, cli_text
 
-from livebass import __version__, bench, bench_dense, bench_table, modes
-from livebass.engine import Engine
-from livebass.preset import load_preset
-from livebass.quality import QUALITIES
+from livebass import __version__
+from livebass.bench import measure as bench_dense
+from livebass.bench import render as bench
+from livebass.bench import render as bench_table
+from livebass.engine.engine import Engine
+from livebass.model import modes
+from livebass.model.quality import QUALITIES
+from livebass.preset.load import load_preset
 
 TINY = bench.Extent(sound=0.02, brute=0.005, dense_steps=3, chords=0.04, line=0.3, runs=2, long_runs=2)
 ROWS = {
@@ -144,15 +148,13 @@ def test_a_file_that_cannot_be_is_refused_before_the_work(
     assert not out and not os.listdir(tmp_path)
 
 
-def test_figures_are_shown_though_the_disk_is_full(
-    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_figures_are_shown_though_the_disk_is_full(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def full(*_: object) -> None:
         raise OSError("bench.json: cannot be written: No space left on device")
 
     monkeypatch.setattr(bench, "bench_render", dict)
     monkeypatch.setattr(bench_table, "table", lambda result: "the table")
-    monkeypatch.setattr("livebass.atomic.Transaction.write", full)
+    monkeypatch.setattr("livebass.files.Transaction.write", full)
     status, out, err = run("bench", "render", "--json", tmp_path / "bench.json")
     assert_one_clear_line(status, err, (1,))
     assert out == "the table\n"

@@ -12,18 +12,27 @@ import numpy as np
 import pytest
 from cli_cases import Run, assert_one_clear_line, cli_text
 
-from livebass import QUALITIES, Quality, bench_live, bench_measure, load_preset
-from livebass.bench_card import LINE_FROM, ROUNDS, SIXTEENTH, Card, worst_case
-from livebass.bench_fidelity import (
+from livebass import QUALITIES, Quality, load_preset
+from livebass.bench import live as bench_live
+from livebass.bench import measure as bench_measure
+from livebass.bench.live import (
+    EDGES,
+    LINE_FROM,
+    ROUNDS,
+    SIXTEENTH,
     VELOCITIES,
+    Card,
+    Extent,
+    block_figures,
     characteristic_frequencies,
     distance,
     frequency_error,
     log_spectral_distance,
+    most_that_fit,
+    worst_case,
 )
-from livebass.bench_live import EDGES, Extent, block_figures, most_that_fit
-from livebass.bench_live_table import live_table
-from livebass.stage import LiveBass, Stage
+from livebass.bench.show import live_table
+from livebass.live.stage import LiveBass, Stage
 
 RATE = 48_000
 TINY = Extent(blocks=(128, 1024), tiers=("live", "studio"), runs=2, other_runs=1, fit_runs=1, line=0.3, frets=(0, 5))
@@ -187,9 +196,7 @@ def test_files_from_the_command_line(run: Run, tmp_path: Path, monkeypatch: pyte
     pytest.importorskip("matplotlib")
     monkeypatch.setattr(bench_live, "USUAL", TINY)
     file, picture = tmp_path / "live.json", tmp_path / "live.png"
-    text = cli_text(
-        run, "bench", "live", "-q", "live", "--block", 256, "--runs", 1, "--json", file, "--plot", picture
-    )
+    text = cli_text(run, "bench", "live", "-q", "live", "--block", 256, "--runs", 1, "--json", file, "--plot", picture)
     result = json.loads(file.read_text())
     assert text == live_table(result) + "\n"
     assert [(row["tier"], row["block"], row["runs"]) for row in result["rows"]] == [("live", 256, 1)]
@@ -208,7 +215,7 @@ def test_files_that_cannot_be_are_refused_before_the_work(
         raise AssertionError("measured first")
 
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(f"livebass.bench_{command}.bench_{command}", work)
+    monkeypatch.setattr(f"livebass.bench.{'live' if command == 'live' else 'server'}.bench_{command}", work)
     got, out, err = run("bench", command, *arguments)
     assert_one_clear_line(got, err, (status,))
     assert not out and not os.listdir(tmp_path)

@@ -16,15 +16,15 @@ from cli_cases import Run, assert_one_clear_line, cli_text
 from conftest import JACK_PERIOD as PERIOD
 from conftest import JACK_RATE as RATE
 
-from livebass import bench_latency, bench_player, bench_python
-from livebass.bench_apart import Lost, apart
-from livebass.bench_jack import WRAP, since
-from livebass.bench_latency import latency_figures
-from livebass.bench_live_table import latency_table, python_table
-from livebass.bench_plot import latency_png, python_png
+from livebass.bench import player as bench_player
+from livebass.bench import server as bench_latency
+from livebass.bench import server as bench_python
+from livebass.bench.measure import Lost, apart
+from livebass.bench.server import WRAP, latency_figures, since
+from livebass.bench.show import latency_png, latency_table, python_png, python_table
 
 FEW = bench_latency.Extent(notes=4, queued=5)
-SHORT = bench_python.Extent(seconds=0.3, settle=0.2, objects=100_000)
+SHORT = bench_python.PythonExtent(seconds=0.3, settle=0.2, objects=100_000)
 
 
 @pytest.fixture
@@ -133,7 +133,7 @@ def test_the_player_ends_in_one_line(monkeypatch: pytest.MonkeyPatch, capfd: pyt
     monkeypatch.setattr("sys.argv", ["player", "violin", "live", "48000", "128"])
     monkeypatch.setattr(bench_player, "limited", lambda _: None)
     monkeypatch.setattr(bench_player, "_leave_with_parent", lambda: None)
-    monkeypatch.setattr("livebass.bench_player._play", lambda *_: (_ for _ in ()).throw(OSError("no\nserver")))
+    monkeypatch.setattr("livebass.bench.player._play", lambda *_: (_ for _ in ()).throw(OSError("no\nserver")))
     with pytest.raises(SystemExit) as ended:
         bench_player.main()
     assert ended.value.code == 1 and capfd.readouterr().err == "no server\n"

@@ -10,13 +10,16 @@ import pytest
 from cases import g_neck, g_string
 from test_laws import busy_score, in_blocks
 
-from livebass import Instrument, PresetError, Quality, load_preset, obstacle, paper_cases
-from livebass import layout as at
-from livebass.engine import Engine, solve_trial
-from livebass.instrument import Pluck, Speaking, for_modes, note_frequency, on_grid, speaking
-from livebass.modes import grazing_apex
-from livebass.motion import Trial
-from livebass.reference import solve
+from livebass import Instrument, PresetError, Quality, load_preset
+from livebass.engine.engine import Engine
+from livebass.engine.solve import solve_trial
+from livebass.kernels import records as at
+from livebass.model import neck as obstacle
+from livebass.model.instrument import Pluck, Speaking, for_modes, note_frequency, on_grid, speaking
+from livebass.model.modes import grazing_apex
+from livebass.model.trial import Trial
+from livebass.paper import cases as paper_cases
+from livebass.reference.solver import solve
 
 COARSE = 160  # grid steps of a string, for brute force to be quick
 DATA = Path(__file__).parents[2] / "shared/data/issanchou-bass/fretless_neck.csv"

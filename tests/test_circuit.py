@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from livebass.circuit import digital, response
-from livebass.instrument import Coil
+from livebass.model.circuit import digital, response
+from livebass.model.instrument import Coil
 
 RATES = [22050, 44100, 48000, 96000, 192000]
 COILS = [Coil(), Coil(inductance=1.8, resistance=3750, capacitance=700e-12, tone=0.8), Coil(tone=0.3)]

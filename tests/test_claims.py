@@ -13,9 +13,11 @@ import pytest
 from cli_cases import Run as Command
 from cli_cases import assert_one_clear_line
 
-from livebass import claims, claims_runs, claims_text
-from livebass.claims import CLAIMS, TABLES, Result, check, chosen
-from livebass.claims_expect import (
+from livebass.paper.claims import check as claims
+from livebass.paper.claims import check as claims_text
+from livebass.paper.claims import runs as claims_runs
+from livebass.paper.claims.check import CLAIMS, TABLES, Result, check, chosen
+from livebass.paper.claims.expect import (
     AtLeast,
     AtMost,
     Between,

@@ -51,9 +51,7 @@ def test_names_and_formats(
 
 
 def test_stems_add_up_to_the_mix_bit_for_bit(fake: type[FakeEngine], run: Run) -> None:
-    assert (
-        run("render", "--note", "E1", "--stems", "--bits", "float", "--gain", "-3dB", "-o", "e.wav")[0] == 0
-    )
+    assert run("render", "--note", "E1", "--stems", "--bits", "float", "--gain", "-3dB", "-o", "e.wav")[0] == 0
     stems = [soundfile.read(f"e.{name}.wav", dtype="float32")[0] for name in "EADG"]
     total = stems[0].copy()
     for stem in stems[1:]:
@@ -76,13 +74,11 @@ def test_a_sound_that_is_not_a_number(fake: type[FakeEngine], run: Run, tmp_path
 
 
 def test_all_presets(fake: type[FakeEngine], run: Run, tmp_path: Path) -> None:
-    from livebass.preset import preset_names
+    from livebass.preset.load import preset_names
 
     status, _, err = run("render", "--all-presets", "demos", "--format", "flac", "--rate", 22050)
     assert status == 0
-    assert sorted(p.name for p in (tmp_path / "demos").iterdir()) == sorted(
-        f"{n}.flac" for n in preset_names()
-    )
+    assert sorted(p.name for p in (tmp_path / "demos").iterdir()) == sorted(f"{n}.flac" for n in preset_names())
     assert err.count("\n") == len(preset_names())
 
 
@@ -103,11 +99,9 @@ def test_simulate(run: Run, tmp_path: Path) -> None:
 
 
 def test_bench(monkeypatch: pytest.MonkeyPatch, run: Run, tmp_path: Path) -> None:
-    bench = SimpleNamespace(bench_render=lambda: {"engine": 0.2})
-    monkeypatch.setitem(sys.modules, "livebass.bench", bench)
-    shown = SimpleNamespace(table=lambda result: f"table {result}")
-    monkeypatch.setitem(sys.modules, "livebass.bench_table", shown)
-    monkeypatch.setattr("livebass.kernels.cached", lambda: True)
+    bench = SimpleNamespace(bench_render=lambda: {"engine": 0.2}, table=lambda result: f"table {result}")
+    monkeypatch.setitem(sys.modules, "livebass.bench.render", bench)
+    monkeypatch.setattr("livebass.compiling.cached", lambda: True)
     assert "table" in cli_text(run, "bench", "render", "--json", tmp_path / "b.json")
     assert json.loads((tmp_path / "b.json").read_text()) == {"engine": 0.2}
     status, _, err = run("bench", "render", "--json", tmp_path)
@@ -117,12 +111,10 @@ def test_bench(monkeypatch: pytest.MonkeyPatch, run: Run, tmp_path: Path) -> Non
 @pytest.mark.parametrize("arguments", [["--help"], ["render", "--help"], ["--version"], ["presets", "list"]])
 def test_help_starts_fast_and_without_kernels(arguments: list[str]) -> None:
     code = (
-        "import sys; from livebass import cli; status = cli.run(sys.argv[1:]);"
+        "import sys; from livebass.cli import main as cli; status = cli.run(sys.argv[1:]);"
         "sys.exit(status or ('numba' in sys.modules) * 9)"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", code, *arguments], capture_output=True, text=True, timeout=60
-    )
+    done = subprocess.run([sys.executable, "-c", code, *arguments], capture_output=True, text=True, timeout=60)
     assert (done.returncode, done.stderr) == (0, "") and done.stdout
 
 

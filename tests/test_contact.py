@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from livebass import contact
-from livebass.layout import MOST_NEAR, ROW
-from livebass.reference_contact import contact_force
+from livebass.kernels import contact
+from livebass.kernels.records import MOST_NEAR, ROW
+from livebass.reference.laws import contact_force
 
 STIFFNESS, DEPTH, COMPLIANCE = 1e13, 1e-7, 3e-10  # N/m^2.5; m; m per N/m
 

@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 from cases import case_b, random_trial
 
-from livebass import layout as at
-from livebass import modes, voice
-from livebass.engine import solve_trial, trial_voice
-from livebass.instrument import Pluck
-from livebass.motion import Floats, Motion, Trial
-from livebass.reference import solve
+from livebass.engine.solve import solve_trial, trial_voice
+from livebass.kernels import records as at
+from livebass.kernels import voice
+from livebass.model import modes
+from livebass.model.instrument import Pluck
+from livebass.model.trial import Floats, Motion, Trial
+from livebass.reference.solver import solve
 
 AGREED = 1e-6  # of the largest displacement
 DEPARTED = 1e-9  # of it: two runs of brute force have become two motions

@@ -11,9 +11,9 @@ from jack_cases import wait_for
 from test_live import QUICK, RATE, Player, staged
 
 from livebass import Quality, load_preset, preset_names
-from livebass.live_layout import NOW
-from livebass.midi_in import MidiPort
-from livebass.stage import LiveBass, Stage
+from livebass.live.inputs import MidiPort
+from livebass.live.stage import LiveBass, Stage
+from livebass.live.thread.records import NOW
 
 LIGHT = Quality("light", 60, 192e3)
 BLOCK = 64
@@ -119,7 +119,7 @@ class RawKeys:
 
 def test_bytes_through_jack(server: SimpleNamespace) -> None:
     """Truncated, too long, without a status, system exclusive: what JACK lets through, the bass survives."""
-    from livebass.outputs import JackOutput
+    from livebass.live.outputs import JackOutput
 
     output = JackOutput("livebass", lambda rate: Stage(rate), connect=False)
     stage = output.stage

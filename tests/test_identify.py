@@ -17,14 +17,13 @@ import soundfile
 from cases import DAMPINGS, FREQUENCIES, g_neck, g_string, paper_g
 from cli_cases import Run, assert_one_clear_line, cli_text
 
-from livebass import load_preset, modes
-from livebass.admittance import neck_damping
-from livebass.esprit import SAMPLES, band, components
-from livebass.identify import Identified, identify
-from livebass.instrument import Pluck, Speaking, speaking
-from livebass.partials import track
-from livebass.string_fit import fit_law, fit_losses
-from livebass.takes import find_takes, read_recording
+from livebass import load_preset
+from livebass.identify.fit import fit_law, fit_losses
+from livebass.identify.identify import Identified, identify
+from livebass.identify.partials import SAMPLES, band, components, find_takes, read_recording, track
+from livebass.model import modes
+from livebass.model.instrument import Pluck, Speaking, speaking
+from livebass.model.neck import neck_damping
 
 RATE = 48_000
 LAW_ONLY = replace(g_string(), measured_frequencies=(), measured_dampings=())

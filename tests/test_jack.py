@@ -23,7 +23,7 @@ from jack_cases import Ears, Keys, livebass, wait_for
 from test_live import QUICK, offline
 
 from livebass import load_preset
-from livebass.stage import LiveBass, Stage
+from livebass.live.stage import LiveBass, Stage
 
 RATE, PERIOD = JACK_RATE, JACK_PERIOD
 
@@ -31,7 +31,7 @@ RATE, PERIOD = JACK_RATE, JACK_PERIOD
 @contextmanager
 def slap_bass() -> Iterator[Any]:
     """A client of the server that plays the slap bass."""
-    from livebass.outputs import JackOutput
+    from livebass.live.outputs import JackOutput
 
     output = JackOutput("livebass", lambda rate: Stage(rate, shelter=False), connect=False)
     output.stage.put_on(LiveBass(load_preset("slap"), QUICK, output.stage.rate))
@@ -156,8 +156,8 @@ from conftest import JACK_PERIOD, JACK_RATE
 from jack_cases import Ears, Keys, livebass, wait_for
 from test_live import QUICK, offline
 from livebass import load_preset
-from livebass.outputs import PortAudioOutput
-from livebass.stage import LiveBass, Stage
+from livebass.live.outputs import PortAudioOutput
+from livebass.live.stage import LiveBass, Stage
 
 stage = Stage({RATE}, shelter=False)
 stage.put_on(LiveBass(load_preset("slap"), QUICK, {RATE}))
@@ -240,9 +240,7 @@ def test_without_a_server_it_says_so() -> None:
 
 def test_threads_may_send_together() -> None:
     stage = Stage(RATE)
-    threads = [
-        threading.Thread(target=lambda: [stage.send(0x90, 40, 1) for _ in range(500)]) for _ in range(4)
-    ]
+    threads = [threading.Thread(target=lambda: [stage.send(0x90, 40, 1) for _ in range(500)]) for _ in range(4)]
     for thread in threads:
         thread.start()
     for thread in threads:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from livebass import QUALITIES, load_preset, preset_names, render_to_array, score_of
-from livebass.instrument import Instrument, note_frequency
+from livebass.model.instrument import Instrument, note_frequency
 from livebass.units import decibels
 
 RATE = 48000

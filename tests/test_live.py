@@ -11,13 +11,17 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from livebass import QUALITIES, Instrument, Quality, board, callbacks, demo_score, kernels, layout, load_preset, relief
-from livebass.callbacks import PORTAUDIO, portaudio
-from livebass.engine import Engine
-from livebass.live_layout import STRETCH
-from livebass.motion import Floats
-from livebass.render import mixed
-from livebass.stage import LiveBass, Stage
+from livebass import QUALITIES, Instrument, Quality, demo_score, load_preset
+from livebass import compiling as kernels
+from livebass.engine.engine import Engine
+from livebass.engine.render import mixed
+from livebass.kernels import board
+from livebass.live.stage import LiveBass, Stage
+from livebass.live.thread import block as relief
+from livebass.live.thread import callbacks
+from livebass.live.thread.callbacks import PORTAUDIO, portaudio
+from livebass.live.thread.records import STRETCH
+from livebass.model.trial import Floats
 
 RATE = 48000
 QUICK = Quality("quick", 150, 384e3)
@@ -373,7 +377,7 @@ def test_kernels_of_the_audio_thread_cannot_allocate() -> None:
     staged()
     callbacks.jack()
     board.player()
-    names = "live.block", "ahead.player", "frets.player", "board.player", "callbacks.portaudio", "callbacks.jack"
+    names = "block.block", "ahead.player", "frets.player", "board.player", "callbacks.portaudio", "callbacks.jack"
     for name in names:
         files = list(kernels.DIRECTORY.rglob(f"{name}-*.nbc"))
         assert files, name

@@ -15,8 +15,8 @@ import pytest
 import soundfile
 from jack_cases import livebass, wait_for
 
-from livebass.midi_in import THROUGH, MidiLost, MidiPort, bare, find_port, port_names
-from livebass.stage import Stage
+from livebass.live.inputs import THROUGH, MidiLost, MidiPort, bare, find_port, port_names
+from livebass.live.stage import Stage
 
 ON, OFF = [0x90, 40, 100], [0x80, 40, 0]
 

@@ -10,10 +10,10 @@ import pytest
 from cases import g_neck, g_string
 
 from livebass import load_preset
-from livebass.admittance import Admittance, Resonance, neck_damping
-from livebass.instrument import String, speaking
-from livebass.modes import dampings, frequencies, impedance, loss_factor
-from livebass.neck_fit import NeckFit, fit_neck
+from livebass.identify.fit import NeckFit, fit_neck
+from livebass.model.instrument import String, speaking
+from livebass.model.modes import dampings, frequencies, impedance, loss_factor
+from livebass.model.neck import Admittance, Resonance, neck_damping
 
 PUBLISHED = Path(__file__).parents[2] / "shared" / "data" / "issanchou-bass" / "fretted_modes.csv"
 
@@ -54,7 +54,7 @@ def test_the_saw_tooth_of_the_paper(paper: NeckFit) -> None:
 
 def test_the_sign_of_eq_8_is_in_the_data(paper: NeckFit, monkeypatch: pytest.MonkeyPatch) -> None:
     """With the sign as printed, and exp(+i omega t), the frequencies are explained much worse."""
-    from livebass import neck_fit
+    from livebass.identify import fit as neck_fit
 
     right = neck_fit.detuning
     monkeypatch.setattr(neck_fit, "detuning", lambda *given: -right(*given))

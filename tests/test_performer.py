@@ -14,13 +14,14 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from livebass import layout as at
-from livebass import load_preset, performer
-from livebass.engine import Engine
-from livebass.instrument import Instrument, speaking
-from livebass.modes import grazing_apex
-from livebass.quality import Quality
-from livebass.state import new_performer
+from livebass import load_preset
+from livebass.engine.engine import Engine
+from livebass.engine.prepare import new_performer
+from livebass.kernels import performer
+from livebass.kernels import records as at
+from livebass.model.instrument import Instrument, speaking
+from livebass.model.modes import grazing_apex
+from livebass.model.quality import Quality
 
 FEW = Quality("few", 30, 192e3)  # modes do not matter here
 PLUCKED = ("jazz-finger", "precision-finger", "flatwound", "muted")
@@ -95,9 +96,7 @@ class Hands:
         count = 0
         for status, first, second in messages:
             before = count
-            count = performer.message(
-                self.p, self.ops, self.pool, self.frame, status, first, second, events, count
-            )
+            count = performer.message(self.p, self.ops, self.pool, self.frame, status, first, second, events, count)
             assert before <= count <= before + performer.MOST_EVENTS
         return events[:count]
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from livebass import load_preset, preset_names, quality_with
-from livebass.engine import Engine
-from livebass.instrument import Instrument, note_frequency, speaking
-from livebass.motion import Floats
-from livebass.performer import MOST_STRINGS
+from livebass.engine.engine import Engine
+from livebass.kernels.performer import MOST_STRINGS
+from livebass.model.instrument import Instrument, note_frequency, speaking
+from livebass.model.trial import Floats
 
 RATE = 22050
 IN_TUNE = 2.0  # cents

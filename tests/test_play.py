@@ -25,15 +25,12 @@ from jack_cases import livebass, wait_for
 from test_live import QUICK, RATE, Player, staged
 
 from livebass import QUALITIES, load_preset, preset_names
-from livebass.atomic import OutputError
-from livebass.changes import Changes
-from livebass.journal import Journal
-from livebass.live_layout import HISTOGRAM
-from livebass.play import Session, Summary, Wish
-from livebass.recorder import Recorder
-from livebass.stage import Stage
-from livebass.status import Gauge, median_load, strings
-from livebass.terminal import LOWER, UPPER, TerminalKeys
+from livebass.files import OutputError
+from livebass.live.inputs import LOWER, UPPER, TerminalKeys
+from livebass.live.recording import Journal, Recorder
+from livebass.live.session import Changes, Session, Summary, Wish
+from livebass.live.stage import Gauge, Stage, median_load, strings
+from livebass.live.thread.records import HISTOGRAM
 
 # ---- other basses while it sounds
 
@@ -213,7 +210,7 @@ import json, resource, signal, sys
 sys.path.insert(0, {str(Path(__file__).parent)!r})
 from pathlib import Path
 from test_live import staged
-from livebass.recorder import Recorder
+from livebass.live.recording import Recorder
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 stage, player = staged()
 said = []
@@ -404,7 +401,7 @@ def test_a_terminal_that_is_closed_ends_it_and_keeps_the_take(server: SimpleName
 
 def without(code: str, *arguments: object) -> subprocess.CompletedProcess[str]:
     """The command line after `code`, and with no JACK server."""
-    program = f"import sys, ctypes.util\n{code}\nfrom livebass import cli\ncli.main(sys.argv[1:])"
+    program = f"import sys, ctypes.util\n{code}\nfrom livebass.cli import main as cli\ncli.main(sys.argv[1:])"
     return subprocess.run(
         [sys.executable, "-c", program, *map(str, arguments)], capture_output=True, text=True, timeout=120, check=False,
         stdin=subprocess.DEVNULL, env={**os.environ, "JACK_DEFAULT_SERVER": "nobody"},

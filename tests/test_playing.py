@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 
 from livebass import load_preset
-from livebass.engine import Engine
-from livebass.instrument import Instrument
-from livebass.motion import Floats
-from livebass.quality import QUALITIES
+from livebass.engine.engine import Engine
+from livebass.model.instrument import Instrument
+from livebass.model.quality import QUALITIES
+from livebass.model.trial import Floats
 from livebass.units import cents, decibels
 
 RATE = 48000
@@ -169,9 +169,7 @@ def attack(preset: str, key: int, velocity: int, watch: float = 12e-3) -> float:
 @pytest.mark.parametrize("preset", OUTPUTS)
 @pytest.mark.parametrize("velocity", [1, QUIET, 60])
 @pytest.mark.parametrize("key", [40, 41, 45])
-def test_a_pluck_on_a_sounding_string_is_as_bright_as_one_out_of_silence(
-    key: int, velocity: int, preset: str
-) -> None:
+def test_a_pluck_on_a_sounding_string_is_as_bright_as_one_out_of_silence(key: int, velocity: int, preset: str) -> None:
     """At the fret that sounds, a finger lands on it first; at another, the old note is damped."""
     before = [(0.0, on(40, QUIET)), *([(THEN, off(40))] if key != 40 else [])]
     sound = mix([*before, (THEN, on(key, velocity))], 0.5, preset)

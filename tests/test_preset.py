@@ -8,12 +8,12 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from livebass.admittance import Admittance, Resonance
-from livebass.instrument import Coil, Neck, Output, Pickup, Player, String, note_frequency, speaking
-from livebass.preset import PresetError, load_preset, preset_names, preset_reference, preset_text
-from livebass.preset_build import LARGEST_COUNTS, MOST_FRETS, MOST_SENSING, Builder
-from livebass.preset_damping import overdamped
-from livebass.preset_keys import KEYS, REQUIRED, Key, checked, key_names
+from livebass.model.instrument import Coil, Neck, Output, Pickup, Player, String, note_frequency, speaking
+from livebass.model.neck import Admittance, Resonance
+from livebass.preset.build import LARGEST_COUNTS, MOST_FRETS, MOST_SENSING, Builder
+from livebass.preset.checks import overdamped
+from livebass.preset.keys import KEYS, REQUIRED, Key, checked, key_names
+from livebass.preset.load import PresetError, load_preset, preset_names, preset_reference, preset_text
 from livebass.units import DIMENSIONS, quantity
 
 GOOD = """\
@@ -40,12 +40,8 @@ position = "90 mm"
 technique = "pluck"
 """
 GEOMETRY = 'scale_length = "34 in"\n'
-MEASURED = (
-    GEOMETRY + 'fret_positions = ["48 mm", "94 mm"]\nfret_heights = {unit = "mm", values = [-1.0, -1.25]}\n'
-)
-RESONANT = (
-    GEOMETRY + 'resonance_frequencies = ["150 Hz"]\nresonance_qualities = [30]\nresonance_masses = ["1 kg"]\n'
-)
+MEASURED = GEOMETRY + 'fret_positions = ["48 mm", "94 mm"]\nfret_heights = {unit = "mm", values = [-1.0, -1.25]}\n'
+RESONANT = GEOMETRY + 'resonance_frequencies = ["150 Hz"]\nresonance_qualities = [30]\nresonance_masses = ["1 kg"]\n'
 
 
 def load(folder: Path, text: str | bytes) -> Any:
@@ -125,8 +121,7 @@ CHANGES = [  # what to replace in GOOD, by what, and what the message must say
     ),
     (
         "inharmonicity = 1e-4",
-        'inharmonicity = 1e-4\nmeasured_frequencies = ["55 Hz", "50 Hz"]\n'
-        'measured_dampings = ["1 /s", "1 /s"]',
+        'inharmonicity = 1e-4\nmeasured_frequencies = ["55 Hz", "50 Hz"]\nmeasured_dampings = ["1 /s", "1 /s"]',
         ["measured_frequencies", "item 2", "ascend"],
     ),
     ('position = "90 mm"', 'position = "700 mm"', ["pickup[1].position", "700 mm", "the neck", "272 mm"]),
@@ -252,9 +247,7 @@ CHANGES = [  # what to replace in GOOD, by what, and what the message must say
 ]
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "says"), CHANGES, ids=[f"{i}-{c[2][0]}" for i, c in enumerate(CHANGES)]
-)
+@pytest.mark.parametrize(("old", "new", "says"), CHANGES, ids=[f"{i}-{c[2][0]}" for i, c in enumerate(CHANGES)])
 def test_error(tmp_path: Path, old: str, new: str, says: list[str]) -> None:
     assert old in GOOD
     text = GOOD.replace(old, new, 1)
@@ -322,8 +315,8 @@ def test_split_coil(tmp_path: Path) -> None:
 
 
 def test_limits_are_what_the_engine_has_room_for() -> None:
-    from livebass.layout import MOST_NEAR, VOICE
-    from livebass.performer import MOST_STRINGS
+    from livebass.kernels.performer import MOST_STRINGS
+    from livebass.kernels.records import MOST_NEAR, VOICE
 
     assert LARGEST_COUNTS["string"] == MOST_STRINGS
     assert VOICE["mix"].shape[0] == MOST_SENSING
@@ -345,7 +338,7 @@ def test_no_overdamped_mode_is_overlooked(
     """And what is said to be allowed is."""
     import numpy as np
 
-    from livebass.modes import dampings, frequencies
+    from livebass.model.modes import dampings, frequencies
 
     bass = load_preset("jazz-finger")
     string = replace(
@@ -426,9 +419,7 @@ def test_shipped_preset_sounds_at_every_fret(name: str) -> None:
     for string, neck in zip(bass.strings, bass.necks, strict=True):
         for fret in range(len(neck.fret_positions) + 1):
             note = speaking(string, neck, fret)
-            assert note.stop == fret, (
-                f"{name}, string {string.name}: fret {fret} is choked by fret {note.stop}"
-            )
+            assert note.stop == fret, f"{name}, string {string.name}: fret {fret} is choked by fret {note.stop}"
 
 
 def test_paper_g_is_the_paper() -> None:
@@ -468,12 +459,8 @@ def limits() -> list[Any]:
         if kind in DIMENSIONS or kind in ("number", "integer"):
             for end, beyond in ((key.least, -1.0), (key.most, 1.0)):
                 number, _, unit = end.partition(" ")
-                far = float(number) + beyond * (
-                    1 if kind == "integer" else 1e-6 * (abs(float(number)) or 1.0)
-                )
-                cases.append(
-                    pytest.param(key, number, f"{far:.17g}", unit, id=f"{key.section}.{key.name}-{end}")
-                )
+                far = float(number) + beyond * (1 if kind == "integer" else 1e-6 * (abs(float(number)) or 1.0))
+                cases.append(pytest.param(key, number, f"{far:.17g}", unit, id=f"{key.section}.{key.name}-{end}"))
     return cases
 
 
@@ -516,9 +503,7 @@ def test_every_field_has_a_key(section: str) -> None:
 
 
 scalars = st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=12)
-values = st.recursive(
-    scalars, lambda v: st.lists(v, max_size=3) | st.dictionaries(st.text(max_size=8), v, max_size=3)
-)
+values = st.recursive(scalars, lambda v: st.lists(v, max_size=3) | st.dictionaries(st.text(max_size=8), v, max_size=3))
 names = st.sampled_from([k.name for k in KEYS] + ["neck", "string", "pickup", "player", "coil", "output"])
 trees = st.recursive(
     values, lambda v: st.dictionaries(names | st.text(max_size=6), v, max_size=6) | st.lists(v, max_size=2)
@@ -608,12 +593,11 @@ def presets(draw: st.DrawFn) -> dict[str, Any]:
     return data
 
 
-
 @settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(presets())
 def test_what_loads_can_be_rendered(data: dict[str, Any]) -> None:
-    from livebass.engine import Engine
-    from livebass.quality import QUALITIES
+    from livebass.engine.engine import Engine
+    from livebass.model.quality import QUALITIES
 
     try:
         bass = Builder("f").instrument(data)

@@ -12,10 +12,10 @@ import cases
 import numpy as np
 import pytest
 
-from livebass import modes
-from livebass.instrument import Pluck
-from livebass.motion import Floats, Motion, Trial, initial_amplitudes
-from livebass.reference import make_plan, solve, static_compliance
+from livebass.model import modes
+from livebass.model.instrument import Pluck
+from livebass.model.trial import Floats, Motion, Trial, initial_amplitudes
+from livebass.reference.solver import make_plan, solve, static_compliance
 
 PUBLISHED = Path(__file__).parents[2] / "shared" / "data" / "issanchou-bass" / "fretted_modes.csv"
 

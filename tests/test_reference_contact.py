@@ -7,13 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from livebass.reference_contact import (
-    _force_of_powers,
-    _force_of_roots,
-    contact_force,
-    potential,
-    solve_contact,
-)
+from livebass.reference.laws import _force_of_powers, _force_of_roots, contact_force, potential, solve_contact
 
 
 def test_force_of_powers_matches_force_of_roots() -> None:
@@ -29,9 +23,7 @@ def test_force_of_powers_matches_force_of_roots() -> None:
 
 
 @pytest.mark.parametrize("exponent", [1.0, 1.5, 2.3])
-@pytest.mark.parametrize(
-    "before, after", [(-1e-6, 3e-6), (2e-6, -5e-6), (1e-6, 4e-6), (0.0, 1e-6), (2e-6, 2e-6)]
-)
+@pytest.mark.parametrize("before, after", [(-1e-6, 3e-6), (2e-6, -5e-6), (1e-6, 4e-6), (0.0, 1e-6), (2e-6, 2e-6)])
 def test_force_is_the_quotient_and_slope_its_derivative(exponent: float, before: float, after: float) -> None:
     force, slope = contact_force(before, after - before, 1e13, exponent)
     if after != before:

@@ -9,10 +9,10 @@ import cases
 import numpy as np
 import pytest
 
-from livebass import modes
-from livebass.motion import Trial, initial_amplitudes_across
-from livebass.reference import solve
-from livebass.reference_friction import sat, solve_friction
+from livebass.model import modes
+from livebass.model.trial import Trial, initial_amplitudes_across
+from livebass.reference.laws import sat, solve_friction
+from livebass.reference.solver import solve
 
 
 def oblique(trial: Trial, angle: float, apex: float) -> Trial:

@@ -11,9 +11,17 @@ import mido
 import numpy as np
 import pytest
 
-from livebass.demo import STYLES, demo_score
-from livebass.score import Score, ScoreError, note_ends, read_score, score_of, single_note
-from livebass.smf import parse_smf
+from livebass.score import (
+    STYLES,
+    Score,
+    ScoreError,
+    demo_score,
+    note_ends,
+    parse_smf,
+    read_score,
+    score_of,
+    single_note,
+)
 
 RATE = 48000
 BASS = b"\x00\xc0\x21"  # at 0: channel 1 plays program 33, finger bass
@@ -76,9 +84,7 @@ def test_tempo_changes_in_another_track(tmp_path: Path) -> None:
     [(0xE728, 25 * 40), (0xE850, 24 * 80), (0xE250, 30 * 80), (0xE364, 30000 / 1001 * 100)],
 )
 def test_smpte_time_ignores_the_tempo(tmp_path: Path, division: int, ticks_per_second: float) -> None:
-    line = (
-        b"\x00\xff\x51\x03\x0f\x42\x40" + BASS + b"\x00\x90\x28\x64\x8f\x50\x80\x28\x40" + END
-    )  # 2000 ticks
+    line = b"\x00\xff\x51\x03\x0f\x42\x40" + BASS + b"\x00\x90\x28\x64\x8f\x50\x80\x28\x40" + END  # 2000 ticks
     assert read(tmp_path, smf(line, division=division)).end_frame == round(2000 / ticks_per_second * RATE)
 
 
@@ -156,8 +162,7 @@ def three_channels() -> bytes:
     piano = b"\x00\xc3\x00\x00\x93\x3c\x64\x83\x60\x83\x3c\x40" + END
     bass = (
         b"\x00\xc1\x00\x00\x91\x30\x64\x83\x60\x81\x30\x40"  # channel 2 begins as a piano ...
-        b"\x00\xb1\x07\x50\x00\xc1\x27\x00\x91\x28\x64\x83\x60\x81\x28\x40"
-        + END  # ... and turns into program 39
+        b"\x00\xb1\x07\x50\x00\xc1\x27\x00\x91\x28\x64\x83\x60\x81\x28\x40" + END  # ... and turns into program 39
     )
     drums = b"\x00\xc9\x20\x00\x99\x24\x64\x83\x60\x89\x24\x40" + END  # program 32 on channel 10: still drums
     return smf(piano, bass, drums)
@@ -285,9 +290,7 @@ def test_single_note() -> None:
     assert single_note(43, 110, 0.0, RATE).end_frame == 48
 
 
-@pytest.mark.parametrize(
-    "bad", [(0, 1, 128, 100), (0, 1, 40, 0), (0, float("nan"), 40, 100), (-1, 1, 40, 100)]
-)
+@pytest.mark.parametrize("bad", [(0, 1, 128, 100), (0, 1, 40, 0), (0, float("nan"), 40, 100), (-1, 1, 40, 100)])
 def test_notes_out_of_range(bad: tuple[float, float, int, int]) -> None:
     with pytest.raises(ValueError, match="allowed"):
         score_of([bad], RATE)

@@ -16,13 +16,14 @@ import numpy as np
 import pytest
 import soundfile
 
-from livebass import atomic, simulate
-from livebass import modes as modal
-from livebass.atomic import OutputError
-from livebass.modal_motion import string_shape
-from livebass.motion import Trial
-from livebass.reference import solve
-from livebass.simulate import simulate_to_directory
+from livebass import files as atomic
+from livebass.analysis.motion import string_shape
+from livebass.experiment import simulate
+from livebass.experiment.simulate import simulate_to_directory
+from livebass.files import OutputError
+from livebass.model import modes as modal
+from livebass.model.trial import Trial
+from livebass.reference.solver import solve
 
 CASE: dict[str, Any] = {
     "string": "G", "fret": 0, "apex": 3.6e-3, "at": 0.64, "duration": 0.03, "modes": 60,
@@ -127,7 +128,7 @@ def test_bad_values_are_refused_in_a_line(tmp_path: Path, changed: dict[str, Any
 
 def test_rate_that_hides_a_mode_is_refused(tmp_path: Path) -> None:
     s = cases.paper_g()
-    from livebass import modes
+    from livebass.model import modes
 
     nu = float(modes.frequencies(s, 862)[-1])
     with pytest.raises(ValueError, match="mode 862"):
@@ -242,7 +243,9 @@ def test_nothing_is_made_beside_the_directory(tmp_path: Path, monkeypatch: pytes
 @pytest.mark.parametrize("solver", ["engine", "reference"])
 def test_wall_time_is_without_compilation(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, solver: str) -> None:
     """Whatever is compiled or loaded when a solver first runs is done before the run that is timed."""
-    module = importlib.import_module(f"livebass.{solver}")
+    module = importlib.import_module(
+        {"engine": "livebass.engine.solve", "reference": "livebass.reference.solver"}[solver]
+    )
     name = "solve" if solver == "reference" else "solve_trial"
     trials: list[Trial] = []
     real = getattr(module, name)

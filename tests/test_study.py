@@ -21,12 +21,12 @@ import pytest
 import soundfile
 from cli_cases import Run, assert_one_clear_line, cli_text
 
-from livebass import study_measure, study_run
-from livebass.engine import solve_trial
-from livebass.motion import Motion, Trial
-from livebass.studies import STUDIES, chosen
-from livebass.study_parts import Findings, Study, Table
-from livebass.study_run import run_studies
+from livebass.engine.solve import solve_trial
+from livebass.model.trial import Motion, Trial
+from livebass.paper.figures import measure as study_measure
+from livebass.paper.figures import studies as study_run
+from livebass.paper.figures.measure import Findings, Study, Table
+from livebass.paper.figures.studies import STUDIES, chosen, run_studies
 
 NAMES = ["linear", "a", "oblique"]
 SHORT = 0.1  # s

@@ -8,13 +8,19 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from livebass import claims, modes, motion_analysis, study_claims, study_convergence, study_linear, study_measure
-from livebass.engine import solve_trial
-from livebass.modal_motion import decay_rates
-from livebass.motion import Motion
-from livebass.studies import STUDIES, chosen
-from livebass.study_files import plain
-from livebass.study_parts import Solved
+from livebass.analysis import motion as motion_analysis
+from livebass.analysis.motion import decay_rates
+from livebass.engine.solve import solve_trial
+from livebass.model import modes
+from livebass.model.trial import Motion
+from livebass.paper.claims import check as claims
+from livebass.paper.figures import basics as study_convergence
+from livebass.paper.figures import basics as study_linear
+from livebass.paper.figures import measure as study_measure
+from livebass.paper.figures import studies as study_claims
+from livebass.paper.figures.measure import Solved
+from livebass.paper.figures.output import plain
+from livebass.paper.figures.studies import STUDIES, chosen
 
 
 @pytest.fixture(scope="module")
@@ -61,14 +67,10 @@ def test_energy_falls_and_modes_ring_down_as_damped(case_b: Solved) -> None:
 
 def test_convergence_meets_the_paper_s_criterion() -> None:
     """Section 4: below 0.1 at 8 MHz in case B, 16 MHz in case C; and finer is better."""
-    asked = study_convergence.trials(None)
+    asked = study_convergence.convergence_trials(None)
     motions = {key: asked[key] for key in ("b", "b 2", "b 8", "c", "c 16", "modes", "modes 400")}
     solved = {key: Solved(trial, solve_trial(trial)) for key, trial in motions.items()}
-    error = {
-        key: study_convergence.errors(solved[key], solved[key.split()[0]])[0][-1]
-        for key in solved
-        if " " in key
-    }
+    error = {key: study_convergence.errors(solved[key], solved[key.split()[0]])[0][-1] for key in solved if " " in key}
     assert error["b 8"] < 0.01 and error["c 16"] < 0.1 and error["modes 400"] < 0.1
     assert error["b 8"] < error["b 2"] < 1
 
@@ -87,16 +89,16 @@ def test_over_a_board_places_are_told() -> None:
 def test_statements_beside_what_comes_out(monkeypatch: pytest.MonkeyPatch) -> None:
     few = claims.chosen(["g-fundamental", "a-centroid"])
     monkeypatch.setattr(claims, "chosen", lambda: few)
-    found = study_claims.report({})
+    found = study_claims.claims_report({})
     (table,) = found.tables
     assert [(row[0], row[-1]) for row in table.rows] == [("g-fundamental", "yes"), ("a-centroid", "yes")]
     assert [claim["passed"] for claim in found.numbers["claims"]] == [True, True]
-    assert "2 of 2" in table.caption and study_claims.trials(1.0) == {}
+    assert "2 of 2" in table.caption and study_claims.claims_trials(1.0) == {}
 
 
 def test_the_neck_explains_the_quality_factors() -> None:
     """Section 3.2: with the mobility the model follows the measured dampings, without it not."""
-    found = study_linear.report({})
+    found = study_linear.linear_report({})
     measured, with_neck, without = (found.arrays[k] for k in ("measured_q", "model_q", "model_q_without_neck"))
     misses = [np.median(np.abs(q / measured - 1)) for q in (with_neck, without)]
     assert misses[0] < 0.2 and misses[1] > 0.5 and (without >= with_neck).all()

@@ -17,20 +17,17 @@ import numpy as np
 import pytest
 from cli_cases import Run, assert_one_clear_line
 
-from livebass import sweep
-from livebass.engine import solve_trial
-from livebass.heard import heard
-from livebass.instrument import Neck
-from livebass.layout import MOST_NEAR
-from livebass.modes import pluck_amplitudes
-from livebass.quality import quality_with
-from livebass.sweep_grid import axis
-from livebass.sweep_key import names, target
-from livebass.sweep_local import compile_kernels
-from livebass.sweep_plot import drawable, edges, pictures
-from livebass.sweep_point import measured
-from livebass.sweep_quantities import QUANTITIES, USUAL
-from livebass.sweep_work import Point, Settings, grid
+from livebass.engine.solve import heard, solve_trial
+from livebass.experiment import sweep
+from livebass.experiment.grid import Point, Settings, axis, grid, names, target
+from livebass.experiment.point import measured
+from livebass.experiment.quantities import QUANTITIES, USUAL
+from livebass.experiment.sweep import drawable, edges, pictures
+from livebass.experiment.workers import compile_kernels
+from livebass.kernels.records import MOST_NEAR
+from livebass.model.instrument import Neck
+from livebass.model.modes import pluck_amplitudes
+from livebass.model.quality import quality_with
 
 SMALL = ("--modes", 40, "--contact-rate", "192kHz", "--duration", "50ms")
 
@@ -127,7 +124,9 @@ def test_a_directory_that_cannot_be_and_a_scheduler_that_is_not_there(run: Run, 
     assert "Not a directory" in err and (tmp_path / "file").read_text() == "mine"
     with socket.create_server(("127.0.0.1", 0)) as server:
         port = server.getsockname()[1]
-    status, _, err = run("study", "sweep", *vary, *SMALL, "-o", tmp_path / "d", "--scheduler", f"tcp://127.0.0.1:{port}")
+    status, _, err = run(
+        "study", "sweep", *vary, *SMALL, "-o", tmp_path / "d", "--scheduler", f"tcp://127.0.0.1:{port}"
+    )
     assert_one_clear_line(status, err, (1,))
     assert f"scheduler tcp://127.0.0.1:{port}: does not answer" in err
 
@@ -173,7 +172,7 @@ def test_keys_reach_what_they_name() -> None:
 
 
 def test_same_work_same_digest_whatever_else_the_preset_says(tmp_path: Path) -> None:
-    from livebass.preset import preset_source
+    from livebass.preset.load import preset_source
 
     text = preset_source("paper-g")[1]
     (tmp_path / "mine.toml").write_text(text.replace('name = "Paper, G string"', 'name = "Mine"'))
@@ -255,8 +254,8 @@ def test_points_are_kept_and_only_missing_ones_computed(tmp_path: Path) -> None:
 
 def test_all_of_it_in_process_one(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The command, with its processes replaced by this one."""
-    monkeypatch.setattr("livebass.sweep_local.computed", lambda points, workers, say: fake(points))
-    monkeypatch.setattr("livebass.sweep_local.compile_kernels", lambda point: None)
+    monkeypatch.setattr("livebass.experiment.workers.computed", lambda points, workers, say: fake(points))
+    monkeypatch.setattr("livebass.experiment.workers.compile_kernels", lambda point: None)
     vary = "--vary", "pluck.apex=1mm:2mm:3", "--vary", "neck.contact_stiffness=1e9:1e13:2:log"
     status, out, err = run("study", "sweep", *vary, *SMALL, "-o", tmp_path / "d", "--json", tmp_path / "s.json")
     assert status == 0 and not out, err

@@ -16,10 +16,9 @@ import psutil
 import pytest
 from cli_cases import assert_one_clear_line
 
-from livebass.quality import quality_with
-from livebass.sweep_grid import axis
-from livebass.sweep_local import computed
-from livebass.sweep_work import Settings, grid
+from livebass.experiment.grid import Settings, axis, grid
+from livebass.experiment.workers import computed
+from livebass.model.quality import quality_with
 
 PATIENCE = 120  # s until a test gives up
 COUNT = 16

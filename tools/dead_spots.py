@@ -15,9 +15,9 @@ mpl.use("Agg")  # no display is needed
 import matplotlib.pyplot as plt
 
 from livebass import Instrument, load_preset
-from livebass.instrument import speaking
-from livebass.modal_motion import t60
-from livebass.modes import dampings, frequencies
+from livebass.analysis.motion import t60
+from livebass.model.instrument import speaking
+from livebass.model.modes import dampings, frequencies
 
 
 def decays(bass: Instrument, string: int) -> tuple[list[float], list[float]]:

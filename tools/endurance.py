@@ -92,7 +92,7 @@ def play(seconds: float, seed: int) -> int:
     import jack
 
     from livebass import QUALITIES, load_preset
-    from livebass.play import Session, Wish
+    from livebass.live.session import Session, Wish
 
     wait_for_server(jack)
     wish = Wish(load_preset("slap"), QUALITIES["live"], "slap", backend="jack", keyboard=False)

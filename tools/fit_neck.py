@@ -8,7 +8,7 @@ from __future__ import annotations
 import sys
 
 from livebass import load_preset
-from livebass.neck_fit import NeckFit, fit_neck
+from livebass.identify.fit import NeckFit, fit_neck
 
 
 def keys(fit: NeckFit) -> str:

@@ -43,9 +43,7 @@ def draw(sound_file: Path, picture: Path, top_hz: float, title: str) -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("sound", type=Path)
     parser.add_argument("picture", type=Path, nargs="?", help="default: the sound's name, .png")
     parser.add_argument("--top", type=float, default=10_000.0, metavar="HZ", help="highest frequency shown")

@@ -1,0 +1,203 @@
+"""What is looked at in a sound or a motion: spectrogram, characteristic frequency, contacts on frets over time.
+
+Source: C. Issanchou et al. (2018), eq. 14 and figures 5 to 7. Sounds are (n,) arrays in any unit, rates in Hz, times
+in s from the first sample.
+
+Fundamental frequency over time by YIN: A. de Cheveigne and H. Kawahara, J. Acoust. Soc. Am. 111 (2002), 1917-1930.
+
+Steps 2 to 5 of the paper: the squared difference of the sound and itself, a lag later, summed over a window; divided by
+its mean over all shorter lags; the first dip of it below a threshold; a parabola through its lowest three points. The
+best local estimate (step 6) is left out: it smooths over time, and a glide is what is looked for here.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import ArrayLike, NDArray
+
+from livebass.arrays import Floats
+
+Ints = NDArray[np.int64]
+
+WINDOW, HOP = 2048, 512  # samples at 48 kHz: 43 ms, 1.8 periods of the low E
+RANGE = 70.0  # dB, of the paper's spectrograms
+PAPER_RATE = 51_200  # Hz, to which the paper resamples before eq. 14
+
+
+def spectrogram(sound: Floats, rate: float, window: int | None = None, hop: int | None = None) -> Floats:
+    """Amplitudes (frames, bins) of Hann windows of `window` samples, `hop` samples apart.
+
+    Bin k is k rate / window Hz. Left out, they are `WINDOW` and `HOP`, the same times at every rate. Raises ValueError
+    where the sound is shorter than a window.
+    """
+    window, hop = _frames(rate, window, hop)
+    return np.abs(np.fft.rfft(sliding_window_view(sound, window)[::hop] * np.hanning(window + 1)[:-1]))
+
+
+@dataclass(frozen=True)
+class Spectrogram:
+    """Levels over time and frequency, as the paper draws them (figure 5)."""
+
+    time_s: Floats  # (frames,), the middle of each window
+    frequency_hz: Floats  # (bins,)
+    level_db: Floats  # (frames, bins), 0 is the loudest of all; what is lower than the range counts as that low
+
+
+def spectrogram_db(
+    sound: Floats, rate: float, window: int | None = None, hop: int | None = None, range_db: float = RANGE
+) -> Spectrogram:
+    """Short-time spectrogram in dB below its loudest bin. Raises ValueError for silence, or less than a window."""
+    window, hop = _frames(rate, window, hop)
+    amplitude = spectrogram(sound, rate, window, hop)
+    loudest = float(amplitude.max())
+    if not loudest > 0:
+        raise ValueError("nothing sounds: there is no level to refer to")
+    level = 20 * np.log10(np.maximum(amplitude / loudest, 10 ** (-range_db / 20)))
+    return Spectrogram(frame_times(len(level), rate, window, hop), np.arange(level.shape[1]) * rate / window, level)
+
+
+def characteristic_frequencies(sound: Floats, rate: float, window: int | None = None, hop: int | None = None) -> Floats:
+    """Eq. 14 for each frame of the spectrogram, Hz: the mean frequency, weighted with the square of the amplitude.
+
+    It counts up to rate / 2. The paper's goes to 25.6 kHz: for that, `resampled` first. NaN where a frame is silent.
+    """
+    power = spectrogram(sound, rate, window, hop) ** 2
+    nu = np.linspace(0.0, rate / 2, power.shape[1])
+    total = power.sum(axis=1)
+    return np.divide(power @ nu, total, out=np.full(len(total), np.nan), where=total > 0)
+
+
+def frame_times(count: int, rate: float, window: int | None = None, hop: int | None = None) -> Floats:
+    """The middle of each of `count` frames of the spectrogram, s, (count,)."""
+    window, hop = _frames(rate, window, hop)
+    return np.asarray((np.arange(count, dtype=np.float64) * hop + window / 2) / rate)
+
+
+def resampled(sound: Floats, rate: int, to: int = PAPER_RATE) -> Floats:
+    """The sound at `to` Hz, by SciPy's polyphase filter. Raises ValueError unless both rates are whole and positive.
+
+    Needs SciPy: pip install 'livebass[analysis]'.
+    """
+    if rate < 1 or to < 1 or rate != int(rate) or to != int(to):
+        raise ValueError(f"rates {rate:g} Hz and {to:g} Hz: allowed are whole positive ones")
+    from scipy.signal import resample_poly
+
+    shared = int(np.gcd(int(rate), int(to)))
+    return np.asarray(resample_poly(sound, int(to) // shared, int(rate) // shared), dtype=np.float64)
+
+
+@dataclass(frozen=True)
+class Contactogram:
+    """Which fret is touched when (figure 7), ordered by time, then as given."""
+
+    time_s: Floats  # (k,), the string meets the fret
+    fret: Ints  # (k,)
+    release_s: Floats  # (k,), it leaves it; NaN where that is not known
+
+    def sets(self, gap: float = 4e-3) -> Ints:
+        """Number of the set each contact belongs to, from 0, (k,): `gap` (s) without a new contact ends a set.
+
+        A string swings down to the frets once a period: half of one, 5 ms at 98 Hz, is free of contacts.
+        """
+        return np.concatenate([[0], np.cumsum(np.diff(self.time_s) >= gap)])[: self.time_s.size].astype(np.int64)
+
+
+def contactogram(
+    contact_time_s: ArrayLike, contact_index: ArrayLike, frets: ArrayLike, release_s: ArrayLike | None = None
+) -> Contactogram:
+    """The contacts of a `Motion` on the frets (`Speaking.contact_fret`) its indices mean.
+
+    contact_time_s (k,), s; contact_index (k,), into `frets`; release_s (k,), s, where it is known. Raises ValueError
+    unless they are as many.
+    """
+    time, index = np.asarray(contact_time_s, np.float64), np.asarray(contact_index, np.int64)
+    release = np.full(time.shape, np.nan) if release_s is None else np.asarray(release_s, np.float64)
+    if not time.shape == index.shape == release.shape or time.ndim != 1:
+        raise ValueError(f"contacts: {time.shape} times, {index.shape} indices and {release.shape} releases")
+    order = np.argsort(time, kind="stable")
+    return Contactogram(time[order], np.asarray(frets, np.int64)[index][order], release[order])
+
+
+def _frames(rate: float, window: int | None, hop: int | None) -> tuple[int, int]:
+    """Samples of a window and from one to the next."""
+    return window or round(WINDOW * rate / 48_000), hop or round(HOP * rate / 48_000)
+
+
+THRESHOLD = 0.1  # of the normalised difference: a tenth of the power may be anything but periodic
+CHUNK = 256  # frames at a time, which bounds the memory
+
+
+@dataclass(frozen=True)
+class Pitch:
+    """The fundamental, frame by frame."""
+
+    time_s: Floats  # (frames,), the middle of what the frame is computed from
+    frequency_hz: Floats  # (frames,), NaN where no lag is below the threshold
+    aperiodicity: Floats  # (frames,), the normalised difference at the lag found, or its least: 0 periodic, 1 noise
+
+
+def fundamental(
+    sound: Floats,
+    rate: float,
+    least: float = 25.0,
+    most: float = 500.0,
+    hop: float = 5e-3,
+    window: float | None = None,
+    threshold: float | None = THRESHOLD,
+) -> Pitch:
+    """Fundamental frequency of `sound` (n,), Hz, between `least` and `most` (Hz), every `hop` (s).
+
+    window (s): over which the difference is summed, 1 / least if left out; a frame takes that and the longest lag.
+    threshold None: the deepest of all dips counts, for sounds too rough for any threshold, and limits within an octave.
+    Lags are multiples of a sample, refined to some thousandth of one. Raises ValueError for limits that are not
+    0 < least < most < rate / 4, and for a sound shorter than one frame.
+    """
+    if not 0 < least < most < rate / 4:
+        raise ValueError(f"pitch from {least:g} to {most:g} Hz: allowed is 0 < least < most < {rate / 4:g} Hz")
+    longest, shortest = math.ceil(rate / least) + 1, max(2, math.floor(rate / most))
+    width, step = max(2, round((window or 1 / least) * rate)), max(1, round(hop * rate))
+    sound = np.asarray(sound, np.float64)
+    if sound.size < width + longest:
+        raise ValueError(f"{sound.size / rate:.3g} s of sound: at least {(width + longest) / rate:.3g} s are needed")
+    frames = sliding_window_view(sound, width + longest)[::step]
+    parts = [_lags(frames[i : i + CHUNK], width, longest, shortest, threshold) for i in range(0, len(frames), CHUNK)]
+    lag, rest = (np.concatenate(column) for column in zip(*parts, strict=True))
+    middle: Floats = (np.arange(len(frames), dtype=np.float64) * step + (width + longest) / 2) / rate
+    return Pitch(middle, rate / lag, rest)
+
+
+def relative_variation(frequency_hz: Floats, reference_hz: float) -> Floats:
+    """(nu(t) - nu_r) / nu_r, as in figure 7 of Issanchou et al. (2018); nu_r is the first eigenfrequency there."""
+    return (np.asarray(frequency_hz, np.float64) - reference_hz) / reference_hz
+
+
+def _lags(frames: Floats, width: int, longest: int, shortest: int, threshold: float | None) -> tuple[Floats, Floats]:
+    """Period in samples, NaN if there is none, and the normalised difference there, (frames,) each."""
+    size = 1 << (frames.shape[1] + width - 1).bit_length()
+    spectrum = np.fft.rfft(frames, size)
+    cross = np.fft.irfft(spectrum * np.conj(np.fft.rfft(frames[:, :width], size)), size)[:, : longest + 1]
+    running = np.cumsum(np.pad(frames**2, ((0, 0), (1, 0))), axis=1)
+    energy = running[:, width : width + longest + 1] - running[:, : longest + 1]
+    difference = np.maximum(energy[:, :1] + energy - 2 * cross, 0.0)  # eqs. 6 and 7
+    difference[difference < 1e-12 * energy[:, :1]] = 0.0  # rounding
+    mean = np.cumsum(difference[:, 1:], axis=1) / np.arange(1, longest + 1)
+    normal = np.ones_like(difference)  # eq. 8
+    np.divide(difference[:, 1:], mean, out=normal[:, 1:], where=mean > 0)
+    lag, rest = np.full(len(frames), np.nan), np.ones(len(frames))
+    for i, d in enumerate(normal):
+        least = float(d[shortest:longest].min())
+        below = np.flatnonzero(d[shortest:longest] <= least if threshold is None else d[shortest:longest] < threshold)
+        if not below.size:
+            rest[i] = least
+            continue
+        k = shortest + int(below[0])
+        while k + 1 < longest and d[k + 1] < d[k]:
+            k += 1
+        bend = difference[i, k - 1] - 2 * difference[i, k] + difference[i, k + 1]
+        lag[i] = k + (0.5 * (difference[i, k - 1] - difference[i, k + 1]) / bend if bend > 0 else 0.0)
+        rest[i] = d[k]
+    return lag, rest

@@ -1,0 +1,74 @@
+"""A bass behind PortAudio's JACK host and rtmidi, to be measured from outside; ends when its standard input ends.
+
+A process of its own: PortAudio looks for JACK once, when it is loaded, and closing a stream whose server has gone
+never returns, so it leaves without closing, and its time is limited.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import threading
+from typing import Any
+
+from livebass.bench.measure import limited
+
+NAME = "livebass-bench"  # of the JACK client that holds the MIDI input
+LONGEST = 240.0  # s
+HOST = "JACK Audio Connection Kit"
+
+
+def main() -> None:
+    """Arguments: preset, quality, rate, block. One line on stderr and status 1 where something is missing."""
+    preset, quality, rate, block = sys.argv[1:]
+    limited(LONGEST)
+    watch = threading.Thread(target=_leave_with_parent)
+    watch.start()
+    try:
+        held = _play(preset, quality, int(rate), int(block))
+    except (OSError, ValueError, LookupError) as error:
+        print(" ".join(str(error).split()), file=sys.stderr, flush=True)
+        os._exit(1)
+    watch.join()
+    del held
+
+
+def _leave_with_parent() -> None:
+    sys.stdin.read()
+    os._exit(0)
+
+
+def _play(preset: str, quality: str, rate: int, block: int) -> Any:
+    from livebass.live.inputs import MidiLost
+    from livebass.live.outputs import OutputLost, PortAudioOutput
+    from livebass.live.stage import LiveBass, Stage
+    from livebass.model.quality import QUALITIES
+    from livebass.preset.load import load_preset
+
+    try:
+        import rtmidi
+        import sounddevice
+    except ImportError as error:
+        raise OutputLost(f"{error}; pip install 'livebass[live]'") from None
+    device = next((h["default_output_device"] for h in sounddevice.query_hostapis() if h["name"] == HOST), -1)
+    if device < 0:
+        raise OutputLost("this PortAudio has no JACK host")
+    if rtmidi.API_UNIX_JACK not in rtmidi.get_compiled_api():
+        raise MidiLost("this python-rtmidi has no JACK")
+    stage = Stage(rate)
+    stage.put_on(LiveBass(load_preset(preset), QUALITIES[quality], rate))
+    output = PortAudioOutput(stage, device, block, "low")
+    port = rtmidi.MidiIn(rtapi=rtmidi.API_UNIX_JACK, name=NAME)
+
+    def heard(event: tuple[list[int], float], _data: object = None) -> None:  # as MidiPort does
+        status, first, second = event[0]
+        stage.receive(status, first, second, stage.frame_now(block))
+
+    port.set_callback(heard)
+    output.start()
+    port.open_virtual_port("in")
+    return output, port
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,287 @@
+"""What a second of sound costs on this machine: `bench_render` measures, `bench_table.table` shows.
+
+Case B of the paper (the open G string of `paper-g`, 3.6 mm at 0.64 m, first second) by brute force, by the dense
+products the method was published with, and by the engine in each quality, and over a fretless board; then four
+strings at once and a slap line through `Engine`, as `livebass render` plays them. All in one run, so that the ratios
+are of one machine in one state. A figure is the least of its runs, with the median and the processor's time beside
+it: where that is much less on one core, or no more on several, something else was running.
+
+The figures of `bench.bench_render` as text.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from typing import Any
+
+import numpy as np
+
+from livebass import __version__
+from livebass.bench.measure import APEX, PLACE, RATES, Clock, Row, case_b, dense_row, machine, row
+from livebass.engine.engine import Engine
+from livebass.engine.solve import solve_trial
+from livebass.model.instrument import Instrument
+from livebass.model.quality import QUALITIES
+from livebass.model.trial import Motion, Trial
+from livebass.preset.load import load_preset
+from livebass.reference.solver import solve
+from livebass.score import Score, score_of
+from livebass.units import note_number
+
+AGREE_FOR = 0.06  # s: contacts amplify rounding, later the two solutions differ in detail
+
+BEAT = 0.5  # s between the chords of four strings
+SIXTEENTH = 60 / 110 / 4  # s
+# Thumb on E and A, pops on D and G; velocities of 70 and less leave most frets alone.
+SLAP_BAR = (
+    ("E1", 112), ("E1", 70), ("E2", 118), ("E1", 45), ("D2", 112), ("E2", 120), ("E1", 90), ("G2", 122),
+    ("A1", 115), ("A1", 60), ("A2", 118), ("E1", 100), ("G1", 50), ("D2", 80), ("E2", 124), ("E1", 127),
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Extent:
+    """How much is measured."""
+
+    sound: float = 1.0  # s of case B, from the release
+    brute: float = 1.0  # s of it by brute force, once
+    dense_steps: int = 500  # in a run
+    chords: float = 2.0  # s of four strings at once
+    line: float = 15.0  # s of the slap line
+    runs: int = 5  # of case B and of the dense step
+    long_runs: int = 3  # of chords and line
+
+
+USUAL = Extent()
+Say = Callable[[str], None]
+
+
+def bench_render(progress: Say | None = None, extent: Extent | None = None) -> dict[str, Any]:
+    """Everything, in a minute or so: numbers and text, as JSON has them. `progress` hears what comes next.
+
+    "measurements" holds a row for each, with `seconds_per_second` of work per second of sound, their `median`,
+    `processor` (least time of it, all threads together) and `runs`; "ratios" what `RATIOS` says, made of the least
+    times; "agreement" how near the engine was to brute force; "machine" where it was. Nothing else should run on the
+    machine meanwhile. [main thread]
+    """
+    extent = extent or USUAL
+    say = progress or (lambda what: None)
+    where = machine()
+    bass = load_preset("paper-g")
+    say("loading the kernels")
+    _warm(bass)
+    rows: dict[str, Row] = {}
+    for quality in QUALITIES:
+        for rate in RATES:
+            say(f"case B, {quality}, {rate // 1000} kHz")
+            trial = case_b(bass, quality, rate, extent.sound)
+            row, motion = _trial_row(f"engine, {quality}", trial, solve_trial, extent.runs)
+            rows[f"engine_{quality}_{rate // 1000}k"] = row
+            if quality == "reference" and rate == RATES[0]:
+                fast = motion
+    say("case B, fretless, reference")
+    fretless = case_b(load_preset("paper-fretless"), "reference", RATES[0], extent.sound)
+    rows["fretless"], _ = _trial_row("fretless, reference", fretless, solve_trial, extent.runs)
+    jazz = load_preset("jazz-finger")
+    chords = _chords(jazz, extent.chords)
+    for key, workers in (("one_core", 1), ("all_cores", None)):
+        say(f"four strings, live, {key.replace('_', ' ')}")
+        row = _engine_row("four strings, live", jazz, "live", chords, workers, extent.long_runs)
+        rows[f"strings_live_{key}"] = row
+    slap, line = load_preset("slap"), _slap_line(extent.line)
+    for quality in ("live", "studio"):
+        say(f"slap line, {quality}")
+        rows[f"slap_{quality}"] = _engine_row(f"slap line, {quality}", slap, quality, line, None, extent.long_runs)
+    memory = _peak_memory()
+    say("dense products")
+    rows["dense_step"] = dense_row(extent.dense_steps, extent.runs)
+    say("brute force")
+    trial = case_b(bass, "reference", RATES[0], extent.brute)
+    rows["brute_force"], slow = _trial_row("brute force", trial, solve, 1)
+    return {
+        "livebass": __version__,
+        "date": datetime.now(UTC).isoformat(timespec="seconds"),
+        "machine": where | {"peak_resident_bytes": memory},
+        "case_b": f"open G of paper-g, {APEX * 1e3:g} mm at {PLACE:g} m, first {extent.sound:g} s",
+        "measurements": rows,
+        "agreement": _agreement(slow, fast, min(AGREE_FOR, extent.brute, extent.sound)),
+        "ratios": {key: _ratio(rows, upper, lower) for key, _, _, upper, lower in RATIOS},
+    }
+
+
+def _ratio(rows: dict[str, Row], upper: str, lower: str | None) -> float:
+    if lower is None:
+        return float(1 / rows[upper]["seconds_per_second"])
+    return float(rows[upper]["processor"] / rows[lower]["processor"])
+
+
+def _trial_row(name: str, trial: Trial, solver: Callable[[Trial], Motion], runs: int) -> tuple[Row, Motion]:
+    """One string, one pluck, with the solver's preparation, about 1 ms."""
+    clock = Clock()
+    for _ in range(runs):
+        with clock:
+            motion = solver(trial)
+    figures = row(
+        name,
+        trial.duration,
+        clock,
+        modes=trial.modes,
+        contact_rate_hz=int(trial.contact_rate),
+        rate_hz=int(trial.output_rate),
+        cores=1,
+        contacts=int(motion.contact_step.size),
+    )
+    return figures, motion
+
+
+def _chords(bass: Instrument, duration: float) -> Score:
+    """Every open string as hard as can be, all at once, again and again."""
+    return score_of(
+        [
+            (beat * BEAT, min(BEAT, duration - beat * BEAT), string.open_note, 127)
+            for beat in range(int(np.ceil(duration / BEAT)))
+            for string in bass.strings
+        ],
+        RATES[1],
+    )
+
+
+def _slap_line(duration: float) -> Score:
+    notes = []
+    for k in range(max(1, int(duration / SIXTEENTH))):
+        name, velocity = SLAP_BAR[k % len(SLAP_BAR)]
+        notes.append((k * SIXTEENTH, 0.8 * SIXTEENTH, note_number(name), velocity))
+    return score_of(notes, RATES[1])
+
+
+def _engine_row(
+    name: str, bass: Instrument, quality: str, score: Score, workers: int | None, runs: int
+) -> Row:  # fmt: skip
+    """`score` through an `Engine` that is ready, without a tail: from the first message to the last sample."""
+    preparation, clock = Clock(), Clock()
+    for _ in range(runs):
+        with preparation:
+            engine = Engine(bass, QUALITIES[quality], score.rate, workers=workers)
+        with clock:
+            frames = sum(block.shape[1] for block in engine.play(score, tail=0.0))
+    return row(
+        name,
+        frames / score.rate,
+        clock,
+        modes=QUALITIES[quality].modes,
+        contact_rate_hz=engine.rates.contact_rate,
+        rate_hz=score.rate,
+        cores=engine.workers,
+        notes=engine.report().notes,
+        prepare_s=min(preparation.work),
+    )
+
+
+def _warm(bass: Instrument) -> None:
+    """Compiles or loads the kernels and plays them for a moment."""
+    for solver in (solve_trial, solve):
+        solver(case_b(bass, "live", RATES[0], 0.01))
+    score = score_of([(0.0, 0.02, bass.strings[0].open_note, 100)], RATES[1])
+    for _ in Engine(bass, QUALITIES["live"], RATES[1]).play(score, tail=0.0):
+        pass
+
+
+def _agreement(slow: Motion, fast: Motion, until: float) -> dict[str, Any]:
+    """How near two solutions are in the first `until` s."""
+    lists = []
+    for x in (slow, fast):
+        listed = x.contact_time_s <= until
+        lists.append(list(zip(x.contact_step[listed].tolist(), x.contact_index[listed].tolist(), strict=True)))
+    count = round(until * RATES[0])
+    one, other = slow.displacement_m[:count], fast.displacement_m[:count]
+    return {
+        "until_s": until,
+        "contacts_brute_force": len(lists[0]),
+        "contacts_engine": len(lists[1]),
+        "contacts_equal": lists[0] == lists[1],
+        "displacement": float(np.abs(one - other).max() / np.abs(one).max()),
+    }
+
+
+def _peak_memory() -> int | None:
+    """The most memory this process had at once, bytes; None where the system does not tell."""
+    try:
+        import resource
+    except ImportError:
+        return None
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)
+
+
+# Ratio, what it says, what is wanted of it, and the measurements it is made of: the first over the second in
+# processor time, which other work on the machine hardly changes, or real time over the first.
+RATIOS: tuple[tuple[str, str, str, str, str | None], ...] = (
+    ("reference_to_real_time", "reference over real time", "4, aim 20", "engine_reference_50k", None),
+    ("reference_to_brute_force", "reference over brute force", "", "brute_force", "engine_reference_50k"),
+    ("reference_to_dense_step", "reference over the dense step", "5000", "dense_step", "engine_reference_50k"),
+    ("fretless_to_fretted", "cost of fretless over fretted", "at most 10", "fretless", "engine_reference_50k"),
+    ("strings_one_core", "four strings live, one core", "5", "strings_live_one_core", None),
+    ("strings_all_cores", "four strings live, all cores", "5", "strings_live_all_cores", None),
+    ("slap_live", "slap line live, all cores", "5", "slap_live", None),
+    ("slap_studio", "slap line studio, all cores", "2", "slap_studio", None),
+)
+HEAD = ("s of work per s of sound", "modes", "contact", "output", "cores", "runs", "best", "median", "cpu", "speed")
+
+
+def table(result: dict[str, Any]) -> str:
+    """The figures of `bench_render` for people; "cpu" is processor time, "speed" in times real time."""
+    rows = [HEAD, *(_cells(result["measurements"][key]) for key in _order(result["measurements"]))]
+    widths = [max(len(row[i]) for row in rows) for i in range(len(HEAD))]
+    lines = [
+        "  ".join([row[0].ljust(widths[0]), *(c.rjust(w) for c, w in zip(row[1:], widths[1:], strict=True))])
+        for row in rows
+    ]
+    machine, agreement = result["machine"], result["agreement"]
+    memory = machine["peak_resident_bytes"]
+    lines += ["", *(_ratio_line(label, wanted, result["ratios"][key]) for key, label, wanted, _, _ in RATIOS)]
+    same = "the same" if agreement["contacts_equal"] else f"{agreement['contacts_brute_force']} and"
+    return "\n".join(
+        [
+            f"case B, dense step to engine: {result['case_b']}",
+            *lines,
+            "",
+            f"engine and brute force over {agreement['until_s'] * 1e3:g} ms: {same} {agreement['contacts_engine']} "
+            f"contacts, displacement within {agreement['displacement']:.1e}",
+            f"livebass {result['livebass']}, {machine['cpu']}, {machine['cores']} cores, Python {machine['python']}, "
+            f"numpy {machine['numpy']}, numba {machine['numba']}"
+            + (f", {memory / 1e6:.0f} MB at most" if memory else ""),
+        ]
+    )
+
+
+def _order(rows: dict[str, Row]) -> list[str]:
+    """Slow ones first."""
+    first = ["dense_step", "brute_force"]
+    return first + [key for key in rows if key not in first]
+
+
+def _cells(row: Row) -> tuple[str, ...]:
+    contact, output = row["contact_rate_hz"], row["rate_hz"]
+    return (
+        row["name"],
+        str(row["modes"]),
+        f"{contact / 1e6:g} MHz",
+        f"{output / 1e3:g} kHz" if output else "",
+        str(row["cores"]),
+        str(len(row["runs"])),
+        _figure(row["seconds_per_second"]),
+        _figure(row["median"]),
+        _figure(row["processor"]),
+        _figure(1 / row["seconds_per_second"]),
+    )
+
+
+def _figure(x: float) -> str:
+    """Three digits, and no powers of ten above one."""
+    return f"{x:.0f}" if x >= 100 else f"{x:.3g}"
+
+
+def _ratio_line(label: str, wanted: str, value: float) -> str:
+    return f"{label:33}{_figure(value):>8}" + (f"   wanted {wanted}" if wanted else "")

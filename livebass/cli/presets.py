@@ -1,0 +1,161 @@
+"""`livebass presets`: what basses there are and what a preset file may say.
+
+`livebass identify`: a plucked string from recordings of it.
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import click
+
+from livebass.cli.render import DEFAULT_PRESET
+from livebass.cli.values import Note, Number, Quantity
+
+
+@click.group()
+def presets() -> None:
+    """List, show or check presets: TOML files that describe a bass and its player."""
+
+
+@presets.command("list")
+def list_() -> None:
+    """The presets that come with livebass: basses in the order of MIDI programs, then experiments."""
+    from livebass.preset.load import laboratory_names, load_preset, preset_names
+
+    names = preset_names() + laboratory_names()
+    width = max(map(len, names), default=0)
+    for name in names:
+        click.echo(f"{name:{width}}  {load_preset(name).description}")
+
+
+@presets.command()
+@click.argument("name")
+def show(name: str) -> None:
+    """The TOML text of a preset, a start for one's own.
+
+    \b
+    Example:
+      livebass presets show jazz-finger > mine.toml
+    """
+    from livebass.preset.load import preset_text
+
+    click.echo(preset_text(name), nl=False)
+
+
+@presets.command()
+@click.argument("file")
+def check(file: str) -> None:
+    """See whether a preset FILE can be used: an error names key, value and what is allowed."""
+    from livebass.preset.load import load_preset
+
+    bass = load_preset(file)
+    strings = " ".join(s.name for s in bass.strings)
+    frets = len(bass.necks[0].fret_positions)
+    several = "s" * (len(bass.strings) != 1), "s" * (frets != 1)
+    click.echo(f"{file}: good; {bass.name}, string{several[0]} {strings}, {frets} fret{several[1]}")
+
+
+@presets.command()
+def keys() -> None:
+    """Every key of a preset file with what is allowed, its default and meaning."""
+    from livebass.preset.load import preset_reference
+
+    click.echo(preset_reference(), nl=False)
+
+
+MOST_RESONANCES = 16
+
+
+@click.command()
+@click.argument("recordings", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="RECORDING...")
+@click.option(
+    "-p", "--preset", metavar="NAME|FILE", default=DEFAULT_PRESET, show_default=True,
+    help="The bass whose string it is: the rest of the new preset.",
+)  # fmt: skip
+@click.option("--string", "string", metavar="NAME", help="The string; left out, the one tuned nearest.")
+@click.option("--note", type=Note(), help="Its open note; left out, that of --string, or what is heard.")
+@click.option("--f0", type=Quantity("frequency", 20, 1000), help="The same in Hz, to a semitone.")
+@click.option(
+    "--modes", type=Number("count", 4, 200, whole=True), default=60, show_default=True,
+    help="Partials to look for.",
+)  # fmt: skip
+@click.option(
+    "--start", type=Quantity("time", 0, 10), default=0.02, show_default="20ms",
+    help="Left out after each attack; more if the string rattles.",
+)  # fmt: skip
+@click.option(
+    "--duration", type=Quantity("time", 0.05, 60), default=5.0, show_default="5s", help="Used of each note, at most."
+)
+@click.option("--channel", type=Number("number", 1, 64, whole=True), help="1 is left; without it the loudest.")
+@click.option(
+    "--neck", type=click.Choice(["table", "resonances"]), default="table", show_default=True,
+    help="How the preset has what the neck takes: by partial, or as resonances that do it, some 10 s to find.",
+)  # fmt: skip
+@click.option("-o", "--output", type=click.Path(path_type=Path), metavar="FILE.toml", help="The new preset.")
+@click.option("--json", "json_file", type=click.Path(path_type=Path), metavar="FILE", help="All of it as JSON.")
+@click.option("--csv", "csv_file", type=click.Path(path_type=Path), metavar="FILE", help="The partials as CSV.")
+def identify(
+    recordings: tuple[Path, ...], preset: str, string: str | None, note: int | None, f0: float | None, modes: int,
+    start: float, duration: float, channel: int | None, neck: str, output: Path | None, json_file: Path | None,
+    csv_file: Path | None,
+) -> None:  # fmt: skip
+    """Measure an open string from recordings of it, plucked alone, softly enough not to touch the frets.
+
+    Prints the frequency and damping of each partial (ESPRIT in a band around each), the f0 and B of
+    nu = j f0 (1 + B j^2 / 2) and the losses through them; with -o it writes a preset, the given one with this string as
+    measured, for `livebass render`, `play` and `simulate`. Each note in the RECORDINGs (WAV, FLAC, Ogg ...) is a take:
+    with several, medians and their scatter are told. Let the notes ring, and damp the other strings. A pluck close to
+    the nut and a pickup close to the bridge show the most partials. Where a partial is two, as the string swings in two
+    directions or the pickup adds an overtone, the stronger counts and the other is named beside it.
+
+    \b
+    Examples:
+      livebass identify g-string.wav
+      livebass identify take1.wav take2.wav take3.wav --string E -o mine.toml
+      livebass render --note E1 --preset mine.toml
+    """
+    if note is not None and f0 is not None:
+        raise click.UsageError("give one of --note and --f0")
+    outputs = [path for path in (output, json_file, csv_file) if path is not None]
+    if output is not None and output.suffix != ".toml":
+        raise click.UsageError(f"{output}: a preset's name ends in .toml")
+    for path in outputs:
+        if path.exists() and any(r.exists() and os.path.samefile(r, path) for r in recordings):
+            raise click.UsageError(f"{path}: is a recording itself; name another file")
+    from livebass.files import Transaction, checked_place
+    from livebass.preset.load import load_preset
+
+    bass = load_preset(preset)
+    for path in outputs:
+        checked_place(path)
+    try:
+        import scipy  # noqa: F401
+        import tomlkit  # noqa: F401
+    except ImportError as error:
+        raise click.ClickException(f"{error}; pip install 'livebass[analysis]'") from None
+    from livebass.identify import identify as identified
+    from livebass.identify.fit import fit_neck
+    from livebass.identify.identify import identify as identify_string
+
+    result = identify_string(
+        recordings, bass, string=string, note=note, f0=f0, modes=modes, start=start, duration=duration, channel=channel
+    )
+    fit = fit_neck(result.string, most=MOST_RESONANCES) if neck == "resonances" else None
+    resonances = fit.resonances if fit else ()
+    with Transaction() as files:
+        if output is not None:
+            text = identified.new_preset(preset, result.string.name, result, recordings, resonances)
+            files.write(output, text.encode())
+        if json_file is not None:
+            files.write(json_file, identified.json_text(result, resonances).encode())
+        if csv_file is not None:
+            files.write(csv_file, identified.csv_text(result).encode())
+    click.echo(identified.table(result) + (identified.neck_table(fit) if fit else ""), nl=False)
+    notes, count = len(result.takes), len(result.partials)
+    written = f" -> {', '.join(map(str, outputs))}" if outputs else ""
+    left = f", {result.rejected} more not used: of another pitch, short or unclear" if result.rejected else ""
+    click.echo(
+        f"string {result.string.name}: {count} partials from {notes} note{'s' * (notes != 1)}{left}{written}", err=True
+    )

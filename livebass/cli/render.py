@@ -1,0 +1,252 @@
+"""`livebass render`: a MIDI file, one note, or a phrase for each preset, into sound files."""
+
+from __future__ import annotations
+
+import math
+import os
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from livebass.cli.values import CONTACT_RATE, MODES, RATE, Channel, Note, Number, Quantity
+from livebass.model.quality import QUALITIES
+
+if TYPE_CHECKING:
+    from livebass.engine.render import RenderReport
+    from livebass.files import Transaction
+    from livebass.model.instrument import Instrument
+    from livebass.score import Score
+
+DEFAULT_PRESET = "jazz-finger"
+FORMATS, BITS = ("wav", "flac", "ogg"), ("16", "24", "float")
+
+
+@dataclass(frozen=True)
+class Options:
+    """How to render, whatever is rendered."""
+
+    quality: str
+    modes: int | None
+    contact_rate: float | None  # Hz
+    rate: int  # Hz
+    format: str | None
+    bits: str | None
+    stems: bool
+    tail: float | None  # s
+    gain: float  # dB
+    seed: int
+
+
+@click.command()
+@click.argument("midi", required=False, type=click.Path(path_type=Path))
+@click.option("--note", type=Note(), help="One note instead of a MIDI file: G2, C#1, 43.")
+@click.option("--demo", is_flag=True, help="A phrase of eight seconds that shows what the preset does.")
+@click.option(
+    "--all-presets",
+    "directory",
+    type=click.Path(path_type=Path),
+    metavar="DIR",
+    help="The demo phrase for each preset, into DIR.",
+)
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    help="File to write. Default: the MIDI file's or note's name, in the current directory.",
+)
+@click.option(
+    "-p",
+    "--preset",
+    metavar="NAME|FILE",
+    help=f"The bass, see `livebass presets list`. [default: {DEFAULT_PRESET}]",
+)
+@click.option(
+    "-q",
+    "--quality",
+    type=click.Choice(list(QUALITIES)),
+    default="studio",
+    show_default=True,
+    help="How many modes a string has, how finely its contacts are resolved.",
+)
+@click.option(
+    "--velocity",
+    type=Number("1-127", 1, 127, whole=True),
+    default=100,
+    show_default=True,
+    help="Of --note. Soft notes leave the frets alone, hard ones hit most of them.",
+)
+@click.option(
+    "--duration",
+    type=Quantity("time", 1e-3, 3600.0),
+    default=3.0,
+    show_default="3s",
+    help="Of --note, 1ms to 3600s.",
+)
+@click.option(
+    "--channel",
+    type=Channel(),
+    default="auto",
+    show_default=True,
+    help="Of the MIDI file. auto: notes with programs 32-39, the basses; all: all but 10, the drums.",
+)
+@click.option("--rate", type=RATE, default=48000, show_default=True, help="In Hz, 22050 to 192000.")
+@click.option("--format", type=click.Choice(FORMATS), help="Default: what OUTPUT ends in, or wav.")
+@click.option("--bits", type=click.Choice(BITS), help="Of wav (16, 24, float) and flac (16, 24). [default: 24]")
+@click.option("--stems", is_flag=True, help="A file a string too, song.E.wav ...; they add up to the mix.")
+@click.option(
+    "--tail",
+    type=Quantity("time", 0.0, 600.0),
+    help="Time after the last event. Default: until the strings are still.",
+)
+@click.option("--gain", type=Number("db", -60, 40, unit="dB"), default=0.0, show_default=True, help="In dB.")
+@click.option("--modes", type=MODES, help="Modes of the open string, instead of the quality's.")
+@click.option(
+    "--contact-rate",
+    type=CONTACT_RATE,
+    help="Steps a second in contact, such as 4MHz, instead of the quality's.",
+)
+@click.option(
+    "--seed",
+    type=Number("number", 0, 2**32 - 1, whole=True),
+    default=0,
+    show_default=True,
+    help="Of the player's small irregularities; the same seed gives the same file.",
+)
+def render(
+    midi: Path | None, note: int | None, demo: bool, directory: Path | None, output: Path | None,
+    preset: str | None, velocity: int, duration: float, channel: str | int, **rest: Any,
+) -> None:  # fmt: skip
+    """Render a MIDI file (type 0 or 1), a note or demo phrases to sound files.
+
+    A file that is there already is replaced. Files appear when they are complete; an interrupted render
+    leaves nothing.
+
+    \b
+    Examples:
+      livebass render song.mid -o song.flac --preset precision-finger
+      livebass render song.mid --channel 2 --stems --bits float
+      livebass render --note E1 --velocity 127 --duration 5s --quality reference
+      livebass render --demo --preset slap
+      livebass render --all-presets demos/
+    """
+    options = Options(**rest)
+    if sum((midi is not None, note is not None, demo, directory is not None)) != 1:
+        raise click.UsageError("give one of: a MIDI file, --note, --demo, --all-presets")
+    if directory is not None:
+        if output is not None or preset is not None:
+            raise click.UsageError("--all-presets takes neither --output nor --preset")
+        _render_presets(directory, options)
+        return
+    from livebass.preset.load import load_preset
+
+    bass = load_preset(preset or DEFAULT_PRESET)
+    ending = options.format or "wav"
+    if midi is not None:
+        from livebass.score import read_score
+
+        output = output or Path(f"{midi.stem}.{ending}")
+        if output.exists() and midi.exists() and os.path.samefile(midi, output):
+            raise click.UsageError(f"{output}: is the MIDI file itself; name another file with -o")
+        score = read_score(midi, options.rate, channel)
+    elif note is not None:
+        from livebass.score import single_note
+        from livebass.units import note_name
+
+        output = output or Path(f"{note_name(note)}.{ending}")
+        score = single_note(note, velocity, duration, options.rate)
+    else:
+        output = output or Path(f"demo.{ending}")
+        score = _demo_for(bass, options.rate)
+    click.echo(_render_one(bass, score, output, options), err=True)
+
+
+def _demo_for(bass: Instrument, rate: int) -> Score:
+    """The demo phrase in the style its player has."""
+    from livebass.score import demo_score
+
+    return demo_score(rate, "slap" if bass.player.technique == "slap" else "finger")
+
+
+def _render_presets(directory: Path, options: Options) -> None:
+    """The demo phrase for each preset, all of them or none."""
+    from livebass.files import Transaction
+    from livebass.preset.load import load_preset, preset_names
+
+    lines = []
+    with Transaction() as files:
+        files.directory(directory)
+        for name in preset_names():
+            bass = load_preset(name)
+            score = _demo_for(bass, options.rate)
+            output = directory / f"{name}.{options.format or 'wav'}"
+            lines.append(_render_one(bass, score, output, options, files))
+    click.echo("\n".join(lines), err=True)
+
+
+def _render_one(
+    bass: Instrument, score: Score, output: Path, options: Options, files: Transaction | None = None
+) -> str:
+    """Render into `files`, or at once; the summary."""
+    from livebass.audiofile import encoding
+    from livebass.files import checked_place
+    from livebass.model.quality import quality_with
+
+    try:  # before the kernels, which take a second to load
+        encoding(output, options.rate, options.format, options.bits)
+        quality = quality_with(options.quality, options.modes, options.contact_rate)
+    except ValueError as error:
+        raise click.UsageError(str(error)) from None
+    checked_place(output)
+    from livebass.engine.render import render_to_file
+
+    announce_kernels()
+    with shown_progress(output.name) as progress:
+        report = render_to_file(
+            bass, score, output, quality=quality, rate=options.rate, format=options.format, bits=options.bits,
+            stems=options.stems, tail=options.tail, gain_db=options.gain, seed=options.seed,
+            progress=progress, files=files,
+        )  # fmt: skip
+    return summary(report, options.gain)
+
+
+def announce_kernels(live: bool = False) -> None:
+    """Say so where the kernels, with those of the audio thread or without, are compiled first."""
+    from livebass import compiling as kernels
+
+    seconds = 0 if kernels.cached() else 25
+    if live and not kernels.cached(kernels.LIVE_ENTRY):
+        seconds += 15
+    if seconds:
+        click.echo(f"compiling the kernels, once (about {seconds} s) ...", err=True)
+
+
+@contextmanager
+def shown_progress(label: str) -> Iterator[Callable[[float], None] | None]:
+    """A bar with the time left, where somebody looks: a function to be called with the fraction done."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    steps = 1000
+    with click.progressbar(length=steps, label=label, show_eta=True, file=sys.stderr) as bar:
+        yield lambda fraction: bar.update(int(fraction * steps) - bar.pos)
+        bar.update(steps - bar.pos)
+
+
+def summary(report: RenderReport, gain: float) -> str:
+    """What a render with `gain` (dB) did, in a line."""
+    notes = f"{report.notes} note{'s' * (report.notes != 1)}"
+    moved = f" ({report.transposed} transposed, {report.dropped} dropped"
+    moved += f", {report.stolen} cut short for another)" if report.stolen else ")"
+    speed = report.duration_s / report.wall_s if report.wall_s else 0.0
+    line = (
+        f"{report.files[0]}: {notes}{moved}, {report.duration_s:.2f} s, {speed:.2g} times real time, "
+        f"peak {report.peak_db:.1f} dBFS"
+    )
+    if report.clipped:
+        line += f", {report.clipped} samples clipped: try --gain {math.floor(gain - report.peak_db)}"
+    return line

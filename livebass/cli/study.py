@@ -1,0 +1,423 @@
+"""`livebass study claims`: what the paper says, and what comes out here.
+
+`livebass study sweep`: any parameter of a preset or of a pluck over a grid.
+
+`livebass simulate`: one string and one pluck to look at.
+
+`livebass study`: cases, figures and statements of Issanchou et al. (2018) anew, and questions of one's own.
+"""
+
+from __future__ import annotations
+
+import functools
+import os
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from livebass.cli.render import announce_kernels, shown_progress
+from livebass.cli.values import CONTACT_RATE, MODES, RATE, Number, Quantity
+from livebass.experiment.quantities import QUANTITIES, USUAL
+from livebass.model import quality as limits
+from livebass.model.quality import QUALITIES
+
+FILES = ("claims.json", "claims.csv", "claims.html")
+
+
+@click.command()
+@click.argument("ids", nargs=-1, metavar="[ID]...")
+@click.option(
+    "-o", "--output", type=click.Path(path_type=Path), metavar="DIR",
+    help="Write the table as claims.json, .csv and .html as well; made if need be.",
+)  # fmt: skip
+@click.option("--json", "file", type=click.Path(path_type=Path), metavar="FILE", help="Write it as JSON to FILE.")
+@click.option("--workers", type=Number("count", 1, 64, whole=True), help="Threads that solve; as many as cores.")
+def claims(ids: tuple[str, ...], output: Path | None, file: Path | None, workers: int | None) -> int:
+    """Check every statement of the paper that can be checked, or those of the given IDs.
+
+    Solves the paper's cases with all modes at its contact rates, and some more, each once, and holds each statement of
+    Issanchou et al. (2018) against what is measured in them: a table on stdout, whose first column has the IDs. Takes
+    about a quarter of a minute. The status is 1 if a statement does not hold.
+
+    \b
+    Examples:
+      livebass study claims --json claims.json
+      livebass study claims b-first-contact b-first-set
+    """
+    from livebass.files import Transaction, checked_place
+
+    texts = [] if output is None else [(output / name, name.rpartition(".")[2]) for name in FILES]
+    if file is not None:
+        texts.append((file, "json"))
+    try:
+        import scipy  # noqa: F401
+    except ImportError as error:
+        raise click.ClickException(f"{error}; pip install 'livebass[analysis]'") from None
+    from livebass.paper.claims import check as checker
+    from livebass.paper.claims import check as claims_text
+
+    wanted = checker.chosen(ids)
+    announce_kernels()
+    with Transaction() as files:
+        if output is not None:
+            files.directory(output)
+        if len({checked_place(path) for path, _ in texts}) < len(texts):  # now, not after the work
+            raise click.UsageError(f"--json {file}: -o writes a file of that name")
+        with shown_progress("solving") as progress:
+            results = checker.check(wanted, workers, progress)
+        click.echo(claims_text.table(results))
+        for path, kind in texts:
+            files.write(path, claims_text.WRITERS[kind](results).encode())
+    return int(not all(r.passed for r in results))
+
+
+if TYPE_CHECKING:
+    from livebass.experiment.grid import Axis, Point, Settings
+
+INTERRUPTED = 130
+
+
+class Vary(click.ParamType):
+    """KEY=FROM:TO:N."""
+
+    name = "KEY=FROM:TO:N[:log]"
+
+    def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
+        return self.name
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Axis:
+        from livebass.experiment.grid import axis
+
+        try:
+            return axis(str(value))
+        except ValueError as error:
+            self.fail(str(error), param, ctx)
+
+
+def _quantities() -> str:
+    """The list in the help."""
+    return "\b\nQuantities:\n" + "\n".join(f"  {row.title:<36}{row.meaning}" for row in QUANTITIES.values())
+
+
+@click.command(epilog=_quantities())
+@click.option("--vary", "axes", type=Vary(), multiple=True, help="A parameter and its values; may be given again.")
+@click.option("-p", "--preset", metavar="NAME|FILE", default="paper-g", show_default=True, help="The bass.")
+@click.option("--string", "string", default="G", show_default=True, help="Name of the string.")
+@click.option("--fret", type=Number("number", 0, 36, whole=True), default=0, show_default=True, help="0: open.")
+@click.option(
+    "--apex", type=Quantity(*limits.APEX), default=3.6e-3, show_default="3.6mm", help="Height of the plucked corner."
+)
+@click.option(
+    "--at",
+    "at",
+    type=Quantity(*limits.AT),
+    default=0.64,
+    show_default="0.64m",
+    help="Where it is, from the stop (the nut or the fret).",
+)
+@click.option(
+    "--angle", type=Quantity(*limits.ANGLE), default=0.0, show_default="0deg", help="Of the pluck, from straight up."
+)
+@click.option("--duration", type=Quantity(*limits.DURATION), default=1.0, show_default="1 s")
+@click.option("-q", "--quality", type=click.Choice(list(QUALITIES)), default="reference", show_default=True)
+@click.option("--modes", type=MODES, help="Modes of the string as stopped, instead of the quality's.")
+@click.option(
+    "--contact-rate",
+    type=CONTACT_RATE,
+    help="Such as 8MHz, instead of the quality's; raised to a whole multiple of 51.2 kHz.",
+)
+@click.option(
+    "--quantity",
+    "quantities",
+    metavar="NAME",
+    type=click.Choice(list(QUANTITIES)),
+    multiple=True,
+    help=f"To draw; may be given again. [default: {', '.join(USUAL)}]",
+)
+@click.option("--picture/--no-picture", default=True, help="Draw it, or leave matplotlib alone.")
+@click.option("--workers", type=Number("count", 1, 1024, whole=True), help="Processes. [default: one a core]")
+@click.option("--scheduler", metavar="ADDRESS", help="Of a Dask cluster that computes instead: tcp://host:8786.")
+@click.option("--json", "file", type=click.Path(path_type=Path), metavar="FILE", help="Write all of it to FILE too.")
+@click.option(
+    "-o",
+    "--output",
+    "directory",
+    type=click.Path(path_type=Path),
+    required=True,
+    metavar="DIR",
+    help="Made if need be.",
+)
+def sweep(
+    axes: tuple[Axis, ...],
+    quantities: tuple[str, ...],
+    picture: bool,
+    workers: int | None,
+    scheduler: str | None,
+    file: Path | None,
+    directory: Path,
+    **pluck: Any,
+) -> None:
+    """Pluck a string for every combination of parameters.
+
+    KEY is a number of a preset file, neck.action, neck.lift.6, string.tension (all strings), string.G.tension,
+    string.G.neck.action, pickup.1.position, player.rounding (see `livebass presets keys`), or pluck.apex, pluck.at,
+    pluck.angle, pluck.fret. FROM and TO have units where the key has; N values in equal steps, or with :log in equal
+    ratios.
+
+    Into DIR go sweep.csv with all quantities, sweep.png and sweep.svg of those chosen, and points/, a file a point.
+    Killed or interrupted at any moment, the same command goes on where it was. Points of other sweeps in DIR are used
+    where they are the same; the table and picture are those of the last sweep.
+
+    With --scheduler the points are computed by the workers of a Dask cluster, for the same table: scheduler and workers
+    need this version of livebass, with the same NumPy and Numba (pip install 'livebass[cluster]').
+
+    \b
+    Examples:
+      livebass study sweep --vary neck.contact_stiffness=1e9:1e13:9:log -o stiffness
+      livebass study sweep --vary pluck.apex=1mm:7mm:13 --vary pluck.at=0.1m:0.8m:15 --duration 0.3s -o plucks
+      livebass study sweep -p slap --string E --vary string.E.neck.action=1.5mm:3mm:7 --at 0.6 -o action
+    """
+    from livebass.experiment import sweep as sweeping
+    from livebass.experiment.grid import USAGE, Settings, grid
+    from livebass.experiment.sweep import check, drawable, pictures
+    from livebass.model.quality import quality_with
+
+    if not axes:
+        raise click.UsageError(f"--vary {USAGE}")
+    if workers is not None and scheduler is not None:
+        raise click.UsageError("--workers is of this machine, --scheduler of a cluster: give one")
+    quality = quality_with(pluck.pop("quality"), pluck["modes"], pluck.pop("contact_rate"))
+    settings = Settings(quality=quality, **pluck)
+    draw = picture and drawable(axes)
+    if draw:
+        check()
+    points = grid(settings, axes)
+    sweeping.places(directory, file)
+    results = sweeping.found(directory, points)
+    try:
+        _complete(directory, points, results, workers or os.cpu_count() or 1, scheduler)
+        drawn: tuple[bytes, ...] = ()
+        if draw:
+            values = {name: _column(points, results, name) for name in quantities or USUAL}
+            drawn = pictures(axes, values, _title(settings))
+        described = sweeping.as_json(settings, axes, points, results)
+        sweeping.write(directory, sweeping.table(axes, points, results), drawn, file, described)
+    except KeyboardInterrupt:
+        kept = f"{_found(points, results)} of {len(points)} points are kept in {directory}"
+        click.echo(f"livebass: error: interrupted, {kept}: the same command goes on", err=True)
+        raise click.exceptions.Exit(INTERRUPTED) from None
+    if picture and not draw:
+        click.echo("no picture: that shows up to 3 parameters, the first of 3 with up to 12 values", err=True)
+    click.echo(f"{len(points)} points -> {directory / sweeping.TABLE}", err=True)
+
+
+def _found(points: Sequence[Point], results: dict[str, dict[str, float]]) -> int:
+    return sum(point.digest in results for point in points)
+
+
+def _complete(
+    directory: Path, points: Sequence[Point], results: dict[str, dict[str, float]], workers: int, scheduler: str | None
+) -> None:
+    """Compute the points that `results` lacks, and say how many there were."""
+    from livebass.experiment.sweep import completed
+
+    missing = len({point.digest for point in points} - results.keys())
+    there = f"{len(points)} points, {_found(points, results)} found in {directory}"
+    if not missing:
+        click.echo(f"{there}, nothing to compute", err=True)
+        return
+    with _computer(points[0], workers, scheduler) as (where, compute):
+        click.echo(f"{there}, {missing} to compute {where}", err=True)
+        with shown_progress("sweep") as progress:
+            for done in completed(directory, points, results, compute):
+                if progress:
+                    progress(done / missing)
+
+
+@contextmanager
+def _computer(first: Point, workers: int, scheduler: str | None) -> Iterator[tuple[str, Callable[[Any], Any]]]:
+    """Where, and what gives the results of points: the cluster, or here, the kernels compiled before it starts."""
+    if scheduler is not None:
+        from livebass.experiment import workers as sweep_cluster
+
+        with sweep_cluster.connected(scheduler) as compute:
+            yield f"on {scheduler}", compute
+        return
+    from livebass import compiling as kernels
+    from livebass.experiment import workers as sweep_local
+
+    announce_kernels()
+    if not kernels.cached():
+        sweep_local.compile_kernels(first)
+    say = functools.partial(click.echo, err=True)
+    where = f"with {workers} process{'es' * (workers != 1)}"
+    yield where, lambda points: sweep_local.computed(points, workers, say)
+
+
+def _column(points: Sequence[Point], results: dict[str, dict[str, float]], name: str) -> Any:
+    """One quantity of all points, (points,)."""
+    import numpy as np
+
+    return np.array([results[point.digest][name] for point in points])
+
+
+def _title(settings: Settings) -> str:
+    return (
+        f"{Path(settings.preset).stem}, string {settings.string} fret {settings.fret}, {settings.apex * 1e3:g} mm "
+        f"at {settings.at * 1e3:g} mm, {settings.duration:g} s, unless varied"
+    )
+
+
+@click.command()
+@click.option("-p", "--preset", metavar="NAME|FILE", default="paper-g", show_default=True, help="The bass.")
+@click.option("--string", "string", default="G", show_default=True, help="Name of the string.")
+@click.option("--fret", type=Number("number", 0, 36, whole=True), default=0, show_default=True, help="0: open.")
+@click.option(
+    "--apex",
+    type=Quantity(*limits.APEX),
+    default=3.6e-3,
+    show_default="3.6mm",
+    help="Height of the plucked corner.",
+)
+@click.option(
+    "--at",
+    "at",
+    type=Quantity(*limits.AT),
+    default=0.64,
+    show_default="0.64m",
+    help="Where it is, from the stop (the nut or the fret).",
+)
+@click.option(
+    "--angle", type=Quantity(*limits.ANGLE), default=0.0, show_default="0deg", help="Of the pluck, from straight up."
+)
+@click.option("--duration", type=Quantity(*limits.DURATION), default=1.0, show_default="1 s")
+@click.option("-q", "--quality", type=click.Choice(list(QUALITIES)), default="reference", show_default=True)
+@click.option("--modes", type=MODES, help="Modes of the string as stopped, instead of the quality's.")
+@click.option("--contact-rate", type=CONTACT_RATE, help="Such as 8MHz, instead of the quality's.")
+@click.option("--rate", type=RATE, default=44100, show_default=True, help="Samples a second of the output.")
+@click.option(
+    "--solver",
+    type=click.Choice(["engine", "reference"]),
+    default="engine",
+    show_default=True,
+    help="reference: brute force, step by step, slow.",
+)
+@click.option("--analyse", is_flag=True, help="Also pitch, characteristic frequency, energies and T60.")
+@click.option(
+    "--shape-at", type=Quantity("time", 0, 60), multiple=True, metavar="TIME",
+    help="Also the string's shape then, such as 3.9ms; may be repeated.",
+)  # fmt: skip
+@click.option("-o", "--output", type=click.Path(path_type=Path), required=True, metavar="DIR", help="Made if need be.")
+def simulate(
+    preset: str, string: str, fret: int, apex: float, at: float, angle: float, duration: float, quality: str,
+    modes: int | None, contact_rate: float | None, rate: int, solver: str, analyse: bool, shape_at: tuple[float, ...],
+    output: Path,
+) -> None:  # fmt: skip
+    """Pluck one string once and write what it did.
+
+    Into DIR go displacement.wav (at the sensor, scaled to a peak of -1 dBFS; wav_metres_per_unit in
+    result.npz makes metres of it), contacts.csv (time_s,fret,position_m; fret 0: wood) and result.npz
+    (all of it): all three or none.
+
+    With --analyse result.npz also has the pitch over time (YIN), the characteristic frequency (eq. 14; needs SciPy),
+    T60 by mode and, with the engine, the energy of all and of each mode at some 100 times.
+
+    \b
+    Example, case B of Issanchou et al. (2018):
+      livebass simulate --preset paper-g --apex 3.6mm --at 0.64 -o case-b
+    """
+    from livebass.experiment.simulate import simulate_to_directory
+    from livebass.model.instrument import speaking
+    from livebass.model.quality import modes_for, quality_with
+    from livebass.preset.load import load_preset
+
+    bass = load_preset(preset)
+    chosen = quality_with(quality, modes, contact_rate)
+    if modes is None and chosen.modes is not None:
+        index = bass.string_index(string)
+        part = speaking(bass.strings[index], bass.necks[index], fret)
+        modes = modes_for(chosen, part.length, bass.strings[index].length, part.grid_points)
+    if solver == "engine":
+        announce_kernels()
+    line = simulate_to_directory(
+        bass, string=string, fret=fret, apex=apex, at=at, duration=duration, modes=modes,
+        contact_rate=chosen.contact_rate, rate=rate, solver=solver, directory=output, angle=angle,
+        analyse=analyse, shape_at=shape_at,
+    )  # fmt: skip
+    click.echo(line, err=True)
+
+
+HELP = ("-h", "--help")
+
+
+class NamesToo(click.Group):
+    """A group in which what is no command is the name of a study to run."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        if args and args[0] not in (*self.commands, *HELP):
+            args = ["run", *args]
+        return super().parse_args(ctx, args)
+
+
+@click.group(cls=NamesToo)
+def study() -> None:
+    """The paper's cases, figures and statements computed anew; sweeps over any parameter of a preset.
+
+    \b
+    Examples:
+      livebass study list                 what there is
+      livebass study all -o paper         all of it; then open paper/index.html
+      livebass study b neck -o paper      case B and the necks only
+    """
+
+
+@study.command("list")
+def list_studies() -> None:
+    """Print the studies: name, section, title, what comes out."""
+    from livebass.paper.figures.studies import STUDIES
+
+    for one in STUDIES.values():
+        click.echo(f"{one.name:15} {one.section:9} {one.title}\n{'':26}{one.gives}")
+
+
+@study.command()
+@click.argument("names", nargs=-1, required=True, metavar="NAME...")
+@click.option("-o", "--output", type=click.Path(path_type=Path), required=True, metavar="DIR", help="Made if need be.")
+@click.option("--json", "json_file", type=click.Path(path_type=Path), metavar="FILE", help="All numbers as JSON.")
+@click.option(
+    "--duration", type=Quantity("time", 0.1, 10), help="Of each motion, instead of the study's own (mostly 1 s)."
+)
+@click.option(
+    "--workers", type=Number("count", 1, 256, whole=True), default=os.cpu_count() or 1, show_default="cores",
+    help="Motions computed side by side.",
+)  # fmt: skip
+def run(names: tuple[str, ...], output: Path, json_file: Path | None, duration: float | None, workers: int) -> None:
+    """Run studies: those of the NAMEs, or `all`. The word `run` may be left out.
+
+    Into DIR/NAME go figures (PNG, SVG), data (result.npz, CSV), sounds (WAV, 44.1 kHz, peak -1 dBFS) and summary.json;
+    over all the studies in DIR goes the page DIR/index.html. A study's files appear together, or none of them. Needs
+    pip install 'livebass[analysis,plots]'. The study `statements` is what `livebass study claims` checks.
+    """
+    from livebass.paper.figures.studies import chosen
+
+    try:
+        studies = chosen(names)
+    except ValueError as error:
+        raise click.UsageError(str(error)) from None
+    from livebass.paper.figures.studies import check_extras, run_studies
+
+    check_extras()
+    announce_kernels()
+    with shown_progress("studies") as progress:
+        result = run_studies(
+            studies, output, duration=duration, workers=workers, progress=progress, json_file=json_file
+        )
+    count = f"{len(studies)} stud{'y' if len(studies) == 1 else 'ies'} from {result['solutions']} motions"
+    click.echo(f"{count} in {result['wall_s']:.1f} s -> {output / 'index.html'}", err=True)
+
+
+study.add_command(claims)
+study.add_command(sweep)

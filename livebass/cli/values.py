@@ -1,0 +1,99 @@
+"""Option values of the command line: numbers with units and limits, notes, channels."""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import Any
+
+import click
+
+from livebass.model import quality as limits
+from livebass.model.quality import MOST_MODES
+from livebass.units import note_number, quantity
+
+
+class Quantity(click.ParamType):
+    """A number with or without a unit, within limits, in SI: "3.6mm", "0.64 m", "0.64", "8MHz"."""
+
+    def __init__(self, dimension: str, least: float, most: float, whole: bool = False) -> None:
+        self.name, self.limits = dimension, limits.Limits(dimension, least, most, whole)
+
+    def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
+        return self.name.upper()
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        if isinstance(value, float | int):
+            return float(value)
+        try:
+            number = float(value)
+        except ValueError:
+            try:
+                number = quantity(value, self.name)
+            except ValueError as error:
+                self.fail(f"{value!r}: {error}", param, ctx)
+        if self.limits.whole and math.isclose(number, _nearest(number), rel_tol=1e-12):
+            number = _nearest(number)  # 8.1 million times 1 Hz need not be whole
+        try:
+            self.limits.check("", number)
+        except ValueError:
+            self.fail(f"{value}: allowed are {self.limits}", param, ctx)
+        return number
+
+
+def _nearest(number: float) -> float:
+    """The nearest whole number; what is not finite stays."""
+    return float(round(number)) if math.isfinite(number) else number
+
+
+class Number(click.ParamType):
+    """A number within limits, `unit` after it or not; `whole` ones are integers, written 1000 or 1e3."""
+
+    def __init__(self, name: str, least: float, most: float, whole: bool = False, unit: str = "") -> None:
+        self.name, self.least, self.most, self.whole, self.unit = name, least, most, whole, unit
+
+    def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
+        return self.name.upper()
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float | int:
+        try:
+            number = float(str(value).removesuffix(self.unit))
+        except ValueError:
+            number = math.nan
+        if not self.least <= number <= self.most or (self.whole and number != int(number)):
+            kind = "whole numbers from " if self.whole else ""
+            self.fail(f"{value}: allowed are {kind}{self.least:.10g} to {self.most:.10g}", param, ctx)
+        return int(number) if self.whole else number
+
+
+class Note(click.ParamType):
+    """A note name or MIDI number."""
+
+    name = "note"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
+        try:
+            return note_number(value)
+        except ValueError as error:
+            self.fail(f"{value!r}: {error}", param, ctx)
+
+
+class Channel(click.ParamType):
+    """A MIDI channel as people count them, or "auto" or "all"."""
+
+    name = "auto|all|1-16"
+
+    def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
+        return f"[{self.name}]"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str | int:
+        if value in ("auto", "all"):
+            return str(value)
+        if not re.fullmatch("[1-9]|1[0-6]", str(value)):
+            self.fail(f"{value!r}: allowed are auto, all and 1 to 16", param, ctx)
+        return int(value)
+
+
+RATE = Number("hz", limits.RATE.least, limits.RATE.most, whole=True)
+MODES = Number("count", 1, MOST_MODES, whole=True)
+CONTACT_RATE = Quantity(*limits.CONTACT_RATE)

@@ -1,0 +1,193 @@
+"""The bass as an object: MIDI messages in, one signal a string out. Used by files and by the live stream alike."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livebass.engine.prepare import (
+    Pool,
+    Rates,
+    gather,
+    instrument_voice,
+    new_performer,
+    operator,
+    pickup_rows,
+    sensor_rows,
+    usual_grazing_apex,
+    whole_contact_rate,
+)
+from livebass.kernels import performer, voice
+from livebass.kernels import records as at
+from livebass.kernels import techniques as hands
+from livebass.model.instrument import Instrument, for_modes, speaking
+from livebass.model.quality import Quality, modes_for
+from livebass.score import LONGEST, Score, checked_rate
+
+CHUNK = 1.0  # s computed at once
+SILENCE = 10 ** (-80 / 20)  # full scale: the tail ends when no string is louder for QUIET_FOR
+QUIET_FOR = 0.3  # s
+LONGEST_TAIL = 12.0  # s
+FADE = 0.02  # s, where a tail is cut
+
+
+@dataclass(frozen=True)
+class Report:
+    """What became of the notes so far."""
+
+    notes: int
+    transposed: int
+    dropped: int
+    stolen: int  # strings taken away from a note that still sounded
+
+
+def prepare(instrument: Instrument, quality: Quality, rates: Rates, frets: int) -> Pool:
+    """The operators of every string and fret; raises ValueError for a neck or rate that cannot be played."""
+    rows = []
+    for string, neck in zip(instrument.strings, instrument.necks, strict=True):
+        row = []
+        for fret in range(frets + 1):
+            s = speaking(string, neck, fret)
+            count = modes_for(quality, s.length, string.length, s.grid_points)
+            s = for_modes(s, count)
+            if instrument.output.kind == "displacement":
+                places = s.length - instrument.output.sensor, s.length - instrument.output.sensor_v
+                taps = sensor_rows(s, places, count, rates.rate)
+            else:
+                taps = pickup_rows(s, instrument.output, count, rates.rate)
+            graze = usual_grazing_apex(s, instrument.player.pluck_position)
+            row.append(operator(s, count, rates, taps, graze=graze))
+        rows.append(row)
+    return gather(rows)
+
+
+class Engine:
+    """A bass at an audio rate. Same messages at the same frames: same samples, however the blocks are cut."""
+
+    def __init__(self, instrument: Instrument, quality: Quality, rate: int, seed: int = 0, workers: int | None = None):
+        """Prepares all strings and frets; raises ValueError for a neck or rate that cannot be played.
+
+        `rate` is a whole number of Hz from 8000 to 192000.
+        `seed` picks the little differences from note to note of a player who has them (`Player.unevenness`).
+        `workers` threads compute strings side by side (default: as many as cores, at most one a string).
+        [main thread]
+        """
+        checked_rate(rate)
+        self.instrument, self.quality, self.rate, self.seed = instrument, quality, rate, seed
+        self.rates = Rates(rate, whole_contact_rate(quality.contact_rate, rate))
+        self.frets = min(len(neck.fret_positions) for neck in instrument.necks)
+        self.pool = prepare(instrument, quality, self.rates, self.frets)
+        boards = any(neck.surface for neck in instrument.necks)
+        self.voices = [instrument_voice(instrument, s, self.rates, boards) for s in instrument.strings]
+        for i, v in enumerate(self.voices):
+            v.record["turn"] = i * hands.BEND_FRAMES // len(self.voices)
+        self.performer = new_performer(instrument, self.frets, seed)
+        player = instrument.player
+        self.settings = np.array([player.rounding, player.strike_width, player.pluck_angle])
+        self.frame = 0
+        self.workers = workers or min(len(self.voices), os.cpu_count() or 1)
+        self._pending: list[NDArray[np.void]] = [np.zeros(0, at.EVENT) for _ in self.voices]
+
+    @property
+    def strings(self) -> int:
+        return len(self.voices)
+
+    def send(self, frames: NDArray[np.int64], messages: NDArray[np.uint8]) -> None:
+        """Hands over channel messages (n, 3) with their absolute frames (n,), in order, none before `frame`."""
+        events = np.zeros(performer.MOST_EVENTS * max(1, len(frames)), at.EVENT)
+        count = 0
+        for when, (status, first, second) in zip(frames.tolist(), messages.tolist(), strict=True):
+            count = performer.message(
+                self.performer[0], self.pool.records, self.pool.memory, when, status, first, second, events, count
+            )
+        for i in range(self.strings):
+            mine = events[:count][events[:count]["string"] == i]
+            self._pending[i] = np.concatenate([self._pending[i], mine])
+
+    def process(self, count: int, pool: ThreadPoolExecutor | None = None) -> NDArray[np.float64]:
+        """The next `count` frames of every string, (strings, count)."""
+        out = np.zeros((self.strings, count))
+        jobs = range(self.strings)
+        used = list(pool.map(lambda i: self._run(i, out[i]), jobs) if pool else (self._run(i, out[i]) for i in jobs))
+        for i, n in enumerate(used):
+            self._pending[i] = self._pending[i][n:]
+        self.frame += count
+        return out
+
+    def _run(self, i: int, out: NDArray[np.float64]) -> int:
+        v, events = self.voices[i], self._pending[i]
+        return int(
+            voice.run(
+                v.string[0],
+                self.pool.records[i],
+                self.pool.memory,
+                events,
+                len(events),
+                self.settings,
+                v.log,
+                False,
+                out,
+                out[:0],
+            )
+        )
+
+    def sounding(self) -> bool:
+        """Whether any string still moves."""
+        return any(bool(v.slots["on"].any()) for v in self.voices)
+
+    def play(self, score: Score, tail: float | None = None) -> Iterator[NDArray[np.float64]]:
+        """Renders `score` from here on: blocks (strings, n) until the last note has died away.
+
+        The score's frame 0 is the engine's `frame` when the first block is asked for; whatever still sounds then
+        sounds on. `tail` seconds after the score's end, or None: until silent, at most `LONGEST_TAIL`. Raises
+        ValueError for a score at another rate and a tail that is not a time.
+        """
+        if score.rate != self.rate:
+            raise ValueError(f"the score is in frames of {score.rate} Hz, the engine in {self.rate} Hz: take the same")
+        check_tail(tail)
+        return self._play(score, tail)
+
+    def _play(self, score: Score, tail: float | None) -> Iterator[NDArray[np.float64]]:
+        chunk = max(1, int(CHUNK * self.rate))
+        longest = LONGEST_TAIL if tail is None else tail
+        frames, end = score.frames + self.frame, score.end_frame + self.frame
+        last = end + int(longest * self.rate)
+        sent = 0
+        with ThreadPoolExecutor(self.workers) as pool:
+            while self.frame < last:
+                count = min(chunk, last - self.frame)
+                until = int(np.searchsorted(frames, self.frame + count))
+                self.send(frames[sent:until], score.messages[sent:until])
+                sent = until
+                past = self.frame - end
+                block = self.process(count, pool)
+                ended = self.frame >= last
+                if tail is None and past >= 0 and not ended:
+                    quiet = np.flatnonzero(np.abs(block).max(axis=0) > SILENCE)
+                    keep = (int(quiet[-1]) + 1 if quiet.size else 0) + int(QUIET_FOR * self.rate)
+                    if keep < count or not self.sounding():
+                        block, ended = block[:, : min(keep, count)], True
+                if ended:
+                    fade = min(block.shape[1], int(FADE * self.rate))
+                    if fade:
+                        block[:, -fade:] *= np.cos(0.5 * np.pi * (np.arange(fade) + 1) / fade) ** 2
+                    rest = slice(sent, int(np.searchsorted(frames, self.frame, "right")))
+                    self.send(frames[rest], score.messages[rest])  # notes that end here are not held into the next play
+                yield block
+                if ended:
+                    return
+
+    def report(self) -> Report:
+        p = self.performer[0]
+        return Report(int(p["notes"]), int(p["transposed"]), int(p["dropped"]), int(p["stolen"]))
+
+
+def check_tail(tail: float | None) -> None:
+    """ValueError for a `tail` that `Engine.play` does not take."""
+    if tail is not None and not 0 <= tail <= LONGEST:
+        raise ValueError(f"tail {tail} s: allowed are 0 to {LONGEST} s, or None")

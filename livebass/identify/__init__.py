@@ -1,0 +1,1 @@
+"""A string identified from recordings."""

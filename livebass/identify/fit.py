@@ -1,0 +1,291 @@
+"""From the partials of an open string to the laws it follows: f0 and B of eq. 8, the losses of eqs. 9 to 11.
+
+Equation numbers: C. Issanchou et al. (2018). As in section 3.2 there, the laws serve beyond the measured partials and
+are fitted where the neck disturbs least, that is to the higher ones.
+
+Resonances of a neck from the modes of a string on it, by eqs. 8 and 9 of Issanchou et al. (2018).
+
+What a mode loses beyond air, viscoelastic and thermoelastic losses it loses to the neck: that gives Re Y at the
+frequencies of the modes. How far it lies off the law of the others gives Im Y there, less surely. Few resonances are
+sought that do both. Where modes leave a Q open, or how high a peak between two of them is, limits and a prior decide.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livebass.arrays import Floats
+from livebass.identify.partials import median_line
+from livebass.model import modes
+from livebass.model.instrument import Neck, String, speaking
+from livebass.model.neck import Admittance, Resonance, detuning, neck_damping
+
+Ints = NDArray[np.int64]
+
+FEW = 10  # so many partials or fewer: the laws are fitted to all of them
+MOST_B = 0.01  # as a preset allows
+DIAMETER_SPREAD = 0.3  # of what the base preset says: how far the losses in air may pull it
+ANGLE, ANGLE_SPREAD = 0.01, 0.5  # a delta_ve, and how many of it the fit may be off what the base preset says
+THERMOELASTIC_SPREAD = 2e-5  # 1/Q: as the known strings have 6e-6 or so
+LEAST_SHARE = 0.1  # of 1/Q: a smaller part that is left over is not ascribed to the neck
+LEAST_MISFIT, MOST_MISFIT = 0.01, 0.3  # relative: what the law leaves of 1/Q at a partial is taken to be within
+ENVELOPE = 0.02  # weight of a partial above the law over one below: the neck can only add losses
+
+
+@dataclass(frozen=True)
+class Law:
+    """nu_j = j f0 (1 + B j^2 / 2): eq. 8 without the nut term."""
+
+    fundamental: float  # f0, Hz
+    inharmonicity: float  # B, at least 0
+    deviation: float  # relative, root mean square, of the partials it was fitted to
+    first: int  # it was fitted to partials from this number on
+
+    def frequency(self, j: Floats | Ints) -> Floats:
+        """nu_j, Hz."""
+        return np.asarray(j * self.fundamental * (1 + self.inharmonicity * np.asarray(j, np.float64) ** 2 / 2))
+
+
+def fit_law(number: Ints, frequency: Floats, known: float | None = None) -> Law:
+    """The law through partials `number` (n,) at `frequency` (n,), Hz: medians over pairs of the upper half of them.
+
+    Medians, because single partials are drawn aside by resonances of the neck. With `FEW` or fewer these hide what B
+    does to the partials, and it is `known`. Raises ValueError for fewer than two.
+    """
+    if number.size < 2:
+        raise ValueError("one partial: two or more are needed for f0 and B")
+    upper = _upper(number.size)
+    j, ratio = number[upper].astype(np.float64), (frequency / number)[upper]
+    slope, at_zero = median_line(j**2, ratio)
+    b = 2 * slope / at_zero if known is None or number.size > FEW else known
+    b = min(max(b, 0.0), MOST_B)
+    at_zero = float(np.median(ratio / (1 + b * j**2 / 2)))
+    law = Law(at_zero, b, 0.0, int(number[upper][0]))
+    relative = frequency[upper] / law.frequency(number[upper]) - 1
+    return replace(law, deviation=float(np.sqrt(np.mean(relative**2))))
+
+
+@dataclass(frozen=True)
+class Losses:
+    """The terms of 1/Q, eq. 9."""
+
+    diameter: float  # m, d_eq of eq. 10
+    viscoelastic_angle: float  # delta_ve of eq. 11
+    thermoelastic: float  # 1/Q_te
+    conductance: tuple[tuple[float, float], ...]  # (Hz, m/s/N), Re Y_nut of eq. 9 at the partials; empty: none found
+
+
+def fit_losses(string: String, neck: Neck, number: Ints, damping: Floats, deviation: Floats) -> Losses:
+    """The losses of `string`, whose f0, B and tension are fitted already, from the dampings of partials `number`.
+
+    damping, deviation (n,), 1/s. 1/Q is a sum of terms each proportional to one of the unknowns. What the neck takes is
+    none of them and never negative: a partial above the law counts less than one below it, by `ENVELOPE`, so the law
+    runs along the lower edge. What is left of 1/Q above it, where it is more than two deviations and a tenth, is the
+    conductance of the neck at that partial. What the partials hardly tell, such as the thermoelastic term or, with few
+    of them, delta_ve, stays near what `string` says.
+    """
+    # Hz: where modes.dampings evaluates the law
+    nominal: Floats = number.astype(np.float64) * string.nominal_fundamental
+    loss = damping / (math.pi * nominal)
+    bare = replace(string, diameter=0.0, viscoelastic_angle=0.0, thermoelastic=0.0)
+    unit = replace(neck, admittance=Admittance())
+
+    def factor(s: String) -> Floats:
+        return modes.loss_factor(speaking(s, unit, 0), nominal)
+
+    constant = factor(bare)
+    columns = np.stack([
+        factor(replace(bare, diameter=string.diameter)) - constant,
+        factor(replace(bare, viscoelastic_angle=ANGLE)) - constant,
+        factor(replace(bare, thermoelastic=THERMOELASTIC_SPREAD)) - constant,
+    ], axis=1)  # fmt: skip
+    high = _upper(number.size)
+    known = np.array([1.0, string.viscoelastic_angle / ANGLE, string.thermoelastic / THERMOELASTIC_SPREAD])
+    x, misfit = known, 0.1
+    for _ in range(3):
+        spread = np.hypot(deviation / damping, misfit)[high]  # relative
+        x = _envelope(columns[high], (loss - constant)[high], spread * loss[high], known)
+        away = np.abs(loss - constant - columns @ x)[high] / loss[high]
+        misfit = min(max(float(np.median(away)), LEAST_MISFIT), MOST_MISFIT)
+    rest = loss - constant - columns @ x
+    rest[(rest < 2 * deviation / damping * loss) | (rest < LEAST_SHARE * loss)] = 0.0
+    conductance: tuple[tuple[float, float], ...] = ()
+    if rest.any():
+        last = int(np.flatnonzero(rest)[-1]) + 2  # one zero ends the table
+        s = speaking(string, unit, 0)
+        values = math.pi * nominal * rest / neck_damping(1.0, modes.impedance(s), s.fundamental)
+        nu = modes.frequencies(s, int(number[-1]))[number - 1]
+        conductance = tuple((float(f), float(y)) for f, y in zip(nu[:last], values, strict=False))
+    return Losses(float(x[0] * string.diameter), float(x[1] * ANGLE), float(x[2] * THERMOELASTIC_SPREAD), conductance)
+
+
+def _upper(count: int) -> NDArray[np.bool_]:
+    """Which of `count` partials the laws are fitted to."""
+    return np.arange(count) >= (count // 2 if count > FEW else 0)
+
+
+def _envelope(columns: Floats, goal: Floats, spread: Floats, known: Floats) -> Floats:
+    """x (3,) with columns @ x along the lower edge of `goal` (n,), given to within `spread`, and near `known` (3,)."""
+    from scipy.optimize import lsq_linear
+
+    prior = np.diag([1 / DIAMETER_SPREAD, 1 / ANGLE_SPREAD, 1.0])
+    limits = ([0.5, 0.0, 0.0], [2.0, 50.0, 0.01 / THERMOELASTIC_SPREAD])  # delta_ve up to 0.5, as a preset allows
+    weight, x = np.ones(goal.size), np.zeros(3)
+    for _ in range(50):
+        scale = np.sqrt(weight) / spread
+        rows = np.vstack([columns * scale[:, None], prior])
+        x = lsq_linear(rows, np.concatenate([goal * scale, prior @ known]), bounds=limits).x
+        renewed = np.where(goal > columns @ x, ENVELOPE, 1.0)
+        if np.array_equal(renewed, weight):
+            break
+        weight = renewed
+    return x
+
+
+Complexes = NDArray[np.complex128]
+
+CLOSE = 0.065  # relative: how well the dampings are to be met, root mean square
+MOST = 24  # resonances
+SCATTER = 2e-4  # relative: modes lie off their law by so much for other reasons
+USUAL_QUALITY, TRIED = 30.0, (12.0, 20.0, 35.0, 60.0)  # Q, and those tried for a new resonance
+QUALITY = (8.0, 150.0)
+MOST_CONDUCTANCE = 0.04  # m/s/N, of one resonance at its peak: as high as figure 3 (c) goes
+OPEN = 0.05  # what a Q e times off the usual one counts as, of misfit ...
+PLACE = 0.01  # ... and a resonance a mode's distance off the nearest mode
+GRID = 6  # places tried from one mode to the next
+
+
+@dataclass(frozen=True)
+class NeckFit:
+    """Resonances at the nut, and how well they meet the modes they were fitted to."""
+
+    resonances: tuple[Resonance, ...]  # ascending in frequency, shapes 1, 2, 3 ...
+    frequency: Floats  # (n,), Hz, of the modes
+    damping: Floats  # (n,), 1/s, as given
+    law: Floats  # (n,), 1/s, without the neck
+    fitted: Floats  # (n,), 1/s, with it
+    scatter: float  # relative, root mean square: how far the modes lie off f0 (1 + B j^2 / 2) with best f0 and B ...
+    left: float  # ... and how far with the neck's part of eq. 8 taken out
+
+    @property
+    def deviation(self) -> float:
+        """Root mean square of the relative misfit of the dampings, of those modes that lose to the neck at all."""
+        return _deviation(self.fitted / self.damping - 1, self.damping > self.law)
+
+    @property
+    def below(self) -> tuple[int, ...]:
+        """Modes damped less than the law alone has it: no neck, which only takes, can meet these."""
+        return tuple(int(j) for j in np.flatnonzero(self.damping < self.law) + 1)
+
+
+def fit_neck(string: String, close: float = CLOSE, most: int = MOST) -> NeckFit:
+    """The fewest resonances, up to `most`, that meet the measured dampings of `string` to within `close`.
+
+    One after the other is added where it helps most, and all are refined by least squares each time. Raises ValueError
+    for a string with fewer than four measured modes. Needs SciPy: pip install 'livebass[analysis]'.
+    """
+    if len(string.measured_dampings) < 4:
+        raise ValueError(f"string {string.name}: {len(string.measured_dampings)} measured modes, 4 are needed")
+    problem = _problem(string)
+    x, dictionary = np.zeros((0, 3)), problem.dictionary()
+    while len(x) < most and problem.deviation(x) > close:
+        x = problem.refined(problem.with_another(x, dictionary))
+    x = x[np.argsort(x[:, 0])]
+    rows = np.exp(x).tolist()
+    found = tuple(Resonance(f, q, q / (2 * math.pi * f * peak), k) for k, (f, q, peak) in enumerate(rows, 1))
+    scatter, left = (float(np.sqrt(np.mean(problem.aside(y) ** 2))) for y in (x[:0], x))
+    return NeckFit(found, problem.nu, problem.sigma, problem.law, problem.law + problem.neck(x), scatter, left)
+
+
+@dataclass(frozen=True)
+class _Problem:
+    """x (resonances, 3): logarithms of frequency (Hz), Q and Re Y at the peak (m/s/N)."""
+
+    nu: Floats  # (n,), Hz
+    sigma: Floats  # (n,), 1/s
+    law: Floats  # (n,), 1/s
+    fundamental: float  # Hz
+    impedance: float  # kg/s
+
+    @property
+    def number(self) -> Floats:
+        return np.arange(1.0, self.nu.size + 1)
+
+    def neck(self, x: Floats) -> Floats:
+        """What the neck adds to sigma, (n,), 1/s."""
+        return neck_damping(_admittance(x, self.nu), self.impedance, self.fundamental)
+
+    def misfit(self, x: Floats) -> Floats:
+        """Relative, (n,); a mode the neck cannot meet, damped less than the law, asks for none of it."""
+        return np.asarray((self.law + self.neck(x) - np.maximum(self.sigma, self.law)) / self.sigma)
+
+    def deviation(self, x: Floats) -> float:
+        return _deviation(self.misfit(x), self.sigma > self.law)
+
+    def aside(self, x: Floats) -> Floats:
+        """Relative, (n,): how far the modes lie off their best law, with the neck's part taken out."""
+        harmonic = self.number * self.fundamental
+        off = self.nu / harmonic - detuning(_admittance(x, harmonic), self.impedance, self.number)
+        basis, _ = np.linalg.qr(np.stack([np.ones(off.size), self.number**2], axis=1))
+        return np.asarray(off - basis @ (basis.T @ off))
+
+    def misfits(self, x: Floats) -> Floats:
+        """Of dampings and frequencies, (2 n,), as many times their scatter."""
+        return np.concatenate([self.misfit(x), self.aside(x) * CLOSE / SCATTER])
+
+    def dictionary(self) -> tuple[Floats, Floats]:
+        """Resonances of all places and some Qs, (m, 3), and what 1 m/s/N of each adds to the misfits, (m, 2 n)."""
+        places = np.arange(self.nu[0], self.nu[-1], self.nu[0] / GRID)
+        units = np.array([[math.log(f), math.log(q), 0.0] for f in places for q in TRIED])
+        none = self.misfits(units[:0])
+        return units, np.array([self.misfits(unit[None]) - none for unit in units])
+
+    def with_another(self, x: Floats, dictionary: tuple[Floats, Floats]) -> Floats:
+        """The resonance of the dictionary that, as strong as is best, leaves least."""
+        units, columns = dictionary
+        rest = self.misfits(x)
+        strength = np.clip(-(columns @ rest) / np.sum(columns**2, axis=1), 1e-9, MOST_CONDUCTANCE)
+        best = int(np.argmin(np.sum((rest + strength[:, None] * columns) ** 2, axis=1)))
+        return np.vstack([x, units[best] + [0.0, 0.0, math.log(strength[best])]])
+
+    def refined(self, x: Floats) -> Floats:
+        """All of them moved to where they leave least."""
+        from scipy.optimize import least_squares
+
+        low = np.log([0.9 * self.nu[0], QUALITY[0], 1e-10])
+        high = np.log([1.05 * self.nu[-1], QUALITY[1], MOST_CONDUCTANCE])
+        ends = np.tile(low, len(x)), np.tile(high, len(x))
+
+        def residuals(flat: Floats) -> Floats:
+            each = flat.reshape(-1, 3)
+            return np.concatenate([self.misfits(each), self.prior(each)])
+
+        start = np.clip(x.ravel(), ends[0] + 1e-6, ends[1] - 1e-6)
+        return np.asarray(least_squares(residuals, start, bounds=ends, max_nfev=60).x.reshape(-1, 3))
+
+    def prior(self, x: Floats) -> Floats:
+        """Q near the usual one; and resonances near modes, which are all the string tells of."""
+        away = np.min(np.abs(np.exp(x[:, :1]) - self.nu), axis=1) / self.nu[0]
+        return np.concatenate([OPEN * (x[:, 1] - math.log(USUAL_QUALITY)), PLACE * away])
+
+
+def _problem(string: String) -> _Problem:
+    nu, sigma = np.array(string.measured_frequencies), np.array(string.measured_dampings)
+    rigid = Neck((string.length / 2,), (-1.0,))  # any frets: the open string has none
+    s = speaking(string, rigid, 0)
+    nominal: Floats = np.arange(1.0, nu.size + 1) * string.nominal_fundamental  # as modes.dampings has it
+    return _Problem(nu, sigma, math.pi * nominal * modes.loss_factor(s, nominal), s.fundamental, modes.impedance(s))
+
+
+def _admittance(x: Floats, nu: Floats) -> Complexes:
+    """Y at nu (n,), Hz: a resonance is its peak over 1 + i Q (nu / nu_r - nu_r / nu)."""
+    f, q, peak = np.exp(x).T[:, :, None]
+    return np.asarray(np.sum(peak / (1 + 1j * q * (nu / f - f / nu)), axis=0))
+
+
+def _deviation(misfit: Floats, which: NDArray[np.bool_]) -> float:
+    return float(np.sqrt(np.mean(misfit[which] ** 2))) if which.any() else 0.0

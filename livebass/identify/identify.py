@@ -1,0 +1,424 @@
+"""A plucked open string, identified from recordings: its partials, f0 and B, and what its losses are.
+
+Section 3.2 of C. Issanchou et al. (2018): the frequencies and dampings of the partials by a high-resolution method over
+several takes, then the models of section 2.2 through them.
+
+What was identified, as a preset file, a table to read, JSON and CSV.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import tomllib
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livebass.analysis.sound import fundamental
+from livebass.identify.fit import Law, Losses, NeckFit, fit_law, fit_losses
+from livebass.identify.partials import Found, Partial, RecordingError, Take, combine, find_takes, read_recording, track
+from livebass.model import modes as modal
+from livebass.model.instrument import Instrument, Neck, String, note_frequency, speaking
+from livebass.model.neck import Admittance, Resonance
+from livebass.preset.build import Builder
+from livebass.preset.checks import RESONANCES, TABLE
+from livebass.preset.load import preset_source
+from livebass.units import cents, note_name, note_number
+
+PITCHES = (25.0, 500.0)  # Hz, looked for where nothing is known
+SEMITONE = 2 ** (1 / 12)
+PERIODS = 20  # a take has at least as many
+FEWEST = 4  # partials
+SPREAD = 0.02  # of f0: partials that scatter more belong to something else
+
+
+@dataclass(frozen=True)
+class Identified:
+    """An open string as it was heard."""
+
+    string: String  # of the base preset with all that was measured and fitted
+    conductance: tuple[tuple[float, float], ...]  # (Hz, m/s/N) of the neck under it; empty: none found
+    partials: tuple[Found, ...]
+    law: Law
+    takes: tuple[Take, ...]
+    rejected: int  # takes of another pitch, too short, or without enough partials
+    missing: tuple[int, ...]  # partials below the highest that were not found: `string` has the law's values
+
+
+def identify(
+    paths: Sequence[Path],
+    bass: Instrument,
+    *,
+    string: str | None = None,
+    note: int | None = None,
+    f0: float | None = None,
+    modes: int = 60,
+    start: float = 0.02,
+    duration: float = 5.0,
+    channel: int | None = None,
+) -> Identified:
+    """The open string that is plucked, alone, in every note of the recordings `paths`.
+
+    string: name of the one of `bass` it is; left out, the one that is tuned nearest. note (MIDI) or f0 (Hz, to a
+    semitone): its pitch, which is found if neither is given. modes: the most partials looked for. Each note is used
+    from `start` (s) after its attack for `duration` (s) at most; channel, from 1, or None for the loudest. Raises
+    ValueError, one line, for a recording that cannot be used, and LookupError for a string the bass has not. Needs
+    SciPy. [main thread]
+    """
+    known = bass.strings[bass.string_index(string)] if string is not None else None
+    hint = f0 or (note_frequency(note) if note is not None else None)
+    if hint is None and known is not None:
+        hint = note_frequency(known.open_note)
+    takes, pitch, all_takes = _takes(paths, start, duration, channel, hint)
+    tracks = [(take, track(take.sound, take.rate, pitch, modes)) for take in takes]
+    good = [(take, partials) for take, partials in tracks if _plausible(partials, pitch)]
+    if not good:
+        raise RecordingError(_why_not([partials for _, partials in tracks], paths, pitch))
+    found = combine([partials for _, partials in good])
+    base = known or nearest_string(bass, pitch)
+    law = fit_law(_numbers(found), np.array([p.frequency for p in found]), base.inharmonicity)
+    neck = bass.necks[bass.strings.index(base)]
+    fitted = _tuned(base, law, note)
+    losses = fit_losses(
+        fitted, neck, _numbers(found), np.array([p.damping for p in found]), np.array([p.damping_u for p in found]) / 2
+    )
+    return _identified(fitted, losses, found, law, [take for take, _ in good], all_takes - len(good))
+
+
+def nearest_string(bass: Instrument, frequency: float) -> String:
+    """The string of `bass` whose open note is nearest to `frequency` (Hz). RecordingError beyond a semitone."""
+    best = min(bass.strings, key=lambda s: abs(cents(frequency / note_frequency(s.open_note))))
+    _check_pitch(best, frequency, ", ".join(f"{s.name} {note_name(s.open_note)}" for s in bass.strings))
+    return best
+
+
+def _check_pitch(string: String, frequency: float, all_strings: str = "") -> None:
+    if abs(cents(frequency / note_frequency(string.open_note))) > 100:
+        are = f"are {all_strings}" if all_strings else f"is {note_name(string.open_note)}"
+        raise RecordingError(
+            f"the note is {frequency:.2f} Hz, more than a semitone from an open string, which {are}; only open strings "
+            "can be identified; for another tuning give --string and --note"
+        )
+
+
+def _takes(
+    paths: Sequence[Path], start: float, duration: float, channel: int | None, hint: float | None
+) -> tuple[list[Take], float, int]:
+    """All takes long enough of one pitch, that pitch, Hz, and how many takes there are."""
+    if not paths:
+        raise RecordingError("no recording")
+    takes: list[Take] = []
+    for path in paths:
+        recording = read_recording(path, channel)
+        new = find_takes(recording, start, duration)
+        if not new:
+            raise RecordingError(f"{path}: {recording.sound.size / recording.rate:.3g} s, too short or without a note")
+        takes += new
+    low, high = (hint / SEMITONE, hint * SEMITONE) if hint else PITCHES
+    pitches = [_pitch(take, low, high) for take in takes]
+    if not any(pitches):
+        near = f" within a semitone of {hint:.2f} Hz" if hint else ""
+        needed = max(3.0, PERIODS * 0.1) / low
+        if max(t.duration_s for t in takes) < needed:
+            longest = max(t.duration_s for t in takes)
+            raise RecordingError(f"{takes[0].name}: {longest:.3g} s of note, too short: {PERIODS} periods are needed")
+        raise RecordingError(f"{takes[0].name}: no pitch{near}: noise, several notes at once, or not this string")
+    heard = np.array([p for p in pitches if p])
+    alike = np.abs(np.log(heard[:, None] / heard)) < math.log(SEMITONE)
+    pitch = float(np.median(heard[alike[np.argmax(alike.sum(axis=0))]]))  # of most takes
+    good = [t for t, p in zip(takes, pitches, strict=True) if p and abs(cents(p / pitch)) < 100]
+    long = [t for t in good if t.duration_s * pitch >= PERIODS]
+    if not long:
+        longest = max(t.duration_s for t in good)
+        why = f"too short: {PERIODS} periods, {PERIODS / pitch:.2g} s, are needed"
+        raise RecordingError(f"{good[0].name}: {longest:.3g} s of note, {why}")
+    return long, pitch, len(takes)
+
+
+def _pitch(take: Take, low: float, high: float) -> float | None:
+    """Median pitch of the first 1.5 s, Hz, or None."""
+    try:
+        heard = fundamental(take.sound[: round(1.5 * take.rate)], take.rate, low, high, threshold=0.2).frequency_hz
+    except ValueError:  # too short
+        return None
+    heard = heard[np.isfinite(heard)]
+    return float(np.median(heard)) if heard.size else None
+
+
+def _plausible(partials: Sequence[Partial], pitch: float) -> bool:
+    """Whether these are partials of one string: enough, near multiples of one frequency, and not only even ones."""
+    low = [p for p in partials if p.number <= 12]
+    if len(partials) < FEWEST or len(low) < 3 or math.gcd(*(p.number for p in low)) > 1:
+        return False
+    ratio = np.array([p.frequency / p.number for p in low])
+    return bool(np.ptp(ratio) < SPREAD * pitch)
+
+
+def _why_not(tracks: Sequence[Sequence[Partial]], paths: Sequence[Path], pitch: float) -> str:
+    name, most = paths[0], max(len(partials) for partials in tracks)
+    if most < FEWEST:
+        partials = f"{most} partial{'s' * (most != 1)}"
+        return f"{name}: {partials} of a string near {pitch:.2f} Hz, {FEWEST} are needed: noise, or no plucked string"
+    return f"{name}: what sounds is not one string near {pitch:.2f} Hz; give its pitch with --note or --f0"
+
+
+def _numbers(found: Sequence[Found]) -> NDArray[np.int64]:
+    return np.array([p.number for p in found], np.int64)
+
+
+def _tuned(base: String, law: Law, note: int | None) -> String:
+    """`base` with the f0 and B found; its tension is what they need, as in table 1 of the paper."""
+    string = replace(base, open_note=base.open_note if note is None else note)
+    _check_pitch(string, law.fundamental)
+    tension = base.linear_density * (2 * base.length * law.fundamental) ** 2
+    return replace(
+        string, tension=tension, inharmonicity=law.inharmonicity, law_fundamental=law.fundamental,
+        extra_damping=0.0, extra_damping_slope=0.0, measured_frequencies=(), measured_dampings=(),
+    )  # fmt: skip
+
+
+def _identified(
+    fitted: String, losses: Losses, found: list[Found], law: Law, takes: list[Take], rejected: int
+) -> Identified:
+    """Measured modes without a gap: what was not found follows the law."""
+    fitted = replace(
+        fitted, diameter=losses.diameter, viscoelastic_angle=losses.viscoelastic_angle,
+        thermoelastic=losses.thermoelastic,
+    )  # fmt: skip
+    table = Admittance(table=tuple((nu, y, 0.0) for nu, y in losses.conductance))
+    neck = Neck((fitted.length / 2,), (-1.0,), admittance=table)  # any frets: the open string has none
+    count = found[-1].number
+    s = speaking(fitted, neck, 0)
+    frequencies, dampings = modal.frequencies(s, count), modal.dampings(s, count)
+    for p in found:
+        frequencies[p.number - 1], dampings[p.number - 1] = p.frequency, p.damping
+    have = {p.number for p in found}
+    missing = tuple(j for j in range(1, count + 1) if j not in have)
+    for j in missing:  # between neighbours a law's value may not fit
+        below = frequencies[j - 2] if j > 1 else 0.0
+        above = next(p.frequency for p in found if p.number > j)
+        gap = next(p.number for p in found if p.number > j) - j + 1
+        if not below < frequencies[j - 1] < above:
+            frequencies[j - 1] = below + (above - below) / gap
+    string = replace(
+        fitted, measured_frequencies=tuple(map(float, frequencies)), measured_dampings=tuple(map(float, dampings))
+    )
+    return Identified(string, losses.conductance, tuple(found), law, tuple(takes), rejected, missing)
+
+
+MARK = "identified"
+COLUMNS = (
+    "partial", "frequency_hz", "frequency_u95_hz", "damping_per_s", "damping_u95_per_s", "q", "t60_s", "level_db",
+    "takes", "law_frequency_hz", "twin_frequency_hz", "twin_damping_per_s",
+)  # fmt: skip
+
+
+def rows(result: Identified) -> list[dict[str, float | None]]:
+    """A row a partial, by `COLUMNS`; None where there is no value. u95: expanded uncertainty, 95 %."""
+    law = result.law.frequency(np.array([p.number for p in result.partials]))
+    return [dict(zip(COLUMNS, map(_or_none, _row(p, float(nu))), strict=True))
+            for p, nu in zip(result.partials, law, strict=True)]  # fmt: skip
+
+
+def _row(p: Found, law: float) -> tuple[float, ...]:
+    q = math.pi * p.frequency / p.damping  # section 2.2
+    return (
+        p.number, p.frequency, p.frequency_u, p.damping, p.damping_u, q, p.t60, p.level_db, p.takes, law,
+        p.twin_frequency, p.twin_damping,
+    )  # fmt: skip
+
+
+def csv_text(result: Identified) -> str:
+    """The partials, comma-separated, with a head."""
+    lines = [",".join("" if v is None else f"{v:.9g}" for v in row.values()) for row in rows(result)]
+    return "\n".join([",".join(COLUMNS), *lines]) + "\n"
+
+
+def json_text(result: Identified, resonances: Sequence[Resonance] = ()) -> str:
+    """All of it; keys carry their units."""
+    s, law = result.string, result.law
+    data = {
+        "string": s.name,
+        "open_note": note_name(s.open_note),
+        "f0_hz": law.fundamental,
+        "inharmonicity": law.inharmonicity,
+        "law_deviation": law.deviation,
+        "law_from_partial": law.first,
+        "tension_n": s.tension,
+        "linear_density_kg_per_m": s.linear_density,
+        "diameter_m": s.diameter,
+        "viscoelastic_angle": s.viscoelastic_angle,
+        "thermoelastic": s.thermoelastic,
+        "conductance": [{"frequency_hz": nu, "conductance_m_per_s_per_n": y} for nu, y in result.conductance],
+        "resonances": [{"frequency_hz": r.frequency, "q": r.quality, "mass_kg": r.mass} for r in resonances],
+        "missing_partials": list(result.missing),
+        "rejected_takes": result.rejected,
+        "takes": [{"file": t.name, "start_s": t.start_s, "duration_s": t.duration_s} for t in result.takes],
+        "partials": rows(result),
+    }
+    return json.dumps(data, indent=1) + "\n"
+
+
+def table(result: Identified) -> str:
+    """The partials and the laws through them, to be read."""
+    several = len(result.takes) > 1
+    head = f"{'partial':>7} {'Hz':>11} {'+-':>9} {'1/s':>9} {'+-':>8} {'T60 s':>7} {'dB':>6} {'off law':>8}"
+    lines = [head + (f" {'takes':>5}" if several else "") + "  beside it"]
+    for row, p in zip(rows(result), result.partials, strict=True):
+        off = 1e6 * (p.frequency / (row["law_frequency_hz"] or math.nan) - 1)
+        twin = "" if math.isnan(p.twin_frequency) else f"  {p.twin_frequency:.3f} Hz, {p.twin_damping:.3g} /s"
+        lines.append(
+            f"{p.number:7} {p.frequency:11.4f} {p.frequency_u:9.2g} {p.damping:9.4g} {p.damping_u:8.2g} {p.t60:7.3g} "
+            f"{p.level_db:6.1f} {off:+4.0f} ppm" + (f" {p.takes:5}" if several else "") + twin
+        )
+    s = result.string
+    lines += [
+        "+-: 95 %, " + ("scatter over the takes" if several else "from the noise in this one take"),
+        f"f0 {result.law.fundamental:.4f} Hz, B {s.inharmonicity:.3g}, from partial {result.law.first} on, "
+        f"to {1e6 * result.law.deviation:.0f} ppm; tension {s.tension:.1f} N at {s.linear_density * 1e3:.4g} g/m",
+        f"losses: air as diameter {s.diameter * 1e3:.3g} mm, viscoelastic angle {s.viscoelastic_angle:.3g}, "
+        f"thermoelastic {s.thermoelastic:.2g}, " + _neck(result),
+    ]
+    if result.missing:
+        lines.append(f"not found: {', '.join(map(str, result.missing))}; the law stands in for them")
+    return "\n".join(lines) + "\n"
+
+
+def neck_table(fit: NeckFit) -> str:
+    """The resonances, and how well they meet the partials, to be read."""
+    lines = [f"{'neck Hz':>11} {'Q':>6} {'kg':>8}"]
+    lines += [f"{r.frequency:11.2f} {r.quality:6.1f} {r.mass:8.3g}" for r in fit.resonances]
+    lines.append(
+        f"with them the dampings are met to {100 * fit.deviation:.1f} % rms, and the partials lie "
+        f"{1e6 * fit.left:.0f} ppm off their law, {1e6 * fit.scatter:.0f} ppm without"
+    )
+    if fit.below:
+        numbers = ", ".join(map(str, fit.below))
+        lines.append(f"damped less than the string alone by its law, which no neck can do: partials {numbers}")
+    return "\n".join(lines) + "\n"
+
+
+def _neck(result: Identified) -> str:
+    if not result.conductance:
+        return "nothing left for the neck"
+    nu, most = max(result.conductance, key=lambda pair: pair[1])
+    return f"the neck takes most at {nu:.0f} Hz, {most * 1e3:.3g} mm/s/N"
+
+
+def new_preset(
+    base: str, old: str, result: Identified, sources: Sequence[Path], resonances: Sequence[Resonance] = ()
+) -> str:
+    """The text of preset `base` with its string `old` as it was identified from the files `sources`.
+
+    The neck under it is that of the `resonances`, or, without any, a table of what was found at the partials.
+    Everything else, comments too, stays. Raises PresetError where the result is no preset: a string that the law damps
+    beyond critical, or a pitch out of order. Needs tomlkit: pip install 'livebass[analysis]'.
+    """
+    import tomlkit
+
+    label, text = preset_source(base)
+    document: Any = tomlkit.parse(text)
+    table_: Any = next(s for s in document["string"] if s["name"].casefold() == old.casefold())
+    s = result.string
+    files = ", ".join("".join(c for c in p.name if c.isprintable()) for p in sources)
+    for name in ("core_diameter", "core_modulus", "stiffness_ratio", "extra_damping", "extra_damping_slope"):
+        table_.pop(name, None)
+
+    below = _cut_end(table_)
+    for name, value in _values(s, table_["open_note"]).items():
+        _put(table_, name, value)
+    _put_neck(document, table_, result, resonances)
+    if below:
+        table_.value.body.extend((None, item) for item in below)
+    document["description"] = f"String {old} identified from {files}; the rest is {label}"[:500]
+    head = f"# String {old} is identified from {files}, where marked so. The rest is {label}.\n"
+    done = head + tomlkit.dumps(document)
+    parsed = tomllib.loads(done)
+    Builder("the identified preset").instrument(parsed)
+    if parsed != document.unwrap():  # a value that ended up in a comment would go unnoticed
+        raise ArithmeticError(f"{label}: the new preset did not come out as it was meant")
+    return done
+
+
+def _cut_end(table: Any) -> list[Any]:
+    """Take away, and return, the blank lines and comments that end a table: they belong to what follows it."""
+    body = getattr(table.value, "body", [])
+    cut: list[Any] = []
+    while body and body[-1][0] is None:
+        cut.insert(0, body.pop()[1])
+    return cut
+
+
+def _put(target: Any, name: str, value: str) -> None:
+    """Set a key of a table to a value in TOML, marked."""
+    import tomlkit
+
+    target[name] = tomlkit.parse(f"x = {value}")["x"]
+    target[name].comment(MARK)
+    target[name].trivia.comment_ws, target[name].trivia.trail = "  ", "\n"
+
+
+def _put_neck(document: Any, string: Any, result: Identified, resonances: Sequence[Resonance]) -> None:
+    """What the neck takes under this string alone; none of it where the preset has some and none was found."""
+    pairs = result.conductance
+    if not pairs and not resonances:
+        given = {**document.get("neck", {}), **string.get("neck", {})}
+        if not given.keys() & {"conductance_values", "resonance_masses"}:
+            return
+        pairs = ((result.law.fundamental, 0.0),)
+    if "neck" not in string:
+        import tomlkit
+
+        string["neck"] = tomlkit.table()
+    for name in TABLE | RESONANCES:
+        string["neck"].pop(name, None)
+    for name, value in (_resonance_keys(resonances) if resonances else _table_keys(pairs)).items():
+        _put(string["neck"], name, value)
+
+
+def _table_keys(pairs: Sequence[tuple[float, float]]) -> dict[str, str]:
+    nu = _array("Hz", [x for x, _ in pairs], ".6g")
+    return {
+        "conductance_frequencies": nu,
+        "conductance_values": _array("mm/s/N", [y * 1e3 for _, y in pairs], ".4g"),
+    }
+
+
+def _resonance_keys(resonances: Sequence[Resonance]) -> dict[str, str]:
+    return {
+        "resonance_frequencies": _array("Hz", [r.frequency for r in resonances], ".6g"),
+        "resonance_qualities": f"[{', '.join(f'{r.quality:.3g}' for r in resonances)}]",
+        "resonance_masses": _array("kg", [r.mass for r in resonances], ".3g"),
+        "resonance_shapes": f"[{', '.join(str(r.shape) for r in resonances)}]",
+    }
+
+
+def _values(s: String, open_note: Any) -> dict[str, str]:
+    """Keys of the string, in TOML."""
+    note = {} if note_number(open_note) == s.open_note else {"open_note": f'"{note_name(s.open_note)}"'}
+    return note | {
+        "tension": f'"{s.tension:.6g} N"',
+        "diameter": f'"{s.diameter * 1e3:.4g} mm"',
+        "inharmonicity": f"{s.inharmonicity:.5g}",
+        "viscoelastic_angle": f"{s.viscoelastic_angle:.4g}",
+        "thermoelastic": f"{s.thermoelastic:.3g}",
+        "law_fundamental": f'"{s.law_fundamental:.6f} Hz"',
+        "measured_frequencies": _array("Hz", s.measured_frequencies, ".9g"),
+        "measured_dampings": _array("/s", s.measured_dampings, ".6g"),
+    }
+
+
+def _array(unit: str, values: Sequence[float], digits: str) -> str:
+    """Quantities of one unit, eight a line."""
+    shown = [format(v, digits) for v in values]
+    lines = ["    " + ", ".join(shown[i : i + 8]) + ",\n" for i in range(0, len(shown), 8)]
+    return f'{{unit = "{unit}", values = [\n{"".join(lines)}]}}'
+
+
+def _or_none(value: float) -> float | None:
+    return value if math.isfinite(value) else None

@@ -1,0 +1,454 @@
+"""Recordings of plucked notes, cut into takes: from a little after a note begins to where it is stopped.
+
+Frequencies and dampings of the damped sines in a narrow band of a sound, by ESPRIT.
+
+A sum of damped exponentials z_k^n makes a Hankel matrix whose column space, read one row lower, is itself times a
+small matrix with the eigenvalues z_k: R. Roy, A. Paulraj and T. Kailath, IEEE Trans. Acoust. Speech Signal Process. 34
+(1986), 1340-1342. How many there are is told by how well that holds, ESTER: R. Badeau, B. David and G. Richard, IEEE
+Trans. Signal Process. 54 (2006), 450-458.
+
+A band is cut out by shifting its centre to 0 Hz, filtering and keeping one sample in many. Only samples for which the
+filter lies within the sound are used: an exponential then leaves it as the same exponential, times a known factor, so
+the filter adds no error at the beginning of the note.
+
+The partials of a plucked string in a sound: numbered, one after the other, each in a band that fits its decay.
+
+Partial j is looked for near j f0 (1 + B j^2 / 2), eq. 8 of C. Issanchou et al. (2018), with f0 and B from the partials
+found before it. Some may be missing, where the string was plucked or is heard at a node.
+
+One list of partials from several takes of the same string: medians, and how far the takes differ.
+"""
+
+from __future__ import annotations
+
+import math
+import stat
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import soundfile
+from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import NDArray
+
+from livebass.analysis.motion import t60
+from livebass.arrays import Floats
+
+LONGEST = 1200.0  # s of recording
+RATES = (8_000, 400_000)  # Hz
+SILENCE = 1e-7  # of full scale: less than a bit of 24
+FRAME, HOP = 0.030, 0.005  # s, of the level: a frame holds a period of the low E, 24 ms
+BEFORE = 0.05  # s: a note is louder than in the time before it ...
+RISE, DEEPEST = 10.0, 40.0  # dB ... by so much, and not so much softer than the loudest
+CUT = 20.0  # dB below the loudest, at least, a note has that the beginning of the file cuts into
+APART = 0.2  # s, from one note to the next
+MARGIN = 0.02  # s, left out before the next note
+STOPPED, STEEPER = (
+    12.0,
+    4.0,
+)  # a note is stopped where it falls by so many dB in 0.1 s, so many times as in those before
+
+
+class RecordingError(ValueError):
+    """A recording that cannot be used: one line with the name of the file and the reason."""
+
+
+@dataclass(frozen=True)
+class Recording:
+    """One channel of a sound file."""
+
+    name: str
+    sound: Floats  # (n,), full scale 1
+    rate: int  # Hz
+
+
+@dataclass(frozen=True)
+class Take:
+    """A note, from the first sample that is used."""
+
+    name: str  # of the file
+    start_s: float  # in the file
+    sound: Floats  # (n,)
+    rate: int  # Hz
+
+    @property
+    def duration_s(self) -> float:
+        return self.sound.size / self.rate
+
+
+def read_recording(path: Path, channel: int | None = None) -> Recording:
+    """One channel of a sound file that libsndfile reads (WAV, FLAC, Ogg ...): `channel`, from 1, or the loudest.
+
+    Not the mean: two channels may hold two polarisations or two pickups, out of phase. Raises RecordingError.
+    """
+    name = str(path)
+    try:
+        kind = path.stat().st_mode
+        if not stat.S_ISREG(kind):
+            what = "a directory" if stat.S_ISDIR(kind) else "not a regular file"
+            raise RecordingError(f"{name}: is {what}; a recording is a sound file")
+        info = soundfile.info(name)
+        if not RATES[0] <= info.samplerate <= RATES[1]:
+            raise RecordingError(f"{name}: rate {info.samplerate} Hz: allowed are {RATES[0]} to {RATES[1]} Hz")
+        if info.frames > LONGEST * info.samplerate:
+            raise RecordingError(f"{name}: {info.duration}: allowed are up to {LONGEST / 60:g} minutes")
+        sound, rate = soundfile.read(name, dtype="float64", always_2d=True)
+    except soundfile.LibsndfileError as error:
+        raise RecordingError(f"{name}: cannot be read as sound: {error.error_string}") from None
+    except FileNotFoundError:
+        raise RecordingError(f"{name}: no such file") from None
+    except OSError as error:
+        raise RecordingError(f"{name}: cannot be read: {error.strerror or error}") from None
+    except ValueError as error:  # a zero byte in the name
+        raise error if isinstance(error, RecordingError) else RecordingError(f"{name!r}: not a file name") from None
+    if channel is not None and channel > sound.shape[1]:
+        raise RecordingError(f"{name}: no channel {channel}, it has {sound.shape[1]}")
+    if not np.isfinite(sound).all():
+        raise RecordingError(f"{name}: has samples that are not finite numbers")
+    if not sound.size:
+        raise RecordingError(f"{name}: is empty")
+    sound -= sound.mean(axis=0)  # a displacement sensor has an offset
+    if np.max(np.abs(sound)) < SILENCE:
+        raise RecordingError(f"{name}: is silent")
+    chosen = int(np.argmax(np.sum(sound**2, axis=0))) if channel is None else channel - 1
+    return Recording(name, np.ascontiguousarray(sound[:, chosen]), int(rate))
+
+
+def find_takes(recording: Recording, skip: float, longest: float) -> list[Take]:
+    """The notes of a recording, each from `skip` (s) after its attack on, and at most `longest` (s) of it."""
+    sound, rate = recording.sound, recording.rate
+    level = _levels(sound, rate)
+    begins = _attacks(sound, rate, level)
+    found = []
+    for k, begin in enumerate(begins):
+        end = begins[k + 1] - MARGIN if k + 1 < len(begins) else sound.size / rate
+        start = begin + skip
+        end = min(end, _stopped(level, begin, end), start + longest)
+        piece = sound[round(start * rate) : max(0, round(end * rate))]
+        if piece.size:
+            found.append(Take(recording.name, start, piece, rate))
+    return found
+
+
+def _levels(sound: Floats, rate: int) -> Floats:
+    """Root mean square of frames FRAME long, HOP apart, in dB of the loudest, at least -150."""
+    frame, hop = round(FRAME * rate), round(HOP * rate)
+    padded = np.pad(sound, (0, frame))
+    power = np.array([np.mean(part**2) for part in sliding_window_view(padded, frame)[: sound.size : hop]])
+    return np.asarray(10 * np.log10(np.maximum(power / power.max(), 1e-15)))
+
+
+def _attacks(sound: Floats, rate: int, level: Floats) -> list[float]:
+    """Seconds at which notes begin; the beginning of the file where it begins within one."""
+    before = round(BEFORE / HOP)
+    padded = np.pad(level, (before, 0), constant_values=-CUT - RISE)
+    rise = level - sliding_window_view(padded, before)[: level.size].min(axis=1)
+    begins: list[float] = []
+    last = -math.inf
+    for i in map(int, np.flatnonzero((rise > RISE) & (level > -DEEPEST))):
+        if (i - last) * HOP > APART:
+            part = np.abs(sound[round(i * HOP * rate) : round((i * HOP + 2 * FRAME) * rate)])
+            begins.append(i * HOP + int(np.argmax(part > 0.2 * part.max())) / rate)
+        last = i
+    return begins
+
+
+def _stopped(level: Floats, begin: float, end: float) -> float:
+    """Seconds at which a hand stops the note that sounds from `begin` to `end`, or `end`."""
+    span = round(0.1 / HOP)
+    first, last = round(begin / HOP) + 2 * span, min(round(end / HOP), level.size) - span
+    for i in range(first, last):
+        before, fall = level[i - span] - level[i], level[i] - level[i + span]
+        if fall > STOPPED and fall > STEEPER * max(before, 1.0):
+            return i * HOP - FRAME
+    return end
+
+
+Complexes = NDArray[np.complex128]
+
+SAMPLES = 200  # of a band: a matrix of 100 by 101
+PASS, STOP = 0.125, 0.5  # edges of the filter, in sampling rates of the band
+USABLE = 0.35  # the same: what lies farther from the centre may be an alias
+REJECTION = 100.0  # dB beyond STOP
+BANDWIDTH = PASS + STOP  # of noise through the filter, in sampling rates of the band
+MOST_ORDER = 16  # exponentials in a band
+FLATNESS = 0.1  # the order is the largest with a tenth of the best invariance: one too many does little harm
+
+
+@dataclass(frozen=True)
+class Band:
+    """A band of a sound, moved to 0 Hz."""
+
+    samples: Complexes  # (n,), the first one belongs to the first `taps` of the sound
+    rate: float  # Hz, of these samples
+    centre: float  # Hz, what is at 0 Hz now
+    taps: Complexes  # of the filter, before the shift
+    sound_rate: float  # Hz
+
+    def gain(self, s: Complexes) -> Complexes:
+        """By what exp(s t) of the sound, s in 1/s, was multiplied."""
+        return np.exp(np.outer(s / self.sound_rate, np.arange(self.taps.size))) @ self.taps
+
+
+@dataclass(frozen=True)
+class Component:
+    """One damped sine, a exp(-damping t) cos(2 pi frequency t + phase) from the first sample of the sound."""
+
+    frequency: float  # Hz, undamped: omega^2 = omega_d^2 + sigma^2, as eq. 4 has it
+    damping: float  # 1/s
+    amplitude: float  # a, in units of the sound
+    energy: float  # of its samples in the band, over the noise of one: squared amplitudes
+    frequency_sd: float  # Hz, Cramer-Rao bound with the noise found: what one take can tell
+    damping_sd: float  # 1/s
+
+
+def shortest(width: float) -> float:
+    """Seconds of sound the filter of a band `width` Hz wide takes before there is a first sample."""
+    return (REJECTION - 8) / (2.285 * 2 * math.pi * (STOP - PASS) * width)
+
+
+def band(sound: Floats, rate: float, centre: float, width: float) -> Band:
+    """Around `centre` (Hz), at a rate of about `width` (Hz): at most SAMPLES from the beginning of the sound.
+
+    Half of `width` is passed well. Raises ValueError where the sound is too short for a single sample.
+    """
+    count = math.ceil(shortest(width) * rate) | 1
+    if sound.size < count:
+        raise ValueError(f"{sound.size / rate:.3g} s of sound: a band of {width:.3g} Hz takes {count / rate:.3g} s")
+    k = np.arange(count, dtype=np.float64)
+    step = max(1, math.floor(rate / width))
+    cutoff = (PASS + STOP) / step  # of both sides together, in cycles a sample
+    low = np.sinc(cutoff * (k - (count - 1) / 2)) * np.kaiser(count, 0.1102 * (REJECTION - 8.7))
+    taps = low / low.sum() * np.exp(-2j * np.pi * centre / rate * k)
+    windows = sliding_window_view(sound, count)[::step][:SAMPLES]
+    turn = np.exp(-2j * np.pi * centre / rate * step * np.arange(len(windows)))
+    return Band((windows @ taps) * turn, rate / step, centre, taps, rate)
+
+
+def components(b: Band) -> list[Component]:
+    """The damped sines in the usable part of a band, the strongest first; growing ones are left out."""
+    y = b.samples
+    if y.size < 8:
+        return []
+    hankel = sliding_window_view(y, y.size // 2).T
+    vectors = np.linalg.svd(hankel, full_matrices=False)[0]
+    turn = _invariance(vectors, order(vectors))[0]
+    z = np.linalg.eigvals(turn)
+    z = z[np.abs(z) > 1e-6]
+    n = np.arange(y.size)
+    powers = z[None, :] ** n[:, None]
+    scale = np.sqrt(np.sum(np.abs(powers) ** 2, axis=0))  # growing ones would spoil the least squares
+    amplitude = np.linalg.lstsq(powers / scale, y, rcond=None)[0] / scale
+    rest = y - powers @ amplitude
+    spare = max(1.0, y.size - 2 * z.size)
+    noise = max(float(np.sum(np.abs(rest) ** 2)) / spare / BANDWIDTH, 1e-30 * float(np.max(np.abs(y))) ** 2, 1e-300)
+    deviation = _deviations(powers, amplitude, noise) * b.rate
+    s = np.log(z) * b.rate  # 1/s
+    heard = np.abs(amplitude) / np.maximum(np.abs(b.gain(s + 2j * np.pi * b.centre)), 1e-300)
+    found = []
+    for k in range(z.size):
+        if s[k].real < 0 and abs(s[k].imag) < 2 * math.pi * USABLE * b.rate:
+            damped = s[k].imag + 2 * math.pi * b.centre
+            frequency, sigma = math.hypot(damped, s[k].real) / (2 * math.pi), -float(s[k].real)
+            energy = float(np.sum(np.abs(powers[:, k] * amplitude[k]) ** 2)) / noise
+            sd = float(deviation[k])
+            found.append(Component(frequency, sigma, 2 * float(heard[k]), energy, sd / (2 * math.pi), sd))
+    return sorted(found, key=lambda c: -c.energy)
+
+
+def order(vectors: Complexes) -> int:
+    """Number of exponentials, by ESTER, from the left singular vectors (rows, columns) of their Hankel matrix."""
+    most = min(MOST_ORDER, vectors.shape[0] // 3)
+    merit = np.array([1 / max(_invariance(vectors, p)[1], 1e-30) ** 2 for p in range(1, most + 1)])
+    return 1 + int(np.flatnonzero(merit >= FLATNESS * merit.max())[-1])
+
+
+def _invariance(vectors: Complexes, p: int) -> tuple[Complexes, float]:
+    """The matrix that turns the first p vectors into themselves one row lower, and by how much it fails to."""
+    above, below = vectors[:-1, :p], vectors[1:, :p]
+    turn: Complexes = np.linalg.lstsq(above, below, rcond=None)[0].astype(np.complex128)
+    return turn, float(np.linalg.norm(below - above @ turn, 2))
+
+
+def _deviations(powers: Complexes, amplitude: Complexes, noise: float) -> Floats:
+    """Standard deviation of real and imaginary part of ln z, (components,): the Cramer-Rao bound."""
+    n = np.arange(len(powers))[:, None]
+    slopes = np.concatenate([powers, powers * amplitude * n], axis=1)
+    size = np.linalg.norm(slopes, axis=0) + 1e-300
+    covariance = np.linalg.pinv((slopes / size).conj().T @ (slopes / size), hermitian=True)
+    variance = np.real(np.diag(covariance)) / size**2 * noise / 2
+    return np.sqrt(np.maximum(variance[amplitude.size :], 0.0))
+
+
+WIDTH = 1.6  # rate of a band, in fundamentals: neighbours fall where the filter rejects them
+SCALES = (0.25, 0.5, 1.0, 2.0, 4.0)  # bands are so many times as wide
+FIT = 25.0  # scale that suits a decay, in damping / f0: SAMPLES then last about five decay times
+NEAR = 0.15  # of f0: a partial is not farther from where it is expected
+TWIN = 0.04  # of f0: what is so near to a partial belongs to it, as the string's other polarisation does
+TWIN_LEVEL = 30.0  # dB below the partial
+LEAST_ENERGY = 60.0  # over the noise of a sample; noise alone reaches about 20
+FAINTEST = 85.0  # dB below the peak of the sound: what a band lets through of the rest is less
+LEAST_DAMPING = 0.02  # 1/s: what hardly decays is hum
+MOST_UNSURE = 0.2  # standard deviation over damping: what is known less well is not known
+MISSING = 8  # so many missing ones in a row are the end
+HIGHEST = 0.45  # of the sampling rate
+
+
+@dataclass(frozen=True)
+class Partial:
+    """One partial of one take."""
+
+    number: int  # j
+    frequency: float  # Hz
+    damping: float  # 1/s
+    amplitude: float  # at the beginning of the window, in units of the sound
+    frequency_sd: float  # Hz, of this take alone: the Cramer-Rao bound
+    damping_sd: float  # 1/s
+    twin: Component | None = None  # a weaker one beside it
+
+
+def track(sound: Floats, rate: float, f0: float, most: int) -> list[Partial]:
+    """Partials 1 to `most` of the string that sounds in `sound` (n,) from its first sample; f0 (Hz) to 3 %."""
+    found: list[Partial] = []
+    for j in range(1, most + 1):
+        expected = predict(found, f0, j)
+        if expected > HIGHEST * rate or j - (found[-1].number if found else 0) > MISSING:
+            break
+        partial = find(sound, rate, expected, f0, j)
+        if partial is not None and (not found or partial.frequency > found[-1].frequency):
+            found.append(partial)
+    return found
+
+
+def predict(found: Sequence[Partial], f0: float, j: int) -> float:
+    """Where partial j should be, Hz."""
+    if not found:
+        return j * f0
+    near = found[-12:]
+    number = np.array([p.number for p in near], np.float64)
+    ratio = np.array([p.frequency for p in near]) / number
+    if len(near) < 4:
+        return j * float(np.median(ratio))
+    slope, at_zero = median_line(number**2, ratio)
+    return j * (at_zero + slope * j**2)
+
+
+def median_line(x: Floats, y: Floats) -> tuple[float, float]:
+    """Slope and value at 0 of the straight line through (x, y) by medians over pairs (Theil and Sen)."""
+    a, b = np.triu_indices(x.size, 1)
+    slope = float(np.median((y[b] - y[a]) / (x[b] - x[a])))
+    return slope, float(np.median(y - slope * x))
+
+
+def find(sound: Floats, rate: float, expected: float, f0: float, j: int) -> Partial | None:
+    """Partial j near `expected` (Hz), or None where nothing stands out of the noise."""
+    scales = [m for m in SCALES if 4 * shortest(WIDTH * f0 * m) < sound.size / rate] or [SCALES[-1]]
+    tried: dict[float, list[Component]] = {}
+    for first in (1.0, 4.0, 0.25):
+        scale, centre = _nearest(first, scales), expected
+        while scale not in tried:
+            tried[scale] = _near(sound, rate, centre, f0, scale, expected)
+            if tried[scale]:
+                centre = tried[scale][0].frequency
+                scale = _nearest(FIT * tried[scale][0].damping / f0, scales)
+        if tried[scale]:
+            return _partial(j, tried[scale], f0)
+    return None
+
+
+def _nearest(scale: float, scales: Sequence[float]) -> float:
+    return min(scales, key=lambda m: abs(math.log(m / max(scale, 1e-6))))
+
+
+def _near(sound: Floats, rate: float, centre: float, f0: float, scale: float, expected: float) -> list[Component]:
+    """What may be the partial, the strongest first."""
+    try:
+        seen = components(band(sound, rate, centre, WIDTH * f0 * scale))
+    except ValueError:  # the window is shorter than the filter
+        return []
+    faintest = float(np.max(np.abs(sound))) * 10 ** (-FAINTEST / 20)
+    return [
+        c
+        for c in seen
+        if abs(c.frequency - expected) < NEAR * f0
+        and c.energy > LEAST_ENERGY
+        and c.amplitude > faintest
+        and c.damping > LEAST_DAMPING
+        and c.damping_sd < MOST_UNSURE * c.damping
+    ]
+
+
+def _partial(j: int, near: list[Component], f0: float) -> Partial:
+    best = near[0]
+    limit = best.amplitude * 10 ** (-TWIN_LEVEL / 20)
+    twins = [c for c in near[1:] if abs(c.frequency - best.frequency) < TWIN * f0 and c.amplitude > limit]
+    return Partial(
+        j, best.frequency, best.damping, best.amplitude, best.frequency_sd, best.damping_sd, twins[0] if twins else None
+    )
+
+
+NORMAL_95 = 1.959964
+
+
+@dataclass(frozen=True)
+class Found:
+    """A partial over all takes. Uncertainties are expanded, 95 %."""
+
+    number: int  # j
+    frequency: float  # Hz, median
+    damping: float  # 1/s, median
+    frequency_u: float  # Hz
+    damping_u: float  # 1/s
+    level_db: float  # of its amplitude below that of the strongest partial, median
+    takes: int  # in which it was found
+    twin_frequency: float  # Hz, of a weaker one beside it, NaN if there is none; as is the next
+    twin_damping: float  # 1/s
+
+    @property
+    def t60(self) -> float:
+        """Time in which it falls by 60 dB, s."""
+        return float(t60(self.damping))
+
+
+def combine(tracks: Sequence[Sequence[Partial]]) -> list[Found]:
+    """One list of partials from those of several takes: medians of what half of the takes or more have.
+
+    The uncertainty comes from the scatter over the takes (Student's t, 95 %), and with one take from the noise in it.
+    """
+    loudest = [max(p.amplitude for p in partials) for partials in tracks]
+    seen: dict[int, list[tuple[Partial, float]]] = defaultdict(list)
+    for partials, top in zip(tracks, loudest, strict=True):
+        for p in partials:
+            seen[p.number].append((p, 20 * math.log10(p.amplitude / top)))
+    found: list[Found] = []
+    for j in sorted(seen):
+        if 2 * len(seen[j]) < len(tracks):
+            continue
+        group = [p for p, _ in seen[j]]
+        frequency, u_frequency = _median([p.frequency for p in group], [p.frequency_sd for p in group])
+        damping, u_damping = _median([p.damping for p in group], [p.damping_sd for p in group])
+        twins = [p.twin for p in group if p.twin is not None]
+        both = len(twins) * 2 >= len(group) and bool(twins)
+        if found and frequency <= found[-1].frequency:
+            continue
+        level = float(np.median([level for _, level in seen[j]]))
+        found.append(Found(
+            j, frequency, damping, u_frequency, u_damping, level, len(group),
+            float(np.median([t.frequency for t in twins])) if both else math.nan,
+            float(np.median([t.damping for t in twins])) if both else math.nan,
+        ))  # fmt: skip
+    return found
+
+
+def _median(values: list[float], bounds: list[float]) -> tuple[float, float]:
+    """Median and its expanded uncertainty, 95 %."""
+    n = len(values)
+    if n == 1:
+        return values[0], NORMAL_95 * bounds[0]
+    from scipy.special import stdtrit
+
+    efficiency = math.sqrt(math.pi / 2) if n > 2 else 1.0  # of a median; that of two is their mean
+    spread = efficiency * float(np.std(values, ddof=1)) / math.sqrt(n)
+    return float(np.median(values)), float(stdtrit(n - 1, 0.975)) * spread

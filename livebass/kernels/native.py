@@ -1,0 +1,203 @@
+"""What the audio thread needs below numba: atomic words, raw addresses, C functions, the processor's flush bits.
+
+Addresses are int64. Everything here compiles to a few instructions; nothing allocates or locks. [any thread]
+"""
+
+from __future__ import annotations
+
+import platform
+from typing import Any
+
+import numba as nb
+import numba.extending
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+
+# Typed as Any: numba passes an intrinsic its context itself, and mypy cannot know that.
+intrinsic: Any = numba.extending.intrinsic
+carray: Any = nb.carray  # type: ignore[attr-defined]
+
+WORD = ir.IntType(64)
+MACHINE = platform.machine().lower()
+X86, ARM = ("x86_64", "amd64"), ("aarch64", "arm64")
+# Bits of `float_control` that take denormal numbers for zero: MXCSR's FTZ and DAZ, or FPCR's FZ.
+FLUSH = 0x8040 if MACHINE in X86 else 1 << 24 if MACHINE in ARM else 0
+
+
+@intrinsic
+def load_acquire(_context: Any, address: Any) -> Any:
+    """The int64 at `address`; what was written before it was stored is seen after this."""
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        pointer = builder.inttoptr(args[0], WORD.as_pointer())
+        return builder.load_atomic(pointer, "acquire", 8)
+
+    return types.int64(types.int64), generate
+
+
+@intrinsic
+def store_release(_context: Any, address: Any, value: Any) -> Any:
+    """Stores the int64 `value` at `address`, after everything written before."""
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        pointer = builder.inttoptr(args[0], WORD.as_pointer())
+        builder.store_atomic(args[1], pointer, "release", 8)
+        return context.get_dummy_value()
+
+    return types.void(types.int64, types.int64), generate
+
+
+@intrinsic
+def pointer(_context: Any, address: Any) -> Any:
+    """`address` as a pointer, for `numba.carray`."""
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        return builder.inttoptr(args[0], cgutils.voidptr_t)
+
+    return types.voidptr(types.int64), generate
+
+
+@intrinsic
+def address_of(_context: Any, value: Any) -> Any:
+    """The address a C pointer holds."""
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        return builder.ptrtoint(args[0], WORD)
+
+    return types.int64(types.voidptr), generate
+
+
+@intrinsic
+def record_address(_context: Any, record: Any) -> Any:
+    """Where a record lies that numba got from an array."""
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        return builder.ptrtoint(args[0], WORD)
+
+    return types.int64(record), generate
+
+
+@intrinsic
+def nanoseconds(_context: Any, clock_gettime: Any, clock: Any) -> Any:
+    """Time of `clock` by the C function at address `clock_gettime`; 0 where that is 0."""
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        function, number = args
+        result = cgutils.alloca_once_value(builder, WORD(0))
+        spec = cgutils.alloca_once(builder, WORD, size=2)
+        with builder.if_then(builder.icmp_signed("!=", function, WORD(0))):
+            kind = ir.FunctionType(ir.IntType(32), [ir.IntType(32), WORD.as_pointer()])
+            call = builder.inttoptr(function, kind.as_pointer())
+            builder.call(call, [builder.trunc(number, ir.IntType(32)), spec])
+            seconds = builder.load(spec)
+            rest = builder.load(builder.gep(spec, [ir.IntType(32)(1)]))
+            builder.store(builder.add(builder.mul(seconds, WORD(1_000_000_000)), rest), result)
+        return builder.load(result)
+
+    return types.int64(types.int64, types.int64), generate
+
+
+def _c_function(result: Any, arguments: list[Any], numba_result: Any, numba_arguments: list[Any]) -> Any:
+    """An intrinsic (address, *arguments) -> result that calls a C function by its address."""
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        function = builder.inttoptr(args[0], ir.FunctionType(result, arguments).as_pointer())
+        values = [
+            builder.inttoptr(value, kind) if isinstance(kind, ir.PointerType) else builder.trunc(value, kind)
+            for value, kind in zip(args[1:], arguments, strict=True)
+        ]
+        back = builder.call(function, values)
+        if isinstance(result, ir.PointerType):
+            return builder.ptrtoint(back, WORD)
+        return builder.zext(back, WORD)
+
+    return types.int64(types.int64, *numba_arguments), generate
+
+
+BYTES, U32 = cgutils.voidptr_t, ir.IntType(32)
+
+
+@intrinsic
+def pointer_from(_context: Any, function: Any, pointer: Any, count: Any) -> Any:
+    """void *function(void *pointer, uint32 count): jack_port_get_buffer."""
+    return _c_function(BYTES, [BYTES, U32], None, [types.int64, types.int64])
+
+
+@intrinsic
+def count_from(_context: Any, function: Any, pointer: Any) -> Any:
+    """uint32 function(void *pointer): jack_midi_get_event_count, jack_last_frame_time."""
+    return _c_function(U32, [BYTES], None, [types.int64])
+
+
+@intrinsic
+def status_from(_context: Any, function: Any, target: Any, pointer: Any, index: Any) -> Any:
+    """int function(void *target, void *pointer, uint32 index): jack_midi_event_get."""
+    return _c_function(U32, [BYTES, BYTES, U32], None, [types.int64] * 3)
+
+
+def _call(count: int, args: Any, builder: Any, context: Any) -> Any:
+    kind = ir.FunctionType(ir.VoidType(), [WORD] * count)
+    builder.call(builder.inttoptr(args[0], kind.as_pointer()), list(args[1:]))
+    return context.get_dummy_value()
+
+
+@intrinsic
+def call_3(_context: Any, function: Any, a: Any, b: Any, c: Any) -> Any:
+    """void function(int64, int64, int64), by its address: what it is made of is not compiled into the caller again."""
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        return _call(3, args, builder, context)
+
+    return types.void(*[types.int64] * 4), generate
+
+
+@intrinsic
+def call_4(_context: Any, function: Any, a: Any, b: Any, c: Any, d: Any) -> Any:
+    """void function(int64, int64, int64, int64), by its address."""
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        return _call(4, args, builder, context)
+
+    return types.void(*[types.int64] * 5), generate
+
+
+@intrinsic
+def float_control(_context: Any) -> Any:
+    """The word that says how this thread's processor treats floating-point numbers; 0 where that is not known."""
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        module = builder.module
+        if MACHINE in X86:
+            slot = cgutils.alloca_once(builder, U32)
+            kind = ir.FunctionType(ir.VoidType(), [BYTES])
+            store = cgutils.get_or_insert_function(module, kind, "llvm.x86.sse.stmxcsr")
+            builder.call(store, [builder.bitcast(slot, BYTES)])
+            return builder.zext(builder.load(slot), WORD)
+        if MACHINE in ARM:
+            return builder.call(
+                cgutils.get_or_insert_function(module, ir.FunctionType(WORD, []), "llvm.aarch64.get.fpcr"), []
+            )
+        return WORD(0)
+
+    return types.int64(), generate
+
+
+@intrinsic
+def set_float_control(_context: Any, word: Any) -> Any:
+    """Sets what `float_control` gives."""
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        module = builder.module
+        if MACHINE in X86:
+            slot = cgutils.alloca_once(builder, U32)
+            builder.store(builder.trunc(args[0], U32), slot)
+            kind = ir.FunctionType(ir.VoidType(), [BYTES])
+            load = cgutils.get_or_insert_function(module, kind, "llvm.x86.sse.ldmxcsr")
+            builder.call(load, [builder.bitcast(slot, BYTES)])
+        elif MACHINE in ARM:
+            kind = ir.FunctionType(ir.VoidType(), [WORD])
+            builder.call(cgutils.get_or_insert_function(module, kind, "llvm.aarch64.set.fpcr"), [args[0]])
+        return context.get_dummy_value()
+
+    return types.void(types.int64), generate

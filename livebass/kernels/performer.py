@@ -1,0 +1,303 @@
+"""From MIDI messages to plucks: which string and fret, how hard, when a hand stops a note.
+
+Every decision is made when the message arrives, from what was played so far: a file and a keyboard give the same
+performance, and the same input always the same one. One record holds all that is remembered. [audio thread]
+"""
+
+import numpy as np
+
+from livebass.compiling import jit
+from livebass.kernels.records import BEND, CUT, GAIN, HAND, PLUCK, STRIKE_EVENT
+from livebass.kernels.techniques import grazing
+
+MOST_STRINGS = 8
+FREE, HELD, PEDALLED = 0, 1, 2
+HAND_SPAN = 3  # frets beyond the first finger
+LEAST_PLUCK, LEAST_STRIKE = 0.47, 0.2  # of the length: no nearer to the stop; the middle itself has no even partials
+MOST_PLACE = 0.99  # of the length
+LEAST_GRAZE = 1e-4  # m, where a string lies on a fret
+UNEVEN_PLACE = 0.1  # m, for an unevenness of 1
+MOST_EVENTS = 3 * MOST_STRINGS  # one message gives at most so many: reset-controllers
+LEAST_FORCE = 1e-3  # multiple of the grazing apex: a curve cannot start at zero
+
+PERFORMER = np.dtype(
+    [
+        ("strings", "i8"),
+        ("frets", "i8"),
+        ("open", "i8", (MOST_STRINGS,)),
+        ("state", "i8", (MOST_STRINGS,)),
+        ("key", "i8", (MOST_STRINGS,)),  # the key that plays the string, -1: none since all-off
+        ("fret", "i8", (MOST_STRINGS,)),
+        ("age", "i8", (MOST_STRINGS,)),
+        ("clock", "i8"),
+        ("place", "i8"),  # fret of the first finger
+        ("pedal", "i8"),
+        ("wheel", "f8"),  # -1 to 1
+        ("range", "f8"),  # semitones
+        ("parameter", "i8"),  # RPN selected, 16383: none
+        ("volume", "f8"),
+        ("expression", "f8"),
+        ("position", "f8"),  # fraction of the open string
+        # the player, constant
+        ("usual_position", "f8"),
+        ("nearest", "f8"),
+        ("farthest", "f8"),
+        ("softest", "f8"),
+        ("hardest", "f8"),
+        ("greatest", "f8"),
+        ("slapped", "i8"),
+        ("strike_position", "f8"),
+        ("strike_force", "f8"),
+        ("hand_damping", "f8"),
+        ("unevenness", "f8"),
+        ("seed", "i8"),
+        ("drop", "i8"),
+        ("position_controller", "i8"),
+        # counters
+        ("notes", "i8"),
+        ("transposed", "i8"),
+        ("dropped", "i8"),
+        ("stolen", "i8"),
+    ],
+    align=True,
+)
+
+
+@jit
+def reset_controllers(p):
+    p.pedal = 0
+    p.wheel = 0.0
+    p.expression = 1.0
+    p.parameter = 16383
+    p.position = p.usual_position
+
+
+@jit
+def emit(events, count, frame, kind, string, fret, x, y):
+    e = events[count]
+    e.frame = frame
+    e.kind = kind
+    e.string = string
+    e.fret = fret
+    e.x = x
+    e.y = y
+    return count + 1
+
+
+@jit
+def choose_string(p, note):
+    """The string for `note`, -1 if none has it. Free strings first, then low and near positions, then the oldest."""
+    best = -1
+    least = np.inf
+    for i in range(p.strings):
+        fret = note - p.open[i]
+        if fret < 0 or fret > p.frets:
+            continue
+        cost = 0.4 * fret
+        if fret > 0:
+            away = max(p.place - fret, fret - p.place - HAND_SPAN, 0)
+            cost += 2.5 * away
+        if p.state[i] != FREE:
+            same = p.key[i] >= 0 and p.open[i] + p.fret[i] == note
+            # a string that sounds is only taken for its own note, or where no other can play this one
+            cost += -1000.0 if same else 1000.0 - 1e-6 * (p.clock - p.age[i])
+        if cost < least:
+            least = cost
+            best = i
+    return best
+
+
+@jit
+def press(p, fret):
+    """Moves the hand just so far that a finger reaches `fret`."""
+    if fret > 0:
+        if fret < p.place:
+            p.place = fret
+        elif fret > p.place + HAND_SPAN:
+            p.place = fret - HAND_SPAN
+
+
+@jit
+def stop_string(p, i, frame, events, count):
+    p.state[i] = FREE
+    return emit(events, count, frame, HAND, i, p.fret[i], p.hand_damping, 0.0)
+
+
+@jit
+def over_body(open_op, op, place, aside, least):
+    """Distance from the stop of a hand `aside` (m) of `place` (fraction of the open string), kept on the string.
+
+    No nearer to the stop than the part `least` of the length.
+    """
+    where = op.length - (1.0 - place) * open_op.length + aside
+    return min(max(where, least * op.length), MOST_PLACE * op.length)
+
+
+@jit
+def chance(seed, count):
+    """A number from -1 to 1 that depends on both and looks random: SplitMix64 (Steele, Lea, Flood 2014)."""
+    z = np.uint64(seed) + np.uint64(count) * np.uint64(0x9E3779B97F4A7C15)
+    z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    z = z ^ (z >> np.uint64(31))
+    return np.float64(z >> np.uint64(11)) * 2.0**-52 - 1.0
+
+
+@jit
+def held_below(x, most):
+    """x where it is small, never quite `most`, and always more for more."""
+    return x / (1.0 + (x / most) ** 4) ** 0.25
+
+
+@jit
+def note_on(p, ops, pool, frame, key, velocity, events, count):
+    low = p.open[0]
+    high = p.open[0]
+    for i in range(p.strings):
+        low = min(low, p.open[i])
+        high = max(high, p.open[i] + p.frets)
+    note = key
+    while note < low:
+        note += 12
+    while note > high:
+        note -= 12
+    if note < low or (note != key and p.drop):
+        p.dropped += 1
+        return count
+    i = choose_string(p, note)
+    if i < 0:
+        p.dropped += 1
+        return count
+    if note != key:
+        p.transposed += 1
+    fret = note - p.open[i]
+    if p.state[i] != FREE and p.key[i] != key:
+        p.stolen += 1
+    press(p, fret)
+    p.notes += 1
+    p.clock += 1
+    p.state[i] = HELD
+    p.key[i] = key
+    p.fret[i] = fret
+    p.age[i] = p.clock
+    op = ops[i, fret]
+    softest = max(p.softest, LEAST_FORCE)
+    force = softest * (p.hardest / softest) ** ((velocity - 1) / 126.0)
+    force *= 1.0 + p.unevenness * chance(p.seed, 2 * p.notes)
+    aside = UNEVEN_PLACE * p.unevenness * chance(p.seed, 2 * p.notes + 1)
+    if i < p.slapped:
+        where = over_body(ops[i, 0], op, p.strike_position, aside, LEAST_STRIKE)
+        depth = p.strike_force * held_below(force * max(grazing(op, pool, 0.5 * op.length), LEAST_GRAZE), p.greatest)
+        return emit(events, count, frame, STRIKE_EVENT, i, fret, depth, where)
+    where = over_body(ops[i, 0], op, p.position, aside, LEAST_PLUCK)
+    apex = held_below(force * max(grazing(op, pool, where), LEAST_GRAZE), p.greatest)
+    return emit(events, count, frame, PLUCK, i, fret, apex, where)
+
+
+@jit
+def release(p, i, frame, events, count):
+    """The finger of a held note lets go; the pedal may still hold it."""
+    if p.pedal:
+        p.state[i] = PEDALLED
+        return count
+    return stop_string(p, i, frame, events, count)
+
+
+@jit
+def note_off(p, frame, key, events, count):
+    for i in range(p.strings):
+        if p.state[i] == HELD and p.key[i] == key:
+            count = release(p, i, frame, events, count)
+    return count
+
+
+@jit
+def all_notes_off(p, frame, events, count):
+    for i in range(p.strings):
+        if p.state[i] == HELD:
+            count = release(p, i, frame, events, count)
+    return count
+
+
+@jit
+def tell_bend(p, frame, events, count):
+    ratio = 2.0 ** (p.wheel * p.range / 12.0)
+    for i in range(p.strings):
+        count = emit(events, count, frame, BEND, i, 0, ratio, 0.0)
+    return count
+
+
+@jit
+def tell_gain(p, frame, events, count):
+    gain = (p.volume * p.expression) ** 2
+    for i in range(p.strings):
+        count = emit(events, count, frame, GAIN, i, 0, gain, 0.0)
+    return count
+
+
+@jit
+def control(p, frame, number, value, events, count):
+    if number == p.position_controller:
+        p.position = p.nearest + (p.farthest - p.nearest) * value / 127.0
+    elif number == 7:
+        p.volume = value / 127.0
+        count = tell_gain(p, frame, events, count)
+    elif number == 11:
+        p.expression = value / 127.0
+        count = tell_gain(p, frame, events, count)
+    elif number == 64:
+        p.pedal = 1 if value >= 64 else 0
+        if not p.pedal:
+            for i in range(p.strings):
+                if p.state[i] == PEDALLED:
+                    count = stop_string(p, i, frame, events, count)
+    elif number == 101:
+        p.parameter = (value << 7) | (p.parameter & 127)
+    elif number == 100:
+        p.parameter = (p.parameter & ~127) | value
+    elif number == 98 or number == 99:
+        p.parameter = 16383
+    elif number == 6 and p.parameter == 0:
+        p.range = float(min(value, 24)) + (p.range - np.floor(p.range))
+        count = tell_bend(p, frame, events, count)
+    elif number == 38 and p.parameter == 0:
+        p.range = np.floor(p.range) + min(value, 99) / 100.0
+        count = tell_bend(p, frame, events, count)
+    elif number == 120:
+        for i in range(p.strings):
+            p.state[i] = FREE
+            p.key[i] = -1
+            count = emit(events, count, frame, CUT, i, 0, 0.0, 0.0)
+    elif number == 121:
+        reset_controllers(p)
+        count = tell_bend(p, frame, events, count)
+        count = tell_gain(p, frame, events, count)
+        for i in range(p.strings):
+            if p.state[i] == PEDALLED:
+                count = stop_string(p, i, frame, events, count)
+    elif number >= 123:
+        count = all_notes_off(p, frame, events, count)
+    return count
+
+
+@jit
+def message(p, ops, pool, frame, status, first, second, events, count):
+    """One channel message at `frame`; writes events from index `count` on and returns the new count.
+
+    ops (strings, frets + 1) and pool are the operators; `events` needs MOST_EVENTS places free.
+    Anything that is not a channel message with data bytes of 0 to 127 is passed over.
+    """
+    if status < 0x80 or status > 0xEF or first > 127 or second > 127:
+        return count
+    kind = status & 0xF0
+    if kind == 0x90 and second > 0:
+        return note_on(p, ops, pool, frame, first, second, events, count)
+    if kind == 0x80 or kind == 0x90:
+        return note_off(p, frame, first, events, count)
+    if kind == 0xB0:
+        return control(p, frame, first, second, events, count)
+    if kind == 0xE0:
+        wheel = ((second << 7) | first) - 8192
+        p.wheel = wheel / 8192.0 if wheel < 0 else wheel / 8191.0
+        return tell_bend(p, frame, events, count)
+    return count

@@ -1,0 +1,285 @@
+"""Where the stage's sound goes: PortAudio, or a JACK server with a MIDI port of the bass's own. [main thread]"""
+
+from __future__ import annotations
+
+import atexit
+import os
+import sys
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Any
+
+import numpy as np
+
+from livebass.live.hush import hushed, patiently
+from livebass.live.stage import Stage
+from livebass.live.thread import callbacks
+from livebass.live.thread.records import STRETCH
+
+
+class OutputLost(OSError):
+    """An audio output that cannot be opened or has gone; one line."""
+
+
+class PortAudioOutput:
+    """A device of PortAudio, by index or name; None: the system's default."""
+
+    def __init__(self, stage: Stage, device: int | str | None, block: int, latency: str | float) -> None:
+        sd = _sounddevice()
+        self.stage, self.block = stage, block
+        try:
+            with hushed():
+                info = sd.query_devices(device, "output")
+        except (sd.PortAudioError, ValueError) as error:
+            raise _no_output(device, error) from None
+        with suppress(OutputLost):  # which PortAudio may use
+            _hush_jack(_jack())
+        self.name = str(info["name"])
+        self.channels = min(callbacks.MOST_CHANNELS, int(info["max_output_channels"]))
+        try:
+            with hushed():
+                self._stream = _NativeStream(sd, stage, device, self.channels, block, latency)
+        except (sd.PortAudioError, ValueError) as error:
+            usual = f"; its usual rate is {info['default_samplerate']:.0f} Hz (--rate)"
+            raise OutputLost(f"audio output {self.name} at {stage.rate} Hz: {_one_line(error)}{usual}") from None
+        self._exit, self._errors, self._closed = sd._exit_handler, sd.PortAudioError, False
+        self.latency = float(self._stream.stream.latency)
+
+    def start(self) -> None:
+        with hushed():
+            try:
+                self._stream.stream.start()
+            except self._errors as error:
+                raise OutputLost(f"audio output {self.name}: {_one_line(error)}") from None
+
+    @property
+    def alive(self) -> bool:
+        return bool(self._stream.stream.active)
+
+    def close(self) -> None:
+        """Ends the sound; again does nothing. PortAudio may wait for ever for a server that is gone: it is left to."""
+        if self._closed:
+            return
+        self._closed = True
+        if not patiently(self._end, self):
+            atexit.unregister(self._exit)  # would wait too
+
+    def _end(self) -> None:
+        self._stream.stream.abort(ignore_errors=True)
+        self._stream.stream.close(ignore_errors=True)
+
+
+class _NativeStream:
+    """A sounddevice stream whose callback is a C function, as sounddevice offers to library authors."""
+
+    def __init__(
+        self, sd: Any, stage: Stage, device: int | str | None, channels: int, block: int, latency: str | float
+    ) -> None:
+        self.mono = np.zeros(STRETCH, np.float32)
+        self.record = np.zeros(1, callbacks.PORTAUDIO)
+        self.record["stage"], self.record["channels"] = stage.address, channels
+        self.record["mono"] = self.mono.ctypes.data
+        function = sd._ffi.cast("PaStreamCallback *", callbacks.portaudio())
+        data = sd._ffi.cast("void *", self.record.ctypes.data)
+        self.stream: Any = sd._StreamBase(
+            kind="output", wrap_callback=None, callback=function, userdata=data, samplerate=stage.rate,
+            blocksize=block, device=device, channels=channels, dtype="float32", latency=latency,
+        )  # fmt: skip
+
+
+class JackOutput:
+    """A client of a running JACK server: two output ports, one MIDI input, connected to what plays."""
+
+    def __init__(self, name: str, make_stage: Callable[[int], Stage], connect: bool = True) -> None:
+        jack = _jack()
+        self._jack = jack
+        try:
+            with hushed():
+                self.client = jack.Client(name, no_start_server=True)
+        except jack.JackError as error:
+            raise _no_server(_one_line(error)) from None
+        _hush_jack(jack)
+        self.name = f"JACK client {self.client.name}"
+        self.block = int(self.client.blocksize)
+        self.stage = make_stage(int(self.client.samplerate))
+        self.outputs = [self.client.outports.register(f"out_{k}") for k in (1, 2)]
+        self.midi = self.client.midi_inports.register("midi_in")
+        self.record = np.zeros(1, callbacks.JACK)
+        ffi, lib, r = jack._ffi, jack._lib, self.record
+
+        def address(value: Any) -> int:
+            return int(ffi.cast("intptr_t", value))
+
+        r["stage"], r["outputs"] = self.stage.address, len(self.outputs)
+        r["get_buffer"] = address(lib.jack_port_get_buffer)
+        r["event_count"] = address(lib.jack_midi_get_event_count)
+        r["event_get"] = address(lib.jack_midi_event_get)
+        for k, port in enumerate(self.outputs):
+            r["output"][0, k] = address(port._ptr)
+        r["midi"] = address(self.midi._ptr)
+        r["event_address"] = r.ctypes.data + callbacks.JACK.fields["event"][1]  # type: ignore[index]
+        function = ffi.cast("JackProcessCallback", callbacks.jack())
+        if lib.jack_set_process_callback(self.client._ptr, function, ffi.cast("void *", r.ctypes.data)):
+            raise OutputLost("JACK: the server does not take the callback")
+        self._gone = self._closed = False
+        self.client.set_shutdown_callback(self._shut_down)
+        self.client.set_xrun_callback(self._xrun)
+        self.client.set_blocksize_callback(self._resize)
+        self._connect = connect
+        self._seen: set[str] = set()
+
+    def _shut_down(self, _status: object, _reason: str) -> None:
+        self._gone = True
+
+    def _xrun(self, _delay: float) -> None:
+        self.stage.record["underruns"] += 1
+
+    def _resize(self, frames: int) -> None:
+        self.block = frames
+
+    def start(self) -> None:
+        """Plays, and connects to the speakers there are."""
+        try:
+            self.client.activate()
+            if self._connect:
+                speakers = self.client.get_ports(is_physical=True, is_input=True, is_audio=True)
+                for mine, port in zip(self.outputs, speakers, strict=False):
+                    self.client.connect(mine, port)
+        except self._jack.JackError as error:
+            raise OutputLost(f"JACK: {_one_line(error)}") from None
+
+    def connect_midi(self, wanted: str | None = None) -> tuple[list[str], list[str]]:
+        """Connects MIDI outputs that have appeared since the last call; their names, and of those that have gone.
+
+        `wanted` is a part of a name; None means those of hardware. What somebody has disconnected stays so.
+        """
+        if not self._connect or self._gone:
+            return [], []
+        try:
+            ports = {p.name: p for p in self.client.get_ports(is_physical=wanted is None, is_output=True, is_midi=True)}
+            heard = {p.name for p in self.client.get_all_connections(self.midi)}
+            fitting = [name for name in ports if (wanted or "").casefold() in name.casefold()]
+            new = [name for name in fitting if name not in self._seen]
+            for name in new:
+                if name not in heard:
+                    self.client.connect(ports[name], self.midi)
+        except self._jack.JackError:
+            return [], []
+        gone, self._seen = self._seen - set(fitting), set(fitting)
+        return new, sorted(gone)
+
+    @property
+    def alive(self) -> bool:
+        return not self._gone
+
+    @property
+    def latency(self) -> float:
+        return self.block / self.stage.rate
+
+    def close(self) -> None:
+        """Ends the sound; again does nothing. A server that does not answer is left."""
+        if self._closed:
+            return
+        self._closed = True
+        patiently(self._end, self)
+
+    def _end(self) -> None:
+        if not self._gone:
+            self.client.deactivate(ignore_errors=True)
+        self.client.close(ignore_errors=True)
+
+
+def check_output(backend: str, device: int | str | None) -> None:
+    """Raises OutputLost where `backend` ("auto", "portaudio", "jack") has no output, before anything is compiled."""
+    if backend == "jack" or (backend == "auto" and device is None and jack_server()):
+        if not jack_server():
+            raise _no_server("none answers")
+        return
+    sd = _sounddevice()
+    try:
+        with hushed():
+            sd.query_devices(device, "output")
+    except (sd.PortAudioError, ValueError) as error:
+        raise _no_output(device, error) from None
+
+
+def _no_output(device: int | str | None, error: Exception) -> OutputLost:
+    if device is None:
+        return OutputLost(
+            "no audio output: connect a sound card or start a JACK server; `livebass render` needs neither"
+        )
+    return OutputLost(f"audio output {device!r}: {_one_line(error)}; `livebass devices` lists what there is")
+
+
+def _no_server(why: object) -> OutputLost:
+    named = f" named {os.environ['JACK_DEFAULT_SERVER']}" if os.environ.get("JACK_DEFAULT_SERVER") else ""
+    return OutputLost(
+        f"JACK: no server{named} to be reached ({why}): start one, or take --backend portaudio;"
+        " `livebass render` needs neither"
+    )
+
+
+def jack_server() -> str | None:
+    """What the running JACK server offers, in a line; None where none runs."""
+    try:
+        jack = _jack()
+    except OutputLost:
+        return None
+    try:
+        with hushed():
+            client = jack.Client("livebass-look", no_start_server=True)
+    except jack.JackError:
+        return None
+    try:
+        ports = client.get_ports(is_output=True, is_midi=True)
+        return f"{client.samplerate} Hz, {client.blocksize} frames, {len(ports)} MIDI outputs to listen to"
+    finally:
+        client.close(ignore_errors=True)
+
+
+def output_names() -> dict[int, str]:
+    """PortAudio's outputs by number."""
+    return {
+        int(d["index"]): f"{d['name']} ({d['max_output_channels']} channels)"
+        for d in _sounddevice().query_devices()
+        if d["max_output_channels"] > 0
+    }
+
+
+def _sounddevice() -> Any:
+    try:
+        with hushed():
+            import sounddevice
+    except ImportError as error:
+        raise OutputLost(f"sound output: {_one_line(error)}; pip install 'livebass[live]'") from None
+    except OSError as error:
+        raise OutputLost(
+            f"sound output: {_one_line(error)}; on Debian: sudo apt install libportaudio2; or start a JACK server"
+        ) from None
+    return sounddevice
+
+
+def _jack() -> Any:
+    try:
+        import jack
+    except ImportError as error:
+        raise OutputLost(f"JACK: {_one_line(error)}; pip install 'livebass[live]'") from None
+    except OSError as error:
+        raise OutputLost(f"JACK: {_one_line(error)}; on Debian: sudo apt install libjack-jackd2-0") from None
+    return jack
+
+
+def hush_jack() -> None:
+    """Once more, after libraries that give JACK words of their own."""
+    if "jack" in sys.modules:
+        _hush_jack(sys.modules["jack"])
+
+
+def _hush_jack(jack: Any) -> None:
+    """No words of JACK's own on stderr: exceptions say what matters."""
+    for quiet in (jack.set_error_function, jack.set_info_function):
+        quiet(lambda message: None)
+
+
+def _one_line(error: BaseException) -> str:
+    return " ".join(str(error).split())

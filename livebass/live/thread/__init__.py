@@ -1,0 +1,1 @@
+"""What the audio thread runs: compiled, without allocation, lock or file."""

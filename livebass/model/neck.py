@@ -1,0 +1,207 @@
+"""What a neck gives way under a string: its admittance at the nut, and at any fret.
+
+Convention: exp(+i omega t), and Y is the velocity of the neck over the force of the string on it, m/s/N, so that its
+real part is never negative. A string of impedance Z = mu c that ends there obeys tan(k L) = i Z Y; for a small Z Y
+mode j is shifted by i Z Y / (j pi) of its angular frequency. Hence eq. 9 of Issanchou et al. (2018), and eq. 8 with a
+minus sign: as printed, with a plus, it is for exp(-i omega t). A neck that yields like a spring (Im Y > 0) makes the
+string longer and flatter, one that yields like a mass sharper.
+
+What lies under a string where it may touch anywhere: the board of a neck, with or without frets, on a grid.
+
+A surface is a table of (m from the nut, m relative to the open string at rest), ascending, straight lines between. On a
+grid of N steps each grid point has a step of it to itself, and is as high as the surface there, or as a crown in that.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from livebass.arrays import Floats
+
+Complexes = NDArray[np.complex128]
+
+FREE_PART = 0.6  # of the scale is neck beyond the body, where a preset does not say
+MOST_SHAPE = 40  # number of the highest bending mode
+
+
+@dataclass(frozen=True)
+class Resonance:
+    """One vibration of the neck, as the string feels it."""
+
+    frequency: float  # Hz
+    quality: float  # Q
+    mass: float  # kg, effective where the string ends
+    shape: int = 1  # number of the bending mode, 1 the lowest; 0: the whole bass moves, alike everywhere
+
+
+@dataclass(frozen=True)
+class Admittance:
+    """Y where the string ends: a sum of resonances, or a measured table, zero outside it."""
+
+    resonances: tuple[Resonance, ...] = ()
+    table: tuple[tuple[float, float, float], ...] = ()  # (Hz, Re Y, Im Y), m/s/N, ascending
+
+    def __bool__(self) -> bool:
+        return bool(self.resonances or self.table)
+
+    def at(self, frequency: ArrayLike) -> Complexes:
+        """Y at `frequency` (Hz, any shape), m/s/N.
+
+        A resonance adds (i omega / m) / (omega_r^2 - omega^2 + i omega omega_r / Q).
+        """
+        nu = np.asarray(frequency, np.float64)
+        y: Complexes = np.zeros(nu.shape, np.complex128)
+        if self.resonances:
+            f, q, mass = np.array([(r.frequency, r.quality, r.mass) for r in self.resonances]).T
+            off, width = f**2 - nu[..., None] ** 2, nu[..., None] * f / q
+            part = 1 / (2 * math.pi * mass * (off**2 + width**2))  # real arithmetic: presets are checked at every fret
+            y = nu * (np.sum(width * part, axis=-1) + 1j * np.sum(off * part, axis=-1))
+        if self.table:
+            known, real, imaginary = np.array(self.table).T
+            y = y + np.interp(nu, known, real, 0.0, 0.0) + 1j * np.interp(nu, known, imaginary, 0.0, 0.0)
+        return y
+
+    def moved(self, place: float, free_length: float) -> Admittance:
+        """The admittance `place` (m) from the nut on a neck that is free over `free_length` (m) from there.
+
+        Each resonance counts by the square of its shape, that is with a greater mass; a table, whose vibrations are
+        not known, by that of the first. From the body on no bending is left.
+        """
+        if place == 0 or not self:
+            return self
+        moved = []
+        for r in self.resonances:
+            if part := bending_shape(r.shape, place / free_length) ** 2:
+                moved.append(replace(r, mass=r.mass / part))
+        part = bending_shape(1, place / free_length) ** 2
+        table = tuple((nu, part * real, part * imaginary) for nu, real, imaginary in self.table) if part else ()
+        return Admittance(tuple(moved), table)
+
+
+def detuning(y: ArrayLike, impedance: float, mode: ArrayLike) -> Floats:
+    """What the neck adds to nu_j / (j f0): -(mu c / (j pi)) Im Y, eq. 8 with the sign of exp(+i omega t).
+
+    y: at omega_{0,j}, m/s/N; impedance: mu c, kg/s; mode: j.
+    """
+    return np.asarray(-impedance / (math.pi * np.asarray(mode)) * np.imag(y))
+
+
+def neck_damping(y: ArrayLike, impedance: float, fundamental: float) -> Floats:
+    """What the neck adds to sigma_j: (mu c^2 / L) Re Y, 1/s, eq. 9 times pi nu_j. y: at omega_j; c / L = 2 f0."""
+    return np.asarray(2 * fundamental * impedance * np.real(y))
+
+
+def bending_shape(number: int, place: float) -> float:
+    """Displacement of a beam, clamped at 1 and free at 0, at `place` in its bending mode `number`; 1 at 0.
+
+    From 1 on it is zero: there the body begins. Number 0 is no bending: 1 everywhere. Euler-Bernoulli: cosh - cos - s
+    (sinh - sin) of beta times the distance from the clamp, written so that no large numbers cancel.
+    """
+    if number == 0:
+        return 1.0
+    if place >= 1:
+        return 0.0
+    beta = _root(number)
+    z = beta * (1 - place)
+    grows = (math.exp(-beta) + math.cos(beta) + math.sin(beta)) / (math.cosh(beta) + math.cos(beta))  # 1 - s
+    value = grows / 2 * math.exp(z) + (1 - grows / 2) * math.exp(-z) - math.cos(z) + (1 - grows) * math.sin(z)
+    return value / (2 if number % 2 else -2)
+
+
+@lru_cache
+def _root(number: int) -> float:
+    """The root beta of cos(beta) + 1 / cosh(beta) near (number - 1/2) pi, by Newton's method."""
+    beta = (number - 0.5) * math.pi
+    for _ in range(8):
+        value = math.cos(beta) + 1 / math.cosh(beta)
+        beta += value / (math.sin(beta) + math.tanh(beta) / math.cosh(beta))
+    return beta
+
+
+Surface = tuple[tuple[float, float], ...]
+
+CROWN = 1e-3  # m, half the foot of a crown on the wood
+BOW_STEP = 2e-3  # m, of the lines that make a bow
+
+
+def fretted_surface(positions: tuple[float, ...], heights: tuple[float, ...], above: float, end: float) -> Surface:
+    """Wood from the nut to `end` with crowns `above` it at `positions`: triangles, CROWN wide to either side."""
+    x, crown = np.asarray(positions), np.asarray(heights)
+    feet = np.concatenate([[0.0], x - CROWN, x, x + CROWN, [end]])
+    wood = np.interp(feet, x, crown - above)
+    wood[len(x) + 1 : 2 * len(x) + 1] += above
+    return _table(feet, wood)
+
+
+def wooden_surface(positions: tuple[float, ...], heights: tuple[float, ...], end: float, bowed: bool) -> Surface:
+    """A board through the given places, from the nut to `end`, straight on before the first and after the last.
+
+    bowed: they lie on a parabola, as those by geometry do, and the board follows it; otherwise it goes straight from
+    one to the next.
+    """
+    x, h = np.asarray(positions), np.asarray(heights)
+    inner = x
+    if bowed and x.size > 2:
+        inner = np.linspace(x[0], x[-1], max(2, math.ceil((x[-1] - x[0]) / BOW_STEP)))
+        h = np.polynomial.Polynomial.fit(x, h, 2)(inner)
+    first, last = (float(h[0]), float(h[0])) if x.size == 1 else _ends(inner, h, end)
+    return _table(np.concatenate([[0.0], inner, [end]]), np.concatenate([[first], h, [last]]))
+
+
+def _ends(x: Floats, h: Floats, end: float) -> tuple[float, float]:
+    """Heights at the nut and at `end`, straight on from the first two and the last two places."""
+    first = h[0] - (h[1] - h[0]) / (x[1] - x[0]) * x[0]
+    last = h[-1] + (h[-1] - h[-2]) / (x[-1] - x[-2]) * (end - x[-1])
+    return float(first), float(last)
+
+
+def _table(x: Floats, height: Floats) -> Surface:
+    order = np.argsort(x, kind="stable")
+    keep = np.concatenate([[True], np.diff(x[order]) > 0])
+    return tuple((float(a), float(b)) for a, b in zip(x[order][keep], height[order][keep], strict=True))
+
+
+def height_at(surface: Surface, place: float) -> float:
+    """m, at `place` (m from the nut)."""
+    table = np.array(surface)
+    return float(np.interp(place, table[:, 0], table[:, 1]))
+
+
+def under(surface: Surface, stop: float, height: float, total: float) -> Surface:
+    """The same seen from a string that is stopped at `stop`, `height` (m), and goes to the saddle at `total`.
+
+    From the stop, relative to the straight line to the saddle; only what lies beyond the stop.
+    """
+    length = total - stop
+    rest = [(x - stop, h - height * (total - x) / length) for x, h in surface if stop < x < total]
+    if not rest:
+        return ()
+    return ((0.0, height_at(surface, stop) - height), *rest) if stop >= surface[0][0] else tuple(rest)
+
+
+def on_grid(surface: Surface, length: float, points: int) -> tuple[Floats, Floats]:
+    """Places (m from the stop) and heights (m) of the grid points that have some surface under them.
+
+    The grid has `points` steps over `length` (m); surface as from `under`.
+    """
+    if not surface:
+        return np.zeros(0), np.zeros(0)
+    table, step = np.array(surface), length / points
+    first = max(1, math.ceil(table[0, 0] / step - 1e-9))
+    place = np.arange(first, min(points - 1, math.floor(table[-1, 0] / step + 1e-9)) + 1) * step
+    height = np.interp(place, table[:, 0], table[:, 1])
+    cell = np.rint(table[:, 0] / step).astype(int) - first
+    peak = (cell >= 0) & (cell < place.size) & _peaks(table[:, 1])
+    np.maximum.at(height, cell[peak], table[peak, 1])
+    return place, height
+
+
+def _peaks(height: Floats) -> NDArray[np.bool_]:
+    """Which places stand no lower than their neighbours: crowns. The first is none, and no place on a slope."""
+    before, after = np.concatenate([[np.inf], height[:-1]]), np.concatenate([height[1:], [-np.inf]])
+    return (height >= before) & (height >= after)

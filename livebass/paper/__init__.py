@@ -1,0 +1,1 @@
+"""Issanchou et al. (2018) computed anew."""

@@ -1,0 +1,1 @@
+"""Preset files (TOML): every key, its checks, and the way to an instrument and back."""

@@ -1,0 +1,200 @@
+"""Every key of a preset file, one row each: it makes the checks, the messages and the reference."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, replace
+from typing import Any
+
+from livebass import units
+from livebass.units import DIMENSIONS, format_quantity, quantity
+
+REQUIRED = object()
+TAKEN = (6, 7, 11, 38, 64, 98, 99, 100, 101)  # MIDI controllers with another meaning, and all from 120 on
+
+
+@dataclass(frozen=True)
+class Key:
+    """One key of a preset file. Limits and default are written as a file would write them."""
+
+    section: str
+    name: str
+    kind: str  # a dimension of `units`, number, integer, text, note, lift, controller, choices "a|b"; "[]": several
+    least: str
+    most: str
+    default: Any  # REQUIRED; None: may be left out, see `meaning`
+    meaning: str
+
+
+KEYS = (
+    Key("", "name", "text", "1", "80", REQUIRED, "what the bass is called"),
+    Key("", "description", "text", "0", "500", "", "one sentence about it"),
+    Key("neck", "scale_length", "length", "300 mm", "1500 mm", REQUIRED, "nut to saddle"),
+    Key("neck", "frets", "integer", "1", "32", 20, "how many, by geometry"),
+    Key("neck", "action", "length", "0 mm", "20 mm", "2 mm", "gap under the open string at fret 12"),
+    Key("neck", "relief", "length", "0 mm", "5 mm", "0.3 mm", "hollow of the neck at its middle"),
+    Key("neck", "nut_height", "length", "0 mm", "10 mm", "0.5 mm", "gap under the open string at fret 1"),
+    Key("neck", "lift", "lift", "-5 mm", "5 mm", None, 'frets that stand proud: {6 = "0.5 mm"}'),
+    Key("neck", "fret_positions", "length[]", "0 mm", "1500 mm", None, "measured, from the nut"),
+    Key("neck", "fret_heights", "length[]", "-30 mm", "10 mm", None, "measured; negative: below the string"),
+    Key("neck", "height_scale", "number", "0", "5", 1.0, "measured heights times this ..."),
+    Key("neck", "height_offset", "length", "-10 mm", "10 mm", "0 mm", "... plus this"),
+    Key("neck", "obstacle", "frets|profile|board", "", "", "frets", "what is hit; profile: wood too; board: fretless"),
+    Key("neck", "fret_height", "length", "0.1 mm", "5 mm", "1 mm", "of crowns over the wood of a profile"),
+    Key("neck", "board_end", "length", "50 mm", "1500 mm", None, "end of the wood; left out: 20 mm past the last fret"),
+    Key("neck", "profile_positions", "length[]", "0 mm", "1500 mm", None, "of a measured surface, from the nut"),
+    Key("neck", "profile_heights", "length[]", "-30 mm", "10 mm", None, "there; negative: below the string"),
+    Key("neck", "contact_stiffness", "number", "1e5", "1e15", 1e13, "K of eq. 6, SI"),
+    Key("neck", "contact_exponent", "number", "1", "3", 1.5, "alpha of eq. 6"),
+    Key("neck", "grid_step", "length", "0.2 mm", "10 mm", "1 mm", "length of string that a fret pushes on"),
+    Key("neck", "friction", "force per length", "0 N/m", "1000000 N/m", "900 N/m", "A of eq. 7"),
+    Key("neck", "friction_speed", "speed", "0.01 um/s", "1 m/s", "10 um/s", "s of eq. 7: slower, a point sticks"),
+    Key("neck", "free_length", "length", "10 mm", "1500 mm", None, "nut to body; left out: 0.6 of the scale"),
+    Key("neck", "resonance_frequencies", "frequency[]", "1 Hz", "20 kHz", None, "of the neck, ascending"),
+    Key("neck", "resonance_qualities", "number[]", "0.5", "1000", None, "Q of the same"),
+    Key("neck", "resonance_masses", "mass[]", "0.001 kg", "1000 kg", None, "effective, at the nut"),
+    Key("neck", "resonance_shapes", "integer[]", "0", "40", None, "bending modes, 0 none; left out: 1, 2, 3 ..."),
+    Key("neck", "conductance_frequencies", "frequency[]", "0 Hz", "100 kHz", None, "instead: measured, ascending"),
+    Key("neck", "conductance_values", "conductance[]", "0 m/s/N", "10 m/s/N", None, "Re Y of eq. 9 there, at the nut"),
+    Key("neck", "susceptance_values", "susceptance[]", "-10 m/s/N", "10 m/s/N", None, "Im Y of eq. 8; left out: 0"),
+    Key("string", "name", "text", "1", "20", REQUIRED, "unlike the other strings' names"),
+    Key("string", "open_note", "note", "0", "127", REQUIRED, "pitch of the open string"),
+    Key("string", "linear_density", "linear density", "0.1 g/m", "200 g/m", REQUIRED, "mass per length"),
+    Key("string", "tension", "force", "5 N", "1000 N", None, "left out: what the pitch needs"),
+    Key("string", "diameter", "length", "0.1 mm", "10 mm", REQUIRED, "outside"),
+    Key("string", "inharmonicity", "number", "0", "0.01", None, "B of eq. 8; or give core_diameter"),
+    Key("string", "core_diameter", "length", "0.05 mm", "5 mm", None, "of the core; or give inharmonicity"),
+    Key("string", "core_modulus", "modulus", "1 GPa", "500 GPa", "200 GPa", "E of the core; steel: 200 GPa"),
+    Key("string", "stiffness_ratio", "number", "1", "10", 1.5, "bending stiffness over that of the core"),
+    Key("string", "viscoelastic_angle", "number", "0", "0.5", 0.01, "delta_ve of eq. 11"),
+    Key("string", "thermoelastic", "number", "0", "0.01", 6e-6, "1/Q_te of eq. 9"),
+    Key("string", "extra_damping", "decay rate", "0 /s", "10000 /s", "0 /s", "a mute, on every mode"),
+    Key("string", "extra_damping_slope", "number", "0", "1", 0.0, "1/s added per rad/s of the mode"),
+    Key("string", "level", "number", "0", "10", 1.0, "how strongly pickups sense it"),
+    Key("string", "law_fundamental", "frequency", "5 Hz", "5000 Hz", None, "f0 of eq. 8 if measured"),
+    Key("string", "measured_frequencies", "frequency[]", "5 Hz", "100 kHz", None, "first modes, open string"),
+    Key("string", "measured_dampings", "decay rate[]", "0 /s", "100000 /s", None, "of the same modes"),
+    Key("output", "kind", "pickups|displacement", "", "", "pickups", "magnetic, or the string at the sensor"),
+    Key("output", "sensor", "length", "1 mm", "500 mm", "9 mm", "displacement sensor, from the saddle"),
+    Key("output", "sensor_v", "length", "1 mm", "500 mm", "18 mm", "the same for the motion across"),
+    Key("output", "across", "number", "-10", "10", 0.0, "level of the motion across in displacement"),
+    Key("output", "gain", "number", "0", "1e9", 1.0, "signal per volt, or per metre of displacement"),
+    Key("pickup", "position", "length", "1 mm", "800 mm", REQUIRED, "centre, from the saddle"),
+    Key("pickup", "aperture", "length", "0 mm", "100 mm", "20 mm", "length of string it senses"),
+    Key("pickup", "decay_length", "length", "0.5 mm", "50 mm", "4 mm", "rise that weakens the flux e times"),
+    Key("pickup", "level", "number", "-10", "10", 1.0, "in the mix; negative: reversed"),
+    Key("pickup", "across", "number", "-10", "10", 0.15, "how strongly it senses motion across, of motion up"),
+    Key("pickup", "strings", "text[]", "1", "20", None, "names of those it senses; left out: all"),
+    Key("coil", "inductance", "inductance", "0.01 H", "50 H", "4 H", "pickup"),
+    Key("coil", "resistance", "resistance", "1 ohm", "100 kohm", "7.5 kohm", "pickup"),
+    Key("coil", "capacitance", "capacitance", "1 pF", "100 nF", "600 pF", "winding and cable"),
+    Key("coil", "volume_pot", "resistance", "1 kohm", "10 Mohm", "250 kohm", "whole track"),
+    Key("coil", "tone_pot", "resistance", "1 kohm", "10 Mohm", "250 kohm", "whole track"),
+    Key("coil", "tone_capacitor", "capacitance", "10 pF", "10 uF", "47 nF", "behind the tone pot"),
+    Key("coil", "tone", "number", "0", "1", 1.0, "0 closed, 1 open"),
+    Key("player", "technique", "pluck|slap", "", "", "pluck", "slap: thumb below, pops above"),
+    Key("player", "slapped_strings", "integer", "0", "8", 0, "how many the thumb strikes, lowest first"),
+    Key("player", "pluck_position", "number", "0.01", "0.99", 0.74, "place over the body: part of the open string"),
+    Key("player", "pluck_nearest", "number", "0.01", "0.99", 0.55, "the same at controller value 0 ..."),
+    Key("player", "pluck_farthest", "number", "0.01", "0.99", 0.93, "... and at 127"),
+    Key("player", "pluck_angle", "angle", "-89 deg", "89 deg", "0 deg", "of the pull, from straight up to across"),
+    Key("player", "rounding", "length", "0.5 mm", "50 mm", "5 mm", "of the corner, standard deviation"),
+    Key("player", "softest", "number", "0", "100", 0.08, "apex at velocity 1, in grazing apexes"),
+    Key("player", "hardest", "number", "0", "100", 4.5, "apex at velocity 127"),
+    Key("player", "greatest_apex", "length", "0.1 mm", "30 mm", "10 mm", "approached, never exceeded"),
+    Key("player", "unevenness", "number", "0", "0.5", 0.0, "strength and place differ from note to note"),
+    Key("player", "strike_position", "number", "0.01", "0.99", 0.68, "of the thumb, over the body as pluck_position"),
+    Key("player", "strike_force", "number", "0.01", "10", 1.0, "depth of a strike over the apex of a pluck"),
+    Key("player", "strike_width", "length", "1 mm", "100 mm", "20 mm", "of the thumb"),
+    Key("player", "strike_time", "time", "0.1 ms", "20 ms", "1.5 ms", "the thumb stays on the string"),
+    Key("player", "pull_time", "time", "0.1 ms", "100 ms", "2 ms", "finger pulls before it lets go"),
+    Key("player", "hand_damping", "decay rate", "0 /s", "10000 /s", "90 /s", "hand that stops a note"),
+    Key("player", "bend_range", "number", "0", "24", 2.0, "semitones"),
+    Key("player", "out_of_range", "transpose|drop", "", "", "transpose", "notes the bass does not have"),
+    Key("player", "position_controller", "controller", "0", "119", 16, "MIDI controller of the pluck position"),
+)
+SECTIONS = tuple(dict.fromkeys(key.section for key in KEYS if key.section))
+
+
+def key_names(section: str) -> list[str]:
+    """The keys of one section, in the order of KEYS."""
+    return [key.name for key in KEYS if key.section == section]
+
+
+def allowed(key: Key, unit: str | None = None) -> str:
+    """What `key` may be, for people; quantities in `unit` where one is given."""
+    kind = key.kind.removesuffix("[]")
+    if "|" in kind:
+        return " or ".join(kind.split("|"))
+    if kind == "note":
+        return 'a note such as "E1" or "Bb0", or a MIDI number from 0 to 127'
+    if kind == "text":
+        return f"text of {key.least} to {key.most} characters" + (", several" if key.kind != kind else "")
+    if kind == "lift":
+        return f'{{6 = "0.5 mm"}} with fret numbers and {key.least} to {key.most} each'
+    if kind in DIMENSIONS:
+        ends = [(quantity(text, kind), unit or units.unit_of(text, kind)) for text in (key.least, key.most)]
+        least, most = (format_quantity(value, kind, shown) for value, shown in ends)
+        return f"{least} to {most}" + (", several" if key.kind != kind else "")
+    if kind == "controller":
+        return f"a whole number from {key.least} to {key.most} except {', '.join(map(str, TAKEN))}"
+    one = f"{'a whole number' if kind == 'integer' else 'a number'} from {key.least} to {key.most}"
+    return one + (", several" if key.kind != kind else "")
+
+
+def checked(key: Key, raw: Any) -> Any:
+    """`raw` of the file checked and in SI. Raises ValueError that says what is allowed."""
+    kind = key.kind
+    if kind.endswith("[]"):
+        return _several(key, raw)
+    if kind == "lift":
+        if not isinstance(raw, dict) or not all(re.fullmatch("[1-9][0-9]?", fret) for fret in raw):
+            raise ValueError(allowed(key))
+        return {int(fret): checked(replace(key, kind="length"), height) for fret, height in raw.items()}
+    if kind == "note":
+        return units.note_number(raw)
+    if kind in DIMENSIONS:
+        if not isinstance(raw, str):
+            raise ValueError(f'needs a text with a unit such as "{key.least}"; units: {units.allowed_units(kind)}')
+        value = quantity(raw, kind)
+        good = quantity(key.least, kind) <= value <= quantity(key.most, kind)
+    elif kind == "text":
+        value, good = raw, isinstance(raw, str) and int(key.least) <= len(raw.strip()) <= int(key.most)
+    elif "|" in kind:
+        value, good = raw, isinstance(raw, str) and raw in kind.split("|")
+    else:
+        types = (int,) if kind in ("integer", "controller") else (int, float)
+        numeric = isinstance(raw, types) and not isinstance(raw, bool)
+        value, good = raw, numeric and float(key.least) <= raw <= float(key.most)
+        good = good and not (kind == "controller" and raw in TAKEN)
+    if not good:
+        raise ValueError(f"allowed: {allowed(key, units.unit_of(raw, kind) if kind in DIMENSIONS else None)}")
+    return float(value) if kind == "number" else value
+
+
+def _several(key: Key, raw: Any) -> tuple[Any, ...]:
+    one = replace(key, kind=key.kind.removesuffix("[]"))
+    example = 'a list such as ["E", "A"]' if one.kind == "text" else "a list such as [1, 2]"
+    if one.kind in DIMENSIONS:
+        unit = next(iter(DIMENSIONS[one.kind].units))
+        example = f'["1 {unit}", "2 {unit}"] or {{unit = "{unit}", values = [1, 2]}}'
+        if isinstance(raw, dict) and set(raw) == {"unit", "values"} and isinstance(raw["values"], list):
+            raw = [f"{quoted(v)} {raw['unit']}" if isinstance(v, (int, float)) else v for v in raw["values"]]
+    if not isinstance(raw, list) or not raw:
+        raise ValueError(f"allowed: {example}")
+    values = []
+    for number, item in enumerate(raw, 1):
+        try:
+            values.append(checked(one, item))
+        except ValueError as error:
+            raise ValueError(f"item {number}, {quoted(item)}: {error}") from None
+    return tuple(values)
+
+
+def quoted(raw: Any) -> str:
+    """A value of the file for a message, on one line, cut where it is long."""
+    try:
+        text = f'"{raw}"' if isinstance(raw, str) else repr(raw)
+    except ValueError:  # an integer of thousands of digits
+        text = "a huge number"
+    return text if len(text) <= 60 else f"{text[:57]}..."

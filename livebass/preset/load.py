@@ -1,0 +1,135 @@
+"""Preset files (TOML) by name or path: to an instrument, to text, and what they may say."""
+
+from __future__ import annotations
+
+import os
+import stat
+import tomllib
+from importlib import resources
+from importlib.resources.abc import Traversable
+from pathlib import Path
+from typing import Any
+
+from livebass.model.instrument import Instrument
+from livebass.preset.build import Builder, PresetError, nearest
+from livebass.preset.keys import KEYS, REQUIRED, Key, allowed, quoted
+
+__all__ = [
+    "PresetError", "laboratory_names", "load_preset", "preset_names", "preset_reference", "preset_source",
+    "preset_tables",
+    "preset_text",
+]  # fmt: skip
+
+LARGEST_FILE = 1_000_000  # bytes
+LABORATORY = "laboratory"  # folder of those that no one plays
+
+
+def preset_names() -> list[str]:
+    """Names of the basses that come with livebass, sorted."""
+    return _names_in(_shipped())
+
+
+def laboratory_names() -> list[str]:
+    """Names of the presets that are no basses but experiments: for `simulate` and studies."""
+    return _names_in(_shipped() / LABORATORY)
+
+
+def _names_in(folder: Traversable) -> list[str]:
+    return sorted(f.name.removesuffix(".toml") for f in folder.iterdir() if f.name.endswith(".toml"))
+
+
+def load_preset(name_or_path: str | os.PathLike[str]) -> Instrument:
+    """The instrument of a preset that comes with livebass, or of a file (a path ends in .toml or has a /).
+
+    Raises PresetError, one line, for whatever is wrong with the file or what it says.
+    """
+    label, data = preset_tables(name_or_path)
+    return Builder(label).instrument(data)
+
+
+def preset_tables(name_or_path: str | os.PathLike[str]) -> tuple[str, dict[str, Any]]:
+    """File name for messages, and the tables of the file as parsed, yet unchecked. Raises PresetError."""
+    label, text = preset_source(name_or_path)
+    return label, _parse(label, text)
+
+
+def preset_text(name_or_path: str | os.PathLike[str]) -> str:
+    """The preset file as it is, then as comments the keys it leaves to their defaults. Raises PresetError."""
+    label, text = preset_source(name_or_path)
+    data = _parse(label, text)
+    Builder(label).instrument(data)
+    lines = []
+    for key in KEYS:
+        tables = data.get(key.section, []) if key.section else data
+        given = any(key.name in table for table in (tables if isinstance(tables, list) else [tables]))
+        if not given and key.default not in (None, REQUIRED, ""):
+            default = f'"{key.default}"' if isinstance(key.default, str) else _default(key)
+            lines.append(f"#   {key.section}.{key.name} = {default}  ({allowed(key)}: {key.meaning})\n")
+    return text.rstrip("\n") + "\n\n# Not set above, so at the default:\n" + "".join(lines)
+
+
+def preset_reference() -> str:
+    """Every key of a preset file as a markdown table."""
+    rows = ["| key | allowed | default | meaning |", "|---|---|---|---|"]
+    for key in KEYS:
+        default = "required" if key.default is REQUIRED else _default(key)
+        name = f"{key.section}.{key.name}" if key.section else key.name
+        rows.append(f"| `{name}` | {allowed(key).replace('|', ', ')} | {default} | {key.meaning} |")
+    return "\n".join(rows) + "\n"
+
+
+def _default(key: Key) -> str:
+    return f"{key.default:g}" if isinstance(key.default, float) else "" if key.default is None else f"{key.default}"
+
+
+def _shipped() -> Traversable:
+    """The folder of the presets that come with livebass: in the package, or next to it in a checkout."""
+    installed = resources.files("livebass") / "presets"
+    return installed if installed.is_dir() else Path(__file__).resolve().parents[2] / "presets"
+
+
+def preset_source(name_or_path: str | os.PathLike[str]) -> tuple[str, str]:
+    """File name for messages, and the text of the file as it is. Raises PresetError."""
+    name = os.fspath(name_or_path)
+    if not (name.endswith(".toml") or "/" in name or os.sep in name):
+        folder = _shipped() / LABORATORY if name in laboratory_names() else _shipped()
+        if name not in _names_in(folder):
+            known = nearest(name, [*preset_names(), *laboratory_names()])
+            raise PresetError(f"preset {quoted(name)}: unknown; {known}; a file needs a path with .toml or /")
+        label, raw = f"{name}.toml", (folder / f"{name}.toml").read_bytes()
+    else:
+        label, raw = name, _bytes(name)
+    try:
+        text = raw.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise PresetError(f"{label}: not UTF-8 (byte {error.start}); a preset is a TOML text file") from None
+    return label, text
+
+
+def _bytes(path: str) -> bytes:
+    try:
+        found = os.stat(path)
+        if not stat.S_ISREG(found.st_mode):
+            what = "a directory" if stat.S_ISDIR(found.st_mode) else "not a regular file"
+            raise PresetError(f"{path}: is {what}; a preset is a TOML text file")
+        if found.st_size > LARGEST_FILE:
+            raise PresetError(f"{path}: {found.st_size} bytes; a preset has at most {LARGEST_FILE}")
+        return Path(path).read_bytes()
+    except FileNotFoundError:
+        raise PresetError(f"{path}: no such file; shipped presets: {', '.join(preset_names())}") from None
+    except PermissionError:
+        raise PresetError(f"{path}: no permission to read it") from None
+    except OSError as error:
+        raise PresetError(f"{path}: cannot be read: {error.strerror}") from None
+    except ValueError as error:
+        raise error if isinstance(error, PresetError) else PresetError(f"{path}: not a file name") from None
+
+
+def _parse(label: str, text: str) -> dict[str, Any]:
+    if not text.strip():
+        raise PresetError(f"{label}: empty; a preset needs name, [neck] and [[string]]")
+    try:
+        return tomllib.loads(text)
+    except (ValueError, RecursionError) as error:
+        why = "nested too deep" if isinstance(error, RecursionError) else str(error)
+        raise PresetError(f"{label}: not TOML: {why}") from None

@@ -1,0 +1,279 @@
+"""Contact law of eq. 6 and the implicit equation for its force, for the brute-force solver. Numba only.
+
+The law's difference quotient (psi(b) - psi(a)) / (b - a) is 0/0 where the penetration hardly changes, so both
+it and its slope are written as quotients that do not cancel. For alpha = 1.5, with a and b the square roots
+of the penetrations, it is a ratio of polynomials: (a^5 - b^5) / (a^2 - b^2).
+
+Friction of eq. 7 and the implicit equation for it, for the brute-force solver. Numba only.
+
+At a point that touches (u^n < g), w = v^{n+1} - v^{n-1} solves w + C A sat(w / delta) = w*, delta = 2 dt s, with
+sat(x) = x between -1 and 1 and its sign beyond, w* what w would be without friction. C is positive definite and sat
+grows, so there is one solution; points known to stick or to slide make a linear system.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livebass.arrays import Floats
+from livebass.compiling import counted
+
+MOST_NEWTON_STEPS = 60
+ACCEPTED_RESIDUAL = 1e-15  # m, and Newton goes on below it as long as it gains
+LEAST_PART = 1e-9  # of a Newton step
+NEARLY_EQUAL = 1e-4  # relative change of penetration under which the slope is taken at a middle point
+
+
+@counted
+def potential(eta: float, stiffness: float, exponent: float) -> float:
+    """psi(eta) = K / (alpha + 1) [eta]_+^(alpha + 1), J per m of string and m of grid step."""
+    return stiffness / (exponent + 1) * eta ** (exponent + 1) if eta > 0 else 0.0
+
+
+@counted
+def contact_force(before: float, r: float, stiffness: float, exponent: float) -> tuple[float, float]:
+    """Force f (N/m) and df/dr for a penetration going from `before` to before + r (m)."""
+    after = before + r
+    if before <= 0 and after <= 0:
+        return 0.0, 0.0
+    if after <= 0:
+        force = potential(before, stiffness, exponent) / -r
+        return force, force / -r
+    if before <= 0:
+        force = potential(after, stiffness, exponent) / r
+        return force, (stiffness * after**exponent - force) / r
+    if exponent == 1.5:
+        return _force_of_roots(math.sqrt(after), math.sqrt(before), stiffness)
+    return _force_of_powers(before, after, r, stiffness, exponent)
+
+
+@counted
+def _force_of_roots(a: float, b: float, stiffness: float) -> tuple[float, float]:
+    """f and df/dr for alpha = 1.5; a^2 = eta^{n+1} > 0, b^2 = eta^{n-1} > 0."""
+    force = stiffness / 2.5 * (a**4 + a**3 * b + a**2 * b**2 + a * b**3 + b**4) / (a + b)
+    slope = stiffness / 5 * (3 * a**3 + 6 * a**2 * b + 4 * a * b**2 + 2 * b**3) / (a + b) ** 2
+    return force, slope
+
+
+@counted
+def _force_of_powers(before: float, after: float, r: float, stiffness: float, exponent: float) -> tuple[float, float]:
+    """f and df/dr for any alpha, both penetrations > 0: K/(alpha+1) h^alpha (1 - (1-s)^(alpha+1)) / s."""
+    high = max(before, after)
+    s = abs(r) / high
+    quotient = -math.expm1((exponent + 1) * math.log1p(-s)) / s if s > 0 else exponent + 1
+    force = stiffness / (exponent + 1) * high**exponent * quotient
+    if s > NEARLY_EQUAL:
+        return force, (stiffness * after**exponent - force) / r
+    # f' = K alpha int_0^1 t (before + t r)^(alpha-1) dt, whose weight has its centre at t = 2/3
+    return force, stiffness * exponent / 2 * (before + r * 2 / 3) ** (exponent - 1)
+
+
+@counted
+def solve_contact(
+    coupling: Floats,
+    free: Floats,
+    before: Floats,
+    stiffness: float,
+    exponent: float,
+    force: Floats,
+    after: Floats,
+) -> bool:
+    """Solve r = r* - coupling f(r), r* = free - before; writes `force` (P,) N/m and `after` = eta^{n+1} (P,).
+
+    free: eta^{n+1} without force (P,), before: eta^{n-1} (P,), coupling (P, P). Points that neither touch nor
+    would without force stay out of the Newton system, until the others push them in. False if it fails.
+    """
+    points = free.size
+    active = np.empty(points, dtype=np.int64)
+    chosen = np.zeros(points, dtype=np.bool_)
+    count = 0
+    for m in range(points):
+        if free[m] > 0 or before[m] > 0:
+            active[count] = m
+            chosen[m] = True
+            count += 1
+    while True:
+        if not _newton(coupling, free, before, stiffness, exponent, active[:count], force, after):
+            return False
+        known = count
+        for m in range(points):
+            if not chosen[m]:
+                after[m] = free[m]
+                for k in active[:known]:
+                    after[m] -= coupling[m, k] * force[k]
+                if after[m] > 0:
+                    active[count] = m
+                    chosen[m] = True
+                    count += 1
+        if count == known:
+            return True
+
+
+@counted
+def _newton(
+    coupling: Floats,
+    free: Floats,
+    before: Floats,
+    stiffness: float,
+    exponent: float,
+    active: NDArray[np.int64],
+    force: Floats,
+    after: Floats,
+) -> bool:
+    """Newton on the points `active`, from r* until the residual falls no more; halves what overshoots."""
+    count = active.size
+    r, trial, slope = np.empty(count), np.empty(count), np.empty(count)
+    residual, change, matrix = np.empty(count), np.empty(count), np.empty((count, count))
+    for a in range(count):
+        r[a] = free[active[a]] - before[active[a]]
+    error = _residual(coupling, free, before, stiffness, exponent, active, r, force, slope, residual)
+    for _ in range(MOST_NEWTON_STEPS):
+        for a in range(count):
+            change[a] = -residual[a]
+            for b in range(count):
+                matrix[a, b] = coupling[active[a], active[b]] * slope[b] + (1.0 if a == b else 0.0)
+        eliminate(matrix, change)
+        part = 1.0
+        while True:
+            for a in range(count):
+                trial[a] = r[a] + part * change[a]
+            tried = _residual(coupling, free, before, stiffness, exponent, active, trial, force, slope, residual)
+            if tried < error or error <= ACCEPTED_RESIDUAL or part < LEAST_PART:
+                break
+            part /= 2
+        if tried >= error:  # rounding, or stuck
+            break
+        error = tried
+        r[:] = trial
+    error = _residual(coupling, free, before, stiffness, exponent, active, r, force, slope, residual)
+    for a in range(count):
+        after[active[a]] = before[active[a]] + r[a]
+    return error <= ACCEPTED_RESIDUAL
+
+
+@counted
+def _residual(
+    coupling: Floats,
+    free: Floats,
+    before: Floats,
+    stiffness: float,
+    exponent: float,
+    active: NDArray[np.int64],
+    r: Floats,
+    force: Floats,
+    slope: Floats,
+    residual: Floats,
+) -> float:
+    """Write f(r), df/dr and r - r* + coupling f for the points `active`; returns the largest residual, m."""
+    for a in range(active.size):
+        m = active[a]
+        force[m], slope[a] = contact_force(before[m], r[a], stiffness, exponent)
+    largest = 0.0
+    for a in range(active.size):
+        m = active[a]
+        residual[a] = r[a] - (free[m] - before[m])
+        for k in active:
+            residual[a] += coupling[m, k] * force[k]
+        largest = max(largest, abs(residual[a]))
+    return largest
+
+
+@counted
+def eliminate(matrix: Floats, x: Floats) -> None:
+    """Solve matrix y = x by Gauss with row pivoting; y replaces x, `matrix` is used up."""
+    n = x.size
+    for c in range(n):
+        p = c
+        for i in range(c + 1, n):
+            if abs(matrix[i, c]) > abs(matrix[p, c]):
+                p = i
+        if p != c:
+            for k in range(n):
+                matrix[c, k], matrix[p, k] = matrix[p, k], matrix[c, k]
+            x[c], x[p] = x[p], x[c]
+        for i in range(c + 1, n):
+            factor = matrix[i, c] / matrix[c, c]
+            for k in range(c, n):
+                matrix[i, k] -= factor * matrix[c, k]
+            x[i] -= factor * x[c]
+    for c in range(n - 1, -1, -1):
+        for k in range(c + 1, n):
+            x[c] -= matrix[c, k] * x[k]
+        x[c] /= matrix[c, c]
+
+
+MOST_GUESSES = 40
+MOST_SWEEPS = 100_000
+
+
+@counted
+def sat(x: float) -> float:
+    return min(max(x, -1.0), 1.0)
+
+
+@counted
+def solve_friction(
+    coupling: Floats, wanted: Floats, touching: Floats, most: float, delta: float, force: Floats
+) -> bool:
+    """Writes the friction (P,) N/m at the points with `touching` > 0, zero elsewhere. False if it fails.
+
+    coupling (P, P) m per N/m, wanted (P,) w*, most: A, N/m; delta: m.
+    """
+    points = wanted.size
+    active = np.empty(points, dtype=np.int64)
+    count = 0
+    for m in range(points):
+        force[m] = 0.0
+        if touching[m] > 0:
+            active[count] = m
+            count += 1
+    if count == 0:
+        return True
+    w = np.empty(count)
+    state, matrix = np.zeros(count), np.empty((count, count))  # 0 sticks, -1 and 1 slide
+    for a in range(count):
+        state[a] = sat(wanted[active[a]] / delta)
+        if abs(state[a]) < 1:
+            state[a] = 0.0
+    for _ in range(MOST_GUESSES):
+        for a in range(count):
+            w[a] = wanted[active[a]]
+            for b in range(count):
+                c = coupling[active[a], active[b]] * most
+                matrix[a, b] = (1.0 if a == b else 0.0) + (c / delta if state[b] == 0 else 0.0)
+                w[a] -= c * state[b]
+        eliminate(matrix, w)
+        right = True
+        for a in range(count):
+            now = 0.0 if abs(w[a]) <= delta else np.sign(w[a])
+            right = right and now == state[a]
+            state[a] = now
+        if right:
+            for a in range(count):
+                force[active[a]] = -most * sat(w[a] / delta)
+            return True
+    return _in_turn(coupling, wanted, active[:count], most, delta, force)
+
+
+@counted
+def _in_turn(
+    coupling: Floats, wanted: Floats, active: NDArray[np.int64], most: float, delta: float, force: Floats
+) -> bool:
+    """One point after the other: descends to the one solution, slowly."""
+    for _ in range(MOST_SWEEPS):
+        change = 0.0
+        for m in active:
+            alone = wanted[m]
+            for k in active:
+                if k != m:
+                    alone += coupling[m, k] * force[k]
+            c = coupling[m, m] * most
+            new = -most * sat(alone / (delta + c))
+            change = max(change, abs(new - force[m]))
+            force[m] = new
+        if change <= 1e-14 * most:
+            return True
+    return False
