@@ -12,15 +12,14 @@ from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
 
-import numpy as np
 import pytest
-from cli_cases import Run
+from support.command import Run
+from support.engine import FakeEngine
+from support.jack import JACK_PERIOD, JACK_RATE
 
 from livebass.cli import main as cli
 from livebass.engine import render as render_module
-from livebass.score import Score
 
-JACK_RATE, JACK_PERIOD = 48000, 256
 NEEDED = bool(os.environ.get("LIVEBASS_NEEDS_JACK"))
 NUMBERS = itertools.count()
 
@@ -30,24 +29,6 @@ def pytest_configure() -> None:
     for number, usual in ((signal.SIGINT, signal.default_int_handler), (signal.SIGHUP, signal.SIG_DFL)):
         if signal.getsignal(number) is signal.SIG_IGN:
             signal.signal(number, usual)
-
-
-class FakeEngine:
-    """A second of a sine for each string, in blocks; the same interface, without kernels."""
-
-    peak = 0.1
-    blocks = 10
-
-    def __init__(self, instrument: object, quality: object, rate: int, seed: int = 0) -> None:
-        self.rate = rate
-
-    def play(self, score: Score, tail: float | None = None) -> Iterator[np.ndarray]:
-        t = np.arange(self.rate // 10) / self.rate
-        for _ in range(self.blocks):
-            yield np.stack([self.peak * np.sin(2 * np.pi * (40 + 30 * k) * t + k) for k in range(4)])
-
-    def report(self) -> SimpleNamespace:
-        return SimpleNamespace(notes=5, transposed=2, dropped=1, stolen=0)
 
 
 @pytest.fixture

@@ -1,0 +1,161 @@
+"""What is looked at in sounds and motions, against closed forms."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from support.strings import paper_g, tiny
+
+from livebass.analysis.motion import contact_energy, decay_rates, energy, modal_energies, shape_at, string_shape, t60
+from livebass.analysis.sound import (
+    PAPER_RATE,
+    characteristic_frequencies,
+    contactogram,
+    fundamental,
+    relative_variation,
+    resampled,
+    spectrogram,
+    spectrogram_db,
+)
+from livebass.model import modes
+from livebass.model.instrument import Pluck, Speaking
+from livebass.reference.solver import solve
+
+RATE = 48_000
+
+
+def sine(frequency: float, seconds: float, rate: int = RATE, amplitude: float = 1.0) -> np.ndarray:
+    return amplitude * np.sin(2 * np.pi * frequency * np.arange(round(seconds * rate)) / rate)
+
+
+@pytest.fixture(scope="module")
+def g_string() -> Speaking:
+    return paper_g()
+
+
+def test_spectrogram_levels() -> None:
+    sound = np.concatenate([sine(1500, 0.5), sine(1500, 0.5, amplitude=1e-2), np.zeros(RATE // 2)])
+    shown = spectrogram_db(sound, RATE)
+    assert shown.level_db.shape == (shown.time_s.size, shown.frequency_hz.size) == spectrogram(sound, RATE).shape
+    assert shown.level_db.max() == 0 and shown.level_db.min() == -70
+    assert shown.frequency_hz[int(np.argmax(shown.level_db[3]))] == 1500
+    for time, level in ((0.2, 0.0), (0.8, -40.0), (1.4, -70.0)):
+        frame = int(np.argmin(np.abs(shown.time_s - time)))
+        assert shown.level_db[frame].max() == pytest.approx(level, abs=1e-6)
+    with pytest.raises(ValueError, match="nothing sounds"):
+        spectrogram_db(np.zeros(RATE), RATE)
+
+
+@pytest.mark.parametrize("rate", [44_100, 48_000, 96_000])
+def test_the_characteristic_frequency_at_the_rate_of_the_paper(rate: int) -> None:
+    """Two sines, amplitudes 2 and 1: eq. 14 gives (4 nu_1 + nu_2) / 5, whatever the rate of the file."""
+    sound = resampled(2 * sine(1000, 0.4, rate) + sine(6000, 0.4, rate), rate)
+    assert sound.size == pytest.approx(0.4 * PAPER_RATE, abs=1)
+    inner = characteristic_frequencies(sound, PAPER_RATE)[2:-3]
+    np.testing.assert_allclose(inner, 2000, rtol=2e-3)
+
+
+def test_contacts_in_sets() -> None:
+    seen = contactogram([4e-3, 3.8e-3, 12.5e-3, 13e-3, 20e-3], [0, 11, 3, 4, 1], range(1, 21))
+    assert seen.time_s.tolist() == [3.8e-3, 4e-3, 12.5e-3, 13e-3, 20e-3]
+    assert seen.fret.tolist() == [12, 1, 4, 5, 2] and np.isnan(seen.release_s).all()
+    assert seen.sets().tolist() == [0, 0, 1, 1, 2] and seen.sets(gap=8e-3).tolist() == [0, 0, 1, 1, 1]
+    assert contactogram([], [], range(20)).sets().size == 0
+    known = contactogram([2e-3, 1e-3], [1, 0], [1, 2], release_s=[3e-3, 4e-3])
+    assert known.release_s.tolist() == [4e-3, 3e-3]
+    with pytest.raises(ValueError, match=r"2,. times"):
+        contactogram([1e-3, 2e-3], [0], range(20))
+
+
+@pytest.mark.parametrize("frequency", [30.87, 41.2, 98.0, 196.3, 392.0])
+def test_the_pitch_of_a_tone(frequency: float) -> None:
+    sound = sine(frequency, 0.6) + 0.5 * sine(2 * frequency, 0.6) + 0.7 * sine(3 * frequency, 0.6)
+    pitch = fundamental(sound, RATE)
+    np.testing.assert_allclose(pitch.frequency_hz, frequency, rtol=2e-4)
+    assert pitch.aperiodicity.max() < 0.01
+
+
+def test_the_pitch_of_a_glide_and_of_noise() -> None:
+    t = np.arange(RATE) / RATE
+    sound = np.sin(2 * np.pi * (98 * t + 3 * (1 - np.exp(-8 * t)) / 8))  # 98 + 3 exp(-8 t) Hz
+    pitch = fundamental(sound, RATE, least=60)
+    expected = 98 + 3 * np.exp(-8 * pitch.time_s)
+    np.testing.assert_allclose(pitch.frequency_hz, expected, rtol=1e-3)
+    np.testing.assert_allclose(relative_variation(pitch.frequency_hz, 98), expected / 98 - 1, atol=1e-3)
+    noise = fundamental(np.random.default_rng(1).normal(size=RATE), RATE)
+    assert np.isnan(noise.frequency_hz).mean() > 0.95
+    assert np.isnan(fundamental(np.zeros(RATE), RATE).frequency_hz).all()
+    for wrong in ({"least": 0}, {"least": 600}, {"most": 20_000}):
+        with pytest.raises(ValueError, match="pitch from"):
+            fundamental(sound, RATE, **wrong)
+    with pytest.raises(ValueError, match="at least"):
+        fundamental(sound[:2000], RATE)
+
+
+def test_the_shape_of_a_pluck(g_string: Speaking) -> None:
+    """With no rounding, a triangle: at its corner (2 / L) sum of sin^2 / k^2 gives the apex."""
+    q = modes.pluck_amplitudes(g_string, 20_000, Pluck(3.6e-3, 0.64, 1e-9))
+    x = np.array([0.0, 0.32, 0.64, 0.7515, 0.863])
+    np.testing.assert_allclose(string_shape(g_string, q, x), [0, 1.8e-3, 3.6e-3, 1.8e-3, 0], atol=1e-6)
+    both = string_shape(g_string, np.stack([q, 2 * q]), x)
+    np.testing.assert_allclose(both[1], 2 * both[0])
+
+
+def test_the_shape_later(g_string: Speaking) -> None:
+    q, none = modes.pluck_amplitudes(g_string, 200, Pluck(1e-3, 0.64)), np.zeros(200)
+    x = np.linspace(0, g_string.length, 50)
+    moments = np.array([0.0, 1e-4, 5e-3])
+    shape = shape_at(g_string, q, none, moments, x)
+    np.testing.assert_allclose(shape[0], string_shape(g_string, q, x))
+    step = 1e-7  # released at rest: no velocity, and mu q'' = -mu omega^2 q
+    early = shape_at(g_string, q[:5], none[:5], np.array([step]), x)[0]
+    force = string_shape(g_string, -((2 * np.pi * modes.frequencies(g_string, 5)) ** 2) * q[:5], x)
+    moved = (early - string_shape(g_string, q[:5], x)) / (step**2 / 2)
+    np.testing.assert_allclose(moved, force, rtol=1e-2, atol=0.02 * np.abs(force).max())
+
+
+def test_energy_of_a_triangle(g_string: Speaking) -> None:
+    """Without bending, T/2 int u_x^2 = T/2 apex^2 L / (a (L - a)); the modes add up to that and their bending."""
+    s, apex, a = g_string, 1e-3, 0.64
+    q = modes.pluck_amplitudes(s, 4000, Pluck(apex, a, 1e-9))
+    k = np.arange(1, 4001) * np.pi / s.length
+    expected = s.string.tension / 2 * apex**2 * s.length / (a * (s.length - a))
+    ideal = s.string.tension / 2 * np.sum((k * q) ** 2)
+    assert ideal == pytest.approx(expected, rel=1e-3)
+    first = modal_energies(s, q[:34], np.zeros(34))
+    omega = 2 * np.pi * modes.frequencies(s, 34)
+    np.testing.assert_allclose(first, s.string.linear_density / 2 * (omega * q[:34]) ** 2)
+    assert first.sum() < expected
+    assert energy(s, q[:34], np.zeros(34)) == pytest.approx(first.sum())  # no fret is touched
+
+
+def test_the_energy_a_solver_keeps() -> None:
+    """The lossless reference solution: its own discrete energy is the one of its initial amplitudes."""
+    trial = tiny(contact_rate=2e6, duration=2e-3, lossless=True)
+    motion = solve(trial, energy_every=50)
+    assert motion.energy_j is not None
+    q = modes.pluck_amplitudes(trial.speaking, trial.modes, trial.pluck)
+    assert energy(trial.speaking, q, np.zeros(trial.modes)) == pytest.approx(motion.energy_j[0], rel=1e-3)
+
+
+def test_contact_energy(g_string: Speaking) -> None:
+    """A string pressed 1 um into fret 12 alone: K dx / 2.5 * (1 um)^2.5."""
+    s = g_string
+    where = s.contact_fret.index(12)
+    shape = modes.shapes(s, s.grid_points - 1, np.asarray(s.contact_position))
+    height = np.asarray(s.contact_height)
+    goal = height.copy() + 1e-4
+    goal[where] = height[where] - 1e-6
+    q = shape.T @ np.linalg.solve(shape @ shape.T, goal)
+    expected = s.step * s.contact_stiffness / 2.5 * 1e-6**2.5
+    assert contact_energy(s, q) == pytest.approx(expected, rel=1e-6)
+    assert contact_energy(s, np.zeros(5)) == 0
+
+
+def test_decays() -> None:
+    t = np.linspace(0, 2, 500)
+    sigma = np.array([0.2, 3.0, 40.0])
+    energies = np.exp(-2 * np.outer(t, sigma)) * [1e-3, 1e-6, 1e-9]
+    np.testing.assert_allclose(decay_rates(t, energies), sigma, rtol=1e-9)
+    np.testing.assert_allclose(10 ** (-60 / 20), np.exp(-sigma * t60(sigma)))
+    assert t60(0.0) == np.inf and np.isnan(decay_rates(t, np.zeros((500, 1)))).all()

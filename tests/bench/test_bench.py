@@ -1,0 +1,160 @@
+"""`livebass bench render`: what it measures and says. How fast the machine is, no test knows."""
+
+from __future__ import annotations
+
+import json
+import os
+import statistics
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from support.command import Run, assert_one_clear_line, cli_text
+
+from livebass import __version__
+from livebass.bench import measure as bench_dense
+from livebass.bench import render as bench
+from livebass.bench import render as bench_table
+from livebass.engine.engine import Engine
+from livebass.model import modes
+from livebass.model.quality import QUALITIES
+from livebass.preset.load import load_preset
+
+TINY = bench.Extent(sound=0.02, brute=0.005, dense_steps=3, chords=0.04, line=0.3, runs=2, long_runs=2)
+ROWS = {
+    "dense_step", "brute_force", "engine_live_50k", "engine_live_48k", "engine_studio_50k", "engine_studio_48k",
+    "engine_reference_50k", "engine_reference_48k", "strings_live_one_core", "strings_live_all_cores",
+    "slap_live", "slap_studio", "fretless",
+}  # fmt: skip
+MACHINE = {"cpu", "cores", "system", "python", "numpy", "blas", "numba", "load_before", "peak_resident_bytes"}
+
+
+@pytest.fixture(scope="module")
+def measured() -> tuple[dict[str, Any], list[str]]:
+    said: list[str] = []
+    return bench.bench_render(said.append, TINY), said
+
+
+def test_all_is_measured_and_named(measured: tuple[dict[str, Any], list[str]]) -> None:
+    result, said = measured
+    assert set(result) == {"livebass", "date", "machine", "case_b", "measurements", "agreement", "ratios"}
+    assert set(result["measurements"]) == ROWS and set(result["machine"]) == MACHINE
+    assert result["livebass"] == __version__ and result["machine"]["cores"] == os.cpu_count()
+    assert result["machine"]["peak_resident_bytes"] > 50e6
+    assert len(said) == len(set(said)) == 14
+    for key, row in result["measurements"].items():
+        runs = row["runs"]
+        assert len(runs) == (1 if key == "brute_force" else 2), key
+        assert 0 < min(runs) == row["seconds_per_second"] <= row["median"] == statistics.median(runs), key
+        assert 0 < row["processor"] < 1.2 * max(runs) * row["cores"] + 0.02 / row["sound_s"], key  # one thread a core
+        assert 1 <= row["cores"] <= os.cpu_count() and row["sound_s"] > 0, key
+
+
+def test_what_is_measured_is_what_is_said(measured: tuple[dict[str, Any], list[str]]) -> None:
+    rows = measured[0]["measurements"]
+    for key in ("dense_step", "brute_force", "engine_reference_50k"):
+        assert (rows[key]["modes"], rows[key]["contact_rate_hz"]) == (862, 8_000_000), key
+    assert rows["brute_force"]["sound_s"] == 0.005 and rows["engine_live_48k"]["sound_s"] == 0.02
+    assert rows["engine_live_48k"]["contact_rate_hz"] == 384_000
+    for key, row in rows.items():
+        assert not row["rate_hz"] or row["contact_rate_hz"] % row["rate_hz"] == 0, key
+    assert rows["strings_live_one_core"]["notes"] == 4 and rows["strings_live_one_core"]["cores"] == 1
+    assert rows["slap_live"]["notes"] == int(0.3 / bench.SIXTEENTH)
+    assert rows["slap_live"]["sound_s"] == pytest.approx(0.3, abs=bench.SIXTEENTH)
+
+
+def test_ratios_follow_from_the_times(measured: tuple[dict[str, Any], list[str]]) -> None:
+    result = measured[0]
+    cost = {key: row["seconds_per_second"] for key, row in result["measurements"].items()}
+    used = {key: row["processor"] for key, row in result["measurements"].items()}
+    expected = {
+        "reference_to_real_time": 1 / cost["engine_reference_50k"],
+        "reference_to_brute_force": used["brute_force"] / used["engine_reference_50k"],
+        "reference_to_dense_step": used["dense_step"] / used["engine_reference_50k"],
+        "fretless_to_fretted": used["fretless"] / used["engine_reference_50k"],
+        "strings_one_core": 1 / cost["strings_live_one_core"],
+        "strings_all_cores": 1 / cost["strings_live_all_cores"],
+        "slap_live": 1 / cost["slap_live"],
+        "slap_studio": 1 / cost["slap_studio"],
+    }
+    assert result["ratios"] == pytest.approx(expected, rel=1e-12)
+
+
+def test_the_two_solvers_compared_are_one_solution(measured: tuple[dict[str, Any], list[str]]) -> None:
+    agreement = measured[0]["agreement"]
+    assert agreement["until_s"] == 0.005 and agreement["contacts_equal"]
+    assert agreement["contacts_brute_force"] == agreement["contacts_engine"] > 0
+    assert agreement["displacement"] < 1e-6
+
+
+def test_the_dense_product_is_eq_12() -> None:
+    """Each mode turns by C and is damped by C~, as it would alone."""
+    trial = bench.case_b(load_preset("paper-g"), "reference", 50_000, 1e-3)
+    forward, backward, u = bench_dense._dense_matrices(trial)
+    assert forward.shape == backward.shape == (862, 862)
+    assert np.abs(u).max() == pytest.approx(3.6e-3, rel=0.1)
+    for j in (1, 20, 862):
+        shape = np.sin(j * np.pi * np.arange(1, 863) / 863)
+        sigma = modes.dampings(trial.speaking, 862)[j - 1]
+        omega = 2 * np.pi * modes.frequencies(trial.speaking, 862)[j - 1]
+        turn = 2 * np.exp(-sigma / 8e6) * np.cos(np.sqrt(omega**2 - sigma**2) / 8e6)
+        np.testing.assert_allclose(forward @ shape, turn * shape, atol=1e-11)
+        np.testing.assert_allclose(backward @ shape, np.exp(-2 * sigma / 8e6) * shape, atol=1e-11)
+
+
+def test_four_strings_sound_at_once() -> None:
+    bass = load_preset("jazz-finger")
+    engine = Engine(bass, QUALITIES["live"], 48_000)
+    sound = np.concatenate(list(engine.play(bench._chords(bass, 0.1), tail=0.0)), axis=1)
+    assert sound.shape[0] == 4 and (np.abs(sound).max(axis=1) > 1e-3).all()
+
+
+def test_the_table_has_every_row_and_ratio(measured: tuple[dict[str, Any], list[str]]) -> None:
+    lines = bench_table.table(measured[0]).splitlines()
+    names = [row["name"] for row in measured[0]["measurements"].values()]
+    assert sum(line.startswith(tuple(names)) for line in lines) == len(ROWS)
+    columns = lines[1 : 2 + len(ROWS)]
+    assert len({len(line) for line in columns}) == 1 and len(columns[0]) <= 100
+    for _, label, wanted, _, _ in bench_table.RATIOS:
+        assert any(line.startswith(label) and line.endswith(wanted) for line in lines), label
+
+
+@pytest.mark.parametrize("x, text", [(26612.4, "26612"), (18.31, "18.3"), (0.0593, "0.0593"), (0.000634, "0.000634")])
+def test_figures(x: float, text: str) -> None:
+    assert bench_table._figure(x) == text
+
+
+def test_json_from_the_command_line(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(bench, "USUAL", TINY)
+    file = tmp_path / "bench.json"
+    text = cli_text(run, "bench", "render", "--json", file)
+    result = json.loads(file.read_text())
+    assert text == bench_table.table(result) + "\n"
+    assert set(result["measurements"]) == ROWS
+    assert os.listdir(tmp_path) == ["bench.json"]
+
+
+@pytest.mark.parametrize("place", ["", "nowhere/bench.json"])
+def test_a_file_that_cannot_be_is_refused_before_the_work(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, place: str
+) -> None:
+    def work(**_: object) -> None:
+        raise AssertionError("measured first")
+
+    monkeypatch.setattr(bench, "bench_render", work)
+    status, out, err = run("bench", "render", "--json", tmp_path / place)
+    assert_one_clear_line(status, err, (1,))
+    assert not out and not os.listdir(tmp_path)
+
+
+def test_figures_are_shown_though_the_disk_is_full(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: object) -> None:
+        raise OSError("bench.json: cannot be written: No space left on device")
+
+    monkeypatch.setattr(bench, "bench_render", dict)
+    monkeypatch.setattr(bench_table, "table", lambda result: "the table")
+    monkeypatch.setattr("livebass.files.Transaction.write", full)
+    status, out, err = run("bench", "render", "--json", tmp_path / "bench.json")
+    assert_one_clear_line(status, err, (1,))
+    assert out == "the table\n"

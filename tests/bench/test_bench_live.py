@@ -1,0 +1,234 @@
+"""`livebass bench live`: what it measures, draws and says. How fast the machine is, no test knows."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from support.command import Run, assert_one_clear_line, cli_text
+
+from livebass import QUALITIES, Quality, load_preset
+from livebass.bench import live as bench_live
+from livebass.bench import measure as bench_measure
+from livebass.bench.live import (
+    EDGES,
+    LINE_FROM,
+    ROUNDS,
+    SIXTEENTH,
+    VELOCITIES,
+    Card,
+    Extent,
+    block_figures,
+    characteristic_frequencies,
+    distance,
+    frequency_error,
+    log_spectral_distance,
+    most_that_fit,
+    worst_case,
+)
+from livebass.bench.show import live_table
+from livebass.live.stage import LiveBass, Stage
+
+RATE = 48_000
+TINY = Extent(blocks=(128, 1024), tiers=("live", "studio"), runs=2, other_runs=1, fit_runs=1, line=0.3, frets=(0, 5))
+
+
+@pytest.fixture(scope="module")
+def measured() -> tuple[dict[str, Any], list[str]]:
+    said: list[str] = []
+    return bench_live.bench_live("jazz-finger", said.append, TINY), said
+
+
+def test_all_is_measured_and_named(measured: tuple[dict[str, Any], list[str]]) -> None:
+    result, said = measured
+    assert [(row["tier"], row["block"]) for row in result["rows"]] == [
+        (tier, block) for tier in TINY.tiers for block in TINY.blocks
+    ]
+    assert len(said) == len(set(said)) == 7
+    for row in [*result["rows"], result["moonshot"]]:
+        assert 0 < row["median"] <= row["p999"] <= row["worst"]
+        assert row["quiet_p999"] <= row["quiet_worst"] <= row["worst"]
+        assert 0 <= row["late"] <= 1 and sum(row["histogram"]) == row["blocks"]
+        assert len(row["histogram"]) == len(EDGES) - 1
+        assert row["blocks"] == row["runs"] * -(-round((1 + 2 * SIXTEENTH) * RATE) // row["block"])
+        assert row["popped"]["worst"] <= row["worst"]
+    for row in result["rows"]:
+        assert 0 <= row["fit"] <= row["quiet_fit"] <= row["strings"] == 4
+        assert row["fit"] < 4 or row["worst"] < 1
+    assert set(result["fidelity"]) == {"live", "studio"} and result["fidelity"]["live"]["notes"] == 8
+    for share in ("stolen", "others"):
+        assert result[share] is None or 0 <= result[share] <= 1
+
+
+def test_the_moonshot_is_what_it_says(measured: tuple[dict[str, Any], list[str]]) -> None:
+    moonshot = measured[0]["moonshot"]
+    assert (moonshot["modes"], moonshot["strings"], moonshot["block"]) == (862, 1, 128)
+    assert moonshot["contact_rate_hz"] >= 4e6
+
+
+def test_the_script_gives_each_string_its_note() -> None:
+    """The popped ones on open strings, then one string after the other, whatever still sounds."""
+    bass = load_preset("jazz-finger")
+    script = worst_case(bass, RATE, 4)
+    stage = Stage(RATE, shelter=False)
+    live = LiveBass(bass, Quality("quick", 20, 192e3), RATE)
+    stage.put_on(live)
+    card, notes, frets = Card(stage, 64), [], [0, 0, 0, 0]
+    for frame, *message in script.messages:
+        while stage.record["frame"][0] <= frame:
+            card.next()
+        stage.send(*message)
+        card.next()
+        if message[0] == 0x90:
+            notes.append((round(frame / RATE, 3), message[2], [fret for _, fret, _, _ in live.fingers()]))
+    assert [n for n in notes if n[0] < LINE_FROM] == [(0.0, 127, [0] * 4)] * 4 + [(0.5, 127, [0] * 4)] * 4
+    line = notes[8:]
+    assert len(line) == 16
+    for k, (when, velocity, fingers) in enumerate(line):
+        frets[k % 4], hard = ROUNDS[k // 4]
+        assert (when, velocity) == (round(LINE_FROM + k * SIXTEENTH, 3), hard)
+        assert fingers == frets
+    assert live.engine.report().notes == 24 and script.messages == tuple(sorted(script.messages, key=lambda m: m[0]))
+
+
+def test_runs_are_alike() -> None:
+    """What a card plays the second time is what it played the first."""
+    bass = bench_live.even(load_preset("jazz-finger"))
+    script = worst_case(bass, RATE, 4, 0.3)
+    stage = Stage(RATE, shelter=False)
+    stage.put_on(LiveBass(bass, Quality("quick", 20, 192e3), RATE))
+    card = Card(stage, 64)
+    sounds = []
+    for _ in range(2):
+        stage.start_recording()
+        assert (card.play(script) > 0).all()
+        sounds.append(stage.recorded())
+        card.silence()
+        assert np.abs(card.next()).max() < 1e-6
+    assert np.abs(sounds[0]).max() > 0.05
+    np.testing.assert_allclose(sounds[0], sounds[1], atol=2e-3)
+
+
+def test_figures_of_made_up_times() -> None:
+    deadline = 64 / RATE * 1e9
+    times = np.full((3, 1000), 0.1 * deadline)
+    times[1, 10] = 3.0 * deadline  # once: not the callback's fault
+    times[:, 20] = 0.9 * deadline
+    figures = block_figures(times.astype(np.int64), 64, RATE)
+    assert figures["median"] == pytest.approx(0.1, abs=1e-4) and figures["worst"] == pytest.approx(3.0, abs=1e-4)
+    assert figures["quiet_worst"] == pytest.approx(0.9, abs=1e-4)
+    assert figures["quiet_worst_at_s"] == 20 * 64 / RATE
+    assert figures["late"] == pytest.approx(1 / 3000) and 0.1 < figures["p999"] <= 0.9001
+
+
+@pytest.mark.parametrize("loads, fits", [
+    ([0.2, 0.4, 0.6, 0.9], 4), ([0.2, 0.4, 0.6, 1.0], 3), ([0.5, 0.9, 1.1, 2.0], 2), ([0.9, 1.1, 1.5, 2.0], 1),
+    ([1.1, 1.2, 1.3, 1.4], 0), ([0.5], 1), ([1.5], 0),
+])  # fmt: skip
+def test_strings_that_fit(loads: list[float], fits: int) -> None:
+    assert most_that_fit(len(loads), lambda n: loads[n - 1]) == fits
+
+
+def test_a_tier_is_itself_and_a_coarse_one_is_far() -> None:
+    bass = load_preset("jazz-finger")
+    live, frets = QUALITIES["live"], (0, 5, 9)
+    same = distance(bass, live, live, frets=frets)
+    assert len(same.notes) == 12 and same.frequency == same.worst_frequency == same.spectrum_db == same.heard_db == 0
+    near = distance(bass, QUALITIES["studio"], frets=frets)
+    far = distance(bass, Quality("coarse", 60, 96e3), frets=frets)
+    assert far.frequency > 3 * near.frequency and far.heard_db > 3 * near.heard_db > 0
+    assert far.frequency > 0.03 and far.worst_frequency > far.frequency and far.heard_db > far.spectrum_db
+    every = distance(bass, Quality("coarse", 20, 96e3), Quality("coarse", 21, 96e3)).notes
+    assert len(every) == 24 and sorted(n.velocity for n in every) == sorted(VELOCITIES * 4)
+
+
+def test_the_characteristic_frequency_is_the_mean_of_power() -> None:
+    """Eq. 14 on two sines, of which one has half the amplitude: a quarter of the weight."""
+    t = np.arange(RATE // 4) / RATE
+    sound = np.sin(2 * np.pi * 1000 * t) + 0.5 * np.sin(2 * np.pi * 6000 * t)
+    expected = (1000 + 0.25 * 6000) / 1.25
+    np.testing.assert_allclose(characteristic_frequencies(sound, RATE), expected, rtol=1e-4)
+    louder = np.sin(2 * np.pi * 1000 * t)
+    assert frequency_error(sound, louder, RATE) == pytest.approx(expected / 1000 - 1, rel=1e-3)
+    assert log_spectral_distance(10 * louder, louder, RATE)[1] > log_spectral_distance(2 * louder, louder, RATE)[1] > 3
+    assert np.isnan(characteristic_frequencies(0 * t, RATE)).all()
+    for compare in (frequency_error, log_spectral_distance):
+        with pytest.raises(ValueError, match="nothing sounds"):
+            compare(sound, 0 * t, RATE)
+
+
+def test_the_spectrum_is_compared_over_70_db() -> None:
+    rng = np.random.default_rng(0)
+    loud, soft = rng.standard_normal((2, RATE // 4))
+    plain, heard = log_spectral_distance(loud * 1e-9, loud, RATE)
+    assert 40 < plain < 70 and plain == pytest.approx(heard, rel=1e-3)
+    assert log_spectral_distance(loud + 1e-6 * soft, loud, RATE)[1] < 0.1
+
+
+def test_stolen_time_is_counted(monkeypatch: pytest.MonkeyPatch) -> None:
+    ticks = [[100, 0, 50, 800, 10, 0, 0, 40], [160, 0, 60, 900, 10, 0, 0, 70]]
+    monkeypatch.setattr(bench_measure, "_ticks", lambda: ticks.pop(0))
+    monkeypatch.setattr(bench_measure, "_own", lambda: 0.0)
+    neighbours = bench_measure.Neighbours()
+    assert neighbours.shares() == {"stolen": 30 / 200, "others": 70 / 200}
+    monkeypatch.setattr(bench_measure, "_ticks", list)
+    assert bench_measure.Neighbours().shares() == {"stolen": None, "others": None}
+
+
+def test_the_table_has_every_row(measured: tuple[dict[str, Any], list[str]]) -> None:
+    result = measured[0]
+    lines = live_table(result).splitlines()
+    rows = lines[1:7]
+    assert len({len(line) for line in rows}) == 1 and max(map(len, lines)) <= 130
+    for line, row in zip(rows[1:], [*result["rows"], result["moonshot"]], strict=True):
+        assert line.startswith(row["tier"]) and f"{row['worst']:.1%}" in line and f"{row['median']:.1%}" in line
+    for wish in result["wanted"]:
+        assert any(line.startswith(wish["what"]) and line.endswith("missed") != wish["met"] for line in lines)
+    assert any(line.startswith("livebass") and "numba" in line for line in lines)
+
+
+def test_files_from_the_command_line(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("matplotlib")
+    monkeypatch.setattr(bench_live, "USUAL", TINY)
+    file, picture = tmp_path / "live.json", tmp_path / "live.png"
+    text = cli_text(run, "bench", "live", "-q", "live", "--block", 256, "--runs", 1, "--json", file, "--plot", picture)
+    result = json.loads(file.read_text())
+    assert text == live_table(result) + "\n"
+    assert [(row["tier"], row["block"], row["runs"]) for row in result["rows"]] == [("live", 256, 1)]
+    assert picture.read_bytes().startswith(b"\x89PNG") and sorted(os.listdir(tmp_path)) == ["live.json", "live.png"]
+
+
+@pytest.mark.parametrize("command", ["live", "latency", "python"])
+@pytest.mark.parametrize("arguments, status", [
+    (("--json", "nowhere/x.json"), 1), (("--plot", "nowhere/x.png"), 1), (("--plot", "x.pdf"), 2),
+    (("--plot", "x.png", "--json", "x.png"), 2),
+])  # fmt: skip
+def test_files_that_cannot_be_are_refused_before_the_work(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, command: str, arguments: tuple[str, ...], status: int
+) -> None:
+    def work(*_: object, **__: object) -> None:
+        raise AssertionError("measured first")
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(f"livebass.bench.{'live' if command == 'live' else 'server'}.bench_{command}", work)
+    got, out, err = run("bench", command, *arguments)
+    assert_one_clear_line(got, err, (status,))
+    assert not out and not os.listdir(tmp_path)
+
+
+def test_a_picture_without_matplotlib(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
+    status, out, err = run("bench", "live", "--plot", tmp_path / "x.png")
+    assert_one_clear_line(status, err, (1,))
+    assert "matplotlib" in err and "pip install" in err and not out
+
+
+def test_a_preset_that_is_not_there(run: Run) -> None:
+    status, out, err = run("bench", "live", "-p", "violin")
+    assert_one_clear_line(status, err, (1,))
+    assert "violin" in err and not out

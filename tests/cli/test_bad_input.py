@@ -1,0 +1,269 @@
+"""Whatever is wrong: one clear line on stderr, status 1 or 2, no traceback, nothing half written."""
+
+from __future__ import annotations
+
+import os
+import resource
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+import soundfile
+from support.command import BASS, CHORD, GOOD, HEAD, NOTE, Run, assert_one_clear_line, cli_text, command, song
+from support.engine import FakeEngine
+
+USAGE = [
+    ["render"],
+    ["render", "a.mid", "--note", "G2"],
+    ["render", "--all-presets", "demos", "-o", "a.wav"],
+    ["render", "--note", "H2"],
+    ["render", "--note", "128"],
+    ["render", "--note", "G2", "--velocity", "0"],
+    ["render", "--note", "G2", "--velocity", "1.5"],
+    ["render", "--note", "G2", "--duration", "nan"],
+    ["render", "--note", "G2", "--duration", "-1"],
+    ["render", "--note", "G2", "--duration", "inf"],
+    ["render", "--note", "G2", "--duration", "3kg"],
+    ["render", "--note", "G2", "--modes", "1e9"],
+    ["render", "--note", "G2", "--modes", "-1"],
+    ["render", "--note", "G2", "--modes", "nan"],
+    ["render", "--note", "G2", "--modes", "12.5"],
+    ["render", "--note", "G2", "--contact-rate", "1e30"],
+    ["render", "--note", "G2", "--rate", "22049"],
+    ["render", "--note", "G2", "--rate", "1e9"],
+    ["render", "--note", "G2", "--gain", "nan"],
+    ["render", "--note", "G2", "--gain", "999"],
+    ["render", "--note", "G2", "--tail", "-1"],
+    ["render", "--note", "G2", "--seed", "-1"],
+    ["render", "--note", "G2", "--quality", "best"],
+    ["render", "--note", "G2", "--format", "mp3"],
+    ["render", "--note", "G2", "--channel", "17"],
+    ["render", "--note", "G2", "-o", "a.mp3"],
+    ["render", "--note", "G2", "-o", "a.wav", "--format", "ogg"],
+    ["render", "--note", "G2", "--format", "ogg", "--bits", "16"],
+    ["render", "--note", "G2", "--format", "flac", "--bits", "float"],
+    ["render", "--note", "G2", "--format", "flac", "--rate", "96001"],
+    ["simulate"],
+    ["simulate", "-o", "d", "--apex", "1e9mm"],
+    ["simulate", "-o", "d", "--apex", "31mm"],
+    ["simulate", "-o", "d", "--at", "nan"],
+    ["simulate", "-o", "d", "--duration", "61s"],
+    ["simulate", "-o", "d", "--contact-rate", "8.0000001MHz"],
+    ["simulate", "-o", "d", "--solver", "magic"],
+    ["presets", "show"],
+    ["nonsense"],
+    ["render", "--nonsense"],
+]
+
+
+@pytest.mark.parametrize("arguments", USAGE, ids=" ".join)
+def test_wrong_usage(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, arguments: list[str]) -> None:
+    monkeypatch.chdir(tmp_path)
+    status, _, err = run(*arguments)
+    assert_one_clear_line(status, err, (2,))
+    assert not list(tmp_path.iterdir())
+
+
+BAD_FILES = {
+    "empty": b"",
+    "text": b"not midi",
+    "truncated": GOOD[:-7],
+    "no track": HEAD,
+    "no notes": song(BASS),
+    "no bass notes": song(NOTE),
+}
+
+
+@pytest.mark.parametrize("name", BAD_FILES)
+def test_bad_midi_files(fake: type[FakeEngine], run: Run, tmp_path: Path, name: str) -> None:
+    path = tmp_path / "bad \n\x1b.mid"
+    path.write_bytes(BAD_FILES[name])
+    status, _, err = run("render", path, "-o", "out.wav")
+    assert_one_clear_line(status, err, (1,))
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["render", "."], "is a directory"),
+        (["render", "none.mid"], "No such file"),
+        (["render", "--note", "G2", "-o", "dir.wav"], "is a directory"),
+        (["render", "--note", "G2", "-o", "none/out.wav"], "there is no directory"),
+        (["render", "--note", "G2", "-o", "/dev/full", "--format", "wav"], "not a regular file"),
+        (["render", "--note", "G2", "-o", "/proc/out.wav"], "cannot be written"),
+        (["render", "--all-presets", "file"], "not a directory"),
+        (["render", "--all-presets", "file/deeper"], "Not a directory"),
+        (["render", "--note", "G2", "--preset", "none"], "none"),
+        (["render", "--note", "G2", "--preset", "nan.toml"], "nan.toml"),
+        (["presets", "check", "nan.toml"], "nan.toml"),
+        (["presets", "show", "none"], "none"),
+        (["simulate", "-o", "d", "--string", "X"], "string 'X'"),
+        (["simulate", "-o", "d", "--preset", "none"], "none"),
+    ],
+    ids=str,
+)
+def test_bad_data(fake: type[FakeEngine], run: Run, tmp_path: Path, arguments: list[str], says: str) -> None:
+    (tmp_path / "dir.wav").mkdir()
+    (tmp_path / "file").touch()
+    text = cli_text(run, "presets", "show", "jazz-finger")
+    (tmp_path / "nan.toml").write_text(text.replace('action = "2 mm"', "action = nan", 1))
+    status, _, err = run(*arguments)
+    assert_one_clear_line(status, err, (1,))
+    assert says in err
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["dir.wav", "file", "nan.toml"]
+
+
+ODD_FILES = {
+    "zero length": song(BASS, b"\x00\x90\x28\x64\x00\x80\x28\x40"),
+    "orphan offs": song(BASS, b"\x00\x80\x20\x40\x00\x90\x21\x00", NOTE),
+    "never ends": song(BASS, b"\x00\x90\x28\x64"),
+    "a chord of 128": song(BASS, CHORD, b"\x10\xb0\x7b\x00"),
+}
+
+
+@pytest.mark.parametrize("name", ODD_FILES)
+def test_odd_files_through_the_real_engine(run: Run, tmp_path: Path, name: str) -> None:
+    (tmp_path / "odd.mid").write_bytes(ODD_FILES[name])
+    options = ["-q", "live", "--tail", "0.2", "--bits", "float"]
+    status, _, err = run("render", tmp_path / "odd.mid", "-o", tmp_path / "o.wav", *options)
+    assert status == 0, err
+    sound, _ = soundfile.read(tmp_path / "o.wav")
+    assert np.isfinite(sound).all() and np.abs(sound).max() > 1e-6
+
+
+def test_a_defect_is_one_line_too(fake: type[FakeEngine], run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(fake, "report", lambda self: 1 / 0)
+    status, _, err = run("render", "--note", "G2")
+    assert status == 1 and err.count("\n") == 1
+    assert "internal error, ZeroDivisionError" in err and "LIVEBASS_TRACEBACK" in err
+
+
+def test_a_full_stdout_and_a_closed_pipe() -> None:
+    with open("/dev/full", "w") as full:
+        line = [sys.executable, "-m", "livebass", "presets", "list"]
+        done = subprocess.run(line, stdout=full, stderr=subprocess.PIPE, text=True, timeout=60)
+        assert_one_clear_line(done.returncode, done.stderr, (1,))
+    process = subprocess.Popen(
+        [sys.executable, "-m", "livebass", "presets", "keys"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stdout and process.stderr
+    process.stdout.close()
+    assert process.stderr.read() == ""
+    assert process.wait(60) != 0
+    process.stderr.close()
+
+
+def test_a_full_disk_leaves_nothing(tmp_path: Path) -> None:
+    def small() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
+
+    # The kernels' cache must be there before: its files are larger than the limit.
+    warm = command("render", "--note", "G2", "--duration", "0.1", "-q", "live", "-o", tmp_path / "warm.wav")
+    assert warm.returncode == 0, warm.stderr
+    (tmp_path / "warm.wav").unlink()
+    done = command(
+        "render", "--note", "G2", "--duration", "1", "-q", "live", "--stems", "-o", tmp_path / "a.wav",
+        preexec_fn=small,
+    )  # fmt: skip
+    assert_one_clear_line(done.returncode, done.stderr, (1,))
+    assert "File too large" in done.stderr and not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)])
+@pytest.mark.parametrize("again", [(), (0.05,), (0.002, 0.2, 0.1)])
+def test_an_interrupt_leaves_nothing(tmp_path: Path, number: int, status: int, again: tuple[float, ...]) -> None:
+    """Nor does an impatient one: `again` (s) after the first come more."""
+    out = tmp_path / "long.wav"
+    with subprocess.Popen(
+        [sys.executable, "-m", "livebass", "render", "--note", "E1", "--duration", "3600s", "--stems",
+         "-o", str(out)],
+        stderr=subprocess.PIPE, text=True,
+    ) as process:  # fmt: skip
+        try:
+            for _ in range(900):
+                if list(tmp_path.iterdir()) or process.poll() is not None:
+                    break
+                time.sleep(0.1)
+            assert list(tmp_path.iterdir()), "nothing was begun"
+            time.sleep(0.3)
+            process.send_signal(number)
+            for pause in again:
+                time.sleep(pause)
+                process.send_signal(signal.SIGINT)
+            _, err = process.communicate(timeout=60)
+        finally:
+            process.kill()
+    # Of two signals that wait for the interpreter, it takes the lower number first: SIGINT before SIGTERM.
+    assert process.returncode in ({status, 130} if again else {status}) and "Traceback" not in err
+    assert not list(tmp_path.iterdir())
+
+
+def test_an_interrupt_while_modules_load() -> None:
+    """An import takes its place in `__main__`: the first thing there answers Ctrl-C."""
+    code = (
+        "import os, signal, sys\n"
+        "class Finder:\n"
+        "    def find_spec(self, name, *_):\n"
+        "        if name == 'click': os.kill(os.getpid(), signal.SIGINT)\n"
+        "sys.meta_path.insert(0, Finder())\n"
+        "from livebass.__main__ import main\n"
+        "main()"
+    )
+    done = subprocess.run([sys.executable, "-c", code, "--version"], capture_output=True, text=True, timeout=60)
+    assert_one_clear_line(done.returncode, done.stderr, (130,))
+
+
+def test_an_interrupt_that_is_lost_in_a_destructor_comes_again() -> None:
+    code = (
+        "import os, signal, sys, time\n"
+        "from livebass.cli import main as cli\n"
+        "class Odd:\n"
+        "    def __del__(self): os.kill(os.getpid(), signal.SIGINT); time.sleep(0.01)\n"
+        "def lose(*_, **__):\n"
+        "    odd = Odd(); del odd; time.sleep(5)\n"
+        "cli.livebass.main = lose\n"
+        "cli.main()"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert_one_clear_line(done.returncode, done.stderr, (130,))
+
+
+@pytest.mark.parametrize("moment", ["in the second", "when all are there"])
+def test_all_presets_or_none(
+    fake: type[FakeEngine], run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, moment: str
+) -> None:
+    from livebass import files as atomic
+
+    if moment == "in the second":
+        plays = []
+
+        def play(self: FakeEngine, *_: object) -> Iterator[np.ndarray]:
+            plays.append(1)
+            if len(plays) == 2:
+                raise KeyboardInterrupt
+            yield np.zeros((4, 100))
+
+        monkeypatch.setattr(fake, "play", play)
+    else:
+        replace = os.replace
+
+        def replace_(*names: Path) -> None:
+            signal.raise_signal(signal.SIGINT)
+            replace(*names)
+
+        monkeypatch.setattr(atomic.os, "replace", replace_)
+    status, _, err = run("render", "--all-presets", "a/demos")
+    assert status == 130
+    if moment == "in the second":
+        assert "interrupted, nothing written" in err and not list(tmp_path.iterdir())
+    else:
+        assert "interrupted, but complete: a/demos" in err and len(list(tmp_path.glob("a/demos/*.wav"))) > 4

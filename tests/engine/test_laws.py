@@ -1,0 +1,86 @@
+"""Two laws, bitwise: blocks may be split anywhere; the same input gives the same file. And: nothing aliases."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+import soundfile
+from support.scores import QUICK, RATE, busy_score, in_blocks
+
+from livebass import Quality, load_preset, render_to_file
+from livebass import compiling as kernels
+from livebass.engine.engine import Engine
+
+
+@pytest.mark.parametrize("preset", ["slap", "paper-bass"])
+def test_splitting_a_block_anywhere_changes_nothing(preset: str) -> None:
+    score = busy_score()
+    whole = in_blocks(score, [10**9], preset)
+    assert np.abs(whole).max(axis=1).all(), "every string plays"
+    for sizes in ([1], [63], [64], [65], [1000, 1, 63, 64, 65, 7]):
+        assert np.array_equal(in_blocks(score, sizes, preset), whole), sizes
+
+
+def test_threads_change_nothing() -> None:
+    bass, score = load_preset("slap"), busy_score()
+    alone = list(Engine(bass, QUICK, RATE, workers=1).play(score, 0.5))
+    together = list(Engine(bass, QUICK, RATE, workers=4).play(score, 0.5))
+    assert all(np.array_equal(a, b) for a, b in zip(alone, together, strict=True))
+
+
+def test_the_same_input_gives_the_same_bytes(tmp_path: Path) -> None:
+    bass, score = load_preset("jazz-finger"), busy_score()
+    for name in ("first", "second"):
+        render_to_file(bass, score, tmp_path / f"{name}.wav", quality=QUICK, rate=RATE, seed=3)
+    assert (tmp_path / "first.wav").read_bytes() == (tmp_path / "second.wav").read_bytes()
+
+
+def test_stems_add_up_to_the_mix(tmp_path: Path) -> None:
+    report = render_to_file(
+        load_preset("slap"), busy_score(), tmp_path / "song.wav", quality=QUICK, rate=RATE, bits="float", stems=True
+    )
+    mix, *stems = (soundfile.read(path, dtype="float32")[0] for path in report.files)
+    assert len(stems) == 4
+    total = stems[0].copy()
+    for stem in stems[1:]:
+        assert np.abs(stem).max() > 0.01
+        total += stem
+    assert np.array_equal(total, mix)
+
+
+@pytest.mark.parametrize("preset", ["jazz-finger", "paper-bass"])
+def test_what_48_khz_gives_is_what_192_khz_has_below_its_limit(preset: str) -> None:
+    """Contact steps are the same 768 kHz in both; so what differs below 18 kHz was folded down or lost."""
+    bass = load_preset(preset)
+    quality = Quality("the same contacts", 200, 768e3)
+    spectra = []
+    for rate in (48000, 192000):
+        engine = Engine(bass, quality, rate)
+        for v in engine.voices:  # no coil: its digital filter differs a little from rate to rate
+            v.record["b"], v.record["a"] = (1, 0, 0, 0), (1, 0, 0, 0)
+        # hard plucks at times both rates have; no hands, which act once a frame
+        frames = np.arange(4) * (rate // 100)
+        engine.send(frames, np.array([[0x90, key, 120] for key in (30, 35, 40, 45)], np.uint8))
+        sound = engine.process(rate).sum(axis=0)
+        assert [int(v.slots["touching"].max()) > 5 for v in engine.voices] == [True] * 4
+        spectra.append(np.fft.rfft(sound * np.hanning(rate))[:18000] / rate)
+    low, high = spectra
+    heard = np.abs(high) ** 2
+    for first, last in ((20, 200), (200, 1000), (1000, 5000), (5000, 10000), (10000, 18000)):
+        there = np.sum(heard[first:last]) + 1e-4 * np.sum(heard)  # a band 40 dB below the sound masks nothing
+        folded = 10 * np.log10(np.sum(np.abs(low - high)[first:last] ** 2) / there)
+        assert folded < -60, f"{first} to {last} Hz"
+
+
+def test_the_kernel_cache_knows_every_file_with_kernels() -> None:
+    sources = {path.name for path in kernels.SOURCES}
+    for path in ():
+        text = path.read_text()
+        if "from livebass.kernels import" in text:
+            assert path.name in sources
+            for needed in re.findall(r"^from livebass\.(\w+) import|^from livebass import (.*)", text, re.MULTILINE):
+                for name in re.findall(r"\w+", " ".join(needed)):
+                    assert f"{name}.py" in sources | {"motion.py"}, f"{path.name} imports {name}"

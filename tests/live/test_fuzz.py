@@ -1,0 +1,149 @@
+"""Anything may come in: sound stays finite and bounded, and panic ends it."""
+
+from __future__ import annotations
+
+import time
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+from support.jack import wait_for
+from support.live import QUICK, RATE, Player, staged
+
+from livebass import Quality, load_preset, preset_names
+from livebass.live.inputs import MidiPort
+from livebass.live.stage import LiveBass, Stage
+from livebass.live.thread.records import NOW
+
+LIGHT = Quality("light", 60, 192e3)
+BLOCK = 64
+
+
+def assert_sane(stage: Stage, sound: np.ndarray) -> None:
+    assert np.isfinite(sound).all()
+    assert np.abs(sound).max() <= 1
+    assert stage.meters().faults == 0
+
+
+def assert_panic_silences(stage: Stage, player: Player) -> None:
+    while any(int(ring[0]) > int(ring[8]) for ring in stage.rings):  # what was sent before comes first
+        player.block(512)
+    stage.panic()
+    player.block(RATE)
+    assert not player.block(RATE).any(), "a note is stuck"
+    assert not any(sounding for _, _, sounding, _ in stage.bass.fingers())  # type: ignore[union-attr]
+
+
+def random_messages(rng: np.random.Generator, count: int) -> list[list[int]]:
+    """(count, 3): mostly what a bass answers to, some of it not MIDI at all."""
+    kinds = rng.choice([0x80, 0x90, 0x90, 0x90, 0xA0, 0xB0, 0xB0, 0xC0, 0xD0, 0xE0, 0xF0, 0x00], count)
+    numbers = rng.choice([0, 6, 7, 11, 16, 32, 38, 64, 98, 100, 101, 120, 121, 123, 127], count)
+    messages = np.stack([kinds | rng.integers(16, size=count), *rng.integers(-300, 300, (2, count))], axis=1)
+    usual = (kinds == 0xB0) & (rng.random(count) < 0.7)
+    messages[usual, 1] = numbers[usual]
+    return messages.tolist()
+
+
+def test_a_hundred_thousand_messages() -> None:
+    """A thousand blocks with a hundred messages each, at frames of every kind."""
+    stage, player = staged("slap", LIGHT)
+    rng = np.random.default_rng(7)
+    sent = 0
+    while sent < 100_000:
+        now = int(stage.record["frame"][0])
+        frames = rng.choice([NOW, now, now + rng.integers(BLOCK), now - 1000, now + 2 * BLOCK, -5], 100)
+        for frame, message in zip(frames.tolist(), random_messages(rng, 100), strict=True):
+            sent += stage.send(*message, frame=frame)
+        assert_sane(stage, player.block(BLOCK))
+    assert_panic_silences(stage, player)
+
+
+def test_what_rtmidi_hands_over() -> None:
+    """Lists of any length and any numbers, as its callback might."""
+    stage, player = staged("jazz-finger", LIGHT)
+    port = MidiPort.__new__(MidiPort)
+    port.stage, port.ahead = stage, 64
+    rng = np.random.default_rng(8)
+    for _ in range(100):
+        for _ in range(100):
+            length = int(rng.choice([0, 1, 2, 3, 3, 3, 4, 40]))
+            port._heard(([int(x) for x in rng.integers(0, 256, length)], float(rng.normal())))
+        assert_sane(stage, player.block(BLOCK))
+    assert_panic_silences(stage, player)
+
+
+def test_everything_jumps_each_block() -> None:
+    """Gain, controllers, bend, pedal, programs, panic, and another bass whenever the last has faded out."""
+    stage, player = staged("slap", QUICK)
+    basses = [LiveBass(load_preset(name), quality, RATE) for name in preset_names() for quality in (LIGHT, QUICK)]
+    rng = np.random.default_rng(9)
+    swaps = 0
+    for k in range(1500):
+        stage.set_gain(float(rng.choice([0.0, 1.0, 10.0, 1e-9, rng.random()])))
+        for number in (7, 11, 16, 64, 6, 38, 101, 100):
+            stage.send(0xB0, number, int(rng.choice([0, 127, rng.integers(128)])))
+        stage.send(0xE0, int(rng.integers(128)), int(rng.integers(128)))
+        stage.send(0xC0, int(rng.integers(128)))
+        stage.send(0x90, int(rng.integers(128)), int(rng.integers(1, 128)))
+        if k % 97 == 0:
+            stage.panic()
+        stage.clear_away()
+        if basses and not any(stage.record[name][0] for name in ("next_bass", "old_bass", "free_bass")):
+            stage.put_on(basses.pop())
+            swaps += 1
+        assert_sane(stage, player.block(int(rng.choice([1, 31, 64, 256]))))
+    assert swaps == 2 * len(preset_names())
+    stage.set_gain(1.0)
+    assert_panic_silences(stage, player)
+
+
+class RawKeys:
+    """A JACK client that sends given bytes, as they are, all in one period each."""
+
+    def __init__(self, jack: Any) -> None:
+        self.client = jack.Client("raw", no_start_server=True)
+        self.port = self.client.midi_outports.register("out")
+        self.periods: list[list[bytes]] = []
+        self.refused = 0
+        self._error = jack.JackError
+        self.client.set_process_callback(self._send)
+
+    def _send(self, frames: int) -> None:
+        self.port.clear_buffer()
+        for data in self.periods.pop(0) if self.periods else ():
+            try:
+                self.port.write_midi_event(0, data)
+            except self._error:
+                self.refused += 1
+
+
+def test_bytes_through_jack(server: SimpleNamespace) -> None:
+    """Truncated, too long, without a status, system exclusive: what JACK lets through, the bass survives."""
+    from livebass.live.outputs import JackOutput
+
+    output = JackOutput("livebass", lambda rate: Stage(rate), connect=False)
+    stage = output.stage
+    stage.put_on(LiveBass(load_preset("slap"), LIGHT, stage.rate))
+    raw = RawKeys(server.jack)
+    rng = np.random.default_rng(10)
+    for _ in range(200):
+        period = [bytes(x & 0xFF for x in message) for message in random_messages(rng, 10)]
+        period += [rng.bytes(int(rng.integers(1, 9))) for _ in range(10)]
+        period += [b"\xf0" + rng.bytes(30) + b"\xf7", b"\x90", b"\x40\x40", b"\x90\x28", b"\xf0", b"\xff"]
+        raw.periods.append(period)
+    try:
+        output.start()
+        raw.client.activate()
+        raw.client.connect(raw.port, output.midi)
+        wait_for(lambda: not raw.periods)
+        time.sleep(0.1)
+        meters = stage.meters()
+        assert meters.messages > 1000 and meters.faults == 0
+        stage.panic()
+        wait_for(lambda: stage.meters().peak == 0.0 and not any(f[2] for f in stage.bass.fingers()))  # type: ignore[union-attr]
+        assert output.alive
+    finally:
+        raw.client.deactivate()
+        raw.client.close()
+        output.close()
+    assert_sane(stage, np.zeros(1, np.float32))

@@ -1,0 +1,225 @@
+"""What `livebass study` computes, writes and refuses."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import os
+import re
+import shutil
+import sys
+from collections.abc import Iterator
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+from urllib.parse import unquote
+
+import numpy as np
+import pytest
+import soundfile
+from support.command import Run, assert_one_clear_line, cli_text
+
+from livebass.engine.solve import solve_trial
+from livebass.model.trial import Motion, Trial
+from livebass.paper.figures import measure as study_measure
+from livebass.paper.figures import studies as study_run
+from livebass.paper.figures.measure import Findings, Study, Table
+from livebass.paper.figures.studies import STUDIES, chosen, run_studies
+
+NAMES = ["linear", "a", "oblique"]
+SHORT = 0.1  # s
+
+
+@pytest.fixture(scope="module")
+def done(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Any]]:
+    """Three studies, shortened: their directory, and what was told of them."""
+    directory = tmp_path_factory.mktemp("study") / "new" / "paper"
+    told: list[float] = []
+    result = run_studies(
+        chosen(NAMES), directory, duration=SHORT, workers=2, progress=told.append,
+        json_file=directory.parent.parent / "all.json",
+    )  # fmt: skip
+    assert told == sorted(told) and told[-1] == 1 and len(told) == 5  # two motions, three studies
+    return directory, result
+
+
+class Links(HTMLParser):
+    """All a page refers to."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.found: list[tuple[str, str]] = []
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.found += [(tag, value) for key, value in attrs if key in ("src", "href") and value]
+
+
+def test_each_study_has_figures_data_and_sounds(done: tuple[Path, dict[str, Any]]) -> None:
+    directory, result = done
+    assert sorted(p.name for p in directory.iterdir()) == sorted([*NAMES, "index.html"])
+    for name, summary in result["studies"].items():
+        assert json.loads((directory / name / "summary.json").read_text()) == summary
+        named = {summary["data"], "summary.json"}
+        for figure in summary["figures"]:
+            named |= {figure["png"], figure["svg"]}
+            assert (directory / name / figure["png"]).read_bytes().startswith(b"\x89PNG")
+            assert b"<svg" in (directory / name / figure["svg"]).read_bytes()[:1000]
+        for sound in summary["sounds"]:
+            named.add(sound["wav"])
+            moved, rate = soundfile.read(directory / name / sound["wav"])
+            assert rate == 44100 and moved.size == pytest.approx(SHORT * rate, abs=2)
+            assert 20 * math.log10(np.abs(moved).max()) == pytest.approx(-1, abs=1e-3)
+        for table in summary["tables"]:
+            named.add(table["csv"])
+            with open(directory / name / table["csv"], newline="") as file:
+                rows = list(csv.reader(file))
+            assert len({len(row) for row in rows}) == 1
+            if "rows" in table:
+                assert rows[0] == table["columns"] and len(rows) == 1 + len(table["rows"])
+        assert named == {p.name for p in (directory / name).iterdir()}
+    assert [len(result["studies"][name]["sounds"]) for name in NAMES] == [0, 1, 2]
+    assert json.loads((directory.parent.parent / "all.json").read_text()) == result
+
+
+def test_the_data_are_the_motion(done: tuple[Path, dict[str, Any]]) -> None:
+    directory, result = done
+    trial = study_measure.case_trial("a", SHORT)
+    expected = solve_trial(trial)
+    with np.load(directory / "a" / "result.npz") as data:
+        np.testing.assert_array_equal(data["a_u_m"], expected.displacement_m)
+        assert data["a_characteristic_time_s"].shape == data["a_u_characteristic_frequency_hz"].shape
+        assert data["a_initial_u_m"].shape == (864,) and data["a_initial_u_m"].max() == pytest.approx(0.87e-3, rel=0.03)
+    sound = result["studies"]["a"]["sounds"][0]
+    peak = 10 ** (-1 / 20) * sound["metres_per_unit"]
+    assert peak == pytest.approx(np.abs(expected.displacement_m).max(), rel=0.02)
+    with np.load(directory / "oblique" / "result.npz") as data:
+        assert data["oblique_v_m"][0] == pytest.approx(2.2e-3 * 18 / (863 - 640), rel=0.01)  # a straight line there
+        assert data["oblique_u_m"][0] == pytest.approx(3.1e-3 * 9 / (863 - 640), rel=0.01)
+
+
+def test_the_page_refers_to_files_beside_it(done: tuple[Path, dict[str, Any]]) -> None:
+    directory, result = done
+    links = Links((directory / "index.html").read_text()).found
+    files = [(tag, unquote(link)) for tag, link in links if not link.startswith("#")]
+    assert all((directory / link).is_file() for _, link in files)
+    figures = sum(len(s["figures"]) for s in result["studies"].values())
+    assert [tag for tag, _ in files].count("img") == figures
+    assert [tag for tag, _ in files].count("audio") == 3
+    assert {link for _, link in links if link.startswith("#")} == {f"#{name}" for name in NAMES}
+
+
+def test_the_page_keeps_studies_of_earlier_runs(tmp_path: Path) -> None:
+    directory, (linear, a) = tmp_path / "d", chosen(["linear", "a"])
+    told = Study("a", "Told again <&>", "1", "a table", lambda duration: {}, lambda motions: Findings())
+    run_studies([linear], directory)
+    first = {p.name: p.read_bytes() for p in (directory / "linear").iterdir() if p.suffix in (".png", ".svg", ".csv")}
+    run_studies([told], directory)
+    text = (directory / "index.html").read_text()
+    assert 'id="linear"' in text and "Told again &lt;&amp;&gt;" in text and "<&>" not in text
+    (directory / "a" / "summary.json").write_text("broken")
+    run_studies([linear], directory)
+    assert 'id="a"' not in (directory / "index.html").read_text()
+    assert {name: (directory / "linear" / name).read_bytes() for name in first} == first
+    assert a.title
+
+
+def test_what_studies_share_is_solved_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    solved: list[Trial] = []
+
+    def solve(trial: Trial) -> Motion:
+        if trial.samples > 2:  # the others load the kernels
+            solved.append(trial)
+        return solve_trial(replace(trial, modes=min(trial.modes, 20)))
+
+    monkeypatch.setattr(study_run, "solve_trial", solve)
+    studies = [replace(s, report=lambda motions: Findings()) for s in chosen(["b", "cases", "dispersion", "stiffness"])]
+    result = run_studies(studies, tmp_path, duration=SHORT, workers=1)
+    assert len(solved) == len(set(solved)) == result["solutions"] == 6  # a, b, c, harmonic, soft; first 5 ms of b
+
+
+def test_a_study_that_fails_leaves_those_before_it(tmp_path: Path) -> None:
+    def fail(motions: object) -> Findings:
+        raise ValueError("no such thing")
+
+    good = Study("linear", "T", "1", "g", lambda _: {}, lambda _: Findings(tables=[Table("t", "c", ("x",), [(1,)])]))
+    with pytest.raises(ValueError, match="no such thing"):
+        run_studies([replace(good, name="a", report=fail)], tmp_path / "d" / "e")
+    assert not list(tmp_path.iterdir())
+    with pytest.raises(ValueError, match="no such thing"):
+        run_studies([good, replace(good, name="a", report=fail)], tmp_path / "d")
+    assert sorted(p.name for p in tmp_path.rglob("*")) == ["d", "linear", "summary.json", "t.csv"]
+
+
+def test_list_and_help(run: Run) -> None:
+    listed = cli_text(run, "study", "list")
+    assert all(re.search(rf"^{re.escape(name)} ", listed, re.M) for name in STUDIES)
+    assert "study all -o" in cli_text(run, "study", "--help")
+    assert "index.html" in cli_text(run, "study", "run", "--help")
+
+
+def test_bad_input(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "file").touch()
+    for arguments, says, status in (
+        (["study", "figure-99", "-o", "d"], "study 'figure-99': there are linear, a, b, c, cases", 2),
+        (["study", "linear"], "'-o'", 2),
+        (["study", "linear", "-o", "d", "--duration", "1ms"], "allowed are 100 ms to 10 s", 2),
+        (["study", "linear", "-o", "d", "--workers", "0"], "1 to 256", 2),
+        (["study", "linear", "-o", "file"], "file: is not a directory", 1),
+        (["study", "linear", "-o", "d", "--json", "none/a.json"], "there is no directory", 1),
+    ):
+        code, _, err = run(*arguments)
+        assert_one_clear_line(code, err, (status,))
+        assert says in err
+        assert [p.name for p in tmp_path.iterdir()] == ["file"]
+
+
+def test_missing_extras_are_named(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
+    code, _, err = run("study", "linear", "-o", tmp_path / "d")
+    assert_one_clear_line(code, err, (1,))
+    assert "pip install 'livebass[analysis,plots]'" in err and not (tmp_path / "d").exists()
+
+
+@pytest.fixture
+def chromium(tmp_path: Path) -> Iterator[Any]:
+    """Chromium without a window, through its driver; both are ended by their process ids."""
+    places = shutil.which("chromium"), shutil.which("chromedriver")
+    if not all(places):
+        assert not os.environ.get("LIVEBASS_NEEDS_BROWSER"), "chromium or chromedriver is missing"
+        pytest.skip("there is no chromium with a chromedriver here")
+    from selenium import webdriver
+
+    options = webdriver.ChromeOptions()
+    options.binary_location = str(places[0])
+    for option in (
+        "headless", "no-sandbox", "disable-gpu", "no-first-run", "disable-background-networking",
+        "disable-component-update", "disable-sync", "disable-dev-shm-usage", f"user-data-dir={tmp_path / 'profile'}",
+    ):  # fmt: skip
+        options.add_argument(f"--{option}")
+    driver = webdriver.Chrome(options, webdriver.ChromeService(places[1]))
+    try:
+        driver.set_page_load_timeout(60)
+        driver.set_script_timeout(30)
+        yield driver
+    finally:
+        driver.quit()
+
+
+def test_a_browser_shows_all_of_it(done: tuple[Path, dict[str, Any]], chromium: Any) -> None:
+    """Opened from the disk: every picture has a size, every player a duration."""
+    directory, result = done
+    chromium.get((directory / "index.html").as_uri())
+    widths, durations = chromium.execute_async_script("""
+        const told = arguments[arguments.length - 1], players = [...document.querySelectorAll("audio")];
+        const known = player => player.readyState >= 1 || player.error ? Promise.resolve()
+            : new Promise(done => ["loadedmetadata", "error"].forEach(name => player.addEventListener(name, done)));
+        Promise.all(players.map(known)).then(() => told([
+            [...document.images].map(image => image.naturalWidth), players.map(player => player.duration)]));
+    """)
+    assert len(widths) == sum(len(s["figures"]) for s in result["studies"].values()) and min(widths) > 300
+    assert durations == pytest.approx([SHORT] * 3, abs=0.01)
+    assert chromium.title and not [m for m in chromium.get_log("browser") if m["level"] == "SEVERE"]

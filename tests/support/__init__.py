@@ -1,0 +1,1 @@
+"""Set-ups and tools that tests of several rooms share."""

@@ -1,0 +1,28 @@
+"""An engine without kernels."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from types import SimpleNamespace
+
+import numpy as np
+
+from livebass.score import Score
+
+
+class FakeEngine:
+    """A second of a sine for each string, in blocks; the same interface, without kernels."""
+
+    peak = 0.1
+    blocks = 10
+
+    def __init__(self, instrument: object, quality: object, rate: int, seed: int = 0) -> None:
+        self.rate = rate
+
+    def play(self, score: Score, tail: float | None = None) -> Iterator[np.ndarray]:
+        t = np.arange(self.rate // 10) / self.rate
+        for _ in range(self.blocks):
+            yield np.stack([self.peak * np.sin(2 * np.pi * (40 + 30 * k) * t + k) for k in range(4)])
+
+    def report(self) -> SimpleNamespace:
+        return SimpleNamespace(notes=5, transposed=2, dropped=1, stolen=0)

@@ -1,0 +1,47 @@
+"""A dense score, and its rendering in blocks of any sizes."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from livebass import Quality, Score, load_preset
+from livebass.arrays import Floats
+from livebass.engine.engine import Engine
+
+QUICK = Quality("quick", 150, 400e3)
+RATE = 44100
+
+
+def busy_score(rate: int = RATE) -> Score:
+    """A second and a half in which everything happens, at frames that no block likes."""
+    rng = np.random.default_rng(7)
+    frames, messages = [], []
+    held: list[int] = []
+    for frame in np.sort(rng.integers(0, rate * 3 // 2, 90)).tolist():
+        kind = rng.integers(0, 10)
+        if kind < 5:
+            held.append(int(rng.integers(24, 70)))
+            message = [0x90, held[-1], int(rng.integers(1, 128))]
+        elif kind < 7 and held:
+            message = [0x80, held.pop(0), 0]
+        elif kind < 8:
+            message = [0xE0, int(rng.integers(0, 128)), int(rng.integers(0, 128))]
+        else:
+            message = [0xB0, int(rng.choice([7, 11, 16, 64, 120, 121])), int(rng.integers(0, 128))]
+        frames.append(frame)
+        messages.append(message)
+    notes = sum(message[0] == 0x90 for message in messages)
+    return Score(np.array(frames), np.array(messages, np.uint8), frames[-1], notes, "busy", rate)
+
+
+def in_blocks(score: Score, sizes: list[int], preset: str = "slap") -> Floats:
+    """`score` played in blocks of the given sizes, over and over, each sent what falls into it."""
+    engine = Engine(load_preset(preset), QUICK, score.rate)
+    blocks, sent, i = [], 0, 0
+    while engine.frame < score.end_frame:
+        count = min(sizes[i % len(sizes)], score.end_frame - engine.frame)
+        until = int(np.searchsorted(score.frames, engine.frame + count))
+        engine.send(score.frames[sent:until], score.messages[sent:until])
+        blocks.append(engine.process(count))
+        sent, i = until, i + 1
+    return np.concatenate(blocks, axis=1)
