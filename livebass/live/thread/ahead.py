@@ -155,7 +155,7 @@ def go_back(b, i, frame):
 
 
 @callback("void(int64, int64, int64, int64)")
-def player(bass, i, end, count):
+def play_string(bass, i, end, count):
     """`play_to`, a C function for the bass at address `bass`."""
     b = bass_at(bass)
     a, string = ahead_of(b, i), string_of(b, i)
@@ -188,7 +188,7 @@ def player(bass, i, end, count):
 @counted
 def play_to(b, i, end, count):
     """String `i` plays on to frame `end` of its bass, with the first `count` events of b.mine, into its ring."""
-    call_4(b.player, b.address, i, end, count)
+    call_4(b.play_string, b.address, i, end, count)
 
 
 @counted
@@ -201,7 +201,7 @@ def step_ahead(b, i, end):
 
 
 @counted
-def stay(b, i, frame):
+def drop_ahead(b, i, frame):
     """String `i` forgets what it played beyond `frame`."""
     if string_of(b, i).voice.frame > frame:
         go_back(b, i, frame)

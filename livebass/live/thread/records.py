@@ -1,4 +1,4 @@
-"""Records that the audio thread and Python share: one prepared bass, the stage it plays on, rings of words.
+"""Records that the audio thread and Python share: one prepared bass, the synth it plays on, rings of words.
 
 A ring is an int64 array: words 0 and 8 are its head (next to write) and tail (next to read), each on a cache line
 of its own, the entries follow from word 16. One thread writes, one reads; heads and tails only ever grow.
@@ -14,13 +14,13 @@ EVENT_WORDS = 2  # frame, or NOW; status | first << 8 | second << 16
 NOW = -1
 LEAST_MESSAGES, MOST_MESSAGES = 32, 128  # taken into one stretch, by its length; the others wait for the next
 EVENT_ROOM = (MOST_MESSAGES + 1) * MOST_EVENTS
-STRETCH = 1024  # frames computed at once, at most
+CHUNK = 1024  # frames computed at once, at most
 HISTOGRAM = 64
 
 # Running ahead of the clock
 HORIZON = 768  # frames
 SAVE_EVERY, SAVES = 16, 64  # frames between kept states, whole strides; and how many are kept
-SOUND_RING = 4096  # frames, more than STRETCH + HORIZON
+SOUND_RING = 4096  # frames, more than CHUNK + HORIZON
 POINT_ROWS = 6  # kept of each contact point
 
 
@@ -46,7 +46,7 @@ AHEAD = np.dtype(
 BASS = np.dtype(
     [
         ("address", "i8"),  # of this record
-        ("player", "i8"),  # address of ahead.player
+        ("play_string", "i8"),  # address of the C function ahead.play_string
         ("strings", "i8"),
         ("frets", "i8"),
         ("coarse", "i8"),  # strings that play with the coarse operators, a bit each
@@ -59,16 +59,16 @@ BASS = np.dtype(
         ("events", "i8"),  # layout.EVENT (EVENT_ROOM,), of all strings
         ("mine", "i8"),  # the same, of one
         ("ahead", "i8", (MOST_STRINGS,)),  # AHEAD of each string
-        ("frame", "i8"),  # of the stage, when this bass began
+        ("frame", "i8"),  # of the synth, when this bass began
         ("share", "f8"),  # of the time a block lasts: so long strings may run ahead ...
         ("stride", "i8"),  # ... looking at the clock after so many frames
     ],
     align=True,
 )
 
-STAGE = np.dtype(
+SYNTH = np.dtype(
     [
-        ("block", "i8"),  # address of live.block
+        ("process", "i8"),  # address of the C function block.process
         ("rate", "f8"),
         ("frame", "i8"),  # next to be computed
         ("clock", "i8"),  # address of clock_gettime, 0: none
@@ -76,7 +76,7 @@ STAGE = np.dtype(
         ("time", "i8"),  # ns, at the start of the last block ...
         ("time_frame", "i8"),  # ... whose first frame this was ...
         ("time_frames", "i8"),  # ... and that had so many
-        ("sheltered", "i8"),  # overload may coarsen strings
+        ("adaptive", "i8"),  # overload may coarsen strings
         # basses, as addresses of BASS
         ("bass", "i8"),  # plays, 0: none
         ("next_bass", "i8"),  # put there by Python; taken at a block's start

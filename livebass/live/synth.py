@@ -1,4 +1,4 @@
-"""What plays live, seen from Python: the stage's record, its rings, and the basses on it. [main thread]
+"""What plays live, seen from Python: the synth's record, its rings, and the basses on it. [main thread]
 
 How it goes, in a line: load, overload, underruns, level, and what each string plays. [main thread]
 """
@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 from livebass.engine.engine import Engine, prepare
 from livebass.engine.prepare import Rates, whole_contact_rate
 from livebass.kernels import records as at
-from livebass.live.thread import ahead
-from livebass.live.thread import block as live
+from livebass.live.thread import ahead, block
 from livebass.live.thread.records import (
     AHEAD,
     BASS,
@@ -29,7 +28,7 @@ from livebass.live.thread.records import (
     NOW,
     SAVES,
     SOUND_RING,
-    STAGE,
+    SYNTH,
     TAIL,
     kept,
     new_ring,
@@ -92,7 +91,7 @@ class LiveBass:
         self.events = np.zeros((2, EVENT_ROOM), at.EVENT)
         self.record = np.zeros(1, BASS)
         b = self.record
-        b["address"], b["player"] = b.ctypes.data, ahead.player()
+        b["address"], b["play_string"] = b.ctypes.data, ahead.play_string()
         b["strings"], b["frets"] = self.engine.strings, self.engine.frets
         for k, pool in enumerate((self.engine.pool, self.coarse)):
             b["operators"][0, k] = pool.records.ctypes.data
@@ -125,12 +124,12 @@ class LiveBass:
         return out
 
 
-class Stage:
+class Synth:
     """The record the audio thread works on, at `rate` Hz."""
 
-    def __init__(self, rate: int, channel: int = -1, gain: float = 1.0, shelter: bool = True) -> None:
+    def __init__(self, rate: int, channel: int = -1, gain: float = 1.0, adaptive: bool = True) -> None:
         self.rate = rate
-        self.record = np.zeros(1, STAGE)
+        self.record = np.zeros(1, SYNTH)
         self.rings = [new_ring(RING, EVENT_WORDS) for _ in range(3)]
         for ring in self.rings:
             touch(ring)
@@ -138,9 +137,9 @@ class Stage:
         self._writer = threading.Lock()  # of the live ring, between Python's threads
         self._basses: list[LiveBass] = []
         r = self.record
-        r["block"] = live.block()
+        r["process"] = block.process()
         r["rate"], r["channel"], r["gain"], r["gain_wanted"] = rate, channel, gain, gain
-        r["sheltered"] = shelter
+        r["adaptive"] = adaptive
         for k, ring in enumerate(self.rings):
             r["ring"][0, k], r["ring_size"][0, k] = ring.ctypes.data, RING
         for name in ("time", "next_bass", "free_bass", "record", "panic"):
@@ -152,24 +151,24 @@ class Stage:
         return int(self.record.ctypes.data)
 
     def _address_of(self, field: str) -> int:
-        offset = STAGE.fields[field][1]  # type: ignore[index]
+        offset = SYNTH.fields[field][1]  # type: ignore[index]
         return self.address + int(offset)
 
-    def put_on(self, bass: LiveBass) -> None:
+    def switch_to(self, bass: LiveBass) -> None:
         """`bass` plays from the next block on; the one before fades out. Waits where one is fading already."""
-        self.clear_away()
-        while live.read(self._address_of("next_bass")) or live.read(self._address_of("free_bass")):
+        self.release_faded()
+        while block.read(self._address_of("next_bass")) or block.read(self._address_of("free_bass")):
             time.sleep(0.005)
-            self.clear_away()
+            self.release_faded()
         self._basses.append(bass)
-        live.write(self._address_of("next_bass"), bass.address)
+        block.write(self._address_of("next_bass"), bass.address)
 
-    def clear_away(self) -> None:
+    def release_faded(self) -> None:
         """Lets go of a bass that has faded out."""
-        free = live.read(self._address_of("free_bass"))
+        free = block.read(self._address_of("free_bass"))
         if free:
             self._basses = [b for b in self._basses if b.address != free]
-            live.write(self._address_of("free_bass"), 0)
+            block.write(self._address_of("free_bass"), 0)
 
     @property
     def bass(self) -> LiveBass | None:
@@ -177,10 +176,10 @@ class Stage:
         return self._basses[-1] if self._basses else None
 
     def send(self, status: int, first: int = 0, second: int = 0, frame: int = NOW) -> bool:
-        """A MIDI message for stage frame `frame` or as soon as possible; False where the ring is full. [any thread]"""
+        """A MIDI message for synth frame `frame` or as soon as possible; False where the ring is full. [any thread]"""
         message = status & 0xFF | (first & 0x7F) << 8 | (second & 0x7F) << 16
         with self._writer:
-            return bool(live.put(self.rings[0].ctypes.data, RING, frame, message))
+            return bool(block.put(self.rings[0].ctypes.data, RING, frame, message))
 
     def feed(self, score: Score, first: int, start: int) -> int:
         """Messages of `score` from index `first` on, at `start` + their frames, while there is room; the next index."""
@@ -189,7 +188,7 @@ class Stage:
             status, one, two = score.messages[k].tolist()
             if status & 0xF0 == 0xC0:
                 continue  # programs of a file are somebody else's sounds
-            if not live.put(ring, RING, start + int(score.frames[k]), status | one << 8 | two << 16):
+            if not block.put(ring, RING, start + int(score.frames[k]), status | one << 8 | two << 16):
                 return k
         return len(score.frames)
 
@@ -198,26 +197,26 @@ class Stage:
 
         Where the sound has stalled it is that of the block after the next: nothing waits for time that was lost.
         """
-        began = live.read(self._address_of("time"))
+        began = block.read(self._address_of("time"))
         while True:
-            first, block = int(self.record["time_frame"][0]), int(self.record["time_frames"][0])
-            again = live.read(self._address_of("time"))
+            first, frames = int(self.record["time_frame"][0]), int(self.record["time_frames"][0])
+            again = block.read(self._address_of("time"))
             if again == began:
                 break
             began = again
         if not began:
             return NOW
         since = round((time.clock_gettime_ns(time.CLOCK_MONOTONIC) - began) * 1e-9 * self.rate)
-        return first + min(since, 2 * block) + ahead
+        return first + min(since, 2 * frames) + ahead
 
     def receive(self, status: int, first: int = 0, second: int = 0, frame: int = NOW) -> bool:
-        """`send` for what comes in at a MIDI port: other channels than the stage's are not heard. [any thread]"""
+        """`send` for what comes in at a MIDI port: other channels than the synth's are not heard. [any thread]"""
         channel = int(self.record["channel"][0])
         return (channel >= 0 and status & 0x0F != channel) or self.send(status, first, second, frame)
 
     def panic(self) -> None:
         """All sound off, controllers as new."""
-        live.write(self._address_of("panic"), 1)
+        block.write(self._address_of("panic"), 1)
 
     def set_gain(self, gain: float) -> None:
         self.record["gain_wanted"] = gain
@@ -228,15 +227,15 @@ class Stage:
         self.sound_ring = np.zeros(ENTRIES + (size + 1) // 2, np.int64)
         touch(self.sound_ring)
         self.record["record_size"] = size
-        live.write(self._address_of("record"), self.sound_ring.ctypes.data)
+        block.write(self._address_of("record"), self.sound_ring.ctypes.data)
 
     def recorded(self) -> NDArray[np.float32]:
         """What has been recorded since the last call, (n,)."""
         size, address = int(self.record["record_size"][0]), self.sound_ring.ctypes.data
         data = self.sound_ring[ENTRIES:].view(np.float32)[:size]
-        tail, head = int(self.sound_ring[TAIL]), live.read(address)
+        tail, head = int(self.sound_ring[TAIL]), block.read(address)
         out = data[np.arange(tail, head) % size].copy()
-        live.write(address + 8 * TAIL, head)
+        block.write(address + 8 * TAIL, head)
         return out
 
     def meters(self) -> Meters:
@@ -292,17 +291,17 @@ class Reading:
 
 
 class Gauge:
-    """Reads the meters of `stage`."""
+    """Reads the meters of `synth`."""
 
-    def __init__(self, stage: Stage) -> None:
-        self.stage = stage
+    def __init__(self, synth: Synth) -> None:
+        self.synth = synth
         self.worst = 0.0  # load of a block so far
-        self._counts = stage.record["histogram"][0].copy()
+        self._counts = synth.record["histogram"][0].copy()
 
     def read(self) -> Reading:
-        meters = self.stage.meters()
+        meters = self.synth.meters()
         self.worst = max(self.worst, meters.worst)
-        counts = self.stage.record["histogram"][0].copy()
+        counts = self.synth.record["histogram"][0].copy()
         since, self._counts = counts - self._counts, counts
         return Reading(meters, median_load(since))
 
@@ -316,9 +315,9 @@ def median_load(counts: np.ndarray) -> float:
     return float(2.0 ** ((k - 31.5) / 4.0))
 
 
-def strings(stage: Stage) -> str:
+def strings(synth: Synth) -> str:
     """`E0 A3* D- G-`: the fret of each string that sounds, with a star where it has touched a fret since the pluck."""
-    bass = stage.bass
+    bass = synth.bass
     if bass is None:
         return ""
     return " ".join(
