@@ -51,7 +51,7 @@ class Lost:
         return int(self.client.last_frame_time)
 
     def _played(self) -> int:
-        return int(self.synth.record["frame"][0])
+        return self.synth.frame
 
     def read(self) -> tuple[float, float, float]:
         """(s lost, s passed, s that other machines took from this one)."""

@@ -151,7 +151,6 @@ class JackOutput:
         for k, port in enumerate(self.outputs):
             r["output"][0, k] = address(port._ptr)
         r["midi"] = address(self.midi._ptr)
-        r["event_address"] = r.ctypes.data + callbacks.JACK.fields["event"][1]  # type: ignore[index]
         function = ffi.cast("JackProcessCallback", callbacks.jack())
         if lib.jack_set_process_callback(self.client._ptr, function, ffi.cast("void *", r.ctypes.data)):
             raise OutputLost("JACK: the server does not take the callback")
@@ -166,7 +165,7 @@ class JackOutput:
         self._gone = True
 
     def _xrun(self, _delay: float) -> None:
-        self.synth.record["underruns"] += 1
+        self.synth.count_underrun()
 
     def _resize(self, frames: int) -> None:
         self.block = frames

@@ -133,7 +133,7 @@ class Session:
             self.say(f"playing through {output.name}, {synth.rate} Hz, about {output.latency * 1e3:.1f} ms")
             gauge, self.synth = Gauge(synth), synth
             lost = _Loop(self, output, midi, changes, keys, take, score, gauge).run()
-            meters, seconds = gauge.read().meters, float(synth.record["frame"][0]) / synth.rate
+            meters, seconds = gauge.read().meters, synth.frame / synth.rate
         return Summary(output.name, seconds, meters, gauge.worst, take.kept if take else None, lost)
 
     def _output(self, make_synth: Callable[[int], Synth]) -> Output:
@@ -196,7 +196,7 @@ class _Loop:
         synth, fed, waited, frame = self.output.synth, 0, 0, -1
         said = looked = noted = time.monotonic()
         troubles: tuple[int, ...] = (0, 0, 0, 0)
-        start = int(synth.record["frame"][0]) + synth.rate // 5
+        start = synth.frame + synth.rate // 5
         while not self.session.stop.is_set():
             time.sleep(TURN)
             if self.keys:
@@ -209,7 +209,7 @@ class _Loop:
                 self.take.turn()
             synth.release_faded()
             self._say(self.changes.turn())
-            before, frame = frame, int(synth.record["frame"][0])
+            before, frame = frame, synth.frame
             waited = 0 if frame != before else waited + 1
             if not self.output.alive or waited > STALLED:
                 return f"{self.output.name} is gone"
@@ -265,7 +265,7 @@ class PresetSwitch:
         self._thread = ThreadPoolExecutor(1, "changes", _step_back)
         self._coming: tuple[tuple[str, str], Future[LiveBass]] | None = None
         self._leaving = False  # the bass before
-        self._programs = int(synth.record["program_count"][0])
+        self._programs = synth.program[0]
 
     def next_preset(self) -> None:
         names = preset_names()
@@ -283,7 +283,7 @@ class PresetSwitch:
         """
         self._hear()
         self.synth.release_faded()
-        fading = any(self.synth.record[name][0] for name in ("next_bass", "old_bass", "free_bass"))
+        fading = self.synth.switching
         if self._leaving and not fading:
             self._leaving = False
             self._thread.submit(give_back)
@@ -317,10 +317,10 @@ class PresetSwitch:
 
     def _hear(self) -> None:
         """A program change means the preset of that number, in the order of `livebass presets list`."""
-        count = int(self.synth.record["program_count"][0])
+        count, number = self.synth.program
         if count != self._programs:
             self._programs = count
-            names, number = preset_names(), int(self.synth.record["program"][0])
+            names = preset_names()
             self.wanted = names[((number >> 8) * 128 + (number & 0x7F)) % len(names)], self.wanted[1]
 
     def close(self) -> None:

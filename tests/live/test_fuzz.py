@@ -14,7 +14,7 @@ from livebass import Quality, load_preset, preset_names
 from livebass.live.inputs import MidiPort
 from livebass.live.outputs import FakeDevice
 from livebass.live.synth import LiveBass, Synth
-from livebass.live.thread.records import NOW
+from livebass.live.thread.ring import NOW, unread
 
 LIGHT = Quality("light", 60, 192e3)
 BLOCK = 64
@@ -27,7 +27,7 @@ def assert_sane(synth: Synth, sound: np.ndarray) -> None:
 
 
 def assert_panic_silences(synth: Synth, device: FakeDevice) -> None:
-    while any(int(ring[0]) > int(ring[8]) for ring in synth.rings):  # what was sent before comes first
+    while any(unread(ring) for ring in synth.rings):  # what was sent before comes first
         device.block(512)
     synth.panic()
     device.block(RATE)
@@ -51,7 +51,7 @@ def test_a_hundred_thousand_messages() -> None:
     rng = np.random.default_rng(7)
     sent = 0
     while sent < 100_000:
-        now = int(synth.record["frame"][0])
+        now = synth.frame
         frames = rng.choice([NOW, now, now + rng.integers(BLOCK), now - 1000, now + 2 * BLOCK, -5], 100)
         for frame, message in zip(frames.tolist(), random_messages(rng, 100), strict=True):
             sent += synth.send(*message, frame=frame)
@@ -89,7 +89,7 @@ def test_everything_jumps_each_block() -> None:
         if k % 97 == 0:
             synth.panic()
         synth.release_faded()
-        if basses and not any(synth.record[name][0] for name in ("next_bass", "old_bass", "free_bass")):
+        if basses and not synth.switching:
             synth.switch_to(basses.pop())
             swaps += 1
         assert_sane(synth, device.block(int(rng.choice([1, 31, 64, 256]))))

@@ -10,13 +10,13 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from support.live import CLOCK, QUICK, RATE, offline, run_ahead, synth_and_device
+from support.live import CLOCK, QUICK, RATE, address_of, offline, run_ahead, synth_and_device
 
 from livebass import QUALITIES, demo_score, load_preset
 from livebass import compiling as kernels
 from livebass.kernels import board
 from livebass.live.outputs import FakeDevice
-from livebass.live.synth import LiveBass, Synth
+from livebass.live.synth import CAPTURE_SECONDS, LiveBass, Synth
 from livebass.live.thread import block, callbacks
 
 
@@ -27,7 +27,7 @@ def test_a_score_sounds_as_rendered_bit_for_bit(sizes: list[int], ahead: str) ->
     synth, device = synth_and_device(adaptive=False)
     run_ahead(synth, ahead)
     blocks, fed = [], 0
-    while synth.record["frame"][0] < 3 * RATE:
+    while synth.frame < 3 * RATE:
         fed = synth.feed(score, fed, 0)
         blocks.append(device.block(sizes[len(blocks) % len(sizes)]))
     heard = np.concatenate(blocks)[: 3 * RATE]
@@ -135,8 +135,7 @@ def test_program_changes_and_banks_are_noted() -> None:
     for message in ((0xB0, 0, 1), (0xB0, 32, 2), (0xC0, 5)):
         synth.send(*message)
     device.block(64)
-    assert synth.record["program"][0] == (1 << 7 | 2) << 8 | 5
-    assert synth.record["program_count"][0] == 1
+    assert synth.program == (1, (1 << 7 | 2) << 8 | 5)
 
 
 def test_one_channel_only() -> None:
@@ -158,7 +157,7 @@ def test_what_comes_after_a_stall_is_not_late_by_it() -> None:
     for _ in range(10):
         device.block(64)
     time.sleep(0.5)
-    assert synth.frame_now(64) <= int(synth.record["frame"][0]) + 2 * 64
+    assert synth.frame_now(64) <= synth.frame + 2 * 64
     synth.send(0x90, 40, 120, synth.frame_now(64))
     assert np.concatenate([device.block(64) for _ in range(20)]).any()
 
@@ -205,7 +204,7 @@ def test_recording_is_what_was_heard() -> None:
 def test_a_recorder_that_sleeps_loses_sound_and_counts_it() -> None:
     synth, device = synth_and_device()
     synth.start_recording()
-    size = int(synth.record["record_size"][0])
+    size = int(CAPTURE_SECONDS * RATE)
     for _ in range(size // 4096 + 2):
         device.block(4096)
     assert synth.meters().lost == (size // 4096 + 2) * 4096 - size
@@ -226,22 +225,22 @@ def test_overload_coarsens_strings_and_calm_brings_them_back() -> None:
         return 0
 
     keep: Callable[..., int] = CLOCK(clock)
-    synth.record["clock"] = ctypes.cast(keep, ctypes.c_void_p).value  # type: ignore[arg-type]
+    synth.set_clock(address_of(keep))
     for key in (28, 33, 38, 43):
         synth.send(0x90, key, 127)
     device.block(2400)
     spans[0] = 0.9 * 64 / RATE * 1e9
     before = np.concatenate([device.block(64) for _ in range(1)])
-    assert bin(bass.record["coarse"][0]).count("1") == 1 and synth.meters().overload == 1
-    assert bass.record["coarse"][0] == 0b1000, "the newest contact first"
+    assert synth.meters().overload == 1
+    assert bass.coarse_strings == [3], "the newest contact first"
     sound = np.concatenate([before, *[device.block(64) for _ in range(3)]])
-    assert bass.record["coarse"][0] == 0b1111
+    assert bass.coarse_strings == [0, 1, 2, 3]
     assert np.isfinite(sound).all() and np.abs(sound).max() > 0.05
     assert np.abs(np.diff(sound)).max() < 0.2, "no jump"
     spans[0] = 0.1 * 64 / RATE * 1e9
     for _ in range(4 * RATE // 64):
         device.block(64)
-    assert bass.record["coarse"][0] == 0 and synth.meters().overload == 0
+    assert bass.coarse_strings == [] and synth.meters().overload == 0
     del keep
 
 
@@ -257,7 +256,7 @@ def test_coarse_strings_go_on_in_tune() -> None:
         blocks = [device.block(4800)]
         for which in (1, 0):
             if exchanged:
-                block.switch_operators(bass.record[0], 2, which, synth.record["frame"][0])
+                block.switch_operators(bass.record[0], 2, which, synth.frame)
             blocks.append(device.block(4800))
         sounds.append(np.concatenate(blocks))
     plain, changed = sounds
@@ -276,7 +275,7 @@ def test_changing_operators_in_the_midst_of_contact_is_no_blow(preset: str) -> N
     synth.send(0x90, bass.engine.instrument.strings[-1].open_note + 7, 127)
     device.block(544)
     for k in range(50):
-        block.switch_operators(bass.record[0], string, 1 - k % 2, synth.record["frame"][0])
+        block.switch_operators(bass.record[0], string, 1 - k % 2, synth.frame)
         device.block(5 + 8 * (k % 5))
     voice, op = bass.engine.voices[string], bass.engine.pool.records[string, 7]
     rest = np.stack([voice.work[name][:, op["modes"] : op["padded"]] for name in ("q", "p")])

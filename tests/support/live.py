@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+from typing import Any
 
 import numpy as np
 
@@ -37,6 +38,11 @@ def offline(
 CLOCK = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_int, ctypes.POINTER(ctypes.c_int64))
 
 
+def address_of(clock: Any) -> int:
+    """The address of a clock, for `Synth.set_clock`."""
+    return int(ctypes.cast(clock, ctypes.c_void_p).value or 0)
+
+
 @CLOCK
 def stopped(_kind: int, spec: ctypes.POINTER(ctypes.c_int64)) -> int:  # type: ignore[valid-type]
     """A clock by which nothing takes time."""
@@ -47,6 +53,6 @@ def stopped(_kind: int, spec: ctypes.POINTER(ctypes.c_int64)) -> int:  # type: i
 def run_ahead(synth: Synth, how: str) -> None:
     """Strings run ahead of the clock as far as they can, or never, or as the time allows."""
     if how == "far":
-        synth.record["clock"] = ctypes.cast(stopped, ctypes.c_void_p).value  # type: ignore[arg-type]
+        synth.set_clock(address_of(stopped))
     elif how == "never":
-        synth.record["clock"] = 0
+        synth.set_clock(0)
