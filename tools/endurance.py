@@ -98,6 +98,7 @@ def play(seconds: float, seed: int) -> int:
     wait_for_server(jack)
     settings = Settings(load_preset("slap"), QUALITIES["live"], "slap", backend="jack", keyboard=False)
     logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stdout)
+    logging.root.handlers[0].addFilter(lambda record: not record.getMessage().startswith("preset"))
     session = Session(settings)
     outcome: list[int] = []
     thread = threading.Thread(target=lambda: outcome.append(judged(jack, session, seconds, seed)), daemon=True)

@@ -163,7 +163,7 @@ def play_string(bass, i, end, count):
             count - used,
             settings_of(b),
             no_log(b),
-            count < 0,  # never raw; a constant would be a type of its own
+            count < 0,  # never raw; a literal would compile voice.run a second time
             sound[place : place + n],
             sound[:0],
         )
