@@ -101,9 +101,7 @@ class Engine:
         events = np.zeros(performer.MOST_EVENTS * max(1, len(frames)), at.EVENT)
         count = 0
         for when, (status, first, second) in zip(frames.tolist(), messages.tolist(), strict=True):
-            count = performer.message(
-                self.performer[0], self.pool.records, when, status, first, second, events, count
-            )
+            count = performer.message(self.performer[0], self.pool.records, when, status, first, second, events, count)
         for i in range(self.strings):
             mine = events[:count][events[:count]["string"] == i]
             self._pending[i] = np.concatenate([self._pending[i], mine])

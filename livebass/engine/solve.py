@@ -83,7 +83,7 @@ def solve_trial(trial: Trial) -> Motion:
 
 
 def modal_state(state: Voice, trial: Trial) -> Floats:
-    """q and dq/dt of the sounding slot, (polarisations, 2, modes); one polarisation if the string was plucked along u."""
+    """q and dq/dt of the sounding slot, (polarisations, 2, modes); one polarisation if plucked along u."""
     if state.record[0]["frame"] == 0:  # the pluck is an event of the first frame
         held = [initial_amplitudes(trial), initial_amplitudes_across(trial)][: 2 if trial.pluck.angle else 1]
         return np.stack([held, np.zeros_like(held)], axis=1)

@@ -22,7 +22,6 @@ from livebass.kernels.frame import (
     NEVER,
     advance,
     begin_contact,
-    look,
     operator_at,
     steps_clear,
     string_at,

@@ -1,13 +1,14 @@
 """Forces at the contact points of a fine step: contact by eqs. 6 and 12, friction by eq. 7.
 
 Contact. At point m, r = eta^{n+1} - eta^{n-1} solves r + sum_k W_mk f_k = r*, where r* is what r would be without
-force and f = (psi(eta^{n+1}) - psi(eta^{n-1})) / r, which conserves energy. f is convex and grows with r, so Newton's
-method from r* comes down to the root without overshoot. Points that W couples are solved together: one or
+force and f = (psi(eta^{n+1}) - psi(eta^{n-1})) / r, which conserves energy. f is convex and grows with r, so that
+Newton's method from r* comes down to the root without overshoot. Points that W couples are solved together: one or
 two alone where no more may touch, as is usual, else by Newton's method in all of them, or one after the other until
 nothing changes.
 
-Friction. At a point that touches, x = v^{n+1} - v^{n-1} solves x + sum_k W_mk A sat(x_k / slip) = x*, slip = 2 dt s: the
-point sticks (|x| < slip) or slides. Alone it is a formula, f = -A sat(x* / (slip + W_mm A)); coupled points take turns.
+Friction. At a point that touches, x = v^{n+1} - v^{n-1} solves x + sum_k W_mk A sat(x_k / slip) = x*, slip = 2 dt s:
+the point sticks (|x| < slip) or slides. Alone it is a formula, f = -A sat(x* / (slip + W_mm A)); coupled points take
+turns.
 
 w is the working set of u, op the operator; `near` lists `count` contact points, and w.coupling is W between them by
 place in that list. [any thread]

@@ -8,13 +8,13 @@ steps that solve contact, the others in one leap. Both are the same exact soluti
 taken depends on frame numbers and on the string alone, never on blocks.
 
 `advance` is the skeleton. frets.py and board.py hand it their search for points that may touch, their bookkeeping of
-the next look, and their fine steps. `slot` is a SLOT, `op` an OPERATOR, `voice` the string's VOICE; `way` is how far
-(m) the string can move in one fine step. [any thread]
+the next look, and their fine steps; it becomes part of their C functions. `slot` is a SLOT, `op` an OPERATOR, `voice`
+the string's VOICE; `way` is how far (m) the string can move in one fine step. [any thread]
 """
 
 import numpy as np
 
-from livebass.compiling import jit
+from livebass.compiling import inlined, jit
 from livebass.kernels import modal
 from livebass.kernels.native import record_at, words_at
 from livebass.kernels.operators import shape
@@ -64,7 +64,7 @@ def suspicious(slot, op, m, step, end):
     return held or u.clearance[m] <= 0.0 or u.clearance[m] + clearance <= way * (end - step)
 
 
-@jit
+@inlined
 def advance(slot, op, voice, steps, find_suspects, next_look, fine_steps):
     """Moves `slot` over one frame of `steps` fine steps from voice.step on.
 
@@ -98,9 +98,9 @@ def stay_clear(slot, op, looks, end):
         u.due[m] = end + steps_clear(u.clearance_now[m], way)
 
 
-@jit
+@inlined
 def contact_frame(slot, op, voice, count, steps, fine_steps):
-    """Moves `slot` over a frame in which some of the `count` suspects may touch: in parts, with fine steps if needed."""
+    """Moves `slot` over a frame in which the `count` suspects may touch: in parts, with fine steps where needed."""
     u, suspects, way = slot.u, slot.suspects, way_of_step(slot, op)
     step = voice.step
     end = step + steps

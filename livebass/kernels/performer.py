@@ -88,7 +88,7 @@ def emit(events, count, frame, kind, string, fret, x, y):
 
 @jit
 def choose_string(p, note):
-    """Returns the string for `note`, -1 if none has it: free ones first, then low and near positions, then the oldest."""
+    """Returns the string for `note`, -1 if none has it: free ones first, then near positions, then the oldest."""
     best = -1
     least = np.inf
     for i in range(p.strings):

@@ -78,7 +78,8 @@ WORK = np.dtype(
         _row("wanted"),  # r* of eq. 12
         _row("force"),
         _row("force_before"),
-        _row("pending"),  # forces that the next pass over the modes adds; over frets by place in the list of points near
+        # forces that the next pass over the modes adds; over frets by place in the list of points near
+        _row("pending"),
         _row("next_look", "i8"),  # of a board: fine step at which a point is looked at again ...
         _row("last_look", "i8"),  # ... and was last ...
         _row("streak", "i8"),  # ... in so many steps in a row
@@ -149,7 +150,7 @@ SLOT = np.dtype(
     ],
     align=True,
 )
-SLOT_STATE = SLOT.fields["u"][1] // 8  # 8-byte fields of a slot before its working sets
+SLOT_STATE = SLOT.fields["u"][1] // 8  # type: ignore[index]  # 8-byte fields of a slot before its working sets
 
 VOICE = np.dtype(
     [
