@@ -234,6 +234,39 @@ class Voice:
         """Its slots, (VOICE_SLOTS,)."""
         return self.string["slots"][0]
 
+    def sounding(self) -> bool:
+        """True if the string moves."""
+        return bool(self.slots["on"].any())
+
+    def note(self) -> tuple[int, int]:
+        """The fret of the note that was played last, and how many contacts began since."""
+        slot = self.slots[self.record["slot"][0]]
+        return int(slot["fret"]), int(slot["touching"])
+
+    def modal_state(self) -> tuple[Floats, Floats]:
+        """Views of q and P of u, (VOICE_SLOTS, ROW) each, for tests to look into or to spoil."""
+        return self.slots["u"]["q"], self.slots["u"]["p"]
+
+    def energy(self, op: NDArray[np.void], linear_density: float) -> float:
+        """Energy (J) of the note that was played last, that eq. 12 conserves where no point pushes.
+
+        H = mu / (2 dt^2) sum P^2 + s^2 q^2, s = exp(-sigma dt) sin(omega dt), s^2 being fine_b.
+        """
+        u = self.slots[self.record["slot"][0]]["u"]
+        total = np.sum(u["p"] ** 2 + u["fine_b"] * u["q"] ** 2, where=np.arange(u["q"].size) < op["modes"])
+        return float(linear_density / (2 * op["fine"] ** 2) * total)
+
+    def pressed(self) -> bool:
+        """True if a contact point pushes the note that was played last, at the fine step it has got to."""
+        u = self.slots[self.record["slot"][0]]["u"]
+        now, deep = u["solved_at"] == self.record["step"], (u["eta"] > 0) | (u["eta_before"] > 0)
+        return bool(np.any(now & deep))
+
+    def remembered(self) -> Floats:
+        """What the output filters and the DC blocker keep from frame to frame."""
+        v = self.record[0]
+        return np.array([v["block_in"], v["block_out"], *v["z"]])
+
 
 def gather(operators: list[list[Operator]]) -> Pool:
     """One pool of the operators given by string and fret."""
