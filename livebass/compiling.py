@@ -21,7 +21,7 @@ import platformdirs
 HERE = Path(__file__).parent
 ROOMS = ("kernels", "live/thread", "reference")
 SOURCES = (Path(__file__), *sorted(f for room in ROOMS for f in (HERE / room).glob("*.py")))
-ENTRY, LIVE_ENTRY = "voice.run-*.nbi", "block.block-*.nbi"  # what is compiled last
+ENTRY, LIVE_ENTRY = "voice.run-*.nbi", "block.process-*.nbi"  # what is compiled last
 
 
 def _directory() -> Path:
@@ -90,6 +90,9 @@ counted = compiled()
 # All others: no references, which cost a quarter of the time; what would allocate does not compile.
 LEAN: dict[str, Any] = {"_nrt": False}
 jit = compiled(**LEAN)
+# Becomes part of its callers before they are compiled: for functions that take functions, or that return arrays they
+# made, which numba does not do without references.
+inlined = compiled(inline="always", **LEAN)
 
 
 def cached(entry: str = ENTRY) -> bool:

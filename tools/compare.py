@@ -6,7 +6,8 @@
 
 Both run with this Python and its packages, each in processes of its own, through the command line and the public
 interface. The sound of a 30 s random MIDI file with bends, pedals and controllers is compared in several presets, the
-demo of every preset in each quality, the paper's cases A, B, C, oblique and fretless, and its statements. Exit status 1 where something differs.
+demo of every preset in each quality, the paper's cases A, B, C, oblique and fretless, and its statements. Exit status 1
+if something differs.
 Equality holds per kind of processor: compare on one machine.
 """
 
@@ -23,7 +24,7 @@ import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-import mido
+import mido  # type: ignore[import-untyped]
 import numpy as np
 
 HERE = Path(__file__).resolve().parent.parent
@@ -44,7 +45,8 @@ def random_song(path: Path, seconds: float = 30.0, seed: int = 9) -> None:
     """Writes a MIDI file of random notes, bends, pedal, volume and pluck positions."""
     rng = np.random.default_rng(seed)
     track = mido.MidiTrack([mido.Message("program_change", program=33)])
-    ticks, held = 960, []  # ticks a second at 120 beats a minute and 480 ticks a beat
+    held: list[int] = []
+    ticks = 960  # ticks a second at 120 beats a minute and 480 ticks a beat
     times = np.sort(rng.integers(0, int(seconds * ticks), 320))
     for wait in np.diff(times, prepend=0).tolist():
         kind = int(rng.integers(0, 12))

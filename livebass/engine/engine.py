@@ -14,10 +14,10 @@ from livebass.engine.prepare import (
     Pool,
     Rates,
     gather,
-    instrument_voice,
     new_performer,
     operator,
     pickup_rows,
+    pickup_voice,
     sensor_rows,
     usual_grazing_apex,
     whole_contact_rate,
@@ -83,12 +83,11 @@ class Engine:
         self.frets = min(len(neck.fret_positions) for neck in instrument.necks)
         self.pool = prepare(instrument, quality, self.rates, self.frets)
         boards = any(neck.surface for neck in instrument.necks)
-        self.voices = [instrument_voice(instrument, s, self.rates, boards) for s in instrument.strings]
+        output, player = instrument.output, instrument.player
+        self.voices = [pickup_voice(s, output, player, self.rates, boards) for s in instrument.strings]
         for i, v in enumerate(self.voices):
             v.record["turn"] = i * hands.BEND_FRAMES // len(self.voices)
         self.performer = new_performer(instrument, self.frets, seed)
-        player = instrument.player
-        self.settings = np.array([player.rounding, player.strike_width, player.pluck_angle])
         self.frame = 0
         self.workers = workers or min(len(self.voices), os.cpu_count() or 1)
         self._pending: list[NDArray[np.void]] = [np.zeros(0, at.EVENT) for _ in self.voices]
@@ -102,9 +101,7 @@ class Engine:
         events = np.zeros(performer.MOST_EVENTS * max(1, len(frames)), at.EVENT)
         count = 0
         for when, (status, first, second) in zip(frames.tolist(), messages.tolist(), strict=True):
-            count = performer.message(
-                self.performer[0], self.pool.records, self.pool.memory, when, status, first, second, events, count
-            )
+            count = performer.message(self.performer[0], self.pool.records, when, status, first, second, events, count)
         for i in range(self.strings):
             mine = events[:count][events[:count]["string"] == i]
             self._pending[i] = np.concatenate([self._pending[i], mine])
@@ -120,25 +117,12 @@ class Engine:
         return out
 
     def _run(self, i: int, out: NDArray[np.float64]) -> int:
-        v, events = self.voices[i], self._pending[i]
-        return int(
-            voice.run(
-                v.string[0],
-                self.pool.records[i],
-                self.pool.memory,
-                events,
-                len(events),
-                self.settings,
-                v.log,
-                False,
-                out,
-                out[:0],
-            )
-        )
+        events = self._pending[i]
+        return int(voice.run(self.voices[i].string[0], self.pool.records[i], events, len(events), out, out[:0]))
 
     def sounding(self) -> bool:
         """Whether any string still moves."""
-        return any(bool(v.slots["on"].any()) for v in self.voices)
+        return any(v.sounding() for v in self.voices)
 
     def play(self, score: Score, tail: float | None = None) -> Iterator[NDArray[np.float64]]:
         """Renders `score` from here on: blocks (strings, n) until the last note has died away.

@@ -10,9 +10,11 @@ from typing import Any
 
 import numba as nb
 import numba.extending
+import numpy as np
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
+from numba.np import arrayobj
 
 # Typed as Any: numba passes an intrinsic its context itself, and mypy cannot know that.
 intrinsic: Any = numba.extending.intrinsic
@@ -76,6 +78,46 @@ def record_address(_context: Any, record: Any) -> Any:
         return builder.ptrtoint(args[0], WORD)
 
     return types.int64(record), generate
+
+
+def _array_at(kind: Any, item: int) -> Any:
+    """An intrinsic (address, count) -> one-dimensional array of `kind` without a reference count."""
+    array = types.Array(kind, 1, "C")
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        made = context.make_array(array)(context, builder)
+        data = builder.inttoptr(args[0], made.data.type)
+        size = context.get_constant(types.intp, item)
+        arrayobj.populate_array(made, data=data, shape=[args[1]], strides=[size], itemsize=size, meminfo=None)
+        return made._getvalue()
+
+    return array(types.int64, types.int64), generate
+
+
+@intrinsic
+def floats_at(_context: Any, address: Any, count: Any) -> Any:
+    """`count` float64 at `address`, as an array. Unlike `carray` it compiles where references are not counted."""
+    return _array_at(types.float64, 8)
+
+
+@intrinsic
+def words_at(_context: Any, address: Any, count: Any) -> Any:
+    """`count` int64 at `address`, as an array."""
+    return _array_at(types.int64, 8)
+
+
+def record_at(dtype: np.dtype[Any]) -> Any:
+    """An intrinsic: the record of type `dtype` at an address, without a reference count."""
+    record: Any = nb.from_dtype(dtype)
+
+    @intrinsic
+    def at(_context: Any, address: Any) -> Any:
+        def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+            return builder.inttoptr(args[0], context.get_value_type(record))
+
+        return record(types.int64), generate
+
+    return at
 
 
 @intrinsic
