@@ -53,7 +53,7 @@ class Rates:
 
 
 def whole_contact_rate(contact_rate: float, rate: int) -> int:
-    """The least whole multiple of the audio rate that is not below `contact_rate` (Hz)."""
+    """Smallest whole multiple of the audio rate that is not below `contact_rate` (Hz)."""
     return rate * max(1, math.ceil(contact_rate / rate - 1e-9))
 
 
@@ -67,14 +67,14 @@ class Operator:
 
 
 def pickups_under(output: Output, name: str) -> tuple[Pickup, ...]:
-    """The pickups that sense the string `name`; none where the displacement itself is heard."""
+    """Pickups that sense the string `name`; none where the output is the displacement itself."""
     if output.kind == "displacement":
         return ()
     return tuple(p for p in output.pickups if not p.strings or name in p.strings)
 
 
 def pickup_rows(s: Speaking, output: Output, count: int, rate: int) -> Floats:
-    """(pickups, count) weights of modal displacements at each pickup, m^-0.5, without what the rate cannot carry."""
+    """(pickups, count) weights of modal displacements at each pickup, m^-0.5; modes above the audio band fade out."""
     fade = _fade(s, count, rate)
     k = np.arange(1, count + 1) * (math.pi / s.length)
     rows = [
@@ -92,7 +92,10 @@ def sensor_rows(s: Speaking, places: tuple[float, float], count: int, rate: int)
 
 
 def sampled_rows(s: Speaking, places: tuple[float, float], count: int, rates: Rates, lossless: bool = False) -> Floats:
-    """Those of u for each of the places a frame can have between fine steps, then those of v; nothing left out."""
+    """(4 phases, count) weights of q and P for u, then for v, at each phase a frame can have between two fine steps.
+
+    Every mode is heard, whatever the audio rate carries.
+    """
     return np.concatenate([_sampled(s, place, count, rates, lossless) for place in places])
 
 
@@ -190,7 +193,7 @@ def operator(
 
 
 def static_compliance(s: Speaking, count: int) -> Floats:
-    """R (points, points), m per unit force per length: what the modes left out give way at the contact points."""
+    """R (points, points), m per unit force per length: static compliance of the modes left out, between points."""
     full = s.grid_points - 1
     if count >= full:
         return np.zeros((len(s.contact_position),) * 2)
@@ -263,13 +266,13 @@ class Voice:
         return bool(np.any(now & deep))
 
     def remembered(self) -> Floats:
-        """What the output filters and the DC blocker keep from frame to frame."""
+        """Memory of the output filters and of the DC blocker."""
         v = self.record[0]
         return np.array([v["block_in"], v["block_out"], *v["z"]])
 
 
 def gather(operators: list[list[Operator]]) -> Pool:
-    """One pool of the operators given by string and fret."""
+    """Gathers the operators, given by string and fret, in one pool."""
     memory = np.concatenate([op.memory.ravel() for row in operators for op in row])
     records = np.zeros((len(operators), len(operators[0])), at.OPERATOR)
     address = memory.ctypes.data
@@ -283,7 +286,7 @@ def gather(operators: list[list[Operator]]) -> Pool:
 
 
 def new_voice(rates: Rates, log: int = 0, over_board: bool = False) -> Voice:
-    """A silent string, its displacement the output, with room for `log` contacts."""
+    """Makes a silent string whose output is its displacement, with room for `log` contacts."""
     voice = Voice(np.zeros(1, at.STRING), np.zeros((log, 2), np.int64))
     v, slots = voice.record, voice.slots
     v["over_frets"], v["over_board"] = frets.over_frets(), board.over_board() if over_board else 0
@@ -298,7 +301,7 @@ def new_voice(rates: Rates, log: int = 0, over_board: bool = False) -> Voice:
 
 
 def pickup_voice(string: String, output: Output, player: Player, rates: Rates, over_board: bool = False) -> Voice:
-    """A silent string under its pickups, with their circuit and the player's hand; maybe `over_board`."""
+    """Makes a silent string under its pickups, with their circuit and the player's hand; maybe `over_board`."""
     pickups = pickups_under(output, string.name)
     voice = new_voice(rates, over_board=over_board)
     v = voice.record
@@ -319,7 +322,7 @@ def pickup_voice(string: String, output: Output, player: Player, rates: Rates, o
 
 
 def new_performer(instrument: Instrument, frets: int, seed: int = 0) -> NDArray[np.void]:
-    """(1,) `performer.PERFORMER` for `instrument` with `frets` frets a string; `seed` of its unevenness."""
+    """Makes the performer, (1,) PERFORMER, of `instrument` with `frets` frets a string; `seed` of its unevenness."""
     p = np.zeros(1, PERFORMER)
     player = instrument.player
     count = len(instrument.strings)
