@@ -1,1 +1,1 @@
-"""What a bass is, in SI values: strings, necks, pickups, player; its modes; a pluck and its motion."""
+"""Describes a bass in SI units: strings, necks, pickups, player; its modes; a pluck and its motion."""

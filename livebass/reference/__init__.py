@@ -1,1 +1,1 @@
-"""Brute force, written from the equations: shares nothing with the engine."""
+"""Brute force, written from the equations; it shares nothing with the engine."""

@@ -457,7 +457,7 @@ def test_a_string_that_is_no_number_ends_and_plays_again() -> None:
     bass.process(1000)
     broken = bass.voices[2]
     assert broken.slots["on"].any()
-    broken.work["q"][:, :20] = np.nan
+    broken.modal_state()[0][:, :20] = np.nan
     bass.process(1000)
     bass.send(np.array([bass.frame]), messages)
     again = bass.process(4000)

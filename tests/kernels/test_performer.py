@@ -68,7 +68,7 @@ class Hands:
         """With `string` the bass has this one alone, so that a key is a fret."""
         instrument = instrument or bass()
         engine = engine_of(replace(instrument, player=load_preset("jazz-finger").player))
-        self.ops, self.pool = engine.pool.records, engine.pool.memory
+        self.ops = engine.pool.records
         record = new_performer(instrument, engine.frets)
         if string is not None:
             self.ops = self.ops[string : string + 1]
@@ -83,7 +83,7 @@ class Hands:
         count = 0
         for status, first, second in messages:
             before = count
-            count = performer.message(self.p, self.ops, self.pool, self.frame, status, first, second, events, count)
+            count = performer.message(self.p, self.ops, self.frame, status, first, second, events, count)
             assert before <= count <= before + performer.MOST_EVENTS
         return events[:count]
 

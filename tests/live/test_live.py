@@ -277,7 +277,7 @@ def test_changing_operators_in_the_midst_of_contact_is_no_blow(preset: str) -> N
         block.switch_operators(bass.record[0], string, 1 - k % 2, synth.frame)
         device.block(5 + 8 * (k % 5))
     voice, op = bass.engine.voices[string], bass.engine.pool.records[string, 7]
-    rest = np.stack([voice.work[name][:, op["modes"] : op["padded"]] for name in ("q", "p")])
+    rest = np.stack(voice.modal_state())[..., op["modes"] : op["padded"]]
     assert op["modes"] < op["padded"] and not rest.any()
     meters = synth.meters()
     assert meters.faults == 0 and 0.01 < meters.peak < 0.9
@@ -313,12 +313,12 @@ def test_kernels_of_the_audio_thread_cannot_allocate() -> None:
     """Their machine code calls none of numba's functions that allocate."""
     synth_and_device()
     callbacks.jack()
-    board.player()
+    board.over_board()
     names = (
         "block.process",
         "ahead.play_string",
-        "frets.player",
-        "board.player",
+        "frets.over_frets",
+        "board.over_board",
         "callbacks.portaudio",
         "callbacks.jack",
     )
