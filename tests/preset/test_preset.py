@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 
 from livebass.model.instrument import Coil, Neck, Output, Pickup, Player, String, note_frequency, speaking
 from livebass.model.neck import Admittance, Resonance
-from livebass.preset.build import LARGEST_COUNTS, MOST_FRETS, MOST_SENSING, Builder
+from livebass.preset.build import LARGEST_COUNTS, MOST_FRETS, MOST_SENSING, Builder, PresetError
 from livebass.preset.checks import overdamped
 from livebass.preset.keys import KEYS, REQUIRED, Key, checked, key_names
-from livebass.preset.load import PresetError, load_preset, preset_names, preset_reference, preset_text
+from livebass.preset.load import load_preset, preset_names, preset_reference, preset_text
 from livebass.units import DIMENSIONS, quantity
 
 GOOD = """\
@@ -144,7 +144,7 @@ CHANGES = [  # what to replace in GOOD, by what, and what the message must say
         ["output.sensor", "272"],
     ),
     ('technique = "pluck"', "technique = 3", ["player.technique = 3", "pluck or slap"]),
-    ('technique = "pluck"', "slapped_strings = 3", ["player.slapped_strings = 3", "has 2"]),
+    ('technique = "pluck"', "slapped_strings = 3", ["player.slapped_strings = 3", "has 2 strings"]),
     ('technique = "pluck"', "slapped_strings = 1.0", ["slapped_strings", "whole number"]),
     (
         'technique = "pluck"',
@@ -168,7 +168,7 @@ CHANGES = [  # what to replace in GOOD, by what, and what the message must say
     (GEOMETRY, MEASURED.replace('"94 mm"', "94"), ["neck.fret_positions", "item 2, 94", "units: mm"]),
     (GEOMETRY, MEASURED.replace('unit = "mm"', 'unit = "N"'), ["neck.fret_heights", "item 1", "units: mm"]),
     (GEOMETRY, MEASURED.replace('unit = "mm", ', ""), ["neck.fret_heights", 'unit = "mm", values']),
-    (GEOMETRY, MEASURED + 'relief = "1 mm"\n', ["relief", "not together with measured frets"]),
+    (GEOMETRY, MEASURED + 'relief = "1 mm"\n', ["relief", "not allowed together with measured frets"]),
     (GEOMETRY, GEOMETRY + 'conductance_frequencies = ["50 Hz"]\n', ["conductance_values", "0 for 1"]),
     (
         GEOMETRY,
@@ -190,13 +190,13 @@ CHANGES = [  # what to replace in GOOD, by what, and what the message must say
     (
         GEOMETRY,
         RESONANT.replace('["150 Hz"]', '["50 Hz"]').replace("1 kg", "30 g"),
-        ['neck.resonance_masses = "0.03 kg"', "item 1: draws mode 1 at fret 0 aside by more than 5 %", "from 0.41"],
+        ['neck.resonance_masses = "0.03 kg"', "item 1: shifts mode 1 at fret 0 by more than 5 %", "from 0.41"],
     ),
     (
         GEOMETRY,
         GEOMETRY + 'conductance_frequencies = ["50 Hz", "90 Hz"]\nconductance_values = ["0 m/s/N", "0 m/s/N"]\n'
         'susceptance_values = ["0.2 m/s/N", "-0.2 m/s/N"]\n',
-        ['neck.susceptance_values = "0.2 m/s/N"', "draws mode 1 at fret 0 aside", "allowed up to 0.1"],
+        ['neck.susceptance_values = "0.2 m/s/N"', "shifts mode 1 at fret 0 by more than 5 %", "allowed up to 0.1"],
     ),
     (GEOMETRY, GEOMETRY + 'free_length = "5 mm"\n', ["neck.free_length", "10 mm to 1500 mm"]),
     ("[[string]]", "[string]", ["my.toml"]),
