@@ -31,6 +31,7 @@ from livebass.model.instrument import Instrument, Pluck, speaking
 from livebass.model.quality import QUALITIES, modes_for
 from livebass.model.trial import Trial, initial_amplitudes
 from livebass.preset.load import load_preset
+from livebass.report.progress import Say
 
 APEX, PLACE = 3.6e-3, 0.64  # m, case B
 PAPER_RATE = 8_000_000  # Hz, of its contact steps
@@ -207,7 +208,6 @@ def _dense_matrices(trial: Trial) -> tuple[Floats, Floats, Floats]:
     return forward, (shape * np.exp(-2 * sigma * dt)) @ inverse, shape @ initial_amplitudes(trial)
 
 
-Say = Callable[[str], None]
 RESULT, SAID, FAILED = "result", "said", "failed"
 
 

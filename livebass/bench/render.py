@@ -28,6 +28,8 @@ from livebass.model.quality import QUALITIES
 from livebass.model.trial import Motion, Trial
 from livebass.preset.load import load_preset
 from livebass.reference.solver import solve
+from livebass.report.progress import Say, silent
+from livebass.report.text import columns
 from livebass.score import Score, score_of
 from livebass.units import note_number
 
@@ -56,7 +58,6 @@ class Extent:
 
 
 USUAL = Extent()
-Say = Callable[[str], None]
 
 
 def bench_render(progress: Say | None = None, extent: Extent | None = None) -> dict[str, Any]:
@@ -68,7 +69,7 @@ def bench_render(progress: Say | None = None, extent: Extent | None = None) -> d
     machine meanwhile. [main thread]
     """
     extent = extent or USUAL
-    say = progress or (lambda what: None)
+    say = progress or silent
     where = machine()
     bass = load_preset("paper-g")
     say("loading the kernels")
@@ -233,11 +234,7 @@ HEAD = ("s of work per s of sound", "modes", "contact", "output", "cores", "runs
 def table(result: dict[str, Any]) -> str:
     """The figures of `bench_render` for people; "cpu" is processor time, "speed" in times real time."""
     rows = [HEAD, *(_cells(result["measurements"][key]) for key in _order(result["measurements"]))]
-    widths = [max(len(row[i]) for row in rows) for i in range(len(HEAD))]
-    lines = [
-        "  ".join([row[0].ljust(widths[0]), *(c.rjust(w) for c, w in zip(row[1:], widths[1:], strict=True))])
-        for row in rows
-    ]
+    lines = columns(rows)
     machine, agreement = result["machine"], result["agreement"]
     memory = machine["peak_resident_bytes"]
     lines += ["", *(_ratio_line(label, wanted, result["ratios"][key]) for key, label, wanted, _, _ in RATIOS)]

@@ -41,6 +41,7 @@ from livebass.live.outputs import JackOutput
 from livebass.live.stage import LiveBass, Stage
 from livebass.model.quality import QUALITIES
 from livebass.preset.load import load_preset
+from livebass.report.progress import Say, silent
 from livebass.score import demo_score
 
 PRESET, VELOCITY = "jazz-finger", 100
@@ -49,7 +50,6 @@ LOOK = 30.0  # s for a server to answer
 PATIENCE = 2.0  # s for a note to sound or to be silent
 START = 90.0  # s for the other process, which may compile
 QUEUE_BLOCK, QUEUE_RATE = 128, 48_000
-Say = Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ def bench_latency(progress: Say | None = None, extent: Extent | None = None) -> 
     JACK server runs. A note during which `Ears` lost a period is not counted but "discarded". [main thread]
     """
     extent = extent or USUAL
-    say = progress or (lambda what: None)
+    say = progress or silent
     where, neighbours = machine(), Neighbours()
     found, missing = None, ""
     try:
@@ -289,7 +289,7 @@ def bench_python(progress: Say | None = None, extent: PythonExtent | None = None
     Lost where no JACK server runs. [main thread]
     """
     extent = extent or PYTHON_USUAL
-    say = progress or (lambda what: None)
+    say = progress or silent
     where, neighbours = machine(), Neighbours()
     found = apart(say, LONGEST, server)
     rows = []
