@@ -9,8 +9,7 @@ import pytest
 from support.strings import case_b, random_trial
 
 from livebass.arrays import Floats
-from livebass.engine.solve import solve_trial, trial_voice
-from livebass.kernels import records as at
+from livebass.engine.solve import pluck_event, solve_trial, trial_voice
 from livebass.kernels import voice
 from livebass.model import modes
 from livebass.model.instrument import Pluck
@@ -108,30 +107,17 @@ def test_random_setups_with_friction(first: int) -> None:
 
 
 def energies(trial: Trial) -> tuple[Floats, int]:
-    """The energy (J) at every frame at which no fret pushes, and how many frames had one that does.
-
-    H = mu / (2 dt^2) sum P^2 + s^2 q^2, s = exp(-sigma dt) sin(omega dt): what eq. 12 conserves.
-    """
-    state, records, memory = trial_voice(trial)
-    op, slot, v, w = records[0], state.slots[0], state.record[0], state.work[0]
-    event = np.zeros(1, at.EVENT)
-    event[0] = (0, at.PLUCK, 0, 0, trial.pluck.apex, trial.pluck.position)
-    settings, out = np.array([trial.pluck.rounding, 0.02, 0.0]), np.zeros(1)
-    stamp, now, before = w["solved_at"], w["eta"], w["eta_before"]
+    """The energy (J) at every frame at which no fret pushes, and how many frames had one that does."""
+    state, pool = trial_voice(trial)
+    op, events, out = pool.records[0], pluck_event(trial.pluck), np.zeros(1)
     values, pushed = [], 0
     for frame in range(trial.samples):
-        voice.run(
-            state.string[0], records, memory, event, int(frame == 0), settings, state.log, True, out, out[:0],
-        )  # fmt: skip
-        points = slice(0, int(op["points"]))
-        at_fret = (stamp[points] == v["step"]) & ((now[points] > 0) | (before[points] > 0))
-        if at_fret.any():
+        voice.run(state.string[0], op, events, int(frame == 0), out, out[:0])
+        if state.pressed():
             pushed += 1
-            continue
-        n = int(op["modes"])
-        total = np.sum(w["p"][:n] ** 2 + w["fine_b"][:n] * w["q"][:n] ** 2)
-        values.append(trial.speaking.string.linear_density / (2 * op["fine"] ** 2) * total)
-    assert slot["touching"] > 100
+        else:
+            values.append(state.energy(op[0], trial.speaking.string.linear_density))
+    assert state.note()[1] > 100
     return np.array(values), pushed
 
 

@@ -13,6 +13,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
+from support.messages import Message, control, off, on
 
 from livebass import load_preset
 from livebass.engine.engine import Engine
@@ -32,20 +33,6 @@ LOWEST, HIGHEST, FRETS = 28, 63, 20
 RPN_RANGE = ((0xB0, 101, 0), (0xB0, 100, 0))
 NO_RPN = 16383
 FREE, HELD, PEDALLED = performer.FREE, performer.HELD, performer.PEDALLED
-
-Message = tuple[int, int, int]
-
-
-def on(key: int, velocity: int = 90) -> Message:
-    return (0x90, key, velocity)
-
-
-def off(key: int) -> Message:
-    return (0x80, key, 0)
-
-
-def control(number: int, value: int = 0) -> Message:
-    return (0xB0, number, value)
 
 
 def wheel(value: int) -> Message:
@@ -85,7 +72,7 @@ class Hands:
         """With `string` the bass has this one alone, so that a key is a fret."""
         instrument = instrument or bass()
         engine = engine_of(replace(instrument, player=loaded("jazz-finger").player))
-        self.ops, self.pool = engine.pool.records, engine.pool.memory
+        self.ops = engine.pool.records
         record = new_performer(instrument, engine.frets)
         if string is not None:
             self.ops = self.ops[string : string + 1]
@@ -100,7 +87,7 @@ class Hands:
         count = 0
         for status, first, second in messages:
             before = count
-            count = performer.message(self.p, self.ops, self.pool, self.frame, status, first, second, events, count)
+            count = performer.message(self.p, self.ops, self.frame, status, first, second, events, count)
             assert before <= count <= before + performer.MOST_EVENTS
         return events[:count]
 
