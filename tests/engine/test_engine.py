@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 from support.strings import case_b, random_trial
 
+from livebass.arrays import Floats
 from livebass.engine.solve import pluck_event, solve_trial, trial_voice
 from livebass.kernels import voice
 from livebass.model import modes
 from livebass.model.instrument import Pluck
-from livebass.model.trial import Floats, Motion, Trial
+from livebass.model.trial import Motion, Trial
 from livebass.reference.solver import solve
 
 AGREED = 1e-6  # of the largest displacement
