@@ -138,7 +138,7 @@ class Engine:
 
     def sounding(self) -> bool:
         """Whether any string still moves."""
-        return any(bool(v.slots["on"].any()) for v in self.voices)
+        return any(v.sounding() for v in self.voices)
 
     def play(self, score: Score, tail: float | None = None) -> Iterator[NDArray[np.float64]]:
         """Renders `score` from here on: blocks (strings, n) until the last note has died away.

@@ -240,6 +240,30 @@ class Voice:
     def work(self) -> NDArray[np.void]:
         return self.string["work"][0]
 
+    def sounding(self) -> bool:
+        """True if the string moves."""
+        return bool(self.slots["on"].any())
+
+    def note(self) -> tuple[int, int]:
+        """The fret of the note that was played last, and how many contacts began since."""
+        slot = self.slots[self.record["slot"][0]]
+        return int(slot["fret"]), int(slot["touching"])
+
+    def modal_state(self) -> tuple[Floats, Floats]:
+        """Views of q and P, (slots and polarisations, at.ROW) each: what tests look into, or spoil."""
+        return self.work["q"], self.work["p"]
+
+    def pressed(self) -> bool:
+        """True if a contact point pushes the note that was played last, at the fine step it has got to."""
+        work = self.work[self.record["slot"][0]]
+        now, deep = work["solved_at"] == self.record["step"], (work["eta"] > 0) | (work["eta_before"] > 0)
+        return bool(np.any(now & deep))
+
+    def remembered(self) -> Floats:
+        """What the output filters and the DC blocker keep from frame to frame."""
+        v = self.record[0]
+        return np.array([v["block_in"], v["block_out"], *v["z"]])
+
 
 def gather(operators: list[list[Operator]]) -> Pool:
     """One pool of operators given by string and fret; each was built with its own offset."""
