@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from support.strings import case_b, oblique, random_trial
 
-from livebass.engine.solve import solve_trial, trial_voice
-from livebass.kernels import records as at
+from livebass.arrays import Floats
+from livebass.engine.solve import pluck_event, solve_trial, trial_voice
 from livebass.kernels import voice
 from livebass.model import modes
-from livebass.model.trial import Floats, Motion, Trial
+from livebass.model.trial import Motion, Trial
 from livebass.reference.solver import solve
 
 AGREED = 1e-8  # of the largest displacement; regular motion agrees to 5e-11
@@ -134,24 +134,20 @@ def energies(trial: Trial) -> tuple[Floats, int]:
 
     H = mu / (2 dt^2) sum P^2 + s^2 q^2 with s = exp(-sigma dt) sin(omega dt), which eq. 12 conserves without losses.
     """
-    state, records, memory = trial_voice(trial)
+    state, pool = trial_voice(trial)
     s, n, dt = trial.speaking, trial.modes, 1 / trial.contact_rate
     sigma = np.zeros(n) if trial.lossless else modes.dampings(s, n)
     omega = np.sqrt((2 * np.pi * modes.frequencies(s, n)) ** 2 - sigma**2)
     sine = np.exp(-sigma * dt) * np.sin(omega * dt)
-    event = np.zeros(1, at.EVENT)
-    event[0] = (0, at.PLUCK, 0, 0, trial.pluck.apex, trial.pluck.position)
-    settings, out = np.array([trial.pluck.rounding, 0.02, 0.0]), np.zeros(1)
     q, p = (rows[0, :n] for rows in state.modal_state())
+    events, out = pluck_event(trial.pluck), np.zeros(1)
     values, pushed = [], 0
     for frame in range(trial.samples):
-        voice.run(
-            state.string[0], records, memory, event, int(frame == 0), settings, state.log, True, out, out[:0],
-        )  # fmt: skip
+        voice.run(state.string[0], pool.records[0], events, int(frame == 0), out, out[:0])
         if state.pressed():
             pushed += 1
-            continue
-        values.append(s.string.linear_density / (2 * dt**2) * np.sum(p**2 + (sine * q) ** 2))
+        else:
+            values.append(s.string.linear_density / (2 * dt**2) * np.sum(p**2 + (sine * q) ** 2))
     _, contacts = state.note()
     assert contacts > 100
     return np.array(values), pushed

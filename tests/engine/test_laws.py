@@ -89,8 +89,8 @@ def test_what_48_khz_gives_is_what_192_khz_has_below_its_limit(preset: str, monk
 
 
 def test_every_file_that_compiles_is_in_the_key_of_the_cache() -> None:
-    """A change in any of `SOURCES` renews the cache; numba alone watches only the file a function stands in."""
+    """A change in any of `sources` renews the cache; numba alone watches only the file a function stands in."""
     package = Path(compiling.__file__).parent
     compiles = re.compile(r"^from livebass\.compiling import .*\b(jit|counted|compiled|callback)\b", re.MULTILINE)
     found = {path for path in package.rglob("*.py") if compiles.search(path.read_text())}
-    assert len(found) > 10 and found <= set(compiling.SOURCES)
+    assert len(found) > 10 and found <= set(compiling.sources())

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from support.midi import control, on
+from support.messages import control, on
 from support.strings import one_string
 
 from livebass import load_preset, preset_names, quality_with

@@ -9,8 +9,8 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from support import midi
-from support.midi import Message, control, off, wheel
+from support import messages
+from support.messages import Message, control, off, wheel
 from support.strings import even, one_string
 
 from livebass import load_preset
@@ -32,7 +32,7 @@ OCTAVE = [control(101, 0), control(100, 0), control(6, 12)]
 
 
 def on(key: int, velocity: int = QUIET) -> Message:
-    return midi.on(key, velocity)
+    return messages.on(key, velocity)
 
 
 @cache

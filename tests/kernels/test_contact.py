@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from livebass.kernels import contact
-from livebass.kernels.records import MOST_NEAR, ROW
+from livebass.kernels.records import OPERATOR, WORK
 from livebass.reference.laws import contact_force
 
 STIFFNESS, DEPTH, COMPLIANCE = 1e13, 1e-7, 3e-10  # N/m^2.5; m; m per N/m
@@ -18,14 +18,13 @@ def residuals(wanted: np.ndarray, old: np.ndarray, coupling: np.ndarray, exponen
     """The residual of each equation relative to DEPTH, and the forces found."""
     count = len(wanted)
     near = np.random.default_rng(count).permutation(20)[:count].astype(np.int64)
-    rows = np.zeros((3, ROW))
-    rows[0, near], rows[1, near], rows[2, near] = wanted, old, guess
-    table = np.zeros((MOST_NEAR, MOST_NEAR))
-    table[:count, :count] = coupling
-    touching = contact.solve_points(
-        near, count, rows[0], rows[1], rows[2], table.ravel(), 0, STIFFNESS, exponent, np.zeros(2 * ROW)
-    )
-    f = rows[2, near]
+    work, op = np.zeros(1, WORK), np.zeros(1, OPERATOR)
+    w = work[0]
+    w["wanted"][near], w["eta_before"][near], w["force"][near] = wanted, old, guess
+    w["coupling"][:count, :count] = coupling
+    op["stiffness"], op["exponent"] = STIFFNESS, exponent
+    touching = contact.solve_points(w, op[0], near, count)
+    f = w["force"][near]
     r = wanted - coupling @ f
     law = np.array([contact_force(y, x, STIFFNESS, exponent)[0] for x, y in zip(r, old, strict=True)])
     assert touching == np.count_nonzero(f)

@@ -13,7 +13,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from support.midi import Message, control, off, on, wheel
+from support.messages import Message, control, off, on, wheel
 
 from livebass import load_preset
 from livebass.engine.engine import Engine
@@ -35,6 +35,10 @@ NO_RPN = 16383
 FREE, HELD, PEDALLED = performer.FREE, performer.HELD, performer.PEDALLED
 
 
+# Reading and checking a preset takes 0.1 s, and random tests ask for one in every example.
+loaded = cache(load_preset)
+
+
 @cache
 def engine_of(instrument: Instrument) -> Engine:
     """An engine of few modes: only its operators are used."""
@@ -43,7 +47,7 @@ def engine_of(instrument: Instrument) -> Engine:
 
 def bass(preset: str = "jazz-finger", **player: object) -> Instrument:
     """The bass of `preset`, played evenly unless fields of its `player` are given."""
-    instrument = load_preset(preset)
+    instrument = loaded(preset)
     return replace(instrument, player=replace(instrument.player, **{"unevenness": 0.0, **player}))  # type: ignore[arg-type]
 
 
@@ -62,8 +66,8 @@ class Hands:
     def __init__(self, instrument: Instrument | None = None, string: int | None = None):
         """Plays `instrument`, or its string `string` alone, so that a key is a fret."""
         instrument = instrument or bass()
-        engine = engine_of(replace(instrument, player=load_preset("jazz-finger").player))
-        self.ops, self.pool = engine.pool.records, engine.pool.memory
+        engine = engine_of(replace(instrument, player=loaded("jazz-finger").player))
+        self.ops = engine.pool.records
         record = new_performer(instrument, engine.frets)
         if string is not None:
             self.ops = self.ops[string : string + 1]
@@ -78,7 +82,7 @@ class Hands:
         count = 0
         for status, first, second in messages:
             before = count
-            count = performer.message(self.p, self.ops, self.pool, self.frame, status, first, second, events, count)
+            count = performer.message(self.p, self.ops, self.frame, status, first, second, events, count)
             assert before <= count <= before + performer.MOST_EVENTS
         return events[:count]
 
@@ -333,7 +337,7 @@ def test_velocity_to_apex(preset: str) -> None:
 
 
 def test_techniques() -> None:
-    slap = load_preset("slap")
+    slap = loaded("slap")
     found = [Hands(slap, i)(on(OPEN[i] + 5))[0]["kind"] for i in range(4)]
     assert found == [at.STRIKE_EVENT] * 2 + [at.PLUCK] * 2
     assert [Hands(None, i)(on(OPEN[i] + 5))[0]["kind"] for i in range(4)] == [at.PLUCK] * 4
@@ -388,7 +392,7 @@ def test_controller_16_moves_the_hand_over_the_body() -> None:
 def test_every_place_is_on_the_string(preset: str, value: int) -> None:
     """Any position controller plucks every fretted string well away from its ends."""
     for string in range(4):
-        hands = Hands(load_preset(preset), string)
+        hands = Hands(loaded(preset), string)
         hands(control(16, value))
         for fret in range(FRETS + 1):
             (event,) = hands(on(OPEN[string] + fret))
@@ -624,7 +628,7 @@ EIGHT = bass_tuned([28, 33, 38, 43, 48, 53, 58, 63])
 RING = [m for s in EIGHT.strings for m in (on(s.open_note), off(s.open_note))]
 
 
-@given(st.lists(any_message, max_size=60), st.sampled_from([bass(), load_preset("slap"), EIGHT]))
+@given(st.lists(any_message, max_size=60), st.sampled_from([bass(), loaded("slap"), EIGHT]))
 @example([control(64, 127), *RING, control(121)], EIGHT)
 def test_any_bytes_leave_the_performer_sane(sequence: list[Message], instrument: Instrument) -> None:
     hands = Hands(instrument)

@@ -1,4 +1,4 @@
-"""MIDI channel messages as (status, first, second), on channel 1."""
+"""MIDI messages, as (status, first, second)."""
 
 from __future__ import annotations
 
