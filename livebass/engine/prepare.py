@@ -250,15 +250,6 @@ class Voice:
         """Views of q and P of u, (VOICE_SLOTS, ROW) each, for tests to look into or to spoil."""
         return self.slots["u"]["q"], self.slots["u"]["p"]
 
-    def energy(self, op: NDArray[np.void], linear_density: float) -> float:
-        """Energy (J) of the note that was played last, that eq. 12 conserves where no point pushes.
-
-        H = mu / (2 dt^2) sum P^2 + s^2 q^2, s = exp(-sigma dt) sin(omega dt), s^2 being fine_b.
-        """
-        u = self.slots[self.record["slot"][0]]["u"]
-        total = np.sum(u["p"] ** 2 + u["fine_b"] * u["q"] ** 2, where=np.arange(u["q"].size) < op["modes"])
-        return float(linear_density / (2 * op["fine"] ** 2) * total)
-
     def pressed(self) -> bool:
         """True if a contact point pushes the note that was played last, at the fine step it has got to."""
         u = self.slots[self.record["slot"][0]]["u"]

@@ -1,4 +1,4 @@
-"""The implicit equations of contact: r_i + sum_k W_ik f_k = r*_i with f of eq. 6, whichever way they are solved."""
+"""The contact solver satisfies r_i + sum_k W_ik f_k = r*_i, f of eq. 6, for any number of points and any guess."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ STIFFNESS, DEPTH, COMPLIANCE = 1e13, 1e-7, 3e-10  # N/m^2.5; m; m per N/m
 def residuals(wanted: np.ndarray, old: np.ndarray, coupling: np.ndarray, exponent: float, guess: np.ndarray) -> tuple[
     np.ndarray, np.ndarray
 ]:  # fmt: skip
-    """The residual of each equation once solved, over DEPTH, and the forces."""
+    """The residual of each equation relative to DEPTH, and the forces found."""
     count = len(wanted)
     near = np.random.default_rng(count).permutation(20)[:count].astype(np.int64)
     work, op = np.zeros(1, WORK), np.zeros(1, OPERATOR)
@@ -49,7 +49,7 @@ def test_the_equations_hold(seed: int, exponent: float) -> None:
 
 @pytest.mark.parametrize("touching", [1, 2])
 def test_a_force_may_press_another_point_on(touching: int) -> None:
-    """Of truncated modes W is a little negative here and there: who could not touch without force then may."""
+    """With truncated modes some W are negative, so a force may press down a point that would not touch by itself."""
     coupling = COMPLIANCE * (1.3 * np.eye(3) - 0.4 * (1 - np.eye(3)))
     old = np.full(3, -0.1 * DEPTH)
     wanted = np.array([2.0, 2.0 if touching == 2 else -0.5, 0.05]) * DEPTH

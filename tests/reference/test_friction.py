@@ -8,15 +8,12 @@ import math
 import numpy as np
 import pytest
 from support import strings
+from support.strings import oblique
 
 from livebass.model import modes
-from livebass.model.trial import Trial, initial_amplitudes_across
+from livebass.model.trial import initial_amplitudes_across
 from livebass.reference.laws import sat, solve_friction
 from livebass.reference.solver import solve
-
-
-def oblique(trial: Trial, angle: float, apex: float) -> Trial:
-    return dataclasses.replace(trial, pluck=dataclasses.replace(trial.pluck, angle=angle, apex=apex))
 
 
 @pytest.mark.parametrize("seed", range(30))
