@@ -67,7 +67,7 @@ def random_song(path: Path, seconds: float = 30.0, seed: int = 9) -> None:
 def livebass(
     checkout: Path, *arguments: object, program: str | None = None, fine: tuple[int, ...] = (0,), **environment: str
 ) -> str:
-    """Runs the command line, or `program`, of a checkout; returns the text it printed. Other statuses than `fine` end."""
+    """Runs the command line, or `program`, of a checkout; returns its output. Ends if the status is not in `fine`."""
     start = ["-c", program] if program else ["-m", "livebass"]
     env = {**os.environ, "PYTHONPATH": str(checkout), **environment}
     line = [sys.executable, *start, *map(str, arguments)]
