@@ -21,13 +21,18 @@ def presets() -> None:
 
 @presets.command("list")
 def list_() -> None:
-    """The presets that come with livebass: basses in the order of MIDI programs, then experiments."""
+    """The presets that come with livebass: basses, with the MIDI programs that choose them, then experiments.
+
+    Programs are those of General MIDI, counted from 1.
+    """
     from livebass.preset.load import laboratory_names, load_preset, preset_names
+    from livebass.preset.programs import PROGRAMS
 
     names = preset_names() + laboratory_names()
     width = max(map(len, names), default=0)
     for name in names:
-        click.echo(f"{name:{width}}  {load_preset(name).description}")
+        programs = " ".join(str(number) for number, preset in PROGRAMS.items() if preset == name)
+        click.echo(f"{name:{width}}  {programs:5}  {load_preset(name).description}")
 
 
 @presets.command()
