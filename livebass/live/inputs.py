@@ -390,7 +390,7 @@ class TerminalKeys:
         for token in TOKEN.finditer(text[: len(text) - len(self._rest)]):
             if len(token[0]) == 1 and token[0] != "\x1b":
                 self.press(token[0])
-            elif key := KEY.fullmatch(token[0]):
+            elif self._releases and (key := KEY.fullmatch(token[0])):
                 self._report(key)
             elif PROTOCOL_THERE.fullmatch(token[0]) and not self._releases:
                 self._releases = True

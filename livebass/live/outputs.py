@@ -183,7 +183,13 @@ class JackOutput:
         _silence(jack)
         self.name = f"JACK client {self.client.name}"
         self.block = int(self.client.blocksize)
-        self.synth = make_synth(int(self.client.samplerate))
+        self.rate = 0  # of the server: `play` follows it
+        self.client.set_samplerate_callback(self._change_rate)
+        end = time.monotonic() + FIRST_BLOCK
+        while self.pipewire and not self.rate and time.monotonic() < end:
+            time.sleep(0.005)  # until then PipeWire's library gives the rate of PIPEWIRE_LATENCY for the server's
+        self.rate = self.rate or int(self.client.samplerate)
+        self.synth = make_synth(self.rate)
         self.outputs = [self.client.outports.register(f"out_{k}") for k in (1, 2)]
         self.midi = self.client.midi_inports.register("midi_in")
         self.record = np.zeros(1, callbacks.JACK)
@@ -206,8 +212,6 @@ class JackOutput:
         self.client.set_shutdown_callback(self._shut_down)
         self.client.set_xrun_callback(self._xrun)
         self.client.set_blocksize_callback(self._resize)
-        self.client.set_samplerate_callback(self._change_rate)
-        self.rate = self.synth.rate  # of the server: `play` follows it
         self._connect = connect
         self._seen: set[str] = set()
         self._speakers: list[str] = []  # ports that the outputs were connected to

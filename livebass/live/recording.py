@@ -192,6 +192,8 @@ class MidiRecorder:
                 data = [status, first] if status & 0xF0 == 0xD0 else [status, first, second]
                 track.append(mido.Message.from_bytes(data, time=tick - last))
                 last = tick
+        end = round(self.synth.frame * self.rate / self.synth.rate)  # notes still held last until here
+        track.append(mido.MetaMessage("end_of_track", time=max(end - last, 0)))
         file = io.BytesIO()
         mido.MidiFile(type=0, ticks_per_beat=self.rate // beats, tracks=[track]).save(file=file)
         return file.getvalue()

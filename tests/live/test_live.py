@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import ctypes
 import dataclasses
+import os
+import subprocess
+import sys
 import threading
 import time
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -261,6 +265,77 @@ def test_a_recorder_that_sleeps_loses_sound_and_counts_it() -> None:
         device.block(4096)
     assert synth.meters().lost == (size // 4096 + 2) * 4096 - size
     assert len(synth.recorded()) == size
+
+
+def test_samples_beyond_full_scale_are_counted() -> None:
+    """As many as `render` counts at the same gain."""
+    gain = 20.0
+    synth, device = synth_and_device(adaptive=False, gain=gain)
+    synth.send(0x90, 40, 127)
+    heard = device.block(RATE // 2)
+    beyond = int(np.count_nonzero(np.abs(offline("slap", [(0, 0x90, 40, 127)], RATE // 2)) * gain > 1))
+    assert synth.meters().clipped == pytest.approx(beyond, abs=1) and beyond > 100
+    assert np.abs(heard).max() == 1
+
+
+def test_messages_are_kept_as_they_are_played() -> None:
+    synth, device = synth_and_device()
+    synth.keep_messages()
+    for frame, key in ((333, 40), (5, 41), (40, 42)):  # one ring keeps the order
+        synth.send(0x90, key, 100, frame=frame)
+    device.block(128)
+    assert synth.played() == []
+    device.block(512)
+    assert synth.played() == [(333, 0x90, 40, 100), (333, 0x90, 41, 100), (333, 0x90, 42, 100)]
+    assert synth.played() == []
+
+
+def test_bends_of_eight_octaves_stay_finite() -> None:
+    """The range that RPN 0 may set, on every string at once."""
+    synth, device = synth_and_device()
+    for message in ((0xB0, 101, 0), (0xB0, 100, 0), (0xB0, 6, 96)):
+        synth.send(*message)
+    for key in (28, 33, 38, 43):
+        synth.send(0x90, key, 127)
+    sounds = []
+    for wheel in (127, 0, 64, 127, 0):
+        synth.send(0xE0, 0, wheel)
+        sounds.append(device.block(RATE // 2))
+    assert synth.bass is not None and synth.bass.engine.performer["range"][0] == 96
+    assert np.isfinite(np.concatenate(sounds)).all() and synth.meters().faults == 0
+    synth.send(0xE0, 0, 64)
+    device.block(RATE // 2)
+    assert {float(v.record["tuned"][0]) for v in synth.bass.engine.voices} == {1.0}
+
+
+def test_nothing_is_compiled_once_it_plays() -> None:
+    """In a process of its own: what `rehearse` has not called would be compiled during the first notes."""
+    program = """
+import gc
+from support.live import synth_and_device
+from numba.core.dispatcher import Dispatcher
+from livebass import score_of
+from livebass.live.synth import Gauge, rehearse
+
+rehearse()
+synth, device = synth_and_device()
+known = {id(d): len(d.signatures) for d in gc.get_objects() if isinstance(d, Dispatcher)}
+synth.start_recording(); synth.keep_messages()
+score = score_of([(0.0, 0.1, 40, 100)], 48000)
+gauge = Gauge(synth)
+for k in range(50):
+    synth.feed(score, 0 if k == 0 else len(score.frames), 0)
+    synth.receive(0xB0, 7, 100, synth.frame_now(64)); synth.send(0x90, 45, 50)
+    device.block(64)
+    synth.recorded(); synth.played(); synth.release_faded(); gauge.read(); synth.frame; synth.program
+synth.panic()
+print([str(d) for d in gc.get_objects() if isinstance(d, Dispatcher) and len(d.signatures) != known.get(id(d))])
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, timeout=240, check=False,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(Path(__file__).parents[1]), *sys.path])},
+    )  # fmt: skip
+    assert done.stdout.strip() == "[]", done.stdout + done.stderr[-2000:]
 
 
 def test_overload_coarsens_strings_and_calm_brings_them_back() -> None:
