@@ -1,1 +1,1 @@
-"""One pluck, or any parameter over a grid of plucks."""
+"""One pluck (`simulate`), or a parameter of a preset or a pluck over a grid (`sweep`)."""

@@ -1,1 +1,1 @@
-"""The paper's statements, checked."""
+"""The statements of Issanchou et al. (2018) that can be checked, and the check."""
