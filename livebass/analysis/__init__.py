@@ -1,1 +1,1 @@
-"""What is seen in a sound or a motion: spectra, pitch, shapes, energies."""
+"""Measurements in sounds (`sound`) and in motions of a string (`motion`)."""

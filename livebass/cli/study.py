@@ -237,7 +237,10 @@ def _complete(
 
 @contextmanager
 def _computer(first: Point, workers: int, scheduler: str | None) -> Iterator[tuple[str, Callable[[Any], Any]]]:
-    """Where points are computed, in words, and the function that computes them; compiles the kernels first."""
+    """Yield the place where points are computed, in words, and the function that computes them.
+
+    Compiles the kernels first if need be.
+    """
     from livebass import compiling
     from livebass.experiment.workers import compile_kernels, computed, connected
 

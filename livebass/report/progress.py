@@ -1,4 +1,4 @@
-"""How long work reports on itself to its caller."""
+"""The functions by which long work reports its progress."""
 
 from __future__ import annotations
 

@@ -22,9 +22,9 @@ from livebass.paper.claims.check import (
     Result,
     check,
     chosen,
+    claims_html,
     claims_json,
     needed,
-    page,
     result,
     table,
     value_text,
@@ -184,7 +184,7 @@ def test_texts_of_odd_values() -> None:
     results = [Result(claim, math.nan, False), Result(claim, [1.5, math.inf], True)]
     found = json.loads(claims_json(results))["claims"]
     assert found[0]["measured"] is None and found[1]["measured"] == [1.5, None]
-    text = page(results)
+    text = claims_html(results)
     assert "5 &lt; 6 &amp; &#34;so&#34;" in text and text.count("<html") == 1 and text.count("<tr") == 3
     assert value_text(list(range(1, 13))) == "1 to 12"
     assert value_text([], "s") == "none"

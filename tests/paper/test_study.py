@@ -46,7 +46,7 @@ def done(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Any]
 
 
 class Links(HTMLParser):
-    """All a page refers to."""
+    """Collects every reference of a page."""
 
     def __init__(self, text: str) -> None:
         super().__init__()

@@ -14,7 +14,7 @@ from livebass.analysis.motion import Solved
 from livebass.paper.claims import runs, section_4_1, section_4_2, sections_2_3
 from livebass.paper.claims.expect import Claim, Value
 from livebass.preset.build import nearest
-from livebass.report.page import page as filled
+from livebass.report.page import html_page
 from livebass.report.progress import Progress, steps
 from livebass.report.text import columns, csv_text, json_text, plain
 
@@ -118,13 +118,13 @@ def table(results: Sequence[Result]) -> str:
     return "\n".join([*lines, count_line(results)])
 
 
-def page(results: Sequence[Result]) -> str:
+def claims_html(results: Sequence[Result]) -> str:
     """The results as an HTML page, with the measured quantity of each claim. Needs Jinja2."""
     rows = []
     for r in results:
         name, section, statement, *rest = cells(r)
         rows.append((name, section, statement, r.claim.quantity, *rest))
-    return filled("livebass.paper", "claims.html", rows=rows, count=count_line(results))
+    return html_page("livebass.paper", "claims.html", rows=rows, count=count_line(results))
 
 
 def claims_json(results: Sequence[Result]) -> str:
@@ -140,4 +140,4 @@ def claims_csv(results: Sequence[Result]) -> str:
     )
 
 
-WRITERS = {"json": claims_json, "csv": claims_csv, "html": page}
+WRITERS = {"json": claims_json, "csv": claims_csv, "html": claims_html}

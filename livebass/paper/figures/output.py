@@ -17,7 +17,7 @@ from livebass import __version__
 from livebass.audiofile import AudioWriter, encoding
 from livebass.files import Transaction
 from livebass.paper.figures.study import Findings, Picture, Sound, Study, Table
-from livebass.report.page import page as filled
+from livebass.report.page import html_page
 from livebass.report.picture import image
 from livebass.report.text import csv_text, json_text, plain
 
@@ -91,4 +91,4 @@ def page(summaries: Iterable[Mapping[str, Any]], version: str) -> str:
         {**s, "files": [*([s["data"]] if s["data"] else []), *(table["csv"] for table in s["tables"])]}
         for s in summaries
     ]
-    return filled("livebass.paper", "studies.html", version=version, studies=studies)
+    return html_page("livebass.paper", "studies.html", version=version, studies=studies)
