@@ -27,6 +27,9 @@ from livebass.report.text import csv_text, json_text, plain
 Results = dict[str, dict[str, float]]  # by digest
 TABLE, PICTURES, POINTS = "sweep.csv", ("sweep.png", "sweep.svg"), "points"
 STALE = 60.0  # s after which a half-written point is left over from a killed process
+NEEDED = "the picture needs matplotlib: pip install 'livebass[plots]'; --no-picture does without"
+MOST_PANELS = 12  # in a row
+MOST_AXES = 3
 
 
 def prepare(directory: Path, file: Path | None = None) -> None:
@@ -140,11 +143,6 @@ def _shown(value: float) -> str:
     return repr(int(value)) if value.is_integer() and abs(value) < 1e15 else repr(value)
 
 
-NEEDED = "the picture needs matplotlib: pip install 'livebass[plots]'; --no-picture does without"
-MOST_PANELS = 12  # in a row
-MOST_AXES = 3
-
-
 def drawable(axes: Sequence[Axis]) -> bool:
     """True if a picture can show that many parameters and values."""
     wide = _wide(axes)
@@ -209,5 +207,5 @@ def edges(axis: Axis) -> NDArray[np.float64]:
     """Edges of the cells around the values, half way to the next one, in ratios on a logarithmic axis."""
     numbers = np.log(axis.numbers) if axis.log else np.asarray(axis.numbers, np.float64)
     half = np.diff(numbers) / 2
-    edges = np.concatenate([[numbers[0] - half[0]], numbers[:-1] + half, [numbers[-1] + half[-1]]])
-    return np.exp(edges) if axis.log else edges
+    ends = np.concatenate([[numbers[0] - half[0]], numbers[:-1] + half, [numbers[-1] + half[-1]]])
+    return np.exp(ends) if axis.log else ends

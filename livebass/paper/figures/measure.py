@@ -108,7 +108,7 @@ def numbers(solved: Solved) -> dict[str, Any]:
     trial, contacts, sets = solved.trial, solved.contacts, sets_of(solved)
     nu = solved.characteristic()[1]
     change = variation(solved)[1]
-    first = int(np.argmin(contacts.time_s)) if contacts.time_s.size else None
+    met = contacts.time_s.size > 0
     return {
         "apex_mm": trial.pluck.apex * 1e3,
         "position_m": trial.pluck.position,
@@ -117,11 +117,11 @@ def numbers(solved: Solved) -> dict[str, Any]:
         "modes": trial.modes,
         "contact_rate_hz": trial.contact_rate,
         "contacts": int(contacts.time_s.size),
-        "first_contact_ms": None if first is None else float(contacts.time_s[first] * 1e3),
-        "first_fret": None if first is None else int(contacts.fret[first]) or None,
-        "first_place_mm": None if first is None else float(solved.contact_place[first] * 1e3),
+        "first_contact_ms": float(contacts.time_s[0] * 1e3) if met else None,
+        "first_fret": int(contacts.fret[0]) or None if met else None,
+        "first_place_mm": float(solved.contact_place[0] * 1e3) if met else None,
         "points_first_set": len(sets[0][2]) if sets else 0,
-        "last_contact_s": float(contacts.time_s[-1]) if contacts.time_s.size else None,
+        "last_contact_s": float(contacts.time_s[-1]) if met else None,
         "greatest_displacement_mm": float(np.abs(solved.motion.displacement_m).max() * 1e3),
         "greatest_characteristic_frequency_hz": float(np.nanmax(nu)),
         "last_characteristic_frequency_hz": float(nu[-1]),
@@ -130,7 +130,7 @@ def numbers(solved: Solved) -> dict[str, Any]:
     }
 
 
-def numbers_table(told: Mapping[str, dict[str, Any]]) -> Table:
+def numbers_table(by_title: Mapping[str, dict[str, Any]]) -> Table:
     """`numbers` of several motions, a row for each."""
     columns = {
         "contacts": "contacts", "first contact (ms)": "first_contact_ms", "on fret": "first_fret",
@@ -144,7 +144,7 @@ def numbers_table(told: Mapping[str, dict[str, Any]]) -> Table:
     }  # fmt: skip
     rows = [
         (name, *(n[key] / 1e6 if key == "contact_rate_hz" else n[key] for key in columns.values()))
-        for name, n in told.items()
+        for name, n in by_title.items()
     ]
     return Table("numbers", "In numbers", ("case", *columns), rows)
 
@@ -189,6 +189,6 @@ def gathered(motions: Mapping[str, Solved]) -> Findings:
     found = Findings()
     for name, solved in motions.items():
         add_data(found, name, CASES[name].title, solved)
-    told = {CASES[name].title: row for name, row in found.numbers.items()}
-    found.tables.insert(0, numbers_table(told))
+    by_title = {CASES[name].title: row for name, row in found.numbers.items()}
+    found.tables.insert(0, numbers_table(by_title))
     return found

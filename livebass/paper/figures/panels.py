@@ -64,15 +64,14 @@ def variation(axis: Any, time_s: Floats, variation: Floats, label: str, number: 
     axis.set(ylabel="relative frequency variation")
 
 
-def neck(axis: Any, s: Speaking, shapes: Sequence[Floats] = (), labels: Sequence[str] = ()) -> None:
+def neck(axis: Any, s: Speaking, shapes: Sequence[Floats] = ()) -> None:
     """Draw fret crowns or the board, and shapes of the string over them, each u (m) on even points from end to end."""
     x, height = np.asarray(s.contact_position), np.asarray(s.contact_height) * 1e3
     axis.plot(x, height, color="black", linewidth=0.8)
     crowns = np.asarray(s.contact_fret) > 0
     axis.vlines(x[crowns], -6.0, height[crowns], color="black", linewidth=0.6)
     for k, shape in enumerate(shapes):
-        label = labels[k] if labels else None
-        axis.plot(np.linspace(0, s.length, len(shape)), shape * 1e3, color=("tab:blue", *COLOURS)[k], label=label)
+        axis.plot(np.linspace(0, s.length, len(shape)), shape * 1e3, color=("tab:blue", *COLOURS)[k])
     axis.axhline(0.0, color="grey", linewidth=0.5, linestyle=":")
     axis.set(xlabel="x (m)", ylabel="u (mm)", xlim=(0, s.length))
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -72,7 +71,13 @@ def convergence(motions: Mapping[str, Solved]) -> Findings:
             f"{name}_values": np.asarray(values, np.float64), f"{name}_errors_of_u": np.array(u),
             f"{name}_errors_until_s": np.asarray(times),
         }  # fmt: skip
-    found.pictures.append(_finished(drawn, axes, motions["b"].trial.duration))
+    for above, below in axes.T:
+        above.axhline(CRITERION, color="grey", linestyle="--", linewidth=0.8)
+        above.set_ylabel("relative error of u")
+        below.set_ylabel("median error of nu_c")
+    seconds = motions["b"].trial.duration
+    caption = f"Errors against the finest solution in the first {seconds:g} s; dashed: the paper's criterion, 0.1"
+    found.pictures.append(Picture("convergence", caption, drawn))
     return found
 
 
@@ -88,13 +93,3 @@ def errors(solved: Solved, finest: Solved) -> tuple[Floats, float]:
 def times_of(solved: Solved) -> list[float]:
     """The `TIMES` within the duration of a motion, s."""
     return [t for t in TIMES if t <= solved.trial.duration]
-
-
-def _finished(drawn: Any, axes: Any, seconds: float) -> Picture:
-    """The picture, with what its panels have in common added."""
-    for above, below in axes.T:
-        above.axhline(CRITERION, color="grey", linestyle="--", linewidth=0.8)
-        above.set_ylabel("relative error of u")
-        below.set_ylabel("median error of nu_c")
-    caption = f"Errors against the finest solution in the first {seconds:g} s; dashed: the paper's criterion, 0.1"
-    return Picture("convergence", caption, drawn)

@@ -6,7 +6,7 @@ Figure 8 is the string over the neck in case B, figure 9 the oblique pluck.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -107,13 +107,18 @@ def figure_4(name: str, motions: Mapping[str, Solved]) -> Picture:
         axes = part.subplot_mosaic([["all"] * 3, [0, 1, 2]])
         time_s, moved = solved.motion.time_s, solved.displacement()
         panels.displacement(axes["all"], time_s, moved)
-        for k, (start, end) in enumerate(ZOOMS):
-            seen = (time_s >= start) & (time_s <= end)
-            if seen.any():
-                panels.displacement(axes[k], time_s[seen], moved[seen])
-            else:
-                axes[k].set_axis_off()  # the motion is shorter
+        _draw_zooms([axes[k] for k in range(3)], time_s, moved)
     return Picture(name, "Displacement at the sensor, and zooms (figure 4 of the paper)", drawn)
+
+
+def _draw_zooms(axes: Iterable[Any], time_s: Floats, moved: Floats, name: str = "u", number: int = 0) -> None:
+    """Draw the displacement within each of `ZOOMS`; an axis stays empty where the motion is too short."""
+    for axis, (start, end) in zip(axes, ZOOMS, strict=True):
+        seen = (time_s >= start) & (time_s <= end)
+        if seen.any():
+            panels.displacement(axis, time_s[seen], moved[seen], name, number)
+        else:
+            axis.set_axis_off()
 
 
 def figure_5(name: str, title: str, solved: Solved, glide: bool = True) -> Picture:
@@ -197,13 +202,7 @@ def figure_9(solved: Solved) -> Picture:
     upper, lower = drawn.subfigures(2, 1)
     rows = upper.subplots(2, 3, squeeze=False)
     for axes, across in zip(rows, (False, True), strict=True):
-        time_s, moved = solved.motion.time_s, solved.displacement(across)
-        for axis, (start, end) in zip(axes, ZOOMS, strict=True):
-            seen = (time_s >= start) & (time_s <= end)
-            if seen.any():
-                panels.displacement(axis, time_s[seen], moved[seen], "v" if across else "u", 2 * across)
-            else:
-                axis.set_axis_off()
+        _draw_zooms(axes, solved.motion.time_s, solved.displacement(across), "v" if across else "u", 2 * across)
     axes = lower.subplots(1, 2)
     for axis, across in zip(axes, (False, True), strict=True):
         image = panels.spectrogram(axis, measure.spectrum(solved, across), TOP_HZ, SHOWN_S)
