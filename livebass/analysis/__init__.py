@@ -1,1 +1,1 @@
-"""Measurements in sounds (`sound`) and in motions of a string (`motion`)."""
+"""Analyses a sound or a motion: spectra, pitch, shapes, energies."""

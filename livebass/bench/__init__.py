@@ -1,1 +1,1 @@
-"""What it costs on this machine."""
+"""Measures what livebass costs on this machine."""

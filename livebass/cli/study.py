@@ -14,13 +14,13 @@ import click
 from livebass.cli.render import announce_kernels, shown_progress
 from livebass.cli.values import CONTACT_RATE, MODES, RATE, Number, Quantity
 from livebass.experiment.quantities import QUANTITIES, USUAL
+from livebass.interrupts import INTERRUPTED
 from livebass.model.quality import ANGLE, APEX, AT, DURATION, QUALITIES
 
 if TYPE_CHECKING:
     from livebass.experiment.grid import Axis, Point, Settings
 
 FILES = ("claims.json", "claims.csv", "claims.html")
-INTERRUPTED = 130
 PLUCK = (
     click.option("-p", "--preset", metavar="NAME|FILE", default="paper-g", show_default=True, help="The bass."),
     click.option("--string", default="G", show_default=True, help="Name of the string."),
@@ -95,6 +95,12 @@ def claims(ids: tuple[str, ...], output: Path | None, file: Path | None, workers
         for path, kind in texts:
             files.write(path, WRITERS[kind](results).encode())
     return int(not all(r.passed for r in results))
+
+
+class Interrupted(click.ClickException):
+    """Ctrl-C, with a line of its own about what is kept."""
+
+    exit_code = INTERRUPTED
 
 
 class Vary(click.ParamType):
@@ -205,8 +211,7 @@ def sweep(
         sweeping.write(directory, sweeping.table(axes, points, results), drawn, file, described)
     except KeyboardInterrupt:
         kept = f"{_found(points, results)} of {len(points)} points are kept in {directory}"
-        click.echo(f"livebass: error: interrupted, {kept}: the same command goes on", err=True)
-        raise click.exceptions.Exit(INTERRUPTED) from None
+        raise Interrupted(f"interrupted, {kept}: the same command goes on") from None
     if picture and not draw:
         click.echo("no picture: that shows up to 3 parameters, the first of 3 with up to 12 values", err=True)
     click.echo(f"{len(points)} points -> {directory / sweeping.TABLE}", err=True)

@@ -1,1 +1,1 @@
-"""One pluck (`simulate`), or a parameter of a preset or a pluck over a grid (`sweep`)."""
+"""Simulates one pluck, or any parameter over a grid of plucks."""

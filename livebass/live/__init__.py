@@ -1,1 +1,1 @@
-"""Playing live: devices, stage, session."""
+"""Plays live: devices, synth, session."""

@@ -1,1 +1,1 @@
-"""Issanchou et al. (2018) computed anew: its cases, its figures and the claims that can be checked."""
+"""Computes Issanchou et al. (2018) anew and checks its statements."""

@@ -1,8 +1,9 @@
-"""`livebass play` around its stage: takes, log, status line, other basses, the terminal, and machines without sound."""
+"""`livebass play`: takes, log, status line, preset switches, the terminal, and machines without sound."""
 
 from __future__ import annotations
 
 import json
+import logging
 import os
 import pty
 import select
@@ -22,25 +23,27 @@ import pytest
 import soundfile
 from support.command import Run, assert_one_clear_line
 from support.jack import livebass, wait_for
-from support.live import QUICK, RATE, Player, staged
+from support.live import QUICK, RATE, synth_and_device
 
 from livebass import QUALITIES, load_preset, preset_names
+from livebass.cli.play import Console, LogFile, logged
 from livebass.files import OutputError
 from livebass.live.inputs import LOWER, UPPER, TerminalKeys
-from livebass.live.recording import Journal, Recorder
-from livebass.live.session import Changes, Session, Summary, Wish
-from livebass.live.stage import Gauge, Stage, median_load, strings
+from livebass.live.outputs import FakeDevice
+from livebass.live.recording import Recorder
+from livebass.live.session import PresetSwitch, Session, Settings, Summary
+from livebass.live.synth import Gauge, Synth, median_load, strings
 from livebass.live.thread.records import HISTOGRAM
 
-# ---- other basses while it sounds
+# ---- switching presets while it sounds
 
 
-def changed(changes: Changes, player: Player) -> str:
-    """Plays until a change is said."""
+def changed(changes: PresetSwitch, device: FakeDevice) -> str:
+    """Plays until `changes` has a line to show, and returns it."""
     said: list[str] = []
 
     def turn() -> bool:
-        player.block(64)
+        device.block(64)
         said.extend(line for line in [changes.turn()] if line)
         return bool(said)
 
@@ -49,16 +52,16 @@ def changed(changes: Changes, player: Player) -> str:
 
 
 def test_a_program_change_brings_its_preset_and_keeps_the_controllers() -> None:
-    stage, player = staged("jazz-finger")
-    changes = Changes(stage, "jazz-finger", QUALITIES["live"])
+    synth, device = synth_and_device("jazz-finger")
+    changes = PresetSwitch(synth, "jazz-finger", QUALITIES["live"])
     names = preset_names()
     for message in ((0xB0, 7, 64), (0xB0, 11, 100), (0xE0, 0, 96), (0xB0, 64, 127)):
-        stage.send(*message)
-    stage.send(0xC0, len(names) + names.index("slap"))
-    player.block(64)
-    old = stage.bass
-    assert changed(changes, player) == "preset slap, quality live"
-    new = stage.bass
+        synth.send(*message)
+    synth.send(0xC0, len(names) + names.index("slap"))
+    device.block(64)
+    old = synth.bass
+    assert changed(changes, device) == "preset slap, quality live"
+    new = synth.bass
     assert old is not None and new is not None and new is not old
     for name in ("volume", "expression", "wheel", "pedal"):
         assert new.engine.performer[name] == old.engine.performer[name] != 0
@@ -69,38 +72,38 @@ def test_a_program_change_brings_its_preset_and_keeps_the_controllers() -> None:
 
 
 def test_the_last_wish_counts() -> None:
-    stage, player = staged("jazz-finger")
-    changes = Changes(stage, "jazz-finger", QUALITIES["live"])
+    synth, device = synth_and_device("jazz-finger")
+    changes = PresetSwitch(synth, "jazz-finger", QUALITIES["live"])
     for _ in range(3):
         changes.next_preset()
         changes.turn()
     changes.next_quality()
-    assert changed(changes, player).endswith("quality studio")
+    assert changed(changes, device).endswith("quality studio")
     names = preset_names()
     assert changes.playing == (names[(names.index("jazz-finger") + 3) % len(names)], "studio")
     changes.close()
 
 
 def test_a_preset_that_cannot_be_loaded_is_a_line(tmp_path: Path) -> None:
-    stage, player = staged("jazz-finger")
+    synth, device = synth_and_device("jazz-finger")
     file = tmp_path / "mine.toml"
-    changes = Changes(stage, str(file), QUALITIES["live"])
+    changes = PresetSwitch(synth, str(file), QUALITIES["live"])
     changes.next_quality()
-    assert "no such file" in changed(changes, player)
+    assert "no such file" in changed(changes, device)
     assert changes.turn() is None and changes.wanted == changes.playing == (str(file), "live")
     changes.next_preset()
-    assert changed(changes, player) == f"preset {preset_names()[0]}, quality live"
+    assert changed(changes, device) == f"preset {preset_names()[0]}, quality live"
     changes.close()
 
 
-def session_of(session: Session, play: Callable[[Stage], None]) -> Summary:
-    """What the session was in which `play` played; it ends with it, whatever comes of it."""
+def session_of(session: Session, play: Callable[[Synth], None]) -> Summary:
+    """Runs the session, with `play` in a thread; ends it when `play` ends, and returns its summary."""
 
     def play_and_end() -> None:
         try:
-            wait_for(lambda: session.stage, 120.0)
-            assert session.stage is not None
-            play(session.stage)
+            wait_for(lambda: session.synth, 120.0)
+            assert session.synth is not None
+            play(session.synth)
         finally:
             session.stop.set()
 
@@ -115,29 +118,29 @@ def session_of(session: Session, play: Callable[[Stage], None]) -> Summary:
 
 
 def test_program_changes_through_the_server_neither_click_nor_stall(server: SimpleNamespace, tmp_path: Path) -> None:
-    """A soft note rings while others are prepared and put on: no sample jumps, and the sound goes on meanwhile.
+    """A soft note rings while other basses are prepared and switched to: no click, no gap.
 
     What was sent is judged by its take: another client in a busy interpreter may hear a period that is half the next.
     """
     take = tmp_path / "take.wav"
-    wish = Wish(load_preset("jazz-finger"), QUICK, "jazz-finger", backend="jack", keyboard=False, record=take)
+    settings = Settings(load_preset("jazz-finger"), QUICK, "jazz-finger", backend="jack", keyboard=False, record=take)
     clock = server.jack.Client("clock", no_start_server=True)
     lost: list[float] = []
 
-    def play(stage: Stage) -> None:
+    def play(synth: Synth) -> None:
         time.sleep(0.5)
-        began, played = clock.last_frame_time, stage.meters().frame
+        began, played = clock.last_frame_time, synth.meters().frame
         for name in ("slap", "paper-bass", "jazz-finger"):
-            stage.send(0x90, 28, 40)
+            synth.send(0x90, 28, 40)
             time.sleep(0.3)
-            before = stage.bass
-            stage.send(0xC0, preset_names().index(name))
-            wait_for(lambda before=before: stage.bass is not before, 60.0)  # type: ignore[misc]
+            before = synth.bass
+            synth.send(0xC0, preset_names().index(name))
+            wait_for(lambda before=before: synth.bass is not before, 60.0)  # type: ignore[misc]
             time.sleep(0.3)
         passed = (clock.last_frame_time - began) % 2**32
-        lost.append((passed - (stage.meters().frame - played)) / passed)
+        lost.append((passed - (synth.meters().frame - played)) / passed)
 
-    summary = session_of(Session(wish, lambda line: None), play)
+    summary = session_of(Session(settings), play)
     clock.close()
     assert summary.lost is None and summary.meters.faults == 0 and summary.meters.lost == 0
     assert lost[0] < 0.1
@@ -151,23 +154,23 @@ def test_program_changes_through_the_server_neither_click_nor_stall(server: Simp
 
 
 def test_dense_playing_under_a_busy_interpreter(server: SimpleNamespace) -> None:
-    """A few seconds of tools/endurance.py: nothing that is no number, nothing stuck, all blocks played."""
+    """A few seconds of tools/endurance.py: no NaN, no stuck note, all blocks played."""
     sys.path.insert(0, str(Path(__file__).parents[2] / "tools"))
     from endurance import python_busy, random_playing
 
-    wish = Wish(load_preset("slap"), QUICK, "slap", backend="jack", keyboard=False)
+    settings = Settings(load_preset("slap"), QUICK, "slap", backend="jack", keyboard=False)
     stuck: list[bool] = []
 
-    def play(stage: Stage) -> None:
+    def play(synth: Synth) -> None:
         with python_busy():
-            random_playing(stage, np.random.default_rng(3), 6.0)
-        stage.panic()
+            random_playing(synth, np.random.default_rng(3), 6.0)
+        synth.panic()
         time.sleep(2.0)
-        stage.meters()
+        synth.meters()
         time.sleep(0.3)
-        stuck.append(stage.meters().peak > 0 or any(f[2] for f in stage.bass.fingers()))  # type: ignore[union-attr]
+        stuck.append(synth.meters().peak > 0 or any(f[2] for f in synth.bass.fingers()))  # type: ignore[union-attr]
 
-    summary = session_of(Session(wish, lambda line: None), play)
+    summary = session_of(Session(settings), play)
     assert summary.lost is None and summary.meters.faults == 0 and summary.meters.messages > 100
     assert stuck == [False]
 
@@ -176,14 +179,14 @@ def test_dense_playing_under_a_busy_interpreter(server: SimpleNamespace) -> None
 
 
 def test_a_take_is_there_whatever_ends_the_session(tmp_path: Path) -> None:
-    stage, player = staged()
-    stage.send(0x90, 40, 110)
+    synth, device = synth_and_device()
+    synth.send(0x90, 40, 110)
     heard = []
-    with pytest.raises(RuntimeError), Recorder(tmp_path / "take.wav", stage, print) as take:
+    with pytest.raises(RuntimeError), Recorder(tmp_path / "take.wav", synth) as take:
         for _ in range(50):
-            heard.append(player.block(256))
+            heard.append(device.block(256))
             take.turn()
-        heard.append(player.block(256))
+        heard.append(device.block(256))
         raise RuntimeError
     assert take.kept == tmp_path / "take.wav"
     assert os.listdir(tmp_path) == ["take.wav"]
@@ -191,14 +194,13 @@ def test_a_take_is_there_whatever_ends_the_session(tmp_path: Path) -> None:
     assert np.abs(sound - np.concatenate(heard)).max() < 2**-22
 
 
-def test_a_take_of_nothing_leaves_nothing(tmp_path: Path) -> None:
-    said: list[str] = []
-    with Recorder(tmp_path / "take.wav", Stage(RATE), said.append):
+def test_a_take_of_nothing_leaves_nothing(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    with Recorder(tmp_path / "take.wav", Synth(RATE)):
         pass
-    assert not os.listdir(tmp_path) and "nothing was recorded" in said[0]
+    assert not os.listdir(tmp_path) and "nothing was recorded" in caplog.messages[0]
     for bad, error in (("take.mp3", ValueError), ("nowhere/take.wav", OutputError)):
         with pytest.raises(error):
-            Recorder(tmp_path / bad, Stage(RATE), print)
+            Recorder(tmp_path / bad, Synth(RATE))
     assert not os.listdir(tmp_path)
 
 
@@ -206,20 +208,23 @@ def test_a_take_of_nothing_leaves_nothing(tmp_path: Path) -> None:
 def test_a_full_disk_ends_the_take_not_the_session(tmp_path: Path, ending: str) -> None:
     """No file may grow beyond 100 kB in the process that plays."""
     program = f"""
-import json, resource, signal, sys
+import json, logging, resource, signal, sys
 sys.path.insert(0, {str(Path(__file__).parents[1])!r})
 from pathlib import Path
-from support.live import staged
+from support.live import synth_and_device
+from livebass.live.outputs import FakeDevice
 from livebass.live.recording import Recorder
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-stage, player = staged()
-said = []
+synth, device = synth_and_device()
+said, handler = [], logging.Handler()
+handler.emit = lambda record: said.append(record.getMessage())
+logging.getLogger("livebass").addHandler(handler)
 resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
-with Recorder(Path(sys.argv[1]), stage, said.append) as take:
+with Recorder(Path(sys.argv[1]), synth) as take:
     for k in range(2000):
         if k % 20 == 0:
-            stage.send(0x90, 40, 127)
-        sound = player.block(256)
+            synth.send(0x90, 40, 127)
+        sound = device.block(256)
         take.turn()
 print(json.dumps([said, bool(sound.any()), str(take.kept)]))
 """
@@ -239,23 +244,41 @@ print(json.dumps([said, bool(sound.any()), str(take.kept)]))
 # ---- log and status
 
 
-def test_a_log_is_added_to_as_it_goes(tmp_path: Path) -> None:
-    path = tmp_path / "log.txt"
+def test_a_log_is_added_to_as_it_goes(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    path, logger = tmp_path / "log.txt", logging.getLogger("livebass")
     for k in range(2):
-        journal = Journal(path)
-        journal.write(f"line {k}")
+        log = LogFile(path)
+        logger.addHandler(log)
+        logger.warning("line %d", k)
         assert path.read_text().count("\n") == k + 1
-        journal.close()
-        assert journal.write("nothing") is None
+        log.close()
+        logger.warning("nothing")
+        logger.removeHandler(log)
     assert all(line[:2] == "20" and "  line " in line for line in path.read_text().splitlines())
-    full = Journal(Path("/dev/full"))
-    assert "no more log" in (full.write("line") or "") and full.write("line") is None
+    full = LogFile(Path("/dev/full"))
+    logger.addHandler(full)
+    caplog.clear()
+    for _ in range(2):
+        logger.warning("line")
+    logger.removeHandler(full)
+    assert [m for m in caplog.messages if m != "line"] == [
+        "/dev/full: cannot be written: No space left on device: no more log"
+    ]
+
+
+def test_a_session_can_be_listened_to(caplog: pytest.LogCaptureFixture) -> None:
+    """The lines of `livebass play` are records of the logger "livebass"."""
+    caplog.set_level(logging.INFO, "livebass")
+    console = Console(quiet=True)
+    with logged(console, None):
+        logging.getLogger("livebass.live.session").info("playing")
+    assert caplog.messages == ["playing"] and console not in logging.getLogger("livebass").handlers
 
 
 def test_a_log_that_cannot_be_is_one_line_before_anything_sounds(run: Run, tmp_path: Path) -> None:
     for path in (tmp_path, tmp_path / "nowhere" / "log", "a\0b"):
         with pytest.raises(OutputError, match="cannot be written"):
-            Journal(Path(path))
+            LogFile(Path(path))
     status, _, err = run("play", "--log", tmp_path / "nowhere" / "log")
     assert_one_clear_line(status, err, (1,))
 
@@ -270,17 +293,17 @@ def test_the_median_load() -> None:
 
 
 def test_the_status_says_what_plays_and_what_is_wrong() -> None:
-    stage, player = staged("slap")
-    gauge = Gauge(stage)
-    stage.send(0x90, 30, 127)
+    synth, device = synth_and_device("slap")
+    gauge = Gauge(synth)
+    synth.send(0x90, 30, 127)
     for _ in range(40):
-        player.block(64)
-    assert strings(stage) == "E2* A- D- G-"
+        device.block(64)
+    assert strings(synth) == "E2* A- D- G-"
     reading = gauge.read()
     assert 0 < reading.median <= gauge.worst
     assert "OVERLOAD" not in reading.text() and "underruns 0" in reading.text() and " dB" in reading.text()
-    stage.record["overload"], stage.record["faults"] = 2, 5
-    player.block(64, flags=4)
+    synth.record["overload"], synth.record["faults"] = 2, 5
+    device.block(64, flags=4)
     text = gauge.read().text()
     assert "OVERLOAD: 2 strings coarse" in text and "underruns 1" in text and "faults 5" in text
 
@@ -301,8 +324,19 @@ def test_keys_are_notes_and_more() -> None:
     assert not set(LOWER + UPPER) & set("[]-=! \t\r\n") and len(set(LOWER + UPPER)) == len(LOWER + UPPER)
 
 
+def test_a_system_without_single_keys_says_so(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Windows has no termios."""
+    monkeypatch.setitem(sys.modules, "termios", None)
+    monkeypatch.setattr(os, "isatty", lambda fd: True)
+    with TerminalKeys(lambda *m: None, lambda: None) as keys:
+        keys.read()
+    assert not keys.active and len(caplog.messages) == 1 and "computer keyboard" in caplog.messages[0]
+
+
 class InTerminal:
-    """`livebass play` in a pseudo terminal of a width, which may be typed into."""
+    """`livebass play` in a pseudo terminal of a given width, with a keyboard."""
 
     def __init__(self, *arguments: object, columns: int = 100) -> None:
         self.ours, theirs = pty.openpty()
@@ -324,7 +358,7 @@ class InTerminal:
         return make
 
     def wait(self, text: str, seconds: float = 60.0) -> None:
-        """Until `text` is shown, or for "" until the program has ended."""
+        """Waits until `text` is shown, or for "" until the program has ended."""
         end = time.monotonic() + seconds
         while not text or text not in self.shown:
             assert time.monotonic() < end, self.shown
@@ -400,7 +434,7 @@ def test_a_terminal_that_is_closed_ends_it_and_keeps_the_take(server: SimpleName
 
 
 def without(code: str, *arguments: object) -> subprocess.CompletedProcess[str]:
-    """The command line after `code`, and with no JACK server."""
+    """Runs the command line after `code`, without a JACK server."""
     program = f"import sys, ctypes.util\n{code}\nfrom livebass.cli import main as cli\ncli.main(sys.argv[1:])"
     return subprocess.run(
         [sys.executable, "-c", program, *map(str, arguments)], capture_output=True, text=True, timeout=120, check=False,

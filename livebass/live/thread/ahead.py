@@ -1,9 +1,9 @@
-"""Running ahead of the clock, and back.
+"""Strings run ahead of the clock, and go back when an event comes. [audio thread]
 
-A string nobody touches is deterministic: in quiet blocks it plays on beyond the block's end, into a ring of sound, and
-the burst of work that contact is gets paid for over the blocks before it. Every SAVE_EVERY frames its state is kept.
-When an event comes for a frame that has been played already, the string goes back to the state kept last before, and on
-from there. The sound is the same bit for bit, only computed at another time. [audio thread]
+Without events a string's motion is known in advance. In quiet blocks it plays on beyond the block's end into a ring of
+sound, so that a burst of contacts is computed over the blocks before it. Its state is saved every SAVE_EVERY frames.
+When an event comes for a frame that has already been played, the string returns to the last state saved before it and
+plays on from there. The sound is the same bit for bit, only computed at another time.
 """
 
 from typing import Any
@@ -11,111 +11,50 @@ from typing import Any
 import numpy as np
 
 from livebass.compiling import callback, counted, jit
-from livebass.kernels import modal as rows
 from livebass.kernels import voice
-from livebass.kernels.native import call_4, carray, pointer, record_address
-from livebass.kernels.records import (
-    EVENT,
-    GROUP_ROOM,
-    MOST_NEAR,
-    OPERATOR,
-    POLARISATIONS,
-    ROW,
-    SLOT,
-    STRING,
-    VOICE,
-    VOICE_SLOTS,
+from livebass.kernels.modal import clear, copy
+from livebass.kernels.native import call_4, record_address, words_at
+from livebass.kernels.records import GROUP_ROOM, MOST_NEAR, SLOT_STATE, VOICE_SLOTS
+from livebass.kernels.slot import forget_contact
+from livebass.live.thread.records import (
+    SAVE_EVERY,
+    SAVES,
+    SOUND_RING,
+    VOICE_WORDS,
+    ahead_of,
+    bass_at,
+    operators_of,
+    saved_motion,
+    saved_slot,
+    saved_voice,
+    sound_of,
+    string_events_of,
+    string_of,
 )
-from livebass.live.thread.records import AHEAD, BASS, EVENT_ROOM, SAVE_EVERY, SAVES, SOUND_RING
-
-
-@counted
-def bass_at(address):
-    return carray(pointer(address), 1, BASS)[0]
-
-
-@counted
-def ahead_of(b, i):
-    return carray(pointer(b.ahead[i]), 1, AHEAD)[0]
-
-
-@counted
-def string_of(b, i):
-    return carray(pointer(b.string[i]), 1, STRING)[0]
-
-
-@counted
-def operators_of(b, which):
-    return carray(pointer(b.operators[which]), (b.strings, b.frets + 1), OPERATOR)
-
-
-@counted
-def pool_of(b, which):
-    return carray(pointer(b.pool[which]), b.pool_size[which], np.float64)
-
-
-@jit
-def copy(to, o, of, p, n):
-    """n numbers; numba's own assignment of slices allocates where they might overlap."""
-    here = to[o : o + n]
-    there = of[p : p + n]
-    for j in range(n):
-        here[j] = there[j]
 
 
 @counted
 def save(b, i):
-    """Keeps the state of string `i` as it is now; the oldest one kept goes."""
+    """Saves the state of string `i`, over the oldest one saved."""
     a, string = ahead_of(b, i), string_of(b, i)
-    v, slots, w2 = string.voice, string.slots, string.work
     place = a.saved % SAVES
     a.saved += 1
     a.first = max(a.first, a.saved - SAVES)
-    a.frame[place] = v.frame
-    carray(pointer(a.voice), SAVES, VOICE)[place] = v
-    kept_slots = carray(pointer(a.slots), (SAVES, VOICE_SLOTS), SLOT)
-    memory = carray(pointer(a.memory), (SAVES, POLARISATIONS * VOICE_SLOTS, a.kept), np.float64)
-    ops = operators_of(b, (b.coarse >> i) & 1)[i]
+    a.frame[place] = string.voice.frame
+    copy(saved_voice(a, place), words_at(record_address(string.voice), VOICE_WORDS), VOICE_WORDS)
     for k in range(VOICE_SLOTS):
-        kept_slots[place, k] = slots[k]
-    for k in range(POLARISATIONS * VOICE_SLOTS):
-        s = slots[k % VOICE_SLOTS]
-        n = s.active if k < VOICE_SLOTS else s.swaying
-        if not s.on or (k >= VOICE_SLOTS and n == 0):
-            continue
-        to, w = memory[place, k], w2[k]
-        copy(to, 0, w.q, 0, n)
-        copy(to, ROW, w.p, 0, n)
-        points = ops[s.fret].points
-        at = 2 * ROW
-        for row in (w.clearance, w.known_at, w.due, w.eta, w.eta_before, w.solved_at):
-            copy(to, at, row, 0, points)
-            at += points
-        if points > MOST_NEAR:
-            for groups in (w.group_due, w.group_known_at, w.group_clear, w.group_clear_now):
-                copy(to, at, groups, 0, GROUP_ROOM)
-                at += GROUP_ROOM
-
-
-@counted
-def set_voice(string, kept):
-    """All of `kept`: numba assigns records to places of arrays only."""
-    carray(pointer(record_address(string)), 1, VOICE)[0] = kept  # it stands first in the record
-
-
-@jit
-def rest(op, w):
-    """A polarisation that had not moved yet: nothing is kept of it."""
-    rows.clear(w, op.padded)
-    for m in range(op.points):
-        w.solved_at[m] = -1.0
+        slot = string.slots[k]
+        copy(saved_slot(a, place, k), words_at(record_address(slot), SLOT_STATE), SLOT_STATE)
+        if slot.on:
+            save_u(saved_motion(a, place, k, 0), slot, operator_of(b, i, slot.fret))
+            if slot.v_active > 0:
+                save_v(saved_motion(a, place, k, 1), slot, operator_of(b, i, slot.fret))
 
 
 @counted
 def go_back(b, i, frame):
-    """String `i` is again as it was at the frame kept last that is not after `frame`."""
+    """Restores string `i` to the last saved state that is not after `frame`."""
     a, string = ahead_of(b, i), string_of(b, i)
-    slots, w2 = string.slots, string.work
     last = a.saved - 1
     while last > a.first and a.frame[last % SAVES] > frame:
         last -= 1
@@ -123,77 +62,127 @@ def go_back(b, i, frame):
         return
     place = last % SAVES
     a.saved = last + 1
-    set_voice(string, carray(pointer(a.voice), SAVES, VOICE)[place])
-    kept_slots = carray(pointer(a.slots), (SAVES, VOICE_SLOTS), SLOT)
-    memory = carray(pointer(a.memory), (SAVES, POLARISATIONS * VOICE_SLOTS, a.kept), np.float64)
-    ops = operators_of(b, (b.coarse >> i) & 1)[i]
+    copy(words_at(record_address(string.voice), VOICE_WORDS), saved_voice(a, place), VOICE_WORDS)
     for k in range(VOICE_SLOTS):
-        slots[k] = kept_slots[place, k]
-    for k in range(POLARISATIONS * VOICE_SLOTS):
-        s = slots[k % VOICE_SLOTS]
-        if not s.on:
-            continue
-        n = s.active if k < VOICE_SLOTS else s.swaying
-        kept, w = memory[place, k], w2[k]
-        op = ops[s.fret]
-        if k >= VOICE_SLOTS and n == 0:
-            rest(op, w)
-            continue
-        copy(w.q, 0, kept, 0, n)
-        copy(w.p, 0, kept, ROW, n)
-        for j in range(n, op.padded):
-            w.q[j] = 0.0
-            w.p[j] = 0.0
-        at = 2 * ROW
-        for row in (w.clearance, w.known_at, w.due, w.eta, w.eta_before, w.solved_at):
-            copy(row, 0, kept, at, op.points)
-            at += op.points
-        if op.points > MOST_NEAR:
-            for groups in (w.group_due, w.group_known_at, w.group_clear, w.group_clear_now):
-                copy(groups, 0, kept, at, GROUP_ROOM)
-                at += GROUP_ROOM
+        slot = string.slots[k]
+        copy(words_at(record_address(slot), SLOT_STATE), saved_slot(a, place, k), SLOT_STATE)
+        if slot.on:
+            op = operator_of(b, i, slot.fret)
+            restore_u(saved_motion(a, place, k, 0), slot, op)
+            if slot.v_active > 0:
+                restore_v(saved_motion(a, place, k, 1), slot, op)
+            else:  # it had not moved yet: nothing was saved of it
+                clear(slot.v, op.padded)
+                forget_contact(slot.v, op)
+
+
+@counted
+def operator_of(b, i, fret):
+    """The operator that string `i` plays `fret` with."""
+    return operators_of(b, (b.coarse >> i) & 1)[i, fret]
+
+
+# What is saved of a polarisation, and restored, row after row; `at` is the place of the next one in `memory`.
+@jit
+def save_row(memory, at, row, n):
+    copy(memory[at : at + n], row, n)
+    return at + n
+
+
+@jit
+def restore_row(memory, at, row, n):
+    copy(row, memory[at : at + n], n)
+    return at + n
+
+
+@jit
+def save_u(memory, slot, op):
+    u, points = slot.u, op.points
+    at = save_row(memory, 0, u.q, slot.active)
+    at = save_row(memory, at, u.p, slot.active)
+    at = save_row(memory, at, u.clearance, points)
+    at = save_row(memory, at, u.known_at, points)
+    at = save_row(memory, at, u.due, points)
+    at = save_row(memory, at, u.eta, points)
+    at = save_row(memory, at, u.eta_before, points)
+    at = save_row(memory, at, u.solved_at, points)
+    if points > MOST_NEAR:
+        at = save_row(memory, at, u.group_due, GROUP_ROOM)
+        at = save_row(memory, at, u.group_known_at, GROUP_ROOM)
+        at = save_row(memory, at, u.group_clearance, GROUP_ROOM)
+        save_row(memory, at, u.group_clearance_now, GROUP_ROOM)
+
+
+@jit
+def restore_u(memory, slot, op):
+    u, points = slot.u, op.points
+    clear(u, op.padded)
+    at = restore_row(memory, 0, u.q, slot.active)
+    at = restore_row(memory, at, u.p, slot.active)
+    at = restore_row(memory, at, u.clearance, points)
+    at = restore_row(memory, at, u.known_at, points)
+    at = restore_row(memory, at, u.due, points)
+    at = restore_row(memory, at, u.eta, points)
+    at = restore_row(memory, at, u.eta_before, points)
+    at = restore_row(memory, at, u.solved_at, points)
+    if points > MOST_NEAR:
+        at = restore_row(memory, at, u.group_due, GROUP_ROOM)
+        at = restore_row(memory, at, u.group_known_at, GROUP_ROOM)
+        at = restore_row(memory, at, u.group_clearance, GROUP_ROOM)
+        restore_row(memory, at, u.group_clearance_now, GROUP_ROOM)
+
+
+@jit
+def save_v(memory, slot, op):
+    v, points = slot.v, op.points
+    at = save_row(memory, 0, v.q, slot.v_active)
+    at = save_row(memory, at, v.p, slot.v_active)
+    at = save_row(memory, at, v.moved, points)
+    at = save_row(memory, at, v.moved_before, points)
+    save_row(memory, at, v.solved_at, points)
+
+
+@jit
+def restore_v(memory, slot, op):
+    v, points = slot.v, op.points
+    clear(v, op.padded)
+    at = restore_row(memory, 0, v.q, slot.v_active)
+    at = restore_row(memory, at, v.p, slot.v_active)
+    at = restore_row(memory, at, v.moved, points)
+    at = restore_row(memory, at, v.moved_before, points)
+    restore_row(memory, at, v.solved_at, points)
 
 
 @callback("void(int64, int64, int64, int64)")
-def player(bass, i, end, count):
-    """`play_to`, a C function for the bass at address `bass`."""
+def play_string(bass, i, end, count):
+    """C function: `play_to` for the bass at address `bass`."""
     b = bass_at(bass)
     a, string = ahead_of(b, i), string_of(b, i)
     v = string.voice
-    mine = carray(pointer(b.mine), EVENT_ROOM, EVENT)
+    events = string_events_of(b)
     if count > 0:
-        if v.frame > mine[0].frame:
-            go_back(b, i, mine[0].frame)
-        a.first = a.saved  # what was kept knows nothing of these events
-    ring = carray(pointer(a.sound), SOUND_RING, np.float64)
+        if v.frame > events[0].frame:
+            go_back(b, i, events[0].frame)
+        a.first = a.saved  # states saved so far know nothing of these events
+    sound = sound_of(a)
     which = (b.coarse >> i) & 1
     used = 0
     while v.frame < end:
         place = v.frame % SOUND_RING
         n = min(end - v.frame, SOUND_RING - place)
-        used += voice.run(
-            string,
-            operators_of(b, which)[i],
-            pool_of(b, which),
-            mine[used:],
-            count - used,
-            carray(pointer(b.settings), 3, np.float64),
-            carray(pointer(b.settings), (0, 2), np.int64),
-            count < 0,  # not raw, and no constant, which would be a type of its own
-            ring[place : place + n],
-            ring[:0],
-        )
+        out = sound[place : place + n]
+        used += voice.run(string, operators_of(b, which)[i], events[used:], count - used, out, out[:0])
 
 
 @counted
 def play_to(b, i, end, count):
-    """String `i` plays on to frame `end` of its bass, with the first `count` events of b.mine, into its ring."""
-    call_4(b.player, b.address, i, end, count)
+    """Plays string `i` to frame `end` of its bass into its ring of sound, with `count` of b.string_events."""
+    call_4(b.play_string, record_address(b), i, end, count)
 
 
 @counted
 def step_ahead(b, i, end):
-    """String `i` plays a few frames on, past `end`, the first frame that may still hear of events."""
+    """Plays string `i` a few frames further; `end` is the first frame for which events may still come."""
     v = string_of(b, i).voice
     if v.frame == end or v.frame % SAVE_EVERY == 0:
         save(b, i)
@@ -201,8 +190,8 @@ def step_ahead(b, i, end):
 
 
 @counted
-def stay(b, i, frame):
-    """String `i` forgets what it played beyond `frame`."""
+def drop_ahead(b, i, frame):
+    """Takes string `i` back to `frame` if it ran ahead of it, and drops its saved states."""
     if string_of(b, i).voice.frame > frame:
         go_back(b, i, frame)
         play_to(b, i, frame, 0)
@@ -212,7 +201,7 @@ def stay(b, i, frame):
 
 @counted
 def rearmost(b, horizon):
-    """The string that is the least ahead, short of frame `horizon` and not being tuned; -1: none."""
+    """Returns the string that is least far ahead, short of frame `horizon` and not being tuned; -1: none."""
     best: Any = np.int64(-1)
     least = horizon
     for i in range(b.strings):

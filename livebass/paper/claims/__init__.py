@@ -1,1 +1,1 @@
-"""The statements of Issanchou et al. (2018) that can be checked, and the check."""
+"""Checks the statements of Issanchou et al. (2018) that can be checked."""

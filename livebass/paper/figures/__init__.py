@@ -1,1 +1,1 @@
-"""The figures of Issanchou et al. (2018), in one file for each section: `section_4_1.figure_9`."""
+"""Draws the figures of Issanchou et al. (2018), a file for each section: figure 9 is `section_4_1.figure_9`."""

@@ -1,0 +1,225 @@
+#!/usr/bin/env python3
+"""Compares two checkouts of livebass: does the same input give the same bytes, and at what speed?
+
+    python tools/compare.py OTHER_CHECKOUT            what is heard and computed, byte for byte
+    python tools/compare.py OTHER_CHECKOUT --speed    how long it takes, runs of both in turn
+
+Both run with this Python and its packages, each in processes of its own, through the command line and the public
+interface. The sound of a 30 s random MIDI file with bends, pedals and controllers is compared in several presets, the
+demo of every preset in each quality, the paper's cases A, B, C, oblique and fretless, and its statements. Exit status 1
+if something differs.
+Equality holds per kind of processor: compare on one machine.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import mido  # type: ignore[import-untyped]
+import numpy as np
+
+HERE = Path(__file__).resolve().parent.parent
+QUALITIES = ("live", "studio", "reference")
+CASES = {
+    "A": ["--apex", "0.87mm", "--contact-rate", "4MHz"],
+    "B": ["--apex", "3.6mm", "--contact-rate", "8MHz"],
+    "C": ["--apex", "7.8mm", "--contact-rate", "16MHz"],
+    "oblique": ["--apex", "3.8mm", "--angle", "35deg", "--contact-rate", "8MHz"],
+}
+SONGS = (
+    ("jazz-finger", "live"), ("slap", "studio"), ("fretless", "live"), ("paper-bass", "live"), ("muted", "reference"),
+    ("flatwound", "live"), ("precision-finger", "studio"),
+)  # fmt: skip
+
+
+def random_song(path: Path, seconds: float = 30.0, seed: int = 9) -> None:
+    """Writes a MIDI file of random notes, bends, pedal, volume and pluck positions."""
+    rng = np.random.default_rng(seed)
+    track = mido.MidiTrack([mido.Message("program_change", program=33)])
+    held: list[int] = []
+    ticks = 960  # ticks a second at 120 beats a minute and 480 ticks a beat
+    times = np.sort(rng.integers(0, int(seconds * ticks), 320))
+    for wait in np.diff(times, prepend=0).tolist():
+        kind = int(rng.integers(0, 12))
+        if kind < 6 or not held:
+            held.append(int(rng.integers(26, 66)))
+            message = mido.Message("note_on", note=held[-1], velocity=int(rng.integers(1, 128)))
+        elif kind < 9:
+            message = mido.Message("note_off", note=held.pop(int(rng.integers(0, len(held)))))
+        elif kind < 10:
+            message = mido.Message("pitchwheel", pitch=int(rng.integers(-8192, 8192)))
+        else:
+            control = int(rng.choice([7, 11, 16, 64, 64, 120, 121]))
+            message = mido.Message("control_change", control=control, value=int(rng.integers(0, 128)))
+        track.append(message.copy(time=wait))
+    mido.MidiFile(type=0, tracks=[track], ticks_per_beat=480).save(str(path))
+
+
+def livebass(
+    checkout: Path, *arguments: object, program: str | None = None, fine: tuple[int, ...] = (0,), **environment: str
+) -> str:
+    """Runs the command line, or `program`, of a checkout; returns its output. Ends if the status is not in `fine`."""
+    start = ["-c", program] if program else ["-m", "livebass"]
+    env = {**os.environ, "PYTHONPATH": str(checkout), **environment}
+    line = [sys.executable, *start, *map(str, arguments)]
+    done = subprocess.run(line, env=env, cwd=checkout, capture_output=True, text=True, check=False)
+    if done.returncode not in fine:
+        sys.exit(f"{checkout}: {' '.join(line[1:4])} ...: status {done.returncode}: {done.stderr.strip()}")
+    return done.stdout
+
+
+def digest(path: Path) -> str:
+    """A hash of a file's bytes; of an .npz its arrays without the time it took."""
+    h = hashlib.sha256()
+    if path.suffix == ".npz":
+        with np.load(path) as data:
+            for key in sorted(set(data.files) - {"wall_s"}):
+                h.update(key.encode() + str(data[key].dtype).encode() + str(data[key].shape).encode())
+                h.update(np.ascontiguousarray(data[key]).tobytes())
+    else:
+        h.update(path.read_bytes())
+    return h.hexdigest()[:16]
+
+
+def outputs(checkout: Path, song: Path, folder: Path, quick: bool) -> Iterator[tuple[str, str]]:
+    """(name, hash) of all that is compared."""
+    for quality in QUALITIES[: 1 if quick else 3]:
+        into = folder / quality
+        livebass(checkout, "render", "--all-presets", into, "-q", quality)
+        yield from ((f"demo {quality} {f.name}", digest(f)) for f in sorted(into.iterdir()))
+    for preset, quality in SONGS[: 3 if quick else None]:
+        out = folder / f"song-{preset}.wav"
+        livebass(checkout, "render", song, "-p", preset, "-q", quality, "--format", "wav", "--bits", "float", "-o", out)
+        yield f"song {quality} {preset}", digest(out)
+    for name, options in CASES.items():
+        into = folder / f"case-{name}"
+        livebass(checkout, "simulate", "-p", "paper-g", "--at", "0.64", "--analyse", *options, "-o", into)
+        yield from ((f"case {name} {f.name}", digest(f)) for f in sorted(into.iterdir()))
+    into = folder / "fretless"
+    fretless = ["-p", "paper-fretless", "--apex", "3.6mm", "--at", "0.64", "--duration", "300ms"]
+    livebass(checkout, "simulate", *fretless, "-o", into)
+    yield from ((f"case fretless {f.name}", digest(f)) for f in sorted(into.iterdir()))
+    if not quick:
+        livebass(checkout, "study", "claims", "--json", folder / "claims.json", fine=(0, 1))  # 1: some do not hold
+        yield "study claims --json", digest(folder / "claims.json")
+
+
+TIMING = """
+import sys, time, json
+import livebass
+from livebass import Engine, QUALITIES, load_preset, score_of
+def seconds(preset, quality, notes, length):
+    bass = load_preset(preset)
+    score = score_of(notes, 48000)
+    warm = list(Engine(bass, QUALITIES[quality], 48000, workers=1).play(score_of(notes[:1], 48000), 0.0))
+    engine = Engine(bass, QUALITIES[quality], 48000, workers=1)
+    began = time.process_time()
+    frames = sum(block.shape[1] for block in engine.play(score, 0.0))
+    return (time.process_time() - began) / (frames / 48000)
+four = [(0.5 * k, 0.45, note, 127) for k in range(4) for note in (28, 33, 38, 43)]
+print(json.dumps({
+    "four strings, live": seconds("slap", "live", four, 2.0),
+    "four strings, studio": seconds("jazz-finger", "studio", four, 2.0),
+    "fretless, live": seconds("fretless", "live", [(0.0, 0.5, 45, 110), (0.5, 0.5, 52, 100)], 1.0),
+}))
+"""
+
+
+def timings(checkout: Path, folder: Path) -> dict[str, float]:
+    """Processor time, or the solver's own wall time, per second of sound."""
+    found = {}
+    for name, more in (("case B, reference", []), ("case B, live", ["-q", "live", "--rate", "48000"])):
+        livebass(checkout, "simulate", "-p", "paper-g", "--apex", "3.6mm", "--at", "0.64", *more, "-o", folder)
+        with np.load(folder / "result.npz") as data:
+            found[name] = float(data["wall_s"])
+    fretless = ["-p", "paper-fretless", "--apex", "3.6mm", "--at", "0.64", "--duration", "300ms"]
+    livebass(checkout, "simulate", *fretless, "-o", folder)
+    with np.load(folder / "result.npz") as data:
+        found["fretless, reference"] = float(data["wall_s"]) / 0.3
+    found.update(json.loads(livebass(checkout, program=TIMING)))
+    return found
+
+
+def compile_time(checkout: Path, folder: Path) -> float:
+    """Processor time (s) of a first note with an empty kernel cache, less that of a second one."""
+    spent = []
+    for _ in range(2):
+        before = os.times()
+        note = ["render", "--note", "G2", "--duration", "0.1", "-o", folder / "note.wav"]
+        livebass(checkout, *note, NUMBA_CACHE_DIR=str(folder / "cache"))
+        after = os.times()
+        spent.append(after.children_user + after.children_system - before.children_user - before.children_system)
+    return spent[0] - spent[1]
+
+
+def compare_outputs(other: Path, quick: bool) -> bool:
+    """Prints a line for each output; returns whether all are equal."""
+    equal = True
+    with tempfile.TemporaryDirectory() as place:
+        song = Path(place) / "song.mid"
+        random_song(song)
+        results = []
+        for name, checkout in (("other", other), ("this", HERE)):
+            folder = Path(place) / name
+            folder.mkdir()
+            results.append(dict(outputs(checkout, song, folder, quick)))
+    for name in sorted({*results[0], *results[1]}):
+        a, b = (r.get(name, "missing") for r in results)
+        equal = equal and a == b
+        print(f"{'same  ' if a == b else 'DIFFERS'}  {a}  {b if a != b else '':16}  {name}")
+    print("all outputs are equal" if equal else "outputs differ")
+    return equal
+
+
+def compare_speed(other: Path, runs: int) -> None:
+    """Prints medians of `runs` runs, both checkouts in turn, and their ratio."""
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place)
+        take: dict[Path, list[dict[str, float]]] = {other: [], HERE: []}
+        timings(other, folder), timings(HERE, folder)  # compiles what is not
+        for _ in range(runs):
+            for checkout, found in take.items():
+                found.append(timings(checkout, folder))
+        median: Callable[[Path, str], float] = lambda c, name: statistics.median(run[name] for run in take[c])  # noqa: E731
+        print(f"{'s of work per s of sound':28}{'other':>10}{'this':>10}{'ratio':>8}")
+        for name in take[HERE][0]:
+            a, b = median(other, name), median(HERE, name)
+            print(f"{name:28}{a:10.5f}{b:10.5f}{b / a:8.3f}")
+        compiles: dict[Path, list[float]] = {other: [], HERE: []}
+        for k in range(3):
+            for checkout, each in compiles.items():
+                into = folder / f"compile-{k}-{checkout == HERE}"
+                into.mkdir()
+                each.append(compile_time(checkout, into))
+        a, b = (statistics.median(compiles[c]) for c in (other, HERE))
+        print(f"{'first compile, s':28}{a:10.2f}{b:10.2f}{b / a:8.3f}")
+
+
+def main() -> int:
+    """Runs what the arguments ask for."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("other", type=Path, help="the checkout to compare with, such as a git worktree")
+    parser.add_argument("--speed", action="store_true", help="compare speed instead of bytes")
+    parser.add_argument("--runs", type=int, default=5, help="runs of each checkout for --speed (default 5)")
+    parser.add_argument("--quick", action="store_true", help="fewer outputs: one quality, three presets, no statements")
+    arguments = parser.parse_args()
+    other = arguments.other.resolve()
+    if not (other / "livebass" / "__init__.py").is_file():
+        parser.error(f"{other}: no checkout of livebass")
+    if arguments.speed:
+        compare_speed(other, arguments.runs)
+        return 0
+    return 0 if compare_outputs(other, arguments.quick) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
