@@ -26,7 +26,7 @@ from livebass.analysis.sound import (
     fundamental,
     resampled,
 )
-from livebass.arrays import Floats
+from livebass.arrays import Floats, Ints
 from livebass.model import modes
 from livebass.model.instrument import Speaking
 from livebass.model.trial import Motion, Trial
@@ -161,7 +161,7 @@ class Solved:
         return np.asarray(self.speaking.contact_position, np.float64)[self.motion.contact_index]
 
     @cached_property
-    def sets(self) -> list[NDArray[np.int64]]:
+    def sets(self) -> list[Ints]:
         """The sets of contacts, one a period (`Contactogram.sets`): for each the indices of its `contacts`."""
         number = self.contacts.sets()
         return [np.flatnonzero(number == n) for n in range(int(number[-1]) + 1 if number.size else 0)]

@@ -14,11 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from livebass.arrays import Floats
-
-Ints = NDArray[np.int64]
+from livebass.arrays import Floats, Ints
 
 WINDOW, HOP = 2048, 512  # samples at 48 kHz: 43 ms, 1.8 periods of the low E
 RANGE = 70.0  # dB, of the paper's spectrograms
