@@ -21,7 +21,7 @@ import platformdirs
 HERE = Path(__file__).parent
 ROOMS = ("kernels", "live/thread", "reference")
 SOURCES = (Path(__file__), *sorted(f for room in ROOMS for f in (HERE / room).glob("*.py")))
-ENTRY, LIVE_ENTRY = "voice.run-*.nbi", "block.block-*.nbi"  # what is compiled last
+ENTRY, LIVE_ENTRY = "voice.run-*.nbi", "block.process-*.nbi"  # what is compiled last
 
 
 def _directory() -> Path:

@@ -42,7 +42,7 @@ class Lost:
     """Frames of the server that the bass did not play, since this was made."""
 
     client: Any
-    stage: Any
+    synth: Any
 
     def __post_init__(self) -> None:
         self.began, self.frame, self.stolen = self._server(), self._played(), stolen()
@@ -51,7 +51,7 @@ class Lost:
         return int(self.client.last_frame_time)
 
     def _played(self) -> int:
-        return int(self.stage.record["frame"][0])
+        return self.synth.frame
 
     def read(self) -> tuple[float, float, float]:
         """(s lost, s passed, s that other machines took from this one)."""
@@ -92,11 +92,11 @@ def play(seconds: float, seed: int) -> int:
     import jack
 
     from livebass import QUALITIES, load_preset
-    from livebass.live.session import Session, Wish
+    from livebass.live.session import Session, Settings
 
     wait_for_server(jack)
-    wish = Wish(load_preset("slap"), QUALITIES["live"], "slap", backend="jack", keyboard=False)
-    session = Session(wish, lambda line: None if line.startswith("preset") else print(line, flush=True))
+    settings = Settings(load_preset("slap"), QUALITIES["live"], "slap", backend="jack", keyboard=False)
+    session = Session(settings, lambda line: None if line.startswith("preset") else print(line, flush=True))
     outcome: list[int] = []
     thread = threading.Thread(target=lambda: outcome.append(judged(jack, session, seconds, seed)), daemon=True)
     thread.start()
@@ -110,32 +110,32 @@ def play(seconds: float, seed: int) -> int:
 def judged(jack: Any, session: Any, seconds: float, seed: int) -> int:
     """Plays on a session that is starting and ends it; the number of laws that were broken, at most 1."""
     try:
-        while session.stage is None:
+        while session.synth is None:
             time.sleep(0.05)
-        stage = session.stage
+        synth = session.synth
         client = jack.Client("endurance", no_start_server=True)
         print(f"{seconds:.0f} s, {'with' if client.realtime else 'without'} real-time scheduling", flush=True)
         rng, cycles = np.random.default_rng(seed), 10
-        random_playing(stage, rng, WARM_UP)
-        memory = highest = settled(stage)
-        before = stage.meters()
+        random_playing(synth, rng, WARM_UP)
+        memory = highest = settled(synth)
+        before = synth.meters()
         totals = np.zeros((len(PHASES), 4))  # s lost, s passed, s stolen, xruns
         for _ in range(cycles):
             for number, phase in enumerate(PHASES):
-                began, underruns = Lost(client, stage), stage.meters().underruns
+                began, underruns = Lost(client, synth), synth.meters().underruns
                 with PHASES[phase]():
                     if phase == "playing":
-                        highest = max(highest, random_playing(stage, rng, seconds / cycles))
+                        highest = max(highest, random_playing(synth, rng, seconds / cycles))
                     else:
                         time.sleep(max(3.0, 0.5 * seconds / cycles))
-                totals[number] += [*began.read(), stage.meters().underruns - underruns]
-            stage.panic()
+                totals[number] += [*began.read(), synth.meters().underruns - underruns]
+            synth.panic()
             time.sleep(1.0)
-        grown = settled(stage) - memory
-        stage.meters()
+        grown = settled(synth) - memory
+        synth.meters()
         time.sleep(1.0)
-        after = stage.meters()
-        stuck = after.peak > 0 or any(sounding for _, _, sounding, _ in stage.bass.fingers())
+        after = synth.meters()
+        stuck = after.peak > 0 or any(sounding for _, _, sounding, _ in synth.bass.fingers())
         rates = dict(zip(PHASES, totals[:, 0] / totals[:, 1], strict=True))
         alone = max(rate for phase, rate in rates.items() if phase != "playing")
         allowed = MORE * min(alone, TELLING) + SLACK
@@ -159,27 +159,27 @@ def judged(jack: Any, session: Any, seconds: float, seed: int) -> int:
         session.stop.set()
 
 
-def settled(stage: Any) -> float:
-    """Memory, MB, with one bass on the stage, always the same."""
+def settled(synth: Any) -> float:
+    """Memory, MB, with one bass on the synth, always the same."""
     from livebass import preset_names
 
     for program in (0, preset_names().index("slap")):
-        stage.send(0xC0, program)
+        synth.send(0xC0, program)
         time.sleep(SETTLING)
     return resident()
 
 
-def random_playing(stage: Any, rng: np.random.Generator, seconds: float) -> float:
+def random_playing(synth: Any, rng: np.random.Generator, seconds: float) -> float:
     """Some 100 messages a second, a program every 2 s; the most memory meanwhile, MB."""
     end, next_program, most = time.monotonic() + seconds, 0.0, 0.0
     while time.monotonic() < end:
-        stage.send(0x90, int(rng.integers(24, 72)), int(rng.integers(1, 128)))
-        stage.send(0x80, int(rng.integers(24, 72)))
+        synth.send(0x90, int(rng.integers(24, 72)), int(rng.integers(1, 128)))
+        synth.send(0x80, int(rng.integers(24, 72)))
         if rng.random() < 0.3:
-            stage.send(0xB0, int(rng.choice([7, 11, 16, 64, 1, 121, 123])), int(rng.integers(128)))
-            stage.send(0xE0, int(rng.integers(128)), int(rng.integers(128)))
+            synth.send(0xB0, int(rng.choice([7, 11, 16, 64, 1, 121, 123])), int(rng.integers(128)))
+            synth.send(0xE0, int(rng.integers(128)), int(rng.integers(128)))
         if time.monotonic() > next_program:
-            stage.send(0xC0, int(rng.integers(128)))
+            synth.send(0xC0, int(rng.integers(128)))
             next_program, most = time.monotonic() + 2.0, max(most, resident())
         time.sleep(float(rng.exponential(0.02)))
     return most

@@ -1,17 +1,15 @@
 """Whether blocks are ready in time: `bench_live` measures, `bench_live_table.live_table` shows.
 
-The native callback is asked for the blocks of a worst case (`bench_card`) in each tier and block size, several times.
+The native callback is asked for the blocks of a worst case (`worst_case`) in each tier and block size, several times.
 "plain" figures are over all blocks of all runs, with whatever else the machine did. "quiet" ones take of each
 block the least time of the runs: the same work, free from what disturbed one run. In between is the best run: the
 one whose worst block took least. All are parts of a block's deadline, the time it lasts. Relief under overload is
 off: every block is of the full tier. Unevenness is off too, so that runs are alike; nearly, where the callback
 computes ahead of its clock.
 
-A sound card without sound, and what it is given to play: the worst a player does.
-
-`Card` calls the callback that PortAudio calls, through its C pointer, block after block without a pause, and reads
-how long each took from the stage's own meter, which is inside the callback: Python's time between two blocks does
-not count. A message is sent just before the block it falls into, as from a keyboard, never ahead. [main thread]
+The worst case is a script of messages for a `FakeDevice`, which runs the callback block after block without a pause.
+The time of a block comes from the synth's own meter, inside the callback: Python's time between two blocks does not
+count. A message is sent just before the block it falls into, as from a keyboard, never ahead. [main thread]
 
 How far a quality tier is from another, heard: 24 notes over strings and neck, soft to hard, compared two by two.
 
@@ -23,7 +21,6 @@ amplify the smallest difference; what is compared is how bright the sound is and
 
 from __future__ import annotations
 
-import ctypes
 import gc
 import time
 from collections.abc import Callable
@@ -41,9 +38,8 @@ from livebass.arrays import Floats
 from livebass.bench.measure import Neighbours, Row, machine
 from livebass.engine.engine import Engine
 from livebass.engine.prepare import whole_contact_rate
-from livebass.live.stage import LiveBass, Stage
-from livebass.live.thread.callbacks import PORTAUDIO, portaudio
-from livebass.live.thread.records import STRETCH
+from livebass.live.outputs import FakeDevice
+from livebass.live.synth import LiveBass, Synth
 from livebass.model.instrument import Instrument, speaking
 from livebass.model.quality import QUALITIES, Quality, modes_for, quality_with
 from livebass.preset.load import load_preset
@@ -119,14 +115,14 @@ def even(bass: Instrument) -> Instrument:
 
 def block_times(bass: Instrument, quality: Quality, block: int, script: Script, runs: int) -> NDArray[np.int64]:
     """ns of each block of `script`, (runs, blocks), after a run that only warms up."""
-    stage = Stage(script.rate, shelter=False)
-    stage.put_on(LiveBass(bass, quality, script.rate))
-    card = Card(stage, block)
-    card.play(replace(script, frames=script.popped))
+    synth = Synth(script.rate, adaptive=False)
+    synth.switch_to(LiveBass(bass, quality, script.rate))
+    device = FakeDevice(synth)
+    play_script(device, replace(script, frames=script.popped), block)
     times = []
     for _ in range(runs):
-        card.silence()
-        times.append(card.play(script))
+        silence(device, block)
+        times.append(play_script(device, script, block))
     return np.array(times)
 
 
@@ -245,9 +241,6 @@ def _wish(what: str, limit: float, value: float, row: Row | None = None, unit: s
     return {"what": what, "unit": unit, "limit": limit, "value": value, **more, "met": value <= limit}
 
 
-SIGNATURE = ctypes.CFUNCTYPE(
-    ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_ulong, ctypes.c_void_p, ctypes.c_ulong, ctypes.c_void_p
-)
 NOTE_ON, NOTE_OFF, CONTROL, ALL_SOUND_OFF = 0x90, 0x80, 0xB0, 120
 POPPED = (0.0, 0.5)  # s, all open strings at velocity 127 at once; the second time while they sound
 LINE_FROM = 1.0  # s
@@ -286,51 +279,34 @@ def worst_case(bass: Instrument, rate: int, strings: int, line: float = len(ROUN
     return Script(rate, tuple(messages), round(LINE_FROM * rate), round((LINE_FROM + count * SIXTEENTH) * rate))
 
 
-class Card:
-    """Asks `stage` for blocks of `block` frames, one channel."""
+def play_script(device: FakeDevice, script: Script, block: int) -> NDArray[np.int64]:
+    """Times of the blocks of `script` from the next one on, ns; `silence` first, for runs that are alike."""
+    synth, messages = device.synth, script.messages
+    metered, busy, begin = bool(synth.record["clock"][0]), synth.record["busy"], int(synth.record["frame"][0])
+    times, out = np.zeros(-(-script.frames // block), np.int64), np.zeros(block, np.float32)
+    sent, collected = 0, gc.isenabled()
+    gc.disable()
+    try:
+        for k in range(len(times)):
+            end = (k + 1) * block
+            while sent < len(messages) and messages[sent][0] < end:
+                frame, status, first, second = messages[sent]
+                synth.send(status, first, second, begin + frame)
+                sent += 1
+            began = time.perf_counter_ns()
+            device.fill(out)
+            times[k] = busy[0] if metered else time.perf_counter_ns() - began
+    finally:
+        if collected:
+            gc.enable()
+    return times
 
-    def __init__(self, stage: Stage, block: int) -> None:
-        self.stage, self.block = stage, block
-        self._mono = np.zeros(STRETCH, np.float32)
-        self._out = np.zeros(block, np.float32)
-        self._record = np.zeros(1, PORTAUDIO)
-        self._record["stage"], self._record["channels"] = stage.address, 1
-        self._record["mono"] = self._mono.ctypes.data
-        self._call = SIGNATURE(portaudio())
 
-    def next(self) -> NDArray[np.float32]:
-        """The next block, (block,); the array is used again."""
-        self._call(None, self._out.ctypes.data, self.block, None, 0, self._record.ctypes.data)
-        return self._out
-
-    def play(self, script: Script) -> NDArray[np.int64]:
-        """Times of the blocks of `script` from the next one on, ns; `silence` first, for runs that are alike."""
-        stage, messages, block, call = self.stage, script.messages, self.block, self._call
-        out, record = self._out.ctypes.data, self._record.ctypes.data
-        metered, busy, begin = bool(stage.record["clock"][0]), stage.record["busy"], int(stage.record["frame"][0])
-        times = np.zeros(-(-script.frames // block), np.int64)
-        sent, collected = 0, gc.isenabled()
-        gc.disable()
-        try:
-            for k in range(len(times)):
-                end = (k + 1) * block
-                while sent < len(messages) and messages[sent][0] < end:
-                    frame, status, first, second = messages[sent]
-                    stage.send(status, first, second, begin + frame)
-                    sent += 1
-                began = time.perf_counter_ns()
-                call(None, out, block, None, 0, record)
-                times[k] = busy[0] if metered else time.perf_counter_ns() - began
-        finally:
-            if collected:
-                gc.enable()
-        return times
-
-    def silence(self) -> None:
-        """Ends all sound and waits for it, in blocks."""
-        self.stage.send(CONTROL, ALL_SOUND_OFF, 0)
-        for _ in range(-(-round(REST * self.stage.rate) // self.block)):
-            self.next()
+def silence(device: FakeDevice, block: int) -> None:
+    """Ends all sound and waits for it, in blocks of `block` frames."""
+    device.synth.send(CONTROL, ALL_SOUND_OFF, 0)
+    for _ in range(-(-round(REST * device.synth.rate) // block)):
+        device.block(block)
 
 
 SPAN = 0.3  # s of each note

@@ -41,7 +41,7 @@ def _leave_with_parent() -> None:
 def _play(preset: str, quality: str, rate: int, block: int) -> Any:
     from livebass.live.inputs import MidiLost
     from livebass.live.outputs import OutputLost, PortAudioOutput
-    from livebass.live.stage import LiveBass, Stage
+    from livebass.live.synth import LiveBass, Synth
     from livebass.model.quality import QUALITIES
     from livebass.preset.load import load_preset
 
@@ -55,14 +55,14 @@ def _play(preset: str, quality: str, rate: int, block: int) -> Any:
         raise OutputLost("this PortAudio has no JACK host")
     if rtmidi.API_UNIX_JACK not in rtmidi.get_compiled_api():
         raise MidiLost("this python-rtmidi has no JACK")
-    stage = Stage(rate)
-    stage.put_on(LiveBass(load_preset(preset), QUALITIES[quality], rate))
-    output = PortAudioOutput(stage, device, block, "low")
+    synth = Synth(rate)
+    synth.switch_to(LiveBass(load_preset(preset), QUALITIES[quality], rate))
+    output = PortAudioOutput(synth, device, block, "low")
     port = rtmidi.MidiIn(rtapi=rtmidi.API_UNIX_JACK, name=NAME)
 
     def heard(event: tuple[list[int], float], _data: object = None) -> None:  # as MidiPort does
         status, first, second = event[0]
-        stage.receive(status, first, second, stage.frame_now(block))
+        synth.receive(status, first, second, synth.frame_now(block))
 
     port.set_callback(heard)
     output.start()

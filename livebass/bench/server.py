@@ -1,19 +1,19 @@
 """From a MIDI note-on to the first sample: `bench_latency` measures, `bench_live_table.latency_table` shows.
 
 Through a running JACK server, both ways there are: the native client with its own MIDI port, and PortAudio's JACK host
-with rtmidi. The note's frame is the one at which `Keys` put it into a period; what comes out at frame f is heard one
-period and the card's own delay later, with any program. Without a server only the stage's queue is measured.
+with rtmidi. The note's frame is the one at which `MidiProbe` put it into a period; what comes out at frame f is heard
+one period and the sound card's own delay later, with any program. Without a server only the synth's queue is measured.
 
 Why the callback is native: `bench_python` measures, `bench_live_table.python_table` shows.
 
 One client of a running JACK server plays the demo phrase, first with the native callback, then with an ordinary one in
 Python that asks the same engine for the same blocks, while the main thread keeps the interpreter busy. Lost is what
-the server's frame time went on by and the stage did not play.
+the server's frame time went on by and the synth did not play.
 
-Two clients of a running JACK server that measure another one: `Keys` plays notes, `Ears` hears when they sound.
+Two clients of a running JACK server measure another one: `MidiProbe` plays notes, `AudioProbe` hears when they sound.
 
-Both count in frames of the server, so what the measuring side loses in periods cannot pass for latency: `Ears` knows
-of every gap. Two clients and not one, as a loop through one client would cost a period. Methods: [main thread].
+Both count in frames of the server, so what the measuring side loses in periods cannot pass for latency: `AudioProbe`
+knows of every gap. Two clients and not one, as a loop through one client would cost a period. Methods: [main thread].
 """
 
 from __future__ import annotations
@@ -31,14 +31,15 @@ from datetime import UTC, datetime
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from livebass import __version__
-from livebass.bench.live import ALL_SOUND_OFF, CONTROL, NOTE_ON, Card
+from livebass.bench.live import ALL_SOUND_OFF, CONTROL, NOTE_ON, silence
 from livebass.bench.measure import Lost, Neighbours, Row, apart, machine
 from livebass.bench.player import NAME
 from livebass.live.hush import hushed, patiently
-from livebass.live.outputs import JackOutput
-from livebass.live.stage import LiveBass, Stage
+from livebass.live.outputs import FakeDevice, JackOutput
+from livebass.live.synth import LiveBass, Synth
 from livebass.model.quality import QUALITIES
 from livebass.preset.load import load_preset
 from livebass.score import demo_score
@@ -69,7 +70,7 @@ def bench_latency(progress: Say | None = None, extent: Extent | None = None) -> 
     """All ways, in half a minute: numbers and text, as JSON has them. `progress` hears what comes next.
 
     "rows" has one for each way, with the times in ms or an "error"; "server" is None, and "missing" says why, where no
-    JACK server runs. A note during which `Ears` lost a period is not counted but "discarded". [main thread]
+    JACK server runs. A note during which `AudioProbe` lost a period is not counted but "discarded". [main thread]
     """
     extent = extent or USUAL
     say = progress or (lambda what: None)
@@ -79,7 +80,7 @@ def bench_latency(progress: Say | None = None, extent: Extent | None = None) -> 
         found = apart(say, LOOK, server)
     except Lost as error:
         missing = str(error)
-    say("the stage's queue")
+    say("the synth's queue")
     rows = [_queue(found["rate"] if found else QUEUE_RATE, found["block"] if found else QUEUE_BLOCK, extent)]
     if found:
         for way in extent.ways:
@@ -119,24 +120,24 @@ def latency_figures(frames: list[float], rate: int) -> dict[str, Any]:
 
 
 def _queue(rate: int, block: int, extent: Extent) -> Row:
-    """From `Stage.send`, for a frame of the next block, to the first sample: the call's time and the frames between."""
-    stage = Stage(rate, shelter=False)
+    """From `Synth.send`, for a frame of the next block, to the first sample: the call's time and the frames between."""
+    synth = Synth(rate, adaptive=False)
     bass = LiveBass(load_preset(PRESET), QUALITIES[extent.quality], rate)
-    stage.put_on(bass)
-    card, rng = Card(stage, block), np.random.default_rng(0)
+    synth.switch_to(bass)
+    device, rng = FakeDevice(synth), np.random.default_rng(0)
     key = bass.engine.instrument.strings[-1].open_note
     frames, calls = [], []
-    card.silence()  # the first message loads a kernel
+    silence(device, block)  # the first message loads a kernel
     for _ in range(extent.queued):
-        start = int(stage.record["frame"][0])
+        start = int(synth.record["frame"][0])
         wanted = start + int(rng.integers(block))
         began = time.perf_counter_ns()
-        stage.send(NOTE_ON, key, VELOCITY, wanted)
+        synth.send(NOTE_ON, key, VELOCITY, wanted)
         calls.append((time.perf_counter_ns() - began) * 1e-9 * rate)
-        while not (loud := np.flatnonzero(np.abs(card.next()) > HEARD)).size:
+        while not (loud := np.flatnonzero(np.abs(device.block(block)) > HEARD)).size:
             start += block
         frames.append(start + int(loud[0]) - wanted + calls[-1])
-        card.silence()
+        silence(device, block)
     return {
         "way": "queue",
         "name": "queue to block, no server",
@@ -150,9 +151,9 @@ def _queue(rate: int, block: int, extent: Extent) -> Row:
 @contextmanager
 def _native(found: dict[str, Any], quality: str) -> Iterator[tuple[str, str]]:
     """`livebass play --backend jack`, in this process: its MIDI port and its output."""
-    output = JackOutput("livebass-bench", lambda rate: Stage(rate), connect=False)
+    output = JackOutput("livebass-bench", lambda rate: Synth(rate), connect=False)
     try:
-        output.stage.put_on(LiveBass(load_preset(PRESET), QUALITIES[quality], output.stage.rate))
+        output.synth.switch_to(LiveBass(load_preset(PRESET), QUALITIES[quality], output.synth.rate))
         output.start()
         yield output.midi.name, output.outputs[0].name
     finally:
@@ -162,7 +163,7 @@ def _native(found: dict[str, Any], quality: str) -> Iterator[tuple[str, str]]:
 @contextmanager
 def _portaudio(found: dict[str, Any], quality: str) -> Iterator[tuple[str, str]]:
     """`livebass play --backend portaudio`, in another process."""
-    looking = Ears()  # only to look at ports
+    looking = AudioProbe()  # only to look at ports
     command = [sys.executable, "-m", "livebass.bench.player", PRESET, quality, str(found["rate"]), str(found["block"])]
     before = {port.name for port in looking.client.get_ports(is_audio=True, is_output=True)}
     child = subprocess.Popen(
@@ -199,9 +200,9 @@ def _through(_say: Say, way: str, found: dict[str, Any], extent: Extent) -> Row:
     """Notes at random offsets into the MIDI port and out of the output of `way`."""
     _, opened = WAYS[way]
     with opened(found, extent.quality) as (midi, sound):
-        keys, ears = Keys(), None
+        keys, ears = MidiProbe(), None
         try:
-            ears = Ears()
+            ears = AudioProbe()
             for client in (keys.client, ears.client):
                 client.activate()
             keys.client.connect(keys.port, midi)
@@ -217,7 +218,7 @@ def _through(_say: Say, way: str, found: dict[str, Any], extent: Extent) -> Row:
     return {"discarded": discarded, **latency_figures(frames, found["rate"])}
 
 
-def _notes(keys: Keys, ears: Ears, block: int, notes: int) -> tuple[list[float], int]:
+def _notes(keys: MidiProbe, ears: AudioProbe, block: int, notes: int) -> tuple[list[float], int]:
     """Latencies in frames, and how many notes were lost or came with a gap."""
     rng = np.random.default_rng(0)
     key = load_preset(PRESET).strings[-1].open_note
@@ -259,19 +260,20 @@ PYTHON_USUAL = PythonExtent()
 class PythonOutput:
     """What `JackOutput` does, with a callback in Python."""
 
-    def __init__(self, name: str, make_stage: Callable[[int], Stage]) -> None:
+    def __init__(self, name: str, make_synth: Callable[[int], Synth]) -> None:
         self.client = new_client(name)
-        self.stage = make_stage(int(self.client.samplerate))
-        self._card = Card(self.stage, int(self.client.blocksize))
+        self.synth = make_synth(int(self.client.samplerate))
+        self._device = FakeDevice(self.synth)
+        self._out = np.zeros(int(self.client.blocksize), np.float32)
         self._port = self.client.outports.register("out")
         self.client.set_process_callback(self._process)
         self.client.set_xrun_callback(self._xrun)
 
     def _process(self, _frames: int) -> None:
-        self._port.get_array()[:] = self._card.next()
+        self._port.get_array()[:] = self._device.fill(self._out)
 
     def _xrun(self, _delay: float) -> None:
-        self.stage.record["underruns"] += 1
+        self.synth.record["underruns"] += 1
 
     def start(self) -> None:
         self.client.activate()
@@ -332,28 +334,28 @@ LOADS: dict[str, Callable[[int], Work]] = {
 }
 
 
-def _native_client(name: str, make_stage: Callable[[int], Stage]) -> JackOutput:
-    return JackOutput(name, make_stage, connect=False)
+def _native_client(name: str, make_synth: Callable[[int], Synth]) -> JackOutput:
+    return JackOutput(name, make_synth, connect=False)
 
 
 def _python_row(_say: Say, load: str, callback: str, block: int, extent: PythonExtent) -> Row:
     work = LOADS[load](extent.objects)
     make: Callable[..., Any] = PythonOutput if callback == "Python" else _native_client
-    output = make("livebass-bench", lambda rate: Stage(rate))
-    stage = output.stage
+    output = make("livebass-bench", lambda rate: Synth(rate))
+    synth = output.synth
     try:
-        stage.put_on(LiveBass(load_preset(PYTHON_PRESET), QUALITIES[PYTHON_QUALITY], stage.rate))
-        stage.feed(demo_score(stage.rate, "slap"), 0, stage.rate // 10)
+        synth.switch_to(LiveBass(load_preset(PYTHON_PRESET), QUALITIES[PYTHON_QUALITY], synth.rate))
+        synth.feed(demo_score(synth.rate, "slap"), 0, synth.rate // 10)
         output.start()
         time.sleep(extent.settle)
-        began, first = output.client.frame_time, int(stage.record["frame"][0])
-        xruns = int(stage.record["underruns"][0])
+        began, first = output.client.frame_time, int(synth.record["frame"][0])
+        xruns = int(synth.record["underruns"][0])
         end = time.monotonic() + extent.seconds
         while time.monotonic() < end:
             work()
         passed = since(output.client.frame_time, began)
-        played = int(stage.record["frame"][0]) - first
-        xruns = int(stage.record["underruns"][0]) - xruns
+        played = int(synth.record["frame"][0]) - first
+        xruns = int(synth.record["underruns"][0]) - xruns
     finally:
         output.close()
     blocks = max(1, round(passed / block))
@@ -407,7 +409,7 @@ def server(_say: object = None) -> dict[str, Any]:
         client.close(ignore_errors=True)
 
 
-class Keys:
+class MidiProbe:
     """A MIDI output; each message goes out at an offset into some period, and `sent` has its frame."""
 
     def __init__(self) -> None:
@@ -433,14 +435,19 @@ class Keys:
         self.client.close(ignore_errors=True)
 
 
-class Ears:
-    """An audio input that knows the frame of the first sample that is no silence since `listen`, and of every gap."""
+class AudioProbe:
+    """An audio input that knows the frame of the first sample that is no silence since `listen`, and of every gap.
 
-    def __init__(self) -> None:
+    With `keep`, `periods` has all that was heard: (frame, samples) for each period.
+    """
+
+    def __init__(self, keep: bool = False) -> None:
         self.client = new_client("bench-ears")
         self.port = self.client.inports.register("in")
         self.first: int | None = None
         self.gaps = self.silent = 0  # since `listen`; periods of silence up to now
+        self.periods: list[tuple[int, NDArray[np.float32]]] = []
+        self._keep = keep
         self._next: int | None = None
         self.client.set_process_callback(self._hear)
 
@@ -449,7 +456,10 @@ class Ears:
         if self._next is not None and now != self._next:
             self.gaps += 1
         self._next = (now + frames) % WRAP
-        level = np.abs(self.port.get_array())
+        sound = self.port.get_array()
+        if self._keep:
+            self.periods.append((now, sound.copy()))
+        level = np.abs(sound)
         if self.first is None:
             loud = np.flatnonzero(level > HEARD)
             if loud.size:

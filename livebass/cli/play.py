@@ -80,7 +80,7 @@ def play(**options: Any) -> None:
     from livebass import compiling as kernels
     from livebass.live.inputs import HELP, interactive
     from livebass.live.outputs import check_output
-    from livebass.live.session import Session, Wish
+    from livebass.live.session import Session, Settings
     from livebass.preset.load import load_preset
     from livebass.score import read_score
 
@@ -88,7 +88,7 @@ def play(**options: Any) -> None:
     bass = load_preset(options["preset"])
     if song:
         read_score(song, options["rate"])  # what is wrong with it is said now
-    wish = Wish(
+    settings = Settings(
         instrument=bass,
         quality=QUALITIES[options["quality"]],
         preset=options["preset"],
@@ -103,11 +103,11 @@ def play(**options: Any) -> None:
         record=options["record"],
         read=(lambda rate: read_score(song, rate)) if song else None,
     )
-    with Desk(quiet, options["log"]) as desk:
+    with Console(quiet, options["log"]) as desk:
         if not kernels.cached(kernels.LIVE_ENTRY):
-            check_output(wish.backend, wish.audio)
+            check_output(settings.backend, settings.audio)
             announce_kernels(live=True)
-        session = Session(wish, desk.say, desk.status if desk.terminal else None, desk.note)
+        session = Session(settings, desk.say, desk.status if desk.terminal else None, desk.note)
         heed_signals(session)
         if interactive():
             desk.hint(HELP)
@@ -130,7 +130,7 @@ class OutputGone(OSError):
     """The output went away while it played."""
 
 
-class Desk:
+class Console:
     """Where lines go: to stderr unless `quiet`, over a status line if that is a terminal, and to a log."""
 
     def __init__(self, quiet: bool, log: Path | None) -> None:
@@ -191,7 +191,7 @@ def heed_signals(session: Session) -> None:
 
         def stop(number: int, frame: FrameType | None, before: Any = before) -> None:
             session.stop.set()
-            if session.stage is None:
+            if session.synth is None:
                 if not callable(before):
                     raise SystemExit(128 + number)
                 before(number, frame)

@@ -1,1 +1,1 @@
-"""Playing live: devices, stage, session."""
+"""Playing live: devices, synth, session."""

@@ -1,4 +1,4 @@
-"""MIDI input ports by python-rtmidi: what arrives goes to the stage, late by the same time for all. [main thread]
+"""MIDI input ports by python-rtmidi: what arrives goes to the synth, late by the same time for all. [main thread]
 
 The computer keyboard as a keyboard: two rows of keys, in a terminal. [main thread]
 """
@@ -14,7 +14,7 @@ from contextlib import contextmanager, suppress
 from typing import Any
 
 from livebass.live.hush import hushed, keep_for_ever, patiently
-from livebass.live.stage import Stage
+from livebass.live.synth import Synth
 
 CLIENT = "livebass"
 THROUGH = "Midi Through"  # ALSA's own, that nobody plays on
@@ -35,13 +35,13 @@ class MidiPort:
     """
 
     def __init__(
-        self, stage: Stage, wanted: str | None, ahead: int, virtual: bool = True, hardware_only: bool = False
+        self, synth: Synth, wanted: str | None, ahead: int, virtual: bool = True, hardware_only: bool = False
     ) -> None:
-        self.stage, self.wanted, self.ahead = stage, wanted, ahead
+        self.synth, self.wanted, self.ahead = synth, wanted, ahead
         self._rtmidi = _rtmidi()
         self._looker = new_input(f"{CLIENT}-look", hardware_only)  # stays: new clients disturb JACK
         self._by_jack = self._looker.get_current_api() == self._rtmidi.API_UNIX_JACK
-        warm = Stage(stage.rate)
+        warm = Synth(synth.rate)
         warm.send(0xF8, 0, 0, warm.frame_now(0))  # a kernel that is loaded when the first note comes makes it late
         self._in: Any = None
         self._virtual: Any = None
@@ -92,7 +92,7 @@ class MidiPort:
         message = event[0]
         if 1 <= len(message) <= 3 and 0x80 <= message[0] < 0xF0:
             status, first, second = (*message, 0, 0)[:3]
-            self.stage.receive(status, first, second, self.stage.frame_now(self.ahead))
+            self.synth.receive(status, first, second, self.synth.frame_now(self.ahead))
 
     def look(self) -> str | None:
         """Opens the port again where it came back, lets go of one that has gone; what has changed, for people."""
@@ -103,7 +103,7 @@ class MidiPort:
             gone = self.name
             _delete(self._in)
             self._in = None
-            let_go(self.stage)
+            let_go(self.synth)
             return f"MIDI: {gone} is gone, waiting for it"
         device = self._device
         index = next((k for k, name in enumerate(names) if device and bare(name) == bare(device)), None)
@@ -132,11 +132,11 @@ class MidiPort:
             patiently(end, ports)
 
 
-def let_go(stage: Stage) -> None:
+def let_go(synth: Synth) -> None:
     """Ends all notes that are held: whoever would let the keys go is no longer there."""
     for channel in range(16):
         for controller in (64, 123):
-            stage.send(0xB0 | channel, controller, 0)
+            synth.send(0xB0 | channel, controller, 0)
 
 
 def _ask_jack() -> None:

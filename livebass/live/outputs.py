@@ -1,8 +1,9 @@
-"""Where the stage's sound goes: PortAudio, or a JACK server with a MIDI port of the bass's own. [main thread]"""
+"""Where the synth's sound goes: PortAudio, or a JACK server with a MIDI port of the bass's own. [main thread]"""
 
 from __future__ import annotations
 
 import atexit
+import ctypes
 import os
 import sys
 from collections.abc import Callable
@@ -10,11 +11,16 @@ from contextlib import suppress
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from livebass.live.hush import hushed, patiently
-from livebass.live.stage import Stage
+from livebass.live.synth import Synth
 from livebass.live.thread import callbacks
-from livebass.live.thread.records import STRETCH
+from livebass.live.thread.records import CHUNK
+
+PA_STREAM_CALLBACK = ctypes.CFUNCTYPE(
+    ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_ulong, ctypes.c_void_p, ctypes.c_ulong, ctypes.c_void_p
+)
 
 
 class OutputLost(OSError):
@@ -24,9 +30,9 @@ class OutputLost(OSError):
 class PortAudioOutput:
     """A device of PortAudio, by index or name; None: the system's default."""
 
-    def __init__(self, stage: Stage, device: int | str | None, block: int, latency: str | float) -> None:
+    def __init__(self, synth: Synth, device: int | str | None, block: int, latency: str | float) -> None:
         sd = _sounddevice()
-        self.stage, self.block = stage, block
+        self.synth, self.block = synth, block
         try:
             with hushed():
                 info = sd.query_devices(device, "output")
@@ -38,10 +44,10 @@ class PortAudioOutput:
         self.channels = min(callbacks.MOST_CHANNELS, int(info["max_output_channels"]))
         try:
             with hushed():
-                self._stream = _NativeStream(sd, stage, device, self.channels, block, latency)
+                self._stream = _NativeStream(sd, synth, device, self.channels, block, latency)
         except (sd.PortAudioError, ValueError) as error:
             usual = f"; its usual rate is {info['default_samplerate']:.0f} Hz (--rate)"
-            raise OutputLost(f"audio output {self.name} at {stage.rate} Hz: {_one_line(error)}{usual}") from None
+            raise OutputLost(f"audio output {self.name} at {synth.rate} Hz: {_one_line(error)}{usual}") from None
         self._exit, self._errors, self._closed = sd._exit_handler, sd.PortAudioError, False
         self.latency = float(self._stream.stream.latency)
 
@@ -69,20 +75,48 @@ class PortAudioOutput:
         self._stream.stream.close(ignore_errors=True)
 
 
+class _CallbackData:
+    """The user data of PortAudio's callback, kept alive with the buffer it points to."""
+
+    def __init__(self, synth: Synth, channels: int) -> None:
+        self._mono = np.zeros(CHUNK, np.float32)
+        self._record = np.zeros(1, callbacks.PORTAUDIO)
+        self._record["synth"], self._record["channels"] = synth.address, channels
+        self._record["mono"] = self._mono.ctypes.data
+        self.address = int(self._record.ctypes.data)
+
+
+class FakeDevice:
+    """An audio device without hardware: calls PortAudio's callback through its C pointer, block by block."""
+
+    def __init__(self, synth: Synth, channels: int = 1) -> None:
+        self.synth, self.channels = synth, channels
+        self._data = _CallbackData(synth, channels)
+        self._call = PA_STREAM_CALLBACK(callbacks.portaudio())
+
+    def block(self, frames: int, flags: int = 0) -> NDArray[np.float32]:
+        """The next `frames` frames, (frames,) or (frames, channels); `flags` are PaStreamCallbackFlags."""
+        shape = frames if self.channels == 1 else (frames, self.channels)
+        return self.fill(np.full(shape, np.nan, np.float32), flags)
+
+    def fill(self, out: NDArray[np.float32], flags: int = 0) -> NDArray[np.float32]:
+        """`block` into the contiguous array `out`, which is also returned."""
+        if self._call(None, out.ctypes.data, len(out), None, flags, self._data.address):
+            raise OutputLost("the callback has ended the stream")
+        return out
+
+
 class _NativeStream:
     """A sounddevice stream whose callback is a C function, as sounddevice offers to library authors."""
 
     def __init__(
-        self, sd: Any, stage: Stage, device: int | str | None, channels: int, block: int, latency: str | float
+        self, sd: Any, synth: Synth, device: int | str | None, channels: int, block: int, latency: str | float
     ) -> None:
-        self.mono = np.zeros(STRETCH, np.float32)
-        self.record = np.zeros(1, callbacks.PORTAUDIO)
-        self.record["stage"], self.record["channels"] = stage.address, channels
-        self.record["mono"] = self.mono.ctypes.data
+        self.data = _CallbackData(synth, channels)
         function = sd._ffi.cast("PaStreamCallback *", callbacks.portaudio())
-        data = sd._ffi.cast("void *", self.record.ctypes.data)
+        data = sd._ffi.cast("void *", self.data.address)
         self.stream: Any = sd._StreamBase(
-            kind="output", wrap_callback=None, callback=function, userdata=data, samplerate=stage.rate,
+            kind="output", wrap_callback=None, callback=function, userdata=data, samplerate=synth.rate,
             blocksize=block, device=device, channels=channels, dtype="float32", latency=latency,
         )  # fmt: skip
 
@@ -90,7 +124,7 @@ class _NativeStream:
 class JackOutput:
     """A client of a running JACK server: two output ports, one MIDI input, connected to what plays."""
 
-    def __init__(self, name: str, make_stage: Callable[[int], Stage], connect: bool = True) -> None:
+    def __init__(self, name: str, make_synth: Callable[[int], Synth], connect: bool = True) -> None:
         jack = _jack()
         self._jack = jack
         try:
@@ -101,7 +135,7 @@ class JackOutput:
         _hush_jack(jack)
         self.name = f"JACK client {self.client.name}"
         self.block = int(self.client.blocksize)
-        self.stage = make_stage(int(self.client.samplerate))
+        self.synth = make_synth(int(self.client.samplerate))
         self.outputs = [self.client.outports.register(f"out_{k}") for k in (1, 2)]
         self.midi = self.client.midi_inports.register("midi_in")
         self.record = np.zeros(1, callbacks.JACK)
@@ -110,14 +144,13 @@ class JackOutput:
         def address(value: Any) -> int:
             return int(ffi.cast("intptr_t", value))
 
-        r["stage"], r["outputs"] = self.stage.address, len(self.outputs)
+        r["synth"], r["outputs"] = self.synth.address, len(self.outputs)
         r["get_buffer"] = address(lib.jack_port_get_buffer)
         r["event_count"] = address(lib.jack_midi_get_event_count)
         r["event_get"] = address(lib.jack_midi_event_get)
         for k, port in enumerate(self.outputs):
             r["output"][0, k] = address(port._ptr)
         r["midi"] = address(self.midi._ptr)
-        r["event_address"] = r.ctypes.data + callbacks.JACK.fields["event"][1]  # type: ignore[index]
         function = ffi.cast("JackProcessCallback", callbacks.jack())
         if lib.jack_set_process_callback(self.client._ptr, function, ffi.cast("void *", r.ctypes.data)):
             raise OutputLost("JACK: the server does not take the callback")
@@ -132,7 +165,7 @@ class JackOutput:
         self._gone = True
 
     def _xrun(self, _delay: float) -> None:
-        self.stage.record["underruns"] += 1
+        self.synth.count_underrun()
 
     def _resize(self, frames: int) -> None:
         self.block = frames
@@ -174,7 +207,7 @@ class JackOutput:
 
     @property
     def latency(self) -> float:
-        return self.block / self.stage.rate
+        return self.block / self.synth.rate
 
     def close(self) -> None:
         """Ends the sound; again does nothing. A server that does not answer is left."""

@@ -15,27 +15,27 @@ from typing import Self
 
 from livebass.audiofile import AudioWriter, encoding
 from livebass.files import OutputError, Transaction, output_error
-from livebass.live.stage import Stage
+from livebass.live.synth import Synth
 
 
 class Recorder:
-    """`with Recorder(path, stage, say) as take:` writes what the stage plays; call `take.turn()` often.
+    """`with Recorder(path, synth, say) as take:` writes what the synth plays; call `take.turn()` often.
 
     Leaving the block puts the file in its place, with any exception too, if anything was recorded; `discard` before
     leaves nothing. A disk that is full ends the recording, not the session: what fitted is kept, and `say` hears of it.
     Raises OutputError for a place where no file can be, and ValueError for a format that does not exist.
     """
 
-    def __init__(self, path: Path, stage: Stage, say: Callable[[str], None]) -> None:
-        self.path, self.stage, self.say = path, stage, say
+    def __init__(self, path: Path, synth: Synth, say: Callable[[str], None]) -> None:
+        self.path, self.synth, self.say = path, synth, say
         self.kept: Path | None = None
         self._files = Transaction()
         try:
-            self._writer: AudioWriter | None = AudioWriter(self._files, path, encoding(path, stage.rate))
+            self._writer: AudioWriter | None = AudioWriter(self._files, path, encoding(path, synth.rate))
         except BaseException as error:
             self._files.__exit__(type(error), error, None)
             raise
-        stage.start_recording()
+        synth.start_recording()
 
     def __enter__(self) -> Self:
         return self
@@ -56,7 +56,7 @@ class Recorder:
 
     def turn(self) -> None:
         """Writes what has been played since."""
-        sound = self.stage.recorded()
+        sound = self.synth.recorded()
         if self._writer is None:
             return
         try:
@@ -85,7 +85,7 @@ class Recorder:
         if nothing is None:
             self.kept = self.path
             if short:
-                self.say(f"{self.path}: {frames / self.stage.rate:.1f} s are kept")
+                self.say(f"{self.path}: {frames / self.synth.rate:.1f} s are kept")
         else:
             self.say(str(nothing))
 

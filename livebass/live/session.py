@@ -1,4 +1,4 @@
-"""Playing live: output, MIDI, computer keyboard, score and recorder around one stage. [main thread]
+"""Playing live: output, MIDI, computer keyboard, score and recorder around one synth. [main thread]
 
 The audio thread plays on its own; this loop looks in on it twenty times a second: hands over the next messages of a
 score, takes what was recorded, answers program changes, and says how it goes.
@@ -24,7 +24,7 @@ from livebass.live.hush import PATIENCE
 from livebass.live.inputs import LOOK_EVERY, MidiLost, MidiPort, TerminalKeys, let_go
 from livebass.live.outputs import JackOutput, OutputLost, PortAudioOutput, hush_jack
 from livebass.live.recording import Recorder
-from livebass.live.stage import Gauge, LiveBass, Meters, Reading, Stage, strings
+from livebass.live.synth import Gauge, LiveBass, Meters, Reading, Synth, strings
 from livebass.model.instrument import Instrument
 from livebass.model.quality import QUALITIES, Quality
 from livebass.preset.load import load_preset, preset_names
@@ -40,7 +40,7 @@ Line = Callable[[str], None]
 
 
 @dataclass(frozen=True)
-class Wish:
+class Settings:
     """What to play with."""
 
     instrument: Instrument
@@ -71,8 +71,8 @@ class Summary:
     lost: str | None  # why the output ended it
 
 
-class Stop:
-    """A wish to end. Without the lock of an Event, which a signal's handler may find taken by who it interrupts."""
+class StopFlag:
+    """A settings to end. Without the lock of an Event, which a signal's handler may find taken by who it interrupts."""
 
     def __init__(self) -> None:
         self._wanted = False
@@ -85,16 +85,16 @@ class Stop:
 
 
 class Session:
-    """One evening on the stage.
+    """One evening on the synth.
 
     `say` hears of changes, a line each; `status`, where it is given, four times a second what plays and the load;
     `note` of the load where there was trouble, and once a minute.
     """
 
-    def __init__(self, wish: Wish, say: Line, status: Line | None = None, note: Line | None = None) -> None:
-        self.wish, self.say, self.status, self.note = wish, say, status, note
-        self.stop = Stop()
-        self.stage: Stage | None = None  # as soon as it plays
+    def __init__(self, settings: Settings, say: Line, status: Line | None = None, note: Line | None = None) -> None:
+        self.settings, self.say, self.status, self.note = settings, say, status, note
+        self.stop = StopFlag()
+        self.synth: Synth | None = None  # as soon as it plays
 
     def run(self) -> Summary:
         """Plays until `stop` is set, the score is over, or the output is gone.
@@ -102,53 +102,53 @@ class Session:
         Raises OutputLost and MidiLost for what is not there, OutputError for a take that cannot be written, and
         what the score's reader raises: all before anything sounds. [main thread]
         """
-        wish = self.wish
+        settings = self.settings
         with ExitStack() as ends:
             beside = ends.enter_context(ThreadPoolExecutor(1))
             coming: list[Future[LiveBass]] = []  # prepared while the output gets ready
 
-            def make_stage(rate: int) -> Stage:
-                coming.append(beside.submit(LiveBass, wish.instrument, wish.quality, rate))
-                return Stage(rate, wish.channel, wish.gain)
+            def make_synth(rate: int) -> Synth:
+                coming.append(beside.submit(LiveBass, settings.instrument, settings.quality, rate))
+                return Synth(rate, settings.channel, settings.gain)
 
-            output = self._output(make_stage)
+            output = self._output(make_synth)
             ends.callback(output.close)
-            stage = output.stage
-            score = wish.read(stage.rate) if wish.read else None
-            take = Recorder(wish.record, stage, self.say) if wish.record else None
+            synth = output.synth
+            score = settings.read(synth.rate) if settings.read else None
+            take = Recorder(settings.record, synth, self.say) if settings.record else None
             if take:
                 ends.callback(take.discard)
-            stage.put_on(coming.pop().result())
-            changes = Changes(stage, wish.preset, wish.quality)
+            synth.switch_to(coming.pop().result())
+            changes = PresetSwitch(synth, settings.preset, settings.quality)
             ends.callback(changes.close)
             others = {"\t": changes.next_preset, "\n": changes.next_quality, "\r": changes.next_quality}
-            keys = ends.enter_context(TerminalKeys(stage.send, stage.panic, others)) if wish.keyboard else None
+            keys = ends.enter_context(TerminalKeys(synth.send, synth.panic, others)) if settings.keyboard else None
             output.start()
-            midi = self._midi(stage, output)
+            midi = self._midi(synth, output)
             if midi:
                 ends.callback(midi.close)
             hush_jack()
             if take:
                 ends.push(take)  # the first that is ended: whatever hangs after it does not lose it
-            self.say(f"playing through {output.name}, {stage.rate} Hz, about {output.latency * 1e3:.1f} ms")
-            gauge, self.stage = Gauge(stage), stage
+            self.say(f"playing through {output.name}, {synth.rate} Hz, about {output.latency * 1e3:.1f} ms")
+            gauge, self.synth = Gauge(synth), synth
             lost = _Loop(self, output, midi, changes, keys, take, score, gauge).run()
-            meters, seconds = gauge.read().meters, float(stage.record["frame"][0]) / stage.rate
+            meters, seconds = gauge.read().meters, synth.frame / synth.rate
         return Summary(output.name, seconds, meters, gauge.worst, take.kept if take else None, lost)
 
-    def _output(self, make_stage: Callable[[int], Stage]) -> Output:
-        wish = self.wish
-        if wish.backend in ("auto", "jack") and wish.audio is None:
+    def _output(self, make_synth: Callable[[int], Synth]) -> Output:
+        settings = self.settings
+        if settings.backend in ("auto", "jack") and settings.audio is None:
             try:
-                return JackOutput("livebass", make_stage)
+                return JackOutput("livebass", make_synth)
             except OutputLost:
-                if wish.backend == "jack":
+                if settings.backend == "jack":
                     raise
-        return PortAudioOutput(make_stage(wish.rate), wish.audio, wish.block, wish.latency)
+        return PortAudioOutput(make_synth(settings.rate), settings.audio, settings.block, settings.latency)
 
-    def _midi(self, stage: Stage, output: Output) -> MidiPort | None:
+    def _midi(self, synth: Synth, output: Output) -> MidiPort | None:
         """JACK's own MIDI where there is some, or else a port of the system's."""
-        wanted, virtual = self.wish.midi, True
+        wanted, virtual = self.settings.midi, True
         if isinstance(output, JackOutput):
             connected = output.connect_midi(wanted)[0] if wanted is None or not wanted.isdigit() else []
             if wanted is None or connected:
@@ -157,7 +157,7 @@ class Session:
                 return None
             virtual = False
         try:
-            port = MidiPort(stage, wanted, output.block, virtual, hardware_only=not virtual and wanted is None)
+            port = MidiPort(synth, wanted, output.block, virtual, hardware_only=not virtual and wanted is None)
         except MidiLost as error:
             if wanted is not None:
                 raise
@@ -175,7 +175,7 @@ class _Loop:
     session: Session
     output: Output
     midi: MidiPort | None
-    changes: Changes
+    changes: PresetSwitch
     keys: TerminalKeys | None
     take: Recorder | None
     score: Score | None
@@ -193,23 +193,23 @@ class _Loop:
                 self.looking.join(PATIENCE)
 
     def _run(self) -> str | None:
-        stage, fed, waited, frame = self.output.stage, 0, 0, -1
+        synth, fed, waited, frame = self.output.synth, 0, 0, -1
         said = looked = noted = time.monotonic()
         troubles: tuple[int, ...] = (0, 0, 0, 0)
-        start = int(stage.record["frame"][0]) + stage.rate // 5
+        start = synth.frame + synth.rate // 5
         while not self.session.stop.is_set():
             time.sleep(TURN)
             if self.keys:
                 self.keys.read()
             if self.score is not None:
-                fed = stage.feed(self.score, fed, start)
-                if frame > start + self.score.end_frame + AFTER * stage.rate:
+                fed = synth.feed(self.score, fed, start)
+                if frame > start + self.score.end_frame + AFTER * synth.rate:
                     return None
             if self.take:
                 self.take.turn()
-            stage.clear_away()
+            synth.release_faded()
             self._say(self.changes.turn())
-            before, frame = frame, int(stage.record["frame"][0])
+            before, frame = frame, synth.frame
             waited = 0 if frame != before else waited + 1
             if not self.output.alive or waited > STALLED:
                 return f"{self.output.name} is gone"
@@ -224,7 +224,7 @@ class _Loop:
                 said = now
                 reading = self.gauge.read()
                 if self.session.status:
-                    self.session.status(f"{strings(stage)}   {reading.text()}")
+                    self.session.status(f"{strings(synth)}   {reading.text()}")
                 if reading.troubles != troubles or now - noted > NOTE_EVERY:
                     troubles, noted = reading.troubles, now
                     self._note(reading)
@@ -236,11 +236,11 @@ class _Loop:
         if line:
             self.heard.append(line)
         if isinstance(self.output, JackOutput):
-            new, gone = self.output.connect_midi(self.session.wish.midi)
+            new, gone = self.output.connect_midi(self.session.settings.midi)
             self.heard.extend(f"MIDI: {name} is there" for name in new)
             self.heard.extend(f"MIDI: {name} is gone, waiting for it" for name in gone)
             if gone:
-                let_go(self.output.stage)
+                let_go(self.output.synth)
 
     def _say(self, line: str | None) -> None:
         if line:
@@ -254,18 +254,18 @@ class _Loop:
 NICENESS = 10  # of the thread that prepares: what sounds comes first
 
 
-class Changes:
-    """What is wished for and what plays. The last wish counts; those that it overtook are never prepared."""
+class PresetSwitch:
+    """What is wished for and what plays. The last settings counts; those that it overtook are never prepared."""
 
-    def __init__(self, stage: Stage, preset: str, quality: Quality) -> None:
-        """`preset`, a name or path, and `quality` are what is on the stage already."""
-        self.stage = stage
+    def __init__(self, synth: Synth, preset: str, quality: Quality) -> None:
+        """`preset`, a name or path, and `quality` are what is on the synth already."""
+        self.synth = synth
         self.qualities = {**QUALITIES, quality.name: quality}
         self.playing = self.wanted = (preset, quality.name)
         self._thread = ThreadPoolExecutor(1, "changes", _step_back)
         self._coming: tuple[tuple[str, str], Future[LiveBass]] | None = None
         self._leaving = False  # the bass before
-        self._programs = int(stage.record["program_count"][0])
+        self._programs = synth.program[0]
 
     def next_preset(self) -> None:
         names = preset_names()
@@ -282,8 +282,8 @@ class Changes:
         Returns at once. What a preset's file has wrong is such a line too, and the bass before plays on.
         """
         self._hear()
-        self.stage.clear_away()
-        fading = any(self.stage.record[name][0] for name in ("next_bass", "old_bass", "free_bass"))
+        self.synth.release_faded()
+        fading = self.synth.switching
         if self._leaving and not fading:
             self._leaving = False
             self._thread.submit(give_back)
@@ -292,7 +292,7 @@ class Changes:
                 preset, quality = self.wanted
                 self._coming = (
                     self.wanted,
-                    self._thread.submit(prepared, preset, self.qualities[quality], self.stage.rate),
+                    self._thread.submit(prepared, preset, self.qualities[quality], self.synth.rate),
                 )
             return None
         wanted, future = self._coming
@@ -308,19 +308,19 @@ class Changes:
         except (ValueError, OSError) as error:
             self.wanted = self.playing
             return f"{wanted[0]}: {error}"
-        before, self.playing = self.stage.bass, wanted
+        before, self.playing = self.synth.bass, wanted
         if before is not None:
             take_over(before, bass)
-        self.stage.put_on(bass)
+        self.synth.switch_to(bass)
         self._leaving = True
         return f"preset {wanted[0]}, quality {wanted[1]}"
 
     def _hear(self) -> None:
         """A program change means the preset of that number, in the order of `livebass presets list`."""
-        count = int(self.stage.record["program_count"][0])
+        count, number = self.synth.program
         if count != self._programs:
             self._programs = count
-            names, number = preset_names(), int(self.stage.record["program"][0])
+            names = preset_names()
             self.wanted = names[((number >> 8) * 128 + (number & 0x7F)) % len(names)], self.wanted[1]
 
     def close(self) -> None:
@@ -328,7 +328,7 @@ class Changes:
 
 
 def prepared(preset: str, quality: Quality, rate: int) -> LiveBass:
-    """A bass for the stage. Raises PresetError and ValueError. [any thread]"""
+    """A bass for the synth. Raises PresetError and ValueError. [any thread]"""
     bass = LiveBass(load_preset(preset), quality, rate)
     give_back()
     return bass

@@ -21,7 +21,6 @@ from livebass.bench.live import (
     ROUNDS,
     SIXTEENTH,
     VELOCITIES,
-    Card,
     Extent,
     block_figures,
     characteristic_frequencies,
@@ -29,10 +28,13 @@ from livebass.bench.live import (
     frequency_error,
     log_spectral_distance,
     most_that_fit,
+    play_script,
+    silence,
     worst_case,
 )
 from livebass.bench.show import live_table
-from livebass.live.stage import LiveBass, Stage
+from livebass.live.outputs import FakeDevice
+from livebass.live.synth import LiveBass, Synth
 
 RATE = 48_000
 TINY = Extent(blocks=(128, 1024), tiers=("live", "studio"), runs=2, other_runs=1, fit_runs=1, line=0.3, frets=(0, 5))
@@ -75,15 +77,15 @@ def test_the_script_gives_each_string_its_note() -> None:
     """The popped ones on open strings, then one string after the other, whatever still sounds."""
     bass = load_preset("jazz-finger")
     script = worst_case(bass, RATE, 4)
-    stage = Stage(RATE, shelter=False)
+    synth = Synth(RATE, adaptive=False)
     live = LiveBass(bass, Quality("quick", 20, 192e3), RATE)
-    stage.put_on(live)
-    card, notes, frets = Card(stage, 64), [], [0, 0, 0, 0]
+    synth.switch_to(live)
+    device, notes, frets = FakeDevice(synth), [], [0, 0, 0, 0]
     for frame, *message in script.messages:
-        while stage.record["frame"][0] <= frame:
-            card.next()
-        stage.send(*message)
-        card.next()
+        while synth.record["frame"][0] <= frame:
+            device.block(64)
+        synth.send(*message)
+        device.block(64)
         if message[0] == 0x90:
             notes.append((round(frame / RATE, 3), message[2], [fret for _, fret, _, _ in live.fingers()]))
     assert [n for n in notes if n[0] < LINE_FROM] == [(0.0, 127, [0] * 4)] * 4 + [(0.5, 127, [0] * 4)] * 4
@@ -97,19 +99,19 @@ def test_the_script_gives_each_string_its_note() -> None:
 
 
 def test_runs_are_alike() -> None:
-    """What a card plays the second time is what it played the first."""
+    """What a device plays the second time is what it played the first."""
     bass = bench_live.even(load_preset("jazz-finger"))
     script = worst_case(bass, RATE, 4, 0.3)
-    stage = Stage(RATE, shelter=False)
-    stage.put_on(LiveBass(bass, Quality("quick", 20, 192e3), RATE))
-    card = Card(stage, 64)
+    synth = Synth(RATE, adaptive=False)
+    synth.switch_to(LiveBass(bass, Quality("quick", 20, 192e3), RATE))
+    device = FakeDevice(synth)
     sounds = []
     for _ in range(2):
-        stage.start_recording()
-        assert (card.play(script) > 0).all()
-        sounds.append(stage.recorded())
-        card.silence()
-        assert np.abs(card.next()).max() < 1e-6
+        synth.start_recording()
+        assert (play_script(device, script, 64) > 0).all()
+        sounds.append(synth.recorded())
+        silence(device, 64)
+        assert np.abs(device.block(64)).max() < 1e-6
     assert np.abs(sounds[0]).max() > 0.05
     np.testing.assert_allclose(sounds[0], sounds[1], atol=2e-3)
 

@@ -8,30 +8,31 @@ from typing import Any
 
 import numpy as np
 from support.jack import wait_for
-from support.live import QUICK, RATE, Player, staged
+from support.live import QUICK, RATE, synth_and_device
 
 from livebass import Quality, load_preset, preset_names
 from livebass.live.inputs import MidiPort
-from livebass.live.stage import LiveBass, Stage
-from livebass.live.thread.records import NOW
+from livebass.live.outputs import FakeDevice
+from livebass.live.synth import LiveBass, Synth
+from livebass.live.thread.ring import NOW, unread
 
 LIGHT = Quality("light", 60, 192e3)
 BLOCK = 64
 
 
-def assert_sane(stage: Stage, sound: np.ndarray) -> None:
+def assert_sane(synth: Synth, sound: np.ndarray) -> None:
     assert np.isfinite(sound).all()
     assert np.abs(sound).max() <= 1
-    assert stage.meters().faults == 0
+    assert synth.meters().faults == 0
 
 
-def assert_panic_silences(stage: Stage, player: Player) -> None:
-    while any(int(ring[0]) > int(ring[8]) for ring in stage.rings):  # what was sent before comes first
-        player.block(512)
-    stage.panic()
-    player.block(RATE)
-    assert not player.block(RATE).any(), "a note is stuck"
-    assert not any(sounding for _, _, sounding, _ in stage.bass.fingers())  # type: ignore[union-attr]
+def assert_panic_silences(synth: Synth, device: FakeDevice) -> None:
+    while any(unread(ring) for ring in synth.rings):  # what was sent before comes first
+        device.block(512)
+    synth.panic()
+    device.block(RATE)
+    assert not device.block(RATE).any(), "a note is stuck"
+    assert not any(sounding for _, _, sounding, _ in synth.bass.fingers())  # type: ignore[union-attr]
 
 
 def random_messages(rng: np.random.Generator, count: int) -> list[list[int]]:
@@ -46,55 +47,55 @@ def random_messages(rng: np.random.Generator, count: int) -> list[list[int]]:
 
 def test_a_hundred_thousand_messages() -> None:
     """A thousand blocks with a hundred messages each, at frames of every kind."""
-    stage, player = staged("slap", LIGHT)
+    synth, device = synth_and_device("slap", LIGHT)
     rng = np.random.default_rng(7)
     sent = 0
     while sent < 100_000:
-        now = int(stage.record["frame"][0])
+        now = synth.frame
         frames = rng.choice([NOW, now, now + rng.integers(BLOCK), now - 1000, now + 2 * BLOCK, -5], 100)
         for frame, message in zip(frames.tolist(), random_messages(rng, 100), strict=True):
-            sent += stage.send(*message, frame=frame)
-        assert_sane(stage, player.block(BLOCK))
-    assert_panic_silences(stage, player)
+            sent += synth.send(*message, frame=frame)
+        assert_sane(synth, device.block(BLOCK))
+    assert_panic_silences(synth, device)
 
 
 def test_what_rtmidi_hands_over() -> None:
     """Lists of any length and any numbers, as its callback might."""
-    stage, player = staged("jazz-finger", LIGHT)
+    synth, device = synth_and_device("jazz-finger", LIGHT)
     port = MidiPort.__new__(MidiPort)
-    port.stage, port.ahead = stage, 64
+    port.synth, port.ahead = synth, 64
     rng = np.random.default_rng(8)
     for _ in range(100):
         for _ in range(100):
             length = int(rng.choice([0, 1, 2, 3, 3, 3, 4, 40]))
             port._heard(([int(x) for x in rng.integers(0, 256, length)], float(rng.normal())))
-        assert_sane(stage, player.block(BLOCK))
-    assert_panic_silences(stage, player)
+        assert_sane(synth, device.block(BLOCK))
+    assert_panic_silences(synth, device)
 
 
 def test_everything_jumps_each_block() -> None:
     """Gain, controllers, bend, pedal, programs, panic, and another bass whenever the last has faded out."""
-    stage, player = staged("slap", QUICK)
+    synth, device = synth_and_device("slap", QUICK)
     basses = [LiveBass(load_preset(name), quality, RATE) for name in preset_names() for quality in (LIGHT, QUICK)]
     rng = np.random.default_rng(9)
     swaps = 0
     for k in range(1500):
-        stage.set_gain(float(rng.choice([0.0, 1.0, 10.0, 1e-9, rng.random()])))
+        synth.set_gain(float(rng.choice([0.0, 1.0, 10.0, 1e-9, rng.random()])))
         for number in (7, 11, 16, 64, 6, 38, 101, 100):
-            stage.send(0xB0, number, int(rng.choice([0, 127, rng.integers(128)])))
-        stage.send(0xE0, int(rng.integers(128)), int(rng.integers(128)))
-        stage.send(0xC0, int(rng.integers(128)))
-        stage.send(0x90, int(rng.integers(128)), int(rng.integers(1, 128)))
+            synth.send(0xB0, number, int(rng.choice([0, 127, rng.integers(128)])))
+        synth.send(0xE0, int(rng.integers(128)), int(rng.integers(128)))
+        synth.send(0xC0, int(rng.integers(128)))
+        synth.send(0x90, int(rng.integers(128)), int(rng.integers(1, 128)))
         if k % 97 == 0:
-            stage.panic()
-        stage.clear_away()
-        if basses and not any(stage.record[name][0] for name in ("next_bass", "old_bass", "free_bass")):
-            stage.put_on(basses.pop())
+            synth.panic()
+        synth.release_faded()
+        if basses and not synth.switching:
+            synth.switch_to(basses.pop())
             swaps += 1
-        assert_sane(stage, player.block(int(rng.choice([1, 31, 64, 256]))))
+        assert_sane(synth, device.block(int(rng.choice([1, 31, 64, 256]))))
     assert swaps == 2 * len(preset_names())
-    stage.set_gain(1.0)
-    assert_panic_silences(stage, player)
+    synth.set_gain(1.0)
+    assert_panic_silences(synth, device)
 
 
 class RawKeys:
@@ -121,9 +122,9 @@ def test_bytes_through_jack(server: SimpleNamespace) -> None:
     """Truncated, too long, without a status, system exclusive: what JACK lets through, the bass survives."""
     from livebass.live.outputs import JackOutput
 
-    output = JackOutput("livebass", lambda rate: Stage(rate), connect=False)
-    stage = output.stage
-    stage.put_on(LiveBass(load_preset("slap"), LIGHT, stage.rate))
+    output = JackOutput("livebass", lambda rate: Synth(rate), connect=False)
+    synth = output.synth
+    synth.switch_to(LiveBass(load_preset("slap"), LIGHT, synth.rate))
     raw = RawKeys(server.jack)
     rng = np.random.default_rng(10)
     for _ in range(200):
@@ -137,13 +138,13 @@ def test_bytes_through_jack(server: SimpleNamespace) -> None:
         raw.client.connect(raw.port, output.midi)
         wait_for(lambda: not raw.periods)
         time.sleep(0.1)
-        meters = stage.meters()
+        meters = synth.meters()
         assert meters.messages > 1000 and meters.faults == 0
-        stage.panic()
-        wait_for(lambda: stage.meters().peak == 0.0 and not any(f[2] for f in stage.bass.fingers()))  # type: ignore[union-attr]
+        synth.panic()
+        wait_for(lambda: synth.meters().peak == 0.0 and not any(f[2] for f in synth.bass.fingers()))  # type: ignore[union-attr]
         assert output.alive
     finally:
         raw.client.deactivate()
         raw.client.close()
         output.close()
-    assert_sane(stage, np.zeros(1, np.float32))
+    assert_sane(synth, np.zeros(1, np.float32))

@@ -18,11 +18,13 @@ from typing import Any
 import numpy as np
 import pytest
 import soundfile
-from support.jack import JACK_PERIOD, JACK_RATE, Ears, Keys, livebass, wait_for
+from support.jack import JACK_PERIOD, JACK_RATE, livebass, wait_for
 from support.live import QUICK, offline
 
 from livebass import load_preset
-from livebass.live.stage import LiveBass, Stage
+from livebass.bench.server import AudioProbe, MidiProbe
+from livebass.live.synth import LiveBass, Synth
+from livebass.live.thread.ring import unread
 
 RATE, PERIOD = JACK_RATE, JACK_PERIOD
 
@@ -32,8 +34,8 @@ def slap_bass() -> Iterator[Any]:
     """A client of the server that plays the slap bass."""
     from livebass.live.outputs import JackOutput
 
-    output = JackOutput("livebass", lambda rate: Stage(rate, shelter=False), connect=False)
-    output.stage.put_on(LiveBass(load_preset("slap"), QUICK, output.stage.rate))
+    output = JackOutput("livebass", lambda rate: Synth(rate, adaptive=False), connect=False)
+    output.synth.switch_to(LiveBass(load_preset("slap"), QUICK, output.synth.rate))
     output.start()
     time.sleep(0.5)
     try:
@@ -64,22 +66,22 @@ def test_notes_come_out_at_their_frame_as_rendered(server: SimpleNamespace, offs
 
 def heard_note(server: SimpleNamespace, bass: Any, offset: int) -> np.ndarray:
     """What `bass` plays from the period on in which a note comes at `offset`, as far as the server lost no period."""
-    ears, keys = Ears(server.jack), Keys(server.jack)
+    audio, midi = AudioProbe(keep=True), MidiProbe()
     try:
-        for client in (ears.client, keys.client):
-            client.activate()
-        bass.client.connect(bass.outputs[0], ears.port)
-        bass.client.connect(keys.port, bass.midi)
+        for probe in (audio, midi):
+            probe.client.activate()
+        bass.client.connect(bass.outputs[0], audio.port)
+        bass.client.connect(midi.port, bass.midi)
         time.sleep(0.5)
-        keys.wanted.append((offset, (0x90, 40, 110)))
-        wait_for(lambda: keys.sent, 5)
+        midi.send(offset, 0x90, 40, 110)
+        wait_for(lambda: midi.sent, 5)
         time.sleep(0.4)
     finally:
-        for client in (ears.client, keys.client):
-            client.deactivate()
-            client.close()
-    start = keys.sent[0] - offset
-    periods = {frame: sound for frame, sound in ears.heard if frame >= start}
+        for probe in (audio, midi):
+            probe.close()
+    assert midi.sent is not None
+    start = midi.sent - offset
+    periods = {frame: sound for frame, sound in audio.periods if frame >= start}
     whole = []
     while start + len(whole) * PERIOD in periods:
         whole.append(periods[start + len(whole) * PERIOD])
@@ -87,18 +89,18 @@ def heard_note(server: SimpleNamespace, bass: Any, offset: int) -> np.ndarray:
 
 
 def test_a_busy_interpreter_loses_nothing(server: SimpleNamespace, bass: Any) -> None:
-    """Frames of the server that the stage did not play, idle and with Python hogging the processor.
+    """Frames of the server that the synth did not play, idle and with Python hogging the processor.
 
     A Python callback loses most of them; other work on the machine may cost any callback some.
     """
     seconds = 2.0
 
     def lost(work: Any) -> int:
-        begin = bass.client.frame_time, int(bass.stage.record["frame"][0])
+        begin = bass.client.frame_time, bass.synth.frame
         end = time.monotonic() + seconds
         while time.monotonic() < end:
             work()
-        return int(bass.client.frame_time - begin[0]) - (int(bass.stage.record["frame"][0]) - begin[1])
+        return int(bass.client.frame_time - begin[0]) - (bass.synth.frame - begin[1])
 
     idle = lost(lambda: time.sleep(0.05))
     busy = lost(lambda: re.match(r"(a+)+$", "a" * 18 + "b"))
@@ -106,13 +108,12 @@ def test_a_busy_interpreter_loses_nothing(server: SimpleNamespace, bass: Any) ->
 
 
 def test_nothing_sounds_by_itself(server: SimpleNamespace, bass: Any) -> None:
-    ears = Ears(server.jack)
-    ears.client.activate()
-    bass.client.connect(bass.outputs[1], ears.port)
+    audio = AudioProbe(keep=True)
+    audio.client.activate()
+    bass.client.connect(bass.outputs[1], audio.port)
     time.sleep(0.3)
-    ears.client.deactivate()
-    ears.client.close()
-    assert len(ears.heard) > 5 and not any(sound.any() for _, sound in ears.heard)
+    audio.close()
+    assert len(audio.periods) > 5 and not any(sound.any() for _, sound in audio.periods)
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGHUP])
@@ -149,27 +150,24 @@ def test_the_sound_of_portaudio_is_the_same(server: SimpleNamespace) -> None:
 import sys, time
 import numpy as np
 sys.path.insert(0, {str(Path(__file__).parents[1])!r})
-import jack
-from support.jack import Ears
-from support.jack import JACK_PERIOD, JACK_RATE
-from support.jack import Ears, Keys, livebass, wait_for
 from support.live import QUICK, offline
 from livebass import load_preset
+from livebass.bench.server import AudioProbe
 from livebass.live.outputs import PortAudioOutput
-from livebass.live.stage import LiveBass, Stage
+from livebass.live.synth import LiveBass, Synth
 
-stage = Stage({RATE}, shelter=False)
-stage.put_on(LiveBass(load_preset("slap"), QUICK, {RATE}))
-output = PortAudioOutput(stage, None, {PERIOD}, "low")
-ears = Ears(jack)
-ears.client.activate()
+synth = Synth({RATE}, adaptive=False)
+synth.switch_to(LiveBass(load_preset("slap"), QUICK, {RATE}))
+output = PortAudioOutput(synth, None, {PERIOD}, "low")
+audio = AudioProbe(keep=True)
+audio.client.activate()
 output.start()
-ports = ears.client.get_ports(is_output=True, is_audio=True)
-ears.client.connect(next(p for p in ports if not p.name.startswith("system")), ears.port)
+ports = audio.client.get_ports(is_output=True, is_audio=True)
+audio.client.connect(next(p for p in ports if not p.name.startswith("system")), audio.port)
 time.sleep(0.5)
-stage.send(0x90, 40, 110)
+synth.send(0x90, 40, 110)
 time.sleep(0.6)
-sound = np.concatenate([s for _, s in ears.heard])
+sound = np.concatenate([s for _, s in audio.periods])
 first = int(np.flatnonzero(sound)[0])
 expected = offline("slap", [(0, 0x90, 40, 110)], 8000)
 onset = int(np.flatnonzero(expected)[0])
@@ -238,10 +236,10 @@ def test_without_a_server_it_says_so() -> None:
 
 
 def test_threads_may_send_together() -> None:
-    stage = Stage(RATE)
-    threads = [threading.Thread(target=lambda: [stage.send(0x90, 40, 1) for _ in range(500)]) for _ in range(4)]
+    synth = Synth(RATE)
+    threads = [threading.Thread(target=lambda: [synth.send(0x90, 40, 1) for _ in range(500)]) for _ in range(4)]
     for thread in threads:
         thread.start()
     for thread in threads:
         thread.join()
-    assert stage.rings[0][0] == 2000
+    assert len(unread(synth.rings[0])) == 2000

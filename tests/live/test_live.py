@@ -1,4 +1,4 @@
-"""The stage: what the native callback plays, called by its C pointer; no sound card is needed."""
+"""The synth: what the native callback plays, called by its C pointer; no sound card is needed."""
 
 from __future__ import annotations
 
@@ -10,26 +10,26 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from support.live import CLOCK, QUICK, RATE, Player, offline, run_ahead, staged
+from support.live import CLOCK, QUICK, RATE, address_of, offline, run_ahead, synth_and_device
 
 from livebass import QUALITIES, demo_score, load_preset
 from livebass import compiling as kernels
 from livebass.kernels import board
-from livebass.live.stage import LiveBass, Stage
-from livebass.live.thread import block as relief
-from livebass.live.thread import callbacks
+from livebass.live.outputs import FakeDevice
+from livebass.live.synth import CAPTURE_SECONDS, LiveBass, Synth
+from livebass.live.thread import block, callbacks
 
 
 @pytest.mark.parametrize("ahead", ["never", "as time allows", "far"])
 @pytest.mark.parametrize("sizes", [[64], [1, 500, 33], [4096]])
 def test_a_score_sounds_as_rendered_bit_for_bit(sizes: list[int], ahead: str) -> None:
     score = demo_score(RATE, "slap")
-    stage, player = staged(shelter=False)
-    run_ahead(stage, ahead)
+    synth, device = synth_and_device(adaptive=False)
+    run_ahead(synth, ahead)
     blocks, fed = [], 0
-    while stage.record["frame"][0] < 3 * RATE:
-        fed = stage.feed(score, fed, 0)
-        blocks.append(player.block(sizes[len(blocks) % len(sizes)]))
+    while synth.frame < 3 * RATE:
+        fed = synth.feed(score, fed, 0)
+        blocks.append(device.block(sizes[len(blocks) % len(sizes)]))
     heard = np.concatenate(blocks)[: 3 * RATE]
     messages = [(int(f), *map(int, m)) for f, m in zip(score.frames, score.messages, strict=True)]
     assert np.array_equal(heard, offline("slap", messages, 3 * RATE))
@@ -50,20 +50,20 @@ def test_strings_that_ran_ahead_come_back_for_what_they_did_not_know(preset: str
         messages.append((frame, *choices.get(kind, (0x80 if kind < 6 else 0x90, key, value))))
     bass = load_preset(preset)
     bass = dataclasses.replace(bass, player=dataclasses.replace(bass.player, pluck_angle=angle))
-    stage = Stage(RATE, shelter=False)
-    stage.put_on(LiveBass(bass, QUICK, RATE))
-    player = Player(stage)
-    run_ahead(stage, "far")
+    synth = Synth(RATE, adaptive=False)
+    synth.switch_to(LiveBass(bass, QUICK, RATE))
+    device = FakeDevice(synth)
+    run_ahead(synth, "far")
     blocks, done, sent, lead = [], 0, 0, 0
     while done < total:
         n = min(int(rng.choice([1, 17, 64, 129])), total - done)
         while sent < len(messages) and messages[sent][0] < done + n:
             frame, *message = messages[sent]
-            assert stage.send(*message, frame=frame)
+            assert synth.send(*message, frame=frame)
             sent += 1
-        blocks.append(player.block(n))
+        blocks.append(device.block(n))
         done += n
-        playing = stage.bass
+        playing = synth.bass
         assert playing is not None
         lead = max(lead, *(int(v.record["frame"][0]) - done for v in playing.engine.voices))
     assert lead >= 700, "nothing ran ahead"
@@ -73,94 +73,93 @@ def test_strings_that_ran_ahead_come_back_for_what_they_did_not_know(preset: str
 
 
 def test_messages_at_their_frames_and_now() -> None:
-    stage, player = staged("jazz-finger", shelter=False)
-    first = player.block(100)
+    synth, device = synth_and_device("jazz-finger", adaptive=False)
+    first = device.block(100)
     assert not first.any()
-    stage.send(0x90, 40, 100)
-    stage.send(0x90, 45, 90, frame=333)
-    stage.send(0x80, 40, 0, frame=120)  # too late for its frame: as soon as possible, and in order
-    heard = np.concatenate([player.block(64) for _ in range(60)])
+    synth.send(0x90, 40, 100)
+    synth.send(0x90, 45, 90, frame=333)
+    synth.send(0x80, 40, 0, frame=120)  # too late for its frame: as soon as possible, and in order
+    heard = np.concatenate([device.block(64) for _ in range(60)])
     messages = [(100, 0x90, 40, 100), (333, 0x90, 45, 90), (333, 0x80, 40, 0)]
     assert np.array_equal(heard, offline("jazz-finger", messages, 100 + len(heard))[100:])
 
 
 def test_two_channels_hear_the_same() -> None:
-    stage, _ = staged(shelter=False)
-    stage.send(0x90, 40, 100)
-    both = Player(stage, channels=2).block(3000)
+    synth, _ = synth_and_device(adaptive=False)
+    synth.send(0x90, 40, 100)
+    both = FakeDevice(synth, channels=2).block(3000)
     assert np.array_equal(both[:, 0], both[:, 1])
     assert np.array_equal(both[:, 0], offline("slap", [(0, 0x90, 40, 100)], 3000))
 
 
 def test_another_bass_comes_in_without_a_click() -> None:
-    stage, player = staged("jazz-finger", shelter=False)
-    stage.send(0x90, 40, 60)
-    before = np.concatenate([player.block(64) for _ in range(200)])
-    stage.put_on(LiveBass(load_preset("flatwound"), QUICK, RATE))
-    after = np.concatenate([player.block(64) for _ in range(100)])
+    synth, device = synth_and_device("jazz-finger", adaptive=False)
+    synth.send(0x90, 40, 60)
+    before = np.concatenate([device.block(64) for _ in range(200)])
+    synth.switch_to(LiveBass(load_preset("flatwound"), QUICK, RATE))
+    after = np.concatenate([device.block(64) for _ in range(100)])
     steps = np.abs(np.diff(np.concatenate([before[-3000:], after]), 2))
     assert steps[2990:].max() < 2 * steps[:2990].max()
     assert not np.any(after[3000:])
-    stage.clear_away()
-    assert len(stage._basses) == 1
-    stage.send(0x90, 40, 60)
-    sound = np.concatenate([player.block(64) for _ in range(100)])
+    synth.release_faded()
+    assert len(synth._basses) == 1
+    synth.send(0x90, 40, 60)
+    sound = np.concatenate([device.block(64) for _ in range(100)])
     assert np.abs(sound).max() > 0.005
 
 
 def test_many_basses_one_after_the_other() -> None:
-    stage, player = staged("jazz-finger")
+    synth, device = synth_and_device("jazz-finger")
     basses = [LiveBass(load_preset(name), QUICK, RATE) for name in ("slap", "muted", "flatwound")]
     done = threading.Event()
 
     def swap() -> None:
         for bass in basses:
-            stage.put_on(bass)
+            synth.switch_to(bass)
         done.set()
 
     threading.Thread(target=swap, daemon=True).start()
     end = time.monotonic() + 20
     while not done.is_set() and time.monotonic() < end:
-        stage.send(0x90, 40, 90)
-        player.block(256)
+        synth.send(0x90, 40, 90)
+        device.block(256)
     assert done.is_set()
     for _ in range(40):  # the last one may still wait for the one before to fade out
-        player.block(256)
-        stage.clear_away()
-    assert stage._basses == basses[-1:]
+        device.block(256)
+        synth.release_faded()
+    assert synth._basses == basses[-1:]
 
 
 def test_program_changes_and_banks_are_noted() -> None:
-    stage, player = staged()
+    synth, device = synth_and_device()
     for message in ((0xB0, 0, 1), (0xB0, 32, 2), (0xC0, 5)):
-        stage.send(*message)
-    player.block(64)
-    assert stage.record["program"][0] == (1 << 7 | 2) << 8 | 5
-    assert stage.record["program_count"][0] == 1
+        synth.send(*message)
+    device.block(64)
+    assert synth.program == (1, (1 << 7 | 2) << 8 | 5)
 
 
 def test_one_channel_only() -> None:
-    stage, player = staged(channel=2)
-    stage.receive(0x90, 40, 100)
-    assert not player.block(2000).any()
-    stage.receive(0x92, 40, 100)
-    assert player.block(2000).any()
+    synth, device = synth_and_device(channel=2)
+    synth.receive(0x90, 40, 100)
+    assert not device.block(2000).any()
+    synth.receive(0x92, 40, 100)
+    assert device.block(2000).any()
 
 
 def test_scores_and_keys_are_heard_whatever_the_channel() -> None:
-    stage, player = staged(channel=2)
-    stage.send(0x90, 40, 100)
-    assert player.block(2000).any()
+    synth, device = synth_and_device(channel=2)
+    synth.send(0x90, 40, 100)
+    assert device.block(2000).any()
 
 
 def test_what_comes_after_a_stall_is_not_late_by_it() -> None:
-    stage, player = staged()
+    synth, device = synth_and_device()
     for _ in range(10):
-        player.block(64)
+        device.block(64)
     time.sleep(0.5)
-    assert stage.frame_now(64) <= int(stage.record["frame"][0]) + 2 * 64
-    stage.send(0x90, 40, 120, stage.frame_now(64))
-    assert np.concatenate([player.block(64) for _ in range(20)]).any()
+    assert synth.frame_now(64) <= synth.frame + 2 * 64
+    synth.send(0x90, 40, 120, synth.frame_now(64))
+    assert np.concatenate([device.block(64) for _ in range(20)]).any()
 
 
 @pytest.mark.parametrize("size", [1, 64, 1000, 3000])
@@ -168,54 +167,54 @@ def test_a_bass_fades_out_at_the_same_frames_in_any_blocks(size: int) -> None:
     """From the frame on at which the next one comes in, which is the start of a block."""
     sounds = []
     for n in (240, size):
-        stage, player = staged("jazz-finger", shelter=False)
-        stage.send(0x90, 40, 120)
-        player.block(6000)
-        stage.put_on(LiveBass(load_preset("slap"), QUICK, RATE))
-        sounds.append(np.concatenate([player.block(n) for _ in range(-(-3000 // n))])[:3000])
+        synth, device = synth_and_device("jazz-finger", adaptive=False)
+        synth.send(0x90, 40, 120)
+        device.block(6000)
+        synth.switch_to(LiveBass(load_preset("slap"), QUICK, RATE))
+        sounds.append(np.concatenate([device.block(n) for _ in range(-(-3000 // n))])[:3000])
     assert np.abs(sounds[0][:1000]).max() > 0.01
     assert np.array_equal(*sounds)
     assert not sounds[0][1440:].any()
 
 
 def test_panic_ends_everything() -> None:
-    stage, player = staged()
+    synth, device = synth_and_device()
     for key in (28, 33, 38, 43):
-        stage.send(0x90, key, 120)
-    assert player.block(4000).any()
-    stage.panic()
-    player.block(RATE)
-    assert not player.block(RATE).any()
+        synth.send(0x90, key, 120)
+    assert device.block(4000).any()
+    synth.panic()
+    device.block(RATE)
+    assert not device.block(RATE).any()
 
 
 def test_recording_is_what_was_heard() -> None:
-    stage, player = staged()
-    stage.start_recording()
-    stage.send(0x90, 40, 110)
+    synth, device = synth_and_device()
+    synth.start_recording()
+    synth.send(0x90, 40, 110)
     heard, kept = [], []
     for k in range(400):
-        heard.append(player.block(97))
+        heard.append(device.block(97))
         if k % 50 == 0:
-            kept.append(stage.recorded())
-    kept.append(stage.recorded())
+            kept.append(synth.recorded())
+    kept.append(synth.recorded())
     assert np.array_equal(np.concatenate(kept), np.concatenate(heard))
-    assert stage.meters().lost == 0
+    assert synth.meters().lost == 0
 
 
 def test_a_recorder_that_sleeps_loses_sound_and_counts_it() -> None:
-    stage, player = staged()
-    stage.start_recording()
-    size = int(stage.record["record_size"][0])
+    synth, device = synth_and_device()
+    synth.start_recording()
+    size = int(CAPTURE_SECONDS * RATE)
     for _ in range(size // 4096 + 2):
-        player.block(4096)
-    assert stage.meters().lost == (size // 4096 + 2) * 4096 - size
-    assert len(stage.recorded()) == size
+        device.block(4096)
+    assert synth.meters().lost == (size // 4096 + 2) * 4096 - size
+    assert len(synth.recorded()) == size
 
 
 def test_overload_coarsens_strings_and_calm_brings_them_back() -> None:
     """The clock tells of time that never passed: each block takes as long as is said."""
-    stage, player = staged("jazz-finger", QUALITIES["live"])
-    bass = stage.bass
+    synth, device = synth_and_device("jazz-finger", QUALITIES["live"])
+    bass = synth.bass
     assert bass is not None
     spans = [0.0]
     now = [0]
@@ -226,22 +225,22 @@ def test_overload_coarsens_strings_and_calm_brings_them_back() -> None:
         return 0
 
     keep: Callable[..., int] = CLOCK(clock)
-    stage.record["clock"] = ctypes.cast(keep, ctypes.c_void_p).value  # type: ignore[arg-type]
+    synth.set_clock(address_of(keep))
     for key in (28, 33, 38, 43):
-        stage.send(0x90, key, 127)
-    player.block(2400)
+        synth.send(0x90, key, 127)
+    device.block(2400)
     spans[0] = 0.9 * 64 / RATE * 1e9
-    before = np.concatenate([player.block(64) for _ in range(1)])
-    assert bin(bass.record["coarse"][0]).count("1") == 1 and stage.meters().overload == 1
-    assert bass.record["coarse"][0] == 0b1000, "the newest contact first"
-    sound = np.concatenate([before, *[player.block(64) for _ in range(3)]])
-    assert bass.record["coarse"][0] == 0b1111
+    before = np.concatenate([device.block(64) for _ in range(1)])
+    assert synth.meters().overload == 1
+    assert bass.coarse_strings == [3], "the newest contact first"
+    sound = np.concatenate([before, *[device.block(64) for _ in range(3)]])
+    assert bass.coarse_strings == [0, 1, 2, 3]
     assert np.isfinite(sound).all() and np.abs(sound).max() > 0.05
     assert np.abs(np.diff(sound)).max() < 0.2, "no jump"
     spans[0] = 0.1 * 64 / RATE * 1e9
     for _ in range(4 * RATE // 64):
-        player.block(64)
-    assert bass.record["coarse"][0] == 0 and stage.meters().overload == 0
+        device.block(64)
+    assert bass.coarse_strings == [] and synth.meters().overload == 0
     del keep
 
 
@@ -250,15 +249,15 @@ def test_coarse_strings_go_on_in_tune() -> None:
     quality = QUALITIES["live"]
     sounds = []
     for exchanged in (False, True):
-        stage, player = staged("jazz-finger", quality, shelter=False)
-        bass = stage.bass
+        synth, device = synth_and_device("jazz-finger", quality, adaptive=False)
+        bass = synth.bass
         assert bass is not None
-        stage.send(0x90, 40, 50)
-        blocks = [player.block(4800)]
+        synth.send(0x90, 40, 50)
+        blocks = [device.block(4800)]
         for which in (1, 0):
             if exchanged:
-                relief.exchange(bass.record[0], 2, which, stage.record["frame"][0])
-            blocks.append(player.block(4800))
+                block.switch_operators(bass.record[0], 2, which, synth.frame)
+            blocks.append(device.block(4800))
         sounds.append(np.concatenate(blocks))
     plain, changed = sounds
     assert np.array_equal(plain[:4800], changed[:4800])
@@ -268,55 +267,62 @@ def test_coarse_strings_go_on_in_tune() -> None:
 @pytest.mark.parametrize("preset", ["slap", "fretless"])
 def test_changing_operators_in_the_midst_of_contact_is_no_blow(preset: str) -> None:
     """To and fro within the first set of contacts: what fills up a block of modes stays at rest."""
-    stage, player = staged(preset, QUALITIES["live"], shelter=False)
-    run_ahead(stage, "never")
-    bass = stage.bass
+    synth, device = synth_and_device(preset, QUALITIES["live"], adaptive=False)
+    run_ahead(synth, "never")
+    bass = synth.bass
     assert bass is not None
     string = bass.engine.strings - 1
-    stage.send(0x90, bass.engine.instrument.strings[-1].open_note + 7, 127)
-    player.block(544)
+    synth.send(0x90, bass.engine.instrument.strings[-1].open_note + 7, 127)
+    device.block(544)
     for k in range(50):
-        relief.exchange(bass.record[0], string, 1 - k % 2, stage.record["frame"][0])
-        player.block(5 + 8 * (k % 5))
+        block.switch_operators(bass.record[0], string, 1 - k % 2, synth.frame)
+        device.block(5 + 8 * (k % 5))
     voice, op = bass.engine.voices[string], bass.engine.pool.records[string, 7]
     rest = np.stack([voice.work[name][:, op["modes"] : op["padded"]] for name in ("q", "p")])
     assert op["modes"] < op["padded"] and not rest.any()
-    meters = stage.meters()
+    meters = synth.meters()
     assert meters.faults == 0 and 0.01 < meters.peak < 0.9
 
 
 def test_wild_messages_leave_sound_that_is_finite() -> None:
-    stage, player = staged("slap")
+    synth, device = synth_and_device("slap")
     rng = np.random.default_rng(1)
     for _ in range(300):
         for _ in range(int(rng.integers(0, 40))):
-            stage.send(*(int(x) for x in rng.integers(0, 256, 3)))
-        sound = player.block(int(rng.integers(1, 300)))
+            synth.send(*(int(x) for x in rng.integers(0, 256, 3)))
+        sound = device.block(int(rng.integers(1, 300)))
         assert np.isfinite(sound).all() and np.abs(sound).max() <= 1
-    stage.panic()
-    player.block(RATE)
-    assert not player.block(RATE).any()
-    assert stage.meters().faults == 0
+    synth.panic()
+    device.block(RATE)
+    assert not device.block(RATE).any()
+    assert synth.meters().faults == 0
 
 
 def test_denormal_numbers_stay_what_they_were_outside() -> None:
-    _, player = staged()
-    player.block(64)
+    _, device = synth_and_device()
+    device.block(64)
     assert 5e-324 * 1.0 > 0.0 and float(np.float64(2e-308) / 4) > 0.0
 
 
 def test_a_full_ring_refuses() -> None:
-    stage = Stage(RATE)
-    sent = sum(stage.send(0x90, 40, 100) for _ in range(5000))
+    synth = Synth(RATE)
+    sent = sum(synth.send(0x90, 40, 100) for _ in range(5000))
     assert sent == 4096
 
 
 def test_kernels_of_the_audio_thread_cannot_allocate() -> None:
     """No function of numba's that asks for memory is in there."""
-    staged()
+    synth_and_device()
     callbacks.jack()
     board.player()
-    names = "block.block", "ahead.player", "frets.player", "board.player", "callbacks.portaudio", "callbacks.jack"
+    names = (
+        "block.process",
+        "ahead.play_string",
+        "frets.player",
+        "board.player",
+        "callbacks.portaudio",
+        "callbacks.jack",
+    )
     for name in names:
         files = list(kernels.DIRECTORY.rglob(f"{name}-*.nbc"))
         assert files, name

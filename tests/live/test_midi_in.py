@@ -16,7 +16,8 @@ import soundfile
 from support.jack import livebass, wait_for
 
 from livebass.live.inputs import THROUGH, MidiLost, MidiPort, bare, find_port, port_names
-from livebass.live.stage import Stage
+from livebass.live.synth import Synth
+from livebass.live.thread.ring import unread
 
 ON, OFF = [0x90, 40, 100], [0x80, 40, 0]
 
@@ -50,34 +51,29 @@ def source(server: SimpleNamespace) -> Iterator[Source]:
     made.unplug()
 
 
-def arrived(stage: Stage) -> list[int]:
-    """The messages in the stage's live ring."""
-    ring = stage.rings[0]
-    return [int(ring[16 + 2 * k + 1]) for k in range(int(ring[0]))]
-
-
-def word(message: list[int]) -> int:
-    return message[0] | message[1] << 8 | message[2] << 16
+def arrived(synth: Synth) -> list[list[int]]:
+    """The messages that wait in the synth's first ring."""
+    return [message for _, *message in unread(synth.rings[0])]
 
 
 def test_notes_arrive(source: Source) -> None:
-    stage = Stage(48000)
-    port = MidiPort(stage, "test-KEYS", 64)
+    synth = Synth(48000)
+    port = MidiPort(synth, "test-KEYS", 64)
     try:
         assert "test-keys" in port.name
         source.send(ON, [0xF0, 1, 2, 0xF7], [0xF8], [0xC0, 3], OFF)
-        wait_for(lambda: word(OFF) in arrived(stage))
+        wait_for(lambda: OFF in arrived(synth))
         # a server that waits in vain for a client hands over again what it had from it
-        heard = [m for m, before in zip(arrived(stage), [0, *arrived(stage)], strict=False) if m != before]
-        assert heard == [word(ON), 0xC0 | 3 << 8, word(OFF)]
+        heard = [m for m, before in zip(arrived(synth), [None, *arrived(synth)], strict=False) if m != before]
+        assert heard == [ON, [0xC0, 3, 0], OFF]
     finally:
         port.close()
         port.close()
 
 
 def test_unplugged_and_plugged_again(source: Source) -> None:
-    stage = Stage(48000)
-    port = MidiPort(stage, None, 64)
+    synth = Synth(48000)
+    port = MidiPort(synth, None, 64)
     again = None
     try:
         assert port.look() is None
@@ -85,15 +81,15 @@ def test_unplugged_and_plugged_again(source: Source) -> None:
         source.unplug()
         wait_for(lambda: not port_names())
         assert port.look() == f"MIDI: {name} is gone, waiting for it"
-        ended = {word([0xB0 | channel, 123, 0]) for channel in range(16)}
-        assert ended <= set(arrived(stage)), "keys that were held"
+        ended = [[0xB0 | channel, 123, 0] for channel in range(16)]
+        assert all(message in arrived(synth) for message in ended), "keys that were held"
         assert port.look() is None
         again = Source()
         assert port.look() == f"MIDI: {name} is back"
-        count = len(arrived(stage))
+        count = len(arrived(synth))
         again.send(ON)
-        wait_for(lambda: len(arrived(stage)) > count)
-        assert arrived(stage)[-1] == word(ON)
+        wait_for(lambda: len(arrived(synth)) > count)
+        assert arrived(synth)[-1] == ON
     finally:
         port.close()
         if again:
@@ -102,8 +98,8 @@ def test_unplugged_and_plugged_again(source: Source) -> None:
 
 def test_without_a_device_there_is_a_virtual_port_until_one_comes(server: SimpleNamespace) -> None:
     pytest.importorskip("rtmidi")
-    stage = Stage(48000)
-    port = MidiPort(stage, None, 64)
+    synth = Synth(48000)
+    port = MidiPort(synth, None, 64)
     source = None
     try:
         assert port.name == "virtual port livebass"
@@ -114,8 +110,8 @@ def test_without_a_device_there_is_a_virtual_port_until_one_comes(server: Simple
         source = Source()
         assert "test-keys" in (port.look() or "") and "test-keys" in port.name
         source.send(ON)
-        wait_for(lambda: arrived(stage))
-        assert set(arrived(stage)) == {word(ON)}
+        wait_for(lambda: arrived(synth))
+        assert all(message == ON for message in arrived(synth))
     finally:
         port.close()
         if source:
@@ -125,7 +121,7 @@ def test_without_a_device_there_is_a_virtual_port_until_one_comes(server: Simple
 def test_a_port_that_is_not_there_is_named(source: Source) -> None:
     for wanted in ("nix", "17"):
         with pytest.raises(MidiLost, match=f"'{wanted}': there is .*test-keys"):
-            MidiPort(Stage(48000), wanted, 64)
+            MidiPort(Synth(48000), wanted, 64)
 
 
 @pytest.mark.parametrize("extra", [("--backend", "portaudio", "--midi", "test-keys"), ("--midi", "test-keys")])

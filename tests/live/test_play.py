@@ -1,4 +1,4 @@
-"""`livebass play` around its stage: takes, log, status line, other basses, the terminal, and machines without sound."""
+"""`livebass play` around its synth: takes, log, status line, other basses, the terminal, and machines without sound."""
 
 from __future__ import annotations
 
@@ -22,25 +22,26 @@ import pytest
 import soundfile
 from support.command import Run, assert_one_clear_line
 from support.jack import livebass, wait_for
-from support.live import QUICK, RATE, Player, staged
+from support.live import QUICK, RATE, synth_and_device
 
 from livebass import QUALITIES, load_preset, preset_names
 from livebass.files import OutputError
 from livebass.live.inputs import LOWER, UPPER, TerminalKeys
+from livebass.live.outputs import FakeDevice
 from livebass.live.recording import Journal, Recorder
-from livebass.live.session import Changes, Session, Summary, Wish
-from livebass.live.stage import Gauge, Stage, median_load, strings
+from livebass.live.session import PresetSwitch, Session, Settings, Summary
+from livebass.live.synth import Gauge, Synth, median_load, strings
 from livebass.live.thread.records import HISTOGRAM
 
 # ---- other basses while it sounds
 
 
-def changed(changes: Changes, player: Player) -> str:
+def changed(changes: PresetSwitch, device: FakeDevice) -> str:
     """Plays until a change is said."""
     said: list[str] = []
 
     def turn() -> bool:
-        player.block(64)
+        device.block(64)
         said.extend(line for line in [changes.turn()] if line)
         return bool(said)
 
@@ -49,16 +50,16 @@ def changed(changes: Changes, player: Player) -> str:
 
 
 def test_a_program_change_brings_its_preset_and_keeps_the_controllers() -> None:
-    stage, player = staged("jazz-finger")
-    changes = Changes(stage, "jazz-finger", QUALITIES["live"])
+    synth, device = synth_and_device("jazz-finger")
+    changes = PresetSwitch(synth, "jazz-finger", QUALITIES["live"])
     names = preset_names()
     for message in ((0xB0, 7, 64), (0xB0, 11, 100), (0xE0, 0, 96), (0xB0, 64, 127)):
-        stage.send(*message)
-    stage.send(0xC0, len(names) + names.index("slap"))
-    player.block(64)
-    old = stage.bass
-    assert changed(changes, player) == "preset slap, quality live"
-    new = stage.bass
+        synth.send(*message)
+    synth.send(0xC0, len(names) + names.index("slap"))
+    device.block(64)
+    old = synth.bass
+    assert changed(changes, device) == "preset slap, quality live"
+    new = synth.bass
     assert old is not None and new is not None and new is not old
     for name in ("volume", "expression", "wheel", "pedal"):
         assert new.engine.performer[name] == old.engine.performer[name] != 0
@@ -69,38 +70,38 @@ def test_a_program_change_brings_its_preset_and_keeps_the_controllers() -> None:
 
 
 def test_the_last_wish_counts() -> None:
-    stage, player = staged("jazz-finger")
-    changes = Changes(stage, "jazz-finger", QUALITIES["live"])
+    synth, device = synth_and_device("jazz-finger")
+    changes = PresetSwitch(synth, "jazz-finger", QUALITIES["live"])
     for _ in range(3):
         changes.next_preset()
         changes.turn()
     changes.next_quality()
-    assert changed(changes, player).endswith("quality studio")
+    assert changed(changes, device).endswith("quality studio")
     names = preset_names()
     assert changes.playing == (names[(names.index("jazz-finger") + 3) % len(names)], "studio")
     changes.close()
 
 
 def test_a_preset_that_cannot_be_loaded_is_a_line(tmp_path: Path) -> None:
-    stage, player = staged("jazz-finger")
+    synth, device = synth_and_device("jazz-finger")
     file = tmp_path / "mine.toml"
-    changes = Changes(stage, str(file), QUALITIES["live"])
+    changes = PresetSwitch(synth, str(file), QUALITIES["live"])
     changes.next_quality()
-    assert "no such file" in changed(changes, player)
+    assert "no such file" in changed(changes, device)
     assert changes.turn() is None and changes.wanted == changes.playing == (str(file), "live")
     changes.next_preset()
-    assert changed(changes, player) == f"preset {preset_names()[0]}, quality live"
+    assert changed(changes, device) == f"preset {preset_names()[0]}, quality live"
     changes.close()
 
 
-def session_of(session: Session, play: Callable[[Stage], None]) -> Summary:
+def session_of(session: Session, play: Callable[[Synth], None]) -> Summary:
     """What the session was in which `play` played; it ends with it, whatever comes of it."""
 
     def play_and_end() -> None:
         try:
-            wait_for(lambda: session.stage, 120.0)
-            assert session.stage is not None
-            play(session.stage)
+            wait_for(lambda: session.synth, 120.0)
+            assert session.synth is not None
+            play(session.synth)
         finally:
             session.stop.set()
 
@@ -120,24 +121,24 @@ def test_program_changes_through_the_server_neither_click_nor_stall(server: Simp
     What was sent is judged by its take: another client in a busy interpreter may hear a period that is half the next.
     """
     take = tmp_path / "take.wav"
-    wish = Wish(load_preset("jazz-finger"), QUICK, "jazz-finger", backend="jack", keyboard=False, record=take)
+    settings = Settings(load_preset("jazz-finger"), QUICK, "jazz-finger", backend="jack", keyboard=False, record=take)
     clock = server.jack.Client("clock", no_start_server=True)
     lost: list[float] = []
 
-    def play(stage: Stage) -> None:
+    def play(synth: Synth) -> None:
         time.sleep(0.5)
-        began, played = clock.last_frame_time, stage.meters().frame
+        began, played = clock.last_frame_time, synth.meters().frame
         for name in ("slap", "paper-bass", "jazz-finger"):
-            stage.send(0x90, 28, 40)
+            synth.send(0x90, 28, 40)
             time.sleep(0.3)
-            before = stage.bass
-            stage.send(0xC0, preset_names().index(name))
-            wait_for(lambda before=before: stage.bass is not before, 60.0)  # type: ignore[misc]
+            before = synth.bass
+            synth.send(0xC0, preset_names().index(name))
+            wait_for(lambda before=before: synth.bass is not before, 60.0)  # type: ignore[misc]
             time.sleep(0.3)
         passed = (clock.last_frame_time - began) % 2**32
-        lost.append((passed - (stage.meters().frame - played)) / passed)
+        lost.append((passed - (synth.meters().frame - played)) / passed)
 
-    summary = session_of(Session(wish, lambda line: None), play)
+    summary = session_of(Session(settings, lambda line: None), play)
     clock.close()
     assert summary.lost is None and summary.meters.faults == 0 and summary.meters.lost == 0
     assert lost[0] < 0.1
@@ -155,19 +156,19 @@ def test_dense_playing_under_a_busy_interpreter(server: SimpleNamespace) -> None
     sys.path.insert(0, str(Path(__file__).parents[2] / "tools"))
     from endurance import python_busy, random_playing
 
-    wish = Wish(load_preset("slap"), QUICK, "slap", backend="jack", keyboard=False)
+    settings = Settings(load_preset("slap"), QUICK, "slap", backend="jack", keyboard=False)
     stuck: list[bool] = []
 
-    def play(stage: Stage) -> None:
+    def play(synth: Synth) -> None:
         with python_busy():
-            random_playing(stage, np.random.default_rng(3), 6.0)
-        stage.panic()
+            random_playing(synth, np.random.default_rng(3), 6.0)
+        synth.panic()
         time.sleep(2.0)
-        stage.meters()
+        synth.meters()
         time.sleep(0.3)
-        stuck.append(stage.meters().peak > 0 or any(f[2] for f in stage.bass.fingers()))  # type: ignore[union-attr]
+        stuck.append(synth.meters().peak > 0 or any(f[2] for f in synth.bass.fingers()))  # type: ignore[union-attr]
 
-    summary = session_of(Session(wish, lambda line: None), play)
+    summary = session_of(Session(settings, lambda line: None), play)
     assert summary.lost is None and summary.meters.faults == 0 and summary.meters.messages > 100
     assert stuck == [False]
 
@@ -176,14 +177,14 @@ def test_dense_playing_under_a_busy_interpreter(server: SimpleNamespace) -> None
 
 
 def test_a_take_is_there_whatever_ends_the_session(tmp_path: Path) -> None:
-    stage, player = staged()
-    stage.send(0x90, 40, 110)
+    synth, device = synth_and_device()
+    synth.send(0x90, 40, 110)
     heard = []
-    with pytest.raises(RuntimeError), Recorder(tmp_path / "take.wav", stage, print) as take:
+    with pytest.raises(RuntimeError), Recorder(tmp_path / "take.wav", synth, print) as take:
         for _ in range(50):
-            heard.append(player.block(256))
+            heard.append(device.block(256))
             take.turn()
-        heard.append(player.block(256))
+        heard.append(device.block(256))
         raise RuntimeError
     assert take.kept == tmp_path / "take.wav"
     assert os.listdir(tmp_path) == ["take.wav"]
@@ -193,12 +194,12 @@ def test_a_take_is_there_whatever_ends_the_session(tmp_path: Path) -> None:
 
 def test_a_take_of_nothing_leaves_nothing(tmp_path: Path) -> None:
     said: list[str] = []
-    with Recorder(tmp_path / "take.wav", Stage(RATE), said.append):
+    with Recorder(tmp_path / "take.wav", Synth(RATE), said.append):
         pass
     assert not os.listdir(tmp_path) and "nothing was recorded" in said[0]
     for bad, error in (("take.mp3", ValueError), ("nowhere/take.wav", OutputError)):
         with pytest.raises(error):
-            Recorder(tmp_path / bad, Stage(RATE), print)
+            Recorder(tmp_path / bad, Synth(RATE), print)
     assert not os.listdir(tmp_path)
 
 
@@ -209,17 +210,18 @@ def test_a_full_disk_ends_the_take_not_the_session(tmp_path: Path, ending: str) 
 import json, resource, signal, sys
 sys.path.insert(0, {str(Path(__file__).parents[1])!r})
 from pathlib import Path
-from support.live import staged
+from support.live import synth_and_device
+from livebass.live.outputs import FakeDevice
 from livebass.live.recording import Recorder
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-stage, player = staged()
+synth, device = synth_and_device()
 said = []
 resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
-with Recorder(Path(sys.argv[1]), stage, said.append) as take:
+with Recorder(Path(sys.argv[1]), synth, said.append) as take:
     for k in range(2000):
         if k % 20 == 0:
-            stage.send(0x90, 40, 127)
-        sound = player.block(256)
+            synth.send(0x90, 40, 127)
+        sound = device.block(256)
         take.turn()
 print(json.dumps([said, bool(sound.any()), str(take.kept)]))
 """
@@ -270,17 +272,17 @@ def test_the_median_load() -> None:
 
 
 def test_the_status_says_what_plays_and_what_is_wrong() -> None:
-    stage, player = staged("slap")
-    gauge = Gauge(stage)
-    stage.send(0x90, 30, 127)
+    synth, device = synth_and_device("slap")
+    gauge = Gauge(synth)
+    synth.send(0x90, 30, 127)
     for _ in range(40):
-        player.block(64)
-    assert strings(stage) == "E2* A- D- G-"
+        device.block(64)
+    assert strings(synth) == "E2* A- D- G-"
     reading = gauge.read()
     assert 0 < reading.median <= gauge.worst
     assert "OVERLOAD" not in reading.text() and "underruns 0" in reading.text() and " dB" in reading.text()
-    stage.record["overload"], stage.record["faults"] = 2, 5
-    player.block(64, flags=4)
+    synth.record["overload"], synth.record["faults"] = 2, 5
+    device.block(64, flags=4)
     text = gauge.read().text()
     assert "OVERLOAD: 2 strings coarse" in text and "underruns 1" in text and "faults 5" in text
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+from typing import Any
 
 import numpy as np
 
@@ -10,9 +11,8 @@ from livebass import Instrument, Quality, load_preset
 from livebass.arrays import Floats
 from livebass.engine.engine import Engine
 from livebass.engine.render import mixed
-from livebass.live.stage import LiveBass, Stage
-from livebass.live.thread.callbacks import PORTAUDIO, portaudio
-from livebass.live.thread.records import STRETCH
+from livebass.live.outputs import FakeDevice
+from livebass.live.synth import LiveBass, Synth
 
 RATE = 48000
 
@@ -20,33 +20,10 @@ RATE = 48000
 QUICK = Quality("quick", 150, 384e3)
 
 
-SIGNATURE = ctypes.CFUNCTYPE(
-    ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_ulong, ctypes.c_void_p, ctypes.c_ulong, ctypes.c_void_p
-)
-
-
-class Player:
-    """A sound card without sound: asks the callback for blocks."""
-
-    def __init__(self, stage: Stage, channels: int = 1) -> None:
-        self.stage, self.channels = stage, channels
-        self.mono = np.zeros(STRETCH, np.float32)
-        self.record = np.zeros(1, PORTAUDIO)
-        self.record["stage"], self.record["channels"] = stage.address, channels
-        self.record["mono"] = self.mono.ctypes.data
-        self.call = SIGNATURE(portaudio())
-
-    def block(self, n: int, flags: int = 0) -> Floats:
-        """n frames, (n,) or (n, channels)."""
-        out = np.full(n * self.channels, np.nan, np.float32)
-        assert self.call(None, out.ctypes.data, n, None, flags, self.record.ctypes.data) == 0
-        return out if self.channels == 1 else out.reshape(n, self.channels)
-
-
-def staged(preset: str = "slap", quality: Quality = QUICK, **more: object) -> tuple[Stage, Player]:
-    stage = Stage(RATE, **more)  # type: ignore[arg-type]
-    stage.put_on(LiveBass(load_preset(preset), quality, RATE))
-    return stage, Player(stage)
+def synth_and_device(preset: str = "slap", quality: Quality = QUICK, **more: object) -> tuple[Synth, FakeDevice]:
+    synth = Synth(RATE, **more)  # type: ignore[arg-type]
+    synth.switch_to(LiveBass(load_preset(preset), quality, RATE))
+    return synth, FakeDevice(synth)
 
 
 def offline(
@@ -61,6 +38,11 @@ def offline(
 CLOCK = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_int, ctypes.POINTER(ctypes.c_int64))
 
 
+def address_of(clock: Any) -> int:
+    """The address of a clock, for `Synth.set_clock`."""
+    return int(ctypes.cast(clock, ctypes.c_void_p).value or 0)
+
+
 @CLOCK
 def stopped(_kind: int, spec: ctypes.POINTER(ctypes.c_int64)) -> int:  # type: ignore[valid-type]
     """A clock by which nothing takes time."""
@@ -68,9 +50,9 @@ def stopped(_kind: int, spec: ctypes.POINTER(ctypes.c_int64)) -> int:  # type: i
     return 0
 
 
-def run_ahead(stage: Stage, how: str) -> None:
+def run_ahead(synth: Synth, how: str) -> None:
     """Strings run ahead of the clock as far as they can, or never, or as the time allows."""
     if how == "far":
-        stage.record["clock"] = ctypes.cast(stopped, ctypes.c_void_p).value  # type: ignore[arg-type]
+        synth.set_clock(address_of(stopped))
     elif how == "never":
-        stage.record["clock"] = 0
+        synth.set_clock(0)

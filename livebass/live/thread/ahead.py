@@ -1,9 +1,9 @@
-"""Running ahead of the clock, and back.
+"""Strings run ahead of the clock, and go back when an event comes. [audio thread]
 
-A string nobody touches is deterministic: in quiet blocks it plays on beyond the block's end, into a ring of sound, and
-the burst of work that contact is gets paid for over the blocks before it. Every SAVE_EVERY frames its state is kept.
-When an event comes for a frame that has been played already, the string goes back to the state kept last before, and on
-from there. The sound is the same bit for bit, only computed at another time. [audio thread]
+Without events a string's motion is known in advance. In quiet blocks it plays on beyond the block's end into a ring of
+sound, so that a burst of contacts is computed over the blocks before it. Its state is saved every SAVE_EVERY frames.
+When an event comes for a frame that has already been played, the string returns to the last state saved before it and
+plays on from there. The sound is the same bit for bit, only computed at another time.
 """
 
 from typing import Any
@@ -11,52 +11,36 @@ from typing import Any
 import numpy as np
 
 from livebass.compiling import callback, counted, jit
-from livebass.kernels import modal as rows
-from livebass.kernels import voice
+from livebass.kernels import modal, voice
 from livebass.kernels.native import call_4, carray, pointer, record_address
 from livebass.kernels.records import (
-    EVENT,
     GROUP_ROOM,
     MOST_NEAR,
-    OPERATOR,
     POLARISATIONS,
     ROW,
     SLOT,
-    STRING,
     VOICE,
     VOICE_SLOTS,
 )
-from livebass.live.thread.records import AHEAD, BASS, EVENT_ROOM, SAVE_EVERY, SAVES, SOUND_RING
-
-
-@counted
-def bass_at(address):
-    return carray(pointer(address), 1, BASS)[0]
-
-
-@counted
-def ahead_of(b, i):
-    return carray(pointer(b.ahead[i]), 1, AHEAD)[0]
-
-
-@counted
-def string_of(b, i):
-    return carray(pointer(b.string[i]), 1, STRING)[0]
-
-
-@counted
-def operators_of(b, which):
-    return carray(pointer(b.operators[which]), (b.strings, b.frets + 1), OPERATOR)
-
-
-@counted
-def pool_of(b, which):
-    return carray(pointer(b.pool[which]), b.pool_size[which], np.float64)
+from livebass.live.thread.records import (
+    SAVE_EVERY,
+    SAVES,
+    SOUND_RING,
+    ahead_of,
+    bass_at,
+    no_log,
+    operators_of,
+    pool_of,
+    settings_of,
+    sound_of,
+    string_events_of,
+    string_of,
+)
 
 
 @jit
 def copy(to, o, of, p, n):
-    """n numbers; numba's own assignment of slices allocates where they might overlap."""
+    """Copies n numbers; numba's own assignment of slices allocates in case they overlap."""
     here = to[o : o + n]
     there = of[p : p + n]
     for j in range(n):
@@ -65,7 +49,7 @@ def copy(to, o, of, p, n):
 
 @counted
 def save(b, i):
-    """Keeps the state of string `i` as it is now; the oldest one kept goes."""
+    """Saves the state of string `i`, over the oldest one saved."""
     a, string = ahead_of(b, i), string_of(b, i)
     v, slots, w2 = string.voice, string.slots, string.work
     place = a.saved % SAVES
@@ -99,21 +83,21 @@ def save(b, i):
 
 @counted
 def set_voice(string, kept):
-    """All of `kept`: numba assigns records to places of arrays only."""
+    """Assigns all of `kept`: numba assigns records to elements of arrays only."""
     carray(pointer(record_address(string)), 1, VOICE)[0] = kept  # it stands first in the record
 
 
 @jit
 def rest(op, w):
-    """A polarisation that had not moved yet: nothing is kept of it."""
-    rows.clear(w, op.padded)
+    """Resets a polarisation that had not moved yet: nothing was saved of it."""
+    modal.clear(w, op.padded)
     for m in range(op.points):
         w.solved_at[m] = -1.0
 
 
 @counted
 def go_back(b, i, frame):
-    """String `i` is again as it was at the frame kept last that is not after `frame`."""
+    """Restores string `i` to the last saved state that is not after `frame`."""
     a, string = ahead_of(b, i), string_of(b, i)
     slots, w2 = string.slots, string.work
     last = a.saved - 1
@@ -155,17 +139,17 @@ def go_back(b, i, frame):
 
 
 @callback("void(int64, int64, int64, int64)")
-def player(bass, i, end, count):
-    """`play_to`, a C function for the bass at address `bass`."""
+def play_string(bass, i, end, count):
+    """C function: `play_to` for the bass at address `bass`."""
     b = bass_at(bass)
     a, string = ahead_of(b, i), string_of(b, i)
     v = string.voice
-    mine = carray(pointer(b.mine), EVENT_ROOM, EVENT)
+    events = string_events_of(b)
     if count > 0:
-        if v.frame > mine[0].frame:
-            go_back(b, i, mine[0].frame)
-        a.first = a.saved  # what was kept knows nothing of these events
-    ring = carray(pointer(a.sound), SOUND_RING, np.float64)
+        if v.frame > events[0].frame:
+            go_back(b, i, events[0].frame)
+        a.first = a.saved  # states saved so far know nothing of these events
+    sound = sound_of(a)
     which = (b.coarse >> i) & 1
     used = 0
     while v.frame < end:
@@ -175,25 +159,25 @@ def player(bass, i, end, count):
             string,
             operators_of(b, which)[i],
             pool_of(b, which),
-            mine[used:],
+            events[used:],
             count - used,
-            carray(pointer(b.settings), 3, np.float64),
-            carray(pointer(b.settings), (0, 2), np.int64),
-            count < 0,  # not raw, and no constant, which would be a type of its own
-            ring[place : place + n],
-            ring[:0],
+            settings_of(b),
+            no_log(b),
+            count < 0,  # never raw; a constant would be a type of its own
+            sound[place : place + n],
+            sound[:0],
         )
 
 
 @counted
 def play_to(b, i, end, count):
-    """String `i` plays on to frame `end` of its bass, with the first `count` events of b.mine, into its ring."""
-    call_4(b.player, b.address, i, end, count)
+    """Plays string `i` to frame `end` of its bass into its ring of sound, with `count` of b.string_events."""
+    call_4(b.play_string, record_address(b), i, end, count)
 
 
 @counted
 def step_ahead(b, i, end):
-    """String `i` plays a few frames on, past `end`, the first frame that may still hear of events."""
+    """Plays string `i` a few frames further; `end` is the first frame for which events may still come."""
     v = string_of(b, i).voice
     if v.frame == end or v.frame % SAVE_EVERY == 0:
         save(b, i)
@@ -201,8 +185,8 @@ def step_ahead(b, i, end):
 
 
 @counted
-def stay(b, i, frame):
-    """String `i` forgets what it played beyond `frame`."""
+def drop_ahead(b, i, frame):
+    """Takes string `i` back to `frame` if it ran ahead of it, and drops its saved states."""
     if string_of(b, i).voice.frame > frame:
         go_back(b, i, frame)
         play_to(b, i, frame, 0)
@@ -212,7 +196,7 @@ def stay(b, i, frame):
 
 @counted
 def rearmost(b, horizon):
-    """The string that is the least ahead, short of frame `horizon` and not being tuned; -1: none."""
+    """Returns the string that is least far ahead, short of frame `horizon` and not being tuned; -1: none."""
     best: Any = np.int64(-1)
     least = horizon
     for i in range(b.strings):

@@ -1,9 +1,7 @@
-"""One block of the stage: messages in, sound out, meters. All that the audio thread does.
+"""One block of sound: MIDI messages in, samples out, meters. All that the audio thread does. [audio thread]
 
-No Python, allocation, lock, file or print in here: addresses from the stage's record become arrays, rings are read
-and written, and the kernels of `voice` and `performer` do the rest. [audio thread]
-
-Less work under overload: strings go over to coarse operators, and come back. [audio thread]
+No Python, allocation, lock, file or print in here. Under overload strings change to coarse operators, and back later.
+What is left of a block's time lets strings run ahead of the clock (`ahead`).
 """
 
 from typing import Any
@@ -11,252 +9,216 @@ from typing import Any
 import numpy as np
 
 from livebass.compiling import callback, counted
-from livebass.kernels import performer
-from livebass.kernels import techniques as hands
+from livebass.kernels import performer, techniques
 from livebass.kernels.native import (
     FLUSH,
-    carray,
     float_control,
     load_acquire,
     nanoseconds,
-    pointer,
+    record_address,
     set_float_control,
     store_release,
 )
-from livebass.kernels.performer import MOST_EVENTS, PERFORMER
-from livebass.kernels.records import EVENT
+from livebass.kernels.performer import MOST_EVENTS
 from livebass.live.thread import ahead
 from livebass.live.thread.records import (
-    ENTRIES,
+    BLOCK_TIME,
+    CAPTURE_RING,
+    CHUNK,
     EVENT_ROOM,
-    EVENT_WORDS,
-    HEAD,
+    FADED_BASS,
     HISTOGRAM,
     HORIZON,
     LEAST_MESSAGES,
     MOST_MESSAGES,
-    NOW,
+    NEXT_BASS,
+    PANIC,
+    RINGS,
     SOUND_RING,
-    STAGE,
-    STRETCH,
-    TAIL,
+    ahead_of,
+    bass_at,
+    events_of,
+    operators_of,
+    performer_of,
+    pool_of,
+    samples_at,
+    sound_of,
+    string_events_of,
+    string_of,
+    synth_at,
 )
+from livebass.live.thread.ring import NOW, next_frame, pop, push_sound
 
-FADE = 0.03  # s in which a bass that was replaced is heard out
-GAIN_POLE = 0.004  # of the gain's way, each frame
-WORD = 8  # bytes
-
-
-@counted
-def waiting(address, size, limit):
-    """The frame of the next entry of an event ring, NOW, or `limit` if there is none."""
-    words = carray(pointer(address), ENTRIES + EVENT_WORDS * size, np.int64)
-    tail = words[TAIL]
-    if load_acquire(address + WORD * HEAD) == tail:
-        return limit
-    return words[ENTRIES + EVENT_WORDS * (tail % size)]
+FADE = 0.03  # s of fade-out of a bass that was replaced
+GAIN_POLE = 0.004  # part of the way to its target that the gain goes each frame
 
 
 @counted
-def take(address, size):
-    """The message of the next entry, which leaves the ring."""
-    words = carray(pointer(address), ENTRIES + EVENT_WORDS * size, np.int64)
-    tail = words[TAIL]
-    message = words[ENTRIES + EVENT_WORDS * (tail % size) + 1]
-    store_release(address + WORD * TAIL, tail + 1)
-    return message
-
-
-@counted
-def put(address, size, frame, message):
-    """Adds an entry; drops it where the ring is full."""
-    words = carray(pointer(address), ENTRIES + EVENT_WORDS * size, np.int64)
-    head = words[HEAD]
-    if head - load_acquire(address + WORD * TAIL) >= size:
-        return False
-    words[ENTRIES + EVENT_WORDS * (head % size)] = frame
-    words[ENTRIES + EVENT_WORDS * (head % size) + 1] = message
-    store_release(address + WORD * HEAD, head + 1)
-    return True
-
-
-@counted
-def hear(stage, b, frame, message, count):
-    """Hands one message at stage frame `frame` to the performer; the new number of events."""
-    status = message & 0xFF
-    first = (message >> 8) & 0x7F
-    second = (message >> 16) & 0x7F
-    stage.messages += 1
+def handle_message(synth, b, frame, status, first, second, count):
+    """Hands one message for synth frame `frame` to the performer; returns the new number of events."""
+    synth.messages += 1
     kind = status & 0xF0
     if kind == 0xC0:
-        stage.program = stage.bank << 8 | first
-        stage.program_count += 1
+        synth.program = synth.bank << 8 | first
+        synth.program_count += 1
         return count
     if kind == 0xB0 and (first == 0 or first == 32):
-        stage.bank = (stage.bank & 0x7F) | second << 7 if first == 0 else (stage.bank & ~0x7F) | second
+        synth.bank = (synth.bank & 0x7F) | second << 7 if first == 0 else (synth.bank & ~0x7F) | second
         return count
-    p = carray(pointer(b.performer), 1, PERFORMER)[0]
-    events = carray(pointer(b.events), EVENT_ROOM, EVENT)
-    # places and grazing apexes are those of the fine operators, whatever plays
+    # plucking points and grazing apexes come from the fine operators, whichever play
     return performer.message(
-        p, ahead.operators_of(b, 0), ahead.pool_of(b, 0), frame - b.frame, status, first, second, events, count
+        performer_of(b), operators_of(b, 0), pool_of(b, 0), frame - b.frame, status, first, second, events_of(b), count
     )
 
 
 @counted
-def gather(stage, b, n):
-    """All messages for the next `n` frames, in order, as events of `b`; their number."""
-    end = stage.frame + n
-    count = np.int64(0)  # a constant would be a type of its own: what is called with it would be compiled twice
-    if load_acquire(stage.panic_address) != 0:
-        store_release(stage.panic_address, 0)
-        count = hear(stage, b, stage.frame, 0xB0 | stage.channel & 0x0F | 120 << 8, count)
-        count = hear(stage, b, stage.frame, 0xB0 | stage.channel & 0x0F | 121 << 8, count)
-    last = stage.frame
-    for _ in range(min(MOST_MESSAGES, LEAST_MESSAGES + n // 8)):  # a flood waits, the sound does not
+def collect_events(synth, b, n):
+    """Turns all messages for the next `n` frames, in order, into events of `b`; returns their number."""
+    end = synth.frame + n
+    count = np.int64(0)  # typed: a literal would be a type of its own, and what is called with it compiled twice
+    panic = record_address(synth) + PANIC
+    if load_acquire(panic) != 0:
+        store_release(panic, 0)
+        control = np.int64(0xB0) | synth.channel & 0x0F
+        for number in (np.int64(120), np.int64(121)):  # all sound off, reset all controllers
+            count = handle_message(synth, b, synth.frame, control, number, np.int64(0), count)
+    last = synth.frame
+    for _ in range(min(MOST_MESSAGES, LEAST_MESSAGES + n // 8)):  # a flood of messages waits, the sound does not
         if count + MOST_EVENTS > EVENT_ROOM:
             break
         best = end
         ring = -1
-        for k in range(3):
-            when = waiting(stage.ring[k], stage.ring_size[k], end)
+        for k in range(RINGS):
+            when = next_frame(synth.midi_ring[k], synth.midi_ring_size[k], end)
             if when == NOW:
-                when = stage.frame
+                when = synth.frame
             if when < best:
                 best = when
                 ring = k
         if ring < 0:
             break
         last = max(last, best)
-        count = hear(stage, b, last, take(stage.ring[ring], stage.ring_size[ring]), count)
+        status, first, second = pop(synth.midi_ring[ring], synth.midi_ring_size[ring])
+        count = handle_message(synth, b, last, status, first, second, count)
     return count
 
 
 @counted
-def play_strings(stage, b, count, out, n, fade, whole):
-    """Adds n frames of every string of `b` to out (n,) float32, `fade` of `whole` frames before a fade's end.
+def mix_strings(synth, b, count, out, n, fade, whole):
+    """Adds n frames of every string of `b` to out (n,) float32.
 
-    Without a fade `fade` is -1.
+    `fade` of `whole` frames are left of a fade-out; -1: no fade.
     """
-    events = carray(pointer(b.events), EVENT_ROOM, EVENT)
-    mine = carray(pointer(b.mine), EVENT_ROOM, EVENT)
-    start = stage.frame - b.frame
+    events, string_events = events_of(b), string_events_of(b)
+    start = synth.frame - b.frame
     for i in range(b.strings):
         used = 0
         for k in range(count):
             if events[k].string == i:
-                mine[used] = events[k]
+                string_events[used] = events[k]
                 used += 1
         ahead.play_to(b, i, start + n, used)
-        sound = carray(pointer(ahead.ahead_of(b, i).sound), SOUND_RING, np.float64)
-        gain = stage.gain
+        sound = sound_of(ahead_of(b, i))
+        gain = synth.gain
         for j in range(n):
-            gain += GAIN_POLE * (stage.gain_wanted - gain)
+            gain += GAIN_POLE * (synth.gain_target - gain)
             x = sound[(start + j) % SOUND_RING] * gain
             if fade >= 0:
                 x *= max(fade - j, 0) / whole
             if not abs(x) < 1e6:
                 x = 0.0
-                stage.faults += 1
+                synth.faults += 1
             out[j] += np.float32(x)
 
 
 @counted
-def stretch(stage, out, n):
-    """n <= STRETCH frames into out (n,) float32."""
+def render_chunk(synth, out, n):
+    """Plays n <= CHUNK frames into out (n,) float32, held within full scale."""
     for j in range(n):
         out[j] = 0.0
-    if stage.bass != 0:
-        b = ahead.bass_at(stage.bass)
-        count = gather(stage, b, n)
-        play_strings(stage, b, count, out, n, np.int64(-1), np.int64(1))
-    if stage.old_bass != 0:
-        whole = np.int64(FADE * stage.rate)
-        play_strings(stage, ahead.bass_at(stage.old_bass), np.int64(0), out, n, stage.fade, whole)
-        stage.fade -= n
-        if stage.fade <= 0:
-            store_release(stage.free_address, stage.old_bass)
-            stage.old_bass = 0
+    if synth.bass != 0:
+        b = bass_at(synth.bass)
+        count = collect_events(synth, b, n)
+        mix_strings(synth, b, count, out, n, np.int64(-1), np.int64(1))
+    if synth.fading_bass != 0:
+        whole = np.int64(FADE * synth.rate)
+        mix_strings(synth, bass_at(synth.fading_bass), np.int64(0), out, n, synth.fade_left, whole)
+        synth.fade_left -= n
+        if synth.fade_left <= 0:
+            store_release(record_address(synth) + FADED_BASS, synth.fading_bass)
+            synth.fading_bass = 0
     for _ in range(n):
-        stage.gain += GAIN_POLE * (stage.gain_wanted - stage.gain)
-    most = stage.peak
+        synth.gain += GAIN_POLE * (synth.gain_target - synth.gain)
+    most = synth.peak
     for j in range(n):
         most = max(most, abs(np.float64(out[j])))
         out[j] = min(max(out[j], np.float32(-1.0)), np.float32(1.0))
-    stage.peak = most
-    stage.frame += n
+    synth.peak = most
+    synth.frame += n
 
 
 @counted
-def adopt(stage):
-    """Takes the bass that Python has put ready, once the one before the last is out."""
-    if stage.old_bass == 0 and load_acquire(stage.free_address) == 0:
-        wanted = load_acquire(stage.next_address)
+def switch_bass(synth):
+    """Starts the bass that Python has put ready and fades out the present one, unless one is fading already."""
+    here = record_address(synth)
+    if synth.fading_bass == 0 and load_acquire(here + FADED_BASS) == 0:
+        wanted = load_acquire(here + NEXT_BASS)
         if wanted != 0:
-            store_release(stage.next_address, 0)
-            stage.old_bass = stage.bass
-            stage.fade = np.int64(FADE * stage.rate)
-            stage.bass = wanted
-            ahead.bass_at(wanted).frame = stage.frame
-            stage.overload = 0
+            store_release(here + NEXT_BASS, 0)
+            synth.fading_bass = synth.bass
+            synth.fade_left = np.int64(FADE * synth.rate)
+            synth.bass = wanted
+            bass_at(wanted).frame = synth.frame
+            synth.overload = 0
 
 
 @counted
-def store(stage, out, n):
-    """Hands the sound to the recorder; what finds no room is counted."""
-    address = load_acquire(stage.record_address)
-    if address == 0:
-        return
-    words = carray(pointer(address), ENTRIES, np.int64)
-    data = carray(pointer(address + WORD * ENTRIES), stage.record_size, np.float32)
-    head = words[HEAD]
-    free = stage.record_size - (head - load_acquire(address + WORD * TAIL))
-    fits = min(n, free)
-    for j in range(fits):
-        data[(head + j) % stage.record_size] = out[j]
-    stage.record_lost += n - fits
-    store_release(address + WORD * HEAD, head + fits)
+def capture(synth, out, n):
+    """Hands the sound to the recorder and counts the frames that find no room in its ring."""
+    address = load_acquire(record_address(synth) + CAPTURE_RING)
+    if address != 0:
+        synth.capture_lost += push_sound(address, synth.capture_size, out, n)
 
 
 @callback("void(int64, int64, int64)")
-def block(address, sound, n):
-    """A C function: n frames into float32 at address `sound`, from the stage at `address`."""
-    out = carray(pointer(sound), n, np.float32)
+def process(address, sound, n):
+    """C function: plays n frames of the synth at `address` into the float32 at address `sound`."""
+    out = samples_at(sound, n)
     before = float_control()
-    set_float_control(before | FLUSH)  # no denormal numbers in here; the thread's owner may want them
-    stage = carray(pointer(address), 1, STAGE)[0]
-    began = nanoseconds(stage.clock, stage.clock_kind)
-    stage.time_frame = stage.frame
-    stage.time_frames = n
-    store_release(stage.time_address, began)
-    adopt(stage)
+    set_float_control(before | FLUSH)  # denormal numbers become zero in here; the thread's owner may want them
+    synth = synth_at(address)
+    began = nanoseconds(synth.clock, synth.clock_id)
+    synth.block_frame = synth.frame
+    synth.block_frames = n
+    store_release(address + BLOCK_TIME, began)
+    switch_bass(synth)
     done = 0
     while done < n:
-        m = min(STRETCH, n - done)
-        stretch(stage, out[done : done + m], m)
+        m = min(CHUNK, n - done)
+        render_chunk(synth, out[done : done + m], m)
         done += m
-    store(stage, out, n)
-    stage.blocks += 1
+    capture(synth, out, n)
+    synth.blocks += 1
     if began != 0:
-        load = (nanoseconds(stage.clock, stage.clock_kind) - began) * 1e-9 * stage.rate / n
-        measure(stage, load)
-        relieve(stage, load, n)
-        run_ahead(stage, began, n)
-        stage.busy = nanoseconds(stage.clock, stage.clock_kind) - began
-        if stage.busy * 1e-9 * stage.rate > n:
-            stage.late += 1
+        load = (nanoseconds(synth.clock, synth.clock_id) - began) * 1e-9 * synth.rate / n
+        update_meters(synth, load)
+        adapt(synth, load, n)
+        run_ahead(synth, began, n)
+        synth.busy = nanoseconds(synth.clock, synth.clock_id) - began
+        if synth.busy * 1e-9 * synth.rate > n:
+            synth.late += 1
     set_float_control(before)
 
 
 @counted
-def run_ahead(stage, began, n):
-    """Plays on, past the end of a block of n frames that began at `began` (ns), for a share of its time."""
-    if stage.bass == 0:
+def run_ahead(synth, began, n):
+    """Lets strings play past the end of a block of n frames that began at `began` (ns), for a share of its time."""
+    if synth.bass == 0:
         return
-    b = ahead.bass_at(stage.bass)
-    until = began + np.int64(b.share * 1e9 * n / stage.rate)
-    end = stage.frame - b.frame
-    while nanoseconds(stage.clock, stage.clock_kind) < until:
+    b = bass_at(synth.bass)
+    until = began + np.int64(b.share * 1e9 * n / synth.rate)
+    end = synth.frame - b.frame
+    while nanoseconds(synth.clock, synth.clock_id) < until:
         i = ahead.rearmost(b, end + HORIZON)
         if i < 0:
             return
@@ -264,78 +226,61 @@ def run_ahead(stage, began, n):
 
 
 @counted
-def measure(stage, load):
-    """The meters of a block that needed `load` of its time."""
-    stage.load = load
-    stage.load_worst = max(stage.load_worst, load)
+def update_meters(synth, load):
+    """Counts a block that needed `load` of its time."""
+    synth.load = load
+    synth.load_worst = max(synth.load_worst, load)
     place = 0 if load <= 0.0 else np.int64(32.0 + 4.0 * np.log2(load))
-    stage.histogram[min(max(place, 0), HISTOGRAM - 1)] += 1
+    synth.histogram[min(max(place, 0), HISTOGRAM - 1)] += 1
+
+
+HIGH, LOW = 0.75, 0.35  # load above which a string is made coarse, below which the synth calms down
+CALM = 0.5  # s of low load before a string gets its fine operators back
 
 
 @counted
-def read(address):
-    """The word at `address`, with all that was written before it. [any thread]"""
-    return load_acquire(address)
-
-
-@counted
-def write(address, value):
-    """Writes the word at `address`, after all that was written before. [any thread]"""
-    store_release(address, value)
-
-
-HIGH, LOW = 0.75, 0.35  # of the time a block lasts: take some of the work away; give it back after CALM
-CALM = 0.5  # s
-
-
-@counted
-def relieve(stage, load, n):
-    """Under overload strings go to the coarse operators, newest contacts first; they come back in calm times."""
-    if stage.bass == 0 or not stage.sheltered:
+def adapt(synth, load, n):
+    """Moves one string to the coarse operators under overload, newest contacts first; one back in calm times."""
+    if synth.bass == 0 or not synth.adaptive:
         return
-    b = ahead.bass_at(stage.bass)
+    b = bass_at(synth.bass)
     if b.pool_size[1] == 0:
         return
-    p = carray(pointer(b.performer), 1, PERFORMER)[0]
+    p = performer_of(b)
     if load > HIGH:
-        stage.calm = 0
+        synth.calm_frames = 0
         best: Any = np.int64(-1)
         rank = -np.inf
         for i in range(b.strings):
             if (b.coarse >> i) & 1:
                 continue
-            slots = ahead.string_of(b, i).slots
+            slots = string_of(b, i).slots
             sounding = slots[0].on or slots[1].on
             if not sounding:
                 continue
             touching = slots[0].touching > 0 or slots[1].touching > 0
-            # contacts, the newest first; then what only sounds, the oldest first
+            # strings with contacts, the newest first; then those that only sound, the oldest first
             value = p.age[i] if touching else -1e12 - p.age[i]
             if value > rank:
                 rank = value
                 best = i
         if best >= 0:
-            exchange(b, best, np.int64(1), stage.frame)
-            stage.overload += 1
+            switch_operators(b, best, np.int64(1), synth.frame)
+            synth.overload += 1
         return
-    stage.calm = 0 if load > LOW else stage.calm + n
-    if stage.calm > CALM * stage.rate and b.coarse != 0:
+    synth.calm_frames = 0 if load > LOW else synth.calm_frames + n
+    if synth.calm_frames > CALM * synth.rate and b.coarse != 0:
         for i in range(b.strings):
             if (b.coarse >> i) & 1:
-                exchange(b, i, np.int64(0), stage.frame)
-                stage.overload -= 1
-                stage.calm = 0
+                switch_operators(b, i, np.int64(0), synth.frame)
+                synth.overload -= 1
+                synth.calm_frames = 0
                 return
 
 
 @counted
-def exchange(b, i, which, now):
-    """String `i` goes on with the operators `which` from stage frame `now` on."""
-    ahead.stay(b, i, now - b.frame)
-    hands.exchange(
-        ahead.string_of(b, i),
-        ahead.operators_of(b, 1 - which)[i],
-        ahead.operators_of(b, which)[i],
-        ahead.pool_of(b, which),
-    )
+def switch_operators(b, i, which, now):
+    """Gives string `i` the operators `which` (0 fine, 1 coarse) from synth frame `now` on."""
+    ahead.drop_ahead(b, i, now - b.frame)
+    techniques.exchange(string_of(b, i), operators_of(b, 1 - which)[i], operators_of(b, which)[i], pool_of(b, which))
     b.coarse ^= 1 << i

@@ -1,102 +1,110 @@
-"""The C functions that PortAudio and JACK call for sound. Compiled; `arg` is the address of a record. [audio thread]"""
+"""The C functions that PortAudio and JACK call for sound; `arg` is the address of a record. [audio thread]"""
 
 from typing import Any
 
 import numpy as np
 
 from livebass.compiling import callback, counted
-from livebass.kernels.native import address_of, call_3, carray, count_from, pointer, pointer_from, status_from
-from livebass.live.thread.block import put
-from livebass.live.thread.records import STAGE, STRETCH
+from livebass.kernels.native import (
+    address_of,
+    call_3,
+    carray,
+    count_from,
+    pointer,
+    pointer_from,
+    record_address,
+    status_from,
+)
+from livebass.live.thread.records import CHUNK, field_offset, samples_at, synth_at
+from livebass.live.thread.ring import push
 
 OUTPUT_UNDERFLOW = 4  # paOutputUnderflow
 MOST_CHANNELS = 2
-EVENT_BYTES = 24  # jack_midi_event_t: uint32 time, size_t size, pointer to the bytes
 
 PORTAUDIO = np.dtype(
-    [("stage", "i8"), ("channels", "i8"), ("mono", "i8")],  # mono: float32 (STRETCH,)
+    [("synth", "i8"), ("channels", "i8"), ("mono", "i8")],  # mono: address of float32 (CHUNK,)
     align=True,
 )
 JACK = np.dtype(
     [
-        ("stage", "i8"),
+        ("synth", "i8"),
         ("get_buffer", "i8"),  # addresses of C functions
         ("event_count", "i8"),
         ("event_get", "i8"),
         ("outputs", "i8"),
         ("output", "i8", (MOST_CHANNELS,)),  # ports
         ("midi", "i8"),
-        ("event", "i8", (3,)),  # room for one jack_midi_event_t
-        ("event_address", "i8"),
+        ("event", "i8", (3,)),  # room for a jack_midi_event_t: uint32 time, size_t size, pointer to the bytes
     ],
     align=True,
 )
+EVENT_OFFSET = field_offset(JACK, "event")
 
 
 @counted
-def block(stage, sound, n):
-    """n frames of the stage at address `stage` into float32 at address `sound`."""
-    call_3(carray(pointer(stage), 1, STAGE)[0].block, stage, sound, n)
+def render(synth, sound, n):
+    """Plays n frames of the synth at address `synth` into the float32 at address `sound`."""
+    call_3(synth_at(synth).process, synth, sound, n)
 
 
 @callback("int32(voidptr, voidptr, uint64, voidptr, uint64, voidptr)")
 def portaudio(_input, output, frames, _time, flags, arg):
     """A PaStreamCallback with `PORTAUDIO` as user data; interleaved float32."""
-    me = carray(arg, 1, PORTAUDIO)[0]
+    data = carray(arg, 1, PORTAUDIO)[0]
     n = np.int64(frames & np.uint64(0xFFFFFFFF))
     if flags & np.uint64(OUTPUT_UNDERFLOW):
-        carray(pointer(me.stage), 1, STAGE)[0].underruns += 1
-    if me.channels == 1:
-        block(me.stage, address_of(output), n)
+        synth_at(data.synth).underruns += 1
+    if data.channels == 1:
+        render(data.synth, address_of(output), n)
         return np.int32(0)
-    out = carray(output, n * me.channels, np.float32)
-    mono = carray(pointer(me.mono), STRETCH, np.float32)
+    out = samples_at(address_of(output), n * data.channels)
+    mono = samples_at(data.mono, CHUNK)
     done: Any = 0
     while done < n:
-        m = min(STRETCH, n - done)
-        block(me.stage, me.mono, m)
+        m = min(CHUNK, n - done)
+        render(data.synth, data.mono, m)
         for j in range(m):
-            for k in range(me.channels):
-                out[(done + j) * me.channels + k] = mono[j]
+            for k in range(data.channels):
+                out[(done + j) * data.channels + k] = mono[j]
         done += m
     return np.int32(0)
 
 
 @counted
-def receive(me, n):
-    """Puts what came in at the MIDI port into the stage's own ring, at its frames."""
-    stage = carray(pointer(me.stage), 1, STAGE)[0]
-    buffer = pointer_from(me.get_buffer, me.midi, n)
-    words = carray(pointer(me.event_address), 3, np.int64)
-    for i in range(count_from(me.event_count, buffer)):
-        if status_from(me.event_get, me.event_address, buffer, i) != 0:
+def read_midi(data, n):
+    """Moves the messages that the MIDI port has for these n frames into the synth's third ring."""
+    synth = synth_at(data.synth)
+    buffer = pointer_from(data.get_buffer, data.midi, n)
+    address = record_address(data) + EVENT_OFFSET
+    event = data.event
+    for i in range(count_from(data.event_count, buffer)):
+        if status_from(data.event_get, address, buffer, i) != 0:
             continue
-        size = words[1]
+        size = event[1]
         if size < 1 or size > 3:
             continue
-        data = carray(pointer(words[2]), size, np.uint8)
-        message = np.int64(data[0])
-        if message < 0x80 or message >= 0xF0 or (stage.channel >= 0 and message & 0x0F != stage.channel):
-            continue  # clocks and the like, and what is meant for others
-        if size > 1:
-            message |= np.int64(data[1]) << 8
-        if size > 2:
-            message |= np.int64(data[2]) << 16
-        put(stage.ring[2], stage.ring_size[2], stage.frame + (words[0] & 0xFFFFFFFF), message)
+        message = carray(pointer(event[2]), size, np.uint8)
+        status = np.int64(message[0])
+        if status < 0x80 or status >= 0xF0 or (synth.channel >= 0 and status & 0x0F != synth.channel):
+            continue  # clocks and other system messages, and other channels
+        first = np.int64(message[1]) if size > 1 else np.int64(0)
+        second = np.int64(message[2]) if size > 2 else np.int64(0)
+        frame = synth.frame + (event[0] & 0xFFFFFFFF)
+        push(synth.midi_ring[2], synth.midi_ring_size[2], frame, status, first, second)
 
 
 @callback("int32(uint32, voidptr)")
 def jack(frames, arg):
     """A JackProcessCallback with `JACK` as argument."""
-    me = carray(arg, 1, JACK)[0]
+    data = carray(arg, 1, JACK)[0]
     n = np.int64(frames)
-    if me.midi != 0:
-        receive(me, n)
-    sound = pointer_from(me.get_buffer, me.output[0], n)
-    block(me.stage, sound, n)
-    first = carray(pointer(sound), n, np.float32)
-    for k in range(1, me.outputs):
-        other = carray(pointer(pointer_from(me.get_buffer, me.output[k], n)), n, np.float32)
+    if data.midi != 0:
+        read_midi(data, n)
+    sound = pointer_from(data.get_buffer, data.output[0], n)
+    render(data.synth, sound, n)
+    first = samples_at(sound, n)
+    for k in range(1, data.outputs):
+        other = samples_at(pointer_from(data.get_buffer, data.output[k], n), n)
         for j in range(n):
             other[j] = first[j]
     return np.int32(0)

@@ -1,42 +1,42 @@
-"""Records that the audio thread and Python share: one prepared bass, the stage it plays on, rings of words.
+"""Records that the audio thread and Python share, and the functions that find them by their addresses.
 
-A ring is an int64 array: words 0 and 8 are its head (next to write) and tail (next to read), each on a cache line
-of its own, the entries follow from word 16. One thread writes, one reads; heads and tails only ever grow.
+SYNTH is what plays, BASS one prepared instrument in it, AHEAD what one string keeps to run ahead of the clock. Compiled
+code gets at a record or an array behind an address by a function of this file, and then reads fields.
 """
 
 import numpy as np
 
-from livebass.kernels.performer import MOST_EVENTS, MOST_STRINGS
-from livebass.kernels.records import GROUP_ROOM, ROW
+from livebass.compiling import counted
+from livebass.kernels.native import carray, pointer
+from livebass.kernels.performer import MOST_EVENTS, MOST_STRINGS, PERFORMER
+from livebass.kernels.records import EVENT, GROUP_ROOM, OPERATOR, ROW, STRING
 
-HEAD, TAIL, ENTRIES = 0, 8, 16
-EVENT_WORDS = 2  # frame, or NOW; status | first << 8 | second << 16
-NOW = -1
-LEAST_MESSAGES, MOST_MESSAGES = 32, 128  # taken into one stretch, by its length; the others wait for the next
+RINGS = 3  # of messages: from Python's threads, of the score, from the MIDI port of the audio thread
+LEAST_MESSAGES, MOST_MESSAGES = 32, 128  # taken into one chunk, by its length; the others wait for the next
 EVENT_ROOM = (MOST_MESSAGES + 1) * MOST_EVENTS
-STRETCH = 1024  # frames computed at once, at most
+CHUNK = 1024  # frames computed at once, at most
 HISTOGRAM = 64
 
 # Running ahead of the clock
 HORIZON = 768  # frames
-SAVE_EVERY, SAVES = 16, 64  # frames between kept states, whole strides; and how many are kept
-SOUND_RING = 4096  # frames, more than STRETCH + HORIZON
-POINT_ROWS = 6  # kept of each contact point
+SAVE_EVERY, SAVES = 16, 64  # frames between saved states, whole strides; and how many are kept
+SOUND_RING = 4096  # frames, more than CHUNK + HORIZON
+POINT_ROWS = 6  # saved of each contact point
 
 
 def kept(points: int) -> int:
-    """float64 a slot to keep the state of a string over so many contact points."""
+    """Returns the float64 a slot needs to save the state of a string over `points` contact points."""
     return 2 * ROW + POINT_ROWS * points + 4 * GROUP_ROOM
 
 
 AHEAD = np.dtype(
     [
-        ("first", "i8"),  # kept states from here ...
-        ("saved", "i8"),  # ... up to here are good
-        ("frame", "i8", (SAVES,)),  # of each kept state
-        ("voice", "i8"),  # addresses: layout.VOICE (SAVES,)
-        ("slots", "i8"),  # layout.SLOT (SAVES, VOICE_SLOTS)
-        ("memory", "i8"),  # float64 (SAVES, 2 VOICE_SLOTS, kept): q, P, six numbers a contact point, groups of points
+        ("first", "i8"),  # number of the oldest valid saved state ...
+        ("saved", "i8"),  # ... and of the next one; state k lies in place k % SAVES
+        ("frame", "i8", (SAVES,)),  # of each saved state
+        ("voice", "i8"),  # address: VOICE (SAVES,)
+        ("slots", "i8"),  # address: SLOT (SAVES, VOICE_SLOTS)
+        ("memory", "i8"),  # float64 (SAVES, 2 VOICE_SLOTS, kept): q, p, POINT_ROWS a contact point, groups of points
         ("kept", "i8"),
         ("sound", "i8"),  # float64 (SOUND_RING,): frame n is at n % SOUND_RING
     ],
@@ -45,82 +45,147 @@ AHEAD = np.dtype(
 
 BASS = np.dtype(
     [
-        ("address", "i8"),  # of this record
-        ("player", "i8"),  # address of ahead.player
+        ("play_string", "i8"),  # address of the C function ahead.play_string
         ("strings", "i8"),
         ("frets", "i8"),
         ("coarse", "i8"),  # strings that play with the coarse operators, a bit each
-        ("operators", "i8", (2,)),  # addresses: layout.OPERATOR (strings, frets + 1), fine and coarse
+        ("operators", "i8", (2,)),  # addresses: OPERATOR (strings, frets + 1), fine and coarse
         ("pool", "i8", (2,)),
         ("pool_size", "i8", (2,)),
-        ("string", "i8", (MOST_STRINGS,)),  # layout.STRING
+        ("string", "i8", (MOST_STRINGS,)),  # address: STRING
         ("performer", "i8"),
-        ("settings", "i8"),
-        ("events", "i8"),  # layout.EVENT (EVENT_ROOM,), of all strings
-        ("mine", "i8"),  # the same, of one
+        ("settings", "i8"),  # float64 (3,), of voice.run
+        ("events", "i8"),  # EVENT (EVENT_ROOM,), of all strings
+        ("string_events", "i8"),  # EVENT (EVENT_ROOM,), of the string that plays
         ("ahead", "i8", (MOST_STRINGS,)),  # AHEAD of each string
-        ("frame", "i8"),  # of the stage, when this bass began
-        ("share", "f8"),  # of the time a block lasts: so long strings may run ahead ...
-        ("stride", "i8"),  # ... looking at the clock after so many frames
+        ("frame", "i8"),  # of the synth, when this bass began
+        ("share", "f8"),  # of a block's time that strings may take to run ahead
+        ("stride", "i8"),  # frames between looks at the clock while they do
     ],
     align=True,
 )
 
-STAGE = np.dtype(
+SYNTH = np.dtype(
     [
-        ("block", "i8"),  # address of live.block
-        ("rate", "f8"),
+        ("process", "i8"),  # address of the C function block.process
+        ("rate", "f8"),  # Hz
         ("frame", "i8"),  # next to be computed
         ("clock", "i8"),  # address of clock_gettime, 0: none
-        ("clock_kind", "i8"),
-        ("time", "i8"),  # ns, at the start of the last block ...
-        ("time_frame", "i8"),  # ... whose first frame this was ...
-        ("time_frames", "i8"),  # ... and that had so many
-        ("sheltered", "i8"),  # overload may coarsen strings
+        ("clock_id", "i8"),
+        ("block_time", "i8"),  # ns, when the last block began
+        ("block_frame", "i8"),  # its first frame
+        ("block_frames", "i8"),
+        ("adaptive", "i8"),  # overload moves strings to the coarse operators
         # basses, as addresses of BASS
         ("bass", "i8"),  # plays, 0: none
-        ("next_bass", "i8"),  # put there by Python; taken at a block's start
-        ("old_bass", "i8"),  # fades out
-        ("free_bass", "i8"),  # has faded out: Python may let it go and writes 0
-        ("fade", "i8"),  # frames left of the fade
-        # event rings: live, score, the audio thread's own port; and sound for the recorder
-        ("ring", "i8", (3,)),
-        ("ring_size", "i8", (3,)),
-        ("record", "i8"),  # header of a ring and float32 behind it, 0: not recording
-        ("record_size", "i8"),
-        ("record_lost", "i8"),  # frames
-        # where some fields are, for atomic access
-        ("time_address", "i8"),
-        ("next_address", "i8"),
-        ("free_address", "i8"),
-        ("record_address", "i8"),
-        ("panic_address", "i8"),
-        # what was played
+        ("next_bass", "i8"),  # put there by Python; taken at the start of a block
+        ("fading_bass", "i8"),
+        ("faded_bass", "i8"),  # has faded out: Python may let it go, and writes 0
+        ("fade_left", "i8"),  # frames
+        # rings
+        ("midi_ring", "i8", (RINGS,)),  # addresses
+        ("midi_ring_size", "i8", (RINGS,)),
+        ("capture_ring", "i8"),  # address of the recorder's ring of sound, 0: not recording
+        ("capture_size", "i8"),
+        ("capture_lost", "i8"),  # frames
+        # state of MIDI
         ("channel", "i8"),  # that MIDI ports are heard on, 0-15; -1: all
         ("program", "i8"),  # of the last program change, bank << 8 | program
         ("program_count", "i8"),
         ("bank", "i8"),
         ("panic", "i8"),  # raised by Python, lowered by the audio thread
         ("gain", "f8"),
-        ("gain_wanted", "f8"),
+        ("gain_target", "f8"),
         # meters
         ("blocks", "i8"),
         ("messages", "i8"),
-        ("busy", "i8"),  # ns of the last block, all of it
-        ("load", "f8"),  # of the last block: what it needed, in parts of its time, without running ahead
-        ("load_worst", "f8"),  # since Python lowered it
+        ("busy", "i8"),  # ns that the last block took, with running ahead
+        ("load", "f8"),  # part of its time that the last block took, without running ahead
+        ("load_worst", "f8"),  # since Python reset it
         ("late", "i8"),  # blocks that took longer than they last
-        ("underruns", "i8"),  # told by the driver
-        ("peak", "f8"),  # since Python lowered it
-        ("faults", "i8"),  # frames of a string that were no number
+        ("underruns", "i8"),  # reported by the driver
+        ("peak", "f8"),  # since Python reset it; 1 is full scale
+        ("faults", "i8"),  # frames of a string that were NaN or beyond 1e6, played as 0
         ("overload", "i8"),  # strings on coarse operators
-        ("calm", "i8"),  # frames since the load was last high
+        ("calm_frames", "i8"),  # since the load was last high
         ("histogram", "i8", (HISTOGRAM,)),  # blocks by load: bin 32 + 4 log2(load)
     ],
     align=True,
 )
 
 
-def new_ring(entries: int, words: int) -> np.ndarray:
-    """An empty ring of `entries` entries of `words` words."""
-    return np.zeros(ENTRIES + entries * words, np.int64)
+def field_offset(record: np.dtype, name: str) -> int:
+    """Returns where the field `name` lies in `record`, bytes: for atomic access."""
+    return int(record.fields[name][1])  # type: ignore[index]
+
+
+# Fields that are written by one thread and read by another.
+BLOCK_TIME, NEXT_BASS, FADED_BASS, CAPTURE_RING, PANIC = (
+    field_offset(SYNTH, name) for name in ("block_time", "next_bass", "faded_bass", "capture_ring", "panic")
+)
+
+
+@counted
+def synth_at(address):
+    return carray(pointer(address), 1, SYNTH)[0]
+
+
+@counted
+def bass_at(address):
+    return carray(pointer(address), 1, BASS)[0]
+
+
+@counted
+def ahead_of(b, i):
+    return carray(pointer(b.ahead[i]), 1, AHEAD)[0]
+
+
+@counted
+def string_of(b, i):
+    return carray(pointer(b.string[i]), 1, STRING)[0]
+
+
+@counted
+def operators_of(b, which):
+    return carray(pointer(b.operators[which]), (b.strings, b.frets + 1), OPERATOR)
+
+
+@counted
+def pool_of(b, which):
+    return carray(pointer(b.pool[which]), b.pool_size[which], np.float64)
+
+
+@counted
+def performer_of(b):
+    return carray(pointer(b.performer), 1, PERFORMER)[0]
+
+
+@counted
+def settings_of(b):
+    return carray(pointer(b.settings), 3, np.float64)
+
+
+@counted
+def no_log(b):
+    """An empty log of contacts."""
+    return carray(pointer(b.settings), (0, 2), np.int64)
+
+
+@counted
+def events_of(b):
+    return carray(pointer(b.events), EVENT_ROOM, EVENT)
+
+
+@counted
+def string_events_of(b):
+    return carray(pointer(b.string_events), EVENT_ROOM, EVENT)
+
+
+@counted
+def sound_of(a):
+    return carray(pointer(a.sound), SOUND_RING, np.float64)
+
+
+@counted
+def samples_at(address, n):
+    return carray(pointer(address), n, np.float32)

@@ -1,0 +1,360 @@
+"""The synth: it plays a bass from MIDI messages on the audio thread, and Python steers and meters it. [main thread]
+
+`Synth` owns the record that the audio thread works on, the rings of messages and the recorder's ring of sound; its
+basses are `LiveBass`es, of which one may fade out while the next one plays. `Gauge` reads the meters for people.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import math
+import threading
+import time
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livebass.engine.engine import Engine, prepare
+from livebass.engine.prepare import Rates, whole_contact_rate
+from livebass.kernels.records import EVENT, POLARISATIONS, SLOT, VOICE, VOICE_SLOTS
+from livebass.live.thread import ahead, block
+from livebass.live.thread.records import (
+    AHEAD,
+    BASS,
+    EVENT_ROOM,
+    RINGS,
+    SAVES,
+    SOUND_RING,
+    SYNTH,
+    field_offset,
+    kept,
+)
+from livebass.live.thread.ring import NOW, new_message_ring, new_sound_ring, pop_sound, push, read_word, write_word
+from livebass.model.instrument import Instrument
+from livebass.model.quality import QUALITIES, Quality
+from livebass.score import Score
+
+COARSE = Quality("coarse", 150, 192e3)  # for strings under overload
+# Running ahead: share of a block's time, and frames between looks at the clock. Qualities up to `live` leave most of
+# the time to other programs; heavier ones need all there is.
+AHEAD_LIGHT, AHEAD_HEAVY = (0.35, 4), (0.7, 1)
+RING = 4096  # messages
+CAPTURE_SECONDS = 20.0
+QUIETEST = -99.0  # dB
+
+
+@dataclass(frozen=True)
+class Meters:
+    """Counters of the audio thread. Loads are parts of the time a block lasts, without running ahead."""
+
+    frame: int  # next to be computed
+    blocks: int
+    late: int  # blocks that took longer than they last
+    underruns: int  # reported by the driver
+    messages: int
+    worst: float  # load since the meters were read last
+    peak: float  # since the meters were read last; 1 is full scale
+    faults: int  # frames of a string that were NaN or far too large, played as silence
+    overload: int  # strings on coarse operators
+    lost: int  # frames the recorder lost
+
+
+def touch(array: NDArray[Any]) -> None:
+    """Writes zeros to every page, so that the audio thread is not the first to need it."""
+    array.reshape(-1).view(np.uint8).fill(0)
+
+
+class AheadMemory:
+    """What one string needs to run ahead of the clock and go back: saved states and a ring of sound."""
+
+    def __init__(self, points: int) -> None:
+        self.voice = np.zeros(SAVES, VOICE)
+        self.slots = np.zeros((SAVES, VOICE_SLOTS), SLOT)
+        self.memory = np.zeros((SAVES, POLARISATIONS * VOICE_SLOTS, kept(points)))
+        self.sound = np.zeros(SOUND_RING)
+        self.record = np.zeros(1, AHEAD)
+        self.record["kept"] = kept(points)
+        for name in ("voice", "slots", "memory", "sound"):
+            self.record[name] = getattr(self, name).ctypes.data
+            touch(getattr(self, name))
+
+
+class LiveBass:
+    """An instrument prepared for the audio thread. Raises ValueError for what `Engine` cannot play. [any thread]"""
+
+    def __init__(self, instrument: Instrument, quality: Quality, rate: int, seed: int = 0) -> None:
+        self.engine = Engine(instrument, quality, rate, seed)
+        coarse = Rates(rate, whole_contact_rate(COARSE.contact_rate, rate))
+        self.coarse = prepare(instrument, COARSE, coarse, self.engine.frets)
+        self.events = np.zeros((2, EVENT_ROOM), EVENT)
+        self.record = np.zeros(1, BASS)
+        b = self.record
+        b["play_string"] = ahead.play_string()
+        b["strings"], b["frets"] = self.engine.strings, self.engine.frets
+        for k, pool in enumerate((self.engine.pool, self.coarse)):
+            b["operators"][0, k] = pool.records.ctypes.data
+            b["pool"][0, k], b["pool_size"][0, k] = pool.memory.ctypes.data, pool.memory.size
+        for i, v in enumerate(self.engine.voices):
+            b["string"][0, i] = v.string.ctypes.data
+        b["performer"], b["settings"] = self.engine.performer.ctypes.data, self.engine.settings.ctypes.data
+        b["events"], b["string_events"] = self.events[0].ctypes.data, self.events[1].ctypes.data
+        light = QUALITIES["live"]
+        heavy = quality.modes is None or quality.modes > (light.modes or 0) or quality.contact_rate > light.contact_rate
+        b["share"], b["stride"] = AHEAD_HEAVY if heavy else AHEAD_LIGHT
+        points = np.maximum(*(pool.records["points"].max(axis=1) for pool in (self.engine.pool, self.coarse)))
+        self.ahead = [AheadMemory(int(n)) for n in points]
+        b["ahead"][0, : self.engine.strings] = [a.record.ctypes.data for a in self.ahead]
+        for v in self.engine.voices:
+            touch(v.work)
+        touch(self.events)
+
+    @property
+    def address(self) -> int:
+        return int(self.record.ctypes.data)
+
+    @property
+    def coarse_strings(self) -> list[int]:
+        """The strings that overload has moved to the coarse operators, by index."""
+        return [i for i in range(self.engine.strings) if int(self.record["coarse"][0]) >> i & 1]
+
+    def fingers(self) -> list[tuple[str, int, bool, bool]]:
+        """(string, fret, sounding, has touched a fret since the pluck) for each string."""
+        p = self.engine.performer[0]
+        out = []
+        for i, (string, v) in enumerate(zip(self.engine.instrument.strings, self.engine.voices, strict=True)):
+            slot = v.slots[int(v.record["slot"][0])]
+            out.append((string.name, int(p["fret"][i]), bool(slot["on"]), bool(slot["touching"])))
+        return out
+
+
+class Synth:
+    """Plays one bass at `rate` Hz, on MIDI `channel` (0-15; -1: all) and at a linear `gain`.
+
+    With `adaptive`, overload moves strings to coarse operators for a while.
+    """
+
+    def __init__(self, rate: int, channel: int = -1, gain: float = 1.0, adaptive: bool = True) -> None:
+        self.rate = rate
+        self.record = np.zeros(1, SYNTH)
+        self.rings = [new_message_ring(RING) for _ in range(RINGS)]
+        for ring in self.rings:
+            touch(ring)
+        self._capture = np.zeros(0, np.int64)  # the recorder's ring of sound
+        self._writer = threading.Lock()  # of the first ring, between Python's threads
+        self._basses: list[LiveBass] = []
+        r = self.record
+        r["process"] = block.process()
+        r["rate"], r["channel"], r["gain"], r["gain_target"] = rate, channel, gain, gain
+        r["adaptive"] = adaptive
+        for k, ring in enumerate(self.rings):
+            r["midi_ring"][0, k], r["midi_ring_size"][0, k] = ring.ctypes.data, RING
+        r["clock"], r["clock_id"] = _clock()
+
+    @property
+    def address(self) -> int:
+        return int(self.record.ctypes.data)
+
+    @property
+    def frame(self) -> int:
+        """The next frame to be computed."""
+        return int(self.record["frame"][0])
+
+    @property
+    def program(self) -> tuple[int, int]:
+        """Program changes so far, and the last one's number: bank << 8 | program."""
+        return int(self.record["program_count"][0]), int(self.record["program"][0])
+
+    def _read(self, field: str) -> int:
+        return int(read_word(self.address + field_offset(SYNTH, field)))
+
+    def _write(self, field: str, value: int) -> None:
+        write_word(self.address + field_offset(SYNTH, field), value)
+
+    def switch_to(self, bass: LiveBass) -> None:
+        """Plays `bass` from the next block on; the one before fades out. Waits while another one is fading out."""
+        self.release_faded()
+        while self._read("next_bass") or self._read("faded_bass"):
+            time.sleep(0.005)
+            self.release_faded()
+        self._basses.append(bass)
+        self._write("next_bass", bass.address)
+
+    @property
+    def switching(self) -> bool:
+        """True from `switch_to` until the bass before has faded out and was released."""
+        return any(self.record[name][0] for name in ("next_bass", "fading_bass", "faded_bass"))
+
+    def release_faded(self) -> None:
+        """Lets go of a bass that has faded out; to be called now and then."""
+        faded = self._read("faded_bass")
+        if faded:
+            self._basses = [b for b in self._basses if b.address != faded]
+            self._write("faded_bass", 0)
+
+    @property
+    def bass(self) -> LiveBass | None:
+        """The bass that was switched to last."""
+        return self._basses[-1] if self._basses else None
+
+    def send(self, status: int, first: int = 0, second: int = 0, frame: int = NOW) -> bool:
+        """Sends a MIDI message for `frame`, or to be played at once; False if the ring is full. [any thread]"""
+        with self._writer:
+            return bool(push(self.rings[0].ctypes.data, RING, frame, status, first, second))
+
+    def feed(self, score: Score, first: int, start: int) -> int:
+        """Sends the messages of `score` from index `first` on while there is room; returns the next index.
+
+        The score's frame 0 is `start`.
+        """
+        ring = self.rings[1].ctypes.data
+        for k in range(first, len(score.frames)):
+            message = score.messages[k].tolist()
+            if message[0] & 0xF0 == 0xC0:
+                continue  # a file's programs mean other sounds than ours
+            if not push(ring, RING, start + int(score.frames[k]), *message):
+                return k
+        return len(score.frames)
+
+    def receive(self, status: int, first: int = 0, second: int = 0, frame: int = NOW) -> bool:
+        """Sends a message from a MIDI port, unless it is for another channel than the synth's. [any thread]"""
+        channel = int(self.record["channel"][0])
+        return (channel >= 0 and status & 0x0F != channel) or self.send(status, first, second, frame)
+
+    def frame_now(self, delay: int) -> int:
+        """Returns the frame for a message that arrives now, `delay` frames late: the same delay for all messages.
+
+        If the sound has stalled this is a frame of the block after the next: a stall delays no later note.
+        """
+        began = self._read("block_time")
+        while True:
+            first, frames = int(self.record["block_frame"][0]), int(self.record["block_frames"][0])
+            again = self._read("block_time")
+            if again == began:
+                break
+            began = again
+        if not began:
+            return NOW
+        since = round((time.clock_gettime_ns(time.CLOCK_MONOTONIC) - began) * 1e-9 * self.rate)
+        return first + min(since, 2 * frames) + delay
+
+    def panic(self) -> None:
+        """Cuts all sound off and resets the controllers."""
+        self._write("panic", 1)
+
+    def set_gain(self, gain: float) -> None:
+        """Moves smoothly to a linear `gain`."""
+        self.record["gain_target"] = gain
+
+    def set_clock(self, function: int) -> None:
+        """Takes the time from the C function at this address, a clock_gettime; 0: no loads, no running ahead."""
+        self.record["clock"] = function
+
+    def count_underrun(self) -> None:
+        """Counts an underrun that the driver reports to Python. [any thread]"""
+        self.record["underruns"] += 1
+
+    def start_recording(self) -> None:
+        """Keeps what is played from the next block on, for `recorded`, up to CAPTURE_SECONDS."""
+        size = int(CAPTURE_SECONDS * self.rate)
+        self._capture = new_sound_ring(size)
+        touch(self._capture)
+        self.record["capture_size"] = size
+        self._write("capture_ring", self._capture.ctypes.data)
+
+    def recorded(self) -> NDArray[np.float32]:
+        """Returns what was played since the last call, (n,)."""
+        return pop_sound(self._capture, int(self.record["capture_size"][0]))
+
+    def meters(self) -> Meters:
+        """Returns the counters; `worst` and `peak` start anew."""
+        r = self.record[0]
+        worst, peak = float(r["load_worst"]), float(r["peak"])
+        r["load_worst"], r["peak"] = 0.0, 0.0
+        return Meters(
+            frame=int(r["frame"]), blocks=int(r["blocks"]), late=int(r["late"]), underruns=int(r["underruns"]),
+            messages=int(r["messages"]), worst=worst, peak=peak,
+            faults=int(r["faults"]), overload=int(r["overload"]), lost=int(r["capture_lost"]),
+        )  # fmt: skip
+
+    def load_histogram(self) -> NDArray[np.int64]:
+        """Returns a copy of the number of blocks by load: 4 bins an octave, bin 32 from 1 on."""
+        return self.record["histogram"][0].copy()
+
+
+def _clock() -> tuple[int, int]:
+    """Address of clock_gettime and the number of the monotonic clock; zeros on systems without."""
+    try:
+        function = ctypes.CDLL(None).clock_gettime
+        return int(ctypes.cast(function, ctypes.c_void_p).value or 0), time.CLOCK_MONOTONIC
+    except (AttributeError, OSError, TypeError):
+        return 0, 0
+
+
+@dataclass(frozen=True)
+class Reading:
+    """The meters since the last reading, and the median load of the blocks since (0: no block)."""
+
+    meters: Meters
+    median: float
+
+    @property
+    def troubles(self) -> tuple[int, int, int, int]:
+        """Underruns, coarse strings, faults and frames not recorded: worth a line in a log when they change."""
+        m = self.meters
+        return m.underruns, m.overload, m.faults, m.lost
+
+    def text(self) -> str:
+        """One line: load, trouble if there is any, level."""
+        m = self.meters
+        parts = [f"load {self.median:.0%} (worst {m.worst:.0%})"]
+        if m.overload:
+            parts.append(f"OVERLOAD: {m.overload} string{'s' * (m.overload > 1)} coarse")
+        parts.append(f"underruns {m.underruns}")
+        if m.faults:
+            parts.append(f"faults {m.faults}")
+        if m.lost:
+            parts.append(f"{m.lost} frames not recorded")
+        parts.append(f"{decibels(m.peak):.0f} dB")
+        return ", ".join(parts)
+
+
+class Gauge:
+    """Reads the meters of `synth` and keeps the worst load."""
+
+    def __init__(self, synth: Synth) -> None:
+        self.synth = synth
+        self.worst = 0.0  # load of a block so far
+        self._counts = synth.load_histogram()
+
+    def read(self) -> Reading:
+        meters = self.synth.meters()
+        self.worst = max(self.worst, meters.worst)
+        counts = self.synth.load_histogram()
+        since, self._counts = counts - self._counts, counts
+        return Reading(meters, median_load(since))
+
+
+def median_load(counts: np.ndarray) -> float:
+    """Returns the load that half of the blocks stay below, from a `load_histogram`."""
+    total = int(counts.sum())
+    if not total:
+        return 0.0
+    k = int(np.searchsorted(np.cumsum(counts), 0.5 * total))
+    return float(2.0 ** ((k - 31.5) / 4.0))
+
+
+def strings(synth: Synth) -> str:
+    """`E0 A3* D- G-`: the fret of each string that sounds, with a star if it has touched a fret since the pluck."""
+    bass = synth.bass
+    if bass is None:
+        return ""
+    return " ".join(
+        f"{name}{fret}{'*' * touching}" if sounding else f"{name}-" for name, fret, sounding, touching in bass.fingers()
+    )
+
+
+def decibels(peak: float) -> float:
+    """`peak` in dB of full scale, at least QUIETEST."""
+    return max(QUIETEST, 20.0 * math.log10(peak)) if peak > 0.0 else QUIETEST
