@@ -21,6 +21,7 @@ import click
 
 from livebass import __version__
 from livebass.cli.bench import bench
+from livebass.cli.help import help_
 from livebass.cli.play import devices, play
 from livebass.cli.presets import identify, presets
 from livebass.cli.render import render
@@ -46,7 +47,7 @@ def livebass() -> None:
     """
 
 
-for command in (play, render, presets, devices, simulate, study, identify, bench):
+for command in (play, render, presets, devices, simulate, study, identify, bench, help_):
     livebass.add_command(command)
 
 

@@ -1,0 +1,203 @@
+"""The handbook: every page prints, and README and pages quote only commands, options, keys and files that exist."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import struct
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import click
+import pytest
+from support.command import Run, assert_one_clear_line, cli_text
+
+from livebass.cli import help as handbook
+from livebass.cli.main import livebass as program
+
+ROOT = Path(__file__).parents[2]
+README = ROOT / "README.md"
+FILES = (README, *sorted((ROOT / "livebass" / "help").glob("*.md")))
+FIRST_SCREEN = 40  # lines
+WIDEST = 100  # characters of a line on a page: it is read in a terminal
+LARGEST_PICTURE = 150_000  # bytes
+OTHER_OPTIONS = {"--all"}  # of tools/test
+
+
+@pytest.mark.parametrize("page", handbook.PAGES)
+def test_a_page_prints_and_begins_with_its_title(run: Run, page: str) -> None:
+    text = cli_text(run, "help", page)
+    assert re.match(rf"# {page.capitalize()}: \w.*\n\n", text)
+    assert text.isascii() and max(map(len, text.splitlines())) <= WIDEST
+    assert text == (ROOT / "livebass" / "help" / f"{page}.md").read_text()
+
+
+def test_help_alone_lists_the_pages(run: Run) -> None:
+    lines = cli_text(run, "help").splitlines()
+    for page, line in zip(handbook.PAGES, lines, strict=False):
+        assert re.fullmatch(rf"livebass help {page} +\w.*", line) and len(line) <= WIDEST
+    assert {file.stem for file in FILES[1:]} == set(handbook.PAGES)
+
+
+@pytest.mark.parametrize("page", ["no-such-page", "render", "../../README", ""])
+def test_an_unknown_page_is_one_line_that_names_those_there_are(run: Run, page: str) -> None:
+    status, out, err = run("help", page)
+    assert_one_clear_line(status, err, (2,))
+    assert not out and ", ".join(handbook.PAGES) in err
+
+
+def test_a_pager_is_used_in_a_terminal_only(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = []
+    monkeypatch.setattr(click, "echo_via_pager", asked.append)
+    assert cli_text(run, "help", "live") == ""
+    assert asked == [handbook.page_text("live").removesuffix("\n")]
+
+
+def quoted(text: str) -> Iterator[tuple[str, bool]]:
+    """(command line, True if it stands in a block, to be run as it is) for each `livebass ...` of a Markdown text."""
+    fences = re.findall(r"^```sh\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
+    blocks = [*"".join(fences).splitlines(), *re.findall(r"^ {4}(\S.*)", text, re.MULTILINE)]
+    for line in blocks:
+        if match := re.match(r"(?:\.venv/bin/)?livebass (.*)", line):
+            yield match[1], True
+    for line in re.findall(r"`livebass ([^`]+)`", text):
+        yield line, False
+
+
+COMMANDS = [
+    pytest.param(line, whole, id=f"{file.stem}: {line}")
+    for file in FILES
+    for line, whole in quoted(file.read_text())
+    if not line.startswith(("COMMAND ", "help PAGE"))
+]
+
+
+@pytest.mark.parametrize(("line", "whole"), COMMANDS)
+def test_quoted_commands_exist_with_their_options(line: str, whole: bool) -> None:
+    arguments = shlex.split(re.split(r"\s[>|]\s", line)[0], comments=True)
+    command: click.Command = program
+    while isinstance(command, click.Group) and arguments and not arguments[0].startswith("-"):
+        if arguments[0] not in command.commands and "run" in command.commands:
+            check_studies(arguments)
+            arguments = ["run", *arguments]
+        command, arguments = command.commands[arguments[0]], arguments[1:]
+    if not arguments or "--help" in arguments:
+        return
+    try:
+        context = command.make_context("livebass", arguments)
+    except click.MissingParameter:
+        assert not whole, "a line to be run as it is lacks something"
+        return
+    check_values(context)
+
+
+def check_studies(arguments: list[str]) -> None:
+    from livebass.paper.figures.studies import chosen
+
+    names = arguments[: next((i for i, a in enumerate(arguments) if a.startswith("-")), None)]
+    assert chosen(names)
+
+
+def check_values(context: click.Context) -> None:
+    """Names among the values of a command that its parser takes as they are."""
+    from livebass.preset.load import laboratory_names, preset_names
+
+    values = context.params
+    preset = values.get("preset") or values.get("name")
+    if isinstance(preset, str) and not preset.endswith(".toml"):
+        assert preset in preset_names() + laboratory_names()
+    if context.command.name == "help" and values["page"]:
+        assert values["page"] in handbook.PAGES
+    if context.command.name == "claims":
+        from livebass.paper.claims.check import chosen
+
+        assert chosen(values["ids"])
+    if context.command.name == "sweep" and values["axes"]:
+        from livebass.experiment.grid import Settings, grid
+        from livebass.model.quality import quality_with
+
+        rest = {name: values[name] for name in Settings.__dataclass_fields__ if name != "quality"}
+        assert grid(Settings(quality=quality_with(values["quality"]), **rest), values["axes"])
+
+
+def options(command: click.Command) -> Iterator[str]:
+    """Every option of `command` and of those below it."""
+    for parameter in command.params:
+        yield from (*parameter.opts, *parameter.secondary_opts)
+    if isinstance(command, click.Group):
+        for below in command.commands.values():
+            yield from options(below)
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
+def test_quoted_options_and_keys_exist(file: Path) -> None:
+    from livebass.experiment.grid import PLUCK
+    from livebass.preset.keys import KEYS
+
+    code = re.findall(r"`([^`\n]+)`", file.read_text())
+    named = {word for span in code for word in re.findall(r"(?<![\w-])--[a-z][a-z-]*", span)}
+    assert named <= {*options(program), *OTHER_OPTIONS, "--help"}
+    known = {f"{key.section}.{key.name}" for key in (*KEYS, *PLUCK.values())}
+    sections = "|".join({key.split(".")[0] for key in known})
+    written = {match[0] for span in code for match in re.finditer(rf"(?<![\w.-])(?:{sections})\.[a-z]\w*", span)}
+    assert written - {"neck.lift"} <= known
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
+def test_links_and_named_files_exist(file: Path) -> None:
+    text = file.read_text()
+    for link in re.findall(r"\]\(([^)#]+)\)", text):
+        assert "://" in link or (file.parent / link).is_file(), link
+    for tool in re.findall(r"\btools/[\w.]+\w", text):
+        assert (ROOT / tool).is_file(), tool
+
+
+def test_a_preset_that_a_page_shows_can_be_used(tmp_path: Path) -> None:
+    from livebass import load_preset
+
+    shown = re.findall(r"^```toml\n(.*?)^```", handbook.page_text("presets"), re.DOTALL | re.MULTILINE)
+    assert shown
+    for number, text in enumerate(shown):
+        (tmp_path / f"{number}.toml").write_text(text)
+        assert load_preset(tmp_path / f"{number}.toml").strings
+
+
+def test_pages_name_every_preset_and_study() -> None:
+    from livebass.paper.figures.studies import STUDIES
+    from livebass.preset.load import laboratory_names, preset_names
+
+    for name in preset_names() + laboratory_names():
+        assert f"| `{name}` |" in handbook.page_text("presets")
+    rows = "".join(line for line in handbook.page_text("studies").splitlines() if line.startswith("| `"))
+    assert all(f"`{name}`" in rows for name in STUDIES)
+
+
+def test_the_first_screen_of_the_readme() -> None:
+    first = README.read_text().partition("\n## ")[0]
+    assert len(first.splitlines()) < FIRST_SCREEN
+    commands = [line for line, whole in quoted(first) if whole]
+    assert [next(c for c in commands if c.startswith(word)) for word in ("play", "render", "presets")]
+    assert first.index("tools/demo") < first.index("tools/test") < first.index("livebass play")
+    pictures = re.findall(r"!\[[^]]+\]\(([^)]+)\)", README.read_text())
+    assert len(pictures) == 1 and pictures[0] in first
+    data = (ROOT / pictures[0]).read_bytes()
+    assert data.startswith(b"\x89PNG") and len(data) < LARGEST_PICTURE
+
+
+def test_the_map_of_the_readme_names_every_room() -> None:
+    drawn = README.read_text().partition("\n## Rooms")[2].split("```")[1]
+    rooms = [folder for folder in (ROOT / "livebass").glob("[!_]*") if list(folder.glob("[!_]*"))]
+    assert all(re.search(rf"\b{room.name}\b", drawn) for room in rooms)
+    assert len(drawn.strip().splitlines()) <= 15
+    for line in drawn.splitlines():
+        if match := re.match(r"(\w+)/ ", line):
+            assert (ROOT / match[1]).is_dir()
+
+
+def test_the_picture_of_the_readme_can_be_drawn(tmp_path: Path) -> None:
+    line = [sys.executable, str(ROOT / "tools" / "soft_and_hard.py"), str(tmp_path / "a.png")]
+    subprocess.run(line, check=True, timeout=300)
+    drawn, kept = (file.read_bytes() for file in (tmp_path / "a.png", ROOT / "docs" / "soft-and-hard.png"))
+    assert struct.unpack(">II", drawn[16:24]) == struct.unpack(">II", kept[16:24])
