@@ -43,11 +43,11 @@ from livebass.live.synth import LiveBass, Synth
 from livebass.model.instrument import Instrument, speaking
 from livebass.model.quality import QUALITIES, Quality, modes_for, quality_with
 from livebass.preset.load import load_preset
+from livebass.report.progress import Say, silent
 
 RATE = 48_000  # Hz
 EDGES = 10.0 ** np.linspace(-2.0, 1.5, 71)  # of the histograms, parts of the deadline; what is beyond is at the ends
 MOONSHOT_PRESET, MOONSHOT_BLOCK, MOONSHOT_RATE = "paper-g", 128, 4e6  # Hz, of the contact steps
-Say = Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ def bench_live(
     `load_preset` and `Engine` raise. [main thread]
     """
     extent = extent or USUAL
-    say = progress or (lambda what: None)
+    say = progress or silent
     bass = even(load_preset(preset))
     where, neighbours = machine(), Neighbours()
     rows = []

@@ -18,6 +18,7 @@ import sys
 import time
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import replace
 from multiprocessing.connection import Connection
 from typing import Any
 
@@ -27,13 +28,12 @@ import numpy as np
 from livebass.arrays import Floats
 from livebass.engine.prepare import whole_contact_rate
 from livebass.model import modes
-from livebass.model.instrument import Instrument, Pluck, speaking
 from livebass.model.quality import QUALITIES, modes_for
 from livebass.model.trial import Trial, initial_amplitudes
-from livebass.preset.load import load_preset
+from livebass.paper.cases import CASES
+from livebass.report.progress import Say
 
-APEX, PLACE = 3.6e-3, 0.64  # m, case B
-PAPER_RATE = 8_000_000  # Hz, of its contact steps
+CASE_B = CASES["b"]
 RATES = (50_000, 48_000)  # Hz, of the output; of 50 kHz, 8 MHz is a whole multiple
 Row = dict[str, Any]
 
@@ -67,19 +67,16 @@ def row(name: str, sound: float, clock: Clock, **more: Any) -> Row:
     }
 
 
-def case_b(bass: Instrument, quality: str, rate: int, duration: float) -> Trial:
-    """Case B, the contact rate a whole multiple of the output's, as an instrument has it."""
-    q, string = QUALITIES[quality], bass.strings[0]
-    s = speaking(string, bass.necks[0], 0)
-    return Trial(
-        speaking=s,
-        pluck=Pluck(APEX, PLACE, bass.player.rounding),
-        modes=modes_for(q, s.length, string.length, s.grid_points),
-        contact_rate=whole_contact_rate(q.contact_rate, rate),
-        output_rate=rate,
-        duration=duration,
-        sensor=s.length - bass.output.sensor,
-    )
+def case_trial(name: str, quality: str, rate: int, duration: float) -> Trial:
+    """A case of the paper with the modes and the contact rate of `quality`, as an instrument has them.
+
+    `rate` is that of the output, Hz; `duration` s.
+    """
+    q = QUALITIES[quality]
+    trial = replace(CASES[name], duration=duration).trial(rate)
+    s = trial.speaking
+    count = modes_for(q, s.length, s.string.length, s.grid_points)
+    return replace(trial, modes=count, contact_rate=whole_contact_rate(q.contact_rate, rate))
 
 
 def machine() -> dict[str, Any]:
@@ -163,10 +160,10 @@ def dense_row(steps: int, runs: int) -> Row:
     clock.work, clock.processor = result["step_s"], result["processor_s"]
     return row(
         "dense step, as published",
-        1 / PAPER_RATE,
+        1 / CASE_B.contact_rate,
         clock,
         modes=result["modes"],
-        contact_rate_hz=PAPER_RATE,
+        contact_rate_hz=int(CASE_B.contact_rate),
         rate_hz=None,
         cores=1,
     )
@@ -178,8 +175,7 @@ def dense_steps(steps: int, runs: int) -> dict[str, Any]:
     The contact force would come on top. "step_s" and "processor_s" have the mean of `steps` steps for each run,
     after one that is not counted. [main thread]
     """
-    bass = load_preset("paper-g")
-    trial = case_b(bass, "reference", RATES[0], 1.0)
+    trial = case_trial("b", "reference", RATES[0], 1.0)
     forward, backward, u = _dense_matrices(trial)
     before, after, taken = u.copy(), np.empty_like(u), np.empty_like(u)
     clock = Clock()
@@ -190,7 +186,7 @@ def dense_steps(steps: int, runs: int) -> dict[str, Any]:
                 np.dot(backward, before, out=taken)
                 after -= taken
                 before, u, after = u, after, before
-    if not np.abs(u).max() < 2 * APEX:
+    if not np.abs(u).max() < 2 * CASE_B.apex:
         raise ArithmeticError("the dense products do not swing like a string")
     each = np.array([clock.work[1:], clock.processor[1:]]) / steps
     return {"modes": len(u), "step_s": each[0].tolist(), "processor_s": each[1].tolist()}
@@ -207,7 +203,6 @@ def _dense_matrices(trial: Trial) -> tuple[Floats, Floats, Floats]:
     return forward, (shape * np.exp(-2 * sigma * dt)) @ inverse, shape @ initial_amplitudes(trial)
 
 
-Say = Callable[[str], None]
 RESULT, SAID, FAILED = "result", "said", "failed"
 
 

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from livebass import __version__
-from livebass.bench.measure import APEX, PLACE, RATES, Clock, Row, case_b, dense_row, machine, row
+from livebass.bench.measure import CASE_B, RATES, Clock, Row, case_trial, dense_row, machine, row
 from livebass.engine.engine import Engine
 from livebass.engine.solve import solve_trial
 from livebass.model.instrument import Instrument
@@ -28,6 +28,8 @@ from livebass.model.quality import QUALITIES
 from livebass.model.trial import Motion, Trial
 from livebass.preset.load import load_preset
 from livebass.reference.solver import solve
+from livebass.report.progress import Say, silent
+from livebass.report.text import columns
 from livebass.score import Score, score_of
 from livebass.units import note_number
 
@@ -56,7 +58,6 @@ class Extent:
 
 
 USUAL = Extent()
-Say = Callable[[str], None]
 
 
 def bench_render(progress: Say | None = None, extent: Extent | None = None) -> dict[str, Any]:
@@ -68,7 +69,7 @@ def bench_render(progress: Say | None = None, extent: Extent | None = None) -> d
     machine meanwhile. [main thread]
     """
     extent = extent or USUAL
-    say = progress or (lambda what: None)
+    say = progress or silent
     where = machine()
     bass = load_preset("paper-g")
     say("loading the kernels")
@@ -77,13 +78,13 @@ def bench_render(progress: Say | None = None, extent: Extent | None = None) -> d
     for quality in QUALITIES:
         for rate in RATES:
             say(f"case B, {quality}, {rate // 1000} kHz")
-            trial = case_b(bass, quality, rate, extent.sound)
+            trial = case_trial("b", quality, rate, extent.sound)
             row, motion = _trial_row(f"engine, {quality}", trial, solve_trial, extent.runs)
             rows[f"engine_{quality}_{rate // 1000}k"] = row
             if quality == "reference" and rate == RATES[0]:
                 fast = motion
     say("case B, fretless, reference")
-    fretless = case_b(load_preset("paper-fretless"), "reference", RATES[0], extent.sound)
+    fretless = case_trial("fretless", "reference", RATES[0], extent.sound)
     rows["fretless"], _ = _trial_row("fretless, reference", fretless, solve_trial, extent.runs)
     jazz = load_preset("jazz-finger")
     chords = _chords(jazz, extent.chords)
@@ -99,13 +100,13 @@ def bench_render(progress: Say | None = None, extent: Extent | None = None) -> d
     say("dense products")
     rows["dense_step"] = dense_row(extent.dense_steps, extent.runs)
     say("brute force")
-    trial = case_b(bass, "reference", RATES[0], extent.brute)
+    trial = case_trial("b", "reference", RATES[0], extent.brute)
     rows["brute_force"], slow = _trial_row("brute force", trial, solve, 1)
     return {
         "livebass": __version__,
         "date": datetime.now(UTC).isoformat(timespec="seconds"),
         "machine": where | {"peak_resident_bytes": memory},
-        "case_b": f"open G of paper-g, {APEX * 1e3:g} mm at {PLACE:g} m, first {extent.sound:g} s",
+        "case_b": f"open G of paper-g, {CASE_B.apex * 1e3:g} mm at {CASE_B.position:g} m, first {extent.sound:g} s",
         "measurements": rows,
         "agreement": _agreement(slow, fast, min(AGREE_FOR, extent.brute, extent.sound)),
         "ratios": {key: _ratio(rows, upper, lower) for key, _, _, upper, lower in RATIOS},
@@ -183,7 +184,7 @@ def _engine_row(
 def _warm(bass: Instrument) -> None:
     """Compiles or loads the kernels and plays them for a moment."""
     for solver in (solve_trial, solve):
-        solver(case_b(bass, "live", RATES[0], 0.01))
+        solver(case_trial("b", "live", RATES[0], 0.01))
     score = score_of([(0.0, 0.02, bass.strings[0].open_note, 100)], RATES[1])
     for _ in Engine(bass, QUALITIES["live"], RATES[1]).play(score, tail=0.0):
         pass
@@ -233,11 +234,7 @@ HEAD = ("s of work per s of sound", "modes", "contact", "output", "cores", "runs
 def table(result: dict[str, Any]) -> str:
     """The figures of `bench_render` for people; "cpu" is processor time, "speed" in times real time."""
     rows = [HEAD, *(_cells(result["measurements"][key]) for key in _order(result["measurements"]))]
-    widths = [max(len(row[i]) for row in rows) for i in range(len(HEAD))]
-    lines = [
-        "  ".join([row[0].ljust(widths[0]), *(c.rjust(w) for c, w in zip(row[1:], widths[1:], strict=True))])
-        for row in rows
-    ]
+    lines = columns(rows)
     machine, agreement = result["machine"], result["agreement"]
     memory = machine["peak_resident_bytes"]
     lines += ["", *(_ratio_line(label, wanted, result["ratios"][key]) for key, label, wanted, _, _ in RATIOS)]

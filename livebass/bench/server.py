@@ -42,6 +42,7 @@ from livebass.live.outputs import FakeDevice, JackOutput
 from livebass.live.synth import LiveBass, Synth
 from livebass.model.quality import QUALITIES
 from livebass.preset.load import load_preset
+from livebass.report.progress import Say, silent
 from livebass.score import demo_score
 
 PRESET, VELOCITY = "jazz-finger", 100
@@ -50,7 +51,6 @@ LOOK = 30.0  # s for a server to answer
 PATIENCE = 2.0  # s for a note to sound or to be silent
 START = 90.0  # s for the other process, which may compile
 QUEUE_BLOCK, QUEUE_RATE = 128, 48_000
-Say = Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ def bench_latency(progress: Say | None = None, extent: Extent | None = None) -> 
     JACK server runs. A note during which `AudioProbe` lost a period is not counted but "discarded". [main thread]
     """
     extent = extent or USUAL
-    say = progress or (lambda what: None)
+    say = progress or silent
     where, neighbours = machine(), Neighbours()
     found, missing = None, ""
     try:
@@ -291,7 +291,7 @@ def bench_python(progress: Say | None = None, extent: PythonExtent | None = None
     Lost where no JACK server runs. [main thread]
     """
     extent = extent or PYTHON_USUAL
-    say = progress or (lambda what: None)
+    say = progress or silent
     where, neighbours = machine(), Neighbours()
     found = apart(say, LONGEST, server)
     rows = []

@@ -5,10 +5,12 @@ Pictures of what `bench_live`, `bench_latency` and `bench_python` measured, as P
 
 from __future__ import annotations
 
-import io
 from typing import Any
 
 import numpy as np
+
+from livebass.report.picture import figure, image
+from livebass.report.text import columns
 
 LIVE_HEAD = (
     "tier", "modes", "contact", "frames", "deadline", "median", "99.9 %", "worst", "quiet 99.9 %", "quiet worst", "fit",
@@ -104,18 +106,6 @@ def python_table(result: dict[str, Any]) -> str:
     )
 
 
-def columns(rows: list[tuple[str, ...]], left: int = 1) -> list[str]:
-    """Lines of equal length, the first `left` cells to the left."""
-    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
-    return [
-        "  ".join(
-            cell.ljust(width) if i < left else cell.rjust(width)
-            for i, (cell, width) in enumerate(zip(row, widths, strict=True))
-        )
-        for row in rows
-    ]
-
-
 def _where(result: dict[str, Any]) -> list[str]:
     """Machine, versions, and who else was there."""
     machine, stolen, others = result["machine"], result["stolen"], result["others"]
@@ -142,20 +132,12 @@ def _rate(hz: float) -> str:
 NEEDED = "--plot needs matplotlib: pip install 'livebass[plots]'"
 
 
-def check() -> None:
-    """LookupError where there is no matplotlib."""
-    try:
-        import matplotlib.figure  # noqa: F401
-    except ImportError:
-        raise LookupError(NEEDED) from None
-
-
 def live_png(result: dict[str, Any]) -> bytes:
     """Histograms of the blocks' times against the deadline: one picture a block size, one curve a tier."""
     rows, edges = result["rows"], np.array(result["histogram_edges"])
     sizes = sorted({row["block"] for row in rows})
-    figure = _figure(4 * min(3, len(sizes)), 3 * -(-len(sizes) // 3) + 0.6)
-    axes = np.ravel(figure.subplots(-(-len(sizes) // 3), min(3, len(sizes)), sharex=True, sharey=True, squeeze=False))
+    drawn = figure(4 * min(3, len(sizes)), 3 * -(-len(sizes) // 3) + 0.6)
+    axes = np.ravel(drawn.subplots(-(-len(sizes) // 3), min(3, len(sizes)), sharex=True, sharey=True, squeeze=False))
     for axis, size in zip(axes, sizes, strict=False):
         for row in rows:
             if row["block"] == size:
@@ -166,10 +148,10 @@ def live_png(result: dict[str, Any]) -> bytes:
         axis.legend(fontsize="x-small")
     for axis in axes[len(sizes) :]:
         axis.set_visible(False)
-    figure.supxlabel("time of a block, 1: its deadline")
-    figure.supylabel("part of the blocks")
-    figure.suptitle(f"{result['preset']}, {result['strings']} strings popped at once, then sixteenths")
-    return _png(figure)
+    drawn.supxlabel("time of a block, 1: its deadline")
+    drawn.supylabel("part of the blocks")
+    drawn.suptitle(f"{result['preset']}, {result['strings']} strings popped at once, then sixteenths")
+    return image(drawn)
 
 
 def row_deadline(rows: list[dict[str, Any]], size: int) -> float:
@@ -180,8 +162,8 @@ def row_deadline(rows: list[dict[str, Any]], size: int) -> float:
 def latency_png(result: dict[str, Any]) -> bytes:
     """Histograms of the latencies of each way, with a line where one block ends: its deadline."""
     rows = [row for row in result["rows"] if "error" not in row]
-    figure = _figure(8, 2.4 * max(1, len(rows)))
-    axes = np.ravel(figure.subplots(max(1, len(rows)), 1, squeeze=False))
+    drawn = figure(8, 2.4 * max(1, len(rows)))
+    axes = np.ravel(drawn.subplots(max(1, len(rows)), 1, squeeze=False))
     for axis, row in zip(axes, rows, strict=False):
         block = row["block"] / result["rate_hz"] * 1e3
         top = max(1.2 * block, 1.1 * row["most_ms"])
@@ -190,15 +172,15 @@ def latency_png(result: dict[str, Any]) -> bytes:
         axis.set(title=f"{row['name']}, {row['notes']} notes", ylabel="notes")
         axis.legend(fontsize="small")
     axes[-1].set_xlabel("note-on to first sample, ms")
-    return _png(figure)
+    return image(drawn)
 
 
 def python_png(result: dict[str, Any]) -> bytes:
     """Lost blocks of both callbacks, side by side for each load."""
     rows = result["rows"]
     loads = list(dict.fromkeys(row["load"] for row in rows))
-    figure = _figure(8, 4)
-    axis = figure.subplots()
+    drawn = figure(8, 4)
+    axis = drawn.subplots()
     for k, callback in enumerate(dict.fromkeys(row["callback"] for row in rows)):
         shares = [100 * next(r["share"] for r in rows if (r["load"], r["callback"]) == (x, callback)) for x in loads]
         bars = axis.bar(np.arange(len(loads)) + 0.4 * k - 0.2, shares, 0.38, label=callback)
@@ -206,16 +188,4 @@ def python_png(result: dict[str, Any]) -> bytes:
     axis.set_xticks(np.arange(len(loads)), loads)
     axis.set(ylabel="blocks that missed their deadline, %", ylim=(0, 110), title=f"{result['block']} frames")
     axis.legend()
-    return _png(figure)
-
-
-def _figure(width: float, height: float) -> Any:
-    from matplotlib.figure import Figure
-
-    return Figure(figsize=(width, height), layout="constrained")  # no display is needed
-
-
-def _png(figure: Any) -> bytes:
-    data = io.BytesIO()
-    figure.savefig(data, format="png", dpi=110)
-    return data.getvalue()
+    return image(drawn)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import sys
 from collections.abc import Callable
@@ -117,8 +116,10 @@ def _report(
     draw: Callable[[Result], bytes] | None,
 ) -> None:  # fmt: skip
     """Measures, writes what is wanted of the files, and prints the table."""
-    from livebass.bench import show as bench_plot
+    from livebass.bench.show import NEEDED
     from livebass.files import Transaction, checked_place
+    from livebass.report.picture import check_matplotlib
+    from livebass.report.text import json_text
 
     places = [checked_place(path) for path in (file, picture) if path is not None]  # now, not after a minute of work
     if len(set(places)) < len(places):
@@ -126,14 +127,14 @@ def _report(
     if picture is not None:
         if picture.suffix.lower() != ".png":
             raise click.UsageError(f"--plot {os.fspath(picture)}: the picture is a PNG, name it .png")
-        bench_plot.check()
+        check_matplotlib(NEEDED)
     announce_kernels(live=draw is not None)
     result = measure({"progress": _say} if sys.stderr.isatty() else {})
     try:
         if places:
             with Transaction() as files:
                 if file is not None:
-                    files.write(file, (json.dumps(result, indent=2) + "\n").encode())
+                    files.write(file, json_text(result, indent=2).encode())
                 if picture is not None and draw is not None:
                     files.write(picture, draw(result))
     finally:  # a disk that is full does not lose the figures

@@ -149,9 +149,9 @@ def identify(
             text = identified.new_preset(preset, result.string.name, result, recordings, resonances)
             files.write(output, text.encode())
         if json_file is not None:
-            files.write(json_file, identified.json_text(result, resonances).encode())
+            files.write(json_file, identified.identified_json(result, resonances).encode())
         if csv_file is not None:
-            files.write(csv_file, identified.csv_text(result).encode())
+            files.write(csv_file, identified.partials_csv(result).encode())
     click.echo(identified.table(result) + (identified.neck_table(fit) if fit else ""), nl=False)
     notes, count = len(result.takes), len(result.partials)
     written = f" -> {', '.join(map(str, outputs))}" if outputs else ""

@@ -182,8 +182,9 @@ def sweep(
     """
     from livebass.experiment import sweep as sweeping
     from livebass.experiment.grid import USAGE, Settings, grid
-    from livebass.experiment.sweep import check, drawable, pictures
+    from livebass.experiment.sweep import NEEDED, drawable, pictures
     from livebass.model.quality import quality_with
+    from livebass.report.picture import check_matplotlib
 
     if not axes:
         raise click.UsageError(f"--vary {USAGE}")
@@ -193,7 +194,7 @@ def sweep(
     settings = Settings(quality=quality, **pluck)
     draw = picture and drawable(axes)
     if draw:
-        check()
+        check_matplotlib(NEEDED)
     points = grid(settings, axes)
     sweeping.places(directory, file)
     results = sweeping.found(directory, points)

@@ -30,6 +30,7 @@ from livebass.model.trial import (
     speaking_string,
 )
 from livebass.reference.solver import static_compliance
+from livebass.report.text import csv_text
 
 FILES = ("displacement.wav", "contacts.csv", "result.npz")
 PEAK = 10 ** (-1 / 20)  # of the WAV file, -1 dBFS
@@ -117,8 +118,7 @@ def _write(files: Transaction, directory: Path, trial: Trial, motion: Motion, fo
     frets = np.asarray(s.contact_fret, dtype=np.int64)
     places = np.asarray(s.contact_position, dtype=np.float64)[motion.contact_index]
     rows = zip(motion.contact_time_s.tolist(), frets[motion.contact_index].tolist(), places.tolist(), strict=True)
-    lines = ["time_s,fret,position_m\n", *(f"{t!r},{fret},{x!r}\n" for t, fret, x in rows)]
-    files.write(table, "".join(lines).encode())
+    files.write(table, csv_text(("time_s", "fret", "position_m"), rows).encode())
     arrays = io.BytesIO()
     across: dict[str, Any] = {}
     if motion.across_m is not None:

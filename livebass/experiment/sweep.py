@@ -8,8 +8,6 @@ Pictures of a sweep, as PNG and SVG: a curve over one parameter, maps over two, 
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import math
 import time
@@ -24,6 +22,8 @@ from numpy.typing import NDArray
 from livebass.experiment.grid import Axis, Point, Settings, program
 from livebass.experiment.quantities import QUANTITIES, Quantity
 from livebass.files import OutputError, Transaction, checked_place
+from livebass.report.picture import figure, image
+from livebass.report.text import csv_text, json_text, plain
 
 Results = dict[str, dict[str, float]]  # by digest
 TABLE, PICTURES, POINTS = "sweep.csv", ("sweep.png", "sweep.svg"), "points"
@@ -71,23 +71,22 @@ def completed(
         for number, (point, result) in enumerate(done, 1):
             with Transaction() as files:
                 files.write(_file(directory, point.digest), _point_text(point, result))
-            results[point.digest] = {name: _number(_plain(value)) for name, value in result.items()}  # as if read
+            results[point.digest] = {name: _number(plain(value)) for name, value in result.items()}  # as if read
             yield number
 
 
 def table(axes: Sequence[Axis], points: Sequence[Point], results: Results) -> str:
     """The points as CSV, the last parameter fastest: parameters in their units, then every quantity, nan for none."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow([*(axis.title for axis in axes), *(row.title for row in QUANTITIES.values())])
-    for point in points:
-        values = [results[point.digest][name] for name in QUANTITIES]
-        writer.writerow([*(f"{x:.12g}" for x in point.numbers), *(_shown(x) for x in values)])
-    return text.getvalue()
+    head = [*(axis.title for axis in axes), *(row.title for row in QUANTITIES.values())]
+    rows = [
+        [*(f"{x:.12g}" for x in point.numbers), *(_shown(results[point.digest][name]) for name in QUANTITIES)]
+        for point in points
+    ]
+    return csv_text(head, rows)
 
 
 def as_json(settings: Settings, axes: Sequence[Axis], points: Sequence[Point], results: Results) -> dict[str, Any]:
-    """All of it, for programs; null where a quantity has no value."""
+    """All of it, for programs; NaN where a quantity has no value, which JSON has as null."""
     return {
         "preset": settings.preset,
         "string": settings.string,
@@ -96,7 +95,7 @@ def as_json(settings: Settings, axes: Sequence[Axis], points: Sequence[Point], r
         "quantities": {row.name: {"unit": row.unit, "meaning": row.meaning} for row in QUANTITIES.values()},
         "points": [
             {"at": dict(zip((a.at.dotted for a in axes), point.numbers, strict=True)), "digest": point.digest}
-            | {name: _plain(value) for name, value in results[point.digest].items()}
+            | results[point.digest]
             for point in points
         ],
     }
@@ -111,7 +110,7 @@ def write(
         for name, data in zip(PICTURES, pictures, strict=False):
             files.write(directory / name, data)
         if file is not None:
-            files.write(file, (json.dumps(description, indent=2) + "\n").encode())
+            files.write(file, json_text(description, indent=2).encode())
     for name in PICTURES if not pictures else ():
         (directory / name).unlink(missing_ok=True)
 
@@ -123,13 +122,9 @@ def _file(directory: Path, digest: str) -> Path:
 def _point_text(point: Point, result: dict[str, float]) -> bytes:
     kept = {
         "digest": point.digest, "point": point.name, "program": program(),
-        "quantities": {name: _plain(value) for name, value in result.items()},
+        "quantities": result,
     }  # fmt: skip
-    return (json.dumps(kept, indent=1) + "\n").encode()
-
-
-def _plain(value: float) -> float | None:
-    return value if math.isfinite(value) else None
+    return json_text(kept).encode()
 
 
 def _number(value: Any) -> float:
@@ -151,14 +146,6 @@ MOST_PANELS = 12  # in a row
 MOST_AXES = 3
 
 
-def check() -> None:
-    """LookupError where there is no matplotlib."""
-    try:
-        import matplotlib.figure  # noqa: F401
-    except ImportError:
-        raise LookupError(NEEDED) from None
-
-
 def drawable(axes: Sequence[Axis]) -> bool:
     """Whether a picture shows so many parameters and values."""
     wide = _wide(axes)
@@ -170,26 +157,19 @@ def pictures(axes: Sequence[Axis], values: dict[str, NDArray[np.float64]], title
 
     The first of three parameters goes from panel to panel, the last two are up and across.
     """
-    import matplotlib as mpl
-    from matplotlib.figure import Figure
-
     wide = _wide(axes)
     shape = tuple(len(axis.numbers) for axis in wide)
-    columns = shape[0] if len(wide) == MOST_AXES else 1
-    figure = Figure(figsize=(2.5 + 4.5 * columns, 0.6 + 3.4 * len(values)), layout="constrained")
-    grid = figure.subplots(len(values), columns, squeeze=False)
+    across = shape[0] if len(wide) == MOST_AXES else 1
+    drawn = figure(2.5 + 4.5 * across, 0.6 + 3.4 * len(values))
+    grid = drawn.subplots(len(values), across, squeeze=False)
     for row, (name, all_values) in zip(grid, values.items(), strict=True):
         quantity, each = QUANTITIES[name], all_values.reshape(shape)
         if len(wide) == 1:
             _curve(row[0], wide[0], quantity, each)
         else:
-            _maps(figure, row, wide, quantity, each)
-    figure.suptitle(title, fontsize="medium")
-    png, svg = io.BytesIO(), io.BytesIO()
-    figure.savefig(png, format="png", dpi=110)
-    with mpl.rc_context({"svg.hashsalt": "livebass"}):  # the same picture, the same file
-        figure.savefig(svg, format="svg", metadata={"Date": None})
-    return png.getvalue(), svg.getvalue()
+            _maps(drawn, row, wide, quantity, each)
+    drawn.suptitle(title, fontsize="medium")
+    return image(drawn), image(drawn, "svg", dpi=100)
 
 
 def _wide(axes: Sequence[Axis]) -> list[Axis]:
@@ -206,7 +186,7 @@ def _curve(panel: Any, axis: Axis, quantity: Quantity, values: NDArray[np.float6
 
 
 def _maps(
-    figure: Any, row: Sequence[Any], wide: Sequence[Axis], quantity: Quantity, values: NDArray[np.float64]
+    drawn: Any, row: Sequence[Any], wide: Sequence[Axis], quantity: Quantity, values: NDArray[np.float64]
 ) -> None:
     """One map for each value of the first of three parameters, or one of two; all in the same colours."""
     *first, up, across = wide
@@ -223,7 +203,7 @@ def _maps(
         )  # fmt: skip
         if first:
             panel.set_title(first[0].shown(first[0].numbers[k]), fontsize="small")
-    figure.colorbar(mesh, ax=list(row), label=quantity.title)
+    drawn.colorbar(mesh, ax=list(row), label=quantity.title)
 
 
 def edges(axis: Axis) -> NDArray[np.float64]:

@@ -8,7 +8,6 @@ What was identified, as a preset file, a table to read, JSON and CSV.
 
 from __future__ import annotations
 
-import json
 import math
 import tomllib
 from collections.abc import Sequence
@@ -28,6 +27,7 @@ from livebass.model.neck import Admittance, Resonance
 from livebass.preset.build import Builder
 from livebass.preset.checks import RESONANCES, TABLE
 from livebass.preset.load import preset_source
+from livebass.report.text import columns, csv_text, json_text, plain
 from livebass.units import cents, note_name, note_number
 
 PITCHES = (25.0, 500.0)  # Hz, looked for where nothing is known
@@ -221,8 +221,9 @@ COLUMNS = (
 def rows(result: Identified) -> list[dict[str, float | None]]:
     """A row a partial, by `COLUMNS`; None where there is no value. u95: expanded uncertainty, 95 %."""
     law = result.law.frequency(np.array([p.number for p in result.partials]))
-    return [dict(zip(COLUMNS, map(_or_none, _row(p, float(nu))), strict=True))
-            for p, nu in zip(result.partials, law, strict=True)]  # fmt: skip
+    return [
+        dict(zip(COLUMNS, plain(_row(p, float(nu))), strict=True)) for p, nu in zip(result.partials, law, strict=True)
+    ]
 
 
 def _row(p: Found, law: float) -> tuple[float, ...]:
@@ -233,13 +234,12 @@ def _row(p: Found, law: float) -> tuple[float, ...]:
     )  # fmt: skip
 
 
-def csv_text(result: Identified) -> str:
+def partials_csv(result: Identified) -> str:
     """The partials, comma-separated, with a head."""
-    lines = [",".join("" if v is None else f"{v:.9g}" for v in row.values()) for row in rows(result)]
-    return "\n".join([",".join(COLUMNS), *lines]) + "\n"
+    return csv_text(COLUMNS, ([None if v is None else f"{v:.9g}" for v in row.values()] for row in rows(result)))
 
 
-def json_text(result: Identified, resonances: Sequence[Resonance] = ()) -> str:
+def identified_json(result: Identified, resonances: Sequence[Resonance] = ()) -> str:
     """All of it; keys carry their units."""
     s, law = result.string, result.law
     data = {
@@ -261,21 +261,24 @@ def json_text(result: Identified, resonances: Sequence[Resonance] = ()) -> str:
         "takes": [{"file": t.name, "start_s": t.start_s, "duration_s": t.duration_s} for t in result.takes],
         "partials": rows(result),
     }
-    return json.dumps(data, indent=1) + "\n"
+    return json_text(data)
 
 
 def table(result: Identified) -> str:
     """The partials and the laws through them, to be read."""
     several = len(result.takes) > 1
-    head = f"{'partial':>7} {'Hz':>11} {'+-':>9} {'1/s':>9} {'+-':>8} {'T60 s':>7} {'dB':>6} {'off law':>8}"
-    lines = [head + (f" {'takes':>5}" if several else "") + "  beside it"]
+    shown = [("partial", "Hz", "+-", "1/s", "+-", "T60 s", "dB", "off law", *(["takes"] if several else []))]
+    beside = ["beside it"]
     for row, p in zip(rows(result), result.partials, strict=True):
         off = 1e6 * (p.frequency / (row["law_frequency_hz"] or math.nan) - 1)
-        twin = "" if math.isnan(p.twin_frequency) else f"  {p.twin_frequency:.3f} Hz, {p.twin_damping:.3g} /s"
-        lines.append(
-            f"{p.number:7} {p.frequency:11.4f} {p.frequency_u:9.2g} {p.damping:9.4g} {p.damping_u:8.2g} {p.t60:7.3g} "
-            f"{p.level_db:6.1f} {off:+4.0f} ppm" + (f" {p.takes:5}" if several else "") + twin
-        )
+        shown.append(
+            (
+                str(p.number), f"{p.frequency:.4f}", f"{p.frequency_u:.2g}", f"{p.damping:.4g}", f"{p.damping_u:.2g}",
+                f"{p.t60:.3g}", f"{p.level_db:.1f}", f"{off:+.0f} ppm", *([str(p.takes)] if several else []),
+            )
+        )  # fmt: skip
+        beside.append("" if math.isnan(p.twin_frequency) else f"{p.twin_frequency:.3f} Hz, {p.twin_damping:.3g} /s")
+    lines = [f"{line}  {twin}".rstrip() for line, twin in zip(columns(shown, left=0), beside, strict=True)]
     s = result.string
     lines += [
         "+-: 95 %, " + ("scatter over the takes" if several else "from the noise in this one take"),
@@ -291,8 +294,8 @@ def table(result: Identified) -> str:
 
 def neck_table(fit: NeckFit) -> str:
     """The resonances, and how well they meet the partials, to be read."""
-    lines = [f"{'neck Hz':>11} {'Q':>6} {'kg':>8}"]
-    lines += [f"{r.frequency:11.2f} {r.quality:6.1f} {r.mass:8.3g}" for r in fit.resonances]
+    cells = [(f"{r.frequency:.2f}", f"{r.quality:.1f}", f"{r.mass:.3g}") for r in fit.resonances]
+    lines = columns([("neck Hz", "Q", "kg"), *cells], left=0)
     lines.append(
         f"with them the dampings are met to {100 * fit.deviation:.1f} % rms, and the partials lie "
         f"{1e6 * fit.left:.0f} ppm off their law, {1e6 * fit.scatter:.0f} ppm without"
@@ -418,7 +421,3 @@ def _array(unit: str, values: Sequence[float], digits: str) -> str:
     shown = [format(v, digits) for v in values]
     lines = ["    " + ", ".join(shown[i : i + 8]) + ",\n" for i in range(0, len(shown), 8)]
     return f'{{unit = "{unit}", values = [\n{"".join(lines)}]}}'
-
-
-def _or_none(value: float) -> float | None:
-    return value if math.isfinite(value) else None

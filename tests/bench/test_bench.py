@@ -90,7 +90,7 @@ def test_the_two_solvers_compared_are_one_solution(measured: tuple[dict[str, Any
 
 def test_the_dense_product_is_eq_12() -> None:
     """Each mode turns by C and is damped by C~, as it would alone."""
-    trial = bench.case_b(load_preset("paper-g"), "reference", 50_000, 1e-3)
+    trial = bench.case_trial("b", "reference", 50_000, 1e-3)
     forward, backward, u = bench_dense._dense_matrices(trial)
     assert forward.shape == backward.shape == (862, 862)
     assert np.abs(u).max() == pytest.approx(3.6e-3, rel=0.1)

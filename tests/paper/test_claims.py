@@ -169,10 +169,10 @@ def test_bad_input_is_one_line(
 def test_texts_of_odd_values() -> None:
     claim = replace(CLAIMS["b-phase"], statement='5 < 6 & "so"')
     results = [Result(claim, math.nan, False), Result(claim, [1.5, math.inf], True)]
-    found = json.loads(claims_text.json_text(results))["claims"]
+    found = json.loads(claims_text.claims_json(results))["claims"]
     assert found[0]["measured"] is None and found[1]["measured"] == [1.5, None]
-    page = claims_text.html_table(results)
-    assert "5 &lt; 6 &amp; &quot;so&quot;" in page and "<html" not in page and page.count("<tr") == 3
+    page = claims_text.page(results)
+    assert "5 &lt; 6 &amp; &#34;so&#34;" in page and page.count("<html") == 1 and page.count("<tr") == 3
     assert claims_text.value_text(list(range(1, 13))) == "1 to 12"
     assert claims_text.value_text([], "s") == "none"
     assert claims_text.table(results).splitlines()[-1] == "1 of 2 hold"

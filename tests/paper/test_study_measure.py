@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from itertools import pairwise
 
 import numpy as np
@@ -19,7 +18,6 @@ from livebass.paper.figures import basics as study_linear
 from livebass.paper.figures import measure as study_measure
 from livebass.paper.figures import studies as study_claims
 from livebass.paper.figures.measure import Solved
-from livebass.paper.figures.output import plain
 from livebass.paper.figures.studies import STUDIES, chosen
 
 
@@ -106,9 +104,6 @@ def test_the_neck_explains_the_quality_factors() -> None:
 
 def test_the_rest_of_what_is_said() -> None:
     assert study_measure.ranges([1, 2, 3, 7, 9, 10]) == "1-3, 7, 9-10" and study_measure.ranges([]) == ""
-    assert plain({"a": np.float64("nan"), "b": [np.int64(3), math.inf], 3: (1.5,)}) == {
-        "a": None, "b": [3, None], "3": [1.5]
-    }  # fmt: skip
     assert [s.name for s in chosen(["ALL"])] == list(STUDIES)
     assert [s.name for s in chosen(["neck", "b", "B"])] == ["b", "neck"]
     with pytest.raises(ValueError, match="there is no v"):

@@ -5,20 +5,19 @@ Checked claims for people and programs: a table as text, as part of a page, as C
 
 from __future__ import annotations
 
-import csv
-import html
-import io
-import json
 import os
 import textwrap
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from livebass.paper.claims import runs as claims_runs
 from livebass.paper.claims import section_4_1, section_4_2, sections_2_3
-from livebass.paper.claims.expect import Claim, Value, finite
+from livebass.paper.claims.expect import Claim, Value
 from livebass.preset.build import nearest
+from livebass.report.page import page as filled
+from livebass.report.progress import Progress
+from livebass.report.text import columns, csv_text, json_text, plain
 
 TABLES = (sections_2_3, section_4_1, section_4_2)
 CLAIMS = {claim.id: claim for table in TABLES for claim in table.CLAIMS}
@@ -41,7 +40,7 @@ class Result:
             "statement": c.statement,
             "quantity": c.quantity,
             "expected": c.expects.expected,
-            "measured": finite(self.measured),
+            "measured": plain(self.measured),
             "unit": c.unit,
             "tolerance": c.expects.tolerance,
             "passed": self.passed,
@@ -57,9 +56,7 @@ def chosen(ids: Iterable[str] = ()) -> list[Claim]:
     return [CLAIMS[name] for name in wanted]
 
 
-def check(
-    claims: Iterable[Claim], workers: int | None = None, progress: Callable[[float], None] | None = None
-) -> list[Result]:
+def check(claims: Iterable[Claim], workers: int | None = None, progress: Progress | None = None) -> list[Result]:
     """Solve what these claims need, each run once, on `workers` threads (default: as many as cores), and measure.
 
     `progress` is called with the fraction done. Needs SciPy. [main thread]
@@ -86,11 +83,6 @@ def result(claim: Claim, runs: dict[str, claims_runs.Run]) -> Result:
 
 HEAD = ("id", "section", "statement", "expected", "measured", "holds")
 WIDTHS = {"statement": 48, "expected": 26, "measured": 28}  # characters a line of text has for them
-STYLE = (
-    "body{font:15px/1.4 sans-serif;margin:2em auto;max-width:80em}table{border-collapse:collapse}"
-    "td,th{border-bottom:1px solid #ccc;padding:.3em .6em;text-align:left;vertical-align:top}"
-    "tr.fails td:last-child{color:#a00;font-weight:bold}"
-)
 
 
 def value_text(value: Any, unit: str = "") -> str:
@@ -126,50 +118,30 @@ def table(results: Sequence[Result]) -> str:
     rows = [HEAD, *(cells(r) for r in results)]
     wide = [WIDTHS.get(name, 40) for name in HEAD]
     rows = [tuple(textwrap.shorten(c, w, placeholder=" …") for c, w in zip(row, wide, strict=True)) for row in rows]
-    widths = [max(len(row[i]) for row in rows) for i in range(len(HEAD))]
-    lines = ["  ".join(c.ljust(w) for c, w in zip(row, widths, strict=True)).rstrip() for row in rows]
+    lines = [line.rstrip() for line in columns(rows, left=len(HEAD))]
     return "\n".join([*lines, count_line(results)])
 
 
-def html_table(results: Sequence[Result]) -> str:
-    """The table as part of a page: a `table` of class claims, then a paragraph that counts. Rows have ids."""
-    head = "".join(f"<th>{name}</th>" for name in (*HEAD[:3], "measured quantity", *HEAD[3:]))
+def page(results: Sequence[Result]) -> str:
+    """The table as an HTML page, with the measured quantity of each claim. Needs Jinja2."""
     rows = []
     for r in results:
-        name, section, statement, expected, measured, holds = (html.escape(c) for c in cells(r))
-        quantity = html.escape(r.claim.quantity)
-        row = (name, section, f"<q>{statement}</q>", quantity, expected, measured, holds)
-        kind = "holds" if r.passed else "fails"
-        rows.append(f'<tr id="claim-{name}" class="{kind}">{"".join(f"<td>{c}</td>" for c in row)}</tr>\n')
-    return (
-        f'<table class="claims">\n<thead><tr>{head}</tr></thead>\n<tbody>\n{"".join(rows)}</tbody>\n</table>\n'
-        f"<p>{count_line(results)}</p>\n"
-    )
+        name, section, statement, *rest = cells(r)
+        rows.append((name, section, statement, r.claim.quantity, *rest))
+    return filled("livebass.paper", "claims.html", rows=rows, count=count_line(results))
 
 
-def page(results: Sequence[Result]) -> str:
-    """The same as a page of its own."""
-    title = "Issanchou et al. (2018), claim by claim"
-    return (
-        f'<!doctype html>\n<html lang="en"><meta charset="utf-8"><title>{title}</title><style>{STYLE}</style>\n'
-        f"<h1>{title}</h1>\n{html_table(results)}</html>\n"
-    )
-
-
-def json_text(results: Sequence[Result]) -> str:
+def claims_json(results: Sequence[Result]) -> str:
     """`{"claims": [{id, section, statement, quantity, expected, measured, unit, tolerance, passed}]}`."""
-    return json.dumps({"claims": [r.as_json() for r in results]}, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    return json_text({"claims": [r.as_json() for r in results]}, indent=2, ascii_only=False)
 
 
-def csv_text(results: Sequence[Result]) -> str:
+def claims_csv(results: Sequence[Result]) -> str:
     """The keys of the JSON as columns; lists with spaces between."""
     rows = [r.as_json() for r in results]
-    text = io.StringIO()
-    writer = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
-    writer.writeheader()
-    for row in rows:
-        writer.writerow({k: " ".join(map(repr, v)) if isinstance(v, list) else v for k, v in row.items()})
-    return text.getvalue()
+    return csv_text(
+        rows[0], ([" ".join(map(repr, v)) if isinstance(v, list) else v for v in row.values()] for row in rows)
+    )
 
 
-WRITERS = {"json": json_text, "csv": csv_text, "html": page}
+WRITERS = {"json": claims_json, "csv": claims_csv, "html": page}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
@@ -204,13 +203,6 @@ class Each:
     def holds(self, measured: Value) -> bool:
         found = numbers(measured)
         return len(found) == len(self.parts) and all(p.holds(v) for p, v in zip(self.parts, found, strict=True))
-
-
-def finite(value: Value) -> Value | list[float | None] | None:
-    """The same for JSON, which has no NaN and no infinity: None in place of these."""
-    if isinstance(value, list):
-        return [v if math.isfinite(v) else None for v in value]
-    return value if math.isfinite(value) else None
 
 
 @dataclass(frozen=True)

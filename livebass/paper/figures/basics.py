@@ -26,6 +26,7 @@ from livebass.paper.cases import CASES, PRESET
 from livebass.paper.figures import draw
 from livebass.paper.figures.measure import Findings, Picture, Solved, Table
 from livebass.preset.load import load_preset
+from livebass.report.picture import figure
 
 TOP_HZ = 8000.0  # of figure 3c
 
@@ -79,7 +80,7 @@ def quality_factors(s: Speaking, count: int) -> Floats:
 
 def _neck(s: Speaking) -> Picture:
     """Figure 1."""
-    drawn = draw.figure(9, 3.5)
+    drawn = figure(9, 3.5)
     axis = drawn.subplots()
     draw.neck_panel(axis, s)
     for k in (0, 11, len(s.contact_fret) - 1):
@@ -93,7 +94,7 @@ def _neck(s: Speaking) -> Picture:
 
 def _modes(s: Speaking, rows: Mapping[str, Floats]) -> Picture:
     """Figure 3."""
-    drawn = draw.figure(11, 7)
+    drawn = figure(11, 7)
     fine = np.linspace(20.0, TOP_HZ, 4000)
     conductance = s.admittance.at(fine).real
     rows_of_axes = [["frequency", "q"], *([["conductance"] * 2] if conductance.any() else [])]
@@ -169,7 +170,7 @@ def convergence_trials(duration: float | None) -> dict[str, Trial]:
 def convergence_report(motions: Mapping[str, Solved]) -> Findings:
     """Errors against the finest, as curves and tables."""
     found = Findings()
-    drawn = draw.figure(11, 7)
+    drawn = figure(11, 7)
     axes = drawn.subplots(2, 2)
     for kind, column, name in (("b", 0, "rates-b"), ("c", 0, "rates-c"), ("modes", 1, "modes")):
         values = MODES if kind == "modes" else tuple(rate / 1e6 for rate in RATES)

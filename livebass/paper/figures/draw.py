@@ -1,11 +1,7 @@
-"""Panels that figures of studies are made of, after those of Issanchou et al. (2018). Needs matplotlib.
-
-Figures are made without pyplot: no display is asked for, and PNG is drawn by Agg.
-"""
+"""Panels that the figures of studies are made of, after those of Issanchou et al. (2018). Needs matplotlib."""
 
 from __future__ import annotations
 
-import io
 from collections.abc import Sequence
 from typing import Any
 
@@ -16,31 +12,9 @@ from livebass.arrays import Floats
 from livebass.model.instrument import Speaking
 from livebass.paper.figures.measure import Solved
 
-DPI = 110
 MANY = 5000  # points of a line or a cloud that an SVG holds as a picture
 COLOURS = ("tab:red", "black", "tab:blue", "tab:orange", "tab:green", "tab:purple")
 MARKERS = ("o", ".", "x", "+", "D", "s")
-
-
-def figure(width: float, height: float) -> Any:
-    """An empty one, inches."""
-    from matplotlib.figure import Figure
-
-    return Figure(figsize=(width, height), layout="constrained")
-
-
-def rendered(drawn: Any) -> dict[str, bytes]:
-    """The files of a figure, "png" and "svg"; the same figure gives the same bytes."""
-    import matplotlib as mpl
-
-    files = {}
-    with mpl.rc_context({"svg.hashsalt": "livebass"}):
-        for kind, nothing in (("png", "Software"), ("svg", "Date")):
-            data = io.BytesIO()
-            drawn.savefig(data, format=kind, dpi=DPI, metadata={nothing: None})
-            files[kind] = data.getvalue()
-            drawn.set_layout_engine("none")  # it is laid out now, which takes as long as drawing
-    return files
 
 
 def spectrogram_panel(axis: Any, shown: Spectrogram, top_hz: float, until_s: float | None = None) -> Any:

@@ -22,6 +22,7 @@ from livebass.model.trial import Trial
 from livebass.paper.cases import CASES
 from livebass.paper.figures import draw, measure
 from livebass.paper.figures.measure import Findings, Picture, Solved, Table, curve
+from livebass.report.picture import figure
 
 ZOOMS = ((0.0, 0.02), (0.05, 0.07), (0.75, 0.77))  # s, of figure 4
 GLIDE_HZ, GLIDE_S = 1500.0, 0.2  # the zoom of figure 5
@@ -78,7 +79,7 @@ def add_data(found: Findings, name: str, title: str, solved: Solved) -> None:
 
 def displacement_picture(name: str, motions: Mapping[str, Solved], like: str, across: bool = False) -> Picture:
     """All of each displacement, and three zooms under it."""
-    drawn = draw.figure(11, 4.2 * len(motions))
+    drawn = figure(11, 4.2 * len(motions))
     parts = np.atleast_1d(drawn.subfigures(len(motions), 1))
     axis_name = "v" if across else "u"
     for part, (title, solved) in zip(parts, motions.items(), strict=True):
@@ -98,7 +99,7 @@ def displacement_picture(name: str, motions: Mapping[str, Solved], like: str, ac
 def spectrogram_picture(name: str, title: str, solved: Solved, glide: bool, across: bool = False) -> Picture:
     """Over 70 dB up to 8 kHz; with `glide`, the beginning below 1.5 kHz beside it."""
     shown = measure.spectrum(solved, across)
-    drawn = draw.figure(11 if glide else 7, 4)
+    drawn = figure(11 if glide else 7, 4)
     axes = np.atleast_1d(drawn.subplots(1, 2 if glide else 1))
     image = draw.spectrogram_panel(axes[0], shown, TOP_HZ, SHOWN_S)
     if glide:
@@ -112,7 +113,7 @@ def contacts_picture(
     name: str, motions: Mapping[str, Solved], until_s: float | None = None, zooms: bool = True, pitch: bool = True
 ) -> Picture:
     """Which fret is touched when, the fundamental over it, and the first three sets from near."""
-    drawn = draw.figure(11, 7 if zooms else 4.5)
+    drawn = figure(11, 7 if zooms else 4.5)
     rows: list[list[Any]] = [["all"] * 3, [0, 1, 2]] if zooms else [["all"]]
     axes = drawn.subplot_mosaic(rows, height_ratios=[3, 2][: len(rows)])
     above = axes["all"].twinx() if pitch else None
@@ -146,7 +147,7 @@ def contact_phase_end(contacts: Contactogram, gap: float = 0.2) -> float:
 def together(motions: Mapping[str, Solved]) -> Findings:
     """Figures 4 and 6: cases A, B and C over each other."""
     named = {f"Case {key.upper()}": motions[key] for key in ("a", "b", "c")}
-    drawn = draw.figure(9, 4.5)
+    drawn = figure(9, 4.5)
     axis = drawn.subplots()
     found = Findings(pictures=[displacement_picture("displacements", named, "figure 4")])
     for k, (title, solved) in enumerate(named.items()):
@@ -197,7 +198,7 @@ def _shapes(found: Findings, solved: Solved) -> None:
     """Figure 8."""
     s = solved.speaking
     _, x, (shapes,) = motion_analysis.shapes(solved.trial, solved.motion, SHAPE_TIMES)
-    drawn = draw.figure(11, 5.5)
+    drawn = figure(11, 5.5)
     axes = np.ravel(drawn.subplots(2, 3, sharex=True, sharey=True))
     for axis, t, shape in zip(axes, SHAPE_TIMES, shapes, strict=True):
         draw.neck_panel(axis, s, [shape])
@@ -211,7 +212,7 @@ def _shapes(found: Findings, solved: Solved) -> None:
 
 def _energies(time_s: Floats, each: Floats, total: Floats) -> Picture:
     """Total at the left, modes at the right."""
-    drawn = draw.figure(11, 4.5)
+    drawn = figure(11, 4.5)
     left, right = drawn.subplots(1, 2)
     left.semilogy(time_s, total, color="black")
     left.set(xlabel="time (s)", ylabel="energy of string and contacts (J)")
@@ -236,7 +237,7 @@ def _decays(found: Findings, solved: Solved, time_s: Floats, each: Floats) -> No
         rest = np.where(rest > rest.max() * 10.0**-DECADES, rest, 0.0)  # the rest is rounding, or a mode laid to rest
         rates = modal_motion.decay_rates(time_s[free], rest)
         fitted = np.where(np.isnan(rates), np.nan, modal_motion.t60(rates))
-    drawn = draw.figure(9, 4.5)
+    drawn = figure(9, 4.5)
     axis = drawn.subplots()
     j = np.arange(1, count + 1)
     shown = slice(0, T60_MODES)
@@ -262,7 +263,7 @@ def oblique(motions: Mapping[str, Solved]) -> Findings:
     """Figure 9: both polarisations."""
     solved = motions["oblique"]
     found = _gathered({"oblique": solved})
-    drawn = draw.figure(11, 8)
+    drawn = figure(11, 8)
     upper, lower = drawn.subfigures(2, 1)
     rows = upper.subplots(2, 3, squeeze=False)
     for axes, across in zip(rows, (False, True), strict=True):
@@ -346,7 +347,7 @@ def _gathered(motions: Mapping[str, Solved]) -> Findings:
 
 def _spectrograms(name: str, motions: Mapping[str, Solved], like: str) -> Picture:
     """A spectrogram each, and under it what the string was before its release."""
-    drawn = draw.figure(4 * len(motions), 6)
+    drawn = figure(4 * len(motions), 6)
     axes = drawn.subplots(2, len(motions), height_ratios=(2, 1), squeeze=False)
     for (above, below), (title, solved) in zip(axes.T, motions.items(), strict=True):
         image = draw.spectrogram_panel(above, measure.spectrum(solved), TOP_HZ)

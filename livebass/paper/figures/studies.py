@@ -32,6 +32,8 @@ from livebass.paper.figures import motions as study_variations
 from livebass.paper.figures import output as study_files
 from livebass.paper.figures.measure import Findings, Solved, Study, Table
 from livebass.paper.figures.output import page
+from livebass.report.progress import Progress
+from livebass.report.text import json_text
 
 
 def claims_trials(duration: float | None) -> dict[str, Trial]:
@@ -126,14 +128,14 @@ def chosen(names: Iterable[str]) -> list[Study]:
     return [study for name, study in STUDIES.items() if name in asked or "all" in asked]
 
 
-NEEDED = "study needs matplotlib and SciPy: pip install 'livebass[analysis,plots]'"
+NEEDED = "study needs matplotlib, Jinja2 and SciPy: pip install 'livebass[analysis,plots]'"
 PAGE = "index.html"
-Progress = Callable[[float], None]
 
 
 def check_extras() -> None:
-    """LookupError, one line, where the libraries that draw and resample are not installed."""
+    """Raise LookupError, one line, where the libraries that draw, fill the page and resample are not installed."""
     try:
+        import jinja2  # noqa: F401
         import matplotlib.figure  # noqa: F401
         import scipy.signal  # noqa: F401
     except ImportError:
@@ -180,7 +182,7 @@ def run_studies(
         }  # fmt: skip
         files.write(directory / PAGE, _page_over_all(directory, summaries).encode())
         if json_file is not None:
-            files.write(json_file, study_files.json_bytes(result))
+            files.write(json_file, json_text(result).encode())
     return result
 
 

@@ -1,0 +1,1 @@
+"""Tables, CSV, JSON, pictures and HTML pages: how every room writes its results."""

@@ -1,0 +1,37 @@
+"""Figures of matplotlib, made without pyplot so that no display is asked for, and the files made of them."""
+
+from __future__ import annotations
+
+import io
+from typing import Any
+
+DPI = 110
+CHANGING = {"png": "Software", "svg": "Date"}  # metadata that would differ between two files of the same figure
+
+
+def check_matplotlib(needed: str) -> None:
+    """Raise LookupError with the line `needed` where matplotlib is not installed."""
+    try:
+        import matplotlib.figure  # noqa: F401
+    except ImportError:
+        raise LookupError(needed) from None
+
+
+def figure(width: float, height: float) -> Any:
+    """An empty `matplotlib.figure.Figure` of that size in inches."""
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(width, height), layout="constrained")
+
+
+def image(drawn: Any, kind: str = "png", dpi: float = DPI) -> bytes:
+    """The PNG or SVG file of a figure; the same figure gives the same bytes.
+
+    `dpi` is that of a PNG, and of what an SVG holds as pixels.
+    """
+    import matplotlib as mpl
+
+    data = io.BytesIO()
+    with mpl.rc_context({"svg.hashsalt": "livebass"}):
+        drawn.savefig(data, format=kind, dpi=dpi, metadata={CHANGING[kind]: None})
+    return data.getvalue()

@@ -1,0 +1,52 @@
+"""Results as text: columns to be read, CSV and JSON."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+
+
+def columns(rows: Sequence[Sequence[str]], left: int = 1) -> list[str]:
+    """A line for each row of cells, all of one length: each column as wide as its widest cell, two spaces apart.
+
+    The first `left` columns are aligned left, the others right.
+    """
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return [
+        "  ".join(
+            cell.ljust(width) if i < left else cell.rjust(width)
+            for i, (cell, width) in enumerate(zip(row, widths, strict=True))
+        )
+        for row in rows
+    ]
+
+
+def csv_text(head: Iterable[str], rows: Iterable[Iterable[Any]]) -> str:
+    """Comma-separated values under a head; an empty cell for None, floats in the digits that give them back."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(head)
+    writer.writerows(rows)
+    return text.getvalue()
+
+
+def json_text(data: Any, indent: int = 1, ascii_only: bool = True) -> str:
+    """`data` as JSON with a line end, made `plain` first."""
+    return json.dumps(plain(data), indent=indent, ensure_ascii=ascii_only, allow_nan=False) + "\n"
+
+
+def plain(value: Any) -> Any:
+    """`value` as JSON has it: no NumPy scalars and no tuples, keys as text, None for NaN and the infinities."""
+    if isinstance(value, dict):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(item) for item in value]
+    if isinstance(value, np.generic):
+        value = value.item()
+    return None if isinstance(value, float) and not math.isfinite(value) else value
