@@ -10,6 +10,8 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from support.messages import Message, control, off
+from support.messages import on as note_on
 
 from livebass import load_preset
 from livebass.arrays import Floats
@@ -24,20 +26,11 @@ OPEN = (28, 33, 38, 43)
 OUTPUTS = ("jazz-finger", "paper-bass")  # pickups, displacement
 QUIET, FIRM = 30, 90  # velocities: no contact, contact
 
-Message = tuple[int, int, int]
 Timed = tuple[float, Message]
 
 
 def on(key: int, velocity: int = QUIET) -> Message:
-    return (0x90, key, velocity)
-
-
-def off(key: int) -> Message:
-    return (0x80, key, 0)
-
-
-def control(number: int, value: int) -> Message:
-    return (0xB0, number, value)
+    return note_on(key, velocity)
 
 
 BEND_UP, BEND_DOWN = (0xE0, 127, 127), (0xE0, 0, 0)

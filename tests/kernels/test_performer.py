@@ -13,6 +13,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
+from support.messages import Message, control, off, on
 
 from livebass import load_preset
 from livebass.engine.engine import Engine
@@ -32,20 +33,6 @@ LOWEST, HIGHEST, FRETS = 28, 63, 20
 RPN_RANGE = ((0xB0, 101, 0), (0xB0, 100, 0))
 NO_RPN = 16383
 FREE, HELD, PEDALLED = performer.FREE, performer.HELD, performer.PEDALLED
-
-Message = tuple[int, int, int]
-
-
-def on(key: int, velocity: int = 90) -> Message:
-    return (0x90, key, velocity)
-
-
-def off(key: int) -> Message:
-    return (0x80, key, 0)
-
-
-def control(number: int, value: int = 0) -> Message:
-    return (0xB0, number, value)
 
 
 def wheel(value: int) -> Message:
