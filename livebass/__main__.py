@@ -1,32 +1,22 @@
-"""`livebass` and `python -m livebass`: little enough that an early Ctrl-C finds somebody who answers it."""
+"""`livebass` and `python -m livebass`: answers Ctrl-C before the command line is even loaded, then runs it."""
 
 from __future__ import annotations
 
-import os
-import signal
 import sys
-from types import FrameType
 from typing import NoReturn
 
-INTERRUPTED = 130
+from livebass.interrupts import INTERRUPTED, exit_while_loading
 
 
 def main() -> NoReturn:
-    """Run the command line and exit."""
+    """Runs the command line and exits."""
     try:
-        if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
-            signal.signal(signal.SIGINT, _too_early)
+        exit_while_loading()
         from livebass.cli import main as cli
 
         cli.main()
-    except KeyboardInterrupt:  # around what `cli` catches itself
+    except KeyboardInterrupt:  # before or after the part in which `cli.main` catches it
         sys.exit(INTERRUPTED)
-
-
-def _too_early(number: int, frame: FrameType | None) -> NoReturn:
-    """Nothing is open yet; an exception in the middle of an import could be lost or show where it was."""
-    os.write(2, b"livebass: error: interrupted, nothing written\n")
-    os._exit(INTERRUPTED)
 
 
 if __name__ == "__main__":

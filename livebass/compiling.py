@@ -1,7 +1,7 @@
-"""The compiler of the kernels, and a cache on disk that knows all their sources.
+"""Compiles the kernels with numba, and keeps them on disk in a cache that depends on all their sources.
 
-Numba keys a compiled function by the file it stands in, so one that calls into another file would stay as it was
-when that file changes. Here a directory of its own belongs to each state of all the kernel sources together.
+Numba keys a compiled function by the file it stands in: a function that calls into another file would stay as it was
+when that file changes. Here every state of all kernel sources together has a cache directory of its own.
 """
 
 from __future__ import annotations
@@ -18,14 +18,21 @@ from typing import Any
 import numba as nb
 import platformdirs
 
-HERE = Path(__file__).parent
-ROOMS = ("kernels", "live/thread", "reference")
-SOURCES = (Path(__file__), *sorted(f for room in ROOMS for f in (HERE / room).glob("*.py")))
+ROOMS = ("kernels", "live/thread", "reference")  # folders whose functions are compiled
 ENTRY, LIVE_ENTRY = "voice.run-*.nbi", "block.process-*.nbi"  # what is compiled last
 
 
-def _directory() -> Path:
-    digest = hashlib.sha256(b"".join(source.read_bytes() for source in SOURCES)).hexdigest()[:16]
+@functools.cache
+def sources() -> tuple[Path, ...]:
+    """The files that compiled code depends on."""
+    here = Path(__file__).parent
+    return (Path(__file__), *sorted(file for room in ROOMS for file in (here / room).rglob("*.py")))
+
+
+@functools.cache
+def directory() -> Path:
+    """The cache for the sources as they are: in NUMBA_CACHE_DIR, the user's cache or else the temporary directory."""
+    digest = hashlib.sha256(b"".join(source.read_bytes() for source in sources())).hexdigest()[:16]
     given = os.environ.get("NUMBA_CACHE_DIR")
     places = [Path(given) if given else platformdirs.user_cache_path("livebass")]
     places.append(Path(tempfile.gettempdir()) / f"livebass-{getattr(os, 'getuid', int)()}")
@@ -39,15 +46,12 @@ def _directory() -> Path:
     return place / f"kernels-{digest}"
 
 
-DIRECTORY = _directory()
-
-
 @contextmanager
 def _cache() -> Iterator[None]:
-    """What numba compiles in here is kept in `DIRECTORY`."""
+    """Makes numba keep what it compiles within the block in `directory`."""
     settings: Any = nb.config
     before = settings.CACHE_DIR
-    settings.CACHE_DIR = str(DIRECTORY)
+    settings.CACHE_DIR = str(directory())
     try:
         yield
     finally:
@@ -69,22 +73,23 @@ def compiled(**options: Any) -> Callable[[Callable[..., Any]], Any]:
 
 
 def callback(signature: str) -> Callable[[Callable[..., Any]], Callable[[], int]]:
-    """A decorator: a C function of that signature. What it gives is called for its address, and compiles it then."""
+    """A decorator: a C function of that signature. Calling the result compiles it and returns its address."""
 
     def decorate(function: Callable[..., Any]) -> Callable[[], int]:
-        @functools.cache
-        def address() -> int:
+        @functools.cache  # keeps the compiled function alive
+        def made() -> Any:
             with _cache():
-                made = nb.cfunc(signature, **USUAL)(function)
-            _KEPT.append(made)
-            return int(made.address or 0)
+                return nb.cfunc(signature, **USUAL)(function)
+
+        @functools.wraps(function)
+        def address() -> int:
+            return int(made().address or 0)
 
         return address
 
     return decorate
 
 
-_KEPT: list[Any] = []  # compiled callbacks live as long as the process
 # Counts references: for the reference solver, which allocates, and for files that make arrays of addresses.
 counted = compiled()
 # All others: no references, which cost a quarter of the time; what would allocate does not compile.
@@ -93,6 +98,6 @@ jit = compiled(**LEAN)
 
 
 def cached(entry: str = ENTRY) -> bool:
-    """Whether the kernels up to `entry` are on disk, compiled from the sources as they are."""
-    newest = max(source.stat().st_mtime for source in SOURCES)
-    return any(index.stat().st_mtime >= newest for index in DIRECTORY.rglob(entry))
+    """Returns whether the kernels up to `entry` are on disk, compiled from the sources as they are."""
+    newest = max(source.stat().st_mtime for source in sources())
+    return any(index.stat().st_mtime >= newest for index in directory().rglob(entry))

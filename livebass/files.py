@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import os
 import secrets
-import signal
 import stat
-import threading
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
+from contextvars import ContextVar
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-STOPS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
-written: list[Path] = []  # files this process has put in their places, as they were named
+from livebass.interrupts import uninterrupted
+
+_completed: ContextVar[list[Path] | None] = ContextVar("completed", default=None)
 
 
 class OutputError(OSError):
@@ -53,21 +53,14 @@ def checked_place(path: Path) -> Path:
 
 
 @contextmanager
-def uninterrupted() -> Iterator[None]:
-    """What asks the program to stop (`STOPS`) waits until the block is done. [main thread; others: no effect]"""
-    late: list[int] = []
-    before = {}
+def completed_files() -> Iterator[list[Path]]:
+    """Yields a list of the files that transactions put in their places within the block, as they were named."""
+    files: list[Path] = []
+    token = _completed.set(files)
     try:
-        if threading.current_thread() is threading.main_thread():
-            for number in STOPS:
-                if signal.getsignal(number) not in (signal.SIG_IGN, None):
-                    before[number] = signal.signal(number, lambda number, _: late.append(number))
-        yield
+        yield files
     finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
-        for number in late[:1]:
-            signal.raise_signal(number)
+        _completed.reset(token)
 
 
 @dataclass(frozen=True)
@@ -197,7 +190,9 @@ class Transaction:
             raise
         for old, _ in aside:
             old.unlink(missing_ok=True)
-        written.extend(file.name for file in self._files)
+        completed = _completed.get()
+        if completed is not None:
+            completed.extend(file.name for file in self._files)
         self._made.clear()
 
     def _discard(self) -> None:

@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 import soundfile
 
-from livebass import files as atomic
 from livebass.audiofile import AudioWriter, encoding
 from livebass.files import OutputError, Transaction
+from livebass.interrupts import STOPS
 
 RATE = 48000
 SOUND = (0.5 * np.sin(np.arange(100_000) * 0.05)).astype(np.float32)
@@ -168,7 +168,7 @@ def test_all_files_or_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, fail
             raise OSError(5, "Input/output error")
         replace(source, target)
 
-    monkeypatch.setattr(atomic.os, "replace", sometimes)
+    monkeypatch.setattr(os, "replace", sometimes)
     write = Transaction()
     try:
         with write as files:
@@ -180,7 +180,7 @@ def test_all_files_or_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, fail
     assert texts == ({"1": "before", "2": "before"} if failing < 6 else dict.fromkeys("1234", "after"))
 
 
-@pytest.mark.parametrize("number", atomic.STOPS)
+@pytest.mark.parametrize("number", STOPS)
 def test_a_signal_waits_until_files_are_moved_or_gone(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, number: signal.Signals
 ) -> None:
@@ -200,7 +200,7 @@ def test_a_signal_waits_until_files_are_moved_or_gone(
         unlink(path, missing_ok)
 
     before = signal.signal(number, stop)
-    monkeypatch.setattr(atomic.os, "replace", replace_)
+    monkeypatch.setattr(os, "replace", replace_)
     monkeypatch.setattr(Path, "unlink", unlink_)
     try:
         with pytest.raises(KeyboardInterrupt), Transaction() as files:
@@ -224,7 +224,7 @@ def test_a_single_file_that_cannot_be_moved_keeps_the_old_one(tmp_path: Path, mo
         raise OSError(5, "Input/output error")
 
     (tmp_path / "1").write_text("before")
-    monkeypatch.setattr(atomic.os, "replace", broken)
+    monkeypatch.setattr(os, "replace", broken)
     with pytest.raises(OutputError, match="1: cannot be written: Input/output error"), Transaction() as files:
         files.write(tmp_path / "1", b"after")
     assert [p.name for p in tmp_path.iterdir()] == ["1"] and (tmp_path / "1").read_text() == "before"

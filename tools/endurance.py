@@ -14,6 +14,7 @@ it, any other work on the machine costs frames.
 from __future__ import annotations
 
 import argparse
+import logging
 import os
 import re
 import signal
@@ -96,7 +97,8 @@ def play(seconds: float, seed: int) -> int:
 
     wait_for_server(jack)
     settings = Settings(load_preset("slap"), QUALITIES["live"], "slap", backend="jack", keyboard=False)
-    session = Session(settings, lambda line: None if line.startswith("preset") else print(line, flush=True))
+    logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stdout)
+    session = Session(settings)
     outcome: list[int] = []
     thread = threading.Thread(target=lambda: outcome.append(judged(jack, session, seconds, seed)), daemon=True)
     thread.start()

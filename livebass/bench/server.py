@@ -37,7 +37,7 @@ from livebass import __version__
 from livebass.bench.live import ALL_SOUND_OFF, CONTROL, NOTE_ON, silence
 from livebass.bench.measure import Lost, Neighbours, Row, apart, machine
 from livebass.bench.player import NAME
-from livebass.live.hush import hushed, patiently
+from livebass.live.guards import call_with_timeout, silenced_stderr
 from livebass.live.outputs import FakeDevice, JackOutput
 from livebass.live.synth import LiveBass, Synth
 from livebass.model.quality import QUALITIES
@@ -280,8 +280,8 @@ class PythonOutput:
 
     def close(self) -> None:
         """Or not: now and then the server does not answer a client that it had to wait for so often."""
-        patiently(lambda: self.client.deactivate(ignore_errors=True), self)
-        patiently(lambda: self.client.close(ignore_errors=True), self)
+        call_with_timeout(lambda: self.client.deactivate(ignore_errors=True), self)
+        call_with_timeout(lambda: self.client.close(ignore_errors=True), self)
 
 
 def bench_python(progress: Say | None = None, extent: PythonExtent | None = None) -> dict[str, Any]:
@@ -386,7 +386,7 @@ def new_client(name: str) -> Any:
     """A client of the running server; Lost where there is none."""
     jack = jack_module()
     try:
-        with hushed():
+        with silenced_stderr():
             return jack.Client(name, no_start_server=True)
     except jack.JackError:
         server = os.environ.get("JACK_DEFAULT_SERVER", "default")

@@ -1,20 +1,17 @@
-"""The command `livebass`: its parts, its errors and its exit statuses. Only cli*.py print.
+"""The command `livebass`: its subcommands, its errors and its exit statuses. Only the files of this room print.
 
-0 done; 1 something in the data or on the disk; 2 wrong usage; 130 and 143 interrupted. An error is one line.
+Status 0: done; 1: an error in the data or on the disk; 2: wrong usage; 128 + n: ended by signal n (`interrupts`).
+An error is one line on stderr.
 """
 
 from __future__ import annotations
 
 import contextlib
-import math
 import os
-import signal
 import sys
-import time
 import traceback
 from collections.abc import Sequence
 from pathlib import Path
-from types import FrameType
 from typing import NoReturn
 
 import click
@@ -26,11 +23,12 @@ from livebass.cli.play import devices, play
 from livebass.cli.presets import identify, presets
 from livebass.cli.render import render
 from livebass.cli.study import simulate, study
-from livebass.files import STOPS, written
+from livebass.files import completed_files
+from livebass.interrupts import INTERRUPTED, handled
 
-INTERRUPTED, TERMINATED, BROKEN_PIPE = 130, 143, 141
-MANY = 8  # files that an interrupt still names
-EXPECTED = (ValueError, OSError, MemoryError)  # what the package raises on purpose, and LookupError itself
+BROKEN_PIPE = 141  # exit status
+MANY = 8  # files that an interrupt still names one by one
+EXPECTED = (ValueError, OSError, MemoryError)  # that the package raises on purpose, besides LookupError itself
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
@@ -52,22 +50,19 @@ for command in (play, render, presets, devices, simulate, study, identify, bench
 
 
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
-    """Run the command line (`sys.argv` by default) and exit."""
-    heeded = [number for number in STOPS if signal.getsignal(number) is not signal.SIG_IGN]  # nohup: not SIGHUP
-    for number in heeded:
-        signal.signal(number, _Stop())
-    sys.unraisablehook = _lost
-    try:
+    """Runs the command line (`sys.argv` by default) and exits."""
+    with handled():
         status = run(arguments)
-    finally:
-        for number in heeded:
-            signal.signal(number, signal.SIG_IGN)  # only the interpreter's end is left
     sys.exit(status)
 
 
 def run(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line; the exit status. Whatever goes wrong becomes one line on stderr."""
-    before = len(written)
+    """Runs the command line; returns the exit status. Any error becomes one line on stderr."""
+    with completed_files() as completed:
+        return _run(arguments, completed)
+
+
+def _run(arguments: Sequence[str] | None, completed: list[Path]) -> int:
     try:
         status = livebass.main(args=arguments, prog_name="livebass", standalone_mode=False)
         sys.stdout.flush()
@@ -79,8 +74,8 @@ def run(arguments: Sequence[str] | None = None) -> int:
         _complain(error.format_message())
         return error.exit_code
     except (click.Abort, KeyboardInterrupt):
-        complete = _named(written[before:])
-        _complain(f"interrupted, but complete: {complete}" if complete else "interrupted, nothing written")
+        names = _named(completed)
+        _complain(f"interrupted, but complete: {names}" if names else "interrupted, nothing written")
         return INTERRUPTED
     except BrokenPipeError:
         _silence_stdout()
@@ -97,51 +92,23 @@ def run(arguments: Sequence[str] | None = None) -> int:
 
 
 def _named(files: list[Path]) -> str:
-    """Some files by name, many by their directories."""
+    """Names a few files one by one, many by their directories."""
     if len(files) <= MANY:
         return ", ".join(map(str, files))
     return ", ".join(dict.fromkeys(str(file.parent) for file in files))
 
 
 def _complain(message: str) -> None:
-    """One line, whatever is in it: file names may hold line ends and terminal codes."""
+    """Prints an error as one line: file names may hold line ends and terminal codes."""
     line = " ".join("".join(c if c.isprintable() else " " for c in message).split())
     with contextlib.suppress(OSError):
         click.echo(f"livebass: error: {line}", err=True)
 
 
 def _silence_stdout() -> None:
-    """Keep the interpreter from complaining, at its end, that stdout cannot be flushed."""
+    """Keeps the interpreter from complaining when it ends that stdout cannot be flushed."""
     with contextlib.suppress(OSError, ValueError):
         sys.stdout.flush()
         return
     with contextlib.suppress(OSError, ValueError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-
-
-class _Stop:
-    """A signal's handler: stops the program in order, and is deaf while that goes on, but not for ever."""
-
-    PATIENCE = 2.0  # s
-    latest = -math.inf  # s, when one was heeded last
-    number = signal.SIGINT  # which it was
-
-    def __call__(self, number: int, frame: FrameType | None) -> None:
-        now = time.monotonic()
-        if now - _Stop.latest > self.PATIENCE:
-            _Stop.latest, _Stop.number = now, signal.Signals(number)
-            raise KeyboardInterrupt if number == signal.SIGINT else SystemExit(128 + number)
-
-
-def _lost(what: sys.UnraisableHookArgs) -> None:
-    """An exception nobody can catch, such as one in the compiler's callbacks: if it is ours, again a bit later."""
-    if isinstance(what.exc_value, KeyboardInterrupt | SystemExit):
-        signal.signal(signal.SIGALRM, _again)
-        signal.setitimer(signal.ITIMER_REAL, 0.01)
-    else:
-        sys.__unraisablehook__(what)
-
-
-def _again(number: int, frame: FrameType | None) -> None:
-    _Stop.latest = -math.inf
-    signal.raise_signal(_Stop.number)

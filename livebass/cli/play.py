@@ -1,40 +1,40 @@
-"""`livebass play` and `livebass devices`: the bass live."""
+"""`livebass play` and `livebass devices`: playing live, and the devices to play through."""
 
 from __future__ import annotations
 
+import logging
 import os
-import signal
 import sys
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from datetime import datetime
 from pathlib import Path
-from types import FrameType
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any
 
 import click
 
 from livebass.cli.render import announce_kernels
 from livebass.cli.values import RATE, Number, Quantity
-from livebass.files import STOPS
+from livebass.files import output_error
+from livebass.interrupts import stop_instead
 from livebass.model.quality import QUALITIES
 
-if TYPE_CHECKING:
-    from livebass.live.session import Session
-
+LOG = logging.getLogger("livebass")
 CONTROLLERS = """\
-  1-16 channels     --channel takes one; all are heard without it
-  note-on, -off     velocity is the force of the pop; string and fret follow from the note
+  1-16 channels     --channel takes one; without it all are played
+  note-on, -off     the velocity is the force of the pluck; string and fret follow from the note
   pitch bend        2 semitones, or as RPN 0 says
   controller 7      volume
   controller 11     expression
-  controller 16     where the string is plucked, from the neck (0) to the bridge (127)
+  controller 16     plucking point, from the neck (0) to the bridge (127)
   controller 64     sustain
-  0, 32; program    the preset of that number, in the order of `livebass presets list`
+  0, 32; program    selects a preset by number, in the order of `livebass presets list`
   6, 38, 100, 101   RPN 0, the range of the pitch bend
-  120, 121, 123     all sound off, controllers as new, all notes off
+  120, 121, 123     all sound off, reset all controllers, all notes off
 
-Where a block takes more than three quarters of its time, strings go over to 150 modes and 192 kHz of contact steps:
-first the one plucked last of those that have touched a fret, then the others of these, then those that only sound,
-the oldest first. They come back one by one when the load has stayed below 35 % for half a second."""
+When a block takes more than three quarters of its time, strings change to 150 modes and contact steps at 192 kHz, one
+after the other: first those that have touched a fret, the one plucked last before the others; then those that only
+sound, the oldest first. They change back one by one when the load has stayed below 35 % for half a second."""
 
 
 @click.command()
@@ -45,11 +45,11 @@ the oldest first. They come back one by one when the load has stayed below 35 % 
     type=click.Choice(["auto", "portaudio", "jack"]),
     default="auto",
     show_default=True,
-    help="auto: JACK where a server runs.",
+    help="auto: JACK if a server runs.",
 )
-@click.option("--audio", metavar="NUMBER|NAME", help="Output of PortAudio; see `livebass devices`.")
-@click.option("--midi", metavar="NUMBER|NAME", help="MIDI input; without it the first, or a virtual one.")
-@click.option("--rate", type=RATE, default=48000, show_default=True, help="With PortAudio; JACK has its own.")
+@click.option("--audio", metavar="NUMBER|NAME", help="PortAudio output; see `livebass devices`.")
+@click.option("--midi", metavar="NUMBER|NAME", help="MIDI input; default: the first, or a virtual one.")
+@click.option("--rate", type=RATE, default=48000, show_default=True, help="Of PortAudio; JACK sets its own.")
 @click.option(
     "--block",
     type=Number("frames", 16, 1024, whole=True),
@@ -57,14 +57,14 @@ the oldest first. They come back one by one when the load has stayed below 35 % 
     show_default=True,
     help="Frames computed at once, with PortAudio.",
 )
-@click.option("--latency", type=Quantity("time", 0.0, 1.0), help="Asked of PortAudio; as low as it goes without it.")
+@click.option("--latency", type=Quantity("time", 0.0, 1.0), help="Asked of PortAudio; default: as low as it goes.")
 @click.option("--channel", type=Number("channel", 1, 16, whole=True), help="Listen to this MIDI channel only.")
 @click.option("--gain", type=Number("dB", -60, 20), default=0.0, show_default=True)
 @click.option("--file", "song", type=click.Path(path_type=Path), metavar="SONG.MID", help="Play this as well.")
-@click.option("--record", type=click.Path(path_type=Path), metavar="TAKE.WAV", help="Write what is heard.")
-@click.option("--log", type=click.Path(path_type=Path), metavar="FILE", help="Add to it what is said, and any trouble.")
-@click.option("--controllers", is_flag=True, help="What MIDI messages do, and exit.")
-@click.option("--quiet", is_flag=True, help="No status line, no summary.")
+@click.option("--record", type=click.Path(path_type=Path), metavar="TAKE.WAV", help="Record the sound into this file.")
+@click.option("--log", type=click.Path(path_type=Path), metavar="FILE", help="Append messages and load to this file.")
+@click.option("--controllers", is_flag=True, help="Explain what MIDI messages do, and exit.")
+@click.option("--quiet", is_flag=True, help="Show no status line and no summary.")
 def play(**options: Any) -> None:
     """Play the bass live from a MIDI keyboard, the computer keyboard or a file.
 
@@ -77,17 +77,17 @@ def play(**options: Any) -> None:
     if options["controllers"]:
         click.echo(CONTROLLERS)
         return
-    from livebass import compiling as kernels
+    from livebass import compiling
     from livebass.live.inputs import HELP, interactive
     from livebass.live.outputs import check_output
     from livebass.live.session import Session, Settings
     from livebass.preset.load import load_preset
     from livebass.score import read_score
 
-    song, device, channel, quiet = options["song"], options["audio"], options["channel"], options["quiet"]
+    song, device, channel = options["song"], options["audio"], options["channel"]
     bass = load_preset(options["preset"])
     if song:
-        read_score(song, options["rate"])  # what is wrong with it is said now
+        read_score(song, options["rate"])  # errors in the file are reported now
     settings = Settings(
         instrument=bass,
         quality=QUALITIES[options["quality"]],
@@ -103,17 +103,18 @@ def play(**options: Any) -> None:
         record=options["record"],
         read=(lambda rate: read_score(song, rate)) if song else None,
     )
-    with Console(quiet, options["log"]) as desk:
-        if not kernels.cached(kernels.LIVE_ENTRY):
+    console = Console(options["quiet"])
+    with logged(console, options["log"]):
+        if not compiling.cached(compiling.LIVE_ENTRY):
             check_output(settings.backend, settings.audio)
             announce_kernels(live=True)
-        session = Session(settings, desk.say, desk.status if desk.terminal else None, desk.note)
-        heed_signals(session)
+        session = Session(settings, console.status if console.terminal else None)
+        stop_instead(session.stop, lambda: session.synth is not None)
         if interactive():
-            desk.hint(HELP)
+            console.show(HELP)
         summary = session.run()
         m = summary.meters
-        desk.say(
+        LOG.info(
             f"played {summary.seconds:.1f} s, {m.messages} messages, worst block {summary.worst:.0%} of its time, "
             f"{m.late} late, {m.underruns} underruns"
             + (f", {m.faults} faults" if m.faults else "")
@@ -121,7 +122,7 @@ def play(**options: Any) -> None:
             + (f"; {summary.recorded}" if summary.recorded else "")
         )
         if summary.lost:
-            desk.note(summary.lost)
+            LOG.debug(summary.lost)
             kept = f"; {summary.recorded} is complete" if summary.recorded else ""
             raise OutputGone(f"{summary.lost}{kept}")
 
@@ -130,78 +131,112 @@ class OutputGone(OSError):
     """The output went away while it played."""
 
 
-class Console:
-    """Where lines go: to stderr unless `quiet`, over a status line if that is a terminal, and to a log."""
+@contextmanager
+def logged(console: Console, path: Path | None) -> Iterator[None]:
+    """Sends what livebass logs to `console` and, with its error if there is one, to the file at `path`.
 
-    def __init__(self, quiet: bool, log: Path | None) -> None:
-        from livebass.live.recording import Journal
+    Raises OutputError if the file cannot be written.
+    """
+    handlers: list[logging.Handler] = [console, *([LogFile(path)] if path else [])]
+    level = LOG.level
+    LOG.setLevel(logging.DEBUG)
+    for handler in handlers:
+        LOG.addHandler(handler)
+    try:
+        yield
+    except BaseException as error:
+        if not isinstance(error, OutputGone):
+            LOG.debug(str(error) or type(error).__name__)
+        raise
+    finally:
+        for handler in handlers:
+            LOG.removeHandler(handler)
+            handler.close()
+        LOG.setLevel(level)
 
+
+class Console(logging.Handler):
+    """Shows log lines from INFO up on stderr unless `quiet`, above a status line if that is a terminal."""
+
+    def __init__(self, quiet: bool) -> None:
+        super().__init__(logging.INFO)
         self.quiet = quiet
         self.terminal = sys.stderr.isatty() and not quiet and os.environ.get("TERM") != "dumb"
-        self.journal = Journal(log) if log else None
-        self._unended = False
+        self._unended = False  # the cursor is behind a status line
 
-    def __enter__(self) -> Self:
-        return self
+    def emit(self, record: logging.LogRecord) -> None:
+        self.show(record.getMessage())
 
-    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
-        self._print("", end="")
-        if self.journal:
-            if error is not None and not isinstance(error, OutputGone):
-                self.note(str(error) or type(error).__name__)
-            self.journal.close()
-
-    def hint(self, line: str) -> None:
-        """For who sits there."""
+    def show(self, line: str) -> None:
+        """Shows a line that is for the terminal alone."""
         if not self.quiet:
             self._print(line)
 
-    def say(self, line: str) -> None:
-        self.hint(line)
-        self.note(line)
-
-    def note(self, line: str) -> None:
-        """For the log alone."""
-        trouble = self.journal.write(line) if self.journal else None
-        if trouble:
-            self.hint(trouble)
-
     def status(self, line: str) -> None:
-        """In place of the one before; cut where the terminal ends."""
+        """Shows `line` in place of the status line before, as far as it fits."""
         try:
             width = os.get_terminal_size(2).columns
         except OSError:
             width = 80
         self._print(line[: max(width - 1, 0)], end="")
 
+    def close(self) -> None:
+        """Removes the status line."""
+        self._print("", end="")
+        super().close()
+
     def _print(self, line: str, end: str = "\n") -> None:
-        before = "\r\x1b[K" if self.terminal and self._unended else ""
-        self._unended = self.terminal and not end and bool(line)
-        if before or line or end:
-            with suppress(OSError):  # a terminal that was closed: the bass plays on until it is told to end
-                click.echo(f"{before}{line}{end}", nl=False, err=True)
+        self.acquire()  # other threads log, too
+        try:
+            before = "\r\x1b[K" if self.terminal and self._unended else ""
+            self._unended = self.terminal and not end and bool(line)
+            if before or line or end:
+                with suppress(OSError):  # a closed terminal: the bass plays on until it is told to end
+                    click.echo(f"{before}{line}{end}", nl=False, err=True)
+        finally:
+            self.release()
 
 
-def heed_signals(session: Session) -> None:
-    """What asks the program to end ends the session once it plays; before that, all as usual."""
-    for number in STOPS:
-        before = signal.getsignal(number)
-        if before in (signal.SIG_IGN, None):  # nohup: not SIGHUP
-            continue
+class LogFile(logging.FileHandler):
+    """Appends lines with time stamps to a file; an error ends the file with a warning, not the session.
 
-        def stop(number: int, frame: FrameType | None, before: Any = before) -> None:
-            session.stop.set()
-            if session.synth is None:
-                if not callable(before):
-                    raise SystemExit(128 + number)
-                before(number, frame)
+    Raises OutputError if the file cannot be opened.
+    """
 
-        signal.signal(number, stop)
+    def __init__(self, path: Path) -> None:
+        self.path, self._ended = path, False
+        try:
+            super().__init__(path, encoding="utf-8", errors="replace")
+        except OSError as error:
+            raise output_error(path, error) from None
+        except ValueError:  # a zero byte in the name
+            raise output_error(path, OSError("not a file name")) from None
+
+    def format(self, record: logging.LogRecord) -> str:
+        when = datetime.fromtimestamp(record.created).astimezone()
+        return f"{when.isoformat(' ', 'milliseconds')}  {record.getMessage()}"
+
+    def emit(self, record: logging.LogRecord) -> None:
+        if not self._ended:
+            super().emit(record)
+
+    def handleError(self, record: logging.LogRecord) -> None:
+        error = sys.exc_info()[1]
+        if not isinstance(error, OSError):
+            super().handleError(record)
+            return
+        self.close()
+        LOG.warning("%s: no more log", output_error(self.path, error))
+
+    def close(self) -> None:
+        self._ended = True
+        with suppress(OSError):
+            super().close()
 
 
 @click.command()
 def devices() -> None:
-    """List audio outputs and MIDI inputs; numbers and parts of names are what `play` takes."""
+    """List audio outputs and MIDI inputs; `play` takes their numbers or parts of their names."""
     from livebass.live.inputs import MidiLost, port_names
     from livebass.live.outputs import OutputLost, jack_server, output_names
 

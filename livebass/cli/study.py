@@ -21,6 +21,7 @@ import click
 from livebass.cli.render import announce_kernels, shown_progress
 from livebass.cli.values import CONTACT_RATE, MODES, RATE, Number, Quantity
 from livebass.experiment.quantities import QUANTITIES, USUAL
+from livebass.interrupts import INTERRUPTED
 from livebass.model import quality as limits
 from livebass.model.quality import QUALITIES
 
@@ -77,7 +78,11 @@ def claims(ids: tuple[str, ...], output: Path | None, file: Path | None, workers
 if TYPE_CHECKING:
     from livebass.experiment.grid import Axis, Point, Settings
 
-INTERRUPTED = 130
+
+class Interrupted(click.ClickException):
+    """Ctrl-C, with a line of its own about what is kept."""
+
+    exit_code = INTERRUPTED
 
 
 class Vary(click.ParamType):
@@ -208,8 +213,7 @@ def sweep(
         sweeping.write(directory, sweeping.table(axes, points, results), drawn, file, described)
     except KeyboardInterrupt:
         kept = f"{_found(points, results)} of {len(points)} points are kept in {directory}"
-        click.echo(f"livebass: error: interrupted, {kept}: the same command goes on", err=True)
-        raise click.exceptions.Exit(INTERRUPTED) from None
+        raise Interrupted(f"interrupted, {kept}: the same command goes on") from None
     if picture and not draw:
         click.echo("no picture: that shows up to 3 parameters, the first of 3 with up to 12 values", err=True)
     click.echo(f"{len(points)} points -> {directory / sweeping.TABLE}", err=True)

@@ -10,7 +10,6 @@ import logging
 import multiprocessing
 import os
 import re
-import signal
 import socket
 import threading
 import warnings
@@ -24,11 +23,11 @@ from typing import Any
 
 from livebass.experiment.grid import Point, Work, program
 from livebass.experiment.point import Result, measured
+from livebass.interrupts import hidden_from_children
 
 MOST_DEATHS = 3  # of processes that had nothing but the same point to do
 # Sums of several threads can be rounded otherwise than those of one.
 ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
-DEAF = {signal.SIGINT, signal.SIGHUP}  # in the workers: Ctrl-C reaches the whole group, and the parent ends them
 
 
 def compile_kernels(point: Point) -> None:
@@ -101,11 +100,8 @@ def _pool(workers: int) -> Iterator[Callable[[Point], Future[Result]]]:
     executor = ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"), _begin)
 
     def submit(point: Point) -> Future[Result]:
-        mask = signal.pthread_sigmask(signal.SIG_BLOCK, DEAF)  # new processes and threads inherit it
-        try:
+        with hidden_from_children():
             return executor.submit(measured, point.work)
-        finally:
-            signal.pthread_sigmask(signal.SIG_SETMASK, mask)
 
     os.environ.update(dict.fromkeys(ONE_THREAD, "1"))
     try:

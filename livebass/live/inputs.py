@@ -1,10 +1,8 @@
-"""MIDI input ports by python-rtmidi: what arrives goes to the synth, late by the same time for all. [main thread]
-
-The computer keyboard as a keyboard: two rows of keys, in a terminal. [main thread]
-"""
+"""Inputs of the synth: MIDI ports by python-rtmidi, and the computer keyboard in a terminal. [main thread]"""
 
 from __future__ import annotations
 
+import logging
 import os
 import re
 import select
@@ -13,46 +11,47 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from typing import Any
 
-from livebass.live.hush import hushed, keep_for_ever, patiently
+from livebass.live.guards import call_with_timeout, never_release, silenced_stderr
 from livebass.live.synth import Synth
 
+LOG = logging.getLogger(__name__)
 CLIENT = "livebass"
-THROUGH = "Midi Through"  # ALSA's own, that nobody plays on
+THROUGH = "Midi Through"  # ALSA's own port, which no device is behind
 LOOK_EVERY = 1.0  # s, for ports that come and go
 
 
 class MidiLost(OSError):
-    """A MIDI port that is not there; one line with those that are."""
+    """A MIDI port is missing; one line, with the ports there are."""
 
 
 class MidiPort:
-    """The port `wanted` (number or part of a name), or the first there is, or else a virtual one to connect to.
+    """Plays `synth` from the port `wanted` (a number or part of a name), else the first port, else a virtual one.
 
-    Messages are played `ahead` frames after they arrive, so that a block's length is not heard as jitter. A port
-    that is unplugged is opened again when it is back, at `look`; where none was named, the next best will do.
-    Raises MidiLost where there is no MIDI, no such port, or none at all and `virtual` ones are not wanted or known;
-    with `hardware_only`, also where the system has no MIDI of its own but JACK's.
+    Every message is played `delay` frames after it arrives, so that the length of a block is not heard as jitter.
+    `look` reopens a port that was unplugged; if none was named, it takes any other. Raises MidiLost if there is no
+    MIDI or no such port; without `virtual`, also if there is no port at all; with `hardware_only`, also if the system
+    has no MIDI but JACK's.
     """
 
     def __init__(
-        self, synth: Synth, wanted: str | None, ahead: int, virtual: bool = True, hardware_only: bool = False
+        self, synth: Synth, wanted: str | None, delay: int, virtual: bool = True, hardware_only: bool = False
     ) -> None:
-        self.synth, self.wanted, self.ahead = synth, wanted, ahead
+        self.synth, self.wanted, self.delay = synth, wanted, delay
         self._rtmidi = _rtmidi()
-        self._looker = new_input(f"{CLIENT}-look", hardware_only)  # stays: new clients disturb JACK
+        self._looker = new_input(f"{CLIENT}-look", hardware_only)  # stays open: new clients disturb JACK
         self._by_jack = self._looker.get_current_api() == self._rtmidi.API_UNIX_JACK
-        warm = Synth(synth.rate)
-        warm.send(0xF8, 0, 0, warm.frame_now(0))  # a kernel that is loaded when the first note comes makes it late
+        unheard = Synth(synth.rate)
+        unheard.send(0xF8, 0, 0, unheard.frame_now(0))  # loads the kernel now: otherwise the first note is late
         self._in: Any = None
         self._virtual: Any = None
-        self._device: str | None = None  # the last one open
+        self._device: str | None = None  # the port opened last
         try:
             names = _names(self._looker)
             index = find_port(names, wanted)
             if index is not None:
                 self._open(index, names[index])
             elif wanted is not None:
-                raise MidiLost(f"MIDI input {wanted!r}: there is {', '.join(names) or 'none'}")
+                raise MidiLost(f"MIDI input {wanted!r}: not found; there is {', '.join(names) or 'none'}")
             elif virtual:
                 self._open_virtual()
             else:
@@ -68,8 +67,8 @@ class MidiPort:
     def _open(self, index: int, name: str) -> None:
         port = new_input(CLIENT)
         try:
-            with hushed():
-                # ports of this program are listed as well: find the name in the whole list
+            with silenced_stderr():
+                # rtmidi also lists ports of this program: find the name in the whole list
                 port.open_port(port.get_ports().index(name), name="in")
         except (self._rtmidi.RtMidiError, ValueError, OSError) as error:
             port.delete()
@@ -80,11 +79,11 @@ class MidiPort:
     def _open_virtual(self) -> None:
         port = new_input(CLIENT)
         try:
-            with hushed():
+            with silenced_stderr():
                 port.open_virtual_port(CLIENT)
         except (NotImplementedError, self._rtmidi.RtMidiError) as error:
             port.delete()
-            raise MidiLost(f"no MIDI input, and none can be made: {error}") from None
+            raise MidiLost(f"no MIDI input, and no virtual one can be opened: {error}") from None
         port.set_callback(self._heard)
         self._virtual = port
 
@@ -92,10 +91,10 @@ class MidiPort:
         message = event[0]
         if 1 <= len(message) <= 3 and 0x80 <= message[0] < 0xF0:
             status, first, second = (*message, 0, 0)[:3]
-            self.synth.receive(status, first, second, self.synth.frame_now(self.ahead))
+            self.synth.receive(status, first, second, self.synth.frame_now(self.delay))
 
     def look(self) -> str | None:
-        """Opens the port again where it came back, lets go of one that has gone; what has changed, for people."""
+        """Reopens a port that is back, closes one that is gone; returns a line about the change, or None."""
         names = _names(self._looker)
         if self._in is not None:
             if any(bare(self.name) == bare(name) for name in names):
@@ -114,11 +113,11 @@ class MidiPort:
         try:
             self._open(index, names[index])
         except MidiLost:
-            return None  # perhaps the next time
+            return None  # try again next time
         return f"MIDI: {self.name} is {'back' if device and bare(device) == bare(self.name) else 'there'}"
 
     def close(self) -> None:
-        """Ends listening; again does nothing."""
+        """Closes all ports; safe to call twice."""
         ports = [port for port in (self._in, self._virtual, self._looker) if port is not None]
         self._in = self._virtual = self._looker = None
 
@@ -126,47 +125,47 @@ class MidiPort:
             for port in ports:
                 _delete(port)
 
-        if self._by_jack and not patiently(_ask_jack, None):
-            keep_for_ever(ports)  # to close them would hang, with the interpreter held
+        if self._by_jack and not call_with_timeout(_ask_jack, None):
+            never_release(ports)  # closing them would hang and hold the interpreter
         else:
-            patiently(end, ports)
+            call_with_timeout(end, ports)
 
 
 def let_go(synth: Synth) -> None:
-    """Ends all notes that are held: whoever would let the keys go is no longer there."""
+    """Ends all held notes, for a keyboard that has gone: pedals up and all notes off on every channel."""
     for channel in range(16):
         for controller in (64, 123):
             synth.send(0xB0 | channel, controller, 0)
 
 
 def _ask_jack() -> None:
-    """Comes back where the JACK server answers, or there is none."""
+    """Returns when the JACK server answers, or at once if there is none; hangs with a server that hangs."""
     with suppress(Exception):
         import jack
 
-        with hushed():
+        with silenced_stderr():
             jack.Client(f"{CLIENT}-look", no_start_server=True).close()
 
 
 def _delete(port: Any) -> None:
-    with hushed():
+    with silenced_stderr():
         port.cancel_callback()
         port.close_port()
         port.delete()
 
 
 def _names(looker: Any) -> list[str]:
-    with hushed():
+    with silenced_stderr():
         return [name for name in looker.get_ports() or [] if not name.startswith(CLIENT)]
 
 
 def bare(name: str) -> str:
-    """A port's name without the numbers that ALSA gives anew each time a device is plugged in."""
+    """Returns a port's name without the numbers that ALSA changes each time a device is plugged in."""
     return re.sub(r" \d+:\d+$", "", name)
 
 
 def port_names() -> list[str]:
-    """The MIDI inputs of this system that are not livebass's own; MidiLost where there is no MIDI."""
+    """Returns the MIDI inputs of this system but livebass's own. Raises MidiLost if there is no MIDI."""
     looker = new_input(f"{CLIENT}-look")
     try:
         return _names(looker)
@@ -175,14 +174,14 @@ def port_names() -> list[str]:
 
 
 def new_input(name: str, hardware_only: bool = False) -> Any:
-    """An input of the system's MIDI, or else of JACK's unless `hardware_only`; MidiLost where neither works."""
+    """Returns an rtmidi input of the system's MIDI, or of JACK's unless `hardware_only`. Raises MidiLost."""
     rtmidi = _rtmidi()
-    why = "this build of python-rtmidi knows no system"
+    why = "this build of python-rtmidi supports no MIDI system"
     for api in rtmidi.get_compiled_api():
         if hardware_only and api == rtmidi.API_UNIX_JACK:
             continue
         try:
-            with hushed():
+            with silenced_stderr():
                 return rtmidi.MidiIn(rtapi=api, name=name)
         except rtmidi.RtMidiError as error:
             why = str(error)
@@ -190,7 +189,7 @@ def new_input(name: str, hardware_only: bool = False) -> Any:
 
 
 def find_port(names: list[str], wanted: str | None) -> int | None:
-    """Index of the port `wanted` means: its number, or a part of its name; the first that is a device for None."""
+    """Returns the index of the port that `wanted` (a number or part of a name) means; None: of the first device."""
     if wanted is None:
         return next((i for i, name in enumerate(names) if THROUGH not in name), None)
     if wanted.isdigit():
@@ -213,14 +212,14 @@ HELP = (
 )
 OCTAVES, VELOCITIES = (1, 6), (10, 127)
 STEP = 10  # of velocity
-FUNCTION_KEY = re.compile(r"\x1b(\[[0-9;?]*[ -/]*[@-~]|O.|.)?", re.DOTALL)  # arrows and the like: not for us
+FUNCTION_KEY = re.compile(r"\x1b(\[[0-9;?]*[ -/]*[@-~]|O.|.)?", re.DOTALL)  # arrows and the like: ignored
 
 
 class TerminalKeys:
-    """Keys become messages for `send(status, first, second)`. A terminal tells of no key let go: a note lasts until
-    the next one, or the space bar. `others` says what further keys do.
+    """Turns keys of the terminal into messages for `send(status, first, second)`; `others` adds further keys.
 
-    Within `with`, the terminal hands over single keys; it is as before afterwards. In the background it is left alone.
+    A terminal does not report released keys: a note lasts until the next one or the space bar. Within `with` the
+    terminal delivers single keys; afterwards it is as before. In the background the terminal is left alone.
     """
 
     def __init__(self, send: Any, panic: Any, others: dict[str, Callable[[], None]] | None = None) -> None:
@@ -230,14 +229,17 @@ class TerminalKeys:
         self._before: Any = None
 
     def __enter__(self) -> TerminalKeys:
-        with suppress(ImportError, OSError, ValueError):
+        try:
             import termios
             import tty
-
+        except ImportError:  # Windows
+            if os.isatty(0):
+                LOG.warning("the computer keyboard does not play on this system: Python has no termios here")
+            return self
+        with suppress(OSError, ValueError, termios.error):
             if interactive():
-                with suppress(termios.error):
-                    self._before = termios.tcgetattr(0)
-                    tty.setcbreak(0)
+                self._before = termios.tcgetattr(0)
+                tty.setcbreak(0)
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -249,12 +251,12 @@ class TerminalKeys:
             self._before = None
 
     @property
-    def there(self) -> bool:
+    def active(self) -> bool:
         return self._before is not None
 
     def read(self) -> None:
-        """Plays the keys that were pressed since."""
-        if not self.there or not interactive():
+        """Plays the keys that were pressed since the last call."""
+        if not self.active or not interactive():
             return
         try:
             pressed = os.read(0, 1024) if select.select([0], [], [], 0)[0] else None
@@ -292,7 +294,7 @@ class TerminalKeys:
 
 
 def interactive() -> bool:
-    """Whether standard input is a terminal that listens to this program, not to another in front of it."""
+    """Returns whether standard input is a terminal and this program is in its foreground."""
     try:
         return os.isatty(0) and os.tcgetpgrp(0) == os.getpgrp()
     except (OSError, AttributeError):
@@ -301,7 +303,7 @@ def interactive() -> bool:
 
 @contextmanager
 def _no_stop_in_the_background() -> Iterator[None]:
-    """Who sets the terminal from the background is stopped by the system, unless deaf to it."""
+    """Ignores SIGTTOU within the block: it stops a program that sets the terminal from the background."""
     before = signal.signal(signal.SIGTTOU, signal.SIG_IGN)
     try:
         yield

@@ -1,4 +1,4 @@
-"""Where the synth's sound goes: PortAudio, or a JACK server with a MIDI port of the bass's own. [main thread]"""
+"""Audio outputs: a PortAudio device, a JACK client with its own MIDI port, and a fake device. [main thread]"""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from livebass.live.hush import hushed, patiently
+from livebass.live.guards import call_with_timeout, silenced_stderr
 from livebass.live.synth import Synth
 from livebass.live.thread import callbacks
 from livebass.live.thread.records import CHUNK
@@ -24,26 +24,26 @@ PA_STREAM_CALLBACK = ctypes.CFUNCTYPE(
 
 
 class OutputLost(OSError):
-    """An audio output that cannot be opened or has gone; one line."""
+    """An audio output cannot be opened or has gone away; one line."""
 
 
 class PortAudioOutput:
-    """A device of PortAudio, by index or name; None: the system's default."""
+    """Plays through a PortAudio device, by index or name; None: the system's default. Raises OutputLost."""
 
     def __init__(self, synth: Synth, device: int | str | None, block: int, latency: str | float) -> None:
         sd = _sounddevice()
         self.synth, self.block = synth, block
         try:
-            with hushed():
+            with silenced_stderr():
                 info = sd.query_devices(device, "output")
         except (sd.PortAudioError, ValueError) as error:
             raise _no_output(device, error) from None
-        with suppress(OutputLost):  # which PortAudio may use
-            _hush_jack(_jack())
+        with suppress(OutputLost):  # PortAudio may use JACK
+            _silence(_jack())
         self.name = str(info["name"])
         self.channels = min(callbacks.MOST_CHANNELS, int(info["max_output_channels"]))
         try:
-            with hushed():
+            with silenced_stderr():
                 self._stream = _NativeStream(sd, synth, device, self.channels, block, latency)
         except (sd.PortAudioError, ValueError) as error:
             usual = f"; its usual rate is {info['default_samplerate']:.0f} Hz (--rate)"
@@ -52,7 +52,7 @@ class PortAudioOutput:
         self.latency = float(self._stream.stream.latency)
 
     def start(self) -> None:
-        with hushed():
+        with silenced_stderr():
             try:
                 self._stream.stream.start()
             except self._errors as error:
@@ -63,12 +63,12 @@ class PortAudioOutput:
         return bool(self._stream.stream.active)
 
     def close(self) -> None:
-        """Ends the sound; again does nothing. PortAudio may wait for ever for a server that is gone: it is left to."""
+        """Stops playback; safe to call twice. If PortAudio hangs on a dead server, it is left behind."""
         if self._closed:
             return
         self._closed = True
-        if not patiently(self._end, self):
-            atexit.unregister(self._exit)  # would wait too
+        if not call_with_timeout(self._end, self):
+            atexit.unregister(self._exit)  # would hang as well
 
     def _end(self) -> None:
         self._stream.stream.abort(ignore_errors=True)
@@ -107,7 +107,7 @@ class FakeDevice:
 
 
 class _NativeStream:
-    """A sounddevice stream whose callback is a C function, as sounddevice offers to library authors."""
+    """A sounddevice stream with a C function as its callback, which sounddevice supports for library authors."""
 
     def __init__(
         self, sd: Any, synth: Synth, device: int | str | None, channels: int, block: int, latency: str | float
@@ -122,17 +122,20 @@ class _NativeStream:
 
 
 class JackOutput:
-    """A client of a running JACK server: two output ports, one MIDI input, connected to what plays."""
+    """Plays as a client of a running JACK server, with two output ports and a MIDI input. Raises OutputLost.
+
+    With `connect`, outputs are connected to the speakers and the MIDI input to what sends MIDI.
+    """
 
     def __init__(self, name: str, make_synth: Callable[[int], Synth], connect: bool = True) -> None:
         jack = _jack()
         self._jack = jack
         try:
-            with hushed():
+            with silenced_stderr():
                 self.client = jack.Client(name, no_start_server=True)
         except jack.JackError as error:
             raise _no_server(_one_line(error)) from None
-        _hush_jack(jack)
+        _silence(jack)
         self.name = f"JACK client {self.client.name}"
         self.block = int(self.client.blocksize)
         self.synth = make_synth(int(self.client.samplerate))
@@ -153,7 +156,7 @@ class JackOutput:
         r["midi"] = address(self.midi._ptr)
         function = ffi.cast("JackProcessCallback", callbacks.jack())
         if lib.jack_set_process_callback(self.client._ptr, function, ffi.cast("void *", r.ctypes.data)):
-            raise OutputLost("JACK: the server does not take the callback")
+            raise OutputLost("JACK: the server refuses the callback")
         self._gone = self._closed = False
         self.client.set_shutdown_callback(self._shut_down)
         self.client.set_xrun_callback(self._xrun)
@@ -171,7 +174,7 @@ class JackOutput:
         self.block = frames
 
     def start(self) -> None:
-        """Plays, and connects to the speakers there are."""
+        """Begins to play, connected to the speakers if there are any."""
         try:
             self.client.activate()
             if self._connect:
@@ -182,9 +185,9 @@ class JackOutput:
             raise OutputLost(f"JACK: {_one_line(error)}") from None
 
     def connect_midi(self, wanted: str | None = None) -> tuple[list[str], list[str]]:
-        """Connects MIDI outputs that have appeared since the last call; their names, and of those that have gone.
+        """Connects MIDI sources that have appeared since the last call; returns their names, and those of the lost.
 
-        `wanted` is a part of a name; None means those of hardware. What somebody has disconnected stays so.
+        `wanted` is a part of a name; None means hardware. A source that somebody has disconnected stays disconnected.
         """
         if not self._connect or self._gone:
             return [], []
@@ -210,11 +213,11 @@ class JackOutput:
         return self.block / self.synth.rate
 
     def close(self) -> None:
-        """Ends the sound; again does nothing. A server that does not answer is left."""
+        """Stops playback; safe to call twice. A server that does not answer is left behind."""
         if self._closed:
             return
         self._closed = True
-        patiently(self._end, self)
+        call_with_timeout(self._end, self)
 
     def _end(self) -> None:
         if not self._gone:
@@ -223,14 +226,17 @@ class JackOutput:
 
 
 def check_output(backend: str, device: int | str | None) -> None:
-    """Raises OutputLost where `backend` ("auto", "portaudio", "jack") has no output, before anything is compiled."""
-    if backend == "jack" or (backend == "auto" and device is None and jack_server()):
+    """Raises OutputLost if `backend` ("auto", "portaudio", "jack") has no output, before anything is compiled."""
+    if backend == "jack":
+        _jack()  # raises if the library is missing
         if not jack_server():
             raise _no_server("none answers")
         return
+    if backend == "auto" and device is None and jack_server():
+        return
     sd = _sounddevice()
     try:
-        with hushed():
+        with silenced_stderr():
             sd.query_devices(device, "output")
     except (sd.PortAudioError, ValueError) as error:
         raise _no_output(device, error) from None
@@ -241,37 +247,37 @@ def _no_output(device: int | str | None, error: Exception) -> OutputLost:
         return OutputLost(
             "no audio output: connect a sound card or start a JACK server; `livebass render` needs neither"
         )
-    return OutputLost(f"audio output {device!r}: {_one_line(error)}; `livebass devices` lists what there is")
+    return OutputLost(f"audio output {device!r}: {_one_line(error)}; `livebass devices` lists the outputs")
 
 
 def _no_server(why: object) -> OutputLost:
     named = f" named {os.environ['JACK_DEFAULT_SERVER']}" if os.environ.get("JACK_DEFAULT_SERVER") else ""
     return OutputLost(
-        f"JACK: no server{named} to be reached ({why}): start one, or take --backend portaudio;"
+        f"JACK: no server{named} can be reached ({why}): start one, or use --backend portaudio;"
         " `livebass render` needs neither"
     )
 
 
 def jack_server() -> str | None:
-    """What the running JACK server offers, in a line; None where none runs."""
+    """Returns a line about the running JACK server; None if there is none, or no JACK library."""
     try:
         jack = _jack()
     except OutputLost:
         return None
     try:
-        with hushed():
+        with silenced_stderr():
             client = jack.Client("livebass-look", no_start_server=True)
     except jack.JackError:
         return None
     try:
         ports = client.get_ports(is_output=True, is_midi=True)
-        return f"{client.samplerate} Hz, {client.blocksize} frames, {len(ports)} MIDI outputs to listen to"
+        return f"{client.samplerate} Hz, {client.blocksize} frames, {len(ports)} MIDI sources"
     finally:
         client.close(ignore_errors=True)
 
 
 def output_names() -> dict[int, str]:
-    """PortAudio's outputs by number."""
+    """Returns PortAudio's outputs by number."""
     return {
         int(d["index"]): f"{d['name']} ({d['max_output_channels']} channels)"
         for d in _sounddevice().query_devices()
@@ -281,7 +287,7 @@ def output_names() -> dict[int, str]:
 
 def _sounddevice() -> Any:
     try:
-        with hushed():
+        with silenced_stderr():
             import sounddevice
     except ImportError as error:
         raise OutputLost(f"sound output: {_one_line(error)}; pip install 'livebass[live]'") from None
@@ -302,14 +308,14 @@ def _jack() -> Any:
     return jack
 
 
-def hush_jack() -> None:
-    """Once more, after libraries that give JACK words of their own."""
+def silence_jack() -> None:
+    """Silences JACK again: some libraries reinstall its message handlers."""
     if "jack" in sys.modules:
-        _hush_jack(sys.modules["jack"])
+        _silence(sys.modules["jack"])
 
 
-def _hush_jack(jack: Any) -> None:
-    """No words of JACK's own on stderr: exceptions say what matters."""
+def _silence(jack: Any) -> None:
+    """Stops JACK from printing to stderr; exceptions say what matters."""
     for quiet in (jack.set_error_function, jack.set_info_function):
         quiet(lambda message: None)
 

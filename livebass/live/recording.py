@@ -1,34 +1,30 @@
-"""What is heard, into a file: it is there in the end, however the session ends. [main thread]
-
-A log of a session: lines with the time, in a file that is written as it goes. [main thread]
-"""
+"""Records what a synth plays into a sound file, which is kept however the session ends. [main thread]"""
 
 from __future__ import annotations
 
-import io
-from collections.abc import Callable
-from contextlib import suppress
-from datetime import datetime
+import logging
 from pathlib import Path
 from types import TracebackType
 from typing import Self
 
 from livebass.audiofile import AudioWriter, encoding
-from livebass.files import OutputError, Transaction, output_error
+from livebass.files import OutputError, Transaction
 from livebass.live.synth import Synth
+
+LOG = logging.getLogger(__name__)
 
 
 class Recorder:
-    """`with Recorder(path, synth, say) as take:` writes what the synth plays; call `take.turn()` often.
+    """`with Recorder(path, synth) as take:` writes what the synth plays; call `take.turn()` often.
 
-    Leaving the block puts the file in its place, with any exception too, if anything was recorded; `discard` before
-    leaves nothing. A disk that is full ends the recording, not the session: what fitted is kept, and `say` hears of it.
-    Raises OutputError for a place where no file can be, and ValueError for a format that does not exist.
+    Leaving the block puts the file in its place, after an exception too, if anything was recorded; after `discard`
+    there is no file. A full disk ends the recording, not the session: the file keeps what fitted, and a warning is
+    logged. Raises OutputError if no file can be written at `path`, and ValueError for an unknown format.
     """
 
-    def __init__(self, path: Path, synth: Synth, say: Callable[[str], None]) -> None:
-        self.path, self.synth, self.say = path, synth, say
-        self.kept: Path | None = None
+    def __init__(self, path: Path, synth: Synth) -> None:
+        self.path, self.synth = path, synth
+        self.kept: Path | None = None  # the file, once it is in its place
         self._files = Transaction()
         try:
             self._writer: AudioWriter | None = AudioWriter(self._files, path, encoding(path, synth.rate))
@@ -48,21 +44,20 @@ class Recorder:
             self._end(self._writer)
 
     def discard(self) -> None:
-        """Leaves nothing, where the take has not ended: nothing was played."""
+        """Leaves no file, unless the recording has ended already."""
         if self._writer is not None:
             self._writer = None
-            never = OutputError(f"{self.path}: nothing was recorded")
-            self._files.__exit__(type(never), never, None)
+            self._leave_nothing()
 
     def turn(self) -> None:
-        """Writes what has been played since."""
+        """Writes what was played since the last call."""
         sound = self.synth.recorded()
         if self._writer is None:
             return
         try:
             self._writer.write(sound)
         except OutputError as error:
-            self.say(f"{error}: recording has ended, playing goes on")
+            LOG.warning("%s: recording has ended, playing goes on", error)
             self._end(self._writer, short=True)
 
     def _end(self, writer: AudioWriter, short: bool = False) -> None:
@@ -74,48 +69,22 @@ class Recorder:
             else:
                 frames = writer.close_short()
         except OutputError as error:
-            self.say(str(error))
+            LOG.warning("%s", error)
             frames = writer.close_short()
-        nothing = None if frames else OutputError(f"{self.path}: nothing was recorded")
-        try:
-            self._files.__exit__(type(nothing) if nothing else None, nothing, None)
-        except OutputError as error:
-            self.say(str(error))
+        if not frames:
+            LOG.warning("%s", self._leave_nothing())
             return
-        if nothing is None:
-            self.kept = self.path
-            if short:
-                self.say(f"{self.path}: {frames / self.synth.rate:.1f} s are kept")
-        else:
-            self.say(str(nothing))
-
-
-class Journal:
-    """Appends to the file at `path`, which is made where there is none. Raises OutputError where that cannot be."""
-
-    def __init__(self, path: Path) -> None:
-        self.path = path
         try:
-            self._file: io.TextIOWrapper | None = open(path, "a", encoding="utf-8", errors="replace", buffering=1)  # noqa: SIM115
-        except OSError as error:
-            raise output_error(path, error) from None
-        except ValueError:  # a zero byte in the name
-            raise output_error(path, OSError("not a file name")) from None
+            self._files.__exit__(None, None, None)
+        except OutputError as error:
+            LOG.warning("%s", error)
+            return
+        self.kept = self.path
+        if short:
+            LOG.warning("%s: %.1f s are kept", self.path, frames / self.synth.rate)
 
-    def write(self, line: str) -> str | None:
-        """Adds a line; one for people where the file takes no more, and from then on nothing."""
-        if self._file is None:
-            return None
-        try:
-            self._file.write(f"{datetime.now().astimezone().isoformat(' ', 'milliseconds')}  {line}\n")
-            self._file.flush()
-        except OSError as error:
-            self.close()
-            return f"{output_error(self.path, error)}: no more log"
-        return None
-
-    def close(self) -> None:
-        if self._file is not None:
-            with suppress(OSError):
-                self._file.close()
-            self._file = None
+    def _leave_nothing(self) -> OutputError:
+        """Ends the transaction without a file; returns the reason."""
+        reason = OutputError(f"{self.path}: nothing was recorded")
+        self._files.__exit__(type(reason), reason, None)
+        return reason

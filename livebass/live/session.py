@@ -1,111 +1,95 @@
-"""Playing live: output, MIDI, computer keyboard, score and recorder around one synth. [main thread]
+"""A live session: output, MIDI, computer keyboard, score and recorder around one synth. [main thread]
 
-The audio thread plays on its own; this loop looks in on it twenty times a second: hands over the next messages of a
-score, takes what was recorded, answers program changes, and says how it goes.
-
-Another preset or quality while it sounds: prepared in a thread beside, put on at a block's edge. [main thread]
+The audio thread plays on its own. The session's loop runs twenty times a second: it sends the next messages of a score,
+writes what was recorded, answers program changes and watches the devices. Another preset or quality is prepared in a
+thread of its own and fades in at the start of a block. Events are logged to "livebass.live.session": lines for the
+musician as INFO or WARNING, the load as DEBUG.
 """
 
 from __future__ import annotations
 
 import ctypes
+import logging
 import os
 import sys
 import threading
 import time
-from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from livebass.live.hush import PATIENCE
+from livebass.interrupts import StopFlag
+from livebass.live.guards import TIMEOUT
 from livebass.live.inputs import LOOK_EVERY, MidiLost, MidiPort, TerminalKeys, let_go
-from livebass.live.outputs import JackOutput, OutputLost, PortAudioOutput, hush_jack
+from livebass.live.outputs import JackOutput, OutputLost, PortAudioOutput, silence_jack
 from livebass.live.recording import Recorder
-from livebass.live.synth import Gauge, LiveBass, Meters, Reading, Synth, strings
+from livebass.live.synth import Gauge, LiveBass, Meters, Synth, strings
 from livebass.model.instrument import Instrument
 from livebass.model.quality import QUALITIES, Quality
 from livebass.preset.load import load_preset, preset_names
 from livebass.score import Score
 
+LOG = logging.getLogger(__name__)
 TURN = 0.05  # s
-STALLED = 60  # turns in which an output asked for nothing: it is gone
-SAY_EVERY = 0.25  # s
-NOTE_EVERY = 60.0  # s, without any trouble
+STALLED = 60  # turns without a new block after which the output counts as gone
+STATUS_EVERY = 0.25  # s
+LOG_EVERY = 60.0  # s, without any trouble
 AFTER = 3.0  # s of sound after a score's end
 Output = PortAudioOutput | JackOutput
-Line = Callable[[str], None]
 
 
 @dataclass(frozen=True)
 class Settings:
-    """What to play with."""
+    """What a session plays and through which devices."""
 
     instrument: Instrument
     quality: Quality
-    preset: str = ""  # the instrument's name among the presets, if it has one
+    preset: str = ""  # the instrument's name or path as a preset, if it has one
     backend: str = "auto"  # "auto", "portaudio" or "jack"
     audio: int | str | None = None  # PortAudio device
     midi: str | None = None
-    rate: int = 48000
-    block: int = 128
-    latency: str | float = "low"
+    rate: int = 48000  # Hz, of PortAudio
+    block: int = 128  # frames, of PortAudio
+    latency: str | float = "low"  # s, or as PortAudio names it
     channel: int = -1  # 0-15; -1: all
     gain: float = 1.0
     record: Path | None = None
-    read: Callable[[int], Score] | None = None  # a score at a rate
-    keyboard: bool = True
+    read: Callable[[int], Score] | None = None  # returns the score to play at a rate
+    keyboard: bool = True  # play from the computer keyboard
 
 
 @dataclass(frozen=True)
 class Summary:
-    """What a session was."""
+    """The figures of a session that has ended."""
 
     output: str
     seconds: float
     meters: Meters
-    worst: float  # load of a block, of the time it lasts
+    worst: float  # load of a block, part of the time it lasts
     recorded: Path | None
-    lost: str | None  # why the output ended it
-
-
-class StopFlag:
-    """A settings to end. Without the lock of an Event, which a signal's handler may find taken by who it interrupts."""
-
-    def __init__(self) -> None:
-        self._wanted = False
-
-    def set(self) -> None:
-        self._wanted = True
-
-    def is_set(self) -> bool:
-        return self._wanted
+    lost: str | None  # the reason, if it ended because the output went away
 
 
 class Session:
-    """One evening on the synth.
+    """Plays live with `settings`. `status`, if given, gets a status line four times a second."""
 
-    `say` hears of changes, a line each; `status`, where it is given, four times a second what plays and the load;
-    `note` of the load where there was trouble, and once a minute.
-    """
-
-    def __init__(self, settings: Settings, say: Line, status: Line | None = None, note: Line | None = None) -> None:
-        self.settings, self.say, self.status, self.note = settings, say, status, note
+    def __init__(self, settings: Settings, status: Callable[[str], None] | None = None) -> None:
+        self.settings, self.status = settings, status
         self.stop = StopFlag()
-        self.synth: Synth | None = None  # as soon as it plays
+        self.synth: Synth | None = None  # set when it begins to play
 
     def run(self) -> Summary:
         """Plays until `stop` is set, the score is over, or the output is gone.
 
-        Raises OutputLost and MidiLost for what is not there, OutputError for a take that cannot be written, and
-        what the score's reader raises: all before anything sounds. [main thread]
+        Raises OutputLost and MidiLost for missing devices, OutputError for a recording that cannot be written, and
+        whatever the score's reader raises: all before anything sounds. [main thread]
         """
         settings = self.settings
         with ExitStack() as ends:
             beside = ends.enter_context(ThreadPoolExecutor(1))
-            coming: list[Future[LiveBass]] = []  # prepared while the output gets ready
+            coming: list[Future[LiveBass]] = []  # prepared while the output opens
 
             def make_synth(rate: int) -> Synth:
                 coming.append(beside.submit(LiveBass, settings.instrument, settings.quality, rate))
@@ -115,26 +99,26 @@ class Session:
             ends.callback(output.close)
             synth = output.synth
             score = settings.read(synth.rate) if settings.read else None
-            take = Recorder(settings.record, synth, self.say) if settings.record else None
-            if take:
-                ends.callback(take.discard)
+            recorder = Recorder(settings.record, synth) if settings.record else None
+            if recorder:
+                ends.callback(recorder.discard)
             synth.switch_to(coming.pop().result())
-            changes = PresetSwitch(synth, settings.preset, settings.quality)
-            ends.callback(changes.close)
-            others = {"\t": changes.next_preset, "\n": changes.next_quality, "\r": changes.next_quality}
+            presets = PresetSwitch(synth, settings.preset, settings.quality)
+            ends.callback(presets.close)
+            others = {"\t": presets.next_preset, "\n": presets.next_quality, "\r": presets.next_quality}
             keys = ends.enter_context(TerminalKeys(synth.send, synth.panic, others)) if settings.keyboard else None
             output.start()
             midi = self._midi(synth, output)
             if midi:
                 ends.callback(midi.close)
-            hush_jack()
-            if take:
-                ends.push(take)  # the first that is ended: whatever hangs after it does not lose it
-            self.say(f"playing through {output.name}, {synth.rate} Hz, about {output.latency * 1e3:.1f} ms")
+            silence_jack()
+            if recorder:
+                ends.push(recorder)  # ends first: a device that hangs later cannot lose the recording
+            LOG.info("playing through %s, %d Hz, about %.1f ms", output.name, synth.rate, output.latency * 1e3)
             gauge, self.synth = Gauge(synth), synth
-            lost = _Loop(self, output, midi, changes, keys, take, score, gauge).run()
+            lost = _Loop(self, output, midi, presets, keys, recorder, score, gauge).run()
             meters, seconds = gauge.read().meters, synth.frame / synth.rate
-        return Summary(output.name, seconds, meters, gauge.worst, take.kept if take else None, lost)
+        return Summary(output.name, seconds, meters, gauge.worst, recorder.kept if recorder else None, lost)
 
     def _output(self, make_synth: Callable[[int], Synth]) -> Output:
         settings = self.settings
@@ -147,12 +131,12 @@ class Session:
         return PortAudioOutput(make_synth(settings.rate), settings.audio, settings.block, settings.latency)
 
     def _midi(self, synth: Synth, output: Output) -> MidiPort | None:
-        """JACK's own MIDI where there is some, or else a port of the system's."""
+        """Opens MIDI input: JACK's own port if something is connected to it, else a port of the system."""
         wanted, virtual = self.settings.midi, True
         if isinstance(output, JackOutput):
             connected = output.connect_midi(wanted)[0] if wanted is None or not wanted.isdigit() else []
             if wanted is None or connected:
-                self.say(f"MIDI: the JACK port {output.midi.name}" + "".join(f", from {name}" for name in connected))
+                LOG.info("MIDI: the JACK port %s%s", output.midi.name, "".join(f", from {name}" for name in connected))
             if connected:
                 return None
             virtual = False
@@ -162,39 +146,37 @@ class Session:
             if wanted is not None:
                 raise
             if virtual:
-                self.say(f"{error}; the computer keyboard and --file still play")
+                LOG.info("%s; the computer keyboard and --file still play", error)
             return None
-        self.say(f"MIDI: {port.name}")
+        LOG.info("MIDI: %s", port.name)
         return port
 
 
 @dataclass
 class _Loop:
-    """What runs beside the audio thread."""
+    """The main thread's work while the audio thread plays."""
 
     session: Session
     output: Output
     midi: MidiPort | None
-    changes: PresetSwitch
+    presets: PresetSwitch
     keys: TerminalKeys | None
-    take: Recorder | None
+    recorder: Recorder | None
     score: Score | None
     gauge: Gauge
-    heard: deque[str] = field(default_factory=deque)
-
-    looking: threading.Thread = field(default_factory=threading.Thread)  # for MIDI, beside: a server may hang
+    looking: threading.Thread = field(default_factory=threading.Thread)  # looks for MIDI ports: a server may hang
 
     def run(self) -> str | None:
-        """Until something ends it; why, if it is the output."""
+        """Runs until something ends the session; returns the reason if it is the output."""
         try:
             return self._run()
         finally:
             if self.looking.is_alive():
-                self.looking.join(PATIENCE)
+                self.looking.join(TIMEOUT)
 
     def _run(self) -> str | None:
         synth, fed, waited, frame = self.output.synth, 0, 0, -1
-        said = looked = noted = time.monotonic()
+        shown = looked = logged = time.monotonic()
         troubles: tuple[int, ...] = (0, 0, 0, 0)
         start = synth.frame + synth.rate // 5
         while not self.session.stop.is_set():
@@ -205,10 +187,12 @@ class _Loop:
                 fed = synth.feed(self.score, fed, start)
                 if frame > start + self.score.end_frame + AFTER * synth.rate:
                     return None
-            if self.take:
-                self.take.turn()
+            if self.recorder:
+                self.recorder.turn()
             synth.release_faded()
-            self._say(self.changes.turn())
+            line = self.presets.turn()
+            if line:
+                LOG.info("%s", line)
             before, frame = frame, synth.frame
             waited = 0 if frame != before else waited + 1
             if not self.output.alive or waited > STALLED:
@@ -218,53 +202,45 @@ class _Loop:
                 looked = now
                 self.looking = threading.Thread(target=self._look, daemon=True)
                 self.looking.start()
-            while self.heard:
-                self._say(self.heard.popleft())
-            if now - said > SAY_EVERY:
-                said = now
+            if now - shown > STATUS_EVERY:
+                shown = now
                 reading = self.gauge.read()
                 if self.session.status:
                     self.session.status(f"{strings(synth)}   {reading.text()}")
-                if reading.troubles != troubles or now - noted > NOTE_EVERY:
-                    troubles, noted = reading.troubles, now
-                    self._note(reading)
+                if reading.troubles != troubles or now - logged > LOG_EVERY:
+                    troubles, logged = reading.troubles, now
+                    LOG.debug("%s", reading.text())
         return None
 
     def _look(self) -> None:
-        """MIDI that has come or gone: lines for `heard`. [a thread of its own]"""
+        """Logs MIDI ports that have come or gone, and reconnects them. [a thread of its own]"""
         line = self.midi.look() if self.midi else None
         if line:
-            self.heard.append(line)
+            LOG.info("%s", line)
         if isinstance(self.output, JackOutput):
             new, gone = self.output.connect_midi(self.session.settings.midi)
-            self.heard.extend(f"MIDI: {name} is there" for name in new)
-            self.heard.extend(f"MIDI: {name} is gone, waiting for it" for name in gone)
+            for name in new:
+                LOG.info("MIDI: %s is there", name)
+            for name in gone:
+                LOG.info("MIDI: %s is gone, waiting for it", name)
             if gone:
                 let_go(self.output.synth)
 
-    def _say(self, line: str | None) -> None:
-        if line:
-            self.session.say(line)
 
-    def _note(self, reading: Reading) -> None:
-        if self.session.note:
-            self.session.note(reading.text())
-
-
-NICENESS = 10  # of the thread that prepares: what sounds comes first
+NICENESS = 10  # of the thread that prepares basses: sound comes first
 
 
 class PresetSwitch:
-    """What is wished for and what plays. The last settings counts; those that it overtook are never prepared."""
+    """Switches preset and quality while the synth plays; requests that another one overtakes are never prepared."""
 
     def __init__(self, synth: Synth, preset: str, quality: Quality) -> None:
-        """`preset`, a name or path, and `quality` are what is on the synth already."""
+        """`preset`, a name or path, and `quality` are those of the bass that plays already."""
         self.synth = synth
         self.qualities = {**QUALITIES, quality.name: quality}
         self.playing = self.wanted = (preset, quality.name)
-        self._thread = ThreadPoolExecutor(1, "changes", _step_back)
+        self._thread = ThreadPoolExecutor(1, "presets", _step_back)
         self._coming: tuple[tuple[str, str], Future[LiveBass]] | None = None
-        self._leaving = False  # the bass before
+        self._fading = False  # the bass before
         self._programs = synth.program[0]
 
     def next_preset(self) -> None:
@@ -277,16 +253,16 @@ class PresetSwitch:
         self.wanted = self.wanted[0], names[(names.index(self.wanted[1]) + 1) % len(names)]
 
     def turn(self) -> str | None:
-        """Looks for program changes, starts what is to be prepared, puts on what is ready; a line for people, or None.
+        """Answers program changes, starts preparing, switches to what is ready; returns a line to show, or None.
 
-        Returns at once. What a preset's file has wrong is such a line too, and the bass before plays on.
+        Returns at once. An error in a preset file is such a line as well, and the bass before plays on.
         """
-        self._hear()
+        self._answer_program_changes()
         self.synth.release_faded()
-        fading = self.synth.switching
-        if self._leaving and not fading:
-            self._leaving = False
-            self._thread.submit(give_back)
+        switching = self.synth.switching
+        if self._fading and not switching:
+            self._fading = False
+            self._thread.submit(trim_memory)
         if self._coming is None:
             if self.wanted != self.playing:
                 preset, quality = self.wanted
@@ -298,7 +274,7 @@ class PresetSwitch:
         wanted, future = self._coming
         if not future.done():
             return None
-        if wanted == self.wanted and fading:
+        if wanted == self.wanted and switching:
             return None
         self._coming = None
         if wanted != self.wanted:
@@ -310,13 +286,13 @@ class PresetSwitch:
             return f"{wanted[0]}: {error}"
         before, self.playing = self.synth.bass, wanted
         if before is not None:
-            take_over(before, bass)
+            copy_controllers(before, bass)
         self.synth.switch_to(bass)
-        self._leaving = True
+        self._fading = True
         return f"preset {wanted[0]}, quality {wanted[1]}"
 
-    def _hear(self) -> None:
-        """A program change means the preset of that number, in the order of `livebass presets list`."""
+    def _answer_program_changes(self) -> None:
+        """A program change selects the preset of that number, in the order of `livebass presets list`."""
         count, number = self.synth.program
         if count != self._programs:
             self._programs = count
@@ -328,20 +304,20 @@ class PresetSwitch:
 
 
 def prepared(preset: str, quality: Quality, rate: int) -> LiveBass:
-    """A bass for the synth. Raises PresetError and ValueError. [any thread]"""
+    """Loads a preset for a synth. Raises PresetError and ValueError. [any thread]"""
     bass = LiveBass(load_preset(preset), quality, rate)
-    give_back()
+    trim_memory()
     return bass
 
 
-def give_back() -> None:
-    """What was allocated on the way goes back to the system, where the C library would keep it. [any thread]"""
+def trim_memory() -> None:
+    """Returns freed memory to the system, which the C library would keep. [any thread]"""
     with suppress(AttributeError, OSError, TypeError):
         ctypes.CDLL(None).malloc_trim(0)
 
 
-def take_over(old: LiveBass, new: LiveBass) -> None:
-    """Volume, pedal, wheel and the other controllers of `old` hold for `new`, which has not been put on."""
+def copy_controllers(old: LiveBass, new: LiveBass) -> None:
+    """Copies volume, pedal, pitch bend and the other controllers from `old` to `new`, which must not play yet."""
     p, q = old.engine.performer, new.engine.performer
     for name in ("volume", "expression", "wheel", "pedal", "parameter"):
         q[name] = p[name]
@@ -356,6 +332,7 @@ def take_over(old: LiveBass, new: LiveBass) -> None:
 
 
 def _step_back() -> None:
-    if sys.platform == "linux":  # where a thread has a niceness of its own
+    """Lowers the priority of this thread, on systems where threads have one of their own."""
+    if sys.platform == "linux":
         with suppress(OSError):
             os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICENESS)

@@ -241,8 +241,6 @@ def test_an_interrupt_that_is_lost_in_a_destructor_comes_again() -> None:
 def test_all_presets_or_none(
     fake: type[FakeEngine], run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, moment: str
 ) -> None:
-    from livebass import files as atomic
-
     if moment == "in the second":
         plays = []
 
@@ -260,7 +258,7 @@ def test_all_presets_or_none(
             signal.raise_signal(signal.SIGINT)
             replace(*names)
 
-        monkeypatch.setattr(atomic.os, "replace", replace_)
+        monkeypatch.setattr(os, "replace", replace_)
     status, _, err = run("render", "--all-presets", "a/demos")
     assert status == 130
     if moment == "in the second":

@@ -16,7 +16,6 @@ import pytest
 import soundfile
 from support import strings
 
-from livebass import files as atomic
 from livebass.analysis.motion import string_shape
 from livebass.experiment import simulate
 from livebass.experiment.simulate import simulate_to_directory
@@ -234,7 +233,7 @@ def test_nothing_is_made_beside_the_directory(tmp_path: Path, monkeypatch: pytes
         made.append(Path(path))
         return opened(path, *rest)
 
-    monkeypatch.setattr(atomic.os, "open", open_)
+    monkeypatch.setattr(os, "open", open_)
     (tmp_path / "out").mkdir()
     run(tmp_path / "out")
     assert len(made) == 3 and {p.parent for p in made} == {tmp_path / "out"}

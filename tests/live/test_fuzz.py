@@ -63,7 +63,7 @@ def test_what_rtmidi_hands_over() -> None:
     """Lists of any length and any numbers, as its callback might."""
     synth, device = synth_and_device("jazz-finger", LIGHT)
     port = MidiPort.__new__(MidiPort)
-    port.synth, port.ahead = synth, 64
+    port.synth, port.delay = synth, 64
     rng = np.random.default_rng(8)
     for _ in range(100):
         for _ in range(100):

@@ -12,8 +12,7 @@ import numpy as np
 import pytest
 from support.live import CLOCK, QUICK, RATE, address_of, offline, run_ahead, synth_and_device
 
-from livebass import QUALITIES, demo_score, load_preset
-from livebass import compiling as kernels
+from livebass import QUALITIES, compiling, demo_score, load_preset
 from livebass.kernels import board
 from livebass.live.outputs import FakeDevice
 from livebass.live.synth import CAPTURE_SECONDS, LiveBass, Synth
@@ -324,7 +323,7 @@ def test_kernels_of_the_audio_thread_cannot_allocate() -> None:
         "callbacks.jack",
     )
     for name in names:
-        files = list(kernels.DIRECTORY.rglob(f"{name}-*.nbc"))
+        files = list(compiling.directory().rglob(f"{name}-*.nbc"))
         assert files, name
         for file in files:
             code = file.read_bytes()

@@ -120,7 +120,7 @@ def test_without_a_device_there_is_a_virtual_port_until_one_comes(server: Simple
 
 def test_a_port_that_is_not_there_is_named(source: Source) -> None:
     for wanted in ("nix", "17"):
-        with pytest.raises(MidiLost, match=f"'{wanted}': there is .*test-keys"):
+        with pytest.raises(MidiLost, match=f"'{wanted}': not found; there is .*test-keys"):
             MidiPort(Synth(48000), wanted, 64)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import logging
 import os
 import pty
 import select
@@ -25,10 +26,11 @@ from support.jack import livebass, wait_for
 from support.live import QUICK, RATE, synth_and_device
 
 from livebass import QUALITIES, load_preset, preset_names
+from livebass.cli.play import Console, LogFile, logged
 from livebass.files import OutputError
 from livebass.live.inputs import LOWER, UPPER, TerminalKeys
 from livebass.live.outputs import FakeDevice
-from livebass.live.recording import Journal, Recorder
+from livebass.live.recording import Recorder
 from livebass.live.session import PresetSwitch, Session, Settings, Summary
 from livebass.live.synth import Gauge, Synth, median_load, strings
 from livebass.live.thread.records import HISTOGRAM
@@ -138,7 +140,7 @@ def test_program_changes_through_the_server_neither_click_nor_stall(server: Simp
         passed = (clock.last_frame_time - began) % 2**32
         lost.append((passed - (synth.meters().frame - played)) / passed)
 
-    summary = session_of(Session(settings, lambda line: None), play)
+    summary = session_of(Session(settings), play)
     clock.close()
     assert summary.lost is None and summary.meters.faults == 0 and summary.meters.lost == 0
     assert lost[0] < 0.1
@@ -168,7 +170,7 @@ def test_dense_playing_under_a_busy_interpreter(server: SimpleNamespace) -> None
         time.sleep(0.3)
         stuck.append(synth.meters().peak > 0 or any(f[2] for f in synth.bass.fingers()))  # type: ignore[union-attr]
 
-    summary = session_of(Session(settings, lambda line: None), play)
+    summary = session_of(Session(settings), play)
     assert summary.lost is None and summary.meters.faults == 0 and summary.meters.messages > 100
     assert stuck == [False]
 
@@ -180,7 +182,7 @@ def test_a_take_is_there_whatever_ends_the_session(tmp_path: Path) -> None:
     synth, device = synth_and_device()
     synth.send(0x90, 40, 110)
     heard = []
-    with pytest.raises(RuntimeError), Recorder(tmp_path / "take.wav", synth, print) as take:
+    with pytest.raises(RuntimeError), Recorder(tmp_path / "take.wav", synth) as take:
         for _ in range(50):
             heard.append(device.block(256))
             take.turn()
@@ -192,14 +194,13 @@ def test_a_take_is_there_whatever_ends_the_session(tmp_path: Path) -> None:
     assert np.abs(sound - np.concatenate(heard)).max() < 2**-22
 
 
-def test_a_take_of_nothing_leaves_nothing(tmp_path: Path) -> None:
-    said: list[str] = []
-    with Recorder(tmp_path / "take.wav", Synth(RATE), said.append):
+def test_a_take_of_nothing_leaves_nothing(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    with Recorder(tmp_path / "take.wav", Synth(RATE)):
         pass
-    assert not os.listdir(tmp_path) and "nothing was recorded" in said[0]
+    assert not os.listdir(tmp_path) and "nothing was recorded" in caplog.messages[0]
     for bad, error in (("take.mp3", ValueError), ("nowhere/take.wav", OutputError)):
         with pytest.raises(error):
-            Recorder(tmp_path / bad, Synth(RATE), print)
+            Recorder(tmp_path / bad, Synth(RATE))
     assert not os.listdir(tmp_path)
 
 
@@ -207,7 +208,7 @@ def test_a_take_of_nothing_leaves_nothing(tmp_path: Path) -> None:
 def test_a_full_disk_ends_the_take_not_the_session(tmp_path: Path, ending: str) -> None:
     """No file may grow beyond 100 kB in the process that plays."""
     program = f"""
-import json, resource, signal, sys
+import json, logging, resource, signal, sys
 sys.path.insert(0, {str(Path(__file__).parents[1])!r})
 from pathlib import Path
 from support.live import synth_and_device
@@ -215,9 +216,11 @@ from livebass.live.outputs import FakeDevice
 from livebass.live.recording import Recorder
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 synth, device = synth_and_device()
-said = []
+said, handler = [], logging.Handler()
+handler.emit = lambda record: said.append(record.getMessage())
+logging.getLogger("livebass").addHandler(handler)
 resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
-with Recorder(Path(sys.argv[1]), synth, said.append) as take:
+with Recorder(Path(sys.argv[1]), synth) as take:
     for k in range(2000):
         if k % 20 == 0:
             synth.send(0x90, 40, 127)
@@ -241,23 +244,41 @@ print(json.dumps([said, bool(sound.any()), str(take.kept)]))
 # ---- log and status
 
 
-def test_a_log_is_added_to_as_it_goes(tmp_path: Path) -> None:
-    path = tmp_path / "log.txt"
+def test_a_log_is_added_to_as_it_goes(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    path, logger = tmp_path / "log.txt", logging.getLogger("livebass")
     for k in range(2):
-        journal = Journal(path)
-        journal.write(f"line {k}")
+        log = LogFile(path)
+        logger.addHandler(log)
+        logger.warning("line %d", k)
         assert path.read_text().count("\n") == k + 1
-        journal.close()
-        assert journal.write("nothing") is None
+        log.close()
+        logger.warning("nothing")
+        logger.removeHandler(log)
     assert all(line[:2] == "20" and "  line " in line for line in path.read_text().splitlines())
-    full = Journal(Path("/dev/full"))
-    assert "no more log" in (full.write("line") or "") and full.write("line") is None
+    full = LogFile(Path("/dev/full"))
+    logger.addHandler(full)
+    caplog.clear()
+    for _ in range(2):
+        logger.warning("line")
+    logger.removeHandler(full)
+    assert [m for m in caplog.messages if m != "line"] == [
+        "/dev/full: cannot be written: No space left on device: no more log"
+    ]
+
+
+def test_a_session_can_be_listened_to(caplog: pytest.LogCaptureFixture) -> None:
+    """The lines of `livebass play` are records of the logger "livebass"."""
+    caplog.set_level(logging.INFO, "livebass")
+    console = Console(quiet=True)
+    with logged(console, None):
+        logging.getLogger("livebass.live.session").info("playing")
+    assert caplog.messages == ["playing"] and console not in logging.getLogger("livebass").handlers
 
 
 def test_a_log_that_cannot_be_is_one_line_before_anything_sounds(run: Run, tmp_path: Path) -> None:
     for path in (tmp_path, tmp_path / "nowhere" / "log", "a\0b"):
         with pytest.raises(OutputError, match="cannot be written"):
-            Journal(Path(path))
+            LogFile(Path(path))
     status, _, err = run("play", "--log", tmp_path / "nowhere" / "log")
     assert_one_clear_line(status, err, (1,))
 
@@ -301,6 +322,17 @@ def test_keys_are_notes_and_more() -> None:
     ]  # fmt: skip
     assert others == ["panic", "tab"]
     assert not set(LOWER + UPPER) & set("[]-=! \t\r\n") and len(set(LOWER + UPPER)) == len(LOWER + UPPER)
+
+
+def test_a_system_without_single_keys_says_so(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Windows has no termios."""
+    monkeypatch.setitem(sys.modules, "termios", None)
+    monkeypatch.setattr(os, "isatty", lambda fd: True)
+    with TerminalKeys(lambda *m: None, lambda: None) as keys:
+        keys.read()
+    assert not keys.active and len(caplog.messages) == 1 and "computer keyboard" in caplog.messages[0]
 
 
 class InTerminal:

@@ -1,0 +1,143 @@
+"""What SIGINT (Ctrl-C), SIGTERM and SIGHUP (a closed terminal) do in each phase of the program.
+
+    exit_while_loading    modules load: SIGINT ends the process at once, with one line
+    handled               a command runs: SIGINT raises KeyboardInterrupt, the others SystemExit(128 + number);
+                          the interpreter ends: all are ignored
+    uninterrupted         files are moved: the signal waits until they are in place or gone
+    stop_instead          a session plays: the signal sets its StopFlag, and the session ends in order
+    hidden_from_children  worker processes compute: they never see SIGINT and SIGHUP, their parent ends them
+
+A signal that is ignored when the program starts, as SIGHUP is under nohup, stays ignored. The exit status is 128 plus
+the signal's number. This file imports nothing of livebass, so that `__main__` can load it first.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from types import FrameType
+from typing import NoReturn
+
+STOPS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
+INTERRUPTED = 128 + signal.SIGINT  # exit status
+PATIENCE = 2.0  # s in which further signals are ignored: the program is already stopping
+
+
+def _heeded() -> list[int]:
+    """The signals of STOPS that nobody chose to ignore, and that have a handler Python knows."""
+    return [number for number in STOPS if signal.getsignal(number) not in (signal.SIG_IGN, None)]
+
+
+def exit_while_loading() -> None:
+    """Answers Ctrl-C while modules load: an exception in an import could be lost, or show a traceback."""
+    if signal.SIGINT in _heeded():
+        signal.signal(signal.SIGINT, _exit_at_once)
+
+
+def _exit_at_once(number: int, frame: FrameType | None) -> NoReturn:
+    os.write(2, b"livebass: error: interrupted, nothing written\n")  # nothing is open yet
+    os._exit(INTERRUPTED)
+
+
+@contextmanager
+def handled() -> Iterator[None]:
+    """Turns signals into exceptions within the block, and ignores them for the rest of the process."""
+    heeded, handler = _heeded(), _Handler()
+    for number in heeded:
+        signal.signal(number, handler)
+    sys.unraisablehook = handler.raise_again
+    try:
+        yield
+    finally:
+        for number in heeded:
+            signal.signal(number, signal.SIG_IGN)
+
+
+class _Handler:
+    """Raises the exception of a signal, and ignores those that follow within PATIENCE."""
+
+    def __init__(self) -> None:
+        self._latest = -math.inf  # s, when a signal was heeded last
+        self._number: int = signal.SIGINT  # which it was
+
+    def __call__(self, number: int, frame: FrameType | None) -> None:
+        now = time.monotonic()
+        if now - self._latest > PATIENCE:
+            self._latest, self._number = now, number
+            raise KeyboardInterrupt if number == signal.SIGINT else SystemExit(128 + number)
+
+    def raise_again(self, lost: sys.UnraisableHookArgs) -> None:
+        """Python's hook for exceptions nobody can catch, as in a destructor: if it was ours, once more a bit later."""
+        if isinstance(lost.exc_value, KeyboardInterrupt | SystemExit):
+            signal.signal(signal.SIGALRM, self._send_again)
+            signal.setitimer(signal.ITIMER_REAL, 0.01)
+        else:
+            sys.__unraisablehook__(lost)
+
+    def _send_again(self, number: int, frame: FrameType | None) -> None:
+        self._latest = -math.inf
+        signal.raise_signal(self._number)
+
+
+@contextmanager
+def uninterrupted() -> Iterator[None]:
+    """Holds signals back until the block is done. Has no effect outside the main thread."""
+    late: list[int] = []
+    before = {}
+    try:
+        if threading.current_thread() is threading.main_thread():
+            for number in _heeded():
+                before[number] = signal.signal(number, lambda number, _: late.append(number))
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+        for number in late[:1]:
+            signal.raise_signal(number)
+
+
+class StopFlag:
+    """Asks a loop to end. Not a threading.Event: a signal handler could deadlock on its lock."""
+
+    def __init__(self) -> None:
+        self._set = False
+
+    def set(self) -> None:
+        self._set = True
+
+    def is_set(self) -> bool:
+        return self._set
+
+
+def stop_instead(flag: StopFlag, playing: Callable[[], bool]) -> None:
+    """Makes signals set `flag`, for the rest of the process; until `playing` they also do what they did before."""
+    for number in _heeded():
+        before = signal.getsignal(number)
+
+        def stop(number: int, frame: FrameType | None, before: object = before) -> None:
+            flag.set()
+            if not playing():
+                if not callable(before):
+                    raise SystemExit(128 + number)
+                before(number, frame)
+
+        signal.signal(number, stop)
+
+
+@contextmanager
+def hidden_from_children() -> Iterator[None]:
+    """Blocks SIGINT and SIGHUP in processes and threads that start within the block.
+
+    Ctrl-C reaches the whole process group; the parent ends its workers in order.
+    """
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGHUP})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)

@@ -1,0 +1,77 @@
+"""Guards against foreign libraries: their own output on stderr, and calls that hang. [any thread]"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+
+TIMEOUT = 2.0  # s, for a call that may never return
+
+
+class _Stderr:
+    """File descriptor 2, which several threads may silence at once."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._users = 0  # that want it silent
+        self._kept = -1  # the descriptor it had before
+
+    def silence(self) -> None:
+        self._set(lambda users: users + 1)
+
+    def restore(self) -> None:
+        """Ends one `silence`."""
+        self._set(lambda users: max(users - 1, 0))
+
+    def restore_for_all(self) -> None:
+        """Ends every `silence`, those of calls that hang included."""
+        self._set(lambda users: 0)
+
+    def _set(self, change: Callable[[int], int]) -> None:
+        with suppress(OSError, ValueError):
+            sys.stderr.flush()
+        with self._lock:
+            before, self._users = self._users, change(self._users)
+            with suppress(OSError):
+                if not before and self._users:
+                    self._kept = os.dup(2)
+                    nowhere = os.open(os.devnull, os.O_WRONLY)
+                    os.dup2(nowhere, 2)
+                    os.close(nowhere)
+                elif before and not self._users and self._kept >= 0:
+                    os.dup2(self._kept, 2)
+                    os.close(self._kept)
+                    self._kept = -1
+
+
+_stderr = _Stderr()
+
+
+@contextmanager
+def silenced_stderr() -> Iterator[None]:
+    """Drops what C libraries print to file descriptor 2 within the block; exceptions say what matters."""
+    _stderr.silence()
+    try:
+        yield
+    finally:
+        _stderr.restore()
+
+
+def call_with_timeout(call: Callable[[], object], used: object) -> bool:
+    """Returns whether `call` returned within TIMEOUT; if not, stderr is restored and `used` is never released."""
+    thread = threading.Thread(target=call, daemon=True)
+    thread.start()
+    thread.join(TIMEOUT)
+    if thread.is_alive():
+        never_release(used)
+        _stderr.restore_for_all()
+    return not thread.is_alive()
+
+
+def never_release(used: object) -> None:
+    """Keeps `used` alive even when the interpreter ends, if its destructor would hang."""
+    ctypes.pythonapi.Py_IncRef(ctypes.py_object(used))
