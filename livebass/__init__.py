@@ -23,46 +23,10 @@ allowed.
     Engine(instrument, quality, rate, seed=0)      .play(score, tail) yields (n_strings, n_block) arrays
 """
 
-from __future__ import annotations
-
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from livebass.engine.engine import Engine
-    from livebass.engine.render import RenderReport, render_to_array, render_to_file
-    from livebass.files import OutputError
-    from livebass.model.instrument import Instrument
-    from livebass.model.quality import QUALITIES, Quality, quality_with
-    from livebass.preset.load import PresetError, load_preset, preset_names
-    from livebass.score import Score, ScoreError, demo_score, read_score, score_of, single_note
+from lazy_loader import attach_stub
 
 __version__ = "0.1.0"
 
-# Loaded when asked for: numba alone takes half a second that `livebass --help` need not wait for.
-_HOMES = {
-    "files": ("OutputError",),
-    "engine.engine": ("Engine",),
-    "model.instrument": ("Instrument",),
-    "preset.build": ("PresetError",),
-    "preset.load": ("load_preset", "preset_names"),
-    "model.quality": ("QUALITIES", "Quality", "quality_with"),
-    "engine.render": ("RenderReport", "render_to_array", "render_to_file"),
-    "score": ("Score", "ScoreError", "demo_score", "read_score", "score_of", "single_note"),
-}
-__all__ = [
-    "QUALITIES", "Engine", "Instrument", "OutputError", "PresetError", "Quality", "RenderReport", "Score",
-    "ScoreError", "demo_score", "load_preset", "preset_names", "quality_with", "read_score",
-    "render_to_array", "render_to_file", "score_of", "single_note",
-]  # fmt: skip
-
-
-def __getattr__(name: str) -> Any:
-    for module, names in _HOMES.items():
-        if name in names:
-            return getattr(import_module(f"livebass.{module}"), name)
-    raise AttributeError(f"module 'livebass' has no attribute {name!r}")
-
-
-def __dir__() -> list[str]:
-    return sorted([*globals(), *__all__])
+# __init__.pyi is the one list of public names. Each is imported at its first use: numba alone takes half a second,
+# which `livebass --help` need not wait for.
+__getattr__, __dir__, __all__ = attach_stub(__name__, __file__)

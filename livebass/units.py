@@ -101,6 +101,13 @@ def format_quantity(value: float, dimension: str, unit: str | None = None) -> st
     return f"{rounded:.12g} {unit}"
 
 
+def readable_quantity(value: float, dimension: str) -> str:
+    """`value` (SI) with four digits in the unit that suits its size: "4.5 mm", "47 nF"; never in inches or cm."""
+    sizes = DIMENSIONS[dimension].units
+    fitting = [unit for unit, size in sizes.items() if 1 <= value / size < 1000 and unit not in ("in", "cm")]
+    return format_quantity(value, dimension, fitting[0] if fitting else None)
+
+
 def decibels(ratio: float) -> float:
     """20 log10 of an amplitude ratio. Raises ValueError unless it is positive and finite."""
     return 20 * math.log10(_positive(ratio, "an amplitude ratio"))

@@ -1,8 +1,11 @@
-"""What the docstrings of `livebass` promise: a score is relative to where play starts, bad values are refused."""
+"""The public interface: its names, a score starts where the engine is, bad values are refused."""
 
 from __future__ import annotations
 
 import math
+import re
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -32,6 +35,28 @@ def engine(bass: livebass.Instrument, rate: int = RATE) -> livebass.Engine:
 
 def played(engine: livebass.Engine, score: livebass.Score, tail: float | None = 0.1) -> np.ndarray:
     return np.concatenate(list(engine.play(score, tail)), axis=1)
+
+
+@pytest.mark.parametrize("name", livebass.__all__)
+def test_every_public_name_is_there_and_documented(name: str) -> None:
+    assert name in dir(livebass)
+    assert getattr(livebass, name) is not None
+    assert re.search(rf"\b{name}\b", livebass.__doc__ or "")
+
+
+def test_public_names() -> None:
+    assert livebass.__all__ == [
+        "Engine", "Instrument", "OutputError", "PresetError", "QUALITIES", "Quality", "RenderReport", "Score",
+        "ScoreError", "demo_score", "load_preset", "preset_names", "quality_with", "read_score", "render_to_array",
+        "render_to_file", "score_of", "single_note",
+    ]  # fmt: skip
+    with pytest.raises(AttributeError, match="No livebass attribute nothing"):
+        livebass.nothing  # noqa: B018
+
+
+def test_presets_and_scores_load_without_the_kernels() -> None:
+    code = "import sys, livebass; livebass.load_preset, livebass.read_score; sys.exit('numba' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
 @pytest.mark.parametrize("tail", [0.0, 0.1, None])

@@ -1,4 +1,4 @@
-"""Units, notes, cents and decibels: what is read, and what is refused with which words."""
+"""Units, notes, cents and decibels: texts that are read, and texts that are refused with a clear message."""
 
 import math
 
@@ -62,6 +62,20 @@ def test_quantity_refuses(text: str, dimension: str, says: str) -> None:
     with pytest.raises(ValueError) as caught:
         units.quantity(text, dimension)
     assert says in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("value", "dimension", "text"),
+    [
+        (0.0045, "length", "4.5 mm"),
+        (2.0, "length", "2 m"),
+        (47e-9, "capacitance", "47 nF"),
+        (8e6, "frequency", "8 MHz"),
+        (0.0, "angle", "0 deg"),
+    ],
+)
+def test_readable_quantity(value: float, dimension: str, text: str) -> None:
+    assert units.readable_quantity(value, dimension) == text
 
 
 @pytest.mark.parametrize(

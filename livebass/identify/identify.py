@@ -25,7 +25,7 @@ from livebass.model import modes as modal
 from livebass.model.instrument import Instrument, Neck, String, note_frequency, speaking
 from livebass.model.neck import Admittance, Resonance
 from livebass.preset.build import Builder
-from livebass.preset.checks import RESONANCES, TABLE
+from livebass.preset.checks import RESONANCE_KEYS, TABLE_KEYS
 from livebass.preset.load import preset_source
 from livebass.report.text import columns, csv_text, json_text, plain
 from livebass.units import cents, note_name, note_number
@@ -378,7 +378,7 @@ def _put_neck(document: Any, string: Any, result: Identified, resonances: Sequen
         import tomlkit
 
         string["neck"] = tomlkit.table()
-    for name in TABLE | RESONANCES:
+    for name in TABLE_KEYS | RESONANCE_KEYS:
         string["neck"].pop(name, None)
     for name, value in (_resonance_keys(resonances) if resonances else _table_keys(pairs)).items():
         _put(string["neck"], name, value)

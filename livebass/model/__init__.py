@@ -1,1 +1,1 @@
-"""What a bass is, in SI values: strings, necks, pickups, player; its modes; a pluck and its motion."""
+"""The physics of a bass in SI values: strings, necks, pickups, player; modes and dampings; a pluck and its motion."""

@@ -1,26 +1,25 @@
-"""Coil, cable, volume and tone pot as a digital filter."""
+"""The circuit of a pickup, coil, cable, volume and tone pot, and the digital filter that stands for it."""
 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from livebass.arrays import Floats
+from livebass.arrays import Complexes, Floats
 from livebass.model.instrument import Coil
 
-ORDER = 3
-FITTED = 0.45  # of the sampling rate
-LATE = 0.25  # samples
+ORDER = 3  # poles of the circuit
+FITTED = 0.45  # of the sampling rate, up to which the response is fitted
+LATE = 0.25  # samples of delay that the fit is allowed
 
 
 def analogue(coil: Coil) -> tuple[Floats, Floats]:
-    """(numerator, denominator) of output over induced voltage, powers of s ascending.
+    """(numerator, denominator), each (4,), of output over induced voltage, in ascending powers of s.
 
-    The coil (L, R) feeds, in parallel, the volume pot, the cable's capacitance, and the tone branch: what is left
-    of the tone pot in series with its capacitor.
+    The coil (L, R) feeds three things in parallel: the volume pot, the cable's capacitance, and the tone branch, which
+    is the tone pot, as far as it is open, in series with its capacitor.
     """
     tone_time = coil.tone_capacitor * coil.tone_pot * coil.tone  # s
-    branch = np.array([1.0, tone_time])  # tone branch admittance is s Ct / branch
+    branch = np.array([1.0, tone_time])  # the admittance of the tone branch is s Ct / branch
     source = np.array([coil.resistance, coil.inductance])
     load = np.convolve([1.0 / coil.volume_pot, coil.capacitance], branch)
     load[1] += coil.tone_capacitor
@@ -29,19 +28,19 @@ def analogue(coil: Coil) -> tuple[Floats, Floats]:
     return np.pad(branch, (0, ORDER - 1)), denominator
 
 
-def response(coil: Coil, frequency: Floats) -> NDArray[np.complex128]:
-    """Output over induced voltage at `frequency` (Hz)."""
+def response(coil: Coil, frequency: Floats) -> Complexes:
+    """Output over induced voltage at `frequency` (Hz, any shape), complex."""
     s = 2j * np.pi * frequency
     numerator, denominator = analogue(coil)
     return np.asarray(np.polyval(numerator[::-1], s) / np.polyval(denominator[::-1], s))
 
 
 def digital(coil: Coil, rate: float) -> tuple[Floats, Floats]:
-    """(b, a), each (4,), a[0] = 1: a filter at `rate` Hz with the circuit's poles and nearly its response.
+    """Coefficients (b, a), each (4,), a[0] = 1, of a filter at `rate` Hz with the circuit's poles and its response.
 
-    The numerator is the least-squares fit of relative error up to `FITTED` of the rate. The response comes within
-    0.7 dB there (1.2 dB with the tone closed, far below the low notes), late by `LATE` samples; a bilinear
-    transform would be 18 dB off.
+    The numerator is fitted by least squares of the relative error up to `FITTED` of the rate. There the response is
+    within 0.7 dB of the circuit's (1.2 dB with the tone closed, far below the low notes) and `LATE` samples late; a
+    bilinear transform would be 18 dB off.
     """
     poles = np.roots(analogue(coil)[1][::-1])
     a = np.zeros(ORDER + 1)

@@ -1,7 +1,8 @@
-"""What an electric bass is, as frozen values in SI units: strings, necks, pickups, player.
+"""An electric bass as frozen values in SI units: strings, necks, pickups, player, and a string stopped at a fret.
 
-Axes: x runs along the string from the nut (0) to the saddle (`length`), u points up, away from the
-neck, v across, along the frets. The open string at rest is u = 0; a fret crown under it has a negative height.
+Axes: x runs along the string from the nut (0) to the saddle (`length`), u points up, away from the neck, and v across,
+along the frets. The open string at rest is u = 0; a fret crown below it has a negative height. Equation numbers:
+Issanchou et al. (2018).
 """
 
 from __future__ import annotations
@@ -12,34 +13,33 @@ from functools import lru_cache
 
 import numpy as np
 
-from livebass.model import neck as obstacle
-from livebass.model.neck import FREE_PART, Admittance, Surface, detuning
+from livebass.model.neck import FREE_PART, Admittance, Surface, detuning, surface_beyond, surface_on_grid
 
 A4_NOTE, A4_HZ = 69, 440.0
-ROUNDING = 1e-9  # m: a crown that high lies on the line
-BOARD_ROUGH = 20e-6  # m: what a board may stand higher; it is pressed flat
-MOST_DETUNING = 0.05  # of a mode, by the neck: beyond, eq. 8 does not hold, as it is of first order
+ROUNDING = 1e-9  # m, by which a crown may stand above the string at rest and still count as level with it
+BOARD_ROUGH = 20e-6  # m, by which a board may stand above the string at rest; it is pressed flat
+MOST_DETUNING = 0.05  # relative shift of a mode by the neck: beyond, eq. 8 fails, as it is of first order
 
 
 @dataclass(frozen=True)
 class String:
-    """One string, open, between nut and saddle. Sections 2.1 and 2.2 of Issanchou et al. (2018)."""
+    """One open string between nut and saddle: sections 2.1 and 2.2."""
 
     name: str
     open_note: int  # MIDI note number
     length: float  # m, nut to saddle
     linear_density: float  # kg/m
-    tension: float  # N, nominal; pitch is then set exactly by the notes, see `speaking`
+    tension: float  # N, nominal: the pitch itself is set by the notes, see `speaking`
     diameter: float  # m, outside, for friction with the air (eq. 10)
     inharmonicity: float  # B of eq. 8, open string
     viscoelastic_angle: float = 0.01  # delta_ve of eq. 11
     thermoelastic: float = 6e-6  # 1/Q_te of eq. 9
-    extra_damping: float = 0.0  # 1/s added to every mode: mute, tape, palm
-    extra_damping_slope: float = 0.0  # dimensionless: 1/s added per rad/s of the mode
+    extra_damping: float = 0.0  # 1/s, added to every mode: mute, tape, palm
+    extra_damping_slope: float = 0.0  # dimensionless, 1/s added per rad/s of the mode
     level: float = 1.0  # how strongly pickups sense it: its steel, and how high their poles are set
-    law_fundamental: float = 0.0  # Hz, f0 of eq. 8 where it was measured; 0: from open_note
-    measured_frequencies: tuple[float, ...] = ()  # Hz, first modes of the open string
-    measured_dampings: tuple[float, ...] = ()  # 1/s, as many
+    law_fundamental: float = 0.0  # Hz, f0 of eq. 8 if measured; 0: from open_note
+    measured_frequencies: tuple[float, ...] = ()  # Hz, of the first modes of the open string
+    measured_dampings: tuple[float, ...] = ()  # 1/s, of the same modes
 
     @property
     def nominal_fundamental(self) -> float:
@@ -49,23 +49,23 @@ class String:
 
 @dataclass(frozen=True)
 class Neck:
-    """The frets under one string, and what a contact with them is (eq. 6)."""
+    """The frets or the board under one string, the law of a contact with them (eq. 6), and how the neck gives way."""
 
     fret_positions: tuple[float, ...]  # m from the nut, ascending, fret 1 first
     fret_heights: tuple[float, ...]  # m relative to the open string at rest, negative is below
-    contact_stiffness: float = 1e13  # K, force per unit length on `grid_step`
-    contact_exponent: float = 1.5  # alpha
-    grid_step: float = 1e-3  # m: frets sit on this grid, a fret pushes on one step of it (dx)
+    contact_stiffness: float = 1e13  # K of eq. 6, SI: force per unit length on one `grid_step`
+    contact_exponent: float = 1.5  # alpha of eq. 6
+    grid_step: float = 1e-3  # m, dx: frets sit on this grid, and a fret pushes on one step of it
     admittance: Admittance = field(default_factory=Admittance)  # Y_nut of eqs. 8 and 9
     free_length: float = 0.0  # m, from the nut to the body; 0: FREE_PART of the scale
-    friction: float = 900.0  # A of eq. 7, force per unit length on `grid_step`, N/m
-    friction_speed: float = 1e-5  # s of eq. 7, m/s
-    surface: Surface = ()  # board under the string, crowns included; empty: it can touch the crowns only
+    friction: float = 900.0  # N/m, A of eq. 7: force per unit length on one `grid_step`
+    friction_speed: float = 1e-5  # m/s, s of eq. 7
+    surface: Surface = ()  # board under the string, crowns included; empty: the string can touch the crowns only
 
 
 @dataclass(frozen=True)
 class Coil:
-    """Electrical side of a pickup with volume and tone pots and a cable."""
+    """The circuit of a pickup: its coil, volume and tone pots, and the cable."""
 
     inductance: float = 4.0  # H
     resistance: float = 7500.0  # ohm
@@ -73,57 +73,57 @@ class Coil:
     volume_pot: float = 250e3  # ohm
     tone_pot: float = 250e3  # ohm, full resistance
     tone_capacitor: float = 47e-9  # F
-    tone: float = 1.0  # 0 (closed) to 1 (open)
+    tone: float = 1.0  # position of the tone pot, 0 (closed) to 1 (open)
 
 
 @dataclass(frozen=True)
 class Pickup:
-    """A magnetic pickup under one string."""
+    """A magnetic pickup under all strings, or under some, as half of a split coil is."""
 
     position: float  # m from the saddle
     aperture: float = 0.02  # m, length of string it senses
-    decay_length: float = 4e-3  # m, flux gradient falls e times when the string rises by this
-    level: float = 1.0  # mix
-    across: float = 0.15  # how strongly it senses v, of u: the field changes less along the frets
-    strings: tuple[str, ...] = ()  # names of those it senses, as half of a split coil does; empty: all
+    decay_length: float = 4e-3  # m: the flux gradient falls e times when the string rises by this
+    level: float = 1.0  # in the mix; negative: reversed
+    across: float = 0.15  # sensitivity to v over that to u: the field changes less along the frets
+    strings: tuple[str, ...] = ()  # names of those it senses; empty: all
 
 
 @dataclass(frozen=True)
 class Output:
-    """How string motion becomes a signal."""
+    """How the motion of the strings becomes a signal: through pickups, or as the displacement at a sensor."""
 
-    kind: str = "pickups"  # "pickups" or "displacement"
+    kind: str = "pickups"  # or "displacement"
     pickups: tuple[Pickup, ...] = (Pickup(0.09),)
     coil: Coil = field(default_factory=Coil)
-    sensor: float = 0.009  # m from the saddle, for "displacement"
-    sensor_v: float = 0.018  # the same, of v
+    sensor: float = 0.009  # m from the saddle, for u in "displacement"
+    sensor_v: float = 0.018  # m from the saddle, for v
     across: float = 0.0  # level of v in "displacement"
-    gain: float = 1.0  # signal units per V-like unit (pickups, m/s) or per m (displacement)
+    gain: float = 1.0  # signal per m/s of the pickups, or per m of displacement
 
 
 @dataclass(frozen=True)
 class Player:
-    """How notes become plucks. Amplitudes count in multiples of the apex that just grazes a fret."""
+    """How notes become plucks. Strengths are multiples of the apex at which a pluck just grazes a fret."""
 
-    technique: str = "pluck"  # "pluck", or "slap": thumb strikes on the lower strings, pops above
-    slapped_strings: int = 0  # how many strings, from the lowest, the thumb strikes
+    technique: str = "pluck"  # or "slap": the thumb strikes the lower strings, a finger pops those above
+    slapped_strings: int = 0  # number of strings, from the lowest, that the thumb strikes
     pluck_position: float = 0.74  # place over the body, fraction of the open string from the nut
     pluck_nearest: float = 0.55  # the same for controller value 0 ...
     pluck_farthest: float = 0.93  # ... and 127
     rounding: float = 5e-3  # m, standard deviation of the Gaussian that rounds the corner
-    pluck_angle: float = 0.0  # rad from straight away from the neck
-    softest: float = 0.08  # apex at velocity 1, multiple of the grazing apex
-    hardest: float = 4.5  # apex at velocity 127
+    pluck_angle: float = 0.0  # rad, of the pull, from straight away from the neck
+    softest: float = 0.08  # apex at velocity 1, in grazing apexes
+    hardest: float = 4.5  # apex at velocity 127, in grazing apexes
     greatest_apex: float = 0.010  # m, approached but never exceeded
-    unevenness: float = 0.0  # notes differ by up to this part in strength, and by so many times 10 cm in place
+    unevenness: float = 0.0  # notes differ by up to this part in strength and by this times 10 cm in place
     strike_position: float = 0.68  # place of the thumb over the body, as pluck_position
     strike_force: float = 1.0  # depth of a strike over the apex of a pluck of the same velocity
-    strike_width: float = 0.02  # m
-    strike_time: float = 1.5e-3  # s
+    strike_width: float = 0.02  # m, of the thumb
+    strike_time: float = 1.5e-3  # s the thumb stays on the string
     pull_time: float = 2e-3  # s the finger takes to displace the string before it lets go
-    hand_damping: float = 90.0  # 1/s of the hand that stops a note
+    hand_damping: float = 90.0  # 1/s, by the hand that stops a note
     bend_range: float = 2.0  # semitones
-    out_of_range: str = "transpose"  # or "drop"
+    out_of_range: str = "transpose"  # or "drop": what becomes of notes the bass does not have
     position_controller: int = 16  # MIDI controller of the pluck position
 
 
@@ -139,7 +139,7 @@ class Instrument:
     player: Player
 
     def string_index(self, name: str) -> int:
-        """Index of the string called `name` (case-insensitive); LookupError lists those there are."""
+        """Index of the string called `name`, in any case. Raises LookupError, which lists the names there are."""
         names = [s.name for s in self.strings]
         for i, have in enumerate(names):
             if have.casefold() == name.casefold():
@@ -149,34 +149,34 @@ class Instrument:
 
 @dataclass(frozen=True)
 class Pluck:
-    """A rounded triangle, released at rest."""
+    """The shape of a plucked string: a rounded triangle, released at rest."""
 
     apex: float  # m, height of the corner before rounding
-    position: float  # m from the stop of the speaking length
+    position: float  # m from the stop
     rounding: float = 5e-3  # m, standard deviation
-    angle: float = 0.0  # rad from u, the direction away from the neck, towards v, along the neck's face
+    angle: float = 0.0  # rad, from u towards v
 
 
 @dataclass(frozen=True)
 class Speaking:
-    """The part of a string that sounds, from the pressed fret (or the nut) to the saddle."""
+    """The part of a string that sounds, from the pressed fret (or the nut) to the saddle, and its P obstacles."""
 
     string: String
     fret: int  # asked for; 0 is open
-    stop: int  # fret the string rests on: another one where a high fret chokes the note
+    stop: int  # fret the string rests on: one beyond `fret` if it stands so high that it chokes the note
     length: float  # m
     fundamental: float  # Hz, f0 of the frequency law (eq. 8)
     inharmonicity: float  # B for this length
     grid_points: int  # N: `length` / N is the grid step dx
-    contact_fret: tuple[int, ...]  # fret numbers of the obstacles; 0: wood
-    contact_position: tuple[float, ...]  # m from the stop, on the grid
-    contact_height: tuple[float, ...]  # m, negative: under the string at rest
-    contact_stiffness: float
-    contact_exponent: float
-    admittance: Admittance  # of the neck where the string is stopped
-    friction: float
-    friction_speed: float
-    surface: Surface = ()  # of the board, from the stop, relative to the string at rest
+    contact_fret: tuple[int, ...]  # (P,) fret number of each obstacle; 0: wood
+    contact_position: tuple[float, ...]  # (P,) x_m, m from the stop, on the grid
+    contact_height: tuple[float, ...]  # (P,) g, m; negative: below the string at rest
+    contact_stiffness: float  # K of eq. 6
+    contact_exponent: float  # alpha of eq. 6
+    admittance: Admittance  # of the neck at the stop
+    friction: float  # N/m, A of eq. 7
+    friction_speed: float  # m/s, s of eq. 7
+    surface: Surface = ()  # of the board, in m from the stop and m above the string at rest
 
     @property
     def step(self) -> float:
@@ -187,10 +187,10 @@ class Speaking:
 def frets_from_geometry(
     length: float, count: int, action: float, relief: float, nut_height: float, lift: dict[int, float] | None = None
 ) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Positions and crown heights (m) of `count` frets for a string of `length`.
+    """Positions (m from the nut) and crown heights (m), each (count,), of the frets under a string of `length` (m).
 
-    `action` is the gap under the open string at fret 12, `nut_height` the gap at fret 1, `relief` the depth
-    of the hollow between the first and the last fret, at its middle; `lift` raises single frets (m).
+    In m, `action` is the gap under the open string at fret 12, `nut_height` the gap at fret 1, `relief` the depth of
+    the hollow between the first and the last fret, at its middle, and `lift` raises frets by number.
     """
     x = [length * (1 - 2 ** (-k / 12)) for k in range(1, count + 1)]
     where = [(xi - x[0]) / (x[-1] - x[0]) if count > 1 else 0.0 for xi in x]
@@ -203,18 +203,19 @@ def frets_from_geometry(
 
 
 def note_frequency(note: float) -> float:
-    """Equal temperament, Hz, for a MIDI note number."""
+    """Frequency (Hz) of a MIDI note number in equal temperament; fractions allowed."""
     return A4_HZ * 2.0 ** ((note - A4_NOTE) / 12)
 
 
 @lru_cache(maxsize=1024)
 def speaking(string: String, neck: Neck, fret: int) -> Speaking:
-    """The string of `neck` stopped at `fret` (0: open), with the obstacles that are left above it.
+    """`string` over `neck`, stopped at `fret` (0: open), with the obstacles between the stop and the saddle.
 
-    A note is tuned to equal temperament whatever the fret's exact place, as a compensated saddle does. Where
-    a higher crown stands above the line from the pressed fret to the saddle, the string rests on that crown. The neck
-    draws each mode aside for itself (eq. 8); it is the first mode that is in tune.
-    Raises ValueError for a fret the neck does not have, or where the open string lies on a fret.
+    A note is tuned to equal temperament wherever its fret is exactly, as a compensated saddle would do. If a crown
+    nearer the saddle stands above the line from the pressed fret to the saddle, the string rests on that crown. The
+    neck shifts each mode by a different part (eq. 8): the first one is in tune.
+
+    Raises ValueError for a fret the neck does not have, and if a fret or the board stands above the string at rest.
     """
     count = len(neck.fret_positions)
     if not 0 <= fret <= count:
@@ -233,7 +234,7 @@ def speaking(string: String, neck: Neck, fret: int) -> Speaking:
     for k, height in zip(crowns, heights, strict=True):
         if height > ROUNDING:
             raise ValueError(f"fret {k} stands {height * 1e3:.2f} mm above string {string.name} at rest")
-    surface = obstacle.under(neck.surface, x_stop, h_stop, total)
+    surface = surface_beyond(neck.surface, x_stop, h_stop, total)
     stiffness = string.inharmonicity * (total / length) ** 2
     admittance = neck.admittance.moved(x_stop, neck.free_length or FREE_PART * total)
     if stop == 0 and string.law_fundamental:
@@ -241,7 +242,7 @@ def speaking(string: String, neck: Neck, fret: int) -> Speaking:
     else:
         note = note_frequency(string.open_note + stop)
         mute = string.extra_damping / (2 * math.pi) + string.extra_damping_slope * note
-        sounds = math.hypot(note, mute)  # a damped mode rings lower than it is tuned
+        sounds = math.hypot(note, mute)  # tuned higher, as a damped mode rings lower than its eigenfrequency
         fundamental = _tuned(sounds, stiffness, 2 * string.linear_density * length, admittance)
     s = Speaking(
         string=string,
@@ -265,13 +266,14 @@ def speaking(string: String, neck: Neck, fret: int) -> Speaking:
 
 
 def on_grid(s: Speaking, points: int) -> Speaking:
-    """`s` over its board on a grid of `points` steps: a contact point wherever there is board.
+    """`s` over its board on a grid of `points` steps, with a contact point wherever there is board.
 
-    Contact on a board needs a grid of one step more than there are modes: each point has its own (eq. 12), and each
-    fret is the point next to it. Raises ValueError where the board stands above the string at rest.
+    Contact with a board needs a grid with one step more than there are modes: then Phi Phi^T is diagonal, and the force
+    at each point has an equation of its own (eq. 12). A fret is the grid point next to it. Raises ValueError if the
+    board stands above the string at rest.
     """
     step = s.length / points
-    place, height = obstacle.on_grid(s.surface, s.length, points)
+    place, height = surface_on_grid(s.surface, s.length, points)
     for x, h in zip(place.tolist(), height.tolist(), strict=True):
         if h > BOARD_ROUGH:
             why = f"the board stands {h * 1e3:.2f} mm above string {s.string.name} at rest, {x * 1e3:.0f} mm from"
@@ -291,16 +293,16 @@ def on_grid(s: Speaking, points: int) -> Speaking:
 
 
 def for_modes(s: Speaking, count: int) -> Speaking:
-    """`s` as it is for frets alone; over a board, on the grid that `count` modes need."""
+    """`s` on the grid that `count` modes need: over a board one of count + 1 steps, over frets `s` as it is."""
     return on_grid(s, count + 1) if s.surface and count + 1 != s.grid_points else s
 
 
 def _tuned(sounds: float, stiffness: float, mass: float, admittance: Admittance) -> float:
-    """f0 of eq. 8 (Hz) whose first mode is at `sounds` (Hz). mass: 2 mu L, kg, so that mu c is that times f0."""
+    """f0 of eq. 8 (Hz) for a first mode at `sounds` (Hz). mass: 2 mu L, kg, so that mu c is mass times f0."""
     fundamental = sounds / (1 + stiffness / 2)
     if not admittance:
         return fundamental
-    for _ in range(8):  # each gains some digits, as the neck's part is small
+    for _ in range(8):  # fixed-point iteration; each pass gains digits, as the neck's part is small
         aside = float(detuning(admittance.at(fundamental), mass * fundamental, 1))
         aside = min(max(aside, -MOST_DETUNING), MOST_DETUNING)
         before, fundamental = fundamental, sounds / (1 + stiffness / 2 + aside)

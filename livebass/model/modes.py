@@ -1,4 +1,7 @@
-"""Modes of a speaking string: frequencies, dampings, shapes. Equation numbers: Issanchou et al. (2018)."""
+"""Modes of a speaking string: frequencies (eq. 8), the damping law (eqs. 9 to 11), shapes (eq. 3), and plucks in them.
+
+Equation numbers: Issanchou et al. (2018).
+"""
 
 from __future__ import annotations
 
@@ -12,14 +15,14 @@ from livebass.model.neck import detuning, neck_damping
 
 AIR_VISCOSITY = 1.8e-5  # kg/m/s, eta_air of eq. 10
 AIR_DENSITY = 1.2  # kg/m3, rho_air
-CLAMP_WAVENUMBER = 800 / 0.863  # modes per metre: above it the published damping stays constant
+CLAMP_WAVENUMBER = 800 / 0.863  # modes per metre; above, the published damping is constant
 
 
 def frequencies(s: Speaking, count: int) -> Floats:
-    """Eigenfrequencies nu_j, j = 1..count, Hz: eq. 8, measured values first.
+    """Eigenfrequencies nu_j of modes j = 1 to `count`, (count,), Hz: measured ones where there are any, then eq. 8.
 
-    The law is 1 + B j^2 / 2, not its square root: at j = 862 the two differ 2.7 times. The neck's term is that at
-    omega_{0,j}, its sign the one of `admittance`.
+    The law is 1 + B j^2 / 2, as printed, not the square root of 1 + B j^2: at j = 862 the two differ 2.7 times. The
+    neck's term is taken at omega_{0,j}, with the sign that model/neck.py explains.
     """
     j = np.arange(1, count + 1)
     nu = j * s.fundamental * (1 + s.inharmonicity * j**2 / 2 + neck_detuning(s, count))
@@ -30,13 +33,14 @@ def frequencies(s: Speaking, count: int) -> Floats:
 
 
 def dampings(s: Speaking, count: int) -> Floats:
-    """Damping coefficients sigma_j, j = 1..count, 1/s: eqs. 9 to 11, measured values first.
+    """The damping law: coefficients sigma_j of modes j = 1 to `count`, (count,), 1/s.
 
-    As in the published data the law is evaluated at j f0, and constant above `CLAMP_WAVENUMBER`; the neck's part of it
-    at the frequency of the mode itself.
+    Measured ones where there are any, then pi nu_j / Q_j of eqs. 9 to 11; the string's extra damping is added to all.
+    As in the published data the law is evaluated at j f0 and constant above `CLAMP_WAVENUMBER`; only the neck's part is
+    taken at the frequency of the mode itself.
     """
     j = np.arange(1, count + 1)
-    # where f0 was measured the published dampings still follow c / 2L of the table's tension
+    # If f0 was measured, the published dampings still follow c / 2L of the tension in the table.
     nominal = s.string.nominal_fundamental if s.stop == 0 and s.string.law_fundamental else s.fundamental
     nu = j * nominal  # Hz, nu_{0,j}
     top = max(1, math.floor(CLAMP_WAVENUMBER * s.length))
@@ -51,38 +55,38 @@ def dampings(s: Speaking, count: int) -> Floats:
 
 
 def loss_factor(s: Speaking, nu: Floats) -> Floats:
-    """1/Q at frequencies `nu` (Hz) without the neck: air (10), viscoelastic (11), thermoelastic."""
+    """1/Q at frequencies `nu` (Hz), shaped as nu, without the neck: air (eq. 10), visco- (11) and thermoelastic (9)."""
     string = s.string
     mu = string.linear_density
     friction = 2 * math.pi * AIR_VISCOSITY + 2 * math.pi * string.diameter * np.sqrt(
         math.pi * AIR_VISCOSITY * AIR_DENSITY * nu
     )
     air = friction / (2 * math.pi * mu * nu)
-    # E_core I_core from the inharmonicity: B = pi^2 E I / (T L^2)
+    # E_core I_core follows from the inharmonicity: B = pi^2 E I / (T L^2)
     bending = string.inharmonicity * string.tension * string.length**2 / math.pi**2  # N m2
     viscoelastic = 4 * math.pi**2 * mu * bending * string.viscoelastic_angle / string.tension**2 * nu**2
     return np.asarray(air + viscoelastic + string.thermoelastic)
 
 
 def impedance(s: Speaking) -> float:
-    """mu c, kg/s; c = 2 L f0."""
+    """Wave impedance mu c of the string, kg/s, with c = 2 L f0."""
     return 2 * s.string.linear_density * s.length * s.fundamental
 
 
 def neck_detuning(s: Speaking, count: int) -> Floats:
-    """What the neck adds to nu_j / (j f0) of each mode, (count,): the last term of eq. 8."""
+    """Relative shift of modes 1 to `count` by the neck, (count,): the last term of eq. 8, as part of nu_j / (j f0)."""
     j = np.arange(1, count + 1)
     return detuning(s.admittance.at(j * s.fundamental), impedance(s), j)
 
 
 def shapes(s: Speaking, count: int, x: Floats) -> Floats:
-    """phi_j(x) = sqrt(2/L) sin(j pi x / L), shape (len(x), count), m^-0.5: eq. 3."""
+    """Mode shapes phi_j(x) = sqrt(2/L) sin(j pi x / L) at `x` (m from the stop), (len(x), count), m^-0.5: eq. 3."""
     j = np.arange(1, count + 1)
     return np.sqrt(2 / s.length) * np.sin(np.outer(np.asarray(x), j) * (math.pi / s.length))
 
 
 def pluck_amplitudes(s: Speaking, count: int, pluck: Pluck) -> Floats:
-    """Modal amplitudes q_j(0), m^1.5, of the rounded triangle `pluck`."""
+    """Modal amplitudes q_j(0), (count,), m^1.5, of the rounded triangle `pluck`; its angle does not matter."""
     k = np.arange(1, count + 1) * (math.pi / s.length)  # rad/m
     a = pluck.position
     bend = pluck.apex * s.length / (a * (s.length - a))  # change of slope at the corner
@@ -91,9 +95,10 @@ def pluck_amplitudes(s: Speaking, count: int, pluck: Pluck) -> Floats:
 
 
 def grazing_apex(s: Speaking, position: float) -> float:
-    """The apex (m) of a pluck at `position` (m from the stop) that just reaches a fret.
+    """The apex (m) of a pluck at `position` (m from the stop) at which the string just reaches a fret.
 
-    An ideal string plucked at a swings down to a triangle with its corner at L - a (its mirror image).
+    An ideal string plucked at `position` swings down to the mirror image, a triangle with its corner at L - position.
+    Infinite if there is no obstacle.
     """
     a = s.length - position
     least = math.inf

@@ -1,15 +1,14 @@
-"""What a neck gives way under a string: its admittance at the nut, and at any fret.
+"""The neck as a string meets it: the admittance of its end, which moves, and the surface below, which it may hit.
 
-Convention: exp(+i omega t), and Y is the velocity of the neck over the force of the string on it, m/s/N, so that its
-real part is never negative. A string of impedance Z = mu c that ends there obeys tan(k L) = i Z Y; for a small Z Y
-mode j is shifted by i Z Y / (j pi) of its angular frequency. Hence eq. 9 of Issanchou et al. (2018), and eq. 8 with a
-minus sign: as printed, with a plus, it is for exp(-i omega t). A neck that yields like a spring (Im Y > 0) makes the
+Admittance. Convention: exp(+i omega t), and Y is the velocity of the neck over the force of the string on it, m/s/N, so
+that its real part is never negative. A string of impedance Z = mu c that ends there obeys tan(k L) = i Z Y; for a small
+Z Y mode j is shifted by i Z Y / (j pi) of its angular frequency. Hence eq. 9 of Issanchou et al. (2018), and eq. 8 with
+a minus sign: as printed, with a plus, it is for exp(-i omega t). A neck that yields like a spring (Im Y > 0) makes the
 string longer and flatter, one that yields like a mass sharper.
 
-What lies under a string where it may touch anywhere: the board of a neck, with or without frets, on a grid.
-
-A surface is a table of (m from the nut, m relative to the open string at rest), ascending, straight lines between. On a
-grid of N steps each grid point has a step of it to itself, and is as high as the surface there, or as a crown in that.
+Surface. The board of a neck, with or without frets, is a table of (m from the nut, m relative to the open string at
+rest), ascending in the first, with straight lines between. On a grid each point stands for one step of the string: it
+is as high as the surface at the point, or as the crown that lies within its step.
 """
 
 from __future__ import annotations
@@ -21,27 +20,29 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from livebass.arrays import Floats
+from livebass.arrays import Complexes, Floats
 
-Complexes = NDArray[np.complex128]
-
-FREE_PART = 0.6  # of the scale is neck beyond the body, where a preset does not say
+FREE_PART = 0.6  # of the scale length, from the nut to the body, if a preset does not say
 MOST_SHAPE = 40  # number of the highest bending mode
+CROWN = 1e-3  # m, half the width of a crown at its foot
+BOW_STEP = 2e-3  # m, length of the straight lines that make up a bow
+
+Surface = tuple[tuple[float, float], ...]  # (m from the nut, m above the open string at rest), ascending; or none: ()
 
 
 @dataclass(frozen=True)
 class Resonance:
-    """One vibration of the neck, as the string feels it."""
+    """One vibration of the neck, a mass on a spring and a damper, as the string feels it."""
 
     frequency: float  # Hz
     quality: float  # Q
     mass: float  # kg, effective where the string ends
-    shape: int = 1  # number of the bending mode, 1 the lowest; 0: the whole bass moves, alike everywhere
+    shape: int = 1  # number of the bending mode, 1 the lowest; 0: the whole bass moves, the same everywhere
 
 
 @dataclass(frozen=True)
 class Admittance:
-    """Y where the string ends: a sum of resonances, or a measured table, zero outside it."""
+    """Y where the string ends: a sum of resonances, or a measured table that is zero outside. Empty: a rigid neck."""
 
     resonances: tuple[Resonance, ...] = ()
     table: tuple[tuple[float, float, float], ...] = ()  # (Hz, Re Y, Im Y), m/s/N, ascending
@@ -67,10 +68,10 @@ class Admittance:
         return y
 
     def moved(self, place: float, free_length: float) -> Admittance:
-        """The admittance `place` (m) from the nut on a neck that is free over `free_length` (m) from there.
+        """The admittance `place` (m) from the nut, on a neck that is free over `free_length` (m) from the nut.
 
-        Each resonance counts by the square of its shape, that is with a greater mass; a table, whose vibrations are
-        not known, by that of the first. From the body on no bending is left.
+        Each resonance counts by the square of its bending shape, as if its mass were greater. A table, whose
+        vibrations are not known, counts by the shape of the first. Where the body begins, bending ends.
         """
         if place == 0 or not self:
             return self
@@ -84,23 +85,26 @@ class Admittance:
 
 
 def detuning(y: ArrayLike, impedance: float, mode: ArrayLike) -> Floats:
-    """What the neck adds to nu_j / (j f0): -(mu c / (j pi)) Im Y, eq. 8 with the sign of exp(+i omega t).
+    """Relative shift of a mode by the neck, its term in nu_j / (j f0): -(mu c / (j pi)) Im Y.
 
-    y: at omega_{0,j}, m/s/N; impedance: mu c, kg/s; mode: j.
+    Eq. 8 with the sign for exp(+i omega t). y: Y at omega_{0,j}, m/s/N; impedance: mu c, kg/s; mode: j. Shaped as y.
     """
     return np.asarray(-impedance / (math.pi * np.asarray(mode)) * np.imag(y))
 
 
 def neck_damping(y: ArrayLike, impedance: float, fundamental: float) -> Floats:
-    """What the neck adds to sigma_j: (mu c^2 / L) Re Y, 1/s, eq. 9 times pi nu_j. y: at omega_j; c / L = 2 f0."""
+    """Damping of a mode by the neck, its term in sigma_j: (mu c^2 / L) Re Y, 1/s; eq. 9 times pi nu_j.
+
+    y: Y at omega_j, m/s/N; impedance: mu c, kg/s; fundamental: f0, Hz, as c / L = 2 f0. Shaped as y.
+    """
     return np.asarray(2 * fundamental * impedance * np.real(y))
 
 
 def bending_shape(number: int, place: float) -> float:
-    """Displacement of a beam, clamped at 1 and free at 0, at `place` in its bending mode `number`; 1 at 0.
+    """Displacement at `place` of a beam that is free at 0 and clamped at 1, in its bending mode `number`; 1 at 0.
 
-    From 1 on it is zero: there the body begins. Number 0 is no bending: 1 everywhere. Euler-Bernoulli: cosh - cos - s
-    (sinh - sin) of beta times the distance from the clamp, written so that no large numbers cancel.
+    It is 0 from the clamp on, where the body begins. Number 0 is no bending: 1 everywhere. Euler-Bernoulli: cosh - cos
+    - s (sinh - sin) of beta times the distance from the clamp, written so that no large numbers cancel.
     """
     if number == 0:
         return 1.0
@@ -123,14 +127,12 @@ def _root(number: int) -> float:
     return beta
 
 
-Surface = tuple[tuple[float, float], ...]
-
-CROWN = 1e-3  # m, half the foot of a crown on the wood
-BOW_STEP = 2e-3  # m, of the lines that make a bow
-
-
 def fretted_surface(positions: tuple[float, ...], heights: tuple[float, ...], above: float, end: float) -> Surface:
-    """Wood from the nut to `end` with crowns `above` it at `positions`: triangles, CROWN wide to either side."""
+    """A board from the nut to `end` with frets on it, all in m.
+
+    The crowns are triangles at `positions`, CROWN wide to either side, with their tops at `heights` and `above` the
+    wood.
+    """
     x, crown = np.asarray(positions), np.asarray(heights)
     feet = np.concatenate([[0.0], x - CROWN, x, x + CROWN, [end]])
     wood = np.interp(feet, x, crown - above)
@@ -139,10 +141,10 @@ def fretted_surface(positions: tuple[float, ...], heights: tuple[float, ...], ab
 
 
 def wooden_surface(positions: tuple[float, ...], heights: tuple[float, ...], end: float, bowed: bool) -> Surface:
-    """A board through the given places, from the nut to `end`, straight on before the first and after the last.
+    """A bare board from the nut to `end` through `positions` and `heights`, all in m.
 
-    bowed: they lie on a parabola, as those by geometry do, and the board follows it; otherwise it goes straight from
-    one to the next.
+    It is straight before the first and after the last. bowed: between them it follows the parabola on which they lie,
+    as those by geometry do; otherwise it goes straight from one to the next.
     """
     x, h = np.asarray(positions), np.asarray(heights)
     inner = x
@@ -154,28 +156,30 @@ def wooden_surface(positions: tuple[float, ...], heights: tuple[float, ...], end
 
 
 def _ends(x: Floats, h: Floats, end: float) -> tuple[float, float]:
-    """Heights at the nut and at `end`, straight on from the first two and the last two places."""
+    """Heights at the nut and at `end`, extrapolated from the first two and the last two places."""
     first = h[0] - (h[1] - h[0]) / (x[1] - x[0]) * x[0]
     last = h[-1] + (h[-1] - h[-2]) / (x[-1] - x[-2]) * (end - x[-1])
     return float(first), float(last)
 
 
 def _table(x: Floats, height: Floats) -> Surface:
+    """The surface through the points, sorted; of points at one place the first counts."""
     order = np.argsort(x, kind="stable")
     keep = np.concatenate([[True], np.diff(x[order]) > 0])
     return tuple((float(a), float(b)) for a, b in zip(x[order][keep], height[order][keep], strict=True))
 
 
 def height_at(surface: Surface, place: float) -> float:
-    """m, at `place` (m from the nut)."""
+    """Height (m) of `surface` at `place` (m from the nut)."""
     table = np.array(surface)
     return float(np.interp(place, table[:, 0], table[:, 1]))
 
 
-def under(surface: Surface, stop: float, height: float, total: float) -> Surface:
-    """The same seen from a string that is stopped at `stop`, `height` (m), and goes to the saddle at `total`.
+def surface_beyond(surface: Surface, stop: float, height: float, total: float) -> Surface:
+    """The part of `surface` beyond a stop, seen from the string that is stopped there.
 
-    From the stop, relative to the straight line to the saddle; only what lies beyond the stop.
+    stop: m from the nut, at `height` (m); total: m from the nut to the saddle. Places in the result count from the
+    stop, heights from the straight line between stop and saddle.
     """
     length = total - stop
     rest = [(x - stop, h - height * (total - x) / length) for x, h in surface if stop < x < total]
@@ -184,10 +188,10 @@ def under(surface: Surface, stop: float, height: float, total: float) -> Surface
     return ((0.0, height_at(surface, stop) - height), *rest) if stop >= surface[0][0] else tuple(rest)
 
 
-def on_grid(surface: Surface, length: float, points: int) -> tuple[Floats, Floats]:
-    """Places (m from the stop) and heights (m) of the grid points that have some surface under them.
+def surface_on_grid(surface: Surface, length: float, points: int) -> tuple[Floats, Floats]:
+    """Places (m from the stop) and heights (m), each (n,), of the n grid points that have surface below them.
 
-    The grid has `points` steps over `length` (m); surface as from `under`.
+    surface: as from `surface_beyond`; the grid has `points` steps over `length` (m).
     """
     if not surface:
         return np.zeros(0), np.zeros(0)
@@ -202,6 +206,6 @@ def on_grid(surface: Surface, length: float, points: int) -> tuple[Floats, Float
 
 
 def _peaks(height: Floats) -> NDArray[np.bool_]:
-    """Which places stand no lower than their neighbours: crowns. The first is none, and no place on a slope."""
+    """Mask of the places that are no lower than their neighbours: crowns. The first place is never one."""
     before, after = np.concatenate([[np.inf], height[:-1]]), np.concatenate([height[1:], [-np.inf]])
     return (height >= before) & (height >= after)

@@ -1,6 +1,6 @@
-"""Quality tiers: how many modes, how fine the contact steps. One kernel runs them all.
+"""How finely a bass is computed: the quality tiers, and the limits of a pluck that is asked for.
 
-What a simulated pluck may be: a row a value, by which the command line and the function both go.
+The command line reads its ranges here, so this file imports nothing that is slow to load.
 """
 
 from __future__ import annotations
@@ -8,19 +8,19 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from livebass.units import DIMENSIONS, format_quantity
+from livebass.units import DIMENSIONS, readable_quantity
 
 MOST_MODES = 1024
-LEAST_CONTACT_RATE, MOST_CONTACT_RATE = 44_100.0, 64e6
+LEAST_CONTACT_RATE, MOST_CONTACT_RATE = 44_100.0, 64e6  # Hz
 
 
 @dataclass(frozen=True)
 class Quality:
-    """`modes` count for the open string, a stopped one has proportionally fewer; None: all the grid has."""
+    """A tier: number of modes and contact rate. The same kernel runs them all."""
 
     name: str
-    modes: int | None
-    contact_rate: float  # Hz, at least: raised to a whole multiple of the audio rate
+    modes: int | None  # of the open string, a stopped one has proportionally fewer; None: all that the grid carries
+    contact_rate: float  # Hz, 1/dt of eq. 12; the engine takes the next whole multiple of the audio rate
 
 
 QUALITIES = {
@@ -31,7 +31,10 @@ QUALITIES = {
 
 
 def quality_with(name: str, modes: int | None = None, contact_rate: float | None = None) -> Quality:
-    """The tier `name`, with `modes` or `contact_rate` (Hz) replaced. ValueError says what is allowed."""
+    """The tier `name` with `modes` or `contact_rate` (Hz) replaced.
+
+    Raises ValueError, which says what is allowed, for an unknown tier or a value out of range.
+    """
     if name not in QUALITIES:
         raise ValueError(f"quality {name!r}: allowed are {', '.join(QUALITIES)}")
     quality = QUALITIES[name]
@@ -49,7 +52,10 @@ def quality_with(name: str, modes: int | None = None, contact_rate: float | None
 
 
 def modes_for(quality: Quality, length: float, open_length: float, grid_points: int) -> int:
-    """Modes of a speaking length (m), at most what its grid of `grid_points` steps carries."""
+    """Number of modes of a speaking `length` (m) on a string of `open_length` (m).
+
+    At least 1, and at most what a grid of `grid_points` steps carries.
+    """
     full = min(grid_points - 1, MOST_MODES)
     if quality.modes is None:
         return full
@@ -57,7 +63,7 @@ def modes_for(quality: Quality, length: float, open_length: float, grid_points: 
 
 
 class Limits(NamedTuple):
-    """From `least` to `most` in SI, both allowed."""
+    """The values a quantity may have: `least` to `most` in SI, both included."""
 
     dimension: str  # a key of units.DIMENSIONS
     least: float
@@ -65,25 +71,21 @@ class Limits(NamedTuple):
     whole: bool = False  # whole numbers of the SI unit only
 
     def check(self, name: str, value: float) -> None:
-        """Raise ValueError, saying what is allowed, for a `value` (SI) outside; a NaN always is."""
+        """Raises ValueError, which says what is allowed, if `value` (SI) is outside or NaN."""
         if not self.least <= value <= self.most or (self.whole and value != int(value)):
             unit = next(unit for unit, size in DIMENSIONS[self.dimension].units.items() if size == 1.0)
             raise ValueError(f"{name} {value:.10g} {unit}: allowed are {self}")
 
     def __str__(self) -> str:
         kind = "whole numbers of Hz from " if self.whole else ""
-        return f"{kind}{_shown(self.least, self.dimension)} to {_shown(self.most, self.dimension)}"
+        least, most = (readable_quantity(end, self.dimension) for end in (self.least, self.most))
+        return f"{kind}{least} to {most}"
 
 
-def _shown(value: float, dimension: str) -> str:
-    units = DIMENSIONS[dimension].units
-    fitting = [u for u, size in units.items() if 1 <= value / size < 1000 and u not in ("in", "cm")]
-    return format_quantity(value, dimension, fitting[0] if fitting else None)
-
-
+# Of a single pluck, as `simulate`, `sweep` and studies take it.
 APEX = Limits("length", 1e-6, 0.030)
-ANGLE = Limits("angle", -1.56, 1.56)  # rad, from straight up
-AT = Limits("length", 1e-3, 2.0)  # from the stop; and on the string
+ANGLE = Limits("angle", -1.56, 1.56)  # from straight up
+AT = Limits("length", 1e-3, 2.0)  # from the stop; it must also be on the string
 DURATION = Limits("time", 1e-4, 60.0)
 RATE = Limits("frequency", 22050, 192_000, whole=True)
 CONTACT_RATE = Limits("frequency", LEAST_CONTACT_RATE, MOST_CONTACT_RATE, whole=True)

@@ -1,8 +1,8 @@
-"""What a solver is asked, `Trial`, and what it answers, `Motion`: one string, one pluck, released at rest.
+"""One pluck of one string, released at rest: a `Trial` to solve and the `Motion` that a solver returns.
 
-Every solver has the signature `solve(trial: Trial) -> Motion`, so that one can be held against another.
-
-A pluck of an instrument's string as people ask for it, checked: what `simulate` and `sweep` solve.
+Every solver is a function `solve(trial: Trial) -> Motion`, so that two of them can be compared. `checked_trial` builds
+the trial that `simulate`, `sweep` and the studies ask for, with every number checked. Equation numbers: Issanchou et
+al. (2018).
 """
 
 from __future__ import annotations
@@ -11,33 +11,30 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from livebass.arrays import Floats
-from livebass.model import modes
-from livebass.model import modes as modal
-from livebass.model import quality as limits
+from livebass.arrays import Floats, Ints
 from livebass.model.instrument import Instrument, Pluck, Speaking, for_modes, speaking
-
-Ints = NDArray[np.int64]
+from livebass.model.modes import dampings, frequencies, pluck_amplitudes
+from livebass.model.quality import ANGLE, APEX, AT, DURATION, RATE
 
 SLACK = 1e-6  # of a step or sample: lets 0.1 s at 44.1 kHz end on sample 4410 whatever the rounding
+LEAST_SINE = 1e-6  # of omega_d dt: at 0 two fine steps do not tell how a mode moves between them
 
 
 @dataclass(frozen=True)
 class Trial:
-    """One pluck of one speaking string, and how finely to compute it."""
+    """One pluck of one speaking string, how finely to compute it, and what to return of it."""
 
     speaking: Speaking
     pluck: Pluck
-    modes: int  # 1 to speaking.grid_points - 1; fewer act with a static spring in place of the rest
+    modes: int  # 1 to speaking.grid_points - 1; if fewer, static compliance stands for the rest
     contact_rate: float  # Hz, 1/dt of eq. 12
-    output_rate: float  # Hz, of the displacement; need not divide contact_rate
+    output_rate: float  # Hz, of the displacement returned; need not divide contact_rate
     duration: float  # s
     sensor: float  # m from the stop
     lossless: bool = False  # all sigma_j zero
-    sensor_v: float | None = None  # m from the stop, of v, the second polarisation; None: at `sensor`
-    states: tuple[int, ...] = ()  # output samples, ascending, at which the engine also gives the modes' state
+    sensor_v: float | None = None  # m from the stop, for v, the second polarisation; None: at `sensor`
+    states: tuple[int, ...] = ()  # output samples, ascending, at which the engine also returns the modal state
 
     @property
     def samples(self) -> int:
@@ -46,23 +43,23 @@ class Trial:
 
     @property
     def steps(self) -> int:
-        """Number of the last fine step n with n / contact_rate <= duration: contacts are listed up to it."""
+        """The last fine step n with n / contact_rate <= duration: contacts are listed up to it."""
         return math.floor(self.duration * self.contact_rate + SLACK)
 
 
 @dataclass(frozen=True)
 class Motion:
-    """How the string moved. Contacts are ordered by step, then by index."""
+    """How the string moved: n samples, k contacts sorted by step, then index, and m energies if asked for."""
 
     time_s: Floats  # (n,), 0 is the release
     displacement_m: Floats  # (n,), u at the sensor
     contact_step: Ints  # (k,), the n >= 1 with eta^n > 0 after eta^{n-1} <= 0
     contact_index: Ints  # (k,), into Speaking.contact_*
     contact_rate_hz: float
-    wall_s: float  # time taken by the solver, without compilation
+    wall_s: float  # s the solver took, without compilation
     energy_j: Floats | None = None  # (m,)
     energy_time_s: Floats | None = None  # (m,)
-    across_m: Floats | None = None  # (n,), v at its sensor; None: the string was plucked along u, where it stays
+    across_m: Floats | None = None  # (n,), v at its sensor; None: plucked along u, the string never leaves that plane
     states: Floats | None = None  # (len(Trial.states), polarisations, 2, modes): q, m^1.5, and dq/dt, m^1.5/s
 
     @property
@@ -72,20 +69,17 @@ class Motion:
 
 
 def initial_amplitudes(trial: Trial) -> Floats:
-    """Modal amplitudes q_j(0) of u, (trial.modes,), m^1.5 in the basis sqrt(2/L) sin(j pi x / L)."""
-    return math.cos(trial.pluck.angle) * modes.pluck_amplitudes(trial.speaking, trial.modes, trial.pluck)
+    """Modal amplitudes q_j(0) of u, (trial.modes,), m^1.5 in the basis sqrt(2/L) sin(j pi x / L) of eq. 3."""
+    return math.cos(trial.pluck.angle) * pluck_amplitudes(trial.speaking, trial.modes, trial.pluck)
 
 
 def initial_amplitudes_across(trial: Trial) -> Floats:
-    """The same of v."""
-    return math.sin(trial.pluck.angle) * modes.pluck_amplitudes(trial.speaking, trial.modes, trial.pluck)
-
-
-LEAST_SINE = 1e-6  # of omega_d dt: at 0 two fine steps do not tell how a mode moves between them
+    """Modal amplitudes of v, the second polarisation, as `initial_amplitudes` gives those of u."""
+    return math.sin(trial.pluck.angle) * pluck_amplitudes(trial.speaking, trial.modes, trial.pluck)
 
 
 def speaking_string(instrument: Instrument, string: str, fret: int) -> Speaking:
-    """The string called `string` stopped at `fret`; ValueError says which there are."""
+    """The string called `string` stopped at `fret`. Raises ValueError, which lists the strings or frets there are."""
     try:
         index = instrument.string_index(string)
     except LookupError as error:
@@ -104,46 +98,47 @@ def checked_trial(
     rate: int,
     angle: float,
 ) -> Trial:
-    """What to solve, every number checked: ValueError says what is allowed.
+    """The trial of a pluck on `s`, a string of `instrument`. Raises ValueError that says what is allowed.
 
-    apex m, at m from the stop, angle rad, duration s, contact_rate and rate Hz; modes None for all. The corner is as
-    round as the player's finger, the sensors are those of the preset's output.
+    apex: m; at: m from the stop; angle: rad; duration: s; contact_rate and rate: Hz; modes: None for all. The corner is
+    as round as the player's finger makes it, and the sensors are those of the preset's output.
     """
-    limits.APEX.check("apex", apex)
-    if not limits.AT.least <= at < s.length:
-        least, below = limits.AT.least * 1e3, s.length * 1e3
+    APEX.check("apex", apex)
+    if not AT.least <= at < s.length:
+        least, below = AT.least * 1e3, s.length * 1e3
         raise ValueError(f"pluck at {at * 1e3:g} mm: allowed are {least:g} mm to below {below:g} mm from the stop")
-    limits.ANGLE.check("angle", angle)
-    limits.DURATION.check("duration", duration)
-    limits.RATE.check("rate", rate)
+    ANGLE.check("angle", angle)
+    DURATION.check("duration", duration)
+    RATE.check("rate", rate)
     if contact_rate < rate:
         raise ValueError(f"contact rate {contact_rate:.10g} Hz: allowed is at least the output rate, {rate} Hz")
     most = s.grid_points - 1
     count = most if modes is None else modes
     if not 1 <= count <= most:
-        raise ValueError(f"{count} modes: 1 to {most} for this string and fret")
+        raise ValueError(f"{count} modes: allowed are 1 to {most} for this string and fret")
     _check_aliasing(s, count, contact_rate)
     s = for_modes(s, count)
     places = instrument.output.sensor, instrument.output.sensor_v
     for place in places:
         if not 0 < place < s.length:
-            raise ValueError(f"sensor {place * 1e3:g} mm from the saddle: between 0 and {s.length * 1e3:g} mm")
+            ends = f"allowed is between 0 mm and {s.length * 1e3:g} mm"
+            raise ValueError(f"sensor {place * 1e3:g} mm from the saddle: {ends}")
     pluck = Pluck(apex, at, instrument.player.rounding, angle)
     sensor, sensor_v = (s.length - place for place in places)
     return Trial(s, pluck, int(count), float(contact_rate), float(rate), float(duration), sensor, sensor_v=sensor_v)
 
 
 def _check_aliasing(s: Speaking, count: int, contact_rate: float) -> None:
-    """Refuse a rate at which a mode makes a whole number of half turns in a step, see `LEAST_SINE`.
+    """Raises ValueError if a mode makes a whole number of half turns in a fine step, see `LEAST_SINE`.
 
     Modes above half the contact rate are allowed: the paper itself has them, at 2 MHz.
     """
-    natural, sigma = 2 * math.pi * modal.frequencies(s, count), modal.dampings(s, count)
+    natural, sigma = 2 * math.pi * frequencies(s, count), dampings(s, count)
     theta = np.sqrt(np.maximum(natural**2 - sigma**2, 0.0)) / contact_rate
     bad = np.flatnonzero((theta > 1) & (np.abs(np.sin(theta)) < LEAST_SINE))
     if bad.size:
         hertz = natural[bad[0]] / (2 * math.pi)
         raise ValueError(
-            f"contact rate {contact_rate:g} Hz: twice the {hertz:g} Hz of mode {bad[0] + 1}, over a whole "
+            f"contact rate {contact_rate:g} Hz: is twice the {hertz:g} Hz of mode {bad[0] + 1}, divided by a whole "
             "number; any other rate will do"
         )

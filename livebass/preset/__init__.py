@@ -1,1 +1,1 @@
-"""Preset files (TOML): every key, its checks, and the way to an instrument and back."""
+"""Preset files (TOML): keys.py lists every key, as neck.action; checks, build and load make an instrument of them."""

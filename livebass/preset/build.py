@@ -1,10 +1,14 @@
-"""The tables of a preset file, checked, to an instrument."""
+"""Builds an instrument from the parsed tables of a preset file, and says in one line what is wrong with them.
+
+`Builder.instrument` reads the tables, `string_and_neck` a [[string]] with its neck, `output` the pickups. Values are
+checked alone by preset/keys.py and together by preset/checks.py.
+"""
 
 from __future__ import annotations
 
 import difflib
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from itertools import pairwise
 from typing import Any
 
@@ -21,20 +25,29 @@ from livebass.model.instrument import (
     note_frequency,
     speaking,
 )
-from livebass.preset.checks import Misfit, neck_admittance, neck_surface, overdamped, replaced
+from livebass.preset.checks import (
+    HEIGHTS_BY_GEOMETRY,
+    Conflict,
+    mm,
+    neck_admittance,
+    neck_surface,
+    overdamped,
+    replaced,
+)
 from livebass.preset.keys import KEYS, REQUIRED, SECTIONS, allowed, checked, key_names, quoted
 from livebass.units import format_quantity, note_name
 
-LARGEST_COUNTS = {"string": 8, "pickup": 8}  # the engine has room for so many strings
-MOST_SENSING = 4  # and for so many pickups under one
-MOST_FRETS = 32  # and for so many contact points
+# What the engine has room for.
+LARGEST_COUNTS = {"string": 8, "pickup": 8}  # tables of a section
+MOST_SENSING = 4  # pickups that sense one string
+MOST_FRETS = 32
 _FRETS = {"fret_positions", "fret_heights"}
 _MEASURED = _FRETS | {"height_scale", "height_offset"}
-_GEOMETRY = {"frets", "action", "relief", "nut_height"}
+_GEOMETRY = {"frets", *HEIGHTS_BY_GEOMETRY}
 
 
 class PresetError(ValueError):
-    """A preset that cannot be used. One line: file, section.key, value, and what is allowed."""
+    """A preset that cannot be used. The message is one line: file, section.key, value, and what is allowed."""
 
     def __init__(self, message: str) -> None:
         super().__init__("".join(c if c.isprintable() else " " for c in message))
@@ -42,18 +55,19 @@ class PresetError(ValueError):
 
 @dataclass(frozen=True)
 class Builder:
-    """Builds an instrument from the tables of one file; every error names that file."""
+    """Builds an instrument from the tables of one file, and names that file in every error."""
 
     label: str
 
     def error(self, where: str, why: str, *raw: Any) -> PresetError:
+        """The error at `where`, a section and key, with the value `raw` if given."""
         return PresetError(f"{self.label}: {where}{''.join(f' = {quoted(r)}' for r in raw)}: {why}")
 
     def unknown(self, where: str, name: str, names: list[str]) -> PresetError:
         return self.error(f"{where}{name[:40]}", f"unknown key; {nearest(name, names)}")
 
     def table(self, section: str, raw: Any, where: str, defaults: bool = True) -> dict[str, Any]:
-        """Checked values of one table in SI, with those it leaves out if `defaults`."""
+        """The values of one table, checked and in SI, by key; with defaults for keys left out if `defaults`."""
         if not isinstance(raw, dict):
             raise self.error(where, f"must be a table of keys such as {section}.{key_names(section)[0]}", raw)
         values = {}
@@ -75,14 +89,14 @@ class Builder:
         return values
 
     def tables(self, data: dict[str, Any], section: str) -> list[Any]:
-        """The [[section]] tables, at least none and at most LARGEST_COUNTS."""
+        """The [[section]] tables as parsed, at most LARGEST_COUNTS of them."""
         raw, most = data.get(section, []), LARGEST_COUNTS[section]
         if not isinstance(raw, list) or len(raw) > most:
             raise self.error(section, f"must be [[{section}]] tables, at most {most}", raw)
         return raw
 
     def instrument(self, data: dict[str, Any]) -> Instrument:
-        """The bass the parsed file describes. Raises PresetError."""
+        """The bass that `data`, a parsed preset file, describes. Raises PresetError."""
         top = key_names("") + list(SECTIONS)
         for name in data:
             if name not in top:
@@ -104,21 +118,22 @@ class Builder:
         for low, high in (("pluck_nearest", "pluck_farthest"), ("softest", "hardest")):
             below, above = getattr(player, low), getattr(player, high)
             if below > above:
-                raise self.error(f"player.{low}", f"at most player.{high}, {above}", below)
+                raise self.error(f"player.{low}", f"allowed: at most player.{high}, {above}", below)
         if player.slapped_strings > len(pairs):
-            raise self.error("player.slapped_strings", f"this bass has {len(pairs)}", player.slapped_strings)
+            raise self.error("player.slapped_strings", f"this bass has {len(pairs)} strings", player.slapped_strings)
         strings, necks = zip(*pairs, strict=True)
         output = self.output(data, pairs)
         return Instrument(**head, strings=strings, necks=necks, output=output, player=player)
 
     def output(self, data: dict[str, Any], pairs: list[tuple[String, Neck]]) -> Output:
+        """Output with pickups and circuit, all of them between the saddle and the neck."""
         coil = Coil(**self.table("coil", data.get("coil", {}), "coil"))
         raws = self.tables(data, "pickup")
         names = [string.name for string, _ in pairs]
         pickups = tuple(self.pickup(raw, f"pickup[{i}]", names) for i, raw in enumerate(raws, 1))
         output = Output(**self.table("output", data.get("output", {}), "output"), pickups=pickups, coil=coil)
         if output.kind == "pickups" and not pickups:
-            raise self.error("pickup", "missing; at least one [[pickup]] where output.kind is pickups")
+            raise self.error("pickup", "missing; at least one [[pickup]] if output.kind is pickups")
         for name in names:
             sensing = sum(not p.strings or name in p.strings for p in pickups)
             if pickups and not 1 <= sensing <= MOST_SENSING:
@@ -127,14 +142,14 @@ class Builder:
         ends = f"allowed: between the saddle and the neck, 0 mm to {room * 1e3:.4g} mm"
         for i, p in enumerate(pickups, 1):
             if not p.aperture / 2 <= p.position <= room - p.aperture / 2:
-                raise self.error(f"pickup[{i}].position", f"with its aperture, {ends}", _mm(p.position))
+                raise self.error(f"pickup[{i}].position", f"{ends}, aperture included", mm(p.position))
         for key in ("sensor", "sensor_v"):
             if not getattr(output, key) < room:
-                raise self.error(f"output.{key}", ends, _mm(getattr(output, key)))
+                raise self.error(f"output.{key}", ends, mm(getattr(output, key)))
         return output
 
     def pickup(self, raw: Any, where: str, names: list[str]) -> Pickup:
-        """One pickup; `strings` become the `names` of this bass, whatever their case."""
+        """One pickup. Its `strings`, in any case, become `names` of this bass."""
         values = self.table("pickup", raw, where)
         known = {name.casefold(): name for name in names}
         for name in values.get("strings", ()):
@@ -143,6 +158,7 @@ class Builder:
         return Pickup(**values | {"strings": tuple(known[n.casefold()] for n in values.get("strings", ()))})
 
     def string_and_neck(self, raw: Any, number: int, shared: dict[str, Any]) -> tuple[String, Neck]:
+        """A [[string]] table, the `number`-th, and its neck: the keys of `shared`, the [neck] table, and its own."""
         where = f"string[{number}]"
         if isinstance(raw, dict) and isinstance(raw.get("name"), str):
             where = f"string[{raw['name'][:20]}]"
@@ -161,22 +177,22 @@ class Builder:
             except ValueError as error:
                 raise self.error(f"{where}.neck", f"{error}; lower the frets or raise the action") from None
         place = f"{where}.neck" if own else "neck"
-        self.grid(string, neck, place)
-        self.damping(string, neck, where, place)
+        self.check_grid(string, neck, place)
+        self.check_damping(string, neck, where, place)
         return string, neck
 
-    def grid(self, string: String, neck: Neck, where: str) -> None:
-        """Every fret needs a grid point of its own, other than the ends of the speaking length."""
+    def check_grid(self, string: String, neck: Neck, where: str) -> None:
+        """Checks that every fret has a grid point of its own, and none at an end of the speaking length."""
         for fret in range(len(neck.fret_positions) + 1):
             s = speaking(string, neck, fret)
             points = [0, *(round(x / s.step) for x in s.contact_position), s.grid_points]
             if any(b <= a for a, b in pairwise(points)):
                 room = min(b - a for a, b in pairwise([0.0, *neck.fret_positions, string.length]))
                 why = "two frets, or a fret and an end of the string, share a grid point; allowed up to"
-                raise self.error(f"{where}.grid_step", f"{why} {_mm(0.9 * room)}", _mm(neck.grid_step))
+                raise self.error(f"{where}.grid_step", f"{why} {mm(0.9 * room)}", mm(neck.grid_step))
 
-    def damping(self, string: String, neck: Neck, where: str, neck_where: str) -> None:
-        """Every mode of the string has to ring, at every fret."""
+    def check_damping(self, string: String, neck: Neck, where: str, neck_where: str) -> None:
+        """Checks that every mode of the string can ring, at every fret."""
         found = overdamped(string, neck)
         if not found:
             return
@@ -187,6 +203,7 @@ class Builder:
         raise self.error(f"{place}.{found.key}", found.why(kind), shown)
 
     def string(self, values: dict[str, Any], length: float, where: str) -> String:
+        """A string of `length` (m) from its checked values: tension and inharmonicity follow if they are left out."""
         pitch = note_frequency(values["open_note"])  # Hz
         mu = values["linear_density"]
         tension = values.setdefault("tension", mu * (2 * length * pitch) ** 2)
@@ -201,13 +218,13 @@ class Builder:
             raise self.error(f"{where}.inharmonicity", "give either this or core_diameter")
         if core is not None:
             if core > values["diameter"]:
-                why = f"at most the diameter, {_mm(values['diameter'])}"
-                raise self.error(f"{where}.core_diameter", why, _mm(core))
+                why = f"at most the diameter, {mm(values['diameter'])}"
+                raise self.error(f"{where}.core_diameter", why, mm(core))
             bending = ratio * modulus * math.pi * core**4 / 64  # N m2
             values["inharmonicity"] = math.pi**2 * bending / (tension * length**2)
             if values["inharmonicity"] > 0.01:
                 why = f"gives B = {values['inharmonicity']:.3g}, allowed up to 0.01"
-                raise self.error(f"{where}.core_diameter", why, _mm(core))
+                raise self.error(f"{where}.core_diameter", why, mm(core))
         natural, law = math.sqrt(tension / mu) / (2 * length), values.get("law_fundamental", pitch)  # Hz
         name, hertz = ("law_fundamental", law)
         if abs(units.cents(natural / pitch)) > 100:
@@ -220,30 +237,30 @@ class Builder:
             shown = format_quantity(values[name], dimension)
             raise self.error(f"{where}.{name}", f"{why}; {format_quantity(would, dimension)} would do", shown)
         modes, dampings = (values.get(f"measured_{k}", ()) for k in ("frequencies", "dampings"))
-        self.ascending(f"{where}.measured_frequencies", modes, "frequency")
+        self.check_ascending(f"{where}.measured_frequencies", modes, "frequency")
         if len(modes) != len(dampings):
-            why = f"{len(dampings)} for {len(modes)} measured_frequencies, must be as many"
+            why = f"{len(dampings)} for {len(modes)} measured_frequencies; there must be one for each"
             raise self.error(f"{where}.measured_dampings", why)
         return String(**values, length=length)
 
     def neck(self, raw: dict[str, Any], where: str) -> tuple[float, Neck]:
-        """Scale length and neck of one string, from measured frets or by geometry."""
+        """Scale length (m) and neck of one string, from measured frets or by geometry."""
         v = self.table("neck", raw, where)
         length, lift = v["scale_length"], v.get("lift", {})
         if raw.keys() & _MEASURED:
             if raw.keys() & _GEOMETRY:
                 both = sorted(raw.keys() & _GEOMETRY)[0]
-                raise self.error(f"{where}.{both}", "not together with measured frets", raw[both])
+                raise self.error(f"{where}.{both}", "not allowed together with measured frets", raw[both])
             x, h = (v.get(k, ()) for k in ("fret_positions", "fret_heights"))
             if not x or len(x) != len(h):
-                why = f"{len(h)} for {len(x)} fret_positions, must be as many, at least 1"
+                why = f"{len(h)} for {len(x)} fret_positions; there must be one for each, and at least 1"
                 raise self.error(f"{where}.fret_heights", why)
             if len(x) > MOST_FRETS:
                 raise self.error(f"{where}.fret_positions", f"{len(x)} frets, allowed: at most {MOST_FRETS}")
-            self.ascending(f"{where}.fret_positions", x, "length", v["grid_step"])
+            self.check_ascending(f"{where}.fret_positions", x, "length", v["grid_step"])
             if not 0 < x[0] <= x[-1] < length:
-                off = _mm(x[0] if x[0] <= 0 else x[-1])
-                raise self.error(f"{where}.fret_positions", f"allowed: between 0 mm and {_mm(length)}", off)
+                off = mm(x[0] if x[0] <= 0 else x[-1])
+                raise self.error(f"{where}.fret_positions", f"allowed: between 0 mm and {mm(length)}", off)
             h = tuple(v["height_scale"] * height + v["height_offset"] for height in h)
             h = tuple(height + lift.get(k, 0.0) for k, height in enumerate(h, 1))
         else:
@@ -251,21 +268,21 @@ class Builder:
         if lift and max(lift) > len(x):
             raise self.error(f"{where}.lift", f"this neck has frets 1 to {len(x)}", raw["lift"])
         for name in ("conductance_frequencies", "resonance_frequencies"):
-            self.ascending(f"{where}.{name}", v.get(name, ()), "frequency")
+            self.check_ascending(f"{where}.{name}", v.get(name, ()), "frequency")
         try:
             admittance = neck_admittance(v)
-        except Misfit as fault:
+        except Conflict as fault:
             raise self.error(f"{where}.{fault.key}", fault.why) from None
-        same = {k: v[k] for k in ("contact_stiffness", "contact_exponent", "grid_step", "friction", "friction_speed")}
-        self.ascending(f"{where}.profile_positions", v.get("profile_positions", ()), "length")
+        self.check_ascending(f"{where}.profile_positions", v.get("profile_positions", ()), "length")
         try:
             h, surface = neck_surface(set(raw), v, x, h)
-        except Misfit as fault:
+        except Conflict as fault:
             raise self.error(f"{where}.{fault.key}", fault.why, *fault.raw) from None
-        return length, Neck(x, h, admittance=admittance, free_length=v.get("free_length", 0.0), surface=surface, **same)
+        as_given = {f.name: v[f.name] for f in fields(Neck) if f.name in v and f.name not in _FRETS}
+        return length, Neck(x, h, admittance=admittance, surface=surface, **as_given)
 
-    def ascending(self, where: str, values: tuple[float, ...], dimension: str, least: float = 0.0) -> None:
-        """Each of `values` must be above the one before, by `least` or more (a rounding error aside)."""
+    def check_ascending(self, where: str, values: tuple[float, ...], dimension: str, least: float = 0.0) -> None:
+        """Checks that each of `values` is above the one before, by at least `least` (rounding errors aside)."""
         for number, (a, b) in enumerate(pairwise(values), 2):
             if b <= a or b - a < least * (1 - 1e-9):
                 why = f"must ascend, by at least {format_quantity(least, dimension)}" if least else "must ascend"
@@ -273,15 +290,11 @@ class Builder:
 
 
 def nearest(name: str, names: list[str]) -> str:
-    """Advice for an unknown name: those of `names` that look like it, or all."""
+    """Advice for an unknown name: those of `names` that look like it, or all of them."""
     near = difflib.get_close_matches(name[:40], names, 3, 0.5)
     return f"nearest: {', '.join(near)}" if near else f"allowed: {', '.join(names)}"
 
 
 def _neck_end(neck: Neck) -> float:
-    """m from the nut: beyond, the string is over the body."""
+    """Where the board or the last fret ends, m from the nut: beyond, there may be pickups."""
     return max([neck.fret_positions[-1], *(x for x, _ in neck.surface[-1:])])
-
-
-def _mm(length: float) -> str:
-    return f"{length * 1e3:.4g} mm"

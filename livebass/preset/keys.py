@@ -1,4 +1,8 @@
-"""Every key of a preset file, one row each: it makes the checks, the messages and the reference."""
+"""The keys of a preset file, one row each: kind, limits, default and meaning.
+
+The checks of a value, the messages about it and the reference that `livebass presets keys` prints all follow the rows.
+A key that sets a field of model/instrument.py has that field's default.
+"""
 
 from __future__ import annotations
 
@@ -7,10 +11,14 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from livebass import units
-from livebass.units import DIMENSIONS, format_quantity, quantity
+from livebass.model.instrument import Coil, Neck, Output, Pickup, Player, String
+from livebass.units import DIMENSIONS, format_quantity, quantity, readable_quantity
 
 REQUIRED = object()
-TAKEN = (6, 7, 11, 38, 64, 98, 99, 100, 101)  # MIDI controllers with another meaning, and all from 120 on
+FIELD = object()  # the default of the field of the same name in the section's dataclass
+DATACLASSES = {"neck": Neck, "string": String, "output": Output, "pickup": Pickup, "coil": Coil, "player": Player}
+# MIDI controllers with a meaning of their own; those from 120 on are channel mode messages.
+RESERVED = (6, 7, 11, 38, 64, 98, 99, 100, 101)
 
 
 @dataclass(frozen=True)
@@ -19,14 +27,21 @@ class Key:
 
     section: str
     name: str
-    kind: str  # a dimension of `units`, number, integer, text, note, lift, controller, choices "a|b"; "[]": several
+    kind: str  # a dimension of `units`, number, integer, text, note, lift, controller or choices "a|b"; "[]": a list
     least: str
     most: str
-    default: Any  # REQUIRED; None: may be left out, see `meaning`
+    default: Any  # or REQUIRED, FIELD, or None: may be left out, see `meaning`
     meaning: str
 
+    def resolved(self) -> Key:
+        """The same key with FIELD replaced by the field's default, as a file would write it."""
+        if self.default is not FIELD:
+            return self
+        value = getattr(DATACLASSES[self.section], self.name)
+        return replace(self, default=readable_quantity(value, self.kind) if self.kind in DIMENSIONS else value)
 
-KEYS = (
+
+_ROWS = (
     Key("", "name", "text", "1", "80", REQUIRED, "what the bass is called"),
     Key("", "description", "text", "0", "500", "", "one sentence about it"),
     Key("neck", "scale_length", "length", "300 mm", "1500 mm", REQUIRED, "nut to saddle"),
@@ -44,11 +59,11 @@ KEYS = (
     Key("neck", "board_end", "length", "50 mm", "1500 mm", None, "end of the wood; left out: 20 mm past the last fret"),
     Key("neck", "profile_positions", "length[]", "0 mm", "1500 mm", None, "of a measured surface, from the nut"),
     Key("neck", "profile_heights", "length[]", "-30 mm", "10 mm", None, "there; negative: below the string"),
-    Key("neck", "contact_stiffness", "number", "1e5", "1e15", 1e13, "K of eq. 6, SI"),
-    Key("neck", "contact_exponent", "number", "1", "3", 1.5, "alpha of eq. 6"),
-    Key("neck", "grid_step", "length", "0.2 mm", "10 mm", "1 mm", "length of string that a fret pushes on"),
-    Key("neck", "friction", "force per length", "0 N/m", "1000000 N/m", "900 N/m", "A of eq. 7"),
-    Key("neck", "friction_speed", "speed", "0.01 um/s", "1 m/s", "10 um/s", "s of eq. 7: slower, a point sticks"),
+    Key("neck", "contact_stiffness", "number", "1e5", "1e15", FIELD, "K of eq. 6, SI"),
+    Key("neck", "contact_exponent", "number", "1", "3", FIELD, "alpha of eq. 6"),
+    Key("neck", "grid_step", "length", "0.2 mm", "10 mm", FIELD, "length of string that a fret pushes on"),
+    Key("neck", "friction", "force per length", "0 N/m", "1000000 N/m", FIELD, "A of eq. 7"),
+    Key("neck", "friction_speed", "speed", "0.01 um/s", "1 m/s", FIELD, "s of eq. 7: slower, a point sticks"),
     Key("neck", "free_length", "length", "10 mm", "1500 mm", None, "nut to body; left out: 0.6 of the scale"),
     Key("neck", "resonance_frequencies", "frequency[]", "1 Hz", "20 kHz", None, "of the neck, ascending"),
     Key("neck", "resonance_qualities", "number[]", "0.5", "1000", None, "Q of the same"),
@@ -66,63 +81,64 @@ KEYS = (
     Key("string", "core_diameter", "length", "0.05 mm", "5 mm", None, "of the core; or give inharmonicity"),
     Key("string", "core_modulus", "modulus", "1 GPa", "500 GPa", "200 GPa", "E of the core; steel: 200 GPa"),
     Key("string", "stiffness_ratio", "number", "1", "10", 1.5, "bending stiffness over that of the core"),
-    Key("string", "viscoelastic_angle", "number", "0", "0.5", 0.01, "delta_ve of eq. 11"),
-    Key("string", "thermoelastic", "number", "0", "0.01", 6e-6, "1/Q_te of eq. 9"),
-    Key("string", "extra_damping", "decay rate", "0 /s", "10000 /s", "0 /s", "a mute, on every mode"),
-    Key("string", "extra_damping_slope", "number", "0", "1", 0.0, "1/s added per rad/s of the mode"),
-    Key("string", "level", "number", "0", "10", 1.0, "how strongly pickups sense it"),
+    Key("string", "viscoelastic_angle", "number", "0", "0.5", FIELD, "delta_ve of eq. 11"),
+    Key("string", "thermoelastic", "number", "0", "0.01", FIELD, "1/Q_te of eq. 9"),
+    Key("string", "extra_damping", "decay rate", "0 /s", "10000 /s", FIELD, "a mute, on every mode"),
+    Key("string", "extra_damping_slope", "number", "0", "1", FIELD, "1/s added per rad/s of the mode"),
+    Key("string", "level", "number", "0", "10", FIELD, "how strongly pickups sense it"),
     Key("string", "law_fundamental", "frequency", "5 Hz", "5000 Hz", None, "f0 of eq. 8 if measured"),
     Key("string", "measured_frequencies", "frequency[]", "5 Hz", "100 kHz", None, "first modes, open string"),
     Key("string", "measured_dampings", "decay rate[]", "0 /s", "100000 /s", None, "of the same modes"),
-    Key("output", "kind", "pickups|displacement", "", "", "pickups", "magnetic, or the string at the sensor"),
-    Key("output", "sensor", "length", "1 mm", "500 mm", "9 mm", "displacement sensor, from the saddle"),
-    Key("output", "sensor_v", "length", "1 mm", "500 mm", "18 mm", "the same for the motion across"),
-    Key("output", "across", "number", "-10", "10", 0.0, "level of the motion across in displacement"),
-    Key("output", "gain", "number", "0", "1e9", 1.0, "signal per volt, or per metre of displacement"),
+    Key("output", "kind", "pickups|displacement", "", "", FIELD, "magnetic, or the string at the sensor"),
+    Key("output", "sensor", "length", "1 mm", "500 mm", FIELD, "displacement sensor, from the saddle"),
+    Key("output", "sensor_v", "length", "1 mm", "500 mm", FIELD, "the same for the motion across"),
+    Key("output", "across", "number", "-10", "10", FIELD, "level of the motion across in displacement"),
+    Key("output", "gain", "number", "0", "1e9", FIELD, "signal per volt, or per metre of displacement"),
     Key("pickup", "position", "length", "1 mm", "800 mm", REQUIRED, "centre, from the saddle"),
-    Key("pickup", "aperture", "length", "0 mm", "100 mm", "20 mm", "length of string it senses"),
-    Key("pickup", "decay_length", "length", "0.5 mm", "50 mm", "4 mm", "rise that weakens the flux e times"),
-    Key("pickup", "level", "number", "-10", "10", 1.0, "in the mix; negative: reversed"),
-    Key("pickup", "across", "number", "-10", "10", 0.15, "how strongly it senses motion across, of motion up"),
+    Key("pickup", "aperture", "length", "0 mm", "100 mm", FIELD, "length of string it senses"),
+    Key("pickup", "decay_length", "length", "0.5 mm", "50 mm", FIELD, "rise that weakens the flux e times"),
+    Key("pickup", "level", "number", "-10", "10", FIELD, "in the mix; negative: reversed"),
+    Key("pickup", "across", "number", "-10", "10", FIELD, "how strongly it senses motion across, of motion up"),
     Key("pickup", "strings", "text[]", "1", "20", None, "names of those it senses; left out: all"),
-    Key("coil", "inductance", "inductance", "0.01 H", "50 H", "4 H", "pickup"),
-    Key("coil", "resistance", "resistance", "1 ohm", "100 kohm", "7.5 kohm", "pickup"),
-    Key("coil", "capacitance", "capacitance", "1 pF", "100 nF", "600 pF", "winding and cable"),
-    Key("coil", "volume_pot", "resistance", "1 kohm", "10 Mohm", "250 kohm", "whole track"),
-    Key("coil", "tone_pot", "resistance", "1 kohm", "10 Mohm", "250 kohm", "whole track"),
-    Key("coil", "tone_capacitor", "capacitance", "10 pF", "10 uF", "47 nF", "behind the tone pot"),
-    Key("coil", "tone", "number", "0", "1", 1.0, "0 closed, 1 open"),
-    Key("player", "technique", "pluck|slap", "", "", "pluck", "slap: thumb below, pops above"),
-    Key("player", "slapped_strings", "integer", "0", "8", 0, "how many the thumb strikes, lowest first"),
-    Key("player", "pluck_position", "number", "0.01", "0.99", 0.74, "place over the body: part of the open string"),
-    Key("player", "pluck_nearest", "number", "0.01", "0.99", 0.55, "the same at controller value 0 ..."),
-    Key("player", "pluck_farthest", "number", "0.01", "0.99", 0.93, "... and at 127"),
-    Key("player", "pluck_angle", "angle", "-89 deg", "89 deg", "0 deg", "of the pull, from straight up to across"),
-    Key("player", "rounding", "length", "0.5 mm", "50 mm", "5 mm", "of the corner, standard deviation"),
-    Key("player", "softest", "number", "0", "100", 0.08, "apex at velocity 1, in grazing apexes"),
-    Key("player", "hardest", "number", "0", "100", 4.5, "apex at velocity 127"),
-    Key("player", "greatest_apex", "length", "0.1 mm", "30 mm", "10 mm", "approached, never exceeded"),
-    Key("player", "unevenness", "number", "0", "0.5", 0.0, "strength and place differ from note to note"),
-    Key("player", "strike_position", "number", "0.01", "0.99", 0.68, "of the thumb, over the body as pluck_position"),
-    Key("player", "strike_force", "number", "0.01", "10", 1.0, "depth of a strike over the apex of a pluck"),
-    Key("player", "strike_width", "length", "1 mm", "100 mm", "20 mm", "of the thumb"),
-    Key("player", "strike_time", "time", "0.1 ms", "20 ms", "1.5 ms", "the thumb stays on the string"),
-    Key("player", "pull_time", "time", "0.1 ms", "100 ms", "2 ms", "finger pulls before it lets go"),
-    Key("player", "hand_damping", "decay rate", "0 /s", "10000 /s", "90 /s", "hand that stops a note"),
-    Key("player", "bend_range", "number", "0", "24", 2.0, "semitones"),
-    Key("player", "out_of_range", "transpose|drop", "", "", "transpose", "notes the bass does not have"),
-    Key("player", "position_controller", "controller", "0", "119", 16, "MIDI controller of the pluck position"),
+    Key("coil", "inductance", "inductance", "0.01 H", "50 H", FIELD, "pickup"),
+    Key("coil", "resistance", "resistance", "1 ohm", "100 kohm", FIELD, "pickup"),
+    Key("coil", "capacitance", "capacitance", "1 pF", "100 nF", FIELD, "winding and cable"),
+    Key("coil", "volume_pot", "resistance", "1 kohm", "10 Mohm", FIELD, "whole track"),
+    Key("coil", "tone_pot", "resistance", "1 kohm", "10 Mohm", FIELD, "whole track"),
+    Key("coil", "tone_capacitor", "capacitance", "10 pF", "10 uF", FIELD, "behind the tone pot"),
+    Key("coil", "tone", "number", "0", "1", FIELD, "0 closed, 1 open"),
+    Key("player", "technique", "pluck|slap", "", "", FIELD, "slap: thumb below, pops above"),
+    Key("player", "slapped_strings", "integer", "0", "8", FIELD, "how many the thumb strikes, lowest first"),
+    Key("player", "pluck_position", "number", "0.01", "0.99", FIELD, "place over the body: part of the open string"),
+    Key("player", "pluck_nearest", "number", "0.01", "0.99", FIELD, "the same at controller value 0 ..."),
+    Key("player", "pluck_farthest", "number", "0.01", "0.99", FIELD, "... and at 127"),
+    Key("player", "pluck_angle", "angle", "-89 deg", "89 deg", FIELD, "of the pull, from straight up to across"),
+    Key("player", "rounding", "length", "0.5 mm", "50 mm", FIELD, "of the corner, standard deviation"),
+    Key("player", "softest", "number", "0", "100", FIELD, "apex at velocity 1, in grazing apexes"),
+    Key("player", "hardest", "number", "0", "100", FIELD, "apex at velocity 127"),
+    Key("player", "greatest_apex", "length", "0.1 mm", "30 mm", FIELD, "approached, never exceeded"),
+    Key("player", "unevenness", "number", "0", "0.5", FIELD, "strength and place differ from note to note"),
+    Key("player", "strike_position", "number", "0.01", "0.99", FIELD, "of the thumb, over the body as pluck_position"),
+    Key("player", "strike_force", "number", "0.01", "10", FIELD, "depth of a strike over the apex of a pluck"),
+    Key("player", "strike_width", "length", "1 mm", "100 mm", FIELD, "of the thumb"),
+    Key("player", "strike_time", "time", "0.1 ms", "20 ms", FIELD, "the thumb stays on the string"),
+    Key("player", "pull_time", "time", "0.1 ms", "100 ms", FIELD, "finger pulls before it lets go"),
+    Key("player", "hand_damping", "decay rate", "0 /s", "10000 /s", FIELD, "hand that stops a note"),
+    Key("player", "bend_range", "number", "0", "24", FIELD, "semitones"),
+    Key("player", "out_of_range", "transpose|drop", "", "", FIELD, "notes the bass does not have"),
+    Key("player", "position_controller", "controller", "0", "119", FIELD, "MIDI controller of the pluck position"),
 )
+KEYS = tuple(key.resolved() for key in _ROWS)
 SECTIONS = tuple(dict.fromkeys(key.section for key in KEYS if key.section))
 
 
 def key_names(section: str) -> list[str]:
-    """The keys of one section, in the order of KEYS."""
+    """The names of the keys of `section`, in the order of KEYS."""
     return [key.name for key in KEYS if key.section == section]
 
 
 def allowed(key: Key, unit: str | None = None) -> str:
-    """What `key` may be, for people; quantities in `unit` where one is given."""
+    """Describes the values that `key` allows, for a message; quantities in `unit` if given."""
     kind = key.kind.removesuffix("[]")
     if "|" in kind:
         return " or ".join(kind.split("|"))
@@ -137,13 +153,13 @@ def allowed(key: Key, unit: str | None = None) -> str:
         least, most = (format_quantity(value, kind, shown) for value, shown in ends)
         return f"{least} to {most}" + (", several" if key.kind != kind else "")
     if kind == "controller":
-        return f"a whole number from {key.least} to {key.most} except {', '.join(map(str, TAKEN))}"
+        return f"a whole number from {key.least} to {key.most} except {', '.join(map(str, RESERVED))}"
     one = f"{'a whole number' if kind == 'integer' else 'a number'} from {key.least} to {key.most}"
     return one + (", several" if key.kind != kind else "")
 
 
 def checked(key: Key, raw: Any) -> Any:
-    """`raw` of the file checked and in SI. Raises ValueError that says what is allowed."""
+    """Checks the value `raw` of a file and returns it in SI. Raises ValueError that says what is allowed."""
     kind = key.kind
     if kind.endswith("[]"):
         return _several(key, raw)
@@ -166,13 +182,14 @@ def checked(key: Key, raw: Any) -> Any:
         types = (int,) if kind in ("integer", "controller") else (int, float)
         numeric = isinstance(raw, types) and not isinstance(raw, bool)
         value, good = raw, numeric and float(key.least) <= raw <= float(key.most)
-        good = good and not (kind == "controller" and raw in TAKEN)
+        good = good and not (kind == "controller" and raw in RESERVED)
     if not good:
         raise ValueError(f"allowed: {allowed(key, units.unit_of(raw, kind) if kind in DIMENSIONS else None)}")
     return float(value) if kind == "number" else value
 
 
 def _several(key: Key, raw: Any) -> tuple[Any, ...]:
+    """Checks a list of values, or of numbers with one unit for all."""
     one = replace(key, kind=key.kind.removesuffix("[]"))
     example = 'a list such as ["E", "A"]' if one.kind == "text" else "a list such as [1, 2]"
     if one.kind in DIMENSIONS:
@@ -192,7 +209,7 @@ def _several(key: Key, raw: Any) -> tuple[Any, ...]:
 
 
 def quoted(raw: Any) -> str:
-    """A value of the file for a message, on one line, cut where it is long."""
+    """Quotes a value of a file for a message: one line of 60 characters at most."""
     try:
         text = f'"{raw}"' if isinstance(raw, str) else repr(raw)
     except ValueError:  # an integer of thousands of digits

@@ -1,4 +1,4 @@
-"""Preset files (TOML) by name or path: to an instrument, to text, and what they may say."""
+"""Preset files (TOML) by name or path: loads one as an instrument, shows its text, lists the keys it may have."""
 
 from __future__ import annotations
 
@@ -14,14 +14,8 @@ from livebass.model.instrument import Instrument
 from livebass.preset.build import Builder, PresetError, nearest
 from livebass.preset.keys import KEYS, REQUIRED, Key, allowed, quoted
 
-__all__ = [
-    "PresetError", "laboratory_names", "load_preset", "preset_names", "preset_reference", "preset_source",
-    "preset_tables",
-    "preset_text",
-]  # fmt: skip
-
 LARGEST_FILE = 1_000_000  # bytes
-LABORATORY = "laboratory"  # folder of those that no one plays
+LABORATORY = "laboratory"  # folder of the presets that are experiments, not basses
 
 
 def preset_names() -> list[str]:
@@ -30,7 +24,7 @@ def preset_names() -> list[str]:
 
 
 def laboratory_names() -> list[str]:
-    """Names of the presets that are no basses but experiments: for `simulate` and studies."""
+    """Names of the presets that are experiments, not basses, sorted: for `simulate` and studies."""
     return _names_in(_shipped() / LABORATORY)
 
 
@@ -39,22 +33,22 @@ def _names_in(folder: Traversable) -> list[str]:
 
 
 def load_preset(name_or_path: str | os.PathLike[str]) -> Instrument:
-    """The instrument of a preset that comes with livebass, or of a file (a path ends in .toml or has a /).
+    """The instrument of a preset that comes with livebass, or of a file: a path ends in .toml or has a /.
 
-    Raises PresetError, one line, for whatever is wrong with the file or what it says.
+    Raises PresetError, whose message is one line, if the file cannot be read or anything in it is wrong.
     """
     label, data = preset_tables(name_or_path)
     return Builder(label).instrument(data)
 
 
 def preset_tables(name_or_path: str | os.PathLike[str]) -> tuple[str, dict[str, Any]]:
-    """File name for messages, and the tables of the file as parsed, yet unchecked. Raises PresetError."""
+    """The file's name for messages, and its tables, parsed but not checked. Raises PresetError."""
     label, text = preset_source(name_or_path)
     return label, _parse(label, text)
 
 
 def preset_text(name_or_path: str | os.PathLike[str]) -> str:
-    """The preset file as it is, then as comments the keys it leaves to their defaults. Raises PresetError."""
+    """The text of a preset file, followed by comments with the keys left at their defaults. Raises PresetError."""
     label, text = preset_source(name_or_path)
     data = _parse(label, text)
     Builder(label).instrument(data)
@@ -69,7 +63,7 @@ def preset_text(name_or_path: str | os.PathLike[str]) -> str:
 
 
 def preset_reference() -> str:
-    """Every key of a preset file as a markdown table."""
+    """All keys of a preset file with what is allowed, default and meaning, as a Markdown table."""
     rows = ["| key | allowed | default | meaning |", "|---|---|---|---|"]
     for key in KEYS:
         default = "required" if key.default is REQUIRED else _default(key)
@@ -79,6 +73,7 @@ def preset_reference() -> str:
 
 
 def _default(key: Key) -> str:
+    """The default of `key` as text, empty if there is none."""
     return f"{key.default:g}" if isinstance(key.default, float) else "" if key.default is None else f"{key.default}"
 
 
@@ -89,7 +84,7 @@ def _shipped() -> Traversable:
 
 
 def preset_source(name_or_path: str | os.PathLike[str]) -> tuple[str, str]:
-    """File name for messages, and the text of the file as it is. Raises PresetError."""
+    """The file's name for messages, and its text. Raises PresetError."""
     name = os.fspath(name_or_path)
     if not (name.endswith(".toml") or "/" in name or os.sep in name):
         folder = _shipped() / LABORATORY if name in laboratory_names() else _shipped()
@@ -107,6 +102,7 @@ def preset_source(name_or_path: str | os.PathLike[str]) -> tuple[str, str]:
 
 
 def _bytes(path: str) -> bytes:
+    """The content of a regular file of at most LARGEST_FILE bytes. Raises PresetError."""
     try:
         found = os.stat(path)
         if not stat.S_ISREG(found.st_mode):

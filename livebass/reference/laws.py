@@ -1,14 +1,16 @@
-"""Contact law of eq. 6 and the implicit equation for its force, for the brute-force solver. Numba only.
+"""Contact (eq. 6) and friction (eq. 7) at P points, and the implicit equations for their forces. Numba only.
 
-The law's difference quotient (psi(b) - psi(a)) / (b - a) is 0/0 where the penetration hardly changes, so both
-it and its slope are written as quotients that do not cancel. For alpha = 1.5, with a and b the square roots
-of the penetrations, it is a ratio of polynomials: (a^5 - b^5) / (a^2 - b^2).
+Contact. A penetration that goes from a to b = a + r feels the force (psi(b) - psi(a)) / r, psi the potential. This is
+0/0 where the penetration hardly changes, so force and slope are written as quotients that do not cancel. For
+alpha = 1.5, with a and b now the square roots of the penetrations, the force is a ratio of polynomials:
+(a^5 - b^5) / (a^2 - b^2). `solve_contact` solves r = r* - coupling f(r) by Newton's method.
 
-Friction of eq. 7 and the implicit equation for it, for the brute-force solver. Numba only.
+Friction. At a point that touches (u^n < g), w = v^{n+1} - v^{n-1} solves w + C A sat(w / delta) = w*, where w* is w
+without friction, delta = 2 dt s, and sat(x) is x between -1 and 1 and its sign beyond. C is positive definite and sat
+never falls, so there is one solution. `solve_friction` finds which points stick and which slide; once that is known,
+the system is linear.
 
-At a point that touches (u^n < g), w = v^{n+1} - v^{n-1} solves w + C A sat(w / delta) = w*, delta = 2 dt s, with
-sat(x) = x between -1 and 1 and its sign beyond, w* what w would be without friction. C is positive definite and sat
-grows, so there is one solution; points known to stick or to slide make a linear system.
+Equation numbers: Issanchou et al. (2018).
 """
 
 from __future__ import annotations
@@ -22,14 +24,16 @@ from livebass.arrays import Floats
 from livebass.compiling import counted
 
 MOST_NEWTON_STEPS = 60
-ACCEPTED_RESIDUAL = 1e-15  # m, and Newton goes on below it as long as it gains
-LEAST_PART = 1e-9  # of a Newton step
-NEARLY_EQUAL = 1e-4  # relative change of penetration under which the slope is taken at a middle point
+ACCEPTED_RESIDUAL = 1e-15  # m; Newton goes on below it as long as the residual falls
+LEAST_PART = 1e-9  # of a Newton step, when it is halved because it overshoots
+NEARLY_EQUAL = 1e-4  # relative change of penetration, below which the slope is taken at a middle point
+MOST_GUESSES = 40  # of the points that stick
+MOST_SWEEPS = 100_000  # over the points, if no guess is right
 
 
 @counted
 def potential(eta: float, stiffness: float, exponent: float) -> float:
-    """psi(eta) = K / (alpha + 1) [eta]_+^(alpha + 1), J per m of string and m of grid step."""
+    """psi(eta) = K / (alpha + 1) [eta]_+^(alpha + 1), J per m of string."""
     return stiffness / (exponent + 1) * eta ** (exponent + 1) if eta > 0 else 0.0
 
 
@@ -52,7 +56,7 @@ def contact_force(before: float, r: float, stiffness: float, exponent: float) ->
 
 @counted
 def _force_of_roots(a: float, b: float, stiffness: float) -> tuple[float, float]:
-    """f and df/dr for alpha = 1.5; a^2 = eta^{n+1} > 0, b^2 = eta^{n-1} > 0."""
+    """f (N/m) and df/dr for alpha = 1.5; a^2 = eta^{n+1} > 0, b^2 = eta^{n-1} > 0."""
     force = stiffness / 2.5 * (a**4 + a**3 * b + a**2 * b**2 + a * b**3 + b**4) / (a + b)
     slope = stiffness / 5 * (3 * a**3 + 6 * a**2 * b + 4 * a * b**2 + 2 * b**3) / (a + b) ** 2
     return force, slope
@@ -60,14 +64,17 @@ def _force_of_roots(a: float, b: float, stiffness: float) -> tuple[float, float]
 
 @counted
 def _force_of_powers(before: float, after: float, r: float, stiffness: float, exponent: float) -> tuple[float, float]:
-    """f and df/dr for any alpha, both penetrations > 0: K/(alpha+1) h^alpha (1 - (1-s)^(alpha+1)) / s."""
+    """f (N/m) and df/dr for any alpha, both penetrations > 0: f = K/(alpha+1) h^alpha (1 - (1-s)^(alpha+1)) / s.
+
+    h is the greater penetration and s = |r| / h.
+    """
     high = max(before, after)
     s = abs(r) / high
     quotient = -math.expm1((exponent + 1) * math.log1p(-s)) / s if s > 0 else exponent + 1
     force = stiffness / (exponent + 1) * high**exponent * quotient
     if s > NEARLY_EQUAL:
         return force, (stiffness * after**exponent - force) / r
-    # f' = K alpha int_0^1 t (before + t r)^(alpha-1) dt, whose weight has its centre at t = 2/3
+    # f' = K alpha int_0^1 t (before + t r)^(alpha-1) dt; the weight t has its centre at t = 2/3
     return force, stiffness * exponent / 2 * (before + r * 2 / 3) ** (exponent - 1)
 
 
@@ -81,10 +88,11 @@ def solve_contact(
     force: Floats,
     after: Floats,
 ) -> bool:
-    """Solve r = r* - coupling f(r), r* = free - before; writes `force` (P,) N/m and `after` = eta^{n+1} (P,).
+    """Solves r = r* - coupling f(r), r* = free - before, for the forces f at the points. Returns False if it fails.
 
-    free: eta^{n+1} without force (P,), before: eta^{n-1} (P,), coupling (P, P). Points that neither touch nor
-    would without force stay out of the Newton system, until the others push them in. False if it fails.
+    coupling: (P, P) m per N/m; free: eta^{n+1} without force, (P,) m; before: eta^{n-1}, (P,) m. Writes `force`, (P,)
+    N/m, and `after`, eta^{n+1}, (P,) m. Points that did not touch and would not touch without force join the Newton
+    system only if the other points push them in.
     """
     points = free.size
     active = np.empty(points, dtype=np.int64)
@@ -123,7 +131,10 @@ def _newton(
     force: Floats,
     after: Floats,
 ) -> bool:
-    """Newton on the points `active`, from r* until the residual falls no more; halves what overshoots."""
+    """Newton's method for the points `active`, from r* until the residual stops falling. Halves steps that overshoot.
+
+    Writes `force` and `after` at these points. Returns False if the residual left is too large.
+    """
     count = active.size
     r, trial, slope = np.empty(count), np.empty(count), np.empty(count)
     residual, change, matrix = np.empty(count), np.empty(count), np.empty((count, count))
@@ -144,7 +155,7 @@ def _newton(
             if tried < error or error <= ACCEPTED_RESIDUAL or part < LEAST_PART:
                 break
             part /= 2
-        if tried >= error:  # rounding, or stuck
+        if tried >= error:  # down to rounding, or stuck
             break
         error = tried
         r[:] = trial
@@ -167,7 +178,7 @@ def _residual(
     slope: Floats,
     residual: Floats,
 ) -> float:
-    """Write f(r), df/dr and r - r* + coupling f for the points `active`; returns the largest residual, m."""
+    """Writes f(r), df/dr and r - r* + coupling f of the points `active`; returns the largest residual, m."""
     for a in range(active.size):
         m = active[a]
         force[m], slope[a] = contact_force(before[m], r[a], stiffness, exponent)
@@ -183,7 +194,7 @@ def _residual(
 
 @counted
 def eliminate(matrix: Floats, x: Floats) -> None:
-    """Solve matrix y = x by Gauss with row pivoting; y replaces x, `matrix` is used up."""
+    """Solves matrix y = x by Gaussian elimination with row pivoting; y replaces x, `matrix` is overwritten."""
     n = x.size
     for c in range(n):
         p = c
@@ -205,12 +216,9 @@ def eliminate(matrix: Floats, x: Floats) -> None:
         x[c] /= matrix[c, c]
 
 
-MOST_GUESSES = 40
-MOST_SWEEPS = 100_000
-
-
 @counted
 def sat(x: float) -> float:
+    """x, limited to -1 to 1: the law of eq. 7."""
     return min(max(x, -1.0), 1.0)
 
 
@@ -218,9 +226,10 @@ def sat(x: float) -> float:
 def solve_friction(
     coupling: Floats, wanted: Floats, touching: Floats, most: float, delta: float, force: Floats
 ) -> bool:
-    """Writes the friction (P,) N/m at the points with `touching` > 0, zero elsewhere. False if it fails.
+    """Solves w + C A sat(w / delta) = w* for the friction at the points that touch. Returns False if it fails.
 
-    coupling (P, P) m per N/m, wanted (P,) w*, most: A, N/m; delta: m.
+    coupling: C, (P, P) m per N/m; wanted: w*, (P,) m; touching: penetration, (P,) m; most: A, N/m; delta: m. Writes
+    `force`, (P,) N/m: -A sat(w / delta) at points with `touching` > 0, zero elsewhere.
     """
     points = wanted.size
     active = np.empty(points, dtype=np.int64)
@@ -262,7 +271,7 @@ def solve_friction(
 def _in_turn(
     coupling: Floats, wanted: Floats, active: NDArray[np.int64], most: float, delta: float, force: Floats
 ) -> bool:
-    """One point after the other: descends to the one solution, slowly."""
+    """Solves for one point after the other, over and over, until `force` settles: slow, but sure to descend."""
     for _ in range(MOST_SWEEPS):
         change = 0.0
         for m in active:

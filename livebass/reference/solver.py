@@ -1,46 +1,46 @@
-"""Brute force: every fine step of eq. 12, every mode, every contact point. Written from the equations.
+"""The brute-force solver: every fine step of eq. 12, with every mode and every contact point, from the equations.
 
-It shares second with the engine but the description of the string and the modal laws, so that agreement of
-the two means something. Eq. 12 for one mode is q^{n+1} = C q^n - Ct q^{n-1} + F with, for theta = omega_d dt,
+It shares nothing with the engine but the description of the string and the modal laws, so that agreement of the two
+means something. Equation numbers: Issanchou et al. (2018).
+
+Eq. 12 for one mode is q^{n+1} = C q^n - Ct q^{n-1} + F with, for theta = omega_d dt,
 
     C = 2 exp(-sigma dt) cos(theta),   Ct = exp(-2 sigma dt),   F = (dt^2/mu) dx sum_m phi(x_m) f_m^n.
 
-Computed like that, C near 2 hides the frequency behind a rounding error of 1e-16 / theta^2 (2e-8 for mode 1
-at 8 MHz). With d^n = q^n - q^{n-1} the same recursion reads
+Computed like that, C near 2 hides the frequency behind a rounding error of 1e-16 / theta^2 (2e-8 for mode 1 at 8 MHz).
+With d^n = q^n - q^{n-1} the same recursion reads
 
     d^{n+1} = Ct d^n - (1 - C + Ct) q^n + F,   q^{n+1} = q^n + d^{n+1},
 
-and 1 - C + Ct = (1 - exp(-sigma dt))^2 + 4 exp(-sigma dt) sin^2(theta / 2) is a sum of squares, in which
-second cancels.
+and 1 - C + Ct = (1 - exp(-sigma dt))^2 + 4 exp(-sigma dt) sin^2(theta / 2) is a sum of squares, in which nothing
+cancels.
 
-Contact, with eta = g - u, psi = K/(alpha+1) [eta]_+^(alpha+1), r = eta^{n+1} - eta^{n-1}:
+Contact (eq. 6), with eta = g - u, psi = K/(alpha+1) [eta]_+^(alpha+1), r = eta^{n+1} - eta^{n-1}:
 
-    f^n = (psi(eta^{n+1}) - psi(eta^{n-1})) / r,   r = r* - (W + R) f^n,   W = (dt^2/mu) dx Phi Phi^T,
+    f^n = (psi(eta^{n+1}) - psi(eta^{n-1})) / r,   r = r* - (W + R) f^n,   W = (dt^2/mu) dx Phi Phi^T.
 
-r* being r without force and R the static compliance of the modes left out (zero for a full set), which move
-with the force at once: u^{n+1} = Phi^T q^{n+1} + R f^n.
+Here r* is r without force, and R the static compliance of the modes left out (zero for a full set), which follow the
+force at once: u^{n+1} = Phi^T q^{n+1} + R f^n.
 
-The second polarisation v is the same string without obstacle; where u^n < g it feels the friction of eq. 7,
-ff = -A sat((v^{n+1} - v^{n-1}) / (2 dt s)), and u does not feel v.
+The second polarisation v is the same string without obstacle. Where u^n < g it feels the friction of eq. 7,
+ff = -A sat((v^{n+1} - v^{n-1}) / (2 dt s)); u does not feel v.
 
 Energy at n + 1/2, from eq. 12 times (q^{n+1} - q^{n-1}) / 2:
 
     H = mu/(2 dt^2) sum_j [(1 + Ct)/2 d^2 + (1 - C + Ct) q^{n+1} q^n]
-        + dx sum_m [psi(eta^{n+1}) + psi(eta^n)]/2 + dx/4 [f^n R f^n + f^{n-1} R f^{n-1}]
+        + dx sum_m [psi(eta^{n+1}) + psi(eta^n)]/2 + dx/4 [f^n R f^n + f^{n-1} R f^{n-1}].
 
-With friction v has the same first line and R of its own forces, and a step changes H by dx sum_m ff (v^{n+1} -
-v^{n-1}) / 2 <= 0 more. Otherwise a step changes H by
+A step changes H by
 
     -(mu/dt^2) sum_j (1 - Ct)/4 (q^{n+1} - q^{n-1})^2 - dx/4 (f^n - f^{n-2}) R (f^n - f^{n-2}),
 
-so it is constant without losses for a full set of modes and otherwise never rises. Without losses its first
-line is mu/(2 dt^2) sum [q1^2 - 2 cos(theta) q1 q0 + q0^2].
+so H is constant without losses for a full set of modes, and otherwise never rises. Without losses its first line is
+mu/(2 dt^2) sum [q1^2 - 2 cos(theta) q1 q0 + q0^2]. For v the first line and the term with R of its own forces are
+added, and friction changes H by dx sum_m ff (v^{n+1} - v^{n-1}) / 2 <= 0 more a step.
 
-The steps of the brute-force solver: eq. 12 in the summed form of reference.py. Numba only.
-
-No step, mode or point is skipped. Two liberties touch rounding alone: the dot products may be summed in any
-order, which lets them run four numbers at a time, and modes under 1e-200 are set to zero, because arithmetic
-on denormal numbers would cost a factor of 20.
+No step, mode or point is skipped. Two liberties touch rounding alone: dot products may be summed in any order, so that
+they run four numbers at a time, and modes below 1e-200 are set to zero, as arithmetic on denormal numbers would cost a
+factor of 20.
 """
 
 from __future__ import annotations
@@ -52,13 +52,54 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from livebass.arrays import Floats
+from livebass.arrays import Floats, Ints
 from livebass.compiling import compiled, counted
 from livebass.model import modes
-from livebass.model.trial import Ints, Motion, Trial, initial_amplitudes, initial_amplitudes_across
+from livebass.model.trial import Motion, Trial, initial_amplitudes, initial_amplitudes_across
 from livebass.reference.laws import potential, solve_contact, solve_friction
 
-CHUNK = 16384  # steps between two returns to Python: where Ctrl-C is noticed
+CHUNK = 16384  # steps between two returns to Python, which then notices Ctrl-C
+FLUSH_EVERY = 64  # steps
+FLUSH_BELOW = 1e-200  # of both q and d: far below the rounding of any sum over modes
+
+
+class Plan(NamedTuple):
+    """Constants of a run with N modes and P contact points; symbols as in the head of this file."""
+
+    dt: float  # s
+    density: float  # mu, kg/m
+    dx: float  # m
+    decay: Floats  # (N,) Ct
+    pull: Floats  # (N,) 1 - C + Ct
+    sigma: Floats  # (N,) 1/s
+    omega: Floats  # (N,) rad/s, damped
+    shape: Floats  # (P, N) Phi: phi_j(x_m), m^-0.5
+    sensor: Floats  # (N,) phi_j at the sensor of u, m^-0.5
+    height: Floats  # (P,) g, m
+    coupling: Floats  # (P, P) W + R, m per N/m
+    compliance: Floats  # (P, P) R, m per N/m
+    stiffness: float  # K, SI
+    exponent: float  # alpha
+    across: Floats  # (N,) phi_j at the sensor of v, m^-0.5; (0,) without a second polarisation
+    friction: float  # A, N/m
+    slip: float  # 2 dt s, m
+
+
+class State(NamedTuple):
+    """The state of a run at step n; `run` moves it on in place."""
+
+    q: Floats  # (N,) q^n, m^1.5
+    d: Floats  # (N,) q^n - q^{n-1}, m^1.5
+    eta: Floats  # (P,) eta^n, m
+    eta_before: Floats  # (P,) eta^{n-1}, m
+    force: Floats  # (P,) f^{n-1}, N/m
+    force_before: Floats  # (P,) f^{n-2}, N/m
+    q_across: Floats  # (N,) q^n of v; (0,) without a second polarisation
+    d_across: Floats  # (N,) d^n of v, likewise
+    v: Floats  # (P,) v^n, m
+    v_before: Floats  # (P,) v^{n-1}, m
+    friction: Floats  # (P,) ff^{n-1}, N/m
+    friction_before: Floats  # (P,) ff^{n-2}, N/m
 
 
 def static_compliance(trial: Trial) -> Floats:
@@ -70,7 +111,7 @@ def static_compliance(trial: Trial) -> Floats:
 
 
 def make_plan(trial: Trial) -> Plan:
-    """Coefficients of eq. 12 for `trial`. Raises ValueError for a mode too damped to swing."""
+    """Coefficients of eq. 12 for `trial`. Raises ValueError for a mode that is damped beyond critical."""
     s, count, dt = trial.speaking, trial.modes, 1 / trial.contact_rate
     sigma = np.zeros(count) if trial.lossless else modes.dampings(s, count)
     natural = 2 * math.pi * modes.frequencies(s, count)
@@ -102,9 +143,9 @@ def make_plan(trial: Trial) -> Plan:
 
 
 def make_state(plan: Plan, q: Floats, across: Floats) -> State:
-    """State at step 0 of a string released at rest from the amplitudes `q` (N,) of u, `across` of v.
+    """State at step 0 of a string released at rest from the amplitudes `q` of u and `across` of v, each (N,).
 
-    The free damped motion with q(0) = q, dq/dt(0) = 0, followed back to -dt, gives d^0.
+    The free damped motion with q(0) = q and dq/dt(0) = 0, followed back to -dt, gives d^0.
     """
     s, theta = plan.sigma * plan.dt, plan.omega * plan.dt
     back = -np.expm1(s) + np.exp(s) * (2 * np.sin(theta / 2) ** 2 + plan.sigma / plan.omega * np.sin(theta))
@@ -119,91 +160,9 @@ def make_state(plan: Plan, q: Floats, across: Floats) -> State:
     return State(q.copy(), d, *heights, np.zeros(points), np.zeros(points), *second)
 
 
-def solve(trial: Trial, energy_every: int = 0) -> Motion:
-    """Brute-force solution of `trial`; energy at every `energy_every`-th half step, none if 0.
-
-    Raises ArithmeticError should Newton's method ever fail.
-    """
-    plan = make_plan(trial)
-    state = make_state(plan, initial_amplitudes(trial), initial_amplitudes_across(trial))
-    place = np.arange(trial.samples) * trial.contact_rate / trial.output_rate  # in fine steps
-    sample_step = np.floor(place + 1e-9).astype(np.int64)
-    offset = np.maximum(place - sample_step, 0.0)
-    displacement, across = np.zeros(trial.samples), np.zeros(trial.samples)
-    last = trial.steps + 1  # one more than listed: a sample may lie just after step trial.steps
-    energy = np.zeros((last - 1) // energy_every + 1 if energy_every else 0)
-    room = CHUNK * plan.height.size // 2 + plan.height.size
-    onset = np.zeros((room, 2), dtype=np.int64)
-    found: list[NDArray[np.int64]] = []
-    arguments = (sample_step, offset, displacement, across, energy_every, energy, onset)
-    run(plan, state, 0, 0, *arguments)  # compiles
-    start = time.perf_counter()
-    for first in range(0, last, CHUNK):
-        count = run(plan, state, first, min(first + CHUNK, last), *arguments)
-        if count < 0:
-            raise ArithmeticError(f"contact at step {-count} did not converge")
-        found.append(onset[:count].copy())
-    contacts = np.concatenate(found)
-    contacts = contacts[contacts[:, 0] <= trial.steps]
-    moments: Floats = (np.arange(energy.size, dtype=np.float64) * energy_every + 0.5) * plan.dt
-    return Motion(
-        time_s=np.arange(trial.samples) / trial.output_rate,
-        displacement_m=displacement,
-        contact_step=contacts[:, 0].copy(),
-        contact_index=contacts[:, 1].copy(),
-        contact_rate_hz=trial.contact_rate,
-        wall_s=time.perf_counter() - start,
-        energy_j=energy if energy_every else None,
-        energy_time_s=moments if energy_every else None,
-        across_m=across if plan.across.size else None,
-    )
-
-
-FLUSH_EVERY = 64  # steps
-FLUSH_BELOW = 1e-200  # of both q and d: the sums over modes cannot feel it
-
-
-class Plan(NamedTuple):
-    """Constants of a run; N modes, P contact points."""
-
-    dt: float  # s
-    density: float  # mu, kg/m
-    dx: float  # m
-    decay: Floats  # (N,) Ct
-    pull: Floats  # (N,) 1 - C + Ct
-    sigma: Floats  # (N,) 1/s
-    omega: Floats  # (N,) rad/s, damped
-    shape: Floats  # (P, N) phi_j(x_m)
-    sensor: Floats  # (N,) phi_j at the sensor
-    height: Floats  # (P,) g, m
-    coupling: Floats  # (P, P) W + R, m per N/m
-    compliance: Floats  # (P, P) R
-    stiffness: float  # K
-    exponent: float  # alpha
-    across: Floats  # (N,) phi_j at the sensor of v; empty: no second polarisation
-    friction: float  # A, N/m
-    slip: float  # 2 dt s, m
-
-
-class State(NamedTuple):
-    """What a run remembers at step n."""
-
-    q: Floats  # (N,) q^n
-    d: Floats  # (N,) q^n - q^{n-1}
-    eta: Floats  # (P,) eta^n
-    eta_before: Floats  # (P,) eta^{n-1}
-    force: Floats  # (P,) f^{n-1}, N/m
-    force_before: Floats  # (P,) f^{n-2}
-    q_across: Floats  # (N,) of v, as q; empty without it
-    d_across: Floats  # (N,)
-    v: Floats  # (P,) v^n
-    v_before: Floats  # (P,) v^{n-1}
-    friction: Floats  # (P,) ff^{n-1}, N/m
-    friction_before: Floats  # (P,) ff^{n-2}
-
-
 @compiled(fastmath={"reassoc", "contract"})
 def _dot(a: Floats, b: Floats) -> float:
+    """Dot product, summed in any order."""
     total = 0.0
     for j in range(a.size):
         total += a[j] * b[j]
@@ -212,7 +171,7 @@ def _dot(a: Floats, b: Floats) -> float:
 
 @counted
 def _between(plan: Plan, sensor: Floats, before: Floats, after: Floats, offset: float) -> float:
-    """Displacement at `sensor` `offset` s after q^n = before: the free motion through q^n and q^{n+1} = after."""
+    """Displacement (m) at `sensor`, `offset` s after step n: the free motion through q^n = before, q^{n+1} = after."""
     total = 0.0
     for j in range(before.size):
         s, w = plan.sigma[j], plan.omega[j]
@@ -224,7 +183,7 @@ def _between(plan: Plan, sensor: Floats, before: Floats, after: Floats, offset: 
 
 @counted
 def _linear_energy(plan: Plan, q: Floats, d: Floats, force: Floats, force_before: Floats) -> float:
-    """What one polarisation stores without the potential of the contact."""
+    """Energy of one polarisation without the potential of the contact, J."""
     total = 0.0
     for j in range(q.size):
         total += (1 + plan.decay[j]) / 2 * d[j] * d[j] + plan.pull[j] * q[j] * (q[j] - d[j])
@@ -238,7 +197,7 @@ def _linear_energy(plan: Plan, q: Floats, d: Floats, force: Floats, force_before
 
 @counted
 def _energy(plan: Plan, state: State) -> float:
-    """H at n - 1/2 for a state at n, J."""
+    """H at n - 1/2 of a state at step n, J."""
     total = _linear_energy(plan, state.q, state.d, state.force, state.force_before)
     total += _linear_energy(plan, state.q_across, state.d_across, state.friction, state.friction_before)
     for m in range(plan.height.size):
@@ -250,7 +209,10 @@ def _energy(plan: Plan, state: State) -> float:
 
 @counted
 def _slide(plan: Plan, state: State) -> bool:
-    """v from n to n + 1, before eta does: eq. 7 with the points that touch at n."""
+    """Moves v from step n to n + 1, with friction (eq. 7) at the points that touch at n. Call it before eta moves.
+
+    Returns False if the friction does not converge.
+    """
     q, d = state.q_across, state.d_across
     for j in range(q.size):
         d[j] = plan.decay[j] * d[j] - plan.pull[j] * q[j]
@@ -289,9 +251,10 @@ def run(
     energy: Floats,
     onset: Ints,
 ) -> int:
-    """Steps n -> n + 1 for n = first ... last - 1; returns how many contacts (step, index) are in `onset`.
+    """Steps from n to n + 1 for n = first ... last - 1; fills `displacement`, `across` and `energy` as they are due.
 
-    Minus the step number where Newton fails. Fills `displacement`, `across` and `energy` where they are due.
+    Output sample i lies offset[i] of a step after step sample_step[i]. Returns the number of new contacts (step, index)
+    in `onset`, (room, 2); or minus the number of the step at which an implicit equation could not be solved.
     """
     q, d, eta, eta_before = state.q, state.d, state.eta, state.eta_before
     force, force_before = state.force, state.force_before
@@ -356,3 +319,44 @@ def run(
                     state.q_across[j] = 0.0
                     state.d_across[j] = 0.0
     return found
+
+
+def solve(trial: Trial, energy_every: int = 0) -> Motion:
+    """The motion of `trial` by brute force, with the energy at every `energy_every`-th half step, or none if 0.
+
+    Raises ValueError for a mode that is damped beyond critical, and ArithmeticError if the equation of a contact does
+    not converge.
+    """
+    plan = make_plan(trial)
+    state = make_state(plan, initial_amplitudes(trial), initial_amplitudes_across(trial))
+    place = np.arange(trial.samples) * trial.contact_rate / trial.output_rate  # in fine steps
+    sample_step = np.floor(place + 1e-9).astype(np.int64)
+    offset = np.maximum(place - sample_step, 0.0)
+    displacement, across = np.zeros(trial.samples), np.zeros(trial.samples)
+    last = trial.steps + 1  # one more than contacts are listed for: a sample may lie just after step trial.steps
+    energy = np.zeros((last - 1) // energy_every + 1 if energy_every else 0)
+    room = CHUNK * plan.height.size // 2 + plan.height.size
+    onset = np.zeros((room, 2), dtype=np.int64)
+    found: list[NDArray[np.int64]] = []
+    arguments = (sample_step, offset, displacement, across, energy_every, energy, onset)
+    run(plan, state, 0, 0, *arguments)  # compiles, so that wall_s does not count it
+    start = time.perf_counter()
+    for first in range(0, last, CHUNK):
+        count = run(plan, state, first, min(first + CHUNK, last), *arguments)
+        if count < 0:
+            raise ArithmeticError(f"contact at step {-count} did not converge")
+        found.append(onset[:count].copy())
+    contacts = np.concatenate(found)
+    contacts = contacts[contacts[:, 0] <= trial.steps]
+    moments: Floats = (np.arange(energy.size, dtype=np.float64) * energy_every + 0.5) * plan.dt
+    return Motion(
+        time_s=np.arange(trial.samples) / trial.output_rate,
+        displacement_m=displacement,
+        contact_step=contacts[:, 0].copy(),
+        contact_index=contacts[:, 1].copy(),
+        contact_rate_hz=trial.contact_rate,
+        wall_s=time.perf_counter() - start,
+        energy_j=energy if energy_every else None,
+        energy_time_s=moments if energy_every else None,
+        across_m=across if plan.across.size else None,
+    )

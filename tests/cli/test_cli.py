@@ -14,8 +14,6 @@ import soundfile
 from support.command import GOOD, Run, assert_one_clear_line, cli_text, command
 from support.engine import FakeEngine
 
-import livebass
-
 ROOT = Path(__file__).parents[2]
 
 
@@ -123,14 +121,6 @@ def test_the_module_runs() -> None:
     assert_one_clear_line(done.returncode, done.stderr, (2,))
     done = command()
     assert done.returncode == 2 and "Commands:" in done.stderr
-
-
-def test_public_names() -> None:
-    for name in livebass.__all__:
-        assert getattr(livebass, name) is not None
-        assert name in dir(livebass)
-    with pytest.raises(AttributeError, match="no attribute 'nothing'"):
-        _ = livebass.nothing  # type: ignore[attr-defined]
 
 
 @pytest.mark.parametrize("script", ["example_note.py", "example_song.py"])

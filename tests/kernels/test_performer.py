@@ -40,6 +40,10 @@ def wheel(value: int) -> Message:
     return (0xE0, (value + 8192) & 127, (value + 8192) >> 7)
 
 
+# Reading and checking a preset takes 0.1 s, and random tests ask for one in every example.
+loaded = cache(load_preset)
+
+
 @cache
 def engine_of(instrument: Instrument) -> Engine:
     """Only its operators are used."""
@@ -48,7 +52,7 @@ def engine_of(instrument: Instrument) -> Engine:
 
 def bass(preset: str = "jazz-finger", **player: object) -> Instrument:
     """An even one, unless `player` says otherwise."""
-    instrument = load_preset(preset)
+    instrument = loaded(preset)
     return replace(instrument, player=replace(instrument.player, **{"unevenness": 0.0, **player}))  # type: ignore[arg-type]
 
 
@@ -67,7 +71,7 @@ class Hands:
     def __init__(self, instrument: Instrument | None = None, string: int | None = None):
         """With `string` the bass has this one alone, so that a key is a fret."""
         instrument = instrument or bass()
-        engine = engine_of(replace(instrument, player=load_preset("jazz-finger").player))
+        engine = engine_of(replace(instrument, player=loaded("jazz-finger").player))
         self.ops, self.pool = engine.pool.records, engine.pool.memory
         record = new_performer(instrument, engine.frets)
         if string is not None:
@@ -343,7 +347,7 @@ def test_velocity_to_apex(preset: str) -> None:
 
 
 def test_techniques() -> None:
-    slap = load_preset("slap")
+    slap = loaded("slap")
     found = [Hands(slap, i)(on(OPEN[i] + 5))[0]["kind"] for i in range(4)]
     assert found == [at.STRIKE_EVENT] * 2 + [at.PLUCK] * 2
     assert [Hands(None, i)(on(OPEN[i] + 5))[0]["kind"] for i in range(4)] == [at.PLUCK] * 4
@@ -398,7 +402,7 @@ def test_controller_16_moves_the_hand_over_the_body() -> None:
 def test_every_place_is_on_the_string(preset: str, value: int) -> None:
     """Well away from its ends."""
     for string in range(4):
-        hands = Hands(load_preset(preset), string)
+        hands = Hands(loaded(preset), string)
         hands(control(16, value))
         for fret in range(FRETS + 1):
             (event,) = hands(on(OPEN[string] + fret))
@@ -635,7 +639,7 @@ RING = [m for s in EIGHT.strings for m in (on(s.open_note), off(s.open_note))]
 
 
 @settings(max_examples=100, deadline=None)
-@given(st.lists(any_message, max_size=60), st.sampled_from([bass(), load_preset("slap"), EIGHT]))
+@given(st.lists(any_message, max_size=60), st.sampled_from([bass(), loaded("slap"), EIGHT]))
 @example([control(64, 127), *RING, control(121)], EIGHT)
 def test_any_bytes_leave_the_performer_sane(sequence: list[Message], instrument: Instrument) -> None:
     hands = Hands(instrument)
