@@ -8,10 +8,10 @@
 `sound` is float64 of shape (n_strings, n_frames), lowest string first, full scale 1; its sum over strings is
 what `render_to_file` writes. Units are SI throughout (m, s, Hz, kg/m, N); pitches are MIDI note numbers
 (C4 is 60); times in a `Score` are sample frames at its `rate`. Bad data raise ValueError (PresetError,
-ScoreError) and files that cannot be written OutputError, an OSError, each with one line that says what is
-allowed.
+ScoreError), a file that cannot be written raises OutputError, an OSError; each message is one line that says
+what is allowed.
 
-    preset_names() -> list[str]                    the basses that come along
+    preset_names() -> list[str]                    the basses that come with livebass
     load_preset(name_or_path) -> Instrument        strings, necks, pickups, player
     read_score(path, rate, channel="auto") -> Score
     single_note(note, velocity, duration, rate) -> Score

@@ -19,7 +19,7 @@ import numba as nb
 import platformdirs
 
 ROOMS = ("kernels", "live/thread", "reference")  # folders whose functions are compiled
-ENTRY, LIVE_ENTRY = "voice.run-*.nbi", "block.process-*.nbi"  # what is compiled last
+ENTRY, LIVE_ENTRY = "voice.run-*.nbi", "block.process-*.nbi"  # cache files of the functions compiled last
 
 
 @functools.cache
@@ -95,6 +95,9 @@ counted = compiled()
 # All others: no references, which cost a quarter of the time; what would allocate does not compile.
 LEAN: dict[str, Any] = {"_nrt": False}
 jit = compiled(**LEAN)
+# Becomes part of its callers before they are compiled: for functions that take functions, or that return arrays they
+# made, which numba does not do without references.
+inlined = compiled(inline="always", **LEAN)
 
 
 def cached(entry: str = ENTRY) -> bool:

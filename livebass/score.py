@@ -1,16 +1,12 @@
-"""Notes with times: a Standard MIDI File, or one note, as channel messages in sample frames.
+"""Notes with times: a `Score` from a Standard MIDI File, from a list of notes, or a demo phrase.
 
-A `Score` is clean by construction, whatever the file: at one frame note-offs and controllers come before
-note-ons; every note-on has its end, at least `BRIEF` seconds later; an end without a note is dropped; and of
-overlapping notes of one pitch the earlier one's end does not cut the later one.
+A `Score` is clean by construction, whatever the file: at one frame, note-offs and controllers come before note-ons;
+every note-on has its end, at least `BRIEF` seconds later; an end without a note is dropped; and of overlapping notes of
+one pitch, the end of the earlier one does not cut the later one.
 
-Standard MIDI File -> channel messages in ticks: the container only, no seconds and no notes.
-
-Read here byte by byte rather than through a library because the reader's promises are its own: any file that
-keeps the format is read (unknown chunks, escapes, odd text and key signatures are passed over), and whatever
-breaks it is reported with its track and byte.
-
-Two phrases in E minor to hear a preset by: soft and hard notes, every string, a bend, repeated notes.
+Standard MIDI Files are parsed here and not by a library, because the promises are stricter than a library's: every file
+that keeps to the format is read (unknown chunks, escapes, odd texts and key signatures are passed over), and an error
+in a file is reported with its track and byte.
 """
 
 from __future__ import annotations
@@ -31,50 +27,37 @@ from numpy.typing import NDArray
 from livebass.units import note_number
 
 NOTE_OFF, NOTE_ON, PROGRAM = 0x8, 0x9, 0xC  # upper four bits of a status byte
-DRUMS = 9  # channel 10, counted from 0: never a bass
+DRUMS = 9  # channel 10, counted from 0
 BASS_PROGRAMS = range(32, 40)  # General MIDI, counted from 0: the eight basses
-BRIEF = 1e-3  # s, least length of a note: a zero-length note still sounds
-LONGEST = 24 * 3600  # s
+BRIEF = 1e-3  # s, least length of a note: even a zero-length note sounds
+LONGEST = 24 * 3600  # s, of a score
 LARGEST = 64 << 20  # bytes of a MIDI file
 LEAST_RATE, MOST_RATE = 8000, 192_000  # Hz
+DEFAULT_TEMPO = 500_000  # us per quarter note, until a file sets another
+SMPTE_RATES = {24: (24, 1), 25: (25, 1), 29: (30_000, 1001), 30: (30, 1)}  # frames/s as a fraction
+META_END, META_TEMPO = 0x2F, 0x51
 
 Event = tuple[int, bytes]  # (frame, status and one or two data bytes)
 
 
 class ScoreError(ValueError):
-    """A MIDI file that cannot be played; one line with file, place and what is allowed."""
+    """A MIDI file that cannot be played. The message is one line: file, place, and what is allowed."""
+
+
+class SmfError(ValueError):
+    """Bytes that are not a Standard MIDI File, or not one that can be played. The message names the place."""
 
 
 @dataclass(frozen=True, eq=False)
 class Score:
-    """What to play, on one channel."""
+    """The notes and controllers to play, as channel messages with times, all on one channel."""
 
     frames: NDArray[np.int64]  # (n,) sample frames at `rate`, ascending
     messages: NDArray[np.uint8]  # (n, 3) MIDI status and data; channel 0; unused data is 0
-    end_frame: int  # frame of the last message: where the tail begins
-    notes: int  # note-ons among the messages
-    name: str  # of the piece, for people
+    end_frame: int  # of the last message, where the tail begins
+    notes: int  # number of note-ons
+    name: str  # of the piece, for messages
     rate: int  # Hz
-
-
-def read_score(path: str | os.PathLike[str], rate: int, channel: str | int = "auto") -> Score:
-    """The bass part of a Standard MIDI File (type 0 or 1) in frames at `rate` Hz.
-
-    `channel` "auto" takes the notes played while their channel's program is 32 to 39 (the General MIDI
-    basses); "all" takes every channel but 10, the drums; 1 to 16 takes that one. Controllers come along from
-    the channels that have such notes. Raises ScoreError for the file, ValueError for another rate or channel.
-    """
-    checked_rate(rate)
-    if channel not in ("auto", "all", *range(1, 17)):
-        raise ValueError(f'channel {channel!r}: allowed are "auto", "all" and 1 to 16')
-    path = Path(path)
-    try:
-        smf = parse_smf(_file_bytes(path))
-        events, end = _timed(smf, rate)
-        chosen = _selected(_cleaned(events, end, rate), channel)
-    except SmfError as error:
-        raise ScoreError(f"{path}: {error}") from None
-    return _score(chosen, path.stem, rate)
 
 
 def single_note(note: int, velocity: int, duration: float, rate: int) -> Score:
@@ -113,13 +96,13 @@ def score_of(
 
 
 def checked_rate(rate: int) -> None:
-    """Raises ValueError unless `rate` is a whole number of Hz that an engine can run at."""
+    """Raises ValueError unless `rate` is a whole number of Hz from LEAST_RATE to MOST_RATE."""
     if not (_whole(rate) and LEAST_RATE <= rate <= MOST_RATE):
         raise ValueError(f"rate {rate} Hz: allowed are whole numbers from {LEAST_RATE} to {MOST_RATE}")
 
 
 def _whole(number: object) -> bool:
-    """Whether it is an integer of any kind, numpy's among them."""
+    """True for an integer of any kind, numpy's included."""
     try:
         operator.index(number)  # type: ignore[arg-type]
     except TypeError:
@@ -127,7 +110,28 @@ def _whole(number: object) -> bool:
     return True
 
 
+def read_score(path: str | os.PathLike[str], rate: int, channel: str | int = "auto") -> Score:
+    """The bass part of a Standard MIDI File (type 0 or 1) in frames at `rate` Hz.
+
+    `channel` "auto" takes the notes played while their channel's program is 32 to 39 (the General MIDI basses); "all"
+    takes every channel but 10, the drums; 1 to 16 takes that one. Controllers are taken from the channels of these
+    notes. Raises ScoreError if the file cannot be played, and ValueError for a rate or channel that is not allowed.
+    """
+    checked_rate(rate)
+    if channel not in ("auto", "all", *range(1, 17)):
+        raise ValueError(f'channel {channel!r}: allowed are "auto", "all" and 1 to 16')
+    path = Path(path)
+    try:
+        smf = parse_smf(_file_bytes(path))
+        events, end = _timed(smf, rate)
+        chosen = _selected(_cleaned(events, end, rate), channel)
+    except SmfError as error:
+        raise ScoreError(f"{path}: {error}") from None
+    return _score(chosen, path.stem, rate)
+
+
 def _file_bytes(path: Path) -> bytes:
+    """The content of a regular file of at most LARGEST bytes. Raises ScoreError."""
     try:
         kind = path.stat()
         if stat.S_ISDIR(kind.st_mode):
@@ -137,14 +141,14 @@ def _file_bytes(path: Path) -> bytes:
         if kind.st_size > LARGEST:
             raise ScoreError(f"{path}: {kind.st_size >> 20} MB, allowed: up to {LARGEST >> 20} MB")
         return path.read_bytes()
-    except (OSError, ValueError) as error:  # ValueError: a zero byte in the name
+    except (OSError, ValueError) as error:  # ValueError for a zero byte in the name
         if isinstance(error, ScoreError):
             raise
         raise ScoreError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
 
 
 def _frame_of(smf: Smf, rate: int) -> Callable[[int], int]:
-    """Tick -> nearest frame, in integers, so that hours into a file nothing has drifted."""
+    """A function from tick to nearest frame. It computes in integers, so that times do not drift over hours."""
     if not smf.ticks_per_quarter:
         over, under = smf.ticks_per_second
         return lambda tick: (2 * tick * under * rate + over) // (2 * over)
@@ -163,7 +167,7 @@ def _frame_of(smf: Smf, rate: int) -> Callable[[int], int]:
 
 
 def _timed(smf: Smf, rate: int) -> tuple[list[Event], int]:
-    """Messages in frames, and the frame the file ends at; note-ons of velocity 0 become note-offs."""
+    """The messages with frames, and the frame of the file's end. Note-ons with velocity 0 become note-offs."""
     frame = _frame_of(smf, rate)
     end = frame(smf.end_tick)
     if end > LONGEST * rate:
@@ -175,7 +179,7 @@ def _timed(smf: Smf, rate: int) -> tuple[list[Event], int]:
 
 
 def _cleaned(events: list[Event], end: int, rate: int) -> list[Event]:
-    """The same events in the order of a `Score`, with one note-off for each note that ends."""
+    """The events in the order of a `Score`, with exactly one note-off for each note."""
     keys: dict[tuple[int, int], list[tuple[int, bool]]] = defaultdict(list)
     clean: list[Event] = []
     for frame, m in events:
@@ -186,18 +190,17 @@ def _cleaned(events: list[Event], end: int, rate: int) -> list[Event]:
     for (channel, note), strokes in keys.items():
         for frame in note_ends(strokes, end, max(1, round(BRIEF * rate))):
             clean.append((frame, bytes([NOTE_OFF << 4 | channel, note, 64])))
-    # Controllers first: a pedal pressed as a note ends holds it, a bend is there when the next note begins.
+    # Controllers come first: a pedal pressed as a note ends holds it, and a bend is there before the next note begins.
     rank = {NOTE_OFF: 1, NOTE_ON: 2}
     return sorted(clean, key=lambda e: (e[0], rank.get(e[1][0] >> 4, 0)))
 
 
 def note_ends(strokes: list[tuple[int, bool]], end: int, brief: int) -> list[int]:
-    """Frames at which one key's notes end, from its (frame, is a note-on) in file order.
+    """Frames at which the notes of one key end. strokes: (frame, True for a note-on) in file order.
 
-    An off ends the oldest note held; at its frame, earlier notes before new ones. Where the key has been
-    struck again since and another off is still to come, the off ends nothing: the new note sounds on.
-    Whatever is still held ends at frame `end`. A note lasts `brief` frames at least, unless it is struck
-    again before.
+    A note-off ends the oldest note held; at its own frame, earlier notes before new ones. If the key has been struck
+    again since and another note-off is still to come, the note-off ends nothing, and the new note sounds on. Notes
+    still held end at frame `end`. A note lasts at least `brief` frames, unless its key is struck again before.
     """
     moments = []  # (frame, ons, offs)
     for frame, group in groupby(strokes, key=lambda s: s[0]):
@@ -223,10 +226,10 @@ def note_ends(strokes: list[tuple[int, bool]], end: int, brief: int) -> list[int
 
 
 def _selected(events: list[Event], channel: str | int) -> list[Event]:
-    """The events of the chosen notes and of their channels; SmfError where there is no such note."""
+    """The events of the notes that `channel` chooses, and of their channels. Raises SmfError if there are none."""
     programs = [0] * 16
     kept: list[Event] = []
-    sounding, chosen = set(), set()  # channels with notes, with chosen notes
+    sounding, chosen = set(), set()  # channels with notes, and with chosen notes
     for frame, m in events:
         kind, where = m[0] >> 4, m[0] & 0xF
         if kind == PROGRAM:
@@ -243,6 +246,7 @@ def _selected(events: list[Event], channel: str | int) -> list[Event]:
 
 
 def _wanted(channel: str | int, where: int, program: int) -> bool:
+    """True if `channel` chooses a note on channel `where`, counted from 0, that plays `program`."""
     if channel == "auto":
         return where != DRUMS and program in BASS_PROGRAMS
     if channel == "all":
@@ -251,6 +255,7 @@ def _wanted(channel: str | int, where: int, program: int) -> bool:
 
 
 def _nothing_chosen(channel: str | int, sounding: list[int]) -> str:
+    """Says why no note was chosen, and on which channels there are notes."""
     if not sounding:
         return "has no notes"
     there = f"notes are on channel {', '.join(str(c + 1) for c in sounding)}"
@@ -260,7 +265,7 @@ def _nothing_chosen(channel: str | int, sounding: list[int]) -> str:
 
 
 def _score(events: list[Event], name: str, rate: int) -> Score:
-    """Events as arrays, all on channel 0."""
+    """The score of cleaned events, all put on channel 0."""
     messages = np.zeros((len(events), 3), np.uint8)
     for row, (_, m) in zip(messages, events, strict=True):
         row[: len(m)] = list(m)
@@ -275,28 +280,19 @@ def _score(events: list[Event], name: str, rate: int) -> Score:
     )
 
 
-DEFAULT_TEMPO = 500_000  # us per quarter note, until the file says otherwise
-SMPTE_RATES = {24: (24, 1), 25: (25, 1), 29: (30_000, 1001), 30: (30, 1)}  # frames/s as a fraction
-META_END, META_TEMPO = 0x2F, 0x51
-
-
-class SmfError(ValueError):
-    """The bytes are not a Standard MIDI File that can be played; one line with the place."""
-
-
 @dataclass(frozen=True)
 class Smf:
-    """A file's content. Ticks count from the start of the file."""
+    """The content of a Standard MIDI File. Ticks count from the start of the file."""
 
-    ticks_per_quarter: int  # 0 where time is in SMPTE frames
-    ticks_per_second: tuple[int, int]  # numerator, denominator; (0, 1) where time is in quarter notes
-    messages: tuple[tuple[int, bytes], ...]  # (tick, status and data) by tick, then track, then place
+    ticks_per_quarter: int  # 0 if time is in SMPTE frames
+    ticks_per_second: tuple[int, int]  # numerator, denominator; (0, 1) if time is in quarter notes
+    messages: tuple[tuple[int, bytes], ...]  # (tick, status and data) by tick, then track, then place in the track
     tempos: tuple[tuple[int, int], ...]  # (tick, us per quarter note) by tick
-    end_tick: int  # the latest end of a track
+    end_tick: int  # of the track that ends last
 
 
 class _Bytes:
-    """A cursor over `data` up to `end` that names the place when something is missing."""
+    """A cursor over `data` up to `end`. Its errors name `place` and the byte."""
 
     def __init__(self, data: bytes, start: int, end: int, place: str) -> None:
         self.data, self.at, self.end, self.place = data, start, end, place
@@ -305,6 +301,7 @@ class _Bytes:
         return SmfError(f"{self.place}, byte {self.at if at is None else at}: {what}")
 
     def take(self, count: int, what: str) -> bytes:
+        """Reads `count` bytes; `what` they are is for the error."""
         if self.at + count > self.end:
             left = self.end - self.at
             raise self.fail(f"{what} of {count} bytes, {left} left: the file is truncated or damaged")
@@ -312,7 +309,7 @@ class _Bytes:
         return self.data[self.at - count : self.at]
 
     def number(self, what: str) -> int:
-        """A variable-length quantity; the format allows 4 bytes."""
+        """Reads a variable-length quantity, of at most 4 bytes."""
         start, value = self.at, 0
         for _ in range(4):
             byte = self.take(1, what)[0]
@@ -323,7 +320,7 @@ class _Bytes:
 
 
 def parse_smf(data: bytes) -> Smf:
-    """The content of a type 0 or 1 file; SmfError with track and byte for anything else."""
+    """Parses a Standard MIDI File of type 0 or 1. Raises SmfError, with track and byte, for anything else."""
     if not data:
         raise SmfError("the file is empty (0 bytes)")
     if data[:4] != b"MThd":
@@ -349,7 +346,7 @@ def parse_smf(data: bytes) -> Smf:
 
 
 def _division(word: int) -> tuple[int, tuple[int, int]]:
-    """Ticks per quarter note and per second; the one not in use is zero."""
+    """Ticks per quarter note and per second (numerator, denominator); the one not in use is zero."""
     if word & 0x8000 == 0:
         if word == 0:
             raise SmfError("header, byte 12: 0 ticks per quarter note, allowed: 1 to 32767")
@@ -363,7 +360,7 @@ def _division(word: int) -> tuple[int, tuple[int, int]]:
 
 
 def _next_track(file: _Bytes, number: int, count: int) -> _Bytes:
-    """The bytes of the next MTrk chunk; other kinds of chunk are passed over, as the format asks."""
+    """The bytes of the next MTrk chunk. Other chunks are passed over, as the format asks."""
     file.place = f"track {number} of {count}"
     while True:
         kind = file.take(4, "chunk name")
@@ -375,7 +372,7 @@ def _next_track(file: _Bytes, number: int, count: int) -> _Bytes:
 
 
 def _read_track(track: _Bytes, messages: list[tuple[int, bytes]], tempos: list[tuple[int, int]]) -> int:
-    """Append a track's channel messages and tempos; its last tick. A missing end mark is forgiven."""
+    """Appends the channel messages and tempos of a track; returns its last tick. An end mark may be missing."""
     tick, running = 0, 0
     while track.at < track.end:
         tick += track.number("delta time")
@@ -407,18 +404,19 @@ def _read_track(track: _Bytes, messages: list[tuple[int, bytes]], tempos: list[t
 
 
 def _tempo(track: _Bytes, data: bytes, start: int) -> int:
-    """Microseconds per quarter note."""
+    """Reads a tempo, us per quarter note."""
     tempo = int.from_bytes(data)
     if len(data) != 3 or tempo == 0:
         raise track.fail(f"tempo {tempo} in {len(data)} bytes, allowed: 1 to 16777215 us in 3 bytes", start)
     return tempo
 
 
+# The demo phrases, in E minor, to hear a preset by: soft and hard notes on every string, a bend, repeated notes.
 TEMPO = 112.0  # quarter notes per minute
 STYLES = ("finger", "slap")
 
-# One row a note: (start in sixteenths, length in sixteenths, note, velocity). Velocities under 40 leave the
-# frets alone, those above 110 strike most of them: the phrase has both, so that a spectrogram shows it.
+# One row a note: (start in sixteenths, length in sixteenths, note, velocity). At velocities below 40 the string does
+# not reach the frets, above 110 it hits most of them: the phrase has both, so that a spectrogram shows it.
 FINGER = (
     (0, 3, "E1", 36), (4, 1.5, "E1", 52), (6, 1.5, "G1", 60), (8, 3, "A1", 48), (12, 1, "B1", 66),
     (13, 1, "B1", 72), (14, 1, "D2", 80), (15, 1, "D#2", 70),
@@ -429,7 +427,7 @@ FINGER = (
     (48, 3, "E1", 124), (51, 1, "E1", 58), (52, 1, "G1", 96), (53, 1, "A1", 100), (54, 2, "B1", 118),
     (56, 8, "E1", 30),
 )  # fmt: skip
-# Half-way through the held D3 the wheel rises by a tone and comes back: (sixteenth, position).
+# During the held D3 the wheel rises by a tone and comes back: (sixteenth, position).
 FINGER_BENDS = tuple((40.5 + k / 8, min(k, 28 - k) / 14) for k in range(29))
 
 SLAP = (
@@ -447,9 +445,9 @@ SLAP_BENDS = tuple((58 + k / 8, -min(k, 16 - k) / 16) for k in range(17))
 
 
 def demo_score(rate: int, style: str = "finger") -> Score:
-    """A phrase of about eight seconds at `rate` Hz, as a player with that `style` would play it.
+    """A phrase of about eight seconds at `rate` Hz, for a bass that is plucked ("finger") or slapped ("slap").
 
-    Raises ValueError for a style that is not in STYLES.
+    Raises ValueError for another style.
     """
     if style not in STYLES:
         raise ValueError(f"style {style!r}: allowed are {', '.join(STYLES)}")

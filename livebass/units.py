@@ -1,4 +1,4 @@
-"""Text with a unit to SI and back, note names, cents and decibels. Depends on nothing, imports fast."""
+"""Quantities with units from text to SI and back, note names, cents and decibels. Fast to import."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Dimension:
-    """Units of one physical dimension; the first is the one that is shown where nobody asked for another."""
+    """The units of one physical dimension; the first is the usual one, shown unless another is asked for."""
 
     name: str
-    units: dict[str, float]  # unit -> how many SI units it is
+    units: dict[str, float]  # unit -> its size in SI units
     signed: bool = False  # may be negative
 
 
@@ -40,7 +40,7 @@ DIMENSIONS: dict[str, Dimension] = {
     )
 }
 _QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(\S.*?)?\s*", re.ASCII)
-# micro, ohm and minus signs, as other keyboards write them
+# Micro, ohm and minus signs as other keyboards write them.
 _SAME = str.maketrans({"\u00b5": "u", "\u03bc": "u", "\u03a9": "ohm", "\u2126": "ohm", "\u2212": "-"})
 _STEPS = {"C": 0, "D": 2, "E": 4, "F": 5, "G": 7, "A": 9, "B": 11}
 _SHARPS = ("C", "C#", "D", "D#", "E", "F", "F#", "G", "G#", "A", "A#", "B")
@@ -48,28 +48,28 @@ _NOTE = re.compile(r"([A-G])([#b\u266f\u266d]?)(-1|\d)", re.ASCII)
 
 
 def allowed_units(dimension: str) -> str:
-    """The units of `dimension` as a list to read: "mm, m, cm, um or in"."""
+    """Lists the units of `dimension` for a message: "mm, m, cm, um or in"."""
     *first, last = DIMENSIONS[dimension].units
     return f"{', '.join(first)} or {last}" if first else last
 
 
 def split_quantity(text: str, dimension: str) -> tuple[float, str]:
-    """Number and unit of a text such as "34 in". The number is finite, and positive or 0 unless signed.
+    """Number and unit of a text such as "34 in". The number is finite, and not negative unless the dimension is signed.
 
-    Raises ValueError, naming what is allowed, and KeyError for an unknown dimension.
+    Raises ValueError, which says what is allowed, and KeyError for an unknown dimension.
     """
-    what, units = DIMENSIONS[dimension], allowed_units(dimension)
-    example = f'"{2 if dimension != "force" else 180} {next(iter(what.units))}"'
+    known, units = DIMENSIONS[dimension], allowed_units(dimension)
+    example = f'"{2 if dimension != "force" else 180} {next(iter(known.units))}"'
     match = _QUANTITY.fullmatch(text.translate(_SAME))
     if not match:
         raise ValueError(f"a {dimension} is a number and a unit such as {example}; units: {units}")
     number, unit = float(match[1]), match[2] or ""
-    if unit not in what.units:
+    if unit not in known.units:
         missing = "has no unit" if not unit else f"has the unit {unit!r}"
         raise ValueError(f"a {dimension} {missing}; units: {units}")
     if not math.isfinite(number):
         raise ValueError(f"a {dimension} must be finite")
-    if number < 0 and not what.signed:
+    if number < 0 and not known.signed:
         raise ValueError(f"a {dimension} cannot be negative")
     return number, unit
 
@@ -87,7 +87,7 @@ def quantity(text: str, dimension: str) -> float:
 
 
 def unit_of(text: str, dimension: str) -> str:
-    """The unit `text` is in, or the usual one of `dimension` where it has none that is allowed."""
+    """The unit of `text`, or the usual one of `dimension` if `text` has none that is allowed."""
     try:
         return split_quantity(text, dimension)[1]
     except ValueError:
@@ -114,14 +114,14 @@ def decibels(ratio: float) -> float:
 
 
 def cents(ratio: float) -> float:
-    """Interval of a frequency ratio, 1200 to the octave. Raises ValueError unless positive and finite."""
+    """Interval of a frequency ratio, 1200 to the octave. Raises ValueError unless it is positive and finite."""
     return 1200 * math.log2(_positive(ratio, "a frequency ratio"))
 
 
 def note_number(note: str | int) -> int:
     """MIDI note number of "G2" (43), "C#1", "Bb0", "60" or 60; C4 is 60.
 
-    Raises ValueError for anything else, and outside 0 (C-1) to 127 (G9).
+    Raises ValueError, which says what is allowed, for anything else and for a note outside 0 (C-1) to 127 (G9).
     """
     allowed = 'a note is a name such as "E1", "C#2" or "Bb0" (C4 is 60), or a MIDI number from 0 to 127'
     if isinstance(note, bool) or not isinstance(note, (str, int)):

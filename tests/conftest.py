@@ -1,4 +1,4 @@
-"""Fixtures for the command line: run it in this process, with or without the kernels."""
+"""Fixtures of all tests: the command line in this process, a fake engine, a JACK server; profiles of hypothesis."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from hypothesis import settings
 from support.command import Run
 from support.engine import FakeEngine
 from support.jack import JACK_PERIOD, JACK_RATE
@@ -24,8 +25,14 @@ NEEDED = bool(os.environ.get("LIVEBASS_NEEDS_JACK"))
 NUMBERS = itertools.count()
 
 
+# Random examples a test. `tools/test --all` asks for --hypothesis-profile=all.
+settings.register_profile("fast", max_examples=100, deadline=None)
+settings.register_profile("all", max_examples=500, deadline=None)
+settings.load_profile("fast")
+
+
 def pytest_configure() -> None:
-    """Children heed the signals that tests send them, also where a shell's `&` or nohup made the tests deaf to them."""
+    """Restores signals that a shell's `&` or nohup made us ignore: children inherit that, and tests send them."""
     for number, usual in ((signal.SIGINT, signal.default_int_handler), (signal.SIGHUP, signal.SIG_DFL)):
         if signal.getsignal(number) is signal.SIG_IGN:
             signal.signal(number, usual)
@@ -52,7 +59,7 @@ def run(capfd: pytest.CaptureFixture[str]) -> Run:
 
 @pytest.fixture(scope="module")
 def server() -> Iterator[SimpleNamespace]:
-    """A server of its own, ended by its process id whatever happens."""
+    """A JACK server for one module of tests, ended by its process id whatever happens."""
     if not shutil.which("jackd"):
         assert not NEEDED, "jackd is missing"
         pytest.skip("there is no jackd here")

@@ -24,7 +24,7 @@ LINE = [(0.0, 0.1, 28, 100), (0.15, 0.1, 43, 60), (0.2, 0.05, 33, 127)]
 
 @pytest.fixture(scope="module")
 def bass() -> livebass.Instrument:
-    """Without the chance in a player's touch: the same line twice is the same twice."""
+    """Without a player's unevenness: the same line sounds the same twice."""
     loaded = livebass.load_preset("jazz-finger")
     return replace(loaded, player=replace(loaded.player, unevenness=0.0))
 

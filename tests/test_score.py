@@ -1,4 +1,4 @@
-"""Standard MIDI Files as annotated bytes, and what must come of them; damaged files give one clear error."""
+"""Standard MIDI Files as annotated bytes, and the scores read from them; damaged files give one clear error."""
 
 from __future__ import annotations
 

@@ -6,7 +6,8 @@
 
 Both run with this Python and its packages, each in processes of its own, through the command line and the public
 interface. The sound of a 30 s random MIDI file with bends, pedals and controllers is compared in several presets, the
-demo of every preset in each quality, the paper's cases A, B, C, oblique and fretless, and its statements. Exit status 1 where something differs.
+demo of every preset in each quality, the paper's cases A, B, C, oblique and fretless, and its statements. Exit status 1
+if something differs.
 Equality holds per kind of processor: compare on one machine.
 """
 
@@ -23,7 +24,7 @@ import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-import mido
+import mido  # type: ignore[import-untyped]
 import numpy as np
 
 HERE = Path(__file__).resolve().parent.parent
@@ -44,7 +45,8 @@ def random_song(path: Path, seconds: float = 30.0, seed: int = 9) -> None:
     """Writes a MIDI file of random notes, bends, pedal, volume and pluck positions."""
     rng = np.random.default_rng(seed)
     track = mido.MidiTrack([mido.Message("program_change", program=33)])
-    ticks, held = 960, []  # ticks a second at 120 beats a minute and 480 ticks a beat
+    held: list[int] = []
+    ticks = 960  # ticks a second at 120 beats a minute and 480 ticks a beat
     times = np.sort(rng.integers(0, int(seconds * ticks), 320))
     for wait in np.diff(times, prepend=0).tolist():
         kind = int(rng.integers(0, 12))
@@ -62,13 +64,15 @@ def random_song(path: Path, seconds: float = 30.0, seed: int = 9) -> None:
     mido.MidiFile(type=0, tracks=[track], ticks_per_beat=480).save(str(path))
 
 
-def livebass(checkout: Path, *arguments: object, program: str | None = None, **environment: str) -> str:
-    """Runs the command line, or `program`, of a checkout; returns what it printed."""
+def livebass(
+    checkout: Path, *arguments: object, program: str | None = None, fine: tuple[int, ...] = (0,), **environment: str
+) -> str:
+    """Runs the command line, or `program`, of a checkout; returns its output. Ends if the status is not in `fine`."""
     start = ["-c", program] if program else ["-m", "livebass"]
     env = {**os.environ, "PYTHONPATH": str(checkout), **environment}
     line = [sys.executable, *start, *map(str, arguments)]
     done = subprocess.run(line, env=env, cwd=checkout, capture_output=True, text=True, check=False)
-    if done.returncode:
+    if done.returncode not in fine:
         sys.exit(f"{checkout}: {' '.join(line[1:4])} ...: status {done.returncode}: {done.stderr.strip()}")
     return done.stdout
 
@@ -105,7 +109,7 @@ def outputs(checkout: Path, song: Path, folder: Path, quick: bool) -> Iterator[t
     livebass(checkout, "simulate", *fretless, "-o", into)
     yield from ((f"case fretless {f.name}", digest(f)) for f in sorted(into.iterdir()))
     if not quick:
-        livebass(checkout, "study", "claims", "--json", folder / "claims.json")
+        livebass(checkout, "study", "claims", "--json", folder / "claims.json", fine=(0, 1))  # 1: some do not hold
         yield "study claims --json", digest(folder / "claims.json")
 
 

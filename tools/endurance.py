@@ -22,7 +22,8 @@ def main() -> int:
     parser.add_argument("--minutes", type=float, default=10.0, help="of playing; default: 10")
     parser.add_argument("--seed", type=int, default=1, help="of the random notes; default: 1")
     options = parser.parse_args()
-    logging.basicConfig(format="%(message)s", stream=sys.stdout)  # warnings of the session
+    logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stdout)
+    logging.root.handlers[0].addFilter(lambda record: not record.getMessage().startswith("preset"))
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # so that the server is ended too
     try:
         return 0 if endurance(60.0 * options.minutes, options.seed, lambda line: print(line, flush=True)) else 1

@@ -1,1 +1,1 @@
-"""What is seen in a sound or a motion: spectra, pitch, shapes, energies."""
+"""Analyses a sound or a motion: spectra, pitch, shapes, energies."""

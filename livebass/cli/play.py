@@ -39,7 +39,14 @@ sound, the oldest first. They change back one by one when the load has stayed be
 
 @click.command()
 @click.option("-p", "--preset", metavar="NAME|FILE", default="jazz-finger", show_default=True, help="The bass.")
-@click.option("-q", "--quality", type=click.Choice(list(QUALITIES)), default="live", show_default=True)
+@click.option(
+    "-q",
+    "--quality",
+    type=click.Choice(list(QUALITIES)),
+    default="live",
+    show_default=True,
+    help="How finely strings are computed.",
+)
 @click.option(
     "--backend",
     type=click.Choice(["auto", "portaudio", "jack"]),
@@ -49,15 +56,17 @@ sound, the oldest first. They change back one by one when the load has stayed be
 )
 @click.option("--audio", metavar="NUMBER|NAME", help="PortAudio output; see `livebass devices`.")
 @click.option("--midi", metavar="NUMBER|NAME", help="MIDI input; default: the first, or a virtual one.")
-@click.option("--rate", type=RATE, default=48000, show_default=True, help="Of PortAudio; JACK sets its own.")
+@click.option(
+    "--rate", type=RATE, default=48000, show_default=True, help="Sample rate for PortAudio; JACK sets its own."
+)
 @click.option(
     "--block",
     type=Number("frames", 16, 1024, whole=True),
     default=128,
     show_default=True,
-    help="Frames computed at once, with PortAudio.",
+    help="Length of a block for PortAudio.",
 )
-@click.option("--latency", type=Quantity("time", 0.0, 1.0), help="Asked of PortAudio; default: as low as it goes.")
+@click.option("--latency", type=Quantity("time", 0.0, 1.0), help="Latency to ask PortAudio for; default: the lowest.")
 @click.option("--channel", type=Number("channel", 1, 16, whole=True), help="Listen to this MIDI channel only.")
 @click.option("--gain", type=Number("dB", -60, 20), default=0.0, show_default=True)
 @click.option("--file", "song", type=click.Path(path_type=Path), metavar="SONG.MID", help="Play this as well.")

@@ -216,10 +216,10 @@ def _render_one(
 
 def announce_kernels(live: bool = False) -> None:
     """Say so where the kernels, with those of the audio thread or without, are compiled first."""
-    from livebass import compiling as kernels
+    from livebass import compiling
 
-    seconds = 0 if kernels.cached() else 25
-    if live and not kernels.cached(kernels.LIVE_ENTRY):
+    seconds = 0 if compiling.cached() else 25
+    if live and not compiling.cached(compiling.LIVE_ENTRY):
         seconds += 15
     if seconds:
         click.echo(f"compiling the kernels, once (about {seconds} s) ...", err=True)

@@ -251,11 +251,11 @@ def _computer(first: Point, workers: int, scheduler: str | None) -> Iterator[tup
         with sweep_cluster.connected(scheduler) as compute:
             yield f"on {scheduler}", compute
         return
-    from livebass import compiling as kernels
+    from livebass import compiling
     from livebass.experiment import workers as sweep_local
 
     announce_kernels()
-    if not kernels.cached():
+    if not compiling.cached():
         sweep_local.compile_kernels(first)
     say = functools.partial(click.echo, err=True)
     where = f"with {workers} process{'es' * (workers != 1)}"

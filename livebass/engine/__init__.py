@@ -1,1 +1,1 @@
-"""Operators and memory for the kernels, a bass as an object, one pluck solved, a score rendered."""
+"""Prepares the memory of kernels, plays messages, solves one pluck, renders a score."""

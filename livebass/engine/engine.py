@@ -1,4 +1,4 @@
-"""The bass as an object: MIDI messages in, one signal a string out. Used by files and by the live stream alike."""
+"""A bass as an object: MIDI messages in, one signal a string out. Files and the live synth both use it."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from livebass.engine.prepare import (
     Pool,
     Rates,
     gather,
-    instrument_voice,
     new_performer,
     operator,
     pickup_rows,
+    pickup_voice,
     sensor_rows,
     usual_grazing_apex,
     whole_contact_rate,
@@ -38,7 +38,7 @@ FADE = 0.02  # s, where a tail is cut
 
 @dataclass(frozen=True)
 class Report:
-    """What became of the notes so far."""
+    """Counts of notes so far."""
 
     notes: int
     transposed: int
@@ -47,7 +47,7 @@ class Report:
 
 
 def prepare(instrument: Instrument, quality: Quality, rates: Rates, frets: int) -> Pool:
-    """The operators of every string and fret; raises ValueError for a neck or rate that cannot be played."""
+    """Makes the operators of every string and fret. Raises ValueError for a neck or rate that cannot be played."""
     rows = []
     for string, neck in zip(instrument.strings, instrument.necks, strict=True):
         row = []
@@ -67,7 +67,7 @@ def prepare(instrument: Instrument, quality: Quality, rates: Rates, frets: int) 
 
 
 class Engine:
-    """A bass at an audio rate. Same messages at the same frames: same samples, however the blocks are cut."""
+    """A bass at an audio rate. The same messages at the same frames give the same samples, in blocks of any sizes."""
 
     def __init__(self, instrument: Instrument, quality: Quality, rate: int, seed: int = 0, workers: int | None = None):
         """Prepares all strings and frets; raises ValueError for a neck or rate that cannot be played.
@@ -83,12 +83,11 @@ class Engine:
         self.frets = min(len(neck.fret_positions) for neck in instrument.necks)
         self.pool = prepare(instrument, quality, self.rates, self.frets)
         boards = any(neck.surface for neck in instrument.necks)
-        self.voices = [instrument_voice(instrument, s, self.rates, boards) for s in instrument.strings]
+        output, player = instrument.output, instrument.player
+        self.voices = [pickup_voice(s, output, player, self.rates, boards) for s in instrument.strings]
         for i, v in enumerate(self.voices):
             v.record["turn"] = i * hands.BEND_FRAMES // len(self.voices)
         self.performer = new_performer(instrument, self.frets, seed)
-        player = instrument.player
-        self.settings = np.array([player.rounding, player.strike_width, player.pluck_angle])
         self.frame = 0
         self.workers = workers or min(len(self.voices), os.cpu_count() or 1)
         self._pending: list[NDArray[np.void]] = [np.zeros(0, at.EVENT) for _ in self.voices]
@@ -98,19 +97,17 @@ class Engine:
         return len(self.voices)
 
     def send(self, frames: NDArray[np.int64], messages: NDArray[np.uint8]) -> None:
-        """Hands over channel messages (n, 3) with their absolute frames (n,), in order, none before `frame`."""
+        """Takes channel messages (n, 3) at absolute frames (n,), in order, none before `frame`. [main thread]"""
         events = np.zeros(performer.MOST_EVENTS * max(1, len(frames)), at.EVENT)
         count = 0
         for when, (status, first, second) in zip(frames.tolist(), messages.tolist(), strict=True):
-            count = performer.message(
-                self.performer[0], self.pool.records, self.pool.memory, when, status, first, second, events, count
-            )
+            count = performer.message(self.performer[0], self.pool.records, when, status, first, second, events, count)
         for i in range(self.strings):
             mine = events[:count][events[:count]["string"] == i]
             self._pending[i] = np.concatenate([self._pending[i], mine])
 
     def process(self, count: int, pool: ThreadPoolExecutor | None = None) -> NDArray[np.float64]:
-        """The next `count` frames of every string, (strings, count)."""
+        """Computes the next `count` frames of every string, (strings, count). [main thread]"""
         out = np.zeros((self.strings, count))
         jobs = range(self.strings)
         used = list(pool.map(lambda i: self._run(i, out[i]), jobs) if pool else (self._run(i, out[i]) for i in jobs))
@@ -120,25 +117,12 @@ class Engine:
         return out
 
     def _run(self, i: int, out: NDArray[np.float64]) -> int:
-        v, events = self.voices[i], self._pending[i]
-        return int(
-            voice.run(
-                v.string[0],
-                self.pool.records[i],
-                self.pool.memory,
-                events,
-                len(events),
-                self.settings,
-                v.log,
-                False,
-                out,
-                out[:0],
-            )
-        )
+        events = self._pending[i]
+        return int(voice.run(self.voices[i].string[0], self.pool.records[i], events, len(events), out, out[:0]))
 
     def sounding(self) -> bool:
-        """Whether any string still moves."""
-        return any(bool(v.slots["on"].any()) for v in self.voices)
+        """True if any string still moves."""
+        return any(v.sounding() for v in self.voices)
 
     def play(self, score: Score, tail: float | None = None) -> Iterator[NDArray[np.float64]]:
         """Renders `score` from here on: blocks (strings, n) until the last note has died away.
@@ -188,6 +172,6 @@ class Engine:
 
 
 def check_tail(tail: float | None) -> None:
-    """ValueError for a `tail` that `Engine.play` does not take."""
+    """Raises ValueError for a `tail` that `Engine.play` does not take."""
     if tail is not None and not 0 <= tail <= LONGEST:
         raise ValueError(f"tail {tail} s: allowed are 0 to {LONGEST} s, or None")

@@ -1,6 +1,6 @@
-"""From a speaking string and its rates to the numbers the kernels multiply with.
+"""Prepares the memory of the kernels: operators of a speaking string at its rates, strings, the performer.
 
-What sounding strings and the performer remember; the only place of the engine that allocates.
+This is the only place of the engine that allocates what the kernels work on.
 """
 
 from __future__ import annotations
@@ -15,8 +15,9 @@ from livebass.arrays import Floats
 from livebass.kernels import board, frets
 from livebass.kernels import records as at
 from livebass.kernels.performer import PERFORMER, reset_controllers
+from livebass.kernels.slot import padded
 from livebass.model.circuit import digital
-from livebass.model.instrument import Instrument, Output, Pickup, Speaking, String
+from livebass.model.instrument import Instrument, Output, Pickup, Player, Speaking, String
 from livebass.model.modes import dampings, frequencies, grazing_apex, shapes
 from livebass.model.quality import MOST_MODES
 
@@ -52,27 +53,28 @@ class Rates:
 
 
 def whole_contact_rate(contact_rate: float, rate: int) -> int:
-    """The least whole multiple of the audio rate that is not below `contact_rate` (Hz)."""
+    """Smallest whole multiple of the audio rate that is not below `contact_rate` (Hz)."""
     return rate * max(1, math.ceil(contact_rate / rate - 1e-9))
 
 
 @dataclass(frozen=True)
 class Operator:
-    """One row of `layout.OPERATOR` and its share of the pool, (rows, ROW)."""
+    """An operator record and its share of the pool: weights of taps, then mode shapes at the contact points."""
 
-    record: NDArray[np.void]
-    memory: Floats
+    record: NDArray[np.void]  # () records.OPERATOR, without addresses
+    memory: Floats  # (taps + points, padded)
+    taps: int
 
 
 def pickups_under(output: Output, name: str) -> tuple[Pickup, ...]:
-    """The pickups that sense the string `name`; none where the displacement itself is heard."""
+    """Pickups that sense the string `name`; none where the output is the displacement itself."""
     if output.kind == "displacement":
         return ()
     return tuple(p for p in output.pickups if not p.strings or name in p.strings)
 
 
 def pickup_rows(s: Speaking, output: Output, count: int, rate: int) -> Floats:
-    """(pickups, count) weights of modal displacements at each pickup, m^-0.5, without what the rate cannot carry."""
+    """(pickups, count) weights of modal displacements at each pickup, m^-0.5; modes above the audio band fade out."""
     fade = _fade(s, count, rate)
     k = np.arange(1, count + 1) * (math.pi / s.length)
     rows = [
@@ -90,7 +92,10 @@ def sensor_rows(s: Speaking, places: tuple[float, float], count: int, rate: int)
 
 
 def sampled_rows(s: Speaking, places: tuple[float, float], count: int, rates: Rates, lossless: bool = False) -> Floats:
-    """Those of u for each of the places a frame can have between fine steps, then those of v; nothing left out."""
+    """(4 phases, count) weights of q and P for u, then for v, at each phase a frame can have between two fine steps.
+
+    Every mode is heard, whatever the audio rate carries.
+    """
     return np.concatenate([_sampled(s, place, count, rates, lossless) for place in places])
 
 
@@ -129,7 +134,7 @@ def _motion(s: Speaking, count: int, rates: Rates, lossless: bool) -> tuple[Floa
 def operator(
     s: Speaking, count: int, rates: Rates, taps: Floats, *, lossless: bool = False, graze: float = 0.0
 ) -> Operator:
-    """Builds the operator of `count` modes heard through `taps` (rows, count); `state.gather` gives it its place.
+    """Builds the operator of `count` modes heard through `taps` (rows, count); `gather` gives it its place.
 
     Raises ValueError for more modes or contact points than the kernels take, or a rate that freezes a mode.
     """
@@ -147,54 +152,48 @@ def operator(
         parts = 0
     part_steps = steps // max(parts, 1)
 
-    n = -(-count // at.BLOCK) * at.BLOCK
-    phi_row = at.OP_TAP + len(taps)
-    shape_rows = -(-points * n // at.ROW) if board else points
-    coupling_row = phi_row + shape_rows
-    memory = np.zeros((coupling_row + (0 if board else points), at.ROW))
-    memory[0, :count] = np.exp(-sigma * dt) * np.cos(w_d * dt)
-    memory[1, :count] = es**2
-    for row, k in ((2, steps), (5, steps + 1), (8, part_steps)):
-        damp_k = np.exp(-sigma * k * dt)
-        memory[row, :count] = damp_k * np.cos(w_d * k * dt)
-        memory[row + 1, :count] = damp_k * np.sin(w_d * k * dt) / es
-        memory[row + 2, :count] = damp_k * np.sin(w_d * k * dt) * es
-    # the modes that fill up the last block stay zero and must not divide by zero
-    memory[11, :n], memory[12, :n], memory[0, count:n] = 1.0, 1.0, 1.0
-    memory[11, :count] = es / w_d
-    memory[12, :count] = w_d
-    memory[13, :count] = sigma
-    memory[14, :count] = w_d / es
-    memory[at.OP_HEIGHT, :points] = s.contact_height
-    memory[at.OP_POSITION, :points] = s.contact_position
-    memory[at.OP_TAP : phi_row, :count] = taps
-    heard = np.flatnonzero(np.any(taps != 0, axis=0))
-
-    dx_mu = s.step / s.string.linear_density
-    phi = shapes(s, s.grid_points - 1, np.asarray(s.contact_position))
-    if board:
-        memory[phi_row:coupling_row].reshape(-1)[: points * n].reshape(points, n)[:, :count] = phi
-    else:
-        memory[phi_row:coupling_row, :count] = phi[:, :count]
-        memory[coupling_row:, :points] = dt**2 * dx_mu * phi[:, :count] @ phi[:, :count].T
-        memory[coupling_row:, at.MOST_NEAR : at.MOST_NEAR + points] = static_compliance(s, count)
+    n = padded(count)
     record = np.zeros((), at.OPERATOR)
-    record["phi"], record["coupling"] = phi_row, coupling_row
     record["modes"], record["padded"] = count, n
-    record["tap_modes"] = -(-(heard[-1] + 1) // at.BLOCK) * at.BLOCK if heard.size else 0
+    heard = np.flatnonzero(np.any(taps != 0, axis=0))
+    record["tap_modes"] = padded(int(heard[-1]) + 1) if heard.size else 0
     record["points"], record["diagonal"] = points, count == s.grid_points - 1
     record["weight"] = dt**2 / s.string.linear_density
     record["steps"], record["parts"], record["part_steps"] = steps, parts, part_steps
+    dx_mu = s.step / s.string.linear_density
     record["fine"], record["push"] = dt, dt**2 * dx_mu
     record["friction"], record["slip"] = s.friction, 2 * dt * s.friction_speed
     record["stiffness"], record["exponent"] = s.contact_stiffness, s.contact_exponent
     record["length"], record["speed"] = s.length, 2 * s.length * s.fundamental
     record["graze"] = graze
-    return Operator(record, memory)
+
+    # the modes that fill up the last block stay zero and must not divide by zero
+    for name in ("kappa", "omega", "fine_a"):
+        record[name][:n] = 1.0
+    record["fine_a"][:count] = np.exp(-sigma * dt) * np.cos(w_d * dt)
+    record["fine_b"][:count] = es**2
+    for which, k in ((at.WHOLE, steps), (at.LONGER, steps + 1), (at.PART, part_steps)):
+        leap = record["leaps"][which]
+        damp_k = np.exp(-sigma * k * dt)
+        leap["a"][:count] = damp_k * np.cos(w_d * k * dt)
+        leap["b"][:count] = damp_k * np.sin(w_d * k * dt) / es
+        leap["g"][:count] = damp_k * np.sin(w_d * k * dt) * es
+    record["kappa"][:count], record["pace"][:count] = es / w_d, w_d / es
+    record["omega"][:count], record["sigma"][:count] = w_d, sigma
+    record["height"][:points] = s.contact_height
+    record["position"][:points] = s.contact_position
+
+    phi = shapes(s, s.grid_points - 1, np.asarray(s.contact_position))[:, :count]
+    if not board:
+        record["coupling"][:points, :points] = dt**2 * dx_mu * phi @ phi.T
+        record["left_out"][:points, :points] = static_compliance(s, count)
+    memory = np.zeros((len(taps) + points, n))
+    memory[: len(taps), :count], memory[len(taps) :, :count] = taps, phi
+    return Operator(record, memory, len(taps))
 
 
 def static_compliance(s: Speaking, count: int) -> Floats:
-    """R (points, points), m per unit force per length: what the modes left out give way at the contact points."""
+    """R (points, points), m per unit force per length: static compliance of the modes left out, between points."""
     full = s.grid_points - 1
     if count >= full:
         return np.zeros((len(s.contact_position),) * 2)
@@ -215,64 +214,85 @@ GAIN_TIME = 6e-3  # s, how fast volume follows its controller
 
 @dataclass
 class Pool:
-    """Operators of all strings and frets: records (strings, frets + 1), and their memory."""
+    """Operators of all strings and frets, and the memory whose addresses they hold."""
 
-    records: NDArray[np.void]
-    memory: NDArray[np.float64]
+    records: NDArray[np.void]  # (strings, frets + 1) records.OPERATOR
+    memory: Floats
 
 
 @dataclass
 class Voice:
-    """One string's state and workspace, as `voice.run` takes it."""
+    """One string's state and workspace, as `voice.run` takes it, and the log of contacts whose address it holds."""
 
-    string: NDArray[np.void]  # (1,) layout.STRING
-    log: NDArray[np.int64]  # (n, 2)
+    string: NDArray[np.void]  # (1,) records.STRING
+    log: NDArray[np.int64]  # (n, 2): fine step and point
 
     @property
     def record(self) -> NDArray[np.void]:
+        """The string's VOICE, (1,)."""
         return self.string["voice"]
 
     @property
     def slots(self) -> NDArray[np.void]:
+        """Its slots, (VOICE_SLOTS,)."""
         return self.string["slots"][0]
 
-    @property
-    def work(self) -> NDArray[np.void]:
-        return self.string["work"][0]
+    def sounding(self) -> bool:
+        """True if the string moves."""
+        return bool(self.slots["on"].any())
+
+    def note(self) -> tuple[int, int]:
+        """The fret of the note that was played last, and how many contacts began since."""
+        slot = self.slots[self.record["slot"][0]]
+        return int(slot["fret"]), int(slot["touching"])
+
+    def modal_state(self) -> tuple[Floats, Floats]:
+        """Views of q and P of u, (VOICE_SLOTS, ROW) each, for tests to look into or to spoil."""
+        return self.slots["u"]["q"], self.slots["u"]["p"]
+
+    def pressed(self) -> bool:
+        """True if a contact point pushes the note that was played last, at the fine step it has got to."""
+        u = self.slots[self.record["slot"][0]]["u"]
+        now, deep = u["solved_at"] == self.record["step"], (u["eta"] > 0) | (u["eta_before"] > 0)
+        return bool(np.any(now & deep))
+
+    def remembered(self) -> Floats:
+        """Memory of the output filters and of the DC blocker."""
+        v = self.record[0]
+        return np.array([v["block_in"], v["block_out"], *v["z"]])
 
 
 def gather(operators: list[list[Operator]]) -> Pool:
-    """One pool of operators given by string and fret; each was built with its own offset."""
-    size = sum(op.memory.size for row in operators for op in row)
-    memory = np.zeros(size)
+    """Gathers the operators, given by string and fret, in one pool."""
+    memory = np.concatenate([op.memory.ravel() for row in operators for op in row])
     records = np.zeros((len(operators), len(operators[0])), at.OPERATOR)
-    offset = 0
+    address = memory.ctypes.data
     for i, row in enumerate(operators):
         for k, op in enumerate(row):
-            memory[offset : offset + op.memory.size] = op.memory.ravel()
             records[i, k] = op.record
-            records[i, k]["start"] = offset
-            offset += op.memory.size
+            records[i, k]["taps"] = address
+            records[i, k]["shapes"] = address + op.memory[: op.taps].nbytes
+            address += op.memory.nbytes
     return Pool(records, memory)
 
 
 def new_voice(rates: Rates, log: int = 0, over_board: bool = False) -> Voice:
-    """A silent string, its displacement the output, with room for `log` contacts."""
-    string = np.zeros(1, at.STRING)
-    v, slots = string["voice"], string["slots"][0]
-    v["over_frets"], v["over_board"] = frets.player(), board.player() if over_board else 0
+    """Makes a silent string whose output is its displacement, with room for `log` contacts."""
+    voice = Voice(np.zeros(1, at.STRING), np.zeros((log, 2), np.int64))
+    v, slots = voice.record, voice.slots
+    v["over_frets"], v["over_board"] = frets.over_frets(), board.over_board() if over_board else 0
+    v["log"], v["log_room"] = voice.log.ctypes.data, log
     v["numerator"], v["denominator"], v["rate"] = rates.numerator, rates.denominator, rates.rate
     v["bend"] = v["tuned"] = v["gain"] = v["gain_wanted"] = 1.0
     v["b"][0, 0] = v["a"][0, 0] = 1.0
     v["block"] = math.exp(-2 * math.pi * BLOCKER_HZ / rates.rate)
     v["gain_pole"] = 1.0 - math.exp(-1.0 / (GAIN_TIME * rates.rate))
     slots["hand"] = slots["ratio"] = 1.0
-    return Voice(string, np.zeros((log, 2), np.int64))
+    return voice
 
 
-def instrument_voice(instrument: Instrument, string: String, rates: Rates, over_board: bool = False) -> Voice:
-    """`string` of `instrument`, with its pickups, circuit and the player's times; maybe `over_board`."""
-    output, player = instrument.output, instrument.player
+def pickup_voice(string: String, output: Output, player: Player, rates: Rates, over_board: bool = False) -> Voice:
+    """Makes a silent string under its pickups, with their circuit and the player's hand; maybe `over_board`."""
     pickups = pickups_under(output, string.name)
     voice = new_voice(rates, over_board=over_board)
     v = voice.record
@@ -288,11 +308,12 @@ def instrument_voice(instrument: Instrument, string: String, rates: Rates, over_
     v["b"][0] *= output.gain
     v["pull"] = round(player.pull_time * rates.rate)
     v["strike"] = max(1, round(player.strike_time * rates.rate))
+    v["rounding"], v["strike_width"], v["angle"] = player.rounding, player.strike_width, player.pluck_angle
     return voice
 
 
 def new_performer(instrument: Instrument, frets: int, seed: int = 0) -> NDArray[np.void]:
-    """(1,) `performer.PERFORMER` for `instrument` with `frets` frets a string; `seed` of its unevenness."""
+    """Makes the performer, (1,) PERFORMER, of `instrument` with `frets` frets a string; `seed` of its unevenness."""
     p = np.zeros(1, PERFORMER)
     player = instrument.player
     count = len(instrument.strings)

@@ -1,4 +1,4 @@
-"""A score through an instrument into files or an array, as fast as the machine allows."""
+"""Renders a score with an instrument into files or an array, as fast as the machine allows."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ USUAL_TAIL = 1.0  # s, guess of the engine's own tail, for the progress shown
 
 
 class RenderError(ValueError):
-    """The instrument gave something that is not a sound; one line."""
+    """The instrument gave NaN or infinity; one line."""
 
 
 @dataclass(frozen=True)
 class RenderReport:
-    """What a render did."""
+    """Counts and measures of a finished render."""
 
     files: tuple[Path, ...]  # the mix, then the stems
     notes: int
@@ -43,7 +43,7 @@ class RenderReport:
 
 
 def stem_paths(out: Path, instrument: Instrument, directory: Path | None = None) -> list[Path]:
-    """A file a string: song.wav -> song.E.wav, song.A.wav ... beside it or in `directory`."""
+    """Returns a path a string: song.wav -> song.E.wav, song.A.wav ... beside it or in `directory`."""
     names = ["".join(c if c.isalnum() or c in "#-_" else "_" for c in s.name) for s in instrument.strings]
     if len({name.casefold() for name in names}) < len(names):
         names = [f"{number}-{name}" for number, name in enumerate(names, 1)]
@@ -66,14 +66,14 @@ def render_to_file(
     progress: Callable[[float], None] | None = None,
     files: Transaction | None = None,
 ) -> RenderReport:
-    """Play `score` into the file `out`, mono, `rate` Hz; all files appear at the end, or none.
+    """Renders `score` into the file `out`, mono, `rate` Hz; all files appear at the end, or none.
 
     `format` is "wav", "flac" or "ogg", by default what `out` ends in; `bits` "16", "24" (the default) or
     "float". `stems` adds a file a string, beside `out` or in that directory; in "float" their sum in float32,
     string after string, is bitwise the mix. `tail` s are played after the last event (None: until the strings
     are still). `progress` is called with the fraction done. With `files` given, the files appear when that
-    transaction ends. The same arguments give the same bytes. Raises
-    ValueError, OutputError, RenderError. [main thread]
+    transaction ends. The same arguments give the same bytes on the same kind of processor. Raises ValueError,
+    OutputError, RenderError. [main thread]
     """
     started = time.perf_counter()
     out = Path(out)
@@ -124,13 +124,13 @@ def render_to_array(
     tail: float | None = None,
     seed: int = 0,
 ) -> NDArray[np.float64]:
-    """Play `score` at its own rate: (n_strings, n_frames), full scale 1; the mix is the sum over strings."""
+    """Renders `score` at its own rate: (n_strings, n_frames), full scale 1; the mix is the sum over strings."""
     blocks = Engine(instrument, quality, score.rate, seed).play(score, tail)
     return np.concatenate([np.zeros((len(instrument.strings), 0)), *blocks], axis=1)
 
 
 def mixed(strings: NDArray[np.float32]) -> NDArray[np.float32]:
-    """(n_strings, n_frames) -> (n_frames,), added string after string in float32, so that anybody can."""
+    """Adds (n_strings, n_frames) string after string in float32, so that stems add up to the mix: (n_frames,)."""
     mix = strings[0].copy()
     for string in strings[1:]:
         mix += string
@@ -138,7 +138,7 @@ def mixed(strings: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 def _scaled(blocks: Iterator[NDArray[np.float64]], gain: float, rate: int) -> Iterator[NDArray[np.float32]]:
-    """Blocks with the gain applied, checked to be numbers."""
+    """Applies the gain to each block. Raises RenderError for NaN and infinity."""
     frame = 0
     for block in blocks:
         if not np.isfinite(block).all():

@@ -1,7 +1,4 @@
-"""One pluck through the kernels: a `Trial` in, its `Motion` out.
-
-A pluck as an instrument's output gives it: through pickups, coil and tone circuit, or its displacement sensor.
-"""
+"""Solves one pluck with the kernels: a `Trial` in, its `Motion` or its signal out."""
 
 from __future__ import annotations
 
@@ -11,26 +8,29 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from livebass.arrays import Floats
 from livebass.engine.prepare import (
+    Pool,
     Rates,
     Voice,
-    instrument_voice,
+    gather,
     new_voice,
     operator,
     pickup_rows,
+    pickup_voice,
     sampled_rows,
     sensor_rows,
 )
 from livebass.kernels import records as at
 from livebass.kernels import voice
-from livebass.model.instrument import Instrument, Output, Player
+from livebass.model.instrument import Output, Player, Pluck
 from livebass.model.trial import Motion, Trial, initial_amplitudes, initial_amplitudes_across
 
-LOG = 1 << 16
+LOG = 1 << 16  # contacts between two looks at the log
 
 
-def trial_voice(trial: Trial, log: int = LOG) -> tuple[Voice, NDArray[np.void], NDArray[np.float64]]:
-    """A string ready to be released as `trial` says, its operator record (1,) and memory."""
+def trial_voice(trial: Trial, log: int = LOG) -> tuple[Voice, Pool]:
+    """A string ready to be plucked as `trial` says, its output the displacement, and its operator."""
     if trial.output_rate != int(trial.output_rate) or trial.contact_rate != int(trial.contact_rate):
         raise ValueError("rates: allowed are whole numbers of Hz")
     rates = Rates(int(trial.output_rate), int(trial.contact_rate))
@@ -38,39 +38,32 @@ def trial_voice(trial: Trial, log: int = LOG) -> tuple[Voice, NDArray[np.void], 
     taps = sampled_rows(trial.speaking, places, trial.modes, rates, trial.lossless)
     op = operator(trial.speaking, trial.modes, rates, taps, lossless=trial.lossless)
     state = new_voice(rates, log, len(trial.speaking.contact_position) > at.MOST_NEAR)
-    records = np.zeros(1, at.OPERATOR)
-    records[0] = op.record
-    return state, records, op.memory.ravel()
+    v = state.record
+    v["raw"], v["rounding"], v["angle"] = 1, trial.pluck.rounding, trial.pluck.angle
+    return state, gather([[op]])
+
+
+def pluck_event(pluck: Pluck) -> NDArray[np.void]:
+    """`pluck` as an event of the first frame, (1,)."""
+    events = np.zeros(1, at.EVENT)
+    events[0] = (0, at.PLUCK, 0, 0, pluck.apex, pluck.position)
+    return events
 
 
 def solve_trial(trial: Trial) -> Motion:
-    """The engine's solution of `trial`, sampled at its output rate; see `reference.solve` for the other one."""
+    """The engine's solution of `trial`, sampled at its output rate; see `reference.solver.solve` for the other one."""
     began = time.perf_counter()
     if trial.states and not 0 <= min(trial.states) <= max(trial.states) < trial.samples:
         raise ValueError(f"state at sample {max(trial.states)}: there are 0 to {trial.samples - 1}")
-    state, records, memory = trial_voice(trial)
-    pluck = trial.pluck
-    events = np.zeros(1, at.EVENT)
-    events[0] = (0, at.PLUCK, 0, 0, pluck.apex, pluck.position)
-    settings = np.array([pluck.rounding, 0.02, pluck.angle])
+    state, pool = trial_voice(trial)
+    events = pluck_event(trial.pluck)
     out, across = np.zeros(trial.samples), np.zeros(trial.samples)
     contacts, states = [], []
     edges = sorted({*range(0, trial.samples, 4096), *trial.states, trial.samples})
     for first, end in pairwise(edges):
         if first in trial.states:
             states.append(modal_state(state, trial))
-        voice.run(
-            state.string[0],
-            records,
-            memory,
-            events,
-            len(events),
-            settings,
-            state.log,
-            True,
-            out[first:end],
-            across[first:end],
-        )
+        voice.run(state.string[0], pool.records[0], events, len(events), out[first:end], across[first:end])
         events = events[:0]
         contacts.append(state.log[: int(state.record[0]["logged"])].copy())
         state.record["logged"] = 0
@@ -84,19 +77,20 @@ def solve_trial(trial: Trial) -> Motion:
         contact_index=logged[order, 1],
         contact_rate_hz=trial.contact_rate,
         wall_s=time.perf_counter() - began,
-        across_m=across if pluck.angle else None,
+        across_m=across if trial.pluck.angle else None,
         states=np.array(states) if states else None,
     )
 
 
-def modal_state(state: Voice, trial: Trial) -> NDArray[np.float64]:
-    """q and dq/dt of the sounding slot, (polarisations, 2, modes): a polarisation if the string was plucked along u."""
+def modal_state(state: Voice, trial: Trial) -> Floats:
+    """q and dq/dt of the sounding slot, (polarisations, 2, modes); one polarisation if plucked along u."""
     if state.record[0]["frame"] == 0:  # the pluck is an event of the first frame
         held = [initial_amplitudes(trial), initial_amplitudes_across(trial)][: 2 if trial.pluck.angle else 1]
         return np.stack([held, np.zeros_like(held)], axis=1)
-    k = int(state.record[0]["slot"])
-    works = state.work[k :: at.VOICE_SLOTS] if trial.pluck.angle else state.work[k : k + 1]
-    q, p, pace, sigma = (works[name][:, : trial.modes] for name in ("q", "p", "pace", "sigma"))
+    slot = state.slots[int(state.record[0]["slot"])]
+    polarisations = [slot["u"], slot["v"]] if trial.pluck.angle else [slot["u"]]
+    rows = ([w[name][: trial.modes] for w in polarisations] for name in ("q", "p", "pace", "sigma"))
+    q, p, pace, sigma = map(np.array, rows)
     return np.stack([q, pace * p - sigma * q], axis=1)
 
 
@@ -114,16 +108,9 @@ def heard(trial: Trial, output: Output) -> NDArray[np.float64]:
         taps = sensor_rows(s, (trial.sensor, across), count, rates.rate)
     else:
         taps = pickup_rows(s, output, count, rates.rate)
-    op = operator(s, count, rates, taps, lossless=trial.lossless)
-    records = np.zeros(1, at.OPERATOR)
-    records[0] = op.record
-    bass = Instrument("", "", (s.string,), (), output, Player(pull_time=0.0))
-    state = instrument_voice(bass, s.string, rates, over_board=len(s.contact_position) > at.MOST_NEAR)
-    events = np.zeros(1, at.EVENT)
-    events[0] = (0, at.PLUCK, 0, 0, pluck.apex, pluck.position)
-    settings = np.array([pluck.rounding, 0.02, pluck.angle])
+    pool = gather([[operator(s, count, rates, taps, lossless=trial.lossless)]])
+    player = Player(pull_time=0.0, rounding=pluck.rounding, pluck_angle=pluck.angle)
+    state = pickup_voice(s.string, output, player, rates, over_board=len(s.contact_position) > at.MOST_NEAR)
     out = np.zeros(trial.samples)
-    voice.run(
-        state.string[0], records, op.memory.ravel(), events, 1, settings, state.log, False, out, out[:0],
-    )  # fmt: skip
+    voice.run(state.string[0], pool.records[0], pluck_event(pluck), 1, out, out[:0])
     return out

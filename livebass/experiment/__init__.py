@@ -1,1 +1,1 @@
-"""One pluck, or any parameter over a grid of plucks."""
+"""Simulates one pluck, or any parameter over a grid of plucks."""

@@ -1,1 +1,1 @@
-"""A string identified from recordings."""
+"""Identifies a string from recordings."""

@@ -1,1 +1,1 @@
-"""Everything numba compiles for playing: how a string moves and what hands do. Imports numpy, numba and itself only."""
+"""Everything numba compiles for playing: how a string moves and what hands do to it. Imports only the compiler."""

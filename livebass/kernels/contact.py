@@ -1,37 +1,36 @@
-"""The contact force of eqs. 6 and 12: one implicit scalar equation a point, weakly coupled points.
+"""Forces at the contact points of a fine step: contact by eqs. 6 and 12, friction by eq. 7.
 
-At point m, r = eta^{n+1} - eta^{n-1} solves r + sum_k W_mk f_k = r*, where r* is what r would be without
-force and f = (psi(eta^{n+1}) - psi(eta^{n-1})) / r. f is convex and grows with r, so Newton from r* comes down
-to the root without overshoot; points that W couples are solved together, by Newton in all of them, or in the one or
-two that may touch. [any thread]
+Contact. At point m, r = eta^{n+1} - eta^{n-1} solves r + sum_k W_mk f_k = r*, where r* is what r would be without
+force and f = (psi(eta^{n+1}) - psi(eta^{n-1})) / r, which conserves energy. f is convex and grows with r, so that
+Newton's method from r* comes down to the root without overshoot. Points that W couples are solved together: one or
+two alone where no more may touch, as is usual, else by Newton's method in all of them, or one after the other until
+nothing changes.
 
-The friction force of eq. 7: v at a point that touches, one implicit equation a point, weakly coupled points.
+Friction. At a point that touches, x = v^{n+1} - v^{n-1} solves x + sum_k W_mk A sat(x_k / slip) = x*, slip = 2 dt s:
+the point sticks (|x| < slip) or slides. Alone it is a formula, f = -A sat(x* / (slip + W_mm A)); coupled points take
+turns.
 
-w = v^{n+1} - v^{n-1} solves w + sum_k W_mk A sat(w_k / slip) = w*, slip = 2 dt s: a point sticks (|w| < slip) or
-slides. Alone it is a formula, ff = -A sat(w* / (slip + W_mm A)); coupled ones take turns. [any thread]
-
-How clear of the string its contact points are, and how long for sure: over frets and boards alike. [any thread]
+w is the working set of u, op the operator; `near` lists `count` contact points, and w.coupling is W between them by
+place in that list. [any thread]
 """
 
 import numpy as np
 
 from livebass.compiling import jit
-from livebass.kernels import modal as rows
-from livebass.kernels.records import MOST_NEAR, OP_HEIGHT, ROW
 
 MOST_ITERATIONS = 60
 MOST_TOGETHER = 12  # iterations of coupled points; they need 3 or 4
 MOST_SWEEPS = 400
 SMALL = 1e-17  # m
 ENOUGH = 1e-6  # of r: Newton converges quadratically, so the error left is near rounding
-# The workspace of `solve_together`: a matrix, and four vectors
-RESIDUAL = MOST_NEAR * MOST_NEAR
-SLOPE, LAW, TRIAL, WORKSPACE = (RESIDUAL + k * MOST_NEAR for k in (1, 2, 3, 4))
+SETTLED = 1e-16  # m, change of a displacement at which points that take turns are solved
+MOST_FRICTION_SWEEPS = 1000
+FRICTION_ENOUGH = 1e-13  # of A
 
 
 @jit
 def force(r, old, stiffness, exponent):
-    """(f, df/dr): the divided difference of psi between penetrations `old` and old + r."""
+    """Contact force f and df/dr: the divided difference of psi between penetrations `old` and `old` + r."""
     if exponent == 1.5:
         return force_of_three_halves(r, old, stiffness / 2.5)
     a = max(old + r, 0.0)
@@ -75,8 +74,8 @@ def force_of_three_halves(r, old, k):
 
 
 @jit
-def solve_point(wanted, old, weight, stiffness, exponent, guess):
-    """The force f at a point: r + weight f(r) = wanted. Zero where nothing touches. `guess`: of f."""
+def solve_point(wanted, old, weight, op, guess):
+    """Force f at one point: r + weight f(r) = wanted. Zero where nothing touches. `guess`: of f."""
     if old <= 0.0 and old + wanted <= 0.0:
         return 0.0
     # from the left of the root the first step leads to its right, from where it comes down; but where nothing
@@ -85,7 +84,7 @@ def solve_point(wanted, old, weight, stiffness, exponent, guess):
     if old <= 0.0 and old + r <= 0.0:
         r = wanted
     for _ in range(MOST_ITERATIONS):
-        f, slope = force(r, old, stiffness, exponent)
+        f, slope = force(r, old, op.stiffness, op.exponent)
         step = (r + weight * f - wanted) / (1.0 + weight * slope)
         r -= step
         if abs(step) <= ENOUGH * abs(r) + SMALL:
@@ -95,37 +94,34 @@ def solve_point(wanted, old, weight, stiffness, exponent, guess):
 
 
 @jit
-def solve_points(near, count, wanted, old, f, coupling, diagonal, stiffness, exponent, work):
-    """Forces f (kept in place, also as the first guess) at `count` points, and how many are not zero.
+def solve_points(w, op, near, count):
+    """Solves contact (eq. 12) at the points in `near` and returns how many of the forces are not zero.
 
-    near: indices of the points; wanted, old: r* and eta^{n-1} by point index; coupling: W of the points in `near`,
-    rows of MOST_NEAR; work: WORKSPACE numbers.
+    Takes w.wanted (r*), w.eta_before and w.coupling; w.force holds first guesses and receives the forces.
     """
-    if diagonal or count == 1:
+    if op.diagonal or count == 1:
         for i in range(count):
             m = near[i]
-            f[m] = solve_point(wanted[m], old[m], coupling[i * MOST_NEAR + i], stiffness, exponent, f[m])
-    elif not solve_few(near, count, wanted, old, f, coupling, stiffness, exponent) and not solve_together(
-        near, count, wanted, old, f, coupling, stiffness, exponent, work
-    ):
-        solve_in_turn(near, count, wanted, old, f, coupling, stiffness, exponent)
+            w.force[m] = solve_point(w.wanted[m], w.eta_before[m], w.coupling[i, i], op, w.force[m])
+    elif not solve_few(w, op, near, count) and not solve_together(w, op, near, count):
+        solve_in_turn(w, op, near, count)
     touching = 0
     for i in range(count):
-        if f[near[i]] != 0.0:
+        if w.force[near[i]] != 0.0:
             touching += 1
     return touching
 
 
 @jit
-def solve_few(near, count, wanted, old, f, coupling, stiffness, exponent):
-    """Where one or two of the points could touch without force, as is usual. False, and f as it was, otherwise.
+def solve_few(w, op, near, count):
+    """Solves where one or two of the points could touch without force, as is usual. False, forces kept, otherwise.
 
-    The others feel the forces at those two and stay clear, or it is not for this function.
+    The others feel the forces at those two and stay clear, or more than two points are involved.
     """
     first = second = -1
     for i in range(count):
         m = near[i]
-        if old[m] > 0.0 or old[m] + wanted[m] > 0.0:
+        if w.eta_before[m] > 0.0 or w.eta_before[m] + w.wanted[m] > 0.0:
             if first < 0:
                 first = i
             elif second < 0:
@@ -134,34 +130,34 @@ def solve_few(near, count, wanted, old, f, coupling, stiffness, exponent):
                 return False
     if first < 0:
         return False
-    a, o = near[first], first * MOST_NEAR
+    a = near[first]
     if second < 0:
         second = first
         g = 0.0
-        h = solve_point(wanted[a], old[a], coupling[o + first], stiffness, exponent, f[a])
+        h = solve_point(w.wanted[a], w.eta_before[a], w.coupling[first, first], op, w.force[a])
     else:
-        b, p = near[second], second * MOST_NEAR
-        g, h, good = solve_two(
-            wanted[a], old[a], f[a], wanted[b], old[b], f[b],
-            coupling[o + first], coupling[o + second], coupling[p + first], coupling[p + second], stiffness, exponent,
-        )  # fmt: skip
+        g, h, good = solve_two(w, op, near, first, second)
         if not good:
             return False
     for i in range(count):
         m = near[i]
-        felt = coupling[i * MOST_NEAR + first] * g + coupling[i * MOST_NEAR + second] * h
-        if i != first and i != second and old[m] + wanted[m] - felt > 0.0:
+        felt = w.coupling[i, first] * g + w.coupling[i, second] * h
+        if i != first and i != second and w.eta_before[m] + w.wanted[m] - felt > 0.0:
             return False
     for i in range(count):
-        f[near[i]] = 0.0
-    f[a] = g
-    f[near[second]] = h
+        w.force[near[i]] = 0.0
+    w.force[a] = g
+    w.force[near[second]] = h
     return True
 
 
 @jit
-def solve_two(wanted, old, guess, wanted_2, old_2, guess_2, w11, w12, w21, w22, stiffness, exponent):
-    """`solve_together` of two points: their forces, and whether it converged."""
+def solve_two(w, op, near, i, k):
+    """`solve_together` of the points at places `i` and `k` of `near`: their forces, and whether it converged."""
+    a, b = near[i], near[k]
+    wanted, old, guess = w.wanted[a], w.eta_before[a], w.force[a]
+    wanted_2, old_2, guess_2 = w.wanted[b], w.eta_before[b], w.force[b]
+    w11, w12, w21, w22 = w.coupling[i, i], w.coupling[i, k], w.coupling[k, i], w.coupling[k, k]
     r = wanted - w11 * guess - w12 * guess_2
     if old <= 0.0 and old + r <= 0.0:
         r = wanted
@@ -169,14 +165,15 @@ def solve_two(wanted, old, guess, wanted_2, old_2, guess_2, w11, w12, w21, w22, 
     if old_2 <= 0.0 and old_2 + s <= 0.0:
         s = wanted_2
     for _ in range(MOST_TOGETHER):
-        f, slope = force(r, old, stiffness, exponent)
-        g, slope_2 = force(s, old_2, stiffness, exponent)
+        f, slope = force(r, old, op.stiffness, op.exponent)
+        g, slope_2 = force(s, old_2, op.stiffness, op.exponent)
         rest = wanted - r - w11 * f - w12 * g
         rest_2 = wanted_2 - s - w21 * f - w22 * g
-        a, b, c, d = 1.0 + w11 * slope, w12 * slope_2, w21 * slope, 1.0 + w22 * slope_2
-        inverse = 1.0 / (a * d - b * c)
-        step = (rest * d - b * rest_2) * inverse
-        step_2 = (a * rest_2 - c * rest) * inverse
+        # the inverse of 1 + W D, a 2 by 2 matrix
+        p, q, t, u = 1.0 + w11 * slope, w12 * slope_2, w21 * slope, 1.0 + w22 * slope_2
+        inverse = 1.0 / (p * u - q * t)
+        step = (rest * u - q * rest_2) * inverse
+        step_2 = (p * rest_2 - t * rest) * inverse
         r += step
         s += step_2
         if abs(step) <= ENOUGH * abs(r) + SMALL and abs(step_2) <= ENOUGH * abs(s) + SMALL:
@@ -185,34 +182,34 @@ def solve_two(wanted, old, guess, wanted_2, old_2, guess_2, w11, w12, w21, w22, 
 
 
 @jit
-def solve_together(near, count, wanted, old, f, coupling, stiffness, exponent, work):
-    """Newton in all points at once. False, and f as it was, where it does not converge.
+def solve_together(w, op, near, count):
+    """Newton's method in all points at once. False, forces kept, where it does not converge.
 
-    With D the slopes of the law, a step solves (1 + W D) dr = -residual; what comes out is f + D dr of the last one,
+    With D the slopes of the law, a step solves (1 + W D) dr = -residual; the forces are f + D dr of the last one,
     which fulfils the equation to rounding.
     """
-    residual, slope, law = work[RESIDUAL:SLOPE], work[SLOPE:LAW], work[LAW:TRIAL]
-    r = work[TRIAL:WORKSPACE]
+    residual, slope, law, r = w.solver.residual, w.solver.slope, w.solver.law, w.solver.r
+    matrix = w.solver.matrix
     for i in range(count):
         m = near[i]
-        x = wanted[m]
+        x = w.wanted[m]
         for k in range(count):
-            x -= coupling[i * MOST_NEAR + k] * f[near[k]]
-        if old[m] <= 0.0 and old[m] + x <= 0.0:
-            x = wanted[m]
+            x -= w.coupling[i, k] * w.force[near[k]]
+        if w.eta_before[m] <= 0.0 and w.eta_before[m] + x <= 0.0:
+            x = w.wanted[m]
         r[i] = x
     for _ in range(MOST_TOGETHER):
         for i in range(count):
-            law[i], slope[i] = force(r[i], old[near[i]], stiffness, exponent)
+            law[i], slope[i] = force(r[i], w.eta_before[near[i]], op.stiffness, op.exponent)
         for i in range(count):
-            x = wanted[near[i]] - r[i]
+            x = w.wanted[near[i]] - r[i]
             for k in range(count):
-                c = coupling[i * MOST_NEAR + k]
+                c = w.coupling[i, k]
                 x -= c * law[k]
-                work[i * MOST_NEAR + k] = c * slope[k]
+                matrix[i, k] = c * slope[k]
             residual[i] = x
-            work[i * MOST_NEAR + i] += 1.0
-        eliminate(work, residual, count)
+            matrix[i, i] += 1.0
+        eliminate(matrix, residual, count)
         done = True
         for i in range(count):
             step = residual[i]
@@ -221,134 +218,95 @@ def solve_together(near, count, wanted, old, f, coupling, stiffness, exponent, w
             done = done and abs(step) <= ENOUGH * abs(r[i]) + SMALL
         if done:
             for i in range(count):
-                f[near[i]] = law[i]
+                w.force[near[i]] = law[i]
             return True
     return False
 
 
 @jit
 def eliminate(matrix, x, count):
-    """Solves matrix y = x in place, rows of MOST_NEAR; 1 + W D needs no pivoting, as W is positive and D >= 0."""
+    """Solves matrix y = x in place; 1 + W D needs no pivoting, as W is positive and D >= 0."""
     for i in range(count):
-        inverse = 1.0 / matrix[i * MOST_NEAR + i]
+        inverse = 1.0 / matrix[i, i]
         for k in range(i + 1, count):
-            factor = matrix[k * MOST_NEAR + i] * inverse
+            factor = matrix[k, i] * inverse
             if factor != 0.0:
                 for c in range(i + 1, count):
-                    matrix[k * MOST_NEAR + c] -= factor * matrix[i * MOST_NEAR + c]
+                    matrix[k, c] -= factor * matrix[i, c]
                 x[k] -= factor * x[i]
     for i in range(count - 1, -1, -1):
         y = x[i]
         for k in range(i + 1, count):
-            y -= matrix[i * MOST_NEAR + k] * x[k]
-        x[i] = y / matrix[i * MOST_NEAR + i]
+            y -= matrix[i, k] * x[k]
+        x[i] = y / matrix[i, i]
 
 
 @jit
-def solve_in_turn(near, count, wanted, old, f, coupling, stiffness, exponent):
-    """One point after the other, again and again: slow, but it always gets there."""
+def solve_in_turn(w, op, near, count):
+    """Solves one point after the other until nothing changes: slow, but it always gets there."""
     for _ in range(MOST_SWEEPS):
         change = 0.0
         for i in range(count):
             m = near[i]
-            rest = wanted[m]
+            rest = w.wanted[m]
             for k in range(count):
                 if k != i:
-                    rest -= coupling[i * MOST_NEAR + k] * f[near[k]]
-            weight = coupling[i * MOST_NEAR + i]
-            new = solve_point(rest, old[m], weight, stiffness, exponent, f[m])
-            change = max(change, abs(new - f[m]) * weight)
-            f[m] = new
-        if change <= 1e-16:
+                    rest -= w.coupling[i, k] * w.force[near[k]]
+            weight = w.coupling[i, i]
+            new = solve_point(rest, w.eta_before[m], weight, op, w.force[m])
+            change = max(change, abs(new - w.force[m]) * weight)
+            w.force[m] = new
+        if change <= SETTLED:
             break
 
 
-MOST_FRICTION_SWEEPS = 1000
-ENOUGH_FRICTION = 1e-13  # of A
+@jit
+def felt(op, coupling, force, near, count, i):
+    """Displacement (m) that the forces at the points in `near` give the i-th of them at once."""
+    if op.diagonal:
+        return coupling[i, i] * force[near[i]]
+    x = 0.0
+    for k in range(count):
+        x += coupling[i, k] * force[near[k]]
+    return x
 
 
 @jit
-def solve_friction(near, count, free, old, eta, f, coupling, diagonal, most, slip):
-    """Friction f (N/m, kept in place, the first guess too) at the points in `near` with eta > 0, zero at the others.
+def friction_alone(op, wanted, weight):
+    """Friction (N/m) at one point that touches and would move by `wanted` (m) in two steps without it."""
+    return -op.friction * min(max(wanted / (op.slip + weight * op.friction), -1.0), 1.0)
 
-    free, old, eta: v^{n+1} without friction, v^{n-1}, penetration at n, by point index; coupling: rows of MOST_NEAR.
-    Returns how many touch.
+
+@jit
+def solve_friction(slot, op, near, count):
+    """Solves friction (eq. 7) at the points in `near` whose penetration slot.u.eta is positive; zero at the others.
+
+    Takes v.free, v.moved_before and u.coupling; v.force (N/m) holds first guesses and receives the friction.
+    Returns how many points touch.
     """
+    u, v = slot.u, slot.v
     touching = 0
     for i in range(count):
-        if eta[near[i]] > 0.0:
+        if u.eta[near[i]] > 0.0:
             touching += 1
         else:
-            f[near[i]] = 0.0
+            v.force[near[i]] = 0.0
     if touching == 0:
         return 0
     for _ in range(MOST_FRICTION_SWEEPS):
         change = 0.0
         for i in range(count):
             m = near[i]
-            if eta[m] <= 0.0:
+            if u.eta[m] <= 0.0:
                 continue
-            wanted = free[m] - old[m]
-            if not diagonal:
+            wanted = v.free[m] - v.moved_before[m]
+            if not op.diagonal:
                 for k in range(count):
                     if k != i:
-                        wanted += coupling[i * MOST_NEAR + k] * f[near[k]]
-            new = -most * min(max(wanted / (slip + coupling[i * MOST_NEAR + i] * most), -1.0), 1.0)
-            change = max(change, abs(new - f[m]))
-            f[m] = new
-        if diagonal or touching == 1 or change <= ENOUGH_FRICTION * most:
+                        wanted += u.coupling[i, k] * v.force[near[k]]
+            new = friction_alone(op, wanted, u.coupling[i, i])
+            change = max(change, abs(new - v.force[m]))
+            v.force[m] = new
+        if op.diagonal or touching == 1 or change <= FRICTION_ENOUGH * op.friction:
             break
     return touching
-
-
-NEVER = float(1 << 60)
-
-
-@jit
-def height(op, pool, m):
-    return pool[op.start + OP_HEIGHT * ROW + m]
-
-
-@jit
-def suspicious(op, w, pool, o, m, step, end, way, n):
-    """Whether point m, its shape at pool[o], may touch between `step` and `end`; CLEARANCE_NOW tells of the end."""
-    clear = rows.displacement(w, pool, o, n) - height(op, pool, m)
-    w.clearance_now[m] = clear
-    known = w.known_at[m]
-    if 0 <= known < step and w.clearance[m] + clear > way * (end - known):
-        return False
-    if known < step:
-        w.clearance[m] = rows.displacement_old(w, pool, o, n) - height(op, pool, m)
-        w.known_at[m] = step
-    held = w.solved_at[m] == step and (w.eta[m] > 0.0 or w.eta_before[m] > 0.0)
-    return held or w.clearance[m] <= 0.0 or w.clearance[m] + clear <= way * (end - step)
-
-
-@jit
-def stayed_clear(w, looked, count, end, way):
-    """The points in `looked` did not touch up to `end`."""
-    for i in range(count):
-        m = looked[i]
-        w.clearance[m] = w.clearance_now[m]
-        w.known_at[m] = end
-        w.due[m] = end + np.floor(w.clearance_now[m] / way)
-
-
-@jit
-def before_contact(w, suspects, count, step):
-    """Of a point that was solved for up to `step` the penetration is known."""
-    for i in range(count):
-        m = suspects[i]
-        if w.solved_at[m] == step:
-            w.clearance[m] = -w.eta[m]
-
-
-@jit
-def after_contact(w, suspects, count, end, way):
-    """The clearances of all suspects are those at `end`."""
-    for i in range(count):
-        m = suspects[i]
-        w.known_at[m] = end
-        w.due[m] = end
-        if w.clearance[m] > 0.0:
-            w.due[m] = end + np.floor(w.clearance[m] / way)

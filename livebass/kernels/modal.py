@@ -1,4 +1,4 @@
-"""Inner loops over modes, all the arithmetic of the engine.
+"""Passes over the modes of a string: all arithmetic whose cost grows with their number.
 
 A mode is (q, P). q is its displacement; P = E s p is its momentum scaled to the fine step dt, with
 E = exp(-sigma dt), s = sin(omega dt), p = (q' + sigma q) / omega. One fine step without force is then
@@ -8,15 +8,19 @@ E = exp(-sigma dt), s = sin(omega dt), p = (q' + sigma q) / omega. One fine step
 and k fine steps at once, exactly, with three numbers: q <- A q + B P, P <- A P - G q. A force f of eq. 12 acting
 during a step adds dt^2 dx/mu phi f to q and a times that to P, after the step: this is the scheme of eq. 12,
 q^{n+1} = C q^n - Ct q^{n-1} + F, in a form with one state instead of two displacements, whose difference
-would lose digits. Each loop touches a mode once; sums are reassociated by the compiler into lanes, the same
-way each time. Distances between rows are compile-time constants (layout.py): without that no loop vectorises.
-[any thread]
+would lose digits.
+
+Each loop reads a mode once and adds, multiplies and stores; exp and sin stand only where coefficients are made. The
+compiler may reassociate sums into vector lanes (`LANES`), the same way each time on one kind of processor. Loops
+vectorise because distances between the rows of a working set are constants (records.py). w is a working set, op an
+operator, phi the mode shapes at a point, n a number of modes, whole BLOCKs. [any thread]
 """
 
 import numpy as np
 
 from livebass.compiling import LEAN, compiled
-from livebass.kernels.records import BLOCK, LONGER, PART, ROW, WHOLE
+from livebass.kernels.operators import shape
+from livebass.kernels.records import BLOCK, LONGER, PART, WHOLE
 
 LANES = {"reassoc", "contract", "nsz", "arcp"}
 jit = compiled(fastmath=LANES, **LEAN)
@@ -24,6 +28,7 @@ jit = compiled(fastmath=LANES, **LEAN)
 DEAD = 1e-17  # m^1.5: a mode below this is silence
 
 
+# fine_1 ... fine_4: one fine step after the forces at the first points near; the displacements (m) there.
 @jit
 def fine_1(w, f0, n):
     u0 = 0.0
@@ -97,9 +102,9 @@ def fine_4(w, f0, f1, f2, f3, n):
 
 
 @jit
-def kick(w, row, f, n):
-    """Adds the effect of one contact force, its shape in working row `row`, after a fine step."""
-    phi = w.near_shape[row]
+def kick_near(w, i, f, n):
+    """Adds the effect of one contact force at the i-th point near, after a fine step."""
+    phi = w.near_shape[i]
     for j in range(n):
         x = f * phi[j]
         w.q[j] += x
@@ -107,9 +112,8 @@ def kick(w, row, f, n):
 
 
 @jit
-def kick_from(w, pool, o, f, n):
-    """`kick` with the shape that starts at pool[o]."""
-    phi = pool[o : o + n]
+def kick(w, phi, f, n):
+    """Adds the effect of one contact force at a point with mode shapes `phi`, after a fine step."""
     for j in range(n):
         x = f * phi[j]
         w.q[j] += x
@@ -118,7 +122,7 @@ def kick_from(w, pool, o, f, n):
 
 @jit
 def fine(w, n):
-    """One fine step, free."""
+    """Takes one fine step, free."""
     for j in range(n):
         a = w.fine_a[j]
         x = w.q[j]
@@ -128,12 +132,12 @@ def fine(w, n):
 
 
 @jit
-def kicked_2(w, pool, o, p, f, g, n):
-    """One fine step after the forces f and g, their shapes at pool[o] and pool[p]."""
-    first = pool[o : o + n]
-    second = pool[p : p + n]
+def kicked_2(w, op, points, f, n):
+    """Takes one fine step after two forces `f` at two `points`."""
+    first, second = shape(op, points[0]), shape(op, points[1])
+    f0, f1 = f
     for j in range(n):
-        kick = f * first[j] + g * second[j]
+        kick = f0 * first[j] + f1 * second[j]
         a = w.fine_a[j]
         x = w.q[j] + kick
         y = w.p[j] + a * kick
@@ -142,14 +146,13 @@ def kicked_2(w, pool, o, p, f, g, n):
 
 
 @jit
-def kicked_4(w, pool, o, p, r, s, f, g, h, i, n):
-    """`kicked_2` with four forces."""
-    first = pool[o : o + n]
-    second = pool[p : p + n]
-    third = pool[r : r + n]
-    fourth = pool[s : s + n]
+def kicked_4(w, op, points, f, n):
+    """Takes one fine step after four forces `f` at four `points`."""
+    first, second = shape(op, points[0]), shape(op, points[1])
+    third, fourth = shape(op, points[2]), shape(op, points[3])
+    f0, f1, f2, f3 = f
     for j in range(n):
-        kick = f * first[j] + g * second[j] + h * third[j] + i * fourth[j]
+        kick = f0 * first[j] + f1 * second[j] + f2 * third[j] + f3 * fourth[j]
         a = w.fine_a[j]
         x = w.q[j] + kick
         y = w.p[j] + a * kick
@@ -158,12 +161,10 @@ def kicked_4(w, pool, o, p, r, s, f, g, h, i, n):
 
 
 @jit
-def displacement_4(w, pool, o, p, r, s, n):
-    """`displacement` at four points."""
-    first = pool[o : o + n]
-    second = pool[p : p + n]
-    third = pool[r : r + n]
-    fourth = pool[s : s + n]
+def displacement_4(w, op, points, n):
+    """Displacements at four `points` in one pass."""
+    first, second = shape(op, points[0]), shape(op, points[1])
+    third, fourth = shape(op, points[2]), shape(op, points[3])
     u0 = 0.0
     u1 = 0.0
     u2 = 0.0
@@ -178,9 +179,9 @@ def displacement_4(w, pool, o, p, r, s, n):
 
 
 @jit
-def leap(w, row, n):
-    """Many fine steps at once, free: with A, B, G of rows `row` and two more."""
-    a, b, g = w.leaps[row].a, w.leaps[row].b, w.leaps[row].g
+def leap(w, which, n):
+    """Takes many fine steps at once, free, by the coefficients w.leaps[which]."""
+    a, b, g = w.leaps[which].a, w.leaps[which].b, w.leaps[which].g
     for j in range(n):
         x = w.q[j]
         y = w.p[j]
@@ -189,9 +190,9 @@ def leap(w, row, n):
 
 
 @jit
-def try_leap(w, row, n):
-    """`leap` that keeps the state before it in the _OLD rows."""
-    a, b, g = w.leaps[row].a, w.leaps[row].b, w.leaps[row].g
+def try_leap(w, which, n):
+    """Leaps, and keeps the state before in q_before and p_before."""
+    a, b, g = w.leaps[which].a, w.leaps[which].b, w.leaps[which].g
     for j in range(n):
         x = w.q[j]
         y = w.p[j]
@@ -203,15 +204,15 @@ def try_leap(w, row, n):
 
 @jit
 def take_back(w, n):
+    """Undoes `try_leap`."""
     for j in range(n):
         w.q[j] = w.q_before[j]
         w.p[j] = w.p_before[j]
 
 
 @jit
-def displacement(w, pool, o, n):
-    """u at the point whose shape starts at pool[o]."""
-    phi = pool[o : o + n]
+def displacement(w, phi, n):
+    """Displacement (m) at a point with mode shapes `phi`."""
     u = 0.0
     for j in range(n):
         u += phi[j] * w.q[j]
@@ -219,8 +220,8 @@ def displacement(w, pool, o, n):
 
 
 @jit
-def displacement_old(w, pool, o, n):
-    phi = pool[o : o + n]
+def displacement_before_leap(w, phi, n):
+    """Displacement (m) before the last `try_leap`."""
     u = 0.0
     for j in range(n):
         u += phi[j] * w.q_before[j]
@@ -228,9 +229,8 @@ def displacement_old(w, pool, o, n):
 
 
 @jit
-def displacement_before(w, pool, o, n):
-    """u one fine step ago: q^{n-1} = (a q - P) / E^2, and E^2 = a^2 + b."""
-    phi = pool[o : o + n]
+def displacement_step_before(w, phi, n):
+    """Displacement (m) one fine step ago: q^{n-1} = (a q - P) / E^2, and E^2 = a^2 + b."""
     u = 0.0
     for j in range(n):
         a = w.fine_a[j]
@@ -239,8 +239,9 @@ def displacement_before(w, pool, o, n):
 
 
 @jit
-def displacement_near(w, row, n):
-    phi = w.near_shape[row]
+def displacement_near(w, i, n):
+    """Displacement (m) at the i-th point near."""
+    phi = w.near_shape[i]
     u = 0.0
     for j in range(n):
         u += phi[j] * w.q[j]
@@ -248,17 +249,15 @@ def displacement_near(w, row, n):
 
 
 @jit
-def copy_row(to, pool, o, n):
-    phi = pool[o : o + n]
+def copy(to, values, n):
+    """Copies `n` numbers; numba's own assignment of slices allocates where they might overlap."""
     for j in range(n):
-        to[j] = phi[j]
+        to[j] = values[j]
 
 
 @jit
-def tap(w, pool, o, n):
-    """A linear output: weights of q at pool[o], of P one row further."""
-    of_q = pool[o : o + n]
-    of_p = pool[o + ROW : o + ROW + n]
+def tap(w, of_q, of_p, n):
+    """Linear output with the weights `of_q` and `of_p`."""
     y = 0.0
     for j in range(n):
         y += of_q[j] * w.q[j] + of_p[j] * w.p[j]
@@ -266,9 +265,8 @@ def tap(w, pool, o, n):
 
 
 @jit
-def sense_1(w, pool, o, n):
-    """Displacement and velocity at a pickup whose weights start at pool[o]."""
-    weight = pool[o : o + n]
+def sense_1(w, weight, n):
+    """Displacement (m) and velocity (m/s) at a pickup with these weights."""
     u = 0.0
     v = 0.0
     for j in range(n):
@@ -279,10 +277,8 @@ def sense_1(w, pool, o, n):
 
 
 @jit
-def sense_2(w, pool, o, n):
-    """`sense_1` at two pickups, of the next row too."""
-    weight = pool[o : o + n]
-    other = pool[o + ROW : o + ROW + n]
+def sense_2(w, weight, other, n):
+    """Displacements and velocities at two pickups in one pass."""
     u0 = 0.0
     v0 = 0.0
     u1 = 0.0
@@ -298,16 +294,17 @@ def sense_2(w, pool, o, n):
 
 
 @jit
-def tap_shape(w, pool, o, n):
-    """The tap of the held shape at rest."""
+def tap_held(w, weight, n):
+    """Linear output of the held shape at rest."""
     y = 0.0
     for j in range(n):
-        y += pool[o + j] * w.held[j]
+        y += weight[j] * w.held[j]
     return y
 
 
 @jit
 def scale(w, factor, n):
+    """Multiplies the motion by `factor`."""
     for j in range(n):
         w.q[j] *= factor
         w.p[j] *= factor
@@ -315,6 +312,7 @@ def scale(w, factor, n):
 
 @jit
 def finger(w, n):
+    """Damps each mode as the finger that touches does in one frame."""
     for j in range(n):
         w.q[j] *= w.finger[j]
         w.p[j] *= w.finger[j]
@@ -322,7 +320,7 @@ def finger(w, n):
 
 @jit
 def release(w, n):
-    """Adds the held shape, at rest: p = sigma q / omega."""
+    """Adds the held shape to the motion, at rest: p = sigma q / omega."""
     for j in range(n):
         x = w.held[j]
         w.q[j] += x
@@ -331,13 +329,14 @@ def release(w, n):
 
 @jit
 def push(w, weight, n):
+    """Adds `weight` times the velocities of the strike."""
     for j in range(n):
         w.p[j] += weight * w.kappa[j] * w.strike[j]
 
 
 @jit
 def speed_square(w, n):
-    """Sum of squared velocity amplitudes, m^3/s^2: twice the energy over mu."""
+    """Sum of squared velocity amplitudes, m^3/s^2: twice the energy per linear density."""
     e = 0.0
     for j in range(n):
         v = w.p[j] / w.kappa[j]
@@ -359,7 +358,7 @@ def amplitude_sum(w, n):
 
 @jit
 def living(w, n):
-    """Modes in use once dead BLOCKs at the top are set to exact zero."""
+    """Sets dead BLOCKs at the top to exact zero and returns the number of modes left."""
     while n > 0:
         most = 0.0
         for j in range(n - BLOCK, n):
@@ -377,18 +376,22 @@ def living(w, n):
 
 @jit
 def clear(w, n):
+    """Sets the motion to zero."""
     for j in range(n):
         w.q[j] = 0.0
         w.p[j] = 0.0
 
 
 @jit
-def retune(w, ratio, fine, steps, part_steps, n):
-    """Coefficients of `n` modes whose frequencies are `ratio` times the operators', the motion kept.
+def retune(w, op, ratio):
+    """Sets coefficients for `ratio` times the frequencies of operator `op` (1/s stay), the motion kept.
 
-    OMEGA holds the tuned frequencies already; P follows KAPPA, so that displacement and velocity stay.
+    P follows kappa, so that displacement and velocity stay. sigma stays, the undamped frequency scales; sigma << omega.
     """
-    for j in range(n):
+    fine = op.fine
+    for j in range(op.padded):
+        w.omega[j] = op.omega[j] * ratio
+    for j in range(op.padded):
         w_d = w.omega[j]
         sigma = w.sigma[j]
         damp = np.exp(-sigma * fine)
@@ -401,13 +404,13 @@ def retune(w, ratio, fine, steps, part_steps, n):
         w.fine_b[j] = es * es
         for which in range(3):
             row = WHOLE
-            k = steps
+            k = op.steps
             if which == 1:
                 row = LONGER
-                k = steps + 1
+                k = op.steps + 1
             elif which == 2:
                 row = PART
-                k = part_steps
+                k = op.part_steps
             h = k * fine
             damp_k = np.exp(-sigma * h)
             sin_k = damp_k * np.sin(w_d * h)
@@ -417,19 +420,36 @@ def retune(w, ratio, fine, steps, part_steps, n):
 
 
 @jit
-def exchange(w, old, new):
-    """P becomes velocity over omega; modes that come in anew are at rest, and no hand touches them."""
-    for j in range(old):
+def take_coefficients(w, op):
+    """Gives the working set the coefficients of operator `op`, untuned."""
+    n = op.padded
+    copy(w.fine_a, op.fine_a, n)
+    copy(w.fine_b, op.fine_b, n)
+    for which in (WHOLE, LONGER, PART):
+        copy(w.leaps[which].a, op.leaps[which].a, n)
+        copy(w.leaps[which].b, op.leaps[which].b, n)
+        copy(w.leaps[which].g, op.leaps[which].g, n)
+    copy(w.kappa, op.kappa, n)
+    copy(w.omega, op.omega, n)
+    copy(w.sigma, op.sigma, n)
+    copy(w.pace, op.pace, n)
+
+
+@jit
+def change_coefficients(w, old, op):
+    """Gives the working set the coefficients of `op` in place of those of `old`, displacement and velocity kept.
+
+    Modes that come in anew are at rest, and no hand touches them; so are those that only fill up a block.
+    """
+    shared = min(old.modes, op.modes)
+    for j in range(shared):
         w.p[j] /= w.kappa[j]
-    for j in range(old, new):
+    for j in range(shared, op.padded):
         w.q[j] = 0.0
         w.p[j] = 0.0
         w.held[j] = 0.0
         w.strike[j] = 0.0
         w.finger[j] = 1.0
-
-
-@jit
-def from_velocity(w, n):
-    for j in range(n):
+    take_coefficients(w, op)
+    for j in range(op.padded):
         w.p[j] *= w.kappa[j]

@@ -1,4 +1,4 @@
-"""What the audio thread needs below numba: atomic words, raw addresses, C functions, the processor's flush bits.
+"""Instructions that numba lacks: atomic words, raw addresses, calls of C functions, the processor's flush bits.
 
 Addresses are int64. Everything here compiles to a few instructions; nothing allocates or locks. [any thread]
 """
@@ -10,9 +10,11 @@ from typing import Any
 
 import numba as nb
 import numba.extending
+import numpy as np
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
+from numba.np import arrayobj
 
 # Typed as Any: numba passes an intrinsic its context itself, and mypy cannot know that.
 intrinsic: Any = numba.extending.intrinsic
@@ -27,7 +29,7 @@ FLUSH = 0x8040 if MACHINE in X86 else 1 << 24 if MACHINE in ARM else 0
 
 @intrinsic
 def load_acquire(_context: Any, address: Any) -> Any:
-    """The int64 at `address`; what was written before it was stored is seen after this."""
+    """Loads the int64 at `address`, and sees all that was written before it was stored."""
 
     def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         pointer = builder.inttoptr(args[0], WORD.as_pointer())
@@ -38,7 +40,7 @@ def load_acquire(_context: Any, address: Any) -> Any:
 
 @intrinsic
 def store_release(_context: Any, address: Any, value: Any) -> Any:
-    """Stores the int64 `value` at `address`, after everything written before."""
+    """Stores the int64 `value` at `address`, after all that was written before."""
 
     def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         pointer = builder.inttoptr(args[0], WORD.as_pointer())
@@ -50,7 +52,7 @@ def store_release(_context: Any, address: Any, value: Any) -> Any:
 
 @intrinsic
 def pointer(_context: Any, address: Any) -> Any:
-    """`address` as a pointer, for `numba.carray`."""
+    """Converts `address` to a pointer, for `numba.carray`."""
 
     def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         return builder.inttoptr(args[0], cgutils.voidptr_t)
@@ -60,7 +62,7 @@ def pointer(_context: Any, address: Any) -> Any:
 
 @intrinsic
 def address_of(_context: Any, value: Any) -> Any:
-    """The address a C pointer holds."""
+    """Converts a C pointer to an address."""
 
     def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         return builder.ptrtoint(args[0], WORD)
@@ -70,7 +72,7 @@ def address_of(_context: Any, value: Any) -> Any:
 
 @intrinsic
 def record_address(_context: Any, record: Any) -> Any:
-    """Where a record lies that numba got from an array."""
+    """Returns the address of a record."""
 
     def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         return builder.ptrtoint(args[0], WORD)
@@ -78,9 +80,49 @@ def record_address(_context: Any, record: Any) -> Any:
     return types.int64(record), generate
 
 
+def _array_at(kind: Any, item: int) -> Any:
+    """Makes an intrinsic (address, count) -> one-dimensional array of `kind` without a reference count."""
+    array = types.Array(kind, 1, "C")
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        made = context.make_array(array)(context, builder)
+        data = builder.inttoptr(args[0], made.data.type)
+        size = context.get_constant(types.intp, item)
+        arrayobj.populate_array(made, data=data, shape=[args[1]], strides=[size], itemsize=size, meminfo=None)
+        return made._getvalue()
+
+    return array(types.int64, types.int64), generate
+
+
+@intrinsic
+def floats_at(_context: Any, address: Any, count: Any) -> Any:
+    """Returns `count` float64 at `address` as an array; unlike `carray` it compiles without counted references."""
+    return _array_at(types.float64, 8)
+
+
+@intrinsic
+def words_at(_context: Any, address: Any, count: Any) -> Any:
+    """Returns `count` int64 at `address` as an array."""
+    return _array_at(types.int64, 8)
+
+
+def record_at(dtype: np.dtype[Any]) -> Any:
+    """Makes an intrinsic (address) -> record of type `dtype`, without a reference count."""
+    record: Any = nb.from_dtype(dtype)
+
+    @intrinsic
+    def at(_context: Any, address: Any) -> Any:
+        def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+            return builder.inttoptr(args[0], context.get_value_type(record))
+
+        return record(types.int64), generate
+
+    return at
+
+
 @intrinsic
 def nanoseconds(_context: Any, clock_gettime: Any, clock: Any) -> Any:
-    """Time of `clock` by the C function at address `clock_gettime`; 0 where that is 0."""
+    """Reads `clock` (ns) by the C function at address `clock_gettime`; 0 if that address is 0."""
 
     def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         function, number = args
@@ -99,7 +141,7 @@ def nanoseconds(_context: Any, clock_gettime: Any, clock: Any) -> Any:
 
 
 def _c_function(result: Any, arguments: list[Any], numba_result: Any, numba_arguments: list[Any]) -> Any:
-    """An intrinsic (address, *arguments) -> result that calls a C function by its address."""
+    """Makes an intrinsic (address, *arguments) -> result that calls a C function by its address."""
 
     def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         function = builder.inttoptr(args[0], ir.FunctionType(result, arguments).as_pointer())
@@ -120,51 +162,49 @@ BYTES, U32 = cgutils.voidptr_t, ir.IntType(32)
 
 @intrinsic
 def pointer_from(_context: Any, function: Any, pointer: Any, count: Any) -> Any:
-    """void *function(void *pointer, uint32 count): jack_port_get_buffer."""
+    """Calls void *function(void *pointer, uint32 count): jack_port_get_buffer."""
     return _c_function(BYTES, [BYTES, U32], None, [types.int64, types.int64])
 
 
 @intrinsic
 def count_from(_context: Any, function: Any, pointer: Any) -> Any:
-    """uint32 function(void *pointer): jack_midi_get_event_count, jack_last_frame_time."""
+    """Calls uint32 function(void *pointer): jack_midi_get_event_count, jack_last_frame_time."""
     return _c_function(U32, [BYTES], None, [types.int64])
 
 
 @intrinsic
 def status_from(_context: Any, function: Any, target: Any, pointer: Any, index: Any) -> Any:
-    """int function(void *target, void *pointer, uint32 index): jack_midi_event_get."""
+    """Calls int function(void *target, void *pointer, uint32 index): jack_midi_event_get."""
     return _c_function(U32, [BYTES, BYTES, U32], None, [types.int64] * 3)
 
 
-def _call(count: int, args: Any, builder: Any, context: Any) -> Any:
-    kind = ir.FunctionType(ir.VoidType(), [WORD] * count)
-    builder.call(builder.inttoptr(args[0], kind.as_pointer()), list(args[1:]))
-    return context.get_dummy_value()
-
-
-@intrinsic
-def call_3(_context: Any, function: Any, a: Any, b: Any, c: Any) -> Any:
-    """void function(int64, int64, int64), by its address: what it is made of is not compiled into the caller again."""
+def _call(arguments: int) -> Any:
+    """Makes an intrinsic (address, *arguments) that calls a C function of int64 arguments by its address."""
 
     def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        return _call(3, args, builder, context)
+        kind = ir.FunctionType(ir.VoidType(), [WORD] * arguments)
+        builder.call(builder.inttoptr(args[0], kind.as_pointer()), list(args[1:]))
+        return context.get_dummy_value()
 
-    return types.void(*[types.int64] * 4), generate
+    return types.void(*[types.int64] * (1 + arguments)), generate
+
+
+# By its address a function is called without being compiled into the caller.
+@intrinsic
+def call_3(_context: Any, function: Any, a: Any, b: Any, c: Any) -> Any:
+    """Calls void function(int64, int64, int64)."""
+    return _call(3)
 
 
 @intrinsic
 def call_4(_context: Any, function: Any, a: Any, b: Any, c: Any, d: Any) -> Any:
-    """void function(int64, int64, int64, int64), by its address."""
-
-    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        return _call(4, args, builder, context)
-
-    return types.void(*[types.int64] * 5), generate
+    """Calls void function(int64, int64, int64, int64)."""
+    return _call(4)
 
 
 @intrinsic
 def float_control(_context: Any) -> Any:
-    """The word that says how this thread's processor treats floating-point numbers; 0 where that is not known."""
+    """Returns the floating-point control word of this thread's processor; 0 where there is none."""
 
     def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         module = builder.module
@@ -185,7 +225,7 @@ def float_control(_context: Any) -> Any:
 
 @intrinsic
 def set_float_control(_context: Any, word: Any) -> Any:
-    """Sets what `float_control` gives."""
+    """Sets the floating-point control word that `float_control` returns."""
 
     def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         module = builder.module

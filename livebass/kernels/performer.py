@@ -1,7 +1,7 @@
-"""From MIDI messages to plucks: which string and fret, how hard, when a hand stops a note.
+"""The performer turns MIDI messages into events of the strings: which string and fret, how hard, when a note stops.
 
-Every decision is made when the message arrives, from what was played so far: a file and a keyboard give the same
-performance, and the same input always the same one. One record holds all that is remembered. [audio thread]
+It decides when the message arrives, from what was played so far: a file and a keyboard give the same performance, and
+the same input always the same one. One record, PERFORMER, holds all it remembers; p is that record. [audio thread]
 """
 
 import numpy as np
@@ -65,6 +65,7 @@ PERFORMER = np.dtype(
 
 @jit
 def reset_controllers(p):
+    """Sets pedal, wheel, expression, RPN and pluck position as when new."""
     p.pedal = 0
     p.wheel = 0.0
     p.expression = 1.0
@@ -74,6 +75,7 @@ def reset_controllers(p):
 
 @jit
 def emit(events, count, frame, kind, string, fret, x, y):
+    """Writes event number `count`; returns the new count."""
     e = events[count]
     e.frame = frame
     e.kind = kind
@@ -86,7 +88,7 @@ def emit(events, count, frame, kind, string, fret, x, y):
 
 @jit
 def choose_string(p, note):
-    """The string for `note`, -1 if none has it. Free strings first, then low and near positions, then the oldest."""
+    """Returns the string for `note`, -1 if none has it: free ones first, then near positions, then the oldest."""
     best = -1
     least = np.inf
     for i in range(p.strings):
@@ -108,8 +110,8 @@ def choose_string(p, note):
 
 
 @jit
-def press(p, fret):
-    """Moves the hand just so far that a finger reaches `fret`."""
+def reach(p, fret):
+    """Moves the hand as little as lets a finger reach `fret`."""
     if fret > 0:
         if fret < p.place:
             p.place = fret
@@ -119,15 +121,16 @@ def press(p, fret):
 
 @jit
 def stop_string(p, i, frame, events, count):
+    """Stops string `i` with the hand."""
     p.state[i] = FREE
     return emit(events, count, frame, HAND, i, p.fret[i], p.hand_damping, 0.0)
 
 
 @jit
 def over_body(open_op, op, place, aside, least):
-    """Distance from the stop of a hand `aside` (m) of `place` (fraction of the open string), kept on the string.
+    """Distance (m) from the stop of a hand over the body at `place` (fraction of the open string), `aside` m off it.
 
-    No nearer to the stop than the part `least` of the length.
+    Kept on the string, and no nearer to the stop than the part `least` of the length.
     """
     where = op.length - (1.0 - place) * open_op.length + aside
     return min(max(where, least * op.length), MOST_PLACE * op.length)
@@ -135,7 +138,7 @@ def over_body(open_op, op, place, aside, least):
 
 @jit
 def chance(seed, count):
-    """A number from -1 to 1 that depends on both and looks random: SplitMix64 (Steele, Lea, Flood 2014)."""
+    """Pseudo-random number from -1 to 1, a function of both: SplitMix64 (Steele, Lea, Flood 2014)."""
     z = np.uint64(seed) + np.uint64(count) * np.uint64(0x9E3779B97F4A7C15)
     z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
@@ -144,13 +147,14 @@ def chance(seed, count):
 
 
 @jit
-def held_below(x, most):
-    """x where it is small, never quite `most`, and always more for more."""
+def soft_limit(x, most):
+    """Soft limit: about x when small, increasing, always below `most`."""
     return x / (1.0 + (x / most) ** 4) ** 0.25
 
 
 @jit
-def note_on(p, ops, pool, frame, key, velocity, events, count):
+def note_on(p, ops, frame, key, velocity, events, count):
+    """Plays a key: chooses string, force and place; returns the new count of events."""
     low = p.open[0]
     high = p.open[0]
     for i in range(p.strings):
@@ -173,7 +177,7 @@ def note_on(p, ops, pool, frame, key, velocity, events, count):
     fret = note - p.open[i]
     if p.state[i] != FREE and p.key[i] != key:
         p.stolen += 1
-    press(p, fret)
+    reach(p, fret)
     p.notes += 1
     p.clock += 1
     p.state[i] = HELD
@@ -187,16 +191,16 @@ def note_on(p, ops, pool, frame, key, velocity, events, count):
     aside = UNEVEN_PLACE * p.unevenness * chance(p.seed, 2 * p.notes + 1)
     if i < p.slapped:
         where = over_body(ops[i, 0], op, p.strike_position, aside, LEAST_STRIKE)
-        depth = p.strike_force * held_below(force * max(grazing(op, pool, 0.5 * op.length), LEAST_GRAZE), p.greatest)
+        depth = p.strike_force * soft_limit(force * max(grazing(op, 0.5 * op.length), LEAST_GRAZE), p.greatest)
         return emit(events, count, frame, STRIKE_EVENT, i, fret, depth, where)
     where = over_body(ops[i, 0], op, p.position, aside, LEAST_PLUCK)
-    apex = held_below(force * max(grazing(op, pool, where), LEAST_GRAZE), p.greatest)
+    apex = soft_limit(force * max(grazing(op, where), LEAST_GRAZE), p.greatest)
     return emit(events, count, frame, PLUCK, i, fret, apex, where)
 
 
 @jit
 def release(p, i, frame, events, count):
-    """The finger of a held note lets go; the pedal may still hold it."""
+    """Lets go of a held note; the pedal may still hold it."""
     if p.pedal:
         p.state[i] = PEDALLED
         return count
@@ -205,6 +209,7 @@ def release(p, i, frame, events, count):
 
 @jit
 def note_off(p, frame, key, events, count):
+    """Releases the strings that the key holds."""
     for i in range(p.strings):
         if p.state[i] == HELD and p.key[i] == key:
             count = release(p, i, frame, events, count)
@@ -213,6 +218,7 @@ def note_off(p, frame, key, events, count):
 
 @jit
 def all_notes_off(p, frame, events, count):
+    """Releases every held note."""
     for i in range(p.strings):
         if p.state[i] == HELD:
             count = release(p, i, frame, events, count)
@@ -221,6 +227,7 @@ def all_notes_off(p, frame, events, count):
 
 @jit
 def tell_bend(p, frame, events, count):
+    """Sends the bend to every string."""
     ratio = 2.0 ** (p.wheel * p.range / 12.0)
     for i in range(p.strings):
         count = emit(events, count, frame, BEND, i, 0, ratio, 0.0)
@@ -229,6 +236,7 @@ def tell_bend(p, frame, events, count):
 
 @jit
 def tell_gain(p, frame, events, count):
+    """Sends volume and expression to every string."""
     gain = (p.volume * p.expression) ** 2
     for i in range(p.strings):
         count = emit(events, count, frame, GAIN, i, 0, gain, 0.0)
@@ -237,6 +245,7 @@ def tell_gain(p, frame, events, count):
 
 @jit
 def control(p, frame, number, value, events, count):
+    """Carries out a control change."""
     if number == p.position_controller:
         p.position = p.nearest + (p.farthest - p.nearest) * value / 127.0
     elif number == 7:
@@ -281,17 +290,17 @@ def control(p, frame, number, value, events, count):
 
 
 @jit
-def message(p, ops, pool, frame, status, first, second, events, count):
+def message(p, ops, frame, status, first, second, events, count):
     """One channel message at `frame`; writes events from index `count` on and returns the new count.
 
-    ops (strings, frets + 1) and pool are the operators; `events` needs MOST_EVENTS places free.
-    Anything that is not a channel message with data bytes of 0 to 127 is passed over.
+    ops (strings, frets + 1) are the operators; `events` needs MOST_EVENTS places free. Anything that is not a channel
+    message with data bytes of 0 to 127 is ignored.
     """
     if status < 0x80 or status > 0xEF or first > 127 or second > 127:
         return count
     kind = status & 0xF0
     if kind == 0x90 and second > 0:
-        return note_on(p, ops, pool, frame, first, second, events, count)
+        return note_on(p, ops, frame, first, second, events, count)
     if kind == 0x80 or kind == 0x90:
         return note_off(p, frame, first, events, count)
     if kind == 0xB0:

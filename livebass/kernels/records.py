@@ -1,110 +1,109 @@
-"""Where things lie in memory: rows of the working set of a sounding string, rows of its operators, records.
+"""The records that kernels work on: a string with its slots and their working sets, its operators, events.
 
-All rows of a working set have the same constant length `ROW`, so that the compiler knows every distance and
-vectorises the loops of `rows.py` without checks. ROW is an odd number of cache lines: rows do not collide in
-the cache.
+Memory is named, never addressed by arithmetic: `slot.u.eta[m]`, `op.height[m]`, `w.leaps[WHOLE].a[j]`. Index j counts
+modes, m contact points. All rows of a working set have the same constant length ROW: the compiler knows every distance
+and vectorises the loops of modal.py without checks at run time. ROW is an odd number of cache lines, so that rows do
+not collide in the cache.
 """
 
 import numpy as np
 
 ROW = 1048  # float64; the most modes, and the most contact points, of one string
-NEAR = 4  # contact rows the innermost loop takes at once
+NEAR = 4  # contact points the innermost loop takes at once
 MOST_NEAR = 32  # contact points solved together in one fine step
 BLOCK = 16  # modes are woken and dropped in blocks
-
-# Working set: state, coefficients of the tuned string, contact points, scratch
-Q, P = 0, 1  # modal displacement; modal momentum scaled to one fine step (rows.py)
-Q_OLD, P_OLD = 2, 3  # the state before a trial step
-FINE_A, FINE_B = 4, 5
-FRAME = 6  # three rows A, B, G: one audio frame
-FRAME_1 = 9  # one fine step more, where frames are not whole numbers of steps
-SUB = 12  # a part of a frame
-KAPPA = 15  # P of a unit modal velocity
-OMEGA, SIGMA = 16, 17  # rad/s (damped), 1/s
-PACE = 18  # 1 / KAPPA: modal velocity is PACE P - SIGMA q
-SHAPE = 19  # modal amplitudes of the pluck in preparation
-STRIKE = 20  # modal velocity per frame of the strike in progress
-FINGER = 21  # factor per frame of the finger that touches
-CLEARANCE, CLEARANCE_NOW = 22, 23  # m: last known, and the one just computed
-KNOWN, DUE = 24, 25  # fine step at which CLEARANCE was true; before which no contact is possible
-ETA, ETA_OLD = 26, 27  # m: penetration at this step, at the one before
-STAMP = 28  # fine step for which ETA, ETA_OLD hold
-FORCE, FORCE_OLD, PENDING = 29, 30, 31
-NEAR_PHI = 32  # MOST_NEAR rows: shapes at the points solved now
-COUPLING = NEAR_PHI + MOST_NEAR  # W between them, in rows of MOST_NEAR
-SOLVE = COUPLING + 1  # two rows: workspace of contact.py
-NEXT = SOLVE + 2  # fine step at which a point of a board is looked at again; at which it was last; how often in a row
-LOOKED, STREAK = NEXT + 1, NEXT + 2
-GROUPS = NEXT + 3  # of points of a board: four parts of GROUP_ROOM (board.py)
-WORK_ROWS = GROUPS + 1
-WHOLE, LONGER, PART = 0, 1, 2  # the leaps of a slot: one frame; one fine step more; a part of a frame
-LEAP = np.dtype([(name, "f8", (ROW,)) for name in "abg"])
+GROUP, GROUP_ROOM = 16, 128  # contact points in a group of a board; most groups
+UNKNOWN = -1  # a step number: never
 
 
-def _row(name):
-    return (name, "f8", (ROW,))
+def _row(name: str, kind: str = "f8") -> tuple[str, str, tuple[int]]:
+    return name, kind, (ROW,)
 
 
+# k fine steps at once, free: q <- a q + b P, P <- a P - g q
+LEAP = np.dtype([_row("a"), _row("b"), _row("g")], align=True)
+WHOLE, LONGER, PART = 0, 1, 2  # leaps: one frame; one fine step more, where frames are no whole steps; part of a frame
+
+# Coefficients of the modes: those of an operator, and of a working set, where they may be tuned
+COEFFICIENTS = [
+    _row("fine_a"),  # one fine step: q <- a q + P ...
+    _row("fine_b"),  # ... and P <- a P - b q
+    ("leaps", LEAP, (3,)),
+    _row("kappa"),  # P of a unit modal velocity
+    _row("omega"),  # rad/s, damped
+    _row("sigma"),  # 1/s
+    _row("pace"),  # 1 / kappa: modal velocity is pace P - sigma q
+]
+
+# Newton's method in several contact points at once (contact.py)
+SOLVER = np.dtype(
+    [
+        ("matrix", "f8", (MOST_NEAR, MOST_NEAR)),
+        ("residual", "f8", (MOST_NEAR,)),
+        ("slope", "f8", (MOST_NEAR,)),  # df/dr
+        ("law", "f8", (MOST_NEAR,)),  # f
+        ("r", "f8", (MOST_NEAR,)),  # eta^{n+1} - eta^{n-1}
+    ],
+    align=True,
+)
+
+# The working set of one polarisation: u, away from the neck, or v, across it
 WORK = np.dtype(
     [
-        _row("q"),
-        _row("p"),
-        _row("q_before"),
+        # modes
+        _row("q"),  # displacement
+        _row("p"),  # momentum scaled to one fine step (modal.py)
+        _row("q_before"),  # the state before a trial step
         _row("p_before"),
-        _row("fine_a"),
-        _row("fine_b"),
-        ("leaps", LEAP, (3,)),
-        _row("kappa"),
-        _row("omega"),
-        _row("sigma"),
-        _row("pace"),
-        _row("held"),
-        _row("strike"),
-        _row("finger"),
-        _row("clearance"),
-        _row("clearance_now"),
-        _row("known_at"),
-        _row("due"),
-        _row("eta"),
-        _row("eta_before"),
-        _row("solved_at"),
+        *COEFFICIENTS,
+        _row("held"),  # amplitudes of the shape that a finger holds
+        _row("strike"),  # velocity per frame of the strike in progress
+        _row("finger"),  # factor per frame of the finger that touches
+        # contact points: where they are. Clearance is u above the obstacle, m; of u alone
+        _row("clearance"),  # last known
+        _row("clearance_now"),  # at the end of the step on trial
+        _row("known_at", "i8"),  # fine step at which `clearance` was true
+        _row("due", "i8"),  # fine step before which no contact is possible
+        ("group_due", "i8", (GROUP_ROOM,)),  # of groups of points of a board: the same ...
+        ("group_known_at", "i8", (GROUP_ROOM,)),
+        ("group_clearance", "f8", (GROUP_ROOM,)),  # ... of the group's highest point, at least
+        ("group_clearance_now", "f8", (GROUP_ROOM,)),  # 0: not looked at
+        # contact points: the forces of eqs. 6, 7 and 12
+        _row("eta"),  # penetration at this step, m; of u ...
+        _row("eta_before"),  # ... and at the step before
+        _row("moved"),  # displacement at this step, m; of v ...
+        _row("moved_before"),  # ... and at the step before
+        _row("solved_at", "i8"),  # fine step for which these four hold
+        _row("free"),  # displacement at the next step, without the force that acts on it
+        _row("wanted"),  # r* of eq. 12
         _row("force"),
         _row("force_before"),
+        # forces that the next pass over the modes adds; over frets by place in the list of points near
         _row("pending"),
-        ("near_shape", "f8", (MOST_NEAR, ROW)),
-        _row("coupling"),
-        ("solver", "f8", (2 * ROW,)),
-        _row("next_look"),
-        _row("last_look"),
-        _row("streak"),
-        ("group_due", "f8", (128,)),
-        ("group_known_at", "f8", (128,)),
-        ("group_clear", "f8", (128,)),
-        ("group_clear_now", "f8", (128,)),
-        ("_rest", "f8", (ROW - 512,)),
-    ]
+        _row("next_look", "i8"),  # of a board: fine step at which a point is looked at again ...
+        _row("last_look", "i8"),  # ... and was last ...
+        _row("streak", "i8"),  # ... in so many steps in a row
+        ("near_shape", "f8", (MOST_NEAR, ROW)),  # mode shapes at the points near
+        ("coupling", "f8", (MOST_NEAR, MOST_NEAR)),  # W between them
+        ("solver", SOLVER),
+    ],
+    align=True,
 )
-GROUP, GROUP_ROOM = 16, 128  # points
 
-# Operators of one string at one fret, in a pool shared by all: the first rows go to the working set at a pluck
-OP_COPIED = 15  # rows FINE_A .. PACE, in that order
-OP_HEIGHT, OP_POSITION = 15, 16  # per contact point
-OP_TAP = 17  # a row a pickup; or without one, two rows: weights of Q and of P, for each phase
-
+# What the modes of one string at one fret need to move. Mode shapes at the contact points and the weights of pickups
+# are rows of `padded` numbers in a pool that all operators share (operators.py).
 OPERATOR = np.dtype(
     [
-        ("start", "i8"),  # offset in the pool
-        ("phi", "i8"),  # row of the shapes at the contact points; a ROW each, for a board `padded` numbers each
-        ("coupling", "i8"),  # row of W, m of u at a point per unit f, a row a point; MOST_NEAR further R, the same
-        # for the modes left out
+        ("taps", "i8"),  # address of the weights of pickups, a row each; without one, of q and of P for each phase
+        ("shapes", "i8"),  # address of the mode shapes at the contact points, a row each
         ("modes", "i8"),
         ("padded", "i8"),  # modes, up to a whole BLOCK
         ("tap_modes", "i8"),  # up to a whole BLOCK: the taps have no weight above
-        ("points", "i8"),
+        ("points", "i8"),  # contact points; more than MOST_NEAR: a board
         ("diagonal", "i8"),  # W couples no points ...
-        ("weight", "f8"),  # ... and this is its diagonal, where there are more than MOST_NEAR: a board
+        ("weight", "f8"),  # ... and this is its diagonal
         ("steps", "i8"),  # whole fine steps a frame
-        ("parts", "i8"),  # a contact frame is cut in so many parts (0: in none) ...
+        ("parts", "i8"),  # a contact frame is cut into so many parts (0: into none) ...
         ("part_steps", "i8"),  # ... of so many fine steps, and a rest
         ("fine", "f8"),  # s, the fine step
         ("push", "f8"),  # dt^2 dx / mu: modal step of a unit f
@@ -115,48 +114,68 @@ OPERATOR = np.dtype(
         ("length", "f8"),  # m
         ("speed", "f8"),  # m/s of transverse waves, 2 L f0
         ("graze", "f8"),  # m, a pluck amplitude to use where there is no obstacle
+        *COEFFICIENTS,
+        _row("height"),  # m, of each contact point
+        _row("position"),  # m from the stop, of each contact point
+        ("coupling", "f8", (MOST_NEAR, MOST_NEAR)),  # W: m of u at a point per unit f at another
+        ("left_out", "f8", (MOST_NEAR, MOST_NEAR)),  # R: the same by the modes left out, static
     ],
     align=True,
 )
 
+# One sounding note of a string
 SLOT = np.dtype(
     [
         ("on", "i8"),  # 0 silent, 1 sounding
         ("fading", "i8"),  # the string left this note: linear, quickly damped
         ("fret", "i8"),
-        ("active", "i8"),  # modes not known to be dead, whole BLOCKs
-        ("across", "i8"),  # v, the second polarisation, has its working set ready ...
-        ("swaying", "i8"),  # ... and so many modes of it are not known to be dead; 0: v rests
+        ("active", "i8"),  # modes of u not known to be dead, whole BLOCKs
+        ("v_ready", "i8"),  # v has its working set ready ...
+        ("v_active", "i8"),  # ... and so many modes of it are not known to be dead; 0: v rests
         ("touching", "i8"),  # contacts begun since the pluck
         ("due", "i8"),  # fine step before which no point needs a look
-        ("quiet", "i8"),  # no contact possible before the next event
+        ("quiet", "i8"),  # fine step before which no contact is possible without an event
         ("ratio", "f8"),  # frequencies relative to the operators: pitch bend
         ("heard", "i8"),  # modes that the audio rate can carry, up to a whole BLOCK
         ("fastest", "f8"),  # m/s no point of the string exceeds
         ("hand", "f8"),  # factor per frame, 1 where no hand is on the string
         ("safety", "f8"),  # `fastest` over the root mean square velocity
+        ("u", WORK),
+        ("v", WORK),
+        # workspace of one frame: lists of contact points
+        _row("suspects", "i8"),  # that may touch within the frame
+        _row("looked", "i8"),  # whose clearance at the end of the frame is known
+        _row("near", "i8"),  # that may touch within a part of the frame
+        _row("seen", "i8"),  # of a board: looked at in this fine step
     ],
     align=True,
 )
+SLOT_STATE = SLOT.fields["u"][1] // 8  # type: ignore[index]  # 8-byte fields of a slot before its working sets
 
 VOICE = np.dtype(
     [
-        ("over_frets", "i8"),  # address of frets.player
-        ("over_board", "i8"),  # of board.player, where a string may go over a board
+        ("over_frets", "i8"),  # address of frets.over_frets
+        ("over_board", "i8"),  # of board.over_board, where a string may go over a board
         ("frame", "i8"),
         ("step", "i8"),  # fine steps since the start: ceil(frame * numerator / denominator)
         ("numerator", "i8"),
         ("denominator", "i8"),
         ("rate", "f8"),  # audio, Hz
+        ("raw", "i8"),  # 1: the output is the displacement itself, without filters
         ("slot", "i8"),  # the one that plays
+        ("rounding", "f8"),  # m, of the corner of a pluck
+        ("angle", "f8"),  # rad, of plucks, from u towards v
         ("pulling", "i8"),  # frames left until the finger lets go
         ("pull", "i8"),  # frames of a pull
+        ("strike_width", "f8"),  # m
         ("striking", "i8"),  # frames left of the thumb's push
         ("strike", "i8"),
         ("fingering", "i8"),  # frames left of the finger damping
         ("bend", "f8"),  # frequency ratio wanted ...
         ("tuned", "f8"),  # ... and the one it has got to
         ("turn", "i8"),  # frames by which this string follows a bend before the others
+        ("log", "i8"),  # address of int64 pairs (fine step, point), one a contact begun ...
+        ("log_room", "i8"),  # ... and how many there is room for
         ("logged", "i8"),  # contacts begun, also beyond the log's length
         ("pickups", "i8"),  # 0: the displacement itself
         ("held", "f8", (4,)),  # displacement at each of the shape the finger holds
@@ -177,21 +196,19 @@ VOICE = np.dtype(
     align=True,
 )
 VOICE_SLOTS = 2
-POLARISATIONS = 2  # the working set of slot k is k for u, VOICE_SLOTS + k for v
+
+# One string with all that its kernels touch
+STRING = np.dtype(
+    [
+        ("voice", VOICE),
+        ("slots", SLOT, (VOICE_SLOTS,)),
+        ("taps", "f8", (8,)),  # workspace: displacement and velocity at each pickup
+    ],
+    align=True,
+)
 
 EVENT = np.dtype(
     [("frame", "i8"), ("kind", "i4"), ("string", "i4"), ("fret", "i4"), ("x", "f8"), ("y", "f8")],
     align=True,
 )
 PLUCK, STRIKE_EVENT, HAND, BEND, GAIN, CUT = 1, 2, 3, 4, 5, 6
-
-STRING = np.dtype(
-    [
-        ("voice", VOICE),
-        ("slots", SLOT, (VOICE_SLOTS,)),
-        ("work", WORK, (POLARISATIONS * VOICE_SLOTS,)),  # of slot k: k for u, VOICE_SLOTS + k for v
-        ("scratch", "i8", (4, ROW)),  # indices of contact points
-        ("taps", "f8", (8,)),  # what is sensed at a frame
-    ],
-    align=True,
-)

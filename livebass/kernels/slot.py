@@ -1,34 +1,15 @@
-"""A slot, one sounding note of a string: got ready, tuned, given other operators, and looked after.
+"""A slot, one sounding note of a string: load, tune, switch operators, drop what is dead.
 
-What moves it from frame to frame is in frets.py and board.py. [any thread]
-
-One frame of motion of a slot as the call of a C function.
-
-`frets.player` and `board.player` are called by their addresses: what they hold is compiled once, and not again into
-all that leads to them, and a board only where there is one. [any thread]
+frame.py, frets.py and board.py move it from frame to frame. [any thread]
 """
 
 import numpy as np
 
-from livebass.compiling import counted, jit
-from livebass.kernels import modal as rows
-from livebass.kernels.native import call_3, carray, pointer, record_address
-from livebass.kernels.records import (
-    BLOCK,
-    FINE_A,
-    GROUP_ROOM,
-    LONGER,
-    MOST_NEAR,
-    OMEGA,
-    OP_HEIGHT,
-    OPERATOR,
-    PART,
-    ROW,
-    STRING,
-    WHOLE,
-)
+from livebass.compiling import jit
+from livebass.kernels import modal
+from livebass.kernels.records import BLOCK, GROUP_ROOM, MOST_NEAR, UNKNOWN
 
-NEVER_STEP = 1 << 60
+FOR_EVER = 1 << 60  # a fine step
 # Fastest point over the root mean square velocity that the string's energy gives: plucks were seen to reach 3.8
 # (hard, near the bridge); the narrow pulse of a thumb more.
 SAFETY, SAFETY_STRUCK = 5.0, 10.0
@@ -38,200 +19,142 @@ STEEPEST = 0.1  # root mean square velocity over wave speed that a string bears:
 
 
 @jit
-def take_coefficients(op, w, pool):
-    """One polarisation goes by operator `op`, untuned."""
-    whole, longer, part = w.leaps[WHOLE], w.leaps[LONGER], w.leaps[PART]
-    o = op.start
-    for row in (
-        w.fine_a,
-        w.fine_b,
-        whole.a,
-        whole.b,
-        whole.g,
-        longer.a,
-        longer.b,
-        longer.g,
-        part.a,
-        part.b,
-        part.g,
-        w.kappa,
-        w.omega,
-        w.sigma,
-        w.pace,
-    ):  # as they follow each other in the pool
-        rows.copy_row(row, pool, o, op.padded)
-        o += ROW
+def load(slot, op, step):
+    """Makes the silent `slot` ready to play operator `op`."""
+    modal.take_coefficients(slot.u, op)
+    modal.clear(slot.u, op.padded)
+    slot.ratio = 1.0
+    slot.heard = op.tap_modes
+    slot.v_ready = 0
+    slot.v_active = 0
+    slot.safety = SAFETY
+    slot.active = 0
+    slot.touching = 0
+    slot.fading = 0
+    slot.hand = 1.0
+    forget_contact(slot.u, op)
+    disturb(slot, op, step)
 
 
 @jit
-def load(s, op, w, pool, step):
-    """Makes the silent slot `s` ready to play operator `op`."""
-    n = op.padded
-    take_coefficients(op, w, pool)
-    rows.clear(w, n)
-    s.ratio = 1.0
-    s.heard = op.tap_modes
-    s.across = 0
-    s.swaying = 0
-    s.safety = SAFETY
-    s.active = 0
-    s.touching = 0
-    s.fading = 0
-    s.hand = 1.0
+def forget_contact(w, op):
+    """Marks what fine steps left at the contact points of a polarisation as out of date."""
     for m in range(op.points):
-        w.solved_at[m] = -1.0
-    disturb(s, op, w, step)
+        w.solved_at[m] = UNKNOWN
 
 
 @jit
-def open_across(s, op, across, pool):
-    """Makes the slot's second polarisation ready to move, where it is not."""
-    if s.across:
+def open_v(slot, op):
+    """Makes the second polarisation ready to move, where it is not."""
+    if slot.v_ready:
         return
-    take_coefficients(op, across, pool)
-    rows.clear(across, op.padded)
-    for m in range(op.points):
-        across.solved_at[m] = -1.0
-    if s.ratio != 1.0:
-        tune(op, across, pool, s.ratio)
-    s.across = 1
+    modal.take_coefficients(slot.v, op)
+    modal.clear(slot.v, op.padded)
+    forget_contact(slot.v, op)
+    if slot.ratio != 1.0:
+        modal.retune(slot.v, op, slot.ratio)
+    slot.v_ready = 1
 
 
 @jit
-def disturb(s, op, w, step):
-    """After an event: every point needs a look, all modes may sound."""
-    if s.on:
-        s.active = op.padded
-        s.fastest = s.safety * np.sqrt(rows.speed_square(w, op.padded) / op.length) + SLACK
-    s.due = step
-    s.quiet = -1
+def disturb(slot, op, step):
+    """After an event at `step`: every point needs a look, all modes may sound."""
+    u = slot.u
+    if slot.on:
+        slot.active = op.padded
+        slot.fastest = slot.safety * rms_velocity(u, op, op.padded) + SLACK
+    slot.due = step
+    slot.quiet = UNKNOWN
     for m in range(op.points):
-        w.due[m] = -1.0
-        w.known_at[m] = -1.0
+        u.due[m] = UNKNOWN
+        u.known_at[m] = UNKNOWN
     if op.points > MOST_NEAR:
         for g in range(GROUP_ROOM):
-            w.group_due[g] = -1.0
-            w.group_known_at[g] = -1.0
+            u.group_due[g] = UNKNOWN
+            u.group_known_at[g] = UNKNOWN
 
 
 @jit
-def bend(s, op, w, across, pool, ratio, most):
-    """Tunes the slot to `ratio` times the operators' frequencies without a jump of displacement or velocity.
+def rms_velocity(w, op, n):
+    """Root mean square velocity (m/s) along the string if all energy of `n` modes were kinetic."""
+    return np.sqrt(modal.speed_square(w, n) / op.length)
+
+
+@jit
+def bend(slot, op, ratio, most):
+    """Tunes the slot to `ratio` times the operator's frequencies without a jump of displacement or velocity.
 
     Modes that get above `most` (rad/s) are not heard any more.
     """
-    tune(op, w, pool, ratio)
-    if s.across:
-        tune(op, across, pool, ratio)
-    s.ratio = ratio
-    s.heard = op.tap_modes
+    modal.retune(slot.u, op, ratio)
+    if slot.v_ready:
+        modal.retune(slot.v, op, ratio)
+    slot.ratio = ratio
+    slot.heard = op.tap_modes
     if ratio > 1.0:
-        while s.heard > 0 and w.omega[min(s.heard, op.modes) - 1] > most:
-            s.heard -= BLOCK
+        while slot.heard > 0 and slot.u.omega[min(slot.heard, op.modes) - 1] > most:
+            slot.heard -= BLOCK
 
 
 @jit
-def tune(op, w, pool, ratio):
-    """Coefficients of one polarisation for frequencies `ratio` times the operators'."""
-    base = op.start + (OMEGA - FINE_A) * ROW
-    for j in range(op.padded):
-        # sigma stays, the undamped frequency scales; sigma << omega
-        w.omega[j] = pool[base + j] * ratio
-    rows.retune(w, ratio, op.fine, op.steps, op.part_steps, op.padded)
+def change_operator(slot, old, op):
+    """Makes the sounding slot go on with `op`, untuned, in place of `old`."""
+    modal.change_coefficients(slot.u, old, op)
+    forget_contact(slot.u, op)
+    if slot.v_ready:
+        modal.change_coefficients(slot.v, old, op)
+        forget_contact(slot.v, op)
+        slot.v_active = op.padded
+    slot.ratio = 1.0
+    slot.heard = op.tap_modes
+    slot.active = op.padded
 
 
 @jit
-def exchange(s, old, op, w, across, pool):
-    """Makes the sounding slot `s` go on with `op`, untuned."""
-    change_operator(old, op, w, pool)
-    if s.across:
-        change_operator(old, op, across, pool)
-        s.swaying = op.padded
-    s.ratio = 1.0
-    s.heard = op.tap_modes
-    s.active = op.padded
-
-
-@jit
-def change_operator(old, op, w, pool):
-    """The motion of one polarisation goes on with `op` in place of `old`."""
-    rows.exchange(w, min(old.modes, op.modes), op.padded)  # what only fills up a block has to stay at rest
-    take_coefficients(op, w, pool)
-    rows.from_velocity(w, op.padded)
-    for m in range(op.points):
-        w.solved_at[m] = -1.0
-
-
-@jit
-def weaken(s, op, w, across, factor):
-    """Takes a motion back to what a string bears; one that is no number ends."""
+def weaken(slot, op, factor):
+    """Scales a motion back to what a string bears; ends one that is NaN."""
     if factor > 0.0:
-        rows.scale(w, factor, s.active)
-        rows.scale(across, factor, s.swaying)
-        for m in range(op.points):
-            w.solved_at[m] = -1.0
-            across.solved_at[m] = -1.0
+        modal.scale(slot.u, factor, slot.active)
+        modal.scale(slot.v, factor, slot.v_active)
+        forget_contact(slot.u, op)
+        forget_contact(slot.v, op)
     else:
-        rows.clear(w, op.padded)
-        rows.clear(across, op.padded)
-        s.active = 0
-        s.swaying = 0
-        s.on = 0
+        modal.clear(slot.u, op.padded)
+        modal.clear(slot.v, op.padded)
+        slot.active = 0
+        slot.v_active = 0
+        slot.on = 0
 
 
 @jit
-def keep_house(s, op, w, across, pool, step):
+def keep_house(slot, op, step):
     """Drops dead modes, and finds out whether a contact is still possible. At fixed frame numbers only."""
-    n = rows.living(w, s.active)
-    s.active = n
-    if s.swaying:
-        s.swaying = rows.living(across, s.swaying)
-    if n == 0 and s.swaying == 0:
-        s.on = 0
+    u = slot.u
+    slot.active = modal.living(u, slot.active)
+    if slot.v_active:
+        slot.v_active = modal.living(slot.v, slot.v_active)
+    if slot.active == 0 and slot.v_active == 0:
+        slot.on = 0
         return
-    speed = np.sqrt(rows.speed_square(w, n) / op.length)
-    most = max(speed, np.sqrt(rows.speed_square(across, s.swaying) / op.length)) if s.swaying else speed
+    speed = rms_velocity(u, op, slot.active)
+    most = max(speed, rms_velocity(slot.v, op, slot.v_active)) if slot.v_active else speed
     if not most < STEEPEST * op.speed:
-        weaken(s, op, w, across, STEEPEST * op.speed / most)
+        weaken(slot, op, STEEPEST * op.speed / most)
         return
-    if op.points == 0 or s.fading or s.quiet > step:
+    if op.points == 0 or slot.fading or slot.quiet > step:
         return
     held = False
     lowest = np.inf
     for m in range(op.points):
-        held = held or (w.solved_at[m] == step and (w.eta[m] > 0.0 or w.eta_before[m] > 0.0))
-        lowest = min(lowest, -pool[op.start + OP_HEIGHT * ROW + m])
+        held = held or (u.solved_at[m] == step and (u.eta[m] > 0.0 or u.eta_before[m] > 0.0))
+        lowest = min(lowest, -op.height[m])
     if held:
         return
-    s.fastest = min(s.fastest, s.safety * speed + SLACK)
-    if np.sqrt(2.0 / op.length) * rows.amplitude_sum(w, n) < lowest:
-        s.quiet = NEVER_STEP
+    slot.fastest = min(slot.fastest, slot.safety * speed + SLACK)
+    if np.sqrt(2.0 / op.length) * modal.amplitude_sum(u, slot.active) < lowest:
+        slot.quiet = FOR_EVER
 
 
 def padded(modes: int) -> int:
-    """Modes up to a whole BLOCK."""
+    """Number of modes, up to a whole BLOCK."""
     return -(-modes // BLOCK) * BLOCK
-
-
-ARGUMENTS = 9  # int64, in the last row of scratch
-
-
-@jit
-def call(player, string, ops, pool, log, k, steps):
-    """Moves slot k by `steps` fine steps, by the C function at address `player`."""
-    a = string.scratch[3]
-    a[0], a[1] = record_address(string), k
-    a[2], a[3], a[4], a[5] = ops.ctypes.data, ops.shape[0], pool.ctypes.data, pool.shape[0]
-    a[6], a[7], a[8] = log.ctypes.data, log.shape[0], steps
-    call_3(player, np.int64(a.ctypes.data), np.int64(0), np.int64(0))
-
-
-@counted
-def arguments(address):
-    """What `call` left at `address`, the string in an array of one: numba returns no records among others."""
-    a = carray(pointer(address), ARGUMENTS, np.int64)
-    string = carray(pointer(a[0]), 1, STRING)
-    ops = carray(pointer(a[2]), a[3], OPERATOR)
-    pool = carray(pointer(a[4]), a[5], np.float64)
-    log = carray(pointer(a[6]), (a[7], 2), np.int64)
-    return string, ops, pool, log, a[1], a[8]

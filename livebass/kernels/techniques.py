@@ -1,27 +1,27 @@
-"""What fingers, thumb and arm do to one string: plucks, strikes, bends, the change to another fret.
+"""How fingers, thumb and arm act on one string: plucks, strikes, bends, the change to another fret.
 
-A string has two slots. A new note on the fret that sounds already goes into the same motion; on another fret it
-starts in the other slot while the old one is damped out by the finger, a few milliseconds, without a click.
-[audio thread]
+A string has two slots. A new note on the fret that sounds already goes into the same motion; on another fret it starts
+in the other slot while the finger damps the old one, in a few milliseconds, without a click. `string` is a STRING,
+`ops` the operators of its frets. [audio thread]
 """
 
 import numpy as np
 
 from livebass.compiling import jit
-from livebass.kernels import modal as rows
-from livebass.kernels import slot as stepping
-from livebass.kernels.records import OP_HEIGHT, OP_POSITION, OP_TAP, ROW, VOICE_SLOTS
+from livebass.kernels import modal
+from livebass.kernels.operators import tap
+from livebass.kernels.slot import SAFETY_STRUCK, bend, change_operator, disturb, forget_contact, load, open_v
 
 FADE_RATE = 450.0  # 1/s of the finger that leaves a note for another fret
 FINGER_NEPERS = 5.0  # damping, at an antinode, of a finger that takes hold of a sounding string
 BEND_FRAMES = 128  # pitch bend is followed so often, one string after the other ...
 BEND_SPEED = 400.0  # semitones/s, ... and not faster
-HEARD = 0.46  # of the audio rate: what a bend takes above is left out (operators.TAPER)
+HEARD = 0.46  # of the audio rate: what a bend takes above is left out (engine.prepare.TAPER)
 
 
 @jit
 def shape_of_pluck(w, op, apex, position, rounding):
-    """Fills SHAPE with the modal amplitudes of a rounded triangle (modes.pluck_amplitudes)."""
+    """Fills w.held with the modal amplitudes of a rounded triangle (model.modes.pluck_amplitudes)."""
     length = op.length
     k1 = np.pi / length
     corner = np.sqrt(2 / length) * apex * length / (position * (length - position))
@@ -34,7 +34,7 @@ def shape_of_pluck(w, op, apex, position, rounding):
 
 @jit
 def shape_of_strike(w, op, depth, position, width):
-    """Fills STRIKE with modal velocities: an impulse that pushes an endless string down by `depth`."""
+    """Fills w.strike with modal velocities: an impulse that pushes an endless string down by `depth`."""
     k1 = np.pi / op.length
     for j in range(op.padded):
         w.strike[j] = 0.0
@@ -45,57 +45,57 @@ def shape_of_strike(w, op, depth, position, width):
 
 
 @jit
-def grazing(op, pool, position):
-    """The apex of a pluck at `position` (m) that just reaches a fret: modes.grazing_apex."""
+def grazing(op, position):
+    """Apex (m) of a pluck at `position` (m) that just reaches a fret: model.modes.grazing_apex."""
     a = op.length - position
     least = np.inf
     for m in range(op.points):
-        x = pool[op.start + OP_POSITION * ROW + m]
+        x = op.position[m]
         shape = x / a if x < a else (op.length - x) / (op.length - a)
-        least = min(least, -pool[op.start + OP_HEIGHT * ROW + m] / shape)
+        least = min(least, -op.height[m] / shape)
     if np.isinf(least):
         return op.graze
     return least
 
 
 @jit
-def touch(v, s, w, across, op, position, frames):
-    """The plucking finger lies on the string at `position`: modes with a node there go on."""
+def touch(voice, slot, op, position, frames):
+    """Lays the plucking finger on the string at `position` for some frames: modes with a node there go on."""
+    u = slot.u
     k1 = np.pi / op.length
     for j in range(op.padded):
         shape = np.sin((j + 1) * k1 * position)
-        w.finger[j] = np.exp(-FINGER_NEPERS / frames * shape * shape)
-    if s.across:
-        rows.copy_row(across.finger, w.finger, 0, op.padded)
-    v.fingering = frames
+        u.finger[j] = np.exp(-FINGER_NEPERS / frames * shape * shape)
+    if slot.v_ready:
+        modal.copy(slot.v.finger, u.finger, op.padded)
+    voice.fingering = frames
 
 
 @jit
-def pulled(v, left):
-    """How much of the held shape there is with `left` frames of the pull to go, and its change a second."""
-    t = (v.pull - left) / v.pull
-    return 0.5 - 0.5 * np.cos(np.pi * t), 0.5 * np.pi * np.sin(np.pi * t) / v.pull * v.rate
+def pulled(voice, left):
+    """Part of the held shape there is with `left` frames of the pull to go, and its change a second."""
+    t = (voice.pull - left) / voice.pull
+    return 0.5 - 0.5 * np.cos(np.pi * t), 0.5 * np.pi * np.sin(np.pi * t) / voice.pull * voice.rate
 
 
 @jit
 def interrupt(string, ops):
-    """A finger in the middle of its pull leaves: the string goes on from where it is, as fast as it is."""
-    v, slots, w2 = string.voice, string.slots, string.work
-    if 0 < v.pulling <= v.pull:
-        s = slots[v.slot]
-        op = ops[s.fret]
-        w = w2[v.slot]
-        up, moving = pulled(v, v.pulling - 1)
-        leave(op, w, up, moving)
-        if s.across:
-            leave(op, w2[VOICE_SLOTS + v.slot], up, moving)
-            s.swaying = op.padded
-        stepping.disturb(s, op, w, v.step)
-    v.pulling = 0
+    """Takes away a finger in the middle of its pull: the string goes on from where it is, as fast as it is."""
+    voice = string.voice
+    if 0 < voice.pulling <= voice.pull:
+        slot = string.slots[voice.slot]
+        op = ops[slot.fret]
+        up, moving = pulled(voice, voice.pulling - 1)
+        leave(slot.u, op, up, moving)
+        if slot.v_ready:
+            leave(slot.v, op, up, moving)
+            slot.v_active = op.padded
+        disturb(slot, op, voice.step)
+    voice.pulling = 0
 
 
 @jit
-def leave(op, w, up, moving):
+def leave(w, op, up, moving):
     """Adds `up` times the held shape, moving by `moving` times it a second."""
     for j in range(op.padded):
         x = w.held[j]
@@ -104,144 +104,143 @@ def leave(op, w, up, moving):
 
 
 @jit
-def take_string(string, ops, pool, fret):
-    """The slot in which `fret` is to sound; what sounds on another fret begins to fade."""
-    v, slots, w2 = string.voice, string.slots, string.work
+def take_string(string, ops, fret):
+    """Returns the slot in which `fret` is to sound; a note on another fret begins to fade."""
+    voice, slots = string.voice, string.slots
     interrupt(string, ops)
-    s = slots[v.slot]
-    if s.on and (s.fret != fret or s.fading):
-        if not s.fading:
-            s.fading = 1
-        s.hand = min(s.hand, np.exp(-FADE_RATE / v.rate))
-        v.striking = 0
-        v.fingering = 0
-        v.slot = 1 - v.slot
-        s = slots[v.slot]
-        s.on = 0
-    if not s.on:
-        s.fret = fret
-        stepping.load(s, ops[fret], w2[v.slot], pool, v.step)
-        if v.tuned != 1.0:
-            stepping.bend(s, ops[fret], w2[v.slot], w2[VOICE_SLOTS + v.slot], pool, v.tuned, highest(v))
-    s.hand = 1.0
-    return v.slot
+    slot = slots[voice.slot]
+    if slot.on and (slot.fret != fret or slot.fading):
+        if not slot.fading:
+            slot.fading = 1
+        slot.hand = min(slot.hand, np.exp(-FADE_RATE / voice.rate))
+        voice.striking = 0
+        voice.fingering = 0
+        voice.slot = 1 - voice.slot
+        slot = slots[voice.slot]
+        slot.on = 0
+    if not slot.on:
+        slot.fret = fret
+        load(slot, ops[fret], voice.step)
+        if voice.tuned != 1.0:
+            bend(slot, ops[fret], voice.tuned, highest(voice))
+    slot.hand = 1.0
+    return voice.slot
 
 
 @jit
-def pluck(string, ops, pool, fret, apex, position, rounding, angle):
-    """A finger takes the string, pulls it for `v.pull` frames and lets go. Lengths in m from the stop.
+def pluck(string, ops, fret, apex, position):
+    """Takes the string with a finger, which pulls it for voice.pull frames and lets go. Lengths in m from the stop.
 
-    It pulls at `angle` (rad) from u, away from the neck, towards v, across.
+    It pulls at voice.angle from u, away from the neck, towards v, across.
     """
-    v, slots, w2 = string.voice, string.slots, string.work
-    sounding = slots[v.slot].on
-    k = take_string(string, ops, pool, fret)
-    s = slots[k]
+    voice, slots = string.voice, string.slots
+    sounding = slots[voice.slot].on
+    k = take_string(string, ops, fret)
+    slot = slots[k]
     op = ops[fret]
-    w = w2[k]
-    s.on = 1
-    s.touching = 0
-    v.striking = 0
-    across = w2[VOICE_SLOTS + k]
-    if angle != 0.0:
-        stepping.open_across(s, op, across, pool)
-    shape_of_pluck(w, op, np.cos(angle) * apex, position, rounding)
-    if s.across:
-        shape_of_pluck(across, op, np.sin(angle) * apex, position, rounding)
-    if sounding and (s.active > 0 or s.swaying > 0):
-        touch(v, s, w, across, op, position, max(v.pull, 1))
-    for i in range(max(v.pickups, 1)):
-        v.held[i] = rows.tap_shape(w, pool, op.start + (OP_TAP + i) * ROW, op.tap_modes)
-        v.held_across[i] = 0.0
-        if s.across:
-            row = OP_TAP + (i if v.pickups > 0 else 2 * v.denominator)
-            v.held_across[i] = rows.tap_shape(across, pool, op.start + row * ROW, op.tap_modes)
-    v.pulling = v.pull + 1 if v.pull > 0 else 0  # this frame counts one down already
-    if v.pull == 0:
-        let_go(v, s, op, w, across)
+    slot.on = 1
+    slot.touching = 0
+    voice.striking = 0
+    if voice.angle != 0.0:
+        open_v(slot, op)
+    shape_of_pluck(slot.u, op, np.cos(voice.angle) * apex, position, voice.rounding)
+    if slot.v_ready:
+        shape_of_pluck(slot.v, op, np.sin(voice.angle) * apex, position, voice.rounding)
+    if sounding and (slot.active > 0 or slot.v_active > 0):
+        touch(voice, slot, op, position, max(voice.pull, 1))
+    for i in range(max(voice.pickups, 1)):
+        voice.held[i] = modal.tap_held(slot.u, tap(op, i), op.tap_modes)
+        voice.held_across[i] = 0.0
+        if slot.v_ready:
+            row = i if voice.pickups > 0 else 2 * voice.denominator
+            voice.held_across[i] = modal.tap_held(slot.v, tap(op, row), op.tap_modes)
+    voice.pulling = voice.pull + 1 if voice.pull > 0 else 0  # this frame counts one down already
+    if voice.pull == 0:
+        let_go(voice, slot, op)
 
 
 @jit
-def let_go(v, s, op, w, across):
-    rows.release(w, op.padded)
-    if s.across:
-        rows.release(across, op.padded)
-        s.swaying = op.padded
-        for m in range(op.points):
-            across.solved_at[m] = -1.0
-    stepping.disturb(s, op, w, v.step)
+def let_go(voice, slot, op):
+    """Releases the held shape."""
+    modal.release(slot.u, op.padded)
+    if slot.v_ready:
+        modal.release(slot.v, op.padded)
+        slot.v_active = op.padded
+        forget_contact(slot.v, op)
+    disturb(slot, op, voice.step)
 
 
 @jit
-def strike(string, ops, pool, fret, depth, position, width):
-    """The thumb throws the string down at `position` over `v.strike` frames."""
-    v, slots, w2 = string.voice, string.slots, string.work
-    sounding = slots[v.slot].on
-    k = take_string(string, ops, pool, fret)
-    s = slots[k]
-    s.on = 1
-    s.touching = 0
-    if sounding and (s.active > 0 or s.swaying > 0):
+def strike(string, ops, fret, depth, position):
+    """Throws the string down at `position` (m from the stop) with the thumb, over voice.strike frames."""
+    voice, slots = string.voice, string.slots
+    sounding = slots[voice.slot].on
+    k = take_string(string, ops, fret)
+    slot = slots[k]
+    op = ops[fret]
+    slot.on = 1
+    slot.touching = 0
+    if sounding and (slot.active > 0 or slot.v_active > 0):
         # it lies on the string, then throws it
-        touch(v, s, w2[k], w2[VOICE_SLOTS + k], ops[fret], position, max(v.strike // 2, 1))
-    shape_of_strike(w2[k], ops[fret], depth, position, width)
-    v.striking = v.strike
-    s.safety = stepping.SAFETY_STRUCK
-    stepping.disturb(s, ops[fret], w2[k], v.step)
+        touch(voice, slot, op, position, max(voice.strike // 2, 1))
+    shape_of_strike(slot.u, op, depth, position, voice.strike_width)
+    voice.striking = voice.strike
+    slot.safety = SAFETY_STRUCK
+    disturb(slot, op, voice.step)
 
 
 @jit
-def highest(v):
-    """rad/s that the audio rate still carries."""
-    return 2 * np.pi * HEARD * v.rate
+def highest(voice):
+    """Highest frequency (rad/s) that the audio rate carries."""
+    return 2 * np.pi * HEARD * voice.rate
 
 
 @jit
-def follow_bend(string, ops, pool):
-    """Tunes the string a little nearer to the bend: so fast as an arm can, or a string would gain energy by it."""
-    v, slots, w2 = string.voice, string.slots, string.work
-    most = 2.0 ** (BEND_SPEED * BEND_FRAMES / (12.0 * v.rate))
-    v.tuned = min(max(v.bend, v.tuned / most), v.tuned * most)
+def follow_bend(string, ops):
+    """Tunes the string a little nearer to the bend: no faster than an arm can, or a string would gain energy by it."""
+    voice = string.voice
+    most = 2.0 ** (BEND_SPEED * BEND_FRAMES / (12.0 * voice.rate))
+    voice.tuned = min(max(voice.bend, voice.tuned / most), voice.tuned * most)
     for k in range(2):
-        s = slots[k]
-        if s.on:
-            stepping.bend(s, ops[s.fret], w2[k], w2[VOICE_SLOTS + k], pool, v.tuned, highest(v))
-            stepping.disturb(s, ops[s.fret], w2[k], v.step)
+        slot = string.slots[k]
+        if slot.on:
+            bend(slot, ops[slot.fret], voice.tuned, highest(voice))
+            disturb(slot, ops[slot.fret], voice.step)
 
 
 @jit
-def excite(v, s, op, w, across):
-    """What finger or thumb do to the string before this frame's motion."""
+def excite(voice, slot, op):
+    """Applies finger and thumb to the string before this frame's motion."""
     n = op.padded
-    if v.fingering > 0:
-        rows.finger(w, n)
-        rows.finger(across, s.swaying)
-        v.fingering -= 1
-    if v.pulling > 0:
-        v.pulling -= 1
-        if v.pulling == 0:
-            let_go(v, s, op, w, across)
-    if v.striking > 0 and v.fingering == 0:
+    if voice.fingering > 0:
+        modal.finger(slot.u, n)
+        modal.finger(slot.v, slot.v_active)
+        voice.fingering -= 1
+    if voice.pulling > 0:
+        voice.pulling -= 1
+        if voice.pulling == 0:
+            let_go(voice, slot, op)
+    if voice.striking > 0 and voice.fingering == 0:
         # a raised cosine of force whose sum over the frames is one
-        t = (v.strike - v.striking) / v.strike
-        rows.push(w, (1 - np.cos(2 * np.pi * t)) / v.strike, n)
-        v.striking -= 1
-        stepping.disturb(s, op, w, v.step)
+        t = (voice.strike - voice.striking) / voice.strike
+        modal.push(slot.u, (1 - np.cos(2 * np.pi * t)) / voice.strike, n)
+        voice.striking -= 1
+        disturb(slot, op, voice.step)
 
 
 @jit
-def exchange(string, old, ops, pool):
-    """The string goes on with operators `ops` in place of `old`: other modes, another contact rate.
+def change_operators(string, old, ops):
+    """Makes the string go on with operators `ops` in place of `old`: other modes, another contact rate.
 
     Both have whole fine steps in a frame. Displacement and velocity of the modes they share stay.
     """
-    v, slots, w2 = string.voice, string.slots, string.work
-    v.numerator = ops[0].steps
-    v.step = v.frame * v.numerator
+    voice = string.voice
+    voice.numerator = ops[0].steps
+    voice.step = voice.frame * voice.numerator
     for k in range(2):
-        s = slots[k]
-        if s.on:
-            stepping.exchange(s, old[s.fret], ops[s.fret], w2[k], w2[VOICE_SLOTS + k], pool)
-            if v.tuned != 1.0:
-                stepping.bend(s, ops[s.fret], w2[k], w2[VOICE_SLOTS + k], pool, v.tuned, highest(v))
-            stepping.disturb(s, ops[s.fret], w2[k], v.step)
+        slot = string.slots[k]
+        if slot.on:
+            change_operator(slot, old[slot.fret], ops[slot.fret])
+            if voice.tuned != 1.0:
+                bend(slot, ops[slot.fret], voice.tuned, highest(voice))
+            disturb(slot, ops[slot.fret], voice.step)

@@ -1,1 +1,1 @@
-"""Playing live: devices, synth, session."""
+"""Plays live: devices, synth, session."""

@@ -18,16 +18,18 @@ from numpy.typing import NDArray
 
 from livebass.engine.engine import Engine, prepare
 from livebass.engine.prepare import Rates, whole_contact_rate
-from livebass.kernels.records import EVENT, POLARISATIONS, SLOT, VOICE, VOICE_SLOTS
+from livebass.kernels.records import EVENT, SLOT_STATE, VOICE_SLOTS
 from livebass.live.thread import ahead, block
 from livebass.live.thread.records import (
     AHEAD,
     BASS,
     EVENT_ROOM,
+    POLARISATIONS,
     RINGS,
     SAVES,
     SOUND_RING,
     SYNTH,
+    VOICE_WORDS,
     field_offset,
     kept,
 )
@@ -43,6 +45,7 @@ AHEAD_LIGHT, AHEAD_HEAVY = (0.35, 4), (0.7, 1)
 RING = 4096  # messages
 CAPTURE_SECONDS = 20.0
 QUIETEST = -99.0  # dB
+PAGE = 4096  # bytes, no more than any system's
 
 
 @dataclass(frozen=True)
@@ -62,17 +65,19 @@ class Meters:
 
 
 def touch(array: NDArray[Any]) -> None:
-    """Writes zeros to every page, so that the audio thread is not the first to need it."""
-    array.reshape(-1).view(np.uint8).fill(0)
+    """Writes to every page, values kept, so that the audio thread is not the first to need it."""
+    memory = array.reshape(-1).view(np.uint8)
+    memory[::PAGE] += 0
+    memory[-1:] += 0
 
 
 class AheadMemory:
-    """What one string needs to run ahead of the clock and go back: saved states and a ring of sound."""
+    """Lets one string run ahead of the clock and go back: its saved states and its ring of sound."""
 
     def __init__(self, points: int) -> None:
-        self.voice = np.zeros(SAVES, VOICE)
-        self.slots = np.zeros((SAVES, VOICE_SLOTS), SLOT)
-        self.memory = np.zeros((SAVES, POLARISATIONS * VOICE_SLOTS, kept(points)))
+        self.voice = np.zeros((SAVES, VOICE_WORDS), np.int64)
+        self.slots = np.zeros((SAVES, VOICE_SLOTS, SLOT_STATE), np.int64)
+        self.memory = np.zeros((SAVES, VOICE_SLOTS, POLARISATIONS, kept(points)))
         self.sound = np.zeros(SOUND_RING)
         self.record = np.zeros(1, AHEAD)
         self.record["kept"] = kept(points)
@@ -95,10 +100,9 @@ class LiveBass:
         b["strings"], b["frets"] = self.engine.strings, self.engine.frets
         for k, pool in enumerate((self.engine.pool, self.coarse)):
             b["operators"][0, k] = pool.records.ctypes.data
-            b["pool"][0, k], b["pool_size"][0, k] = pool.memory.ctypes.data, pool.memory.size
         for i, v in enumerate(self.engine.voices):
             b["string"][0, i] = v.string.ctypes.data
-        b["performer"], b["settings"] = self.engine.performer.ctypes.data, self.engine.settings.ctypes.data
+        b["performer"] = self.engine.performer.ctypes.data
         b["events"], b["string_events"] = self.events[0].ctypes.data, self.events[1].ctypes.data
         light = QUALITIES["live"]
         heavy = quality.modes is None or quality.modes > (light.modes or 0) or quality.contact_rate > light.contact_rate
@@ -107,7 +111,7 @@ class LiveBass:
         self.ahead = [AheadMemory(int(n)) for n in points]
         b["ahead"][0, : self.engine.strings] = [a.record.ctypes.data for a in self.ahead]
         for v in self.engine.voices:
-            touch(v.work)
+            touch(v.string)
         touch(self.events)
 
     @property

@@ -1,1 +1,1 @@
-"""Issanchou et al. (2018) computed anew."""
+"""Computes Issanchou et al. (2018) anew and checks its statements."""

@@ -139,7 +139,7 @@ class Builder:
             if pickups and not 1 <= sensing <= MOST_SENSING:
                 raise self.error("pickup", f"{sensing} of them sense string {name}, allowed: 1 to {MOST_SENSING}")
         room = min(string.length - _neck_end(neck) for string, neck in pairs)
-        ends = f"allowed: between the saddle and the neck, 0 mm to {room * 1e3:.4g} mm"
+        ends = f"allowed: between the saddle and the neck, 0 mm to {mm(room)}"
         for i, p in enumerate(pickups, 1):
             if not p.aperture / 2 <= p.position <= room - p.aperture / 2:
                 raise self.error(f"pickup[{i}].position", f"{ends}, aperture included", mm(p.position))
@@ -296,5 +296,5 @@ def nearest(name: str, names: list[str]) -> str:
 
 
 def _neck_end(neck: Neck) -> float:
-    """Where the board or the last fret ends, m from the nut: beyond, there may be pickups."""
+    """End of the board, or the last fret, m from the nut: pickups lie beyond."""
     return max([neck.fret_positions[-1], *(x for x, _ in neck.surface[-1:])])

@@ -1,1 +1,1 @@
-"""A brute-force solver, written from the equations to check the engine by. It shares nothing with the engine."""
+"""A brute-force solver, written from the equations, to check the engine by."""

@@ -1,4 +1,4 @@
-"""Contact anywhere: fretless boards and whole profiles, in the engine and in presets."""
+"""Fretless boards and whole profiles: the engine agrees with brute force, and presets describe them."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from livebass import Instrument, PresetError, Quality, load_preset
 from livebass.engine.engine import Engine
 from livebass.engine.solve import solve_trial
 from livebass.kernels import records as at
-from livebass.model import neck as obstacle
 from livebass.model.instrument import Pluck, Speaking, for_modes, note_frequency, on_grid, speaking
 from livebass.model.modes import grazing_apex
+from livebass.model.neck import fretted_surface, height_at
 from livebass.model.trial import Trial
 from livebass.paper import cases as paper_cases
 from livebass.reference.solver import solve
@@ -26,7 +26,7 @@ DATA = Path(__file__).parents[3] / "shared/data/issanchou-bass/fretless_neck.csv
 
 
 def fretless(points: int = COARSE, fret: int = 0, above: float = 0.0) -> Speaking:
-    """The measured fretless string, its board higher by `above` (m), on a grid of `points` steps."""
+    """The measured fretless string on a grid of `points` steps, with its board raised by `above` (m)."""
     bass = load_preset("paper-fretless")
     s = on_grid(speaking(bass.strings[0], bass.necks[0], fret), points)
     return dataclasses.replace(s, contact_height=tuple(min(h + above, 0.0) for h in s.contact_height))
@@ -50,7 +50,7 @@ CASES = {
 
 @pytest.mark.parametrize("name", CASES)
 def test_the_engine_is_brute_force_over_a_board(name: str) -> None:
-    """The same points at the same steps, in both polarisations the same motion."""
+    """Contacts are at the same points and steps, and both polarisations move alike."""
     asked = CASES[name]
     fast, slow = solve_trial(asked), solve(asked)
     assert slow.contact_step.size > 30 and (len(asked.speaking.contact_fret) > at.MOST_NEAR) == (name != "few points")
@@ -64,7 +64,7 @@ def test_the_engine_is_brute_force_over_a_board(name: str) -> None:
 
 
 def test_the_paper_s_resolution_over_its_fretless_board() -> None:
-    """8 MHz and 862 modes over the first set of contacts."""
+    """Brute force agrees at 8 MHz with 862 modes, over the first set of contacts."""
     asked = dataclasses.replace(paper_cases.CASES["fretless"].trial(), duration=4.2e-3)
     assert len(asked.speaking.contact_position) == 603 and asked.modes == 862
     fast, slow = solve_trial(asked), solve(asked)
@@ -75,7 +75,7 @@ def test_the_paper_s_resolution_over_its_fretless_board() -> None:
 
 
 def test_energy_never_rises_over_a_board() -> None:
-    """Neither with losses nor with friction."""
+    """Losses and friction only take energy, and contact gives none."""
     motion = solve(trial(fretless(), 4e-3, 0.7), energy_every=1)
     assert motion.energy_j is not None and motion.contact_step.size > 30
     assert np.diff(motion.energy_j).max() < 1e-12 * motion.energy_j[0]
@@ -88,7 +88,7 @@ def test_wood_between_frets_is_only_touched_where_frets_leave_it() -> None:
     x, h = neck.fret_positions, neck.fret_heights
     hit = {}
     for above in (2e-3, 5e-5):
-        surface = obstacle.fretted_surface(x, h, above, 0.6)
+        surface = fretted_surface(x, h, above, 0.6)
         s = speaking(string, dataclasses.replace(neck, surface=surface), 0)
         assert [f for f in s.contact_fret if f] == list(range(1, 21)) and s.grid_points == 863
         asked = Trial(s, Pluck(3.6e-3, 0.64), 862, 4e6, 50_000.0, 0.015, 0.854)
@@ -120,7 +120,7 @@ def test_grids_follow_the_modes_and_the_board() -> None:
 
 @pytest.mark.parametrize("preset", ["fretless", "paper-fretless"])
 def test_a_board_is_as_far_away_on_every_grid(preset: str) -> None:
-    """The pluck that just grazes it hardly depends on how many modes there are: no place on its slope is a crown."""
+    """The apex that just grazes the board hardly depends on the number of modes."""
     bass = load_preset(preset)
     for fret in range(20):
         s = speaking(bass.strings[-1], bass.necks[-1], fret)
@@ -146,7 +146,7 @@ def test_the_board_is_the_published_one() -> None:
 
 
 def test_the_laboratory_string_meets_its_point_twice_a_period() -> None:
-    """Plucked away from it, it leaves at once and comes back; no contact elsewhere; the first mode is left sharper."""
+    """Plucked away from its only contact point, the string returns to it within a period and touches nothing else."""
     case = paper_cases.CASES["one-contact"]
     motion = solve_trial(dataclasses.replace(case.trial(), duration=0.05))
     assert motion.contact_step.size > 8 and set(motion.contact_index) == {0}
@@ -198,7 +198,7 @@ def test_boards_by_geometry_and_by_measurement(tmp_path: Path) -> None:
     plain = made(tmp_path, 'relief = "0.4 mm"').necks[0]
     assert plain.surface == () and bowed.fret_heights == plain.fret_heights
     for x, h in zip(plain.fret_positions, plain.fret_heights, strict=True):
-        assert obstacle.height_at(bowed.surface, x) == pytest.approx(h, abs=1e-7)
+        assert height_at(bowed.surface, x) == pytest.approx(h, abs=1e-7)
     slopes = np.diff([h for _, h in flat.surface]) / np.diff([x for x, _ in flat.surface])
     assert np.ptp(slopes) < 1e-9, "a board without relief is flat"
     measured = made(tmp_path, f'obstacle = "board"\n{MEASURED}').necks[0]
@@ -207,7 +207,7 @@ def test_boards_by_geometry_and_by_measurement(tmp_path: Path) -> None:
     profile = made(tmp_path, 'obstacle = "profile"\nfret_height = "0.8 mm"\nboard_end = "720 mm"').necks[0]
     assert profile.surface[-1][0] == 0.72
     between = (plain.fret_positions[4] + plain.fret_positions[5]) / 2
-    depth = obstacle.height_at(plain.surface or profile.surface, between)
+    depth = height_at(plain.surface or profile.surface, between)
     assert depth == pytest.approx(np.interp(between, profile.fret_positions, profile.fret_heights) - 0.8e-3, abs=1e-6)
 
 

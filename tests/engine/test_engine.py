@@ -3,48 +3,90 @@
 from __future__ import annotations
 
 import dataclasses
+from typing import Any
 
 import numpy as np
 import pytest
-from support.strings import case_b, random_trial
+from support.strings import case_b, oblique, random_trial
 
-from livebass.engine.solve import solve_trial, trial_voice
-from livebass.kernels import records as at
+from livebass.arrays import Floats
+from livebass.engine.solve import pluck_event, solve_trial, trial_voice
 from livebass.kernels import voice
 from livebass.model import modes
-from livebass.model.instrument import Pluck
-from livebass.model.trial import Floats, Motion, Trial
+from livebass.model.trial import Motion, Trial
 from livebass.reference.solver import solve
 
-AGREED = 1e-6  # of the largest displacement
-DEPARTED = 1e-9  # of it: two runs of brute force have become two motions
+AGREED = 1e-8  # of the largest displacement; regular motion agrees to 5e-11
+NUDGES = (1e-13, -1e-13, 1e-12, -1e-12, 1e-11, -1e-11)  # of the apex; the engine's rounding is worth 1e-13 to 5e-12
+DEPARTED = 1e-9  # of the largest displacement: two runs of brute force have become two motions
 
 
 def difference(a: Motion, b: Motion) -> Floats:
-    """|a - b| sample by sample, relative to the largest displacement."""
-    return np.abs(a.displacement_m - b.displacement_m) / np.max(np.abs(b.displacement_m))
+    """|a - b| at each sample, relative to the largest displacement; the greater of the two polarisations."""
+    result = np.abs(a.displacement_m - b.displacement_m) / np.abs(b.displacement_m).max()
+    if a.across_m is None or b.across_m is None:
+        assert a.across_m is b.across_m
+        return result
+    return np.maximum(result, np.abs(a.across_m - b.across_m) / np.abs(b.across_m).max())
 
 
-def same_contacts(a: Motion, b: Motion, until_step: float = np.inf) -> bool:
-    """Same points in the same order, each within one fine step."""
-    of_a, of_b = a.contact_step < until_step, b.contact_step < until_step
-    return (
-        np.count_nonzero(of_a) == np.count_nonzero(of_b)
-        and bool(np.array_equal(a.contact_index[of_a], b.contact_index[of_b]))
-        and bool(np.all(np.abs(a.contact_step[of_a] - b.contact_step[of_b]) <= 1))
-    )
+def same_contacts_until(a: Motion, b: Motion) -> float:
+    """The fine step of the first contact that differs in its point, or by more than one step; inf if none does."""
+    count = min(a.contact_step.size, b.contact_step.size)
+    other = np.abs(a.contact_step[:count] - b.contact_step[:count]) > 1
+    other |= a.contact_index[:count] != b.contact_index[:count]
+    first = int(np.argmax(other)) if other.any() else count
+    return min((m.contact_step[first] for m in (a, b) if m.contact_step.size > first), default=np.inf)
+
+
+def agreed_until(a: Motion, b: Motion, within: float) -> int:
+    """The number of samples up to which `a` has the contacts of `b` and lies `within` of it."""
+    apart = np.flatnonzero(~(difference(a, b) <= within))  # or NaN
+    samples = int(apart[0]) if apart.size else b.time_s.size
+    step = same_contacts_until(a, b)
+    return samples if step == np.inf else min(samples, int(np.searchsorted(b.time_s, step / b.contact_rate_hz)))
+
+
+def predictable(trial: Trial, brute: Motion) -> int:
+    """The number of samples up to which a solver that only rounds differently must give the motion `brute`.
+
+    A string that rattles thousands of times is chaotic: change its pluck in the twelfth digit, and the motion is soon
+    another one. Rounding is such a change, and it differs from one kind of processor to the next. So brute force is
+    solved again with the pluck nudged by as much as rounding and by more, up and down: the motion is predictable until
+    the first of these twins departs from it or touches another point.
+    """
+    until = brute.time_s.size
+    for nudge in NUDGES:
+        pluck = dataclasses.replace(trial.pluck, apex=trial.pluck.apex * (1 + nudge))
+        until = min(until, agreed_until(solve(dataclasses.replace(trial, pluck=pluck)), brute, DEPARTED))
+    return until
+
+
+def assert_agree(trial: Trial, name: str, least: float = 1.0) -> bool:
+    """The engine gives the contacts and the motion of brute force, as long as it is predictable.
+
+    It must be so for the share `least` of the samples. Returns True if they agree to the end.
+    """
+    engine, brute = solve_trial(trial), solve(trial)
+    assert brute.contact_step.size > 0, name
+    until = agreed_until(engine, brute, AGREED)
+    if until == trial.samples:
+        return True
+    asked = predictable(trial, brute)
+    apart = difference(engine, brute)[: until + 1].max()
+    assert until >= asked, f"{name}: as brute force for {until} samples of {asked}, then {apart:.1e} or another contact"
+    assert asked >= least * trial.samples, f"{name}: predictable for {asked} samples of {trial.samples} only"
+    return False
 
 
 def test_case_b_at_8_mhz() -> None:
     trial = case_b(duration=0.06)
-    engine, brute = solve_trial(trial), solve(trial)
-    assert len(brute.contact_step) > 200
-    assert same_contacts(engine, brute)
-    assert np.max(difference(engine, brute)) < AGREED
+    assert_agree(trial, "case B")
+    assert solve_trial(trial).contact_step.size > 200
 
 
 def test_case_b_hits_the_frets_of_the_paper_in_time() -> None:
-    """numerics: first contact at fret 12, 3.8 to 4.0 ms; frets 1-12 in the first set, 2-11 in the second."""
+    """First contact at fret 12 after 3.8 to 4.0 ms; frets 1 to 12 in the first set, 2 to 11 in the second."""
     motion = solve_trial(case_b(duration=0.2))
     time, fret = motion.contact_step / 8e6, motion.contact_index + 1
     assert fret[0] == 12
@@ -55,82 +97,59 @@ def test_case_b_hits_the_frets_of_the_paper_in_time() -> None:
     assert time[-1] < 0.15
 
 
-@pytest.mark.parametrize("first", range(0, 30, 5))
+def fives(first: int, quick: int, end: int) -> list[Any]:
+    """The first seed of each group of five from `first` to `end`; groups from `quick` on are slow tests."""
+    return [pytest.param(k, marks=[pytest.mark.slow] if k >= quick else []) for k in range(first, end, 5)]
+
+
+@pytest.mark.parametrize("first", fives(0, 30, 130))
 def test_random_setups(first: int) -> None:
-    """Thirty of them. A string that rattles thousands of times is chaotic: brute force is then a judge only until
-    it departs from itself when the pluck changes by a part in 1e13.
-    """
-    judged_to_the_end = 0
-    for seed in range(first, first + 5):
-        trial = random_trial(seed)
-        engine, brute = solve_trial(trial), solve(trial)
-        nudged = dataclasses.replace(trial.pluck, apex=trial.pluck.apex * (1 + 1e-13))
-        twin = solve(dataclasses.replace(trial, pluck=nudged))
-        apart = np.flatnonzero(difference(twin, brute) > DEPARTED)
-        until = int(apart[0]) if apart.size else trial.samples
-        judged_to_the_end += until == trial.samples
-        assert until > trial.samples / 10, f"seed {seed}"
-        assert np.max(difference(engine, brute)[:until]) < AGREED, f"seed {seed}"
-        step = np.inf if until == trial.samples else (until - 1) / trial.output_rate * trial.contact_rate
-        assert same_contacts(engine, brute, step), f"seed {seed}"
-        assert len(brute.contact_step) > 0
-    assert judged_to_the_end >= 4
+    """Of five motions at most one is chaotic, and even that one is predictable for a tenth of its length."""
+    regular = [assert_agree(random_trial(seed), f"seed {seed}", least=0.1) for seed in range(first, first + 5)]
+    assert sum(regular) >= 4
 
 
-def oblique(trial: Trial, angle: float, apex: float, **more: float) -> Trial:
-    """Plucked at `angle` (rad), heard across 30 mm from the saddle, with what `more` says of friction."""
-    pluck = dataclasses.replace(trial.pluck, angle=angle, apex=apex)
-    speaking = dataclasses.replace(trial.speaking, **more)
-    return dataclasses.replace(trial, pluck=pluck, speaking=speaking, sensor_v=speaking.length - 0.03)
-
-
-def assert_agree_across(trial: Trial, name: str) -> None:
-    engine, brute = solve_trial(trial), solve(trial)
-    assert engine.across_m is not None and brute.across_m is not None
-    assert len(brute.contact_step) > 0 and same_contacts(engine, brute), name
-    assert np.max(difference(engine, brute)) < AGREED, name
-    assert np.abs(engine.across_m - brute.across_m).max() < AGREED * np.abs(brute.across_m).max(), name
+def heard_across(trial: Trial, angle: float, apex: float, **friction: float) -> Trial:
+    """`trial` plucked at `angle` (rad), heard across 30 mm from the saddle, with other values of `friction`."""
+    speaking = dataclasses.replace(trial.speaking, **friction)
+    return dataclasses.replace(oblique(trial, angle, apex), speaking=speaking, sensor_v=speaking.length - 0.03)
 
 
 def test_oblique_pluck_of_the_paper_at_8_mhz() -> None:
-    """Section 4.1.3: 3.1 mm up, 2.2 mm across."""
-    trial = oblique(case_b(duration=0.06), np.arctan2(2.2, 3.1), np.hypot(3.1e-3, 2.2e-3))
-    assert_agree_across(trial, "3.1 mm and 2.2 mm")
+    """Section 4.1.3 of the paper: 3.1 mm up, 2.2 mm across."""
+    trial = heard_across(case_b(duration=0.06), np.arctan2(2.2, 3.1), np.hypot(3.1e-3, 2.2e-3))
+    assert_agree(trial, "3.1 mm and 2.2 mm")
 
 
-@pytest.mark.parametrize("first", range(1, 21, 5))
+@pytest.mark.parametrize("first", fives(1, 21, 31))
 def test_random_setups_with_friction(first: int) -> None:
     for seed in range(first, first + 5):
         trial, rng = random_trial(seed, 0.02), np.random.default_rng(seed)
         law = {"friction": 10 ** rng.uniform(1, 3.5), "friction_speed": 10 ** rng.uniform(-6, -2)}
-        assert_agree_across(oblique(trial, rng.uniform(0.1, 1.0), trial.pluck.apex, **law), f"seed {seed}")
+        assert_agree(heard_across(trial, rng.uniform(0.1, 1.0), trial.pluck.apex, **law), f"seed {seed}")
 
 
 def energies(trial: Trial) -> tuple[Floats, int]:
-    """The energy (J) at every frame at which no fret pushes, and how many frames had one that does.
+    """Energies (J) of the frames at which no fret pushes, and the number of frames at which one does.
 
-    H = mu / (2 dt^2) sum P^2 + s^2 q^2, s = exp(-sigma dt) sin(omega dt): what eq. 12 conserves.
+    H = mu / (2 dt^2) sum P^2 + s^2 q^2 with s = exp(-sigma dt) sin(omega dt), which eq. 12 conserves without losses.
     """
-    state, records, memory = trial_voice(trial)
-    op, slot, v, w = records[0], state.slots[0], state.record[0], state.work[0]
-    event = np.zeros(1, at.EVENT)
-    event[0] = (0, at.PLUCK, 0, 0, trial.pluck.apex, trial.pluck.position)
-    settings, out = np.array([trial.pluck.rounding, 0.02, 0.0]), np.zeros(1)
-    stamp, now, before = w["solved_at"], w["eta"], w["eta_before"]
+    state, pool = trial_voice(trial)
+    s, n, dt = trial.speaking, trial.modes, 1 / trial.contact_rate
+    sigma = np.zeros(n) if trial.lossless else modes.dampings(s, n)
+    omega = np.sqrt((2 * np.pi * modes.frequencies(s, n)) ** 2 - sigma**2)
+    sine = np.exp(-sigma * dt) * np.sin(omega * dt)
+    q, p = (rows[0, :n] for rows in state.modal_state())
+    events, out = pluck_event(trial.pluck), np.zeros(1)
     values, pushed = [], 0
     for frame in range(trial.samples):
-        voice.run(
-            state.string[0], records, memory, event, int(frame == 0), settings, state.log, True, out, out[:0],
-        )  # fmt: skip
-        points = slice(0, int(op["points"]))
-        at_fret = (stamp[points] == v["step"]) & ((now[points] > 0) | (before[points] > 0))
-        if at_fret.any():
+        voice.run(state.string[0], pool.records[0], events, int(frame == 0), out, out[:0])
+        if state.pressed():
             pushed += 1
-            continue
-        n = int(op["modes"])
-        total = np.sum(w["p"][:n] ** 2 + w["fine_b"][:n] * w["q"][:n] ** 2)
-        values.append(trial.speaking.string.linear_density / (2 * op["fine"] ** 2) * total)
-    assert slot["touching"] > 100
+        else:
+            values.append(s.string.linear_density / (2 * dt**2) * np.sum(p**2 + (sine * q) ** 2))
+    _, contacts = state.note()
+    assert contacts > 100
     return np.array(values), pushed
 
 
@@ -150,9 +169,8 @@ def test_energy_never_rises_with_losses(modes: int) -> None:
 
 
 def test_modal_states_are_those_of_the_displacement() -> None:
-    """Asking for states changes nothing; summed up at the sensor they are the motion, and its rate of change."""
-    oblique = Pluck(3.6e-3, 0.64, angle=0.6)
-    trial = dataclasses.replace(case_b(862, 84 * 96e3, 8e-3, 96e3), pluck=oblique)
+    """Asking for states leaves the motion alone; summed at the sensor they are the displacement and its velocity."""
+    trial = oblique(case_b(862, 84 * 96e3, 8e-3, 96e3), 0.6, 3.6e-3)
     asked = dataclasses.replace(trial, states=(0, 1, 333, 766, 767, 768))
     plain, motion = solve_trial(trial), solve_trial(asked)
     assert np.array_equal(plain.displacement_m, motion.displacement_m) and plain.states is None

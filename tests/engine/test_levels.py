@@ -1,4 +1,4 @@
-"""Levels: the same preset is always as loud, a hard line fills full scale and nothing goes beyond it."""
+"""Levels of every preset: a hard line nearly fills full scale, nothing exceeds it, there is no DC."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ DC = -60.0  # dBFS, at most, of the mean of the steady part
 
 
 def line(bass: Instrument, velocity: int) -> np.ndarray:
-    """The mix of one or two notes for each string, (n_frames,); the fingering may choose another string."""
+    """The mix (n_frames,) of two notes a string; the fingering may choose another string for them."""
     notes = [string.open_note + fret for string in bass.strings for fret in PLACES]
     played = [(k * GAP, LENGTH, note, velocity) for k, note in enumerate(notes)]
     return render_to_array(bass, score_of(played, RATE), QUALITIES["live"], tail=0.5).sum(axis=0)

@@ -1,26 +1,30 @@
-"""Every string and fret of every bass plays in tune, measured on its sound."""
+"""Every string and fret of every preset plays in tune, measured on its sound."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 import pytest
+from support.messages import control, on
+from support.strings import one_string
 
 from livebass import load_preset, preset_names, quality_with
 from livebass.arrays import Floats
 from livebass.engine.engine import Engine
 from livebass.kernels.performer import MOST_STRINGS
 from livebass.model.instrument import Instrument, note_frequency, speaking
+from livebass.units import cents
 
 RATE = 22050
 IN_TUNE = 2.0  # cents
 
 
 def pitch(sound: Floats, rate: int, expected: float) -> float:
-    """Frequency (Hz) of the partial near `expected`: phase of two Hann windows an overlap apart.
+    """Frequency (Hz) of the partial near `expected`, from the phases of two overlapping Hann windows.
 
-    Its decay is measured the same way and taken out, so that windows do not leak.
+    The partial's decay is measured the same way and taken out, so that the windows do not leak.
     """
     length = len(sound) * 2 // 3
     shift = len(sound) - length
@@ -36,36 +40,29 @@ def pitch(sound: Floats, rate: int, expected: float) -> float:
     return float(expected + turn / (2 * math.pi * apart))
 
 
-def cents(frequency: float, reference: float) -> float:
-    return 1200 * math.log2(frequency / reference)
-
-
-def play_frets(bass: Instrument, fret: int, seconds: float) -> Floats:
-    """(strings, n): the note at `fret` of every string, softly; the pitch of what a string does when left alone."""
-    engine = Engine(bass, quality_with("live", modes=80, contact_rate=200e3), RATE)
-    assert engine.strings <= MOST_STRINGS
-    out = []
-    for i, string in enumerate(bass.strings):
-        # the other strings sound already: only this one is left to play the note
-        engine.performer[0]["state"] = 1
-        engine.performer[0]["state"][i] = 0
-        note = string.open_note + fret
-        engine.send(np.array([engine.frame]), np.array([[0x90, note, 40]], np.uint8))
-        assert engine.performer[0]["fret"][i] == fret
-        out.append(engine.process(int(seconds * RATE))[i])
-    return np.array(out)
+def frets(bass: Instrument, string: int, seconds: float) -> Iterator[Floats]:
+    """Yields the sound (n,) of each fret of `string`, played softly after silence."""
+    engine = Engine(one_string(bass, string), quality_with("live", modes=80, contact_rate=200e3), RATE)
+    for fret in range(engine.frets + 1):
+        engine.send(np.array([engine.frame]), np.array([on(bass.strings[string].open_note + fret, 40)], np.uint8))
+        (sound,) = engine.process(int(seconds * RATE))
+        assert engine.voices[0].note()[0] == fret
+        yield sound
+        engine.send(np.array([engine.frame]), np.array([control(120)], np.uint8))
+        engine.process(RATE // 10)
+        assert not engine.sounding()
 
 
 @pytest.mark.parametrize("name", preset_names())
 def test_within_two_cents_of_equal_temperament(name: str) -> None:
     bass = load_preset(name)
+    assert len(bass.strings) <= MOST_STRINGS
     worst = 0.0
-    for fret in range(len(bass.necks[0].fret_positions) + 1):
-        sounds = play_frets(bass, fret, 0.9)
-        for string, neck, sound in zip(bass.strings, bass.necks, sounds, strict=True):
+    for i, (string, neck) in enumerate(zip(bass.strings, bass.necks, strict=True)):
+        for fret, sound in enumerate(frets(bass, i, 0.9)):
             assert speaking(string, neck, fret).stop == fret, "a higher fret chokes the note"
             expected = note_frequency(string.open_note + fret)
-            off = cents(pitch(sound[int(0.1 * RATE) :], RATE, expected), expected)
+            off = cents(pitch(sound[int(0.1 * RATE) :], RATE, expected) / expected)
             assert abs(off) < IN_TUNE, f"{name}, string {string.name}, fret {fret}: {off:+.2f} cents"
             worst = max(worst, abs(off))
     assert worst > 0
@@ -77,4 +74,4 @@ def test_the_measure_finds_a_quarter_of_a_cent() -> None:
         expected = note_frequency(note)
         detuned = expected * 2 ** (1.5 / 1200)
         sound = np.exp(-3 * t) * (np.sin(2 * np.pi * detuned * t) + 2 * np.sin(2 * np.pi * 2.001 * detuned * t + 1))
-        assert abs(cents(pitch(sound, RATE, expected), expected) - 1.5) < 0.25
+        assert abs(cents(pitch(sound, RATE, expected) / expected) - 1.5) < 0.25

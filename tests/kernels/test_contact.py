@@ -1,4 +1,4 @@
-"""The implicit equations of contact: r_i + sum_k W_ik f_k = r*_i with f of eq. 6, whichever way they are solved."""
+"""The contact solver satisfies r_i + sum_k W_ik f_k = r*_i, f of eq. 6, for any number of points and any guess."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from livebass.kernels import contact
-from livebass.kernels.records import MOST_NEAR, ROW
+from livebass.kernels.records import OPERATOR, WORK
 from livebass.reference.laws import contact_force
 
 STIFFNESS, DEPTH, COMPLIANCE = 1e13, 1e-7, 3e-10  # N/m^2.5; m; m per N/m
@@ -15,17 +15,16 @@ STIFFNESS, DEPTH, COMPLIANCE = 1e13, 1e-7, 3e-10  # N/m^2.5; m; m per N/m
 def residuals(wanted: np.ndarray, old: np.ndarray, coupling: np.ndarray, exponent: float, guess: np.ndarray) -> tuple[
     np.ndarray, np.ndarray
 ]:  # fmt: skip
-    """What is left of each equation once solved, over DEPTH, and the forces."""
+    """The residual of each equation relative to DEPTH, and the forces found."""
     count = len(wanted)
     near = np.random.default_rng(count).permutation(20)[:count].astype(np.int64)
-    rows = np.zeros((3, ROW))
-    rows[0, near], rows[1, near], rows[2, near] = wanted, old, guess
-    table = np.zeros((MOST_NEAR, MOST_NEAR))
-    table[:count, :count] = coupling
-    touching = contact.solve_points(
-        near, count, rows[0], rows[1], rows[2], table.ravel(), 0, STIFFNESS, exponent, np.zeros(2 * ROW)
-    )
-    f = rows[2, near]
+    work, op = np.zeros(1, WORK), np.zeros(1, OPERATOR)
+    w = work[0]
+    w["wanted"][near], w["eta_before"][near], w["force"][near] = wanted, old, guess
+    w["coupling"][:count, :count] = coupling
+    op["stiffness"], op["exponent"] = STIFFNESS, exponent
+    touching = contact.solve_points(w, op[0], near, count)
+    f = w["force"][near]
     r = wanted - coupling @ f
     law = np.array([contact_force(y, x, STIFFNESS, exponent)[0] for x, y in zip(r, old, strict=True)])
     assert touching == np.count_nonzero(f)
@@ -50,7 +49,7 @@ def test_the_equations_hold(seed: int, exponent: float) -> None:
 
 @pytest.mark.parametrize("touching", [1, 2])
 def test_a_force_may_press_another_point_on(touching: int) -> None:
-    """Of truncated modes W is a little negative here and there: who could not touch without force then may."""
+    """With truncated modes some W are negative, so a force may press down a point that would not touch by itself."""
     coupling = COMPLIANCE * (1.3 * np.eye(3) - 0.4 * (1 - np.eye(3)))
     old = np.full(3, -0.1 * DEPTH)
     wanted = np.array([2.0, 2.0 if touching == 2 else -0.5, 0.05]) * DEPTH

@@ -1,4 +1,4 @@
-"""Which string and fret a note goes to, how hard it is played, and what every MIDI message means."""
+"""The performer: MIDI messages become plucks, strikes, hands, bends and gains on strings and frets."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from support.messages import Message, control, off, on
+from support.messages import Message, control, off, on, wheel
 
 from livebass import load_preset
 from livebass.engine.engine import Engine
@@ -35,23 +35,18 @@ NO_RPN = 16383
 FREE, HELD, PEDALLED = performer.FREE, performer.HELD, performer.PEDALLED
 
 
-def wheel(value: int) -> Message:
-    """-8192 to 8191."""
-    return (0xE0, (value + 8192) & 127, (value + 8192) >> 7)
-
-
 # Reading and checking a preset takes 0.1 s, and random tests ask for one in every example.
 loaded = cache(load_preset)
 
 
 @cache
 def engine_of(instrument: Instrument) -> Engine:
-    """Only its operators are used."""
+    """An engine of few modes: only its operators are used."""
     return Engine(instrument, FEW, 48000)
 
 
 def bass(preset: str = "jazz-finger", **player: object) -> Instrument:
-    """An even one, unless `player` says otherwise."""
+    """The bass of `preset`, played evenly unless fields of its `player` are given."""
     instrument = loaded(preset)
     return replace(instrument, player=replace(instrument.player, **{"unevenness": 0.0, **player}))  # type: ignore[arg-type]
 
@@ -69,10 +64,10 @@ class Hands:
     """The performer alone: messages in, events out."""
 
     def __init__(self, instrument: Instrument | None = None, string: int | None = None):
-        """With `string` the bass has this one alone, so that a key is a fret."""
+        """Plays `instrument`, or its string `string` alone, so that a key is a fret."""
         instrument = instrument or bass()
         engine = engine_of(replace(instrument, player=loaded("jazz-finger").player))
-        self.ops, self.pool = engine.pool.records, engine.pool.memory
+        self.ops = engine.pool.records
         record = new_performer(instrument, engine.frets)
         if string is not None:
             self.ops = self.ops[string : string + 1]
@@ -87,24 +82,24 @@ class Hands:
         count = 0
         for status, first, second in messages:
             before = count
-            count = performer.message(self.p, self.ops, self.pool, self.frame, status, first, second, events, count)
+            count = performer.message(self.p, self.ops, self.frame, status, first, second, events, count)
             assert before <= count <= before + performer.MOST_EVENTS
         return events[:count]
 
     def first(self, key: int, velocity: int = 90) -> np.void:
-        """The event of a note, with the unevenness of a performance's first."""
+        """The event of a note, as uneven as the first of a performance."""
         self.p["notes"] = 0
         (event,) = self(on(key, velocity))
         return event
 
     def plays(self, key: int, velocity: int = 90) -> tuple[int, int]:
-        """String and fret that `key` goes to."""
+        """The string and fret that `key` goes to."""
         (event,) = self(on(key, velocity))
         assert event["kind"] in (at.PLUCK, at.STRIKE_EVENT)
         return int(event["string"]), int(event["fret"])
 
     def tab(self, keys: Iterable[int], overlap: bool = False) -> str:
-        """Where a line is played, each note ended before the next one or just after."""
+        """The places of a line of keys, such as E0 A2; each note ends before the next begins, or just after."""
         said, last = [], None
         for key in keys:
             if last is not None and not overlap:
@@ -126,7 +121,7 @@ class Hands:
 
 
 def kinds(events: NDArray[np.void]) -> list[tuple[int, int]]:
-    """(kind, string) of each."""
+    """(kind, string) of each event."""
     return [(int(e["kind"]), int(e["string"])) for e in events]
 
 
@@ -135,7 +130,7 @@ def hands_on(*strings: int) -> list[tuple[int, int]]:
 
 
 def ratios(events: NDArray[np.void]) -> float:
-    """The one bend that `events` tell all strings."""
+    """The frequency ratio of `events` that bend all strings alike."""
     assert kinds(events) == [(at.BEND, i) for i in range(4)]
     assert len(set(events["x"].tolist())) == 1
     return float(events["x"][0])
@@ -179,7 +174,6 @@ def test_lines_a_bassist_knows(line: str, tab: str) -> None:
     assert Hands().tab(keys) == tab
 
 
-@settings(max_examples=60, deadline=None)
 @given(st.lists(st.integers(LOWEST, HIGHEST), max_size=40))
 def test_the_hand_moves_as_little_as_needed(keys: list[int]) -> None:
     hands = Hands()
@@ -195,7 +189,6 @@ def test_the_hand_moves_as_little_as_needed(keys: list[int]) -> None:
             assert abs(moved - place) == max(place - fret, fret - place - performer.HAND_SPAN, 0)
 
 
-@settings(max_examples=60, deadline=None)
 @given(st.lists(st.tuples(st.integers(LOWEST, HIGHEST), st.booleans()), max_size=40))
 @example([(60, False), (50, False)])  # high up, D17 is nearer than the lower G7
 def test_a_note_in_reach_is_played_there(keys: list[tuple[int, bool]]) -> None:
@@ -217,7 +210,6 @@ def test_a_note_in_reach_is_played_there(keys: list[tuple[int, bool]]) -> None:
             hands(off(key))
 
 
-@settings(max_examples=80, deadline=None)
 @given(st.lists(messages, max_size=60))
 @example([on(k) for k in (45, 46, 47, 48, 49)])
 @example([on(38), on(40), off(38), on(43), on(45)])
@@ -264,7 +256,7 @@ def test_the_oldest_string_is_taken_of_two_alike(again: bool) -> None:
 
 
 def test_a_note_struck_again_stays_on_its_string() -> None:
-    """Also where a lower place is free and nearer by now."""
+    """It stays there even if a lower place is free and nearer by now."""
     hands = Hands()
     assert hands.tab([43]) == "G0" and hands.plays(45) == (2, 7)
     hands(off(43), on(29))
@@ -272,7 +264,6 @@ def test_a_note_struck_again_stays_on_its_string() -> None:
     assert hands.plays(45) == (2, 7)
 
 
-@settings(max_examples=60, deadline=None)
 @given(st.lists(messages, max_size=40), st.integers(0, 40))
 def test_same_messages_same_events_however_sent(sequence: list[Message], cut: int) -> None:
     def events(*parts: list[Message]) -> list[list[tuple[float, ...]]]:
@@ -309,7 +300,6 @@ def test_out_of_range(key: int) -> None:
     assert [int(hands.p[k]) for k in ("notes", "transposed", "dropped")] == [0, 0, 1]
 
 
-@settings(max_examples=60, deadline=None)
 @given(st.lists(st.integers(0, 127), max_size=60), st.sampled_from(["drop", "transpose"]))
 @example([60, 30, 19, 14], "transpose")  # 19 and 14 become 31 and 26, which no string has
 def test_every_note_on_is_counted_once(keys: list[int], option: str) -> None:
@@ -400,7 +390,7 @@ def test_controller_16_moves_the_hand_over_the_body() -> None:
 @pytest.mark.parametrize("value", [0, 16, 64, 127])
 @pytest.mark.parametrize("preset", AUDIBLE)
 def test_every_place_is_on_the_string(preset: str, value: int) -> None:
-    """Well away from its ends."""
+    """Any position controller plucks every fretted string well away from its ends."""
     for string in range(4):
         hands = Hands(loaded(preset), string)
         hands(control(16, value))
@@ -638,7 +628,6 @@ EIGHT = bass_tuned([28, 33, 38, 43, 48, 53, 58, 63])
 RING = [m for s in EIGHT.strings for m in (on(s.open_note), off(s.open_note))]
 
 
-@settings(max_examples=100, deadline=None)
 @given(st.lists(any_message, max_size=60), st.sampled_from([bass(), loaded("slap"), EIGHT]))
 @example([control(64, 127), *RING, control(121)], EIGHT)
 def test_any_bytes_leave_the_performer_sane(sequence: list[Message], instrument: Instrument) -> None:

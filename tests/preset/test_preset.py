@@ -1,4 +1,4 @@
-"""Presets: each way to get one wrong gives one line that says what, where and what is allowed."""
+"""Presets: every fault gives one line that names the key, its value and what is allowed; what loads can be played."""
 
 from dataclasses import MISSING, fields, replace
 from functools import cache
@@ -340,7 +340,7 @@ def test_limits_are_what_the_engine_has_room_for() -> None:
 def test_no_overdamped_mode_is_overlooked(
     mute: float, slope: float, angle: float, admittance: float, inharmonicity: float, law: float
 ) -> None:
-    """And what is said to be allowed is."""
+    """A value that the message allows is allowed, too."""
     import numpy as np
 
     from livebass.model.modes import dampings, frequencies
@@ -364,7 +364,7 @@ def test_no_overdamped_mode_is_overlooked(
 
 
 def test_a_neck_gives_way(tmp_path: Path) -> None:
-    """Resonances as written, shapes by order where left out; a string's own neck replaces what the others share."""
+    """Resonances are as written, shapes by order if left out; a string's own neck replaces the shared one."""
     shared = (
         'resonance_frequencies = ["150 Hz", "0.3 kHz"]\nresonance_qualities = [30, 12.5]\n'
         'resonance_masses = ["1 kg", "500 g"]\nfree_length = "510 mm"\n'
@@ -457,7 +457,7 @@ def test_reference_has_each_key_once() -> None:
 
 
 def limits() -> list[Any]:
-    """Every key with limits: the ends are allowed, a little beyond them is not."""
+    """Cases of every key with limits: both ends, and a value a little beyond each."""
     cases = []
     for key in KEYS:
         kind = key.kind.removesuffix("[]")
@@ -557,7 +557,7 @@ def test_garbage_names_give_preset_errors(name: str) -> None:
 
 
 def some(key: Key) -> st.SearchStrategy[Any]:
-    """Values that `key` allows, both ends among them."""
+    """Values that `key` allows, both ends included."""
     if "|" in key.kind:
         return st.sampled_from(key.kind.split("|"))
     if " " in key.least:
@@ -574,7 +574,7 @@ def some(key: Key) -> st.SearchStrategy[Any]:
 
 
 def spread(low: float, high: float) -> st.SearchStrategy[float]:
-    """Even in the logarithm over six decades at most, short of the ends: the small values are the likely ones."""
+    """Values between the ends, even in the logarithm over at most six decades: small values are likely, too."""
     least = max(low, high * 1e-6)
     return st.floats(0.001, 0.999).map(lambda part: least * (high / least) ** part)
 

@@ -1,4 +1,4 @@
-"""Small MIDI files, and what every error of the command line must look like."""
+"""Small MIDI files, runs of the command line, and the form that every error of it must have."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def command(*arguments: object, **options: object) -> subprocess.CompletedProces
 
 
 def assert_one_clear_line(status: int, err: str, allowed: tuple[int, ...] = (1, 2)) -> None:
-    """One line of error and nothing else, but that the kernels may have been compiled before it."""
+    """The command failed with one line of error; before it kernels may have been compiled."""
     lines = [line for line in err.splitlines() if not line.startswith("compiling the kernels")]
     assert status in allowed, err
     assert len(lines) == 1 and lines[0].startswith("livebass: error: "), err
@@ -36,7 +36,7 @@ def assert_one_clear_line(status: int, err: str, allowed: tuple[int, ...] = (1, 
 
 
 def cli_text(run: Run, *arguments: object) -> str:
-    """What the command prints when all is well."""
+    """The output of a command that must succeed."""
     status, out, err = run(*arguments)
     assert status == 0, err
     return out

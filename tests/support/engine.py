@@ -1,4 +1,4 @@
-"""An engine without kernels."""
+"""A fake engine, for tests that need sound but no physics."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from livebass.score import Score
 
 
 class FakeEngine:
-    """A second of a sine for each string, in blocks; the same interface, without kernels."""
+    """Plays a second of a sine for each string, in blocks, through the interface of `Engine`."""
 
     peak = 0.1
     blocks = 10

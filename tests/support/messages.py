@@ -15,3 +15,8 @@ def off(key: int) -> Message:
 
 def control(number: int, value: int = 0) -> Message:
     return (0xB0, number, value)
+
+
+def wheel(value: int) -> Message:
+    """The pitch bend wheel at `value`, -8192 to 8191."""
+    return (0xE0, (value + 8192) & 127, (value + 8192) >> 7)

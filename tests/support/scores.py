@@ -1,4 +1,4 @@
-"""A dense score, and its rendering in blocks of any sizes."""
+"""A dense score, and playing it in blocks of any sizes."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ RATE = 44100
 
 
 def busy_score(rate: int = RATE) -> Score:
-    """A second and a half in which everything happens, at frames that no block likes."""
+    """A second and a half of random notes, bends, controllers and pedal, at frames that are no block's edge."""
     rng = np.random.default_rng(7)
     frames, messages = [], []
     held: list[int] = []
@@ -35,7 +35,7 @@ def busy_score(rate: int = RATE) -> Score:
 
 
 def in_blocks(score: Score, sizes: list[int], preset: str = "slap") -> Floats:
-    """`score` played in blocks of the given sizes, over and over, each sent what falls into it."""
+    """`score` played in blocks of the given sizes, over and over; each block's messages are sent just before it."""
     engine = Engine(load_preset(preset), QUICK, score.rate)
     blocks, sent, i = [], 0, 0
     while engine.frame < score.end_frame:

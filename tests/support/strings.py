@@ -1,7 +1,8 @@
-"""Set-ups the tests share: the measured G string of Issanchou et al. (2018), and seeded random ones."""
+"""Strings, basses and trials: the measured G string of Issanchou et al. (2018), and seeded random ones."""
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
@@ -45,7 +46,7 @@ HEIGHTS_MM = (
 
 
 def g_string() -> String:
-    """The open G string: section 4 of the paper and the published modes."""
+    """The open G string of section 4 of the paper, with its published modes."""
     return String(
         name="G",
         open_note=43,
@@ -61,7 +62,7 @@ def g_string() -> String:
 
 
 def g_neck(stiffness: float = 1e13) -> Neck:
-    """The measured frets under it."""
+    """The neck with the paper's measured frets."""
     return Neck(tuple(x / 1e3 for x in FRETS_MM), tuple(h / 1e3 for h in HEIGHTS_MM), contact_stiffness=stiffness)
 
 
@@ -71,12 +72,12 @@ def paper_g(stiffness: float = 1e13) -> Speaking:
 
 
 def paper_bass() -> Instrument:
-    """A bass of that one string."""
+    """A bass of the measured G string alone."""
     return Instrument("paper", "the measured G string", (g_string(),), (g_neck(),), Output(), Player())
 
 
 def pluck(apex: float = 3.6e-3, position: float = 0.64) -> Pluck:
-    """Case B of the paper unless told otherwise; m."""
+    """A pluck of `apex` at `position` (m); case B of the paper by default."""
     return Pluck(apex, position)
 
 
@@ -87,7 +88,7 @@ def case_b(
     output_rate: float = 44100.0,
     lossless: bool = False,
 ) -> Trial:
-    """Case B: 3.6 mm at 0.64 m, sensor at 9 mm from the saddle."""
+    """Case B of the paper: plucked 3.6 mm at 0.64 m, heard 9 mm from the saddle."""
     s = paper_g()
     return Trial(s, pluck(), modes, contact_rate, output_rate, duration, s.length - 9e-3, lossless)
 
@@ -96,7 +97,7 @@ def tiny(
     points: int = 24, modes: int = 23, contact_rate: float = 2e5, duration: float = 0.01,
     stiffness: float = 1e12, exponent: float = 1.5, lossless: bool = False, output_rate: float = 0.0,
 ) -> Trial:  # fmt: skip
-    """A short coarse string over three frets, for solvers too plain to be fast."""
+    """A short coarse string over three frets, for slow solvers."""
     string = String("T", 60, 0.3, 5e-3, 0.0, 1e-3, 2e-4, extra_damping=0.0 if lossless else 20.0)
     fundamental = 440 * 2 ** (-9 / 12)
     string = String(**{**string.__dict__, "tension": 5e-3 * (0.6 * fundamental) ** 2})
@@ -105,8 +106,24 @@ def tiny(
     return Trial(s, Pluck(3e-3, 0.2), modes, contact_rate, output_rate or contact_rate, duration, 0.28, lossless)
 
 
+def oblique(trial: Trial, angle: float, apex: float) -> Trial:
+    """`trial` plucked by `apex` (m) at `angle` (rad) from the normal of the board."""
+    return dataclasses.replace(trial, pluck=dataclasses.replace(trial.pluck, angle=angle, apex=apex))
+
+
+def even(bass: Instrument) -> Instrument:
+    """`bass` in the hands of a player who plays each note alike."""
+    return dataclasses.replace(bass, player=dataclasses.replace(bass.player, unevenness=0.0))
+
+
+def one_string(bass: Instrument, i: int) -> Instrument:
+    """`bass` with its string `i` alone, so that a key is a fret; it is slapped if it was."""
+    player = dataclasses.replace(bass.player, slapped_strings=max(0, min(1, bass.player.slapped_strings - i)))
+    return dataclasses.replace(bass, strings=(bass.strings[i],), necks=(bass.necks[i],), player=player)
+
+
 def random_trial(seed: int, duration: float = 0.03) -> Trial:
-    """A seeded random string, fret, neck, pluck and pair of rates: brute force takes less than 2 s.
+    """A seeded random string, fret, neck, pluck and pair of rates, which brute force solves in less than 2 s.
 
     Plucks reach from 1.2 to 5 times the apex that grazes a fret; one in three sets of modes is full.
     """

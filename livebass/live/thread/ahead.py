@@ -11,95 +11,50 @@ from typing import Any
 import numpy as np
 
 from livebass.compiling import callback, counted, jit
-from livebass.kernels import modal, voice
-from livebass.kernels.native import call_4, carray, pointer, record_address
-from livebass.kernels.records import (
-    GROUP_ROOM,
-    MOST_NEAR,
-    POLARISATIONS,
-    ROW,
-    SLOT,
-    VOICE,
-    VOICE_SLOTS,
-)
+from livebass.kernels import voice
+from livebass.kernels.modal import clear, copy
+from livebass.kernels.native import call_4, record_address, words_at
+from livebass.kernels.records import GROUP_ROOM, MOST_NEAR, SLOT_STATE, VOICE_SLOTS
+from livebass.kernels.slot import forget_contact
 from livebass.live.thread.records import (
     SAVE_EVERY,
     SAVES,
     SOUND_RING,
+    VOICE_WORDS,
     ahead_of,
     bass_at,
-    no_log,
     operators_of,
-    pool_of,
-    settings_of,
+    saved_motion,
+    saved_slot,
+    saved_voice,
     sound_of,
     string_events_of,
     string_of,
 )
 
 
-@jit
-def copy(to, o, of, p, n):
-    """Copies n numbers; numba's own assignment of slices allocates in case they overlap."""
-    here = to[o : o + n]
-    there = of[p : p + n]
-    for j in range(n):
-        here[j] = there[j]
-
-
 @counted
 def save(b, i):
     """Saves the state of string `i`, over the oldest one saved."""
     a, string = ahead_of(b, i), string_of(b, i)
-    v, slots, w2 = string.voice, string.slots, string.work
     place = a.saved % SAVES
     a.saved += 1
     a.first = max(a.first, a.saved - SAVES)
-    a.frame[place] = v.frame
-    carray(pointer(a.voice), SAVES, VOICE)[place] = v
-    kept_slots = carray(pointer(a.slots), (SAVES, VOICE_SLOTS), SLOT)
-    memory = carray(pointer(a.memory), (SAVES, POLARISATIONS * VOICE_SLOTS, a.kept), np.float64)
-    ops = operators_of(b, (b.coarse >> i) & 1)[i]
+    a.frame[place] = string.voice.frame
+    copy(saved_voice(a, place), words_at(record_address(string.voice), VOICE_WORDS), VOICE_WORDS)
     for k in range(VOICE_SLOTS):
-        kept_slots[place, k] = slots[k]
-    for k in range(POLARISATIONS * VOICE_SLOTS):
-        s = slots[k % VOICE_SLOTS]
-        n = s.active if k < VOICE_SLOTS else s.swaying
-        if not s.on or (k >= VOICE_SLOTS and n == 0):
-            continue
-        to, w = memory[place, k], w2[k]
-        copy(to, 0, w.q, 0, n)
-        copy(to, ROW, w.p, 0, n)
-        points = ops[s.fret].points
-        at = 2 * ROW
-        for row in (w.clearance, w.known_at, w.due, w.eta, w.eta_before, w.solved_at):
-            copy(to, at, row, 0, points)
-            at += points
-        if points > MOST_NEAR:
-            for groups in (w.group_due, w.group_known_at, w.group_clear, w.group_clear_now):
-                copy(to, at, groups, 0, GROUP_ROOM)
-                at += GROUP_ROOM
-
-
-@counted
-def set_voice(string, kept):
-    """Assigns all of `kept`: numba assigns records to elements of arrays only."""
-    carray(pointer(record_address(string)), 1, VOICE)[0] = kept  # it stands first in the record
-
-
-@jit
-def rest(op, w):
-    """Resets a polarisation that had not moved yet: nothing was saved of it."""
-    modal.clear(w, op.padded)
-    for m in range(op.points):
-        w.solved_at[m] = -1.0
+        slot = string.slots[k]
+        copy(saved_slot(a, place, k), words_at(record_address(slot), SLOT_STATE), SLOT_STATE)
+        if slot.on:
+            save_u(saved_motion(a, place, k, 0), slot, operator_of(b, i, slot.fret))
+            if slot.v_active > 0:
+                save_v(saved_motion(a, place, k, 1), slot, operator_of(b, i, slot.fret))
 
 
 @counted
 def go_back(b, i, frame):
     """Restores string `i` to the last saved state that is not after `frame`."""
     a, string = ahead_of(b, i), string_of(b, i)
-    slots, w2 = string.slots, string.work
     last = a.saved - 1
     while last > a.first and a.frame[last % SAVES] > frame:
         last -= 1
@@ -107,35 +62,95 @@ def go_back(b, i, frame):
         return
     place = last % SAVES
     a.saved = last + 1
-    set_voice(string, carray(pointer(a.voice), SAVES, VOICE)[place])
-    kept_slots = carray(pointer(a.slots), (SAVES, VOICE_SLOTS), SLOT)
-    memory = carray(pointer(a.memory), (SAVES, POLARISATIONS * VOICE_SLOTS, a.kept), np.float64)
-    ops = operators_of(b, (b.coarse >> i) & 1)[i]
+    copy(words_at(record_address(string.voice), VOICE_WORDS), saved_voice(a, place), VOICE_WORDS)
     for k in range(VOICE_SLOTS):
-        slots[k] = kept_slots[place, k]
-    for k in range(POLARISATIONS * VOICE_SLOTS):
-        s = slots[k % VOICE_SLOTS]
-        if not s.on:
-            continue
-        n = s.active if k < VOICE_SLOTS else s.swaying
-        kept, w = memory[place, k], w2[k]
-        op = ops[s.fret]
-        if k >= VOICE_SLOTS and n == 0:
-            rest(op, w)
-            continue
-        copy(w.q, 0, kept, 0, n)
-        copy(w.p, 0, kept, ROW, n)
-        for j in range(n, op.padded):
-            w.q[j] = 0.0
-            w.p[j] = 0.0
-        at = 2 * ROW
-        for row in (w.clearance, w.known_at, w.due, w.eta, w.eta_before, w.solved_at):
-            copy(row, 0, kept, at, op.points)
-            at += op.points
-        if op.points > MOST_NEAR:
-            for groups in (w.group_due, w.group_known_at, w.group_clear, w.group_clear_now):
-                copy(groups, 0, kept, at, GROUP_ROOM)
-                at += GROUP_ROOM
+        slot = string.slots[k]
+        copy(words_at(record_address(slot), SLOT_STATE), saved_slot(a, place, k), SLOT_STATE)
+        if slot.on:
+            op = operator_of(b, i, slot.fret)
+            restore_u(saved_motion(a, place, k, 0), slot, op)
+            if slot.v_active > 0:
+                restore_v(saved_motion(a, place, k, 1), slot, op)
+            else:  # it had not moved yet: nothing was saved of it
+                clear(slot.v, op.padded)
+                forget_contact(slot.v, op)
+
+
+@counted
+def operator_of(b, i, fret):
+    """The operator that string `i` plays `fret` with."""
+    return operators_of(b, (b.coarse >> i) & 1)[i, fret]
+
+
+# What is saved of a polarisation, and restored, row after row; `at` is the place of the next one in `memory`.
+@jit
+def save_row(memory, at, row, n):
+    copy(memory[at : at + n], row, n)
+    return at + n
+
+
+@jit
+def restore_row(memory, at, row, n):
+    copy(row, memory[at : at + n], n)
+    return at + n
+
+
+@jit
+def save_u(memory, slot, op):
+    u, points = slot.u, op.points
+    at = save_row(memory, 0, u.q, slot.active)
+    at = save_row(memory, at, u.p, slot.active)
+    at = save_row(memory, at, u.clearance, points)
+    at = save_row(memory, at, u.known_at, points)
+    at = save_row(memory, at, u.due, points)
+    at = save_row(memory, at, u.eta, points)
+    at = save_row(memory, at, u.eta_before, points)
+    at = save_row(memory, at, u.solved_at, points)
+    if points > MOST_NEAR:
+        at = save_row(memory, at, u.group_due, GROUP_ROOM)
+        at = save_row(memory, at, u.group_known_at, GROUP_ROOM)
+        at = save_row(memory, at, u.group_clearance, GROUP_ROOM)
+        save_row(memory, at, u.group_clearance_now, GROUP_ROOM)
+
+
+@jit
+def restore_u(memory, slot, op):
+    u, points = slot.u, op.points
+    clear(u, op.padded)
+    at = restore_row(memory, 0, u.q, slot.active)
+    at = restore_row(memory, at, u.p, slot.active)
+    at = restore_row(memory, at, u.clearance, points)
+    at = restore_row(memory, at, u.known_at, points)
+    at = restore_row(memory, at, u.due, points)
+    at = restore_row(memory, at, u.eta, points)
+    at = restore_row(memory, at, u.eta_before, points)
+    at = restore_row(memory, at, u.solved_at, points)
+    if points > MOST_NEAR:
+        at = restore_row(memory, at, u.group_due, GROUP_ROOM)
+        at = restore_row(memory, at, u.group_known_at, GROUP_ROOM)
+        at = restore_row(memory, at, u.group_clearance, GROUP_ROOM)
+        restore_row(memory, at, u.group_clearance_now, GROUP_ROOM)
+
+
+@jit
+def save_v(memory, slot, op):
+    v, points = slot.v, op.points
+    at = save_row(memory, 0, v.q, slot.v_active)
+    at = save_row(memory, at, v.p, slot.v_active)
+    at = save_row(memory, at, v.moved, points)
+    at = save_row(memory, at, v.moved_before, points)
+    save_row(memory, at, v.solved_at, points)
+
+
+@jit
+def restore_v(memory, slot, op):
+    v, points = slot.v, op.points
+    clear(v, op.padded)
+    at = restore_row(memory, 0, v.q, slot.v_active)
+    at = restore_row(memory, at, v.p, slot.v_active)
+    at = restore_row(memory, at, v.moved, points)
+    at = restore_row(memory, at, v.moved_before, points)
+    restore_row(memory, at, v.solved_at, points)
 
 
 @callback("void(int64, int64, int64, int64)")
@@ -155,18 +170,8 @@ def play_string(bass, i, end, count):
     while v.frame < end:
         place = v.frame % SOUND_RING
         n = min(end - v.frame, SOUND_RING - place)
-        used += voice.run(
-            string,
-            operators_of(b, which)[i],
-            pool_of(b, which),
-            events[used:],
-            count - used,
-            settings_of(b),
-            no_log(b),
-            count < 0,  # never raw; a constant would be a type of its own
-            sound[place : place + n],
-            sound[:0],
-        )
+        out = sound[place : place + n]
+        used += voice.run(string, operators_of(b, which)[i], events[used:], count - used, out, out[:0])
 
 
 @counted

@@ -40,7 +40,6 @@ from livebass.live.thread.records import (
     events_of,
     operators_of,
     performer_of,
-    pool_of,
     samples_at,
     sound_of,
     string_events_of,
@@ -67,7 +66,7 @@ def handle_message(synth, b, frame, status, first, second, count):
         return count
     # plucking points and grazing apexes come from the fine operators, whichever play
     return performer.message(
-        performer_of(b), operators_of(b, 0), pool_of(b, 0), frame - b.frame, status, first, second, events_of(b), count
+        performer_of(b), operators_of(b, 0), frame - b.frame, status, first, second, events_of(b), count
     )
 
 
@@ -75,7 +74,7 @@ def handle_message(synth, b, frame, status, first, second, count):
 def collect_events(synth, b, n):
     """Turns all messages for the next `n` frames, in order, into events of `b`; returns their number."""
     end = synth.frame + n
-    count = np.int64(0)  # typed: a literal would be a type of its own, and what is called with it compiled twice
+    count = np.int64(0)  # typed: functions called with a literal would be compiled a second time
     panic = record_address(synth) + PANIC
     if load_acquire(panic) != 0:
         store_release(panic, 0)
@@ -244,8 +243,6 @@ def adapt(synth, load, n):
     if synth.bass == 0 or not synth.adaptive:
         return
     b = bass_at(synth.bass)
-    if b.pool_size[1] == 0:
-        return
     p = performer_of(b)
     if load > HIGH:
         synth.calm_frames = 0
@@ -282,5 +279,5 @@ def adapt(synth, load, n):
 def switch_operators(b, i, which, now):
     """Gives string `i` the operators `which` (0 fine, 1 coarse) from synth frame `now` on."""
     ahead.drop_ahead(b, i, now - b.frame)
-    techniques.exchange(string_of(b, i), operators_of(b, 1 - which)[i], operators_of(b, which)[i], pool_of(b, which))
+    techniques.change_operators(string_of(b, i), operators_of(b, 1 - which)[i], operators_of(b, which)[i])
     b.coarse ^= 1 << i

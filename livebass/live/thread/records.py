@@ -6,10 +6,10 @@ code gets at a record or an array behind an address by a function of this file, 
 
 import numpy as np
 
-from livebass.compiling import counted
-from livebass.kernels.native import carray, pointer
+from livebass.compiling import counted, jit
+from livebass.kernels.native import carray, floats_at, pointer, record_at, words_at
 from livebass.kernels.performer import MOST_EVENTS, MOST_STRINGS, PERFORMER
-from livebass.kernels.records import EVENT, GROUP_ROOM, OPERATOR, ROW, STRING
+from livebass.kernels.records import EVENT, GROUP_ROOM, OPERATOR, ROW, SLOT_STATE, STRING, VOICE, VOICE_SLOTS
 
 RINGS = 3  # of messages: from Python's threads, of the score, from the MIDI port of the audio thread
 LEAST_MESSAGES, MOST_MESSAGES = 32, 128  # taken into one chunk, by its length; the others wait for the next
@@ -21,12 +21,15 @@ HISTOGRAM = 64
 HORIZON = 768  # frames
 SAVE_EVERY, SAVES = 16, 64  # frames between saved states, whole strides; and how many are kept
 SOUND_RING = 4096  # frames, more than CHUNK + HORIZON
-POINT_ROWS = 6  # saved of each contact point
+WORD = 8  # bytes
+VOICE_WORDS = VOICE.itemsize // WORD
+POLARISATIONS = 2  # u and v
+POINT_ROWS, GROUP_ROWS = 6, 4  # saved of each contact point, and of each group of them (ahead.py)
 
 
 def kept(points: int) -> int:
-    """Returns the float64 a slot needs to save the state of a string over `points` contact points."""
-    return 2 * ROW + POINT_ROWS * points + 4 * GROUP_ROOM
+    """Returns the float64 that save the motion of one polarisation over `points` contact points."""
+    return 2 * ROW + POINT_ROWS * points + GROUP_ROWS * GROUP_ROOM
 
 
 AHEAD = np.dtype(
@@ -34,9 +37,9 @@ AHEAD = np.dtype(
         ("first", "i8"),  # number of the oldest valid saved state ...
         ("saved", "i8"),  # ... and of the next one; state k lies in place k % SAVES
         ("frame", "i8", (SAVES,)),  # of each saved state
-        ("voice", "i8"),  # address: VOICE (SAVES,)
-        ("slots", "i8"),  # address: SLOT (SAVES, VOICE_SLOTS)
-        ("memory", "i8"),  # float64 (SAVES, 2 VOICE_SLOTS, kept): q, p, POINT_ROWS a contact point, groups of points
+        ("voice", "i8"),  # address: int64 (SAVES, VOICE_WORDS), each a VOICE
+        ("slots", "i8"),  # address: int64 (SAVES, VOICE_SLOTS, SLOT_STATE), each the state at the head of a SLOT
+        ("memory", "i8"),  # address: float64 (SAVES, VOICE_SLOTS, POLARISATIONS, kept): motion, contact points, groups
         ("kept", "i8"),
         ("sound", "i8"),  # float64 (SOUND_RING,): frame n is at n % SOUND_RING
     ],
@@ -50,11 +53,8 @@ BASS = np.dtype(
         ("frets", "i8"),
         ("coarse", "i8"),  # strings that play with the coarse operators, a bit each
         ("operators", "i8", (2,)),  # addresses: OPERATOR (strings, frets + 1), fine and coarse
-        ("pool", "i8", (2,)),
-        ("pool_size", "i8", (2,)),
         ("string", "i8", (MOST_STRINGS,)),  # address: STRING
         ("performer", "i8"),
-        ("settings", "i8"),  # float64 (3,), of voice.run
         ("events", "i8"),  # EVENT (EVENT_ROOM,), of all strings
         ("string_events", "i8"),  # EVENT (EVENT_ROOM,), of the string that plays
         ("ahead", "i8", (MOST_STRINGS,)),  # AHEAD of each string
@@ -125,24 +125,21 @@ BLOCK_TIME, NEXT_BASS, FADED_BASS, CAPTURE_RING, PANIC = (
 )
 
 
-@counted
-def synth_at(address):
-    return carray(pointer(address), 1, SYNTH)[0]
+synth_at = record_at(SYNTH)
+bass_at = record_at(BASS)
+ahead_at = record_at(AHEAD)
+string_at = record_at(STRING)
+performer_at = record_at(PERFORMER)
 
 
-@counted
-def bass_at(address):
-    return carray(pointer(address), 1, BASS)[0]
-
-
-@counted
+@jit
 def ahead_of(b, i):
-    return carray(pointer(b.ahead[i]), 1, AHEAD)[0]
+    return ahead_at(b.ahead[i])
 
 
-@counted
+@jit
 def string_of(b, i):
-    return carray(pointer(b.string[i]), 1, STRING)[0]
+    return string_at(b.string[i])
 
 
 @counted
@@ -150,25 +147,9 @@ def operators_of(b, which):
     return carray(pointer(b.operators[which]), (b.strings, b.frets + 1), OPERATOR)
 
 
-@counted
-def pool_of(b, which):
-    return carray(pointer(b.pool[which]), b.pool_size[which], np.float64)
-
-
-@counted
+@jit
 def performer_of(b):
-    return carray(pointer(b.performer), 1, PERFORMER)[0]
-
-
-@counted
-def settings_of(b):
-    return carray(pointer(b.settings), 3, np.float64)
-
-
-@counted
-def no_log(b):
-    """An empty log of contacts."""
-    return carray(pointer(b.settings), (0, 2), np.int64)
+    return performer_at(b.performer)
 
 
 @counted
@@ -183,7 +164,27 @@ def string_events_of(b):
 
 @counted
 def sound_of(a):
-    return carray(pointer(a.sound), SOUND_RING, np.float64)
+    """The ring of sound, (SOUND_RING,)."""
+    return floats_at(a.sound, SOUND_RING)
+
+
+@counted
+def saved_voice(a, place):
+    """Words of a saved VOICE, (VOICE_WORDS,)."""
+    return words_at(a.voice + WORD * VOICE_WORDS * place, VOICE_WORDS)
+
+
+@counted
+def saved_slot(a, place, k):
+    """Words of the state of slot `k` in a saved string, (SLOT_STATE,)."""
+    return words_at(a.slots + WORD * SLOT_STATE * (place * VOICE_SLOTS + k), SLOT_STATE)
+
+
+@counted
+def saved_motion(a, place, k, polarisation):
+    """Memory of the motion of slot `k` along u (0) or v (1) in a saved string, (a.kept,)."""
+    which = (place * VOICE_SLOTS + k) * POLARISATIONS + polarisation
+    return floats_at(a.memory + WORD * a.kept * which, a.kept)
 
 
 @counted

@@ -1,4 +1,4 @@
-"""The neck under the string: eqs. 8 and 9 against exact solutions, dead spots, and the notes in tune all the same."""
+"""The neck gives way: eqs. 8 and 9 against exact solutions, dead spots, and notes that stay in tune."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ NECK = (Resonance(150.0, 20.0, 0.9), Resonance(290.0, 30.0, 1.4), Resonance(1200
 def coupled(resonance: Resonance, count: int = 400) -> tuple[np.ndarray, np.ndarray]:
     """Frequencies (Hz) and dampings (1/s) of the first modes of a string that ends on a mass, a spring and a damper.
 
-    Real matrices alone, so that no sign convention of complex numbers comes in: u = w (1 - x / L) + sum q_j sin(j pi x
-    / L), w the mass; then eigenvalues.
+    Eigenvalues of real matrices, so that no sign convention of complex numbers comes in. u = w (1 - x / L) + sum q_j
+    sin(j pi x / L), where w is the displacement of the mass.
     """
     j = np.arange(1, count + 1)
     m, w0 = resonance.mass, 2 * math.pi * resonance.frequency
@@ -39,7 +39,7 @@ def coupled(resonance: Resonance, count: int = 400) -> tuple[np.ndarray, np.ndar
         [-np.linalg.solve(mass, stiffness), -np.linalg.solve(mass, damper)],
     ])  # fmt: skip
     values = np.linalg.eigvals(system)
-    # the mode of the neck itself is the one that dies much faster
+    # without the mode of the neck itself, which decays much faster
     mine = values[(values.imag > 0) & (-values.real < w0 / (4 * resonance.quality))]
     first = mine[np.argsort(mine.imag)][: MODES.size]
     return np.abs(first) / (2 * math.pi), -first.real
@@ -90,7 +90,7 @@ def test_the_exact_equation_is_met_the_better_the_weaker_the_coupling() -> None:
 
 
 def test_modes_of_a_string_on_a_neck() -> None:
-    """What modes.py makes of eqs. 8 and 9: the same, on top of the law of a rigid neck."""
+    """modes.py adds eqs. 8 and 9 to the law of a rigid neck; measured modes stay as measured."""
     string = replace(g_string(), measured_frequencies=(), measured_dampings=())
     still = speaking(string, g_neck(), 0)
     s = speaking(string, replace(g_neck(), admittance=Admittance(NECK)), 0)
@@ -106,7 +106,7 @@ def test_modes_of_a_string_on_a_neck() -> None:
 
 
 def test_resonance() -> None:
-    """A peak of Q / (m omega) at its frequency; a spring far below, a mass far above; never gains energy."""
+    """A resonance peaks at Q / (m omega), is a spring far below and a mass far above, and never gains energy."""
     (r,) = neck = (Resonance(200.0, 25.0, 0.7),)
     y = Admittance(neck)
     omega = 2 * math.pi * np.array([2.0, 200.0, 20_000.0])
@@ -157,7 +157,7 @@ def with_resonances(bass: Instrument, change: dict[int, Resonance], free_length:
 
 
 def test_dead_spots_follow_the_neck() -> None:
-    """On the G of paper-bass notes by a resonance die fast; where it moves they go along, and on other strings too."""
+    """On the G of paper-bass notes near a resonance decay fast; they move with it, and other strings have them too."""
     bass = load_preset("paper-bass")
     usual = decay(bass, 3)
     dead = int(np.argmin(usual[1:])) + 1
@@ -175,7 +175,7 @@ def test_dead_spots_follow_the_neck() -> None:
 
 @pytest.mark.parametrize("name", preset_names())
 def test_tuned_with_the_neck(name: str) -> None:
-    """A string is tuned by ear: the neck draws its first mode aside, and the note is right all the same."""
+    """The neck shifts the first mode, and the note is in tune all the same, as a string is tuned by ear."""
     bass, aside = load_preset(name), 0.0
     for string, neck in zip(bass.strings, bass.necks, strict=True):
         for fret in range(1, len(neck.fret_positions) + 1):

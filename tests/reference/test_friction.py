@@ -1,4 +1,4 @@
-"""The second polarisation by brute force: eq. 7 solved exactly, energy, and u that does not feel v."""
+"""The second polarisation by brute force: eq. 7 is solved exactly, energy never rises, and u does not feel v."""
 
 from __future__ import annotations
 
@@ -8,15 +8,12 @@ import math
 import numpy as np
 import pytest
 from support import strings
+from support.strings import oblique
 
 from livebass.model import modes
-from livebass.model.trial import Trial, initial_amplitudes_across
+from livebass.model.trial import initial_amplitudes_across
 from livebass.reference.laws import sat, solve_friction
 from livebass.reference.solver import solve
-
-
-def oblique(trial: Trial, angle: float, apex: float) -> Trial:
-    return dataclasses.replace(trial, pluck=dataclasses.replace(trial.pluck, angle=angle, apex=apex))
 
 
 @pytest.mark.parametrize("seed", range(30))
@@ -76,7 +73,7 @@ def test_energy_never_rises_with_friction(count: int, friction: float, speed: fl
 
 
 def test_oblique_pluck_of_the_paper_loses_v_at_the_frets() -> None:
-    """Section 4.1.3: 3.1 mm and 2.2 mm."""
+    """Section 4.1.3: a pluck of 3.1 mm up and 2.2 mm across."""
     trial = oblique(strings.case_b(duration=0.03), math.atan2(2.2, 3.1), math.hypot(2.2e-3, 3.1e-3))
     motion = solve(dataclasses.replace(trial, sensor_v=trial.speaking.length - 18e-3), energy_every=8)
     assert motion.energy_j is not None and motion.across_m is not None

@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 from support import strings
 
+from livebass.arrays import Floats
 from livebass.model import modes
 from livebass.model.instrument import Pluck
-from livebass.model.trial import Floats, Motion, Trial, initial_amplitudes
+from livebass.model.trial import Motion, Trial, initial_amplitudes
 from livebass.reference.solver import make_plan, solve, static_compliance
 
 PUBLISHED = Path(__file__).parents[3] / "shared" / "data" / "issanchou-bass" / "fretted_modes.csv"
@@ -27,7 +28,7 @@ def case_b() -> Motion:
 
 
 def contact_sets(motion: Motion, gap: float = 2e-3) -> list[set[int]]:
-    """Frets of each set of contacts; sets lie at least `gap` s apart."""
+    """The frets of each set of contacts; sets are at least `gap` s apart."""
     cuts = np.flatnonzero(np.diff(motion.contact_time_s) > gap) + 1
     return [set((part + 1).tolist()) for part in np.split(motion.contact_index, cuts)]
 
@@ -108,7 +109,7 @@ def test_free_motion_is_the_exact_modal_solution(contact_rate: float, output_rat
 
 
 def plain_solution(trial: Trial) -> tuple[Floats, list[tuple[int, int]]]:
-    """Eq. 12 as it is printed: dense matrices on the grid, force by bisection; (u (n, N-1), contacts)."""
+    """Solves eq. 12 as printed, with dense matrices on the grid and forces by bisection: (u (n, N-1), contacts)."""
     s, count = trial.speaking, trial.speaking.grid_points - 1
     dt, mu = 1 / trial.contact_rate, s.string.linear_density
     x = np.arange(1, count + 1) * s.step
@@ -231,6 +232,6 @@ def test_laws_and_pluck_match_the_published_modes() -> None:
     nu = np.array([float(r["frequency_hz"]) for r in rows])
     sigma = np.array([float(r["damping_per_s"]) for r in rows])
     np.testing.assert_allclose(modes.frequencies(s, 862), nu, rtol=3e-5)
-    # they take sqrt(T/mu)/2L, 0.08 % above the measured fundamental, and sigma grows as its cube
+    # the published ones start from sqrt(T/mu)/2L, 0.08 % above the measured fundamental, and sigma grows as its cube
     np.testing.assert_allclose(modes.dampings(s, 862)[119:], sigma[119:], rtol=3e-3)
     np.testing.assert_allclose(modes.dampings(s, 862)[:34], sigma[:34], rtol=1e-9)

@@ -1,4 +1,4 @@
-"""The contact law of the brute-force solver and its implicit equation."""
+"""The contact law of the brute-force solver and the implicit equation for its force."""
 
 from __future__ import annotations
 
