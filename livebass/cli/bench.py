@@ -24,7 +24,10 @@ PLOT = click.option("--plot", "picture", type=PATH, metavar="FILE.png", help="Dr
 
 @click.group()
 def bench() -> None:
-    """Measure how fast this machine computes sound, and whether it can play live."""
+    """Measure how fast this machine is.
+
+    How fast it computes sound, and whether it can play live.
+    """
 
 
 @bench.command("render")

@@ -13,7 +13,10 @@ from livebass.cli.values import Note, Number, Quantity
 
 @click.group()
 def presets() -> None:
-    """List, show or check presets: text files (TOML) that describe a bass and its player."""
+    """List, show or check presets.
+
+    A preset is a text file (TOML) that describes a bass and its player.
+    """
 
 
 @presets.command("list")
@@ -59,7 +62,10 @@ def check(file: str) -> None:
 
 @presets.command()
 def keys() -> None:
-    """List the keys of a preset file, with their meanings, allowed values and defaults."""
+    """List the keys of a preset file.
+
+    Each with its meaning, the values allowed and its default.
+    """
     from livebass.preset.load import preset_reference
 
     click.echo(preset_reference(), nl=False)
@@ -111,7 +117,9 @@ def identify(
     start: float, duration: float, channel: int | None, neck: str, output: Path | None, json_file: Path | None,
     csv_file: Path | None,
 ) -> None:  # fmt: skip
-    """Measure an open string from recordings of it, plucked alone, softly enough not to touch the frets.
+    """Measure an open string from recordings.
+
+    The string is plucked alone, softly enough not to touch the frets.
 
     Let each note ring, and damp the other strings. A pluck close to the nut and a pickup close to the bridge show the
     most partials. The RECORDINGs (WAV, FLAC, Ogg ...) may hold several notes; then medians and their scatter are given.

@@ -127,7 +127,9 @@ def render(
     midi: Path | None, note: int | None, demo: bool, directory: Path | None, output: Path | None,
     preset: str | None, velocity: int, duration: float, channel: str | int, **rest: Any,
 ) -> None:  # fmt: skip
-    """Play a MIDI file (type 0 or 1), a note or a demo phrase into a sound file.
+    """Render a MIDI file, a note or a demo to a sound file.
+
+    MIDI files are of type 0 or 1.
 
     An existing file is replaced. Files appear when they are complete; an interrupted render leaves nothing behind.
 

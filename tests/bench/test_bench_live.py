@@ -99,7 +99,7 @@ def test_the_script_gives_each_string_its_note() -> None:
 
 
 def test_runs_are_alike() -> None:
-    """What a device plays the second time is what it played the first."""
+    """A device plays the same the second time."""
     bass = even(load_preset("jazz-finger"))
     script = worst_case(bass, RATE, 4, 0.3)
     synth = Synth(RATE, adaptive=False)

@@ -235,7 +235,7 @@ def test_laws_through_what_follows_them() -> None:
 
 
 def test_the_neck_takes_the_rest() -> None:
-    """What the paper's figures leave to the neck (eqs. 9 to 11), the fitted law leaves, nearly."""
+    """The fitted law leaves to the neck nearly as much as the paper's figures do (eqs. 9 to 11)."""
     s, j = paper_g(), np.arange(1, 61)
     law = fit_law(j, modes.frequencies(s, 60))
     assert law.fundamental == pytest.approx(97.976, rel=1e-4) and law.inharmonicity == pytest.approx(3.5e-5, rel=0.01)
