@@ -1,4 +1,4 @@
-"""Sound to WAV, FLAC and Ogg Vorbis files, block by block; the same sound gives the same bytes."""
+"""Writes WAV, FLAC and Ogg Vorbis files block by block; the same sound gives the same bytes."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from livebass.files import OutputError, Transaction, output_error
 
-# format -> bits -> libsndfile's name; None is what a format takes when nothing was asked for
+# format -> bits -> libsndfile's name; None: the default of the format
 SUBTYPES: dict[str, dict[str | None, str]] = {
     "wav": {None: "PCM_24", "16": "PCM_16", "24": "PCM_24", "float": "FLOAT"},
     "flac": {None: "PCM_24", "16": "PCM_16", "24": "PCM_24"},
@@ -22,13 +22,13 @@ SUBTYPES: dict[str, dict[str | None, str]] = {
 }
 BYTES = {"PCM_16": 2, "PCM_24": 3, "FLOAT": 4}
 WAV_LIMIT = (1 << 32) - 4096  # bytes: WAV counts them in 32 bits
-CHUNK = 1 << 15  # frames handed over at once; the Vorbis encoder keeps a whole one on its stack
+CHUNK = 1 << 15  # frames written at once; the Vorbis encoder keeps a chunk on its stack
 OGG_SERIAL = b"bass"
 
 
 @dataclass(frozen=True)
 class Encoding:
-    """A way to write sound that is known to exist; made by `encoding`."""
+    """A valid combination of format, sample type, rate and channels; made by `encoding`."""
 
     format: str  # "wav", "flac" or "ogg"
     subtype: str  # libsndfile's name
@@ -36,7 +36,7 @@ class Encoding:
     channels: int = 1
 
     def check_length(self, frames: int, path: Path) -> None:
-        """OutputError where so many frames do not fit into one file."""
+        """Raises OutputError if a file cannot hold `frames` frames."""
         limit = WAV_LIMIT // (BYTES.get(self.subtype, 1) * self.channels)
         if self.format == "wav" and frames > limit:
             hours = limit / self.rate / 3600
@@ -44,13 +44,13 @@ class Encoding:
 
 
 def encoding(path: Path, rate: int, format: str | None = None, bits: str | None = None, channels: int = 1) -> Encoding:
-    """The encoding for `path`: `format`, or what the name ends in. ValueError says what is allowed."""
+    """Returns the encoding for `path`; `format` defaults to its ending. Raises ValueError, naming what is allowed."""
     named = path.suffix.lower().removeprefix(".")
     kind = format or named
     if kind not in SUBTYPES:
         raise ValueError(f"{path}: format {kind or 'unknown'}: allowed are {', '.join(SUBTYPES)} (--format)")
     if named in SUBTYPES and named != kind:
-        raise ValueError(f"{path}: is named as {named}, the format asked for is {kind}")
+        raise ValueError(f"{path}: is named as {named}, but the format is {kind}")
     if bits not in SUBTYPES[kind]:
         allowed = ", ".join(b for b in SUBTYPES[kind] if b) or "none, leave it out"
         raise ValueError(f"bits {bits}: allowed for {kind}: {allowed}")
@@ -60,7 +60,7 @@ def encoding(path: Path, rate: int, format: str | None = None, bits: str | None 
 
 
 class AudioWriter:
-    """One file of a transaction. `close` it before the transaction ends.
+    """Writes one sound file of a transaction. `close` it before the transaction ends.
 
     ``with Transaction() as files: writer = AudioWriter(files, path, encoding(path, rate))``
     """
@@ -68,8 +68,8 @@ class AudioWriter:
     def __init__(self, files: Transaction, path: Path, encoding: Encoding) -> None:
         self.path, self.encoding = path, encoding
         self.frames = 0  # written
-        self.clipped = 0  # samples beyond full scale; integer formats hold them at full scale
-        self._size = 0  # bytes, after the last write that went well
+        self.clipped = 0  # samples beyond full scale; integer formats clip them
+        self._size = 0  # bytes, after the last successful write
         self._fd, self._temporary = files.create(path)
         try:
             self._sound = soundfile.SoundFile(
@@ -81,7 +81,7 @@ class AudioWriter:
         files.before_closing(self._abandon)
 
     def write(self, sound: NDArray[np.float32] | NDArray[np.float64]) -> None:
-        """Append `sound`, (frames,) or (frames, channels), full scale 1. Raises OutputError."""
+        """Appends `sound`, (frames,) or (frames, channels), full scale 1. Raises OutputError."""
         if self.encoding.subtype != "FLOAT":
             self.clipped += int(np.count_nonzero(np.abs(sound) > 1.0))
         self.frames += len(sound)
@@ -90,15 +90,15 @@ class AudioWriter:
             for start in range(0, len(sound), CHUNK):
                 self._sound.write(np.ascontiguousarray(sound[start : start + CHUNK]))
             self._size = os.fstat(self._fd).st_size
-        except (soundfile.LibsndfileError, AssertionError) as error:  # the latter: fewer frames than given
+        except (soundfile.LibsndfileError, AssertionError) as error:  # AssertionError: soundfile wrote fewer frames
             raise self._reason(error) from None
 
     def close(self) -> None:
-        """Finish the file and see that all of it is there. Raises OutputError."""
+        """Finishes the file and checks its length. Raises OutputError."""
         try:
             self._sound.close()
             if soundfile.info(str(self._temporary)).frames != self.frames:
-                raise self._reason(OSError("the file came out short"))
+                raise self._reason(OSError("the file is too short"))
             self._make_repeatable()
         except soundfile.LibsndfileError as error:
             raise self._reason(error) from None
@@ -108,7 +108,7 @@ class AudioWriter:
             raise output_error(self.path, error) from None
 
     def close_short(self) -> int:
-        """Finish a file that `write` or `close` failed on; the frames that it holds, 0 if it cannot be read."""
+        """Finishes a file after `write` or `close` failed; returns the frames it holds, 0 if it cannot be read."""
         try:
             os.ftruncate(self._fd, self._size)
             os.lseek(self._fd, 0, os.SEEK_END)
@@ -121,17 +121,17 @@ class AudioWriter:
         return frames
 
     def _set_flac_frames(self, frames: int) -> None:
-        """What the encoder fills in at the end: 36 bits of the STREAMINFO block, which is the first."""
+        """Sets the number of samples, 36 bits of the STREAMINFO block, which the encoder fills in at the end."""
         word = int.from_bytes(_read_at(self._fd, 18, 8))
         _write_at(self._fd, 18, (word & ~((1 << 36) - 1) | frames).to_bytes(8))
 
     def _abandon(self) -> None:
-        """Let go of the descriptor; without effect after `close`."""
+        """Closes the encoder and ignores its errors; no effect after `close`."""
         with contextlib.suppress(soundfile.LibsndfileError):
             self._sound.close()
 
     def _reason(self, error: Exception) -> OutputError:
-        """Why the encoder failed. It does not say, so ask the system by writing some more."""
+        """Returns why the encoder failed. It does not say, so ask the system by writing some more."""
         try:
             os.lseek(self._fd, 0, os.SEEK_END)
             os.write(self._fd, bytes(1 << 16))
@@ -141,7 +141,7 @@ class AudioWriter:
         return OutputError(f"{self.path}: cannot be written: {error or 'the encoder failed'}")
 
     def _make_repeatable(self) -> None:
-        """Take out what libsndfile makes of the clock: a time in float WAV, a serial number in Ogg."""
+        """Removes what libsndfile derives from the clock: a time in float WAV, a serial number in Ogg."""
         if self.encoding.subtype == "FLOAT":
             head = _read_at(self._fd, 0, 512)
             peak = head.find(b"PEAK")
@@ -156,7 +156,7 @@ class AudioWriter:
 
 
 def _readable_frames(path: Path) -> int:
-    """Frames up to the first that is broken."""
+    """Returns the number of frames up to the first broken one."""
     frames = 0
     with soundfile.SoundFile(str(path)) as file, contextlib.suppress(soundfile.LibsndfileError):
         while count := len(file.read(1024)):
@@ -178,7 +178,7 @@ _REVERSED = bytes(int(f"{i:08b}"[::-1], 2) for i in range(256))
 
 
 def with_ogg_serial(stream: bytes, serial: bytes) -> bytes:
-    """An Ogg stream with another 4-byte serial number in every page, and the checksums that go with it."""
+    """Returns an Ogg stream with another 4-byte serial number in every page, and new checksums."""
     out = bytearray(stream)
     at = 0
     while out[at : at + 4] == b"OggS":
@@ -192,6 +192,6 @@ def with_ogg_serial(stream: bytes, serial: bytes) -> bytes:
 
 
 def _ogg_crc(page: bytes) -> int:
-    """Polynomial 0x04C11DB7, most significant bit first, from 0: zlib's, with all bits in the other order."""
+    """CRC-32 with polynomial 0x04C11DB7, most significant bit first, from 0: zlib's with all bits reversed."""
     mirrored = zlib.crc32(page.translate(_REVERSED), 0xFFFFFFFF) ^ 0xFFFFFFFF
     return int(f"{mirrored:032b}"[::-1], 2)

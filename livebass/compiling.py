@@ -19,7 +19,7 @@ import numba as nb
 import platformdirs
 
 ROOMS = ("kernels", "live/thread", "reference")  # folders whose functions are compiled
-ENTRY, LIVE_ENTRY = "voice.run-*.nbi", "block.process-*.nbi"  # what is compiled last
+ENTRY, LIVE_ENTRY = "voice.run-*.nbi", "block.process-*.nbi"  # cache files of the functions compiled last
 
 
 @functools.cache

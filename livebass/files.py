@@ -1,4 +1,4 @@
-"""Files that appear whole or not at all: written beside their place, moved there when all are complete."""
+"""Writes files whole or not at all: under temporary names, moved to their places when all are complete."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ class OutputError(OSError):
 
 
 def output_error(path: Path, error: OSError) -> OutputError:
-    """`error` of the system, said of `path`."""
+    """Returns the system's `error` as an OutputError about `path`."""
     return OutputError(f"{path}: cannot be written: {error.strerror or error}")
 
 
 def checked_place(path: Path) -> Path:
-    """Where a file written as `path` goes, past symbolic links. OutputError where it cannot be written."""
+    """Returns where a file written as `path` goes, past symbolic links. Raises OutputError if it cannot be written."""
     try:
         place = Path(os.path.realpath(path))
         if place.exists():
@@ -65,29 +65,29 @@ def completed_files() -> Iterator[list[Path]]:
 
 @dataclass(frozen=True)
 class _File:
-    name: Path  # what it was called by whoever asked for it
-    place: Path  # where it will be
-    temporary: Path  # where it is until then
+    name: Path  # as the caller named it
+    place: Path  # its final path
+    temporary: Path  # its path until then
 
 
 def _beside(place: Path, ending: str) -> Path:
-    """A name in the same directory, so that moving is renaming, that no other file has."""
+    """Returns a free name in the same directory: moving it to `place` is then a renaming."""
     return place.with_name(f".{place.name[:40]}.{ending}-{secrets.token_hex(4)}")
 
 
 class Transaction:
-    """Several new files as one: `with Transaction() as files: fd, temporary = files.create(path)`.
+    """Writes several files as one: `with Transaction() as files: fd, temporary = files.create(path)`.
 
-    Leaving the block without an exception moves every file to its place, over an older one; with any
-    exception, KeyboardInterrupt included, none appears, older ones stay and nothing is left behind. Signals
-    that come while files are moved or taken away wait until that is done.
+    Leaving the block without an exception moves every file to its place, over an older one. After any exception,
+    KeyboardInterrupt included, no file appears, older ones stay and nothing is left behind. Signals wait while files
+    are moved or removed.
     """
 
     def __init__(self) -> None:
         self._files: list[_File] = []
         self._made: list[Path] = []  # directories, outermost first
         self._open: list[tuple[int, Path]] = []  # file descriptors and the names of their files
-        self._closing = ExitStack()  # closes what writes to a descriptor, then the descriptor
+        self._closing = ExitStack()  # closes encoders before the descriptors they write to
 
     def __enter__(self) -> Self:
         return self
@@ -109,7 +109,7 @@ class Transaction:
                     self._discard()
 
     def directory(self, path: Path) -> None:
-        """Make the directory `path` if need be, and those above it; what was made goes if no file appears."""
+        """Makes the directory `path` and those above it, if missing; removes them again if no file appears."""
         try:
             place = Path(os.path.realpath(path))
             for directory in reversed([p for p in (place, *place.parents) if not p.exists()]):
@@ -129,9 +129,9 @@ class Transaction:
             raise output_error(path, error) from None
 
     def create(self, path: Path) -> tuple[int, Path]:
-        """A descriptor to read and write a new file that will be `path`, and where it is until then.
+        """Opens a new file that will be `path`; returns its descriptor, to read and write, and its temporary path.
 
-        Raises OutputError where `path` could not be put in place at the end.
+        Raises OutputError if the file could not be moved to `path` at the end.
         """
         file = _File(path, checked_place(path), _beside(checked_place(path), "tmp"))
         if any(file.place == other.place for other in self._files):
@@ -146,11 +146,11 @@ class Transaction:
         return fd, file.temporary
 
     def before_closing(self, action: Callable[[], None]) -> None:
-        """Call `action` before the descriptors made so far are closed, whatever the end."""
+        """Calls `action` before the descriptors opened so far are closed, after exceptions too."""
         self._closing.callback(action)
 
     def write(self, path: Path, data: bytes) -> None:
-        """A whole small file at once."""
+        """Writes a whole file at once."""
         fd, _ = self.create(path)
         try:
             with os.fdopen(os.dup(fd), "wb") as file:
@@ -159,7 +159,7 @@ class Transaction:
             raise output_error(path, error) from None
 
     def _sync(self) -> None:
-        """See that all is on the disk: some report that they are full only now."""
+        """Forces all data to disk: some disks report only now that they are full."""
         for fd, name in self._open:
             try:
                 os.fsync(fd)
@@ -167,7 +167,7 @@ class Transaction:
                 raise output_error(name, error) from None
 
     def _commit(self) -> None:
-        """Move all to their places. What they replace is set aside until the last one is in its place."""
+        """Moves all files to their places. Older files are set aside until the last new one is in its place."""
         aside: list[tuple[Path, Path]] = []
         moved: list[_File] = []
         try:
@@ -202,7 +202,7 @@ class Transaction:
             for file in self._files:
                 file.temporary.unlink(missing_ok=True)
             for directory in reversed(self._made):
-                with suppress(OSError):  # somebody has put something into it
+                with suppress(OSError):  # another program has put files into it
                     directory.rmdir()
             for made in (self._open, self._files, self._made):
                 made.clear()

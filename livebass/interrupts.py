@@ -1,4 +1,4 @@
-"""What SIGINT (Ctrl-C), SIGTERM and SIGHUP (a closed terminal) do in each phase of the program.
+"""Handles SIGINT (Ctrl-C), SIGTERM and SIGHUP (a closed terminal): one function for each phase of the program.
 
     exit_while_loading    modules load: SIGINT ends the process at once, with one line
     handled               a command runs: SIGINT raises KeyboardInterrupt, the others SystemExit(128 + number);

@@ -1,4 +1,4 @@
-"""Sound files: what is written is what is read, twice the same bytes, whole or not at all."""
+"""Sound files: read as written, the same bytes each time, whole or not at all; transactions and signals."""
 
 from __future__ import annotations
 
@@ -158,7 +158,7 @@ def test_any_exception_leaves_nothing(tmp_path: Path, error: type[BaseException]
 
 @pytest.mark.parametrize("failing", range(7))
 def test_all_files_or_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, failing: int) -> None:
-    """Whichever renaming fails, what was there before is there again. Six are needed for these four files."""
+    """Whichever renaming fails, the older files are restored. These four files need six renamings."""
     for name in ("1", "2"):
         (tmp_path / name).write_text("before")
     calls, replace = iter(range(100)), os.replace
@@ -184,7 +184,7 @@ def test_all_files_or_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, fail
 def test_a_signal_waits_until_files_are_moved_or_gone(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, number: signal.Signals
 ) -> None:
-    """In the middle of moving them, and of taking them away after another interrupt."""
+    """While files are moved, and while they are removed after another interrupt."""
 
     def stop(*_: object) -> None:
         raise KeyboardInterrupt
@@ -239,5 +239,5 @@ def test_a_symbolic_link_stays(tmp_path: Path) -> None:
 
 
 def test_file_limit_signal_is_ignored_by_python() -> None:
-    """What `largest_file` rests on: a write beyond the limit is an error, not the end of the process."""
+    """`largest_file` depends on it: a write beyond the limit is an error, not the end of the process."""
     assert signal.getsignal(signal.SIGXFSZ) == signal.SIG_IGN

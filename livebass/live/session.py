@@ -42,7 +42,7 @@ Output = PortAudioOutput | JackOutput
 
 @dataclass(frozen=True)
 class Settings:
-    """What a session plays and through which devices."""
+    """The bass that a session plays, and the devices to play through."""
 
     instrument: Instrument
     quality: Quality

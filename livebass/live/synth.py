@@ -72,7 +72,7 @@ def touch(array: NDArray[Any]) -> None:
 
 
 class AheadMemory:
-    """What one string needs to run ahead of the clock and go back: saved states and a ring of sound."""
+    """Lets one string run ahead of the clock and go back: its saved states and its ring of sound."""
 
     def __init__(self, points: int) -> None:
         self.voice = np.zeros((SAVES, VOICE_WORDS), np.int64)

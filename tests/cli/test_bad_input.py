@@ -1,4 +1,4 @@
-"""Whatever is wrong: one clear line on stderr, status 1 or 2, no traceback, nothing half written."""
+"""Errors of any kind: one clear line on stderr, status 1 or 2, no traceback, no half-written file."""
 
 from __future__ import annotations
 
@@ -181,7 +181,7 @@ def test_a_full_disk_leaves_nothing(tmp_path: Path) -> None:
 @pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)])
 @pytest.mark.parametrize("again", [(), (0.05,), (0.002, 0.2, 0.1)])
 def test_an_interrupt_leaves_nothing(tmp_path: Path, number: int, status: int, again: tuple[float, ...]) -> None:
-    """Nor does an impatient one: `again` (s) after the first come more."""
+    """Nor do several: more come `again` s after the first."""
     out = tmp_path / "long.wav"
     with subprocess.Popen(
         [sys.executable, "-m", "livebass", "render", "--note", "E1", "--duration", "3600s", "--stems",
@@ -208,7 +208,7 @@ def test_an_interrupt_leaves_nothing(tmp_path: Path, number: int, status: int, a
 
 
 def test_an_interrupt_while_modules_load() -> None:
-    """An import takes its place in `__main__`: the first thing there answers Ctrl-C."""
+    """`__main__` answers Ctrl-C before the command line is imported."""
     code = (
         "import os, signal, sys\n"
         "class Finder:\n"

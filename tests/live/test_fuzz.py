@@ -1,4 +1,4 @@
-"""Anything may come in: sound stays finite and bounded, and panic ends it."""
+"""Any input at all: the sound stays finite and within full scale, and panic ends it."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def test_a_hundred_thousand_messages() -> None:
 
 
 def test_what_rtmidi_hands_over() -> None:
-    """Lists of any length and any numbers, as its callback might."""
+    """Lists of any length with any bytes, as its callback might get them."""
     synth, device = synth_and_device("jazz-finger", LIGHT)
     port = MidiPort.__new__(MidiPort)
     port.synth, port.delay = synth, 64
@@ -74,7 +74,7 @@ def test_what_rtmidi_hands_over() -> None:
 
 
 def test_everything_jumps_each_block() -> None:
-    """Gain, controllers, bend, pedal, programs, panic, and another bass whenever the last has faded out."""
+    """Gain, controllers, bend, pedal, programs, panic, and another bass as soon as one has faded out."""
     synth, device = synth_and_device("slap", QUICK)
     basses = [LiveBass(load_preset(name), quality, RATE) for name in preset_names() for quality in (LIGHT, QUICK)]
     rng = np.random.default_rng(9)

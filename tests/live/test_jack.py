@@ -22,7 +22,7 @@ from support.jack import JACK_PERIOD, JACK_RATE, livebass, wait_for
 from support.live import QUICK, offline
 
 from livebass import load_preset
-from livebass.bench.server import AudioProbe, MidiProbe
+from livebass.bench.jack import AudioProbe, MidiProbe
 from livebass.live.synth import LiveBass, Synth
 from livebass.live.thread.ring import unread
 
@@ -65,7 +65,7 @@ def test_notes_come_out_at_their_frame_as_rendered(server: SimpleNamespace, offs
 
 
 def heard_note(server: SimpleNamespace, bass: Any, offset: int) -> np.ndarray:
-    """What `bass` plays from the period on in which a note comes at `offset`, as far as the server lost no period."""
+    """Returns what `bass` plays from the period of a note at `offset` on, up to the first period the server lost."""
     audio, midi = AudioProbe(keep=True), MidiProbe()
     try:
         for probe in (audio, midi):
@@ -89,7 +89,7 @@ def heard_note(server: SimpleNamespace, bass: Any, offset: int) -> np.ndarray:
 
 
 def test_a_busy_interpreter_loses_nothing(server: SimpleNamespace, bass: Any) -> None:
-    """Frames of the server that the synth did not play, idle and with Python hogging the processor.
+    """Counts the server's frames that the synth did not play, idle and with Python hogging the processor.
 
     A Python callback loses most of them; other work on the machine may cost any callback some.
     """
@@ -145,14 +145,14 @@ def test_a_take_survives_the_signal_that_ends_it(server: SimpleNamespace, tmp_pa
 
 
 def test_the_sound_of_portaudio_is_the_same(server: SimpleNamespace) -> None:
-    """PortAudio's JACK host, heard by another client; in a process of its own, as PortAudio looks once."""
+    """PortAudio's JACK host, captured by another client; in a process of its own, as PortAudio looks for JACK once."""
     program = f"""
 import sys, time
 import numpy as np
 sys.path.insert(0, {str(Path(__file__).parents[1])!r})
 from support.live import QUICK, offline
 from livebass import load_preset
-from livebass.bench.server import AudioProbe
+from livebass.bench.jack import AudioProbe
 from livebass.live.outputs import PortAudioOutput
 from livebass.live.synth import LiveBass, Synth
 
@@ -183,7 +183,7 @@ os._exit(0)
 
 @pytest.mark.parametrize("backend", ["jack", "portaudio"])
 def test_a_server_that_hangs_does_not_hold_the_take(server: SimpleNamespace, tmp_path: Path, backend: str) -> None:
-    """It is stopped, not ended: whatever asks it something waits."""
+    """The server is stopped by SIGSTOP: every call to it hangs."""
     take = tmp_path / "take.wav"
     process = livebass("play", "--backend", backend, "--record", take)
     assert process.stderr is not None
@@ -203,7 +203,7 @@ def test_a_server_that_hangs_does_not_hold_the_take(server: SimpleNamespace, tmp
 
 
 def test_a_server_that_goes_away_ends_the_session(server: SimpleNamespace, tmp_path: Path) -> None:
-    """Through JACK and through PortAudio, which waits for ever then. Last, as it takes the server with it."""
+    """Through JACK and through PortAudio, which then hangs. The last test, as it ends the server."""
     names = ("jack", "portaudio")
     takes, logs = ([tmp_path / f"{name}.{ending}" for name in names] for ending in ("wav", "log"))
     processes = [

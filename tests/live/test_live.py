@@ -1,4 +1,4 @@
-"""The synth: what the native callback plays, called by its C pointer; no sound card is needed."""
+"""The synth on a fake device, which calls the native callback by its C pointer; no sound card is needed."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def test_a_score_sounds_as_rendered_bit_for_bit(sizes: list[int], ahead: str) ->
 @pytest.mark.parametrize("angle", [0.0, 0.7])
 @pytest.mark.parametrize("preset", ["slap", "jazz-finger", "paper-bass", "fretless"])
 def test_strings_that_ran_ahead_come_back_for_what_they_did_not_know(preset: str, angle: float) -> None:
-    """Dense notes, bends, pedal and volume, each told in the block it falls into, into strings that are far ahead."""
+    """Dense notes, bends, pedal and volume, each sent in its own block, to strings that have run far ahead."""
     rng = np.random.default_rng(5)
     frames, total = np.sort(rng.integers(0, RATE, 160)), RATE + 5000
     messages = []
@@ -163,7 +163,7 @@ def test_what_comes_after_a_stall_is_not_late_by_it() -> None:
 
 @pytest.mark.parametrize("size", [1, 64, 1000, 3000])
 def test_a_bass_fades_out_at_the_same_frames_in_any_blocks(size: int) -> None:
-    """From the frame on at which the next one comes in, which is the start of a block."""
+    """The fade begins at the start of the block in which the next bass begins."""
     sounds = []
     for n in (240, size):
         synth, device = synth_and_device("jazz-finger", adaptive=False)
@@ -211,7 +211,7 @@ def test_a_recorder_that_sleeps_loses_sound_and_counts_it() -> None:
 
 
 def test_overload_coarsens_strings_and_calm_brings_them_back() -> None:
-    """The clock tells of time that never passed: each block takes as long as is said."""
+    """A fake clock decides how long each block takes."""
     synth, device = synth_and_device("jazz-finger", QUALITIES["live"])
     bass = synth.bass
     assert bass is not None
@@ -244,7 +244,7 @@ def test_overload_coarsens_strings_and_calm_brings_them_back() -> None:
 
 
 def test_coarse_strings_go_on_in_tune() -> None:
-    """Exchanged in the middle of a note, and back: the same motion, but for what contacts make of it."""
+    """Operators exchanged in the middle of a note, and back: the same motion up to the effect of contacts."""
     quality = QUALITIES["live"]
     sounds = []
     for exchanged in (False, True):
@@ -265,7 +265,7 @@ def test_coarse_strings_go_on_in_tune() -> None:
 
 @pytest.mark.parametrize("preset", ["slap", "fretless"])
 def test_changing_operators_in_the_midst_of_contact_is_no_blow(preset: str) -> None:
-    """To and fro within the first set of contacts: what fills up a block of modes stays at rest."""
+    """Operators exchanged to and fro within the first contacts: the padding of a block of modes stays at rest."""
     synth, device = synth_and_device(preset, QUALITIES["live"], adaptive=False)
     run_ahead(synth, "never")
     bass = synth.bass
@@ -310,7 +310,7 @@ def test_a_full_ring_refuses() -> None:
 
 
 def test_kernels_of_the_audio_thread_cannot_allocate() -> None:
-    """No function of numba's that asks for memory is in there."""
+    """Their machine code calls none of numba's functions that allocate."""
     synth_and_device()
     callbacks.jack()
     board.over_board()

@@ -1,4 +1,4 @@
-"""MIDI ports by python-rtmidi, which speaks to the JACK server here: a test machine has no MIDI of its own."""
+"""MIDI ports by python-rtmidi, here those of the JACK server: a test machine has no MIDI of its own."""
 
 from __future__ import annotations
 
@@ -126,7 +126,7 @@ def test_a_port_that_is_not_there_is_named(source: Source) -> None:
 
 @pytest.mark.parametrize("extra", [("--backend", "portaudio", "--midi", "test-keys"), ("--midi", "test-keys")])
 def test_the_whole_program(source: Source, tmp_path: Path, extra: tuple[str, ...]) -> None:
-    """A MIDI source plays livebass, by rtmidi or straight into its JACK port; what is heard is in the take."""
+    """A MIDI source plays livebass, by rtmidi or straight into its JACK port; the sound is in the take."""
     take, log = tmp_path / "take.wav", tmp_path / "log.txt"
     process = livebass("play", "-p", "slap", "--record", take, "--log", log, *extra)
     again = None

@@ -1,4 +1,4 @@
-"""`livebass play` around its synth: takes, log, status line, other basses, the terminal, and machines without sound."""
+"""`livebass play`: takes, log, status line, preset switches, the terminal, and machines without sound."""
 
 from __future__ import annotations
 
@@ -26,6 +26,7 @@ from support.jack import livebass, wait_for
 from support.live import QUICK, RATE, synth_and_device
 
 from livebass import QUALITIES, load_preset, preset_names
+from livebass.bench.endurance import python_busy, random_playing
 from livebass.cli.play import Console, LogFile, logged
 from livebass.files import OutputError
 from livebass.live.inputs import LOWER, UPPER, TerminalKeys
@@ -35,11 +36,11 @@ from livebass.live.session import PresetSwitch, Session, Settings, Summary
 from livebass.live.synth import Gauge, Synth, median_load, strings
 from livebass.live.thread.records import HISTOGRAM
 
-# ---- other basses while it sounds
+# ---- switching presets while it sounds
 
 
 def changed(changes: PresetSwitch, device: FakeDevice) -> str:
-    """Plays until a change is said."""
+    """Plays until `changes` has a line to show, and returns it."""
     said: list[str] = []
 
     def turn() -> bool:
@@ -97,7 +98,7 @@ def test_a_preset_that_cannot_be_loaded_is_a_line(tmp_path: Path) -> None:
 
 
 def session_of(session: Session, play: Callable[[Synth], None]) -> Summary:
-    """What the session was in which `play` played; it ends with it, whatever comes of it."""
+    """Runs the session, with `play` in a thread; ends it when `play` ends, and returns its summary."""
 
     def play_and_end() -> None:
         try:
@@ -118,7 +119,7 @@ def session_of(session: Session, play: Callable[[Synth], None]) -> Summary:
 
 
 def test_program_changes_through_the_server_neither_click_nor_stall(server: SimpleNamespace, tmp_path: Path) -> None:
-    """A soft note rings while others are prepared and put on: no sample jumps, and the sound goes on meanwhile.
+    """A soft note rings while other basses are prepared and switched to: no click, no gap.
 
     What was sent is judged by its take: another client in a busy interpreter may hear a period that is half the next.
     """
@@ -154,10 +155,7 @@ def test_program_changes_through_the_server_neither_click_nor_stall(server: Simp
 
 
 def test_dense_playing_under_a_busy_interpreter(server: SimpleNamespace) -> None:
-    """A few seconds of tools/endurance.py: nothing that is no number, nothing stuck, all blocks played."""
-    sys.path.insert(0, str(Path(__file__).parents[2] / "tools"))
-    from endurance import python_busy, random_playing
-
+    """A few seconds of tools/endurance.py: no NaN, no stuck note, all blocks played."""
     settings = Settings(load_preset("slap"), QUICK, "slap", backend="jack", keyboard=False)
     stuck: list[bool] = []
 
@@ -336,7 +334,7 @@ def test_a_system_without_single_keys_says_so(
 
 
 class InTerminal:
-    """`livebass play` in a pseudo terminal of a width, which may be typed into."""
+    """`livebass play` in a pseudo terminal of a given width, with a keyboard."""
 
     def __init__(self, *arguments: object, columns: int = 100) -> None:
         self.ours, theirs = pty.openpty()
@@ -358,7 +356,7 @@ class InTerminal:
         return make
 
     def wait(self, text: str, seconds: float = 60.0) -> None:
-        """Until `text` is shown, or for "" until the program has ended."""
+        """Waits until `text` is shown, or for "" until the program has ended."""
         end = time.monotonic() + seconds
         while not text or text not in self.shown:
             assert time.monotonic() < end, self.shown
@@ -434,7 +432,7 @@ def test_a_terminal_that_is_closed_ends_it_and_keeps_the_take(server: SimpleName
 
 
 def without(code: str, *arguments: object) -> subprocess.CompletedProcess[str]:
-    """The command line after `code`, and with no JACK server."""
+    """Runs the command line after `code`, without a JACK server."""
     program = f"import sys, ctypes.util\n{code}\nfrom livebass.cli import main as cli\ncli.main(sys.argv[1:])"
     return subprocess.run(
         [sys.executable, "-c", program, *map(str, arguments)], capture_output=True, text=True, timeout=120, check=False,

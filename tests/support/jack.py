@@ -1,4 +1,4 @@
-"""The JACK server's rate and period, and the program as a process of its own."""
+"""The rate and period of the tests' JACK server, and `livebass` as a process of its own."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def livebass(*arguments: object, **more: Any) -> subprocess.Popen[str]:
 
 
 def wait_for(what: Callable[[], object], seconds: float = 20.0) -> None:
-    """Until `what` is true; an error if that never comes."""
+    """Waits until `what()` is true; fails after `seconds`."""
     end = time.monotonic() + seconds
     while not what():
         assert time.monotonic() < end, "waited in vain"

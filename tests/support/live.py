@@ -1,4 +1,4 @@
-"""The callback called without a sound card, and the same notes offline."""
+"""A synth on a fake device, the same notes rendered offline, and clocks for running ahead."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def synth_and_device(preset: str = "slap", quality: Quality = QUICK, **more: obj
 def offline(
     preset: str | Instrument, messages: list[tuple[int, int, int, int]], frames: int, quality: Quality = QUICK
 ) -> Floats:
-    """The same by the engine: (frame, status, first, second)."""
+    """Renders messages (frame, status, first, second) with the engine, (frames,)."""
     engine = Engine(load_preset(preset) if isinstance(preset, str) else preset, quality, RATE)
     engine.send(np.array([m[0] for m in messages]), np.array([m[1:] for m in messages], np.uint8))
     return mixed(engine.process(frames).astype(np.float32))
@@ -45,13 +45,13 @@ def address_of(clock: Any) -> int:
 
 @CLOCK
 def stopped(_kind: int, spec: ctypes.POINTER(ctypes.c_int64)) -> int:  # type: ignore[valid-type]
-    """A clock by which nothing takes time."""
+    """A clock that stands still: every block takes no time."""
     spec[0], spec[1] = 1, 0  # type: ignore[index]
     return 0
 
 
 def run_ahead(synth: Synth, how: str) -> None:
-    """Strings run ahead of the clock as far as they can, or never, or as the time allows."""
+    """Lets strings run ahead of the clock as far as they can ("far"), "never", or "as time allows"."""
     if how == "far":
         synth.set_clock(address_of(stopped))
     elif how == "never":

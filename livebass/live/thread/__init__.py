@@ -1,1 +1,1 @@
-"""What the audio thread runs: compiled, without allocation, lock or file."""
+"""The code that runs on the audio thread: compiled, without allocation, lock or file."""

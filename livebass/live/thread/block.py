@@ -74,7 +74,7 @@ def handle_message(synth, b, frame, status, first, second, count):
 def collect_events(synth, b, n):
     """Turns all messages for the next `n` frames, in order, into events of `b`; returns their number."""
     end = synth.frame + n
-    count = np.int64(0)  # typed: a literal would be a type of its own, and what is called with it compiled twice
+    count = np.int64(0)  # typed: functions called with a literal would be compiled a second time
     panic = record_address(synth) + PANIC
     if load_acquire(panic) != 0:
         store_release(panic, 0)
