@@ -13,7 +13,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-from hypothesis import settings
+import support.examples  # noqa: F401, registers the profiles of hypothesis
 from support.command import Run
 from support.engine import FakeEngine
 from support.jack import JACK_PERIOD, JACK_RATE
@@ -23,12 +23,6 @@ from livebass.engine import render as render_module
 
 NEEDED = bool(os.environ.get("LIVEBASS_NEEDS_JACK"))
 NUMBERS = itertools.count()
-
-
-# Random examples a test. `tools/test --all` asks for --hypothesis-profile=all.
-settings.register_profile("fast", max_examples=100, deadline=None)
-settings.register_profile("all", max_examples=500, deadline=None)
-settings.load_profile("fast")
 
 
 def pytest_configure() -> None:
