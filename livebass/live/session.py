@@ -263,6 +263,7 @@ class _Loop:
             if not self.output.alive or waited > STALLED:
                 lost = f"{self.output.name} is gone"
                 if not self._reopen():
+                    self.output.abandon()
                     return None if self.session.stop.is_set() else lost
                 waited = 0
             now = time.monotonic()
