@@ -9,6 +9,7 @@ import re
 import select
 import signal
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -16,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from livebass.live.guards import call_with_timeout, never_release, silenced_stderr
-from livebass.live.synth import Synth
+from livebass.live.synth import Synth, rehearse
 
 LOG = logging.getLogger(__name__)
 CLIENT = "livebass"
@@ -45,9 +46,11 @@ class MidiPort:
         self._rtmidi = _rtmidi()
         self._looker = new_input(f"{CLIENT}-look", hardware_only)  # stays open: new clients disturb JACK
         self._by_jack = self._looker.get_current_api() == self._rtmidi.API_UNIX_JACK
+        rehearse()  # messages come in the driver's thread, which must not wait for a compiler
         self._in: Any = None
         self._virtual: Any = None
         self._connections: Any = None  # a JACK client that sees what is connected to the virtual port
+        self._jack_gone = threading.Event()
         self._device: str | None = None  # the port opened last
         try:
             names = _names(self._looker)
@@ -95,6 +98,7 @@ class MidiPort:
                 import jack
 
                 self._connections = jack.Client(f"{CLIENT}-look", no_start_server=True)
+                self._connections.set_shutdown_callback(lambda *_: self._jack_gone.set())
 
     def _heard(self, event: tuple[list[int], float], _data: object = None) -> None:
         message = event[0]
@@ -132,10 +136,12 @@ class MidiPort:
 
     def _connected_by_hand(self) -> frozenset[str]:
         """What is connected to the virtual port: names of JACK's ports, or ALSA's addresses such as 24:0."""
-        if self._connections is not None:
+        if self._connections is not None and not self._jack_gone.is_set():
             with suppress(Exception), silenced_stderr():
                 ports = self._connections.get_ports(f"^{CLIENT}[^:]*:{CLIENT}$", is_input=True, is_midi=True)
                 return frozenset(p.name for port in ports for p in self._connections.get_all_connections(port))
+            return frozenset()
+        if self._by_jack:
             return frozenset()
         try:
             return alsa_sources(ALSA_CLIENTS.read_text(errors="replace"))
@@ -154,10 +160,14 @@ class MidiPort:
             if connections is not None:
                 connections.close(ignore_errors=True)
 
-        if self._by_jack and not call_with_timeout(_ask_jack, None):
+        answers: list[bool] = []
+        if self._by_jack and not call_with_timeout(lambda: answers.append(_jack_answers()), None):
             never_release([*ports, connections])  # closing them would hang and hold the interpreter
-        else:
-            call_with_timeout(end, ports)
+            return
+        if connections is not None and not any(answers):
+            never_release(connections)  # the server is gone: closing its client could crash
+            connections = None
+        call_with_timeout(end, ports)
 
 
 def is_message(message: list[int]) -> bool:
@@ -193,13 +203,14 @@ def let_go(synth: Synth) -> None:
             synth.send(0xB0 | channel, controller, 0)
 
 
-def _ask_jack() -> None:
-    """Returns when the JACK server answers, or at once if there is none; hangs with a server that hangs."""
-    with suppress(Exception):
+def _jack_answers() -> bool:
+    """Returns whether there is a JACK server; hangs with one that hangs."""
+    with suppress(Exception), silenced_stderr():
         import jack
 
-        with silenced_stderr():
-            jack.Client(f"{CLIENT}-look", no_start_server=True).close()
+        jack.Client(f"{CLIENT}-look", no_start_server=True).close()
+        return True
+    return False
 
 
 def _delete(port: Any) -> None:

@@ -56,8 +56,9 @@ class PortAudioOutput:
             raise OutputLost(f"audio output {self.name} at {synth.rate} Hz: {_one_line(error)}{usual}") from None
         self._exit, self._errors, self._closed = sd._exit_handler, sd.PortAudioError, False
         self.latency = float(self._stream.stream.latency)
-        # JACK's clients end with their server, a sound card may come back
-        self.can_return = sd.query_hostapis(info["hostapi"])["name"] != "JACK Audio Connection Kit"
+        # A sound card may come back; what plays through a JACK server, by alsa-lib's plugin too, crashes when closed
+        # after the server has gone.
+        self.can_return = "jack" not in f"{sd.query_hostapis(info['hostapi'])['name']} {self.name}".casefold()
 
     @property
     def rate(self) -> int:

@@ -141,6 +141,7 @@ class MidiRecorder:
     def __init__(self, path: Path, synth: Synth, preset: str) -> None:
         self.path, self.synth, self.rate = path, synth, synth.rate
         self.program = (program_of(preset) or FINGER) - 1
+        self.short: str | None = None  # why there is no file
         self._mido = _mido()
         checked_place(path)
         self._played: list[tuple[int, int, int, int]] | None = []  # (tick, status, first, second)
@@ -159,6 +160,7 @@ class MidiRecorder:
             with Transaction() as files:
                 files.write(self.path, self._file(self._played))
         except OutputError as error:
+            self.short = str(error)
             LOG.warning("%s", error)
         self._played = None
 

@@ -140,7 +140,8 @@ class Session:
             lost = _Loop(self, midi, presets, keys, recorder, messages, score, gauge).run()
             synth = self.output.synth
             meters, seconds = gauge.read().meters, synth.frame / synth.rate
-        kept, short = (recorder.kept, recorder.short) if recorder else (None, None)
+        kept = recorder.kept if recorder else None
+        short = next((take.short for take in (recorder, messages) if take and take.short), None)
         return Summary(self.output.name, seconds, meters, gauge.worst, gauge.peak, kept, short, lost)
 
     def _send(self, status: int, first: int, second: int) -> None:

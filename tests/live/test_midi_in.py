@@ -133,6 +133,7 @@ def test_a_source_connected_by_hand_is_heard_once(server: SimpleNamespace, first
         ours = client.get_ports("^livebass[^:]*:livebass$", is_midi=True, is_input=True)[0]
         theirs = client.get_ports("test-keys", is_midi=True, is_output=True)[0]
         client.connect(theirs, ours)
+        wait_for(port._connected_by_hand)
         said = port.look() or ""
         assert ("connected to the virtual port" in said) == (first == "by livebass")
         assert port.look() is None and port.name == "virtual port livebass"
@@ -141,6 +142,7 @@ def test_a_source_connected_by_hand_is_heard_once(server: SimpleNamespace, first
         time.sleep(0.2)
         assert arrived(synth) == [ON, OFF]
         client.disconnect(theirs, ours)
+        wait_for(lambda: not port._connected_by_hand())
         assert "test-keys" in (port.look() or ""), "free again"
     finally:
         client.close()
