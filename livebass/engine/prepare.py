@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from livebass.arrays import Floats
 from livebass.kernels import board, frets
 from livebass.kernels import records as at
+from livebass.kernels.modal import MOST_TURN
 from livebass.kernels.performer import PERFORMER, reset_controllers
 from livebass.kernels.slot import padded
 from livebass.model.circuit import digital
@@ -129,6 +130,14 @@ def _motion(s: Speaking, count: int, rates: Rates, lossless: bool) -> tuple[Floa
     if np.min(np.abs(np.sin(damped * dt))) < 1e-9:
         raise ValueError(f"contact rate {rates.contact_rate} Hz: a mode stands still at it, take another one")
     return sigma, damped, np.exp(-sigma * dt) * np.sin(damped * dt)
+
+
+def carried(s: Speaking, count: int, contact_rate: float) -> int:
+    """How many of the first `count` modes lie under MOST_TURN of the contact rate (Hz), at least 1.
+
+    Higher ones turn so far in a fine step that contact cannot follow them. Static compliance stands for them.
+    """
+    return max(1, int(np.count_nonzero(frequencies(s, count) * 2 * np.pi < MOST_TURN * contact_rate)))
 
 
 def operator(

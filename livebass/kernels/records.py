@@ -177,6 +177,7 @@ VOICE = np.dtype(
         ("log", "i8"),  # address of int64 pairs (fine step, point), one a contact begun ...
         ("log_room", "i8"),  # ... and how many there is room for
         ("logged", "i8"),  # contacts begun, also beyond the log's length
+        ("weakened", "i8"),  # times that the motion was scaled back to what a string bears (slot.weaken)
         ("pickups", "i8"),  # 0: the displacement itself
         ("held", "f8", (4,)),  # displacement at each of the shape the finger holds
         ("held_across", "f8", (4,)),  # the same of v
