@@ -323,16 +323,16 @@ def test_a_real_bass(
     run: Run, tmp_path: Path, file: str, string: str, f0: float, inharmonicity: tuple[float, float], least: int
 ) -> None:
     """Recordings under the MIT licence, see recordings/LICENSE. The G of the paper, on another bass, has B = 3.5e-5."""
-    path = Path(__file__).parent / "recordings" / file
-    result = identify([path], load_preset("jazz-finger"))
-    assert result.string.name == string and len(result.partials) >= least and not result.rejected
-    assert result.law.fundamental == pytest.approx(f0, rel=0.015)
-    assert inharmonicity[0] < result.string.inharmonicity < inharmonicity[1]
-    low = result.partials[:5]
-    np.testing.assert_allclose([p.frequency / p.number for p in low], f0, rtol=5e-3)
-    assert all(0.1 < p.damping < 4 for p in low)  # T60 of 2 to 70 s
-    cli_text(run, "identify", path, "-o", tmp_path / "mine.toml")
-    assert "good" in cli_text(run, "presets", "check", tmp_path / "mine.toml")
+    path, mine, figures = Path(__file__).parent / "recordings" / file, tmp_path / "mine.toml", tmp_path / "mine.json"
+    cli_text(run, "identify", path, "-o", mine, "--json", figures)
+    said = json.loads(figures.read_text())
+    assert said["string"] == string and len(said["partials"]) >= least and not said["rejected_takes"]
+    assert said["f0_hz"] == pytest.approx(f0, rel=0.015)
+    assert inharmonicity[0] < said["inharmonicity"] < inharmonicity[1]
+    low = said["partials"][:5]
+    np.testing.assert_allclose([p["frequency_hz"] / p["partial"] for p in low], f0, rtol=5e-3)
+    assert all(0.1 < p["damping_per_s"] < 4 for p in low)  # T60 of 2 to 70 s
+    assert "good" in cli_text(run, "presets", "check", mine)
 
 
 def bad_recordings(folder: Path) -> dict[str, Path]:

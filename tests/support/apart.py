@@ -1,22 +1,20 @@
-"""Work for another process: what `bench_apart.apart` must bear. Light, as that process imports it."""
+"""Work for another process that `bench.jack.in_child` must survive. Light, as that process imports it."""
 
 from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable
 
 
-def sleep(say: Callable[[str], None], seconds: float) -> str:
-    say("sleeping")
+def sleep(seconds: float) -> str:
     os.write(2, b"a library has something to say\n")
     time.sleep(seconds)
     return "done"
 
 
-def die(say: object) -> None:
+def die() -> None:
     os._exit(3)
 
 
-def fail(say: object) -> None:
+def fail() -> None:
     raise RuntimeError("no\nway")
