@@ -130,7 +130,7 @@ def weaken(slot, op, factor):
 def steepness(w, op, n):
     """Root mean square velocity by the scheme's own invariant, over wave speed.
 
-    Contact, friction and losses never raise it: only hands do. So a healthy string stays below STEEPEST whatever it hits.
+    Contact, friction and losses never raise it, only hands do: a healthy string stays below STEEPEST whatever it hits.
     """
     return np.sqrt(modal.invariant(w, n) / op.length) / (op.fine * op.speed)
 
