@@ -15,27 +15,23 @@ from livebass.cli.values import Number
 from livebass.model.quality import QUALITIES
 from livebass.report.progress import Say, silent
 
-Command = Callable[..., None]
 Result = dict[str, Any]
 NEEDED = "--plot needs matplotlib: pip install 'livebass[plots]'"
-
-
-def files(command: Command) -> Command:
-    """Adds the options --json and --plot."""
-    path = click.Path(path_type=Path)
-    plot = click.option("--plot", "picture", type=path, metavar="FILE.png", help="Draw the figures into FILE.png.")
-    return click.option("--json", "file", type=path, metavar="FILE", help="Write the figures to FILE as well.")(
-        plot(command)
-    )
+PATH = click.Path(path_type=Path)
+JSON = click.option("--json", "file", type=PATH, metavar="FILE", help="Write the figures to FILE as well.")
+PLOT = click.option("--plot", "picture", type=PATH, metavar="FILE.png", help="Draw the figures into FILE.png.")
 
 
 @click.group()
 def bench() -> None:
-    """Measure how fast this machine computes sound, and whether it can play live."""
+    """Measure how fast this machine is.
+
+    How fast it computes sound, and whether it can play live.
+    """
 
 
 @bench.command("render")
-@click.option("--json", "file", type=click.Path(path_type=Path), help="Write the figures to FILE as well.")
+@JSON
 def render_(file: Path | None) -> None:
     """Measure how many seconds of work a second of sound takes.
 
@@ -69,7 +65,8 @@ def render_(file: Path | None) -> None:
     type=Number("count", 1, 100, whole=True),
     help="How often the notes are played.  [default: 5 times in quality live, 3 in the others]",
 )
-@files
+@JSON
+@PLOT
 def live(preset: str, qualities: tuple[str, ...], blocks: tuple[int, ...], runs: int | None, file: Path | None,
          picture: Path | None) -> None:  # fmt: skip
     """Measure whether each block of sound is ready in time. Needs no sound card.
@@ -80,42 +77,47 @@ def live(preset: str, qualities: tuple[str, ...], blocks: tuple[int, ...], runs:
     """
     from dataclasses import replace
 
-    from livebass.bench import live as room
+    from livebass.bench.live import FULL, bench_live, table
+    from livebass.bench.live import picture as draw
 
-    extent = room.FULL
+    extent = FULL
     if qualities:
         extent = replace(extent, qualities=tuple(q for q in QUALITIES if q in qualities))
     if blocks:
         extent = replace(extent, blocks=tuple(sorted(set(blocks))))
     if runs:
         extent = replace(extent, runs=runs, other_runs=runs)
-    _report(file, picture, lambda say: room.bench_live(preset, say, extent), room.table, room.picture)
+    _report(file, picture, lambda say: bench_live(preset, say, extent), table, draw)
 
 
 @bench.command("latency")
-@files
+@JSON
+@PLOT
 def latency(file: Path | None, picture: Path | None) -> None:
-    """Measure the time from a MIDI note to its sound, through a running JACK server.
+    """Measure the time from a MIDI note to its sound.
 
-    Measures both ways to play live: the JACK client with its own MIDI port, and PortAudio with rtmidi. Without a JACK
-    server only the time inside livebass is measured. Takes half a minute.
+    Plays through a running JACK server in both ways there are: as a JACK client with its own MIDI port, and through
+    PortAudio and rtmidi. Without a server only the time inside livebass is measured. Takes half a minute.
     """
-    from livebass.bench import latency as room
+    from livebass.bench.latency import bench_latency, table
+    from livebass.bench.latency import picture as draw
 
-    _report(file, picture, room.bench_latency, room.table, room.picture)
+    _report(file, picture, bench_latency, table, draw)
 
 
 @bench.command("python")
-@files
+@JSON
+@PLOT
 def python(file: Path | None, picture: Path | None) -> None:
-    """Measure why the audio callback is compiled: sound lost while Python is busy.
+    """Measure the sound lost while Python is busy.
 
-    Plays through a running JACK server with the compiled callback and with one in Python, and counts the blocks each
-    loses. Takes about forty seconds.
+    Plays through a running JACK server, with the compiled audio callback that `livebass play` has and with one in
+    Python, and counts the blocks each loses. Takes about forty seconds.
     """
-    from livebass.bench import interpreter as room
+    from livebass.bench.interpreter import bench_python, table
+    from livebass.bench.interpreter import picture as draw
 
-    _report(file, picture, room.bench_python, room.table, room.picture)
+    _report(file, picture, bench_python, table, draw)
 
 
 def _report(

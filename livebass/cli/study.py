@@ -26,18 +26,21 @@ PLUCK = (
     click.option("--string", default="G", show_default=True, help="Name of the string."),
     click.option("--fret", type=Number("number", 0, 36, whole=True), default=0, show_default=True, help="0: open."),
     click.option(
-        "--apex", type=Quantity(*APEX), default=3.6e-3, show_default="3.6mm", help="Height of the plucked corner."
+        "--apex", type=Quantity(*APEX), default=3.6e-3, show_default="3.6mm", help="How far the string is pulled."
     ),
     click.option(
         "--at", type=Quantity(*AT), default=0.64, show_default="0.64m",
-        help="Where it is, from the stop (the nut or the fret).",
+        help="Where it is plucked, from the nut or the pressed fret.",
     ),
     click.option(
-        "--angle", type=Quantity(*ANGLE), default=0.0, show_default="0deg", help="Of the pluck, from straight up."
+        "--angle", type=Quantity(*ANGLE), default=0.0, show_default="0deg",
+        help="Direction of the pluck: 0deg away from the neck, towards 90deg across it.",
     ),
-    click.option("--duration", type=Quantity(*DURATION), default=1.0, show_default="1 s"),
-    click.option("-q", "--quality", type=click.Choice(list(QUALITIES)), default="reference", show_default=True),
-    click.option("--modes", type=MODES, help="Modes of the string as stopped, instead of the quality's."),
+    click.option("--duration", type=Quantity(*DURATION), default=1.0, show_default="1 s", help="Length of the motion."),
+    click.option("-q", "--quality", type=click.Choice(list(QUALITIES)), default="reference", show_default=True,
+        help="How finely the string is computed.",
+    ),
+    click.option("--modes", type=MODES, help="Number of modes of the stopped string, instead of the quality's."),
 )  # fmt: skip
 
 
@@ -52,12 +55,14 @@ def pluck_options(command: Callable[..., Any]) -> Callable[..., Any]:
 @click.argument("ids", nargs=-1, metavar="[ID]...")
 @click.option(
     "-o", "--output", type=click.Path(path_type=Path), metavar="DIR",
-    help="Write the table as claims.json, .csv and .html as well; made if need be.",
+    help="Write the table as claims.json, .csv and .html to DIR as well; created if missing.",
 )  # fmt: skip
 @click.option("--json", "file", type=click.Path(path_type=Path), metavar="FILE", help="Write it as JSON to FILE.")
-@click.option("--workers", type=Number("count", 1, 64, whole=True), help="Threads that solve; as many as cores.")
+@click.option("--workers", type=Number("count", 1, 64, whole=True), help="Number of threads.  [default: one per core]")
 def claims(ids: tuple[str, ...], output: Path | None, file: Path | None, workers: int | None) -> int:
-    """Check every statement of the paper that can be checked, or those of the given IDs.
+    """Check the paper's statements.
+
+    Every one that can be checked, or those of the given IDs.
 
     Solves the paper's cases with all modes at its contact rates, and some more, each once, and holds each statement of
     Issanchou et al. (2018) against what is measured in them: a table on stdout, whose first column has the IDs. Takes
@@ -152,7 +157,7 @@ def _quantities() -> str:
     type=click.Path(path_type=Path),
     required=True,
     metavar="DIR",
-    help="Made if need be.",
+    help="Directory to write to; created if missing.",
 )
 def sweep(
     axes: tuple[Axis, ...],
@@ -277,7 +282,9 @@ def _title(settings: Settings) -> str:
 
 @click.command()
 @pluck_options
-@click.option("--contact-rate", type=CONTACT_RATE, help="Such as 8MHz, instead of the quality's.")
+@click.option(
+    "--contact-rate", type=CONTACT_RATE, help="Steps a second in contact, such as 8MHz, instead of the quality's."
+)
 @click.option("--rate", type=RATE, default=44100, show_default=True, help="Samples a second of the output.")
 @click.option(
     "--solver",
@@ -286,18 +293,25 @@ def _title(settings: Settings) -> str:
     show_default=True,
     help="reference: brute force, step by step, slow.",
 )
-@click.option("--analyse", is_flag=True, help="Also pitch, characteristic frequency, energies and T60.")
+@click.option("--analyse", is_flag=True, help="Also write pitch, characteristic frequency, energies and T60.")
 @click.option(
     "--shape-at", type=Quantity("time", 0, 60), multiple=True, metavar="TIME",
-    help="Also the string's shape then, such as 3.9ms; may be repeated.",
+    help="Also write the string's shape at this time, such as 3.9ms; may be repeated.",
 )  # fmt: skip
-@click.option("-o", "--output", type=click.Path(path_type=Path), required=True, metavar="DIR", help="Made if need be.")
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    required=True,
+    metavar="DIR",
+    help="Directory to write to; created if missing.",
+)
 def simulate(
     preset: str, string: str, fret: int, apex: float, at: float, angle: float, duration: float, quality: str,
     modes: int | None, contact_rate: float | None, rate: int, solver: str, analyse: bool, shape_at: tuple[float, ...],
     output: Path,
 ) -> None:  # fmt: skip
-    """Pluck one string once and write what it did.
+    """Pluck one string once and write how it moved.
 
     Into DIR go displacement.wav (at the sensor, scaled to a peak of -1 dBFS; wav_metres_per_unit in
     result.npz makes metres of it), contacts.csv (time_s,fret,position_m; fret 0: wood) and result.npz
@@ -345,7 +359,9 @@ class StudyGroup(click.Group):
 
 @click.group(cls=StudyGroup)
 def study() -> None:
-    """The paper's cases, figures and statements computed anew; sweeps over any parameter of a preset.
+    """Compute the paper anew, or sweep parameters.
+
+    The paper's cases, figures and statements; and any parameter of a preset over a grid.
 
     \b
     Examples:
@@ -366,7 +382,14 @@ def list_studies() -> None:
 
 @study.command()
 @click.argument("names", nargs=-1, required=True, metavar="NAME...")
-@click.option("-o", "--output", type=click.Path(path_type=Path), required=True, metavar="DIR", help="Made if need be.")
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    required=True,
+    metavar="DIR",
+    help="Directory to write to; created if missing.",
+)
 @click.option("--json", "json_file", type=click.Path(path_type=Path), metavar="FILE", help="All numbers as JSON.")
 @click.option(
     "--duration", type=Quantity("time", 0.1, 10), help="Of each motion, instead of the study's own (mostly 1 s)."

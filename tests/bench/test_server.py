@@ -1,4 +1,4 @@
-"""`livebass bench latency` and `bench python`: with a JACK server of the tests' own, and where there is none."""
+"""`livebass bench latency` and `bench python`, with a JACK server of the tests' own and without one."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.apart import die, fail, sleep
+from support.child import die, fail, sleep
 from support.command import Run, assert_one_clear_line, cli_text
 from support.jack import JACK_PERIOD as PERIOD
 from support.jack import JACK_RATE as RATE
@@ -65,7 +65,7 @@ def test_without_a_server_no_callbacks_are_compared(no_server: None, run: Run, t
 
 
 def test_latency_through_a_server(server: SimpleNamespace) -> None:
-    """The native client is exact to the sample, whatever else runs; PortAudio's notes come in some blocks' time."""
+    """The native client is exact to the sample, whatever else runs; PortAudio's notes come some blocks later."""
     said: list[str] = []
     result = latency.bench_latency(said.append, FEW)
     rows: dict[str, Any] = {row["way"]: row for row in result["rows"]}
@@ -83,7 +83,7 @@ def test_latency_through_a_server(server: SimpleNamespace) -> None:
     assert latency.picture(result).startswith(b"\x89PNG")
 
 
-def test_a_way_that_fails_is_said(server: SimpleNamespace, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_way_that_fails_has_an_error(server: SimpleNamespace, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(latency, "_queue_row", lambda *_: {"way": "queue"} | latency.latency_figures([1.0], 48_000) | {
         "name": "queue", "block": 128, "discarded": 0})  # fmt: skip
     result = latency.bench_latency(extent=latency.Extent(ways=("portaudio",), quality="nothing"))

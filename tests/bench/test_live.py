@@ -67,14 +67,14 @@ def test_all_is_measured_and_named(measured: tuple[dict[str, Any], list[str]]) -
         assert result[share] is None or 0 <= result[share] <= 1
 
 
-def test_the_moonshot_is_what_it_says(measured: tuple[dict[str, Any], list[str]]) -> None:
+def test_one_string_has_all_modes(measured: tuple[dict[str, Any], list[str]]) -> None:
     moonshot = measured[0]["moonshot"]
     assert (moonshot["modes"], moonshot["strings"], moonshot["block"]) == (862, 1, 128)
     assert moonshot["contact_rate_hz"] >= 4e6
 
 
 def test_the_script_gives_each_string_its_note() -> None:
-    """The popped ones on open strings, then one string after the other, whatever still sounds."""
+    """Pops on open strings, then sixteenths on one string after the other, whatever still sounds."""
     bass = load_preset("jazz-finger")
     script = worst_case(bass, RATE, 4)
     synth = Synth(RATE, adaptive=False)
@@ -99,7 +99,7 @@ def test_the_script_gives_each_string_its_note() -> None:
 
 
 def test_runs_are_alike() -> None:
-    """What a device plays the second time is what it played the first."""
+    """A device plays the same sound the second time."""
     bass = even(load_preset("jazz-finger"))
     script = worst_case(bass, RATE, 4, 0.3)
     synth = Synth(RATE, adaptive=False)
@@ -212,7 +212,7 @@ def test_files_from_the_command_line(run: Run, tmp_path: Path, monkeypatch: pyte
     (("--json", "nowhere/x.json"), 1), (("--plot", "nowhere/x.png"), 1), (("--plot", "x.pdf"), 2),
     (("--plot", "x.png", "--json", "x.png"), 2),
 ])  # fmt: skip
-def test_files_that_cannot_be_are_refused_before_the_work(
+def test_files_that_cannot_be_written_are_refused_before_the_work(
     run: Run,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,

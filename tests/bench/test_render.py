@@ -52,7 +52,7 @@ def test_all_is_measured_and_named(measured: tuple[dict[str, Any], list[str]]) -
         assert 1 <= row["cores"] <= os.cpu_count() and row["sound_s"] > 0, key
 
 
-def test_what_is_measured_is_what_is_said(measured: tuple[dict[str, Any], list[str]]) -> None:
+def test_rows_tell_what_was_measured(measured: tuple[dict[str, Any], list[str]]) -> None:
     rows = measured[0]["measurements"]
     for key in ("dense_step", "brute_force", "engine_reference_50k"):
         assert (rows[key]["modes"], rows[key]["contact_rate_hz"]) == (862, 8_000_000), key
@@ -82,7 +82,7 @@ def test_ratios_follow_from_the_times(measured: tuple[dict[str, Any], list[str]]
     assert result["ratios"] == pytest.approx(expected, rel=1e-12)
 
 
-def test_the_two_solvers_compared_are_one_solution(measured: tuple[dict[str, Any], list[str]]) -> None:
+def test_both_solvers_find_the_same_motion(measured: tuple[dict[str, Any], list[str]]) -> None:
     agreement = measured[0]["agreement"]
     assert agreement["until_s"] == 0.005 and agreement["contacts_equal"]
     assert agreement["contacts_brute_force"] == agreement["contacts_engine"] > 0
@@ -90,7 +90,7 @@ def test_the_two_solvers_compared_are_one_solution(measured: tuple[dict[str, Any
 
 
 def test_the_dense_product_is_eq_12() -> None:
-    """Each mode turns by C and is damped by C~, as it would alone."""
+    """Each mode is multiplied by its entries of C and C~, as if it were alone."""
     trial = case_trial("b", "reference", 50_000, 1e-3)
     forward, backward, u = dense_matrices(trial)
     assert forward.shape == backward.shape == (862, 862)
@@ -137,7 +137,7 @@ def test_json_from_the_command_line(run: Run, tmp_path: Path, monkeypatch: pytes
 
 
 @pytest.mark.parametrize("place", ["", "nowhere/bench.json"])
-def test_a_file_that_cannot_be_is_refused_before_the_work(
+def test_a_file_that_cannot_be_written_is_refused_before_the_work(
     run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, place: str
 ) -> None:
     def work(_: object) -> None:
@@ -149,7 +149,7 @@ def test_a_file_that_cannot_be_is_refused_before_the_work(
     assert not out and not os.listdir(tmp_path)
 
 
-def test_figures_are_shown_though_the_disk_is_full(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_full_disk_does_not_lose_the_figures(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def full(*_: object) -> None:
         raise OSError("bench.json: cannot be written: No space left on device")
 
