@@ -1,4 +1,4 @@
-"""From the partials of an open string to the laws it follows: f0 and B of eq. 8, the losses of eqs. 9 to 11.
+"""From the partials of an open string to the laws it follows: f0, B and how B acts, the losses of eqs. 9 to 11.
 
 Equation numbers: C. Issanchou et al. (2018). As in section 3.2 there, the laws serve beyond the measured partials and
 are fitted where the neck disturbs least, that is to the higher ones.
@@ -21,13 +21,14 @@ from numpy.typing import NDArray
 from livebass.arrays import Floats
 from livebass.identify.partials import median_line
 from livebass.model import modes
-from livebass.model.instrument import Neck, String, speaking
+from livebass.model.instrument import STIFFNESS_LAWS, Neck, String, speaking, stretched
 from livebass.model.neck import Admittance, Resonance, detuning, neck_damping
 
 Ints = NDArray[np.int64]
 
 FEW = 10  # so many partials or fewer: the laws are fitted to all of them
 MOST_B = 0.01  # as a preset allows
+CLEARLY = 0.8  # times the other's misfit: then a law describes partials better; less may be the neck's doing
 DIAMETER_SPREAD = 0.3  # of what the base preset says: how far the losses in air may pull it
 ANGLE, ANGLE_SPREAD = 0.01, 0.5  # a delta_ve, and how many of it the fit may be off what the base preset says
 THERMOELASTIC_SPREAD = 2e-5  # 1/Q: as the known strings have 6e-6 or so
@@ -38,35 +39,56 @@ ENVELOPE = 0.02  # weight of a partial above the law over one below: the neck ca
 
 @dataclass(frozen=True)
 class Law:
-    """nu_j = j f0 (1 + B j^2 / 2): eq. 8 without the nut term."""
+    """nu_j as a function of j on a rigid neck: a law of model/modes.py with its f0 and B."""
 
+    stiffness_law: str  # "hinged" or "paper"
     fundamental: float  # f0, Hz
     inharmonicity: float  # B, at least 0
     deviation: float  # relative, root mean square, of the partials it was fitted to
     first: int  # it was fitted to partials from this number on
+    misfit: float  # relative, mean size, of all partials
 
     def frequency(self, j: Floats | Ints) -> Floats:
         """nu_j, Hz."""
-        return np.asarray(j * self.fundamental * (1 + self.inharmonicity * np.asarray(j, np.float64) ** 2 / 2))
+        mode = np.asarray(j, np.float64)
+        return np.asarray(mode * self.fundamental * stretched(self.stiffness_law, self.inharmonicity, mode))
 
 
-def fit_law(number: Ints, frequency: Floats, known: float | None = None) -> Law:
-    """The law through partials `number` (n,) at `frequency` (n,), Hz: medians over pairs of the upper half of them.
+def fit_laws(number: Ints, frequency: Floats, base: String) -> tuple[Law, Law]:
+    """Both laws through partials `number` (n,) at `frequency` (n,), Hz: the one that describes them better comes first.
 
-    Medians, because single partials are drawn aside by resonances of the neck. With `FEW` or fewer these hide what B
-    does to the partials, and it is `known`. Raises ValueError for fewer than two.
+    That is the law of `base` unless all partials together are nearer to the other by `CLEARLY`. With `FEW` partials or
+    fewer the neck hides what B does to them, and B is that of `base`. Raises ValueError for fewer than two partials.
+    """
+    few = number.size <= FEW
+    known = base.inharmonicity if few else None
+    mine, other = (
+        fit_law(number, frequency, law, known)
+        for law in sorted(STIFFNESS_LAWS, key=lambda law: law != base.stiffness_law)
+    )
+    return (other, mine) if not few and other.misfit < CLEARLY * mine.misfit else (mine, other)
+
+
+def fit_law(number: Ints, frequency: Floats, law: str, known: float | None = None) -> Law:
+    """The `law`, "hinged" or "paper", through partials `number` (n,) at `frequency` (n,), Hz.
+
+    Medians over pairs of the upper half of them, as single partials are drawn aside by resonances of the neck. B is
+    `known` if given. Raises ValueError for fewer than two partials.
     """
     if number.size < 2:
         raise ValueError("one partial: two or more are needed for f0 and B")
     upper = _upper(number.size)
     j, ratio = number[upper].astype(np.float64), (frequency / number)[upper]
-    slope, at_zero = median_line(j**2, ratio)
-    b = 2 * slope / at_zero if known is None or number.size > FEW else known
+    # nu_j / j of one law, its square of the other, is a straight line over j^2
+    power = 1 if law == "paper" else 2
+    slope, at_zero = median_line(j**2, ratio**power)
+    b = 2 / power * slope / at_zero if known is None else known
     b = min(max(b, 0.0), MOST_B)
-    at_zero = float(np.median(ratio / (1 + b * j**2 / 2)))
-    law = Law(at_zero, b, 0.0, int(number[upper][0]))
-    relative = frequency[upper] / law.frequency(number[upper]) - 1
-    return replace(law, deviation=float(np.sqrt(np.mean(relative**2))))
+    at_zero = float(np.median(ratio / stretched(law, b, j)))
+    fitted = Law(law, at_zero, b, 0.0, int(number[upper][0]), 0.0)
+    off = frequency / fitted.frequency(number) - 1
+    deviation = float(np.sqrt(np.mean(off[upper] ** 2)))
+    return replace(fitted, deviation=deviation, misfit=float(np.mean(np.abs(off))))
 
 
 @dataclass(frozen=True)
@@ -88,14 +110,13 @@ def fit_losses(string: String, neck: Neck, number: Ints, damping: Floats, deviat
     conductance of the neck at that partial. What the partials hardly tell, such as the thermoelastic term or, with few
     of them, delta_ve, stays near what `string` says.
     """
-    # Hz: where modes.dampings evaluates the law
-    nominal: Floats = number.astype(np.float64) * string.nominal_fundamental
+    s = speaking(string, replace(neck, admittance=Admittance()), 0)
+    nominal = modes.law_frequencies(s, number.astype(np.float64), string.nominal_fundamental)
     loss = damping / (math.pi * nominal)
     bare = replace(string, diameter=0.0, viscoelastic_angle=0.0, thermoelastic=0.0)
-    unit = replace(neck, admittance=Admittance())
 
-    def factor(s: String) -> Floats:
-        return modes.loss_factor(speaking(s, unit, 0), nominal)
+    def factor(given: String) -> Floats:
+        return modes.loss_factor(replace(s, string=given), nominal)
 
     constant = factor(bare)
     columns = np.stack([
@@ -116,7 +137,6 @@ def fit_losses(string: String, neck: Neck, number: Ints, damping: Floats, deviat
     conductance: tuple[tuple[float, float], ...] = ()
     if rest.any():
         last = int(np.flatnonzero(rest)[-1]) + 2  # one zero ends the table
-        s = speaking(string, unit, 0)
         values = math.pi * nominal * rest / neck_damping(1.0, modes.impedance(s), s.fundamental)
         nu = modes.frequencies(s, int(number[-1]))[number - 1]
         conductance = tuple((float(f), float(y)) for f, y in zip(nu[:last], values, strict=False))
@@ -168,7 +188,7 @@ class NeckFit:
     damping: Floats  # (n,), 1/s, as given
     law: Floats  # (n,), 1/s, without the neck
     fitted: Floats  # (n,), 1/s, with it
-    scatter: float  # relative, root mean square: how far the modes lie off f0 (1 + B j^2 / 2) with best f0 and B ...
+    scatter: float  # relative, root mean square: how far the modes lie off their law with best f0 and B ...
     left: float  # ... and how far with the neck's part of eq. 8 taken out
 
     @property
@@ -210,6 +230,7 @@ class _Problem:
     law: Floats  # (n,), 1/s
     fundamental: float  # Hz
     impedance: float  # kg/s
+    stiffness_law: str
 
     @property
     def number(self) -> Floats:
@@ -230,6 +251,8 @@ class _Problem:
         """Relative, (n,): how far the modes lie off their best law, with the neck's part taken out."""
         harmonic = self.number * self.fundamental
         off = self.nu / harmonic - detuning(_admittance(x, harmonic), self.impedance, self.number)
+        power = 1 if self.stiffness_law == "paper" else 2  # of `off`, which is a straight line over j^2
+        off = off**power / power
         basis, _ = np.linalg.qr(np.stack([np.ones(off.size), self.number**2], axis=1))
         return np.asarray(off - basis @ (basis.T @ off))
 
@@ -277,8 +300,9 @@ def _problem(string: String) -> _Problem:
     nu, sigma = np.array(string.measured_frequencies), np.array(string.measured_dampings)
     rigid = Neck((string.length / 2,), (-1.0,))  # any frets: the open string has none
     s = speaking(string, rigid, 0)
-    nominal: Floats = np.arange(1.0, nu.size + 1) * string.nominal_fundamental  # as modes.dampings has it
-    return _Problem(nu, sigma, math.pi * nominal * modes.loss_factor(s, nominal), s.fundamental, modes.impedance(s))
+    nominal = modes.law_frequencies(s, np.arange(1.0, nu.size + 1), string.nominal_fundamental)
+    law = math.pi * nominal * modes.loss_factor(s, nominal)
+    return _Problem(nu, sigma, law, s.fundamental, modes.impedance(s), string.stiffness_law)
 
 
 def _admittance(x: Floats, nu: Floats) -> Complexes:
