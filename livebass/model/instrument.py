@@ -61,6 +61,7 @@ class Neck:
     grid_step: float = 1e-3  # m, dx: frets sit on this grid, and a fret pushes on one step of it
     admittance: Admittance = field(default_factory=Admittance)  # Y_nut of eqs. 8 and 9
     free_length: float = 0.0  # m, from the nut to the body; 0: FREE_PART of the scale
+    stop_conductance: float = 0.0  # m/s/N, of a fret and the finger behind it; added to Re Y of stopped notes
     friction: float = 900.0  # N/m, A of eq. 7: force per unit length on one `grid_step`
     friction_speed: float = 1e-5  # m/s, s of eq. 7
     surface: Surface = ()  # board under the string, crowns included; empty: the string can touch the crowns only
@@ -240,6 +241,8 @@ def speaking(string: String, neck: Neck, fret: int) -> Speaking:
     surface = surface_beyond(neck.surface, x_stop, h_stop, total)
     stiffness = string.inharmonicity * (total / length) ** 2
     admittance = neck.admittance.moved(x_stop, neck.free_length or FREE_PART * total)
+    if stop:
+        admittance = replace(admittance, stop=neck.stop_conductance)
     if stop == 0 and string.law_fundamental:
         fundamental = string.law_fundamental
     else:

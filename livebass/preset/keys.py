@@ -65,6 +65,7 @@ _ROWS = (
     Key("neck", "friction", "force per length", "0 N/m", "1000000 N/m", FIELD, "A of eq. 7"),
     Key("neck", "friction_speed", "speed", "0.01 um/s", "1 m/s", FIELD, "s of eq. 7: slower, a point sticks"),
     Key("neck", "free_length", "length", "10 mm", "1500 mm", None, "nut to body; left out: 0.6 of the scale"),
+    Key("neck", "stop_conductance", "conductance", "0 m/s/N", "0.1 m/s/N", FIELD, "Re Y of a stop, on stopped notes"),
     Key("neck", "resonance_frequencies", "frequency[]", "1 Hz", "20 kHz", None, "of the neck, ascending"),
     Key("neck", "resonance_qualities", "number[]", "0.5", "1000", None, "Q of the same"),
     Key("neck", "resonance_masses", "mass[]", "0.001 kg", "1000 kg", None, "effective, at the nut"),
