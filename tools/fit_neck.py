@@ -1,6 +1,9 @@
 """The resonances of a neck from the measured modes of a string, as the keys of a preset.
 
 python tools/fit_neck.py paper-g [STRING]        # or a preset that `livebass identify` wrote
+python tools/fit_neck.py --anew paper-g          # from nothing, not from the neck that the preset has
+
+A neck that the preset has is kept as it is where moving it gains next to nothing: that of paper-g comes out as shipped.
 """
 
 from __future__ import annotations
@@ -33,9 +36,12 @@ def table(fit: NeckFit) -> str:
 if {"-h", "--help"} & set(sys.argv):
     print(__doc__)
     sys.exit()
+arguments = [a for a in sys.argv[1:] if a != "--anew"]
 try:
-    bass = load_preset(sys.argv[1] if len(sys.argv) > 1 else "paper-g")
-    fit = fit_neck(bass.strings[bass.string_index(sys.argv[2]) if len(sys.argv) > 2 else -1])
+    bass = load_preset(arguments[0] if arguments else "paper-g")
+    which = bass.string_index(arguments[1]) if len(arguments) > 1 else -1
+    bending = tuple(r for r in bass.necks[which].admittance.resonances if r.shape)
+    fit = fit_neck(bass.strings[which], start=() if "--anew" in sys.argv else bending)
 except (ValueError, LookupError, OSError) as error:
     sys.exit(f"fit_neck.py: {error}")
 except KeyboardInterrupt:
@@ -43,6 +49,11 @@ except KeyboardInterrupt:
 print(table(fit))
 if fit.below:
     print(f"# modes {', '.join(map(str, fit.below))} are damped less than the law: no neck can do that")
-print(f"# {len(fit.resonances)} resonances; dampings to {fit.deviation:.1%} rms")
-print(f"# scatter of the modes about their law: {1e6 * fit.scatter:.0f} ppm, without the neck {1e6 * fit.left:.0f} ppm")
+worst, played = (float(abs(s / fit.damping - 1).max()) for s in (fit.fitted, fit.played))
+print(f"# {len(fit.resonances)} resonances; dampings to {fit.deviation:.1%} rms, {worst:.0%} at worst;")
+print(f"# with the modes where the string's law puts them, {fit.deviation_played:.1%} rms, {played:.0%} at worst")
+print(
+    f"# modes off a law with f0 and B fitted anew: {1e6 * fit.scatter:.0f} ppm rms, {1e6 * fit.left:.0f} with the neck;"
+)
+print(f"# off that with the string's f0 and B: {1e6 * fit.own_scatter:.0f} ppm, {1e6 * fit.own_left:.0f} with the neck")
 print(keys(fit))

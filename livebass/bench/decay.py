@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,7 @@ import numpy as np
 from livebass.analysis.sound import fundamental
 from livebass.arrays import Floats
 from livebass.engine.solve import heard
-from livebass.identify.partials import RecordingError, find_takes, median_line, read_recording
+from livebass.identify.partials import find_takes, median_line, read_recording
 from livebass.model.instrument import Instrument, Pluck, note_frequency, speaking
 from livebass.model.modes import frequencies, grazing_apex
 from livebass.model.trial import Trial
@@ -158,13 +159,13 @@ def by_octave(notes: Sequence[Note]) -> Floats:
     if not notes:
         return np.full(len(OCTAVES) - 1, np.nan)
     nu, t60 = (np.concatenate([getattr(note, name) for note in notes]) for name in ("frequency", "t60"))
-    inside = [t60[(nu >= low) & (nu < high)] for low, high in zip(OCTAVES[:-1], OCTAVES[1:], strict=True)]
+    inside = [t60[(nu >= low) & (nu < high)] for low, high in pairwise(OCTAVES)]
     return np.array([np.median(each) if each.size >= 3 else math.nan for each in inside])
 
 
 def table(groups: Sequence[tuple[str, Sequence[Note]]]) -> str:
     """T60 (s) by octave of groups of notes, each by name: open, stopped and the ratio of the two."""
-    rows = [("T60, s", "notes", *(f"{low:g}-{high:g} Hz" for low, high in zip(OCTAVES, OCTAVES[1:], strict=False)))]
+    rows = [("T60, s", "notes", *(f"{low:g}-{high:g} Hz" for low, high in pairwise(OCTAVES)))]
     for name, notes in groups:
         parts = [n for n in notes if n.open], [n for n in notes if not n.open]
         seconds = [by_octave(part) for part in parts]

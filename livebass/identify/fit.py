@@ -176,20 +176,29 @@ QUALITY = (8.0, 150.0)
 MOST_CONDUCTANCE = 0.04  # m/s/N, of one resonance at its peak: as high as figure 3 (c) goes
 OPEN = 0.05  # what a Q e times off the usual one counts as, of misfit ...
 PLACE = 0.01  # ... and a resonance a mode's distance off the nearest mode
+EVALUATIONS = 400  # of the misfit at most in a least-squares search: with fewer, rounding decides how many are found
+KEPT = 0.02  # of the squared misfit: a neck to begin with stays if refining it gains less
 GRID = 6  # places tried from one mode to the next
 
 
 @dataclass(frozen=True)
 class NeckFit:
-    """Resonances at the nut, and how well they meet the modes they were fitted to."""
+    """Resonances at the nut, and how well they meet the modes they were fitted to.
+
+    A preset's notes have their modes where its law puts them, not where those of the open string were measured: that is
+    what `played` and the deviations from the string's own law are for.
+    """
 
     resonances: tuple[Resonance, ...]  # ascending in frequency, shapes 1, 2, 3 ...
     frequency: Floats  # (n,), Hz, of the modes
     damping: Floats  # (n,), 1/s, as given
     law: Floats  # (n,), 1/s, without the neck
-    fitted: Floats  # (n,), 1/s, with it
+    fitted: Floats  # (n,), 1/s, with it at the measured frequencies ...
+    played: Floats  # (n,), 1/s, ... and at those of the string's law
     scatter: float  # relative, root mean square: how far the modes lie off their law with best f0 and B ...
     left: float  # ... and how far with the neck's part of eq. 8 taken out
+    own_scatter: float  # the same with the f0 and B of the string ...
+    own_left: float  # ... and the neck's part taken out
 
     @property
     def deviation(self) -> float:
@@ -197,28 +206,51 @@ class NeckFit:
         return _deviation(self.fitted / self.damping - 1, self.damping > self.law)
 
     @property
+    def deviation_played(self) -> float:
+        """The same of `played`."""
+        return _deviation(self.played / self.damping - 1, self.damping > self.law)
+
+    @property
     def below(self) -> tuple[int, ...]:
         """Modes damped less than the law alone has it: no neck, which only takes, can meet these."""
         return tuple(int(j) for j in np.flatnonzero(self.damping < self.law) + 1)
 
 
-def fit_neck(string: String, close: float = CLOSE, most: int = MOST) -> NeckFit:
+def fit_neck(string: String, close: float = CLOSE, most: int = MOST, start: tuple[Resonance, ...] = ()) -> NeckFit:
     """The fewest resonances, up to `most`, that meet the measured dampings of `string` to within `close`.
 
-    One after the other is added where it helps most, and all are refined by least squares each time. Raises ValueError
-    for a string with fewer than four measured modes. Needs SciPy: pip install 'livebass[analysis]'.
+    One after the other is added where it helps most, and all are refined by least squares each time. The least is
+    shallow: another rounding finds others, as good. A neck to `start` from is kept as it is if refining it gains less
+    than `KEPT`, so that a neck that was found once is found again. Raises ValueError for a string with fewer than four
+    measured modes. Needs SciPy: pip install 'livebass[analysis]'.
     """
     if len(string.measured_dampings) < 4:
         raise ValueError(f"string {string.name}: {len(string.measured_dampings)} measured modes, 4 are needed")
     problem = _problem(string)
-    x, dictionary = np.zeros((0, 3)), problem.dictionary()
+    x, dictionary = _logarithms(start), problem.dictionary()
+    if start and problem.cost(refined := problem.refined(x)) < (1 - KEPT) * problem.cost(x):
+        x = refined
     while len(x) < most and problem.deviation(x) > close:
         x = problem.refined(problem.with_another(x, dictionary))
     x = x[np.argsort(x[:, 0])]
     rows = np.exp(x).tolist()
     found = tuple(Resonance(f, q, q / (2 * math.pi * f * peak), k) for k, (f, q, peak) in enumerate(rows, 1))
-    scatter, left = (float(np.sqrt(np.mean(problem.aside(y) ** 2))) for y in (x[:0], x))
-    return NeckFit(found, problem.nu, problem.sigma, problem.law, problem.law + problem.neck(x), scatter, left)
+    by_law = replace(string, measured_frequencies=(), measured_dampings=())
+    rigid = speaking(by_law, _rigid(string), 0)
+    yields = replace(rigid, admittance=Admittance(found))
+    count = problem.nu.size
+    own = (modes.frequencies(s, count) / problem.nu - 1 for s in (rigid, yields))
+    spread = (*(problem.aside(y) for y in (x[:0], x)), *own)
+    return NeckFit(
+        found, problem.nu, problem.sigma, problem.law, problem.law + problem.neck(x), modes.dampings(yields, count),
+        *(float(np.sqrt(np.mean(each**2))) for each in spread),
+    )  # fmt: skip
+
+
+def _logarithms(resonances: tuple[Resonance, ...]) -> Floats:
+    """`resonances` as the x of a problem."""
+    rows = [(r.frequency, r.quality, r.quality / (2 * math.pi * r.frequency * r.mass)) for r in resonances]
+    return np.log(np.array(rows).reshape(-1, 3))
 
 
 @dataclass(frozen=True)
@@ -260,6 +292,10 @@ class _Problem:
         """Of dampings and frequencies, (2 n,), as many times their scatter."""
         return np.concatenate([self.misfit(x), self.aside(x) * CLOSE / SCATTER])
 
+    def cost(self, x: Floats) -> float:
+        """What a least-squares search makes least."""
+        return float(np.sum(self.misfits(x) ** 2) + np.sum(self.prior(x) ** 2))
+
     def dictionary(self) -> tuple[Floats, Floats]:
         """Resonances of all places and some Qs, (m, 3), and what 1 m/s/N of each adds to the misfits, (m, 2 n)."""
         places = np.arange(self.nu[0], self.nu[-1], self.nu[0] / GRID)
@@ -288,7 +324,7 @@ class _Problem:
             return np.concatenate([self.misfits(each), self.prior(each)])
 
         start = np.clip(x.ravel(), ends[0] + 1e-6, ends[1] - 1e-6)
-        return np.asarray(least_squares(residuals, start, bounds=ends, max_nfev=60).x.reshape(-1, 3))
+        return np.asarray(least_squares(residuals, start, bounds=ends, max_nfev=EVALUATIONS).x.reshape(-1, 3))
 
     def prior(self, x: Floats) -> Floats:
         """Q near the usual one; and resonances near modes, which are all the string tells of."""
@@ -296,10 +332,14 @@ class _Problem:
         return np.concatenate([OPEN * (x[:, 1] - math.log(USUAL_QUALITY)), PLACE * away])
 
 
+def _rigid(string: String) -> Neck:
+    """A rigid neck with any frets: the open string has none."""
+    return Neck((string.length / 2,), (-1.0,))
+
+
 def _problem(string: String) -> _Problem:
     nu, sigma = np.array(string.measured_frequencies), np.array(string.measured_dampings)
-    rigid = Neck((string.length / 2,), (-1.0,))  # any frets: the open string has none
-    s = speaking(string, rigid, 0)
+    s = speaking(string, _rigid(string), 0)
     nominal = modes.law_frequencies(s, np.arange(1.0, nu.size + 1), string.nominal_fundamental)
     law = math.pi * nominal * modes.loss_factor(s, nominal)
     return _Problem(nu, sigma, law, s.fundamental, modes.impedance(s), string.stiffness_law)

@@ -14,7 +14,7 @@ from functools import lru_cache
 import numpy as np
 
 from livebass.arrays import Floats
-from livebass.model.neck import FREE_PART, Admittance, Surface, detuning, surface_beyond, surface_on_grid
+from livebass.model.neck import FREE_PART, Admittance, Surface, detuning, neck_damping, surface_beyond, surface_on_grid
 
 A4_NOTE, A4_HZ = 69, 440.0
 STIFFNESS_LAWS = ("hinged", "paper")  # see model/modes.py
@@ -247,10 +247,12 @@ def speaking(string: String, neck: Neck, fret: int) -> Speaking:
         fundamental = string.law_fundamental
     else:
         note = note_frequency(string.open_note + stop)
-        mute = string.extra_damping / (2 * math.pi) + string.extra_damping_slope * note
+        mass = 2 * string.linear_density * length  # kg
+        mute = string.extra_damping / (2 * math.pi) + string.extra_damping_slope * note  # Hz
+        mute += float(neck_damping(admittance.stop, mass * note, note)) / (2 * math.pi)
         sounds = math.hypot(note, mute)  # tuned higher, as a damped mode rings lower than its eigenfrequency
         stretch = float(stretched(string.stiffness_law, stiffness, np.ones(1))[0])
-        fundamental = _tuned(sounds, stretch, 2 * string.linear_density * length, admittance)
+        fundamental = _tuned(sounds, stretch, mass, admittance)
     s = Speaking(
         string=string,
         fret=fret,
