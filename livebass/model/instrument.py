@@ -249,7 +249,8 @@ def speaking(string: String, neck: Neck, fret: int) -> Speaking:
         note = note_frequency(string.open_note + stop)
         mass = 2 * string.linear_density * length  # kg
         mute = string.extra_damping / (2 * math.pi) + string.extra_damping_slope * note  # Hz
-        mute += float(neck_damping(admittance.stop, mass * note, note)) / (2 * math.pi)
+        if admittance.stop:
+            mute += float(neck_damping(admittance.at(note), mass * note, note)) / (2 * math.pi)
         sounds = math.hypot(note, mute)  # tuned higher, as a damped mode rings lower than its eigenfrequency
         stretch = float(stretched(string.stiffness_law, stiffness, np.ones(1))[0])
         fundamental = _tuned(sounds, stretch, mass, admittance)

@@ -6,7 +6,7 @@ Bending stiffness acts by one of two laws (`String.stiffness_law`), with B = pi^
   B j^2 / (1 + B j^2) is in bending, and that part is lost at the viscoelastic angle. The shape that a finger holds has
   1 / (1 + B j^2) of the amplitudes of a triangle: it is no sharper than sqrt(E I / T).
 - "paper", eqs. 8 and 11 of the paper and its triangle, all of first order in B j^2: nu_j = j f0 (1 + B j^2 / 2) is its
-  fit to one G string. It holds for B j^2 below about 0.04 and is sharp beyond, by 16 cents at 2 kHz and 115 at 5 kHz on
+  fit to one G string. It holds for B j^2 below about 0.04 and is sharp beyond, by 16 cents at 2 kHz and 117 at 5 kHz on
   an E string.
 
 Equation numbers: Issanchou et al. (2018).
