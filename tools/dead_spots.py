@@ -1,34 +1,35 @@
-"""How long the fundamental of every note rings (T60), string by string and fret by fret: where a bass has dead spots.
+"""Draws how long the fundamental of every note rings (T60), by string and fret: where a bass has dead spots.
 
 python tools/dead_spots.py jazz-finger dead-spots.png
 """
 
 from __future__ import annotations
 
+import argparse
 import sys
 
 import matplotlib as mpl
 import numpy as np
 
-mpl.use("Agg")  # no display is needed
+mpl.use("Agg")  # needs no display
 
 import matplotlib.pyplot as plt
 
-from livebass import Instrument, load_preset
 from livebass.analysis.motion import t60
-from livebass.model.instrument import speaking
+from livebass.model.instrument import Instrument, speaking
 from livebass.model.modes import dampings, frequencies
+from livebass.preset.load import load_preset
 
 
 def decays(bass: Instrument, string: int) -> tuple[list[float], list[float]]:
-    """Frequency (Hz) and T60 (s) of the fundamental by fret."""
+    """Returns frequency (Hz) and T60 (s) of the fundamental by fret."""
     neck = bass.necks[string]
     notes = [speaking(bass.strings[string], neck, k) for k in range(len(neck.fret_positions) + 1)]
     return [float(frequencies(s, 1)[0]) for s in notes], [float(t60(dampings(s, 1))[0]) for s in notes]
 
 
 def draw(bass: Instrument, picture: str) -> None:
-    """T60 over frets and over frequency, and the neck's conductance at some frets."""
+    """Draws T60 over frets and over frequency, and the neck's conductance at some frets."""
     figure, axes = plt.subplots(3, 1, figsize=(9, 10), layout="constrained")
     by_fret, by_note, neck = axes
     for i, string in enumerate(bass.strings):
@@ -52,13 +53,18 @@ def draw(bass: Instrument, picture: str) -> None:
     figure.savefig(picture, dpi=110)
 
 
-name = sys.argv[1] if len(sys.argv) > 1 else "jazz-finger"
-if {"-h", "--help"} & set(sys.argv):
-    print(__doc__)
-    sys.exit()
-try:
-    draw(load_preset(name), sys.argv[2] if len(sys.argv) > 2 else "dead-spots.png")
-except (ValueError, LookupError, OSError) as error:
-    sys.exit(f"dead_spots.py: {error}")
-except KeyboardInterrupt:
-    sys.exit(130)
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("preset", nargs="?", default="jazz-finger", help="name or file; default: jazz-finger")
+    parser.add_argument("picture", nargs="?", default="dead-spots.png", help="default: dead-spots.png")
+    options = parser.parse_args()
+    try:
+        draw(load_preset(options.preset), options.picture)
+    except (ValueError, LookupError, OSError) as error:
+        sys.exit(f"dead_spots.py: {error}")
+    except KeyboardInterrupt:
+        sys.exit(130)
+
+
+if __name__ == "__main__":
+    main()

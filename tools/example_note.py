@@ -1,4 +1,4 @@
-"""One note, softly and hard, as arrays: how much the frets add above 2 kHz.
+"""Renders one note softly and hard to arrays, and prints how much the frets add above 2 kHz.
 
 python tools/example_note.py [preset]
 """

@@ -1,4 +1,4 @@
-"""A line written as numbers, or a MIDI file, to song.wav.
+"""Renders a line written as numbers, or a MIDI file, to song.wav.
 
 python tools/example_song.py [song.mid]
 """

@@ -1,4 +1,4 @@
-"""A sound file as a picture: waveform above, spectrogram over 70 dB below.
+"""Draws a sound file: waveform above, spectrogram over 70 dB below.
 
 python tools/spectrogram.py demo.wav demo.png --top 8000 --title "slap"
 """
@@ -12,7 +12,7 @@ import matplotlib as mpl
 import numpy as np
 import soundfile
 
-mpl.use("Agg")  # no display is needed
+mpl.use("Agg")  # needs no display
 
 import matplotlib.pyplot as plt
 
@@ -21,7 +21,7 @@ WINDOW_S, OVERLAP = 0.012, 0.75  # short enough to tell an attack from the note 
 
 
 def draw(sound_file: Path, picture: Path, top_hz: float, title: str) -> None:
-    """Write `picture` (PNG, PDF or SVG by its name) of `sound_file`, up to `top_hz`."""
+    """Writes `picture` (PNG, PDF or SVG by its name) of `sound_file`, up to `top_hz`."""
     sound, rate = soundfile.read(sound_file, always_2d=True)
     mono = sound.mean(axis=1)
     window = max(64, round(WINDOW_S * rate))
@@ -44,15 +44,15 @@ def draw(sound_file: Path, picture: Path, top_hz: float, title: str) -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("sound", type=Path)
-    parser.add_argument("picture", type=Path, nargs="?", help="default: the sound's name, .png")
+    parser.add_argument("sound", type=Path, help="WAV, FLAC or Ogg file")
+    parser.add_argument("picture", type=Path, nargs="?", help="PNG, PDF or SVG; default: the sound's name, .png")
     parser.add_argument("--top", type=float, default=10_000.0, metavar="HZ", help="highest frequency shown")
-    parser.add_argument("--title", default="")
+    parser.add_argument("--title", default="", help="default: the sound's name")
     options = parser.parse_args()
     picture = options.picture or options.sound.with_suffix(".png")
     try:
         draw(options.sound, picture, options.top, options.title)
-    except (OSError, RuntimeError, ValueError) as error:  # soundfile's own is a RuntimeError
+    except (OSError, RuntimeError, ValueError) as error:  # soundfile raises a RuntimeError
         raise SystemExit(f"{options.sound}: {error}") from None
 
 

@@ -1,25 +1,32 @@
-"""From modal amplitudes to the string: its shape, its energy, that of each mode, and how fast that decays.
+"""How a solved string moved: its shape and energy, its contacts, spectral centre and pitch, the decay of its modes.
 
-Everything here takes q (..., modes), m^1.5, and its rate of change (..., modes), m^1.5/s, in the basis of eq. 3 of
-Issanchou et al. (2018), phi_j(x) = sqrt(2/L) sin(j pi x / L), whoever computed them. As the basis is orthonormal a mode
-has the mass of the string per metre, mu.
-
-What is found in a motion: spectral centre, pitch, energies, shapes, T60; columns of the outputs, with units.
-
-Sources: C. Issanchou et al. (2018), eq. 14 (spectral centre) and figures 6 to 8; YIN (module `yin`).
+Functions take q (..., modes), m^1.5, and its rate of change (..., modes), m^1.5/s, from any solver, in the basis of
+eq. 3 of Issanchou et al. (2018), phi_j(x) = sqrt(2/L) sin(j pi x / L). That is orthonormal: each mode has the mass of
+the string per metre, mu. `Solved` measures a whole motion as figures 4 to 8 of that paper do.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from livebass.analysis.sound import PAPER_RATE, Pitch, characteristic_frequencies, frame_times, fundamental, resampled
-from livebass.arrays import Floats
+from livebass.analysis.sound import (
+    PAPER_RATE,
+    Contactogram,
+    Pitch,
+    characteristic_frequencies,
+    contactogram,
+    frame_times,
+    fundamental,
+    resampled,
+)
+from livebass.arrays import Floats, Ints
 from livebass.model import modes
 from livebass.model.instrument import Speaking
 from livebass.model.trial import Motion, Trial
@@ -36,7 +43,7 @@ def string_shape(s: Speaking, q: ArrayLike, x: ArrayLike) -> Floats:
 def shape_at(s: Speaking, q: ArrayLike, velocity: ArrayLike, time_s: ArrayLike, x: ArrayLike) -> Floats:
     """u(x, t), m, shape (len(time_s), len(x)), of a string free of contact: eq. 4 without force, solved exactly.
 
-    q and velocity (modes,) are those at t = 0; between two contacts, those just after the first one.
+    q and velocity (modes,) are those at t = 0, the release or the end of a contact.
     """
     q0, v0, t = (np.asarray(a, np.float64) for a in (q, velocity, time_s))
     sigma = modes.dampings(s, q0.size)
@@ -62,7 +69,7 @@ def contact_energy(s: Speaking, q: ArrayLike) -> Floats:
 
 
 def energy(s: Speaking, q: ArrayLike, velocity: ArrayLike) -> Floats:
-    """All there is in the string and in its contacts, J, shape (...,)."""
+    """Energy of the string and of its contacts, J, shape (...,)."""
     return np.asarray(modal_energies(s, q, velocity).sum(axis=-1) + contact_energy(s, q))
 
 
@@ -91,13 +98,13 @@ WINDOW, HOP = 2048, 128  # samples at 51.2 kHz: 40 ms, every 2.5 ms
 PITCHES = (0.92, 1.53)  # of the first eigenfrequency: where the pitch is sought; a rattle raises it by up to a half
 PITCH_HOP = 1e-3  # s
 LOW, ORDER = 5.0, 4  # of the first eigenfrequency: the glide is "mostly below 500 Hz" (4.1.1); of a Butterworth filter
-STATES = 100  # times at which energies are told
+STATES = 100  # times at which energies are computed
 
 
-def looked_at(trial: Trial, count: int = STATES, more: Sequence[float] = ()) -> tuple[int, ...]:
-    """Output samples, ascending: `count` + 1 over the whole trial, and those nearest to the times `more` (s).
+def state_samples(trial: Trial, count: int = STATES, more: Sequence[float] = ()) -> tuple[int, ...]:
+    """Output samples for `Trial.states`, ascending: `count` + 1 over the whole trial, and the nearest to `more` (s).
 
-    For `Trial.states`. Raises ValueError for a time outside the trial.
+    Raises ValueError for a time outside the trial.
     """
     for time in more:
         if not 0 <= time <= trial.duration:
@@ -106,84 +113,138 @@ def looked_at(trial: Trial, count: int = STATES, more: Sequence[float] = ()) -> 
     return tuple(sorted({*map(int, even), *(_sample(trial, time) for time in more)}))
 
 
-def at_paper_rate(trial: Trial, moved: Floats) -> Floats:
-    """A displacement of `trial` at 51.2 kHz. Needs SciPy where the trial has another rate."""
-    return moved if trial.output_rate == PAPER_RATE else resampled(moved, round(trial.output_rate))
+@dataclass(frozen=True)
+class Solved:
+    """A trial and its motion, from any solver, and what can be measured in them.
 
-
-def characteristic(trial: Trial, moved: Floats) -> tuple[Floats, Floats]:
-    """Times, s, and eq. 14, Hz, of a displacement at 51.2 kHz. ValueError for less than 40 ms."""
-    nu = characteristic_frequencies(at_paper_rate(trial, moved), PAPER_RATE, WINDOW, HOP)
-    return frame_times(nu.size, PAPER_RATE, WINDOW, HOP), nu
-
-
-def pitch(trial: Trial, moved: Floats) -> Pitch:
-    """The fundamental of a displacement by YIN over a period and the longest lag, or the steps of a glide would blur.
-
-    Of what is below `LOW`: near the bridge the overtones have most of the power, and they are not quite harmonic. The
-    deepest dip counts: where a string rattles none may be below a threshold. ValueError for less than two periods.
+    Energies and shapes need the states of the modes (`Trial.states`): ValueError where the motion has none.
     """
-    first = float(modes.frequencies(trial.speaking, 1)[0])
-    least, most = (part * first for part in PITCHES)
-    low = _low_passed(moved, LOW * first / trial.output_rate)
-    return fundamental(low, trial.output_rate, least, most, PITCH_HOP, 1 / first, threshold=None)
+
+    trial: Trial
+    motion: Motion
+
+    @property
+    def speaking(self) -> Speaking:
+        return self.trial.speaking
+
+    @property
+    def rate(self) -> float:
+        """Output rate, Hz."""
+        return self.trial.output_rate
+
+    @property
+    def over_board(self) -> bool:
+        """True if the string may touch wood anywhere along it, not frets alone."""
+        return bool(self.speaking.surface)
+
+    def displacement(self, across: bool = False) -> Floats:
+        """u at its sensor, or v at its own, m, (n,); ValueError for v of a pluck along u."""
+        if not across:
+            return self.motion.displacement_m
+        if self.motion.across_m is None:
+            raise ValueError("plucked along u: there is no v")
+        return self.motion.across_m
+
+    def at_paper_rate(self, across: bool = False) -> Floats:
+        """`displacement` at 51.2 kHz. Needs SciPy where the trial has another rate."""
+        moved = self.displacement(across)
+        return moved if self.rate == PAPER_RATE else resampled(moved, round(self.rate))
+
+    @cached_property
+    def contacts(self) -> Contactogram:
+        """The fret of each contact, 0 for wood, in the order of `Motion.contact_step`."""
+        return contactogram(self.motion.contact_time_s, self.motion.contact_index, self.speaking.contact_fret)
+
+    @property
+    def contact_place(self) -> Floats:
+        """Place of each of `contacts`, m from the stop."""
+        return np.asarray(self.speaking.contact_position, np.float64)[self.motion.contact_index]
+
+    @cached_property
+    def sets(self) -> list[Ints]:
+        """The sets of contacts, one a period (`Contactogram.sets`): for each the indices of its `contacts`."""
+        number = self.contacts.sets()
+        return [np.flatnonzero(number == n) for n in range(int(number[-1]) + 1 if number.size else 0)]
+
+    def characteristic(self, across: bool = False) -> tuple[Floats, Floats]:
+        """Times, s, and eq. 14, Hz, (frames,), at 51.2 kHz. ValueError for less than 40 ms."""
+        nu = characteristic_frequencies(self.at_paper_rate(across), PAPER_RATE, WINDOW, HOP)
+        return frame_times(nu.size, PAPER_RATE, WINDOW, HOP), nu
+
+    @cached_property
+    def pitch(self) -> Pitch:
+        """The fundamental of u by YIN, every millisecond. ValueError for less than two periods.
+
+        The window is one period, as a longer one would blur the steps of a glide. Only what is below `LOW` counts:
+        near the bridge the overtones, which are not quite harmonic, have most of the power. The deepest dip is taken:
+        where a string rattles there may be none below a threshold.
+        """
+        first = float(modes.frequencies(self.speaking, 1)[0])
+        least, most = (part * first for part in PITCHES)
+        low = _low_passed(self.motion.displacement_m, LOW * first / self.rate)
+        return fundamental(low, self.rate, least, most, PITCH_HOP, 1 / first, threshold=None)
+
+    def energies(self) -> tuple[Floats, Floats, Floats]:
+        """Energies at `Trial.states`: their times, s; of each mode, u and v together, J, (times, modes); of all, J.
+
+        The last, (times,), is that of the modes and of the contacts.
+        """
+        s, states = self.speaking, self._states()
+        q, velocity = states[:, :, 0], states[:, :, 1]
+        each = modal_energies(s, q, velocity).sum(axis=1)
+        total = each.sum(axis=1) + contact_energy(s, q[:, 0])
+        return np.asarray(self.trial.states) / self.rate, each, np.asarray(total)
+
+    def shapes(self, times: Sequence[float]) -> tuple[Floats, Floats, Floats]:
+        """The string at the samples nearest to `times` (s), which must be among `Trial.states`: see `state_samples`.
+
+        Returns the times of these samples, s; the grid with both ends, m, (N + 1,); u and v, m, (polarisations, times,
+        N + 1).
+        """
+        s, states, samples = self.speaking, self._states(), [_sample(self.trial, time) for time in times]
+        x = np.linspace(0, s.length, s.grid_points + 1)
+        q = states[[self.trial.states.index(i) for i in samples], :, 0]
+        return np.asarray(samples) / self.rate, x, np.moveaxis(string_shape(s, q, x), 1, 0)
+
+    def _states(self) -> Floats:
+        if self.motion.states is None:
+            raise ValueError("the motion has no states: none were asked for, or the solver gives none")
+        return self.motion.states
 
 
-def energies(trial: Trial, motion: Motion) -> tuple[Floats, Floats, Floats]:
-    """Times of `Trial.states`, s; energy of each mode, J, (times, modes), u and v together; all, contacts too, J."""
-    states = _states(motion)
-    s, q, velocity = trial.speaking, states[:, :, 0], states[:, :, 1]
-    each = modal_energies(s, q, velocity).sum(axis=1)
-    total = each.sum(axis=1) + contact_energy(s, q[:, 0])
-    return np.asarray(trial.states) / trial.output_rate, each, np.asarray(total)
+def columns(solved: Solved) -> dict[str, NDArray[Any]]:
+    """Everything measured but shapes, for result.npz, under names with units.
 
-
-def shapes(trial: Trial, motion: Motion, times: Sequence[float]) -> tuple[Floats, Floats, Floats]:
-    """Times of the nearest samples, s; the grid with both ends, m, (N + 1,); u and v, m, (polarisations, times, N + 1).
-
-    The samples must be among `Trial.states`: see `looked_at`.
+    Left out are the characteristic frequency without SciPy, what the motion is too short for, and energies where it
+    has no states.
     """
-    states = _states(motion)
-    s, samples = trial.speaking, [_sample(trial, time) for time in times]
-    x = np.linspace(0, s.length, s.grid_points + 1)
-    q = states[[trial.states.index(i) for i in samples], :, 0]
-    return np.asarray(samples) / trial.output_rate, x, np.moveaxis(string_shape(s, q, x), 1, 0)
-
-
-def columns(trial: Trial, motion: Motion) -> dict[str, NDArray[Any]]:
-    """All but shapes under names with units, for result.npz, as far as it can be had.
-
-    Left out are the characteristic frequency without SciPy, what a motion is too short for, and energies where the
-    solver tells no states.
-    """
-    out: dict[str, NDArray[Any]] = {
-        "t60_s": t60(np.zeros(trial.modes) if trial.lossless
-                                  else modes.dampings(trial.speaking, trial.modes))
-    }  # fmt: skip
+    trial = solved.trial
+    dampings = np.zeros(trial.modes) if trial.lossless else modes.dampings(trial.speaking, trial.modes)
+    out: dict[str, NDArray[Any]] = {"t60_s": t60(dampings)}
     first = float(modes.frequencies(trial.speaking, 1)[0])
     if trial.duration > 1 / first + 1 / (PITCHES[0] * first) + 3 / trial.output_rate:
-        found = pitch(trial, motion.displacement_m)
-        out |= {"pitch_time_s": found.time_s, "pitch_hz": found.frequency_hz, "pitch_aperiodicity": found.aperiodicity}
+        pitch = solved.pitch
+        out |= {"pitch_time_s": pitch.time_s, "pitch_hz": pitch.frequency_hz, "pitch_aperiodicity": pitch.aperiodicity}
     if trial.duration > WINDOW / PAPER_RATE and _can_resample(trial):
-        time_s, nu = characteristic(trial, motion.displacement_m)
+        time_s, nu = solved.characteristic()
         out |= {"characteristic_time_s": time_s, "characteristic_frequency_hz": nu}
-    if motion.states is not None:
-        time_s, each, total = energies(trial, motion)
+    if solved.motion.states is not None:
+        time_s, each, total = solved.energies()
         out |= {"energy_time_s": time_s, "energy_j": total, "modal_energies_j": each}
     return out
 
 
-def shape_columns(trial: Trial, motion: Motion, times: Sequence[float]) -> dict[str, NDArray[Any]]:
-    """`shapes` for result.npz; nothing without times."""
+def shape_columns(solved: Solved, times: Sequence[float]) -> dict[str, NDArray[Any]]:
+    """`Solved.shapes` for result.npz; empty without times."""
     if not times:
         return {}
-    time_s, x, moved = shapes(trial, motion, times)
+    time_s, x, moved = solved.shapes(times)
     across = {"shapes_across_m": moved[1]} if len(moved) > 1 else {}
     return {"shape_time_s": time_s, "shape_x_m": x, "shapes_m": moved[0], **across}
 
 
 def _low_passed(sound: Floats, cutoff: float) -> Floats:
-    """By a Butterworth filter forwards and backwards, which delays nothing; cutoff in parts of the sampling rate."""
+    """`sound` through a Butterworth filter forwards and backwards, without delay; cutoff in parts of the rate."""
     room = min(sound.size - 1, round(10 / cutoff))
     turned = 2 * sound[0] - sound[room:0:-1], sound, 2 * sound[-1] - sound[-2 : -room - 2 : -1]  # odd about the ends
     padded = np.concatenate(turned)
@@ -192,18 +253,12 @@ def _low_passed(sound: Floats, cutoff: float) -> Floats:
 
 
 def _can_resample(trial: Trial) -> bool:
-    """Whether the motion can be had at 51.2 kHz."""
+    """True if the motion is at 51.2 kHz or can be brought there."""
     try:
         import scipy.signal  # noqa: F401
     except ImportError:
         return trial.output_rate == PAPER_RATE
     return True
-
-
-def _states(motion: Motion) -> Floats:
-    if motion.states is None:
-        raise ValueError("the motion has no states: none were asked for, or the solver tells none")
-    return motion.states
 
 
 def _sample(trial: Trial, time: float) -> int:

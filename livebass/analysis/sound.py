@@ -1,13 +1,10 @@
-"""What is looked at in a sound or a motion: spectrogram, characteristic frequency, contacts on frets over time.
+"""Spectrogram, characteristic frequency and pitch of a sound, and contacts on frets over time.
 
-Source: C. Issanchou et al. (2018), eq. 14 and figures 5 to 7. Sounds are (n,) arrays in any unit, rates in Hz, times
-in s from the first sample.
-
-Fundamental frequency over time by YIN: A. de Cheveigne and H. Kawahara, J. Acoust. Soc. Am. 111 (2002), 1917-1930.
-
-Steps 2 to 5 of the paper: the squared difference of the sound and itself, a lag later, summed over a window; divided by
-its mean over all shorter lags; the first dip of it below a threshold; a parabola through its lowest three points. The
-best local estimate (step 6) is left out: it smooths over time, and a glide is what is looked for here.
+Sounds are (n,) arrays in any unit, rates in Hz, times in s from the first sample. Sources: C. Issanchou et al. (2018),
+eq. 14 and figures 5 to 7; for the pitch YIN, A. de Cheveigne and H. Kawahara, J. Acoust. Soc. Am. 111 (2002),
+1917-1930, steps 2 to 5. These are: the squared difference of the sound and itself a lag later, summed over a window;
+divided by its mean over all shorter lags; its first dip below a threshold; a parabola through the lowest three points.
+Step 6, the best local estimate, is left out: it smooths over time, and a glide would be lost.
 """
 
 from __future__ import annotations
@@ -17,11 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from livebass.arrays import Floats
-
-Ints = NDArray[np.int64]
+from livebass.arrays import Floats, Ints
 
 WINDOW, HOP = 2048, 512  # samples at 48 kHz: 43 ms, 1.8 periods of the low E
 RANGE = 70.0  # dB, of the paper's spectrograms
@@ -29,10 +24,10 @@ PAPER_RATE = 51_200  # Hz, to which the paper resamples before eq. 14
 
 
 def spectrogram(sound: Floats, rate: float, window: int | None = None, hop: int | None = None) -> Floats:
-    """Amplitudes (frames, bins) of Hann windows of `window` samples, `hop` samples apart.
+    """Amplitudes (frames, bins) of Hann windows of `window` samples, `hop` samples apart; bin k is k rate / window Hz.
 
-    Bin k is k rate / window Hz. Left out, they are `WINDOW` and `HOP`, the same times at every rate. Raises ValueError
-    where the sound is shorter than a window.
+    By default `WINDOW` and `HOP` at 48 kHz, and as many seconds at every rate. Raises ValueError where the sound is
+    shorter than a window.
     """
     window, hop = _frames(rate, window, hop)
     return np.abs(np.fft.rfft(sliding_window_view(sound, window)[::hop] * np.hanning(window + 1)[:-1]))
@@ -44,7 +39,7 @@ class Spectrogram:
 
     time_s: Floats  # (frames,), the middle of each window
     frequency_hz: Floats  # (bins,)
-    level_db: Floats  # (frames, bins), 0 is the loudest of all; what is lower than the range counts as that low
+    level_db: Floats  # (frames, bins), 0 is the loudest of all; cut off at the bottom of the range
 
 
 def spectrogram_db(
@@ -63,7 +58,7 @@ def spectrogram_db(
 def characteristic_frequencies(sound: Floats, rate: float, window: int | None = None, hop: int | None = None) -> Floats:
     """Eq. 14 for each frame of the spectrogram, Hz: the mean frequency, weighted with the square of the amplitude.
 
-    It counts up to rate / 2. The paper's goes to 25.6 kHz: for that, `resampled` first. NaN where a frame is silent.
+    The mean goes up to rate / 2, the paper's to 25.6 kHz: for that, `resampled` first. NaN where a frame is silent.
     """
     power = spectrogram(sound, rate, window, hop) ** 2
     nu = np.linspace(0.0, rate / 2, power.shape[1])
@@ -92,11 +87,11 @@ def resampled(sound: Floats, rate: int, to: int = PAPER_RATE) -> Floats:
 
 @dataclass(frozen=True)
 class Contactogram:
-    """Which fret is touched when (figure 7), ordered by time, then as given."""
+    """The contacts of a string with its frets (figure 7), ordered by time, then as given."""
 
-    time_s: Floats  # (k,), the string meets the fret
+    time_s: Floats  # (k,), when the string meets the fret
     fret: Ints  # (k,)
-    release_s: Floats  # (k,), it leaves it; NaN where that is not known
+    release_s: Floats  # (k,), when it leaves the fret; NaN where that is not known
 
     def sets(self, gap: float = 4e-3) -> Ints:
         """Number of the set each contact belongs to, from 0, (k,): `gap` (s) without a new contact ends a set.
@@ -109,10 +104,10 @@ class Contactogram:
 def contactogram(
     contact_time_s: ArrayLike, contact_index: ArrayLike, frets: ArrayLike, release_s: ArrayLike | None = None
 ) -> Contactogram:
-    """The contacts of a `Motion` on the frets (`Speaking.contact_fret`) its indices mean.
+    """The contacts of a `Motion`, whose indices point into `frets` (`Speaking.contact_fret`).
 
-    contact_time_s (k,), s; contact_index (k,), into `frets`; release_s (k,), s, where it is known. Raises ValueError
-    unless they are as many.
+    contact_time_s (k,), s; contact_index (k,); release_s (k,), s, where it is known. Raises ValueError for arrays of
+    different lengths.
     """
     time, index = np.asarray(contact_time_s, np.float64), np.asarray(contact_index, np.int64)
     release = np.full(time.shape, np.nan) if release_s is None else np.asarray(release_s, np.float64)
@@ -123,7 +118,7 @@ def contactogram(
 
 
 def _frames(rate: float, window: int | None, hop: int | None) -> tuple[int, int]:
-    """Samples of a window and from one to the next."""
+    """Length and hop of the windows in samples."""
     return window or round(WINDOW * rate / 48_000), hop or round(HOP * rate / 48_000)
 
 
@@ -135,7 +130,7 @@ CHUNK = 256  # frames at a time, which bounds the memory
 class Pitch:
     """The fundamental, frame by frame."""
 
-    time_s: Floats  # (frames,), the middle of what the frame is computed from
+    time_s: Floats  # (frames,), the middle of the samples that the frame is computed from
     frequency_hz: Floats  # (frames,), NaN where no lag is below the threshold
     aperiodicity: Floats  # (frames,), the normalised difference at the lag found, or its least: 0 periodic, 1 noise
 
@@ -151,9 +146,9 @@ def fundamental(
 ) -> Pitch:
     """Fundamental frequency of `sound` (n,), Hz, between `least` and `most` (Hz), every `hop` (s).
 
-    window (s): over which the difference is summed, 1 / least if left out; a frame takes that and the longest lag.
-    threshold None: the deepest of all dips counts, for sounds too rough for any threshold, and limits within an octave.
-    Lags are multiples of a sample, refined to some thousandth of one. Raises ValueError for limits that are not
+    The difference is summed over `window` (s), 1 / least by default; a frame is that long plus the longest lag. With
+    threshold None the deepest of all dips is taken, for sounds too rough for any threshold and limits within an octave.
+    Lags are multiples of a sample, refined to about a thousandth of one. Raises ValueError for limits that are not
     0 < least < most < rate / 4, and for a sound shorter than one frame.
     """
     if not 0 < least < most < rate / 4:

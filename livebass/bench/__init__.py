@@ -1,1 +1,1 @@
-"""Measures what livebass costs on this machine."""
+"""Benchmarks: what sound costs on this machine, and whether it is ready in time."""

@@ -49,7 +49,7 @@ class Note:
 
 
 def ringing(sound: Floats, rate: float, f0: float) -> tuple[Floats, Floats]:
-    """Frequencies (Hz) and T60 (s), (n,) each, of the partials of `sound` (samples,), a note of f0 (Hz) to 3 %.
+    """Returns frequencies (Hz) and T60 (s), (n,) each, of the partials of `sound` (samples,), a note of f0 (Hz) to 3 %.
 
     The sound begins with the attack. Partials that are too faint, too short or do not decay are left out.
     """
@@ -63,7 +63,7 @@ def ringing(sound: Floats, rate: float, f0: float) -> tuple[Floats, Floats]:
     t = np.arange(window) / rate
 
     def level(nu: Floats) -> Floats:
-        """(frames, nu) dB."""
+        """Returns the levels (frames, nu), dB."""
         return np.asarray(20 * np.log10(np.abs(frames @ np.exp(-2j * math.pi * np.outer(t, nu))) + 1e-30))
 
     if starts.size < 2:
@@ -86,7 +86,7 @@ def ringing(sound: Floats, rate: float, f0: float) -> tuple[Floats, Floats]:
 
 
 def _partials(sound: Floats, rate: float, f0: float) -> Floats:
-    """Frequencies (Hz) of the partials up to the last octave: peaks near where those before put the next."""
+    """Returns the frequencies (Hz) of the partials up to the last octave, each near where those before put it."""
     size = min(sound.size, round(1.0 * rate))
     padded = 4 * 2 ** math.ceil(math.log2(size))
     spectrum = np.abs(np.fft.rfft(sound[:size] * np.hanning(size), padded))
@@ -112,7 +112,7 @@ def _partials(sound: Floats, rate: float, f0: float) -> Floats:
 
 
 def preset_notes(bass: Instrument, frets: Sequence[int] = FRETS, seconds: float = SECONDS) -> list[Note]:
-    """The notes of `bass` on every string, open and at `frets`, plucked softly for `seconds`."""
+    """Plucks `bass` softly on every string, open and at `frets`, for `seconds`, and returns the notes."""
     notes = []
     for string, neck in zip(bass.strings, bass.necks, strict=True):
         for fret in (0, *(k for k in frets if k <= len(neck.fret_positions))):
@@ -129,9 +129,9 @@ def preset_notes(bass: Instrument, frets: Sequence[int] = FRETS, seconds: float 
 
 
 def recorded_notes(paths: Sequence[Path], bass: Instrument) -> list[Note]:
-    """The notes of recordings, files or folders of them, at the pitches of the open strings of `bass` and at others.
+    """Returns the notes of recordings, files or folders of them.
 
-    A recording does not tell its string, so "open" is what sounds like an open string. Files without a note of `LEAST`
+    A recording does not tell its string, so "open" is what sounds like an open string of `bass`. Files without a note of `LEAST`
     seconds with a pitch are left out. Raises RecordingError for a file that cannot be read.
     """
     files = []
@@ -155,7 +155,7 @@ def recorded_notes(paths: Sequence[Path], bass: Instrument) -> list[Note]:
 
 
 def by_octave(notes: Sequence[Note]) -> Floats:
-    """Median T60 (s) of the partials in each octave, (7,); NaN where there are fewer than three."""
+    """Returns the median T60 (s) of the partials in each octave, (7,); NaN where there are fewer than three."""
     if not notes:
         return np.full(len(OCTAVES) - 1, np.nan)
     nu, t60 = (np.concatenate([getattr(note, name) for note in notes]) for name in ("frequency", "t60"))
@@ -164,7 +164,7 @@ def by_octave(notes: Sequence[Note]) -> Floats:
 
 
 def table(groups: Sequence[tuple[str, Sequence[Note]]]) -> str:
-    """T60 (s) by octave of groups of notes, each by name: open, stopped and the ratio of the two."""
+    """Shows T60 (s) by octave of groups of notes, given by name: open, stopped and the ratio of the two."""
     rows = [("T60, s", "notes", *(f"{low:g}-{high:g} Hz" for low, high in pairwise(OCTAVES)))]
     for name, notes in groups:
         parts = [n for n in notes if n.open], [n for n in notes if not n.open]

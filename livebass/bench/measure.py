@@ -1,61 +1,49 @@
-"""What the benchmarks share: a clock, a row of figures, the machine and who else used it, and case B of the paper.
-
-The published method's step: products with full matrices, timed on one thread of the linear algebra.
-
-Work that may never come back, such as a JACK client whose server has died, in a process with a time limit.
-"""
+"""Shared by the benchmarks: a clock, rows of figures, the paper's cases, the machine and the load of other programs."""
 
 from __future__ import annotations
 
-import json
-import multiprocessing
 import os
 import platform
-import signal
 import statistics
-import subprocess
-import sys
 import time
-from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
-from multiprocessing.connection import Connection
+from datetime import UTC, datetime
 from typing import Any
 
 import numba
 import numpy as np
 
-from livebass.arrays import Floats
+from livebass import __version__
 from livebass.engine.prepare import whole_contact_rate
-from livebass.model import modes
 from livebass.model.quality import QUALITIES, modes_for
-from livebass.model.trial import Trial, initial_amplitudes
+from livebass.model.trial import Trial
 from livebass.paper.cases import CASES
-from livebass.report.progress import Say
 
 CASE_B = CASES["b"]
-RATES = (50_000, 48_000)  # Hz, of the output; of 50 kHz, 8 MHz is a whole multiple
+RATES = (50_000, 48_000)  # Hz, of the output; the 8 MHz of case B are a whole multiple of the first
 Row = dict[str, Any]
+Result = dict[str, Any]  # of a benchmark: numbers and text, as JSON has them
 
 
 class Clock:
-    """Time taken and processor time used by each `with` block so far, s."""
+    """Wall time and processor time of each `with` block so far, s."""
 
     def __init__(self) -> None:
-        self.work: list[float] = []
+        self.wall: list[float] = []
         self.processor: list[float] = []
 
     def __enter__(self) -> None:
         self._used, self._began = time.process_time(), time.perf_counter()
 
     def __exit__(self, *_: object) -> None:
-        self.work.append(time.perf_counter() - self._began)
+        self.wall.append(time.perf_counter() - self._began)
         self.processor.append(time.process_time() - self._used)
 
 
 def row(name: str, sound: float, clock: Clock, **more: Any) -> Row:
-    """A measurement: each run of `clock` made `sound` s."""
-    each = [w / sound for w in clock.work]
+    """Returns the figures of several runs, each of which made `sound` s of sound: s of work per s of sound."""
+    each = [w / sound for w in clock.wall]
     return {
         "name": name,
         **more,
@@ -68,7 +56,7 @@ def row(name: str, sound: float, clock: Clock, **more: Any) -> Row:
 
 
 def case_trial(name: str, quality: str, rate: int, duration: float) -> Trial:
-    """A case of the paper with the modes and the contact rate of `quality`, as an instrument has them.
+    """Returns a case of the paper with the modes and the contact rate of `quality`, as an instrument has them.
 
     `rate` is that of the output, Hz; `duration` s.
     """
@@ -79,8 +67,16 @@ def case_trial(name: str, quality: str, rate: int, duration: float) -> Trial:
     return replace(trial, modes=count, contact_rate=whole_contact_rate(q.contact_rate, rate))
 
 
-def machine() -> dict[str, Any]:
-    """Where the figures are from."""
+def heading() -> Result:
+    """Returns the version, the date and the machine, to begin a result with. To be called before the work."""
+    return {
+        "livebass": __version__,
+        "date": datetime.now(UTC).isoformat(timespec="seconds"),
+        "machine": _machine(),
+    }
+
+
+def _machine() -> dict[str, Any]:
     name = platform.processor() or platform.machine()
     with suppress(OSError), open("/proc/cpuinfo", encoding="utf-8") as lines:
         name = next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), name)
@@ -100,156 +96,62 @@ def machine() -> dict[str, Any]:
     }
 
 
-class Neighbours:
-    """What others took of the processors since this was made, as parts of all their time; None where nobody counts.
+def machine_line(result: Result) -> str:
+    """Returns the version and the machine of a result as one line of a table."""
+    machine = result["machine"]
+    return (
+        f"livebass {result['livebass']}, {machine['cpu']}, {machine['cores']} cores, {machine['system']}, Python "
+        f"{machine['python']}, numpy {machine['numpy']}, numba {machine['numba']}"
+    )
 
-    `stolen` went to other guests of a virtual machine's host, `others` to other processes of this machine.
-    """
+
+class OtherLoad:
+    """Processor time that others have taken since this was made."""
 
     IDLE, WAITING, STOLEN = 3, 4, 7  # columns of /proc/stat
 
     def __init__(self) -> None:
-        self._before, self._mine = _ticks(), _own()
+        self._before, self._own = _ticks(), _own_time()
 
     def shares(self) -> dict[str, float | None]:
+        """Returns shares of all processors' time, or None on systems that do not count it.
+
+        "stolen" went to other guests of a virtual machine's host, "others" to other processes of this machine.
+        """
         now = _ticks()
         if not self._before or not now or sum(now) <= sum(self._before):
             return {"stolen": None, "others": None}
         spent = [b - a for a, b in zip(self._before, now, strict=True)]
         total, stolen = sum(spent), spent[self.STOLEN]
-        mine = (_own() - self._mine) * os.sysconf("SC_CLK_TCK")
-        others = total - spent[self.IDLE] - spent[self.WAITING] - stolen - mine
+        own = (_own_time() - self._own) * os.sysconf("SC_CLK_TCK")
+        others = total - spent[self.IDLE] - spent[self.WAITING] - stolen - own
         return {"stolen": stolen / total, "others": max(0.0, others / total)}
 
+    def stolen_seconds(self) -> float:
+        """Returns the time stolen since this was made, s, of all processors together; 0 without /proc/stat."""
+        now = _ticks()
+        return (now[self.STOLEN] - self._before[self.STOLEN]) / os.sysconf("SC_CLK_TCK") if now else 0.0
 
-def _own() -> float:
-    """Processor time of this process and of those it started that have ended, s."""
+
+def load_lines(result: Result) -> list[str]:
+    """Returns the lines that end a table: the machine, and what others took of it."""
+    jack = f", JACK {result['server']['version']}" if result.get("server") else ""
+    lines = [machine_line(result) + jack]
+    stolen, others = result["stolen"], result["others"]
+    if stolen is not None:
+        lines.append(f"share of all processors' time: stolen by the host {stolen:.1%}, other processes {others:.1%}")
+    return lines
+
+
+def _own_time() -> float:
+    """Processor time of this process and of its children that have ended, s."""
     return sum(os.times()[:4])
 
 
 def _ticks() -> list[int]:
-    """user, nice, system, idle, iowait, irq, softirq and steal time of all processors; empty where there is none."""
+    """User, nice, system, idle, iowait, irq, softirq and steal time of all processors; [] without /proc/stat."""
     with suppress(OSError, ValueError), open("/proc/stat", encoding="ascii") as lines:
         fields = lines.readline().split()[1:9]
         if len(fields) == 8:
             return [int(field) for field in fields]
     return []
-
-
-# What the libraries behind numpy's products listen to.
-ONE_THREAD = {
-    "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1", "BLIS_NUM_THREADS": "1",
-    "VECLIB_MAXIMUM_THREADS": "1",
-}  # fmt: skip
-
-
-def dense_row(steps: int, runs: int) -> Row:
-    """The published method's two products, in a process of its own where the linear algebra has one thread."""
-    program = f"import json, livebass.bench.measure as b; print(json.dumps(b.dense_steps({steps}, {runs})))"
-    done = subprocess.run(
-        [sys.executable, "-c", program],
-        env={**os.environ, **ONE_THREAD, "PYTHONPATH": os.pathsep.join(p or os.curdir for p in sys.path)},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    if done.returncode:
-        raise RuntimeError(f"dense products: {(done.stderr.splitlines() or ['no reason given'])[-1]}")
-    result = json.loads(done.stdout)
-    clock = Clock()
-    clock.work, clock.processor = result["step_s"], result["processor_s"]
-    return row(
-        "dense step, as published",
-        1 / CASE_B.contact_rate,
-        clock,
-        modes=result["modes"],
-        contact_rate_hz=int(CASE_B.contact_rate),
-        rate_hz=None,
-        cores=1,
-    )
-
-
-def dense_steps(steps: int, runs: int) -> dict[str, Any]:
-    """What a step of eq. 12 costs with full matrices: u^{n+1} = D u^n - D~ u^{n-1} on the points of the grid.
-
-    The contact force would come on top. "step_s" and "processor_s" have the mean of `steps` steps for each run,
-    after one that is not counted. [main thread]
-    """
-    trial = case_trial("b", "reference", RATES[0], 1.0)
-    forward, backward, u = _dense_matrices(trial)
-    before, after, taken = u.copy(), np.empty_like(u), np.empty_like(u)
-    clock = Clock()
-    for _ in range(runs + 1):
-        with clock:
-            for _ in range(steps):
-                np.dot(forward, u, out=after)
-                np.dot(backward, before, out=taken)
-                after -= taken
-                before, u, after = u, after, before
-    if not np.abs(u).max() < 2 * CASE_B.apex:
-        raise ArithmeticError("the dense products do not swing like a string")
-    each = np.array([clock.work[1:], clock.processor[1:]]) / steps
-    return {"modes": len(u), "step_s": each[0].tolist(), "processor_s": each[1].tolist()}
-
-
-def _dense_matrices(trial: Trial) -> tuple[Floats, Floats, Floats]:
-    """D = S C S^-1 and D~ of eq. 12, (points, points), and the pluck's u, (points,), m."""
-    s, count, dt = trial.speaking, trial.modes, 1 / trial.contact_rate
-    sigma = modes.dampings(s, count)
-    omega = np.sqrt((2 * np.pi * modes.frequencies(s, count)) ** 2 - sigma**2)
-    shape = modes.shapes(s, count, s.step * np.arange(1.0, count + 1))
-    inverse = s.step * shape.T
-    forward = (shape * (2 * np.exp(-sigma * dt) * np.cos(omega * dt))) @ inverse
-    return forward, (shape * np.exp(-2 * sigma * dt)) @ inverse, shape @ initial_amplitudes(trial)
-
-
-RESULT, SAID, FAILED = "result", "said", "failed"
-
-
-class Lost(OSError):
-    """What was to be measured is not there or has gone; one line."""
-
-
-def apart(say: Say, seconds: float, work: Callable[..., Any], *arguments: Any) -> Any:
-    """What `work(say, *arguments)` gives, a function of a module, in another process that lives `seconds` at most.
-
-    What C libraries print there is lost. Raises Lost with the one line of whatever `work` raises, and where it
-    does not end in time. [main thread]
-    """
-    context = multiprocessing.get_context("spawn")
-    mine, theirs = context.Pipe(duplex=False)
-    process = context.Process(target=_work, args=(theirs, seconds, work, arguments), daemon=False)
-    process.start()
-    theirs.close()
-    try:
-        while mine.poll(seconds):
-            kind, what = mine.recv()
-            if kind == RESULT:
-                return what
-            if kind == FAILED:
-                raise Lost(what)
-            say(what)
-        raise Lost("the JACK server does not answer any more")
-    except EOFError:
-        raise Lost("the JACK server took the measuring process with it") from None
-    finally:
-        process.kill()
-        process.join()
-        mine.close()
-
-
-def limited(seconds: float) -> None:
-    """The system ends this process after `seconds`, whatever it does then."""
-    if hasattr(signal, "alarm"):
-        signal.signal(signal.SIGALRM, signal.SIG_DFL)
-        signal.alarm(max(1, round(seconds)))
-
-
-def _work(answer: Connection, seconds: float, work: Callable[..., Any], arguments: tuple[Any, ...]) -> None:
-    limited(seconds)
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    os.dup2(nowhere, 2)
-    try:
-        answer.send((RESULT, work(lambda what: answer.send((SAID, what)), *arguments)))
-    except Exception as error:  # JACK-Client has errors of its own
-        answer.send((FAILED, " ".join(str(error).split()) or type(error).__name__))

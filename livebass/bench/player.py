@@ -1,7 +1,8 @@
-"""A bass behind PortAudio's JACK host and rtmidi, to be measured from outside; ends when its standard input ends.
+"""A bass behind PortAudio's JACK host and rtmidi, for `bench latency` to measure from outside.
 
-A process of its own: PortAudio looks for JACK once, when it is loaded, and closing a stream whose server has gone
-never returns, so it leaves without closing, and its time is limited.
+`python -m livebass.bench.player PRESET QUALITY RATE BLOCK` plays until its standard input ends. It is a process of its
+own because PortAudio looks for JACK only once, when it is loaded, and closing a stream whose server has gone never
+returns: so it exits without closing, and its time is limited.
 """
 
 from __future__ import annotations
@@ -11,7 +12,12 @@ import sys
 import threading
 from typing import Any
 
-from livebass.bench.measure import limited
+from livebass.bench.jack import end_after
+from livebass.live.inputs import MidiLost
+from livebass.live.outputs import OutputLost, PortAudioOutput
+from livebass.live.synth import LiveBass, Synth
+from livebass.model.quality import QUALITIES
+from livebass.preset.load import load_preset
 
 NAME = "livebass-bench"  # of the JACK client that holds the MIDI input
 LONGEST = 240.0  # s
@@ -19,10 +25,10 @@ HOST = "JACK Audio Connection Kit"
 
 
 def main() -> None:
-    """Arguments: preset, quality, rate, block. One line on stderr and status 1 where something is missing."""
+    """Plays; one line on stderr and status 1 if something is missing."""
     preset, quality, rate, block = sys.argv[1:]
-    limited(LONGEST)
-    watch = threading.Thread(target=_leave_with_parent)
+    end_after(LONGEST)
+    watch = threading.Thread(target=_exit_with_parent)
     watch.start()
     try:
         held = _play(preset, quality, int(rate), int(block))
@@ -33,18 +39,13 @@ def main() -> None:
     del held
 
 
-def _leave_with_parent() -> None:
+def _exit_with_parent() -> None:
     sys.stdin.read()
     os._exit(0)
 
 
 def _play(preset: str, quality: str, rate: int, block: int) -> Any:
-    from livebass.live.inputs import MidiLost
-    from livebass.live.outputs import OutputLost, PortAudioOutput
-    from livebass.live.synth import LiveBass, Synth
-    from livebass.model.quality import QUALITIES
-    from livebass.preset.load import load_preset
-
+    """Starts the bass; what is returned must be kept while it plays."""
     try:
         import rtmidi
         import sounddevice
@@ -60,11 +61,11 @@ def _play(preset: str, quality: str, rate: int, block: int) -> Any:
     output = PortAudioOutput(synth, device, block, "low")
     port = rtmidi.MidiIn(rtapi=rtmidi.API_UNIX_JACK, name=NAME)
 
-    def heard(event: tuple[list[int], float], _data: object = None) -> None:  # as MidiPort does
+    def receive(event: tuple[list[int], float], _data: object = None) -> None:  # as MidiPort does
         status, first, second = event[0]
         synth.receive(status, first, second, synth.frame_now(block))
 
-    port.set_callback(heard)
+    port.set_callback(receive)
     output.start()
     port.open_virtual_port("in")
     return output, port

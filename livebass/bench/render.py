@@ -1,12 +1,10 @@
-"""What a second of sound costs on this machine: `bench_render` measures, `bench_table.table` shows.
+"""`livebass bench render`: seconds of work for a second of sound.
 
 Case B of the paper (the open G string of `paper-g`, 3.6 mm at 0.64 m, first second) by brute force, by the dense
-products the method was published with, and by the engine in each quality, and over a fretless board; then four
-strings at once and a slap line through `Engine`, as `livebass render` plays them. All in one run, so that the ratios
-are of one machine in one state. A figure is the least of its runs, with the median and the processor's time beside
-it: where that is much less on one core, or no more on several, something else was running.
-
-The figures of `bench.bench_render` as text.
+products of the published method, and by the engine in each quality and over a fretless board; then four strings at
+once and a slap line through `Engine`, as `livebass render` plays them. One run measures all, so that the ratios are of
+one machine in one state. A figure is the least of its runs; beside it stand the median and the processor time: if that
+is much less than the wall time on one core, or no more on several, something else was running.
 """
 
 from __future__ import annotations
@@ -14,13 +12,12 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from typing import Any
 
 import numpy as np
 
-from livebass import __version__
-from livebass.bench.measure import CASE_B, RATES, Clock, Row, case_trial, dense_row, machine, row
+from livebass.bench.dense import dense_row
+from livebass.bench.measure import CASE_B, RATES, Clock, Result, Row, case_trial, heading, machine_line, row
 from livebass.engine.engine import Engine
 from livebass.engine.solve import solve_trial
 from livebass.model.instrument import Instrument
@@ -33,11 +30,10 @@ from livebass.report.text import columns
 from livebass.score import Score, score_of
 from livebass.units import note_number
 
-AGREE_FOR = 0.06  # s: contacts amplify rounding, later the two solutions differ in detail
-
+AGREE_FOR = 0.06  # s: contacts amplify rounding, so later the two solutions differ in detail
 BEAT = 0.5  # s between the chords of four strings
 SIXTEENTH = 60 / 110 / 4  # s
-# Thumb on E and A, pops on D and G; velocities of 70 and less leave most frets alone.
+# Thumb on E and A, pops on D and G; velocities of 70 and less miss most frets.
 SLAP_BAR = (
     ("E1", 112), ("E1", 70), ("E2", 118), ("E1", 45), ("D2", 112), ("E2", 120), ("E1", 90), ("G2", 122),
     ("A1", 115), ("A1", 60), ("A2", 118), ("E1", 100), ("G1", 50), ("D2", 80), ("E2", 124), ("E1", 127),
@@ -57,55 +53,50 @@ class Extent:
     long_runs: int = 3  # of chords and line
 
 
-USUAL = Extent()
+FULL = Extent()
 
 
-def bench_render(progress: Say | None = None, extent: Extent | None = None) -> dict[str, Any]:
-    """Everything, in a minute or so: numbers and text, as JSON has them. `progress` hears what comes next.
+def bench_render(progress: Say = silent, extent: Extent = FULL) -> Result:
+    """Measures all in about a minute; nothing else should run on the machine. `progress` is told what comes next.
 
     "measurements" holds a row for each, with `seconds_per_second` of work per second of sound, their `median`,
-    `processor` (least time of it, all threads together) and `runs`; "ratios" what `RATIOS` says, made of the least
-    times; "agreement" how near the engine was to brute force; "machine" where it was. Nothing else should run on the
-    machine meanwhile. [main thread]
+    `processor` (its least time, all threads together) and `runs`; "ratios" those of `RATIOS`; "agreement" the distance
+    of the engine from brute force; "machine" where it ran. [main thread]
     """
-    extent = extent or USUAL
-    say = progress or silent
-    where = machine()
+    result = heading()
     bass = load_preset("paper-g")
-    say("loading the kernels")
+    progress("loading the kernels")
     _warm(bass)
     rows: dict[str, Row] = {}
     for quality in QUALITIES:
         for rate in RATES:
-            say(f"case B, {quality}, {rate // 1000} kHz")
+            progress(f"case B, {quality}, {rate // 1000} kHz")
             trial = case_trial("b", quality, rate, extent.sound)
-            row, motion = _trial_row(f"engine, {quality}", trial, solve_trial, extent.runs)
-            rows[f"engine_{quality}_{rate // 1000}k"] = row
+            figures, motion = _trial_row(f"engine, {quality}", trial, solve_trial, extent.runs)
+            rows[f"engine_{quality}_{rate // 1000}k"] = figures
             if quality == "reference" and rate == RATES[0]:
                 fast = motion
-    say("case B, fretless, reference")
+    progress("case B, fretless, reference")
     fretless = case_trial("fretless", "reference", RATES[0], extent.sound)
     rows["fretless"], _ = _trial_row("fretless, reference", fretless, solve_trial, extent.runs)
     jazz = load_preset("jazz-finger")
     chords = _chords(jazz, extent.chords)
     for key, workers in (("one_core", 1), ("all_cores", None)):
-        say(f"four strings, live, {key.replace('_', ' ')}")
-        row = _engine_row("four strings, live", jazz, "live", chords, workers, extent.long_runs)
-        rows[f"strings_live_{key}"] = row
+        progress(f"four strings, live, {key.replace('_', ' ')}")
+        figures = _engine_row("four strings, live", jazz, "live", chords, workers, extent.long_runs)
+        rows[f"strings_live_{key}"] = figures
     slap, line = load_preset("slap"), _slap_line(extent.line)
     for quality in ("live", "studio"):
-        say(f"slap line, {quality}")
+        progress(f"slap line, {quality}")
         rows[f"slap_{quality}"] = _engine_row(f"slap line, {quality}", slap, quality, line, None, extent.long_runs)
     memory = _peak_memory()
-    say("dense products")
+    progress("dense products")
     rows["dense_step"] = dense_row(extent.dense_steps, extent.runs)
-    say("brute force")
+    progress("brute force")
     trial = case_trial("b", "reference", RATES[0], extent.brute)
     rows["brute_force"], slow = _trial_row("brute force", trial, solve, 1)
-    return {
-        "livebass": __version__,
-        "date": datetime.now(UTC).isoformat(timespec="seconds"),
-        "machine": where | {"peak_resident_bytes": memory},
+    result["machine"]["peak_resident_bytes"] = memory
+    return result | {
         "case_b": f"open G of paper-g, {CASE_B.apex * 1e3:g} mm at {CASE_B.position:g} m, first {extent.sound:g} s",
         "measurements": rows,
         "agreement": _agreement(slow, fast, min(AGREE_FOR, extent.brute, extent.sound)),
@@ -120,7 +111,7 @@ def _ratio(rows: dict[str, Row], upper: str, lower: str | None) -> float:
 
 
 def _trial_row(name: str, trial: Trial, solver: Callable[[Trial], Motion], runs: int) -> tuple[Row, Motion]:
-    """One string, one pluck, with the solver's preparation, about 1 ms."""
+    """One string, one pluck; the solver's preparation, about 1 ms, counts."""
     clock = Clock()
     for _ in range(runs):
         with clock:
@@ -139,7 +130,7 @@ def _trial_row(name: str, trial: Trial, solver: Callable[[Trial], Motion], runs:
 
 
 def _chords(bass: Instrument, duration: float) -> Score:
-    """Every open string as hard as can be, all at once, again and again."""
+    """All open strings at once, as hard as they go, on every beat."""
     return score_of(
         [
             (beat * BEAT, min(BEAT, duration - beat * BEAT), string.open_note, 127)
@@ -158,10 +149,8 @@ def _slap_line(duration: float) -> Score:
     return score_of(notes, RATES[1])
 
 
-def _engine_row(
-    name: str, bass: Instrument, quality: str, score: Score, workers: int | None, runs: int
-) -> Row:  # fmt: skip
-    """`score` through an `Engine` that is ready, without a tail: from the first message to the last sample."""
+def _engine_row(name: str, bass: Instrument, quality: str, score: Score, workers: int | None, runs: int) -> Row:
+    """`score` through a prepared `Engine`, from the first message to the last sample, without the strings' tail."""
     preparation, clock = Clock(), Clock()
     for _ in range(runs):
         with preparation:
@@ -177,7 +166,7 @@ def _engine_row(
         rate_hz=score.rate,
         cores=engine.workers,
         notes=engine.report().notes,
-        prepare_s=min(preparation.work),
+        prepare_s=min(preparation.wall),
     )
 
 
@@ -191,7 +180,7 @@ def _warm(bass: Instrument) -> None:
 
 
 def _agreement(slow: Motion, fast: Motion, until: float) -> dict[str, Any]:
-    """How near two solutions are in the first `until` s."""
+    """Compares contacts and displacement of two solutions over the first `until` s."""
     lists = []
     for x in (slow, fast):
         listed = x.contact_time_s <= until
@@ -208,7 +197,7 @@ def _agreement(slow: Motion, fast: Motion, until: float) -> dict[str, Any]:
 
 
 def _peak_memory() -> int | None:
-    """The most memory this process had at once, bytes; None where the system does not tell."""
+    """The most memory this process has had, bytes; None on systems that do not tell."""
     try:
         import resource
     except ImportError:
@@ -216,8 +205,8 @@ def _peak_memory() -> int | None:
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)
 
 
-# Ratio, what it says, what is wanted of it, and the measurements it is made of: the first over the second in
-# processor time, which other work on the machine hardly changes, or real time over the first.
+# Key of a ratio, its label, the value wanted, and its two measurements: processor time of the first over that of the
+# second, which other work on the machine hardly changes; without a second, real time over the first.
 RATIOS: tuple[tuple[str, str, str, str, str | None], ...] = (
     ("reference_to_real_time", "reference over real time", "4, aim 20", "engine_reference_50k", None),
     ("reference_to_brute_force", "reference over brute force", "", "brute_force", "engine_reference_50k"),
@@ -229,34 +218,27 @@ RATIOS: tuple[tuple[str, str, str, str, str | None], ...] = (
     ("slap_studio", "slap line studio, all cores", "2", "slap_studio", None),
 )
 HEAD = ("s of work per s of sound", "modes", "contact", "output", "cores", "runs", "best", "median", "cpu", "speed")
+FIRST = ("dense_step", "brute_force")  # rows of the table; the others follow in the order of the measurements
 
 
-def table(result: dict[str, Any]) -> str:
-    """The figures of `bench_render` for people; "cpu" is processor time, "speed" in times real time."""
-    rows = [HEAD, *(_cells(result["measurements"][key]) for key in _order(result["measurements"]))]
-    lines = columns(rows)
-    machine, agreement = result["machine"], result["agreement"]
-    memory = machine["peak_resident_bytes"]
-    lines += ["", *(_ratio_line(label, wanted, result["ratios"][key]) for key, label, wanted, _, _ in RATIOS)]
+def table(result: Result) -> str:
+    """Returns the figures of `bench_render` as text; "cpu" is processor time, "speed" in times real time."""
+    rows, agreement = result["measurements"], result["agreement"]
+    order = [*FIRST, *(key for key in rows if key not in FIRST)]
+    memory = result["machine"]["peak_resident_bytes"]
     same = "the same" if agreement["contacts_equal"] else f"{agreement['contacts_brute_force']} and"
     return "\n".join(
         [
             f"case B, dense step to engine: {result['case_b']}",
-            *lines,
+            *columns([HEAD, *(_cells(rows[key]) for key in order)]),
+            "",
+            *(_ratio_line(label, wanted, result["ratios"][key]) for key, label, wanted, _, _ in RATIOS),
             "",
             f"engine and brute force over {agreement['until_s'] * 1e3:g} ms: {same} {agreement['contacts_engine']} "
             f"contacts, displacement within {agreement['displacement']:.1e}",
-            f"livebass {result['livebass']}, {machine['cpu']}, {machine['cores']} cores, Python {machine['python']}, "
-            f"numpy {machine['numpy']}, numba {machine['numba']}"
-            + (f", {memory / 1e6:.0f} MB at most" if memory else ""),
+            machine_line(result) + (f", {memory / 1e6:.0f} MB at most" if memory else ""),
         ]
     )
-
-
-def _order(rows: dict[str, Row]) -> list[str]:
-    """Slow ones first."""
-    first = ["dense_step", "brute_force"]
-    return first + [key for key in rows if key not in first]
 
 
 def _cells(row: Row) -> tuple[str, ...]:
@@ -268,10 +250,7 @@ def _cells(row: Row) -> tuple[str, ...]:
         f"{output / 1e3:g} kHz" if output else "",
         str(row["cores"]),
         str(len(row["runs"])),
-        _figure(row["seconds_per_second"]),
-        _figure(row["median"]),
-        _figure(row["processor"]),
-        _figure(1 / row["seconds_per_second"]),
+        *map(_figure, (row["seconds_per_second"], row["median"], row["processor"], 1 / row["seconds_per_second"])),
     )
 
 

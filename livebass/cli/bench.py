@@ -1,4 +1,4 @@
-"""`livebass bench`: what things cost, and whether they are ready in time."""
+"""`livebass bench`: how fast sound is computed on this machine, and whether it is ready in time."""
 
 from __future__ import annotations
 
@@ -13,33 +13,34 @@ import click
 from livebass.cli.render import announce_kernels
 from livebass.cli.values import Number
 from livebass.model.quality import QUALITIES
+from livebass.report.progress import Say, silent
 
-Command = Callable[..., None]
 Result = dict[str, Any]
-
-
-def filed(command: Command) -> Command:
-    """Options --json and --plot."""
-    path = click.Path(path_type=Path)
-    plot = click.option("--plot", "picture", type=path, metavar="FILE.png", help="Draw the figures into FILE.png.")
-    return click.option("--json", "file", type=path, metavar="FILE", help="Write the figures to FILE.")(plot(command))
+NEEDED = "--plot needs matplotlib: pip install 'livebass[plots]'"
+PATH = click.Path(path_type=Path)
+JSON = click.option("--json", "file", type=PATH, metavar="FILE", help="Write the figures to FILE as well.")
+PLOT = click.option("--plot", "picture", type=PATH, metavar="FILE.png", help="Draw the figures into FILE.png.")
 
 
 @click.group()
 def bench() -> None:
-    """Measure what things cost on this machine."""
+    """Measure how fast this machine is.
+
+    How fast it computes sound, and whether it can play live.
+    """
 
 
 @bench.command("render")
-@click.option("--json", "file", type=click.Path(path_type=Path), help="Write the figures to FILE as well.")
+@JSON
 def render_(file: Path | None) -> None:
-    """Seconds of work per second of sound: brute force, the engine in each quality, the published method.
+    """Measure how many seconds of work a second of sound takes.
 
-    Takes about a minute; leave the machine alone meanwhile.
+    Computes one hard pluck by brute force, by the method as published and by the engine in each quality, then plays
+    four strings at once and a slap line. Takes about a minute; run nothing else on the machine meanwhile.
     """
     from livebass.bench.render import bench_render, table
 
-    _report(file, None, lambda say: bench_render(**say), table, None)
+    _report(file, None, bench_render, table, None)
 
 
 @bench.command("live")
@@ -47,76 +48,83 @@ def render_(file: Path | None) -> None:
 @click.option(
     "-q",
     "--quality",
-    "tiers",
+    "qualities",
     type=click.Choice(list(QUALITIES)),
     multiple=True,
-    help="This tier; may be given again. All without it.",
+    help="Measure this quality only; repeat it for several.  [default: all]",
 )
 @click.option(
     "--block",
     "blocks",
     type=Number("frames", 16, 1024, whole=True),
     multiple=True,
-    help="This block size; may be given again. 32 to 1024 without it.",
+    help="Measure this block size only; repeat it for several.  [default: 32, 64 ... 1024]",
 )
-@click.option("--runs", type=Number("count", 1, 100, whole=True), help="Of the script; 5 (live) or 3 without it.")
-@filed
-def live(preset: str, tiers: tuple[str, ...], blocks: tuple[int, ...], runs: int | None, file: Path | None,
+@click.option(
+    "--runs",
+    type=Number("count", 1, 100, whole=True),
+    help="How often the notes are played.  [default: 5 times in quality live, 3 in the others]",
+)
+@JSON
+@PLOT
+def live(preset: str, qualities: tuple[str, ...], blocks: tuple[int, ...], runs: int | None, file: Path | None,
          picture: Path | None) -> None:  # fmt: skip
-    """Times of the live callback's blocks over a worst case, as parts of their deadline. Needs no sound card.
+    """Measure whether each block of sound is ready in time. Needs no sound card.
 
-    Four strings popped at velocity 127 at once, again while they sound, then sixteenths over all strings, for block
-    sizes from 32 to 1024 frames and each quality; one string at full fidelity; and how far the qualities are from
-    `reference` in sound. Takes about two minutes; leave the machine alone meanwhile.
+    Pops four strings at once as hard as they go, pops them again while they ring, then plays sixteenths over all
+    strings, in each quality and in blocks of 32 to 1024 frames; then one string at full fidelity. Also tells how far
+    each quality is from `reference` in sound. Takes about two minutes; run nothing else on the machine meanwhile.
     """
     from dataclasses import replace
 
-    from livebass.bench import live as bench_live
-    from livebass.bench.show import live_png, live_table
+    from livebass.bench.live import FULL, bench_live, table
+    from livebass.bench.live import picture as draw
 
-    extent = bench_live.USUAL
-    if tiers:
-        extent = replace(extent, tiers=tuple(t for t in QUALITIES if t in tiers))
+    extent = FULL
+    if qualities:
+        extent = replace(extent, qualities=tuple(q for q in QUALITIES if q in qualities))
     if blocks:
         extent = replace(extent, blocks=tuple(sorted(set(blocks))))
     if runs:
         extent = replace(extent, runs=runs, other_runs=runs)
-    _report(file, picture, lambda say: bench_live.bench_live(preset, extent=extent, **say), live_table, live_png)
+    _report(file, picture, lambda say: bench_live(preset, say, extent), table, draw)
 
 
 @bench.command("latency")
-@filed
+@JSON
+@PLOT
 def latency(file: Path | None, picture: Path | None) -> None:
-    """MIDI note-on to the first sample, through a running JACK server.
+    """Measure the time from a MIDI note to its sound.
 
-    Both ways there are to play live: the native JACK client with its own MIDI port, and PortAudio with rtmidi. Where no
-    server runs, only the way from the queue into a block is measured. Takes half a minute.
+    Plays through a running JACK server in both ways there are: as a JACK client with its own MIDI port, and through
+    PortAudio and rtmidi. Without a server only the time inside livebass is measured. Takes half a minute.
     """
-    from livebass.bench import server as bench_latency
-    from livebass.bench.show import latency_png, latency_table
+    from livebass.bench.latency import bench_latency, table
+    from livebass.bench.latency import picture as draw
 
-    _report(file, picture, lambda say: bench_latency.bench_latency(**say), latency_table, latency_png)
+    _report(file, picture, bench_latency, table, draw)
 
 
 @bench.command("python")
-@filed
+@JSON
+@PLOT
 def python(file: Path | None, picture: Path | None) -> None:
-    """Blocks lost by the native callback and by one in Python while the interpreter is busy.
+    """Measure the sound lost while Python is busy.
 
-    The same engine behind both, through a running JACK server. Takes two thirds of a minute.
+    Plays through a running JACK server, with the compiled audio callback that `livebass play` has and with one in
+    Python, and counts the blocks each loses. Takes about forty seconds.
     """
-    from livebass.bench import server as bench_python
-    from livebass.bench.show import python_png, python_table
+    from livebass.bench.interpreter import bench_python, table
+    from livebass.bench.interpreter import picture as draw
 
-    _report(file, picture, lambda say: bench_python.bench_python(**say), python_table, python_png)
+    _report(file, picture, bench_python, table, draw)
 
 
 def _report(
-    file: Path | None, picture: Path | None, measure: Callable[[Result], Result], table: Callable[[Result], str],
+    file: Path | None, picture: Path | None, measure: Callable[[Say], Result], table: Callable[[Result], str],
     draw: Callable[[Result], bytes] | None,
 ) -> None:  # fmt: skip
-    """Measures, writes what is wanted of the files, and prints the table."""
-    from livebass.bench.show import NEEDED
+    """Measures, writes the files that are wanted, and prints the table."""
     from livebass.files import Transaction, checked_place
     from livebass.report.picture import check_matplotlib
     from livebass.report.text import json_text
@@ -129,17 +137,17 @@ def _report(
             raise click.UsageError(f"--plot {os.fspath(picture)}: the picture is a PNG, name it .png")
         check_matplotlib(NEEDED)
     announce_kernels(live=draw is not None)
-    result = measure({"progress": _say} if sys.stderr.isatty() else {})
+    result = measure(_say if sys.stderr.isatty() else silent)
     try:
         if places:
-            with Transaction() as files:
+            with Transaction() as transaction:
                 if file is not None:
-                    files.write(file, json_text(result, indent=2).encode())
+                    transaction.write(file, json_text(result, indent=2).encode())
                 if picture is not None and draw is not None:
-                    files.write(picture, draw(result))
-    finally:  # a disk that is full does not lose the figures
+                    transaction.write(picture, draw(result))
+    finally:  # a full disk does not lose the figures
         click.echo(table(result))
 
 
-def _say(what: str) -> None:
-    click.echo(f"{what} ...", err=True)
+def _say(line: str) -> None:
+    click.echo(f"{line} ...", err=True)

@@ -23,7 +23,9 @@ def contents() -> str:
 @click.command("help")
 @click.argument("page", required=False, metavar="[PAGE]")
 def help_(page: str | None) -> None:
-    """Read a page of the handbook; without PAGE, list the pages.
+    """Read a page of the handbook.
+
+    Without PAGE, list the pages.
 
     In a terminal a page opens in the pager (PAGER, such as less); into a file or a pipe it is printed.
 

@@ -42,6 +42,7 @@ def livebass() -> None:
       livebass render --note G2 --velocity 120       one hard note into G2.wav
       livebass render song.mid -o song.wav           the bass part of a MIDI file
       livebass presets list                          the basses there are
+      livebass help                                  the handbook
     """
 
 

@@ -45,14 +45,14 @@ sound, the oldest first. They change back one by one when the load has stayed be
     type=click.Choice(list(QUALITIES)),
     default="live",
     show_default=True,
-    help="How finely strings are computed.",
+    help="How finely strings are computed; see `livebass help cost`.",
 )
 @click.option(
     "--backend",
     type=click.Choice(["auto", "portaudio", "jack"]),
     default="auto",
     show_default=True,
-    help="auto: JACK if a server runs.",
+    help="auto: JACK if a server runs, else PortAudio.",
 )
 @click.option("--audio", metavar="NUMBER|NAME", help="PortAudio output; see `livebass devices`.")
 @click.option("--midi", metavar="NUMBER|NAME", help="MIDI input; default: the first, or a virtual one.")
@@ -67,15 +67,25 @@ sound, the oldest first. They change back one by one when the load has stayed be
     help="Length of a block for PortAudio.",
 )
 @click.option("--latency", type=Quantity("time", 0.0, 1.0), help="Latency to ask PortAudio for; default: the lowest.")
-@click.option("--channel", type=Number("channel", 1, 16, whole=True), help="Listen to this MIDI channel only.")
-@click.option("--gain", type=Number("dB", -60, 20), default=0.0, show_default=True)
-@click.option("--file", "song", type=click.Path(path_type=Path), metavar="SONG.MID", help="Play this as well.")
+@click.option(
+    "--channel", type=Number("channel", 1, 16, whole=True), help="Listen to this MIDI channel only.  [default: all]"
+)
+@click.option("--gain", type=Number("dB", -60, 20), default=0.0, show_default=True, help="Output level.")
+@click.option(
+    "--file",
+    "song",
+    type=click.Path(path_type=Path),
+    metavar="SONG.MID",
+    help="Also play the bass part of this MIDI file.",
+)
 @click.option("--record", type=click.Path(path_type=Path), metavar="TAKE.WAV", help="Record the sound into this file.")
 @click.option("--log", type=click.Path(path_type=Path), metavar="FILE", help="Append messages and load to this file.")
 @click.option("--controllers", is_flag=True, help="Explain what MIDI messages do, and exit.")
 @click.option("--quiet", is_flag=True, help="Show no status line and no summary.")
 def play(**options: Any) -> None:
-    """Play the bass live from a MIDI keyboard, the computer keyboard or a file.
+    """Play the bass live.
+
+    From a MIDI keyboard, the computer keyboard or a file.
 
     \b
     Examples:
@@ -245,7 +255,10 @@ class LogFile(logging.FileHandler):
 
 @click.command()
 def devices() -> None:
-    """List audio outputs and MIDI inputs; `play` takes their numbers or parts of their names."""
+    """List audio outputs and MIDI inputs.
+
+    `play` takes their numbers, or parts of their names.
+    """
     from livebass.live.inputs import MidiLost, port_names
     from livebass.live.outputs import OutputLost, jack_server, output_names
 

@@ -1,7 +1,4 @@
-"""`livebass presets`: what basses there are and what a preset file may say.
-
-`livebass identify`: a plucked string from recordings of it.
-"""
+"""`livebass presets` lists, shows and checks presets; `livebass identify` makes one from recordings of a string."""
 
 from __future__ import annotations
 
@@ -16,12 +13,18 @@ from livebass.cli.values import Note, Number, Quantity
 
 @click.group()
 def presets() -> None:
-    """List, show or check presets: TOML files that describe a bass and its player."""
+    """List, show or check presets.
+
+    A preset is a text file (TOML) that describes a bass and its player.
+    """
 
 
 @presets.command("list")
 def list_() -> None:
-    """The presets that come with livebass: basses in the order of MIDI programs, then experiments."""
+    """List the presets that come with livebass.
+
+    First the basses, in the order of their MIDI programs, then the experiments.
+    """
     from livebass.preset.load import laboratory_names, load_preset, preset_names
 
     names = preset_names() + laboratory_names()
@@ -33,7 +36,7 @@ def list_() -> None:
 @presets.command()
 @click.argument("name")
 def show(name: str) -> None:
-    """The TOML text of a preset, a start for one's own.
+    """Print the text of a preset, to start your own from.
 
     \b
     Example:
@@ -47,7 +50,7 @@ def show(name: str) -> None:
 @presets.command()
 @click.argument("file")
 def check(file: str) -> None:
-    """See whether a preset FILE can be used: an error names key, value and what is allowed."""
+    """Check a preset FILE. An error names the key, its value and what is allowed."""
     from livebass.preset.load import load_preset
 
     bass = load_preset(file)
@@ -59,7 +62,10 @@ def check(file: str) -> None:
 
 @presets.command()
 def keys() -> None:
-    """Every key of a preset file with what is allowed, its default and meaning."""
+    """List the keys of a preset file.
+
+    Each with its meaning, the values allowed and its default.
+    """
     from livebass.preset.load import preset_reference
 
     click.echo(preset_reference(), nl=False)
@@ -72,43 +78,56 @@ MOST_RESONANCES = 16
 @click.argument("recordings", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="RECORDING...")
 @click.option(
     "-p", "--preset", metavar="NAME|FILE", default=DEFAULT_PRESET, show_default=True,
-    help="The bass whose string it is: the rest of the new preset.",
+    help="The bass the string is on; the rest of the new preset is taken from it.",
 )  # fmt: skip
-@click.option("--string", "string", metavar="NAME", help="The string; left out, the one tuned nearest.")
-@click.option("--note", type=Note(), help="Its open note; left out, that of --string, or what is heard.")
-@click.option("--f0", type=Quantity("frequency", 20, 1000), help="The same in Hz, to a semitone.")
+@click.option("--string", "string", metavar="NAME", help="Name of the string.  [default: the one tuned nearest]")
+@click.option("--note", type=Note(), help="Its open note.  [default: that of --string, or the pitch heard]")
+@click.option("--f0", type=Quantity("frequency", 20, 1000), help="Its pitch in Hz, to a semitone, instead of --note.")
 @click.option(
     "--modes", type=Number("count", 4, 200, whole=True), default=60, show_default=True,
-    help="Partials to look for.",
+    help="How many partials to look for.",
 )  # fmt: skip
 @click.option(
     "--start", type=Quantity("time", 0, 10), default=0.02, show_default="20ms",
-    help="Left out after each attack; more if the string rattles.",
+    help="Time to skip after each attack; skip more if the string rattles.",
 )  # fmt: skip
 @click.option(
-    "--duration", type=Quantity("time", 0.05, 60), default=5.0, show_default="5s", help="Used of each note, at most."
+    "--duration",
+    type=Quantity("time", 0.05, 60),
+    default=5.0,
+    show_default="5s",
+    help="How much of each note to use at most.",
 )
-@click.option("--channel", type=Number("number", 1, 64, whole=True), help="1 is left; without it the loudest.")
+@click.option(
+    "--channel",
+    type=Number("number", 1, 64, whole=True),
+    help="Channel of the recordings, 1 is left.  [default: the loudest]",
+)
 @click.option(
     "--neck", type=click.Choice(["table", "resonances"]), default="table", show_default=True,
-    help="How the preset has what the neck takes: by partial, or as resonances that do it, some 10 s to find.",
+    help="How the preset describes what the neck takes: by partial, or by resonances, which take about 10 s to find.",
 )  # fmt: skip
-@click.option("-o", "--output", type=click.Path(path_type=Path), metavar="FILE.toml", help="The new preset.")
-@click.option("--json", "json_file", type=click.Path(path_type=Path), metavar="FILE", help="All of it as JSON.")
-@click.option("--csv", "csv_file", type=click.Path(path_type=Path), metavar="FILE", help="The partials as CSV.")
+@click.option("-o", "--output", type=click.Path(path_type=Path), metavar="FILE.toml", help="Preset to write.")
+@click.option(
+    "--json", "json_file", type=click.Path(path_type=Path), metavar="FILE", help="Write everything found as JSON."
+)
+@click.option("--csv", "csv_file", type=click.Path(path_type=Path), metavar="FILE", help="Write the partials as CSV.")
 def identify(
     recordings: tuple[Path, ...], preset: str, string: str | None, note: int | None, f0: float | None, modes: int,
     start: float, duration: float, channel: int | None, neck: str, output: Path | None, json_file: Path | None,
     csv_file: Path | None,
 ) -> None:  # fmt: skip
-    """Measure an open string from recordings of it, plucked alone, softly enough not to touch the frets.
+    """Measure an open string from recordings.
 
-    Prints the frequency and damping of each partial (ESPRIT in a band around each), the f0 and B of
-    nu = j f0 (1 + B j^2 / 2) and the losses through them; with -o it writes a preset, the given one with this string as
-    measured, for `livebass render`, `play` and `simulate`. Each note in the RECORDINGs (WAV, FLAC, Ogg ...) is a take:
-    with several, medians and their scatter are told. Let the notes ring, and damp the other strings. A pluck close to
-    the nut and a pickup close to the bridge show the most partials. Where a partial is two, as the string swings in two
-    directions or the pickup adds an overtone, the stronger counts and the other is named beside it.
+    The string is plucked alone, softly enough not to touch the frets.
+
+    Let each note ring, and damp the other strings. A pluck close to the nut and a pickup close to the bridge show the
+    most partials. The RECORDINGs (WAV, FLAC, Ogg ...) may hold several notes; then medians and their scatter are given.
+
+    Prints the frequency and damping of each partial (found by ESPRIT), the f0 and B of nu = j f0 (1 + B j^2 / 2) and
+    the losses through them. With -o it also writes a preset for `livebass render`, `play` and `simulate`: the given one
+    with this string as measured. If a partial is double, as the string swings in two directions or the pickup adds an
+    overtone, the stronger counts and the other is printed beside it.
 
     \b
     Examples:
@@ -135,8 +154,8 @@ def identify(
         import tomlkit  # noqa: F401
     except ImportError as error:
         raise click.ClickException(f"{error}; pip install 'livebass[analysis]'") from None
-    from livebass.identify import identify as identified
     from livebass.identify.fit import fit_neck
+    from livebass.identify.identify import identified_json, neck_table, new_preset, partials_csv, table
     from livebass.identify.identify import identify as identify_string
 
     result = identify_string(
@@ -146,13 +165,13 @@ def identify(
     resonances = fit.resonances if fit else ()
     with Transaction() as files:
         if output is not None:
-            text = identified.new_preset(preset, result.string.name, result, recordings, resonances)
+            text = new_preset(preset, result.string.name, result, recordings, resonances)
             files.write(output, text.encode())
         if json_file is not None:
-            files.write(json_file, identified.identified_json(result, resonances).encode())
+            files.write(json_file, identified_json(result, resonances).encode())
         if csv_file is not None:
-            files.write(csv_file, identified.partials_csv(result).encode())
-    click.echo(identified.table(result) + (identified.neck_table(fit) if fit else ""), nl=False)
+            files.write(csv_file, partials_csv(result).encode())
+    click.echo(table(result) + (neck_table(fit) if fit else ""), nl=False)
     notes, count = len(result.takes), len(result.partials)
     written = f" -> {', '.join(map(str, outputs))}" if outputs else ""
     left = f", {result.rejected} more not used: of another pitch, short or unclear" if result.rejected else ""

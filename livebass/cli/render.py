@@ -1,4 +1,4 @@
-"""`livebass render`: a MIDI file, one note, or a phrase for each preset, into sound files."""
+"""`livebass render`: plays a MIDI file, a note or a demo phrase into a sound file."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ FORMATS, BITS = ("wav", "flac", "ogg"), ("16", "24", "float")
 
 @dataclass(frozen=True)
 class Options:
-    """How to render, whatever is rendered."""
+    """Options that hold for anything that is rendered."""
 
     quality: str
     modes: int | None
@@ -44,26 +44,26 @@ class Options:
 
 @click.command()
 @click.argument("midi", required=False, type=click.Path(path_type=Path))
-@click.option("--note", type=Note(), help="One note instead of a MIDI file: G2, C#1, 43.")
-@click.option("--demo", is_flag=True, help="A phrase of eight seconds that shows what the preset does.")
+@click.option("--note", type=Note(), help="Play one note instead of a MIDI file: G2, C#1, 43.")
+@click.option("--demo", is_flag=True, help="Play a phrase of eight seconds that shows the preset off.")
 @click.option(
     "--all-presets",
     "directory",
     type=click.Path(path_type=Path),
     metavar="DIR",
-    help="The demo phrase for each preset, into DIR.",
+    help="Play the demo phrase with each preset; the files go into DIR.",
 )
 @click.option(
     "-o",
     "--output",
     type=click.Path(path_type=Path),
-    help="File to write. Default: the MIDI file's or note's name, in the current directory.",
+    help="Sound file to write.  [default: the name of the MIDI file or note, in the current directory]",
 )
 @click.option(
     "-p",
     "--preset",
     metavar="NAME|FILE",
-    help=f"The bass, see `livebass presets list`. [default: {DEFAULT_PRESET}]",
+    help=f"The bass: a name from `livebass presets list`, or your own file.  [default: {DEFAULT_PRESET}]",
 )
 @click.option(
     "-q",
@@ -71,60 +71,67 @@ class Options:
     type=click.Choice(list(QUALITIES)),
     default="studio",
     show_default=True,
-    help="How many modes a string has, how finely its contacts are resolved.",
+    help="How finely the strings are computed: more modes, finer contact with the frets.",
 )
 @click.option(
     "--velocity",
     type=Number("1-127", 1, 127, whole=True),
     default=100,
     show_default=True,
-    help="Of --note. Soft notes leave the frets alone, hard ones hit most of them.",
+    help="How hard --note is played. Soft notes miss the frets, hard ones hit most of them.",
 )
 @click.option(
     "--duration",
     type=Quantity("time", 1e-3, 3600.0),
     default=3.0,
     show_default="3s",
-    help="Of --note, 1ms to 3600s.",
+    help="How long --note is held, 1ms to 3600s.",
 )
 @click.option(
     "--channel",
     type=Channel(),
     default="auto",
     show_default=True,
-    help="Of the MIDI file. auto: notes with programs 32-39, the basses; all: all but 10, the drums.",
+    help="MIDI channel to play. auto: all notes with a bass program, 32-39; all: every channel but 10, the drums.",
 )
-@click.option("--rate", type=RATE, default=48000, show_default=True, help="In Hz, 22050 to 192000.")
-@click.option("--format", type=click.Choice(FORMATS), help="Default: what OUTPUT ends in, or wav.")
-@click.option("--bits", type=click.Choice(BITS), help="Of wav (16, 24, float) and flac (16, 24). [default: 24]")
-@click.option("--stems", is_flag=True, help="A file a string too, song.E.wav ...; they add up to the mix.")
+@click.option("--rate", type=RATE, default=48000, show_default=True, help="Samples a second, 22050 to 192000.")
+@click.option(
+    "--format", type=click.Choice(FORMATS), help="Format of the file.  [default: by the ending of OUTPUT, or wav]"
+)
+@click.option(
+    "--bits", type=click.Choice(BITS), help="Bits a sample: 16, 24, float for wav; 16, 24 for flac.  [default: 24]"
+)
+@click.option(
+    "--stems", is_flag=True, help="Also write a file for each string, song.E.wav ...; they add up to the mix."
+)
 @click.option(
     "--tail",
     type=Quantity("time", 0.0, 600.0),
-    help="Time after the last event. Default: until the strings are still.",
+    help="How long to go on after the last event.  [default: until the strings are still]",
 )
-@click.option("--gain", type=Number("db", -60, 40, unit="dB"), default=0.0, show_default=True, help="In dB.")
-@click.option("--modes", type=MODES, help="Modes of the open string, instead of the quality's.")
+@click.option("--gain", type=Number("db", -60, 40, unit="dB"), default=0.0, show_default=True, help="Volume in dB.")
+@click.option("--modes", type=MODES, help="Number of modes of an open string, instead of the quality's.")
 @click.option(
     "--contact-rate",
     type=CONTACT_RATE,
-    help="Steps a second in contact, such as 4MHz, instead of the quality's.",
+    help="Computing steps a second while a string touches a fret, such as 4MHz, instead of the quality's.",
 )
 @click.option(
     "--seed",
     type=Number("number", 0, 2**32 - 1, whole=True),
     default=0,
     show_default=True,
-    help="Of the player's small irregularities; the same seed gives the same file.",
+    help="Seed of the player's small irregularities; the same seed gives the same file.",
 )
 def render(
     midi: Path | None, note: int | None, demo: bool, directory: Path | None, output: Path | None,
     preset: str | None, velocity: int, duration: float, channel: str | int, **rest: Any,
 ) -> None:  # fmt: skip
-    """Render a MIDI file (type 0 or 1), a note or demo phrases to sound files.
+    """Render a MIDI file, a note or a demo to a sound file.
 
-    A file that is there already is replaced. Files appear when they are complete; an interrupted render
-    leaves nothing.
+    MIDI files are of type 0 or 1.
+
+    An existing file is replaced. Files appear when they are complete; an interrupted render leaves nothing behind.
 
     \b
     Examples:
@@ -166,14 +173,14 @@ def render(
 
 
 def _demo_for(bass: Instrument, rate: int) -> Score:
-    """The demo phrase in the style its player has."""
+    """The demo phrase in the style of the bass's player."""
     from livebass.score import demo_score
 
     return demo_score(rate, "slap" if bass.player.technique == "slap" else "finger")
 
 
 def _render_presets(directory: Path, options: Options) -> None:
-    """The demo phrase for each preset, all of them or none."""
+    """Renders the demo phrase with each preset; if one fails, no file is written."""
     from livebass.files import Transaction
     from livebass.preset.load import load_preset, preset_names
 
@@ -191,12 +198,12 @@ def _render_presets(directory: Path, options: Options) -> None:
 def _render_one(
     bass: Instrument, score: Score, output: Path, options: Options, files: Transaction | None = None
 ) -> str:
-    """Render into `files`, or at once; the summary."""
+    """Renders to `output`, as part of the transaction `files` if given; returns the summary."""
     from livebass.audiofile import encoding
     from livebass.files import checked_place
     from livebass.model.quality import quality_with
 
-    try:  # before the kernels, which take a second to load
+    try:  # before loading the kernels, which takes a second
         encoding(output, options.rate, options.format, options.bits)
         quality = quality_with(options.quality, options.modes, options.contact_rate)
     except ValueError as error:
@@ -215,7 +222,7 @@ def _render_one(
 
 
 def announce_kernels(live: bool = False) -> None:
-    """Say so where the kernels, with those of the audio thread or without, are compiled first."""
+    """Says that kernels have to be compiled first, if so; `live` includes those of the audio thread."""
     from livebass import compiling
 
     seconds = 0 if compiling.cached() else 25
@@ -227,7 +234,7 @@ def announce_kernels(live: bool = False) -> None:
 
 @contextmanager
 def shown_progress(label: str) -> Iterator[Callable[[float], None] | None]:
-    """A bar with the time left, where somebody looks: a function to be called with the fraction done."""
+    """Shows a progress bar if stderr is a terminal; yields a function that takes the fraction done, or None."""
     if not sys.stderr.isatty():
         yield None
         return
@@ -238,7 +245,7 @@ def shown_progress(label: str) -> Iterator[Callable[[float], None] | None]:
 
 
 def summary(report: RenderReport, gain: float) -> str:
-    """What a render with `gain` (dB) did, in a line."""
+    """Returns one line about a render with `gain` (dB)."""
     notes = f"{report.notes} note{'s' * (report.notes != 1)}"
     moved = f" ({report.transposed} transposed, {report.dropped} dropped"
     moved += f", {report.stolen} cut short for another)" if report.stolen else ")"

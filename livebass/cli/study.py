@@ -1,11 +1,4 @@
-"""`livebass study claims`: what the paper says, and what comes out here.
-
-`livebass study sweep`: any parameter of a preset or of a pluck over a grid.
-
-`livebass simulate`: one string and one pluck to look at.
-
-`livebass study`: cases, figures and statements of Issanchou et al. (2018) anew, and questions of one's own.
-"""
+"""`livebass study`, which computes Issanchou et al. (2018) anew and sweeps over parameters, and `livebass simulate`."""
 
 from __future__ import annotations
 
@@ -22,22 +15,54 @@ from livebass.cli.render import announce_kernels, shown_progress
 from livebass.cli.values import CONTACT_RATE, MODES, RATE, Number, Quantity
 from livebass.experiment.quantities import QUANTITIES, USUAL
 from livebass.interrupts import INTERRUPTED
-from livebass.model import quality as limits
-from livebass.model.quality import QUALITIES
+from livebass.model.quality import ANGLE, APEX, AT, DURATION, QUALITIES
+
+if TYPE_CHECKING:
+    from livebass.experiment.grid import Axis, Point, Settings
 
 FILES = ("claims.json", "claims.csv", "claims.html")
+PLUCK = (
+    click.option("-p", "--preset", metavar="NAME|FILE", default="paper-g", show_default=True, help="The bass."),
+    click.option("--string", default="G", show_default=True, help="Name of the string."),
+    click.option("--fret", type=Number("number", 0, 36, whole=True), default=0, show_default=True, help="0: open."),
+    click.option(
+        "--apex", type=Quantity(*APEX), default=3.6e-3, show_default="3.6mm", help="How far the string is pulled."
+    ),
+    click.option(
+        "--at", type=Quantity(*AT), default=0.64, show_default="0.64m",
+        help="Where it is plucked, from the nut or the pressed fret.",
+    ),
+    click.option(
+        "--angle", type=Quantity(*ANGLE), default=0.0, show_default="0deg",
+        help="Direction of the pluck: 0deg away from the neck, towards 90deg across it.",
+    ),
+    click.option("--duration", type=Quantity(*DURATION), default=1.0, show_default="1 s", help="Length of the motion."),
+    click.option("-q", "--quality", type=click.Choice(list(QUALITIES)), default="reference", show_default=True,
+        help="How finely the string is computed.",
+    ),
+    click.option("--modes", type=MODES, help="Number of modes of the stopped string, instead of the quality's."),
+)  # fmt: skip
+
+
+def pluck_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add the options of one pluck of one string, and of how finely to solve it."""
+    for option in reversed(PLUCK):
+        command = option(command)
+    return command
 
 
 @click.command()
 @click.argument("ids", nargs=-1, metavar="[ID]...")
 @click.option(
     "-o", "--output", type=click.Path(path_type=Path), metavar="DIR",
-    help="Write the table as claims.json, .csv and .html as well; made if need be.",
+    help="Write the table as claims.json, .csv and .html to DIR as well; created if missing.",
 )  # fmt: skip
 @click.option("--json", "file", type=click.Path(path_type=Path), metavar="FILE", help="Write it as JSON to FILE.")
-@click.option("--workers", type=Number("count", 1, 64, whole=True), help="Threads that solve; as many as cores.")
+@click.option("--workers", type=Number("count", 1, 64, whole=True), help="Number of threads.  [default: one per core]")
 def claims(ids: tuple[str, ...], output: Path | None, file: Path | None, workers: int | None) -> int:
-    """Check every statement of the paper that can be checked, or those of the given IDs.
+    """Check the paper's statements.
+
+    Every one that can be checked, or those of the given IDs.
 
     Solves the paper's cases with all modes at its contact rates, and some more, each once, and holds each statement of
     Issanchou et al. (2018) against what is measured in them: a table on stdout, whose first column has the IDs. Takes
@@ -55,12 +80,14 @@ def claims(ids: tuple[str, ...], output: Path | None, file: Path | None, workers
         texts.append((file, "json"))
     try:
         import scipy  # noqa: F401
+
+        if output is not None:
+            import jinja2  # noqa: F401
     except ImportError as error:
         raise click.ClickException(f"{error}; pip install 'livebass[analysis]'") from None
-    from livebass.paper.claims import check as checker
-    from livebass.paper.claims import check as claims_text
+    from livebass.paper.claims.check import WRITERS, check, chosen, table
 
-    wanted = checker.chosen(ids)
+    wanted = chosen(ids)
     announce_kernels()
     with Transaction() as files:
         if output is not None:
@@ -68,15 +95,11 @@ def claims(ids: tuple[str, ...], output: Path | None, file: Path | None, workers
         if len({checked_place(path) for path, _ in texts}) < len(texts):  # now, not after the work
             raise click.UsageError(f"--json {file}: -o writes a file of that name")
         with shown_progress("solving") as progress:
-            results = checker.check(wanted, workers, progress)
-        click.echo(claims_text.table(results))
+            results = check(wanted, workers, progress)
+        click.echo(table(results))
         for path, kind in texts:
-            files.write(path, claims_text.WRITERS[kind](results).encode())
+            files.write(path, WRITERS[kind](results).encode())
     return int(not all(r.passed for r in results))
-
-
-if TYPE_CHECKING:
-    from livebass.experiment.grid import Axis, Point, Settings
 
 
 class Interrupted(click.ClickException):
@@ -86,7 +109,7 @@ class Interrupted(click.ClickException):
 
 
 class Vary(click.ParamType):
-    """KEY=FROM:TO:N."""
+    """A parameter and its values, KEY=FROM:TO:N."""
 
     name = "KEY=FROM:TO:N[:log]"
 
@@ -103,32 +126,13 @@ class Vary(click.ParamType):
 
 
 def _quantities() -> str:
-    """The list in the help."""
+    """The list of quantities in the help."""
     return "\b\nQuantities:\n" + "\n".join(f"  {row.title:<36}{row.meaning}" for row in QUANTITIES.values())
 
 
 @click.command(epilog=_quantities())
 @click.option("--vary", "axes", type=Vary(), multiple=True, help="A parameter and its values; may be given again.")
-@click.option("-p", "--preset", metavar="NAME|FILE", default="paper-g", show_default=True, help="The bass.")
-@click.option("--string", "string", default="G", show_default=True, help="Name of the string.")
-@click.option("--fret", type=Number("number", 0, 36, whole=True), default=0, show_default=True, help="0: open.")
-@click.option(
-    "--apex", type=Quantity(*limits.APEX), default=3.6e-3, show_default="3.6mm", help="Height of the plucked corner."
-)
-@click.option(
-    "--at",
-    "at",
-    type=Quantity(*limits.AT),
-    default=0.64,
-    show_default="0.64m",
-    help="Where it is, from the stop (the nut or the fret).",
-)
-@click.option(
-    "--angle", type=Quantity(*limits.ANGLE), default=0.0, show_default="0deg", help="Of the pluck, from straight up."
-)
-@click.option("--duration", type=Quantity(*limits.DURATION), default=1.0, show_default="1 s")
-@click.option("-q", "--quality", type=click.Choice(list(QUALITIES)), default="reference", show_default=True)
-@click.option("--modes", type=MODES, help="Modes of the string as stopped, instead of the quality's.")
+@pluck_options
 @click.option(
     "--contact-rate",
     type=CONTACT_RATE,
@@ -153,7 +157,7 @@ def _quantities() -> str:
     type=click.Path(path_type=Path),
     required=True,
     metavar="DIR",
-    help="Made if need be.",
+    help="Directory to write to; created if missing.",
 )
 def sweep(
     axes: tuple[Axis, ...],
@@ -187,7 +191,6 @@ def sweep(
     """
     from livebass.experiment import sweep as sweeping
     from livebass.experiment.grid import USAGE, Settings, grid
-    from livebass.experiment.sweep import NEEDED, drawable, pictures
     from livebass.model.quality import quality_with
     from livebass.report.picture import check_matplotlib
 
@@ -197,18 +200,18 @@ def sweep(
         raise click.UsageError("--workers is of this machine, --scheduler of a cluster: give one")
     quality = quality_with(pluck.pop("quality"), pluck["modes"], pluck.pop("contact_rate"))
     settings = Settings(quality=quality, **pluck)
-    draw = picture and drawable(axes)
+    draw = picture and sweeping.drawable(axes)
     if draw:
-        check_matplotlib(NEEDED)
+        check_matplotlib(sweeping.NEEDED)
     points = grid(settings, axes)
-    sweeping.places(directory, file)
+    sweeping.prepare(directory, file)
     results = sweeping.found(directory, points)
     try:
         _complete(directory, points, results, workers or os.cpu_count() or 1, scheduler)
         drawn: tuple[bytes, ...] = ()
         if draw:
             values = {name: _column(points, results, name) for name in quantities or USUAL}
-            drawn = pictures(axes, values, _title(settings))
+            drawn = sweeping.pictures(axes, values, _title(settings))
         described = sweeping.as_json(settings, axes, points, results)
         sweeping.write(directory, sweeping.table(axes, points, results), drawn, file, described)
     except KeyboardInterrupt:
@@ -226,7 +229,7 @@ def _found(points: Sequence[Point], results: dict[str, dict[str, float]]) -> int
 def _complete(
     directory: Path, points: Sequence[Point], results: dict[str, dict[str, float]], workers: int, scheduler: str | None
 ) -> None:
-    """Compute the points that `results` lacks, and say how many there were."""
+    """Compute the points that `results` lacks, and say how many were there."""
     from livebass.experiment.sweep import completed
 
     missing = len({point.digest for point in points} - results.keys())
@@ -244,26 +247,27 @@ def _complete(
 
 @contextmanager
 def _computer(first: Point, workers: int, scheduler: str | None) -> Iterator[tuple[str, Callable[[Any], Any]]]:
-    """Where, and what gives the results of points: the cluster, or here, the kernels compiled before it starts."""
-    if scheduler is not None:
-        from livebass.experiment import workers as sweep_cluster
+    """Yield the place where points are computed, in words, and the function that computes them.
 
-        with sweep_cluster.connected(scheduler) as compute:
+    Compiles the kernels first if need be.
+    """
+    from livebass import compiling
+    from livebass.experiment.workers import compile_kernels, computed, connected
+
+    if scheduler is not None:
+        with connected(scheduler) as compute:
             yield f"on {scheduler}", compute
         return
-    from livebass import compiling
-    from livebass.experiment import workers as sweep_local
-
     announce_kernels()
     if not compiling.cached():
-        sweep_local.compile_kernels(first)
+        compile_kernels(first)
     say = functools.partial(click.echo, err=True)
     where = f"with {workers} process{'es' * (workers != 1)}"
-    yield where, lambda points: sweep_local.computed(points, workers, say)
+    yield where, lambda points: computed(points, workers, say)
 
 
 def _column(points: Sequence[Point], results: dict[str, dict[str, float]], name: str) -> Any:
-    """One quantity of all points, (points,)."""
+    """A quantity at every point, (points,)."""
     import numpy as np
 
     return np.array([results[point.digest][name] for point in points])
@@ -277,31 +281,10 @@ def _title(settings: Settings) -> str:
 
 
 @click.command()
-@click.option("-p", "--preset", metavar="NAME|FILE", default="paper-g", show_default=True, help="The bass.")
-@click.option("--string", "string", default="G", show_default=True, help="Name of the string.")
-@click.option("--fret", type=Number("number", 0, 36, whole=True), default=0, show_default=True, help="0: open.")
+@pluck_options
 @click.option(
-    "--apex",
-    type=Quantity(*limits.APEX),
-    default=3.6e-3,
-    show_default="3.6mm",
-    help="Height of the plucked corner.",
+    "--contact-rate", type=CONTACT_RATE, help="Steps a second in contact, such as 8MHz, instead of the quality's."
 )
-@click.option(
-    "--at",
-    "at",
-    type=Quantity(*limits.AT),
-    default=0.64,
-    show_default="0.64m",
-    help="Where it is, from the stop (the nut or the fret).",
-)
-@click.option(
-    "--angle", type=Quantity(*limits.ANGLE), default=0.0, show_default="0deg", help="Of the pluck, from straight up."
-)
-@click.option("--duration", type=Quantity(*limits.DURATION), default=1.0, show_default="1 s")
-@click.option("-q", "--quality", type=click.Choice(list(QUALITIES)), default="reference", show_default=True)
-@click.option("--modes", type=MODES, help="Modes of the string as stopped, instead of the quality's.")
-@click.option("--contact-rate", type=CONTACT_RATE, help="Such as 8MHz, instead of the quality's.")
 @click.option("--rate", type=RATE, default=44100, show_default=True, help="Samples a second of the output.")
 @click.option(
     "--solver",
@@ -310,18 +293,25 @@ def _title(settings: Settings) -> str:
     show_default=True,
     help="reference: brute force, step by step, slow.",
 )
-@click.option("--analyse", is_flag=True, help="Also pitch, characteristic frequency, energies and T60.")
+@click.option("--analyse", is_flag=True, help="Also write pitch, characteristic frequency, energies and T60.")
 @click.option(
     "--shape-at", type=Quantity("time", 0, 60), multiple=True, metavar="TIME",
-    help="Also the string's shape then, such as 3.9ms; may be repeated.",
+    help="Also write the string's shape at this time, such as 3.9ms; may be repeated.",
 )  # fmt: skip
-@click.option("-o", "--output", type=click.Path(path_type=Path), required=True, metavar="DIR", help="Made if need be.")
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    required=True,
+    metavar="DIR",
+    help="Directory to write to; created if missing.",
+)
 def simulate(
     preset: str, string: str, fret: int, apex: float, at: float, angle: float, duration: float, quality: str,
     modes: int | None, contact_rate: float | None, rate: int, solver: str, analyse: bool, shape_at: tuple[float, ...],
     output: Path,
 ) -> None:  # fmt: skip
-    """Pluck one string once and write what it did.
+    """Pluck one string once and write how it moved.
 
     Into DIR go displacement.wav (at the sensor, scaled to a peak of -1 dBFS; wav_metres_per_unit in
     result.npz makes metres of it), contacts.csv (time_s,fret,position_m; fret 0: wood) and result.npz
@@ -358,8 +348,8 @@ def simulate(
 HELP = ("-h", "--help")
 
 
-class NamesToo(click.Group):
-    """A group in which what is no command is the name of a study to run."""
+class StudyGroup(click.Group):
+    """A group that takes a word which is not a command for the name of a study to run."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         if args and args[0] not in (*self.commands, *HELP):
@@ -367,9 +357,11 @@ class NamesToo(click.Group):
         return super().parse_args(ctx, args)
 
 
-@click.group(cls=NamesToo)
+@click.group(cls=StudyGroup)
 def study() -> None:
-    """The paper's cases, figures and statements computed anew; sweeps over any parameter of a preset.
+    """Compute the paper anew, or sweep parameters.
+
+    The paper's cases, figures and statements; and any parameter of a preset over a grid.
 
     \b
     Examples:
@@ -390,7 +382,14 @@ def list_studies() -> None:
 
 @study.command()
 @click.argument("names", nargs=-1, required=True, metavar="NAME...")
-@click.option("-o", "--output", type=click.Path(path_type=Path), required=True, metavar="DIR", help="Made if need be.")
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    required=True,
+    metavar="DIR",
+    help="Directory to write to; created if missing.",
+)
 @click.option("--json", "json_file", type=click.Path(path_type=Path), metavar="FILE", help="All numbers as JSON.")
 @click.option(
     "--duration", type=Quantity("time", 0.1, 10), help="Of each motion, instead of the study's own (mostly 1 s)."
@@ -406,14 +405,12 @@ def run(names: tuple[str, ...], output: Path, json_file: Path | None, duration: 
     over all the studies in DIR goes the page DIR/index.html. A study's files appear together, or none of them. Needs
     pip install 'livebass[analysis,plots]'. The study `statements` is what `livebass study claims` checks.
     """
-    from livebass.paper.figures.studies import chosen
+    from livebass.paper.figures.studies import check_extras, chosen, run_studies
 
     try:
         studies = chosen(names)
     except ValueError as error:
         raise click.UsageError(str(error)) from None
-    from livebass.paper.figures.studies import check_extras, run_studies
-
     check_extras()
     announce_kernels()
     with shown_progress("studies") as progress:

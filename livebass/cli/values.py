@@ -1,4 +1,4 @@
-"""Option values of the command line: numbers with units and limits, notes, channels."""
+"""Values of command-line options: numbers with units and limits, notes, MIDI channels."""
 
 from __future__ import annotations
 
@@ -8,16 +8,15 @@ from typing import Any
 
 import click
 
-from livebass.model import quality as limits
-from livebass.model.quality import MOST_MODES
+from livebass.model import quality
 from livebass.units import note_number, quantity
 
 
 class Quantity(click.ParamType):
-    """A number with or without a unit, within limits, in SI: "3.6mm", "0.64 m", "0.64", "8MHz"."""
+    """A number within limits, with a unit or in SI: "3.6mm", "0.64 m", "0.64", "8MHz"."""
 
     def __init__(self, dimension: str, least: float, most: float, whole: bool = False) -> None:
-        self.name, self.limits = dimension, limits.Limits(dimension, least, most, whole)
+        self.name, self.limits = dimension, quality.Limits(dimension, least, most, whole)
 
     def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
         return self.name.upper()
@@ -33,7 +32,7 @@ class Quantity(click.ParamType):
             except ValueError as error:
                 self.fail(f"{value!r}: {error}", param, ctx)
         if self.limits.whole and math.isclose(number, _nearest(number), rel_tol=1e-12):
-            number = _nearest(number)  # 8.1 million times 1 Hz need not be whole
+            number = _nearest(number)  # rounding: 8.1 times 1e6 Hz need not be whole
         try:
             self.limits.check("", number)
         except ValueError:
@@ -42,12 +41,12 @@ class Quantity(click.ParamType):
 
 
 def _nearest(number: float) -> float:
-    """The nearest whole number; what is not finite stays."""
+    """The nearest whole number; NaN and the infinities as they are."""
     return float(round(number)) if math.isfinite(number) else number
 
 
 class Number(click.ParamType):
-    """A number within limits, `unit` after it or not; `whole` ones are integers, written 1000 or 1e3."""
+    """A number within limits, with or without `unit` after it; `whole` ones are integers, written 1000 or 1e3."""
 
     def __init__(self, name: str, least: float, most: float, whole: bool = False, unit: str = "") -> None:
         self.name, self.least, self.most, self.whole, self.unit = name, least, most, whole, unit
@@ -79,7 +78,7 @@ class Note(click.ParamType):
 
 
 class Channel(click.ParamType):
-    """A MIDI channel as people count them, or "auto" or "all"."""
+    """A MIDI channel, counted from 1, or "auto" or "all"."""
 
     name = "auto|all|1-16"
 
@@ -94,6 +93,6 @@ class Channel(click.ParamType):
         return int(value)
 
 
-RATE = Number("hz", limits.RATE.least, limits.RATE.most, whole=True)
-MODES = Number("count", 1, MOST_MODES, whole=True)
-CONTACT_RATE = Quantity(*limits.CONTACT_RATE)
+RATE = Number("hz", quality.RATE.least, quality.RATE.most, whole=True)
+MODES = Number("count", 1, quality.MOST_MODES, whole=True)
+CONTACT_RATE = Quantity(*quality.CONTACT_RATE)

@@ -23,8 +23,8 @@ from livebass.engine.prepare import (
     whole_contact_rate,
 )
 from livebass.kernels import performer, voice
-from livebass.kernels import records as at
-from livebass.kernels import techniques as hands
+from livebass.kernels.records import EVENT
+from livebass.kernels.techniques import BEND_FRAMES
 from livebass.model.instrument import Instrument, for_modes, speaking
 from livebass.model.quality import Quality, modes_for
 from livebass.score import LONGEST, Score, checked_rate
@@ -86,11 +86,11 @@ class Engine:
         output, player = instrument.output, instrument.player
         self.voices = [pickup_voice(s, output, player, self.rates, boards) for s in instrument.strings]
         for i, v in enumerate(self.voices):
-            v.record["turn"] = i * hands.BEND_FRAMES // len(self.voices)
+            v.record["turn"] = i * BEND_FRAMES // len(self.voices)
         self.performer = new_performer(instrument, self.frets, seed)
         self.frame = 0
         self.workers = workers or min(len(self.voices), os.cpu_count() or 1)
-        self._pending: list[NDArray[np.void]] = [np.zeros(0, at.EVENT) for _ in self.voices]
+        self._pending: list[NDArray[np.void]] = [np.zeros(0, EVENT) for _ in self.voices]
 
     @property
     def strings(self) -> int:
@@ -98,7 +98,7 @@ class Engine:
 
     def send(self, frames: NDArray[np.int64], messages: NDArray[np.uint8]) -> None:
         """Takes channel messages (n, 3) at absolute frames (n,), in order, none before `frame`. [main thread]"""
-        events = np.zeros(performer.MOST_EVENTS * max(1, len(frames)), at.EVENT)
+        events = np.zeros(performer.MOST_EVENTS * max(1, len(frames)), EVENT)
         count = 0
         for when, (status, first, second) in zip(frames.tolist(), messages.tolist(), strict=True):
             count = performer.message(self.performer[0], self.pool.records, when, status, first, second, events, count)

@@ -13,15 +13,15 @@ from numpy.typing import NDArray
 
 from livebass.arrays import Floats
 from livebass.kernels import board, frets
-from livebass.kernels import records as at
 from livebass.kernels.performer import PERFORMER, reset_controllers
+from livebass.kernels.records import LONGER, MOST_NEAR, OPERATOR, PART, ROW, STRING, WHOLE
 from livebass.kernels.slot import padded
 from livebass.model.circuit import digital
 from livebass.model.instrument import Instrument, Output, Pickup, Player, Speaking, String
 from livebass.model.modes import dampings, frequencies, grazing_apex, held_stiffness, shapes
 from livebass.model.quality import MOST_MODES
 
-PART = 5.2e-6  # s, length of the parts a contact frame is cut into ...
+PART_TIME = 5.2e-6  # s, length of the parts a contact frame is cut into ...
 LEAST_PART = 16  # ... but so many fine steps at least: to look costs as much as some steps
 TAPER = (0.40, 0.46)  # of the audio rate: modes fade from the output between these
 MOST_PHASES = 2000
@@ -141,19 +141,19 @@ def operator(
     if not 1 <= count <= min(MOST_MODES, s.grid_points - 1):
         raise ValueError(f"modes {count}: allowed are 1 to {min(MOST_MODES, s.grid_points - 1)} for this length")
     points = len(s.contact_position)
-    board = points > at.MOST_NEAR
-    if board and (count < s.grid_points - 1 or points > at.ROW):
+    board = points > MOST_NEAR
+    if board and (count < s.grid_points - 1 or points > ROW):
         raise ValueError(f"{points} contact points, {count} modes: a board needs a grid of one step more than modes")
     dt = 1.0 / rates.contact_rate
     sigma, w_d, es = _motion(s, count, rates, lossless)
     steps = rates.numerator // rates.denominator
-    parts = min(round(steps * dt / PART), steps // LEAST_PART)
+    parts = min(round(steps * dt / PART_TIME), steps // LEAST_PART)
     if parts < 2:
         parts = 0
     part_steps = steps // max(parts, 1)
 
     n = padded(count)
-    record = np.zeros((), at.OPERATOR)
+    record = np.zeros((), OPERATOR)
     record["modes"], record["padded"] = count, n
     heard = np.flatnonzero(np.any(taps != 0, axis=0))
     record["tap_modes"] = padded(int(heard[-1]) + 1) if heard.size else 0
@@ -172,7 +172,7 @@ def operator(
         record[name][:n] = 1.0
     record["fine_a"][:count] = np.exp(-sigma * dt) * np.cos(w_d * dt)
     record["fine_b"][:count] = es**2
-    for which, k in ((at.WHOLE, steps), (at.LONGER, steps + 1), (at.PART, part_steps)):
+    for which, k in ((WHOLE, steps), (LONGER, steps + 1), (PART, part_steps)):
         leap = record["leaps"][which]
         damp_k = np.exp(-sigma * k * dt)
         leap["a"][:count] = damp_k * np.cos(w_d * k * dt)
@@ -265,7 +265,7 @@ class Voice:
 def gather(operators: list[list[Operator]]) -> Pool:
     """Gathers the operators, given by string and fret, in one pool."""
     memory = np.concatenate([op.memory.ravel() for row in operators for op in row])
-    records = np.zeros((len(operators), len(operators[0])), at.OPERATOR)
+    records = np.zeros((len(operators), len(operators[0])), OPERATOR)
     address = memory.ctypes.data
     for i, row in enumerate(operators):
         for k, op in enumerate(row):
@@ -278,7 +278,7 @@ def gather(operators: list[list[Operator]]) -> Pool:
 
 def new_voice(rates: Rates, log: int = 0, over_board: bool = False) -> Voice:
     """Makes a silent string whose output is its displacement, with room for `log` contacts."""
-    voice = Voice(np.zeros(1, at.STRING), np.zeros((log, 2), np.int64))
+    voice = Voice(np.zeros(1, STRING), np.zeros((log, 2), np.int64))
     v, slots = voice.record, voice.slots
     v["over_frets"], v["over_board"] = frets.over_frets(), board.over_board() if over_board else 0
     v["log"], v["log_room"] = voice.log.ctypes.data, log

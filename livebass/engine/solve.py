@@ -21,8 +21,8 @@ from livebass.engine.prepare import (
     sampled_rows,
     sensor_rows,
 )
-from livebass.kernels import records as at
 from livebass.kernels import voice
+from livebass.kernels.records import EVENT, MOST_NEAR, PLUCK
 from livebass.model.instrument import Output, Player, Pluck
 from livebass.model.trial import Motion, Trial, initial_amplitudes, initial_amplitudes_across
 
@@ -37,7 +37,7 @@ def trial_voice(trial: Trial, log: int = LOG) -> tuple[Voice, Pool]:
     places = trial.sensor, trial.sensor if trial.sensor_v is None else trial.sensor_v
     taps = sampled_rows(trial.speaking, places, trial.modes, rates, trial.lossless)
     op = operator(trial.speaking, trial.modes, rates, taps, lossless=trial.lossless)
-    state = new_voice(rates, log, len(trial.speaking.contact_position) > at.MOST_NEAR)
+    state = new_voice(rates, log, len(trial.speaking.contact_position) > MOST_NEAR)
     v = state.record
     v["raw"], v["rounding"], v["angle"] = 1, trial.pluck.rounding, trial.pluck.angle
     return state, gather([[op]])
@@ -45,8 +45,8 @@ def trial_voice(trial: Trial, log: int = LOG) -> tuple[Voice, Pool]:
 
 def pluck_event(pluck: Pluck) -> NDArray[np.void]:
     """`pluck` as an event of the first frame, (1,)."""
-    events = np.zeros(1, at.EVENT)
-    events[0] = (0, at.PLUCK, 0, 0, pluck.apex, pluck.position)
+    events = np.zeros(1, EVENT)
+    events[0] = (0, PLUCK, 0, 0, pluck.apex, pluck.position)
     return events
 
 
@@ -110,7 +110,7 @@ def heard(trial: Trial, output: Output) -> NDArray[np.float64]:
         taps = pickup_rows(s, output, count, rates.rate)
     pool = gather([[operator(s, count, rates, taps, lossless=trial.lossless)]])
     player = Player(pull_time=0.0, rounding=pluck.rounding, pluck_angle=pluck.angle)
-    state = pickup_voice(s.string, output, player, rates, over_board=len(s.contact_position) > at.MOST_NEAR)
+    state = pickup_voice(s.string, output, player, rates, over_board=len(s.contact_position) > MOST_NEAR)
     out = np.zeros(trial.samples)
     voice.run(state.string[0], pool.records[0], pluck_event(pluck), 1, out, out[:0])
     return out

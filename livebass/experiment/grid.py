@@ -1,10 +1,8 @@
-"""Dotted keys such as `neck.lift.6` or `string.G.tension`: which row of the presets' keys, and where in a preset.
+"""The grid of a sweep: dotted keys, the values of each, and for every point the trial to solve.
 
-A preset is its parsed TOML here, as `preset.preset_tables` gives it, of a file that has been checked as a whole.
-
-`KEY=FROM:TO:N` of a sweep: the values of one parameter, checked as a preset file's are.
-
-The grid of a sweep: for every point what is to be solved, and a digest of all that its result depends on.
+A dotted key such as `neck.lift.6` or `string.G.tension` names a row of the presets' keys and a place in a preset
+(`target`). `KEY=FROM:TO:N` gives it values, checked as a preset file's are (`axis`). Every combination is a point, with
+a digest of all that its result depends on (`grid`). A preset is its parsed TOML here, checked as a whole.
 """
 
 from __future__ import annotations
@@ -24,31 +22,30 @@ from typing import Any
 from livebass import __version__
 from livebass.analysis.sound import PAPER_RATE
 from livebass.engine.prepare import pickups_under, whole_contact_rate
-from livebass.model import quality as limits
 from livebass.model.instrument import Coil, Instrument, Neck, Output
-from livebass.model.quality import Quality, modes_for
+from livebass.model.quality import ANGLE, APEX, AT, Limits, Quality, modes_for
 from livebass.model.trial import Trial, checked_trial, speaking_string
 from livebass.preset.build import Builder, nearest
 from livebass.preset.keys import KEYS, Key, checked
 from livebass.preset.load import preset_tables
 from livebass.units import DIMENSIONS, note_number, split_quantity
 
-SINGLE = ("neck", "output", "coil", "player")  # sections there is one of
+SINGLE = ("neck", "output", "coil", "player")  # sections that a preset has once
 MEASURED, GEOMETRY = ("height_scale", "height_offset"), ("frets", "action", "relief", "nut_height")
 
 
-def _limited(name: str, least_to_most: limits.Limits, meaning: str) -> Key:
-    unit = next(unit for unit, size in DIMENSIONS[least_to_most.dimension].units.items() if size == 1.0)
-    least, most = (f"{end!r} {unit}" for end in (least_to_most.least, least_to_most.most))
-    return Key("pluck", name, least_to_most.dimension, least, most, None, meaning)
+def _limited(name: str, limits: Limits, meaning: str) -> Key:
+    unit = next(unit for unit, size in DIMENSIONS[limits.dimension].units.items() if size == 1.0)
+    least, most = (f"{end!r} {unit}" for end in (limits.least, limits.most))
+    return Key("pluck", name, limits.dimension, least, most, None, meaning)
 
 
 PLUCK = {
     key.name: key
     for key in (
-        _limited("apex", limits.APEX, "height of the plucked corner"),
-        _limited("at", limits.AT, "where it is, from the stop"),
-        _limited("angle", limits.ANGLE, "of the pull, from straight up"),
+        _limited("apex", APEX, "height of the plucked corner"),
+        _limited("at", AT, "where it is, from the stop"),
+        _limited("angle", ANGLE, "of the pull, from straight up"),
         Key("pluck", "fret", "integer", "0", "36", None, "where the string is stopped"),
     )
 }
@@ -56,7 +53,7 @@ PLUCK = {
 
 @dataclass(frozen=True)
 class Target:
-    """Where a dotted key points to."""
+    """The place in a preset, or the property of a pluck, that a dotted key names."""
 
     dotted: str
     key: Key  # of one number
@@ -66,7 +63,10 @@ class Target:
     fret: str = ""  # of neck.lift
 
     def tables(self, data: dict[str, Any]) -> list[dict[str, Any]]:
-        """The tables of `data` that hold the key; made where it may be left out. ValueError where there is none."""
+        """The tables of `data` that hold the key, made where a preset may leave them out.
+
+        Raises ValueError where the bass has no such string or pickup.
+        """
         if self.section in SINGLE:
             found = [data.setdefault(self.section, {})]
         elif self.section == "string":
@@ -82,7 +82,7 @@ class Target:
         return [table.setdefault("neck", {}) for table in found] if self.neck else found
 
     def put(self, data: dict[str, Any], raw: Any) -> None:
-        """Change `data` in place: `raw` as the file would hold it."""
+        """Set the key in `data`, in place; `raw` is the value as the file would hold it."""
         for table in self.tables(data):
             if self.fret:
                 table.setdefault("lift", {})[self.fret] = raw
@@ -91,7 +91,7 @@ class Target:
 
 
 def target(dotted: str) -> Target:
-    """Where `dotted` points to. ValueError for what is no key of a preset or of a pluck, or not a number."""
+    """Parse a dotted key. Raises ValueError for an unknown one, and for one that is not a single number."""
     section, *rest = dotted.strip().split(".")
     which, neck, fret = "", False, ""
     if section in ("string", "pickup") and len(rest) > 1 and rest[0] != "neck":
@@ -114,13 +114,13 @@ def target(dotted: str) -> Target:
 
 
 def names() -> list[str]:
-    """All keys that can be varied, of strings and pickups for all of them at once."""
+    """All keys that can be varied; those of strings and pickups for all of them at once."""
     keys = [f"{key.section}.{key.name}" for key in (*KEYS, *PLUCK.values()) if key.section and _one_number(key)]
     return [*keys, "neck.lift.1"]
 
 
 def hidden(at: Target, data: dict[str, Any], string: str) -> str:
-    """Why changing `at` does nothing for `string` of `data`, with what would; "" where no reason is seen here."""
+    """The reason why changing `at` does nothing for `string` of `data`, and the key that would; "" without a reason."""
     if at.section != "neck" and not at.neck:
         return ""
     mine = next((t for t in data["string"] if t["name"].casefold() == string.casefold()), None)
@@ -161,7 +161,7 @@ USAGE = "needs KEY=FROM:TO:N or KEY=FROM:TO:N:log, such as neck.action=1.5mm:3mm
 
 @dataclass(frozen=True)
 class Axis:
-    """One parameter and its values."""
+    """One parameter and its values, `KEY=FROM:TO:N`."""
 
     at: Target
     unit: str  # that FROM is written in; "": a plain number
@@ -184,12 +184,12 @@ class Axis:
         return checked(self.at.key, self.raw(number))
 
     def shown(self, number: float) -> str:
-        """For messages: "neck.action = 1.5 mm"."""
+        """Key and value for messages, "neck.action = 1.5 mm"."""
         return f"{self.at.dotted} = {number:.12g}{' ' + self.unit if self.unit else ''}"
 
 
 def axis(text: str) -> Axis:
-    """One `--vary`, every value within the limits of its key. ValueError names key, value and what is allowed."""
+    """Parse one `--vary`. Raises ValueError with key, value and what is allowed, for any value out of its limits."""
     name, equals, rest = text.partition("=")
     parts = rest.split(":")
     if not equals or not name.strip() or len(parts) not in (3, 4):
@@ -215,7 +215,7 @@ def axis(text: str) -> Axis:
 
 
 def _number(at: Target, text: str) -> tuple[float, str]:
-    """FROM or TO: its number and unit."""
+    """Parse FROM or TO into its number and unit."""
     try:
         if at.key.kind in DIMENSIONS:
             return split_quantity(text, at.key.kind)
@@ -226,7 +226,7 @@ def _number(at: Target, text: str) -> tuple[float, str]:
 
 
 def _series(at: Target, first: float, last: float, count: int, log: bool) -> tuple[float, ...]:
-    """`count` numbers from first to last, of 12 digits, so that 0.1 steps do not show binary rounding."""
+    """`count` numbers from first to last, rounded to 12 digits, so that steps of 0.1 show no binary rounding."""
     if log and not (first > 0 and last > 0):
         raise ValueError(f"{at.dotted}: log needs FROM and TO above 0")
     if count > 1 and first == last:
@@ -247,7 +247,7 @@ INSTEAD = {"player.pluck_angle": "pluck.angle", "player.pluck_position": "pluck.
 
 @dataclass(frozen=True)
 class Settings:
-    """What is the same at every point, unless a `pluck.` key is varied."""
+    """The pluck and how finely to solve it: the same at every point unless a `pluck.` key is varied."""
 
     preset: str  # name or file
     string: str
@@ -262,7 +262,7 @@ class Settings:
 
 @dataclass(frozen=True)
 class Work:
-    """One point: everything its result depends on but the program."""
+    """Everything that the result of one point depends on but the program."""
 
     trial: Trial
     output: Output
@@ -275,21 +275,22 @@ class Point:
     numbers: tuple[float, ...]  # one an axis, in its unit
     name: str  # "neck.action = 1.5 mm, pluck.apex = 3 mm"
     work: Work
-    digest: str  # hexadecimal, of `work` and `program()`
+    digest: str  # of `work` and `program()`, hexadecimal
 
 
 @functools.cache
 def program() -> str:
-    """What computes: livebass with a digest of its sources, and the libraries whose rounding could differ."""
+    """Name the program: livebass with a digest of its sources, and the libraries whose rounding could differ."""
     sources = sorted(Path(__file__).parents[1].rglob("*.py"))
     digest = hashlib.sha256(b"".join(source.read_bytes() for source in sources)).hexdigest()[:12]
     return f"livebass {__version__} ({digest}), numpy {version('numpy')}, numba {version('numba')}"
 
 
 def grid(settings: Settings, axes: Sequence[Axis]) -> list[Point]:
-    """Every point, the last axis fastest. ValueError, before anything is computed, for one that cannot be.
+    """Every point, the last axis fastest.
 
-    Also for an axis that changes nothing anywhere, and one that is given twice.
+    Raises ValueError, before anything is computed, for a point that cannot be solved, an axis that changes nothing at
+    any point, and one that is given twice.
     """
     names = [axis.at.dotted for axis in axes]
     for name in names:
@@ -338,7 +339,7 @@ def _points(settings: Settings, axes: Sequence[Axis], builder: Builder, data: di
 
 
 def _work(bass: Instrument, settings: Settings) -> Work:
-    """The trial and output of one point, free of what cannot matter there."""
+    """The trial and output of one point, without the values that cannot matter there, so that digests agree."""
     s = speaking_string(bass, settings.string, settings.fret)
     modes = settings.modes
     if modes is None:
@@ -347,7 +348,7 @@ def _work(bass: Instrument, settings: Settings) -> Work:
     trial = checked_trial(
         bass, s, settings.apex, settings.at, settings.duration, modes, contact_rate, PAPER_RATE, settings.angle
     )  # fmt: skip
-    s = trial.speaking  # of a board, the grid of so many modes
+    s = trial.speaking  # over a board, on the grid for that many modes
     output = replace(bass.output, sensor=Output.sensor, sensor_v=Output.sensor_v)  # they are in the trial
     if output.kind == "displacement":
         s = replace(s, string=replace(s.string, level=1.0))
@@ -362,7 +363,7 @@ def _work(bass: Instrument, settings: Settings) -> Work:
 
 
 def _check_effects(settings: Settings, axes: Sequence[Axis], points: Sequence[Point]) -> None:
-    """Refuse an axis along which, wherever the others stand, all points are the same."""
+    """Raise ValueError for an axis along which all points are the same, wherever the others stand."""
     for k, axis in enumerate(axes):
         if len(axis.numbers) == 1:
             continue

@@ -1,127 +1,104 @@
-"""One point of a sweep: its trial solved, and all of `sweep_quantities.QUANTITIES` of it."""
+"""One point of a sweep: its trial solved, and every quantity of `quantities.QUANTITIES` measured in it."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from livebass.analysis import motion as modal_motion
-from livebass.analysis import motion as motion_analysis
-from livebass.analysis import sound as yin
-from livebass.analysis.sound import PAPER_RATE, WINDOW, characteristic_frequencies
+from livebass.analysis.motion import Solved, contact_energy, energy, modal_energies, t60
+from livebass.analysis.sound import PAPER_RATE, WINDOW, characteristic_frequencies, relative_variation
 from livebass.arrays import Floats
 from livebass.engine.solve import heard, solve_trial
 from livebass.experiment.grid import Work
-from livebass.model import modes
-from livebass.model.trial import Motion, initial_amplitudes, initial_amplitudes_across
+from livebass.model.modes import dampings, frequencies, grazing_apex
+from livebass.model.trial import initial_amplitudes, initial_amplitudes_across
 
-Result = dict[str, float]  # NaN where there is none, such as the first contact of a pluck without
+Result = dict[str, float]  # NaN for a quantity that there is not, such as the first contact of a pluck without any
 PERIODS = 3  # without a contact end the contact phase
-START = 0.1  # s: of the fundamental by YIN
-
-
-@dataclass(frozen=True)
-class Seen:
-    """What the quantities are read off."""
-
-    work: Work
-    motion: Motion
-    output: Floats  # (n,), what the instrument gives
+START = 0.1  # s, in which the glide is measured
 
 
 def measured(work: Work) -> Result:
     """Every quantity of `work`, by name. Raises ValueError where its rates or modes cannot be solved."""
-    trial = work.trial
-    last = replace(trial, states=(trial.samples - 1,))
-    seen = Seen(work, solve_trial(last), heard(trial, work.output))
-    result = {name: float(read(seen)) for name, read in READ.items()}
-    start, left = _energies(seen)
+    trial = replace(work.trial, states=(work.trial.samples - 1,))
+    solved, output = Solved(trial, solve_trial(trial)), heard(work.trial, work.output)
+    result = {name: float(read(solved)) for name, read in OF_MOTION.items()}
+    result |= {name: read(output) for name, read in OF_OUTPUT.items()}
+    start, left = _energies(solved)
     return result | {"energy": start, "energy_left": left / start}
 
 
 def _characteristic(sound: Floats, frames: int | None = None) -> float:
-    """Mean of eq. 14 over the first `frames`, all of them by default; NaN for less than a window, and for silence."""
+    """Mean of eq. 14 over the first `frames`, all by default; NaN for less than a window, and for silence."""
     if sound.size < round(WINDOW * PAPER_RATE / 48_000):
         return math.nan
     each = characteristic_frequencies(sound, PAPER_RATE)[:frames]
-    heard_ones = each[np.isfinite(each)]
-    return float(heard_ones.mean()) if heard_ones.size else math.nan
+    sounding = each[np.isfinite(each)]
+    return float(sounding.mean()) if sounding.size else math.nan
 
 
 def _first(values: Floats) -> float:
     return float(values[0]) if values.size else math.nan
 
 
-def _contact_phase(seen: Seen) -> float:
+def _contact_phase(solved: Solved) -> float:
     """Time of the last contact before `PERIODS` periods of the first mode without any, s."""
-    times = np.concatenate([[0.0], seen.motion.contact_time_s])
+    times = np.concatenate([[0.0], solved.motion.contact_time_s])
     if times.size == 1:
         return math.nan
-    gaps = np.flatnonzero(np.diff(times) > PERIODS / _first_mode(seen))
-    return float(times[gaps[0]] if gaps.size else times[-1]) or math.nan  # 0: none so soon after the release
+    gaps = np.flatnonzero(np.diff(times) > PERIODS / _first_mode(solved))
+    return float(times[gaps[0]] if gaps.size else times[-1]) or math.nan  # 0: no contact so soon after the release
 
 
-def _first_mode(seen: Seen) -> float:
-    return float(modes.frequencies(seen.work.trial.speaking, 1)[0])
+def _first_mode(solved: Solved) -> float:
+    return float(frequencies(solved.speaking, 1)[0])
 
 
-def _frets(seen: Seen) -> NDArray[np.int64]:
-    """Fret of each contact, (k,)."""
-    return np.asarray(seen.work.trial.speaking.contact_fret, np.int64)[seen.motion.contact_index]
+def _hardness(solved: Solved) -> float:
+    pluck = solved.trial.pluck
+    return pluck.apex / grazing_apex(solved.speaking, pluck.position)
 
 
-def _hardness(seen: Seen) -> float:
-    trial = seen.work.trial
-    return trial.pluck.apex / modes.grazing_apex(trial.speaking, trial.pluck.position)
-
-
-def _glide(seen: Seen) -> float:
+def _glide(solved: Solved) -> float:
     """(nu - nu_1) / nu_1, median of the first `START`; NaN where there is no pitch, or too little sound for one."""
-    nu = _first_mode(seen)
     try:
-        pitch = motion_analysis.pitch(seen.work.trial, seen.motion.displacement_m)
+        pitch = solved.pitch
     except ValueError:
         return math.nan
     good = np.isfinite(pitch.frequency_hz) & (pitch.time_s < START)
-    return float(np.median(yin.relative_variation(pitch.frequency_hz[good], nu))) if good.any() else math.nan
+    variation = relative_variation(pitch.frequency_hz[good], _first_mode(solved))
+    return float(np.median(variation)) if good.any() else math.nan
 
 
-def _t60(seen: Seen) -> float:
-    return float(modal_motion.t60(modes.dampings(seen.work.trial.speaking, 1))[0])
-
-
-def _energies(seen: Seen) -> tuple[float, float]:
-    """At the release and in the last sample, J, both polarisations together."""
-    trial = seen.work.trial
-    s, states = trial.speaking, seen.motion.states
+def _energies(solved: Solved) -> tuple[float, float]:
+    """Energy at the release and in the last sample, J, both polarisations together."""
+    s, states = solved.speaking, solved.motion.states
     assert states is not None
-    q, across = initial_amplitudes(trial), initial_amplitudes_across(trial)
-    start = modal_motion.energy(s, q, 0 * q) + modal_motion.modal_energies(s, across, 0 * across).sum()
-    end = (
-        modal_motion.contact_energy(s, states[0, 0, 0])
-        + modal_motion.modal_energies(s, states[0, :, 0], states[0, :, 1]).sum()
-    )
+    q, across = initial_amplitudes(solved.trial), initial_amplitudes_across(solved.trial)
+    start = energy(s, q, 0 * q) + modal_energies(s, across, 0 * across).sum()
+    end = contact_energy(s, states[0, 0, 0]) + modal_energies(s, states[0, :, 0], states[0, :, 1]).sum()
     return float(start), float(end)
 
 
-READ: dict[str, Callable[[Seen], float]] = {
-    "contacts": lambda seen: seen.motion.contact_step.size,
-    "frets": lambda seen: np.unique(_frets(seen)).size,
-    "first_fret": lambda seen: _first(_frets(seen).astype(np.float64)),
-    "first_contact": lambda seen: _first(seen.motion.contact_time_s),
-    "last_contact": lambda seen: _first(seen.motion.contact_time_s[::-1]),
+OF_MOTION: dict[str, Callable[[Solved], float]] = {
+    "contacts": lambda solved: solved.motion.contact_step.size,
+    "frets": lambda solved: np.unique(solved.contacts.fret).size,
+    "first_fret": lambda solved: _first(solved.contacts.fret.astype(np.float64)),
+    "first_contact": lambda solved: _first(solved.motion.contact_time_s),
+    "last_contact": lambda solved: _first(solved.motion.contact_time_s[::-1]),
     "contact_phase": _contact_phase,
     "hardness": _hardness,
-    "characteristic_frequency": lambda seen: _characteristic(seen.motion.displacement_m),
-    "characteristic_start": lambda seen: _characteristic(seen.motion.displacement_m, 1),
-    "peak": lambda seen: float(np.abs(seen.motion.displacement_m).max()),
-    "rms": lambda seen: math.sqrt(float(np.mean(seen.motion.displacement_m**2))),
+    "characteristic_frequency": lambda solved: _characteristic(solved.motion.displacement_m),
+    "characteristic_start": lambda solved: _characteristic(solved.motion.displacement_m, 1),
+    "peak": lambda solved: float(np.abs(solved.motion.displacement_m).max()),
+    "rms": lambda solved: math.sqrt(float(np.mean(solved.motion.displacement_m**2))),
     "glide": _glide,
-    "t60": _t60,
-    "heard_peak": lambda seen: float(np.abs(seen.output).max()),
-    "heard_characteristic_frequency": lambda seen: _characteristic(seen.output),
+    "t60": lambda solved: float(t60(dampings(solved.speaking, 1))[0]),
+}
+OF_OUTPUT: dict[str, Callable[[Floats], float]] = {  # of the signal that the instrument gives, full scale 1
+    "heard_peak": lambda output: float(np.abs(output).max()),
+    "heard_characteristic_frequency": _characteristic,
 }

@@ -1,4 +1,4 @@
-"""What `livebass study sweep` says of each point: a row a quantity, for the table, the picture and the help."""
+"""The quantities that `livebass study sweep` measures at each point, for the table, the picture and the help."""
 
 from __future__ import annotations
 

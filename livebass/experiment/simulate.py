@@ -1,8 +1,8 @@
-"""One string, one pluck, to files: what `livebass simulate` does.
+"""One string, one pluck, to the three files of `livebass simulate`.
 
-Writes `displacement.wav` (float32, the displacement at the sensor scaled to a peak of -1 dBFS; after an oblique pluck
-in two channels, u and v), `contacts.csv` (`time_s,fret,position_m`; fret 0 is wood) and `result.npz`, all three or
-none. What is found in the motion (pitch, characteristic frequency, energies, T60, shapes) is in the last if asked for.
+`displacement.wav` is the displacement at the sensor, float32, scaled to a peak of -1 dBFS, after an oblique pluck in
+two channels, u and v; `contacts.csv` has `time_s,fret,position_m`, fret 0 for wood; `result.npz` has all of it, and if
+asked for pitch, characteristic frequency, energies, T60 and shapes. All three are written, or none.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ from typing import Any
 
 import numpy as np
 
-from livebass.analysis.motion import columns, looked_at, shape_columns
+from livebass.analysis.motion import Solved, columns, shape_columns, state_samples
 from livebass.audiofile import AudioWriter, encoding
 from livebass.files import Transaction, checked_place
-from livebass.model import modes as modal
-from livebass.model import quality as limits
 from livebass.model.instrument import Instrument
+from livebass.model.modes import dampings, frequencies
+from livebass.model.quality import CONTACT_RATE
 from livebass.model.trial import (
     Motion,
     Trial,
@@ -53,47 +53,47 @@ def simulate_to_directory(
     analyse: bool = False,
     shape_at: Sequence[float] = (),
 ) -> str:
-    """Pluck `string` stopped at `fret` with corner `apex` (m) at `at` (m from the stop); a one-line summary.
+    """Pluck `string` stopped at `fret` with corner `apex` (m) at `at` (m from the stop); return a one-line summary.
 
     `angle` rad from straight up towards across; duration s; modes None for all; contact_rate and rate Hz; solver
-    "engine" or "reference"; analyse: what `motion_analysis.columns` finds goes into result.npz; shape_at: times, s, at
-    which the engine tells the string's shape there too. Raises ValueError, one line that says what is allowed, before
-    anything is computed or written, and OSError where the files cannot be written; the directory is then as it was.
-    [main thread]
+    "engine" or "reference". With `analyse` the `columns` of `analysis.motion` go into result.npz, and the string's
+    shape at the times `shape_at` (s), which only the engine gives. Raises ValueError, one line that says what is
+    allowed, before anything is computed or written, and OSError where the files cannot be written; the directory is
+    then as it was. [main thread]
     """
     if solver not in ("engine", "reference"):
         raise ValueError(f"solver {solver!r}: engine or reference")
     s = speaking_string(instrument, string, fret)
-    whole = solver == "engine"  # which cuts a sample into whole steps
-    limits.CONTACT_RATE._replace(whole=whole).check("contact rate", contact_rate)
+    whole = solver == "engine"  # its contact rate is a whole number of Hz
+    CONTACT_RATE._replace(whole=whole).check("contact rate", contact_rate)
     trial = checked_trial(instrument, s, apex, at, duration, modes, contact_rate, rate, angle)
     if shape_at and not whole:
         raise ValueError("shapes: only the engine tells them, the reference solver does not")
     if whole and (analyse or shape_at):
-        trial = replace(trial, states=looked_at(trial, more=shape_at))
+        trial = replace(trial, states=state_samples(trial, more=shape_at))
     directory = Path(directory)
     with Transaction() as files:
         files.directory(directory)
         for name in FILES:
             checked_place(directory / name)  # now, not after seconds of work
-        motion = _solve(trial, solver)
-        found = columns(trial, motion) if analyse else {}
-        _write(files, directory, trial, motion, found | shape_columns(trial, motion, shape_at))
-    first = ""
-    if motion.contact_step.size:
-        when, point = motion.contact_time_s[0], int(motion.contact_index[0])
-        fret_hit, place = trial.speaking.contact_fret[point], trial.speaking.contact_position[point]
-        where = f"on fret {fret_hit}" if fret_hit else f"on the wood {place * 1e3:.0f} mm from the stop"
-        first = f", the first at {when * 1e3:.3f} ms {where}"
+        solved = Solved(trial, _solve(trial, solver))
+        found = columns(solved) if analyse else {}
+        _write(files, directory, solved, found | shape_columns(solved, shape_at))
+    contacts, first = solved.contacts, ""
+    if contacts.fret.size:
+        where = f"on fret {contacts.fret[0]}"
+        if not contacts.fret[0]:
+            where = f"on the wood {solved.contact_place[0] * 1e3:.0f} mm from the stop"
+        first = f", the first at {contacts.time_s[0] * 1e3:.3f} ms {where}"
     return (
         f"string {s.string.name} fret {s.fret}, {apex * 1e3:g} mm at {at * 1e3:g} mm, {trial.modes} modes, "
-        f"{contact_rate / 1e6:g} MHz: {motion.contact_step.size} contacts{first}; "
-        f"{duration:g} s in {motion.wall_s:.2f} s -> {directory}"
+        f"{contact_rate / 1e6:g} MHz: {contacts.fret.size} contacts{first}; "
+        f"{duration:g} s in {solved.motion.wall_s:.2f} s -> {directory}"
     )
 
 
 def _solve(trial: Trial, solver: str) -> Motion:
-    """Run the solver called `solver`; the engine is loaded only if it is asked for."""
+    """Run the solver called `solver`; the engine is loaded only for itself."""
     solve: Callable[[Trial], Motion]
     if solver == "reference":
         from livebass.reference.solver import solve
@@ -101,23 +101,22 @@ def _solve(trial: Trial, solver: str) -> Motion:
         from livebass.engine.solve import solve_trial
 
         solve = solve_trial
-    solve(replace(trial, duration=1 / trial.output_rate, states=()))  # compiles, or loads what was compiled
+    solve(replace(trial, duration=1 / trial.output_rate, states=()))  # compiles, or loads the compiled code
     return solve(trial)
 
 
-def _write(files: Transaction, directory: Path, trial: Trial, motion: Motion, found: dict[str, Any]) -> None:
-    """The three files of a result."""
+def _write(files: Transaction, directory: Path, solved: Solved, found: dict[str, Any]) -> None:
+    """Write the three files of a result."""
     sound, table, result = (directory / name for name in FILES)
-    s = trial.speaking
+    trial, motion, s = solved.trial, solved.motion, solved.speaking
     moved = np.column_stack([motion.displacement_m, *([] if motion.across_m is None else [motion.across_m])])
     metres_per_unit = float(np.max(np.abs(moved))) / PEAK or 1.0
     kind = encoding(sound, round(trial.output_rate), bits="float", channels=moved.shape[1])
     writer = AudioWriter(files, sound, kind)
     writer.write((moved / metres_per_unit).astype(np.float32))
     writer.close()
-    frets = np.asarray(s.contact_fret, dtype=np.int64)
-    places = np.asarray(s.contact_position, dtype=np.float64)[motion.contact_index]
-    rows = zip(motion.contact_time_s.tolist(), frets[motion.contact_index].tolist(), places.tolist(), strict=True)
+    contacts = solved.contacts
+    rows = zip(contacts.time_s.tolist(), contacts.fret.tolist(), solved.contact_place.tolist(), strict=True)
     files.write(table, csv_text(("time_s", "fret", "position_m"), rows).encode())
     arrays = io.BytesIO()
     across: dict[str, Any] = {}
@@ -136,9 +135,9 @@ def _write(files: Transaction, directory: Path, trial: Trial, motion: Motion, fo
         linear_density_kg_per_m=s.string.linear_density,
         grid_points=s.grid_points,
         modes=trial.modes,
-        frequencies_hz=modal.frequencies(s, trial.modes),
-        dampings_per_s=modal.dampings(s, trial.modes),
-        contact_frets=frets,
+        frequencies_hz=frequencies(s, trial.modes),
+        dampings_per_s=dampings(s, trial.modes),
+        contact_frets=np.asarray(s.contact_fret, dtype=np.int64),
         contact_positions_m=np.asarray(s.contact_position, dtype=np.float64),
         contact_heights_m=np.asarray(s.contact_height, dtype=np.float64),
         contact_stiffness=s.contact_stiffness,

@@ -1,9 +1,8 @@
 """A sweep: the points of a grid computed, each kept in a file of its own, and a table and a picture of all.
 
-DIR/points/DIGEST.json is one point, named by all it depends on: a sweep that was killed goes on where it was, another
-one in the same DIR shares the points that are the same and disturbs nothing.
-
-Pictures of a sweep, as PNG and SVG: a curve over one parameter, maps over two, a row of maps over three.
+DIR/points/DIGEST.json is one point, named after all that it depends on. So a sweep that was killed goes on where it
+was, and another one in the same DIR uses the points that are the same and disturbs none. The picture is a curve over
+one parameter, a map over two, or a row of maps over three.
 """
 
 from __future__ import annotations
@@ -27,15 +26,18 @@ from livebass.report.text import csv_text, json_text, plain
 
 Results = dict[str, dict[str, float]]  # by digest
 TABLE, PICTURES, POINTS = "sweep.csv", ("sweep.png", "sweep.svg"), "points"
-STALE = 60.0  # s after which a half-written point belongs to nobody any more
+STALE = 60.0  # s after which a half-written point is left over from a killed process
+NEEDED = "the picture needs matplotlib: pip install 'livebass[plots]'; --no-picture does without"
+MOST_PANELS = 12  # in a row
+MOST_AXES = 3
 
 
-def places(directory: Path, file: Path | None = None) -> None:
-    """Make `directory` if need be, with its points. OSError where what a sweep writes could not be put in place."""
+def prepare(directory: Path, file: Path | None = None) -> None:
+    """Make `directory` and its `points` if need be. Raises OSError where a file of the sweep could not be written."""
     with Transaction() as files:
         files.directory(directory / POINTS)
-        mine = [checked_place(directory / name) for name in (TABLE, *PICTURES, f"{POINTS}/0.json")]
-        if file is not None and checked_place(file) in mine:
+        own = [checked_place(directory / name) for name in (TABLE, *PICTURES, f"{POINTS}/0.json")]
+        if file is not None and checked_place(file) in own:
             raise OutputError(f"{file}: is one of the files a sweep writes; name another")
     for left in (directory / POINTS).glob(".*.tmp-*"):  # of a killed process
         if time.time() - left.stat().st_mtime > STALE:
@@ -43,7 +45,7 @@ def places(directory: Path, file: Path | None = None) -> None:
 
 
 def found(directory: Path, points: Iterable[Point]) -> Results:
-    """Results that are there already; a file that is not what it should be counts as missing."""
+    """Read the results that are there already; a file that is damaged or of another point counts as missing."""
     results: Results = {}
     for digest in dict.fromkeys(point.digest for point in points):
         try:
@@ -60,9 +62,9 @@ def completed(
     directory: Path, points: Sequence[Point], results: Results,
     compute: Callable[[Sequence[Point]], Generator[tuple[Point, dict[str, float]]]],
 ) -> Iterator[int]:  # fmt: skip
-    """Compute what `results` lacks, keep each point in its file and in `results`; the number done so far, each time.
+    """Compute the points that `results` lacks and keep each in its file and in `results`; yields the number done.
 
-    Points that are the same, as their digest is, are computed once.
+    Points of equal digest are the same and are computed once.
     """
     missing = list({point.digest: point for point in points if point.digest not in results}.values())
     if not missing:
@@ -86,7 +88,7 @@ def table(axes: Sequence[Axis], points: Sequence[Point], results: Results) -> st
 
 
 def as_json(settings: Settings, axes: Sequence[Axis], points: Sequence[Point], results: Results) -> dict[str, Any]:
-    """All of it, for programs; NaN where a quantity has no value, which JSON has as null."""
+    """The whole sweep for programs; a quantity without a value is NaN, null in JSON."""
     return {
         "preset": settings.preset,
         "string": settings.string,
@@ -104,7 +106,7 @@ def as_json(settings: Settings, axes: Sequence[Axis], points: Sequence[Point], r
 def write(
     directory: Path, text: str, pictures: Sequence[bytes], file: Path | None, description: dict[str, Any]
 ) -> None:
-    """Table, pictures (none, or as `PICTURES`) and JSON at once, in place of those of an earlier sweep."""
+    """Write table, pictures (none, or as `PICTURES`) and JSON at once, in place of those of an earlier sweep."""
     with Transaction() as files:
         files.write(directory / TABLE, text.encode())
         for name, data in zip(PICTURES, pictures, strict=False):
@@ -128,32 +130,27 @@ def _point_text(point: Point, result: dict[str, float]) -> bytes:
 
 
 def _number(value: Any) -> float:
-    """What a file says; ValueError for what no quantity is."""
+    """A quantity as a file has it, NaN for null; ValueError for anything else that is not a number."""
     if value is None:
         return math.nan
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise ValueError(f"{value!r}: no number")
+        raise ValueError(f"{value!r}: not a number")
     return float(value)
 
 
 def _shown(value: float) -> str:
-    """The shortest text that is this number again."""
+    """The shortest text that gives the number back."""
     return repr(int(value)) if value.is_integer() and abs(value) < 1e15 else repr(value)
 
 
-NEEDED = "the picture needs matplotlib: pip install 'livebass[plots]'; --no-picture does without"
-MOST_PANELS = 12  # in a row
-MOST_AXES = 3
-
-
 def drawable(axes: Sequence[Axis]) -> bool:
-    """Whether a picture shows so many parameters and values."""
+    """True if a picture can show that many parameters and values."""
     wide = _wide(axes)
     return 1 <= len(wide) <= MOST_AXES and (len(wide) < MOST_AXES or len(wide[0].numbers) <= MOST_PANELS)
 
 
 def pictures(axes: Sequence[Axis], values: dict[str, NDArray[np.float64]], title: str) -> tuple[bytes, bytes]:
-    """PNG and SVG of `values`: by quantity, each of the shape of the grid, NaN where there is none.
+    """PNG and SVG of `values`, by quantity, each of the shape of the grid, NaN where there is none.
 
     The first of three parameters goes from panel to panel, the last two are up and across.
     """
@@ -173,7 +170,7 @@ def pictures(axes: Sequence[Axis], values: dict[str, NDArray[np.float64]], title
 
 
 def _wide(axes: Sequence[Axis]) -> list[Axis]:
-    """Those with more than one value."""
+    """The axes with more than one value."""
     return [axis for axis in axes if len(axis.numbers) > 1]
 
 
@@ -207,8 +204,8 @@ def _maps(
 
 
 def edges(axis: Axis) -> NDArray[np.float64]:
-    """Ends of the cells about each value, half way to the next, by ratios on a logarithmic axis."""
+    """Edges of the cells around the values, half way to the next one, in ratios on a logarithmic axis."""
     numbers = np.log(axis.numbers) if axis.log else np.asarray(axis.numbers, np.float64)
     half = np.diff(numbers) / 2
-    edges = np.concatenate([[numbers[0] - half[0]], numbers[:-1] + half, [numbers[-1] + half[-1]]])
-    return np.exp(edges) if axis.log else edges
+    ends = np.concatenate([[numbers[0] - half[0]], numbers[:-1] + half, [numbers[-1] + half[-1]]])
+    return np.exp(ends) if axis.log else ends

@@ -1,6 +1,7 @@
-"""Points of a sweep by processes of this machine; a process that dies costs the point it was at, and is replaced.
+"""The points of a sweep computed side by side: by processes of this machine, or by a Dask cluster.
 
-Points of a sweep on a Dask cluster, whose workers must have this very livebass; Dask computes again what is lost.
+A process that dies costs the point it was at, which is computed again by a new one; Dask does the same. The workers of
+a cluster must run this very livebass.
 """
 
 from __future__ import annotations
@@ -24,22 +25,24 @@ from typing import Any
 from livebass.experiment.grid import Point, Work, program
 from livebass.experiment.point import Result, measured
 from livebass.interrupts import hidden_from_children
+from livebass.report.progress import Say
 
-MOST_DEATHS = 3  # of processes that had nothing but the same point to do
-# Sums of several threads can be rounded otherwise than those of one.
+MOST_DEATHS = 3  # of processes that had only one and the same point to compute
+# Sums over several threads may round differently from those of one.
 ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 
 
 def compile_kernels(point: Point) -> None:
-    """Once, before several processes do it: an instant of `point`."""
+    """Compute an instant of `point`, so that the kernels are compiled once and not by every process."""
     trial = point.work.trial
     measured(replace(point.work, trial=replace(trial, duration=1 / trial.output_rate)))
 
 
-def computed(points: Sequence[Point], workers: int, say: Callable[[str], None]) -> Generator[tuple[Point, Result]]:
-    """Each of `points` with its result, as they are done. Closing the iterator ends the processes at once.
+def computed(points: Sequence[Point], workers: int, say: Say) -> Generator[tuple[Point, Result]]:
+    """Compute `points` in `workers` processes; yields each with its result as it is done.
 
-    Raises ValueError, naming the point, for one that cannot be solved, and ChildProcessError for one whose process
+    Closing the iterator ends the processes at once.
+    Raises ValueError with the name of a point that cannot be solved, and ChildProcessError for one whose process
     died `MOST_DEATHS` times with nothing else to do.
     """
     left = dict.fromkeys(points)
@@ -47,7 +50,7 @@ def computed(points: Sequence[Point], workers: int, say: Callable[[str], None]) 
         lost = yield from _together(list(left), workers, left)
         if lost:
             say(f"{len(lost)} of the points were lost with a process that died; they are computed again")
-        for point in lost:  # one by one, to know which it was
+        for point in lost:  # one by one, to find the one that kills its process
             deaths = 0
             while point in left:
                 deaths += len((yield from _together([point], 1, left)))
@@ -58,7 +61,10 @@ def computed(points: Sequence[Point], workers: int, say: Callable[[str], None]) 
 def _together(
     points: Sequence[Point], workers: int, left: dict[Point, None]
 ) -> Generator[tuple[Point, Result], None, list[Point]]:
-    """Results, taken out of `left`, until all are there or a process dies; then the points that were lost."""
+    """Yield results and take their points out of `left`, until all are done or a process dies.
+
+    Returns the points that were lost with it.
+    """
     waiting = iter(points)
     running: dict[Future[Result], Point] = {}
     with _pool(min(workers, len(points))) as submit:
@@ -94,7 +100,7 @@ def _result(point: Point, future: Future[Result]) -> Result:
 
 @contextmanager
 def _pool(workers: int) -> Iterator[Callable[[Point], Future[Result]]]:
-    """A function that hands a point to the next free process. In the end, whatever the end, none is left."""
+    """A function that hands a point to the next free process. No process outlives the block, however it is left."""
     before = set(multiprocessing.active_children())
     environment = {name: os.environ.get(name) for name in ONE_THREAD}
     executor = ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"), _begin)
@@ -118,7 +124,7 @@ def _pool(workers: int) -> Iterator[Callable[[Point], Future[Result]]]:
 
 
 def _begin() -> None:
-    """In a new process: end with the parent, even where that was killed."""
+    """Watch the parent of this new process, and end with it even if it is killed."""
     parent: Any = multiprocessing.parent_process()
 
     def follow() -> None:
@@ -128,21 +134,21 @@ def _begin() -> None:
     threading.Thread(target=follow, daemon=True).start()
 
 
-CONNECT = 5.0  # s for the scheduler to answer
-HIRE = 15.0  # s for a first worker to be there
-IDLE = 30.0  # s without a result and without a worker end a sweep
+CONNECT = 5.0  # s that the scheduler has to answer
+FIRST_WORKER = 15.0  # s that the cluster has to find a worker
+IDLE = 30.0  # s without a result and without a worker, after which the sweep ends
 AHEAD = 3  # points handed out for each thread of the cluster, so that none waits for the next
-LOUD = ("distributed", "distributed.client", "distributed.core", "distributed.comm", "tornado.application")
+LOGGERS = ("distributed", "distributed.client", "distributed.core", "distributed.comm", "tornado.application")
 ADDRESS = re.compile(r"((tcp|tls|ws|wss)://)?(\[[0-9a-fA-F:]+\]|[\w.-]+):[0-9]{1,5}")
 
 
 @contextmanager
 def connected(address: str) -> Iterator[Callable[[Sequence[Point]], Generator[tuple[Point, Result]]]]:
-    """A function that gives each point with its result, as they are done by the cluster of the scheduler at `address`.
+    """A function that computes points on the cluster of the scheduler at `address`; see `computed`.
 
-    Raises OSError where no scheduler or no worker answers, or the scheduler is lost, ValueError for what is no address,
-    and, naming the point, for one that cannot be solved, ChildProcessError for one that Dask gives up as its workers
-    die, and LookupError without the library.
+    Raises OSError where no scheduler or no worker answers, or the scheduler is lost; ValueError for a malformed
+    address, and with the name of a point that cannot be solved; ChildProcessError for a point that Dask gives up as its
+    workers die; LookupError without the library.
     """
     try:
         import dask
@@ -152,11 +158,11 @@ def connected(address: str) -> Iterator[Callable[[Sequence[Point]], Generator[tu
         raise LookupError("--scheduler needs Dask: pip install 'livebass[cluster]'") from None
     if not ADDRESS.fullmatch(address):
         raise ValueError(f"scheduler {address}: is no address such as tcp://host:8786")
-    for name in LOUD:
+    for name in LOGGERS:
         logging.getLogger(name).setLevel(logging.CRITICAL + 1)
     times = {"distributed.comm.timeouts.connect": f"{CONNECT}s", "distributed.comm.retry.count": 0}
     with warnings.catch_warnings(), dask.config.set(times):
-        warnings.simplefilter("ignore")  # of versions that differ: what matters is compared by the worker
+        warnings.simplefilter("ignore")  # about versions that differ: `measured_there` compares those that matter
         asyncio.run(_shake_hands(address))
         try:
             client = distributed.Client(address, timeout=CONNECT, set_as_default=False)
@@ -165,7 +171,7 @@ def connected(address: str) -> Iterator[Callable[[Sequence[Point]], Generator[tu
         try:
             _check(client, address)
             with client.as_current():
-                yield lambda points: _computed(client, points, address)
+                yield lambda points: _on_cluster(client, points, address)
         except (CancelledError, CommClosedError):
             raise _gone(address, "lost") from None
         finally:
@@ -173,19 +179,19 @@ def connected(address: str) -> Iterator[Callable[[Sequence[Point]], Generator[tu
 
 
 def measured_there(work: Work, wanted: str) -> Result:
-    """`sweep_point.measured` in a worker. Raises OSError where another program than the `wanted` one runs there."""
+    """`measured` in a worker of the cluster. Raises OSError where that runs another program than `wanted`."""
     import threadpoolctl
 
     if program() != wanted:
         raise OSError(f"the worker on {socket.gethostname()} has {program()}; needed is {wanted}")
-    with threadpoolctl.threadpool_limits(1):  # as in the processes of `sweep_local`, for the same rounding
+    with threadpoolctl.threadpool_limits(1):  # as in the processes of `_pool`, for the same rounding
         return measured(work)
 
 
 async def _shake_hands(address: str) -> None:
-    """Raises OSError where nobody answers, or something else than Dask: its own dashboard, with port 8787, say.
+    """Raise OSError where nothing answers, or something else than a scheduler, such as Dask's dashboard on port 8787.
 
-    A client that meets such a thing raises whatever its bytes happen to mean, and keeps a thread that asks again.
+    A client that is given such an address raises whatever the bytes happen to mean, and leaves a thread that retries.
     """
     from distributed import Security
     from distributed.comm.core import connect
@@ -201,9 +207,9 @@ async def _shake_hands(address: str) -> None:
 
 
 def _check(client: Any, address: str) -> None:
-    """A worker is there, and what it is to compute with; one that meets unknown names in a task would leave."""
+    """Raise OSError unless there is a worker and it can import this module; without it, it would quit at a task."""
     try:
-        client.wait_for_workers(1, timeout=HIRE)
+        client.wait_for_workers(1, timeout=FIRST_WORKER)
         for run in (client.run_on_scheduler, client.run):
             run(exec, f"import {__name__}")
     except ImportError as error:
@@ -212,13 +218,13 @@ def _check(client: Any, address: str) -> None:
         raise OSError(f"scheduler {address}: has no workers; start some: dask worker {address}") from None
 
 
-def _computed(client: Any, points: Sequence[Point], address: str) -> Generator[tuple[Point, Result]]:
-
+def _on_cluster(client: Any, points: Sequence[Point], address: str) -> Generator[tuple[Point, Result]]:
+    """Compute `points` on the cluster of `client`; see `computed`."""
     waiting = iter(points)
     handed_out: dict[str, Point] = {}
 
     def more() -> list[Any]:
-        """As many as the workers there are now need."""
+        """Hand out as many points as the present workers need."""
         futures = []
         wanted = AHEAD * sum(client.nthreads().values()) - len(handed_out)
         for point in islice(waiting, max(wanted, not handed_out)):
@@ -241,7 +247,7 @@ def _computed(client: Any, points: Sequence[Point], address: str) -> Generator[t
 
 
 def _some(client: Any, running: set[Any], address: str) -> set[Any]:
-    """Those of `running` that are done, at least one. OSError where scheduler or workers are gone."""
+    """Wait for at least one of `running` and return those that are done. Raises OSError once no worker is left."""
     import distributed
 
     while True:
@@ -257,7 +263,7 @@ def _gone(address: str, what: str) -> OSError:
 
 
 def _cluster_result(point: Point, future: Any) -> Result | None:
-    """None where the worker that had it died just now: it is computed again."""
+    """The result, or None if the worker that had it has just died: Dask computes it again."""
     import distributed
 
     try:

@@ -1,13 +1,12 @@
-"""From the partials of an open string to the laws it follows: f0, B and how B acts, the losses of eqs. 9 to 11.
+"""Laws through the partials of an open string, and resonances of a neck that explain what lies off them.
 
-Equation numbers: C. Issanchou et al. (2018). As in section 3.2 there, the laws serve beyond the measured partials and
-are fitted where the neck disturbs least, that is to the higher ones.
+Equation numbers: C. Issanchou et al. (2018). As in section 3.2 there, f0 and B of the partials and the losses of eqs. 9 to 11
+serve beyond the measured partials, and are fitted where the neck disturbs least, to the higher ones.
 
-Resonances of a neck from the modes of a string on it, by eqs. 8 and 9 of Issanchou et al. (2018).
-
-What a mode loses beyond air, viscoelastic and thermoelastic losses it loses to the neck: that gives Re Y at the
-frequencies of the modes. How far it lies off the law of the others gives Im Y there, less surely. Few resonances are
-sought that do both. Where modes leave a Q open, or how high a peak between two of them is, limits and a prior decide.
+What a mode loses beyond air, viscoelastic and thermoelastic losses goes into the neck: that gives Re Y at the
+frequencies of the modes. Its distance from the law of the others gives Im Y there, less surely. `fit_neck` seeks the
+fewest resonances that explain both. Where the modes leave a Q open, or the height of a peak between two of them, limits
+and a prior decide.
 """
 
 from __future__ import annotations
@@ -18,23 +17,21 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from livebass.arrays import Floats
+from livebass.arrays import Complexes, Floats, Ints
 from livebass.identify.partials import median_line
 from livebass.model import modes
 from livebass.model.instrument import STIFFNESS_LAWS, Neck, String, speaking, stretched
 from livebass.model.neck import Admittance, Resonance, detuning, neck_damping
 
-Ints = NDArray[np.int64]
-
-FEW = 10  # so many partials or fewer: the laws are fitted to all of them
-MOST_B = 0.01  # as a preset allows
-CLEARLY = 0.8  # times the other's misfit: then a law describes partials better; less may be the neck's doing
-DIAMETER_SPREAD = 0.3  # of what the base preset says: how far the losses in air may pull it
-ANGLE, ANGLE_SPREAD = 0.01, 0.5  # a delta_ve, and how many of it the fit may be off what the base preset says
-THERMOELASTIC_SPREAD = 2e-5  # 1/Q: as the known strings have 6e-6 or so
-LEAST_SHARE = 0.1  # of 1/Q: a smaller part that is left over is not ascribed to the neck
-LEAST_MISFIT, MOST_MISFIT = 0.01, 0.3  # relative: what the law leaves of 1/Q at a partial is taken to be within
-ENVELOPE = 0.02  # weight of a partial above the law over one below: the neck can only add losses
+FEW = 10  # up to this number of partials the laws are fitted to all of them
+MOST_B = 0.01  # the most a preset allows
+CLEARLY = 0.8  # ratio of misfits below which one law describes partials better: less may be the neck's doing
+DIAMETER_SPREAD = 0.3  # of the base preset's diameter: standard deviation of the prior
+ANGLE, ANGLE_SPREAD = 0.01, 0.5  # a delta_ve, and the prior's standard deviation as a multiple of it
+THERMOELASTIC_SPREAD = 2e-5  # 1/Q, standard deviation of the prior; the known strings have about 6e-6
+LEAST_SHARE = 0.1  # of 1/Q: a smaller remainder is not ascribed to the neck
+LEAST_MISFIT, MOST_MISFIT = 0.01, 0.3  # limits of what the law leaves of 1/Q at a partial, relative
+ENVELOPE = 0.02  # weight of a partial above the law relative to one below: the neck only adds losses
 
 
 @dataclass(frozen=True)
@@ -45,20 +42,21 @@ class Law:
     fundamental: float  # f0, Hz
     inharmonicity: float  # B, at least 0
     deviation: float  # relative, root mean square, of the partials it was fitted to
-    first: int  # it was fitted to partials from this number on
+    first: int  # number of the lowest partial it was fitted to
     misfit: float  # relative, mean size, of all partials
 
     def frequency(self, j: Floats | Ints) -> Floats:
-        """nu_j, Hz."""
+        """Returns nu_j (Hz) of partials j (n,)."""
         mode = np.asarray(j, np.float64)
         return np.asarray(mode * self.fundamental * stretched(self.stiffness_law, self.inharmonicity, mode))
 
 
 def fit_laws(number: Ints, frequency: Floats, base: String) -> tuple[Law, Law]:
-    """Both laws through partials `number` (n,) at `frequency` (n,), Hz: the one that describes them better comes first.
+    """Fits both laws to partials `number` (n,) at `frequency` (n,), Hz: the one that describes them better comes first.
 
-    That is the law of `base` unless all partials together are nearer to the other by `CLEARLY`. With `FEW` partials or
-    fewer the neck hides what B does to them, and B is that of `base`. Raises ValueError for fewer than two partials.
+    That is the law of `base` unless the misfit of all partials by the other is below `CLEARLY` times as large. With
+    `FEW` partials or fewer the neck hides the effect of B, and B is that of `base`. Raises ValueError for fewer than
+    two partials.
     """
     few = number.size <= FEW
     known = base.inharmonicity if few else None
@@ -70,9 +68,9 @@ def fit_laws(number: Ints, frequency: Floats, base: String) -> tuple[Law, Law]:
 
 
 def fit_law(number: Ints, frequency: Floats, law: str, known: float | None = None) -> Law:
-    """The `law`, "hinged" or "paper", through partials `number` (n,) at `frequency` (n,), Hz.
+    """Fits `law`, "hinged" or "paper", to partials `number` (n,) at `frequency` (n,), Hz.
 
-    Medians over pairs of the upper half of them, as single partials are drawn aside by resonances of the neck. B is
+    By medians over pairs of the upper half of them, because resonances of the neck draw single partials aside. B is
     `known` if given. Raises ValueError for fewer than two partials.
     """
     if number.size < 2:
@@ -93,7 +91,7 @@ def fit_law(number: Ints, frequency: Floats, law: str, known: float | None = Non
 
 @dataclass(frozen=True)
 class Losses:
-    """The terms of 1/Q, eq. 9."""
+    """Terms of 1/Q, eq. 9."""
 
     diameter: float  # m, d_eq of eq. 10
     viscoelastic_angle: float  # delta_ve of eq. 11
@@ -102,13 +100,13 @@ class Losses:
 
 
 def fit_losses(string: String, neck: Neck, number: Ints, damping: Floats, deviation: Floats) -> Losses:
-    """The losses of `string`, whose f0, B and tension are fitted already, from the dampings of partials `number`.
+    """Fits the losses of `string`, whose f0, B and tension are fitted already, to the dampings of partials `number`.
 
-    damping, deviation (n,), 1/s. 1/Q is a sum of terms each proportional to one of the unknowns. What the neck takes is
-    none of them and never negative: a partial above the law counts less than one below it, by `ENVELOPE`, so the law
-    runs along the lower edge. What is left of 1/Q above it, where it is more than two deviations and a tenth, is the
-    conductance of the neck at that partial. What the partials hardly tell, such as the thermoelastic term or, with few
-    of them, delta_ve, stays near what `string` says.
+    number, damping, deviation (n,): damping and its standard deviation in 1/s. 1/Q is a sum of terms, each proportional
+    to one of the unknowns, and of the neck's, which is never negative: a partial above the law counts less than one
+    below it, by `ENVELOPE`, so that the law runs along the lower edge. What is left of 1/Q above the law is the neck's
+    conductance at that partial, if it is more than two deviations and a tenth of 1/Q. Terms that the partials hardly
+    determine, such as the thermoelastic one or, with few partials, delta_ve, stay near those of `string`. Needs SciPy.
     """
     s = speaking(string, replace(neck, admittance=Admittance()), 0)
     nominal = modes.law_frequencies(s, number.astype(np.float64), string.nominal_fundamental)
@@ -144,12 +142,12 @@ def fit_losses(string: String, neck: Neck, number: Ints, damping: Floats, deviat
 
 
 def _upper(count: int) -> NDArray[np.bool_]:
-    """Which of `count` partials the laws are fitted to."""
+    """Mask (count,) of the partials that the laws are fitted to."""
     return np.arange(count) >= (count // 2 if count > FEW else 0)
 
 
 def _envelope(columns: Floats, goal: Floats, spread: Floats, known: Floats) -> Floats:
-    """x (3,) with columns @ x along the lower edge of `goal` (n,), given to within `spread`, and near `known` (3,)."""
+    """x (3,), near `known` (3,), with columns @ x along the lower edge of `goal` (n,), whose deviation is `spread`."""
     from scipy.optimize import lsq_linear
 
     prior = np.diag([1 / DIAMETER_SPREAD, 1 / ANGLE_SPREAD, 1.0])
@@ -166,27 +164,25 @@ def _envelope(columns: Floats, goal: Floats, spread: Floats, known: Floats) -> F
     return x
 
 
-Complexes = NDArray[np.complex128]
-
-CLOSE = 0.065  # relative: how well the dampings are to be met, root mean square
+CLOSE = 0.065  # relative misfit of the dampings to be reached, root mean square
 MOST = 24  # resonances
-SCATTER = 2e-4  # relative: modes lie off their law by so much for other reasons
+SCATTER = 2e-4  # relative distance of modes from their law for other reasons than the neck
 USUAL_QUALITY, TRIED = 30.0, (12.0, 20.0, 35.0, 60.0)  # Q, and those tried for a new resonance
 QUALITY = (8.0, 150.0)
 MOST_CONDUCTANCE = 0.04  # m/s/N, of one resonance at its peak: as high as figure 3 (c) goes
-OPEN = 0.05  # what a Q e times off the usual one counts as, of misfit ...
-PLACE = 0.01  # ... and a resonance a mode's distance off the nearest mode
+OPEN = 0.05  # misfit that a Q e times off the usual one counts as ...
+PLACE = 0.01  # ... and a resonance one mode's distance off the nearest mode
 EVALUATIONS = 400  # of the misfit at most in a least-squares search: with fewer, rounding decides how many are found
-KEPT = 0.02  # of the squared misfit: a neck to begin with stays if refining it gains less
+KEPT = 0.02  # of the squared misfit: a neck given to begin with stays if refining it gains less
 GRID = 6  # places tried from one mode to the next
 
 
 @dataclass(frozen=True)
 class NeckFit:
-    """Resonances at the nut, and how well they meet the modes they were fitted to.
+    """Resonances at the nut, and the modes they were fitted to.
 
-    A preset's notes have their modes where its law puts them, not where those of the open string were measured: that is
-    what `played` and the deviations from the string's own law are for.
+    A preset's stopped notes have their modes where its law puts them, not where those of the open string were measured:
+    `played` and the distances from the string's own law tell how well the neck serves there.
     """
 
     resonances: tuple[Resonance, ...]  # ascending in frequency, shapes 1, 2, 3 ...
@@ -195,34 +191,34 @@ class NeckFit:
     law: Floats  # (n,), 1/s, without the neck
     fitted: Floats  # (n,), 1/s, with it at the measured frequencies ...
     played: Floats  # (n,), 1/s, ... and at those of the string's law
-    scatter: float  # relative, root mean square: how far the modes lie off their law with best f0 and B ...
-    left: float  # ... and how far with the neck's part of eq. 8 taken out
+    scatter: float  # distance of the modes from their law with best f0 and B, relative, root mean square ...
+    left: float  # ... and with the neck's part of eq. 8 taken out
     own_scatter: float  # the same with the f0 and B of the string ...
-    own_left: float  # ... and the neck's part taken out
+    own_left: float  # ... and with the neck's part taken out
 
     @property
     def deviation(self) -> float:
-        """Root mean square of the relative misfit of the dampings, of those modes that lose to the neck at all."""
+        """Relative misfit of the dampings, root mean square over the modes that lose to the neck."""
         return _deviation(self.fitted / self.damping - 1, self.damping > self.law)
 
     @property
     def deviation_played(self) -> float:
-        """The same of `played`."""
+        """Relative misfit of `played`, root mean square over the modes that lose to the neck."""
         return _deviation(self.played / self.damping - 1, self.damping > self.law)
 
     @property
     def below(self) -> tuple[int, ...]:
-        """Modes damped less than the law alone has it: no neck, which only takes, can meet these."""
+        """Numbers of the modes damped less than by the law alone: a neck can only add losses."""
         return tuple(int(j) for j in np.flatnonzero(self.damping < self.law) + 1)
 
 
 def fit_neck(string: String, close: float = CLOSE, most: int = MOST, start: tuple[Resonance, ...] = ()) -> NeckFit:
-    """The fewest resonances, up to `most`, that meet the measured dampings of `string` to within `close`.
+    """Finds the fewest resonances, up to `most`, that meet the measured dampings of `string` to within `close`.
 
-    One after the other is added where it helps most, and all are refined by least squares each time. The least is
-    shallow: another rounding finds others, as good. A neck to `start` from is kept as it is if refining it gains less
-    than `KEPT`, so that a neck that was found once is found again. Raises ValueError for a string with fewer than four
-    measured modes. Needs SciPy: pip install 'livebass[analysis]'.
+    `close` is relative, root mean square. Resonances are added one by one where they help most, and all are refined by
+    least squares each time. The minimum is flat: another rounding leads to others, as good. A neck to `start` from is
+    kept as it is if refining it gains less than `KEPT`, so that a neck found once is found again. Raises ValueError for
+    a string with fewer than four measured modes. Needs SciPy: pip install 'livebass[analysis]'.
     """
     if len(string.measured_dampings) < 4:
         raise ValueError(f"string {string.name}: {len(string.measured_dampings)} measured modes, 4 are needed")
@@ -248,14 +244,14 @@ def fit_neck(string: String, close: float = CLOSE, most: int = MOST, start: tupl
 
 
 def _logarithms(resonances: tuple[Resonance, ...]) -> Floats:
-    """`resonances` as the x of a problem."""
+    """Returns `resonances` as the x of a `_Problem`."""
     rows = [(r.frequency, r.quality, r.quality / (2 * math.pi * r.frequency * r.mass)) for r in resonances]
     return np.log(np.array(rows).reshape(-1, 3))
 
 
 @dataclass(frozen=True)
 class _Problem:
-    """x (resonances, 3): logarithms of frequency (Hz), Q and Re Y at the peak (m/s/N)."""
+    """Measured modes. x (resonances, 3) are logarithms of frequency (Hz), Q and Re Y at the peak (m/s/N)."""
 
     nu: Floats  # (n,), Hz
     sigma: Floats  # (n,), 1/s
@@ -269,18 +265,18 @@ class _Problem:
         return np.arange(1.0, self.nu.size + 1)
 
     def neck(self, x: Floats) -> Floats:
-        """What the neck adds to sigma, (n,), 1/s."""
+        """Damping that the neck adds, (n,), 1/s."""
         return neck_damping(_admittance(x, self.nu), self.impedance, self.fundamental)
 
     def misfit(self, x: Floats) -> Floats:
-        """Relative, (n,); a mode the neck cannot meet, damped less than the law, asks for none of it."""
+        """Misfit of the dampings, (n,), relative; a mode damped less than the law is met by no neck's losses at all."""
         return np.asarray((self.law + self.neck(x) - np.maximum(self.sigma, self.law)) / self.sigma)
 
     def deviation(self, x: Floats) -> float:
         return _deviation(self.misfit(x), self.sigma > self.law)
 
     def aside(self, x: Floats) -> Floats:
-        """Relative, (n,): how far the modes lie off their best law, with the neck's part taken out."""
+        """Distance of the modes from their best law, (n,), relative, with the neck's part taken out."""
         harmonic = self.number * self.fundamental
         off = self.nu / harmonic - detuning(_admittance(x, harmonic), self.impedance, self.number)
         power = 1 if self.stiffness_law == "paper" else 2  # of `off`, which is a straight line over j^2
@@ -289,22 +285,22 @@ class _Problem:
         return np.asarray(off - basis @ (basis.T @ off))
 
     def misfits(self, x: Floats) -> Floats:
-        """Of dampings and frequencies, (2 n,), as many times their scatter."""
+        """Misfits of dampings and frequencies, (2 n,), both on the scale of the dampings'."""
         return np.concatenate([self.misfit(x), self.aside(x) * CLOSE / SCATTER])
 
     def cost(self, x: Floats) -> float:
-        """What a least-squares search makes least."""
+        """Sum of squares that the least-squares search minimises."""
         return float(np.sum(self.misfits(x) ** 2) + np.sum(self.prior(x) ** 2))
 
     def dictionary(self) -> tuple[Floats, Floats]:
-        """Resonances of all places and some Qs, (m, 3), and what 1 m/s/N of each adds to the misfits, (m, 2 n)."""
+        """Resonances at all places and Qs tried, (m, 3), and what 1 m/s/N of each adds to the misfits, (m, 2 n)."""
         places = np.arange(self.nu[0], self.nu[-1], self.nu[0] / GRID)
         units = np.array([[math.log(f), math.log(q), 0.0] for f in places for q in TRIED])
         none = self.misfits(units[:0])
         return units, np.array([self.misfits(unit[None]) - none for unit in units])
 
     def with_another(self, x: Floats, dictionary: tuple[Floats, Floats]) -> Floats:
-        """The resonance of the dictionary that, as strong as is best, leaves least."""
+        """x and the resonance of the dictionary that, at its best strength, leaves the least misfit."""
         units, columns = dictionary
         rest = self.misfits(x)
         strength = np.clip(-(columns @ rest) / np.sum(columns**2, axis=1), 1e-9, MOST_CONDUCTANCE)
@@ -312,7 +308,7 @@ class _Problem:
         return np.vstack([x, units[best] + [0.0, 0.0, math.log(strength[best])]])
 
     def refined(self, x: Floats) -> Floats:
-        """All of them moved to where they leave least."""
+        """x moved to the least misfit."""
         from scipy.optimize import least_squares
 
         low = np.log([0.9 * self.nu[0], QUALITY[0], 1e-10])
@@ -327,13 +323,13 @@ class _Problem:
         return np.asarray(least_squares(residuals, start, bounds=ends, max_nfev=EVALUATIONS).x.reshape(-1, 3))
 
     def prior(self, x: Floats) -> Floats:
-        """Q near the usual one; and resonances near modes, which are all the string tells of."""
+        """Misfits of Q from the usual one, and of resonances from the nearest mode: the modes tell of nothing else."""
         away = np.min(np.abs(np.exp(x[:, :1]) - self.nu), axis=1) / self.nu[0]
         return np.concatenate([OPEN * (x[:, 1] - math.log(USUAL_QUALITY)), PLACE * away])
 
 
 def _rigid(string: String) -> Neck:
-    """A rigid neck with any frets: the open string has none."""
+    """Returns a rigid neck with any frets: an open string touches none."""
     return Neck((string.length / 2,), (-1.0,))
 
 

@@ -1,9 +1,7 @@
-"""A plucked open string, identified from recordings: its partials, f0 and B, and what its losses are.
+"""Identifies a plucked open string from recordings, and writes what was found as text, JSON, CSV or a preset.
 
-Section 3.2 of C. Issanchou et al. (2018): the frequencies and dampings of the partials by a high-resolution method over
-several takes, then the models of section 2.2 through them.
-
-What was identified, as a preset file, a table to read, JSON and CSV.
+After section 3.2 of C. Issanchou et al. (2018): frequencies and dampings of the partials by a high-resolution method
+over several takes, then the models of section 2.2 through them.
 """
 
 from __future__ import annotations
@@ -16,13 +14,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from livebass.analysis.sound import fundamental
+from livebass.arrays import Ints
 from livebass.identify.fit import FEW, Law, Losses, NeckFit, fit_laws, fit_losses
 from livebass.identify.partials import Found, Partial, RecordingError, Take, combine, find_takes, read_recording, track
-from livebass.model import modes as modal
 from livebass.model.instrument import Instrument, Neck, String, note_frequency, speaking
+from livebass.model.modes import dampings, frequencies
 from livebass.model.neck import Admittance, Resonance
 from livebass.preset.build import Builder
 from livebass.preset.checks import RESONANCE_KEYS, TABLE_KEYS
@@ -30,25 +28,25 @@ from livebass.preset.load import preset_source
 from livebass.report.text import columns, csv_text, json_text, plain
 from livebass.units import cents, note_name, note_number
 
-PITCHES = (25.0, 500.0)  # Hz, looked for where nothing is known
+PITCHES = (25.0, 500.0)  # Hz, if neither note nor string is given
 SEMITONE = 2 ** (1 / 12)
-PERIODS = 20  # a take has at least as many
-FEWEST = 4  # partials
-SPREAD = 0.02  # of f0: partials that scatter more belong to something else
+PERIODS = 20  # of a take, at least
+FEWEST = 4  # partials of a take
+SPREAD = 0.02  # of f0: partials that scatter more are not of one string
 
 
 @dataclass(frozen=True)
 class Identified:
-    """An open string as it was heard."""
+    """An open string as recordings tell it."""
 
-    string: String  # of the base preset with all that was measured and fitted
+    string: String  # of the base preset, with everything measured and fitted
     conductance: tuple[tuple[float, float], ...]  # (Hz, m/s/N) of the neck under it; empty: none found
     partials: tuple[Found, ...]
     law: Law  # that describes the partials better ...
     other: Law  # ... than this one
     takes: tuple[Take, ...]
     rejected: int  # takes of another pitch, too short, or without enough partials
-    missing: tuple[int, ...]  # partials below the highest that were not found: `string` has the law's values
+    missing: tuple[int, ...]  # partials below the highest that were not found: `string` has values of the laws
 
 
 def identify(
@@ -63,12 +61,12 @@ def identify(
     duration: float = 5.0,
     channel: int | None = None,
 ) -> Identified:
-    """The open string that is plucked, alone, in every note of the recordings `paths`.
+    """Identifies the open string that is plucked, alone, in every note of the recordings `paths`.
 
-    string: name of the one of `bass` it is; left out, the one that is tuned nearest. note (MIDI) or f0 (Hz, to a
-    semitone): its pitch, which is found if neither is given. modes: the most partials looked for. Each note is used
-    from `start` (s) after its attack for `duration` (s) at most; channel, from 1, or None for the loudest. Raises
-    ValueError, one line, for a recording that cannot be used, and LookupError for a string the bass has not. Needs
+    string: its name in `bass`; by default the one tuned nearest. note (MIDI) or f0 (Hz, to a semitone): its pitch; by
+    default it is found. modes: the most partials to look for. start, duration: each note is used from `start` (s) after
+    its attack, for `duration` (s) at most. channel: from 1; by default the loudest. Raises RecordingError, a ValueError
+    with one line, for recordings that cannot be used, and LookupError for a string that the bass does not have. Needs
     SciPy. [main thread]
     """
     known = bass.strings[bass.string_index(string)] if string is not None else None
@@ -92,7 +90,7 @@ def identify(
 
 
 def nearest_string(bass: Instrument, frequency: float) -> String:
-    """The string of `bass` whose open note is nearest to `frequency` (Hz). RecordingError beyond a semitone."""
+    """Returns the string of `bass` tuned nearest to `frequency` (Hz); raises RecordingError beyond a semitone."""
     best = min(bass.strings, key=lambda s: abs(cents(frequency / note_frequency(s.open_note))))
     _check_pitch(best, frequency, ", ".join(f"{s.name} {note_name(s.open_note)}" for s in bass.strings))
     return best
@@ -100,17 +98,19 @@ def nearest_string(bass: Instrument, frequency: float) -> String:
 
 def _check_pitch(string: String, frequency: float, all_strings: str = "") -> None:
     if abs(cents(frequency / note_frequency(string.open_note))) > 100:
-        are = f"are {all_strings}" if all_strings else f"is {note_name(string.open_note)}"
+        strings = (
+            f"the open strings ({all_strings})" if all_strings else f"the open string ({note_name(string.open_note)})"
+        )
         raise RecordingError(
-            f"the note is {frequency:.2f} Hz, more than a semitone from an open string, which {are}; only open strings "
-            "can be identified; for another tuning give --string and --note"
+            f"the note is {frequency:.2f} Hz, more than a semitone from {strings}; only open strings can be "
+            "identified; for another tuning give --string and --note"
         )
 
 
 def _takes(
     paths: Sequence[Path], start: float, duration: float, channel: int | None, hint: float | None
 ) -> tuple[list[Take], float, int]:
-    """All takes long enough of one pitch, that pitch, Hz, and how many takes there are."""
+    """The takes of one pitch that are long enough, that pitch (Hz), and the number of all takes."""
     if not paths:
         raise RecordingError("no recording")
     takes: list[Take] = []
@@ -142,7 +142,7 @@ def _takes(
 
 
 def _pitch(take: Take, low: float, high: float) -> float | None:
-    """Median pitch of the first 1.5 s, Hz, or None."""
+    """Median pitch (Hz) of the first 1.5 s; None if there is none."""
     try:
         heard = fundamental(take.sound[: round(1.5 * take.rate)], take.rate, low, high, threshold=0.2).frequency_hz
     except ValueError:  # too short
@@ -152,7 +152,7 @@ def _pitch(take: Take, low: float, high: float) -> float | None:
 
 
 def _plausible(partials: Sequence[Partial], pitch: float) -> bool:
-    """Whether these are partials of one string: enough, near multiples of one frequency, and not only even ones."""
+    """True if these are partials of one string: enough of them, near multiples of f0, and not only every second."""
     low = [p for p in partials if p.number <= 12]
     if len(partials) < FEWEST or len(low) < 3 or math.gcd(*(p.number for p in low)) > 1:
         return False
@@ -168,12 +168,12 @@ def _why_not(tracks: Sequence[Sequence[Partial]], paths: Sequence[Path], pitch: 
     return f"{name}: what sounds is not one string near {pitch:.2f} Hz; give its pitch with --note or --f0"
 
 
-def _numbers(found: Sequence[Found]) -> NDArray[np.int64]:
+def _numbers(found: Sequence[Found]) -> Ints:
     return np.array([p.number for p in found], np.int64)
 
 
 def _tuned(base: String, law: Law, note: int | None) -> String:
-    """`base` with the f0 and B found; its tension is what they need, as in table 1 of the paper."""
+    """`base` with the f0 and B found, and the tension that they need, as in table 1 of the paper."""
     string = replace(base, open_note=base.open_note if note is None else note)
     _check_pitch(string, law.fundamental)
     tension = base.linear_density * (2 * base.length * law.fundamental) ** 2
@@ -187,29 +187,27 @@ def _tuned(base: String, law: Law, note: int | None) -> String:
 def _identified(
     fitted: String, losses: Losses, found: list[Found], laws: tuple[Law, Law], takes: list[Take], rejected: int
 ) -> Identified:
-    """Measured modes without a gap: what was not found follows the law."""
+    """The result, with measured modes without a gap: partials that were not found follow the laws."""
     fitted = replace(
         fitted, diameter=losses.diameter, viscoelastic_angle=losses.viscoelastic_angle,
         thermoelastic=losses.thermoelastic,
     )  # fmt: skip
     table = Admittance(table=tuple((nu, y, 0.0) for nu, y in losses.conductance))
-    neck = Neck((fitted.length / 2,), (-1.0,), admittance=table)  # any frets: the open string has none
+    neck = Neck((fitted.length / 2,), (-1.0,), admittance=table)  # any frets: an open string touches none
     count = found[-1].number
     s = speaking(fitted, neck, 0)
-    frequencies, dampings = modal.frequencies(s, count), modal.dampings(s, count)
+    nu, sigma = frequencies(s, count), dampings(s, count)
     for p in found:
-        frequencies[p.number - 1], dampings[p.number - 1] = p.frequency, p.damping
+        nu[p.number - 1], sigma[p.number - 1] = p.frequency, p.damping
     have = {p.number for p in found}
     missing = tuple(j for j in range(1, count + 1) if j not in have)
-    for j in missing:  # between neighbours a law's value may not fit
-        below = frequencies[j - 2] if j > 1 else 0.0
+    for j in missing:  # the law's value may not lie between the neighbours
+        below = nu[j - 2] if j > 1 else 0.0
         above = next(p.frequency for p in found if p.number > j)
         gap = next(p.number for p in found if p.number > j) - j + 1
-        if not below < frequencies[j - 1] < above:
-            frequencies[j - 1] = below + (above - below) / gap
-    string = replace(
-        fitted, measured_frequencies=tuple(map(float, frequencies)), measured_dampings=tuple(map(float, dampings))
-    )
+        if not below < nu[j - 1] < above:
+            nu[j - 1] = below + (above - below) / gap
+    string = replace(fitted, measured_frequencies=tuple(map(float, nu)), measured_dampings=tuple(map(float, sigma)))
     return Identified(string, losses.conductance, tuple(found), *laws, tuple(takes), rejected, missing)
 
 
@@ -221,7 +219,7 @@ COLUMNS = (
 
 
 def rows(result: Identified) -> list[dict[str, float | None]]:
-    """A row a partial, by `COLUMNS`; None where there is no value. u95: expanded uncertainty, 95 %."""
+    """Returns a row for each partial, by `COLUMNS`; None is no value. u95: expanded uncertainty, 95 %."""
     law = result.law.frequency(np.array([p.number for p in result.partials]))
     return [
         dict(zip(COLUMNS, plain(_row(p, float(nu))), strict=True)) for p, nu in zip(result.partials, law, strict=True)
@@ -237,12 +235,12 @@ def _row(p: Found, law: float) -> tuple[float, ...]:
 
 
 def partials_csv(result: Identified) -> str:
-    """The partials, comma-separated, with a head."""
+    """Returns the partials as comma-separated values under a head."""
     return csv_text(COLUMNS, ([None if v is None else f"{v:.9g}" for v in row.values()] for row in rows(result)))
 
 
 def identified_json(result: Identified, resonances: Sequence[Resonance] = ()) -> str:
-    """All of it; keys carry their units."""
+    """Returns everything as JSON; keys carry their units."""
     s, law = result.string, result.law
     data = {
         "string": s.name,
@@ -270,7 +268,7 @@ def identified_json(result: Identified, resonances: Sequence[Resonance] = ()) ->
 
 
 def table(result: Identified) -> str:
-    """The partials and the laws through them, to be read."""
+    """Returns the partials and the laws through them as text."""
     several = len(result.takes) > 1
     shown = [("partial", "Hz", "+-", "1/s", "+-", "T60 s", "dB", "off law", *(["takes"] if several else []))]
     beside = ["beside it"]
@@ -294,26 +292,26 @@ def table(result: Identified) -> str:
         f"thermoelastic {s.thermoelastic:.2g}, " + _neck(result),
     ]
     if result.missing:
-        lines.append(f"not found: {', '.join(map(str, result.missing))}; the law stands in for them")
+        lines.append(f"not found: {', '.join(map(str, result.missing))}; the preset takes them from the laws")
     return "\n".join(lines) + "\n"
 
 
 def neck_table(fit: NeckFit) -> str:
-    """The resonances, and how well they meet the partials, to be read."""
+    """Returns the resonances, and how well they meet the partials, as text."""
     cells = [(f"{r.frequency:.2f}", f"{r.quality:.1f}", f"{r.mass:.3g}") for r in fit.resonances]
     lines = columns([("neck Hz", "Q", "kg"), *cells], left=0)
     lines.append(
-        f"with them the dampings are met to {100 * fit.deviation:.1f} % rms, and the partials lie "
-        f"{1e6 * fit.left:.0f} ppm off their law, {1e6 * fit.scatter:.0f} ppm without"
+        f"these resonances meet the dampings to {100 * fit.deviation:.1f} % rms; with them the partials lie "
+        f"{1e6 * fit.left:.0f} ppm off their law, without {1e6 * fit.scatter:.0f} ppm"
     )
     if fit.below:
         numbers = ", ".join(map(str, fit.below))
-        lines.append(f"damped less than the string alone by its law, which no neck can do: partials {numbers}")
+        lines.append(f"partials damped less than by the laws of the string alone, which no neck can do: {numbers}")
     return "\n".join(lines) + "\n"
 
 
 def _which_law(result: Identified) -> str:
-    """The law of partials that was taken, and how much better it describes them all than the other."""
+    """Says which law of partials was taken, and how far all of them lie off it and off the other."""
     better, other = result.law, result.other
     if len(result.partials) <= FEW:
         return f"law of partials: {better.stiffness_law}, as in the preset, {len(result.partials)} partials do not tell"
@@ -331,28 +329,28 @@ def _neck(result: Identified) -> str:
 def new_preset(
     base: str, old: str, result: Identified, sources: Sequence[Path], resonances: Sequence[Resonance] = ()
 ) -> str:
-    """The text of preset `base` with its string `old` as it was identified from the files `sources`.
+    """Returns the text of preset `base` with its string `old` as identified from the files `sources`.
 
-    The neck under it is that of the `resonances`, or, without any, a table of what was found at the partials.
-    Everything else, comments too, stays. Raises PresetError where the result is no preset: a string that the law damps
-    beyond critical, or a pitch out of order. Needs tomlkit: pip install 'livebass[analysis]'.
+    The neck under it has the `resonances`, or, without any, a table of the conductance found at the partials.
+    Everything else stays, comments included. Raises PresetError if the result is no valid preset: the laws damp a mode
+    beyond critical, or a pitch is out of order. Needs tomlkit: pip install 'livebass[analysis]'.
     """
     import tomlkit
 
     label, text = preset_source(base)
     document: Any = tomlkit.parse(text)
-    table_: Any = next(s for s in document["string"] if s["name"].casefold() == old.casefold())
+    target: Any = next(s for s in document["string"] if s["name"].casefold() == old.casefold())
     s = result.string
     files = ", ".join("".join(c for c in p.name if c.isprintable()) for p in sources)
     for name in ("core_diameter", "core_modulus", "stiffness_ratio", "extra_damping", "extra_damping_slope"):
-        table_.pop(name, None)
+        target.pop(name, None)
 
-    below = _cut_end(table_)
-    for name, value in _values(s, table_["open_note"]).items():
-        _put(table_, name, value)
-    _put_neck(document, table_, result, resonances)
+    below = _cut_end(target)
+    for name, value in _values(s, target["open_note"]).items():
+        _put(target, name, value)
+    _put_neck(document, target, result, resonances)
     if below:
-        table_.value.body.extend((None, item) for item in below)
+        target.value.body.extend((None, item) for item in below)
     document["description"] = f"String {old} identified from {files}; the rest is {label}"[:500]
     head = f"# String {old} is identified from {files}, where marked so. The rest is {label}.\n"
     done = head + tomlkit.dumps(document)
@@ -364,7 +362,7 @@ def new_preset(
 
 
 def _cut_end(table: Any) -> list[Any]:
-    """Take away, and return, the blank lines and comments that end a table: they belong to what follows it."""
+    """Removes and returns the blank lines and comments that end a table: they belong to the next one."""
     body = getattr(table.value, "body", [])
     cut: list[Any] = []
     while body and body[-1][0] is None:
@@ -373,7 +371,7 @@ def _cut_end(table: Any) -> list[Any]:
 
 
 def _put(target: Any, name: str, value: str) -> None:
-    """Set a key of a table to a value in TOML, marked."""
+    """Sets a key of a table to a value in TOML, with the comment MARK."""
     import tomlkit
 
     target[name] = tomlkit.parse(f"x = {value}")["x"]
@@ -382,7 +380,7 @@ def _put(target: Any, name: str, value: str) -> None:
 
 
 def _put_neck(document: Any, string: Any, result: Identified, resonances: Sequence[Resonance]) -> None:
-    """What the neck takes under this string alone; none of it where the preset has some and none was found."""
+    """Sets the neck under this string alone; to a rigid one if nothing was found and the preset had something."""
     pairs = result.conductance
     if not pairs and not resonances:
         given = {**document.get("neck", {}), **string.get("neck", {})}
@@ -417,7 +415,7 @@ def _resonance_keys(resonances: Sequence[Resonance]) -> dict[str, str]:
 
 
 def _values(s: String, open_note: Any) -> dict[str, str]:
-    """Keys of the string, in TOML."""
+    """Keys of the string with their values in TOML."""
     note = {} if note_number(open_note) == s.open_note else {"open_note": f'"{note_name(s.open_note)}"'}
     return note | {
         "tension": f'"{s.tension:.6g} N"',
@@ -433,7 +431,7 @@ def _values(s: String, open_note: Any) -> dict[str, str]:
 
 
 def _array(unit: str, values: Sequence[float], digits: str) -> str:
-    """Quantities of one unit, eight a line."""
+    """An array of quantities of one unit in TOML, eight a line."""
     shown = [format(v, digits) for v in values]
     lines = ["    " + ", ".join(shown[i : i + 8]) + ",\n" for i in range(0, len(shown), 8)]
     return f'{{unit = "{unit}", values = [\n{"".join(lines)}]}}'

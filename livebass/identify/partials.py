@@ -1,22 +1,18 @@
-"""Recordings of plucked notes, cut into takes: from a little after a note begins to where it is stopped.
+"""Partials of a plucked string: notes cut from recordings, the damped sines in them, and medians over several notes.
 
-Frequencies and dampings of the damped sines in a narrow band of a sound, by ESPRIT.
+A note, cut from a little after its attack to where it is stopped, is a take. Partial j of a take is looked for near
+j f0 (1 + B j^2 / 2), eq. 8 of C. Issanchou et al. (2018), with f0 and B from the partials found before it, in a band
+that suits its decay. Some may be missing, where the string was plucked or is heard at a node. `combine` makes one list
+of the partials of several takes: medians, and their scatter.
 
-A sum of damped exponentials z_k^n makes a Hankel matrix whose column space, read one row lower, is itself times a
-small matrix with the eigenvalues z_k: R. Roy, A. Paulraj and T. Kailath, IEEE Trans. Acoust. Speech Signal Process. 34
-(1986), 1340-1342. How many there are is told by how well that holds, ESTER: R. Badeau, B. David and G. Richard, IEEE
-Trans. Signal Process. 54 (2006), 450-458.
+The damped sines in a band are found by ESPRIT. A sum of damped exponentials z_k^n makes a Hankel matrix whose column
+space, read one row lower, is itself times a small matrix with the eigenvalues z_k: R. Roy, A. Paulraj and T. Kailath,
+IEEE Trans. Acoust. Speech Signal Process. 34 (1986), 1340-1342. Their number is the one for which that holds best,
+ESTER: R. Badeau, B. David and G. Richard, IEEE Trans. Signal Process. 54 (2006), 450-458.
 
-A band is cut out by shifting its centre to 0 Hz, filtering and keeping one sample in many. Only samples for which the
-filter lies within the sound are used: an exponential then leaves it as the same exponential, times a known factor, so
-the filter adds no error at the beginning of the note.
-
-The partials of a plucked string in a sound: numbered, one after the other, each in a band that fits its decay.
-
-Partial j is looked for near j f0 (1 + B j^2 / 2), eq. 8 of C. Issanchou et al. (2018), with f0 and B from the partials
-found before it. Some may be missing, where the string was plucked or is heard at a node.
-
-One list of partials from several takes of the same string: medians, and how far the takes differ.
+A band is cut out by shifting its centre to 0 Hz, filtering, and keeping one sample in many. Only samples for which the
+filter lies within the sound are used: an exponential leaves it as the same exponential times a known factor, so the
+filter adds no error at the beginning of the note.
 """
 
 from __future__ import annotations
@@ -31,28 +27,25 @@ from pathlib import Path
 import numpy as np
 import soundfile
 from numpy.lib.stride_tricks import sliding_window_view
-from numpy.typing import NDArray
 
 from livebass.analysis.motion import t60
-from livebass.arrays import Floats
+from livebass.arrays import Complexes, Floats
 
 LONGEST = 1200.0  # s of recording
 RATES = (8_000, 400_000)  # Hz
 SILENCE = 1e-7  # of full scale: less than a bit of 24
 FRAME, HOP = 0.030, 0.005  # s, of the level: a frame holds a period of the low E, 24 ms
-BEFORE = 0.05  # s: a note is louder than in the time before it ...
-RISE, DEEPEST = 10.0, 40.0  # dB ... by so much, and not so much softer than the loudest
-CUT = 20.0  # dB below the loudest, at least, a note has that the beginning of the file cuts into
+BEFORE, RISE = 0.05, 10.0  # s, dB: a note begins where the level rises by RISE within BEFORE ...
+DEEPEST = 40.0  # dB ... to no more than this below the loudest
+CUT = 20.0  # dB below the loudest: a file that begins louder begins within a note
 APART = 0.2  # s, from one note to the next
 MARGIN = 0.02  # s, left out before the next note
-STOPPED, STEEPER = (
-    12.0,
-    4.0,
-)  # a note is stopped where it falls by so many dB in 0.1 s, so many times as in those before
+# A note is stopped where it falls by STOPPED dB in 0.1 s, and STEEPER times as fast as in the 0.1 s before.
+STOPPED, STEEPER = 12.0, 4.0
 
 
 class RecordingError(ValueError):
-    """A recording that cannot be used: one line with the name of the file and the reason."""
+    """A recording cannot be used; one line with the name of the file and the reason."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +59,7 @@ class Recording:
 
 @dataclass(frozen=True)
 class Take:
-    """A note, from the first sample that is used."""
+    """One note of a recording, without its attack."""
 
     name: str  # of the file
     start_s: float  # in the file
@@ -79,9 +72,9 @@ class Take:
 
 
 def read_recording(path: Path, channel: int | None = None) -> Recording:
-    """One channel of a sound file that libsndfile reads (WAV, FLAC, Ogg ...): `channel`, from 1, or the loudest.
+    """Reads one channel of a sound file (WAV, FLAC, Ogg ...), `channel` from 1, or the loudest; its mean is removed.
 
-    Not the mean: two channels may hold two polarisations or two pickups, out of phase. Raises RecordingError.
+    Channels are not mixed: they may hold two polarisations or two pickups, out of phase. Raises RecordingError.
     """
     name = str(path)
     try:
@@ -117,7 +110,7 @@ def read_recording(path: Path, channel: int | None = None) -> Recording:
 
 
 def find_takes(recording: Recording, skip: float, longest: float) -> list[Take]:
-    """The notes of a recording, each from `skip` (s) after its attack on, and at most `longest` (s) of it."""
+    """Cuts out the notes of a recording, each from `skip` (s) after its attack, and at most `longest` (s) long."""
     sound, rate = recording.sound, recording.rate
     level = _levels(sound, rate)
     begins = _attacks(sound, rate, level)
@@ -133,7 +126,7 @@ def find_takes(recording: Recording, skip: float, longest: float) -> list[Take]:
 
 
 def _levels(sound: Floats, rate: int) -> Floats:
-    """Root mean square of frames FRAME long, HOP apart, in dB of the loudest, at least -150."""
+    """Root mean square of frames FRAME long, HOP apart, in dB relative to the loudest, at least -150."""
     frame, hop = round(FRAME * rate), round(HOP * rate)
     padded = np.pad(sound, (0, frame))
     power = np.array([np.mean(part**2) for part in sliding_window_view(padded, frame)[: sound.size : hop]])
@@ -141,7 +134,7 @@ def _levels(sound: Floats, rate: int) -> Floats:
 
 
 def _attacks(sound: Floats, rate: int, level: Floats) -> list[float]:
-    """Seconds at which notes begin; the beginning of the file where it begins within one."""
+    """Times (s) at which notes begin, 0 among them if the file begins within a note; `level` is that of `_levels`."""
     before = round(BEFORE / HOP)
     padded = np.pad(level, (before, 0), constant_values=-CUT - RISE)
     rise = level - sliding_window_view(padded, before)[: level.size].min(axis=1)
@@ -156,7 +149,7 @@ def _attacks(sound: Floats, rate: int, level: Floats) -> list[float]:
 
 
 def _stopped(level: Floats, begin: float, end: float) -> float:
-    """Seconds at which a hand stops the note that sounds from `begin` to `end`, or `end`."""
+    """Time (s) at which a hand stops the note that sounds from `begin` to `end` (s), or `end`."""
     span = round(0.1 / HOP)
     first, last = round(begin / HOP) + 2 * span, min(round(end / HOP), level.size) - span
     for i in range(first, last):
@@ -166,29 +159,27 @@ def _stopped(level: Floats, begin: float, end: float) -> float:
     return end
 
 
-Complexes = NDArray[np.complex128]
-
-SAMPLES = 200  # of a band: a matrix of 100 by 101
-PASS, STOP = 0.125, 0.5  # edges of the filter, in sampling rates of the band
-USABLE = 0.35  # the same: what lies farther from the centre may be an alias
+SAMPLES = 200  # of a band at most: a Hankel matrix of 100 by 101
+PASS, STOP = 0.125, 0.5  # where the filter begins and ends to fall, in sampling rates of the band
+USABLE = 0.35  # in sampling rates of the band: what lies farther from the centre may be an alias
 REJECTION = 100.0  # dB beyond STOP
 BANDWIDTH = PASS + STOP  # of noise through the filter, in sampling rates of the band
 MOST_ORDER = 16  # exponentials in a band
-FLATNESS = 0.1  # the order is the largest with a tenth of the best invariance: one too many does little harm
+FLATNESS = 0.1  # the order is the largest with a tenth of the best merit: one exponential too many does little harm
 
 
 @dataclass(frozen=True)
 class Band:
-    """A band of a sound, moved to 0 Hz."""
+    """A band of a sound, shifted to 0 Hz."""
 
-    samples: Complexes  # (n,), the first one belongs to the first `taps` of the sound
+    samples: Complexes  # (n,), the first one is of the first `taps.size` samples of the sound
     rate: float  # Hz, of these samples
-    centre: float  # Hz, what is at 0 Hz now
+    centre: float  # Hz, now at 0 Hz
     taps: Complexes  # of the filter, before the shift
     sound_rate: float  # Hz
 
     def gain(self, s: Complexes) -> Complexes:
-        """By what exp(s t) of the sound, s in 1/s, was multiplied."""
+        """Returns the factors by which the filter multiplied exp(s t) of the sound; s (k,), 1/s."""
         return np.exp(np.outer(s / self.sound_rate, np.arange(self.taps.size))) @ self.taps
 
 
@@ -199,20 +190,21 @@ class Component:
     frequency: float  # Hz, undamped: omega^2 = omega_d^2 + sigma^2, as eq. 4 has it
     damping: float  # 1/s
     amplitude: float  # a, in units of the sound
-    energy: float  # of its samples in the band, over the noise of one: squared amplitudes
-    frequency_sd: float  # Hz, Cramer-Rao bound with the noise found: what one take can tell
+    energy: float  # sum of its squared samples in the band, over the mean square of the noise
+    frequency_sd: float  # Hz, Cramer-Rao bound with the noise found
     damping_sd: float  # 1/s
 
 
 def shortest(width: float) -> float:
-    """Seconds of sound the filter of a band `width` Hz wide takes before there is a first sample."""
+    """Returns the length (s) of the filter of a band `width` Hz wide: a shorter sound gives no sample."""
     return (REJECTION - 8) / (2.285 * 2 * math.pi * (STOP - PASS) * width)
 
 
 def band(sound: Floats, rate: float, centre: float, width: float) -> Band:
-    """Around `centre` (Hz), at a rate of about `width` (Hz): at most SAMPLES from the beginning of the sound.
+    """Cuts the band around `centre` (Hz) out of `sound` (n,), at a rate of about `width` (Hz).
 
-    Half of `width` is passed well. Raises ValueError where the sound is too short for a single sample.
+    The samples are the first of the sound, SAMPLES at most; half of `width` passes with little loss. Raises ValueError
+    if the sound is too short for a single sample.
     """
     count = math.ceil(shortest(width) * rate) | 1
     if sound.size < count:
@@ -228,7 +220,7 @@ def band(sound: Floats, rate: float, centre: float, width: float) -> Band:
 
 
 def components(b: Band) -> list[Component]:
-    """The damped sines in the usable part of a band, the strongest first; growing ones are left out."""
+    """Finds the damped sines in the usable part of a band, the strongest first; growing ones are left out."""
     y = b.samples
     if y.size < 8:
         return []
@@ -259,21 +251,21 @@ def components(b: Band) -> list[Component]:
 
 
 def order(vectors: Complexes) -> int:
-    """Number of exponentials, by ESTER, from the left singular vectors (rows, columns) of their Hankel matrix."""
+    """Returns the number of exponentials, by ESTER, from left singular vectors (rows, columns) of the Hankel matrix."""
     most = min(MOST_ORDER, vectors.shape[0] // 3)
     merit = np.array([1 / max(_invariance(vectors, p)[1], 1e-30) ** 2 for p in range(1, most + 1)])
     return 1 + int(np.flatnonzero(merit >= FLATNESS * merit.max())[-1])
 
 
 def _invariance(vectors: Complexes, p: int) -> tuple[Complexes, float]:
-    """The matrix that turns the first p vectors into themselves one row lower, and by how much it fails to."""
+    """The matrix that maps the first p vectors to themselves one row lower, and the norm of its error."""
     above, below = vectors[:-1, :p], vectors[1:, :p]
     turn: Complexes = np.linalg.lstsq(above, below, rcond=None)[0].astype(np.complex128)
     return turn, float(np.linalg.norm(below - above @ turn, 2))
 
 
 def _deviations(powers: Complexes, amplitude: Complexes, noise: float) -> Floats:
-    """Standard deviation of real and imaginary part of ln z, (components,): the Cramer-Rao bound."""
+    """Standard deviations of the real and of the imaginary part of ln z, (components,): the Cramer-Rao bound."""
     n = np.arange(len(powers))[:, None]
     slopes = np.concatenate([powers, powers * amplitude * n], axis=1)
     size = np.linalg.norm(slopes, axis=0) + 1e-300
@@ -283,17 +275,17 @@ def _deviations(powers: Complexes, amplitude: Complexes, noise: float) -> Floats
 
 
 WIDTH = 1.6  # rate of a band, in fundamentals: neighbours fall where the filter rejects them
-SCALES = (0.25, 0.5, 1.0, 2.0, 4.0)  # bands are so many times as wide
+SCALES = (0.25, 0.5, 1.0, 2.0, 4.0)  # widths of bands, as multiples of WIDTH
 FIT = 25.0  # scale that suits a decay, in damping / f0: SAMPLES then last about five decay times
-NEAR = 0.15  # of f0: a partial is not farther from where it is expected
-TWIN = 0.04  # of f0: what is so near to a partial belongs to it, as the string's other polarisation does
+NEAR = 0.15  # of f0: farthest that a partial may lie from where it is expected
+TWIN = 0.04  # of f0: a sine this near to a partial belongs to it, such as the string's other polarisation
 TWIN_LEVEL = 30.0  # dB below the partial
 LEAST_ENERGY = 60.0  # over the noise of a sample; noise alone reaches about 20
-FAINTEST = 85.0  # dB below the peak of the sound: what a band lets through of the rest is less
-LEAST_DAMPING = 0.02  # 1/s: what hardly decays is hum
-MOST_UNSURE = 0.2  # standard deviation over damping: what is known less well is not known
-MISSING = 8  # so many missing ones in a row are the end
-HIGHEST = 0.45  # of the sampling rate
+FAINTEST = 85.0  # dB below the peak of the sound: more than a band lets through of the rest
+LEAST_DAMPING = 0.02  # 1/s: a sine that hardly decays is hum
+MOST_UNSURE = 0.2  # standard deviation over damping
+MISSING = 8  # missing partials in a row that end the search
+HIGHEST = 0.45  # frequency of a partial, in sampling rates
 
 
 @dataclass(frozen=True)
@@ -310,7 +302,7 @@ class Partial:
 
 
 def track(sound: Floats, rate: float, f0: float, most: int) -> list[Partial]:
-    """Partials 1 to `most` of the string that sounds in `sound` (n,) from its first sample; f0 (Hz) to 3 %."""
+    """Finds partials 1 to `most` of the string that sounds in `sound` (n,) from its first sample; f0 (Hz) to 3 %."""
     found: list[Partial] = []
     for j in range(1, most + 1):
         expected = predict(found, f0, j)
@@ -323,7 +315,7 @@ def track(sound: Floats, rate: float, f0: float, most: int) -> list[Partial]:
 
 
 def predict(found: Sequence[Partial], f0: float, j: int) -> float:
-    """Where partial j should be, Hz."""
+    """Returns the frequency (Hz) expected of partial j after those found."""
     if not found:
         return j * f0
     near = found[-12:]
@@ -336,14 +328,14 @@ def predict(found: Sequence[Partial], f0: float, j: int) -> float:
 
 
 def median_line(x: Floats, y: Floats) -> tuple[float, float]:
-    """Slope and value at 0 of the straight line through (x, y) by medians over pairs (Theil and Sen)."""
+    """Returns slope and value at 0 of the line through x, y (n,), by medians over pairs (Theil and Sen)."""
     a, b = np.triu_indices(x.size, 1)
     slope = float(np.median((y[b] - y[a]) / (x[b] - x[a])))
     return slope, float(np.median(y - slope * x))
 
 
 def find(sound: Floats, rate: float, expected: float, f0: float, j: int) -> Partial | None:
-    """Partial j near `expected` (Hz), or None where nothing stands out of the noise."""
+    """Finds partial j near `expected` (Hz); None if nothing stands out of the noise."""
     scales = [m for m in SCALES if 4 * shortest(WIDTH * f0 * m) < sound.size / rate] or [SCALES[-1]]
     tried: dict[float, list[Component]] = {}
     for first in (1.0, 4.0, 0.25):
@@ -363,7 +355,7 @@ def _nearest(scale: float, scales: Sequence[float]) -> float:
 
 
 def _near(sound: Floats, rate: float, centre: float, f0: float, scale: float, expected: float) -> list[Component]:
-    """What may be the partial, the strongest first."""
+    """Components that may be the partial, the strongest first."""
     try:
         seen = components(band(sound, rate, centre, WIDTH * f0 * scale))
     except ValueError:  # the window is shorter than the filter
@@ -394,28 +386,29 @@ NORMAL_95 = 1.959964
 
 @dataclass(frozen=True)
 class Found:
-    """A partial over all takes. Uncertainties are expanded, 95 %."""
+    """One partial over all takes. Uncertainties are expanded, 95 %."""
 
     number: int  # j
     frequency: float  # Hz, median
     damping: float  # 1/s, median
     frequency_u: float  # Hz
     damping_u: float  # 1/s
-    level_db: float  # of its amplitude below that of the strongest partial, median
+    level_db: float  # relative to the strongest partial of the take, median
     takes: int  # in which it was found
-    twin_frequency: float  # Hz, of a weaker one beside it, NaN if there is none; as is the next
-    twin_damping: float  # 1/s
+    twin_frequency: float  # Hz, of a weaker one beside it; NaN if there is none
+    twin_damping: float  # 1/s; NaN if there is none
 
     @property
     def t60(self) -> float:
-        """Time in which it falls by 60 dB, s."""
+        """Time in which it decays by 60 dB, s."""
         return float(t60(self.damping))
 
 
 def combine(tracks: Sequence[Sequence[Partial]]) -> list[Found]:
-    """One list of partials from those of several takes: medians of what half of the takes or more have.
+    """Combines the partials of several takes: medians of those that at least half of the takes have.
 
-    The uncertainty comes from the scatter over the takes (Student's t, 95 %), and with one take from the noise in it.
+    The uncertainty is that of the scatter over the takes (Student's t, 95 %), or of the noise in a single take. Needs
+    SciPy for several.
     """
     loudest = [max(p.amplitude for p in partials) for partials in tracks]
     seen: dict[int, list[tuple[Partial, float]]] = defaultdict(list)
@@ -443,7 +436,7 @@ def combine(tracks: Sequence[Sequence[Partial]]) -> list[Found]:
 
 
 def _median(values: list[float], bounds: list[float]) -> tuple[float, float]:
-    """Median and its expanded uncertainty, 95 %."""
+    """Median of `values` and its expanded uncertainty, 95 %; `bounds` are standard deviations of each."""
     n = len(values)
     if n == 1:
         return values[0], NORMAL_95 * bounds[0]

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from livebass.live.guards import call_with_timeout, silenced_stderr
+from livebass.live.guards import call_with_timeout, never_release, silenced_stderr
 from livebass.live.synth import Synth
 from livebass.live.thread import callbacks
 from livebass.live.thread.records import CHUNK
@@ -62,8 +62,15 @@ class PortAudioOutput:
     def alive(self) -> bool:
         return bool(self._stream.stream.active)
 
+    def abandon(self) -> None:
+        """Leaves behind a stream whose server is gone: PortAudio would hang or crash when it closes it."""
+        if not self._closed:
+            self._closed = True
+            never_release(self)
+            atexit.unregister(self._exit)  # closes all streams
+
     def close(self) -> None:
-        """Stops playback; safe to call twice. If PortAudio hangs on a dead server, it is left behind."""
+        """Stops playback; safe to call twice. If PortAudio hangs, it is left behind."""
         if self._closed:
             return
         self._closed = True
@@ -211,6 +218,10 @@ class JackOutput:
     @property
     def latency(self) -> float:
         return self.block / self.synth.rate
+
+    def abandon(self) -> None:
+        """Notes that the server is gone, before it tells: there is nothing to deactivate."""
+        self._gone = True
 
     def close(self) -> None:
         """Stops playback; safe to call twice. A server that does not answer is left behind."""

@@ -196,6 +196,7 @@ class _Loop:
             before, frame = frame, synth.frame
             waited = 0 if frame != before else waited + 1
             if not self.output.alive or waited > STALLED:
+                self.output.abandon()
                 return f"{self.output.name} is gone"
             now = time.monotonic()
             if now - looked > LOOK_EVERY and not self.looking.is_alive():

@@ -308,7 +308,7 @@ def for_modes(s: Speaking, count: int) -> Speaking:
 
 
 def stretched(law: str, inharmonicity: float, mode: Floats) -> Floats:
-    """nu_j / (j f0) of modes `mode` (n,) on a rigid neck, (n,), by the law of a `String.stiffness_law`.
+    """Returns nu_j / (j f0) of modes `mode` (n,) on a rigid neck, (n,); law: a `String.stiffness_law`.
 
     "hinged": sqrt(1 + B j^2), the stiff string on hinges (Fletcher 1964). "paper": 1 + B j^2 / 2, eq. 8 as printed, a
     fit to one G string that holds for B j^2 below about 0.04.

@@ -61,7 +61,7 @@ def dampings(s: Speaking, count: int) -> Floats:
 
 
 def law_frequencies(s: Speaking, mode: Floats, fundamental: float) -> Floats:
-    """Frequencies (Hz) at which the damping law is evaluated for modes `mode` (n,) over `fundamental` (Hz), (n,)."""
+    """Returns the frequencies (Hz), (n,), at which the damping law is taken for `mode` (n,) over `fundamental` (Hz)."""
     if s.string.stiffness_law == "paper":
         return np.minimum(mode, max(1, math.floor(CLAMP_WAVENUMBER * s.length))) * fundamental
     return np.asarray(mode * fundamental * stretched("hinged", s.inharmonicity, mode))
@@ -118,7 +118,7 @@ def pluck_amplitudes(s: Speaking, count: int, pluck: Pluck) -> Floats:
 
 
 def held_stiffness(s: Speaking) -> float:
-    """E I / T (m^2) in the shape that a finger holds; 0 by the law "paper", whose shape is a triangle."""
+    """Returns E I / T (m^2) for the shape that a finger holds; 0 by the law "paper", whose shape is a triangle."""
     return 0.0 if s.string.stiffness_law == "paper" else s.inharmonicity * (s.length / math.pi) ** 2
 
 

@@ -1,7 +1,7 @@
-"""The cases of Issanchou et al. (2018), by name: the measured G string, how it is plucked, and how finely computed.
+"""The cases of Issanchou et al. (2018), by name: string, neck, pluck and contact rate, as the paper has them.
 
-Contact rates are the paper's. The string is that of the preset `paper-g`, its displacement seen at 9 mm (u) and 18 mm
-(v) from the saddle, at 51.2 kHz as measured (section 3.1).
+The string is that of the preset `paper-g`. Its displacement is taken at 9 mm (u) and 18 mm (v) from the saddle, at
+51.2 kHz, as in the measurements (section 3.1).
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ OBLIQUE = (3.1e-3, 2.2e-3)  # m along u and v
 
 @dataclass(frozen=True)
 class Case:
-    """One pluck of the paper."""
+    """One pluck of the paper: what differs from the usual string, neck and place."""
 
     name: str
     title: str
@@ -41,12 +41,12 @@ class Case:
     preset: str = PRESET
 
     def speaking(self) -> Speaking:
-        """The string over its neck."""
+        """The open string over its neck."""
         bass = load_preset(self.preset)
         return speaking(self.string(bass.strings[0]), self.neck(bass.necks[0]), 0)
 
     def trial(self, rate: int = PAPER_RATE) -> Trial:
-        """What to solve, with all modes, at output rate `rate` (Hz)."""
+        """The trial to solve, with all modes, at output rate `rate` (Hz)."""
         bass = load_preset(self.preset)
         s = self.speaking()
         pluck = Pluck(self.apex, self.position, bass.player.rounding, self.angle)
@@ -58,7 +58,7 @@ class Case:
 
 
 def without_dispersion(string: String) -> String:
-    """Its frequencies harmonic (B = 0 in eq. 8), its dampings as they were (section 4.2.1)."""
+    """`string` with harmonic frequencies (B = 0 in eq. 8) and the same dampings (section 4.2.1)."""
     bass = load_preset(PRESET)
     s = speaking(string, bass.necks[0], 0)
     count = s.grid_points - 1
@@ -67,7 +67,7 @@ def without_dispersion(string: String) -> String:
 
 
 def straightened(part: float) -> Callable[[Neck], Neck]:
-    """The neck on its way to the straight line from the first to the last fret, 0 as it is, 1 straight (4.2.3)."""
+    """A neck moved towards the line from its first to its last fret: by 0 as it is, by 1 straight (section 4.2.3)."""
 
     def changed(neck: Neck) -> Neck:
         x, h = np.array(neck.fret_positions), np.array(neck.fret_heights)
@@ -78,7 +78,7 @@ def straightened(part: float) -> Callable[[Neck], Neck]:
 
 
 def raised(fret: int, by: float) -> Callable[[Neck], Neck]:
-    """One fret higher by `by` (m)."""
+    """A neck with one fret raised by `by` (m)."""
 
     def changed(neck: Neck) -> Neck:
         heights = list(neck.fret_heights)
@@ -89,7 +89,7 @@ def raised(fret: int, by: float) -> Callable[[Neck], Neck]:
 
 
 def softer(neck: Neck) -> Neck:
-    """K = 1e9 (section 4.2.4)."""
+    """`neck` with soft frets, K = 1e9 (section 4.2.4)."""
     return replace(neck, contact_stiffness=1e9)
 
 

@@ -1,1 +1,1 @@
-"""Tables, CSV, JSON, pictures and HTML pages: how every room writes its results."""
+"""Writes results, for every room: tables, CSV, JSON, pictures and HTML pages."""

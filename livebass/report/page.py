@@ -1,12 +1,12 @@
-"""HTML pages from templates of Jinja: the files in the directory `templates` of a room."""
+"""HTML pages from Jinja templates, which are files in the directory `templates` of a room."""
 
 from __future__ import annotations
 
 from typing import Any
 
 
-def page(room: str, template: str, **values: Any) -> str:
-    """The text of `template` of the package `room`, filled with `values`, which are escaped. Needs Jinja2."""
+def html_page(room: str, template: str, **values: Any) -> str:
+    """Fill the template of that name in the package `room` with `values`, which are escaped. Needs Jinja2."""
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
     environment = Environment(

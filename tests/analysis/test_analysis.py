@@ -1,4 +1,4 @@
-"""What is looked at in sounds and motions, against closed forms."""
+"""Measurements in sounds and motions, against closed forms."""
 
 from __future__ import annotations
 

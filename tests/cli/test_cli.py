@@ -97,7 +97,7 @@ def test_simulate(run: Run, tmp_path: Path) -> None:
 
 
 def test_bench(monkeypatch: pytest.MonkeyPatch, run: Run, tmp_path: Path) -> None:
-    bench = SimpleNamespace(bench_render=lambda: {"engine": 0.2}, table=lambda result: f"table {result}")
+    bench = SimpleNamespace(bench_render=lambda _: {"engine": 0.2}, table=lambda result: f"table {result}")
     monkeypatch.setitem(sys.modules, "livebass.bench.render", bench)
     monkeypatch.setattr("livebass.compiling.cached", lambda: True)
     assert "table" in cli_text(run, "bench", "render", "--json", tmp_path / "b.json")

@@ -1,4 +1,4 @@
-"""What `simulate_to_directory` writes, refuses, and leaves behind."""
+"""`simulate_to_directory`: the files that it writes, the values that it refuses, and what a broken run leaves."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from livebass.analysis.motion import string_shape
 from livebass.experiment import simulate
 from livebass.experiment.simulate import simulate_to_directory
 from livebass.files import OutputError
-from livebass.model import modes as modal
+from livebass.model import modes
 from livebass.model.trial import Trial
 from livebass.reference.solver import solve
 
@@ -127,8 +127,6 @@ def test_bad_values_are_refused_in_a_line(tmp_path: Path, changed: dict[str, Any
 
 def test_rate_that_hides_a_mode_is_refused(tmp_path: Path) -> None:
     s = strings.paper_g()
-    from livebass.model import modes
-
     nu = float(modes.frequencies(s, 862)[-1])
     with pytest.raises(ValueError, match="mode 862"):
         run(
@@ -145,7 +143,7 @@ def test_what_is_found_in_the_motion_on_demand(tmp_path: Path) -> None:
     with np.load(tmp_path / "out" / "result.npz") as result:
         data = {key: result[key] for key in result.files}
     s = strings.paper_g()
-    q = np.cos(0.5) * modal.pluck_amplitudes(s, 200, strings.pluck())
+    q = np.cos(0.5) * modes.pluck_amplitudes(s, 200, strings.pluck())
     np.testing.assert_allclose(data["shapes_m"][0], string_shape(s, q, data["shape_x_m"]), atol=1e-12)
     np.testing.assert_allclose(data["shapes_across_m"][0], np.tan(0.5) * data["shapes_m"][0], atol=1e-12)
     assert data["shapes_m"].shape == (2, 864) and data["shape_time_s"] == pytest.approx([0, 3.9e-3], abs=1e-5)
@@ -241,7 +239,7 @@ def test_nothing_is_made_beside_the_directory(tmp_path: Path, monkeypatch: pytes
 
 @pytest.mark.parametrize("solver", ["engine", "reference"])
 def test_wall_time_is_without_compilation(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, solver: str) -> None:
-    """Whatever is compiled or loaded when a solver first runs is done before the run that is timed."""
+    """A solver compiles or loads its code in a first run, before the one that is timed."""
     module = importlib.import_module(
         {"engine": "livebass.engine.solve", "reference": "livebass.reference.solver"}[solver]
     )

@@ -232,7 +232,7 @@ def fake(points: list[Point]) -> Iterator[tuple[Point, dict[str, float]]]:
 
 def test_points_are_kept_and_only_missing_ones_computed(tmp_path: Path) -> None:
     made, results = points("pluck.apex=1mm:2mm:5"), {}
-    sweep.places(tmp_path)
+    sweep.prepare(tmp_path)
     assert list(sweep.completed(tmp_path, made, results, fake)) == [1, 2, 3, 4, 5]
     axes = [axis("pluck.apex=1mm:2mm:5")]
     before = sweep.table(axes, made, results)

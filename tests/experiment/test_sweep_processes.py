@@ -52,6 +52,14 @@ def until(what: Callable[[], bool]) -> None:
         time.sleep(0.005)
 
 
+def gone(process: psutil.Process) -> bool:
+    """True once a process has ended, collected by its parent or not."""
+    try:
+        return not process.is_running() or process.status() == psutil.STATUS_ZOMBIE
+    except psutil.NoSuchProcess:  # between the two questions
+        return True
+
+
 def kept(directory: Path) -> dict[str, int]:
     """The points there are, and when they were written, ns."""
     return {file.name: file.stat().st_mtime_ns for file in (directory / "points").glob("[!.]*.json")}
@@ -138,7 +146,7 @@ def test_on_a_cluster_whose_worker_is_killed_the_table_is_the_same(undisturbed: 
         process = running.enter_context(sweeping(directory, "--scheduler", cluster.scheduler_address))
         until(lambda: len(kept(directory)) >= 2)
         victim.kill()
-        until(lambda: not victim.is_running() or victim.status() == psutil.STATUS_ZOMBIE)
+        until(lambda: gone(victim))
         assert len(kept(directory)) < COUNT
         assert f"to compute on {cluster.scheduler_address}" in finished(process)
     same(directory, undisturbed)

@@ -1,4 +1,4 @@
-"""`livebass identify` and what is below it, on notes whose modes are known."""
+"""`livebass identify` and the functions behind it, on notes whose modes are known and on a real bass."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ LAW_ONLY = replace(g_string(), measured_frequencies=(), measured_dampings=())
 
 
 def ring(amplitudes: Any, frequencies: Any, dampings: Any, seconds: float, rate: int = RATE) -> np.ndarray:
-    """A sum of damped cosines; frequencies as in eq. 4, Hz, dampings 1/s."""
+    """Returns a sum of damped cosines; frequencies (Hz) as in eq. 4, dampings in 1/s."""
     t = np.arange(round(seconds * rate)) / rate
     sound = np.zeros(t.size)
     for a, nu, sigma in zip(amplitudes, frequencies, dampings, strict=True):
@@ -44,7 +44,10 @@ def pluck(
     s: Speaking | None = None, seconds: float = 4.0, rate: int = RATE, at: float = 0.02, count: int = 80,
     sensor: float = 0.009,
 ) -> np.ndarray:  # fmt: skip
-    """The string plucked at `at` (m), section 3.2 of the paper, heard at `sensor` (m from the saddle); peak 0.5."""
+    """Returns the sound of a string plucked at `at` (m), section 3.2 of the paper, at `sensor` (m from the saddle).
+
+    Its peak is 0.5.
+    """
     s = s or paper_g()
     heard = modes.shapes(s, count, np.array([s.length - sensor]))[0]
     q = modes.pluck_amplitudes(s, count, Pluck(1e-3, at, 1e-3)) * heard
@@ -55,7 +58,7 @@ def pluck(
 
 
 def noisy(sound: np.ndarray, ratio_db: float, seed: int = 1, lead: int = RATE // 4) -> np.ndarray:
-    """With white noise `ratio_db` below the sound's power, which begins `lead` samples before it."""
+    """Adds white noise `ratio_db` below the sound's power, which begins `lead` samples before the sound."""
     noise = np.random.default_rng(seed).normal(size=sound.size + lead)
     noise *= math.sqrt(float(np.mean(sound**2))) * 10 ** (-ratio_db / 20)
     noise[lead:] += sound
@@ -68,7 +71,7 @@ def save(path: Path, sound: np.ndarray, rate: int = RATE, subtype: str = "FLOAT"
 
 
 def errors(result: Identified, s: Speaking | None = None) -> tuple[dict[int, float], dict[int, float]]:
-    """Relative errors of frequencies and dampings by number."""
+    """Returns relative errors of frequencies and dampings by number of the partial."""
     s = s or paper_g()
     nu, sigma = modes.frequencies(s, 200), modes.dampings(s, 200)
     return (
@@ -101,8 +104,8 @@ def test_modes_of_the_measured_string(
     assert result.string.name == "G"
 
 
-def test_what_the_noise_does_is_told() -> None:
-    """The uncertainty of a single take: of 95 % intervals, about as many hold the truth."""
+def test_the_uncertainty_of_one_take_is_that_of_its_noise() -> None:
+    """Of the 95 % intervals, about that many hold the true value."""
     sound, s = pluck(seconds=3.0), paper_g()
     nu, sigma = modes.frequencies(s, 40), modes.dampings(s, 40)
     off = []
@@ -125,7 +128,7 @@ def test_dampings_from_a_tenth_to_a_hundred(damping: float) -> None:
 
 
 def test_a_band_by_itself() -> None:
-    """Without noise, what is in a band comes out to rounding and the leak of the filter."""
+    """Without noise, the sines of a band are exact but for rounding and the filter's leakage."""
     sound = ring([1.0, 0.3], [440.0, 447.0], [2.0, 5.0], 1.0)
     seen = components(band(sound, RATE, 441.0, 150.0))
     assert len(band(sound, RATE, 441.0, 150.0).samples) <= SAMPLES
@@ -138,7 +141,7 @@ def test_a_band_by_itself() -> None:
 
 
 def test_a_partial_that_is_two(tmp_path: Path) -> None:
-    """Two polarisations: the stronger is the partial, the weaker one is told beside it."""
+    """Two polarisations: the stronger is the partial, the weaker one its twin."""
     nu, sigma = np.array(FREQUENCIES[:20]), np.array(DAMPINGS[:20])
     sound = ring(np.ones(20), nu, sigma, 4.0) + ring([0.4, 0.4], [nu[4] + 0.8, nu[9] - 1.5], [0.3, 2.0], 4.0)
     result = identify([save(tmp_path / "g.wav", 0.02 * noisy(sound, 50))], load_preset("paper-g"), modes=20)
@@ -151,7 +154,7 @@ def test_a_partial_that_is_two(tmp_path: Path) -> None:
 
 
 def test_partials_that_are_not_there(tmp_path: Path) -> None:
-    """Plucked at a fifth of its length a string has no partials 5, 10 ..."""
+    """A string plucked at a fifth of its length has no partials 5, 10 ..."""
     s = speaking(LAW_ONLY, g_neck(), 0)
     path = save(tmp_path / "g.wav", noisy(pluck(s, at=s.length / 5), 40))
     result = identify([path], load_preset("paper-g"), modes=22)
@@ -193,7 +196,7 @@ def test_rates_formats_and_channels(tmp_path: Path, rate: int, kind: str) -> Non
 
 @pytest.mark.parametrize(("law", "fundamental"), [("paper", 1e-5), ("hinged", 2e-5)])  # the neck draws partials aside
 def test_the_lowest_string(tmp_path: Path, law: str, fundamental: float) -> None:
-    """An E, whose periods are 24 ms, from nothing but its sound."""
+    """An E, whose periods are 24 ms, with neither string nor note given."""
     bass = load_preset("jazz-finger")
     s = speaking(replace(bass.strings[0], stiffness_law=law), bass.necks[0], 0)
     result = identify([save(tmp_path / "e.wav", noisy(pluck(s, seconds=5.0), 50))], bass, modes=40)
@@ -221,8 +224,8 @@ def test_a_stopped_note_ends_there(tmp_path: Path) -> None:
     assert len(takes) == 1 and 1.8 < takes[0].start_s + takes[0].duration_s - 0.25 < 2.0
 
 
-def test_laws_through_what_follows_them() -> None:
-    """A string that follows eqs. 8 to 11 alone gives its own figures back, and the neck nothing."""
+def test_a_string_that_follows_the_laws() -> None:
+    """Its parameters of eqs. 8 to 11 are found, and nothing is left for the neck."""
     s, j = speaking(LAW_ONLY, g_neck(), 0), np.arange(1, 61)
     law = fit_law(j, modes.frequencies(s, 60), "paper")
     assert (law.fundamental, law.inharmonicity) == (pytest.approx(97.976), pytest.approx(3.5e-5))
@@ -274,7 +277,7 @@ def test_a_stiff_string_from_its_sound(run: Run, tmp_path: Path) -> None:
 
 
 def test_the_neck_takes_the_rest() -> None:
-    """What the paper's figures leave to the neck (eqs. 9 to 11), the fitted law leaves, nearly."""
+    """The fitted law leaves nearly as much to the neck as the paper's parameters do (eqs. 9 to 11)."""
     s, j = paper_g(), np.arange(1, 61)
     law = fit_law(j, modes.frequencies(s, 60), "paper")
     assert law.fundamental == pytest.approx(97.976, rel=1e-4) and law.inharmonicity == pytest.approx(3.5e-5, rel=0.01)
@@ -307,7 +310,7 @@ def test_a_preset_that_plays(run: Run, tmp_path: Path) -> None:
 
 
 def test_a_neck_of_resonances(run: Run, tmp_path: Path) -> None:
-    """Instead of a table; a preset that had either has the other after it."""
+    """Resonances replace a table in the preset, and a table replaces resonances."""
     save(tmp_path / "g.wav", noisy(pluck(), 60))
     mine, again = tmp_path / "mine.toml", tmp_path / "again.toml"
     arguments = ["identify", tmp_path / "g.wav", "--modes", 20, "--json", tmp_path / "g.json"]
@@ -327,7 +330,7 @@ def test_a_neck_of_resonances(run: Run, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("base", ["paper-g", "paper-bass", "precision-finger", "flatwound", "slap", "muted"])
 def test_every_preset_takes_a_measured_string(run: Run, tmp_path: Path, base: str) -> None:
-    """With or without a neck table, core, conductance or mute; the keys and their order are TOML's to check."""
+    """With or without a neck table, core, conductance or mute; the new file must be valid TOML."""
     save(tmp_path / "g.wav", noisy(pluck(seconds=2.0), 60))
     mine = tmp_path / "mine.toml"
     cli_text(run, "identify", tmp_path / "g.wav", "-p", base, "--modes", 12, "-o", mine)
@@ -362,16 +365,16 @@ def test_a_real_bass(
     run: Run, tmp_path: Path, file: str, string: str, f0: float, inharmonicity: tuple[float, float], least: int
 ) -> None:
     """Recordings under the MIT licence, see recordings/LICENSE. The G of the paper, on another bass, has B = 3.5e-5."""
-    path = Path(__file__).parent / "recordings" / file
-    result = identify([path], load_preset("jazz-finger"))
-    assert result.string.name == string and len(result.partials) >= least and not result.rejected
-    assert result.law.fundamental == pytest.approx(f0, rel=0.015)
-    assert inharmonicity[0] < result.string.inharmonicity < inharmonicity[1]
-    low = result.partials[:5]
-    np.testing.assert_allclose([p.frequency / p.number for p in low], f0, rtol=5e-3)
-    assert all(0.1 < p.damping < 4 for p in low)  # T60 of 2 to 70 s
-    cli_text(run, "identify", path, "-o", tmp_path / "mine.toml")
-    assert "good" in cli_text(run, "presets", "check", tmp_path / "mine.toml")
+    path, mine, figures = Path(__file__).parent / "recordings" / file, tmp_path / "mine.toml", tmp_path / "mine.json"
+    cli_text(run, "identify", path, "-o", mine, "--json", figures)
+    said = json.loads(figures.read_text())
+    assert said["string"] == string and len(said["partials"]) >= least and not said["rejected_takes"]
+    assert said["f0_hz"] == pytest.approx(f0, rel=0.015)
+    assert inharmonicity[0] < said["inharmonicity"] < inharmonicity[1]
+    low = said["partials"][:5]
+    np.testing.assert_allclose([p["frequency_hz"] / p["partial"] for p in low], f0, rtol=5e-3)
+    assert all(0.1 < p["damping_per_s"] < 4 for p in low)  # T60 of 2 to 70 s
+    assert "good" in cli_text(run, "presets", "check", mine)
 
 
 def bad_recordings(folder: Path) -> dict[str, Path]:

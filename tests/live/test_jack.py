@@ -22,7 +22,7 @@ from support.jack import JACK_PERIOD, JACK_RATE, livebass, wait_for
 from support.live import QUICK, offline
 
 from livebass import load_preset
-from livebass.bench.server import AudioProbe, MidiProbe
+from livebass.bench.jack import AudioProbe, MidiProbe
 from livebass.live.synth import LiveBass, Synth
 from livebass.live.thread.ring import unread
 
@@ -152,7 +152,7 @@ import numpy as np
 sys.path.insert(0, {str(Path(__file__).parents[1])!r})
 from support.live import QUICK, offline
 from livebass import load_preset
-from livebass.bench.server import AudioProbe
+from livebass.bench.jack import AudioProbe
 from livebass.live.outputs import PortAudioOutput
 from livebass.live.synth import LiveBass, Synth
 

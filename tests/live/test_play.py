@@ -26,6 +26,7 @@ from support.jack import livebass, wait_for
 from support.live import QUICK, RATE, synth_and_device
 
 from livebass import QUALITIES, load_preset, preset_names
+from livebass.bench.endurance import python_busy, random_playing
 from livebass.cli.play import Console, LogFile, logged
 from livebass.files import OutputError
 from livebass.live.inputs import LOWER, UPPER, TerminalKeys
@@ -155,9 +156,6 @@ def test_program_changes_through_the_server_neither_click_nor_stall(server: Simp
 
 def test_dense_playing_under_a_busy_interpreter(server: SimpleNamespace) -> None:
     """A few seconds of tools/endurance.py: no NaN, no stuck note, all blocks played."""
-    sys.path.insert(0, str(Path(__file__).parents[2] / "tools"))
-    from endurance import python_busy, random_playing
-
     settings = Settings(load_preset("slap"), QUICK, "slap", backend="jack", keyboard=False)
     stuck: list[bool] = []
 

@@ -1,4 +1,4 @@
-"""Statements of the paper: that they are checked, can fail, and are told as they are."""
+"""The claims of the paper: they are checked, they can fail, and the results are written as they are."""
 
 from __future__ import annotations
 
@@ -13,10 +13,22 @@ import pytest
 from support.command import Run as Command
 from support.command import assert_one_clear_line
 
-from livebass.paper.claims import check as claims
-from livebass.paper.claims import check as claims_text
-from livebass.paper.claims import runs as claims_runs
-from livebass.paper.claims.check import CLAIMS, TABLES, Result, check, chosen
+from livebass.analysis.motion import Solved
+from livebass.model.trial import Motion
+from livebass.paper.claims import runs
+from livebass.paper.claims.check import (
+    CLAIMS,
+    TABLES,
+    Result,
+    check,
+    chosen,
+    claims_html,
+    claims_json,
+    needed,
+    result,
+    table,
+    value_text,
+)
 from livebass.paper.claims.expect import (
     AtLeast,
     AtMost,
@@ -31,6 +43,7 @@ from livebass.paper.claims.expect import (
     Rising,
     Value,
 )
+from livebass.paper.solving import Job
 
 KEYS = ["id", "section", "statement", "quantity", "expected", "measured", "unit", "tolerance", "passed"]
 CASE_B = [claim for claim in CLAIMS.values() if claim.needs == ("b",)]
@@ -39,14 +52,14 @@ CHEAP = ("a-no-contact", "g-fundamental", "a-centroid")
 
 
 @pytest.fixture(scope="module")
-def solved() -> dict[str, claims_runs.Run]:
+def solved() -> dict[str, Solved]:
     """Cases A and B at the paper's rates."""
-    return claims_runs.solve(["b", "a"], workers=2)
+    return runs.solve(["b", "a"], workers=2)
 
 
 def test_the_tables() -> None:
-    assert len(CLAIMS) == sum(len(table.CLAIMS) for table in TABLES) >= 25
-    assert {name for claim in CLAIMS.values() for name in claim.needs} == set(claims_runs.JOBS) - BEYOND
+    assert len(CLAIMS) == sum(len(section.CLAIMS) for section in TABLES) >= 25
+    assert set(needed(CLAIMS.values())) == {*runs.ENGINE, *runs.BRUTE} - BEYOND
     for claim in CLAIMS.values():
         assert re.fullmatch(r"[24](\.\d){0,2}|3(\.2)?", claim.section), claim.id
         assert claim.statement and claim.quantity and claim.expects.tolerance, claim.id
@@ -84,11 +97,11 @@ def test_expectations(expects: Expectation, good: list[Value], bad: list[Value])
 
 
 @pytest.mark.parametrize("name", [claim.id for claim in CASE_B])
-def test_case_b_as_the_paper_has_it(name: str, solved: dict[str, claims_runs.Run]) -> None:
+def test_case_b_as_the_paper_has_it(name: str, solved: dict[str, Solved]) -> None:
     """At 8 MHz with all modes; and a string that touches nothing passes for none of it."""
-    result = claims.result(CLAIMS[name], solved)
-    assert result.passed, f"{result.measured}, expected {CLAIMS[name].expects.expected}"
-    other = claims.result(CLAIMS[name], {"b": solved["a"]})
+    case_b = result(CLAIMS[name], solved)
+    assert case_b.passed, f"{case_b.measured}, expected {CLAIMS[name].expects.expected}"
+    other = result(CLAIMS[name], {"b": solved["a"]})
     assert not other.passed, f"case A passes with {other.measured}"
 
 
@@ -96,22 +109,22 @@ def test_case_b_as_the_paper_has_it(name: str, solved: dict[str, claims_runs.Run
     ("b-first-contact", Near(5e-3, 0.1)), ("b-first-set", Exactly(tuple(range(1, 14)))), ("b-phase", Near(0.15, 0.1)),
     ("b-fewer", Rising()), ("b-energy", AtMost(5)),
 ])  # fmt: skip
-def test_another_expectation_fails(name: str, wrong: Expectation, solved: dict[str, claims_runs.Run]) -> None:
-    assert not claims.result(replace(CLAIMS[name], expects=wrong), solved).passed
+def test_another_expectation_fails(name: str, wrong: Expectation, solved: dict[str, Solved]) -> None:
+    assert not result(replace(CLAIMS[name], expects=wrong), solved).passed
 
 
 def test_each_run_is_solved_once_and_heard_of(monkeypatch: pytest.MonkeyPatch) -> None:
     began: list[str] = []
-    real = claims_runs.Job.run
+    real = Job.solve
 
-    def run(job: claims_runs.Job) -> claims_runs.Run:
-        began.append(next(name for name, j in claims_runs.JOBS.items() if j is job))
+    def solve(job: Job) -> Motion:
+        began.append(next(name for name in ("a", "b", "neck") if runs.job(name) == job))
         return real(job)
 
-    monkeypatch.setattr(claims_runs.Job, "run", run)
+    monkeypatch.setattr(Job, "solve", solve)
     heard: list[float] = []
     results = check(chosen(["a-no-contact", "a-centroid", "neck-no-contact", "g-mode-34"]), 1, heard.append)
-    assert began == ["a", "neck"] and heard == [0.5, 1.0]
+    assert began == ["neck", "a"] and heard == [0.5, 1.0]
     assert [r.claim.id for r in results] == ["a-no-contact", "a-centroid", "neck-no-contact", "g-mode-34"]
     assert all(r.passed for r in results)
 
@@ -129,8 +142,8 @@ def test_the_command(run: Command, tmp_path: Path) -> None:
     assert found[0]["measured"] == 0 and found[1]["measured"] == pytest.approx(97.97319798)
     assert found[0]["passed"] is True and found[1]["unit"] == "Hz" and found[1]["tolerance"] == "± 0.5 %"
     assert json.loads((out / "claims.json").read_text())["claims"] == found
-    with open(out / "claims.csv", newline="") as table:
-        assert [row["id"] for row in csv.DictReader(table)] == list(CHEAP)
+    with open(out / "claims.csv", newline="") as lines:
+        assert [row["id"] for row in csv.DictReader(lines)] == list(CHEAP)
     assert "3 of 3 hold" in (out / "claims.html").read_text()
     assert sorted(p.name for p in out.iterdir()) == ["claims.csv", "claims.html", "claims.json"]
 
@@ -169,10 +182,10 @@ def test_bad_input_is_one_line(
 def test_texts_of_odd_values() -> None:
     claim = replace(CLAIMS["b-phase"], statement='5 < 6 & "so"')
     results = [Result(claim, math.nan, False), Result(claim, [1.5, math.inf], True)]
-    found = json.loads(claims_text.claims_json(results))["claims"]
+    found = json.loads(claims_json(results))["claims"]
     assert found[0]["measured"] is None and found[1]["measured"] == [1.5, None]
-    page = claims_text.page(results)
-    assert "5 &lt; 6 &amp; &#34;so&#34;" in page and page.count("<html") == 1 and page.count("<tr") == 3
-    assert claims_text.value_text(list(range(1, 13))) == "1 to 12"
-    assert claims_text.value_text([], "s") == "none"
-    assert claims_text.table(results).splitlines()[-1] == "1 of 2 hold"
+    text = claims_html(results)
+    assert "5 &lt; 6 &amp; &#34;so&#34;" in text and text.count("<html") == 1 and text.count("<tr") == 3
+    assert value_text(list(range(1, 13))) == "1 to 12"
+    assert value_text([], "s") == "none"
+    assert table(results).splitlines()[-1] == "1 of 2 hold"

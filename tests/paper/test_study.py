@@ -1,4 +1,4 @@
-"""What `livebass study` computes, writes and refuses."""
+"""The command `livebass study`: the files that it writes, and the input that it refuses."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ import soundfile
 from support.command import Run, assert_one_clear_line, cli_text
 
 from livebass.engine.solve import solve_trial
-from livebass.model.trial import Motion, Trial
-from livebass.paper.figures import measure as study_measure
-from livebass.paper.figures import studies as study_run
-from livebass.paper.figures.measure import Findings, Study, Table
+from livebass.model.trial import Motion
+from livebass.paper.figures.measure import case_job
 from livebass.paper.figures.studies import STUDIES, chosen, run_studies
+from livebass.paper.figures.study import Findings, Study, Table
+from livebass.paper.solving import Job
 
 NAMES = ["linear", "a", "oblique"]
 SHORT = 0.1  # s
@@ -46,7 +46,7 @@ def done(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Any]
 
 
 class Links(HTMLParser):
-    """All a page refers to."""
+    """Collects every reference of a page."""
 
     def __init__(self, text: str) -> None:
         super().__init__()
@@ -86,7 +86,7 @@ def test_each_study_has_figures_data_and_sounds(done: tuple[Path, dict[str, Any]
 
 def test_the_data_are_the_motion(done: tuple[Path, dict[str, Any]]) -> None:
     directory, result = done
-    trial = study_measure.case_trial("a", SHORT)
+    trial = case_job("a", SHORT).trial
     expected = solve_trial(trial)
     with np.load(directory / "a" / "result.npz") as data:
         np.testing.assert_array_equal(data["a_u_m"], expected.displacement_m)
@@ -127,14 +127,13 @@ def test_the_page_keeps_studies_of_earlier_runs(tmp_path: Path) -> None:
 
 
 def test_what_studies_share_is_solved_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    solved: list[Trial] = []
+    solved: list[Job] = []
 
-    def solve(trial: Trial) -> Motion:
-        if trial.samples > 2:  # the others load the kernels
-            solved.append(trial)
-        return solve_trial(replace(trial, modes=min(trial.modes, 20)))
+    def solve(job: Job) -> Motion:
+        solved.append(job)
+        return solve_trial(replace(job.trial, modes=min(job.trial.modes, 20)))
 
-    monkeypatch.setattr(study_run, "solve_trial", solve)
+    monkeypatch.setattr(Job, "solve", solve)
     studies = [replace(s, report=lambda motions: Findings()) for s in chosen(["b", "cases", "dispersion", "stiffness"])]
     result = run_studies(studies, tmp_path, duration=SHORT, workers=1)
     assert len(solved) == len(set(solved)) == result["solutions"] == 6  # a, b, c, harmonic, soft; first 5 ms of b

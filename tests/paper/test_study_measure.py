@@ -1,4 +1,4 @@
-"""What studies measure, against the paper and against closed forms."""
+"""The measurements of studies, against the paper and against closed forms."""
 
 from __future__ import annotations
 
@@ -7,45 +7,43 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from livebass.analysis import motion as motion_analysis
-from livebass.analysis.motion import decay_rates
+from livebass.analysis.motion import Solved, decay_rates
 from livebass.engine.solve import solve_trial
 from livebass.model import modes
 from livebass.model.trial import Motion
-from livebass.paper.claims import check as claims
-from livebass.paper.figures import basics as study_convergence
-from livebass.paper.figures import basics as study_linear
-from livebass.paper.figures import measure as study_measure
-from livebass.paper.figures import studies as study_claims
-from livebass.paper.figures.measure import Solved
-from livebass.paper.figures.studies import STUDIES, chosen
+from livebass.paper.claims import check
+from livebass.paper.figures import measure
+from livebass.paper.figures.section_4 import convergence_jobs, errors
+from livebass.paper.figures.sections_2_3 import linear
+from livebass.paper.figures.studies import STUDIES, chosen, statement_jobs, statements
+from livebass.paper.solving import solve_all
 
 
 @pytest.fixture(scope="module")
 def case_b() -> Solved:
     """0.15 s of case B: all its contacts, and some free motion."""
-    trial = study_measure.case_trial("b", 0.15)
+    trial = measure.case_job("b", 0.15).trial
     return Solved(trial, solve_trial(trial))
 
 
 def test_case_b_in_numbers(case_b: Solved) -> None:
-    told = study_measure.numbers(case_b)
+    told = measure.numbers(case_b)
     assert told["first_fret"] == 12 and told["points_first_set"] == 12
     assert told["first_contact_ms"] == pytest.approx(4, abs=0.3)
-    table = study_measure.sets_table({"B": case_b})
+    table = measure.sets_table({"B": case_b})
     assert table.rows[0][-1] == "1-12" and table.rows[1][-1] == "2-11"  # section 4.1.1
-    time_s, change = study_measure.variation(case_b)
+    time_s, change = measure.variation(case_b)
     early, late = change[time_s < 0.02], change[time_s > 0.1]
     assert early.max() > 0.1 and np.abs(late).max() < 0.03  # the glide of figure 7a
-    window = study_measure.set_times([case_b], 0)
+    window = measure.set_times([case_b], 0)
     assert window is not None and window[0] < told["first_contact_ms"] * 1e-3 < window[1]
-    assert study_measure.set_times([case_b], 99) is None
+    assert measure.set_times([case_b], 99) is None
 
 
 def test_the_pitch_is_that_of_the_contacts(case_b: Solved) -> None:
     """A string that comes back to the neck every 9.6 ms has 105 Hz, whatever its overtones do; it ends in mode 1."""
-    pitch = motion_analysis.pitch(case_b.trial, case_b.motion.displacement_m)
-    middles = [(first + last) / 2 for first, last, _ in study_measure.sets_of(case_b)[:7]]
+    pitch = case_b.pitch
+    middles = [(first + last) / 2 for first, last, _ in measure.sets_of(case_b)[:7]]
     for before, after in pairwise(middles):
         found = np.interp((before + after) / 2, pitch.time_s, pitch.frequency_hz)
         assert found == pytest.approx(1 / (after - before), rel=0.045)
@@ -54,7 +52,7 @@ def test_the_pitch_is_that_of_the_contacts(case_b: Solved) -> None:
 
 
 def test_energy_falls_and_modes_ring_down_as_damped(case_b: Solved) -> None:
-    time_s, each, total = motion_analysis.energies(case_b.trial, case_b.motion)
+    time_s, each, total = case_b.energies()
     assert each.shape == (time_s.size, 862) and time_s[0] == 0 and time_s[-1] == pytest.approx(0.15, abs=1e-4)
     assert (np.diff(total) < 0).all()
     free = time_s > case_b.contacts.time_s[-1]
@@ -65,18 +63,18 @@ def test_energy_falls_and_modes_ring_down_as_damped(case_b: Solved) -> None:
 
 def test_convergence_meets_the_paper_s_criterion() -> None:
     """Section 4: below 0.1 at 8 MHz in case B, 16 MHz in case C; and finer is better."""
-    asked = study_convergence.convergence_trials(None)
-    motions = {key: asked[key] for key in ("b", "b 2", "b 8", "c", "c 16", "modes", "modes 400")}
-    solved = {key: Solved(trial, solve_trial(trial)) for key, trial in motions.items()}
-    error = {key: study_convergence.errors(solved[key], solved[key.split()[0]])[0][-1] for key in solved if " " in key}
+    jobs = convergence_jobs(None)
+    motions = solve_all(jobs[key] for key in ("b", "b 2", "b 8", "c", "c 16", "modes", "modes 400"))
+    solved = {key: motions[job] for key, job in jobs.items() if job in motions}
+    error = {key: errors(solved[key], solved[key.split()[0]])[0][-1] for key in solved if " " in key}
     assert error["b 8"] < 0.01 and error["c 16"] < 0.1 and error["modes 400"] < 0.1
     assert error["b 8"] < error["b 2"] < 1
 
 
 def test_over_a_board_places_are_told() -> None:
-    trial = study_measure.case_trial("fretless", 0.05)
+    trial = measure.case_job("fretless", 0.05).trial
     solved = Solved(trial, solve_trial(trial))
-    told, table = study_measure.numbers(solved), study_measure.sets_table({"F": solved})
+    told, table = measure.numbers(solved), measure.sets_table({"F": solved})
     assert solved.over_board and told["first_fret"] is None and 300 < told["first_place_mm"] < 600
     assert told["points_first_set"] > 100  # a fretted neck has 20
     least, most = map(float, str(table.rows[0][-1]).removesuffix(" mm").split(" to "))
@@ -85,29 +83,32 @@ def test_over_a_board_places_are_told() -> None:
 
 
 def test_statements_beside_what_comes_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    few = claims.chosen(["g-fundamental", "a-centroid"])
-    monkeypatch.setattr(claims, "chosen", lambda: few)
-    found = study_claims.claims_report({})
+    few = check.chosen(["g-fundamental", "a-centroid"])
+    monkeypatch.setattr(check, "chosen", lambda: few)
+    jobs = statement_jobs(0.1)
+    assert list(jobs) == ["a"] and jobs["a"].trial.duration == 1.0  # the paper's, whatever is asked for
+    motions = solve_all(jobs.values())
+    found = statements({name: motions[job] for name, job in jobs.items()})
     (table,) = found.tables
     assert [(row[0], row[-1]) for row in table.rows] == [("g-fundamental", "yes"), ("a-centroid", "yes")]
     assert [claim["passed"] for claim in found.numbers["claims"]] == [True, True]
-    assert "2 of 2" in table.caption and study_claims.claims_trials(1.0) == {}
+    assert "2 of 2" in table.caption
 
 
 def test_the_neck_explains_the_quality_factors() -> None:
     """Section 3.2: with the mobility the model follows the measured dampings, without it not."""
-    found = study_linear.linear_report({})
+    found = linear({})
     measured, with_neck, without = (found.arrays[k] for k in ("measured_q", "model_q", "model_q_without_neck"))
     misses = [np.median(np.abs(q / measured - 1)) for q in (with_neck, without)]
     assert misses[0] < 0.2 and misses[1] > 0.5 and (without >= with_neck).all()
 
 
 def test_the_rest_of_what_is_said() -> None:
-    assert study_measure.ranges([1, 2, 3, 7, 9, 10]) == "1-3, 7, 9-10" and study_measure.ranges([]) == ""
+    assert measure.ranges([1, 2, 3, 7, 9, 10]) == "1-3, 7, 9-10" and measure.ranges([]) == ""
     assert [s.name for s in chosen(["ALL"])] == list(STUDIES)
     assert [s.name for s in chosen(["neck", "b", "B"])] == ["b", "neck"]
     with pytest.raises(ValueError, match="there is no v"):
-        Solved(study_measure.case_trial("a", 0.1), _still()).displacement(across=True)
+        Solved(measure.case_job("a", 0.1).trial, _still()).displacement(across=True)
 
 
 def _still() -> Motion:

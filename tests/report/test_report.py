@@ -10,7 +10,7 @@ import sys
 import numpy as np
 import pytest
 
-from livebass.report.page import page
+from livebass.report.page import html_page
 from livebass.report.picture import check_matplotlib, figure, image
 from livebass.report.text import columns, csv_text, json_text, plain
 
@@ -49,7 +49,7 @@ def test_the_same_figure_is_the_same_file(kind: str, begins: bytes) -> None:
 
 def test_a_page_escapes_what_it_is_given() -> None:
     row = ("<id>", "2", '5 < 6 & "so"', "q", "1", "2", "NO")
-    text = page("livebass.paper", "claims.html", rows=[row], count="0 of 1 hold")
+    text = html_page("livebass.paper", "claims.html", rows=[row], count="0 of 1 hold")
     assert "5 &lt; 6 &amp; &#34;so&#34;" in text and "<id>" not in text and 'class="fails"' in text
 
 

@@ -1,1 +1,1 @@
-"""The paper's statements, checked."""
+"""Checks the statements of Issanchou et al. (2018) that can be checked."""

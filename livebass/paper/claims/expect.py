@@ -1,4 +1,4 @@
-"""A claim of the paper, and what it expects of the numbers measured for it: what, how closely, and whether."""
+"""A claim of the paper, and the kinds of expectation that a measured value can meet."""
 
 from __future__ import annotations
 
@@ -11,31 +11,31 @@ Value = float | int | bool | list[float] | list[int]
 
 
 class Expectation(Protocol):
-    """What is expected and how closely."""
+    """The expected value, how closely it is expected, and the check."""
 
     @property
     def expected(self) -> Value | str:
-        """As the paper has it."""
+        """The value as the paper states it."""
 
     @property
     def tolerance(self) -> str:
-        """What is allowed, in words."""
+        """The allowed deviation in words."""
 
     def holds(self, measured: Value) -> bool:
-        """Whether `measured` is that; a NaN never is."""
+        """True if `measured` meets the expectation; NaN never does."""
 
 
 def numbers(value: Value) -> list[float]:
-    """A value as a list."""
+    """`value` as a list of floats."""
     return [float(v) for v in value] if isinstance(value, list) else [float(value)]
 
 
 @dataclass(frozen=True)
 class Near:
-    """A number, the paper's "about"."""
+    """A number to a relative tolerance: the paper's "about"."""
 
     expected: float
-    within: float  # part of it
+    within: float  # relative
 
     @property
     def tolerance(self) -> str:
@@ -48,7 +48,7 @@ class Near:
 
 @dataclass(frozen=True)
 class AtLeast:
-    """A number, or each of some, not under `least`."""
+    """A number, or each of several, of `least` or more."""
 
     least: float
 
@@ -64,7 +64,7 @@ class AtLeast:
 
 @dataclass(frozen=True)
 class AtMost:
-    """A number, or each of some, not over `most`."""
+    """A number, or each of several, of `most` or less."""
 
     most: float
 
@@ -80,7 +80,7 @@ class AtMost:
 
 @dataclass(frozen=True)
 class Between:
-    """A number, or each of some, from `least` to `most`."""
+    """A number, or each of several, from `least` to `most`."""
 
     least: float
     most: float
@@ -97,7 +97,7 @@ class Between:
 
 @dataclass(frozen=True)
 class Exactly:
-    """A count, a fret, a list of frets."""
+    """A count, a fret or a list of frets, exactly."""
 
     value: int | tuple[int, ...]
 
@@ -113,7 +113,7 @@ class Exactly:
 
 @dataclass(frozen=True)
 class Nears:
-    """Several numbers, each as in `Near`."""
+    """Several numbers, each to a relative tolerance as in `Near`."""
 
     values: tuple[float, ...]
     within: float
@@ -134,7 +134,7 @@ class Nears:
 
 @dataclass(frozen=True)
 class Rising:
-    """Numbers in ascending order, each over the one before by more than `least`, a part of that."""
+    """Ascending numbers, each above the one before by more than `least` of that."""
 
     least: float = 0.0
 
@@ -151,9 +151,9 @@ class Rising:
 
 @dataclass(frozen=True)
 class Falling:
-    """Numbers that go down from the first to the last, none over the one before by more than `slack`."""
+    """Numbers of which the last is below the first, and none above the one before by more than `slack` of that."""
 
-    slack: float = 0.0  # part of it
+    slack: float = 0.0
 
     expected = "falling"
 
@@ -169,7 +169,7 @@ class Falling:
 
 @dataclass(frozen=True)
 class Covers:
-    """An interval [start, end] that holds another one."""
+    """A measured interval that contains the interval from `start` to `end`."""
 
     start: float
     end: float
@@ -187,7 +187,7 @@ class Covers:
 
 @dataclass(frozen=True)
 class Each:
-    """Several numbers, each with an expectation of its own."""
+    """Several numbers, each with its own expectation."""
 
     parts: tuple[Expectation, ...]
 
@@ -207,13 +207,13 @@ class Each:
 
 @dataclass(frozen=True)
 class Claim:
-    """A statement that can be checked."""
+    """A statement of the paper that can be checked."""
 
     id: str
     section: str  # of the paper
-    statement: str  # as the paper has it
-    quantity: str  # what is measured
+    statement: str  # in the paper's words
+    quantity: str  # that is measured
     unit: str  # SI; "" for counts and ratios
     expects: Expectation
-    needs: tuple[str, ...]  # runs: keys of claims_runs.JOBS
-    measure: Callable[..., Value]  # of these runs, in that order
+    needs: tuple[str, ...]  # names of runs: keys of `runs.ENGINE` and `runs.BRUTE`
+    measure: Callable[..., Value]  # takes these runs, each `Solved`, in this order

@@ -1,7 +1,4 @@
-"""Claims of section 4.1 about when and where the string meets the frets.
-
-Claims of section 4.1 about spectrum and pitch: energy in high modes, characteristic frequency, glide.
-"""
+"""Claims of section 4.1: contacts with the frets, spectrum and pitch in cases A, B and C, and the oblique pluck."""
 
 from __future__ import annotations
 
@@ -9,11 +6,11 @@ import math
 
 import numpy as np
 
-from livebass.analysis.motion import string_shape
+from livebass.analysis.motion import Solved, string_shape
 from livebass.paper.claims.expect import AtLeast, AtMost, Between, Claim, Exactly, Falling, Near, Nears, Rising, Value
 from livebass.paper.claims.runs import (
     STATES_EVERY,
-    Run,
+    centroid,
     centroid_at,
     contrast,
     difference,
@@ -32,14 +29,20 @@ from livebass.paper.claims.runs import (
     set_times,
 )
 
+EARLY = 0.1  # s
+SHOWN = 0.6  # s, of the spectrograms in figures 5 and 9
+PROMINENCE = 3.0  # dB
+NOISE = 2e-3  # relative: the range of the fundamental by YIN of a string without contacts stays below
+RAISED = 0.1  # share of the energy in high modes that counts as a transfer in progress
 
-def second_hit(run: Run) -> Value:
-    """When fret 1 is met again after the first set."""
+
+def second_hit(run: Solved) -> Value:
+    """Time of the first contact with fret 1 after the first set, s."""
     times = fret_times(run, 1)
-    return first_time(times[times > run.sets[0].time_s[-1]]) if run.sets else math.nan
+    return first_time(times[times > run.contacts.time_s[run.sets[0][-1]]]) if run.sets else math.nan
 
 
-def released(run: Run) -> list[float]:
+def released(run: Solved) -> list[float]:
     """Greatest displacement along u and along v at the release, m."""
     states = run.motion.states
     if states is None or states.shape[1] < 2:
@@ -48,25 +51,75 @@ def released(run: Run) -> list[float]:
     return [float(string_shape(s, q, np.linspace(0, s.length, 1000)).max()) for q in states[0, :, 0]]
 
 
-def angle(run: Run) -> Value:
+def angle(run: Solved) -> Value:
     """Angle between the plane of the pluck and (xOy), degrees."""
     up, across = released(run)
     return math.degrees(math.atan2(up, across))
 
 
-def across_over_up(run: Run) -> Value:
+def across_over_up(run: Solved) -> Value:
     """v over u, root mean squares."""
     v = run.motion.across_m
     return math.nan if v is None else float(np.std(v) / np.std(run.motion.displacement_m))
 
 
-def offset_across(run: Run) -> Value:
-    """Mean of v over the last 0.2 s, part of its greatest."""
+def offset_across(run: Solved) -> Value:
+    """Mean of v over the last 0.2 s, relative to its greatest value."""
     v = run.motion.across_m
     return math.nan if v is None else float(abs(v[-round(0.2 * run.rate) :].mean()) / np.abs(v).max())
 
 
-CONTACT = (
+def enrichment(run: Solved) -> Value:
+    """Greatest share of the energy in high modes over the share at the release."""
+    share = high_share(run)
+    return float(share.max() / share[0])
+
+
+def transfer_end(run: Solved) -> float:
+    """Last time at which high modes have more than `RAISED` of the energy, s."""
+    over = np.flatnonzero(high_share(run) > RAISED)
+    return float(over[-1] * STATES_EVERY / run.rate) if over.size else 0.0
+
+
+def highest_centroid(run: Solved) -> float:
+    """The highest characteristic frequency of the first 0.1 s, Hz."""
+    time, nu = centroid(run)
+    return float(nu[time < EARLY].max())
+
+
+def least_ratio(above: Solved, below: Solved) -> Value:
+    """Characteristic frequency of `above` over that of `below`, the least over all times."""
+    return float((centroid(above)[1] / centroid(below)[1]).min())
+
+
+def variation(run: Solved) -> Value:
+    """Range of the fundamental over the whole signal, relative to its last value."""
+    nu = run.pitch.frequency_hz
+    return float(np.ptp(nu) / nu[-1])
+
+
+def stairs(run: Solved) -> Value:
+    """Fundamental at each set of contacts but the first, Hz."""
+    return fundamental_at(run, set_times(run)[1:])
+
+
+def zone(run: Solved, frequency: float) -> Value:
+    """Level of u in a band of 500 Hz over its two neighbours, in the time that the spectrograms show, dB."""
+    return contrast(run.motion.displacement_m, run.rate, frequency, 500, 0, SHOWN)
+
+
+def extremes_across(run: Solved, about: tuple[float, ...], sign: int) -> Value:
+    """The partials of v nearest to `about` that stand out upwards (sign 1) or downwards (-1) by `PROMINENCE`, Hz."""
+    from scipy.signal import find_peaks
+
+    if run.motion.across_m is None:
+        return [math.nan for _ in about]
+    nu, level = partial_levels(run, run.motion.across_m, 40, 0, SHOWN)
+    found = nu[find_peaks(sign * level, prominence=PROMINENCE)[0]]
+    return [float(found[np.argmin(np.abs(found - f))]) if found.size else math.nan for f in about]
+
+
+CLAIMS = (
     Claim(
         "a-no-contact", "4.1",
         "a sufficiently small maximal initial displacement (0.87 mm) so that no contact occurs",
@@ -170,67 +223,6 @@ CONTACT = (
         "mean of v over the last 0.2 s, part of its greatest",
         "", AtMost(0.01), ("oblique",), offset_across,
     ),
-)  # fmt: skip
-
-
-EARLY = 0.1  # s
-SHOWN = 0.6  # s, of the spectrograms in figures 5 and 9
-PROMINENCE = 3.0  # dB
-NOISE = 2e-3  # relative, of a fundamental by YIN: what a string free of contacts shows stays below
-RAISED = 0.1  # part of the energy in high modes that counts as a transfer in progress
-
-
-def enrichment(run: Run) -> Value:
-    """Greatest part of the energy in high modes over that at the release."""
-    share = high_share(run)
-    return float(share.max() / share[0])
-
-
-def transfer_end(run: Run) -> float:
-    """Until when high modes have `RAISED` of the energy, s."""
-    over = np.flatnonzero(high_share(run) > RAISED)
-    return float(over[-1] * STATES_EVERY / run.rate) if over.size else 0.0
-
-
-def highest_centroid(run: Run) -> float:
-    """The highest characteristic frequency of the first 0.1 s, Hz."""
-    time, nu = run.centroid
-    return float(nu[time < EARLY].max())
-
-
-def least_ratio(above: Run, below: Run) -> Value:
-    """Characteristic frequency of one over that of the other, the least of all times."""
-    return float((above.centroid[1] / below.centroid[1]).min())
-
-
-def variation(run: Run) -> Value:
-    """Range of the fundamental over the whole signal, relative."""
-    nu = run.pitch.frequency_hz
-    return float(np.ptp(nu) / nu[-1])
-
-
-def stairs(run: Run) -> Value:
-    """Fundamental at each set of contacts but the first, Hz."""
-    return fundamental_at(run, set_times(run)[1:])
-
-
-def zone(run: Run, frequency: float) -> Value:
-    """Level of 500 Hz of u over the bands beside it in the time the spectrograms show, dB."""
-    return contrast(run.motion.displacement_m, run.rate, frequency, 500, 0, SHOWN)
-
-
-def extremes_across(run: Run, about: tuple[float, ...], sign: int) -> Value:
-    """Partials of v that stand out by `PROMINENCE`, up (sign 1) or down (-1): those nearest to `about`, Hz."""
-    from scipy.signal import find_peaks
-
-    if run.motion.across_m is None:
-        return [math.nan for _ in about]
-    nu, level = partial_levels(run, run.motion.across_m, 40, 0, SHOWN)
-    found = nu[find_peaks(sign * level, prominence=PROMINENCE)[0]]
-    return [float(found[np.argmin(np.abs(found - f))]) if found.size else math.nan for f in about]
-
-
-SPECTRUM = (
     Claim(
         "a-centroid", "4.1.1",
         "In case A, νc slightly decreases in time",
@@ -329,6 +321,3 @@ SPECTRUM = (
         "Hz", Nears((600, 900, 1400), 0.05), ("oblique",), lambda run: extremes_across(run, (600, 900, 1400), 1),
     ),
 )  # fmt: skip
-
-
-CLAIMS = (*CONTACT, *SPECTRUM)

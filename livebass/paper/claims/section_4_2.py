@@ -1,12 +1,10 @@
-"""Claims of sections 4.2.1 and 4.2.2: dispersion and the plucking point.
-
-Claims of sections 4.2.3 and 4.2.4: the neck's adjustment and the stiffness of the contact.
-"""
+"""Claims of section 4.2: dispersion, the plucking point, the neck's adjustment and the stiffness of the contact."""
 
 from __future__ import annotations
 
 import math
 
+from livebass.analysis.motion import Solved
 from livebass.paper.claims.expect import (
     AtLeast,
     Between,
@@ -21,7 +19,6 @@ from livebass.paper.claims.expect import (
     Value,
 )
 from livebass.paper.claims.runs import (
-    Run,
     centroid_at,
     count,
     energies,
@@ -40,24 +37,46 @@ from livebass.paper.claims.runs import (
 )
 
 AFTER = slice(2, 8)  # the third to the eighth set
+HIGHEST = 60  # the modes above this one are over 6 kHz
 
 
-def earlier(run: Run, other: Run) -> Value:
-    """By how much the sets of `other` begin before those of `run`, from the third on, s."""
+def earlier(run: Solved, other: Solved) -> Value:
+    """Lead of the sets of `other` over those of `run`, from the third to the eighth, s."""
     return [a - b for a, b in zip(set_times(run)[AFTER], set_times(other)[AFTER], strict=False)]
 
 
-def mean_size(run: Run) -> float:
-    """Frets a set from the third to the eighth."""
+def mean_size(run: Solved) -> float:
+    """Mean number of frets in the third to the eighth set."""
     return sum(set_sizes(run)[AFTER]) / (AFTER.stop - AFTER.start)
 
 
-def first_set_size(run: Run) -> int:
-    """Frets of the first set."""
+def first_set_size(run: Solved) -> int:
+    """Number of frets in the first set."""
     return len(set_frets(run, 1))
 
 
-PLAYER = (
+def gap_12(run: Solved) -> float:
+    """The gap d_12 between the string at rest and fret 12, m."""
+    s = run.trial.speaking
+    return -s.contact_height[s.contact_fret.index(12)]
+
+
+def turns(run: Solved) -> Value:
+    """Numbers of maxima and of minima of the fundamental up to 0.8 s that stand out by 1 Hz or more."""
+    from scipy.signal import find_peaks
+
+    p = run.pitch
+    nu = p.frequency_hz[p.time_s < 0.8]
+    return [len(find_peaks(sign * nu, prominence=1.0)[0]) for sign in (1, -1)]
+
+
+def highest_level(run: Solved) -> float:
+    """Mean energy above 6 kHz over the first 0.1 s, relative to the whole energy at the release, dB."""
+    e = energies(run)
+    return 10 * math.log10(e[1:11, HIGHEST:].sum(axis=1).mean() / e[0].sum())
+
+
+CLAIMS = (
     Claim(
         "harmonic-third-set", "4.2.1",
         "From the third set of contacts (i.e. from about 0.02 s)",
@@ -144,34 +163,6 @@ PLAYER = (
         "first time of fret 2",
         "s", Near(0.85, 0.01), ("near-nut",), lambda run: first_time(fret_times(run, 2)),
     ),
-)  # fmt: skip
-
-
-HIGHEST = 60  # modes above: over 6 kHz
-
-
-def gap_12(run: Run) -> float:
-    """d_12, between the string at rest and fret 12, m."""
-    s = run.trial.speaking
-    return -s.contact_height[s.contact_fret.index(12)]
-
-
-def turns(run: Run) -> Value:
-    """How many maxima the fundamental has up to 0.8 s, and how many minima, that stand out by 1 Hz or more."""
-    from scipy.signal import find_peaks
-
-    p = run.pitch
-    nu = p.frequency_hz[p.time_s < 0.8]
-    return [len(find_peaks(sign * nu, prominence=1.0)[0]) for sign in (1, -1)]
-
-
-def highest_level(run: Run) -> float:
-    """Energy above 6 kHz over all of it at the release, its mean over the first 0.1 s, dB."""
-    e = energies(run)
-    return 10 * math.log10(e[1:11, HIGHEST:].sum(axis=1).mean() / e[0].sum())
-
-
-NECK = (
     Claim(
         "neck-gaps", "4.2.3",
         "d_12 = 2.3 mm [...] 2 mm [...] In this case, d_12 = 1.8 mm",
@@ -280,6 +271,3 @@ NECK = (
         "dB", Rising(), ("soft", "b"), lambda *runs: [highest_level(run) for run in runs],
     ),
 )  # fmt: skip
-
-
-CLAIMS = (*PLAYER, *NECK)

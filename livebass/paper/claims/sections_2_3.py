@@ -1,6 +1,6 @@
-"""Claims of sections 2.2 and 3: the string's table, its modes, and the neck in them.
+"""Claims of sections 2 and 3, and of 4 on convergence: the string's modes, the neck in them, and the scheme.
 
-Claims of sections 2.3 and 4 about the scheme: exact, conservative, dissipative, stable, converged.
+The scheme is exact without contacts, conservative without losses, dissipative with them, stable, and converged.
 """
 
 from __future__ import annotations
@@ -10,26 +10,26 @@ from dataclasses import replace
 
 import numpy as np
 
-from livebass.analysis.motion import shape_at
+from livebass.analysis.motion import Solved, shape_at
 from livebass.arrays import Floats
 from livebass.model import modes
 from livebass.model.instrument import Speaking
 from livebass.model.neck import neck_damping
 from livebass.paper.cases import CASES
 from livebass.paper.claims.expect import AtLeast, AtMost, Between, Claim, Each, Near, Rising, Value
-from livebass.paper.claims.runs import Run, difference, energy_drift, energy_steps
+from livebass.paper.claims.runs import difference, energy_drift, energy_steps
 
 FIT = slice(19, 34)  # the 20th to the 34th mode
 LOW, HIGH = slice(0, 20), slice(30, 60)  # up to 2000 Hz; beyond the 30th mode
 
 
-def _g() -> Speaking:
+def _string() -> Speaking:
     """The paper's string over its neck."""
     return CASES["a"].speaking()
 
 
 def _law(s: Speaking) -> Speaking:
-    """The same without what was measured: the models alone."""
+    """`s` with the frequencies and dampings of the models in place of the measured ones."""
     return replace(s, string=replace(s.string, measured_frequencies=(), measured_dampings=()))
 
 
@@ -39,18 +39,18 @@ def _measured(s: Speaking) -> tuple[Floats, Floats]:
 
 
 def _neck_dampings(s: Speaking, count: int) -> Floats:
-    """The neck's part in the dampings of the model, 1/s, (count,): the last term of eq. 9."""
+    """The neck's part of the dampings of the model, 1/s, (count,): the last term of eq. 9."""
     return neck_damping(s.admittance.at(modes.frequencies(_law(s), count)), modes.impedance(s), s.fundamental)
 
 
 def tension() -> Value:
-    s = _g()
+    s = _string()
     return 4 * s.length**2 * s.string.linear_density * s.fundamental**2
 
 
 def inharmonicity() -> Value:
     """B of eq. 8 by least squares over the 20th to the 34th mode, with c / 2L of table 1."""
-    s = _g()
+    s = _string()
     j = np.arange(1, 35)[FIT]
     ideal = j * s.string.nominal_fundamental
     bend = ideal * j**2 / 2
@@ -58,22 +58,22 @@ def inharmonicity() -> Value:
 
 
 def frequency_error() -> Value:
-    s = _g()
+    s = _string()
     nu = _measured(s)[0]
     error = np.abs(modes.frequencies(_law(s), 34) / nu - 1)
     return [float(error.max()), float(error[FIT].max())]
 
 
 def quality_error() -> Value:
-    s = _g()
+    s = _string()
     nu, sigma = _measured(s)
     quality = modes.frequencies(_law(s), 34) / modes.dampings(_law(s), 34)
     return float(np.median(np.abs(quality / (nu / sigma) - 1)[FIT]))
 
 
 def quality_without_neck() -> Value:
-    """Q of the model without the neck over the measured one, medians up to 2 kHz and from 3 to 3.4 kHz."""
-    s = _g()
+    """Q of the model without the neck over the measured Q: medians up to 2 kHz and from 3 to 3.4 kHz."""
+    s = _string()
     nu, sigma = _measured(s)
     bare = modes.dampings(_law(s), 34) - _neck_dampings(s, 34)
     ratio = modes.frequencies(_law(s), 34) / bare / (nu / sigma)
@@ -81,15 +81,15 @@ def quality_without_neck() -> Value:
 
 
 def neck_share() -> Value:
-    """The neck's part in the damping of the model: the mean up to 2 kHz, and of modes 31 to 60."""
-    s = _g()
+    """The neck's part of the damping of the model: means up to 2 kHz and over modes 31 to 60."""
+    s = _string()
     share = _neck_dampings(s, 60) / modes.dampings(_law(s), 60)
     return [float(share[LOW].mean()), float(share[HIGH].mean())]
 
 
 def neck_detuning() -> Value:
-    """What the neck adds to the frequencies of the model, the most of 100 modes, relative."""
-    s = _law(_g())
+    """Greatest relative change that the neck makes to the frequencies of the model, over 100 modes."""
+    s = _law(_string())
     j = np.arange(1, 101)
     without = j * s.fundamental * (1 + s.inharmonicity * j**2 / 2)
     return float(np.abs(modes.frequencies(s, 100) / without - 1).max())
@@ -97,16 +97,33 @@ def neck_detuning() -> Value:
 
 def damping_bands() -> Value:
     """Mean damping of modes 1 to 10, 11 to 34, 35 to 100 and above."""
-    sigma = modes.dampings(_g(), 862)
+    sigma = modes.dampings(_string(), 862)
     return [float(part.mean()) for part in np.split(sigma, [10, 34, 100])]
 
 
-LINEAR = (
+def modes_to_grid() -> Value:
+    """Greatest entry of dx S S^T - 1, S of all modes at all interior grid points."""
+    s = CASES["a"].speaking()
+    shape = modes.shapes(s, s.grid_points - 1, s.step * np.arange(1.0, s.grid_points))
+    return float(np.abs(s.step * shape @ shape.T - np.eye(len(shape))).max())
+
+
+def exactness(run: Solved) -> Value:
+    """Greatest error of case A every 10 ms against eq. 4 in closed form, relative to the greatest displacement."""
+    if run.motion.states is None:
+        return math.nan
+    every = np.asarray(run.trial.states)
+    q, rate = run.motion.states[0, 0]
+    exact = shape_at(run.trial.speaking, q, rate, run.motion.time_s[every], np.array([run.trial.sensor]))[:, 0]
+    return float(np.abs(run.motion.displacement_m[every] - exact).max() / np.abs(exact).max())
+
+
+CLAIMS = (
     Claim(
         "g-fundamental", "3",
         "The G-string of an electric bass with fundamental frequency 98 Hz is considered",
         "first eigenfrequency of the model",
-        "Hz", Near(98, 0.005), (), lambda: float(modes.frequencies(_g(), 1)[0]),
+        "Hz", Near(98, 0.005), (), lambda: float(modes.frequencies(_string(), 1)[0]),
     ),
     Claim(
         "g-tension", "3",
@@ -139,7 +156,7 @@ LINEAR = (
         "g-mode-34", "3.2",
         "measured values of the linear characteristics are directly included up to the 34th mode, i.e. around 3400 Hz",
         "frequency of mode 34",
-        "Hz", Near(3400, 0.01), (), lambda: float(modes.frequencies(_g(), 34)[-1]),
+        "Hz", Near(3400, 0.01), (), lambda: float(modes.frequencies(_string(), 34)[-1]),
     ),
     Claim(
         "g-damping-rises", "4.1",
@@ -167,27 +184,6 @@ LINEAR = (
         "greatest relative change of modes 1 to 100 by the mobility",
         "", Between(1e-9, 5e-3), (), neck_detuning,
     ),
-)  # fmt: skip
-
-
-def modes_to_grid() -> Value:
-    """How far dx S S^T is from one: S of all modes at all interior grid points."""
-    s = CASES["a"].speaking()
-    shape = modes.shapes(s, s.grid_points - 1, s.step * np.arange(1.0, s.grid_points))
-    return float(np.abs(s.step * shape @ shape.T - np.eye(len(shape))).max())
-
-
-def exactness(run: Run) -> Value:
-    """The displacement of case A every 10 ms against eq. 4 solved in closed form, part of its greatest."""
-    if run.motion.states is None:
-        return math.nan
-    every = np.asarray(run.trial.states)
-    q, rate = run.motion.states[0, 0]
-    exact = shape_at(run.trial.speaking, q, rate, run.motion.time_s[every], np.array([run.trial.sensor]))[:, 0]
-    return float(np.abs(run.motion.displacement_m[every] - exact).max() / np.abs(exact).max())
-
-
-SCHEME = (
     Claim(
         "scheme-grid", "2.3",
         "Assuming a number of modes equal to the number of interior points of the spatial grid, i.e. Nm = N - 1, a "
@@ -239,6 +235,3 @@ SCHEME = (
         "", AtLeast(0.1), ("b-coarse", "b"), lambda coarse, run: difference(coarse, run, 0, 0.12),
     ),
 )  # fmt: skip
-
-
-CLAIMS = (*LINEAR, *SCHEME)

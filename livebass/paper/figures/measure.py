@@ -1,186 +1,64 @@
-"""What a study is, and what comes out of one: figures, tables, sounds, arrays and numbers.
-
-What studies measure in a motion: spectrogram, characteristic frequency, pitch, sets of contacts, sounds.
-"""
+"""Numbers, tables, spectrograms and sounds of a motion, as several studies need them."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from livebass.analysis import motion as modal_motion
-from livebass.analysis import motion as motion_analysis
-from livebass.analysis.sound import (
-    PAPER_RATE,
-    Contactogram,
-    Spectrogram,
-    contactogram,
-    relative_variation,
-    resampled,
-    spectrogram_db,
-)
+from livebass.analysis.motion import HOP, WINDOW, Solved, state_samples, string_shape
+from livebass.analysis.sound import PAPER_RATE, Spectrogram, relative_variation, resampled, spectrogram_db
 from livebass.arrays import Floats
-from livebass.model import modes
-from livebass.model.instrument import Speaking
-from livebass.model.trial import Motion, Trial, initial_amplitudes
+from livebass.model.modes import frequencies
+from livebass.model.trial import initial_amplitudes
 from livebass.paper.cases import CASES
+from livebass.paper.figures.study import Findings, Sound, Table, curve
+from livebass.paper.solving import Job
+
+STATES = 200  # times at which the state of the modes is kept
+WAV_RATE = 44_100  # Hz, of the paper's sounds
 
 
-@dataclass(frozen=True)
-class Solved:
-    """A trial and how it came out."""
-
-    trial: Trial
-    motion: Motion
-
-    @property
-    def speaking(self) -> Speaking:
-        return self.trial.speaking
-
-    @property
-    def contacts(self) -> Contactogram:
-        """Which fret was touched when; 0 is wood."""
-        return contactogram(self.motion.contact_time_s, self.motion.contact_index, self.speaking.contact_fret)
-
-    @property
-    def contact_place(self) -> Floats:
-        """Where each of `contacts` was, m from the stop."""
-        return np.asarray(self.speaking.contact_position, np.float64)[self.motion.contact_index]
-
-    @property
-    def over_board(self) -> bool:
-        """Whether the string may touch wood, anywhere, and not frets only."""
-        return bool(self.speaking.surface)
-
-    def displacement(self, across: bool = False) -> Floats:
-        """u at its sensor, or v at its own, m, (n,); ValueError for v of a pluck along u."""
-        if not across:
-            return self.motion.displacement_m
-        if self.motion.across_m is None:
-            raise ValueError("plucked along u: there is no v")
-        return self.motion.across_m
-
-
-@dataclass(frozen=True)
-class Picture:
-    """A figure; its file is called `name`."""
-
-    name: str
-    caption: str
-    figure: Any  # matplotlib.figure.Figure
-
-
-@dataclass(frozen=True)
-class Table:
-    """Rows under columns, as CSV; on the page too where `shown`."""
-
-    name: str
-    caption: str
-    columns: tuple[str, ...]
-    rows: list[tuple[Any, ...]]
-    shown: bool = True
-
-
-@dataclass(frozen=True)
-class Sound:
-    """Something to listen to, (n,), in m; its file is called `name`."""
-
-    name: str
-    caption: str
-    samples: Floats
-    rate: int  # Hz
-
-
-@dataclass
-class Findings:
-    """All that comes out of a study."""
-
-    pictures: list[Picture] = field(default_factory=list)
-    tables: list[Table] = field(default_factory=list)
-    sounds: list[Sound] = field(default_factory=list)
-    arrays: dict[str, NDArray[Any]] = field(default_factory=dict)  # into result.npz
-    numbers: dict[str, Any] = field(default_factory=dict)  # what JSON can hold
-
-
-@dataclass(frozen=True)
-class Study:
-    """One question to the model: the motions it needs, and what is made of them."""
-
-    name: str
-    title: str
-    section: str  # of the paper
-    gives: str  # what comes out, in a line
-    trials: Callable[[float | None], dict[str, Trial]]  # duration (s) of each, None: its own
-    report: Callable[[Mapping[str, Solved]], Findings]  # of the same keys
-
-
-def curve(name: str, caption: str, **columns: Any) -> Table:
-    """A table of arrays of one length, too long to be shown."""
-    rows = list(zip(*(np.asarray(column).tolist() for column in columns.values()), strict=True))
-    return Table(name, caption, tuple(columns), rows, shown=False)
-
-
-STATES = 200  # times at which the modes are looked at
-WAV_RATE = 44_100  # Hz, as the paper's sounds
-
-
-def case_trial(name: str, duration: float | None = None) -> Trial:
-    """The case of the paper called so, at 51.2 kHz, with the state of its modes `STATES` times and at the end.
-
-    Every study asks for a case here: the same trial is solved once.
-    """
+def case_job(name: str, duration: float | None = None) -> Job:
+    """A case of the paper at 51.2 kHz, with the states of its modes at `STATES` times and at the end."""
     case = CASES[name] if duration is None else replace(CASES[name], duration=duration)
     trial = case.trial()
-    return replace(trial, states=motion_analysis.looked_at(trial, STATES))
+    return Job(replace(trial, states=state_samples(trial, STATES)))
 
 
 def spectrum(solved: Solved, across: bool = False) -> Spectrogram:
-    """As the paper's, in dB below the loudest."""
-    moved = motion_analysis.at_paper_rate(solved.trial, solved.displacement(across))
-    return spectrogram_db(moved, PAPER_RATE, motion_analysis.WINDOW, motion_analysis.HOP)
-
-
-def characteristic(solved: Solved, across: bool = False) -> tuple[Floats, Floats]:
-    """Times, s, and eq. 14, Hz."""
-    return motion_analysis.characteristic(solved.trial, solved.displacement(across))
+    """The spectrogram as in the paper, in dB below the loudest."""
+    return spectrogram_db(solved.at_paper_rate(across), PAPER_RATE, WINDOW, HOP)
 
 
 def variation(solved: Solved) -> tuple[Floats, Floats]:
-    """Times, s, and the fundamental by YIN relative to the first eigenfrequency less 1, as in figure 7."""
-    pitch = motion_analysis.pitch(solved.trial, solved.motion.displacement_m)
-    reference = float(modes.frequencies(solved.speaking, 1)[0])
-    return pitch.time_s, relative_variation(pitch.frequency_hz, reference)
+    """Times, s, and the fundamental by YIN over the first eigenfrequency, less 1, as in figure 7."""
+    first = float(frequencies(solved.speaking, 1)[0])
+    return solved.pitch.time_s, relative_variation(solved.pitch.frequency_hz, first)
 
 
 def initial_shape(solved: Solved) -> Floats:
-    """u on the grid before the release, m, (N + 1,), both ends included."""
+    """u on the grid before the release, m, (N + 1,), with both ends."""
     s = solved.speaking
-    return modal_motion.string_shape(s, initial_amplitudes(solved.trial), np.linspace(0, s.length, s.grid_points + 1))
+    return string_shape(s, initial_amplitudes(solved.trial), np.linspace(0, s.length, s.grid_points + 1))
 
 
 def sound(name: str, caption: str, solved: Solved, across: bool = False) -> Sound:
-    """The displacement at its sensor, at 44.1 kHz as the paper's sounds are."""
-    rate = round(solved.trial.output_rate)
-    return Sound(name, caption, resampled(solved.displacement(across), rate, WAV_RATE), WAV_RATE)
+    """The displacement at its sensor at 44.1 kHz, the rate of the paper's sounds."""
+    return Sound(name, caption, resampled(solved.displacement(across), round(solved.rate), WAV_RATE), WAV_RATE)
 
 
 def sets_of(solved: Solved) -> list[tuple[float, float, list[int]]]:
-    """Each set of contacts: its first and last time, s, and the contact points (into Speaking.contact_*), ascending."""
-    number, time_s = solved.contacts.sets(), solved.motion.contact_time_s
-    out = []
-    for k in range(int(number.max()) + 1 if number.size else 0):
-        times, points = time_s[number == k], solved.motion.contact_index[number == k]
-        out.append((float(times[0]), float(times[-1]), sorted({int(point) for point in points})))
-    return out
+    """Each set of contacts: its first and last time, s, and its contact points (into Speaking.contact_*), ascending."""
+    time_s, point = solved.contacts.time_s, solved.motion.contact_index
+    return [(float(time_s[s[0]]), float(time_s[s[-1]]), sorted(set(point[s].tolist()))) for s in solved.sets]
 
 
 def set_times(motions: Iterable[Solved], number: int) -> tuple[float, float] | None:
-    """From before to after the sets of that number, from 0, of all `motions`, s; None where there is none."""
+    """A time window around the sets of that number, from 0, of all `motions`, s; None if none has so many."""
     sets = [found[number] for found in map(sets_of, motions) if len(found) > number]
     if not sets:
         return None
@@ -190,7 +68,7 @@ def set_times(motions: Iterable[Solved], number: int) -> tuple[float, float] | N
 
 
 def ranges(frets: list[int]) -> str:
-    """Ascending numbers in short: "1-3, 7"."""
+    """Ascending numbers as "1-3, 7"."""
     parts: list[list[int]] = []
     for fret in frets:
         if parts and fret == parts[-1][-1] + 1:
@@ -201,7 +79,7 @@ def ranges(frets: list[int]) -> str:
 
 
 def places(solved: Solved, points: list[int]) -> str:
-    """Contact points in short: the frets, or over a board the stretch."""
+    """Contact points in words: the numbers of the frets, or over a board the stretch in mm."""
     s = solved.speaking
     if not solved.over_board:
         return ranges([s.contact_fret[point] for point in points])
@@ -209,7 +87,7 @@ def places(solved: Solved, points: list[int]) -> str:
 
 
 def sets_table(motions: Mapping[str, Solved], most: int = 12) -> Table:
-    """The first sets of contacts of each motion."""
+    """The first `most` sets of contacts of each motion."""
     rows = [
         (title, k + 1, round(first * 1e3, 3), round(last * 1e3, 3), len(points), places(solved, points))
         for title, solved in motions.items()
@@ -220,18 +98,17 @@ def sets_table(motions: Mapping[str, Solved], most: int = 12) -> Table:
 
 
 def contacts_table(name: str, solved: Solved) -> Table:
-    """All contacts."""
+    """All contacts of a motion."""
     contacts = solved.contacts
-    columns = {"time_s": contacts.time_s, "fret": contacts.fret, "position_m": solved.contact_place}
-    return curve(name, "Contacts", **columns)
+    return curve(name, "Contacts", time_s=contacts.time_s, fret=contacts.fret, position_m=solved.contact_place)
 
 
 def numbers(solved: Solved) -> dict[str, Any]:
-    """What is told of a motion in a few numbers; None where there is no such thing."""
+    """A motion in a few numbers; None for what it has not, such as a first contact."""
     trial, contacts, sets = solved.trial, solved.contacts, sets_of(solved)
-    nu = characteristic(solved)[1]
+    nu = solved.characteristic()[1]
     change = variation(solved)[1]
-    first = int(np.argmin(contacts.time_s)) if contacts.time_s.size else None
+    met = contacts.time_s.size > 0
     return {
         "apex_mm": trial.pluck.apex * 1e3,
         "position_m": trial.pluck.position,
@@ -240,11 +117,11 @@ def numbers(solved: Solved) -> dict[str, Any]:
         "modes": trial.modes,
         "contact_rate_hz": trial.contact_rate,
         "contacts": int(contacts.time_s.size),
-        "first_contact_ms": None if first is None else float(contacts.time_s[first] * 1e3),
-        "first_fret": None if first is None else int(contacts.fret[first]) or None,
-        "first_place_mm": None if first is None else float(solved.contact_place[first] * 1e3),
+        "first_contact_ms": float(contacts.time_s[0] * 1e3) if met else None,
+        "first_fret": int(contacts.fret[0]) or None if met else None,
+        "first_place_mm": float(solved.contact_place[0] * 1e3) if met else None,
         "points_first_set": len(sets[0][2]) if sets else 0,
-        "last_contact_s": float(contacts.time_s[-1]) if contacts.time_s.size else None,
+        "last_contact_s": float(contacts.time_s[-1]) if met else None,
         "greatest_displacement_mm": float(np.abs(solved.motion.displacement_m).max() * 1e3),
         "greatest_characteristic_frequency_hz": float(np.nanmax(nu)),
         "last_characteristic_frequency_hz": float(nu[-1]),
@@ -253,8 +130,8 @@ def numbers(solved: Solved) -> dict[str, Any]:
     }
 
 
-def numbers_table(told: Mapping[str, dict[str, Any]]) -> Table:
-    """`numbers` of several motions, a row each."""
+def numbers_table(by_title: Mapping[str, dict[str, Any]]) -> Table:
+    """`numbers` of several motions, a row for each."""
     columns = {
         "contacts": "contacts", "first contact (ms)": "first_contact_ms", "on fret": "first_fret",
         "at (mm)": "first_place_mm",
@@ -267,6 +144,51 @@ def numbers_table(told: Mapping[str, dict[str, Any]]) -> Table:
     }  # fmt: skip
     rows = [
         (name, *(n[key] / 1e6 if key == "contact_rate_hz" else n[key] for key in columns.values()))
-        for name, n in told.items()
+        for name, n in by_title.items()
     ]
     return Table("numbers", "In numbers", ("case", *columns), rows)
+
+
+def add_data(found: Findings, name: str, title: str, solved: Solved) -> None:
+    """Add a motion to `found`: its sound, its arrays and curves under names that begin with `name`, its numbers."""
+    for across in (False, True)[: 1 if solved.motion.across_m is None else 2]:
+        axis = "v" if across else "u"
+        place = solved.trial.sensor_v if across else solved.trial.sensor
+        where = (solved.speaking.length - (place or solved.trial.sensor)) * 1e3
+        found.sounds.append(
+            sound(f"{name}-{axis}", f"{title}: {axis} at {where:.0f} mm from the bridge", solved, across)
+        )
+        time_s, nu = solved.characteristic(across)
+        found.arrays |= {
+            f"{name}_{axis}_m": solved.displacement(across),
+            f"{name}_{axis}_characteristic_frequency_hz": nu,
+            f"{name}_characteristic_time_s": time_s,
+        }
+        found.tables.append(
+            curve(f"{name}-{axis}-characteristic-frequency", "Eq. 14", time_s=time_s, characteristic_frequency_hz=nu)
+        )
+    time_s, change = variation(solved)
+    found.tables.append(curve(f"{name}-pitch", "YIN", time_s=time_s, relative_frequency_variation=change))
+    found.tables.append(contacts_table(f"{name}-contacts", solved))
+    found.arrays |= {
+        f"{name}_time_s": solved.motion.time_s,
+        f"{name}_contact_time_s": solved.contacts.time_s,
+        f"{name}_contact_fret": solved.contacts.fret,
+        f"{name}_contact_place_m": solved.contact_place,
+        f"{name}_pitch_time_s": time_s,
+        f"{name}_frequency_variation": change,
+        f"{name}_initial_u_m": initial_shape(solved),
+        f"{name}_obstacle_positions_m": np.asarray(solved.speaking.contact_position),
+        f"{name}_obstacle_heights_m": np.asarray(solved.speaking.contact_height),
+    }
+    found.numbers[name] = numbers(solved)
+
+
+def gathered(motions: Mapping[str, Solved]) -> Findings:
+    """Data, sounds and numbers of several cases of the paper, by name."""
+    found = Findings()
+    for name, solved in motions.items():
+        add_data(found, name, CASES[name].title, solved)
+    by_title = {CASES[name].title: row for name, row in found.numbers.items()}
+    found.tables.insert(0, numbers_table(by_title))
+    return found

@@ -16,8 +16,8 @@ import numpy as np
 from livebass import __version__
 from livebass.audiofile import AudioWriter, encoding
 from livebass.files import Transaction
-from livebass.paper.figures.measure import Findings, Picture, Sound, Study, Table
-from livebass.report.page import page as filled
+from livebass.paper.figures.study import Findings, Picture, Sound, Study, Table
+from livebass.report.page import html_page
 from livebass.report.picture import image
 from livebass.report.text import csv_text, json_text, plain
 
@@ -27,9 +27,9 @@ PEAK = 10 ** (-1 / 20)  # of a sound, -1 dBFS
 
 
 def write(directory: Path, study: Study, found: Findings, about: dict[str, Any]) -> dict[str, Any]:
-    """The files of `study` into `directory`, made if need be; their summary, which is one of them.
+    """Write the files of `study` into `directory`, made if need be, and return their summary, which is one of them.
 
-    `about` goes into the summary as it is. Raises OutputError; the directory is then as it was.
+    `about` is added to the summary. Raises OutputError; the directory is then as it was.
     """
     with Transaction() as files:
         files.directory(directory)
@@ -50,7 +50,7 @@ def write(directory: Path, study: Study, found: Findings, about: dict[str, Any])
 
 
 def read_summary(directory: Path) -> dict[str, Any] | None:
-    """The summary a study left in `directory`, if it did and this version can read it."""
+    """The summary that a study wrote into `directory`; None without one that this version can read."""
     try:
         summary = json.loads((directory / SUMMARY).read_bytes())
     except (OSError, ValueError):
@@ -86,9 +86,9 @@ def _table(files: Transaction, directory: Path, table: Table) -> dict[str, Any]:
 
 
 def page(summaries: Iterable[Mapping[str, Any]], version: str) -> str:
-    """The page over these studies, told by their summaries; the files of each are in the directory of its name."""
+    """The HTML page over studies, by their summaries; the files of each are in the directory of its name."""
     studies = [
         {**s, "files": [*([s["data"]] if s["data"] else []), *(table["csv"] for table in s["tables"])]}
         for s in summaries
     ]
-    return filled("livebass.paper", "studies.html", version=version, studies=studies)
+    return html_page("livebass.paper", "studies.html", version=version, studies=studies)

@@ -1,4 +1,4 @@
-"""Resonances of a neck from measured modes: those put in are found, and the paper's saw-tooth is met."""
+"""Resonances of a neck from measured modes: known ones are found again, and the paper's saw-tooth is met."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from livebass import load_preset
 from livebass.identify.fit import NeckFit, fit_neck
 from livebass.model.instrument import String, speaking
 from livebass.model.modes import dampings, frequencies, impedance, loss_factor
-from livebass.model.neck import Admittance, Resonance, neck_damping
+from livebass.model.neck import Admittance, Resonance, detuning, neck_damping
 
 PUBLISHED = Path(__file__).parents[3] / "shared" / "data" / "issanchou-bass" / "fretted_modes.csv"
 
@@ -27,14 +27,14 @@ def paper() -> NeckFit:
 
 
 def on_a_neck(resonances: tuple[Resonance, ...], count: int = 24) -> String:
-    """The G string as it would be measured on such a neck."""
+    """Returns the G string as it would be measured on a neck with these resonances."""
     law = replace(g_string(), measured_frequencies=(), measured_dampings=())
     s = speaking(law, replace(g_neck(), admittance=Admittance(resonances)), 0)
     nu, sigma = frequencies(s, count).tolist(), dampings(s, count).tolist()
     return replace(law, measured_frequencies=tuple(nu), measured_dampings=tuple(sigma))
 
 
-def test_what_was_put_in_is_found() -> None:
+def test_known_resonances_are_found() -> None:
     put = (Resonance(215.0, 20.0, 0.8, 1), Resonance(690.0, 25.0, 0.4, 2), Resonance(1480.0, 30.0, 0.5, 3))
     fit = fit_neck(on_a_neck(put), close=0.02)
     assert fit.below == () and fit.deviation < 0.02 and fit.left < fit.scatter / 3
@@ -47,7 +47,7 @@ def test_what_was_put_in_is_found() -> None:
 
 
 def test_the_saw_tooth_of_the_paper(paper: NeckFit) -> None:
-    """34 dampings between 0.14 and 5.5 1/s by 14 resonances at most; and the frequencies say the same."""
+    """At most 14 resonances explain 34 dampings between 0.14 and 5.5 1/s, and the frequencies with them."""
     law = np.sqrt(np.mean((paper.law / paper.damping - 1) ** 2))
     assert law > 0.4 and paper.deviation < 0.066 and len(paper.resonances) <= 14 and paper.below == ()
     np.testing.assert_allclose(paper.fitted, paper.damping, rtol=0.25)
@@ -56,11 +56,8 @@ def test_the_saw_tooth_of_the_paper(paper: NeckFit) -> None:
 
 
 def test_the_sign_of_eq_8_is_in_the_data(paper: NeckFit, monkeypatch: pytest.MonkeyPatch) -> None:
-    """With the sign as printed, and exp(+i omega t), the frequencies are explained much worse."""
-    from livebass.identify import fit as neck_fit
-
-    right = neck_fit.detuning
-    monkeypatch.setattr(neck_fit, "detuning", lambda *given: -right(*given))
+    """With the sign as printed, and exp(+i omega t), the resonances explain the frequencies much worse."""
+    monkeypatch.setattr("livebass.identify.fit.detuning", lambda *given: -detuning(*given))
     printed = fit_neck(g_string(), most=len(paper.resonances))
     assert printed.left > 1.3 * paper.left
 
@@ -97,7 +94,7 @@ def test_as_many_are_found_whatever_the_rounding(paper: NeckFit) -> None:
 
 
 def saw_tooth(neck: Admittance, sigma: np.ndarray) -> float:
-    """Root mean square misfit, relative, of the law with `neck` and the dampings of the first modes of the G."""
+    """Returns the relative misfit, root mean square, of the law with `neck` to dampings of the first modes of the G."""
     s = speaking(g_string(), g_neck(), 0)
     nominal = np.arange(1.0, sigma.size + 1) * s.string.nominal_fundamental
     law = np.pi * nominal * loss_factor(s, nominal)
@@ -107,7 +104,7 @@ def saw_tooth(neck: Admittance, sigma: np.ndarray) -> float:
 
 @pytest.mark.skipif(not PUBLISHED.exists(), reason="published modes not here")
 def test_the_published_modes_with_the_shipped_neck() -> None:
-    """Up to mode 34, which the resonances are from; beyond, the published law has the measured conductance to 9 kHz."""
+    """The resonances are fitted to modes up to 34; beyond, the published law has the conductance measured to 9 kHz."""
     sigma = np.genfromtxt(PUBLISHED, delimiter=",", names=True)["damping_per_s"]
     neck = load_preset("paper-g").necks[0].admittance
     assert saw_tooth(neck, sigma[:34]) < 0.066 < 0.4 < saw_tooth(Admittance(), sigma[:34])
@@ -116,7 +113,7 @@ def test_the_published_modes_with_the_shipped_neck() -> None:
     assert np.all(np.abs(off) < 0.35) and np.all(np.abs(off[66:]) < 0.003), off
 
 
-def test_a_mode_below_the_law_is_told() -> None:
+def test_modes_below_the_law_are_listed() -> None:
     string = g_string()
     sigma = (string.measured_dampings[0], 0.05, *string.measured_dampings[2:12])
     fit = fit_neck(replace(string, measured_frequencies=string.measured_frequencies[:12], measured_dampings=sigma))

@@ -1,30 +1,27 @@
-"""`livebass bench latency` and `bench python`: with a JACK server of the tests' own, and where there is none."""
+"""`livebass bench latency` and `bench python`, with a JACK server of the tests' own and without one."""
 
 from __future__ import annotations
 
 import json
 import os
 import time
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
-from support.apart import die, fail, sleep
+from support.child import die, fail, sleep
 from support.command import Run, assert_one_clear_line, cli_text
 from support.jack import JACK_PERIOD as PERIOD
 from support.jack import JACK_RATE as RATE
 
-from livebass.bench import player as bench_player
-from livebass.bench import server as bench_latency
-from livebass.bench import server as bench_python
-from livebass.bench.measure import Lost, apart
-from livebass.bench.server import WRAP, latency_figures, since
-from livebass.bench.show import latency_png, latency_table, python_png, python_table
+from livebass.bench import interpreter, latency, player
+from livebass.bench.jack import WRAP, Lost, in_child, since
 
-FEW = bench_latency.Extent(notes=4, queued=5)
-SHORT = bench_python.PythonExtent(seconds=0.3, settle=0.2, objects=100_000)
+FEW = latency.Extent(notes=4, queued=5)
+SHORT = interpreter.Extent(seconds=0.3, settle=0.2, objects=100_000)
 
 
 @pytest.fixture
@@ -34,7 +31,7 @@ def no_server(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_figures_of_made_up_latencies() -> None:
-    figures = latency_figures([48.0, 96.0, 96.0, 480.0], 48_000)
+    figures = latency.latency_figures([48.0, 96.0, 96.0, 480.0], 48_000)
     each = figures.pop("each_ms")
     assert figures == pytest.approx(
         {"notes": 4, "least_ms": 1, "median_ms": 2, "most_ms": 10, "jitter_ms": np.std([1, 2, 2, 10])}
@@ -49,10 +46,10 @@ def test_frame_times_wrap() -> None:
 def test_without_a_server_only_the_queue_is_measured(
     no_server: None, run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(bench_latency, "USUAL", FEW)
+    monkeypatch.setattr(latency, "bench_latency", partial(latency.bench_latency, extent=FEW))
     status, out, err = run("bench", "latency", "--json", tmp_path / "x.json")
     result = json.loads((tmp_path / "x.json").read_text())
-    assert status == 0 and not err and out == latency_table(result) + "\n"
+    assert status == 0 and not err and out == latency.table(result) + "\n"
     assert result["server"] is None and [row["way"] for row in result["rows"]] == ["queue"]
     first = out.splitlines()[0]
     assert "no JACK server 'nobody'" in first and "only the way from the queue into a block" in first
@@ -68,9 +65,9 @@ def test_without_a_server_no_callbacks_are_compared(no_server: None, run: Run, t
 
 
 def test_latency_through_a_server(server: SimpleNamespace) -> None:
-    """The native client is exact to the sample, whatever else runs; PortAudio's notes come in some blocks' time."""
+    """The native client is exact to the sample, whatever else runs; PortAudio's notes come some blocks later."""
     said: list[str] = []
-    result = bench_latency.bench_latency(said.append, FEW)
+    result = latency.bench_latency(said.append, FEW)
     rows: dict[str, Any] = {row["way"]: row for row in result["rows"]}
     assert list(rows) == ["queue", "jack", "portaudio"] and len(said) == 3
     assert result["server"]["block"] == PERIOD and result["rate_hz"] == RATE
@@ -79,41 +76,40 @@ def test_latency_through_a_server(server: SimpleNamespace) -> None:
     assert native["least_ms"] == native["median_ms"] == pytest.approx(1 / 48)
     assert "error" not in portaudio, portaudio
     assert portaudio["notes"] + portaudio["discarded"] == 4 and 0 < portaudio["least_ms"] <= portaudio["most_ms"]
-    table = latency_table(result)
-    assert all(row["name"] in table for row in result["rows"]) and "JACK server of 256 frames" in table
+    text = latency.table(result)
+    assert all(row["name"] in text for row in result["rows"]) and "JACK server of 256 frames" in text
     assert json.loads(json.dumps(result)) == result
     pytest.importorskip("matplotlib")
-    assert latency_png(result).startswith(b"\x89PNG")
+    assert latency.picture(result).startswith(b"\x89PNG")
 
 
-def test_a_way_that_fails_is_said(server: SimpleNamespace, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(bench_latency, "_queue", lambda *_: {"way": "queue"} | latency_figures([1.0], 48_000) | {
+def test_a_way_that_fails_has_an_error(server: SimpleNamespace, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(latency, "_queue_row", lambda *_: {"way": "queue"} | latency.latency_figures([1.0], 48_000) | {
         "name": "queue", "block": 128, "discarded": 0})  # fmt: skip
-    result = bench_latency.bench_latency(extent=bench_latency.Extent(ways=("portaudio",), quality="nothing"))
+    result = latency.bench_latency(extent=latency.Extent(ways=("portaudio",), quality="nothing"))
     row = result["rows"][1]
     assert row["way"] == "portaudio" and "nothing" in row["error"]
-    assert f"PortAudio and rtmidi: {row['error']}" in latency_table(result)
+    assert f"PortAudio and rtmidi: {row['error']}" in latency.table(result)
 
 
-def test_work_apart_is_bounded(capfd: pytest.CaptureFixture[str]) -> None:
-    said: list[str] = []
-    assert apart(said.append, 60, sleep, 0.0) == "done" and said == ["sleeping"]
+def test_work_in_a_child_is_bounded(capfd: pytest.CaptureFixture[str]) -> None:
+    assert in_child(60, sleep, 0.0) == "done"
     for work, why in ((die, "with it"), (fail, "no way")):
         with pytest.raises(Lost, match=why):
-            apart(said.append, 60, work)
+            in_child(60, work)
     began = time.monotonic()
     with pytest.raises(Lost):
-        apart(said.append, 1, sleep, 60.0)
+        in_child(1, sleep, 60.0)
     assert time.monotonic() - began < 30 and capfd.readouterr().err == ""
 
 
 def test_both_callbacks_under_each_load(
     server: SimpleNamespace, run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(bench_python, "USUAL", SHORT)
+    monkeypatch.setattr(interpreter, "bench_python", partial(interpreter.bench_python, extent=SHORT))
     text = cli_text(run, "bench", "python", "--json", tmp_path / "x.json")
     result = json.loads((tmp_path / "x.json").read_text())
-    assert text == python_table(result) + "\n"
+    assert text == interpreter.table(result) + "\n"
     loads = ["idle", "Python loop", "regular expression", "garbage collector"]
     assert [(r["load"], r["callback"]) for r in result["rows"]] == [
         (load, callback) for load in loads for callback in ("native", "Python")
@@ -122,7 +118,7 @@ def test_both_callbacks_under_each_load(
         assert row["blocks"] >= 0.3 * RATE / PERIOD - 2
         assert 0 <= row["lost"] <= row["blocks"] and row["share"] == row["lost"] / row["blocks"] and row["xruns"] >= 0
     pytest.importorskip("matplotlib")
-    assert python_png(result).startswith(b"\x89PNG")
+    assert interpreter.picture(result).startswith(b"\x89PNG")
 
 
 def test_the_player_ends_in_one_line(monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> None:
@@ -131,9 +127,9 @@ def test_the_player_ends_in_one_line(monkeypatch: pytest.MonkeyPatch, capfd: pyt
 
     monkeypatch.setattr(os, "_exit", leave)
     monkeypatch.setattr("sys.argv", ["player", "violin", "live", "48000", "128"])
-    monkeypatch.setattr(bench_player, "limited", lambda _: None)
-    monkeypatch.setattr(bench_player, "_leave_with_parent", lambda: None)
-    monkeypatch.setattr("livebass.bench.player._play", lambda *_: (_ for _ in ()).throw(OSError("no\nserver")))
+    monkeypatch.setattr(player, "end_after", lambda _: None)
+    monkeypatch.setattr(player, "_exit_with_parent", lambda: None)
+    monkeypatch.setattr(player, "_play", lambda *_: (_ for _ in ()).throw(OSError("no\nserver")))
     with pytest.raises(SystemExit) as ended:
-        bench_player.main()
+        player.main()
     assert ended.value.code == 1 and capfd.readouterr().err == "no server\n"

@@ -1,4 +1,4 @@
-"""`livebass bench live`: what it measures, draws and says. How fast the machine is, no test knows."""
+"""`livebass bench live`: its rows, its table and its files. No test knows how fast the machine is."""
 
 from __future__ import annotations
 
@@ -12,44 +12,44 @@ import numpy as np
 import pytest
 from support.command import Run, assert_one_clear_line, cli_text
 
-from livebass import QUALITIES, Quality, load_preset
-from livebass.bench import live as bench_live
-from livebass.bench import measure as bench_measure
+from livebass.analysis.sound import characteristic_frequencies
+from livebass.bench import live as bench
+from livebass.bench import measure
+from livebass.bench.fidelity import VELOCITIES, distance, even, frequency_error, log_spectral_distance
 from livebass.bench.live import (
     EDGES,
     LINE_FROM,
     ROUNDS,
     SIXTEENTH,
-    VELOCITIES,
     Extent,
     block_figures,
-    characteristic_frequencies,
-    distance,
-    frequency_error,
-    log_spectral_distance,
     most_that_fit,
     play_script,
     silence,
     worst_case,
 )
-from livebass.bench.show import live_table
+from livebass.bench.measure import OtherLoad
 from livebass.live.outputs import FakeDevice
 from livebass.live.synth import LiveBass, Synth
+from livebass.model.quality import QUALITIES, Quality
+from livebass.preset.load import load_preset
 
 RATE = 48_000
-TINY = Extent(blocks=(128, 1024), tiers=("live", "studio"), runs=2, other_runs=1, fit_runs=1, line=0.3, frets=(0, 5))
+TINY = Extent(
+    blocks=(128, 1024), qualities=("live", "studio"), runs=2, other_runs=1, fit_runs=1, line=0.3, frets=(0, 5)
+)
 
 
 @pytest.fixture(scope="module")
 def measured() -> tuple[dict[str, Any], list[str]]:
     said: list[str] = []
-    return bench_live.bench_live("jazz-finger", said.append, TINY), said
+    return bench.bench_live("jazz-finger", said.append, TINY), said
 
 
 def test_all_is_measured_and_named(measured: tuple[dict[str, Any], list[str]]) -> None:
     result, said = measured
     assert [(row["tier"], row["block"]) for row in result["rows"]] == [
-        (tier, block) for tier in TINY.tiers for block in TINY.blocks
+        (tier, block) for tier in TINY.qualities for block in TINY.blocks
     ]
     assert len(said) == len(set(said)) == 7
     for row in [*result["rows"], result["moonshot"]]:
@@ -67,14 +67,14 @@ def test_all_is_measured_and_named(measured: tuple[dict[str, Any], list[str]]) -
         assert result[share] is None or 0 <= result[share] <= 1
 
 
-def test_the_moonshot_is_what_it_says(measured: tuple[dict[str, Any], list[str]]) -> None:
+def test_one_string_has_all_modes(measured: tuple[dict[str, Any], list[str]]) -> None:
     moonshot = measured[0]["moonshot"]
     assert (moonshot["modes"], moonshot["strings"], moonshot["block"]) == (862, 1, 128)
     assert moonshot["contact_rate_hz"] >= 4e6
 
 
 def test_the_script_gives_each_string_its_note() -> None:
-    """The popped ones on open strings, then one string after the other, whatever still sounds."""
+    """Pops on open strings, then sixteenths on one string after the other, whatever still sounds."""
     bass = load_preset("jazz-finger")
     script = worst_case(bass, RATE, 4)
     synth = Synth(RATE, adaptive=False)
@@ -82,7 +82,7 @@ def test_the_script_gives_each_string_its_note() -> None:
     synth.switch_to(live)
     device, notes, frets = FakeDevice(synth), [], [0, 0, 0, 0]
     for frame, *message in script.messages:
-        while synth.record["frame"][0] <= frame:
+        while synth.frame <= frame:
             device.block(64)
         synth.send(*message)
         device.block(64)
@@ -99,8 +99,8 @@ def test_the_script_gives_each_string_its_note() -> None:
 
 
 def test_runs_are_alike() -> None:
-    """What a device plays the second time is what it played the first."""
-    bass = bench_live.even(load_preset("jazz-finger"))
+    """A device plays the same sound the second time."""
+    bass = even(load_preset("jazz-finger"))
     script = worst_case(bass, RATE, 4, 0.3)
     synth = Synth(RATE, adaptive=False)
     synth.switch_to(LiveBass(bass, Quality("quick", 20, 192e3), RATE))
@@ -136,17 +136,19 @@ def test_strings_that_fit(loads: list[float], fits: int) -> None:
     assert most_that_fit(len(loads), lambda n: loads[n - 1]) == fits
 
 
-def test_a_tier_is_itself_and_a_coarse_one_is_far() -> None:
+def test_a_quality_is_itself_and_a_coarse_one_is_far() -> None:
     bass = load_preset("jazz-finger")
     live, frets = QUALITIES["live"], (0, 5, 9)
     same = distance(bass, live, live, frets=frets)
-    assert len(same.notes) == 12 and same.frequency == same.worst_frequency == same.spectrum_db == same.heard_db == 0
+    assert same["notes"] == len(same["each"]) == 12
+    assert all(same[key] == 0 for key in ("frequency", "worst_frequency", "spectrum_db", "heard_db"))
     near = distance(bass, QUALITIES["studio"], frets=frets)
     far = distance(bass, Quality("coarse", 60, 96e3), frets=frets)
-    assert far.frequency > 3 * near.frequency and far.heard_db > 3 * near.heard_db > 0
-    assert far.frequency > 0.03 and far.worst_frequency > far.frequency and far.heard_db > far.spectrum_db
-    every = distance(bass, Quality("coarse", 20, 96e3), Quality("coarse", 21, 96e3)).notes
-    assert len(every) == 24 and sorted(n.velocity for n in every) == sorted(VELOCITIES * 4)
+    assert far["frequency"] > 3 * near["frequency"] and far["heard_db"] > 3 * near["heard_db"] > 0
+    assert far["frequency"] > 0.03
+    assert far["worst_frequency"] > far["frequency"] and far["heard_db"] > far["spectrum_db"]
+    every = distance(bass, Quality("coarse", 20, 96e3), Quality("coarse", 21, 96e3))["each"]
+    assert len(every) == 24 and sorted(n["velocity"] for n in every) == sorted(VELOCITIES * 4)
 
 
 def test_the_characteristic_frequency_is_the_mean_of_power() -> None:
@@ -174,50 +176,56 @@ def test_the_spectrum_is_compared_over_70_db() -> None:
 
 def test_stolen_time_is_counted(monkeypatch: pytest.MonkeyPatch) -> None:
     ticks = [[100, 0, 50, 800, 10, 0, 0, 40], [160, 0, 60, 900, 10, 0, 0, 70]]
-    monkeypatch.setattr(bench_measure, "_ticks", lambda: ticks.pop(0))
-    monkeypatch.setattr(bench_measure, "_own", lambda: 0.0)
-    neighbours = bench_measure.Neighbours()
-    assert neighbours.shares() == {"stolen": 30 / 200, "others": 70 / 200}
-    monkeypatch.setattr(bench_measure, "_ticks", list)
-    assert bench_measure.Neighbours().shares() == {"stolen": None, "others": None}
+    monkeypatch.setattr(measure, "_ticks", lambda: ticks.pop(0))
+    monkeypatch.setattr(measure, "_own_time", lambda: 0.0)
+    load = OtherLoad()
+    assert load.shares() == {"stolen": 30 / 200, "others": 70 / 200}
+    monkeypatch.setattr(measure, "_ticks", list)
+    assert OtherLoad().shares() == {"stolen": None, "others": None}
 
 
 def test_the_table_has_every_row(measured: tuple[dict[str, Any], list[str]]) -> None:
     result = measured[0]
-    lines = live_table(result).splitlines()
+    lines = bench.table(result).splitlines()
     rows = lines[1:7]
     assert len({len(line) for line in rows}) == 1 and max(map(len, lines)) <= 130
     for line, row in zip(rows[1:], [*result["rows"], result["moonshot"]], strict=True):
         assert line.startswith(row["tier"]) and f"{row['worst']:.1%}" in line and f"{row['median']:.1%}" in line
-    for wish in result["wanted"]:
-        assert any(line.startswith(wish["what"]) and line.endswith("missed") != wish["met"] for line in lines)
+    for target in result["wanted"]:
+        assert any(line.startswith(target["what"]) and line.endswith("missed") != target["met"] for line in lines)
     assert any(line.startswith("livebass") and "numba" in line for line in lines)
 
 
 def test_files_from_the_command_line(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("matplotlib")
-    monkeypatch.setattr(bench_live, "USUAL", TINY)
+    monkeypatch.setattr(bench, "FULL", TINY)
     file, picture = tmp_path / "live.json", tmp_path / "live.png"
     text = cli_text(run, "bench", "live", "-q", "live", "--block", 256, "--runs", 1, "--json", file, "--plot", picture)
     result = json.loads(file.read_text())
-    assert text == live_table(result) + "\n"
+    assert text == bench.table(result) + "\n"
     assert [(row["tier"], row["block"], row["runs"]) for row in result["rows"]] == [("live", 256, 1)]
     assert picture.read_bytes().startswith(b"\x89PNG") and sorted(os.listdir(tmp_path)) == ["live.json", "live.png"]
 
 
-@pytest.mark.parametrize("command", ["live", "latency", "python"])
+@pytest.mark.parametrize("command, file", [("live", "live"), ("latency", "latency"), ("python", "interpreter")])
 @pytest.mark.parametrize("arguments, status", [
     (("--json", "nowhere/x.json"), 1), (("--plot", "nowhere/x.png"), 1), (("--plot", "x.pdf"), 2),
     (("--plot", "x.png", "--json", "x.png"), 2),
 ])  # fmt: skip
-def test_files_that_cannot_be_are_refused_before_the_work(
-    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, command: str, arguments: tuple[str, ...], status: int
+def test_files_that_cannot_be_written_are_refused_before_the_work(
+    run: Run,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    command: str,
+    file: str,
+    arguments: tuple[str, ...],
+    status: int,
 ) -> None:
     def work(*_: object, **__: object) -> None:
         raise AssertionError("measured first")
 
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(f"livebass.bench.{'live' if command == 'live' else 'server'}.bench_{command}", work)
+    monkeypatch.setattr(f"livebass.bench.{file}.bench_{command}", work)
     got, out, err = run("bench", command, *arguments)
     assert_one_clear_line(got, err, (status,))
     assert not out and not os.listdir(tmp_path)

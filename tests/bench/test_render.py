@@ -1,10 +1,11 @@
-"""`livebass bench render`: what it measures and says. How fast the machine is, no test knows."""
+"""`livebass bench render`: its rows, its table and its files. No test knows how fast the machine is."""
 
 from __future__ import annotations
 
 import json
 import os
 import statistics
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -13,9 +14,9 @@ import pytest
 from support.command import Run, assert_one_clear_line, cli_text
 
 from livebass import __version__
-from livebass.bench import measure as bench_dense
 from livebass.bench import render as bench
-from livebass.bench import render as bench_table
+from livebass.bench.dense import dense_matrices
+from livebass.bench.measure import case_trial
 from livebass.engine.engine import Engine
 from livebass.model import modes
 from livebass.model.quality import QUALITIES
@@ -51,7 +52,7 @@ def test_all_is_measured_and_named(measured: tuple[dict[str, Any], list[str]]) -
         assert 1 <= row["cores"] <= os.cpu_count() and row["sound_s"] > 0, key
 
 
-def test_what_is_measured_is_what_is_said(measured: tuple[dict[str, Any], list[str]]) -> None:
+def test_rows_tell_what_was_measured(measured: tuple[dict[str, Any], list[str]]) -> None:
     rows = measured[0]["measurements"]
     for key in ("dense_step", "brute_force", "engine_reference_50k"):
         assert (rows[key]["modes"], rows[key]["contact_rate_hz"]) == (862, 8_000_000), key
@@ -81,7 +82,7 @@ def test_ratios_follow_from_the_times(measured: tuple[dict[str, Any], list[str]]
     assert result["ratios"] == pytest.approx(expected, rel=1e-12)
 
 
-def test_the_two_solvers_compared_are_one_solution(measured: tuple[dict[str, Any], list[str]]) -> None:
+def test_both_solvers_find_the_same_motion(measured: tuple[dict[str, Any], list[str]]) -> None:
     agreement = measured[0]["agreement"]
     assert agreement["until_s"] == 0.005 and agreement["contacts_equal"]
     assert agreement["contacts_brute_force"] == agreement["contacts_engine"] > 0
@@ -89,9 +90,9 @@ def test_the_two_solvers_compared_are_one_solution(measured: tuple[dict[str, Any
 
 
 def test_the_dense_product_is_eq_12() -> None:
-    """Each mode turns by C and is damped by C~, as it would alone."""
-    trial = bench.case_trial("b", "reference", 50_000, 1e-3)
-    forward, backward, u = bench_dense._dense_matrices(trial)
+    """Each mode is multiplied by its entries of C and C~, as if it were alone."""
+    trial = case_trial("b", "reference", 50_000, 1e-3)
+    forward, backward, u = dense_matrices(trial)
     assert forward.shape == backward.shape == (862, 862)
     assert np.abs(u).max() == pytest.approx(3.6e-3, rel=0.1)
     for j in (1, 20, 862):
@@ -111,35 +112,35 @@ def test_four_strings_sound_at_once() -> None:
 
 
 def test_the_table_has_every_row_and_ratio(measured: tuple[dict[str, Any], list[str]]) -> None:
-    lines = bench_table.table(measured[0]).splitlines()
+    lines = bench.table(measured[0]).splitlines()
     names = [row["name"] for row in measured[0]["measurements"].values()]
     assert sum(line.startswith(tuple(names)) for line in lines) == len(ROWS)
     columns = lines[1 : 2 + len(ROWS)]
     assert len({len(line) for line in columns}) == 1 and len(columns[0]) <= 100
-    for _, label, wanted, _, _ in bench_table.RATIOS:
+    for _, label, wanted, _, _ in bench.RATIOS:
         assert any(line.startswith(label) and line.endswith(wanted) for line in lines), label
 
 
 @pytest.mark.parametrize("x, text", [(26612.4, "26612"), (18.31, "18.3"), (0.0593, "0.0593"), (0.000634, "0.000634")])
 def test_figures(x: float, text: str) -> None:
-    assert bench_table._figure(x) == text
+    assert bench._figure(x) == text
 
 
 def test_json_from_the_command_line(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(bench, "USUAL", TINY)
+    monkeypatch.setattr(bench, "bench_render", partial(bench.bench_render, extent=TINY))
     file = tmp_path / "bench.json"
     text = cli_text(run, "bench", "render", "--json", file)
     result = json.loads(file.read_text())
-    assert text == bench_table.table(result) + "\n"
+    assert text == bench.table(result) + "\n"
     assert set(result["measurements"]) == ROWS
     assert os.listdir(tmp_path) == ["bench.json"]
 
 
 @pytest.mark.parametrize("place", ["", "nowhere/bench.json"])
-def test_a_file_that_cannot_be_is_refused_before_the_work(
+def test_a_file_that_cannot_be_written_is_refused_before_the_work(
     run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, place: str
 ) -> None:
-    def work(**_: object) -> None:
+    def work(_: object) -> None:
         raise AssertionError("measured first")
 
     monkeypatch.setattr(bench, "bench_render", work)
@@ -148,12 +149,12 @@ def test_a_file_that_cannot_be_is_refused_before_the_work(
     assert not out and not os.listdir(tmp_path)
 
 
-def test_figures_are_shown_though_the_disk_is_full(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_full_disk_does_not_lose_the_figures(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def full(*_: object) -> None:
         raise OSError("bench.json: cannot be written: No space left on device")
 
-    monkeypatch.setattr(bench, "bench_render", dict)
-    monkeypatch.setattr(bench_table, "table", lambda result: "the table")
+    monkeypatch.setattr(bench, "bench_render", lambda _: {})
+    monkeypatch.setattr(bench, "table", lambda result: "the table")
     monkeypatch.setattr("livebass.files.Transaction.write", full)
     status, out, err = run("bench", "render", "--json", tmp_path / "bench.json")
     assert_one_clear_line(status, err, (1,))

@@ -1,4 +1,4 @@
-"""Panels that the figures of studies are made of, after those of Issanchou et al. (2018). Needs matplotlib."""
+"""Panels of the figures, drawn as in Issanchou et al. (2018). Needs matplotlib."""
 
 from __future__ import annotations
 
@@ -7,18 +7,18 @@ from typing import Any
 
 import numpy as np
 
+from livebass.analysis.motion import Solved
 from livebass.analysis.sound import RANGE, Spectrogram
 from livebass.arrays import Floats
 from livebass.model.instrument import Speaking
-from livebass.paper.figures.measure import Solved
 
-MANY = 5000  # points of a line or a cloud that an SVG holds as a picture
+MANY = 5000  # points of a line or a cloud, above which an SVG holds it as pixels
 COLOURS = ("tab:red", "black", "tab:blue", "tab:orange", "tab:green", "tab:purple")
 MARKERS = ("o", ".", "x", "+", "D", "s")
 
 
-def spectrogram_panel(axis: Any, shown: Spectrogram, top_hz: float, until_s: float | None = None) -> Any:
-    """Levels over time (s) and frequency (kHz), as an image; give it to `level_bar`."""
+def spectrogram(axis: Any, shown: Spectrogram, top_hz: float, until_s: float | None = None) -> Any:
+    """Draw levels over time (s) and frequency (kHz); returns the image for `level_bar`."""
     step = float(shown.time_s[1] - shown.time_s[0]) if shown.time_s.size > 1 else 2 * float(shown.time_s[0])
     keep = shown.frequency_hz <= top_hz + shown.frequency_hz[1]
     half = shown.frequency_hz[1] / 2
@@ -36,12 +36,12 @@ def spectrogram_panel(axis: Any, shown: Spectrogram, top_hz: float, until_s: flo
 
 
 def level_bar(drawn: Any, image: Any, axes: Any) -> None:
-    """What the colours of spectrograms mean."""
+    """Add the colour bar of spectrograms."""
     drawn.colorbar(image, ax=axes, label="level (dB)", pad=0.01)
 
 
-def contacts_panel(axis: Any, solved: Solved, label: str, number: int = 0) -> None:
-    """A mark for each time the string meets a fret, or a place of a board."""
+def contacts(axis: Any, solved: Solved, label: str, number: int = 0) -> None:
+    """Draw a mark for each contact with a fret, or with a place of a board."""
     time_s = solved.motion.contact_time_s
     where = solved.contact_place if solved.over_board else solved.contacts.fret
     filled = MARKERS[number] in "x+."
@@ -58,33 +58,32 @@ def contacts_panel(axis: Any, solved: Solved, label: str, number: int = 0) -> No
         axis.set(ylabel="fret number", ylim=(0, last + 1), yticks=range(0, last + 1, 5))
 
 
-def variation_panel(axis: Any, time_s: Floats, variation: Floats, label: str, number: int = 0) -> None:
-    """Relative variation of the fundamental, on an axis of its own at the right."""
+def variation(axis: Any, time_s: Floats, variation: Floats, label: str, number: int = 0) -> None:
+    """Draw the relative variation of the fundamental, for an axis of its own at the right."""
     axis.plot(time_s, variation, color=COLOURS[number], linewidth=1.2, label=label)
     axis.set(ylabel="relative frequency variation")
 
 
-def neck_panel(axis: Any, s: Speaking, shapes: Sequence[Floats] = (), labels: Sequence[str] = ()) -> None:
-    """Fret crowns or the board, and shapes of the string over them, each u (m) on even points from end to end."""
+def neck(axis: Any, s: Speaking, shapes: Sequence[Floats] = ()) -> None:
+    """Draw fret crowns or the board, and shapes of the string over them, each u (m) on even points from end to end."""
     x, height = np.asarray(s.contact_position), np.asarray(s.contact_height) * 1e3
     axis.plot(x, height, color="black", linewidth=0.8)
     crowns = np.asarray(s.contact_fret) > 0
     axis.vlines(x[crowns], -6.0, height[crowns], color="black", linewidth=0.6)
     for k, shape in enumerate(shapes):
-        label = labels[k] if labels else None
-        axis.plot(np.linspace(0, s.length, len(shape)), shape * 1e3, color=("tab:blue", *COLOURS)[k], label=label)
+        axis.plot(np.linspace(0, s.length, len(shape)), shape * 1e3, color=("tab:blue", *COLOURS)[k])
     axis.axhline(0.0, color="grey", linewidth=0.5, linestyle=":")
     axis.set(xlabel="x (m)", ylabel="u (mm)", xlim=(0, s.length))
 
 
-def displacement_panel(axis: Any, time_s: Floats, moved: Floats, name: str = "u", number: int = 0) -> None:
-    """The displacement at a sensor, mm."""
+def displacement(axis: Any, time_s: Floats, moved: Floats, name: str = "u", number: int = 0) -> None:
+    """Draw the displacement at a sensor, mm."""
     axis.plot(time_s, moved * 1e3, color=COLOURS[number], linewidth=0.7, rasterized=time_s.size > MANY)
     axis.set(xlabel="time (s)", ylabel=f"{name} (mm)", xlim=(time_s[0], time_s[-1]))
 
 
 def legend(*axes: Any) -> None:
-    """One legend for axes that lie over each other, above them."""
+    """Draw one legend above axes that lie over each other."""
     pairs = [axis.get_legend_handles_labels() for axis in axes]
     handles = [h for pair in pairs for h in pair[0]]
     labels = [label for pair in pairs for label in pair[1]]

@@ -1,0 +1,204 @@
+"""Minutes of dense random playing while Python is busy: lost frames, faults, stuck notes and growth of memory.
+
+`endurance` starts a JACK server with the dummy driver and a session as `livebass play` runs it, and goes ten times
+through three phases: nobody plays; nobody plays and another process keeps a processor busy, which on a shared machine
+alone costs frames; a thread plays notes, controllers, bends and programs, and two more keep the interpreter busy. The
+server asks for real-time scheduling; without the right to it, any other work on the machine costs frames.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager, nullcontext
+
+import numpy as np
+
+from livebass.bench.fidelity import CONTROL, NOTE_OFF, NOTE_ON
+from livebass.bench.jack import Lost, LostFrames, new_client, wait_for
+from livebass.bench.measure import OtherLoad
+from livebass.live.outputs import jack_server
+from livebass.live.session import Session, Settings
+from livebass.live.synth import Synth
+from livebass.model.quality import QUALITIES
+from livebass.preset.load import load_preset, preset_names
+from livebass.report.progress import Say
+
+PERIOD, RATE = 256, 48_000  # frames, Hz
+PRESET = "slap"
+PROGRAM, BEND = 0xC0, 0xE0  # status bytes
+CONTROLLERS = (7, 11, 16, 64, 1, 121, 123)
+CYCLES = 10
+WARM_UP = 15.0  # s of playing before memory is compared: most presets have been in it
+SETTLING = 3.0  # s in which the last program begins to play and the one before is released
+GROWTH = 20.0  # MB that memory may grow by
+# Lost frames allowed while playing, as a part of the time: MORE times the worse of the other phases, as the load of
+# other machines comes and goes, and SLACK. If these phases lose more than TELLING, the run cannot tell.
+MORE, SLACK, TELLING = 1.5, 0.0002, 0.01
+
+
+def endurance(seconds: float, seed: int, say: Say) -> bool:
+    """Goes through all phases, `seconds` of playing in total; returns True if every check is passed.
+
+    `say` is given a line for each check. Raises Lost if there is no JACK, and what `Session.run` raises. [main thread]
+    """
+    with _dummy_server():
+        session = Session(Settings(load_preset(PRESET), QUALITIES["live"], PRESET, backend="jack", keyboard=False))
+        passed: list[bool] = []
+        beside = threading.Thread(target=lambda: passed.append(_judged(session, seconds, seed, say)), daemon=True)
+        beside.start()
+        summary = session.run()
+        beside.join(10)
+    if summary.lost:
+        say(f"FAILED: {summary.lost}")
+    return not summary.lost and passed == [True]
+
+
+@contextmanager
+def _dummy_server() -> Iterator[None]:
+    """A JACK server of its own with the dummy driver; clients made meanwhile find it."""
+    name = f"livebass-endurance-{os.getpid()}"
+    os.environ["JACK_DEFAULT_SERVER"], os.environ["JACK_NO_AUDIO_RESERVATION"] = name, "1"
+    command = ["jackd", "-n", name, "-d", "dummy", "-r", str(RATE), "-p", str(PERIOD)]
+    try:
+        server = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    except OSError as error:
+        raise Lost(f"jackd: {error.strerror}; on Debian: sudo apt install jackd2") from None
+    try:
+        if not wait_for(jack_server, 10.0):
+            raise Lost("the JACK server did not start")
+        yield
+    finally:
+        server.terminate()
+        try:
+            server.wait(5)
+        except subprocess.TimeoutExpired:
+            server.kill()
+
+
+def _judged(session: Session, seconds: float, seed: int, say: Say) -> bool:
+    """Plays on a session that is starting, ends it, and returns True if every check is passed."""
+    try:
+        while session.synth is None:
+            time.sleep(0.05)
+        checks = _checks(session.synth, seconds, seed, say)
+        for text, passed in checks:
+            say(f"{'ok' if passed else 'FAILED'}: {text}")
+        return all(passed for _, passed in checks)
+    finally:
+        session.stop.set()
+
+
+def _checks(synth: Synth, seconds: float, seed: int, say: Say) -> list[tuple[str, bool]]:
+    """Goes through the phases; returns a line for each check, and True if it is passed."""
+    client = new_client("endurance")
+    say(f"{seconds:.0f} s, {'with' if client.realtime else 'without'} real-time scheduling")
+    rng = np.random.default_rng(seed)
+    random_playing(synth, rng, WARM_UP)
+    memory = highest = _settled_memory(synth)
+    before = synth.meters()
+    totals = {name: np.zeros(4) for name in PHASES}  # frames passed, frames lost, s stolen, xruns
+    for _ in range(CYCLES):
+        for name, phase in PHASES.items():
+            frames, load, underruns = LostFrames(client, synth), OtherLoad(), synth.meters().underruns
+            with phase():
+                if name == "playing":
+                    highest = max(highest, random_playing(synth, rng, seconds / CYCLES))
+                else:
+                    time.sleep(max(3.0, 0.5 * seconds / CYCLES))
+            passed, lost = frames.read()
+            xruns = synth.meters().underruns - underruns
+            totals[name] += passed, max(0, lost - PERIOD), load.stolen_seconds(), xruns
+        synth.panic()
+        time.sleep(1.0)
+    grown = _settled_memory(synth) - memory
+    synth.meters()
+    time.sleep(1.0)
+    after = synth.meters()
+    stuck = after.peak > 0 or any(sounding for _, _, sounding, _ in synth.bass.fingers()) if synth.bass else False
+    rates = {name: lost / passed for name, (passed, lost, _, _) in totals.items()}
+    allowed = MORE * min(max(rates[name] for name in PHASES if name != "playing"), TELLING) + SLACK
+    return [
+        *(
+            (f"{name}: {lost / RATE:.3f} s of {passed / RATE:.0f} s lost, {60 * xruns * RATE / passed:.1f} xruns a "
+             f"minute ({taken:.2f} s of processor time stolen by other machines)",
+             bool(name != "playing" or rates[name] <= allowed))
+            for name, (passed, lost, taken, xruns) in totals.items()
+        ),
+        (f"{after.messages} messages, {after.late - before.late} of {after.blocks - before.blocks} blocks late",
+         after.messages > 10 * seconds),
+        (f"frames that were NaN or far too large: {after.faults}", after.faults == 0),
+        (f"after panic: peak {after.peak:g}", not stuck),
+        (f"memory {memory:.0f} MB, at most {highest:.0f}, grown by {grown:.1f} in the end", grown < GROWTH),
+    ]  # fmt: skip
+
+
+def _settled_memory(synth: Synth) -> float:
+    """Memory with the same bass each time, MB."""
+    for program in (0, preset_names().index(PRESET)):
+        synth.send(PROGRAM, program)
+        time.sleep(SETTLING)
+    return _memory()
+
+
+def random_playing(synth: Synth, rng: np.random.Generator, seconds: float) -> float:
+    """Sends about 100 messages a second, and a program every 2 s; returns the most memory meanwhile, MB."""
+    end, next_program, most = time.monotonic() + seconds, 0.0, 0.0
+    while time.monotonic() < end:
+        synth.send(NOTE_ON, int(rng.integers(24, 72)), int(rng.integers(1, 128)))
+        synth.send(NOTE_OFF, int(rng.integers(24, 72)))
+        if rng.random() < 0.3:
+            synth.send(CONTROL, int(rng.choice(CONTROLLERS)), int(rng.integers(128)))
+            synth.send(BEND, int(rng.integers(128)), int(rng.integers(128)))
+        if time.monotonic() > next_program:
+            synth.send(PROGRAM, int(rng.integers(128)))
+            next_program, most = time.monotonic() + 2.0, max(most, _memory())
+        time.sleep(float(rng.exponential(0.02)))
+    return most
+
+
+@contextmanager
+def _others_busy() -> Iterator[None]:
+    """Another process keeps a processor busy; it ends with this one in any case."""
+    code = f"import os\nwhile os.getppid() == {os.getpid()}: pass"
+    other = subprocess.Popen([sys.executable, "-c", code])
+    try:
+        yield
+    finally:
+        other.kill()
+        other.wait()
+
+
+@contextmanager
+def python_busy() -> Iterator[None]:
+    """Two threads hold the interpreter: with bytecode, and with a regular expression that does not release it."""
+    stop = threading.Event()
+
+    def repeat(work: Callable[[], object]) -> None:
+        while not stop.is_set():
+            work()
+
+    for work in (lambda: sum(k * k for k in range(10_000)), lambda: re.match(r"(a+)+$", "a" * 16 + "b")):
+        threading.Thread(target=repeat, args=(work,), daemon=True).start()
+    try:
+        yield
+    finally:
+        stop.set()
+
+
+PHASES: dict[str, Callable[[], AbstractContextManager[None]]] = {
+    "idle": nullcontext,
+    "others busy": _others_busy,
+    "playing": python_busy,
+}
+
+
+def _memory() -> float:
+    """Memory of this process, MB."""
+    with open("/proc/self/status", encoding="ascii") as file:
+        return next(int(line.split()[1]) for line in file if line.startswith("VmRSS")) / 1024

@@ -1,0 +1,112 @@
+"""Section 4.2: figures 10 to 13, what changes the sound: dispersion, the plucking point, the neck, the frets."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from livebass.analysis.motion import Solved
+from livebass.paper.cases import CASES
+from livebass.paper.figures import measure, panels
+from livebass.paper.figures.section_4_1 import TOP_HZ, figure_5, figure_7
+from livebass.paper.figures.study import Findings, Picture
+from livebass.report.picture import figure
+
+PLUCKED = ("near-bridge", "middle", "near-nut")
+NECKS = ("neck", "half-straight", "straight", "sixth-fret")
+
+
+def dispersion(motions: Mapping[str, Solved]) -> Findings:
+    """The study `dispersion`: figures 7a and 10, case B and the same with its harmonics in tune."""
+    found = measure.gathered(motions)
+    titled = {"with dispersion": motions["b"], "without dispersion": motions["harmonic"]}
+    found.pictures = figure_10(titled)
+    found.tables.append(measure.sets_table(titled))
+    return found
+
+
+def figure_10(titled: Mapping[str, Solved]) -> list[Picture]:
+    """Figure 10: contacts and pitch with dispersion and without, and the spectrogram without."""
+    without = titled["without dispersion"]
+    return [figure_7("contacts", titled), figure_5("spectrogram", "Without dispersion", without, glide=False)]
+
+
+def plucking_point(motions: Mapping[str, Solved]) -> Findings:
+    """The study `plucking-point`: figure 11."""
+    found = measure.gathered({name: motions[name] for name in PLUCKED})
+    titled = {CASES[name].title: motions[name] for name in PLUCKED}
+    found.pictures = figure_11(titled)
+    found.tables.append(measure.sets_table(titled, 4))
+    return found
+
+
+def figure_11(titled: Mapping[str, Solved]) -> list[Picture]:
+    """Figure 11: spectrograms and first shapes for three plucking points, and their contacts."""
+    return [
+        _spectrograms(titled, "figure 11"),
+        figure_7("contacts", titled, until_s=_end(titled), zooms=False, pitch=False),
+        figure_7("first-contacts", titled, until_s=0.016, zooms=False, pitch=False),
+    ]
+
+
+def neck(motions: Mapping[str, Solved]) -> Findings:
+    """The study `neck`: figure 12."""
+    found = measure.gathered({name: motions[name] for name in NECKS})
+    titled = {CASES[name].title: motions[name] for name in NECKS}
+    found.pictures = figure_12(titled)
+    rattling = _rattling(titled)
+    if rattling:
+        found.tables.append(measure.sets_table(rattling, 4))
+    return found
+
+
+def figure_12(titled: Mapping[str, Solved]) -> list[Picture]:
+    """Figure 12: spectrograms over four necks, and the contacts with those that the string meets."""
+    pictures, rattling = [_spectrograms(titled, "figure 12")], _rattling(titled)
+    if rattling:
+        pictures.append(figure_7("contacts", rattling, until_s=min(0.12, _end(titled)), zooms=False))
+    return pictures
+
+
+def stiffness(motions: Mapping[str, Solved]) -> Findings:
+    """The study `stiffness`: figure 13, soft frets."""
+    found = measure.gathered(motions)
+    titled = {"K = 1e9": motions["soft"], "K = 1e13": motions["b"]}
+    found.pictures = figure_13(titled)
+    found.tables.append(measure.sets_table(titled))
+    return found
+
+
+def figure_13(titled: Mapping[str, Solved]) -> list[Picture]:
+    """Figure 13: spectrogram, contacts and pitch with K = 1e9, and the contacts compared with K = 1e13."""
+    soft = titled["K = 1e9"]
+    return [
+        figure_5("spectrogram", "K = 1e9", soft),
+        figure_7("contacts", {"K = 1e9": soft}),
+        figure_7("contacts-compared", titled, zooms=False),
+    ]
+
+
+def _spectrograms(motions: Mapping[str, Solved], number: str) -> Picture:
+    """The spectrogram of each motion, and under it the string before its release."""
+    drawn = figure(4 * len(motions), 6)
+    axes = drawn.subplots(2, len(motions), height_ratios=(2, 1), squeeze=False)
+    for (above, below), (title, solved) in zip(axes.T, motions.items(), strict=True):
+        image = panels.spectrogram(above, measure.spectrum(solved), TOP_HZ)
+        above.set_title(title, fontsize="medium")
+        panels.neck(below, solved.speaking, [measure.initial_shape(solved)])
+        below.set_ylim(-5, 5)
+    panels.level_bar(drawn, image, list(np.ravel(axes[0])))
+    caption = f"Spectrograms, 70 dB; the string before its release, and the neck ({number})"
+    return Picture("spectrograms", caption, drawn)
+
+
+def _rattling(motions: Mapping[str, Solved]) -> dict[str, Solved]:
+    """The motions that have contacts."""
+    return {title: solved for title, solved in motions.items() if solved.motion.contact_step.size}
+
+
+def _end(motions: Mapping[str, Solved]) -> float:
+    """The longest duration, s."""
+    return max(solved.trial.duration for solved in motions.values())

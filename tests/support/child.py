@@ -1,0 +1,20 @@
+"""Work for another process that `bench.jack.in_child` must survive. Light, as that process imports it."""
+
+from __future__ import annotations
+
+import os
+import time
+
+
+def sleep(seconds: float) -> str:
+    os.write(2, b"a library has something to say\n")
+    time.sleep(seconds)
+    return "done"
+
+
+def die() -> None:
+    os._exit(3)
+
+
+def fail() -> None:
+    raise RuntimeError("no\nway")
