@@ -131,8 +131,8 @@ def preset_notes(bass: Instrument, frets: Sequence[int] = FRETS, seconds: float 
 def recorded_notes(paths: Sequence[Path], bass: Instrument) -> list[Note]:
     """Returns the notes of recordings, files or folders of them.
 
-    A recording does not tell its string, so "open" is what sounds like an open string of `bass`. Files without a note of `LEAST`
-    seconds with a pitch are left out. Raises RecordingError for a file that cannot be read.
+    A recording does not tell its string, so "open" is what sounds like an open string of `bass`. Files without a note
+    of `LEAST` seconds with a pitch are left out. Raises RecordingError for a file that cannot be read.
     """
     files = []
     for path in paths:

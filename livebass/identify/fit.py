@@ -1,7 +1,7 @@
 """Laws through the partials of an open string, and resonances of a neck that explain what lies off them.
 
-Equation numbers: C. Issanchou et al. (2018). As in section 3.2 there, f0 and B of the partials and the losses of eqs. 9 to 11
-serve beyond the measured partials, and are fitted where the neck disturbs least, to the higher ones.
+Equation numbers: C. Issanchou et al. (2018). As in section 3.2 there, f0 and B of the partials and the losses of eqs. 9 to
+11 serve beyond the measured partials, and are fitted where the neck disturbs least, to the higher ones.
 
 What a mode loses beyond air, viscoelastic and thermoelastic losses goes into the neck: that gives Re Y at the
 frequencies of the modes. Its distance from the law of the others gives Im Y there, less surely. `fit_neck` seeks the
