@@ -1,7 +1,7 @@
 """Laws through the partials of an open string, and resonances of a neck that explain what lies off them.
 
-Equation numbers: C. Issanchou et al. (2018). As in section 3.2 there, f0 and B of the partials and the losses of eqs. 9 to
-11 serve beyond the measured partials, and are fitted where the neck disturbs least, to the higher ones.
+Equation numbers: C. Issanchou et al. (2018). As in section 3.2 there, f0, B and the losses of eqs. 9 to 11 serve beyond
+the measured partials, and are fitted where the neck disturbs least, to the higher ones.
 
 What a mode loses beyond air, viscoelastic and thermoelastic losses goes into the neck: that gives Re Y at the
 frequencies of the modes. Its distance from the law of the others gives Im Y there, less surely. `fit_neck` seeks the
@@ -28,7 +28,7 @@ MOST_B = 0.01  # the most a preset allows
 CLEARLY = 0.8  # ratio of misfits below which one law describes partials better: less may be the neck's doing
 DIAMETER_SPREAD = 0.3  # of the base preset's diameter: standard deviation of the prior
 ANGLE, ANGLE_SPREAD = 0.01, 0.5  # a delta_ve, and the prior's standard deviation as a multiple of it
-THERMOELASTIC_SPREAD = 2e-5  # 1/Q, standard deviation of the prior; the known strings have about 6e-6
+THERMOELASTIC_SPREAD = 2e-5  # 1/Q, least standard deviation of the prior; else that is as large as the preset's value
 LEAST_SHARE = 0.1  # of 1/Q: a smaller remainder is not ascribed to the neck
 LEAST_MISFIT, MOST_MISFIT = 0.01, 0.3  # limits of what the law leaves of 1/Q at a partial, relative
 ENVELOPE = 0.02  # weight of a partial above the law relative to one below: the neck only adds losses
@@ -150,7 +150,7 @@ def _envelope(columns: Floats, goal: Floats, spread: Floats, known: Floats) -> F
     """x (3,), near `known` (3,), with columns @ x along the lower edge of `goal` (n,), whose deviation is `spread`."""
     from scipy.optimize import lsq_linear
 
-    prior = np.diag([1 / DIAMETER_SPREAD, 1 / ANGLE_SPREAD, 1.0])
+    prior = np.diag([1 / DIAMETER_SPREAD, 1 / ANGLE_SPREAD, 1 / max(1.0, known[2])])
     limits = ([0.5, 0.0, 0.0], [2.0, 50.0, 0.01 / THERMOELASTIC_SPREAD])  # delta_ve up to 0.5, as a preset allows
     weight, x = np.ones(goal.size), np.zeros(3)
     for _ in range(50):
@@ -173,7 +173,7 @@ MOST_CONDUCTANCE = 0.04  # m/s/N, of one resonance at its peak: as high as figur
 OPEN = 0.05  # misfit that a Q e times off the usual one counts as ...
 PLACE = 0.01  # ... and a resonance one mode's distance off the nearest mode
 EVALUATIONS = 400  # of the misfit at most in a least-squares search: with fewer, rounding decides how many are found
-KEPT = 0.02  # of the squared misfit: a neck given to begin with stays if refining it gains less
+KEPT = 0.1  # of the squared misfit: a neck given to begin with stays if refining it gains less
 GRID = 6  # places tried from one mode to the next
 
 

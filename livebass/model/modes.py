@@ -80,11 +80,13 @@ def loss_factor(s: Speaking, nu: Floats) -> Floats:
     air = friction / (2 * math.pi * mu * nu)
     # E_core I_core follows from the inharmonicity: B = pi^2 E I / (T L^2)
     bending = string.inharmonicity * string.tension * string.length**2 / math.pi**2  # N m2
-    part = 4 * math.pi**2 * mu * bending / string.tension**2 * nu**2  # of bending in the elastic energy: B j^2 ...
-    if string.stiffness_law != "paper":
-        square = 2 * part / (1 + np.sqrt(1 + 4 * part))  # ... whose root here, as nu^2 is (j f0)^2 (1 + B j^2) ...
-        part = square / (1 + square)  # ... makes the part
-    return np.asarray(air + string.viscoelastic_angle * part + string.thermoelastic)
+    if string.stiffness_law == "paper":
+        viscoelastic = 4 * math.pi**2 * mu * bending * string.viscoelastic_angle / string.tension**2 * nu**2
+    else:
+        product = 4 * math.pi**2 * mu * bending / string.tension**2 * nu**2  # B j^2 (1 + B j^2)
+        square = 2 * product / (1 + np.sqrt(1 + 4 * product))  # B j^2
+        viscoelastic = string.viscoelastic_angle * square / (1 + square)
+    return np.asarray(air + viscoelastic + string.thermoelastic)
 
 
 def impedance(s: Speaking) -> float:
