@@ -11,9 +11,10 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
-from hypothesis import settings
+import support.examples  # noqa: F401, registers the profiles of hypothesis
 from support.command import Run
 from support.engine import FakeEngine
 from support.jack import JACK_PERIOD, JACK_RATE
@@ -25,17 +26,24 @@ NEEDED = bool(os.environ.get("LIVEBASS_NEEDS_JACK"))
 NUMBERS = itertools.count()
 
 
-# Random examples a test. `tools/test --all` asks for --hypothesis-profile=all.
-settings.register_profile("fast", max_examples=100, deadline=None)
-settings.register_profile("all", max_examples=500, deadline=None)
-settings.load_profile("fast")
-
-
 def pytest_configure() -> None:
     """Restores signals that a shell's `&` or nohup made us ignore: children inherit that, and tests send them."""
     for number, usual in ((signal.SIGINT, signal.default_int_handler), (signal.SIGHUP, signal.SIG_DFL)):
         if signal.getsignal(number) is signal.SIG_IGN:
             signal.signal(number, usual)
+
+
+@pytest.hookimpl(optionalhook=True)  # of pytest-xdist
+def pytest_xdist_make_scheduler(config: Any, log: Any) -> Any:
+    """Keeps each file on one worker, and all tests that play in real time or measure time on one, one by one."""
+    from xdist.scheduler import LoadScopeScheduling
+
+    class ByFile(LoadScopeScheduling):
+        def _split_scope(self, nodeid: str) -> str:
+            file = nodeid.split("::")[0]
+            return "timed" if file.startswith(("tests/live/", "tests/bench/")) else file
+
+    return ByFile(config, log)
 
 
 @pytest.fixture

@@ -13,7 +13,7 @@ from support import messages
 from support.messages import Message, control, off, wheel
 from support.strings import even, one_string
 
-from livebass import load_preset
+from livebass import load_preset, preset_names
 from livebass.arrays import Floats
 from livebass.engine.engine import Engine
 from livebass.model.instrument import note_frequency
@@ -413,6 +413,25 @@ def test_wild_playing_stays_within_bounds(seed: int, preset: str) -> None:
     sound = play([*wild(seed), *chord(0.5)], 1.2, preset)
     assert np.isfinite(sound).all()
     assert 0.05 * loudest < np.abs(sound).max() < 5 * loudest
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("preset", preset_names())
+def test_a_minute_of_wild_playing(preset: str) -> None:
+    """Every frame of it is finite and bounded, in blocks of any size, and all sound off ends it."""
+    bass, rng = engine(preset), np.random.default_rng(1)
+    keys = [string.open_note for string in bass.instrument.strings]
+    loudest = max(float(np.abs(play([(0.0, on(key, 127))], 0.2, preset)).max()) for key in keys)
+    for second in range(60):
+        start, timed = bass.frame, wild(second)
+        frames = np.array([start + int(t * RATE) for t, _ in timed])
+        bass.send(frames, np.array([m for _, m in timed], np.uint8))
+        while (left := start + RATE - bass.frame) > 0:
+            sound = bass.process(min(left, int(rng.choice([1, 64, 1000, 4800]))))
+            assert np.isfinite(sound).all() and np.abs(sound).max() < 5 * loudest, f"second {second}"
+    bass.send(np.array([bass.frame]), np.array([control(120)], np.uint8))
+    bass.process(RATE)
+    assert not bass.sounding() and not bass.process(RATE).any()
 
 
 @pytest.mark.parametrize("preset", ["jazz-finger", "slap", "paper-bass"])

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from support.examples import costly
 
 from livebass.model.instrument import Coil, Neck, Output, Pickup, Player, String, note_frequency, speaking
 from livebass.model.neck import Admittance, Resonance
@@ -328,7 +329,7 @@ def test_limits_are_what_the_engine_has_room_for() -> None:
     assert MOST_NEAR == MOST_FRETS == int(next(k.most for k in KEYS if k.name == "frets"))
 
 
-@settings(max_examples=60, deadline=None)
+@costly()
 @given(
     mute=st.sampled_from([0.0, 100.0, 1000.0, 1500.0, 2000.0, 10000.0]),
     slope=st.sampled_from([0.0, 0.1, 0.5, 0.9, 0.98, 0.99, 1.0]),
@@ -520,7 +521,6 @@ trees = st.recursive(
 )
 
 
-@settings(max_examples=250, deadline=None)
 @given(st.dictionaries(names | st.text(max_size=6), trees, max_size=8))
 def test_garbage_tables_give_preset_errors(data: dict[str, Any]) -> None:
     with pytest.raises(PresetError) as caught:
@@ -528,7 +528,6 @@ def test_garbage_tables_give_preset_errors(data: dict[str, Any]) -> None:
     assert str(caught.value).isprintable()
 
 
-@settings(max_examples=150, deadline=None)
 @given(st.sampled_from(GOOD.splitlines()), st.sampled_from(KEYS), values)
 def test_one_garbage_value_gives_a_preset_or_its_error(line: str, key: Key, value: Any) -> None:
     import tomllib
@@ -542,13 +541,12 @@ def test_one_garbage_value_gives_a_preset_or_its_error(line: str, key: Key, valu
         assert str(error).isprintable()
 
 
-@settings(max_examples=120, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.binary(max_size=200))
 def test_garbage_files_give_preset_errors(tmp_path: Path, content: bytes) -> None:
     message(tmp_path, content)
 
 
-@settings(max_examples=120, deadline=None)
 @given(st.text(max_size=40).filter(lambda s: s not in preset_names()))
 def test_garbage_names_give_preset_errors(name: str) -> None:
     with pytest.raises(PresetError) as caught:
@@ -603,7 +601,7 @@ def presets(draw: st.DrawFn) -> dict[str, Any]:
     return data
 
 
-@settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@costly(suppress_health_check=[HealthCheck.too_slow])
 @given(presets())
 def test_what_loads_can_be_rendered(data: dict[str, Any]) -> None:
     from livebass.engine.engine import Engine
