@@ -114,6 +114,7 @@ OPERATOR = np.dtype(
         ("length", "f8"),  # m
         ("speed", "f8"),  # m/s of transverse waves, 2 L f0
         ("graze", "f8"),  # m, a pluck amplitude to use where there is no obstacle
+        ("held_stiffness", "f8"),  # m^2, E I / T in the shape a finger holds; 0: a triangle
         *COEFFICIENTS,
         _row("height"),  # m, of each contact point
         _row("position"),  # m from the stop, of each contact point
