@@ -256,4 +256,6 @@ def summary(report: RenderReport, gain: float) -> str:
     )
     if report.clipped:
         line += f", {report.clipped} samples clipped: try --gain {math.floor(gain - report.peak_db)}"
+    if report.weakened:
+        line += f", {report.weakened} motions scaled back to what a string bears: please report it"
     return line

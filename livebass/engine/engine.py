@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from livebass.engine.prepare import (
     Pool,
     Rates,
-    carried,
     gather,
     new_performer,
     operator,
@@ -27,6 +26,7 @@ from livebass.kernels import performer, voice
 from livebass.kernels.records import EVENT
 from livebass.kernels.techniques import BEND_FRAMES
 from livebass.model.instrument import Instrument, for_modes, speaking
+from livebass.model.modes import carried
 from livebass.model.quality import Quality, modes_for
 from livebass.score import LONGEST, Score, checked_rate
 

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from livebass.arrays import Floats
 from livebass.kernels import board, frets
-from livebass.kernels.modal import MOST_TURN
 from livebass.kernels.performer import PERFORMER, reset_controllers
 from livebass.kernels.records import LONGER, MOST_NEAR, OPERATOR, PART, ROW, STRING, WHOLE
 from livebass.kernels.slot import padded
@@ -130,14 +129,6 @@ def _motion(s: Speaking, count: int, rates: Rates, lossless: bool) -> tuple[Floa
     if np.min(np.abs(np.sin(damped * dt))) < 1e-9:
         raise ValueError(f"contact rate {rates.contact_rate} Hz: a mode stands still at it, take another one")
     return sigma, damped, np.exp(-sigma * dt) * np.sin(damped * dt)
-
-
-def carried(s: Speaking, count: int, contact_rate: float) -> int:
-    """How many of the first `count` modes lie under MOST_TURN of the contact rate (Hz), at least 1.
-
-    Higher ones turn so far in a fine step that contact cannot follow them. Static compliance stands for them.
-    """
-    return max(1, int(np.count_nonzero(frequencies(s, count) * 2 * np.pi < MOST_TURN * contact_rate)))
 
 
 def operator(

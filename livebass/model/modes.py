@@ -26,6 +26,8 @@ AIR_VISCOSITY = 1.8e-5  # kg/m/s, eta_air of eq. 10
 AIR_DENSITY = 1.2  # kg/m3, rho_air
 CLAMP_WAVENUMBER = 800 / 0.863  # modes per metre; above, the published damping is constant
 
+CARRIED = 0.45  # of the contact rate: the highest mode that a bass is played with (kernels.modal.MOST_TURN)
+
 
 def frequencies(s: Speaking, count: int) -> Floats:
     """Eigenfrequencies nu_j of modes j = 1 to `count`, (count,), Hz: measured ones where there are any, then the law.
@@ -136,3 +138,11 @@ def grazing_apex(s: Speaking, position: float) -> float:
         shape = x / a if x < a else (s.length - x) / (s.length - a)
         least = min(least, -height / shape)
     return least
+
+
+def carried(s: Speaking, count: int, contact_rate: float) -> int:
+    """Number of the first `count` modes that lie under `CARRIED` of the contact rate (Hz), at least 1.
+
+    Higher ones turn so far in a fine step that contact cannot follow them. Static compliance stands for them.
+    """
+    return max(1, int(np.count_nonzero(frequencies(s, count) < CARRIED * contact_rate)))
