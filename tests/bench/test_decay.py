@@ -36,7 +36,7 @@ def test_known_decays(f0: float) -> None:
 
 
 def test_noise_is_no_decay() -> None:
-    """What is in the noise, and what does not decay, is left out; the rest is as without it."""
+    """Noise and what does not decay are left out; the rest is as without them."""
     t60 = 4.0 / np.arange(1, 21)
     nu, found = ringing(note(98.0, t60, noise_db=-50.0), RATE, 98.0)
     assert 5 <= nu.size < 20
