@@ -24,6 +24,7 @@ from livebass.engine import render as render_module
 
 NEEDED = bool(os.environ.get("LIVEBASS_NEEDS_JACK"))
 NUMBERS = itertools.count()
+BEGAN: list[str] = []  # the scope of this worker's first test
 
 
 def pytest_configure() -> None:
@@ -33,17 +34,29 @@ def pytest_configure() -> None:
             signal.signal(number, usual)
 
 
+def scope_of(nodeid: str) -> str:
+    """What one worker does alone: a file; or all tests that play in real time or measure time, one after the other."""
+    file = nodeid.split("::")[0]
+    return "timed" if file.startswith(("tests/live/", "tests/bench/")) else file
+
+
 @pytest.hookimpl(optionalhook=True)  # of pytest-xdist
 def pytest_xdist_make_scheduler(config: Any, log: Any) -> Any:
-    """Keeps each file on one worker, and all tests that play in real time or measure time on one, one by one."""
     from xdist.scheduler import LoadScopeScheduling
 
-    class ByFile(LoadScopeScheduling):
+    class ByScope(LoadScopeScheduling):
         def _split_scope(self, nodeid: str) -> str:
-            file = nodeid.split("::")[0]
-            return "timed" if file.startswith(("tests/live/", "tests/bench/")) else file
+            return scope_of(nodeid)
 
-    return ByFile(config, log)
+    return ByScope(config, log)
+
+
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """A worker that does not begin with the timed tests lets the one that does go first."""
+    if "PYTEST_XDIST_WORKER" in os.environ and not BEGAN:
+        BEGAN.append(scope_of(item.nodeid))
+        if BEGAN != ["timed"]:
+            os.nice(5)
 
 
 @pytest.fixture

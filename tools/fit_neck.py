@@ -1,6 +1,9 @@
 """Prints the resonances of a neck, found from the measured modes of a string on it, as keys of a preset.
 
 python tools/fit_neck.py paper-g [STRING]        # or a preset that `livebass identify` wrote
+python tools/fit_neck.py --anew paper-g          # from nothing, not from the neck that the preset has
+
+A neck that the preset has is kept as it is where moving it gains next to nothing: that of paper-g comes out as shipped.
 """
 
 from __future__ import annotations
@@ -35,10 +38,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("preset", nargs="?", default="paper-g", help="name or file; default: paper-g")
     parser.add_argument("string", nargs="?", help="name of the string; default: the highest")
+    parser.add_argument("--anew", action="store_true", help="begin with no resonances, not with those of the preset")
     options = parser.parse_args()
     try:
         bass = load_preset(options.preset)
-        fit = fit_neck(bass.strings[bass.string_index(options.string) if options.string else -1])
+        which = bass.string_index(options.string) if options.string else -1
+        bending = tuple(r for r in bass.necks[which].admittance.resonances if r.shape)
+        fit = fit_neck(bass.strings[which], start=() if options.anew else bending)
     except (ValueError, LookupError, OSError) as error:
         sys.exit(f"fit_neck.py: {error}")
     except KeyboardInterrupt:
@@ -46,8 +52,14 @@ def main() -> None:
     print(table(fit))
     if fit.below:
         print(f"# modes {', '.join(map(str, fit.below))} are damped less than by the law: no neck can do that")
-    print(f"# {len(fit.resonances)} resonances; dampings to {fit.deviation:.1%} rms")
-    print(f"# modes lie {1e6 * fit.scatter:.0f} ppm (rms) off their law, without the neck {1e6 * fit.left:.0f} ppm")
+    worst, played = (float(abs(sigma / fit.damping - 1).max()) for sigma in (fit.fitted, fit.played))
+    print(f"# {len(fit.resonances)} resonances; dampings to {fit.deviation:.1%} rms, {worst:.0%} at worst;")
+    print(f"# with the modes where the string's law puts them, {fit.deviation_played:.1%} rms, {played:.0%} at worst")
+    scatter, left, own_scatter, own_left = (
+        f"{1e6 * part:.0f}" for part in (fit.scatter, fit.left, fit.own_scatter, fit.own_left)
+    )
+    print(f"# modes off a law with f0 and B fitted anew: {scatter} ppm rms, {left} with the neck;")
+    print(f"# off that with the string's f0 and B: {own_scatter} ppm, {own_left} with the neck")
     print(keys(fit))
 
 

@@ -257,7 +257,11 @@ def summary(report: RenderReport, gain: float) -> str:
         f"{report.files[0]}: {notes}{moved}, {report.duration_s:.2f} s, {speed:.2g} times real time, "
         f"peak {report.peak_db:.1f} dBFS"
     )
-    return line + (clipping(report.clipped, gain, report.peak_db) if report.clipped else "")
+    if report.clipped:
+        line += clipping(report.clipped, gain, report.peak_db)
+    if report.weakened:
+        line += f", {report.weakened} motions scaled back to what a string bears: please report it"
+    return line
 
 
 def clipping(clipped: int, gain: float, peak: float) -> str:

@@ -26,6 +26,7 @@ from livebass.kernels import performer, voice
 from livebass.kernels.records import EVENT
 from livebass.kernels.techniques import BEND_FRAMES
 from livebass.model.instrument import Instrument, for_modes, speaking
+from livebass.model.modes import carried
 from livebass.model.quality import Quality, modes_for
 from livebass.score import LONGEST, Score, checked_rate
 
@@ -44,6 +45,7 @@ class Report:
     transposed: int
     dropped: int
     stolen: int  # strings taken away from a note that still sounded
+    weakened: int  # times that a motion was scaled back to what a string bears: 0 unless something is wrong
 
 
 def prepare(instrument: Instrument, quality: Quality, rates: Rates, frets: int) -> Pool:
@@ -53,7 +55,7 @@ def prepare(instrument: Instrument, quality: Quality, rates: Rates, frets: int) 
         row = []
         for fret in range(frets + 1):
             s = speaking(string, neck, fret)
-            count = modes_for(quality, s.length, string.length, s.grid_points)
+            count = carried(s, modes_for(quality, s.length, string.length, s.grid_points), rates.contact_rate)
             s = for_modes(s, count)
             if instrument.output.kind == "displacement":
                 places = s.length - instrument.output.sensor, s.length - instrument.output.sensor_v
@@ -168,7 +170,8 @@ class Engine:
 
     def report(self) -> Report:
         p = self.performer[0]
-        return Report(int(p["notes"]), int(p["transposed"]), int(p["dropped"]), int(p["stolen"]))
+        weakened = sum(int(v.record["weakened"][0]) for v in self.voices)
+        return Report(int(p["notes"]), int(p["transposed"]), int(p["dropped"]), int(p["stolen"]), weakened)
 
 
 def check_tail(tail: float | None) -> None:

@@ -18,7 +18,7 @@ from livebass.kernels.records import LONGER, MOST_NEAR, OPERATOR, PART, ROW, STR
 from livebass.kernels.slot import padded
 from livebass.model.circuit import digital
 from livebass.model.instrument import Instrument, Output, Pickup, Player, Speaking, String
-from livebass.model.modes import dampings, frequencies, grazing_apex, shapes
+from livebass.model.modes import dampings, frequencies, grazing_apex, held_stiffness, shapes
 from livebass.model.quality import MOST_MODES
 
 PART_TIME = 5.2e-6  # s, length of the parts a contact frame is cut into ...
@@ -165,7 +165,7 @@ def operator(
     record["friction"], record["slip"] = s.friction, 2 * dt * s.friction_speed
     record["stiffness"], record["exponent"] = s.contact_stiffness, s.contact_exponent
     record["length"], record["speed"] = s.length, 2 * s.length * s.fundamental
-    record["graze"] = graze
+    record["graze"], record["held_stiffness"] = graze, held_stiffness(s)
 
     # the modes that fill up the last block stay zero and must not divide by zero
     for name in ("kappa", "omega", "fine_a"):

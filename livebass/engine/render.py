@@ -36,6 +36,7 @@ class RenderReport:
     transposed: int  # notes moved by octaves into the range
     dropped: int  # notes the instrument could not play
     stolen: int  # notes whose string another took while they sounded
+    weakened: int  # times that a motion was scaled back to what a string bears: 0 unless something is wrong
     clipped: int  # samples beyond full scale
     duration_s: float
     wall_s: float
@@ -109,6 +110,7 @@ def render_to_file(
         transposed=report.transposed,
         dropped=report.dropped,
         stolen=report.stolen,
+        weakened=report.weakened,
         clipped=mix_writer.clipped,
         duration_s=done / rate,
         wall_s=time.perf_counter() - started,

@@ -19,7 +19,7 @@ from livebass.analysis.motion import Solved, columns, shape_columns, state_sampl
 from livebass.audiofile import AudioWriter, encoding
 from livebass.files import Transaction, checked_place
 from livebass.model.instrument import Instrument
-from livebass.model.modes import dampings, frequencies
+from livebass.model.modes import CARRIED, carried, dampings, frequencies
 from livebass.model.quality import CONTACT_RATE
 from livebass.model.trial import (
     Motion,
@@ -85,9 +85,13 @@ def simulate_to_directory(
         if not contacts.fret[0]:
             where = f"on the wood {solved.contact_place[0] * 1e3:.0f} mm from the stop"
         first = f", the first at {contacts.time_s[0] * 1e3:.3f} ms {where}"
+    kept, left = carried(trial.speaking, trial.modes, contact_rate), ""
+    if kept < trial.modes:
+        over = f"modes {kept + 1} to {trial.modes} lie above {CARRIED:g} of the contact rate, too high for contact"
+        left = f"; {over}: --modes {kept} leaves them out"
     return (
         f"string {s.string.name} fret {s.fret}, {apex * 1e3:g} mm at {at * 1e3:g} mm, {trial.modes} modes, "
-        f"{contact_rate / 1e6:g} MHz: {contacts.fret.size} contacts{first}; "
+        f"{contact_rate / 1e6:g} MHz: {contacts.fret.size} contacts{first}{left}; "
         f"{duration:g} s in {solved.motion.wall_s:.2f} s -> {directory}"
     )
 

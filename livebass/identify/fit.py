@@ -1,7 +1,7 @@
 """Laws through the partials of an open string, and resonances of a neck that explain what lies off them.
 
-Equation numbers: C. Issanchou et al. (2018). As in section 3.2 there, f0 and B of eq. 8 and the losses of eqs. 9 to 11
-serve beyond the measured partials, and are fitted where the neck disturbs least, to the higher ones.
+Equation numbers: C. Issanchou et al. (2018). As in section 3.2 there, f0, B and the losses of eqs. 9 to 11 serve beyond
+the measured partials, and are fitted where the neck disturbs least, to the higher ones.
 
 What a mode loses beyond air, viscoelastic and thermoelastic losses goes into the neck: that gives Re Y at the
 frequencies of the modes. Its distance from the law of the others gives Im Y there, less surely. `fit_neck` seeks the
@@ -20,14 +20,15 @@ from numpy.typing import NDArray
 from livebass.arrays import Complexes, Floats, Ints
 from livebass.identify.partials import median_line
 from livebass.model import modes
-from livebass.model.instrument import Neck, String, speaking
+from livebass.model.instrument import STIFFNESS_LAWS, Neck, String, speaking, stretched
 from livebass.model.neck import Admittance, Resonance, detuning, neck_damping
 
 FEW = 10  # up to this number of partials the laws are fitted to all of them
 MOST_B = 0.01  # the most a preset allows
+CLEARLY = 0.8  # ratio of misfits below which one law describes partials better: less may be the neck's doing
 DIAMETER_SPREAD = 0.3  # of the base preset's diameter: standard deviation of the prior
 ANGLE, ANGLE_SPREAD = 0.01, 0.5  # a delta_ve, and the prior's standard deviation as a multiple of it
-THERMOELASTIC_SPREAD = 2e-5  # 1/Q, standard deviation of the prior; the known strings have about 6e-6
+THERMOELASTIC_SPREAD = 2e-5  # 1/Q, least standard deviation of the prior; else that is as large as the preset's value
 LEAST_SHARE = 0.1  # of 1/Q: a smaller remainder is not ascribed to the neck
 LEAST_MISFIT, MOST_MISFIT = 0.01, 0.3  # limits of what the law leaves of 1/Q at a partial, relative
 ENVELOPE = 0.02  # weight of a partial above the law relative to one below: the neck only adds losses
@@ -35,35 +36,57 @@ ENVELOPE = 0.02  # weight of a partial above the law relative to one below: the 
 
 @dataclass(frozen=True)
 class Law:
-    """nu_j = j f0 (1 + B j^2 / 2): eq. 8 without the nut term."""
+    """nu_j as a function of j on a rigid neck: a law of model/modes.py with its f0 and B."""
 
+    stiffness_law: str  # "hinged" or "paper"
     fundamental: float  # f0, Hz
     inharmonicity: float  # B, at least 0
     deviation: float  # relative, root mean square, of the partials it was fitted to
     first: int  # number of the lowest partial it was fitted to
+    misfit: float  # relative, mean size, of all partials
 
     def frequency(self, j: Floats | Ints) -> Floats:
         """Returns nu_j (Hz) of partials j (n,)."""
-        return np.asarray(j * self.fundamental * (1 + self.inharmonicity * np.asarray(j, np.float64) ** 2 / 2))
+        mode = np.asarray(j, np.float64)
+        return np.asarray(mode * self.fundamental * stretched(self.stiffness_law, self.inharmonicity, mode))
 
 
-def fit_law(number: Ints, frequency: Floats, known: float | None = None) -> Law:
-    """Fits the law to partials `number` (n,) at `frequency` (n,), Hz, by medians over pairs of the upper half of them.
+def fit_laws(number: Ints, frequency: Floats, base: String) -> tuple[Law, Law]:
+    """Fits both laws to partials `number` (n,) at `frequency` (n,), Hz: the one that describes them better comes first.
 
-    Medians, because resonances of the neck draw single partials aside. With `FEW` partials or fewer these hide the
-    effect of B, and `known` is taken for it if given. Raises ValueError for fewer than two.
+    That is the law of `base` unless the misfit of all partials by the other is below `CLEARLY` times as large. With
+    `FEW` partials or fewer the neck hides the effect of B, and B is that of `base`. Raises ValueError for fewer than
+    two partials.
+    """
+    few = number.size <= FEW
+    known = base.inharmonicity if few else None
+    mine, other = (
+        fit_law(number, frequency, law, known)
+        for law in sorted(STIFFNESS_LAWS, key=lambda law: law != base.stiffness_law)
+    )
+    return (other, mine) if not few and other.misfit < CLEARLY * mine.misfit else (mine, other)
+
+
+def fit_law(number: Ints, frequency: Floats, law: str, known: float | None = None) -> Law:
+    """Fits `law`, "hinged" or "paper", to partials `number` (n,) at `frequency` (n,), Hz.
+
+    By medians over pairs of the upper half of them, because resonances of the neck draw single partials aside. B is
+    `known` if given. Raises ValueError for fewer than two partials.
     """
     if number.size < 2:
         raise ValueError("one partial: two or more are needed for f0 and B")
     upper = _upper(number.size)
     j, ratio = number[upper].astype(np.float64), (frequency / number)[upper]
-    slope, at_zero = median_line(j**2, ratio)
-    b = 2 * slope / at_zero if known is None or number.size > FEW else known
+    # nu_j / j of one law, its square of the other, is a straight line over j^2
+    power = 1 if law == "paper" else 2
+    slope, at_zero = median_line(j**2, ratio**power)
+    b = 2 / power * slope / at_zero if known is None else known
     b = min(max(b, 0.0), MOST_B)
-    at_zero = float(np.median(ratio / (1 + b * j**2 / 2)))
-    law = Law(at_zero, b, 0.0, int(number[upper][0]))
-    relative = frequency[upper] / law.frequency(number[upper]) - 1
-    return replace(law, deviation=float(np.sqrt(np.mean(relative**2))))
+    at_zero = float(np.median(ratio / stretched(law, b, j)))
+    fitted = Law(law, at_zero, b, 0.0, int(number[upper][0]), 0.0)
+    off = frequency / fitted.frequency(number) - 1
+    deviation = float(np.sqrt(np.mean(off[upper] ** 2)))
+    return replace(fitted, deviation=deviation, misfit=float(np.mean(np.abs(off))))
 
 
 @dataclass(frozen=True)
@@ -85,13 +108,13 @@ def fit_losses(string: String, neck: Neck, number: Ints, damping: Floats, deviat
     conductance at that partial, if it is more than two deviations and a tenth of 1/Q. Terms that the partials hardly
     determine, such as the thermoelastic one or, with few partials, delta_ve, stay near those of `string`. Needs SciPy.
     """
-    nominal: Floats = number.astype(np.float64) * string.nominal_fundamental  # Hz, where modes.dampings has the law
+    s = speaking(string, replace(neck, admittance=Admittance()), 0)
+    nominal = modes.law_frequencies(s, number.astype(np.float64), string.nominal_fundamental)
     loss = damping / (math.pi * nominal)
     bare = replace(string, diameter=0.0, viscoelastic_angle=0.0, thermoelastic=0.0)
-    unit = replace(neck, admittance=Admittance())
 
-    def factor(s: String) -> Floats:
-        return modes.loss_factor(speaking(s, unit, 0), nominal)
+    def factor(given: String) -> Floats:
+        return modes.loss_factor(replace(s, string=given), nominal)
 
     constant = factor(bare)
     columns = np.stack([
@@ -112,7 +135,6 @@ def fit_losses(string: String, neck: Neck, number: Ints, damping: Floats, deviat
     conductance: tuple[tuple[float, float], ...] = ()
     if rest.any():
         last = int(np.flatnonzero(rest)[-1]) + 2  # one zero ends the table
-        s = speaking(string, unit, 0)
         values = math.pi * nominal * rest / neck_damping(1.0, modes.impedance(s), s.fundamental)
         nu = modes.frequencies(s, int(number[-1]))[number - 1]
         conductance = tuple((float(f), float(y)) for f, y in zip(nu[:last], values, strict=False))
@@ -128,7 +150,7 @@ def _envelope(columns: Floats, goal: Floats, spread: Floats, known: Floats) -> F
     """x (3,), near `known` (3,), with columns @ x along the lower edge of `goal` (n,), whose deviation is `spread`."""
     from scipy.optimize import lsq_linear
 
-    prior = np.diag([1 / DIAMETER_SPREAD, 1 / ANGLE_SPREAD, 1.0])
+    prior = np.diag([1 / DIAMETER_SPREAD, 1 / ANGLE_SPREAD, 1 / max(1.0, known[2])])
     limits = ([0.5, 0.0, 0.0], [2.0, 50.0, 0.01 / THERMOELASTIC_SPREAD])  # delta_ve up to 0.5, as a preset allows
     weight, x = np.ones(goal.size), np.zeros(3)
     for _ in range(50):
@@ -150,20 +172,29 @@ QUALITY = (8.0, 150.0)
 MOST_CONDUCTANCE = 0.04  # m/s/N, of one resonance at its peak: as high as figure 3 (c) goes
 OPEN = 0.05  # misfit that a Q e times off the usual one counts as ...
 PLACE = 0.01  # ... and a resonance one mode's distance off the nearest mode
+EVALUATIONS = 400  # of the misfit at most in a least-squares search: with fewer, rounding decides how many are found
+KEPT = 0.1  # of the squared misfit: a neck given to begin with stays if refining it gains less
 GRID = 6  # places tried from one mode to the next
 
 
 @dataclass(frozen=True)
 class NeckFit:
-    """Resonances at the nut, and the modes they were fitted to."""
+    """Resonances at the nut, and the modes they were fitted to.
+
+    A preset's stopped notes have their modes where its law puts them, not where those of the open string were measured:
+    `played` and the distances from the string's own law tell how well the neck serves there.
+    """
 
     resonances: tuple[Resonance, ...]  # ascending in frequency, shapes 1, 2, 3 ...
     frequency: Floats  # (n,), Hz, of the modes
     damping: Floats  # (n,), 1/s, as given
     law: Floats  # (n,), 1/s, without the neck
-    fitted: Floats  # (n,), 1/s, with it
-    scatter: float  # distance of the modes from f0 (1 + B j^2 / 2) with best f0 and B, relative, root mean square ...
+    fitted: Floats  # (n,), 1/s, with it at the measured frequencies ...
+    played: Floats  # (n,), 1/s, ... and at those of the string's law
+    scatter: float  # distance of the modes from their law with best f0 and B, relative, root mean square ...
     left: float  # ... and with the neck's part of eq. 8 taken out
+    own_scatter: float  # the same with the f0 and B of the string ...
+    own_left: float  # ... and with the neck's part taken out
 
     @property
     def deviation(self) -> float:
@@ -171,29 +202,51 @@ class NeckFit:
         return _deviation(self.fitted / self.damping - 1, self.damping > self.law)
 
     @property
+    def deviation_played(self) -> float:
+        """Relative misfit of `played`, root mean square over the modes that lose to the neck."""
+        return _deviation(self.played / self.damping - 1, self.damping > self.law)
+
+    @property
     def below(self) -> tuple[int, ...]:
         """Numbers of the modes damped less than by the law alone: a neck can only add losses."""
         return tuple(int(j) for j in np.flatnonzero(self.damping < self.law) + 1)
 
 
-def fit_neck(string: String, close: float = CLOSE, most: int = MOST) -> NeckFit:
+def fit_neck(string: String, close: float = CLOSE, most: int = MOST, start: tuple[Resonance, ...] = ()) -> NeckFit:
     """Finds the fewest resonances, up to `most`, that meet the measured dampings of `string` to within `close`.
 
     `close` is relative, root mean square. Resonances are added one by one where they help most, and all are refined by
-    least squares each time. Raises ValueError for a string with fewer than four measured modes. Needs SciPy: pip
-    install 'livebass[analysis]'.
+    least squares each time. The minimum is flat: another rounding leads to others, as good. A neck to `start` from is
+    kept as it is if refining it gains less than `KEPT`, so that a neck found once is found again. Raises ValueError for
+    a string with fewer than four measured modes. Needs SciPy: pip install 'livebass[analysis]'.
     """
     if len(string.measured_dampings) < 4:
         raise ValueError(f"string {string.name}: {len(string.measured_dampings)} measured modes, 4 are needed")
     problem = _problem(string)
-    x, dictionary = np.zeros((0, 3)), problem.dictionary()
+    x, dictionary = _logarithms(start), problem.dictionary()
+    if start and problem.cost(refined := problem.refined(x)) < (1 - KEPT) * problem.cost(x):
+        x = refined
     while len(x) < most and problem.deviation(x) > close:
         x = problem.refined(problem.with_another(x, dictionary))
     x = x[np.argsort(x[:, 0])]
     rows = np.exp(x).tolist()
     found = tuple(Resonance(f, q, q / (2 * math.pi * f * peak), k) for k, (f, q, peak) in enumerate(rows, 1))
-    scatter, left = (float(np.sqrt(np.mean(problem.aside(y) ** 2))) for y in (x[:0], x))
-    return NeckFit(found, problem.nu, problem.sigma, problem.law, problem.law + problem.neck(x), scatter, left)
+    by_law = replace(string, measured_frequencies=(), measured_dampings=())
+    rigid = speaking(by_law, _rigid(string), 0)
+    yields = replace(rigid, admittance=Admittance(found))
+    count = problem.nu.size
+    own = (modes.frequencies(s, count) / problem.nu - 1 for s in (rigid, yields))
+    spread = (*(problem.aside(y) for y in (x[:0], x)), *own)
+    return NeckFit(
+        found, problem.nu, problem.sigma, problem.law, problem.law + problem.neck(x), modes.dampings(yields, count),
+        *(float(np.sqrt(np.mean(each**2))) for each in spread),
+    )  # fmt: skip
+
+
+def _logarithms(resonances: tuple[Resonance, ...]) -> Floats:
+    """Returns `resonances` as the x of a `_Problem`."""
+    rows = [(r.frequency, r.quality, r.quality / (2 * math.pi * r.frequency * r.mass)) for r in resonances]
+    return np.log(np.array(rows).reshape(-1, 3))
 
 
 @dataclass(frozen=True)
@@ -205,6 +258,7 @@ class _Problem:
     law: Floats  # (n,), 1/s
     fundamental: float  # Hz
     impedance: float  # kg/s
+    stiffness_law: str
 
     @property
     def number(self) -> Floats:
@@ -225,12 +279,18 @@ class _Problem:
         """Distance of the modes from their best law, (n,), relative, with the neck's part taken out."""
         harmonic = self.number * self.fundamental
         off = self.nu / harmonic - detuning(_admittance(x, harmonic), self.impedance, self.number)
+        power = 1 if self.stiffness_law == "paper" else 2  # of `off`, which is a straight line over j^2
+        off = off**power / power
         basis, _ = np.linalg.qr(np.stack([np.ones(off.size), self.number**2], axis=1))
         return np.asarray(off - basis @ (basis.T @ off))
 
     def misfits(self, x: Floats) -> Floats:
         """Misfits of dampings and frequencies, (2 n,), both on the scale of the dampings'."""
         return np.concatenate([self.misfit(x), self.aside(x) * CLOSE / SCATTER])
+
+    def cost(self, x: Floats) -> float:
+        """Sum of squares that the least-squares search minimises."""
+        return float(np.sum(self.misfits(x) ** 2) + np.sum(self.prior(x) ** 2))
 
     def dictionary(self) -> tuple[Floats, Floats]:
         """Resonances at all places and Qs tried, (m, 3), and what 1 m/s/N of each adds to the misfits, (m, 2 n)."""
@@ -260,7 +320,7 @@ class _Problem:
             return np.concatenate([self.misfits(each), self.prior(each)])
 
         start = np.clip(x.ravel(), ends[0] + 1e-6, ends[1] - 1e-6)
-        return np.asarray(least_squares(residuals, start, bounds=ends, max_nfev=60).x.reshape(-1, 3))
+        return np.asarray(least_squares(residuals, start, bounds=ends, max_nfev=EVALUATIONS).x.reshape(-1, 3))
 
     def prior(self, x: Floats) -> Floats:
         """Misfits of Q from the usual one, and of resonances from the nearest mode: the modes tell of nothing else."""
@@ -268,12 +328,17 @@ class _Problem:
         return np.concatenate([OPEN * (x[:, 1] - math.log(USUAL_QUALITY)), PLACE * away])
 
 
+def _rigid(string: String) -> Neck:
+    """Returns a rigid neck with any frets: an open string touches none."""
+    return Neck((string.length / 2,), (-1.0,))
+
+
 def _problem(string: String) -> _Problem:
     nu, sigma = np.array(string.measured_frequencies), np.array(string.measured_dampings)
-    rigid = Neck((string.length / 2,), (-1.0,))  # any frets: an open string touches none
-    s = speaking(string, rigid, 0)
-    nominal: Floats = np.arange(1.0, nu.size + 1) * string.nominal_fundamental  # Hz, where modes.dampings has the law
-    return _Problem(nu, sigma, math.pi * nominal * modes.loss_factor(s, nominal), s.fundamental, modes.impedance(s))
+    s = speaking(string, _rigid(string), 0)
+    nominal = modes.law_frequencies(s, np.arange(1.0, nu.size + 1), string.nominal_fundamental)
+    law = math.pi * nominal * modes.loss_factor(s, nominal)
+    return _Problem(nu, sigma, law, s.fundamental, modes.impedance(s), string.stiffness_law)
 
 
 def _admittance(x: Floats, nu: Floats) -> Complexes:

@@ -17,7 +17,7 @@ import numpy as np
 
 from livebass.analysis.sound import fundamental
 from livebass.arrays import Ints
-from livebass.identify.fit import Law, Losses, NeckFit, fit_law, fit_losses
+from livebass.identify.fit import FEW, Law, Losses, NeckFit, fit_laws, fit_losses
 from livebass.identify.partials import Found, Partial, RecordingError, Take, combine, find_takes, read_recording, track
 from livebass.model.instrument import Instrument, Neck, String, note_frequency, speaking
 from livebass.model.modes import dampings, frequencies
@@ -42,7 +42,8 @@ class Identified:
     string: String  # of the base preset, with everything measured and fitted
     conductance: tuple[tuple[float, float], ...]  # (Hz, m/s/N) of the neck under it; empty: none found
     partials: tuple[Found, ...]
-    law: Law
+    law: Law  # that describes the partials better ...
+    other: Law  # ... than this one
     takes: tuple[Take, ...]
     rejected: int  # takes of another pitch, too short, or without enough partials
     missing: tuple[int, ...]  # partials below the highest that were not found: `string` has values of the laws
@@ -79,13 +80,13 @@ def identify(
         raise RecordingError(_why_not([partials for _, partials in tracks], paths, pitch))
     found = combine([partials for _, partials in good])
     base = known or nearest_string(bass, pitch)
-    law = fit_law(_numbers(found), np.array([p.frequency for p in found]), base.inharmonicity)
+    law, other = fit_laws(_numbers(found), np.array([p.frequency for p in found]), base)
     neck = bass.necks[bass.strings.index(base)]
     fitted = _tuned(base, law, note)
     losses = fit_losses(
         fitted, neck, _numbers(found), np.array([p.damping for p in found]), np.array([p.damping_u for p in found]) / 2
     )
-    return _identified(fitted, losses, found, law, [take for take, _ in good], all_takes - len(good))
+    return _identified(fitted, losses, found, (law, other), [take for take, _ in good], all_takes - len(good))
 
 
 def nearest_string(bass: Instrument, frequency: float) -> String:
@@ -177,13 +178,14 @@ def _tuned(base: String, law: Law, note: int | None) -> String:
     _check_pitch(string, law.fundamental)
     tension = base.linear_density * (2 * base.length * law.fundamental) ** 2
     return replace(
-        string, tension=tension, inharmonicity=law.inharmonicity, law_fundamental=law.fundamental,
+        string, tension=tension, inharmonicity=law.inharmonicity, stiffness_law=law.stiffness_law,
+        law_fundamental=law.fundamental,
         extra_damping=0.0, extra_damping_slope=0.0, measured_frequencies=(), measured_dampings=(),
     )  # fmt: skip
 
 
 def _identified(
-    fitted: String, losses: Losses, found: list[Found], law: Law, takes: list[Take], rejected: int
+    fitted: String, losses: Losses, found: list[Found], laws: tuple[Law, Law], takes: list[Take], rejected: int
 ) -> Identified:
     """The result, with measured modes without a gap: partials that were not found follow the laws."""
     fitted = replace(
@@ -206,7 +208,7 @@ def _identified(
         if not below < nu[j - 1] < above:
             nu[j - 1] = below + (above - below) / gap
     string = replace(fitted, measured_frequencies=tuple(map(float, nu)), measured_dampings=tuple(map(float, sigma)))
-    return Identified(string, losses.conductance, tuple(found), law, tuple(takes), rejected, missing)
+    return Identified(string, losses.conductance, tuple(found), *laws, tuple(takes), rejected, missing)
 
 
 MARK = "identified"
@@ -245,8 +247,11 @@ def identified_json(result: Identified, resonances: Sequence[Resonance] = ()) ->
         "open_note": note_name(s.open_note),
         "f0_hz": law.fundamental,
         "inharmonicity": law.inharmonicity,
+        "stiffness_law": law.stiffness_law,
         "law_deviation": law.deviation,
         "law_from_partial": law.first,
+        "law_misfit": law.misfit,
+        "other_law_misfit": result.other.misfit,
         "tension_n": s.tension,
         "linear_density_kg_per_m": s.linear_density,
         "diameter_m": s.diameter,
@@ -282,6 +287,7 @@ def table(result: Identified) -> str:
         "+-: 95 %, " + ("scatter over the takes" if several else "from the noise in this one take"),
         f"f0 {result.law.fundamental:.4f} Hz, B {s.inharmonicity:.3g}, from partial {result.law.first} on, "
         f"to {1e6 * result.law.deviation:.0f} ppm; tension {s.tension:.1f} N at {s.linear_density * 1e3:.4g} g/m",
+        _which_law(result),
         f"losses: air as diameter {s.diameter * 1e3:.3g} mm, viscoelastic angle {s.viscoelastic_angle:.3g}, "
         f"thermoelastic {s.thermoelastic:.2g}, " + _neck(result),
     ]
@@ -302,6 +308,15 @@ def neck_table(fit: NeckFit) -> str:
         numbers = ", ".join(map(str, fit.below))
         lines.append(f"partials damped less than by the laws of the string alone, which no neck can do: {numbers}")
     return "\n".join(lines) + "\n"
+
+
+def _which_law(result: Identified) -> str:
+    """Says which law of partials was taken, and how far all of them lie off it and off the other."""
+    better, other = result.law, result.other
+    if len(result.partials) <= FEW:
+        return f"law of partials: {better.stiffness_law}, as in the preset, {len(result.partials)} partials do not tell"
+    of = f"{1e6 * better.misfit:.0f} ppm off on average, by {other.stiffness_law} {1e6 * other.misfit:.0f}"
+    return f"law of partials: {better.stiffness_law}, all partials {of}"
 
 
 def _neck(result: Identified) -> str:
@@ -406,6 +421,7 @@ def _values(s: String, open_note: Any) -> dict[str, str]:
         "tension": f'"{s.tension:.6g} N"',
         "diameter": f'"{s.diameter * 1e3:.4g} mm"',
         "inharmonicity": f"{s.inharmonicity:.5g}",
+        "stiffness_law": f'"{s.stiffness_law}"',
         "viscoelastic_angle": f"{s.viscoelastic_angle:.4g}",
         "thermoelastic": f"{s.thermoelastic:.3g}",
         "law_fundamental": f'"{s.law_fundamental:.6f} Hz"',

@@ -26,6 +26,7 @@ LANES = {"reassoc", "contract", "nsz", "arcp"}
 jit = compiled(fastmath=LANES, **LEAN)
 
 DEAD = 1e-17  # m^1.5: a mode below this is silence
+MOST_TURN = 2 * np.pi * 0.45  # rad a fine step, of a mode that a string is played with
 
 
 # fine_1 ... fine_4: one fine step after the forces at the first points near; the displacements (m) there.
@@ -346,6 +347,18 @@ def speed_square(w, n):
 
 
 @jit
+def invariant(w, n):
+    """Sum of P^2 + b q^2, m^3: the energy that eq. 12 conserves, in units of mu / (2 dt^2).
+
+    It never divides by kappa, which vanishes for a mode at a multiple of half the contact rate.
+    """
+    e = 0.0
+    for j in range(n):
+        e += w.p[j] * w.p[j] + w.fine_b[j] * w.q[j] * w.q[j]
+    return e
+
+
+@jit
 def amplitude_sum(w, n):
     """Sum of modal amplitudes, m^1.5: sqrt(2/L) times it bounds every displacement from now on."""
     s = 0.0
@@ -387,10 +400,14 @@ def retune(w, op, ratio):
     """Sets coefficients for `ratio` times the frequencies of operator `op` (1/s stay), the motion kept.
 
     P follows kappa, so that displacement and velocity stay. sigma stays, the undamped frequency scales; sigma << omega.
+    Modes that would get above MOST_TURN stay there: above, the contact rate cannot carry them.
     """
     fine = op.fine
+    highest = MOST_TURN / fine
     for j in range(op.padded):
         w.omega[j] = op.omega[j] * ratio
+        if w.omega[j] > highest and w.omega[j] > op.omega[j]:
+            w.omega[j] = max(highest, op.omega[j])
     for j in range(op.padded):
         w_d = w.omega[j]
         sigma = w.sigma[j]

@@ -114,6 +114,7 @@ OPERATOR = np.dtype(
         ("length", "f8"),  # m
         ("speed", "f8"),  # m/s of transverse waves, 2 L f0
         ("graze", "f8"),  # m, a pluck amplitude to use where there is no obstacle
+        ("held_stiffness", "f8"),  # m^2, E I / T in the shape a finger holds; 0: a triangle
         *COEFFICIENTS,
         _row("height"),  # m, of each contact point
         _row("position"),  # m from the stop, of each contact point
@@ -177,6 +178,7 @@ VOICE = np.dtype(
         ("log", "i8"),  # address of int64 pairs (fine step, point), one a contact begun ...
         ("log_room", "i8"),  # ... and how many there is room for
         ("logged", "i8"),  # contacts begun, also beyond the log's length
+        ("weakened", "i8"),  # times that the motion was scaled back to what a string bears (slot.weaken)
         ("pickups", "i8"),  # 0: the displacement itself
         ("held", "f8", (4,)),  # displacement at each of the shape the finger holds
         ("held_across", "f8", (4,)),  # the same of v

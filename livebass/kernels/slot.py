@@ -127,19 +127,30 @@ def weaken(slot, op, factor):
 
 
 @jit
-def keep_house(slot, op, step):
+def steepness(w, op, n):
+    """Root mean square velocity by the scheme's own invariant, over wave speed.
+
+    Contact, friction and losses never raise it, only hands do: a healthy string stays below STEEPEST whatever it hits.
+    """
+    return np.sqrt(modal.invariant(w, n) / op.length) / (op.fine * op.speed)
+
+
+@jit
+def keep_house(slot, op, voice):
     """Drops dead modes, and finds out whether a contact is still possible. At fixed frame numbers only."""
-    u = slot.u
+    u, step = slot.u, voice.step
     slot.active = modal.living(u, slot.active)
     if slot.v_active:
         slot.v_active = modal.living(slot.v, slot.v_active)
     if slot.active == 0 and slot.v_active == 0:
         slot.on = 0
         return
-    speed = rms_velocity(u, op, slot.active)
-    most = max(speed, rms_velocity(slot.v, op, slot.v_active)) if slot.v_active else speed
-    if not most < STEEPEST * op.speed:
-        weaken(slot, op, STEEPEST * op.speed / most)
+    steepest = steepness(u, op, slot.active)
+    if slot.v_active:
+        steepest = max(steepest, steepness(slot.v, op, slot.v_active))
+    if not steepest < STEEPEST:
+        weaken(slot, op, STEEPEST / steepest)
+        voice.weakened += 1
         return
     if op.points == 0 or slot.fading or slot.quiet > step:
         return
@@ -150,7 +161,7 @@ def keep_house(slot, op, step):
         lowest = min(lowest, -op.height[m])
     if held:
         return
-    slot.fastest = min(slot.fastest, slot.safety * speed + SLACK)
+    slot.fastest = min(slot.fastest, slot.safety * rms_velocity(u, op, slot.active) + SLACK)
     if np.sqrt(2.0 / op.length) * modal.amplitude_sum(u, slot.active) < lowest:
         slot.quiet = FOR_EVER
 

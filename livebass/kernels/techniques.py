@@ -21,7 +21,7 @@ HEARD = 0.46  # of the audio rate: what a bend takes above is left out (engine.p
 
 @jit
 def shape_of_pluck(w, op, apex, position, rounding):
-    """Fills w.held with the modal amplitudes of a rounded triangle (model.modes.pluck_amplitudes)."""
+    """Fills w.held with the modal amplitudes of the shape a finger holds (model.modes.pluck_amplitudes)."""
     length = op.length
     k1 = np.pi / length
     corner = np.sqrt(2 / length) * apex * length / (position * (length - position))
@@ -29,7 +29,8 @@ def shape_of_pluck(w, op, apex, position, rounding):
         w.held[j] = 0.0
     for j in range(op.modes):
         k = (j + 1) * k1
-        w.held[j] = corner * np.sin(k * position) / (k * k) * np.exp(-0.5 * (k * rounding) ** 2)
+        smooth = np.exp(-0.5 * (k * rounding) ** 2) / (1 + op.held_stiffness * (k * k))
+        w.held[j] = corner * np.sin(k * position) / (k * k) * smooth
 
 
 @jit

@@ -207,6 +207,6 @@ def move(string, ops):
         for k in range(2):
             slot = string.slots[k]
             if slot.on and not (k == voice.slot and (voice.pulling > 0 or voice.striking > 0)):
-                keep_house(slot, ops[slot.fret], voice.step)
+                keep_house(slot, ops[slot.fret], voice)
         if at_rest(string):
             settle(voice)

@@ -13,9 +13,11 @@ from functools import lru_cache
 
 import numpy as np
 
-from livebass.model.neck import FREE_PART, Admittance, Surface, detuning, surface_beyond, surface_on_grid
+from livebass.arrays import Floats
+from livebass.model.neck import FREE_PART, Admittance, Surface, detuning, neck_damping, surface_beyond, surface_on_grid
 
 A4_NOTE, A4_HZ = 69, 440.0
+STIFFNESS_LAWS = ("hinged", "paper")  # see model/modes.py
 ROUNDING = 1e-9  # m, by which a crown may stand above the string at rest and still count as level with it
 BOARD_ROUGH = 20e-6  # m, by which a board may stand above the string at rest; it is pressed flat
 MOST_DETUNING = 0.05  # relative shift of a mode by the neck: beyond, eq. 8 fails, as it is of first order
@@ -31,13 +33,14 @@ class String:
     linear_density: float  # kg/m
     tension: float  # N, nominal: the pitch itself is set by the notes, see `speaking`
     diameter: float  # m, outside, for friction with the air (eq. 10)
-    inharmonicity: float  # B of eq. 8, open string
+    inharmonicity: float  # B = pi^2 E I / (T L^2), open string
+    stiffness_law: str = "hinged"  # or "paper": how B acts on partials, losses and the held shape, see model/modes.py
     viscoelastic_angle: float = 0.01  # delta_ve of eq. 11
     thermoelastic: float = 6e-6  # 1/Q_te of eq. 9
     extra_damping: float = 0.0  # 1/s, added to every mode: mute, tape, palm
     extra_damping_slope: float = 0.0  # dimensionless, 1/s added per rad/s of the mode
     level: float = 1.0  # how strongly pickups sense it: its steel, and how high their poles are set
-    law_fundamental: float = 0.0  # Hz, f0 of eq. 8 if measured; 0: from open_note
+    law_fundamental: float = 0.0  # Hz, f0 of the law of partials if measured; 0: from open_note
     measured_frequencies: tuple[float, ...] = ()  # Hz, of the first modes of the open string
     measured_dampings: tuple[float, ...] = ()  # 1/s, of the same modes
 
@@ -58,6 +61,7 @@ class Neck:
     grid_step: float = 1e-3  # m, dx: frets sit on this grid, and a fret pushes on one step of it
     admittance: Admittance = field(default_factory=Admittance)  # Y_nut of eqs. 8 and 9
     free_length: float = 0.0  # m, from the nut to the body; 0: FREE_PART of the scale
+    stop_conductance: float = 0.0  # m/s/N, of a fret and the finger behind it; added to Re Y of stopped notes
     friction: float = 900.0  # N/m, A of eq. 7: force per unit length on one `grid_step`
     friction_speed: float = 1e-5  # m/s, s of eq. 7
     surface: Surface = ()  # board under the string, crowns included; empty: the string can touch the crowns only
@@ -165,7 +169,7 @@ class Speaking:
     fret: int  # asked for; 0 is open
     stop: int  # fret the string rests on: one beyond `fret` if it stands so high that it chokes the note
     length: float  # m
-    fundamental: float  # Hz, f0 of the frequency law (eq. 8)
+    fundamental: float  # Hz, f0 of the frequency law: c / 2L
     inharmonicity: float  # B for this length
     grid_points: int  # N: `length` / N is the grid step dx
     contact_fret: tuple[int, ...]  # (P,) fret number of each obstacle; 0: wood
@@ -237,13 +241,19 @@ def speaking(string: String, neck: Neck, fret: int) -> Speaking:
     surface = surface_beyond(neck.surface, x_stop, h_stop, total)
     stiffness = string.inharmonicity * (total / length) ** 2
     admittance = neck.admittance.moved(x_stop, neck.free_length or FREE_PART * total)
+    if stop:
+        admittance = replace(admittance, stop=neck.stop_conductance)
     if stop == 0 and string.law_fundamental:
         fundamental = string.law_fundamental
     else:
         note = note_frequency(string.open_note + stop)
-        mute = string.extra_damping / (2 * math.pi) + string.extra_damping_slope * note
+        mass = 2 * string.linear_density * length  # kg
+        mute = string.extra_damping / (2 * math.pi) + string.extra_damping_slope * note  # Hz
+        if admittance.stop:
+            mute += float(neck_damping(admittance.at(note), mass * note, note)) / (2 * math.pi)
         sounds = math.hypot(note, mute)  # tuned higher, as a damped mode rings lower than its eigenfrequency
-        fundamental = _tuned(sounds, stiffness, 2 * string.linear_density * length, admittance)
+        stretch = float(stretched(string.stiffness_law, stiffness, np.ones(1))[0])
+        fundamental = _tuned(sounds, stretch, mass, admittance)
     s = Speaking(
         string=string,
         fret=fret,
@@ -297,15 +307,28 @@ def for_modes(s: Speaking, count: int) -> Speaking:
     return on_grid(s, count + 1) if s.surface and count + 1 != s.grid_points else s
 
 
-def _tuned(sounds: float, stiffness: float, mass: float, admittance: Admittance) -> float:
-    """f0 of eq. 8 (Hz) for a first mode at `sounds` (Hz). mass: 2 mu L, kg, so that mu c is mass times f0."""
-    fundamental = sounds / (1 + stiffness / 2)
+def stretched(law: str, inharmonicity: float, mode: Floats) -> Floats:
+    """Returns nu_j / (j f0) of modes `mode` (n,) on a rigid neck, (n,); law: a `String.stiffness_law`.
+
+    "hinged": sqrt(1 + B j^2), the stiff string on hinges (Fletcher 1964). "paper": 1 + B j^2 / 2, eq. 8 as printed, a
+    fit to one G string that holds for B j^2 below about 0.04.
+    """
+    square = inharmonicity * mode**2
+    return np.asarray(1 + square / 2 if law == "paper" else np.sqrt(1 + square))
+
+
+def _tuned(sounds: float, stretch: float, mass: float, admittance: Admittance) -> float:
+    """f0 (Hz) for a first mode at `sounds` (Hz). mass: 2 mu L, kg, so that mu c is mass times f0.
+
+    stretch: nu_1 / f0 on a rigid neck.
+    """
+    fundamental = sounds / stretch
     if not admittance:
         return fundamental
     for _ in range(8):  # fixed-point iteration; each pass gains digits, as the neck's part is small
         aside = float(detuning(admittance.at(fundamental), mass * fundamental, 1))
         aside = min(max(aside, -MOST_DETUNING), MOST_DETUNING)
-        before, fundamental = fundamental, sounds / (1 + stiffness / 2 + aside)
+        before, fundamental = fundamental, sounds / (stretch + aside)
         if abs(fundamental / before - 1) < 1e-12:
             break
     return fundamental

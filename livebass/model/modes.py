@@ -1,4 +1,13 @@
-"""Modes of a speaking string: frequencies (eq. 8), the damping law (eqs. 9 to 11), shapes (eq. 3), and plucks in them.
+"""Modes of a speaking string: frequencies, the damping law (eqs. 9 to 11), shapes (eq. 3), and plucks in them.
+
+Bending stiffness acts by one of two laws (`String.stiffness_law`), with B = pi^2 E I / (T L^2):
+
+- "hinged", the stiff string on hinges. nu_j = j f0 sqrt(1 + B j^2). Of a mode's elastic energy the part
+  B j^2 / (1 + B j^2) is in bending, and that part is lost at the viscoelastic angle. The shape that a finger holds has
+  1 / (1 + B j^2) of the amplitudes of a triangle: it is no sharper than sqrt(E I / T).
+- "paper", eqs. 8 and 11 of the paper and its triangle, all of first order in B j^2: nu_j = j f0 (1 + B j^2 / 2) is its
+  fit to one G string. It holds for B j^2 below about 0.04 and is sharp beyond, by 16 cents at 2 kHz and 117 at 5 kHz on
+  an E string.
 
 Equation numbers: Issanchou et al. (2018).
 """
@@ -10,22 +19,24 @@ import math
 import numpy as np
 
 from livebass.arrays import Floats
-from livebass.model.instrument import Pluck, Speaking
+from livebass.model.instrument import Pluck, Speaking, stretched
 from livebass.model.neck import detuning, neck_damping
 
 AIR_VISCOSITY = 1.8e-5  # kg/m/s, eta_air of eq. 10
 AIR_DENSITY = 1.2  # kg/m3, rho_air
 CLAMP_WAVENUMBER = 800 / 0.863  # modes per metre; above, the published damping is constant
 
+CARRIED = 0.45  # of the contact rate: the highest mode that a bass is played with (kernels.modal.MOST_TURN)
+
 
 def frequencies(s: Speaking, count: int) -> Floats:
-    """Eigenfrequencies nu_j of modes j = 1 to `count`, (count,), Hz: measured ones where there are any, then eq. 8.
+    """Eigenfrequencies nu_j of modes j = 1 to `count`, (count,), Hz: measured ones where there are any, then the law.
 
-    The law is 1 + B j^2 / 2, as printed, not the square root of 1 + B j^2: at j = 862 the two differ 2.7 times. The
-    neck's term is taken at omega_{0,j}, with the sign that model/neck.py explains.
+    At j = 862 the two laws differ 2.7 times. The neck's term, that of eq. 8, is taken at omega_{0,j}, with the sign
+    that model/neck.py explains.
     """
-    j = np.arange(1, count + 1)
-    nu = j * s.fundamental * (1 + s.inharmonicity * j**2 / 2 + neck_detuning(s, count))
+    j = np.arange(1.0, count + 1)
+    nu = j * s.fundamental * (stretched(s.string.stiffness_law, s.inharmonicity, j) + neck_detuning(s, count))
     if s.stop == 0:
         known = np.asarray(s.string.measured_frequencies[:count])
         nu[: known.size] = known
@@ -36,15 +47,12 @@ def dampings(s: Speaking, count: int) -> Floats:
     """The damping law: coefficients sigma_j of modes j = 1 to `count`, (count,), 1/s.
 
     Measured ones where there are any, then pi nu_j / Q_j of eqs. 9 to 11; the string's extra damping is added to all.
-    As in the published data the law is evaluated at j f0 and constant above `CLAMP_WAVENUMBER`; only the neck's part is
-    taken at the frequency of the mode itself.
+    By the law "paper" it is as in the published data: evaluated at j f0 and constant above `CLAMP_WAVENUMBER`; only the
+    neck's part is taken at the frequency of the mode itself.
     """
-    j = np.arange(1, count + 1)
     # If f0 was measured, the published dampings still follow c / 2L of the tension in the table.
     nominal = s.string.nominal_fundamental if s.stop == 0 and s.string.law_fundamental else s.fundamental
-    nu = j * nominal  # Hz, nu_{0,j}
-    top = max(1, math.floor(CLAMP_WAVENUMBER * s.length))
-    nu = np.minimum(nu, top * nominal)
+    nu = law_frequencies(s, np.arange(1.0, count + 1), nominal)
     sigma = math.pi * nu * loss_factor(s, nu) + neck_damping(
         s.admittance.at(frequencies(s, count)), impedance(s), s.fundamental
     )
@@ -54,8 +62,18 @@ def dampings(s: Speaking, count: int) -> Floats:
     return sigma + s.string.extra_damping + s.string.extra_damping_slope * 2 * math.pi * nu
 
 
+def law_frequencies(s: Speaking, mode: Floats, fundamental: float) -> Floats:
+    """Returns the frequencies (Hz), (n,), at which the damping law is taken for `mode` (n,) over `fundamental` (Hz)."""
+    if s.string.stiffness_law == "paper":
+        return np.minimum(mode, max(1, math.floor(CLAMP_WAVENUMBER * s.length))) * fundamental
+    return np.asarray(mode * fundamental * stretched("hinged", s.inharmonicity, mode))
+
+
 def loss_factor(s: Speaking, nu: Floats) -> Floats:
-    """1/Q at frequencies `nu` (Hz), shaped as nu, without the neck: air (eq. 10), visco- (11) and thermoelastic (9)."""
+    """1/Q at the frequencies `nu` (Hz) of `law_frequencies`, shaped as nu, without the neck.
+
+    Friction with the air (eq. 10), the viscoelastic term (eq. 11) and the thermoelastic one (eq. 9).
+    """
     string = s.string
     mu = string.linear_density
     friction = 2 * math.pi * AIR_VISCOSITY + 2 * math.pi * string.diameter * np.sqrt(
@@ -64,7 +82,12 @@ def loss_factor(s: Speaking, nu: Floats) -> Floats:
     air = friction / (2 * math.pi * mu * nu)
     # E_core I_core follows from the inharmonicity: B = pi^2 E I / (T L^2)
     bending = string.inharmonicity * string.tension * string.length**2 / math.pi**2  # N m2
-    viscoelastic = 4 * math.pi**2 * mu * bending * string.viscoelastic_angle / string.tension**2 * nu**2
+    if string.stiffness_law == "paper":
+        viscoelastic = 4 * math.pi**2 * mu * bending * string.viscoelastic_angle / string.tension**2 * nu**2
+    else:
+        product = 4 * math.pi**2 * mu * bending / string.tension**2 * nu**2  # B j^2 (1 + B j^2)
+        square = 2 * product / (1 + np.sqrt(1 + 4 * product))  # B j^2
+        viscoelastic = string.viscoelastic_angle * square / (1 + square)
     return np.asarray(air + viscoelastic + string.thermoelastic)
 
 
@@ -86,12 +109,21 @@ def shapes(s: Speaking, count: int, x: Floats) -> Floats:
 
 
 def pluck_amplitudes(s: Speaking, count: int, pluck: Pluck) -> Floats:
-    """Modal amplitudes q_j(0), (count,), m^1.5, of the rounded triangle `pluck`; its angle does not matter."""
+    """Modal amplitudes q_j(0), (count,), m^1.5, of `pluck`; its angle does not matter.
+
+    A triangle, rounded by the finger and, by the law "hinged", by the string's own stiffness: the static shape under a
+    force at one point has (c k_j / omega_j)^2 = 1 / (1 + B j^2) of a triangle's amplitudes.
+    """
     k = np.arange(1, count + 1) * (math.pi / s.length)  # rad/m
     a = pluck.position
     bend = pluck.apex * s.length / (a * (s.length - a))  # change of slope at the corner
-    corner = np.exp(-((k * pluck.rounding) ** 2) / 2)
+    corner = np.exp(-((k * pluck.rounding) ** 2) / 2) / (1 + held_stiffness(s) * k**2)
     return math.sqrt(2 / s.length) * bend * np.sin(k * a) / k**2 * corner
+
+
+def held_stiffness(s: Speaking) -> float:
+    """Returns E I / T (m^2) for the shape that a finger holds; 0 by the law "paper", whose shape is a triangle."""
+    return 0.0 if s.string.stiffness_law == "paper" else s.inharmonicity * (s.length / math.pi) ** 2
 
 
 def grazing_apex(s: Speaking, position: float) -> float:
@@ -106,3 +138,11 @@ def grazing_apex(s: Speaking, position: float) -> float:
         shape = x / a if x < a else (s.length - x) / (s.length - a)
         least = min(least, -height / shape)
     return least
+
+
+def carried(s: Speaking, count: int, contact_rate: float) -> int:
+    """Number of the first `count` modes that lie under `CARRIED` of the contact rate (Hz), at least 1.
+
+    Higher ones turn so far in a fine step that contact cannot follow them. Static compliance stands for them.
+    """
+    return max(1, int(np.count_nonzero(frequencies(s, count) < CARRIED * contact_rate)))

@@ -42,13 +42,17 @@ class Resonance:
 
 @dataclass(frozen=True)
 class Admittance:
-    """Y where the string ends: a sum of resonances, or a measured table that is zero outside. Empty: a rigid neck."""
+    """Y where the string ends: a sum of resonances, or a measured table that is zero outside. Empty: a rigid neck.
+
+    Either adds to what the stop takes.
+    """
 
     resonances: tuple[Resonance, ...] = ()
     table: tuple[tuple[float, float, float], ...] = ()  # (Hz, Re Y, Im Y), m/s/N, ascending
+    stop: float = 0.0  # m/s/N, Re Y at every frequency: of the fret and the finger behind it
 
     def __bool__(self) -> bool:
-        return bool(self.resonances or self.table)
+        return bool(self.resonances or self.table or self.stop)
 
     def at(self, frequency: ArrayLike) -> Complexes:
         """Y at `frequency` (Hz, any shape), m/s/N.
@@ -56,12 +60,12 @@ class Admittance:
         A resonance adds (i omega / m) / (omega_r^2 - omega^2 + i omega omega_r / Q).
         """
         nu = np.asarray(frequency, np.float64)
-        y: Complexes = np.zeros(nu.shape, np.complex128)
+        y: Complexes = np.full(nu.shape, self.stop, np.complex128)
         if self.resonances:
             f, q, mass = np.array([(r.frequency, r.quality, r.mass) for r in self.resonances]).T
             off, width = f**2 - nu[..., None] ** 2, nu[..., None] * f / q
             part = 1 / (2 * math.pi * mass * (off**2 + width**2))  # real arithmetic: presets are checked at every fret
-            y = nu * (np.sum(width * part, axis=-1) + 1j * np.sum(off * part, axis=-1))
+            y = y + nu * (np.sum(width * part, axis=-1) + 1j * np.sum(off * part, axis=-1))
         if self.table:
             known, real, imaginary = np.array(self.table).T
             y = y + np.interp(nu, known, real, 0.0, 0.0) + 1j * np.interp(nu, known, imaginary, 0.0, 0.0)

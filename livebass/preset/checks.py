@@ -27,7 +27,7 @@ HEIGHTS_BY_GEOMETRY = ("action", "relief", "nut_height")
 COLUMNS = {"conductance_values": 1, "susceptance_values": 2}  # columns of Admittance.table
 DAMPING_KEYS = (
     "extra_damping", "extra_damping_slope", "viscoelastic_angle", "thermoelastic", *COLUMNS, "resonance_masses",
-    "measured_dampings",
+    "measured_dampings", "stop_conductance",
 )  # fmt: skip
 BEYOND = 0.02  # m of board beyond the last fret, if a preset does not say
 MOST_DAMPING = 0.999  # of critical
@@ -234,6 +234,8 @@ def _value(string: String, neck: Neck, key: str, item: int) -> float:
         return neck.admittance.resonances[item - 1].mass if item else 0.0
     if key == "measured_dampings":
         return string.measured_dampings[item - 1] if item <= len(string.measured_dampings) else 0.0
+    if key == "stop_conductance":
+        return neck.stop_conductance
     return float(getattr(string, key))
 
 
@@ -252,5 +254,7 @@ def _scaled(string: String, neck: Neck, key: str, item: int, by: float) -> tuple
         known = string.measured_dampings
         known = (*known[: item - 1], *(x * by for x in known[item - 1 : item]), *known[item:])
         return replace(string, measured_dampings=known), neck
+    if key == "stop_conductance":
+        return string, replace(neck, stop_conductance=neck.stop_conductance * by)
     changed: dict[str, Any] = {key: getattr(string, key) * by}
     return replace(string, **changed), neck

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from livebass import units
-from livebass.model.instrument import Coil, Neck, Output, Pickup, Player, String
+from livebass.model.instrument import STIFFNESS_LAWS, Coil, Neck, Output, Pickup, Player, String
 from livebass.units import DIMENSIONS, format_quantity, quantity, readable_quantity
 
 REQUIRED = object()
@@ -65,6 +65,7 @@ _ROWS = (
     Key("neck", "friction", "force per length", "0 N/m", "1000000 N/m", FIELD, "A of eq. 7"),
     Key("neck", "friction_speed", "speed", "0.01 um/s", "1 m/s", FIELD, "s of eq. 7: slower, a point sticks"),
     Key("neck", "free_length", "length", "10 mm", "1500 mm", None, "nut to body; left out: 0.6 of the scale"),
+    Key("neck", "stop_conductance", "conductance", "0 m/s/N", "0.1 m/s/N", FIELD, "Re Y of a stop, on stopped notes"),
     Key("neck", "resonance_frequencies", "frequency[]", "1 Hz", "20 kHz", None, "of the neck, ascending"),
     Key("neck", "resonance_qualities", "number[]", "0.5", "1000", None, "Q of the same"),
     Key("neck", "resonance_masses", "mass[]", "0.001 kg", "1000 kg", None, "effective, at the nut"),
@@ -77,7 +78,16 @@ _ROWS = (
     Key("string", "linear_density", "linear density", "0.1 g/m", "200 g/m", REQUIRED, "mass per length"),
     Key("string", "tension", "force", "5 N", "1000 N", None, "left out: what the pitch needs"),
     Key("string", "diameter", "length", "0.1 mm", "10 mm", REQUIRED, "outside"),
-    Key("string", "inharmonicity", "number", "0", "0.01", None, "B of eq. 8; or give core_diameter"),
+    Key("string", "inharmonicity", "number", "0", "0.01", None, "B, see physics; or give core_diameter"),
+    Key(
+        "string",
+        "stiffness_law",
+        "|".join(STIFFNESS_LAWS),
+        "",
+        "",
+        FIELD,
+        "f0 j sqrt(1 + B j^2); eq. 8, for B j^2 < 0.04",
+    ),
     Key("string", "core_diameter", "length", "0.05 mm", "5 mm", None, "of the core; or give inharmonicity"),
     Key("string", "core_modulus", "modulus", "1 GPa", "500 GPa", "200 GPa", "E of the core; steel: 200 GPa"),
     Key("string", "stiffness_ratio", "number", "1", "10", 1.5, "bending stiffness over that of the core"),
@@ -86,7 +96,7 @@ _ROWS = (
     Key("string", "extra_damping", "decay rate", "0 /s", "10000 /s", FIELD, "a mute, on every mode"),
     Key("string", "extra_damping_slope", "number", "0", "1", FIELD, "1/s added per rad/s of the mode"),
     Key("string", "level", "number", "0", "10", FIELD, "how strongly pickups sense it"),
-    Key("string", "law_fundamental", "frequency", "5 Hz", "5000 Hz", None, "f0 of eq. 8 if measured"),
+    Key("string", "law_fundamental", "frequency", "5 Hz", "5000 Hz", None, "f0 of the law of partials if measured"),
     Key("string", "measured_frequencies", "frequency[]", "5 Hz", "100 kHz", None, "first modes, open string"),
     Key("string", "measured_dampings", "decay rate[]", "0 /s", "100000 /s", None, "of the same modes"),
     Key("output", "kind", "pickups|displacement", "", "", FIELD, "magnetic, or the string at the sensor"),

@@ -7,76 +7,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.agreement import assert_agree
 from support.strings import case_b, oblique, random_trial
 
 from livebass.arrays import Floats
 from livebass.engine.solve import pluck_event, solve_trial, trial_voice
 from livebass.kernels import voice
 from livebass.model import modes
-from livebass.model.trial import Motion, Trial
-from livebass.reference.solver import solve
-
-AGREED = 1e-8  # of the largest displacement; regular motion agrees to 5e-11
-NUDGES = (1e-13, -1e-13, 1e-12, -1e-12, 1e-11, -1e-11)  # of the apex; the engine's rounding is worth 1e-13 to 5e-12
-DEPARTED = 1e-9  # of the largest displacement: two runs of brute force have become two motions
-
-
-def difference(a: Motion, b: Motion) -> Floats:
-    """|a - b| at each sample, relative to the largest displacement; the greater of the two polarisations."""
-    result = np.abs(a.displacement_m - b.displacement_m) / np.abs(b.displacement_m).max()
-    if a.across_m is None or b.across_m is None:
-        assert a.across_m is b.across_m
-        return result
-    return np.maximum(result, np.abs(a.across_m - b.across_m) / np.abs(b.across_m).max())
-
-
-def same_contacts_until(a: Motion, b: Motion) -> float:
-    """The fine step of the first contact that differs in its point, or by more than one step; inf if none does."""
-    count = min(a.contact_step.size, b.contact_step.size)
-    other = np.abs(a.contact_step[:count] - b.contact_step[:count]) > 1
-    other |= a.contact_index[:count] != b.contact_index[:count]
-    first = int(np.argmax(other)) if other.any() else count
-    return min((m.contact_step[first] for m in (a, b) if m.contact_step.size > first), default=np.inf)
-
-
-def agreed_until(a: Motion, b: Motion, within: float) -> int:
-    """The number of samples up to which `a` has the contacts of `b` and lies `within` of it."""
-    apart = np.flatnonzero(~(difference(a, b) <= within))  # or NaN
-    samples = int(apart[0]) if apart.size else b.time_s.size
-    step = same_contacts_until(a, b)
-    return samples if step == np.inf else min(samples, int(np.searchsorted(b.time_s, step / b.contact_rate_hz)))
-
-
-def predictable(trial: Trial, brute: Motion) -> int:
-    """The number of samples up to which a solver that only rounds differently must give the motion `brute`.
-
-    A string that rattles thousands of times is chaotic: change its pluck in the twelfth digit, and the motion is soon
-    another one. Rounding is such a change, and it differs from one kind of processor to the next. So brute force is
-    solved again with the pluck nudged by as much as rounding and by more, up and down: the motion is predictable until
-    the first of these twins departs from it or touches another point.
-    """
-    until = brute.time_s.size
-    for nudge in NUDGES:
-        pluck = dataclasses.replace(trial.pluck, apex=trial.pluck.apex * (1 + nudge))
-        until = min(until, agreed_until(solve(dataclasses.replace(trial, pluck=pluck)), brute, DEPARTED))
-    return until
-
-
-def assert_agree(trial: Trial, name: str, least: float = 1.0) -> bool:
-    """The engine gives the contacts and the motion of brute force, as long as it is predictable.
-
-    It must be so for the share `least` of the samples. Returns True if they agree to the end.
-    """
-    engine, brute = solve_trial(trial), solve(trial)
-    assert brute.contact_step.size > 0, name
-    until = agreed_until(engine, brute, AGREED)
-    if until == trial.samples:
-        return True
-    asked = predictable(trial, brute)
-    apart = difference(engine, brute)[: until + 1].max()
-    assert until >= asked, f"{name}: as brute force for {until} samples of {asked}, then {apart:.1e} or another contact"
-    assert asked >= least * trial.samples, f"{name}: predictable for {asked} samples of {trial.samples} only"
-    return False
+from livebass.model.trial import Trial
 
 
 def test_case_b_at_8_mhz() -> None:

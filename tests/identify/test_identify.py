@@ -18,12 +18,13 @@ from support.command import Run, assert_one_clear_line, cli_text
 from support.strings import DAMPINGS, FREQUENCIES, g_neck, g_string, paper_g
 
 from livebass import load_preset
-from livebass.identify.fit import fit_law, fit_losses
+from livebass.identify.fit import fit_law, fit_laws, fit_losses
 from livebass.identify.identify import Identified, identify
 from livebass.identify.partials import SAMPLES, band, components, find_takes, read_recording, track
 from livebass.model import modes
-from livebass.model.instrument import Pluck, Speaking, speaking
+from livebass.model.instrument import STIFFNESS_LAWS, Pluck, Speaking, speaking
 from livebass.model.neck import neck_damping
+from livebass.units import cents
 
 RATE = 48_000
 LAW_ONLY = replace(g_string(), measured_frequencies=(), measured_dampings=())
@@ -193,15 +194,18 @@ def test_rates_formats_and_channels(tmp_path: Path, rate: int, kind: str) -> Non
     assert max(off_frequency.values()) < 1e-5 and max(off_damping.values()) < 1e-2
 
 
-def test_the_lowest_string(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("law", "fundamental"), [("paper", 1e-5), ("hinged", 2e-5)])  # the neck draws partials aside
+def test_the_lowest_string(tmp_path: Path, law: str, fundamental: float) -> None:
     """An E, whose periods are 24 ms, with neither string nor note given."""
     bass = load_preset("jazz-finger")
-    s = speaking(bass.strings[0], bass.necks[0], 0)
+    string = replace(bass.strings[0], stiffness_law=law, viscoelastic_angle=0.006, thermoelastic=6e-6)
+    s = speaking(string, bass.necks[0], 0)
     result = identify([save(tmp_path / "e.wav", noisy(pluck(s, seconds=5.0), 50))], bass, modes=40)
     assert result.string.name == "E" and len(result.partials) == 40
     off_frequency, off_damping = errors(result, s)
     assert max(off_frequency.values()) < 1e-4 and max(off_damping.values()) < 0.05
-    assert result.law.fundamental == pytest.approx(s.fundamental, rel=1e-5)
+    assert result.law.stiffness_law == law
+    assert result.law.fundamental == pytest.approx(s.fundamental, rel=fundamental)
     assert result.law.inharmonicity == pytest.approx(s.inharmonicity, rel=1e-2)
 
 
@@ -224,7 +228,7 @@ def test_a_stopped_note_ends_there(tmp_path: Path) -> None:
 def test_a_string_that_follows_the_laws() -> None:
     """Its parameters of eqs. 8 to 11 are found, and nothing is left for the neck."""
     s, j = speaking(LAW_ONLY, g_neck(), 0), np.arange(1, 61)
-    law = fit_law(j, modes.frequencies(s, 60))
+    law = fit_law(j, modes.frequencies(s, 60), "paper")
     assert (law.fundamental, law.inharmonicity) == (pytest.approx(97.976), pytest.approx(3.5e-5))
     string = replace(LAW_ONLY, tension=LAW_ONLY.linear_density * (2 * 0.863 * 97.976) ** 2)
     sigma = modes.dampings(speaking(string, g_neck(), 0), 60)
@@ -232,15 +236,51 @@ def test_a_string_that_follows_the_laws() -> None:
     assert losses.viscoelastic_angle == pytest.approx(0.01, rel=0.01)
     assert losses.diameter == pytest.approx(1.14e-3, rel=0.03)
     assert losses.thermoelastic == pytest.approx(6e-6, rel=0.3) and losses.conductance == ()
-    assert fit_law(j[:4], modes.frequencies(s, 4), known=1e-5).inharmonicity == 1e-5
+    assert fit_law(j[:4], modes.frequencies(s, 4), "paper", known=1e-5).inharmonicity == 1e-5
     with pytest.raises(ValueError, match="one partial"):
-        fit_law(j[:1], np.array([98.0]))
+        fit_law(j[:1], np.array([98.0]), "paper")
+
+
+@pytest.mark.parametrize("law", STIFFNESS_LAWS)
+@pytest.mark.parametrize("base", STIFFNESS_LAWS)
+def test_which_law_the_partials_follow(law: str, base: str) -> None:
+    """Each law gives its own figures back, whatever the preset has; the other one is far off on a stiff string."""
+    bass = load_preset("jazz-finger")
+    string = replace(bass.strings[0], inharmonicity=2e-4, stiffness_law=law)
+    s, j = speaking(string, bass.necks[0], 0), np.arange(1, 61)
+    better, other = fit_laws(j, modes.frequencies(s, 60), replace(string, stiffness_law=base))
+    assert (better.stiffness_law, other.stiffness_law) == (law, next(k for k in STIFFNESS_LAWS if k != law))
+    assert abs(cents(better.fundamental / s.fundamental)) < 1 < 20 < abs(cents(other.fundamental / s.fundamental))
+    assert better.inharmonicity == pytest.approx(2e-4, rel=0.02) and abs(other.inharmonicity / 2e-4 - 1) > 0.15
+    assert better.misfit < 5e-4 < 5e-3 < other.misfit
+
+
+def test_few_partials_tell_no_law() -> None:
+    """The published modes of the G up to 20 or 10, drawn aside by the neck: the preset's law stays."""
+    for base in STIFFNESS_LAWS:
+        string = replace(g_string(), stiffness_law=base)
+        for count in (10, 20):
+            first, _ = fit_laws(np.arange(1, count + 1), np.array(FREQUENCIES[:count]), string)
+            assert first.stiffness_law == base and (count > 10 or first.inharmonicity == 3.5e-5)
+
+
+def test_a_stiff_string_from_its_sound(run: Run, tmp_path: Path) -> None:
+    """Within 1 cent in f0 and 2 % in B; the preset that is written has the law, in its table too."""
+    bass = load_preset("jazz-finger")
+    string = replace(bass.strings[0], inharmonicity=2e-4)
+    s = speaking(string, bass.necks[0], 0)
+    save(tmp_path / "e.wav", noisy(pluck(s, seconds=5.0), 60))
+    out = cli_text(run, "identify", tmp_path / "e.wav", "-p", "paper-bass", "-o", tmp_path / "mine.toml")
+    assert "law of partials: hinged" in out and "by paper" in out
+    made = load_preset(str(tmp_path / "mine.toml")).strings[0]
+    assert made.stiffness_law == "hinged" and made.inharmonicity == pytest.approx(2e-4, rel=0.02)
+    assert abs(cents(made.law_fundamental / s.fundamental)) < 1
 
 
 def test_the_neck_takes_the_rest() -> None:
     """The fitted law leaves nearly as much to the neck as the paper's parameters do (eqs. 9 to 11)."""
     s, j = paper_g(), np.arange(1, 61)
-    law = fit_law(j, modes.frequencies(s, 60))
+    law = fit_law(j, modes.frequencies(s, 60), "paper")
     assert law.fundamental == pytest.approx(97.976, rel=1e-4) and law.inharmonicity == pytest.approx(3.5e-5, rel=0.01)
     sigma = modes.dampings(s, 60)
     losses = fit_losses(g_string(), g_neck(), j, sigma, 0.01 * sigma)

@@ -188,5 +188,24 @@ def test_tuned_with_the_neck(name: str) -> None:
     assert 1e-4 < aside < 1e-2 if gives_way else aside == 0, "upper partials are drawn aside"
 
 
+def test_a_stop_is_a_loss() -> None:
+    """sigma = 2 f0 Z Re Y at all frequencies, on stopped notes only; pitch and open string stay."""
+    bass = load_preset("jazz-finger")
+    string, neck = bass.strings[1], bass.necks[1]
+    for fret in (0, 5, 19):
+        free, held = (speaking(string, replace(neck, stop_conductance=y), fret) for y in (0.0, 2e-3))
+        np.testing.assert_allclose(frequencies(held, 300), frequencies(free, 300), rtol=1e-5)  # a hair for the tuning
+        more = dampings(held, 300) - dampings(free, 300)
+        np.testing.assert_allclose(more, 2 * free.fundamental * impedance(free) * 2e-3 if fret else 0.0, rtol=3e-3)
+    y = Admittance((Resonance(100.0, 10.0, 1.0),), stop=2e-3)
+    assert y.at(50.0) == replace(y, stop=0.0).at(50.0) + 2e-3 and Admittance(stop=1e-3)
+    assert Admittance(table=((50.0, 1e-3, 0.0),), stop=2e-3).at(50.0) == pytest.approx(3e-3)
+
+
+@pytest.mark.parametrize("name", preset_names())
+def test_the_papers_presets_have_no_stop(name: str) -> None:
+    assert all((neck.stop_conductance == 0) == name.startswith("paper-") for neck in load_preset(name).necks)
+
+
 def test_impedance() -> None:
     assert impedance(speaking(g_string(), g_neck(), 0)) == pytest.approx(DENSITY * 2 * LENGTH * 97.976)

@@ -213,7 +213,7 @@ CHANGES = [  # what to replace in GOOD, by what, and what the message must say
     (
         "inharmonicity = 1e-4",
         'inharmonicity = 1e-4\nextra_damping = "10000 /s"',
-        ['string[A].extra_damping = "10000 /s"', "mode 1 at fret 0", "critical", "allowed up to 3490 /s"],
+        ['string[A].extra_damping = "10000 /s"', "mode 1 at fret 0", "critical", "allowed up to 7020 /s"],
     ),
     (
         "inharmonicity = 1e-4",

@@ -25,4 +25,4 @@ class FakeEngine:
             yield np.stack([self.peak * np.sin(2 * np.pi * (40 + 30 * k) * t + k) for k in range(4)])
 
     def report(self) -> SimpleNamespace:
-        return SimpleNamespace(notes=5, transposed=2, dropped=1, stolen=0)
+        return SimpleNamespace(notes=5, transposed=2, dropped=1, stolen=0, weakened=0)

@@ -55,6 +55,7 @@ def g_string() -> String:
         tension=191.6,
         diameter=1.14e-3,
         inharmonicity=3.5e-5,
+        stiffness_law="paper",
         law_fundamental=97.976,
         measured_frequencies=FREQUENCIES,
         measured_dampings=DAMPINGS,
