@@ -135,7 +135,7 @@ class MidiPort:
         return f"MIDI: {self.name} is {'back' if device and bare(device) == bare(self.name) else 'there'}"
 
     def _connected_by_hand(self) -> frozenset[str]:
-        """What is connected to the virtual port: names of JACK's ports, or ALSA's addresses such as 24:0."""
+        """Names of the sources connected to the virtual port: JACK's ports, or ALSA's addresses such as 24:0."""
         if self._connections is not None and not self._jack_gone.is_set():
             with suppress(Exception), silenced_stderr():
                 ports = self._connections.get_ports(f"^{CLIENT}[^:]*:{CLIENT}$", is_input=True, is_midi=True)
