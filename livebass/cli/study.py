@@ -330,9 +330,9 @@ def simulate(
     from livebass.preset.load import load_preset
 
     bass = load_preset(preset)
-    chosen = quality_with(quality, modes, contact_rate)
+    index = bass.string_index(string)
+    chosen = quality_with(quality, modes, contact_rate).over(bool(bass.necks[index].surface))
     if modes is None and chosen.modes is not None:
-        index = bass.string_index(string)
         part = speaking(bass.strings[index], bass.necks[index], fret)
         modes = modes_for(chosen, part.length, bass.strings[index].length, part.grid_points)
     if solver == "engine":
