@@ -48,6 +48,9 @@ def _slaps_only(bass: Instrument, part: Any) -> bool:
 NO_PICKUPS = 'output.kind is "displacement", which takes no pickups'
 UP_AND_DOWN = "player.pluck_angle is 0: strings move up and down, not across"
 STRUCK = "the thumb strikes every string, and none is plucked"
+PLUCKING = (
+    "pluck_position", "pluck_nearest", "pluck_farthest", "position_controller", "pluck_angle", "rounding", "pull_time",
+)  # fmt: skip
 RULES = (
     Rule("coil", tuple(key_names("coil")), NO_PICKUPS, _displacement),
     Rule("pickup", tuple(key_names("pickup")), NO_PICKUPS, _displacement),
@@ -83,12 +86,7 @@ RULES = (
         "no string is slapped: see player.technique",
         _plucks_only,
     ),
-    Rule(
-        "player",
-        ("pluck_angle", "pluck_nearest", "pluck_farthest", "position_controller", "rounding", "pull_time"),
-        STRUCK,
-        _slaps_only,
-    ),
+    Rule("player", PLUCKING, STRUCK, _slaps_only),
     Rule("neck", ("friction", "friction_speed"), STRUCK, _slaps_only),
     Rule("pickup", ("across",), STRUCK, _slaps_only),
     Rule("output", ("sensor_v", "across"), STRUCK, _slaps_only),
