@@ -134,13 +134,13 @@ def idle_keys(data: dict[str, Any]) -> list[tuple[str, str]]:
     """
     bass = _Unchecked("").instrument(data)
     heard = _heard(bass)
-    return [(given.place, _why(given, data, bass)) for given in _given(data) if _is_idle(given, data, heard)]
+    return [(given.place, _why(given, data, bass)) for given in given_keys(data) if _is_idle(given, data, heard)]
 
 
 def _is_idle(given: Given, data: dict[str, Any], heard: Instrument) -> bool:
     """True if other values of a key leave `heard`; values that make no bass do not count."""
     idle = False
-    for raw in _other_values(given.key, given.raw):
+    for raw in other_values(given.key, given.raw):
         try:
             other = _heard(_Unchecked("").instrument(given.with_value(data, raw)))
         except PresetError:
@@ -151,7 +151,7 @@ def _is_idle(given: Given, data: dict[str, Any], heard: Instrument) -> bool:
     return idle
 
 
-def _given(data: dict[str, Any]) -> Iterator[Given]:
+def given_keys(data: dict[str, Any]) -> Iterator[Given]:
     """Every key in `data` that a note could depend on."""
     for section, table in data.items():
         several = isinstance(table, list)
@@ -171,16 +171,16 @@ def _keys_of(section: str, table: dict[str, Any], label: str, path: tuple[str | 
             yield Given(f"{label}.{key.name}", key, path, table[key.name])
 
 
-def _other_values(key: Key, raw: Any) -> Iterator[Any]:
+def other_values(key: Key, raw: Any) -> Iterator[Any]:
     """Values unlike `raw` for a key, as a file would have them."""
     kind = key.kind.removesuffix("[]")
     if "|" in kind:
         yield from (choice for choice in kind.split("|") if choice != raw)
     elif kind == "lift":
         one = replace(key, kind="length")
-        yield {fret: next(iter(_other_values(one, height))) for fret, height in raw.items()}
+        yield {fret: next(iter(other_values(one, height))) for fret, height in raw.items()}
     elif (listed := items(raw)) is not None:
-        each = [list(_other_values(replace(key, kind=kind), item)) for item in listed]
+        each = [list(other_values(replace(key, kind=kind), item)) for item in listed]
         yield from (list(row) for row in zip(*each, strict=False))
     elif kind in DIMENSIONS:
         number, unit = split_quantity(raw, kind)

@@ -14,7 +14,7 @@ from support.command import Run, cli_text
 
 from livebass import quality_with, render_to_array, score_of
 from livebass.preset.build import Builder, PresetError
-from livebass.preset.idle import _given, _other_values, idle_keys
+from livebass.preset.idle import given_keys, idle_keys, other_values
 from livebass.preset.keys import KEYS
 from livebass.preset.load import laboratory_names, preset_names, preset_tables
 
@@ -125,9 +125,9 @@ def sound(data: dict[str, Any]) -> np.ndarray:
 def assert_idle_is_not_heard(data: dict[str, Any], but: set[str]) -> int:
     """Other values of idle keys leave every sample, those of other keys do not; returns how many keys were heard."""
     idle, before, heard = dict(idle_keys(data)), sound(data), 0
-    for given in _given(data):
+    for given in given_keys(data):
         sounds = []
-        for raw in _other_values(given.key, given.raw):
+        for raw in other_values(given.key, given.raw):
             with suppress(PresetError):
                 sounds.append(sound(given.with_value(data, raw)))
         same = all(s.shape == before.shape and np.array_equal(s, before) for s in sounds)
@@ -142,9 +142,9 @@ def assert_idle_is_not_heard(data: dict[str, Any], but: set[str]) -> int:
 def test_what_is_idle_is_not_heard(changes: tuple[tuple[str, str], ...], expected: dict[str, str]) -> None:
     data = tomllib.loads(text_of(changes))
     before = sound(data)
-    for given in _given(data):
+    for given in given_keys(data):
         if given.place in expected:
-            for raw in _other_values(given.key, given.raw):
+            for raw in other_values(given.key, given.raw):
                 with suppress(PresetError):
                     assert np.array_equal(sound(given.with_value(data, raw)), before), given.place
 
