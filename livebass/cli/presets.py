@@ -52,14 +52,24 @@ def show(name: str) -> None:
 @presets.command()
 @click.argument("file")
 def check(file: str) -> None:
-    """Check a preset FILE. An error names the key, its value and what is allowed."""
-    from livebass.preset.load import load_preset
+    """Check a preset FILE.
+
+    An error names the key, its value and what is allowed. Of a good preset, keys that change no note are named, and
+    why they do not.
+    """
+    from livebass.preset.idle import idle_keys
+    from livebass.preset.load import load_preset, preset_tables
 
     bass = load_preset(file)
     strings = " ".join(s.name for s in bass.strings)
     frets = len(bass.necks[0].fret_positions)
     several = "s" * (len(bass.strings) != 1), "s" * (frets != 1)
     click.echo(f"{file}: good; {bass.name}, string{several[0]} {strings}, {frets} fret{several[1]}")
+    by_reason: dict[str, list[str]] = {}
+    for place, why in idle_keys(preset_tables(file)[1]):
+        by_reason.setdefault(why, []).append(place)
+    for why, places in by_reason.items():
+        click.echo(f"{file}: {', '.join(places)} change{'s' * (len(places) == 1)} no note: {why}")
 
 
 @presets.command()
