@@ -7,6 +7,7 @@ over several takes, then the models of section 2.2 through them.
 from __future__ import annotations
 
 import math
+import os
 import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -17,9 +18,19 @@ import numpy as np
 
 from livebass.analysis.sound import fundamental
 from livebass.arrays import Ints
-from livebass.identify.doubts import doubtful, left_out, other_note, without_clipping
-from livebass.identify.fit import FEW, Law, Losses, NeckFit, fit_laws, fit_losses
-from livebass.identify.partials import Found, Partial, RecordingError, Take, combine, find_takes, read_recording, track
+from livebass.identification.doubts import doubtful, left_out, other_note, without_clipping
+from livebass.identification.fit import FEW, Law, Losses, NeckFit, fit_laws, fit_losses
+from livebass.identification.limits import check
+from livebass.identification.partials import (
+    Found,
+    Partial,
+    RecordingError,
+    Take,
+    combine,
+    find_takes,
+    read_recording,
+    track,
+)
 from livebass.model.instrument import Instrument, Neck, String, note_frequency, speaking
 from livebass.model.modes import dampings, frequencies
 from livebass.model.neck import Admittance, Resonance
@@ -52,7 +63,7 @@ class Identified:
 
 
 def identify(
-    paths: Sequence[Path],
+    recordings: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
     bass: Instrument,
     *,
     string: str | None = None,
@@ -63,15 +74,22 @@ def identify(
     duration: float = 5.0,
     channel: int | None = None,
 ) -> Identified:
-    """Identifies the open string that is plucked, alone, in every note of the recordings `paths`.
+    """Identifies the open string that is plucked, alone, in every note of the `recordings`, one or several sound files.
 
     string: its name in `bass`; by default the one tuned nearest. note (MIDI) or f0 (Hz, to a semitone): its pitch; by
     default it is found. modes: the most partials to look for. start, duration: each note is used from `start` (s) after
-    its attack, for `duration` (s) at most. channel: from 1; by default the loudest. Raises RecordingError, a ValueError
-    with one line, for recordings that cannot be used, and LookupError for a string that the bass does not have. Needs
-    SciPy. [main thread]
+    its attack, for `duration` (s) at most. channel: from 1; by default the loudest.
+
+    Returns an `Identified`: `partials`, each with frequency (Hz), damping (1/s), their uncertainties and `t60` (s);
+    `law` with f0 (Hz) and B; `string`, that of `bass` as measured; `doubts`, a sentence for each thing left out. Raises
+    ValueError with one line for values that are not allowed and, as RecordingError, for recordings that cannot be used.
+    Needs SciPy: pip install 'livebass[analysis]'. [main thread]
     """
-    known = bass.strings[bass.string_index(string)] if string is not None else None
+    check(modes, start, duration, channel, f0)
+    if note is not None and f0 is not None:
+        raise ValueError("note and f0 are both given: one of them is enough")
+    paths = [Path(r) for r in ([recordings] if isinstance(recordings, str | os.PathLike) else recordings)]
+    known = None if string is None else bass.strings[_index(bass, string)]
     hint = f0 or (note_frequency(note) if note is not None else None)
     if hint is None and known is not None:
         hint = note_frequency(known.open_note)
@@ -97,6 +115,14 @@ def identify(
     )
     takes = [take for take, _ in good]
     return _identified(fitted, losses, found, (law, other), takes, all_takes - len(good), (*doubts, *more))
+
+
+def _index(bass: Instrument, string: str) -> int:
+    """Index of the string of that name; ValueError, which lists those there are."""
+    try:
+        return bass.string_index(string)
+    except LookupError as error:
+        raise ValueError(error.args[0]) from None
 
 
 def nearest_string(bass: Instrument, frequency: float) -> String:

@@ -13,8 +13,8 @@ from dataclasses import replace
 import numpy as np
 
 from livebass.arrays import Floats, Ints
-from livebass.identify.fit import Law
-from livebass.identify.partials import Found, Partial, Recording, Take, find
+from livebass.identification.fit import Law
+from livebass.identification.partials import Found, Partial, Recording, Take, find
 from livebass.model import modes
 from livebass.model.instrument import Neck, String, speaking
 from livebass.model.neck import neck_damping

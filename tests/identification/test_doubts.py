@@ -13,10 +13,10 @@ from support.command import Run, assert_one_clear_line, cli_text
 from support.strings import FREQUENCIES, g_neck, g_string, paper_g
 
 from livebass import load_preset
-from livebass.identify.doubts import clipped_tops, doubtful
-from livebass.identify.fit import fit_laws
-from livebass.identify.identify import Identified, identify
-from livebass.identify.partials import Found
+from livebass.identification.doubts import clipped_tops, doubtful
+from livebass.identification.fit import fit_laws
+from livebass.identification.identify import Identified, identify
+from livebass.identification.partials import Found
 from livebass.model import modes
 from livebass.model.instrument import Pluck, Speaking, speaking
 from livebass.preset.load import laboratory_names, preset_names
