@@ -127,10 +127,12 @@ def identify(
     Let each note ring, and damp the other strings. A pluck close to the nut and a pickup close to the bridge show the
     most partials. The RECORDINGs (WAV, FLAC, Ogg ...) may hold several notes; then medians and their scatter are given.
 
-    Prints the frequency and damping of each partial (found by ESPRIT), the f0 and B of nu = j f0 (1 + B j^2 / 2) and
-    the losses through them. With -o it also writes a preset for `livebass render`, `play` and `simulate`: the given one
-    with this string as measured. If a partial is double, as the string swings in two directions or the pickup adds an
-    overtone, the stronger counts and the other is printed beside it.
+    Prints the frequency and damping of each partial (found by ESPRIT), the f0 and B of the law that describes them
+    better, j f0 sqrt(1 + B j^2) or j f0 (1 + B j^2 / 2), and the losses through them. Clipped sound, other notes and
+    partials that no string has are left out and named in lines that begin "doubt:". If a partial is double, as the
+    string swings in two directions or the pickup adds an overtone, the stronger counts and the other is printed beside
+    it. With -o it also writes a preset for `livebass render`, `play` and `simulate`: the given one with this string as
+    measured.
 
     \b
     Examples:
