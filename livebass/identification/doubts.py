@@ -105,8 +105,10 @@ def other_note(take: Take, partials: Sequence[Partial], f0: float) -> float | No
     return best[1] if best[0] >= LEAST_LINES else None
 
 
-def left_out(take: Take, pitch: float, beside: bool) -> str:
-    """Says that `take` is another note of `pitch` (Hz), or has one beside the string's."""
+def left_out(take: Take, pitch: float | None, beside: bool) -> str:
+    """Says that `take` is another note of `pitch` (Hz), or none (None), or has one beside the string's."""
+    if pitch is None:
+        return f"{_place(take)} has no clear pitch: left out"
     note = f"{note_name(round(69 + 12 * math.log2(pitch / 440)))} ({pitch:.1f} Hz)"
     what = f"has another note, {note}, beside the string's" if beside else f"is another note, {note}"
     return f"{_place(take)} {what}: left out"

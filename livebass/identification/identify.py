@@ -175,8 +175,8 @@ def _takes(
     alike = np.abs(np.log(heard[:, None] / heard)) < math.log(SEMITONE)
     pitch = float(np.median(heard[alike[np.argmax(alike.sum(axis=0))]]))  # of most takes
     good = [t for t, p in zip(takes, pitches, strict=True) if p and abs(cents(p / pitch)) < 100]
-    others = [(t, p) for t, p in zip(takes, pitches, strict=True) if p and abs(cents(p / pitch)) >= 100]
-    doubts += [left_out(take, p, beside=False) for take, p in others]
+    others = [t for t, p in zip(takes, pitches, strict=True) if not p or abs(cents(p / pitch)) >= 100]
+    doubts += [left_out(take, _pitch(take, *PITCHES), beside=False) for take in others]
     long = [t for t in good if t.duration_s * pitch >= PERIODS]
     if not long:
         longest = max(t.duration_s for t in good)

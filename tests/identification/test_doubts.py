@@ -91,13 +91,21 @@ def test_round_tops_are_not_clipping(bits: int, level: float) -> None:
         assert clipped_tops(np.round(level * np.clip(slow, -0.7, 0.7) * steps) / steps).size > 80
 
 
-def test_another_note_after_it(run: Run, tmp_path: Path) -> None:
+@pytest.mark.parametrize("given", [(), ("--string", "G")])
+def test_another_note_after_it(run: Run, tmp_path: Path, given: tuple[str, ...]) -> None:
     save(tmp_path / "two.wav", np.concatenate([note(paper_g()), note(open_string("jazz-finger", "D"))]))
     figures = tmp_path / "two.json"
-    out = cli_text(run, "identify", tmp_path / "two.wav", "--modes", 12, "--json", figures)
+    out = cli_text(run, "identify", tmp_path / "two.wav", "--modes", 12, "--json", figures, *given)
     doubts = json.loads(figures.read_text())["doubts"]
     assert len(doubts) == 1 and f"doubt: {doubts[0]}\n" in out
     assert "two.wav: the note at 3.2" in doubts[0] and "is another note, D2 (73." in doubts[0]
+
+
+def test_noise_after_it(tmp_path: Path) -> None:
+    noise = np.random.default_rng(2).normal(scale=0.05, size=RATE)
+    quiet = note(paper_g()) * np.exp(-np.arange(3 * RATE) / RATE)
+    (doubt,) = heard(save(tmp_path / "g.wav", np.concatenate([quiet, np.zeros(RATE // 2), noise]))).doubts
+    assert doubt.endswith("has no clear pitch: left out")
 
 
 @pytest.mark.parametrize("other", ["A", "D"])
