@@ -45,7 +45,7 @@ class Options:
 @click.command()
 @click.argument("midi", required=False, type=click.Path(path_type=Path))
 @click.option("--note", type=Note(), help="Play one note instead of a MIDI file: G2, C#1, 43.")
-@click.option("--demo", is_flag=True, help="Play a phrase of eight seconds that shows the preset off.")
+@click.option("--demo", is_flag=True, help="Play a phrase of nine seconds that shows the preset off.")
 @click.option(
     "--all-presets",
     "directory",
