@@ -59,7 +59,10 @@ def pluck_options(command: Callable[..., Any]) -> Callable[..., Any]:
 )  # fmt: skip
 @click.option("--json", "file", type=click.Path(path_type=Path), metavar="FILE", help="Write it as JSON to FILE.")
 @click.option(
-    "--plucks", type=Number("count", 0, 1000, whole=True), default=40, show_default=True,
+    "--plucks",
+    type=Number("count", 0, 1000, whole=True),
+    default=40,
+    show_default=True,
     help="Plucks by which claims about contacts are judged; 0: the paper's own pluck alone.",
 )
 @click.option("--workers", type=Number("count", 1, 64, whole=True), help="Number of threads.  [default: one per core]")

@@ -1,4 +1,4 @@
-"""Claims of section 4.1: contacts with the frets, spectrum and pitch in cases A, B and C, and the oblique pluck."""
+"""Claims of section 4.1: what cases A, B, C and the oblique pluck do at the frets, in the spectrum and in pitch."""
 
 from __future__ import annotations
 

@@ -64,7 +64,7 @@ def first_set_size(run: Solved) -> int:
 
 
 def gap_12(run: Solved) -> float:
-    """The gap d_12 between the string at rest and fret 12, m."""
+    """Gap under the string at fret 12, m."""
     s = run.trial.speaking
     return -s.contact_height[s.contact_fret.index(12)]
 

@@ -30,7 +30,7 @@ from livebass.paper.claims.expect import (
 )
 from livebass.paper.claims.runs import difference, energy_drift, energy_steps
 
-FIT = slice(19, 34)  # the 20th to the 34th mode
+FIT = slice(19, 34)  # modes 20 to 34
 SHOWN_HZ = 8000.0  # of figure 3c
 LOW, HIGH = slice(0, 20), slice(30, 60)  # up to 2000 Hz; beyond the 30th mode
 
@@ -61,7 +61,7 @@ def tension() -> Value:
 
 
 def inharmonicity() -> Value:
-    """B of eq. 8 by least squares over the 20th to the 34th mode, with c / 2L of table 1."""
+    """B of eq. 8 by least squares over modes 20 to 34, with c / 2L of table 1."""
     s = _string()
     j = np.arange(1, 35)[FIT]
     ideal = j * s.string.nominal_fundamental
