@@ -115,7 +115,7 @@ CASES = {
         Case("near-nut", "Plucked at 0.1 m", "4.2.2", 3.6e-3, 4e6, position=0.1),
         Case("neck", "Softly over the measured neck, 1.8 mm", "4.2.3", 1.8e-3, 2e6, position=0.6),
         Case(
-            "half-straight", "The neck straightened up to 2 mm at fret 12", "4.2.3", 1.8e-3, 2e6, 0.6,
+            "half-straight", "The neck straightened to 2 mm", "4.2.3", 1.8e-3, 2e6, 0.6,
             neck=straightened(2e-3),
         ),
         Case("straight", "The neck straight", "4.2.3", 1.8e-3, 2e6, 0.6, neck=straightened()),
