@@ -6,6 +6,7 @@ The string is that of the preset `paper-g`. Its displacement is taken at 9 mm (u
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -14,7 +15,7 @@ import numpy as np
 
 from livebass.analysis.sound import PAPER_RATE
 from livebass.engine.prepare import whole_contact_rate
-from livebass.model.instrument import Neck, Pluck, Speaking, String, speaking
+from livebass.model.instrument import Instrument, Neck, Pluck, Speaking, String, speaking
 from livebass.model.modes import dampings
 from livebass.model.trial import Trial
 from livebass.preset.load import load_preset
@@ -22,6 +23,12 @@ from livebass.preset.load import load_preset
 PRESET = "paper-g"
 USUAL = 0.64  # m from the nut
 OBLIQUE = (3.1e-3, 2.2e-3)  # m along u and v
+
+
+@functools.cache
+def _bass(preset: str) -> Instrument:
+    """The shipped bass of that name, read once."""
+    return load_preset(preset)
 
 
 @dataclass(frozen=True)
@@ -43,12 +50,12 @@ class Case:
 
     def speaking(self) -> Speaking:
         """The open string over its neck."""
-        bass = load_preset(self.preset)
+        bass = _bass(self.preset)
         return speaking(self.string(bass.strings[0]), self.neck(bass.necks[0]), 0)
 
     def trial(self, rate: int = PAPER_RATE) -> Trial:
         """The trial to solve, with all modes, at output rate `rate` (Hz)."""
-        bass = load_preset(self.preset)
+        bass = _bass(self.preset)
         s = self.speaking()
         rounding = bass.player.rounding if self.rounding is None else self.rounding
         pluck = Pluck(self.apex, self.position, rounding, self.angle)
@@ -61,7 +68,7 @@ class Case:
 
 def without_dispersion(string: String) -> String:
     """`string` with harmonic frequencies (B = 0 in eq. 8) and the same dampings (section 4.2.1)."""
-    bass = load_preset(PRESET)
+    bass = _bass(PRESET)
     s = speaking(string, bass.necks[0], 0)
     count = s.grid_points - 1
     harmonics = tuple(float(f) for f in s.fundamental * np.arange(1, count + 1))

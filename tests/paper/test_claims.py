@@ -261,9 +261,9 @@ def test_the_command(run: Command, tmp_path: Path) -> None:
     status, text, err = run("study", "claims", *ids, "--json", file, "-o", out, "--workers", 1, "--plucks", 2)
     assert status == 0, err
     lines = text.splitlines()
-    assert lines[-1] == "3 of 3 hold, 1 of 1 inputs are the paper's"
+    assert lines[-1] == "3 of 3 hold; 1 of 1 inputs are as in the paper"
     rows = [line.split()[0] for line in lines[1:] if line[:1].isalpha()]
-    assert rows[:5] == [*CHEAP, "Set-up,", "g-mode-34"]
+    assert rows[:5] == [*CHEAP, "Set-up:", "g-mode-34"]
     for name in ids:
         for word in CLAIMS[name].statement.split():
             assert word in text, "statements are shown whole"
@@ -290,12 +290,12 @@ def test_a_claim_that_fails(run: Command, tmp_path: Path, monkeypatch: pytest.Mo
     monkeypatch.setitem(CLAIMS, "g-inharmonicity", replace(CLAIMS["g-inharmonicity"], expects=Near(4e-5, 0.005)))
     file = tmp_path / "claims.json"
     status, text, _ = run("study", "claims", "g-qualities", "g-inharmonicity", "--json", file)
-    assert status == 1 and text.splitlines()[-1] == "1 of 2 hold; not g-inharmonicity"
+    assert status == 1 and text.splitlines()[-1] == "1 of 2 hold, not g-inharmonicity"
     assert next(line for line in text.splitlines() if line.startswith("g-inharmonicity")).endswith("NO")
     assert [claim["passed"] for claim in json.loads(file.read_text())["claims"]] == [True, False]
     monkeypatch.setitem(CLAIMS, "g-mode-34", replace(CLAIMS["g-mode-34"], expects=Near(110, 0.005)))
     status, text, _ = run("study", "claims", "g-qualities", "g-mode-34")
-    assert status == 1 and text.splitlines()[-1] == "1 of 1 hold, 0 of 1 inputs are the paper's; not g-mode-34"
+    assert status == 1 and text.splitlines()[-1] == "1 of 1 hold, not g-mode-34; 0 of 1 inputs are as in the paper"
 
 
 @pytest.mark.parametrize(
@@ -330,5 +330,5 @@ def test_texts_of_odd_values() -> None:
     assert "5 &lt; 6 &amp; &#34;so&#34;" in text and text.count("<html") == 1 and text.count("<tr") == 3
     assert value_text(list(range(1, 13))) == "1 to 12"
     assert value_text([], "s") == "none"
-    assert table(results).splitlines()[-1] == "1 of 2 hold; not b-phase"
+    assert table(results).splitlines()[-1] == "1 of 2 hold, not b-phase"
     assert wrapped_columns([("a bc", "d"), ("x" * 7, "")], (3, 1)) == ["a    d", "bc", "xxx", "xxx", "x"]

@@ -177,9 +177,12 @@ def _quantile(values: Sequence[Value], part: float) -> Value | None:
     return out
 
 
-HEAD = ("id", "section", "statement", "expected", "bound", "measured", "plucks", "random", "holds")
+BOUND, MEASURED, IN_PLUCKS, RANDOM = "bound", "measured", "plucks", "random"
+HEAD = ("id", "section", "statement", "expected", BOUND, MEASURED, IN_PLUCKS, RANDOM, "holds")
+INPUTS_TITLE = "Set-up: the paper's inputs, read back and not counted"
 NOT_MET = "never"  # a time at which nothing happened
 WIDTHS = (18, 9, 38, 18, 9, 20, 20, 6, 5)  # characters of a column in the text table, at most
+LEGEND_WIDTHS = (8, 110)
 
 
 def value_text(value: Any, unit: str = "") -> str:
@@ -201,13 +204,12 @@ def counted(results: Iterable[Result]) -> tuple[list[Result], list[Result]]:
 
 
 def count_line(results: Sequence[Result]) -> str:
-    """The number of claims that hold, and the names of those that do not: "87 of 90 hold; not soft-longer"."""
+    """The number of claims that hold, and the names of those that do not: "86 of 87 hold, not b-phase"."""
     claims, inputs = counted(results)
     failed = [r.claim.id for r in (*claims, *inputs) if not r.passed]
     line = f"{sum(r.passed for r in claims)} of {len(claims)} hold"
-    if inputs:
-        line += f", {sum(r.passed for r in inputs)} of {len(inputs)} inputs are the paper's"
-    return f"{line}; not {', '.join(failed)}" if failed else line
+    line += f", not {', '.join(failed)}" if failed else ""
+    return line + (f"; {sum(r.passed for r in inputs)} of {len(inputs)} inputs are as in the paper" if inputs else "")
 
 
 def cells(result: Result) -> tuple[str, ...]:
@@ -223,23 +225,29 @@ def cells(result: Result) -> tuple[str, ...]:
         if spread.low is not None and spread.high is not None:
             ends = zip(numbers(spread.low), numbers(spread.high), strict=True)
             plucks += ": " + ", ".join(f"{_short(low)} to {_short(high)}" for low, high in ends)
-    random = "" if result.null is None else f"{_short(100 * result.null)} %"
+    random = "" if result.null is None else f"{100 * result.null:{'.0f' if result.null > 0.01 else '.1g'}} %"
     verdict = "yes" if result.passed else "NO"
     return c.id, c.section, c.statement, expected, c.bound, value_text(result.measured, c.unit), plucks, random, verdict
 
 
 def _short(number: float) -> str:
-    """A number in three digits."""
-    return NOT_MET if math.isnan(number) else f"{number:.3g}"
+    """A number in three digits, or as many as it has before the point."""
+    return NOT_MET if math.isnan(number) else f"{number:.0f}" if abs(number) >= 1000 else f"{number:.3g}"
 
 
-LEGEND = """\
-bound    paper: the number is the paper's; direction: the paper says which is greater; ours: it has a word, the number
-         is ours; rounding: it is exact. Tolerances and margins that the paper does not name are ours.
-measured the median over the plucks, if there are any
-plucks   in how many the claim holds, of plucks within what the paper leaves open (apex -0.05 to 0.05 mm, place -8 to
-         4 mm, rounding 2 to 6 mm); then the values between which four fifths of the plucks lie
-random   how many random values would pass: see "null" in the JSON"""
+LEGEND = {  # of the columns that need it
+    BOUND: "paper: the number is the paper's; direction: the paper says which is greater, no number; ours: the paper "
+    "has a word, and the number is ours; rounding: it is exact. Tolerances and margins that the paper lacks are ours",
+    MEASURED: "the median over the plucks, if there are any",
+    IN_PLUCKS: "how many the claim holds in, of plucks within what the paper leaves open (apex 0.05 mm to either side, "
+    "place 8 mm less to 4 mm more, rounding 2 to 6 mm), and the values between which four fifths of them lie",
+    RANDOM: "how many random values would pass; the JSON has what is random",
+}
+
+
+def legend_line() -> str:
+    """The `LEGEND` as one line."""
+    return ". ".join(f"{name[0].upper()}{name[1:]}: {meaning}" for name, meaning in LEGEND.items())
 
 
 def table(results: Sequence[Result]) -> str:
@@ -247,12 +255,9 @@ def table(results: Sequence[Result]) -> str:
     claims, inputs = counted(results)
     lines = wrapped_columns([HEAD, *(cells(r) for r in claims)], WIDTHS)
     if inputs:
-        lines += [
-            "",
-            "Set-up, the paper's inputs read back; not counted:",
-            *wrapped_columns(map(cells, inputs), WIDTHS),
-        ]
-    return "\n".join([*lines, "", LEGEND, "", count_line(results)])
+        lines += ["", INPUTS_TITLE, *wrapped_columns(map(cells, inputs), WIDTHS)]
+    lines += ["", *wrapped_columns(LEGEND.items(), LEGEND_WIDTHS)]
+    return "\n".join([*lines, "", count_line(results)])
 
 
 def claims_html(results: Sequence[Result]) -> str:
@@ -261,7 +266,7 @@ def claims_html(results: Sequence[Result]) -> str:
     head = (*HEAD[:3], "measured quantity", *HEAD[3:])
     return html_page(
         "livebass.paper", "claims.html", head=head, claims=parts[0], inputs=parts[1], verdict=count_line(results),
-        legend=LEGEND,
+        legend=LEGEND, inputs_title=INPUTS_TITLE,
     )  # fmt: skip
 
 

@@ -35,7 +35,7 @@ def statements(motions: Mapping[str, Solved]) -> Findings:
     values = check.over_plucks(claims, check.PLUCKS)
     results = [check.result(claim, motions, values.get(claim.id, ())) for claim in claims]
     parts = check.counted(results)
-    captions = "Statements of the paper", "Set-up: the paper's inputs, read back and not counted"
+    captions = f"Statements of the paper. {check.legend_line()}", check.INPUTS_TITLE
     tables = [
         Table(name, caption, check.HEAD, [check.cells(r) for r in part])
         for name, caption, part in zip(("statements", "set-up"), captions, parts, strict=True)
