@@ -76,7 +76,7 @@ def claims(
     Solves the paper's cases with all modes at its contact rates, and some more, and holds each statement of Issanchou
     et al. (2018) against what is measured in them: a table on stdout, whose first column has the IDs. Contacts are
     chaotic: a millimetre of place or rounding moves their end by a third. Statements about them are judged by the
-    median over many plucks within what the paper leaves open. Takes about a minute and a half on two cores, with
+    median over many plucks within what the paper leaves open. Takes about a minute on two cores, with
     --plucks 0 a quarter of a minute. The status is 1 if a statement does not hold.
 
     \b
