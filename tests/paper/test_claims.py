@@ -55,7 +55,6 @@ from livebass.paper.claims.expect import (
 )
 from livebass.paper.claims.null import null_of, null_rate
 from livebass.paper.solving import Job
-from livebass.report.text import wrapped_columns
 
 KEYS = [
     "id", "section", "figure", "statement", "quantity", "expected", "measured", "unit", "tolerance", "passed",
@@ -331,4 +330,3 @@ def test_texts_of_odd_values() -> None:
     assert value_text(list(range(1, 13))) == "1 to 12"
     assert value_text([], "s") == "none"
     assert table(results).splitlines()[-1] == "1 of 2 hold, not b-phase"
-    assert wrapped_columns([("a bc", "d"), ("x" * 7, "")], (3, 1)) == ["a    d", "bc", "xxx", "xxx", "x"]
