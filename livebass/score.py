@@ -279,7 +279,7 @@ class _Note(NamedTuple):
 
 
 class _Read(NamedTuple):
-    """What was read from a file, and what `channel` chooses of it."""
+    """The notes read from a file, and those that `channel` chooses."""
 
     parts: tuple[Part, ...]
     events: list[Event]  # of the chosen notes and of their channels

@@ -73,7 +73,7 @@ class _Bytes:
 
 
 class _Tracks:
-    """What has been read of the tracks so far."""
+    """The tracks as far as they have been read."""
 
     def __init__(self) -> None:
         self.messages: list[tuple[int, Message, int]] = []

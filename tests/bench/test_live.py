@@ -192,7 +192,7 @@ def test_a_quality_is_itself_and_a_coarse_one_is_far() -> None:
 
 @pytest.mark.slow
 def test_live_is_as_near_to_reference_as_promised() -> None:
-    """What README's page on cost says of every group of notes, at every audio rate."""
+    """Every group of notes, at every audio rate, holds the bounds of the page on cost."""
     notes = representative_notes()
     found = distance(notes, played(notes, QUALITIES["live"]), played(notes, QUALITIES["reference"]))["groups"]
     assert found["contact"]["notes"] > 40 and found["board"]["notes"] > 10 and found["slap"]["notes"] > 8
