@@ -24,7 +24,7 @@ from livebass.cli.presets import identify, presets
 from livebass.cli.render import render
 from livebass.cli.study import simulate, study
 from livebass.files import completed_files
-from livebass.interrupts import INTERRUPTED, handled
+from livebass.interrupts import INTERRUPTED, handled, leave
 
 BROKEN_PIPE = 141  # exit status
 MANY = 8  # files that an interrupt still names one by one
@@ -54,7 +54,7 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     """Runs the command line (`sys.argv` by default) and exits."""
     with handled():
         status = run(arguments)
-    sys.exit(status)
+    leave(status)
 
 
 def run(arguments: Sequence[str] | None = None) -> int:
