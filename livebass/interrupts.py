@@ -63,7 +63,8 @@ def exit_while_loading() -> None:
 
 
 def _exit_at_once(number: int, frame: FrameType | None) -> NoReturn:
-    os.write(2, b"livebass: error: interrupted, nothing written\n")  # nothing is open yet
+    with suppress(OSError):
+        os.write(2, b"livebass: error: interrupted, nothing written\n")  # nothing is open yet
     os._exit(INTERRUPTED)
 
 

@@ -1,4 +1,4 @@
-"""The cache of compiled kernels: damaged, full, read-only, moved and in a place of others. Small kernels stand for all."""
+"""The cache of compiled kernels: damaged, full, read-only, copied, or where others can write. Small kernels serve."""
 
 from __future__ import annotations
 

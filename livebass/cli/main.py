@@ -12,7 +12,7 @@ import sys
 import traceback
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import click
 
@@ -31,7 +31,17 @@ MANY = 8  # files that an interrupt still names one by one
 EXPECTED = (ValueError, OSError, MemoryError)  # that the package raises on purpose, besides LookupError itself
 
 
-@click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
+class Commands(click.Group):
+    """A group that leaves it to `run` what to print at Ctrl-C."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt:
+            raise click.Abort from None
+
+
+@click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
 @click.version_option(__version__, package_name="livebass")
 def livebass() -> None:
     """A physical-model electric bass whose strings hit their frets.
@@ -76,6 +86,8 @@ def _run(arguments: Sequence[str] | None, completed: list[Path]) -> int:
         return error.exit_code
     except (click.Abort, KeyboardInterrupt):
         names = _named(completed)
+        if sys.stderr.isatty():  # which shows ^C
+            click.echo(err=True)
         _complain(f"interrupted, but complete: {names}" if names else "interrupted, nothing written")
         return INTERRUPTED
     except BrokenPipeError:

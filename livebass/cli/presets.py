@@ -9,6 +9,7 @@ import click
 
 from livebass.cli.render import DEFAULT_PRESET
 from livebass.cli.values import Note, Number, Quantity
+from livebass.extras import install
 
 
 @click.group()
@@ -155,7 +156,7 @@ def identify(
         import scipy  # noqa: F401
         import tomlkit  # noqa: F401
     except ImportError as error:
-        raise click.ClickException(f"{error}; pip install 'livebass[analysis]'") from None
+        raise click.ClickException(f"{error}; {install('analysis')}") from None
     from livebass.identify.fit import fit_neck
     from livebass.identify.identify import identified_json, neck_table, new_preset, partials_csv, table
     from livebass.identify.identify import identify as identify_string

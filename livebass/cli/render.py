@@ -214,7 +214,7 @@ def _render_one(
     checked_place(output)
     from livebass.engine.render import render_to_file
 
-    announce_kernels()
+    announce_kernels(board=over_board(bass))
     with shown_progress(output.name) as progress:
         report = render_to_file(
             bass, score, output, quality=quality, rate=options.rate, format=options.format, bits=options.bits,
@@ -224,15 +224,25 @@ def _render_one(
     return summary(report, options.gain)
 
 
-def announce_kernels(live: bool = False) -> None:
-    """Says that kernels have to be compiled first, if so; `live` includes those of the audio thread."""
+def announce_kernels(live: bool = False, board: bool = False) -> None:
+    """Says that kernels have to be compiled first, if so; `live` includes the audio thread's, `board` a board's."""
     from livebass import compiling
 
-    seconds = 0 if compiling.cached() else 25
-    if live and not compiling.cached(compiling.LIVE_ENTRY):
-        seconds += 15
-    if seconds:
-        click.echo(f"compiling the kernels, once (about {seconds} s) ...", err=True)
+    wanted = [(compiling.ENTRY, 25)]
+    if live:
+        wanted.append((compiling.LIVE_ENTRY, 15))
+    if board:
+        wanted.append((compiling.BOARD_ENTRY, 8))
+    missing = [(entry, seconds) for entry, seconds in wanted if not compiling.cached(entry)]
+    if missing:
+        which = " for fretless boards" if missing == [(compiling.BOARD_ENTRY, 8)] else ""
+        total = sum(seconds for _, seconds in missing)
+        click.echo(f"compiling the kernels{which}, once (about {total} s) ...", err=True)
+
+
+def over_board(bass: Instrument) -> bool:
+    """True if any string of the bass is over a board instead of frets."""
+    return any(neck.surface for neck in bass.necks)
 
 
 @contextmanager

@@ -12,6 +12,7 @@ from types import TracebackType
 from typing import Any, Self
 
 from livebass.audiofile import AudioWriter, encoding
+from livebass.extras import install
 from livebass.files import OutputError, Transaction, checked_place
 from livebass.live.synth import Synth
 from livebass.preset.programs import program_of
@@ -35,7 +36,7 @@ class Recorder:
         self._begin(path)
 
     def _begin(self, path: Path) -> None:
-        self._path, self._files = path, Transaction()
+        self._path, self._files = path, Transaction("take")
         try:
             self._writer = AudioWriter(self._files, path, encoding(path, self.synth.rate))
         except BaseException as error:
@@ -205,5 +206,5 @@ def _mido() -> Any:
     try:
         import mido
     except ImportError as error:
-        raise OutputError(f"MIDI files: {error}; pip install 'livebass[live]'") from None
+        raise OutputError(f"MIDI files: {error}; {install('live')}") from None
     return mido
