@@ -32,13 +32,16 @@ EXPECTED = (ValueError, OSError, MemoryError)  # that the package raises on purp
 
 
 class Commands(click.Group):
-    """A group that leaves it to `run` what to print at Ctrl-C."""
+    """A group that leaves it to `run` what to print at Ctrl-C, and what the status of a broken pipe is."""
 
     def invoke(self, ctx: click.Context) -> Any:
         try:
             return super().invoke(ctx)
         except KeyboardInterrupt:
             raise click.Abort from None
+        except BrokenPipeError:
+            _silence_stdout()
+            raise click.exceptions.Exit(BROKEN_PIPE) from None
 
 
 @click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
