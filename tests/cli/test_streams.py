@@ -176,7 +176,7 @@ def test_compiling_is_announced(
 
 
 @pytest.mark.parametrize(
-    "arguments", [("render", "--note", "G2"), ("simulate", "-o", "d", "--duration", "1ms")], ids=str
+    "arguments", [("render", "--note", "G2"), ("simulate", "-q", "live", "-o", "d", "--duration", "1ms")], ids=str
 )
 def test_the_first_board_is_announced(
     fake: type[FakeEngine], run: Run, monkeypatch: pytest.MonkeyPatch, arguments: tuple[str, ...]
