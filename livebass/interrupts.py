@@ -81,8 +81,9 @@ def handled() -> Iterator[None]:
         for number in heeded:
             signal.signal(number, signal.SIG_IGN)
         sys.unraisablehook = sys.__unraisablehook__
-        signal.signal(signal.SIGALRM, signal.SIG_IGN)  # one may be on its way
-        signal.setitimer(signal.ITIMER_REAL, 0)
+        if hasattr(signal, "setitimer"):
+            signal.signal(signal.SIGALRM, signal.SIG_IGN)  # one may be on its way
+            signal.setitimer(signal.ITIMER_REAL, 0)
 
 
 class _Handler:
