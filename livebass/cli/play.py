@@ -105,6 +105,7 @@ def play(**options: Any) -> None:
         click.echo(CONTROLLERS)
         return
     from livebass import compiling
+    from livebass.cli.song import remarks
     from livebass.live.inputs import HELP, interactive
     from livebass.live.outputs import check_output
     from livebass.live.session import Session, Settings
@@ -116,6 +117,8 @@ def play(**options: Any) -> None:
     if device is not None and options["backend"] == "jack":
         raise click.UsageError("--audio names an output of PortAudio, which --backend jack does not use: leave one out")
     score = read_score(song, options["rate"]) if song else None  # errors in the file are reported now
+    for remark in remarks(score, options["preset"], DEFAULT_PRESET) if score else ():
+        click.echo(f"{song}: {remark}", err=True)
     preset = options["preset"] or preset_for(score)
     bass = load_preset(preset)
     settings = Settings(

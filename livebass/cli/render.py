@@ -48,7 +48,7 @@ class Options:
 @click.command()
 @click.argument("midi", required=False, type=click.Path(path_type=Path))
 @click.option("--note", type=Note(), help="Play one note instead of a MIDI file: G2, C#1, 43.")
-@click.option("--demo", is_flag=True, help="Play a phrase of eight seconds that shows the preset off.")
+@click.option("--demo", is_flag=True, help="Play a phrase of nine seconds that shows the preset off.")
 @click.option(
     "--all-presets",
     "directory",
@@ -97,7 +97,11 @@ class Options:
     type=Channel(),
     default="auto",
     show_default=True,
-    help="MIDI channel to play. auto: all notes with a bass program, 32-39; all: every channel but 10, the drums.",
+    help="MIDI channel to play. auto: all notes with a bass program, 33 to 40, or else tracks called bass; all: every "
+    "channel but 10, the drums.",
+)
+@click.option(
+    "--list", "listing", is_flag=True, help="Write no sound: list what is in the MIDI file and what would be played."
 )
 @click.option("--rate", type=RATE, default=48000, show_default=True, help="Samples a second, 22050 to 192000.")
 @click.option(
@@ -130,7 +134,7 @@ class Options:
 )
 def render(
     midi: Path | None, note: int | None, demo: bool, directory: Path | None, output: Path | None,
-    preset: str | None, velocity: int, duration: float, channel: str | int, **rest: Any,
+    preset: str | None, velocity: int, duration: float, channel: str | int, listing: bool, **rest: Any,
 ) -> None:  # fmt: skip
     """Render a MIDI file, a note or a demo to a sound file.
 
@@ -141,6 +145,7 @@ def render(
     \b
     Examples:
       livebass render song.mid -o song.flac --preset precision-finger
+      livebass render song.mid --list
       livebass render song.mid --channel 2 --stems --bits float
       livebass render --note E1 --velocity 127 --duration 5s --quality reference
       livebass render --demo --preset slap
@@ -154,6 +159,13 @@ def render(
         raise click.UsageError("-o - writes to a pipe or file, not to a terminal")
     if sum((midi is not None, note is not None, demo, directory is not None)) != 1:
         raise click.UsageError("give one of: a MIDI file, --note, --demo, --all-presets")
+    if listing:
+        if midi is None:
+            raise click.UsageError("--list needs a MIDI file")
+        from livebass.cli.song import parts_table
+
+        click.echo(parts_table(midi, channel))
+        return
     if directory is not None:
         if output is not None or preset is not None:
             raise click.UsageError("--all-presets takes neither --output nor --preset")
@@ -164,12 +176,15 @@ def render(
     score: Score | None = None
     ending = options.format or "wav"
     if midi is not None:
+        from livebass.cli.song import remarks
         from livebass.score import read_score
 
         output = output or Path(f"{'stdin' if midi == STREAM else midi.stem}.{ending}")
         if output.exists() and midi.exists() and os.path.samefile(midi, output):
             raise click.UsageError(f"{output}: is the MIDI file itself; name another file with -o")
         score = read_score(midi, options.rate, channel)
+        for remark in remarks(score, preset, DEFAULT_PRESET):
+            click.echo(f"{midi}: {remark}", err=True)
     elif note is not None:
         from livebass.score import single_note
         from livebass.units import note_name
@@ -177,14 +192,23 @@ def render(
         output = output or Path(f"{note_name(note)}.{ending}")
         score = single_note(note, velocity, duration, options.rate)
     bass = load_preset(preset or preset_for(score))
+    if note is not None:
+        from livebass.cli.song import check_range
+
+        check_range(bass, note, DEFAULT_PRESET)
     if score is None:
         output = output or Path(f"demo.{ending}")
         score = _demo_for(bass, options.rate)
     assert output is not None
     if output == STREAM:
-        click.echo(_render_to_stdout(bass, score, options), err=True)
+        line = _render_to_stdout(bass, score, options)
     else:
-        click.echo(_render_one(bass, score, output, options), err=True)
+        line = _render_one(bass, score, output, options)
+    if midi is not None:
+        from livebass.cli.song import too_low
+
+        line += too_low(bass, score, DEFAULT_PRESET)
+    click.echo(line, err=True)
 
 
 def _demo_for(bass: Instrument, rate: int) -> Score:

@@ -9,10 +9,11 @@ import io
 import logging
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Self
+
+import mido
 
 from livebass.audiofile import AudioWriter, encoding
-from livebass.extras import install
 from livebass.files import OutputError, Transaction, checked_place
 from livebass.live.synth import Synth
 from livebass.preset.programs import program_of
@@ -135,15 +136,13 @@ class MidiRecorder:
 
     The file begins with the program that chooses `preset`, so that `livebass render` plays it on the same bass. A tick
     is a frame: at the same rate it renders as it sounded. Call `take.turn()` often; leaving the block writes the file,
-    after an exception too; after `discard` there is none. Raises OutputError if no file can be written at `path`, and
-    if mido is missing.
+    after an exception too; after `discard` there is none. Raises OutputError if no file can be written at `path`.
     """
 
     def __init__(self, path: Path, synth: Synth, preset: str) -> None:
         self.path, self.synth, self.rate = path, synth, synth.rate
         self.program = (program_of(preset) or FINGER) - 1
         self.short: str | None = None  # why there is no file
-        self._mido = _mido()
         checked_place(path)
         self._played: list[tuple[int, int, int, int]] | None = []  # (tick, status, first, second)
         synth.keep_messages()
@@ -183,7 +182,7 @@ class MidiRecorder:
 
     def _file(self, played: list[tuple[int, int, int, int]]) -> bytes:
         """A MIDI file of type 0; programs in it are the bass's own."""
-        mido, beats = self._mido, 2
+        beats = 2
         while self.rate // beats > MOST_TICKS or self.rate % beats or MICROSECONDS % beats:
             beats += 1
         track = mido.MidiTrack([mido.MetaMessage("set_tempo", tempo=MICROSECONDS // beats)])
@@ -200,11 +199,3 @@ class MidiRecorder:
         file = io.BytesIO()
         mido.MidiFile(type=0, ticks_per_beat=self.rate // beats, tracks=[track]).save(file=file)
         return file.getvalue()
-
-
-def _mido() -> Any:
-    try:
-        import mido
-    except ImportError as error:
-        raise OutputError(f"MIDI files: {error}; {install('live')}") from None
-    return mido
