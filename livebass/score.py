@@ -9,10 +9,12 @@ Of a file the bass part is taken: the notes of General MIDI's basses or, where t
 
 from __future__ import annotations
 
+import functools
 import operator
 import os
 import re
 import stat
+import sys
 from bisect import bisect_right
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable
@@ -39,6 +41,7 @@ BASS_NAME = re.compile(
 BRIEF = 1e-3  # s, least length of a note: even a zero-length note sounds
 LONGEST = 24 * 3600  # s, of a score
 LARGEST = 64 << 20  # bytes of a MIDI file
+STDIN = Path("-")
 MOST_NAMED = 8  # parts in an error
 LEAST_RATE, MOST_RATE = 8000, 192_000  # Hz
 DEFAULT_TEMPO = 500_000  # us per quarter note, until a file sets another
@@ -145,7 +148,7 @@ def _whole(number: object) -> bool:
 
 
 def read_score(path: str | os.PathLike[str], rate: int, channel: str | int = "auto") -> Score:
-    """The bass part of a Standard MIDI File (type 0 or 1) in frames at `rate` Hz.
+    """The bass part of a Standard MIDI File (type 0 or 1) in frames at `rate` Hz; of standard input if `path` is "-".
 
     `channel` "auto" takes the notes played while their channel's program is 33 to 40, counted from 1 (the General MIDI
     basses); if there are none, those of tracks called bass; "all" takes every channel but 10, the drums; 1 to 16 takes
@@ -168,7 +171,12 @@ def read_parts(path: str | os.PathLike[str], channel: str | int = "auto") -> lis
 
 
 def _file_bytes(path: Path) -> bytes:
-    """The content of a regular file of at most LARGEST bytes. Raises ScoreError."""
+    """The content of a regular file, or for "-" of standard input, of at most LARGEST bytes. Raises ScoreError."""
+    if path == STDIN:
+        data = _stdin()
+        if len(data) > LARGEST:
+            raise ScoreError(f"{path}: allowed are up to {LARGEST >> 20} MB")
+        return data
     try:
         kind = path.stat()
         if stat.S_ISDIR(kind.st_mode):
@@ -182,6 +190,15 @@ def _file_bytes(path: Path) -> bytes:
         if isinstance(error, ScoreError):
             raise
         raise ScoreError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
+
+
+@functools.cache  # there is nothing left to read the next time
+def _stdin() -> bytes:
+    """Standard input up to its end, or to a byte more than a MIDI file may have."""
+    try:
+        return sys.stdin.buffer.read(LARGEST + 1)
+    except OSError as error:
+        raise ScoreError(f"{STDIN}: cannot be read: {error.strerror or error}") from None
 
 
 def _frame_of(smf: Smf, rate: int) -> Callable[[int], int]:

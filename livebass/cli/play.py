@@ -13,7 +13,7 @@ from typing import Any
 
 import click
 
-from livebass.cli.render import DEFAULT_PRESET, announce_kernels, clipping, preset_for
+from livebass.cli.render import DEFAULT_PRESET, announce_kernels, clipping, over_board, preset_for
 from livebass.cli.values import RATE, Number, Quantity
 from livebass.files import OutputError, output_error
 from livebass.interrupts import stop_instead
@@ -140,9 +140,10 @@ def play(**options: Any) -> None:
     )
     console = Console(options["quiet"])
     with logged(console, options["log"]):
-        if not compiling.cached(compiling.LIVE_ENTRY):
+        board = over_board(bass)
+        if not compiling.cached(compiling.LIVE_ENTRY) or (board and not compiling.cached(compiling.BOARD_ENTRY)):
             check_output(settings.backend, settings.audio)
-            announce_kernels(live=True)
+            announce_kernels(live=True, board=board)
         session = Session(settings, console.status if console.terminal else None)
         stop_instead(session.stop, lambda: session.synth is not None)
         if interactive():

@@ -9,6 +9,7 @@ import click
 
 from livebass.cli.render import DEFAULT_PRESET
 from livebass.cli.values import Note, Number, Quantity
+from livebass.extras import install
 from livebass.identification import limits
 
 
@@ -168,7 +169,7 @@ def identify(
         import scipy  # noqa: F401
         import tomlkit  # noqa: F401
     except ImportError as error:
-        raise click.ClickException(f"{error}; pip install 'livebass[analysis]'") from None
+        raise click.ClickException(f"{error}; {install('analysis')}") from None
     from livebass.identification.fit import fit_neck
     from livebass.identification.identify import identified_json, neck_table, new_preset, partials_csv, table
     from livebass.identification.identify import identify as identify_string

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 import os
+import shutil
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -23,6 +25,7 @@ if TYPE_CHECKING:
     from livebass.score import Score
 
 DEFAULT_PRESET = "jazz-finger"
+STREAM = Path("-")  # standard input or output
 FORMATS, BITS = ("wav", "flac", "ogg"), ("16", "24", "float")
 
 
@@ -57,7 +60,8 @@ class Options:
     "-o",
     "--output",
     type=click.Path(path_type=Path),
-    help="Sound file to write.  [default: the name of the MIDI file or note, in the current directory]",
+    help="Sound file to write; - for standard output.  "
+    "[default: the name of the MIDI file or note, in the current directory]",
 )
 @click.option(
     "-p",
@@ -134,7 +138,7 @@ def render(
 ) -> None:  # fmt: skip
     """Render a MIDI file, a note or a demo to a sound file.
 
-    MIDI files are of type 0 or 1.
+    MIDI files are of type 0 or 1; - reads one from standard input.
 
     An existing file is replaced. Files appear when they are complete; an interrupted render leaves nothing behind.
 
@@ -146,8 +150,13 @@ def render(
       livebass render --note E1 --velocity 127 --duration 5s --quality reference
       livebass render --demo --preset slap
       livebass render --all-presets demos/
+      livebass render --note E1 -o - | aplay
     """
     options = Options(**rest)
+    if output == STREAM and options.stems:
+        raise click.UsageError("-o - writes one file: leave out --stems")
+    if output == STREAM and sys.stdout.isatty():
+        raise click.UsageError("-o - writes to a pipe or file, not to a terminal")
     if sum((midi is not None, note is not None, demo, directory is not None)) != 1:
         raise click.UsageError("give one of: a MIDI file, --note, --demo, --all-presets")
     if listing:
@@ -170,7 +179,7 @@ def render(
         from livebass.cli.song import remarks
         from livebass.score import read_score
 
-        output = output or Path(f"{midi.stem}.{ending}")
+        output = output or Path(f"{'stdin' if midi == STREAM else midi.stem}.{ending}")
         if output.exists() and midi.exists() and os.path.samefile(midi, output):
             raise click.UsageError(f"{output}: is the MIDI file itself; name another file with -o")
         score = read_score(midi, options.rate, channel)
@@ -191,7 +200,10 @@ def render(
         output = output or Path(f"demo.{ending}")
         score = _demo_for(bass, options.rate)
     assert output is not None
-    line = _render_one(bass, score, output, options)
+    if output == STREAM:
+        line = _render_to_stdout(bass, score, options)
+    else:
+        line = _render_one(bass, score, output, options)
     if midi is not None:
         from livebass.cli.song import too_low
 
@@ -226,6 +238,33 @@ def _render_one(
     bass: Instrument, score: Score, output: Path, options: Options, files: Transaction | None = None
 ) -> str:
     """Renders to `output`, as part of the transaction `files` if given; returns the summary."""
+    return summary(_rendered(bass, score, output, options, files), options.gain)
+
+
+def _render_to_stdout(bass: Instrument, score: Score, options: Options) -> str:
+    """Renders to standard output, the bytes that a file would have; returns the summary.
+
+    The header of a sound file tells its length, so it is written when the whole sound is there.
+    """
+    from livebass.files import completed_files, output_error
+
+    with TemporaryDirectory(prefix="livebass-") as folder, completed_files():
+        output = Path(folder) / f"stdout.{options.format or 'wav'}"
+        report = _rendered(bass, score, output, options)
+        try:
+            with output.open("rb") as file:
+                shutil.copyfileobj(file, sys.stdout.buffer)
+            sys.stdout.buffer.flush()
+        except BrokenPipeError:
+            raise
+        except OSError as error:
+            raise output_error(STREAM, error) from None
+    return summary(replace(report, files=(STREAM,)), options.gain)
+
+
+def _rendered(
+    bass: Instrument, score: Score, output: Path, options: Options, files: Transaction | None = None
+) -> RenderReport:
     from livebass.audiofile import encoding
     from livebass.files import checked_place
     from livebass.model.quality import quality_with
@@ -238,25 +277,34 @@ def _render_one(
     checked_place(output)
     from livebass.engine.render import render_to_file
 
-    announce_kernels()
+    announce_kernels(board=over_board(bass))
     with shown_progress(output.name) as progress:
-        report = render_to_file(
+        return render_to_file(
             bass, score, output, quality=quality, rate=options.rate, format=options.format, bits=options.bits,
             stems=options.stems, tail=options.tail, gain_db=options.gain, seed=options.seed,
             progress=progress, files=files,
         )  # fmt: skip
-    return summary(report, options.gain)
 
 
-def announce_kernels(live: bool = False) -> None:
-    """Says that kernels have to be compiled first, if so; `live` includes those of the audio thread."""
+def announce_kernels(live: bool = False, board: bool = False) -> None:
+    """Says that kernels have to be compiled first, if so; `live` includes the audio thread's, `board` a board's."""
     from livebass import compiling
 
-    seconds = 0 if compiling.cached() else 25
-    if live and not compiling.cached(compiling.LIVE_ENTRY):
-        seconds += 15
-    if seconds:
-        click.echo(f"compiling the kernels, once (about {seconds} s) ...", err=True)
+    wanted = [(compiling.ENTRY, 25)]
+    if live:
+        wanted.append((compiling.LIVE_ENTRY, 15))
+    if board:
+        wanted.append((compiling.BOARD_ENTRY, 8))
+    missing = [(entry, seconds) for entry, seconds in wanted if not compiling.cached(entry)]
+    if missing:
+        which = " for fretless boards" if missing == [(compiling.BOARD_ENTRY, 8)] else ""
+        total = sum(seconds for _, seconds in missing)
+        click.echo(f"compiling the kernels{which}, once (about {total} s) ...", err=True)
+
+
+def over_board(bass: Instrument) -> bool:
+    """True if any string of the bass is over a board instead of frets."""
+    return any(neck.surface for neck in bass.necks)
 
 
 @contextmanager

@@ -15,8 +15,9 @@ from typing import Any
 
 import numpy as np
 
-from livebass.analysis.motion import Solved, columns, shape_columns, state_samples
+from livebass.analysis.motion import Solved, can_resample, columns, shape_columns, state_samples
 from livebass.audiofile import AudioWriter, encoding
+from livebass.extras import install
 from livebass.files import Transaction, checked_place
 from livebass.model.instrument import Instrument
 from livebass.model.modes import CARRIED, carried, dampings, frequencies
@@ -122,6 +123,8 @@ def simulate_to_directory(
     if kept < trial.modes:
         over = f"modes {kept + 1} to {trial.modes} lie above {CARRIED:g} of the contact rate, too high for contact"
         left = f"; {over}: --modes {kept} leaves them out"
+    if analyse and not can_resample(trial):
+        left += f"; without the characteristic frequency, which needs SciPy: {install('analysis')}"
     return (
         f"string {s.string.name} fret {s.fret}, {apex * 1e3:g} mm at {at * 1e3:g} mm, {trial.modes} modes, "
         f"{contact_rate / 1e6:g} MHz: {contacts.fret.size} contacts{first}{left}; "

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from livebass.arrays import Floats
 from livebass.experiment.grid import USAGE, Axis, Point, Settings, axis, grid, program
 from livebass.experiment.quantities import QUANTITIES, Quantity
+from livebass.extras import install
 from livebass.files import OutputError, Transaction, checked_place
 from livebass.model.quality import QUALITIES, Quality
 from livebass.report.picture import figure, image
@@ -32,7 +33,7 @@ from livebass.report.text import csv_text, json_text, plain
 Results = dict[str, dict[str, float]]  # by digest
 TABLE, PICTURES, POINTS = "sweep.csv", ("sweep.png", "sweep.svg"), "points"
 STALE = 60.0  # s after which a half-written point is left over from a killed process
-NEEDED = "the picture needs matplotlib: pip install 'livebass[plots]'; --no-picture does without"
+NEEDED = f"the picture needs matplotlib: {install('plots')}; --no-picture does without"
 MOST_PANELS = 12  # in a row
 MOST_AXES = 3
 MOST_WORKERS = 1024

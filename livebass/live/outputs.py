@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from livebass.extras import install
 from livebass.live.guards import call_with_timeout, never_release, silenced_stderr
 from livebass.live.priority import make_realtime
 from livebass.live.synth import Synth
@@ -408,7 +409,7 @@ def _sounddevice() -> Any:
         with silenced_stderr():
             import sounddevice
     except ImportError as error:
-        raise OutputLost(f"sound output: {_one_line(error)}; pip install 'livebass[live]'") from None
+        raise OutputLost(f"sound output: {_one_line(error)}; {install('live')}") from None
     except OSError as error:
         raise OutputLost(
             f"sound output: {_one_line(error)}; on Debian: sudo apt install libportaudio2; or start a JACK server"
@@ -420,7 +421,7 @@ def _jack() -> Any:
     try:
         import jack
     except ImportError as error:
-        raise OutputLost(f"JACK: {_one_line(error)}; pip install 'livebass[live]'") from None
+        raise OutputLost(f"JACK: {_one_line(error)}; {install('live')}") from None
     except OSError as error:
         raise OutputLost(f"JACK: {_one_line(error)}; on Debian: sudo apt install libjack-jackd2-0") from None
     return jack

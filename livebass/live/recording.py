@@ -37,7 +37,7 @@ class Recorder:
         self._begin(path)
 
     def _begin(self, path: Path) -> None:
-        self._path, self._files = path, Transaction()
+        self._path, self._files = path, Transaction("take")
         try:
             self._writer = AudioWriter(self._files, path, encoding(path, self.synth.rate))
         except BaseException as error:

@@ -238,7 +238,7 @@ def test_missing_extras_are_named(run: Run, tmp_path: Path, monkeypatch: pytest.
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
     code, _, err = run("study", "linear", "-o", tmp_path / "d")
     assert_one_clear_line(code, err, (1,))
-    assert "pip install 'livebass[analysis,plots]'" in err and not (tmp_path / "d").exists()
+    assert f"{sys.executable} -m pip install 'livebass[analysis,plots]'" in err and not (tmp_path / "d").exists()
 
 
 @pytest.fixture

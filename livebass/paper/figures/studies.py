@@ -10,6 +10,7 @@ from typing import Any
 
 from livebass import __version__
 from livebass.analysis.motion import Solved
+from livebass.extras import install
 from livebass.files import Transaction, checked_place
 from livebass.paper.claims import check, runs
 from livebass.paper.figures import measure, output, section_4, section_4_1, section_4_2, sections_2_3
@@ -118,7 +119,7 @@ def chosen(names: Iterable[str]) -> list[Study]:
     return [study for name, study in STUDIES.items() if name in asked or "all" in asked]
 
 
-NEEDED = "study needs matplotlib, Jinja2 and SciPy: pip install 'livebass[analysis,plots]'"
+NEEDED = f"study needs matplotlib, Jinja2 and SciPy: {install('analysis,plots')}"
 PAGE = "index.html"
 
 
