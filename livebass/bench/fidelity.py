@@ -68,9 +68,10 @@ def representative_notes(presets: Iterable[str] | None = None, seed: int = 2018)
     At least FEWEST of each preset, half of them hard, their frets spread over 0 to FRETS - 1. A string has one of
     RATES; a preset of one or two strings has them in turn. `seed` draws velocities and frets.
     """
-    rng = np.random.default_rng(seed)
     notes = []
-    for p, preset in enumerate(presets if presets is not None else preset_names()):
+    for preset in presets if presets is not None else preset_names():
+        name = preset.encode()
+        rng = np.random.default_rng([seed, *name])  # a new preset leaves the notes of the others alone
         strings = len(load_preset(preset).strings)
         count = max(len(TURNS), -(-FEWEST // strings)) * strings
         frets = rng.permutation((np.arange(count) + rng.random(count)) * FRETS / count).astype(int)
@@ -78,7 +79,7 @@ def representative_notes(presets: Iterable[str] | None = None, seed: int = 2018)
             turn, i = divmod(k, strings)
             dynamics = TURNS[turn % len(TURNS)]
             least, most = DYNAMICS[dynamics]
-            rate = RATES[(p + i + (turn if strings < len(RATES) else 0)) % len(RATES)]
+            rate = RATES[(sum(name) + i + (turn if strings < len(RATES) else 0)) % len(RATES)]
             notes.append(Note(preset, i, int(frets[k]), dynamics, int(rng.integers(least, most + 1)), rate))
     return notes
 
@@ -157,7 +158,8 @@ def distance(notes: Sequence[Note], sounds: Sequence[Heard], wanted: Sequence[He
 
     "each" has a row for each note: "frequency" is its `frequency_error`, "spectrum_db" and "heard_db" its
     `log_spectral_distance`, "group" one of GROUPS. "groups" has for each group that occurs, and for "contact" and
-    "slap" by audio rate too: "notes", the means of the three, and "worst_frequency".
+    "slap" by audio rate too: "notes", the means of the three, "most_frequency", which 95 % of the notes stay
+    within, "worst_frequency" and "worst", the note that has it.
     """
     presets = {note.preset: load_preset(note.preset) for note in notes}
     each: list[Row] = []
@@ -196,7 +198,10 @@ def _summary(rows: list[Row]) -> Row:
     means = {key: float(np.mean([row[key] for row in rows])) for key in keys}
     worst = max(rows, key=lambda row: row["frequency"])
     name = f"{worst['preset']} {worst['string']} fret {worst['fret']}, velocity {worst['velocity']}"
-    return {"notes": len(rows), **means, "worst_frequency": worst["frequency"], "worst": name}
+    most = float(np.quantile([row["frequency"] for row in rows], 0.95))
+    return {
+        "notes": len(rows), **means, "most_frequency": most, "worst_frequency": worst["frequency"], "worst": name,
+    }  # fmt: skip
 
 
 def frequency_error(sound: Floats, other: Floats, rate: int) -> float:
