@@ -35,7 +35,7 @@ def pytest_configure() -> None:
 
 
 def scope_of(nodeid: str) -> str:
-    """What one worker does alone: a file; or all tests that play in real time or measure time, one after the other."""
+    """The scope one worker takes whole: a file; or all tests that play in real time or measure time, in turn."""
     file = nodeid.split("::")[0]
     return "timed" if file.startswith(("tests/live/", "tests/bench/")) else file
 

@@ -1,0 +1,64 @@
+"""Real-time priority for the thread that plays: from the scheduler, or else from rtkit, as desktops grant it."""
+
+from __future__ import annotations
+
+import os
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+from contextlib import suppress
+
+PRIORITY = 70  # of 99, as the scheduler is asked; JACK's clients have about as much
+RTKIT_PRIORITY = 20  # the most that rtkit grants
+# rtkit wants a limit to the processor time that real-time threads use without a pause, us: at the first the thread gets
+# its usual priority back, at the second the kernel ends the process.
+SLOW, ENDED = 100_000, 200_000
+TIMEOUT = 2.0  # s
+RTKIT = "org.freedesktop.RealtimeKit1"
+
+
+def make_realtime(thread: int) -> str | None:
+    """Asks for real-time priority for a thread of this process, by its number; returns why it was refused, or None."""
+    if sys.platform != "linux":
+        return None
+    try:
+        policy = os.sched_getscheduler(thread) & ~os.SCHED_RESET_ON_FORK
+        if policy not in (os.SCHED_FIFO, os.SCHED_RR):
+            os.sched_setscheduler(thread, os.SCHED_FIFO | os.SCHED_RESET_ON_FORK, os.sched_param(PRIORITY))
+        return None
+    except ProcessLookupError:
+        return None  # it has ended
+    except OSError as error:
+        refused = _ask_rtkit(thread)
+        return refused and f"{(error.strerror or str(error)).lower()}, and {refused}; install rtkit, or allow rtprio"
+
+
+def _ask_rtkit(thread: int) -> str | None:
+    """Asks rtkit, through systemd's busctl; returns why it was refused, or None."""
+    busctl = shutil.which("busctl")
+    if not busctl:
+        return "rtkit cannot be asked without busctl"
+    before = resource.getrlimit(resource.RLIMIT_RTTIME)
+    with suppress(OSError, ValueError):
+        resource.setrlimit(resource.RLIMIT_RTTIME, (SLOW, ENDED))
+        signal.signal(signal.SIGXCPU, lambda number, frame: _usual_priority(thread))
+    command = [busctl, "--system", "call", RTKIT, "/org/freedesktop/RealtimeKit1", RTKIT, "MakeThreadRealtimeWithPID"]
+    command += ["ttu", str(os.getpid()), str(thread), str(RTKIT_PRIORITY)]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT, check=False)
+    except (OSError, subprocess.TimeoutExpired):
+        why = "rtkit does not answer"
+    else:
+        if done.returncode == 0:
+            return None
+        why = f"rtkit says: {' '.join(done.stderr.split()) or 'no'}"
+    with suppress(OSError, ValueError):
+        resource.setrlimit(resource.RLIMIT_RTTIME, (before[0], resource.getrlimit(resource.RLIMIT_RTTIME)[1]))
+    return why
+
+
+def _usual_priority(thread: int) -> None:
+    with suppress(OSError):
+        os.sched_setscheduler(thread, os.SCHED_OTHER, os.sched_param(0))

@@ -1,0 +1,17 @@
+"""The General MIDI programs that choose a preset, counted from 1 as keyboards and manuals do."""
+
+from __future__ import annotations
+
+PROGRAMS = {
+    33: "flatwound",  # Acoustic Bass
+    34: "jazz-finger",  # Electric Bass (finger)
+    35: "precision-finger",  # Electric Bass (pick)
+    36: "fretless",  # Fretless Bass
+    37: "slap",  # Slap Bass 1
+    38: "slap",  # Slap Bass 2
+}
+
+
+def program_of(preset: str) -> int | None:
+    """Returns the first program, counted from 1, that chooses `preset`; None if none does."""
+    return next((number for number, name in PROGRAMS.items() if name == preset), None)

@@ -1,0 +1,168 @@
+"""Through PipeWire and PulseAudio, which the fixtures start with a null sink, in folders of their own, and end."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import subprocess
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+
+import numpy as np
+import pytest
+import soundfile
+from support.command import BASS, NOTE, song
+from support.jack import livebass, wait_for
+
+from livebass.analysis.sound import fundamental
+
+NEEDED = bool(os.environ.get("LIVEBASS_NEEDS_DESKTOP"))
+LIFE = "900"  # s, at most, of a server
+
+
+@contextmanager
+def started(*command: str) -> Iterator[subprocess.Popen[bytes]]:
+    """A server and what it starts, ended by the number of their group."""
+    process = subprocess.Popen(
+        ["timeout", LIFE, *command], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+        start_new_session=True,
+    )  # fmt: skip
+    try:
+        yield process
+    finally:
+        end(process)
+
+
+def end(process: subprocess.Popen[bytes]) -> None:
+    for number in (signal.SIGTERM, signal.SIGKILL):
+        if process.poll() is None:
+            os.killpg(process.pid, number)
+            try:
+                process.wait(5)
+            except subprocess.TimeoutExpired:
+                continue
+
+
+def does(*command: str) -> bool:
+    """True if a command of the servers succeeds."""
+    return subprocess.run(command, capture_output=True, timeout=20, check=False).returncode == 0
+
+
+@contextmanager
+def folder(*needed: str) -> Iterator[Path]:
+    """A folder for the sockets and settings of one desktop; the environment names it meanwhile."""
+    if missing := [name for name in needed if not shutil.which(name)]:
+        assert not NEEDED, f"missing: {missing}"
+        pytest.skip(f"not here: {', '.join(missing)}")
+    with ExitStack() as ends, pytest.MonkeyPatch.context() as environment:
+        here = Path(ends.enter_context(tempfile.TemporaryDirectory(prefix="lb-")))  # short: sockets' names have a limit
+        for name in ("XDG_RUNTIME_DIR", "XDG_CONFIG_HOME", "XDG_STATE_HOME", "PULSE_RUNTIME_PATH"):
+            environment.setenv(name, str(here))
+        for name in ("PULSE_SERVER", "PIPEWIRE_REMOTE", "PIPEWIRE_LATENCY", "DISPLAY", "DBUS_SESSION_BUS_ADDRESS"):
+            environment.delenv(name, raising=False)
+        (here / "client.conf").write_text("autospawn = no\n")
+        environment.setenv("PULSE_CLIENTCONFIG", str(here / "client.conf"))
+        environment.setenv("JACK_DEFAULT_SERVER", "nobody")
+        yield here
+
+
+PULSEAUDIO = (
+    *("pulseaudio", "-n", "--daemonize=no", "--exit-idle-time=-1", "--use-pid-file=no"),
+    *("-L", "module-native-protocol-unix", "-L", "module-null-sink sink_name=speakers"),
+)
+
+
+@contextmanager
+def pipewire() -> Iterator[None]:
+    """PipeWire with its session manager, as yet without a PulseAudio server."""
+    needed = ("pipewire", "wireplumber", "pipewire-pulse", "pw-jack", "pw-metadata", "pactl", "dbus-run-session")
+    with folder(*needed), started("pipewire"):
+        wait_for(lambda: does("pw-cli", "info", "0"))
+        with started("dbus-run-session", "--", "wireplumber"):
+            yield
+
+
+@contextmanager
+def pulse(*command: str) -> Iterator[subprocess.Popen[bytes]]:
+    """A server of PulseAudio's kind."""
+    with started(*command) as process:
+        wait_for(lambda: does("pactl", "info"))
+        yield process
+
+
+def steady_song(path: Path, seconds: int) -> Path:
+    """An A of 110 Hz, four times a second."""
+    path.write_bytes(song(BASS, *[NOTE.replace(b"\x28", b"\x2d").replace(b"\x64", b"\x50")] * 4 * seconds))
+    return path
+
+
+def assert_in_tune(file: Path) -> None:
+    sound, rate = soundfile.read(file)
+    assert np.abs(sound).max() > 0.01, file.name
+    heard = fundamental(sound, rate, 50.0, 300.0, hop=0.02).frequency_hz
+    assert np.nanmedian(heard) == pytest.approx(110.0, rel=0.01), file.name
+
+
+def log_says(log: Path, *texts: str, times: int = 1) -> None:
+    """Waits until each text stands in the log, so many times."""
+    wait_for(lambda: log.exists() and all(log.read_text().count(text) >= times for text in texts), 60)
+
+
+def test_pipewire_changes_its_rate_and_its_sink(tmp_path: Path) -> None:
+    """The notes stay in tune, and the sound goes to where there are speakers. The period is the one asked for."""
+    log, tune = tmp_path / "log", steady_song(tmp_path / "song.mid", 60)
+    arguments = ("--file", tune, "--record", tmp_path / "take.wav", "--log", log, "--block", 512, "--latency", "50ms")
+    with pipewire(), pulse("pipewire-pulse"):
+        assert does("pactl", "load-module", "module-null-sink", "sink_name=speakers")
+        process = livebass("play", *arguments, under="pw-jack")
+        try:
+            log_says(log, "--latency: PipeWire decides that itself", "livebass, 48000 Hz, about 10.7 ms")
+            for rate in (96000, 48000):
+                time.sleep(1.5)
+                assert does("pw-metadata", "-n", "settings", "0", "clock.force-rate", str(rate))
+                log_says(log, f"now runs at {rate} Hz", f"the sound goes into {tmp_path}/take-{rate}.wav")
+            time.sleep(1.5)
+            assert does("pactl", "unload-module", "module-null-sink")
+            log_says(log, "speakers Audio/Sink sink is gone")
+            assert does("pactl", "load-module", "module-null-sink", "sink_name=headphones")
+            log_says(log, "playing into headphones Audio/Sink sink")
+            process.send_signal(signal.SIGINT)
+            _, err = process.communicate(timeout=30)
+        finally:
+            process.kill()
+    assert process.returncode == 0 and "Traceback" not in err, err
+    assert sorted(file.name for file in tmp_path.glob("*.wav")) == ["take-48000.wav", "take-96000.wav", "take.wav"]
+    for file in tmp_path.glob("*.wav"):
+        assert_in_tune(file)
+
+
+@pytest.mark.parametrize("server", ["pulseaudio", pytest.param("pipewire-pulse", marks=pytest.mark.slow)])
+def test_a_sound_server_that_ends_is_waited_for(server: str, tmp_path: Path) -> None:
+    """By PortAudio and alsa-lib, which would say much on stderr. The song goes on, and ends the session."""
+    log, take, tune = tmp_path / "log", tmp_path / "take.wav", steady_song(tmp_path / "song.mid", 2)
+    command = PULSEAUDIO if server == "pulseaudio" else ("pipewire-pulse",)
+    with folder("pulseaudio", "pactl") if server == "pulseaudio" else pipewire():
+        with pulse(*command) as running:
+            process = livebass("play", "--file", tune, "--record", take, "--log", log)
+            log_says(log, "playing through")
+            assert real_time_threads(process.pid) or "no real-time priority" in log.read_text()
+            end(running)
+        try:
+            log_says(log, "is gone, waiting for it")
+            with pulse(*command):
+                log_says(log, "playing through", times=2)
+                _, err = process.communicate(timeout=60)
+        finally:
+            process.kill()
+    assert process.returncode == 0 and "ALSA lib" not in err and "Traceback" not in err, err
+    assert_in_tune(take)
+
+
+def real_time_threads(process: int) -> list[int]:
+    """The threads of a process that have real-time priority."""
+    threads = [int(task.name) for task in Path(f"/proc/{process}/task").iterdir()]
+    return [t for t in threads if os.sched_getscheduler(t) & ~os.SCHED_RESET_ON_FORK == os.SCHED_FIFO]
