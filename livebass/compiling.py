@@ -19,8 +19,7 @@ import numba as nb
 import platformdirs
 
 ROOMS = ("kernels", "live/thread", "reference")  # folders whose functions are compiled
-# Cache files of the functions compiled last: of all, for playing live, and for fretless boards.
-ENTRY, LIVE_ENTRY, BOARD_ENTRY = "voice.run-*.nbi", "block.process-*.nbi", "board.over_board-*.nbi"
+ENTRY, LIVE_ENTRY = "voice.run-*.nbi", "block.process-*.nbi"  # cache files of the functions compiled last
 
 
 @functools.cache

@@ -15,7 +15,7 @@ import operator
 import os
 import stat
 from bisect import bisect_right
-from collections import Counter, defaultdict
+from collections import defaultdict
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from itertools import groupby
@@ -58,7 +58,6 @@ class Score:
     notes: int  # number of note-ons
     name: str  # of the piece, for messages
     rate: int  # Hz
-    program: int | None = None  # General MIDI's, counted from 0, of most notes of a file
 
 
 def single_note(note: int, velocity: int, duration: float, rate: int) -> Score:
@@ -125,10 +124,10 @@ def read_score(path: str | os.PathLike[str], rate: int, channel: str | int = "au
     try:
         smf = parse_smf(_file_bytes(path))
         events, end = _timed(smf, rate)
-        chosen, program = _selected(_cleaned(events, end, rate), channel)
+        chosen = _selected(_cleaned(events, end, rate), channel)
     except SmfError as error:
         raise ScoreError(f"{path}: {error}") from None
-    return _score(chosen, path.stem, rate, program)
+    return _score(chosen, path.stem, rate)
 
 
 def _file_bytes(path: Path) -> bytes:
@@ -226,13 +225,9 @@ def note_ends(strokes: list[tuple[int, bool]], end: int, brief: int) -> list[int
     return ends + [max(end, struck + brief)] * bool(held)
 
 
-def _selected(events: list[Event], channel: str | int) -> tuple[list[Event], int]:
-    """The events of the notes that `channel` chooses, and of their channels; and the program that most notes have.
-
-    Raises SmfError if there are no notes.
-    """
+def _selected(events: list[Event], channel: str | int) -> list[Event]:
+    """The events of the notes that `channel` chooses, and of their channels. Raises SmfError if there are none."""
     programs = [0] * 16
-    counts: Counter[int] = Counter()  # notes by program
     kept: list[Event] = []
     sounding, chosen = set(), set()  # channels with notes, and with chosen notes
     for frame, m in events:
@@ -244,11 +239,10 @@ def _selected(events: list[Event], channel: str | int) -> tuple[list[Event], int
             if not _wanted(channel, where, programs[where]):
                 continue
             chosen.add(where)
-            counts[programs[where]] += 1
         kept.append((frame, m))
     if not chosen:
         raise SmfError(_nothing_chosen(channel, sorted(sounding)))
-    return [(frame, m) for frame, m in kept if m[0] & 0xF in chosen], counts.most_common(1)[0][0]
+    return [(frame, m) for frame, m in kept if m[0] & 0xF in chosen]
 
 
 def _wanted(channel: str | int, where: int, program: int) -> bool:
@@ -270,7 +264,7 @@ def _nothing_chosen(channel: str | int, sounding: list[int]) -> str:
     return f"no notes on {'any channel but 10' if channel == 'all' else f'channel {channel}'} ({there})"
 
 
-def _score(events: list[Event], name: str, rate: int, program: int | None = None) -> Score:
+def _score(events: list[Event], name: str, rate: int) -> Score:
     """The score of cleaned events, all put on channel 0."""
     messages = np.zeros((len(events), 3), np.uint8)
     for row, (_, m) in zip(messages, events, strict=True):
@@ -283,7 +277,6 @@ def _score(events: list[Event], name: str, rate: int, program: int | None = None
         notes=int(np.count_nonzero(messages[:, 0] >> 4 == NOTE_ON)),
         name=name,
         rate=rate,
-        program=program,
     )
 
 

@@ -13,9 +13,9 @@ from typing import Any
 
 import click
 
-from livebass.cli.render import DEFAULT_PRESET, announce_kernels, clipping, preset_for
+from livebass.cli.render import announce_kernels
 from livebass.cli.values import RATE, Number, Quantity
-from livebass.files import OutputError, output_error
+from livebass.files import output_error
 from livebass.interrupts import stop_instead
 from livebass.model.quality import QUALITIES
 
@@ -23,12 +23,12 @@ LOG = logging.getLogger("livebass")
 CONTROLLERS = """\
   1-16 channels     --channel takes one; without it all are played
   note-on, -off     the velocity is the force of the pluck; string and fret follow from the note
-  pitch bend        2 semitones, or as RPN 0 says, up to 96
+  pitch bend        2 semitones, or as RPN 0 says
   controller 7      volume
   controller 11     expression
   controller 16     plucking point, from the neck (0) to the bridge (127)
   controller 64     sustain
-  program           33 to 38 of General MIDI choose a preset, see `livebass presets list`
+  0, 32; program    selects a preset by number, in the order of `livebass presets list`
   6, 38, 100, 101   RPN 0, the range of the pitch bend
   120, 121, 123     all sound off, reset all controllers, all notes off
 
@@ -38,12 +38,7 @@ sound, the oldest first. They change back one by one when the load has stayed be
 
 
 @click.command()
-@click.option(
-    "-p",
-    "--preset",
-    metavar="NAME|FILE",
-    help=f"The bass. [default: {DEFAULT_PRESET}, or the bass that --file asks for]",
-)
+@click.option("-p", "--preset", metavar="NAME|FILE", default="jazz-finger", show_default=True, help="The bass.")
 @click.option(
     "-q",
     "--quality",
@@ -62,14 +57,14 @@ sound, the oldest first. They change back one by one when the load has stayed be
 @click.option("--audio", metavar="NUMBER|NAME", help="PortAudio output; see `livebass devices`.")
 @click.option("--midi", metavar="NUMBER|NAME", help="MIDI input; default: the first, or a virtual one.")
 @click.option(
-    "--rate", type=RATE, default=48000, show_default=True, help="Sample rate for PortAudio; a JACK server has its own."
+    "--rate", type=RATE, default=48000, show_default=True, help="Sample rate for PortAudio; JACK sets its own."
 )
 @click.option(
     "--block",
     type=Number("frames", 16, 1024, whole=True),
     default=128,
     show_default=True,
-    help="Length of a block, for PortAudio and PipeWire; a JACK server has its own.",
+    help="Length of a block for PortAudio.",
 )
 @click.option("--latency", type=Quantity("time", 0.0, 1.0), help="Latency to ask PortAudio for; default: the lowest.")
 @click.option(
@@ -84,9 +79,6 @@ sound, the oldest first. They change back one by one when the load has stayed be
     help="Also play the bass part of this MIDI file.",
 )
 @click.option("--record", type=click.Path(path_type=Path), metavar="TAKE.WAV", help="Record the sound into this file.")
-@click.option(
-    "--record-midi", type=click.Path(path_type=Path), metavar="TAKE.MID", help="Record the notes as a MIDI file."
-)
 @click.option("--log", type=click.Path(path_type=Path), metavar="FILE", help="Append messages and load to this file.")
 @click.option("--controllers", is_flag=True, help="Explain what MIDI messages do, and exit.")
 @click.option("--quiet", is_flag=True, help="Show no status line and no summary.")
@@ -108,31 +100,26 @@ def play(**options: Any) -> None:
     from livebass.live.inputs import HELP, interactive
     from livebass.live.outputs import check_output
     from livebass.live.session import Session, Settings
-    from livebass.live.synth import decibels
     from livebass.preset.load import load_preset
     from livebass.score import read_score
 
     song, device, channel = options["song"], options["audio"], options["channel"]
-    if device is not None and options["backend"] == "jack":
-        raise click.UsageError("--audio names an output of PortAudio, which --backend jack does not use: leave one out")
-    score = read_score(song, options["rate"]) if song else None  # errors in the file are reported now
-    preset = options["preset"] or preset_for(score)
-    bass = load_preset(preset)
+    bass = load_preset(options["preset"])
+    if song:
+        read_score(song, options["rate"])  # errors in the file are reported now
     settings = Settings(
         instrument=bass,
         quality=QUALITIES[options["quality"]],
-        preset=preset,
+        preset=options["preset"],
         backend=options["backend"],
         audio=int(device) if device and device.isdigit() else device,
         midi=options["midi"],
         rate=options["rate"],
         block=options["block"],
         latency="low" if options["latency"] is None else options["latency"],
-        asked=tuple(name for name in ("rate", "block", "latency") if given(name)),
         channel=-1 if channel is None else channel - 1,
         gain=10 ** (options["gain"] / 20),
         record=options["record"],
-        record_midi=options["record_midi"],
         read=(lambda rate: read_score(song, rate)) if song else None,
     )
     console = Console(options["quiet"])
@@ -151,20 +138,12 @@ def play(**options: Any) -> None:
             f"{m.late} late, {m.underruns} underruns"
             + (f", {m.faults} faults" if m.faults else "")
             + (f", {m.lost} frames not recorded" if m.lost else "")
-            + (clipping(m.clipped, options["gain"], decibels(summary.peak)) if m.clipped else "")
             + (f"; {summary.recorded}" if summary.recorded else "")
         )
         if summary.lost:
             LOG.debug(summary.lost)
             kept = f"; {summary.recorded} is complete" if summary.recorded else ""
             raise OutputGone(f"{summary.lost}{kept}")
-        if summary.short:
-            raise OutputError(f"not all was recorded: {summary.short}")
-
-
-def given(name: str) -> bool:
-    """Returns whether an option was given on the command line."""
-    return click.get_current_context().get_parameter_source(name) is click.core.ParameterSource.COMMANDLINE
 
 
 class OutputGone(OSError):

@@ -23,16 +23,14 @@ def presets() -> None:
 def list_() -> None:
     """List the presets that come with livebass.
 
-    First the basses, with the programs of General MIDI, counted from 1, that choose them; then the experiments.
+    First the basses, in the order of their MIDI programs, then the experiments.
     """
     from livebass.preset.load import laboratory_names, load_preset, preset_names
-    from livebass.preset.programs import PROGRAMS
 
     names = preset_names() + laboratory_names()
     width = max(map(len, names), default=0)
     for name in names:
-        programs = " ".join(str(number) for number, preset in PROGRAMS.items() if preset == name)
-        click.echo(f"{name:{width}}  {programs:5}  {load_preset(name).description}")
+        click.echo(f"{name:{width}}  {load_preset(name).description}")
 
 
 @presets.command()

@@ -63,8 +63,7 @@ class Options:
     "-p",
     "--preset",
     metavar="NAME|FILE",
-    help=f"The bass: a name from `livebass presets list`, or your own file.  "
-    f"[default: {DEFAULT_PRESET}, or what the MIDI file asks for]",
+    help=f"The bass: a name from `livebass presets list`, or your own file.  [default: {DEFAULT_PRESET}]",
 )
 @click.option(
     "-q",
@@ -152,7 +151,7 @@ def render(
         return
     from livebass.preset.load import load_preset
 
-    score: Score | None = None
+    bass = load_preset(preset or DEFAULT_PRESET)
     ending = options.format or "wav"
     if midi is not None:
         from livebass.score import read_score
@@ -167,11 +166,9 @@ def render(
 
         output = output or Path(f"{note_name(note)}.{ending}")
         score = single_note(note, velocity, duration, options.rate)
-    bass = load_preset(preset or preset_for(score))
-    if score is None:
+    else:
         output = output or Path(f"demo.{ending}")
         score = _demo_for(bass, options.rate)
-    assert output is not None
     click.echo(_render_one(bass, score, output, options), err=True)
 
 
@@ -258,20 +255,7 @@ def summary(report: RenderReport, gain: float) -> str:
         f"peak {report.peak_db:.1f} dBFS"
     )
     if report.clipped:
-        line += clipping(report.clipped, gain, report.peak_db)
+        line += f", {report.clipped} samples clipped: try --gain {math.floor(gain - report.peak_db)}"
     if report.weakened:
         line += f", {report.weakened} motions scaled back to what a string bears: please report it"
     return line
-
-
-def clipping(clipped: int, gain: float, peak: float) -> str:
-    """Says how many samples were clipped at `gain` (dB), and which gain would clip none, from the `peak` (dB)."""
-    return f", {clipped} samples clipped: try --gain {math.floor(gain - peak)}"
-
-
-def preset_for(score: Score | None) -> str:
-    """The preset for the General MIDI program that most notes of a file have, or the usual one."""
-    from livebass.preset.programs import PROGRAMS
-
-    program = score.program if score is not None else None
-    return DEFAULT_PRESET if program is None else PROGRAMS.get(program + 1, DEFAULT_PRESET)

@@ -18,7 +18,6 @@ MOST_PLACE = 0.99  # of the length
 LEAST_GRAZE = 1e-4  # m, where a string lies on a fret
 UNEVEN_PLACE = 0.1  # m, for an unevenness of 1
 MOST_EVENTS = 3 * MOST_STRINGS  # one message gives at most so many: reset-controllers
-MOST_RANGE = 96  # semitones of pitch bend
 LEAST_FORCE = 1e-3  # multiple of the grazing apex: a curve cannot start at zero
 
 PERFORMER = np.dtype(
@@ -268,7 +267,7 @@ def control(p, frame, number, value, events, count):
     elif number == 98 or number == 99:
         p.parameter = 16383
     elif number == 6 and p.parameter == 0:
-        p.range = float(min(value, MOST_RANGE)) + (p.range - np.floor(p.range))
+        p.range = float(min(value, 24)) + (p.range - np.floor(p.range))
         count = tell_bend(p, frame, events, count)
     elif number == 38 and p.parameter == 0:
         p.range = np.floor(p.range) + min(value, 99) / 100.0

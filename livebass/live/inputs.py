@@ -3,27 +3,21 @@
 from __future__ import annotations
 
 import logging
-import math
 import os
 import re
 import select
 import signal
-import sys
-import threading
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from pathlib import Path
 from typing import Any
 
 from livebass.live.guards import call_with_timeout, never_release, silenced_stderr
-from livebass.live.synth import Synth, rehearse
+from livebass.live.synth import Synth
 
 LOG = logging.getLogger(__name__)
 CLIENT = "livebass"
 THROUGH = "Midi Through"  # ALSA's own port, which no device is behind
 LOOK_EVERY = 1.0  # s, for ports that come and go
-ALSA_CLIENTS = Path("/proc/asound/seq/clients")
 
 
 class MidiLost(OSError):
@@ -34,9 +28,9 @@ class MidiPort:
     """Plays `synth` from the port `wanted` (a number or part of a name), else the first port, else a virtual one.
 
     Every message is played `delay` frames after it arrives, so that the length of a block is not heard as jitter.
-    `look` reopens a port that was unplugged; if none was named, it takes any other, but none that somebody has
-    connected to the virtual port. Raises MidiLost if there is no MIDI or no such port; without `virtual`, also if there
-    is no port at all; with `hardware_only`, also if the system has no MIDI but JACK's.
+    `look` reopens a port that was unplugged; if none was named, it takes any other. Raises MidiLost if there is no
+    MIDI or no such port; without `virtual`, also if there is no port at all; with `hardware_only`, also if the system
+    has no MIDI but JACK's.
     """
 
     def __init__(
@@ -46,11 +40,10 @@ class MidiPort:
         self._rtmidi = _rtmidi()
         self._looker = new_input(f"{CLIENT}-look", hardware_only)  # stays open: new clients disturb JACK
         self._by_jack = self._looker.get_current_api() == self._rtmidi.API_UNIX_JACK
-        rehearse()  # messages come in the driver's thread, which must not wait for a compiler
+        unheard = Synth(synth.rate)
+        unheard.send(0xF8, 0, 0, unheard.frame_now(0))  # loads the kernel now: otherwise the first note is late
         self._in: Any = None
         self._virtual: Any = None
-        self._connections: Any = None  # a JACK client that sees what is connected to the virtual port
-        self._jack_gone = threading.Event()
         self._device: str | None = None  # the port opened last
         try:
             names = _names(self._looker)
@@ -93,30 +86,19 @@ class MidiPort:
             raise MidiLost(f"no MIDI input, and no virtual one can be opened: {error}") from None
         port.set_callback(self._heard)
         self._virtual = port
-        if self._by_jack:
-            with suppress(Exception), silenced_stderr():
-                import jack
-
-                self._connections = jack.Client(f"{CLIENT}-look", no_start_server=True)
-                self._connections.set_shutdown_callback(lambda *_: self._jack_gone.set())
 
     def _heard(self, event: tuple[list[int], float], _data: object = None) -> None:
         message = event[0]
-        if is_message(message):
-            status, first, second = (*message, 0)[:3]
+        if 1 <= len(message) <= 3 and 0x80 <= message[0] < 0xF0:
+            status, first, second = (*message, 0, 0)[:3]
             self.synth.receive(status, first, second, self.synth.frame_now(self.delay))
 
     def look(self) -> str | None:
         """Reopens a port that is back, closes one that is gone; returns a line about the change, or None."""
-        by_hand = self._connected_by_hand() if self._virtual is not None else frozenset()
-        names = [name for name in _names(self._looker) if name not in by_hand and _address(name) not in by_hand]
+        names = _names(self._looker)
         if self._in is not None:
             if any(bare(self.name) == bare(name) for name in names):
                 return None
-            if by_hand & {self.name, _address(self.name)}:
-                _delete(self._in)
-                self._in = None
-                return f"MIDI: {self._device} is connected to the virtual port {CLIENT}"
             gone = self.name
             _delete(self._in)
             self._in = None
@@ -134,66 +116,19 @@ class MidiPort:
             return None  # try again next time
         return f"MIDI: {self.name} is {'back' if device and bare(device) == bare(self.name) else 'there'}"
 
-    def _connected_by_hand(self) -> frozenset[str]:
-        """Names of the sources connected to the virtual port: JACK's ports, or ALSA's addresses such as 24:0."""
-        if self._connections is not None and not self._jack_gone.is_set():
-            with suppress(Exception), silenced_stderr():
-                ports = self._connections.get_ports(f"^{CLIENT}[^:]*:{CLIENT}$", is_input=True, is_midi=True)
-                return frozenset(p.name for port in ports for p in self._connections.get_all_connections(port))
-            return frozenset()
-        if self._by_jack:
-            return frozenset()
-        try:
-            return alsa_sources(ALSA_CLIENTS.read_text(errors="replace"))
-        except OSError:
-            return frozenset()
-
     def close(self) -> None:
         """Closes all ports; safe to call twice."""
         ports = [port for port in (self._in, self._virtual, self._looker) if port is not None]
-        connections = self._connections
-        self._in = self._virtual = self._looker = self._connections = None
+        self._in = self._virtual = self._looker = None
 
         def end() -> None:
             for port in ports:
                 _delete(port)
-            if connections is not None:
-                connections.close(ignore_errors=True)
 
-        answers: list[bool] = []
-        if self._by_jack and not call_with_timeout(lambda: answers.append(_jack_answers()), None):
-            never_release([*ports, connections])  # closing them would hang and hold the interpreter
-            return
-        if connections is not None and not any(answers):
-            never_release(connections)  # the server is gone: closing its client could crash
-            connections = None
-        call_with_timeout(end, ports)
-
-
-def is_message(message: list[int]) -> bool:
-    """True for a whole channel message: a status, as many data bytes as it takes, each below 128."""
-    if not message or not 0x80 <= message[0] < 0xF0:
-        return False
-    return len(message) == (2 if message[0] & 0xE0 == 0xC0 else 3) and max(message[1:]) < 0x80
-
-
-def alsa_sources(clients: str) -> frozenset[str]:
-    """Returns the addresses (client:port) connected to a virtual port of livebass, from ALSA's list of `clients`."""
-    client = port = ""
-    found: set[str] = set()
-    for line in clients.splitlines():
-        if named := re.match(r'Client +\d+ : "(.*)"', line):
-            client = named[1]
-        elif named := re.match(r' +Port +\d+ : "(.*)"', line):
-            port = named[1]
-        elif "Connected From:" in line and client == port == CLIENT:
-            found.update(re.findall(r"\d+:\d+", line))
-    return frozenset(found)
-
-
-def _address(name: str) -> str:
-    """Returns the address at the end of an ALSA port's name; "" if it has none."""
-    return found[1] if (found := re.search(r" (\d+:\d+)$", name)) else ""
+        if self._by_jack and not call_with_timeout(_ask_jack, None):
+            never_release(ports)  # closing them would hang and hold the interpreter
+        else:
+            call_with_timeout(end, ports)
 
 
 def let_go(synth: Synth) -> None:
@@ -203,14 +138,13 @@ def let_go(synth: Synth) -> None:
             synth.send(0xB0 | channel, controller, 0)
 
 
-def _jack_answers() -> bool:
-    """Returns whether there is a JACK server; hangs with one that hangs."""
-    with suppress(Exception), silenced_stderr():
+def _ask_jack() -> None:
+    """Returns when the JACK server answers, or at once if there is none; hangs with a server that hangs."""
+    with suppress(Exception):
         import jack
 
-        jack.Client(f"{CLIENT}-look", no_start_server=True).close()
-        return True
-    return False
+        with silenced_stderr():
+            jack.Client(f"{CLIENT}-look", no_start_server=True).close()
 
 
 def _delete(port: Any) -> None:
@@ -278,42 +212,26 @@ HELP = (
 )
 OCTAVES, VELOCITIES = (1, 6), (10, 127)
 STEP = 10  # of velocity
-REPEATS = 0.1  # s: a key comes again sooner only if the terminal repeats it
-REPEATABLE = "[]-="  # keys that do more when held
-# One key as a terminal sends it: a character, or an escape sequence.
-TOKEN = re.compile(r"\x1b(\[[0-9:;<=>?]*[ -/]*[@-~]|O.|[^\[])?|.", re.DOTALL)
-UNFINISHED = re.compile(r"\x1b\[[0-9:;<=>?]*$")
-# Terminals that speak the kitty keyboard protocol report when a key is released: CSI code:shifted ; modifiers:event u.
-KEY = re.compile(r"\x1b\[(\d+)(?::(\d*))?[\d:]*(?:;(\d*)(?::(\d))?)?[\d:;]*u")
-SHIFT, CONTROL, OTHERS = 1, 4, 2 | 8 | 16 | 32  # bits of modifiers - 1; others: alt, super, hyper, meta
-PRESSED, REPEATED, RELEASED = 1, 2, 3
-ASK_PROTOCOL, PROTOCOL_THERE = "\x1b[?u", re.compile(r"\x1b\[\?\d+u")
-PROTOCOL_ON, PROTOCOL_OFF = "\x1b[>15u", "\x1b[<u"
-NO_REPEATS, USUAL_REPEATS = "\x1b[?8l", "\x1b[?8h"  # DECARM, which some terminals know
+FUNCTION_KEY = re.compile(r"\x1b(\[[0-9;?]*[ -/]*[@-~]|O.|.)?", re.DOTALL)  # arrows and the like: ignored
 
 
 class TerminalKeys:
     """Turns keys of the terminal into messages for `send(status, first, second)`; `others` adds further keys.
 
-    A terminal that speaks the kitty keyboard protocol says when a key is released: the note lasts as long as its key is
-    down. Others repeat a held key instead: repeats are left out as far as their pace shows them, and a note lasts until
-    the next one or the space bar. Within `with` the terminal delivers single keys, again after Ctrl-Z and fg;
-    afterwards it is as before. In the background the terminal is left alone.
+    A terminal does not report released keys: a note lasts until the next one or the space bar. Within `with` the
+    terminal delivers single keys; afterwards it is as before. In the background the terminal is left alone.
     """
 
     def __init__(self, send: Any, panic: Any, others: dict[str, Callable[[], None]] | None = None) -> None:
         self.send, self.panic, self.others = send, panic, others or {}
         self.octave, self.velocity = 2, 100
-        self._held: dict[str, int] = {}  # notes by their keys
-        self._releases = False  # the terminal reports them
-        self._latest = ("", -math.inf)  # key, and when it came
-        self._rest = ""  # beginning of an escape sequence
-        self._before: Any = None  # attributes of the terminal
-        self._stop_before: Any = None  # handler of SIGTSTP
+        self._note = -1
+        self._before: Any = None
 
     def __enter__(self) -> TerminalKeys:
         try:
             import termios
+            import tty
         except ImportError:  # Windows
             if os.isatty(0):
                 LOG.warning("the computer keyboard does not play on this system: Python has no termios here")
@@ -321,126 +239,43 @@ class TerminalKeys:
         with suppress(OSError, ValueError, termios.error):
             if interactive():
                 self._before = termios.tcgetattr(0)
-                self._take()
-                self._stop_before = signal.signal(signal.SIGTSTP, self._suspend)
+                tty.setcbreak(0)
         return self
 
     def __exit__(self, *_: object) -> None:
         if self._before is not None:
-            self._give_back()
+            import termios
+
+            with suppress(termios.error), _no_stop_in_the_background():
+                termios.tcsetattr(0, termios.TCSADRAIN, self._before)
             self._before = None
-        if self._stop_before is not None:
-            signal.signal(signal.SIGTSTP, self._stop_before)
-            self._stop_before = None
-
-    def _take(self) -> None:
-        """Makes the terminal deliver single keys, without repeats if it can."""
-        import tty
-
-        tty.setcbreak(0)
-        _write(NO_REPEATS + ASK_PROTOCOL)
-
-    def _give_back(self) -> None:
-        """Makes the terminal what it was before."""
-        import termios
-
-        with suppress(termios.error), _no_stop_in_the_background():
-            if interactive():
-                _write(USUAL_REPEATS + PROTOCOL_OFF * self._releases)
-            termios.tcsetattr(0, termios.TCSADRAIN, self._before)
-        self._releases = False
-
-    def _suspend(self, _number: int, _frame: object) -> None:
-        """Ctrl-Z: stops this program with the terminal as it was; `read` takes it again."""
-        self._stop()
-        if self._before is not None:
-            self._give_back()
-        signal.signal(signal.SIGTSTP, signal.SIG_DFL)
-        os.kill(os.getpid(), signal.SIGTSTP)  # goes on here after SIGCONT
-        signal.signal(signal.SIGTSTP, self._suspend)
 
     @property
     def active(self) -> bool:
         return self._before is not None
 
-    def read(self, seconds: float = 0.0) -> None:
-        """Plays keys as they are pressed, for `seconds`."""
-        end = time.monotonic() + seconds
-        while True:
-            left = max(end - time.monotonic(), 0.0)
-            if not self.active or not self._in_front():
-                time.sleep(left)
-                return
-            try:
-                pressed = os.read(0, 1024) if select.select([0], [], [], left)[0] else None
-            except OSError:
-                pressed = b""
-            if pressed is None:
-                return
-            if not pressed:  # the terminal is gone
-                self._before = None
-                continue
-            self._hear(pressed.decode(errors="replace"))
-
-    def _in_front(self) -> bool:
-        """True in the foreground, where the terminal is made to deliver single keys if the shell has changed it."""
-        import termios
-
-        if not interactive():
-            return False
-        with suppress(termios.error):
-            if termios.tcgetattr(0)[3] & termios.ICANON:
-                self._take()
-        return True
-
-    def _hear(self, text: str) -> None:
-        """Carries out what the terminal sent: keys, escape sequences of keys, and its answer to ASK_PROTOCOL."""
-        text = self._rest + text
-        unfinished = UNFINISHED.search(text)
-        self._rest = unfinished[0] if unfinished else ""
-        for token in TOKEN.finditer(text[: len(text) - len(self._rest)]):
-            if len(token[0]) == 1 and token[0] != "\x1b":
-                self.press(token[0])
-            elif self._releases and (key := KEY.fullmatch(token[0])):
-                self._report(key)
-            elif PROTOCOL_THERE.fullmatch(token[0]) and not self._releases:
-                self._releases = True
-                _write(PROTOCOL_ON)
-
-    def _report(self, key: re.Match[str]) -> None:
-        """A key with its modifiers, pressed, repeated or released; in this mode Ctrl-C and Ctrl-Z are keys, too."""
-        modifiers, event = int(key[3] or 1) - 1, int(key[4] or PRESSED)
-        code = int(key[2]) if key[2] and modifiers & SHIFT else int(key[1])
-        if code > sys.maxunicode or modifiers & OTHERS:
+    def read(self) -> None:
+        """Plays the keys that were pressed since the last call."""
+        if not self.active or not interactive():
             return
-        if modifiers & CONTROL:
-            number = {"c": signal.SIGINT, "z": signal.SIGTSTP, "\\": signal.SIGQUIT}.get(chr(code))
-            if number and event == PRESSED:
-                signal.raise_signal(number)
-        elif event == RELEASED:
-            for name in {chr(int(key[1])), chr(code).lower()}:  # shift may have come or gone since
-                self._end(name)
-        elif event == PRESSED or chr(code) in REPEATABLE:
-            self._carry_out(chr(code).lower())
+        try:
+            pressed = os.read(0, 1024) if select.select([0], [], [], 0)[0] else None
+        except OSError:
+            pressed = b""
+        if pressed == b"":  # the terminal is gone
+            self._before = None
+        elif pressed:
+            for key in FUNCTION_KEY.sub("", pressed.decode(errors="replace")):
+                self.press(key)
 
     def press(self, key: str) -> None:
-        """Carries out a key of a terminal that does not report releases."""
-        key, now = key.lower(), time.monotonic()
-        again = key == self._latest[0] and now - self._latest[1] < REPEATS
-        self._latest = (key, now)
-        if not again or key in REPEATABLE:
-            self._carry_out(key)
-
-    def _carry_out(self, key: str) -> None:
+        key = key.lower()
         if key in LOWER or key in UPPER:
             place = LOWER.index(key) if key in LOWER else 12 + UPPER.index(key)
             note = min(127, 12 * self.octave + 4 + place)  # the lowest key is an E
-            if self._releases:
-                self._end(key)
-            else:
-                self._stop()
+            self._stop()
             self.send(0x90, note, self.velocity)
-            self._held[key] = note
+            self._note = note
         elif key == " ":
             self._stop()
         elif key in "[]":
@@ -452,22 +287,10 @@ class TerminalKeys:
         elif key in self.others:
             self.others[key]()
 
-    def _end(self, key: str) -> None:
-        """Ends the note of `key`, if it holds one."""
-        note = self._held.pop(key, None)
-        if note is not None and note not in self._held.values():
-            self.send(0x80, note, 0)
-
     def _stop(self) -> None:
-        for key in list(self._held):
-            self._end(key)
-
-
-def _write(text: str) -> None:
-    """Writes to the terminal that standard input is, unless that one knows no sequences."""
-    if os.environ.get("TERM", "dumb") != "dumb":
-        with suppress(OSError):
-            os.write(0, text.encode())
+        if self._note >= 0:
+            self.send(0x80, self._note, 0)
+            self._note = -1
 
 
 def interactive() -> bool:

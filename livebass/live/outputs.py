@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import atexit
 import ctypes
-import logging
 import os
 import sys
-import time
 from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
@@ -16,13 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livebass.live.guards import call_with_timeout, never_release, silenced_stderr
-from livebass.live.priority import make_realtime
 from livebass.live.synth import Synth
 from livebass.live.thread import callbacks
 from livebass.live.thread.records import CHUNK
 
-LOG = logging.getLogger(__name__)
-FIRST_BLOCK = 0.5  # s that a device may take to ask for it
 PA_STREAM_CALLBACK = ctypes.CFUNCTYPE(
     ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_ulong, ctypes.c_void_p, ctypes.c_ulong, ctypes.c_void_p
 )
@@ -45,7 +40,6 @@ class PortAudioOutput:
             raise _no_output(device, error) from None
         with suppress(OutputLost):  # PortAudio may use JACK
             _silence(_jack())
-        _silence_alsa()
         self.name = str(info["name"])
         self.channels = min(callbacks.MOST_CHANNELS, int(info["max_output_channels"]))
         try:
@@ -56,31 +50,17 @@ class PortAudioOutput:
             raise OutputLost(f"audio output {self.name} at {synth.rate} Hz: {_one_line(error)}{usual}") from None
         self._exit, self._errors, self._closed = sd._exit_handler, sd.PortAudioError, False
         self.latency = float(self._stream.stream.latency)
-        # A sound card may come back; what plays through a JACK server, by alsa-lib's plugin too, crashes when closed
-        # after the server has gone.
-        self.can_return = "jack" not in f"{sd.query_hostapis(info['hostapi'])['name']} {self.name}".casefold()
-
-    @property
-    def rate(self) -> int:
-        return self.synth.rate
 
     def start(self) -> None:
-        """Begins to play, in a thread that gets real-time priority if the system allows it."""
         with silenced_stderr():
             try:
                 self._stream.stream.start()
             except self._errors as error:
                 raise OutputLost(f"audio output {self.name}: {_one_line(error)}") from None
-        if (thread := self._stream.data.thread()) and (refused := make_realtime(thread)):
-            LOG.info("no real-time priority for the sound: %s", refused)
 
     @property
     def alive(self) -> bool:
         return bool(self._stream.stream.active)
-
-    def advice(self) -> str:
-        """Returns what helps against underruns while the load is low."""
-        return f"take --block {2 * self.block} or --latency {max(2e3 * self.latency, 20.0):.0f}ms"
 
     def abandon(self) -> None:
         """Leaves behind a stream whose server is gone: PortAudio would hang or crash when it closes it."""
@@ -89,15 +69,13 @@ class PortAudioOutput:
             never_release(self)
             atexit.unregister(self._exit)  # closes all streams
 
-    def close(self) -> bool:
-        """Stops playback; safe to call twice. If PortAudio hangs, it is left behind, and False."""
+    def close(self) -> None:
+        """Stops playback; safe to call twice. If PortAudio hangs, it is left behind."""
         if self._closed:
-            return True
+            return
         self._closed = True
-        if call_with_timeout(self._end, self):
-            return True
-        atexit.unregister(self._exit)  # would hang as well
-        return False
+        if not call_with_timeout(self._end, self):
+            atexit.unregister(self._exit)  # would hang as well
 
     def _end(self) -> None:
         self._stream.stream.abort(ignore_errors=True)
@@ -112,25 +90,7 @@ class _CallbackData:
         self._record = np.zeros(1, callbacks.PORTAUDIO)
         self._record["synth"], self._record["channels"] = synth.address, channels
         self._record["mono"] = self._mono.ctypes.data
-        self._record["gettid"] = _gettid()
         self.address = int(self._record.ctypes.data)
-
-    def thread(self) -> int:
-        """Returns the number of the thread that plays, once it has begun to; 0 if it is not known."""
-        end = time.monotonic() + FIRST_BLOCK
-        while not self._record["thread"][0] and self._record["gettid"][0] and time.monotonic() < end:
-            time.sleep(0.005)
-        return int(self._record["thread"][0])
-
-
-def _gettid() -> int:
-    """Address of the C function that numbers a thread as the scheduler does; 0 on systems without."""
-    if sys.platform != "linux":
-        return 0
-    try:
-        return int(ctypes.cast(ctypes.CDLL(None).gettid, ctypes.c_void_p).value or 0)
-    except (AttributeError, OSError):
-        return 0
 
 
 class FakeDevice:
@@ -171,18 +131,12 @@ class _NativeStream:
 class JackOutput:
     """Plays as a client of a running JACK server, with two output ports and a MIDI input. Raises OutputLost.
 
-    With `connect`, outputs are connected to the speakers and the MIDI input to what sends MIDI. PipeWire, which gives
-    each client a period as it asks, is asked for `period` (frames, Hz).
+    With `connect`, outputs are connected to the speakers and the MIDI input to what sends MIDI.
     """
 
-    def __init__(
-        self, name: str, make_synth: Callable[[int], Synth], connect: bool = True, period: tuple[int, int] | None = None
-    ) -> None:
-        if period:
-            os.environ.setdefault("PIPEWIRE_LATENCY", f"{period[0]}/{period[1]}")
+    def __init__(self, name: str, make_synth: Callable[[int], Synth], connect: bool = True) -> None:
         jack = _jack()
         self._jack = jack
-        self.pipewire = "PipeWire" in _jack_version(jack)
         try:
             with silenced_stderr():
                 self.client = jack.Client(name, no_start_server=True)
@@ -191,13 +145,7 @@ class JackOutput:
         _silence(jack)
         self.name = f"JACK client {self.client.name}"
         self.block = int(self.client.blocksize)
-        self.rate = 0  # of the server: `play` follows it
-        self.client.set_samplerate_callback(self._change_rate)
-        end = time.monotonic() + FIRST_BLOCK
-        while self.pipewire and not self.rate and time.monotonic() < end:
-            time.sleep(0.005)  # until then PipeWire's library gives the rate of PIPEWIRE_LATENCY for the server's
-        self.rate = self.rate or int(self.client.samplerate)
-        self.synth = make_synth(self.rate)
+        self.synth = make_synth(int(self.client.samplerate))
         self.outputs = [self.client.outports.register(f"out_{k}") for k in (1, 2)]
         self.midi = self.client.midi_inports.register("midi_in")
         self.record = np.zeros(1, callbacks.JACK)
@@ -222,8 +170,6 @@ class JackOutput:
         self.client.set_blocksize_callback(self._resize)
         self._connect = connect
         self._seen: set[str] = set()
-        self._speakers: list[str] = []  # ports that the outputs were connected to
-        self._silent: Synth | None = None  # played before; the audio thread may still be in it
 
     def _shut_down(self, _status: object, _reason: str) -> None:
         self._gone = True
@@ -234,56 +180,16 @@ class JackOutput:
     def _resize(self, frames: int) -> None:
         self.block = frames
 
-    def _change_rate(self, rate: int) -> None:
-        self.rate = rate
-
     def start(self) -> None:
         """Begins to play, connected to the speakers if there are any."""
         try:
             self.client.activate()
-            self._connect_speakers()
+            if self._connect:
+                speakers = self.client.get_ports(is_physical=True, is_input=True, is_audio=True)
+                for mine, port in zip(self.outputs, speakers, strict=False):
+                    self.client.connect(mine, port)
         except self._jack.JackError as error:
             raise OutputLost(f"JACK: {_one_line(error)}") from None
-
-    def play(self, synth: Synth) -> None:
-        """Plays `synth` from the next block on, in place of the one before."""
-        self._silent, self.synth = self.synth, synth
-        self.record["synth"] = synth.address
-
-    def _connect_speakers(self) -> list[str]:
-        """Connects the outputs to the speakers unless they were connected before; returns the ports."""
-        if not self._connect or self._speakers:
-            return []
-        speakers = self.client.get_ports(is_physical=True, is_input=True, is_audio=True)[: len(self.outputs)]
-        self._speakers = [port.name for port in speakers]
-        for mine, port in zip(self.outputs, speakers, strict=False):
-            self.client.connect(mine, port)
-        return self._speakers
-
-    def look(self) -> list[str]:
-        """Connects to other speakers if those connected have vanished; returns lines about it.
-
-        A connection that somebody has removed stays removed.
-        """
-        if self._gone:
-            return []
-        try:
-            there = {port.name for port in self.client.get_ports(is_input=True, is_audio=True)}
-            gone = [name for name in self._speakers if name not in there]
-            lines = [f"{_device(gone)} is gone"] if gone else []
-            if gone:
-                self._speakers = []
-            if found := self._connect_speakers():
-                lines.append(f"playing into {_device(found)}")
-        except self._jack.JackError:
-            return []
-        return lines
-
-    def advice(self) -> str:
-        """Returns what helps against underruns while the load is low."""
-        if self.pipewire:
-            return f"set PIPEWIRE_LATENCY={2 * self.block}/{self.rate}, or take --block {2 * self.block}"
-        return f"give the JACK server a larger period than {self.block} frames (jackd -p), and real-time priority (-R)"
 
     def connect_midi(self, wanted: str | None = None) -> tuple[list[str], list[str]]:
         """Connects MIDI sources that have appeared since the last call; returns their names, and those of the lost.
@@ -328,19 +234,6 @@ class JackOutput:
         if not self._gone:
             self.client.deactivate(ignore_errors=True)
         self.client.close(ignore_errors=True)
-
-
-def _device(ports: list[str]) -> str:
-    """Names the client that has these ports."""
-    return ports[0].rpartition(":")[0]
-
-
-def _jack_version(jack: Any) -> str:
-    """Returns what the JACK library calls itself; PipeWire's has its name in it."""
-    try:
-        return str(jack.version_string())
-    except (AttributeError, jack.JackError):
-        return ""
 
 
 def check_output(backend: str, device: int | str | None) -> None:
@@ -424,23 +317,6 @@ def _jack() -> Any:
     except OSError as error:
         raise OutputLost(f"JACK: {_one_line(error)}; on Debian: sudo apt install libjack-jackd2-0") from None
     return jack
-
-
-def restart_portaudio() -> None:
-    """Makes PortAudio look for devices anew; all its streams must be closed. Raises OutputLost."""
-    sd = _sounddevice()
-    try:
-        with silenced_stderr():
-            sd._terminate()
-            sd._initialize()
-    except sd.PortAudioError as error:
-        raise OutputLost(f"sound output: {_one_line(error)}") from None
-
-
-def _silence_alsa() -> None:
-    """Stops alsa-lib from printing over the status line, which it does from the audio thread."""
-    with suppress(OSError, AttributeError):
-        ctypes.CDLL("libasound.so.2").snd_lib_error_set_handler(ctypes.c_void_p(callbacks.no_words()))
 
 
 def silence_jack() -> None:

@@ -1,20 +1,15 @@
-"""Records what a synth plays: its sound, and its messages as a MIDI file. Both are kept however the session ends.
-
-[main thread]
-"""
+"""Records what a synth plays into a sound file, which is kept however the session ends. [main thread]"""
 
 from __future__ import annotations
 
-import io
 import logging
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Self
 
 from livebass.audiofile import AudioWriter, encoding
-from livebass.files import OutputError, Transaction, checked_place
+from livebass.files import OutputError, Transaction
 from livebass.live.synth import Synth
-from livebass.preset.programs import program_of
 
 LOG = logging.getLogger(__name__)
 
@@ -23,47 +18,20 @@ class Recorder:
     """`with Recorder(path, synth) as take:` writes what the synth plays; call `take.turn()` often.
 
     Leaving the block puts the file in its place, after an exception too, if anything was recorded; after `discard`
-    there is no file. A full disk ends the recording, not the session: the file keeps what fitted, a warning is logged,
-    and `short` says why. Raises OutputError if no file can be written at `path`, and ValueError for an unknown format.
+    there is no file. A full disk ends the recording, not the session: the file keeps what fitted, and a warning is
+    logged. Raises OutputError if no file can be written at `path`, and ValueError for an unknown format.
     """
 
     def __init__(self, path: Path, synth: Synth) -> None:
         self.path, self.synth = path, synth
         self.kept: Path | None = None  # the file, once it is in its place
-        self.short: str | None = None  # why it does not hold all that was played
-        self._writer: AudioWriter | None = None
-        self._begin(path)
-
-    def _begin(self, path: Path) -> None:
-        self._path, self._files = path, Transaction()
+        self._files = Transaction()
         try:
-            self._writer = AudioWriter(self._files, path, encoding(path, self.synth.rate))
+            self._writer: AudioWriter | None = AudioWriter(self._files, path, encoding(path, synth.rate))
         except BaseException as error:
             self._files.__exit__(type(error), error, None)
             raise
-        self.synth.start_recording()
-
-    def follow(self, synth: Synth) -> None:
-        """Records `synth` from now on, which plays at another rate: in a file of its own, take-44100.wav."""
-        going_on = self._writer is not None
-        self.__exit__(None, None, None)
-        self.synth = synth
-        if not going_on:
-            return
-        path = self.path.with_stem(f"{self.path.stem}-{synth.rate}")
-        number = 2
-        while path.exists():
-            path, number = self.path.with_stem(f"{self.path.stem}-{synth.rate}-{number}"), number + 1
-        try:
-            self._begin(path)
-        except OutputError as error:
-            self.short = str(error)
-            LOG.warning("%s: recording has ended, playing goes on", error)
-            return
-        LOG.info("%s is complete; from here on the sound goes into %s", self._named(), path)
-
-    def _named(self) -> str:
-        return str(self.kept or self.path)
+        synth.start_recording()
 
     def __enter__(self) -> Self:
         return self
@@ -83,12 +51,12 @@ class Recorder:
 
     def turn(self) -> None:
         """Writes what was played since the last call."""
+        sound = self.synth.recorded()
         if self._writer is None:
             return
         try:
-            self._writer.write(self.synth.recorded())
+            self._writer.write(sound)
         except OutputError as error:
-            self.short = str(error)
             LOG.warning("%s: recording has ended, playing goes on", error)
             self._end(self._writer, short=True)
 
@@ -101,7 +69,6 @@ class Recorder:
             else:
                 frames = writer.close_short()
         except OutputError as error:
-            self.short = str(error)
             LOG.warning("%s", error)
             frames = writer.close_short()
         if not frames:
@@ -110,100 +77,14 @@ class Recorder:
         try:
             self._files.__exit__(None, None, None)
         except OutputError as error:
-            self.short = str(error)
             LOG.warning("%s", error)
             return
-        self.kept = self._path
+        self.kept = self.path
         if short:
-            LOG.warning("%s: %.1f s are kept", self._path, frames / self.synth.rate)
+            LOG.warning("%s: %.1f s are kept", self.path, frames / self.synth.rate)
 
     def _leave_nothing(self) -> OutputError:
         """Ends the transaction without a file; returns the reason."""
-        reason = OutputError(f"{self._path}: nothing was recorded")
+        reason = OutputError(f"{self.path}: nothing was recorded")
         self._files.__exit__(type(reason), reason, None)
         return reason
-
-
-MOST_TICKS = 0x7FFF  # a quarter note, in a MIDI file
-MICROSECONDS = 1_000_000  # in a second
-FINGER = 34  # General MIDI's program, counted from 1, of a bass that has none
-
-
-class MidiRecorder:
-    """`with MidiRecorder(path, synth, preset) as take:` writes the messages that the synth plays as a MIDI file.
-
-    The file begins with the program that chooses `preset`, so that `livebass render` plays it on the same bass. A tick
-    is a frame: at the same rate it renders as it sounded. Call `take.turn()` often; leaving the block writes the file,
-    after an exception too; after `discard` there is none. Raises OutputError if no file can be written at `path`, and
-    if mido is missing.
-    """
-
-    def __init__(self, path: Path, synth: Synth, preset: str) -> None:
-        self.path, self.synth, self.rate = path, synth, synth.rate
-        self.program = (program_of(preset) or FINGER) - 1
-        self.short: str | None = None  # why there is no file
-        self._mido = _mido()
-        checked_place(path)
-        self._played: list[tuple[int, int, int, int]] | None = []  # (tick, status, first, second)
-        synth.keep_messages()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.turn()
-        if self._played is None:
-            return
-        try:
-            with Transaction() as files:
-                files.write(self.path, self._file(self._played))
-        except OutputError as error:
-            self.short = str(error)
-            LOG.warning("%s", error)
-        self._played = None
-
-    def discard(self) -> None:
-        """Leaves no file, unless it is written already."""
-        self._played = None
-
-    def turn(self) -> None:
-        """Takes what was played since the last call."""
-        if self._played is not None:
-            scale = self.rate / self.synth.rate
-            self._played += [(round(frame * scale), *message) for frame, *message in self.synth.played()]  # type: ignore[misc]
-
-    def follow(self, synth: Synth) -> None:
-        """Takes the messages of `synth` from now on, which goes on where the one before ended."""
-        self.turn()
-        self.synth = synth
-        synth.keep_messages()
-
-    def _file(self, played: list[tuple[int, int, int, int]]) -> bytes:
-        """A MIDI file of type 0; programs in it are the bass's own."""
-        mido, beats = self._mido, 2
-        while self.rate // beats > MOST_TICKS or self.rate % beats or MICROSECONDS % beats:
-            beats += 1
-        track = mido.MidiTrack([mido.MetaMessage("set_tempo", tempo=MICROSECONDS // beats)])
-        channels = sorted({status & 0x0F for _, status, *_ in played if 0x80 <= status < 0xF0})
-        track += [mido.Message("program_change", channel=channel, program=self.program) for channel in channels]
-        last = 0
-        for tick, status, first, second in played:
-            if 0x80 <= status < 0xF0 and status & 0xF0 != 0xC0:
-                data = [status, first] if status & 0xF0 == 0xD0 else [status, first, second]
-                track.append(mido.Message.from_bytes(data, time=tick - last))
-                last = tick
-        end = round(self.synth.frame * self.rate / self.synth.rate)  # notes still held last until here
-        track.append(mido.MetaMessage("end_of_track", time=max(end - last, 0)))
-        file = io.BytesIO()
-        mido.MidiFile(type=0, ticks_per_beat=self.rate // beats, tracks=[track]).save(file=file)
-        return file.getvalue()
-
-
-def _mido() -> Any:
-    try:
-        import mido
-    except ImportError as error:
-        raise OutputError(f"MIDI files: {error}; pip install 'livebass[live]'") from None
-    return mido

@@ -1,10 +1,9 @@
 """A live session: output, MIDI, computer keyboard, score and recorder around one synth. [main thread]
 
-The audio thread plays on its own. The session's loop runs twenty times a second, and plays keys as they are pressed: it
-sends the next messages of a score, writes what was recorded, answers program changes and watches the devices. Another
-preset or quality is prepared in a thread of its own and begins at the start of a block, while the one before rings out.
-When the server's rate changes, the bass is prepared anew in a synth of its own. Events are logged to
-"livebass.live.session": lines for the musician as INFO or WARNING, the load as DEBUG.
+The audio thread plays on its own. The session's loop runs twenty times a second: it sends the next messages of a score,
+writes what was recorded, answers program changes and watches the devices. Another preset or quality is prepared in a
+thread of its own and fades in at the start of a block. Events are logged to "livebass.live.session": lines for the
+musician as INFO or WARNING, the load as DEBUG.
 """
 
 from __future__ import annotations
@@ -21,19 +20,15 @@ from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import numpy as np
-
-from livebass import compiling
 from livebass.interrupts import StopFlag
 from livebass.live.guards import TIMEOUT
 from livebass.live.inputs import LOOK_EVERY, MidiLost, MidiPort, TerminalKeys, let_go
-from livebass.live.outputs import JackOutput, OutputLost, PortAudioOutput, restart_portaudio, silence_jack
-from livebass.live.recording import MidiRecorder, Recorder
-from livebass.live.synth import Gauge, LiveBass, Meters, Reading, Synth, rehearse, strings
+from livebass.live.outputs import JackOutput, OutputLost, PortAudioOutput, silence_jack
+from livebass.live.recording import Recorder
+from livebass.live.synth import Gauge, LiveBass, Meters, Synth, strings
 from livebass.model.instrument import Instrument
 from livebass.model.quality import QUALITIES, Quality
 from livebass.preset.load import load_preset, preset_names
-from livebass.preset.programs import PROGRAMS
 from livebass.score import Score
 
 LOG = logging.getLogger(__name__)
@@ -42,10 +37,6 @@ STALLED = 60  # turns without a new block after which the output counts as gone
 STATUS_EVERY = 0.25  # s
 LOG_EVERY = 60.0  # s, without any trouble
 AFTER = 3.0  # s of sound after a score's end
-WAIT = 30.0  # s for a sound card that has gone
-SETTLED = 1.0  # s after the start in which underruns are nobody's fault
-LOW_LOAD = 0.5  # part of a block's time: with less, underruns are the system's fault ...
-SEVERAL = 3  # ... which is said from so many on
 Output = PortAudioOutput | JackOutput
 
 
@@ -60,13 +51,11 @@ class Settings:
     audio: int | str | None = None  # PortAudio device
     midi: str | None = None
     rate: int = 48000  # Hz, of PortAudio
-    block: int = 128  # frames, of PortAudio and PipeWire
+    block: int = 128  # frames, of PortAudio
     latency: str | float = "low"  # s, or as PortAudio names it
-    asked: tuple[str, ...] = ()  # of "rate", "block" and "latency", those that the player has chosen
     channel: int = -1  # 0-15; -1: all
     gain: float = 1.0
     record: Path | None = None
-    record_midi: Path | None = None
     read: Callable[[int], Score] | None = None  # returns the score to play at a rate
     keyboard: bool = True  # play from the computer keyboard
 
@@ -79,9 +68,7 @@ class Summary:
     seconds: float
     meters: Meters
     worst: float  # load of a block, part of the time it lasts
-    peak: float  # 1 is full scale
     recorded: Path | None
-    short: str | None  # why not all was recorded
     lost: str | None  # the reason, if it ended because the output went away
 
 
@@ -91,7 +78,6 @@ class Session:
     def __init__(self, settings: Settings, status: Callable[[str], None] | None = None) -> None:
         self.settings, self.status = settings, status
         self.stop = StopFlag()
-        self.output: Output  # opened by `run`
         self.synth: Synth | None = None  # set when it begins to play
 
     def run(self) -> Summary:
@@ -107,78 +93,42 @@ class Session:
 
             def make_synth(rate: int) -> Synth:
                 coming.append(beside.submit(LiveBass, settings.instrument, settings.quality, rate))
-                return self._new_synth(rate)
+                return Synth(rate, settings.channel, settings.gain)
 
-            self.output = output = self._open_output(make_synth)
-            ends.callback(self._close)
+            output = self._output(make_synth)
+            ends.callback(output.close)
             synth = output.synth
             score = settings.read(synth.rate) if settings.read else None
             recorder = Recorder(settings.record, synth) if settings.record else None
             if recorder:
                 ends.callback(recorder.discard)
-            messages = MidiRecorder(settings.record_midi, synth, settings.preset) if settings.record_midi else None
-            if messages:
-                ends.callback(messages.discard)
-            rehearse()
             synth.switch_to(coming.pop().result())
             presets = PresetSwitch(synth, settings.preset, settings.quality)
             ends.callback(presets.close)
             others = {"\t": presets.next_preset, "\n": presets.next_quality, "\r": presets.next_quality}
-            keys = TerminalKeys(self._send, self._panic, others) if settings.keyboard else None
-            if keys:
-                ends.enter_context(keys)
+            keys = ends.enter_context(TerminalKeys(synth.send, synth.panic, others)) if settings.keyboard else None
             output.start()
             midi = self._midi(synth, output)
             if midi:
                 ends.callback(midi.close)
             silence_jack()
-            for take in (messages, recorder):
-                if take:
-                    ends.push(take)  # ends first: a device that hangs later cannot lose the recording
-            self._say_playing()
+            if recorder:
+                ends.push(recorder)  # ends first: a device that hangs later cannot lose the recording
+            LOG.info("playing through %s, %d Hz, about %.1f ms", output.name, synth.rate, output.latency * 1e3)
             gauge, self.synth = Gauge(synth), synth
-            lost = _Loop(self, midi, presets, keys, recorder, messages, score, gauge).run()
-            synth = self.output.synth
+            lost = _Loop(self, output, midi, presets, keys, recorder, score, gauge).run()
             meters, seconds = gauge.read().meters, synth.frame / synth.rate
-        kept = recorder.kept if recorder else None
-        short = next((take.short for take in (recorder, messages) if take and take.short), None)
-        return Summary(self.output.name, seconds, meters, gauge.worst, gauge.peak, kept, short, lost)
+        return Summary(output.name, seconds, meters, gauge.worst, recorder.kept if recorder else None, lost)
 
-    def _send(self, status: int, first: int, second: int) -> None:
-        self.output.synth.send(status, first, second)
-
-    def _panic(self) -> None:
-        self.output.synth.panic()
-
-    def _close(self) -> None:
-        self.output.close()
-
-    def _new_synth(self, rate: int) -> Synth:
-        return Synth(rate, self.settings.channel, self.settings.gain)
-
-    def _say_playing(self) -> None:
-        output = self.output
-        LOG.info("playing through %s, %d Hz, about %.1f ms", output.name, output.synth.rate, output.latency * 1e3)
-
-    def _open_output(self, make_synth: Callable[[int], Synth]) -> Output:
+    def _output(self, make_synth: Callable[[int], Synth]) -> Output:
         settings = self.settings
-        if settings.backend == "jack" or (settings.backend == "auto" and settings.audio is None):
+        if settings.backend in ("auto", "jack") and settings.audio is None:
             try:
-                output = JackOutput("livebass", make_synth, period=(settings.block, settings.rate))
+                return JackOutput("livebass", make_synth)
             except OutputLost:
                 if settings.backend == "jack":
                     raise
-            else:
-                if ignored := [f"--{name}" for name in settings.asked if name != "block" or not output.pipewire]:
-                    server = "PipeWire" if output.pipewire else "the JACK server"
-                    LOG.info("%s: %s decides that itself", ", ".join(ignored), server)
-                return output
-        return self.open_portaudio(make_synth(settings.rate))
-
-    def open_portaudio(self, synth: Synth) -> PortAudioOutput:
-        """Opens the sound card for `synth`. Raises OutputLost."""
-        settings = self.settings
-        return PortAudioOutput(synth, settings.audio, settings.block, settings.latency)
+        return PortAudioOutput(make_synth(settings.rate), settings.audio, settings.block, settings.latency)
 
     def _midi(self, synth: Synth, output: Output) -> MidiPort | None:
         """Opens MIDI input: JACK's own port if something is connected to it, else a port of the system."""
@@ -207,20 +157,14 @@ class _Loop:
     """The main thread's work while the audio thread plays."""
 
     session: Session
+    output: Output
     midi: MidiPort | None
     presets: PresetSwitch
     keys: TerminalKeys | None
     recorder: Recorder | None
-    messages: MidiRecorder | None
     score: Score | None
     gauge: Gauge
-    looking: threading.Thread = field(default_factory=threading.Thread)  # looks for ports: a server may hang
-    start: int = 0  # frame at which the score begins
-    fed: int = 0  # messages of the score
-    moving: Future[LiveBass] | None = None  # the bass at another rate
-    underruns: int = 0  # at the last reading
-    excused: int = 0  # underruns while the load was low
-    advised: bool = False
+    looking: threading.Thread = field(default_factory=threading.Thread)  # looks for MIDI ports: a server may hang
 
     def run(self) -> str | None:
         """Runs until something ends the session; returns the reason if it is the output."""
@@ -230,43 +174,30 @@ class _Loop:
             if self.looking.is_alive():
                 self.looking.join(TIMEOUT)
 
-    @property
-    def output(self) -> Output:
-        return self.session.output
-
     def _run(self) -> str | None:
-        waited, frame = 0, -1
-        began = shown = looked = logged = time.monotonic()
+        synth, fed, waited, frame = self.output.synth, 0, 0, -1
+        shown = looked = logged = time.monotonic()
         troubles: tuple[int, ...] = (0, 0, 0, 0)
-        self.start = self.output.synth.frame + self.output.synth.rate // 5
+        start = synth.frame + synth.rate // 5
         while not self.session.stop.is_set():
+            time.sleep(TURN)
             if self.keys:
-                self.keys.read(TURN)
-            else:
-                time.sleep(TURN)
-            synth = self.output.synth
+                self.keys.read()
             if self.score is not None:
-                self.fed = synth.feed(self.score, self.fed, self.start)
-                if frame > self.start + self.score.end_frame + AFTER * synth.rate:
+                fed = synth.feed(self.score, fed, start)
+                if frame > start + self.score.end_frame + AFTER * synth.rate:
                     return None
-            for take in (self.recorder, self.messages):
-                if take:
-                    take.turn()
+            if self.recorder:
+                self.recorder.turn()
             synth.release_faded()
-            try:
-                line = self.presets.turn() if self.output.rate == synth.rate else self._follow_rate()
-            except ValueError as error:  # a rate that the bass cannot be played at
-                return f"{self.output.name}: {error}"
+            line = self.presets.turn()
             if line:
                 LOG.info("%s", line)
             before, frame = frame, synth.frame
             waited = 0 if frame != before else waited + 1
             if not self.output.alive or waited > STALLED:
-                lost = f"{self.output.name} is gone"
-                if not self._reopen():
-                    self.output.abandon()
-                    return None if self.session.stop.is_set() else lost
-                waited = 0
+                self.output.abandon()
+                return f"{self.output.name} is gone"
             now = time.monotonic()
             if now - looked > LOOK_EVERY and not self.looking.is_alive():
                 looked = now
@@ -276,102 +207,18 @@ class _Loop:
                 shown = now
                 reading = self.gauge.read()
                 if self.session.status:
-                    self.session.status(self._status(reading))
+                    self.session.status(f"{strings(synth)}   {reading.text()}")
                 if reading.troubles != troubles or now - logged > LOG_EVERY:
                     troubles, logged = reading.troubles, now
                     LOG.debug("%s", reading.text())
-                self._advise(reading, now - began)
         return None
-
-    def _status(self, reading: Reading) -> str:
-        """The status line: notes, preset, load and level, and the keyboard's velocity and octave."""
-        parts = [strings(self.output.synth) or "-", Path(self.presets.playing[0]).stem, reading.text()]
-        if self.keys and self.keys.active:
-            parts.append(f"velocity {self.keys.velocity}, octave {self.keys.octave}")
-        return "   ".join(part for part in parts if part)
-
-    def _advise(self, reading: Reading, seconds: float) -> None:
-        """Says once what helps if there are underruns although the load is low."""
-        new = reading.meters.underruns - self.underruns
-        self.underruns += new
-        if seconds > SETTLED and reading.meters.worst < LOW_LOAD:
-            self.excused += new
-        if self.excused >= SEVERAL and not self.advised:
-            self.advised = True
-            LOG.warning(
-                "%d underruns while no block took half of its time: the system is late, not the bass; %s",
-                self.excused, self.output.advice(),
-            )  # fmt: skip
-
-    def _follow_rate(self) -> str | None:
-        """Prepares the bass for the server's new rate, in silence, and then plays it; returns a line, or None.
-
-        Raises ValueError for a rate that the bass cannot be played at.
-        """
-        old, rate = self.output.synth, self.output.rate
-        if self.moving is None:
-            playing = old.bass
-            assert playing is not None and isinstance(self.output, JackOutput)
-            old.set_gain(0.0)
-            self.moving = self.presets.prepare(playing.engine.instrument, playing.engine.quality, rate)
-            return f"{self.output.name} now runs at {rate} Hz: preparing the bass for it"
-        if not self.moving.done():
-            return None
-        bass, self.moving = self.moving.result(), None
-        if bass.engine.rate == rate:
-            self._move(old, bass)
-            self.session._say_playing()
-        return None
-
-    def _move(self, old: Synth, bass: LiveBass) -> None:
-        """Plays on with `bass` in a new synth at its rate."""
-        assert isinstance(self.output, JackOutput)
-        synth = self.session._new_synth(bass.engine.rate)
-        synth.take_over(old)
-        if old.bass is not None:
-            copy_controllers(old.bass, bass)
-        synth.switch_to(bass)
-        if self.recorder:
-            self.recorder.follow(synth)
-        if self.messages:
-            self.messages.follow(synth)
-        self.output.play(synth)
-        self.session.synth = self.presets.synth = synth
-        self.gauge.follow(synth)
-        if self.midi:
-            self.midi.synth = synth
-        if self.score is not None and self.session.settings.read:
-            self.score = self.session.settings.read(synth.rate)
-            self.start = round(self.start * synth.rate / old.rate)
-            self.fed = int(np.searchsorted(self.score.frames, synth.frame - self.start))
-
-    def _reopen(self) -> bool:
-        """Waits for a sound card that has gone, or another one in its place; returns whether there is one."""
-        gone = self.output
-        if not isinstance(gone, PortAudioOutput) or not gone.can_return or not gone.close():
-            return False
-        LOG.warning("%s is gone, waiting for it", gone.name)
-        end = time.monotonic() + WAIT
-        while time.monotonic() < end and not self.session.stop.is_set():
-            time.sleep(0.5)
-            try:
-                restart_portaudio()
-                self.session.output = self.session.open_portaudio(gone.synth)
-                self.session.output.start()
-            except OutputLost:
-                continue
-            self.session._say_playing()
-            return True
-        return False
 
     def _look(self) -> None:
-        """Logs speakers and MIDI ports that have come or gone, and reconnects them. [a thread of its own]"""
+        """Logs MIDI ports that have come or gone, and reconnects them. [a thread of its own]"""
         line = self.midi.look() if self.midi else None
         if line:
             LOG.info("%s", line)
         if isinstance(self.output, JackOutput):
-            for line in self.output.look():
-                LOG.info("%s", line)
             new, gone = self.output.connect_midi(self.session.settings.midi)
             for name in new:
                 LOG.info("MIDI: %s is there", name)
@@ -394,9 +241,8 @@ class PresetSwitch:
         self.playing = self.wanted = (preset, quality.name)
         self._thread = ThreadPoolExecutor(1, "presets", _step_back)
         self._coming: tuple[tuple[str, str], Future[LiveBass]] | None = None
-        self._ringing = False  # the bass before
+        self._fading = False  # the bass before
         self._programs = synth.program[0]
-        self._unknown: set[int] = set()  # programs that were said to choose nothing
 
     def next_preset(self) -> None:
         names = preset_names()
@@ -414,8 +260,9 @@ class PresetSwitch:
         """
         self._answer_program_changes()
         self.synth.release_faded()
-        if self._ringing and not self.synth.ringing:
-            self._ringing = False
+        switching = self.synth.switching
+        if self._fading and not switching:
+            self._fading = False
             self._thread.submit(trim_memory)
         if self._coming is None:
             if self.wanted != self.playing:
@@ -428,15 +275,13 @@ class PresetSwitch:
         wanted, future = self._coming
         if not future.done():
             return None
-        if wanted == self.wanted and self.synth.switching:
+        if wanted == self.wanted and switching:
             return None
         self._coming = None
         if wanted != self.wanted:
             return None
         try:
             bass = future.result()
-            if bass.engine.rate != self.synth.rate:
-                return None  # the rate has changed meanwhile: prepared again in the next turn
         except (ValueError, OSError) as error:
             self.wanted = self.playing
             return f"{wanted[0]}: {error}"
@@ -444,24 +289,16 @@ class PresetSwitch:
         if before is not None:
             copy_controllers(before, bass)
         self.synth.switch_to(bass)
-        self._ringing = True
+        self._fading = True
         return f"preset {wanted[0]}, quality {wanted[1]}"
 
     def _answer_program_changes(self) -> None:
-        """A program change chooses the preset that fits it by General MIDI; others are said once and ignored."""
+        """A program change selects the preset of that number, in the order of `livebass presets list`."""
         count, number = self.synth.program
         if count != self._programs:
             self._programs = count
-            name = PROGRAMS.get(number + 1)
-            if name is not None:
-                self.wanted = name, self.wanted[1]
-            elif number not in self._unknown:
-                self._unknown.add(number)
-                LOG.info("program %d chooses no bass: %d to %d do", number + 1, min(PROGRAMS), max(PROGRAMS))
-
-    def prepare(self, instrument: Instrument, quality: Quality, rate: int) -> Future[LiveBass]:
-        """Prepares a bass beside the sound, after those that are being prepared."""
-        return self._thread.submit(LiveBass, instrument, quality, rate)
+            names = preset_names()
+            self.wanted = names[((number >> 8) * 128 + (number & 0x7F)) % len(names)], self.wanted[1]
 
     def close(self) -> None:
         self._thread.shutdown(wait=False, cancel_futures=True)
@@ -469,10 +306,7 @@ class PresetSwitch:
 
 def prepared(preset: str, quality: Quality, rate: int) -> LiveBass:
     """Loads a preset for a synth. Raises PresetError and ValueError. [any thread]"""
-    instrument = load_preset(preset)
-    if any(neck.surface for neck in instrument.necks) and not compiling.cached(compiling.BOARD_ENTRY):
-        LOG.info("%s: compiling for fretless boards, once (about 10 s); the bass plays on meanwhile", preset)
-    bass = LiveBass(instrument, quality, rate)
+    bass = LiveBass(load_preset(preset), quality, rate)
     trim_memory()
     return bass
 

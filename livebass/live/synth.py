@@ -33,20 +33,10 @@ from livebass.live.thread.records import (
     field_offset,
     kept,
 )
-from livebass.live.thread.ring import (
-    NOW,
-    new_message_ring,
-    new_sound_ring,
-    pop_messages,
-    pop_sound,
-    push,
-    read_word,
-    write_word,
-)
+from livebass.live.thread.ring import NOW, new_message_ring, new_sound_ring, pop_sound, push, read_word, write_word
 from livebass.model.instrument import Instrument
 from livebass.model.quality import QUALITIES, Quality
-from livebass.score import LEAST_RATE, Score, single_note
-from livebass.units import note_name
+from livebass.score import Score
 
 COARSE = Quality("coarse", 150, 192e3)  # for strings under overload
 # Running ahead: share of a block's time, and frames between looks at the clock. Qualities up to `live` leave most of
@@ -55,9 +45,7 @@ AHEAD_LIGHT, AHEAD_HEAVY = (0.35, 4), (0.7, 1)
 RING = 4096  # messages
 CAPTURE_SECONDS = 20.0
 QUIETEST = -99.0  # dB
-COUNTS = ("program", "program_count", "blocks", "messages", "late", "underruns", "clipped", "faults", "capture_lost")
 PAGE = 4096  # bytes, no more than any system's
-PROCESS = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64, ctypes.c_int64)  # block.process
 
 
 @dataclass(frozen=True)
@@ -74,7 +62,6 @@ class Meters:
     faults: int  # frames of a string that were NaN or far too large, played as silence
     overload: int  # strings on coarse operators
     lost: int  # frames the recorder lost
-    clipped: int  # frames beyond full scale
 
 
 def touch(array: NDArray[Any]) -> None:
@@ -159,7 +146,6 @@ class Synth:
         for ring in self.rings:
             touch(ring)
         self._capture = np.zeros(0, np.int64)  # the recorder's ring of sound
-        self._played = np.zeros(0, np.int64)  # the ring of messages that were played
         self._writer = threading.Lock()  # of the first ring, between Python's threads
         self._basses: list[LiveBass] = []
         r = self.record
@@ -181,7 +167,7 @@ class Synth:
 
     @property
     def program(self) -> tuple[int, int]:
-        """Program changes so far, and the last one's number, 0 to 127."""
+        """Program changes so far, and the last one's number: bank << 8 | program."""
         return int(self.record["program_count"][0]), int(self.record["program"][0])
 
     def _read(self, field: str) -> int:
@@ -191,10 +177,7 @@ class Synth:
         write_word(self.address + field_offset(SYNTH, field), value)
 
     def switch_to(self, bass: LiveBass) -> None:
-        """Plays `bass` from the next block on; the one before starts no more notes and rings out.
-
-        Waits while a bass that rings out already fades to make room.
-        """
+        """Plays `bass` from the next block on; the one before fades out. Waits while another one is fading out."""
         self.release_faded()
         while self._read("next_bass") or self._read("faded_bass"):
             time.sleep(0.005)
@@ -204,16 +187,11 @@ class Synth:
 
     @property
     def switching(self) -> bool:
-        """True while `switch_to` would wait."""
-        return any(self.record[name][0] for name in ("next_bass", "faded_bass"))
-
-    @property
-    def ringing(self) -> bool:
-        """True from `switch_to` until the bass before has rung out and was released."""
-        return self.switching or bool(self.record["old_bass"][0])
+        """True from `switch_to` until the bass before has faded out and was released."""
+        return any(self.record[name][0] for name in ("next_bass", "fading_bass", "faded_bass"))
 
     def release_faded(self) -> None:
-        """Lets go of a bass that has rung out; to be called now and then."""
+        """Lets go of a bass that has faded out; to be called now and then."""
         faded = self._read("faded_bass")
         if faded:
             self._basses = [b for b in self._basses if b.address != faded]
@@ -238,7 +216,7 @@ class Synth:
         for k in range(first, len(score.frames)):
             message = score.messages[k].tolist()
             if message[0] & 0xF0 == 0xC0:
-                continue  # the bass for a file's program is chosen before it begins
+                continue  # a file's programs mean other sounds than ours
             if not push(ring, RING, start + int(score.frames[k]), *message):
                 return k
         return len(score.frames)
@@ -264,12 +242,6 @@ class Synth:
             return NOW
         since = round((time.clock_gettime_ns(time.CLOCK_MONOTONIC) - began) * 1e-9 * self.rate)
         return first + min(since, 2 * frames) + delay
-
-    def take_over(self, old: Synth) -> None:
-        """Goes on at this synth's rate where `old` is: the same time, the same counts. Before it plays."""
-        self.record["frame"] = round(old.frame * self.rate / old.rate)
-        for name in COUNTS:
-            self.record[name] = old.record[name]
 
     def panic(self) -> None:
         """Cuts all sound off and resets the controllers."""
@@ -299,17 +271,6 @@ class Synth:
         """Returns what was played since the last call, (n,)."""
         return pop_sound(self._capture, int(self.record["capture_size"][0]))
 
-    def keep_messages(self) -> None:
-        """Keeps the messages that are played from the next block on, for `played`, up to RING."""
-        self._played = new_message_ring(RING)
-        touch(self._played)
-        self.record["played_size"] = RING
-        self._write("played_ring", self._played.ctypes.data)
-
-    def played(self) -> list[tuple[int, int, int, int]]:
-        """Returns the messages that were played since the last call: (frame, status, first, second)."""
-        return pop_messages(self._played) if self._played.size else []
-
     def meters(self) -> Meters:
         """Returns the counters; `worst` and `peak` start anew."""
         r = self.record[0]
@@ -319,31 +280,11 @@ class Synth:
             frame=int(r["frame"]), blocks=int(r["blocks"]), late=int(r["late"]), underruns=int(r["underruns"]),
             messages=int(r["messages"]), worst=worst, peak=peak,
             faults=int(r["faults"]), overload=int(r["overload"]), lost=int(r["capture_lost"]),
-            clipped=int(r["clipped"]),
         )  # fmt: skip
 
     def load_histogram(self) -> NDArray[np.int64]:
         """Returns a copy of the number of blocks by load: 4 bins an octave, bin 32 from 1 on."""
         return self.record["histogram"][0].copy()
-
-
-def rehearse() -> None:
-    """Calls once, on a synth without a bass, all that Python calls while a synth plays.
-
-    Compiled functions load or compile at their first call, which would make the first notes late.
-    """
-    rate = LEAST_RATE
-    synth, sound = Synth(rate), np.zeros(64, np.float32)
-    synth.start_recording()
-    synth.keep_messages()
-    synth.feed(single_note(40, 100, 0.001, rate), 0, 0)
-    synth.receive(0xF8, 0, 0, synth.frame_now(0))
-    synth.panic()
-    PROCESS(block.process())(synth.address, sound.ctypes.data, len(sound))
-    synth.recorded()
-    pop_messages(synth.rings[0])
-    synth.release_faded()
-    Gauge(synth).read()
 
 
 def _clock() -> tuple[int, int]:
@@ -375,8 +316,6 @@ class Reading:
         if m.overload:
             parts.append(f"OVERLOAD: {m.overload} string{'s' * (m.overload > 1)} coarse")
         parts.append(f"underruns {m.underruns}")
-        if m.clipped:
-            parts.append(f"clipped {m.clipped}")
         if m.faults:
             parts.append(f"faults {m.faults}")
         if m.lost:
@@ -391,16 +330,11 @@ class Gauge:
     def __init__(self, synth: Synth) -> None:
         self.synth = synth
         self.worst = 0.0  # load of a block so far
-        self.peak = 0.0  # so far; 1 is full scale
         self._counts = synth.load_histogram()
-
-    def follow(self, synth: Synth) -> None:
-        """Reads another synth from now on, which goes on where the one before ended."""
-        self.synth, self._counts = synth, synth.load_histogram()
 
     def read(self) -> Reading:
         meters = self.synth.meters()
-        self.worst, self.peak = max(self.worst, meters.worst), max(self.peak, meters.peak)
+        self.worst = max(self.worst, meters.worst)
         counts = self.synth.load_histogram()
         since, self._counts = counts - self._counts, counts
         return Reading(meters, median_load(since))
@@ -416,17 +350,12 @@ def median_load(counts: np.ndarray) -> float:
 
 
 def strings(synth: Synth) -> str:
-    """`A2(G:2*) D3(A:5)`: note, string and fret of each string that sounds.
-
-    A star: it has touched a fret since the pluck.
-    """
+    """`E0 A3* D- G-`: the fret of each string that sounds, with a star if it has touched a fret since the pluck."""
     bass = synth.bass
     if bass is None:
         return ""
     return " ".join(
-        f"{note_name(string.open_note + fret)}({name}:{fret}{'*' * touching})"
-        for string, (name, fret, sounding, touching) in zip(bass.engine.instrument.strings, bass.fingers(), strict=True)
-        if sounding
+        f"{name}{fret}{'*' * touching}" if sounding else f"{name}-" for name, fret, sounding, touching in bass.fingers()
     )
 
 

@@ -11,7 +11,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import soundfile
-from support.command import GOOD, NOTE, Run, assert_one_clear_line, cli_text, command, song
+from support.command import GOOD, Run, assert_one_clear_line, cli_text, command
 from support.engine import FakeEngine
 
 ROOT = Path(__file__).parents[2]
@@ -140,28 +140,3 @@ def test_spectrogram(tmp_path: Path) -> None:
     done = subprocess.run([*line[:2], str(tmp_path / "b.wav")], capture_output=True, text=True, timeout=120)
     assert done.returncode == 1
     assert "Traceback" not in done.stderr
-
-
-def test_a_file_is_played_on_the_bass_it_asks_for(run: Run, tmp_path: Path) -> None:
-    """The program that most notes have chooses the preset, unless one is named; others leave the usual one."""
-    for number, (programs, options, expected) in enumerate(
-        (
-            (b"\x24", (), "slap"),
-            (b"\x21\x24\x24", (), "slap"),
-            (b"\x24", ("-p", "muted"), "muted"),
-            (b"\x27", (), "jazz-finger"),
-            (b"\x18", (), "jazz-finger"),
-        )
-    ):
-        file, heard, wanted = (tmp_path / f"{number}{ending}" for ending in (".mid", ".wav", "-wanted.wav"))
-        file.write_bytes(song(*[b"\x00\xc0" + bytes([program]) + NOTE for program in programs]))
-        how = ("-q", "live", "--tail", "0", "--channel", "1")
-        assert run("render", file, "-o", heard, *how, *options)[0] == 0
-        assert run("render", file, "-o", wanted, *how, "-p", expected)[0] == 0
-        assert heard.read_bytes() == wanted.read_bytes(), (programs, expected)
-
-
-def test_the_list_of_presets_has_their_programs(run: Run) -> None:
-    lines = {line.split()[0]: line.split()[1:3] for line in cli_text(run, "presets", "list").splitlines()}
-    assert lines["slap"] == ["37", "38"] and lines["fretless"][0] == "36" and lines["flatwound"][0] == "33"
-    assert not lines["muted"][0].isdigit() and not lines["one-contact"][0].isdigit()

@@ -529,8 +529,8 @@ def test_bend_range() -> None:
     assert ratios(hands(control(6, 7))) == pytest.approx(2 ** (7.5 / 12)), "the fine part stays"
     assert ratios(hands(control(38, 0))) == pytest.approx(2 ** (7 / 12))
     assert ratios(hands(control(6, 0))) == 1.0
-    assert ratios(hands(control(6, 127))) == pytest.approx(256.0), "at most eight octaves"
-    assert ratios(hands(control(38, 127))) == pytest.approx(2 ** (96.99 / 12)), "at most 99 cents"
+    assert ratios(hands(control(6, 127))) == pytest.approx(4.0), "at most two octaves"
+    assert ratios(hands(control(38, 127))) == pytest.approx(2 ** (24.99 / 12)), "at most 99 cents"
 
 
 @pytest.mark.parametrize(

@@ -118,29 +118,6 @@ class RawKeys:
                 self.refused += 1
 
 
-def test_truncated_messages_through_jack_are_no_messages(server: SimpleNamespace) -> None:
-    from livebass.live.outputs import JackOutput
-
-    output = JackOutput("livebass", lambda rate: Synth(rate), connect=False)
-    synth = output.synth
-    synth.switch_to(LiveBass(load_preset("slap"), LIGHT, synth.rate))
-    raw = RawKeys(server.jack)
-    raw.periods = [[b"\x90", b"\x90\x28", b"\x80\x28", b"\xe0\x40", b"\xc0", b"\xb0\x07", b"\x90\xc8\x40"]] * 3
-    try:
-        output.start()
-        raw.client.activate()
-        raw.client.connect(raw.port, output.midi)
-        wait_for(lambda: not raw.periods)
-        raw.periods = [[b"\x90\x28\x40", b"\xc0\x05"]]
-        wait_for(lambda: synth.meters().messages)
-        time.sleep(0.1)
-        assert synth.meters().messages == 2 and synth.program == (1, 5)
-    finally:
-        raw.client.deactivate()
-        raw.client.close()
-        output.close()
-
-
 def test_bytes_through_jack(server: SimpleNamespace) -> None:
     """Truncated, too long, without a status, system exclusive: what JACK lets through, the bass survives."""
     from livebass.live.outputs import JackOutput
@@ -152,7 +129,6 @@ def test_bytes_through_jack(server: SimpleNamespace) -> None:
     rng = np.random.default_rng(10)
     for _ in range(200):
         period = [bytes(x & 0xFF for x in message) for message in random_messages(rng, 10)]
-        period += [bytes((m[0] & 0xFF, m[1] & 0x7F, m[2] & 0x7F)) for m in random_messages(rng, 10)]
         period += [rng.bytes(int(rng.integers(1, 9))) for _ in range(10)]
         period += [b"\xf0" + rng.bytes(30) + b"\xf7", b"\x90", b"\x40\x40", b"\x90\x28", b"\xf0", b"\xff"]
         raw.periods.append(period)

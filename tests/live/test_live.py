@@ -4,13 +4,9 @@ from __future__ import annotations
 
 import ctypes
 import dataclasses
-import os
-import subprocess
-import sys
 import threading
 import time
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -95,70 +91,20 @@ def test_two_channels_hear_the_same() -> None:
     assert np.array_equal(both[:, 0], offline("slap", [(0, 0x90, 40, 100)], 3000))
 
 
-def test_a_held_note_rings_on_in_the_bass_that_was_replaced() -> None:
-    """As if nothing had changed, until it is let go; then the old bass is released."""
-    sounds = []
-    for replaced in (False, True):
-        synth, device = synth_and_device("jazz-finger", adaptive=False)
-        synth.send(0x90, 40, 60)
-        blocks = [device.block(64) for _ in range(200)]
-        if replaced:
-            synth.switch_to(LiveBass(load_preset("flatwound"), QUICK, RATE))
-        blocks += [device.block(64) for _ in range(200)]
-        synth.send(0xE0, 0, 96)
-        blocks += [device.block(64) for _ in range(200)]
-        synth.send(0x80, 40, 0)
-        blocks += [device.block(64) for _ in range(200)]
-        sounds.append(np.concatenate(blocks))
-    assert np.array_equal(*sounds) and np.abs(sounds[0][30000:38000]).max() > 0.001
-    while synth.ringing:
-        device.block(256)
-        synth.release_faded()
-        assert synth.frame < 10 * RATE
+def test_another_bass_comes_in_without_a_click() -> None:
+    synth, device = synth_and_device("jazz-finger", adaptive=False)
+    synth.send(0x90, 40, 60)
+    before = np.concatenate([device.block(64) for _ in range(200)])
+    synth.switch_to(LiveBass(load_preset("flatwound"), QUICK, RATE))
+    after = np.concatenate([device.block(64) for _ in range(100)])
+    steps = np.abs(np.diff(np.concatenate([before[-3000:], after]), 2))
+    assert steps[2990:].max() < 2 * steps[:2990].max()
+    assert not np.any(after[3000:])
+    synth.release_faded()
     assert len(synth._basses) == 1
     synth.send(0x90, 40, 60)
-    assert np.abs(np.concatenate([device.block(64) for _ in range(100)])).max() > 0.005
-
-
-def test_a_new_note_takes_the_string_from_the_bass_that_was_replaced() -> None:
-    """One bass is played, whatever its preset: a string has one note. The other strings ring on."""
-    synth, device = synth_and_device("jazz-finger", adaptive=False)
-    old = synth.bass
-    assert old is not None
-    for key in (28, 43):  # E and G, open
-        synth.send(0x90, key, 60)
-    device.block(4800)
-    synth.switch_to(LiveBass(load_preset("flatwound"), QUICK, RATE))
-    device.block(64)
-    synth.send(0x90, 30, 60)
-    device.block(RATE)
-    assert [sounding for _, _, sounding, _ in old.fingers()] == [False, False, False, True]
-    assert synth.bass is not None
-    assert [sounding for _, _, sounding, _ in synth.bass.fingers()] == [True, False, False, False]
-
-
-def test_overload_ends_the_bass_that_rings_out() -> None:
-    synth, device = synth_and_device("jazz-finger")
-    now = [0]
-
-    def clock(_kind: int, spec: ctypes.POINTER(ctypes.c_int64)) -> int:  # type: ignore[valid-type]
-        now[0] += int(64 / RATE * 1e9)
-        spec[0], spec[1] = now[0] // 10**9, now[0] % 10**9 + 1  # type: ignore[index]
-        return 0
-
-    keep: Callable[..., int] = CLOCK(clock)
-    synth.send(0x90, 40, 60)
-    device.block(2400)
-    synth.switch_to(LiveBass(load_preset("flatwound"), QUICK, RATE))
-    device.block(64)
-    synth.release_faded()
-    assert synth.ringing
-    synth.set_clock(address_of(keep))
-    for _ in range(int(block.FADE * RATE / 64) + 2):
-        device.block(64)
-    synth.release_faded()
-    assert not synth.ringing
-    del keep
+    sound = np.concatenate([device.block(64) for _ in range(100)])
+    assert np.abs(sound).max() > 0.005
 
 
 def test_many_basses_one_after_the_other() -> None:
@@ -177,19 +123,18 @@ def test_many_basses_one_after_the_other() -> None:
         synth.send(0x90, 40, 90)
         device.block(256)
     assert done.is_set()
-    synth.panic()
     for _ in range(40):  # the last one may still wait for the one before to fade out
         device.block(256)
         synth.release_faded()
     assert synth._basses == basses[-1:]
 
 
-def test_program_changes_are_noted() -> None:
+def test_program_changes_and_banks_are_noted() -> None:
     synth, device = synth_and_device()
     for message in ((0xB0, 0, 1), (0xB0, 32, 2), (0xC0, 5)):
         synth.send(*message)
     device.block(64)
-    assert synth.program == (1, 5)
+    assert synth.program == (1, (1 << 7 | 2) << 8 | 5)
 
 
 def test_one_channel_only() -> None:
@@ -218,15 +163,13 @@ def test_what_comes_after_a_stall_is_not_late_by_it() -> None:
 
 @pytest.mark.parametrize("size", [1, 64, 1000, 3000])
 def test_a_bass_fades_out_at_the_same_frames_in_any_blocks(size: int) -> None:
-    """One that rings out fades as soon as a third bass waits, from the start of a block on."""
+    """The fade begins at the start of the block in which the next bass begins."""
     sounds = []
     for n in (240, size):
         synth, device = synth_and_device("jazz-finger", adaptive=False)
         synth.send(0x90, 40, 120)
         device.block(6000)
         synth.switch_to(LiveBass(load_preset("slap"), QUICK, RATE))
-        device.block(6000)
-        synth.switch_to(LiveBass(load_preset("muted"), QUICK, RATE))
         sounds.append(np.concatenate([device.block(n) for _ in range(-(-3000 // n))])[:3000])
     assert np.abs(sounds[0][:1000]).max() > 0.01
     assert np.array_equal(*sounds)
@@ -265,77 +208,6 @@ def test_a_recorder_that_sleeps_loses_sound_and_counts_it() -> None:
         device.block(4096)
     assert synth.meters().lost == (size // 4096 + 2) * 4096 - size
     assert len(synth.recorded()) == size
-
-
-def test_samples_beyond_full_scale_are_counted() -> None:
-    """As many as `render` counts at the same gain."""
-    gain = 20.0
-    synth, device = synth_and_device(adaptive=False, gain=gain)
-    synth.send(0x90, 40, 127)
-    heard = device.block(RATE // 2)
-    beyond = int(np.count_nonzero(np.abs(offline("slap", [(0, 0x90, 40, 127)], RATE // 2)) * gain > 1))
-    assert synth.meters().clipped == pytest.approx(beyond, abs=1) and beyond > 100
-    assert np.abs(heard).max() == 1
-
-
-def test_messages_are_kept_as_they_are_played() -> None:
-    synth, device = synth_and_device()
-    synth.keep_messages()
-    for frame, key in ((333, 40), (5, 41), (40, 42)):  # one ring keeps the order
-        synth.send(0x90, key, 100, frame=frame)
-    device.block(128)
-    assert synth.played() == []
-    device.block(512)
-    assert synth.played() == [(333, 0x90, 40, 100), (333, 0x90, 41, 100), (333, 0x90, 42, 100)]
-    assert synth.played() == []
-
-
-def test_bends_of_eight_octaves_stay_finite() -> None:
-    """The range that RPN 0 may set, on every string at once."""
-    synth, device = synth_and_device()
-    for message in ((0xB0, 101, 0), (0xB0, 100, 0), (0xB0, 6, 96)):
-        synth.send(*message)
-    for key in (28, 33, 38, 43):
-        synth.send(0x90, key, 127)
-    sounds = []
-    for wheel in (127, 0, 64, 127, 0):
-        synth.send(0xE0, 0, wheel)
-        sounds.append(device.block(RATE // 2))
-    assert synth.bass is not None and synth.bass.engine.performer["range"][0] == 96
-    assert np.isfinite(np.concatenate(sounds)).all() and synth.meters().faults == 0
-    synth.send(0xE0, 0, 64)
-    device.block(RATE // 2)
-    assert {float(v.record["tuned"][0]) for v in synth.bass.engine.voices} == {1.0}
-
-
-def test_nothing_is_compiled_once_it_plays() -> None:
-    """In a process of its own: what `rehearse` has not called would be compiled during the first notes."""
-    program = """
-import gc
-from support.live import synth_and_device
-from numba.core.dispatcher import Dispatcher
-from livebass import score_of
-from livebass.live.synth import Gauge, rehearse
-
-rehearse()
-synth, device = synth_and_device()
-known = {id(d): len(d.signatures) for d in gc.get_objects() if isinstance(d, Dispatcher)}
-synth.start_recording(); synth.keep_messages()
-score = score_of([(0.0, 0.1, 40, 100)], 48000)
-gauge = Gauge(synth)
-for k in range(50):
-    synth.feed(score, 0 if k == 0 else len(score.frames), 0)
-    synth.receive(0xB0, 7, 100, synth.frame_now(64)); synth.send(0x90, 45, 50)
-    device.block(64)
-    synth.recorded(); synth.played(); synth.release_faded(); gauge.read(); synth.frame; synth.program
-synth.panic()
-print([str(d) for d in gc.get_objects() if isinstance(d, Dispatcher) and len(d.signatures) != known.get(id(d))])
-"""
-    done = subprocess.run(
-        [sys.executable, "-c", program], capture_output=True, text=True, timeout=240, check=False,
-        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(Path(__file__).parents[1]), *sys.path])},
-    )  # fmt: skip
-    assert done.stdout.strip() == "[]", done.stdout + done.stderr[-2000:]
 
 
 def test_overload_coarsens_strings_and_calm_brings_them_back() -> None:

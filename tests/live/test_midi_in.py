@@ -15,7 +15,7 @@ import pytest
 import soundfile
 from support.jack import livebass, wait_for
 
-from livebass.live.inputs import THROUGH, MidiLost, MidiPort, alsa_sources, bare, find_port, is_message, port_names
+from livebass.live.inputs import THROUGH, MidiLost, MidiPort, bare, find_port, port_names
 from livebass.live.synth import Synth
 from livebass.live.thread.ring import unread
 
@@ -116,68 +116,6 @@ def test_without_a_device_there_is_a_virtual_port_until_one_comes(server: Simple
         port.close()
         if source:
             source.unplug()
-
-
-@pytest.mark.parametrize("first", ["by hand", "by livebass"])
-def test_a_source_connected_by_hand_is_heard_once(server: SimpleNamespace, first: str) -> None:
-    """It is connected to the virtual port, before livebass opens it or after."""
-    pytest.importorskip("rtmidi")
-    synth = Synth(48000)
-    port = MidiPort(synth, None, 64)
-    source = None
-    client = server.jack.Client("patchbay", no_start_server=True)
-    try:
-        source = Source()
-        if first == "by livebass":
-            assert "test-keys" in (port.look() or "")
-        ours = client.get_ports("^livebass[^:]*:livebass$", is_midi=True, is_input=True)[0]
-        theirs = client.get_ports("test-keys", is_midi=True, is_output=True)[0]
-        client.connect(theirs, ours)
-        wait_for(port._connected_by_hand)
-        said = port.look() or ""
-        assert ("connected to the virtual port" in said) == (first == "by livebass")
-        assert port.look() is None and port.name == "virtual port livebass"
-        source.send(ON, OFF)
-        wait_for(lambda: OFF in arrived(synth))
-        time.sleep(0.2)
-        assert arrived(synth) == [ON, OFF]
-        client.disconnect(theirs, ours)
-        wait_for(lambda: not port._connected_by_hand())
-        assert "test-keys" in (port.look() or ""), "free again"
-    finally:
-        client.close()
-        port.close()
-        if source:
-            source.unplug()
-
-
-ALSA = """Client info
-  cur  clients : 3
-
-Client  14 : "Midi Through" [Kernel]
-  Port   0 : "Midi Through Port-0" (RWe-)
-    Connected From: 24:0
-Client  24 : "Keystation" [Kernel]
-  Port   0 : "Keystation MIDI 1" (RWeX)
-    Connecting To: 128:0, 14:0
-Client 128 : "livebass" [User]
-  Port   0 : "livebass" (-We-)
-    Connected From: 24:0, 28:1
-Client 129 : "livebass" [User]
-  Port   0 : "in" (-We-)
-    Connected From: 32:0
-"""
-
-
-def test_what_alsa_shows_of_connections() -> None:
-    assert alsa_sources(ALSA) == {"24:0", "28:1"}
-    assert not alsa_sources("")
-
-
-def test_whole_messages_only() -> None:
-    whole = [ON, OFF, [0xC0, 3], [0xD1, 3], [0xE0, 0, 127], [0x9F, 127, 0]]
-    broken = [[], [0x90], [0x90, 40], [0x90, 40, 100, 1], [0xC0], [0xC0, 3, 0], [0x90, 200, 1], [0x40, 1, 2], [0xF8]]
-    assert all(map(is_message, whole)) and not any(map(is_message, broken))
 
 
 def test_a_port_that_is_not_there_is_named(source: Source) -> None:

@@ -6,8 +6,6 @@ import json
 import logging
 import os
 import pty
-import re
-import resource
 import select
 import signal
 import subprocess
@@ -27,23 +25,18 @@ from support.command import Run, assert_one_clear_line
 from support.jack import livebass, wait_for
 from support.live import QUICK, RATE, synth_and_device
 
-from livebass import QUALITIES, compiling, load_preset, preset_names
+from livebass import QUALITIES, load_preset, preset_names
 from livebass.bench.endurance import python_busy, random_playing
 from livebass.cli.play import Console, LogFile, logged
 from livebass.files import OutputError
 from livebass.live.inputs import LOWER, UPPER, TerminalKeys
-from livebass.live.outputs import FakeDevice, JackOutput
-from livebass.live.recording import MidiRecorder, Recorder
-from livebass.live.session import PresetSwitch, Session, Settings, Summary, _Loop, prepared
+from livebass.live.outputs import FakeDevice
+from livebass.live.recording import Recorder
+from livebass.live.session import PresetSwitch, Session, Settings, Summary
 from livebass.live.synth import Gauge, Synth, median_load, strings
 from livebass.live.thread.records import HISTOGRAM
-from livebass.preset.programs import PROGRAMS
-from livebass.score import Score, score_of
 
 # ---- switching presets while it sounds
-
-
-FINGER, PICK, SLAP = 33, 34, 36  # General MIDI's programs as they are sent, from 0
 
 
 def changed(changes: PresetSwitch, device: FakeDevice) -> str:
@@ -62,9 +55,10 @@ def changed(changes: PresetSwitch, device: FakeDevice) -> str:
 def test_a_program_change_brings_its_preset_and_keeps_the_controllers() -> None:
     synth, device = synth_and_device("jazz-finger")
     changes = PresetSwitch(synth, "jazz-finger", QUALITIES["live"])
+    names = preset_names()
     for message in ((0xB0, 7, 64), (0xB0, 11, 100), (0xE0, 0, 96), (0xB0, 64, 127)):
         synth.send(*message)
-    synth.send(0xC0, SLAP)
+    synth.send(0xC0, len(names) + names.index("slap"))
     device.block(64)
     old = synth.bass
     assert changed(changes, device) == "preset slap, quality live"
@@ -75,25 +69,6 @@ def test_a_program_change_brings_its_preset_and_keeps_the_controllers() -> None:
     for v in new.engine.voices:
         assert v.record["gain"][0] == pytest.approx((64 * 100 / 127**2) ** 2)
         assert v.record["tuned"][0] == pytest.approx(2 ** (2 * 0.5 / 12), rel=1e-3)
-    changes.close()
-
-
-def test_programs_choose_the_bass_that_fits_and_others_are_said_once(caplog: pytest.LogCaptureFixture) -> None:
-    caplog.set_level(logging.INFO, "livebass")
-    assert set(PROGRAMS.values()) <= set(preset_names()) and list(PROGRAMS) == [33, 34, 35, 36, 37, 38]
-    synth, device = synth_and_device("jazz-finger")
-    changes = PresetSwitch(synth, "jazz-finger", QUALITIES["live"])
-    for message in ((0xB0, 0, 1), (0xC0, 0), (0xC0, 9), (0xC0, 0), (0xC0, 9)):
-        synth.send(*message)
-        device.block(64)
-        assert changes.turn() is None
-    assert changes.wanted == changes.playing == ("jazz-finger", "live")
-    assert caplog.messages == [f"program {number} chooses no bass: 33 to 38 do" for number in (1, 10)]
-    for number, name in PROGRAMS.items():
-        synth.send(0xC0, number - 1)
-        device.block(64)
-        changes._answer_program_changes()
-        assert changes.wanted == (name, "live")
     changes.close()
 
 
@@ -108,17 +83,6 @@ def test_the_last_wish_counts() -> None:
     names = preset_names()
     assert changes.playing == (names[(names.index("jazz-finger") + 3) % len(names)], "studio")
     changes.close()
-
-
-def test_the_first_change_to_a_board_says_that_it_compiles(
-    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
-) -> None:
-    caplog.set_level(logging.INFO, "livebass")
-    monkeypatch.setattr(compiling, "cached", lambda entry: False)
-    for preset in ("jazz-finger", "fretless"):
-        prepared(preset, QUICK, RATE)
-    assert len(caplog.messages) == 1
-    assert "fretless: compiling" in caplog.messages[0] and "plays on meanwhile" in caplog.messages[0]
 
 
 def test_a_preset_that_cannot_be_loaded_is_a_line(tmp_path: Path) -> None:
@@ -155,7 +119,7 @@ def session_of(session: Session, play: Callable[[Synth], None]) -> Summary:
 
 
 def test_program_changes_through_the_server_neither_click_nor_stall(server: SimpleNamespace, tmp_path: Path) -> None:
-    """A held note rings on while other basses are prepared and switched to: no click, no gap.
+    """A soft note rings while other basses are prepared and switched to: no click, no gap.
 
     What was sent is judged by its take: another client in a busy interpreter may hear a period that is half the next.
     """
@@ -163,20 +127,16 @@ def test_program_changes_through_the_server_neither_click_nor_stall(server: Simp
     settings = Settings(load_preset("jazz-finger"), QUICK, "jazz-finger", backend="jack", keyboard=False, record=take)
     clock = server.jack.Client("clock", no_start_server=True)
     lost: list[float] = []
-    switched: list[int] = []  # frames
 
     def play(synth: Synth) -> None:
         time.sleep(0.5)
         began, played = clock.last_frame_time, synth.meters().frame
-        for program in (SLAP, PICK, FINGER):
+        for name in ("slap", "paper-bass", "jazz-finger"):
             synth.send(0x90, 28, 40)
             time.sleep(0.3)
             before = synth.bass
-            synth.send(0xC0, program)
+            synth.send(0xC0, preset_names().index(name))
             wait_for(lambda before=before: synth.bass is not before, 60.0)  # type: ignore[misc]
-            switched.append(synth.frame)
-            time.sleep(0.3)
-            synth.send(0x80, 28, 0)
             time.sleep(0.3)
         passed = (clock.last_frame_time - began) % 2**32
         lost.append((passed - (synth.meters().frame - played)) / passed)
@@ -187,12 +147,11 @@ def test_program_changes_through_the_server_neither_click_nor_stall(server: Simp
     assert lost[0] < 0.1
     sound = soundfile.read(take)[0]
     assert np.isfinite(sound).all() and np.abs(sound).max() > 0.005
-    jumps = np.abs(np.diff(sound))
-    assert len(switched) == 3
-    for frame in switched:
-        around = slice(frame - 2400, frame + 4800)
-        assert jumps[around].max() < 2 * jumps[frame - 12000 : frame - 2400].max()
-        assert np.all([np.abs(part).max() > 1e-4 for part in np.split(sound[around], 6)])
+    jumps, sounding = np.abs(np.diff(sound)), np.flatnonzero(sound)
+    ends = [*sounding[:-1][np.diff(sounding) > RATE // 50], sounding[-1]]  # of what was replaced
+    assert len(ends) >= 3
+    for end in ends[:3]:
+        assert jumps[end - 4800 : end + 1].max() < 2 * jumps[end - 14400 : end - 4800].max()
 
 
 def test_dense_playing_under_a_busy_interpreter(server: SimpleNamespace) -> None:
@@ -280,94 +239,6 @@ print(json.dumps([said, bool(sound.any()), str(take.kept)]))
     assert os.listdir(tmp_path) == [file.name]
 
 
-def test_a_full_disk_ends_with_status_1(server: SimpleNamespace, tmp_path: Path) -> None:
-    """No file may grow beyond 100 kB; the session plays on until it is ended."""
-    take, log = tmp_path / "take.wav", tmp_path / "log"
-
-    def limit() -> None:
-        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-        resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
-
-    process = livebass("play", "--backend", "jack", "--record", take, "--log", log, preexec_fn=limit)
-    try:
-        wait_for(lambda: log.exists() and "are kept" in log.read_text(), 60)
-        assert process.poll() is None
-        process.send_signal(signal.SIGINT)
-        _, err = process.communicate(timeout=20)
-    finally:
-        process.kill()
-    assert process.returncode == 1
-    assert err.splitlines()[-1].startswith("livebass: error: not all was recorded: ") and "take.wav" in err
-    assert soundfile.info(take).frames > 25000
-
-
-def test_what_was_played_is_kept_as_a_midi_file(server: SimpleNamespace, tmp_path: Path, run: Run) -> None:
-    """`render` gives the take of the sound, sample for sample, on the same bass without being told."""
-    sound, notes, again = tmp_path / "take.wav", tmp_path / "take.mid", tmp_path / "again.wav"
-    settings = Settings(
-        load_preset("slap"), QUALITIES["live"], "slap", backend="jack", keyboard=False, record=sound, record_midi=notes
-    )
-
-    def play(synth: Synth) -> None:
-        for message in ((0xC0, 0, 0), (0x92, 28, 60), (0xE2, 0, 80), (0xB2, 7, 90), (0x92, 40, 110), (0xD2, 5, 0)):
-            synth.send(*message)
-            time.sleep(0.1)
-        synth.send(0x82, 28, 0)
-        synth.send(0x92, 43, 0)
-        time.sleep(0.4)
-
-    summary = session_of(Session(settings), play)
-    assert summary.meters.messages == 8 and summary.meters.overload == 0
-    status, _, err = run("render", notes, "-q", "live", "--tail", "1s", "-o", again)
-    assert status == 0 and "2 notes" in err, err
-    one, two = soundfile.read(sound)[0], soundfile.read(again)[0]
-    n = min(len(one), len(two)) - RATE // 20
-    assert np.abs(one).max() > 0.02 and n > RATE // 2
-    assert np.array_equal(one[:n], two[:n])
-
-
-def test_a_midi_take_that_cannot_be_is_an_error_before_anything_sounds(tmp_path: Path) -> None:
-    with pytest.raises(OutputError, match="nowhere"):
-        MidiRecorder(tmp_path / "nowhere" / "take.mid", Synth(RATE), "slap")
-    with MidiRecorder(tmp_path / "take.mid", Synth(44_100), "mine.toml"):
-        pass
-    assert (tmp_path / "take.mid").stat().st_size
-
-
-def test_a_rate_that_changes_is_followed(server: SimpleNamespace, tmp_path: Path) -> None:
-    """The bass is prepared for the new rate, the score goes on, and the sound goes into a take of its own.
-
-    This server only says that its rate has changed: PipeWire's changes in tests/live/test_desktop.py.
-    """
-    take = tmp_path / "take.wav"
-
-    def read(rate: int) -> Score:
-        return score_of([(0.25 * k, 0.2, 33, 100) for k in range(200)], rate)
-
-    settings = Settings(load_preset("slap"), QUICK, "slap", backend="jack", keyboard=False, record=take, read=read)
-    session = Session(settings)
-    rates: list[int] = []
-
-    def play(synth: Synth) -> None:
-        synth.send(0xB0, 7, 80)
-        time.sleep(0.6)
-        assert isinstance(session.output, JackOutput)
-        for rate in (44100, RATE):
-            session.output._change_rate(rate)
-            wait_for(lambda rate=rate: session.output.synth.rate == rate)  # type: ignore[misc]
-            time.sleep(0.8)
-            now = session.output.synth
-            rates.append(rate)
-            assert now.bass is not None and now.bass.engine.performer["volume"] == 80 / 127
-            assert now.meters().peak > 0.01 and now.frame / rate > 0.6 * len(rates)
-
-    summary = session_of(session, play)
-    assert rates == [44100, RATE] and summary.lost is None and summary.meters.messages > 5
-    assert {file.name: soundfile.info(file).samplerate for file in tmp_path.iterdir()} == {
-        "take.wav": RATE, "take-44100.wav": 44100, "take-48000.wav": RATE,
-    }  # fmt: skip
-
-
 # ---- log and status
 
 
@@ -425,10 +296,7 @@ def test_the_status_says_what_plays_and_what_is_wrong() -> None:
     synth.send(0x90, 30, 127)
     for _ in range(40):
         device.block(64)
-    assert strings(synth) == "F#1(E:2*)"
-    synth.send(0x90, 40, 30)
-    device.block(64)
-    assert strings(synth) == "F#1(E:2*) E2(D:2)"
+    assert strings(synth) == "E2* A- D- G-"
     reading = gauge.read()
     assert 0 < reading.median <= gauge.worst
     assert "OVERLOAD" not in reading.text() and "underruns 0" in reading.text() and " dB" in reading.text()
@@ -436,39 +304,6 @@ def test_the_status_says_what_plays_and_what_is_wrong() -> None:
     device.block(64, flags=4)
     text = gauge.read().text()
     assert "OVERLOAD: 2 strings coarse" in text and "underruns 1" in text and "faults 5" in text
-
-
-def test_underruns_at_a_low_load_say_what_helps(caplog: pytest.LogCaptureFixture) -> None:
-    """Once, and not for a few, nor for those of the bass itself."""
-    synth, device = synth_and_device("slap")
-    session = Session(Settings(load_preset("slap"), QUICK))
-    session.output = SimpleNamespace(advice=lambda: "take --block 256")  # type: ignore[assignment]
-    loop = _Loop(session, None, None, None, None, None, None, Gauge(synth))  # type: ignore[arg-type]
-
-    def underruns(count: int, load: float) -> None:
-        for _ in range(count):
-            device.block(64, flags=4)
-        synth.record["load_worst"] = load
-        loop._advise(loop.gauge.read(), 5.0)
-
-    for count, load in ((2, 0.1), (5, 0.9), (0, 0.1)):
-        underruns(count, load)
-    assert not caplog.messages
-    for _ in range(3):
-        underruns(2, 0.1)
-    assert len(caplog.messages) == 1 and caplog.messages[0].endswith("take --block 256")
-    assert caplog.messages[0].startswith("4 underruns")
-
-
-def test_the_status_line_names_preset_velocity_and_octave() -> None:
-    synth, _ = synth_and_device("slap")
-    session = Session(Settings(load_preset("slap"), QUICK))
-    session.output = SimpleNamespace(synth=synth)  # type: ignore[assignment]
-    presets = SimpleNamespace(playing=("basses/mine.toml", "live"))
-    keys = SimpleNamespace(active=True, velocity=90, octave=3)
-    loop = _Loop(session, None, presets, keys, None, None, None, Gauge(synth))  # type: ignore[arg-type]
-    line = loop._status(loop.gauge.read())
-    assert line.startswith("-   mine   load") and line.endswith("velocity 90, octave 3")
 
 
 # ---- the terminal
@@ -487,45 +322,6 @@ def test_keys_are_notes_and_more() -> None:
     assert not set(LOWER + UPPER) & set("[]-=! \t\r\n") and len(set(LOWER + UPPER)) == len(LOWER + UPPER)
 
 
-def typed(*texts: str, seconds: float = 0.0) -> list[tuple[int, ...]]:
-    """The messages that a terminal gives for `texts`, which come `seconds` apart."""
-    sent: list[tuple[int, ...]] = []
-    keys = TerminalKeys(lambda *m: sent.append(m), lambda: None)
-    for text in texts:
-        keys._hear(text)
-        time.sleep(seconds)
-    return sent
-
-
-ON, OFF = (0x90, 28, 100), (0x80, 28, 0)
-
-
-def test_a_key_that_the_terminal_repeats_is_one_note() -> None:
-    assert typed(*"zzzz") == [ON]
-    assert typed(*"zxz") == [ON, OFF, (0x90, 30, 100), (0x80, 30, 0), ON], "another key was between"
-    assert typed(*"zz", seconds=0.12) == [ON, OFF, ON], "struck twice"
-    assert typed("==z") == [(0x90, 28, 120)], "a held key that changes the velocity"
-
-
-def test_a_terminal_that_reports_releases_ends_notes_by_them() -> None:
-    """The kitty keyboard protocol: two keys held together, repeats, capitals, function keys and split sequences."""
-    here = "\x1b[?0u"
-    assert typed("z", "\x1b[122;1:3u") == [ON], "not asked for yet"
-    assert typed(here, "\x1b[122u", "\x1b[122;1:2u", "\x1b[120;1:1u", "\x1b[122;1:3u", "\x1b[120;1:3u") == [
-        ON, (0x90, 30, 100), OFF, (0x80, 30, 0),
-    ]  # fmt: skip
-    assert typed(here, "\x1b[122:90;2:1u", "\x1b[122;1:3u", "\x1b[1;1:3A", "\x1b[57441;2u") == [ON, OFF]
-    assert typed(here + "\x1b[12", "2;", "1u\x1b[122;1:3u") == [ON, OFF]
-    assert typed(here, "\x1b[122;3u", "\x1b[122;5u"[:0], "\x1b[99999999u") == [], "with Alt, and no character"
-    interrupted: list[int] = []
-    before = signal.signal(signal.SIGINT, lambda number, frame: interrupted.append(number))
-    try:
-        typed(here, "\x1b[99;5u", "\x1b[99;5:3u")
-    finally:
-        signal.signal(signal.SIGINT, before)
-    assert interrupted == [signal.SIGINT], "Ctrl-C is a key there"
-
-
 def test_a_system_without_single_keys_says_so(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -540,12 +336,10 @@ def test_a_system_without_single_keys_says_so(
 class InTerminal:
     """`livebass play` in a pseudo terminal of a given width, with a keyboard."""
 
-    def __init__(self, *arguments: object, columns: int = 100, shell: bool = False) -> None:
+    def __init__(self, *arguments: object, columns: int = 100) -> None:
         self.ours, theirs = pty.openpty()
         termios.tcsetwinsize(self.ours, (24, columns))
         command = [sys.executable, "-m", "livebass", *map(str, arguments)]
-        if shell:
-            command = ["sh", "-i"]
         ends = {"stdin": theirs, "stdout": theirs, "stderr": theirs}
         self.process = subprocess.Popen(command, preexec_fn=self._own(theirs), **ends)  # type: ignore[call-overload]
         os.close(theirs)
@@ -596,10 +390,10 @@ class InTerminal:
 def test_playing_in_a_narrow_terminal(server: SimpleNamespace, number: signal.Signals) -> None:
     terminal = InTerminal("play", columns=44)
     try:
-        terminal.wait("jazz-finger   load")
+        terminal.wait("underruns")
         assert not terminal.cooked
         terminal.type("zq")  # both, though they come together
-        terminal.wait("E2(D:2")
+        terminal.wait("D2")
         terminal.type("\x1b[A\t")  # an arrow is no note
         terminal.wait("preset muted, quality live")
         terminal.type("\r")
@@ -615,30 +409,9 @@ def test_playing_in_a_narrow_terminal(server: SimpleNamespace, number: signal.Si
         assert terminal.cooked
     finally:
         terminal.close()
-    shown = re.sub(r"\x1b\[\?(8[hl]|u)", "", terminal.shown)  # what sets the keyboard is not seen
-    lines = [line for line in shown.replace("\r\x1b[K", "\n").splitlines() if re.match(r"-  |[A-G]#?\d", line)]
+    lines = [line for line in terminal.shown.replace("\r\x1b[K", "\n").splitlines() if line.startswith("E")]
     assert len(lines) > 3 and max(map(len, lines)) < 44
     assert "Traceback" not in terminal.shown and "3 messages" in terminal.shown, terminal.shown
-
-
-def test_after_ctrl_z_and_fg_keys_play_again(server: SimpleNamespace) -> None:
-    """In a shell that leaves the terminal as it is. The keys need no Enter."""
-    terminal = InTerminal(shell=True)
-    try:
-        terminal.type(f"{sys.executable} -m livebass play --backend jack\n")
-        terminal.wait("jazz-finger   load")
-        terminal.type("\x1a")
-        terminal.wait("Stopped")
-        wait_for(lambda: terminal.cooked)
-        terminal.type("fg\n")
-        wait_for(lambda: not terminal.cooked)
-        terminal.type("c")
-        terminal.wait("G#1(E:4")
-        terminal.type("\x03")
-        terminal.wait("played ")
-        wait_for(lambda: terminal.cooked)
-    finally:
-        terminal.close()
 
 
 def test_a_terminal_that_is_closed_ends_it_and_keeps_the_take(server: SimpleNamespace, tmp_path: Path) -> None:
@@ -701,7 +474,7 @@ def test_without_sound_devices_and_render_still_work(tmp_path: Path) -> None:
 def test_options_that_fit_nothing_are_one_line(server: SimpleNamespace, run: Run, tmp_path: Path) -> None:
     for arguments in (
         ("--midi", "nix"), ("--file", tmp_path / "nix.mid"), ("--record", tmp_path / "a.mp3"), ("-p", "nix"),
-        ("--block", 1), ("--audio", "0", "--backend", "jack"), ("--record-midi", tmp_path / "no" / "a.mid"),
+        ("--block", 1),
     ):  # fmt: skip
         done = livebass("play", *arguments)
         _, err = done.communicate(timeout=60)

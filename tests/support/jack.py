@@ -11,12 +11,11 @@ from typing import Any
 JACK_RATE, JACK_PERIOD = 48000, 256
 
 
-def livebass(*arguments: object, under: str | None = None, **more: Any) -> subprocess.Popen[str]:
-    """Starts the command line, by the program `under` if one is given, which must become it."""
-    command = [*([under] if under else []), sys.executable, "-m", "livebass", *map(str, arguments)]
+def livebass(*arguments: object, **more: Any) -> subprocess.Popen[str]:
     return subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, stdin=subprocess.DEVNULL, text=True, **more
-    )
+        [sys.executable, "-m", "livebass", *map(str, arguments)], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        stdin=subprocess.DEVNULL, text=True, **more,
+    )  # fmt: skip
 
 
 def wait_for(what: Callable[[], object], seconds: float = 20.0) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from livebass.compiling import callback, counted, jit
+from livebass.compiling import callback, counted
 from livebass.kernels import performer, techniques
 from livebass.kernels.native import (
     FLUSH,
@@ -20,7 +20,6 @@ from livebass.kernels.native import (
     store_release,
 )
 from livebass.kernels.performer import MOST_EVENTS
-from livebass.kernels.records import PLUCK, STRIKE_EVENT
 from livebass.live.thread import ahead
 from livebass.live.thread.records import (
     BLOCK_TIME,
@@ -34,8 +33,6 @@ from livebass.live.thread.records import (
     MOST_MESSAGES,
     NEXT_BASS,
     PANIC,
-    PLAYED_RING,
-    RINGING,
     RINGS,
     SOUND_RING,
     ahead_of,
@@ -49,9 +46,9 @@ from livebass.live.thread.records import (
     string_of,
     synth_at,
 )
-from livebass.live.thread.ring import NOW, next_frame, pop, push, push_sound
+from livebass.live.thread.ring import NOW, next_frame, pop, push_sound
 
-FADE = 0.03  # s of fade-out of a bass that rings out, once another one or an overload needs its place
+FADE = 0.03  # s of fade-out of a bass that was replaced
 GAIN_POLE = 0.004  # part of the way to its target that the gain goes each frame
 
 
@@ -59,12 +56,13 @@ GAIN_POLE = 0.004  # part of the way to its target that the gain goes each frame
 def handle_message(synth, b, frame, status, first, second, count):
     """Hands one message for synth frame `frame` to the performer; returns the new number of events."""
     synth.messages += 1
-    played = load_acquire(record_address(synth) + PLAYED_RING)
-    if played != 0 and not push(played, synth.played_size, frame, status, first, second):
-        synth.played_lost += 1
-    if status & 0xF0 == 0xC0:
-        synth.program = first
+    kind = status & 0xF0
+    if kind == 0xC0:
+        synth.program = synth.bank << 8 | first
         synth.program_count += 1
+        return count
+    if kind == 0xB0 and (first == 0 or first == 32):
+        synth.bank = (synth.bank & 0x7F) | second << 7 if first == 0 else (synth.bank & ~0x7F) | second
         return count
     # plucking points and grazing apexes come from the fine operators, whichever play
     return performer.message(
@@ -73,47 +71,19 @@ def handle_message(synth, b, frame, status, first, second, count):
 
 
 @counted
-def tell_old_bass(synth, b, first_event, event_count, frame, status, first, second, count):
-    """Hands a message to the bass that rings out; returns the new number of its events.
-
-    It starts no note. `b` has turned the message into its events from `first_event` up to `event_count`: a string that
-    is plucked or struck there is damped here, by its tuning.
-    """
-    old = bass_at(synth.old_bass)
-    p = performer_of(old)
-    if not (status & 0xF0 == 0x90 and second > 0):
-        return performer.message(
-            p, operators_of(old, 0), frame - old.frame, status, first, second, events_of(old), count
-        )
-    for k in range(first_event, event_count):
-        event = events_of(b)[k]
-        if event.kind == PLUCK or event.kind == STRIKE_EVENT:
-            for i in range(old.strings):
-                if p.open[i] == performer_of(b).open[event.string]:
-                    count = performer.stop_string(p, i, frame - old.frame, events_of(old), count)
-    return count
-
-
-@counted
 def collect_events(synth, b, n):
-    """Turns all messages for the next `n` frames, in order, into events of `b` and of the bass that rings out.
-
-    Returns the numbers of both.
-    """
+    """Turns all messages for the next `n` frames, in order, into events of `b`; returns their number."""
     end = synth.frame + n
     count = np.int64(0)  # typed: functions called with a literal would be compiled a second time
-    old_count = np.int64(0)
     panic = record_address(synth) + PANIC
     if load_acquire(panic) != 0:
         store_release(panic, 0)
         control = np.int64(0xB0) | synth.channel & 0x0F
         for number in (np.int64(120), np.int64(121)):  # all sound off, reset all controllers
             count = handle_message(synth, b, synth.frame, control, number, np.int64(0), count)
-            if synth.old_bass != 0:
-                old_count = tell_old_bass(synth, b, count, count, synth.frame, control, number, np.int64(0), old_count)
     last = synth.frame
     for _ in range(min(MOST_MESSAGES, LEAST_MESSAGES + n // 8)):  # a flood of messages waits, the sound does not
-        if max(count, old_count) + MOST_EVENTS > EVENT_ROOM:
+        if count + MOST_EVENTS > EVENT_ROOM:
             break
         best = end
         ring = -1
@@ -128,18 +98,15 @@ def collect_events(synth, b, n):
             break
         last = max(last, best)
         status, first, second = pop(synth.midi_ring[ring], synth.midi_ring_size[ring])
-        before = count
         count = handle_message(synth, b, last, status, first, second, count)
-        if synth.old_bass != 0:
-            old_count = tell_old_bass(synth, b, before, count, last, status, first, second, old_count)
-    return count, old_count
+    return count
 
 
 @counted
 def mix_strings(synth, b, count, out, n, fade, whole):
     """Adds n frames of every string of `b` to out (n,) float32.
 
-    `fade` of `whole` frames are left of a fade-out; RINGING: no fade.
+    `fade` of `whole` frames are left of a fade-out; -1: no fade.
     """
     events, string_events = events_of(b), string_events_of(b)
     start = synth.frame - b.frame
@@ -168,70 +135,40 @@ def render_chunk(synth, out, n):
     """Plays n <= CHUNK frames into out (n,) float32, held within full scale."""
     for j in range(n):
         out[j] = 0.0
-    old_count = np.int64(0)
     if synth.bass != 0:
         b = bass_at(synth.bass)
-        count, old_count = collect_events(synth, b, n)
-        mix_strings(synth, b, count, out, n, np.int64(RINGING), np.int64(1))
-    if synth.old_bass != 0:
-        mix_strings(synth, bass_at(synth.old_bass), old_count, out, n, synth.fade_left, fade_frames(synth))
-        if synth.fade_left != RINGING:
-            synth.fade_left = max(synth.fade_left - n, 0)
-        if synth.fade_left == 0 or is_silent(bass_at(synth.old_bass), synth.frame + n):
-            store_release(record_address(synth) + FADED_BASS, synth.old_bass)
-            synth.old_bass = 0
+        count = collect_events(synth, b, n)
+        mix_strings(synth, b, count, out, n, np.int64(-1), np.int64(1))
+    if synth.fading_bass != 0:
+        whole = np.int64(FADE * synth.rate)
+        mix_strings(synth, bass_at(synth.fading_bass), np.int64(0), out, n, synth.fade_left, whole)
+        synth.fade_left -= n
+        if synth.fade_left <= 0:
+            store_release(record_address(synth) + FADED_BASS, synth.fading_bass)
+            synth.fading_bass = 0
     for _ in range(n):
         synth.gain += GAIN_POLE * (synth.gain_target - synth.gain)
     most = synth.peak
     for j in range(n):
-        level = abs(np.float64(out[j]))
-        most = max(most, level)
-        synth.clipped += level > 1.0
+        most = max(most, abs(np.float64(out[j])))
         out[j] = min(max(out[j], np.float32(-1.0)), np.float32(1.0))
     synth.peak = most
     synth.frame += n
 
 
-@jit
-def fade_frames(synth):
-    return np.int64(FADE * synth.rate)
-
-
-@counted
-def is_silent(b, end):
-    """True if no string of `b` sounds, and none has sound computed ahead of synth frame `end`."""
-    for i in range(b.strings):
-        string = string_of(b, i)
-        if string.slots[0].on or string.slots[1].on or string.voice.frame > end - b.frame:
-            return False
-    return True
-
-
-@jit
-def end_old_bass(synth):
-    """Begins to fade out the bass that rings out, if there is one."""
-    if synth.old_bass != 0 and synth.fade_left == RINGING:
-        synth.fade_left = fade_frames(synth)
-
-
 @counted
 def switch_bass(synth):
-    """Starts the bass that Python has put ready; the present one starts no more notes and rings out.
-
-    One that still rings out has to fade first.
-    """
+    """Starts the bass that Python has put ready and fades out the present one, unless one is fading already."""
     here = record_address(synth)
-    wanted = load_acquire(here + NEXT_BASS)
-    if wanted == 0:
-        return
-    end_old_bass(synth)
-    if synth.old_bass == 0 and load_acquire(here + FADED_BASS) == 0:
-        store_release(here + NEXT_BASS, 0)
-        synth.old_bass = synth.bass
-        synth.fade_left = RINGING
-        synth.bass = wanted
-        bass_at(wanted).frame = synth.frame
-        synth.overload = 0
+    if synth.fading_bass == 0 and load_acquire(here + FADED_BASS) == 0:
+        wanted = load_acquire(here + NEXT_BASS)
+        if wanted != 0:
+            store_release(here + NEXT_BASS, 0)
+            synth.fading_bass = synth.bass
+            synth.fade_left = np.int64(FADE * synth.rate)
+            synth.bass = wanted
+            bass_at(wanted).frame = synth.frame
+            synth.overload = 0
 
 
 @counted
@@ -302,17 +239,13 @@ CALM = 0.5  # s of low load before a string gets its fine operators back
 
 @counted
 def adapt(synth, load, n):
-    """Moves one string to the coarse operators under overload, newest contacts first; one back in calm times.
-
-    Overload also ends a bass that rings out.
-    """
+    """Moves one string to the coarse operators under overload, newest contacts first; one back in calm times."""
     if synth.bass == 0 or not synth.adaptive:
         return
     b = bass_at(synth.bass)
     p = performer_of(b)
     if load > HIGH:
         synth.calm_frames = 0
-        end_old_bass(synth)
         best: Any = np.int64(-1)
         rank = -np.inf
         for i in range(b.strings):

@@ -22,13 +22,7 @@ OUTPUT_UNDERFLOW = 4  # paOutputUnderflow
 MOST_CHANNELS = 2
 
 PORTAUDIO = np.dtype(
-    [
-        ("synth", "i8"),
-        ("channels", "i8"),
-        ("mono", "i8"),  # address of float32 (CHUNK,)
-        ("thread", "i8"),  # number of the thread that calls, once it has called
-        ("gettid", "i8"),  # address of the C function that gives it, 0: none
-    ],
+    [("synth", "i8"), ("channels", "i8"), ("mono", "i8")],  # mono: address of float32 (CHUNK,)
     align=True,
 )
 JACK = np.dtype(
@@ -60,8 +54,6 @@ def portaudio(_input, output, frames, _time, flags, arg):
     n = np.int64(frames & np.uint64(0xFFFFFFFF))
     if flags & np.uint64(OUTPUT_UNDERFLOW):
         synth_at(data.synth).underruns += 1
-    if data.thread == 0 and data.gettid != 0:
-        data.thread = count_from(data.gettid, np.int64(0))  # it takes no argument, and ignores this one
     if data.channels == 1:
         render(data.synth, address_of(output), n)
         return np.int32(0)
@@ -78,26 +70,9 @@ def portaudio(_input, output, frames, _time, flags, arg):
     return np.int32(0)
 
 
-@callback("void(voidptr, int32, voidptr, int32, voidptr)")
-def no_words(_file, _line, _function, _error, _format):
-    """An alsa-lib error handler that says nothing."""
-
-
-@counted
-def is_message(message, size):
-    """True for a whole channel message: a status, as many data bytes as it takes, each below 128."""
-    status = message[0]
-    if status < 0x80 or status >= 0xF0 or size != (2 if status & 0xE0 == 0xC0 else 3):
-        return False
-    return message[1] < 0x80 and (size < 3 or message[2] < 0x80)
-
-
 @counted
 def read_midi(data, n):
-    """Moves the messages that the MIDI port has for these n frames into the synth's third ring.
-
-    Clocks and other system messages, other channels, and truncated messages are left out.
-    """
+    """Moves the messages that the MIDI port has for these n frames into the synth's third ring."""
     synth = synth_at(data.synth)
     buffer = pointer_from(data.get_buffer, data.midi, n)
     address = record_address(data) + EVENT_OFFSET
@@ -109,12 +84,10 @@ def read_midi(data, n):
         if size < 1 or size > 3:
             continue
         message = carray(pointer(event[2]), size, np.uint8)
-        if not is_message(message, size):
-            continue
         status = np.int64(message[0])
-        if synth.channel >= 0 and status & 0x0F != synth.channel:
-            continue
-        first = np.int64(message[1])
+        if status < 0x80 or status >= 0xF0 or (synth.channel >= 0 and status & 0x0F != synth.channel):
+            continue  # clocks and other system messages, and other channels
+        first = np.int64(message[1]) if size > 1 else np.int64(0)
         second = np.int64(message[2]) if size > 2 else np.int64(0)
         frame = synth.frame + (event[0] & 0xFFFFFFFF)
         push(synth.midi_ring[2], synth.midi_ring_size[2], frame, status, first, second)

@@ -16,7 +16,6 @@ LEAST_MESSAGES, MOST_MESSAGES = 32, 128  # taken into one chunk, by its length; 
 EVENT_ROOM = (MOST_MESSAGES + 1) * MOST_EVENTS
 CHUNK = 1024  # frames computed at once, at most
 HISTOGRAM = 64
-RINGING = -1  # in place of the frames left of a fade-out
 
 # Running ahead of the clock
 HORIZON = 768  # frames
@@ -80,22 +79,20 @@ SYNTH = np.dtype(
         # basses, as addresses of BASS
         ("bass", "i8"),  # plays, 0: none
         ("next_bass", "i8"),  # put there by Python; taken at the start of a block
-        ("old_bass", "i8"),  # was replaced and rings out; starts no note
-        ("faded_bass", "i8"),  # is silent or has faded out: Python may let it go, and writes 0
-        ("fade_left", "i8"),  # frames of the old bass's fade-out; RINGING: it rings as long as its strings do
+        ("fading_bass", "i8"),
+        ("faded_bass", "i8"),  # has faded out: Python may let it go, and writes 0
+        ("fade_left", "i8"),  # frames
         # rings
         ("midi_ring", "i8", (RINGS,)),  # addresses
         ("midi_ring_size", "i8", (RINGS,)),
         ("capture_ring", "i8"),  # address of the recorder's ring of sound, 0: not recording
         ("capture_size", "i8"),
         ("capture_lost", "i8"),  # frames
-        ("played_ring", "i8"),  # address of the ring of messages that were played, 0: not recording them
-        ("played_size", "i8"),
-        ("played_lost", "i8"),  # messages
         # state of MIDI
         ("channel", "i8"),  # that MIDI ports are heard on, 0-15; -1: all
-        ("program", "i8"),  # of the last program change, 0-127
+        ("program", "i8"),  # of the last program change, bank << 8 | program
         ("program_count", "i8"),
+        ("bank", "i8"),
         ("panic", "i8"),  # raised by Python, lowered by the audio thread
         ("gain", "f8"),
         ("gain_target", "f8"),
@@ -108,7 +105,6 @@ SYNTH = np.dtype(
         ("late", "i8"),  # blocks that took longer than they last
         ("underruns", "i8"),  # reported by the driver
         ("peak", "f8"),  # since Python reset it; 1 is full scale
-        ("clipped", "i8"),  # frames beyond full scale
         ("faults", "i8"),  # frames of a string that were NaN or beyond 1e6, played as 0
         ("overload", "i8"),  # strings on coarse operators
         ("calm_frames", "i8"),  # since the load was last high
@@ -124,9 +120,8 @@ def field_offset(record: np.dtype, name: str) -> int:
 
 
 # Fields that are written by one thread and read by another.
-BLOCK_TIME, NEXT_BASS, FADED_BASS, CAPTURE_RING, PLAYED_RING, PANIC = (
-    field_offset(SYNTH, name)
-    for name in ("block_time", "next_bass", "faded_bass", "capture_ring", "played_ring", "panic")
+BLOCK_TIME, NEXT_BASS, FADED_BASS, CAPTURE_RING, PANIC = (
+    field_offset(SYNTH, name) for name in ("block_time", "next_bass", "faded_bass", "capture_ring", "panic")
 )
 
 

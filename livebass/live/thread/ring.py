@@ -113,14 +113,7 @@ def pop_sound(ring: np.ndarray, size: int) -> np.ndarray:
 
 
 def unread(ring: np.ndarray) -> list[tuple[int, int, int, int]]:
-    """The messages that wait in a ring, oldest first: (frame, status, first, second). [reading thread]"""
+    """The messages that wait in a ring, oldest first: (frame, status, first, second). For tests and debugging."""
     entries = ring[DATA:].reshape(-1, ENTRY)
-    waiting = entries[np.arange(ring[TAIL], read_word(ring.ctypes.data + WORD * HEAD)) % len(entries)]
+    waiting = entries[np.arange(ring[TAIL], ring[HEAD]) % len(entries)]
     return [(frame, *unpack(word)) for frame, word in waiting.tolist()]
-
-
-def pop_messages(ring: np.ndarray) -> list[tuple[int, int, int, int]]:
-    """Removes and returns the messages that wait in a ring, as `unread` does. [reading thread]"""
-    messages = unread(ring)
-    write_word(ring.ctypes.data + WORD * TAIL, int(ring[TAIL]) + len(messages))
-    return messages
