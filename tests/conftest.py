@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import ctypes
 import itertools
 import os
 import shutil
 import signal
 import subprocess
+import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -78,6 +80,12 @@ def run(capfd: pytest.CaptureFixture[str]) -> Run:
     return run_
 
 
+def _end_with_parent() -> None:
+    """Has Linux end this process with its parent, also if that is killed; a machine has room for a few servers only."""
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(1, signal.SIGKILL)  # PR_SET_PDEATHSIG; it may be stopped
+
+
 @pytest.fixture(scope="module")
 def server() -> Iterator[SimpleNamespace]:
     """A JACK server for one module of tests, ended by its process id whatever happens."""
@@ -88,7 +96,9 @@ def server() -> Iterator[SimpleNamespace]:
     before = {key: os.environ.get(key) for key in ("JACK_DEFAULT_SERVER", "JACK_NO_AUDIO_RESERVATION")}
     os.environ["JACK_DEFAULT_SERVER"], os.environ["JACK_NO_AUDIO_RESERVATION"] = name, "1"
     command = ["jackd", "--no-realtime", "-n", name, "-d", "dummy", "-r", str(JACK_RATE), "-p", str(JACK_PERIOD)]
-    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    process = subprocess.Popen(
+        command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, preexec_fn=_end_with_parent
+    )  # fmt: skip
     try:
         jack = pytest.importorskip("jack")
         end = time.monotonic() + 10

@@ -16,6 +16,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
+from typing import Any
 
 import numpy as np
 
@@ -86,7 +87,11 @@ def _judged(session: Session, seconds: float, seed: int, say: Say) -> bool:
     try:
         while session.synth is None:
             time.sleep(0.05)
-        checks = _checks(session.synth, seconds, seed, say)
+        client = new_client("endurance")
+        try:
+            checks = _checks(session.synth, client, seconds, seed, say)
+        finally:
+            client.close()  # while there is a server: closed later it can crash
         for text, passed in checks:
             say(f"{'ok' if passed else 'FAILED'}: {text}")
         return all(passed for _, passed in checks)
@@ -94,9 +99,8 @@ def _judged(session: Session, seconds: float, seed: int, say: Say) -> bool:
         session.stop.set()
 
 
-def _checks(synth: Synth, seconds: float, seed: int, say: Say) -> list[tuple[str, bool]]:
+def _checks(synth: Synth, client: Any, seconds: float, seed: int, say: Say) -> list[tuple[str, bool]]:
     """Goes through the phases; returns a line for each check, and True if it is passed."""
-    client = new_client("endurance")
     say(f"{seconds:.0f} s, {'with' if client.realtime else 'without'} real-time scheduling")
     rng = np.random.default_rng(seed)
     random_playing(synth, rng, WARM_UP)
