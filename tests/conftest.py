@@ -14,7 +14,7 @@ import pytest
 import support.examples  # noqa: F401, registers the profiles of hypothesis
 from support.command import Run
 from support.engine import FakeEngine
-from support.jack import running_server
+from support.jack import alone, running_server
 
 from livebass.cli import main as cli
 from livebass.engine import render as render_module
@@ -81,5 +81,5 @@ def server() -> Iterator[SimpleNamespace]:
         assert not NEEDED, "jackd is missing"
         pytest.skip("there is no jackd here")
     jack = pytest.importorskip("jack")
-    with running_server() as process:
+    with alone(), running_server() as process:
         yield SimpleNamespace(process=process, jack=jack)

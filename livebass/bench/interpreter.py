@@ -49,6 +49,13 @@ class PythonOutput:
 
     def __init__(self, name: str) -> None:
         self.client = new_client(name)
+        try:
+            self._prepare()
+        except BaseException:
+            self.client.close(ignore_errors=True)
+            raise
+
+    def _prepare(self) -> None:
         self.synth = Synth(int(self.client.samplerate))
         self._device = FakeDevice(self.synth)
         self._out = np.zeros(int(self.client.blocksize), np.float32)

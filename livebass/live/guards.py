@@ -1,4 +1,7 @@
-"""Guards against foreign libraries: their own output on stderr, and calls that hang. [any thread]"""
+"""Guards against foreign libraries: their output on stderr, calls that hang, a JACK client that does not open at once.
+
+[any thread]
+"""
 
 from __future__ import annotations
 
@@ -6,10 +9,13 @@ import ctypes
 import os
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from typing import Any
 
 TIMEOUT = 2.0  # s, for a call that may never return
+PAUSE = 0.05  # s, between attempts to open a JACK client
 
 
 class _Stderr:
@@ -59,6 +65,23 @@ def silenced_stderr() -> Iterator[None]:
         yield
     finally:
         _stderr.restore()
+
+
+def open_jack_client(jack: Any, name: str) -> Any:
+    """Returns a client of the running JACK server. Raises jack.JackError if there is none, or if it refuses.
+
+    The socket on which a client hears from its server has the client's name alone: a client of that name that another
+    server on this machine has at the same moment takes it away, and the server reports an error. So try again.
+    """
+    end = time.monotonic() + TIMEOUT
+    while True:
+        try:
+            with silenced_stderr():
+                return jack.Client(name, no_start_server=True)
+        except jack.JackOpenError as error:
+            if not error.status.server_error or time.monotonic() > end:
+                raise
+        time.sleep(PAUSE)
 
 
 def call_with_timeout(call: Callable[[], object], used: object) -> bool:

@@ -16,7 +16,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from livebass.live.guards import call_with_timeout, never_release, silenced_stderr
+from livebass.live.guards import call_with_timeout, never_release, open_jack_client, silenced_stderr
 from livebass.live.synth import Synth, rehearse
 
 LOG = logging.getLogger(__name__)
@@ -94,10 +94,10 @@ class MidiPort:
         port.set_callback(self._heard)
         self._virtual = port
         if self._by_jack:
-            with suppress(Exception), silenced_stderr():
+            with suppress(Exception):
                 import jack
 
-                self._connections = jack.Client(f"{CLIENT}-look", no_start_server=True)
+                self._connections = open_jack_client(jack, f"{CLIENT}-look")
                 self._connections.set_shutdown_callback(lambda *_: self._jack_gone.set())
 
     def _heard(self, event: tuple[list[int], float], _data: object = None) -> None:
@@ -205,10 +205,10 @@ def let_go(synth: Synth) -> None:
 
 def _jack_answers() -> bool:
     """Returns whether there is a JACK server; hangs with one that hangs."""
-    with suppress(Exception), silenced_stderr():
+    with suppress(Exception):
         import jack
 
-        jack.Client(f"{CLIENT}-look", no_start_server=True).close()
+        open_jack_client(jack, f"{CLIENT}-look").close()
         return True
     return False
 

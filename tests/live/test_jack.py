@@ -31,7 +31,9 @@ from support.jack import (
 from support.live import QUICK, offline
 
 from livebass import load_preset
-from livebass.bench.jack import AudioProbe, LostFrames, MidiProbe
+from livebass.bench.jack import AudioProbe, LostFrames, MidiProbe, new_client
+from livebass.live.guards import open_jack_client
+from livebass.live.outputs import JackOutput
 from livebass.live.synth import LiveBass, Synth
 from livebass.live.thread.ring import unread
 
@@ -42,8 +44,6 @@ APART = ("unshare", "-rm", "sh", "-c", 'mount -t tmpfs tmpfs /dev/shm && exec "$
 @contextmanager
 def slap_bass() -> Iterator[Any]:
     """A client of the server that plays the slap bass."""
-    from livebass.live.outputs import JackOutput
-
     output = JackOutput("livebass", lambda rate: Synth(rate, adaptive=False), connect=False)
     output.synth.switch_to(LiveBass(load_preset("slap"), QUICK, output.synth.rate))
     try:
@@ -294,6 +294,42 @@ print(len(server_names()))
         env={**os.environ, "PYTHONPATH": os.pathsep.join([str(Path(__file__).parents[1]), *sys.path])},
     )  # fmt: skip
     assert done.stdout.strip() == "7", done.stdout + done.stderr[-2000:]
+
+
+def test_a_client_that_does_not_open_at_once_is_opened_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A client of the same name that another server has at this moment; but not without a server."""
+    jack = pytest.importorskip("jack")
+    opened: list[str] = []
+    for status, failures in ((0x21, 2), (0x11, 0)):
+        faults = [jack.JackOpenError("livebass", jack.Status(status))] * 2
+
+        def client(name: str, no_start_server: bool, faults: list[Exception] = faults) -> str:
+            assert no_start_server
+            if faults:
+                raise faults.pop()
+            opened.append(name)
+            return name
+
+        monkeypatch.setattr(jack, "Client", client)
+        if failures:
+            assert open_jack_client(jack, "livebass") == "livebass" and opened == ["livebass"] and not faults
+        else:
+            with pytest.raises(jack.JackOpenError):
+                open_jack_client(jack, "livebass")
+            assert len(faults) == 1
+
+
+def test_a_client_is_closed_if_nothing_can_be_played_at_its_rate(server: SimpleNamespace) -> None:
+    def refuse(rate: int) -> Synth:
+        raise ValueError("no such rate")
+
+    for _ in range(2):
+        with pytest.raises(ValueError, match="no such rate"):
+            JackOutput("refused", refuse)
+        assert not new_client("probe").get_ports("^refused")
+    client = new_client("refused")
+    assert client.name == "refused", "the name is free"
+    client.close()
 
 
 def test_threads_may_send_together() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fcntl
 import itertools
 import os
 import re
@@ -9,13 +10,17 @@ import shutil
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from livebass.bench.jack import Lost, new_client
+
 JACK_RATE, JACK_PERIOD = 48000, 256
+TURN = 1200.0  # s that other test runs may take
 PATIENCE = 180.0  # s: a machine that does much else takes its time, and a wait ends as soon as it can
 REGISTRY = Path("/dev/shm/jack-shm-registry")  # has room for eight servers
 NUMBERS = itertools.count()
@@ -46,10 +51,31 @@ def wait_for_log(log: Path, *texts: str, times: int = 1, process: subprocess.Pop
     wait_for(lambda: log.exists() and all(log.read_text().count(text) >= times for text in texts), process=process)
 
 
-def wait_for_take(take: Path, seconds: float, rate: int = JACK_RATE) -> None:
-    """Waits until the file that will be the WAV file `take`, of 24 bits, holds so many seconds of sound."""
-    size = int(3 * seconds * rate)
-    wait_for(lambda: any(file.stat().st_size > size for file in take.parent.glob(f".{take.name[:40]}.*")))
+def wait_for_take(take: Path, seconds: float, more: bool = False, rate: int = JACK_RATE) -> None:
+    """Waits until the file that will be the WAV file `take`, of 24 bits, holds so many seconds (`more` than now)."""
+
+    def size() -> int:
+        return max((file.stat().st_size for file in take.parent.glob(f".{take.name[:40]}.*")), default=0)
+
+    wanted = 3 * seconds * rate + more * size()
+    wait_for(lambda: size() > wanted)
+
+
+@contextmanager
+def alone() -> Iterator[None]:
+    """Waits, within limits, while other test runs on this machine have JACK servers.
+
+    JACK clients of one name disturb each other even if their servers differ: see `open_jack_client`.
+    """
+    end = time.monotonic() + TURN
+    with open(Path(tempfile.gettempdir()) / f"livebass-tests-{os.getuid()}.lock", "w") as lock:
+        while time.monotonic() < end:
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                break
+            except BlockingIOError:
+                time.sleep(0.1)
+        yield
 
 
 @contextmanager
@@ -97,12 +123,10 @@ def _end(process: subprocess.Popen[bytes]) -> None:
 
 
 def _answers() -> bool:
-    """True if the server that the environment names has a client."""
-    import jack
-
+    """True if the server that the environment names accepts a client."""
     try:
-        jack.Client("probe", no_start_server=True).close()
-    except jack.JackError:
+        new_client("probe").close()
+    except Lost:
         return False
     return True
 
