@@ -136,8 +136,8 @@ def _row(load: str, callback: str, block: int, extent: Extent) -> Row:
         output.start()
         time.sleep(extent.settle)
         frames, before = LostFrames(output.client, synth), synth.meters().underruns
-        end = time.monotonic() + extent.seconds
-        while time.monotonic() < end:
+        wanted, end = extent.seconds * synth.rate, time.monotonic() + LONGEST / 2
+        while frames.read()[0] < wanted and time.monotonic() < end:  # the server's time stands still while it stalls
             work()
         passed, lost = (count / block for count in frames.read())
         xruns = synth.meters().underruns - before

@@ -105,6 +105,7 @@ def play(**options: Any) -> None:
         click.echo(CONTROLLERS)
         return
     from livebass import compiling
+    from livebass.live.guards import own_stderr
     from livebass.live.inputs import HELP, interactive
     from livebass.live.outputs import check_output
     from livebass.live.session import Session, Settings
@@ -136,7 +137,7 @@ def play(**options: Any) -> None:
         read=(lambda rate: read_score(song, rate)) if song else None,
     )
     console = Console(options["quiet"])
-    with logged(console, options["log"]):
+    with own_stderr(), logged(console, options["log"]):
         if not compiling.cached(compiling.LIVE_ENTRY):
             check_output(settings.backend, settings.audio)
             announce_kernels(live=True)
@@ -215,8 +216,8 @@ class Console(logging.Handler):
     def status(self, line: str) -> None:
         """Shows `line` in place of the status line before, as far as it fits."""
         try:
-            width = os.get_terminal_size(2).columns
-        except OSError:
+            width = os.get_terminal_size(sys.stderr.fileno()).columns
+        except (OSError, ValueError):
             width = 80
         self._print(line[: max(width - 1, 0)], end="")
 

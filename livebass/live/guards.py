@@ -67,6 +67,29 @@ def silenced_stderr() -> Iterator[None]:
         _stderr.restore()
 
 
+@contextmanager
+def own_stderr() -> Iterator[None]:
+    """Keeps stderr for Python: what C libraries print to file descriptor 2 within the block, in any thread, is dropped.
+
+    PortAudio and alsa-lib print from their own threads when a device goes away, over the status line.
+    """
+    before, ours = sys.stderr, None
+    with suppress(AttributeError, OSError, ValueError):  # there is no stderr, or it is closed
+        if before.fileno() == 2:
+            ours = open(os.dup(2), "w", buffering=1, encoding=before.encoding, errors=before.errors)  # noqa: SIM115
+    if ours is None:
+        yield
+        return
+    sys.stderr = ours
+    try:
+        with silenced_stderr():
+            yield
+    finally:
+        sys.stderr = before
+        with suppress(OSError):
+            ours.close()
+
+
 def open_jack_client(jack: Any, name: str) -> Any:
     """Returns a client of the running JACK server. Raises jack.JackError if there is none, or if it refuses.
 

@@ -167,6 +167,19 @@ def test_a_take_survives_the_signal_that_ends_it(server: SimpleNamespace, tmp_pa
     assert "underruns" in err and "Traceback" not in err
 
 
+def test_a_client_is_closed_if_nothing_can_be_played_at_its_rate(server: SimpleNamespace) -> None:
+    def refuse(rate: int) -> Synth:
+        raise ValueError("no such rate")
+
+    for _ in range(2):
+        with pytest.raises(ValueError, match="no such rate"):
+            JackOutput("refused", refuse)
+        assert not new_client("probe").get_ports("^refused")
+    client = new_client("refused")
+    assert client.name == "refused", "the name is free"
+    client.close()
+
+
 def test_the_sound_of_portaudio_is_the_same(server: SimpleNamespace) -> None:
     """PortAudio's JACK host, captured by another client; in a process of its own, as PortAudio looks for JACK once."""
     program = f"""
@@ -317,19 +330,6 @@ def test_a_client_that_does_not_open_at_once_is_opened_again(monkeypatch: pytest
             with pytest.raises(jack.JackOpenError):
                 open_jack_client(jack, "livebass")
             assert len(faults) == 1
-
-
-def test_a_client_is_closed_if_nothing_can_be_played_at_its_rate(server: SimpleNamespace) -> None:
-    def refuse(rate: int) -> Synth:
-        raise ValueError("no such rate")
-
-    for _ in range(2):
-        with pytest.raises(ValueError, match="no such rate"):
-            JackOutput("refused", refuse)
-        assert not new_client("probe").get_ports("^refused")
-    client = new_client("refused")
-    assert client.name == "refused", "the name is free"
-    client.close()
 
 
 def test_threads_may_send_together() -> None:

@@ -431,6 +431,34 @@ def test_a_log_that_cannot_be_is_one_line_before_anything_sounds(run: Run, tmp_p
     assert_one_clear_line(status, err, (1,))
 
 
+def test_what_libraries_print_is_no_line_of_ours() -> None:
+    """In any thread, while a terminal's status line is shown; Python's own lines are, in order."""
+    program = """
+import os, sys, threading
+from livebass.live.guards import own_stderr, silenced_stderr
+
+def chatter():
+    os.write(2, b"Expression failed\\n")
+
+print("one", file=sys.stderr)
+with own_stderr():
+    chatter()
+    print("two", file=sys.stderr)
+    with silenced_stderr():
+        print("three", file=sys.stderr)
+    beside = threading.Thread(target=chatter)
+    beside.start()
+    beside.join()
+print("four", file=sys.stderr)
+os.write(2, b"five\\n")
+os.close(2)
+with own_stderr():
+    pass
+"""
+    done = subprocess.run([sys.executable, "-c", program], stderr=subprocess.PIPE, text=True, check=False)
+    assert done.returncode == 0 and done.stderr.splitlines() == ["one", "two", "three", "four", "five"], done.stderr
+
+
 def test_the_median_load() -> None:
     counts = np.zeros(HISTOGRAM, np.int64)
     assert median_load(counts) == 0
