@@ -345,6 +345,33 @@ def test_what_was_played_is_kept_as_a_midi_file(server: SimpleNamespace, tmp_pat
     assert np.array_equal(one[:n], two[:n])
 
 
+def test_a_midi_take_has_the_changes_of_preset(server: SimpleNamespace, tmp_path: Path) -> None:
+    """As General MIDI's programs, on the channel of the notes; a program that chooses no bass is left out."""
+    mido = pytest.importorskip("mido")
+    take = tmp_path / "take.mid"
+    settings = Settings(
+        load_preset("jazz-finger"), QUICK, "jazz-finger", backend="jack", keyboard=False, record_midi=take
+    )
+
+    def play(synth: Synth) -> None:
+        synth.send(0x93, 28, 60)
+        synth.send(0xC0, 5)
+        played_on(synth, 0.2)
+        before = synth.bass
+        synth.send(0xC0, SLAP)
+        wait_for(lambda: synth.bass is not before)
+        played_on(synth, 0.2)
+        synth.send(0x93, 40, 60)
+        played_on(synth, 0.2)
+
+    session_of(Session(settings), play)
+    events = [(m.type, m.channel, m.dict().get("program", m.dict().get("note"))) for m in mido.MidiFile(take)
+              if not m.is_meta]  # fmt: skip
+    assert events == [
+        ("program_change", 3, FINGER), ("note_on", 3, 28), ("program_change", 3, SLAP), ("note_on", 3, 40),
+    ]  # fmt: skip
+
+
 def test_a_midi_take_that_cannot_be_is_an_error_before_anything_sounds(tmp_path: Path) -> None:
     with pytest.raises(OutputError, match="nowhere"):
         MidiRecorder(tmp_path / "nowhere" / "take.mid", Synth(RATE), "slap")
