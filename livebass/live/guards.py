@@ -15,7 +15,12 @@ from contextlib import contextmanager, suppress
 from typing import Any
 
 TIMEOUT = 2.0  # s, for a call that may never return
+PATIENCE = 15.0  # s, for a call that takes long on a busy machine
 PAUSE = 0.05  # s, between attempts to open a JACK client
+# A server that ends deletes the database that all clients of the user share. If one opens at that moment, what is left
+# of the database makes every other wait for ever.
+JACK_HANGS = f"the JACK library hangs; if it does so again, delete /dev/shm/jack_db-{getattr(os, 'getuid', int)()}"
+jack_hangs = threading.Event()  # set once the JACK library has hung
 
 
 class _Stderr:
@@ -90,17 +95,46 @@ def own_stderr() -> Iterator[None]:
             ours.close()
 
 
+def answer_of(call: Callable[[], Any]) -> Any:
+    """Returns what `call` returns, or raises what it raises; TimeoutError if it has not returned after PATIENCE.
+
+    `call` runs in a thread of its own: while a C library waits, this one can still be interrupted.
+    """
+    answers: list[Any] = []
+    faults: list[BaseException] = []
+
+    def work() -> None:
+        try:
+            answers.append(call())
+        except BaseException as error:
+            faults.append(error)
+
+    thread = threading.Thread(target=work, daemon=True)
+    thread.start()
+    thread.join(PATIENCE)
+    if thread.is_alive():
+        _stderr.restore_for_all()
+        raise TimeoutError
+    if faults:
+        raise faults[0]
+    return answers[0]
+
+
 def open_jack_client(jack: Any, name: str) -> Any:
     """Returns a client of the running JACK server. Raises jack.JackError if there is none, or if it refuses.
 
     The socket on which a client hears from its server has the client's name alone: a client of that name that another
-    server on this machine has at the same moment takes it away, and the server reports an error. So try again.
+    server on this machine has at the same moment takes it away, and the server reports an error. So try again. Raises
+    JackError, too, if the library hangs: see JACK_HANGS.
     """
     end = time.monotonic() + TIMEOUT
     while True:
         try:
             with silenced_stderr():
-                return jack.Client(name, no_start_server=True)
+                return answer_of(lambda: jack.Client(name, no_start_server=True))
+        except TimeoutError:
+            jack_hangs.set()
+            raise jack.JackError(JACK_HANGS) from None
         except jack.JackOpenError as error:
             if not error.status.server_error or time.monotonic() > end:
                 raise

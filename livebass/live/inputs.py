@@ -16,7 +16,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from livebass.live.guards import call_with_timeout, never_release, open_jack_client, silenced_stderr
+from livebass.live.guards import call_with_timeout, jack_hangs, never_release, open_jack_client, silenced_stderr
 from livebass.live.synth import Synth, rehearse
 
 LOG = logging.getLogger(__name__)
@@ -244,7 +244,7 @@ def new_input(name: str, hardware_only: bool = False) -> Any:
     rtmidi = _rtmidi()
     why = "this build of python-rtmidi supports no MIDI system"
     for api in rtmidi.get_compiled_api():
-        if hardware_only and api == rtmidi.API_UNIX_JACK:
+        if api == rtmidi.API_UNIX_JACK and (hardware_only or jack_hangs.is_set()):
             continue
         try:
             with silenced_stderr():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import atexit
 import ctypes
+import importlib
 import logging
 import os
 import sys
@@ -15,7 +16,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from livebass.live.guards import call_with_timeout, never_release, open_jack_client, silenced_stderr
+from livebass.live.guards import (
+    JACK_HANGS,
+    answer_of,
+    call_with_timeout,
+    never_release,
+    open_jack_client,
+    silenced_stderr,
+)
 from livebass.live.priority import make_realtime
 from livebass.live.synth import Synth
 from livebass.live.thread import callbacks
@@ -412,14 +420,25 @@ def output_names() -> dict[int, str]:
 def _sounddevice() -> Any:
     try:
         with silenced_stderr():
-            import sounddevice
+            return _portaudio_answer(lambda: importlib.import_module("sounddevice"))
+    except OutputLost:
+        raise
     except ImportError as error:
         raise OutputLost(f"sound output: {_one_line(error)}; pip install 'livebass[live]'") from None
     except OSError as error:
         raise OutputLost(
             f"sound output: {_one_line(error)}; on Debian: sudo apt install libportaudio2; or start a JACK server"
         ) from None
-    return sounddevice
+
+
+def _portaudio_answer(call: Callable[[], Any]) -> Any:
+    """Calls what makes PortAudio look for devices, which alsa-lib also asks JACK for. Raises OutputLost if it hangs."""
+    if sys.platform != "linux":  # elsewhere PortAudio wants to be used by one thread
+        return call()
+    try:
+        return answer_of(call)
+    except TimeoutError:
+        raise OutputLost(f"sound output: PortAudio does not answer; {JACK_HANGS}") from None
 
 
 def _jack() -> Any:
@@ -438,7 +457,7 @@ def restart_portaudio() -> None:
     try:
         with silenced_stderr():
             sd._terminate()
-            sd._initialize()
+            _portaudio_answer(sd._initialize)
     except sd.PortAudioError as error:
         raise OutputLost(f"sound output: {_one_line(error)}") from None
 

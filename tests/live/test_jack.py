@@ -332,6 +332,26 @@ def test_a_client_that_does_not_open_at_once_is_opened_again(monkeypatch: pytest
             assert len(faults) == 1
 
 
+@pytest.mark.parametrize(
+    "arguments", [("play", "--backend", "jack"), pytest.param(("devices",), marks=pytest.mark.slow)]
+)
+def test_a_jack_library_that_hangs_is_an_error(arguments: tuple[str, ...]) -> None:
+    """JACK's database as a server leaves it that ends while a client opens it: an open client waits for ever."""
+    if subprocess.run([*APART, "true"], capture_output=True, check=False).returncode:
+        pytest.skip("there is no shared memory of one's own")
+    leave = "d=/dev/shm/jack_db-0; mkdir $d && : >$d/__db.001 && "  # here this user is 0
+    apart = [part.replace("exec", f"{leave} exec") for part in APART]
+    done = subprocess.run(
+        [*apart, sys.executable, "-m", "livebass", *arguments], capture_output=True, text=True, timeout=PATIENCE,
+        check=False,
+    )  # fmt: skip
+    said = done.stderr + done.stdout
+    assert done.returncode == (1 if arguments[0] == "play" else 0), said
+    assert "Traceback" not in said
+    if shutil.which("jackd"):
+        assert "delete /dev/shm/jack_db-0" in said
+
+
 def test_threads_may_send_together() -> None:
     synth = Synth(RATE)
     threads = [threading.Thread(target=lambda: [synth.send(0x90, 40, 1) for _ in range(500)]) for _ in range(4)]

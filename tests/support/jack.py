@@ -89,6 +89,7 @@ def running_server() -> Iterator[subprocess.Popen[bytes]]:
         for name in (f"livebass-test-{os.getpid()}-{next(NUMBERS)}", *server_names()):
             os.environ["JACK_DEFAULT_SERVER"] = name
             if not _answers():
+                shutil.rmtree(f"/dev/shm/jack_db-{os.getuid()}", ignore_errors=True)  # see livebass.live.guards
                 process = _start(name)
                 wait_for(lambda process=process: process.poll() is not None or _answers())  # type: ignore[misc]
                 if process.poll() is None:
