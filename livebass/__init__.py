@@ -6,21 +6,30 @@
     sound = livebass.render_to_array(bass, score, livebass.QUALITIES["studio"])
 
 `sound` is float64 of shape (n_strings, n_frames), lowest string first, full scale 1; its sum over strings is
-what `render_to_file` writes. Units are SI throughout (m, s, Hz, kg/m, N); pitches are MIDI note numbers
-(C4 is 60); times in a `Score` are sample frames at its `rate`. Bad data raise ValueError (PresetError,
-ScoreError), a file that cannot be written raises OutputError, an OSError; each message is one line that says
-what is allowed.
+what `render_to_file` writes. Units are SI throughout; pitches are MIDI note numbers (C4 is 60); times in a
+`Score` are frames at its `rate`. Bad values raise ValueError (PresetError, ScoreError ...), a file that cannot
+be written OutputError, an OSError: one line that says what is allowed. Nothing prints or exits. The rest is in
+help(livebass.NAME).
 
-    preset_names() -> list[str]                    the basses that come with livebass
-    load_preset(name_or_path) -> Instrument        strings, necks, pickups, player
-    read_score(path, rate, channel="auto") -> Score
+    preset_names()  load_preset(name_or_path) -> Instrument         strings, necks, pickups, player
+    read_score(path, rate, channel="auto") -> Score                 or demo_score(rate, "finger" or "slap")
     single_note(note, velocity, duration, rate) -> Score
     score_of([(start_s, length_s, note, velocity), ...], rate) -> Score
-    demo_score(rate, style="finger") -> Score      "finger" or "slap"
-    quality_with("studio", modes=None, contact_rate=None) -> Quality
-    render_to_array(instrument, score, quality, tail=None, seed=0) -> (n_strings, n_frames)
+    QUALITIES  quality_with("studio", modes=None, contact_rate=None) -> Quality
+    render_to_array(instrument, score, quality, ...) -> (n_strings, n_frames)
     render_to_file(instrument, score, path, quality=..., rate=..., ...) -> RenderReport
-    Engine(instrument, quality, rate, seed=0)      .play(score, tail) yields (n_strings, n_block) arrays
+    Engine(instrument, quality, rate, seed=0)                       .play(score) yields (n_strings, n_block)
+    simulate(instrument, string="G", apex=3.6e-3, ...) -> Solved    one pluck: motion, contacts, energies
+    sweep(preset, "pluck.apex=1mm:7mm:13", ...) -> Sweep            .values("contacts"), .table()
+    identify("g-string.wav", instrument, ...) -> Identified         partials and law of a recorded string
+
+Of sounds (n,), float, and motions:
+
+    fundamental(sound, rate) -> Pitch                               over time, by YIN
+    spectrogram_db(sound, rate) -> Spectrogram                      characteristic_frequencies(sound, rate), Hz
+    resampled(sound, rate, to)                                      relative_variation(frequencies, reference)
+    contactogram(times, indices, frets) -> Contactogram             string_shape(speaking, q, x), m
+    decay_rates(times, energies), 1/s                               t60(dampings), s
 """
 
 from lazy_loader import attach_stub

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import io
+import os
 import sys
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from livebass.interrupts import INTERRUPTED, exit_while_loading
 
@@ -11,12 +13,43 @@ from livebass.interrupts import INTERRUPTED, exit_while_loading
 def main() -> NoReturn:
     """Runs the command line and exits."""
     try:
+        open_streams()
         exit_while_loading()
         from livebass.cli import main as cli
 
         cli.main()
     except KeyboardInterrupt:  # before or after the part in which `cli.main` catches it
         sys.exit(INTERRUPTED)
+
+
+class Messages(io.FileIO):
+    """Standard error. A message that cannot be written is no reason to lose a file: errors are ignored."""
+
+    def write(self, data: Any, /) -> int:
+        try:
+            return super().write(data)
+        except OSError:
+            return len(data)
+
+
+def open_streams() -> None:
+    """Opens the standard streams that the shell closed, as in `livebass >&-`: else a sound file would get their number.
+
+    What is written to them then is lost, as what goes to a pipe that nobody reads.
+    """
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # gets the lowest free number
+            os.set_inheritable(number, True)
+    if sys.stdin is None:
+        sys.stdin = open(0)  # noqa: SIM115
+    if sys.stdout is None:
+        sys.stdout = open(1, "w")  # noqa: SIM115
+    encoding = sys.stderr.encoding if sys.stderr else "utf-8"
+    raw = io.BufferedWriter(Messages(2, "w", closefd=False))
+    sys.stderr = io.TextIOWrapper(raw, encoding, errors="backslashreplace", line_buffering=True)
 
 
 if __name__ == "__main__":

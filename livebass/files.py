@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import secrets
 import stat
 from collections.abc import Callable, Iterator
@@ -15,6 +16,12 @@ from typing import Self
 
 from livebass.interrupts import uninterrupted
 
+try:
+    import fcntl
+except ImportError:  # Windows, where a file that is open cannot be removed
+    fcntl = None  # type: ignore[assignment]
+
+TEMPORARY = "tmp"
 _completed: ContextVar[list[Path] | None] = ContextVar("completed", default=None)
 
 
@@ -72,7 +79,34 @@ class _File:
 
 def _beside(place: Path, ending: str) -> Path:
     """Returns a free name in the same directory: moving it to `place` is then a renaming."""
-    return place.with_name(f".{place.name[:40]}.{ending}-{secrets.token_hex(4)}")
+    return place.with_name(f"{_prefix(place, ending)}{secrets.token_hex(4)}")
+
+
+def _prefix(place: Path, ending: str) -> str:
+    return f".{place.name[:40]}.{ending}-"
+
+
+def _locked(path: Path) -> int:
+    """Creates a file and locks it for this process, for as long as it is open; returns its descriptor."""
+    while True:
+        fd = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)
+        with suppress(OSError):  # a file system without locks
+            if fcntl:
+                fcntl.flock(fd, fcntl.LOCK_EX)
+        if os.fstat(fd).st_nlink:
+            return fd
+        os.close(fd)  # another process took it for a leftover before it was locked
+
+
+def _remove_leftovers(place: Path) -> None:
+    """Removes temporary files of `place` that no process has locked: those of killed ones."""
+    form = re.compile(re.escape(_prefix(place, TEMPORARY)) + "[0-9a-f]{8}")
+    with suppress(OSError):
+        for entry in place.parent.iterdir() if fcntl else ():
+            if form.fullmatch(entry.name) and stat.S_ISREG(entry.lstat().st_mode):
+                with suppress(OSError), entry.open() as file:
+                    fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                    entry.unlink()
 
 
 class Transaction:
@@ -80,10 +114,12 @@ class Transaction:
 
     Leaving the block without an exception moves every file to its place, over an older one. After any exception,
     KeyboardInterrupt included, no file appears, older ones stay and nothing is left behind. Signals wait while files
-    are moved or removed.
+    are moved or removed. What a killed process left behind, the next one that writes to the same place removes; for
+    what cannot be made again, such as a recording, name another `ending` than `TEMPORARY`, and it stays.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, ending: str = TEMPORARY) -> None:
+        self._ending = ending  # of the temporary names, before some digits
         self._files: list[_File] = []
         self._made: list[Path] = []  # directories, outermost first
         self._open: list[tuple[int, Path]] = []  # file descriptors and the names of their files
@@ -133,12 +169,14 @@ class Transaction:
 
         Raises OutputError if the file could not be moved to `path` at the end.
         """
-        file = _File(path, checked_place(path), _beside(checked_place(path), "tmp"))
+        place = checked_place(path)
+        file = _File(path, place, _beside(place, self._ending))
         if any(file.place == other.place for other in self._files):
             raise OutputError(f"{path}: would be written twice")
+        _remove_leftovers(place)
         self._files.append(file)  # before it exists: an interrupt in between leaves nothing
         try:
-            fd = os.open(file.temporary, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)
+            fd = _locked(file.temporary)
         except OSError as error:
             raise output_error(path, error) from None
         self._closing.callback(os.close, fd)

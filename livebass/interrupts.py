@@ -1,8 +1,10 @@
 """Handles SIGINT (Ctrl-C), SIGTERM and SIGHUP (a closed terminal): one function for each phase of the program.
 
     exit_while_loading    modules load: SIGINT ends the process at once, with one line
-    handled               a command runs: SIGINT raises KeyboardInterrupt, the others SystemExit(128 + number);
-                          the interpreter ends: all are ignored
+    handled               a command runs: SIGINT raises KeyboardInterrupt, the others SystemExit(128 + number), a little
+                          later if a module is loading; the interpreter ends: all are ignored
+    aside                 kernels compile, in a thread of their own: the exception is raised in those who wait for it
+    leave                 the program ends: at once, if kernels still compile
     uninterrupted         files are moved: the signal waits until they are in place or gone
     stop_instead          a session plays: the signal sets its StopFlag, and the session ends in order
     hidden_from_children  worker processes compute: they never see SIGINT and SIGHUP, their parent ends them
@@ -20,13 +22,33 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from types import FrameType
-from typing import NoReturn
+from typing import Any, NoReturn, TypeVar
+
+T = TypeVar("T")
 
 STOPS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
 INTERRUPTED = 128 + signal.SIGINT  # exit status
 PATIENCE = 2.0  # s in which further signals are ignored: the program is already stopping
+AGAIN = 0.01  # s after which a signal that could not raise its exception comes again
+ASIDE = "livebass-aside"  # name of threads that run what an exception must not interrupt
+
+
+class StopFlag:
+    """Asks a loop to end. Not a threading.Event: a signal handler could deadlock on its lock."""
+
+    def __init__(self) -> None:
+        self._set = False
+
+    def set(self) -> None:
+        self._set = True
+
+    def is_set(self) -> bool:
+        return self._set
+
+
+_ended = StopFlag()  # set by the signal that ends the program
 
 
 def _heeded() -> list[int]:
@@ -41,7 +63,8 @@ def exit_while_loading() -> None:
 
 
 def _exit_at_once(number: int, frame: FrameType | None) -> NoReturn:
-    os.write(2, b"livebass: error: interrupted, nothing written\n")  # nothing is open yet
+    with suppress(OSError):
+        os.write(2, b"livebass: error: interrupted, nothing written\n")  # nothing is open yet
     os._exit(INTERRUPTED)
 
 
@@ -57,6 +80,10 @@ def handled() -> Iterator[None]:
     finally:
         for number in heeded:
             signal.signal(number, signal.SIG_IGN)
+        sys.unraisablehook = sys.__unraisablehook__
+        if hasattr(signal, "setitimer"):
+            signal.signal(signal.SIGALRM, signal.SIG_IGN)  # one may be on its way
+            signal.setitimer(signal.ITIMER_REAL, 0)
 
 
 class _Handler:
@@ -70,19 +97,74 @@ class _Handler:
         now = time.monotonic()
         if now - self._latest > PATIENCE:
             self._latest, self._number = now, number
+            if _loading(frame):
+                self._send_later()
+                return
+            _ended.set()
             raise KeyboardInterrupt if number == signal.SIGINT else SystemExit(128 + number)
 
     def raise_again(self, lost: sys.UnraisableHookArgs) -> None:
         """Python's hook for exceptions nobody can catch, as in a destructor: if it was ours, once more a bit later."""
         if isinstance(lost.exc_value, KeyboardInterrupt | SystemExit):
-            signal.signal(signal.SIGALRM, self._send_again)
-            signal.setitimer(signal.ITIMER_REAL, 0.01)
+            self._send_later()
         else:
             sys.__unraisablehook__(lost)
+
+    def _send_later(self) -> None:
+        signal.signal(signal.SIGALRM, self._send_again)
+        signal.setitimer(signal.ITIMER_REAL, AGAIN)
 
     def _send_again(self, number: int, frame: FrameType | None) -> None:
         self._latest = -math.inf
         signal.raise_signal(self._number)
+
+
+def _loading(frame: FrameType | None) -> bool:
+    """True if `frame` is part of an import, which may catch the exception or leave half a module behind."""
+    while frame is not None:
+        if frame.f_code.co_filename == "<frozen importlib._bootstrap>":
+            return True
+        frame = frame.f_back
+    return False
+
+
+def aside(work: Callable[..., T], *arguments: Any) -> T:
+    """Returns `work(*arguments)`, which runs in a thread of its own.
+
+    For work that takes long and that no exception may interrupt, as it would be lost or leave a wrong state: numba. A
+    signal that ends the program ends the waiting here, in any thread; the work goes on until `leave`. Work that such
+    work asks for runs in the same thread.
+    """
+    if threading.current_thread().name == ASIDE:
+        return work(*arguments)
+    results: list[T] = []
+    errors: list[BaseException] = []
+
+    def run() -> None:
+        try:
+            results.append(work(*arguments))
+        except BaseException as error:
+            errors.append(error)
+
+    thread = threading.Thread(target=run, name=ASIDE)
+    thread.start()
+    while thread.is_alive():
+        thread.join(0.1)  # a signal may have come to another thread, and not wake this one
+        if _ended.is_set() and thread.is_alive():
+            raise KeyboardInterrupt
+    for error in errors:
+        raise error
+    return results[0]
+
+
+def leave(status: int) -> NoReturn:
+    """Exits; at once if work still runs `aside`, for which the interpreter would wait."""
+    if any(thread.name == ASIDE for thread in threading.enumerate()):
+        for stream in (sys.stdout, sys.stderr):
+            with suppress(OSError, ValueError):
+                stream.flush()
+        os._exit(status)
+    sys.exit(status)
 
 
 @contextmanager
@@ -100,19 +182,6 @@ def uninterrupted() -> Iterator[None]:
             signal.signal(number, handler)
         for number in late[:1]:
             signal.raise_signal(number)
-
-
-class StopFlag:
-    """Asks a loop to end. Not a threading.Event: a signal handler could deadlock on its lock."""
-
-    def __init__(self) -> None:
-        self._set = False
-
-    def set(self) -> None:
-        self._set = True
-
-    def is_set(self) -> bool:
-        return self._set
 
 
 def stop_instead(flag: StopFlag, playing: Callable[[], bool]) -> None:

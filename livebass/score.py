@@ -4,48 +4,53 @@ A `Score` is clean by construction, whatever the file: at one frame, note-offs a
 every note-on has its end, at least `BRIEF` seconds later; an end without a note is dropped; and of overlapping notes of
 one pitch, the end of the earlier one does not cut the later one.
 
-Standard MIDI Files are parsed here and not by a library, because the promises are stricter than a library's: every file
-that keeps to the format is read (unknown chunks, escapes, odd texts and key signatures are passed over), and an error
-in a file is reported with its track and byte.
+Of a file the bass part is taken: the notes of General MIDI's basses or, where there are none, of tracks called bass.
 """
 
 from __future__ import annotations
 
+import functools
 import operator
 import os
+import re
 import stat
+import sys
 from bisect import bisect_right
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
+from mido import Message
 from numpy.typing import NDArray
 
-from livebass.units import note_number
+from livebass.smf import Smf, SmfError, message, parse_smf
+from livebass.units import note_name, note_number
 
-NOTE_OFF, NOTE_ON, PROGRAM = 0x8, 0x9, 0xC  # upper four bits of a status byte
+NOTE_OFF, NOTE_ON = 0x80, 0x90
 DRUMS = 9  # channel 10, counted from 0
 BASS_PROGRAMS = range(32, 40)  # General MIDI, counted from 0: the eight basses
+# "Bass", "E-Bass", "bass 2", "Bass Guitar", but no double-bassoon, bass drum or bass clarinet.
+BASS_NAME = re.compile(
+    r"(?<![a-z])e?bass(es|line|guitar|gitarre)?(?![a-z])(?![\W_]*(drum|clarinet|trombone|flute|voc|voice|singer))",
+    re.IGNORECASE,
+)
 BRIEF = 1e-3  # s, least length of a note: even a zero-length note sounds
 LONGEST = 24 * 3600  # s, of a score
 LARGEST = 64 << 20  # bytes of a MIDI file
+STDIN = Path("-")
+MOST_NAMED = 8  # parts in an error
 LEAST_RATE, MOST_RATE = 8000, 192_000  # Hz
 DEFAULT_TEMPO = 500_000  # us per quarter note, until a file sets another
-SMPTE_RATES = {24: (24, 1), 25: (25, 1), 29: (30_000, 1001), 30: (30, 1)}  # frames/s as a fraction
-META_END, META_TEMPO = 0x2F, 0x51
 
-Event = tuple[int, bytes]  # (frame, status and one or two data bytes)
+Event = tuple[int, Message, int]  # (frame, channel message, track of the file from 0)
 
 
 class ScoreError(ValueError):
     """A MIDI file that cannot be played. The message is one line: file, place, and what is allowed."""
-
-
-class SmfError(ValueError):
-    """Bytes that are not a Standard MIDI File, or not one that can be played. The message names the place."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +63,39 @@ class Score:
     notes: int  # number of note-ons
     name: str  # of the piece, for messages
     rate: int  # Hz
-    program: int | None = None  # General MIDI's, counted from 0, of most notes of a file
+    program: int | None = None  # General MIDI's, counted from 0, of most notes of a file; None: the file sets none
+    remarks: tuple[str, ...] = ()  # a line each: damage in the file that did not matter, and what was chosen from it
+
+
+@dataclass(frozen=True)
+class Part:
+    """The notes of one channel in one track of a MIDI file."""
+
+    channel: int  # 1 to 16
+    track: int  # from 1
+    name: str  # of the track; "": it has none
+    programs: tuple[int, ...]  # General MIDI's, counted from 1, that its notes have; empty: the file sets none
+    notes: int
+    lowest: int  # note numbers
+    highest: int
+    chosen: int  # how many of its notes are played
+
+    @property
+    def range(self) -> str:
+        """Lowest to highest note, "E1 to D#4"."""
+        names = note_name(self.lowest), note_name(self.highest)
+        return names[0] if self.lowest == self.highest else " to ".join(names)
+
+    @property
+    def is_drums(self) -> bool:
+        return self.channel == DRUMS + 1
+
+    def __str__(self) -> str:
+        programs = f"program {' '.join(map(str, self.programs))}" if self.programs else "no program"
+        named = f' "{self.name}"' if self.name else ""
+        several = "s" * (self.notes != 1)
+        kind = "drums" if self.is_drums else programs
+        return f"channel {self.channel}{named} ({kind}, {self.notes} note{several}, {self.range})"
 
 
 def single_note(note: int, velocity: int, duration: float, rate: int) -> Score:
@@ -86,12 +123,11 @@ def score_of(
             raise ValueError(f"note of {length} s at {start} s: allowed are 0 to {LONGEST} s")
         first = round(start * rate)
         last = round((start + length) * rate)
-        events += [(first, bytes([NOTE_ON << 4, note, velocity])), (last, bytes([NOTE_OFF << 4, note, 64]))]
+        events += [(first, message(bytes([NOTE_ON, note, velocity])), 0), (last, _note_off(0, note), 0)]
     for time, position in bends:
         if not (0 <= time <= LONGEST and -1 <= position <= 1):
             raise ValueError(f"bend to {position} at {time} s: allowed are -1 to 1 and 0 to {LONGEST} s")
-        wheel = round(8192 + 8191 * position)
-        events.append((round(time * rate), bytes([0xE0, wheel & 0x7F, wheel >> 7])))
+        events.append((round(time * rate), Message("pitchwheel", pitch=round(8192 + 8191 * position) - 8192), 0))
     events.sort(key=lambda e: e[0])
     return _score(_cleaned(events, 0, rate), name, rate)
 
@@ -112,27 +148,35 @@ def _whole(number: object) -> bool:
 
 
 def read_score(path: str | os.PathLike[str], rate: int, channel: str | int = "auto") -> Score:
-    """The bass part of a Standard MIDI File (type 0 or 1) in frames at `rate` Hz.
+    """The bass part of a Standard MIDI File (type 0 or 1) in frames at `rate` Hz; of standard input if `path` is "-".
 
-    `channel` "auto" takes the notes played while their channel's program is 32 to 39 (the General MIDI basses); "all"
-    takes every channel but 10, the drums; 1 to 16 takes that one. Controllers are taken from the channels of these
-    notes. Raises ScoreError if the file cannot be played, and ValueError for a rate or channel that is not allowed.
+    `channel` "auto" takes the notes played while their channel's program is 33 to 40, counted from 1 (the General MIDI
+    basses); if there are none, those of tracks called bass; "all" takes every channel but 10, the drums; 1 to 16 takes
+    that one. Controllers are taken from the channels of these notes. Raises ScoreError if the file cannot be played,
+    and ValueError for a rate or channel that is not allowed.
     """
-    checked_rate(rate)
-    if channel not in ("auto", "all", *range(1, 17)):
-        raise ValueError(f'channel {channel!r}: allowed are "auto", "all" and 1 to 16')
-    path = Path(path)
-    try:
-        smf = parse_smf(_file_bytes(path))
-        events, end = _timed(smf, rate)
-        chosen, program = _selected(_cleaned(events, end, rate), channel)
-    except SmfError as error:
-        raise ScoreError(f"{path}: {error}") from None
-    return _score(chosen, path.stem, rate, program)
+    read = _read(path, rate, channel)
+    if not read.chosen:
+        raise ScoreError(f"{path}: {_nothing_chosen(channel, read.parts)}")
+    programs = Counter(note.program for note in read.chosen)
+    return _score(read.events, Path(path).stem, rate, programs.most_common(1)[0][0], read.remarks)
+
+
+def read_parts(path: str | os.PathLike[str], channel: str | int = "auto") -> list[Part]:
+    """The parts of a Standard MIDI File by channel and track, and which of them `read_score` would play.
+
+    Raises ScoreError and ValueError as it does, but not for a file without a bass.
+    """
+    return list(_read(path, LEAST_RATE, channel).parts)
 
 
 def _file_bytes(path: Path) -> bytes:
-    """The content of a regular file of at most LARGEST bytes. Raises ScoreError."""
+    """The content of a regular file, or for "-" of standard input, of at most LARGEST bytes. Raises ScoreError."""
+    if path == STDIN:
+        data = _stdin()
+        if len(data) > LARGEST:
+            raise ScoreError(f"{path}: allowed are up to {LARGEST >> 20} MB")
+        return data
     try:
         kind = path.stat()
         if stat.S_ISDIR(kind.st_mode):
@@ -146,6 +190,15 @@ def _file_bytes(path: Path) -> bytes:
         if isinstance(error, ScoreError):
             raise
         raise ScoreError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
+
+
+@functools.cache  # there is nothing left to read the next time
+def _stdin() -> bytes:
+    """Standard input up to its end, or to a byte more than a MIDI file may have."""
+    try:
+        return sys.stdin.buffer.read(LARGEST + 1)
+    except OSError as error:
+        raise ScoreError(f"{STDIN}: cannot be read: {error.strerror or error}") from None
 
 
 def _frame_of(smf: Smf, rate: int) -> Callable[[int], int]:
@@ -173,27 +226,33 @@ def _timed(smf: Smf, rate: int) -> tuple[list[Event], int]:
     end = frame(smf.end_tick)
     if end > LONGEST * rate:
         raise SmfError(f"lasts {end / rate / 3600:.4g} hours, allowed: up to {LONGEST // 3600}")
-    off_or_as_is = (
-        (tick, bytes([m[0] - 0x10, m[1], 64]) if m[0] >> 4 == NOTE_ON and m[2] == 0 else m) for tick, m in smf.messages
-    )
-    return [(frame(tick), m) for tick, m in off_or_as_is], end
+    events = []
+    for tick, m, track in smf.messages:
+        off = m.type == "note_on" and m.velocity == 0
+        events.append((frame(tick), _note_off(m.channel, m.note) if off else m, track))
+    return events, end
+
+
+def _note_off(channel: int, note: int) -> Message:
+    return message(bytes([NOTE_OFF | channel, note, 64]))
 
 
 def _cleaned(events: list[Event], end: int, rate: int) -> list[Event]:
     """The events in the order of a `Score`, with exactly one note-off for each note."""
     keys: dict[tuple[int, int], list[tuple[int, bool]]] = defaultdict(list)
     clean: list[Event] = []
-    for frame, m in events:
-        if m[0] >> 4 in (NOTE_ON, NOTE_OFF):
-            keys[m[0] & 0xF, m[1]].append((frame, m[0] >> 4 == NOTE_ON))
-        if m[0] >> 4 != NOTE_OFF:
-            clean.append((frame, m))
+    for event in events:
+        frame, m, _ = event
+        if m.type in ("note_on", "note_off"):
+            keys[m.channel, m.note].append((frame, m.type == "note_on"))
+        if m.type != "note_off":
+            clean.append(event)
     for (channel, note), strokes in keys.items():
         for frame in note_ends(strokes, end, max(1, round(BRIEF * rate))):
-            clean.append((frame, bytes([NOTE_OFF << 4 | channel, note, 64])))
+            clean.append((frame, _note_off(channel, note), 0))
     # Controllers come first: a pedal pressed as a note ends holds it, and a bend is there before the next note begins.
-    rank = {NOTE_OFF: 1, NOTE_ON: 2}
-    return sorted(clean, key=lambda e: (e[0], rank.get(e[1][0] >> 4, 0)))
+    rank = {"note_off": 1, "note_on": 2}
+    return sorted(clean, key=lambda e: (e[0], rank.get(e[1].type, 0)))
 
 
 def note_ends(strokes: list[tuple[int, bool]], end: int, brief: int) -> list[int]:
@@ -226,196 +285,141 @@ def note_ends(strokes: list[tuple[int, bool]], end: int, brief: int) -> list[int
     return ends + [max(end, struck + brief)] * bool(held)
 
 
-def _selected(events: list[Event], channel: str | int) -> tuple[list[Event], int]:
-    """The events of the notes that `channel` chooses, and of their channels; and the program that most notes have.
+class _Note(NamedTuple):
+    """A note-on among cleaned events."""
 
-    Raises SmfError if there are no notes.
-    """
-    programs = [0] * 16
-    counts: Counter[int] = Counter()  # notes by program
-    kept: list[Event] = []
-    sounding, chosen = set(), set()  # channels with notes, and with chosen notes
-    for frame, m in events:
-        kind, where = m[0] >> 4, m[0] & 0xF
-        if kind == PROGRAM:
-            programs[where] = m[1]
-        elif kind == NOTE_ON:
-            sounding.add(where)
-            if not _wanted(channel, where, programs[where]):
-                continue
-            chosen.add(where)
-            counts[programs[where]] += 1
-        kept.append((frame, m))
-    if not chosen:
-        raise SmfError(_nothing_chosen(channel, sorted(sounding)))
-    return [(frame, m) for frame, m in kept if m[0] & 0xF in chosen], counts.most_common(1)[0][0]
+    place: int  # in the list of events
+    track: int  # from 0
+    channel: int  # from 0
+    note: int
+    program: int | None  # of its channel when it begins, from 0; None: not set so far
 
 
-def _wanted(channel: str | int, where: int, program: int) -> bool:
-    """True if `channel` chooses a note on channel `where`, counted from 0, that plays `program`."""
+class _Read(NamedTuple):
+    """The notes read from a file, and those that `channel` chooses."""
+
+    parts: tuple[Part, ...]
+    events: list[Event]  # of the chosen notes and of their channels
+    chosen: list[_Note]
+    remarks: tuple[str, ...]
+
+
+def _read(path: str | os.PathLike[str], rate: int, channel: str | int) -> _Read:
+    """Reads a MIDI file and chooses the notes to play. Raises ScoreError and ValueError as `read_score` does."""
+    checked_rate(rate)
+    if channel not in ("auto", "all", *range(1, 17)):
+        raise ValueError(f'channel {channel!r}: allowed are "auto", "all" and 1 to 16')
+    path = Path(path)
+    try:
+        smf = parse_smf(_file_bytes(path))
+        events, end = _timed(smf, rate)
+    except SmfError as error:
+        raise ScoreError(f"{path}: {error}") from None
+    clean = _cleaned(events, end, rate)
+    notes = _notes(clean)
+    chosen = [note for note in notes if _wanted(channel, note)]
+    tracks = set() if chosen or channel != "auto" else _called_bass(notes, smf.names)
+    if not tracks:
+        places, channels = {note.place for note in chosen}, {note.channel for note in chosen}
+        kept = [e for i, e in enumerate(clean) if e[1].channel in channels and (e[1].type != "note_on" or i in places)]
+        return _Read(_parts(notes, places, smf.names), kept, chosen, smf.warnings)
+    # Other tracks may share the channel: their notes must not end these.
+    places = {note.place for note in notes if note.track in tracks}
+    channels = {note.channel for note in notes if note.track in tracks}
+    own = [
+        e for e in events if e[1].channel in channels and (e[2] in tracks or e[1].type not in ("note_on", "note_off"))
+    ]
+    kept = _cleaned(own, end, rate)
+    called = ", ".join(f'"{smf.names[track]}"' for track in sorted(tracks))
+    remark = f"no channel has a bass program, 33 to 40: plays the track{'s' * (len(tracks) > 1)} called {called}"
+    return _Read(_parts(notes, places, smf.names), kept, _notes(kept), (*smf.warnings, remark))
+
+
+def _notes(events: list[Event]) -> list[_Note]:
+    """The notes of cleaned events, with the programs they have."""
+    programs: list[int | None] = [None] * 16
+    notes = []
+    for place, (_, m, track) in enumerate(events):
+        if m.type == "program_change":
+            programs[m.channel] = m.program
+        elif m.type == "note_on":
+            notes.append(_Note(place, track, m.channel, m.note, programs[m.channel]))
+    return notes
+
+
+def _wanted(channel: str | int, note: _Note) -> bool:
+    """True if `channel` chooses the note; for "auto" by its program."""
     if channel == "auto":
-        return where != DRUMS and program in BASS_PROGRAMS
+        return note.channel != DRUMS and note.program in BASS_PROGRAMS
     if channel == "all":
-        return where != DRUMS
-    return channel == where + 1
+        return note.channel != DRUMS
+    return channel == note.channel + 1
 
 
-def _nothing_chosen(channel: str | int, sounding: list[int]) -> str:
-    """Says why no note was chosen, and on which channels there are notes."""
-    if not sounding:
-        return "has no notes"
-    there = f"notes are on channel {', '.join(str(c + 1) for c in sounding)}"
-    if channel == "auto":
-        return f"no bass notes: no channel uses programs 32-39; use --channel N or --channel all ({there})"
-    return f"no notes on {'any channel but 10' if channel == 'all' else f'channel {channel}'} ({there})"
+def _called_bass(notes: list[_Note], names: tuple[str, ...]) -> set[int]:
+    """The tracks called bass; a track with notes of several channels has the name of the piece, and is none."""
+    channels: dict[int, set[int]] = defaultdict(set)
+    for note in notes:
+        channels[note.track].add(note.channel)
+    return {
+        track
+        for track, used in channels.items()
+        if len(used) == 1 and DRUMS not in used and BASS_NAME.search(names[track])
+    }
 
 
-def _score(events: list[Event], name: str, rate: int, program: int | None = None) -> Score:
-    """The score of cleaned events, all put on channel 0."""
-    messages = np.zeros((len(events), 3), np.uint8)
-    for row, (_, m) in zip(messages, events, strict=True):
-        row[: len(m)] = list(m)
-        row[0] &= 0xF0
-    return Score(
-        frames=np.array([frame for frame, _ in events], np.int64),
-        messages=messages,
-        end_frame=max((frame for frame, _ in events), default=0),
-        notes=int(np.count_nonzero(messages[:, 0] >> 4 == NOTE_ON)),
-        name=name,
-        rate=rate,
-        program=program,
+def _parts(notes: list[_Note], places: set[int], names: tuple[str, ...]) -> tuple[Part, ...]:
+    """The parts of `notes` by channel and track; chosen are those at `places`."""
+    parts: dict[tuple[int, int], list[_Note]] = defaultdict(list)
+    for note in notes:
+        parts[note.channel, note.track].append(note)
+    return tuple(
+        Part(
+            channel=channel + 1,
+            track=track + 1,
+            name=names[track],
+            programs=tuple(dict.fromkeys(n.program + 1 for n in part if n.program is not None)),
+            notes=len(part),
+            lowest=min(n.note for n in part),
+            highest=max(n.note for n in part),
+            chosen=sum(n.place in places for n in part),
+        )
+        for (channel, track), part in sorted(parts.items())
     )
 
 
-@dataclass(frozen=True)
-class Smf:
-    """The content of a Standard MIDI File. Ticks count from the start of the file."""
-
-    ticks_per_quarter: int  # 0 if time is in SMPTE frames
-    ticks_per_second: tuple[int, int]  # numerator, denominator; (0, 1) if time is in quarter notes
-    messages: tuple[tuple[int, bytes], ...]  # (tick, status and data) by tick, then track, then place in the track
-    tempos: tuple[tuple[int, int], ...]  # (tick, us per quarter note) by tick
-    end_tick: int  # of the track that ends last
-
-
-class _Bytes:
-    """A cursor over `data` up to `end`. Its errors name `place` and the byte."""
-
-    def __init__(self, data: bytes, start: int, end: int, place: str) -> None:
-        self.data, self.at, self.end, self.place = data, start, end, place
-
-    def fail(self, what: str, at: int | None = None) -> SmfError:
-        return SmfError(f"{self.place}, byte {self.at if at is None else at}: {what}")
-
-    def take(self, count: int, what: str) -> bytes:
-        """Reads `count` bytes; `what` they are is for the error."""
-        if self.at + count > self.end:
-            left = self.end - self.at
-            raise self.fail(f"{what} of {count} bytes, {left} left: the file is truncated or damaged")
-        self.at += count
-        return self.data[self.at - count : self.at]
-
-    def number(self, what: str) -> int:
-        """Reads a variable-length quantity, of at most 4 bytes."""
-        start, value = self.at, 0
-        for _ in range(4):
-            byte = self.take(1, what)[0]
-            value = value << 7 | byte & 0x7F
-            if byte < 0x80:
-                return value
-        raise self.fail(f"{what} longer than the 4 bytes allowed", start)
+def _nothing_chosen(channel: str | int, parts: tuple[Part, ...]) -> str:
+    """Says why no note was chosen, and which parts there are."""
+    if not parts:
+        return "has no notes"
+    there = ", ".join(map(str, parts[:MOST_NAMED]))
+    if len(parts) > MOST_NAMED:
+        there += f" and {len(parts) - MOST_NAMED} more, see render --list"
+    if channel == "auto":
+        why = "no bass notes: no channel has a bass program, 33 to 40, and no track is called bass"
+        return f"{why}; use --channel N or --channel all; there is {there}"
+    return f"no notes on {'any channel but 10' if channel == 'all' else f'channel {channel}'}; there is {there}"
 
 
-def parse_smf(data: bytes) -> Smf:
-    """Parses a Standard MIDI File of type 0 or 1. Raises SmfError, with track and byte, for anything else."""
-    if not data:
-        raise SmfError("the file is empty (0 bytes)")
-    if data[:4] != b"MThd":
-        raise SmfError("not a Standard MIDI File (it does not begin with MThd)")
-    head = _Bytes(data, 4, len(data), "header")
-    size = int.from_bytes(head.take(4, "header length"))
-    if size < 6:
-        raise SmfError(f"header, byte 4: header length {size}, allowed: 6 or more")
-    body = head.take(size, "header")
-    kind, count, division = (int.from_bytes(body[i : i + 2]) for i in (0, 2, 4))
-    if kind not in (0, 1):
-        raise SmfError(f"type {kind} MIDI file, allowed: type 0 (one track) or 1 (tracks together)")
-    per_quarter, per_second = _division(division)
-    messages: list[tuple[int, bytes]] = []
-    tempos: list[tuple[int, int]] = []
-    end = 0
-    for number in range(1, count + 1):
-        track = _next_track(head, number, count)
-        end = max(end, _read_track(track, messages, tempos))
-    messages.sort(key=lambda m: m[0])
-    tempos.sort(key=lambda t: t[0])
-    return Smf(per_quarter, per_second, tuple(messages), tuple(tempos), end)
-
-
-def _division(word: int) -> tuple[int, tuple[int, int]]:
-    """Ticks per quarter note and per second (numerator, denominator); the one not in use is zero."""
-    if word & 0x8000 == 0:
-        if word == 0:
-            raise SmfError("header, byte 12: 0 ticks per quarter note, allowed: 1 to 32767")
-        return word, (0, 1)
-    frames, ticks = 256 - (word >> 8), word & 0xFF
-    if frames not in SMPTE_RATES or ticks == 0:
-        what = f"{frames} SMPTE frames of {ticks} ticks"
-        raise SmfError(f"header, byte 12: {what}, allowed: 24, 25, 29 or 30 frames of 1 to 255 ticks")
-    over, under = SMPTE_RATES[frames]
-    return 0, (over * ticks, under)
-
-
-def _next_track(file: _Bytes, number: int, count: int) -> _Bytes:
-    """The bytes of the next MTrk chunk. Other chunks are passed over, as the format asks."""
-    file.place = f"track {number} of {count}"
-    while True:
-        kind = file.take(4, "chunk name")
-        size = int.from_bytes(file.take(4, "chunk length"))
-        start = file.at
-        file.take(size, "chunk")
-        if kind == b"MTrk":
-            return _Bytes(file.data, start, start + size, file.place)
-
-
-def _read_track(track: _Bytes, messages: list[tuple[int, bytes]], tempos: list[tuple[int, int]]) -> int:
-    """Appends the channel messages and tempos of a track; returns its last tick. An end mark may be missing."""
-    tick, running = 0, 0
-    while track.at < track.end:
-        tick += track.number("delta time")
-        start = track.at
-        status = track.take(1, "event")[0]
-        if status == 0xFF:
-            kind = track.take(1, "meta event")[0]
-            data = track.take(track.number("meta event length"), "meta event")
-            if kind == META_END:
-                break
-            if kind == META_TEMPO:
-                tempos.append((tick, _tempo(track, data, start)))
-        elif status in (0xF0, 0xF7):
-            track.take(track.number("system exclusive length"), "system exclusive")
-        elif status > 0xEF:
-            raise track.fail(f"status byte 0x{status:02X} is not allowed in a file", start)
-        else:
-            if status < 0x80:
-                if running == 0:
-                    raise track.fail(f"data byte 0x{status:02X} without a status byte before it", start)
-                track.at = start
-            else:
-                running = status
-            data = track.take(1 if running >> 4 in (0xC, 0xD) else 2, "message")
-            if max(data) > 0x7F:
-                raise track.fail(f"data byte 0x{max(data):02X} in a message, allowed: 0 to 0x7F", start)
-            messages.append((tick, bytes([running]) + data))
-    return tick
-
-
-def _tempo(track: _Bytes, data: bytes, start: int) -> int:
-    """Reads a tempo, us per quarter note."""
-    tempo = int.from_bytes(data)
-    if len(data) != 3 or tempo == 0:
-        raise track.fail(f"tempo {tempo} in {len(data)} bytes, allowed: 1 to 16777215 us in 3 bytes", start)
-    return tempo
+def _score(
+    events: list[Event], name: str, rate: int, program: int | None = None, remarks: tuple[str, ...] = ()
+) -> Score:
+    """The score of cleaned events, all put on channel 0."""
+    messages = np.zeros((len(events), 3), np.uint8)
+    for row, (_, m, _) in zip(messages, events, strict=True):
+        data = m.bytes()
+        row[: len(data)] = data
+    messages[:, 0] &= 0xF0
+    return Score(
+        frames=np.array([frame for frame, _, _ in events], np.int64),
+        messages=messages,
+        end_frame=max((frame for frame, _, _ in events), default=0),
+        notes=int(np.count_nonzero(messages[:, 0] == NOTE_ON)),
+        name=name,
+        rate=rate,
+        program=program,
+        remarks=remarks,
+    )
 
 
 # The demo phrases, in E minor, to hear a preset by: soft and hard notes on every string, a bend, repeated notes.

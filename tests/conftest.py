@@ -59,7 +59,7 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
 def fake(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> type[FakeEngine]:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(render_module, "Engine", FakeEngine)
-    monkeypatch.setattr("livebass.compiling.cached", lambda: True)
+    monkeypatch.setattr("livebass.compiling.cached", lambda *_: True)
     monkeypatch.setattr(FakeEngine, "peak", 0.1)
     return FakeEngine
 

@@ -18,6 +18,7 @@ from livebass.score import (
     demo_score,
     note_ends,
     parse_smf,
+    read_parts,
     read_score,
     score_of,
     single_note,
@@ -203,7 +204,11 @@ BAD = {
     "long delta": (smf(b"\xff\xff\xff\xff\x7f"), "longer than the 4 bytes allowed"),
     "tempo 0": (smf(b"\x00\xff\x51\x03\x00\x00\x00"), "tempo 0 in 3 bytes, allowed"),
     "no notes": (smf(BASS + END), "has no notes"),
-    "no bass": (smf(LINE[3:]), "no bass notes: no channel uses programs 32-39; use --channel N or --channel"),
+    "no bass": (
+        smf(LINE[3:]),
+        "no bass notes: no channel has a bass program, 33 to 40, and no track is called bass; use --channel N or "
+        "--channel all; there is channel 1 (no program, 1 note, E2)",
+    ),
     "days": (smf(BASS + b"\x00\xff\x51\x03\xff\xff\xff" + b"\xff\xff\xff\x7f\x90\x28\x64"), "hours, allowed"),
 }  # fmt: skip
 
@@ -279,10 +284,11 @@ def test_agrees_with_another_reader() -> None:
             message = mido.Message(kind, channel=channel, time=delta, **values)
             track.append(message)
             tick += delta
-            expected.append((tick, bytes(message.bytes())))
+            expected.append((tick, bytes(message.bytes()), channel))
     buffer = io.BytesIO()
     file.save(file=buffer)
-    assert list(parse_smf(buffer.getvalue()).messages) == sorted(expected, key=lambda e: e[0])
+    read = [(tick, bytes(m.bytes()), track) for tick, m, track in parse_smf(buffer.getvalue()).messages]
+    assert read == sorted(expected, key=lambda e: e[0])
 
 
 def test_single_note() -> None:
@@ -315,3 +321,106 @@ def test_demo_phrases_have_soft_and_hard_notes_on_all_strings(style: str) -> Non
     assert (score.messages[:, 0] == 0xE0).any()
     with pytest.raises(ValueError, match="allowed are finger, slap"):
         demo_score(RATE, "bowed")
+
+
+def named(name: bytes, channel: int, *notes: int, program: bytes = b"") -> bytes:
+    """A track with its name and notes one after the other on a channel from 0."""
+    setting = b"\x00" + bytes([0xC0 | channel]) + program if program else b""
+    played = b"".join(
+        b"\x00" + bytes([0x90 | channel, note, 100]) + b"\x60" + bytes([0x80 | channel, note, 0]) for note in notes
+    )
+    return b"\x00\xff\x03" + bytes([len(name)]) + name + setting + played + END
+
+
+def struck(score: Score) -> list[int]:
+    return [int(m[1]) for m in score.messages if m[0] == 0x90]
+
+
+@pytest.mark.parametrize(
+    ("name", "is_bass"),
+    [
+        (b"Bass", True), (b"BASS", True), (b"E-Bass", True), (b"Bass Guitar", True), (b"my bass_2", True),
+        (b"bassline", True), (b"Ebass", True), (b"Slap Bass 1", True), (b"Bassgitarre", True),
+        (b"Bassoon", False), (b"Contrabassoon", False), (b"Bass Drum", False), (b"bass-drum", False),
+        (b"Bass Clarinet", False), (b"Piano", False), (b"", False), (b"embassy", False), (b"\xff\xfe", False),
+    ],
+)  # fmt: skip
+def test_without_a_bass_program_a_track_called_bass_is_played(tmp_path: Path, name: bytes, is_bass: bool) -> None:
+    """The tracks share a channel: the piano's note-offs must not end the bass's notes."""
+    piano = b"\x00\xff\x03\x05Piano" + b"\x00\x90\x28\x64\x10\x80\x28\x40\x00\x90\x3c\x64\x60\x80\x3c\x00" + END
+    data = smf(piano, named(name, 0, 40, 43))
+    if not is_bass:
+        with pytest.raises(ScoreError, match="no track is called bass"):
+            read(tmp_path, data)
+        return
+    score = read(tmp_path, data)
+    assert struck(score) == [40, 43] and score.program is None
+    assert rows(score)[1] == (4800, 0x80, 40, 64)  # 96 ticks of 480 a quarter
+    (remark,) = score.remarks
+    assert remark.endswith(f'plays the track called "{name.decode()}"') and "33 to 40" in remark
+
+
+def test_a_bass_program_goes_before_a_name(tmp_path: Path) -> None:
+    score = read(tmp_path, smf(named(b"Bass", 0, 40), named(b"Lead", 1, 50, program=b"\x21")))
+    assert struck(score) == [50] and score.program == 33 and score.remarks == ()
+
+
+def test_drums_and_a_whole_piece_called_bass_are_none(tmp_path: Path) -> None:
+    for data in (
+        smf(named(b"Bass", 9, 40)),
+        smf(b"\x00\x90\x28\x64\x10\x80\x28\x40" + named(b"All about that bass", 1, 50), kind=0),
+    ):
+        with pytest.raises(ScoreError, match="no bass notes"):
+            read(tmp_path, data)
+
+
+def test_the_error_names_tracks_programs_and_ranges(tmp_path: Path) -> None:
+    data = smf(named(b"Grand \xc3\xa9tude\n", 0, 60, 64, 67, program=b"\x00"), named(b"Kit", 9, 36), named(b"", 2, 50))
+    with pytest.raises(ScoreError) as error:
+        read(tmp_path, data)
+    assert str(error.value).endswith(
+        'there is channel 1 "Grand étude" (program 1, 3 notes, C4 to G4), channel 3 (no program, 1 note, D3), '
+        'channel 10 "Kit" (drums, 1 note, C2)'
+    )
+    with pytest.raises(ScoreError, match=r"no notes on channel 2; there is channel 1 \"Grand"):
+        read(tmp_path, data, 2)
+    with pytest.raises(ScoreError, match="and 2 more, see render --list") as error:
+        read(tmp_path, smf(*[named(b"Choir", channel, 60) for channel in (0, 1, 2, 3, 4, 5, 6, 7, 8, 10)]))
+    assert "\n" not in str(error.value)
+
+
+def test_parts_are_listed_with_what_would_be_played(tmp_path: Path) -> None:
+    path = tmp_path / "song.mid"
+    path.write_bytes(three_channels())
+    parts = read_parts(path)
+    assert [(p.channel, p.track, p.programs, p.notes, p.chosen, p.range) for p in parts] == [
+        (2, 2, (1, 40), 2, 1, "E2 to C3"), (4, 1, (1,), 1, 0, "C4"), (10, 3, (33,), 1, 0, "C2"),
+    ]  # fmt: skip
+    assert [p.chosen for p in read_parts(path, "all")] == [2, 1, 0]
+    assert [p.chosen for p in read_parts(path, 10)] == [0, 0, 1]
+    path.write_bytes(smf(named(b"Piano", 0, 60)))
+    assert [p.chosen for p in read_parts(path)] == [0]  # no error
+    path.write_bytes(smf(BASS + END))
+    assert read_parts(path) == []
+
+
+def test_a_header_that_promises_too_many_tracks_is_played_with_a_warning(tmp_path: Path) -> None:
+    data = smf(LINE, LINE)
+    data = data[:10] + (5).to_bytes(2) + data[12:]
+    for rest in (b"", b"\0\0", chunk(b"XFIH", b"anything"), b"XFIH\0\0\xff\xffcut"):
+        score = read(tmp_path, data + rest)
+        assert struck(score) == [40, 40]
+        assert score.remarks == ("has 2 of the 5 tracks that its header promises",)
+    assert read(tmp_path, smf(LINE, LINE)).remarks == ()
+
+
+def test_a_last_track_that_claims_too_much_is_played_with_a_warning(tmp_path: Path) -> None:
+    """If its events end within the file; cut off within an event it is refused, as "track cut off" above is."""
+    data = smf(LINE, LINE)
+    at = data.rindex(b"MTrk") + 4
+    for claimed in (len(LINE) + 1, 2**32 - 1):
+        score = read(tmp_path, data[:at] + claimed.to_bytes(4) + data[at + 4 :])
+        assert struck(score) == [40, 40] and len(rows(score)) == len(rows(read(tmp_path, data)))
+        assert score.remarks == (f"track 2 of 2 is {claimed - len(LINE)} bytes shorter than it says",)
+    whole = data[: -len(END)]  # a file cut between two events
+    assert read(tmp_path, whole).remarks == ("track 2 of 2 is 4 bytes shorter than it says",)

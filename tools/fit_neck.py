@@ -11,7 +11,7 @@ from __future__ import annotations
 import argparse
 import sys
 
-from livebass.identify.fit import NeckFit, fit_neck
+from livebass.identification.fit import NeckFit, fit_neck
 from livebass.preset.load import load_preset
 
 

@@ -225,7 +225,7 @@ def columns(solved: Solved) -> dict[str, NDArray[Any]]:
     if trial.duration > 1 / first + 1 / (PITCHES[0] * first) + 3 / trial.output_rate:
         pitch = solved.pitch
         out |= {"pitch_time_s": pitch.time_s, "pitch_hz": pitch.frequency_hz, "pitch_aperiodicity": pitch.aperiodicity}
-    if trial.duration > WINDOW / PAPER_RATE and _can_resample(trial):
+    if trial.duration > WINDOW / PAPER_RATE and can_resample(trial):
         time_s, nu = solved.characteristic()
         out |= {"characteristic_time_s": time_s, "characteristic_frequency_hz": nu}
     if solved.motion.states is not None:
@@ -252,7 +252,7 @@ def _low_passed(sound: Floats, cutoff: float) -> Floats:
     return np.asarray(np.fft.irfft(np.fft.rfft(padded) * gain, padded.size)[room : room + sound.size])
 
 
-def _can_resample(trial: Trial) -> bool:
+def can_resample(trial: Trial) -> bool:
     """True if the motion is at 51.2 kHz or can be brought there."""
     try:
         import scipy.signal  # noqa: F401

@@ -26,10 +26,13 @@ PAPER_RATE = 51_200  # Hz, to which the paper resamples before eq. 14
 def spectrogram(sound: Floats, rate: float, window: int | None = None, hop: int | None = None) -> Floats:
     """Amplitudes (frames, bins) of Hann windows of `window` samples, `hop` samples apart; bin k is k rate / window Hz.
 
-    By default `WINDOW` and `HOP` at 48 kHz, and as many seconds at every rate. Raises ValueError where the sound is
-    shorter than a window.
+    By default `WINDOW` and `HOP` at 48 kHz, and as many seconds at every rate. Raises ValueError for a sound of more
+    than one dimension or shorter than a window, and for a rate that is not above 0.
     """
     window, hop = _frames(rate, window, hop)
+    sound = _one_channel(sound)
+    if sound.size < window:
+        raise ValueError(f"{sound.size / rate:.3g} s of sound: at least {window / rate:.3g} s are needed")
     return np.abs(np.fft.rfft(sliding_window_view(sound, window)[::hop] * np.hanning(window + 1)[:-1]))
 
 
@@ -45,7 +48,11 @@ class Spectrogram:
 def spectrogram_db(
     sound: Floats, rate: float, window: int | None = None, hop: int | None = None, range_db: float = RANGE
 ) -> Spectrogram:
-    """Short-time spectrogram in dB below its loudest bin. Raises ValueError for silence, or less than a window."""
+    """Short-time spectrogram of `sound` (n,), `rate` Hz, in dB below its loudest bin, cut off `range_db` below that.
+
+    `window` and `hop` are in samples, 43 and 11 ms by default. Raises ValueError for silence, less than a window, more
+    than one dimension, and a rate that is not above 0.
+    """
     window, hop = _frames(rate, window, hop)
     amplitude = spectrogram(sound, rate, window, hop)
     loudest = float(amplitude.max())
@@ -56,9 +63,10 @@ def spectrogram_db(
 
 
 def characteristic_frequencies(sound: Floats, rate: float, window: int | None = None, hop: int | None = None) -> Floats:
-    """Eq. 14 for each frame of the spectrogram, Hz: the mean frequency, weighted with the square of the amplitude.
+    """Eq. 14 for each frame of the spectrogram, Hz, (frames,): the mean frequency, weighted with squared amplitude.
 
-    The mean goes up to rate / 2, the paper's to 25.6 kHz: for that, `resampled` first. NaN where a frame is silent.
+    Sound (n,), `rate` in Hz, `window` and `hop` in samples as in `spectrogram`, with its errors. The mean goes up to
+    rate / 2, the paper's to 25.6 kHz: for that, `resampled` first. NaN where a frame is silent.
     """
     power = spectrogram(sound, rate, window, hop) ** 2
     nu = np.linspace(0.0, rate / 2, power.shape[1])
@@ -73,9 +81,9 @@ def frame_times(count: int, rate: float, window: int | None = None, hop: int | N
 
 
 def resampled(sound: Floats, rate: int, to: int = PAPER_RATE) -> Floats:
-    """The sound at `to` Hz, by SciPy's polyphase filter. Raises ValueError unless both rates are whole and positive.
+    """The `sound` (n,) of `rate` Hz at `to` Hz, by SciPy's polyphase filter.
 
-    Needs SciPy: pip install 'livebass[analysis]'.
+    Raises ValueError unless both rates are whole and positive. Needs SciPy: pip install 'livebass[analysis]'.
     """
     if rate < 1 or to < 1 or rate != int(rate) or to != int(to):
         raise ValueError(f"rates {rate:g} Hz and {to:g} Hz: allowed are whole positive ones")
@@ -117,8 +125,20 @@ def contactogram(
     return Contactogram(time[order], np.asarray(frets, np.int64)[index][order], release[order])
 
 
+def _one_channel(sound: ArrayLike) -> Floats:
+    """`sound` as floats (n,); ValueError for more dimensions."""
+    samples = np.asarray(sound, np.float64)
+    if samples.ndim != 1:
+        raise ValueError(f"sound of shape {samples.shape}: allowed is one dimension; sum over strings or choose one")
+    return samples
+
+
 def _frames(rate: float, window: int | None, hop: int | None) -> tuple[int, int]:
-    """Length and hop of the windows in samples."""
+    """Length and hop of the windows in samples. Raises ValueError for those that are not above 0."""
+    if not 0 < rate < math.inf:
+        raise ValueError(f"rate {rate:g} Hz: allowed are rates above 0")
+    if any(count is not None and count < 1 for count in (window, hop)):
+        raise ValueError(f"window {window} and hop {hop}: allowed are whole numbers of samples from 1")
     return window or round(WINDOW * rate / 48_000), hop or round(HOP * rate / 48_000)
 
 
@@ -155,7 +175,7 @@ def fundamental(
         raise ValueError(f"pitch from {least:g} to {most:g} Hz: allowed is 0 < least < most < {rate / 4:g} Hz")
     longest, shortest = math.ceil(rate / least) + 1, max(2, math.floor(rate / most))
     width, step = max(2, round((window or 1 / least) * rate)), max(1, round(hop * rate))
-    sound = np.asarray(sound, np.float64)
+    sound = _one_channel(sound)
     if sound.size < width + longest:
         raise ValueError(f"{sound.size / rate:.3g} s of sound: at least {(width + longest) / rate:.3g} s are needed")
     frames = sliding_window_view(sound, width + longest)[::step]

@@ -18,7 +18,7 @@ import numpy as np
 from livebass.analysis.sound import fundamental
 from livebass.arrays import Floats
 from livebass.engine.solve import heard
-from livebass.identify.partials import find_takes, median_line, read_recording
+from livebass.identification.partials import find_takes, median_line, read_recording
 from livebass.model.instrument import Instrument, Pluck, note_frequency, speaking
 from livebass.model.modes import frequencies, grazing_apex
 from livebass.model.trial import Trial

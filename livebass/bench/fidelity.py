@@ -1,14 +1,19 @@
-"""How far one quality sounds from another: 24 notes over strings and neck, soft to hard, compared two by two.
+"""How far one quality sounds from another: notes over all presets, strings, frets, dynamics and three audio rates.
 
 Two figures a note, both of the sound in the `SPAN` seconds after the finger or thumb has let go: the error of the
 characteristic frequency, eq. 14 of Issanchou et al. (2018), and the log-spectral distance. They tell how bright the
 sound is and where its energy lies. Later samples, and details, differ even between one contact rate and the next:
-contacts amplify the smallest difference.
+contacts amplify the smallest difference. How much they do is measured as well: by `reference` with a player that
+plucks `NUDGE` harder.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+import itertools
+import os
+from collections.abc import Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,13 +22,65 @@ from livebass.arrays import Floats
 from livebass.bench.measure import Result, Row
 from livebass.engine.engine import Engine
 from livebass.model.instrument import Instrument
-from livebass.model.quality import QUALITIES, Quality
+from livebass.model.quality import Quality
+from livebass.preset.load import load_preset, preset_names
 
 NOTE_ON, NOTE_OFF, CONTROL, ALL_SOUND_OFF = 0x90, 0x80, 0xB0, 120  # status bytes of channel 1, and a controller
 SPAN = 0.3  # s of each note
 GAP = 0.05  # s of silence between notes
-FRETS = (0, 2, 5, 7, 9, 12)
-VELOCITIES = (20, 45, 64, 85, 106, 127)
+DYNAMICS = {"soft": (25, 50), "medium": (60, 90), "hard": (100, 127)}  # velocities from and to
+TURNS = ("soft", "hard", "medium", "hard")  # of each string: contact is what qualities differ in
+FEWEST = 12  # notes of a preset
+FRETS = 20  # 0 to 19
+RATES = (44_100, 48_000, 96_000)  # Hz
+NUDGE = 1e-3  # harder, 0.009 dB: no ear tells
+GROUPS = {
+    "no contact": "no fret or board was touched",
+    "contact": "plucked strings that touched a fret",
+    "slap": "presets that are slapped",
+    "board": "strings that touched a board",
+}
+
+
+@dataclass(frozen=True)
+class Note:
+    """A note of the comparison."""
+
+    preset: str
+    string: int
+    fret: int
+    dynamics: str  # of DYNAMICS
+    velocity: int
+    rate: int  # Hz, of the audio
+
+
+@dataclass(frozen=True)
+class Heard:
+    """A note as a quality plays it."""
+
+    sound: Floats  # (n,)
+    contacts: int  # that began since the note
+
+
+def representative_notes(presets: Iterable[str] | None = None, seed: int = 2018) -> list[Note]:
+    """Returns the notes to compare: every string of the presets (all by default) in all dynamics, each in turn.
+
+    At least FEWEST of each preset, half of them hard, their frets spread over 0 to FRETS - 1. A string has one of
+    RATES; a preset of one or two strings has them in turn. `seed` draws velocities and frets.
+    """
+    rng = np.random.default_rng(seed)
+    notes = []
+    for p, preset in enumerate(presets if presets is not None else preset_names()):
+        strings = len(load_preset(preset).strings)
+        count = max(len(TURNS), -(-FEWEST // strings)) * strings
+        frets = rng.permutation((np.arange(count) + rng.random(count)) * FRETS / count).astype(int)
+        for k in range(count):
+            turn, i = divmod(k, strings)
+            dynamics = TURNS[turn % len(TURNS)]
+            least, most = DYNAMICS[dynamics]
+            rate = RATES[(p + i + (turn if strings < len(RATES) else 0)) % len(RATES)]
+            notes.append(Note(preset, i, int(frets[k]), dynamics, int(rng.integers(least, most + 1)), rate))
+    return notes
 
 
 def even(bass: Instrument) -> Instrument:
@@ -31,62 +88,115 @@ def even(bass: Instrument) -> Instrument:
     return replace(bass, player=replace(bass.player, unevenness=0.0))
 
 
-def distance(
-    bass: Instrument,
-    quality: Quality,
-    other: Quality = QUALITIES["reference"],
-    rate: int = 48_000,
-    frets: tuple[int, ...] = FRETS,
-) -> Result:
-    """Compares `quality` with `other` on every string of `bass` at `frets`, one velocity each: over six frets, all six.
+def nudged(bass: Instrument) -> Instrument:
+    """Returns `bass` with a player that plucks and strikes NUDGE harder."""
+    p, more = bass.player, 1 + NUDGE
+    return replace(
+        bass,
+        player=replace(
+            p, softest=p.softest * more, hardest=p.hardest * more, greatest_apex=p.greatest_apex * more,
+            strike_force=p.strike_force * more,
+        ),
+    )  # fmt: skip
 
-    The player is `even`. "each" has a row for each note: "frequency" is its `frequency_error`, "spectrum_db" and
-    "heard_db" its `log_spectral_distance`. The same keys of the result hold means over the notes, "worst_frequency" the
-    largest error, "notes" their number. Raises ValueError for an instrument that `Engine` cannot play. [main thread]
+
+def played(notes: Sequence[Note], quality: Quality, harder: bool = False, workers: int | None = None) -> list[Heard]:
+    """Plays each of `notes` alone in `quality`, by an `even` player; `harder`: by one that is `nudged` too.
+
+    `workers` threads (default: as many as cores) play strings side by side, which changes nothing. Raises ValueError
+    for an instrument that `Engine` cannot play. [main thread]
     """
-    bass = even(bass)
-    notes: list[Row] = []
-    for i, string in enumerate(bass.strings):
-        alone = replace(bass, strings=(string,), necks=(bass.necks[i],))
-        play = [(fret, VELOCITIES[(5 * k + 2 * i + 5) % 6]) for k, fret in enumerate(frets)]
-        pairs = zip(_sounds(alone, quality, rate, play), _sounds(alone, other, rate, play), strict=True)
-        for (fret, velocity), (one, two) in zip(play, pairs, strict=True):
-            spectrum, heard = log_spectral_distance(one, two, rate)
-            figures = {"frequency": frequency_error(one, two, rate), "spectrum_db": spectrum, "heard_db": heard}
-            notes.append({"string": string.name, "fret": fret, "velocity": velocity, **figures})
+    basses = {preset: even(load_preset(preset)) for preset in dict.fromkeys(note.preset for note in notes)}
+    order = sorted(range(len(notes)), key=lambda k: (notes[k].preset, notes[k].string, notes[k].rate))
+    groups = [
+        list(group)
+        for _, group in itertools.groupby(order, lambda k: (notes[k].preset, notes[k].string, notes[k].rate))
+    ]
 
-    def values(key: str) -> list[float]:
-        return [note[key] for note in notes]
+    def play(group: list[int]) -> list[Heard]:
+        bass = basses[notes[group[0]].preset]
+        return play_notes(nudged(bass) if harder else bass, quality, [notes[k] for k in group])
 
-    return {
-        "span_s": SPAN,
-        "notes": len(notes),
-        "frequency": float(np.mean(values("frequency"))),
-        "worst_frequency": max(values("frequency")),
-        "spectrum_db": float(np.mean(values("spectrum_db"))),
-        "heard_db": float(np.mean(values("heard_db"))),
-        "each": notes,
-    }
+    with ThreadPoolExecutor(workers or os.cpu_count() or 1) as pool:
+        found = dict(
+            pair
+            for group, heard in zip(groups, pool.map(play, groups), strict=True)
+            for pair in zip(group, heard, strict=True)
+        )
+    return [found[k] for k in range(len(notes))]
 
 
-def _sounds(bass: Instrument, quality: Quality, rate: int, play: list[tuple[int, int]]) -> list[Floats]:
-    """SPAN s of each (fret, velocity) on the only string of `bass`, from the moment the finger or thumb has let go."""
-    engine = Engine(bass, quality, rate, workers=1)
-    player = bass.player
-    struck = player.technique == "slap" and player.slapped_strings > 0
-    held = round((player.strike_time if struck else player.pull_time) * rate)
+def play_notes(bass: Instrument, quality: Quality, notes: Sequence[Note]) -> list[Heard]:
+    """Plays `notes`, all of one string and audio rate, one after the other; the sound begins with the release."""
+    first = notes[0]
+    alone = replace(bass, strings=(bass.strings[first.string],), necks=(bass.necks[first.string],))
+    engine, rate, player = Engine(alone, quality, first.rate, workers=1), first.rate, bass.player
+    held = round((player.strike_time if slapped(bass) else player.pull_time) * rate)
     out = []
 
     def send(*message: int) -> None:
         engine.send(np.array([engine.frame]), np.array([message], np.uint8))
 
-    for fret, velocity in play:
-        send(NOTE_ON, bass.strings[0].open_note + fret, velocity)
+    for note in notes:
+        send(NOTE_ON, alone.strings[0].open_note + note.fret, note.velocity)
         engine.process(held)
-        out.append(engine.process(round(SPAN * rate))[0])
+        sound = engine.process(round(SPAN * rate))[0]
+        out.append(Heard(sound, engine.voices[0].note()[1]))
         send(CONTROL, ALL_SOUND_OFF, 0)
         engine.process(round(GAP * rate))
     return out
+
+
+def slapped(bass: Instrument) -> bool:
+    """True if the lowest string of `bass` is struck by the thumb."""
+    return bass.player.technique == "slap" and bass.player.slapped_strings > 0
+
+
+def distance(notes: Sequence[Note], sounds: Sequence[Heard], wanted: Sequence[Heard]) -> Result:
+    """Compares `sounds` of `notes` with those that are `wanted`, and groups them by the contacts of the latter.
+
+    "each" has a row for each note: "frequency" is its `frequency_error`, "spectrum_db" and "heard_db" its
+    `log_spectral_distance`, "group" one of GROUPS. "groups" has for each group that occurs, and for "contact" and
+    "slap" by audio rate too: "notes", the means of the three, and "worst_frequency".
+    """
+    presets = {note.preset: load_preset(note.preset) for note in notes}
+    each: list[Row] = []
+    for note, one, two in zip(notes, sounds, wanted, strict=True):
+        bass = presets[note.preset]
+        spectrum, heard = log_spectral_distance(one.sound, two.sound, note.rate)
+        each.append({
+            "preset": note.preset, "string": bass.strings[note.string].name, "fret": note.fret,
+            "dynamics": note.dynamics, "velocity": note.velocity, "rate_hz": note.rate, "contacts": two.contacts,
+            "group": group_of(bass, note, two), "frequency": frequency_error(one.sound, two.sound, note.rate),
+            "spectrum_db": spectrum, "heard_db": heard,
+        })  # fmt: skip
+    groups = {group: [row for row in each if row["group"] == group] for group in GROUPS}
+    frets = groups["contact"] + groups["slap"]
+    for rate in RATES:
+        groups[f"frets, {rate / 1e3:g} kHz"] = [row for row in frets if row["rate_hz"] == rate]
+    return {
+        "span_s": SPAN,
+        "notes": len(each),
+        "groups": {name: _summary(rows) for name, rows in groups.items() if rows},
+        "each": each,
+    }
+
+
+def group_of(bass: Instrument, note: Note, heard: Heard) -> str:
+    """Returns the one of GROUPS that a note of `bass` belongs to."""
+    if not heard.contacts:
+        return "no contact"
+    if bass.necks[note.string].surface:
+        return "board"
+    return "slap" if bass.player.technique == "slap" else "contact"
+
+
+def _summary(rows: list[Row]) -> Row:
+    keys = ("frequency", "spectrum_db", "heard_db")
+    means = {key: float(np.mean([row[key] for row in rows])) for key in keys}
+    worst = max(rows, key=lambda row: row["frequency"])
+    name = f"{worst['preset']} {worst['string']} fret {worst['fret']}, velocity {worst['velocity']}"
+    return {"notes": len(rows), **means, "worst_frequency": worst["frequency"], "worst": name}
 
 
 def frequency_error(sound: Floats, other: Floats, rate: int) -> float:

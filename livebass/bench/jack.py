@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from livebass.extras import install
 from livebass.live.guards import open_jack_client
 from livebass.live.synth import Synth
 
@@ -50,7 +51,7 @@ def jack_module() -> Any:
         import jack
     except (ImportError, OSError) as error:
         why = " ".join(str(error).split())
-        raise Lost(f"JACK: {why}; pip install 'livebass[live]', and a JACK library") from None
+        raise Lost(f"JACK: {why}; {install('live')}, and a JACK library") from None
     return jack
 
 

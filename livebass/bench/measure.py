@@ -60,9 +60,9 @@ def case_trial(name: str, quality: str, rate: int, duration: float) -> Trial:
 
     `rate` is that of the output, Hz; `duration` s.
     """
-    q = QUALITIES[quality]
     trial = replace(CASES[name], duration=duration).trial(rate)
     s = trial.speaking
+    q = QUALITIES[quality].over(bool(s.surface))
     count = modes_for(q, s.length, s.string.length, s.grid_points)
     return replace(trial, modes=count, contact_rate=whole_contact_rate(q.contact_rate, rate))
 

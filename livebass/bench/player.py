@@ -13,6 +13,7 @@ import threading
 from typing import Any
 
 from livebass.bench.jack import end_after
+from livebass.extras import install
 from livebass.live.inputs import MidiLost
 from livebass.live.outputs import OutputLost, PortAudioOutput
 from livebass.live.synth import LiveBass, Synth
@@ -50,7 +51,7 @@ def _play(preset: str, quality: str, rate: int, block: int) -> Any:
         import rtmidi
         import sounddevice
     except ImportError as error:
-        raise OutputLost(f"{error}; pip install 'livebass[live]'") from None
+        raise OutputLost(f"{error}; {install('live')}") from None
     device = next((h["default_output_device"] for h in sounddevice.query_hostapis() if h["name"] == HOST), -1)
     if device < 0:
         raise OutputLost("this PortAudio has no JACK host")

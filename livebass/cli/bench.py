@@ -12,11 +12,12 @@ import click
 
 from livebass.cli.render import announce_kernels
 from livebass.cli.values import Number
+from livebass.extras import install
 from livebass.model.quality import QUALITIES
 from livebass.report.progress import Say, silent
 
 Result = dict[str, Any]
-NEEDED = "--plot needs matplotlib: pip install 'livebass[plots]'"
+NEEDED = f"--plot needs matplotlib: {install('plots')}"
 PATH = click.Path(path_type=Path)
 JSON = click.option("--json", "file", type=PATH, metavar="FILE", help="Write the figures to FILE as well.")
 PLOT = click.option("--plot", "picture", type=PATH, metavar="FILE.png", help="Draw the figures into FILE.png.")
@@ -136,7 +137,7 @@ def _report(
         if picture.suffix.lower() != ".png":
             raise click.UsageError(f"--plot {os.fspath(picture)}: the picture is a PNG, name it .png")
         check_matplotlib(NEEDED)
-    announce_kernels(live=draw is not None)
+    announce_kernels(live=draw is not None, board=draw is None)
     result = measure(_say if sys.stderr.isatty() else silent)
     try:
         if places:

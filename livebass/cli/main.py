@@ -12,7 +12,7 @@ import sys
 import traceback
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import click
 
@@ -24,14 +24,27 @@ from livebass.cli.presets import identify, presets
 from livebass.cli.render import render
 from livebass.cli.study import simulate, study
 from livebass.files import completed_files
-from livebass.interrupts import INTERRUPTED, handled
+from livebass.interrupts import INTERRUPTED, handled, leave
 
 BROKEN_PIPE = 141  # exit status
 MANY = 8  # files that an interrupt still names one by one
 EXPECTED = (ValueError, OSError, MemoryError)  # that the package raises on purpose, besides LookupError itself
 
 
-@click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
+class Commands(click.Group):
+    """A group that leaves it to `run` what to print at Ctrl-C, and what the status of a broken pipe is."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt:
+            raise click.Abort from None
+        except BrokenPipeError:
+            _silence_stdout()
+            raise click.exceptions.Exit(BROKEN_PIPE) from None
+
+
+@click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
 @click.version_option(__version__, package_name="livebass")
 def livebass() -> None:
     """A physical-model electric bass whose strings hit their frets.
@@ -54,7 +67,7 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     """Runs the command line (`sys.argv` by default) and exits."""
     with handled():
         status = run(arguments)
-    sys.exit(status)
+    leave(status)
 
 
 def run(arguments: Sequence[str] | None = None) -> int:
@@ -76,6 +89,8 @@ def _run(arguments: Sequence[str] | None, completed: list[Path]) -> int:
         return error.exit_code
     except (click.Abort, KeyboardInterrupt):
         names = _named(completed)
+        if sys.stderr.isatty():  # which shows ^C
+            click.echo(err=True)
         _complain(f"interrupted, but complete: {names}" if names else "interrupted, nothing written")
         return INTERRUPTED
     except BrokenPipeError:

@@ -13,7 +13,7 @@ from typing import Any
 
 import click
 
-from livebass.cli.render import DEFAULT_PRESET, announce_kernels, clipping, preset_for
+from livebass.cli.render import DEFAULT_PRESET, announce_kernels, clipping, over_board, preset_for
 from livebass.cli.values import RATE, Number, Quantity
 from livebass.files import OutputError, output_error
 from livebass.interrupts import stop_instead
@@ -105,6 +105,7 @@ def play(**options: Any) -> None:
         click.echo(CONTROLLERS)
         return
     from livebass import compiling
+    from livebass.cli.song import remarks
     from livebass.live.guards import own_stderr
     from livebass.live.inputs import HELP, interactive
     from livebass.live.outputs import check_output
@@ -117,6 +118,8 @@ def play(**options: Any) -> None:
     if device is not None and options["backend"] == "jack":
         raise click.UsageError("--audio names an output of PortAudio, which --backend jack does not use: leave one out")
     score = read_score(song, options["rate"]) if song else None  # errors in the file are reported now
+    for remark in remarks(score, options["preset"], DEFAULT_PRESET) if score else ():
+        click.echo(f"{song}: {remark}", err=True)
     preset = options["preset"] or preset_for(score)
     bass = load_preset(preset)
     settings = Settings(
@@ -138,9 +141,10 @@ def play(**options: Any) -> None:
     )
     console = Console(options["quiet"])
     with own_stderr(), logged(console, options["log"]):
-        if not compiling.cached(compiling.LIVE_ENTRY):
+        board = over_board(bass)
+        if not compiling.cached(compiling.LIVE_ENTRY) or (board and not compiling.cached(compiling.BOARD_ENTRY)):
             check_output(settings.backend, settings.audio)
-            announce_kernels(live=True)
+            announce_kernels(live=True, board=board)
         session = Session(settings, console.status if console.terminal else None)
         stop_instead(session.stop, lambda: session.synth is not None)
         if interactive():

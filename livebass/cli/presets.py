@@ -9,6 +9,8 @@ import click
 
 from livebass.cli.render import DEFAULT_PRESET
 from livebass.cli.values import Note, Number, Quantity
+from livebass.extras import install
+from livebass.identification import limits
 
 
 @click.group()
@@ -52,14 +54,24 @@ def show(name: str) -> None:
 @presets.command()
 @click.argument("file")
 def check(file: str) -> None:
-    """Check a preset FILE. An error names the key, its value and what is allowed."""
-    from livebass.preset.load import load_preset
+    """Check a preset FILE.
+
+    An error names the key, its value and what is allowed. Of a good preset, keys that change no note are named, and
+    why they do not.
+    """
+    from livebass.preset.idle import idle_keys
+    from livebass.preset.load import load_preset, preset_tables
 
     bass = load_preset(file)
     strings = " ".join(s.name for s in bass.strings)
     frets = len(bass.necks[0].fret_positions)
     several = "s" * (len(bass.strings) != 1), "s" * (frets != 1)
     click.echo(f"{file}: good; {bass.name}, string{several[0]} {strings}, {frets} fret{several[1]}")
+    by_reason: dict[str, list[str]] = {}
+    for place, why in idle_keys(preset_tables(file)[1]):
+        by_reason.setdefault(why, []).append(place)
+    for why, places in by_reason.items():
+        click.echo(f"{file}: {', '.join(places)} change{'s' * (len(places) == 1)} no note: {why}")
 
 
 @presets.command()
@@ -84,25 +96,25 @@ MOST_RESONANCES = 16
 )  # fmt: skip
 @click.option("--string", "string", metavar="NAME", help="Name of the string.  [default: the one tuned nearest]")
 @click.option("--note", type=Note(), help="Its open note.  [default: that of --string, or the pitch heard]")
-@click.option("--f0", type=Quantity("frequency", 20, 1000), help="Its pitch in Hz, to a semitone, instead of --note.")
+@click.option("--f0", type=Quantity(*limits.F0), help="Its pitch in Hz, to a semitone, instead of --note.")
 @click.option(
-    "--modes", type=Number("count", 4, 200, whole=True), default=60, show_default=True,
+    "--modes", type=Number("count", *limits.MODES, whole=True), default=60, show_default=True,
     help="How many partials to look for.",
 )  # fmt: skip
 @click.option(
-    "--start", type=Quantity("time", 0, 10), default=0.02, show_default="20ms",
+    "--start", type=Quantity(*limits.START), default=0.02, show_default="20ms",
     help="Time to skip after each attack; skip more if the string rattles.",
 )  # fmt: skip
 @click.option(
     "--duration",
-    type=Quantity("time", 0.05, 60),
+    type=Quantity(*limits.DURATION),
     default=5.0,
     show_default="5s",
     help="How much of each note to use at most.",
 )
 @click.option(
     "--channel",
-    type=Number("number", 1, 64, whole=True),
+    type=Number("number", *limits.CHANNELS, whole=True),
     help="Channel of the recordings, 1 is left.  [default: the loudest]",
 )
 @click.option(
@@ -126,10 +138,12 @@ def identify(
     Let each note ring, and damp the other strings. A pluck close to the nut and a pickup close to the bridge show the
     most partials. The RECORDINGs (WAV, FLAC, Ogg ...) may hold several notes; then medians and their scatter are given.
 
-    Prints the frequency and damping of each partial (found by ESPRIT), the f0 and B of nu = j f0 (1 + B j^2 / 2) and
-    the losses through them. With -o it also writes a preset for `livebass render`, `play` and `simulate`: the given one
-    with this string as measured. If a partial is double, as the string swings in two directions or the pickup adds an
-    overtone, the stronger counts and the other is printed beside it.
+    Prints the frequency and damping of each partial (found by ESPRIT), the f0 and B of the law that describes them
+    better, j f0 sqrt(1 + B j^2) or j f0 (1 + B j^2 / 2), and the losses through them. Clipped sound, other notes and
+    partials that no string has are left out and named in lines that begin "doubt:". If a partial is double, as the
+    string swings in two directions or the pickup adds an overtone, the stronger counts and the other is printed beside
+    it. With -o it also writes a preset for `livebass render`, `play` and `simulate`: the given one with this string as
+    measured.
 
     \b
     Examples:
@@ -155,10 +169,10 @@ def identify(
         import scipy  # noqa: F401
         import tomlkit  # noqa: F401
     except ImportError as error:
-        raise click.ClickException(f"{error}; pip install 'livebass[analysis]'") from None
-    from livebass.identify.fit import fit_neck
-    from livebass.identify.identify import identified_json, neck_table, new_preset, partials_csv, table
-    from livebass.identify.identify import identify as identify_string
+        raise click.ClickException(f"{error}; {install('analysis')}") from None
+    from livebass.identification.fit import fit_neck
+    from livebass.identification.identify import identified_json, neck_table, new_preset, partials_csv, table
+    from livebass.identification.identify import identify as identify_string
 
     result = identify_string(
         recordings, bass, string=string, note=note, f0=f0, modes=modes, start=start, duration=duration, channel=channel

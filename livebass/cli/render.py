@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 import os
+import shutil
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -23,6 +25,7 @@ if TYPE_CHECKING:
     from livebass.score import Score
 
 DEFAULT_PRESET = "jazz-finger"
+STREAM = Path("-")  # standard input or output
 FORMATS, BITS = ("wav", "flac", "ogg"), ("16", "24", "float")
 
 
@@ -45,7 +48,7 @@ class Options:
 @click.command()
 @click.argument("midi", required=False, type=click.Path(path_type=Path))
 @click.option("--note", type=Note(), help="Play one note instead of a MIDI file: G2, C#1, 43.")
-@click.option("--demo", is_flag=True, help="Play a phrase of eight seconds that shows the preset off.")
+@click.option("--demo", is_flag=True, help="Play a phrase of nine seconds that shows the preset off.")
 @click.option(
     "--all-presets",
     "directory",
@@ -57,7 +60,8 @@ class Options:
     "-o",
     "--output",
     type=click.Path(path_type=Path),
-    help="Sound file to write.  [default: the name of the MIDI file or note, in the current directory]",
+    help="Sound file to write; - for standard output.  "
+    "[default: the name of the MIDI file or note, in the current directory]",
 )
 @click.option(
     "-p",
@@ -93,7 +97,11 @@ class Options:
     type=Channel(),
     default="auto",
     show_default=True,
-    help="MIDI channel to play. auto: all notes with a bass program, 32-39; all: every channel but 10, the drums.",
+    help="MIDI channel to play. auto: all notes with a bass program, 33 to 40, or else tracks called bass; all: every "
+    "channel but 10, the drums.",
+)
+@click.option(
+    "--list", "listing", is_flag=True, help="Write no sound: list what is in the MIDI file and what would be played."
 )
 @click.option("--rate", type=RATE, default=48000, show_default=True, help="Samples a second, 22050 to 192000.")
 @click.option(
@@ -126,25 +134,38 @@ class Options:
 )
 def render(
     midi: Path | None, note: int | None, demo: bool, directory: Path | None, output: Path | None,
-    preset: str | None, velocity: int, duration: float, channel: str | int, **rest: Any,
+    preset: str | None, velocity: int, duration: float, channel: str | int, listing: bool, **rest: Any,
 ) -> None:  # fmt: skip
     """Render a MIDI file, a note or a demo to a sound file.
 
-    MIDI files are of type 0 or 1.
+    MIDI files are of type 0 or 1; - reads one from standard input.
 
     An existing file is replaced. Files appear when they are complete; an interrupted render leaves nothing behind.
 
     \b
     Examples:
       livebass render song.mid -o song.flac --preset precision-finger
+      livebass render song.mid --list
       livebass render song.mid --channel 2 --stems --bits float
       livebass render --note E1 --velocity 127 --duration 5s --quality reference
       livebass render --demo --preset slap
       livebass render --all-presets demos/
+      livebass render --note E1 -o - | aplay
     """
     options = Options(**rest)
+    if output == STREAM and options.stems:
+        raise click.UsageError("-o - writes one file: leave out --stems")
+    if output == STREAM and sys.stdout.isatty():
+        raise click.UsageError("-o - writes to a pipe or file, not to a terminal")
     if sum((midi is not None, note is not None, demo, directory is not None)) != 1:
         raise click.UsageError("give one of: a MIDI file, --note, --demo, --all-presets")
+    if listing:
+        if midi is None:
+            raise click.UsageError("--list needs a MIDI file")
+        from livebass.cli.song import parts_table
+
+        click.echo(parts_table(midi, channel))
+        return
     if directory is not None:
         if output is not None or preset is not None:
             raise click.UsageError("--all-presets takes neither --output nor --preset")
@@ -155,12 +176,15 @@ def render(
     score: Score | None = None
     ending = options.format or "wav"
     if midi is not None:
+        from livebass.cli.song import remarks
         from livebass.score import read_score
 
-        output = output or Path(f"{midi.stem}.{ending}")
+        output = output or Path(f"{'stdin' if midi == STREAM else midi.stem}.{ending}")
         if output.exists() and midi.exists() and os.path.samefile(midi, output):
             raise click.UsageError(f"{output}: is the MIDI file itself; name another file with -o")
         score = read_score(midi, options.rate, channel)
+        for remark in remarks(score, preset, DEFAULT_PRESET):
+            click.echo(f"{midi}: {remark}", err=True)
     elif note is not None:
         from livebass.score import single_note
         from livebass.units import note_name
@@ -168,11 +192,23 @@ def render(
         output = output or Path(f"{note_name(note)}.{ending}")
         score = single_note(note, velocity, duration, options.rate)
     bass = load_preset(preset or preset_for(score))
+    if note is not None:
+        from livebass.cli.song import check_range
+
+        check_range(bass, note, DEFAULT_PRESET)
     if score is None:
         output = output or Path(f"demo.{ending}")
         score = _demo_for(bass, options.rate)
     assert output is not None
-    click.echo(_render_one(bass, score, output, options), err=True)
+    if output == STREAM:
+        line = _render_to_stdout(bass, score, options)
+    else:
+        line = _render_one(bass, score, output, options)
+    if midi is not None:
+        from livebass.cli.song import too_low
+
+        line += too_low(bass, score, DEFAULT_PRESET)
+    click.echo(line, err=True)
 
 
 def _demo_for(bass: Instrument, rate: int) -> Score:
@@ -202,6 +238,33 @@ def _render_one(
     bass: Instrument, score: Score, output: Path, options: Options, files: Transaction | None = None
 ) -> str:
     """Renders to `output`, as part of the transaction `files` if given; returns the summary."""
+    return summary(_rendered(bass, score, output, options, files), options.gain)
+
+
+def _render_to_stdout(bass: Instrument, score: Score, options: Options) -> str:
+    """Renders to standard output, the bytes that a file would have; returns the summary.
+
+    The header of a sound file tells its length, so it is written when the whole sound is there.
+    """
+    from livebass.files import completed_files, output_error
+
+    with TemporaryDirectory(prefix="livebass-") as folder, completed_files():
+        output = Path(folder) / f"stdout.{options.format or 'wav'}"
+        report = _rendered(bass, score, output, options)
+        try:
+            with output.open("rb") as file:
+                shutil.copyfileobj(file, sys.stdout.buffer)
+            sys.stdout.buffer.flush()
+        except BrokenPipeError:
+            raise
+        except OSError as error:
+            raise output_error(STREAM, error) from None
+    return summary(replace(report, files=(STREAM,)), options.gain)
+
+
+def _rendered(
+    bass: Instrument, score: Score, output: Path, options: Options, files: Transaction | None = None
+) -> RenderReport:
     from livebass.audiofile import encoding
     from livebass.files import checked_place
     from livebass.model.quality import quality_with
@@ -214,25 +277,34 @@ def _render_one(
     checked_place(output)
     from livebass.engine.render import render_to_file
 
-    announce_kernels()
+    announce_kernels(board=over_board(bass))
     with shown_progress(output.name) as progress:
-        report = render_to_file(
+        return render_to_file(
             bass, score, output, quality=quality, rate=options.rate, format=options.format, bits=options.bits,
             stems=options.stems, tail=options.tail, gain_db=options.gain, seed=options.seed,
             progress=progress, files=files,
         )  # fmt: skip
-    return summary(report, options.gain)
 
 
-def announce_kernels(live: bool = False) -> None:
-    """Says that kernels have to be compiled first, if so; `live` includes those of the audio thread."""
+def announce_kernels(live: bool = False, board: bool = False) -> None:
+    """Says that kernels have to be compiled first, if so; `live` includes the audio thread's, `board` a board's."""
     from livebass import compiling
 
-    seconds = 0 if compiling.cached() else 25
-    if live and not compiling.cached(compiling.LIVE_ENTRY):
-        seconds += 15
-    if seconds:
-        click.echo(f"compiling the kernels, once (about {seconds} s) ...", err=True)
+    wanted = [(compiling.ENTRY, 25)]
+    if live:
+        wanted.append((compiling.LIVE_ENTRY, 15))
+    if board:
+        wanted.append((compiling.BOARD_ENTRY, 8))
+    missing = [(entry, seconds) for entry, seconds in wanted if not compiling.cached(entry)]
+    if missing:
+        which = " for fretless boards" if missing == [(compiling.BOARD_ENTRY, 8)] else ""
+        total = sum(seconds for _, seconds in missing)
+        click.echo(f"compiling the kernels{which}, once (about {total} s) ...", err=True)
+
+
+def over_board(bass: Instrument) -> bool:
+    """True if any string of the bass is over a board instead of frets."""
+    return any(neck.surface for neck in bass.necks)
 
 
 @contextmanager

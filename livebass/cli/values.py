@@ -40,6 +40,16 @@ class Quantity(click.ParamType):
         return number
 
 
+class WholeQuantity(Quantity):
+    """A quantity in whole numbers of its SI unit, given as an integer: "48000", "44.1kHz"."""
+
+    def __init__(self, dimension: str, least: float, most: float, whole: bool = True) -> None:
+        super().__init__(dimension, least, most, whole=True)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
+        return int(super().convert(value, param, ctx))
+
+
 def _nearest(number: float) -> float:
     """The nearest whole number; NaN and the infinities as they are."""
     return float(round(number)) if math.isfinite(number) else number
@@ -93,6 +103,6 @@ class Channel(click.ParamType):
         return int(value)
 
 
-RATE = Number("hz", quality.RATE.least, quality.RATE.most, whole=True)
+RATE = WholeQuantity(*quality.RATE)
 MODES = Number("count", 1, quality.MOST_MODES, whole=True)
 CONTACT_RATE = Quantity(*quality.CONTACT_RATE)

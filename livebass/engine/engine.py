@@ -80,11 +80,13 @@ class Engine:
         [main thread]
         """
         checked_rate(rate)
-        self.instrument, self.quality, self.rate, self.seed = instrument, quality, rate, seed
+        boards = any(neck.surface for neck in instrument.necks)
+        self.instrument, self.rate, self.seed = instrument, rate, seed
+        self.boards = boards
+        self.quality = quality = quality.over(boards)
         self.rates = Rates(rate, whole_contact_rate(quality.contact_rate, rate))
         self.frets = min(len(neck.fret_positions) for neck in instrument.necks)
         self.pool = prepare(instrument, quality, self.rates, self.frets)
-        boards = any(neck.surface for neck in instrument.necks)
         output, player = instrument.output, instrument.player
         self.voices = [pickup_voice(s, output, player, self.rates, boards) for s in instrument.strings]
         for i, v in enumerate(self.voices):

@@ -341,10 +341,10 @@ def _points(settings: Settings, axes: Sequence[Axis], builder: Builder, data: di
 def _work(bass: Instrument, settings: Settings) -> Work:
     """The trial and output of one point, without the values that cannot matter there, so that digests agree."""
     s = speaking_string(bass, settings.string, settings.fret)
-    modes = settings.modes
+    quality, modes = settings.quality.over(bool(s.surface)), settings.modes
     if modes is None:
-        modes = modes_for(settings.quality, s.length, s.string.length, s.grid_points)
-    contact_rate = whole_contact_rate(settings.quality.contact_rate, PAPER_RATE)
+        modes = modes_for(quality, s.length, s.string.length, s.grid_points)
+    contact_rate = whole_contact_rate(quality.contact_rate, PAPER_RATE)
     trial = checked_trial(
         bass, s, settings.apex, settings.at, settings.duration, modes, contact_rate, PAPER_RATE, settings.angle
     )  # fmt: skip

@@ -1,4 +1,4 @@
-"""One string, one pluck, to the three files of `livebass simulate`.
+"""One string, one pluck: as a `Solved` in Python, or as the three files of `livebass simulate`.
 
 `displacement.wav` is the displacement at the sensor, float32, scaled to a peak of -1 dBFS, after an oblique pluck in
 two channels, u and v; `contacts.csv` has `time_s,fret,position_m`, fret 0 for wood; `result.npz` has all of it, and if
@@ -15,12 +15,13 @@ from typing import Any
 
 import numpy as np
 
-from livebass.analysis.motion import Solved, columns, shape_columns, state_samples
+from livebass.analysis.motion import Solved, can_resample, columns, shape_columns, state_samples
 from livebass.audiofile import AudioWriter, encoding
+from livebass.extras import install
 from livebass.files import Transaction, checked_place
 from livebass.model.instrument import Instrument
 from livebass.model.modes import CARRIED, carried, dampings, frequencies
-from livebass.model.quality import CONTACT_RATE
+from livebass.model.quality import CONTACT_RATE, QUALITIES, Quality, modes_for
 from livebass.model.trial import (
     Motion,
     Trial,
@@ -34,6 +35,44 @@ from livebass.report.text import csv_text
 
 FILES = ("displacement.wav", "contacts.csv", "result.npz")
 PEAK = 10 ** (-1 / 20)  # of the WAV file, -1 dBFS
+NO_SHAPES = "shapes: only the engine tells them, the reference solver does not"
+
+
+def simulate(
+    instrument: Instrument,
+    *,
+    string: str = "G",
+    fret: int = 0,
+    apex: float = 3.6e-3,
+    at: float = 0.64,
+    angle: float = 0.0,
+    duration: float = 1.0,
+    quality: Quality = QUALITIES["reference"],
+    modes: int | None = None,
+    rate: int = 44_100,
+    solver: str = "engine",
+    shape_at: Sequence[float] = (),
+) -> Solved:
+    """Plucks one string once and returns how it moved, with all that can be measured in it.
+
+    string: its name in `instrument`, stopped at `fret` (0: open). apex: how far it is pulled (m), at: where, from the
+    nut or the pressed fret (m), angle: rad from straight up towards across. duration: s. modes: of the stopped string,
+    instead of the quality's. rate: of the motion returned, Hz. solver: "engine", or "reference", brute force, which
+    gives neither energies nor shapes. shape_at: times (s) at which `Solved.shapes` is wanted.
+
+    Returns a `Solved`: `motion.time_s` and `displacement()` (n,), s and m at the sensor; `contacts` with time and fret
+    of each; `pitch`; `characteristic()`; `energies()`; `shapes(times)`. Raises ValueError, one line that says what is
+    allowed. [main thread]
+    """
+    if modes is None and quality.modes is not None:
+        s = speaking_string(instrument, string, fret)
+        modes = modes_for(quality, s.length, s.string.length, s.grid_points)
+    trial = _trial(instrument, string, fret, apex, at, duration, modes, quality.contact_rate, rate, solver, angle)
+    if solver == "engine":
+        trial = replace(trial, states=state_samples(trial, more=shape_at))
+    elif shape_at:
+        raise ValueError(NO_SHAPES)
+    return Solved(trial, _solve(trial, solver))
 
 
 def simulate_to_directory(
@@ -61,15 +100,10 @@ def simulate_to_directory(
     allowed, before anything is computed or written, and OSError where the files cannot be written; the directory is
     then as it was. [main thread]
     """
-    if solver not in ("engine", "reference"):
-        raise ValueError(f"solver {solver!r}: engine or reference")
-    s = speaking_string(instrument, string, fret)
-    whole = solver == "engine"  # its contact rate is a whole number of Hz
-    CONTACT_RATE._replace(whole=whole).check("contact rate", contact_rate)
-    trial = checked_trial(instrument, s, apex, at, duration, modes, contact_rate, rate, angle)
-    if shape_at and not whole:
-        raise ValueError("shapes: only the engine tells them, the reference solver does not")
-    if whole and (analyse or shape_at):
+    trial = _trial(instrument, string, fret, apex, at, duration, modes, contact_rate, rate, solver, angle)
+    if shape_at and solver != "engine":
+        raise ValueError(NO_SHAPES)
+    if solver == "engine" and (analyse or shape_at):
         trial = replace(trial, states=state_samples(trial, more=shape_at))
     directory = Path(directory)
     with Transaction() as files:
@@ -79,7 +113,7 @@ def simulate_to_directory(
         solved = Solved(trial, _solve(trial, solver))
         found = columns(solved) if analyse else {}
         _write(files, directory, solved, found | shape_columns(solved, shape_at))
-    contacts, first = solved.contacts, ""
+    s, contacts, first = trial.speaking, solved.contacts, ""
     if contacts.fret.size:
         where = f"on fret {contacts.fret[0]}"
         if not contacts.fret[0]:
@@ -89,11 +123,26 @@ def simulate_to_directory(
     if kept < trial.modes:
         over = f"modes {kept + 1} to {trial.modes} lie above {CARRIED:g} of the contact rate, too high for contact"
         left = f"; {over}: --modes {kept} leaves them out"
+    if analyse and not can_resample(trial):
+        left += f"; without the characteristic frequency, which needs SciPy: {install('analysis')}"
     return (
         f"string {s.string.name} fret {s.fret}, {apex * 1e3:g} mm at {at * 1e3:g} mm, {trial.modes} modes, "
         f"{contact_rate / 1e6:g} MHz: {contacts.fret.size} contacts{first}{left}; "
         f"{duration:g} s in {solved.motion.wall_s:.2f} s -> {directory}"
     )
+
+
+def _trial(
+    instrument: Instrument, string: str, fret: int, apex: float, at: float, duration: float, modes: int | None,
+    contact_rate: float, rate: int, solver: str, angle: float,
+) -> Trial:  # fmt: skip
+    """The trial of one pluck, every value checked."""
+    if solver not in ("engine", "reference"):
+        raise ValueError(f"solver {solver!r}: engine or reference")
+    s = speaking_string(instrument, string, fret)
+    whole = solver == "engine"  # its contact rate is a whole number of Hz
+    CONTACT_RATE._replace(whole=whole).check("contact rate", contact_rate)
+    return checked_trial(instrument, s, apex, at, duration, modes, contact_rate, rate, angle)
 
 
 def _solve(trial: Trial, solver: str) -> Motion:

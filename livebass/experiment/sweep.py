@@ -1,5 +1,6 @@
-"""A sweep: the points of a grid computed, each kept in a file of its own, and a table and a picture of all.
+"""A sweep: the points of a grid computed, in Python or each kept in a file of its own, a table and a picture of all.
 
+`sweep` returns them all. `livebass study sweep` keeps them as files:
 DIR/points/DIGEST.json is one point, named after all that it depends on. So a sweep that was killed goes on where it
 was, and another one in the same DIR uses the points that are the same and disturbs none. The picture is a curve over
 one parameter, a map over two, or a row of maps over three.
@@ -9,27 +10,116 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import time
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from contextlib import closing
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from livebass.experiment.grid import Axis, Point, Settings, program
+from livebass.arrays import Floats
+from livebass.experiment.grid import USAGE, Axis, Point, Settings, axis, grid, program
 from livebass.experiment.quantities import QUANTITIES, Quantity
+from livebass.extras import install
 from livebass.files import OutputError, Transaction, checked_place
+from livebass.model.quality import QUALITIES, Quality
 from livebass.report.picture import figure, image
 from livebass.report.text import csv_text, json_text, plain
 
 Results = dict[str, dict[str, float]]  # by digest
 TABLE, PICTURES, POINTS = "sweep.csv", ("sweep.png", "sweep.svg"), "points"
 STALE = 60.0  # s after which a half-written point is left over from a killed process
-NEEDED = "the picture needs matplotlib: pip install 'livebass[plots]'; --no-picture does without"
+NEEDED = f"the picture needs matplotlib: {install('plots')}; --no-picture does without"
 MOST_PANELS = 12  # in a row
 MOST_AXES = 3
+MOST_WORKERS = 1024
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """All points of a sweep and what was measured at each."""
+
+    axes: tuple[Axis, ...]  # the parameters: `at.dotted`, `unit`, and `numbers` in that unit
+    points: tuple[Point, ...]  # every combination, the last parameter fastest
+    results: Results
+
+    def values(self, quantity: str) -> Floats:
+        """A row of `livebass study sweep --help` in SI units at every point, NaN where there is none.
+
+        Its shape has the length of each axis. Raises ValueError for an unknown quantity.
+        """
+        if quantity not in QUANTITIES:
+            raise ValueError(f"quantity {quantity!r}: allowed are {', '.join(QUANTITIES)}")
+        each = np.array([self.results[point.digest][quantity] for point in self.points])
+        return each.reshape([len(axis.numbers) for axis in self.axes])
+
+    def table(self) -> str:
+        """All of it as CSV with a head."""
+        return table(self.axes, self.points, self.results)
+
+
+def sweep(
+    preset: str | os.PathLike[str],
+    vary: str | Sequence[str],
+    *,
+    string: str = "G",
+    fret: int = 0,
+    apex: float = 3.6e-3,
+    at: float = 0.64,
+    angle: float = 0.0,
+    duration: float = 1.0,
+    quality: Quality = QUALITIES["reference"],
+    modes: int | None = None,
+    workers: int = 1,
+    progress: Callable[[float], None] | None = None,
+) -> Sweep:
+    """Plucks a string of `preset`, a name or a TOML file, for every combination of the parameters of `vary`.
+
+    vary: "KEY=FROM:TO:N" or "KEY=FROM:TO:N:log", one or several, such as "pluck.apex=1mm:7mm:13"; KEY is a number of a
+    preset file, or pluck.apex, pluck.at, pluck.angle, pluck.fret. string, fret, apex (m), at (m from the stop), angle
+    (rad), duration (s), quality and modes are those of `simulate`. workers: 1 computes in this process, more in as many
+    new ones, which a script must do under `if __name__ == "__main__":`. `progress` is called with the fraction done.
+
+    Returns a `Sweep`: `values(quantity)` is an array of the shape of the grid, `table()` all of it as CSV. Nothing is
+    written. Raises ValueError, one line, before anything is computed, for a key, value or pluck that is not allowed;
+    ChildProcessError where processes die. [main thread]
+    """
+    texts = [vary] if isinstance(vary, str) else list(vary)
+    if not texts:
+        raise ValueError(f"vary: {USAGE}")
+    if not 1 <= workers <= MOST_WORKERS:
+        raise ValueError(f"workers {workers}: allowed are 1 to {MOST_WORKERS}")
+    axes = tuple(axis(text) for text in texts)
+    settings = Settings(os.fspath(preset), string, fret, apex, at, angle, duration, quality, modes)
+    points = tuple(grid(settings, axes))
+    different = list({point.digest: point for point in points}.values())
+    results: Results = {}
+    with closing(_computed(different, workers)) as done:
+        for number, (point, result) in enumerate(done, 1):
+            results[point.digest] = result
+            if progress:
+                progress(number / len(different))
+    return Sweep(axes, points, results)
+
+
+def _computed(points: Sequence[Point], workers: int) -> Generator[tuple[Point, dict[str, float]]]:
+    """Computes `points` here, or in processes."""
+    from livebass.experiment.point import measured  # numba, which a sweep that finds all its points need not load
+    from livebass.experiment.workers import compile_kernels, computed
+
+    if workers > 1:
+        compile_kernels(points[0])
+        yield from computed(points, workers, lambda _: None)
+        return
+    for point in points:
+        try:
+            yield point, measured(point.work)
+        except ValueError as error:
+            raise ValueError(f"{point.name}: {error}") from None
 
 
 def prepare(directory: Path, file: Path | None = None) -> None:

@@ -24,6 +24,7 @@ from typing import Any
 
 from livebass.experiment.grid import Point, Work, program
 from livebass.experiment.point import Result, measured
+from livebass.extras import install
 from livebass.interrupts import hidden_from_children
 from livebass.report.progress import Say
 
@@ -155,7 +156,7 @@ def connected(address: str) -> Iterator[Callable[[Sequence[Point]], Generator[tu
         import distributed
         from distributed.comm.core import CommClosedError
     except ImportError:
-        raise LookupError("--scheduler needs Dask: pip install 'livebass[cluster]'") from None
+        raise LookupError(f"--scheduler needs Dask: {install('cluster')}") from None
     if not ADDRESS.fullmatch(address):
         raise ValueError(f"scheduler {address}: is no address such as tcp://host:8786")
     for name in LOGGERS:

@@ -16,6 +16,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
+from livebass.extras import install
 from livebass.live.guards import call_with_timeout, jack_hangs, never_release, open_jack_client, silenced_stderr
 from livebass.live.synth import Synth, rehearse
 
@@ -267,7 +268,7 @@ def _rtmidi() -> Any:
     try:
         import rtmidi
     except ImportError as error:
-        raise MidiLost(f"MIDI input: {' '.join(str(error).split())}; pip install 'livebass[live]'") from None
+        raise MidiLost(f"MIDI input: {' '.join(str(error).split())}; {install('live')}") from None
     return rtmidi
 
 

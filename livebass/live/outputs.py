@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from livebass.extras import install
 from livebass.live.guards import (
     JACK_HANGS,
     answer_of,
@@ -424,7 +425,7 @@ def _sounddevice() -> Any:
     except OutputLost:
         raise
     except ImportError as error:
-        raise OutputLost(f"sound output: {_one_line(error)}; pip install 'livebass[live]'") from None
+        raise OutputLost(f"sound output: {_one_line(error)}; {install('live')}") from None
     except OSError as error:
         raise OutputLost(
             f"sound output: {_one_line(error)}; on Debian: sudo apt install libportaudio2; or start a JACK server"
@@ -445,7 +446,7 @@ def _jack() -> Any:
     try:
         import jack
     except ImportError as error:
-        raise OutputLost(f"JACK: {_one_line(error)}; pip install 'livebass[live]'") from None
+        raise OutputLost(f"JACK: {_one_line(error)}; {install('live')}") from None
     except OSError as error:
         raise OutputLost(f"JACK: {_one_line(error)}; on Debian: sudo apt install libjack-jackd2-0") from None
     return jack

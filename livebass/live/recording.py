@@ -9,7 +9,9 @@ import io
 import logging
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Self
+
+import mido
 
 from livebass.audiofile import AudioWriter, encoding
 from livebass.files import OutputError, Transaction, checked_place
@@ -35,7 +37,7 @@ class Recorder:
         self._begin(path)
 
     def _begin(self, path: Path) -> None:
-        self._path, self._files = path, Transaction()
+        self._path, self._files = path, Transaction("take")
         try:
             self._writer = AudioWriter(self._files, path, encoding(path, self.synth.rate))
         except BaseException as error:
@@ -136,13 +138,12 @@ class MidiRecorder:
     The file begins with the program that chooses `preset`, so that `livebass render` plays it on the same bass; another
     preset in mid-take is another program there, from `choose` on. A tick is a frame: at the same rate it renders as it
     sounded. Call `take.turn()` often; leaving the block writes the file, after an exception too; after `discard` there
-    is none. Raises OutputError if no file can be written at `path`, and if mido is missing.
+    is none. Raises OutputError if no file can be written at `path`.
     """
 
     def __init__(self, path: Path, synth: Synth, preset: str) -> None:
         self.path, self.synth, self.rate = path, synth, synth.rate
         self.short: str | None = None  # why there is no file
-        self._mido = _mido()
         checked_place(path)
         # (tick, status, first, second); those of PROGRAM are the presets'
         self._played: list[tuple[int, int, int, int]] | None = [(0, PROGRAM, _program(preset), 0)]
@@ -193,7 +194,7 @@ class MidiRecorder:
 
     def _file(self, played: list[tuple[int, int, int, int]]) -> bytes:
         """A MIDI file of type 0, with the presets' programs on all channels that were played."""
-        mido, beats = self._mido, 2
+        beats = 2
         while self.rate // beats > MOST_TICKS or self.rate % beats or MICROSECONDS % beats:
             beats += 1
         track = mido.MidiTrack([mido.MetaMessage("set_tempo", tempo=MICROSECONDS // beats)])
@@ -217,11 +218,3 @@ class MidiRecorder:
 def _program(preset: str) -> int:
     """The program, as it is sent, that chooses `preset`, or that of an electric bass if none does."""
     return (program_of(preset) or FINGER) - 1
-
-
-def _mido() -> Any:
-    try:
-        import mido
-    except ImportError as error:
-        raise OutputError(f"MIDI files: {error}; pip install 'livebass[live]'") from None
-    return mido

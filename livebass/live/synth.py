@@ -48,7 +48,7 @@ from livebass.model.quality import QUALITIES, Quality
 from livebass.score import LEAST_RATE, Score, single_note
 from livebass.units import note_name
 
-COARSE = Quality("coarse", 150, 192e3)  # for strings under overload
+COARSE = Quality("coarse", 150, 192e3, on_board=Quality("coarse", 250, 384e3))  # for strings under overload
 # Running ahead: share of a block's time, and frames between looks at the clock. Qualities up to `live` leave most of
 # the time to other programs; heavier ones need all there is.
 AHEAD_LIGHT, AHEAD_HEAVY = (0.35, 4), (0.7, 1)
@@ -104,8 +104,10 @@ class LiveBass:
 
     def __init__(self, instrument: Instrument, quality: Quality, rate: int, seed: int = 0) -> None:
         self.engine = Engine(instrument, quality, rate, seed)
-        coarse = Rates(rate, whole_contact_rate(COARSE.contact_rate, rate))
-        self.coarse = prepare(instrument, COARSE, coarse, self.engine.frets)
+        coarse = COARSE.over(self.engine.boards)
+        self.coarse = prepare(
+            instrument, coarse, Rates(rate, whole_contact_rate(coarse.contact_rate, rate)), self.engine.frets
+        )
         self.events = np.zeros((2, EVENT_ROOM), EVENT)
         self.record = np.zeros(1, BASS)
         b = self.record
@@ -117,7 +119,7 @@ class LiveBass:
             b["string"][0, i] = v.string.ctypes.data
         b["performer"] = self.engine.performer.ctypes.data
         b["events"], b["string_events"] = self.events[0].ctypes.data, self.events[1].ctypes.data
-        light = QUALITIES["live"]
+        quality, light = self.engine.quality, QUALITIES["live"]
         heavy = quality.modes is None or quality.modes > (light.modes or 0) or quality.contact_rate > light.contact_rate
         b["share"], b["stride"] = AHEAD_HEAVY if heavy else AHEAD_LIGHT
         points = np.maximum(*(pool.records["points"].max(axis=1) for pool in (self.engine.pool, self.coarse)))

@@ -142,6 +142,12 @@ class Instrument:
     output: Output
     player: Player
 
+    @property
+    def note_range(self) -> tuple[int, int]:
+        """The lowest and the highest MIDI note it has: every string is played up to the last fret that all have."""
+        frets = min(len(neck.fret_positions) for neck in self.necks)
+        return self.strings[0].open_note, max(string.open_note for string in self.strings) + frets
+
     def string_index(self, name: str) -> int:
         """Index of the string called `name`, in any case. Raises LookupError, which lists the names there are."""
         names = [s.name for s in self.strings]

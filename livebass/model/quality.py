@@ -16,22 +16,30 @@ LEAST_CONTACT_RATE, MOST_CONTACT_RATE = 44_100.0, 64e6  # Hz
 
 @dataclass(frozen=True)
 class Quality:
-    """A tier: number of modes and contact rate. The same kernel runs them all."""
+    """A tier: number of modes and contact rate. The same kernel runs them all.
+
+    Over a board contact goes on from point to point: it needs more of both, and then `on_board` holds.
+    """
 
     name: str
     modes: int | None  # of the open string, a stopped one has proportionally fewer; None: all that the grid carries
     contact_rate: float  # Hz, 1/dt of eq. 12; the engine takes the next whole multiple of the audio rate
+    on_board: Quality | None = None  # for strings over a board; None: the same
+
+    def over(self, board: bool) -> Quality:
+        """Returns the quality for strings over a `board`, or over frets alone."""
+        return self.on_board if board and self.on_board is not None else self
 
 
 QUALITIES = {
-    "live": Quality("live", 400, 384e3),
-    "studio": Quality("studio", 600, 4e6),
+    "live": Quality("live", 400, 768e3, on_board=Quality("live", None, 2e6)),
+    "studio": Quality("studio", 600, 4e6, on_board=Quality("studio", None, 4e6)),
     "reference": Quality("reference", None, 8e6),
 }
 
 
 def quality_with(name: str, modes: int | None = None, contact_rate: float | None = None) -> Quality:
-    """The tier `name` with `modes` or `contact_rate` (Hz) replaced.
+    """The tier `name` with `modes` or `contact_rate` (Hz) replaced, over a board as well.
 
     Raises ValueError, which says what is allowed, for an unknown tier or a value out of range.
     """
@@ -41,13 +49,15 @@ def quality_with(name: str, modes: int | None = None, contact_rate: float | None
     if modes is not None:
         if not 1 <= modes <= MOST_MODES:
             raise ValueError(f"modes {modes}: allowed are 1 to {MOST_MODES}")
-        quality = replace(quality, modes=modes)
+        board = quality.on_board and replace(quality.on_board, modes=modes)
+        quality = replace(quality, modes=modes, on_board=board)
     if contact_rate is not None:
         if not LEAST_CONTACT_RATE <= contact_rate <= MOST_CONTACT_RATE:
             raise ValueError(
                 f"contact rate {contact_rate:g} Hz: allowed are {LEAST_CONTACT_RATE:g} to {MOST_CONTACT_RATE:g} Hz"
             )
-        quality = replace(quality, contact_rate=contact_rate)
+        board = quality.on_board and replace(quality.on_board, contact_rate=contact_rate)
+        quality = replace(quality, contact_rate=contact_rate, on_board=board)
     return quality
 
 

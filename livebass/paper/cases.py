@@ -6,6 +6,7 @@ The string is that of the preset `paper-g`. Its displacement is taken at 9 mm (u
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -14,7 +15,7 @@ import numpy as np
 
 from livebass.analysis.sound import PAPER_RATE
 from livebass.engine.prepare import whole_contact_rate
-from livebass.model.instrument import Neck, Pluck, Speaking, String, speaking
+from livebass.model.instrument import Instrument, Neck, Pluck, Speaking, String, speaking
 from livebass.model.modes import dampings
 from livebass.model.trial import Trial
 from livebass.preset.load import load_preset
@@ -22,6 +23,12 @@ from livebass.preset.load import load_preset
 PRESET = "paper-g"
 USUAL = 0.64  # m from the nut
 OBLIQUE = (3.1e-3, 2.2e-3)  # m along u and v
+
+
+@functools.cache
+def _bass(preset: str) -> Instrument:
+    """The shipped bass of that name, read once."""
+    return load_preset(preset)
 
 
 @dataclass(frozen=True)
@@ -39,17 +46,19 @@ class Case:
     string: Callable[[String], String] = lambda string: string
     neck: Callable[[Neck], Neck] = lambda neck: neck
     preset: str = PRESET
+    rounding: float | None = None  # m, of the corner before the release; None: the preset's
 
     def speaking(self) -> Speaking:
         """The open string over its neck."""
-        bass = load_preset(self.preset)
+        bass = _bass(self.preset)
         return speaking(self.string(bass.strings[0]), self.neck(bass.necks[0]), 0)
 
     def trial(self, rate: int = PAPER_RATE) -> Trial:
         """The trial to solve, with all modes, at output rate `rate` (Hz)."""
-        bass = load_preset(self.preset)
+        bass = _bass(self.preset)
         s = self.speaking()
-        pluck = Pluck(self.apex, self.position, bass.player.rounding, self.angle)
+        rounding = bass.player.rounding if self.rounding is None else self.rounding
+        pluck = Pluck(self.apex, self.position, rounding, self.angle)
         sensors = s.length - bass.output.sensor, s.length - bass.output.sensor_v
         return Trial(
             s, pluck, s.grid_points - 1, whole_contact_rate(self.contact_rate, rate), rate, self.duration, sensors[0],
@@ -59,20 +68,24 @@ class Case:
 
 def without_dispersion(string: String) -> String:
     """`string` with harmonic frequencies (B = 0 in eq. 8) and the same dampings (section 4.2.1)."""
-    bass = load_preset(PRESET)
+    bass = _bass(PRESET)
     s = speaking(string, bass.necks[0], 0)
     count = s.grid_points - 1
     harmonics = tuple(float(f) for f in s.fundamental * np.arange(1, count + 1))
     return replace(string, measured_frequencies=harmonics, measured_dampings=tuple(map(float, dampings(s, count))))
 
 
-def straightened(part: float) -> Callable[[Neck], Neck]:
-    """A neck moved towards the line from its first to its last fret: by 0 as it is, by 1 straight (section 4.2.3)."""
+def straightened(gap: float | None = None) -> Callable[[Neck], Neck]:
+    """A neck whose inner frets are raised towards the line from its first to its last (section 4.2.3).
+
+    All take the same part of their way, so that fret 12 ends `gap` (m) under the string at rest; None: up to the line.
+    """
 
     def changed(neck: Neck) -> Neck:
         x, h = np.array(neck.fret_positions), np.array(neck.fret_heights)
-        line = np.interp(x, x[[0, -1]], h[[0, -1]])
-        return replace(neck, fret_heights=tuple(map(float, h + part * (line - h))))
+        way = np.interp(x, x[[0, -1]], h[[0, -1]]) - h
+        part = 1.0 if gap is None else (-gap - h[11]) / way[11]
+        return replace(neck, fret_heights=tuple(map(float, h + part * way)))
 
     return changed
 
@@ -108,8 +121,11 @@ CASES = {
         Case("middle", "Plucked at L/2", "4.2.2", 3.6e-3, 4e6, position=0.4315),
         Case("near-nut", "Plucked at 0.1 m", "4.2.2", 3.6e-3, 4e6, position=0.1),
         Case("neck", "Softly over the measured neck, 1.8 mm", "4.2.3", 1.8e-3, 2e6, position=0.6),
-        Case("half-straight", "The neck half straightened", "4.2.3", 1.8e-3, 2e6, 0.6, neck=straightened(0.5)),
-        Case("straight", "The neck straight", "4.2.3", 1.8e-3, 2e6, 0.6, neck=straightened(1.0)),
+        Case(
+            "half-straight", "The neck straightened to 2 mm", "4.2.3", 1.8e-3, 2e6, 0.6,
+            neck=straightened(2e-3),
+        ),
+        Case("straight", "The neck straight", "4.2.3", 1.8e-3, 2e6, 0.6, neck=straightened()),
         Case("sixth-fret", "The sixth fret up by 0.5 mm", "4.2.3", 1.8e-3, 2e6, 0.6, neck=raised(6, 0.5e-3)),
         Case("soft", "Case B, frets of K = 1e9", "4.2.4", 3.6e-3, 4e6, neck=softer),
         Case("fretless", "A fretless bass, plucked as in case B", "5", 3.6e-3, 8e6, preset="paper-fretless"),

@@ -22,7 +22,13 @@ class Job:
     solver: Callable[[Trial], Motion] = solve_trial
 
     def solve(self) -> Motion:
-        return self.solver(self.trial)
+        """Raises ValueError where the solution is not finite."""
+        motion = self.solver(self.trial)
+        if not np.isfinite(motion.displacement_m).all():
+            trial = self.trial
+            rate = f"{trial.contact_rate / 1e6:g} MHz"
+            raise ValueError(f"{trial.modes} modes at {rate}: the solution is not finite; take another rate")
+        return motion
 
 
 def shared(jobs: Iterable[Job]) -> dict[Job, Job]:
@@ -53,11 +59,7 @@ def solve_all(
         futures = {pool.submit(job.solve): job for job in wanted}
         try:
             for future in as_completed(futures):
-                trial, motion = futures[future].trial, future.result()
-                if not np.isfinite(motion.displacement_m).all():
-                    rate = f"{trial.contact_rate / 1e6:g} MHz"
-                    raise ValueError(f"{trial.modes} modes at {rate}: the solution is not finite; take another rate")
-                motions[futures[future]] = motion
+                motions[futures[future]] = future.result()
                 step()
         except BaseException:
             pool.shutdown(cancel_futures=True)

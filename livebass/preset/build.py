@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import difflib
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from itertools import pairwise
 from typing import Any
 
@@ -34,7 +34,7 @@ from livebass.preset.checks import (
     overdamped,
     replaced,
 )
-from livebass.preset.keys import KEYS, REQUIRED, SECTIONS, allowed, checked, key_names, quoted
+from livebass.preset.keys import KEYS, REQUIRED, SECTIONS, allowed, checked, each_string, items, key_names, quoted
 from livebass.units import format_quantity, note_name
 
 # What the engine has room for.
@@ -102,11 +102,11 @@ class Builder:
             if name not in top:
                 raise self.unknown("", name, top)
         head = self.table("", {k: v for k, v in data.items() if k not in SECTIONS}, "")
-        shared = data.get("neck", {})
-        self.table("neck", shared, "neck", defaults=False)
-        pairs = [self.string_and_neck(raw, i, shared) for i, raw in enumerate(self.tables(data, "string"), 1)]
-        if not pairs:
+        raws = self.tables(data, "string")
+        necks = self.shared_necks(data.get("neck", {}), len(raws))
+        if not raws:
             raise self.error("string", "missing; at least one [[string]]")
+        pairs = [self.string_and_neck(raw, i, neck) for i, (raw, neck) in enumerate(zip(raws, necks, strict=True), 1)]
         names = [s.name.casefold() for s, _ in pairs]
         for i, (string, _) in enumerate(pairs):
             if names[i] in names[:i]:
@@ -114,16 +114,46 @@ class Builder:
             if i and string.open_note <= pairs[i - 1][0].open_note:
                 place, note = f"string[{string.name}].open_note", note_name(string.open_note)
                 raise self.error(place, "strings go from the lowest to the highest", note)
-        player = Player(**self.table("player", data.get("player", {}), "player"))
+        values = self.table("player", data.get("player", {}), "player")
+        if values["technique"] == "slap":
+            values.setdefault("slapped_strings", (len(pairs) + 1) // 2)
+        player = Player(**values)
         for low, high in (("pluck_nearest", "pluck_farthest"), ("softest", "hardest")):
             below, above = getattr(player, low), getattr(player, high)
             if below > above:
                 raise self.error(f"player.{low}", f"allowed: at most player.{high}, {above}", below)
         if player.slapped_strings > len(pairs):
             raise self.error("player.slapped_strings", f"this bass has {len(pairs)} strings", player.slapped_strings)
-        strings, necks = zip(*pairs, strict=True)
         output = self.output(data, pairs)
-        return Instrument(**head, strings=strings, necks=necks, output=output, player=player)
+        return Instrument(
+            **head,
+            strings=tuple(string for string, _ in pairs),
+            necks=tuple(neck for _, neck in pairs),
+            output=output,
+            player=player,
+        )
+
+    def shared_necks(self, raw: Any, count: int) -> list[dict[str, Any]]:
+        """The [neck] table as it holds for each of `count` strings: of a list in place of a number, each has its item.
+
+        Its values are checked; the dicts are as a file would have them.
+        """
+        lists = {}
+        if isinstance(raw, dict):
+            for key in KEYS:
+                if each_string(key) and (listed := items(raw.get(key.name))) is not None:
+                    place = f"neck.{key.name}"
+                    try:
+                        checked(replace(key, kind=f"{key.kind}[]"), listed)
+                    except ValueError as error:
+                        raise self.error(place, str(error), raw[key.name]) from None
+                    if len(listed) != count:
+                        why = f"{len(listed)} values for {count} strings; give one for all, or one for each"
+                        raise self.error(place, why)
+                    lists[key.name] = listed
+            raw = {name: value for name, value in raw.items() if name not in lists}
+        self.table("neck", raw, "neck", defaults=False)
+        return [raw | {name: listed[i] for name, listed in lists.items()} for i in range(count)]
 
     def output(self, data: dict[str, Any], pairs: list[tuple[String, Neck]]) -> Output:
         """Output with pickups and circuit, all of them between the saddle and the neck."""
@@ -158,7 +188,7 @@ class Builder:
         return Pickup(**values | {"strings": tuple(known[n.casefold()] for n in values.get("strings", ()))})
 
     def string_and_neck(self, raw: Any, number: int, shared: dict[str, Any]) -> tuple[String, Neck]:
-        """A [[string]] table, the `number`-th, and its neck: the keys of `shared`, the [neck] table, and its own."""
+        """A [[string]] table, the `number`-th, and its neck: the keys of `shared`, its [neck] table, and its own."""
         where = f"string[{number}]"
         if isinstance(raw, dict) and isinstance(raw.get("name"), str):
             where = f"string[{raw['name'][:20]}]"
@@ -171,15 +201,18 @@ class Builder:
         merged = {k: v for k, v in shared.items() if k not in drop} | own
         length, neck = self.neck(merged, f"{where}.neck" if own else "neck")
         string = self.string(values, length, where)
+        self.check_notes(string, neck, where, f"{where}.neck" if own else "neck")
+        return string, neck
+
+    def check_notes(self, string: String, neck: Neck, where: str, place: str) -> None:
+        """Checks the notes of every fret; `where` is the string's table, `place` that of its neck."""
         for fret in range(len(neck.fret_positions) + 1):
             try:
                 speaking(string, neck, fret)
             except ValueError as error:
                 raise self.error(f"{where}.neck", f"{error}; lower the frets or raise the action") from None
-        place = f"{where}.neck" if own else "neck"
         self.check_grid(string, neck, place)
         self.check_damping(string, neck, where, place)
-        return string, neck
 
     def check_grid(self, string: String, neck: Neck, where: str) -> None:
         """Checks that every fret has a grid point of its own, and none at an end of the speaking length."""

@@ -46,7 +46,7 @@ _ROWS = (
     Key("", "description", "text", "0", "500", "", "one sentence about it"),
     Key("neck", "scale_length", "length", "300 mm", "1500 mm", REQUIRED, "nut to saddle"),
     Key("neck", "frets", "integer", "1", "32", 20, "how many, by geometry"),
-    Key("neck", "action", "length", "0 mm", "20 mm", "2 mm", "gap under the open string at fret 12"),
+    Key("neck", "action", "length", "0 mm", "20 mm", "2 mm", "gap under the open string at fret 12; or a list"),
     Key("neck", "relief", "length", "0 mm", "5 mm", "0.3 mm", "hollow of the neck at its middle"),
     Key("neck", "nut_height", "length", "0 mm", "10 mm", "0.5 mm", "gap under the open string at fret 1"),
     Key("neck", "lift", "lift", "-5 mm", "5 mm", None, 'frets that stand proud: {6 = "0.5 mm"}'),
@@ -118,7 +118,7 @@ _ROWS = (
     Key("coil", "tone_capacitor", "capacitance", "10 pF", "10 uF", FIELD, "behind the tone pot"),
     Key("coil", "tone", "number", "0", "1", FIELD, "0 closed, 1 open"),
     Key("player", "technique", "pluck|slap", "", "", FIELD, "slap: thumb below, pops above"),
-    Key("player", "slapped_strings", "integer", "0", "8", FIELD, "how many the thumb strikes, lowest first"),
+    Key("player", "slapped_strings", "integer", "0", "8", None, "lowest first; left out: the lower half, if slapped"),
     Key("player", "pluck_position", "number", "0.01", "0.99", FIELD, "place over the body: part of the open string"),
     Key("player", "pluck_nearest", "number", "0.01", "0.99", FIELD, "the same at controller value 0 ..."),
     Key("player", "pluck_farthest", "number", "0.01", "0.99", FIELD, "... and at 127"),
@@ -140,6 +140,11 @@ _ROWS = (
 )
 KEYS = tuple(key.resolved() for key in _ROWS)
 SECTIONS = tuple(dict.fromkeys(key.section for key in KEYS if key.section))
+
+
+def each_string(key: Key) -> bool:
+    """True for a key of [neck] that may be a list with one number for each string."""
+    return key.section == "neck" and (key.kind in DIMENSIONS or key.kind == "number")
 
 
 def key_names(section: str) -> list[str]:
@@ -198,6 +203,13 @@ def checked(key: Key, raw: Any) -> Any:
     return float(value) if kind == "number" else value
 
 
+def items(raw: Any) -> list[Any] | None:
+    """The items of a list in a file, [1, 2] or {unit = "mm", values = [1, 2]}, as a file has one; None for no list."""
+    if isinstance(raw, dict) and set(raw) == {"unit", "values"} and isinstance(raw["values"], list):
+        return [f"{quoted(v)} {raw['unit']}" if isinstance(v, (int, float)) else v for v in raw["values"]]
+    return raw if isinstance(raw, list) else None
+
+
 def _several(key: Key, raw: Any) -> tuple[Any, ...]:
     """Checks a list of values, or of numbers with one unit for all."""
     one = replace(key, kind=key.kind.removesuffix("[]"))
@@ -205,12 +217,13 @@ def _several(key: Key, raw: Any) -> tuple[Any, ...]:
     if one.kind in DIMENSIONS:
         unit = next(iter(DIMENSIONS[one.kind].units))
         example = f'["1 {unit}", "2 {unit}"] or {{unit = "{unit}", values = [1, 2]}}'
-        if isinstance(raw, dict) and set(raw) == {"unit", "values"} and isinstance(raw["values"], list):
-            raw = [f"{quoted(v)} {raw['unit']}" if isinstance(v, (int, float)) else v for v in raw["values"]]
-    if not isinstance(raw, list) or not raw:
+    elif isinstance(raw, dict):
+        raise ValueError(f"allowed: {example}")
+    listed = items(raw)
+    if not listed:
         raise ValueError(f"allowed: {example}")
     values = []
-    for number, item in enumerate(raw, 1):
+    for number, item in enumerate(listed, 1):
         try:
             values.append(checked(one, item))
         except ValueError as error:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import stat
 import tomllib
+from functools import cache
 from importlib import resources
 from importlib.resources.abc import Traversable
 from pathlib import Path
@@ -39,6 +40,22 @@ def load_preset(name_or_path: str | os.PathLike[str]) -> Instrument:
     """
     label, data = preset_tables(name_or_path)
     return Builder(label).instrument(data)
+
+
+def preset_with(note: int, usual: str) -> str | None:
+    """The name of a shipped bass that has `note`: the one with the least room below it, of several alike `usual`.
+
+    None if no bass has it.
+    """
+    ranges = _ranges()
+    having = [name for name, (lowest, highest) in ranges.items() if lowest <= note <= highest]
+    return max(having, key=lambda name: (ranges[name][0], name == usual), default=None)
+
+
+@cache
+def _ranges() -> dict[str, tuple[int, int]]:
+    """The lowest and the highest note of every shipped bass."""
+    return {name: load_preset(name).note_range for name in preset_names()}
 
 
 def preset_tables(name_or_path: str | os.PathLike[str]) -> tuple[str, dict[str, Any]]:

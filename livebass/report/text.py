@@ -6,7 +6,9 @@ import csv
 import io
 import json
 import math
+import textwrap
 from collections.abc import Iterable, Sequence
+from itertools import zip_longest
 from typing import Any
 
 import numpy as np
@@ -25,6 +27,19 @@ def columns(rows: Sequence[Sequence[str]], left: int = 1) -> list[str]:
         )
         for row in rows
     ]
+
+
+def wrapped_columns(rows: Iterable[Sequence[str]], widths: Sequence[int]) -> list[str]:
+    """The lines of rows of cells, each wrapped to the width of its column (characters), aligned left, two spaces apart.
+
+    A word that is longer than its column is broken.
+    """
+    lines = []
+    for row in rows:
+        parts = [textwrap.wrap(cell, width) for cell, width in zip(row, widths, strict=True)]
+        for line in zip_longest(*parts, fillvalue=""):
+            lines.append("  ".join(part.ljust(width) for part, width in zip(line, widths, strict=True)).rstrip())
+    return lines
 
 
 def csv_text(head: Iterable[str], rows: Iterable[Iterable[Any]]) -> str:

@@ -112,7 +112,7 @@ def test_bad_data(fake: type[FakeEngine], run: Run, tmp_path: Path, arguments: l
     (tmp_path / "dir.wav").mkdir()
     (tmp_path / "file").touch()
     text = cli_text(run, "presets", "show", "jazz-finger")
-    (tmp_path / "nan.toml").write_text(text.replace('action = "2 mm"', "action = nan", 1))
+    (tmp_path / "nan.toml").write_text(text.replace('relief = "0.3 mm"', "relief = nan", 1))
     status, _, err = run(*arguments)
     assert_one_clear_line(status, err, (1,))
     assert says in err

@@ -30,7 +30,7 @@ def test_render_a_file(fake: type[FakeEngine], run: Run, tmp_path: Path) -> None
     ("arguments", "file", "subtype"),
     [
         (["--note", "G2"], "G2.wav", "PCM_24"),
-        (["--note", "c#1", "--format", "flac", "--bits", "16"], "C#1.flac", "PCM_16"),
+        (["--note", "c#1", "-p", "five-string", "--format", "flac", "--bits", "16"], "C#1.flac", "PCM_16"),
         (["song.mid", "--format", "ogg"], "song.ogg", "VORBIS"),
         (
             ["song.mid", "--bits", "float", "--channel", "1", "-q", "live", "--tail", "100ms"],
@@ -99,7 +99,7 @@ def test_simulate(run: Run, tmp_path: Path) -> None:
 def test_bench(monkeypatch: pytest.MonkeyPatch, run: Run, tmp_path: Path) -> None:
     bench = SimpleNamespace(bench_render=lambda _: {"engine": 0.2}, table=lambda result: f"table {result}")
     monkeypatch.setitem(sys.modules, "livebass.bench.render", bench)
-    monkeypatch.setattr("livebass.compiling.cached", lambda: True)
+    monkeypatch.setattr("livebass.compiling.cached", lambda *_: True)
     assert "table" in cli_text(run, "bench", "render", "--json", tmp_path / "b.json")
     assert json.loads((tmp_path / "b.json").read_text()) == {"engine": 0.2}
     status, _, err = run("bench", "render", "--json", tmp_path)
@@ -165,3 +165,87 @@ def test_the_list_of_presets_has_their_programs(run: Run) -> None:
     lines = {line.split()[0]: line.split()[1:3] for line in cli_text(run, "presets", "list").splitlines()}
     assert lines["slap"] == ["37", "38"] and lines["fretless"][0] == "36" and lines["flatwound"][0] == "33"
     assert not lines["muted"][0].isdigit() and not lines["one-contact"][0].isdigit()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["--note", "B0"], "--note B0: Jazz bass, fingers has E1 to D#4; -p five-string plays it"),
+        (["--note", "D1"], "Jazz bass, fingers has E1 to D#4; -p drop-d plays it"),
+        (["--note", "E1", "-p", "paper-g"], "has G2 to D#4; -p jazz-finger plays it"),
+        (["--note", "A0", "-p", "five-string"], "has B0 to D#4; no preset that comes with livebass has it"),
+        (["--note", "E4"], "has E1 to D#4; no preset that comes with livebass has it"),
+    ],
+)
+def test_a_note_that_the_bass_does_not_have_is_refused(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, arguments: list[str], says: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    status, _, err = run("render", *arguments)
+    assert_one_clear_line(status, err, (2,))
+    assert says in err and not list(tmp_path.iterdir())
+
+
+def test_a_low_b_sounds_as_one(run: Run, tmp_path: Path) -> None:
+    file = tmp_path / "b.wav"
+    assert run("render", "--note", "B0", "-p", "five-string", "-q", "live", "--duration", "1s", "-o", file)[0] == 0
+    sound, rate = soundfile.read(file)
+    spectrum = np.abs(np.fft.rfft(sound[: 2 * rate // 3] * np.hanning(2 * rate // 3), 8 * rate))
+    assert 20 + np.argmax(spectrum[20 * 8 : 45 * 8]) / 8 == pytest.approx(30.87, abs=0.3)
+
+
+def low_song(*notes: int) -> bytes:
+    return song(b"\x00\xc0\x21", *(b"\x00\x90" + bytes([n, 100, 0x60, 0x80, n, 0]) for n in notes))
+
+
+@pytest.mark.parametrize(
+    ("notes", "options", "says"),
+    [
+        ((28, 40), (), "dBFS\n"),
+        ((27, 40), (), ", 1 note lies below E1 and sounds an octave higher; -p drop-d plays it\n"),
+        ((23, 26, 40), (), ", 2 notes lie below E1 and sound an octave higher; -p five-string plays them\n"),
+        ((15, 20, 24, 25), (), ", 4 notes lie below E1 and sound octaves higher; -p five-string plays 2 of them\n"),
+        ((20, 40), (), ", 1 note lies below E1 and sounds an octave higher\n"),
+        ((23, 24), ("-p", "five-string"), "dBFS\n"),
+        ((28, 30), ("-p", "paper-g"), ", 2 notes lie below G2 and sound octaves higher; -p jazz-finger plays them\n"),
+        ((27, 40), ("-p", "drop.toml"), ", 1 note lies below E1 and is left out; -p drop-d plays it\n"),
+    ],
+)
+def test_the_summary_says_which_notes_lie_too_low(
+    fake: type[FakeEngine], run: Run, tmp_path: Path, notes: tuple[int, ...], options: tuple[str, ...], says: str
+) -> None:
+    (tmp_path / "song.mid").write_bytes(low_song(*notes))
+    text = cli_text(run, "presets", "show", "jazz-finger").replace("[player]", '[player]\nout_of_range = "drop"', 1)
+    (tmp_path / "drop.toml").write_text(text)
+    status, _, err = run("render", "song.mid", "-o", "out.wav", *options)
+    assert status == 0 and err.endswith(says), err
+
+
+def test_a_file_is_listed(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "song.mid").write_bytes(low_song(28, 40))
+    (tmp_path / "piano.mid").write_bytes(song(b"\x00\xff\x03\x05Piano\x00\x90\x3c\x64\x10\x80\x3c\x00"))
+    head, row = cli_text(run, "render", "song.mid", "--list").splitlines()
+    assert head.split() == ["channel", "track", "program", "notes", "range", "played"]
+    assert row.split() == ["1", "-", "34", "2", "E1", "to", "E2", "yes"]
+    for options, played in (((), "no"), (("--channel", "1"), "yes")):
+        row = cli_text(run, "render", "piano.mid", "--list", *options).splitlines()[1]
+        assert row.split() == ["1", "Piano", "-", "1", "C4", played]
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["piano.mid", "song.mid"]
+    status, _, err = run("render", "--note", "E1", "--list")
+    assert_one_clear_line(status, err, (2,))
+
+
+def test_what_a_file_lacks_is_said_before_it_is_played(fake: type[FakeEngine], run: Run, tmp_path: Path) -> None:
+    named = song(b"\x00\xff\x03\x06E-Bass", NOTE)
+    (tmp_path / "named.mid").write_bytes(named[:10] + b"\0\3" + named[12:])
+    (tmp_path / "synth.mid").write_bytes(song(b"\x00\xc0\x26", NOTE))
+    _, _, err = run("render", "named.mid", "-o", "out.wav")
+    first, second, summary = err.splitlines()
+    assert first == "named.mid: has 1 of the 3 tracks that its header promises"
+    assert second.endswith('33 to 40: plays the track called "E-Bass"') and summary.startswith("out.wav: ")
+    _, _, err = run("render", "synth.mid", "-o", "out.wav")
+    first, _ = err.splitlines()
+    assert first == "synth.mid: program 39 chooses no bass, 33 to 38 do: played on jazz-finger"
+    _, _, err = run("render", "synth.mid", "-o", "out.wav", "-p", "muted")
+    assert len(err.splitlines()) == 1

@@ -17,7 +17,7 @@ from livebass.model.instrument import Pluck, for_modes, speaking
 from livebass.model.modes import CARRIED, frequencies
 from livebass.model.trial import Trial
 
-NOTES = 4  # of each preset, quality and rate: 216 with all of them
+NOTES = 4  # of each preset, quality and rate: 264 with all of them
 CASES = list(itertools.product(preset_names(), ("live", "studio"), (44100, 48000, 96000)))
 
 

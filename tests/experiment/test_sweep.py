@@ -28,6 +28,7 @@ from livebass.kernels.records import MOST_NEAR
 from livebass.model.instrument import Neck
 from livebass.model.modes import pluck_amplitudes
 from livebass.model.quality import quality_with
+from livebass.preset.load import preset_source
 
 SMALL = ("--modes", 40, "--contact-rate", "192kHz", "--duration", "50ms")
 
@@ -90,7 +91,7 @@ def test_an_axis(text: str, unit: str, numbers: tuple[float, ...]) -> None:
         (["--vary", "neck.action=1.5mm:3mm:7"], "neck.action changes nothing in preset paper-g: its frets"),
         (["--vary", "neck.friction=1N/m:900N/m:3"], "neck.friction changes nothing in preset paper-g"),
         (["--vary", "pickup.2.position=3mm:9mm:3"], "pickup.2.position: this bass has 0 pickups"),
-        (["-p", "jazz-finger", "--vary", "neck.action=1mm:3mm:7"], "action of its own; vary string.G.neck.action"),
+        (["-p", "own.toml", "--vary", "neck.action=1mm:3mm:7"], "action of its own; vary string.G.neck.action"),
         (["-p", "jazz-finger", "--vary", "neck.height_scale=1:2:7"], "its frets are not measured"),
         (["-p", "jazz-finger", "--vary", "string.E.tension=179N:180N:3"], "nothing of this pluck of string G"),
         (["-p", "jazz-finger", "--vary", "player.pluck_position=0.6:0.7:3"], "jazz-finger: vary pluck.at"),
@@ -110,6 +111,8 @@ def test_bad_input_is_one_line(
     run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, arguments: list[object], words: str
 ) -> None:
     monkeypatch.chdir(tmp_path)
+    own = preset_source("jazz-finger")[1].replace('name = "G"', 'name = "G"\nneck.action = "2 mm"')
+    (tmp_path / "own.toml").write_text(own)
     status, out, err = run("study", "sweep", *SMALL, *arguments, "-o", "d")
     assert_one_clear_line(status, err)
     assert words in err and not out
@@ -160,6 +163,8 @@ def test_keys_reach_what_they_name() -> None:
     assert [p.work.trial.speaking.fret for p in changed] == [0, 5, 0, 5]
     heights = [p.work.trial.speaking.contact_height[11] for p in changed[::2]]
     assert heights == pytest.approx([-2e-3, -3e-3])
+    shared = points("neck.action=2mm:3mm:2", preset="jazz-finger")
+    assert [p.work.trial.speaking.contact_height[11] for p in shared] == pytest.approx([-2e-3, -3e-3])
     soft = points("neck.contact_stiffness=1e9:1e13:2", "player.rounding=3mm:5mm:2", "pluck.angle=0deg:30deg:2")
     assert {p.work.trial.speaking.contact_stiffness for p in soft} == {1e9, 1e13}
     assert {p.work.trial.pluck.rounding for p in soft} == {3e-3, 5e-3}
@@ -172,8 +177,6 @@ def test_keys_reach_what_they_name() -> None:
 
 
 def test_same_work_same_digest_whatever_else_the_preset_says(tmp_path: Path) -> None:
-    from livebass.preset.load import preset_source
-
     text = preset_source("paper-g")[1]
     (tmp_path / "mine.toml").write_text(text.replace('name = "Paper, G string"', 'name = "Mine"'))
     mine, its = points("pluck.apex=1mm:2mm:2", preset=str(tmp_path / "mine.toml")), points("pluck.apex=1mm:2mm:2")

@@ -749,8 +749,8 @@ NO_LIBRARY = "ctypes.util.find_library = lambda name: None"
 @pytest.mark.parametrize(
     ("code", "backend", "says"),
     [
-        (NO_EXTRA, "auto", "pip install 'livebass[live]'"),
-        (NO_EXTRA, "jack", "pip install 'livebass[live]'"),
+        (NO_EXTRA, "auto", f"{sys.executable} -m pip install 'livebass[live]'"),
+        (NO_EXTRA, "jack", f"{sys.executable} -m pip install 'livebass[live]'"),
         (NO_LIBRARY, "auto", "apt install libportaudio2"),
         (NO_LIBRARY, "jack", "apt install libjack-jackd2-0"),
         ("", "auto", "start a JACK server"),

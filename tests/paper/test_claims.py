@@ -8,7 +8,9 @@ import math
 import re
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 from support.command import Run as Command
 from support.command import assert_one_clear_line
@@ -18,18 +20,26 @@ from livebass.model.trial import Motion
 from livebass.paper.claims import runs
 from livebass.paper.claims.check import (
     CLAIMS,
+    PLUCKS,
     TABLES,
     Result,
+    Spread,
     check,
     chosen,
     claims_html,
     claims_json,
     needed,
+    over_plucks,
     result,
     table,
     value_text,
 )
 from livebass.paper.claims.expect import (
+    DIRECTION,
+    OURS,
+    PAPER,
+    ROUNDING,
+    SETUP,
     AtLeast,
     AtMost,
     Between,
@@ -43,12 +53,22 @@ from livebass.paper.claims.expect import (
     Rising,
     Value,
 )
+from livebass.paper.claims.null import null_of, null_rate
 from livebass.paper.solving import Job
 
-KEYS = ["id", "section", "statement", "quantity", "expected", "measured", "unit", "tolerance", "passed"]
+KEYS = [
+    "id", "section", "figure", "statement", "quantity", "expected", "measured", "unit", "tolerance", "passed",
+    "counted", "bound", "plucks", "plucks_passed", "low", "high", "null", "null_passed",
+]  # fmt: skip
+BOUNDS = {PAPER, DIRECTION, OURS, ROUNDING, SETUP}
+INPUTS = {"g-fundamental", "g-tension", "g-mode-34", "oblique-angle", "oblique-pluck", "neck-gaps"}
+FAILING = {  # told in `livebass help studies`
+    "neck-conductance", "b-fret-1", "b-phase", "nut-last-fret", "nut-silence", "nut-fret-2", "straight-longer",
+    "soft-glide-size",
+}  # fmt: skip
 CASE_B = [claim for claim in CLAIMS.values() if claim.needs == ("b",)]
 BEYOND = {"fretless", "one-contact"}  # cases of the same group, not of the paper
-CHEAP = ("a-no-contact", "g-fundamental", "a-centroid")
+CHEAP = ("a-no-contact", "g-inharmonicity", "a-centroid")
 
 
 @pytest.fixture(scope="module")
@@ -61,14 +81,35 @@ def test_the_tables() -> None:
     assert len(CLAIMS) == sum(len(section.CLAIMS) for section in TABLES) >= 25
     assert set(needed(CLAIMS.values())) == {*runs.ENGINE, *runs.BRUTE} - BEYOND
     for claim in CLAIMS.values():
-        assert re.fullmatch(r"[24](\.\d){0,2}|3(\.2)?", claim.section), claim.id
+        place = r"([24](\.\d){0,2}|3(\.2)?)(, (fig\. \d+[a-e]?(-[a-e])?|table [12]|eq\. \d+))?"
+        assert re.fullmatch(place, claim.section), claim.id
         assert claim.statement and claim.quantity and claim.expects.tolerance, claim.id
+        assert claim.bound in BOUNDS and len(claim.statement) < 140 and '"' not in claim.statement, claim.id
+        if claim.bound in (OURS, DIRECTION):
+            assert null_of(claim), claim.id
+        if claim.plucks:
+            assert claim.bound not in (SETUP, ROUNDING) and set(claim.needs) <= set(runs.ENGINE), claim.id
+    assert {claim.id for claim in CLAIMS.values() if claim.bound == SETUP} == INPUTS
+    chaotic = {
+        "b",
+        "harmonic",
+        "near-bridge",
+        "middle",
+        "near-nut",
+        "half-straight",
+        "straight",
+        "soft",
+        "oblique",
+        "c",
+    }
+    alone = {claim.id for claim in CLAIMS.values() if not claim.plucks and chaotic & set(claim.needs)}
+    assert alone == {"oblique-angle", "oblique-pluck", "neck-gaps", "step-half"}, "one pluck decides"
 
 
 @pytest.mark.parametrize("name", CLAIMS)
 def test_nothing_measured_is_no_pass(name: str) -> None:
     expects = CLAIMS[name].expects
-    for nothing in (math.nan, [math.nan], [math.nan] * 2, [math.nan] * 3, []):
+    for nothing in (math.nan, *([math.nan] * n for n in range(6))):
         assert not expects.holds(nothing)
 
 
@@ -107,16 +148,94 @@ def test_case_b_as_the_paper_has_it(name: str, solved: dict[str, Solved]) -> Non
 
 @pytest.mark.parametrize("name, wrong", [
     ("b-first-contact", Near(5e-3, 0.1)), ("b-first-set", Exactly(tuple(range(1, 14)))), ("b-phase", Near(0.15, 0.1)),
-    ("b-fewer", Rising()), ("b-energy", AtMost(5)),
+    ("b-fewer", Rising()), ("b-energy", AtMost(5)), ("b-glide-size", Near(0.3, 0.15)),
+    ("b-shape-times", Between(3.9e-3, 4.7e-3)),
 ])  # fmt: skip
 def test_another_expectation_fails(name: str, wrong: Expectation, solved: dict[str, Solved]) -> None:
     assert not result(replace(CLAIMS[name], expects=wrong), solved).passed
 
 
 @pytest.mark.slow
-def test_all_claims_but_two_hold() -> None:
-    """The two that do not are told in `livebass help studies`."""
-    assert {r.claim.id for r in check(CLAIMS.values()) if not r.passed} == {"soft-longer", "soft-decrease"}
+def test_all_claims_but_those_told_hold() -> None:
+    """Over all plucks; what others measured for the time of contacts, from K = 1e13 to 1e9, is within their spread."""
+    results = {r.claim.id: r for r in check(CLAIMS.values())}
+    assert {name for name, r in results.items() if not r.passed} == FAILING
+    phases, spread = results["soft-longer"].measured, results["soft-longer"].spread
+    assert phases == pytest.approx([0.066, 0.075, 0.085, 0.206, 0.666], rel=0.15) and spread is not None
+    assert spread.plucks == PLUCKS == 40
+
+
+def test_over_plucks_the_median_decides(solved: dict[str, Solved]) -> None:
+    """The paper's own pluck of case B has contacts for 0.096 s, its neighbours mostly for less."""
+    claims = chosen(["b-phase", "b-second-set", "b-first-contact", "g-mode-34"])
+    values = over_plucks(claims, 3, 2)
+    assert sorted(values) == ["b-first-contact", "b-phase", "b-second-set"]
+    assert values["b-phase"] == over_plucks(chosen(["b-phase"]), 4, 1)["b-phase"][:3]
+    assert len(set(map(str, values["b-phase"]))) == 3
+    alone, phase = result(claims[0], solved), result(claims[0], solved, values["b-phase"])
+    assert alone.passed and alone.spread is None and alone.measured == pytest.approx(0.0963, abs=1e-3)
+    assert phase.measured == np.median(values["b-phase"]) and phase.spread is not None
+    assert phase.spread.held == sum(map(claims[0].expects.holds, values["b-phase"]))
+    assert [phase.spread.low, phase.spread.high] == [min(values["b-phase"]), max(values["b-phase"])]
+    frets = result(claims[1], solved, values["b-second-set"])
+    assert frets.passed and frets.measured == list(range(2, 12)) and frets.spread and frets.spread.low is None
+
+
+def test_medians_and_spreads_of_odd_values(solved: dict[str, Solved]) -> None:
+    never = result(CLAIMS["b-fret-1"], solved, [math.nan, 0.05, math.nan])
+    assert never.spread == Spread(3, 1, 0.05, pytest.approx(math.nan, nan_ok=True))
+    assert math.isnan(never.measured) and not never.passed and "never" in table([never])
+    later = result(CLAIMS["b-fret-1"], solved, [math.nan, 0.05, 0.051])
+    assert later.measured == 0.051 and later.passed
+    sizes: list[Value] = [[3, 2, 1], [3, 1], [1, 3]]
+    assert result(CLAIMS["b-fewer"], solved, sizes).passed and not result(CLAIMS["b-fewer"], solved, sizes[1:]).passed
+    counts = result(CLAIMS["abc-contacts"], {**solved, "c": solved["b"]}, [[12, 20], [11, 20], [13, 20]])
+    assert counts.measured == [12, 20] and counts.spread and counts.spread.low == [11, 20]
+
+
+def test_the_plucks_are_within_what_the_paper_leaves_open() -> None:
+    case = runs.ENGINE["b"]
+    plucks = [pull.of(case).trial().pluck for pull in runs.pulls(200)]
+    for name, least, most in (("apex", 3.55e-3, 3.65e-3), ("position", 0.632, 0.644), ("rounding", 2e-3, 6e-3)):
+        values = np.array([getattr(pluck, name) for pluck in plucks])
+        assert least <= values.min() < least + 0.05 * (most - least), name
+        assert most - 0.05 * (most - least) < values.max() <= most, name
+    assert case.trial().pluck.rounding == 5e-3
+
+
+def test_null_tests(solved: dict[str, Solved]) -> None:
+    def rate(name: str, measured: Value, **changed: Any) -> float | None:
+        claim = replace(CLAIMS[name], **changed)
+        return null_rate(claim, measured, [solved[run] for run in claim.needs])
+
+    assert rate("g-mode-34", 3400) is None and rate("scheme-grid", 1e-13) is None and rate("b-first-fret", 12) is None
+    assert rate("g-damping-rises", [1, 2, 4, 8]) == pytest.approx(1 / 24)
+    assert rate("b-starts-high", [98, 120], needs=()) == 0.5
+    assert rate("b-energy", 20, needs=()) == pytest.approx(0.5, abs=0.05)
+    assert rate("b-phase", 0.09) == pytest.approx(math.log(1.15 / 0.85) / math.log(100), abs=0.02)
+    shuffled = rate("b-frets-pitch", 0.97)
+    assert shuffled is not None and 0 < shuffled < 0.2
+    bands, likely = rate("b-4500", 5), rate("b-4500", 5, expects=AtLeast(-100))
+    assert bands is not None and 0.05 < bands < 0.5 and likely == 1
+
+
+@pytest.mark.slow
+def test_a_third_of_random_frequencies_is_near_a_weak_partial() -> None:
+    runs_of = runs.solve(["oblique"], 1)
+    low, zones = (result(CLAIMS[name], runs_of).null for name in ("oblique-low", "oblique-zones"))
+    assert low is not None and zones is not None and 0.2 < low < 0.45 and zones < 0.1
+
+
+def test_the_neck_is_straightened_as_in_the_paper() -> None:
+    heights = {name: runs.ENGINE[name].speaking().contact_height for name in ("neck", "half-straight", "straight")}
+    assert heights["half-straight"][11] == pytest.approx(-2e-3, abs=1e-12)
+    for end in (0, -1):
+        assert heights["neck"][end] == pytest.approx(heights["half-straight"][end]) == heights["straight"][end]
+    assert np.all(np.diff(list(heights.values()), axis=0) >= -1e-15)
+
+
+def test_friction_takes_from_v_alone() -> None:
+    assert check(chosen(["friction-v"]), plucks=0)[0].passed
 
 
 def test_each_run_is_solved_once_and_heard_of(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -129,7 +248,7 @@ def test_each_run_is_solved_once_and_heard_of(monkeypatch: pytest.MonkeyPatch) -
 
     monkeypatch.setattr(Job, "solve", solve)
     heard: list[float] = []
-    results = check(chosen(["a-no-contact", "a-centroid", "neck-no-contact", "g-mode-34"]), 1, heard.append)
+    results = check(chosen(["a-no-contact", "a-centroid", "neck-no-contact", "g-mode-34"]), 1, heard.append, 0)
     assert began == ["neck", "a"] and heard == [0.5, 1.0]
     assert [r.claim.id for r in results] == ["a-no-contact", "a-centroid", "neck-no-contact", "g-mode-34"]
     assert all(r.passed for r in results)
@@ -137,30 +256,45 @@ def test_each_run_is_solved_once_and_heard_of(monkeypatch: pytest.MonkeyPatch) -
 
 def test_the_command(run: Command, tmp_path: Path) -> None:
     file, out = tmp_path / "claims.json", tmp_path / "new" / "out"
-    status, text, err = run("study", "claims", *CHEAP, "--json", file, "-o", out, "--workers", 1)
+    ids = *CHEAP, "g-mode-34"
+    status, text, err = run("study", "claims", *ids, "--json", file, "-o", out, "--workers", 1, "--plucks", 2)
     assert status == 0, err
     lines = text.splitlines()
-    assert lines[-1] == "3 of 3 hold" and len(lines) == 5
-    assert [line.split()[0] for line in lines[1:-1]] == list(CHEAP)
+    assert lines[-1] == "3 of 3 hold; 1 of 1 inputs are as in the paper"
+    rows = [line.split()[0] for line in lines[1:] if line[:1].isalpha()]
+    assert rows[:5] == [*CHEAP, "Set-up:", "g-mode-34"]
+    for name in ids:
+        for word in CLAIMS[name].statement.split():
+            assert word in text, "statements are shown whole"
+    assert max(map(len, lines)) < 170
     found = json.loads(file.read_text())["claims"]
-    assert [list(claim) for claim in found] == [KEYS] * 3
-    assert [claim["id"] for claim in found] == list(CHEAP)
-    assert found[0]["measured"] == 0 and found[1]["measured"] == pytest.approx(97.97319798)
-    assert found[0]["passed"] is True and found[1]["unit"] == "Hz" and found[1]["tolerance"] == "± 0.5 %"
+    assert [list(claim) for claim in found] == [KEYS] * 4
+    assert [claim["id"] for claim in found] == list(ids)
+    assert found[0]["measured"] == 0 and found[3]["measured"] == pytest.approx(3399, abs=1)
+    assert found[0]["plucks"] == found[0]["plucks_passed"] == 2 and found[1]["plucks"] is None
+    assert [claim["counted"] for claim in found] == [True, True, True, False]
+    assert [claim["bound"] for claim in found] == [PAPER, PAPER, OURS, SETUP]
+    assert found[2]["null"] and 0 < found[2]["null_passed"] < 1 and found[2]["low"] < found[2]["high"]
+    assert found[2]["section"] == "4.1.1" and found[2]["figure"] == "fig. 6"
+    assert found[3]["passed"] is True and found[3]["unit"] == "Hz" and found[3]["tolerance"] == "± 1 %"
     assert json.loads((out / "claims.json").read_text())["claims"] == found
     with open(out / "claims.csv", newline="") as lines:
-        assert [row["id"] for row in csv.DictReader(lines)] == list(CHEAP)
-    assert "3 of 3 hold" in (out / "claims.html").read_text()
+        assert [row["id"] for row in csv.DictReader(lines)] == list(ids)
+    page = (out / "claims.html").read_text()
+    assert page.index("3 of 3 hold") < page.index("<table") and "read back" in page
     assert sorted(p.name for p in out.iterdir()) == ["claims.csv", "claims.html", "claims.json"]
 
 
 def test_a_claim_that_fails(run: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(CLAIMS, "g-fundamental", replace(CLAIMS["g-fundamental"], expects=Near(110, 0.005)))
+    monkeypatch.setitem(CLAIMS, "g-inharmonicity", replace(CLAIMS["g-inharmonicity"], expects=Near(4e-5, 0.005)))
     file = tmp_path / "claims.json"
-    status, text, _ = run("study", "claims", "g-mode-34", "g-fundamental", "--json", file)
-    assert status == 1 and text.splitlines()[-1] == "1 of 2 hold"
-    assert text.splitlines()[2].endswith("NO")
+    status, text, _ = run("study", "claims", "g-qualities", "g-inharmonicity", "--json", file)
+    assert status == 1 and text.splitlines()[-1] == "1 of 2 hold, not g-inharmonicity"
+    assert next(line for line in text.splitlines() if line.startswith("g-inharmonicity")).endswith("NO")
     assert [claim["passed"] for claim in json.loads(file.read_text())["claims"]] == [True, False]
+    monkeypatch.setitem(CLAIMS, "g-mode-34", replace(CLAIMS["g-mode-34"], expects=Near(110, 0.005)))
+    status, text, _ = run("study", "claims", "g-qualities", "g-mode-34")
+    assert status == 1 and text.splitlines()[-1] == "1 of 1 hold, not g-mode-34; 0 of 1 inputs are as in the paper"
 
 
 @pytest.mark.parametrize(
@@ -172,6 +306,7 @@ def test_a_claim_that_fails(run: Command, tmp_path: Path, monkeypatch: pytest.Mo
         (("a-no-contact", "-o", "file"), "is not a directory"),
         (("a-no-contact", "-o", "new", "--json", "new/claims.csv"), "-o writes a file of that name"),
         (("a-no-contact", "--workers", "0"), "1 to 64"),
+        (("a-no-contact", "--plucks", "-1"), "0 to 1000"),
     ],
 )
 def test_bad_input_is_one_line(
@@ -194,4 +329,4 @@ def test_texts_of_odd_values() -> None:
     assert "5 &lt; 6 &amp; &#34;so&#34;" in text and text.count("<html") == 1 and text.count("<tr") == 3
     assert value_text(list(range(1, 13))) == "1 to 12"
     assert value_text([], "s") == "none"
-    assert table(results).splitlines()[-1] == "1 of 2 hold"
+    assert table(results).splitlines()[-1] == "1 of 2 hold, not b-phase"

@@ -12,6 +12,7 @@ import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from html.parser import HTMLParser
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
@@ -21,12 +22,14 @@ import pytest
 import soundfile
 from support.command import Run, assert_one_clear_line, cli_text
 
+from livebass.analysis.motion import Solved
 from livebass.engine.solve import solve_trial
 from livebass.model.trial import Motion
 from livebass.paper.figures.measure import case_job
+from livebass.paper.figures.section_4 import convergence, convergence_jobs
 from livebass.paper.figures.studies import STUDIES, chosen, run_studies
 from livebass.paper.figures.study import Findings, Study, Table
-from livebass.paper.solving import Job
+from livebass.paper.solving import Job, solve_all
 
 NAMES = ["linear", "a", "oblique"]
 SHORT = 0.1  # s
@@ -111,6 +114,61 @@ def test_the_page_refers_to_files_beside_it(done: tuple[Path, dict[str, Any]]) -
     assert {link for _, link in links if link.startswith("#")} == {f"#{name}" for name in NAMES}
 
 
+def test_the_page_opens_with_its_verdict(done: tuple[Path, dict[str, Any]], tmp_path: Path) -> None:
+    text = (done[0] / "index.html").read_text()
+    assert text.index("<h1>") < text.index("study statements") < text.index("<nav>")
+    told = replace(STUDIES["statements"], jobs=lambda _: {}, report=lambda _: Findings(numbers={"verdict": "3 of <4>"}))
+    run_studies([told], tmp_path)
+    text = (tmp_path / "index.html").read_text()
+    assert text.index("<h1>") < text.index("3 of &lt;4&gt;") < text.index("<nav>") and 'href="#statements"' in text
+
+
+def test_captions_differ_and_ticks_and_legends_have_room() -> None:
+    """In figures of several motions, whose names are long."""
+    several = chosen(["plucking-point", "neck", "stiffness"])
+    jobs = {study.name: study.jobs(SHORT) for study in several}
+    solved = solve_all(job for by_name in jobs.values() for job in by_name.values())
+    for study in several:
+        found = study.report({key: solved[job] for key, job in jobs[study.name].items()})
+        captions = [picture.caption for picture in found.pictures]
+        assert len(set(captions)) == len(captions), captions
+        for picture in found.pictures:
+            assert_room(picture.figure)
+
+
+def test_the_ticks_of_the_convergence_have_room() -> None:
+    jobs = convergence_jobs(SHORT)
+    motion = solve_trial(case_job("a", SHORT).trial)
+    noise = np.random.default_rng(1).standard_normal((len(jobs), motion.displacement_m.size)) * 1e-6
+    motions = {
+        key: Solved(job.trial, replace(motion, displacement_m=motion.displacement_m + part))
+        for (key, job), part in zip(jobs.items(), noise, strict=True)
+    }
+    for picture in convergence(motions).pictures:
+        assert_room(picture.figure)
+
+
+def assert_room(drawn: Any) -> None:
+    """No two labels of ticks on an axis touch, no legend or title leaves the figure, and levels have a reference."""
+    drawn.canvas.draw()
+    room = drawn.bbox
+    for axis in drawn.axes:
+        least, most = axis.get_xlim()
+        boxes = [
+            label.get_window_extent()
+            for place, label in zip(axis.get_xticks(), axis.get_xticklabels(), strict=True)
+            if label.get_text() and least <= place <= most
+        ]
+        boxes.sort(key=lambda box: box.x0)
+        assert all(left.x1 < right.x0 for left, right in pairwise(boxes)), axis.get_xlabel()
+        legend = axis.get_legend()
+        if legend is not None:
+            box = legend.get_window_extent()
+            assert box.x0 >= room.x0 and box.x1 <= room.x1 and axis.get_window_extent().width > room.width / 4
+        if axis.get_ylabel().startswith("level"):
+            assert "loudest" in axis.get_ylabel()
+
+
 def test_the_page_keeps_studies_of_earlier_runs(tmp_path: Path) -> None:
     directory, (linear, a) = tmp_path / "d", chosen(["linear", "a"])
     told = Study("a", "Told again <&>", "1", "a table", lambda duration: {}, lambda motions: Findings())
@@ -180,7 +238,7 @@ def test_missing_extras_are_named(run: Run, tmp_path: Path, monkeypatch: pytest.
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
     code, _, err = run("study", "linear", "-o", tmp_path / "d")
     assert_one_clear_line(code, err, (1,))
-    assert "pip install 'livebass[analysis,plots]'" in err and not (tmp_path / "d").exists()
+    assert f"{sys.executable} -m pip install 'livebass[analysis,plots]'" in err and not (tmp_path / "d").exists()
 
 
 @pytest.fixture

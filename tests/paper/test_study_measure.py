@@ -83,16 +83,18 @@ def test_over_a_board_places_are_told() -> None:
 
 
 def test_statements_beside_what_comes_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    few = check.chosen(["g-fundamental", "a-centroid"])
+    few = check.chosen(["g-inharmonicity", "a-centroid", "g-fundamental"])
+    monkeypatch.setattr(check, "PLUCKS", 2)
     monkeypatch.setattr(check, "chosen", lambda: few)
     jobs = statement_jobs(0.1)
     assert list(jobs) == ["a"] and jobs["a"].trial.duration == 1.0  # the paper's, whatever is asked for
     motions = solve_all(jobs.values())
     found = statements({name: motions[job] for name, job in jobs.items()})
-    (table,) = found.tables
-    assert [(row[0], row[-1]) for row in table.rows] == [("g-fundamental", "yes"), ("a-centroid", "yes")]
-    assert [claim["passed"] for claim in found.numbers["claims"]] == [True, True]
-    assert "2 of 2" in table.caption
+    table, inputs = found.tables
+    assert [(row[0], row[-1]) for row in table.rows] == [("g-inharmonicity", "yes"), ("a-centroid", "yes")]
+    assert [(row[0], row[-1]) for row in inputs.rows] == [("g-fundamental", "yes")]
+    assert [claim["passed"] for claim in found.numbers["claims"]] == [True, True, True]
+    assert "2 of 2" in found.numbers["verdict"]
 
 
 def test_the_neck_explains_the_quality_factors() -> None:

@@ -12,13 +12,18 @@ import pytest
 
 from livebass.report.page import html_page
 from livebass.report.picture import check_matplotlib, figure, image
-from livebass.report.text import columns, csv_text, json_text, plain
+from livebass.report.text import columns, csv_text, json_text, plain, wrapped_columns
 
 
 def test_columns_are_as_wide_as_their_widest_cell() -> None:
     rows = [("name", "Hz", ""), ("a", "98.0", "x")]
     assert columns(rows) == ["name    Hz   ", "a     98.0  x"]
     assert columns(rows, left=3) == ["name  Hz     ", "a     98.0  x"]
+
+
+def test_long_cells_are_wrapped_to_their_column() -> None:
+    rows = [("a bc", "d"), ("x" * 7, "")]
+    assert wrapped_columns(rows, (3, 1)) == ["a    d", "bc", "xxx", "xxx", "x"]
 
 
 def test_csv_gives_floats_back() -> None:
@@ -49,7 +54,12 @@ def test_the_same_figure_is_the_same_file(kind: str, begins: bytes) -> None:
 
 def test_a_page_escapes_what_it_is_given() -> None:
     row = ("<id>", "2", '5 < 6 & "so"', "q", "1", "2", "NO")
-    text = html_page("livebass.paper", "claims.html", rows=[row], count="0 of 1 hold")
+    head = ("id", "section", "statement", "quantity", "expected", "measured", "holds")
+    text = html_page(
+        "livebass.paper", "claims.html", head=head, claims=[row], inputs=[row], inputs_title="Set-up",
+        verdict="0 of 1 <hold>", legend={"<term>": "a & b"},
+    )  # fmt: skip
+    assert "0 of 1 &lt;hold&gt;" in text and "&lt;term&gt;" in text and "a &amp; b" in text
     assert "5 &lt; 6 &amp; &#34;so&#34;" in text and "<id>" not in text and 'class="fails"' in text
 
 

@@ -5,37 +5,57 @@ The results are written as a text table, CSV, JSON and an HTML page.
 
 from __future__ import annotations
 
-import textwrap
-from collections.abc import Iterable, Mapping, Sequence
+import math
+import os
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from livebass.analysis.motion import Solved
 from livebass.paper.claims import runs, section_4_1, section_4_2, sections_2_3
-from livebass.paper.claims.expect import Claim, Value
+from livebass.paper.claims.expect import SETUP, Claim, Exactly, Value, numbers
+from livebass.paper.claims.null import null_of, null_rate
 from livebass.preset.build import nearest
 from livebass.report.page import html_page
 from livebass.report.progress import Progress, steps
-from livebass.report.text import columns, csv_text, json_text, plain
+from livebass.report.text import csv_text, json_text, plain, wrapped_columns
 
 TABLES = (sections_2_3, section_4_1, section_4_2)
 CLAIMS = {claim.id: claim for table in TABLES for claim in table.CLAIMS}
+PLUCKS = 40  # by which a claim about contacts is judged
+LOW, HIGH = 0.1, 0.9  # quantiles of the spread
+
+
+@dataclass(frozen=True)
+class Spread:
+    """The values of a claim over plucks within the uncertainty of the paper's."""
+
+    plucks: int
+    held: int  # plucks in which the claim holds
+    low: Value | None  # a tenth of the plucks lie below; None where the values are lists of different lengths
+    high: Value | None  # a tenth lie above
 
 
 @dataclass(frozen=True)
 class Result:
-    """A claim and the value measured for it."""
+    """A claim and the value measured for it: the median over its plucks, or of the paper's pluck alone."""
 
     claim: Claim
     measured: Value
     passed: bool
+    spread: Spread | None = None
+    null: float | None = None  # share of random values that pass, 0 to 1
 
     def as_json(self) -> dict[str, Any]:
         """The result as JSON has it; None in `measured` for NaN, which is what could not be measured."""
-        c = self.claim
+        c, spread, null = self.claim, self.spread, null_of(self.claim)
         return {
             "id": c.id,
-            "section": c.section,
+            "section": c.section.partition(", ")[0],
+            "figure": c.section.partition(", ")[2],
             "statement": c.statement,
             "quantity": c.quantity,
             "expected": c.expects.expected,
@@ -43,6 +63,14 @@ class Result:
             "unit": c.unit,
             "tolerance": c.expects.tolerance,
             "passed": self.passed,
+            "counted": c.bound != SETUP,
+            "bound": c.bound,
+            "plucks": spread and spread.plucks,
+            "plucks_passed": spread and spread.held,
+            "low": spread and plain(spread.low),
+            "high": spread and plain(spread.high),
+            "null": null and null.drawn,
+            "null_passed": plain(self.null),
         }
 
 
@@ -55,15 +83,20 @@ def chosen(ids: Iterable[str] = ()) -> list[Claim]:
     return [CLAIMS[name] for name in wanted]
 
 
-def check(claims: Iterable[Claim], workers: int | None = None, progress: Progress | None = None) -> list[Result]:
+def check(
+    claims: Iterable[Claim], workers: int | None = None, progress: Progress | None = None, plucks: int = PLUCKS
+) -> list[Result]:
     """Solve the runs that these claims need, each once, on `workers` threads (default: as many as cores), and measure.
 
-    `progress` is called with the fraction done. Needs SciPy. [main thread]
+    Claims about contacts are judged over `plucks` plucks; with 0 by the paper's own pluck alone. `progress` is called
+    with the fraction done. Needs SciPy. [main thread]
     """
     claims = list(claims)
     names = needed(claims)
-    solved = runs.solve(names, workers, steps(progress, len(names)))
-    return [result(claim, solved) for claim in claims]
+    step = steps(progress, len(names) + (plucks if any(claim.plucks for claim in claims) else 0))
+    solved = runs.solve(names, workers, step)
+    values = over_plucks(claims, plucks, workers, step)
+    return [result(claim, solved, values.get(claim.id, ())) for claim in claims]
 
 
 def needed(claims: Iterable[Claim]) -> list[str]:
@@ -71,14 +104,85 @@ def needed(claims: Iterable[Claim]) -> list[str]:
     return list(dict.fromkeys(name for claim in claims for name in claim.needs))
 
 
-def result(claim: Claim, solved: Mapping[str, Solved]) -> Result:
-    """Check one claim in the solved runs, by name."""
-    measured = claim.measure(*(solved[name] for name in claim.needs))
-    return Result(claim, measured, bool(claim.expects.holds(measured)))
+def over_plucks(
+    claims: Iterable[Claim], plucks: int, workers: int | None = None, step: Callable[[], None] = lambda: None
+) -> dict[str, list[Value]]:
+    """The values of those of `claims` that are judged over plucks, by id: one for each of `plucks` plucks.
+
+    A pluck is the same in all the runs that a claim compares. `step` is called after each. The kernels are compiled.
+    """
+    varied = [claim for claim in claims if claim.plucks]
+    pulls = runs.pulls(plucks if varied else 0)
+
+    def measure(pull: runs.Pull) -> dict[str, Value]:
+        jobs = {name: runs.job(name, pull) for name in needed(varied)}
+        solved = {name: Solved(job.trial, job.solve()) for name, job in jobs.items()}
+        return {claim.id: _measured(claim, solved) for claim in varied}
+
+    with ThreadPoolExecutor(workers or os.cpu_count() or 1) as pool:
+        futures = [pool.submit(measure, pull) for pull in pulls]
+        try:
+            for future in as_completed(futures):
+                future.result()
+                step()
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise
+    return {claim.id: [future.result()[claim.id] for future in futures] for claim in varied}
 
 
-HEAD = ("id", "section", "statement", "expected", "measured", "holds")
-WIDTHS = {"statement": 48, "expected": 26, "measured": 28}  # characters of a column in the text table, at most
+def result(claim: Claim, solved: Mapping[str, Solved], values: Sequence[Value] = ()) -> Result:
+    """Check one claim in the solved runs, by name, or over the `values` of several plucks, if there are any.
+
+    Over plucks the median of the values decides. Lists of frets or of sets have none: those hold that hold in more than
+    half of the plucks, and the list of the paper's own pluck stands for them.
+    """
+    measured = _measured(claim, solved)
+    held = sum(map(claim.expects.holds, values))
+    spread, passed = None, bool(claim.expects.holds(measured))
+    if values:
+        middle = None if _is_list(claim.expects) else _quantile(values, 0.5)
+        low, high = (None, None) if middle is None else (_quantile(values, LOW), _quantile(values, HIGH))
+        spread = Spread(len(values), held, low, high)
+        passed = 2 * held > len(values) if middle is None else bool(claim.expects.holds(middle))
+        measured = measured if middle is None else middle
+    null = null_rate(claim, measured, [solved[name] for name in claim.needs])
+    return Result(claim, measured, passed, spread, null)
+
+
+def _measured(claim: Claim, solved: Mapping[str, Solved]) -> Value:
+    return claim.measure(*(solved[name] for name in claim.needs))
+
+
+def _is_list(expects: object) -> bool:
+    """True if a list of frets is expected."""
+    return isinstance(expects, Exactly) and isinstance(expects.value, tuple)
+
+
+def _quantile(values: Sequence[Value], part: float) -> Value | None:
+    """The quantile of values, or of each of several numbers; None for lists of different lengths.
+
+    NaN counts as above all: it is what was not met within a run.
+    """
+    shapes = {np.shape(value) for value in values}
+    if len(shapes) > 1:
+        return None
+    each = np.array(values, np.float64)
+    each[np.isnan(each)] = np.inf
+    # The median lies between two values; the others are values that occur.
+    found = np.median(each, axis=0) if part == 0.5 else np.quantile(each, part, axis=0, method="nearest")
+    found = np.where(np.isinf(found), math.nan, found)
+    whole = np.asarray(values).dtype.kind in "iu" and bool((found == found.round()).all())
+    out: Value = (found.astype(int) if whole else found).tolist()
+    return out
+
+
+BOUND, MEASURED, IN_PLUCKS, RANDOM = "bound", "measured", "plucks", "random"
+HEAD = ("id", "section", "statement", "expected", BOUND, MEASURED, IN_PLUCKS, RANDOM, "holds")
+INPUTS_TITLE = "Set-up: the paper's inputs, read back and not counted"
+NOT_MET = "never"  # a time at which nothing happened
+WIDTHS = (18, 9, 38, 18, 9, 20, 20, 6, 5)  # characters of a column in the text table, at most
+LEGEND_WIDTHS = (8, 110)
 
 
 def value_text(value: Any, unit: str = "") -> str:
@@ -89,42 +193,81 @@ def value_text(value: Any, unit: str = "") -> str:
         row = len(value) > 3 and value == list(range(int(value[0]), int(value[0]) + len(value)))
         shown = f"{value[0]} to {value[-1]}" if row else ", ".join(value_text(v) for v in value) or "none"
     else:
-        shown = f"{value:.4g}"
-    return f"{shown} {unit}" if unit and value != [] else shown
+        shown = NOT_MET if math.isnan(value) else f"{value:.4g}"
+    return f"{shown} {unit}" if unit and value != [] and shown != NOT_MET else shown
+
+
+def counted(results: Iterable[Result]) -> tuple[list[Result], list[Result]]:
+    """The results that count, and those of set-up, which are the paper's inputs read back."""
+    results = list(results)
+    return [r for r in results if r.claim.bound != SETUP], [r for r in results if r.claim.bound == SETUP]
 
 
 def count_line(results: Sequence[Result]) -> str:
-    """The number of claims that hold, as "80 of 82 hold"."""
-    return f"{sum(r.passed for r in results)} of {len(results)} hold"
+    """The number of claims that hold, and the names of those that do not: "86 of 87 hold, not b-phase"."""
+    claims, inputs = counted(results)
+    failed = [r.claim.id for r in (*claims, *inputs) if not r.passed]
+    line = f"{sum(r.passed for r in claims)} of {len(claims)} hold"
+    line += f", not {', '.join(failed)}" if failed else ""
+    return line + (f"; {sum(r.passed for r in inputs)} of {len(inputs)} inputs are as in the paper" if inputs else "")
 
 
 def cells(result: Result) -> tuple[str, ...]:
-    """The columns of `HEAD` for one result, unshortened."""
-    c = result.claim
+    """The columns of `HEAD` for one result."""
+    c, spread = result.claim, result.spread
     wanted = c.expects.expected
     expected = value_text(wanted, "" if str(wanted).isalpha() else c.unit)  # "rising" has no unit
     if c.expects.tolerance.startswith("±"):
         expected += f" {c.expects.tolerance}"
-    measured = value_text(result.measured, c.unit)
-    return c.id, c.section, c.statement, expected, measured, "yes" if result.passed else "NO"
+    plucks = ""
+    if spread:
+        plucks = f"{spread.held} of {spread.plucks}"
+        if spread.low is not None and spread.high is not None:
+            ends = zip(numbers(spread.low), numbers(spread.high), strict=True)
+            plucks += ": " + ", ".join(f"{_short(low)} to {_short(high)}" for low, high in ends)
+    random = "" if result.null is None else f"{100 * result.null:{'.0f' if result.null > 0.01 else '.1g'}} %"
+    verdict = "yes" if result.passed else "NO"
+    return c.id, c.section, c.statement, expected, c.bound, value_text(result.measured, c.unit), plucks, random, verdict
+
+
+def _short(number: float) -> str:
+    """A number in three digits, or as many as it has before the point."""
+    return NOT_MET if math.isnan(number) else f"{number:.0f}" if abs(number) >= 1000 else f"{number:.3g}"
+
+
+LEGEND = {  # of the columns that need it
+    BOUND: "paper: the number is the paper's; direction: the paper says which is greater, no number; ours: the paper "
+    "has a word, and the number is ours; rounding: it is exact. Tolerances and margins that the paper lacks are ours",
+    MEASURED: "the median over the plucks, if there are any",
+    IN_PLUCKS: "how many the claim holds in, of plucks within what the paper leaves open (apex 0.05 mm to either side, "
+    "place 8 mm less to 4 mm more, rounding 2 to 6 mm), and the values between which four fifths of them lie",
+    RANDOM: "how many random values would pass; the JSON has what is random",
+}
+
+
+def legend_line() -> str:
+    """The `LEGEND` as one line."""
+    return ". ".join(f"{name[0].upper()}{name[1:]}: {meaning}" for name, meaning in LEGEND.items())
 
 
 def table(results: Sequence[Result]) -> str:
-    """The results as a text table, a line for each claim, long cells shortened, and the number that hold."""
-    rows = [HEAD, *(cells(r) for r in results)]
-    wide = [WIDTHS.get(name, 40) for name in HEAD]
-    rows = [tuple(textwrap.shorten(c, w, placeholder=" …") for c, w in zip(row, wide, strict=True)) for row in rows]
-    lines = [line.rstrip() for line in columns(rows, left=len(HEAD))]
-    return "\n".join([*lines, count_line(results)])
+    """The results as a text table, long cells wrapped, what the columns mean, and the number that hold."""
+    claims, inputs = counted(results)
+    lines = wrapped_columns([HEAD, *(cells(r) for r in claims)], WIDTHS)
+    if inputs:
+        lines += ["", INPUTS_TITLE, *wrapped_columns(map(cells, inputs), WIDTHS)]
+    lines += ["", *wrapped_columns(LEGEND.items(), LEGEND_WIDTHS)]
+    return "\n".join([*lines, "", count_line(results)])
 
 
 def claims_html(results: Sequence[Result]) -> str:
     """The results as an HTML page, with the measured quantity of each claim. Needs Jinja2."""
-    rows = []
-    for r in results:
-        name, section, statement, *rest = cells(r)
-        rows.append((name, section, statement, r.claim.quantity, *rest))
-    return html_page("livebass.paper", "claims.html", rows=rows, count=count_line(results))
+    parts = [[(*cells(r)[:3], r.claim.quantity, *cells(r)[3:]) for r in part] for part in counted(results)]
+    head = (*HEAD[:3], "measured quantity", *HEAD[3:])
+    return html_page(
+        "livebass.paper", "claims.html", head=head, claims=parts[0], inputs=parts[1], verdict=count_line(results),
+        legend=LEGEND, inputs_title=INPUTS_TITLE,
+    )  # fmt: skip
 
 
 def claims_json(results: Sequence[Result]) -> str:

@@ -39,7 +39,7 @@ class Near:
 
     @property
     def tolerance(self) -> str:
-        return f"± {100 * self.within:g} %"
+        return f"± {100 * self.within:.3g} %"
 
     def holds(self, measured: Value) -> bool:
         found = numbers(measured)
@@ -124,7 +124,7 @@ class Nears:
 
     @property
     def tolerance(self) -> str:
-        return f"± {100 * self.within:g} % each"
+        return f"± {100 * self.within:.3g} % each"
 
     def holds(self, measured: Value) -> bool:
         found = numbers(measured)
@@ -205,15 +205,34 @@ class Each:
         return len(found) == len(self.parts) and all(p.holds(v) for p, v in zip(self.parts, found, strict=True))
 
 
+# Where a bound comes from.
+PAPER = "paper"  # the number is the paper's; a tolerance that it does not name is ours
+DIRECTION = "direction"  # the paper says which is greater, no number; a margin is ours
+OURS = "ours"  # the paper has a word, such as "negligible", and the number is ours
+ROUNDING = "rounding"  # the statement is exact, and the bound is what rounding leaves
+SETUP = "set-up"  # an input of the paper, read back: no claim, and not counted
+
+
+@dataclass(frozen=True)
+class Null:
+    """A null test: how often random values meet an expectation."""
+
+    drawn: str  # what is random, in words
+    rate: Callable[..., float]  # takes the claim, the value measured for it, and its runs
+
+
 @dataclass(frozen=True)
 class Claim:
-    """A statement of the paper that can be checked."""
+    """A statement of the paper that can be checked, or an input of the paper that can be read back."""
 
     id: str
-    section: str  # of the paper
-    statement: str  # in the paper's words
+    section: str  # of the paper, with its figure or equation
+    statement: str  # of the paper, in our words
     quantity: str  # that is measured
     unit: str  # SI; "" for counts and ratios
     expects: Expectation
+    bound: str  # PAPER, DIRECTION, OURS, ROUNDING or SETUP
     needs: tuple[str, ...]  # names of runs: keys of `runs.ENGINE` and `runs.BRUTE`
     measure: Callable[..., Value]  # takes these runs, each `Solved`, in this order
+    plucks: bool = False  # judged over many plucks within the uncertainty of the paper's, not by one alone
+    null: Null | None = None  # instead of the usual one: see `null.null_of`

@@ -6,40 +6,53 @@ Times in s, frequencies in Hz, levels in dB. A measurement that a run does not g
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from livebass.analysis.motion import Solved, modal_energies
-from livebass.analysis.sound import characteristic_frequencies, frame_times, spectrogram
+from livebass.analysis.motion import Solved, modal_energies, state_samples
+from livebass.analysis.sound import characteristic_frequencies, frame_times, relative_variation, spectrogram
 from livebass.arrays import Floats
 from livebass.model import modes
 from livebass.model.instrument import Neck
+from livebass.model.quality import MOST_MODES
 from livebass.model.trial import Motion, Trial
 from livebass.paper.cases import CASES, Case, raised
 from livebass.paper.solving import Job, solve_all
 from livebass.reference import solver as reference
 
 STATES_EVERY = 512  # output samples between two states of the modes, 10 ms
-SHORT = 0.02  # s of brute force for the energy: the first two sets of contacts of case B
+SHORT = 0.02  # s of brute force: the first two sets of contacts of case B
 ENERGY_EVERY = 50  # fine steps
+SHAPE_TIMES = (3.5e-3, 3.9e-3, 4.1e-3, 4.3e-3, 4.7e-3)  # s, of figure 8
+APEX, PLACE, ROUNDING = (-5e-5, 5e-5), (-8e-3, 4e-3), (2e-3, 6e-3)  # m, what the paper leaves open of a pluck
+SEED = 2018
 
 
-def _engine(case: Case) -> Job:
-    """The case as the engine solves it, with the state of its modes every 10 ms."""
-    trial = case.trial()
-    return Job(replace(trial, states=tuple(range(0, trial.samples, STATES_EVERY))))
+@dataclass(frozen=True)
+class Pull:
+    """One of the plucks that the paper may have made: it gives apexes to 0.1 mm, places to 1 cm, and no rounding."""
+
+    apex: float  # m, added to the paper's apex
+    place: float  # m, added to the paper's place
+    rounding: float  # m
+
+    def of(self, case: Case) -> Case:
+        """`case` plucked so."""
+        apex, position = case.apex + self.apex, case.position + self.place
+        return replace(case, apex=apex, position=position, rounding=self.rounding)
+
+
+def pulls(count: int) -> list[Pull]:
+    """The first `count` of the plucks, evenly spread over what the paper leaves open; always the same."""
+    least, most = np.array([APEX, PLACE, ROUNDING]).T
+    random = np.random.default_rng(SEED).random((count, 3))
+    return [Pull(*map(float, row)) for row in least + random * (most - least)]
 
 
 def _with_energy(trial: Trial) -> Motion:
     return reference.solve(trial, energy_every=ENERGY_EVERY)
-
-
-def _brute(contact_rate: float, lossless: bool) -> Job:
-    """The beginning of case B by brute force, with its energy."""
-    case = replace(CASES["b"], contact_rate=contact_rate, duration=SHORT)
-    return Job(replace(case.trial(), lossless=lossless), _with_energy)
 
 
 def _far(neck: Neck) -> Neck:
@@ -47,34 +60,63 @@ def _far(neck: Neck) -> Neck:
     return replace(neck, fret_heights=tuple(h - 0.03 for h in neck.fret_heights))
 
 
+def _frictionless(neck: Neck) -> Neck:
+    return replace(neck, friction=0.0)
+
+
 def _stiff(stiffness: float) -> Case:
     """The case of soft frets with frets of another stiffness."""
     return replace(CASES["soft"], neck=lambda neck: replace(neck, contact_stiffness=stiffness))
 
 
+def _finer(points: int) -> Case:
+    """Case B on a grid of `points` steps, with as many modes less one, at a rate that carries the highest."""
+    rate = 16e6 if points <= FINEST else 24e6
+    length = CASES["b"].speaking().length
+    return replace(CASES["b"], contact_rate=rate, neck=lambda neck: replace(neck, grid_step=length / points))
+
+
+def _bridge(apex: float) -> Case:
+    return replace(CASES["near-bridge"], apex=apex)
+
+
 B, C = CASES["b"], CASES["c"]
+FINEST = MOST_MODES + 1  # steps of the finest grid that the engine takes
 ENGINE: dict[str, Case] = CASES | {
     "b-twice": replace(B, contact_rate=16e6, duration=0.2),
     "b-coarse": replace(B, contact_rate=512e3, duration=0.2),
+    "b-finer": _finer(FINEST),
+    "b-shapes": replace(B, duration=SHAPE_TIMES[-1]),
     "c-twice": replace(C, contact_rate=32e6, duration=0.4),
     "c-far": replace(C, contact_rate=512e3, neck=_far),
     "b-tilted": replace(B, angle=math.radians(1)),
     "b-fret-12": replace(B, duration=0.2, neck=raised(12, 1e-4)),
+    "oblique-free": replace(CASES["oblique"], neck=_frictionless),
+    "bridge-1.5": _bridge(1.5e-3),
+    "bridge-2.5": _bridge(2.5e-3),
+    "bridge-5": _bridge(5e-3),
     "k12": _stiff(1e12),
     "k11": _stiff(1e11),
     "k10": _stiff(1e10),
 }
-BRUTE: dict[str, tuple[float, bool]] = {  # contact rate, Hz; without losses
-    "energy": (8e6, True),
-    "energy-losses": (8e6, False),
-    "energy-1MHz": (1.024e6, True),
-    "energy-102kHz": (102_400, True),
+BRUTE: dict[str, tuple[Case, bool]] = {  # the beginning of case B by brute force, with its energy; without losses
+    "energy": (B, True),
+    "energy-losses": (B, False),
+    "energy-1MHz": (replace(B, contact_rate=1.024e6), True),
+    "energy-102kHz": (replace(B, contact_rate=102_400), True),
+    "b-half-step": (_finer(2 * B.speaking().grid_points), False),
 }
 
 
-def job(name: str) -> Job:
-    """The trial and the solver of the run called `name`."""
-    return _engine(ENGINE[name]) if name in ENGINE else _brute(*BRUTE[name])
+def job(name: str, pull: Pull | None = None) -> Job:
+    """The trial and the solver of the run called `name`; those of the engine plucked as `pull` says, if given."""
+    if name in BRUTE:
+        case, lossless = BRUTE[name]
+        return Job(replace(replace(case, duration=SHORT).trial(), lossless=lossless), _with_energy)
+    trial = (pull.of(ENGINE[name]) if pull else ENGINE[name]).trial()
+    if name == "b-shapes":
+        return Job(replace(trial, states=state_samples(trial, 1, SHAPE_TIMES)))
+    return Job(replace(trial, states=tuple(range(0, trial.samples, STATES_EVERY))))
 
 
 def solve(
@@ -163,6 +205,12 @@ def frets_and_pitch(run: Solved) -> float:
     return float(np.corrcoef(set_sizes(run)[1:], nu)[0, 1]) if len(nu) > 2 else math.nan
 
 
+def glide_size(run: Solved) -> float:
+    """The greatest variation of the fundamental, relative to the first eigenfrequency (figures 7 and 13)."""
+    first = float(modes.frequencies(run.trial.speaking, 1)[0])
+    return float(np.nanmax(relative_variation(run.pitch.frequency_hz, first)))
+
+
 def glide_end(run: Solved, part: float) -> float:
     """Last time at which the fundamental exceeds its mean from 0.9 s on by more than `part` of it."""
     p = run.pitch
@@ -177,20 +225,27 @@ def centroid(run: Solved) -> tuple[Floats, Floats]:
     return frame_times(nu.size, run.rate), nu
 
 
+def greatest_change(run: Solved, other: Solved) -> float:
+    """The greatest relative difference of the characteristic frequency of `run` from that of `other`, over 1 s."""
+    return float(np.abs(centroid(run)[1] / centroid(other)[1] - 1).max())
+
+
 def centroid_at(run: Solved, time: float) -> float:
     """Characteristic frequency (eq. 14) at a time."""
     return float(np.interp(time, *centroid(run)))
 
 
-def contrast(sound: Floats, rate: float, frequency: float, width: float, start: float, end: float) -> float:
-    """Level of a band over the mean level of its two neighbours of equal width, from `start` to `end`, dB."""
+def contrasts(
+    sound: Floats, rate: float, frequencies: Sequence[float], width: float, start: float, end: float
+) -> list[float]:
+    """Levels of bands about `frequencies` over the mean of their neighbours, as wide, from `start` to `end`, dB."""
     power = spectrogram(sound[round(start * rate) : round(end * rate)], rate, WINDOW, WINDOW // 4) ** 2
     mean, nu = power.mean(axis=0), np.arange(power.shape[1]) * rate / WINDOW
 
     def level(middle: float) -> float:
         return 10 * math.log10(mean[(nu >= middle - width / 2) & (nu < middle + width / 2)].sum())
 
-    return level(frequency) - (level(frequency - width) + level(frequency + width)) / 2
+    return [level(f) - (level(f - width) + level(f + width)) / 2 for f in frequencies]
 
 
 def partial_levels(run: Solved, sound: Floats, partials: int, start: float, end: float) -> tuple[Floats, Floats]:

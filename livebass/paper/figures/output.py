@@ -91,4 +91,5 @@ def page(summaries: Iterable[Mapping[str, Any]], version: str) -> str:
         {**s, "files": [*([s["data"]] if s["data"] else []), *(table["csv"] for table in s["tables"])]}
         for s in summaries
     ]
-    return html_page("livebass.paper", "studies.html", version=version, studies=studies)
+    verdict = next((s["numbers"]["verdict"] for s in studies if "verdict" in (s["numbers"] or {})), None)
+    return html_page("livebass.paper", "studies.html", version=version, studies=studies, verdict=verdict)

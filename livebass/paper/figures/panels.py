@@ -14,6 +14,7 @@ from livebass.model.instrument import Speaking
 
 MANY = 5000  # points of a line or a cloud, above which an SVG holds it as pixels
 COLOURS = ("tab:red", "black", "tab:blue", "tab:orange", "tab:green", "tab:purple")
+LEGEND_ROOM = 150  # characters over a figure of usual width
 MARKERS = ("o", ".", "x", "+", "D", "s")
 
 
@@ -36,8 +37,8 @@ def spectrogram(axis: Any, shown: Spectrogram, top_hz: float, until_s: float | N
 
 
 def level_bar(drawn: Any, image: Any, axes: Any) -> None:
-    """Add the colour bar of spectrograms."""
-    drawn.colorbar(image, ax=axes, label="level (dB)", pad=0.01)
+    """Add the colour bar of spectrograms, whose 0 dB is the loudest point of each."""
+    drawn.colorbar(image, ax=axes, label="level (dB, 0: the loudest)", pad=0.01)
 
 
 def contacts(axis: Any, solved: Solved, label: str, number: int = 0) -> None:
@@ -87,7 +88,8 @@ def legend(*axes: Any) -> None:
     pairs = [axis.get_legend_handles_labels() for axis in axes]
     handles = [h for pair in pairs for h in pair[0]]
     labels = [label for pair in pairs for label in pair[1]]
+    most = max(1, min(4, LEGEND_ROOM // (6 + max(map(len, labels), default=0))))  # 6: the line or mark before it
     axes[0].legend(
-        handles, labels, fontsize="small", loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=min(4, len(labels)),
+        handles, labels, fontsize="small", loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=min(most, len(labels)),
         frameon=False,
     )  # fmt: skip

@@ -55,8 +55,8 @@ def convergence(motions: Mapping[str, Solved]) -> Findings:
         u, nu = zip(*(errors(one, motions[kind]) for one in solved), strict=True)
         label = "modes" if kind == "modes" else "contact rate (MHz)"
         for axis, error in zip(axes[:, column], ([e[-1] for e in u], nu), strict=True):
-            axis.loglog(values, error, marker="o", label=TITLES[kind])
-            axis.set(xlabel=label)
+            axis.semilogy(values, error, marker="o", label=TITLES[kind])
+            axis.set(xlabel=label, xscale="linear" if kind == "modes" else "log")  # on which its ticks have room
             axis.set_xticks(values, [f"{v:g}" for v in values])
             axis.minorticks_off()
             axis.legend(fontsize="small")

@@ -44,7 +44,7 @@ def _case_findings(name: str, title: str, solved: Solved) -> Findings:
     measure.add_data(found, name, title, solved)
     found.tables.insert(0, measure.numbers_table({title: found.numbers[name]}))
     if solved.motion.contact_step.size:
-        found.pictures.append(figure_7(f"{name}-contacts", {title: solved}))
+        found.pictures.append(figure_7(f"{name}-contacts", title, {title: solved}))
         found.tables.insert(1, measure.sets_table({title: solved}))
     return found
 
@@ -94,7 +94,7 @@ def oblique(motions: Mapping[str, Solved]) -> Findings:
     """The study `oblique`: figure 9, and the contacts as in figure 7."""
     solved = motions["oblique"]
     found = measure.gathered({"oblique": solved})
-    found.pictures += [figure_9(solved), figure_7("contacts", {"oblique": solved})]
+    found.pictures += [figure_9(solved), figure_7("contacts", "Oblique pluck", {"oblique": solved})]
     return found
 
 
@@ -103,12 +103,18 @@ def figure_4(name: str, motions: Mapping[str, Solved]) -> Picture:
     drawn = figure(11, 4.2 * len(motions))
     parts = np.atleast_1d(drawn.subfigures(len(motions), 1))
     for part, (title, solved) in zip(parts, motions.items(), strict=True):
-        part.suptitle(title)
+        if len(motions) > 1:
+            part.suptitle(title)
         axes = part.subplot_mosaic([["all"] * 3, [0, 1, 2]])
         time_s, moved = solved.motion.time_s, solved.displacement()
         panels.displacement(axes["all"], time_s, moved)
         _draw_zooms([axes[k] for k in range(3)], time_s, moved)
-    return Picture(name, "Displacement at the sensor, and zooms (figure 4 of the paper)", drawn)
+    return Picture(name, f"{_named(motions)}displacement at the sensor, and zooms (figure 4 of the paper)", drawn)
+
+
+def _named(motions: Mapping[str, Solved]) -> str:
+    """The beginning of a caption: the title of a lone motion, which its figure does not repeat."""
+    return f"{next(iter(motions))}: " if len(motions) == 1 else "Case by case: "
 
 
 def _draw_zooms(axes: Iterable[Any], time_s: Floats, moved: Floats, name: str = "u", number: int = 0) -> None:
@@ -130,8 +136,10 @@ def figure_5(name: str, title: str, solved: Solved, glide: bool = True) -> Pictu
     if glide:
         panels.spectrogram(axes[1], shown, GLIDE_HZ, GLIDE_S)
     panels.level_bar(drawn, image, list(axes))
-    drawn.suptitle(title)
-    return Picture(name, "Spectrogram of the displacement, 70 dB (as figure 5 of the paper)", drawn)
+    beginning = ", and its beginning" if glide else ""
+    return Picture(
+        name, f"{title}: spectrogram of the displacement, 70 dB{beginning} (as figure 5 of the paper)", drawn
+    )
 
 
 def figure_6(motions: Mapping[str, Solved]) -> Picture:
@@ -148,11 +156,12 @@ def figure_6(motions: Mapping[str, Solved]) -> Picture:
 
 
 def figure_7(
-    name: str, motions: Mapping[str, Solved], until_s: float | None = None, zooms: bool = True, pitch: bool = True
-) -> Picture:
+    name: str, caption: str, motions: Mapping[str, Solved], until_s: float | None = None, zooms: bool = True,
+    pitch: bool = True,
+) -> Picture:  # fmt: skip
     """Figure 7: contacts with the frets, the fundamental over them, and the first three sets enlarged.
 
-    `until_s` ends the time axis; without `zooms` or `pitch` these parts are left out.
+    `caption` is its beginning. `until_s` ends the time axis; without `zooms` or `pitch` these parts are left out.
     """
     drawn = figure(11, 7 if zooms else 4.5)
     rows: list[list[Any]] = [["all"] * 3, [0, 1, 2]] if zooms else [["all"]]
@@ -170,11 +179,11 @@ def figure_7(
             panels.contacts(axes[i], solved, title, k)
     for i, which in enumerate(("first", "second", "third") if zooms else ()):
         axes[i].set(xlim=measure.set_times(motions.values(), i), title=f"{which} set of contacts")
-        axes[i].locator_params(axis="x", nbins=4)
+        axes[i].locator_params(axis="x", nbins=3)
     axes["all"].set_xlim(0, end)
     panels.legend(*([axes["all"]] if above is None else [axes["all"], above]))
-    caption = "Contacts" + (" and relative variation of the fundamental (YIN)" if pitch else "")
-    return Picture(name, caption + ("; the first three sets from near" if zooms else ""), drawn)
+    shown = f"{caption}: contacts" + (" and relative variation of the fundamental (YIN)" if pitch else "")
+    return Picture(name, shown + ("; the first three sets from near" if zooms else ""), drawn)
 
 
 def contact_phase_end(contacts: Contactogram, gap: float = 0.2) -> float:

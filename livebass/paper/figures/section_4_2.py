@@ -29,7 +29,10 @@ def dispersion(motions: Mapping[str, Solved]) -> Findings:
 def figure_10(titled: Mapping[str, Solved]) -> list[Picture]:
     """Figure 10: contacts and pitch with dispersion and without, and the spectrogram without."""
     without = titled["without dispersion"]
-    return [figure_7("contacts", titled), figure_5("spectrogram", "Without dispersion", without, glide=False)]
+    return [
+        figure_7("contacts", "Figure 7a", titled),
+        figure_5("spectrogram", "Without dispersion", without, glide=False),
+    ]
 
 
 def plucking_point(motions: Mapping[str, Solved]) -> Findings:
@@ -45,8 +48,8 @@ def figure_11(titled: Mapping[str, Solved]) -> list[Picture]:
     """Figure 11: spectrograms and first shapes for three plucking points, and their contacts."""
     return [
         _spectrograms(titled, "figure 11"),
-        figure_7("contacts", titled, until_s=_end(titled), zooms=False, pitch=False),
-        figure_7("first-contacts", titled, until_s=0.016, zooms=False, pitch=False),
+        figure_7("contacts", "The whole time", titled, until_s=_end(titled), zooms=False, pitch=False),
+        figure_7("first-contacts", "The first 16 ms", titled, until_s=0.016, zooms=False, pitch=False),
     ]
 
 
@@ -65,7 +68,8 @@ def figure_12(titled: Mapping[str, Solved]) -> list[Picture]:
     """Figure 12: spectrograms over four necks, and the contacts with those that the string meets."""
     pictures, rattling = [_spectrograms(titled, "figure 12")], _rattling(titled)
     if rattling:
-        pictures.append(figure_7("contacts", rattling, until_s=min(0.12, _end(titled)), zooms=False))
+        end = min(0.12, _end(titled))
+        pictures.append(figure_7("contacts", "Necks that the string meets", rattling, until_s=end, zooms=False))
     return pictures
 
 
@@ -83,8 +87,8 @@ def figure_13(titled: Mapping[str, Solved]) -> list[Picture]:
     soft = titled["K = 1e9"]
     return [
         figure_5("spectrogram", "K = 1e9", soft),
-        figure_7("contacts", {"K = 1e9": soft}),
-        figure_7("contacts-compared", titled, zooms=False),
+        figure_7("contacts", "K = 1e9", {"K = 1e9": soft}),
+        figure_7("contacts-compared", "Soft frets and hard ones", titled, zooms=False),
     ]
 
 

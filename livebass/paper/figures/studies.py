@@ -10,6 +10,7 @@ from typing import Any
 
 from livebass import __version__
 from livebass.analysis.motion import Solved
+from livebass.extras import install
 from livebass.files import Transaction, checked_place
 from livebass.paper.claims import check, runs
 from livebass.paper.figures import measure, output, section_4, section_4_1, section_4_2, sections_2_3
@@ -30,11 +31,19 @@ def statement_jobs(duration: float | None) -> dict[str, Job]:
 
 
 def statements(motions: Mapping[str, Solved]) -> Findings:
-    """The study `statements`: every claim checked."""
-    results = [check.result(claim, motions) for claim in check.chosen()]
-    cells = [check.cells(r) for r in results]
-    table = Table("statements", f"{check.count_line(results)} within the tolerance", check.HEAD, cells)
-    return Findings(tables=[table], numbers={"claims": [r.as_json() for r in results]})
+    """The study `statements`: every claim checked, those about contacts over many plucks."""
+    claims = check.chosen()
+    values = check.over_plucks(claims, check.PLUCKS)
+    results = [check.result(claim, motions, values.get(claim.id, ())) for claim in claims]
+    parts = check.counted(results)
+    captions = f"Statements of the paper. {check.legend_line()}", check.INPUTS_TITLE
+    tables = [
+        Table(name, caption, check.HEAD, [check.cells(r) for r in part])
+        for name, caption, part in zip(("statements", "set-up"), captions, parts, strict=True)
+        if part
+    ]
+    verdict = check.count_line(results)
+    return Findings(tables=tables, numbers={"verdict": verdict, "claims": [r.as_json() for r in results]})
 
 
 SEEN = "displacement, spectrogram, characteristic frequency"
@@ -73,7 +82,7 @@ STUDIES = {
             section_4_2.plucking_point,
         ),
         Study(
-            "neck", "The neck: as measured, half straightened, straight, sixth fret up", "4.2.3",
+            "neck", "The neck: as measured, straightened to 2 mm, straight, sixth fret up", "4.2.3",
             "figure 12: spectrograms, necks, contacts, pitch", cases(*section_4_2.NECKS), section_4_2.neck,
         ),
         Study(
@@ -110,7 +119,7 @@ def chosen(names: Iterable[str]) -> list[Study]:
     return [study for name, study in STUDIES.items() if name in asked or "all" in asked]
 
 
-NEEDED = "study needs matplotlib, Jinja2 and SciPy: pip install 'livebass[analysis,plots]'"
+NEEDED = f"study needs matplotlib, Jinja2 and SciPy: {install('analysis,plots')}"
 PAGE = "index.html"
 
 

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livebass.arrays import Complexes, Floats, Ints
-from livebass.identify.partials import median_line
+from livebass.identification.partials import median_line
 from livebass.model import modes
 from livebass.model.instrument import STIFFNESS_LAWS, Neck, String, speaking, stretched
 from livebass.model.neck import Admittance, Resonance, detuning, neck_damping

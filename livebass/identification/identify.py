@@ -7,6 +7,7 @@ over several takes, then the models of section 2.2 through them.
 from __future__ import annotations
 
 import math
+import os
 import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -17,8 +18,19 @@ import numpy as np
 
 from livebass.analysis.sound import fundamental
 from livebass.arrays import Ints
-from livebass.identify.fit import FEW, Law, Losses, NeckFit, fit_laws, fit_losses
-from livebass.identify.partials import Found, Partial, RecordingError, Take, combine, find_takes, read_recording, track
+from livebass.identification.doubts import doubtful, left_out, other_note, without_clipping
+from livebass.identification.fit import FEW, Law, Losses, NeckFit, fit_laws, fit_losses
+from livebass.identification.limits import check
+from livebass.identification.partials import (
+    Found,
+    Partial,
+    RecordingError,
+    Take,
+    combine,
+    find_takes,
+    read_recording,
+    track,
+)
 from livebass.model.instrument import Instrument, Neck, String, note_frequency, speaking
 from livebass.model.modes import dampings, frequencies
 from livebass.model.neck import Admittance, Resonance
@@ -46,11 +58,12 @@ class Identified:
     other: Law  # ... than this one
     takes: tuple[Take, ...]
     rejected: int  # takes of another pitch, too short, or without enough partials
-    missing: tuple[int, ...]  # partials below the highest that were not found: `string` has values of the laws
+    missing: tuple[int, ...]  # partials below the highest, not found or in doubt: `string` has values of the laws
+    doubts: tuple[str, ...]  # a sentence each: what in the recordings was left out, and why
 
 
 def identify(
-    paths: Sequence[Path],
+    recordings: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
     bass: Instrument,
     *,
     string: str | None = None,
@@ -61,32 +74,55 @@ def identify(
     duration: float = 5.0,
     channel: int | None = None,
 ) -> Identified:
-    """Identifies the open string that is plucked, alone, in every note of the recordings `paths`.
+    """Identifies the open string that is plucked, alone, in every note of the `recordings`, one or several sound files.
 
     string: its name in `bass`; by default the one tuned nearest. note (MIDI) or f0 (Hz, to a semitone): its pitch; by
     default it is found. modes: the most partials to look for. start, duration: each note is used from `start` (s) after
-    its attack, for `duration` (s) at most. channel: from 1; by default the loudest. Raises RecordingError, a ValueError
-    with one line, for recordings that cannot be used, and LookupError for a string that the bass does not have. Needs
-    SciPy. [main thread]
+    its attack, for `duration` (s) at most. channel: from 1; by default the loudest.
+
+    Returns an `Identified`: `partials`, each with frequency (Hz), damping (1/s), their uncertainties and `t60` (s);
+    `law` with f0 (Hz) and B; `string`, that of `bass` as measured; `doubts`, a sentence for each thing left out. Raises
+    ValueError with one line for values that are not allowed and, as RecordingError, for recordings that cannot be used.
+    Needs SciPy: pip install 'livebass[analysis]'. [main thread]
     """
-    known = bass.strings[bass.string_index(string)] if string is not None else None
+    check(modes, start, duration, channel, f0)
+    if note is not None and f0 is not None:
+        raise ValueError("note and f0 are both given: one of them is enough")
+    paths = [Path(r) for r in ([recordings] if isinstance(recordings, str | os.PathLike) else recordings)]
+    known = None if string is None else bass.strings[_index(bass, string)]
     hint = f0 or (note_frequency(note) if note is not None else None)
     if hint is None and known is not None:
         hint = note_frequency(known.open_note)
-    takes, pitch, all_takes = _takes(paths, start, duration, channel, hint)
+    takes, pitch, all_takes, doubts = _takes(paths, start, duration, channel, hint)
     tracks = [(take, track(take.sound, take.rate, pitch, modes)) for take in takes]
     good = [(take, partials) for take, partials in tracks if _plausible(partials, pitch)]
     if not good:
         raise RecordingError(_why_not([partials for _, partials in tracks], paths, pitch))
+    beside = [other_note(take, partials, pitch) for take, partials in good]
+    doubts += [left_out(take, other, beside=True) for (take, _), other in zip(good, beside, strict=True) if other]
+    good = [each for each, other in zip(good, beside, strict=True) if not other]
+    if not good:
+        raise RecordingError(f"{doubts[-1]}; only a string that sounds alone can be identified")
     found = combine([partials for _, partials in good])
     base = known or nearest_string(bass, pitch)
-    law, other = fit_laws(_numbers(found), np.array([p.frequency for p in found]), base)
+    strange, more = doubtful(found, base, _laws(found, base)[0])
+    found = [p for p in found if p.number not in strange]
+    law, other = _laws(found, base)
     neck = bass.necks[bass.strings.index(base)]
     fitted = _tuned(base, law, note)
     losses = fit_losses(
         fitted, neck, _numbers(found), np.array([p.damping for p in found]), np.array([p.damping_u for p in found]) / 2
     )
-    return _identified(fitted, losses, found, (law, other), [take for take, _ in good], all_takes - len(good))
+    takes = [take for take, _ in good]
+    return _identified(fitted, losses, found, (law, other), takes, all_takes - len(good), (*doubts, *more))
+
+
+def _index(bass: Instrument, string: str) -> int:
+    """Index of the string of that name; ValueError, which lists those there are."""
+    try:
+        return bass.string_index(string)
+    except LookupError as error:
+        raise ValueError(error.args[0]) from None
 
 
 def nearest_string(bass: Instrument, frequency: float) -> String:
@@ -109,17 +145,23 @@ def _check_pitch(string: String, frequency: float, all_strings: str = "") -> Non
 
 def _takes(
     paths: Sequence[Path], start: float, duration: float, channel: int | None, hint: float | None
-) -> tuple[list[Take], float, int]:
-    """The takes of one pitch that are long enough, that pitch (Hz), and the number of all takes."""
+) -> tuple[list[Take], float, int, list[str]]:
+    """The takes of one pitch that are long enough, that pitch (Hz), the number of all takes, and doubts."""
     if not paths:
         raise RecordingError("no recording")
     takes: list[Take] = []
+    count, doubts = 0, []
     for path in paths:
         recording = read_recording(path, channel)
         new = find_takes(recording, start, duration)
         if not new:
             raise RecordingError(f"{path}: {recording.sound.size / recording.rate:.3g} s, too short or without a note")
+        count += len(new)
+        new, clipping = without_clipping(recording, new)
         takes += new
+        doubts += clipping
+    if not takes:
+        raise RecordingError(doubts[-1])
     low, high = (hint / SEMITONE, hint * SEMITONE) if hint else PITCHES
     pitches = [_pitch(take, low, high) for take in takes]
     if not any(pitches):
@@ -133,12 +175,14 @@ def _takes(
     alike = np.abs(np.log(heard[:, None] / heard)) < math.log(SEMITONE)
     pitch = float(np.median(heard[alike[np.argmax(alike.sum(axis=0))]]))  # of most takes
     good = [t for t, p in zip(takes, pitches, strict=True) if p and abs(cents(p / pitch)) < 100]
+    others = [t for t, p in zip(takes, pitches, strict=True) if not p or abs(cents(p / pitch)) >= 100]
+    doubts += [left_out(take, _pitch(take, *PITCHES), beside=False) for take in others]
     long = [t for t in good if t.duration_s * pitch >= PERIODS]
     if not long:
         longest = max(t.duration_s for t in good)
         why = f"too short: {PERIODS} periods, {PERIODS / pitch:.2g} s, are needed"
         raise RecordingError(f"{good[0].name}: {longest:.3g} s of note, {why}")
-    return long, pitch, len(takes)
+    return long, pitch, count, doubts
 
 
 def _pitch(take: Take, low: float, high: float) -> float | None:
@@ -172,6 +216,10 @@ def _numbers(found: Sequence[Found]) -> Ints:
     return np.array([p.number for p in found], np.int64)
 
 
+def _laws(found: Sequence[Found], base: String) -> tuple[Law, Law]:
+    return fit_laws(_numbers(found), np.array([p.frequency for p in found]), base)
+
+
 def _tuned(base: String, law: Law, note: int | None) -> String:
     """`base` with the f0 and B found, and the tension that they need, as in table 1 of the paper."""
     string = replace(base, open_note=base.open_note if note is None else note)
@@ -185,8 +233,9 @@ def _tuned(base: String, law: Law, note: int | None) -> String:
 
 
 def _identified(
-    fitted: String, losses: Losses, found: list[Found], laws: tuple[Law, Law], takes: list[Take], rejected: int
-) -> Identified:
+    fitted: String, losses: Losses, found: list[Found], laws: tuple[Law, Law], takes: list[Take], rejected: int,
+    doubts: tuple[str, ...],
+) -> Identified:  # fmt: skip
     """The result, with measured modes without a gap: partials that were not found follow the laws."""
     fitted = replace(
         fitted, diameter=losses.diameter, viscoelastic_angle=losses.viscoelastic_angle,
@@ -208,7 +257,7 @@ def _identified(
         if not below < nu[j - 1] < above:
             nu[j - 1] = below + (above - below) / gap
     string = replace(fitted, measured_frequencies=tuple(map(float, nu)), measured_dampings=tuple(map(float, sigma)))
-    return Identified(string, losses.conductance, tuple(found), *laws, tuple(takes), rejected, missing)
+    return Identified(string, losses.conductance, tuple(found), *laws, tuple(takes), rejected, missing, doubts)
 
 
 MARK = "identified"
@@ -261,6 +310,7 @@ def identified_json(result: Identified, resonances: Sequence[Resonance] = ()) ->
         "resonances": [{"frequency_hz": r.frequency, "q": r.quality, "mass_kg": r.mass} for r in resonances],
         "missing_partials": list(result.missing),
         "rejected_takes": result.rejected,
+        "doubts": list(result.doubts),
         "takes": [{"file": t.name, "start_s": t.start_s, "duration_s": t.duration_s} for t in result.takes],
         "partials": rows(result),
     }
@@ -292,7 +342,8 @@ def table(result: Identified) -> str:
         f"thermoelastic {s.thermoelastic:.2g}, " + _neck(result),
     ]
     if result.missing:
-        lines.append(f"not found: {', '.join(map(str, result.missing))}; the preset takes them from the laws")
+        lines.append(f"not measured: {', '.join(map(str, result.missing))}; the preset takes them from the laws")
+    lines += [f"doubt: {doubt}" for doubt in result.doubts]
     return "\n".join(lines) + "\n"
 
 

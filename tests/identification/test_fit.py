@@ -13,7 +13,7 @@ import pytest
 from support.strings import g_neck, g_string
 
 from livebass import load_preset
-from livebass.identify.fit import NeckFit, fit_neck
+from livebass.identification.fit import NeckFit, fit_neck
 from livebass.model.instrument import String, speaking
 from livebass.model.modes import dampings, frequencies, impedance, loss_factor
 from livebass.model.neck import Admittance, Resonance, detuning, neck_damping
@@ -57,7 +57,7 @@ def test_the_saw_tooth_of_the_paper(paper: NeckFit) -> None:
 
 def test_the_sign_of_eq_8_is_in_the_data(paper: NeckFit, monkeypatch: pytest.MonkeyPatch) -> None:
     """With the sign as printed, and exp(+i omega t), the resonances explain the frequencies much worse."""
-    monkeypatch.setattr("livebass.identify.fit.detuning", lambda *given: -detuning(*given))
+    monkeypatch.setattr("livebass.identification.fit.detuning", lambda *given: -detuning(*given))
     printed = fit_neck(g_string(), most=len(paper.resonances))
     assert printed.left > 1.3 * paper.left
 

@@ -18,9 +18,9 @@ from support.command import Run, assert_one_clear_line, cli_text
 from support.strings import DAMPINGS, FREQUENCIES, g_neck, g_string, paper_g
 
 from livebass import load_preset
-from livebass.identify.fit import fit_law, fit_laws, fit_losses
-from livebass.identify.identify import Identified, identify
-from livebass.identify.partials import SAMPLES, band, components, find_takes, read_recording, track
+from livebass.identification.fit import fit_law, fit_laws, fit_losses
+from livebass.identification.identify import Identified, identify
+from livebass.identification.partials import SAMPLES, band, components, find_takes, read_recording, track
 from livebass.model import modes
 from livebass.model.instrument import STIFFNESS_LAWS, Pluck, Speaking, speaking
 from livebass.model.neck import neck_damping

@@ -1,0 +1,106 @@
+"""Null tests: how often a random value would meet the expectation of a claim.
+
+A bound that random values often meet says little, however well the computed value meets it. Rates are computed from
+`DRAWS` random values of a fixed seed, or from all orders of a few numbers.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import permutations
+
+import numpy as np
+
+from livebass.analysis.motion import Solved
+from livebass.paper.claims.expect import (
+    PAPER,
+    ROUNDING,
+    SETUP,
+    AtLeast,
+    AtMost,
+    Between,
+    Claim,
+    Covers,
+    Each,
+    Exactly,
+    Expectation,
+    Falling,
+    Near,
+    Nears,
+    Null,
+    Rising,
+    Value,
+    numbers,
+)
+from livebass.paper.claims.runs import fundamental_at, set_sizes, set_times
+
+DRAWS, SEED = 2000, 1
+ALL_ORDERS = 5  # numbers of which every order is tried
+DECADE = 10.0  # random sizes are from a tenth to ten times the bound
+
+
+def null_of(claim: Claim) -> Null | None:
+    """The null test of a claim.
+
+    None for set-up, for bounds that are what rounding leaves, and for exact values and limits that the paper gives.
+    """
+    if claim.null:
+        return claim.null
+    if claim.bound in (SETUP, ROUNDING) or isinstance(claim.expects, Exactly):
+        return None
+    if claim.bound == PAPER and isinstance(claim.expects, AtLeast | AtMost):
+        return None
+    return SHUFFLED if isinstance(claim.expects, Rising | Falling | Each) else SIZES
+
+
+def null_rate(claim: Claim, measured: Value, runs: Sequence[Solved]) -> float | None:
+    """Share of random values that meet the expectation of `claim`, 0 to 1; None without a null test."""
+    null = null_of(claim)
+    return None if null is None else null.rate(claim, measured, *runs)
+
+
+def _shuffled(claim: Claim, measured: Value, *_: Solved) -> float:
+    values = numbers(measured)
+    if len(values) <= ALL_ORDERS:
+        orders = [list(order) for order in permutations(values)]
+    else:
+        rng = np.random.default_rng(SEED)
+        orders = [rng.permutation(values).tolist() for _ in range(DRAWS)]
+    return float(np.mean([claim.expects.holds(order) for order in orders]))
+
+
+def _sizes(claim: Claim, measured: Value, *_: Solved) -> float:
+    rng, middle = np.random.default_rng(SEED), centres(claim.expects)
+    if len(middle) == 1:  # one bound for each of the numbers
+        middle *= len(numbers(measured))
+    random = np.array(middle) * DECADE ** rng.uniform(-1, 1, size=(DRAWS, len(middle)))
+    return float(np.mean([claim.expects.holds(row if len(row) > 1 else row[0]) for row in random.tolist()]))
+
+
+def centres(expects: Expectation) -> list[float]:
+    """The numbers about which `expects` is; of a range the upper end."""
+    match expects:
+        case Near(expected=value) | AtLeast(least=value) | AtMost(most=value) | Between(most=value):
+            return [value]
+        case Covers(start, end):
+            return [start, end]
+        case Nears(values=values):
+            return list(values)
+    raise TypeError(f"{expects}: has no number to be random about")
+
+
+SHUFFLED = Null("the numbers in random order", _shuffled)
+SIZES = Null("numbers from a tenth to ten times the bound", _sizes)
+
+
+def _sets_shuffled(claim: Claim, measured: Value, run: Solved) -> float:
+    """For the correlation `runs.frets_and_pitch`."""
+    rng, sizes, nu = np.random.default_rng(SEED), set_sizes(run)[1:], fundamental_at(run, set_times(run)[1:])
+    if len(nu) < 3:
+        return math.nan
+    found = (float(np.corrcoef(sizes, rng.permutation(nu))[0, 1]) for _ in range(DRAWS))
+    return float(np.mean([claim.expects.holds(value) for value in found]))
+
+
+SETS_SHUFFLED = Null("the sets in random order", _sets_shuffled)

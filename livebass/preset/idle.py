@@ -1,0 +1,242 @@
+"""Finds the keys of a preset file that change no note whatever their value, and says why.
+
+A key is idle if the bass stays the same when its value is changed, fields that no note depends on left aside. RULES
+says which fields those are, on which basses.
+"""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from typing import Any
+
+from livebass.model.instrument import Instrument, Neck, String
+from livebass.preset.build import Builder, PresetError
+from livebass.preset.keys import DATACLASSES, KEYS, Key, items, key_names
+from livebass.units import DIMENSIONS, quantity, split_quantity
+
+NAMES = {("", "name"), ("", "description"), ("string", "name"), ("string", "open_note"), ("pickup", "strings")}
+
+
+@dataclass(frozen=True)
+class Rule:
+    """Fields of a section that change no note of a bass for which `holds`; it gets the bass and the part of it."""
+
+    section: str
+    keys: tuple[str, ...]
+    why: str
+    holds: Callable[[Instrument, Any], bool]
+
+
+def _straight(bass: Instrument, part: Any) -> bool:
+    return bass.player.pluck_angle == 0
+
+
+def _displacement(bass: Instrument, part: Any) -> bool:
+    return bass.output.kind == "displacement"
+
+
+def _plucks_only(bass: Instrument, part: Any) -> bool:
+    return bass.player.technique == "pluck" or not bass.player.slapped_strings
+
+
+def _slaps_only(bass: Instrument, part: Any) -> bool:
+    return bass.player.technique == "slap" and bass.player.slapped_strings == len(bass.strings)
+
+
+NO_PICKUPS = 'output.kind is "displacement", which takes no pickups'
+UP_AND_DOWN = "player.pluck_angle is 0: strings move up and down, not across"
+STRUCK = "the thumb strikes every string, and none is plucked"
+PLUCKING = (
+    "pluck_position", "pluck_nearest", "pluck_farthest", "position_controller", "pluck_angle", "rounding", "pull_time",
+)  # fmt: skip
+RULES = (
+    Rule("coil", tuple(key_names("coil")), NO_PICKUPS, _displacement),
+    Rule("pickup", tuple(key_names("pickup")), NO_PICKUPS, _displacement),
+    Rule("string", ("level",), NO_PICKUPS, _displacement),
+    Rule(
+        "output",
+        ("sensor", "sensor_v", "across"),
+        'output.kind is "pickups", which takes no sensor',
+        lambda bass, part: not _displacement(bass, part),
+    ),
+    Rule("output", ("sensor_v", "across"), UP_AND_DOWN, _straight),
+    Rule("output", ("sensor_v",), "output.across is 0", lambda bass, output: output.across == 0),
+    Rule("pickup", ("across",), UP_AND_DOWN, _straight),
+    Rule(
+        "pickup",
+        ("position", "aperture", "decay_length", "across"),
+        "this pickup's level is 0",
+        lambda bass, pickup: pickup.level == 0,
+    ),
+    Rule("neck", ("friction", "friction_speed"), UP_AND_DOWN, _straight),
+    Rule("neck", ("friction_speed",), "neck.friction is 0", lambda bass, neck: neck.friction == 0),
+    Rule("neck", ("free_length",), "the neck is rigid", lambda bass, neck: not _bends(neck)),
+    Rule("player", ("technique",), "player.slapped_strings is 0", lambda bass, player: player.slapped_strings == 0),
+    Rule(
+        "player",
+        ("slapped_strings",),
+        'player.technique is "pluck"',
+        lambda bass, player: player.technique == "pluck",
+    ),
+    Rule(
+        "player",
+        ("strike_position", "strike_force", "strike_width", "strike_time"),
+        "no string is slapped: see player.technique",
+        _plucks_only,
+    ),
+    Rule("player", PLUCKING, STRUCK, _slaps_only),
+    Rule("neck", ("friction", "friction_speed"), STRUCK, _slaps_only),
+    Rule("pickup", ("across",), STRUCK, _slaps_only),
+    Rule("output", ("sensor_v", "across"), STRUCK, _slaps_only),
+)
+# Keys that make no field of their own: why they may be idle.
+NO_CORE = "string.inharmonicity is given, not core_diameter"
+WITHOUT_FIELD = {("string", "core_modulus"): NO_CORE, ("string", "stiffness_ratio"): NO_CORE}
+
+
+def _bends(neck: Neck) -> bool:
+    """True if what the neck takes from a string depends on where the neck ends."""
+    return bool(neck.admittance.table) or any(r.shape for r in neck.admittance.resonances)
+
+
+class _Unchecked(Builder):
+    """A Builder that takes any notes as they come: checking them takes 0.1 s a string."""
+
+    def check_notes(self, string: String, neck: Neck, where: str, place: str) -> None:
+        pass
+
+
+@dataclass(frozen=True)
+class Given:
+    """A key of a file: where it stands."""
+
+    place: str  # for messages, "string[E].neck.action"
+    key: Key
+    path: tuple[str | int, ...]  # into the file's tables, without the key's name
+    raw: Any
+
+    def with_value(self, data: dict[str, Any], raw: Any) -> dict[str, Any]:
+        """A copy of `data` in which the key has the value `raw`."""
+        changed = copy.deepcopy(data)
+        table: Any = changed
+        for step in self.path:
+            table = table[step]
+        table[self.key.name] = raw
+        return changed
+
+
+def idle_keys(data: dict[str, Any]) -> list[tuple[str, str]]:
+    """Keys of a preset's tables `data`, as parsed, that change no note, as (place, why); in the order of the file.
+
+    Raises PresetError for tables that make no bass.
+    """
+    bass = _Unchecked("").instrument(data)
+    heard = _heard(bass)
+    return [(given.place, _why(given, data, bass)) for given in given_keys(data) if _is_idle(given, data, heard)]
+
+
+def _is_idle(given: Given, data: dict[str, Any], heard: Instrument) -> bool:
+    """True if other values of a key leave `heard`; values that make no bass do not count."""
+    idle = False
+    for raw in other_values(given.key, given.raw):
+        try:
+            other = _heard(_Unchecked("").instrument(given.with_value(data, raw)))
+        except PresetError:
+            continue
+        if other != heard:
+            return False
+        idle = True
+    return idle
+
+
+def given_keys(data: dict[str, Any]) -> Iterator[Given]:
+    """Every key in `data` that a note could depend on."""
+    for section, table in data.items():
+        several = isinstance(table, list)
+        for i, one in enumerate(table if several else [table]):
+            if not isinstance(one, dict):
+                continue
+            path: tuple[str | int, ...] = (section, i) if several else (section,)
+            label = f"{section}[{one.get('name', i + 1)}]" if several else section
+            yield from _keys_of(section, one, label, path)
+            if section == "string":
+                yield from _keys_of("neck", one.get("neck", {}), f"{label}.neck", (*path, "neck"))
+
+
+def _keys_of(section: str, table: dict[str, Any], label: str, path: tuple[str | int, ...]) -> Iterator[Given]:
+    for key in KEYS:
+        if key.section == section and key.name in table and (section, key.name) not in NAMES:
+            yield Given(f"{label}.{key.name}", key, path, table[key.name])
+
+
+def other_values(key: Key, raw: Any) -> Iterator[Any]:
+    """Values unlike `raw` for a key, as a file would have them."""
+    kind = key.kind.removesuffix("[]")
+    if "|" in kind:
+        yield from (choice for choice in kind.split("|") if choice != raw)
+    elif kind == "lift":
+        one = replace(key, kind="length")
+        yield {fret: next(iter(other_values(one, height))) for fret, height in raw.items()}
+    elif (listed := items(raw)) is not None:
+        each = [list(other_values(replace(key, kind=kind), item)) for item in listed]
+        yield from (list(row) for row in zip(*each, strict=False))
+    elif kind in DIMENSIONS:
+        number, unit = split_quantity(raw, kind)
+        size = DIMENSIONS[kind].units[unit]
+        ends = [quantity(end, kind) / size for end in (key.least, key.most)]
+        yield from (f"{other!r} {unit}" for other in _other_numbers(number, ends))
+    elif kind == "number":
+        yield from _other_numbers(raw, [float(key.least), float(key.most)])
+    elif kind in ("integer", "controller"):
+        yield from (raw + 1, raw - 1)
+
+
+def _other_numbers(number: float, ends: list[float]) -> tuple[float, ...]:
+    """Two numbers near `number`, within the ends or not; near 0, some of those up to the upper end."""
+    return (number * 0.9, number * 1.1) if number else (ends[1] * 1e-3, ends[1] * 1e-2, ends[1])
+
+
+def _heard(bass: Instrument) -> Instrument:
+    """`bass` with the default in place of each field that changes no note of it."""
+    parts: dict[str, list[Any]] = {
+        "string": list(bass.strings),
+        "neck": list(bass.necks),
+        "pickup": list(bass.output.pickups),
+        "coil": [bass.output.coil],
+        "output": [bass.output],
+        "player": [bass.player],
+    }
+    for rule in RULES:
+        defaults = {name: getattr(DATACLASSES[rule.section], name, None) for name in rule.keys}
+        parts[rule.section] = [replace(p, **defaults) if rule.holds(bass, p) else p for p in parts[rule.section]]
+    output = replace(parts["output"][0], pickups=tuple(parts["pickup"]), coil=parts["coil"][0])
+    strings, necks = tuple(parts["string"]), tuple(parts["neck"])
+    return replace(bass, strings=strings, necks=necks, output=output, player=parts["player"][0])
+
+
+def _why(given: Given, data: dict[str, Any], bass: Instrument) -> str:
+    """Says why an idle key is idle."""
+    key, own = given.key, [string.get("neck", {}) for string in data["string"]]
+    if given.path == ("neck",):
+        if all(key.name in neck for neck in own):
+            return "every string has its own"
+        if all(own):
+            return "the neck. keys of every string take its place"
+    if (key.section, key.name) in WITHOUT_FIELD:
+        return WITHOUT_FIELD[key.section, key.name]
+    for rule in RULES:
+        if rule.section == key.section and key.name in rule.keys and _holds(rule, given, bass):
+            return rule.why
+    return "other keys leave it without effect"
+
+
+def _holds(rule: Rule, given: Given, bass: Instrument) -> bool:
+    """True if `rule` holds for the part of the bass that has the key."""
+    if rule.section == "pickup":
+        return rule.holds(bass, bass.output.pickups[int(given.path[1])])
+    if rule.section == "neck":
+        necks = bass.necks if given.path == ("neck",) else [bass.necks[int(given.path[1])]]
+        return all(rule.holds(bass, neck) for neck in necks)
+    return rule.holds(bass, getattr(bass, rule.section, None))

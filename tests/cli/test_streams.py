@@ -1,0 +1,199 @@
+"""Standard streams: sound and MIDI through pipes, streams that are closed; and what killed renders leave behind."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import soundfile
+from support.command import GOOD, Run, assert_one_clear_line, command
+from support.engine import FakeEngine
+
+from livebass import compiling
+from livebass.cli import render
+from livebass.files import Transaction
+
+HOW = ("--tail", "0", "-q", "live")
+NOTE = ("render", "--note", "G2", "--duration", "0.1", *HOW)
+
+
+def shell(line: str, folder: Path) -> subprocess.CompletedProcess[bytes]:
+    """Runs a line of shell in `folder`, in which `livebass` is this one."""
+    text = f'livebass() {{ "{sys.executable}" -m livebass "$@"; }}\n{line}'
+    return subprocess.run(["/bin/sh", "-c", text], cwd=folder, capture_output=True, timeout=300)
+
+
+@pytest.mark.parametrize("kind", [(), ("--bits", "float"), ("--format", "flac"), ("--format", "ogg")], ids=str)
+def test_sound_goes_to_standard_output(tmp_path: Path, kind: tuple[str, ...]) -> None:
+    """The same bytes as in a file, and nothing else."""
+    file = tmp_path / f"a.{kind[1] if '--format' in kind else 'wav'}"
+    assert command(*NOTE, *kind, "-o", file).returncode == 0
+    piped = shell(f"livebass {' '.join([*NOTE, *kind])} -o - | cat", tmp_path)
+    assert piped.stdout == file.read_bytes()
+    assert piped.stderr.decode().splitlines()[-1].startswith("-: 1 note ")
+    assert list(tmp_path.iterdir()) == [file]
+
+
+def test_a_midi_file_from_standard_input(tmp_path: Path) -> None:
+    (tmp_path / "song.mid").write_bytes(GOOD)
+    options = " ".join(HOW)
+    done = shell(f"livebass render song.mid -o a.wav {options}; cat song.mid | livebass render - {options}", tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "stdin.wav").read_bytes() == (tmp_path / "a.wav").read_bytes()
+    piped = shell(f"livebass render - -o - {options} < song.mid", tmp_path)
+    assert piped.stdout == (tmp_path / "a.wav").read_bytes()
+    for bad, says in (("< /dev/null", "-: "), ("<&-", "-: ")):
+        done = shell(f"livebass render - -o - {options} {bad}", tmp_path)
+        assert_one_clear_line(done.returncode, done.stderr.decode(), (1,))
+        assert says in done.stderr.decode() and not done.stdout
+
+
+def test_pipes_that_cannot_take_it(tmp_path: Path) -> None:
+    note = f"livebass {' '.join(NOTE)} -o -"
+    done = shell(f"{note} > /dev/full", tmp_path)
+    assert_one_clear_line(done.returncode, done.stderr.decode(), (1,))
+    assert b"-: cannot be written: No space left on device" in done.stderr
+    done = shell(f"{{ {note}; echo $? >&2; }} | true", tmp_path)
+    assert done.stderr.decode().splitlines()[-1] == "141" and b"Traceback" not in done.stderr
+    done = shell(f"{note} --stems | cat", tmp_path)
+    assert_one_clear_line(2, done.stderr.decode(), (2,))
+    assert not list(tmp_path.iterdir())
+
+
+def test_sound_does_not_go_to_a_terminal(fake: type[FakeEngine], run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
+    status, out, err = run("render", "--note", "G2", "-o", "-")
+    assert_one_clear_line(status, err, (2,))
+    assert "terminal" in err and not out
+
+
+@pytest.mark.parametrize("closed", [">&-", "2>&-", ">&- 2>&- <&-", "2>/dev/full"])
+def test_closed_streams_cost_no_file(tmp_path: Path, closed: str) -> None:
+    assert command(*NOTE, "-o", tmp_path / "wanted.wav").returncode == 0
+    done = shell(f"livebass {' '.join(NOTE)} -o a.wav {closed}", tmp_path)
+    assert done.returncode == 0 and b"Traceback" not in done.stderr and not done.stdout
+    assert (tmp_path / "a.wav").read_bytes() == (tmp_path / "wanted.wav").read_bytes()
+    assert len(list(tmp_path.iterdir())) == 2
+
+
+def test_nobody_need_read_what_is_said(tmp_path: Path) -> None:
+    """Nor does a closed pipe cost the files of a command that prints a table."""
+    done = shell(f"{{ livebass {' '.join(NOTE)} -o a.wav; echo $? > status; }} 2>&1 | true", tmp_path)
+    assert (tmp_path / "a.wav").exists() and (tmp_path / "status").read_text() == "0\n"
+    done = shell("livebass study claims a-no-contact --json claims.json | true", tmp_path)
+    assert (tmp_path / "claims.json").exists() and b"Traceback" not in done.stderr
+    for command_ in ("presets keys", "presets list >&-", "presets list 2>&-", "study list"):
+        done = shell(f"livebass {command_} | head -1", tmp_path)
+        assert done.stderr == b""
+
+
+def test_what_a_killed_render_left_is_removed_by_the_next(tmp_path: Path) -> None:
+    out = tmp_path / "long.wav"
+    line = [
+        sys.executable,
+        "-m",
+        "livebass",
+        "render",
+        "--note",
+        "E1",
+        "--duration",
+        "3600s",
+        "--stems",
+        "-o",
+        str(out),
+    ]
+    with subprocess.Popen(line, stderr=subprocess.DEVNULL) as process:
+        try:
+            for _ in range(900):
+                if len(list(tmp_path.iterdir())) == 5 or process.poll() is not None:
+                    break
+                time.sleep(0.1)
+            left = {file.name for file in tmp_path.iterdir()}
+            assert len(left) == 5, left
+            # it lives: its files stay
+            assert command(*NOTE, "-o", out).returncode == 0
+            assert {file.name for file in tmp_path.iterdir()} == left | {"long.wav"}
+        finally:
+            process.send_signal(signal.SIGKILL)
+    (tmp_path / ".other.wav.tmp-01234567").touch()
+    (tmp_path / ".long.wav.tmp-mine").touch()
+    assert command(*NOTE, "-o", out, "--stems").returncode == 0
+    wanted = ["long.wav", *(f"long.{string}.wav" for string in "EADG"), ".other.wav.tmp-01234567", ".long.wav.tmp-mine"]
+    assert sorted(file.name for file in tmp_path.iterdir()) == sorted(wanted)
+
+
+def test_a_recording_that_was_killed_stays(tmp_path: Path) -> None:
+    """It cannot be played again."""
+    with Transaction("take") as files:
+        files.create(tmp_path / "take.wav")
+        (left,) = tmp_path.iterdir()
+        os.link(left, tmp_path / "left")
+    (tmp_path / "left").rename(left)
+    for ending in ("take", "tmp"):
+        with Transaction(ending) as files:
+            files.write(tmp_path / "take.wav", b"another")
+    assert left.exists()
+
+
+@pytest.mark.parametrize("rate", ["44.1kHz", "44.1 kHz", "44100", "0.0441MHz", "44100Hz", "4.41e4"])
+def test_rates_have_units(fake: type[FakeEngine], run: Run, rate: str) -> None:
+    assert run("render", "--note", "G2", "--rate", rate)[0] == 0
+    assert soundfile.info("G2.wav").samplerate == 44100
+
+
+def test_rates_have_units_everywhere(run: Run, tmp_path: Path) -> None:
+    how = ("--apex", "1mm", "--duration", "5ms", "-q", "live", "--rate", "22.05kHz", "-o", tmp_path / "d")
+    assert run("simulate", *how)[0] == 0
+    assert np.load(tmp_path / "d" / "result.npz")["output_rate_hz"] == 22050
+    status, _, err = run("play", "--rate", "44.1")
+    assert_one_clear_line(status, err, (2,))
+    assert "whole numbers of Hz from 22.05 kHz to 192 kHz" in err
+
+
+@pytest.mark.parametrize(
+    ("there", "live", "board", "said"),
+    [
+        ((), False, False, "compiling the kernels, once (about 25 s) ...\n"),
+        ((), True, True, "compiling the kernels, once (about 48 s) ...\n"),
+        ((compiling.ENTRY,), False, False, ""),
+        ((compiling.ENTRY,), False, True, "compiling the kernels for fretless boards, once (about 8 s) ...\n"),
+        ((compiling.ENTRY, compiling.BOARD_ENTRY), True, True, "compiling the kernels, once (about 15 s) ...\n"),
+    ],
+)
+def test_compiling_is_announced(
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str],
+    there: tuple[str, ...], live: bool, board: bool, said: str,
+) -> None:  # fmt: skip
+    monkeypatch.setattr("livebass.compiling.cached", lambda entry: entry in there)
+    render.announce_kernels(live, board)
+    assert capfd.readouterr().err == said
+
+
+@pytest.mark.parametrize(
+    "arguments", [("render", "--note", "G2"), ("simulate", "-q", "live", "-o", "d", "--duration", "1ms")], ids=str
+)
+def test_the_first_board_is_announced(
+    fake: type[FakeEngine], run: Run, monkeypatch: pytest.MonkeyPatch, arguments: tuple[str, ...]
+) -> None:
+    monkeypatch.setattr("livebass.compiling.cached", lambda entry=compiling.ENTRY: entry != compiling.BOARD_ENTRY)
+    status, _, err = run(*arguments, "-p", "paper-fretless")
+    assert status == 0 and err.startswith("compiling the kernels for fretless boards, once"), err
+    status, _, err = run(*arguments, "-p", "paper-g")
+    assert status == 0 and "compiling" not in err
+
+
+def test_what_is_left_out_without_scipy_is_said(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    how = ("simulate", "--analyse", "--duration", "60ms", "-q", "live", "-o", tmp_path / "d")
+    status, _, err = run(*how)
+    assert status == 0 and "SciPy" not in err
+    monkeypatch.setitem(sys.modules, "scipy.signal", None)
+    status, _, err = run(*how)
+    assert status == 0
+    assert "without the characteristic frequency, which needs SciPy" in err
+    assert f"{sys.executable} -m pip install 'livebass[analysis]'" in err

@@ -1,0 +1,313 @@
+"""Keys of a preset that change no note: `presets check` names all of them, and none that does."""
+
+from __future__ import annotations
+
+import copy
+import tomllib
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from support.command import Run, cli_text
+
+from livebass import quality_with, render_to_array, score_of
+from livebass.preset.build import Builder, PresetError
+from livebass.preset.idle import given_keys, idle_keys, other_values
+from livebass.preset.keys import KEYS
+from livebass.preset.load import laboratory_names, preset_names, preset_tables
+
+TWO_STRINGS = """\
+name = "Two strings"
+[neck]
+scale_length = "34 in"
+[[string]]
+name = "E"
+open_note = "E1"
+linear_density = "35.4 g/m"
+diameter = "0.105 in"
+inharmonicity = 1e-4
+[[string]]
+name = "G"
+open_note = "G2"
+linear_density = "6.7 g/m"
+diameter = "0.045 in"
+inharmonicity = 4e-5
+[[pickup]]
+position = "90 mm"
+[player]
+softest = 0.1
+"""
+SHARED = 'scale_length = "34 in"\n'
+OWN = 'inharmonicity = 1e-4\nneck.action = "2 mm"\n', 'inharmonicity = 4e-5\nneck.action = "2 mm"\n'
+RESONANT = 'resonance_frequencies = ["150 Hz"]\nresonance_qualities = [30]\nresonance_masses = ["1 kg"]\n'
+CASES = [  # changes of TWO_STRINGS, and the keys that do nothing then
+    ((), {}),
+    (
+        (
+            (SHARED, SHARED + 'action = "1.5 mm"\n'),
+            ("inharmonicity = 1e-4\n", OWN[0]),
+            ("inharmonicity = 4e-5\n", OWN[1]),
+        ),
+        {"neck.action": "every string has its own"},
+    ),
+    (((SHARED, SHARED + 'action = "1.5 mm"\n'), ("inharmonicity = 1e-4\n", OWN[0])), {}),
+    (((SHARED, SHARED + 'action = ["2.2 mm", "1.8 mm"]\n'),), {}),
+    ((("softest = 0.1", 'technique = "slap"'),), {}),
+    ((("softest = 0.1", 'technique = "pluck"'),), {}),
+    (
+        (("softest = 0.1", 'technique = "slap"\nslapped_strings = 0\nstrike_force = 2'),),
+        {"player.technique": "slapped_strings is 0", "player.strike_force": "no string is slapped"},
+    ),
+    (
+        (("softest = 0.1", 'slapped_strings = 1\nstrike_time = "3 ms"'),),
+        {"player.slapped_strings": 'technique is "pluck"', "player.strike_time": "no string is slapped"},
+    ),
+    (
+        (("softest = 0.1", 'technique = "slap"\nslapped_strings = 2\nrounding = "9 mm"\npull_time = "4 ms"'),),
+        {"player.rounding": "strikes every string", "player.pull_time": "strikes every string"},
+    ),
+    (
+        (("inharmonicity = 1e-4", "inharmonicity = 1e-4\nstiffness_ratio = 2"),),
+        {"string[E].stiffness_ratio": "inharmonicity is given"},
+    ),
+    (((SHARED, SHARED + 'free_length = "500 mm"\n'),), {"neck.free_length": "rigid"}),
+    (((SHARED, SHARED + RESONANT + 'free_length = "500 mm"\n'),), {}),
+    (((SHARED, SHARED + 'friction = "300 N/m"\n'),), {"neck.friction": "pluck_angle is 0"}),
+    (((SHARED, SHARED + 'friction = "300 N/m"\n'), ("softest = 0.1", 'pluck_angle = "30 deg"')), {}),
+    (((SHARED, SHARED + 'frets = 1\naction = "1 mm"\n'),), {"neck.action": "other keys leave it without effect"}),
+    (
+        (('position = "90 mm"', 'position = "90 mm"\n[[pickup]]\nposition = "60 mm"\nlevel = 0'),),
+        {"pickup[2].position": "level is 0"},
+    ),
+    (
+        (("[player]", '[output]\nkind = "displacement"\nacross = 1\n[coil]\ntone = 0.5\n[player]'),),
+        {"pickup[1].position": "no pickups", "coil.tone": "no pickups", "output.across": "pluck_angle is 0"},
+    ),
+    ((("[player]", '[output]\nsensor = "20 mm"\n[player]'),), {"output.sensor": "no sensor"}),
+]
+
+
+def text_of(changes: tuple[tuple[str, str], ...]) -> str:
+    text = TWO_STRINGS
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new, 1)
+    return text
+
+
+@pytest.mark.parametrize(("changes", "expected"), CASES, ids=[f"{i}-{'-'.join(c[1])}" for i, c in enumerate(CASES)])
+def test_idle_keys_are_named_with_a_reason(changes: tuple[tuple[str, str], ...], expected: dict[str, str]) -> None:
+    found = dict(idle_keys(tomllib.loads(text_of(changes))))
+    assert found.keys() == expected.keys()
+    for place, why in expected.items():
+        assert why in found[place]
+
+
+def sound(data: dict[str, Any]) -> np.ndarray:
+    """Softer and harder notes on each string, the lowest string's last fret, and one below it; half of them after the
+    controller of the pluck position and a bend.
+    """
+    bass = Builder("f").instrument(data)
+    notes = [string.open_note + fret for string in bass.strings for fret in (0, 1)]
+    lowest = bass.strings[0].open_note
+    notes += [lowest + len(bass.necks[0].fret_positions), lowest - 2]
+    notes += notes
+    played = [(0.03 * k, 0.02, note, (90, 127)[k % 2]) for k, note in enumerate(notes)]
+    middle = 0.03 * len(notes) / 2
+    score = score_of(played, 16000, bends=[(middle - 0.01, 0.5), (middle - 0.005, 0.0)])
+    at = int(np.flatnonzero(score.messages[:, 0] == 0xE0)[1])
+    score.messages[at] = (0xB0, 16, 40)
+    return render_to_array(bass, score, quality_with("live", modes=30, contact_rate=100e3), tail=0.02)
+
+
+def assert_idle_is_not_heard(data: dict[str, Any], but: set[str]) -> int:
+    """Other values of idle keys leave every sample, those of other keys do not; returns how many keys were heard."""
+    idle, before, heard = dict(idle_keys(data)), sound(data), 0
+    for given in given_keys(data):
+        sounds = []
+        for raw in other_values(given.key, given.raw):
+            with suppress(PresetError):
+                sounds.append(sound(given.with_value(data, raw)))
+        same = all(s.shape == before.shape and np.array_equal(s, before) for s in sounds)
+        assert not sounds or same == (given.place in idle) or given.place in but, given.place
+        heard += bool(sounds)
+    return heard
+
+
+@pytest.mark.parametrize(
+    ("changes", "expected"), [c for c in CASES if c[1]], ids=[",".join(c[1]) for c in CASES if c[1]]
+)
+def test_what_is_idle_is_not_heard(changes: tuple[tuple[str, str], ...], expected: dict[str, str]) -> None:
+    data = tomllib.loads(text_of(changes))
+    before = sound(data)
+    for given in given_keys(data):
+        if given.place in expected:
+            for raw in other_values(given.key, given.raw):
+                with suppress(PresetError):
+                    assert np.array_equal(sound(given.with_value(data, raw)), before), given.place
+
+
+ALL_KEYS = """\
+name = "All keys"
+[neck]
+scale_length = "34 in"
+frets = 12
+action = "1.5 mm"
+relief = "0.3 mm"
+nut_height = "0.5 mm"
+{lift}
+obstacle = "{obstacle}"
+contact_stiffness = 1e10
+contact_exponent = 1.5
+grid_step = "1 mm"
+friction = "300 N/m"
+friction_speed = "10 um/s"
+free_length = "500 mm"
+stop_conductance = "1 mm/s/N"
+resonance_frequencies = ["150 Hz"]
+resonance_qualities = [30]
+resonance_masses = ["1 kg"]
+resonance_shapes = [1]
+[[string]]
+name = "E"
+open_note = "E1"
+linear_density = "35.4 g/m"
+tension = "179.4 N"
+diameter = "0.105 in"
+core_diameter = "0.022 in"
+core_modulus = "200 GPa"
+stiffness_ratio = 2
+stiffness_law = "hinged"
+viscoelastic_angle = 0.001
+thermoelastic = 2e-4
+extra_damping = "1 /s"
+extra_damping_slope = 1e-4
+level = 1
+law_fundamental = "41.2 Hz"
+measured_frequencies = ["41.2 Hz", "82.5 Hz"]
+measured_dampings = ["1 /s", "2 /s"]
+[[string]]
+name = "G"
+open_note = "G2"
+linear_density = "6.7 g/m"
+diameter = "0.045 in"
+inharmonicity = 4e-5
+[[pickup]]
+position = "90 mm"
+aperture = "20 mm"
+decay_length = "4 mm"
+level = 1
+across = 0.15
+[coil]
+inductance = "4 H"
+resistance = "7500 ohm"
+capacitance = "600 pF"
+volume_pot = "250 kohm"
+tone_pot = "250 kohm"
+tone_capacitor = "47 nF"
+tone = 0.7
+[output]
+kind = "{kind}"
+sensor = "9 mm"
+sensor_v = "18 mm"
+across = 0.5
+gain = 1
+[player]
+technique = "{technique}"
+slapped_strings = {slapped}
+pluck_position = 0.74
+pluck_nearest = 0.55
+pluck_farthest = 0.93
+pluck_angle = "{angle} deg"
+rounding = "5 mm"
+softest = 0.08
+hardest = 4.5
+greatest_apex = "6 mm"
+unevenness = 0.1
+strike_position = 0.68
+strike_force = 1
+strike_width = "20 mm"
+strike_time = "1.5 ms"
+pull_time = "2 ms"
+hand_damping = "90 /s"
+bend_range = 2
+out_of_range = "transpose"
+position_controller = 16
+"""
+ELSEWHERE = {  # the neck may be given in another way
+    "neck.fret_positions", "neck.fret_heights", "neck.height_scale", "neck.height_offset", "neck.fret_height",
+    "neck.board_end", "neck.profile_positions", "neck.profile_heights", "neck.conductance_frequencies",
+    "neck.conductance_values", "neck.susceptance_values",
+}  # fmt: skip
+BASSES = [
+    (technique, slapped, kind, angle, obstacle)
+    for technique, slapped in (("pluck", 1), ("slap", 1), ("slap", 2))
+    for kind in ("pickups", "displacement")
+    for angle in (0, 20)
+    for obstacle in ("frets", "board")
+]
+QUICK = (("pluck", 1, "pickups", 0, "frets"), ("slap", 2, "displacement", 20, "frets"))
+
+
+@pytest.mark.parametrize(
+    ("technique", "slapped", "kind", "angle", "obstacle"),
+    [
+        pytest.param(*bass, marks=() if bass in QUICK else pytest.mark.slow, id="-".join(map(str, bass)))
+        for bass in BASSES
+    ],
+)
+def test_every_key_is_heard_or_idle(technique: str, slapped: int, kind: str, angle: int, obstacle: str) -> None:
+    lift = 'lift = {6 = "0.1 mm"}' * (obstacle == "frets")
+    text = ALL_KEYS
+    for name, value in (
+        ("technique", technique), ("slapped", slapped), ("kind", kind), ("angle", angle), ("obstacle", obstacle),
+        ("lift", lift),
+    ):  # fmt: skip
+        text = text.replace(f"{{{name}}}", str(value))
+    data = tomllib.loads(text)
+    written = {f"{key.section}.{key.name}" for key in KEYS if f"\n{key.name} =" in ALL_KEYS or key.name == "lift"}
+    all_keys = {f"{key.section}.{key.name}" for key in KEYS if key.section and key.name != "strings"}
+    assert all_keys - written == ELSEWHERE
+    # Over a board the grid is finer than its step but at the quality `reference`.
+    assert assert_idle_is_not_heard(data, {"neck.grid_step"} if obstacle == "board" else set()) > 60
+
+
+@pytest.mark.parametrize("name", preset_names() + laboratory_names())
+def test_first_edits_of_a_shipped_preset_do_something(name: str) -> None:
+    """The friction of `fretless` is there for those who give it oblique plucks; its comment says so."""
+    data = preset_tables(name)[1]
+    assert [place for place, _ in idle_keys(data)] == ["neck.friction"] * (name == "fretless")
+    slapped = copy.deepcopy(data)
+    slapped["player"]["technique"] = "slap"
+    assert Builder("f").instrument(slapped).player.slapped_strings == (len(data["string"]) + 1) // 2
+    if "action" in data["neck"]:
+        low = copy.deepcopy(data)
+        low["neck"]["action"] = "1.95 mm"
+        for before, after in zip(*(Builder("f").instrument(d).necks for d in (data, low)), strict=True):
+            assert before.fret_heights != after.fret_heights
+
+
+def test_check_prints_idle_keys(run: Run, tmp_path: Path) -> None:
+    file = tmp_path / "mine.toml"
+    file.write_text(text_of((("softest = 0.1", 'slapped_strings = 1\nstrike_time = "3 ms"\nstrike_force = 2'),)))
+    good, first, second = cli_text(run, "presets", "check", file).splitlines()
+    assert good.startswith(f"{file}: good; Two strings")
+    assert first == f'{file}: player.slapped_strings changes no note: player.technique is "pluck"'
+    assert second.startswith(f"{file}: player.strike_force, player.strike_time change no note: no string is slapped")
+
+
+@pytest.mark.parametrize(
+    ("value", "says"),
+    [
+        ('["2 mm"]', "neck.action: 1 values for 2 strings; give one for all, or one for each"),
+        ('["2 mm", 3]', "item 2, 3: needs a text with a unit"),
+        ('{unit = "mm", values = [2, 30]}', 'item 2, "30 mm": allowed: 0 mm to 20 mm'),
+        ("[]", 'allowed: ["1 mm", "2 mm"]'),
+    ],
+)
+def test_a_list_in_the_neck_has_one_value_for_each_string(value: str, says: str) -> None:
+    with pytest.raises(PresetError) as error:
+        Builder("f").instrument(tomllib.loads(text_of(((SHARED, f"{SHARED}action = {value}\n"),))))
+    assert says in str(error.value)

@@ -1,0 +1,134 @@
+"""Signals at moments that are hard: while modules load, while kernels compile, while the interpreter ends."""
+
+from __future__ import annotations
+
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from support.command import assert_one_clear_line
+
+LOAD = "import os, signal, sys, time\nfrom livebass.cli import main as cli\n"
+INTERRUPT = "os.kill(os.getpid(), signal.SIGINT)"
+NOTE = ("render", "--note", "G2", "--duration", "0.1", "--tail", "0", "-q", "live", "-o")
+
+
+def run(code: str, *arguments: object, **environment: object) -> subprocess.CompletedProcess[str]:
+    line = [sys.executable, "-c", code, *map(str, arguments)]
+    env = os.environ | {name: str(value) for name, value in environment.items()}
+    return subprocess.run(line, capture_output=True, text=True, timeout=300, env=env)
+
+
+def test_an_import_is_not_interrupted(tmp_path: Path) -> None:
+    """It may catch the exception, or turn it into another: the signal waits until the import is done."""
+    (tmp_path / "fragile.py").write_text(
+        "import os, signal, time\n"
+        "try:\n"
+        f"    {INTERRUPT}; time.sleep(0.1)\n"
+        "except BaseException:\n"
+        "    raise ImportError('half of it')\n"
+    )
+    code = LOAD + "def load(*_, **__):\n    import fragile; time.sleep(20)\ncli.livebass.main = load\ncli.main()"
+    done = run(code, PYTHONPATH=os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")]))
+    assert_one_clear_line(done.returncode, done.stderr, (130,))
+
+
+@pytest.mark.parametrize("where", ["in the main thread", "in another"])
+def test_what_runs_aside_is_left_at_once(where: str) -> None:
+    """It notices nothing, and the program does not wait for it."""
+    code = LOAD + (
+        "from concurrent.futures import ThreadPoolExecutor\n"
+        "from livebass.interrupts import aside\n"
+        "def work():\n"
+        f"    {INTERRUPT}\n"
+        "    for _ in range(600):\n"
+        "        try: time.sleep(1)\n"
+        "        except BaseException: raise ValueError('a state half made')\n"
+        "def main(*_, **__):\n"
+        "    if 'main' in sys.argv[1]: return aside(work)\n"
+        "    with ThreadPoolExecutor(1) as pool: return pool.submit(aside, work).result()\n"
+        "cli.livebass.main = main\n"
+        "cli.main()"
+    )
+    done = run(code, where)
+    assert_one_clear_line(done.returncode, done.stderr, (130,))
+
+
+def test_what_runs_aside_gives_its_result_and_its_error() -> None:
+    code = (
+        "from livebass.interrupts import aside\n"
+        "assert aside(divmod, 7, 2) == (3, 1) == aside(lambda: aside(divmod, 7, 2))\n"
+        "try: aside(int, 'x')\n"
+        "except ValueError: print('good')\n"
+    )
+    assert run(code).stdout == "good\n"
+
+
+def test_a_signal_lost_at_the_very_end_does_not_kill() -> None:
+    """It would come again by a timer, when its handler is gone."""
+    code = LOAD + (
+        "class Odd:\n"
+        f"    def __del__(self): {INTERRUPT}; time.sleep(0.001)\n"
+        "class Slow:\n"
+        "    def __del__(self, sleep=time.sleep): sleep(0.2)\n"
+        "slow = Slow()\n"
+        "def lose(*_, **__):\n"
+        "    odd = Odd(); del odd\n"
+        "cli.livebass.main = lose\n"
+        "cli.main()"
+    )
+    done = run(code)
+    assert done.returncode in (0, 130) and "Traceback" not in done.stderr, done
+
+
+AT_A_PASS = """
+import os, signal, sys
+from numba.core import event
+from livebass.cli import main as cli
+
+class Listener(event.Listener):
+    left = int(sys.argv.pop(1))
+    def on_start(self, event):
+        Listener.left -= 1
+        if not Listener.left:
+            os.kill(os.getpid(), signal.SIGINT)
+    def on_end(self, event):
+        pass
+
+event.register("numba:run_pass", Listener())
+cli.main()
+"""
+
+
+@pytest.mark.parametrize("number", sorted(random.Random(5).sample(range(1, 400), 2)))
+def test_compiling_is_left_at_once(tmp_path: Path, number: int) -> None:
+    """SIGINT comes in a pass of numba's compiler."""
+    done = run(AT_A_PASS, number, *NOTE, tmp_path / "a.wav", NUMBA_CACHE_DIR=tmp_path / "cache")
+    assert_one_clear_line(done.returncode, done.stderr, (130,))
+    assert not (tmp_path / "a.wav").exists()
+
+
+@pytest.mark.slow
+def test_compiling_is_left_at_any_moment(tmp_path: Path) -> None:
+    chance = random.Random(11)
+    for number in range(12):
+        env = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / f"cache-{number}")}
+        line = [sys.executable, "-m", "livebass", *map(str, NOTE), str(tmp_path / "a.wav")]
+        with subprocess.Popen(line, stderr=subprocess.PIPE, text=True, env=env) as process:
+            try:
+                assert process.stderr and process.stderr.readline().startswith("compiling the kernels")
+                time.sleep(15 * chance.random() ** 2)
+                process.send_signal(signal.SIGINT)
+                _, err = process.communicate(timeout=120)
+            finally:
+                process.kill()
+        if process.returncode == 0:  # a fast machine
+            assert err.count("\n") == 1
+        else:
+            assert_one_clear_line(process.returncode, err, (130,))
+            assert not (tmp_path / "a.wav").exists()
