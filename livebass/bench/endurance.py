@@ -27,8 +27,7 @@ from livebass.live.outputs import jack_server
 from livebass.live.session import Session, Settings
 from livebass.live.synth import Synth
 from livebass.model.quality import QUALITIES
-from livebass.preset.load import load_preset
-from livebass.preset.programs import PROGRAMS, program_of
+from livebass.preset.load import load_preset, preset_names
 from livebass.report.progress import Say
 
 PERIOD, RATE = 256, 48_000  # frames, Hz
@@ -146,8 +145,8 @@ def _checks(synth: Synth, client: Any, seconds: float, seed: int, say: Say) -> l
 
 def _settled_memory(synth: Synth) -> float:
     """Memory with the same bass each time, MB."""
-    for preset in ("flatwound", PRESET):
-        synth.send(PROGRAM, (program_of(preset) or 0) - 1)
+    for program in (0, preset_names().index(PRESET)):
+        synth.send(PROGRAM, program)
         time.sleep(SETTLING)
     return _memory()
 
@@ -162,7 +161,7 @@ def random_playing(synth: Synth, rng: np.random.Generator, seconds: float) -> fl
             synth.send(CONTROL, int(rng.choice(CONTROLLERS)), int(rng.integers(128)))
             synth.send(BEND, int(rng.integers(128)), int(rng.integers(128)))
         if time.monotonic() > next_program:
-            synth.send(PROGRAM, int(rng.choice(list(PROGRAMS))) - 1)
+            synth.send(PROGRAM, int(rng.integers(128)))
             next_program, most = time.monotonic() + 2.0, max(most, _memory())
         time.sleep(float(rng.exponential(0.02)))
     return most
