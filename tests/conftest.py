@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import itertools
 import os
 import shutil
 import signal
-import subprocess
-import time
 from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
@@ -17,13 +14,12 @@ import pytest
 import support.examples  # noqa: F401, registers the profiles of hypothesis
 from support.command import Run
 from support.engine import FakeEngine
-from support.jack import JACK_PERIOD, JACK_RATE
+from support.jack import alone, running_server
 
 from livebass.cli import main as cli
 from livebass.engine import render as render_module
 
 NEEDED = bool(os.environ.get("LIVEBASS_NEEDS_JACK"))
-NUMBERS = itertools.count()
 BEGAN: list[str] = []  # the scope of this worker's first test
 
 
@@ -84,30 +80,6 @@ def server() -> Iterator[SimpleNamespace]:
     if not shutil.which("jackd"):
         assert not NEEDED, "jackd is missing"
         pytest.skip("there is no jackd here")
-    name = f"livebass-test-{os.getpid()}-{next(NUMBERS)}"
-    before = {key: os.environ.get(key) for key in ("JACK_DEFAULT_SERVER", "JACK_NO_AUDIO_RESERVATION")}
-    os.environ["JACK_DEFAULT_SERVER"], os.environ["JACK_NO_AUDIO_RESERVATION"] = name, "1"
-    command = ["jackd", "--no-realtime", "-n", name, "-d", "dummy", "-r", str(JACK_RATE), "-p", str(JACK_PERIOD)]
-    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    try:
-        jack = pytest.importorskip("jack")
-        end = time.monotonic() + 10
-        while True:
-            try:
-                jack.Client("probe", no_start_server=True).close()
-                break
-            except jack.JackError:
-                assert time.monotonic() < end and process.poll() is None, "jackd did not start"
-                time.sleep(0.1)
+    jack = pytest.importorskip("jack")
+    with alone(), running_server() as process:
         yield SimpleNamespace(process=process, jack=jack)
-    finally:
-        process.send_signal(signal.SIGTERM)
-        try:
-            process.wait(5)
-        except subprocess.TimeoutExpired:
-            process.kill()
-        for key, value in before.items():
-            if value is None:
-                os.environ.pop(key, None)
-            else:
-                os.environ[key] = value

@@ -16,6 +16,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
+from typing import Any
 
 import numpy as np
 
@@ -35,6 +36,7 @@ PROGRAM, BEND = 0xC0, 0xE0  # status bytes
 CONTROLLERS = (7, 11, 16, 64, 1, 121, 123)
 CYCLES = 10
 WARM_UP = 15.0  # s of playing before memory is compared: most presets have been in it
+START = 60.0  # s for the server
 SETTLING = 3.0  # s in which the last program begins to play and the one before is released
 GROWTH = 20.0  # MB that memory may grow by
 # Lost frames allowed while playing, as a part of the time: MORE times the worse of the other phases, as the load of
@@ -70,7 +72,7 @@ def _dummy_server() -> Iterator[None]:
     except OSError as error:
         raise Lost(f"jackd: {error.strerror}; on Debian: sudo apt install jackd2") from None
     try:
-        if not wait_for(jack_server, 10.0):
+        if not wait_for(jack_server, START):
             raise Lost("the JACK server did not start")
         yield
     finally:
@@ -86,7 +88,11 @@ def _judged(session: Session, seconds: float, seed: int, say: Say) -> bool:
     try:
         while session.synth is None:
             time.sleep(0.05)
-        checks = _checks(session.synth, seconds, seed, say)
+        client = new_client("endurance")
+        try:
+            checks = _checks(session.synth, client, seconds, seed, say)
+        finally:
+            client.close(ignore_errors=True)  # while there is a server: closed later it can crash
         for text, passed in checks:
             say(f"{'ok' if passed else 'FAILED'}: {text}")
         return all(passed for _, passed in checks)
@@ -94,9 +100,8 @@ def _judged(session: Session, seconds: float, seed: int, say: Say) -> bool:
         session.stop.set()
 
 
-def _checks(synth: Synth, seconds: float, seed: int, say: Say) -> list[tuple[str, bool]]:
+def _checks(synth: Synth, client: Any, seconds: float, seed: int, say: Say) -> list[tuple[str, bool]]:
     """Goes through the phases; returns a line for each check, and True if it is passed."""
-    client = new_client("endurance")
     say(f"{seconds:.0f} s, {'with' if client.realtime else 'without'} real-time scheduling")
     rng = np.random.default_rng(seed)
     random_playing(synth, rng, WARM_UP)

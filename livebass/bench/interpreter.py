@@ -49,6 +49,13 @@ class PythonOutput:
 
     def __init__(self, name: str) -> None:
         self.client = new_client(name)
+        try:
+            self._prepare()
+        except BaseException:
+            self.client.close(ignore_errors=True)
+            raise
+
+    def _prepare(self) -> None:
         self.synth = Synth(int(self.client.samplerate))
         self._device = FakeDevice(self.synth)
         self._out = np.zeros(int(self.client.blocksize), np.float32)
@@ -129,8 +136,8 @@ def _row(load: str, callback: str, block: int, extent: Extent) -> Row:
         output.start()
         time.sleep(extent.settle)
         frames, before = LostFrames(output.client, synth), synth.meters().underruns
-        end = time.monotonic() + extent.seconds
-        while time.monotonic() < end:
+        wanted, end = extent.seconds * synth.rate, time.monotonic() + LONGEST / 2
+        while frames.read()[0] < wanted and time.monotonic() < end:  # the server's time stands still while it stalls
             work()
         passed, lost = (count / block for count in frames.read())
         xruns = synth.meters().underruns - before

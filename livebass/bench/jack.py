@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livebass.extras import install
-from livebass.live.guards import silenced_stderr
+from livebass.live.guards import open_jack_client
 from livebass.live.synth import Synth
 
 HEARD, SILENT = 2e-6, 1e-6  # full scale: the first sample of a soft pluck is above, a stopped string below
@@ -59,8 +59,7 @@ def new_client(name: str) -> Any:
     """Returns a client of the running server; raises Lost if there is none."""
     jack = jack_module()
     try:
-        with silenced_stderr():
-            return jack.Client(name, no_start_server=True)
+        return open_jack_client(jack, name)
     except jack.JackError:
         server = os.environ.get("JACK_DEFAULT_SERVER", "default")
         raise Lost(

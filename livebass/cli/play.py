@@ -106,6 +106,7 @@ def play(**options: Any) -> None:
         return
     from livebass import compiling
     from livebass.cli.song import remarks
+    from livebass.live.guards import own_stderr
     from livebass.live.inputs import HELP, interactive
     from livebass.live.outputs import check_output
     from livebass.live.session import Session, Settings
@@ -139,7 +140,7 @@ def play(**options: Any) -> None:
         read=(lambda rate: read_score(song, rate)) if song else None,
     )
     console = Console(options["quiet"])
-    with logged(console, options["log"]):
+    with own_stderr(), logged(console, options["log"]):
         board = over_board(bass)
         if not compiling.cached(compiling.LIVE_ENTRY) or (board and not compiling.cached(compiling.BOARD_ENTRY)):
             check_output(settings.backend, settings.audio)
@@ -219,8 +220,8 @@ class Console(logging.Handler):
     def status(self, line: str) -> None:
         """Shows `line` in place of the status line before, as far as it fits."""
         try:
-            width = os.get_terminal_size(2).columns
-        except OSError:
+            width = os.get_terminal_size(sys.stderr.fileno()).columns
+        except (OSError, ValueError):
             width = 80
         self._print(line[: max(width - 1, 0)], end="")
 

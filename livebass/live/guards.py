@@ -1,4 +1,7 @@
-"""Guards against foreign libraries: their own output on stderr, and calls that hang. [any thread]"""
+"""Guards against foreign libraries: their output on stderr, calls that hang, a JACK client that does not open at once.
+
+[any thread]
+"""
 
 from __future__ import annotations
 
@@ -6,10 +9,18 @@ import ctypes
 import os
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from typing import Any
 
 TIMEOUT = 2.0  # s, for a call that may never return
+PATIENCE = 15.0  # s, for a call that takes long on a busy machine
+PAUSE = 0.05  # s, between attempts to open a JACK client
+# A server that ends deletes the database that all clients of the user share. If one opens at that moment, what is left
+# of the database makes every other wait for ever.
+JACK_HANGS = f"the JACK library hangs; if it does so again, delete /dev/shm/jack_db-{getattr(os, 'getuid', int)()}"
+jack_hangs = threading.Event()  # set once the JACK library has hung
 
 
 class _Stderr:
@@ -59,6 +70,75 @@ def silenced_stderr() -> Iterator[None]:
         yield
     finally:
         _stderr.restore()
+
+
+@contextmanager
+def own_stderr() -> Iterator[None]:
+    """Keeps stderr for Python: what C libraries print to file descriptor 2 within the block, in any thread, is dropped.
+
+    PortAudio and alsa-lib print from their own threads when a device goes away, over the status line.
+    """
+    before, ours = sys.stderr, None
+    with suppress(AttributeError, OSError, ValueError):  # there is no stderr, or it is closed
+        if before.fileno() == 2:
+            ours = open(os.dup(2), "w", buffering=1, encoding=before.encoding, errors=before.errors)  # noqa: SIM115
+    if ours is None:
+        yield
+        return
+    sys.stderr = ours
+    try:
+        with silenced_stderr():
+            yield
+    finally:
+        sys.stderr = before
+        with suppress(OSError):
+            ours.close()
+
+
+def answer_of(call: Callable[[], Any]) -> Any:
+    """Returns what `call` returns, or raises what it raises; TimeoutError if it has not returned after PATIENCE.
+
+    `call` runs in a thread of its own: while a C library waits, this one can still be interrupted.
+    """
+    answers: list[Any] = []
+    faults: list[BaseException] = []
+
+    def work() -> None:
+        try:
+            answers.append(call())
+        except BaseException as error:
+            faults.append(error)
+
+    thread = threading.Thread(target=work, daemon=True)
+    thread.start()
+    thread.join(PATIENCE)
+    if thread.is_alive():
+        _stderr.restore_for_all()
+        raise TimeoutError
+    if faults:
+        raise faults[0]
+    return answers[0]
+
+
+def open_jack_client(jack: Any, name: str) -> Any:
+    """Returns a client of the running JACK server. Raises jack.JackError if there is none, or if it refuses.
+
+    The socket on which a client hears from its server has the client's name alone: a client of that name that another
+    server on this machine has at the same moment takes it away, and the server reports an error. So try again. Raises
+    JackError, too, if the library hangs: see JACK_HANGS.
+    """
+    end = time.monotonic() + TIMEOUT
+    while True:
+        try:
+            with silenced_stderr():
+                return answer_of(lambda: jack.Client(name, no_start_server=True))
+        except TimeoutError:
+            jack_hangs.set()
+            raise jack.JackError(JACK_HANGS) from None
+        except jack.JackOpenError as error:
+            if not error.status.server_error or time.monotonic() > end:
+                raise
+        time.sleep(PAUSE)
 
 
 def call_with_timeout(call: Callable[[], object], used: object) -> bool:

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from livebass.extras import install
-from livebass.live.guards import call_with_timeout, never_release, silenced_stderr
+from livebass.live.guards import call_with_timeout, jack_hangs, never_release, open_jack_client, silenced_stderr
 from livebass.live.synth import Synth, rehearse
 
 LOG = logging.getLogger(__name__)
@@ -95,10 +95,10 @@ class MidiPort:
         port.set_callback(self._heard)
         self._virtual = port
         if self._by_jack:
-            with suppress(Exception), silenced_stderr():
+            with suppress(Exception):
                 import jack
 
-                self._connections = jack.Client(f"{CLIENT}-look", no_start_server=True)
+                self._connections = open_jack_client(jack, f"{CLIENT}-look")
                 self._connections.set_shutdown_callback(lambda *_: self._jack_gone.set())
 
     def _heard(self, event: tuple[list[int], float], _data: object = None) -> None:
@@ -206,10 +206,10 @@ def let_go(synth: Synth) -> None:
 
 def _jack_answers() -> bool:
     """Returns whether there is a JACK server; hangs with one that hangs."""
-    with suppress(Exception), silenced_stderr():
+    with suppress(Exception):
         import jack
 
-        jack.Client(f"{CLIENT}-look", no_start_server=True).close()
+        open_jack_client(jack, f"{CLIENT}-look").close()
         return True
     return False
 
@@ -245,7 +245,7 @@ def new_input(name: str, hardware_only: bool = False) -> Any:
     rtmidi = _rtmidi()
     why = "this build of python-rtmidi supports no MIDI system"
     for api in rtmidi.get_compiled_api():
-        if hardware_only and api == rtmidi.API_UNIX_JACK:
+        if api == rtmidi.API_UNIX_JACK and (hardware_only or jack_hangs.is_set()):
             continue
         try:
             with silenced_stderr():

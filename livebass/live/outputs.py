@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import atexit
 import ctypes
+import importlib
 import logging
 import os
 import sys
@@ -16,7 +17,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livebass.extras import install
-from livebass.live.guards import call_with_timeout, never_release, silenced_stderr
+from livebass.live.guards import (
+    JACK_HANGS,
+    answer_of,
+    call_with_timeout,
+    never_release,
+    open_jack_client,
+    silenced_stderr,
+)
 from livebass.live.priority import make_realtime
 from livebass.live.synth import Synth
 from livebass.live.thread import callbacks
@@ -184,12 +192,23 @@ class JackOutput:
         jack = _jack()
         self._jack = jack
         self.pipewire = "PipeWire" in _jack_version(jack)
+        _silence(jack)
         try:
-            with silenced_stderr():
-                self.client = jack.Client(name, no_start_server=True)
+            self.client = open_jack_client(jack, name)
         except jack.JackError as error:
             raise _no_server(_one_line(error)) from None
-        _silence(jack)
+        try:
+            self._prepare(make_synth)
+        except BaseException:
+            self.client.close(ignore_errors=True)
+            raise
+        self._connect = connect
+        self._seen: set[str] = set()
+        self._speakers: list[str] = []  # ports that the outputs were connected to
+        self._silent: Synth | None = None  # played before; the audio thread may still be in it
+
+    def _prepare(self, make_synth: Callable[[int], Synth]) -> None:
+        """Makes the synth for the server's rate, the ports and the callbacks. Raises what `make_synth` raises."""
         self.name = f"JACK client {self.client.name}"
         self.block = int(self.client.blocksize)
         self.rate = 0  # of the server: `play` follows it
@@ -202,7 +221,7 @@ class JackOutput:
         self.outputs = [self.client.outports.register(f"out_{k}") for k in (1, 2)]
         self.midi = self.client.midi_inports.register("midi_in")
         self.record = np.zeros(1, callbacks.JACK)
-        ffi, lib, r = jack._ffi, jack._lib, self.record
+        ffi, lib, r = self._jack._ffi, self._jack._lib, self.record
 
         def address(value: Any) -> int:
             return int(ffi.cast("intptr_t", value))
@@ -221,10 +240,6 @@ class JackOutput:
         self.client.set_shutdown_callback(self._shut_down)
         self.client.set_xrun_callback(self._xrun)
         self.client.set_blocksize_callback(self._resize)
-        self._connect = connect
-        self._seen: set[str] = set()
-        self._speakers: list[str] = []  # ports that the outputs were connected to
-        self._silent: Synth | None = None  # played before; the audio thread may still be in it
 
     def _shut_down(self, _status: object, _reason: str) -> None:
         self._gone = True
@@ -384,8 +399,7 @@ def jack_server() -> str | None:
     except OutputLost:
         return None
     try:
-        with silenced_stderr():
-            client = jack.Client("livebass-look", no_start_server=True)
+        client = open_jack_client(jack, "livebass-look")
     except jack.JackError:
         return None
     try:
@@ -407,14 +421,25 @@ def output_names() -> dict[int, str]:
 def _sounddevice() -> Any:
     try:
         with silenced_stderr():
-            import sounddevice
+            return _portaudio_answer(lambda: importlib.import_module("sounddevice"))
+    except OutputLost:
+        raise
     except ImportError as error:
         raise OutputLost(f"sound output: {_one_line(error)}; {install('live')}") from None
     except OSError as error:
         raise OutputLost(
             f"sound output: {_one_line(error)}; on Debian: sudo apt install libportaudio2; or start a JACK server"
         ) from None
-    return sounddevice
+
+
+def _portaudio_answer(call: Callable[[], Any]) -> Any:
+    """Calls what makes PortAudio look for devices, which alsa-lib also asks JACK for. Raises OutputLost if it hangs."""
+    if sys.platform != "linux":  # elsewhere PortAudio wants to be used by one thread
+        return call()
+    try:
+        return answer_of(call)
+    except TimeoutError:
+        raise OutputLost(f"sound output: PortAudio does not answer; {JACK_HANGS}") from None
 
 
 def _jack() -> Any:
@@ -433,7 +458,7 @@ def restart_portaudio() -> None:
     try:
         with silenced_stderr():
             sd._terminate()
-            sd._initialize()
+            _portaudio_answer(sd._initialize)
     except sd.PortAudioError as error:
         raise OutputLost(f"sound output: {_one_line(error)}") from None
 

@@ -129,22 +129,24 @@ class Recorder:
 MOST_TICKS = 0x7FFF  # a quarter note, in a MIDI file
 MICROSECONDS = 1_000_000  # in a second
 FINGER = 34  # General MIDI's program, counted from 1, of a bass that has none
+PROGRAM = 0xC0  # status of a program change
 
 
 class MidiRecorder:
     """`with MidiRecorder(path, synth, preset) as take:` writes the messages that the synth plays as a MIDI file.
 
-    The file begins with the program that chooses `preset`, so that `livebass render` plays it on the same bass. A tick
-    is a frame: at the same rate it renders as it sounded. Call `take.turn()` often; leaving the block writes the file,
-    after an exception too; after `discard` there is none. Raises OutputError if no file can be written at `path`.
+    The file begins with the program that chooses `preset`, so that `livebass render` plays it on the same bass; another
+    preset in mid-take is another program there, from `choose` on. A tick is a frame: at the same rate it renders as it
+    sounded. Call `take.turn()` often; leaving the block writes the file, after an exception too; after `discard` there
+    is none. Raises OutputError if no file can be written at `path`.
     """
 
     def __init__(self, path: Path, synth: Synth, preset: str) -> None:
         self.path, self.synth, self.rate = path, synth, synth.rate
-        self.program = (program_of(preset) or FINGER) - 1
         self.short: str | None = None  # why there is no file
         checked_place(path)
-        self._played: list[tuple[int, int, int, int]] | None = []  # (tick, status, first, second)
+        # (tick, status, first, second); those of PROGRAM are the presets'
+        self._played: list[tuple[int, int, int, int]] | None = [(0, PROGRAM, _program(preset), 0)]
         synth.keep_messages()
 
     def __enter__(self) -> Self:
@@ -169,10 +171,20 @@ class MidiRecorder:
         self._played = None
 
     def turn(self) -> None:
-        """Takes what was played since the last call."""
+        """Takes what was played since the last call, but program changes: which preset they choose is in `choose`."""
         if self._played is not None:
-            scale = self.rate / self.synth.rate
-            self._played += [(round(frame * scale), *message) for frame, *message in self.synth.played()]  # type: ignore[misc]
+            for frame, status, first, second in self.synth.played():
+                if 0x80 <= status < 0xF0 and status & 0xF0 != PROGRAM:
+                    self._played.append((self._tick(frame), status, first, second))
+
+    def choose(self, preset: str) -> None:
+        """Notes that another preset plays from now on."""
+        self.turn()
+        if self._played is not None:
+            self._played.append((self._tick(self.synth.frame), PROGRAM, _program(preset), 0))
+
+    def _tick(self, frame: int) -> int:
+        return round(frame * self.rate / self.synth.rate)
 
     def follow(self, synth: Synth) -> None:
         """Takes the messages of `synth` from now on, which goes on where the one before ended."""
@@ -181,21 +193,28 @@ class MidiRecorder:
         synth.keep_messages()
 
     def _file(self, played: list[tuple[int, int, int, int]]) -> bytes:
-        """A MIDI file of type 0; programs in it are the bass's own."""
+        """A MIDI file of type 0, with the presets' programs on all channels that were played."""
         beats = 2
         while self.rate // beats > MOST_TICKS or self.rate % beats or MICROSECONDS % beats:
             beats += 1
         track = mido.MidiTrack([mido.MetaMessage("set_tempo", tempo=MICROSECONDS // beats)])
-        channels = sorted({status & 0x0F for _, status, *_ in played if 0x80 <= status < 0xF0})
-        track += [mido.Message("program_change", channel=channel, program=self.program) for channel in channels]
+        channels = sorted({status & 0x0F for _, status, *_ in played if status != PROGRAM})
         last = 0
         for tick, status, first, second in played:
-            if 0x80 <= status < 0xF0 and status & 0xF0 != 0xC0:
-                data = [status, first] if status & 0xF0 == 0xD0 else [status, first, second]
-                track.append(mido.Message.from_bytes(data, time=tick - last))
-                last = tick
-        end = round(self.synth.frame * self.rate / self.synth.rate)  # notes still held last until here
+            if status == PROGRAM:
+                messages = [[PROGRAM | channel, first] for channel in channels]
+            else:
+                messages = [[status, first] if status & 0xF0 == 0xD0 else [status, first, second]]
+            for data in messages:
+                track.append(mido.Message.from_bytes(data, time=max(tick - last, 0)))
+                last = max(tick, last)
+        end = self._tick(self.synth.frame)  # notes still held last until here
         track.append(mido.MetaMessage("end_of_track", time=max(end - last, 0)))
         file = io.BytesIO()
         mido.MidiFile(type=0, ticks_per_beat=self.rate // beats, tracks=[track]).save(file=file)
         return file.getvalue()
+
+
+def _program(preset: str) -> int:
+    """The program, as it is sent, that chooses `preset`, or that of an electric bass if none does."""
+    return (program_of(preset) or FINGER) - 1

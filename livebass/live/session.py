@@ -254,7 +254,10 @@ class _Loop:
                     take.turn()
             synth.release_faded()
             try:
+                preset = self.presets.playing[0]
                 line = self.presets.turn() if self.output.rate == synth.rate else self._follow_rate()
+                if self.messages and self.presets.playing[0] != preset:
+                    self.messages.choose(self.presets.playing[0])
             except ValueError as error:  # a rate that the bass cannot be played at
                 return f"{self.output.name}: {error}"
             if line:

@@ -134,7 +134,7 @@ _ROWS = (
     Key("player", "strike_time", "time", "0.1 ms", "20 ms", FIELD, "the thumb stays on the string"),
     Key("player", "pull_time", "time", "0.1 ms", "100 ms", FIELD, "finger pulls before it lets go"),
     Key("player", "hand_damping", "decay rate", "0 /s", "10000 /s", FIELD, "hand that stops a note"),
-    Key("player", "bend_range", "number", "0", "24", FIELD, "semitones"),
+    Key("player", "bend_range", "number", "0", "96", FIELD, "of the pitch bend, semitones"),
     Key("player", "out_of_range", "transpose|drop", "", "", FIELD, "notes the bass does not have"),
     Key("player", "position_controller", "controller", "0", "119", FIELD, "MIDI controller of the pluck position"),
 )

@@ -1,19 +1,42 @@
-"""Endurance: minutes of dense playing while Python is busy."""
+"""Endurance: minutes of dense playing while Python is busy. In a process of its own, which must end without a crash."""
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from types import SimpleNamespace
 
 import pytest
+from support.jack import PATIENCE
 
-from livebass.bench.endurance import endurance
+PROGRAM = """
+from livebass.bench import endurance
+endurance.WARM_UP, endurance.SETTLING, endurance.CYCLES = {warm_up}, {settling}, {cycles}
+endurance.endurance({seconds}, 1, lambda line: print(line, flush=True))
+"""
+
+
+def checks(seconds: float, warm_up: float, settling: float, cycles: int) -> list[str]:
+    """The lines of the checks, of a process that has ended in order."""
+    program = PROGRAM.format(seconds=seconds, warm_up=warm_up, settling=settling, cycles=cycles)
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, timeout=4 * PATIENCE, check=False
+    )
+    assert done.returncode == 0, done.stdout + done.stderr[-2000:]
+    assert "Traceback" not in done.stderr, done.stderr
+    return [line for line in done.stdout.splitlines() if line.startswith(("ok: ", "FAILED: "))]
 
 
 @pytest.mark.slow
 def test_endurance(server: SimpleNamespace) -> None:
     """No NaN, no stuck note, no growing memory. Lost frames are left out: any other work on the machine costs some."""
-    lines: list[str] = []
-    endurance(20.0, 1, lines.append)
-    checks = [line for line in lines if line.startswith(("ok: ", "FAILED: "))]
-    assert len(checks) == 7, lines
-    assert [line for line in checks if line.startswith("FAILED: ") and "xruns" not in line] == []
+    said = checks(20.0, 15.0, 3.0, 10)
+    assert len(said) == 7, said
+    assert [line for line in said if line.startswith("FAILED: ") and "xruns" not in line] == []
+
+
+def test_a_short_run_ends_in_order(server: SimpleNamespace) -> None:
+    """All checks are made, and its JACK clients are closed while there is a server: closed later they crash."""
+    said = checks(2.0, 1.0, 0.5, 1)
+    assert len(said) == 7, said
+    assert "frames that were NaN or far too large: 0" in "\n".join(said)

@@ -11,6 +11,7 @@ from support.jack import wait_for
 from support.live import QUICK, RATE, synth_and_device
 
 from livebass import Quality, load_preset, preset_names
+from livebass.bench.jack import new_client
 from livebass.live.inputs import MidiPort
 from livebass.live.outputs import FakeDevice
 from livebass.live.synth import LiveBass, Synth
@@ -102,7 +103,7 @@ class RawKeys:
     """A JACK client that sends given bytes, as they are, all in one period each."""
 
     def __init__(self, jack: Any) -> None:
-        self.client = jack.Client("raw", no_start_server=True)
+        self.client = new_client("raw")
         self.port = self.client.midi_outports.register("out")
         self.periods: list[list[bytes]] = []
         self.refused = 0
@@ -125,16 +126,17 @@ def test_truncated_messages_through_jack_are_no_messages(server: SimpleNamespace
     synth = output.synth
     synth.switch_to(LiveBass(load_preset("slap"), LIGHT, synth.rate))
     raw = RawKeys(server.jack)
-    raw.periods = [[b"\x90", b"\x90\x28", b"\x80\x28", b"\xe0\x40", b"\xc0", b"\xb0\x07", b"\x90\xc8\x40"]] * 3
+    truncated = [b"\x90", b"\x90\x28", b"\x80\x28", b"\xe0\x40", b"\xc0", b"\xb0\x07", b"\x90\xc8\x40"]
     try:
         output.start()
         raw.client.activate()
         raw.client.connect(raw.port, output.midi)
-        wait_for(lambda: not raw.periods)
-        raw.periods = [[b"\x90\x28\x40", b"\xc0\x05"]]
-        wait_for(lambda: synth.meters().messages)
-        time.sleep(0.1)
-        assert synth.meters().messages == 2 and synth.program == (1, 5)
+        while not synth.meters().messages:  # the server of a busy machine loses periods, and hands some over twice
+            raw.periods = [truncated] * 10 + [[b"\x90\x28\x40", b"\xc0\x05"]] * 3
+            wait_for(lambda: not raw.periods)
+            time.sleep(0.1)
+        count, program = synth.program
+        assert synth.meters().messages == 2 * count and program == 5
     finally:
         raw.client.deactivate()
         raw.client.close()
@@ -150,20 +152,22 @@ def test_bytes_through_jack(server: SimpleNamespace) -> None:
     synth.switch_to(LiveBass(load_preset("slap"), LIGHT, synth.rate))
     raw = RawKeys(server.jack)
     rng = np.random.default_rng(10)
+    periods = []
     for _ in range(200):
         period = [bytes(x & 0xFF for x in message) for message in random_messages(rng, 10)]
         period += [bytes((m[0] & 0xFF, m[1] & 0x7F, m[2] & 0x7F)) for m in random_messages(rng, 10)]
         period += [rng.bytes(int(rng.integers(1, 9))) for _ in range(10)]
         period += [b"\xf0" + rng.bytes(30) + b"\xf7", b"\x90", b"\x40\x40", b"\x90\x28", b"\xf0", b"\xff"]
-        raw.periods.append(period)
+        periods.append(period)
     try:
         output.start()
         raw.client.activate()
         raw.client.connect(raw.port, output.midi)
-        wait_for(lambda: not raw.periods)
-        time.sleep(0.1)
-        meters = synth.meters()
-        assert meters.messages > 1000 and meters.faults == 0
+        while synth.meters().messages <= 1000:  # the server of a busy machine loses periods
+            raw.periods = list(periods)
+            wait_for(lambda: not raw.periods)
+            time.sleep(0.1)
+        assert synth.meters().faults == 0
         synth.panic()
         wait_for(lambda: synth.meters().peak == 0.0 and not any(f[2] for f in synth.bass.fingers()))  # type: ignore[union-attr]
         assert output.alive

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -18,27 +19,36 @@ from typing import Any
 import numpy as np
 import pytest
 import soundfile
-from support.jack import JACK_PERIOD, JACK_RATE, livebass, wait_for
+from support.jack import (
+    JACK_PERIOD,
+    JACK_RATE,
+    PATIENCE,
+    livebass,
+    wait_for,
+    wait_for_log,
+    wait_for_take,
+)
 from support.live import QUICK, offline
 
 from livebass import load_preset
-from livebass.bench.jack import AudioProbe, MidiProbe
+from livebass.bench.jack import AudioProbe, LostFrames, MidiProbe, new_client
+from livebass.live.guards import open_jack_client
+from livebass.live.outputs import JackOutput
 from livebass.live.synth import LiveBass, Synth
 from livebass.live.thread.ring import unread
 
 RATE, PERIOD = JACK_RATE, JACK_PERIOD
+APART = ("unshare", "-rm", "sh", "-c", 'mount -t tmpfs tmpfs /dev/shm && exec "$@"', "sh")  # with a /dev/shm of its own
 
 
 @contextmanager
 def slap_bass() -> Iterator[Any]:
     """A client of the server that plays the slap bass."""
-    from livebass.live.outputs import JackOutput
-
     output = JackOutput("livebass", lambda rate: Synth(rate, adaptive=False), connect=False)
     output.synth.switch_to(LiveBass(load_preset("slap"), QUICK, output.synth.rate))
-    output.start()
-    time.sleep(0.5)
     try:
+        output.start()
+        wait_for(lambda: output.synth.frame > RATE // 2)  # a client that has just joined loses periods
         yield output
     finally:
         output.close()
@@ -52,68 +62,81 @@ def bass(server: SimpleNamespace) -> Iterator[Any]:
 
 @pytest.mark.parametrize("offset", [0, 1, 100, PERIOD - 1])
 def test_notes_come_out_at_their_frame_as_rendered(server: SimpleNamespace, offset: int) -> None:
-    heard = np.zeros(0, np.float32)
-    for _ in range(6):  # a machine that stops for a while costs the server whole periods
+    end = time.monotonic() + PATIENCE
+    while True:
         with slap_bass() as bass:
-            heard = heard_note(server, bass, offset)
-        if len(heard) >= 4 * PERIOD:
+            heard, disturbed = heard_note(server, bass, offset)
+        expected = offline("slap", [(offset, 0x90, 40, 110)], len(heard))
+        if len(heard) >= 4 * PERIOD and np.array_equal(heard, expected):
             break
-    assert len(heard) >= 4 * PERIOD, "the server lost periods"
-    expected = offline("slap", [(offset, 0x90, 40, 110)], len(heard))
+        assert disturbed and time.monotonic() < end, f"{len(heard)} frames are not as rendered"
     assert not heard[: offset + 1].any() and np.abs(expected).max() > 0.01
-    assert np.array_equal(heard, expected)
 
 
-def heard_note(server: SimpleNamespace, bass: Any, offset: int) -> np.ndarray:
-    """Returns what `bass` plays from the period of a note at `offset` on, up to the first period the server lost."""
+def heard_note(server: SimpleNamespace, bass: Any, offset: int) -> tuple[np.ndarray, bool]:
+    """Returns what `bass` plays from the period of a note at `offset` on, up to the first that the listener lost.
+
+    And True if other work on the machine has cost any client periods; in place of one that the bass loses the server
+    hands over the last one again.
+    """
     audio, midi = AudioProbe(keep=True), MidiProbe()
     try:
         for probe in (audio, midi):
             probe.client.activate()
         bass.client.connect(bass.outputs[0], audio.port)
         bass.client.connect(midi.port, bass.midi)
-        time.sleep(0.5)
+        wait_for(lambda: len(audio.periods) > 50)
+        lost, xruns = LostFrames(bass.client, bass.synth), bass.synth.meters().underruns
+        audio.listen()
         midi.send(offset, 0x90, 40, 110)
-        wait_for(lambda: midi.sent, 5)
+        wait_for(lambda: midi.sent)
         time.sleep(0.4)
+        disturbed = audio.gaps > 0 or lost.read()[1] > PERIOD or bass.synth.meters().underruns > xruns
     finally:
         for probe in (audio, midi):
             probe.close()
     assert midi.sent is not None
     start = midi.sent - offset
     periods = {frame: sound for frame, sound in audio.periods if frame >= start}
-    whole = []
+    whole: list[np.ndarray] = []
     while start + len(whole) * PERIOD in periods:
         whole.append(periods[start + len(whole) * PERIOD])
-    return np.concatenate([np.zeros(0, np.float32), *whole])
+    return np.concatenate([np.zeros(0, np.float32), *whole]), disturbed
 
 
 def test_a_busy_interpreter_loses_nothing(server: SimpleNamespace, bass: Any) -> None:
     """Counts the server's frames that the synth did not play, idle and with Python hogging the processor.
 
-    A Python callback loses most of them; other work on the machine may cost any callback some.
+    A Python callback loses most of them, each time; other work on the machine may cost any callback some, at times.
     """
     seconds = 2.0
 
     def lost(work: Any) -> int:
-        begin = bass.client.frame_time, bass.synth.frame
+        frames = LostFrames(bass.client, bass.synth)
         end = time.monotonic() + seconds
         while time.monotonic() < end:
             work()
-        return int(bass.client.frame_time - begin[0]) - (bass.synth.frame - begin[1])
+        return frames.read()[1]
 
-    idle = lost(lambda: time.sleep(0.05))
-    busy = lost(lambda: re.match(r"(a+)+$", "a" * 18 + "b"))
-    assert busy <= max(idle, 0) + 0.15 * seconds * RATE, f"{busy} frames lost, {idle} when idle"
+    tries = []
+    for _ in range(8):
+        idle = lost(lambda: time.sleep(0.05))
+        busy = lost(lambda: re.match(r"(a+)+$", "a" * 18 + "b"))
+        tries.append((idle, busy))
+        if busy <= max(idle, 0) + 0.15 * seconds * RATE:
+            return
+    raise AssertionError(f"frames lost when idle and when busy: {tries}")
 
 
 def test_nothing_sounds_by_itself(server: SimpleNamespace, bass: Any) -> None:
     audio = AudioProbe(keep=True)
-    audio.client.activate()
-    bass.client.connect(bass.outputs[1], audio.port)
-    time.sleep(0.3)
-    audio.close()
-    assert len(audio.periods) > 5 and not any(sound.any() for _, sound in audio.periods)
+    try:
+        audio.client.activate()
+        bass.client.connect(bass.outputs[1], audio.port)
+        wait_for(lambda: len(audio.periods) > 50)
+    finally:
+        audio.close()
+    assert not any(sound.any() for _, sound in audio.periods)
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGHUP])
@@ -130,10 +153,10 @@ def test_a_take_survives_the_signal_that_ends_it(server: SimpleNamespace, tmp_pa
     midi.save(song)
     process = livebass("play", "--backend", "jack", "-p", "slap", "--file", song, "--record", take, "--log", log)
     try:
-        wait_for(lambda: log.exists() and "playing" in log.read_text(), 60)
-        time.sleep(1.5)
+        wait_for_log(log, "playing", process=process)
+        wait_for_take(take, 1.0)
         process.send_signal(number)
-        _, err = process.communicate(timeout=20)
+        _, err = process.communicate(timeout=PATIENCE)
     finally:
         process.kill()
     assert process.returncode == 0, err
@@ -144,15 +167,29 @@ def test_a_take_survives_the_signal_that_ends_it(server: SimpleNamespace, tmp_pa
     assert "underruns" in err and "Traceback" not in err
 
 
+def test_a_client_is_closed_if_nothing_can_be_played_at_its_rate(server: SimpleNamespace) -> None:
+    def refuse(rate: int) -> Synth:
+        raise ValueError("no such rate")
+
+    for _ in range(2):
+        with pytest.raises(ValueError, match="no such rate"):
+            JackOutput("refused", refuse)
+        assert not new_client("probe").get_ports("^refused")
+    client = new_client("refused")
+    assert client.name == "refused", "the name is free"
+    client.close()
+
+
 def test_the_sound_of_portaudio_is_the_same(server: SimpleNamespace) -> None:
     """PortAudio's JACK host, captured by another client; in a process of its own, as PortAudio looks for JACK once."""
     program = f"""
-import sys, time
+import os, sys
 import numpy as np
 sys.path.insert(0, {str(Path(__file__).parents[1])!r})
+from support.jack import wait_for
 from support.live import QUICK, offline
 from livebass import load_preset
-from livebass.bench.jack import AudioProbe
+from livebass.bench.jack import AudioProbe, LostFrames
 from livebass.live.outputs import PortAudioOutput
 from livebass.live.synth import LiveBass, Synth
 
@@ -164,37 +201,45 @@ audio.client.activate()
 output.start()
 ports = audio.client.get_ports(is_output=True, is_audio=True)
 audio.client.connect(next(p for p in ports if not p.name.startswith("system")), audio.port)
-time.sleep(0.5)
+wait_for(lambda: len(audio.periods) > 100)
+audio.gaps = 0
+lost, underruns = LostFrames(audio.client, synth), synth.meters().underruns
 synth.send(0x90, 40, 110)
-time.sleep(0.6)
+wait_for(lambda: audio.first is not None)
+heard_before = len(audio.periods)
+wait_for(lambda: len(audio.periods) > heard_before + 100)
+disturbed = audio.gaps or lost.read()[1] > {PERIOD} or synth.meters().underruns > underruns
 sound = np.concatenate([s for _, s in audio.periods])
 first = int(np.flatnonzero(sound)[0])
 expected = offline("slap", [(0, 0x90, 40, 110)], 8000)
 onset = int(np.flatnonzero(expected)[0])
 heard = sound[first - onset : first - onset + 8000]
-print("same" if np.array_equal(heard, expected) else f"differs by {{np.abs(heard - expected).max()}}", flush=True)
+same = np.array_equal(heard, expected)
+print("same" if same else "disturbed" if disturbed else f"differs by {{np.abs(heard - expected).max()}}", flush=True)
 output.close()
-import os
 os._exit(0)
 """
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=120, check=False)
+    for _ in range(20):  # a machine that does much else costs the server periods
+        done = subprocess.run(
+            [sys.executable, "-c", program], capture_output=True, text=True, timeout=PATIENCE, check=False
+        )
+        if done.stdout.strip() != "disturbed":
+            break
     assert done.stdout.strip() == "same", done.stdout + done.stderr[-2000:]
 
 
 @pytest.mark.parametrize("backend", ["jack", "portaudio"])
 def test_a_server_that_hangs_does_not_hold_the_take(server: SimpleNamespace, tmp_path: Path, backend: str) -> None:
     """The server is stopped by SIGSTOP: every call to it hangs."""
-    take = tmp_path / "take.wav"
-    process = livebass("play", "--backend", backend, "--record", take)
-    assert process.stderr is not None
+    take, log = tmp_path / "take.wav", tmp_path / "log"
+    process = livebass("play", "--backend", backend, "--record", take, "--log", log)
     try:
-        while "playing" not in process.stderr.readline():
-            assert process.poll() is None
-        time.sleep(1.5)
+        wait_for_log(log, "playing", process=process)
+        wait_for_take(take, 0.6)
         server.process.send_signal(signal.SIGSTOP)
         time.sleep(1.0)
         process.send_signal(signal.SIGTERM)
-        _, err = process.communicate(timeout=30)
+        _, err = process.communicate(timeout=PATIENCE)
     finally:
         server.process.send_signal(signal.SIGCONT)
         process.kill()
@@ -211,12 +256,13 @@ def test_a_server_that_goes_away_ends_the_session(server: SimpleNamespace, tmp_p
         for name, take, log in zip(names, takes, logs, strict=True)
     ]
     try:
-        wait_for(lambda: all(log.exists() and "playing" in log.read_text() for log in logs), 60)
-        time.sleep(0.5)
+        for process, take, log in zip(processes, takes, logs, strict=True):
+            wait_for_log(log, "playing", process=process)
+            wait_for_take(take, 0.1)
         server.process.send_signal(signal.SIGTERM)
-        server.process.wait(5)
+        server.process.wait(PATIENCE)
         for process, take in zip(processes, takes, strict=True):
-            _, err = process.communicate(timeout=20)
+            _, err = process.communicate(timeout=PATIENCE)
             assert process.returncode == 1, err
             assert f"is gone; {take} is complete" in err.splitlines()[-1] and "Traceback" not in err
             assert soundfile.info(take).frames > 0
@@ -228,11 +274,82 @@ def test_a_server_that_goes_away_ends_the_session(server: SimpleNamespace, tmp_p
 def test_without_a_server_it_says_so() -> None:
     pytest.importorskip("jack")
     process = livebass("play", "--backend", "jack", env={**os.environ, "JACK_DEFAULT_SERVER": "nobody"})
-    _, err = process.communicate(timeout=30)
+    _, err = process.communicate(timeout=PATIENCE)
     assert process.returncode == 1
     lines = err.splitlines()
     assert lines[-1].startswith("livebass: error: JACK") and "server" in lines[-1]
     assert all(line.startswith(("livebass:", "compiling")) for line in lines)
+
+
+def test_a_registry_full_of_dead_servers_holds_no_server_up() -> None:
+    """JACK's registry has room for eight. In a process with shared memory of its own: other servers may run here."""
+    if not shutil.which("jackd") or subprocess.run([*APART, "true"], capture_output=True, check=False).returncode:
+        pytest.skip("there is no jackd here, or no shared memory of one's own")
+    program = """
+import subprocess
+from support.jack import running_server, server_names, wait_for
+
+assert server_names() == []
+for k in range(8):
+    command = ["jackd", "--no-realtime", "-n", f"dead-{k}", "-d", "dummy"]
+    killed = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    wait_for(lambda: len(server_names()) > k)
+    killed.kill()
+    killed.wait()
+for _ in range(2):
+    with running_server() as process:
+        assert process.poll() is None and len(server_names()) == 8
+    assert len(server_names()) < 8
+print(len(server_names()))
+"""
+    done = subprocess.run(
+        [*APART, sys.executable, "-c", program], capture_output=True, text=True, timeout=2 * PATIENCE, check=False,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(Path(__file__).parents[1]), *sys.path])},
+    )  # fmt: skip
+    assert done.stdout.strip() == "7", done.stdout + done.stderr[-2000:]
+
+
+def test_a_client_that_does_not_open_at_once_is_opened_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A client of the same name that another server has at this moment; but not without a server."""
+    jack = pytest.importorskip("jack")
+    opened: list[str] = []
+    for status, failures in ((0x21, 2), (0x11, 0)):
+        faults = [jack.JackOpenError("livebass", jack.Status(status))] * 2
+
+        def client(name: str, no_start_server: bool, faults: list[Exception] = faults) -> str:
+            assert no_start_server
+            if faults:
+                raise faults.pop()
+            opened.append(name)
+            return name
+
+        monkeypatch.setattr(jack, "Client", client)
+        if failures:
+            assert open_jack_client(jack, "livebass") == "livebass" and opened == ["livebass"] and not faults
+        else:
+            with pytest.raises(jack.JackOpenError):
+                open_jack_client(jack, "livebass")
+            assert len(faults) == 1
+
+
+@pytest.mark.parametrize(
+    "arguments", [("play", "--backend", "jack"), pytest.param(("devices",), marks=pytest.mark.slow)]
+)
+def test_a_jack_library_that_hangs_is_an_error(arguments: tuple[str, ...]) -> None:
+    """JACK's database as a server leaves it that ends while a client opens it: an open client waits for ever."""
+    if subprocess.run([*APART, "true"], capture_output=True, check=False).returncode:
+        pytest.skip("there is no shared memory of one's own")
+    leave = "d=/dev/shm/jack_db-0; mkdir $d && : >$d/__db.001 && "  # here this user is 0
+    apart = [part.replace("exec", f"{leave} exec") for part in APART]
+    done = subprocess.run(
+        [*apart, sys.executable, "-m", "livebass", *arguments], capture_output=True, text=True, timeout=PATIENCE,
+        check=False,
+    )  # fmt: skip
+    said = done.stderr + done.stdout
+    assert done.returncode == (1 if arguments[0] == "play" else 0), said
+    assert "Traceback" not in said
+    if shutil.which("jackd"):
+        assert "delete /dev/shm/jack_db-0" in said
 
 
 def test_threads_may_send_together() -> None:
