@@ -51,7 +51,7 @@ from livebass.units import note_name
 COARSE = Quality("coarse", 150, 192e3, on_board=Quality("coarse", 250, 384e3))  # for strings under overload
 # Running ahead: share of a block's time, and frames between looks at the clock. Qualities up to `live` leave most of
 # the time to other programs; heavier ones need all there is.
-AHEAD_LIGHT, AHEAD_HEAVY = (0.35, 4), (0.7, 1)
+AHEAD_LIGHT, AHEAD_HEAVY = (0.38, 2), (0.7, 1)
 RING = 4096  # messages
 CAPTURE_SECONDS = 20.0
 QUIETEST = -99.0  # dB
