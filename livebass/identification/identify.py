@@ -44,7 +44,8 @@ PITCHES = (25.0, 500.0)  # Hz, if neither note nor string is given
 SEMITONE = 2 ** (1 / 12)
 PERIODS = 20  # of a take, at least
 FEWEST = 4  # partials of a take
-SPREAD = 0.02  # of f0: partials that scatter more are not of one string
+SPREAD = 0.02  # of f0: partials that scatter more about those of a stiff string are not of one string
+STIFFEST = 5e-4  # B of a low B string is 3e-4
 
 
 @dataclass(frozen=True)
@@ -196,12 +197,14 @@ def _pitch(take: Take, low: float, high: float) -> float | None:
 
 
 def _plausible(partials: Sequence[Partial], pitch: float) -> bool:
-    """True if these are partials of one string: enough of them, near multiples of f0, and not only every second."""
+    """True if these are partials of one stiff string: enough of them, near its law, and not only every second."""
     low = [p for p in partials if p.number <= 12]
     if len(partials) < FEWEST or len(low) < 3 or math.gcd(*(p.number for p in low)) > 1:
         return False
-    ratio = np.array([p.frequency / p.number for p in low])
-    return bool(np.ptp(ratio) < SPREAD * pitch)
+    squared = np.array([p.number**2 for p in low], dtype=np.float64)
+    ratio = np.array([p.frequency / p.number for p in low]) / pitch
+    slope = np.polyfit(squared, ratio, 1)[0]  # B / 2
+    return bool(np.ptp(ratio - min(max(slope, 0.0), STIFFEST / 2) * squared) < SPREAD)
 
 
 def _why_not(tracks: Sequence[Sequence[Partial]], paths: Sequence[Path], pitch: float) -> str:
