@@ -116,7 +116,7 @@ def test_compiling_is_left_at_once(tmp_path: Path, number: int) -> None:
 @pytest.mark.slow
 def test_compiling_is_left_at_any_moment(tmp_path: Path) -> None:
     chance = random.Random(11)
-    for number in range(7):
+    for number in range(5):
         env = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / f"cache-{number}")}
         line = [sys.executable, "-m", "livebass", *map(str, NOTE), str(tmp_path / "a.wav")]
         with subprocess.Popen(line, stderr=subprocess.PIPE, text=True, env=env) as process:

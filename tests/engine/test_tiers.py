@@ -43,7 +43,7 @@ def random_note(engine: Engine, rng: np.random.Generator) -> tuple[Trial, str]:
     angle = float(rng.choice([0.0, rng.uniform(0.1, 1.0)]))
     pluck = Pluck(float(event["x"]), float(event["y"]), bass.player.rounding, angle)
     rate = float(engine.rates.contact_rate)
-    span = 0.012 if s.surface else 0.03  # a board takes brute force ten times as long
+    span = 0.008 if s.surface else 0.03  # a board takes brute force ten times as long
     trial = Trial(s, pluck, int(op["modes"]), rate, float(engine.rate), span, s.length - 0.02, sensor_v=s.length - 0.03)
     return trial, f"string {bass.strings[i].name}, fret {fret}, velocity {velocity}, {angle:.2f} rad"
 
