@@ -65,7 +65,7 @@ def warm(small: Path, compiled_once: Path) -> Path:
 
 
 def run(folder: Path, *, limit: int | None = None, **environment: object) -> tuple[str, str]:
-    """What the small kernels print, and their line on stderr; no file may grow beyond `limit` bytes."""
+    """Returns the output of the small kernels and their line on stderr; no file may grow beyond `limit` bytes."""
     places = {"NUMBA_CACHE_DIR": folder / "cache", "TMPDIR": folder, **environment}
     done = subprocess.run(
         [sys.executable, "-B", folder / "small.py"], capture_output=True, text=True, timeout=120,
