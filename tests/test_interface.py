@@ -22,7 +22,8 @@ import numpy as np
 import pytest
 
 import livebass
-from livebass.model.quality import quality_with
+from livebass.model.instrument import speaking
+from livebass.model.quality import modes_for, quality_with
 
 ROOT = Path(__file__).parents[1]
 RECORDING = ROOT / "tests" / "identification" / "recordings" / "picked-g.flac"
@@ -83,7 +84,7 @@ def test_simulate_gives_what_the_command_writes(tmp_path: Path) -> None:
 
     moved = livebass.simulate(BASS, duration=0.05, quality=QUICK, modes=40, shape_at=[0.01])
     simulate_to_directory(
-        BASS, string="G", fret=0, apex=3.6e-3, at=0.64, duration=0.05, modes=40, contact_rate=409_600, rate=44100,
+        BASS, string="G", fret=0, apex=3.6e-3, at=0.64, duration=0.05, quality=QUICK, modes=40, rate=44100,
         solver="engine", directory=tmp_path / "a", analyse=True, shape_at=[0.01],
     )  # fmt: skip
     with np.load(tmp_path / "a" / "result.npz") as kept:
@@ -98,6 +99,16 @@ def test_simulate_gives_what_the_command_writes(tmp_path: Path) -> None:
 def test_the_quality_sets_the_modes_of_a_stopped_string() -> None:
     moved = livebass.simulate(BASS, fret=12, duration=0.001, quality=QUICK, at=0.2)
     assert moved.trial.modes == 20 and moved.trial.contact_rate == 409_600
+
+
+def test_a_board_gets_the_modes_and_contact_rate_that_it_needs() -> None:
+    bass, live = livebass.load_preset("paper-fretless"), livebass.QUALITIES["live"]
+    over_board = live.over(board=True)
+    assert over_board != live
+    moved = livebass.simulate(bass, duration=0.001, quality=live)
+    s = speaking(bass.strings[0], bass.necks[0], 0)
+    assert moved.trial.modes == modes_for(over_board, s.length, s.length, s.grid_points)
+    assert moved.trial.contact_rate == over_board.contact_rate
 
 
 @pytest.mark.parametrize("workers", [1, pytest.param(2, marks=pytest.mark.slow)])

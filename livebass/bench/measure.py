@@ -16,8 +16,8 @@ import numpy as np
 
 from livebass import __version__
 from livebass.engine.prepare import whole_contact_rate
-from livebass.model.quality import QUALITIES, modes_for
-from livebass.model.trial import Trial
+from livebass.model.quality import QUALITIES
+from livebass.model.trial import Trial, in_quality
 from livebass.paper.cases import CASES
 
 CASE_B = CASES["b"]
@@ -61,10 +61,8 @@ def case_trial(name: str, quality: str, rate: int, duration: float) -> Trial:
     `rate` is that of the output, Hz; `duration` s.
     """
     trial = replace(CASES[name], duration=duration).trial(rate)
-    s = trial.speaking
-    q = QUALITIES[quality].over(bool(s.surface))
-    count = modes_for(q, s.length, s.string.length, s.grid_points)
-    return replace(trial, modes=count, contact_rate=whole_contact_rate(q.contact_rate, rate))
+    count, contact_rate = in_quality(trial.speaking, QUALITIES[quality])
+    return replace(trial, modes=count, contact_rate=whole_contact_rate(contact_rate, rate))
 
 
 def heading() -> Result:

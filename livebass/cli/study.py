@@ -342,22 +342,16 @@ def simulate(
       livebass simulate --preset paper-g --apex 3.6mm --at 0.64 -o case-b
     """
     from livebass.experiment.simulate import simulate_to_directory
-    from livebass.model.instrument import speaking
-    from livebass.model.quality import modes_for, quality_with
+    from livebass.model.quality import quality_with
     from livebass.preset.load import load_preset
 
     bass = load_preset(preset)
-    index = bass.string_index(string)
-    chosen = quality_with(quality, modes, contact_rate).over(bool(bass.necks[index].surface))
-    if modes is None and chosen.modes is not None:
-        part = speaking(bass.strings[index], bass.necks[index], fret)
-        modes = modes_for(chosen, part.length, bass.strings[index].length, part.grid_points)
     if solver == "engine":
         announce_kernels(board=over_board(bass))
     line = simulate_to_directory(
-        bass, string=string, fret=fret, apex=apex, at=at, duration=duration, modes=modes,
-        contact_rate=chosen.contact_rate, rate=rate, solver=solver, directory=output, angle=angle,
-        analyse=analyse, shape_at=shape_at,
+        bass, string=string, fret=fret, apex=apex, at=at, duration=duration,
+        quality=quality_with(quality, modes, contact_rate), modes=modes, rate=rate, solver=solver, directory=output,
+        angle=angle, analyse=analyse, shape_at=shape_at,
     )  # fmt: skip
     click.echo(line, err=True)
 

@@ -23,8 +23,8 @@ from livebass import __version__
 from livebass.analysis.sound import PAPER_RATE
 from livebass.engine.prepare import pickups_under, whole_contact_rate
 from livebass.model.instrument import Coil, Instrument, Neck, Output
-from livebass.model.quality import ANGLE, APEX, AT, Limits, Quality, modes_for
-from livebass.model.trial import Trial, checked_trial, speaking_string
+from livebass.model.quality import ANGLE, APEX, AT, Limits, Quality
+from livebass.model.trial import Trial, checked_trial, in_quality, speaking_string
 from livebass.preset.build import Builder, nearest
 from livebass.preset.keys import KEYS, Key, checked
 from livebass.preset.load import preset_tables
@@ -341,12 +341,11 @@ def _points(settings: Settings, axes: Sequence[Axis], builder: Builder, data: di
 def _work(bass: Instrument, settings: Settings) -> Work:
     """The trial and output of one point, without the values that cannot matter there, so that digests agree."""
     s = speaking_string(bass, settings.string, settings.fret)
-    quality, modes = settings.quality.over(bool(s.surface)), settings.modes
-    if modes is None:
-        modes = modes_for(quality, s.length, s.string.length, s.grid_points)
-    contact_rate = whole_contact_rate(quality.contact_rate, PAPER_RATE)
+    of_quality, contact_rate = in_quality(s, settings.quality)
+    modes = of_quality if settings.modes is None else settings.modes
     trial = checked_trial(
-        bass, s, settings.apex, settings.at, settings.duration, modes, contact_rate, PAPER_RATE, settings.angle
+        bass, s, settings.apex, settings.at, settings.duration, modes,
+        whole_contact_rate(contact_rate, PAPER_RATE), PAPER_RATE, settings.angle,
     )  # fmt: skip
     s = trial.speaking  # over a board, on the grid for that many modes
     output = replace(bass.output, sensor=Output.sensor, sensor_v=Output.sensor_v)  # they are in the trial

@@ -21,11 +21,12 @@ from livebass.extras import install
 from livebass.files import Transaction, checked_place
 from livebass.model.instrument import Instrument
 from livebass.model.modes import CARRIED, carried, dampings, frequencies
-from livebass.model.quality import CONTACT_RATE, QUALITIES, Quality, modes_for
+from livebass.model.quality import CONTACT_RATE, QUALITIES, Quality
 from livebass.model.trial import (
     Motion,
     Trial,
     checked_trial,
+    in_quality,
     initial_amplitudes,
     initial_amplitudes_across,
     speaking_string,
@@ -64,10 +65,7 @@ def simulate(
     of each; `pitch`; `characteristic()`; `energies()`; `shapes(times)`. Raises ValueError, one line that says what is
     allowed. [main thread]
     """
-    if modes is None and quality.modes is not None:
-        s = speaking_string(instrument, string, fret)
-        modes = modes_for(quality, s.length, s.string.length, s.grid_points)
-    trial = _trial(instrument, string, fret, apex, at, duration, modes, quality.contact_rate, rate, solver, angle)
+    trial = _trial(instrument, string, fret, apex, at, duration, quality, modes, rate, solver, angle)
     if solver == "engine":
         trial = replace(trial, states=state_samples(trial, more=shape_at))
     elif shape_at:
@@ -83,8 +81,8 @@ def simulate_to_directory(
     apex: float,
     at: float,
     duration: float,
+    quality: Quality,
     modes: int | None,
-    contact_rate: float,
     rate: int,
     solver: str,
     directory: Path,
@@ -94,13 +92,13 @@ def simulate_to_directory(
 ) -> str:
     """Pluck `string` stopped at `fret` with corner `apex` (m) at `at` (m from the stop); return a one-line summary.
 
-    `angle` rad from straight up towards across; duration s; modes None for all; contact_rate and rate Hz; solver
+    `angle` rad from straight up towards across; duration s; modes None for those of `quality`; rate Hz; solver
     "engine" or "reference". With `analyse` the `columns` of `analysis.motion` go into result.npz, and the string's
     shape at the times `shape_at` (s), which only the engine gives. Raises ValueError, one line that says what is
     allowed, before anything is computed or written, and OSError where the files cannot be written; the directory is
     then as it was. [main thread]
     """
-    trial = _trial(instrument, string, fret, apex, at, duration, modes, contact_rate, rate, solver, angle)
+    trial = _trial(instrument, string, fret, apex, at, duration, quality, modes, rate, solver, angle)
     if shape_at and solver != "engine":
         raise ValueError(NO_SHAPES)
     if solver == "engine" and (analyse or shape_at):
@@ -119,7 +117,7 @@ def simulate_to_directory(
         if not contacts.fret[0]:
             where = f"on the wood {solved.contact_place[0] * 1e3:.0f} mm from the stop"
         first = f", the first at {contacts.time_s[0] * 1e3:.3f} ms {where}"
-    kept, left = carried(trial.speaking, trial.modes, contact_rate), ""
+    kept, left = carried(trial.speaking, trial.modes, trial.contact_rate), ""
     if kept < trial.modes:
         over = f"modes {kept + 1} to {trial.modes} lie above {CARRIED:g} of the contact rate, too high for contact"
         left = f"; {over}: --modes {kept} leaves them out"
@@ -127,22 +125,24 @@ def simulate_to_directory(
         left += f"; without the characteristic frequency, which needs SciPy: {install('analysis')}"
     return (
         f"string {s.string.name} fret {s.fret}, {apex * 1e3:g} mm at {at * 1e3:g} mm, {trial.modes} modes, "
-        f"{contact_rate / 1e6:g} MHz: {contacts.fret.size} contacts{first}{left}; "
+        f"{trial.contact_rate / 1e6:g} MHz: {contacts.fret.size} contacts{first}{left}; "
         f"{duration:g} s in {solved.motion.wall_s:.2f} s -> {directory}"
     )
 
 
 def _trial(
-    instrument: Instrument, string: str, fret: int, apex: float, at: float, duration: float, modes: int | None,
-    contact_rate: float, rate: int, solver: str, angle: float,
+    instrument: Instrument, string: str, fret: int, apex: float, at: float, duration: float, quality: Quality,
+    modes: int | None, rate: int, solver: str, angle: float,
 ) -> Trial:  # fmt: skip
     """The trial of one pluck, every value checked."""
     if solver not in ("engine", "reference"):
         raise ValueError(f"solver {solver!r}: engine or reference")
     s = speaking_string(instrument, string, fret)
+    of_quality, contact_rate = in_quality(s, quality)
+    count = of_quality if modes is None else modes
     whole = solver == "engine"  # its contact rate is a whole number of Hz
     CONTACT_RATE._replace(whole=whole).check("contact rate", contact_rate)
-    return checked_trial(instrument, s, apex, at, duration, modes, contact_rate, rate, angle)
+    return checked_trial(instrument, s, apex, at, duration, count, contact_rate, rate, angle)
 
 
 def _solve(trial: Trial, solver: str) -> Motion:

@@ -15,7 +15,7 @@ import numpy as np
 from livebass.arrays import Floats, Ints
 from livebass.model.instrument import Instrument, Pluck, Speaking, for_modes, speaking
 from livebass.model.modes import dampings, frequencies, pluck_amplitudes
-from livebass.model.quality import ANGLE, APEX, AT, DURATION, RATE
+from livebass.model.quality import ANGLE, APEX, AT, DURATION, RATE, Quality, modes_for
 
 SLACK = 1e-6  # of a step or sample: lets 0.1 s at 44.1 kHz end on sample 4410 whatever the rounding
 LEAST_SINE = 1e-6  # of omega_d dt: at 0 two fine steps do not tell how a mode moves between them
@@ -126,6 +126,12 @@ def checked_trial(
     pluck = Pluck(apex, at, instrument.player.rounding, angle)
     sensor, sensor_v = (s.length - place for place in places)
     return Trial(s, pluck, int(count), float(contact_rate), float(rate), float(duration), sensor, sensor_v=sensor_v)
+
+
+def in_quality(s: Speaking, quality: Quality) -> tuple[int, float]:
+    """Returns the number of modes and the contact rate (Hz) of `quality` for `s`: over a board, those it has there."""
+    chosen = quality.over(bool(s.surface))
+    return modes_for(chosen, s.length, s.string.length, s.grid_points), chosen.contact_rate
 
 
 def _check_aliasing(s: Speaking, count: int, contact_rate: float) -> None:

@@ -21,6 +21,7 @@ from livebass.experiment import simulate
 from livebass.experiment.simulate import simulate_to_directory
 from livebass.files import OutputError
 from livebass.model import modes
+from livebass.model.quality import Quality
 from livebass.model.trial import Trial
 from livebass.reference.solver import solve
 
@@ -39,7 +40,9 @@ KEYS = """
 
 def run(directory: Path, **changed: Any) -> str:
     """Simulate `CASE` with some values changed."""
-    return simulate_to_directory(strings.paper_bass(), **{**CASE, **changed}, directory=directory)
+    asked = {**CASE, **changed}
+    quality = Quality("of this test", None, asked.pop("contact_rate"))
+    return simulate_to_directory(strings.paper_bass(), **asked, quality=quality, directory=directory)
 
 
 def test_files_tell_the_same_story(tmp_path: Path) -> None:

@@ -149,7 +149,7 @@ def extremes(run: Solved, sign: int) -> tuple[Floats, Floats]:
 
 
 def nearest(found: Floats, about: Sequence[float]) -> list[float]:
-    """That of `found` which is nearest to each of `about`; NaN if nothing was found."""
+    """Returns for each of `about` the value of `found` that is nearest to it; NaN if nothing was found."""
     return [float(found[np.argmin(np.abs(found - f))]) if found.size else math.nan for f in about]
 
 
