@@ -18,11 +18,12 @@ from livebass.engine.prepare import (
     operator,
     pickup_rows,
     pickup_voice,
+    play_frames,
     sensor_rows,
     usual_grazing_apex,
     whole_contact_rate,
 )
-from livebass.kernels import performer, voice
+from livebass.kernels import performer
 from livebass.kernels.records import EVENT
 from livebass.kernels.techniques import BEND_FRAMES
 from livebass.model.instrument import Instrument, for_modes, speaking
@@ -105,7 +106,10 @@ class Engine:
         events = np.zeros(performer.MOST_EVENTS * max(1, len(frames)), EVENT)
         count = 0
         for when, (status, first, second) in zip(frames.tolist(), messages.tolist(), strict=True):
-            count = performer.message(self.performer[0], self.pool.records, when, status, first, second, events, count)
+            count = performer.take_message(
+                self.performer.ctypes.data, self.pool.records.ctypes.data, when, status, first, second,
+                events.ctypes.data, len(events), count,
+            )  # fmt: skip
         for i in range(self.strings):
             mine = events[:count][events[:count]["string"] == i]
             self._pending[i] = np.concatenate([self._pending[i], mine])
@@ -122,7 +126,7 @@ class Engine:
 
     def _run(self, i: int, out: NDArray[np.float64]) -> int:
         events = self._pending[i]
-        return int(voice.run(self.voices[i].string[0], self.pool.records[i], events, len(events), out, out[:0]))
+        return play_frames(self.voices[i], self.pool.records[i], events, out)
 
     def sounding(self) -> bool:
         """True if any string still moves."""

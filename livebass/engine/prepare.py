@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 
 from livebass.arrays import Floats
 from livebass.kernels import board, frets
-from livebass.kernels.performer import PERFORMER, reset_controllers
+from livebass.kernels.performer import PERFORMER, new_controllers
 from livebass.kernels.records import LONGER, MOST_NEAR, OPERATOR, PART, ROW, STRING, WHOLE
 from livebass.kernels.slot import padded
+from livebass.kernels.voice import run_string
 from livebass.model.circuit import digital
 from livebass.model.instrument import Instrument, Output, Pickup, Player, Speaking, String
 from livebass.model.modes import dampings, frequencies, grazing_apex, held_stiffness, shapes
@@ -262,6 +263,21 @@ class Voice:
         return np.array([v["block_in"], v["block_out"], *v["z"]])
 
 
+def play_frames(
+    voice: Voice, ops: NDArray[np.void], events: NDArray[np.void], out: Floats, across: Floats | None = None
+) -> int:
+    """Plays out.shape[0] frames of a string by `kernels.voice.run`; returns the number of events used.
+
+    ops (frets + 1,), events (n,), by frame; out (frames,) and across (frames,) are filled.
+    """
+    return int(
+        run_string(
+            voice.string.ctypes.data, ops.ctypes.data, len(ops) - 1, events.ctypes.data, len(events), out.ctypes.data,
+            0 if across is None else across.ctypes.data, len(out),
+        )
+    )  # fmt: skip
+
+
 def gather(operators: list[list[Operator]]) -> Pool:
     """Gathers the operators, given by string and fret, in one pool."""
     memory = np.concatenate([op.memory.ravel() for row in operators for op in row])
@@ -280,7 +296,7 @@ def new_voice(rates: Rates, log: int = 0, over_board: bool = False) -> Voice:
     """Makes a silent string whose output is its displacement, with room for `log` contacts."""
     voice = Voice(np.zeros(1, STRING), np.zeros((log, 2), np.int64))
     v, slots = voice.record, voice.slots
-    v["over_frets"], v["over_board"] = frets.over_frets(), board.over_board() if over_board else 0
+    v["over_frets"], v["over_board"] = frets.over_frets.address, board.over_board.address if over_board else 0
     v["log"], v["log_room"] = voice.log.ctypes.data, log
     v["numerator"], v["denominator"], v["rate"] = rates.numerator, rates.denominator, rates.rate
     v["bend"] = v["tuned"] = v["gain"] = v["gain_wanted"] = 1.0
@@ -335,5 +351,5 @@ def new_performer(instrument: Instrument, frets: int, seed: int = 0) -> NDArray[
     p["unevenness"], p["seed"] = player.unevenness, seed & 0x7FFF_FFFF_FFFF_FFFF
     p["drop"] = player.out_of_range == "drop"
     p["position_controller"] = player.position_controller
-    reset_controllers(p[0])
+    new_controllers(p.ctypes.data)
     return p

@@ -18,10 +18,10 @@ from livebass.engine.prepare import (
     operator,
     pickup_rows,
     pickup_voice,
+    play_frames,
     sampled_rows,
     sensor_rows,
 )
-from livebass.kernels import voice
 from livebass.kernels.records import EVENT, MOST_NEAR, PLUCK
 from livebass.model.instrument import Output, Player, Pluck
 from livebass.model.trial import Motion, Trial, initial_amplitudes, initial_amplitudes_across
@@ -63,7 +63,7 @@ def solve_trial(trial: Trial) -> Motion:
     for first, end in pairwise(edges):
         if first in trial.states:
             states.append(modal_state(state, trial))
-        voice.run(state.string[0], pool.records[0], events, len(events), out[first:end], across[first:end])
+        play_frames(state, pool.records[0], events, out[first:end], across[first:end])
         events = events[:0]
         contacts.append(state.log[: int(state.record[0]["logged"])].copy())
         state.record["logged"] = 0
@@ -112,5 +112,5 @@ def heard(trial: Trial, output: Output) -> NDArray[np.float64]:
     player = Player(pull_time=0.0, rounding=pluck.rounding, pluck_angle=pluck.angle)
     state = pickup_voice(s.string, output, player, rates, over_board=len(s.contact_position) > MOST_NEAR)
     out = np.zeros(trial.samples)
-    voice.run(state.string[0], pool.records[0], pluck_event(pluck), 1, out, out[:0])
+    play_frames(state, pool.records[0], pluck_event(pluck), out)
     return out

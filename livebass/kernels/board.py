@@ -15,7 +15,7 @@ step, and some five touch. v, across the board, feels friction where u touches; 
 
 import numpy as np
 
-from livebass.compiling import callback, jit
+from livebass.compiling import entry, jit
 from livebass.kernels import modal
 from livebass.kernels.contact import friction_alone, solve_point
 from livebass.kernels.frame import (
@@ -34,7 +34,7 @@ from livebass.kernels.records import GROUP
 EARLY = 2  # steps that a point is looked at before it could touch
 
 
-@callback("void(int64, int64, int64, int64)")
+@entry("void(int64, int64, int64, int64)")
 def over_board(string, k, op, steps):
     """Moves slot `k` of the string at an address over a frame of `steps` fine steps; `op`: address of its operator."""
     s = string_at(string)

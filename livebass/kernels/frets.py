@@ -7,14 +7,14 @@ where u touches; u does not feel v. [any thread]
 
 import numpy as np
 
-from livebass.compiling import callback, jit
+from livebass.compiling import entry, jit
 from livebass.kernels import contact, modal
 from livebass.kernels.frame import NEVER, advance, begin_contact, operator_at, string_at, suspicious
 from livebass.kernels.operators import shape
 from livebass.kernels.records import NEAR
 
 
-@callback("void(int64, int64, int64, int64)")
+@entry("void(int64, int64, int64, int64)")
 def over_frets(string, k, op, steps):
     """Moves slot `k` of the string at an address over a frame of `steps` fine steps; `op`: address of its operator."""
     s = string_at(string)

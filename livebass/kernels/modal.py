@@ -18,12 +18,12 @@ operator, phi the mode shapes at a point, n a number of modes, whole BLOCKs. [an
 
 import numpy as np
 
-from livebass.compiling import LEAN, compiled
+from livebass.compiling import compiled
 from livebass.kernels.operators import shape
 from livebass.kernels.records import BLOCK, LONGER, PART, WHOLE
 
 LANES = {"reassoc", "contract", "nsz", "arcp"}
-jit = compiled(fastmath=LANES, **LEAN)
+jit = compiled(fastmath=LANES)
 
 DEAD = 1e-17  # m^1.5: a mode below this is silence
 MOST_TURN = 2 * np.pi * 0.45  # rad a fine step, of a mode that a string is played with

@@ -6,8 +6,9 @@ the same input always the same one. One record, PERFORMER, holds all it remember
 
 import numpy as np
 
-from livebass.compiling import jit
-from livebass.kernels.records import BEND, CUT, GAIN, HAND, PLUCK, STRIKE_EVENT
+from livebass.compiling import entry, jit
+from livebass.kernels.native import record_at, records_at
+from livebass.kernels.records import BEND, CUT, EVENT, GAIN, HAND, OPERATOR, PLUCK, STRIKE_EVENT
 from livebass.kernels.techniques import grazing
 
 MOST_STRINGS = 8
@@ -62,6 +63,23 @@ PERFORMER = np.dtype(
     ],
     align=True,
 )
+
+
+performer_at, events_at, operators_at = record_at(PERFORMER), records_at(EVENT), records_at(OPERATOR, 2)
+
+
+@entry("void(int64)")
+def new_controllers(p):
+    """C function: `reset_controllers` of the PERFORMER at an address."""
+    reset_controllers(performer_at(p))
+
+
+@entry("int64(int64, int64, int64, int64, int64, int64, int64, int64, int64)")
+def take_message(p, ops, frame, status, first, second, events, room, count):
+    """C function: `message` for addresses; there is room for `room` events."""
+    performer = performer_at(p)
+    operators = operators_at(ops, performer.strings, performer.frets + 1)
+    return message(performer, operators, frame, status, first, second, events_at(events, room), count)
 
 
 @jit

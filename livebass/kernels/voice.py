@@ -6,19 +6,22 @@ touches only what it is handed. [audio thread]
 
 import numpy as np
 
-from livebass.compiling import jit
+from livebass.compiling import entry, jit
 from livebass.kernels import modal, techniques
-from livebass.kernels.native import call_4, record_address
+from livebass.kernels.native import call_4, floats_at, record_address, record_at, records_at
 from livebass.kernels.operators import tap
 from livebass.kernels.records import (
     BEND,
     CUT,
+    EVENT,
     GAIN,
     HAND,
     LONGER,
     MOST_NEAR,
+    OPERATOR,
     PLUCK,
     STRIKE_EVENT,
+    STRING,
     WHOLE,
 )
 from livebass.kernels.slot import HOUSEKEEPING, keep_house
@@ -26,6 +29,18 @@ from livebass.kernels.slot import HOUSEKEEPING, keep_house
 CUT_RATE = 900.0  # 1/s of all-sound-off
 DEEPEST = 8e-3  # m: a string cannot dip farther into a magnet's field
 INAUDIBLE = 1e-17  # of the signal of a string at rest: what the filters still hold below it is silence
+
+
+string_at, operators_at, events_at = record_at(STRING), records_at(OPERATOR), records_at(EVENT)
+
+
+@entry("int64(int64, int64, int64, int64, int64, int64, int64, int64)")
+def run_string(string, ops, frets, events, count, out, across, frames):
+    """C function: `run` for addresses; `frets` + 1 operators, `across` 0: v is not wanted."""
+    return run(
+        string_at(string), operators_at(ops, frets + 1), events_at(events, count), count, floats_at(out, frames),
+        floats_at(across, frames if across != 0 else 0),
+    )  # fmt: skip
 
 
 @jit

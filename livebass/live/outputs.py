@@ -148,7 +148,7 @@ class FakeDevice:
     def __init__(self, synth: Synth, channels: int = 1) -> None:
         self.synth, self.channels = synth, channels
         self._data = _CallbackData(synth, channels)
-        self._call = PA_STREAM_CALLBACK(callbacks.portaudio())
+        self._call = PA_STREAM_CALLBACK(callbacks.portaudio.address)
 
     def block(self, frames: int, flags: int = 0) -> NDArray[np.float32]:
         """The next `frames` frames, (frames,) or (frames, channels); `flags` are PaStreamCallbackFlags."""
@@ -169,7 +169,7 @@ class _NativeStream:
         self, sd: Any, synth: Synth, device: int | str | None, channels: int, block: int, latency: str | float
     ) -> None:
         self.data = _CallbackData(synth, channels)
-        function = sd._ffi.cast("PaStreamCallback *", callbacks.portaudio())
+        function = sd._ffi.cast("PaStreamCallback *", callbacks.portaudio.address)
         data = sd._ffi.cast("void *", self.data.address)
         self.stream: Any = sd._StreamBase(
             kind="output", wrap_callback=None, callback=function, userdata=data, samplerate=synth.rate,
@@ -233,7 +233,7 @@ class JackOutput:
         for k, port in enumerate(self.outputs):
             r["output"][0, k] = address(port._ptr)
         r["midi"] = address(self.midi._ptr)
-        function = ffi.cast("JackProcessCallback", callbacks.jack())
+        function = ffi.cast("JackProcessCallback", callbacks.jack.address)
         if lib.jack_set_process_callback(self.client._ptr, function, ffi.cast("void *", r.ctypes.data)):
             raise OutputLost("JACK: the server refuses the callback")
         self._gone = self._closed = False
@@ -466,7 +466,7 @@ def restart_portaudio() -> None:
 def _silence_alsa() -> None:
     """Stops alsa-lib from printing over the status line, which it does from the audio thread."""
     with suppress(OSError, AttributeError):
-        ctypes.CDLL("libasound.so.2").snd_lib_error_set_handler(ctypes.c_void_p(callbacks.no_words()))
+        ctypes.CDLL("libasound.so.2").snd_lib_error_set_handler(ctypes.c_void_p(callbacks.no_words.address))
 
 
 def silence_jack() -> None:

@@ -39,7 +39,7 @@ from livebass.live.thread.ring import (
     new_sound_ring,
     pop_messages,
     pop_sound,
-    push,
+    push_message,
     read_word,
     write_word,
 )
@@ -57,7 +57,6 @@ CAPTURE_SECONDS = 20.0
 QUIETEST = -99.0  # dB
 COUNTS = ("program", "program_count", "blocks", "messages", "late", "underruns", "clipped", "faults", "capture_lost")
 PAGE = 4096  # bytes, no more than any system's
-PROCESS = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64, ctypes.c_int64)  # block.process
 
 
 @dataclass(frozen=True)
@@ -111,7 +110,7 @@ class LiveBass:
         self.events = np.zeros((2, EVENT_ROOM), EVENT)
         self.record = np.zeros(1, BASS)
         b = self.record
-        b["play_string"] = ahead.play_string()
+        b["play_string"] = ahead.play_string.address
         b["strings"], b["frets"] = self.engine.strings, self.engine.frets
         for k, pool in enumerate((self.engine.pool, self.coarse)):
             b["operators"][0, k] = pool.records.ctypes.data
@@ -165,7 +164,7 @@ class Synth:
         self._writer = threading.Lock()  # of the first ring, between Python's threads
         self._basses: list[LiveBass] = []
         r = self.record
-        r["process"] = block.process()
+        r["process"] = block.process.address
         r["rate"], r["channel"], r["gain"], r["gain_target"] = rate, channel, gain, gain
         r["adaptive"] = adaptive
         for k, ring in enumerate(self.rings):
@@ -229,7 +228,7 @@ class Synth:
     def send(self, status: int, first: int = 0, second: int = 0, frame: int = NOW) -> bool:
         """Sends a MIDI message for `frame`, or to be played at once; False if the ring is full. [any thread]"""
         with self._writer:
-            return bool(push(self.rings[0].ctypes.data, RING, frame, status, first, second))
+            return bool(push_message(self.rings[0].ctypes.data, RING, frame, status, first, second))
 
     def feed(self, score: Score, first: int, start: int) -> int:
         """Sends the messages of `score` from index `first` on while there is room; returns the next index.
@@ -241,7 +240,7 @@ class Synth:
             message = score.messages[k].tolist()
             if message[0] & 0xF0 == 0xC0:
                 continue  # the bass for a file's program is chosen before it begins
-            if not push(ring, RING, start + int(score.frames[k]), *message):
+            if not push_message(ring, RING, start + int(score.frames[k]), *message):
                 return k
         return len(score.frames)
 
@@ -341,7 +340,7 @@ def rehearse() -> None:
     synth.feed(single_note(40, 100, 0.001, rate), 0, 0)
     synth.receive(0xF8, 0, 0, synth.frame_now(0))
     synth.panic()
-    PROCESS(block.process())(synth.address, sound.ctypes.data, len(sound))
+    block.process(synth.address, sound.ctypes.data, len(sound))
     synth.recorded()
     pop_messages(synth.rings[0])
     synth.release_faded()

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livebass.arrays import Floats
-from livebass.compiling import counted
+from livebass.compiling.by_numba import counted
 
 MOST_NEWTON_STEPS = 60
 ACCEPTED_RESIDUAL = 1e-15  # m; Newton goes on below it as long as the residual falls

@@ -53,7 +53,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livebass.arrays import Floats, Ints
-from livebass.compiling import compiled, counted
+from livebass.compiling.by_numba import compiled, counted
 from livebass.model import modes
 from livebass.model.trial import Motion, Trial, initial_amplitudes, initial_amplitudes_across
 from livebass.reference.laws import potential, solve_contact, solve_friction

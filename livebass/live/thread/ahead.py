@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from livebass.compiling import callback, counted, jit
+from livebass.compiling import entry, jit
 from livebass.kernels import voice
 from livebass.kernels.modal import clear, copy
 from livebass.kernels.native import call_4, record_address, words_at
@@ -33,7 +33,7 @@ from livebass.live.thread.records import (
 )
 
 
-@counted
+@jit
 def save(b, i):
     """Saves the state of string `i`, over the oldest one saved."""
     a, string = ahead_of(b, i), string_of(b, i)
@@ -51,7 +51,7 @@ def save(b, i):
                 save_v(saved_motion(a, place, k, 1), slot, operator_of(b, i, slot.fret))
 
 
-@counted
+@jit
 def go_back(b, i, frame):
     """Restores string `i` to the last saved state that is not after `frame`."""
     a, string = ahead_of(b, i), string_of(b, i)
@@ -76,7 +76,7 @@ def go_back(b, i, frame):
                 forget_contact(slot.v, op)
 
 
-@counted
+@jit
 def operator_of(b, i, fret):
     """The operator that string `i` plays `fret` with."""
     return operators_of(b, (b.coarse >> i) & 1)[i, fret]
@@ -153,7 +153,7 @@ def restore_v(memory, slot, op):
     restore_row(memory, at, v.solved_at, points)
 
 
-@callback("void(int64, int64, int64, int64)")
+@entry("void(int64, int64, int64, int64)")
 def play_string(bass, i, end, count):
     """C function: `play_to` for the bass at address `bass`."""
     b = bass_at(bass)
@@ -174,13 +174,13 @@ def play_string(bass, i, end, count):
         used += voice.run(string, operators_of(b, which)[i], events[used:], count - used, out, out[:0])
 
 
-@counted
+@jit
 def play_to(b, i, end, count):
     """Plays string `i` to frame `end` of its bass into its ring of sound, with `count` of b.string_events."""
     call_4(b.play_string, record_address(b), i, end, count)
 
 
-@counted
+@jit
 def step_ahead(b, i, end):
     """Plays string `i` a few frames further; `end` is the first frame for which events may still come."""
     v = string_of(b, i).voice
@@ -189,7 +189,7 @@ def step_ahead(b, i, end):
     play_to(b, i, v.frame + b.stride - v.frame % b.stride, 0)
 
 
-@counted
+@jit
 def drop_ahead(b, i, frame):
     """Takes string `i` back to `frame` if it ran ahead of it, and drops its saved states."""
     if string_of(b, i).voice.frame > frame:
@@ -199,7 +199,7 @@ def drop_ahead(b, i, frame):
     a.first = a.saved
 
 
-@counted
+@jit
 def rearmost(b, horizon):
     """Returns the string that is least far ahead, short of frame `horizon` and not being tuned; -1: none."""
     best: Any = np.int64(-1)

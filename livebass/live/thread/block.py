@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from livebass.compiling import callback, counted, jit
+from livebass.compiling import entry, jit
 from livebass.kernels import performer, techniques
 from livebass.kernels.native import (
     FLUSH,
@@ -16,6 +16,7 @@ from livebass.kernels.native import (
     load_acquire,
     nanoseconds,
     record_address,
+    samples_at,
     set_float_control,
     store_release,
 )
@@ -43,7 +44,6 @@ from livebass.live.thread.records import (
     events_of,
     operators_of,
     performer_of,
-    samples_at,
     sound_of,
     string_events_of,
     string_of,
@@ -55,7 +55,7 @@ FADE = 0.03  # s of fade-out of a bass that rings out, once another one or an ov
 GAIN_POLE = 0.004  # part of the way to its target that the gain goes each frame
 
 
-@counted
+@jit
 def handle_message(synth, b, frame, status, first, second, count):
     """Hands one message for synth frame `frame` to the performer; returns the new number of events."""
     synth.messages += 1
@@ -72,7 +72,7 @@ def handle_message(synth, b, frame, status, first, second, count):
     )
 
 
-@counted
+@jit
 def tell_old_bass(synth, b, first_event, event_count, frame, status, first, second, count):
     """Hands a message to the bass that rings out; returns the new number of its events.
 
@@ -94,7 +94,7 @@ def tell_old_bass(synth, b, first_event, event_count, frame, status, first, seco
     return count
 
 
-@counted
+@jit
 def collect_events(synth, b, n):
     """Turns all messages for the next `n` frames, in order, into events of `b` and of the bass that rings out.
 
@@ -135,7 +135,7 @@ def collect_events(synth, b, n):
     return count, old_count
 
 
-@counted
+@jit
 def mix_strings(synth, b, count, out, n, fade, whole):
     """Adds n frames of every string of `b` to out (n,) float32.
 
@@ -163,7 +163,7 @@ def mix_strings(synth, b, count, out, n, fade, whole):
             out[j] += np.float32(x)
 
 
-@counted
+@jit
 def render_chunk(synth, out, n):
     """Plays n <= CHUNK frames into out (n,) float32, held within full scale."""
     for j in range(n):
@@ -197,7 +197,7 @@ def fade_frames(synth):
     return np.int64(FADE * synth.rate)
 
 
-@counted
+@jit
 def is_silent(b, end):
     """True if no string of `b` sounds, and none has sound computed ahead of synth frame `end`."""
     for i in range(b.strings):
@@ -214,7 +214,7 @@ def end_old_bass(synth):
         synth.fade_left = fade_frames(synth)
 
 
-@counted
+@jit
 def switch_bass(synth):
     """Starts the bass that Python has put ready; the present one starts no more notes and rings out.
 
@@ -234,7 +234,7 @@ def switch_bass(synth):
         synth.overload = 0
 
 
-@counted
+@jit
 def capture(synth, out, n):
     """Hands the sound to the recorder and counts the frames that find no room in its ring."""
     address = load_acquire(record_address(synth) + CAPTURE_RING)
@@ -242,7 +242,7 @@ def capture(synth, out, n):
         synth.capture_lost += push_sound(address, synth.capture_size, out, n)
 
 
-@callback("void(int64, int64, int64)")
+@entry("void(int64, int64, int64)")
 def process(address, sound, n):
     """C function: plays n frames of the synth at `address` into the float32 at address `sound`."""
     out = samples_at(sound, n)
@@ -272,7 +272,7 @@ def process(address, sound, n):
     set_float_control(before)
 
 
-@counted
+@jit
 def run_ahead(synth, began, n):
     """Lets strings play past the end of a block of n frames that began at `began` (ns), for a share of its time."""
     if synth.bass == 0:
@@ -287,7 +287,7 @@ def run_ahead(synth, began, n):
         ahead.step_ahead(b, i, end)
 
 
-@counted
+@jit
 def update_meters(synth, load):
     """Counts a block that needed `load` of its time."""
     synth.load = load
@@ -300,7 +300,7 @@ HIGH, LOW = 0.75, 0.35  # load above which a string is made coarse, below which 
 CALM = 0.5  # s of low load before a string gets its fine operators back
 
 
-@counted
+@jit
 def adapt(synth, load, n):
     """Moves one string to the coarse operators under overload, newest contacts first; one back in calm times.
 
@@ -342,7 +342,7 @@ def adapt(synth, load, n):
                 return
 
 
-@counted
+@jit
 def switch_operators(b, i, which, now):
     """Gives string `i` the operators `which` (0 fine, 1 coarse) from synth frame `now` on."""
     ahead.drop_ahead(b, i, now - b.frame)

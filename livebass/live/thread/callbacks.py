@@ -4,18 +4,19 @@ from typing import Any
 
 import numpy as np
 
-from livebass.compiling import callback, counted
+from livebass.compiling import entry, jit
 from livebass.kernels.native import (
     address_of,
     call_3,
-    carray,
+    bytes_at,
     count_from,
-    pointer,
     pointer_from,
     record_address,
+    record_at,
+    samples_at,
     status_from,
 )
-from livebass.live.thread.records import CHUNK, field_offset, samples_at, synth_at
+from livebass.live.thread.records import CHUNK, field_offset, synth_at
 from livebass.live.thread.ring import push
 
 OUTPUT_UNDERFLOW = 4  # paOutputUnderflow
@@ -44,19 +45,20 @@ JACK = np.dtype(
     ],
     align=True,
 )
+portaudio_at, jack_at = record_at(PORTAUDIO), record_at(JACK)
 EVENT_OFFSET = field_offset(JACK, "event")
 
 
-@counted
+@jit
 def render(synth, sound, n):
     """Plays n frames of the synth at address `synth` into the float32 at address `sound`."""
     call_3(synth_at(synth).process, synth, sound, n)
 
 
-@callback("int32(voidptr, voidptr, uint64, voidptr, uint64, voidptr)")
+@entry("int32(voidptr, voidptr, uint64, voidptr, uint64, voidptr)")
 def portaudio(_input, output, frames, _time, flags, arg):
     """A PaStreamCallback with `PORTAUDIO` as user data; interleaved float32."""
-    data = carray(arg, 1, PORTAUDIO)[0]
+    data = portaudio_at(address_of(arg))
     n = np.int64(frames & np.uint64(0xFFFFFFFF))
     if flags & np.uint64(OUTPUT_UNDERFLOW):
         synth_at(data.synth).underruns += 1
@@ -78,12 +80,12 @@ def portaudio(_input, output, frames, _time, flags, arg):
     return np.int32(0)
 
 
-@callback("void(voidptr, int32, voidptr, int32, voidptr)")
+@entry("void(voidptr, int32, voidptr, int32, voidptr)")
 def no_words(_file, _line, _function, _error, _format):
     """An alsa-lib error handler that says nothing."""
 
 
-@counted
+@jit
 def is_message(message, size):
     """True for a whole channel message: a status, as many data bytes as it takes, each below 128."""
     status = message[0]
@@ -92,7 +94,7 @@ def is_message(message, size):
     return message[1] < 0x80 and (size < 3 or message[2] < 0x80)
 
 
-@counted
+@jit
 def read_midi(data, n):
     """Moves the messages that the MIDI port has for these n frames into the synth's third ring.
 
@@ -108,7 +110,7 @@ def read_midi(data, n):
         size = event[1]
         if size < 1 or size > 3:
             continue
-        message = carray(pointer(event[2]), size, np.uint8)
+        message = bytes_at(event[2], size)
         if not is_message(message, size):
             continue
         status = np.int64(message[0])
@@ -120,10 +122,10 @@ def read_midi(data, n):
         push(synth.midi_ring[2], synth.midi_ring_size[2], frame, status, first, second)
 
 
-@callback("int32(uint32, voidptr)")
+@entry("int32(uint32, voidptr)")
 def jack(frames, arg):
     """A JackProcessCallback with `JACK` as argument."""
-    data = carray(arg, 1, JACK)[0]
+    data = jack_at(address_of(arg))
     n = np.int64(frames)
     if data.midi != 0:
         read_midi(data, n)

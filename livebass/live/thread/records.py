@@ -6,8 +6,8 @@ code gets at a record or an array behind an address by a function of this file, 
 
 import numpy as np
 
-from livebass.compiling import counted, jit
-from livebass.kernels.native import carray, floats_at, pointer, record_at, words_at
+from livebass.compiling import inlined, jit
+from livebass.kernels.native import floats_at, record_at, records_at, words_at
 from livebass.kernels.performer import MOST_EVENTS, MOST_STRINGS, PERFORMER
 from livebass.kernels.records import EVENT, GROUP_ROOM, OPERATOR, ROW, SLOT_STATE, STRING, VOICE, VOICE_SLOTS
 
@@ -135,6 +135,7 @@ bass_at = record_at(BASS)
 ahead_at = record_at(AHEAD)
 string_at = record_at(STRING)
 performer_at = record_at(PERFORMER)
+operators_at, events_at = records_at(OPERATOR, 2), records_at(EVENT)
 
 
 @jit
@@ -147,9 +148,9 @@ def string_of(b, i):
     return string_at(b.string[i])
 
 
-@counted
+@inlined
 def operators_of(b, which):
-    return carray(pointer(b.operators[which]), (b.strings, b.frets + 1), OPERATOR)
+    return operators_at(b.operators[which], b.strings, b.frets + 1)
 
 
 @jit
@@ -157,41 +158,36 @@ def performer_of(b):
     return performer_at(b.performer)
 
 
-@counted
+@inlined
 def events_of(b):
-    return carray(pointer(b.events), EVENT_ROOM, EVENT)
+    return events_at(b.events, EVENT_ROOM)
 
 
-@counted
+@inlined
 def string_events_of(b):
-    return carray(pointer(b.string_events), EVENT_ROOM, EVENT)
+    return events_at(b.string_events, EVENT_ROOM)
 
 
-@counted
+@inlined
 def sound_of(a):
     """The ring of sound, (SOUND_RING,)."""
     return floats_at(a.sound, SOUND_RING)
 
 
-@counted
+@inlined
 def saved_voice(a, place):
     """Words of a saved VOICE, (VOICE_WORDS,)."""
     return words_at(a.voice + WORD * VOICE_WORDS * place, VOICE_WORDS)
 
 
-@counted
+@inlined
 def saved_slot(a, place, k):
     """Words of the state of slot `k` in a saved string, (SLOT_STATE,)."""
     return words_at(a.slots + WORD * SLOT_STATE * (place * VOICE_SLOTS + k), SLOT_STATE)
 
 
-@counted
+@inlined
 def saved_motion(a, place, k, polarisation):
     """Memory of the motion of slot `k` along u (0) or v (1) in a saved string, (a.kept,)."""
     which = (place * VOICE_SLOTS + k) * POLARISATIONS + polarisation
     return floats_at(a.memory + WORD * a.kept * which, a.kept)
-
-
-@counted
-def samples_at(address, n):
-    return carray(pointer(address), n, np.float32)

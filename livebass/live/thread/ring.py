@@ -2,14 +2,13 @@
 
 A ring is an int64 array. Words HEAD (entries ever written) and TAIL (entries ever read) only grow and lie on cache
 lines of their own; the entries follow from word DATA. A message is two words: its frame, or NOW, and its three bytes
-in one word. Sound is float32. Compiled code and Python call the same functions; they take a ring's address and its
-size in entries.
+in one word. Sound is float32. Functions take a ring's address and its size in entries.
 """
 
 import numpy as np
 
-from livebass.compiling import counted, jit
-from livebass.kernels.native import carray, load_acquire, pointer, store_release
+from livebass.compiling import entry, inlined, jit
+from livebass.kernels.native import load_acquire, samples_at, store_release, words_at
 
 HEAD, TAIL, DATA = 0, 8, 16
 WORD = 8  # bytes
@@ -17,13 +16,13 @@ ENTRY = 2  # words of a message
 NOW = -1  # in place of a frame: as soon as possible
 
 
-@counted
+@entry("int64(int64)")
 def read_word(address):
     """Returns the int64 at `address`; what was written before it was stored is visible afterwards."""
     return load_acquire(address)
 
 
-@counted
+@entry("void(int64, int64)")
 def write_word(address, value):
     """Stores the int64 `value` at `address`, after everything written before."""
     store_release(address, value)
@@ -41,13 +40,13 @@ def unpack(word):
     return word & 0xFF, (word >> 8) & 0x7F, (word >> 16) & 0x7F
 
 
-@counted
+@inlined
 def words_of(address, size):
     """The array of a ring of `size` messages."""
-    return carray(pointer(address), DATA + ENTRY * size, np.int64)
+    return words_at(address, DATA + ENTRY * size)
 
 
-@counted
+@jit
 def push(address, size, frame, status, first, second):
     """Adds a message for `frame`; returns False if the ring is full. [writing thread]"""
     words = words_of(address, size)
@@ -60,7 +59,13 @@ def push(address, size, frame, status, first, second):
     return True
 
 
-@counted
+@entry("int64(int64, int64, int64, int64, int64, int64)")
+def push_message(address, size, frame, status, first, second):
+    """C function: `push`; returns 1 or 0."""
+    return np.int64(push(address, size, frame, status, first, second))
+
+
+@jit
 def next_frame(address, size, empty):
     """Returns the frame of the next message, or NOW, or `empty` if there is no message. [reading thread]"""
     words = words_of(address, size)
@@ -70,7 +75,7 @@ def next_frame(address, size, empty):
     return words[DATA + ENTRY * (tail % size)]
 
 
-@counted
+@jit
 def pop(address, size):
     """Removes the next message, which must be there; returns status, first, second. [reading thread]"""
     words = words_of(address, size)
@@ -80,11 +85,11 @@ def pop(address, size):
     return unpack(word)
 
 
-@counted
+@jit
 def push_sound(address, size, sound, n):
     """Adds n samples as far as there is room; returns how many were lost. [writing thread]"""
-    words = carray(pointer(address), DATA, np.int64)
-    data = carray(pointer(address + WORD * DATA), size, np.float32)
+    words = words_at(address, DATA)
+    data = samples_at(address + WORD * DATA, size)
     head = words[HEAD]
     fits = min(n, size - (head - load_acquire(address + WORD * TAIL)))
     for j in range(fits):

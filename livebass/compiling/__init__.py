@@ -1,0 +1,88 @@
+"""The kernels, from Python functions to machine code: one emitter, one list of entries, one library.
+
+A function decorated by `jit` or `inlined` is the source of a kernel, in the part of Python that numba compiles. One
+decorated by `entry` is a C function that the library of kernels exports: Python, the audio thread, plugin and page
+call no other. The emitter (emitter.py) compiles all of them in one pass, in a process of its own; the library
+(library.py) loads the result. numba is imported by the emitter, and where FROM_SOURCE is set, which tests of single
+kernels do; everywhere else these decorators leave the functions as they are.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+import os
+from collections.abc import Callable
+from typing import Any
+
+FROM_SOURCE = bool(os.environ.get("LIVEBASS_FROM_SOURCE"))
+C_TYPES: dict[str, Any] = {
+    "void": None,
+    "voidptr": ctypes.c_void_p,
+    "int32": ctypes.c_int32,
+    "uint32": ctypes.c_uint32,
+    "int64": ctypes.c_int64,
+    "uint64": ctypes.c_uint64,
+    "float64": ctypes.c_double,
+}
+ENTRIES: dict[str, Entry] = {}  # by name: all C functions of the library
+
+
+def compiled(**options: Any) -> Callable[[Callable[..., Any]], Any]:
+    """A decorator: the source of a kernel that is compiled with `options` of numba's njit."""
+
+    def decorate(function: Callable[..., Any]) -> Any:
+        if not FROM_SOURCE:
+            return function
+        from livebass.compiling import by_numba
+
+        return by_numba.kernel(**options)(function)
+
+    return decorate
+
+
+jit = compiled()
+# Becomes part of its callers before they are compiled: for functions that take functions, or that return arrays they
+# made, which numba does not do without references.
+inlined = compiled(inline="always")
+
+
+class Entry:
+    """A C function of the library: call it, or take its `address`. Integers may be addresses."""
+
+    def __init__(self, function: Callable[..., Any], signature: str) -> None:
+        self.function, self.signature, self.name = function, signature, function.__name__
+        self.result, arguments = signature.rstrip(")").split("(")
+        self.arguments = [name.strip() for name in arguments.split(",") if name.strip()]
+        functools.update_wrapper(self, function)
+
+    @functools.cached_property
+    def address(self) -> int:
+        """Where the function is. Loads, and if need be compiles, the library."""
+        from livebass.compiling.library import library
+
+        return library().address(self.name)
+
+    @functools.cached_property
+    def call(self) -> Callable[..., Any]:
+        """The function, for Python; other threads go on while it runs."""
+        return ctypes.CFUNCTYPE(C_TYPES[self.result], *(C_TYPES[name] for name in self.arguments))(self.address)
+
+    def __call__(self, *arguments: Any) -> Any:
+        return self.call(*arguments)
+
+
+def entry(signature: str) -> Callable[[Callable[..., Any]], Entry]:
+    """A decorator: the function is a C function of the library, with a `signature` such as "int64(int64, float64)".
+
+    Raises ValueError if there is another one of its name.
+    """
+
+    def decorate(function: Callable[..., Any]) -> Entry:
+        made = Entry(function, signature)
+        if made.name in ENTRIES:
+            raise ValueError(f"two entries called {made.name}")
+        ENTRIES[made.name] = made
+        return made
+
+    return decorate

@@ -1,0 +1,161 @@
+"""Functions that numba compiles where they are called: the reference solver, and single kernels for tests; raw IR.
+
+What is kept on disk goes by all its sources, by Python, numba and the kind of processor: numba alone keys a function
+by the file it stands in, and one that calls into another file would stay as it was when that file changes. Every file
+ends with a checksum: numba trusts what it finds. A damaged directory is emptied; one that cannot be written to is done
+without.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import io
+import logging
+import os
+import shutil
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+import numba as nb
+from llvmlite import binding
+from numba.core import caching
+
+from livebass.compiling import FROM_SOURCE, Entry, store
+from livebass.interrupts import aside
+
+LOG = logging.getLogger("livebass")
+
+
+@functools.cache
+def directory() -> Path | None:
+    """Where compiled functions are kept, by their sources, this Python, numba and processor; None: nowhere."""
+    config: Any = nb.config
+    processor = config.CPU_NAME or binding.get_host_cpu_name()
+    features = config.CPU_FEATURES
+    if features is None:
+        features = binding.get_host_cpu_features().flatten()
+    versions = (sys.implementation.cache_tag, nb.__version__, binding.llvm_version_info, processor, features)
+    digest = hashlib.sha256(repr(versions).encode())
+    for source in (Path(__file__), *sorted((store.PACKAGE / "reference").rglob("*.py"))):
+        digest.update(source.read_bytes())
+    return store.directory(f"reference-{digest.hexdigest()[:16]}")
+
+
+def _empty() -> None:
+    """Empties the directory, as far as the system lets us."""
+    place = directory()
+    with suppress(OSError):
+        for entry in place.iterdir() if place else ():
+            shutil.rmtree(entry, ignore_errors=True)
+
+
+@functools.cache  # once is enough
+def _start_anew() -> None:
+    """Empties a cache that turned out to be damaged, and says so."""
+    _empty()
+    LOG.warning("the compiled code in %s is damaged: compiling it anew", directory())
+
+
+class _Files(caching.IndexDataCacheFile):
+    """The index and the data of one function, in numba's formats, each with its checksum at the end."""
+
+    @contextmanager
+    def _open_for_write(self, filepath: str) -> Iterator[io.BytesIO]:
+        data = io.BytesIO()
+        yield data
+        with super()._open_for_write(filepath) as file:
+            file.write(store.sealed(data.getvalue()))
+
+    def _load_index(self) -> Any:
+        if os.path.exists(self._index_path) and store.whole(Path(self._index_path)) is None:
+            _start_anew()
+            return {}
+        return super()._load_index()
+
+    def _load_data(self, name: str) -> Any:
+        if store.whole(Path(self._data_path(name))) is None:
+            _start_anew()
+            raise FileNotFoundError  # numba compiles
+        return super()._load_data(name)
+
+
+class _Locator(caching.UserProvidedCacheLocator):
+    """Names the place of a function's cache files: by its module, not by where livebass is installed."""
+
+    def __init__(self, function: Callable[..., Any], file: str) -> None:
+        self._py_file, self._lineno = file, function.__code__.co_firstlineno
+        self._cache_path = os.path.join(directory() or "", function.__module__)
+
+    @classmethod
+    def from_function(cls, function: Callable[..., Any], file: str) -> _Locator:
+        return cls(function, file)
+
+    def get_source_stamp(self) -> str:
+        return ""  # the name of the directory says all
+
+
+class _Results(caching.CompileResultCacheImpl):
+    _locator_classes: Any = (_Locator,)
+
+
+class _Cache(caching.FunctionCache):
+    """numba's cache of one function. What cannot be read is compiled anew, what cannot be written is not kept."""
+
+    _impl_class = _Results
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        super().__init__(function)
+        self._cache_file = _Files(self._cache_path, self._impl.filename_base, self._impl.locator.get_source_stamp())
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        try:
+            return super().load_overload(sig, target_context)
+        except Exception:  # of a file, a pickle, or LLVM
+            _start_anew()
+            return None
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        with suppress(OSError):
+            super().save_overload(sig, data)
+
+
+USUAL: dict[str, Any] = {"nogil": True, "error_model": "numpy"}  # division as in C
+# No references to Python's objects, which cost a quarter of the time; what would allocate does not compile.
+LEAN: dict[str, Any] = {"_nrt": False}
+
+
+def compiled(**options: Any) -> Callable[[Callable[..., Any]], Any]:
+    """A decorator: numba's `njit` with `USUAL` and `options`; kept on disk."""
+
+    def decorate(function: Callable[..., Any]) -> Any:
+        made = nb.njit(**USUAL, **options)(function)
+        if directory():
+            made._cache = _Cache(function)
+        made.compile = functools.partial(aside, made.compile)
+        return made
+
+    return decorate
+
+
+counted = compiled()  # counts references: for functions that allocate
+
+
+def kernel(**options: Any) -> Callable[[Callable[..., Any]], Any]:
+    """A decorator: a kernel, with `options` of numba's `njit` beside `USUAL` and `LEAN`."""
+    return nb.njit(**USUAL, **LEAN, **options)  # type: ignore[no-any-return]
+
+
+def raw_ir(entry: Entry) -> tuple[str, str]:
+    """The name of numba's function for an entry, and the module in which it and all that it calls are defined.
+
+    In a process that called `emitter.prepare_numba` first.
+    """
+    assert FROM_SOURCE
+    made = kernel()(entry.function)
+    made.compile(entry.signature)
+    (found,) = made.overloads.values()
+    return found.fndesc.llvm_func_name, str(found.library._final_module)

@@ -1,0 +1,186 @@
+"""Compiles all kernels in one pass, ahead of time: numba's raw IR, then LLVM's O3 for a named level of processor.
+
+    python -m livebass.compiling.emitter LEVEL FILE.o
+
+numba's own optimiser is off: it would vectorise for the processor at hand, function by function, and what is
+vectorised once stays so. Nothing is run here, so that code for other machines can be made. The functions of all
+entries become one module in which everything but the entries is internal; `lb_NAME` is the entry NAME with C's calling
+convention. numba reads its settings once: it needs a process of its own, as this file started as a program is.
+"""
+
+from __future__ import annotations
+
+import importlib
+import os
+import re
+import sys
+import threading
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from livebass.compiling import store
+
+LLVM_TYPES = {
+    "void": "void", "voidptr": "ptr", "int32": "i32", "uint32": "i32", "int64": "i64", "uint64": "i64",
+    "float64": "double",
+}  # fmt: skip
+ZEROS = {"ptr": "null", "double": "0.0"}
+SETTINGS = {"LIVEBASS_FROM_SOURCE": "1", "NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": ""}  # of the environment
+# What machine code may need of the C library, or of LLVM's own runtime.
+ALLOWED = {"memset", "memcpy", "memmove", "sin", "cos", "sincos", "exp", "exp2", "log2", "pow", "floor", "ceil"}
+# numpy's square root is a call of C's; here it is the processor's instruction.
+SQRT = """define double @sqrt(double %x) alwaysinline {
+  %y = call double @llvm.sqrt.f64(double %x)
+  ret double %y
+}
+declare double @llvm.sqrt.f64(double)"""
+ADDRESS = re.compile(r"inttoptr \(i64 \d")  # of this process
+
+
+@dataclass(frozen=True)
+class Level:
+    """A kind of processor: what LLVM calls it, and the instructions it has beyond."""
+
+    cpu: str
+    features: str = ""
+    machine: str = "x86_64"  # for instructions that numba lacks
+
+
+LEVELS = {
+    "x86-64-v2": Level("x86-64-v2"),
+    "x86-64-v3": Level("x86-64-v3"),
+    "arm64": Level("generic", "+neon", "aarch64"),
+}
+
+
+def prepare_numba() -> None:
+    """Makes numba stop at raw IR. Before its first use."""
+    from numba.core import codegen
+
+    library: Any = codegen.CPUCodeLibrary
+    jit: Any = codegen.JITCodeLibrary
+    context: Any = codegen.JITCPUCodegen
+
+    def keep_layout(self: Any, module: Any) -> None:
+        module.data_layout = self._codegen._data_layout
+
+    library._optimize_functions = keep_layout
+    library._optimize_final_module = lambda self: None
+    context._add_module = lambda self, module: None
+    jit._finalize_specific = lambda self: None
+    jit.get_pointer_to_function = lambda self, name: self._ensure_finalized() or 0
+    context.set_env = lambda self, name, env: None
+
+
+def entries() -> dict[str, Any]:
+    """All entries, by name. Imports the files of the kernels."""
+    from livebass.compiling import ENTRIES
+
+    for source in store.sources():
+        module = source.relative_to(store.PACKAGE.parent).with_suffix("").as_posix().replace("/", ".")
+        if not module.startswith("livebass.compiling"):
+            importlib.import_module(module.removesuffix(".__init__"))
+    return dict(sorted(ENTRIES.items()))
+
+
+def program() -> str:
+    """The unoptimised IR of all entries as one module."""
+    import llvmlite.binding as llvm
+
+    from livebass.compiling import by_numba
+
+    whole, gates = None, []
+    for name, entry in entries().items():
+        raw, text = by_numba.raw_ir(entry)
+        module = llvm.parse_assembly(text)
+        module.get_function(raw).name = f"raw_{name}"
+        gates.append(gate(entry))
+        if whole is None:
+            whole = module
+        else:
+            whole.link_in(module)
+    assert whole is not None
+    whole.link_in(llvm.parse_assembly("\n".join([*gates, SQRT])))
+    for item in [*whole.functions, *whole.global_variables]:
+        if not item.is_declaration and not item.name.startswith("lb_"):
+            item.linkage = "internal"
+    return str(whole)
+
+
+def gate(entry: Any) -> str:
+    """The IR of the C function `lb_NAME`, which calls numba's function: result by address, errors by status."""
+    result = LLVM_TYPES[entry.result]
+    kinds = [LLVM_TYPES[kind] for kind in entry.arguments]
+    raw = f"raw_{entry.name}"
+    given = "".join(f", {kind} %{i}" for i, kind in enumerate(kinds))
+    held = "ptr" if result == "void" else result
+    lines = [
+        f"declare i32 @{raw}({', '.join(['ptr', 'ptr', *kinds])})",
+        f"define {result} @lb_{entry.name}({given.lstrip(', ')}) {{",
+        f"  %result = alloca {held}",
+        "  %error = alloca ptr",
+        f"  store {held} {ZEROS.get(held, '0')}, ptr %result",
+        f"  %status = call i32 @{raw}(ptr %result, ptr %error{given})",
+    ]
+    if result == "void":
+        return "\n".join([*lines, "  ret void", "}"])
+    return "\n".join([*lines, f"  %value = load {result}, ptr %result", f"  ret {result} %value", "}"])
+
+
+def emit(text: str, level: str, triple: str | None = None) -> tuple[bytes, set[str]]:
+    """Returns the object file of the program `text` for `level`, and the symbols that it needs.
+
+    `triple`: another system than this one. Raises ValueError if the code needs what it must not.
+    """
+    import llvmlite.binding as llvm
+
+    llvm.initialize_all_targets()
+    llvm.initialize_all_asmprinters()
+    triple = triple or llvm.get_process_triple()
+    kind = LEVELS[level]
+    machine = llvm.Target.from_triple(triple).create_target_machine(
+        cpu=kind.cpu, features=kind.features, opt=3, reloc="pic", codemodel="default"
+    )
+    text = re.sub(r"^target triple = .*$", f'target triple = "{triple}"', text, flags=re.MULTILINE)
+    text = re.sub(r"^target datalayout = .*$", f'target datalayout = "{machine.target_data}"', text, flags=re.MULTILINE)
+    module = llvm.parse_assembly(text)
+    options = llvm.create_pipeline_tuning_options(speed_level=3)
+    options.loop_vectorization, options.loop_interleaving, options.loop_unrolling = True, True, True
+    options.slp_vectorization = False
+    builder = llvm.create_pass_builder(machine, options)
+    builder.getModulePassManager().run(module, builder)
+    final = str(module)
+    if ADDRESS.search(final):
+        raise ValueError("an address of the compiler's process is in the code")
+    used = re.sub(r"^declare.*$", "", final, flags=re.MULTILINE)
+    needs = {
+        f.name for f in module.functions
+        if f.is_declaration and not f.name.startswith("llvm.") and f"@{f.name}(" in used
+    }  # fmt: skip
+    if needs - ALLOWED:
+        raise ValueError(f"the code needs {', '.join(sorted(needs - ALLOWED))}")
+    return machine.emit_object(module), needs
+
+
+def end_with_parent() -> None:
+    """Ends this process when the one that started it has ended: its standard input ends then."""
+
+    def watch() -> None:
+        while os.read(0, 4096):
+            pass
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
+
+
+def main(level: str, out: str) -> None:
+    """Compiles for `level` into the file `out`."""
+    end_with_parent()
+    data, _ = emit(program(), level)
+    Path(out).write_bytes(data)
+
+
+if __name__ == "__main__":
+    prepare_numba()
+    main(*sys.argv[1:])

@@ -1,0 +1,127 @@
+"""The library of kernels in this process: one that came with the package, or an object file compiled on this machine.
+
+The first is loaded by the system, without numba or LLVM. The second is made by emitter.py, in a process of its own, at
+its first use, and is kept in the user's directory; one that is damaged is made anew, and one that cannot be kept is
+made for this process alone.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import logging
+import os
+import subprocess
+import sys
+import tempfile
+import threading
+from contextlib import suppress
+from pathlib import Path
+from typing import Protocol
+
+from livebass.compiling import emitter, store
+
+LOG = logging.getLogger("livebass")
+COMPILE_TIME = 40  # s, about
+_lock = threading.RLock()
+_loaded: list[Library] = []
+
+
+class Library(Protocol):
+    """Compiled kernels, loaded."""
+
+    def address(self, name: str) -> int:
+        """The address of an entry. Raises KeyError if there is none of that name."""
+
+
+class SharedLibrary:
+    """A shared library. Raises OSError if the system cannot load it."""
+
+    def __init__(self, path: Path) -> None:
+        self._library = ctypes.CDLL(str(path))
+
+    def address(self, name: str) -> int:
+        try:
+            return int(ctypes.cast(getattr(self._library, f"lb_{name}"), ctypes.c_void_p).value or 0)
+        except AttributeError:
+            raise KeyError(name) from None
+
+
+class ObjectFile:
+    """An object file, linked in memory by LLVM. Raises RuntimeError for one that LLVM cannot load."""
+
+    def __init__(self, data: bytes) -> None:
+        from llvmlite import binding
+
+        binding.initialize_native_target()
+        binding.initialize_native_asmprinter()
+        machine = binding.Target.from_default_triple().create_target_machine(opt=0, jit=True)
+        self._engine = binding.create_mcjit_compiler(binding.parse_assembly(""), machine)
+        self._engine.add_object_file(binding.ObjectFileRef.from_data(data))
+        self._engine.finalize_object()
+
+    def address(self, name: str) -> int:
+        found = int(self._engine.get_function_address(f"lb_{name}"))
+        if not found:
+            raise KeyError(name)
+        return found
+
+
+def cached() -> bool:
+    """True if the kernels need not be compiled first."""
+    if _loaded or store.whole(store.built()) is not None:
+        return True
+    kept = store.kept()
+    return kept is not None and store.whole(kept) is not None
+
+
+def library() -> Library:
+    """The library; loads it at the first call, and compiles it if there is none. [any thread]"""
+    with _lock:
+        if not _loaded:
+            _loaded.append(_load())
+        return _loaded[0]
+
+
+def _load() -> Library:
+    built, kept = store.built(), store.kept()
+    if store.whole(built) is not None:
+        with suppress(OSError):
+            return SharedLibrary(built)
+    data = store.whole(kept) if kept else None
+    if data is None:
+        if kept and kept.exists():
+            LOG.warning("the compiled kernels in %s are damaged: compiling them anew", kept.parent)
+        data = compiled_here()
+        if kept:
+            with suppress(OSError):
+                store.write(kept, data)
+    return ObjectFile(data)
+
+
+def compiled_here() -> bytes:
+    """Compiles the kernels for this processor in a process of its own; returns the object file.
+
+    Raises RuntimeError, with what the process said last, if it fails. The process ends with this one.
+    """
+    with tempfile.TemporaryDirectory(prefix="livebass-") as folder:
+        out = Path(folder) / "kernels.o"
+        paths = [str(store.PACKAGE.parent), *filter(None, [os.environ.get("PYTHONPATH")])]
+        environment = os.environ | emitter.SETTINGS | {"PYTHONPATH": os.pathsep.join(paths)}
+        with open(Path(folder) / "messages", "w+b") as messages:
+            process = subprocess.Popen(
+                [sys.executable, "-m", "livebass.compiling.emitter", store.level(), str(out)],
+                env=environment, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=messages,
+                start_new_session=True,  # Ctrl-C is for this process alone
+            )  # fmt: skip
+            try:
+                process.wait()
+            finally:
+                process.kill()
+                process.wait()
+                assert process.stdin
+                process.stdin.close()
+            if process.returncode:
+                messages.seek(0)
+                said = messages.read().decode(errors="replace").strip().splitlines() or ["no message"]
+                raise RuntimeError(f"the kernels do not compile: {said[-1]}")
+        return out.read_bytes()

@@ -1,0 +1,264 @@
+"""Instructions that numba lacks: atomic words, raw addresses, calls of C functions, the processor's flush bits.
+
+Addresses are int64. Everything here compiles to a few instructions; nothing allocates or locks. Kernels import these
+from native.py, which imports numba only where they are compiled. [any thread]
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numba as nb
+import numba.extending
+import numpy as np
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.np import arrayobj
+
+from livebass.kernels.native import ARM, MACHINE, X86
+
+# Typed as Any: numba passes an intrinsic its context itself, and mypy cannot know that.
+intrinsic: Any = numba.extending.intrinsic
+
+WORD = ir.IntType(64)
+
+
+@intrinsic
+def load_acquire(_context: Any, address: Any) -> Any:
+    """Loads the int64 at `address`, and sees all that was written before it was stored."""
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        pointer = builder.inttoptr(args[0], WORD.as_pointer())
+        return builder.load_atomic(pointer, "acquire", 8)
+
+    return types.int64(types.int64), generate
+
+
+@intrinsic
+def store_release(_context: Any, address: Any, value: Any) -> Any:
+    """Stores the int64 `value` at `address`, after all that was written before."""
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        pointer = builder.inttoptr(args[0], WORD.as_pointer())
+        builder.store_atomic(args[1], pointer, "release", 8)
+        return context.get_dummy_value()
+
+    return types.void(types.int64, types.int64), generate
+
+
+@intrinsic
+def address_of(_context: Any, value: Any) -> Any:
+    """Converts a C pointer to an address."""
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        return builder.ptrtoint(args[0], WORD)
+
+    return types.int64(types.voidptr), generate
+
+
+@intrinsic
+def record_address(_context: Any, record: Any) -> Any:
+    """Returns the address of a record."""
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        return builder.ptrtoint(args[0], WORD)
+
+    return types.int64(record), generate
+
+
+def _array_at(kind: Any, dimensions: int = 1) -> Any:
+    """Makes the type and the code of an intrinsic (address, *shape) -> C array of `kind` without a reference count."""
+    array = types.Array(kind, dimensions, "C")
+    sizes = [types.int64] * dimensions
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        made = context.make_array(array)(context, builder)
+        item = context.get_constant(types.intp, context.get_abi_sizeof(context.get_data_type(kind)))
+        strides = [item]
+        for size in reversed(args[2:]):
+            strides.insert(0, builder.mul(strides[0], size))
+        data = builder.inttoptr(args[0], made.data.type)
+        arrayobj.populate_array(made, data=data, shape=args[1:], strides=strides, itemsize=item, meminfo=None)
+        return made._getvalue()
+
+    return array(types.int64, *sizes), generate
+
+
+@intrinsic
+def floats_at(_context: Any, address: Any, count: Any) -> Any:
+    """Returns `count` float64 at `address` as an array."""
+    return _array_at(types.float64)
+
+
+@intrinsic
+def samples_at(_context: Any, address: Any, count: Any) -> Any:
+    """Returns `count` float32 at `address` as an array."""
+    return _array_at(types.float32)
+
+
+@intrinsic
+def words_at(_context: Any, address: Any, count: Any) -> Any:
+    """Returns `count` int64 at `address` as an array."""
+    return _array_at(types.int64)
+
+
+@intrinsic
+def bytes_at(_context: Any, address: Any, count: Any) -> Any:
+    """Returns `count` uint8 at `address` as an array."""
+    return _array_at(types.uint8)
+
+
+def records_at(dtype: np.dtype[Any], dimensions: int = 1) -> Any:
+    """Makes an intrinsic (address, *shape) -> array of `dimensions` of records of type `dtype`."""
+    record: Any = nb.from_dtype(dtype)
+    if dimensions == 2:
+
+        @intrinsic
+        def table_at(_context: Any, address: Any, rows: Any, columns: Any) -> Any:
+            return _array_at(record, 2)
+
+        return table_at
+
+    @intrinsic
+    def row_at(_context: Any, address: Any, count: Any) -> Any:
+        return _array_at(record)
+
+    return row_at
+
+
+def record_at(dtype: np.dtype[Any]) -> Any:
+    """Makes an intrinsic (address) -> record of type `dtype`, without a reference count."""
+    record: Any = nb.from_dtype(dtype)
+
+    @intrinsic
+    def at(_context: Any, address: Any) -> Any:
+        def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+            return builder.inttoptr(args[0], context.get_value_type(record))
+
+        return record(types.int64), generate
+
+    return at
+
+
+@intrinsic
+def nanoseconds(_context: Any, clock_gettime: Any, clock: Any) -> Any:
+    """Reads `clock` (ns) by the C function at address `clock_gettime`; 0 if that address is 0."""
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        function, number = args
+        result = cgutils.alloca_once_value(builder, WORD(0))
+        spec = cgutils.alloca_once(builder, WORD, size=2)
+        with builder.if_then(builder.icmp_signed("!=", function, WORD(0))):
+            kind = ir.FunctionType(ir.IntType(32), [ir.IntType(32), WORD.as_pointer()])
+            call = builder.inttoptr(function, kind.as_pointer())
+            builder.call(call, [builder.trunc(number, ir.IntType(32)), spec])
+            seconds = builder.load(spec)
+            rest = builder.load(builder.gep(spec, [ir.IntType(32)(1)]))
+            builder.store(builder.add(builder.mul(seconds, WORD(1_000_000_000)), rest), result)
+        return builder.load(result)
+
+    return types.int64(types.int64, types.int64), generate
+
+
+def _c_function(result: Any, arguments: list[Any], numba_result: Any, numba_arguments: list[Any]) -> Any:
+    """Makes an intrinsic (address, *arguments) -> result that calls a C function by its address."""
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        function = builder.inttoptr(args[0], ir.FunctionType(result, arguments).as_pointer())
+        values = [
+            builder.inttoptr(value, kind) if isinstance(kind, ir.PointerType) else builder.trunc(value, kind)
+            for value, kind in zip(args[1:], arguments, strict=True)
+        ]
+        back = builder.call(function, values)
+        if isinstance(result, ir.PointerType):
+            return builder.ptrtoint(back, WORD)
+        return builder.zext(back, WORD)
+
+    return types.int64(types.int64, *numba_arguments), generate
+
+
+BYTES, U32 = cgutils.voidptr_t, ir.IntType(32)
+
+
+@intrinsic
+def pointer_from(_context: Any, function: Any, pointer: Any, count: Any) -> Any:
+    """Calls void *function(void *pointer, uint32 count): jack_port_get_buffer."""
+    return _c_function(BYTES, [BYTES, U32], None, [types.int64, types.int64])
+
+
+@intrinsic
+def count_from(_context: Any, function: Any, pointer: Any) -> Any:
+    """Calls uint32 function(void *pointer): jack_midi_get_event_count, jack_last_frame_time."""
+    return _c_function(U32, [BYTES], None, [types.int64])
+
+
+@intrinsic
+def status_from(_context: Any, function: Any, target: Any, pointer: Any, index: Any) -> Any:
+    """Calls int function(void *target, void *pointer, uint32 index): jack_midi_event_get."""
+    return _c_function(U32, [BYTES, BYTES, U32], None, [types.int64] * 3)
+
+
+def _call(arguments: int) -> Any:
+    """Makes an intrinsic (address, *arguments) that calls a C function of int64 arguments by its address."""
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        kind = ir.FunctionType(ir.VoidType(), [WORD] * arguments)
+        builder.call(builder.inttoptr(args[0], kind.as_pointer()), list(args[1:]))
+        return context.get_dummy_value()
+
+    return types.void(*[types.int64] * (1 + arguments)), generate
+
+
+# By its address a function is called without being compiled into the caller.
+@intrinsic
+def call_3(_context: Any, function: Any, a: Any, b: Any, c: Any) -> Any:
+    """Calls void function(int64, int64, int64)."""
+    return _call(3)
+
+
+@intrinsic
+def call_4(_context: Any, function: Any, a: Any, b: Any, c: Any, d: Any) -> Any:
+    """Calls void function(int64, int64, int64, int64)."""
+    return _call(4)
+
+
+@intrinsic
+def float_control(_context: Any) -> Any:
+    """Returns the floating-point control word of this thread's processor; 0 where there is none."""
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        module = builder.module
+        if MACHINE in X86:
+            slot = cgutils.alloca_once(builder, U32)
+            kind = ir.FunctionType(ir.VoidType(), [BYTES])
+            store = cgutils.get_or_insert_function(module, kind, "llvm.x86.sse.stmxcsr")
+            builder.call(store, [builder.bitcast(slot, BYTES)])
+            return builder.zext(builder.load(slot), WORD)
+        if MACHINE in ARM:
+            return builder.call(
+                cgutils.get_or_insert_function(module, ir.FunctionType(WORD, []), "llvm.aarch64.get.fpcr"), []
+            )
+        return WORD(0)
+
+    return types.int64(), generate
+
+
+@intrinsic
+def set_float_control(_context: Any, word: Any) -> Any:
+    """Sets the floating-point control word that `float_control` returns."""
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        module = builder.module
+        if MACHINE in X86:
+            slot = cgutils.alloca_once(builder, U32)
+            builder.store(builder.trunc(args[0], U32), slot)
+            kind = ir.FunctionType(ir.VoidType(), [BYTES])
+            load = cgutils.get_or_insert_function(module, kind, "llvm.x86.sse.ldmxcsr")
+            builder.call(load, [builder.bitcast(slot, BYTES)])
+        elif MACHINE in ARM:
+            kind = ir.FunctionType(ir.VoidType(), [WORD])
+            builder.call(cgutils.get_or_insert_function(module, kind, "llvm.aarch64.set.fpcr"), [args[0]])
+        return context.get_dummy_value()
+
+    return types.void(types.int64), generate
