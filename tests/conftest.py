@@ -11,6 +11,9 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
+import support.source
+
+# isort: split
 import support.examples  # noqa: F401, registers the profiles of hypothesis
 from support.command import Run
 from support.engine import FakeEngine
@@ -59,7 +62,7 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
 def fake(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> type[FakeEngine]:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(render_module, "Engine", FakeEngine)
-    monkeypatch.setattr("livebass.compiling.cached", lambda *_: True)
+    monkeypatch.setattr("livebass.compiling.library.cached", lambda: True)
     monkeypatch.setattr(FakeEngine, "peak", 0.1)
     return FakeEngine
 

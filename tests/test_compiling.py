@@ -1,81 +1,63 @@
-"""The cache of compiled kernels: damaged, full, read-only, copied, or where others can write. Small kernels serve."""
+"""The library of kernels: damaged, kept nowhere, out of date; and functions that numba compiles."""
 
 from __future__ import annotations
 
+import ctypes
 import os
 import random
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 from support.command import command
 
 import livebass
+from livebass.compiling import ENTRIES, Entry, emitter, library, store
+from livebass.live.thread import ring  # noqa: F401, has entries
 
 try:
     import resource
 except ImportError:  # no POSIX
     pytest.skip("needs limits of file sizes", allow_module_level=True)
 
-SMALL = """
-from livebass.compiling import cached, callback, jit
-
-@jit
-def twice(x):
-    return 2 * x
-
-@jit
-def thrice(x):
-    return twice(x) + x
-
-@callback("float64(float64)")
-def called(x):
-    return twice(x)
-
-if __name__ == "__main__":
-    from ctypes import CFUNCTYPE, c_double
-    there = cached("small.thrice") and cached("small.called")
-    values = thrice(14.0), CFUNCTYPE(c_double, c_double)(called())(21.0)
-    print(values, "there" if there else "not there", "loaded" if thrice.stats.cache_hits else "compiled")
-"""
-
-
-@pytest.fixture
-def small(tmp_path: Path) -> Path:
-    (tmp_path / "small.py").write_text(SMALL)
-    return tmp_path
-
 
 @pytest.fixture(scope="module")
-def compiled_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("warm")
-    (folder / "small.py").write_text(SMALL)
-    assert run(folder) == ("not there compiled", "")
-    assert run(folder) == ("there loaded", "")
-    return folder / "cache"
+def machine_code() -> bytes:
+    """The kernels for this processor, as they are kept."""
+    library.library()
+    kept = store.kept()
+    data = store.whole(kept) if kept else None
+    return data if data is not None else library.compiled_here()
 
 
 @pytest.fixture
-def warm(small: Path, compiled_once: Path) -> Path:
-    shutil.copytree(compiled_once, small / "cache")
-    return small
+def compiled(machine_code: bytes, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[list[str]]:
+    """An empty cache in `tmp_path`; has an item for each time that kernels were compiled, which takes no time here."""
+    times: list[str] = []
+
+    def at_once() -> bytes:
+        times.append("compiled")
+        return machine_code
+
+    for name in ("NUMBA_CACHE_DIR", "TMPDIR"):
+        monkeypatch.setenv(name, str(tmp_path))
+    monkeypatch.setattr(library, "compiled_here", at_once)
+    monkeypatch.setattr(library, "_loaded", [])
+    monkeypatch.setattr("tempfile.tempdir", None)
+    store.directory.cache_clear()
+    yield times
+    store.directory.cache_clear()
 
 
-def run(folder: Path, *, limit: int | None = None, **environment: object) -> tuple[str, str]:
-    """Returns the output of the small kernels and their line on stderr; no file may grow beyond `limit` bytes."""
-    places = {"NUMBA_CACHE_DIR": folder / "cache", "TMPDIR": folder, **environment}
-    done = subprocess.run(
-        [sys.executable, "-B", folder / "small.py"], capture_output=True, text=True, timeout=120,
-        env=os.environ | {name: str(value) for name, value in places.items()},
-        preexec_fn=(lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))) if limit else None,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    values, _, state = done.stdout.strip().partition(") ")
-    assert values == "(42.0, 42.0"
-    return state, done.stderr
+def loads() -> None:
+    """Loads the library as a new process would, and calls a function of it."""
+    library._loaded.clear()
+    word = ctypes.c_int64(42)
+    entry = ENTRIES["read_word"]
+    assert Entry(entry.function, entry.signature)(ctypes.addressof(word)) == 42
 
 
 def cut(data: bytes) -> bytes:
@@ -91,43 +73,49 @@ def one_bit(data: bytes) -> bytes:
     return data[:middle] + bytes([data[middle] ^ 16]) + data[middle + 1 :]
 
 
+def test_kernels_are_compiled_once(compiled: list[str]) -> None:
+    assert not library.cached()
+    for _ in range(2):
+        loads()
+        assert library.cached() and compiled == ["compiled"]
+
+
 @pytest.mark.parametrize("damage", [lambda _: b"", cut, garbage, one_bit], ids=["emptied", "cut", "garbage", "one bit"])
-@pytest.mark.parametrize("ending", ["nbi", "nbc"])
-def test_a_damaged_cache_is_compiled_anew(warm: Path, ending: str, damage: Callable[[bytes], bytes]) -> None:
-    files = list((warm / "cache").rglob(f"*.{ending}"))
-    assert len(files) >= 3
-    for file in files:
-        file.write_bytes(damage(file.read_bytes()))
-    state, err = run(warm)
-    assert state == "not there compiled" and err.count("\n") <= 1 and "Traceback" not in err
-    assert run(warm) == ("there loaded", "")
+def test_a_damaged_file_is_compiled_anew(
+    compiled: list[str], damage: Callable[[bytes], bytes], caplog: pytest.LogCaptureFixture
+) -> None:
+    loads()
+    kept = store.kept()
+    assert kept and not caplog.messages
+    kept.write_bytes(damage(kept.read_bytes()))
+    library._loaded.clear()
+    assert not library.cached()
+    loads()
+    assert compiled == ["compiled"] * 2 and library.cached()
+    (message,) = caplog.messages
+    assert "damaged" in message and str(kept.parent) in message
 
 
-@pytest.mark.parametrize("ending", ["nbi", "nbc"])
-def test_a_file_that_nobody_asked_about_may_be_damaged(warm: Path, ending: str) -> None:
-    """`cached` reads the files of one function; others are found when they are loaded, and one line says so."""
-    text = (warm / "small.py").read_text()
-    (warm / "small.py").write_text(text.replace('cached("small.thrice") and cached("small.called")', "True"))
-    for file in (warm / "cache").rglob(f"*.{ending}"):
-        file.write_bytes(cut(file.read_bytes()))
-    state, err = run(warm)
-    assert state == "there compiled"
-    assert err.count("\n") == 1 and "damaged" in err and str(warm / "cache") in err
-    assert run(warm) == ("there loaded", "")
+def test_a_full_disk_is_done_without(compiled: list[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("os.replace", full)
+    for times in (1, 2):
+        loads()
+        assert compiled == ["compiled"] * times
+    assert not [file for file in tmp_path.rglob("*") if file.is_file()]
 
 
-@pytest.mark.parametrize("limit", [100, 5000])
-def test_a_full_disk_is_done_without(small: Path, limit: int) -> None:
-    """The smaller limit stops every file, the greater one lets the indices through."""
-    assert run(small, limit=limit) == ("not there compiled", "")
-    assert not list((small / "cache").rglob("*.nbc*"))
-
-
-def test_a_cache_that_cannot_be_written_to_is_in_the_temporary_directory(small: Path) -> None:
-    (small / "file").touch()
-    for expected in ("not there compiled", "there loaded"):
-        assert run(small, NUMBA_CACHE_DIR=small / "file" / "cache") == (expected, "")
-    (place,) = small.glob("livebass-*")
+def test_a_cache_that_cannot_be_written_to_is_in_the_temporary_directory(
+    compiled: list[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "file" / "cache"))
+    for _ in range(2):
+        loads()
+    assert compiled == ["compiled"]
+    (place,) = tmp_path.glob("livebass-*")
     assert place.stat().st_mode & 0o777 == 0o700
 
 
@@ -152,28 +140,121 @@ def of_another(place: Path) -> None:
 
 
 @pytest.mark.parametrize("change", [open_to_all, open_inside, elsewhere, of_another])
-def test_nothing_is_loaded_from_a_temporary_directory_of_others(warm: Path, change: Callable[[Path], None]) -> None:
+def test_nothing_is_loaded_from_a_temporary_directory_of_others(
+    compiled: list[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path, change: Callable[[Path], None]
+) -> None:
     """The test above loads from the same place, as it is before the change."""
-    place = (warm / "cache").rename(warm / f"livebass-{os.getuid()}")
-    place.chmod(0o700)
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "file"))
+    loads()
+    (place,) = tmp_path.glob("livebass-*")
     change(place)
-    (warm / "file").touch()
-    before = {file: file.stat().st_mtime_ns for file in warm.rglob("*.nb?")}
-    assert len(before) >= 6
-    assert run(warm, NUMBA_CACHE_DIR=warm / "file") == ("not there compiled", "")
-    assert {file: file.stat().st_mtime_ns for file in warm.rglob("*.nb?")} == before
+    store.directory.cache_clear()
+    before = {file: file.stat().st_mtime_ns for file in tmp_path.rglob("*.o")}
+    assert len(before) == 1
+    loads()
+    assert compiled == ["compiled"] * 2
+    assert {file: file.stat().st_mtime_ns for file in tmp_path.rglob("*.o")} == before
 
 
-def test_the_cache_goes_by_contents(warm: Path) -> None:
+DIGEST = "from livebass.compiling import store; print(store.digest())"
+
+
+def digest_of(package: Path) -> str:
+    env = os.environ | {"PYTHONPATH": str(package.parent)}
+    return subprocess.run(
+        [sys.executable, "-P", "-c", DIGEST], capture_output=True, text=True, check=True, env=env
+    ).stdout
+
+
+def test_the_name_goes_by_contents(tmp_path: Path) -> None:
     """A copy elsewhere, or one that was installed again, has the same kernels; a changed one has not."""
-    copy = warm / "copy" / "livebass"
+    copy = tmp_path / "livebass"
     shutil.copytree(Path(livebass.__file__).parent, copy, ignore=shutil.ignore_patterns("__pycache__"))
     for file in copy.rglob("*.py"):
         os.utime(file)
-    assert run(warm, PYTHONPATH=copy.parent) == ("there loaded", "")
-    with (copy / "kernels" / "voice.py").open("a") as file:
-        file.write("# changed\n")
-    assert run(warm, PYTHONPATH=copy.parent) == ("not there compiled", "")
+    assert digest_of(copy).strip() == store.digest()
+    for file in ("kernels/voice.py", "live/thread/ring.py", "compiling/emitter.py"):
+        before = digest_of(copy)
+        with (copy / file).open("a") as out:
+            out.write("# changed\n")
+        assert digest_of(copy) != before
+
+
+def test_a_playing_process_has_no_numba(machine_code: bytes, tmp_path: Path) -> None:
+    code = (
+        "import sys, livebass\n"
+        "from livebass.live import session\n"
+        "bass = livebass.load_preset('paper-g')\n"
+        "score = livebass.single_note(43, 100, 0.05, 48000)\n"
+        "livebass.render_to_array(bass, score, livebass.QUALITIES['live'], tail=0.0)\n"
+        "assert 'numba' not in sys.modules and 'scipy' not in sys.modules\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+
+
+def test_code_that_needs_what_it_must_not_is_refused() -> None:
+    program = 'target triple = ""\ntarget datalayout = ""\ndefine i64 @lb_f(i64 %x) {{\n{}\n}}\n{}'
+    bad = program.format("  %y = call i64 @PyErr_Occurred()\n  ret i64 %y", "declare i64 @PyErr_Occurred()")
+    with pytest.raises(ValueError, match="needs PyErr_Occurred"):
+        emitter.emit(bad, store.level())
+    place = "  %y = load i64, ptr inttoptr (i64 140737488 to ptr)\n  ret i64 %y"
+    with pytest.raises(ValueError, match="address"):
+        emitter.emit(program.format(place, ""), store.level())
+    data, needs = emitter.emit(program.format("  ret i64 %x", ""), store.level())
+    assert b"lb_f" in data and not needs
+
+
+BY_NUMBA = """
+from livebass.compiling.by_numba import counted
+
+@counted
+def twice(x):
+    return 2 * x
+
+@counted
+def thrice(x):
+    return twice(x) + x
+
+if __name__ == "__main__":
+    print(thrice(14.0), "loaded" if thrice.stats.cache_hits else "compiled")
+"""
+
+
+def run(folder: Path, *, limit: int | None = None, **environment: object) -> tuple[str, str]:
+    """Returns the output of functions by numba and their line on stderr; no file may grow beyond `limit` bytes."""
+    (folder / "small.py").write_text(BY_NUMBA)
+    places = {"NUMBA_CACHE_DIR": folder / "cache", "TMPDIR": folder, **environment}
+    done = subprocess.run(
+        [sys.executable, "-B", folder / "small.py"], capture_output=True, text=True, timeout=120,
+        env=os.environ | {name: str(value) for name, value in places.items()},
+        preexec_fn=(lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))) if limit else None,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    value, _, state = done.stdout.strip().partition(" ")
+    assert value == "42.0"
+    return state, done.stderr
+
+
+@pytest.mark.parametrize("damage", [lambda _: b"", cut, garbage, one_bit], ids=["emptied", "cut", "garbage", "one bit"])
+@pytest.mark.parametrize("ending", ["nbi", "nbc"])
+def test_what_numba_kept_may_be_damaged(tmp_path: Path, ending: str, damage: Callable[[bytes], bytes]) -> None:
+    assert run(tmp_path) == ("compiled", "") and run(tmp_path) == ("loaded", "")
+    files = list((tmp_path / "cache").rglob(f"*.{ending}"))
+    assert len(files) >= 2
+    for file in files:
+        file.write_bytes(damage(file.read_bytes()))
+    state, err = run(tmp_path)
+    assert state == "compiled" and err.count("\n") == 1 and "damaged" in err and str(tmp_path / "cache") in err
+    assert run(tmp_path) == ("loaded", "")
+
+
+@pytest.mark.parametrize("limit", [100, 5000])
+def test_numba_does_without_a_full_disk(tmp_path: Path, limit: int) -> None:
+    """The smaller limit stops every file, the greater one lets the indices through."""
+    assert run(tmp_path, limit=limit) == ("compiled", "")
+    assert not list((tmp_path / "cache").rglob("*.nbc*"))
 
 
 @pytest.mark.slow
@@ -186,9 +267,9 @@ def test_the_real_kernels_survive_damage(tmp_path: Path) -> None:
         assert done.returncode == 0 and "Traceback" not in done.stderr, done.stderr
         lines[name] = done.stderr.splitlines()
         if name == "cold":
-            for file in (tmp_path / "cache").rglob("*.nb?"):
+            for file in (tmp_path / "cache").rglob("*.o"):
                 file.write_bytes(cut(file.read_bytes()))
-    assert [len(lines[name]) for name in ("cold", "damaged", "warm")] == [2, 2, 1]
+    assert [len(lines[name]) for name in ("cold", "damaged", "warm")] == [2, 3, 1]
     assert lines["damaged"][0].startswith("compiling the kernels")
     sounds = {(tmp_path / f"{name}.wav").read_bytes() for name in lines}
     assert len(sounds) == 1

@@ -9,9 +9,9 @@ import time
 from contextlib import suppress
 from dataclasses import replace
 from datetime import UTC, datetime
+from importlib.metadata import version
 from typing import Any
 
-import numba
 import numpy as np
 
 from livebass import __version__
@@ -89,7 +89,7 @@ def _machine() -> dict[str, Any]:
         "python": platform.python_version(),
         "numpy": np.__version__,
         "blas": blas["Build Dependencies"]["blas"].get("name", "unknown"),
-        "numba": numba.__version__,
+        "numba": version("numba"),
         "load_before": load,  # processes that ran already
     }
 

@@ -138,7 +138,7 @@ def _report(
         if picture.suffix.lower() != ".png":
             raise click.UsageError(f"--plot {os.fspath(picture)}: the picture is a PNG, name it .png")
         check_matplotlib(NEEDED)
-    announce_kernels(live=draw is not None, board=draw is None)
+    announce_kernels()
     result = measure(_say if sys.stderr.isatty() else silent)
     try:
         if places:

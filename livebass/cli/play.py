@@ -13,7 +13,7 @@ from typing import Any
 
 import click
 
-from livebass.cli.render import DEFAULT_PRESET, announce_kernels, clipping, over_board, preset_for
+from livebass.cli.render import DEFAULT_PRESET, announce_kernels, clipping, preset_for
 from livebass.cli.values import RATE, Number, Quantity
 from livebass.files import OutputError, output_error
 from livebass.interrupts import stop_instead
@@ -104,8 +104,8 @@ def play(**options: Any) -> None:
     if options["controllers"]:
         click.echo(CONTROLLERS)
         return
-    from livebass import compiling
     from livebass.cli.song import remarks
+    from livebass.compiling.library import cached
     from livebass.live.guards import own_stderr
     from livebass.live.inputs import HELP, interactive
     from livebass.live.outputs import check_output
@@ -141,10 +141,9 @@ def play(**options: Any) -> None:
     )
     console = Console(options["quiet"])
     with own_stderr(), logged(console, options["log"]):
-        board = over_board(bass)
-        if not compiling.cached(compiling.LIVE_ENTRY) or (board and not compiling.cached(compiling.BOARD_ENTRY)):
+        if not cached():
             check_output(settings.backend, settings.audio)
-            announce_kernels(live=True, board=board)
+            announce_kernels()
         session = Session(settings, console.status if console.terminal else None)
         stop_instead(session.stop, lambda: session.synth is not None)
         if interactive():

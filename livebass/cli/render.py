@@ -277,7 +277,7 @@ def _rendered(
     checked_place(output)
     from livebass.engine.render import render_to_file
 
-    announce_kernels(board=over_board(bass))
+    announce_kernels()
     with shown_progress(output.name) as progress:
         return render_to_file(
             bass, score, output, quality=quality, rate=options.rate, format=options.format, bits=options.bits,
@@ -286,25 +286,12 @@ def _rendered(
         )  # fmt: skip
 
 
-def announce_kernels(live: bool = False, board: bool = False) -> None:
-    """Says that kernels have to be compiled first, if so; `live` includes the audio thread's, `board` a board's."""
-    from livebass import compiling
+def announce_kernels() -> None:
+    """Says that the kernels have to be compiled first, if so."""
+    from livebass.compiling.library import COMPILE_TIME, cached
 
-    wanted = [(compiling.ENTRY, 25)]
-    if live:
-        wanted.append((compiling.LIVE_ENTRY, 15))
-    if board:
-        wanted.append((compiling.BOARD_ENTRY, 8))
-    missing = [(entry, seconds) for entry, seconds in wanted if not compiling.cached(entry)]
-    if missing:
-        which = " for fretless boards" if missing == [(compiling.BOARD_ENTRY, 8)] else ""
-        total = sum(seconds for _, seconds in missing)
-        click.echo(f"compiling the kernels{which}, once (about {total} s) ...", err=True)
-
-
-def over_board(bass: Instrument) -> bool:
-    """True if any string of the bass is over a board instead of frets."""
-    return any(neck.surface for neck in bass.necks)
+    if not cached():
+        click.echo(f"compiling the kernels, once (about {COMPILE_TIME} s) ...", err=True)
 
 
 @contextmanager

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from livebass.cli.render import announce_kernels, over_board, shown_progress
+from livebass.cli.render import announce_kernels, shown_progress
 from livebass.cli.values import CONTACT_RATE, MODES, RATE, Number, Quantity
 from livebass.experiment.quantities import QUANTITIES, USUAL
 from livebass.extras import install
@@ -267,17 +267,15 @@ def _computer(first: Point, workers: int, scheduler: str | None) -> Iterator[tup
 
     Compiles the kernels first if need be.
     """
-    from livebass import compiling
-    from livebass.experiment.workers import compile_kernels, computed, connected
+    from livebass.compiling.library import library
+    from livebass.experiment.workers import computed, connected
 
     if scheduler is not None:
         with connected(scheduler) as compute:
             yield f"on {scheduler}", compute
         return
-    board = bool(first.work.trial.speaking.surface)
-    announce_kernels(board=board)
-    if not compiling.cached(compiling.BOARD_ENTRY if board else compiling.ENTRY):
-        compile_kernels(first)
+    announce_kernels()
+    library()  # compiled here, not by every process
     say = functools.partial(click.echo, err=True)
     where = f"with {workers} process{'es' * (workers != 1)}"
     yield where, lambda points: computed(points, workers, say)
@@ -347,7 +345,7 @@ def simulate(
 
     bass = load_preset(preset)
     if solver == "engine":
-        announce_kernels(board=over_board(bass))
+        announce_kernels()
     line = simulate_to_directory(
         bass, string=string, fret=fret, apex=apex, at=at, duration=duration,
         quality=quality_with(quality, modes, contact_rate), modes=modes, rate=rate, solver=solver, directory=output,
@@ -423,8 +421,7 @@ def run(names: tuple[str, ...], output: Path, json_file: Path | None, duration: 
     except ValueError as error:
         raise click.UsageError(str(error)) from None
     check_extras()
-    jobs = [job for one in studies for job in one.jobs(duration).values()]
-    announce_kernels(board=any(job.trial.speaking.surface for job in jobs))
+    announce_kernels()
     with shown_progress("studies") as progress:
         result = run_studies(
             studies, output, duration=duration, workers=workers, progress=progress, json_file=json_file

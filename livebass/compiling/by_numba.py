@@ -146,7 +146,7 @@ counted = compiled()  # counts references: for functions that allocate
 
 def kernel(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     """A decorator: a kernel, with `options` of numba's `njit` beside `USUAL` and `LEAN`."""
-    return nb.njit(**USUAL, **LEAN, **options)  # type: ignore[no-any-return]
+    return nb.njit(**USUAL, **LEAN, **options)
 
 
 def raw_ir(entry: Entry) -> tuple[str, str]:

@@ -1,6 +1,6 @@
 """Compiles all kernels in one pass, ahead of time: numba's raw IR, then LLVM's O3 for a named level of processor.
 
-    python -m livebass.compiling.emitter LEVEL FILE.o
+    python -m livebass.compiling.emitter LEVEL > FILE.o
 
 numba's own optimiser is off: it would vectorise for the processor at hand, function by function, and what is
 vectorised once stays so. Nothing is run here, so that code for other machines can be made. The functions of all
@@ -16,7 +16,6 @@ import re
 import sys
 import threading
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 from livebass.compiling import store
@@ -174,11 +173,19 @@ def end_with_parent() -> None:
     threading.Thread(target=watch, daemon=True).start()
 
 
-def main(level: str, out: str) -> None:
-    """Compiles for `level` into the file `out`."""
+def main(level: str) -> None:
+    """Writes the object file for `level` to standard output; or what went wrong, and exits with status 1."""
+    out = os.dup(1)
+    os.dup2(2, 1)  # whatever is printed is no part of it
     end_with_parent()
-    data, _ = emit(program(), level)
-    Path(out).write_bytes(data)
+    try:
+        data, _ = emit(program(), level)
+        status = 0
+    except Exception as error:
+        data, status = f"{type(error).__name__}: {error}".encode(), 1
+    with open(out, "wb") as file:
+        file.write(data)
+    os._exit(status)  # the thread waits
 
 
 if __name__ == "__main__":

@@ -12,17 +12,17 @@ import logging
 import os
 import subprocess
 import sys
-import tempfile
 import threading
 from contextlib import suppress
 from pathlib import Path
 from typing import Protocol
 
 from livebass.compiling import emitter, store
+from livebass.interrupts import aside
 
 LOG = logging.getLogger("livebass")
 COMPILE_TIME = 40  # s, about
-_lock = threading.RLock()
+_lock = threading.Lock()
 _loaded: list[Library] = []
 
 
@@ -76,10 +76,15 @@ def cached() -> bool:
 
 def library() -> Library:
     """The library; loads it at the first call, and compiles it if there is none. [any thread]"""
+    if not _loaded:
+        aside(_load_once)
+    return _loaded[0]
+
+
+def _load_once() -> None:
     with _lock:
         if not _loaded:
             _loaded.append(_load())
-        return _loaded[0]
 
 
 def _load() -> Library:
@@ -99,29 +104,20 @@ def _load() -> Library:
 
 
 def compiled_here() -> bytes:
-    """Compiles the kernels for this processor in a process of its own; returns the object file.
+    """Compiles the kernels for this processor, in a process of its own that ends with this one.
 
-    Raises RuntimeError, with what the process said last, if it fails. The process ends with this one.
+    Returns the object file. Raises RuntimeError, with what the process said last, if it fails.
     """
-    with tempfile.TemporaryDirectory(prefix="livebass-") as folder:
-        out = Path(folder) / "kernels.o"
-        paths = [str(store.PACKAGE.parent), *filter(None, [os.environ.get("PYTHONPATH")])]
-        environment = os.environ | emitter.SETTINGS | {"PYTHONPATH": os.pathsep.join(paths)}
-        with open(Path(folder) / "messages", "w+b") as messages:
-            process = subprocess.Popen(
-                [sys.executable, "-m", "livebass.compiling.emitter", store.level(), str(out)],
-                env=environment, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=messages,
-                start_new_session=True,  # Ctrl-C is for this process alone
-            )  # fmt: skip
-            try:
-                process.wait()
-            finally:
-                process.kill()
-                process.wait()
-                assert process.stdin
-                process.stdin.close()
-            if process.returncode:
-                messages.seek(0)
-                said = messages.read().decode(errors="replace").strip().splitlines() or ["no message"]
-                raise RuntimeError(f"the kernels do not compile: {said[-1]}")
-        return out.read_bytes()
+    paths = [str(store.PACKAGE.parent), *filter(None, [os.environ.get("PYTHONPATH")])]
+    with subprocess.Popen(
+        [sys.executable, "-m", "livebass.compiling.emitter", store.level()],
+        env=os.environ | emitter.SETTINGS | {"PYTHONPATH": os.pathsep.join(paths)},
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
+        start_new_session=True,  # Ctrl-C is for this process alone
+    ) as process:  # fmt: skip
+        assert process.stdout
+        said = process.stdout.read()
+        if process.wait():
+            lines = said.decode(errors="replace").strip().splitlines() or [f"exit status {process.returncode}"]
+            raise RuntimeError(f"the kernels do not compile: {lines[-1]}")
+    return said

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import functools
 import hashlib
+import importlib.util
 import os
 import platform
 import stat
@@ -45,8 +46,8 @@ def level() -> str:
     """The level of this processor, a key of `emitter.LEVELS`: kernels of one level give the same sound, bit for bit."""
     machine = platform.machine().lower()
     if machine in X86:
-        from numpy._core._multiarray_umath import __cpu_features__ as has  # type: ignore[attr-defined]
-
+        core = "numpy._core" if importlib.util.find_spec("numpy._core") else "numpy.core"  # before numpy 2
+        has = importlib.import_module(f"{core}._multiarray_umath").__cpu_features__
         return "x86-64-v3" if has.get("AVX2") and has.get("FMA3") else "x86-64-v2"
     return "arm64" if machine in ARM else machine
 

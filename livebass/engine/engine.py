@@ -20,6 +20,7 @@ from livebass.engine.prepare import (
     pickup_voice,
     play_frames,
     sensor_rows,
+    take_message,
     usual_grazing_apex,
     whole_contact_rate,
 )
@@ -105,11 +106,8 @@ class Engine:
         """Takes channel messages (n, 3) at absolute frames (n,), in order, none before `frame`. [main thread]"""
         events = np.zeros(performer.MOST_EVENTS * max(1, len(frames)), EVENT)
         count = 0
-        for when, (status, first, second) in zip(frames.tolist(), messages.tolist(), strict=True):
-            count = performer.take_message(
-                self.performer.ctypes.data, self.pool.records.ctypes.data, when, status, first, second,
-                events.ctypes.data, len(events), count,
-            )  # fmt: skip
+        for frame, message in zip(frames.tolist(), messages.tolist(), strict=True):
+            count = take_message(self.performer, self.pool.records, frame, message, events, count)
         for i in range(self.strings):
             mine = events[:count][events[:count]["string"] == i]
             self._pending[i] = np.concatenate([self._pending[i], mine])

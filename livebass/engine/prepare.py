@@ -6,13 +6,14 @@ This is the only place of the engine that allocates what the kernels work on.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from livebass.arrays import Floats
-from livebass.kernels import board, frets
+from livebass.kernels import board, frets, performer
 from livebass.kernels.performer import PERFORMER, new_controllers
 from livebass.kernels.records import LONGER, MOST_NEAR, OPERATOR, PART, ROW, STRING, WHOLE
 from livebass.kernels.slot import padded
@@ -274,6 +275,20 @@ def play_frames(
         run_string(
             voice.string.ctypes.data, ops.ctypes.data, len(ops) - 1, events.ctypes.data, len(events), out.ctypes.data,
             0 if across is None else across.ctypes.data, len(out),
+        )
+    )  # fmt: skip
+
+
+def take_message(
+    p: NDArray[np.void], ops: NDArray[np.void], frame: int, message: Sequence[int], events: NDArray[np.void], count: int
+) -> int:
+    """Hands a channel message to the performer `p` (1,) by `kernels.performer.message`; returns the new count.
+
+    ops (strings, frets + 1); `message` has three bytes; events (n,) are filled from `count` on.
+    """
+    return int(
+        performer.take_message(
+            p.ctypes.data, ops.ctypes.data, frame, *message, events.ctypes.data, len(events), count
         )
     )  # fmt: skip
 

@@ -108,11 +108,12 @@ def sweep(
 
 def _computed(points: Sequence[Point], workers: int) -> Generator[tuple[Point, dict[str, float]]]:
     """Computes `points` here, or in processes."""
-    from livebass.experiment.point import measured  # numba, which a sweep that finds all its points need not load
-    from livebass.experiment.workers import compile_kernels, computed
+    from livebass.compiling.library import library
+    from livebass.experiment.point import measured
+    from livebass.experiment.workers import computed
 
     if workers > 1:
-        compile_kernels(points[0])
+        library()  # compiled here, not by every process
         yield from computed(points, workers, lambda _: None)
         return
     for point in points:

@@ -18,7 +18,6 @@ from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
-from dataclasses import replace
 from itertools import islice
 from typing import Any
 
@@ -31,12 +30,6 @@ from livebass.report.progress import Say
 MOST_DEATHS = 3  # of processes that had only one and the same point to compute
 # Sums over several threads may round differently from those of one.
 ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
-
-
-def compile_kernels(point: Point) -> None:
-    """Compute an instant of `point`, so that the kernels are compiled once and not by every process."""
-    trial = point.work.trial
-    measured(replace(point.work, trial=replace(trial, duration=1 / trial.output_rate)))
 
 
 def computed(points: Sequence[Point], workers: int, say: Say) -> Generator[tuple[Point, Result]]:

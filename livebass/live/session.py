@@ -23,7 +23,6 @@ from pathlib import Path
 
 import numpy as np
 
-from livebass import compiling
 from livebass.interrupts import StopFlag
 from livebass.live.guards import TIMEOUT
 from livebass.live.inputs import LOOK_EVERY, MidiLost, MidiPort, TerminalKeys, let_go
@@ -472,10 +471,7 @@ class PresetSwitch:
 
 def prepared(preset: str, quality: Quality, rate: int) -> LiveBass:
     """Loads a preset for a synth. Raises PresetError and ValueError. [any thread]"""
-    instrument = load_preset(preset)
-    if any(neck.surface for neck in instrument.necks) and not compiling.cached(compiling.BOARD_ENTRY):
-        LOG.info("%s: compiling for fretless boards, once (about 10 s); the bass plays on meanwhile", preset)
-    bass = LiveBass(instrument, quality, rate)
+    bass = LiveBass(load_preset(preset), quality, rate)
     trim_memory()
     return bass
 

@@ -99,7 +99,7 @@ def test_simulate(run: Run, tmp_path: Path) -> None:
 def test_bench(monkeypatch: pytest.MonkeyPatch, run: Run, tmp_path: Path) -> None:
     bench = SimpleNamespace(bench_render=lambda _: {"engine": 0.2}, table=lambda result: f"table {result}")
     monkeypatch.setitem(sys.modules, "livebass.bench.render", bench)
-    monkeypatch.setattr("livebass.compiling.cached", lambda *_: True)
+    monkeypatch.setattr("livebass.compiling.library.cached", lambda: True)
     assert "table" in cli_text(run, "bench", "render", "--json", tmp_path / "b.json")
     assert json.loads((tmp_path / "b.json").read_text()) == {"engine": 0.2}
     status, _, err = run("bench", "render", "--json", tmp_path)

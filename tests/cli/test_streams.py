@@ -15,8 +15,6 @@ import soundfile
 from support.command import GOOD, Run, assert_one_clear_line, command
 from support.engine import FakeEngine
 
-from livebass import compiling
-from livebass.cli import render
 from livebass.files import Transaction
 
 HOW = ("--tail", "0", "-q", "live")
@@ -157,35 +155,16 @@ def test_rates_have_units_everywhere(run: Run, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("there", "live", "board", "said"),
-    [
-        ((), False, False, "compiling the kernels, once (about 25 s) ...\n"),
-        ((), True, True, "compiling the kernels, once (about 48 s) ...\n"),
-        ((compiling.ENTRY,), False, False, ""),
-        ((compiling.ENTRY,), False, True, "compiling the kernels for fretless boards, once (about 8 s) ...\n"),
-        ((compiling.ENTRY, compiling.BOARD_ENTRY), True, True, "compiling the kernels, once (about 15 s) ...\n"),
-    ],
-)
-def test_compiling_is_announced(
-    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str],
-    there: tuple[str, ...], live: bool, board: bool, said: str,
-) -> None:  # fmt: skip
-    monkeypatch.setattr("livebass.compiling.cached", lambda entry: entry in there)
-    render.announce_kernels(live, board)
-    assert capfd.readouterr().err == said
-
-
-@pytest.mark.parametrize(
     "arguments", [("render", "--note", "G2"), ("simulate", "-q", "live", "-o", "d", "--duration", "1ms")], ids=str
 )
-def test_the_first_board_is_announced(
+def test_compiling_is_announced(
     fake: type[FakeEngine], run: Run, monkeypatch: pytest.MonkeyPatch, arguments: tuple[str, ...]
 ) -> None:
-    monkeypatch.setattr("livebass.compiling.cached", lambda entry=compiling.ENTRY: entry != compiling.BOARD_ENTRY)
-    status, _, err = run(*arguments, "-p", "paper-fretless")
-    assert status == 0 and err.startswith("compiling the kernels for fretless boards, once"), err
-    status, _, err = run(*arguments, "-p", "paper-g")
+    status, _, err = run(*arguments)
     assert status == 0 and "compiling" not in err
+    monkeypatch.setattr("livebass.compiling.library.cached", lambda: False)
+    status, _, err = run(*arguments)
+    assert status == 0 and err.startswith("compiling the kernels, once (about "), err
 
 
 def test_what_is_left_out_without_scipy_is_said(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -11,8 +11,8 @@ from support.agreement import assert_agree
 from support.strings import case_b, oblique, random_trial
 
 from livebass.arrays import Floats
+from livebass.engine.prepare import play_frames
 from livebass.engine.solve import pluck_event, solve_trial, trial_voice
-from livebass.kernels import voice
 from livebass.model import modes
 from livebass.model.trial import Trial
 
@@ -81,7 +81,7 @@ def energies(trial: Trial) -> tuple[Floats, int]:
     events, out = pluck_event(trial.pluck), np.zeros(1)
     values, pushed = [], 0
     for frame in range(trial.samples):
-        voice.run(state.string[0], pool.records[0], events, int(frame == 0), out, out[:0])
+        play_frames(state, pool.records[0], events[: int(frame == 0)], out)
         if state.pressed():
             pushed += 1
         else:

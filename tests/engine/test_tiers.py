@@ -10,7 +10,8 @@ from support.agreement import assert_agree
 
 from livebass import QUALITIES, load_preset, preset_names
 from livebass.engine.engine import Engine
-from livebass.kernels import performer, voice
+from livebass.engine.prepare import play_frames, take_message
+from livebass.kernels import performer
 from livebass.kernels.modal import MOST_TURN
 from livebass.kernels.records import EVENT, PLUCK
 from livebass.model.instrument import Pluck, for_modes, speaking
@@ -27,7 +28,7 @@ def event_of(engine: Engine, i: int, fret: int, velocity: int) -> np.void:
     alone["strings"], alone["open"][0, 0], alone["slapped"] = 1, engine.instrument.strings[i].open_note, 0
     events = np.zeros(performer.MOST_EVENTS, EVENT)
     key = engine.instrument.strings[i].open_note + fret
-    performer.message(alone[0], engine.pool.records[i : i + 1], 0, 0x90, key, velocity, events, 0)
+    take_message(alone, engine.pool.records[i : i + 1], 0, (0x90, key, velocity), events, 0)
     assert events[0]["kind"] == PLUCK
     return events[0]
 
@@ -88,7 +89,7 @@ def test_no_hard_note_trips_the_safety_net(preset: str, rate: int) -> None:
         events = np.array([event_of(engine, i, fret, 127) for fret in range(engine.frets + 1)], EVENT)
         events["frame"] = np.arange(len(events)) * apart
         out = np.zeros(len(events) * apart)
-        voice.run(v.string[0], engine.pool.records[i], events, len(events), out, out[:0])
+        play_frames(v, engine.pool.records[i], events, out)
         assert np.abs(out).max() > 1e-3
     assert engine.report().weakened == 0
 

@@ -17,7 +17,7 @@ from support.messages import Message, control, off, on, wheel
 
 from livebass import load_preset
 from livebass.engine.engine import Engine
-from livebass.engine.prepare import new_performer
+from livebass.engine.prepare import new_performer, take_message
 from livebass.kernels import performer
 from livebass.kernels import records as at
 from livebass.model.instrument import Instrument, speaking
@@ -73,16 +73,16 @@ class Hands:
             self.ops = self.ops[string : string + 1]
             record["strings"], record["open"][0, 0] = 1, instrument.strings[string].open_note
             record["slapped"] = max(0, int(record["slapped"][0]) - string)
-        self.p = record[0]
+        self.record, self.p = record, record[0]
         self.frame = 0
 
     def __call__(self, *messages: Sequence[int]) -> NDArray[np.void]:
         """The events of `messages`."""
         events = np.zeros(1000, at.EVENT)
         count = 0
-        for status, first, second in messages:
+        for message in messages:
             before = count
-            count = performer.message(self.p, self.ops, self.frame, status, first, second, events, count)
+            count = take_message(self.record, self.ops, self.frame, message, events, count)
             assert before <= count <= before + performer.MOST_EVENTS
         return events[:count]
 

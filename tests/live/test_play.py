@@ -28,7 +28,7 @@ from support.command import Run, assert_one_clear_line
 from support.jack import PATIENCE, livebass, wait_for, wait_for_log, wait_for_take
 from support.live import QUICK, RATE, synth_and_device
 
-from livebass import QUALITIES, compiling, load_preset, preset_names
+from livebass import QUALITIES, load_preset, preset_names
 from livebass.bench.endurance import python_busy, random_playing
 from livebass.bench.jack import LostFrames, new_client
 from livebass.cli.play import Console, LogFile, logged
@@ -37,7 +37,7 @@ from livebass.live import inputs
 from livebass.live.inputs import LOWER, UPPER, TerminalKeys
 from livebass.live.outputs import FakeDevice, JackOutput
 from livebass.live.recording import MidiRecorder, Recorder
-from livebass.live.session import PresetSwitch, Session, Settings, Summary, _Loop, prepared
+from livebass.live.session import PresetSwitch, Session, Settings, Summary, _Loop
 from livebass.live.synth import Gauge, Synth, median_load, strings
 from livebass.live.thread.records import HISTOGRAM
 from livebass.preset.programs import PROGRAMS
@@ -111,17 +111,6 @@ def test_the_last_wish_counts() -> None:
     names = preset_names()
     assert changes.playing == (names[(names.index("jazz-finger") + 3) % len(names)], "studio")
     changes.close()
-
-
-def test_the_first_change_to_a_board_says_that_it_compiles(
-    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
-) -> None:
-    caplog.set_level(logging.INFO, "livebass")
-    monkeypatch.setattr(compiling, "cached", lambda entry: False)
-    for preset in ("jazz-finger", "fretless"):
-        prepared(preset, QUICK, RATE)
-    assert len(caplog.messages) == 1
-    assert "fretless: compiling" in caplog.messages[0] and "plays on meanwhile" in caplog.messages[0]
 
 
 def test_a_preset_that_cannot_be_loaded_is_a_line(tmp_path: Path) -> None:

@@ -7,8 +7,8 @@ import numpy as np
 from livebass.compiling import entry, jit
 from livebass.kernels.native import (
     address_of,
-    call_3,
     bytes_at,
+    call_3,
     count_from,
     pointer_from,
     record_address,
