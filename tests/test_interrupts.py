@@ -88,9 +88,7 @@ def test_a_signal_lost_at_the_very_end_does_not_kill() -> None:
     assert done.returncode in (0, 130) and "Traceback" not in done.stderr, done
 
 
-@pytest.mark.parametrize(
-    "number", [signal.SIGINT, signal.SIGKILL, pytest.param(signal.SIGTERM, marks=pytest.mark.slow)], ids=str
-)
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL], ids=str)
 def test_the_process_that_compiles_ends_with_the_one_that_waits_for_it(tmp_path: Path, number: int) -> None:
     place = tmp_path / "cache"
     env = os.environ | {"NUMBA_CACHE_DIR": str(place)}
