@@ -91,17 +91,8 @@ def test_the_tables() -> None:
             assert claim.bound not in (SETUP, ROUNDING) and set(claim.needs) <= set(runs.ENGINE), claim.id
     assert {claim.id for claim in CLAIMS.values() if claim.bound == SETUP} == INPUTS
     chaotic = {
-        "b",
-        "harmonic",
-        "near-bridge",
-        "middle",
-        "near-nut",
-        "half-straight",
-        "straight",
-        "soft",
-        "oblique",
-        "c",
-    }
+        "b", "c", "oblique", "harmonic", "near-bridge", "middle", "near-nut", "half-straight", "straight", "soft",
+    }  # fmt: skip
     alone = {claim.id for claim in CLAIMS.values() if not claim.plucks and chaotic & set(claim.needs)}
     assert alone == {"oblique-angle", "oblique-pluck", "neck-gaps", "step-half"}, "one pluck decides"
 
