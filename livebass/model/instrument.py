@@ -164,7 +164,7 @@ class Instrument:
 
 @dataclass(frozen=True)
 class Pluck:
-    """The shape of a plucked string: a rounded triangle, released at rest."""
+    """A pluck: a triangle, rounded by the finger and by a stiff string itself (model/modes.py), released at rest."""
 
     apex: float  # m, height of the corner before rounding
     position: float  # m from the stop
