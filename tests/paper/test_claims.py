@@ -320,4 +320,6 @@ def test_texts_of_odd_values() -> None:
     assert "5 &lt; 6 &amp; &#34;so&#34;" in text and text.count("<html") == 1 and text.count("<tr") == 3
     assert value_text(list(range(1, 13))) == "1 to 12"
     assert value_text([], "s") == "none"
+    assert value_text([math.nan, 1.0, 2.0, 3.0]) == "never, 1, 2, 3"
+    assert value_text([0.5, 1.5, 2.5, 3.5]) == "0.5, 1.5, 2.5, 3.5"
     assert table(results).splitlines()[-1] == "1 of 2 hold, not b-phase"
