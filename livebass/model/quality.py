@@ -32,7 +32,7 @@ class Quality:
 
 
 QUALITIES = {
-    "live": Quality("live", 400, 768e3, on_board=Quality("live", None, 2.5e6)),
+    "live": Quality("live", 450, 672e3, on_board=Quality("live", None, 2.5e6)),
     "studio": Quality("studio", 600, 4e6, on_board=Quality("studio", None, 4e6)),
     "reference": Quality("reference", None, 8e6),
 }
