@@ -151,6 +151,7 @@ def test_a_full_stdout_and_a_closed_pipe() -> None:
         line = [sys.executable, "-m", "livebass", "presets", "list"]
         done = subprocess.run(line, stdout=full, stderr=subprocess.PIPE, text=True, timeout=60)
         assert_one_clear_line(done.returncode, done.stderr, (1,))
+        assert "standard output: cannot be written" in done.stderr
     process = subprocess.Popen(
         [sys.executable, "-m", "livebass", "presets", "keys"],
         stdout=subprocess.PIPE,
