@@ -474,7 +474,7 @@ def prepared(preset: str, quality: Quality, rate: int) -> LiveBass:
     """Loads a preset for a synth. Raises PresetError and ValueError. [any thread]"""
     instrument = load_preset(preset)
     if instrument.over_board and not compiling.cached(compiling.BOARD_ENTRY):
-        LOG.info("%s: compiling for fretless boards, once (about 10 s); the bass plays on meanwhile", preset)
+        LOG.info("%s: compiling for fretless boards, once (about 8 s); the bass plays on meanwhile", preset)
     bass = LiveBass(instrument, quality, rate)
     trim_memory()
     return bass

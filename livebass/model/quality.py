@@ -11,6 +11,7 @@ from typing import NamedTuple
 from livebass.units import DIMENSIONS, readable_quantity
 
 MOST_MODES = 1024
+BLOCK = 16, 1024  # frames of a block of live sound, least and most
 LEAST_CONTACT_RATE, MOST_CONTACT_RATE = 44_100.0, 64e6  # Hz
 
 

@@ -35,7 +35,7 @@ from livebass.cli.play import Console, LogFile, logged
 from livebass.files import OutputError
 from livebass.live import inputs
 from livebass.live.inputs import LOWER, UPPER, TerminalKeys
-from livebass.live.outputs import FakeDevice, JackOutput
+from livebass.live.outputs import FakeDevice, JackOutput, PortAudioOutput
 from livebass.live.recording import MidiRecorder, Recorder
 from livebass.live.session import PresetSwitch, Session, Settings, Summary, _Loop, prepared
 from livebass.live.synth import Gauge, Synth, median_load, strings
@@ -534,6 +534,17 @@ def test_underruns_at_a_low_load_say_what_helps(caplog: pytest.LogCaptureFixture
         underruns(2, 0.1)
     assert len(caplog.messages) == 1 and caplog.messages[0].endswith("take --block 256")
     assert caplog.messages[0].startswith("4 underruns")
+
+
+def test_advice_names_only_blocks_that_there_are() -> None:
+    for block, portaudio, pipewire in (
+        (128, "take --block 256 or --latency 20ms", "set PIPEWIRE_LATENCY=256/48000, or take --block 256"),
+        (1024, "take --latency 43ms", "set PIPEWIRE_LATENCY=2048/48000"),
+    ):
+        card = SimpleNamespace(block=block, latency=block / 48000)
+        assert PortAudioOutput.advice(card) == portaudio  # type: ignore[arg-type]
+        client = SimpleNamespace(block=block, rate=48000, pipewire=True)
+        assert JackOutput.advice(client) == pipewire  # type: ignore[arg-type]
 
 
 def test_the_status_line_names_preset_velocity_and_octave() -> None:
