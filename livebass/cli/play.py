@@ -13,7 +13,7 @@ from typing import Any
 
 import click
 
-from livebass.cli.render import DEFAULT_PRESET, announce_kernels, clipping, over_board, preset_for
+from livebass.cli.render import DEFAULT_PRESET, announce_kernels, clipping, preset_for
 from livebass.cli.values import RATE, Number, Quantity
 from livebass.files import OutputError, output_error
 from livebass.interrupts import stop_instead
@@ -141,7 +141,7 @@ def play(**options: Any) -> None:
     )
     console = Console(options["quiet"])
     with own_stderr(), logged(console, options["log"]):
-        board = over_board(bass)
+        board = bass.over_board
         if not compiling.cached(compiling.LIVE_ENTRY) or (board and not compiling.cached(compiling.BOARD_ENTRY)):
             check_output(settings.backend, settings.audio)
             announce_kernels(live=True, board=board)

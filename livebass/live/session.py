@@ -476,7 +476,7 @@ class PresetSwitch:
 def prepared(preset: str, quality: Quality, rate: int) -> LiveBass:
     """Loads a preset for a synth. Raises PresetError and ValueError. [any thread]"""
     instrument = load_preset(preset)
-    if any(neck.surface for neck in instrument.necks) and not compiling.cached(compiling.BOARD_ENTRY):
+    if instrument.over_board and not compiling.cached(compiling.BOARD_ENTRY):
         LOG.info("%s: compiling for fretless boards, once (about 10 s); the bass plays on meanwhile", preset)
     bass = LiveBass(instrument, quality, rate)
     return_freed_memory()

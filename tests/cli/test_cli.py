@@ -64,6 +64,12 @@ def test_clipping_is_said(fake: type[FakeEngine], run: Run) -> None:
     assert "samples clipped: try --gain -1" in err
 
 
+def test_a_motion_that_was_scaled_back_is_said(fake: type[FakeEngine], run: Run) -> None:
+    assert "scaled back" not in run("render", "--note", "E1")[2]
+    fake.weakened = 3
+    assert ", 3 times a motion was scaled back" in run("render", "--note", "E1")[2]
+
+
 def test_a_sound_that_is_not_a_number(fake: type[FakeEngine], run: Run, tmp_path: Path) -> None:
     fake.peak = float("nan")
     status, _, err = run("render", "--note", "E1")
