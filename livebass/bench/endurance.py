@@ -37,7 +37,7 @@ PROGRAM, BEND = 0xC0, 0xE0  # status bytes
 BASSES = range(32, 40)  # General MIDI's programs of basses, counted from 0; the last two choose no preset
 CONTROLLERS = (7, 11, 16, 64, 1, 121, 123)
 CYCLES = 10
-WARM_UP = 15.0  # s of playing before memory is compared, after each preset has played
+WARM_UP = 15.0  # s of playing before memory is compared, after each preset has played; 0: without either
 START = 60.0  # s for the server
 SETTLING = 60.0  # s at most, until a program plays and the bass before is released
 GROWTH = 20.0  # MB that memory may grow by
@@ -106,7 +106,7 @@ def _checks(synth: Synth, client: Any, seconds: float, seed: int, say: Say) -> l
     """Goes through the phases; returns a line for each check, and True if it is passed."""
     say(f"{seconds:.0f} s, {'with' if client.realtime else 'without'} real-time scheduling")
     rng = np.random.default_rng(seed)
-    for preset in PROGRAMS.values():
+    for preset in PROGRAMS.values() if WARM_UP else ():
         _settle(synth, preset)
     random_playing(synth, rng, WARM_UP)
     memory = highest = _settled_memory(synth)
