@@ -180,9 +180,9 @@ def render(
         from livebass.score import read_score
 
         output = output or Path(f"{'stdin' if midi == STREAM else midi.stem}.{ending}")
+        score = read_score(midi, options.rate, channel)
         if output.exists() and midi.exists() and os.path.samefile(midi, output):
             raise click.UsageError(f"{output}: is the MIDI file itself; name another file with -o")
-        score = read_score(midi, options.rate, channel)
         for remark in remarks(score, preset, DEFAULT_PRESET):
             click.echo(f"{midi}: {remark}", err=True)
     elif note is not None:
@@ -207,7 +207,7 @@ def render(
     if midi is not None:
         from livebass.cli.song import too_low
 
-        line += too_low(bass, score, DEFAULT_PRESET)
+        line = ", ".join([line, *too_low(bass, score, DEFAULT_PRESET)])
     click.echo(line, err=True)
 
 
@@ -319,7 +319,8 @@ def summary(report: RenderReport, gain: float) -> str:
     if report.clipped:
         line += clipping(report.clipped, gain, report.peak_db)
     if report.weakened:
-        line += f", {report.weakened} motions scaled back to what a string bears: please report it"
+        times = f"{report.weakened} time{'s' * (report.weakened != 1)}"
+        line += f", {times} a motion was scaled back to what a string bears: please report it"
     return line
 
 
