@@ -21,7 +21,7 @@ from livebass.compiling import emitter, store
 from livebass.interrupts import aside
 
 LOG = logging.getLogger("livebass")
-COMPILE_TIME = 40  # s, about
+COMPILE_TIME = 30  # s, about
 _lock = threading.Lock()
 _loaded: list[Library] = []
 
@@ -88,10 +88,10 @@ def _load_once() -> None:
 
 
 def _load() -> Library:
-    built, kept = store.built(), store.kept()
-    if store.whole(built) is not None:
+    if store.whole(store.built()) is not None:
         with suppress(OSError):
-            return SharedLibrary(built)
+            return SharedLibrary(store.built())
+    kept = store.kept()
     data = store.whole(kept) if kept else None
     if data is None:
         if kept and kept.exists():
