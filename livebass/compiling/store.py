@@ -43,7 +43,12 @@ def digest() -> str:
 
 @functools.cache
 def level() -> str:
-    """The level of this processor, a key of `emitter.LEVELS`: kernels of one level give the same sound, bit for bit."""
+    """The level of this processor, a key of `emitter.LEVELS`: kernels of one level give the same sound, bit for bit.
+
+    LIVEBASS_LEVEL names another one, which must not ask for more than the processor has.
+    """
+    if given := os.environ.get("LIVEBASS_LEVEL"):
+        return given
     machine = platform.machine().lower()
     if machine in X86:
         core = "numpy._core" if importlib.util.find_spec("numpy._core") else "numpy.core"  # before numpy 2
