@@ -23,7 +23,6 @@ from livebass.experiment.grid import Point, Settings, axis, grid, names, target
 from livebass.experiment.point import measured
 from livebass.experiment.quantities import QUANTITIES, USUAL
 from livebass.experiment.sweep import drawable, edges, pictures
-from livebass.experiment.workers import compile_kernels
 from livebass.kernels.records import MOST_NEAR
 from livebass.model.instrument import Neck
 from livebass.model.modes import pluck_amplitudes
@@ -222,7 +221,6 @@ def test_what_is_heard_is_the_sensor_or_the_pickups() -> None:
 def test_a_point_over_a_board() -> None:
     (point,) = grid(replace(settings("paper-fretless"), modes=90), [axis("pluck.apex=4mm:4mm:1")])
     assert len(point.work.trial.speaking.contact_position) > MOST_NEAR
-    compile_kernels(point)
     result = measured(point.work)
     assert result["contacts"] > 20 and result["heard_peak"] > 0
 
@@ -258,7 +256,6 @@ def test_points_are_kept_and_only_missing_ones_computed(tmp_path: Path) -> None:
 def test_all_of_it_in_process_one(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The command, with its processes replaced by this one."""
     monkeypatch.setattr("livebass.experiment.workers.computed", lambda points, workers, say: fake(points))
-    monkeypatch.setattr("livebass.experiment.workers.compile_kernels", lambda point: None)
     vary = "--vary", "pluck.apex=1mm:2mm:3", "--vary", "neck.contact_stiffness=1e9:1e13:2:log"
     status, out, err = run("study", "sweep", *vary, *SMALL, "-o", tmp_path / "d", "--json", tmp_path / "s.json")
     assert status == 0 and not out, err
