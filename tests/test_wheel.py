@@ -1,0 +1,88 @@
+"""The release wheel of this system: its library of kernels, and livebass installed from it."""
+
+from __future__ import annotations
+
+import os
+import platform
+import re
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from livebass.compiling import ENTRIES, emitter, store
+
+ROOT = Path(__file__).parents[1]
+SYSTEM = f"linux-{platform.machine()}"
+MOST_BYTES = 700_000
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(sys.platform != "linux", reason="this system's wheel is built on Linux"),
+]
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The wheel, unpacked."""
+    folder = tmp_path_factory.mktemp("wheel")
+    built = subprocess.run(
+        [sys.executable, ROOT / "tools" / "wheels.py", SYSTEM, "-o", folder], capture_output=True, text=True
+    )
+    assert built.returncode == 0, built.stderr
+    (wheel,) = folder.glob("*.whl")
+    assert "manylinux" in wheel.name and "-any" not in wheel.name
+    with zipfile.ZipFile(wheel) as packed:
+        packed.extractall(folder / "installed")
+    return folder / "installed"
+
+
+def libraries(installed: Path) -> list[Path]:
+    return sorted((installed / "livebass" / "built").iterdir())
+
+
+def test_a_library_for_each_level(installed: Path) -> None:
+    names = [path.name for path in libraries(installed)]
+    levels = [level for level, kind in emitter.LEVELS.items() if kind.machine == platform.machine()]
+    assert names == sorted(f"kernels-{store.digest()}-{level}.so" for level in levels)
+
+
+def test_libraries_are_small_and_know_nothing_of_python(installed: Path) -> None:
+    for path in libraries(installed):
+        code = store.whole(path)
+        assert code is not None and len(code) < MOST_BYTES
+        for word in (b"Py_", b"PyErr", b"NRT_", b"numba", b"libpython"):
+            assert word not in code, word
+        exported = set(re.findall(rb"\blb_[a-z_0-9]+", code))
+        assert {name.decode().removeprefix("lb_") for name in exported} >= set(ENTRIES)
+
+
+PLAY = """
+import sys, hashlib
+import livebass
+from livebass.live.synth import LiveBass, Synth
+bass, live = livebass.load_preset("slap"), livebass.QUALITIES["live"]
+score = livebass.single_note(28, 127, 0.3, 48000)
+sound = livebass.render_to_array(bass, score, live, tail=0.0)
+Synth(48000).switch_to(LiveBass(bass, live, 48000))
+print(hashlib.sha256(sound.tobytes()).hexdigest())
+print(sorted({"numba", "llvmlite"} & set(sys.modules)), livebass.__file__)
+"""
+
+
+def test_it_plays_without_compiling_and_sounds_the_same(installed: Path, tmp_path: Path) -> None:
+    """Beside the object file that a checkout compiles: the same machine code, linked by another linker."""
+    found = {}
+    for name, place in (("wheel", installed), ("checkout", ROOT)):
+        env = os.environ | {"PYTHONPATH": str(place)}
+        if name == "wheel":
+            env["NUMBA_CACHE_DIR"] = str(tmp_path)
+        done = subprocess.run([sys.executable, "-P", "-c", PLAY], capture_output=True, text=True, env=env, cwd=tmp_path)
+        assert done.returncode == 0, done.stderr
+        found[name], loaded = done.stdout.splitlines()
+        if name == "wheel":
+            assert loaded.startswith("[] ") and str(installed) in loaded
+    assert found["wheel"] == found["checkout"]
+    assert not list(tmp_path.iterdir())
