@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from livebass.cli.render import DEFAULT_PRESET, announce_kernels, over_board, shown_progress
+from livebass.cli.render import DEFAULT_PRESET, announce_kernels, shown_progress
 from livebass.cli.values import RATE, Number, Quantity
 from livebass.model.quality import QUALITIES
 
@@ -111,7 +111,7 @@ def sfz(
         raise click.UsageError(str(error)) from None
     if output is not None and not size:
         checked_directory(output, is_pack)  # now, not after seconds of work
-    announce_kernels(board=over_board(bass))
+    announce_kernels(board=bass.over_board)
     several = "ies" if len(pack.velocities) > 1 else "y"
     there = f"{len(pack.samples)} samples at velocit{several} {', '.join(map(str, pack.velocities))}"
     expected = f"{pack.name}: {there}, about {_megabytes(estimated_size(pack))}"

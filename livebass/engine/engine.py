@@ -82,10 +82,8 @@ class Engine:
         [main thread]
         """
         checked_rate(rate)
-        boards = any(neck.surface for neck in instrument.necks)
         self.instrument, self.rate = instrument, rate
-        self.boards = boards
-        self.quality = quality = quality.over(boards)
+        self.quality = quality = quality.over(instrument.over_board)
         self.rates = Rates(rate, whole_contact_rate(quality.contact_rate, rate))
         self.frets = min(len(neck.fret_positions) for neck in instrument.necks)
         self.pool = prepare(instrument, quality, self.rates, self.frets)
@@ -94,12 +92,12 @@ class Engine:
 
     def _begin(self, seed: int) -> None:
         """Makes all that changes while it plays: strings at rest, and a player with that seed."""
-        output, player = self.instrument.output, self.instrument.player
+        bass = self.instrument
         self.seed = seed
-        self.voices = [pickup_voice(s, output, player, self.rates, self.boards) for s in self.instrument.strings]
+        self.voices = [pickup_voice(s, bass.output, bass.player, self.rates, bass.over_board) for s in bass.strings]
         for i, v in enumerate(self.voices):
             v.record["turn"] = i * BEND_FRAMES // len(self.voices)
-        self.performer = new_performer(self.instrument, self.frets, seed)
+        self.performer = new_performer(bass, self.frets, seed)
         self.frame = 0
         self._pending: list[NDArray[np.void]] = [np.zeros(0, EVENT) for _ in self.voices]
 

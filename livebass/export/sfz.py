@@ -389,7 +389,7 @@ def _groups(pack: Pack, samples: list[Sample], stored: list[Stored]) -> list[str
         curve = [f"amp_velcurve_{v}={10 ** ((g - most) / 20):.5f}" for v, g in zip(points, gains, strict=True)]
         lines += [
             "",
-            f"// {note_name(zone.note)}: {where}, velocity {velocity}, {level:.1f} dB",
+            f"// {note_name(zone.note)}: {where}, velocity {velocity}, {level:.2f} dB",
             f"<group> lokey={zone.lowest} hikey={zone.highest} pitch_keycenter={zone.note}"
             f" lovel={lowest} hivel={highest} seq_length={pack.robins}",
             *(" ".join(curve[i : i + 6]) for i in range(0, len(curve), 6)),

