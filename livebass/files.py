@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 import secrets
+import shutil
 import stat
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
@@ -22,6 +23,7 @@ except ImportError:  # Windows, where a file that is open cannot be removed
     fcntl = None  # type: ignore[assignment]
 
 TEMPORARY = "tmp"
+_LEFT = re.compile(rf"\.{TEMPORARY}-[0-9a-f]{{8}}")  # a directory that `whole_directory` fills
 _completed: ContextVar[list[Path] | None] = ContextVar("completed", default=None)
 
 
@@ -244,3 +246,108 @@ class Transaction:
                     directory.rmdir()
             for made in (self._open, self._files, self._made):
                 made.clear()
+
+
+def checked_directory(path: Path, replaceable: Callable[[list[Path]], bool]) -> list[Path]:
+    """Returns what is in the directory `path`, which need not exist. Raises OutputError if it may not be replaced."""
+    try:
+        place = Path(os.path.realpath(path))
+        if not place.exists():
+            return []
+        if not place.is_dir():
+            raise OutputError(f"{path}: is not a directory")
+        there = [entry for entry in sorted(place.iterdir()) if not _LEFT.fullmatch(entry.name)]
+    except ValueError:  # a zero byte in the name
+        raise OutputError(f"{str(path)!r}: is not a directory name") from None
+    except OutputError:
+        raise
+    except OSError as error:
+        raise output_error(path, error) from None
+    if there and not replaceable(there):
+        raise OutputError(f"{path}: holds other files, such as {there[0].name}; name a new or empty directory")
+    return there
+
+
+@contextmanager
+def whole_directory(path: Path, replaceable: Callable[[list[Path]], bool]) -> Iterator[Path]:
+    """Yields an empty directory to fill: when the block ends without an exception, `path` holds what is in it.
+
+    Made if missing, `path` may hold entries for which `replaceable` returns True; they are replaced. After any
+    exception `path` is as it was. Files written in the block need no transaction around them all; each should have its
+    own, which tells of a full disk. What a killed process left behind, the next call removes. Raises OutputError.
+    """
+    there = checked_directory(path, replaceable)
+    with Transaction() as made, ExitStack() as ended:
+        with _said_of(path):
+            made.directory(path)
+            place = Path(os.path.realpath(path))
+            _remove_left_directories(place)
+            new = place / f".{TEMPORARY}-{secrets.token_hex(4)}"
+            ended.callback(_remove_directory, new)  # before it exists: an interrupt in between leaves nothing
+            new.mkdir()
+            ended.callback(os.close, _held(new))
+        try:
+            with completed_files():  # by their temporary names
+                yield new
+        except OutputError as error:
+            raise OutputError(str(error).replace(str(new), str(path))) from None
+        with uninterrupted():
+            with _said_of(path):
+                _move_in(new, there)
+            completed = _completed.get()
+            if completed is not None:
+                completed.append(path)
+
+
+@contextmanager
+def _said_of(path: Path) -> Iterator[None]:
+    """Turns a system's error within the block into an OutputError about `path`."""
+    try:
+        yield
+    except OutputError:
+        raise
+    except OSError as error:
+        raise output_error(path, error) from None
+
+
+def _held(directory: Path) -> int:
+    """Opens and locks a directory for this process; returns its descriptor."""
+    fd = os.open(directory if fcntl else os.devnull, os.O_RDONLY)
+    with suppress(OSError):  # a file system without locks
+        if fcntl:
+            fcntl.flock(fd, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    return fd
+
+
+def _remove_directory(directory: Path) -> None:
+    with uninterrupted():
+        shutil.rmtree(directory, ignore_errors=True)
+
+
+def _remove_left_directories(place: Path) -> None:
+    """Removes temporary directories in `place` that no process has locked."""
+    for entry in sorted(place.iterdir()) if fcntl else ():
+        if _LEFT.fullmatch(entry.name) and not entry.is_symlink():
+            with suppress(OSError):
+                fd = os.open(entry, os.O_RDONLY)
+                try:
+                    fcntl.flock(fd, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                    shutil.rmtree(entry, ignore_errors=True)
+                finally:
+                    os.close(fd)
+
+
+def _move_in(new: Path, there: list[Path]) -> None:
+    """Moves all of `new` into the directory above, and what was `there` into `new`; all of it or nothing."""
+    entries, old = sorted(new.iterdir()), new / f".old-{secrets.token_hex(4)}"
+    moves = [(entry, old / entry.name) for entry in there] + [(entry, new.parent / entry.name) for entry in entries]
+    done: list[tuple[Path, Path]] = []
+    old.mkdir()
+    try:
+        for source, target in moves:
+            os.replace(source, target)
+            done.append((source, target))
+    except OSError:
+        for source, target in reversed(done):
+            os.replace(target, source)
+        raise

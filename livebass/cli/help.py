@@ -6,7 +6,7 @@ from importlib import resources
 
 import click
 
-PAGES = ("playing", "presets", "live", "physics", "studies", "cost")  # in reading order
+PAGES = ("playing", "presets", "live", "physics", "studies", "cost", "export")  # in reading order
 
 
 def page_text(page: str) -> str:

@@ -19,6 +19,7 @@ import click
 
 from livebass import __version__
 from livebass.cli.bench import bench
+from livebass.cli.export import export
 from livebass.cli.help import help_
 from livebass.cli.play import devices, play
 from livebass.cli.presets import identify, presets
@@ -56,11 +57,12 @@ def livebass() -> None:
       livebass render --note G2 --velocity 120       one hard note into G2.wav
       livebass render song.mid -o song.wav           the bass part of a MIDI file
       livebass presets list                          the basses there are
+      livebass export sfz -p slap -o slap-bass       a sample pack for other programs
       livebass help                                  the handbook
     """
 
 
-for command in (play, render, presets, devices, simulate, study, identify, bench, help_):
+for command in (play, render, presets, devices, export, simulate, study, identify, bench, help_):
     livebass.add_command(command)
 
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import copy
 import os
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -82,19 +84,33 @@ class Engine:
         [main thread]
         """
         checked_rate(rate)
-        self.instrument, self.rate, self.seed = instrument, rate, seed
+        self.instrument, self.rate = instrument, rate
         self.quality = quality = quality.over(instrument.over_board)
         self.rates = Rates(rate, whole_contact_rate(quality.contact_rate, rate))
         self.frets = min(len(neck.fret_positions) for neck in instrument.necks)
         self.pool = prepare(instrument, quality, self.rates, self.frets)
-        output, player = instrument.output, instrument.player
-        self.voices = [pickup_voice(s, output, player, self.rates, instrument.over_board) for s in instrument.strings]
+        self.workers = workers or min(len(instrument.strings), os.cpu_count() or 1)
+        self._begin(seed)
+
+    def _begin(self, seed: int) -> None:
+        """Makes all that changes while it plays: strings at rest, and a player with that seed."""
+        bass = self.instrument
+        self.seed = seed
+        self.voices = [pickup_voice(s, bass.output, bass.player, self.rates, bass.over_board) for s in bass.strings]
         for i, v in enumerate(self.voices):
             v.record["turn"] = i * BEND_FRAMES // len(self.voices)
-        self.performer = new_performer(instrument, self.frets, seed)
+        self.performer = new_performer(bass, self.frets, seed)
         self.frame = 0
-        self.workers = workers or min(len(self.voices), os.cpu_count() or 1)
         self._pending: list[NDArray[np.void]] = [np.zeros(0, EVENT) for _ in self.voices]
+
+    def another(self, seed: int = 0) -> Self:
+        """Returns the engine of the same bass as when new, with its own `seed`: quick, as both share the operators.
+
+        Each may play in a thread of its own. [main thread]
+        """
+        other = copy.copy(self)
+        other._begin(seed)
+        return other
 
     @property
     def strings(self) -> int:

@@ -45,10 +45,15 @@ class RenderReport:
 
 def stem_paths(out: Path, instrument: Instrument, directory: Path | None = None) -> list[Path]:
     """Returns a path a string: song.wav -> song.E.wav, song.A.wav ... beside it or in `directory`."""
+    return [(directory or out.parent) / f"{out.stem}.{name}{out.suffix}" for name in string_names(instrument)]
+
+
+def string_names(instrument: Instrument) -> list[str]:
+    """Returns a name a string that differs from the others and can be part of a file's name."""
     names = ["".join(c if c.isalnum() or c in "#-_" else "_" for c in s.name) for s in instrument.strings]
     if len({name.casefold() for name in names}) < len(names):
         names = [f"{number}-{name}" for number, name in enumerate(names, 1)]
-    return [(directory or out.parent) / f"{out.stem}.{name}{out.suffix}" for name in names]
+    return names
 
 
 def render_to_file(

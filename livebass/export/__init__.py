@@ -1,0 +1,1 @@
+"""Turns a bass into what other programs play: sample packs."""

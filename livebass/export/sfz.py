@@ -1,0 +1,415 @@
+"""Renders a bass into a sample pack: FLAC files and the SFZ file by which samplers play them.
+
+Each key has the string on which a lone note is played, the one with the lowest fret. A zone is a few neighbouring frets
+of a string, sampled at one of them; an open string has a zone of its own, as it rings differently. A zone is sampled
+at some velocities (layers) and, where the player is uneven, several times at each (round robins).
+
+A sample is the sound that `livebass render --note` gives for the same velocity and seed, held until it has died away
+or for the pack's longest time, over which it fades out. So the levels are those of the engine. Between two sampled
+velocities the level follows a straight line in dB; below the lowest, the player's law of force. In the SFZ file that
+is the group's amp_velcurve and the regions' volume.
+"""
+
+from __future__ import annotations
+
+import io
+import math
+import os
+import re
+from collections import deque
+from collections.abc import Generator
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import closing
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import soundfile
+from numpy.typing import NDArray
+
+from livebass.audiofile import SUBTYPES, AudioWriter, encoding
+from livebass.engine.engine import Engine
+from livebass.engine.render import RenderError, mixed, string_names
+from livebass.files import Transaction, whole_directory
+from livebass.interrupts import StopFlag
+from livebass.model.instrument import Instrument, Player
+from livebass.model.quality import Quality
+from livebass.report.progress import Progress, steps
+from livebass.score import single_note
+from livebass.units import note_name
+
+HARDEST = 127  # velocity
+SOFT_SHARE = 0.35  # of the layers lie below the velocity at which a pluck grazes the frets
+QUIET = 10 ** (-72 / 20)  # of its peak: a sample ends where it stays below
+FADE = 0.05  # s, at the end of a sample that has died away
+FADED = 0.25  # of the longest length: the fade of a sample that has not
+FULL = 10 ** (-0.3 / 20)  # highest peak of a sample; louder ones are stored lower, and played louder by that much
+LEVEL_TIME = 0.5  # s, the part of a sample by whose RMS levels are compared
+RELEASE_NEPERS = 9.0  # by which samplers let a sound fall within the time of ampeg_release: those of sfizz
+SHORTEST_RELEASE, LONGEST_RELEASE = 0.01, 100.0  # s
+CURVE_STEP = 4  # velocities between two points of amp_velcurve: samplers join them by straight lines
+
+HEAD = "// A livebass sample pack: "  # how the SFZ file begins
+LICENCE_FILE, FOLDER = "LICENSE.txt", "samples"
+LICENCE = """\
+The samples in this folder, and the .sfz file that plays them, were computed by livebass
+from the physics of a string. Nobody's playing was recorded.
+
+They are free to use. You may play, copy, change, sell and pass them on, in whole or in
+part, alone or in music, films, games, instruments and anything else, for any purpose,
+also commercially, without asking, without payment and without naming anyone. Nobody
+claims any right in them.
+
+They come as they are, without warranty of any kind.
+"""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What a pack has, and how finely it is computed."""
+
+    quality: Quality
+    rate: int = 48000  # Hz
+    frets: int = 3  # of a zone, at most
+    layers: int = 5  # velocities at which a zone is sampled
+    robins: int = 2  # samples of a zone at a velocity; 1 where the player is not uneven
+    length: float = 8.0  # s, longest sample
+    seed: int = 0  # of the player's unevenness
+
+
+@dataclass(frozen=True)
+class Zone:
+    """Neighbouring keys that are played by one sampled note."""
+
+    string: int  # index
+    fret: int  # that is sampled
+    note: int  # that is sampled
+    lowest: int  # keys
+    highest: int
+
+
+@dataclass(frozen=True)
+class Sample:
+    """One file of a pack."""
+
+    zone: Zone
+    velocity: int
+    robin: int  # from 0
+    seed: int
+    file: str
+
+
+@dataclass(frozen=True)
+class Stored:
+    """What is known of a written sample."""
+
+    level: float  # dB re full scale, RMS of its first LEVEL_TIME, as the engine gives it
+    lowered: float  # dB, by which it is stored lower than that
+
+
+@dataclass(frozen=True)
+class PackReport:
+    """Counts and sizes of a written pack."""
+
+    sfz: Path
+    samples: int
+    duration_s: float  # of all samples
+    size: int  # bytes of all files
+
+
+class Pack:
+    """The plan of a pack: which notes are sampled, at which velocities, with which seeds."""
+
+    def __init__(self, bass: Instrument, name: str, settings: Settings) -> None:
+        """`name` is that of the SFZ file and of the preset, for its comments. Raises ValueError for a bad rate."""
+        self.bass, self.name, self.settings = bass, name, settings
+        self.encoding = encoding(Path(f"{name}.flac"), settings.rate, "flac", "24")
+        self.zones = zones(bass, settings.frets)
+        self.velocities = velocities(bass.player, settings.layers)
+        self.robins = settings.robins if bass.player.unevenness else 1
+        names = [name.replace("#", "s") for name in string_names(bass)]  # "#" begins a directive in some samplers
+        self.samples = [
+            Sample(
+                zone, velocity, robin, settings.seed + number * self.robins + robin,
+                f"{names[zone.string]}-{zone.fret:02}-v{velocity:03}-{robin + 1}.flac",
+            )
+            for number, zone in enumerate(self.zones)
+            for velocity in self.velocities
+            for robin in range(self.robins)
+        ]  # fmt: skip
+
+    @cached_property
+    def engine(self) -> Engine:
+        """The bass, prepared. Raises ValueError for one that cannot be played at this rate. [main thread]"""
+        return Engine(self.bass, self.settings.quality, self.settings.rate, workers=1)
+
+
+def zones(bass: Instrument, frets: int) -> list[Zone]:
+    """The zones of a bass, of up to `frets` frets: by string, then by key."""
+    found = []
+    for string, keys in enumerate(keys_by_string(bass)):
+        open_note = bass.strings[string].open_note
+        for run in _runs(keys):
+            opened = run[:1] if run[0] == open_note else []
+            stopped = run[len(opened) :]
+            parts = np.array_split(stopped, math.ceil(len(stopped) / frets)) if stopped else []
+            for part in ([opened] if opened else []) + [p.tolist() for p in parts]:
+                note = part[len(part) // 2]
+                found.append(Zone(string, note - open_note, note, part[0], part[-1]))
+    return found
+
+
+def keys_by_string(bass: Instrument) -> list[list[int]]:
+    """The keys that each string plays when no other note sounds: those that have their lowest fret on it."""
+    frets = min(len(neck.fret_positions) for neck in bass.necks)
+    keys: list[list[int]] = [[] for _ in bass.strings]
+    for key in range(128):
+        having = [i for i, s in enumerate(bass.strings) if 0 <= key - s.open_note <= frets]
+        if having:
+            keys[min(having, key=lambda i: key - bass.strings[i].open_note)].append(key)
+    return keys
+
+
+def _runs(keys: list[int]) -> list[list[int]]:
+    """Splits ascending `keys` where one is left out."""
+    runs: list[list[int]] = []
+    for key in keys:
+        if runs and key == runs[-1][-1] + 1:
+            runs[-1].append(key)
+        else:
+            runs.append([key])
+    return runs
+
+
+def velocities(player: Player, layers: int) -> tuple[int, ...]:
+    """The velocities at which notes are sampled, ascending; the last is HARDEST.
+
+    Below the velocity at which a pluck just grazes the frets, notes of different strength sound nearly alike, so most
+    layers lie above it. On either side they are evenly spaced.
+    """
+    graze = 1 + (HARDEST - 1) * math.log(1 / max(player.softest, 1e-3)) / _range(player)
+    soft = round(SOFT_SHARE * layers) if HARDEST / layers < graze < HARDEST else 0
+    chosen = [graze * (k + 1) / soft for k in range(soft)]
+    start, hard = (graze if soft else 0.0), layers - soft
+    chosen += [start + (HARDEST - start) * (k + 1) / hard for k in range(hard)]
+    return tuple(sorted({max(1, round(v)) for v in chosen}))
+
+
+def _range(player: Player) -> float:
+    """Natural logarithm of the strength of the hardest note over that of the softest, positive."""
+    return max(math.log(player.hardest / max(player.softest, 1e-3)), 1e-6)
+
+
+def edges(chosen: tuple[int, ...]) -> list[tuple[int, int]]:
+    """Lowest and highest velocity that each sampled one is played for: up to the middle between two."""
+    tops = [(a + b) // 2 for a, b in pairwise(chosen)] + [HARDEST]
+    return list(zip([1] + [top + 1 for top in tops[:-1]], tops, strict=True))
+
+
+def export_sfz(pack: Pack, directory: Path, progress: Progress | None = None) -> PackReport:
+    """Writes `pack` into `directory`: its SFZ file, the samples and their licence; all of it or nothing.
+
+    The directory is made if missing; it may be empty or hold an older pack, which is replaced. The same pack gives the
+    same files, bit for bit, on one kind of processor. Raises ValueError, OutputError, RenderError. [main thread]
+    """
+    rate = pack.settings.rate
+    with whole_directory(directory, is_pack) as new, closing(_played(pack)) as sounds:
+        (new / FOLDER).mkdir()
+        done, frames, stored = steps(progress, len(pack.samples)), 0, []
+        for sample, sound in sounds:
+            kept = _lowered(sound)
+            with Transaction() as files:
+                writer = AudioWriter(files, new / FOLDER / sample.file, pack.encoding)
+                writer.write(kept)
+                writer.close()
+            stored.append(_stored(sound, kept, rate))
+            frames += len(sound)
+            done()
+        with Transaction() as files:
+            files.write(new / f"{pack.name}.sfz", sfz_text(pack, stored).encode())
+            files.write(new / LICENCE_FILE, LICENCE.encode())
+        size = sum(file.stat().st_size for file in new.rglob("*") if file.is_file())
+    return PackReport(directory / f"{pack.name}.sfz", len(stored), frames / rate, size)
+
+
+def estimated_size(pack: Pack) -> int:
+    """Bytes that `pack` will take, from one sample a string, at a middle velocity. Raises ValueError, RenderError."""
+    middle, total = pack.velocities[(len(pack.velocities) - 1) // 2], 0
+    for string in range(len(pack.bass.strings)):
+        mine = [s for s in pack.samples if s.zone.string == string and s.robin == 0 and s.velocity == middle]
+        if mine:
+            sample = mine[len(mine) // 2]
+            file = io.BytesIO()
+            sound = _lowered(played(pack.engine.another(sample.seed), sample, pack.settings.length))
+            soundfile.write(file, sound, pack.settings.rate, SUBTYPES["flac"]["24"], format="FLAC")
+            total += len(file.getvalue()) * sum(s.zone.string == string for s in pack.samples)
+    return total
+
+
+def is_pack(entries: list[Path]) -> bool:
+    """True if the `entries` of a directory are a pack and nothing else."""
+    by_name = {entry.name: entry for entry in entries}
+    lists = [name for name in by_name if name.endswith(".sfz")]
+    if len(lists) != 1 or set(by_name) - {*lists, LICENCE_FILE, FOLDER}:
+        return False
+    try:
+        text = by_name[lists[0]].read_text("utf-8")
+        samples = {file.name for file in by_name[FOLDER].iterdir()} if FOLDER in by_name else set()
+    except (OSError, UnicodeDecodeError):
+        return False
+    return text.startswith(HEAD) and samples <= set(re.findall(r"sample=(\S+)", text))
+
+
+def _played(pack: Pack) -> Generator[tuple[Sample, NDArray[np.float32]], None, None]:
+    """Yields each sample of `pack` with its sound (n,), in order; computes as many at a time as there are cores."""
+    engine, stop = pack.engine, StopFlag()
+
+    def play(sample: Sample) -> NDArray[np.float32]:
+        return played(engine.another(sample.seed), sample, pack.settings.length, stop)
+
+    cores, ahead = os.cpu_count() or 1, deque[tuple[Sample, Future[NDArray[np.float32]]]]()
+    with ThreadPoolExecutor(cores) as workers:
+        try:
+            for sample in pack.samples:
+                ahead.append((sample, workers.submit(play, sample)))
+                if len(ahead) > 2 * cores:
+                    yield ahead[0][0], ahead.popleft()[1].result()
+            for sample, sound in ahead:
+                yield sample, sound.result()
+        finally:
+            stop.set()
+            workers.shutdown(wait=False, cancel_futures=True)
+
+
+def played(engine: Engine, sample: Sample, length: float, stop: StopFlag | None = None) -> NDArray[np.float32]:
+    """The sound (n,) of a sample on an `engine` at rest, `length` s at most, with its end. Raises RenderError.
+
+    Once `stop` is set, it returns what it has, for nobody to use. [any thread]
+    """
+    rate = engine.rate
+    blocks, peak = [], 0.0
+    for strings in engine.play(single_note(sample.zone.note, sample.velocity, length, rate), 0.0):
+        if not np.isfinite(strings).all():
+            raise RenderError(f"the sound of {note_name(sample.zone.note)} is not finite; please report the preset")
+        blocks.append(mixed(strings.astype(np.float32)))
+        loudest = float(np.max(np.abs(blocks[-1]), initial=0.0))
+        peak = max(peak, loudest)
+        if loudest <= QUIET * peak or (stop is not None and stop.is_set()):
+            break
+    return ended(np.concatenate(blocks), rate, round(length * rate))
+
+
+def ended(sound: NDArray[np.float32], rate: int, longest: int) -> NDArray[np.float32]:
+    """`sound` (n,) up to where it stays quiet, with a fade; one of `longest` frames fades out slowly."""
+    loud = np.flatnonzero(np.abs(sound) > QUIET * np.max(np.abs(sound), initial=0.0))
+    fade = round(FADE * rate)
+    count = (int(loud[-1]) + 1 if loud.size else 0) + fade
+    if count >= longest:
+        count, fade = longest, max(fade, round(FADED * longest))
+    kept = sound[:count].copy()
+    fade = min(fade, len(kept))
+    if fade:
+        kept[-fade:] *= np.cos(0.5 * np.pi * (np.arange(fade) + 1) / fade).astype(np.float32) ** 2
+        kept[-1] = 0.0
+    return kept
+
+
+def _lowered(sound: NDArray[np.float32]) -> NDArray[np.float32]:
+    """`sound`, scaled down if it exceeds full scale, or nearly."""
+    peak = float(np.max(np.abs(sound), initial=0.0))
+    return sound if peak <= FULL else sound * np.float32(FULL / peak)
+
+
+def _stored(sound: NDArray[np.float32], kept: NDArray[np.float32], rate: int) -> Stored:
+    part = sound[: round(LEVEL_TIME * rate)].astype(np.float64)
+    power = float(np.mean(part**2)) if part.size else 0.0
+    peaks = [float(np.max(np.abs(s), initial=0.0)) for s in (sound, kept)]
+    lowered = 20 * math.log10(peaks[0] / peaks[1]) if peaks[1] else 0.0
+    return Stored(10 * math.log10(max(power, 1e-20)), lowered)
+
+
+def level_at(velocity: int, chosen: tuple[int, ...], levels: list[float], slope: float) -> float:
+    """Level (dB) at a velocity, from the `levels` at the `chosen` ones; below these it falls by `slope` (dB)."""
+    if velocity < chosen[0]:
+        return levels[0] - slope * (chosen[0] - velocity)
+    return float(np.interp(velocity, chosen, levels))
+
+
+def sfz_text(pack: Pack, stored: list[Stored]) -> str:
+    """The SFZ file of a pack whose samples were `stored`, in the same order."""
+    each = len(pack.velocities) * pack.robins
+    lines = _head(pack)
+    for number in range(len(pack.zones)):
+        part = slice(number * each, (number + 1) * each)
+        lines += _groups(pack, pack.samples[part], stored[part])
+    return "\n".join(lines) + "\n"
+
+
+def _head(pack: Pack) -> list[str]:
+    """The lines above the first group."""
+    bass, player, settings, quality = pack.bass, pack.bass.player, pack.settings, pack.settings.quality
+    release = RELEASE_NEPERS / max(player.hand_damping, 1e-9)
+    release = min(max(release, SHORTEST_RELEASE), LONGEST_RELEASE)
+    bend = round(100 * player.bend_range)
+    return [
+        f"{HEAD}{_line(bass.name)}",
+        f"// {_line(bass.description)}",
+        f"// Free to use, also commercially, without naming anyone: see {LICENCE_FILE}.",
+        "//",
+        f"// Quality {quality.name}, {settings.rate} Hz, velocities {', '.join(map(str, pack.velocities))}.",
+        "// A sample is, up to its end, what livebass renders for the note, velocity and seed that stand by it.",
+        "// Levels are those of the engine: at the velocity of its group a sample plays as loud as the engine, and",
+        "// amp_velcurve and volume follow the levels of the layers above and below. A level is the RMS of the first",
+        f"// {LEVEL_TIME:g} s, in dB below full scale.",
+        f"// The hand that stops a note damps it by {player.hand_damping:g} /s, which is"
+        f" {RELEASE_NEPERS * 20 / math.log(10):.0f} dB in the time of ampeg_release.",
+        "",
+        "<control>",
+        f"default_path={FOLDER}/",
+        "<global>",
+        f"loop_mode=no_loop ampeg_release={release:.4g} amp_veltrack=100 bend_up={bend} bend_down={-bend}",
+        "note_polyphony=1 note_selfmask=off",
+    ]
+
+
+def _groups(pack: Pack, samples: list[Sample], stored: list[Stored]) -> list[str]:
+    """The groups of one zone, one a velocity layer."""
+    player, chosen, zone = pack.bass.player, pack.velocities, samples[0].zone
+    slope = 20 / math.log(10) * _range(player) / (HARDEST - 1)  # dB a velocity
+    by_layer = [range(k, k + pack.robins) for k in range(0, len(samples), pack.robins)]
+    levels = [sum(stored[i].level for i in layer) / len(layer) for layer in by_layer]
+    where = f"string {_line(pack.bass.strings[zone.string].name)}, fret {zone.fret}, {_technique(player, zone.string)}"
+    lines = []
+    for velocity, level, layer, (lowest, highest) in zip(chosen, levels, by_layer, edges(chosen), strict=True):
+        points = sorted({*range(lowest, highest, CURVE_STEP), velocity, highest})
+        gains = [level_at(v, chosen, levels, slope) - level for v in points]  # dB
+        most = max(gains)
+        curve = [f"amp_velcurve_{v}={10 ** ((g - most) / 20):.5f}" for v, g in zip(points, gains, strict=True)]
+        lines += [
+            "",
+            f"// {note_name(zone.note)}: {where}, velocity {velocity}, {level:.2f} dB",
+            f"<group> lokey={zone.lowest} hikey={zone.highest} pitch_keycenter={zone.note}"
+            f" lovel={lowest} hivel={highest} seq_length={pack.robins}",
+            *(" ".join(curve[i : i + 6]) for i in range(0, len(curve), 6)),
+        ]
+        for i in layer:
+            lines += [
+                f"// seed {samples[i].seed}",
+                f"<region> sample={samples[i].file} seq_position={samples[i].robin + 1}"
+                f" volume={most + stored[i].lowered:.3f}",
+            ]
+    return lines
+
+
+def _technique(player: Player, string: int) -> str:
+    """How the player sounds a string."""
+    if player.technique != "slap":
+        return "plucked"
+    return "struck by the thumb" if string < player.slapped_strings else "popped"
+
+
+def _line(text: str) -> str:
+    """`text` without line ends and other signs that are no text."""
+    return " ".join("".join(c if c.isprintable() else " " for c in text).split())
