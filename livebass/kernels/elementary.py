@@ -7,10 +7,12 @@ has one result everywhere. The order of the operations is as written: numba's `j
 reassociates nor contracts a product and a sum into one instruction, and inlining by LLVM (`forceinline`) keeps that in
 callers compiled with fastmath. `inlined` would not: it compiles a function with its caller's flags.
 
-Results are within 0.8 ulp of the exact ones, see tests/kernels/test_elementary.py. There are no branches and no tables:
-values are selected, so that loops over modes become vector instructions. No fused multiply-add either, which older
-processors and WebAssembly lack: where a product must keep its lower half, `product` splits the factors. The sign of a
-NaN is not defined. Where the thread takes denormal numbers for zero (native.FLUSH), so do these functions.
+Results are within one ulp of the exact ones. Worst of some million random arguments, in ulp: sine 0.91 and cosine 0.87
+up to 1e6 rad, exp 0.79 and exp2 0.77 (0.71 where the result is normal), log2 0.50, power 0.99, where its exponents are
+in the thousands, and 0.70 in the contact law. There are hardly any branches and no tables: values are selected, so that
+loops over modes become vector instructions. No fused multiply-add either, which older processors and WebAssembly lack:
+where a product must keep its lower half, `product` splits the factors. The sign of a NaN is not defined, that of a zero
+is not kept. Where the thread takes denormal numbers for zero (native.FLUSH), so do these functions.
 
 Constants: tools/elementary.py derives them. A trailing digit counts the parts of a number, the highest first, or
 the powers of a polynomial. `rounded` adds and subtracts 1.5 * 2^52, whose last bit is worth 1. [any thread]
