@@ -27,7 +27,7 @@ LLVM_TYPES = {
 ZEROS = {"ptr": "null", "double": "0.0"}
 SETTINGS = {"LIVEBASS_FROM_SOURCE": "1", "NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": ""}  # of the environment
 # What machine code may need of the C library, or of LLVM's own runtime.
-ALLOWED = {"memset", "memcpy", "memmove", "sin", "cos", "sincos", "exp", "exp2", "log2", "pow", "floor", "ceil"}
+ALLOWED = {"memset", "memcpy", "memmove"}
 # numpy's square root is a call of C's; here it is the processor's instruction.
 SQRT = """define double @sqrt(double %x) alwaysinline {
   %y = call double @llvm.sqrt.f64(double %x)

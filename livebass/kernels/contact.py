@@ -17,6 +17,7 @@ place in that list. [any thread]
 import numpy as np
 
 from livebass.compiling import jit
+from livebass.kernels.elementary import power
 
 MOST_ITERATIONS = 60
 MOST_TOGETHER = 12  # iterations of coupled points; they need 3 or 4
@@ -39,13 +40,14 @@ def force(r, old, stiffness, exponent):
         return 0.0, 0.0
     if r == 0.0:
         r = 1e-30
-    e = exponent + 1.0
     if a > 0.0 and b > 0.0 and abs(r) < 1e-4 * b:
         mid = b + 0.5 * r
-        f = stiffness * mid**exponent
-        return f, 0.5 * stiffness * exponent * mid ** (exponent - 1.0)
-    f = stiffness / e * (a**e - b**e) / r
-    return f, (stiffness * a**exponent - f) / r
+        f = stiffness * power(mid, exponent)
+        return f, 0.5 * exponent * f / mid
+    after = power(a, exponent) if a > 0.0 else 0.0
+    before = power(b, exponent) if b > 0.0 else 0.0
+    f = stiffness / (exponent + 1.0) * (a * after - b * before) / r
+    return f, (stiffness * after - f) / r
 
 
 @jit

@@ -1,4 +1,4 @@
-"""Instructions that numba lacks: atomic words, raw addresses, calls of C functions, the processor's flush bits.
+"""Instructions that numba lacks: atomic words, raw addresses, bits of floats, calls of C functions, flush bits.
 
 Addresses are int64. Everything here compiles to a few instructions; nothing allocates or locks. Kernels import these
 from native.py, which imports numba only where they are compiled. [any thread]
@@ -65,6 +65,26 @@ def record_address(_context: Any, record: Any) -> Any:
         return builder.ptrtoint(args[0], WORD)
 
     return types.int64(record), generate
+
+
+@intrinsic
+def bits(_context: Any, value: Any) -> Any:
+    """Returns the 64 bits of the float64 `value` as an int64."""
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        return builder.bitcast(args[0], WORD)
+
+    return types.int64(types.float64), generate
+
+
+@intrinsic
+def from_bits(_context: Any, word: Any) -> Any:
+    """Returns the float64 whose 64 bits are those of the int64 `word`."""
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        return builder.bitcast(args[0], ir.DoubleType())
+
+    return types.float64(types.int64), generate
 
 
 def _array_at(kind: Any, dimensions: int = 1) -> Any:

@@ -19,6 +19,7 @@ operator, phi the mode shapes at a point, n a number of modes, whole BLOCKs. [an
 import numpy as np
 
 from livebass.compiling import compiled
+from livebass.kernels.elementary import exp, sin_cos
 from livebass.kernels.operators import shape
 from livebass.kernels.records import BLOCK, LONGER, PART, WHOLE
 
@@ -411,13 +412,14 @@ def retune(w, op, ratio):
     for j in range(op.padded):
         w_d = w.omega[j]
         sigma = w.sigma[j]
-        damp = np.exp(-sigma * fine)
-        es = damp * np.sin(w_d * fine)
+        damp = exp(-sigma * fine)
+        sine, cosine = sin_cos(w_d * fine)
+        es = damp * sine
         kappa = es / w_d
         w.p[j] *= kappa / w.kappa[j]
         w.kappa[j] = kappa
         w.pace[j] = 1.0 / kappa
-        w.fine_a[j] = damp * np.cos(w_d * fine)
+        w.fine_a[j] = damp * cosine
         w.fine_b[j] = es * es
         for which in range(3):
             row = WHOLE
@@ -429,9 +431,10 @@ def retune(w, op, ratio):
                 row = PART
                 k = op.part_steps
             h = k * fine
-            damp_k = np.exp(-sigma * h)
-            sin_k = damp_k * np.sin(w_d * h)
-            w.leaps[row].a[j] = damp_k * np.cos(w_d * h)
+            damp_k = exp(-sigma * h)
+            sine, cosine = sin_cos(w_d * h)
+            sin_k = damp_k * sine
+            w.leaps[row].a[j] = damp_k * cosine
             w.leaps[row].b[j] = sin_k / es
             w.leaps[row].g[j] = sin_k * es
 

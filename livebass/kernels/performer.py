@@ -7,6 +7,7 @@ the same input always the same one. One record, PERFORMER, holds all it remember
 import numpy as np
 
 from livebass.compiling import entry, jit
+from livebass.kernels.elementary import exp2, power
 from livebass.kernels.native import record_at, records_at
 from livebass.kernels.records import BEND, CUT, EVENT, GAIN, HAND, OPERATOR, PLUCK, STRIKE_EVENT
 from livebass.kernels.techniques import grazing
@@ -168,7 +169,7 @@ def chance(seed, count):
 @jit
 def soft_limit(x, most):
     """Soft limit: about x when small, increasing, always below `most`."""
-    return x / (1.0 + (x / most) ** 4) ** 0.25
+    return x / np.sqrt(np.sqrt(1.0 + (x / most) ** 4))
 
 
 @jit
@@ -205,7 +206,7 @@ def note_on(p, ops, frame, key, velocity, events, count):
     p.age[i] = p.clock
     op = ops[i, fret]
     softest = max(p.softest, LEAST_FORCE)
-    force = softest * (p.hardest / softest) ** ((velocity - 1) / 126.0)
+    force = softest * power(p.hardest / softest, (velocity - 1) / 126.0)
     force *= 1.0 + p.unevenness * chance(p.seed, 2 * p.notes)
     aside = UNEVEN_PLACE * p.unevenness * chance(p.seed, 2 * p.notes + 1)
     if i < p.slapped:
@@ -247,7 +248,7 @@ def all_notes_off(p, frame, events, count):
 @jit
 def tell_bend(p, frame, events, count):
     """Sends the bend to every string."""
-    ratio = 2.0 ** (p.wheel * p.range / 12.0)
+    ratio = exp2(p.wheel * p.range / 12.0)
     for i in range(p.strings):
         count = emit(events, count, frame, BEND, i, 0, ratio, 0.0)
     return count

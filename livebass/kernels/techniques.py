@@ -9,6 +9,7 @@ import numpy as np
 
 from livebass.compiling import jit
 from livebass.kernels import modal
+from livebass.kernels.elementary import cos, exp, exp2, sin
 from livebass.kernels.operators import tap
 from livebass.kernels.slot import SAFETY_STRUCK, bend, change_operator, disturb, forget_contact, load, open_v
 
@@ -29,8 +30,8 @@ def shape_of_pluck(w, op, apex, position, rounding):
         w.held[j] = 0.0
     for j in range(op.modes):
         k = (j + 1) * k1
-        smooth = np.exp(-0.5 * (k * rounding) ** 2) / (1 + op.held_stiffness * (k * k))
-        w.held[j] = corner * np.sin(k * position) / (k * k) * smooth
+        smooth = exp(-0.5 * (k * rounding) ** 2) / (1 + op.held_stiffness * (k * k))
+        w.held[j] = corner * sin(k * position) / (k * k) * smooth
 
 
 @jit
@@ -41,8 +42,8 @@ def shape_of_strike(w, op, depth, position, width):
         w.strike[j] = 0.0
     for j in range(op.modes):
         k = (j + 1) * k1
-        smooth = np.exp(-0.5 * (k * width) ** 2)
-        w.strike[j] = -2 * op.speed * depth * np.sqrt(2 / op.length) * np.sin(k * position) * smooth
+        smooth = exp(-0.5 * (k * width) ** 2)
+        w.strike[j] = -2 * op.speed * depth * np.sqrt(2 / op.length) * sin(k * position) * smooth
 
 
 @jit
@@ -65,8 +66,8 @@ def touch(voice, slot, op, position, frames):
     u = slot.u
     k1 = np.pi / op.length
     for j in range(op.padded):
-        shape = np.sin((j + 1) * k1 * position)
-        u.finger[j] = np.exp(-FINGER_NEPERS / frames * shape * shape)
+        shape = sin((j + 1) * k1 * position)
+        u.finger[j] = exp(-FINGER_NEPERS / frames * shape * shape)
     if slot.v_ready:
         modal.copy(slot.v.finger, u.finger, op.padded)
     voice.fingering = frames
@@ -76,7 +77,7 @@ def touch(voice, slot, op, position, frames):
 def pulled(voice, left):
     """Part of the held shape there is with `left` frames of the pull to go, and its change a second."""
     t = (voice.pull - left) / voice.pull
-    return 0.5 - 0.5 * np.cos(np.pi * t), 0.5 * np.pi * np.sin(np.pi * t) / voice.pull * voice.rate
+    return 0.5 - 0.5 * cos(np.pi * t), 0.5 * np.pi * sin(np.pi * t) / voice.pull * voice.rate
 
 
 @jit
@@ -113,7 +114,7 @@ def take_string(string, ops, fret):
     if slot.on and (slot.fret != fret or slot.fading):
         if not slot.fading:
             slot.fading = 1
-        slot.hand = min(slot.hand, np.exp(-FADE_RATE / voice.rate))
+        slot.hand = min(slot.hand, exp(-FADE_RATE / voice.rate))
         voice.striking = 0
         voice.fingering = 0
         voice.slot = 1 - voice.slot
@@ -144,9 +145,9 @@ def pluck(string, ops, fret, apex, position):
     voice.striking = 0
     if voice.angle != 0.0:
         open_v(slot, op)
-    shape_of_pluck(slot.u, op, np.cos(voice.angle) * apex, position, voice.rounding)
+    shape_of_pluck(slot.u, op, cos(voice.angle) * apex, position, voice.rounding)
     if slot.v_ready:
-        shape_of_pluck(slot.v, op, np.sin(voice.angle) * apex, position, voice.rounding)
+        shape_of_pluck(slot.v, op, sin(voice.angle) * apex, position, voice.rounding)
     if sounding and (slot.active > 0 or slot.v_active > 0):
         touch(voice, slot, op, position, max(voice.pull, 1))
     for i in range(max(voice.pickups, 1)):
@@ -200,7 +201,7 @@ def highest(voice):
 def follow_bend(string, ops):
     """Tunes the string a little nearer to the bend: no faster than an arm can, or a string would gain energy by it."""
     voice = string.voice
-    most = 2.0 ** (BEND_SPEED * BEND_FRAMES / (12.0 * voice.rate))
+    most = exp2(BEND_SPEED * BEND_FRAMES / (12.0 * voice.rate))
     voice.tuned = min(max(voice.bend, voice.tuned / most), voice.tuned * most)
     for k in range(2):
         slot = string.slots[k]
@@ -224,7 +225,7 @@ def excite(voice, slot, op):
     if voice.striking > 0 and voice.fingering == 0:
         # a raised cosine of force whose sum over the frames is one
         t = (voice.strike - voice.striking) / voice.strike
-        modal.push(slot.u, (1 - np.cos(2 * np.pi * t)) / voice.strike, n)
+        modal.push(slot.u, (1 - cos(2 * np.pi * t)) / voice.strike, n)
         voice.striking -= 1
         disturb(slot, op, voice.step)
 

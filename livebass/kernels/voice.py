@@ -8,6 +8,7 @@ import numpy as np
 
 from livebass.compiling import entry, jit
 from livebass.kernels import modal, techniques
+from livebass.kernels.elementary import exp
 from livebass.kernels.native import call_4, floats_at, record_address, record_at, records_at
 from livebass.kernels.operators import tap
 from livebass.kernels.records import (
@@ -88,7 +89,7 @@ def happen(string, ops, event):
     elif event.kind == STRIKE_EVENT:
         techniques.strike(string, ops, event.fret, event.x, event.y)
     elif event.kind == HAND:
-        slots[voice.slot].hand = np.exp(-event.x / voice.rate)
+        slots[voice.slot].hand = exp(-event.x / voice.rate)
     elif event.kind == BEND:
         voice.bend = event.x
         if at_rest(string):
@@ -101,7 +102,7 @@ def happen(string, ops, event):
         techniques.interrupt(string, ops)
         voice.striking = 0
         for k in range(2):
-            slots[k].hand = min(slots[k].hand, np.exp(-CUT_RATE / voice.rate))
+            slots[k].hand = min(slots[k].hand, exp(-CUT_RATE / voice.rate))
 
 
 @jit
@@ -164,7 +165,7 @@ def signal(voice, y):
         x = y[0] + voice.across[0] * y[1]
     for i in range(voice.pickups):
         # the flux gradient falls exponentially with the distance between string and magnet
-        x += voice.mix[i] * np.exp(-voice.decay[i] * max(y[2 * i], -DEEPEST)) * y[2 * i + 1]
+        x += voice.mix[i] * exp(-voice.decay[i] * max(y[2 * i], -DEEPEST)) * y[2 * i + 1]
     out = voice.b[0] * x + voice.z[0]
     voice.z[0] = voice.b[1] * x - voice.a[1] * out + voice.z[1]
     voice.z[1] = voice.b[2] * x - voice.a[2] * out + voice.z[2]

@@ -10,6 +10,7 @@ import numpy as np
 
 from livebass.compiling import entry, jit
 from livebass.kernels import performer, techniques
+from livebass.kernels.elementary import log2
 from livebass.kernels.native import (
     FLUSH,
     float_control,
@@ -292,7 +293,7 @@ def update_meters(synth, load):
     """Counts a block that needed `load` of its time."""
     synth.load = load
     synth.load_worst = max(synth.load_worst, load)
-    place = 0 if load <= 0.0 else np.int64(32.0 + 4.0 * np.log2(load))
+    place = 0 if load <= 0.0 else np.int64(32.0 + 4.0 * log2(load))
     synth.histogram[min(max(place, 0), HISTOGRAM - 1)] += 1
 
 
