@@ -111,7 +111,7 @@ def sfz(
         raise click.UsageError(str(error)) from None
     if output is not None and not size:
         checked_directory(output, is_pack)  # now, not after seconds of work
-    announce_kernels(board=bass.over_board)
+    announce_kernels()
     several = "ies" if len(pack.velocities) > 1 else "y"
     there = f"{len(pack.samples)} samples at velocit{several} {', '.join(map(str, pack.velocities))}"
     expected = f"{pack.name}: {there}, about {_megabytes(estimated_size(pack))}"
