@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from livebass.arrays import Floats
 from livebass.kernels import board, frets
+from livebass.kernels.operators import COEFFICIENT_ROWS, FINE_A, FINE_B, KAPPA, LEAPS, OMEGA, PACE, SIGMA
 from livebass.kernels.performer import PERFORMER, reset_controllers
 from livebass.kernels.records import LONGER, MOST_NEAR, OPERATOR, PART, ROW, STRING, WHOLE
 from livebass.kernels.slot import padded
@@ -62,8 +63,7 @@ class Operator:
     """An operator record and its share of the pool: weights of taps, then mode shapes at the contact points."""
 
     record: NDArray[np.void]  # () records.OPERATOR, without addresses
-    memory: Floats  # (taps + points, padded)
-    taps: int
+    memory: dict[str, Floats]  # by the name of the address
 
 
 def pickups_under(output: Output, name: str) -> tuple[Pickup, ...]:
@@ -167,29 +167,33 @@ def operator(
     record["length"], record["speed"] = s.length, 2 * s.length * s.fundamental
     record["graze"], record["held_stiffness"] = graze, held_stiffness(s)
 
+    rows = np.zeros((COEFFICIENT_ROWS, n))
     # the modes that fill up the last block stay zero and must not divide by zero
-    for name in ("kappa", "omega", "fine_a"):
-        record[name][:n] = 1.0
-    record["fine_a"][:count] = np.exp(-sigma * dt) * np.cos(w_d * dt)
-    record["fine_b"][:count] = es**2
+    rows[[KAPPA, OMEGA, FINE_A]] = 1.0
+    rows[FINE_A, :count] = np.exp(-sigma * dt) * np.cos(w_d * dt)
+    rows[FINE_B, :count] = es**2
     for which, k in ((WHOLE, steps), (LONGER, steps + 1), (PART, part_steps)):
-        leap = record["leaps"][which]
         damp_k = np.exp(-sigma * k * dt)
-        leap["a"][:count] = damp_k * np.cos(w_d * k * dt)
-        leap["b"][:count] = damp_k * np.sin(w_d * k * dt) / es
-        leap["g"][:count] = damp_k * np.sin(w_d * k * dt) * es
-    record["kappa"][:count], record["pace"][:count] = es / w_d, w_d / es
-    record["omega"][:count], record["sigma"][:count] = w_d, sigma
-    record["height"][:points] = s.contact_height
-    record["position"][:points] = s.contact_position
+        a, b, g = rows[LEAPS + 3 * which : LEAPS + 3 * which + 3, :count]
+        a[:] = damp_k * np.cos(w_d * k * dt)
+        b[:] = damp_k * np.sin(w_d * k * dt) / es
+        g[:] = damp_k * np.sin(w_d * k * dt) * es
+    rows[KAPPA, :count], rows[PACE, :count] = es / w_d, w_d / es
+    rows[OMEGA, :count], rows[SIGMA, :count] = w_d, sigma
 
     phi = shapes(s, s.grid_points - 1, np.asarray(s.contact_position))[:, :count]
-    if not board:
-        record["coupling"][:points, :points] = dt**2 * dx_mu * phi @ phi.T
-        record["left_out"][:points, :points] = static_compliance(s, count)
-    memory = np.zeros((len(taps) + points, n))
-    memory[: len(taps), :count], memory[len(taps) :, :count] = taps, phi
-    return Operator(record, memory, len(taps))
+    wide = np.zeros((len(taps) + points, n))
+    wide[: len(taps), :count], wide[len(taps) :, :count] = taps, phi
+    parts_of_pool = {
+        "coefficients": rows,
+        "taps": wide[: len(taps)],
+        "shapes": wide[len(taps) :],
+        "heights": np.asarray(s.contact_height),
+        "positions": np.asarray(s.contact_position),
+        "coupling": np.zeros(0) if board else dt**2 * dx_mu * phi @ phi.T,
+        "left_out": np.zeros(0) if board else static_compliance(s, count),
+    }
+    return Operator(record, parts_of_pool)
 
 
 def static_compliance(s: Speaking, count: int) -> Floats:
@@ -264,15 +268,15 @@ class Voice:
 
 def gather(operators: list[list[Operator]]) -> Pool:
     """Gathers the operators, given by string and fret, in one pool."""
-    memory = np.concatenate([op.memory.ravel() for row in operators for op in row])
+    memory = np.concatenate([part.ravel() for row in operators for op in row for part in op.memory.values()])
     records = np.zeros((len(operators), len(operators[0])), OPERATOR)
     address = memory.ctypes.data
     for i, row in enumerate(operators):
         for k, op in enumerate(row):
             records[i, k] = op.record
-            records[i, k]["taps"] = address
-            records[i, k]["shapes"] = address + op.memory[: op.taps].nbytes
-            address += op.memory.nbytes
+            for name, part in op.memory.items():
+                records[i, k][name] = address
+                address += part.nbytes
     return Pool(records, memory)
 
 

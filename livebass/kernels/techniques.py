@@ -9,7 +9,7 @@ import numpy as np
 
 from livebass.compiling import jit
 from livebass.kernels import modal
-from livebass.kernels.operators import tap
+from livebass.kernels.operators import heights, positions, tap
 from livebass.kernels.slot import SAFETY_STRUCK, bend, change_operator, disturb, forget_contact, load, open_v
 
 FADE_RATE = 450.0  # 1/s of the finger that leaves a note for another fret
@@ -49,11 +49,12 @@ def shape_of_strike(w, op, depth, position, width):
 def grazing(op, position):
     """Apex (m) of a pluck at `position` (m) that just reaches a fret: model.modes.grazing_apex."""
     a = op.length - position
+    place, height = positions(op), heights(op)
     least = np.inf
     for m in range(op.points):
-        x = op.position[m]
+        x = place[m]
         shape = x / a if x < a else (op.length - x) / (op.length - a)
-        least = min(least, -op.height[m] / shape)
+        least = min(least, -height[m] / shape)
     if np.isinf(least):
         return op.graze
     return least
