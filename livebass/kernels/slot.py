@@ -165,8 +165,3 @@ def keep_house(slot, op, voice):
     slot.fastest = min(slot.fastest, slot.safety * rms_velocity(u, op, slot.active) + SLACK)
     if np.sqrt(2.0 / op.length) * modal.amplitude_sum(u, slot.active) < lowest:
         slot.quiet = FOR_EVER
-
-
-def padded(modes: int) -> int:
-    """Number of modes, up to a whole BLOCK."""
-    return -(-modes // BLOCK) * BLOCK
