@@ -13,24 +13,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livebass.engine.prepare import (
+    Note,
     Pool,
     Rates,
-    gather,
     new_performer,
-    operator,
-    pickup_rows,
+    operators,
+    pickup_taps,
     pickup_voice,
     play_frames,
-    sensor_rows,
     take_message,
-    usual_grazing_apex,
     whole_contact_rate,
 )
 from livebass.kernels import performer
+from livebass.kernels.preparing import PICKUPS, SENSORS
 from livebass.kernels.records import EVENT
 from livebass.kernels.techniques import BEND_FRAMES
-from livebass.model.instrument import Instrument, for_modes, speaking
-from livebass.model.modes import carried
+from livebass.model.instrument import Instrument, speaking
 from livebass.model.quality import Quality, modes_for
 from livebass.score import LONGEST, Score, checked_rate
 
@@ -54,22 +52,17 @@ class Report:
 
 def prepare(instrument: Instrument, quality: Quality, rates: Rates, frets: int) -> Pool:
     """Makes the operators of every string and fret. Raises ValueError for a neck or rate that cannot be played."""
-    rows = []
+    output, rows = instrument.output, []
+    sensed = output.kind == "displacement"
     for string, neck in zip(instrument.strings, instrument.necks, strict=True):
         row = []
         for fret in range(frets + 1):
             s = speaking(string, neck, fret)
-            count = carried(s, modes_for(quality, s.length, string.length, s.grid_points), rates.contact_rate)
-            s = for_modes(s, count)
-            if instrument.output.kind == "displacement":
-                places = s.length - instrument.output.sensor, s.length - instrument.output.sensor_v
-                taps = sensor_rows(s, places, count, rates.rate)
-            else:
-                taps = pickup_rows(s, instrument.output, count, rates.rate)
-            graze = usual_grazing_apex(s, instrument.player.pluck_position)
-            row.append(operator(s, count, rates, taps, graze=graze))
+            modes = modes_for(quality, s.length, string.length, s.grid_points)
+            sensors = (s.length - output.sensor,), (s.length - output.sensor_v,)
+            row.append(Note(s, modes, sensors if sensed else pickup_taps(s, output)))
         rows.append(row)
-    return gather(rows)
+    return operators(rows, SENSORS if sensed else PICKUPS, rates, playable=True)
 
 
 class Engine:

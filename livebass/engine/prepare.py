@@ -6,27 +6,26 @@ This is the only place of the engine that allocates what the kernels work on.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from array import array
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from livebass.arrays import Floats
-from livebass.kernels import board, frets, performer
+from livebass.kernels import board, coil, frets, performer, preparing
+from livebass.kernels.coil import COIL
 from livebass.kernels.performer import PERFORMER, new_controllers
-from livebass.kernels.records import LONGER, MOST_NEAR, OPERATOR, PART, ROW, STRING, WHOLE
-from livebass.kernels.slot import padded
+from livebass.kernels.preparing import FROZEN, NOTE, OVERDAMPED, PREPARING
+from livebass.kernels.records import MOST_NEAR, OPERATOR, ROW, STRING
 from livebass.kernels.voice import run_string
-from livebass.model.circuit import digital
-from livebass.model.instrument import Instrument, Output, Pickup, Player, Speaking, String
-from livebass.model.modes import dampings, frequencies, grazing_apex, held_stiffness, shapes
+from livebass.model.instrument import Coil, Instrument, Output, Pickup, Player, Speaking, String
+from livebass.model.modes import CARRIED, bending, clamped_mode, damped_fundamental, held_stiffness
 from livebass.model.quality import MOST_MODES
 
-PART_TIME = 5.2e-6  # s, length of the parts a contact frame is cut into ...
-LEAST_PART = 16  # ... but so many fine steps at least: to look costs as much as some steps
-TAPER = (0.40, 0.46)  # of the audio rate: modes fade from the output between these
 MOST_PHASES = 2000
+LINE = 8  # float64 in a cache line
 
 
 @dataclass(frozen=True)
@@ -59,13 +58,24 @@ def whole_contact_rate(contact_rate: float, rate: int) -> int:
     return rate * max(1, math.ceil(contact_rate / rate - 1e-9))
 
 
-@dataclass(frozen=True)
-class Operator:
-    """An operator record and its share of the pool: weights of taps, then mode shapes at the contact points."""
+Rows = tuple[tuple[float, ...], ...]
 
-    record: NDArray[np.void]  # () records.OPERATOR, without addresses
-    memory: Floats  # (taps + points, padded)
-    taps: int
+
+@dataclass(frozen=True)
+class Note:
+    """One string at one fret as the kernels prepare it: how many modes, and where they are tapped."""
+
+    speaking: Speaking
+    modes: int
+    taps: Rows  # of the kind that `operators` is told
+
+
+@dataclass
+class Pool:
+    """Operators of all strings and frets, and the memory whose addresses they hold."""
+
+    records: NDArray[np.void]  # (strings, frets + 1) records.OPERATOR
+    memory: Floats
 
 
 def pickups_under(output: Output, name: str) -> tuple[Pickup, ...]:
@@ -75,151 +85,121 @@ def pickups_under(output: Output, name: str) -> tuple[Pickup, ...]:
     return tuple(p for p in output.pickups if not p.strings or name in p.strings)
 
 
-def pickup_rows(s: Speaking, output: Output, count: int, rate: int) -> Floats:
-    """(pickups, count) weights of modal displacements at each pickup, m^-0.5; modes above the audio band fade out."""
-    fade = _fade(s, count, rate)
-    k = np.arange(1, count + 1) * (math.pi / s.length)
-    rows = [
-        # a Gaussian window as wide as a rectangle of the aperture
-        shapes(s, count, np.array([s.length - p.position]))[0] * np.exp(-((k * p.aperture) ** 2) / 24) * fade
-        for p in pickups_under(output, s.string.name)
-    ]
-    return np.array(rows).reshape(len(rows), count)
+def pickup_taps(s: Speaking, output: Output) -> Rows:
+    """The taps of `s` under its pickups: place (m from the stop) and aperture (m) of each."""
+    return tuple((s.length - p.position, p.aperture) for p in pickups_under(output, s.string.name))
 
 
-def sensor_rows(s: Speaking, places: tuple[float, float], count: int, rate: int) -> Floats:
-    """(4, count) weights of q and P for u at the first of `places` (m from the stop), for v at the second."""
-    u, v = shapes(s, count, np.array(places)) * _fade(s, count, rate)
-    return np.array([u, np.zeros(count), v, np.zeros(count)])
+def operators(
+    notes: list[list[Note]], kind: int, rates: Rates, *, lossless: bool = False, playable: bool = False
+) -> Pool:
+    """Makes the operators of `notes`, given by string and fret, with taps of a `kind` (kernels.preparing).
 
-
-def sampled_rows(s: Speaking, places: tuple[float, float], count: int, rates: Rates, lossless: bool = False) -> Floats:
-    """(4 phases, count) weights of q and P for u, then for v, at each phase a frame can have between two fine steps.
-
-    Every mode is heard, whatever the audio rate carries.
+    playable: modes that the contact rate cannot carry are left out, and a board is on the grid that the others need
+    (`carried` and `for_modes`). Raises ValueError for more modes or contact points than the kernels take, or a rate
+    that freezes a mode.
     """
-    return np.concatenate([_sampled(s, place, count, rates, lossless) for place in places])
-
-
-def _sampled(s: Speaking, place: float, count: int, rates: Rates, lossless: bool) -> Floats:
-    weights = shapes(s, count, np.array([place]))[0]
-    sigma, omega, es = _motion(s, count, rates, lossless)
-    rows = []
-    for i in range(rates.denominator):
-        ahead = (-i * rates.numerator) % rates.denominator / rates.denominator / rates.contact_rate  # s
-        growth = np.exp(sigma * ahead)
-        rows += [growth * np.cos(omega * ahead) * weights, -growth * np.sin(omega * ahead) / es * weights]
-    return np.array(rows)
-
-
-def _fade(s: Speaking, count: int, rate: int) -> Floats:
-    nu = frequencies(s, count)
-    low, high = TAPER[0] * rate, TAPER[1] * rate
-    fade = 0.5 + 0.5 * np.cos(np.pi * np.clip((nu - low) / (high - low), 0, 1))
-    fade[nu >= high] = 0.0
-    return np.asarray(fade)
-
-
-def _motion(s: Speaking, count: int, rates: Rates, lossless: bool) -> tuple[Floats, Floats, Floats]:
-    """sigma (1/s), damped omega (rad/s) and E sin(omega dt) of each mode."""
-    dt = 1.0 / rates.contact_rate
-    sigma = np.zeros(count) if lossless else dampings(s, count)
-    omega = 2 * np.pi * frequencies(s, count)
-    if np.any(sigma >= omega):
+    flat = [note for row in notes for note in row]
+    given, numbers = np.zeros(len(flat), NOTE), array("d")
+    for k, note in enumerate(flat):
+        _check(note, playable)
+        _give(given[k], note, numbers, playable)
+    numbers.append(0.0)  # an empty array has no address
+    records = np.zeros((len(notes), len(notes[0])), OPERATOR)
+    work = np.zeros(1, PREPARING)
+    work["notes"], work["operators"], work["count"] = given.ctypes.data, records.ctypes.data, len(flat)
+    work["numbers"], _ = numbers.buffer_info()
+    work["taps"], work["lossless"] = kind, lossless
+    work["rate"], work["contact_rate"] = rates.rate, rates.contact_rate
+    work["numerator"], work["denominator"] = rates.numerator, rates.denominator
+    work["carried"] = CARRIED if playable else math.inf
+    preparing.measure_operators(work.ctypes.data)
+    memory, table = _lines(int(work["words"][0])), np.zeros(int(work["table_words"][0]))
+    work["memory"], work["table"] = memory.ctypes.data, table.ctypes.data
+    state = preparing.fill_operators(work.ctypes.data)
+    if state == OVERDAMPED:
         raise ValueError("damping is above critical for a mode: lower the extra damping")
-    damped = np.sqrt(omega**2 - sigma**2)
-    if np.min(np.abs(np.sin(damped * dt))) < 1e-9:
+    if state == FROZEN:
         raise ValueError(f"contact rate {rates.contact_rate} Hz: a mode stands still at it, take another one")
-    return sigma, damped, np.exp(-sigma * dt) * np.sin(damped * dt)
+    return Pool(records, memory)
 
 
-def operator(
-    s: Speaking, count: int, rates: Rates, taps: Floats, *, lossless: bool = False, graze: float = 0.0
-) -> Operator:
-    """Builds the operator of `count` modes heard through `taps` (rows, count); `gather` gives it its place.
-
-    Raises ValueError for more modes or contact points than the kernels take, or a rate that freezes a mode.
-    """
+def _check(note: Note, playable: bool) -> None:
+    """Raises ValueError for a note with more modes or contact points than the kernels take."""
+    s, count = note.speaking, note.modes
     if not 1 <= count <= min(MOST_MODES, s.grid_points - 1):
         raise ValueError(f"modes {count}: allowed are 1 to {min(MOST_MODES, s.grid_points - 1)} for this length")
     points = len(s.contact_position)
-    board = points > MOST_NEAR
-    if board and (count < s.grid_points - 1 or points > ROW):
+    if points > MOST_NEAR and not playable and (count < s.grid_points - 1 or points > ROW):
         raise ValueError(f"{points} contact points, {count} modes: a board needs a grid of one step more than modes")
-    dt = 1.0 / rates.contact_rate
-    sigma, w_d, es = _motion(s, count, rates, lossless)
-    steps = rates.numerator // rates.denominator
-    parts = min(round(steps * dt / PART_TIME), steps // LEAST_PART)
-    if parts < 2:
-        parts = 0
-    part_steps = steps // max(parts, 1)
-
-    n = padded(count)
-    record = np.zeros((), OPERATOR)
-    record["modes"], record["padded"] = count, n
-    heard = np.flatnonzero(np.any(taps != 0, axis=0))
-    record["tap_modes"] = padded(int(heard[-1]) + 1) if heard.size else 0
-    record["points"], record["diagonal"] = points, count == s.grid_points - 1
-    record["weight"] = dt**2 / s.string.linear_density
-    record["steps"], record["parts"], record["part_steps"] = steps, parts, part_steps
-    dx_mu = s.step / s.string.linear_density
-    record["fine"], record["push"] = dt, dt**2 * dx_mu
-    record["friction"], record["slip"] = s.friction, 2 * dt * s.friction_speed
-    record["stiffness"], record["exponent"] = s.contact_stiffness, s.contact_exponent
-    record["length"], record["speed"] = s.length, 2 * s.length * s.fundamental
-    record["graze"], record["held_stiffness"] = graze, held_stiffness(s)
-
-    # the modes that fill up the last block stay zero and must not divide by zero
-    for name in ("kappa", "omega", "fine_a"):
-        record[name][:n] = 1.0
-    record["fine_a"][:count] = np.exp(-sigma * dt) * np.cos(w_d * dt)
-    record["fine_b"][:count] = es**2
-    for which, k in ((WHOLE, steps), (LONGER, steps + 1), (PART, part_steps)):
-        leap = record["leaps"][which]
-        damp_k = np.exp(-sigma * k * dt)
-        leap["a"][:count] = damp_k * np.cos(w_d * k * dt)
-        leap["b"][:count] = damp_k * np.sin(w_d * k * dt) / es
-        leap["g"][:count] = damp_k * np.sin(w_d * k * dt) * es
-    record["kappa"][:count], record["pace"][:count] = es / w_d, w_d / es
-    record["omega"][:count], record["sigma"][:count] = w_d, sigma
-    record["height"][:points] = s.contact_height
-    record["position"][:points] = s.contact_position
-
-    phi = shapes(s, s.grid_points - 1, np.asarray(s.contact_position))[:, :count]
-    if not board:
-        record["coupling"][:points, :points] = dt**2 * dx_mu * phi @ phi.T
-        record["left_out"][:points, :points] = static_compliance(s, count)
-    memory = np.zeros((len(taps) + points, n))
-    memory[: len(taps), :count], memory[len(taps) :, :count] = taps, phi
-    return Operator(record, memory, len(taps))
 
 
-def static_compliance(s: Speaking, count: int) -> Floats:
-    """R (points, points), m per unit force per length: static compliance of the modes left out, between points."""
-    full = s.grid_points - 1
-    if count >= full:
-        return np.zeros((len(s.contact_position),) * 2)
-    phi = shapes(s, full, np.asarray(s.contact_position))[:, count:]
-    omega = 2 * np.pi * frequencies(s, full)[count:]
-    return np.asarray(s.step / s.string.linear_density * (phi / omega**2) @ phi.T)
+def _give(to: NDArray[np.void], note: Note, numbers: array[float], playable: bool) -> None:
+    """Fills the NOTE `to`, whose lists go to the end of `numbers`."""
+    s, string = note.speaking, note.speaking.string
+    on_grid = playable and s.surface
+    values = {
+        "modes": note.modes,
+        "grid_points": s.grid_points,
+        "paper_law": string.stiffness_law == "paper",
+        "length": s.length,
+        "fundamental": s.fundamental,
+        "damped_fundamental": damped_fundamental(s),
+        "clamp": clamped_mode(s),
+        "inharmonicity": s.inharmonicity,
+        "linear_density": string.linear_density,
+        "diameter": string.diameter,
+        "tension": string.tension,
+        "bending": bending(s),
+        "viscoelastic_angle": string.viscoelastic_angle,
+        "thermoelastic": string.thermoelastic,
+        "extra_damping": string.extra_damping,
+        "extra_damping_slope": string.extra_damping_slope,
+        "held_stiffness": held_stiffness(s),
+        "contact_stiffness": s.contact_stiffness,
+        "contact_exponent": s.contact_exponent,
+        "friction": s.friction,
+        "friction_speed": s.friction_speed,
+        "stop": s.admittance.stop,
+    }
+    lists: dict[str, Iterable[tuple[float, ...]]] = {
+        "resonances": ((r.frequency, r.quality, r.mass) for r in s.admittance.resonances),
+        "table": s.admittance.table,
+        "frequencies": ((nu,) for nu in string.measured_frequencies if s.stop == 0),
+        "dampings": ((sigma,) for sigma in string.measured_dampings if s.stop == 0),
+        "obstacles": () if on_grid else zip(s.contact_position, s.contact_height, strict=True),
+        "surface": s.surface if on_grid else (),
+        "taps": note.taps,
+    }
+    for name, value in values.items():
+        to[name] = value
+    for name, rows in lists.items():
+        to[name], count = len(numbers), 0
+        for row in rows:
+            numbers.extend(row)
+            count += 1
+        to[f"{name}_count"] = count
 
 
-def usual_grazing_apex(s: Speaking, position: float) -> float:
-    """`grazing_apex` at a fraction `position` of the length; for a last fret, a fixed share of the length."""
-    least = grazing_apex(s, position * s.length)
-    return least if math.isfinite(least) else 2e-3 * s.length
+def _lines(count: int) -> Floats:
+    """Zeros, (count,), that begin with a cache line: rows of whole lines are read fastest."""
+    room = np.zeros(count + LINE)
+    first = -(room.ctypes.data // room.itemsize) % LINE
+    return room[first : first + count]
+
+
+def coil_filter(circuit: Coil, rate: float) -> tuple[Floats, Floats]:
+    """Coefficients (b, a), each (4,), of the filter at `rate` Hz that stands for the circuit: model.circuit.digital."""
+    work = np.zeros(1, COIL)
+    for name in ("inductance", "resistance", "capacitance", "volume_pot", "tone_pot", "tone_capacitor", "tone"):
+        work[name] = getattr(circuit, name)
+    work["rate"] = rate
+    coil.fit_coil(work.ctypes.data)
+    return work["b"][0], work["a"][0]
 
 
 BLOCKER_HZ = 6.0  # DC blocker's corner
 GAIN_TIME = 6e-3  # s, how fast volume follows its controller
-
-
-@dataclass
-class Pool:
-    """Operators of all strings and frets, and the memory whose addresses they hold."""
-
-    records: NDArray[np.void]  # (strings, frets + 1) records.OPERATOR
-    memory: Floats
 
 
 @dataclass
@@ -293,20 +273,6 @@ def take_message(
     )  # fmt: skip
 
 
-def gather(operators: list[list[Operator]]) -> Pool:
-    """Gathers the operators, given by string and fret, in one pool."""
-    memory = np.concatenate([op.memory.ravel() for row in operators for op in row])
-    records = np.zeros((len(operators), len(operators[0])), OPERATOR)
-    address = memory.ctypes.data
-    for i, row in enumerate(operators):
-        for k, op in enumerate(row):
-            records[i, k] = op.record
-            records[i, k]["taps"] = address
-            records[i, k]["shapes"] = address + op.memory[: op.taps].nbytes
-            address += op.memory.nbytes
-    return Pool(records, memory)
-
-
 def new_voice(rates: Rates, log: int = 0, over_board: bool = False) -> Voice:
     """Makes a silent string whose output is its displacement, with room for `log` contacts."""
     voice = Voice(np.zeros(1, STRING), np.zeros((log, 2), np.int64))
@@ -335,7 +301,7 @@ def pickup_voice(string: String, output: Output, player: Player, rates: Rates, o
     if not pickups:
         v["across"][0, 0] = output.across
     if pickups:
-        v["b"][0], v["a"][0] = digital(output.coil, rates.rate)
+        v["b"][0], v["a"][0] = coil_filter(output.coil, rates.rate)
     v["b"][0] *= output.gain
     v["pull"] = round(player.pull_time * rates.rate)
     v["strike"] = max(1, round(player.strike_time * rates.rate))

@@ -10,18 +10,18 @@ from numpy.typing import NDArray
 
 from livebass.arrays import Floats
 from livebass.engine.prepare import (
+    Note,
     Pool,
     Rates,
+    Rows,
     Voice,
-    gather,
     new_voice,
-    operator,
-    pickup_rows,
+    operators,
+    pickup_taps,
     pickup_voice,
     play_frames,
-    sampled_rows,
-    sensor_rows,
 )
+from livebass.kernels.preparing import PICKUPS, SAMPLED, SENSORS
 from livebass.kernels.records import EVENT, MOST_NEAR, PLUCK
 from livebass.model.instrument import Output, Player, Pluck
 from livebass.model.trial import Motion, Trial, initial_amplitudes, initial_amplitudes_across
@@ -34,13 +34,17 @@ def trial_voice(trial: Trial, log: int = LOG) -> tuple[Voice, Pool]:
     if trial.output_rate != int(trial.output_rate) or trial.contact_rate != int(trial.contact_rate):
         raise ValueError("rates: allowed are whole numbers of Hz")
     rates = Rates(int(trial.output_rate), int(trial.contact_rate))
-    places = trial.sensor, trial.sensor if trial.sensor_v is None else trial.sensor_v
-    taps = sampled_rows(trial.speaking, places, trial.modes, rates, trial.lossless)
-    op = operator(trial.speaking, trial.modes, rates, taps, lossless=trial.lossless)
+    note = Note(trial.speaking, trial.modes, sensors(trial))
+    pool = operators([[note]], SAMPLED, rates, lossless=trial.lossless)
     state = new_voice(rates, log, len(trial.speaking.contact_position) > MOST_NEAR)
     v = state.record
     v["raw"], v["rounding"], v["angle"] = 1, trial.pluck.rounding, trial.pluck.angle
-    return state, gather([[op]])
+    return state, pool
+
+
+def sensors(trial: Trial) -> Rows:
+    """The taps of u and of v: the place of each sensor, m from the stop."""
+    return (trial.sensor,), (trial.sensor if trial.sensor_v is None else trial.sensor_v,)
 
 
 def pluck_event(pluck: Pluck) -> NDArray[np.void]:
@@ -101,14 +105,11 @@ def heard(trial: Trial, output: Output) -> NDArray[np.float64]:
     """
     if trial.output_rate != int(trial.output_rate) or trial.contact_rate % trial.output_rate:
         raise ValueError(f"contact rate {trial.contact_rate:g} Hz: no whole multiple of {trial.output_rate:g} Hz")
-    s, pluck, count = trial.speaking, trial.pluck, trial.modes
+    s, pluck = trial.speaking, trial.pluck
     rates = Rates(int(trial.output_rate), int(trial.contact_rate))
-    if output.kind == "displacement":
-        across = trial.sensor if trial.sensor_v is None else trial.sensor_v
-        taps = sensor_rows(s, (trial.sensor, across), count, rates.rate)
-    else:
-        taps = pickup_rows(s, output, count, rates.rate)
-    pool = gather([[operator(s, count, rates, taps, lossless=trial.lossless)]])
+    sensed = output.kind == "displacement"
+    note = Note(s, trial.modes, sensors(trial) if sensed else pickup_taps(s, output))
+    pool = operators([[note]], SENSORS if sensed else PICKUPS, rates, lossless=trial.lossless)
     player = Player(pull_time=0.0, rounding=pluck.rounding, pluck_angle=pluck.angle)
     state = pickup_voice(s.string, output, player, rates, over_board=len(s.contact_position) > MOST_NEAR)
     out = np.zeros(trial.samples)

@@ -28,7 +28,7 @@ from livebass.kernels.frame import (
     suspicious,
     way_of_step,
 )
-from livebass.kernels.operators import shape
+from livebass.kernels.operators import heights, positions, shape
 from livebass.kernels.records import GROUP
 
 EARLY = 2  # steps that a point is looked at before it could touch
@@ -73,10 +73,10 @@ def doubtful(slot, op, g, step, end):
     first = g * GROUP
     last = min(first + GROUP, op.points) - 1
     middle = (first + last) // 2
-    top = op.height[first]
+    height, x = heights(op), positions(op)
+    top = height[first]
     for m in range(first + 1, last + 1):
-        top = max(top, op.height[m])
-    x = op.position
+        top = max(top, height[m])
     top += slot.fastest / (op.speed * slot.ratio) * max(x[last] - x[middle], x[middle] - x[first])
     clearance = modal.displacement(u, shape(op, middle), slot.active) - top
     known = u.group_known_at[g]
@@ -138,7 +138,7 @@ def fine_steps(slot, op, voice, near, count, steps, step):
 @jit
 def recall(slot, op, near, count, step):
     """Gets the points in `near` ready for fine steps: their penetrations at `step`, or that they are clear."""
-    u, v, way = slot.u, slot.v, way_of_step(slot, op)
+    u, v, way, height = slot.u, slot.v, way_of_step(slot, op), heights(op)
     for i in range(count):
         m = near[i]
         u.force[m] = 0.0
@@ -155,8 +155,8 @@ def recall(slot, op, near, count, step):
                 u.next_look[m] = step + steps_clear(u.clearance[m], way) - EARLY
                 u.streak[m] = 0
                 continue
-            u.eta[m] = op.height[m] - modal.displacement(u, shape(op, m), slot.active)
-            u.eta_before[m] = op.height[m] - modal.displacement_step_before(u, shape(op, m), slot.active)
+            u.eta[m] = height[m] - modal.displacement(u, shape(op, m), slot.active)
+            u.eta_before[m] = height[m] - modal.displacement_step_before(u, shape(op, m), slot.active)
         if slot.v_active > 0 and v.solved_at[m] != step:
             v.moved[m] = modal.displacement(v, shape(op, m), slot.v_active)
             v.moved_before[m] = modal.displacement_step_before(v, shape(op, m), slot.v_active)
@@ -211,12 +211,12 @@ def sense(w, op, seen, count, n):
 @jit
 def press(slot, op, voice, seen, count, step):
     """Solves contact at `step`, and notes when each point is to be looked at again."""
-    u, way = slot.u, way_of_step(slot, op)
+    u, way, height = slot.u, way_of_step(slot, op), heights(op)
     touching = False
     for i in range(count):
         m = seen[i]
         old, before = u.eta_before[m], u.eta[m]
-        free = op.height[m] - u.free[m]
+        free = height[m] - u.free[m]
         eta = free
         f = 0.0
         if free > 0.0 or old > 0.0:

@@ -17,7 +17,7 @@ import numpy as np
 from livebass.compiling import inlined, jit
 from livebass.kernels import modal
 from livebass.kernels.native import record_at, words_at
-from livebass.kernels.operators import shape
+from livebass.kernels.operators import heights, shape
 from livebass.kernels.records import LONGER, MOST_NEAR, OPERATOR, PART, STRING, WHOLE
 
 NEVER = 1 << 60  # a fine step
@@ -45,7 +45,7 @@ def steps_clear(clearance, way):
 @jit
 def look(slot, op, m):
     """Clearance (m) of point `m` now."""
-    return modal.displacement(slot.u, shape(op, m), slot.active) - op.height[m]
+    return modal.displacement(slot.u, shape(op, m), slot.active) - heights(op)[m]
 
 
 @jit
@@ -58,7 +58,7 @@ def suspicious(slot, op, m, step, end):
     if 0 <= known < step and u.clearance[m] + clearance > way * (end - known):
         return False
     if known < step:
-        u.clearance[m] = modal.displacement_before_leap(u, shape(op, m), slot.active) - op.height[m]
+        u.clearance[m] = modal.displacement_before_leap(u, shape(op, m), slot.active) - heights(op)[m]
         u.known_at[m] = step
     held = u.solved_at[m] == step and (u.eta[m] > 0.0 or u.eta_before[m] > 0.0)
     return held or u.clearance[m] <= 0.0 or u.clearance[m] + clearance <= way * (end - step)

@@ -10,7 +10,7 @@ import numpy as np
 from livebass.compiling import entry, jit
 from livebass.kernels import contact, modal
 from livebass.kernels.frame import NEVER, advance, begin_contact, operator_at, string_at, suspicious
-from livebass.kernels.operators import shape
+from livebass.kernels.operators import coupling, heights, left_out, shape
 from livebass.kernels.records import NEAR
 
 
@@ -48,13 +48,13 @@ def next_look(slot, op, end):
 @jit
 def fine_steps(slot, op, voice, near, count, steps, step):
     """Takes `steps` fine steps from `step` on, with contact and friction solved at the `count` points in `near`."""
-    u, v, swaying = slot.u, slot.v, slot.v_active > 0
+    u, v, swaying, height = slot.u, slot.v, slot.v_active > 0, heights(op)
     gather(u, op, near, count)
     for i in range(count):
         m = near[i]
         if u.solved_at[m] != step:
-            u.eta[m] = op.height[m] - modal.displacement(u, shape(op, m), slot.active)
-            u.eta_before[m] = op.height[m] - modal.displacement_step_before(u, shape(op, m), slot.active)
+            u.eta[m] = height[m] - modal.displacement(u, shape(op, m), slot.active)
+            u.eta_before[m] = height[m] - modal.displacement_step_before(u, shape(op, m), slot.active)
     if swaying:
         gather(v, op, near, count)
         for i in range(count):
@@ -93,8 +93,9 @@ def couple(slot, op, near, count):
     """Gathers W between the points in `near`, the modes left out included."""
     soft = 1.0 / (slot.ratio * slot.ratio)  # modes tuned higher are stiffer
     for i in range(count):
+        w, r = coupling(op, near[i]), left_out(op, near[i])
         for k in range(count):
-            slot.u.coupling[i, k] = op.coupling[near[i], near[k]] + soft * op.left_out[near[i], near[k]]
+            slot.u.coupling[i, k] = w[near[k]] + soft * r[near[k]]
 
 
 @jit
@@ -127,11 +128,11 @@ def move(w, near, count, n):
 @jit
 def press(slot, op, voice, near, count, step):
     """Solves contact at `step`, the one that `move` made."""
-    u = slot.u
+    u, height = slot.u, heights(op)
     hit = False
     for i in range(count):
         m = near[i]
-        free = op.height[m] - u.free[m]
+        free = height[m] - u.free[m]
         hit = hit or free > 0.0 or u.eta_before[m] > 0.0
         u.wanted[m] = free - u.eta_before[m]
     if not hit:

@@ -20,7 +20,17 @@ import numpy as np
 
 from livebass.compiling import compiled
 from livebass.kernels.elementary import exp, sin_cos
-from livebass.kernels.operators import shape
+from livebass.kernels.operators import (
+    FINE_A,
+    FINE_B,
+    KAPPA,
+    LEAPS,
+    OMEGA,
+    PACE,
+    SIGMA,
+    coefficient,
+    shape,
+)
 from livebass.kernels.records import BLOCK, LONGER, PART, WHOLE
 
 LANES = {"reassoc", "contract", "nsz", "arcp"}
@@ -405,10 +415,11 @@ def retune(w, op, ratio):
     """
     fine = op.fine
     highest = MOST_TURN / fine
+    omega = coefficient(op, OMEGA)
     for j in range(op.padded):
-        w.omega[j] = op.omega[j] * ratio
-        if w.omega[j] > highest and w.omega[j] > op.omega[j]:
-            w.omega[j] = max(highest, op.omega[j])
+        w.omega[j] = omega[j] * ratio
+        if w.omega[j] > highest and w.omega[j] > omega[j]:
+            w.omega[j] = max(highest, omega[j])
     for j in range(op.padded):
         w_d = w.omega[j]
         sigma = w.sigma[j]
@@ -443,16 +454,16 @@ def retune(w, op, ratio):
 def take_coefficients(w, op):
     """Gives the working set the coefficients of operator `op`, untuned."""
     n = op.padded
-    copy(w.fine_a, op.fine_a, n)
-    copy(w.fine_b, op.fine_b, n)
+    copy(w.fine_a, coefficient(op, FINE_A), n)
+    copy(w.fine_b, coefficient(op, FINE_B), n)
     for which in (WHOLE, LONGER, PART):
-        copy(w.leaps[which].a, op.leaps[which].a, n)
-        copy(w.leaps[which].b, op.leaps[which].b, n)
-        copy(w.leaps[which].g, op.leaps[which].g, n)
-    copy(w.kappa, op.kappa, n)
-    copy(w.omega, op.omega, n)
-    copy(w.sigma, op.sigma, n)
-    copy(w.pace, op.pace, n)
+        copy(w.leaps[which].a, coefficient(op, LEAPS + 3 * which), n)
+        copy(w.leaps[which].b, coefficient(op, LEAPS + 3 * which + 1), n)
+        copy(w.leaps[which].g, coefficient(op, LEAPS + 3 * which + 2), n)
+    copy(w.kappa, coefficient(op, KAPPA), n)
+    copy(w.omega, coefficient(op, OMEGA), n)
+    copy(w.sigma, coefficient(op, SIGMA), n)
+    copy(w.pace, coefficient(op, PACE), n)
 
 
 @jit

@@ -1,6 +1,6 @@
 """The records that kernels work on: a string with its slots and their working sets, its operators, events.
 
-Memory is named, never addressed by arithmetic: `slot.u.eta[m]`, `op.height[m]`, `w.leaps[WHOLE].a[j]`. Index j counts
+Memory is named, never addressed by arithmetic: `slot.u.eta[m]`, `op.points`, `w.leaps[WHOLE].a[j]`. Index j counts
 modes, m contact points. All rows of a working set have the same constant length ROW: the compiler knows every distance
 and vectorises the loops of modal.py without checks at run time. ROW is an odd number of cache lines, so that rows do
 not collide in the cache.
@@ -24,17 +24,6 @@ def _row(name: str, kind: str = "f8") -> tuple[str, str, tuple[int]]:
 LEAP = np.dtype([_row("a"), _row("b"), _row("g")], align=True)
 WHOLE, LONGER, PART = 0, 1, 2  # leaps: one frame; one fine step more, where frames are no whole steps; part of a frame
 
-# Coefficients of the modes: those of an operator, and of a working set, where they may be tuned
-COEFFICIENTS = [
-    _row("fine_a"),  # one fine step: q <- a q + P ...
-    _row("fine_b"),  # ... and P <- a P - b q
-    ("leaps", LEAP, (3,)),
-    _row("kappa"),  # P of a unit modal velocity
-    _row("omega"),  # rad/s, damped
-    _row("sigma"),  # 1/s
-    _row("pace"),  # 1 / kappa: modal velocity is pace P - sigma q
-]
-
 # Newton's method in several contact points at once (contact.py)
 SOLVER = np.dtype(
     [
@@ -55,7 +44,14 @@ WORK = np.dtype(
         _row("p"),  # momentum scaled to one fine step (modal.py)
         _row("q_before"),  # the state before a trial step
         _row("p_before"),
-        *COEFFICIENTS,
+        # coefficients of the modes: those of the operator (operators.py), or tuned
+        _row("fine_a"),  # one fine step: q <- a q + P ...
+        _row("fine_b"),  # ... and P <- a P - b q
+        ("leaps", LEAP, (3,)),
+        _row("kappa"),  # P of a unit modal velocity
+        _row("omega"),  # rad/s, damped
+        _row("sigma"),  # 1/s
+        _row("pace"),  # 1 / kappa: modal velocity is pace P - sigma q
         _row("held"),  # amplitudes of the shape that a finger holds
         _row("strike"),  # velocity per frame of the strike in progress
         _row("finger"),  # factor per frame of the finger that touches
@@ -90,12 +86,17 @@ WORK = np.dtype(
     align=True,
 )
 
-# What the modes of one string at one fret need to move. Mode shapes at the contact points and the weights of pickups
-# are rows of `padded` numbers in a pool that all operators share (operators.py).
+# What the modes of one string at one fret need to move. Their rows lie in a pool that all operators share, as long as
+# there are modes or points (operators.py).
 OPERATOR = np.dtype(
     [
+        ("coefficients", "i8"),  # address of the coefficients of the modes, a row each
         ("taps", "i8"),  # address of the weights of pickups, a row each; without one, of q and of P for each phase
         ("shapes", "i8"),  # address of the mode shapes at the contact points, a row each
+        ("heights", "i8"),  # address: m, of each contact point
+        ("positions", "i8"),  # address: m from the stop, of each contact point
+        ("coupling", "i8"),  # address of W: m of u at a point per unit f at another; a board has none
+        ("left_out", "i8"),  # address of R: the same by the modes left out, static
         ("modes", "i8"),
         ("padded", "i8"),  # modes, up to a whole BLOCK
         ("tap_modes", "i8"),  # up to a whole BLOCK: the taps have no weight above
@@ -115,11 +116,6 @@ OPERATOR = np.dtype(
         ("speed", "f8"),  # m/s of transverse waves, 2 L f0
         ("graze", "f8"),  # m, a pluck amplitude to use where there is no obstacle
         ("held_stiffness", "f8"),  # m^2, E I / T in the shape a finger holds; 0: a triangle
-        *COEFFICIENTS,
-        _row("height"),  # m, of each contact point
-        _row("position"),  # m from the stop, of each contact point
-        ("coupling", "f8", (MOST_NEAR, MOST_NEAR)),  # W: m of u at a point per unit f at another
-        ("left_out", "f8", (MOST_NEAR, MOST_NEAR)),  # R: the same by the modes left out, static
     ],
     align=True,
 )

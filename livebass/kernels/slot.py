@@ -7,6 +7,7 @@ import numpy as np
 
 from livebass.compiling import jit
 from livebass.kernels import modal
+from livebass.kernels.operators import heights
 from livebass.kernels.records import BLOCK, GROUP_ROOM, MOST_NEAR, UNKNOWN
 
 FOR_EVER = 1 << 60  # a fine step
@@ -154,18 +155,13 @@ def keep_house(slot, op, voice):
         return
     if op.points == 0 or slot.fading or slot.quiet > step:
         return
-    held = False
+    held, height = False, heights(op)
     lowest = np.inf
     for m in range(op.points):
         held = held or (u.solved_at[m] == step and (u.eta[m] > 0.0 or u.eta_before[m] > 0.0))
-        lowest = min(lowest, -op.height[m])
+        lowest = min(lowest, -height[m])
     if held:
         return
     slot.fastest = min(slot.fastest, slot.safety * rms_velocity(u, op, slot.active) + SLACK)
     if np.sqrt(2.0 / op.length) * modal.amplitude_sum(u, slot.active) < lowest:
         slot.quiet = FOR_EVER
-
-
-def padded(modes: int) -> int:
-    """Number of modes, up to a whole BLOCK."""
-    return -(-modes // BLOCK) * BLOCK

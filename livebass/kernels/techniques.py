@@ -10,14 +10,14 @@ import numpy as np
 from livebass.compiling import jit
 from livebass.kernels import modal
 from livebass.kernels.elementary import cos, exp, exp2, sin
-from livebass.kernels.operators import tap
+from livebass.kernels.operators import heights, positions, tap
+from livebass.kernels.preparing import FADE_TO
 from livebass.kernels.slot import SAFETY_STRUCK, bend, change_operator, disturb, forget_contact, load, open_v
 
 FADE_RATE = 450.0  # 1/s of the finger that leaves a note for another fret
 FINGER_NEPERS = 5.0  # damping, at an antinode, of a finger that takes hold of a sounding string
 BEND_FRAMES = 128  # pitch bend is followed so often, one string after the other ...
 BEND_SPEED = 400.0  # semitones/s, ... and not faster
-HEARD = 0.46  # of the audio rate: what a bend takes above is left out (engine.prepare.TAPER)
 
 
 @jit
@@ -50,11 +50,12 @@ def shape_of_strike(w, op, depth, position, width):
 def grazing(op, position):
     """Apex (m) of a pluck at `position` (m) that just reaches a fret: model.modes.grazing_apex."""
     a = op.length - position
+    place, height = positions(op), heights(op)
     least = np.inf
     for m in range(op.points):
-        x = op.position[m]
+        x = place[m]
         shape = x / a if x < a else (op.length - x) / (op.length - a)
-        least = min(least, -op.height[m] / shape)
+        least = min(least, -height[m] / shape)
     if np.isinf(least):
         return op.graze
     return least
@@ -193,8 +194,8 @@ def strike(string, ops, fret, depth, position):
 
 @jit
 def highest(voice):
-    """Highest frequency (rad/s) that the audio rate carries."""
-    return 2 * np.pi * HEARD * voice.rate
+    """Highest frequency (rad/s) that the audio rate carries: what a bend takes above is left out."""
+    return 2 * np.pi * FADE_TO * voice.rate
 
 
 @jit

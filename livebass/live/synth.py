@@ -86,13 +86,13 @@ def touch(array: NDArray[Any]) -> None:
 class AheadMemory:
     """Lets one string run ahead of the clock and go back: its saved states and its ring of sound."""
 
-    def __init__(self, points: int) -> None:
+    def __init__(self, modes: int, points: int) -> None:
         self.voice = np.zeros((SAVES, VOICE_WORDS), np.int64)
         self.slots = np.zeros((SAVES, VOICE_SLOTS, SLOT_STATE), np.int64)
-        self.memory = np.zeros((SAVES, VOICE_SLOTS, POLARISATIONS, kept(points)))
+        self.memory = np.zeros((SAVES, VOICE_SLOTS, POLARISATIONS, kept(modes, points)))
         self.sound = np.zeros(SOUND_RING)
         self.record = np.zeros(1, AHEAD)
-        self.record["kept"] = kept(points)
+        self.record["kept"] = kept(modes, points)
         for name in ("voice", "slots", "memory", "sound"):
             self.record[name] = getattr(self, name).ctypes.data
             touch(getattr(self, name))
@@ -121,8 +121,8 @@ class LiveBass:
         quality, light = self.engine.quality, QUALITIES["live"]
         heavy = quality.modes is None or quality.modes > (light.modes or 0) or quality.contact_rate > light.contact_rate
         b["share"], b["stride"] = AHEAD_HEAVY if heavy else AHEAD_LIGHT
-        points = np.maximum(*(pool.records["points"].max(axis=1) for pool in (self.engine.pool, self.coarse)))
-        self.ahead = [AheadMemory(int(n)) for n in points]
+        both = np.concatenate([self.engine.pool.records, self.coarse.records], axis=1)
+        self.ahead = [AheadMemory(int(ops["padded"].max()), int(ops["points"].max())) for ops in both]
         b["ahead"][0, : self.engine.strings] = [a.record.ctypes.data for a in self.ahead]
         for v in self.engine.voices:
             touch(v.string)

@@ -29,44 +29,61 @@ CLAMP_WAVENUMBER = 800 / 0.863  # modes per metre; above, the published damping 
 CARRIED = 0.45  # of the contact rate: the highest mode that a bass is played with (kernels.modal.MOST_TURN)
 
 
-def frequencies(s: Speaking, count: int) -> Floats:
+def frequencies(s: Speaking, count: int, shift: Floats | None = None) -> Floats:
     """Eigenfrequencies nu_j of modes j = 1 to `count`, (count,), Hz: measured ones where there are any, then the law.
 
     At j = 862 the two laws differ 2.7 times. The neck's term, that of eq. 8, is taken at omega_{0,j}, with the sign
-    that model/neck.py explains.
+    that model/neck.py explains. shift: `neck_detuning` of these modes, where it is known already.
     """
     j = np.arange(1.0, count + 1)
-    nu = j * s.fundamental * (stretched(s.string.stiffness_law, s.inharmonicity, j) + neck_detuning(s, count))
+    shift = neck_detuning(s, count) if shift is None else shift
+    nu = j * s.fundamental * (stretched(s.string.stiffness_law, s.inharmonicity, j) + shift)
     if s.stop == 0:
         known = np.asarray(s.string.measured_frequencies[:count])
         nu[: known.size] = known
     return nu
 
 
-def dampings(s: Speaking, count: int) -> Floats:
+def dampings(s: Speaking, count: int, ringing_at: Floats | None = None) -> Floats:
     """The damping law: coefficients sigma_j of modes j = 1 to `count`, (count,), 1/s.
 
     Measured ones where there are any, then pi nu_j / Q_j of eqs. 9 to 11; the string's extra damping is added to all.
     By the law "paper" it is as in the published data: evaluated at j f0 and constant above `CLAMP_WAVENUMBER`; only the
-    neck's part is taken at the frequency of the mode itself.
+    neck's part is taken at the frequency of the mode itself. ringing_at: `frequencies` of these modes, where they are
+    known already.
     """
-    # If f0 was measured, the published dampings still follow c / 2L of the tension in the table.
-    nominal = s.string.nominal_fundamental if s.stop == 0 and s.string.law_fundamental else s.fundamental
-    nu = law_frequencies(s, np.arange(1.0, count + 1), nominal)
-    sigma = math.pi * nu * loss_factor(s, nu) + neck_damping(
-        s.admittance.at(frequencies(s, count)), impedance(s), s.fundamental
-    )
+    ringing_at = frequencies(s, count) if ringing_at is None else ringing_at
+    nu = law_frequencies(s, np.arange(1.0, count + 1), damped_fundamental(s))
+    sigma = math.pi * nu * loss_factor(s, nu) + neck_damping(s.admittance.at(ringing_at), impedance(s), s.fundamental)
     if s.stop == 0:
         known = np.asarray(s.string.measured_dampings[:count])
         sigma[: known.size] = known
     return sigma + s.string.extra_damping + s.string.extra_damping_slope * 2 * math.pi * nu
 
 
+def damped_fundamental(s: Speaking) -> float:
+    """Returns the fundamental (Hz) over which the damping law is taken.
+
+    If f0 was measured, the published dampings still follow c / 2L of the tension in the table.
+    """
+    return s.string.nominal_fundamental if s.stop == 0 and s.string.law_fundamental else s.fundamental
+
+
 def law_frequencies(s: Speaking, mode: Floats, fundamental: float) -> Floats:
     """Returns the frequencies (Hz), (n,), at which the damping law is taken for `mode` (n,) over `fundamental` (Hz)."""
     if s.string.stiffness_law == "paper":
-        return np.minimum(mode, max(1, math.floor(CLAMP_WAVENUMBER * s.length))) * fundamental
+        return np.minimum(mode, clamped_mode(s)) * fundamental
     return np.asarray(mode * fundamental * stretched("hinged", s.inharmonicity, mode))
+
+
+def clamped_mode(s: Speaking) -> int:
+    """Returns the number of the mode from which on damping by the law "paper" is constant."""
+    return max(1, math.floor(CLAMP_WAVENUMBER * s.length))
+
+
+def bending(s: Speaking) -> float:
+    """Returns the bending stiffness E I of the core, N m^2, by the inharmonicity: B = pi^2 E I / (T L^2)."""
+    return s.string.inharmonicity * s.string.tension * s.string.length**2 / math.pi**2
 
 
 def loss_factor(s: Speaking, nu: Floats) -> Floats:
@@ -80,12 +97,10 @@ def loss_factor(s: Speaking, nu: Floats) -> Floats:
         math.pi * AIR_VISCOSITY * AIR_DENSITY * nu
     )
     air = friction / (2 * math.pi * mu * nu)
-    # E_core I_core follows from the inharmonicity: B = pi^2 E I / (T L^2)
-    bending = string.inharmonicity * string.tension * string.length**2 / math.pi**2  # N m2
     if string.stiffness_law == "paper":
-        viscoelastic = 4 * math.pi**2 * mu * bending * string.viscoelastic_angle / string.tension**2 * nu**2
+        viscoelastic = 4 * math.pi**2 * mu * bending(s) * string.viscoelastic_angle / string.tension**2 * nu**2
     else:
-        product = 4 * math.pi**2 * mu * bending / string.tension**2 * nu**2  # B j^2 (1 + B j^2)
+        product = 4 * math.pi**2 * mu * bending(s) / string.tension**2 * nu**2  # B j^2 (1 + B j^2)
         square = 2 * product / (1 + np.sqrt(1 + 4 * product))  # B j^2
         viscoelastic = string.viscoelastic_angle * square / (1 + square)
     return np.asarray(air + viscoelastic + string.thermoelastic)

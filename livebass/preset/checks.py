@@ -199,8 +199,9 @@ def _first_fault(string: String, neck: Neck) -> tuple[int, int, bool] | None:
     for fret in range(len(neck.fret_positions) + 1):
         s = speaking(string, neck, fret)
         count = min(s.grid_points - 1, MOST_MODES)
-        shifted = np.abs(modes.neck_detuning(s, count)) > MOST_DETUNING if s.admittance else np.zeros(count, bool)
-        over = shifted | (modes.dampings(s, count) > MOST_DAMPING * 2 * math.pi * modes.frequencies(s, count))
+        shift = modes.neck_detuning(s, count)
+        shifted, nu = np.abs(shift) > MOST_DETUNING, modes.frequencies(s, count, shift)
+        over = shifted | (modes.dampings(s, count, nu) > MOST_DAMPING * 2 * math.pi * nu)
         if over.any():
             j = int(np.argmax(over))
             return fret, j, bool(shifted[j])

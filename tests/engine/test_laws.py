@@ -69,7 +69,7 @@ def test_what_48_khz_gives_is_what_192_khz_has_below_its_limit(preset: str, monk
     The tone circuit is left out, as its digital filter differs a little from rate to rate.
     """
     wire = np.array([1.0, 0, 0, 0])
-    monkeypatch.setattr("livebass.engine.prepare.digital", lambda coil, rate: (wire, wire))
+    monkeypatch.setattr("livebass.engine.prepare.coil_filter", lambda coil, rate: (wire, wire))
     bass = load_preset(preset)
     quality = Quality("the same contacts", 200, 768e3)
     spectra = []

@@ -9,7 +9,7 @@ import numpy as np
 from livebass.compiling import inlined, jit
 from livebass.kernels.native import floats_at, record_at, records_at, words_at
 from livebass.kernels.performer import MOST_EVENTS, MOST_STRINGS, PERFORMER
-from livebass.kernels.records import EVENT, GROUP_ROOM, OPERATOR, ROW, SLOT_STATE, STRING, VOICE, VOICE_SLOTS
+from livebass.kernels.records import EVENT, GROUP_ROOM, MOST_NEAR, OPERATOR, SLOT_STATE, STRING, VOICE, VOICE_SLOTS
 
 RINGS = 3  # of messages: from Python's threads, of the score, from the MIDI port of the audio thread
 LEAST_MESSAGES, MOST_MESSAGES = 32, 128  # taken into one chunk, by its length; the others wait for the next
@@ -28,9 +28,9 @@ POLARISATIONS = 2  # u and v
 POINT_ROWS, GROUP_ROWS = 6, 4  # saved of each contact point, and of each group of them (ahead.py)
 
 
-def kept(points: int) -> int:
-    """Returns the float64 that save the motion of one polarisation over `points` contact points."""
-    return 2 * ROW + POINT_ROWS * points + GROUP_ROWS * GROUP_ROOM
+def kept(modes: int, points: int) -> int:
+    """Returns the float64 that save the motion of one polarisation: `modes`, padded, over `points` contact points."""
+    return 2 * modes + POINT_ROWS * points + (GROUP_ROWS * GROUP_ROOM if points > MOST_NEAR else 0)
 
 
 AHEAD = np.dtype(
