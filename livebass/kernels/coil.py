@@ -1,8 +1,8 @@
 """Fits the digital filter that stands for a pickup's circuit: model/circuit.py has the circuit and says why.
 
-`fit_coil` takes the address of one record, COIL: the parts of the circuit in, the coefficients of the filter out. The poles
-are the roots of the circuit's cubic; the numerator is a least-squares fit, solved by Givens rotations one row after the
-other, so that 800 equations need the room of 4. [any thread]
+`fit_coil` takes the address of one record, COIL: the parts of the circuit in, the coefficients of the filter out. The
+poles are the roots of the circuit's cubic; the numerator is a least-squares fit, solved by Givens rotations one row
+after the other, so that 800 equations need the room of 4. [any thread]
 """
 
 import numpy as np

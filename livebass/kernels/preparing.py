@@ -1,8 +1,8 @@
 """Makes the operators of a bass: numbers in, rows of the pool out, without allocation.
 
-`measure_operators` finds how many modes each note has and how much memory all of them need; `fill_operators` writes operators and rows.
-Both take the address of one record, PREPARING, which holds the addresses of the notes, of their numbers, and of the
-memory to fill. A NOTE is one string at one fret. Lists of any length (resonances, a table of admittance, measured
+`measure_operators` finds how many modes each note has and how much memory all of them need; `fill_operators` writes
+operators and rows. Both take the address of one record, PREPARING, which holds the addresses of the notes, of their
+numbers, and of the memory to fill. A NOTE is one string at one fret. Lists of any length (resonances, a table of admittance, measured
 modes, obstacles, taps) lie in one array of float64, and a note holds where: an offset and a length in rows.
 
 model/modes.py and model/neck.py have the physics in numpy, with explanations; here it is again, mode by mode. Mode
@@ -140,7 +140,10 @@ def measure_operators(address):
 
 @entry("int64(int64)")
 def fill_operators(address):
-    """Writes operators and rows of the PREPARING at an address, after `measure_operators`. Returns DONE, OVERDAMPED or FROZEN."""
+    """Writes operators and rows of the PREPARING at an address that `measure_operators` has seen.
+
+    Returns DONE, OVERDAMPED or FROZEN.
+    """
     work = preparing_at(address)
     place = work.memory
     for k in range(work.count):
