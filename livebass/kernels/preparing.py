@@ -2,8 +2,9 @@
 
 `measure_operators` finds how many modes each note has and how much memory all of them need; `fill_operators` writes
 operators and rows. Both take the address of one record, PREPARING, which holds the addresses of the notes, of their
-numbers, and of the memory to fill. A NOTE is one string at one fret. Lists of any length (resonances, a table of admittance, measured
-modes, obstacles, taps) lie in one array of float64, and a note holds where: an offset and a length in rows.
+numbers, and of the memory to fill. A NOTE is one string at one fret. Lists of any length (resonances, a table of
+admittance, measured modes, obstacles, taps) lie in one array of float64, and a note holds where: an offset and a length
+in rows.
 
 model/modes.py and model/neck.py have the physics in numpy, with explanations; here it is again, mode by mode. Mode
 shapes at the obstacles, which lie on a grid of N steps, come from a table of sin(pi k / N), as sin(pi j k / N) has a
