@@ -456,7 +456,7 @@ SLAP_BENDS = tuple((58 + k / 8, -min(k, 16 - k) / 16) for k in range(17))
 
 
 def demo_score(rate: int, style: str = "finger") -> Score:
-    """A phrase of about eight seconds at `rate` Hz, for a bass that is plucked ("finger") or slapped ("slap").
+    """A phrase of about nine seconds at `rate` Hz, for a bass that is plucked ("finger") or slapped ("slap").
 
     Raises ValueError for another style.
     """

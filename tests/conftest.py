@@ -61,6 +61,7 @@ def fake(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> type[FakeEngine]:
     monkeypatch.setattr(render_module, "Engine", FakeEngine)
     monkeypatch.setattr("livebass.compiling.cached", lambda *_: True)
     monkeypatch.setattr(FakeEngine, "peak", 0.1)
+    monkeypatch.setattr(FakeEngine, "weakened", 0)
     return FakeEngine
 
 

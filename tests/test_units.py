@@ -71,6 +71,8 @@ def test_quantity_refuses(text: str, dimension: str, says: str) -> None:
         (2.0, "length", "2 m"),
         (47e-9, "capacitance", "47 nF"),
         (8e6, "frequency", "8 MHz"),
+        (3600.0, "time", "3600 s"),
+        (1e-9, "length", "1e-06 mm"),
         (0.0, "angle", "0 deg"),
     ],
 )

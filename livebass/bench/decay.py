@@ -15,10 +15,9 @@ from pathlib import Path
 
 import numpy as np
 
-from livebass.analysis.sound import fundamental
 from livebass.arrays import Floats
 from livebass.engine.solve import heard
-from livebass.identification.partials import find_takes, median_line, read_recording
+from livebass.identification.partials import find_takes, median_line, pitch_of, read_recording
 from livebass.model.instrument import Instrument, Pluck, note_frequency, speaking
 from livebass.model.modes import frequencies, grazing_apex
 from livebass.model.trial import Trial
@@ -144,11 +143,9 @@ def recorded_notes(paths: Sequence[Path], bass: Instrument) -> list[Note]:
         for take in find_takes(read_recording(file), 0.0, 10.0):
             if take.duration_s < LEAST:
                 continue
-            heard_hz = fundamental(take.sound[: round(1.5 * take.rate)], take.rate, *PITCHES, threshold=0.2)
-            pitches = heard_hz.frequency_hz[np.isfinite(heard_hz.frequency_hz)]
-            if not pitches.size:
+            pitch = pitch_of(take, *PITCHES)
+            if pitch is None:
                 continue
-            pitch = float(np.median(pitches))
             like_open = any(abs(cents(pitch / hertz)) < 60 for hertz in opens)
             notes.append(Note(like_open, *ringing(take.sound, take.rate, pitch)))
     return notes

@@ -24,20 +24,22 @@ from livebass.bench.fidelity import CONTROL, NOTE_OFF, NOTE_ON
 from livebass.bench.jack import Lost, LostFrames, new_client, wait_for
 from livebass.bench.measure import OtherLoad
 from livebass.live.outputs import jack_server
-from livebass.live.session import Session, Settings
+from livebass.live.session import Session, Settings, return_freed_memory
 from livebass.live.synth import Synth
 from livebass.model.quality import QUALITIES
-from livebass.preset.load import load_preset, preset_names
+from livebass.preset.load import load_preset
+from livebass.preset.programs import PROGRAMS, program_of
 from livebass.report.progress import Say
 
 PERIOD, RATE = 256, 48_000  # frames, Hz
 PRESET = "slap"
 PROGRAM, BEND = 0xC0, 0xE0  # status bytes
+BASSES = range(32, 40)  # General MIDI's programs of basses, counted from 0; the last two choose no preset
 CONTROLLERS = (7, 11, 16, 64, 1, 121, 123)
 CYCLES = 10
-WARM_UP = 15.0  # s of playing before memory is compared: most presets have been in it
+WARM_UP = 15.0  # s of playing before memory is compared, after each preset has played; 0: without either
 START = 60.0  # s for the server
-SETTLING = 3.0  # s in which the last program begins to play and the one before is released
+SETTLING = 60.0  # s at most, until a program plays and the bass before is released
 GROWTH = 20.0  # MB that memory may grow by
 # Lost frames allowed while playing, as a part of the time: MORE times the worse of the other phases, as the load of
 # other machines comes and goes, and SLACK. If these phases lose more than TELLING, the run cannot tell.
@@ -104,6 +106,8 @@ def _checks(synth: Synth, client: Any, seconds: float, seed: int, say: Say) -> l
     """Goes through the phases; returns a line for each check, and True if it is passed."""
     say(f"{seconds:.0f} s, {'with' if client.realtime else 'without'} real-time scheduling")
     rng = np.random.default_rng(seed)
+    for preset in PROGRAMS.values() if WARM_UP else ():
+        _settle(synth, preset)
     random_playing(synth, rng, WARM_UP)
     memory = highest = _settled_memory(synth)
     before = synth.meters()
@@ -145,10 +149,20 @@ def _checks(synth: Synth, client: Any, seconds: float, seed: int, say: Say) -> l
 
 def _settled_memory(synth: Synth) -> float:
     """Memory with the same bass each time, MB."""
-    for program in (0, preset_names().index(PRESET)):
-        synth.send(PROGRAM, program)
-        time.sleep(SETTLING)
+    for preset in ("flatwound", PRESET):
+        _settle(synth, preset)
+    return_freed_memory()
     return _memory()
+
+
+def _settle(synth: Synth, preset: str) -> None:
+    """Changes to `preset`, and waits until it plays and the bass before is released."""
+    instrument = load_preset(preset)
+    synth.panic()  # nothing rings out
+    synth.send(PROGRAM, (program_of(preset) or 0) - 1)
+    wait_for(
+        lambda: not synth.ringing and synth.bass is not None and synth.bass.engine.instrument == instrument, SETTLING
+    )
 
 
 def random_playing(synth: Synth, rng: np.random.Generator, seconds: float) -> float:
@@ -161,7 +175,7 @@ def random_playing(synth: Synth, rng: np.random.Generator, seconds: float) -> fl
             synth.send(CONTROL, int(rng.choice(CONTROLLERS)), int(rng.integers(128)))
             synth.send(BEND, int(rng.integers(128)), int(rng.integers(128)))
         if time.monotonic() > next_program:
-            synth.send(PROGRAM, int(rng.integers(128)))
+            synth.send(PROGRAM, int(rng.choice(BASSES)))
             next_program, most = time.monotonic() + 2.0, max(most, _memory())
         time.sleep(float(rng.exponential(0.02)))
     return most

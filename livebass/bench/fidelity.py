@@ -37,7 +37,7 @@ NUDGE = 1e-3  # harder, 0.009 dB: no ear tells
 GROUPS = {
     "no contact": "no fret or board was touched",
     "contact": "plucked strings that touched a fret",
-    "slap": "presets that are slapped",
+    "slap": "presets that are slapped: struck by the thumb, or popped",
     "board": "strings that touched a board",
 }
 
@@ -129,10 +129,9 @@ def played(notes: Sequence[Note], quality: Quality, harder: bool = False, worker
 
 def play_notes(bass: Instrument, quality: Quality, notes: Sequence[Note]) -> list[Heard]:
     """Plays `notes`, all of one string and audio rate, one after the other; the sound begins with the release."""
-    first = notes[0]
-    alone = replace(bass, strings=(bass.strings[first.string],), necks=(bass.necks[first.string],))
-    engine, rate, player = Engine(alone, quality, first.rate, workers=1), first.rate, bass.player
-    held = round((player.strike_time if slapped(bass) else player.pull_time) * rate)
+    alone, rate = string_alone(bass, notes[0].string), notes[0].rate
+    engine, player = Engine(alone, quality, rate, workers=1), alone.player
+    held = round((player.strike_time if struck(alone) else player.pull_time) * rate)
     out = []
 
     def send(*message: int) -> None:
@@ -148,8 +147,14 @@ def play_notes(bass: Instrument, quality: Quality, notes: Sequence[Note]) -> lis
     return out
 
 
-def slapped(bass: Instrument) -> bool:
-    """True if the lowest string of `bass` is struck by the thumb."""
+def string_alone(bass: Instrument, i: int) -> Instrument:
+    """Returns `bass` with string `i` alone, which the thumb strikes only where it does on `bass`."""
+    player = replace(bass.player, slapped_strings=int(i < bass.player.slapped_strings))
+    return replace(bass, strings=(bass.strings[i],), necks=(bass.necks[i],), player=player)
+
+
+def struck(bass: Instrument) -> bool:
+    """True if the thumb strikes the lowest string of `bass`."""
     return bass.player.technique == "slap" and bass.player.slapped_strings > 0
 
 

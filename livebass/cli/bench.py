@@ -13,7 +13,7 @@ import click
 from livebass.cli.render import announce_kernels
 from livebass.cli.values import Number
 from livebass.extras import install
-from livebass.model.quality import QUALITIES
+from livebass.model.quality import BLOCK, QUALITIES
 from livebass.report.progress import Say, silent
 
 Result = dict[str, Any]
@@ -57,7 +57,7 @@ def render_(file: Path | None) -> None:
 @click.option(
     "--block",
     "blocks",
-    type=Number("frames", 16, 1024, whole=True),
+    type=Number("frames", *BLOCK, whole=True),
     multiple=True,
     help="Measure this block size only; repeat it for several.  [default: 32, 64 ... 1024]",
 )

@@ -7,6 +7,7 @@ An error is one line on stderr.
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import sys
 import traceback
@@ -99,7 +100,9 @@ def _run(arguments: Sequence[str] | None, completed: list[Path]) -> int:
     except Exception as error:
         if os.environ.get("LIVEBASS_TRACEBACK"):
             traceback.print_exc()
-        if (isinstance(error, EXPECTED) or type(error) is LookupError) and str(error):
+        if isinstance(error, OSError) and error.errno == errno.ENOSPC and error.filename is None:
+            _complain(f"standard output: cannot be written: {error.strerror}")  # all other files are named
+        elif (isinstance(error, EXPECTED) or type(error) is LookupError) and str(error):
             _complain(str(error))
         else:
             _complain(f"internal error, {type(error).__name__}: {error} (LIVEBASS_TRACEBACK=1 shows where)")

@@ -13,11 +13,11 @@ from typing import Any
 
 import click
 
-from livebass.cli.render import DEFAULT_PRESET, announce_kernels, clipping, over_board, preset_for
+from livebass.cli.render import DEFAULT_PRESET, announce_kernels, clipping, preset_for
 from livebass.cli.values import RATE, Number, Quantity
 from livebass.files import OutputError, output_error
 from livebass.interrupts import stop_instead
-from livebass.model.quality import QUALITIES
+from livebass.model.quality import BLOCK, QUALITIES
 
 LOG = logging.getLogger("livebass")
 CONTROLLERS = """\
@@ -66,7 +66,7 @@ sound, the oldest first. They change back one by one when the load has stayed be
 )
 @click.option(
     "--block",
-    type=Number("frames", 16, 1024, whole=True),
+    type=Number("frames", *BLOCK, whole=True),
     default=128,
     show_default=True,
     help="Length of a block, for PortAudio and PipeWire; a JACK server has its own.",
@@ -105,7 +105,7 @@ def play(**options: Any) -> None:
         click.echo(CONTROLLERS)
         return
     from livebass import compiling
-    from livebass.cli.song import remarks
+    from livebass.cli.song import remarks, too_low
     from livebass.live.guards import own_stderr
     from livebass.live.inputs import HELP, interactive
     from livebass.live.outputs import check_output
@@ -118,10 +118,11 @@ def play(**options: Any) -> None:
     if device is not None and options["backend"] == "jack":
         raise click.UsageError("--audio names an output of PortAudio, which --backend jack does not use: leave one out")
     score = read_score(song, options["rate"]) if song else None  # errors in the file are reported now
-    for remark in remarks(score, options["preset"], DEFAULT_PRESET) if score else ():
-        click.echo(f"{song}: {remark}", err=True)
     preset = options["preset"] or preset_for(score)
     bass = load_preset(preset)
+    if score:
+        for remark in remarks(score, options["preset"], DEFAULT_PRESET) + too_low(bass, score, DEFAULT_PRESET):
+            click.echo(f"{song}: {remark}", err=True)
     settings = Settings(
         instrument=bass,
         quality=QUALITIES[options["quality"]],
@@ -141,7 +142,7 @@ def play(**options: Any) -> None:
     )
     console = Console(options["quiet"])
     with own_stderr(), logged(console, options["log"]):
-        board = over_board(bass)
+        board = bass.over_board
         if not compiling.cached(compiling.LIVE_ENTRY) or (board and not compiling.cached(compiling.BOARD_ENTRY)):
             check_output(settings.backend, settings.audio)
             announce_kernels(live=True, board=board)

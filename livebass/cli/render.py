@@ -180,9 +180,9 @@ def render(
         from livebass.score import read_score
 
         output = output or Path(f"{'stdin' if midi == STREAM else midi.stem}.{ending}")
+        score = read_score(midi, options.rate, channel)
         if output.exists() and midi.exists() and os.path.samefile(midi, output):
             raise click.UsageError(f"{output}: is the MIDI file itself; name another file with -o")
-        score = read_score(midi, options.rate, channel)
         for remark in remarks(score, preset, DEFAULT_PRESET):
             click.echo(f"{midi}: {remark}", err=True)
     elif note is not None:
@@ -207,7 +207,7 @@ def render(
     if midi is not None:
         from livebass.cli.song import too_low
 
-        line += too_low(bass, score, DEFAULT_PRESET)
+        line = ", ".join([line, *too_low(bass, score, DEFAULT_PRESET)])
     click.echo(line, err=True)
 
 
@@ -277,7 +277,7 @@ def _rendered(
     checked_place(output)
     from livebass.engine.render import render_to_file
 
-    announce_kernels(board=over_board(bass))
+    announce_kernels(board=bass.over_board)
     with shown_progress(output.name) as progress:
         return render_to_file(
             bass, score, output, quality=quality, rate=options.rate, format=options.format, bits=options.bits,
@@ -300,11 +300,6 @@ def announce_kernels(live: bool = False, board: bool = False) -> None:
         which = " for fretless boards" if missing == [(compiling.BOARD_ENTRY, 8)] else ""
         total = sum(seconds for _, seconds in missing)
         click.echo(f"compiling the kernels{which}, once (about {total} s) ...", err=True)
-
-
-def over_board(bass: Instrument) -> bool:
-    """True if any string of the bass is over a board instead of frets."""
-    return any(neck.surface for neck in bass.necks)
 
 
 @contextmanager
@@ -332,7 +327,8 @@ def summary(report: RenderReport, gain: float) -> str:
     if report.clipped:
         line += clipping(report.clipped, gain, report.peak_db)
     if report.weakened:
-        line += f", {report.weakened} motions scaled back to what a string bears: please report it"
+        times = f"{report.weakened} time{'s' * (report.weakened != 1)}"
+        line += f", {times} a motion was scaled back to what a string bears: please report it"
     return line
 
 

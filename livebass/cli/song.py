@@ -17,9 +17,14 @@ from livebass.units import note_name
 def remarks(score: Score, preset: str | None, usual: str) -> list[str]:
     """Lines to say about a file before it is played on `preset`; None: on what its program chooses, or on `usual`."""
     lines = list(score.remarks)
-    if preset is None and score.program is not None and score.program + 1 not in PROGRAMS:
-        ends = f"{min(PROGRAMS)} to {max(PROGRAMS)}"
-        lines.append(f"program {score.program + 1} chooses no bass, {ends} do: played on {usual}")
+    if preset is None and score.program is not None:
+        number = score.program + 1
+        chosen = PROGRAMS.get(number)
+        if chosen is None:
+            ends = f"{min(PROGRAMS)} to {max(PROGRAMS)}"
+            lines.append(f"program {number} chooses no bass, {ends} do: played on {usual}")
+        elif chosen != usual:
+            lines.append(f"program {number}: played on {chosen}")
     return lines
 
 
@@ -33,25 +38,25 @@ def check_range(bass: Instrument, note: int, usual: str) -> None:
         raise click.UsageError(f"--note {note_name(note)}: {bass.name} has {ends}; {hint}")
 
 
-def too_low(bass: Instrument, score: Score, usual: str) -> str:
-    """Says how many notes of a file lie below the lowest string, and which preset plays them; "" if none does."""
+def too_low(bass: Instrument, score: Score, usual: str) -> list[str]:
+    """A line about the notes of a file below the lowest string, if any, and which preset plays them."""
     notes = score.messages[score.messages[:, 0] == NOTE_ON, 1]
     lowest = bass.note_range[0]
     below = sorted(notes[notes < lowest].tolist())
     if not below:
-        return ""
+        return []
     one = len(below) == 1
     if bass.player.out_of_range == "drop":
         become = "is left out" if one else "are left out"
     else:
         become = f"sound{'s' * one} {'an octave' if lowest - below[0] <= 12 else 'octaves'} higher"
-    text = f", {len(below)} note{' lies' if one else 's lie'} below {note_name(lowest)} and {become}"
+    text = f"{len(below)} note{' lies' if one else 's lie'} below {note_name(lowest)} and {become}"
     for number, note in enumerate(below):
         if other := preset_with(note, usual):
             reached = len(below) - number
             which = f"{reached} of them" if number else "it" if one else "them"
-            return f"{text}; -p {other} plays {which}"
-    return text
+            return [f"{text}; -p {other} plays {which}"]
+    return [text]
 
 
 def parts_table(midi: Path, channel: str | int) -> str:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from livebass.cli.render import announce_kernels, over_board, shown_progress
+from livebass.cli.render import announce_kernels, shown_progress
 from livebass.cli.values import CONTACT_RATE, MODES, RATE, Number, Quantity
 from livebass.experiment.quantities import QUANTITIES, USUAL
 from livebass.extras import install
@@ -347,7 +347,7 @@ def simulate(
 
     bass = load_preset(preset)
     if solver == "engine":
-        announce_kernels(board=over_board(bass))
+        announce_kernels(board=bass.over_board)
     line = simulate_to_directory(
         bass, string=string, fret=fret, apex=apex, at=at, duration=duration,
         quality=quality_with(quality, modes, contact_rate), modes=modes, rate=rate, solver=solver, directory=output,

@@ -73,15 +73,13 @@ class Engine:
         [main thread]
         """
         checked_rate(rate)
-        boards = any(neck.surface for neck in instrument.necks)
         self.instrument, self.rate, self.seed = instrument, rate, seed
-        self.boards = boards
-        self.quality = quality = quality.over(boards)
+        self.quality = quality = quality.over(instrument.over_board)
         self.rates = Rates(rate, whole_contact_rate(quality.contact_rate, rate))
         self.frets = min(len(neck.fret_positions) for neck in instrument.necks)
         self.pool = prepare(instrument, quality, self.rates, self.frets)
         output, player = instrument.output, instrument.player
-        self.voices = [pickup_voice(s, output, player, self.rates, boards) for s in instrument.strings]
+        self.voices = [pickup_voice(s, output, player, self.rates, instrument.over_board) for s in instrument.strings]
         for i, v in enumerate(self.voices):
             v.record["turn"] = i * BEND_FRAMES // len(self.voices)
         self.performer = new_performer(instrument, self.frets, seed)

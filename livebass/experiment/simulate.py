@@ -58,8 +58,9 @@ def simulate(
 
     string: its name in `instrument`, stopped at `fret` (0: open). apex: how far it is pulled (m), at: where, from the
     nut or the pressed fret (m), angle: rad from straight up towards across. duration: s. modes: of the stopped string,
-    instead of the quality's. rate: of the motion returned, Hz. solver: "engine", or "reference", brute force, which
-    gives neither energies nor shapes. shape_at: times (s) at which `Solved.shapes` is wanted.
+    instead of the quality's; contact cannot follow those above 0.45 of the contact rate. rate: of the motion, Hz.
+    solver: "engine", or "reference", brute force, which gives neither energies nor shapes. shape_at: times (s) at which
+    `Solved.shapes` is wanted.
 
     Returns a `Solved`: `motion.time_s` and `displacement()` (n,), s and m at the sensor; `contacts` with time and fret
     of each; `pitch`; `characteristic()`; `energies()`; `shapes(times)`. Raises ValueError, one line that says what is

@@ -13,10 +13,10 @@ from dataclasses import replace
 import numpy as np
 
 from livebass.arrays import Floats, Ints
-from livebass.identification.fit import Law
+from livebass.identification.fit import Law, rigid_neck
 from livebass.identification.partials import Found, Partial, Recording, Take, find
 from livebass.model import modes
-from livebass.model.instrument import Neck, String, speaking
+from livebass.model.instrument import String, speaking
 from livebass.model.neck import neck_damping
 from livebass.units import note_name
 
@@ -117,9 +117,9 @@ def left_out(take: Take, pitch: float | None, beside: bool) -> str:
 ASTRAY = 0.1  # of f0, from the line that its neighbours draw: the necks of the presets pull a partial by 0.014
 BESIDE = 4  # neighbours on each side
 FEWEST = 6  # partials that tell whether one of them is astray
-AIR = (
-    0.7  # of the losses to the air alone: 1.8 in the presets, 1 for an ideal string; its diameter is only nearly known
-)
+# A string loses more than AIR times what the air alone takes: an ideal string as much as that, those of the presets at
+# least 1.8 times as much. The diameter of a recorded one is only nearly known.
+AIR = 0.7
 LONG, RATIO = 60.0, 0.1  # s, T60, and of the neighbours' damping: a partial with more and less than that is hum
 MOST_CONDUCTANCE = 0.1  # m/s/N, of a neck: 2.5 times the highest of figure 3 (c)
 
@@ -141,7 +141,7 @@ def doubtful(found: Sequence[Found], string: String, law: Law) -> tuple[set[int]
         string, viscoelastic_angle=0.0, thermoelastic=0.0, measured_frequencies=(),
         measured_dampings=(),
     )  # fmt: skip
-    s = speaking(bare, Neck((string.length / 2,), (-1.0,)), 0)  # rigid, with any frets
+    s = speaking(bare, rigid_neck(bare), 0)
     air = math.pi * nu * modes.loss_factor(s, nu)
     least = np.maximum(AIR * air, np.minimum(RATIO * usual, math.log(1000) / LONG))
     most = usual + neck_damping(MOST_CONDUCTANCE, modes.impedance(s), law.fundamental)

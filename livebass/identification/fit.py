@@ -232,7 +232,7 @@ def fit_neck(string: String, close: float = CLOSE, most: int = MOST, start: tupl
     rows = np.exp(x).tolist()
     found = tuple(Resonance(f, q, q / (2 * math.pi * f * peak), k) for k, (f, q, peak) in enumerate(rows, 1))
     by_law = replace(string, measured_frequencies=(), measured_dampings=())
-    rigid = speaking(by_law, _rigid(string), 0)
+    rigid = speaking(by_law, rigid_neck(string), 0)
     yields = replace(rigid, admittance=Admittance(found))
     count = problem.nu.size
     own = (modes.frequencies(s, count) / problem.nu - 1 for s in (rigid, yields))
@@ -328,14 +328,14 @@ class _Problem:
         return np.concatenate([OPEN * (x[:, 1] - math.log(USUAL_QUALITY)), PLACE * away])
 
 
-def _rigid(string: String) -> Neck:
+def rigid_neck(string: String) -> Neck:
     """Returns a rigid neck with any frets: an open string touches none."""
     return Neck((string.length / 2,), (-1.0,))
 
 
 def _problem(string: String) -> _Problem:
     nu, sigma = np.array(string.measured_frequencies), np.array(string.measured_dampings)
-    s = speaking(string, _rigid(string), 0)
+    s = speaking(string, rigid_neck(string), 0)
     nominal = modes.law_frequencies(s, np.arange(1.0, nu.size + 1), string.nominal_fundamental)
     law = math.pi * nominal * modes.loss_factor(s, nominal)
     return _Problem(nu, sigma, law, s.fundamental, modes.impedance(s), string.stiffness_law)

@@ -16,10 +16,9 @@ from typing import Any
 
 import numpy as np
 
-from livebass.analysis.sound import fundamental
 from livebass.arrays import Ints
 from livebass.identification.doubts import doubtful, left_out, other_note, without_clipping
-from livebass.identification.fit import FEW, Law, Losses, NeckFit, fit_laws, fit_losses
+from livebass.identification.fit import FEW, Law, Losses, NeckFit, fit_laws, fit_losses, rigid_neck
 from livebass.identification.limits import check
 from livebass.identification.partials import (
     Found,
@@ -28,10 +27,11 @@ from livebass.identification.partials import (
     Take,
     combine,
     find_takes,
+    pitch_of,
     read_recording,
     track,
 )
-from livebass.model.instrument import Instrument, Neck, String, note_frequency, speaking
+from livebass.model.instrument import Instrument, String, note_frequency, speaking
 from livebass.model.modes import dampings, frequencies
 from livebass.model.neck import Admittance, Resonance
 from livebass.preset.build import Builder
@@ -164,7 +164,7 @@ def _takes(
     if not takes:
         raise RecordingError(doubts[-1])
     low, high = (hint / SEMITONE, hint * SEMITONE) if hint else PITCHES
-    pitches = [_pitch(take, low, high) for take in takes]
+    pitches = [pitch_of(take, low, high) for take in takes]
     if not any(pitches):
         near = f" within a semitone of {hint:.2f} Hz" if hint else ""
         needed = max(3.0, PERIODS * 0.1) / low
@@ -177,23 +177,13 @@ def _takes(
     pitch = float(np.median(heard[alike[np.argmax(alike.sum(axis=0))]]))  # of most takes
     good = [t for t, p in zip(takes, pitches, strict=True) if p and abs(cents(p / pitch)) < 100]
     others = [t for t, p in zip(takes, pitches, strict=True) if not p or abs(cents(p / pitch)) >= 100]
-    doubts += [left_out(take, _pitch(take, *PITCHES), beside=False) for take in others]
+    doubts += [left_out(take, pitch_of(take, *PITCHES), beside=False) for take in others]
     long = [t for t in good if t.duration_s * pitch >= PERIODS]
     if not long:
         longest = max(t.duration_s for t in good)
         why = f"too short: {PERIODS} periods, {PERIODS / pitch:.2g} s, are needed"
         raise RecordingError(f"{good[0].name}: {longest:.3g} s of note, {why}")
     return long, pitch, count, doubts
-
-
-def _pitch(take: Take, low: float, high: float) -> float | None:
-    """Median pitch (Hz) of the first 1.5 s; None if there is none."""
-    try:
-        heard = fundamental(take.sound[: round(1.5 * take.rate)], take.rate, low, high, threshold=0.2).frequency_hz
-    except ValueError:  # too short
-        return None
-    heard = heard[np.isfinite(heard)]
-    return float(np.median(heard)) if heard.size else None
 
 
 def _plausible(partials: Sequence[Partial], pitch: float) -> bool:
@@ -245,7 +235,7 @@ def _identified(
         thermoelastic=losses.thermoelastic,
     )  # fmt: skip
     table = Admittance(table=tuple((nu, y, 0.0) for nu, y in losses.conductance))
-    neck = Neck((fitted.length / 2,), (-1.0,), admittance=table)  # any frets: an open string touches none
+    neck = replace(rigid_neck(fitted), admittance=table)
     count = found[-1].number
     s = speaking(fitted, neck, 0)
     nu, sigma = frequencies(s, count), dampings(s, count)

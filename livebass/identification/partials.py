@@ -1,9 +1,10 @@
 """Partials of a plucked string: notes cut from recordings, the damped sines in them, and medians over several notes.
 
 A note, cut from a little after its attack to where it is stopped, is a take. Partial j of a take is looked for near
-j f0 (1 + B j^2 / 2), eq. 8 of C. Issanchou et al. (2018), with f0 and B from the partials found before it, in a band
-that suits its decay. Some may be missing, where the string was plucked or is heard at a node. `combine` makes one list
-of the partials of several takes: medians, and their scatter.
+j f0 (1 + B j^2 / 2), eq. 8 of C. Issanchou et al. (2018), with f0 and B from the last twelve partials found before it,
+so that strings of the other law of stiffness are followed too, in a band that suits its decay. Some may be missing,
+where the string was plucked or is heard at a node. `combine` makes one list of the partials of several takes: medians,
+and their scatter.
 
 The damped sines in a band are found by ESPRIT. A sum of damped exponentials z_k^n makes a Hankel matrix whose column
 space, read one row lower, is itself times a small matrix with the eigenvalues z_k: R. Roy, A. Paulraj and T. Kailath,
@@ -29,6 +30,7 @@ import soundfile
 from numpy.lib.stride_tricks import sliding_window_view
 
 from livebass.analysis.motion import t60
+from livebass.analysis.sound import fundamental
 from livebass.arrays import Complexes, Floats
 
 LONGEST = 1200.0  # s of recording
@@ -123,6 +125,16 @@ def find_takes(recording: Recording, skip: float, longest: float) -> list[Take]:
         if piece.size:
             found.append(Take(recording.name, start, piece, rate))
     return found
+
+
+def pitch_of(take: Take, low: float, high: float) -> float | None:
+    """Returns the median pitch (Hz), from `low` to `high`, of the first 1.5 s of a take; None if there is none."""
+    try:
+        heard = fundamental(take.sound[: round(1.5 * take.rate)], take.rate, low, high, threshold=0.2).frequency_hz
+    except ValueError:  # too short
+        return None
+    heard = heard[np.isfinite(heard)]
+    return float(np.median(heard)) if heard.size else None
 
 
 def _levels(sound: Floats, rate: int) -> Floats:

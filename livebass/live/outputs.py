@@ -29,6 +29,7 @@ from livebass.live.priority import make_realtime
 from livebass.live.synth import Synth
 from livebass.live.thread import callbacks
 from livebass.live.thread.records import CHUNK
+from livebass.model.quality import BLOCK
 
 LOG = logging.getLogger(__name__)
 FIRST_BLOCK = 0.5  # s that a device may take to ask for it
@@ -89,7 +90,8 @@ class PortAudioOutput:
 
     def advice(self) -> str:
         """Returns what helps against underruns while the load is low."""
-        return f"take --block {2 * self.block} or --latency {max(2e3 * self.latency, 20.0):.0f}ms"
+        block = f"--block {2 * self.block} or " if 2 * self.block <= BLOCK[1] else ""
+        return f"take {block}--latency {min(max(2e3 * self.latency, 20.0), 1e3):.0f}ms"
 
     def abandon(self) -> None:
         """Leaves behind a stream whose server is gone: PortAudio would hang or crash when it closes it."""
@@ -298,7 +300,8 @@ class JackOutput:
     def advice(self) -> str:
         """Returns what helps against underruns while the load is low."""
         if self.pipewire:
-            return f"set PIPEWIRE_LATENCY={2 * self.block}/{self.rate}, or take --block {2 * self.block}"
+            block = f", or take --block {2 * self.block}" if 2 * self.block <= BLOCK[1] else ""
+            return f"set PIPEWIRE_LATENCY={2 * self.block}/{self.rate}{block}"
         return f"give the JACK server a larger period than {self.block} frames (jackd -p), and real-time priority (-R)"
 
     def connect_midi(self, wanted: str | None = None) -> tuple[list[str], list[str]]:

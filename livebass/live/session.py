@@ -46,6 +46,8 @@ WAIT = 30.0  # s for a sound card that has gone
 SETTLED = 1.0  # s after the start in which underruns are nobody's fault
 LOW_LOAD = 0.5  # part of a block's time: with less, underruns are the system's fault ...
 SEVERAL = 3  # ... which is said from so many on
+M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3  # parameters of glibc's mallopt ...
+LARGE = 1 << 20  # ... in bytes: with less, to prepare a bass takes longer, up to 40 %
 Output = PortAudioOutput | JackOutput
 
 
@@ -101,6 +103,7 @@ class Session:
         whatever the score's reader raises: all before anything sounds. [main thread]
         """
         settings = self.settings
+        return_freed_memory()
         with ExitStack() as ends:
             beside = ends.enter_context(ThreadPoolExecutor(1))
             coming: list[Future[LiveBass]] = []  # prepared while the output opens
@@ -419,7 +422,7 @@ class PresetSwitch:
         self.synth.release_faded()
         if self._ringing and not self.synth.ringing:
             self._ringing = False
-            self._thread.submit(trim_memory)
+            self._thread.submit(return_freed_memory)
         if self._coming is None:
             if self.wanted != self.playing:
                 preset, quality = self.wanted
@@ -473,17 +476,24 @@ class PresetSwitch:
 def prepared(preset: str, quality: Quality, rate: int) -> LiveBass:
     """Loads a preset for a synth. Raises PresetError and ValueError. [any thread]"""
     instrument = load_preset(preset)
-    if any(neck.surface for neck in instrument.necks) and not compiling.cached(compiling.BOARD_ENTRY):
-        LOG.info("%s: compiling for fretless boards, once (about 10 s); the bass plays on meanwhile", preset)
+    if instrument.over_board and not compiling.cached(compiling.BOARD_ENTRY):
+        LOG.info("%s: compiling for fretless boards, once (about 8 s); the bass plays on meanwhile", preset)
     bass = LiveBass(instrument, quality, rate)
-    trim_memory()
+    return_freed_memory()
     return bass
 
 
-def trim_memory() -> None:
-    """Returns freed memory to the system, which the C library would keep. [any thread]"""
+def return_freed_memory() -> None:
+    """Returns freed memory to the system, and from now on large blocks as soon as they are freed. [any thread]
+
+    glibc would raise its thresholds by itself whenever a larger block is freed, and then keep tens of MB of basses that
+    were replaced. It has these settings for the whole process. Does nothing with a C library that has none of this.
+    """
     with suppress(AttributeError, OSError, TypeError):
-        ctypes.CDLL(None).malloc_trim(0)
+        library = ctypes.CDLL(None)
+        for parameter in (M_TRIM_THRESHOLD, M_MMAP_THRESHOLD):
+            library.mallopt(parameter, LARGE)
+        library.malloc_trim(0)
 
 
 def copy_controllers(old: LiveBass, new: LiveBass) -> None:

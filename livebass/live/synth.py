@@ -104,7 +104,7 @@ class LiveBass:
 
     def __init__(self, instrument: Instrument, quality: Quality, rate: int, seed: int = 0) -> None:
         self.engine = Engine(instrument, quality, rate, seed)
-        coarse = COARSE.over(self.engine.boards)
+        coarse = COARSE.over(instrument.over_board)
         self.coarse = prepare(
             instrument, coarse, Rates(rate, whole_contact_rate(coarse.contact_rate, rate)), self.engine.frets
         )

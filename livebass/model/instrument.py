@@ -148,6 +148,11 @@ class Instrument:
         frets = min(len(neck.fret_positions) for neck in self.necks)
         return self.strings[0].open_note, max(string.open_note for string in self.strings) + frets
 
+    @property
+    def over_board(self) -> bool:
+        """True if any string is over a board instead of frets."""
+        return any(neck.surface for neck in self.necks)
+
     def string_index(self, name: str) -> int:
         """Index of the string called `name`, in any case. Raises LookupError, which lists the names there are."""
         names = [s.name for s in self.strings]
@@ -159,7 +164,7 @@ class Instrument:
 
 @dataclass(frozen=True)
 class Pluck:
-    """The shape of a plucked string: a rounded triangle, released at rest."""
+    """A pluck: a triangle, rounded by the finger and by a stiff string itself (model/modes.py), released at rest."""
 
     apex: float  # m, height of the corner before rounding
     position: float  # m from the stop

@@ -11,6 +11,7 @@ from typing import NamedTuple
 from livebass.units import DIMENSIONS, readable_quantity
 
 MOST_MODES = 1024
+BLOCK = 16, 1024  # frames of a block of live sound, least and most
 LEAST_CONTACT_RATE, MOST_CONTACT_RATE = 44_100.0, 64e6  # Hz
 
 
@@ -32,7 +33,7 @@ class Quality:
 
 
 QUALITIES = {
-    "live": Quality("live", 400, 768e3, on_board=Quality("live", None, 2.5e6)),
+    "live": Quality("live", 450, 672e3, on_board=Quality("live", None, 2.5e6)),
     "studio": Quality("studio", 600, 4e6, on_board=Quality("studio", None, 4e6)),
     "reference": Quality("reference", None, 8e6),
 }

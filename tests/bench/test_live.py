@@ -24,6 +24,7 @@ from livebass.bench.fidelity import (
     even,
     frequency_error,
     log_spectral_distance,
+    play_notes,
     played,
     representative_notes,
 )
@@ -40,6 +41,7 @@ from livebass.bench.live import (
     worst_case,
 )
 from livebass.bench.measure import OtherLoad
+from livebass.engine.engine import Engine
 from livebass.live.outputs import FakeDevice
 from livebass.live.synth import LiveBass, Synth
 from livebass.model.quality import QUALITIES, Quality
@@ -171,6 +173,17 @@ def test_the_notes_that_are_compared_represent_all() -> None:
     for note in notes:
         least, most = DYNAMICS[note.dynamics]
         assert least <= note.velocity <= most
+
+
+def test_a_string_alone_is_played_as_on_its_bass() -> None:
+    """The thumb strikes E and A of `slap`; D and G are popped."""
+    bass, live = even(load_preset("slap")), QUALITIES["live"]
+    for i, string in enumerate(bass.strings):
+        (heard,) = play_notes(bass, live, [Note("slap", i, 0, "hard", 120, RATE)])
+        engine = Engine(bass, live, RATE, workers=1)
+        engine.send(np.array([0]), np.array([[0x90, string.open_note, 120]], np.uint8))
+        engine.process(round((bass.player.strike_time if i < 2 else bass.player.pull_time) * RATE))
+        np.testing.assert_array_equal(heard.sound, engine.process(heard.sound.size)[i], string.name)
 
 
 def test_a_quality_is_itself_and_a_coarse_one_is_far() -> None:

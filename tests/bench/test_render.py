@@ -57,7 +57,7 @@ def test_rows_tell_what_was_measured(measured: tuple[dict[str, Any], list[str]])
     for key in ("dense_step", "brute_force", "engine_reference_50k"):
         assert (rows[key]["modes"], rows[key]["contact_rate_hz"]) == (862, 8_000_000), key
     assert rows["brute_force"]["sound_s"] == 0.005 and rows["engine_live_48k"]["sound_s"] == 0.02
-    assert rows["engine_live_48k"]["contact_rate_hz"] == 768_000
+    assert rows["engine_live_48k"]["contact_rate_hz"] == 672_000
     for key, row in rows.items():
         assert not row["rate_hz"] or row["contact_rate_hz"] % row["rate_hz"] == 0, key
     assert rows["strings_live_one_core"]["notes"] == 4 and rows["strings_live_one_core"]["cores"] == 1

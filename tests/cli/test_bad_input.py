@@ -93,6 +93,7 @@ def test_bad_midi_files(fake: type[FakeEngine], run: Run, tmp_path: Path, name: 
     [
         (["render", "."], "is a directory"),
         (["render", "none.mid"], "No such file"),
+        (["render", "file.wav"], "not a Standard MIDI File"),  # and not the output, as which it would be taken
         (["render", "--note", "G2", "-o", "dir.wav"], "is a directory"),
         (["render", "--note", "G2", "-o", "none/out.wav"], "there is no directory"),
         (["render", "--note", "G2", "-o", "/dev/full", "--format", "wav"], "not a regular file"),
@@ -111,12 +112,13 @@ def test_bad_midi_files(fake: type[FakeEngine], run: Run, tmp_path: Path, name: 
 def test_bad_data(fake: type[FakeEngine], run: Run, tmp_path: Path, arguments: list[str], says: str) -> None:
     (tmp_path / "dir.wav").mkdir()
     (tmp_path / "file").touch()
+    (tmp_path / "file.wav").write_bytes(b"RIFF")
     text = cli_text(run, "presets", "show", "jazz-finger")
     (tmp_path / "nan.toml").write_text(text.replace('relief = "0.3 mm"', "relief = nan", 1))
     status, _, err = run(*arguments)
     assert_one_clear_line(status, err, (1,))
     assert says in err
-    assert sorted(p.name for p in tmp_path.iterdir()) == ["dir.wav", "file", "nan.toml"]
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["dir.wav", "file", "file.wav", "nan.toml"]
 
 
 ODD_FILES = {
@@ -149,6 +151,7 @@ def test_a_full_stdout_and_a_closed_pipe() -> None:
         line = [sys.executable, "-m", "livebass", "presets", "list"]
         done = subprocess.run(line, stdout=full, stderr=subprocess.PIPE, text=True, timeout=60)
         assert_one_clear_line(done.returncode, done.stderr, (1,))
+        assert "standard output: cannot be written" in done.stderr
     process = subprocess.Popen(
         [sys.executable, "-m", "livebass", "presets", "keys"],
         stdout=subprocess.PIPE,

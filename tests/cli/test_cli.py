@@ -64,6 +64,12 @@ def test_clipping_is_said(fake: type[FakeEngine], run: Run) -> None:
     assert "samples clipped: try --gain -1" in err
 
 
+def test_a_motion_that_was_scaled_back_is_said(fake: type[FakeEngine], run: Run) -> None:
+    assert "scaled back" not in run("render", "--note", "E1")[2]
+    fake.weakened = 3
+    assert ", 3 times a motion was scaled back" in run("render", "--note", "E1")[2]
+
+
 def test_a_sound_that_is_not_a_number(fake: type[FakeEngine], run: Run, tmp_path: Path) -> None:
     fake.peak = float("nan")
     status, _, err = run("render", "--note", "E1")
@@ -219,6 +225,9 @@ def test_the_summary_says_which_notes_lie_too_low(
     (tmp_path / "drop.toml").write_text(text)
     status, _, err = run("render", "song.mid", "-o", "out.wav", *options)
     assert status == 0 and err.endswith(says), err
+    line = f"song.mid: {says[2:]}" if says.startswith(", ") else ""
+    _, _, err = run("play", "--file", "song.mid", "--log", "nowhere/log", *options)  # an error before it plays
+    assert err.startswith(f"{line}livebass: error: nowhere/log"), err
 
 
 def test_a_file_is_listed(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -240,6 +249,8 @@ def test_what_a_file_lacks_is_said_before_it_is_played(fake: type[FakeEngine], r
     named = song(b"\x00\xff\x03\x06E-Bass", NOTE)
     (tmp_path / "named.mid").write_bytes(named[:10] + b"\0\3" + named[12:])
     (tmp_path / "synth.mid").write_bytes(song(b"\x00\xc0\x26", NOTE))
+    (tmp_path / "slap.mid").write_bytes(song(b"\x00\xc0\x24", NOTE))
+    (tmp_path / "finger.mid").write_bytes(song(b"\x00\xc0\x21", NOTE))
     _, _, err = run("render", "named.mid", "-o", "out.wav")
     first, second, summary = err.splitlines()
     assert first == "named.mid: has 1 of the 3 tracks that its header promises"
@@ -247,5 +258,7 @@ def test_what_a_file_lacks_is_said_before_it_is_played(fake: type[FakeEngine], r
     _, _, err = run("render", "synth.mid", "-o", "out.wav")
     first, _ = err.splitlines()
     assert first == "synth.mid: program 39 chooses no bass, 33 to 38 do: played on jazz-finger"
-    _, _, err = run("render", "synth.mid", "-o", "out.wav", "-p", "muted")
-    assert len(err.splitlines()) == 1
+    assert run("render", "slap.mid", "-o", "out.wav")[2].startswith("slap.mid: program 37: played on slap\n")
+    for options in (("synth.mid", "-p", "muted"), ("slap.mid", "-p", "muted"), ("finger.mid",)):
+        _, _, err = run("render", *options, "-o", "out.wav")
+        assert len(err.splitlines()) == 1

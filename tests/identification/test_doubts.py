@@ -75,7 +75,7 @@ def test_a_note_that_clips_to_its_end_is_refused(run: Run, tmp_path: Path) -> No
     save(tmp_path / "g.wav", 40 * note(paper_g(), 1.0), clip=0.5)
     status, _, err = run("identify", tmp_path / "g.wav", "-o", tmp_path / "mine.toml")
     assert_one_clear_line(status, err, (1,))
-    assert "clips for" in err or "too short" in err
+    assert "clips for" in err
     assert not (tmp_path / "mine.toml").exists()
 
 

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import fcntl
+import gc
 import json
 import logging
 import os
+import platform
 import pty
 import re
 import resource
@@ -14,9 +16,12 @@ import signal
 import subprocess
 import sys
 import termios
+import threading
 import time
+import weakref
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -28,20 +33,20 @@ from support.command import Run, assert_one_clear_line
 from support.jack import PATIENCE, livebass, wait_for, wait_for_log, wait_for_take
 from support.live import QUICK, RATE, synth_and_device
 
-from livebass import QUALITIES, compiling, load_preset, preset_names
+from livebass import QUALITIES, Instrument, Quality, compiling, load_preset, preset_names
 from livebass.bench.endurance import python_busy, random_playing
 from livebass.bench.jack import LostFrames, new_client
 from livebass.cli.play import Console, LogFile, logged
 from livebass.files import OutputError
-from livebass.live import inputs
+from livebass.live import inputs, session
 from livebass.live.inputs import LOWER, UPPER, TerminalKeys
-from livebass.live.outputs import FakeDevice, JackOutput
+from livebass.live.outputs import FakeDevice, JackOutput, PortAudioOutput
 from livebass.live.recording import MidiRecorder, Recorder
 from livebass.live.session import PresetSwitch, Session, Settings, Summary, _Loop, prepared
-from livebass.live.synth import Gauge, Synth, median_load, strings
+from livebass.live.synth import Gauge, LiveBass, Synth, median_load, strings
 from livebass.live.thread.records import HISTOGRAM
 from livebass.preset.programs import PROGRAMS
-from livebass.score import Score, score_of
+from livebass.score import LEAST_RATE, Score, score_of
 
 # ---- switching presets while it sounds
 
@@ -122,6 +127,73 @@ def test_the_first_change_to_a_board_says_that_it_compiles(
         prepared(preset, QUICK, RATE)
     assert len(caplog.messages) == 1
     assert "fretless: compiling" in caplog.messages[0] and "plays on meanwhile" in caplog.messages[0]
+
+
+def test_basses_that_were_replaced_are_gone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """After each change of preset and quality one bass is alive, without waiting for the garbage collector."""
+    made: list[weakref.ref[object]] = []
+
+    class Watched(LiveBass):
+        def __init__(self, instrument: Instrument, quality: Quality, rate: int) -> None:
+            super().__init__(instrument, quality, rate)
+            parts = (self, self.engine, self.engine.pool, self.coarse, self.engine.voices[0], self.ahead[0])
+            made.extend(weakref.ref(part) for part in parts)
+
+    monkeypatch.setattr(session, "LiveBass", Watched)
+    rate = LEAST_RATE
+    synth = Synth(rate)
+    synth.switch_to(LiveBass(load_preset("slap"), QUICK, rate))
+    device = FakeDevice(synth)
+    changes = PresetSwitch(synth, "slap", QUICK)
+    changes.qualities = {name: replace(QUICK, name=name) for name in ("quick", "other")}
+    threads = []
+    gc.collect()
+    gc.disable()
+    try:
+        for k in range(12):
+            changes.next_preset()
+            while changes.wanted[0] not in ("jazz-finger", "muted", "slap"):
+                changes.next_preset()
+            if k % 2:
+                changes.next_quality()
+            synth.send(0x90, 40, 90)
+            changed(changes, device)
+            synth.panic()
+
+            def rung_out() -> bool:
+                device.block(64)
+                changes.turn()
+                return not synth.ringing
+
+            wait_for(rung_out)
+            changes._thread.submit(int).result()  # the thread lets go of what it prepared
+            assert sum(part() is not None for part in made) == len(made) // (k + 1) == 6
+            threads.append(threading.active_count())
+    finally:
+        gc.enable()
+    assert len(set(threads)) == 1
+    changes.close()
+
+
+@pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="another C library")
+def test_freed_memory_is_returned() -> None:
+    """glibc alone would keep the second block, as it raises its thresholds when the first one is freed."""
+    code = """if True:
+        import numpy as np
+        from livebass.bench.endurance import _memory
+        from livebass.live.session import return_freed_memory
+        return_freed_memory()
+        for _ in range(2):
+            before, block = _memory(), np.ones(24 << 17)
+            between = [np.ones(1 << 10) for _ in range(100)]
+            full = _memory()
+            del block
+            print(full - before, _memory() - before)
+    """
+    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=PATIENCE, check=True)
+    for line in said.stdout.splitlines():
+        full, after = map(float, line.split())
+        assert full > 23 and after < 4, said.stdout
 
 
 def test_a_preset_that_cannot_be_loaded_is_a_line(tmp_path: Path) -> None:
@@ -534,6 +606,17 @@ def test_underruns_at_a_low_load_say_what_helps(caplog: pytest.LogCaptureFixture
         underruns(2, 0.1)
     assert len(caplog.messages) == 1 and caplog.messages[0].endswith("take --block 256")
     assert caplog.messages[0].startswith("4 underruns")
+
+
+def test_advice_names_only_blocks_that_there_are() -> None:
+    for block, portaudio, pipewire in (
+        (128, "take --block 256 or --latency 20ms", "set PIPEWIRE_LATENCY=256/48000, or take --block 256"),
+        (1024, "take --latency 43ms", "set PIPEWIRE_LATENCY=2048/48000"),
+    ):
+        card = SimpleNamespace(block=block, latency=block / 48000)
+        assert PortAudioOutput.advice(card) == portaudio  # type: ignore[arg-type]
+        client = SimpleNamespace(block=block, rate=48000, pipewire=True)
+        assert JackOutput.advice(client) == pipewire  # type: ignore[arg-type]
 
 
 def test_the_status_line_names_preset_velocity_and_octave() -> None:

@@ -91,17 +91,8 @@ def test_the_tables() -> None:
             assert claim.bound not in (SETUP, ROUNDING) and set(claim.needs) <= set(runs.ENGINE), claim.id
     assert {claim.id for claim in CLAIMS.values() if claim.bound == SETUP} == INPUTS
     chaotic = {
-        "b",
-        "harmonic",
-        "near-bridge",
-        "middle",
-        "near-nut",
-        "half-straight",
-        "straight",
-        "soft",
-        "oblique",
-        "c",
-    }
+        "b", "c", "oblique", "harmonic", "near-bridge", "middle", "near-nut", "half-straight", "straight", "soft",
+    }  # fmt: skip
     alone = {claim.id for claim in CLAIMS.values() if not claim.plucks and chaotic & set(claim.needs)}
     assert alone == {"oblique-angle", "oblique-pluck", "neck-gaps", "step-half"}, "one pluck decides"
 
@@ -329,4 +320,6 @@ def test_texts_of_odd_values() -> None:
     assert "5 &lt; 6 &amp; &#34;so&#34;" in text and text.count("<html") == 1 and text.count("<tr") == 3
     assert value_text(list(range(1, 13))) == "1 to 12"
     assert value_text([], "s") == "none"
+    assert value_text([math.nan, 1.0, 2.0, 3.0]) == "never, 1, 2, 3"
+    assert value_text([0.5, 1.5, 2.5, 3.5]) == "0.5, 1.5, 2.5, 3.5"
     assert table(results).splitlines()[-1] == "1 of 2 hold, not b-phase"

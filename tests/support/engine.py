@@ -15,6 +15,7 @@ class FakeEngine:
 
     peak = 0.1
     blocks = 10
+    weakened = 0
 
     def __init__(self, instrument: object, quality: object, rate: int, seed: int = 0) -> None:
         self.rate = rate
@@ -25,4 +26,4 @@ class FakeEngine:
             yield np.stack([self.peak * np.sin(2 * np.pi * (40 + 30 * k) * t + k) for k in range(4)])
 
     def report(self) -> SimpleNamespace:
-        return SimpleNamespace(notes=5, transposed=2, dropped=1, stolen=0, weakened=0)
+        return SimpleNamespace(notes=5, transposed=2, dropped=1, stolen=0, weakened=self.weakened)

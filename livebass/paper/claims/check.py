@@ -10,6 +10,7 @@ import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -190,7 +191,7 @@ def value_text(value: Any, unit: str = "") -> str:
     if isinstance(value, str):
         shown = value
     elif isinstance(value, list):
-        row = len(value) > 3 and value == list(range(int(value[0]), int(value[0]) + len(value)))
+        row = len(value) > 3 and float(value[0]).is_integer() and all(b - a == 1 for a, b in pairwise(value))
         shown = f"{value[0]} to {value[-1]}" if row else ", ".join(value_text(v) for v in value) or "none"
     else:
         shown = NOT_MET if math.isnan(value) else f"{value:.4g}"

@@ -11,7 +11,7 @@ from livebass.analysis.motion import Solved, modal_energies, shape_at
 from livebass.arrays import Floats
 from livebass.model import modes
 from livebass.model.instrument import Speaking
-from livebass.model.neck import neck_damping
+from livebass.model.neck import Admittance, neck_damping
 from livebass.paper.cases import CASES
 from livebass.paper.claims.expect import (
     DIRECTION,
@@ -102,9 +102,8 @@ def neck_share() -> Value:
 def neck_detuning() -> Value:
     """Greatest relative change that the neck makes to the frequencies of the model, over 100 modes."""
     s = _law(_string())
-    j = np.arange(1, 101)
-    without = j * s.fundamental * (1 + s.inharmonicity * j**2 / 2)
-    return float(np.abs(modes.frequencies(s, 100) / without - 1).max())
+    rigid = replace(s, admittance=Admittance())
+    return float(np.abs(modes.frequencies(s, 100) / modes.frequencies(rigid, 100) - 1).max())
 
 
 def damping_bands() -> Value:
