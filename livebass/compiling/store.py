@@ -45,16 +45,21 @@ def digest() -> str:
 def level() -> str:
     """The level of this processor, a key of `emitter.LEVELS`: kernels of one level give the same sound, bit for bit.
 
-    LIVEBASS_LEVEL names another one, which must not ask for more than the processor has.
+    LIVEBASS_LEVEL names a lower one. Raises ValueError for a processor without kernels, and a level that it has not.
     """
-    if given := os.environ.get("LIVEBASS_LEVEL"):
-        return given
     machine = platform.machine().lower()
     if machine in X86:
         core = "numpy._core" if importlib.util.find_spec("numpy._core") else "numpy.core"  # before numpy 2
         has = importlib.import_module(f"{core}._multiarray_umath").__cpu_features__
-        return "x86-64-v3" if has.get("AVX2") and has.get("FMA3") else "x86-64-v2"
-    return "arm64" if machine in ARM else machine
+        levels = ["x86-64-v2", "x86-64-v3"] if has.get("AVX2") and has.get("FMA3") else ["x86-64-v2"]
+    elif machine in ARM:
+        levels = ["arm64"]
+    else:
+        raise ValueError(f"processor {machine}: livebass plays on {', '.join(X86 + ARM)} only")
+    given = os.environ.get("LIVEBASS_LEVEL") or levels[-1]
+    if given not in levels:
+        raise ValueError(f"LIVEBASS_LEVEL={given}: allowed on this processor: {', '.join(levels)}")
+    return given
 
 
 @functools.cache
