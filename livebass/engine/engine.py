@@ -89,7 +89,7 @@ class Engine:
         """Makes all that changes while it plays: strings at rest, and a player with that seed."""
         bass = self.instrument
         self.seed = seed
-        self.voices = [pickup_voice(s, bass.output, bass.player, self.rates, bass.over_board) for s in bass.strings]
+        self.voices = [pickup_voice(s, bass.output, bass.player, self.rates) for s in bass.strings]
         for i, v in enumerate(self.voices):
             v.record["turn"] = i * BEND_FRAMES // len(self.voices)
         self.performer = new_performer(bass, self.frets, seed)

@@ -273,11 +273,11 @@ def take_message(
     )  # fmt: skip
 
 
-def new_voice(rates: Rates, log: int = 0, over_board: bool = False) -> Voice:
+def new_voice(rates: Rates, log: int = 0) -> Voice:
     """Makes a silent string whose output is its displacement, with room for `log` contacts."""
     voice = Voice(np.zeros(1, STRING), np.zeros((log, 2), np.int64))
     v, slots = voice.record, voice.slots
-    v["over_frets"], v["over_board"] = frets.over_frets.address, board.over_board.address if over_board else 0
+    v["over_frets"], v["over_board"] = frets.over_frets.address, board.over_board.address
     v["log"], v["log_room"] = voice.log.ctypes.data, log
     v["numerator"], v["denominator"], v["rate"] = rates.numerator, rates.denominator, rates.rate
     v["bend"] = v["tuned"] = v["gain"] = v["gain_wanted"] = 1.0
@@ -288,10 +288,10 @@ def new_voice(rates: Rates, log: int = 0, over_board: bool = False) -> Voice:
     return voice
 
 
-def pickup_voice(string: String, output: Output, player: Player, rates: Rates, over_board: bool = False) -> Voice:
-    """Makes a silent string under its pickups, with their circuit and the player's hand; maybe `over_board`."""
+def pickup_voice(string: String, output: Output, player: Player, rates: Rates) -> Voice:
+    """Makes a silent string under its pickups, with their circuit and the player's hand."""
     pickups = pickups_under(output, string.name)
-    voice = new_voice(rates, over_board=over_board)
+    voice = new_voice(rates)
     v = voice.record
     v["pickups"] = len(pickups)
     for i, pickup in enumerate(pickups):
