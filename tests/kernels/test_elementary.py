@@ -7,7 +7,6 @@ first, and those nearest to whole quarter turns.
 from __future__ import annotations
 
 import ast
-import functools
 import hashlib
 import math
 import os
@@ -17,14 +16,11 @@ import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
-import numba as nb
 import numpy as np
 import pytest
 
-from livebass.compiling import LEAN, USUAL
-from livebass.interrupts import aside
+from livebass.compiling import compiled
 from livebass.kernels import elementary
 from livebass.kernels.modal import LANES
 
@@ -199,17 +195,6 @@ def test_whole_powers_of_two_are_exact() -> None:
         assert elementary.log2(exact) == k
 
 
-def compiled(**options: Any) -> Callable[[Callable[..., Any]], Any]:
-    """As livebass.compiling's, but not kept on disk, where the name does not depend on this file."""
-
-    def decorate(function: Callable[..., Any]) -> Any:
-        made = nb.njit(**USUAL, **LEAN, **options)(function)
-        made.compile = functools.partial(aside, made.compile)
-        return made
-
-    return decorate
-
-
 @compiled()
 def fill(kind, x, out):
     """Fills `out` with function number `kind` of each value, in a loop that becomes vector instructions."""
@@ -311,6 +296,7 @@ def test_the_bits_are_the_same_without_newer_instructions(tmp_path: Path) -> Non
     """Compiled for the oldest processor: no fused multiply-add, two lanes."""
     code = f"import runpy; print(runpy.run_path({os.fspath(__file__)!r})['digest']())"
     env = {**os.environ, "NUMBA_CPU_NAME": "x86-64-v2", "NUMBA_CPU_FEATURES": "", "NUMBA_CACHE_DIR": str(tmp_path)}
+    env["LIVEBASS_FROM_SOURCE"] = "1"
     env["PYTHONPATH"] = os.pathsep.join([str(ROOT), env.get("PYTHONPATH", "")])
     run = subprocess.run(
         [sys.executable, "-c", code], env=env, capture_output=True, text=True, timeout=300, check=False
@@ -327,7 +313,7 @@ def test_the_constants_are_those_that_are_derived() -> None:
 
 
 # What kernels may call of numpy and math: IEEE defines the result, and processors have it.
-EXACT_CALLS = {"sqrt", "floor", "isinf", "isnan", "absolute"}
+EXACT_CALLS = {"sqrt", "floor", "ceil", "rint", "isinf", "isnan", "absolute"}
 MODULES, ALIASES = ("math", "cmath", "numpy"), (None, "np")
 
 
