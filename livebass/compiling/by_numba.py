@@ -32,7 +32,7 @@ LOG = logging.getLogger("livebass")
 
 @functools.cache
 def directory() -> Path | None:
-    """Where compiled functions are kept, by their sources, this Python, numba and processor; None: nowhere."""
+    """Names where compiled functions are kept, by their sources, Python, numba and processor; None: nowhere."""
     config: Any = nb.config
     processor = config.CPU_NAME or binding.get_host_cpu_name()
     features = config.CPU_FEATURES

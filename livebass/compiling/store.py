@@ -1,4 +1,4 @@
-"""Where compiled kernels are kept: in the package where it was built with them, or in a directory of the user's.
+"""Keeps compiled kernels: in the package where it was built with them, or in a directory of the user's.
 
 A file of kernels is called after a digest of all their sources and after the level of processor it is for, and ends
 with a checksum: a file that a power cut or a full disk damaged would crash.
@@ -19,11 +19,12 @@ from pathlib import Path
 
 import platformdirs
 
+from livebass.compiling import ARM, X86
+
 PACKAGE = Path(__file__).parents[1]
 ROOMS = ("kernels", "live/thread", "compiling")  # folders whose functions are compiled, or compile them
 BUILT = PACKAGE / "built"  # libraries that came with the package
 CHECKSUM = hashlib.sha256().digest_size  # bytes at the end of a file
-X86, ARM = ("x86_64", "amd64"), ("aarch64", "arm64")
 
 
 @functools.cache
