@@ -16,11 +16,12 @@ import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
-from livebass.compiling import compiled
+from livebass.compiling import compiled, jit
 from livebass.kernels import elementary
 from livebass.kernels.modal import LANES
 
@@ -272,6 +273,25 @@ def test_loops_and_callers_with_fastmath_give_the_bits_of_single_calls() -> None
     assert np.array_equal(sines, values(0, x))
     assert np.array_equal(cosines, values(1, x))
     assert np.array_equal(exponentials, values(2, -x))
+
+
+@pytest.mark.parametrize("decorate", [jit, elementary.joined], ids=["jit", "joined"])
+def test_a_caller_with_fastmath_that_comes_first_changes_nothing(decorate: Callable[..., Any]) -> None:
+    """numba compiles a function once, for the first caller: its sums must not become reorderable for all others."""
+
+    @decorate
+    def rounded(x):
+        return (x + elementary.MAGIC) - elementary.MAGIC
+
+    @compiled(fastmath=LANES)
+    def loose(x):
+        return rounded(x)
+
+    @jit
+    def strict(x):
+        return rounded(x)
+
+    assert loose(2.3) == strict(2.3) == 2.0
 
 
 def digest() -> str:
