@@ -208,7 +208,7 @@ def coil_filter(circuit: Coil, rate: float) -> tuple[Floats, Floats]:
     return work["b"][0], work["a"][0]
 
 
-SEEDS = 0x7FFF_FFFF_FFFF_FFFF
+SEEDS = 0x7FFF_FFFF_FFFF_FFFF  # the bits of a seed: kernels take int64
 
 
 @dataclass

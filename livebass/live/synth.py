@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livebass.engine.engine import Engine, prepare
-from livebass.engine.prepare import Rates, Voice, whole_contact_rate, zeroed_lines
+from livebass.engine.prepare import SEEDS, Rates, Voice, whole_contact_rate, zeroed_lines
 from livebass.kernels.board import over_board
 from livebass.kernels.frets import over_frets
 from livebass.kernels.performer import PERFORMER
@@ -84,7 +84,8 @@ class LiveBass:
             instrument, coarse, Rates(rate, whole_contact_rate(coarse.contact_rate, rate)), self.engine.frets
         )
         building = np.zeros(1, BUILDING)
-        building["instrument"], building["rate"], building["seed"] = self.engine.numbers.ctypes.data, rate, seed
+        building["instrument"], building["rate"] = self.engine.numbers.ctypes.data, rate
+        building["seed"] = seed & SEEDS
         building["ahead"] = 1
         building["operators"] = [[pool.records.ctypes.data for pool in (self.engine.pool, self.coarse)]]
         building["over_frets"], building["over_board"] = over_frets.address, over_board.address
