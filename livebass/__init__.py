@@ -36,6 +36,6 @@ from lazy_loader import attach_stub
 
 __version__ = "0.1.0"
 
-# __init__.pyi is the one list of public names. Each is imported at its first use: numba alone takes half a second,
-# which `livebass --help` need not wait for.
+# __init__.pyi is the one list of public names. Each is imported at its first use: `livebass --help` need not
+# wait for numpy and all the rest.
 __getattr__, __dir__, __all__ = attach_stub(__name__, __file__)

@@ -38,7 +38,7 @@ def output_error(path: Path, error: OSError) -> OutputError:
 
 def checked_place(path: Path) -> Path:
     """Returns where a file written as `path` goes, past symbolic links. Raises OutputError if it cannot be written."""
-    try:
+    with _said_of(path, "file"):
         place = Path(os.path.realpath(path))
         if place.exists():
             kind = place.stat().st_mode
@@ -52,12 +52,6 @@ def checked_place(path: Path) -> Path:
             raise OutputError(f"{path}: there is no directory {path.parent}")
         elif not os.access(place.parent, os.W_OK):
             raise OutputError(f"{path}: the directory {path.parent} is read-only")
-    except ValueError:  # a zero byte in the name
-        raise OutputError(f"{str(path)!r}: is not a file name") from None
-    except OutputError:
-        raise
-    except OSError as error:
-        raise output_error(path, error) from None
     return place
 
 
@@ -250,19 +244,13 @@ class Transaction:
 
 def checked_directory(path: Path, replaceable: Callable[[list[Path]], bool]) -> list[Path]:
     """Returns what is in the directory `path`, which need not exist. Raises OutputError if it may not be replaced."""
-    try:
+    with _said_of(path, "directory"):
         place = Path(os.path.realpath(path))
         if not place.exists():
             return []
         if not place.is_dir():
             raise OutputError(f"{path}: is not a directory")
         there = [entry for entry in sorted(place.iterdir()) if not _LEFT.fullmatch(entry.name)]
-    except ValueError:  # a zero byte in the name
-        raise OutputError(f"{str(path)!r}: is not a directory name") from None
-    except OutputError:
-        raise
-    except OSError as error:
-        raise output_error(path, error) from None
     if there and not replaceable(there):
         raise OutputError(f"{path}: holds other files, such as {there[0].name}; name a new or empty directory")
     return there
@@ -278,7 +266,7 @@ def whole_directory(path: Path, replaceable: Callable[[list[Path]], bool]) -> It
     """
     there = checked_directory(path, replaceable)
     with Transaction() as made, ExitStack() as ended:
-        with _said_of(path):
+        with _said_of(path, "directory"):
             made.directory(path)
             place = Path(os.path.realpath(path))
             _remove_left_directories(place)
@@ -292,7 +280,7 @@ def whole_directory(path: Path, replaceable: Callable[[list[Path]], bool]) -> It
         except OutputError as error:
             raise OutputError(str(error).replace(str(new), str(path))) from None
         with uninterrupted():
-            with _said_of(path):
+            with _said_of(path, "directory"):
                 _move_in(new, there)
             completed = _completed.get()
             if completed is not None:
@@ -300,10 +288,12 @@ def whole_directory(path: Path, replaceable: Callable[[list[Path]], bool]) -> It
 
 
 @contextmanager
-def _said_of(path: Path) -> Iterator[None]:
-    """Turns a system's error within the block into an OutputError about `path`."""
+def _said_of(path: Path, kind: str) -> Iterator[None]:
+    """Turns a system's error within the block into an OutputError about `path`, a "file" or a "directory"."""
     try:
         yield
+    except ValueError:  # a zero byte in the name
+        raise OutputError(f"{str(path)!r}: is not a {kind} name") from None
     except OutputError:
         raise
     except OSError as error:

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from support.command import command
+from support.command import assert_one_clear_line, command
 
 import livebass
 from livebass.compiling import ENTRIES, Entry, emitter, library, store
@@ -194,6 +194,43 @@ def test_a_playing_process_has_no_numba(machine_code: bytes, tmp_path: Path) -> 
     assert done.returncode == 0, done.stderr
 
 
+PREPARED = "import os, platform, sys; {}; from livebass.__main__ import main; main()"
+NOTE = ("render", "--note", "G2", "--duration", "0.1", "--tail", "0", "-q", "live", "-o")
+
+
+@pytest.mark.parametrize(
+    "change, named",
+    [
+        ("os.environ['LIVEBASS_LEVEL'] = 'pentium'", "LIVEBASS_LEVEL=pentium"),
+        ("platform.machine = lambda: 'riscv64'", "processor riscv64"),
+        ("sys.executable = None", "sys.executable"),
+        ("sys.executable = '/nowhere/python'", "/nowhere/python"),
+    ],
+)
+def test_what_has_no_kernels_is_said_in_a_line(tmp_path: Path, change: str, named: str) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", PREPARED.format(change), *NOTE, tmp_path / "a.wav"],
+        capture_output=True, text=True, env=os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)},
+    )  # fmt: skip
+    assert_one_clear_line(done.returncode, done.stderr, (1,))
+    assert named in done.stderr and not (tmp_path / "a.wav").exists()
+
+
+def test_a_compiler_that_does_not_load_says_why(tmp_path: Path) -> None:
+    """It loads nothing from the working directory, whose files may be called like Python's."""
+    (tmp_path / "numba.py").write_text("raise ImportError('numba needs an older numpy')")
+    here = tmp_path / "here"
+    here.mkdir()
+    (here / "random.py").write_text("raise ImportError('the working directory')")
+    path = os.pathsep.join([str(tmp_path), *filter(None, [os.environ.get("PYTHONPATH")])])
+    done = subprocess.run(
+        [sys.executable, "-P", "-m", "livebass", *NOTE, tmp_path / "a.wav"], capture_output=True, text=True, cwd=here,
+        env=os.environ | {"NUMBA_CACHE_DIR": str(tmp_path), "PYTHONPATH": path},
+    )  # fmt: skip
+    assert_one_clear_line(done.returncode, done.stderr, (1,))
+    assert "ImportError: numba needs an older numpy" in done.stderr
+
+
 def test_code_that_needs_what_it_must_not_is_refused() -> None:
     program = 'target triple = ""\ntarget datalayout = ""\ndefine i64 @lb_f(i64 %x) {{\n{}\n}}\n{}'
     bad = program.format("  %y = call i64 @PyErr_Occurred()\n  ret i64 %y", "declare i64 @PyErr_Occurred()")
@@ -260,10 +297,9 @@ def test_numba_does_without_a_full_disk(tmp_path: Path, limit: int) -> None:
 @pytest.mark.slow
 def test_the_real_kernels_survive_damage(tmp_path: Path) -> None:
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache")}
-    note = ("render", "--note", "G2", "--duration", "0.1", "--tail", "0", "-q", "live", "-o")
     lines = {}
     for name in ("cold", "damaged", "warm"):
-        done = command(*note, tmp_path / f"{name}.wav", env=environment)
+        done = command(*NOTE, tmp_path / f"{name}.wav", env=environment)
         assert done.returncode == 0 and "Traceback" not in done.stderr, done.stderr
         lines[name] = done.stderr.splitlines()
         if name == "cold":

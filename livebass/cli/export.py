@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from livebass.cli.render import DEFAULT_PRESET, announce_kernels, shown_progress
+from livebass.cli.render import DEFAULT_PRESET, announce_kernels, quality_option, shown_progress
 from livebass.cli.values import RATE, Number, Quantity
 from livebass.model.quality import QUALITIES
 
@@ -37,14 +37,7 @@ def export() -> None:
     metavar="DIR",
     help="The folder to write; made if missing. It may be empty or hold an older pack, which is replaced.",
 )
-@click.option(
-    "-q",
-    "--quality",
-    type=click.Choice(list(QUALITIES)),
-    default="studio",
-    show_default=True,
-    help="How finely the strings are computed: more modes, finer contact with the frets.",
-)
+@quality_option
 @click.option(
     "--frets",
     type=Number("count", 1, 36, whole=True),

@@ -45,6 +45,16 @@ class Options:
     seed: int
 
 
+quality_option = click.option(
+    "-q",
+    "--quality",
+    type=click.Choice(list(QUALITIES)),
+    default="studio",
+    show_default=True,
+    help="How finely the strings are computed: more modes, finer contact with the frets.",
+)
+
+
 @click.command()
 @click.argument("midi", required=False, type=click.Path(path_type=Path))
 @click.option("--note", type=Note(), help="Play one note instead of a MIDI file: G2, C#1, 43.")
@@ -70,14 +80,7 @@ class Options:
     help=f"The bass: a name from `livebass presets list`, or your own file.  "
     f"[default: {DEFAULT_PRESET}, or what the MIDI file asks for]",
 )
-@click.option(
-    "-q",
-    "--quality",
-    type=click.Choice(list(QUALITIES)),
-    default="studio",
-    show_default=True,
-    help="How finely the strings are computed: more modes, finer contact with the frets.",
-)
+@quality_option
 @click.option(
     "--velocity",
     type=Number("1-127", 1, 127, whole=True),

@@ -15,6 +15,7 @@ import os
 from collections.abc import Callable
 from typing import Any
 
+X86, ARM = ("x86_64", "amd64"), ("aarch64", "arm64")  # what platform.machine() calls them
 FROM_SOURCE = bool(os.environ.get("LIVEBASS_FROM_SOURCE"))
 C_TYPES: dict[str, Any] = {
     "void": None,
@@ -58,7 +59,7 @@ class Entry:
 
     @functools.cached_property
     def address(self) -> int:
-        """Where the function is. Loads, and if need be compiles, the library."""
+        """Finds where the function is. Loads, and if need be compiles, the library."""
         from livebass.compiling.library import library
 
         return library().address(self.name)

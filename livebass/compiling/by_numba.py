@@ -32,7 +32,7 @@ LOG = logging.getLogger("livebass")
 
 @functools.cache
 def directory() -> Path | None:
-    """Where compiled functions are kept, by their sources, this Python, numba and processor; None: nowhere."""
+    """Names where compiled functions are kept, by their sources, Python, numba and processor; None: nowhere."""
     config: Any = nb.config
     processor = config.CPU_NAME or binding.get_host_cpu_name()
     features = config.CPU_FEATURES
@@ -126,13 +126,15 @@ class _Cache(caching.FunctionCache):
 USUAL: dict[str, Any] = {"nogil": True, "error_model": "numpy"}  # division as in C
 # No references to Python's objects, which cost a quarter of the time; what would allocate does not compile.
 LEAN: dict[str, Any] = {"_nrt": False}
+# Said of every function: one that does not say takes it over from whichever caller makes numba compile it first.
+STRICT: dict[str, Any] = {"fastmath": False, "forceinline": False}
 
 
 def compiled(**options: Any) -> Callable[[Callable[..., Any]], Any]:
-    """A decorator: numba's `njit` with `USUAL` and `options`; kept on disk."""
+    """A decorator: numba's `njit` with `USUAL`, `STRICT` and `options`; kept on disk."""
 
     def decorate(function: Callable[..., Any]) -> Any:
-        made = nb.njit(**USUAL, **options)(function)
+        made = nb.njit(**USUAL, **{**STRICT, **options})(function)
         if directory():
             made._cache = _Cache(function)
         made.compile = functools.partial(aside, made.compile)
@@ -145,8 +147,8 @@ counted = compiled()  # counts references: for functions that allocate
 
 
 def kernel(**options: Any) -> Callable[[Callable[..., Any]], Any]:
-    """A decorator: a kernel, with `options` of numba's `njit` beside `USUAL` and `LEAN`."""
-    return nb.njit(**USUAL, **LEAN, **options)
+    """A decorator: a kernel, with `options` of numba's `njit` beside `USUAL`, `LEAN` and `STRICT`."""
+    return nb.njit(**USUAL, **LEAN, **{**STRICT, **options})
 
 
 def raw_ir(entry: Entry) -> tuple[str, str]:

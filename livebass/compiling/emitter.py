@@ -43,7 +43,7 @@ class Level:
 
     cpu: str
     features: str = ""
-    machine: str = "x86_64"  # for instructions that numba lacks
+    machine: str = "x86_64"  # as Linux calls it
 
 
 LEVELS = {
@@ -179,6 +179,7 @@ def main(level: str) -> None:
     os.dup2(2, 1)  # whatever is printed is no part of it
     end_with_parent()
     try:
+        prepare_numba()
         data, _ = emit(program(), level)
         status = 0
     except Exception as error:
@@ -189,5 +190,4 @@ def main(level: str) -> None:
 
 
 if __name__ == "__main__":
-    prepare_numba()
     main(*sys.argv[1:])

@@ -106,11 +106,17 @@ def _load() -> Library:
 def compiled_here() -> bytes:
     """Compiles the kernels for this processor, in a process of its own that ends with this one.
 
-    Returns the object file. Raises RuntimeError, with what the process said last, if it fails.
+    Returns the object file. Raises OSError, with what the process said last, if it fails.
     """
+    level = store.level()
+    if not os.path.isfile(sys.executable or ""):
+        raise OSError(
+            f"the kernels must be compiled first, by the Python in sys.executable, which is {sys.executable!r}"
+        )
     paths = [str(store.PACKAGE.parent), *filter(None, [os.environ.get("PYTHONPATH")])]
     with subprocess.Popen(
-        [sys.executable, "-m", "livebass.compiling.emitter", store.level()],
+        # -P: the working directory may hold files that are called like modules of Python
+        [sys.executable, "-P", "-m", "livebass.compiling.emitter", level],
         env=os.environ | emitter.SETTINGS | {"PYTHONPATH": os.pathsep.join(paths)},
         stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
         start_new_session=True,  # Ctrl-C is for this process alone
@@ -119,5 +125,5 @@ def compiled_here() -> bytes:
         said = process.stdout.read()
         if process.wait():
             lines = said.decode(errors="replace").strip().splitlines() or [f"exit status {process.returncode}"]
-            raise RuntimeError(f"the kernels do not compile: {lines[-1]}")
+            raise OSError(f"the kernels do not compile: {lines[-1]}")
     return said

@@ -1,4 +1,4 @@
-"""Where compiled kernels are kept: in the package where it was built with them, or in a directory of the user's.
+"""Keeps compiled kernels: in the package where it was built with them, or in a directory of the user's.
 
 A file of kernels is called after a digest of all their sources and after the level of processor it is for, and ends
 with a checksum: a file that a power cut or a full disk damaged would crash.
@@ -19,11 +19,12 @@ from pathlib import Path
 
 import platformdirs
 
+from livebass.compiling import ARM, X86
+
 PACKAGE = Path(__file__).parents[1]
 ROOMS = ("kernels", "live/thread", "compiling")  # folders whose functions are compiled, or compile them
 BUILT = PACKAGE / "built"  # libraries that came with the package
 CHECKSUM = hashlib.sha256().digest_size  # bytes at the end of a file
-X86, ARM = ("x86_64", "amd64"), ("aarch64", "arm64")
 
 
 @functools.cache
@@ -45,16 +46,21 @@ def digest() -> str:
 def level() -> str:
     """The level of this processor, a key of `emitter.LEVELS`: kernels of one level give the same sound, bit for bit.
 
-    LIVEBASS_LEVEL names another one, which must not ask for more than the processor has.
+    LIVEBASS_LEVEL names a lower one. Raises ValueError for a processor without kernels, and a level that it has not.
     """
-    if given := os.environ.get("LIVEBASS_LEVEL"):
-        return given
     machine = platform.machine().lower()
     if machine in X86:
         core = "numpy._core" if importlib.util.find_spec("numpy._core") else "numpy.core"  # before numpy 2
         has = importlib.import_module(f"{core}._multiarray_umath").__cpu_features__
-        return "x86-64-v3" if has.get("AVX2") and has.get("FMA3") else "x86-64-v2"
-    return "arm64" if machine in ARM else machine
+        levels = ["x86-64-v2", "x86-64-v3"] if has.get("AVX2") and has.get("FMA3") else ["x86-64-v2"]
+    elif machine in ARM:
+        levels = ["arm64"]
+    else:
+        raise ValueError(f"processor {machine}: livebass plays on {', '.join(X86 + ARM)} only")
+    given = os.environ.get("LIVEBASS_LEVEL") or levels[-1]
+    if given not in levels:
+        raise ValueError(f"LIVEBASS_LEVEL={given}: allowed on this processor: {', '.join(levels)}")
+    return given
 
 
 @functools.cache

@@ -294,12 +294,11 @@ def instrument_numbers(
     player: Player,
     tiers: Sequence[Quality] = (),
     frets: int = 0,
-    over_board: bool = False,
 ) -> NDArray[np.void]:
     """Makes the INSTRUMENT, (1,), of these strings with their output and their player, in `tiers` of quality."""
     made = np.zeros(1, INSTRUMENT)
     to = made[0]
-    to["strings"], to["frets"], to["over_board"] = len(strings), frets, over_board
+    to["strings"], to["frets"] = len(strings), frets
     to["sensed"], to["gain"], to["carried"] = output.kind == "displacement", output.gain, CARRIED
     to["slap"], to["drop"] = player.technique == "slap", player.out_of_range == "drop"
     for k, quality in enumerate(tiers):
@@ -322,23 +321,23 @@ def instrument_numbers(
 def bass_numbers(instrument: Instrument, tiers: Sequence[Quality], frets: int) -> NDArray[np.void]:
     """Makes the INSTRUMENT, (1,), of a bass with `frets` frets a string, in `tiers` of quality."""
     bass = instrument
-    return instrument_numbers(bass.strings, bass.output, bass.player, tiers, frets, bass.over_board)
+    return instrument_numbers(bass.strings, bass.output, bass.player, tiers, frets)
 
 
-def new_voice(rates: Rates, log: int = 0, over_board: bool = False) -> Voice:
+def new_voice(rates: Rates, log: int = 0) -> Voice:
     """Makes a silent string whose output is its displacement, with room for `log` contacts."""
     voice = Voice(np.zeros(1, STRING), np.zeros((log, 2), np.int64))
-    on_board = board.over_board.address if over_board else 0
     rest_string(
-        voice.string.ctypes.data, rates.rate, rates.numerator, rates.denominator, frets.over_frets.address, on_board
-    )
+        voice.string.ctypes.data, rates.rate, rates.numerator, rates.denominator, frets.over_frets.address,
+        board.over_board.address,
+    )  # fmt: skip
     voice.record["log"], voice.record["log_room"] = voice.log.ctypes.data, log
     return voice
 
 
 def pickup_voices(numbers: NDArray[np.void], circuit: Coil, rates: Rates) -> list[Voice]:
     """Makes the silent strings of an INSTRUMENT, with the player's hand, under pickups with that `circuit`."""
-    made = [new_voice(rates, over_board=bool(numbers["over_board"][0])) for _ in range(int(numbers["strings"][0]))]
+    made = [new_voice(rates) for _ in range(int(numbers["strings"][0]))]
     fitted = np.zeros(1, COIL)
     fitted["b"], fitted["a"] = coil_filter(circuit, rates.rate)
     for i, voice in enumerate(made):

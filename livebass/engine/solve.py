@@ -23,7 +23,7 @@ from livebass.engine.prepare import (
     play_frames,
 )
 from livebass.kernels.preparing import PICKUPS, SAMPLED, SENSORS
-from livebass.kernels.records import EVENT, MOST_NEAR, PLUCK
+from livebass.kernels.records import EVENT, PLUCK
 from livebass.model.instrument import Output, Player, Pluck
 from livebass.model.trial import Motion, Trial, initial_amplitudes, initial_amplitudes_across
 
@@ -37,7 +37,7 @@ def trial_voice(trial: Trial, log: int = LOG) -> tuple[Voice, Pool]:
     rates = Rates(int(trial.output_rate), int(trial.contact_rate))
     note = Note(trial.speaking, trial.modes, sensors(trial))
     pool = operators([[note]], SAMPLED, rates, lossless=trial.lossless)
-    state = new_voice(rates, log, len(trial.speaking.contact_position) > MOST_NEAR)
+    state = new_voice(rates, log)
     v = state.record
     v["raw"], v["rounding"], v["angle"] = 1, trial.pluck.rounding, trial.pluck.angle
     return state, pool
@@ -112,7 +112,7 @@ def heard(trial: Trial, output: Output) -> NDArray[np.float64]:
     note = Note(s, trial.modes, sensors(trial) if sensed else pickup_taps(s, output))
     pool = operators([[note]], SENSORS if sensed else PICKUPS, rates, lossless=trial.lossless)
     player = Player(pull_time=0.0, rounding=pluck.rounding, pluck_angle=pluck.angle)
-    numbers = instrument_numbers((s.string,), output, player, over_board=len(s.contact_position) > MOST_NEAR)
+    numbers = instrument_numbers((s.string,), output, player)
     (state,) = pickup_voices(numbers, output.coil, rates)
     out = np.zeros(trial.samples)
     play_frames(state, pool.records[0], pluck_event(pluck), out)

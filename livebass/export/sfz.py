@@ -68,7 +68,7 @@ They come as they are, without warranty of any kind.
 
 @dataclass(frozen=True)
 class Settings:
-    """What a pack has, and how finely it is computed."""
+    """Says what a pack has, and how finely it is computed."""
 
     quality: Quality
     rate: int = 48000  # Hz
@@ -103,7 +103,7 @@ class Sample:
 
 @dataclass(frozen=True)
 class Stored:
-    """What is known of a written sample."""
+    """Holds the levels of a written sample."""
 
     level: float  # dB re full scale, RMS of its first LEVEL_TIME, as the engine gives it
     lowered: float  # dB, by which it is stored lower than that

@@ -16,7 +16,8 @@ from numba import types
 from numba.core import cgutils
 from numba.np import arrayobj
 
-from livebass.kernels.native import ARM, MACHINE, X86
+from livebass.compiling import ARM, X86
+from livebass.kernels.native import MACHINE
 
 # Typed as Any: numba passes an intrinsic its context itself, and mypy cannot know that.
 intrinsic: Any = numba.extending.intrinsic
@@ -181,7 +182,7 @@ def nanoseconds(_context: Any, clock_gettime: Any, clock: Any) -> Any:
     return types.int64(types.int64, types.int64), generate
 
 
-def _c_function(result: Any, arguments: list[Any], numba_result: Any, numba_arguments: list[Any]) -> Any:
+def _c_function(result: Any, arguments: list[Any], numba_arguments: list[Any]) -> Any:
     """Makes an intrinsic (address, *arguments) -> result that calls a C function by its address."""
 
     def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
@@ -204,19 +205,19 @@ BYTES, U32 = cgutils.voidptr_t, ir.IntType(32)
 @intrinsic
 def pointer_from(_context: Any, function: Any, pointer: Any, count: Any) -> Any:
     """Calls void *function(void *pointer, uint32 count): jack_port_get_buffer."""
-    return _c_function(BYTES, [BYTES, U32], None, [types.int64, types.int64])
+    return _c_function(BYTES, [BYTES, U32], [types.int64, types.int64])
 
 
 @intrinsic
 def count_from(_context: Any, function: Any, pointer: Any) -> Any:
     """Calls uint32 function(void *pointer): jack_midi_get_event_count, jack_last_frame_time."""
-    return _c_function(U32, [BYTES], None, [types.int64])
+    return _c_function(U32, [BYTES], [types.int64])
 
 
 @intrinsic
 def status_from(_context: Any, function: Any, target: Any, pointer: Any, index: Any) -> Any:
     """Calls int function(void *target, void *pointer, uint32 index): jack_midi_event_get."""
-    return _c_function(U32, [BYTES, BYTES, U32], None, [types.int64] * 3)
+    return _c_function(U32, [BYTES, BYTES, U32], [types.int64] * 3)
 
 
 def _call(arguments: int) -> Any:

@@ -63,7 +63,6 @@ INSTRUMENT = np.dtype(
         ("strings", "i8"),
         ("frets", "i8"),
         ("sensed", "i8"),  # 1: the output is the displacement at sensors, 0: through pickups
-        ("over_board", "i8"),  # 1: some string is over a board
         ("slap", "i8"),  # 1: the thumb strikes the lower strings
         ("drop", "i8"),  # 1: notes out of range are left out
         ("gain", "f8"),
@@ -139,8 +138,7 @@ def whole_steps(contact_rate, rate):
 def rest_string(string, rate, numerator, denominator, over_frets, over_board):
     """Makes a silent string of the STRING of zeros at an address; its output is its displacement.
 
-    `numerator` fine steps make `denominator` frames; over_frets and over_board are addresses of these C functions, the
-    second one 0 where no string goes over a board.
+    `numerator` fine steps make `denominator` frames; over_frets and over_board are addresses of these C functions.
     """
     rest(string_at(string), rate, numerator, denominator, over_frets, over_board)
 

@@ -9,9 +9,8 @@ import os
 import platform
 from typing import TYPE_CHECKING, Any
 
-from livebass.compiling import FROM_SOURCE
+from livebass.compiling import ARM, FROM_SOURCE, X86
 
-X86, ARM = ("x86_64", "amd64"), ("aarch64", "arm64")
 MACHINE = os.environ.get("LIVEBASS_MACHINE", platform.machine().lower())  # that kernels are compiled for
 # Bits of `float_control` that take denormal numbers for zero: MXCSR's FTZ and DAZ, or FPCR's FZ.
 FLUSH = 0x8040 if MACHINE in X86 else 1 << 24 if MACHINE in ARM else 0

@@ -2,8 +2,8 @@
 
 An operator holds their addresses (records.py): the coefficients of its modes, the weights of taps and the mode shapes
 at contact points, a row of `padded` float64 each; heights and positions of the contact points; W and R between them, a
-row of `points` each, which a board does without. No other file knows how the pool is laid out, but
-engine/prepare.py, which fills it. [any thread]
+row of `points` each, which a board does without. No other file knows how the pool is laid out, but preparing.py, which
+fills it. [any thread]
 """
 
 from livebass.compiling import inlined

@@ -18,7 +18,7 @@ from typing import Any
 
 from livebass.extras import install
 from livebass.live.guards import call_with_timeout, jack_hangs, never_release, open_jack_client, silenced_stderr
-from livebass.live.synth import Synth, rehearse
+from livebass.live.synth import Synth
 
 LOG = logging.getLogger(__name__)
 CLIENT = "livebass"
@@ -47,7 +47,6 @@ class MidiPort:
         self._rtmidi = _rtmidi()
         self._looker = new_input(f"{CLIENT}-look", hardware_only)  # stays open: new clients disturb JACK
         self._by_jack = self._looker.get_current_api() == self._rtmidi.API_UNIX_JACK
-        rehearse()  # messages come in the driver's thread, which must not wait for a compiler
         self._in: Any = None
         self._virtual: Any = None
         self._connections: Any = None  # a JACK client that sees what is connected to the virtual port

@@ -28,7 +28,7 @@ from livebass.live.guards import TIMEOUT
 from livebass.live.inputs import LOOK_EVERY, MidiLost, MidiPort, TerminalKeys, let_go
 from livebass.live.outputs import JackOutput, OutputLost, PortAudioOutput, restart_portaudio, silence_jack
 from livebass.live.recording import MidiRecorder, Recorder
-from livebass.live.synth import Gauge, LiveBass, Meters, Reading, Synth, rehearse, strings
+from livebass.live.synth import Gauge, LiveBass, Meters, Reading, Synth, strings
 from livebass.model.instrument import Instrument
 from livebass.model.quality import QUALITIES, Quality
 from livebass.preset.load import load_preset, preset_names
@@ -121,7 +121,6 @@ class Session:
             messages = MidiRecorder(settings.record_midi, synth, settings.preset) if settings.record_midi else None
             if messages:
                 ends.callback(messages.discard)
-            rehearse()
             synth.switch_to(coming.pop().result())
             presets = PresetSwitch(synth, settings.preset, settings.quality)
             ends.callback(presets.close)

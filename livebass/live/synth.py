@@ -39,7 +39,7 @@ from livebass.live.thread.ring import (
 from livebass.live.thread.setup import BUILDING
 from livebass.model.instrument import Instrument
 from livebass.model.quality import Quality
-from livebass.score import LEAST_RATE, Score, single_note
+from livebass.score import Score
 from livebass.units import note_name
 
 COARSE = Quality("coarse", 150, 192e3, on_board=Quality("coarse", 250, 384e3))  # for strings under overload
@@ -300,25 +300,6 @@ class Synth:
     def load_histogram(self) -> NDArray[np.int64]:
         """Returns a copy of the number of blocks by load: 4 bins an octave, bin 32 from 1 on."""
         return self.record["histogram"][0].copy()
-
-
-def rehearse() -> None:
-    """Calls once, on a synth without a bass, all that Python calls while a synth plays.
-
-    Compiled functions load or compile at their first call, which would make the first notes late.
-    """
-    rate = LEAST_RATE
-    synth, sound = Synth(rate), np.zeros(64, np.float32)
-    synth.start_recording()
-    synth.keep_messages()
-    synth.feed(single_note(40, 100, 0.001, rate), 0, 0)
-    synth.receive(0xF8, 0, 0, synth.frame_now(0))
-    synth.panic()
-    block.process(synth.address, sound.ctypes.data, len(sound))
-    synth.recorded()
-    pop_messages(synth.rings[0])
-    synth.release_faded()
-    Gauge(synth).read()
 
 
 def _clock() -> tuple[int, int]:

@@ -17,7 +17,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from livebass.compiling import emitter, store
+from livebass.compiling import ARM, emitter, store
 from livebass.plugin.header import header
 
 C = Path(__file__).parent / "c"
@@ -41,7 +41,7 @@ for level in sys.argv[2:]:
 
 def levels() -> list[str]:
     """The levels of this kind of processor, the lowest first."""
-    machine = "aarch64" if platform.machine().lower() in store.ARM else "x86_64"
+    machine = "aarch64" if platform.machine().lower() in ARM else "x86_64"
     return [name for name, level in emitter.LEVELS.items() if level.machine == machine]
 
 

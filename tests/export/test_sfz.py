@@ -267,7 +267,7 @@ def quick(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[int]:
 
     monkeypatch.setattr(sfz, "played", played)
     monkeypatch.setattr(Pack, "engine", SimpleNamespace(another=lambda seed: None))
-    monkeypatch.setattr("livebass.compiling.cached", lambda *_: True)
+    monkeypatch.setattr("livebass.compiling.library.cached", lambda: True)
     monkeypatch.chdir(tmp_path)
     return count
 

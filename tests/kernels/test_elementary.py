@@ -7,7 +7,6 @@ first, and those nearest to whole quarter turns.
 from __future__ import annotations
 
 import ast
-import functools
 import hashlib
 import math
 import os
@@ -19,12 +18,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import numba as nb
 import numpy as np
 import pytest
 
-from livebass.compiling import LEAN, USUAL
-from livebass.interrupts import aside
+from livebass.compiling import compiled, jit
 from livebass.kernels import elementary
 from livebass.kernels.modal import LANES
 
@@ -199,17 +196,6 @@ def test_whole_powers_of_two_are_exact() -> None:
         assert elementary.log2(exact) == k
 
 
-def compiled(**options: Any) -> Callable[[Callable[..., Any]], Any]:
-    """As livebass.compiling's, but not kept on disk, where the name does not depend on this file."""
-
-    def decorate(function: Callable[..., Any]) -> Any:
-        made = nb.njit(**USUAL, **LEAN, **options)(function)
-        made.compile = functools.partial(aside, made.compile)
-        return made
-
-    return decorate
-
-
 @compiled()
 def fill(kind, x, out):
     """Fills `out` with function number `kind` of each value, in a loop that becomes vector instructions."""
@@ -289,6 +275,25 @@ def test_loops_and_callers_with_fastmath_give_the_bits_of_single_calls() -> None
     assert np.array_equal(exponentials, values(2, -x))
 
 
+@pytest.mark.parametrize("decorate", [jit, elementary.joined], ids=["jit", "joined"])
+def test_a_caller_with_fastmath_that_comes_first_changes_nothing(decorate: Callable[..., Any]) -> None:
+    """numba compiles a function once, for the first caller: its sums must not become reorderable for all others."""
+
+    @decorate
+    def rounded(x):
+        return (x + elementary.MAGIC) - elementary.MAGIC
+
+    @compiled(fastmath=LANES)
+    def loose(x):
+        return rounded(x)
+
+    @jit
+    def strict(x):
+        return rounded(x)
+
+    assert loose(2.3) == strict(2.3) == 2.0
+
+
 def digest() -> str:
     """Returns a hash of 60000 results: whatever computes them, they have the same bits."""
     rng = np.random.Generator(np.random.PCG64(5))  # integers: these are the same everywhere too
@@ -311,6 +316,7 @@ def test_the_bits_are_the_same_without_newer_instructions(tmp_path: Path) -> Non
     """Compiled for the oldest processor: no fused multiply-add, two lanes."""
     code = f"import runpy; print(runpy.run_path({os.fspath(__file__)!r})['digest']())"
     env = {**os.environ, "NUMBA_CPU_NAME": "x86-64-v2", "NUMBA_CPU_FEATURES": "", "NUMBA_CACHE_DIR": str(tmp_path)}
+    env["LIVEBASS_FROM_SOURCE"] = "1"
     env["PYTHONPATH"] = os.pathsep.join([str(ROOT), env.get("PYTHONPATH", "")])
     run = subprocess.run(
         [sys.executable, "-c", code], env=env, capture_output=True, text=True, timeout=300, check=False
@@ -327,7 +333,7 @@ def test_the_constants_are_those_that_are_derived() -> None:
 
 
 # What kernels may call of numpy and math: IEEE defines the result, and processors have it.
-EXACT_CALLS = {"sqrt", "floor", "isinf", "isnan", "absolute"}
+EXACT_CALLS = {"sqrt", "floor", "ceil", "rint", "isinf", "isnan", "absolute"}
 MODULES, ALIASES = ("math", "cmath", "numpy"), (None, "np")
 
 

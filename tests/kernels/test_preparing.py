@@ -173,7 +173,7 @@ def sampled_rows(trial: Trial, place: float, rates: Rates) -> Floats:
 )
 def test_a_bass_has_the_rows_of_numpy(preset: str, quality: str, rate: int) -> None:
     bass = load_preset(preset)
-    tier = QUALITIES[quality].over(any(neck.surface for neck in bass.necks))
+    tier = QUALITIES[quality].over(bass.over_board)
     rates = Rates(rate, whole_contact_rate(tier.contact_rate, rate))
     pool = prepare(bass, tier, rates, 20)
     for i, (string, neck) in enumerate(zip(bass.strings, bass.necks, strict=True)):

@@ -708,10 +708,10 @@ class InTerminal:
 
         return make
 
-    def wait(self, text: str, seconds: float = PATIENCE) -> None:
-        """Waits until `text` is shown, or for "" until the program has ended."""
+    def wait(self, text: str, seconds: float = PATIENCE, times: int = 1) -> None:
+        """Waits until `text` was shown so many `times`, or for "" until the program has ended."""
         end = time.monotonic() + seconds
-        while not text or text not in self.shown:
+        while not text or self.shown.count(text) < times:
             assert time.monotonic() < end, self.shown
             if select.select([self.ours], [], [], 0.1)[0]:
                 try:
@@ -749,8 +749,10 @@ def test_playing_in_a_narrow_terminal(server: SimpleNamespace, number: signal.Si
         terminal.wait("E2(D:2")
         terminal.type("\x1b[A\t")  # an arrow is no note
         terminal.wait("preset muted, quality live")
+        terminal.wait("muted   load")
         terminal.type("\r")
         terminal.wait("preset muted, quality studio")
+        terminal.wait("   load", times=4)
         terminal.wait("\x1b[K")
         if number == signal.SIGINT:
             terminal.type("\x03")

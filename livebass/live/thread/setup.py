@@ -128,11 +128,10 @@ def fill_bass(address):
     place = b.string_events + lines(EVENT_BYTES * EVENT_ROOM)
     fit_circuit(building.coil, instrument, building.rate)
     steps = np.int64(whole_steps(tier.contact_rate, building.rate))
-    over_board = building.over_board if instrument.over_board else 0
     for i in range(instrument.strings):
         b.string[i] = place
         string = string_at(place)
-        rest(string, building.rate, steps, 1, building.over_frets, over_board)
+        rest(string, building.rate, steps, 1, building.over_frets, building.over_board)
         connect(string, instrument, i, building.coil)
         b.ahead[i] = place + lines(STRING_BYTES)
         rows = rows_kept(building, i)
