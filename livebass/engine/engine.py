@@ -16,10 +16,11 @@ from livebass.engine.prepare import (
     Note,
     Pool,
     Rates,
+    bass_numbers,
     new_performer,
     operators,
     pickup_taps,
-    pickup_voice,
+    pickup_voices,
     play_frames,
     take_message,
     whole_contact_rate,
@@ -27,7 +28,6 @@ from livebass.engine.prepare import (
 from livebass.kernels import performer
 from livebass.kernels.preparing import PICKUPS, SENSORS
 from livebass.kernels.records import EVENT
-from livebass.kernels.techniques import BEND_FRAMES
 from livebass.model.instrument import Instrument, speaking
 from livebass.model.quality import Quality, modes_for
 from livebass.score import LONGEST, Score, checked_rate
@@ -50,8 +50,8 @@ class Report:
     weakened: int  # times that a motion was scaled back to what a string bears: 0 unless something is wrong
 
 
-def prepare(instrument: Instrument, quality: Quality, rates: Rates, frets: int) -> Pool:
-    """Makes the operators of every string and fret. Raises ValueError for a neck or rate that cannot be played."""
+def notes(instrument: Instrument, quality: Quality, frets: int) -> list[list[Note]]:
+    """The notes of a bass, by string and fret. Raises ValueError for a neck that cannot be played."""
     output, rows = instrument.output, []
     sensed = output.kind == "displacement"
     for string, neck in zip(instrument.strings, instrument.necks, strict=True):
@@ -62,7 +62,18 @@ def prepare(instrument: Instrument, quality: Quality, rates: Rates, frets: int) 
             sensors = (s.length - output.sensor,), (s.length - output.sensor_v,)
             row.append(Note(s, modes, sensors if sensed else pickup_taps(s, output)))
         rows.append(row)
-    return operators(rows, SENSORS if sensed else PICKUPS, rates, playable=True)
+    return rows
+
+
+def prepare(instrument: Instrument, quality: Quality, rates: Rates, frets: int) -> Pool:
+    """Makes the operators of every string and fret. Raises ValueError for a neck or rate that cannot be played."""
+    taps = SENSORS if instrument.output.kind == "displacement" else PICKUPS
+    return operators(notes(instrument, quality, frets), taps, rates, playable=True)
+
+
+def frets_of(instrument: Instrument) -> int:
+    """The last fret that every string is played at."""
+    return min(len(neck.fret_positions) for neck in instrument.necks)
 
 
 class Engine:
@@ -80,19 +91,17 @@ class Engine:
         self.instrument, self.rate = instrument, rate
         self.quality = quality = quality.over(instrument.over_board)
         self.rates = Rates(rate, whole_contact_rate(quality.contact_rate, rate))
-        self.frets = min(len(neck.fret_positions) for neck in instrument.necks)
+        self.frets = frets_of(instrument)
+        self.numbers = bass_numbers(instrument, [quality], self.frets)
         self.pool = prepare(instrument, quality, self.rates, self.frets)
         self.workers = workers or min(len(instrument.strings), os.cpu_count() or 1)
         self._begin(seed)
 
     def _begin(self, seed: int) -> None:
         """Makes all that changes while it plays: strings at rest, and a player with that seed."""
-        bass = self.instrument
         self.seed = seed
-        self.voices = [pickup_voice(s, bass.output, bass.player, self.rates) for s in bass.strings]
-        for i, v in enumerate(self.voices):
-            v.record["turn"] = i * BEND_FRAMES // len(self.voices)
-        self.performer = new_performer(bass, self.frets, seed)
+        self.voices = pickup_voices(self.numbers, self.instrument.output.coil, self.rates)
+        self.performer = new_performer(self.numbers, seed)
         self.frame = 0
         self._pending: list[NDArray[np.void]] = [np.zeros(0, EVENT) for _ in self.voices]
 

@@ -16,13 +16,15 @@ from numpy.typing import NDArray
 from livebass.arrays import Floats
 from livebass.kernels import board, coil, frets, performer, preparing
 from livebass.kernels.coil import COIL
-from livebass.kernels.performer import PERFORMER, new_controllers
+from livebass.kernels.instrument import INSTRUMENT, connect_string, rest_string, whole_steps
+from livebass.kernels.instrument import new_performer as make_performer
+from livebass.kernels.performer import PERFORMER
 from livebass.kernels.preparing import FROZEN, NOTE, OVERDAMPED, PREPARING
 from livebass.kernels.records import MOST_NEAR, OPERATOR, ROW, STRING
 from livebass.kernels.voice import run_string
 from livebass.model.instrument import Coil, Instrument, Output, Pickup, Player, Speaking, String
 from livebass.model.modes import CARRIED, bending, clamped_mode, damped_fundamental, held_stiffness
-from livebass.model.quality import MOST_MODES
+from livebass.model.quality import MOST_MODES, QUALITIES, Quality
 
 MOST_PHASES = 2000
 LINE = 8  # float64 in a cache line
@@ -55,7 +57,7 @@ class Rates:
 
 def whole_contact_rate(contact_rate: float, rate: int) -> int:
     """Smallest whole multiple of the audio rate that is not below `contact_rate` (Hz)."""
-    return rate * max(1, math.ceil(contact_rate / rate - 1e-9))
+    return rate * int(whole_steps(contact_rate, rate))
 
 
 Rows = tuple[tuple[float, ...], ...]
@@ -99,22 +101,18 @@ def operators(
     (`carried` and `for_modes`). Raises ValueError for more modes or contact points than the kernels take, or a rate
     that freezes a mode.
     """
-    flat = [note for row in notes for note in row]
-    given, numbers = np.zeros(len(flat), NOTE), array("d")
-    for k, note in enumerate(flat):
-        _check(note, playable)
-        _give(given[k], note, numbers, playable)
+    given, numbers = note_numbers([note for row in notes for note in row], playable)
     numbers.append(0.0)  # an empty array has no address
     records = np.zeros((len(notes), len(notes[0])), OPERATOR)
     work = np.zeros(1, PREPARING)
-    work["notes"], work["operators"], work["count"] = given.ctypes.data, records.ctypes.data, len(flat)
+    work["notes"], work["operators"], work["count"] = given.ctypes.data, records.ctypes.data, len(given)
     work["numbers"], _ = numbers.buffer_info()
     work["taps"], work["lossless"] = kind, lossless
     work["rate"], work["contact_rate"] = rates.rate, rates.contact_rate
     work["numerator"], work["denominator"] = rates.numerator, rates.denominator
     work["carried"] = CARRIED if playable else math.inf
     preparing.measure_operators(work.ctypes.data)
-    memory, table = _lines(int(work["words"][0])), np.zeros(int(work["table_words"][0]))
+    memory, table = zeroed_lines(int(work["words"][0])), np.zeros(int(work["table_words"][0]))
     work["memory"], work["table"] = memory.ctypes.data, table.ctypes.data
     state = preparing.fill_operators(work.ctypes.data)
     if state == OVERDAMPED:
@@ -122,6 +120,18 @@ def operators(
     if state == FROZEN:
         raise ValueError(f"contact rate {rates.contact_rate} Hz: a mode stands still at it, take another one")
     return Pool(records, memory)
+
+
+def note_numbers(notes: Sequence[Note], playable: bool) -> tuple[NDArray[np.void], array[float]]:
+    """Makes a NOTE, (n,), of each of `notes`, and the numbers that they point into.
+
+    Raises ValueError for more modes or contact points than the kernels take.
+    """
+    given, numbers = np.zeros(len(notes), NOTE), array("d")
+    for k, note in enumerate(notes):
+        _check(note, playable)
+        _give(given[k], note, numbers, playable)
+    return given, numbers
 
 
 def _check(note: Note, playable: bool) -> None:
@@ -181,7 +191,7 @@ def _give(to: NDArray[np.void], note: Note, numbers: array[float], playable: boo
         to[f"{name}_count"] = count
 
 
-def _lines(count: int) -> Floats:
+def zeroed_lines(count: int) -> Floats:
     """Zeros, (count,), that begin with a cache line: rows of whole lines are read fastest."""
     room = np.zeros(count + LINE)
     first = -(room.ctypes.data // room.itemsize) % LINE
@@ -198,8 +208,7 @@ def coil_filter(circuit: Coil, rate: float) -> tuple[Floats, Floats]:
     return work["b"][0], work["a"][0]
 
 
-BLOCKER_HZ = 6.0  # DC blocker's corner
-GAIN_TIME = 6e-3  # s, how fast volume follows its controller
+SEEDS = 0x7FFF_FFFF_FFFF_FFFF  # the bits of a seed: kernels take int64
 
 
 @dataclass
@@ -273,64 +282,71 @@ def take_message(
     )  # fmt: skip
 
 
+def is_heavy(quality: Quality) -> bool:
+    """True if `quality` needs more than the tier `live` with frets: most of a processor's time."""
+    light = QUALITIES["live"]
+    return quality.modes is None or quality.modes > (light.modes or 0) or quality.contact_rate > light.contact_rate
+
+
+def instrument_numbers(
+    strings: Sequence[String],
+    output: Output,
+    player: Player,
+    tiers: Sequence[Quality] = (),
+    frets: int = 0,
+) -> NDArray[np.void]:
+    """Makes the INSTRUMENT, (1,), of these strings with their output and their player, in `tiers` of quality."""
+    made = np.zeros(1, INSTRUMENT)
+    to = made[0]
+    to["strings"], to["frets"] = len(strings), frets
+    to["sensed"], to["gain"], to["carried"] = output.kind == "displacement", output.gain, CARRIED
+    to["slap"], to["drop"] = player.technique == "slap", player.out_of_range == "drop"
+    for k, quality in enumerate(tiers):
+        to["tiers"][k] = quality.contact_rate, is_heavy(quality)
+    for record, source in (("circuit", output.coil), ("player", player)):
+        for name in to[record].dtype.names:
+            to[record][name] = getattr(source, name)
+    for i, string in enumerate(strings):
+        pickups = pickups_under(output, string.name)
+        to["open_note"][i], to["pickups"][i] = string.open_note, len(pickups)
+        for k, pickup in enumerate(pickups):
+            to["decay"][i, k] = 1.0 / pickup.decay_length
+            to["mix"][i, k] = pickup.level * string.level
+            to["across"][i, k] = pickup.across
+        if not pickups:
+            to["across"][i, 0] = output.across
+    return made
+
+
+def bass_numbers(instrument: Instrument, tiers: Sequence[Quality], frets: int) -> NDArray[np.void]:
+    """Makes the INSTRUMENT, (1,), of a bass with `frets` frets a string, in `tiers` of quality."""
+    bass = instrument
+    return instrument_numbers(bass.strings, bass.output, bass.player, tiers, frets)
+
+
 def new_voice(rates: Rates, log: int = 0) -> Voice:
     """Makes a silent string whose output is its displacement, with room for `log` contacts."""
     voice = Voice(np.zeros(1, STRING), np.zeros((log, 2), np.int64))
-    v, slots = voice.record, voice.slots
-    v["over_frets"], v["over_board"] = frets.over_frets.address, board.over_board.address
-    v["log"], v["log_room"] = voice.log.ctypes.data, log
-    v["numerator"], v["denominator"], v["rate"] = rates.numerator, rates.denominator, rates.rate
-    v["bend"] = v["tuned"] = v["gain"] = v["gain_wanted"] = 1.0
-    v["b"][0, 0] = v["a"][0, 0] = 1.0
-    v["block"] = math.exp(-2 * math.pi * BLOCKER_HZ / rates.rate)
-    v["gain_pole"] = 1.0 - math.exp(-1.0 / (GAIN_TIME * rates.rate))
-    slots["hand"] = slots["ratio"] = 1.0
+    rest_string(
+        voice.string.ctypes.data, rates.rate, rates.numerator, rates.denominator, frets.over_frets.address,
+        board.over_board.address,
+    )  # fmt: skip
+    voice.record["log"], voice.record["log_room"] = voice.log.ctypes.data, log
     return voice
 
 
-def pickup_voice(string: String, output: Output, player: Player, rates: Rates) -> Voice:
-    """Makes a silent string under its pickups, with their circuit and the player's hand."""
-    pickups = pickups_under(output, string.name)
-    voice = new_voice(rates)
-    v = voice.record
-    v["pickups"] = len(pickups)
-    for i, pickup in enumerate(pickups):
-        v["decay"][0, i] = 1.0 / pickup.decay_length
-        v["mix"][0, i] = pickup.level * string.level
-        v["across"][0, i] = pickup.across
-    if not pickups:
-        v["across"][0, 0] = output.across
-    if pickups:
-        v["b"][0], v["a"][0] = coil_filter(output.coil, rates.rate)
-    v["b"][0] *= output.gain
-    v["pull"] = round(player.pull_time * rates.rate)
-    v["strike"] = max(1, round(player.strike_time * rates.rate))
-    v["rounding"], v["strike_width"], v["angle"] = player.rounding, player.strike_width, player.pluck_angle
-    return voice
+def pickup_voices(numbers: NDArray[np.void], circuit: Coil, rates: Rates) -> list[Voice]:
+    """Makes the silent strings of an INSTRUMENT, with the player's hand, under pickups with that `circuit`."""
+    made = [new_voice(rates) for _ in range(int(numbers["strings"][0]))]
+    fitted = np.zeros(1, COIL)
+    fitted["b"], fitted["a"] = coil_filter(circuit, rates.rate)
+    for i, voice in enumerate(made):
+        connect_string(voice.string.ctypes.data, numbers.ctypes.data, i, fitted.ctypes.data)
+    return made
 
 
-def new_performer(instrument: Instrument, frets: int, seed: int = 0) -> NDArray[np.void]:
-    """Makes the performer, (1,) PERFORMER, of `instrument` with `frets` frets a string; `seed` of its unevenness."""
+def new_performer(numbers: NDArray[np.void], seed: int = 0) -> NDArray[np.void]:
+    """Makes the performer, (1,) PERFORMER, of an INSTRUMENT; `seed` of its unevenness."""
     p = np.zeros(1, PERFORMER)
-    player = instrument.player
-    count = len(instrument.strings)
-    p["strings"], p["frets"] = count, frets
-    p["open"][0, :count] = [s.open_note for s in instrument.strings]
-    p["key"] = -1
-    p["volume"] = 1.0
-    p["place"] = 1
-    p["range"] = player.bend_range
-    p["usual_position"], p["nearest"], p["farthest"] = (
-        player.pluck_position,
-        player.pluck_nearest,
-        player.pluck_farthest,
-    )
-    p["softest"], p["hardest"], p["greatest"] = player.softest, player.hardest, player.greatest_apex
-    p["slapped"] = player.slapped_strings if player.technique == "slap" else 0
-    p["strike_position"], p["strike_force"] = player.strike_position, player.strike_force
-    p["hand_damping"] = player.hand_damping
-    p["unevenness"], p["seed"] = player.unevenness, seed & 0x7FFF_FFFF_FFFF_FFFF
-    p["drop"] = player.out_of_range == "drop"
-    p["position_controller"] = player.position_controller
-    new_controllers(p.ctypes.data)
+    make_performer(p.ctypes.data, numbers.ctypes.data, seed & SEEDS)
     return p

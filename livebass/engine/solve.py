@@ -15,10 +15,11 @@ from livebass.engine.prepare import (
     Rates,
     Rows,
     Voice,
+    instrument_numbers,
     new_voice,
     operators,
     pickup_taps,
-    pickup_voice,
+    pickup_voices,
     play_frames,
 )
 from livebass.kernels.preparing import PICKUPS, SAMPLED, SENSORS
@@ -111,7 +112,8 @@ def heard(trial: Trial, output: Output) -> NDArray[np.float64]:
     note = Note(s, trial.modes, sensors(trial) if sensed else pickup_taps(s, output))
     pool = operators([[note]], SENSORS if sensed else PICKUPS, rates, lossless=trial.lossless)
     player = Player(pull_time=0.0, rounding=pluck.rounding, pluck_angle=pluck.angle)
-    state = pickup_voice(s.string, output, player, rates)
+    numbers = instrument_numbers((s.string,), output, player)
+    (state,) = pickup_voices(numbers, output.coil, rates)
     out = np.zeros(trial.samples)
     play_frames(state, pool.records[0], pluck_event(pluck), out)
     return out

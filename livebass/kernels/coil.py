@@ -17,15 +17,19 @@ LATE = 0.25  # samples of delay that the fit is allowed
 FREQUENCIES = 400  # at which the response is fitted
 ROOT_STEPS = 500  # at most
 
+_CIRCUIT = [
+    ("inductance", "f8"),  # H
+    ("resistance", "f8"),  # ohm
+    ("capacitance", "f8"),  # F
+    ("volume_pot", "f8"),  # ohm
+    ("tone_pot", "f8"),  # ohm
+    ("tone_capacitor", "f8"),  # F
+    ("tone", "f8"),  # 0 closed, 1 open
+]
+CIRCUIT = np.dtype(_CIRCUIT, align=True)
 COIL = np.dtype(
     [
-        ("inductance", "f8"),  # H
-        ("resistance", "f8"),  # ohm
-        ("capacitance", "f8"),  # F
-        ("volume_pot", "f8"),  # ohm
-        ("tone_pot", "f8"),  # ohm
-        ("tone_capacitor", "f8"),  # F
-        ("tone", "f8"),  # 0 closed, 1 open
+        *_CIRCUIT,
         ("rate", "f8"),  # Hz
         ("b", "f8", (ORDER + 1,)),  # the filter's numerator ...
         ("a", "f8", (ORDER + 1,)),  # ... and denominator, a[0] = 1
@@ -45,7 +49,12 @@ coil_at = record_at(COIL)
 @entry("void(int64)")
 def fit_coil(address):
     """Sets b and a of the COIL at an address."""
-    coil = coil_at(address)
+    fit(coil_at(address))
+
+
+@jit
+def fit(coil):
+    """`fit_coil` for a record."""
     time = coil.tone_capacitor * coil.tone_pot * coil.tone  # s
     set_circuit(coil, time)
     order = set_poles(coil)
@@ -150,17 +159,29 @@ def add_equations(coil, time, part):
     s = turn * coil.rate  # rad/s, on the imaginary axis
     d = coil.circuit
     below = complex(d[0] - d[2] * s * s, (d[1] - d[3] * s * s) * s)
-    wanted = complex(1.0, time * s) / below * complex(cos(turn * LATE), -sin(turn * LATE))
+    wanted = quotient(complex(1.0, time * s), below) * complex(cos(turn * LATE), -sin(turn * LATE))
     filtered = complex(0.0, 0.0)
     for i in range(ORDER + 1):
         filtered += coil.a[i] * complex(cos(turn * i), -sin(turn * i))
-    inverse = 1.0 / (filtered * wanted)
+    inverse = quotient(complex(1.0, 0.0), filtered * wanted)
     for which in range(2):
         for i in range(ORDER + 1):
             x = complex(cos(turn * i), -sin(turn * i)) * inverse
             coil.row[i] = x.imag if which else x.real
         coil.row[ORDER + 1] = 0.0 if which else 1.0
         add_row(coil)
+
+
+@jit
+def quotient(a, b):
+    """a / b by Smith's algorithm. Python's operator would carry an exception for b = 0 into the compiled code."""
+    if abs(b.real) >= abs(b.imag):
+        ratio = b.imag / b.real
+        below = b.real + b.imag * ratio
+        return complex((a.real + a.imag * ratio) / below, (a.imag - a.real * ratio) / below)
+    ratio = b.real / b.imag
+    below = b.real * ratio + b.imag
+    return complex((a.real * ratio + a.imag) / below, (a.imag * ratio - a.real) / below)
 
 
 @jit

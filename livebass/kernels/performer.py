@@ -69,12 +69,6 @@ PERFORMER = np.dtype(
 performer_at, events_at, operators_at = record_at(PERFORMER), records_at(EVENT), records_at(OPERATOR, 2)
 
 
-@entry("void(int64)")
-def new_controllers(p):
-    """C function: `reset_controllers` of the PERFORMER at an address."""
-    reset_controllers(performer_at(p))
-
-
 @entry("int64(int64, int64, int64, int64, int64, int64, int64, int64, int64)")
 def take_message(p, ops, frame, status, first, second, events, room, count):
     """C function: `message` for addresses; there is room for `room` events."""

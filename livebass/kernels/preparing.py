@@ -127,16 +127,20 @@ def measure_operators(address):
     work.words = 0
     work.table_words = 0
     for k in range(work.count):
-        note = note_at(work.notes + NOTE_BYTES * k)
-        op = operator_at(work.operators + OPERATOR_BYTES * k)
-        note.modes = carried(work, note)
-        if note.surface_count > 0:
-            note.grid_points = note.modes + 1
-        op.modes = note.modes
-        op.padded = blocks(note.modes)
-        op.points = points_of(work, note)
-        work.words += words_of(work, note, op)
-        work.table_words = max(work.table_words, note.grid_points + 1 + 2 * MOST_NEAR)
+        measure(work, note_at(work.notes + NOTE_BYTES * k), operator_at(work.operators + OPERATOR_BYTES * k))
+
+
+@jit
+def measure(work, note, op):
+    """Finds modes and grid of a note, and adds what its operator needs to `words` and `table_words`."""
+    note.modes = carried(work, note)
+    if note.surface_count > 0:
+        note.grid_points = note.modes + 1
+    op.modes = note.modes
+    op.padded = blocks(note.modes)
+    op.points = points_of(work, note)
+    work.words += words_of(work, note, op)
+    work.table_words = max(work.table_words, note.grid_points + 1 + 2 * MOST_NEAR)
 
 
 @entry("int64(int64)")
@@ -145,7 +149,12 @@ def fill_operators(address):
 
     Returns DONE, OVERDAMPED or FROZEN.
     """
-    work = preparing_at(address)
+    return fill(preparing_at(address))
+
+
+@jit
+def fill(work):
+    """`fill_operators` for a record."""
     place = work.memory
     for k in range(work.count):
         note = note_at(work.notes + NOTE_BYTES * k)

@@ -17,23 +17,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livebass.engine.engine import Engine, prepare
-from livebass.engine.prepare import Rates, whole_contact_rate
-from livebass.kernels.records import EVENT, SLOT_STATE, VOICE_SLOTS
-from livebass.live.thread import ahead, block
-from livebass.live.thread.records import (
-    AHEAD,
-    BASS,
-    EVENT_ROOM,
-    POLARISATIONS,
-    RINGS,
-    SAVES,
-    SOUND_RING,
-    SYNTH,
-    VOICE_WORDS,
-    field_offset,
-    kept,
-)
+from livebass.engine.prepare import SEEDS, Rates, Voice, whole_contact_rate, zeroed_lines
+from livebass.kernels.board import over_board
+from livebass.kernels.frets import over_frets
+from livebass.kernels.performer import PERFORMER
+from livebass.kernels.records import STRING
+from livebass.live.thread import ahead, block, setup
+from livebass.live.thread.records import BASS, RINGS, SYNTH, WORD, field_offset
 from livebass.live.thread.ring import (
+    DATA,
+    ENTRY,
     NOW,
     new_message_ring,
     new_sound_ring,
@@ -43,15 +36,13 @@ from livebass.live.thread.ring import (
     read_word,
     write_word,
 )
+from livebass.live.thread.setup import BUILDING
 from livebass.model.instrument import Instrument
-from livebass.model.quality import QUALITIES, Quality
+from livebass.model.quality import Quality
 from livebass.score import Score
 from livebass.units import note_name
 
 COARSE = Quality("coarse", 150, 192e3, on_board=Quality("coarse", 250, 384e3))  # for strings under overload
-# Running ahead: share of a block's time, and frames between looks at the clock. Qualities up to `live` leave most of
-# the time to other programs; heavier ones need all there is.
-AHEAD_LIGHT, AHEAD_HEAVY = (0.38, 2), (0.7, 1)
 RING = 4096  # messages
 CAPTURE_SECONDS = 20.0
 QUIETEST = -99.0  # dB
@@ -83,21 +74,6 @@ def touch(array: NDArray[Any]) -> None:
     memory[-1:] += 0
 
 
-class AheadMemory:
-    """Lets one string run ahead of the clock and go back: its saved states and its ring of sound."""
-
-    def __init__(self, modes: int, points: int) -> None:
-        self.voice = np.zeros((SAVES, VOICE_WORDS), np.int64)
-        self.slots = np.zeros((SAVES, VOICE_SLOTS, SLOT_STATE), np.int64)
-        self.memory = np.zeros((SAVES, VOICE_SLOTS, POLARISATIONS, kept(modes, points)))
-        self.sound = np.zeros(SOUND_RING)
-        self.record = np.zeros(1, AHEAD)
-        self.record["kept"] = kept(modes, points)
-        for name in ("voice", "slots", "memory", "sound"):
-            self.record[name] = getattr(self, name).ctypes.data
-            touch(getattr(self, name))
-
-
 class LiveBass:
     """An instrument prepared for the audio thread. Raises ValueError for what `Engine` cannot play. [any thread]"""
 
@@ -107,30 +83,32 @@ class LiveBass:
         self.coarse = prepare(
             instrument, coarse, Rates(rate, whole_contact_rate(coarse.contact_rate, rate)), self.engine.frets
         )
-        self.events = np.zeros((2, EVENT_ROOM), EVENT)
-        self.record = np.zeros(1, BASS)
-        b = self.record
-        b["play_string"] = ahead.play_string.address
-        b["strings"], b["frets"] = self.engine.strings, self.engine.frets
-        for k, pool in enumerate((self.engine.pool, self.coarse)):
-            b["operators"][0, k] = pool.records.ctypes.data
-        for i, v in enumerate(self.engine.voices):
-            b["string"][0, i] = v.string.ctypes.data
-        b["performer"] = self.engine.performer.ctypes.data
-        b["events"], b["string_events"] = self.events[0].ctypes.data, self.events[1].ctypes.data
-        quality, light = self.engine.quality, QUALITIES["live"]
-        heavy = quality.modes is None or quality.modes > (light.modes or 0) or quality.contact_rate > light.contact_rate
-        b["share"], b["stride"] = AHEAD_HEAVY if heavy else AHEAD_LIGHT
-        both = np.concatenate([self.engine.pool.records, self.coarse.records], axis=1)
-        self.ahead = [AheadMemory(int(ops["padded"].max()), int(ops["points"].max())) for ops in both]
-        b["ahead"][0, : self.engine.strings] = [a.record.ctypes.data for a in self.ahead]
-        for v in self.engine.voices:
-            touch(v.string)
-        touch(self.events)
+        building = np.zeros(1, BUILDING)
+        building["instrument"], building["rate"] = self.engine.numbers.ctypes.data, rate
+        building["seed"] = seed & SEEDS
+        building["ahead"] = 1
+        building["operators"] = [[pool.records.ctypes.data for pool in (self.engine.pool, self.coarse)]]
+        building["over_frets"], building["over_board"] = over_frets.address, over_board.address
+        building["play_string"] = ahead.play_string.address
+        setup.measure_bass(building.ctypes.data)
+        self.memory = zeroed_lines(int(building["bytes"][0]) // WORD)
+        building["memory"] = self.memory.ctypes.data
+        setup.fill_bass(building.ctypes.data)
+        self.record = self._view(self.address, BASS)
+        b = self.record[0]
+        self.engine.voices = [
+            Voice(self._view(place, STRING), np.zeros((0, 2), np.int64)) for place in b["string"][: b["strings"]]
+        ]
+        self.engine.performer = self._view(b["performer"], PERFORMER)
+
+    def _view(self, address: int, kind: np.dtype[Any]) -> NDArray[np.void]:
+        """The record, (1,), at an address in the memory of this bass."""
+        first = int(address) - self.address
+        return self.memory.view(np.uint8)[first : first + kind.itemsize].view(kind)
 
     @property
     def address(self) -> int:
-        return int(self.record.ctypes.data)
+        return int(self.memory.ctypes.data)
 
     @property
     def coarse_strings(self) -> list[int]:
@@ -156,19 +134,15 @@ class Synth:
     def __init__(self, rate: int, channel: int = -1, gain: float = 1.0, adaptive: bool = True) -> None:
         self.rate = rate
         self.record = np.zeros(1, SYNTH)
-        self.rings = [new_message_ring(RING) for _ in range(RINGS)]
-        for ring in self.rings:
-            touch(ring)
+        rings = np.zeros((RINGS, setup.ring_bytes(RING) // RINGS // WORD), np.int64)
+        setup.fill_synth(self.address, rings.ctypes.data, RING, rate, channel, gain, block.process.address)
+        self.rings = [ring[: DATA + ENTRY * RING] for ring in rings]
         self._capture = np.zeros(0, np.int64)  # the recorder's ring of sound
         self._played = np.zeros(0, np.int64)  # the ring of messages that were played
         self._writer = threading.Lock()  # of the first ring, between Python's threads
         self._basses: list[LiveBass] = []
         r = self.record
-        r["process"] = block.process.address
-        r["rate"], r["channel"], r["gain"], r["gain_target"] = rate, channel, gain, gain
         r["adaptive"] = adaptive
-        for k, ring in enumerate(self.rings):
-            r["midi_ring"][0, k], r["midi_ring_size"][0, k] = ring.ctypes.data, RING
         r["clock"], r["clock_id"] = _clock()
 
     @property

@@ -17,7 +17,7 @@ from support.messages import Message, control, off, on, wheel
 
 from livebass import load_preset
 from livebass.engine.engine import Engine
-from livebass.engine.prepare import new_performer, take_message
+from livebass.engine.prepare import bass_numbers, new_performer, take_message
 from livebass.kernels import performer
 from livebass.kernels import records as at
 from livebass.model.instrument import Instrument, speaking
@@ -68,7 +68,7 @@ class Hands:
         instrument = instrument or bass()
         engine = engine_of(replace(instrument, player=loaded("jazz-finger").player))
         self.ops = engine.pool.records
-        record = new_performer(instrument, engine.frets)
+        record = new_performer(bass_numbers(instrument, [], engine.frets))
         if string is not None:
             self.ops = self.ops[string : string + 1]
             record["strings"], record["open"][0, 0] = 1, instrument.strings[string].open_note
@@ -268,7 +268,7 @@ def test_a_note_struck_again_stays_on_its_string() -> None:
 def test_same_messages_same_events_however_sent(sequence: list[Message], cut: int) -> None:
     def events(*parts: list[Message]) -> list[list[tuple[float, ...]]]:
         engine = engine_of(bass())
-        engine.performer = new_performer(engine.instrument, engine.frets)
+        engine.performer = new_performer(engine.numbers)
         engine._pending = [np.zeros(0, at.EVENT) for _ in range(4)]
         frame = 0
         for part in parts:

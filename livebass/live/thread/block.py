@@ -166,7 +166,7 @@ def mix_strings(synth, b, count, out, n, fade, whole):
 
 @jit
 def render_chunk(synth, out, n):
-    """Plays n <= CHUNK frames into out (n,) float32, held within full scale."""
+    """Plays n <= CHUNK frames into out (n,) float32, held within the synth's ceiling."""
     for j in range(n):
         out[j] = 0.0
     old_count = np.int64(0)
@@ -188,7 +188,7 @@ def render_chunk(synth, out, n):
         level = abs(np.float64(out[j]))
         most = max(most, level)
         synth.clipped += level > 1.0
-        out[j] = min(max(out[j], np.float32(-1.0)), np.float32(1.0))
+        out[j] = np.float32(min(max(np.float64(out[j]), -synth.ceiling), synth.ceiling))
     synth.peak = most
     synth.frame += n
 

@@ -28,7 +28,8 @@ POLARISATIONS = 2  # u and v
 POINT_ROWS, GROUP_ROWS = 6, 4  # saved of each contact point, and of each group of them (ahead.py)
 
 
-def kept(modes: int, points: int) -> int:
+@jit
+def kept(modes, points):
     """Returns the float64 that save the motion of one polarisation: `modes`, padded, over `points` contact points."""
     return 2 * modes + POINT_ROWS * points + (GROUP_ROWS * GROUP_ROOM if points > MOST_NEAR else 0)
 
@@ -99,6 +100,7 @@ SYNTH = np.dtype(
         ("panic", "i8"),  # raised by Python, lowered by the audio thread
         ("gain", "f8"),
         ("gain_target", "f8"),
+        ("ceiling", "f8"),  # samples beyond it are cut: 1 where the sound goes to a device
         # meters
         ("blocks", "i8"),
         ("messages", "i8"),

@@ -1,0 +1,186 @@
+"""Sets up a bass and a synth in memory that the caller gives: all that playing needs is made here, nothing later.
+
+`measure_bass` says how many bytes a bass needs, `fill_bass` makes it there, silent, with every page written to, so that
+the audio thread is not the first to need it; calling it again makes the bass as new. Python and the plugins do the
+same. [any thread, not the one that plays]
+"""
+
+import numpy as np
+
+from livebass.compiling import entry, jit
+from livebass.kernels.coil import COIL
+from livebass.kernels.instrument import (
+    clear,
+    connect,
+    fit_circuit,
+    instrument_at,
+    lines,
+    make_performer,
+    rest,
+    whole_steps,
+)
+from livebass.kernels.native import record_at, records_at
+from livebass.kernels.performer import PERFORMER
+from livebass.kernels.records import EVENT, OPERATOR, SLOT_STATE, STRING, VOICE_SLOTS
+from livebass.live.thread.records import (
+    AHEAD,
+    BASS,
+    EVENT_ROOM,
+    POLARISATIONS,
+    RINGS,
+    SAVES,
+    SOUND_RING,
+    SYNTH,
+    VOICE_WORDS,
+    WORD,
+    ahead_at,
+    bass_at,
+    kept,
+    performer_at,
+    string_at,
+    synth_at,
+)
+from livebass.live.thread.ring import DATA, ENTRY
+
+# Running ahead: share of a block's time, and frames between looks at the clock. Qualities up to `live` leave most of
+# the time to other programs; heavier ones need all there is.
+LIGHT_SHARE, LIGHT_STRIDE = 0.38, 2
+HEAVY_SHARE, HEAVY_STRIDE = 0.7, 1
+
+BUILDING = np.dtype(
+    [
+        ("instrument", "i8"),  # address of INSTRUMENT
+        ("tier", "i8"),
+        ("rate", "f8"),  # audio, Hz
+        ("seed", "i8"),  # of the player's unevenness
+        ("ahead", "i8"),  # 1: strings can run ahead of the clock, which takes memory
+        ("operators", "i8", (2,)),  # addresses: OPERATOR (strings, frets + 1), fine and coarse
+        # addresses of these C functions
+        ("over_frets", "i8"),
+        ("over_board", "i8"),
+        ("play_string", "i8"),
+        ("memory", "i8"),  # address, on a cache line; a BASS comes first
+        ("bytes", "i8"),  # of memory: `measure_bass` sets them
+        ("coil", COIL),  # workspace
+    ],
+    align=True,
+)
+
+building_at = record_at(BUILDING)
+operators_at = records_at(OPERATOR, 2)
+BASS_BYTES, PERFORMER_BYTES, STRING_BYTES, AHEAD_BYTES = (r.itemsize for r in (BASS, PERFORMER, STRING, AHEAD))
+EVENT_BYTES, SYNTH_BYTES = EVENT.itemsize, SYNTH.itemsize
+
+
+@jit
+def rows_kept(building, i):
+    """Float64 that save the motion of one polarisation of string `i`, with whichever operators; 0: none are saved."""
+    if not building.ahead:
+        return np.int64(0)
+    instrument = instrument_at(building.instrument)
+    modes, points = 0, 0
+    for which in range(2):
+        ops = operators_at(building.operators[which], instrument.strings, instrument.frets + 1)
+        for fret in range(instrument.frets + 1):
+            modes, points = max(modes, ops[i, fret].padded), max(points, ops[i, fret].points)
+    return np.int64(kept(modes, points))
+
+
+@jit
+def bytes_ahead(rows):
+    """Bytes of an AHEAD and what it points to, where saved motion takes `rows` float64; 0: its sound alone."""
+    if rows == 0:
+        return lines(AHEAD_BYTES) + lines(WORD * SOUND_RING)
+    states = lines(WORD * SAVES * VOICE_WORDS) + lines(WORD * SAVES * VOICE_SLOTS * SLOT_STATE)
+    motion = lines(WORD * SAVES * VOICE_SLOTS * POLARISATIONS * rows)
+    return lines(AHEAD_BYTES) + states + motion + lines(WORD * SOUND_RING)
+
+
+@entry("void(int64)")
+def measure_bass(address):
+    """Sets the `bytes` that the BUILDING at an address needs."""
+    building = building_at(address)
+    needed = lines(BASS_BYTES) + lines(PERFORMER_BYTES) + 2 * lines(EVENT_BYTES * EVENT_ROOM)
+    for i in range(instrument_at(building.instrument).strings):
+        needed += lines(STRING_BYTES) + bytes_ahead(rows_kept(building, i))
+    building.bytes = needed
+
+
+@entry("void(int64)")
+def fill_bass(address):
+    """Makes a bass in the memory of the BUILDING at an address that `measure_bass` has seen."""
+    building = building_at(address)
+    clear(building.memory, building.bytes)
+    instrument, b = instrument_at(building.instrument), bass_at(building.memory)
+    tier, place = instrument.tiers[building.tier], building.memory + lines(BASS_BYTES)
+    b.play_string = building.play_string
+    b.strings = instrument.strings
+    b.frets = instrument.frets
+    b.operators[0] = building.operators[0]
+    b.operators[1] = building.operators[1]
+    if building.ahead:
+        b.share = HEAVY_SHARE if tier.heavy else LIGHT_SHARE
+    b.stride = HEAVY_STRIDE if tier.heavy else LIGHT_STRIDE
+    b.performer = place
+    make_performer(performer_at(place), instrument, building.seed)
+    b.events = b.performer + lines(PERFORMER_BYTES)
+    b.string_events = b.events + lines(EVENT_BYTES * EVENT_ROOM)
+    place = b.string_events + lines(EVENT_BYTES * EVENT_ROOM)
+    fit_circuit(building.coil, instrument, building.rate)
+    steps = np.int64(whole_steps(tier.contact_rate, building.rate))
+    for i in range(instrument.strings):
+        b.string[i] = place
+        string = string_at(place)
+        rest(string, building.rate, steps, 1, building.over_frets, building.over_board)
+        connect(string, instrument, i, building.coil)
+        b.ahead[i] = place + lines(STRING_BYTES)
+        rows = rows_kept(building, i)
+        lay_out_ahead(b.ahead[i], rows)
+        place = b.ahead[i] + bytes_ahead(rows)
+
+
+@jit
+def lay_out_ahead(address, rows):
+    """Gives the AHEAD at an address its memory behind it; saved motion takes `rows` float64."""
+    a = ahead_at(address)
+    a.sound = address + lines(AHEAD_BYTES)
+    if rows == 0:
+        return
+    a.kept = rows
+    a.voice = address + lines(AHEAD_BYTES)
+    a.slots = a.voice + lines(WORD * SAVES * VOICE_WORDS)
+    a.memory = a.slots + lines(WORD * SAVES * VOICE_SLOTS * SLOT_STATE)
+    a.sound = a.memory + lines(WORD * SAVES * VOICE_SLOTS * POLARISATIONS * rows)
+
+
+@entry("int64(int64)")
+def ring_bytes(size):
+    """Returns the bytes of the synth's rings, of `size` messages each."""
+    return ring_bytes_of(size)
+
+
+@entry("void(int64, int64, int64, float64, int64, float64, int64)")
+def fill_synth(address, rings, size, rate, channel, gain, process):
+    """Makes a synth without a bass, as new, of the SYNTH at an address, with rings of `size` messages.
+
+    `rings` is the address of their memory; `process` that of block.process. It is heard on `channel` (0-15; -1: all),
+    at a linear `gain`; beyond full scale its sound is cut.
+    """
+    clear(address, SYNTH_BYTES)
+    clear(rings, ring_bytes_of(size))
+    synth = synth_at(address)
+    synth.process = process
+    synth.rate = rate
+    synth.channel = channel
+    synth.gain = gain
+    synth.gain_target = gain
+    synth.ceiling = 1.0
+    for k in range(RINGS):
+        synth.midi_ring[k] = rings + k * (ring_bytes_of(size) // RINGS)
+        synth.midi_ring_size[k] = size
+
+
+@jit
+def ring_bytes_of(size):
+    """`ring_bytes`, for kernels."""
+    return RINGS * lines(WORD * (DATA + ENTRY * size))

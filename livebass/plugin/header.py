@@ -1,0 +1,91 @@
+"""Writes kernels.h: what the C of the plugins knows of the kernels, from the records and entries themselves.
+
+Each record becomes a struct, with assertions that C lays it out as numpy does; each entry the plugins call a member of
+`lb_kernels`, of which there is a table for each level of processor.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from livebass.compiling import Entry
+from livebass.kernels import board, coil, frets, instrument, performer, preparing, records
+from livebass.live.thread import ahead, block, ring, setup
+from livebass.live.thread import records as live
+
+# Those that are part of others come first.
+RECORDS = {
+    "LB_TIER": instrument.TIER,
+    "LB_CIRCUIT": coil.CIRCUIT,
+    "LB_PLAYER": instrument.PLAYER,
+    "LB_INSTRUMENT": instrument.INSTRUMENT,
+    "LB_FILE": instrument.FILE,
+    "LB_OPERATOR": records.OPERATOR,
+    "LB_NOTE": preparing.NOTE,
+    "LB_PREPARING": preparing.PREPARING,
+    "LB_POOL": instrument.POOL,
+    "LB_COIL": coil.COIL,
+    "LB_BUILDING": setup.BUILDING,
+    "LB_SYNTH": live.SYNTH,
+}
+NUMBERS = {
+    "LB_STRINGS": performer.MOST_STRINGS,
+    "LB_RINGS": live.RINGS,
+    "LB_TIERS": instrument.TIERS,
+    "LB_LIVE": instrument.LIVE,
+    "LB_STUDIO": instrument.STUDIO,
+    "LB_COARSE": instrument.COARSE,
+    "LB_GOOD": instrument.GOOD,
+    "LB_FOREIGN": instrument.FOREIGN,
+    "LB_OTHER_VERSION": instrument.OTHER_VERSION,
+    "LB_DAMAGED": instrument.DAMAGED,
+    "LB_DONE": preparing.DONE,
+    "LB_MOST_BYTES": instrument.MOST_WORDS * instrument.WORD,
+}
+ENTRIES: tuple[Entry, ...] = (
+    instrument.check_file, instrument.measure_pool, instrument.fill_pool, setup.measure_bass, setup.fill_bass,
+    setup.ring_bytes, setup.fill_synth, ring.push_message, block.process, ahead.play_string, frets.over_frets,
+    board.over_board,
+)  # fmt: skip
+C_TYPES = {"i8": "int64_t", "f8": "double", "i4": "int32_t", "u1": "uint8_t"}
+C_RESULTS = {"void": "void", "int64": "int64_t", "float64": "double"}
+
+
+def suffix(level: str) -> str:
+    """What the entries' names end with in code for a `level` of processor."""
+    return f"_{level.replace('-', '_')}"
+
+
+def header(levels: Iterable[str]) -> str:
+    """The text of kernels.h, with tables of kernels for `levels`."""
+    lines = ["/* Written by livebass/plugin/header.py. */", "#ifndef LB_KERNELS_H", "#define LB_KERNELS_H"]
+    lines += ["#include <stddef.h>", "#include <stdint.h>"]
+    lines += [f"#define {name} {value}" for name, value in NUMBERS.items()]
+    for name, record in RECORDS.items():
+        lines += _struct(name, record)
+    lines += ["typedef struct {", *(f"    {_function(e, f'(*{e.name})')};" for e in ENTRIES), "} lb_kernels;"]
+    for level in levels:
+        end = suffix(level)
+        lines += [f"extern {_function(e, f'lb_{e.name}{end}')};" for e in ENTRIES]
+        members = ", ".join(f"lb_{e.name}{end}" for e in ENTRIES)
+        lines += ["#ifdef LB_TABLES", f"static const lb_kernels kernels{end} = {{{members}}};", "#endif"]
+    return "\n".join([*lines, "#endif", ""])
+
+
+def _struct(name: str, record: np.dtype[np.void]) -> list[str]:
+    """A struct, and the assertions that it is as the record."""
+    fields, checks = [], [f'_Static_assert(sizeof({name}) == {record.itemsize}, "{name}");']
+    assert record.fields
+    for field, (kind, offset, *_) in record.fields.items():
+        base, shape = kind.subdtype or (kind, ())
+        known = next((other for other, dtype in RECORDS.items() if dtype == base), None) or C_TYPES[base.str[1:]]
+        fields.append(f"    {known} {field}{''.join(f'[{n}]' for n in shape)};")
+        checks.append(f'_Static_assert(offsetof({name}, {field}) == {offset}, "{name}.{field}");')
+    return ["typedef struct {", *fields, f"}} {name};", *checks]
+
+
+def _function(entry: Entry, name: str) -> str:
+    """The declaration of an entry."""
+    return f"{C_RESULTS[entry.result]} {name}({', '.join(C_RESULTS[kind] for kind in entry.arguments)})"

@@ -1,0 +1,130 @@
+"""Instrument files hold a bass whole, for any rate; damaged ones are refused, and what is accepted cannot crash."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from livebass import QUALITIES, load_preset, preset_names
+from livebass.engine.engine import Engine, prepare
+from livebass.engine.prepare import Pool, Rates, whole_contact_rate
+from livebass.kernels.instrument import COARSE, FILE, LIVE, STUDIO, TIERS, VERSION, WORD, checksum
+from livebass.kernels.preparing import NOTE
+from livebass.plugin.instrument import instrument_file, read_instrument, tiers, write_instrument
+
+ADDRESSES = ("coefficients", "taps", "shapes", "heights", "positions", "coupling", "left_out")
+# Of every version so far: what is stored, and how. A file of another layout must have another version.
+LAYOUTS = {1: "4a97951d4a5441f0"}
+
+
+def assert_same_pool(made: Pool, wanted: Pool) -> None:
+    """Fails if an operator or a number of its rows differs, in any bit."""
+    for name in wanted.records.dtype.names:
+        if name not in ADDRESSES:
+            assert np.array_equal(made.records[name], wanted.records[name]), name
+    first = wanted.records["coefficients"][0, 0]
+    used = len(wanted.memory)
+    begin = (int(made.records["coefficients"][0, 0]) - made.memory.ctypes.data) // WORD
+    assert np.array_equal(made.memory[begin : begin + used], wanted.memory)
+    for name in ADDRESSES:
+        places = made.records[name] - made.records["coefficients"][0, 0]
+        assert np.array_equal(places, wanted.records[name] - first), name
+
+
+@pytest.mark.parametrize("preset", preset_names())
+def test_the_file_makes_the_pool_of_the_engine(preset: str, tmp_path: Path) -> None:
+    """At the usual rate in each tier, at others in the light ones: bit for bit."""
+    bass = load_preset(preset)
+    write_instrument(bass, tmp_path / "a.lbass")
+    file = read_instrument(tmp_path / "a.lbass")
+    assert file.name == bass.name and file.string_names == [s.name for s in bass.strings]
+    for tier, rate in ((LIVE, 48000), (STUDIO, 48000), (COARSE, 48000), (LIVE, 44100), (COARSE, 192000)):
+        quality = tiers(bass)[tier]
+        rates = Rates(rate, whole_contact_rate(quality.contact_rate, rate))
+        wanted = prepare(bass, quality, rates, int(file.numbers["frets"][0]))
+        assert_same_pool(file.pool(tier, rate), wanted)
+
+
+@pytest.mark.parametrize("preset", ["slap", "paper-bass", "fretless"])
+def test_the_file_has_the_numbers_of_the_engine(preset: str, tmp_path: Path) -> None:
+    bass = load_preset(preset)
+    write_instrument(bass, tmp_path / "a.lbass")
+    numbers, wanted = read_instrument(tmp_path / "a.lbass").numbers, Engine(bass, QUALITIES["live"], 48000).numbers
+    for name in wanted.dtype.names:
+        if name != "tiers":
+            assert np.array_equal(numbers[name], wanted[name]), name
+    assert numbers["tiers"][0, LIVE] == wanted["tiers"][0, 0]
+
+
+@pytest.fixture(scope="module")
+def whole() -> bytes:
+    """The file of a small bass."""
+    return instrument_file(load_preset("paper-g"))
+
+
+def refused(data: bytes, path: Path) -> str:
+    """The line that refuses `data`, or "" if it is accepted."""
+    path.write_bytes(data)
+    try:
+        read_instrument(path)
+    except ValueError as error:
+        line = str(error)
+        assert line.startswith(str(path)) and "\n" not in line
+        return line
+    return ""
+
+
+def sealed(words: np.ndarray) -> bytes:
+    """The words of a file with a checksum that is right."""
+    total = int(checksum(words.ctypes.data, len(words) - 1))
+    return words[:-1].tobytes() + total.to_bytes(WORD, "little")
+
+
+def test_damaged_files_are_refused(whole: bytes, tmp_path: Path) -> None:
+    path = tmp_path / "a.lbass"
+    assert refused(whole, path) == ""
+    for data in (b"", b"LIVEBASS", whole[: FILE.itemsize], b"RIFF" + whole[4:], whole[:-1], whole + b"\0" * 7):
+        assert "not an instrument file" in refused(data, path)
+    for data in (whole[:-WORD], whole + b"\0" * WORD, whole[:-800] + whole[-792:]):
+        assert "damaged" in refused(data, path)
+    later = np.frombuffer(whole, np.int64).copy()
+    later[1] = VERSION + 1
+    assert "another version" in refused(sealed(later), path)
+    rng = np.random.default_rng(5)
+    for place in rng.integers(2 * WORD, len(whole), 200).tolist():
+        damaged = bytearray(whole)
+        damaged[place] ^= 1 << int(rng.integers(0, 8))
+        assert "damaged" in refused(bytes(damaged), path)
+
+
+def test_what_is_accepted_cannot_crash(whole: bytes, tmp_path: Path) -> None:
+    """Words of nonsense under a checksum that is right: refused, or prepared without a crash."""
+    path, rng = tmp_path / "a.lbass", np.random.default_rng(6)
+    first = FILE.fields["instrument"][1] // WORD
+    accepted = 0
+    for k in range(300):
+        words = np.frombuffer(whole, np.int64).copy()
+        until = FILE.itemsize // WORD if k % 3 == 0 else (FILE.itemsize + 4 * NOTE.itemsize) // WORD
+        place = int(rng.integers(first, until if k % 3 < 2 else len(words) - 1))
+        nonsense = [-1, 0, 1, 2, 1 << 40, -(1 << 62), int(rng.integers(-1 << 62, 1 << 62))]
+        floats = [-1.0, 0.0, 1e-300, 1e300, np.nan, np.inf, float(rng.normal())]
+        word = nonsense[k % 7] if k % 2 else int(np.array(floats[k % 7]).view(np.int64))
+        words[place] = word
+        if refused(sealed(words), path):
+            continue
+        accepted += 1
+        file = read_instrument(path)
+        for tier in range(TIERS):
+            try:
+                file.pool(tier, 48000)
+            except ValueError as error:
+                assert "cannot be played" in str(error)
+    assert 20 < accepted < 280
+
+
+def test_another_layout_has_another_version() -> None:
+    layout = hashlib.sha256(repr((FILE.descr, FILE.itemsize, NOTE.descr)).encode()).hexdigest()[:16]
+    assert LAYOUTS[VERSION] == layout

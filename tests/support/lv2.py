@@ -1,0 +1,141 @@
+"""A host of LV2 plugins: loads one by ctypes, plays a score into it, works and keeps states as hosts do."""
+
+from __future__ import annotations
+
+import ctypes as c
+from collections.abc import Iterable
+from itertools import cycle
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from livebass.arrays import Floats
+from livebass.score import Score
+
+PORTS = ("midi", "out", "gain", "instrument", "quality")
+ROOM = 1 << 16  # bytes of MIDI a block
+U32, I32, P, S = c.c_uint32, c.c_int32, c.c_void_p, c.c_char_p
+RESPOND = c.CFUNCTYPE(I32, P, U32, P)
+STORE = c.CFUNCTYPE(I32, P, U32, P, c.c_size_t, U32, U32)
+RETRIEVE = c.CFUNCTYPE(P, P, U32, c.POINTER(c.c_size_t), c.POINTER(U32), c.POINTER(U32))
+
+
+def struct(**fields: Any) -> type[c.Structure]:
+    return type("Struct", (c.Structure,), {"_fields_": list(fields.items())})
+
+
+FEATURE = struct(uri=S, data=P)
+DESCRIPTOR = struct(
+    uri=S, instantiate=c.CFUNCTYPE(P, P, c.c_double, S, P), connect=c.CFUNCTYPE(None, P, U32, P),
+    activate=c.CFUNCTYPE(None, P), run=c.CFUNCTYPE(None, P, U32), deactivate=c.CFUNCTYPE(None, P),
+    cleanup=c.CFUNCTYPE(None, P), extension=c.CFUNCTYPE(P, S),
+)  # fmt: skip
+WORKER = struct(work=c.CFUNCTYPE(I32, P, RESPOND, P, U32, P), respond=c.CFUNCTYPE(I32, P, U32, P), end=P)
+STATE = struct(save=c.CFUNCTYPE(I32, P, STORE, P, U32, P), restore=c.CFUNCTYPE(I32, P, RETRIEVE, P, U32, P))
+
+
+class Plugin:
+    """One instance of the plugin of a bundle at `rate`. Raises RuntimeError, with what it logged, if it refuses."""
+
+    def __init__(self, bundle: Path, rate: int = 48000, worker: bool = True) -> None:
+        self.uris: list[str] = []
+        self.logged: list[str] = []
+        self.jobs: list[bytes] = []
+        library = c.CDLL(str(bundle / "livebass.so"))
+        library.lv2_descriptor.restype = c.POINTER(DESCRIPTOR)
+        self.plugin: Any = library.lv2_descriptor(0).contents
+        self.calls = [
+            c.CFUNCTYPE(U32, P, S)(lambda _, uri: self.number(uri.decode())),
+            c.CFUNCTYPE(I32, P, U32, P)(lambda _, size, data: self.jobs.append(c.string_at(data, size)) or 0),
+            c.CFUNCTYPE(I32, P, U32, S, S)(lambda _, kind, form, line: self.logged.append(line.decode()) or 0),
+        ]
+        names = ("urid#map", *(["worker#schedule"] if worker else []), "log#log")
+        tables = [(P * 2)(None, c.cast(call, P)) for call in self.calls]
+        if not worker:
+            del tables[1]
+        given = [
+            FEATURE(f"http://lv2plug.in/ns/ext/{name}".encode(), c.addressof(table))
+            for name, table in zip(names, tables, strict=True)
+        ]
+        self.kept = given, tables, (list_ := (P * (len(given) + 1))(*map(c.addressof, given)))
+        self.handle = self.plugin.instantiate(None, rate, f"{bundle}/".encode(), list_)
+        if not self.handle:
+            raise RuntimeError("; ".join(self.logged))
+        self.midi, self.controls = c.create_string_buffer(ROOM), {name: c.c_float() for name in PORTS[2:]}
+        self.plugin.connect(self.handle, 0, c.addressof(self.midi))
+        for k, control in enumerate(self.controls.values(), 2):
+            self.plugin.connect(self.handle, k, c.addressof(control))
+        self.plugin.activate(self.handle)
+
+    def number(self, uri: str) -> int:
+        if uri not in self.uris:
+            self.uris.append(uri)
+        return self.uris.index(uri) + 1
+
+    def extension(self, name: str, kind: Any) -> Any:
+        return kind.from_address(self.plugin.extension(f"http://lv2plug.in/ns/ext/{name}#interface".encode()))
+
+    def block(self, frames: int, messages: Iterable[tuple[int, bytes]] = ()) -> Floats:
+        """Plays a block with `messages`, (frame in it, bytes); then does what the plugin asked its worker for."""
+        events = b""
+        for frame, message in messages:
+            head = np.array([frame], np.int64).tobytes() + np.array([len(message), self.number(MIDI)], "u4").tobytes()
+            events += head + message.ljust(8, b"\0")
+        sequence = np.array([8 + len(events), self.number("sequence"), 0, 0], "u4").tobytes() + events
+        c.memmove(self.midi, sequence, len(sequence))
+        out = np.full(frames, np.nan, np.float32)
+        self.plugin.connect(self.handle, 1, out.ctypes.data)
+        self.plugin.run(self.handle, frames)
+        return out
+
+    def work(self) -> None:
+        """Does the jobs that wait, and hands the answers in."""
+        worker = self.extension("worker", WORKER)
+        while self.jobs:
+            answers: list[bytes] = []
+            job = self.jobs.pop(0)
+            answer = RESPOND(lambda _, size, data: answers.append(c.string_at(data, size)) or 0)  # noqa: B023
+            worker.work(self.handle, answer, None, len(job), job)
+            for data in answers:
+                worker.respond(self.handle, len(data), data)
+
+    def play(self, score: Score, frames: int, sizes: Iterable[int] = (512,)) -> Floats:
+        """Plays `frames` of a score in blocks of `sizes`, in turn."""
+        out, done, sent = [], 0, 0
+        for size in cycle(sizes):
+            if done >= frames:
+                return np.concatenate(out)[:frames]
+            until = int(np.searchsorted(score.frames, done + size))
+            messages = [(int(score.frames[k]) - done, score.messages[k].tobytes()) for k in range(sent, until)]
+            out.append(self.block(size, messages))
+            done, sent = done + size, until
+        raise AssertionError
+
+    def save(self) -> dict[int, tuple[bytes, int]]:
+        """Its state: (value, type) by key."""
+        found: dict[int, tuple[bytes, int]] = {}
+        store = STORE(
+            lambda _, key, value, size, kind, flags: found.update({key: (c.string_at(value, size), kind)}) or 0
+        )
+        assert self.extension("state", STATE).save(self.handle, store, None, 0, None) == 0
+        return found
+
+    def restore(self, state: dict[int, tuple[bytes, int]]) -> int:
+        held = {key: (c.create_string_buffer(value, len(value)), kind) for key, (value, kind) in state.items()}
+
+        def get(_: Any, key: int, size: Any, kind: Any, flags: Any) -> int | None:
+            if key not in held:
+                return None
+            value, kind[0] = held[key]
+            size[0] = len(value)
+            return c.addressof(value)
+
+        return int(self.extension("state", STATE).restore(self.handle, RETRIEVE(get), None, 0, None))
+
+    def close(self) -> None:
+        self.plugin.deactivate(self.handle)
+        self.plugin.cleanup(self.handle)
+
+
+MIDI = "http://lv2plug.in/ns/ext/midi#MidiEvent"
