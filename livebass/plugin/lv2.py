@@ -30,6 +30,7 @@ PREFIXES = {
     "lv2": "http://lv2plug.in/ns/lv2core#",
     "log": "http://lv2plug.in/ns/ext/log#",
     "midi": "http://lv2plug.in/ns/ext/midi#",
+    "owl": "http://www.w3.org/2002/07/owl#",
     "pprops": "http://lv2plug.in/ns/ext/port-props#",
     "pset": "http://lv2plug.in/ns/ext/presets#",
     "rdf": "http://www.w3.org/1999/02/22-rdf-syntax-ns#",
@@ -43,6 +44,15 @@ PREFIXES = {
 HEAD = "".join(f"@prefix {name}: <{uri}> .\n" for name, uri in PREFIXES.items())
 
 
+# What states hold besides the ports.
+KEPT = "".join(
+    f'\n<{URI}#{key}> a rdf:Property , owl:DatatypeProperty ; rdfs:label "{label}" ; rdfs:range xsd:{kind} .\n'
+    for key, label, kind in (
+        ("bass", "Name of the bass", "string"),
+        ("quality", "Quality", "long"),
+        ("seed", "Seed of the player's unevenness", "long"),
+    )
+)
 UNITS = {"dB": "units:db", "semitones": "units:semitone12TET"}
 OUTPUTS = {URI: 1, STRINGS: MOST_STRINGS}  # of each plugin
 
@@ -84,7 +94,7 @@ def write_bundle(basses: dict[str, Instrument], folder: Path) -> None:
         shutil.copyfile(built, temporary / BINARY)
         (temporary / LIST).write_text("".join(f"{name}\n" for name in basses))
         titles = [bass.name for bass in basses.values()]
-        (temporary / TURTLE).write_text(HEAD + "".join(plugin(uri, titles) for uri in OUTPUTS))
+        (temporary / TURTLE).write_text(HEAD + KEPT + "".join(plugin(uri, titles) for uri in OUTPUTS))
         rows = [(uri, short, bass.name, k) for uri in OUTPUTS for k, (short, bass) in enumerate(basses.items())]
         (temporary / PRESETS).write_text(HEAD + "".join(preset(*row) for row in rows))
         (temporary / MANIFEST).write_text(HEAD + manifest(list(basses)))

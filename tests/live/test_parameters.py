@@ -5,6 +5,8 @@ Left as usual they change nothing at all; whatever a host sends, the sound stays
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from support.live import RATE, offline, run_ahead, synth_and_device
@@ -194,7 +196,7 @@ def test_the_tone_pot_is_stable_at_every_setting(preset: str, rate: int) -> None
         assert np.array_equal(rows[k, :4], b * gain) and np.array_equal(rows[k, 4:8], a), tone
     assert np.abs(rows[:, 9:12]).max() < 1
     assert ABOVE + BELOW + 1 == TONES
-    for low, high in zip(rows[:-1], rows[1:], strict=True):
+    for low, high in pairwise(rows):
         for part in (0.0, 0.3, 0.7):
             a = np.ones(1)
             for last in low[9:12] + part * (high[9:12] - low[9:12]):
