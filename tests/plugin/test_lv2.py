@@ -356,6 +356,10 @@ from pathlib import Path
 from support.lv2 import Plugin
 trap = ctypes.CDLL(None)
 plugin = Plugin(Path(sys.argv[1]))
+plugin.controls["running_ahead"].value = plugin.controls["relief"].value = 1.0
+for k in range(3 * 48000 // 512):
+    plugin.block(512)
+    plugin.work()
 run = plugin.plugin.run
 class Trapped:
     connect = plugin.plugin.connect
@@ -363,6 +367,9 @@ class Trapped:
         trap.run_inside(ctypes.cast(run, ctypes.c_void_p), ctypes.c_void_p(handle), ctypes.c_uint32(frames))
 plugin.plugin = Trapped()
 for k in range(400):
+    for number, control in enumerate(("gain", "tone", "pluck_position", "dynamics", "technique", "bend_range")):
+        plugin.controls[control].value = (k + number) % 3
+    plugin.controls["freewheeling"].value = k // 50 % 2
     plugin.block(64, [(5, bytes([0x90, 28 + k % 30, 127])), (40, bytes([0xE0, 0, k % 128]))])
 assert not plugin.logged
 print(ctypes.c_int.in_dll(trap, "allocated").value)
