@@ -7,21 +7,15 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from livebass import __version__
-from livebass.files import whole_directory
 from livebass.model.instrument import Instrument
 from livebass.plugin.build import binary
-from livebass.plugin.instrument import ENDING, instrument_file
-from livebass.plugin.systems import System, this_system
+from livebass.plugin.bundle import LIST, instrument_files, write_files
+from livebass.plugin.instrument import ENDING
+from livebass.plugin.systems import SYSTEMS, System, this_system
 
 URI = "urn:livebass:bass"
-BINARY, LIST, TURTLE, PRESETS, MANIFEST = (
-    "livebass.so",
-    "instruments.txt",
-    "livebass.ttl",
-    "presets.ttl",
-    "manifest.ttl",
-)
-MOST_INSTRUMENTS, LONGEST_NAME = 128, 63  # of c/lv2.c
+BUNDLE = "livebass.lv2"  # usual name of the folder
+TURTLE, PRESETS, MANIFEST = "livebass.ttl", "presets.ttl", "manifest.ttl"
 PREFIXES = {
     "atom": "http://lv2plug.in/ns/ext/atom#",
     "doap": "http://usefulinc.com/ns/doap#",
@@ -70,29 +64,27 @@ def write_bundle(basses: dict[str, Instrument], folder: Path, system: System | N
     `system`: the one that it is for, None: this one. Raises ValueError for names or basses that do not fit,
     OutputError, BuildError.
     """
-    if not 1 <= len(basses) <= MOST_INSTRUMENTS:
-        raise ValueError(f"{len(basses)} instruments: allowed are 1 to {MOST_INSTRUMENTS}")
-    for name in basses:
-        if not 1 <= len(name.encode()) <= LONGEST_NAME or set(name) & set('/\\"<>{}|^`\n\r') or " " in name:
-            raise ValueError(f"instrument {name!r}: allowed are 1 to {LONGEST_NAME} letters, digits, - and _")
-    files = {f"{name}{ENDING}": instrument_file(bass) for name, bass in basses.items()}
-    built = binary(system or this_system())
-    with whole_directory(folder, is_bundle) as temporary:
-        for name, data in files.items():
-            (temporary / name).write_bytes(data)
-        (temporary / BINARY).write_bytes(built)
-        (temporary / LIST).write_text("".join(f"{name}\n" for name in basses))
-        names = {short: bass.name for short, bass in basses.items()}
-        (temporary / TURTLE).write_text(HEAD + plugin(list(names.values())))
-        (temporary / PRESETS).write_text(HEAD + presets(names))
-        (temporary / MANIFEST).write_text(HEAD + manifest(list(names)))
+    system = system or this_system()
+    names = {short: bass.name for short, bass in basses.items()}
+    files = instrument_files(basses) | {
+        binary_name(system): binary(system),
+        TURTLE: (HEAD + plugin(list(names.values()))).encode(),
+        PRESETS: (HEAD + presets(names)).encode(),
+        MANIFEST: (HEAD + manifest(list(names), binary_name(system))).encode(),
+    }
+    write_files(folder, files, is_bundle)
 
 
 def is_bundle(entries: list[Path]) -> bool:
     """True if these are the entries of a bundle that this file wrote: they may be replaced."""
-    names = {entry.name for entry in entries}
-    known = {BINARY, LIST, TURTLE, PRESETS, MANIFEST}
-    return known <= names and all(name in known or name.endswith(ENDING) for name in names)
+    names, always = {entry.name for entry in entries}, {LIST, TURTLE, PRESETS, MANIFEST}
+    binaries = {binary_name(system) for system in SYSTEMS.values()}
+    return always <= names and all(name in always | binaries or name.endswith(ENDING) for name in names)
+
+
+def binary_name(system: System) -> str:
+    """The name of the binary in a bundle for `system`."""
+    return f"livebass.{system.ending}"
 
 
 def quoted(text: str) -> str:
@@ -141,9 +133,9 @@ def presets(names: dict[str, str]) -> str:
     return made
 
 
-def manifest(shorts: Sequence[str]) -> str:
-    """What the bundle has."""
-    made = f"\n<{URI}> a lv2:Plugin ; lv2:binary <{BINARY}> ; rdfs:seeAlso <{TURTLE}> .\n"
+def manifest(shorts: Sequence[str], binary: str) -> str:
+    """The table of contents of the bundle, whose binary is called `binary`."""
+    made = f"\n<{URI}> a lv2:Plugin ; lv2:binary <{binary}> ; rdfs:seeAlso <{TURTLE}> .\n"
     for short in shorts:
         made += f"<{URI}#preset-{short}> a pset:Preset ; lv2:appliesTo <{URI}> ; rdfs:seeAlso <{PRESETS}> .\n"
     return made
