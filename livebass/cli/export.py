@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -132,8 +133,8 @@ def _basses(presets: list[str]) -> dict[str, Instrument]:
 def instrument(preset: str, output: Path | None) -> None:
     """Add a bass to plugins that are installed.
 
-    The bass, such as your own file mine.toml, appears in the list of every livebass plugin when the host loads it anew.
-    An older file of the same name is replaced.
+    The bass, such as your own file mine.toml, appears in the list of every livebass plugin when the host loads it anew;
+    in LV2 hosts as a preset, if livebass.lv2 is in your folder of plugins. An older file of the same name is replaced.
 
     \b
     Examples:
@@ -141,20 +142,27 @@ def instrument(preset: str, output: Path | None) -> None:
       livebass export instrument ./mine.toml -o ~/.lv2/livebass.lv2/mine.lbass
     """
     from livebass.files import Transaction
+    from livebass.plugin import lv2
     from livebass.plugin.bundle import checked_name, own_instruments
     from livebass.plugin.instrument import ENDING, write_instrument
+    from livebass.plugin.systems import folder_of_plugins, this_system
     from livebass.preset.load import load_preset
 
     if output is not None and output.suffix != ENDING:
         raise click.UsageError(f"{output}: the name of an instrument file ends in {ENDING}")
     bass = load_preset(preset)
-    file = output or own_instruments() / f"{checked_name(Path(preset).stem)}{ENDING}"
+    name = checked_name(output.stem if output else Path(preset).stem)
+    file = output or own_instruments() / f"{name}{ENDING}"
     announce_kernels()
     with Transaction() as files:
         if output is None:
             files.directory(file.parent)
         write_instrument(bass, file, files)
     click.echo(f"{file}: {bass.name}; plugins list it when their host loads them anew", err=True)
+    folder = Path(os.path.expandvars(folder_of_plugins(this_system(), "lv2"))).expanduser()
+    if output is None and (folder / lv2.BUNDLE).is_dir():  # LV2 hosts know no basses but those of bundles
+        lv2.write_preset(name, bass.name, folder / f"livebass-{name}.lv2")
+        click.echo(f"{folder / f'livebass-{name}.lv2'}: a preset with it, for the menus of LV2 hosts", err=True)
 
 
 @export.command()

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import resource
 import shutil
 import socket
 from collections.abc import Callable
 from pathlib import Path
 
+import platformdirs
 import pytest
 from support.command import Run, assert_one_clear_line, cli_text, command
 
@@ -28,6 +30,9 @@ def elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     binary(this_system())  # built outside of what the tests restrict
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
+    if "NUMBA_CACHE_DIR" not in os.environ:
+        monkeypatch.setenv("NUMBA_CACHE_DIR", str(platformdirs.user_cache_path("livebass")))
+    monkeypatch.setenv("HOME", str(tmp_path / "home"))
     return tmp_path
 
 
@@ -83,6 +88,21 @@ def test_an_instrument_goes_where_plugins_look(run: Run, elsewhere: Path) -> Non
     assert run("export", "instrument", "fretless", "-o", "other.lbass")[0] == 0
     assert read_instrument(elsewhere / "other.lbass").name == "Fretless jazz bass"
     assert run("export", "instrument", "fretless", "-o", "other.lbass")[0] == 0, "an older one is replaced"
+
+
+def test_where_the_lv2_plugin_is_installed_an_instrument_is_a_preset_too(
+    run: Run, elsewhere: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = elsewhere / "home" / FOLDERS["linux"]["lv2"].removeprefix("~/")
+    monkeypatch.setattr("livebass.plugin.systems.this_system", lambda: SYSTEMS["linux-x86_64"])
+    assert run("export", "lv2", "-p", "slap", "-o", folder)[0] == 0
+    own_preset(run, elsewhere / "mine.toml")
+    for _ in "once", "again":
+        status, _, err = run("export", "instrument", "./mine.toml")
+        assert status == 0 and str(folder / "livebass-mine.lv2") in err.splitlines()[1], err
+    made = contents(folder / "livebass-mine.lv2")
+    assert set(made) == {"manifest.ttl", "presets.ttl"} and b'"mine"' in made["presets.ttl"]
+    assert (elsewhere / "data" / "livebass" / "mine.lbass").is_file()
 
 
 def test_no_export_needs_the_network(run: Run, elsewhere: Path, monkeypatch: pytest.MonkeyPatch) -> None:
