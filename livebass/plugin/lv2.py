@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +11,7 @@ from livebass.files import whole_directory
 from livebass.model.instrument import Instrument
 from livebass.plugin.build import binary
 from livebass.plugin.instrument import ENDING, instrument_file
+from livebass.plugin.systems import System, this_system
 
 URI = "urn:livebass:bass"
 BINARY, LIST, TURTLE, PRESETS, MANIFEST = (
@@ -64,10 +64,11 @@ def controls(names: Sequence[str]) -> list[Control]:
     ]
 
 
-def write_bundle(basses: dict[str, Instrument], folder: Path) -> None:
+def write_bundle(basses: dict[str, Instrument], folder: Path, system: System | None = None) -> None:
     """Writes a bundle of `basses`, by short name; the folder appears complete, over an older bundle, or not at all.
 
-    Raises ValueError for names or basses that do not fit, OutputError, RuntimeError where the binary cannot be built.
+    `system`: the one that it is for, None: this one. Raises ValueError for names or basses that do not fit,
+    OutputError, BuildError.
     """
     if not 1 <= len(basses) <= MOST_INSTRUMENTS:
         raise ValueError(f"{len(basses)} instruments: allowed are 1 to {MOST_INSTRUMENTS}")
@@ -75,11 +76,11 @@ def write_bundle(basses: dict[str, Instrument], folder: Path) -> None:
         if not 1 <= len(name.encode()) <= LONGEST_NAME or set(name) & set('/\\"<>{}|^`\n\r') or " " in name:
             raise ValueError(f"instrument {name!r}: allowed are 1 to {LONGEST_NAME} letters, digits, - and _")
     files = {f"{name}{ENDING}": instrument_file(bass) for name, bass in basses.items()}
-    built = binary("lv2")
+    built = binary(system or this_system())
     with whole_directory(folder, is_bundle) as temporary:
         for name, data in files.items():
             (temporary / name).write_bytes(data)
-        shutil.copyfile(built, temporary / BINARY)
+        (temporary / BINARY).write_bytes(built)
         (temporary / LIST).write_text("".join(f"{name}\n" for name in basses))
         names = {short: bass.name for short, bass in basses.items()}
         (temporary / TURTLE).write_text(HEAD + plugin(list(names.values())))

@@ -18,6 +18,7 @@ from livebass.arrays import Floats
 from livebass.engine.render import mixed
 from livebass.plugin.build import compiler
 from livebass.plugin.lv2 import URI, write_bundle
+from livebass.plugin.systems import this_system
 from livebass.score import Score
 
 RATE = 48000
@@ -229,7 +230,7 @@ print(ctypes.c_int.in_dll(trap, "allocated").value)
 def test_run_allocates_nothing(bundle: Path, tmp_path: Path) -> None:
     (tmp_path / "trap.c").write_text(TRAP)
     trap = tmp_path / "trap.so"
-    subprocess.run([*compiler(), "-shared", "-fPIC", "-o", trap, tmp_path / "trap.c"], check=True)
+    subprocess.run([*compiler(this_system()), "-shared", "-fPIC", "-o", trap, tmp_path / "trap.c"], check=True)
     done = subprocess.run(
         [sys.executable, "-c", TRAPPED, bundle], capture_output=True, text=True,
         env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "LD_PRELOAD": str(trap)},
