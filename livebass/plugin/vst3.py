@@ -1,7 +1,7 @@
 """Writes a VST3 bundle, a folder livebass.vst3: the binary of a system, and the instruments in Contents/Resources.
 
-To install it, copy the whole folder: on Linux into ~/.vst3, on macOS into ~/Library/Audio/Plug-Ins/VST3, on Windows into
-%LOCALAPPDATA%\\Programs\\Common\\VST3. Instruments in the user's directory come after those of the bundle.
+To install it, copy the whole folder: on Linux into ~/.vst3, on macOS into ~/Library/Audio/Plug-Ins/VST3, on Windows
+into %LOCALAPPDATA%\\Programs\\Common\\VST3. Instruments in the user's directory come after those of the bundle.
 """
 
 from __future__ import annotations
@@ -41,4 +41,6 @@ def write_bundle(basses: dict[str, Instrument], folder: Path, system: System | N
 def is_bundle(entries: list[Path]) -> bool:
     """True if these are the entries of a bundle that this file wrote: they may be replaced."""
     resources = entries[0].parent / RESOURCES
-    return [e.name for e in entries] == ["Contents"] and resources.is_dir() and are_instruments(list(resources.iterdir()))
+    if [entry.name for entry in entries] != ["Contents"] or not resources.is_dir():
+        return False
+    return are_instruments(list(resources.iterdir()))

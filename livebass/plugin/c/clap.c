@@ -90,7 +90,7 @@ static void take(clap *c, const clap_event *e) {
     else if (e->type == CLAP_NOTE_OFF || e->type == CLAP_NOTE_CHOKE) lb_stop_note(i, e->time, note->key);
     else if (e->type == CLAP_MIDI) lb_send(i->synth, e->time, ((const clap_midi *)e)->data, 3);
     else if (e->type == CLAP_NOTE_EXPRESSION && x->expression == CLAP_TUNING)
-        lb_bend_note(i, e->time, x->key, x->note_id, x->value); /* a plucked string has no other expression */
+        lb_express_bend(i, e->time, x->key, x->note_id, x->value); /* a plucked string has no other expression */
 }
 
 static int32_t process(const clap_plugin *p, const clap_process *b) {

@@ -199,6 +199,7 @@ void lb_start_note(lb_instance *i, int64_t offset, int key, double velocity, int
     const double scaled = fmin(fmax(rint(127 * velocity), 1), 127); /* 0 would release it */
     i->note_ids[key] = id;
     lb_send(i->synth, offset, (const uint8_t[]){0x90, (uint8_t)key, (uint8_t)scaled}, 3);
+    if (i->bent) lb_bend_note(i->synth, offset, key, 0.0); /* what bent the note before on this string has ended */
 }
 
 void lb_stop_note(lb_instance *i, int64_t offset, int key) {
@@ -207,10 +208,15 @@ void lb_stop_note(lb_instance *i, int64_t offset, int key) {
     else lb_send(i->synth, offset, (const uint8_t[]){0xB0, 123, 0}, 3);
 }
 
-void lb_bend_note(lb_instance *i, int64_t offset, int key, int32_t id, double semitones) {
-    if (key < 0 && id >= 0)
+void lb_express_bend(lb_instance *i, int64_t offset, int key, int32_t id, double semitones) {
+    if (key < 0 && id >= 0) {
         for (key = LB_KEYS - 1; key >= 0 && i->note_ids[key] != id;) key--;
-    for (int k = 0; k < LB_STRINGS; k++) lb_bend_string(i->synth, offset, k, semitones);
+        if (key < 0) return; /* a note that is no more */
+    }
+    i->bent = 1;
+    if (key >= 0) lb_bend_note(i->synth, offset, key, semitones);
+    else
+        for (int k = 0; k < LB_STRINGS; k++) lb_bend_string(i->synth, offset, k, semitones);
 }
 
 void lb_play_block(lb_instance *i, int apart, float *const outs[LB_STRINGS], int64_t n) {

@@ -62,7 +62,7 @@ void lb_start_note(lb_instance *, int64_t offset, int key, double velocity, int3
 /* Releases a note; key -1: all. [audio thread] */
 void lb_stop_note(lb_instance *, int64_t offset, int key);
 /* Bends the string that plays a note by semitones; with key and id -1, every string. [audio thread] */
-void lb_bend_note(lb_instance *, int64_t offset, int key, int32_t id, double semitones);
+void lb_express_bend(lb_instance *, int64_t offset, int key, int32_t id, double semitones);
 /* Plays n frames, and sees to a change of bass: mono into outs[0], or an output a string; outputs may be 0. [audio thread] */
 void lb_play_block(lb_instance *, int apart, float *const outs[LB_STRINGS], int64_t n);
 

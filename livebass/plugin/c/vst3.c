@@ -451,10 +451,10 @@ static void tell(vst3 *v, const change *c) {
     else if (c->kind == CHANGE) lb_set_value_at(i, at, (int)c->id, plain(v, c->id, c->value));
     else if (c->kind == VST3_NOTE_ON) {
         lb_start_note(i, at, e->on.key, e->on.velocity, e->on.id);
-        if (e->on.tuning != 0) lb_bend_note(i, at, e->on.key, e->on.id, e->on.tuning / 100);
+        if (e->on.tuning != 0) lb_express_bend(i, at, e->on.key, e->on.id, e->on.tuning / 100);
     } else if (c->kind == VST3_NOTE_OFF) lb_stop_note(i, at, e->off.key);
     else if (c->kind == VST3_NOTE_EXPRESSION && e->expression.type == VST3_TUNING)
-        lb_bend_note(i, at, -1, e->expression.id, 240 * (e->expression.value - 0.5));
+        lb_express_bend(i, at, -1, e->expression.id, 240 * (e->expression.value - 0.5));
 }
 
 static vst3_result process(void *self, vst3_process_data *d) {
