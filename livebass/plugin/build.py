@@ -26,7 +26,7 @@ from livebass.plugin.header import header
 from livebass.plugin.systems import System, this_system
 
 LOG = logging.getLogger("livebass")
-BUILD_TIME = 50  # s, about
+BUILD_TIME = 60  # s, about
 C = Path(__file__).parent / "c"
 FLAGS = (
     "-std=gnu11", "-O2", "-shared", "-s", "-fvisibility=hidden", "-ffp-contract=off", "-fno-math-errno",
@@ -71,7 +71,8 @@ def name_of(system: System) -> str:
 
 def built(system: System) -> bool:
     """True if the binary for a system need not be built first. Raises BuildError as `binary` does."""
-    return _from_package(system) is not None or (kept := _kept(system)) is not None and store.whole(kept) is not None
+    kept = _kept(system)
+    return _from_package(system) is not None or (kept is not None and store.whole(kept) is not None)
 
 
 def binary(system: System) -> bytes:

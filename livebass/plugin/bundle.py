@@ -12,9 +12,10 @@ from livebass import __version__
 from livebass.files import Transaction, whole_directory
 from livebass.model.instrument import Instrument
 from livebass.plugin.instrument import ENDING, instrument_file
+from livebass.plugin.parameters import MOST_BASSES
 from livebass.plugin.systems import System
 
-MOST_INSTRUMENTS, LONGEST_NAME = 128, 63  # of the plugins' lists
+LONGEST_NAME = 63  # bytes of an instrument's short name, of c/core.c
 LIST = "instruments.txt"
 
 
@@ -23,8 +24,8 @@ def instrument_files(basses: dict[str, Instrument]) -> dict[str, bytes]:
 
     Raises ValueError for names or basses that do not fit.
     """
-    if not 1 <= len(basses) <= MOST_INSTRUMENTS:
-        raise ValueError(f"{len(basses)} instruments: allowed are 1 to {MOST_INSTRUMENTS}")
+    if not 1 <= len(basses) <= MOST_BASSES:
+        raise ValueError(f"{len(basses)} instruments: allowed are 1 to {MOST_BASSES}")
     for name in basses:
         checked_name(name)
     files = {f"{name}{ENDING}": instrument_file(bass) for name, bass in basses.items()}

@@ -1,8 +1,8 @@
 """Writes a folder that holds the CLAP plugin and its instruments; hosts look through the folders of their plugins.
 
 To install it, copy the whole folder: on Linux into ~/.clap, on macOS into ~/Library/Audio/Plug-Ins/CLAP, on Windows
-into %LOCALAPPDATA%\\Programs\\Common\\CLAP. The instruments lie beside the file livebass.clap; on macOS, where livebass.clap
-is a bundle itself, in its Contents/Resources. Instruments in the user's directory come after them.
+into %LOCALAPPDATA%\\Programs\\Common\\CLAP. The instruments lie beside the file livebass.clap; on macOS it is a bundle
+itself, with the instruments in its Contents/Resources. Those in the user's directory come after them.
 """
 
 from __future__ import annotations
