@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from livebass.model.instrument import Instrument
 
 LENGTH = (0.1, 60.0)  # s
-FORMATS = {"lv2": "LV2", "clap": "CLAP", "vst3": "VST3"}
+BUNDLES = {"lv2": "livebass.lv2", "clap": "livebass-clap", "vst3": "livebass.vst3"}  # folders of plugins, by format
 
 
 @click.group()
@@ -29,15 +29,15 @@ def export() -> None:
 
 
 def plugin_command(kind: str) -> click.Command:
-    """The command that writes plugins of a format, a key of FORMATS."""
+    """The command that writes plugins of a format, a key of BUNDLES."""
 
     @click.command(
         kind,
-        short_help=f"Write a plugin for hosts of {FORMATS[kind]}.",
+        short_help=f"Write a plugin for hosts of {kind.upper()}.",
         help=f"""
-        Write a plugin that plays presets in hosts of {FORMATS[kind]}, without Python.
+        Write a plugin that plays presets in hosts of {kind.upper()}, without Python.
 
-        The plugin is a folder, livebass.{kind}: copy it to where your host looks for plugins; the command ends by
+        The plugin is a folder, {BUNDLES[kind]}: copy it to where your host looks for plugins; the command ends by
         saying where that is. It appears when it is complete; an interrupted export leaves nothing behind.
 
         From a release wheel this takes a second or two. From a checkout the plugin is built first, once, in about a
@@ -64,7 +64,7 @@ def plugin_command(kind: str) -> click.Command:
         type=click.Path(path_type=Path),
         default=Path(),
         metavar="DIR",
-        help=f"The folder in which to write livebass.{kind}; made if missing. An older one is replaced.  "
+        help=f"The folder in which to write {BUNDLES[kind]}; made if missing. An older one is replaced.  "
         "[default: the current directory]",
     )
     @click.option(
@@ -82,7 +82,7 @@ def plugin_command(kind: str) -> click.Command:
     return write
 
 
-for format_ in FORMATS:
+for format_ in BUNDLES:
     export.add_command(plugin_command(format_))
 
 
@@ -96,7 +96,7 @@ def _write_plugin(kind: str, presets: list[str], output: Path, wanted: str | Non
     system = SYSTEMS[wanted] if wanted else this_system()
     basses = _basses(presets)
     plugin: Any = import_module(f"livebass.plugin.{kind}")
-    folder = output / plugin.BUNDLE
+    folder = output / BUNDLES[kind]
     checked_directory(folder, plugin.is_bundle)  # now, not after a minute of work
     announce_kernels()
     if not build.built(system):
@@ -160,7 +160,7 @@ def instrument(preset: str, output: Path | None) -> None:
         write_instrument(bass, file, files)
     click.echo(f"{file}: {bass.name}; plugins list it when their host loads them anew", err=True)
     folder = Path(os.path.expandvars(folder_of_plugins(this_system(), "lv2"))).expanduser()
-    if output is None and (folder / lv2.BUNDLE).is_dir():  # LV2 hosts know no basses but those of bundles
+    if output is None and (folder / BUNDLES["lv2"]).is_dir():  # LV2 hosts know no basses but those of bundles
         lv2.write_preset(name, bass.name, folder / f"livebass-{name}.lv2")
         click.echo(f"{folder / f'livebass-{name}.lv2'}: a preset with it, for the menus of LV2 hosts", err=True)
 

@@ -164,6 +164,18 @@ def bend_string(p, frame, i, semitones, events, count):
 
 
 @jit
+def bend_note(p, frame, key, semitones, events, count):
+    """Bends the string that played `key` last, as `bend_string`; returns the new count of events."""
+    last = -1
+    for i in range(p.strings):
+        if p.key[i] == key and (last < 0 or p.age[i] > p.age[last]):
+            last = i
+    if last < 0:
+        return count
+    return bend_string(p, frame, last, semitones, events, count)
+
+
+@jit
 def place_note(p, key, x):
     """Has the next note of `key` plucked at a place of its own, given as PLUCK_POSITION."""
     if key < KEYS:

@@ -15,7 +15,7 @@ from livebass.plugin.instrument import ENDING, instrument_file
 from livebass.plugin.parameters import MOST_BASSES
 from livebass.plugin.systems import System
 
-LONGEST_NAME = 63  # of c/core.c
+LONGEST_NAME = 63  # bytes of an instrument's short name, of c/core.c
 LIST = "instruments.txt"
 
 

@@ -16,7 +16,6 @@ from livebass.plugin.systems import SYSTEMS, System, this_system
 
 URI = "urn:livebass:bass"
 STRINGS = "urn:livebass:bass-strings"  # an output a string
-BUNDLE = "livebass.lv2"  # usual name of the folder
 TURTLE, PRESETS, MANIFEST = "livebass.ttl", "presets.ttl", "manifest.ttl"
 PREFIXES = {
     "atom": "http://lv2plug.in/ns/ext/atom#",
@@ -67,7 +66,8 @@ def write_bundle(basses: dict[str, Instrument], folder: Path, system: System | N
     `system`: the one that it is for, None: this one. Raises ValueError for names or basses that do not fit,
     OutputError, BuildError.
     """
-    system, titles = system or this_system(), [bass.name for bass in basses.values()]
+    system = system or this_system()
+    titles = [bass.name for bass in basses.values()]
     rows = [(uri, short, bass.name, k) for uri in OUTPUTS for k, (short, bass) in enumerate(basses.items())]
     files = instrument_files(basses) | {
         binary_name(system): binary(system),
@@ -135,7 +135,7 @@ def preset(uri: str, short: str, title: str, number: int | None = None) -> str:
 
 
 def manifest(shorts: Sequence[str], binary: str | None = None) -> str:
-    """The manifest of a bundle that has the presets of these basses, and with a `binary` the plugins themselves."""
+    """The manifest of a bundle that has the presets of these basses, and the plugins themselves if it has a binary."""
     made = ""
     for uri in OUTPUTS:
         if binary:
@@ -156,4 +156,4 @@ def write_preset(short: str, title: str, folder: Path) -> None:
         PRESETS: (HEAD + "".join(preset(uri, short, title) for uri in OUTPUTS)).encode(),
         MANIFEST: (HEAD + manifest([short])).encode(),
     }
-    write_files(folder, files, lambda entries: {e.name for e in entries} == {PRESETS, MANIFEST})
+    write_files(folder, files, lambda entries: {entry.name for entry in entries} == set(files))

@@ -14,14 +14,14 @@ import pytest
 from support.command import Run, assert_one_clear_line, cli_text, command
 
 from livebass import preset_names
-from livebass.cli.export import FORMATS
 from livebass.compiling import store
 from livebass.plugin import build
 from livebass.plugin.build import binary, name_of
 from livebass.plugin.instrument import read_instrument
 from livebass.plugin.systems import FOLDERS, SYSTEMS, System, this_system
 
-KINDS = [pytest.param(kind, id=kind) for kind in FORMATS]
+BUNDLES = {"lv2": "livebass.lv2", "clap": "livebass-clap", "vst3": "livebass.vst3"}
+KINDS = [pytest.param(kind, id=kind) for kind in BUNDLES]
 
 
 @pytest.fixture(autouse=True)
@@ -50,12 +50,12 @@ def test_a_bundle_holds_every_preset_and_says_where_it_goes(run: Run, elsewhere:
     status, out, err = run("export", kind)
     assert status == 0 and not out, err
     written, advice = err.splitlines()
-    assert written.startswith(f"livebass.{kind}: {len(preset_names())} basses") and this_system().name in written
+    assert written.startswith(f"{BUNDLES[kind]}: {len(preset_names())} basses") and this_system().name in written
     assert FOLDERS["linux"][kind] in advice
-    files = contents(elsewhere / f"livebass.{kind}")
+    files = contents(elsewhere / f"{BUNDLES[kind]}")
     assert {Path(name).stem for name in files if name.endswith(".lbass")} == set(preset_names())
     assert any(data == binary(this_system()) for data in files.values())
-    assert [p.name for p in elsewhere.iterdir()] == [f"livebass.{kind}"]
+    assert [p.name for p in elsewhere.iterdir()] == [f"{BUNDLES[kind]}"]
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -68,7 +68,7 @@ def test_presets_are_chosen_and_an_older_bundle_is_replaced(run: Run, elsewhere:
     ]:
         status, _, err = run("export", kind, *presets, "-o", "made/here")
         assert status == 0, err
-        files = contents(elsewhere / "made/here" / f"livebass.{kind}")
+        files = contents(elsewhere / "made/here" / f"{BUNDLES[kind]}")
         assert {Path(name).stem for name in files if name.endswith(".lbass")} == names
     assert len(list((elsewhere / "made/here").iterdir())) == 1
 
@@ -153,10 +153,10 @@ def test_bad_data_and_targets(run: Run, elsewhere: Path, kind: str, arguments: l
     (elsewhere / "file").touch()
     (elsewhere / "odd.toml").write_text("name = 3")
     own_preset(run, elsewhere / "two words.toml")
-    (elsewhere / "taken" / f"livebass.{kind}").mkdir(parents=True)
-    (elsewhere / "taken" / f"livebass.{kind}" / "notes.txt").write_text("mine")
+    (elsewhere / "taken" / f"{BUNDLES[kind]}").mkdir(parents=True)
+    (elsewhere / "taken" / f"{BUNDLES[kind]}" / "notes.txt").write_text("mine")
     (elsewhere / "bad").mkdir()
-    (elsewhere / "bad" / f"livebass.{kind}").touch()
+    (elsewhere / "bad" / f"{BUNDLES[kind]}").touch()
     before = sorted(elsewhere.rglob("*"))
     status, _, err = run("export", kind, *arguments)
     assert_one_clear_line(status, err, (1,))
@@ -197,7 +197,7 @@ def test_a_full_disk_leaves_nothing_and_the_older_bundle(run: Run, elsewhere: Pa
     for output in (".", "new"):
         done = command("export", kind, "-p", "fretless", "-o", output, preexec_fn=small)
         assert_one_clear_line(done.returncode, done.stderr, (1,))
-        assert f"livebass.{kind}" in done.stderr and "File too large" in done.stderr
+        assert f"{BUNDLES[kind]}" in done.stderr and "File too large" in done.stderr
         assert contents(elsewhere) == before and not (elsewhere / "new").exists()
     done = command("export", "instrument", "fretless", "-o", "mine.lbass", preexec_fn=small)
     assert_one_clear_line(done.returncode, done.stderr, (1,))
