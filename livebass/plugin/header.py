@@ -11,6 +11,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from livebass import __version__
 from livebass.compiling import Entry
 from livebass.kernels import board, coil, frets, instrument, performer, preparing, records
 from livebass.live.thread import ahead, block, ring, setup
@@ -40,6 +41,8 @@ NUMBERS = {
     "LB_KIND_PARAMETER": ring.PARAMETER,
     "LB_KIND_STRING_BEND": ring.STRING_BEND,
     "LB_KIND_NOTE_PLACE": ring.NOTE_PLACE,
+    "LB_KIND_NOTE_BEND": ring.NOTE_BEND,
+    "LB_RELEASE": json.dumps(__version__),
     "LB_TIERS": instrument.TIERS,
     "LB_LIVE": instrument.LIVE,
     "LB_STUDIO": instrument.STUDIO,

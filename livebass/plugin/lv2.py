@@ -2,28 +2,21 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Sequence
 from pathlib import Path
 
 from livebass import __version__
-from livebass.files import whole_directory
 from livebass.kernels.performer import MOST_STRINGS
 from livebass.model.instrument import Instrument
 from livebass.plugin.build import binary
-from livebass.plugin.instrument import ENDING, instrument_file
-from livebass.plugin.parameters import MOST_BASSES, PARAMETERS
+from livebass.plugin.bundle import LIST, checked_name, instrument_files, write_files
+from livebass.plugin.instrument import ENDING
+from livebass.plugin.parameters import PARAMETERS
+from livebass.plugin.systems import SYSTEMS, System, this_system
 
 URI = "urn:livebass:bass"
 STRINGS = "urn:livebass:bass-strings"  # an output a string
-BINARY, LIST, TURTLE, PRESETS, MANIFEST = (
-    "livebass.so",
-    "instruments.txt",
-    "livebass.ttl",
-    "presets.ttl",
-    "manifest.ttl",
-)
-LONGEST_NAME = 63  # of c/core.c
+TURTLE, PRESETS, MANIFEST = "livebass.ttl", "presets.ttl", "manifest.ttl"
 PREFIXES = {
     "atom": "http://lv2plug.in/ns/ext/atom#",
     "doap": "http://usefulinc.com/ns/doap#",
@@ -77,40 +70,34 @@ def _control(symbol: str, name: str, usual: float, least: float, most: float) ->
     return f'a lv2:InputPort , lv2:ControlPort ; lv2:symbol "{symbol}" ; lv2:name "{name}" ; {limits}'
 
 
-def write_bundle(basses: dict[str, Instrument], folder: Path) -> None:
+def write_bundle(basses: dict[str, Instrument], folder: Path, system: System | None = None) -> None:
     """Writes a bundle of `basses`, by short name; the folder appears complete, over an older bundle, or not at all.
 
-    Raises ValueError for names or basses that do not fit, OutputError, RuntimeError where the binary cannot be built.
+    `system`: the one that it is for, None: this one. Raises ValueError for names or basses that do not fit,
+    OutputError, BuildError.
     """
-    if not 1 <= len(basses) <= MOST_BASSES:
-        raise ValueError(f"{len(basses)} instruments: allowed are 1 to {MOST_BASSES}")
-    for name in basses:
-        check_name(name)
-    files = {f"{name}{ENDING}": instrument_file(bass) for name, bass in basses.items()}
-    built = binary("lv2")
-    with whole_directory(folder, is_bundle) as temporary:
-        for name, data in files.items():
-            (temporary / name).write_bytes(data)
-        shutil.copyfile(built, temporary / BINARY)
-        (temporary / LIST).write_text("".join(f"{name}\n" for name in basses))
-        titles = [bass.name for bass in basses.values()]
-        (temporary / TURTLE).write_text(HEAD + KEPT + "".join(plugin(uri, titles) for uri in OUTPUTS))
-        rows = [(uri, short, bass.name, k) for uri in OUTPUTS for k, (short, bass) in enumerate(basses.items())]
-        (temporary / PRESETS).write_text(HEAD + "".join(preset(*row) for row in rows))
-        (temporary / MANIFEST).write_text(HEAD + manifest(list(basses)))
-
-
-def check_name(short: str) -> None:
-    """Raises ValueError for a short name of a bass that does not fit."""
-    if not 1 <= len(short.encode()) <= LONGEST_NAME or set(short) & set('/\\"<>{}|^`\n\r '):
-        raise ValueError(f"instrument {short!r}: allowed are 1 to {LONGEST_NAME} letters, digits, - and _")
+    system = system or this_system()
+    titles = [bass.name for bass in basses.values()]
+    rows = [(uri, short, bass.name, k) for uri in OUTPUTS for k, (short, bass) in enumerate(basses.items())]
+    files = instrument_files(basses) | {
+        binary_name(system): binary(system),
+        TURTLE: (HEAD + KEPT + "".join(plugin(uri, titles) for uri in OUTPUTS)).encode(),
+        PRESETS: (HEAD + "".join(preset(*row) for row in rows)).encode(),
+        MANIFEST: (HEAD + manifest(list(basses), binary_name(system))).encode(),
+    }
+    write_files(folder, files, is_bundle)
 
 
 def is_bundle(entries: list[Path]) -> bool:
     """True if these are the entries of a bundle that this file wrote: they may be replaced."""
-    names = {entry.name for entry in entries}
-    known = {BINARY, LIST, TURTLE, PRESETS, MANIFEST}
-    return known <= names and all(name in known or name.endswith(ENDING) for name in names)
+    names, always = {entry.name for entry in entries}, {LIST, TURTLE, PRESETS, MANIFEST}
+    binaries = {binary_name(system) for system in SYSTEMS.values()}
+    return always <= names and all(name in always | binaries or name.endswith(ENDING) for name in names)
+
+
+def binary_name(system: System) -> str:
+    """The name of the binary in a bundle for `system`."""
+    return f"livebass.{system.ending}"
 
 
 def quoted(text: str) -> str:
@@ -157,12 +144,12 @@ def preset(uri: str, short: str, title: str, number: int | None = None) -> str:
 """
 
 
-def manifest(shorts: Sequence[str], plugins: bool = True) -> str:
-    """The manifest of a bundle that has the presets of these basses, and the plugins themselves or not."""
+def manifest(shorts: Sequence[str], binary: str | None = None) -> str:
+    """The manifest of a bundle that has the presets of these basses, and the plugins themselves if it has a binary."""
     made = ""
     for uri in OUTPUTS:
-        if plugins:
-            made += f"\n<{uri}> a lv2:Plugin ; lv2:binary <{BINARY}> ; rdfs:seeAlso <{TURTLE}> .\n"
+        if binary:
+            made += f"\n<{uri}> a lv2:Plugin ; lv2:binary <{binary}> ; rdfs:seeAlso <{TURTLE}> .\n"
         for short in shorts:
             made += f"<{uri}#preset-{short}> a pset:Preset ; lv2:appliesTo <{uri}> ; rdfs:seeAlso <{PRESETS}> .\n"
     return made
@@ -174,7 +161,9 @@ def write_preset(short: str, title: str, folder: Path) -> None:
     Written to ~/.lv2/livebass-SHORT.lv2 it makes an instrument file that `export instrument` wrote appear in Ardour and
     jalv. Raises ValueError for a name that does not fit, OutputError.
     """
-    check_name(short)
-    with whole_directory(folder, lambda entries: {e.name for e in entries} == {PRESETS, MANIFEST}) as temporary:
-        (temporary / PRESETS).write_text(HEAD + "".join(preset(uri, short, title) for uri in OUTPUTS))
-        (temporary / MANIFEST).write_text(HEAD + manifest([short], plugins=False))
+    checked_name(short)
+    files = {
+        PRESETS: (HEAD + "".join(preset(uri, short, title) for uri in OUTPUTS)).encode(),
+        MANIFEST: (HEAD + manifest([short])).encode(),
+    }
+    write_files(folder, files, lambda entries: {entry.name for entry in entries} == set(files))

@@ -53,6 +53,7 @@ from livebass.live.thread.records import (
 from livebass.live.thread.ring import (
     KIND_BIT,
     MIDI,
+    NOTE_BEND,
     NOTE_PLACE,
     NOW,
     PARAMETER,
@@ -127,6 +128,8 @@ def tell_event(synth, b, frame, kind, number, value, count):
         return performer.set_parameter(p, frame - b.frame, number, value, events_of(b), count)
     if kind == STRING_BEND:
         return performer.bend_string(p, frame - b.frame, number, value, events_of(b), count)
+    if kind == NOTE_BEND:
+        return performer.bend_note(p, frame - b.frame, number, value, events_of(b), count)
     if kind == NOTE_PLACE:
         performer.place_note(p, number, value)
     return count

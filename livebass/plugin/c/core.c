@@ -369,6 +369,10 @@ void lb_place_note(lb_synth *s, int64_t offset, int key, double position) {
     if (key >= 0 && key < 128) push(s, offset, LB_KIND_NOTE_PLACE, key, position);
 }
 
+void lb_bend_note(lb_synth *s, int64_t offset, int key, double semitones) {
+    if (key >= 0 && key < 128) push(s, offset, LB_KIND_NOTE_BEND, key, semitones);
+}
+
 void lb_play(lb_synth *s, float *out, int64_t n) {
     if (n > 0) s->kernels->process(ADDRESS(&s->record), ADDRESS(out), n);
 }
