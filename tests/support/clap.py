@@ -207,9 +207,7 @@ class Plugin:
     def block(self, frames: int, events: Sequence[Any] = ()) -> Floats:
         """Plays a block with `events`, in the order of their times; returns (frames,), or (outputs, frames)."""
         kinds = dict(IN_EVENTS._fields_)
-        given = IN_EVENTS(
-            None, kinds["size"](lambda _: len(events)), kinds["get"](lambda _, k: c.addressof(events[k]))
-        )
+        given = IN_EVENTS(None, kinds["size"](lambda _: len(events)), kinds["get"](lambda _, k: c.addressof(events[k])))
         taken = OUT_EVENTS(None, OUT_EVENTS._fields_[1][1](lambda *_: True))
         out = np.full((self.outputs, frames), np.nan, np.float32)
         channels = [P(row.ctypes.data) for row in out]
