@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     from livebass.model.instrument import Instrument
 
 LENGTH = (0.1, 60.0)  # s
-FORMATS = {"lv2": "LV2", "clap": "CLAP", "vst3": "VST3"}
+BUNDLES = {"lv2": "livebass.lv2", "clap": "livebass-clap", "vst3": "livebass.vst3"}  # folders of plugins, by format
 
 
 @click.group()
@@ -28,15 +29,15 @@ def export() -> None:
 
 
 def plugin_command(kind: str) -> click.Command:
-    """The command that writes plugins of a format, a key of FORMATS."""
+    """The command that writes plugins of a format, a key of BUNDLES."""
 
     @click.command(
         kind,
-        short_help=f"Write a plugin for hosts of {FORMATS[kind]}.",
+        short_help=f"Write a plugin for hosts of {kind.upper()}.",
         help=f"""
-        Write a plugin that plays presets in hosts of {FORMATS[kind]}, without Python.
+        Write a plugin that plays presets in hosts of {kind.upper()}, without Python.
 
-        The plugin is a folder, livebass.{kind}: copy it to where your host looks for plugins; the command ends by
+        The plugin is a folder, {BUNDLES[kind]}: copy it to where your host looks for plugins; the command ends by
         saying where that is. It appears when it is complete; an interrupted export leaves nothing behind.
 
         From a release wheel this takes a second or two. From a checkout the plugin is built first, once, in about a
@@ -63,7 +64,7 @@ def plugin_command(kind: str) -> click.Command:
         type=click.Path(path_type=Path),
         default=Path(),
         metavar="DIR",
-        help=f"The folder in which to write livebass.{kind}; made if missing. An older one is replaced.  "
+        help=f"The folder in which to write {BUNDLES[kind]}; made if missing. An older one is replaced.  "
         "[default: the current directory]",
     )
     @click.option(
@@ -81,7 +82,7 @@ def plugin_command(kind: str) -> click.Command:
     return write
 
 
-for format_ in FORMATS:
+for format_ in BUNDLES:
     export.add_command(plugin_command(format_))
 
 
@@ -95,7 +96,7 @@ def _write_plugin(kind: str, presets: list[str], output: Path, wanted: str | Non
     system = SYSTEMS[wanted] if wanted else this_system()
     basses = _basses(presets)
     plugin: Any = import_module(f"livebass.plugin.{kind}")
-    folder = output / plugin.BUNDLE
+    folder = output / BUNDLES[kind]
     checked_directory(folder, plugin.is_bundle)  # now, not after a minute of work
     announce_kernels()
     if not build.built(system):
@@ -132,8 +133,8 @@ def _basses(presets: list[str]) -> dict[str, Instrument]:
 def instrument(preset: str, output: Path | None) -> None:
     """Add a bass to plugins that are installed.
 
-    The bass, such as your own file mine.toml, appears in the list of every livebass plugin when the host loads it anew.
-    An older file of the same name is replaced.
+    The bass, such as your own file mine.toml, appears in the list of every livebass plugin when the host loads it anew;
+    in LV2 hosts as a preset, if livebass.lv2 is in your folder of plugins. An older file of the same name is replaced.
 
     \b
     Examples:
@@ -141,20 +142,27 @@ def instrument(preset: str, output: Path | None) -> None:
       livebass export instrument ./mine.toml -o ~/.lv2/livebass.lv2/mine.lbass
     """
     from livebass.files import Transaction
+    from livebass.plugin import lv2
     from livebass.plugin.bundle import checked_name, own_instruments
     from livebass.plugin.instrument import ENDING, write_instrument
+    from livebass.plugin.systems import folder_of_plugins, this_system
     from livebass.preset.load import load_preset
 
     if output is not None and output.suffix != ENDING:
         raise click.UsageError(f"{output}: the name of an instrument file ends in {ENDING}")
     bass = load_preset(preset)
-    file = output or own_instruments() / f"{checked_name(Path(preset).stem)}{ENDING}"
+    name = checked_name(output.stem if output else Path(preset).stem)
+    file = output or own_instruments() / f"{name}{ENDING}"
     announce_kernels()
     with Transaction() as files:
         if output is None:
             files.directory(file.parent)
         write_instrument(bass, file, files)
     click.echo(f"{file}: {bass.name}; plugins list it when their host loads them anew", err=True)
+    folder = Path(os.path.expandvars(folder_of_plugins(this_system(), "lv2"))).expanduser()
+    if output is None and (folder / BUNDLES["lv2"]).is_dir():  # LV2 hosts know no basses but those of bundles
+        lv2.write_preset(name, bass.name, folder / f"livebass-{name}.lv2")
+        click.echo(f"{folder / f'livebass-{name}.lv2'}: a preset with it, for the menus of LV2 hosts", err=True)
 
 
 @export.command()

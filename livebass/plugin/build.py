@@ -177,10 +177,10 @@ def link(folder: Path, system: System, using: list[str]) -> bytes:
 
 
 def run(command: list[str], failed: str, settings: dict[str, str] | None = None) -> None:
-    """Runs a command. Raises BuildError with the last line it said if it fails."""
+    """Runs a command. Raises BuildError with the first error it said, or the last line, if it fails."""
     paths = [str(store.PACKAGE.parent), *filter(None, [os.environ.get("PYTHONPATH")])]
     environment = os.environ | (settings or {}) | {"PYTHONPATH": os.pathsep.join(paths)}
     done = subprocess.run(command, env=environment, capture_output=True, text=True, stdin=subprocess.DEVNULL)
     if done.returncode:
         said = (done.stderr or done.stdout).strip().splitlines() or [f"exit status {done.returncode}"]
-        raise BuildError(f"{failed}: {said[-1]}")
+        raise BuildError(f"{failed}: {next((line for line in said if 'error:' in line), said[-1])}")

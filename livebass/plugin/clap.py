@@ -14,7 +14,6 @@ from livebass.plugin.build import binary
 from livebass.plugin.bundle import are_instruments, instrument_files, is_macos, macos_files, write_files
 from livebass.plugin.systems import System, this_system
 
-BUNDLE = "livebass"  # usual name of the folder
 BINARY = "livebass.clap"
 IDENTIFIER = "org.livebass.clap"
 

@@ -16,7 +16,6 @@ from livebass.plugin.systems import SYSTEMS, System, this_system
 
 URI = "urn:livebass:bass"
 STRINGS = "urn:livebass:bass-strings"  # an output a string
-BUNDLE = "livebass.lv2"  # usual name of the folder
 TURTLE, PRESETS, MANIFEST = "livebass.ttl", "presets.ttl", "manifest.ttl"
 PREFIXES = {
     "atom": "http://lv2plug.in/ns/ext/atom#",

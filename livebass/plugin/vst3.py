@@ -13,7 +13,6 @@ from livebass.plugin.build import binary
 from livebass.plugin.bundle import are_instruments, instrument_files, is_macos, macos_files, write_files
 from livebass.plugin.systems import System, this_system
 
-BUNDLE = "livebass.vst3"  # name of the folder; hosts want the ending
 IDENTIFIER = "org.livebass.vst3"
 RESOURCES = "Contents/Resources"
 BINARIES = {  # within the bundle, by the name of the system; macOS has a bundle of its own

@@ -2,24 +2,26 @@
 
 from __future__ import annotations
 
+import os
 import resource
 import shutil
 import socket
 from collections.abc import Callable
 from pathlib import Path
 
+import platformdirs
 import pytest
 from support.command import Run, assert_one_clear_line, cli_text, command
 
 from livebass import preset_names
-from livebass.cli.export import FORMATS
 from livebass.compiling import store
 from livebass.plugin import build
 from livebass.plugin.build import binary, name_of
 from livebass.plugin.instrument import read_instrument
 from livebass.plugin.systems import FOLDERS, SYSTEMS, System, this_system
 
-KINDS = [pytest.param(kind, id=kind) for kind in FORMATS]
+BUNDLES = {"lv2": "livebass.lv2", "clap": "livebass-clap", "vst3": "livebass.vst3"}
+KINDS = [pytest.param(kind, id=kind) for kind in BUNDLES]
 
 
 @pytest.fixture(autouse=True)
@@ -28,6 +30,9 @@ def elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     binary(this_system())  # built outside of what the tests restrict
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
+    if "NUMBA_CACHE_DIR" not in os.environ:
+        monkeypatch.setenv("NUMBA_CACHE_DIR", str(platformdirs.user_cache_path("livebass")))
+    monkeypatch.setenv("HOME", str(tmp_path / "home"))
     return tmp_path
 
 
@@ -45,12 +50,12 @@ def test_a_bundle_holds_every_preset_and_says_where_it_goes(run: Run, elsewhere:
     status, out, err = run("export", kind)
     assert status == 0 and not out, err
     written, advice = err.splitlines()
-    assert written.startswith(f"livebass.{kind}: {len(preset_names())} basses") and this_system().name in written
+    assert written.startswith(f"{BUNDLES[kind]}: {len(preset_names())} basses") and this_system().name in written
     assert FOLDERS["linux"][kind] in advice
-    files = contents(elsewhere / f"livebass.{kind}")
+    files = contents(elsewhere / f"{BUNDLES[kind]}")
     assert {Path(name).stem for name in files if name.endswith(".lbass")} == set(preset_names())
     assert any(data == binary(this_system()) for data in files.values())
-    assert [p.name for p in elsewhere.iterdir()] == [f"livebass.{kind}"]
+    assert [p.name for p in elsewhere.iterdir()] == [f"{BUNDLES[kind]}"]
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -63,7 +68,7 @@ def test_presets_are_chosen_and_an_older_bundle_is_replaced(run: Run, elsewhere:
     ]:
         status, _, err = run("export", kind, *presets, "-o", "made/here")
         assert status == 0, err
-        files = contents(elsewhere / "made/here" / f"livebass.{kind}")
+        files = contents(elsewhere / "made/here" / f"{BUNDLES[kind]}")
         assert {Path(name).stem for name in files if name.endswith(".lbass")} == names
     assert len(list((elsewhere / "made/here").iterdir())) == 1
 
@@ -83,6 +88,21 @@ def test_an_instrument_goes_where_plugins_look(run: Run, elsewhere: Path) -> Non
     assert run("export", "instrument", "fretless", "-o", "other.lbass")[0] == 0
     assert read_instrument(elsewhere / "other.lbass").name == "Fretless jazz bass"
     assert run("export", "instrument", "fretless", "-o", "other.lbass")[0] == 0, "an older one is replaced"
+
+
+def test_where_the_lv2_plugin_is_installed_an_instrument_is_a_preset_too(
+    run: Run, elsewhere: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = elsewhere / "home" / FOLDERS["linux"]["lv2"].removeprefix("~/")
+    monkeypatch.setattr("livebass.plugin.systems.this_system", lambda: SYSTEMS["linux-x86_64"])
+    assert run("export", "lv2", "-p", "slap", "-o", folder)[0] == 0
+    own_preset(run, elsewhere / "mine.toml")
+    for _ in "once", "again":
+        status, _, err = run("export", "instrument", "./mine.toml")
+        assert status == 0 and str(folder / "livebass-mine.lv2") in err.splitlines()[1], err
+    made = contents(folder / "livebass-mine.lv2")
+    assert set(made) == {"manifest.ttl", "presets.ttl"} and b'"mine"' in made["presets.ttl"]
+    assert (elsewhere / "data" / "livebass" / "mine.lbass").is_file()
 
 
 def test_no_export_needs_the_network(run: Run, elsewhere: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -133,10 +153,10 @@ def test_bad_data_and_targets(run: Run, elsewhere: Path, kind: str, arguments: l
     (elsewhere / "file").touch()
     (elsewhere / "odd.toml").write_text("name = 3")
     own_preset(run, elsewhere / "two words.toml")
-    (elsewhere / "taken" / f"livebass.{kind}").mkdir(parents=True)
-    (elsewhere / "taken" / f"livebass.{kind}" / "notes.txt").write_text("mine")
+    (elsewhere / "taken" / f"{BUNDLES[kind]}").mkdir(parents=True)
+    (elsewhere / "taken" / f"{BUNDLES[kind]}" / "notes.txt").write_text("mine")
     (elsewhere / "bad").mkdir()
-    (elsewhere / "bad" / f"livebass.{kind}").touch()
+    (elsewhere / "bad" / f"{BUNDLES[kind]}").touch()
     before = sorted(elsewhere.rglob("*"))
     status, _, err = run("export", kind, *arguments)
     assert_one_clear_line(status, err, (1,))
@@ -177,7 +197,7 @@ def test_a_full_disk_leaves_nothing_and_the_older_bundle(run: Run, elsewhere: Pa
     for output in (".", "new"):
         done = command("export", kind, "-p", "fretless", "-o", output, preexec_fn=small)
         assert_one_clear_line(done.returncode, done.stderr, (1,))
-        assert f"livebass.{kind}" in done.stderr and "File too large" in done.stderr
+        assert f"{BUNDLES[kind]}" in done.stderr and "File too large" in done.stderr
         assert contents(elsewhere) == before and not (elsewhere / "new").exists()
     done = command("export", "instrument", "fretless", "-o", "mine.lbass", preexec_fn=small)
     assert_one_clear_line(done.returncode, done.stderr, (1,))
