@@ -1,6 +1,9 @@
 // The audio thread. engine.js stands before this in the same script. There is no clock here but Date's milliseconds:
 // summed over some quanta they tell the load, and the synth is told it.
 const WINDOW = 16; // quanta between reports, 43 ms at 48 kHz
+const LATE = 2; // of a quantum's time: so slow a one is told at once
+const FADING = 0.97; // of the highest load, from report to report: strings stay relieved while hard playing goes on
+const MOST_TOLD = 0.7; // of it, which relieves no string
 const SLICE = 1 << 20; // bytes of a bass that are copied in one quantum
 
 class LivebassProcessor extends AudioWorkletProcessor {
@@ -9,7 +12,7 @@ class LivebassProcessor extends AudioWorkletProcessor {
     const module = o.module instanceof WebAssembly.Module ? o.module : new WebAssembly.Module(o.wasm);
     this.engine = new Engine(module);
     this.engine.begin(sampleRate);
-    this.busy = this.quanta = 0;
+    this.busy = this.quanta = this.highest = 0;
     this.live = !o.score; // with a score: offline, always the same sound
     if (o.bass) {
       this.take(o.bass);
@@ -65,6 +68,13 @@ class LivebassProcessor extends AudioWorkletProcessor {
     return found;
   }
 
+  // Tells the synth the load of the last n frames.
+  tellLoad(load, n) {
+    const e = this.engine;
+    this.highest = Math.max(load, FADING * this.highest);
+    e.x.lb_relieve(e.synthAddress, Math.max(load, Math.min(this.highest, MOST_TOLD)), BigInt(n));
+  }
+
   process(inputs, [out]) {
     const n = out[0].length, e = this.engine, began = Date.now();
     if (this.start === undefined) this.start = currentFrame;
@@ -72,11 +82,13 @@ class LivebassProcessor extends AudioWorkletProcessor {
     for (const channel of out) channel.set(sound);
     if (this.coming) this.copy(SLICE);
     if (!this.live) return true;
-    this.busy += Date.now() - began;
+    const took = Date.now() - began, late = took * sampleRate / (1000 * n);
+    this.busy += took;
     this.quanta += 1;
+    if (late > LATE) this.tellLoad(late, n);
     if (this.quanta === WINDOW) {
       const load = this.busy * sampleRate / (1000 * n * WINDOW);
-      e.x.lb_relieve(e.synthAddress, load, BigInt(n * WINDOW));
+      this.tellLoad(load, n * WINDOW);
       this.clearAway();
       this.port.postMessage({
         load, peak: e.field("peak"), overload: e.field("overload"), faults: e.field("faults"),
