@@ -1,89 +1,39 @@
-"""Builds wheels that hold the compiled kernels of a system, for all systems on one machine; `tools/wheel` runs it.
+"""Builds wheels that hold what is compiled for a system, for all systems on one machine; `tools/wheel` runs it.
 
-The kernels become raw IR once for each kind of processor, machine code once for each level of it (emitter.py), and a
-shared library once for each level and system: ziglang links for Linux, macOS and Windows alike.
+The kernels become raw IR once for each kind of processor, and machine code once for each level of it, system and use
+(emitter.py). ziglang links for Linux, macOS and Windows alike: a shared library of kernels for each level, and the
+binary of the plugins with all levels (plugin/build.py). Modules for pages, built before, come along.
 """
 
 from __future__ import annotations
 
 import argparse
-import os
 import shutil
 import subprocess
 import sys
 import tempfile
-from dataclasses import dataclass
+import zipfile
 from pathlib import Path
 
-from livebass.compiling import emitter, store
+from livebass.compiling import store
+from livebass.plugin import build as plugins
+from livebass.plugin.systems import SYSTEMS, System
 
 ROOT = Path(__file__).parents[1]
 
 
-@dataclass(frozen=True)
-class System:
-    """A system that a wheel is for."""
-
-    triple: str  # LLVM's name
-    zig: str  # ziglang's
-    wheel: str  # platform tag of the wheel
-    machine: str  # platform.machine()
-    levels: tuple[str, ...]
-    ending: str
-
-
-X86_LEVELS = ("x86-64-v2", "x86-64-v3")
-SYSTEMS = {
-    "linux-x86_64": System(
-        "x86_64-unknown-linux-gnu", "x86_64-linux-gnu.2.17", "manylinux_2_17_x86_64", "x86_64", X86_LEVELS, "so"
-    ),
-    "linux-aarch64": System(
-        "aarch64-unknown-linux-gnu", "aarch64-linux-gnu.2.17", "manylinux_2_17_aarch64", "aarch64", ("arm64",), "so"
-    ),
-    "macos-x86_64": System(
-        "x86_64-apple-macosx11.0.0", "x86_64-macos.11.0", "macosx_11_0_x86_64", "x86_64", X86_LEVELS, "dylib"
-    ),
-    "macos-arm64": System(
-        "arm64-apple-macosx11.0.0", "aarch64-macos.11.0", "macosx_11_0_arm64", "aarch64", ("arm64",), "dylib"
-    ),
-    "windows-x86_64": System("x86_64-w64-windows-gnu", "x86_64-windows-gnu", "win_amd64", "x86_64", X86_LEVELS, "dll"),
-}
-EMIT = """
-import sys
-from pathlib import Path
-from livebass.compiling import emitter
-emitter.prepare_numba()
-text = emitter.program()
-for asked in sys.argv[2:]:
-    level, triple = asked.split(",")
-    Path(sys.argv[1], f"{level}-{triple}.o").write_bytes(emitter.emit(text, level, triple)[0])
-"""
-
-
-def emit(folder: Path, systems: list[System]) -> None:
-    """Writes the object files `LEVEL-TRIPLE.o` of `systems` into `folder`."""
-    for machine in sorted({system.machine for system in systems}):
-        asked = [
-            f"{level},{system.triple}" for system in systems if system.machine == machine for level in system.levels
-        ]
-        environment = os.environ | emitter.SETTINGS | {"LIVEBASS_MACHINE": machine}
-        subprocess.run([sys.executable, "-c", EMIT, str(folder), *asked], env=environment, check=True)
-
-
-def link(objects: Path, system: System, level: str, out: Path) -> None:
+def library(objects: Path, system: System, level: str, out: Path) -> None:
     """Links a shared library that exports the entries alone, with its checksum at the end."""
-    library = out / f"kernels-{store.digest()}-{level}.{system.ending}"
-    command = [
-        sys.executable, "-m", "ziglang", "cc", "-target", system.zig, "-shared", "-s", "-O2",
-        str(objects / f"{level}-{system.triple}.o"), "-o", str(library),
-    ]  # fmt: skip
+    made = out / f"kernels-{store.digest()}-{level}.{system.ending}"
+    source = objects / plugins.object_name(plugins.LIBRARY, level, system)
+    command = [*plugins.zig(system), "-shared", "-s", "-O2", str(source), "-o", str(made)]
     if system.ending == "so":
         command += ["-lm", "-Wl,-z,defs", "-Wl,-z,now"]
-    subprocess.run(command, check=True)
+    plugins.run(command, "no library of kernels was built")
     for leftover in out.glob("*.lib"), out.glob("*.pdb"):
         for file in leftover:
             file.unlink()
-    library.write_bytes(store.sealed(library.read_bytes()))
+    made.write_bytes(store.sealed(made.read_bytes()))
 
 
 def build(system: System, objects: Path, out: Path) -> Path:
@@ -97,7 +47,11 @@ def build(system: System, objects: Path, out: Path) -> Path:
         built = tree / "livebass" / store.BUILT.name
         built.mkdir()
         for level in system.levels:
-            link(objects, system, level, built)
+            library(objects, system, level, built)
+        binary = plugins.link(objects, system, plugins.zig(system))
+        (built / plugins.name_of(system)).write_bytes(store.sealed(binary))
+        for module in store.BUILT.glob("*.wasm"):
+            shutil.copy(module, built)
         with (tree / "pyproject.toml").open("a") as project:
             project.write('\n[tool.hatch.build.targets.wheel.hooks.custom]\npath = "tag.py"\n')
         (tree / "tag.py").write_text(
@@ -132,10 +86,17 @@ def main() -> None:
         parser.error(f"system {unknown[0]}: allowed are {', '.join(SYSTEMS)}")
     systems = [SYSTEMS[name] for name in given.systems or SYSTEMS]
     with tempfile.TemporaryDirectory() as folder:
-        emit(Path(folder), systems)
+        plugins.emit(Path(folder), systems, (plugins.LIBRARY, plugins.PLUGIN))
         for system in systems:
             wheel = build(system, Path(folder), given.output)
-            print(f"{wheel} ({wheel.stat().st_size / 1e6:.2f} MB)")
+            print(f"{wheel} ({_size(wheel.stat().st_size)})")
+            for file in zipfile.ZipFile(wheel).infolist():
+                if file.filename.startswith("livebass/built/"):
+                    print(f"    {Path(file.filename).name} ({_size(file.file_size)})")
+
+
+def _size(size: int) -> str:
+    return f"{size / 1e3:.0f} kB"
 
 
 if __name__ == "__main__":

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import os
+from importlib import import_module
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -10,7 +13,11 @@ from livebass.cli.render import DEFAULT_PRESET, announce_kernels, quality_option
 from livebass.cli.values import RATE, Number, Quantity
 from livebass.model.quality import QUALITIES
 
+if TYPE_CHECKING:
+    from livebass.model.instrument import Instrument
+
 LENGTH = (0.1, 60.0)  # s
+BUNDLES = {"lv2": "livebass.lv2", "clap": "livebass-clap", "vst3": "livebass.vst3"}  # folders of plugins, by format
 
 
 @click.group()
@@ -19,6 +26,143 @@ def export() -> None:
 
     Nothing here needs the network.
     """
+
+
+def plugin_command(kind: str) -> click.Command:
+    """The command that writes plugins of a format, a key of BUNDLES."""
+
+    @click.command(
+        kind,
+        short_help=f"Write a plugin for hosts of {kind.upper()}.",
+        help=f"""
+        Write a plugin that plays presets in hosts of {kind.upper()}, without Python.
+
+        The plugin is a folder, {BUNDLES[kind]}: copy it to where your host looks for plugins; the command ends by
+        saying where that is. It appears when it is complete; an interrupted export leaves nothing behind.
+
+        From a release wheel this takes a second or two. From a checkout the plugin is built first, once, in about a
+        minute, by numba and a C compiler or the extra `export`.
+
+        \b
+        Examples:
+          livebass export {kind}
+          livebass export {kind} -p slap -p ./mine.toml -o ~/.{kind}
+          livebass export {kind} --system windows-x86_64 -o for-windows
+        """,
+    )
+    @click.option(
+        "-p",
+        "--preset",
+        "presets",
+        multiple=True,
+        metavar="NAME|FILE",
+        help="A bass: a name from `livebass presets list`, or your own file; repeat it for several.  [default: all]",
+    )
+    @click.option(
+        "-o",
+        "--output",
+        type=click.Path(path_type=Path),
+        default=Path(),
+        metavar="DIR",
+        help=f"The folder in which to write {BUNDLES[kind]}; made if missing. An older one is replaced.  "
+        "[default: the current directory]",
+    )
+    @click.option(
+        "--system",
+        metavar="NAME",
+        help="The system that the plugin is for: linux-x86_64, linux-aarch64, macos-x86_64, macos-arm64 or "
+        "windows-x86_64.  [default: this one]",
+    )
+    @click.argument("more", nargs=-1, metavar="")
+    def write(presets: tuple[str, ...], output: Path, system: str | None, more: tuple[str, ...]) -> None:
+        if more and not presets:
+            raise click.UsageError(f"{more[0]}: name presets with -p")
+        _write_plugin(kind, [*presets, *more], output, system)
+
+    return write
+
+
+for format_ in BUNDLES:
+    export.add_command(plugin_command(format_))
+
+
+def _write_plugin(kind: str, presets: list[str], output: Path, wanted: str | None) -> None:
+    from livebass.files import checked_directory
+    from livebass.plugin import build
+    from livebass.plugin.systems import SYSTEMS, folder_of_plugins, this_system
+
+    if wanted is not None and wanted not in SYSTEMS:
+        raise click.UsageError(f"--system {wanted}: allowed are {', '.join(SYSTEMS)}")
+    system = SYSTEMS[wanted] if wanted else this_system()
+    basses = _basses(presets)
+    plugin: Any = import_module(f"livebass.plugin.{kind}")
+    folder = output / BUNDLES[kind]
+    checked_directory(folder, plugin.is_bundle)  # now, not after a minute of work
+    announce_kernels()
+    if not build.built(system):
+        click.echo(f"building the plugins for {system.name}, once (about {build.BUILD_TIME} s) ...", err=True)
+    plugin.write_bundle(basses, folder, system)
+    size = sum(file.stat().st_size for file in folder.rglob("*") if file.is_file())
+    several = "es" if len(basses) > 1 else ""
+    click.echo(f"{folder}: {len(basses)} bass{several}, {_megabytes(size)}, for {system.name}", err=True)
+    click.echo(f"copy it into {folder_of_plugins(system, kind)} and let your host look for new plugins", err=True)
+
+
+def _basses(presets: list[str]) -> dict[str, Instrument]:
+    """The basses of `presets`, by short name; all that come with livebass if none is named, the usual one first."""
+    from livebass.preset.load import load_preset, preset_names
+
+    basses: dict[str, Instrument] = {}
+    for preset in presets or sorted(preset_names(), key=lambda name: name != DEFAULT_PRESET):
+        name = Path(preset).stem
+        if name in basses:
+            raise click.UsageError(f"-p {preset}: there are two basses called {name}")
+        basses[name] = load_preset(preset)
+    return basses
+
+
+@export.command()
+@click.argument("preset", metavar="NAME|FILE")
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="The file to write, NAME.lbass.  [default: where installed plugins look, in your home directory]",
+)
+def instrument(preset: str, output: Path | None) -> None:
+    """Add a bass to plugins that are installed.
+
+    The bass, such as your own file mine.toml, appears in the list of every livebass plugin when the host loads it anew;
+    in LV2 hosts as a preset, if livebass.lv2 is in your folder of plugins. An older file of the same name is replaced.
+
+    \b
+    Examples:
+      livebass export instrument ./mine.toml
+      livebass export instrument ./mine.toml -o ~/.lv2/livebass.lv2/mine.lbass
+    """
+    from livebass.files import Transaction
+    from livebass.plugin import lv2
+    from livebass.plugin.bundle import checked_name, own_instruments
+    from livebass.plugin.instrument import ENDING, write_instrument
+    from livebass.plugin.systems import folder_of_plugins, this_system
+    from livebass.preset.load import load_preset
+
+    if output is not None and output.suffix != ENDING:
+        raise click.UsageError(f"{output}: the name of an instrument file ends in {ENDING}")
+    bass = load_preset(preset)
+    name = checked_name(output.stem if output else Path(preset).stem)
+    file = output or own_instruments() / f"{name}{ENDING}"
+    announce_kernels()
+    with Transaction() as files:
+        if output is None:
+            files.directory(file.parent)
+        write_instrument(bass, file, files)
+    click.echo(f"{file}: {bass.name}; plugins list it when their host loads them anew", err=True)
+    folder = Path(os.path.expandvars(folder_of_plugins(this_system(), "lv2"))).expanduser()
+    if output is None and (folder / BUNDLES["lv2"]).is_dir():  # LV2 hosts know no basses but those of bundles
+        lv2.write_preset(name, bass.name, folder / f"livebass-{name}.lv2")
+        click.echo(f"{folder / f'livebass-{name}.lv2'}: a preset with it, for the menus of LV2 hosts", err=True)
 
 
 @export.command()

@@ -9,11 +9,11 @@ or write outside their memory: what it accepts may be played. [any thread]
 import numpy as np
 
 from livebass.compiling import entry, jit
-from livebass.kernels.coil import CIRCUIT, COIL, fit
+from livebass.kernels.coil import CIRCUIT, COIL
 from livebass.kernels.elementary import exp
 from livebass.kernels.native import FLUSH, float_control, floats_at, record_at, set_float_control, words_at
 from livebass.kernels.operators import DOUBLE
-from livebass.kernels.performer import MOST_STRINGS, PERFORMER, reset_controllers
+from livebass.kernels.performer import KEYS, MOST_STRINGS, PERFORMER, reset_controllers
 from livebass.kernels.preparing import (
     NOTE,
     NOTE_BYTES,
@@ -195,8 +195,8 @@ def connect(string, instrument, i, coil):
 
 
 @jit
-def fit_circuit(coil, instrument, rate):
-    """Fits the filter of the instrument's circuit at `rate` (Hz)."""
+def take_circuit(coil, instrument, rate):
+    """Gives a COIL the parts of the instrument's circuit, and the rate (Hz)."""
     circuit = instrument.circuit
     coil.inductance = circuit.inductance
     coil.resistance = circuit.resistance
@@ -206,7 +206,6 @@ def fit_circuit(coil, instrument, rate):
     coil.tone_capacitor = circuit.tone_capacitor
     coil.tone = circuit.tone
     coil.rate = rate
-    fit(coil)
 
 
 @entry("void(int64, int64, int64)")
@@ -228,17 +227,25 @@ def make_performer(p, instrument, seed):
     p.volume = 1.0
     p.place = 1
     p.range = player.bend_range
+    p.usual_range = p.range
     p.usual_position = player.pluck_position
+    p.placed = p.usual_position
+    p.dynamics = 1.0
+    for key in range(KEYS):
+        p.place_of[key] = np.nan
     p.nearest = player.pluck_nearest
     p.farthest = player.pluck_farthest
     p.softest = player.softest
     p.hardest = player.hardest
     p.greatest = player.greatest_apex
     p.slapped = player.slapped_strings if instrument.slap else 0
+    p.usual_slapped = p.slapped
     p.strike_position = player.strike_position
     p.strike_force = player.strike_force
     p.hand_damping = player.hand_damping
+    p.usual_damping = p.hand_damping
     p.unevenness = player.unevenness
+    p.usual_unevenness = p.unevenness
     p.seed = seed & np.int64(0x7FFF_FFFF_FFFF_FFFF)
     p.drop = instrument.drop
     p.position_controller = player.position_controller

@@ -9,7 +9,7 @@ import numpy as np
 from livebass.compiling import entry, jit
 from livebass.kernels.elementary import exp2, power
 from livebass.kernels.native import record_at, records_at
-from livebass.kernels.records import BEND, CUT, EVENT, GAIN, HAND, OPERATOR, PLUCK, STRIKE_EVENT
+from livebass.kernels.records import BEND, CUT, EVENT, GAIN, HAND, OPERATOR, PLUCK, STRIKE_EVENT, TONE
 from livebass.kernels.techniques import grazing
 
 MOST_STRINGS = 8
@@ -22,6 +22,15 @@ UNEVEN_PLACE = 0.1  # m, for an unevenness of 1
 MOST_EVENTS = 3 * MOST_STRINGS  # one message gives at most so many: reset-controllers
 MOST_RANGE = 96  # semitones of pitch bend
 LEAST_FORCE = 1e-3  # multiple of the grazing apex: a curve cannot start at zero
+MOST_UNEVENNESS = 0.5
+KEYS = 128
+
+# Parameters that hosts move while the bass plays, and their limits; 0 is always "as the bass itself has it". The sound
+# of the gain is the synth's (block.py).
+GAIN_DB, TONE_POT, PLUCK_POSITION, DYNAMICS, TECHNIQUE, HAND_DAMPING, UNEVENNESS, BEND_RANGE, PARAMETERS = range(9)
+LEAST = (-60.0, -1.0, -1.0, -12.0, 0.0, -1.0, -1.0, 0.0)
+MOST = (20.0, 1.0, 1.0, 12.0, 3.0, 1.0, 1.0, 24.0)
+OWN, PLUCKED, THUMB_ON_TWO, THUMB_ON_ALL = range(4)  # values of TECHNIQUE
 
 PERFORMER = np.dtype(
     [
@@ -41,8 +50,16 @@ PERFORMER = np.dtype(
         ("volume", "f8"),
         ("expression", "f8"),
         ("position", "f8"),  # fraction of the open string
-        # the player, constant
+        ("string_bend", "f8", (MOST_STRINGS,)),  # semitones, of one string, besides the wheel's
+        ("place_of", "f8", (KEYS,)),  # of the next note of each key, as PLUCK_POSITION; NaN: none of its own
+        ("dynamics", "f8"),  # factor of every note's force
+        ("placed", "f8"),  # the position that the controllers' reset goes back to
+        # the player: constants, and what parameters make of them
         ("usual_position", "f8"),
+        ("usual_slapped", "i8"),
+        ("usual_damping", "f8"),
+        ("usual_unevenness", "f8"),
+        ("usual_range", "f8"),
         ("nearest", "f8"),
         ("farthest", "f8"),
         ("softest", "f8"),
@@ -84,7 +101,85 @@ def reset_controllers(p):
     p.wheel = 0.0
     p.expression = 1.0
     p.parameter = 16383
-    p.position = p.usual_position
+    p.position = p.placed
+    for i in range(MOST_STRINGS):
+        p.string_bend[i] = 0.0
+
+
+@jit
+def held(number, value):
+    """The value of parameter `number`, held within its limits; NaN is as usual."""
+    if np.isnan(value):
+        return 0.0
+    return min(max(value, LEAST[number]), MOST[number])
+
+
+@jit
+def place(p, x):
+    """Position for PLUCK_POSITION `x`: -1 nearest to the bridge, 1 farthest from it, 0 the usual one."""
+    if x < 0.0:
+        return p.usual_position - x * (p.farthest - p.usual_position)
+    return p.usual_position + x * (p.nearest - p.usual_position)
+
+
+@jit
+def set_parameter(p, frame, number, value, events, count):
+    """Sets parameter `number`, of those that the player has, to a value that is `held`; returns the new count."""
+    if number == TONE_POT:
+        for i in range(p.strings):
+            count = emit(events, count, frame, TONE, i, 0, value, 0.0)
+    elif number == PLUCK_POSITION:
+        p.placed = place(p, value)
+        p.position = p.placed
+    elif number == DYNAMICS:
+        p.dynamics = power(10.0, value / 20.0)
+    elif number == TECHNIQUE:
+        which = np.int64(np.rint(value))
+        p.slapped = p.usual_slapped
+        if which == PLUCKED:
+            p.slapped = 0
+        elif which == THUMB_ON_TWO:
+            p.slapped = min(2, p.strings)
+        elif which == THUMB_ON_ALL:
+            p.slapped = p.strings
+    elif number == HAND_DAMPING:
+        p.hand_damping = p.usual_damping * power(10.0, value)
+    elif number == UNEVENNESS:
+        p.unevenness = p.usual_unevenness
+        if value != 0.0:
+            p.unevenness = min(max(p.usual_unevenness + value, 0.0), MOST_UNEVENNESS)
+    elif number == BEND_RANGE:
+        p.range = p.usual_range if value == 0.0 else max(value, 1.0)
+        count = tell_bend(p, frame, events, count)
+    return count
+
+
+@jit
+def bend_string(p, frame, i, semitones, events, count):
+    """Bends string `i` by so many semitones, besides what the wheel does; returns the new count of events."""
+    if i >= p.strings or not abs(semitones) <= MOST_RANGE:
+        return count
+    p.string_bend[i] = semitones
+    return emit(events, count, frame, BEND, i, 0, bend_ratio(p, i), 0.0)
+
+
+@jit
+def bend_note(p, frame, key, semitones, events, count):
+    """Bends the string that played `key` last, as `bend_string`; returns the new count of events."""
+    last = -1
+    for i in range(p.strings):
+        if p.key[i] == key and (last < 0 or p.age[i] > p.age[last]):
+            last = i
+    if last < 0:
+        return count
+    return bend_string(p, frame, last, semitones, events, count)
+
+
+@jit
+def place_note(p, key, x):
+    """Has the next note of `key` plucked at a place of its own, given as PLUCK_POSITION."""
+    if key < KEYS:
+        p.place_of[key] = held(PLUCK_POSITION, x)
 
 
 @jit
@@ -174,6 +269,8 @@ def note_on(p, ops, frame, key, velocity, events, count):
     for i in range(p.strings):
         low = min(low, p.open[i])
         high = max(high, p.open[i] + p.frets)
+    own_place = p.place_of[key]
+    p.place_of[key] = np.nan
     note = key
     while note < low:
         note += 12
@@ -202,12 +299,14 @@ def note_on(p, ops, frame, key, velocity, events, count):
     softest = max(p.softest, LEAST_FORCE)
     force = softest * power(p.hardest / softest, (velocity - 1) / 126.0)
     force *= 1.0 + p.unevenness * chance(p.seed, 2 * p.notes)
+    force *= p.dynamics
     aside = UNEVEN_PLACE * p.unevenness * chance(p.seed, 2 * p.notes + 1)
     if i < p.slapped:
         where = over_body(ops[i, 0], op, p.strike_position, aside, LEAST_STRIKE)
         depth = p.strike_force * soft_limit(force * max(grazing(op, 0.5 * op.length), LEAST_GRAZE), p.greatest)
         return emit(events, count, frame, STRIKE_EVENT, i, fret, depth, where)
-    where = over_body(ops[i, 0], op, p.position, aside, LEAST_PLUCK)
+    position = place(p, own_place) if not np.isnan(own_place) else p.position
+    where = over_body(ops[i, 0], op, position, aside, LEAST_PLUCK)
     apex = soft_limit(force * max(grazing(op, where), LEAST_GRAZE), p.greatest)
     return emit(events, count, frame, PLUCK, i, fret, apex, where)
 
@@ -240,11 +339,17 @@ def all_notes_off(p, frame, events, count):
 
 
 @jit
+def bend_ratio(p, i):
+    """Frequencies of string `i` relative to those without a bend."""
+    semitones = p.wheel * p.range + p.string_bend[i]
+    return exp2(min(max(semitones, -MOST_RANGE), MOST_RANGE) / 12.0)
+
+
+@jit
 def tell_bend(p, frame, events, count):
     """Sends the bend to every string."""
-    ratio = exp2(p.wheel * p.range / 12.0)
     for i in range(p.strings):
-        count = emit(events, count, frame, BEND, i, 0, ratio, 0.0)
+        count = emit(events, count, frame, BEND, i, 0, bend_ratio(p, i), 0.0)
     return count
 
 

@@ -181,6 +181,10 @@ VOICE = np.dtype(
         ("across", "f8", (4,)),  # how strongly each senses v, of u
         ("decay", "f8", (4,)),  # 1/m of each pickup
         ("mix", "f8", (4,)),
+        ("still", "i8"),  # 1: at rest, and the same sample comes out frame after frame until there is an event
+        ("tones", "i8"),  # address of the filters for all positions of the tone pot (tone.py); 0: there is one filter
+        ("tone_wanted", "f8"),  # -1 to 1 ...
+        ("tone", "f8"),  # ... and the tone that the filter has got to
         ("b", "f8", (4,)),  # output filter
         ("a", "f8", (4,)),
         ("z", "f8", (4,)),
@@ -209,4 +213,4 @@ EVENT = np.dtype(
     [("frame", "i8"), ("kind", "i4"), ("string", "i4"), ("fret", "i4"), ("x", "f8"), ("y", "f8")],
     align=True,
 )
-PLUCK, STRIKE_EVENT, HAND, BEND, GAIN, CUT = 1, 2, 3, 4, 5, 6
+PLUCK, STRIKE_EVENT, HAND, BEND, GAIN, CUT, TONE = 1, 2, 3, 4, 5, 6, 7

@@ -7,7 +7,7 @@ touches only what it is handed. [audio thread]
 import numpy as np
 
 from livebass.compiling import entry, jit
-from livebass.kernels import modal, techniques
+from livebass.kernels import modal, techniques, tone
 from livebass.kernels.elementary import exp
 from livebass.kernels.native import call_4, floats_at, record_address, record_at, records_at
 from livebass.kernels.operators import tap
@@ -23,6 +23,7 @@ from livebass.kernels.records import (
     PLUCK,
     STRIKE_EVENT,
     STRING,
+    TONE,
     WHOLE,
 )
 from livebass.kernels.slot import HOUSEKEEPING, keep_house
@@ -54,12 +55,21 @@ def run(string, ops, events, count, out, across):
     voice = string.voice
     taps = string.taps
     used = 0
-    for i in range(out.shape[0]):
+    i = 0
+    while i < out.shape[0]:
         while used < count and events[used].frame <= voice.frame:
             happen(string, ops, events[used])
             used += 1
+        if voice.still:
+            end = voice.frame + out.shape[0] - i
+            if used < count:
+                end = min(end, events[used].frame)
+            i = be_silent(voice, taps, out, i, end)
+            continue
         if voice.tuned != voice.bend and (voice.frame + voice.turn) % techniques.BEND_FRAMES == 0:
             techniques.follow_bend(string, ops)
+        if voice.tone != voice.tone_wanted and voice.frame % tone.FRAMES == 0:
+            tone.follow_tone(voice)
         slot = string.slots[voice.slot]
         if slot.on:
             techniques.excite(voice, slot, ops[slot.fret])
@@ -71,7 +81,46 @@ def run(string, ops, events, count, out, across):
         else:
             out[i] = signal(voice, taps)
         move(string, ops)
+        i += 1
     return used
+
+
+@jit
+def be_silent(voice, taps, out, i, end):
+    """Writes the silence of a string that is still to out[i:], up to frame `end`; returns the place behind it."""
+    for k in range(taps.shape[0]):
+        taps[k] = 0.0
+    x = signal(voice, taps)
+    until = i + end - voice.frame
+    for k in range(i, until):
+        out[k] = x
+    pass_over(voice, end)
+    return until
+
+
+@jit
+def pass_over(voice, end):
+    """Takes a string that is still to frame `end`."""
+    voice.frame = end
+    voice.step = end * voice.numerator
+    if voice.denominator > 1:
+        voice.step = -(-voice.step // voice.denominator)
+
+
+@jit
+def become_still(string):
+    """Notes whether every later sample of the string at rest will be the one before, until there is an event.
+
+    That is so once its filters hold nothing but zeros, all of HOUSEKEEPING frames old.
+    """
+    voice = string.voice
+    held = abs(voice.block_in) + abs(voice.block_out)
+    for i in range(3):
+        held += abs(voice.z[i])
+    gain = voice.gain + voice.gain_pole * (voice.gain_wanted - voice.gain)
+    tuned = voice.tuned == voice.bend and voice.tone == voice.tone_wanted and gain == voice.gain
+    quiet = voice.pulling == 0 and held == 0.0 and not voice.raw
+    voice.still = np.int64(1 if quiet and tuned else 0)
 
 
 @jit
@@ -84,6 +133,7 @@ def at_rest(string):
 def happen(string, ops, event):
     """Carries out one event."""
     voice, slots = string.voice, string.slots
+    voice.still = 0
     if event.kind == PLUCK:
         techniques.pluck(string, ops, event.fret, event.x, event.y)
     elif event.kind == STRIKE_EVENT:
@@ -98,6 +148,10 @@ def happen(string, ops, event):
         voice.gain_wanted = event.x
         if at_rest(string):
             voice.gain = event.x
+    elif event.kind == TONE:
+        voice.tone_wanted = event.x
+        if at_rest(string):
+            tone.set_tone(voice, event.x)
     elif event.kind == CUT:
         techniques.interrupt(string, ops)
         voice.striking = 0
@@ -225,4 +279,5 @@ def move(string, ops):
             if slot.on and not (k == voice.slot and (voice.pulling > 0 or voice.striking > 0)):
                 keep_house(slot, ops[slot.fret], voice)
         if at_rest(string):
+            become_still(string)  # before: zeros that have gone through the filters since they were set
             settle(voice)

@@ -1,7 +1,8 @@
-"""Builds the binary of the plugins from a checkout: kernels for each level of processor, and the C that hosts load.
+"""The binary of the plugins, one shared library for all formats: kernels for each level of processor, and the C.
 
-The binary does not depend on presets. It needs a C compiler, `cc` or ziglang's, and numba; it is kept in the user's
-directory, by the digest of all its sources.
+It depends on no preset. That of a system comes with the release wheel of the system (tools/wheels.py). Elsewhere it is
+built once, from the sources: that takes numba and a C compiler, `cc` or ziglang's; it is kept in the user's directory,
+by the digest of all its sources. Like compiled kernels, it ends with a checksum wherever it is kept.
 """
 
 from __future__ import annotations
@@ -9,23 +10,30 @@ from __future__ import annotations
 import functools
 import hashlib
 import importlib.util
+import logging
 import os
-import platform
 import shutil
 import subprocess
 import sys
 import tempfile
+from collections.abc import Iterable
+from contextlib import suppress
 from pathlib import Path
 
-from livebass.compiling import ARM, emitter, store
+from livebass.compiling import emitter, store
+from livebass.extras import install
 from livebass.plugin.header import header
+from livebass.plugin.systems import System, this_system
 
+LOG = logging.getLogger("livebass")
+BUILD_TIME = 60  # s, about
 C = Path(__file__).parent / "c"
-EXPORTED = {"lv2": "lv2_descriptor"}  # the one symbol of each format's binary
 FLAGS = (
-    "-std=gnu11", "-O2", "-fPIC", "-shared", "-fvisibility=hidden", "-ffp-contract=off", "-fno-math-errno",
+    "-std=gnu11", "-O2", "-shared", "-s", "-fvisibility=hidden", "-ffp-contract=off", "-fno-math-errno",
     "-Wall", "-Wextra", "-Werror",
 )  # fmt: skip
+LINKING = {"so": ("-fPIC", "-Wl,-z,now", "-Wl,-z,defs", "-lm", "-lpthread"), "dylib": ("-fPIC",), "dll": ()}
+LIBRARY, PLUGIN = "library", "plugin"  # object files for a library that exports the entries, and for the plugins
 EMIT = """
 import re, sys
 from pathlib import Path
@@ -33,64 +41,146 @@ from livebass.compiling import emitter
 from livebass.plugin.header import suffix
 emitter.prepare_numba()
 text = emitter.program()
-for level in sys.argv[2:]:
-    named = re.sub(r"@lb_(\\w+)", rf"@lb_\\1{suffix(level)}", text)
-    Path(sys.argv[1], f"{level}.o").write_bytes(emitter.emit(named, level)[0])
+for asked in sys.argv[2:]:
+    use, level, triple = asked.split(",")
+    given = text
+    if use == "plugin":  # several levels in one binary, which exports none of them
+        given = re.sub(r"@lb_(\\w+)", rf"@lb_\\1{suffix(level)}", text)
+        given = re.sub(r"^define (\\w+ @lb_)", r"define hidden \\1", given, flags=re.MULTILINE)
+    Path(sys.argv[1], f"{use}-{level}-{triple}.o").write_bytes(emitter.emit(given, level, triple)[0])
 """
 
 
-def levels() -> list[str]:
-    """The levels of this kind of processor, the lowest first."""
-    machine = "aarch64" if platform.machine().lower() in ARM else "x86_64"
-    return [name for name, level in emitter.LEVELS.items() if level.machine == machine]
+class BuildError(OSError):
+    """There is no binary of the plugins for a system; one line."""
 
 
 @functools.cache
 def digest() -> str:
     """A name for the sources of the binaries as they are."""
-    found = hashlib.sha256(store.digest().encode() + header(levels()).encode() + " ".join(FLAGS).encode())
-    for source in (Path(__file__), *sorted(C.iterdir())):
+    found = hashlib.sha256(store.digest().encode() + header(emitter.LEVELS).encode())
+    for source in (Path(__file__), *sorted(C.glob("*.[ch]"))):
         found.update(source.name.encode() + b"\0" + source.read_bytes())
     return found.hexdigest()[:16]
 
 
-def compiler() -> list[str]:
-    """The C compiler. Raises RuntimeError if there is none."""
-    if found := shutil.which("cc"):
+def name_of(system: System) -> str:
+    """The name of the file that holds the binary for a system."""
+    return f"plugin-{digest()}-{system.name}.{system.ending}"
+
+
+def built(system: System) -> bool:
+    """True if the binary for a system need not be built first. Raises BuildError as `binary` does."""
+    kept = _kept(system)
+    return _from_package(system) is not None or (kept is not None and store.whole(kept) is not None)
+
+
+def binary(system: System) -> bytes:
+    """The binary of the plugins for a system; builds it first if need be.
+
+    Raises BuildError, with one line, if one that came with the package is damaged or of another version, or none can
+    be built.
+    """
+    found = _from_package(system)
+    kept = _kept(system) if found is None else None
+    if found is None and kept is not None:
+        found = store.whole(kept)
+        if found is None and kept.exists():
+            LOG.warning("%s: is damaged: building it anew", kept)
+    if found is None:
+        with tempfile.TemporaryDirectory() as folder:
+            found = _built_here(system, Path(folder))
+        if kept is not None:
+            with suppress(OSError):
+                store.write(kept, found)
+    return found
+
+
+def _from_package(system: System) -> bytes | None:
+    """The binary that came with the package; None if none came. Raises BuildError."""
+    place = store.BUILT / name_of(system)
+    if place.exists():
+        found = store.whole(place)
+        if found is None:
+            raise BuildError(f"{place}: is damaged: install livebass anew")
+        return found
+    other = next(iter(sorted(store.BUILT.glob(f"plugin-*-{system.name}.*"))), None)
+    if other is not None:
+        raise BuildError(f"{other}: is of another version than the rest of livebass: install livebass anew")
+    return None
+
+
+def _kept(system: System) -> Path | None:
+    """Where a binary built here is kept; None: nowhere."""
+    place = store.directory(f"plugin-{digest()}")
+    return place / name_of(system) if place else None
+
+
+def compiler(system: System) -> list[str]:
+    """The C compiler for a system. Raises BuildError if there is none."""
+    found = shutil.which("cc")
+    if found and system == this_system():
         return [found]
     if importlib.util.find_spec("ziglang"):
-        return [sys.executable, "-m", "ziglang", "cc"]
-    raise RuntimeError("there is no C compiler: install one, or ziglang with pip")
+        return zig(system)
+    raise BuildError(f"building plugins for {system.name} needs ziglang: {install('export')}")
 
 
-def binary(kind: str) -> Path:
-    """The binary of the plugin format `kind`; builds it first if need be. Raises RuntimeError, OSError."""
-    kept = store.directory(f"plugin-{digest()}")
-    place = (kept or Path(tempfile.mkdtemp())) / f"livebass-{kind}.so"
-    if not place.exists():
-        with tempfile.TemporaryDirectory(dir=place.parent) as folder:
-            os.replace(link(kind, Path(folder)), place)
-    return place
+def zig(system: System) -> list[str]:
+    """The C compiler of ziglang for a system."""
+    return [sys.executable, "-m", "ziglang", "cc", "-target", system.zig]
 
 
-def link(kind: str, folder: Path) -> Path:
-    """Builds the binary of a format with everything in between in `folder`. Raises RuntimeError."""
-    run([sys.executable, "-c", EMIT, str(folder), *levels()], "the kernels do not compile", emitter.SETTINGS)
-    (folder / "kernels.h").write_text(header(levels()))
-    (folder / "exported").write_text(f"{{ global: {EXPORTED[kind]}; local: *; }};\n")
-    sources = [str(C / "core.c"), str(C / f"{kind}.c")]
-    objects = [str(folder / f"{level}.o") for level in levels()]
-    linking = [f"-Wl,--version-script={folder / 'exported'}", "-Wl,-z,now", "-Wl,-z,defs", "-s", "-lm", "-lpthread"]
-    made = folder / f"{kind}.so"
-    run([*compiler(), *FLAGS, f"-I{folder}", *sources, *objects, *linking, "-o", str(made)], "no plugin was built")
-    return made
+def _built_here(system: System, folder: Path) -> bytes:
+    """Builds the binary for a system, with everything in between in `folder`. Raises BuildError."""
+    using = compiler(system)  # before half a minute of work
+    place = store.directory(f"objects-{hashlib.sha256((store.digest() + EMIT).encode()).hexdigest()[:16]}")
+    names = [object_name(PLUGIN, level, system) for level in system.levels]
+    kept = {name: store.whole(place / name) if place else None for name in names}
+    if not all(kept.values()):
+        emit(folder, [system], [PLUGIN])
+    for name, data in kept.items():
+        if data is not None:
+            (folder / name).write_bytes(data)
+        elif place:
+            with suppress(OSError):
+                store.write(place / name, (folder / name).read_bytes())
+    return link(folder, system, using)
+
+
+def object_name(use: str, level: str, system: System) -> str:
+    """The name of the object file of a level, for a library or for the plugins."""
+    return f"{use}-{level}-{system.triple}.o"
+
+
+def emit(folder: Path, systems: Iterable[System], uses: Iterable[str]) -> None:
+    """Writes the object files of the kernels for `systems` and `uses` into `folder`. Raises BuildError."""
+    systems = list(systems)
+    for machine in sorted({system.machine for system in systems}):
+        asked = [
+            f"{use},{level},{system.triple}"
+            for use in uses for system in systems if system.machine == machine for level in system.levels
+        ]  # fmt: skip
+        settings = emitter.SETTINGS | {"LIVEBASS_MACHINE": machine}
+        run([sys.executable, "-P", "-c", EMIT, str(folder), *asked], "the kernels do not compile", settings)
+
+
+def link(folder: Path, system: System, using: list[str]) -> bytes:
+    """Links the binary for a system by a C compiler, from the object files in `folder`. Raises BuildError."""
+    (folder / "kernels.h").write_text(header(system.levels))
+    objects = [str(folder / object_name(PLUGIN, level, system)) for level in system.levels]
+    sources = [str(source) for source in sorted(C.glob("*.c"))]
+    made = folder / f"plugin.{system.ending}"
+    command = [*using, *FLAGS, f"-I{folder}", *sources, *objects, *LINKING[system.ending], "-o", str(made)]
+    run(command, "the plugins do not compile")
+    return made.read_bytes()
 
 
 def run(command: list[str], failed: str, settings: dict[str, str] | None = None) -> None:
-    """Runs a command. Raises RuntimeError with the last line it said if it fails."""
+    """Runs a command. Raises BuildError with the first error it said, or the last line, if it fails."""
     paths = [str(store.PACKAGE.parent), *filter(None, [os.environ.get("PYTHONPATH")])]
     environment = os.environ | (settings or {}) | {"PYTHONPATH": os.pathsep.join(paths)}
-    done = subprocess.run(command, env=environment, capture_output=True, text=True)
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, stdin=subprocess.DEVNULL)
     if done.returncode:
         said = (done.stderr or done.stdout).strip().splitlines() or [f"exit status {done.returncode}"]
-        raise RuntimeError(f"{failed}: {said[-1]}")
+        raise BuildError(f"{failed}: {next((line for line in said if 'error:' in line), said[-1])}")

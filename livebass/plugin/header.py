@@ -6,14 +6,17 @@ Each record becomes a struct, with assertions that C lays it out as numpy does; 
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable
 
 import numpy as np
 
+from livebass import __version__
 from livebass.compiling import Entry
 from livebass.kernels import board, coil, frets, instrument, performer, preparing, records
 from livebass.live.thread import ahead, block, ring, setup
 from livebass.live.thread import records as live
+from livebass.plugin.parameters import MOST_BASSES, PARAMETERS
 
 # Those that are part of others come first.
 RECORDS = {
@@ -33,6 +36,13 @@ RECORDS = {
 NUMBERS = {
     "LB_STRINGS": performer.MOST_STRINGS,
     "LB_RINGS": live.RINGS,
+    "LB_CHUNK": live.CHUNK,
+    "LB_MOST_BASSES": MOST_BASSES,
+    "LB_KIND_PARAMETER": ring.PARAMETER,
+    "LB_KIND_STRING_BEND": ring.STRING_BEND,
+    "LB_KIND_NOTE_PLACE": ring.NOTE_PLACE,
+    "LB_KIND_NOTE_BEND": ring.NOTE_BEND,
+    "LB_RELEASE": json.dumps(__version__),
     "LB_TIERS": instrument.TIERS,
     "LB_LIVE": instrument.LIVE,
     "LB_STUDIO": instrument.STUDIO,
@@ -46,8 +56,8 @@ NUMBERS = {
 }
 ENTRIES: tuple[Entry, ...] = (
     instrument.check_file, instrument.measure_pool, instrument.fill_pool, setup.measure_bass, setup.fill_bass,
-    setup.ring_bytes, setup.fill_synth, ring.push_message, block.process, ahead.play_string, frets.over_frets,
-    board.over_board,
+    setup.ring_bytes, setup.fill_synth, ring.push_message, ring.push_event, block.process, block.stay,
+    ahead.play_string, frets.over_frets, board.over_board,
 )  # fmt: skip
 C_TYPES = {"i8": "int64_t", "f8": "double", "i4": "int32_t", "u1": "uint8_t"}
 C_RESULTS = {"void": "void", "int64": "int64_t", "float64": "double"}
@@ -63,6 +73,7 @@ def header(levels: Iterable[str]) -> str:
     lines = ["/* Written by livebass/plugin/header.py. */", "#ifndef LB_KERNELS_H", "#define LB_KERNELS_H"]
     lines += ["#include <stddef.h>", "#include <stdint.h>"]
     lines += [f"#define {name} {value}" for name, value in NUMBERS.items()]
+    lines += _parameters()
     for name, record in RECORDS.items():
         lines += _struct(name, record)
     lines += ["typedef struct {", *(f"    {_function(e, f'(*{e.name})')};" for e in ENTRIES), "} lb_kernels;"]
@@ -72,6 +83,26 @@ def header(levels: Iterable[str]) -> str:
         members = ", ".join(f"lb_{e.name}{end}" for e in ENTRIES)
         lines += ["#ifdef LB_TABLES", f"static const lb_kernels kernels{end} = {{{members}}};", "#endif"]
     return "\n".join([*lines, "#endif", ""])
+
+
+def _parameters() -> list[str]:
+    """The table of parameters, and their numbers."""
+    lines = ["typedef struct {", "    const char *symbol, *name, *unit;", "    double least, most, usual;"]
+    lines += ["    int whole;", "    const char *const *points; /* names of the values from 0 on, then 0; or 0 */"]
+    lines += [
+        "} lb_parameter;",
+        f"enum {{ {', '.join(f'LB_{p.symbol.upper()}' for p in PARAMETERS)}, LB_PARAMETERS }};",
+    ]
+    lines += [f"enum {{ LB_PLAYED_PARAMETERS = {performer.PARAMETERS} }}; /* the first ones, which lb_set takes */"]
+    rows = []
+    for p in PARAMETERS:
+        points = f"lb_points_{p.symbol}" if p.points else "0"
+        if p.points:
+            texts = ", ".join(map(json.dumps, p.points))
+            lines.append(f"static const char *const {points}[] = {{{texts}, 0}};")
+        texts = ", ".join(map(json.dumps, (p.symbol, p.name, p.unit)))
+        rows.append(f"    {{{texts}, {float(p.least)}, {float(p.most)}, {float(p.usual)}, {int(p.whole)}, {points}}},")
+    return [*lines, "static const lb_parameter lb_parameters[LB_PARAMETERS] = {", *rows, "};"]
 
 
 def _struct(name: str, record: np.dtype[np.void]) -> list[str]:

@@ -7,6 +7,7 @@ Python. A file holds what a preset says, worked out as far as it does not depend
 from __future__ import annotations
 
 import os
+from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -74,10 +75,13 @@ def instrument_file(instrument: Instrument) -> bytes:
     return words.tobytes() + int(checksum(words.ctypes.data, len(words))).to_bytes(WORD, "little")
 
 
-def write_instrument(instrument: Instrument, path: Path) -> None:
-    """Writes the instrument file of a bass, whole or not at all. Raises ValueError, OutputError."""
+def write_instrument(instrument: Instrument, path: Path, files: Transaction | None = None) -> None:
+    """Writes the instrument file of a bass, whole or not at all; or as one of `files`.
+
+    Raises ValueError, OutputError.
+    """
     data = instrument_file(instrument)
-    with Transaction() as files:
+    with Transaction() if files is None else nullcontext(files) as files:
         files.write(path, data)
 
 

@@ -2,33 +2,28 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from livebass import __version__
-from livebass.files import whole_directory
+from livebass.kernels.performer import MOST_STRINGS
 from livebass.model.instrument import Instrument
 from livebass.plugin.build import binary
-from livebass.plugin.instrument import ENDING, instrument_file
+from livebass.plugin.bundle import LIST, checked_name, instrument_files, write_files
+from livebass.plugin.instrument import ENDING
+from livebass.plugin.parameters import PARAMETERS
+from livebass.plugin.systems import SYSTEMS, System, this_system
 
 URI = "urn:livebass:bass"
-BINARY, LIST, TURTLE, PRESETS, MANIFEST = (
-    "livebass.so",
-    "instruments.txt",
-    "livebass.ttl",
-    "presets.ttl",
-    "manifest.ttl",
-)
-MOST_INSTRUMENTS, LONGEST_NAME = 128, 63  # of c/lv2.c
+STRINGS = "urn:livebass:bass-strings"  # an output a string
+TURTLE, PRESETS, MANIFEST = "livebass.ttl", "presets.ttl", "manifest.ttl"
 PREFIXES = {
     "atom": "http://lv2plug.in/ns/ext/atom#",
     "doap": "http://usefulinc.com/ns/doap#",
     "lv2": "http://lv2plug.in/ns/lv2core#",
     "log": "http://lv2plug.in/ns/ext/log#",
     "midi": "http://lv2plug.in/ns/ext/midi#",
-    "pg": "http://lv2plug.in/ns/ext/port-groups#",
+    "pprops": "http://lv2plug.in/ns/ext/port-props#",
     "pset": "http://lv2plug.in/ns/ext/presets#",
     "rdf": "http://www.w3.org/1999/02/22-rdf-syntax-ns#",
     "rdfs": "http://www.w3.org/2000/01/rdf-schema#",
@@ -41,57 +36,58 @@ PREFIXES = {
 HEAD = "".join(f"@prefix {name}: <{uri}> .\n" for name, uri in PREFIXES.items())
 
 
-@dataclass(frozen=True)
-class Control:
-    """A control port of c/lv2.c."""
-
-    symbol: str
-    name: str
-    usual: float
-    least: float
-    most: float
-    more: str = ""  # Turtle
-    points: tuple[str, ...] = ()  # names of the values 0, 1 ...
+UNITS = {"dB": "units:db", "semitones": "units:semitone12TET"}
+OUTPUTS = {URI: 1, STRINGS: MOST_STRINGS}  # of each plugin
 
 
-def controls(names: Sequence[str]) -> list[Control]:
-    """The control ports, where the basses have these names."""
-    listed = "lv2:portProperty lv2:integer, lv2:enumeration"
-    return [
-        Control("gain", "Gain", 0, -60, 20, "units:unit units:db"),
-        Control("instrument", "Instrument", 0, 0, max(1, len(names) - 1), listed, tuple(names)),
-        Control("quality", "Quality", 0, 0, 1, listed, ("live", "studio")),
-    ]
+def controls(titles: Sequence[str]) -> list[str]:
+    """The control ports in Turtle, but for their index, where the basses of the bundle have these titles."""
+    ports = []
+    for p in PARAMETERS:
+        names = tuple(titles) if p.symbol == "bass" else p.points
+        more = f" ; units:unit {UNITS[p.unit]}" if p.unit else ""
+        more += " ; lv2:portProperty lv2:integer" if p.whole else ""
+        if names:
+            points = " , ".join(f"[ rdfs:label {quoted(name)} ; rdf:value {k} ]" for k, name in enumerate(names))
+            more += f" , lv2:enumeration ; lv2:scalePoint {points}"
+        ports.append(_control(p.symbol, p.name, p.usual, p.least, p.most) + more)
+    toggled = " ; lv2:portProperty lv2:integer , lv2:toggled , pprops:notOnGUI ; lv2:designation lv2:freeWheeling"
+    return [*ports, _control("freewheeling", "Freewheeling", 0, 0, 1) + toggled]
 
 
-def write_bundle(basses: dict[str, Instrument], folder: Path) -> None:
+def _control(symbol: str, name: str, usual: float, least: float, most: float) -> str:
+    limits = f"lv2:default {usual:g} ; lv2:minimum {least:g} ; lv2:maximum {most:g}"
+    return f'a lv2:InputPort , lv2:ControlPort ; lv2:symbol "{symbol}" ; lv2:name "{name}" ; {limits}'
+
+
+def write_bundle(basses: dict[str, Instrument], folder: Path, system: System | None = None) -> None:
     """Writes a bundle of `basses`, by short name; the folder appears complete, over an older bundle, or not at all.
 
-    Raises ValueError for names or basses that do not fit, OutputError, RuntimeError where the binary cannot be built.
+    `system`: the one that it is for, None: this one. Raises ValueError for names or basses that do not fit,
+    OutputError, BuildError.
     """
-    if not 1 <= len(basses) <= MOST_INSTRUMENTS:
-        raise ValueError(f"{len(basses)} instruments: allowed are 1 to {MOST_INSTRUMENTS}")
-    for name in basses:
-        if not 1 <= len(name.encode()) <= LONGEST_NAME or set(name) & set('/\\"<>{}|^`\n\r') or " " in name:
-            raise ValueError(f"instrument {name!r}: allowed are 1 to {LONGEST_NAME} letters, digits, - and _")
-    files = {f"{name}{ENDING}": instrument_file(bass) for name, bass in basses.items()}
-    built = binary("lv2")
-    with whole_directory(folder, is_bundle) as temporary:
-        for name, data in files.items():
-            (temporary / name).write_bytes(data)
-        shutil.copyfile(built, temporary / BINARY)
-        (temporary / LIST).write_text("".join(f"{name}\n" for name in basses))
-        names = {short: bass.name for short, bass in basses.items()}
-        (temporary / TURTLE).write_text(HEAD + plugin(list(names.values())))
-        (temporary / PRESETS).write_text(HEAD + presets(names))
-        (temporary / MANIFEST).write_text(HEAD + manifest(list(names)))
+    system = system or this_system()
+    titles = [bass.name for bass in basses.values()]
+    rows = [(uri, short, bass.name, k) for uri in OUTPUTS for k, (short, bass) in enumerate(basses.items())]
+    files = instrument_files(basses) | {
+        binary_name(system): binary(system),
+        TURTLE: (HEAD + "".join(plugin(uri, titles) for uri in OUTPUTS)).encode(),
+        PRESETS: (HEAD + "".join(preset(*row) for row in rows)).encode(),
+        MANIFEST: (HEAD + manifest(list(basses), binary_name(system))).encode(),
+    }
+    write_files(folder, files, is_bundle)
 
 
 def is_bundle(entries: list[Path]) -> bool:
     """True if these are the entries of a bundle that this file wrote: they may be replaced."""
-    names = {entry.name for entry in entries}
-    known = {BINARY, LIST, TURTLE, PRESETS, MANIFEST}
-    return known <= names and all(name in known or name.endswith(ENDING) for name in names)
+    names, always = {entry.name for entry in entries}, {LIST, TURTLE, PRESETS, MANIFEST}
+    binaries = {binary_name(system) for system in SYSTEMS.values()}
+    return always <= names and all(name in always | binaries or name.endswith(ENDING) for name in names)
+
+
+def binary_name(system: System) -> str:
+    """The name of the binary in a bundle for `system`."""
+    return f"livebass.{system.ending}"
 
 
 def quoted(text: str) -> str:
@@ -99,50 +95,65 @@ def quoted(text: str) -> str:
     return '"' + text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", " ") + '"'
 
 
-def plugin(names: Sequence[str]) -> str:
-    """The description of the plugin."""
+def plugin(uri: str, titles: Sequence[str]) -> str:
+    """The description of a plugin whose bundle has basses of these titles."""
+    outputs, strings = OUTPUTS[uri], OUTPUTS[uri] > 1
     ports = [
-        'a lv2:InputPort, atom:AtomPort ; lv2:index 0 ; lv2:symbol "midi" ; lv2:name "MIDI" ;'
+        'a lv2:InputPort , atom:AtomPort ; lv2:symbol "midi" ; lv2:name "MIDI" ;'
         " atom:bufferType atom:Sequence ; atom:supports midi:MidiEvent ; lv2:designation lv2:control",
-        'a lv2:OutputPort, lv2:AudioPort ; lv2:index 1 ; lv2:symbol "out" ; lv2:name "Out" ; lv2:designation pg:center',
+        *(
+            "a lv2:OutputPort , lv2:AudioPort ; "
+            + (f'lv2:symbol "string_{k}" ; lv2:name "String {k}"' if strings else 'lv2:symbol "out" ; lv2:name "Out"')
+            for k in range(1, outputs + 1)
+        ),
+        *controls(titles),
     ]
-    for index, c in enumerate(controls(names), len(ports)):
-        points = " , ".join(f"[ rdfs:label {quoted(p)} ; rdf:value {k} ]" for k, p in enumerate(c.points))
-        more = "".join(f" ; {text}" for text in (c.more, points and f"lv2:scalePoint {points}") if text)
-        ports.append(
-            f'a lv2:InputPort, lv2:ControlPort ; lv2:index {index} ; lv2:symbol "{c.symbol}" ; lv2:name "{c.name}" ;'
-            f" lv2:default {c.usual:g} ; lv2:minimum {c.least:g} ; lv2:maximum {c.most:g}{more}"
-        )
+    described = " ,\n    ".join(f"[ lv2:index {index} ; {port} ]" for index, port in enumerate(ports))
     _, minor, micro = (int(part) for part in __version__.split(".")[:3])
-    described = " ,\n    ".join(f"[ {port} ]" for port in ports)
     return f"""
-<{URI}> a lv2:Plugin, lv2:InstrumentPlugin ;
-  doap:name "livebass" ; doap:license <https://spdx.org/licenses/MIT> ;
+<{uri}> a lv2:Plugin , lv2:InstrumentPlugin ;
+  doap:name "livebass{" strings" if strings else ""}" ; doap:license <https://spdx.org/licenses/MIT> ;
   lv2:minorVersion {2 * minor} ; lv2:microVersion {micro} ;
-  lv2:requiredFeature urid:map ; lv2:optionalFeature lv2:hardRTCapable, work:schedule, log:log ;
-  lv2:extensionData state:interface, work:interface ;
+  lv2:requiredFeature urid:map ; lv2:optionalFeature lv2:hardRTCapable , work:schedule , log:log ;
+  lv2:extensionData state:interface , work:interface ;
   lv2:port {described} .
 """
 
 
-def presets(names: dict[str, str]) -> str:
-    """The presets: each bass, by its short name."""
-    made = ""
-    for number, (short, name) in enumerate(names.items()):
-        values = {c.symbol: number if c.symbol == "instrument" else c.usual for c in controls(list(names.values()))}
-        ports = " , ".join(f'[ lv2:symbol "{symbol}" ; pset:value {value:g} ]' for symbol, value in values.items())
-        kept = f'<{URI}#instrument> {quoted(short)} ; <{URI}#quality> "0"^^xsd:long'
-        made += f"""
-<{URI}#preset-{short}> a pset:Preset ; lv2:appliesTo <{URI}> ; rdfs:label {quoted(name)} ;
+def preset(uri: str, short: str, title: str, number: int | None = None) -> str:
+    """A preset: the bass called `short`, with every parameter as usual; `number` is its place in the bundle."""
+    values = {p.symbol: p.usual for p in PARAMETERS if p.symbol != "bass"}
+    if number is not None:
+        values["bass"] = number
+    ports = " , ".join(f'[ lv2:symbol "{symbol}" ; pset:value {value:g} ]' for symbol, value in values.items())
+    kept = f'<{URI}#bass> {quoted(short)} ; <{URI}#quality> "0"^^xsd:long'
+    return f"""
+<{uri}#preset-{short}> a pset:Preset ; lv2:appliesTo <{uri}> ; rdfs:label {quoted(title)} ;
   lv2:port {ports} ;
   state:state [ {kept} ] .
 """
+
+
+def manifest(shorts: Sequence[str], binary: str | None = None) -> str:
+    """The manifest of a bundle that has the presets of these basses, and the plugins themselves if it has a binary."""
+    made = ""
+    for uri in OUTPUTS:
+        if binary:
+            made += f"\n<{uri}> a lv2:Plugin ; lv2:binary <{binary}> ; rdfs:seeAlso <{TURTLE}> .\n"
+        for short in shorts:
+            made += f"<{uri}#preset-{short}> a pset:Preset ; lv2:appliesTo <{uri}> ; rdfs:seeAlso <{PRESETS}> .\n"
     return made
 
 
-def manifest(shorts: Sequence[str]) -> str:
-    """What the bundle has."""
-    made = f"\n<{URI}> a lv2:Plugin ; lv2:binary <{BINARY}> ; rdfs:seeAlso <{TURTLE}> .\n"
-    for short in shorts:
-        made += f"<{URI}#preset-{short}> a pset:Preset ; lv2:appliesTo <{URI}> ; rdfs:seeAlso <{PRESETS}> .\n"
-    return made
+def write_preset(short: str, title: str, folder: Path) -> None:
+    """Writes a bundle that holds nothing but a preset: a bass in the user's folder, for the menu of hosts.
+
+    Written to ~/.lv2/livebass-SHORT.lv2 it makes an instrument file that `export instrument` wrote appear in Ardour and
+    jalv. Raises ValueError for a name that does not fit, OutputError.
+    """
+    checked_name(short)
+    files = {
+        PRESETS: (HEAD + "".join(preset(uri, short, title) for uri in OUTPUTS)).encode(),
+        MANIFEST: (HEAD + manifest([short])).encode(),
+    }
+    write_files(folder, files, lambda entries: {entry.name for entry in entries} == set(files))

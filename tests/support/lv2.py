@@ -11,9 +11,10 @@ from typing import Any
 import numpy as np
 
 from livebass.arrays import Floats
+from livebass.plugin.parameters import PARAMETERS
 from livebass.score import Score
 
-PORTS = ("midi", "out", "gain", "instrument", "quality")
+CONTROLS = (*(p.symbol for p in PARAMETERS), "freewheeling")
 ROOM = 1 << 16  # bytes of MIDI a block
 U32, I32, P, S = c.c_uint32, c.c_int32, c.c_void_p, c.c_char_p
 RESPOND = c.CFUNCTYPE(I32, P, U32, P)
@@ -36,15 +37,19 @@ STATE = struct(save=c.CFUNCTYPE(I32, P, STORE, P, U32, P), restore=c.CFUNCTYPE(I
 
 
 class Plugin:
-    """One instance of the plugin of a bundle at `rate`. Raises RuntimeError, with what it logged, if it refuses."""
+    """One instance of plugin `index` of a bundle at `rate`. Raises RuntimeError, with what it logged, if it refuses.
 
-    def __init__(self, bundle: Path, rate: int = 48000, worker: bool = True) -> None:
+    It has `outputs`, at ports 1 and on.
+    """
+
+    def __init__(self, bundle: Path, rate: int = 48000, worker: bool = True, index: int = 0, outputs: int = 1) -> None:
+        self.outputs = outputs
         self.uris: list[str] = []
         self.logged: list[str] = []
         self.jobs: list[bytes] = []
         library = c.CDLL(str(bundle / "livebass.so"))
         library.lv2_descriptor.restype = c.POINTER(DESCRIPTOR)
-        self.plugin: Any = library.lv2_descriptor(0).contents
+        self.plugin: Any = library.lv2_descriptor(index).contents
         self.calls = [
             c.CFUNCTYPE(U32, P, S)(lambda _, uri: self.number(uri.decode())),
             c.CFUNCTYPE(I32, P, U32, P)(lambda _, size, data: self.jobs.append(c.string_at(data, size)) or 0),
@@ -59,12 +64,12 @@ class Plugin:
             for name, table in zip(names, tables, strict=True)
         ]
         self.kept = given, tables, (list_ := (P * (len(given) + 1))(*map(c.addressof, given)))
-        self.handle = self.plugin.instantiate(None, rate, f"{bundle}/".encode(), list_)
+        self.handle = self.plugin.instantiate(c.addressof(self.plugin), rate, f"{bundle}/".encode(), list_)
         if not self.handle:
             raise RuntimeError("; ".join(self.logged))
-        self.midi, self.controls = c.create_string_buffer(ROOM), {name: c.c_float() for name in PORTS[2:]}
+        self.midi, self.controls = c.create_string_buffer(ROOM), {name: c.c_float() for name in CONTROLS}
         self.plugin.connect(self.handle, 0, c.addressof(self.midi))
-        for k, control in enumerate(self.controls.values(), 2):
+        for k, control in enumerate(self.controls.values(), 1 + outputs):
             self.plugin.connect(self.handle, k, c.addressof(control))
         self.plugin.activate(self.handle)
 
@@ -77,17 +82,18 @@ class Plugin:
         return kind.from_address(self.plugin.extension(f"http://lv2plug.in/ns/ext/{name}#interface".encode()))
 
     def block(self, frames: int, messages: Iterable[tuple[int, bytes]] = ()) -> Floats:
-        """Plays a block with `messages`, (frame in it, bytes); then does what the plugin asked its worker for."""
+        """Plays a block with `messages`, (frame in it, bytes): (frames,), or (outputs, frames) if there are several."""
         events = b""
         for frame, message in messages:
             head = np.array([frame], np.int64).tobytes() + np.array([len(message), self.number(MIDI)], "u4").tobytes()
             events += head + message.ljust(8, b"\0")
         sequence = np.array([8 + len(events), self.number("sequence"), 0, 0], "u4").tobytes() + events
         c.memmove(self.midi, sequence, len(sequence))
-        out = np.full(frames, np.nan, np.float32)
-        self.plugin.connect(self.handle, 1, out.ctypes.data)
+        outs = np.full((self.outputs, frames), np.nan, np.float32)
+        for k, out in enumerate(outs, 1):
+            self.plugin.connect(self.handle, k, out.ctypes.data)
         self.plugin.run(self.handle, frames)
-        return out
+        return outs if self.outputs > 1 else outs[0]
 
     def work(self) -> None:
         """Does the jobs that wait, and hands the answers in."""
@@ -105,7 +111,7 @@ class Plugin:
         out, done, sent = [], 0, 0
         for size in cycle(sizes):
             if done >= frames:
-                return np.concatenate(out)[:frames]
+                return np.concatenate(out, axis=-1)[..., :frames]
             until = int(np.searchsorted(score.frames, done + size))
             messages = [(int(score.frames[k]) - done, score.messages[k].tobytes()) for k in range(sent, until)]
             out.append(self.block(size, messages))

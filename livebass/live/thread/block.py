@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from livebass.compiling import entry, jit
-from livebass.kernels import performer, techniques
-from livebass.kernels.elementary import log2
+from livebass.kernels import performer, techniques, tone, voice
+from livebass.kernels.elementary import log2, power
 from livebass.kernels.native import (
     FLUSH,
     float_control,
@@ -21,7 +21,7 @@ from livebass.kernels.native import (
     set_float_control,
     store_release,
 )
-from livebass.kernels.performer import MOST_EVENTS
+from livebass.kernels.performer import GAIN_DB, LEAST, MOST_EVENTS, MOST_STRINGS, PARAMETERS, TONE_POT
 from livebass.kernels.records import PLUCK, STRIKE_EVENT
 from livebass.live.thread import ahead
 from livebass.live.thread.records import (
@@ -50,10 +50,24 @@ from livebass.live.thread.records import (
     string_of,
     synth_at,
 )
-from livebass.live.thread.ring import NOW, next_frame, pop, push, push_sound
+from livebass.live.thread.ring import (
+    KIND_BIT,
+    MIDI,
+    NOTE_BEND,
+    NOTE_PLACE,
+    NOW,
+    PARAMETER,
+    STRING_BEND,
+    next_frame,
+    pop,
+    push,
+    push_sound,
+    unpack,
+)
 
 FADE = 0.03  # s of fade-out of a bass that rings out, once another one or an overload needs its place
 GAIN_POLE = 0.004  # part of the way to its target that the gain goes each frame
+SAMPLE = 4  # bytes of a float32
 
 
 @jit
@@ -71,6 +85,67 @@ def handle_message(synth, b, frame, status, first, second, count):
     return performer.message(
         performer_of(b), operators_of(b, 0), frame - b.frame, status, first, second, events_of(b), count
     )
+
+
+@jit
+def know_gains(synth, until):
+    """Lets the gain go on towards its target, up to frame `until` of this chunk."""
+    gain = synth.gain
+    for j in range(synth.gains_known, until):
+        gain += GAIN_POLE * (synth.gain_target - gain)
+        synth.gains[j] = gain
+    synth.gain = gain
+    synth.gains_known = max(synth.gains_known, until)
+
+
+@jit
+def handle_event(synth, b, frame, word, value, count):
+    """Carries out an event other than MIDI for synth frame `frame`; returns the new number of events of `b`."""
+    kind, number = (word >> KIND_BIT) & 0xFF, word & 0xFF
+    if kind == PARAMETER and number < PARAMETERS:
+        synth.parameters[number] = performer.held(number, value)
+        if number == GAIN_DB:
+            know_gains(synth, frame - synth.frame)
+            set_gain(synth, synth.parameters[number])
+            if frame == 0:
+                synth.gain = synth.gain_target
+            return count
+    return tell_event(synth, b, frame, kind, number, value, count)
+
+
+@jit
+def set_gain(synth, value):
+    """Sets the gain that is wanted to `value` dB; the least is silence."""
+    synth.gain_target = power(10.0, value / 20.0) if value > LEAST[GAIN_DB] else 0.0
+
+
+@jit
+def tell_event(synth, b, frame, kind, number, value, count):
+    """Hands an event other than MIDI to the performer of `b`; returns the new number of its events."""
+    p = performer_of(b)
+    if kind == PARAMETER and number < PARAMETERS:
+        value = synth.parameters[number]
+        return performer.set_parameter(p, frame - b.frame, number, value, events_of(b), count)
+    if kind == STRING_BEND:
+        return performer.bend_string(p, frame - b.frame, number, value, events_of(b), count)
+    if kind == NOTE_BEND:
+        return performer.bend_note(p, frame - b.frame, number, value, events_of(b), count)
+    if kind == NOTE_PLACE:
+        performer.place_note(p, number, value)
+    return count
+
+
+@jit
+def apply_parameters(synth, b):
+    """Sets the parameters of a bass that is new, and whose strings rest, as they were set for those before."""
+    p = performer_of(b)
+    for number in range(PARAMETERS):
+        performer.set_parameter(p, np.int64(0), number, synth.parameters[number], events_of(b), np.int64(0))
+    for i in range(b.strings):
+        v = string_of(b, i).voice
+        v.tone_wanted = synth.parameters[TONE_POT]
+        if v.tone != v.tone_wanted:
+            tone.set_tone(v, v.tone_wanted)
 
 
 @jit
@@ -128,7 +203,14 @@ def collect_events(synth, b, n):
         if ring < 0:
             break
         last = max(last, best)
-        status, first, second = pop(synth.midi_ring[ring], synth.midi_ring_size[ring])
+        word, value = pop(synth.midi_ring[ring], synth.midi_ring_size[ring])
+        if (word >> KIND_BIT) & 0xFF != MIDI:
+            count = handle_event(synth, b, last, word, value, count)
+            if synth.old_bass != 0:
+                kind, number = (word >> KIND_BIT) & 0xFF, word & 0xFF
+                old_count = tell_event(synth, bass_at(synth.old_bass), last, kind, number, value, old_count)
+            continue
+        status, first, second = unpack(word)
         before = count
         count = handle_message(synth, b, last, status, first, second, count)
         if synth.old_bass != 0:
@@ -138,7 +220,7 @@ def collect_events(synth, b, n):
 
 @jit
 def mix_strings(synth, b, count, out, n, fade, whole):
-    """Adds n frames of every string of `b` to out (n,) float32.
+    """Adds n frames of every string of `b` to out (n,) float32, and to the string's own output if there is one.
 
     `fade` of `whole` frames are left of a fade-out; RINGING: no fade.
     """
@@ -150,18 +232,24 @@ def mix_strings(synth, b, count, out, n, fade, whole):
             if events[k].string == i:
                 string_events[used] = events[k]
                 used += 1
+        v = string_of(b, i).voice
+        if v.still and v.frame == start and used == 0:
+            voice.pass_over(v, start + n)
+            continue
         ahead.play_to(b, i, start + n, used)
         sound = sound_of(ahead_of(b, i))
-        gain = synth.gain
+        apart = synth.apart[i] != 0
+        own = samples_at(synth.apart[i] + SAMPLE * (synth.frame - synth.block_frame) if apart else np.int64(0), n)
         for j in range(n):
-            gain += GAIN_POLE * (synth.gain_target - gain)
-            x = sound[(start + j) % SOUND_RING] * gain
+            x = sound[(start + j) % SOUND_RING] * synth.gains[j]
             if fade >= 0:
                 x *= max(fade - j, 0) / whole
             if not abs(x) < 1e6:
                 x = 0.0
                 synth.faults += 1
             out[j] += np.float32(x)
+            if apart:
+                own[j] += np.float32(x)
 
 
 @jit
@@ -170,9 +258,11 @@ def render_chunk(synth, out, n):
     for j in range(n):
         out[j] = 0.0
     old_count = np.int64(0)
+    synth.gains_known = 0
     if synth.bass != 0:
         b = bass_at(synth.bass)
         count, old_count = collect_events(synth, b, n)
+        know_gains(synth, n)
         mix_strings(synth, b, count, out, n, np.int64(RINGING), np.int64(1))
     if synth.old_bass != 0:
         mix_strings(synth, bass_at(synth.old_bass), old_count, out, n, synth.fade_left, fade_frames(synth))
@@ -181,8 +271,7 @@ def render_chunk(synth, out, n):
         if synth.fade_left == 0 or is_silent(bass_at(synth.old_bass), synth.frame + n):
             store_release(record_address(synth) + FADED_BASS, synth.old_bass)
             synth.old_bass = 0
-    for _ in range(n):
-        synth.gain += GAIN_POLE * (synth.gain_target - synth.gain)
+    know_gains(synth, n)
     most = synth.peak
     for j in range(n):
         level = abs(np.float64(out[j]))
@@ -232,6 +321,7 @@ def switch_bass(synth):
         synth.fade_left = RINGING
         synth.bass = wanted
         bass_at(wanted).frame = synth.frame
+        apply_parameters(synth, bass_at(wanted))
         synth.overload = 0
 
 
@@ -255,6 +345,11 @@ def process(address, sound, n):
     synth.block_frames = n
     store_release(address + BLOCK_TIME, began)
     switch_bass(synth)
+    for i in range(MOST_STRINGS):
+        if synth.apart[i] != 0:
+            own = samples_at(synth.apart[i], n)
+            for j in range(n):
+                own[j] = 0.0
     done = 0
     while done < n:
         m = min(CHUNK, n - done)
@@ -270,6 +365,28 @@ def process(address, sound, n):
         synth.busy = nanoseconds(synth.clock, synth.clock_id) - began
         if synth.busy * 1e-9 * synth.rate > n:
             synth.late += 1
+    set_float_control(before)
+
+
+@entry("void(int64)")
+def stay(address):
+    """C function: takes all strings of the synth at `address` back to the clock and to their fine operators.
+
+    What it plays from then on, without a clock, is what it plays without one from the start. [audio thread]
+    """
+    synth = synth_at(address)
+    before = float_control()
+    set_float_control(before | FLUSH)
+    for k in range(2):
+        bass = synth.old_bass if k else synth.bass
+        if bass != 0:
+            b = bass_at(bass)
+            for i in range(b.strings):
+                if (b.coarse >> i) & 1:
+                    switch_operators(b, i, np.int64(0), synth.frame)
+                else:
+                    ahead.drop_ahead(b, i, synth.frame - b.frame)
+    synth.overload = 0
     set_float_control(before)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from livebass.compiling import inlined, jit
 from livebass.kernels.native import floats_at, record_at, records_at, words_at
-from livebass.kernels.performer import MOST_EVENTS, MOST_STRINGS, PERFORMER
+from livebass.kernels.performer import MOST_EVENTS, MOST_STRINGS, PARAMETERS, PERFORMER
 from livebass.kernels.records import EVENT, GROUP_ROOM, MOST_NEAR, OPERATOR, SLOT_STATE, STRING, VOICE, VOICE_SLOTS
 
 RINGS = 3  # of messages: from Python's threads, of the score, from the MIDI port of the audio thread
@@ -61,6 +61,7 @@ BASS = np.dtype(
         ("string_events", "i8"),  # EVENT (EVENT_ROOM,), of the string that plays
         ("ahead", "i8", (MOST_STRINGS,)),  # AHEAD of each string
         ("frame", "i8"),  # of the synth, when this bass began
+        ("tones", "i8"),  # the strings' filters (tone.py)
         ("share", "f8"),  # of a block's time that strings may take to run ahead
         ("stride", "i8"),  # frames between looks at the clock while they do
     ],
@@ -100,6 +101,10 @@ SYNTH = np.dtype(
         ("panic", "i8"),  # raised by Python, lowered by the audio thread
         ("gain", "f8"),
         ("gain_target", "f8"),
+        ("gains", "f8", (CHUNK,)),  # of the frames of this chunk ...
+        ("gains_known", "i8"),  # ... as far as they are known
+        ("parameters", "f8", (PARAMETERS,)),  # as they were set last (performer.py)
+        ("apart", "i8", (MOST_STRINGS,)),  # addresses of float32, as many as a block has: each string's sound; 0: none
         ("ceiling", "f8"),  # samples beyond it are cut: 1 where the sound goes to a device
         # meters
         ("blocks", "i8"),

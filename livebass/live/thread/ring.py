@@ -1,8 +1,9 @@
 """Ring buffers of MIDI messages and of sound, each with one writing and one reading thread. [any thread]
 
 A ring is an int64 array. Words HEAD (entries ever written) and TAIL (entries ever read) only grow and lie on cache
-lines of their own; the entries follow from word DATA. A message is two words: its frame, or NOW, and its three bytes
-in one word. Sound is float32. Functions take a ring's address and its size in entries.
+lines of their own; the entries follow from word DATA. A message is two words: its frame, or NOW, and what happens.
+The latter has a kind in bits 24 to 31: a MIDI message has its three bytes below, any other event a number in bits 0 to
+7 and a float32 in bits 32 to 63. Sound is float32. Functions take a ring's address and its size in entries.
 """
 
 import numpy as np
@@ -14,6 +15,10 @@ HEAD, TAIL, DATA = 0, 8, 16
 WORD = 8  # bytes
 ENTRY = 2  # words of a message
 NOW = -1  # in place of a frame: as soon as possible
+# Kinds of messages: of MIDI; a parameter (performer.py) and its value; the bend of a string, semitones; the pluck place
+# of the next note of a key, as PLUCK_POSITION; the bend of the string that played a key last, semitones
+MIDI, PARAMETER, STRING_BEND, NOTE_PLACE, NOTE_BEND = 0, 1, 2, 3, 4
+KIND_BIT = 24
 
 
 @entry("int64(int64)")
@@ -30,7 +35,7 @@ def write_word(address, value):
 
 @jit
 def pack(status, first, second):
-    """A MIDI message as one word; data bytes have 7 bits."""
+    """A MIDI message as one word; data bytes have 7 bits, and the kind is MIDI."""
     return np.int64(status) & 0xFF | (np.int64(first) & 0x7F) << 8 | (np.int64(second) & 0x7F) << 16
 
 
@@ -47,22 +52,43 @@ def words_of(address, size):
 
 
 @jit
-def push(address, size, frame, status, first, second):
-    """Adds a message for `frame`; returns False if the ring is full. [writing thread]"""
+def push_word(address, size, frame, word, value):
+    """Adds a message for `frame`; returns False if the ring is full. [writing thread]
+
+    `word` is what happens, with bits 32 to 63 of zero: they become `value`.
+    """
     words = words_of(address, size)
     head = words[HEAD]
     if head - load_acquire(address + WORD * TAIL) >= size:
         return False
-    words[DATA + ENTRY * (head % size)] = frame
-    words[DATA + ENTRY * (head % size) + 1] = pack(status, first, second)
+    place = DATA + ENTRY * (head % size)
+    words[place] = frame
+    words[place + 1] = word
+    samples_at(address + WORD * (place + 1), 2)[1] = value
     store_release(address + WORD * HEAD, head + 1)
     return True
+
+
+@jit
+def push(address, size, frame, status, first, second):
+    """Adds a MIDI message for `frame`; returns False if the ring is full. [writing thread]"""
+    return push_word(address, size, frame, pack(status, first, second), np.float32(0.0))
 
 
 @entry("int64(int64, int64, int64, int64, int64, int64)")
 def push_message(address, size, frame, status, first, second):
     """C function: `push`; returns 1 or 0."""
     return np.int64(push(address, size, frame, status, first, second))
+
+
+@entry("int64(int64, int64, int64, int64, int64, float64)")
+def push_event(address, size, frame, kind, number, value):
+    """C function: adds an event of a `kind` other than MIDI for `frame`; returns 1, or 0 if the ring is full.
+
+    `number` is of the parameter, string or key, 0 to 255. [writing thread]
+    """
+    word = np.int64(number) & 0xFF | (np.int64(kind) & 0xFF) << KIND_BIT
+    return np.int64(push_word(address, size, frame, word, np.float32(value)))
 
 
 @jit
@@ -77,12 +103,13 @@ def next_frame(address, size, empty):
 
 @jit
 def pop(address, size):
-    """Removes the next message, which must be there; returns status, first, second. [reading thread]"""
+    """Removes the next message, which must be there; returns its word and the value in it. [reading thread]"""
     words = words_of(address, size)
     tail = words[TAIL]
-    word = words[DATA + ENTRY * (tail % size) + 1]
+    place = DATA + ENTRY * (tail % size) + 1
+    word, value = words[place], np.float64(samples_at(address + WORD * place, 2)[1])
     store_release(address + WORD * TAIL, tail + 1)
-    return unpack(word)
+    return word, value
 
 
 @jit
@@ -118,7 +145,7 @@ def pop_sound(ring: np.ndarray, size: int) -> np.ndarray:
 
 
 def unread(ring: np.ndarray) -> list[tuple[int, int, int, int]]:
-    """The messages that wait in a ring, oldest first: (frame, status, first, second). [reading thread]"""
+    """The MIDI messages that wait in a ring, oldest first: (frame, status, first, second). [reading thread]"""
     entries = ring[DATA:].reshape(-1, ENTRY)
     waiting = entries[np.arange(ring[TAIL], read_word(ring.ctypes.data + WORD * HEAD)) % len(entries)]
     return [(frame, *unpack(word)) for frame, word in waiting.tolist()]

@@ -12,16 +12,17 @@ from livebass.kernels.coil import COIL
 from livebass.kernels.instrument import (
     clear,
     connect,
-    fit_circuit,
     instrument_at,
     lines,
     make_performer,
     rest,
+    take_circuit,
     whole_steps,
 )
 from livebass.kernels.native import record_at, records_at
 from livebass.kernels.performer import PERFORMER
 from livebass.kernels.records import EVENT, OPERATOR, SLOT_STATE, STRING, VOICE_SLOTS
+from livebass.kernels.tone import ROW, TONES, fit_tones
 from livebass.live.thread.records import (
     AHEAD,
     BASS,
@@ -70,6 +71,7 @@ building_at = record_at(BUILDING)
 operators_at = records_at(OPERATOR, 2)
 BASS_BYTES, PERFORMER_BYTES, STRING_BYTES, AHEAD_BYTES = (r.itemsize for r in (BASS, PERFORMER, STRING, AHEAD))
 EVENT_BYTES, SYNTH_BYTES = EVENT.itemsize, SYNTH.itemsize
+TONES_BYTES = WORD * ROW * TONES
 
 
 @jit
@@ -100,7 +102,7 @@ def bytes_ahead(rows):
 def measure_bass(address):
     """Sets the `bytes` that the BUILDING at an address needs."""
     building = building_at(address)
-    needed = lines(BASS_BYTES) + lines(PERFORMER_BYTES) + 2 * lines(EVENT_BYTES * EVENT_ROOM)
+    needed = lines(BASS_BYTES) + lines(PERFORMER_BYTES) + 2 * lines(EVENT_BYTES * EVENT_ROOM) + lines(TONES_BYTES)
     for i in range(instrument_at(building.instrument).strings):
         needed += lines(STRING_BYTES) + bytes_ahead(rows_kept(building, i))
     building.bytes = needed
@@ -125,14 +127,17 @@ def fill_bass(address):
     make_performer(performer_at(place), instrument, building.seed)
     b.events = b.performer + lines(PERFORMER_BYTES)
     b.string_events = b.events + lines(EVENT_BYTES * EVENT_ROOM)
-    place = b.string_events + lines(EVENT_BYTES * EVENT_ROOM)
-    fit_circuit(building.coil, instrument, building.rate)
+    b.tones = b.string_events + lines(EVENT_BYTES * EVENT_ROOM)
+    place = b.tones + lines(TONES_BYTES)
+    take_circuit(building.coil, instrument, building.rate)
+    fit_tones(b.tones, building.coil, instrument.gain)
     steps = np.int64(whole_steps(tier.contact_rate, building.rate))
     for i in range(instrument.strings):
         b.string[i] = place
         string = string_at(place)
         rest(string, building.rate, steps, 1, building.over_frets, building.over_board)
         connect(string, instrument, i, building.coil)
+        string.voice.tones = b.tones
         b.ahead[i] = place + lines(STRING_BYTES)
         rows = rows_kept(building, i)
         lay_out_ahead(b.ahead[i], rows)

@@ -7,12 +7,15 @@
 #include <stdlib.h>
 #include <string.h>
 #ifdef _WIN32
+#define WIN32_LEAN_AND_MEAN
 #include <windows.h>
 static SRWLOCK lock = SRWLOCK_INIT;
 static void enter(void) { AcquireSRWLockExclusive(&lock); }
 static void leave(void) { ReleaseSRWLockExclusive(&lock); }
 #else
+#include <dirent.h>
 #include <pthread.h>
+#include <time.h>
 static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
 static void enter(void) { pthread_mutex_lock(&lock); }
 static void leave(void) { pthread_mutex_unlock(&lock); }
@@ -20,6 +23,7 @@ static void leave(void) { pthread_mutex_unlock(&lock); }
 
 #define LINE 64      /* bytes in a cache line */
 #define MESSAGES 4096 /* in each ring */
+#define ENDING ".lbass"
 #define ADDRESS(x) ((int64_t)(intptr_t)(x))
 
 /* Memory that begins on a cache line; 0 if there is none. */
@@ -103,9 +107,19 @@ static uint64_t checksum(const file *f) {
     return sum;
 }
 
+/* Opens a file to read it; its path is UTF-8. */
+static FILE *open_file(const char *path) {
+#ifdef _WIN32
+    wchar_t wide[1300];
+    return MultiByteToWideChar(CP_UTF8, 0, path, -1, wide, 1300) ? _wfopen(wide, L"rb") : 0;
+#else
+    return fopen(path, "rb");
+#endif
+}
+
 /* Reads a file whole; 0 after writing one line into `error`. */
 static int read_file(file *f, const char *path, const lb_kernels *kernels, char *error, size_t room) {
-    FILE *in = fopen(path, "rb");
+    FILE *in = open_file(path);
     long size = 0;
     if (!in || fseek(in, 0, SEEK_END) || (size = ftell(in)) < 0 || fseek(in, 0, SEEK_SET)) {
         snprintf(error, room, "%s: cannot be read", path);
@@ -174,8 +188,8 @@ static void give_pool_back(pool *p) {
 
 /* --- basses --- */
 
-lb_bass *lb_load_bass(const char *path, int tier, double rate, int64_t seed, const lb_kernels *kernels, char *error,
-                      size_t room) {
+lb_bass *lb_load_bass(const char *path, int tier, double rate, int64_t seed, int ahead, const lb_kernels *kernels,
+                      char *error, size_t room) {
     lb_bass *b = calloc(1, sizeof *b);
     if (!b) {
         snprintf(error, room, "%s: no memory for it", path);
@@ -191,6 +205,7 @@ lb_bass *lb_load_bass(const char *path, int tier, double rate, int64_t seed, con
     building->tier = tier;
     building->rate = rate;
     building->seed = seed;
+    building->ahead = ahead != 0;
     building->over_frets = ADDRESS(kernels->over_frets);
     building->over_board = ADDRESS(kernels->over_board);
     building->play_string = ADDRESS(kernels->play_string);
@@ -224,22 +239,56 @@ void lb_free_bass(lb_bass *b) {
     free(b);
 }
 
-int64_t lb_address(const lb_bass *b) { return b->building.memory; }
+/* What a synth takes as the address of a bass ... */
+static int64_t address_of(const lb_bass *b) { return b->building.memory; }
 
-lb_bass *lb_bass_at(int64_t address) {
+/* ... and the bass at that address. */
+static lb_bass *bass_at(int64_t address) {
     lb_bass *b = 0;
     if (address) memcpy(&b, (char *)(intptr_t)address - LINE, sizeof b);
     return b;
 }
 
+/* --- the clock --- */
+
+/* The monotonic clock, in the shape of clock_gettime: seconds and nanoseconds. */
+static int read_clock(int which, int64_t time[2]) {
+    (void)which;
+#ifdef _WIN32
+    LARGE_INTEGER now, second;
+    QueryPerformanceCounter(&now);
+    QueryPerformanceFrequency(&second);
+    time[0] = now.QuadPart / second.QuadPart;
+    time[1] = now.QuadPart % second.QuadPart * 1000000000 / second.QuadPart;
+#else
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    time[0] = now.tv_sec;
+    time[1] = now.tv_nsec;
+#endif
+    return 0;
+}
+
+/* Without a clock strings neither run ahead nor are relieved. */
+static void set_clock(lb_synth *s) {
+    s->record.adaptive = s->relief;
+    s->record.clock = !s->offline && (s->relief || s->ahead) ? ADDRESS(read_clock) : 0;
+}
+
 /* --- synths --- */
 
-/* Makes the record as new, with a bass to begin with, 0: none. */
+/* Makes the record as new, with a bass to begin with, 0: none; parameters stay. */
 static void make_new(lb_synth *s, const lb_bass *b) {
-    s->kernels->fill_synth(ADDRESS(&s->record), ADDRESS(s->rings), MESSAGES, s->record.rate, -1, 1.0,
+    LB_SYNTH *r = &s->record;
+    double parameters[LB_PLAYED_PARAMETERS];
+    memcpy(parameters, r->parameters, sizeof parameters);
+    s->kernels->fill_synth(ADDRESS(r), ADDRESS(s->rings), MESSAGES, r->rate, -1, r->gain_target,
                            ADDRESS(s->kernels->process));
-    s->record.ceiling = INFINITY; /* hosts take what is beyond full scale, and may turn it down */
-    s->record.next_bass = b ? lb_address(b) : 0;
+    memcpy(r->parameters, parameters, sizeof parameters);
+    r->ceiling = INFINITY; /* hosts take what is beyond full scale, and may turn it down */
+    r->next_bass = b ? address_of(b) : 0;
+    s->ahead = b && b->building.ahead;
+    set_clock(s);
 }
 
 lb_synth *lb_new_synth(double rate, const lb_kernels *kernels) {
@@ -247,6 +296,7 @@ lb_synth *lb_new_synth(double rate, const lb_kernels *kernels) {
     if (!s) return 0;
     s->kernels = kernels;
     s->record.rate = rate;
+    s->record.gain_target = 1.0;
     s->rings = new_lines(kernels->ring_bytes(MESSAGES));
     if (!s->rings) {
         free(s);
@@ -261,7 +311,7 @@ static void free_others(lb_synth *s, const lb_bass *but) {
     const LB_SYNTH *r = &s->record;
     const int64_t all[] = {r->bass, r->next_bass, r->old_bass, r->faded_bass};
     for (int k = 0; k < 4; k++)
-        if (lb_bass_at(all[k]) != but) lb_free_bass(lb_bass_at(all[k]));
+        if (bass_at(all[k]) != but) lb_free_bass(bass_at(all[k]));
 }
 
 void lb_put_on(lb_synth *s, lb_bass *b) {
@@ -270,7 +320,7 @@ void lb_put_on(lb_synth *s, lb_bass *b) {
 }
 
 void lb_reset_synth(lb_synth *s) {
-    lb_bass *b = lb_bass_at(s->record.next_bass ? s->record.next_bass : s->record.bass);
+    lb_bass *b = bass_at(s->record.next_bass ? s->record.next_bass : s->record.bass);
     free_others(s, b);
     if (b) b->kernels->fill_bass(ADDRESS(&b->building));
     make_new(s, b);
@@ -278,8 +328,23 @@ void lb_reset_synth(lb_synth *s) {
 
 void lb_free_synth(lb_synth *s) {
     if (!s) return;
+    free_others(s, 0);
     free_lines(s->rings);
     free(s);
+}
+
+int lb_changing(const lb_synth *s) { return s->record.next_bass || s->record.faded_bass; }
+
+void lb_change_bass(lb_synth *s, lb_bass *b) {
+    s->record.next_bass = address_of(b);
+    s->ahead = b->building.ahead != 0;
+    set_clock(s);
+}
+
+lb_bass *lb_take_faded(lb_synth *s) {
+    lb_bass *b = bass_at(s->record.faded_bass);
+    s->record.faded_bass = 0;
+    return b;
 }
 
 void lb_send(lb_synth *s, int64_t offset, const uint8_t *bytes, size_t count) {
@@ -288,4 +353,167 @@ void lb_send(lb_synth *s, int64_t offset, const uint8_t *bytes, size_t count) {
                              count > 1 ? bytes[1] : 0, count > 2 ? bytes[2] : 0);
 }
 
-void lb_play(lb_synth *s, float *out, int64_t n) { s->kernels->process(ADDRESS(&s->record), ADDRESS(out), n); }
+static void push(lb_synth *s, int64_t offset, int kind, int number, double value) {
+    s->kernels->push_event(s->record.midi_ring[LB_RINGS - 1], MESSAGES, s->record.frame + offset, kind, number, value);
+}
+
+void lb_set(lb_synth *s, int64_t offset, int parameter, double value) {
+    if (parameter >= 0 && parameter < LB_PLAYED_PARAMETERS) push(s, offset, LB_KIND_PARAMETER, parameter, value);
+}
+
+void lb_bend_string(lb_synth *s, int64_t offset, int string, double semitones) {
+    if (string >= 0 && string < LB_STRINGS) push(s, offset, LB_KIND_STRING_BEND, string, semitones);
+}
+
+void lb_place_note(lb_synth *s, int64_t offset, int key, double position) {
+    if (key >= 0 && key < 128) push(s, offset, LB_KIND_NOTE_PLACE, key, position);
+}
+
+void lb_bend_note(lb_synth *s, int64_t offset, int key, double semitones) {
+    if (key >= 0 && key < 128) push(s, offset, LB_KIND_NOTE_BEND, key, semitones);
+}
+
+void lb_play(lb_synth *s, float *out, int64_t n) {
+    if (n > 0) s->kernels->process(ADDRESS(&s->record), ADDRESS(out), n);
+}
+
+void lb_play_strings(lb_synth *s, float *const *outs, int64_t n) {
+    for (int64_t done = 0, m; done < n; done += m) {
+        m = n - done < LB_CHUNK ? n - done : LB_CHUNK;
+        for (int i = 0; i < LB_STRINGS; i++) s->record.apart[i] = outs[i] ? ADDRESS(outs[i] + done) : 0;
+        lb_play(s, s->mix, m);
+    }
+    memset(s->record.apart, 0, sizeof s->record.apart);
+}
+
+void lb_offline(lb_synth *s, int on) {
+    if (s->offline == !!on) return;
+    s->offline = !!on;
+    if (on) s->kernels->stay(ADDRESS(&s->record));
+    set_clock(s);
+}
+
+void lb_relieve(lb_synth *s, int on) {
+    if (s->relief == !!on) return;
+    s->relief = !!on;
+    if (!on) s->kernels->stay(ADDRESS(&s->record));
+    set_clock(s);
+}
+
+/* --- the shelf --- */
+
+enum { NAME = 64, PATH = 1200 };
+typedef struct {
+    char name[NAME], title[NAME], path[PATH];
+} place;
+struct lb_shelf {
+    int count;
+    place places[LB_MOST_BASSES];
+};
+
+int lb_shelf_count(const lb_shelf *s) { return s->count; }
+const char *lb_shelf_name(const lb_shelf *s, int k) { return s->places[k].name; }
+const char *lb_shelf_title(const lb_shelf *s, int k) { return s->places[k].title; }
+const char *lb_shelf_path(const lb_shelf *s, int k) { return s->places[k].path; }
+void lb_close_shelf(lb_shelf *s) { free(s); }
+
+int lb_shelf_find(const lb_shelf *s, const char *name) {
+    for (int k = 0; k < s->count; k++)
+        if (!strcmp(s->places[k].name, name)) return k;
+    return -1;
+}
+
+/* Adds the file of a name, unless it is there already or does not fit. */
+static void add(lb_shelf *s, const char *folder, const char *name) {
+    const size_t length = strlen(name);
+    if (s->count == LB_MOST_BASSES || !length || length >= NAME || lb_shelf_find(s, name) >= 0) return;
+    place *p = &s->places[s->count];
+    if (snprintf(p->path, PATH, "%s/%s" ENDING, folder, name) >= PATH) return;
+    strcpy(p->name, name);
+    strcpy(p->title, name);
+    LB_FILE head;
+    FILE *in = open_file(p->path);
+    if (in && fread(&head, sizeof head, 1, in) == 1 && memchr(head.name, 0, sizeof head.name) && head.name[0])
+        memcpy(p->title, head.name, strlen((const char *)head.name) + 1);
+    if (in) fclose(in);
+    s->count++;
+}
+
+/* Adds the files that the list of a folder names. */
+static void add_listed(lb_shelf *s, const char *folder) {
+    char line[PATH];
+    FILE *in = snprintf(line, sizeof line, "%s/instruments.txt", folder) < PATH ? open_file(line) : 0;
+    while (in && fgets(line, sizeof line, in)) {
+        line[strcspn(line, "\r\n")] = 0;
+        add(s, folder, line);
+    }
+    if (in) fclose(in);
+}
+
+static int by_name(const void *a, const void *b) { return strcmp(((const place *)a)->name, ((const place *)b)->name); }
+
+/* Adds the file of an entry of a folder, if it is an instrument's by its name. */
+static void add_entry(lb_shelf *s, const char *folder, const char *entry) {
+    char name[NAME];
+    const size_t length = strlen(entry), ending = strlen(ENDING);
+    if (length <= ending || length - ending >= NAME || strcmp(entry + length - ending, ENDING)) return;
+    memcpy(name, entry, length - ending);
+    name[length - ending] = 0;
+    add(s, folder, name);
+}
+
+#ifdef _WIN32
+static void add_all(lb_shelf *s, const char *folder) {
+    char pattern[PATH], entry[PATH];
+    wchar_t wide[PATH];
+    WIN32_FIND_DATAW found;
+    if (snprintf(pattern, sizeof pattern, "%s\\*" ENDING, folder) >= PATH) return;
+    if (!MultiByteToWideChar(CP_UTF8, 0, pattern, -1, wide, PATH)) return;
+    HANDLE search = FindFirstFileW(wide, &found);
+    if (search == INVALID_HANDLE_VALUE) return;
+    do
+        if (WideCharToMultiByte(CP_UTF8, 0, found.cFileName, -1, entry, sizeof entry, 0, 0)) add_entry(s, folder, entry);
+    while (FindNextFileW(search, &found));
+    FindClose(search);
+}
+#else
+static void add_all(lb_shelf *s, const char *folder) {
+    DIR *open = opendir(folder);
+    for (const struct dirent *e; open && (e = readdir(open));) add_entry(s, folder, e->d_name);
+    if (open) closedir(open);
+}
+#endif
+
+/* The user's folder of instruments; returns 0 if there is none. */
+static int users_folder(char folder[PATH]) {
+#ifdef _WIN32
+    wchar_t wide[PATH];
+    const DWORD length = GetEnvironmentVariableW(L"APPDATA", wide, PATH);
+    if (!length || length >= PATH || !WideCharToMultiByte(CP_UTF8, 0, wide, -1, folder, PATH - 10, 0, 0)) return 0;
+    strcat(folder, "\\livebass");
+    return 1;
+#else
+    const char *home = getenv("HOME");
+#ifdef __APPLE__
+    const char *within = "/Library/Application Support/livebass";
+#else
+    const char *within = "/.local/share/livebass", *data = getenv("XDG_DATA_HOME");
+    if (data && *data == '/') {
+        home = data;
+        within = "/livebass";
+    }
+#endif
+    return home && *home && snprintf(folder, PATH, "%s%s", home, within) < PATH;
+#endif
+}
+
+lb_shelf *lb_open_shelf(const char *folder) {
+    char users[PATH];
+    lb_shelf *s = calloc(1, sizeof *s);
+    if (!s) return 0;
+    add_listed(s, folder);
+    const int listed = s->count;
+    if (users_folder(users)) add_all(s, users);
+    qsort(s->places + listed, (size_t)(s->count - listed), sizeof *s->places, by_name);
+    return s;
+}

@@ -8,30 +8,75 @@ typedef struct {
     LB_SYNTH record; /* first: the kernels take its address */
     const lb_kernels *kernels;
     void *rings;
+    int offline, relief, ahead; /* ahead: the bass that was put on last can run ahead */
+    float mix[LB_CHUNK];        /* of lb_play_strings */
 } lb_synth;
 
 /* The kernels for this processor; LIVEBASS_LEVEL may name a lower level. [any thread] */
 const lb_kernels *lb_best_kernels(void);
 
+/* --- basses --- */
+
 /* Reads an instrument file and prepares it in a tier, at an audio rate (Hz). Basses of the same file, tier and rate
-   share their operators. Returns 0 after writing one line into `error`, (room) bytes. [not the audio thread] */
-lb_bass *lb_load_bass(const char *path, int tier, double rate, int64_t seed, const lb_kernels *, char *error,
-                      size_t room);
+   share their operators. With `ahead` its strings may run ahead of the clock in quiet times, which takes memory.
+   Returns 0 after writing one line into `error`, (room) bytes. [not the audio thread] */
+lb_bass *lb_load_bass(const char *path, int tier, double rate, int64_t seed, int ahead, const lb_kernels *,
+                      char *error, size_t room);
 /* Frees a bass, which may be 0; it must not be playing. [not the audio thread] */
 void lb_free_bass(lb_bass *);
-/* What a synth takes as the address of a bass, and back. [any thread] */
-int64_t lb_address(const lb_bass *);
-lb_bass *lb_bass_at(int64_t address);
+
+/* --- synths --- */
 
 /* Returns 0 if there is no memory. [not the audio thread] */
 lb_synth *lb_new_synth(double rate, const lb_kernels *);
-/* Gives a synth a bass, or 0, that it plays as new; frees those it had. [not while it plays] */
+/* Gives a synth a bass, or 0, that it plays as new; frees those it had. Its parameters stay. [not while it plays] */
 void lb_put_on(lb_synth *, lb_bass *);
-/* Makes a synth and the bass that it was given last as new. [not while it plays] */
+/* Makes a synth and the bass that it was given last as new; its parameters stay. [not while it plays] */
 void lb_reset_synth(lb_synth *);
+/* Frees a synth, which may be 0, and its basses. [not while it plays] */
 void lb_free_synth(lb_synth *);
-/* Sends a MIDI message for the frame `offset` of the next block; whatever else comes is left out. [audio thread] */
-void lb_send(lb_synth *, int64_t offset, const uint8_t *bytes, size_t count);
+
+/* True while a change of bass is under way: no other may begin. [audio thread] */
+int lb_changing(const lb_synth *);
+/* Plays another bass from the next block on; the one before rings out. Not while one is changing. [audio thread] */
+void lb_change_bass(lb_synth *, lb_bass *);
+/* Returns a bass that has rung out, or 0; whoever asked frees it, elsewhere. [audio thread] */
+lb_bass *lb_take_faded(lb_synth *);
+
+/* What is sent is for the frame `offset` of the next block; offsets must not fall within one block. Values beyond their
+   limits are held within, NaN is the usual value. [audio thread] */
+void lb_send(lb_synth *, int64_t offset, const uint8_t *bytes, size_t count); /* MIDI; whatever else is left out */
+void lb_set(lb_synth *, int64_t offset, int parameter, double value); /* one of the LB_PLAYED_PARAMETERS, else nothing */
+/* Bends one string, counted from 0, besides what the wheel does, until the controllers are reset. */
+void lb_bend_string(lb_synth *, int64_t offset, int string, double semitones);
+/* Bends the string that played a key last, as lb_bend_string. */
+void lb_bend_note(lb_synth *, int64_t offset, int key, double semitones);
+/* Has the next note of a key plucked at a place of its own, -1 to 1 as the parameter LB_PLUCK_POSITION. */
+void lb_place_note(lb_synth *, int64_t offset, int key, double position);
+
 /* Plays n frames. [audio thread] */
 void lb_play(lb_synth *, float *out, int64_t n);
+/* Plays n frames, each of the LB_STRINGS strings into its own output, where that is not 0; their sum in float32, string
+   after string, is what lb_play gives, bit for bit while one bass plays. [audio thread] */
+void lb_play_strings(lb_synth *, float *const *outs, int64_t n);
+
+/* Offline nothing depends on the clock: strings do not run ahead and are not relieved. [audio thread] */
+void lb_offline(lb_synth *, int on);
+/* With relief on, overload moves strings to coarser operators for a while; at first it is off. [audio thread] */
+void lb_relieve(lb_synth *, int on);
+
+/* --- the shelf: the instruments that a plugin offers --- */
+
+/* Finds the instrument files: those beside the binary, in `folder`, in the order of its list instruments.txt; then all
+   others of the user, by name: in $XDG_DATA_HOME/livebass or ~/.local/share/livebass, on macOS
+   ~/Library/Application Support/livebass, on Windows %APPDATA%\livebass. Of one name the first counts. Returns 0 if
+   there is no memory. Names and paths are UTF-8 and live as long as the shelf. [not the audio thread] */
+typedef struct lb_shelf lb_shelf;
+lb_shelf *lb_open_shelf(const char *folder);
+int lb_shelf_count(const lb_shelf *);                    /* at most LB_MOST_BASSES */
+const char *lb_shelf_name(const lb_shelf *, int);        /* of the file, without .lbass: what sessions save */
+const char *lb_shelf_title(const lb_shelf *, int);       /* what the file says it is called, for people */
+const char *lb_shelf_path(const lb_shelf *, int);
+int lb_shelf_find(const lb_shelf *, const char *name);   /* -1: it is not there */
+void lb_close_shelf(lb_shelf *);                         /* may be 0 */
 #endif

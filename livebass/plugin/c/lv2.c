@@ -1,7 +1,8 @@
-/* The LV2 plugin: ports, MIDI, state and worker of a synth. run() allocates nothing and opens no file.
+/* The LV2 plugins: ports, MIDI, state and worker of a synth. run() allocates nothing and opens no file.
 
-   The bundle holds instrument files, NAME.lbass, and instruments.txt, their names, a line each, in the order of the port
-   `instrument`. The first one is loaded by instantiate(); others by the host's worker, or when a state is restored. */
+   There are two: one with a mono output, one with an output a string. The bundle holds instrument files, NAME.lbass, and
+   instruments.txt, their names, a line each; they and the user's own (lb_open_shelf) are the values of the port `bass`.
+   The first one is loaded by instantiate(); others by the host's worker, or when a state is restored. */
 #include "core.h"
 #include "lv2_abi.h"
 
@@ -11,30 +12,38 @@
 #include <string.h>
 
 #define URI "urn:livebass:bass"
-enum { MIDI, OUT, GAIN, INSTRUMENT, QUALITY, PORTS }; /* new ports come last: sessions know the old ones */
-enum { MOST_INSTRUMENTS = 128, NAME = 64, LINE = 1500 };
+/* Ports: MIDI, the outputs, the parameters in the order of their numbers, freewheeling. */
+enum { MIDI, FIRST_OUT, FREEWHEELING = LB_PARAMETERS, CONTROLS };
+enum { LINE = 1500 };
 enum { LOAD, FREE };
 
 typedef struct {
-    int kind, instrument, quality;
+    int bass, quality, ahead;
+} choice;
+
+typedef struct {
+    int kind;
+    choice of;
     lb_bass *bass;
 } job;
 
 typedef struct {
-    char folder[1024], names[MOST_INSTRUMENTS][NAME];
-    int count;
+    lb_shelf *shelf;
     double rate;
     int64_t seed;
     const lb_kernels *kernels;
     lb_synth *synth;
-    int instrument, quality; /* of the bass that was put on last */
-    int seen_instrument, seen_quality; /* what the ports said last; -1: not looked at yet */
-    int restored;            /* a state said what to play: ports count once they move */
-    int loading;             /* a job is under way */
+    choice playing; /* the bass that was put on last */
+    choice seen;    /* what the ports said last; seen.bass -1: not looked at yet */
+    int restored;   /* a state said what to play: the ports `bass` and `quality` count once they move */
+    int loading;    /* a job is under way */
+    lb_bass *faded; /* waits for the worker to free it */
+    int outputs;
     const lv2_sequence *midi;
-    float *out;
-    const float *controls[PORTS];
-    uint32_t midi_event, string, whole, error, key_instrument, key_quality, key_seed;
+    float *outs[LB_STRINGS];
+    const float *controls[CONTROLS];
+    float sent[LB_PLAYED_PARAMETERS]; /* what the synth was told last; NaN: nothing */
+    uint32_t midi_event, string, whole, error, key_bass, key_quality, key_seed;
     const lv2_schedule *worker;
     const lv2_log *log;
 } plugin;
@@ -44,41 +53,29 @@ static void complain(const plugin *p, const char *line) {
     else fprintf(stderr, "livebass: %s\n", line);
 }
 
-/* Reads the names of the bundle's instruments; returns 0 if there is none. */
-static int read_names(plugin *p) {
-    char path[LINE], line[LINE];
-    snprintf(path, sizeof path, "%s/instruments.txt", p->folder);
-    FILE *in = fopen(path, "r");
-    while (in && p->count < MOST_INSTRUMENTS && fgets(line, sizeof line, in)) {
-        line[strcspn(line, "\r\n")] = 0;
-        if (*line && strlen(line) < NAME) strcpy(p->names[p->count++], line);
-    }
-    if (in) fclose(in);
-    if (!p->count) {
-        snprintf(line, sizeof line, "%.1400s: names no instrument", path);
-        complain(p, line);
-    }
-    return p->count;
-}
-
-/* Loads an instrument; says why if it cannot. [not the audio thread] */
-static lb_bass *load(const plugin *p, int instrument, int quality) {
-    char path[LINE], why[LINE + 100];
-    snprintf(path, sizeof path, "%s/%s.lbass", p->folder, p->names[instrument]);
-    lb_bass *b = lb_load_bass(path, quality, p->rate, p->seed, p->kernels, why, sizeof why);
+/* Loads a bass of the shelf; says why if it cannot. [not the audio thread] */
+static lb_bass *load(const plugin *p, choice c) {
+    char why[LINE];
+    const char *path = lb_shelf_path(p->shelf, c.bass);
+    lb_bass *b = lb_load_bass(path, c.quality, p->rate, p->seed, c.ahead, p->kernels, why, sizeof why);
     if (!b) complain(p, why);
     return b;
 }
 
 static void cleanup(void *handle) {
     plugin *p = handle;
-    if (p->synth) lb_put_on(p->synth, 0);
+    lb_free_bass(p->faded);
     lb_free_synth(p->synth);
+    lb_close_shelf(p->shelf);
     free(p);
 }
 
+static void forget_ports(plugin *p) {
+    p->seen.bass = -1;
+    for (int k = 0; k < LB_PLAYED_PARAMETERS; k++) p->sent[k] = NAN;
+}
+
 static void *instantiate(const lv2_plugin *d, double rate, const char *folder, const lv2_feature *const *features) {
-    (void)d;
     const lv2_map *map = 0;
     plugin *p = calloc(1, sizeof *p);
     if (!p) return 0;
@@ -87,21 +84,29 @@ static void *instantiate(const lv2_plugin *d, double rate, const char *folder, c
         if (!strcmp((*features)->uri, LV2_SCHEDULE)) p->worker = (*features)->data;
         if (!strcmp((*features)->uri, LV2_LOG)) p->log = (*features)->data;
     }
-    if (!map || strlen(folder) >= sizeof p->folder) {
+    if (!map) {
         free(p);
         return 0;
     }
-    strcpy(p->folder, folder);
+    p->outputs = strcmp(d->uri, URI) ? LB_STRINGS : 1;
     p->rate = rate;
     p->kernels = lb_best_kernels();
     p->error = map->map(map->handle, LV2_LOG_ERROR);
     p->midi_event = map->map(map->handle, LV2_MIDI_EVENT);
     p->string = map->map(map->handle, LV2_STRING);
     p->whole = map->map(map->handle, LV2_LONG);
-    p->key_instrument = map->map(map->handle, URI "#instrument");
+    p->key_bass = map->map(map->handle, URI "#bass");
     p->key_quality = map->map(map->handle, URI "#quality");
     p->key_seed = map->map(map->handle, URI "#seed");
-    lb_bass *b = read_names(p) ? load(p, 0, LB_LIVE) : 0;
+    p->shelf = lb_open_shelf(folder);
+    lb_bass *b = 0;
+    if (!p->shelf || !lb_shelf_count(p->shelf)) {
+        char line[LINE];
+        snprintf(line, sizeof line, "%.1400s: there is no instrument", folder);
+        complain(p, line);
+    } else {
+        b = load(p, p->playing);
+    }
     p->synth = b ? lb_new_synth(rate, p->kernels) : 0;
     if (!p->synth) {
         lb_free_bass(b);
@@ -109,66 +114,86 @@ static void *instantiate(const lv2_plugin *d, double rate, const char *folder, c
         return 0;
     }
     lb_put_on(p->synth, b);
+    forget_ports(p);
     return p;
 }
 
 static void connect_port(void *handle, uint32_t port, void *data) {
     plugin *p = handle;
+    const uint32_t first_control = FIRST_OUT + (uint32_t)p->outputs;
     if (port == MIDI) p->midi = data;
-    else if (port == OUT) p->out = data;
-    else if (port < PORTS) p->controls[port] = data;
+    else if (port < first_control) p->outs[port - FIRST_OUT] = data;
+    else if (port < first_control + CONTROLS) p->controls[port - first_control] = data;
 }
 
 static void activate(void *handle) {
     plugin *p = handle;
     lb_reset_synth(p->synth);
-    p->seen_instrument = p->seen_quality = -1;
+    forget_ports(p);
 }
 
 /* The value of a control port, a whole number from 0 to below `end`; `otherwise` if there is none. */
-static int chosen(const plugin *p, int port, int end, int otherwise) {
-    if (!p->controls[port] || !(*p->controls[port] >= -0.5f && *p->controls[port] < (float)end - 0.5f)) return otherwise;
-    return (int)lrintf(*p->controls[port]);
+static int chosen(const plugin *p, int control, int end, int otherwise) {
+    const float *at = p->controls[control];
+    return at && *at >= -0.5f && *at < (float)end - 0.5f ? (int)lrintf(*at) : otherwise;
 }
 
-/* Has the worker load another bass, if the ports ask for one and the change before is through. */
+/* Has the worker load a bass, if the ports ask for another and the change before is through. */
 static void follow_ports(plugin *p) {
-    const LB_SYNTH *r = &p->synth->record;
-    const int instrument = chosen(p, INSTRUMENT, p->count, p->instrument);
-    const int quality = chosen(p, QUALITY, LB_STUDIO + 1, p->quality);
-    if (p->seen_instrument < 0 && p->restored) {
-        p->seen_instrument = instrument;
-        p->seen_quality = quality;
+    const choice now = {chosen(p, LB_BASS, lb_shelf_count(p->shelf), p->playing.bass),
+                        chosen(p, LB_QUALITY, LB_STUDIO + 1, p->playing.quality),
+                        chosen(p, LB_RUNNING_AHEAD, 2, p->playing.ahead)};
+    if (p->seen.bass < 0 && p->restored) p->seen = now;
+    choice wanted = p->playing;
+    wanted.ahead = now.ahead;
+    if (now.bass != p->seen.bass || now.quality != p->seen.quality) {
+        wanted.bass = now.bass;
+        wanted.quality = now.quality;
+    } else if (now.ahead == p->seen.ahead && now.ahead == p->playing.ahead) {
+        return;
     }
-    if (instrument == p->seen_instrument && quality == p->seen_quality) return;
-    if (p->loading || r->next_bass || r->faded_bass || !p->worker) return;
-    p->seen_instrument = instrument;
-    p->seen_quality = quality;
-    if (instrument == p->instrument && quality == p->quality) return;
-    const job j = {LOAD, instrument, quality, 0};
+    if (p->loading || lb_changing(p->synth) || !p->worker) return;
+    p->seen = now;
+    if (!memcmp(&wanted, &p->playing, sizeof wanted)) return;
+    const job j = {LOAD, wanted, 0};
     p->loading = p->worker->schedule(p->worker->handle, sizeof j, &j) == LV2_SUCCESS;
+}
+
+/* Tells the synth which parameters the host has moved. */
+static void send_parameters(plugin *p) {
+    for (int k = 0; k < LB_PLAYED_PARAMETERS; k++) {
+        if (!p->controls[k] || *p->controls[k] == p->sent[k]) continue;
+        p->sent[k] = *p->controls[k];
+        lb_set(p->synth, 0, k, p->sent[k]);
+    }
+    lb_relieve(p->synth, chosen(p, LB_RELIEF, 2, 0));
+    lb_offline(p->synth, chosen(p, FREEWHEELING, 2, 0));
+}
+
+static void send_midi(plugin *p) {
+    if (!p->midi) return;
+    const char *at = (const char *)(p->midi + 1), *end = (const char *)p->midi + sizeof(lv2_atom) + p->midi->atom.size;
+    while (end - at >= (ptrdiff_t)sizeof(lv2_event)) {
+        const lv2_event *e = (const lv2_event *)at;
+        if (e->body.size > (size_t)(end - at) - sizeof *e) return;
+        if (e->body.type == p->midi_event) lb_send(p->synth, e->frame, (const uint8_t *)(e + 1), e->body.size);
+        const size_t whole = sizeof *e + ((size_t)e->body.size + 7) / 8 * 8;
+        if (whole > (size_t)(end - at)) return;
+        at += whole;
+    }
 }
 
 static void run(void *handle, uint32_t frames) {
     plugin *p = handle;
-    LB_SYNTH *r = &p->synth->record;
-    if (p->controls[GAIN]) {
-        r->gain_target = *p->controls[GAIN] > -60.0f ? pow(10.0, *p->controls[GAIN] / 20.0) : 0.0;
-        if (!r->frame) r->gain = r->gain_target;
-    }
     follow_ports(p);
-    if (p->midi) {
-        const char *at = (const char *)(p->midi + 1), *end = (const char *)p->midi + sizeof(lv2_atom) + p->midi->atom.size;
-        while (at + sizeof(lv2_event) <= end) {
-            const lv2_event *e = (const lv2_event *)at;
-            if (e->body.type == p->midi_event) lb_send(p->synth, e->frame, (const uint8_t *)(e + 1), e->body.size);
-            at += sizeof *e + (e->body.size + 7) / 8 * 8;
-        }
-    }
-    lb_play(p->synth, p->out, frames);
-    if (r->faded_bass && p->worker) {
-        const job j = {FREE, 0, 0, lb_bass_at(r->faded_bass)};
-        if (p->worker->schedule(p->worker->handle, sizeof j, &j) == LV2_SUCCESS) r->faded_bass = 0;
+    send_parameters(p);
+    send_midi(p);
+    if (p->outputs > 1) lb_play_strings(p->synth, p->outs, frames);
+    else if (p->outs[0]) lb_play(p->synth, p->outs[0], frames);
+    if (!p->faded && p->worker) p->faded = lb_take_faded(p->synth);
+    if (p->faded) {
+        const job j = {FREE, {0, 0, 0}, p->faded};
+        if (p->worker->schedule(p->worker->handle, sizeof j, &j) == LV2_SUCCESS) p->faded = 0;
     }
 }
 
@@ -183,7 +208,7 @@ static int work(void *handle, lv2_respond respond, void *to, uint32_t size, cons
         lb_free_bass(j.bass);
         return LV2_SUCCESS;
     }
-    j.bass = load(p, j.instrument, j.quality);
+    j.bass = load(p, j.of);
     return respond(to, sizeof j, &j);
 }
 
@@ -194,9 +219,8 @@ static int work_response(void *handle, uint32_t size, const void *data) { /* aud
     memcpy(&j, data, sizeof j);
     p->loading = 0;
     if (j.bass) {
-        p->synth->record.next_bass = lb_address(j.bass);
-        p->instrument = j.instrument;
-        p->quality = j.quality;
+        lb_change_bass(p->synth, j.bass);
+        p->playing = j.of;
     }
     return LV2_SUCCESS;
 }
@@ -205,11 +229,11 @@ static int save(void *handle, lv2_store store, void *to, uint32_t flags, const l
     (void)flags;
     (void)features;
     plugin *p = handle;
-    const char *name = p->names[p->instrument];
-    const int64_t quality = p->quality;
+    const char *name = lb_shelf_name(p->shelf, p->playing.bass);
+    const int64_t quality = p->playing.quality;
     store(to, p->key_seed, &p->seed, sizeof p->seed, p->whole, LV2_PLAIN);
     store(to, p->key_quality, &quality, sizeof quality, p->whole, LV2_PLAIN);
-    return store(to, p->key_instrument, name, strlen(name) + 1, p->string, LV2_PLAIN);
+    return store(to, p->key_bass, name, strlen(name) + 1, p->string, LV2_PLAIN);
 }
 
 /* A whole number of a state; `otherwise` if it has none. */
@@ -226,23 +250,24 @@ static int restore(void *handle, lv2_retrieve get, void *from, uint32_t flags, c
     plugin *p = handle;
     size_t size = 0;
     uint32_t type = 0;
-    const char *name = get(from, p->key_instrument, &size, &type, &flags);
+    const char *name = get(from, p->key_bass, &size, &type, &flags);
     if (!name || type != p->string || !memchr(name, 0, size)) return LV2_NO_PROPERTY;
     const int64_t quality = kept(p, get, from, p->key_quality, LB_LIVE);
-    for (int k = 0; k < p->count; k++) {
-        if (strcmp(name, p->names[k])) continue;
-        p->seed = kept(p, get, from, p->key_seed, 0);
-        lb_bass *b = load(p, k, quality == LB_STUDIO ? LB_STUDIO : LB_LIVE);
-        if (!b) return LV2_UNKNOWN;
-        lb_put_on(p->synth, b);
-        p->instrument = k;
-        p->quality = quality == LB_STUDIO ? LB_STUDIO : LB_LIVE;
-        p->restored = 1;
-        p->seen_instrument = p->seen_quality = -1;
-        return LV2_SUCCESS;
+    const choice c = {lb_shelf_find(p->shelf, name), quality == LB_STUDIO ? LB_STUDIO : LB_LIVE, p->playing.ahead};
+    if (c.bass < 0) {
+        char line[LINE];
+        snprintf(line, sizeof line, "%.63s: the session's instrument is not among those installed", name);
+        complain(p, line);
+        return LV2_UNKNOWN;
     }
-    complain(p, "the session's instrument is not in this bundle");
-    return LV2_UNKNOWN;
+    p->seed = kept(p, get, from, p->key_seed, 0);
+    lb_bass *b = load(p, c);
+    if (!b) return LV2_UNKNOWN;
+    lb_put_on(p->synth, b);
+    p->playing = c;
+    p->restored = 1;
+    forget_ports(p);
+    return LV2_SUCCESS;
 }
 
 static const void *extension_data(const char *uri) {
@@ -257,7 +282,9 @@ __declspec(dllexport)
 __attribute__((visibility("default")))
 #endif
 const lv2_plugin *lv2_descriptor(uint32_t index) {
-    static const lv2_plugin only = {URI,        instantiate, connect_port, activate, run,
-                                    deactivate, cleanup,     extension_data};
-    return index ? 0 : &only;
+    static const lv2_plugin plugins[] = {
+        {URI, instantiate, connect_port, activate, run, deactivate, cleanup, extension_data},
+        {URI "-strings", instantiate, connect_port, activate, run, deactivate, cleanup, extension_data},
+    };
+    return index < 2 ? &plugins[index] : 0;
 }

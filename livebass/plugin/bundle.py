@@ -1,0 +1,76 @@
+"""Writes what hosts load, a folder: it appears whole, over an older one of livebass, or not at all."""
+
+from __future__ import annotations
+
+import plistlib
+from collections.abc import Callable
+from pathlib import Path
+
+import platformdirs
+
+from livebass import __version__
+from livebass.files import Transaction, whole_directory
+from livebass.model.instrument import Instrument
+from livebass.plugin.instrument import ENDING, instrument_file
+from livebass.plugin.parameters import MOST_BASSES
+from livebass.plugin.systems import System
+
+LONGEST_NAME = 63  # bytes of an instrument's short name, of c/core.c
+LIST = "instruments.txt"
+
+
+def instrument_files(basses: dict[str, Instrument]) -> dict[str, bytes]:
+    """The instrument files of `basses`, by short name, and the list of them, by the names of the files.
+
+    Raises ValueError for names or basses that do not fit.
+    """
+    if not 1 <= len(basses) <= MOST_BASSES:
+        raise ValueError(f"{len(basses)} instruments: allowed are 1 to {MOST_BASSES}")
+    for name in basses:
+        checked_name(name)
+    files = {f"{name}{ENDING}": instrument_file(bass) for name, bass in basses.items()}
+    return files | {LIST: "".join(f"{name}\n" for name in basses).encode()}
+
+
+def checked_name(name: str) -> str:
+    """Returns the short name of an instrument. Raises ValueError for one that does not fit."""
+    if not 1 <= len(name.encode()) <= LONGEST_NAME or set(name) & set('/\\"<>{}|^`\n\r ') or not name.isprintable():
+        raise ValueError(f"instrument {name!r}: allowed are 1 to {LONGEST_NAME} letters, digits, - and _")
+    return name
+
+
+def write_files(folder: Path, files: dict[str, bytes], replaceable: Callable[[list[Path]], bool]) -> None:
+    """Writes `files`, by their places in `folder`, all or none. Raises OutputError.
+
+    What is in the folder must be `replaceable`: see `checked_directory`.
+    """
+    with whole_directory(folder, replaceable) as temporary, Transaction() as written:
+        for name, data in files.items():
+            (temporary / name).parent.mkdir(parents=True, exist_ok=True)
+            written.write(temporary / name, data)
+
+
+def own_instruments() -> Path:
+    """The directory of the user's own instrument files, in which every installed plugin looks."""
+    return Path(platformdirs.user_data_path("livebass", appauthor=False, roaming=True))
+
+
+def are_instruments(entries: list[Path]) -> bool:
+    """True if these are a list of instruments and their files, and nothing else."""
+    names = [entry.name for entry in entries]
+    return LIST in names and all(name == LIST or name.endswith(ENDING) for name in names)
+
+
+def is_macos(system: System) -> bool:
+    return system.name.startswith("macos")
+
+
+def macos_files(identifier: str, binary: bytes, resources: dict[str, bytes]) -> dict[str, bytes]:
+    """The files of a bundle of macOS, by their places in it."""
+    info = {
+        "CFBundleIdentifier": identifier, "CFBundleName": "livebass", "CFBundleExecutable": "livebass",
+        "CFBundlePackageType": "BNDL", "CFBundleVersion": __version__, "CFBundleShortVersionString": __version__,
+        "CFBundleInfoDictionaryVersion": "6.0", "LSMinimumSystemVersion": "11.0",
+    }  # fmt: skip
+    made = {"Contents/MacOS/livebass": binary, "Contents/Info.plist": plistlib.dumps(info)}
+    return made | {f"Contents/Resources/{name}": data for name, data in resources.items()}

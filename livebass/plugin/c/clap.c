@@ -1,0 +1,401 @@
+/* The CLAP plugin: ports, events, parameters, state and presets of an instance. process() allocates nothing but offline.
+
+   There are two: one with a mono output, one with an output a string. Instruments lie in the folder that holds the file
+   livebass.clap (macOS: in its Contents/Resources), or in the user's directory. */
+#include "clap_abi.h"
+#include "instance.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define MONO "org.livebass.bass" /* for ever: sessions know them */
+#define APART "org.livebass.strings"
+#define PROVIDER "org.livebass.presets"
+enum { TAIL = 12 /* s */, ROOM = 1 << 16 };
+
+static char folder[CLAP_PATH]; /* of the instruments that came with the plugin */
+
+typedef struct {
+    clap_plugin plugin; /* first: hosts know its address */
+    const clap_host *host;
+    const clap_host_log *log;
+    int apart; /* has an output a string */
+    int asked; /* on_main_thread() will be called */
+    lb_instance instance;
+} clap;
+
+static clap *of(const clap_plugin *p) { return p->data; }
+
+static void complain(void *owner, const char *line) {
+    const clap *c = owner;
+    if (c->log) c->log->log(c->host, CLAP_LOG_ERROR, line);
+    else fprintf(stderr, "livebass: %s\n", line);
+}
+
+static void ask(void *owner) {
+    clap *c = owner;
+    if (!__atomic_exchange_n(&c->asked, 1, __ATOMIC_ACQ_REL)) c->host->request_callback(c->host);
+}
+
+/* --- the plugin --- */
+
+static bool init(const clap_plugin *p) {
+    clap *c = of(p);
+    c->log = c->host->get_extension(c->host, CLAP_LOG);
+    return lb_open_instance(&c->instance, folder);
+}
+
+static void destroy(const clap_plugin *p) {
+    lb_close_instance(&of(p)->instance);
+    free(of(p));
+}
+
+static bool activate(const clap_plugin *p, double rate, uint32_t least, uint32_t most) {
+    (void)least; /* blocks may be of any size */
+    (void)most;
+    return lb_activate_instance(&of(p)->instance, rate);
+}
+
+static void deactivate(const clap_plugin *p) { lb_deactivate_instance(&of(p)->instance); }
+
+static bool start_processing(const clap_plugin *p) {
+    (void)p;
+    return true;
+}
+
+static void stop_processing(const clap_plugin *p) { (void)p; }
+
+static void reset(const clap_plugin *p) { lb_reset_instance(&of(p)->instance); }
+
+static void on_main_thread(const clap_plugin *p) {
+    __atomic_store_n(&of(p)->asked, 0, __ATOMIC_RELEASE);
+    lb_serve(&of(p)->instance);
+}
+
+/* Takes one event; notes need an active instance. */
+static void take(clap *c, const clap_event *e) {
+    lb_instance *i = &c->instance;
+    if (e->space != CLAP_CORE_EVENTS) return;
+    if (e->type == CLAP_PARAM_VALUE) {
+        const clap_param_value *v = (const clap_param_value *)e;
+        if (v->id >= LB_PARAMETERS) return;
+        if (i->synth) lb_set_value_at(i, e->time, (int)v->id, v->value);
+        else lb_set_value(i, (int)v->id, v->value);
+    }
+    if (!i->synth) return;
+    const clap_note *note = (const clap_note *)e;
+    const clap_note_expression *x = (const clap_note_expression *)e;
+    if (e->type == CLAP_NOTE_ON) lb_start_note(i, e->time, note->key, note->velocity, note->note_id);
+    else if (e->type == CLAP_NOTE_OFF || e->type == CLAP_NOTE_CHOKE) lb_stop_note(i, e->time, note->key);
+    else if (e->type == CLAP_MIDI) lb_send(i->synth, e->time, ((const clap_midi *)e)->data, 3);
+    else if (e->type == CLAP_NOTE_EXPRESSION && x->expression == CLAP_TUNING)
+        lb_express_bend(i, e->time, x->key, x->note_id, x->value); /* a plucked string has no other expression */
+}
+
+static int32_t process(const clap_plugin *p, const clap_process *b) {
+    clap *c = of(p);
+    lb_instance *i = &c->instance;
+    float *outs[LB_STRINGS] = {0};
+    const uint32_t events = b->in_events ? b->in_events->size(b->in_events) : 0;
+    if (!i->synth) return CLAP_PROCESS_ERROR;
+    lb_begin_block(i);
+    for (uint32_t k = 0; k < events; k++) take(c, b->in_events->get(b->in_events, k));
+    for (uint32_t k = 0; k < b->output_count && k < LB_STRINGS; k++)
+        if (b->outputs[k].data32 && b->outputs[k].channels) {
+            outs[k] = b->outputs[k].data32[0];
+            b->outputs[k].constant_mask = 0;
+        }
+    lb_play_block(i, c->apart, outs, b->frames);
+    return CLAP_PROCESS_CONTINUE;
+}
+
+/* --- ports --- */
+
+static uint32_t audio_count(const clap_plugin *p, bool is_input) { return is_input ? 0 : of(p)->apart ? LB_STRINGS : 1; }
+
+static bool audio_port(const clap_plugin *p, uint32_t index, bool is_input, clap_audio_port *port) {
+    if (index >= audio_count(p, is_input)) return false;
+    memset(port, 0, sizeof *port);
+    port->id = index;
+    port->flags = index ? 0 : CLAP_PORT_IS_MAIN;
+    port->channels = 1;
+    port->type = CLAP_MONO;
+    port->in_place_pair = CLAP_NO_ID;
+    if (of(p)->apart) snprintf(port->name, sizeof port->name, "String %u", index + 1);
+    else snprintf(port->name, sizeof port->name, "Out");
+    return true;
+}
+
+static uint32_t note_count(const clap_plugin *p, bool is_input) {
+    (void)p;
+    return is_input;
+}
+
+static bool note_port(const clap_plugin *p, uint32_t index, bool is_input, clap_note_port *port) {
+    if (index >= note_count(p, is_input)) return false;
+    memset(port, 0, sizeof *port);
+    port->supported = CLAP_DIALECT_CLAP | CLAP_DIALECT_MIDI;
+    port->preferred = CLAP_DIALECT_CLAP;
+    snprintf(port->name, sizeof port->name, "Notes");
+    return true;
+}
+
+/* --- parameters --- */
+
+static uint32_t param_count(const clap_plugin *p) {
+    (void)p;
+    return LB_PARAMETERS;
+}
+
+static bool param_info(const clap_plugin *p, uint32_t index, clap_param_info *info) {
+    if (index >= LB_PARAMETERS) return false;
+    const lb_parameter *known = &lb_parameters[index];
+    memset(info, 0, sizeof *info);
+    info->id = index;
+    info->flags = index < LB_PLAYED_PARAMETERS ? CLAP_PARAM_AUTOMATABLE : 0;
+    if (known->whole) info->flags |= CLAP_PARAM_STEPPED;
+    if (known->points || index == LB_BASS) info->flags |= CLAP_PARAM_ENUM;
+    snprintf(info->name, sizeof info->name, "%s", known->name);
+    info->least = known->least;
+    info->most = lb_most(&of(p)->instance, (int)index);
+    info->usual = known->usual;
+    return true;
+}
+
+static bool param_value(const clap_plugin *p, uint32_t id, double *value) {
+    if (id >= LB_PARAMETERS) return false;
+    *value = lb_value(&of(p)->instance, (int)id);
+    return true;
+}
+
+static bool param_to_text(const clap_plugin *p, uint32_t id, double value, char *text, uint32_t room) {
+    if (id >= LB_PARAMETERS) return false;
+    lb_value_to_text(&of(p)->instance, (int)id, value, text, room);
+    return true;
+}
+
+static bool param_from_text(const clap_plugin *p, uint32_t id, const char *text, double *value) {
+    return id < LB_PARAMETERS && lb_text_to_value(&of(p)->instance, (int)id, text, value);
+}
+
+static void flush(const clap_plugin *p, const clap_in_events *in, const clap_out_events *out) {
+    (void)out; /* not while process() runs */
+    for (uint32_t k = 0; k < in->size(in); k++) {
+        const clap_param_value *v = (const clap_param_value *)in->get(in, k);
+        if (v->head.space == CLAP_CORE_EVENTS && v->head.type == CLAP_PARAM_VALUE && v->id < LB_PARAMETERS)
+            lb_set_value(&of(p)->instance, (int)v->id, v->value);
+    }
+}
+
+/* Tells the host that values have changed by themselves. [main thread] */
+static void tell_values(const clap *c) {
+    const clap_host_params *params = c->host->get_extension(c->host, CLAP_PARAMS);
+    if (params) params->rescan(c->host, CLAP_RESCAN_VALUES);
+}
+
+/* --- state --- */
+
+static bool save(const clap_plugin *p, const clap_out_stream *to) {
+    lb_state state;
+    lb_save_state(&of(p)->instance, &state);
+    for (size_t done = 0; done < sizeof state;) {
+        const int64_t written = to->write(to, (const char *)&state + done, sizeof state - done);
+        if (written <= 0) return false;
+        done += (size_t)written;
+    }
+    return true;
+}
+
+static bool load(const clap_plugin *p, const clap_in_stream *from) {
+    size_t count = 0;
+    int64_t got;
+    char *bytes = malloc(ROOM);
+    if (!bytes) return false;
+    while (count < ROOM && (got = from->read(from, bytes + count, ROOM - count)) > 0) count += (size_t)got;
+    const bool good = lb_load_state(&of(p)->instance, bytes, count);
+    free(bytes);
+    if (good) {
+        lb_serve(&of(p)->instance);
+        tell_values(of(p));
+    }
+    return good;
+}
+
+/* --- the rest --- */
+
+static bool needs_real_time(const clap_plugin *p) {
+    (void)p;
+    return false;
+}
+
+static bool set_rendering(const clap_plugin *p, int32_t mode) {
+    lb_set_offline(&of(p)->instance, mode == CLAP_OFFLINE);
+    return true;
+}
+
+static uint32_t latency(const clap_plugin *p) {
+    (void)p;
+    return 0;
+}
+
+static uint32_t tail(const clap_plugin *p) { return (uint32_t)(TAIL * of(p)->instance.rate); }
+
+/* Takes the preset `key`: a bass, and every parameter as it has it. */
+static bool preset(const clap_plugin *p, uint32_t kind, const char *location, const char *key) {
+    clap *c = of(p);
+    lb_instance *i = &c->instance;
+    const clap_host_preset_load *host = c->host->get_extension(c->host, CLAP_PRESET_LOAD);
+    if (!host) host = c->host->get_extension(c->host, CLAP_PRESET_LOAD_DRAFT);
+    const int bass = kind == CLAP_LOCATION_PLUGIN && key ? lb_shelf_find(i->shelf, key) : -1;
+    if (bass >= 0) {
+        for (int k = 0; k < LB_PLAYED_PARAMETERS; k++) lb_set_value(i, k, lb_parameters[k].usual);
+        lb_set_value(i, LB_BASS, bass);
+        lb_serve(i);
+        if (host) host->loaded(c->host, kind, location, key);
+        tell_values(c);
+        return true;
+    }
+    if (host) host->on_error(c->host, kind, location, key, 0, "there is no such instrument");
+    return false;
+}
+
+static const void *extension(const clap_plugin *p, const char *id) {
+    static const clap_audio_ports audio = {audio_count, audio_port};
+    static const clap_note_ports notes = {note_count, note_port};
+    static const clap_params params = {param_count, param_info, param_value, param_to_text, param_from_text, flush};
+    static const clap_state state = {save, load};
+    static const clap_render render = {needs_real_time, set_rendering};
+    static const clap_frames late = {latency}, after = {tail};
+    static const clap_preset_load presets = {preset};
+    static const struct {
+        const char *id;
+        const void *extension;
+    } all[] = {
+        {CLAP_AUDIO_PORTS, &audio}, {CLAP_NOTE_PORTS, &notes},    {CLAP_PARAMS, &params},
+        {CLAP_STATE, &state},       {CLAP_RENDER, &render},       {CLAP_LATENCY, &late},
+        {CLAP_TAIL, &after},        {CLAP_PRESET_LOAD, &presets}, {CLAP_PRESET_LOAD_DRAFT, &presets},
+    };
+    (void)p;
+    for (size_t k = 0; k < sizeof all / sizeof *all; k++)
+        if (!strcmp(id, all[k].id)) return all[k].extension;
+    return 0;
+}
+
+/* --- presets in the host's browser: the instruments --- */
+
+static bool provider_init(const clap_preset_provider *p) {
+    const clap_preset_indexer *to = p->data;
+    const clap_preset_location here = {CLAP_FACTORY_CONTENT, "livebass", CLAP_LOCATION_PLUGIN, 0};
+    return to->declare_location(to, &here);
+}
+
+static void provider_destroy(const clap_preset_provider *p) { free((void *)p); }
+
+static bool provide(const clap_preset_provider *p, uint32_t kind, const char *location, const clap_preset_receiver *to) {
+    static const clap_universal_id users[] = {{"clap", MONO}, {"clap", APART}};
+    (void)p;
+    (void)location;
+    lb_shelf *shelf = kind == CLAP_LOCATION_PLUGIN ? lb_open_shelf(folder) : 0;
+    if (!shelf) return false;
+    for (int k = 0; k < lb_shelf_count(shelf) && to->begin_preset(to, lb_shelf_title(shelf, k), lb_shelf_name(shelf, k)); k++) {
+        to->add_plugin_id(to, &users[0]);
+        to->add_plugin_id(to, &users[1]);
+        to->add_feature(to, "bass");
+    }
+    lb_close_shelf(shelf);
+    return true;
+}
+
+static const void *no_extension(const clap_preset_provider *p, const char *id) {
+    (void)p;
+    (void)id;
+    return 0;
+}
+
+static const clap_provider_descriptor provider = {CLAP_VERSION, PROVIDER, "livebass", "livebass"};
+
+static uint32_t provider_count(const clap_preset_factory *f) {
+    (void)f;
+    return 1;
+}
+
+static const clap_provider_descriptor *provider_descriptor(const clap_preset_factory *f, uint32_t index) {
+    (void)f;
+    return index ? 0 : &provider;
+}
+
+static const clap_preset_provider *provider_create(const clap_preset_factory *f, const clap_preset_indexer *indexer,
+                                                   const char *id) {
+    (void)f;
+    clap_preset_provider *p = strcmp(id, PROVIDER) ? 0 : malloc(sizeof *p);
+    if (p) *p = (clap_preset_provider){&provider, (void *)indexer, provider_init, provider_destroy, provide, no_extension};
+    return p;
+}
+
+/* --- the file's entry --- */
+
+static const char *const features[] = {"instrument", "synthesizer", "mono", 0};
+static const clap_descriptor descriptors[] = {
+    {CLAP_VERSION, MONO, "livebass", "livebass", "", "", "", LB_RELEASE, "A physical-model electric bass", features},
+    {CLAP_VERSION, APART, "livebass strings", "livebass", "", "", "", LB_RELEASE,
+     "A physical-model electric bass with an output a string", features},
+};
+
+static uint32_t plugin_count(const clap_plugin_factory *f) {
+    (void)f;
+    return sizeof descriptors / sizeof *descriptors;
+}
+
+static const clap_descriptor *plugin_descriptor(const clap_plugin_factory *f, uint32_t index) {
+    return index < plugin_count(f) ? &descriptors[index] : 0;
+}
+
+static const clap_plugin *create(const clap_plugin_factory *f, const clap_host *host, const char *id) {
+    for (uint32_t k = 0; k < plugin_count(f); k++) {
+        if (strcmp(id, descriptors[k].id) || host->version.major < 1) continue;
+        clap *c = calloc(1, sizeof *c);
+        if (!c) return 0;
+        c->plugin = (clap_plugin){
+            &descriptors[k], c, init, destroy, activate, deactivate, start_processing, stop_processing, reset, process,
+            extension, on_main_thread,
+        };
+        c->host = host;
+        c->apart = k == 1;
+        c->instance.owner = c;
+        c->instance.complain = complain;
+        c->instance.ask = ask;
+        return &c->plugin;
+    }
+    return 0;
+}
+
+static bool entry_init(const char *path) {
+#ifdef __APPLE__
+    return snprintf(folder, sizeof folder, "%s/Contents/Resources", path) < (int)sizeof folder;
+#else
+    if (strlen(path) >= sizeof folder) return false;
+    strcpy(folder, path);
+    char *end = strrchr(folder, '/'), *other = strrchr(folder, '\\');
+    if (other > end) end = other;
+    if (end) *end = 0;
+    else strcpy(folder, ".");
+    return true;
+#endif
+}
+
+static void entry_deinit(void) {}
+
+static const void *get_factory(const char *id) {
+    static const clap_plugin_factory plugins = {plugin_count, plugin_descriptor, create};
+    static const clap_preset_factory presets = {provider_count, provider_descriptor, provider_create};
+    if (!strcmp(id, CLAP_PLUGIN_FACTORY)) return &plugins;
+    return strcmp(id, CLAP_PRESET_FACTORY) && strcmp(id, CLAP_PRESET_FACTORY_DRAFT) ? 0 : &presets;
+}
+
+#ifdef _WIN32
+__declspec(dllexport)
+#else
+__attribute__((visibility("default")))
+#endif
+const clap_plugin_entry clap_entry = {CLAP_VERSION, entry_init, entry_deinit, get_factory};

@@ -1,0 +1,276 @@
+/* What CLAP and VST3 share between their interfaces and a synth: no interface of a host is known in here. */
+#include "instance.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#ifdef _WIN32
+#include <windows.h>
+static SRWLOCK lock = SRWLOCK_INIT;
+static void enter(void) { AcquireSRWLockExclusive(&lock); }
+static void leave(void) { ReleaseSRWLockExclusive(&lock); }
+#else
+#include <pthread.h>
+static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
+static void enter(void) { pthread_mutex_lock(&lock); }
+static void leave(void) { pthread_mutex_unlock(&lock); }
+#endif
+
+#define MAGIC "LBSTATE\n"
+enum { VERSION = 1, LINE = 1600 };
+
+/* --- values --- */
+
+double lb_value(const lb_instance *i, int parameter) {
+    double value;
+    __atomic_load(&i->values[parameter], &value, __ATOMIC_RELAXED);
+    return value;
+}
+
+static void keep(lb_instance *i, int parameter, double value) {
+    __atomic_store(&i->values[parameter], &value, __ATOMIC_RELAXED);
+}
+
+double lb_most(const lb_instance *i, int parameter) {
+    if (parameter != LB_BASS) return lb_parameters[parameter].most;
+    const int last = lb_shelf_count(i->shelf) - 1;
+    return last > 0 ? last : 1; /* a host may divide by the range */
+}
+
+double lb_allowed(const lb_instance *i, int parameter, double value) {
+    const lb_parameter *p = &lb_parameters[parameter];
+    if (!(value == value)) value = p->usual;
+    value = fmin(fmax(value, p->least), lb_most(i, parameter));
+    return p->whole ? rint(value) : value;
+}
+
+void lb_set_value(lb_instance *i, int parameter, double value) {
+    keep(i, parameter, lb_allowed(i, parameter, value));
+    __atomic_fetch_or(&i->changed, 1u << parameter, __ATOMIC_RELEASE);
+}
+
+void lb_set_value_at(lb_instance *i, int64_t offset, int parameter, double value) {
+    value = lb_allowed(i, parameter, value);
+    keep(i, parameter, value);
+    if (parameter < LB_PLAYED_PARAMETERS) lb_set(i->synth, offset, parameter, value);
+    else __atomic_fetch_or(&i->changed, 1u << parameter, __ATOMIC_RELEASE);
+}
+
+void lb_value_to_text(const lb_instance *i, int parameter, double value, char *text, size_t room) {
+    const lb_parameter *p = &lb_parameters[parameter];
+    value = lb_allowed(i, parameter, value);
+    if (parameter == LB_BASS) {
+        const int number = (int)value < lb_shelf_count(i->shelf) ? (int)value : 0;
+        snprintf(text, room, "%s", lb_shelf_title(i->shelf, number));
+    } else if (p->points) snprintf(text, room, "%s", p->points[(int)(value - p->least)]);
+    else snprintf(text, room, p->whole ? "%.0f%s%s" : "%.2f%s%s", value, *p->unit ? " " : "", p->unit);
+}
+
+int lb_text_to_value(const lb_instance *i, int parameter, const char *text, double *value) {
+    const lb_parameter *p = &lb_parameters[parameter];
+    char other[256], *end;
+    if (parameter == LB_BASS && lb_shelf_find(i->shelf, text) >= 0) {
+        *value = lb_shelf_find(i->shelf, text);
+        return 1;
+    }
+    if (parameter == LB_BASS || p->points) {
+        for (double v = p->least; v <= lb_most(i, parameter); v++) {
+            lb_value_to_text(i, parameter, v, other, sizeof other);
+            if (strcmp(other, text)) continue;
+            *value = v;
+            return 1;
+        }
+    }
+    const double read = strtod(text, &end);
+    if (end == text) return 0;
+    *value = lb_allowed(i, parameter, read);
+    return 1;
+}
+
+/* --- the bass --- */
+
+int lb_open_instance(lb_instance *i, const char *folder) {
+    char line[LINE];
+    i->kernels = lb_best_kernels();
+    i->shelf = lb_open_shelf(folder);
+    for (int k = 0; k < LB_PARAMETERS; k++) i->values[k] = lb_parameters[k].usual;
+    if (i->shelf && lb_shelf_count(i->shelf)) return 1;
+    snprintf(line, sizeof line, "%.1400s: there is no instrument here, nor in the user's directory", folder);
+    i->complain(i->owner, line);
+    lb_close_instance(i);
+    return 0;
+}
+
+void lb_close_instance(lb_instance *i) {
+    lb_deactivate_instance(i);
+    if (i->shelf) lb_close_shelf(i->shelf);
+    i->shelf = 0;
+}
+
+static int64_t seed_of(const lb_instance *i) {
+    int64_t seed;
+    __atomic_load(&i->seed, &seed, __ATOMIC_RELAXED);
+    return seed;
+}
+
+/* Which bass is wanted, and how, as one word. */
+static int64_t wish(const lb_instance *i) {
+    return (int64_t)((uint64_t)seed_of(i) << 16) | (int64_t)lb_value(i, LB_RUNNING_AHEAD) << 9 |
+           (int64_t)lb_value(i, LB_QUALITY) << 8 | (int64_t)lb_value(i, LB_BASS);
+}
+
+static int wants_other(const lb_instance *i) { return wish(i) != __atomic_load_n(&i->loaded, __ATOMIC_ACQUIRE); }
+
+/* Loads the bass that is wanted; says why if it cannot. */
+static lb_bass *load(lb_instance *i) {
+    char why[LINE];
+    __atomic_store_n(&i->loaded, wish(i), __ATOMIC_RELEASE);
+    const int number = (int)lb_value(i, LB_BASS), tier = (int)lb_value(i, LB_QUALITY) ? LB_STUDIO : LB_LIVE;
+    if (number >= lb_shelf_count(i->shelf)) return 0; /* beyond the only one */
+    lb_bass *b = lb_load_bass(lb_shelf_path(i->shelf, number), tier, i->rate, seed_of(i), lb_value(i, LB_RUNNING_AHEAD) > 0,
+                              i->kernels, why, sizeof why);
+    if (!b) i->complain(i->owner, why);
+    return b;
+}
+
+int lb_activate_instance(lb_instance *i, double rate) {
+    lb_deactivate_instance(i);
+    i->rate = rate;
+    lb_bass *b = load(i);
+    i->synth = b ? lb_new_synth(rate, i->kernels) : 0;
+    if (i->synth) lb_put_on(i->synth, b);
+    else lb_free_bass(b);
+    i->changed = ~0u;
+    return i->synth != 0;
+}
+
+void lb_deactivate_instance(lb_instance *i) {
+    lb_free_synth(i->synth);
+    lb_free_bass(i->ready);
+    lb_free_bass(i->done);
+    i->synth = 0;
+    i->ready = i->done = 0;
+}
+
+void lb_reset_instance(lb_instance *i) {
+    lb_bass *b = __atomic_exchange_n(&i->ready, 0, __ATOMIC_ACQ_REL);
+    if (!i->synth) return;
+    if (b) lb_put_on(i->synth, b);
+    else lb_reset_synth(i->synth);
+    __atomic_store_n(&i->changed, ~0u, __ATOMIC_RELEASE);
+}
+
+void lb_serve(lb_instance *i) {
+    enter(); /* the main thread may be here while a host renders offline in another */
+    lb_free_bass(__atomic_exchange_n(&i->done, 0, __ATOMIC_ACQ_REL));
+    if (i->synth && wants_other(i)) {
+        lb_bass *b = load(i);
+        if (b) lb_free_bass(__atomic_exchange_n(&i->ready, b, __ATOMIC_ACQ_REL));
+    }
+    leave();
+}
+
+/* --- playing --- */
+
+void lb_set_offline(lb_instance *i, int on) { __atomic_store_n(&i->offline, on, __ATOMIC_RELAXED); }
+
+void lb_begin_block(lb_instance *i) {
+    const uint32_t changed = __atomic_exchange_n(&i->changed, 0, __ATOMIC_ACQUIRE);
+    for (int k = 0; k < LB_PLAYED_PARAMETERS; k++)
+        if (changed >> k & 1) lb_set(i->synth, 0, k, lb_value(i, k));
+    lb_offline(i->synth, __atomic_load_n(&i->offline, __ATOMIC_RELAXED));
+    lb_relieve(i->synth, lb_value(i, LB_RELIEF) > 0.5);
+}
+
+/* Has another bass loaded if one is wanted, hands over those that are ready and those that are done. */
+static void change_bass(lb_instance *i) {
+    if (!__atomic_load_n(&i->done, __ATOMIC_RELAXED)) __atomic_store_n(&i->done, lb_take_faded(i->synth), __ATOMIC_RELEASE);
+    if (wants_other(i) || __atomic_load_n(&i->done, __ATOMIC_RELAXED)) {
+        if (__atomic_load_n(&i->offline, __ATOMIC_RELAXED)) lb_serve(i);
+        else i->ask(i->owner);
+    }
+    lb_bass *b = lb_changing(i->synth) ? 0 : __atomic_exchange_n(&i->ready, 0, __ATOMIC_ACQ_REL);
+    if (b) lb_change_bass(i->synth, b);
+}
+
+void lb_start_note(lb_instance *i, int64_t offset, int key, double velocity, int32_t id) {
+    if (key < 0 || key >= LB_KEYS) return;
+    const double scaled = fmin(fmax(rint(127 * velocity), 1), 127); /* 0 would release it */
+    i->note_ids[key] = id;
+    lb_send(i->synth, offset, (const uint8_t[]){0x90, (uint8_t)key, (uint8_t)scaled}, 3);
+    if (i->bent) lb_bend_note(i->synth, offset, key, 0.0); /* what bent the note before on this string has ended */
+}
+
+void lb_stop_note(lb_instance *i, int64_t offset, int key) {
+    if (key >= LB_KEYS) return;
+    if (key >= 0) lb_send(i->synth, offset, (const uint8_t[]){0x80, (uint8_t)key, 64}, 3);
+    else lb_send(i->synth, offset, (const uint8_t[]){0xB0, 123, 0}, 3);
+}
+
+void lb_express_bend(lb_instance *i, int64_t offset, int key, int32_t id, double semitones) {
+    if (key < 0 && id >= 0) {
+        for (key = LB_KEYS - 1; key >= 0 && i->note_ids[key] != id;) key--;
+        if (key < 0) return; /* a note that is no more */
+    }
+    i->bent = 1;
+    if (key >= 0) lb_bend_note(i->synth, offset, key, semitones);
+    else
+        for (int k = 0; k < LB_STRINGS; k++) lb_bend_string(i->synth, offset, k, semitones);
+}
+
+void lb_play_block(lb_instance *i, int apart, float *const outs[LB_STRINGS], int64_t n) {
+    change_bass(i);
+    if (outs[0] && !apart) lb_play(i->synth, outs[0], n);
+    else lb_play_strings(i->synth, outs, n);
+}
+
+/* --- state --- */
+
+static uint64_t checksum(const void *bytes, size_t count) { /* FNV-1a */
+    uint64_t sum = 0xcbf29ce484222325u;
+    for (size_t k = 0; k < count; k++) sum = (sum ^ ((const uint8_t *)bytes)[k]) * 0x100000001b3u;
+    return sum;
+}
+
+void lb_save_state(const lb_instance *i, lb_state *s) {
+    memset(s, 0, sizeof *s);
+    memcpy(s->magic, MAGIC, sizeof s->magic);
+    s->version = VERSION;
+    s->seed = seed_of(i);
+    s->count = LB_PARAMETERS;
+    for (int k = 0; k < LB_PARAMETERS; k++) s->values[k] = lb_value(i, k);
+    const int number = (int)s->values[LB_BASS];
+    snprintf(s->bass, sizeof s->bass, "%s", lb_shelf_name(i->shelf, number < lb_shelf_count(i->shelf) ? number : 0));
+    s->checksum = checksum(s, offsetof(lb_state, checksum));
+}
+
+/* Why a state is none; 0 if it is one. */
+static const char *fault(const lb_state *s, size_t count) {
+    uint64_t sum;
+    const size_t head = offsetof(lb_state, values);
+    if (count < head || memcmp(s->magic, MAGIC, sizeof s->magic)) return "the session's state is not one of this plugin";
+    if (s->version != VERSION) return "the session's state was written by another version of the plugin";
+    if (s->count < 1 || s->count > 1000 || count != head + 8 * ((size_t)s->count + 1)) return "the session's state is damaged";
+    memcpy(&sum, (const char *)s + count - 8, 8);
+    if (sum != checksum(s, count - 8) || !memchr(s->bass, 0, sizeof s->bass)) return "the session's state is damaged";
+    for (int k = 0; k < LB_PARAMETERS && k < s->count; k++)
+        if (!isfinite(s->values[k])) return "the session's state is damaged";
+    return 0;
+}
+
+int lb_load_state(lb_instance *i, const void *bytes, size_t count) {
+    const lb_state *s = bytes;
+    const char *why = fault(s, count);
+    const int number = why ? -1 : lb_shelf_find(i->shelf, s->bass);
+    if (!why && number < 0) why = "the session's instrument is not installed";
+    if (why) {
+        i->complain(i->owner, why);
+        return 0;
+    }
+    int64_t seed = s->seed;
+    __atomic_store(&i->seed, &seed, __ATOMIC_RELAXED);
+    for (int k = 0; k < LB_PARAMETERS; k++)
+        lb_set_value(i, k, k == LB_BASS ? number : k < s->count ? s->values[k] : lb_parameters[k].usual);
+    return 1;
+}

@@ -1,0 +1,76 @@
+/* An instance of the plugin in a host that has no worker: values of its parameters, changes of bass, its state as bytes.
+   The shells of CLAP and VST3 hold one each. Values may be read and written by any thread. */
+#ifndef LB_INSTANCE_H
+#define LB_INSTANCE_H
+#include "core.h"
+
+enum { LB_STATE_NAME = 64, LB_KEYS = 128 };
+#pragma pack(push, 1)
+typedef struct { /* all numbers little-endian; a later version with more parameters has them at the end of `values` */
+    char magic[8];
+    int64_t version, seed, count;
+    char bass[LB_STATE_NAME];
+    double values[LB_PARAMETERS];
+    uint64_t checksum;
+} lb_state;
+#pragma pack(pop)
+
+typedef struct {
+    void *owner;
+    void (*complain)(void *owner, const char *line); /* says a line in the host's log. [any thread] */
+    void (*ask)(void *owner);                        /* has another thread call lb_serve soon. [audio thread] */
+    const lb_kernels *kernels;
+    lb_shelf *shelf;
+    lb_synth *synth; /* 0 while the instance is not active */
+    double rate, values[LB_PARAMETERS];
+    int64_t seed;
+    uint32_t changed; /* parameters that the synth has not been told yet, a bit each */
+    int offline;      /* the host does not play in real time: a change of bass may be waited for */
+    int64_t loaded;        /* which bass was loaded last, or could not be, as one word */
+    lb_bass *ready, *done; /* handed to the audio thread to play, and by it to be freed */
+    int32_t note_ids[LB_KEYS]; /* the host's number of the last note of each key */
+    int bent;                  /* a note was bent by itself */
+} lb_instance;
+
+/* Opens the shelf of instruments. Returns 0 after a line in the log if it is empty. [main thread] */
+int lb_open_instance(lb_instance *, const char *folder);
+void lb_close_instance(lb_instance *);
+
+/* Loads the bass and makes the synth; returns 0 after a line in the log if that fails. [main thread, not while it plays] */
+int lb_activate_instance(lb_instance *, double rate);
+void lb_deactivate_instance(lb_instance *);
+/* Makes it as new. [not while it plays] */
+void lb_reset_instance(lb_instance *);
+
+double lb_value(const lb_instance *, int parameter);
+/* The value as the parameter allows it: within its bounds, whole where it is. NaN gives the usual one. */
+double lb_allowed(const lb_instance *, int parameter, double value);
+double lb_most(const lb_instance *, int parameter);
+/* Sets a value that the next block begins with. [any thread] */
+void lb_set_value(lb_instance *, int parameter, double value);
+/* Sets a value from the frame `offset` of the next block on. [audio thread] */
+void lb_set_value_at(lb_instance *, int64_t offset, int parameter, double value);
+/* Says that the host plays in real time, or does not. [any thread] */
+void lb_set_offline(lb_instance *, int on);
+/* Begins a block, before its events are sent. [audio thread] */
+void lb_begin_block(lb_instance *);
+/* Loads another bass if one is wanted, and frees those that are done. [any thread; the audio thread only offline] */
+void lb_serve(lb_instance *);
+
+/* Starts a note, of velocity 0 to 1, that the host calls `id`. [audio thread] */
+void lb_start_note(lb_instance *, int64_t offset, int key, double velocity, int32_t id);
+/* Releases a note; key -1: all. [audio thread] */
+void lb_stop_note(lb_instance *, int64_t offset, int key);
+/* Bends the string that plays a note by semitones; with key and id -1, every string. [audio thread] */
+void lb_express_bend(lb_instance *, int64_t offset, int key, int32_t id, double semitones);
+/* Plays n frames, and sees to a change of bass: mono into outs[0], or an output a string; outputs may be 0. [audio thread] */
+void lb_play_block(lb_instance *, int apart, float *const outs[LB_STRINGS], int64_t n);
+
+/* A value as text, and back; the latter returns 0 if the text is none. */
+void lb_value_to_text(const lb_instance *, int parameter, double value, char *text, size_t room);
+int lb_text_to_value(const lb_instance *, int parameter, const char *text, double *value);
+
+void lb_save_state(const lb_instance *, lb_state *);
+/* Takes over a state; returns 0 after a line in the log, and changes nothing, if it is none. [main thread] */
+int lb_load_state(lb_instance *, const void *bytes, size_t count);
+#endif

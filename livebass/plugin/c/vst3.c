@@ -1,0 +1,791 @@
+/* The VST3 plugin: one object with five interfaces, around an instance. process() allocates nothing but offline.
+
+   Instruments lie in the bundle's folder Contents/Resources, or in the user's directory. A thread of each active object
+   loads basses. VST3 knows no MIDI controllers: each is a hidden parameter. The host's points of parameters, and its
+   notes, come in lists of their own; the synth gets them in the order of their frames. */
+#define _GNU_SOURCE
+#include "instance.h"
+#include "vst3_abi.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#ifdef _WIN32
+#include <windows.h>
+#define EXPORTED __declspec(dllexport)
+#else
+#include <dlfcn.h>
+#include <pthread.h>
+#define EXPORTED __attribute__((visibility("default")))
+#endif
+
+enum { TAIL = 12 /* s */, ROOM = 1 << 16, CHANGES = 2048, LINE = 1500 };
+enum { CONTROLLERS = 1000 }; /* id of the parameter that stands for MIDI controller 0 */
+enum { COMPONENT, PROCESSOR, CONTROLLER, MAPPING, UNITS, INTERFACES };
+enum { PROGRAMS = 1 }; /* the list of instruments */
+
+static const vst3_id classes[] = { /* for ever: sessions know them. Mono, and an output a string */
+    VST3_ID(0x6C697665u, 0x62617373u, 0x9D3F0C51u, 0x00000001u),
+    VST3_ID(0x6C697665u, 0x62617373u, 0x9D3F0C51u, 0x00000002u),
+};
+static const char *const names[] = {"livebass", "livebass strings"};
+
+typedef struct {
+    int64_t order; /* offset, then place in the list */
+    int kind;      /* of vst3_event.type, or CHANGE */
+    uint32_t id;
+    double value;
+    vst3_event event;
+} change;
+enum { CHANGE = 1 << 16 };
+
+typedef struct {
+    const void *interfaces[INTERFACES]; /* first: hosts know their addresses */
+    int32_t users;
+    int apart; /* has an output a string */
+    int stereo;
+    double shown[LB_PARAMETERS], controllers[VST3_CONTROLLERS]; /* what the host's controls say */
+    lb_instance instance;
+    change changes[CHANGES];
+    int change_count;
+#ifdef _WIN32
+    HANDLE loader;
+    SRWLOCK lock;
+    CONDITION_VARIABLE wish;
+#else
+    pthread_t loader;
+    pthread_mutex_t lock;
+    pthread_cond_t wish;
+#endif
+    int loading; /* the thread is there, and shall go on */
+} vst3;
+
+/* The object of an interface. */
+static vst3 *of(void *self, int which) { return (vst3 *)((char *)self - (size_t)which * sizeof(void *)); }
+
+static void complain(void *owner, const char *line) {
+    (void)owner; /* VST3 has no log */
+    fprintf(stderr, "livebass: %s\n", line);
+}
+
+/* --- the thread that loads basses --- */
+
+#ifdef _WIN32
+static void ask(void *owner) { WakeConditionVariable(&((vst3 *)owner)->wish); }
+
+static DWORD WINAPI load_basses(void *owner) {
+    vst3 *v = owner;
+    AcquireSRWLockExclusive(&v->lock);
+    while (v->loading) {
+        SleepConditionVariableSRW(&v->wish, &v->lock, INFINITE, 0);
+        ReleaseSRWLockExclusive(&v->lock);
+        lb_serve(&v->instance);
+        AcquireSRWLockExclusive(&v->lock);
+    }
+    ReleaseSRWLockExclusive(&v->lock);
+    return 0;
+}
+
+static void start_loader(vst3 *v) {
+    v->loading = 1;
+    v->loader = CreateThread(0, 0, load_basses, v, 0, 0);
+    if (!v->loader) v->loading = 0;
+}
+
+static void stop_loader(vst3 *v) {
+    if (!v->loading) return;
+    AcquireSRWLockExclusive(&v->lock);
+    v->loading = 0;
+    WakeConditionVariable(&v->wish);
+    ReleaseSRWLockExclusive(&v->lock);
+    WaitForSingleObject(v->loader, INFINITE);
+    CloseHandle(v->loader);
+}
+#else
+/* The audio thread takes no lock: should its signal be lost, it asks again in the next block. */
+static void ask(void *owner) { pthread_cond_signal(&((vst3 *)owner)->wish); }
+
+static void *load_basses(void *owner) {
+    vst3 *v = owner;
+    pthread_mutex_lock(&v->lock);
+    while (v->loading) {
+        pthread_cond_wait(&v->wish, &v->lock);
+        pthread_mutex_unlock(&v->lock);
+        lb_serve(&v->instance);
+        pthread_mutex_lock(&v->lock);
+    }
+    pthread_mutex_unlock(&v->lock);
+    return 0;
+}
+
+static void start_loader(vst3 *v) {
+    v->loading = 1;
+    if (pthread_create(&v->loader, 0, load_basses, v)) v->loading = 0;
+}
+
+static void stop_loader(vst3 *v) {
+    if (!v->loading) return;
+    pthread_mutex_lock(&v->lock);
+    v->loading = 0;
+    pthread_cond_signal(&v->wish);
+    pthread_mutex_unlock(&v->lock);
+    pthread_join(v->loader, 0);
+}
+#endif
+
+/* The folder of the instruments that came with the plugin: Contents/X/livebass -> Contents/Resources. */
+static void find_folder(char *folder, size_t room) {
+    char path[LINE] = "";
+#ifdef _WIN32
+    HMODULE here;
+    const DWORD how = GET_MODULE_HANDLE_EX_FLAG_FROM_ADDRESS | GET_MODULE_HANDLE_EX_FLAG_UNCHANGED_REFCOUNT;
+    wchar_t wide[LINE];
+    const DWORD length = GetModuleHandleExW(how, (LPCWSTR)(void *)find_folder, &here) ? GetModuleFileNameW(here, wide, LINE) : 0;
+    if (!length || length == LINE || !WideCharToMultiByte(CP_UTF8, 0, wide, -1, path, LINE, 0, 0)) *path = 0;
+    for (char *c = path; *c; c++)
+        if (*c == '\\') *c = '/';
+#else
+    Dl_info here;
+    if (dladdr((void *)find_folder, &here) && here.dli_fname && strlen(here.dli_fname) < sizeof path)
+        strcpy(path, here.dli_fname);
+#endif
+    for (int k = 0; k < 2; k++) {
+        char *end = strrchr(path, '/');
+        if (end) *end = 0;
+    }
+    snprintf(folder, room, "%.1400s/Resources", path);
+}
+
+/* --- text --- */
+
+static void to_wide(vst3_text to, const char *from) { /* UTF-8; what UTF-16 needs two words for becomes ? */
+    int k = 0;
+    while (*from && k < 127) {
+        const uint8_t first = (uint8_t)*from++;
+        uint32_t code = first < 0x80 ? first : first < 0xE0 ? first & 0x1Fu : first < 0xF0 ? first & 0x0Fu : 0;
+        while ((*from & 0xC0) == 0x80) code = code << 6 | ((uint8_t)*from++ & 0x3Fu);
+        to[k++] = (int16_t)(first < 0xF0 ? code : '?');
+    }
+    to[k] = 0;
+}
+
+static void to_narrow(char *to, size_t room, const int16_t *from) {
+    size_t k = 0;
+    for (int j = 0; j < 127 && from[j] && k + 4 < room; j++) {
+        const uint16_t code = (uint16_t)from[j];
+        if (code >= 0x800) to[k++] = (char)(0xE0 | code >> 12);
+        if (code >= 0x80) to[k++] = (char)(code >= 0x800 ? 0x80 | (code >> 6 & 0x3F) : 0xC0 | code >> 6);
+        to[k++] = (char)(code >= 0x80 ? 0x80 | (code & 0x3F) : code);
+    }
+    to[k] = 0;
+}
+
+/* --- values: hosts have them from 0 to 1 --- */
+
+static double plain(const vst3 *v, uint32_t id, double x) {
+    if (id >= LB_PARAMETERS) return x;
+    const double least = lb_parameters[id].least;
+    return lb_allowed(&v->instance, (int)id, least + x * (lb_most(&v->instance, (int)id) - least));
+}
+
+static double normal(const vst3 *v, uint32_t id, double x) {
+    if (id >= LB_PARAMETERS) return x;
+    const double least = lb_parameters[id].least;
+    return (x - least) / (lb_most(&v->instance, (int)id) - least);
+}
+
+static int is_controller(uint32_t id) { return id >= CONTROLLERS && id < CONTROLLERS + VST3_CONTROLLERS; }
+
+static void show_all(vst3 *v) {
+    for (int k = 0; k < LB_PARAMETERS; k++) v->shown[k] = lb_value(&v->instance, k);
+}
+
+/* --- the object --- */
+
+static const vst3_id interface_ids[] = {VST3_COMPONENT, VST3_PROCESSOR, VST3_CONTROLLER, VST3_MIDI_MAPPING, VST3_UNITS};
+
+static vst3_result query(vst3 *v, const vst3_id id, void **out) {
+    static const vst3_id unknown = VST3_UNKNOWN, base = VST3_BASE;
+    for (int k = 0; k < INTERFACES; k++) {
+        const int same = !memcmp(id, interface_ids[k], sizeof(vst3_id));
+        if (!same && (k || (memcmp(id, unknown, sizeof unknown) && memcmp(id, base, sizeof base)))) continue;
+        __atomic_add_fetch(&v->users, 1, __ATOMIC_ACQ_REL);
+        *out = &v->interfaces[k];
+        return VST3_OK;
+    }
+    *out = 0;
+    return VST3_NO_INTERFACE;
+}
+
+static void shut(vst3 *v) {
+    stop_loader(v);
+    lb_close_instance(&v->instance);
+}
+
+static uint32_t drop(vst3 *v) {
+    const int32_t users = __atomic_sub_fetch(&v->users, 1, __ATOMIC_ACQ_REL);
+    if (!users) {
+        shut(v);
+        free(v);
+    }
+    return (uint32_t)users;
+}
+
+/* The functions that every interface begins with. */
+#define UNKNOWN(NAME, INTERFACE) \
+    static vst3_result NAME##_query(void *self, const vst3_id id, void **out) { return query(of(self, INTERFACE), id, out); } \
+    static uint32_t NAME##_take(void *self) { return (uint32_t)__atomic_add_fetch(&of(self, INTERFACE)->users, 1, __ATOMIC_ACQ_REL); } \
+    static uint32_t NAME##_drop(void *self) { return drop(of(self, INTERFACE)); }
+UNKNOWN(component, COMPONENT)
+UNKNOWN(processor, PROCESSOR)
+UNKNOWN(controller, CONTROLLER)
+UNKNOWN(mapping, MAPPING)
+UNKNOWN(units, UNITS)
+
+/* --- component --- */
+
+static vst3_result initialize(void *self, void *context) {
+    vst3 *v = of(self, COMPONENT);
+    char folder[LINE];
+    (void)context;
+    if (v->instance.shelf) return VST3_OK;
+    find_folder(folder, sizeof folder);
+    if (!lb_open_instance(&v->instance, folder)) return VST3_NO;
+    show_all(v);
+    return VST3_OK;
+}
+
+static vst3_result terminate(void *self) {
+    shut(of(self, COMPONENT));
+    return VST3_OK;
+}
+
+static vst3_result controller_class(void *self, vst3_id id) { /* this object is its own controller */
+    (void)self;
+    (void)id;
+    return VST3_MISSING;
+}
+
+static vst3_result set_io_mode(void *self, int32_t mode) {
+    (void)self;
+    (void)mode;
+    return VST3_MISSING;
+}
+
+static int32_t bus_count(void *self, int32_t media, int32_t direction) {
+    if (media == VST3_EVENTS) return direction == VST3_INPUT;
+    if (media != VST3_AUDIO || direction != VST3_OUTPUT) return 0;
+    return of(self, COMPONENT)->apart ? LB_STRINGS : 1;
+}
+
+static vst3_result bus_info(void *self, int32_t media, int32_t direction, int32_t index, vst3_bus *bus) {
+    const vst3 *v = of(self, COMPONENT);
+    char name[32] = "Notes";
+    if (index < 0 || index >= bus_count(self, media, direction)) return VST3_INVALID;
+    memset(bus, 0, sizeof *bus);
+    bus->media = media;
+    bus->direction = direction;
+    bus->channels = media == VST3_EVENTS ? 16 : v->stereo ? 2 : 1;
+    bus->type = index ? VST3_AUX : VST3_MAIN;
+    bus->flags = VST3_DEFAULT_ACTIVE;
+    if (media == VST3_AUDIO && v->apart) snprintf(name, sizeof name, "String %d", index + 1);
+    else if (media == VST3_AUDIO) snprintf(name, sizeof name, "Out");
+    to_wide(bus->name, name);
+    return VST3_OK;
+}
+
+static vst3_result routing(void *self, void *in, void *out) {
+    (void)self;
+    (void)in;
+    (void)out;
+    return VST3_MISSING;
+}
+
+static vst3_result activate_bus(void *self, int32_t media, int32_t direction, int32_t index, uint8_t on) {
+    (void)on; /* buses that are not active have no memory: their strings are played into nothing */
+    return index >= 0 && index < bus_count(self, media, direction) ? VST3_OK : VST3_INVALID;
+}
+
+static vst3_result set_active(void *self, uint8_t on) {
+    vst3 *v = of(self, COMPONENT);
+    stop_loader(v);
+    if (!on) {
+        lb_deactivate_instance(&v->instance);
+        return VST3_OK;
+    }
+    if (!v->instance.shelf || !lb_activate_instance(&v->instance, v->instance.rate)) return VST3_NO;
+    start_loader(v);
+    return VST3_OK;
+}
+
+static vst3_result set_state(void *self, vst3_stream **from) {
+    vst3 *v = of(self, COMPONENT);
+    char *bytes = malloc(ROOM);
+    int32_t got = 0, count = 0;
+    if (!bytes || !v->instance.shelf) {
+        free(bytes);
+        return VST3_NO;
+    }
+    while (count < ROOM && (*from)->read(from, bytes + count, ROOM - count, &got) == VST3_OK && got > 0) count += got;
+    const int good = lb_load_state(&v->instance, bytes, (size_t)count);
+    free(bytes);
+    if (!good) return VST3_NO;
+    show_all(v);
+    lb_serve(&v->instance);
+    return VST3_OK;
+}
+
+static vst3_result get_state(void *self, vst3_stream **to) {
+    vst3 *v = of(self, COMPONENT);
+    lb_state state;
+    int32_t written = 0;
+    if (!v->instance.shelf) return VST3_NO;
+    lb_save_state(&v->instance, &state);
+    return (*to)->write(to, &state, sizeof state, &written);
+}
+
+/* --- processor --- */
+
+static vst3_result set_arrangements(void *self, uint64_t *in, int32_t ins, uint64_t *out, int32_t outs) {
+    vst3 *v = of(self, PROCESSOR);
+    (void)in;
+    if (ins || outs != bus_count(&v->interfaces[COMPONENT], VST3_AUDIO, VST3_OUTPUT)) return VST3_NO;
+    const int stereo = !v->apart && out[0] == VST3_SPEAKERS_STEREO; /* for hosts that know no mono: twice the same */
+    for (int32_t k = 0; k < outs; k++)
+        if (out[k] != VST3_SPEAKER_MONO && !stereo) return VST3_NO;
+    v->stereo = stereo;
+    return VST3_OK;
+}
+
+static vst3_result arrangement(void *self, int32_t direction, int32_t index, uint64_t *out) {
+    vst3 *v = of(self, PROCESSOR);
+    if (index < 0 || index >= bus_count(&v->interfaces[COMPONENT], VST3_AUDIO, direction)) return VST3_INVALID;
+    *out = v->stereo ? VST3_SPEAKERS_STEREO : VST3_SPEAKER_MONO;
+    return VST3_OK;
+}
+
+static vst3_result can_sample_size(void *self, int32_t size) {
+    (void)self;
+    return size == VST3_SAMPLE_32 ? VST3_OK : VST3_NO;
+}
+
+static uint32_t latency(void *self) {
+    (void)self;
+    return 0;
+}
+
+static uint32_t tail(void *self) { return (uint32_t)(TAIL * of(self, PROCESSOR)->instance.rate); }
+
+static vst3_result setup(void *self, vst3_setup *s) {
+    vst3 *v = of(self, PROCESSOR);
+    if (s->sample_size != VST3_SAMPLE_32) return VST3_NO;
+    v->instance.rate = s->rate;
+    lb_set_offline(&v->instance, s->mode == VST3_OFFLINE);
+    return VST3_OK;
+}
+
+static vst3_result set_processing(void *self, uint8_t on) {
+    vst3 *v = of(self, PROCESSOR);
+    if (on && v->instance.synth && v->instance.synth->record.frame) lb_reset_instance(&v->instance);
+    return VST3_OK;
+}
+
+/* A place for another change at a frame; 0 if there are too many. */
+static change *add(vst3 *v, int32_t offset, int kind) {
+    if (v->change_count == CHANGES) return 0;
+    change *c = &v->changes[v->change_count];
+    c->order = (int64_t)(offset > 0 ? offset : 0) * CHANGES + v->change_count++;
+    c->kind = kind;
+    return c;
+}
+
+/* Collects the host's points of parameters, then its notes. */
+static void collect(vst3 *v, const vst3_process_data *d) {
+    vst3_event event;
+    int32_t offset;
+    double value;
+    v->change_count = 0;
+    for (int32_t k = 0; d->changes && k < (*d->changes)->count(d->changes); k++) {
+        vst3_queue **q = (*d->changes)->queue(d->changes, k);
+        const uint32_t id = q ? (*q)->id(q) : CHANGE;
+        if (id >= LB_PARAMETERS && !is_controller(id)) continue;
+        for (int32_t j = 0; j < (*q)->count(q); j++) {
+            change *c = (*q)->point(q, j, &offset, &value) == VST3_OK ? add(v, offset, CHANGE) : 0;
+            if (!c) continue;
+            c->id = id;
+            c->value = value;
+        }
+    }
+    for (int32_t k = 0; d->events && k < (*d->events)->count(d->events); k++) {
+        change *c = (*d->events)->get(d->events, k, &event) == VST3_OK ? add(v, event.offset, event.type) : 0;
+        if (c) c->event = event;
+    }
+}
+
+/* Sorts the changes by their frames, those of one frame as they came (Shell's sort: qsort may allocate). */
+static void sort(vst3 *v) {
+    for (int gap = 701; gap; gap = gap * 4 / 9) {
+        for (int k = gap; k < v->change_count; k++) {
+            const change c = v->changes[k];
+            int j = k;
+            for (; j >= gap && v->changes[j - gap].order > c.order; j -= gap) v->changes[j] = v->changes[j - gap];
+            v->changes[j] = c;
+        }
+    }
+}
+
+static void tell_controller(vst3 *v, int64_t offset, uint32_t number, double value) {
+    const int wheel = (int)lrint(fmin(fmax(value, 0), 1) * 16383), seven = (int)lrint(fmin(fmax(value, 0), 1) * 127);
+    if (number == VST3_BEND) lb_send(v->instance.synth, offset, (const uint8_t[]){0xE0, wheel & 127, (uint8_t)(wheel >> 7)}, 3);
+    else if (number == VST3_PRESSURE) return; /* a plucked string has none */
+    else lb_send(v->instance.synth, offset, (const uint8_t[]){0xB0, (uint8_t)number, (uint8_t)seven}, 3);
+}
+
+static void tell(vst3 *v, const change *c) {
+    lb_instance *i = &v->instance;
+    const int64_t at = c->order / CHANGES;
+    const vst3_event *e = &c->event;
+    if (c->kind == CHANGE && is_controller(c->id)) tell_controller(v, at, c->id - CONTROLLERS, c->value);
+    else if (c->kind == CHANGE) lb_set_value_at(i, at, (int)c->id, plain(v, c->id, c->value));
+    else if (c->kind == VST3_NOTE_ON) {
+        lb_start_note(i, at, e->on.key, e->on.velocity, e->on.id);
+        if (e->on.tuning != 0) lb_express_bend(i, at, e->on.key, e->on.id, e->on.tuning / 100);
+    } else if (c->kind == VST3_NOTE_OFF) lb_stop_note(i, at, e->off.key);
+    else if (c->kind == VST3_NOTE_EXPRESSION && e->expression.type == VST3_TUNING)
+        lb_express_bend(i, at, -1, e->expression.id, 240 * (e->expression.value - 0.5));
+}
+
+static vst3_result process(void *self, vst3_process_data *d) {
+    vst3 *v = of(self, PROCESSOR);
+    lb_instance *i = &v->instance;
+    float *outs[LB_STRINGS] = {0};
+    if (!i->synth) return VST3_NO;
+    if ((d->mode == VST3_OFFLINE) != i->offline) lb_set_offline(i, d->mode == VST3_OFFLINE);
+    lb_begin_block(i);
+    collect(v, d);
+    sort(v);
+    for (int k = 0; k < v->change_count; k++) tell(v, &v->changes[k]);
+    for (int32_t k = 0; k < d->output_count && k < LB_STRINGS; k++) {
+        if (d->outputs[k].channels > 0 && d->outputs[k].data) outs[k] = d->outputs[k].data[0];
+        d->outputs[k].silence = 0;
+    }
+    if (d->frames <= 0) return VST3_OK; /* the host wanted to tell parameters */
+    lb_play_block(i, v->apart, outs, d->frames);
+    for (int32_t k = 1; !v->apart && outs[0] && k < d->outputs[0].channels; k++)
+        if (d->outputs[0].data[k]) memcpy(d->outputs[0].data[k], outs[0], sizeof(float) * (size_t)d->frames);
+    return VST3_OK;
+}
+
+/* --- controller --- */
+
+static vst3_result nothing(void *self, void *x) {
+    (void)self;
+    (void)x;
+    return VST3_OK;
+}
+
+static vst3_result nothing_to_end(void *self) {
+    (void)self;
+    return VST3_OK;
+}
+
+static vst3_result nothing_kept(void *self, vst3_stream **stream) { /* the component keeps all */
+    (void)self;
+    (void)stream;
+    return VST3_OK;
+}
+
+static int32_t parameter_count(void *self) {
+    (void)self;
+    return LB_PARAMETERS + VST3_CONTROLLERS;
+}
+
+static vst3_result parameter_info(void *self, int32_t index, vst3_parameter *p) {
+    const vst3 *v = of(self, CONTROLLER);
+    char name[32];
+    if (index < 0 || index >= parameter_count(self)) return VST3_INVALID;
+    memset(p, 0, sizeof *p);
+    if (index >= LB_PARAMETERS) {
+        const int number = index - LB_PARAMETERS;
+        if (number == VST3_BEND) snprintf(name, sizeof name, "Pitch bend");
+        else if (number == VST3_PRESSURE) snprintf(name, sizeof name, "Pressure");
+        else snprintf(name, sizeof name, "MIDI CC %d", number);
+        p->id = CONTROLLERS + (uint32_t)number;
+        p->usual = number == VST3_BEND ? 0.5 : 0;
+        p->flags = VST3_IS_HIDDEN;
+        to_wide(p->title, name);
+        return VST3_OK;
+    }
+    const lb_parameter *known = &lb_parameters[index];
+    p->id = (uint32_t)index;
+    to_wide(p->title, known->name);
+    to_wide(p->unit_name, known->unit);
+    p->usual = normal(v, p->id, known->usual);
+    p->flags = VST3_CAN_AUTOMATE;
+    if (known->whole) p->steps = (int32_t)(lb_most(&v->instance, index) - known->least);
+    if (known->points || index == LB_BASS) p->flags |= VST3_IS_LIST;
+    if (index == LB_BASS) p->flags |= VST3_IS_PROGRAM_CHANGE;
+    return VST3_OK;
+}
+
+static vst3_result value_to_text(void *self, uint32_t id, double x, vst3_text out) {
+    const vst3 *v = of(self, CONTROLLER);
+    char text[256];
+    if (id < LB_PARAMETERS) lb_value_to_text(&v->instance, (int)id, plain(v, id, x), text, sizeof text);
+    else snprintf(text, sizeof text, "%.3f", x);
+    to_wide(out, text);
+    return VST3_OK;
+}
+
+static vst3_result text_to_value(void *self, uint32_t id, int16_t *in, double *x) {
+    const vst3 *v = of(self, CONTROLLER);
+    char text[512];
+    double value;
+    if (id >= LB_PARAMETERS) return VST3_NO;
+    to_narrow(text, sizeof text, in);
+    if (!lb_text_to_value(&v->instance, (int)id, text, &value)) return VST3_NO;
+    *x = normal(v, id, value);
+    return VST3_OK;
+}
+
+static double to_plain(void *self, uint32_t id, double x) { return plain(of(self, CONTROLLER), id, x); }
+
+static double to_normal(void *self, uint32_t id, double x) { return normal(of(self, CONTROLLER), id, x); }
+
+static double value(void *self, uint32_t id) {
+    const vst3 *v = of(self, CONTROLLER);
+    if (id < LB_PARAMETERS) return normal(v, id, v->shown[id]);
+    return is_controller(id) ? v->controllers[id - CONTROLLERS] : 0;
+}
+
+static vst3_result set_value(void *self, uint32_t id, double x) {
+    vst3 *v = of(self, CONTROLLER);
+    if (is_controller(id)) v->controllers[id - CONTROLLERS] = x;
+    if (id >= LB_PARAMETERS) return is_controller(id) ? VST3_OK : VST3_INVALID;
+    v->shown[id] = plain(v, id, x);
+    if (!v->instance.synth) lb_set_value(&v->instance, (int)id, v->shown[id]); /* while it plays, process() is told */
+    return VST3_OK;
+}
+
+static void *create_view(void *self, const char *name) {
+    (void)self;
+    (void)name;
+    return 0;
+}
+
+/* --- MIDI controllers --- */
+
+static vst3_result mapped(void *self, int32_t bus, int16_t channel, int16_t number, uint32_t *id) {
+    (void)self;
+    (void)channel; /* every channel plays the same strings */
+    if (bus || number < 0 || number >= VST3_CONTROLLERS) return VST3_NO;
+    *id = CONTROLLERS + (uint32_t)number;
+    return VST3_OK;
+}
+
+/* --- instruments as programs --- */
+
+static int32_t one(void *self) {
+    (void)self;
+    return 1;
+}
+
+static vst3_result unit_info(void *self, int32_t index, vst3_unit *unit) {
+    (void)self;
+    if (index) return VST3_INVALID;
+    memset(unit, 0, sizeof *unit);
+    unit->id = VST3_ROOT_UNIT;
+    unit->parent = VST3_NO_UNIT;
+    unit->programs = PROGRAMS;
+    to_wide(unit->name, "livebass");
+    return VST3_OK;
+}
+
+static vst3_result programs_info(void *self, int32_t index, vst3_programs *list) {
+    if (index) return VST3_INVALID;
+    memset(list, 0, sizeof *list);
+    list->id = PROGRAMS;
+    list->count = lb_shelf_count(of(self, UNITS)->instance.shelf);
+    to_wide(list->name, "Instruments");
+    return VST3_OK;
+}
+
+static vst3_result program_name(void *self, int32_t list, int32_t program, vst3_text name) {
+    const lb_shelf *shelf = of(self, UNITS)->instance.shelf;
+    if (list != PROGRAMS || program < 0 || program >= lb_shelf_count(shelf)) return VST3_INVALID;
+    to_wide(name, lb_shelf_title(shelf, program));
+    return VST3_OK;
+}
+
+static vst3_result program_info(void *self, int32_t list, int32_t program, const char *attribute, vst3_text out) {
+    (void)self;
+    (void)list;
+    (void)program;
+    (void)attribute;
+    out[0] = 0;
+    return VST3_NO;
+}
+
+static vst3_result has_pitch_names(void *self, int32_t list, int32_t program) {
+    (void)self;
+    (void)list;
+    (void)program;
+    return VST3_NO;
+}
+
+static vst3_result pitch_name(void *self, int32_t list, int32_t program, int16_t key, vst3_text out) {
+    (void)key;
+    return program_info(self, list, program, 0, out);
+}
+
+static int32_t selected_unit(void *self) {
+    (void)self;
+    return VST3_ROOT_UNIT;
+}
+
+static vst3_result select_unit(void *self, int32_t unit) {
+    (void)self;
+    return unit == VST3_ROOT_UNIT ? VST3_OK : VST3_INVALID;
+}
+
+static vst3_result unit_of_bus(void *self, int32_t media, int32_t direction, int32_t bus, int32_t channel, int32_t *unit) {
+    (void)self;
+    (void)media;
+    (void)direction;
+    (void)bus;
+    (void)channel;
+    *unit = VST3_ROOT_UNIT;
+    return VST3_OK;
+}
+
+static vst3_result set_program_data(void *self, int32_t list, int32_t program, vst3_stream **data) {
+    (void)data;
+    return has_pitch_names(self, list, program);
+}
+
+/* --- the factory --- */
+
+static const vst3_component component_table = {
+    {component_query, component_take, component_drop}, initialize, terminate, controller_class, set_io_mode, bus_count,
+    bus_info, routing, activate_bus, set_active, set_state, get_state,
+};
+static const vst3_processor processor_table = {
+    {processor_query, processor_take, processor_drop}, set_arrangements, arrangement, can_sample_size, latency, setup,
+    set_processing, process, tail,
+};
+static const vst3_controller controller_table = {
+    {controller_query, controller_take, controller_drop}, nothing, nothing_to_end, nothing_kept, nothing_kept,
+    nothing_kept, parameter_count, parameter_info, value_to_text, text_to_value, to_plain, to_normal, value, set_value,
+    nothing, create_view,
+};
+static const vst3_midi_mapping mapping_table = {{mapping_query, mapping_take, mapping_drop}, mapped};
+static const vst3_units units_table = {
+    {units_query, units_take, units_drop}, one, unit_info, one, programs_info, program_name, program_info,
+    has_pitch_names, pitch_name, selected_unit, select_unit, unit_of_bus, set_program_data,
+};
+
+static vst3_result factory_query(void *self, const vst3_id id, void **out) {
+    static const vst3_id known[] = {VST3_UNKNOWN, VST3_FACTORY, VST3_FACTORY_2};
+    for (int k = 0; k < 3; k++)
+        if (!memcmp(id, known[k], sizeof(vst3_id))) {
+            *out = self;
+            return VST3_OK;
+        }
+    *out = 0;
+    return VST3_NO_INTERFACE;
+}
+
+static uint32_t factory_users(void *self) { /* it is never freed */
+    (void)self;
+    return 1;
+}
+
+static vst3_result factory_info(void *self, vst3_factory_info *info) {
+    (void)self;
+    memset(info, 0, sizeof *info);
+    snprintf(info->vendor, sizeof info->vendor, "livebass");
+    info->flags = VST3_UNICODE;
+    return VST3_OK;
+}
+
+static int32_t class_count(void *self) {
+    (void)self;
+    return sizeof classes / sizeof *classes;
+}
+
+static vst3_result class_info_2(void *self, int32_t index, vst3_class_2 *c) {
+    if (index < 0 || index >= class_count(self)) return VST3_INVALID;
+    memset(c, 0, sizeof *c);
+    memcpy(c->id, classes[index], sizeof c->id);
+    c->cardinality = VST3_MANY;
+    snprintf(c->category, sizeof c->category, "Audio Module Class");
+    snprintf(c->name, sizeof c->name, "%s", names[index]);
+    snprintf(c->sub_categories, sizeof c->sub_categories, "Instrument|Synth");
+    snprintf(c->vendor, sizeof c->vendor, "livebass");
+    snprintf(c->release, sizeof c->release, "%s", LB_RELEASE);
+    snprintf(c->sdk, sizeof c->sdk, "VST 3.7");
+    return VST3_OK;
+}
+
+static vst3_result class_info(void *self, int32_t index, vst3_class *c) {
+    vst3_class_2 all;
+    const vst3_result result = class_info_2(self, index, &all);
+    if (result == VST3_OK) memcpy(c, &all, sizeof *c); /* the same fields come first */
+    return result;
+}
+
+static vst3_result create(void *self, const vst3_id class_id, const vst3_id interface_id, void **out) {
+    *out = 0;
+    for (int32_t k = 0; k < class_count(self); k++) {
+        if (memcmp(class_id, classes[k], sizeof(vst3_id))) continue;
+        vst3 *v = calloc(1, sizeof *v);
+        if (!v) return VST3_NO;
+        const void *tables[] = {&component_table, &processor_table, &controller_table, &mapping_table, &units_table};
+        memcpy(v->interfaces, tables, sizeof tables);
+        v->users = 1;
+        v->apart = k == 1;
+        v->controllers[VST3_BEND] = 0.5;
+        v->instance.owner = v;
+        v->instance.complain = complain;
+        v->instance.ask = ask;
+        v->instance.rate = 48000;
+#ifdef _WIN32
+        InitializeSRWLock(&v->lock);
+        InitializeConditionVariable(&v->wish);
+#else
+        pthread_mutex_init(&v->lock, 0);
+        pthread_cond_init(&v->wish, 0);
+#endif
+        const vst3_result result = query(v, interface_id, out);
+        drop(v);
+        return result;
+    }
+    return VST3_INVALID;
+}
+
+EXPORTED void *GetPluginFactory(void) {
+    static const vst3_factory table = {
+        {factory_query, factory_users, factory_users}, factory_info, class_count, class_info, create, class_info_2,
+    };
+    static const void *only = &table;
+    return &only;
+}
+
+#if defined(_WIN32)
+EXPORTED bool InitDll(void) { return true; }
+EXPORTED bool ExitDll(void) { return true; }
+#elif defined(__APPLE__)
+EXPORTED bool bundleEntry(void *bundle) {
+    (void)bundle;
+    return true;
+}
+EXPORTED bool bundleExit(void) { return true; }
+#else
+EXPORTED bool ModuleEntry(void *library) {
+    (void)library;
+    return true;
+}
+EXPORTED bool ModuleExit(void) { return true; }
+#endif

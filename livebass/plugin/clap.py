@@ -1,0 +1,40 @@
+"""Writes a folder that holds the CLAP plugin and its instruments; hosts look through the folders of their plugins.
+
+To install it, copy the whole folder: on Linux into ~/.clap, on macOS into ~/Library/Audio/Plug-Ins/CLAP, on Windows
+into %LOCALAPPDATA%\\Programs\\Common\\CLAP. The instruments lie beside the file livebass.clap; on macOS it is a bundle
+itself, with the instruments in its Contents/Resources. Those in the user's directory come after them.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from livebass.model.instrument import Instrument
+from livebass.plugin.build import binary
+from livebass.plugin.bundle import are_instruments, instrument_files, is_macos, macos_files, write_files
+from livebass.plugin.systems import System, this_system
+
+BINARY = "livebass.clap"
+IDENTIFIER = "org.livebass.clap"
+
+
+def write_bundle(basses: dict[str, Instrument], folder: Path, system: System | None = None) -> None:
+    """Writes a folder of `basses`, by short name; it appears complete, over an older one, or not at all.
+
+    `system`: the one that it is for, None: this one. Raises ValueError for names or basses that do not fit,
+    OutputError, BuildError.
+    """
+    system = system or this_system()
+    files, code = instrument_files(basses), binary(system)
+    if is_macos(system):
+        files = {f"{BINARY}/{name}": data for name, data in macos_files(IDENTIFIER, code, files).items()}
+    else:
+        files[BINARY] = code
+    write_files(folder, files, is_bundle)
+
+
+def is_bundle(entries: list[Path]) -> bool:
+    """True if these are the entries of a folder that this file wrote: they may be replaced."""
+    if [entry.name for entry in entries] == [BINARY] and (resources := entries[0] / "Contents/Resources").is_dir():
+        return are_instruments(list(resources.iterdir()))
+    return BINARY in [entry.name for entry in entries] and are_instruments([e for e in entries if e.name != BINARY])

@@ -1,0 +1,51 @@
+"""The parameters of the plugins: one table, ids for ever, from which header.py, the bundles and the page take them.
+
+The usual value of a parameter of the playing is 0, "as the bass itself has it": with all of them there a plugin plays
+what `livebass render` renders. Those are sample-accurate; the rest belongs to the plugin around the synth.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from livebass.kernels.performer import LEAST, MOST
+
+MOST_BASSES = 128  # that a plugin offers: the last value of `bass` is one less
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A parameter. Its place in PARAMETERS is its id."""
+
+    symbol: str
+    name: str
+    unit: str  # "" or dB, semitones
+    least: float
+    most: float
+    usual: float
+    whole: bool  # only whole numbers
+    points: tuple[str, ...] = ()  # names of the values 0, 1 ...
+
+
+def _playing(number: int, symbol: str, name: str, unit: str = "", points: tuple[str, ...] = ()) -> Parameter:
+    """A parameter of the playing, whose limits the kernels hold."""
+    return Parameter(symbol, name, unit, LEAST[number], MOST[number], 0.0, bool(points) or unit == "semitones", points)
+
+
+SWITCH = ("off", "on")
+PARAMETERS = (
+    _playing(0, "gain", "Gain", "dB"),  # the least is silence
+    _playing(1, "tone", "Tone"),  # -1 the tone pot closed, 1 open
+    _playing(2, "pluck_position", "Pluck position"),  # -1 nearest to the bridge, 1 farthest from it
+    _playing(3, "dynamics", "Dynamics", "dB"),  # of every note's force
+    _playing(
+        4, "technique", "Technique", "", ("as the bass has it", "plucked", "thumb on two strings", "thumb on all")
+    ),
+    _playing(5, "hand_damping", "Hand damping"),  # a decade of its rate up or down
+    _playing(6, "unevenness", "Unevenness"),  # added to the player's
+    _playing(7, "bend_range", "Bend range", "semitones"),  # 0: as the bass has it
+    Parameter("bass", "Bass", "", 0, MOST_BASSES - 1, 0, True),  # in the order of the shelf
+    Parameter("quality", "Quality", "", 0, 1, 0, True, ("live", "studio")),
+    Parameter("running_ahead", "Running ahead", "", 0, 1, 0, True, SWITCH),
+    Parameter("relief", "Relief under overload", "", 0, 1, 0, True, SWITCH),
+)

@@ -1,0 +1,73 @@
+"""The systems that release wheels and plugins are built for, and where their hosts look for plugins."""
+
+from __future__ import annotations
+
+import platform
+import sys
+from dataclasses import dataclass
+
+from livebass.compiling import ARM, X86, emitter
+
+
+@dataclass(frozen=True)
+class System:
+    """A system: an operating system on a kind of processor."""
+
+    name: str
+    triple: str  # LLVM's name
+    zig: str  # ziglang's
+    wheel: str  # platform tag of a wheel
+    machine: str  # kind of processor, as emitter.LEVELS has it
+    ending: str  # of shared libraries
+
+    @property
+    def levels(self) -> list[str]:
+        """The levels of processor, the lowest first."""
+        return [name for name, level in emitter.LEVELS.items() if level.machine == self.machine]
+
+
+SYSTEMS = {
+    system.name: system
+    for system in (
+        System(
+            "linux-x86_64", "x86_64-unknown-linux-gnu", "x86_64-linux-gnu.2.17", "manylinux_2_17_x86_64", "x86_64", "so"
+        ),
+        System(
+            "linux-aarch64", "aarch64-unknown-linux-gnu", "aarch64-linux-gnu.2.17", "manylinux_2_17_aarch64",
+            "aarch64", "so",
+        ),
+        System(
+            "macos-x86_64", "x86_64-apple-macosx11.0.0", "x86_64-macos.11.0", "macosx_11_0_x86_64", "x86_64", "dylib"
+        ),
+        System(
+            "macos-arm64", "arm64-apple-macosx11.0.0", "aarch64-macos.11.0", "macosx_11_0_arm64", "aarch64", "dylib"
+        ),
+        System("windows-x86_64", "x86_64-w64-windows-gnu", "x86_64-windows-gnu", "win_amd64", "x86_64", "dll"),
+    )
+}  # fmt: skip
+OPERATING = {"linux": "linux", "darwin": "macos", "win32": "windows"}  # by sys.platform
+FOLDERS = {  # of the user's plugins, by the first part of a system's name and the format
+    "linux": {"lv2": "~/.lv2", "clap": "~/.clap", "vst3": "~/.vst3"},
+    "macos": {kind: f"~/Library/Audio/Plug-Ins/{kind.upper()}" for kind in ("lv2", "clap", "vst3")},
+    "windows": {
+        "lv2": r"%APPDATA%\LV2",
+        "clap": r"%LOCALAPPDATA%\Programs\Common\CLAP",
+        "vst3": r"%LOCALAPPDATA%\Programs\Common\VST3",
+    },
+}
+
+
+def this_system() -> System:
+    """The system that this process runs on. Raises ValueError if no plugins are built for it."""
+    machine = platform.machine().lower()
+    kind = "x86_64" if machine in X86 else "aarch64" if machine in ARM else machine
+    operating = OPERATING.get(sys.platform, sys.platform)
+    for system in SYSTEMS.values():
+        if system.machine == kind and system.name.startswith(f"{operating}-"):
+            return system
+    raise ValueError(f"there are no plugins for {operating} on {kind}: allowed are {', '.join(SYSTEMS)}")
+
+
+def folder_of_plugins(system: System, kind: str) -> str:
+    """The folder of the user in which hosts on `system` look for plugins of a format, as one writes it there."""
+    return FOLDERS[system.name.partition("-")[0]][kind]

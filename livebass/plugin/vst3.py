@@ -1,0 +1,45 @@
+"""Writes a VST3 bundle, a folder livebass.vst3: the binary of a system, and the instruments in Contents/Resources.
+
+To install it, copy the whole folder: on Linux into ~/.vst3, on macOS into ~/Library/Audio/Plug-Ins/VST3, on Windows
+into %LOCALAPPDATA%\\Programs\\Common\\VST3. Instruments in the user's directory come after those of the bundle.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from livebass.model.instrument import Instrument
+from livebass.plugin.build import binary
+from livebass.plugin.bundle import are_instruments, instrument_files, is_macos, macos_files, write_files
+from livebass.plugin.systems import System, this_system
+
+IDENTIFIER = "org.livebass.vst3"
+RESOURCES = "Contents/Resources"
+BINARIES = {  # within the bundle, by the name of the system; macOS has a bundle of its own
+    "linux-x86_64": "Contents/x86_64-linux/livebass.so",
+    "linux-aarch64": "Contents/aarch64-linux/livebass.so",
+    "windows-x86_64": "Contents/x86_64-win/livebass.vst3",
+}
+
+
+def write_bundle(basses: dict[str, Instrument], folder: Path, system: System | None = None) -> None:
+    """Writes a bundle of `basses`, by short name; the folder appears complete, over an older bundle, or not at all.
+
+    `system`: the one that it is for, None: this one. Raises ValueError for names or basses that do not fit,
+    OutputError, BuildError.
+    """
+    system = system or this_system()
+    instruments, code = instrument_files(basses), binary(system)
+    if is_macos(system):
+        files = macos_files(IDENTIFIER, code, instruments) | {"Contents/PkgInfo": b"BNDL????"}
+    else:
+        files = {f"{RESOURCES}/{name}": data for name, data in instruments.items()} | {BINARIES[system.name]: code}
+    write_files(folder, files, is_bundle)
+
+
+def is_bundle(entries: list[Path]) -> bool:
+    """True if these are the entries of a bundle that this file wrote: they may be replaced."""
+    resources = entries[0].parent / RESOURCES
+    if [entry.name for entry in entries] != ["Contents"] or not resources.is_dir():
+        return False
+    return are_instruments(list(resources.iterdir()))

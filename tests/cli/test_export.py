@@ -1,0 +1,277 @@
+"""`livebass export lv2|clap|vst3|instrument`: bundles appear whole, and whatever is wrong is one line."""
+
+from __future__ import annotations
+
+import os
+import resource
+import shutil
+import socket
+from collections.abc import Callable
+from pathlib import Path
+
+import platformdirs
+import pytest
+from support.command import Run, assert_one_clear_line, cli_text, command
+
+from livebass import preset_names
+from livebass.compiling import store
+from livebass.plugin import build
+from livebass.plugin.build import binary, name_of
+from livebass.plugin.instrument import read_instrument
+from livebass.plugin.systems import FOLDERS, SYSTEMS, System, this_system
+
+BUNDLES = {"lv2": "livebass.lv2", "clap": "livebass-clap", "vst3": "livebass.vst3"}
+KINDS = [pytest.param(kind, id=kind) for kind in BUNDLES]
+
+
+@pytest.fixture(autouse=True)
+def elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The working directory, empty; the user's data directory is in it."""
+    binary(this_system())  # built outside of what the tests restrict
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
+    if "NUMBA_CACHE_DIR" not in os.environ:
+        monkeypatch.setenv("NUMBA_CACHE_DIR", str(platformdirs.user_cache_path("livebass")))
+    monkeypatch.setenv("HOME", str(tmp_path / "home"))
+    return tmp_path
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {str(file.relative_to(folder)): file.read_bytes() for file in folder.rglob("*") if file.is_file()}
+
+
+def own_preset(run: Run, file: Path) -> Path:
+    file.write_text(cli_text(run, "presets", "show", "slap"))
+    return file
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_bundle_holds_every_preset_and_says_where_it_goes(run: Run, elsewhere: Path, kind: str) -> None:
+    status, out, err = run("export", kind)
+    assert status == 0 and not out, err
+    written, advice = err.splitlines()
+    assert written.startswith(f"{BUNDLES[kind]}: {len(preset_names())} basses") and this_system().name in written
+    assert FOLDERS["linux"][kind] in advice
+    files = contents(elsewhere / f"{BUNDLES[kind]}")
+    assert {Path(name).stem for name in files if name.endswith(".lbass")} == set(preset_names())
+    assert any(data == binary(this_system()) for data in files.values())
+    assert [p.name for p in elsewhere.iterdir()] == [f"{BUNDLES[kind]}"]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_presets_are_chosen_and_an_older_bundle_is_replaced(run: Run, elsewhere: Path, kind: str) -> None:
+    own_preset(run, elsewhere / "mine.toml")
+    for presets, names in [
+        (["-p", "fretless"], {"fretless"}),
+        (["-p", "slap", "./mine.toml"], {"slap", "mine"}),
+        (["-p", "slap", "-p", "jazz-finger"], {"slap", "jazz-finger"}),
+    ]:
+        status, _, err = run("export", kind, *presets, "-o", "made/here")
+        assert status == 0, err
+        files = contents(elsewhere / "made/here" / f"{BUNDLES[kind]}")
+        assert {Path(name).stem for name in files if name.endswith(".lbass")} == names
+    assert len(list((elsewhere / "made/here").iterdir())) == 1
+
+
+def test_the_usual_bass_comes_first(run: Run, elsewhere: Path) -> None:
+    assert run("export", "lv2")[0] == 0
+    assert (elsewhere / "livebass.lv2" / "instruments.txt").read_text().split()[:2] == ["jazz-finger", "drop-d"]
+
+
+def test_an_instrument_goes_where_plugins_look(run: Run, elsewhere: Path) -> None:
+    own_preset(run, elsewhere / "mine.toml")
+    status, out, err = run("export", "instrument", "./mine.toml")
+    assert status == 0 and not out, err
+    file = elsewhere / "data" / "livebass" / "mine.lbass"
+    assert err.startswith(f"{file}: ") and err.count("\n") == 1
+    assert read_instrument(file).name == "Slap"
+    assert run("export", "instrument", "fretless", "-o", "other.lbass")[0] == 0
+    assert read_instrument(elsewhere / "other.lbass").name == "Fretless jazz bass"
+    assert run("export", "instrument", "fretless", "-o", "other.lbass")[0] == 0, "an older one is replaced"
+
+
+def test_where_the_lv2_plugin_is_installed_an_instrument_is_a_preset_too(
+    run: Run, elsewhere: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = elsewhere / "home" / FOLDERS["linux"]["lv2"].removeprefix("~/")
+    monkeypatch.setattr("livebass.plugin.systems.this_system", lambda: SYSTEMS["linux-x86_64"])
+    assert run("export", "lv2", "-p", "slap", "-o", folder)[0] == 0
+    own_preset(run, elsewhere / "mine.toml")
+    for _ in "once", "again":
+        status, _, err = run("export", "instrument", "./mine.toml")
+        assert status == 0 and str(folder / "livebass-mine.lv2") in err.splitlines()[1], err
+    made = contents(folder / "livebass-mine.lv2")
+    assert set(made) == {"manifest.ttl", "presets.ttl"} and b'"mine"' in made["presets.ttl"]
+    assert (elsewhere / "data" / "livebass" / "mine.lbass").is_file()
+
+
+def test_no_export_needs_the_network(run: Run, elsewhere: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: object, **__: object) -> None:
+        raise AssertionError("the network is used")
+
+    monkeypatch.setattr(socket, "socket", refuse)
+    monkeypatch.setattr(socket, "getaddrinfo", refuse)
+    assert run("export", "lv2", "-p", "slap")[0] == 0
+    assert run("export", "instrument", "slap")[0] == 0
+
+
+USAGE = [
+    (["export", "vst2", "-p", "slap"], "vst2"),
+    (["export", "lv2", "slap"], "name presets with -p"),
+    (["export", "lv2", "-p", "slap", "-p", "slap"], "two basses called slap"),
+    (["export", "lv2", "-p", "slap", "--system", "solaris"], ", ".join(SYSTEMS)),
+    (["export", "lv2", "-p", "slap", "--quality"], "--quality"),
+    (["export", "instrument"], "NAME|FILE"),
+    (["export", "instrument", "slap", "-o", "slap.wav"], ".lbass"),
+]
+
+
+@pytest.mark.parametrize(("arguments", "says"), USAGE, ids=str)
+def test_wrong_usage(run: Run, elsewhere: Path, arguments: list[str], says: str) -> None:
+    status, _, err = run(*arguments)
+    assert_one_clear_line(status, err, (2,))
+    assert says in err and not list(elsewhere.iterdir())
+
+
+BAD = [
+    (["-p", "none"], "none"),
+    (["-p", "none.toml"], "none.toml"),
+    (["-p", "odd.toml"], "odd.toml"),
+    (["-p", "./two words.toml"], "two words"),
+    (["-p", "slap", "-o", "file"], "file"),
+    (["-p", "slap", "-o", "file/deeper"], "file/deeper"),
+    (["-p", "slap", "-o", "/dev/full"], "/dev/full"),
+    (["-p", "slap", "-o", "/proc/here"], "/proc/here"),
+    (["-p", "slap", "-o", "taken"], "holds other files, such as notes.txt"),
+    (["-p", "slap", "-o", "bad"], "is not a directory"),
+]
+
+
+@pytest.mark.parametrize(("arguments", "says"), BAD, ids=str)
+@pytest.mark.parametrize("kind", KINDS)
+def test_bad_data_and_targets(run: Run, elsewhere: Path, kind: str, arguments: list[str], says: str) -> None:
+    (elsewhere / "file").touch()
+    (elsewhere / "odd.toml").write_text("name = 3")
+    own_preset(run, elsewhere / "two words.toml")
+    (elsewhere / "taken" / f"{BUNDLES[kind]}").mkdir(parents=True)
+    (elsewhere / "taken" / f"{BUNDLES[kind]}" / "notes.txt").write_text("mine")
+    (elsewhere / "bad").mkdir()
+    (elsewhere / "bad" / f"{BUNDLES[kind]}").touch()
+    before = sorted(elsewhere.rglob("*"))
+    status, _, err = run("export", kind, *arguments)
+    assert_one_clear_line(status, err, (1,))
+    assert says in err
+    assert sorted(elsewhere.rglob("*")) == before
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["none"], "none"),
+        (["slap", "-o", "none/slap.lbass"], "there is no directory"),
+        (["slap", "-o", "/proc/slap.lbass"], "cannot be written"),
+        (["slap", "-o", "dir.lbass"], "is a directory"),
+        (["./two words.toml"], "two words"),
+        (["slap"], "Not a directory"),
+    ],
+    ids=str,
+)
+def test_bad_instruments(run: Run, elsewhere: Path, arguments: list[str], says: str) -> None:
+    (elsewhere / "dir.lbass").mkdir()
+    (elsewhere / "data").touch()  # no directory
+    own_preset(run, elsewhere / "two words.toml")
+    before = sorted(elsewhere.rglob("*"))
+    status, _, err = run("export", "instrument", *arguments)
+    assert_one_clear_line(status, err, (1,))
+    assert says in err
+    assert sorted(elsewhere.rglob("*")) == before
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_full_disk_leaves_nothing_and_the_older_bundle(run: Run, elsewhere: Path, kind: str) -> None:
+    def small() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
+
+    assert run("export", kind, "-p", "slap")[0] == 0
+    before = contents(elsewhere)
+    for output in (".", "new"):
+        done = command("export", kind, "-p", "fretless", "-o", output, preexec_fn=small)
+        assert_one_clear_line(done.returncode, done.stderr, (1,))
+        assert f"{BUNDLES[kind]}" in done.stderr and "File too large" in done.stderr
+        assert contents(elsewhere) == before and not (elsewhere / "new").exists()
+    done = command("export", "instrument", "fretless", "-o", "mine.lbass", preexec_fn=small)
+    assert_one_clear_line(done.returncode, done.stderr, (1,))
+    assert "mine.lbass" in done.stderr and contents(elsewhere) == before
+
+
+def cut(data: bytes) -> bytes:
+    return data[:-1000]
+
+
+def flip(data: bytes) -> bytes:
+    return data[:5000] + bytes([data[5000] ^ 1]) + data[5001:]
+
+
+@pytest.fixture
+def package(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """What comes with an installed package: the binary of this system, alone."""
+    folder = tmp_path_factory.mktemp("built")
+    (folder / name_of(this_system())).write_bytes(store.sealed(binary(this_system())))
+    monkeypatch.setattr(store, "BUILT", folder)
+    return folder
+
+
+def test_a_binary_that_came_with_the_package_is_taken(
+    run: Run, elsewhere: Path, package: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(build, "_built_here", lambda *_: 1 / 0)
+    monkeypatch.setattr(build, "_kept", lambda *_: None)
+    assert run("export", "lv2", "-p", "slap")[0] == 0
+    assert binary(this_system()) in contents(elsewhere).values()
+
+
+@pytest.mark.parametrize("damage", [cut, flip, lambda _: b""])
+def test_a_damaged_one_is_refused_by_name(
+    run: Run, elsewhere: Path, package: Path, damage: Callable[[bytes], bytes]
+) -> None:
+    (file,) = package.iterdir()
+    file.write_bytes(damage(file.read_bytes()))
+    status, _, err = run("export", "lv2", "-p", "slap")
+    assert_one_clear_line(status, err, (1,))
+    assert f"{file}: is damaged" in err and not list(elsewhere.iterdir())
+
+
+def test_one_of_another_version_is_refused_by_name(run: Run, elsewhere: Path, package: Path) -> None:
+    (file,) = package.iterdir()
+    old = file.rename(file.with_name(file.name.replace(build.digest(), "0" * 16)))
+    status, _, err = run("export", "lv2", "-p", "slap")
+    assert_one_clear_line(status, err, (1,))
+    assert f"{old}: is of another version" in err and not list(elsewhere.iterdir())
+
+
+def test_one_in_the_cache_that_is_damaged_is_built_anew(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    made, system, cache = binary(this_system()), this_system(), tmp_path / "cache"
+    (cache / f"plugin-{build.digest()}").mkdir(parents=True)
+    kept = cache / f"plugin-{build.digest()}" / name_of(system)
+    kept.write_bytes(flip(store.sealed(made)))
+    monkeypatch.setattr(build, "_kept", lambda _: kept)
+    again = binary(system)
+    assert str(kept) in caplog.text and "damaged" in caplog.text
+    assert len(again) == len(made) and store.whole(kept) == again
+
+
+def test_without_a_compiler_it_says_what_to_install(run: Run, elsewhere: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def not_built(system: System) -> None:
+        return None
+
+    monkeypatch.setattr(build, "_kept", not_built)
+    monkeypatch.setattr(shutil, "which", lambda _: None)
+    monkeypatch.setattr("importlib.util.find_spec", lambda _: None)
+    for system in SYSTEMS:
+        status, _, err = run("export", "lv2", "-p", "slap", "--system", system)
+        lines = err.splitlines()
+        assert status == 1 and len(lines) == 2 and lines[0].startswith("building the plugins"), err
+        assert f"plugins for {system} needs ziglang" in lines[1] and "livebass[export]" in lines[1]
+        assert not list(elsewhere.iterdir())

@@ -1,0 +1,228 @@
+"""Parameters and other typed events in the synth's rings: to the frame, in any blocks, ahead of the clock or not.
+
+Left as usual they change nothing at all; whatever a host sends, the sound stays finite.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from support.live import RATE, offline, run_ahead, synth_and_device
+
+from livebass import Quality, load_preset
+from livebass.arrays import Floats
+from livebass.engine.prepare import coil_filter
+from livebass.kernels.performer import (
+    BEND_RANGE,
+    DYNAMICS,
+    GAIN_DB,
+    HAND_DAMPING,
+    LEAST,
+    MOST,
+    PARAMETERS,
+    PLUCK_POSITION,
+    PLUCKED,
+    TECHNIQUE,
+    THUMB_ON_ALL,
+    TONE_POT,
+    UNEVENNESS,
+)
+from livebass.kernels.tone import ABOVE, BELOW, ROW, TONES
+from livebass.live.synth import RING, LiveBass, Synth
+from livebass.live.thread.ring import MIDI, NOTE_PLACE, PARAMETER, STRING_BEND, push_event, push_message
+
+LIGHT = Quality("light", 60, 192e3)
+Event = tuple[int, int, int, float]  # frame, kind, number or MIDI message, value
+
+
+def push(synth: Synth, event: Event) -> None:
+    frame, kind, number, value = event
+    ring = synth.rings[2].ctypes.data
+    if kind == MIDI:
+        push_message(ring, RING, frame, number & 0xFF, number >> 8 & 0xFF, number >> 16)
+    else:
+        push_event(ring, RING, frame, kind, number, value)
+
+
+def midi(frame: int, status: int, first: int, second: int = 0) -> Event:
+    return frame, MIDI, status | first << 8 | second << 16, 0.0
+
+
+def random_events(seed: int, frames: int, count: int) -> list[Event]:
+    """Hard notes, bends and typed events of every kind, by frame."""
+    rng = np.random.default_rng(seed)
+    events: list[Event] = []
+    for frame in np.sort(rng.integers(0, frames, count)).tolist():
+        key, x = int(rng.integers(28, 60)), float(rng.uniform(-1, 1))
+        parameter = int(rng.integers(0, PARAMETERS))
+        value = LEAST[parameter] + 0.5 * (x + 1) * (MOST[parameter] - LEAST[parameter])
+        events += [
+            [midi(frame, 0x90, key, int(rng.integers(60, 128))), midi(frame + 2000, 0x80, key)],
+            [midi(frame, 0xE0, 0, int(rng.integers(0, 128)))],
+            [(frame, PARAMETER, parameter, value)],
+            [(frame, PARAMETER, parameter, value)],
+            [(frame, PARAMETER, TONE_POT, x)],
+            [(frame, STRING_BEND, int(rng.integers(0, 4)), 2 * x)],
+            [(frame, NOTE_PLACE, key, x), midi(frame, 0x90, key, 100)],
+        ][int(rng.integers(0, 7))]
+    return sorted(events, key=lambda event: event[0])
+
+
+def played(events: list[Event], frames: int, sizes: list[int], how: str = "never", preset: str = "slap") -> Floats:
+    """The sound of `frames` frames in blocks of `sizes`, in turn."""
+    synth, device = synth_and_device(preset, LIGHT)
+    run_ahead(synth, how)
+    out, sent, k = [], 0, 0
+    while sum(map(len, out)) < frames:
+        size = sizes[k % len(sizes)]
+        while sent < len(events) and events[sent][0] < synth.frame + size:
+            push(synth, events[sent])
+            sent += 1
+        out.append(device.block(size))
+        k += 1
+    assert synth.meters().faults == 0
+    return np.concatenate(out)[:frames]
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_blocks_and_running_ahead_change_nothing(seed: int) -> None:
+    """Two laws with events of every kind at any frame."""
+    events = random_events(seed, RATE, 150)
+    wanted = played(events, RATE, [512])
+    assert np.abs(wanted).max() > 0.05
+    for sizes in ([64], [37, 700, 1, 2000]):
+        assert np.array_equal(played(events, RATE, sizes), wanted), sizes
+    for sizes in ([64], [333]):
+        assert np.array_equal(played(events, RATE, sizes, "far"), wanted), sizes
+
+
+def test_usual_values_change_nothing() -> None:
+    notes = [(0, 0x90, 40, 120), (9000, 0x90, 47, 90), (20000, 0x80, 40, 0), (30000, 0xE0, 0, 90)]
+    events = [midi(*note) for note in notes]
+    rng = np.random.default_rng(3)
+    for frame in rng.integers(0, RATE, 60).tolist():
+        events.append((frame, PARAMETER, frame % PARAMETERS, 0.0))
+        events.append((frame, STRING_BEND, frame % 4, 0.0))
+    wanted = offline("slap", notes, RATE, LIGHT)
+    assert np.array_equal(played(sorted(events, key=lambda e: e[0]), RATE, [256]), wanted)
+
+
+def loudness(sound: Floats) -> float:
+    return float(np.sqrt(np.mean(sound.astype(float) ** 2)))
+
+
+def brightness(sound: Floats) -> float:
+    """Root mean square of the differences over that of the sound."""
+    return loudness(np.diff(sound)) / loudness(sound)
+
+
+def one_note(number: int, value: float, preset: str = "jazz-finger", kind: int = PARAMETER) -> Floats:
+    """A note at 4800 that is stopped at 24000, with an event before."""
+    events = [(100, kind, number, value), midi(4800, 0x90, 33, 100), midi(24000, 0x80, 33)]
+    return played(events, 36000, [512], preset=preset)
+
+
+def test_every_parameter_does_what_it_says() -> None:
+    usual = one_note(GAIN_DB, 0.0)
+    assert np.allclose(one_note(GAIN_DB, -6.0)[12000:], usual[12000:] * 10 ** (-6 / 20), rtol=1e-4, atol=1e-9)
+    assert np.abs(one_note(GAIN_DB, -60.0)[12000:]).max() < 1e-18
+    tones = [brightness(one_note(TONE_POT, x)) for x in (-1.0, -0.5, 0.0, 1.0)]
+    assert tones == sorted(tones) and tones[0] < 0.6 * tones[-1]
+    forces = [loudness(one_note(DYNAMICS, x)) for x in (-12.0, 0.0, 12.0)]
+    assert forces == sorted(forces) and forces[0] < 0.5 * forces[1]
+    assert not np.array_equal(one_note(TECHNIQUE, THUMB_ON_ALL), usual)
+    assert np.array_equal(one_note(TECHNIQUE, PLUCKED), usual)
+    tails = [loudness(one_note(HAND_DAMPING, x)[26000:]) for x in (1.0, 0.0, -1.0)]
+    assert tails == sorted(tails) and tails[1] < 0.5 * tails[2]
+    assert not np.array_equal(one_note(UNEVENNESS, 1.0), one_note(UNEVENNESS, -1.0))
+    assert np.array_equal(one_note(NOTE_PLACE, 0.0), usual)
+    assert np.array_equal(one_note(33, 1.0, kind=NOTE_PLACE), one_note(PLUCK_POSITION, 1.0))
+    bent = played([(0, PARAMETER, BEND_RANGE, 12.0), midi(1, 0xE0, 127, 127), midi(99, 0x90, 33, 90)], RATE, [512])
+    assert np.array_equal(bent, played([(0, STRING_BEND, 1, 12.0), midi(99, 0x90, 33, 90)], RATE, [512]))
+
+
+def test_the_pluck_position_goes_from_the_bridge_over_the_usual_one_away_from_it() -> None:
+    player = load_preset("jazz-finger").player
+    wanted = {-1.0: player.pluck_farthest, 0.0: player.pluck_position, 1.0: player.pluck_nearest}
+    for x, place in wanted.items():
+        synth, device = synth_and_device("jazz-finger", LIGHT)
+        push(synth, (0, PARAMETER, PLUCK_POSITION, x))
+        push(synth, midi(1, 0xB0, 121))  # a reset of the controllers goes back to it
+        device.block(64)
+        assert synth.bass and synth.bass.engine.performer["position"][0] == place
+
+
+def test_a_note_place_is_for_one_note() -> None:
+    notes = [midi(4800, 0x90, 33, 100), midi(24000, 0x90, 33, 100)]
+    placed = played([(0, NOTE_PLACE, 33, 1.0), *notes], RATE, [512], preset="jazz-finger")
+    usual = played(notes, RATE, [512], preset="jazz-finger")
+    always = played([(0, PARAMETER, PLUCK_POSITION, 1.0), *notes], RATE, [512], preset="jazz-finger")
+    assert np.array_equal(placed[:24000], always[:24000]) and not np.array_equal(placed[:24000], usual[:24000])
+    assert not np.array_equal(placed[24000:], always[24000:])
+
+
+def test_no_value_does_harm() -> None:
+    """NaN is the usual value, others are held within their limits, and other numbers and kinds mean nothing."""
+    rng = np.random.default_rng(5)
+    events = []
+    values = (np.nan, np.inf, -np.inf, 1e30, -1e30, 1e-40, 3.7)
+    for frame in range(0, RATE, 300):
+        kind, number = int(rng.integers(0, 256)), int(rng.integers(0, 256))
+        kind = int(rng.choice([PARAMETER, STRING_BEND, NOTE_PLACE, kind or 9]))
+        number = number if rng.random() < 0.2 else int(rng.integers(0, PARAMETERS))
+        events.append((frame, kind, number, float(rng.choice(values))))
+        events.append(midi(frame, 0x90, 28 + frame // 300 % 30, 110))
+    sound = played(events, RATE, [512])
+    assert np.isfinite(sound).all() and np.abs(sound).max() > 0.1
+    notes = [midi(100, 0x90, 33, 100)]
+    strange = [(0, PARAMETER, k, np.nan) for k in range(PARAMETERS)] + [(0, PARAMETER, 200, 1.0), (0, 77, 1, 1.0)]
+    assert np.array_equal(played([*strange, *notes], 4800, [512]), played(notes, 4800, [512]))
+
+
+@pytest.mark.parametrize("preset", ["jazz-finger", "flatwound"])
+@pytest.mark.parametrize("rate", [44100, 192000])
+def test_the_tone_pot_is_stable_at_every_setting(preset: str, rate: int) -> None:
+    """All filters have their poles inside the unit circle, those between too; the middle is the bass's own."""
+    bass = load_preset(preset)
+    coil, gain = bass.output.coil, bass.output.gain
+    live = LiveBass(bass, LIGHT, rate)
+    place = (int(live.record["tones"][0]) - live.address) // 8
+    rows = live.memory[place : place + TONES * ROW].reshape(TONES, ROW)
+    assert np.array_equal(rows[BELOW, :4], live.engine.voices[0].record["b"][0])
+    for k, tone in ((0, 0.0), (BELOW, coil.tone), (TONES - 1, 1.0)):
+        b, a = coil_filter(coil.__class__(**{**vars(coil), "tone": tone}), rate)
+        assert np.array_equal(rows[k, :4], b * gain) and np.array_equal(rows[k, 4:8], a), tone
+    assert np.abs(rows[:, 9:12]).max() < 1
+    assert ABOVE + BELOW + 1 == TONES
+    for low, high in zip(rows[:-1], rows[1:], strict=True):
+        for part in (0.0, 0.3, 0.7):
+            a = np.ones(1)
+            for last in low[9:12] + part * (high[9:12] - low[9:12]):
+                a = np.append(a, 0.0) + last * np.append(a, 0.0)[::-1]
+            assert np.abs(np.roots(a)).max() < 1
+            if part == 0.0:
+                assert np.allclose(a, low[4:8], rtol=1e-6, atol=1e-9)
+
+
+def test_the_tone_moves_without_a_click() -> None:
+    """A turn of the pot under a ringing note makes no jump beyond what the note itself does."""
+    note = midi(0, 0x90, 28, 60)
+    usual = played([note], RATE, [512], preset="jazz-finger")
+    turned = played([note, (24000, PARAMETER, TONE_POT, -1.0), (36000, PARAMETER, TONE_POT, 1.0)], RATE, [512],
+                    preset="jazz-finger")  # fmt: skip
+    assert np.array_equal(turned[:24000], usual[:24000])
+    steps, limit = np.abs(np.diff(turned[20000:])), np.abs(np.diff(usual[20000:])).max()
+    assert steps.max() < 2 * limit
+
+
+@pytest.mark.parametrize("preset", ["slap", "paper-bass"])
+def test_strings_that_are_still_play_on_as_if_they_had_been_computed(preset: str) -> None:
+    """Against strings that a repeated controller keeps from being still; the tone and the bend move in between."""
+    low = load_preset(preset).strings[0].open_note
+    events = [midi(0, 0x90, low, 100), midi(4000, 0xB0, 120), (30000, PARAMETER, TONE_POT, -0.5),
+              midi(31000, 0xE0, 0, 100), midi(70077, 0x90, low, 120), midi(70900, 0x90, low + 5, 120)]  # fmt: skip
+    often = [midi(frame, 0xB0, 7, 127) for frame in range(0, 2 * RATE, 40)]
+    wanted = played(sorted(events + often, key=lambda e: e[0]), 2 * RATE, [512], preset=preset)
+    for how, sizes in (("never", [512]), ("never", [100, 7]), ("far", [64])):
+        assert np.array_equal(played(events, 2 * RATE, sizes, how, preset), wanted), (how, sizes)
+    assert not wanted[56000:70000].any() and wanted[70077:].any()

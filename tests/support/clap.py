@@ -1,0 +1,322 @@
+"""A host of CLAP plugins: loads one by ctypes, plays scores and events into it, and does what it asks for."""
+
+from __future__ import annotations
+
+import ctypes as c
+from collections.abc import Iterable, Sequence
+from itertools import cycle
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from livebass.arrays import Floats
+from livebass.score import Score
+
+MONO, STRINGS = "org.livebass.bass", "org.livebass.strings"
+NOTE_ON, NOTE_OFF, NOTE_CHOKE, EXPRESSION, VALUE, MIDI = 0, 1, 2, 4, 5, 10
+TUNING = 2
+PRESETS_OF_PLUGIN = 1
+U16, U32, U64, I16, I32, I64, D, B = (
+    c.c_uint16, c.c_uint32, c.c_uint64, c.c_int16, c.c_int32, c.c_int64, c.c_double, c.c_bool,
+)  # fmt: skip
+P, S = c.c_void_p, c.c_char_p
+
+
+def struct(*fields: tuple[str, Any]) -> Any:
+    return type("Struct", (c.Structure,), {"_fields_": list(fields)})
+
+
+def function(result: Any, *arguments: Any) -> Any:
+    return c.CFUNCTYPE(result, *arguments)
+
+
+VERSION = U32 * 3
+HEAD = (("size", U32), ("time", U32), ("space", U16), ("type", U16), ("flags", U32))
+NOTE = struct(*HEAD, ("id", I32), ("port", I16), ("channel", I16), ("key", I16), ("velocity", D))
+NOTE_EXPRESSION = struct(
+    *HEAD, ("expression", I32), ("id", I32), ("port", I16), ("channel", I16), ("key", I16), ("value", D)
+)
+PARAM_VALUE = struct(
+    *HEAD, ("param", U32), ("cookie", P), ("id", I32), ("port", I16), ("channel", I16), ("key", I16), ("value", D)
+)
+MIDI_EVENT = struct(*HEAD, ("port", U16), ("data", c.c_uint8 * 3))
+IN_EVENTS = struct(("data", P), ("size", function(U32, P)), ("get", function(P, P, U32)))
+OUT_EVENTS = struct(("data", P), ("push", function(B, P, P)))
+BUFFER = struct(("data32", P), ("data64", P), ("channels", U32), ("latency", U32), ("constant", U64))
+PROCESS = struct(
+    ("steady", I64), ("frames", U32), ("transport", P), ("inputs", P), ("outputs", P), ("input_count", U32),
+    ("output_count", U32), ("in_events", P), ("out_events", P),
+)  # fmt: skip
+DESCRIPTOR = struct(
+    ("version", VERSION), ("id", S), ("name", S), ("vendor", S), ("url", S), ("manual", S), ("support", S),
+    ("release", S), ("description", S), ("features", c.POINTER(S)),
+)  # fmt: skip
+PLUGIN = struct(
+    ("descriptor", c.POINTER(DESCRIPTOR)), ("data", P), ("init", function(B, P)), ("destroy", function(None, P)),
+    ("activate", function(B, P, D, U32, U32)), ("deactivate", function(None, P)), ("start", function(B, P)),
+    ("stop", function(None, P)), ("reset", function(None, P)), ("process", function(I32, P, P)),
+    ("extension", function(P, P, S)), ("on_main_thread", function(None, P)),
+)  # fmt: skip
+HOST = struct(
+    ("version", VERSION), ("data", P), ("name", S), ("vendor", S), ("url", S), ("release", S),
+    ("extension", function(P, P, S)), ("restart", function(None, P)), ("process", function(None, P)),
+    ("callback", function(None, P)),
+)  # fmt: skip
+ENTRY = struct(("version", VERSION), ("init", function(B, S)), ("deinit", function(None)), ("factory", function(P, S)))
+FACTORY = struct(
+    ("count", function(U32, P)), ("descriptor", function(c.POINTER(DESCRIPTOR), P, U32)),
+    ("create", function(P, P, P, S)),
+)  # fmt: skip
+PARAM_INFO = struct(
+    ("id", U32), ("flags", U32), ("cookie", P), ("name", c.c_char * 256), ("module", c.c_char * 1024),
+    ("least", D), ("most", D), ("usual", D),
+)  # fmt: skip
+PARAMS = struct(
+    ("count", function(U32, P)), ("info", function(B, P, U32, P)), ("value", function(B, P, U32, P)),
+    ("to_text", function(B, P, U32, D, P, U32)), ("from_text", function(B, P, U32, S, P)),
+    ("flush", function(None, P, P, P)),
+)  # fmt: skip
+AUDIO_PORT = struct(
+    ("id", U32), ("name", c.c_char * 256), ("flags", U32), ("channels", U32), ("type", S), ("pair", U32)
+)
+NOTE_PORT = struct(("id", U32), ("supported", U32), ("preferred", U32), ("name", c.c_char * 256))
+PORTS = struct(("count", function(U32, P, B)), ("get", function(B, P, U32, B, P)))
+STREAM = struct(("data", P), ("go", function(I64, P, P, U64)))
+STATE = struct(("save", function(B, P, P)), ("load", function(B, P, P)))
+RENDER = struct(("needs", function(B, P)), ("set", function(B, P, I32)))
+NUMBER = struct(("get", function(U32, P)))
+PRESET_LOAD = struct(("from_location", function(B, P, U32, S, S)))
+LOG = struct(("log", function(None, P, I32, S)))
+PARAMS_OF_HOST = struct(("rescan", function(None, P, U32)), ("clear", P), ("request_flush", P))
+PROVIDER = struct(
+    ("descriptor", P), ("data", P), ("init", function(B, P)), ("destroy", function(None, P)),
+    ("metadata", function(B, P, U32, S, P)), ("extension", P),
+)  # fmt: skip
+INDEXER = struct(
+    ("version", VERSION), ("name", S), ("vendor", S), ("url", S), ("release", S), ("data", P), ("filetype", P),
+    ("location", function(B, P, P)), ("soundpack", P), ("extension", P),
+)  # fmt: skip
+RECEIVER = struct(
+    ("data", P), ("error", P), ("begin", function(B, P, S, S)), ("plugin", function(None, P, c.POINTER(S * 2))),
+    *((name, function(None, P, P)) for name in ("soundpack", "flags", "creator", "description", "times")),
+    ("feature", function(None, P, S)), ("extra", P),
+)  # fmt: skip
+
+
+class Library:
+    """The file livebass.clap of a folder, with the calls that a host makes before it has a plugin."""
+
+    def __init__(self, folder: Path) -> None:
+        self.file = folder / "livebass.clap"
+        self.entry = ENTRY.in_dll(c.CDLL(str(self.file)), "clap_entry")
+        assert self.entry.init(str(self.file).encode())
+
+    def factory(self) -> tuple[Any, int]:
+        address = self.entry.factory(b"clap.plugin-factory")
+        return FACTORY.from_address(address), address
+
+    def plugins(self) -> list[tuple[str, str]]:
+        """(id, name) of its plugins."""
+        factory, address = self.factory()
+        found = [factory.descriptor(address, k).contents for k in range(factory.count(address))]
+        return [(one.id.decode(), one.name.decode()) for one in found]
+
+    def presets(self) -> list[tuple[str, str, list[str]]]:
+        """(name, key, ids of plugins) of the presets that it tells to a browser."""
+        address = self.entry.factory(b"clap.preset-discovery-factory/2")
+        factory, found = FACTORY.from_address(address), []
+        locations = []
+        indexer = INDEXER(
+            VERSION(1, 2, 2), b"tests", b"", b"", b"1",
+            location=INDEXER._fields_[7][1](lambda _, place: locations.append(place) is None),
+        )  # fmt: skip
+        name = c.cast(factory.descriptor(address, 0), c.POINTER(struct(("version", VERSION), ("id", S)))).contents.id
+        made = factory.create(address, c.addressof(indexer), name)
+        provider = PROVIDER.from_address(made)
+        assert provider.init(made) and len(locations) == 1
+        kinds = dict(RECEIVER._fields_)
+        receiver = RECEIVER(
+            begin=kinds["begin"](lambda _, title, key: found.append((title.decode(), key.decode(), [])) is None),
+            plugin=kinds["plugin"](lambda _, user: found[-1][2].append(user.contents[1].decode())),
+            feature=kinds["feature"](lambda *_: None),
+        )
+        assert provider.metadata(made, PRESETS_OF_PLUGIN, None, c.addressof(receiver))
+        provider.destroy(made)
+        return found
+
+
+class Plugin:
+    """One plugin of a folder, active at `rate`. Raises RuntimeError, with what it logged, if it refuses."""
+
+    def __init__(self, folder: Path, rate: int = 48000, name: str = MONO, active: bool = True) -> None:
+        self.logged: list[str] = []
+        self.asked = self.rescanned = 0
+        self.library = Library(folder)
+        self.log = LOG(LOG._fields_[0][1](lambda _, severity, line: self.logged.append(line.decode())))
+        self.params_of_host = PARAMS_OF_HOST(PARAMS_OF_HOST._fields_[0][1](self._rescan))
+        given = {b"clap.log": c.addressof(self.log), b"clap.params": c.addressof(self.params_of_host)}
+        kinds = dict(HOST._fields_)
+        self.host = HOST(
+            VERSION(1, 2, 2), None, b"tests", b"", b"", b"1",
+            kinds["extension"](lambda _, wanted: given.get(wanted)),
+            kinds["restart"](lambda _: None), kinds["process"](lambda _: None), kinds["callback"](self._ask),
+        )  # fmt: skip
+        factory, address = self.library.factory()
+        self.handle = factory.create(address, c.addressof(self.host), name.encode())
+        self.plugin = PLUGIN.from_address(self.handle)
+        self.rate, self.frames, self.active = rate, 0, False
+        self.outputs = 8 if name == STRINGS else 1
+        if not self.plugin.init(self.handle):
+            self.plugin.destroy(self.handle)
+            raise RuntimeError("; ".join(self.logged))
+        if active:
+            self.activate()
+
+    def _ask(self, _: Any) -> None:
+        self.asked += 1
+
+    def _rescan(self, _: Any, flags: int) -> None:
+        self.rescanned += 1
+
+    def activate(self) -> None:
+        if not self.plugin.activate(self.handle, self.rate, 1, 1 << 20):
+            self.plugin.destroy(self.handle)
+            raise RuntimeError("; ".join(self.logged))
+        self.active = self.plugin.start(self.handle)
+
+    def deactivate(self) -> None:
+        self.plugin.stop(self.handle)
+        self.plugin.deactivate(self.handle)
+        self.active = False
+
+    def close(self) -> None:
+        if self.active:
+            self.deactivate()
+        self.plugin.destroy(self.handle)
+
+    def extension(self, name: str, kind: Any) -> Any:
+        return kind.from_address(self.plugin.extension(self.handle, f"clap.{name}".encode()))
+
+    def work(self) -> None:
+        """Does what the plugin asked the main thread for."""
+        if self.asked:
+            self.asked = 0
+            self.plugin.on_main_thread(self.handle)
+
+    def block(self, frames: int, events: Sequence[Any] = ()) -> Floats:
+        """Plays a block with `events`, in the order of their times; returns (frames,), or (outputs, frames)."""
+        kinds = dict(IN_EVENTS._fields_)
+        given = IN_EVENTS(None, kinds["size"](lambda _: len(events)), kinds["get"](lambda _, k: c.addressof(events[k])))
+        taken = OUT_EVENTS(None, OUT_EVENTS._fields_[1][1](lambda *_: True))
+        out = np.full((self.outputs, frames), np.nan, np.float32)
+        channels = [P(row.ctypes.data) for row in out]
+        buffers = (BUFFER * self.outputs)(*(BUFFER(c.addressof(row), None, 1) for row in channels))
+        process = PROCESS(
+            self.frames, frames, None, None, c.addressof(buffers), 0, self.outputs, c.addressof(given),
+            c.addressof(taken),
+        )  # fmt: skip
+        assert self.plugin.process(self.handle, c.addressof(process)) == 1
+        self.frames += frames
+        return out if self.outputs > 1 else out[0]
+
+    def play(self, given: Iterable[tuple[int, Any]] | Score, frames: int, sizes: Iterable[int] = (512,)) -> Floats:
+        """Plays `frames` in blocks of `sizes`, in turn: a score as MIDI, or (frame, event) in order."""
+        if isinstance(given, Score):
+            given = [(int(f), midi(m.tobytes())) for f, m in zip(given.frames, given.messages, strict=True)]
+        waiting, out, done = list(given), [], 0
+        for size in cycle(sizes):
+            if done >= frames:
+                return np.concatenate(out, axis=-1)[..., :frames]
+            events = []
+            while waiting and waiting[0][0] < done + size:
+                when, event = waiting.pop(0)
+                event.time = when - done
+                events.append(event)
+            out.append(self.block(size, events))
+            done += size
+        raise AssertionError
+
+    def params(self) -> list[Any]:
+        """Its parameters, PARAM_INFO each."""
+        params, found = self.extension("params", PARAMS), []
+        for k in range(params.count(self.handle)):
+            found.append(PARAM_INFO())
+            assert params.info(self.handle, k, c.addressof(found[-1]))
+        return found
+
+    def value(self, param: int) -> float:
+        found = D()
+        assert self.extension("params", PARAMS).value(self.handle, param, c.addressof(found))
+        return found.value
+
+    def text(self, param: int, wanted: float) -> str:
+        """What a value is called."""
+        text = c.create_string_buffer(256)
+        assert self.extension("params", PARAMS).to_text(self.handle, param, wanted, text, 256)
+        return text.value.decode()
+
+    def value_of(self, param: int, text: str) -> float | None:
+        """The value that a text is for, None if there is none."""
+        found = D()
+        good = self.extension("params", PARAMS).from_text(self.handle, param, text.encode(), c.addressof(found))
+        return found.value if good else None
+
+    def set(self, param: int, wanted: float) -> None:
+        """Sets a parameter outside of process()."""
+        events = [value(param, wanted)]
+        kinds = dict(IN_EVENTS._fields_)
+        given = IN_EVENTS(None, kinds["size"](lambda _: 1), kinds["get"](lambda _, k: c.addressof(events[k])))
+        self.extension("params", PARAMS).flush(self.handle, c.addressof(given), None)
+
+    def offline(self, on: bool = True) -> None:
+        assert self.extension("render", RENDER).set(self.handle, int(on))
+
+    def save(self) -> bytes:
+        """Its state, taken in small pieces as hosts may."""
+        found = bytearray()
+
+        def write(_: Any, data: int, size: int) -> int:
+            found.extend(c.string_at(data, min(size, 7)))
+            return min(size, 7)
+
+        stream = STREAM(None, STREAM._fields_[1][1](write))
+        assert self.extension("state", STATE).save(self.handle, c.addressof(stream))
+        return bytes(found)
+
+    def load(self, state: bytes) -> bool:
+        """Gives it a state, in small pieces; returns whether it took it."""
+        left = [state]
+
+        def read(_: Any, data: int, size: int) -> int:
+            piece = left[0][: min(size, 5)]
+            c.memmove(data, piece, len(piece))
+            left[0] = left[0][len(piece) :]
+            return len(piece)
+
+        stream = STREAM(None, STREAM._fields_[1][1](read))
+        return bool(self.extension("state", STATE).load(self.handle, c.addressof(stream)))
+
+    def load_preset(self, key: str) -> bool:
+        load = self.extension("preset-load/2", PRESET_LOAD)
+        return bool(load.from_location(self.handle, PRESETS_OF_PLUGIN, None, key.encode()))
+
+
+def note_on(key: int, velocity: float, number: int = -1) -> Any:
+    return NOTE(c.sizeof(NOTE), 0, 0, NOTE_ON, 0, number, 0, 0, key, velocity)
+
+
+def note_off(key: int) -> Any:
+    return NOTE(c.sizeof(NOTE), 0, 0, NOTE_OFF, 0, -1, 0, 0, key, 0.0)
+
+
+def tuning(semitones: float, key: int = -1, number: int = -1) -> Any:
+    return NOTE_EXPRESSION(c.sizeof(NOTE_EXPRESSION), 0, 0, EXPRESSION, 0, TUNING, number, 0, 0, key, semitones)
+
+
+def value(param: int, wanted: float) -> Any:
+    return PARAM_VALUE(c.sizeof(PARAM_VALUE), 0, 0, VALUE, 0, param, None, -1, -1, -1, -1, wanted)
+
+
+def midi(message: bytes) -> Any:
+    return MIDI_EVENT(c.sizeof(MIDI_EVENT), 0, 0, MIDI, 0, 0, (c.c_uint8 * 3)(*message.ljust(3, b"\0")))
