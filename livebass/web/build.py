@@ -18,6 +18,7 @@ from livebass.compiling.library import compiled_for
 from livebass.web.layout import ENTRIES
 
 LEVEL = "wasm32"
+BUILD_TIME = 60  # s, about
 STACK = 1 << 20  # bytes
 BUILT = store.BUILT / f"kernels-{store.digest()}-{LEVEL}.wasm"
 

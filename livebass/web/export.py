@@ -13,10 +13,10 @@ from pathlib import Path
 from typing import Any
 
 from livebass import __version__
-from livebass.files import whole_directory
 from livebass.kernels.instrument import LIVE, STUDIO
 from livebass.model.instrument import Instrument
-from livebass.plugin.instrument import ENDING, instrument_file
+from livebass.plugin.bundle import LIST, instrument_files, write_files
+from livebass.plugin.parameters import PARAMETERS
 from livebass.web import build
 from livebass.web.layout import layout
 
@@ -24,7 +24,6 @@ STATIC = Path(__file__).parent / "static"
 INDEX, SINGLE = "index.html", "livebass.html"
 BASSES, MODULE = "basses", "livebass.wasm"
 TIERS = {"live": LIVE, "studio": STUDIO}
-MOST_BASSES, LONGEST_NAME = 128, 63
 # The audio thread of a page from a disk is a data: address, the worker a blob: one
 POLICIES = {
     False: "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self'; worker-src 'self';"
@@ -40,19 +39,10 @@ def export_page(basses: dict[str, Instrument], folder: Path, single: bool = Fals
     The folder appears complete, over an older page, or not at all. The first bass is the one that the page begins with.
     Raises ValueError for names or basses that do not fit, OutputError, RuntimeError where the module cannot be built.
     """
-    if not 1 <= len(basses) <= MOST_BASSES:
-        raise ValueError(f"{len(basses)} basses: allowed are 1 to {MOST_BASSES}")
-    for name in basses:
-        if not 1 <= len(name) <= LONGEST_NAME or not all(c.isascii() and (c.isalnum() or c in "-_.") for c in name):
-            raise ValueError(f"bass {name!r}: allowed are 1 to {LONGEST_NAME} letters, digits, - and _")
     files = page_files(basses, quality)
     if single:
         files = {SINGLE: single_page(files)}
-    with whole_directory(folder, is_page) as temporary:
-        for name, data in files.items():
-            place = temporary / name
-            place.parent.mkdir(exist_ok=True)
-            place.write_bytes(data)
+    write_files(folder, files, is_page)
     return folder / (SINGLE if single else INDEX)
 
 
@@ -65,7 +55,7 @@ def is_page(entries: list[Path]) -> bool:
 def page_files(basses: dict[str, Instrument], quality: str) -> dict[str, bytes]:
     """The files of the page in a folder, by their paths."""
     engine = (layout() + text("engine.js")).encode()
-    files = {f"{BASSES}/{name}{ENDING}": instrument_file(bass) for name, bass in basses.items()}
+    files = {f"{BASSES}/{name}": data for name, data in instrument_files(basses).items() if name != LIST}
     files |= {
         MODULE: build.module(),
         "worker.js": engine + text("worker.js").encode(),
@@ -76,6 +66,10 @@ def page_files(basses: dict[str, Instrument], quality: str) -> dict[str, bytes]:
     page = {
         "version": __version__,
         "tier": TIERS[quality],
+        "parameters": {
+            p.symbol: {"number": k, "least": p.least, "most": p.most, "usual": p.usual, "unit": p.unit}
+            for k, p in enumerate(PARAMETERS)
+        },
         "basses": [shown(name, bass) for name, bass in basses.items()],
     }
     return files | {INDEX: html(page, POLICIES[False]).encode()}
@@ -83,8 +77,6 @@ def page_files(basses: dict[str, Instrument], quality: str) -> dict[str, bytes]:
 
 def shown(name: str, bass: Instrument) -> dict[str, Any]:
     """What the page shows of a bass and cannot read from its file."""
-    player = bass.player
-    place = (player.pluck_position - player.pluck_nearest) / (player.pluck_farthest - player.pluck_nearest)
     return {
         "name": name,
         "title": bass.name,
@@ -94,8 +86,6 @@ def shown(name: str, bass: Instrument) -> dict[str, Any]:
         ],
         "frets": min(len(neck.fret_positions) for neck in bass.necks),
         "fretless": bass.over_board,
-        "position": round(127 * min(max(place, 0.0), 1.0)),
-        "controller": player.position_controller,
     }
 
 

@@ -19,11 +19,14 @@ from livebass.live.thread.records import BASS, CHUNK, SYNTH
 RECORDS = {
     "FILE": FILE, "POOL": POOL, "BUILDING": setup.BUILDING, "SYNTH": SYNTH, "BASS": BASS, "PERFORMER": PERFORMER,
 }  # fmt: skip
-NUMBERS = {"COARSE": COARSE, "GOOD": GOOD, "DONE": DONE, "LINE": LINE, "CHUNK": CHUNK, "NOW": ring.NOW, "FREE": FREE}
+NUMBERS = {
+    "COARSE": COARSE, "GOOD": GOOD, "DONE": DONE, "LINE": LINE, "CHUNK": CHUNK, "NOW": ring.NOW, "FREE": FREE,
+    "PARAMETER": ring.PARAMETER,
+}  # fmt: skip
 CALLED: tuple[Entry, ...] = (block.process, ahead.play_string, frets.over_frets, over_board)  # by kernels, by address
 ENTRIES: tuple[Entry, ...] = (
     check_file, measure_pool, fill_pool, setup.measure_bass, setup.fill_bass, setup.ring_bytes, setup.fill_synth,
-    ring.push_message, block.relieve, *CALLED,
+    ring.push_message, ring.push_event, block.relieve, *CALLED,
 )  # fmt: skip
 
 

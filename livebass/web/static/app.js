@@ -39,7 +39,7 @@ async function unpack(text) {
 
 async function read(name) {
   if (PAGE.files) return unpack(PAGE.files[name]);
-  const answer = await fetch(name);
+  const answer = await fetch(name.split("/").map(encodeURIComponent).join("/"));
   if (!answer.ok) throw new Error(`${name}: ${answer.status} ${answer.statusText}`);
   return answer.arrayBuffer();
 }
@@ -141,7 +141,7 @@ async function begin() {
   node = await made;
   node.port.onmessage = hear;
   node.onprocessorerror = () => say("The audio thread stopped. Load the page again.");
-  node.port.postMessage({gain: gain()});
+  for (const symbol of Object.keys(CONTROLS)) tellParameter(symbol);
   node.connect(context.destination);
   await put();
   await context.resume();
@@ -209,7 +209,6 @@ function release(id, time = performance.now()) {
 
 const letGo = () => [...held.keys()].forEach(id => release(id));
 const force = () => +$("force").value;
-const gain = () => +$("gain").value > +$("gain").min ? 10 ** ($("gain").value / 20) : 0;
 
 // Lower on a string, or on a key, is harder.
 function forceAt(cell, y) {
@@ -422,11 +421,35 @@ function showMeters({load, peak, overload, faults, held}) {
 
 // --- controls ---
 
+// Sliders, each of a parameter; its usual value leaves all as the bass has it.
+const CONTROLS = {
+  gain: value => value > PAGE.parameters.gain.least ? `${value} dB` : "silent",
+  tone: value => value < 0 ? "darker" : value > 0 ? "brighter" : "its own",
+  pluck_position: value => value < 0 ? "to the bridge" : value > 0 ? "to the neck" : "its own",
+};
+
+function tellParameter(symbol) {
+  node?.port.postMessage({parameter: [PAGE.parameters[symbol].number, +$(symbol).value]});
+}
+
+for (const [symbol, text] of Object.entries(CONTROLS)) {
+  const {least, most, usual, unit} = PAGE.parameters[symbol], slider = $(symbol);
+  Object.assign(slider, {min: least, max: most, step: unit ? 1 : 0.01, value: usual});
+  const show = () => { $(`${symbol}-text`).textContent = text(+slider.value); };
+  slider.oninput = () => {
+    show();
+    tellParameter(symbol);
+  };
+  slider.ondblclick = () => {
+    slider.value = usual;
+    slider.oninput();
+  };
+  show();
+}
+
 function showBass() {
   const bass = bassCalled($("bass").value);
   $("about").textContent = bass.about;
-  $("pluck").value = bass.position;
-  $("pluck-text").textContent = "as the bass has it";
   showNeck();
 }
 
@@ -437,22 +460,10 @@ $("bass").onchange = () => {
   if (node) put();
 };
 $("power").onclick = () => switchPower().catch(() => {});
-$("gain").oninput = () => {
-  $("gain-text").textContent = gain() ? `${$("gain").value} dB` : "off";
-  node?.port.postMessage({gain: gain()});
-};
-$("pluck").oninput = () => {
-  const bass = bassCalled($("bass").value), value = +$("pluck").value;
-  $("pluck-text").textContent = value < 43 ? "by the neck" : value > 84 ? "by the bridge" : "between";
-  send(performance.now(), 0xb0, bass.controller, value);
-};
 $("force").oninput = () => { $("force-text").textContent = $("force").value; };
 $("panic").onclick = () => {
   letGo();
   node?.port.postMessage({panic: true});
-  const bass = bassCalled($("bass").value); // all controllers are as new
-  $("pluck").value = bass.position;
-  $("pluck-text").textContent = "as the bass has it";
 };
 
 async function connectMidi() {

@@ -98,6 +98,12 @@ class Engine {
                                          BigInt(second))) === 1;
   }
 
+  // Sets a parameter of the playing, by its number.
+  setParameter(number, value) {
+    const ring = BigInt(this.get("SYNTH", this.synth, "midi_ring"));
+    this.x.lb_push_event(ring, BigInt(MESSAGES), BigInt(N.NOW), BigInt(N.PARAMETER), BigInt(number), value);
+  }
+
   // Plays n <= N.CHUNK frames; returns them as a view that lasts until the next call.
   play(n) {
     this.x.lb_process(this.synthAddress, this.soundAddress, BigInt(n));

@@ -22,11 +22,11 @@ class LivebassProcessor extends AudioWorkletProcessor {
     this.port.onmessage = ({data}) => this.hear(data);
   }
 
-  hear({midi, frame, bass, gain, panic}) {
+  hear({midi, frame, bass, parameter, panic}) {
     const e = this.engine;
     if (midi) e.send(frame === undefined ? N.NOW : Math.max(frame - (this.start || 0), e.field("frame")), ...midi);
     if (bass) this.take(bass);
-    if (gain !== undefined) e.setField("gain_target", gain);
+    if (parameter) e.setParameter(...parameter);
     if (panic) e.setField("panic", 1);
   }
 
