@@ -185,13 +185,21 @@ void lb_begin_block(lb_instance *i) {
 
 /* Has another bass loaded if one is wanted, hands over those that are ready and those that are done. */
 static void change_bass(lb_instance *i) {
-    if (!__atomic_load_n(&i->done, __ATOMIC_RELAXED)) __atomic_store_n(&i->done, lb_take_faded(i->synth), __ATOMIC_RELEASE);
-    if (wants_other(i) || __atomic_load_n(&i->done, __ATOMIC_RELAXED)) {
+    lb_synth *s = i->synth;
+    int busy = __atomic_load_n(&i->done, __ATOMIC_ACQUIRE) != 0;
+    if (!busy) {
+        lb_bass *faded = lb_take_faded(s);
+        busy = faded != 0;
+        __atomic_store_n(&i->done, faded, __ATOMIC_RELEASE);
+    }
+    if (busy || wants_other(i)) {
         if (__atomic_load_n(&i->offline, __ATOMIC_RELAXED)) lb_serve(i);
         else i->ask(i->owner);
     }
-    lb_bass *b = lb_changing(i->synth) ? 0 : __atomic_exchange_n(&i->ready, 0, __ATOMIC_ACQ_REL);
-    if (b) lb_change_bass(i->synth, b);
+    if (!__atomic_load_n(&i->ready, __ATOMIC_ACQUIRE) || __atomic_load_n(&i->done, __ATOMIC_ACQUIRE)) return;
+    __atomic_store_n(&i->done, lb_take_next(s), __ATOMIC_RELEASE); /* one that would be changed before it began */
+    lb_bass *b = lb_changing(s) ? 0 : __atomic_exchange_n(&i->ready, 0, __ATOMIC_ACQ_REL);
+    if (b) lb_change_bass(s, b);
 }
 
 void lb_start_note(lb_instance *i, int64_t offset, int key, double velocity, int32_t id) {
@@ -261,15 +269,19 @@ static const char *fault(const lb_state *s, size_t count) {
 
 int lb_load_state(lb_instance *i, const void *bytes, size_t count) {
     const lb_state *s = bytes;
+    char line[LINE];
     const char *why = fault(s, count);
     const int number = why ? -1 : lb_shelf_find(i->shelf, s->bass);
-    if (!why && number < 0) why = "the session's instrument is not installed";
+    if (!why && number < 0) {
+        snprintf(line, sizeof line, "the session's instrument is not installed: %.*s", LB_STATE_NAME, s->bass);
+        why = line;
+    }
     if (why) {
         i->complain(i->owner, why);
         return 0;
     }
-    int64_t seed = s->seed;
-    __atomic_store(&i->seed, &seed, __ATOMIC_RELAXED);
+    const int64_t seed = s->seed;
+    __atomic_store_n(&i->seed, seed, __ATOMIC_RELAXED);
     for (int k = 0; k < LB_PARAMETERS; k++)
         lb_set_value(i, k, k == LB_BASS ? number : k < s->count ? s->values[k] : lb_parameters[k].usual);
     return 1;
