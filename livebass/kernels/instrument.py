@@ -13,7 +13,7 @@ from livebass.kernels.coil import CIRCUIT, COIL
 from livebass.kernels.elementary import exp
 from livebass.kernels.native import FLUSH, float_control, floats_at, record_at, set_float_control, words_at
 from livebass.kernels.operators import DOUBLE
-from livebass.kernels.performer import KEYS, MOST_STRINGS, PERFORMER, reset_controllers
+from livebass.kernels.performer import KEYS, MOST_RANGE, MOST_STRINGS, PERFORMER, reset_controllers
 from livebass.kernels.preparing import (
     NOTE,
     NOTE_BYTES,
@@ -333,10 +333,12 @@ def is_instrument(instrument):
         return False
     if not 0 <= instrument.sensed <= 1 or not abs(instrument.gain) <= LARGEST:
         return False
+    if not 0 <= instrument.slap <= 1 or not 0 <= instrument.drop <= 1:
+        return False
     if not 0.0 < instrument.carried <= 0.5:
         return False
     for tier in range(TIERS):
-        if not 8000.0 <= instrument.tiers[tier].contact_rate <= 64e6:
+        if not 8000.0 <= instrument.tiers[tier].contact_rate <= 64e6 or not 0 <= instrument.tiers[tier].heavy <= 1:
             return False
     for i in range(instrument.strings):
         if not 0 <= instrument.pickups[i] <= (0 if instrument.sensed else MOST_PICKUPS):
@@ -355,7 +357,28 @@ def is_instrument(instrument):
     largest = max(circuit.inductance, circuit.resistance, circuit.capacitance, circuit.volume_pot, circuit.tone_pot)
     if not max(largest, circuit.tone_capacitor) <= LARGEST:
         return False
-    return 0.0 <= player.pull_time <= 10.0 and 0.0 <= player.strike_time <= 10.0
+    return is_player(player)
+
+
+@jit
+def is_player(player):
+    """True if the numbers of a PLAYER are such as kernels take."""
+    if not 0.0 <= player.pull_time <= 10.0 or not 0.0 <= player.strike_time <= 10.0:
+        return False
+    if not 0.0 <= player.rounding <= 1.0 or not 0.0 <= player.strike_width <= 1.0:
+        return False
+    if not abs(player.pluck_angle) <= 1.6 or not 0.0 <= player.bend_range <= MOST_RANGE:
+        return False
+    for place in (player.pluck_position, player.pluck_nearest, player.pluck_farthest, player.strike_position):
+        if not 0.0 <= place <= 1.0:
+            return False
+    if not 0.0 <= player.softest <= 1e3 or not 0.0 <= player.hardest <= 1e3:
+        return False
+    if not 1e-6 <= player.greatest_apex <= 1.0 or not 0.0 <= player.strike_force <= 1e3:
+        return False
+    if not 0.0 <= player.hand_damping <= 1e6 or not 0.0 <= player.unevenness <= 1.0:
+        return False
+    return 0 <= player.slapped_strings <= MOST_STRINGS and -1 <= player.position_controller <= 127
 
 
 @jit

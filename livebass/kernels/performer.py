@@ -50,7 +50,8 @@ PERFORMER = np.dtype(
         ("volume", "f8"),
         ("expression", "f8"),
         ("position", "f8"),  # fraction of the open string
-        ("string_bend", "f8", (MOST_STRINGS,)),  # semitones, of one string, besides the wheel's
+        ("string_bend", "f8", (MOST_STRINGS,)),  # semitones, of one string, besides the wheel's ...
+        ("note_bend", "f8", (MOST_STRINGS,)),  # ... and of the note that it plays
         ("place_of", "f8", (KEYS,)),  # of the next note of each key, as PLUCK_POSITION; NaN: none of its own
         ("dynamics", "f8"),  # factor of every note's force
         ("placed", "f8"),  # the position that the controllers' reset goes back to
@@ -104,6 +105,7 @@ def reset_controllers(p):
     p.position = p.placed
     for i in range(MOST_STRINGS):
         p.string_bend[i] = 0.0
+        p.note_bend[i] = 0.0
 
 
 @jit
@@ -165,14 +167,15 @@ def bend_string(p, frame, i, semitones, events, count):
 
 @jit
 def bend_note(p, frame, key, semitones, events, count):
-    """Bends the string that played `key` last, as `bend_string`; returns the new count of events."""
+    """Bends the string that played `key` last, until it plays another note; returns the new count of events."""
     last = -1
     for i in range(p.strings):
         if p.key[i] == key and (last < 0 or p.age[i] > p.age[last]):
             last = i
-    if last < 0:
+    if last < 0 or not abs(semitones) <= MOST_RANGE:
         return count
-    return bend_string(p, frame, last, semitones, events, count)
+    p.note_bend[last] = semitones
+    return emit(events, count, frame, BEND, last, 0, bend_ratio(p, last), 0.0)
 
 
 @jit
@@ -295,6 +298,9 @@ def note_on(p, ops, frame, key, velocity, events, count):
     p.key[i] = key
     p.fret[i] = fret
     p.age[i] = p.clock
+    if p.note_bend[i] != 0.0:
+        p.note_bend[i] = 0.0
+        count = emit(events, count, frame, BEND, i, 0, bend_ratio(p, i), 0.0)
     op = ops[i, fret]
     softest = max(p.softest, LEAST_FORCE)
     force = softest * power(p.hardest / softest, (velocity - 1) / 126.0)
@@ -341,7 +347,7 @@ def all_notes_off(p, frame, events, count):
 @jit
 def bend_ratio(p, i):
     """Frequencies of string `i` relative to those without a bend."""
-    semitones = p.wheel * p.range + p.string_bend[i]
+    semitones = p.wheel * p.range + (p.string_bend[i] + p.note_bend[i])
     return exp2(min(max(semitones, -MOST_RANGE), MOST_RANGE) / 12.0)
 
 

@@ -23,6 +23,7 @@ PREFIXES = {
     "lv2": "http://lv2plug.in/ns/lv2core#",
     "log": "http://lv2plug.in/ns/ext/log#",
     "midi": "http://lv2plug.in/ns/ext/midi#",
+    "owl": "http://www.w3.org/2002/07/owl#",
     "pprops": "http://lv2plug.in/ns/ext/port-props#",
     "pset": "http://lv2plug.in/ns/ext/presets#",
     "rdf": "http://www.w3.org/1999/02/22-rdf-syntax-ns#",
@@ -36,6 +37,15 @@ PREFIXES = {
 HEAD = "".join(f"@prefix {name}: <{uri}> .\n" for name, uri in PREFIXES.items())
 
 
+# What states hold besides the ports.
+KEPT = "".join(
+    f'\n<{URI}#{key}> a rdf:Property , owl:DatatypeProperty ; rdfs:label "{label}" ; rdfs:range xsd:{kind} .\n'
+    for key, label, kind in (
+        ("bass", "Name of the bass", "string"),
+        ("quality", "Quality", "long"),
+        ("seed", "Seed of the player's unevenness", "long"),
+    )
+)
 UNITS = {"dB": "units:db", "semitones": "units:semitone12TET"}
 OUTPUTS = {URI: 1, STRINGS: MOST_STRINGS}  # of each plugin
 
@@ -71,7 +81,7 @@ def write_bundle(basses: dict[str, Instrument], folder: Path, system: System | N
     rows = [(uri, short, bass.name, k) for uri in OUTPUTS for k, (short, bass) in enumerate(basses.items())]
     files = instrument_files(basses) | {
         binary_name(system): binary(system),
-        TURTLE: (HEAD + "".join(plugin(uri, titles) for uri in OUTPUTS)).encode(),
+        TURTLE: (HEAD + KEPT + "".join(plugin(uri, titles) for uri in OUTPUTS)).encode(),
         PRESETS: (HEAD + "".join(preset(*row) for row in rows)).encode(),
         MANIFEST: (HEAD + manifest(list(basses), binary_name(system))).encode(),
     }

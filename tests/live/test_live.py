@@ -374,6 +374,42 @@ def test_overload_coarsens_strings_and_calm_brings_them_back() -> None:
     del keep
 
 
+def test_offline_strings_are_with_the_clock_and_fine() -> None:
+    """What `stay` does: no string is ahead or coarse, and the sound goes on as if none had run ahead."""
+    notes = [(0, 0x90, 33, 120), (100, 0x90, 40, 110), (9000, 0x90, 47, 127), (15000, 0x80, 33, 0)]
+    wanted = offline("slap", notes, 24000)
+    synth, device = synth_and_device("slap")
+    bass = synth.bass
+    assert bass is not None
+    for frame, *message in notes:
+        synth.send(*message, frame=frame)
+    run_ahead(synth, "far")
+    first = [device.block(64) for _ in range(200)]
+    assert max(int(v.record["frame"][0]) for v in bass.engine.voices) > synth.frame
+    block.stay(synth.address)
+    assert [int(v.record["frame"][0]) for v in bass.engine.voices] == [synth.frame] * 4
+    run_ahead(synth, "never")
+    assert np.array_equal(np.concatenate([*first, device.block(24000 - 200 * 64)]), wanted)
+    fine = {int(v.record["numerator"][0]) for v in bass.engine.voices}
+    synth.send(0x90, 40, 127)
+    device.block(64)
+    now = [0]
+
+    def clock(_kind: int, spec: ctypes.POINTER(ctypes.c_int64)) -> int:  # type: ignore[valid-type]
+        now[0] += int(0.9 * 64 / RATE * 1e9)
+        spec[0], spec[1] = now[0] // 10**9, now[0] % 10**9 + 1  # type: ignore[index]
+        return 0
+
+    keep: Callable[..., int] = CLOCK(clock)
+    synth.set_clock(address_of(keep))
+    for _ in range(4):
+        device.block(64)
+    assert bass.coarse_strings and synth.meters().overload
+    block.stay(synth.address)
+    assert not bass.coarse_strings and not synth.meters().overload
+    assert {int(v.record["numerator"][0]) for v in bass.engine.voices} == fine
+
+
 def test_coarse_strings_go_on_in_tune() -> None:
     """Operators exchanged in the middle of a note, and back: the same motion up to the effect of contacts."""
     quality = QUALITIES["live"]

@@ -5,6 +5,8 @@ Left as usual they change nothing at all; whatever a host sends, the sound stays
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from support.live import RATE, offline, run_ahead, synth_and_device
@@ -29,7 +31,7 @@ from livebass.kernels.performer import (
 )
 from livebass.kernels.tone import ABOVE, BELOW, ROW, TONES
 from livebass.live.synth import RING, LiveBass, Synth
-from livebass.live.thread.ring import MIDI, NOTE_PLACE, PARAMETER, STRING_BEND, push_event, push_message
+from livebass.live.thread.ring import MIDI, NOTE_BEND, NOTE_PLACE, PARAMETER, STRING_BEND, push_event, push_message
 
 LIGHT = Quality("light", 60, 192e3)
 Event = tuple[int, int, int, float]  # frame, kind, number or MIDI message, value
@@ -64,7 +66,8 @@ def random_events(seed: int, frames: int, count: int) -> list[Event]:
             [(frame, PARAMETER, TONE_POT, x)],
             [(frame, STRING_BEND, int(rng.integers(0, 4)), 2 * x)],
             [(frame, NOTE_PLACE, key, x), midi(frame, 0x90, key, 100)],
-        ][int(rng.integers(0, 7))]
+            [midi(frame, 0x90, key, 100), (frame + 50, NOTE_BEND, key, 3 * x)],
+        ][int(rng.integers(0, 8))]
     return sorted(events, key=lambda event: event[0])
 
 
@@ -161,6 +164,22 @@ def test_a_note_place_is_for_one_note() -> None:
     assert not np.array_equal(placed[24000:], always[24000:])
 
 
+def test_the_bend_of_a_note_ends_with_it() -> None:
+    """The other strings keep their pitch, and so does the next note of the string."""
+    notes = [midi(100, 0x90, 33, 100), midi(100, 0x90, 43, 100), midi(24000, 0x90, 33, 100)]
+    bend = (100, NOTE_BEND, 33, 3.0)
+    synth, device = synth_and_device("jazz-finger", LIGHT)
+    for event in (*notes[:2], bend, (100, NOTE_BEND, 70, 1.0)):
+        push(synth, event)
+    device.block(4800)
+    assert synth.bass
+    ratios = [float(v.record["bend"][0]) for v in synth.bass.engine.voices]
+    assert ratios == [1.0, pytest.approx(2 ** (3 / 12), rel=1e-12), 1.0, 1.0]
+    push(synth, notes[2])
+    device.block(24000)
+    assert [float(v.record["bend"][0]) for v in synth.bass.engine.voices] == [1.0] * 4
+
+
 def test_no_value_does_harm() -> None:
     """NaN is the usual value, others are held within their limits, and other numbers and kinds mean nothing."""
     rng = np.random.default_rng(5)
@@ -168,7 +187,7 @@ def test_no_value_does_harm() -> None:
     values = (np.nan, np.inf, -np.inf, 1e30, -1e30, 1e-40, 3.7)
     for frame in range(0, RATE, 300):
         kind, number = int(rng.integers(0, 256)), int(rng.integers(0, 256))
-        kind = int(rng.choice([PARAMETER, STRING_BEND, NOTE_PLACE, kind or 9]))
+        kind = int(rng.choice([PARAMETER, STRING_BEND, NOTE_PLACE, NOTE_BEND, kind or 9]))
         number = number if rng.random() < 0.2 else int(rng.integers(0, PARAMETERS))
         events.append((frame, kind, number, float(rng.choice(values))))
         events.append(midi(frame, 0x90, 28 + frame // 300 % 30, 110))
@@ -194,7 +213,7 @@ def test_the_tone_pot_is_stable_at_every_setting(preset: str, rate: int) -> None
         assert np.array_equal(rows[k, :4], b * gain) and np.array_equal(rows[k, 4:8], a), tone
     assert np.abs(rows[:, 9:12]).max() < 1
     assert ABOVE + BELOW + 1 == TONES
-    for low, high in zip(rows[:-1], rows[1:], strict=True):
+    for low, high in pairwise(rows):
         for part in (0.0, 0.3, 0.7):
             a = np.ones(1)
             for last in low[9:12] + part * (high[9:12] - low[9:12]):

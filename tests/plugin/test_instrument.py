@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import hashlib
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -11,9 +14,10 @@ import pytest
 from livebass import QUALITIES, load_preset, preset_names
 from livebass.engine.engine import Engine, prepare
 from livebass.engine.prepare import Pool, Rates, whole_contact_rate
-from livebass.kernels.instrument import COARSE, FILE, LIVE, STUDIO, TIERS, VERSION, WORD, checksum
+from livebass.kernels.instrument import COARSE, FILE, LIVE, PLAYER, STUDIO, TIERS, VERSION, WORD, checksum
 from livebass.kernels.preparing import NOTE
 from livebass.plugin.instrument import instrument_file, read_instrument, tiers, write_instrument
+from livebass.plugin.lv2 import write_bundle
 
 ADDRESSES = ("coefficients", "taps", "shapes", "heights", "positions", "coupling", "left_out")
 # Of every version so far: what is stored, and how. A file of another layout must have another version.
@@ -123,6 +127,80 @@ def test_what_is_accepted_cannot_crash(whole: bytes, tmp_path: Path) -> None:
             except ValueError as error:
                 assert "cannot be played" in str(error)
     assert 20 < accepted < 280
+
+
+FUZZ = """
+import faulthandler, sys
+from pathlib import Path
+import numpy as np
+from livebass.kernels.instrument import FILE, GOOD, WORD, check_file, checksum
+from livebass.kernels.preparing import NOTE
+from support.lv2 import Plugin
+faulthandler.enable()
+bundle, cases = Path(sys.argv[1]), int(sys.argv[2])
+files = [np.frombuffer((bundle / f"{name}.lbass").read_bytes(), np.int64) for name in sys.argv[3:]]
+(bundle / "instruments.txt").write_text("fuzzed\\n")
+first, accepted = FILE.fields["instrument"][1] // WORD, 0
+floats = [np.nan, np.inf, -np.inf, -1.0, 0.0, 1e-300, 1e-12, 0.5, 1.0, 3.0, 1e3, 1e6, 1e14, 1e300]
+integers = [-1, 0, 1, 2, 3, 7, 64, 127, 1000, 1 << 31, 1 << 40, -(1 << 62)]
+for case in range(cases):
+    rng = np.random.default_rng([9, case])
+    words = files[case % len(files)].copy()
+    for _ in range(int(rng.integers(1, 4))):
+        head, notes = FILE.itemsize // WORD, (FILE.itemsize + 6 * NOTE.itemsize) // WORD
+        place = int(rng.integers(first, rng.choice([head, notes, len(words) - 1])))
+        number = words[place : place + 1].view(float)
+        how = int(rng.integers(3))
+        if how == 0:
+            words[place] = rng.choice(integers)
+        elif how == 1:
+            number[0] = rng.choice(floats)
+        else:
+            number[0] *= 10.0 ** rng.uniform(-4, 4)
+    words[-1] = np.uint64(checksum(words.ctypes.data, len(words) - 1)).view(np.int64)
+    if check_file(words.ctypes.data, words.nbytes) != GOOD:
+        continue
+    (bundle / "fuzzed.lbass").write_bytes(words.tobytes())
+    try:
+        plugin = Plugin(bundle)
+    except RuntimeError as error:
+        assert "cannot be played" in str(error), error
+        continue
+    accepted += 1
+    for key, force in ((28, 127), (43, 127), (67, 1), (50, 90)):
+        messages = [(0, [0x90, key, force]), (60, [0xE0, 0, key]), (100, [0xB0, 16, key])]
+        assert np.isfinite(plugin.block(150, [(at, bytes(message)) for at, message in messages])).all(), case
+    plugin.controls["tone"].value, plugin.controls["technique"].value = -0.7, 3.0
+    assert np.isfinite(plugin.block(150, [(0, bytes([0x80, 43, 0])), (9, bytes([0x90, 43, 100]))])).all(), case
+    plugin.close()
+print(accepted)
+"""
+
+
+@pytest.mark.parametrize(
+    "cases, presets",
+    [(60, ["paper-g", "slap"]), pytest.param(300, ["paper-g", "slap", "fretless"], marks=pytest.mark.slow)],
+)
+def test_what_is_accepted_plays_without_a_crash(cases: int, presets: list[str], tmp_path: Path) -> None:
+    """Files with a few words of nonsense, in a plugin: refused, or played, with sound that is finite."""
+    bundle = tmp_path / "livebass.lv2"
+    write_bundle({name: load_preset(name) for name in presets}, bundle)
+    done = subprocess.run(
+        [sys.executable, "-c", FUZZ, bundle, str(cases), *presets], capture_output=True, text=True, timeout=300,
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr[-2000:]
+    assert 0.3 * cases < int(done.stdout) < 0.8 * cases
+
+
+@pytest.mark.parametrize("name", PLAYER.names or ())
+def test_no_number_of_the_player_may_be_absurd(name: str, whole: bytes, tmp_path: Path) -> None:
+    words = np.frombuffer(whole, np.int64).copy()
+    player = words.view(np.uint8)[: FILE.itemsize].view(FILE)["instrument"]["player"]
+    values = (-1000, 1 << 40) if PLAYER[name].kind == "i" else (np.nan, np.inf, -1e9, 1e9)
+    for value in values:
+        player[name] = value
+        assert "damaged" in refused(sealed(words), tmp_path / "a.lbass"), value
 
 
 def test_another_layout_has_another_version() -> None:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import functools
 import os
 import re
+import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -16,13 +18,17 @@ from support.lv2 import Plugin
 from livebass import QUALITIES, demo_score, load_preset, render_to_array, score_of
 from livebass.arrays import Floats
 from livebass.engine.render import mixed
+from livebass.kernels.performer import MOST_STRINGS
+from livebass.kernels.performer import PARAMETERS as PLAYED
 from livebass.plugin.build import compiler
-from livebass.plugin.lv2 import URI, write_bundle
+from livebass.plugin.instrument import write_instrument
+from livebass.plugin.lv2 import STRINGS, URI, write_bundle, write_preset
+from livebass.plugin.parameters import PARAMETERS
 from livebass.plugin.systems import this_system
 from livebass.score import Score
 
 RATE = 48000
-PRESETS = ("jazz-finger", "slap", "paper-bass", "fretless")
+PRESETS = ("jazz-finger", "slap", "paper-bass", "fretless", "five-string")
 MOST_BYTES = 700_000
 TAIL = 0.5  # s; render fades its last 20 ms
 NOTES = [(0.05 * k, 0.3, 28 + 5 * (k % 4) + k // 4, 127 - 8 * k) for k in range(12)]
@@ -42,10 +48,22 @@ def plugin(bundle: Path) -> Iterator[Plugin]:
     made.close()
 
 
-def rendered(preset: str, score: Score, quality: str = "live", gain: float = 1.0) -> Floats:
-    """The sound of `livebass render`, float32, without its end, which is faded out."""
-    sound = render_to_array(load_preset(preset), score, QUALITIES[quality], tail=TAIL)
-    return mixed((sound * gain).astype(np.float32))[: -round(0.02 * score.rate)]
+def stems(preset: str, score: Score, gain: float = 1.0) -> Floats:
+    """The stems of `livebass render --stems`, float32 (strings, n), without their end, which is faded out."""
+    sound = render_to_array(load_preset(preset), score, QUALITIES["live"], tail=TAIL)
+    return (sound * gain).astype(np.float32)[:, : -round(0.02 * score.rate)]
+
+
+def rendered(preset: str, score: Score, gain: float = 1.0) -> Floats:
+    """The sound of `livebass render`."""
+    return mixed(stems(preset, score, gain))
+
+
+@functools.cache
+def hard(preset: str, rate: int = RATE) -> tuple[Score, Floats]:
+    """Hard notes on all strings, faster than they die away, and what is rendered of them; a board takes long."""
+    score = score_of(NOTES[: 3 if preset == "fretless" else len(NOTES)], rate)
+    return score, rendered(preset, score)
 
 
 def state_of(plugin: Plugin, instrument: str, quality: int = 0, seed: int = 0) -> dict[int, tuple[bytes, int]]:
@@ -60,22 +78,146 @@ def state_of(plugin: Plugin, instrument: str, quality: int = 0, seed: int = 0) -
 
 
 @pytest.mark.parametrize("preset", PRESETS)
-@pytest.mark.parametrize("sizes", [(1,), (17,), (512,), (4096, 3, 100)], ids=str)
-def test_it_plays_what_is_rendered_bit_for_bit(plugin: Plugin, preset: str, sizes: tuple[int, ...]) -> None:
-    """Hard notes on all strings, faster than they die away."""
-    score = score_of(NOTES, RATE)
-    wanted = rendered(preset, score)
+def test_it_plays_what_is_rendered_bit_for_bit(plugin: Plugin, preset: str) -> None:
+    """In blocks of any size."""
+    score, wanted = hard(preset)
     assert plugin.restore(state_of(plugin, preset)) == 0
-    assert np.array_equal(plugin.play(score, len(wanted), sizes), wanted)
+    rng = np.random.default_rng(1)
+    sizes_of_blocks = [(512,), tuple(rng.integers(1, 1000, 50).tolist()), (1,), (17,), (64,), (4096, 3, 100)]
+    for sizes in sizes_of_blocks[: 2 if preset == "fretless" else None]:
+        plugin.plugin.deactivate(plugin.handle)
+        plugin.plugin.activate(plugin.handle)
+        assert np.array_equal(plugin.play(score, len(wanted), sizes), wanted), sizes
     assert np.abs(wanted).max() > 0.1
 
 
-@pytest.mark.parametrize("rate", [44100, 96000])
-def test_so_it_does_at_other_rates(bundle: Path, rate: int) -> None:
-    plugin, score = Plugin(bundle, rate), score_of(NOTES, rate)
-    wanted = rendered("jazz-finger", score)
+OTHERS = [pytest.param(rate, preset, marks=[pytest.mark.slow] if preset != "jazz-finger" else [])
+          for rate in (44100, 96000) for preset in PRESETS]  # fmt: skip
+
+
+@pytest.mark.parametrize("rate, preset", OTHERS)
+def test_so_it_does_at_other_rates(bundle: Path, rate: int, preset: str) -> None:
+    plugin, (score, wanted) = Plugin(bundle, rate), hard(preset, rate)
+    assert plugin.restore(state_of(plugin, preset)) == 0
     assert np.array_equal(plugin.play(score, len(wanted)), wanted)
     plugin.close()
+
+
+@pytest.mark.parametrize("preset", ["slap", "five-string"])
+def test_an_output_a_string(bundle: Path, preset: str) -> None:
+    """The second plugin plays the stems of `render --stems`, which add up to the first one's sound bit for bit."""
+    plugin, score = Plugin(bundle, index=1, outputs=MOST_STRINGS), score_of(NOTES, RATE)
+    wanted = stems(preset, score)
+    assert plugin.restore(state_of(plugin, preset)) == 0
+    outs = plugin.play(score, wanted.shape[1], (300, 2000, 7))
+    assert np.array_equal(outs[: len(wanted)], wanted)
+    assert not outs[len(wanted) :].any()
+    assert np.array_equal(mixed(outs), hard(preset)[1])
+    plugin.close()
+
+
+def test_running_ahead_and_freewheeling_change_nothing(plugin: Plugin) -> None:
+    """The switch has the worker prepare the bass anew, with memory for it."""
+    score, wanted = hard("jazz-finger")
+    plugin.block(64)
+    plugin.controls["running_ahead"].value = 1.0
+    plugin.block(64)
+    assert len(plugin.jobs) == 1
+    plugin.work()
+    plugin.block(64)
+    plugin.work()
+    assert plugin.restore(plugin.save()) == 0  # as new, and it runs ahead still
+    assert np.array_equal(plugin.play(score, len(wanted), (64,)), wanted)
+    assert plugin.restore(plugin.save()) == 0
+    half = 64 * 200
+    first = plugin.play(score, half, (64,))
+    assert not plugin.jobs
+    plugin.controls["freewheeling"].value = 1.0
+    plugin.controls["relief"].value = 1.0
+    first = np.concatenate([first, plugin.play(score, len(wanted) - len(first), (64,), start=half)])
+    assert np.array_equal(first, wanted)
+
+
+def test_the_controls_move_the_sound(plugin: Plugin) -> None:
+    """Each does something; NaN and what is beyond the limits does no harm; as usual again it is as at first."""
+    score, wanted = hard("jazz-finger")
+    for p in PARAMETERS[:PLAYED]:
+        plugin.controls[p.symbol].value = p.least if p.least else p.most
+        plugin.plugin.activate(plugin.handle)
+        changed = plugin.play(score, len(wanted))
+        assert not np.array_equal(changed, wanted) or p.symbol == "bend_range", p.symbol
+        for value in (np.nan, np.inf, -np.inf, 1e30):
+            plugin.controls[p.symbol].value = value
+            assert np.isfinite(plugin.block(64)).all()
+        plugin.controls[p.symbol].value = p.usual
+        plugin.plugin.activate(plugin.handle)
+        assert np.array_equal(plugin.play(score, len(wanted)), wanted), p.symbol
+    for p in PARAMETERS[PLAYED:]:
+        for value in (np.nan, np.inf, -1.0, 1e30):
+            plugin.controls[p.symbol].value = value
+            assert np.isfinite(plugin.block(64)).all()
+    assert not plugin.jobs and not plugin.logged
+
+
+def test_the_users_own_instruments_come_after_the_bundles(
+    bundle: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By name; one that is called as one of the bundle is left out."""
+    folder = tmp_path / "livebass"
+    folder.mkdir()
+    for name, preset in (("mine", "muted"), ("a-bass", "slap"), ("slap", "muted")):
+        write_instrument(load_preset(preset), folder / f"{name}.lbass")
+    (folder / "note.txt").write_text("no instrument")
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
+    plugin = Plugin(bundle)
+    score, wanted = hard("muted")
+    for number, name in ((len(PRESETS), b"a-bass\0"), (len(PRESETS) + 1, b"mine\0"), (1, b"slap\0")):
+        plugin.controls["bass"].value = number
+        for _ in range(40):
+            plugin.block(1024)
+            plugin.work()
+        assert plugin.save()[plugin.number(f"{URI}#bass")][0] == name
+    plugin.controls["bass"].value = len(PRESETS) + 2  # there is no such bass: nothing changes
+    plugin.block(64)
+    assert not plugin.jobs and not plugin.logged
+    assert plugin.restore(state_of(plugin, "mine")) == 0
+    assert np.array_equal(plugin.play(score, len(wanted)), wanted)
+    plugin.close()
+
+
+def have(tool: str) -> str:
+    """The path of a tool; the test is left out where there is none."""
+    found = shutil.which(tool)
+    if not found:
+        assert not os.environ.get("LIVEBASS_NEEDS_LV2"), f"{tool} is missing"
+        pytest.skip(f"there is no {tool} here")
+    return found
+
+
+def test_tools_of_lv2_find_no_fault(bundle: Path, tmp_path: Path) -> None:
+    """lv2_validate reads the Turtle; lv2info finds both plugins and every preset, one of the user's own too."""
+    write_preset("mine", 'My "own"', tmp_path / "livebass-mine.lv2")
+    shutil.copytree(bundle, tmp_path / bundle.name)
+    env = os.environ | {"LV2_PATH": f"{tmp_path}:/usr/lib/lv2"}
+    files = [str(file) for file in (*bundle.glob("*.ttl"), *(tmp_path / "livebass-mine.lv2").glob("*.ttl"))]
+    done = subprocess.run([have("lv2_validate"), *files], env=env, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0 and "Found 0 errors" in done.stdout + done.stderr, done.stdout + done.stderr
+    for uri in (URI, STRINGS):
+        told = subprocess.run([have("lv2info"), uri], env=env, capture_output=True, text=True, timeout=60)
+        assert told.returncode == 0, told.stderr
+        for word in (*(load_preset(name).name for name in PRESETS), 'My "own"', "Pluck position"):
+            assert word in told.stdout, word
+
+
+@pytest.mark.slow
+def test_a_host_runs_it(bundle: Path) -> None:
+    """lv2bench plays a second of silence with each plugin."""
+    env = os.environ | {"LV2_PATH": f"{bundle.parent}:/usr/lib/lv2"}
+    for uri in (URI, STRINGS):
+        done = subprocess.run(
+            [have("lv2bench"), "-n", "48000", uri], env=env, capture_output=True, text=True, timeout=60
+        )
+        assert done.returncode == 0 and uri in done.stdout, done.stdout + done.stderr
 
 
 def test_bends_and_controllers(plugin: Plugin) -> None:
@@ -102,6 +244,7 @@ def test_a_session_brings_its_sound_back(bundle: Path, plugin: Plugin) -> None:
     other.uris[:] = plugin.uris
     assert other.restore(state) == 0 and other.save() == state
     score = score_of(NOTES[:3], RATE)
+    other.controls["quality"].value = 0.0
     assert np.array_equal(other.play(score, 4800), plugin.play(score, 4800))
     assert not other.jobs
     other.close()
@@ -126,7 +269,7 @@ def test_the_port_changes_the_bass_through_the_worker(plugin: Plugin) -> None:
 
 
 def test_activate_makes_it_as_new(plugin: Plugin) -> None:
-    score = score_of(NOTES, RATE)
+    score, _ = hard("jazz-finger")
     first = plugin.play(score, RATE)
     plugin.plugin.deactivate(plugin.handle)
     plugin.plugin.activate(plugin.handle)
@@ -134,9 +277,9 @@ def test_activate_makes_it_as_new(plugin: Plugin) -> None:
 
 
 def test_without_a_worker_it_plays_its_first_bass(bundle: Path) -> None:
-    plugin, score = Plugin(bundle, worker=False), score_of(NOTES, RATE)
+    plugin, (score, wanted) = Plugin(bundle, worker=False), hard("jazz-finger")
     plugin.controls["bass"].value = 1.0
-    assert np.array_equal(plugin.play(score, 9600), rendered("jazz-finger", score)[:9600])
+    assert np.array_equal(plugin.play(score, 9600), wanted[:9600])
     plugin.close()
 
 
@@ -215,6 +358,10 @@ from pathlib import Path
 from support.lv2 import Plugin
 trap = ctypes.CDLL(None)
 plugin = Plugin(Path(sys.argv[1]))
+plugin.controls["running_ahead"].value = plugin.controls["relief"].value = 1.0
+for k in range(3 * 48000 // 512):
+    plugin.block(512)
+    plugin.work()
 run = plugin.plugin.run
 class Trapped:
     connect = plugin.plugin.connect
@@ -222,6 +369,9 @@ class Trapped:
         trap.run_inside(ctypes.cast(run, ctypes.c_void_p), ctypes.c_void_p(handle), ctypes.c_uint32(frames))
 plugin.plugin = Trapped()
 for k in range(400):
+    for number, control in enumerate(("gain", "tone", "pluck_position", "dynamics", "technique", "bend_range")):
+        plugin.controls[control].value = (k + number) % 3
+    plugin.controls["freewheeling"].value = k // 50 % 2
     plugin.block(64, [(5, bytes([0x90, 28 + k % 30, 127])), (40, bytes([0xE0, 0, k % 128]))])
 assert not plugin.logged
 print(ctypes.c_int.in_dll(trap, "allocated").value)

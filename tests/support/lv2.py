@@ -106,11 +106,11 @@ class Plugin:
             for data in answers:
                 worker.respond(self.handle, len(data), data)
 
-    def play(self, score: Score, frames: int, sizes: Iterable[int] = (512,)) -> Floats:
-        """Plays `frames` of a score in blocks of `sizes`, in turn."""
-        out, done, sent = [], 0, 0
+    def play(self, score: Score, frames: int, sizes: Iterable[int] = (512,), start: int = 0) -> Floats:
+        """Plays `frames` of a score from `start` on in blocks of `sizes`, in turn; a whole last block."""
+        out, done, sent = [], start, int(np.searchsorted(score.frames, start))
         for size in cycle(sizes):
-            if done >= frames:
+            if done >= start + frames:
                 return np.concatenate(out, axis=-1)[..., :frames]
             until = int(np.searchsorted(score.frames, done + size))
             messages = [(int(score.frames[k]) - done, score.messages[k].tobytes()) for k in range(sent, until)]

@@ -49,7 +49,7 @@ void lb_send(lb_synth *, int64_t offset, const uint8_t *bytes, size_t count); /*
 void lb_set(lb_synth *, int64_t offset, int parameter, double value); /* one of the LB_PLAYED_PARAMETERS, else nothing */
 /* Bends one string, counted from 0, besides what the wheel does, until the controllers are reset. */
 void lb_bend_string(lb_synth *, int64_t offset, int string, double semitones);
-/* Bends the string that played a key last, as lb_bend_string. */
+/* The same for the string that played a key last, until it plays another note. */
 void lb_bend_note(lb_synth *, int64_t offset, int key, double semitones);
 /* Has the next note of a key plucked at a place of its own, -1 to 1 as the parameter LB_PLUCK_POSITION. */
 void lb_place_note(lb_synth *, int64_t offset, int key, double position);
