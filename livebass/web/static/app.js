@@ -435,7 +435,7 @@ function tellParameter(symbol) {
 for (const [symbol, text] of Object.entries(CONTROLS)) {
   const {least, most, usual, unit} = PAGE.parameters[symbol], slider = $(symbol);
   Object.assign(slider, {min: least, max: most, step: unit ? 1 : 0.01, value: usual});
-  const show = () => { $(`${symbol}-text`).textContent = text(+slider.value); };
+  const show = () => { slider.ariaValueText = $(`${symbol}-text`).textContent = text(+slider.value); };
   slider.oninput = () => {
     show();
     tellParameter(symbol);
