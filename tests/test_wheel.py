@@ -13,6 +13,8 @@ from pathlib import Path
 import pytest
 
 from livebass.compiling import ENTRIES, emitter, store
+from livebass.plugin.build import name_of
+from livebass.plugin.systems import SYSTEMS
 
 ROOT = Path(__file__).parents[1]
 SYSTEM = f"linux-{platform.machine()}"
@@ -39,24 +41,27 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "installed"
 
 
-def libraries(installed: Path) -> list[Path]:
-    return sorted((installed / "livebass" / "built").iterdir())
+def built(installed: Path, kind: str) -> list[Path]:
+    return sorted((installed / "livebass" / "built").glob(f"{kind}*"))
 
 
-def test_a_library_for_each_level(installed: Path) -> None:
-    names = [path.name for path in libraries(installed)]
+def test_a_library_for_each_level_and_the_plugins(installed: Path) -> None:
     levels = [level for level, kind in emitter.LEVELS.items() if kind.machine == platform.machine()]
-    assert names == sorted(f"kernels-{store.digest()}-{level}.so" for level in levels)
+    names = [path.name for path in built(installed, "kernels-")]
+    libraries = [f"kernels-{store.digest()}-{level}.so" for level in levels]
+    assert names == sorted([*libraries, f"kernels-{store.digest()}-wasm32.wasm"])
+    assert [path.name for path in built(installed, "plugin-")] == [name_of(SYSTEMS[SYSTEM])]
 
 
 def test_libraries_are_small_and_know_nothing_of_python(installed: Path) -> None:
-    for path in libraries(installed):
+    for path in built(installed, ""):
         code = store.whole(path)
-        assert code is not None and len(code) < MOST_BYTES
+        assert code is not None and len(code) < MOST_BYTES, path
         for word in (b"Py_", b"PyErr", b"NRT_", b"numba", b"libpython"):
             assert word not in code, word
-        exported = set(re.findall(rb"\blb_[a-z_0-9]+", code))
-        assert {name.decode().removeprefix("lb_") for name in exported} >= set(ENTRIES)
+        if path.name.startswith("kernels-") and path.suffix == ".so":
+            exported = set(re.findall(rb"\blb_[a-z_0-9]+", code))
+            assert {name.decode().removeprefix("lb_") for name in exported} >= set(ENTRIES)
 
 
 PLAY = """
@@ -86,3 +91,30 @@ def test_it_plays_without_compiling_and_sounds_the_same(installed: Path, tmp_pat
             assert loaded.startswith("[] ") and str(installed) in loaded
     assert found["wheel"] == found["checkout"]
     assert not list(tmp_path.iterdir())
+
+
+EXPORT = """
+import sys
+from livebass.cli.main import run
+status = run(sys.argv[1:])
+print(sorted({"numba", "llvmlite", "ziglang"} & set(sys.modules)))
+sys.exit(status)
+"""
+
+
+@pytest.mark.parametrize("kind", ["lv2", "clap", "vst3", "instrument"])
+def test_it_exports_without_a_compiler(installed: Path, tmp_path: Path, kind: str) -> None:
+    """Nor does it write anything but the plugin: no program is on the PATH, and the user's directory is empty."""
+    (tmp_path / "home").mkdir()
+    chosen = ["slap", "-o", "mine.lbass"] if kind == "instrument" else ["-p", "slap", "-p", "fretless"]
+    done = subprocess.run(
+        [sys.executable, "-P", "-c", EXPORT, "export", kind, *chosen], capture_output=True, text=True, cwd=tmp_path,
+        env={"PYTHONPATH": str(installed), "HOME": str(tmp_path / "home"), "PATH": ""},
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == "[]\n" and "building" not in done.stderr
+    assert not list((tmp_path / "home").iterdir())
+    (made,) = (entry for entry in tmp_path.iterdir() if entry.name != "home")
+    if made.is_dir():
+        binary = store.whole(built(installed, "plugin-")[0])
+        assert binary in [file.read_bytes() for file in made.rglob("livebass.*") if file.is_file()]

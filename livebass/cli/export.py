@@ -122,6 +122,67 @@ def _basses(presets: list[str]) -> dict[str, Instrument]:
 
 
 @export.command()
+@click.option(
+    "-p",
+    "--preset",
+    "presets",
+    multiple=True,
+    metavar="NAME|FILE",
+    help="A bass: a name from `livebass presets list`, or your own file; repeat it for several.  [default: all]",
+)
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    required=True,
+    metavar="DIR",
+    help="The folder to write; made if missing. It may be empty or hold an older page, which is replaced.",
+)
+@click.option("--single", is_flag=True, help="Write one HTML file, livebass.html, which also plays from a disk.")
+@click.option(
+    "-q",
+    "--quality",
+    type=click.Choice(["live", "studio"]),
+    default="live",
+    show_default=True,
+    help="How finely the strings are computed; studio needs a fast computer.",
+)
+@click.argument("more", nargs=-1, metavar="")
+def web(presets: tuple[str, ...], output: Path, single: bool, quality: str, more: tuple[str, ...]) -> None:
+    """Write a web page that plays presets in a browser, from keys, mouse, fingers or MIDI.
+
+    The page is a folder for a web server, over https or on localhost; with --single it is one file that plays from a
+    disk too, and can be sent to others. It plays without a network and asks no other server for anything. It needs
+    Chrome 91, Edge 91, Firefox 113 or Safari 16.4, or a later one.
+
+    From a release wheel this takes a second. From a checkout the kernels are first compiled for browsers, once, in
+    about a minute, by numba and the extra `export`.
+
+    \b
+    Examples:
+      livebass export web -o page --single
+      livebass export web -p slap -p fretless -o page
+      livebass export web -p ./mine.toml -o site/bass -q studio
+    """
+    if more and not presets:
+        raise click.UsageError(f"{more[0]}: name presets with -p")
+    from livebass.files import checked_directory
+    from livebass.web import build
+    from livebass.web.export import export_page, is_page
+
+    basses = _basses([*presets, *more])
+    checked_directory(output, is_page)  # now, not after a minute of work
+    announce_kernels()
+    if not build.cached():
+        click.echo(f"compiling the kernels for browsers, once (about {build.BUILD_TIME} s) ...", err=True)
+    page = export_page(basses, output, single, quality)
+    size = sum(file.stat().st_size for file in output.rglob("*") if file.is_file())
+    several = "es" if len(basses) > 1 else ""
+    where = "open it in a browser" if single else "put the folder on a web server"
+    click.echo(f"{page}: {len(basses)} bass{several}, {_megabytes(size)}; {where}", err=True)
+
+
+@export.command()
 @click.argument("preset", metavar="NAME|FILE")
 @click.option(
     "-o",

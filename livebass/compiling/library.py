@@ -104,20 +104,25 @@ def _load() -> Library:
 
 
 def compiled_here() -> bytes:
-    """Compiles the kernels for this processor, in a process of its own that ends with this one.
+    """Compiles the kernels for this processor: `compiled_for`."""
+    return compiled_for(store.level())
+
+
+def compiled_for(level: str) -> bytes:
+    """Compiles the kernels for a level of processor, in a process of its own that ends with this one.
 
     Returns the object file. Raises OSError, with what the process said last, if it fails.
     """
-    level = store.level()
     if not os.path.isfile(sys.executable or ""):
         raise OSError(
             f"the kernels must be compiled first, by the Python in sys.executable, which is {sys.executable!r}"
         )
     paths = [str(store.PACKAGE.parent), *filter(None, [os.environ.get("PYTHONPATH")])]
+    machine = emitter.LEVELS[level].machine
     with subprocess.Popen(
         # -P: the working directory may hold files that are called like modules of Python
         [sys.executable, "-P", "-m", "livebass.compiling.emitter", level],
-        env=os.environ | emitter.SETTINGS | {"PYTHONPATH": os.pathsep.join(paths)},
+        env=os.environ | emitter.SETTINGS | {"PYTHONPATH": os.pathsep.join(paths), "LIVEBASS_MACHINE": machine},
         stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
         start_new_session=True,  # Ctrl-C is for this process alone
     ) as process:  # fmt: skip

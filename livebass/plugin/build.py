@@ -10,13 +10,14 @@ from __future__ import annotations
 import functools
 import hashlib
 import importlib.util
+import itertools
 import logging
 import os
 import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 
@@ -71,8 +72,10 @@ def name_of(system: System) -> str:
 
 def built(system: System) -> bool:
     """True if the binary for a system need not be built first. Raises BuildError as `binary` does."""
+    if _from_package(system) is not None:
+        return True
     kept = _kept(system)
-    return _from_package(system) is not None or (kept is not None and store.whole(kept) is not None)
+    return kept is not None and store.whole(kept) is not None
 
 
 def binary(system: System) -> bytes:
@@ -134,17 +137,7 @@ def zig(system: System) -> list[str]:
 def _built_here(system: System, folder: Path) -> bytes:
     """Builds the binary for a system, with everything in between in `folder`. Raises BuildError."""
     using = compiler(system)  # before half a minute of work
-    place = store.directory(f"objects-{hashlib.sha256((store.digest() + EMIT).encode()).hexdigest()[:16]}")
-    names = [object_name(PLUGIN, level, system) for level in system.levels]
-    kept = {name: store.whole(place / name) if place else None for name in names}
-    if not all(kept.values()):
-        emit(folder, [system], [PLUGIN])
-    for name, data in kept.items():
-        if data is not None:
-            (folder / name).write_bytes(data)
-        elif place:
-            with suppress(OSError):
-                store.write(place / name, (folder / name).read_bytes())
+    emit(folder, [system], [PLUGIN])
     return link(folder, system, using)
 
 
@@ -153,16 +146,29 @@ def object_name(use: str, level: str, system: System) -> str:
     return f"{use}-{level}-{system.triple}.o"
 
 
-def emit(folder: Path, systems: Iterable[System], uses: Iterable[str]) -> None:
-    """Writes the object files of the kernels for `systems` and `uses` into `folder`. Raises BuildError."""
-    systems = list(systems)
+def emit(folder: Path, systems: Sequence[System], uses: Sequence[str]) -> None:
+    """Writes the object files of the kernels for `systems` and `uses` into `folder`. Raises BuildError.
+
+    They are kept in the user's directory, so that new C takes a second.
+    """
+    place = store.directory(f"objects-{hashlib.sha256((store.digest() + EMIT).encode()).hexdigest()[:16]}")
     for machine in sorted({system.machine for system in systems}):
-        asked = [
-            f"{use},{level},{system.triple}"
-            for use in uses for system in systems if system.machine == machine for level in system.levels
-        ]  # fmt: skip
+        missing = {}
+        for use, system in itertools.product(uses, (system for system in systems if system.machine == machine)):
+            for level in system.levels:
+                name = object_name(use, level, system)
+                if place and (data := store.whole(place / name)) is not None:
+                    (folder / name).write_bytes(data)
+                else:
+                    missing[name] = f"{use},{level},{system.triple}"
+        if not missing:
+            continue
         settings = emitter.SETTINGS | {"LIVEBASS_MACHINE": machine}
-        run([sys.executable, "-P", "-c", EMIT, str(folder), *asked], "the kernels do not compile", settings)
+        run([sys.executable, "-P", "-c", EMIT, str(folder), *missing.values()], "the kernels do not compile", settings)
+        for name in missing:
+            if place:
+                with suppress(OSError):
+                    store.write(place / name, (folder / name).read_bytes())
 
 
 def link(folder: Path, system: System, using: list[str]) -> bytes:

@@ -261,15 +261,19 @@ static const char *fault(const lb_state *s, size_t count) {
 
 int lb_load_state(lb_instance *i, const void *bytes, size_t count) {
     const lb_state *s = bytes;
+    char line[LINE];
     const char *why = fault(s, count);
     const int number = why ? -1 : lb_shelf_find(i->shelf, s->bass);
-    if (!why && number < 0) why = "the session's instrument is not installed";
+    if (!why && number < 0) {
+        snprintf(line, sizeof line, "the session's instrument is not installed: %.*s", LB_STATE_NAME, s->bass);
+        why = line;
+    }
     if (why) {
         i->complain(i->owner, why);
         return 0;
     }
-    int64_t seed = s->seed;
-    __atomic_store(&i->seed, &seed, __ATOMIC_RELAXED);
+    const int64_t seed = s->seed;
+    __atomic_store_n(&i->seed, seed, __ATOMIC_RELAXED);
     for (int k = 0; k < LB_PARAMETERS; k++)
         lb_set_value(i, k, k == LB_BASS ? number : k < s->count ? s->values[k] : lb_parameters[k].usual);
     return 1;

@@ -1,0 +1,129 @@
+"""Writes the page: a folder for a web server, or one HTML file that also plays from a disk.
+
+The page asks no other server for anything, and its content security policy forbids it to.
+"""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import hashlib
+import json
+from pathlib import Path
+from typing import Any
+
+from livebass import __version__
+from livebass.kernels.instrument import LIVE, STUDIO
+from livebass.model.instrument import Instrument
+from livebass.plugin.bundle import LIST, instrument_files, write_files
+from livebass.plugin.parameters import PARAMETERS
+from livebass.web import build
+from livebass.web.layout import layout
+
+STATIC = Path(__file__).parent / "static"
+INDEX, SINGLE = "index.html", "livebass.html"
+BASSES, MODULE = "basses", "livebass.wasm"
+TIERS = {"live": LIVE, "studio": STUDIO}
+# The audio thread of a page from a disk is a data: address, the worker a blob: one
+POLICIES = {
+    False: "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self'; worker-src 'self';"
+    " connect-src 'self'; img-src data:",
+    True: "default-src 'none'; script-src {scripts} data: blob: 'wasm-unsafe-eval'; style-src {styles};"
+    " worker-src data: blob:; img-src data:",
+}
+
+
+def export_page(basses: dict[str, Instrument], folder: Path, single: bool = False, quality: str = "live") -> Path:
+    """Writes a page that plays `basses`, by short name; returns the HTML file.
+
+    The folder appears complete, over an older page, or not at all. The first bass is the one that the page begins with.
+    Raises ValueError for names or basses that do not fit, OutputError, RuntimeError where the module cannot be built.
+    """
+    files = page_files(basses, quality)
+    if single:
+        files = {SINGLE: single_page(files)}
+    write_files(folder, files, is_page)
+    return folder / (SINGLE if single else INDEX)
+
+
+def is_page(entries: list[Path]) -> bool:
+    """True if these are the entries of a page that this file wrote: they may be replaced."""
+    names = {entry.name for entry in entries}
+    return names == {SINGLE} or names == {INDEX, BASSES, MODULE, "app.js", "style.css", "worker.js", "worklet.js"}
+
+
+def page_files(basses: dict[str, Instrument], quality: str) -> dict[str, bytes]:
+    """The files of the page in a folder, by their paths."""
+    engine = (layout() + text("engine.js")).encode()
+    files = {f"{BASSES}/{name}": data for name, data in instrument_files(basses).items() if name != LIST}
+    files |= {
+        MODULE: build.module(),
+        "worker.js": engine + text("worker.js").encode(),
+        "worklet.js": engine + text("worklet.js").encode(),
+        "app.js": text("app.js").encode(),
+        "style.css": text("style.css").encode(),
+    }
+    page = {
+        "version": __version__,
+        "tier": TIERS[quality],
+        "parameters": {
+            p.symbol: {"number": k, "least": p.least, "most": p.most, "usual": p.usual, "unit": p.unit}
+            for k, p in enumerate(PARAMETERS)
+        },
+        "basses": [shown(name, bass) for name, bass in basses.items()],
+    }
+    return files | {INDEX: html(page, POLICIES[False]).encode()}
+
+
+def shown(name: str, bass: Instrument) -> dict[str, Any]:
+    """What the page shows of a bass and cannot read from its file."""
+    return {
+        "name": name,
+        "title": bass.name,
+        "about": bass.description,
+        "strings": [{"name": s.name, "note": s.open_note, "gauge": round(s.diameter * 1e3, 2)} for s in bass.strings],
+        "frets": min(len(neck.fret_positions) for neck in bass.necks),
+        "fretless": bass.over_board,
+    }
+
+
+def single_page(files: dict[str, bytes]) -> bytes:
+    """The page in one file: scripts and style in it, everything else packed."""
+    style, script = files["style.css"].decode(), files["app.js"].decode()
+    packed = {
+        name: base64.b64encode(gzip.compress(data, 9, mtime=0)).decode()
+        for name, data in files.items()
+        if name not in (INDEX, "app.js", "style.css")
+    }
+    begin, end = '<script type="application/json" id="page">', "</script>"
+    index = files[INDEX].decode()
+    page = json.loads(index.split(begin)[1].split(end)[0]) | {"files": packed}
+    policy = POLICIES[True].format(scripts=digest(script), styles=digest(style))
+    made = html(page, policy)
+    for found, put in (
+        ('<link rel="stylesheet" href="style.css">', f"<style>{style}</style>"),
+        ('<script src="app.js"></script>', f"<script>{script}</script>"),
+    ):
+        assert made.count(found) == 1
+        made = made.replace(found, put)
+    return made.encode()
+
+
+def html(page: dict[str, Any], policy: str) -> str:
+    """The HTML with what the page knows and its policy."""
+    data = json.dumps(page, separators=(",", ":"), ensure_ascii=False).replace("<", "\\u003c")
+    return (
+        text("index.html")
+        .replace("<!-- policy -->", f'<meta http-equiv="Content-Security-Policy" content="{policy}">')
+        .replace('id="page"></script>', f'id="page">{data}</script>')
+    )
+
+
+def digest(source: str) -> str:
+    """The source expression of a policy that allows this one script or style."""
+    return f"'sha256-{base64.b64encode(hashlib.sha256(source.encode()).digest()).decode()}'"
+
+
+def text(name: str) -> str:
+    """A file of the page."""
+    return (STATIC / name).read_text("utf-8")

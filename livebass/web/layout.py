@@ -1,0 +1,50 @@
+"""What the JavaScript of a page knows of the kernels: records, numbers and entries, from the kernels themselves."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+
+from livebass.compiling import Entry
+from livebass.kernels import frets
+from livebass.kernels.board import over_board
+from livebass.kernels.instrument import COARSE, FILE, GOOD, LINE, POOL, check_file, fill_pool, measure_pool
+from livebass.kernels.performer import FREE, PERFORMER
+from livebass.kernels.preparing import DONE
+from livebass.live.thread import ahead, block, ring, setup
+from livebass.live.thread.records import BASS, CHUNK, SYNTH
+
+RECORDS = {
+    "FILE": FILE, "POOL": POOL, "BUILDING": setup.BUILDING, "SYNTH": SYNTH, "BASS": BASS, "PERFORMER": PERFORMER,
+}  # fmt: skip
+NUMBERS = {
+    "COARSE": COARSE, "GOOD": GOOD, "DONE": DONE, "LINE": LINE, "CHUNK": CHUNK, "NOW": ring.NOW, "FREE": FREE,
+    "PARAMETER": ring.PARAMETER,
+}  # fmt: skip
+CALLED: tuple[Entry, ...] = (block.process, ahead.play_string, frets.over_frets, over_board)  # by kernels, by address
+ENTRIES: tuple[Entry, ...] = (
+    check_file, measure_pool, fill_pool, setup.measure_bass, setup.fill_bass, setup.ring_bytes, setup.fill_synth,
+    ring.push_message, ring.push_event, block.relieve, *CALLED,
+)  # fmt: skip
+
+
+def layout() -> str:
+    """A line of JavaScript that defines LAYOUT.
+
+    Its `records` hold their bytes and, for each field, its offset and its kind: "i8", "f8" or "u1".
+    """
+    found = {"records": {name: record(of) for name, of in RECORDS.items()}, "numbers": NUMBERS}
+    called = [entry.name for entry in CALLED]
+    return f"const LAYOUT = {json.dumps(found | {'called': called}, separators=(',', ':'))};\n"
+
+
+def record(of: np.dtype[np.void]) -> dict[str, Any]:
+    """A record's bytes and its fields; the kind of one that is a record itself, or a row of them, is empty."""
+    assert of.fields
+    fields = {}
+    for name, (kind, offset, *_) in of.fields.items():
+        base = kind.subdtype[0] if kind.subdtype else kind
+        fields[name] = [offset, "" if base.fields else base.str[1:]]
+    return {"bytes": of.itemsize, "fields": fields}

@@ -1,0 +1,505 @@
+// The page: starts the audio thread, hands it what is played on keys, neck and MIDI, and shows what it tells.
+"use strict";
+
+const $ = id => document.getElementById(id);
+const PAGE = JSON.parse($("page").textContent);
+// The keys in the shape of a piano, from E up by semitones
+const CODES = "KeyA KeyS KeyE KeyD KeyR KeyF KeyT KeyG KeyH KeyU KeyJ KeyI KeyK KeyL KeyP Semicolon".split(" ");
+const NAMES = ["C", "C♯", "D", "D♯", "E", "F", "F♯", "G", "G♯", "A", "A♯", "B"];
+const USUAL_RATE = 48000, WARM = 400; // Hz; ms
+const FLOOR = -60; // dB
+const LEAST_FRET = 30; // px
+const held = new Map(); // what is pressed: note, and where
+let ready = false, context, node, module, wasm, worker, playing, octave = 28, from = 0;
+const noteName = note => NAMES[note % 12] + (Math.floor(note / 12) - 1);
+const say = text => { $("said").textContent = text; };
+
+// --- what the browser has ---
+
+// A function that uses a vector instruction
+const SIMD = [0, 97, 115, 109, 1, 0, 0, 0, 1, 5, 1, 96, 0, 1, 123, 3, 2, 1, 0, 10, 10, 1, 8, 0, 65, 0, 253, 15, 253, 98, 11];
+
+function lacking() {
+  if (!PAGE.files && location.protocol === "file:")
+    return "A page in a folder needs a web server. To play from a disk, export it with --single.";
+  if (!window.isSecureContext) return "Browsers play this page from https, from localhost or from a disk only, not from http.";
+  if (!window.AudioWorkletNode) return "This browser has no AudioWorklet: it cannot play. Chrome, Edge, Firefox and Safari 16.4 or later can.";
+  if (!window.WebAssembly || !WebAssembly.validate(new Uint8Array(SIMD)))
+    return "This browser has no WebAssembly SIMD: it cannot play. Chrome 91, Edge 91, Firefox 89 and Safari 16.4 or later can.";
+  if (PAGE.files && !window.DecompressionStream)
+    return "This browser has no DecompressionStream: it cannot open this page. Chrome 80, Firefox 113 and Safari 16.4 or later can.";
+}
+
+// --- files ---
+
+async function unpack(text) {
+  const packed = Uint8Array.from(atob(text), c => c.charCodeAt(0));
+  return new Response(new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"))).arrayBuffer();
+}
+
+async function read(name) {
+  if (PAGE.files) return unpack(PAGE.files[name]);
+  const answer = await fetch(name.split("/").map(encodeURIComponent).join("/"));
+  if (!answer.ok) throw new Error(`${name}: ${answer.status} ${answer.statusText}`);
+  return answer.arrayBuffer();
+}
+
+const readText = async name => new TextDecoder().decode(await read(name));
+
+// --- audio ---
+
+async function load() {
+  wasm = await read("livebass.wasm");
+  module = await WebAssembly.compile(wasm);
+  worker = new Worker(PAGE.files
+    ? URL.createObjectURL(new Blob([await readText("worker.js")], {type: "text/javascript"})) : "worker.js");
+  worker.postMessage({module});
+  worker.onmessage = ({data: {id, built, error}}) => {
+    const [resolve, reject] = waiting.get(id);
+    waiting.delete(id);
+    if (error) reject(new Error(error));
+    else resolve(built);
+  };
+}
+
+const waiting = new Map();
+let asked = 0;
+
+// Builds a bass of the page at a rate (Hz): {bass, at, image}.
+async function build(name, rate, warm = 0) {
+  const file = await read(`basses/${name}.lbass`), id = asked++;
+  const built = new Promise((resolve, reject) => waiting.set(id, [resolve, reject]));
+  worker.postMessage({id, name, file, tier: PAGE.tier, rate, warm}, [file]);
+  return built;
+}
+
+const free = built => worker.postMessage({free: built.bass});
+
+// A node that plays; with a `score` of [frame, status, data, data] and a `bass` at once, for offline contexts.
+async function makeNode(context, more = {}) {
+  // a page from a disk may load a script from a data: address, but none from a blob:
+  await context.audioWorklet.addModule(PAGE.files
+    ? "data:text/javascript;charset=utf-8," + encodeURIComponent(await readText("worklet.js")) : "worklet.js");
+  return new AudioWorkletNode(context, "livebass", {
+    numberOfInputs: 0, outputChannelCount: [more.channels || 2], processorOptions: {module, wasm, ...more},
+  });
+}
+
+// The bass that waits for the start, or comes next
+let next;
+
+function prepare(name, rate, warm = 0) {
+  const before = next;
+  next = {name, rate, built: build(name, rate, warm)};
+  next.built.catch(error => say(`${name}: ${error.message}`));
+  if (before) before.built.then(free, () => {});
+  return next;
+}
+
+// Hands the bass that was chosen to the audio thread, once it is built.
+async function put() {
+  const wanted = next;
+  if (!wanted) return;
+  const built = await wanted.built.catch(() => undefined);
+  if (!built || next !== wanted) return;
+  next = undefined;
+  names.set(built.bass, wanted.name);
+  node.port.postMessage({bass: built}, [built.image]);
+}
+
+const names = new Map(); // of basses in the audio thread, by address
+
+function hear({data}) {
+  if (data.faded) {
+    names.delete(data.faded);
+    free({bass: data.faded});
+  } else if (data.playing) {
+    playing = names.get(data.playing);
+    say(`${bassCalled(playing).title} plays.`);
+  } else {
+    showMeters(data);
+  }
+}
+
+let starting;
+
+function start() {
+  starting ||= begin().catch(error => {
+    starting = undefined;
+    $("power").disabled = false;
+    say(`The sound does not start: ${error.message}`);
+    throw error;
+  });
+  return starting;
+}
+
+async function begin() {
+  $("power").disabled = true;
+  context = new AudioContext({latencyHint: "interactive"});
+  const made = makeNode(context);
+  if (next?.rate !== context.sampleRate) prepare($("bass").value, context.sampleRate);
+  node = await made;
+  node.port.onmessage = hear;
+  node.onprocessorerror = () => say("The audio thread stopped. Load the page again.");
+  for (const symbol of Object.keys(CONTROLS)) tellParameter(symbol);
+  node.connect(context.destination);
+  await put();
+  await context.resume();
+}
+
+function showPower(on) {
+  $("power").disabled = false;
+  $("power").textContent = on ? "Stop" : "Start";
+  $("power").setAttribute("aria-pressed", on);
+  document.body.classList.toggle("sounding", on);
+}
+
+// Starts, or goes on.
+async function sound() {
+  await start();
+  if (context.state !== "running") await context.resume();
+  showPower(true);
+}
+
+async function switchPower() {
+  if (starting && context.state === "running") {
+    letGo();
+    node.port.postMessage({panic: true});
+    await new Promise(done => setTimeout(done, 60)); // it fades
+    await context.suspend();
+    say("");
+    showMeters({load: 0, peak: 0, overload: 0, faults: 0, held: []});
+    showPower(false);
+  } else {
+    await sound();
+  }
+}
+
+// The frame of the audio that is computed at `time` (ms, as events have it), late enough for all to be as late.
+function frameAt(time) {
+  const {contextTime, performanceTime} = context.getOutputTimestamp?.() || {};
+  if (!performanceTime) return undefined;
+  const delay = (context.outputLatency || 0) + (context.baseLatency || 0);
+  return Math.round((contextTime + (time - performanceTime) / 1000 + delay) * context.sampleRate);
+}
+
+function send(time, ...midi) {
+  if (node && midi[0] < 0xf0) node.port.postMessage({midi, frame: frameAt(time)});
+}
+
+// --- playing ---
+
+function press(id, note, force, time, cell) {
+  if (held.has(id) || note < 0 || note > 127) return;
+  const key = {note, cell};
+  held.set(id, key);
+  cell?.classList.add("down");
+  const velocity = Math.min(127, Math.max(1, Math.round(force)));
+  if (context?.state === "running") send(time, 0x90, note, velocity);
+  else if (ready) sound().then(() => { if (held.get(id) === key) send(performance.now(), 0x90, note, velocity); }, () => {});
+}
+
+function release(id, time = performance.now()) {
+  const key = held.get(id);
+  if (!key) return;
+  held.delete(id);
+  key.cell?.classList.remove("down");
+  send(time, 0x80, key.note, 0);
+}
+
+const letGo = () => [...held.keys()].forEach(id => release(id));
+const force = () => +$("force").value;
+
+// Lower on a string, or on a key, is harder.
+function forceAt(cell, y) {
+  const {top, height} = cell.getBoundingClientRect();
+  return 30 + 97 * Math.min(1, Math.max(0, (y - top) / height));
+}
+
+for (const place of [$("neck"), $("piano")]) {
+  const cellAt = e => document.elementFromPoint(e.clientX, e.clientY)?.closest("[data-note]");
+  place.addEventListener("pointerdown", e => {
+    const cell = e.target.closest("[data-note]");
+    if (!cell || e.button) return;
+    e.target.releasePointerCapture?.(e.pointerId); // touch would keep it: a finger may slide on
+    press("pointer" + e.pointerId, +cell.dataset.note, forceAt(cell, e.clientY), e.timeStamp, cell);
+  });
+  place.addEventListener("pointermove", e => {
+    const id = "pointer" + e.pointerId, key = held.get(id);
+    if (!key) return;
+    const cell = cellAt(e);
+    if (!cell || cell === key.cell) return;
+    release(id, e.timeStamp);
+    press(id, +cell.dataset.note, forceAt(cell, e.clientY), e.timeStamp, cell);
+  });
+  // a focused place plays by Space and Enter
+  place.addEventListener("keydown", e => {
+    const cell = e.target.closest("[data-note]");
+    if (!cell || ![" ", "Enter"].includes(e.key)) return;
+    e.preventDefault();
+    if (!e.repeat) press("focus", +cell.dataset.note, force(), e.timeStamp, cell);
+  });
+  place.addEventListener("keyup", e => { if ([" ", "Enter"].includes(e.key)) release("focus", e.timeStamp); });
+  place.addEventListener("focusout", () => release("focus"));
+  place.addEventListener("contextmenu", e => e.preventDefault());
+}
+for (const kind of ["pointerup", "pointercancel"]) addEventListener(kind, e => release("pointer" + e.pointerId, e.timeStamp));
+addEventListener("blur", letGo);
+
+addEventListener("keydown", e => {
+  if (e.repeat || e.ctrlKey || e.metaKey || e.altKey || e.target.tagName === "SELECT") return;
+  const k = CODES.indexOf(e.code);
+  if (k >= 0) press(e.code, octave + k, force(), e.timeStamp, $("piano").querySelector(`[data-key="${e.code}"]`));
+  else if (e.code === "KeyZ") shiftOctave(-12);
+  else if (e.code === "KeyX") shiftOctave(12);
+});
+addEventListener("keyup", e => release(e.code, e.timeStamp));
+
+// --- the keys ---
+
+function showPiano() {
+  const labels = $("piano").querySelectorAll("button");
+  if (!labels.length) {
+    let white = 0;
+    for (const [k, code] of CODES.entries()) {
+      const key = document.createElement("button"), black = NAMES[(octave + k) % 12].length > 1;
+      key.type = "button";
+      key.dataset.key = code;
+      key.className = black ? "black" : "white";
+      key.style.setProperty("--at", black ? white : white++);
+      key.append(document.createElement("b"), document.createElement("small"));
+      $("piano").append(key);
+    }
+    return showPiano();
+  }
+  labels.forEach((key, k) => {
+    const note = octave + k, letter = letters.get(key.dataset.key) || plain(key.dataset.key);
+    key.dataset.note = note;
+    key.firstChild.textContent = letter;
+    key.lastChild.textContent = NAMES[note % 12] === "E" || NAMES[note % 12] === "C" ? noteName(note) : "";
+    key.setAttribute("aria-label", `${noteName(note)}, key ${letter}`);
+  });
+}
+
+const letters = new Map(); // that are printed on this keyboard, where the browser tells
+const plain = code => code === "Semicolon" ? ";" : code.slice(3);
+navigator.keyboard?.getLayoutMap?.().then(map => {
+  for (const code of CODES) if (map.get(code)) letters.set(code, map.get(code).toUpperCase());
+  showPiano();
+}, () => {});
+
+function shiftOctave(by) {
+  if (octave + by < 4 || octave + by > 76) return;
+  octave += by;
+  showPiano();
+  say(`Keys from ${noteName(octave)}.`);
+}
+$("octave-down").onclick = () => shiftOctave(-12);
+$("octave-up").onclick = () => shiftOctave(12);
+
+// --- the neck ---
+
+const bassCalled = name => PAGE.basses.find(bass => bass.name === name);
+const INLAYS = [3, 5, 7, 9, 12, 15, 17, 19, 21, 24];
+
+// How many frets fit, none narrower than a finger.
+function fitting(width, frets) {
+  let count = Math.min(frets, 5);
+  while (count < frets && width * (2 ** (-count / 12) - 2 ** (-(count + 1) / 12)) / (1 - 2 ** (-(count + 1) / 12)) >= LEAST_FRET) count++;
+  return count;
+}
+
+function showNeck() {
+  const bass = bassCalled($("bass").value), neck = $("neck"), focused = neck.contains(document.activeElement);
+  const count = fitting(neck.clientWidth - 64, bass.frets);
+  from = Math.max(0, Math.min(from, bass.frets - count));
+  const numbers = Array.from({length: count}, (_, k) => from + 1 + k);
+  const widths = numbers.map(n => (2 ** (-n / 12) * 100 / 2 ** (-from / 12)).toFixed(2) + "fr");
+  neck.style.gridTemplateColumns = `3.25rem ${widths.join(" ")}`;
+  neck.style.setProperty("--strings", bass.strings.length);
+  neck.classList.toggle("fretless", bass.fretless);
+  neck.classList.toggle("nut", from === 0);
+  const parts = [];
+  [...bass.strings].reverse().forEach((string, row) => {
+    const i = bass.strings.length - 1 - row;
+    const line = document.createElement("i");
+    line.className = "string" + (string.gauge > 0.8 ? " wound" : "");
+    line.dataset.string = i;
+    line.style.gridRow = row + 1;
+    line.style.setProperty("--gauge", `${string.gauge}px`);
+    parts.push(line);
+    for (const fret of [0, ...numbers]) {
+      const cell = document.createElement("button"), note = string.note + fret;
+      cell.type = "button";
+      cell.className = fret ? "fret" : "open";
+      cell.dataset.note = note;
+      cell.dataset.string = i;
+      cell.dataset.fret = fret;
+      cell.tabIndex = -1;
+      cell.style.gridRow = row + 1;
+      cell.style.gridColumn = fret ? fret - from + 1 : 1;
+      cell.setAttribute("aria-label", `${string.name} string, ${fret ? `fret ${fret}` : "open"}, ${noteName(note)}`);
+      if (!fret) cell.append(string.name);
+      parts.push(cell);
+    }
+  });
+  for (const fret of numbers.filter(n => INLAYS.includes(n))) {
+    const dot = document.createElement("i");
+    dot.className = fret % 12 ? "inlay" : "inlay two";
+    dot.style.gridColumn = fret - from + 1;
+    parts.push(dot);
+    const number = document.createElement("span");
+    number.className = "number";
+    number.style.gridColumn = fret - from + 1;
+    number.textContent = fret;
+    number.ariaHidden = "true";
+    parts.push(number);
+  }
+  neck.replaceChildren(...parts);
+  const first = neck.querySelector(".open");
+  first.tabIndex = 0;
+  if (focused) first.focus();
+  $("window").hidden = count === bass.frets;
+  $("shown").textContent = `Frets ${from + 1} to ${from + count}`;
+  $("down").disabled = from === 0;
+  $("up").disabled = from + count >= bass.frets;
+  neck.dataset.count = count;
+}
+
+function shiftNeck(by) {
+  from += by * Math.max(1, $("neck").dataset.count - 2);
+  showNeck();
+}
+$("down").onclick = () => shiftNeck(-1);
+$("up").onclick = () => shiftNeck(1);
+
+// Arrow keys move over the neck.
+$("neck").addEventListener("keydown", e => {
+  const {string, fret} = e.target.dataset, move = {ArrowLeft: [0, -1], ArrowRight: [0, 1], ArrowUp: [1, 0], ArrowDown: [-1, 0]}[e.key];
+  if (!move || fret === undefined) return;
+  e.preventDefault();
+  const wanted = [+string + move[0], +fret + move[1]];
+  const at = ([s, f]) => $("neck").querySelector(`button[data-string="${s}"][data-fret="${f}"]`);
+  if (!at(wanted) && move[1] > 0 && !$("up").disabled) shiftNeck(1);
+  else if (!at(wanted) && move[1] < 0 && from > 0) { shiftNeck(-1); }
+  else if (from > 0 && move[1] < 0 && wanted[1] === from) { shiftNeck(-1); }
+  const cell = at(wanted);
+  if (!cell) return;
+  $("neck").querySelectorAll("button").forEach(other => { other.tabIndex = -1; });
+  cell.tabIndex = 0;
+  cell.focus();
+});
+
+let width = 0;
+new ResizeObserver(() => {
+  if ($("neck").clientWidth !== width) showNeck();
+  width = $("neck").clientWidth;
+}).observe($("neck"));
+
+// --- what the audio thread tells ---
+
+let loud = FLOOR, late = 0;
+
+function showMeters({load, peak, overload, faults, held}) {
+  const level = Math.max(FLOOR, peak > 0 ? 20 * Math.log10(peak) : FLOOR);
+  loud = Math.max(level, loud - 2);
+  $("level").ariaValueNow = loud.toFixed(0);
+  $("level").style.setProperty("--part", (loud - FLOOR) / -FLOOR);
+  $("level").classList.toggle("clipped", loud > 0);
+  $("level-text").textContent = loud > FLOOR ? `${loud.toFixed(0)} dB` : "silent";
+  late = Math.max(load, 0.85 * late);
+  $("load").ariaValueNow = (100 * Math.min(1, late)).toFixed(0);
+  $("load").style.setProperty("--part", Math.min(1, late));
+  $("load-text").textContent = `${(100 * late).toFixed(0)} %`;
+  $("overload").hidden = !(overload > 0 || load > 1);
+  $("faults").textContent = faults === 1 ? "1 fault" : `${faults} faults`;
+  $("neck").querySelectorAll(".on").forEach(cell => cell.classList.remove("on"));
+  held.forEach((fret, string) => {
+    if (fret >= 0) $("neck").querySelectorAll(`button[data-string="${string}"][data-fret="${fret}"], i[data-string="${string}"]`).forEach(cell => cell.classList.add("on"));
+  });
+}
+
+// --- controls ---
+
+// Sliders, each of a parameter; its usual value leaves all as the bass has it.
+const CONTROLS = {
+  gain: value => value > PAGE.parameters.gain.least ? `${value} dB` : "silent",
+  tone: value => value < 0 ? "darker" : value > 0 ? "brighter" : "its own",
+  pluck_position: value => value < 0 ? "to the bridge" : value > 0 ? "to the neck" : "its own",
+};
+
+function tellParameter(symbol) {
+  node?.port.postMessage({parameter: [PAGE.parameters[symbol].number, +$(symbol).value]});
+}
+
+for (const [symbol, text] of Object.entries(CONTROLS)) {
+  const {least, most, usual, unit} = PAGE.parameters[symbol], slider = $(symbol);
+  Object.assign(slider, {min: least, max: most, step: unit ? 1 : 0.01, value: usual});
+  const show = () => { $(`${symbol}-text`).textContent = text(+slider.value); };
+  slider.oninput = () => {
+    show();
+    tellParameter(symbol);
+  };
+  slider.ondblclick = () => {
+    slider.value = usual;
+    slider.oninput();
+  };
+  show();
+}
+
+function showBass() {
+  const bass = bassCalled($("bass").value);
+  $("about").textContent = bass.about;
+  showNeck();
+}
+
+$("bass").onchange = () => {
+  letGo();
+  showBass();
+  prepare($("bass").value, context?.sampleRate || USUAL_RATE);
+  if (node) put();
+};
+$("power").onclick = () => switchPower().catch(() => {});
+$("force").oninput = () => { $("force-text").textContent = $("force").value; };
+$("panic").onclick = () => {
+  letGo();
+  node?.port.postMessage({panic: true});
+};
+
+async function connectMidi() {
+  const access = await navigator.requestMIDIAccess();
+  const listen = () => {
+    const inputs = [...access.inputs.values()];
+    for (const input of inputs) input.onmidimessage = e => send(e.timeStamp, ...e.data);
+    $("midi-text").textContent = inputs.length
+      ? `MIDI from ${inputs.map(input => input.name).join(", ")}.` : "No MIDI device is connected; one that is plugged in now is heard.";
+  };
+  access.onstatechange = listen;
+  listen();
+}
+
+$("midi").onclick = () => {
+  if (ready) sound().catch(() => {});
+  connectMidi().catch(error => { $("midi-text").textContent = `The browser gives no MIDI: ${error.message}`; });
+};
+if (!navigator.requestMIDIAccess) {
+  $("midi").hidden = true;
+  $("midi-text").textContent = "This browser has no Web MIDI: play with keys, mouse or fingers. Chrome, Edge and Firefox have it, Safari has not.";
+}
+
+// --- the beginning ---
+
+for (const bass of PAGE.basses) $("bass").add(new Option(bass.title, bass.name));
+showPiano();
+showBass();
+const lack = lacking();
+if (lack) {
+  $("lacks").textContent = lack;
+  $("lacks").hidden = false;
+} else {
+  load().then(() => {
+    if (!next) prepare($("bass").value, USUAL_RATE, WARM);
+    $("power").disabled = false;
+    ready = true;
+  }).catch(error => say(`The page cannot be opened: ${error.message}`));
+}

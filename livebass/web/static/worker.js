@@ -1,0 +1,54 @@
+// Builds basses in a memory of its own, each at addresses that are free in the audio thread, and hands their bytes
+// over: the audio thread only copies them. engine.js stands before this in the same script.
+let module, home;
+const taken = new Map(); // address of a bass: [where its memory begins, where it ends]
+const sizes = new Map(); // of basses built before, by file, tier and rate
+
+// Where `size` bytes are free; beyond everything if the size is not known yet.
+function place(size) {
+  const used = [...taken.values()].sort((a, b) => a[0] - b[0]);
+  let at = home;
+  for (const [begin, end] of used) {
+    if (size && begin - at >= size) return at;
+    at = Math.max(at, end);
+  }
+  return at;
+}
+
+function build({id, name, file, tier, rate}) {
+  const key = `${name} ${tier} ${rate}`, at = place(sizes.get(key));
+  const engine = new Engine(module); // new: the memory of the last one was all this bass's
+  const {bass, end} = engine.build(file, tier, rate, at);
+  taken.set(bass, [at, end]);
+  sizes.set(key, end - at);
+  const image = engine.memory.buffer.slice(at, end);
+  postMessage({id, built: {bass, at, image}}, [image]);
+  return [engine, bass];
+}
+
+// Plays for a while: browsers compile what is played often a second time, better, for all instances of a module.
+function warm(engine, bass, rate, ms) {
+  engine.begin(rate);
+  engine.setField("next_bass", bass);
+  const end = Date.now() + ms;
+  for (let k = 0; Date.now() < end; k++) {
+    if (k % 40 === 0) for (let s = 0; s < 4; s++) engine.send(N.NOW, 0x90, 28 + 5 * s + k / 40 % 5, 120);
+    engine.play(128);
+  }
+}
+
+onmessage = ({data}) => {
+  if (data.module) {
+    module = data.module;
+    home = new Engine(module).home;
+  } else if (data.free) {
+    taken.delete(data.free);
+  } else {
+    try {
+      const [engine, bass] = build(data);
+      if (data.warm) warm(engine, bass, data.rate, data.warm);
+    } catch (error) {
+      postMessage({id: data.id, error: error.message});
+    }
+  }
+};

@@ -1,0 +1,103 @@
+// The audio thread. engine.js stands before this in the same script. There is no clock here but Date's milliseconds:
+// summed over some quanta they tell the load, and the synth is told it.
+const WINDOW = 16; // quanta between reports, 43 ms at 48 kHz
+const LATE = 2; // of a quantum's time: so slow a one is told at once
+const FADING = 0.97; // of the highest load, from report to report: strings stay relieved while hard playing goes on
+const MOST_TOLD = 0.7; // of it, which relieves no string
+const SLICE = 1 << 20; // bytes of a bass that are copied in one quantum
+
+class LivebassProcessor extends AudioWorkletProcessor {
+  constructor({processorOptions: o}) {
+    super();
+    const module = o.module instanceof WebAssembly.Module ? o.module : new WebAssembly.Module(o.wasm);
+    this.engine = new Engine(module);
+    this.engine.begin(sampleRate);
+    this.busy = this.quanta = this.highest = 0;
+    this.live = !o.score; // with a score: offline, always the same sound
+    if (o.bass) {
+      this.take(o.bass);
+      this.copy(Infinity);
+    }
+    for (const message of o.score || []) this.engine.send(...message);
+    this.port.onmessage = ({data}) => this.hear(data);
+  }
+
+  hear({midi, frame, bass, parameter, panic}) {
+    const e = this.engine;
+    if (midi) e.send(frame === undefined ? N.NOW : Math.max(frame - (this.start || 0), e.field("frame")), ...midi);
+    if (bass) this.take(bass);
+    if (parameter) e.setParameter(...parameter);
+    if (panic) e.setField("panic", 1);
+  }
+
+  // Begins to copy a bass; one that was on its way is given back.
+  take(bass) {
+    if (this.coming) this.port.postMessage({faded: this.coming.bass});
+    this.engine.reserve(bass.at + bass.image.byteLength);
+    this.coming = {...bass, bytes: new Uint8Array(bass.image), done: 0};
+  }
+
+  // Copies up to `most` bytes of the bass that comes; it plays from the next quantum on when all are there.
+  copy(most) {
+    const c = this.coming, e = this.engine, end = Math.min(c.bytes.length, c.done + most);
+    e.bytes.set(c.bytes.subarray(c.done, end), c.at + c.done);
+    c.done = end;
+    if (end < c.bytes.length) return;
+    const waiting = e.field("next_bass");
+    if (waiting) this.port.postMessage({faded: waiting});
+    e.setField("next_bass", c.bass);
+    this.coming = undefined;
+    this.port.postMessage({playing: c.bass});
+  }
+
+  // Tells the page of a bass that is silent, so that its memory can be used again.
+  clearAway() {
+    const faded = this.engine.field("faded_bass");
+    if (!faded) return;
+    this.engine.setField("faded_bass", 0);
+    this.port.postMessage({faded});
+  }
+
+  // The frets that the player holds down, by string; -1: none.
+  held() {
+    const e = this.engine, bass = e.field("bass");
+    if (!bass) return [];
+    const player = e.get("BASS", bass, "performer"), found = [];
+    for (let i = 0; i < e.get("BASS", bass, "strings"); i++)
+      found.push(e.get("PERFORMER", player, "state", i) === N.FREE ? -1 : e.get("PERFORMER", player, "fret", i));
+    return found;
+  }
+
+  // Tells the synth the load of the last n frames.
+  tellLoad(load, n) {
+    const e = this.engine;
+    this.highest = Math.max(load, FADING * this.highest);
+    e.x.lb_relieve(e.synthAddress, Math.max(load, Math.min(this.highest, MOST_TOLD)), BigInt(n));
+  }
+
+  process(inputs, [out]) {
+    const n = out[0].length, e = this.engine, began = Date.now();
+    if (this.start === undefined) this.start = currentFrame;
+    const sound = e.play(n);
+    for (const channel of out) channel.set(sound);
+    if (this.coming) this.copy(SLICE);
+    if (!this.live) return true;
+    const took = Date.now() - began, late = took * sampleRate / (1000 * n);
+    this.busy += took;
+    this.quanta += 1;
+    if (late > LATE) this.tellLoad(late, n);
+    if (this.quanta === WINDOW) {
+      const load = this.busy * sampleRate / (1000 * n * WINDOW);
+      this.tellLoad(load, n * WINDOW);
+      this.clearAway();
+      this.port.postMessage({
+        load, peak: e.field("peak"), overload: e.field("overload"), faults: e.field("faults"),
+        messages: e.field("messages"), held: this.held(),
+      });
+      e.setField("peak", 0);
+      this.busy = this.quanta = 0;
+    }
+    return true;
+  }
+}
+registerProcessor("livebass", LivebassProcessor);

@@ -1,0 +1,333 @@
+"""The CLAP plugin in a host of ours plays what `livebass render` renders, bit for bit, and does as hosts expect."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from support.clap import MONO, STRINGS, Library, Plugin, midi, note_off, note_on, tuning, value
+from support.plugins import DAMAGES, NOTES, PRESETS, RATE, hard_score, midi_score, mono, rendered
+
+from livebass import load_preset
+from livebass.arrays import Floats
+from livebass.plugin import build, clap
+from livebass.plugin.parameters import PARAMETERS
+from livebass.plugin.systems import SYSTEMS, this_system
+
+MOST_BYTES = 700_000
+GAIN, TONE, POSITION, DYNAMICS, TECHNIQUE, DAMPING, UNEVENNESS, BEND_RANGE, BASS, QUALITY, AHEAD, RELIEF = range(12)
+EXPORTED = ["GetPluginFactory", "ModuleEntry", "ModuleExit", "clap_entry", "lv2_descriptor"]
+
+
+@pytest.fixture(scope="module", autouse=True)
+def no_instruments_of_the_user(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_DATA_HOME", str(tmp_path_factory.mktemp("data")))
+        yield
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    made = tmp_path_factory.mktemp("clap") / clap.BUNDLE
+    clap.write_bundle({name: load_preset(name) for name in PRESETS}, made)
+    return made
+
+
+@pytest.fixture
+def plugin(folder: Path) -> Iterator[Plugin]:
+    made = Plugin(folder)
+    yield made
+    made.close()
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+@pytest.mark.parametrize("sizes", [(1,), (17,), (512,), (4096, 3, 100)], ids=str)
+def test_it_plays_what_is_rendered_bit_for_bit(folder: Path, preset: str, sizes: tuple[int, ...]) -> None:
+    plugin, score = Plugin(folder, active=False), hard_score()
+    wanted = mono(preset, score)
+    assert plugin.load_preset(preset)
+    plugin.activate()
+    assert np.array_equal(plugin.play(score, len(wanted), sizes), wanted)
+    assert np.abs(wanted).max() > 0.1
+    plugin.close()
+
+
+@pytest.mark.parametrize("rate", [44100, 96000, 192000])
+def test_so_it_does_at_other_rates(folder: Path, rate: int) -> None:
+    plugin, score = Plugin(folder, rate), hard_score(rate)
+    wanted = mono("jazz-finger", score)
+    assert np.array_equal(plugin.play(score, len(wanted)), wanted)
+    plugin.close()
+
+
+def test_a_midi_file_is_rendered_alike(plugin: Plugin, tmp_path: Path) -> None:
+    score = midi_score(tmp_path / "a.mid")
+    wanted = mono("jazz-finger", score)
+    assert np.array_equal(plugin.play(score, len(wanted), (64,)), wanted)
+
+
+def test_notes_of_clap_are_those_of_midi(plugin: Plugin) -> None:
+    score = hard_score()
+    wanted = mono("jazz-finger", score)
+    events = []
+    for frame, (status, key, velocity) in zip(score.frames.tolist(), score.messages.tolist(), strict=True):
+        on = status & 0xF0 == 0x90 and velocity
+        events.append((frame, note_on(key, velocity / 127) if on else note_off(key)))
+    assert np.array_equal(plugin.play(events, len(wanted)), wanted)
+
+
+def test_an_output_a_string(folder: Path) -> None:
+    plugin, score = Plugin(folder, name=STRINGS), hard_score()
+    wanted = rendered("jazz-finger", score)
+    stems = plugin.play(score, wanted.shape[1], (300,))
+    assert np.array_equal(stems[: len(wanted)], wanted)
+    assert not stems[len(wanted) :].any()
+    plugin.close()
+
+
+def test_two_plugins_and_their_presets_are_listed(folder: Path) -> None:
+    library = Library(folder)
+    assert library.plugins() == [(MONO, "livebass"), (STRINGS, "livebass strings")]
+    titles = [load_preset(name).name for name in PRESETS]
+    assert library.presets() == [(t, name, [MONO, STRINGS]) for t, name in zip(titles, PRESETS, strict=True)]
+
+
+def test_parameters_are_those_of_the_table(plugin: Plugin) -> None:
+    found = plugin.params()
+    assert [p.name.decode() for p in found] == [p.name for p in PARAMETERS]
+    for wanted, p in zip(PARAMETERS, found, strict=True):
+        most = len(PRESETS) - 1 if wanted.symbol == "bass" else wanted.most
+        assert (p.least, p.most, p.usual, plugin.value(p.id)) == (wanted.least, most, wanted.usual, wanted.usual)
+        for given in (p.least, p.usual, p.most):
+            assert plugin.value_of(p.id, plugin.text(p.id, given)) == given
+    assert plugin.text(BASS, 1) == "Slap" and plugin.value_of(BASS, "fretless") == 3
+    assert plugin.text(TECHNIQUE, 2) == "thumb on two strings" and plugin.text(GAIN, -3.5) == "-3.50 dB"
+    assert plugin.value_of(GAIN, "loud") is None
+    plugin.set(GAIN, 100.0)
+    assert plugin.value(GAIN) == 20.0
+    plugin.set(GAIN, float("nan"))
+    assert plugin.value(GAIN) == 0.0
+
+
+CHANGES = {
+    GAIN: -6.0,
+    TONE: -0.5,
+    POSITION: 0.7,
+    DYNAMICS: 5.0,
+    TECHNIQUE: 3,
+    DAMPING: 0.4,
+    UNEVENNESS: 0.3,
+    BEND_RANGE: 12,
+}
+
+
+def test_parameters_change_the_sound_at_their_frames(folder: Path) -> None:
+    """The blocks' size changes nothing, and each parameter something."""
+
+    def played(changes: dict[int, float], sizes: tuple[int, ...]) -> Floats:
+        events: list[tuple[int, Any]] = [(0, midi(bytes([0xE0, 0, 80])))]
+        for begin, length, key, velocity in NOTES:
+            events += [
+                (round(RATE * begin), note_on(key, velocity / 127)),
+                (round(RATE * (begin + length)), note_off(key)),
+            ]
+        events += [(7000 + 1111 * k, value(number, wanted)) for k, (number, wanted) in enumerate(changes.items())]
+        plugin = Plugin(folder)
+        out = plugin.play(sorted(events, key=lambda event: event[0]), RATE // 2, sizes)
+        plugin.close()
+        return out
+
+    usual = played({}, (512,))
+    together = played(CHANGES, (512,))
+    for sizes in ((32,), (4096,), (1000, 1, 77)):
+        assert np.array_equal(played(CHANGES, sizes), together), sizes
+    for number, wanted in CHANGES.items():
+        one = played({number: wanted}, (512,))
+        assert np.array_equal(one[:7000], usual[:7000]) and not np.array_equal(one, usual), number
+
+
+def test_sound_is_not_cut_at_full_scale(plugin: Plugin) -> None:
+    plugin.set(GAIN, 20.0)
+    score = hard_score()
+    wanted = mono("jazz-finger", score, gain=10.0)
+    assert np.abs(wanted).max() > 1.5
+    assert np.array_equal(plugin.play(score, len(wanted)), wanted)
+
+
+@pytest.mark.parametrize("how", [{"key": 33}, {"number": 77}], ids=["key", "number"])
+def test_tuning_of_a_note_bends_its_string_alone(folder: Path, how: dict[str, int]) -> None:
+    """The second of two notes; the next one on that string sounds at its own pitch again."""
+
+    def played(*more: tuple[int, Any]) -> Floats:
+        events = [(0, note_on(28, 0.5, 76)), (0, note_on(33, 0.5, 77)), (24000, note_on(35, 0.5, 78)), *more]
+        plugin = Plugin(folder, name=STRINGS)
+        out = plugin.play(sorted(events, key=lambda event: event[0]), RATE, (500,))
+        plugin.close()
+        return out
+
+    def pitch(sound: Floats) -> float:
+        spectrum = np.abs(np.fft.rfft(sound * np.hanning(len(sound)), 1 << 19))
+        low, high = (round(f * (1 << 19) / RATE) for f in (50, 70))
+        return float((low + np.argmax(spectrum[low:high])) * RATE / (1 << 19))
+
+    plain, bent = played(), played((4800, tuning(1.0, **how)))
+    assert np.array_equal(plain[0], bent[0]) and not np.array_equal(plain[1], bent[1])
+    span = slice(7200, 23500)
+    assert pitch(bent[1][span]) / pitch(plain[1][span]) == pytest.approx(2 ** (1 / 12), abs=2e-3)
+    span = slice(30000, 48000)
+    assert pitch(bent[1][span]) / pitch(plain[1][span]) == pytest.approx(1.0, abs=2e-3)
+    everywhere = played((4800, tuning(1.0)))
+    assert not np.array_equal(plain[0], everywhere[0])
+
+
+def test_a_session_brings_its_sound_back(folder: Path, plugin: Plugin) -> None:
+    for number, wanted in {**CHANGES, BASS: 1, QUALITY: 1, AHEAD: 1}.items():
+        plugin.set(number, wanted)
+    state = plugin.save()
+    other = Plugin(folder, active=False)
+    assert other.load(state) and other.save() == state and other.rescanned
+    other.activate()
+    plugin.work()
+    plugin.plugin.deactivate(plugin.handle)
+    plugin.activate()
+    score = hard_score()
+    assert np.array_equal(other.play(score, 9600), plugin.play(score, 9600))
+    assert other.play(score, 9600).any() and not other.logged
+    other.close()
+
+
+def test_a_state_that_is_none_is_refused_with_one_line(plugin: Plugin) -> None:
+    state = plugin.save()
+    wrong = {
+        b"": "not one of this plugin", b"?" * len(state): "not one of this plugin", state[:-1]: "damaged",
+        state + b"\0": "damaged", state[:30] + b"\1" + state[31:]: "damaged",
+        state[:8] + b"\7" + state[9:]: "another version",
+    }  # fmt: skip
+    plugin.set(GAIN, -3.0)
+    for data, reason in wrong.items():
+        plugin.logged.clear()
+        assert not plugin.load(data)
+        assert len(plugin.logged) == 1 and reason in plugin.logged[0] and "\n" not in plugin.logged[0]
+    assert plugin.value(GAIN) == -3.0
+
+
+def test_a_state_with_another_bass_says_which(folder: Path, plugin: Plugin, tmp_path: Path) -> None:
+    plugin.set(BASS, 3)
+    clap.write_bundle({"slap": load_preset("slap")}, tmp_path / "livebass")
+    other = Plugin(tmp_path / "livebass", active=False)
+    assert not other.load(plugin.save())
+    assert other.logged == ["the session's instrument is not installed: fretless"]
+    other.close()
+
+
+def test_the_main_thread_changes_the_bass(plugin: Plugin) -> None:
+    notes = [note_on(40, 0.8), midi(bytes([0x80, 40, 0]))]
+    notes[1].time = 100
+    plugin.block(512, notes)
+    for number, title in [(1, "Slap"), (3, "Fretless jazz bass"), (0, "Jazz bass, fingers")]:
+        plugin.block(512, [value(BASS, number)])
+        assert plugin.asked == 1
+        plugin.block(512)  # the bass before plays on
+        assert plugin.asked == 1
+        for _ in range(4 * RATE // 512):
+            plugin.work()
+            assert np.isfinite(plugin.block(512, notes)).all()
+        assert plugin.text(BASS, plugin.value(BASS)) == title
+    assert not plugin.logged and not plugin.asked
+
+
+def test_offline_a_change_of_bass_waits_for_no_thread(plugin: Plugin) -> None:
+    score = hard_score()
+    wanted = mono("slap", score)
+    plugin.offline()
+    plugin.set(BASS, 1)
+    assert np.array_equal(plugin.play(score, len(wanted)), wanted)
+
+
+def test_reset_makes_it_as_new(plugin: Plugin) -> None:
+    score = hard_score()
+    first = plugin.play(score, RATE)
+    plugin.plugin.reset(plugin.handle)
+    assert np.array_equal(plugin.play(score, RATE), first)
+
+
+def test_running_ahead_changes_no_bit(folder: Path) -> None:
+    plugin, score = Plugin(folder, active=False), hard_score()
+    wanted = mono("jazz-finger", score)
+    plugin.set(AHEAD, 1)
+    plugin.activate()
+    assert np.array_equal(plugin.play(score, len(wanted), (64,)), wanted)
+    plugin.close()
+
+
+@pytest.mark.parametrize("damage", DAMAGES.values(), ids=DAMAGES)
+def test_a_damaged_instrument_is_refused_with_one_line(tmp_path: Path, damage: Callable[[bytes], bytes]) -> None:
+    """As the first bass the plugin does not start; as another one the bass before plays on."""
+    folder = tmp_path / "livebass"
+    clap.write_bundle({"slap": load_preset("slap"), "fretless": load_preset("fretless")}, folder)
+    data = (folder / "slap.lbass").read_bytes()
+    (folder / "slap.lbass").write_bytes(damage(data))
+    with pytest.raises(RuntimeError, match=r"^[^;]*slap\.lbass: [^;]*$"):
+        Plugin(folder)
+    plugin, score = Plugin(folder, active=False), hard_score()
+    assert plugin.load_preset("fretless")
+    plugin.activate()
+    wanted = mono("fretless", score)
+    plugin.set(BASS, 0)
+    plugin.block(0)
+    plugin.work()
+    assert np.array_equal(plugin.play(score, len(wanted)), wanted)
+    assert len(plugin.logged) == 1 and "slap.lbass: " in plugin.logged[0]
+    plugin.close()
+
+
+def test_without_instruments_it_says_so(tmp_path: Path) -> None:
+    clap.write_bundle({"slap": load_preset("slap")}, tmp_path / "livebass")
+    (tmp_path / "livebass/instruments.txt").unlink()
+    with pytest.raises(RuntimeError, match="there is no instrument"):
+        Plugin(tmp_path / "livebass")
+
+
+@pytest.mark.skipif(this_system().ending != "so", reason="glibc's names of malloc")
+def test_process_allocates_nothing(folder: Path, tmp_path: Path) -> None:
+    """Random events, changes of bass, states: by a host in C that counts."""
+    source = Path(__file__).parents[1] / "support/claphost.c"
+    host = tmp_path / "claphost"
+    command = [*build.compiler(this_system()), "-O1", "-rdynamic", "-DCOUNT", f"-I{build.C}", source, "-o", host, "-lm"]
+    subprocess.run([*command, "-ldl"], check=True)
+    for seed in ("1", "2"):
+        done = subprocess.run([host, folder / "livebass.clap", "3", seed], capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        blocks, allocations, greatest = done.stdout.split()
+        assert int(blocks) > 100 and allocations == "0" and 0 < float(greatest) < 1000
+
+
+def test_the_binary_is_small_and_exports_its_entries_alone(folder: Path) -> None:
+    code = (folder / "livebass.clap").read_bytes()
+    assert len(code) < MOST_BYTES
+    for word in (b"Py_", b"PyErr", b"NRT_", b"numba", b"libpython"):
+        assert word not in code, word
+    listed = subprocess.run(["nm", "-D", "--defined-only", folder / "livebass.clap"], capture_output=True, text=True)
+    assert sorted(re.findall(r" [A-Z] (\w+)", listed.stdout)) == EXPORTED
+
+
+def test_folders_of_ours_alone_are_replaced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """On Linux, and as macOS wants it."""
+    monkeypatch.setattr(clap, "binary", lambda system: b"code")
+    basses = {"paper-g": load_preset("paper-g")}
+    for system in ("linux-x86_64", "macos-arm64", "linux-x86_64"):
+        clap.write_bundle(basses, tmp_path / "livebass", SYSTEMS[system])
+    assert sorted(p.name for p in (tmp_path / "livebass").iterdir()) == [
+        "instruments.txt",
+        "livebass.clap",
+        "paper-g.lbass",
+    ]
+    (tmp_path / "livebass/diary.txt").write_text("dear diary")
+    with pytest.raises(OSError, match="holds other files"):
+        clap.write_bundle(basses, tmp_path / "livebass")
+    assert (tmp_path / "livebass/diary.txt").exists()

@@ -1,0 +1,216 @@
+/* A host of CLAP plugins for tests: claphost FILE.clap SECONDS SEED [OUT]
+
+   Plays random events of every kind in blocks of random sizes, changes basses, saves and loads states, starts anew now
+   and then. Writes the sound to OUT, float32, the same in every run. Prints the number of blocks, the allocations made
+   within process() (counted when compiled with -DCOUNT), and the greatest sample. */
+#include "clap_abi.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#ifdef _WIN32
+#include <windows.h>
+#define dlopen(path, how) ((void *)LoadLibraryA(path))
+#define dlsym(library, name) ((void *)(intptr_t)GetProcAddress((HMODULE)(library), name))
+#else
+#include <dlfcn.h>
+#endif
+
+static int allocations;
+static _Thread_local int inside;
+#ifdef COUNT
+extern void *__libc_malloc(size_t), *__libc_calloc(size_t, size_t), *__libc_realloc(void *, size_t);
+extern void __libc_free(void *);
+void *malloc(size_t n) { allocations += inside; return __libc_malloc(n); }
+void *calloc(size_t n, size_t m) { allocations += inside; return __libc_calloc(n, m); }
+void *realloc(void *p, size_t n) { allocations += inside; return __libc_realloc(p, n); }
+void free(void *p) { allocations += inside; __libc_free(p); }
+#endif
+
+enum { RATE = 48000, EVENTS = 8, MOST = 2048, OUTPUTS = 8, STATE = 4096 };
+typedef union {
+    clap_event head;
+    clap_note note;
+    clap_note_expression expression;
+    clap_param_value value;
+    clap_midi midi;
+} event;
+static event events[EVENTS];
+static uint32_t event_count, seed;
+static int asked, quiet;
+static char state[STATE];
+static uint64_t state_size, state_read;
+static float sound[OUTPUTS][MOST];
+
+static uint32_t random_below(uint32_t n) {
+    seed = seed * 1664525u + 1013904223u;
+    return (uint32_t)(((uint64_t)(seed >> 8) * n) >> 24);
+}
+
+static double random_between(double a, double b) { return a + (b - a) * random_below(1 << 20) / (1 << 20); }
+
+static void say(const clap_host *h, int32_t severity, const char *line) {
+    (void)h;
+    (void)severity;
+    fprintf(stderr, "%s\n", line);
+}
+
+static const void *extension(const clap_host *h, const char *id) {
+    static const clap_host_log log = {say};
+    (void)h;
+    return strcmp(id, CLAP_LOG) ? 0 : &log;
+}
+
+static void nothing(const clap_host *h) { (void)h; }
+
+static void ask(const clap_host *h) {
+    (void)h;
+    asked = 1;
+}
+
+static uint32_t size(const clap_in_events *l) {
+    (void)l;
+    return event_count;
+}
+
+static const clap_event *get(const clap_in_events *l, uint32_t k) {
+    (void)l;
+    return &events[k].head;
+}
+
+static bool push(const clap_out_events *l, const clap_event *e) {
+    (void)l;
+    (void)e;
+    return true;
+}
+
+static int64_t write_state(const clap_out_stream *s, const void *bytes, uint64_t n) {
+    (void)s;
+    if (n > 11) n = 11;
+    memcpy(state + state_size, bytes, n);
+    state_size += n;
+    return (int64_t)n;
+}
+
+static int64_t read_state(const clap_in_stream *s, void *bytes, uint64_t n) {
+    (void)s;
+    if (n > state_size - state_read) n = state_size - state_read;
+    if (n > 7) n = 7;
+    memcpy(bytes, state + state_read, n);
+    state_read += n;
+    return (int64_t)n;
+}
+
+/* Fills in one random event for a frame. */
+static void invent(event *e, const clap_plugin *p, const clap_params *params, uint32_t frame) {
+    const uint32_t kind = random_below(16);
+    const int16_t key = (int16_t)(24 + random_below(46));
+    memset(e, 0, sizeof *e);
+    e->head.time = frame;
+    e->head.size = sizeof *e;
+    if (kind < 6) {
+        e->head.type = CLAP_NOTE_ON;
+        e->note.key = key;
+        e->note.note_id = key;
+        e->note.velocity = random_between(0.0, 1.0);
+    } else if (kind < 9) {
+        e->head.type = kind == 8 ? CLAP_NOTE_CHOKE : CLAP_NOTE_OFF;
+        e->note.key = random_below(20) ? key : -1;
+    } else if (kind < 11) {
+        e->head.type = CLAP_NOTE_EXPRESSION;
+        e->expression.expression = (int32_t)random_below(7);
+        e->expression.note_id = kind == 9 ? key : -1;
+        e->expression.key = kind == 9 ? -1 : key;
+        e->expression.value = random_between(-2.0, 2.0);
+    } else if (kind < 14) {
+        static const uint8_t statuses[] = {0x90, 0xB0, 0xE0, 0xD0, 0xC0, 0xF8};
+        e->head.type = CLAP_MIDI;
+        e->midi.data[0] = statuses[random_below(6)];
+        e->midi.data[1] = (uint8_t)random_below(128);
+        e->midi.data[2] = (uint8_t)random_below(128);
+    } else {
+        clap_param_info info;
+        const uint32_t id = random_below(kind == 14 ? 8 : params->count(p) - (quiet ? 1 : 0)); /* relief needs a clock */
+        params->info(p, id, &info);
+        e->head.type = CLAP_PARAM_VALUE;
+        e->value.id = id;
+        e->value.value = id == 0 ? random_between(-12.0, 6.0) : random_between(info.least, info.most);
+        if (!random_below(40)) e->value.value = random_below(2) ? NAN : 1e30;
+    }
+}
+
+int main(int count, char **words) {
+    if (count < 4) return 2;
+    void *library = dlopen(words[1], RTLD_NOW | RTLD_LOCAL);
+    const clap_plugin_entry *entry = library ? dlsym(library, "clap_entry") : 0;
+    if (!entry || !entry->init(words[1])) return 3;
+    const double seconds = atof(words[2]);
+    seed = (uint32_t)atoi(words[3]);
+    FILE *out = count > 4 ? fopen(words[4], "wb") : 0;
+    quiet = out != 0;
+    const clap_plugin_factory *factory = entry->get_factory(CLAP_PLUGIN_FACTORY);
+    const clap_host host = {CLAP_VERSION, 0, "claphost", "", "", "1", extension, nothing, nothing, ask};
+    const uint32_t apart = seed & 1, outputs = apart ? OUTPUTS : 1;
+    const clap_plugin *p = factory->create(factory, &host, factory->descriptor(factory, apart)->id);
+    if (!p || !p->init(p) || !p->activate(p, RATE, 1, MOST) || !p->start_processing(p)) return 4;
+    const clap_params *params = p->get_extension(p, CLAP_PARAMS);
+    const clap_state *states = p->get_extension(p, "clap.state");
+    const clap_in_events in = {0, size, get};
+    const clap_out_events taken = {0, push};
+    const clap_out_stream to = {0, write_state};
+    const clap_in_stream from = {0, read_state};
+    clap_audio_buffer buffers[OUTPUTS];
+    float *channels[OUTPUTS];
+    double greatest = 0;
+    int64_t done = 0, blocks = 0;
+    while (done < (int64_t)(seconds * RATE)) {
+        const uint32_t frames = random_below(8) ? 1 + random_below(512) : 1 + random_below(MOST);
+        uint32_t frame = 0;
+        event_count = random_below(EVENTS + 1);
+        for (uint32_t k = 0; k < event_count; k++) {
+            frame += random_below(frames - frame);
+            invent(&events[k], p, params, frame);
+        }
+        for (uint32_t k = 0; k < outputs; k++) {
+            channels[k] = sound[k];
+            buffers[k] = (clap_audio_buffer){&channels[k], 0, 1, 0, 0};
+        }
+        const clap_process block = {done, frames, 0, 0, buffers, 0, outputs, &in, &taken};
+        inside = 1;
+        const int32_t status = p->process(p, &block);
+        inside = 0;
+        if (status == CLAP_PROCESS_ERROR) return 5;
+        for (uint32_t k = 0; k < outputs; k++) {
+            for (uint32_t j = 0; j < frames; j++) greatest = fmax(greatest, fabs(sound[k][j]));
+            if (out) fwrite(sound[k], sizeof(float), frames, out);
+        }
+        if (asked && random_below(3)) {
+            asked = 0;
+            p->on_main_thread(p);
+        }
+        if (!random_below(200)) {
+            state_size = 0;
+            if (!states->save(p, &to)) return 6;
+        }
+        if (state_size && !random_below(150)) {
+            state_read = 0;
+            if (!states->load(p, &from)) return 7;
+        }
+        if (!random_below(400)) p->reset(p);
+        if (!random_below(700)) {
+            p->stop_processing(p);
+            p->deactivate(p);
+            if (!p->activate(p, RATE, 1, MOST) || !p->start_processing(p)) return 8;
+        }
+        done += frames;
+        blocks++;
+    }
+    p->stop_processing(p);
+    p->deactivate(p);
+    p->destroy(p);
+    entry->deinit();
+    if (out) fclose(out);
+    printf("%lld %d %.3f\n", (long long)blocks, allocations, greatest);
+    return 0;
+}

@@ -1,0 +1,55 @@
+"""What the tests of CLAP and VST3 share: a score, and what `livebass render` makes of scores."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import mido
+import numpy as np
+
+from livebass import QUALITIES, load_preset, render_to_array, score_of
+from livebass.arrays import Floats
+from livebass.engine.render import mixed
+from livebass.score import Score, read_score
+
+RATE = 48000
+PRESETS = ("jazz-finger", "slap", "paper-bass", "fretless")
+TAIL = 0.5  # s
+FADE = 0.02  # s, that render fades out at its end
+NOTES = [(0.05 * k, 0.3, 28 + 5 * (k % 4) + k // 4, 127 - 8 * k) for k in range(12)]
+DAMAGES = {
+    "cut": lambda data: data[:-8],
+    "empty": lambda data: b"",
+    "changed": lambda data: data[:900] + b"?" + data[901:],
+}
+
+
+def hard_score(rate: int = RATE) -> Score:
+    """Hard notes on all strings, faster than they die away."""
+    return score_of(NOTES, rate)
+
+
+def rendered(preset: str, score: Score, quality: str = "live", gain: float = 1.0) -> Floats:
+    """The sound of `livebass render`, (strings, n) float32, without its end, which is faded out."""
+    sound = render_to_array(load_preset(preset), score, QUALITIES[quality], tail=TAIL)
+    return (sound * gain).astype(np.float32)[:, : -round(FADE * score.rate)]
+
+
+def mono(preset: str, score: Score, quality: str = "live", gain: float = 1.0) -> Floats:
+    """The mono sound of `livebass render`."""
+    return mixed(rendered(preset, score, quality, gain))
+
+
+def midi_score(path: Path) -> Score:
+    """Writes a MIDI file with bends, pedal and expression, and reads it as `livebass render` does."""
+    track = mido.MidiTrack()
+    for k in range(8):
+        key = 30 + 7 * (k % 4)
+        track.append(mido.Message("note_on", note=key, velocity=60 + 8 * k, time=11))
+        track.append(mido.Message("control_change", control=64, value=127 * (k % 2), time=7))
+        for bend in (1500, 4000, 0):
+            track.append(mido.Message("pitchwheel", pitch=bend, time=9))
+        track.append(mido.Message("control_change", control=11, value=90 + k, time=3))
+        track.append(mido.Message("note_off", note=key, time=5))
+    mido.MidiFile(type=0, ticks_per_beat=480, tracks=[track]).save(path)
+    return read_score(path, RATE)
