@@ -52,7 +52,9 @@ LEVELS = {
     "x86-64-v3": Level("x86-64-v3"),
     "arm64": Level("generic", "+neon", "aarch64"),
     "wasm32": Level(
-        "generic", "+simd128,+bulk-memory,+nontrapping-fptoint,+sign-ext,+mutable-globals", "wasm32",
+        "generic",
+        "+simd128,+bulk-memory,+nontrapping-fptoint,+sign-ext,+mutable-globals",
+        "wasm32",
         "wasm32-unknown-unknown",
     ),
 }
@@ -144,8 +146,11 @@ def emit(text: str, level: str, triple: str | None = None) -> tuple[bytes, set[s
     kind = LEVELS[level]
     triple = triple or kind.triple or llvm.get_process_triple()
     machine = llvm.Target.from_triple(triple).create_target_machine(
-        cpu=kind.cpu, features=kind.features, opt=3, reloc="static" if kind.machine == "wasm32" else "pic",
-        codemodel="default"
+        cpu=kind.cpu,
+        features=kind.features,
+        opt=3,
+        reloc="static" if kind.machine == "wasm32" else "pic",
+        codemodel="default",
     )
     text = re.sub(r"^target triple = .*$", f'target triple = "{triple}"', text, flags=re.MULTILINE)
     text = re.sub(r"^target datalayout = .*$", f'target datalayout = "{machine.target_data}"', text, flags=re.MULTILINE)

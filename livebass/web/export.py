@@ -81,9 +81,7 @@ def shown(name: str, bass: Instrument) -> dict[str, Any]:
         "name": name,
         "title": bass.name,
         "about": bass.description,
-        "strings": [
-            {"name": s.name, "note": s.open_note, "gauge": round(s.diameter * 1e3, 2)} for s in bass.strings
-        ],
+        "strings": [{"name": s.name, "note": s.open_note, "gauge": round(s.diameter * 1e3, 2)} for s in bass.strings],
         "frets": min(len(neck.fret_positions) for neck in bass.necks),
         "fretless": bass.over_board,
     }
