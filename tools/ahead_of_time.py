@@ -30,8 +30,9 @@ BLOCK, SECONDS = 128, 8.0
 
 def play_when_asked() -> None:
     """Plays once for each line of standard input, and prints the load. The library is numba's if it compiles here."""
-    from livebass.bench.live import FakeDevice, play_script, silence, worst_case
+    from livebass.bench.live import play_script, silence, worst_case
     from livebass.compiling import FROM_SOURCE, library
+    from livebass.live.outputs import FakeDevice
     from livebass.live.synth import LiveBass, Synth
     from livebass.model.quality import QUALITIES
     from livebass.preset.load import load_preset
@@ -65,7 +66,8 @@ class ByNumba:
         from livebass.compiling import ENTRIES
 
         entry = ENTRIES[name]
-        self._kept.append(nb.cfunc(entry.signature, nopython=True, error_model="numpy", _nrt=False)(entry.function))
+        options: dict[str, Any] = {"nopython": True, "error_model": "numpy", "_nrt": False}
+        self._kept.append(nb.cfunc(entry.signature, **options)(entry.function))
         return int(self._kept[-1].address)
 
 

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import shutil
+import time
 from collections.abc import Iterator
+from ctypes import c_uint8
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from support import vst3 as low
 from support.clap import Plugin, note_off, note_on, value
 from support.plugins import DAMAGES, NOTES, PRESETS, RATE, hard_score, midi_score, mono, rendered
 
@@ -22,7 +25,7 @@ from livebass.score import Score
 pedalboard = pytest.importorskip("pedalboard")
 
 MONO, STRINGS = "livebass", "livebass strings"
-GAIN, TONE = 0, 1
+GAIN, TONE, BASS = 0, 1, 8
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -157,6 +160,85 @@ def test_a_damaged_instrument_is_refused_with_one_line(bundle: Path, tmp_path: P
     assert np.array_equal(play(plugin, score, len(wanted), reset=False), wanted)
     said = [line for line in capfd.readouterr().err.splitlines() if "livebass" in line]
     assert len(said) == 1 and said[0].endswith("slap.lbass: damaged: export it anew")
+
+
+def test_outputs_a_string_and_the_tuning_of_a_note(bundle: Path) -> None:
+    """Tuning bends the string of its note alone; what comes late in the host's lists is heard at its frame."""
+
+    def played(*more: low.Event) -> Floats:
+        plugin = low.Plugin(bundle, low.STRINGS, low.OFFLINE)
+        events = [low.note_on(33, 0.5, 77, 300), low.note_on(28, 0.5, 76, 100)]
+        out = [plugin.block(1000, events), plugin.block(4000, more), plugin.block(4000)]
+        plugin.close()
+        return np.concatenate(out, axis=-1)[:, 0]
+
+    plain, bent = played(), played(low.tuning(1.0, 77))
+    assert plain[:2, 1000:].any(axis=1).all() and not plain[2:].any()
+    assert not plain[0, :100].any() and plain[0, 100:300].any() and not plain[1, :300].any()
+    assert np.array_equal(bent[0], plain[0]) and not np.array_equal(bent[1], plain[1])
+
+
+def test_points_of_a_parameter_are_heard_at_their_frames(bundle: Path) -> None:
+    """The blocks' size changes nothing."""
+
+    def played(sizes: tuple[int, ...]) -> Floats:
+        plugin, out, done = low.Plugin(bundle, mode=low.OFFLINE), [], 0
+        points = [(GAIN, 700 * k, 0.5 + 0.05 * k) for k in range(8)] + [(TONE, 333 * k, 0.1 * k) for k in range(9)]
+        events = [low.note_on(28 + 5 * k, 0.9, k, 500 * k) for k in range(4)]
+        for size in sizes:
+            now = [
+                low.note_on(e.of.on.key, 0.9, e.of.on.id, e.offset - done)
+                for e in events
+                if 0 <= e.offset - done < size
+            ]
+            out.append(plugin.block(size, now, [(i, at - done, x) for i, at, x in points if 0 <= at - done < size]))
+            done += size
+        plugin.close()
+        return np.concatenate(out, axis=-1)[0, 0]
+
+    whole = played((6000,))
+    assert np.abs(whole).max() > 0.01
+    assert np.array_equal(played((64,) * 93 + (48,)), whole)
+    assert np.array_equal(played((1, 2999, 3000)), whole)
+
+
+def test_a_thread_of_the_plugin_changes_the_bass_in_real_time(bundle: Path) -> None:
+    def beginning(plugin: low.Plugin) -> Floats:
+        """The first sound of a note, played as new."""
+        assert plugin.processor.call(8, c_uint8(0)) == plugin.processor.call(8, c_uint8(1)) == 0
+        return plugin.block(1000, [low.note_on(40, 0.9, 1)])[0, 0]
+
+    offline, wanted = low.Plugin(bundle, mode=low.OFFLINE), []
+    for number in range(3):
+        offline.block(1, points=[(BASS, 0, number / 3)])
+        wanted.append(beginning(offline))
+    offline.close()
+    assert not np.array_equal(wanted[0], wanted[1]) and not np.array_equal(wanted[1], wanted[2])
+    plugin = low.Plugin(bundle)
+    assert plugin.programs() == [load_preset(name).name for name in PRESETS]
+    assert plugin.expressions() == [(low.TUNING, "Tuning")]
+    for number in (1, 2, 0):
+        plugin.block(64, [low.note_on(40, 0.9, 1)], [(BASS, 0, number / 3)])
+        until = time.monotonic() + 30
+        while not np.array_equal(beginning(plugin), wanted[number]) and time.monotonic() < until:
+            for _ in range(30):  # in between the basses cross over
+                assert np.isfinite(plugin.block(256, [low.note_on(45, 0.9, 1)])).all()
+                time.sleep(0.002)
+        assert time.monotonic() < until
+    plugin.close()
+
+
+def test_stereo_is_twice_the_same(bundle: Path) -> None:
+    plugin = low.Plugin(bundle)
+    assert not plugin.set_speakers([low.MONO_SPEAKER] * 2)
+    assert plugin.set_speakers([low.STEREO_SPEAKERS])
+    out = plugin.block(2000, [low.note_on(40, 0.9, 1)], channels=2)
+    assert out.any() and np.array_equal(out[0, 0], out[0, 1])
+    plugin.close()
+    apart = low.Plugin(bundle, low.STRINGS)
+    assert not apart.set_speakers([low.STEREO_SPEAKERS] * apart.outputs)
+    assert apart.set_speakers([low.MONO_SPEAKER] * apart.outputs)
+    apart.close()
 
 
 def test_bundles_of_ours_alone_are_replaced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

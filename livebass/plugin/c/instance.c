@@ -158,6 +158,7 @@ void lb_reset_instance(lb_instance *i) {
     if (!i->synth) return;
     if (b) lb_put_on(i->synth, b);
     else lb_reset_synth(i->synth);
+    memset(i->held, 0, sizeof i->held);
     __atomic_store_n(&i->changed, ~0u, __ATOMIC_RELEASE);
 }
 
@@ -206,14 +207,19 @@ void lb_start_note(lb_instance *i, int64_t offset, int key, double velocity, int
     if (key < 0 || key >= LB_KEYS) return;
     const double scaled = fmin(fmax(rint(127 * velocity), 1), 127); /* 0 would release it */
     i->note_ids[key] = id;
+    i->held[key] = 1;
     lb_send(i->synth, offset, (const uint8_t[]){0x90, (uint8_t)key, (uint8_t)scaled}, 3);
-    if (i->bent) lb_bend_note(i->synth, offset, key, 0.0); /* what bent the note before on this string has ended */
 }
 
 void lb_stop_note(lb_instance *i, int64_t offset, int key) {
     if (key >= LB_KEYS) return;
-    if (key >= 0) lb_send(i->synth, offset, (const uint8_t[]){0x80, (uint8_t)key, 64}, 3);
-    else lb_send(i->synth, offset, (const uint8_t[]){0xB0, 123, 0}, 3);
+    if (key >= 0) {
+        i->held[key] = 0;
+        lb_send(i->synth, offset, (const uint8_t[]){0x80, (uint8_t)key, 64}, 3);
+    } else {
+        memset(i->held, 0, sizeof i->held);
+        lb_send(i->synth, offset, (const uint8_t[]){0xB0, 123, 0}, 3);
+    }
 }
 
 void lb_express_bend(lb_instance *i, int64_t offset, int key, int32_t id, double semitones) {
@@ -221,10 +227,8 @@ void lb_express_bend(lb_instance *i, int64_t offset, int key, int32_t id, double
         for (key = LB_KEYS - 1; key >= 0 && i->note_ids[key] != id;) key--;
         if (key < 0) return; /* a note that is no more */
     }
-    i->bent = 1;
-    if (key >= 0) lb_bend_note(i->synth, offset, key, semitones);
-    else
-        for (int k = 0; k < LB_STRINGS; k++) lb_bend_string(i->synth, offset, k, semitones);
+    for (int k = 0; k < LB_KEYS; k++)
+        if (key == k || (key < 0 && i->held[k])) lb_bend_note(i->synth, offset, k, semitones);
 }
 
 void lb_play_block(lb_instance *i, int apart, float *const outs[LB_STRINGS], int64_t n) {
