@@ -319,6 +319,7 @@ function showNeck() {
   neck.style.setProperty("--strings", bass.strings.length);
   neck.classList.toggle("fretless", bass.fretless);
   neck.classList.toggle("nut", from === 0);
+  neck.classList.toggle("odd", bass.strings.length % 2 === 1);
   const parts = [];
   [...bass.strings].reverse().forEach((string, row) => {
     const i = bass.strings.length - 1 - row;
