@@ -2,7 +2,7 @@
 
 The kernels become raw IR once for each kind of processor, and machine code once for each level of it, system and use
 (emitter.py). ziglang links for Linux, macOS and Windows alike: a shared library of kernels for each level, and the
-binary of the plugins with all levels (plugin/build.py). Modules for pages, built before, come along.
+binary of the plugins with all levels (plugin/build.py). The module of the page is the same for all (web/build.py).
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from pathlib import Path
 from livebass.compiling import store
 from livebass.plugin import build as plugins
 from livebass.plugin.systems import SYSTEMS, System
+from livebass.web import build as pages
 
 ROOT = Path(__file__).parents[1]
 
@@ -50,8 +51,7 @@ def build(system: System, objects: Path, out: Path) -> Path:
             library(objects, system, level, built)
         binary = plugins.link(objects, system, plugins.zig(system))
         (built / plugins.name_of(system)).write_bytes(store.sealed(binary))
-        for module in store.BUILT.glob("*.wasm"):
-            shutil.copy(module, built)
+        (built / pages.BUILT.name).write_bytes(store.sealed(pages.module()))
         with (tree / "pyproject.toml").open("a") as project:
             project.write('\n[tool.hatch.build.targets.wheel.hooks.custom]\npath = "tag.py"\n')
         (tree / "tag.py").write_text(

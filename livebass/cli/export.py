@@ -18,6 +18,14 @@ if TYPE_CHECKING:
 
 LENGTH = (0.1, 60.0)  # s
 BUNDLES = {"lv2": "livebass.lv2", "clap": "livebass-clap", "vst3": "livebass.vst3"}  # folders of plugins, by format
+presets_option = click.option(
+    "-p",
+    "--preset",
+    "presets",
+    multiple=True,
+    metavar="NAME|FILE",
+    help="A bass: a name from `livebass presets list`, or your own file; repeat it for several.  [default: all]",
+)
 
 
 @click.group()
@@ -50,14 +58,7 @@ def plugin_command(kind: str) -> click.Command:
           livebass export {kind} --system windows-x86_64 -o for-windows
         """,
     )
-    @click.option(
-        "-p",
-        "--preset",
-        "presets",
-        multiple=True,
-        metavar="NAME|FILE",
-        help="A bass: a name from `livebass presets list`, or your own file; repeat it for several.  [default: all]",
-    )
+    @presets_option
     @click.option(
         "-o",
         "--output",
@@ -122,14 +123,7 @@ def _basses(presets: list[str]) -> dict[str, Instrument]:
 
 
 @export.command()
-@click.option(
-    "-p",
-    "--preset",
-    "presets",
-    multiple=True,
-    metavar="NAME|FILE",
-    help="A bass: a name from `livebass presets list`, or your own file; repeat it for several.  [default: all]",
-)
+@presets_option
 @click.option(
     "-o",
     "--output",
