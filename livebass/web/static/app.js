@@ -486,7 +486,7 @@ $("midi").onclick = () => {
 };
 if (!navigator.requestMIDIAccess) {
   $("midi").hidden = true;
-  $("midi-text").textContent = "This browser has no Web MIDI: play with keys, mouse or fingers. Chrome, Edge and Firefox have it, Safari has not.";
+  $("midi-text").textContent = "This browser has no Web MIDI: play with keys, mouse or fingers. Chrome and Edge have it.";
 }
 
 // --- the beginning ---
