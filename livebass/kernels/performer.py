@@ -20,7 +20,8 @@ MOST_PLACE = 0.99  # of the length
 LEAST_GRAZE = 1e-4  # m, where a string lies on a fret
 UNEVEN_PLACE = 0.1  # m, for an unevenness of 1
 MOST_EVENTS = 3 * MOST_STRINGS  # one message gives at most so many: reset-controllers
-MOST_RANGE = 96  # semitones of pitch bend
+MOST_RANGE = 96  # semitones of pitch bend; the fine part of the range comes on top ...
+MOST_BEND = 97.0  # ... and no bend goes farther
 LEAST_FORCE = 1e-3  # multiple of the grazing apex: a curve cannot start at zero
 MOST_UNEVENNESS = 0.5
 KEYS = 128
@@ -157,11 +158,17 @@ def set_parameter(p, frame, number, value, events, count):
 
 
 @jit
+def held_bend(semitones):
+    """A bend, held within what there is; NaN is none."""
+    return 0.0 if np.isnan(semitones) else min(max(semitones, -MOST_BEND), MOST_BEND)
+
+
+@jit
 def bend_string(p, frame, i, semitones, events, count):
     """Bends string `i` by so many semitones, besides what the wheel does; returns the new count of events."""
-    if i >= p.strings or not abs(semitones) <= MOST_RANGE:
+    if i >= p.strings:
         return count
-    p.string_bend[i] = semitones
+    p.string_bend[i] = held_bend(semitones)
     return emit(events, count, frame, BEND, i, 0, bend_ratio(p, i), 0.0)
 
 
@@ -172,9 +179,9 @@ def bend_note(p, frame, key, semitones, events, count):
     for i in range(p.strings):
         if p.key[i] == key and (last < 0 or p.age[i] > p.age[last]):
             last = i
-    if last < 0 or not abs(semitones) <= MOST_RANGE:
+    if last < 0:
         return count
-    p.note_bend[last] = semitones
+    p.note_bend[last] = held_bend(semitones)
     return emit(events, count, frame, BEND, last, 0, bend_ratio(p, last), 0.0)
 
 
@@ -182,7 +189,7 @@ def bend_note(p, frame, key, semitones, events, count):
 def place_note(p, key, x):
     """Has the next note of `key` plucked at a place of its own, given as PLUCK_POSITION."""
     if key < KEYS:
-        p.place_of[key] = held(PLUCK_POSITION, x)
+        p.place_of[key] = x if np.isnan(x) else held(PLUCK_POSITION, x)
 
 
 @jit
@@ -348,7 +355,7 @@ def all_notes_off(p, frame, events, count):
 def bend_ratio(p, i):
     """Frequencies of string `i` relative to those without a bend."""
     semitones = p.wheel * p.range + (p.string_bend[i] + p.note_bend[i])
-    return exp2(min(max(semitones, -MOST_RANGE), MOST_RANGE) / 12.0)
+    return exp2(min(max(semitones, -MOST_BEND), MOST_BEND) / 12.0)
 
 
 @jit

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 import subprocess
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -33,7 +34,7 @@ def no_instruments_of_the_user(tmp_path_factory: pytest.TempPathFactory) -> Iter
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    made = tmp_path_factory.mktemp("clap") / clap.BUNDLE
+    made = tmp_path_factory.mktemp("clap") / "livebass"
     clap.write_bundle({name: load_preset(name) for name in PRESETS}, made)
     return made
 
@@ -46,14 +47,15 @@ def plugin(folder: Path) -> Iterator[Plugin]:
 
 
 @pytest.mark.parametrize("preset", PRESETS)
-@pytest.mark.parametrize("sizes", [(1,), (17,), (512,), (4096, 3, 100)], ids=str)
-def test_it_plays_what_is_rendered_bit_for_bit(folder: Path, preset: str, sizes: tuple[int, ...]) -> None:
-    plugin, score = Plugin(folder, active=False), hard_score()
+def test_it_plays_what_is_rendered_bit_for_bit(folder: Path, preset: str) -> None:
+    plugin, score = Plugin(folder, active=False), hard_score(notes=2 if preset == "fretless" else 12)
     wanted = mono(preset, score)
+    assert np.abs(wanted).max() > 0.1
     assert plugin.load_preset(preset)
     plugin.activate()
-    assert np.array_equal(plugin.play(score, len(wanted), sizes), wanted)
-    assert np.abs(wanted).max() > 0.1
+    for sizes in [(512,), (4096, 3, 100), (17,)] if preset == "slap" else [(4096, 3, 100)]:
+        plugin.plugin.reset(plugin.handle)
+        assert np.array_equal(plugin.play(score, len(wanted), sizes), wanted), sizes
     plugin.close()
 
 
@@ -136,9 +138,9 @@ def test_parameters_change_the_sound_at_their_frames(folder: Path) -> None:
                 (round(RATE * begin), note_on(key, velocity / 127)),
                 (round(RATE * (begin + length)), note_off(key)),
             ]
-        events += [(7000 + 1111 * k, value(number, wanted)) for k, (number, wanted) in enumerate(changes.items())]
+        events += [(7000 + 911 * k, value(number, wanted)) for k, (number, wanted) in enumerate(changes.items())]
         plugin = Plugin(folder)
-        out = plugin.play(sorted(events, key=lambda event: event[0]), RATE // 2, sizes)
+        out = plugin.play(sorted(events, key=lambda event: event[0]), RATE, sizes)
         plugin.close()
         return out
 
@@ -234,7 +236,7 @@ def test_the_main_thread_changes_the_bass(plugin: Plugin) -> None:
         assert plugin.asked == 1
         plugin.block(512)  # the bass before plays on
         assert plugin.asked == 1
-        for _ in range(4 * RATE // 512):
+        for _ in range(40):
             plugin.work()
             assert np.isfinite(plugin.block(512, notes)).all()
         assert plugin.text(BASS, plugin.value(BASS)) == title
@@ -266,18 +268,21 @@ def test_running_ahead_changes_no_bit(folder: Path) -> None:
 
 
 @pytest.mark.parametrize("damage", DAMAGES.values(), ids=DAMAGES)
-def test_a_damaged_instrument_is_refused_with_one_line(tmp_path: Path, damage: Callable[[bytes], bytes]) -> None:
+def test_a_damaged_instrument_is_refused_with_one_line(
+    folder: Path, tmp_path: Path, damage: Callable[[bytes], bytes]
+) -> None:
     """As the first bass the plugin does not start; as another one the bass before plays on."""
-    folder = tmp_path / "livebass"
-    clap.write_bundle({"slap": load_preset("slap"), "fretless": load_preset("fretless")}, folder)
+    whole, folder = folder, tmp_path / "livebass"
+    shutil.copytree(whole, folder)
+    (folder / "instruments.txt").write_text("slap\njazz-finger\n")
     data = (folder / "slap.lbass").read_bytes()
     (folder / "slap.lbass").write_bytes(damage(data))
     with pytest.raises(RuntimeError, match=r"^[^;]*slap\.lbass: [^;]*$"):
         Plugin(folder)
     plugin, score = Plugin(folder, active=False), hard_score()
-    assert plugin.load_preset("fretless")
+    assert plugin.load_preset("jazz-finger")
     plugin.activate()
-    wanted = mono("fretless", score)
+    wanted = mono("jazz-finger", score)
     plugin.set(BASS, 0)
     plugin.block(0)
     plugin.work()
@@ -301,10 +306,10 @@ def test_process_allocates_nothing(folder: Path, tmp_path: Path) -> None:
     command = [*build.compiler(this_system()), "-O1", "-rdynamic", "-DCOUNT", f"-I{build.C}", source, "-o", host, "-lm"]
     subprocess.run([*command, "-ldl"], check=True)
     for seed in ("1", "2"):
-        done = subprocess.run([host, folder / "livebass.clap", "3", seed], capture_output=True, text=True)
+        done = subprocess.run([host, folder / "livebass.clap", "1", seed], capture_output=True, text=True)
         assert done.returncode == 0, done.stderr
         blocks, allocations, greatest = done.stdout.split()
-        assert int(blocks) > 100 and allocations == "0" and 0 < float(greatest) < 1000
+        assert int(blocks) > 50 and allocations == "0" and 0 < float(greatest) < 1000
 
 
 def test_the_binary_is_small_and_exports_its_entries_alone(folder: Path) -> None:

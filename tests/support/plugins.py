@@ -14,7 +14,7 @@ from livebass.score import Score, read_score
 
 RATE = 48000
 PRESETS = ("jazz-finger", "slap", "paper-bass", "fretless")
-TAIL = 0.5  # s
+TAIL = 0.1  # s
 FADE = 0.02  # s, that render fades out at its end
 NOTES = [(0.05 * k, 0.3, 28 + 5 * (k % 4) + k // 4, 127 - 8 * k) for k in range(12)]
 DAMAGES = {
@@ -24,9 +24,9 @@ DAMAGES = {
 }
 
 
-def hard_score(rate: int = RATE) -> Score:
+def hard_score(rate: int = RATE, notes: int = len(NOTES)) -> Score:
     """Hard notes on all strings, faster than they die away."""
-    return score_of(NOTES, rate)
+    return score_of(NOTES[:notes], rate)
 
 
 def rendered(preset: str, score: Score, quality: str = "live", gain: float = 1.0) -> Floats:
@@ -52,4 +52,4 @@ def midi_score(path: Path) -> Score:
         track.append(mido.Message("control_change", control=11, value=90 + k, time=3))
         track.append(mido.Message("note_off", note=key, time=5))
     mido.MidiFile(type=0, ticks_per_beat=480, tracks=[track]).save(path)
-    return read_score(path, RATE)
+    return read_score(path, RATE, "all")

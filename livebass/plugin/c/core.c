@@ -341,6 +341,12 @@ void lb_change_bass(lb_synth *s, lb_bass *b) {
     set_clock(s);
 }
 
+lb_bass *lb_take_next(lb_synth *s) {
+    lb_bass *b = bass_at(s->record.next_bass);
+    s->record.next_bass = 0;
+    return b;
+}
+
 lb_bass *lb_take_faded(lb_synth *s) {
     lb_bass *b = bass_at(s->record.faded_bass);
     s->record.faded_bass = 0;

@@ -40,6 +40,8 @@ void lb_free_synth(lb_synth *);
 int lb_changing(const lb_synth *);
 /* Plays another bass from the next block on; the one before rings out. Not while one is changing. [audio thread] */
 void lb_change_bass(lb_synth *, lb_bass *);
+/* Takes back the bass that a synth was given and has not begun to play, or 0. [audio thread] */
+lb_bass *lb_take_next(lb_synth *);
 /* Returns a bass that has rung out, or 0; whoever asked frees it, elsewhere. [audio thread] */
 lb_bass *lb_take_faded(lb_synth *);
 

@@ -158,6 +158,7 @@ void lb_reset_instance(lb_instance *i) {
     if (!i->synth) return;
     if (b) lb_put_on(i->synth, b);
     else lb_reset_synth(i->synth);
+    memset(i->held, 0, sizeof i->held);
     __atomic_store_n(&i->changed, ~0u, __ATOMIC_RELEASE);
 }
 
@@ -185,27 +186,40 @@ void lb_begin_block(lb_instance *i) {
 
 /* Has another bass loaded if one is wanted, hands over those that are ready and those that are done. */
 static void change_bass(lb_instance *i) {
-    if (!__atomic_load_n(&i->done, __ATOMIC_RELAXED)) __atomic_store_n(&i->done, lb_take_faded(i->synth), __ATOMIC_RELEASE);
-    if (wants_other(i) || __atomic_load_n(&i->done, __ATOMIC_RELAXED)) {
+    lb_synth *s = i->synth;
+    int busy = __atomic_load_n(&i->done, __ATOMIC_ACQUIRE) != 0;
+    if (!busy) {
+        lb_bass *faded = lb_take_faded(s);
+        busy = faded != 0;
+        __atomic_store_n(&i->done, faded, __ATOMIC_RELEASE);
+    }
+    if (busy || wants_other(i)) {
         if (__atomic_load_n(&i->offline, __ATOMIC_RELAXED)) lb_serve(i);
         else i->ask(i->owner);
     }
-    lb_bass *b = lb_changing(i->synth) ? 0 : __atomic_exchange_n(&i->ready, 0, __ATOMIC_ACQ_REL);
-    if (b) lb_change_bass(i->synth, b);
+    if (!__atomic_load_n(&i->ready, __ATOMIC_ACQUIRE) || __atomic_load_n(&i->done, __ATOMIC_ACQUIRE)) return;
+    __atomic_store_n(&i->done, lb_take_next(s), __ATOMIC_RELEASE); /* one that would be changed before it began */
+    lb_bass *b = lb_changing(s) ? 0 : __atomic_exchange_n(&i->ready, 0, __ATOMIC_ACQ_REL);
+    if (b) lb_change_bass(s, b);
 }
 
 void lb_start_note(lb_instance *i, int64_t offset, int key, double velocity, int32_t id) {
     if (key < 0 || key >= LB_KEYS) return;
     const double scaled = fmin(fmax(rint(127 * velocity), 1), 127); /* 0 would release it */
     i->note_ids[key] = id;
+    i->held[key] = 1;
     lb_send(i->synth, offset, (const uint8_t[]){0x90, (uint8_t)key, (uint8_t)scaled}, 3);
-    if (i->bent) lb_bend_note(i->synth, offset, key, 0.0); /* what bent the note before on this string has ended */
 }
 
 void lb_stop_note(lb_instance *i, int64_t offset, int key) {
     if (key >= LB_KEYS) return;
-    if (key >= 0) lb_send(i->synth, offset, (const uint8_t[]){0x80, (uint8_t)key, 64}, 3);
-    else lb_send(i->synth, offset, (const uint8_t[]){0xB0, 123, 0}, 3);
+    if (key >= 0) {
+        i->held[key] = 0;
+        lb_send(i->synth, offset, (const uint8_t[]){0x80, (uint8_t)key, 64}, 3);
+    } else {
+        memset(i->held, 0, sizeof i->held);
+        lb_send(i->synth, offset, (const uint8_t[]){0xB0, 123, 0}, 3);
+    }
 }
 
 void lb_express_bend(lb_instance *i, int64_t offset, int key, int32_t id, double semitones) {
@@ -213,10 +227,8 @@ void lb_express_bend(lb_instance *i, int64_t offset, int key, int32_t id, double
         for (key = LB_KEYS - 1; key >= 0 && i->note_ids[key] != id;) key--;
         if (key < 0) return; /* a note that is no more */
     }
-    i->bent = 1;
-    if (key >= 0) lb_bend_note(i->synth, offset, key, semitones);
-    else
-        for (int k = 0; k < LB_STRINGS; k++) lb_bend_string(i->synth, offset, k, semitones);
+    for (int k = 0; k < LB_KEYS; k++)
+        if (key == k || (key < 0 && i->held[k])) lb_bend_note(i->synth, offset, k, semitones);
 }
 
 void lb_play_block(lb_instance *i, int apart, float *const outs[LB_STRINGS], int64_t n) {

@@ -29,7 +29,7 @@ typedef struct {
     int64_t loaded;        /* which bass was loaded last, or could not be, as one word */
     lb_bass *ready, *done; /* handed to the audio thread to play, and by it to be freed */
     int32_t note_ids[LB_KEYS]; /* the host's number of the last note of each key */
-    int bent;                  /* a note was bent by itself */
+    uint8_t held[LB_KEYS];     /* the host holds a note of the key */
 } lb_instance;
 
 /* Opens the shelf of instruments. Returns 0 after a line in the log if it is empty. [main thread] */
@@ -61,7 +61,7 @@ void lb_serve(lb_instance *);
 void lb_start_note(lb_instance *, int64_t offset, int key, double velocity, int32_t id);
 /* Releases a note; key -1: all. [audio thread] */
 void lb_stop_note(lb_instance *, int64_t offset, int key);
-/* Bends the string that plays a note by semitones; with key and id -1, every string. [audio thread] */
+/* Bends the string that plays a note by semitones; with key and id -1, of every note that is held. [audio thread] */
 void lb_express_bend(lb_instance *, int64_t offset, int key, int32_t id, double semitones);
 /* Plays n frames, and sees to a change of bass: mono into outs[0], or an output a string; outputs may be 0. [audio thread] */
 void lb_play_block(lb_instance *, int apart, float *const outs[LB_STRINGS], int64_t n);

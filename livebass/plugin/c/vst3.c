@@ -1,4 +1,4 @@
-/* The VST3 plugin: one object with five interfaces, around an instance. process() allocates nothing but offline.
+/* The VST3 plugin: one object with six interfaces, around an instance. process() allocates nothing but offline.
 
    Instruments lie in the bundle's folder Contents/Resources, or in the user's directory. A thread of each active object
    loads basses. VST3 knows no MIDI controllers: each is a hidden parameter. The host's points of parameters, and its
@@ -23,7 +23,8 @@
 
 enum { TAIL = 12 /* s */, ROOM = 1 << 16, CHANGES = 2048, LINE = 1500 };
 enum { CONTROLLERS = 1000 }; /* id of the parameter that stands for MIDI controller 0 */
-enum { COMPONENT, PROCESSOR, CONTROLLER, MAPPING, UNITS, INTERFACES };
+enum { COMPONENT, PROCESSOR, CONTROLLER, MAPPING, UNITS, EXPRESSIONS, INTERFACES };
+enum { SEMITONES = 240 };     /* of the range of tuning */
 enum { PROGRAMS = 1 }; /* the list of instruments */
 
 static const vst3_id classes[] = { /* for ever: sessions know them. Mono, and an output a string */
@@ -204,7 +205,9 @@ static void show_all(vst3 *v) {
 
 /* --- the object --- */
 
-static const vst3_id interface_ids[] = {VST3_COMPONENT, VST3_PROCESSOR, VST3_CONTROLLER, VST3_MIDI_MAPPING, VST3_UNITS};
+static const vst3_id interface_ids[] = {
+    VST3_COMPONENT, VST3_PROCESSOR, VST3_CONTROLLER, VST3_MIDI_MAPPING, VST3_UNITS, VST3_EXPRESSIONS,
+};
 
 static vst3_result query(vst3 *v, const vst3_id id, void **out) {
     static const vst3_id unknown = VST3_UNKNOWN, base = VST3_BASE;
@@ -243,6 +246,7 @@ UNKNOWN(processor, PROCESSOR)
 UNKNOWN(controller, CONTROLLER)
 UNKNOWN(mapping, MAPPING)
 UNKNOWN(units, UNITS)
+UNKNOWN(expressions, EXPRESSIONS)
 
 /* --- component --- */
 
@@ -454,7 +458,7 @@ static void tell(vst3 *v, const change *c) {
         if (e->on.tuning != 0) lb_express_bend(i, at, e->on.key, e->on.id, e->on.tuning / 100);
     } else if (c->kind == VST3_NOTE_OFF) lb_stop_note(i, at, e->off.key);
     else if (c->kind == VST3_NOTE_EXPRESSION && e->expression.type == VST3_TUNING)
-        lb_express_bend(i, at, -1, e->expression.id, 240 * (e->expression.value - 0.5));
+        lb_express_bend(i, at, -1, e->expression.id, SEMITONES * (e->expression.value - 0.5));
 }
 
 static vst3_result process(void *self, vst3_process_data *d) {
@@ -665,6 +669,46 @@ static vst3_result set_program_data(void *self, int32_t list, int32_t program, v
     return has_pitch_names(self, list, program);
 }
 
+/* --- the expression of notes: tuning --- */
+
+static int32_t expression_count(void *self, int32_t bus, int16_t channel) {
+    (void)self;
+    (void)channel;
+    return bus == 0;
+}
+
+static vst3_result expression_info(void *self, int32_t bus, int16_t channel, int32_t index, vst3_expression *e) {
+    if (index < 0 || index >= expression_count(self, bus, channel)) return VST3_INVALID;
+    memset(e, 0, sizeof *e);
+    e->type = VST3_TUNING;
+    e->unit = VST3_NO_UNIT;
+    e->usual = 0.5;
+    e->most = 1;
+    e->flags = VST3_IS_BIPOLAR;
+    to_wide(e->title, "Tuning");
+    to_wide(e->unit_name, "semitones");
+    return VST3_OK;
+}
+
+static vst3_result expression_to_text(void *self, int32_t bus, int16_t channel, uint32_t type, double x, vst3_text out) {
+    char text[64];
+    if (type != VST3_TUNING || !expression_count(self, bus, channel)) return VST3_INVALID;
+    snprintf(text, sizeof text, "%.2f", SEMITONES * (x - 0.5));
+    to_wide(out, text);
+    return VST3_OK;
+}
+
+static vst3_result expression_from_text(void *self, int32_t bus, int16_t channel, uint32_t type, const int16_t *in,
+                                        double *x) {
+    char text[512], *end;
+    if (type != VST3_TUNING || !expression_count(self, bus, channel)) return VST3_INVALID;
+    to_narrow(text, sizeof text, in);
+    const double semitones = strtod(text, &end);
+    if (end == text) return VST3_NO;
+    *x = fmin(fmax(semitones / SEMITONES + 0.5, 0), 1);
+    return VST3_OK;
+}
+
 /* --- the factory --- */
 
 static const vst3_component component_table = {
@@ -684,6 +728,10 @@ static const vst3_midi_mapping mapping_table = {{mapping_query, mapping_take, ma
 static const vst3_units units_table = {
     {units_query, units_take, units_drop}, one, unit_info, one, programs_info, program_name, program_info,
     has_pitch_names, pitch_name, selected_unit, select_unit, unit_of_bus, set_program_data,
+};
+static const vst3_expressions expressions_table = {
+    {expressions_query, expressions_take, expressions_drop}, expression_count, expression_info, expression_to_text,
+    expression_from_text,
 };
 
 static vst3_result factory_query(void *self, const vst3_id id, void **out) {
@@ -742,7 +790,9 @@ static vst3_result create(void *self, const vst3_id class_id, const vst3_id inte
         if (memcmp(class_id, classes[k], sizeof(vst3_id))) continue;
         vst3 *v = calloc(1, sizeof *v);
         if (!v) return VST3_NO;
-        const void *tables[] = {&component_table, &processor_table, &controller_table, &mapping_table, &units_table};
+        const void *tables[] = {
+            &component_table, &processor_table, &controller_table, &mapping_table, &units_table, &expressions_table,
+        };
         memcpy(v->interfaces, tables, sizeof tables);
         v->users = 1;
         v->apart = k == 1;

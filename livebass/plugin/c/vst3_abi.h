@@ -34,6 +34,7 @@ enum { VST3_NO_INTERFACE = -1, VST3_OK = 0, VST3_NO = 1, VST3_INVALID = 2, VST3_
 #define VST3_CONTROLLER VST3_ID(0xDCD7BBE3u, 0x7742448Du, 0xA874AACCu, 0x979C759Eu)
 #define VST3_MIDI_MAPPING VST3_ID(0xDF0FF9F7u, 0x49B74669u, 0xB63AB732u, 0x7ADBF5E5u)
 #define VST3_UNITS VST3_ID(0x3D4BD6B5u, 0x913A4FD2u, 0xA886E768u, 0xA5EB92C1u)
+#define VST3_EXPRESSIONS VST3_ID(0xB7F8F859u, 0x41234872u, 0x91169581u, 0x4F3721A3u)
 #define VST3_FACTORY VST3_ID(0x7A4D811Cu, 0x52114A1Fu, 0xAED9D2EEu, 0x0B43BF9Fu)
 #define VST3_FACTORY_2 VST3_ID(0x0007B650u, 0xF24B4C0Bu, 0xA464EDB9u, 0xF00B2ABBu)
 
@@ -163,6 +164,17 @@ typedef struct {
     int32_t count;
 } vst3_programs;
 
+enum { VST3_IS_BIPOLAR = 1 };
+typedef struct {
+    uint32_t type;
+    vst3_text title, short_title, unit_name;
+    int32_t unit;
+    double usual, least, most;
+    int32_t steps;
+    uint32_t parameter;
+    int32_t flags;
+} vst3_expression;
+
 /* Numbers of controllers beyond those of MIDI, for the mapping. */
 enum { VST3_PRESSURE = 128, VST3_BEND = 129, VST3_CONTROLLERS = 130 };
 
@@ -234,6 +246,14 @@ typedef struct {
     vst3_result (*of_bus)(void *, int32_t media, int32_t direction, int32_t bus, int32_t channel, int32_t *unit);
     vst3_result (*set_program_data)(void *, int32_t list, int32_t program, vst3_stream **);
 } vst3_units;
+
+typedef struct {
+    vst3_unknown unknown;
+    int32_t (*count)(void *, int32_t bus, int16_t channel);
+    vst3_result (*info)(void *, int32_t bus, int16_t channel, int32_t index, vst3_expression *);
+    vst3_result (*to_text)(void *, int32_t bus, int16_t channel, uint32_t type, double, vst3_text);
+    vst3_result (*from_text)(void *, int32_t bus, int16_t channel, uint32_t type, const int16_t *, double *);
+} vst3_expressions;
 
 /* --- the factory of a binary --- */
 

@@ -1,0 +1,255 @@
+"""The VST3 plugin in pedalboard, a host made with JUCE, plays what `livebass render` renders, bit for bit."""
+
+from __future__ import annotations
+
+import shutil
+import time
+from collections.abc import Iterator
+from ctypes import c_uint8
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from support import vst3 as low
+from support.clap import Plugin, note_off, note_on, value
+from support.plugins import DAMAGES, NOTES, PRESETS, RATE, hard_score, midi_score, mono, rendered
+
+from livebass import load_preset
+from livebass.arrays import Floats
+from livebass.plugin import clap, vst3
+from livebass.plugin.parameters import PARAMETERS
+from livebass.plugin.systems import SYSTEMS
+from livebass.score import Score
+
+pedalboard = pytest.importorskip("pedalboard")
+
+MONO, STRINGS = "livebass", "livebass strings"
+GAIN, TONE, BASS = 0, 1, 8
+
+
+@pytest.fixture(scope="module", autouse=True)
+def no_instruments_of_the_user(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_DATA_HOME", str(tmp_path_factory.mktemp("data")))
+        yield
+
+
+@pytest.fixture(scope="module")
+def bundle(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    made = tmp_path_factory.mktemp("vst3") / "livebass.vst3"
+    vst3.write_bundle({name: load_preset(name) for name in PRESETS}, made)
+    return made
+
+
+@pytest.fixture
+def plugin(bundle: Path) -> Any:
+    return loaded(bundle)
+
+
+def loaded(bundle: Path, name: str = MONO) -> Any:
+    """One plugin of a bundle in the host, which waits for a while until it hears middle C."""
+    return pedalboard.load_plugin(str(bundle), plugin_name=name, initialization_timeout=0.5)
+
+
+def play(plugin: Any, score: Score, frames: int, size: int = 512, reset: bool = True) -> Floats:
+    """Plays `frames` of a score in blocks of `size`."""
+    messages = [
+        (m.tobytes(), (f + 0.25) / score.rate) for f, m in zip(score.frames.tolist(), score.messages, strict=True)
+    ]
+    return plugin.process(messages, (frames + 0.25) / score.rate, score.rate, 1, size, reset)[0]
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+def test_it_plays_what_is_rendered_bit_for_bit(plugin: Any, preset: str) -> None:
+    score = hard_score(notes=2 if preset == "fretless" else 12)
+    wanted = mono(preset, score)
+    plugin.bass = load_preset(preset).name
+    for size in (64, 511, 8192) if preset == "slap" else (511,):
+        assert np.array_equal(play(plugin, score, len(wanted), size), wanted), size
+
+
+@pytest.mark.parametrize("rate", [44100, 96000])
+def test_so_it_does_at_other_rates(plugin: Any, rate: int) -> None:
+    score = hard_score(rate)
+    wanted = mono("jazz-finger", score)
+    assert np.array_equal(play(plugin, score, len(wanted)), wanted)
+
+
+def test_a_midi_file_is_rendered_alike(plugin: Any, tmp_path: Path) -> None:
+    """In blocks of one frame: this host hands on one value of a controller a block, at its beginning."""
+    score = midi_score(tmp_path / "a.mid")
+    wanted = mono("jazz-finger", score)
+    assert np.array_equal(play(plugin, score, len(wanted), 1), wanted)
+
+
+def test_the_plugin_with_an_output_a_string(bundle: Path) -> None:
+    """This host takes the first output alone."""
+    score = hard_score()
+    wanted = rendered("jazz-finger", score)
+    assert np.array_equal(play(loaded(bundle, STRINGS), score, wanted.shape[1]), wanted[0])
+    assert pedalboard.VST3Plugin.get_plugin_names_for_file(str(bundle)) == [MONO, STRINGS]
+
+
+def test_parameters_and_presets_are_listed(plugin: Any) -> None:
+    listed = [p for p in plugin.parameters.values() if p.name in [q.name for q in PARAMETERS]]
+    assert [p.name for p in listed] == [p.name for p in PARAMETERS]
+    assert plugin.parameters["bass"].valid_values == [load_preset(name).name for name in PRESETS]
+    assert (
+        plugin.technique == "as the bass has it"
+        and plugin.gain_db == 0
+        and plugin.bend_range_semitones == "0 semitones"
+    )
+    plugin.technique, plugin.gain_db = "thumb on all", -7.5
+    assert plugin.technique == "thumb on all" and plugin.gain_db == pytest.approx(-7.5)
+
+
+def test_sound_is_not_cut_at_full_scale(plugin: Any) -> None:
+    plugin.gain_db = 20.0
+    score = hard_score()
+    wanted = mono("jazz-finger", score, gain=10.0)
+    assert np.abs(wanted).max() > 1.5
+    assert np.array_equal(play(plugin, score, len(wanted)), wanted)
+
+
+def test_parameters_change_the_sound_as_in_clap(plugin: Any, tmp_path: Path) -> None:
+    """From the first frame of a block, the only place this host has for them."""
+    clap.write_bundle({"jazz-finger": load_preset("jazz-finger")}, tmp_path / "livebass")
+    other, events = Plugin(tmp_path / "livebass"), [(9600, value(TONE, -0.5)), (9600, value(GAIN, -15.0))]
+    for begin, length, key, velocity in NOTES:
+        events += [(round(RATE * begin), note_on(key, velocity / 127)), (round(RATE * (begin + length)), note_off(key))]
+    wanted = other.play(sorted(events, key=lambda event: event[0]), 2 * 9600)
+    other.close()
+    score = hard_score()
+    late = score.frames >= 9600
+    first = Score(score.frames[~late], score.messages[~late], 9600, 4, "first", RATE)
+    second = Score(score.frames[late] - 9600, score.messages[late], 9600, 8, "second", RATE)
+    out = [play(plugin, first, 9600)]
+    plugin.tone, plugin.gain_db = -0.5, -15.0
+    out.append(play(plugin, second, 9600, reset=False))
+    assert np.array_equal(np.concatenate(out), wanted)
+
+
+def test_a_session_brings_its_sound_back(bundle: Path, plugin: Any) -> None:
+    plugin.bass, plugin.quality, plugin.tone, plugin.gain_db = "Slap", "studio", 0.5, 3.0
+    score = hard_score()
+    wanted = play(plugin, score, 9600)
+    other = loaded(bundle)
+    assert not np.array_equal(play(other, score, 9600), wanted)
+    other.raw_state = plugin.raw_state
+    assert (other.bass, other.quality, other.tone) == ("Slap", "studio", pytest.approx(0.5))
+    assert np.array_equal(play(other, score, 9600), wanted)
+
+
+def test_reset_makes_it_as_new(plugin: Any) -> None:
+    score = hard_score()
+    first = play(plugin, score, 9600)
+    assert first.any() and np.array_equal(play(plugin, score, 9600), first)
+
+
+def test_a_damaged_instrument_is_refused_with_one_line(bundle: Path, tmp_path: Path, capfd: Any) -> None:
+    """The bass before plays on."""
+    copy = tmp_path / "livebass.vst3"
+    shutil.copytree(bundle, copy)
+    path, score = copy / "Contents/Resources/slap.lbass", hard_score()
+    wanted = mono("jazz-finger", score)
+    path.write_bytes(DAMAGES["changed"](path.read_bytes()))
+    plugin = loaded(copy)
+    assert not play(plugin, hard_score(notes=0), 512).any()
+    plugin.bass = "Slap"
+    assert np.array_equal(play(plugin, score, len(wanted), reset=False), wanted)
+    said = [line for line in capfd.readouterr().err.splitlines() if "livebass" in line]
+    assert len(said) == 1 and said[0].endswith("slap.lbass: damaged: export it anew")
+
+
+def test_outputs_a_string_and_the_tuning_of_a_note(bundle: Path) -> None:
+    """Tuning bends the string of its note alone; what comes late in the host's lists is heard at its frame."""
+
+    def played(*more: low.Event) -> Floats:
+        plugin = low.Plugin(bundle, low.STRINGS, low.OFFLINE)
+        events = [low.note_on(33, 0.5, 77, 300), low.note_on(28, 0.5, 76, 100)]
+        out = [plugin.block(1000, events), plugin.block(4000, more), plugin.block(4000)]
+        plugin.close()
+        return np.concatenate(out, axis=-1)[:, 0]
+
+    plain, bent = played(), played(low.tuning(1.0, 77))
+    assert plain[:2, 1000:].any(axis=1).all() and not plain[2:].any()
+    assert not plain[0, :100].any() and plain[0, 100:300].any() and not plain[1, :300].any()
+    assert np.array_equal(bent[0], plain[0]) and not np.array_equal(bent[1], plain[1])
+
+
+def test_points_of_a_parameter_are_heard_at_their_frames(bundle: Path) -> None:
+    """The blocks' size changes nothing."""
+
+    def played(sizes: tuple[int, ...]) -> Floats:
+        plugin, out, done = low.Plugin(bundle, mode=low.OFFLINE), [], 0
+        points = [(GAIN, 700 * k, 0.5 + 0.05 * k) for k in range(8)] + [(TONE, 333 * k, 0.1 * k) for k in range(9)]
+        events = [low.note_on(28 + 5 * k, 0.9, k, 500 * k) for k in range(4)]
+        for size in sizes:
+            now = [
+                low.note_on(e.of.on.key, 0.9, e.of.on.id, e.offset - done)
+                for e in events
+                if 0 <= e.offset - done < size
+            ]
+            out.append(plugin.block(size, now, [(i, at - done, x) for i, at, x in points if 0 <= at - done < size]))
+            done += size
+        plugin.close()
+        return np.concatenate(out, axis=-1)[0, 0]
+
+    whole = played((6000,))
+    assert np.abs(whole).max() > 0.01
+    assert np.array_equal(played((64,) * 93 + (48,)), whole)
+    assert np.array_equal(played((1, 2999, 3000)), whole)
+
+
+def test_a_thread_of_the_plugin_changes_the_bass_in_real_time(bundle: Path) -> None:
+    def beginning(plugin: low.Plugin) -> Floats:
+        """The first sound of a note, played as new."""
+        assert plugin.processor.call(8, c_uint8(0)) == plugin.processor.call(8, c_uint8(1)) == 0
+        return plugin.block(1000, [low.note_on(40, 0.9, 1)])[0, 0]
+
+    offline, wanted = low.Plugin(bundle, mode=low.OFFLINE), []
+    for number in range(3):
+        offline.block(1, points=[(BASS, 0, number / 3)])
+        wanted.append(beginning(offline))
+    offline.close()
+    assert not np.array_equal(wanted[0], wanted[1]) and not np.array_equal(wanted[1], wanted[2])
+    plugin = low.Plugin(bundle)
+    assert plugin.programs() == [load_preset(name).name for name in PRESETS]
+    assert plugin.expressions() == [(low.TUNING, "Tuning")]
+    for number in (1, 2, 0):
+        plugin.block(64, [low.note_on(40, 0.9, 1)], [(BASS, 0, number / 3)])
+        until = time.monotonic() + 30
+        while not np.array_equal(beginning(plugin), wanted[number]) and time.monotonic() < until:
+            for _ in range(30):  # in between the basses cross over
+                assert np.isfinite(plugin.block(256, [low.note_on(45, 0.9, 1)])).all()
+                time.sleep(0.002)
+        assert time.monotonic() < until
+    plugin.close()
+
+
+def test_stereo_is_twice_the_same(bundle: Path) -> None:
+    plugin = low.Plugin(bundle)
+    assert not plugin.set_speakers([low.MONO_SPEAKER] * 2)
+    assert plugin.set_speakers([low.STEREO_SPEAKERS])
+    out = plugin.block(2000, [low.note_on(40, 0.9, 1)], channels=2)
+    assert out.any() and np.array_equal(out[0, 0], out[0, 1])
+    plugin.close()
+    apart = low.Plugin(bundle, low.STRINGS)
+    assert not apart.set_speakers([low.STEREO_SPEAKERS] * apart.outputs)
+    assert apart.set_speakers([low.MONO_SPEAKER] * apart.outputs)
+    apart.close()
+
+
+def test_bundles_of_ours_alone_are_replaced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(vst3, "binary", lambda system: b"code")
+    folder, basses = tmp_path / "livebass.vst3", {"paper-g": load_preset("paper-g")}
+    binaries: dict[str, str] = vst3.BINARIES | dict.fromkeys(("macos-arm64", "macos-x86_64"), "Contents/MacOS/livebass")
+    for name, system in SYSTEMS.items():
+        vst3.write_bundle(basses, folder, system)
+        assert (folder / binaries[name]).read_bytes() == b"code"
+        assert (folder / "Contents/Resources/instruments.txt").read_text() == "paper-g\n"
+        assert len([path for path in folder.rglob("*") if path.is_file()]) == (5 if "macos" in name else 3)
+    (folder / "Contents/Resources/diary.txt").write_text("dear diary")
+    with pytest.raises(OSError, match="holds other files"):
+        vst3.write_bundle(basses, folder)

@@ -1,0 +1,212 @@
+"""A host of VST3 plugins at the level of their interfaces, for what pedalboard has no door to."""
+
+from __future__ import annotations
+
+import ctypes as c
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from livebass.arrays import Floats
+
+P, I16, I32, I64, U32, U64, D, F = (
+    c.c_void_p, c.c_int16, c.c_int32, c.c_int64, c.c_uint32, c.c_uint64, c.c_double, c.c_float,
+)  # fmt: skip
+TEXT = I16 * 128
+COMPONENT = "E831FF31F2D54301928EBBEE25697802"
+PROCESSOR = "42043F99B7DA453CA569E79D9AAEC33D"
+CONTROLLER = "DCD7BBE37742448DA874AACC979C759E"
+UNITS = "3D4BD6B5913A4FD2A886E768A5EB92C1"
+EXPRESSIONS = "B7F8F85941234872911695814F3721A3"
+MONO, STRINGS = 0, 1  # classes
+MONO_SPEAKER, STEREO_SPEAKERS = 1 << 19, 3
+REAL_TIME, OFFLINE = 0, 2
+TUNING = 2
+
+
+class On(c.Structure):
+    _fields_ = [("channel", I16), ("key", I16), ("tuning", F), ("velocity", F), ("length", I32), ("id", I32)]
+
+
+class Expression(c.Structure):
+    _fields_ = [("type", U32), ("id", I32), ("value", D)]
+
+
+class Kinds(c.Union):
+    _fields_ = [("on", On), ("expression", Expression), ("room", c.c_uint8 * 24)]
+
+
+class Event(c.Structure):
+    """A note, or (type 4) an expression of one."""
+
+    _fields_ = [
+        ("bus", I32), ("offset", I32), ("quarters", D), ("flags", c.c_uint16), ("type", c.c_uint16), ("of", Kinds),
+    ]  # fmt: skip
+
+
+class Buffers(c.Structure):
+    _fields_ = [("channels", I32), ("silence", U64), ("data", P)]
+
+
+class Setup(c.Structure):
+    _fields_ = [("mode", I32), ("size", I32), ("most", I32), ("rate", D)]
+
+
+class Data(c.Structure):
+    _fields_ = [
+        ("mode", I32), ("size", I32), ("frames", I32), ("ins", I32), ("outs", I32), ("inputs", P), ("outputs", P),
+        ("changes", P), ("out_changes", P), ("events", P), ("out_events", P), ("context", P),
+    ]  # fmt: skip
+
+
+class Info(c.Structure):
+    _fields_ = [("type", U32), ("title", TEXT), ("short", TEXT), ("unit_name", TEXT), ("unit", I32), ("usual", D)]
+
+
+class Programs(c.Structure):
+    _fields_ = [("id", I32), ("name", TEXT), ("count", I32)]
+
+
+class Given:
+    """An object of the host: functions from the fourth place of its table on."""
+
+    def __init__(self, *functions: Any) -> None:
+        self.functions = functions
+        self.table = (P * (3 + len(functions)))(None, None, None, *(c.cast(f, P) for f in functions))
+        self.pointer = P(c.addressof(self.table))
+        self.address = c.addressof(self.pointer)
+
+
+def wide(text: Any) -> str:
+    return bytes(text).decode("utf-16").split("\0")[0]
+
+
+class Object:
+    """An interface of the plugin."""
+
+    def __init__(self, address: int) -> None:
+        self.address = address
+
+    def call(self, place: int, *arguments: Any, result: Any = I32) -> Any:
+        """Calls the function in a place of its table; arguments are whole numbers, floats or ctypes objects."""
+        kinds = [type(a) if isinstance(a, c._SimpleCData) else D if isinstance(a, float) else P for a in arguments]
+        table = P.from_address(self.address).value or 0
+        return c.CFUNCTYPE(result, P, *kinds)(P.from_address(table + 8 * place).value)(self.address, *arguments)
+
+    def query(self, interface: str) -> Object:
+        found = P()
+        assert self.call(0, c.create_string_buffer(bytes.fromhex(interface), 16), c.addressof(found)) == 0
+        return Object(found.value or 0)
+
+
+class Plugin:
+    """One object of the bundle's classes, active at 48 kHz."""
+
+    def __init__(self, bundle: Path, which: int = MONO, mode: int = REAL_TIME) -> None:
+        library = c.CDLL(str(bundle / "Contents/x86_64-linux/livebass.so"))
+        library.GetPluginFactory.restype = P
+        factory, found = Object(library.GetPluginFactory()), P()
+        names = (c.c_char * 116)()
+        assert factory.call(4) == 2
+        assert factory.call(5, I32(which), c.addressof(names)) == 0
+        interface = c.create_string_buffer(bytes.fromhex(COMPONENT), 16)
+        assert factory.call(6, c.addressof(names), c.addressof(interface), c.addressof(found)) == 0
+        self.component, self.mode = Object(found.value or 0), mode
+        assert self.component.call(3, None) == 0
+        self.processor, self.controller = self.component.query(PROCESSOR), self.component.query(CONTROLLER)
+        self.outputs = self.component.call(7, I32(0), I32(1))
+        assert self.processor.call(7, c.addressof(Setup(mode, 0, 4096, 48000.0))) == 0
+        assert self.component.call(11, c.c_uint8(1)) == 0
+
+    def set_speakers(self, speakers: Sequence[int]) -> bool:
+        """Asks for speakers, one number an output; returns whether the plugin agrees."""
+        asked = (U64 * len(speakers))(*speakers)
+        return bool(self.processor.call(3, None, I32(0), c.addressof(asked), I32(len(speakers))) == 0)
+
+    def block(
+        self,
+        frames: int,
+        events: Sequence[Event] = (),
+        points: Sequence[tuple[int, int, float]] = (),
+        channels: int = 1,
+    ) -> Floats:
+        """Plays a block with `events`, and `points` of parameters, (id, offset, value); (outputs, channels, frames)."""
+
+        def get(_: Any, k: int, to: int) -> int:
+            c.memmove(to, c.addressof(events[k]), c.sizeof(Event))
+            return 0
+
+        def point(values: list[tuple[int, float]]) -> Any:
+            def tell(_: Any, k: int, offset: int, value: int) -> int:
+                I32.from_address(offset).value, D.from_address(value).value = values[k]
+                return 0
+
+            return tell
+
+        listed = Given(c.CFUNCTYPE(I32, P)(lambda _: len(events)), c.CFUNCTYPE(I32, P, I32, P)(get))
+        ids = sorted({number for number, *_ in points})
+        queues = []
+        for number in ids:
+            values = [(offset, value) for id_, offset, value in points if id_ == number]
+            queues.append(
+                Given(
+                    c.CFUNCTYPE(U32, P)(lambda _, number=number: number),
+                    c.CFUNCTYPE(I32, P)(lambda _, values=values: len(values)),
+                    c.CFUNCTYPE(I32, P, I32, P, P)(point(values)),
+                )
+            )
+        changes = Given(
+            c.CFUNCTYPE(I32, P)(lambda _: len(queues)), c.CFUNCTYPE(P, P, I32)(lambda _, k: queues[k].address)
+        )
+        out = np.full((self.outputs, channels, frames), np.nan, np.float32)
+        rows = [(P * channels)(*(row.ctypes.data for row in output)) for output in out]
+        buffers = (Buffers * self.outputs)(*(Buffers(channels, 0, c.addressof(row)) for row in rows))
+        data = Data(
+            self.mode, 0, frames, 0, self.outputs, None, c.addressof(buffers), changes.address, None, listed.address,
+        )  # fmt: skip
+        assert self.processor.call(9, c.addressof(data)) == 0
+        return out
+
+    def programs(self) -> list[str]:
+        """The names of its programs."""
+        units, found, name = self.component.query(UNITS), Programs(), TEXT()
+        assert units.call(5) == 1 and units.call(6, I32(0), c.addressof(found)) == 0
+        names = []
+        for k in range(found.count):
+            assert units.call(7, I32(found.id), I32(k), c.addressof(name)) == 0
+            names.append(wide(name))
+        units.call(2)
+        return names
+
+    def expressions(self) -> list[tuple[int, str]]:
+        """(type, title) of the expressions of notes."""
+        expressions = self.component.query(EXPRESSIONS)
+        room = (c.c_char * 1024)()
+        found = []
+        for k in range(expressions.call(3, I32(0), I16(0))):
+            assert expressions.call(4, I32(0), I16(0), I32(k), c.addressof(room)) == 0
+            info = Info.from_buffer_copy(room)
+            found.append((info.type, wide(info.title)))
+        expressions.call(2)
+        return found
+
+    def close(self) -> None:
+        assert self.component.call(11, c.c_uint8(0)) == 0
+        self.component.call(4)
+        self.processor.call(2)
+        self.controller.call(2)
+        assert self.component.call(2, result=U32) == 0
+
+
+def note_on(key: int, velocity: float, number: int, offset: int = 0) -> Event:
+    event = Event(0, offset, 0.0, 0, 0)
+    event.of.on = On(0, key, 0.0, velocity, 0, number)
+    return event
+
+
+def tuning(semitones: float, number: int, offset: int = 0) -> Event:
+    event = Event(0, offset, 0.0, 0, 4)
+    event.of.expression = Expression(TUNING, number, semitones / 240 + 0.5)
+    return event
