@@ -39,7 +39,7 @@ def export_page(basses: dict[str, Instrument], folder: Path, single: bool = Fals
     """Writes a page that plays `basses`, by short name; returns the HTML file.
 
     The folder appears complete, over an older page, or not at all. The first bass is the one that the page begins with.
-    Raises ValueError for names or basses that do not fit, OutputError, RuntimeError where the module cannot be built.
+    Raises ValueError for names or basses that do not fit, OutputError, BuildError where the module cannot be built.
     """
     files = page_files(basses, quality)
     if single:

@@ -69,6 +69,7 @@ def test_soft_notes_are_those_of_the_native_engine(preset: str) -> None:
     assert np.abs(sound - natively(preset, score)[: len(sound)]).max() <= CLOSE < 0.01 < np.abs(sound).max()
 
 
+@pytest.mark.slow  # may have to compile that level
 @pytest.mark.skipif(platform.machine().lower() not in X86, reason="another kind of processor")
 def test_hard_notes_are_those_of_processors_without_fused_multiplication() -> None:
     """Through all contacts: WebAssembly has the arithmetic of the level x86-64-v2, but for denormal numbers."""
