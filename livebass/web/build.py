@@ -15,6 +15,8 @@ from pathlib import Path
 
 from livebass.compiling import store
 from livebass.compiling.library import compiled_for
+from livebass.extras import install
+from livebass.plugin.build import BuildError
 from livebass.web.layout import ENTRIES
 
 LEVEL = "wasm32"
@@ -36,14 +38,14 @@ def cached() -> bool:
 
 
 def module() -> bytes:
-    """Returns the module; compiles it first if need be. Raises RuntimeError without a linker, OSError."""
+    """Returns the module; compiles it first if need be. Raises BuildError without a linker, OSError."""
     there = kept()
     for place in (BUILT, there):
         data = store.whole(place) if place else None
         if data is not None:
             return data
     if not importlib.util.find_spec("ziglang"):
-        raise RuntimeError("there is no linker for WebAssembly: install ziglang with pip")
+        raise BuildError(f"building the page needs ziglang: {install('export')}")
     data = linked(compiled_for(LEVEL))
     if there:
         with suppress(OSError):
@@ -52,7 +54,7 @@ def module() -> bytes:
 
 
 def linked(kernels: bytes) -> bytes:
-    """Returns the module of an object file of kernels. Raises RuntimeError, with what the linker said last."""
+    """Returns the module of an object file of kernels. Raises BuildError, with what the linker said last."""
     with tempfile.TemporaryDirectory() as folder:
         source, made = Path(folder, "kernels.o"), Path(folder, "kernels.wasm")
         source.write_bytes(kernels)
@@ -64,5 +66,5 @@ def linked(kernels: bytes) -> bytes:
         done = subprocess.run(command, capture_output=True, text=True)
         if done.returncode:
             said = done.stderr.strip().splitlines() or [f"exit status {done.returncode}"]
-            raise RuntimeError(f"the kernels cannot be linked: {said[-1]}")
+            raise BuildError(f"the kernels cannot be linked: {said[-1]}")
         return made.read_bytes()

@@ -16,6 +16,7 @@ from livebass import __version__
 from livebass.kernels.instrument import LIVE, STUDIO
 from livebass.model.instrument import Instrument
 from livebass.plugin.bundle import LIST, instrument_files, write_files
+from livebass.plugin.instrument import ENDING
 from livebass.plugin.parameters import PARAMETERS
 from livebass.web import build
 from livebass.web.layout import layout
@@ -23,6 +24,7 @@ from livebass.web.layout import layout
 STATIC = Path(__file__).parent / "static"
 INDEX, SINGLE = "index.html", "livebass.html"
 BASSES, MODULE = "basses", "livebass.wasm"
+SOURCES = ("app.js", "style.css", "worker.js", "worklet.js")
 TIERS = {"live": LIVE, "studio": STUDIO}
 # The audio thread of a page from a disk is a data: address, the worker a blob: one
 POLICIES = {
@@ -37,7 +39,7 @@ def export_page(basses: dict[str, Instrument], folder: Path, single: bool = Fals
     """Writes a page that plays `basses`, by short name; returns the HTML file.
 
     The folder appears complete, over an older page, or not at all. The first bass is the one that the page begins with.
-    Raises ValueError for names or basses that do not fit, OutputError, RuntimeError where the module cannot be built.
+    Raises ValueError for names or basses that do not fit, OutputError, BuildError where the module cannot be built.
     """
     files = page_files(basses, quality)
     if single:
@@ -48,8 +50,12 @@ def export_page(basses: dict[str, Instrument], folder: Path, single: bool = Fals
 
 def is_page(entries: list[Path]) -> bool:
     """True if these are the entries of a page that this file wrote: they may be replaced."""
-    names = {entry.name for entry in entries}
-    return names == {SINGLE} or names == {INDEX, BASSES, MODULE, "app.js", "style.css", "worker.js", "worklet.js"}
+    found = {entry.name: entry for entry in entries}
+    if set(found) == {SINGLE}:
+        return True
+    return set(found) == {INDEX, BASSES, MODULE, *SOURCES} and all(
+        entry.suffix == ENDING for entry in found[BASSES].iterdir()
+    )
 
 
 def page_files(basses: dict[str, Instrument], quality: str) -> dict[str, bytes]:

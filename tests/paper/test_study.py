@@ -5,11 +5,8 @@ from __future__ import annotations
 import csv
 import json
 import math
-import os
 import re
-import shutil
 import sys
-from collections.abc import Iterator
 from dataclasses import replace
 from html.parser import HTMLParser
 from itertools import pairwise
@@ -20,6 +17,7 @@ from urllib.parse import unquote
 import numpy as np
 import pytest
 import soundfile
+from support.browser import chromium
 from support.command import Run, assert_one_clear_line, cli_text
 
 from livebass.analysis.motion import Solved
@@ -241,42 +239,18 @@ def test_missing_extras_are_named(run: Run, tmp_path: Path, monkeypatch: pytest.
     assert f"{sys.executable} -m pip install 'livebass[analysis,plots]'" in err and not (tmp_path / "d").exists()
 
 
-@pytest.fixture
-def chromium(tmp_path: Path) -> Iterator[Any]:
-    """Chromium without a window, through its driver; both are ended by their process ids."""
-    places = shutil.which("chromium"), shutil.which("chromedriver")
-    if not all(places):
-        assert not os.environ.get("LIVEBASS_NEEDS_BROWSER"), "chromium or chromedriver is missing"
-        pytest.skip("there is no chromium with a chromedriver here")
-    from selenium import webdriver
-
-    options = webdriver.ChromeOptions()
-    options.binary_location = str(places[0])
-    for option in (
-        "headless", "no-sandbox", "disable-gpu", "no-first-run", "disable-background-networking",
-        "disable-component-update", "disable-sync", "disable-dev-shm-usage", f"user-data-dir={tmp_path / 'profile'}",
-    ):  # fmt: skip
-        options.add_argument(f"--{option}")
-    driver = webdriver.Chrome(options, webdriver.ChromeService(places[1]))
-    try:
-        driver.set_page_load_timeout(60)
-        driver.set_script_timeout(30)
-        yield driver
-    finally:
-        driver.quit()
-
-
-def test_a_browser_shows_all_of_it(done: tuple[Path, dict[str, Any]], chromium: Any) -> None:
+def test_a_browser_shows_all_of_it(done: tuple[Path, dict[str, Any]], tmp_path: Path) -> None:
     """Opened from the disk: every picture has a size, every player a duration."""
     directory, result = done
-    chromium.get((directory / "index.html").as_uri())
-    widths, durations = chromium.execute_async_script("""
-        const told = arguments[arguments.length - 1], players = [...document.querySelectorAll("audio")];
-        const known = player => player.readyState >= 1 || player.error ? Promise.resolve()
-            : new Promise(done => ["loadedmetadata", "error"].forEach(name => player.addEventListener(name, done)));
-        Promise.all(players.map(known)).then(() => told([
-            [...document.images].map(image => image.naturalWidth), players.map(player => player.duration)]));
-    """)
-    assert len(widths) == sum(len(s["figures"]) for s in result["studies"].values()) and min(widths) > 300
-    assert durations == pytest.approx([SHORT] * 3, abs=0.01)
-    assert chromium.title and not [m for m in chromium.get_log("browser") if m["level"] == "SEVERE"]
+    with chromium(tmp_path / "profile") as driver:
+        driver.get((directory / "index.html").as_uri())
+        widths, durations = driver.execute_async_script("""
+            const told = arguments[arguments.length - 1], players = [...document.querySelectorAll("audio")];
+            const known = player => player.readyState >= 1 || player.error ? Promise.resolve()
+                : new Promise(done => ["loadedmetadata", "error"].forEach(name => player.addEventListener(name, done)));
+            Promise.all(players.map(known)).then(() => told([
+                [...document.images].map(image => image.naturalWidth), players.map(player => player.duration)]));
+        """)
+        assert len(widths) == sum(len(s["figures"]) for s in result["studies"].values()) and min(widths) > 300
+        assert durations == pytest.approx([SHORT] * 3, abs=0.01)
+        assert driver.title and not [m for m in driver.get_log("browser") if m["level"] == "SEVERE"]

@@ -319,6 +319,7 @@ function showNeck() {
   neck.style.setProperty("--strings", bass.strings.length);
   neck.classList.toggle("fretless", bass.fretless);
   neck.classList.toggle("nut", from === 0);
+  neck.classList.toggle("odd", bass.strings.length % 2 === 1);
   const parts = [];
   [...bass.strings].reverse().forEach((string, row) => {
     const i = bass.strings.length - 1 - row;
@@ -435,7 +436,7 @@ function tellParameter(symbol) {
 for (const [symbol, text] of Object.entries(CONTROLS)) {
   const {least, most, usual, unit} = PAGE.parameters[symbol], slider = $(symbol);
   Object.assign(slider, {min: least, max: most, step: unit ? 1 : 0.01, value: usual});
-  const show = () => { $(`${symbol}-text`).textContent = text(+slider.value); };
+  const show = () => { slider.ariaValueText = $(`${symbol}-text`).textContent = text(+slider.value); };
   slider.oninput = () => {
     show();
     tellParameter(symbol);

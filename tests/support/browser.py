@@ -1,0 +1,114 @@
+"""Browsers without a window: Chromium through its driver, Firefox through its own protocol."""
+
+from __future__ import annotations
+
+import functools
+import http.server
+import json
+import os
+import re
+import shutil
+import subprocess
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+
+@contextmanager
+def chromium(profile: Path, **capabilities: Any) -> Iterator[Any]:
+    """A driver of Chromium; both are ended by their process ids. Skips the test where there is none."""
+    places = shutil.which("chromium"), shutil.which("chromedriver")
+    if not all(places):
+        assert not os.environ.get("LIVEBASS_NEEDS_BROWSER"), "chromium or chromedriver is missing"
+        pytest.skip("there is no chromium with a chromedriver here")
+    from selenium import webdriver
+
+    options = webdriver.ChromeOptions()
+    options.binary_location = str(places[0])
+    for option in (
+        "headless=new", "no-sandbox", "disable-gpu", "no-first-run", "disable-background-networking",
+        "disable-component-update", "disable-sync", "disable-dev-shm-usage", f"user-data-dir={profile}",
+    ):  # fmt: skip
+        options.add_argument(f"--{option}")
+    for name, value in capabilities.items():
+        options.set_capability(f"goog:{name}", value)
+    driver = webdriver.Chrome(options, webdriver.ChromeService(places[1]))
+    try:
+        driver.set_page_load_timeout(60)
+        driver.set_script_timeout(60)
+        yield driver
+    finally:
+        driver.quit()
+
+
+class Firefox:
+    """A Firefox that is spoken to by WebDriver BiDi, over a web socket."""
+
+    def __init__(self, socket: Any) -> None:
+        self.socket, self.number = socket, 0
+        self.ask("session.new", capabilities={})
+        self.context = self.ask("browsingContext.getTree")["contexts"][0]["context"]
+
+    def ask(self, method: str, **parameters: Any) -> Any:
+        """Sends a command; returns its result."""
+        self.number += 1
+        self.socket.send(json.dumps({"id": self.number, "method": method, "params": parameters}))
+        while (answer := json.loads(self.socket.recv())).get("id") != self.number:
+            pass
+        assert answer["type"] == "success", answer
+        return answer["result"]
+
+    def get(self, url: str) -> None:
+        self.ask("browsingContext.navigate", context=self.context, url=url, wait="complete")
+
+    def run(self, script: str) -> str:
+        """Returns the text that the promise `script` gives."""
+        found = self.ask("script.evaluate", expression=script, target={"context": self.context}, awaitPromise=True)
+        assert found["type"] == "success", found
+        return str(found["result"]["value"])
+
+
+@contextmanager
+def firefox(profile: Path) -> Iterator[Firefox]:
+    """A Firefox; ended by its process id. Skips the test where there is none."""
+    place = shutil.which("firefox-esr") or shutil.which("firefox")
+    if not place:
+        pytest.skip("there is no Firefox here")
+    import websocket
+
+    profile.mkdir()
+    with subprocess.Popen(
+        [place, "--headless", "--no-remote", "--profile", profile, "--remote-debugging-port", "0", "about:blank"],
+        stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True, env=os.environ | {"HOME": str(profile)},
+    ) as process:  # fmt: skip
+        try:
+            assert process.stderr
+            address = next(m[1] for line in process.stderr if (m := re.search(r"BiDi listening on (ws://\S+)", line)))
+            threading.Thread(target=process.stderr.read, daemon=True).start()  # what it says goes nowhere
+            socket = websocket.create_connection(f"{address}/session", timeout=60, suppress_origin=True)
+            yield Firefox(socket)
+            socket.close()
+        finally:
+            process.terminate()
+            try:
+                process.wait(10)
+            except subprocess.TimeoutExpired:
+                process.kill()
+
+
+@contextmanager
+def served(folder: Path) -> Iterator[str]:
+    """The address at which this machine serves a folder, for as long as the block lasts."""
+
+    class Quiet(http.server.SimpleHTTPRequestHandler):
+        def log_message(self, *_: Any) -> None:
+            pass
+
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(Quiet, directory=folder)) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        yield f"http://127.0.0.1:{server.server_port}"
+        server.shutdown()

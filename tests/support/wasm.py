@@ -1,0 +1,121 @@
+"""The WebAssembly module of the page without a browser: in wasmtime, with the records that engine.js uses."""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import wasmtime
+
+from livebass.arrays import Floats
+from livebass.compiling import Entry
+from livebass.kernels.instrument import COARSE, FILE, GOOD, LIVE, POOL
+from livebass.kernels.preparing import DONE
+from livebass.live.thread.records import SYNTH
+from livebass.live.thread.setup import BUILDING
+from livebass.score import Score
+from livebass.web import build
+from livebass.web.layout import CALLED
+
+RATE = 48000
+# What plays the pinned sound: hard notes on all strings
+HARD = [(0.06 * k, 0.25, 28 + 5 * (k % 4) + 5 * (k // 4) % 12, 127 - 5 * k) for k in range(12)]
+PINS = Path(__file__).parents[1] / "web" / "pinned.json"
+PINNED = json.loads(PINS.read_text())  # by preset: seconds of it, and its hash
+QUANTUM, MESSAGES, LINE, PAGE = 128, 4096, 64, 65536
+
+
+@functools.cache
+def compiled() -> tuple[Any, Any]:
+    """wasmtime's engine, and the module compiled for it."""
+    engine = wasmtime.Engine()
+    return engine, wasmtime.Module(engine, build.module())
+
+
+class Module:
+    """A synth with one bass, from its instrument file, at `rate`."""
+
+    def __init__(self, file: bytes, rate: int = 48000, tier: int = LIVE, adaptive: bool = False) -> None:
+        engine, module = compiled()
+        self.store = wasmtime.Store(engine)
+        self.x = wasmtime.Instance(self.store, module, []).exports(self.store)
+        self.end = int(self.x["__heap_base"].value(self.store))
+        table = self.x["__indirect_function_table"]
+        numbers = {e.name: table.grow(self.store, 1, self.x[f"lb_{e.name}"]) for e in CALLED}
+        self.file = self.place(len(file))
+        self.bytes(self.file, len(file))[:] = np.frombuffer(file, np.uint8)
+        assert self.call("check_file", self.file, len(file)) == GOOD
+        building = self.place(BUILDING.itemsize)
+        for k, which in enumerate((tier, COARSE)):
+            pool = self.place(POOL.itemsize)
+            self.set(POOL, pool, file=self.file, tier=which, rate=rate)
+            self.call("measure_pool", pool)
+            self.set(POOL, pool, memory=self.place(int(self.record(POOL, pool)["bytes"])))
+            assert self.call("fill_pool", pool) == DONE
+            self.record(BUILDING, building)["operators"][k] = self.record(POOL, pool)["memory"]
+        assert FILE.fields
+        called = {name: numbers[name] for name in ("over_frets", "over_board", "play_string")}
+        instrument = self.file + FILE.fields["instrument"][1]
+        self.set(BUILDING, building, instrument=instrument, tier=tier, rate=rate, **called)
+        self.call("measure_bass", building)
+        self.bass = self.place(int(self.record(BUILDING, building)["bytes"]))
+        self.set(BUILDING, building, memory=self.bass)
+        self.call("fill_bass", building)
+        self.synth, self.sound = self.place(SYNTH.itemsize), self.place(4 * QUANTUM)
+        rings = self.place(self.call("ring_bytes", MESSAGES))
+        self.call("fill_synth", self.synth, rings, MESSAGES, float(rate), -1, 1.0, numbers["process"])
+        self.set(SYNTH, self.synth, next_bass=self.bass, adaptive=adaptive)
+
+    def call(self, name: Entry | str, *arguments: float) -> Any:
+        return self.x[f"lb_{name}"](self.store, *arguments)
+
+    def place(self, size: int) -> int:
+        """The address of new memory, zeros."""
+        at = -(-self.end // LINE) * LINE
+        self.end = at + size
+        memory = self.x["memory"]
+        missing = self.end - memory.data_len(self.store)
+        if missing > 0:
+            memory.grow(self.store, -(-missing // PAGE))
+        return at
+
+    def bytes(self, at: int, size: int) -> np.ndarray:
+        """Memory as it is until more is made."""
+        memory = self.x["memory"]
+        whole = np.ctypeslib.as_array(memory.data_ptr(self.store), (memory.data_len(self.store),))
+        return whole[at : at + size]
+
+    def record(self, of: np.dtype[np.void], at: int) -> Any:
+        return self.bytes(at, of.itemsize).view(of)[0]
+
+    def set(self, of: np.dtype[np.void], at: int, **values: float) -> None:
+        for name, value in values.items():
+            self.record(of, at)[name] = value
+
+    def field(self, name: str) -> Any:
+        return self.record(SYNTH, self.synth)[name]
+
+    def send(self, frame: int, status: int, first: int, second: int) -> None:
+        rings = int(self.field("midi_ring")[0])
+        assert self.call("push_message", rings, MESSAGES, frame, status, first, second)
+
+    def play(self, n: int) -> Floats:
+        """The next n frames, whole quanta of them, float32."""
+        out = np.empty(n, np.float32)
+        for k in range(0, n, QUANTUM):
+            self.call("process", self.synth, self.sound, QUANTUM)
+            out[k : k + QUANTUM] = self.bytes(self.sound, 4 * QUANTUM).view(np.float32)
+        return out
+
+
+def messages_of(score: Score) -> list[tuple[int, int, int, int]]:
+    """A score's messages as `Module.send` and the page's audio thread take them."""
+    return [(int(frame), *map(int, message)) for frame, message in zip(score.frames, score.messages, strict=True)]
+
+
+def sound_hash(sound: Floats) -> str:
+    return hashlib.sha256(sound.astype("<f4").tobytes()).hexdigest()[:16]

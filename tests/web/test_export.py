@@ -1,0 +1,138 @@
+"""`livebass export web`: the files of a page, and the input that it refuses."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from pathlib import Path
+
+import pytest
+from support.command import Run, assert_one_clear_line
+
+from livebass import load_preset
+from livebass.compiling import store
+from livebass.web import build
+from livebass.web.export import export_page
+
+FOUR = ("jazz-finger", "slap", "precision-finger", "fretless")
+MOST_BYTES = 3_000_000
+
+
+def names(folder: Path) -> list[str]:
+    return sorted(file.relative_to(folder).as_posix() for file in folder.rglob("*") if file.is_file())
+
+
+def size(folder: Path) -> int:
+    return sum(file.stat().st_size for file in folder.rglob("*") if file.is_file())
+
+
+def test_one_file_or_a_folder_of_four_basses(run: Run, tmp_path: Path) -> None:
+    for single, wanted in (
+        (["--single"], ["livebass.html"]),
+        (
+            [],
+            [
+                "app.js", *sorted(f"basses/{name}.lbass" for name in FOUR), "index.html", "livebass.wasm", "style.css",
+                "worker.js", "worklet.js",
+            ],
+        ),
+    ):  # fmt: skip
+        folder = tmp_path / f"page{len(single)}"
+        status, out, err = run("export", "web", "-p", *FOUR, "-o", folder, *single)
+        assert status == 0 and out == "" and "4 basses" in err and ("livebass.html" if single else "index.html") in err
+        assert names(folder) == wanted
+        assert size(folder) < MOST_BYTES
+
+
+def test_the_same_again_is_the_same_and_replaces_the_older_one(tmp_path: Path) -> None:
+    bass, folder = load_preset("slap"), tmp_path / "page"
+    first = export_page({"slap": bass}, folder).read_bytes()
+    assert export_page({"slap": bass}, folder).read_bytes() == first
+    export_page({"one": bass, "two": bass}, folder, quality="studio")
+    assert [name for name in names(folder) if name.startswith("basses")] == ["basses/one.lbass", "basses/two.lbass"]
+    export_page({"slap": bass}, folder, single=True)
+    assert names(folder) == ["livebass.html"]
+
+
+def test_the_page_loads_nothing_from_elsewhere(tmp_path: Path) -> None:
+    html = export_page({"slap": load_preset("slap")}, tmp_path / "page", single=True).read_text("utf-8")
+    policy = re.findall(r'Content-Security-Policy" content="([^"]*)"', html)
+    assert len(policy) == 1 and "default-src 'none'" in policy[0] and "connect-src" not in policy[0]
+    assert not re.findall(r"""(?:src|href)=["'](?!data:)""", html.split("<script>")[0])
+    assert not re.findall(r"https?://(?!www\.w3\.org/2000/svg)", html)
+
+
+def test_names_and_texts_are_no_markup(tmp_path: Path) -> None:
+    text = Path("presets/slap.toml").read_text() if Path("presets/slap.toml").exists() else ""
+    text = text or (store.PACKAGE.parent / "presets" / "slap.toml").read_text()
+    mine = tmp_path / "mine.toml"
+    mine.write_text(re.sub(r"^name = .*$", 'name = "</script><b>mine"', text, count=1, flags=re.MULTILINE))
+    html = export_page({"mine": load_preset(mine)}, tmp_path / "page").read_text("utf-8")
+    assert "</script><b>" not in html
+    page = json.loads(html.split('id="page">')[1].split("</script>")[0])
+    assert page["basses"][0]["title"] == "</script><b>mine"
+
+
+@pytest.mark.parametrize(
+    "arguments, says, allowed",
+    [
+        (["-p", "sla", "-o", "page"], "sla", (1, 2)),
+        (["-p", "slap"], "'-o'", (2,)),
+        (["slap", "-o", "page"], "name presets with -p", (2,)),
+        (["-p", "slap", "slap", "-o", "page"], "two basses called slap", (2,)),
+        (["-p", "slap", "-o", "page", "-q", "reference"], "'live', 'studio'", (2,)),
+        (["-p", "slap", "-o", "file"], "file: is not a directory", (1,)),
+        (["-p", "slap", "-o", "file/page"], "file", (1,)),
+        (["-p", "slap", "-o", "other"], "other: holds other files, such as mine.txt", (1,)),
+    ],
+)
+def test_bad_input(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, arguments: list[str], says: str, allowed: tuple[int, ...]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "file").touch()
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / "mine.txt").touch()
+    status, _, err = run("export", "web", *arguments)
+    assert_one_clear_line(status, err, allowed)
+    assert says in err
+    assert names(tmp_path) == ["file", "other/mine.txt"]
+
+
+def test_files_of_others_among_the_basses_stay(run: Run, tmp_path: Path) -> None:
+    folder = tmp_path / "page"
+    export_page({"slap": load_preset("slap")}, folder)
+    (folder / "basses" / "mine.wav").touch()
+    status, _, err = run("export", "web", "-p", "slap", "-o", folder)
+    assert_one_clear_line(status, err, (1,))
+    assert (folder / "basses" / "mine.wav").exists()
+
+
+@pytest.mark.skipif(not hasattr(os, "getuid") or os.getuid() == 0, reason="root may write everywhere")
+def test_a_folder_that_cannot_be_written(run: Run, tmp_path: Path) -> None:
+    tmp_path.chmod(0o500)
+    status, _, err = run("export", "web", "-p", "slap", "-o", tmp_path / "page")
+    tmp_path.chmod(0o700)
+    assert_one_clear_line(status, err, (1,))
+
+
+def test_a_full_disk_leaves_nothing(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("livebass.files.os.fsync", full)
+    status, _, err = run("export", "web", "-p", "slap", "-o", tmp_path / "page")
+    assert_one_clear_line(status, err, (1,))
+    assert names(tmp_path) == []
+
+
+def test_without_a_linker_a_line_says_what_to_install(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(build, "kept", lambda: None)
+    monkeypatch.setattr(build, "BUILT", tmp_path / "none")
+    monkeypatch.setattr(build.importlib.util, "find_spec", lambda name: None)
+    status, _, err = run("export", "web", "-p", "slap", "-o", tmp_path / "page")
+    assert_one_clear_line(status, err, (1,))
+    assert "livebass[export]" in err and names(tmp_path) == []

@@ -1,0 +1,124 @@
+"""The kernels as WebAssembly: the sound of the native engine, and the same samples on every machine."""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.wasm import HARD, PINNED, PINS, QUANTUM, RATE, Module, messages_of, sound_hash
+
+from livebass import QUALITIES, load_preset, render_to_array, score_of
+from livebass.arrays import Floats
+from livebass.compiling import X86
+from livebass.engine.render import mixed
+from livebass.plugin.instrument import instrument_file
+from livebass.score import Score
+from livebass.web import build
+from livebass.web.layout import ENTRIES, RECORDS, record
+
+TESTS = Path(__file__).parents[1]
+MOST_BYTES = 700_000
+CLOSE = 1e-7
+SOFT = [(0.2 * k, 0.18, 33 + 5 * (k % 3), 25) for k in range(4)]
+
+
+def in_wasm(preset: str, score: Score, seconds: float = 1.0) -> Floats:
+    module = Module(instrument_file(load_preset(preset)), score.rate)
+    for message in messages_of(score):
+        module.send(*message)
+    frames = round(seconds * score.rate) // QUANTUM * QUANTUM
+    sound = module.play(frames)
+    assert module.field("faults") == 0
+    return sound
+
+
+def natively(preset: str, score: Score) -> Floats:
+    """As `livebass render` has it, cut at full scale, as the page does."""
+    sound = render_to_array(load_preset(preset), score, QUALITIES["live"], tail=1.0)
+    return np.clip(mixed(sound.astype(np.float32)), -1, 1)
+
+
+def test_the_module_is_small_and_imports_nothing() -> None:
+    import wasmtime
+
+    data = build.module()
+    module = wasmtime.Module(wasmtime.Engine(), data)
+    assert not list(module.imports) and len(data) < MOST_BYTES
+    exported = {"memory", "__indirect_function_table", "__heap_base", *(f"lb_{entry.name}" for entry in ENTRIES)}
+    assert {export.name for export in module.exports} == exported
+    assert b"numba" not in data and b"Py_" not in data
+
+
+@pytest.mark.parametrize("preset", PINNED)
+def test_it_plays_the_pinned_sound(preset: str) -> None:
+    """Hard notes on all strings. The hash is that of browsers too: test_page.py."""
+    assert sound_hash(in_wasm(preset, score_of(HARD, RATE), PINNED[preset]["seconds"])) == PINNED[preset]["hash"]
+
+
+@pytest.mark.parametrize("preset", ["jazz-finger", "precision-finger"])
+def test_soft_notes_are_those_of_the_native_engine(preset: str) -> None:
+    """Strings that touch no fret: nothing is chaotic."""
+    score = score_of(SOFT, RATE)
+    sound = in_wasm(preset, score)
+    assert np.abs(sound - natively(preset, score)[: len(sound)]).max() <= CLOSE < 0.01 < np.abs(sound).max()
+
+
+@pytest.mark.slow  # may have to compile that level
+@pytest.mark.skipif(platform.machine().lower() not in X86, reason="another kind of processor")
+def test_hard_notes_are_those_of_processors_without_fused_multiplication() -> None:
+    """Through all contacts: WebAssembly has the arithmetic of the level x86-64-v2, but for denormal numbers."""
+    places = os.pathsep.join([str(TESTS), str(TESTS.parent), *filter(None, [os.environ.get("PYTHONPATH")])])
+    environment = os.environ | {"LIVEBASS_LEVEL": "x86-64-v2", "PYTHONPATH": places}
+    done = subprocess.run([sys.executable, __file__, "slap"], capture_output=True, env=environment)
+    assert done.returncode == 0, done.stderr
+    sound = in_wasm("slap", score_of(HARD, RATE))
+    assert np.abs(sound - np.frombuffer(done.stdout, np.float32)[: len(sound)]).max() <= CLOSE
+
+
+def test_a_told_load_relieves_strings_and_lets_them_go() -> None:
+    module = Module(instrument_file(load_preset("jazz-finger")), RATE, adaptive=True)
+    for message in messages_of(score_of([(0.0, 9.0, key, 100) for key in (28, 33, 38, 43)], RATE)):
+        module.send(*message)
+    module.play(QUANTUM)
+    for k in range(4):
+        assert module.field("overload") == k
+        module.call("relieve", module.synth, 1.5, QUANTUM)
+        module.play(QUANTUM)
+    assert module.field("overload") == 4
+    for _ in range(3 * RATE // 2048):
+        module.call("relieve", module.synth, 0.1, 2048)
+        module.play(QUANTUM)
+    assert module.field("overload") == 0 and module.field("faults") == 0
+
+
+def test_a_damaged_file_is_refused() -> None:
+    data = bytearray(instrument_file(load_preset("jazz-finger")))
+    data[2000] ^= 1
+    with pytest.raises(AssertionError):
+        Module(bytes(data), RATE)
+
+
+def test_javascript_has_the_records_of_the_kernels() -> None:
+    for of in RECORDS.values():
+        assert of.fields and of.names
+        found = record(of)
+        assert found["bytes"] == of.itemsize
+        assert {name: offset for name, (offset, _) in found["fields"].items()} == {
+            name: of.fields[name][1] for name in of.names
+        }
+        assert {kind for _, kind in found["fields"].values()} <= {"", "i8", "f8", "u1"}
+
+
+if __name__ == "__main__":
+    if sys.argv[1:] == ["pin"]:  # listen first
+        for preset, of in PINNED.items():
+            of["hash"] = sound_hash(in_wasm(preset, score_of(HARD, RATE), of["seconds"]))
+        PINS.write_text(json.dumps(PINNED, indent=2) + "\n")
+    else:
+        sys.stdout.buffer.write(natively(sys.argv[1], score_of(HARD, RATE)).astype(np.float32).tobytes())

@@ -1,0 +1,280 @@
+"""The page in real browsers: from a disk and from a server it plays, by keys and neck, and asks nobody for anything."""
+
+from __future__ import annotations
+
+import base64
+import json
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from support.browser import chromium, firefox, served
+from support.wasm import HARD, PINNED, QUANTUM, RATE, messages_of, sound_hash
+
+from livebass import score_of
+from livebass.arrays import Floats
+
+LOUD = -30.0  # dBFS
+PATIENCE = 20.0  # s
+WIDTHS = (360, 800, 1400)  # px
+KEYS = {"a": 28, "s": 29, "d": 31, "f": 33, "g": 35}  # and the notes they play
+# The sound of a score as samples in base64
+OFFLINE = """
+(async (name, score, frames, rate) => {
+  while (!module) await new Promise(done => setTimeout(done, 20));
+  const context = new OfflineAudioContext(1, frames, rate);
+  const node = await makeNode(context, {bass: await build(name, rate), score, channels: 1});
+  node.connect(context.destination);
+  const bytes = new Uint8Array((await context.startRendering()).getChannelData(0).buffer);
+  let text = "";
+  for (let k = 0; k < bytes.length; k += 32768) text += String.fromCharCode(...bytes.subarray(k, k + 32768));
+  return btoa(text);
+})
+"""
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
+    logs = {"browser": "ALL", "performance": "ALL"}
+    with chromium(tmp_path_factory.mktemp("chromium") / "profile", loggingPrefs=logs) as driver:
+        yield driver
+
+
+@pytest.fixture(scope="module")
+def addresses(pages: dict[bool, Path]) -> Iterator[dict[str, str]]:
+    with served(pages[False].parent) as server:
+        yield {"disk": pages[True].as_uri(), "server": f"{server}/index.html"}
+
+
+@pytest.fixture
+def page(browser: Any, addresses: dict[str, str]) -> Iterator[Any]:
+    """The page from a disk, ready to start; whatever goes wrong in it fails the test."""
+    open_page(browser, addresses["disk"])
+    yield browser
+    assert not [line for line in browser.get_log("browser") if line["level"] == "SEVERE"]
+
+
+def open_page(driver: Any, address: str) -> None:
+    driver.get(address)
+    wait(lambda: driver.execute_script("return ready"))
+
+
+def wait(condition: Callable[[], Any]) -> Any:
+    """Waits until a condition holds; returns its value."""
+    end = time.monotonic() + PATIENCE
+    while not (found := condition()):
+        assert time.monotonic() < end, "the page did not get there"
+        time.sleep(0.05)
+    return found
+
+
+def text(driver: Any, name: str) -> str:
+    return str(driver.find_element("id", name).text)
+
+
+def start(driver: Any) -> None:
+    driver.find_element("id", "power").click()
+    wait(lambda: "plays" in text(driver, "said"))
+
+
+def hear(driver: Any) -> None:
+    """Waits until the meter shows a loud sound."""
+
+    def level() -> float:
+        shown = text(driver, "level-text").removesuffix(" dB")
+        return -np.inf if shown == "silent" else float(shown)
+
+    wait(lambda: level() > LOUD)
+
+
+def chain(driver: Any) -> Any:
+    from selenium.webdriver.common.action_chains import ActionChains
+
+    return ActionChains(driver, duration=20)
+
+
+def requests(driver: Any) -> list[str]:
+    """What the page asked for since the last call, but for itself and what is in it."""
+    messages = [json.loads(line["message"])["message"] for line in driver.get_log("performance")]
+    found = [m["params"]["request"]["url"] for m in messages if m["method"] == "Network.requestWillBeSent"]
+    return [url for url in found if not url.startswith(("data:", "blob:", "chrome:"))]
+
+
+@pytest.mark.parametrize("place", ["disk", "server"])
+def test_it_plays_keys_and_changes_the_bass_while_it_sounds(
+    browser: Any, addresses: dict[str, str], place: str
+) -> None:
+    requests(browser)
+    open_page(browser, addresses[place])
+    start(browser)
+    for key, note in KEYS.items():
+        chain(browser).key_down(key).perform()
+        wait(lambda note=note: browser.find_elements("css selector", f'button.on[data-note="{note}"]'))
+        hear(browser)
+        chain(browser).key_up(key).perform()
+    chain(browser).key_down("a").perform()
+    browser.execute_script("$('bass').value = 'slap'; $('bass').dispatchEvent(new Event('change'))")
+    wait(lambda: text(browser, "said") == "Slap plays.")
+    chain(browser).key_up("a").key_down("s").perform()
+    hear(browser)
+    chain(browser).key_up("s").perform()
+    assert text(browser, "faults") == "0 faults"
+    assert browser.execute_script("return context.state") == "running"
+    home = addresses[place].removesuffix("index.html")
+    asked = requests(browser)
+    assert asked and all(url.startswith(home) for url in asked), asked
+    assert len(asked) == 1 if place == "disk" else len(asked) > 1
+    assert not [line for line in browser.get_log("browser") if line["level"] == "SEVERE"]
+
+
+def test_all_of_it_works_from_a_keyboard(page: Any) -> None:
+    """Tab reaches every control and one place on the neck; arrow keys move there, Enter plays."""
+    from selenium.webdriver.common.keys import Keys
+
+    seen = []
+    for _ in range(40):
+        chain(page).send_keys(Keys.TAB).perform()
+        focused = page.switch_to.active_element
+        if focused.tag_name == "body":  # after the last one
+            continue
+        name = focused.accessible_name
+        assert name, focused.get_attribute("outerHTML")
+        if name in seen:
+            break
+        seen.append(name)
+    wanted = {"Bass", "Start", "G string, open, G2", "E1, key A", "Octave up, key X", "Connect MIDI", "Panic"}
+    assert wanted <= set(seen), seen
+    assert {name.split()[0] for name in seen} >= {"Gain", "Tone", "Pluck", "Force"}
+    page.execute_script("document.querySelector('.open').focus()")
+    chain(page).send_keys(Keys.ARROW_DOWN, Keys.ARROW_RIGHT, Keys.ARROW_RIGHT, Keys.ARROW_RIGHT).perform()
+    assert page.switch_to.active_element.accessible_name == "D string, fret 3, F2"
+    chain(page).key_down(Keys.ENTER).perform()
+    hear(page)
+    chain(page).key_up(Keys.ENTER).perform()
+
+
+def test_the_neck_plays_where_it_is_pressed_and_harder_below(page: Any) -> None:
+    start(page)
+    sent = "window.sent = []; const post = node.port.postMessage.bind(node.port);"
+    page.execute_script(sent + "node.port.postMessage = (m, t) => { if (m.midi) sent.push(m.midi); post(m, t); }")
+    cell = page.find_element("css selector", 'button[data-string="1"][data-fret="5"]')
+    half = cell.size["height"] // 2 - 2
+    for y in (-half, half):
+        chain(page).move_to_element_with_offset(cell, 0, y).click_and_hold().perform()
+        wait(lambda: page.execute_script("return held.size"))
+        chain(page).release().perform()
+    on = [m for m in page.execute_script("return sent") if m[0] == 0x90]
+    assert [m[1] for m in on] == [38, 38] and on[0][2] < 50 < 110 < on[1][2]
+    hear(page)
+    assert page.execute_script("return held.size") == 0
+
+
+def test_controls_panic_and_stop(page: Any) -> None:
+    start(page)
+    chain(page).key_down("a").perform()
+    hear(page)
+    page.execute_script("$('gain').value = -60; $('gain').oninput()")
+    wait(lambda: text(page, "level-text") == "silent")
+    assert text(page, "gain-text") == "silent"
+    page.execute_script("$('gain').value = 0; $('gain').oninput()")
+    chain(page).key_up("a").key_down("d").perform()
+    hear(page)
+    page.find_element("id", "panic").click()
+    wait(lambda: text(page, "level-text") == "silent")
+    page.find_element("id", "power").click()
+    wait(lambda: page.execute_script("return context.state") == "suspended")
+    assert text(page, "power") == "Start"
+    chain(page).key_up("d").perform()
+    page.find_element("id", "power").click()
+    wait(lambda: page.execute_script("return context.state") == "running")
+    chain(page).key_down("f").perform()
+    hear(page)
+    chain(page).key_up("f").perform()
+
+
+def test_overload_is_said(page: Any) -> None:
+    report = {"load": 0.4, "peak": 0.1, "overload": 2, "faults": 1, "held": [-1, 3, -1, -1]}
+    page.execute_script("showMeters(arguments[0])", report)
+    assert text(page, "overload") == "OVERLOAD" and text(page, "faults") == "1 fault"
+    lit = page.find_element("css selector", "button.on")
+    assert lit.accessible_name == "A string, fret 3, C2"
+    page.execute_script("showMeters(arguments[0])", report | {"overload": 0})
+    assert not page.find_element("id", "overload").is_displayed()
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_it_fits_the_width(page: Any, width: int) -> None:
+    sizes = {"width": width, "height": 800, "deviceScaleFactor": 1, "mobile": width < 500}
+    page.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", sizes)
+    try:
+        for name in PINNED:
+            page.execute_script("$('bass').value = arguments[0]; $('bass').dispatchEvent(new Event('change'))", name)
+            wait(lambda: page.execute_script("return $('neck').clientWidth <= innerWidth"))
+            assert page.execute_script("const e = document.documentElement; return e.scrollWidth <= e.clientWidth")
+            cells = page.find_elements("css selector", ".fret")
+            assert min(cell.size["width"] for cell in cells[:25]) >= 28
+            assert min(cell.size["height"] for cell in cells[:25]) >= 40
+        inside = (
+            "const r = e => e.getBoundingClientRect(); return [...document.querySelectorAll('button, select, input')]"
+        )
+        inside += ".filter(e => e.offsetParent && (r(e).left < 0 || r(e).right > innerWidth + 2)).map(e => e.outerHTML)"
+        assert page.execute_script(inside) == []
+    finally:
+        page.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+@pytest.mark.parametrize(
+    "lack, says",
+    [
+        ("delete window.AudioWorkletNode", "no AudioWorklet"),
+        ("WebAssembly.validate = () => false", "no WebAssembly SIMD"),
+        ("delete window.DecompressionStream", "no DecompressionStream"),
+        ("Object.defineProperty(window, 'isSecureContext', {value: false})", "not from http"),
+        ("Navigator.prototype.requestMIDIAccess = undefined", "no Web MIDI"),
+    ],
+)
+def test_it_says_what_the_browser_lacks(browser: Any, addresses: dict[str, str], lack: str, says: str) -> None:
+    script = browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": lack})
+    try:
+        browser.get(addresses["disk"])
+        said = wait(lambda: text(browser, "lacks") or text(browser, "midi-text"))
+        assert says in said
+        if "MIDI" not in says:
+            assert not browser.find_element("id", "power").is_enabled()
+    finally:
+        browser.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", script)
+
+
+def test_a_folder_opened_from_a_disk_says_how_it_would_play(browser: Any, pages: dict[bool, Path]) -> None:
+    browser.get(pages[False].as_uri())
+    assert "--single" in text(browser, "lacks")
+    browser.get_log("browser")
+
+
+def offline(run: Callable[[str], str], preset: str) -> Floats:
+    """What an OfflineAudioContext renders of the pinned score; `run` gives the value of a script's promise."""
+    frames = round(PINNED[preset]["seconds"] * RATE) // QUANTUM * QUANTUM
+    given = json.dumps([preset, messages_of(score_of(HARD, RATE)), frames, RATE])
+    return np.frombuffer(base64.b64decode(run(f"({OFFLINE})(...{given})")), np.float32)
+
+
+@pytest.mark.parametrize("preset", ["jazz-finger", "fretless"])
+def test_chromium_plays_the_pinned_samples(page: Any, preset: str) -> None:
+    def run(script: str) -> str:
+        return str(page.execute_async_script(f"{script}.then(arguments[0], e => arguments[0](String(e)))"))
+
+    assert sound_hash(offline(run, preset)) == PINNED[preset]["hash"]
+
+
+@pytest.mark.slow
+def test_firefox_plays_the_same_samples(addresses: dict[str, str], tmp_path: Path) -> None:
+    with ExitStack() as stack:
+        fox = stack.enter_context(firefox(tmp_path / "firefox"))
+        for address in addresses.values():
+            fox.get(address)
+            for preset in PINNED:
+                assert sound_hash(offline(fox.run, preset)) == PINNED[preset]["hash"]
