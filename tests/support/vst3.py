@@ -117,7 +117,8 @@ class Plugin:
         assert self.component.call(3, None) == 0
         self.processor, self.controller = self.component.query(PROCESSOR), self.component.query(CONTROLLER)
         self.outputs = self.component.call(7, I32(0), I32(1))
-        assert self.processor.call(7, c.addressof(Setup(mode, 0, 4096, 48000.0))) == 0
+        setup = Setup(mode, 0, 4096, 48000.0)
+        assert self.processor.call(7, c.addressof(setup)) == 0
         assert self.component.call(11, c.c_uint8(1)) == 0
 
     def set_speakers(self, speakers: Sequence[int]) -> bool:

@@ -430,7 +430,7 @@ static void collect(vst3 *v, const vst3_process_data *d) {
 
 /* Sorts the changes by their frames, those of one frame as they came (Shell's sort: qsort may allocate). */
 static void sort(vst3 *v) {
-    for (int gap = 701; gap; gap = gap * 4 / 9) {
+    for (int gap = 701; gap; gap = gap == 2 ? 1 : gap * 4 / 9) {
         for (int k = gap; k < v->change_count; k++) {
             const change c = v->changes[k];
             int j = k;
