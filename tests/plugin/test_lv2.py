@@ -84,8 +84,8 @@ def test_it_plays_what_is_rendered_bit_for_bit(plugin: Plugin, preset: str) -> N
     score, wanted = hard(preset)
     assert plugin.restore(state_of(plugin, preset)) == 0
     rng = np.random.default_rng(1)
-    sizes_of_blocks = [(512,), tuple(rng.integers(1, 1000, 50).tolist()), (1,), (17,), (64,), (4096, 3, 100)]
-    for sizes in sizes_of_blocks[: 2 if preset == "fretless" else None]:
+    sizes_of_blocks = [tuple(rng.integers(1, 1000, 50).tolist()), (512,), (1,), (17,), (64,), (4096, 3, 100)]
+    for sizes in sizes_of_blocks[: 1 if preset == "fretless" else None]:
         plugin.plugin.deactivate(plugin.handle)
         plugin.plugin.activate(plugin.handle)
         assert np.array_equal(plugin.play(score, len(wanted), sizes), wanted), sizes
@@ -258,7 +258,7 @@ def test_a_session_brings_its_sound_back(bundle: Path, plugin: Plugin) -> None:
 
 def test_the_port_changes_the_bass_through_the_worker(plugin: Plugin) -> None:
     plugin.block(64, [(0, bytes([0x90, 40, 100]))])
-    for number, name in [(1, b"slap\0"), (3, b"fretless\0"), (0, b"jazz-finger\0")]:
+    for number, name in [(1, b"slap\0"), (2, b"paper-bass\0"), (0, b"jazz-finger\0")]:
         plugin.controls["bass"].value = number
         plugin.block(64)
         assert len(plugin.jobs) == 1
