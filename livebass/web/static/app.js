@@ -136,6 +136,7 @@ function start() {
 async function begin() {
   $("power").disabled = true;
   context = new AudioContext({latencyHint: "interactive"});
+  const running = context.resume(); // at once: some browsers allow it only where a key or button was just pressed
   const made = makeNode(context);
   if (next?.rate !== context.sampleRate) prepare($("bass").value, context.sampleRate);
   node = await made;
@@ -144,7 +145,7 @@ async function begin() {
   for (const symbol of Object.keys(CONTROLS)) tellParameter(symbol);
   node.connect(context.destination);
   await put();
-  await context.resume();
+  await running;
 }
 
 function showPower(on) {
@@ -457,10 +458,10 @@ function showBass() {
 $("bass").onchange = () => {
   letGo();
   showBass();
-  prepare($("bass").value, context?.sampleRate || USUAL_RATE);
+  if (ready) prepare($("bass").value, context?.sampleRate || USUAL_RATE);
   if (node) put();
 };
-$("power").onclick = () => switchPower().catch(() => {});
+$("power").onclick = () => switchPower().catch(() => {}); // said where it happened
 $("force").oninput = () => { $("force-text").textContent = $("force").value; };
 $("panic").onclick = () => {
   letGo();
@@ -485,7 +486,7 @@ $("midi").onclick = () => {
 };
 if (!navigator.requestMIDIAccess) {
   $("midi").hidden = true;
-  $("midi-text").textContent = "This browser has no Web MIDI: play with keys, mouse or fingers. Chrome, Edge and Firefox have it, Safari has not.";
+  $("midi-text").textContent = "This browser has no Web MIDI: play with keys, mouse or fingers. Chrome and Edge have it.";
 }
 
 // --- the beginning ---
@@ -499,7 +500,7 @@ if (lack) {
   $("lacks").hidden = false;
 } else {
   load().then(() => {
-    if (!next) prepare($("bass").value, USUAL_RATE, WARM);
+    prepare($("bass").value, USUAL_RATE, WARM);
     $("power").disabled = false;
     ready = true;
   }).catch(error => say(`The page cannot be opened: ${error.message}`));

@@ -1,7 +1,7 @@
 // The audio thread. engine.js stands before this in the same script. There is no clock here but Date's milliseconds:
 // summed over some quanta they tell the load, and the synth is told it.
 const WINDOW = 16; // quanta between reports, 43 ms at 48 kHz
-const LATE = 2; // of a quantum's time: so slow a one is told at once
+const LATE = 4; // of a quantum's time: so slow a one is told at once
 const FADING = 0.97; // of the highest load, from report to report: strings stay relieved while hard playing goes on
 const MOST_TOLD = 0.7; // of it, which relieves no string
 const SLICE = 1 << 20; // bytes of a bass that are copied in one quantum
