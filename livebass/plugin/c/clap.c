@@ -1,4 +1,5 @@
-/* The CLAP plugin: ports, events, parameters, state and presets of an instance. process() allocates nothing but offline.
+/* The CLAP plugin: ports, events, parameters, state and presets of an instance. process() allocates nothing, but
+   offline it may load a bass.
 
    There are two: one with a mono output, one with an output a string. Instruments lie in the folder that holds the file
    livebass.clap (macOS: in its Contents/Resources), or in the user's directory. */
@@ -112,7 +113,9 @@ static int32_t process(const clap_plugin *p, const clap_process *b) {
 
 /* --- ports --- */
 
-static uint32_t audio_count(const clap_plugin *p, bool is_input) { return is_input ? 0 : of(p)->apart ? LB_STRINGS : 1; }
+static uint32_t audio_count(const clap_plugin *p, bool is_input) {
+    return is_input ? 0 : of(p)->apart ? LB_STRINGS : 1;
+}
 
 static bool audio_port(const clap_plugin *p, uint32_t index, bool is_input, clap_audio_port *port) {
     if (index >= audio_count(p, is_input)) return false;
@@ -292,13 +295,15 @@ static bool provider_init(const clap_preset_provider *p) {
 
 static void provider_destroy(const clap_preset_provider *p) { free((void *)p); }
 
-static bool provide(const clap_preset_provider *p, uint32_t kind, const char *location, const clap_preset_receiver *to) {
+static bool provide(const clap_preset_provider *p, uint32_t kind, const char *location,
+                    const clap_preset_receiver *to) {
     static const clap_universal_id users[] = {{"clap", MONO}, {"clap", APART}};
     (void)p;
     (void)location;
     lb_shelf *shelf = kind == CLAP_LOCATION_PLUGIN ? lb_open_shelf(folder) : 0;
     if (!shelf) return false;
-    for (int k = 0; k < lb_shelf_count(shelf) && to->begin_preset(to, lb_shelf_title(shelf, k), lb_shelf_name(shelf, k)); k++) {
+    for (int k = 0; k < lb_shelf_count(shelf); k++) {
+        if (!to->begin_preset(to, lb_shelf_title(shelf, k), lb_shelf_name(shelf, k))) break;
         to->add_plugin_id(to, &users[0]);
         to->add_plugin_id(to, &users[1]);
         to->add_feature(to, "bass");
@@ -329,7 +334,10 @@ static const clap_preset_provider *provider_create(const clap_preset_factory *f,
                                                    const char *id) {
     (void)f;
     clap_preset_provider *p = strcmp(id, PROVIDER) ? 0 : malloc(sizeof *p);
-    if (p) *p = (clap_preset_provider){&provider, (void *)indexer, provider_init, provider_destroy, provide, no_extension};
+    if (p)
+        *p = (clap_preset_provider){
+            &provider, (void *)indexer, provider_init, provider_destroy, provide, no_extension,
+        };
     return p;
 }
 

@@ -1,4 +1,4 @@
-/* The part of the C interface of CLAP 1.2 that clap.c uses: layouts, numbers and names as its specification has them. */
+/* The part of the C interface of CLAP 1.2 that clap.c uses: layouts and numbers as its specification has them. */
 #ifndef LB_CLAP_ABI_H
 #define LB_CLAP_ABI_H
 #include <stdbool.h>

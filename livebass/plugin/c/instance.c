@@ -128,8 +128,9 @@ static lb_bass *load(lb_instance *i) {
     __atomic_store_n(&i->loaded, wish(i), __ATOMIC_RELEASE);
     const int number = (int)lb_value(i, LB_BASS), tier = (int)lb_value(i, LB_QUALITY) ? LB_STUDIO : LB_LIVE;
     if (number >= lb_shelf_count(i->shelf)) return 0; /* beyond the only one */
-    lb_bass *b = lb_load_bass(lb_shelf_path(i->shelf, number), tier, i->rate, seed_of(i), lb_value(i, LB_RUNNING_AHEAD) > 0,
-                              i->kernels, why, sizeof why);
+    const char *path = lb_shelf_path(i->shelf, number);
+    const int ahead = (int)lb_value(i, LB_RUNNING_AHEAD);
+    lb_bass *b = lb_load_bass(path, tier, i->rate, seed_of(i), ahead, i->kernels, why, sizeof why);
     if (!b) i->complain(i->owner, why);
     return b;
 }
@@ -261,13 +262,15 @@ void lb_save_state(const lb_instance *i, lb_state *s) {
 static const char *fault(const lb_state *s, size_t count) {
     uint64_t sum;
     const size_t head = offsetof(lb_state, values);
-    if (count < head || memcmp(s->magic, MAGIC, sizeof s->magic)) return "the session's state is not one of this plugin";
+    static const char *const damaged = "the session's state is damaged";
+    if (count < head || memcmp(s->magic, MAGIC, sizeof s->magic))
+        return "the session's state is not one of this plugin";
     if (s->version != VERSION) return "the session's state was written by another version of the plugin";
-    if (s->count < 1 || s->count > 1000 || count != head + 8 * ((size_t)s->count + 1)) return "the session's state is damaged";
+    if (s->count < 1 || s->count > 1000 || count != head + 8 * ((size_t)s->count + 1)) return damaged;
     memcpy(&sum, (const char *)s + count - 8, 8);
-    if (sum != checksum(s, count - 8) || !memchr(s->bass, 0, sizeof s->bass)) return "the session's state is damaged";
+    if (sum != checksum(s, count - 8) || !memchr(s->bass, 0, sizeof s->bass)) return damaged;
     for (int k = 0; k < LB_PARAMETERS && k < s->count; k++)
-        if (!isfinite(s->values[k])) return "the session's state is damaged";
+        if (!isfinite(s->values[k])) return damaged;
     return 0;
 }
 

@@ -1,5 +1,5 @@
-/* An instance of the plugin in a host that has no worker: values of its parameters, changes of bass, its state as bytes.
-   The shells of CLAP and VST3 hold one each. Values may be read and written by any thread. */
+/* An instance of the plugin in a host that has no worker: values of its parameters, changes of bass, its state. The
+   shells of CLAP and VST3 hold one each. Values may be read and written by any thread. */
 #ifndef LB_INSTANCE_H
 #define LB_INSTANCE_H
 #include "core.h"
@@ -26,8 +26,8 @@ typedef struct {
     int64_t seed;
     uint32_t changed; /* parameters that the synth has not been told yet, a bit each */
     int offline;      /* the host does not play in real time: a change of bass may be waited for */
-    int64_t loaded;        /* which bass was loaded last, or could not be, as one word */
-    lb_bass *ready, *done; /* handed to the audio thread to play, and by it to be freed */
+    int64_t loaded;            /* which bass was loaded last, or could not be, as one word */
+    lb_bass *ready, *done;     /* handed to the audio thread to play, and by it to be freed */
     int32_t note_ids[LB_KEYS]; /* the host's number of the last note of each key */
     uint8_t held[LB_KEYS];     /* the host holds a note of the key */
 } lb_instance;
@@ -36,7 +36,7 @@ typedef struct {
 int lb_open_instance(lb_instance *, const char *folder);
 void lb_close_instance(lb_instance *);
 
-/* Loads the bass and makes the synth; returns 0 after a line in the log if that fails. [main thread, not while it plays] */
+/* Loads the bass and makes the synth; returns 0 after a line in the log if that fails. [main thread] */
 int lb_activate_instance(lb_instance *, double rate);
 void lb_deactivate_instance(lb_instance *);
 /* Makes it as new. [not while it plays] */
@@ -63,7 +63,8 @@ void lb_start_note(lb_instance *, int64_t offset, int key, double velocity, int3
 void lb_stop_note(lb_instance *, int64_t offset, int key);
 /* Bends the string that plays a note by semitones; with key and id -1, of every note that is held. [audio thread] */
 void lb_express_bend(lb_instance *, int64_t offset, int key, int32_t id, double semitones);
-/* Plays n frames, and sees to a change of bass: mono into outs[0], or an output a string; outputs may be 0. [audio thread] */
+/* Plays n frames, and sees to a change of bass: mono into outs[0], or an output a string; outputs may be 0.
+   [audio thread] */
 void lb_play_block(lb_instance *, int apart, float *const outs[LB_STRINGS], int64_t n);
 
 /* A value as text, and back; the latter returns 0 if the text is none. */

@@ -143,7 +143,8 @@ static void find_folder(char *folder, size_t room) {
     HMODULE here;
     const DWORD how = GET_MODULE_HANDLE_EX_FLAG_FROM_ADDRESS | GET_MODULE_HANDLE_EX_FLAG_UNCHANGED_REFCOUNT;
     wchar_t wide[LINE];
-    const DWORD length = GetModuleHandleExW(how, (LPCWSTR)(void *)find_folder, &here) ? GetModuleFileNameW(here, wide, LINE) : 0;
+    const int found = GetModuleHandleExW(how, (LPCWSTR)(void *)find_folder, &here);
+    const DWORD length = found ? GetModuleFileNameW(here, wide, LINE) : 0;
     if (!length || length == LINE || !WideCharToMultiByte(CP_UTF8, 0, wide, -1, path, LINE, 0, 0)) *path = 0;
     for (char *c = path; *c; c++)
         if (*c == '\\') *c = '/';
@@ -227,6 +228,8 @@ static void shut(vst3 *v) {
     lb_close_instance(&v->instance);
 }
 
+static uint32_t take(vst3 *v) { return (uint32_t)__atomic_add_fetch(&v->users, 1, __ATOMIC_ACQ_REL); }
+
 static uint32_t drop(vst3 *v) {
     const int32_t users = __atomic_sub_fetch(&v->users, 1, __ATOMIC_ACQ_REL);
     if (!users) {
@@ -238,8 +241,10 @@ static uint32_t drop(vst3 *v) {
 
 /* The functions that every interface begins with. */
 #define UNKNOWN(NAME, INTERFACE) \
-    static vst3_result NAME##_query(void *self, const vst3_id id, void **out) { return query(of(self, INTERFACE), id, out); } \
-    static uint32_t NAME##_take(void *self) { return (uint32_t)__atomic_add_fetch(&of(self, INTERFACE)->users, 1, __ATOMIC_ACQ_REL); } \
+    static vst3_result NAME##_query(void *self, const vst3_id id, void **out) { \
+        return query(of(self, INTERFACE), id, out); \
+    } \
+    static uint32_t NAME##_take(void *self) { return take(of(self, INTERFACE)); } \
     static uint32_t NAME##_drop(void *self) { return drop(of(self, INTERFACE)); }
 UNKNOWN(component, COMPONENT)
 UNKNOWN(processor, PROCESSOR)
@@ -442,9 +447,10 @@ static void sort(vst3 *v) {
 
 static void tell_controller(vst3 *v, int64_t offset, uint32_t number, double value) {
     const int wheel = (int)lrint(fmin(fmax(value, 0), 1) * 16383), seven = (int)lrint(fmin(fmax(value, 0), 1) * 127);
-    if (number == VST3_BEND) lb_send(v->instance.synth, offset, (const uint8_t[]){0xE0, wheel & 127, (uint8_t)(wheel >> 7)}, 3);
+    lb_synth *s = v->instance.synth;
+    if (number == VST3_BEND) lb_send(s, offset, (const uint8_t[]){0xE0, wheel & 127, (uint8_t)(wheel >> 7)}, 3);
     else if (number == VST3_PRESSURE) return; /* a plucked string has none */
-    else lb_send(v->instance.synth, offset, (const uint8_t[]){0xB0, (uint8_t)number, (uint8_t)seven}, 3);
+    else lb_send(s, offset, (const uint8_t[]){0xB0, (uint8_t)number, (uint8_t)seven}, 3);
 }
 
 static void tell(vst3 *v, const change *c) {
@@ -654,7 +660,8 @@ static vst3_result select_unit(void *self, int32_t unit) {
     return unit == VST3_ROOT_UNIT ? VST3_OK : VST3_INVALID;
 }
 
-static vst3_result unit_of_bus(void *self, int32_t media, int32_t direction, int32_t bus, int32_t channel, int32_t *unit) {
+static vst3_result unit_of_bus(void *self, int32_t media, int32_t direction, int32_t bus, int32_t channel,
+                               int32_t *unit) {
     (void)self;
     (void)media;
     (void)direction;
@@ -690,7 +697,8 @@ static vst3_result expression_info(void *self, int32_t bus, int16_t channel, int
     return VST3_OK;
 }
 
-static vst3_result expression_to_text(void *self, int32_t bus, int16_t channel, uint32_t type, double x, vst3_text out) {
+static vst3_result expression_to_text(void *self, int32_t bus, int16_t channel, uint32_t type, double x,
+                                      vst3_text out) {
     char text[64];
     if (type != VST3_TUNING || !expression_count(self, bus, channel)) return VST3_INVALID;
     snprintf(text, sizeof text, "%.2f", SEMITONES * (x - 0.5));
