@@ -233,6 +233,7 @@ def make_performer(p, instrument, seed):
     p.dynamics = 1.0
     for key in range(KEYS):
         p.place_of[key] = np.nan
+        p.string_of[key] = -1
     p.nearest = player.pluck_nearest
     p.farthest = player.pluck_farthest
     p.softest = player.softest

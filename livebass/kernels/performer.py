@@ -53,6 +53,7 @@ PERFORMER = np.dtype(
         ("position", "f8"),  # fraction of the open string
         ("string_bend", "f8", (MOST_STRINGS,)),  # semitones, of one string, besides the wheel's ...
         ("note_bend", "f8", (MOST_STRINGS,)),  # ... and of the note that it plays
+        ("string_of", "i8", (KEYS,)),  # that the next note of each key is played on; -1: the performer chooses
         ("place_of", "f8", (KEYS,)),  # of the next note of each key, as PLUCK_POSITION; NaN: none of its own
         ("dynamics", "f8"),  # factor of every note's force
         ("placed", "f8"),  # the position that the controllers' reset goes back to
@@ -206,6 +207,19 @@ def emit(events, count, frame, kind, string, fret, x, y):
 
 
 @jit
+def string_note(p, key, i):
+    """Has the next note of `key` played on string `i`, where that has it."""
+    if key < KEYS:
+        p.string_of[key] = np.int64(i) if 0.0 <= i < p.strings else -1
+
+
+@jit
+def has_note(p, i, note):
+    """True if string `i`, which may be -1, has `note`."""
+    return i >= 0 and 0 <= note - p.open[i] <= p.frets
+
+
+@jit
 def choose_string(p, note):
     """Returns the string for `note`, -1 if none has it: free ones first, then near positions, then the oldest."""
     best = -1
@@ -279,8 +293,9 @@ def note_on(p, ops, frame, key, velocity, events, count):
     for i in range(p.strings):
         low = min(low, p.open[i])
         high = max(high, p.open[i] + p.frets)
-    own_place = p.place_of[key]
+    own_place, own_string = p.place_of[key], p.string_of[key]
     p.place_of[key] = np.nan
+    p.string_of[key] = -1
     note = key
     while note < low:
         note += 12
@@ -289,7 +304,7 @@ def note_on(p, ops, frame, key, velocity, events, count):
     if note < low or (note != key and p.drop):
         p.dropped += 1
         return count
-    i = choose_string(p, note)
+    i = own_string if has_note(p, own_string, note) else choose_string(p, note)
     if i < 0:
         p.dropped += 1
         return count

@@ -21,7 +21,7 @@ RECORDS = {
 }  # fmt: skip
 NUMBERS = {
     "COARSE": COARSE, "GOOD": GOOD, "DONE": DONE, "LINE": LINE, "CHUNK": CHUNK, "NOW": ring.NOW, "FREE": FREE,
-    "PARAMETER": ring.PARAMETER,
+    "PARAMETER": ring.PARAMETER, "NOTE_STRING": ring.NOTE_STRING,
 }  # fmt: skip
 CALLED: tuple[Entry, ...] = (block.process, ahead.play_string, frets.over_frets, over_board)  # by kernels, by address
 ENTRIES: tuple[Entry, ...] = (

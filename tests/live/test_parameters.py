@@ -31,7 +31,16 @@ from livebass.kernels.performer import (
 )
 from livebass.kernels.tone import ABOVE, BELOW, ROW, TONES
 from livebass.live.synth import RING, LiveBass, Synth
-from livebass.live.thread.ring import MIDI, NOTE_BEND, NOTE_PLACE, PARAMETER, STRING_BEND, push_event, push_message
+from livebass.live.thread.ring import (
+    MIDI,
+    NOTE_BEND,
+    NOTE_PLACE,
+    NOTE_STRING,
+    PARAMETER,
+    STRING_BEND,
+    push_event,
+    push_message,
+)
 
 LIGHT = Quality("light", 60, 192e3)
 Event = tuple[int, int, int, float]  # frame, kind, number or MIDI message, value
@@ -66,8 +75,9 @@ def random_events(seed: int, frames: int, count: int) -> list[Event]:
             [(frame, PARAMETER, TONE_POT, x)],
             [(frame, STRING_BEND, int(rng.integers(0, 4)), 2 * x)],
             [(frame, NOTE_PLACE, key, x), midi(frame, 0x90, key, 100)],
+            [(frame, NOTE_STRING, key, float(rng.integers(-1, 5))), midi(frame, 0x90, key, 100)],
             [midi(frame, 0x90, key, 100), (frame + 50, NOTE_BEND, key, 3 * x)],
-        ][int(rng.integers(0, 8))]
+        ][int(rng.integers(0, 9))]
     return sorted(events, key=lambda event: event[0])
 
 
@@ -180,6 +190,21 @@ def test_the_bend_of_a_note_ends_with_it() -> None:
     assert [float(v.record["bend"][0]) for v in synth.bass.engine.voices] == [1.0] * 4
 
 
+def test_a_note_is_played_on_the_string_that_it_names_where_that_has_it() -> None:
+    """A2 is on every string of four; one that is not there leaves the choice as it was."""
+    notes = [midi(100, 0x90, 45, 100)]
+    usual = played(notes, 4800, [512])
+    sounds = [played([(100, NOTE_STRING, 45, float(i)), *notes], 4800, [512]) for i in range(4)]
+    assert [np.array_equal(sound, usual) for sound in sounds] == [False, False, False, True]
+    assert len({sound.tobytes() for sound in sounds}) == 4
+    for i in (-1.0, 9.0, np.nan):
+        assert np.array_equal(played([(100, NOTE_STRING, 45, i), *notes], 4800, [512]), usual)
+    low = [(100, NOTE_STRING, 30, 3.0), midi(100, 0x90, 30, 100)]  # which the G string does not have
+    assert np.array_equal(played(low, 4800, [512]), played(low[1:], 4800, [512]))
+    again = played([(100, NOTE_STRING, 45, 0.0), *notes, midi(2400, 0x90, 45, 100)], 4800, [512])
+    assert np.array_equal(again[:2400], sounds[0][:2400]) and not np.array_equal(again[2400:], sounds[0][2400:])
+
+
 def test_no_value_does_harm() -> None:
     """NaN is the usual value, others are held within their limits, and other numbers and kinds mean nothing."""
     rng = np.random.default_rng(5)
@@ -187,7 +212,7 @@ def test_no_value_does_harm() -> None:
     values = (np.nan, np.inf, -np.inf, 1e30, -1e30, 1e-40, 3.7)
     for frame in range(0, RATE, 300):
         kind, number = int(rng.integers(0, 256)), int(rng.integers(0, 256))
-        kind = int(rng.choice([PARAMETER, STRING_BEND, NOTE_PLACE, NOTE_BEND, kind or 9]))
+        kind = int(rng.choice([PARAMETER, STRING_BEND, NOTE_PLACE, NOTE_BEND, NOTE_STRING, kind or 9]))
         number = number if rng.random() < 0.2 else int(rng.integers(0, PARAMETERS))
         events.append((frame, kind, number, float(rng.choice(values))))
         events.append(midi(frame, 0x90, 28 + frame // 300 % 30, 110))

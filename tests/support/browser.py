@@ -77,6 +77,7 @@ def firefox(profile: Path) -> Iterator[Firefox]:
     """A Firefox; ended by its process id. Skips the test where there is none."""
     place = shutil.which("firefox-esr") or shutil.which("firefox")
     if not place:
+        assert not os.environ.get("LIVEBASS_NEEDS_BROWSER"), "firefox is missing"
         pytest.skip("there is no Firefox here")
     import websocket
 

@@ -163,6 +163,13 @@ def test_the_neck_plays_where_it_is_pressed_and_harder_below(page: Any) -> None:
     page.execute_script(sent + "node.port.postMessage = (m, t) => { if (m.midi) sent.push(m.midi); post(m, t); }")
     cell = page.find_element("css selector", 'button[data-string="1"][data-fret="5"]')
     half = cell.size["height"] // 2 - 2
+    other = page.find_element("css selector", 'button[data-string="0"][data-fret="10"]')  # the same note
+    for place in (other, cell):
+        chain(page).move_to_element(place).click_and_hold().perform()
+        wait(lambda place=place: "on" in place.get_attribute("class").split())
+        chain(page).release().perform()
+        wait(lambda: page.execute_script("return held.size === 0"))
+    page.execute_script("sent.length = 0")
     for y in (-half, half):
         chain(page).move_to_element_with_offset(cell, 0, y).click_and_hold().perform()
         wait(lambda: page.execute_script("return held.size"))

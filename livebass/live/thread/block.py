@@ -55,6 +55,7 @@ from livebass.live.thread.ring import (
     MIDI,
     NOTE_BEND,
     NOTE_PLACE,
+    NOTE_STRING,
     NOW,
     PARAMETER,
     STRING_BEND,
@@ -132,6 +133,8 @@ def tell_event(synth, b, frame, kind, number, value, count):
         return performer.bend_note(p, frame - b.frame, number, value, events_of(b), count)
     if kind == NOTE_PLACE:
         performer.place_note(p, number, value)
+    if kind == NOTE_STRING:
+        performer.string_note(p, number, value)
     return count
 
 

@@ -17,7 +17,7 @@ ENTRY = 2  # words of a message
 NOW = -1  # in place of a frame: as soon as possible
 # Kinds of messages: of MIDI; a parameter (performer.py) and its value; the bend of a string, semitones; the pluck place
 # of the next note of a key, as PLUCK_POSITION; the bend of the string that played a key last, semitones
-MIDI, PARAMETER, STRING_BEND, NOTE_PLACE, NOTE_BEND = 0, 1, 2, 3, 4
+MIDI, PARAMETER, STRING_BEND, NOTE_PLACE, NOTE_BEND, NOTE_STRING = 0, 1, 2, 3, 4, 5
 KIND_BIT = 24
 
 

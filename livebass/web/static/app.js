@@ -184,8 +184,9 @@ function frameAt(time) {
   return Math.round((contextTime + (time - performanceTime) / 1000 + delay) * context.sampleRate);
 }
 
-function send(time, ...midi) {
-  if (node && midi[0] < 0xf0) node.port.postMessage({midi, frame: frameAt(time)});
+// A note may be meant for one string.
+function send(time, midi, string) {
+  if (node && midi[0] < 0xf0) node.port.postMessage({midi, string, frame: frameAt(time)});
 }
 
 // --- playing ---
@@ -195,9 +196,10 @@ function press(id, note, force, time, cell) {
   const key = {note, cell};
   held.set(id, key);
   cell?.classList.add("down");
-  const velocity = Math.min(127, Math.max(1, Math.round(force)));
-  if (context?.state === "running") send(time, 0x90, note, velocity);
-  else if (ready) sound().then(() => { if (held.get(id) === key) send(performance.now(), 0x90, note, velocity); }, () => {});
+  const midi = [0x90, note, Math.min(127, Math.max(1, Math.round(force)))];
+  const string = cell?.dataset.string === undefined ? undefined : +cell.dataset.string;
+  if (context?.state === "running") send(time, midi, string);
+  else if (ready) sound().then(() => { if (held.get(id) === key) send(performance.now(), midi, string); }, () => {});
 }
 
 function release(id, time = performance.now()) {
@@ -205,7 +207,7 @@ function release(id, time = performance.now()) {
   if (!key) return;
   held.delete(id);
   key.cell?.classList.remove("down");
-  send(time, 0x80, key.note, 0);
+  send(time, [0x80, key.note, 0]);
 }
 
 const letGo = () => [...held.keys()].forEach(id => release(id));
@@ -472,7 +474,7 @@ async function connectMidi() {
   const access = await navigator.requestMIDIAccess();
   const listen = () => {
     const inputs = [...access.inputs.values()];
-    for (const input of inputs) input.onmidimessage = e => send(e.timeStamp, ...e.data);
+    for (const input of inputs) input.onmidimessage = e => send(e.timeStamp, [...e.data]);
     $("midi-text").textContent = inputs.length
       ? `MIDI from ${inputs.map(input => input.name).join(", ")}.` : "No MIDI device is connected; one that is plugged in now is heard.";
   };

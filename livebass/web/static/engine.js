@@ -98,11 +98,14 @@ class Engine {
                                          BigInt(second))) === 1;
   }
 
-  // Sets a parameter of the playing, by its number.
-  setParameter(number, value) {
+  // Sends an event of a kind other than MIDI.
+  tell(frame, kind, number, value) {
     const ring = BigInt(this.get("SYNTH", this.synth, "midi_ring"));
-    this.x.lb_push_event(ring, BigInt(MESSAGES), BigInt(N.NOW), BigInt(N.PARAMETER), BigInt(number), value);
+    this.x.lb_push_event(ring, BigInt(MESSAGES), BigInt(frame), BigInt(kind), BigInt(number), value);
   }
+
+  // Sets a parameter of the playing, by its number.
+  setParameter(number, value) { this.tell(N.NOW, N.PARAMETER, number, value); }
 
   // Plays n <= N.CHUNK frames; returns them as a view that lasts until the next call.
   play(n) {

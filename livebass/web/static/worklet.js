@@ -22,9 +22,10 @@ class LivebassProcessor extends AudioWorkletProcessor {
     this.port.onmessage = ({data}) => this.hear(data);
   }
 
-  hear({midi, frame, bass, parameter, panic}) {
-    const e = this.engine;
-    if (midi) e.send(frame === undefined ? N.NOW : Math.max(frame - (this.start || 0), e.field("frame")), ...midi);
+  hear({midi, string, frame, bass, parameter, panic}) {
+    const e = this.engine, when = frame === undefined ? N.NOW : Math.max(frame - (this.start || 0), e.field("frame"));
+    if (string !== undefined) e.tell(when, N.NOTE_STRING, midi[1], string);
+    if (midi) e.send(when, ...midi);
     if (bass) this.take(bass);
     if (parameter) e.setParameter(...parameter);
     if (panic) e.setField("panic", 1);
