@@ -1,0 +1,167 @@
+"""Measures the page in headless Chromium: its work beside the native engine's, and underruns under hard chords.
+
+    LIVEBASS_LEVEL=x86-64-v2 .venv/bin/python tools/in_browser.py jazz-finger slap
+    .venv/bin/python tools/in_browser.py --play 60 jazz-finger fretless
+
+Work is in seconds a second of sound: eight seconds of chords in quanta of 128 frames, of each quantum the least of six
+runs, natively by the thread's time, in a worker of the browser by the wall clock.
+"""
+
+from __future__ import annotations
+
+import argparse
+import functools
+import http.server
+import shutil
+import tempfile
+import threading
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from selenium import webdriver
+
+from livebass import QUALITIES, load_preset
+from livebass.live.synth import LiveBass, Synth
+from livebass.live.thread import block
+from livebass.web.export import export_page
+
+RATE, SECONDS, QUANTUM, RUNS = 48000, 8, 128, 6
+CHORDS = [(28, 35, 40, 47), (31, 38, 43, 50)]
+KEEP = 1.2  # s, length of a chord
+MESSAGES = sorted(
+    (round(RATE * (2 * k + 0.01 * i + KEEP * off)), 0x80 if off else 0x90, key, 0 if off else 125 if k % 2 else 80)
+    for k in range(SECONDS // 2)
+    for i, key in enumerate(CHORDS[k % 2])
+    for off in (0, 1)
+)
+WORKER = """
+onmessage = ({data: o}) => {
+  const runs = [];
+  for (let r = 0; r < o.runs; r++) {
+    const engine = new Engine(o.module), times = [];
+    const {bass} = engine.build(o.file, o.tier, o.rate, engine.home);
+    engine.begin(o.rate);
+    engine.setField("next_bass", bass);
+    for (const message of o.messages) engine.send(...message);
+    for (let k = 0; k < o.quanta; k++) {
+      const began = performance.now();
+      engine.play(o.quantum);
+      times.push(performance.now() - began);
+    }
+    runs.push(times);
+  }
+  postMessage(runs);
+};
+"""
+MEASURE = """
+const [name, given, source, done] = arguments;
+(async () => {
+  while (!ready) await new Promise(later => setTimeout(later, 20));
+  const engine = (await readText("worker.js")).split("// Builds basses")[0];
+  const worker = new Worker(URL.createObjectURL(new Blob([engine + source], {type: "text/javascript"})));
+  worker.onmessage = e => done(e.data);
+  worker.postMessage({...given, module, tier: PAGE.tier, file: await read(`basses/${name}.lbass`)});
+})();
+"""
+PLAY = """
+$("bass").value = arguments[0];
+$("bass").dispatchEvent(new Event("change"));
+const done = arguments[2];
+const underruns = () => context.playbackStats?.underrunEvents;
+sound().then(() => new Promise(later => setTimeout(later, 2000))).then(() => {
+  const loads = [], told = node.port.onmessage;
+  const before = underruns();
+  let most = 0;
+  node.port.onmessage = e => {
+    if (e.data.held) { loads.push(e.data.load); most = Math.max(most, e.data.overload); }
+    told(e);
+  };
+  const chord = () => [31, 38, 43, 50].forEach((key, k) => {
+    send(performance.now() + 10 * k, 0x90, key, 125);
+    send(performance.now() + 1200 + 10 * k, 0x80, key, 0);
+  });
+  const chords = setInterval(chord, 1500);
+  setTimeout(() => {
+    clearInterval(chords);
+    done({loads, most, underruns: underruns() - before});
+  }, 1000 * arguments[1]);
+});
+"""
+
+
+class Isolated(http.server.SimpleHTTPRequestHandler):
+    """Serves files so that browsers give them fine clocks."""
+
+    def end_headers(self) -> None:
+        self.send_header("Cross-Origin-Opener-Policy", "same-origin")
+        self.send_header("Cross-Origin-Embedder-Policy", "require-corp")
+        super().end_headers()
+
+    def log_message(self, *_: Any) -> None:
+        pass
+
+
+def native(preset: str) -> float:
+    """The native engine's work."""
+    sound, runs = np.zeros(QUANTUM, np.float32), []
+    for _ in range(RUNS):
+        synth = Synth(RATE)
+        synth.switch_to(LiveBass(load_preset(preset), QUALITIES["live"], RATE))
+        synth.set_clock(0)  # neither running ahead nor relief
+        for frame, status, first, second in MESSAGES:
+            assert synth.send(status, first, second, frame)
+        times = []
+        for _ in range(RATE * SECONDS // QUANTUM):
+            began = time.thread_time_ns()
+            block.process(synth.address, sound.ctypes.data, QUANTUM)
+            times.append(time.thread_time_ns() - began)
+        runs.append(times)
+    return float(np.min(runs, axis=0).sum() * 1e-9 / SECONDS)
+
+
+def in_browser(driver: Any, preset: str) -> float:
+    """The browser's work."""
+    given = {
+        "messages": MESSAGES, "rate": RATE, "runs": RUNS, "quantum": QUANTUM, "quanta": RATE * SECONDS // QUANTUM,
+    }  # fmt: skip
+    runs = driver.execute_async_script(MEASURE, preset, given, WORKER)
+    return float(np.min(runs, axis=0).sum() * 1e-3 / SECONDS)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("presets", nargs="+", metavar="PRESET")
+    parser.add_argument("--play", type=float, metavar="SECONDS", help="play hard chords in real time instead")
+    given = parser.parse_args()
+    options = webdriver.ChromeOptions()
+    for option in ("headless=new", "no-sandbox", "disable-gpu", "autoplay-policy=no-user-gesture-required"):
+        options.add_argument(f"--{option}")
+    with tempfile.TemporaryDirectory() as folder:
+        page = export_page({name: load_preset(name) for name in given.presets}, Path(folder), single=True)
+        server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(Isolated, directory=folder))
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        driver: Any = webdriver.Chrome(options, webdriver.ChromeService(shutil.which("chromedriver")))
+        try:
+            driver.set_script_timeout(600)
+            for preset in given.presets:
+                driver.get(f"http://127.0.0.1:{server.server_port}/{page.name}")
+                if given.play:
+                    time.sleep(2)
+                    found = driver.execute_async_script(PLAY, preset, given.play)
+                    loads = np.array(found["loads"])
+                    print(
+                        f"{preset}: load mean {loads.mean():.3f}, worst {loads.max():.2f}; {found['most']} strings"
+                        f" relieved at most; {found['underruns']} underruns"
+                    )
+                else:
+                    here, there = native(preset), in_browser(driver, preset)
+                    print(f"{preset}: native {here:.4f}, browser {there:.4f}: {there / here:.2f} times")
+        finally:
+            driver.quit()
+            server.shutdown()
+
+
+if __name__ == "__main__":
+    main()
