@@ -40,7 +40,6 @@ import re, sys
 from pathlib import Path
 from livebass.compiling import emitter
 from livebass.plugin.header import suffix
-emitter.prepare_numba()
 text = emitter.program()
 for asked in sys.argv[2:]:
     use, level, triple = asked.split(",")

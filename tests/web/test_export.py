@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import json
-import os
 import re
+import sys
 from pathlib import Path
 
 import pytest
@@ -109,11 +109,9 @@ def test_files_of_others_among_the_basses_stay(run: Run, tmp_path: Path) -> None
     assert (folder / "basses" / "mine.wav").exists()
 
 
-@pytest.mark.skipif(not hasattr(os, "getuid") or os.getuid() == 0, reason="root may write everywhere")
-def test_a_folder_that_cannot_be_written(run: Run, tmp_path: Path) -> None:
-    tmp_path.chmod(0o500)
-    status, _, err = run("export", "web", "-p", "slap", "-o", tmp_path / "page")
-    tmp_path.chmod(0o700)
+@pytest.mark.skipif(sys.platform != "linux", reason="has no folder in which not even root may write")
+def test_a_folder_that_cannot_be_written(run: Run) -> None:
+    status, _, err = run("export", "web", "-p", "slap", "-o", "/proc/page")
     assert_one_clear_line(status, err, (1,))
 
 
