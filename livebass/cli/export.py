@@ -194,14 +194,14 @@ def instrument(preset: str, output: Path | None) -> None:
     \b
     Examples:
       livebass export instrument ./mine.toml
-      livebass export instrument ./mine.toml -o ~/.lv2/livebass.lv2/mine.lbass
+      livebass export instrument ./mine.toml -o mine.lbass
     """
     from livebass.files import Transaction
     from livebass.plugin import lv2
     from livebass.plugin.bundle import checked_name, own_instruments
     from livebass.plugin.instrument import ENDING, write_instrument
     from livebass.plugin.systems import folder_of_plugins, this_system
-    from livebass.preset.load import load_preset
+    from livebass.preset.load import load_preset, preset_names
 
     if output is not None and output.suffix != ENDING:
         raise click.UsageError(f"{output}: the name of an instrument file ends in {ENDING}")
@@ -213,7 +213,12 @@ def instrument(preset: str, output: Path | None) -> None:
         if output is None:
             files.directory(file.parent)
         write_instrument(bass, file, files)
-    click.echo(f"{file}: {bass.name}; plugins list it when their host loads them anew", err=True)
+    where = "plugins list it when their host loads them anew"
+    if output is not None and output.parent.resolve() != own_instruments().resolve():
+        where = f"plugins look for it in {own_instruments()}"
+    elif name in preset_names():
+        where = f"a plugin that comes with a bass called {name} lists its own instead: give the file another name"
+    click.echo(f"{file}: {bass.name}; {where}", err=True)
     folder = Path(os.path.expandvars(folder_of_plugins(this_system(), "lv2"))).expanduser()
     if output is None and (folder / BUNDLES["lv2"]).is_dir():  # LV2 hosts know no basses but those of bundles
         lv2.write_preset(name, bass.name, folder / f"livebass-{name}.lv2")

@@ -85,7 +85,11 @@ def test_an_instrument_goes_where_plugins_look(run: Run, elsewhere: Path) -> Non
     file = elsewhere / "data" / "livebass" / "mine.lbass"
     assert err.startswith(f"{file}: ") and err.count("\n") == 1
     assert read_instrument(file).name == "Slap"
-    assert run("export", "instrument", "fretless", "-o", "other.lbass")[0] == 0
+    assert "plugins list it" in err
+    _, _, err = run("export", "instrument", "fretless")
+    assert "a bass called fretless lists its own" in err
+    status, _, err = run("export", "instrument", "fretless", "-o", "other.lbass")
+    assert status == 0 and f"plugins look for it in {file.parent}" in err
     assert read_instrument(elsewhere / "other.lbass").name == "Fretless jazz bass"
     assert run("export", "instrument", "fretless", "-o", "other.lbass")[0] == 0, "an older one is replaced"
 
