@@ -20,7 +20,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
-from livebass.compiling import store
+from livebass.compiling import MACHINE, store
 
 LLVM_TYPES = {
     "void": "void", "voidptr": "ptr", "int32": "i32", "uint32": "i32", "int64": "i64", "uint64": "i64",
@@ -94,8 +94,6 @@ def entries() -> dict[str, Any]:
 
 def program() -> str:
     """Returns `compiled_program`, which is kept in the user's directory: a second level takes half the time."""
-    from livebass.kernels.native import MACHINE
-
     place = store.directory(f"kernels-{store.digest()}")
     kept = place / f"{MACHINE}.ll.gz" if place else None
     data = store.whole(kept) if kept else None

@@ -16,8 +16,7 @@ from numba import types
 from numba.core import cgutils
 from numba.np import arrayobj
 
-from livebass.compiling import ARM, X86
-from livebass.kernels.native import MACHINE
+from livebass.compiling import ARM, MACHINE, X86
 
 # Typed as Any: numba passes an intrinsic its context itself, and mypy cannot know that.
 intrinsic: Any = numba.extending.intrinsic

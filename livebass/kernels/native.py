@@ -5,13 +5,10 @@ Kernels that come compiled need no numba in the process that plays them. [any th
 
 from __future__ import annotations
 
-import os
-import platform
 from typing import TYPE_CHECKING, Any
 
-from livebass.compiling import ARM, FROM_SOURCE, X86
+from livebass.compiling import ARM, FROM_SOURCE, MACHINE, X86
 
-MACHINE = os.environ.get("LIVEBASS_MACHINE", platform.machine().lower())  # that kernels are compiled for
 # Bits of `float_control` that take denormal numbers for zero: MXCSR's FTZ and DAZ, or FPCR's FZ.
 FLUSH = 0x8040 if MACHINE in X86 else 1 << 24 if MACHINE in ARM else 0
 
