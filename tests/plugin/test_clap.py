@@ -219,11 +219,23 @@ def test_a_state_that_is_none_is_refused_with_one_line(plugin: Plugin) -> None:
 
 
 def test_a_state_with_another_bass_says_which(folder: Path, plugin: Plugin, tmp_path: Path) -> None:
-    plugin.set(BASS, 3)
-    clap.write_bundle({"slap": load_preset("slap")}, tmp_path / "livebass")
-    other = Plugin(tmp_path / "livebass", active=False)
-    assert not other.load(plugin.save())
+    """All else is taken over, and the name is saved again until another bass is chosen."""
+    changes = {**CHANGES, BASS: 3, QUALITY: 1}
+    for number, wanted in changes.items():
+        plugin.set(number, wanted)
+    basses = {name: load_preset(name) for name in ("slap", "jazz-finger")}
+    clap.write_bundle(basses, tmp_path / "livebass")
+    other, state = Plugin(tmp_path / "livebass", active=False), plugin.save()
+    assert other.load(state) and other.rescanned
+    assert other.load(other.save())
     assert other.logged == ["the session's instrument is not installed: fretless"]
+    assert {number: other.value(number) for number in changes} == {**changes, BASS: 0}
+    other.set(BASS, 0)  # it was so before
+    assert plugin.load(other.save()) and plugin.save() == state
+    other.set(BASS, 1)
+    assert plugin.load(other.save()) and plugin.value(BASS) == PRESETS.index("jazz-finger")
+    assert other.load(state) and other.load_preset("jazz-finger")
+    assert plugin.load(other.save()) and plugin.value(BASS) == PRESETS.index("jazz-finger")
     other.close()
 
 

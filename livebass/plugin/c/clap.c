@@ -254,6 +254,7 @@ static bool preset(const clap_plugin *p, uint32_t kind, const char *location, co
     if (bass >= 0) {
         for (int k = 0; k < LB_PLAYED_PARAMETERS; k++) lb_set_value(i, k, lb_parameters[k].usual);
         lb_set_value(i, LB_BASS, bass);
+        __atomic_store_n(&i->missing, 0, __ATOMIC_RELAXED); /* even if that bass played already */
         lb_serve(i);
         if (host) host->loaded(c->host, kind, location, key);
         tell_values(c);

@@ -29,6 +29,7 @@ double lb_value(const lb_instance *i, int parameter) {
 }
 
 static void keep(lb_instance *i, int parameter, double value) {
+    if (parameter == LB_BASS && value != lb_value(i, LB_BASS)) __atomic_store_n(&i->missing, 0, __ATOMIC_RELAXED);
     __atomic_store(&i->values[parameter], &value, __ATOMIC_RELAXED);
 }
 
@@ -254,7 +255,9 @@ void lb_save_state(const lb_instance *i, lb_state *s) {
     s->count = LB_PARAMETERS;
     for (int k = 0; k < LB_PARAMETERS; k++) s->values[k] = lb_value(i, k);
     const int number = (int)s->values[LB_BASS];
-    snprintf(s->bass, sizeof s->bass, "%s", lb_shelf_name(i->shelf, number < lb_shelf_count(i->shelf) ? number : 0));
+    const char *name = lb_shelf_name(i->shelf, number < lb_shelf_count(i->shelf) ? number : 0);
+    if (__atomic_load_n(&i->missing, __ATOMIC_RELAXED)) name = i->missing_name;
+    snprintf(s->bass, sizeof s->bass, "%s", name);
     s->checksum = checksum(s, offsetof(lb_state, checksum));
 }
 
@@ -278,18 +281,21 @@ int lb_load_state(lb_instance *i, const void *bytes, size_t count) {
     const lb_state *s = bytes;
     char line[LINE];
     const char *why = fault(s, count);
-    const int number = why ? -1 : lb_shelf_find(i->shelf, s->bass);
-    if (!why && number < 0) {
-        snprintf(line, sizeof line, "the session's instrument is not installed: %.*s", LB_STATE_NAME, s->bass);
-        why = line;
-    }
     if (why) {
         i->complain(i->owner, why);
         return 0;
     }
+    const int number = lb_shelf_find(i->shelf, s->bass), missing = number < 0;
+    if (missing && !(i->missing && !strcmp(i->missing_name, s->bass))) { /* hosts may bring a state several times */
+        snprintf(line, sizeof line, "the session's instrument is not installed: %.*s", LB_STATE_NAME, s->bass);
+        i->complain(i->owner, line);
+    }
     const int64_t seed = s->seed;
     __atomic_store_n(&i->seed, seed, __ATOMIC_RELAXED);
     for (int k = 0; k < LB_PARAMETERS; k++)
-        lb_set_value(i, k, k == LB_BASS ? number : k < s->count ? s->values[k] : lb_parameters[k].usual);
+        if (k != LB_BASS) lb_set_value(i, k, k < s->count ? s->values[k] : lb_parameters[k].usual);
+    if (missing) memcpy(i->missing_name, s->bass, sizeof i->missing_name);
+    else lb_set_value(i, LB_BASS, number);
+    __atomic_store_n(&i->missing, missing, __ATOMIC_RELAXED);
     return 1;
 }

@@ -24,6 +24,8 @@ typedef struct {
     lb_synth *synth; /* 0 while the instance is not active */
     double rate, values[LB_PARAMETERS];
     int64_t seed;
+    int missing; /* the state named a bass that is not on the shelf, `missing_name`: saved until another is chosen */
+    char missing_name[LB_STATE_NAME];
     uint32_t changed; /* parameters that the synth has not been told yet, a bit each */
     int offline;      /* the host does not play in real time: a change of bass may be waited for */
     int64_t loaded;            /* which bass was loaded last, or could not be, as one word */
@@ -72,6 +74,7 @@ void lb_value_to_text(const lb_instance *, int parameter, double value, char *te
 int lb_text_to_value(const lb_instance *, int parameter, const char *text, double *value);
 
 void lb_save_state(const lb_instance *, lb_state *);
-/* Takes over a state; returns 0 after a line in the log, and changes nothing, if it is none. [main thread] */
+/* Takes over a state; returns 0 after a line in the log, and changes nothing, if it is none. If its bass is not on the
+   shelf, a line in the log says so, the bass stays, and all else is taken over. [main thread] */
 int lb_load_state(lb_instance *, const void *bytes, size_t count);
 #endif
