@@ -187,6 +187,33 @@ def test_tuning_of_a_note_bends_its_string_alone(folder: Path, how: dict[str, in
     assert not np.array_equal(plain[0], everywhere[0])
 
 
+def test_notes_go_by_their_ids(folder: Path) -> None:
+    """The id 0 is one like others, an id may be used again, and a note may be released by it alone."""
+
+    def played(*events: tuple[int, Any], reset: bool = False) -> Floats:
+        plugin = Plugin(folder, name=STRINGS)
+        if reset:
+            plugin.play([(0, note_on(60, 0.5, 3))], 512)
+            plugin.plugin.reset(plugin.handle)
+        out = plugin.play([(0, note_on(28, 0.5, 3)), (512, note_on(33, 0.5, 0)), *events], 9600)
+        plugin.close()
+        return out
+
+    plain, bend = played(), tuning(2.0, 33)
+    bent = played((1000, bend))
+    assert np.array_equal(bent[0], plain[0]) and not np.array_equal(bent[1], plain[1])
+    assert np.array_equal(played((1000, tuning(2.0, number=0))), bent)
+    assert np.array_equal(played((1000, tuning(2.0, number=0)), reset=True), bent)
+    off = played((1000, note_off(33)))
+    assert np.array_equal(off[0], plain[0]) and not np.array_equal(off[1], plain[1])
+    assert np.array_equal(played((1000, note_off(-1, 0))), off)
+    assert np.array_equal(played((1000, note_off(-1, 9))), plain)  # there is no such note
+    both = played((1000, note_off(-1)))
+    assert np.array_equal(both[1], off[1]) and not np.array_equal(both[0], plain[0])
+    again = [(1000, note_off(33)), (2000, note_on(28, 0.7, 0))]  # a lower key with the id of a higher one
+    assert np.array_equal(played(*again, (3000, tuning(2.0, number=0))), played(*again, (3000, tuning(2.0, 28))))
+
+
 def test_a_session_brings_its_sound_back(folder: Path, plugin: Plugin) -> None:
     for number, wanted in {**CHANGES, BASS: 1, QUALITY: 1, AHEAD: 1}.items():
         plugin.set(number, wanted)

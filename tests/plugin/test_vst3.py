@@ -26,7 +26,7 @@ pedalboard = pytest.importorskip("pedalboard")
 
 MONO, STRINGS = "livebass", "livebass strings"
 GAIN, TONE, BASS = 0, 1, 8
-CONTROLLERS, EXPRESSION, BEND = 1000, 11, 129  # hidden parameters
+CONTROLLERS, VOLUME, EXPRESSION, SUSTAIN, BEND = 1000, 7, 11, 64, 129  # hidden parameters
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -180,6 +180,32 @@ def test_outputs_a_string_and_the_tuning_of_a_note(bundle: Path) -> None:
     assert plain[:2, 1000:].any(axis=1).all() and not plain[2:].any()
     assert not plain[0, :100].any() and plain[0, 100:300].any() and not plain[1, :300].any()
     assert np.array_equal(bent[0], plain[0]) and not np.array_equal(bent[1], plain[1])
+
+
+def test_a_note_with_the_id_0_is_tuned(bundle: Path) -> None:
+    def played(number: int) -> Floats:
+        plugin = low.Plugin(bundle, mode=low.OFFLINE)
+        out = [plugin.block(1000, [low.note_on(33, 0.5, number)]), plugin.block(4000, [low.tuning(1.0, number)])]
+        plugin.close()
+        return np.concatenate(out, axis=-1)
+
+    assert np.array_equal(played(0), played(7))
+
+
+def test_controllers_stand_as_the_synth_has_them(bundle: Path) -> None:
+    """To move each to its usual value changes nothing."""
+
+    def played(points: list[tuple[int, int, float]]) -> Floats:
+        plugin = low.Plugin(bundle, mode=low.OFFLINE)
+        out = plugin.block(4000, [low.note_on(33, 0.5, 1)], points)
+        plugin.close()
+        return out
+
+    plugin = low.Plugin(bundle)
+    usual = {number: plugin.usual(CONTROLLERS + number) for number in (VOLUME, EXPRESSION, SUSTAIN, BEND)}
+    plugin.close()
+    assert usual == {VOLUME: 1.0, EXPRESSION: 1.0, SUSTAIN: 0.0, BEND: 0.5}
+    assert np.array_equal(played([(CONTROLLERS + k, 0, x) for k, x in usual.items()]), played([]))
 
 
 def test_points_of_parameters_are_heard_at_their_frames(bundle: Path) -> None:

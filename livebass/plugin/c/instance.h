@@ -30,7 +30,7 @@ typedef struct {
     int offline;      /* the host does not play in real time: a change of bass may be waited for */
     int64_t loaded;            /* which bass was loaded last, or could not be, as one word */
     lb_bass *ready, *done;     /* handed to the audio thread to play, and by it to be freed */
-    int32_t note_ids[LB_KEYS]; /* the host's number of the last note of each key */
+    int32_t note_ids[LB_KEYS]; /* the host's number of the last note of each key; -1: none */
     uint8_t held[LB_KEYS];     /* the host holds a note of the key */
 } lb_instance;
 
@@ -61,8 +61,8 @@ void lb_serve(lb_instance *);
 
 /* Starts a note, of velocity 0 to 1, that the host calls `id`. [audio thread] */
 void lb_start_note(lb_instance *, int64_t offset, int key, double velocity, int32_t id);
-/* Releases a note; key -1: all. [audio thread] */
-void lb_stop_note(lb_instance *, int64_t offset, int key);
+/* Releases a note: that of a key, or with key -1 that of an id, or with both -1 all. [audio thread] */
+void lb_stop_note(lb_instance *, int64_t offset, int key, int32_t id);
 /* Bends the string that plays a note by semitones; with key and id -1, of every note that is held. [audio thread] */
 void lb_express_bend(lb_instance *, int64_t offset, int key, int32_t id, double semitones);
 /* Plays n frames, and sees to a change of bass: mono into outs[0], or an output a string; outputs may be 0.

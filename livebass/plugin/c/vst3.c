@@ -22,6 +22,7 @@
 #endif
 
 enum { TAIL = 12 /* s */, ROOM = 1 << 16, CHANGES = 2048, LINE = 1500 };
+enum { VOLUME = 7, EXPRESSION = 11 }; /* MIDI controllers */
 enum { CONTROLLERS = 1000 }; /* id of the parameter that stands for MIDI controller 0 */
 enum { COMPONENT, PROCESSOR, CONTROLLER, MAPPING, UNITS, EXPRESSIONS, INTERFACES };
 enum { SEMITONES = 240 };     /* of the range of tuning */
@@ -196,6 +197,11 @@ static double normal(const vst3 *v, uint32_t id, double x) {
     if (id >= LB_PARAMETERS) return x;
     const double least = lb_parameters[id].least;
     return (x - least) / (lb_most(&v->instance, (int)id) - least);
+}
+
+/* Where a controller stands until it is moved: as the synth has it. */
+static double usual_of_controller(int number) {
+    return number == VST3_BEND ? 0.5 : number == VOLUME || number == EXPRESSION;
 }
 
 static int is_controller(uint32_t id) { return id >= CONTROLLERS && id < CONTROLLERS + VST3_CONTROLLERS; }
@@ -462,7 +468,7 @@ static void tell(vst3 *v, const change *c) {
     else if (c->kind == VST3_NOTE_ON) {
         lb_start_note(i, at, e->on.key, e->on.velocity, e->on.id);
         if (e->on.tuning != 0) lb_express_bend(i, at, e->on.key, e->on.id, e->on.tuning / 100);
-    } else if (c->kind == VST3_NOTE_OFF) lb_stop_note(i, at, e->off.key);
+    } else if (c->kind == VST3_NOTE_OFF) lb_stop_note(i, at, e->off.key, e->off.id);
     else if (c->kind == VST3_NOTE_EXPRESSION && e->expression.type == VST3_TUNING)
         lb_express_bend(i, at, -1, e->expression.id, SEMITONES * (e->expression.value - 0.5));
 }
@@ -523,7 +529,7 @@ static vst3_result parameter_info(void *self, int32_t index, vst3_parameter *p) 
         else if (number == VST3_PRESSURE) snprintf(name, sizeof name, "Pressure");
         else snprintf(name, sizeof name, "MIDI CC %d", number);
         p->id = CONTROLLERS + (uint32_t)number;
-        p->usual = number == VST3_BEND ? 0.5 : 0;
+        p->usual = usual_of_controller(number);
         p->flags = VST3_IS_HIDDEN;
         to_wide(p->title, name);
         return VST3_OK;
@@ -804,7 +810,7 @@ static vst3_result create(void *self, const vst3_id class_id, const vst3_id inte
         memcpy(v->interfaces, tables, sizeof tables);
         v->users = 1;
         v->apart = k == 1;
-        v->controllers[VST3_BEND] = 0.5;
+        for (int c = 0; c < VST3_CONTROLLERS; c++) v->controllers[c] = usual_of_controller(c);
         v->instance.owner = v;
         v->instance.complain = complain;
         v->instance.ask = ask;
