@@ -214,6 +214,27 @@ def test_notes_go_by_their_ids(folder: Path) -> None:
     assert np.array_equal(played(*again, (3000, tuning(2.0, number=0))), played(*again, (3000, tuning(2.0, 28))))
 
 
+def test_notes_are_heard_under_dense_automation(folder: Path) -> None:
+    """More values in a block than the synth takes: notes lose none of their room, each parameter ends as it was set."""
+
+    def played(values: list[tuple[int, Any]]) -> Floats:
+        plugin = Plugin(folder)
+        plugin.play([(0, note_on(33, 0.5))], 512)
+        notes = [(7000, note_on(28, 0.5)), (8000, note_off(28)), (8000, note_off(33))]
+        plugin.play(sorted(values + notes, key=lambda e: e[0]), 8192, (8192,))
+        out = plugin.play([(96000, note_on(33, 0.5))], 100800)
+        plugin.close()
+        return out
+
+    points = [(GAIN, -20.0), (DYNAMICS, 0.0), (UNEVENNESS, 0.0), (BEND_RANGE, 2.0)]
+    dense = [(k, value(*points[k % 4])) for k in range(6000)]
+    last = [(8100, value(GAIN, 0.0))]
+    out = played(dense + last)
+    assert np.abs(out[91200:96000]).max() < 1e-3 < np.abs(out[:4800]).max()
+    assert np.allclose(out[96000:], played(dense[:100] + last)[96000:], rtol=0, atol=1e-5)
+    assert np.abs(out[96000:]).max() > 0.01
+
+
 def test_a_session_brings_its_sound_back(folder: Path, plugin: Plugin) -> None:
     for number, wanted in {**CHANGES, BASS: 1, QUALITY: 1, AHEAD: 1}.items():
         plugin.set(number, wanted)

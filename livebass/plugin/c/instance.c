@@ -54,8 +54,8 @@ void lb_set_value(lb_instance *i, int parameter, double value) {
 void lb_set_value_at(lb_instance *i, int64_t offset, int parameter, double value) {
     value = lb_allowed(i, parameter, value);
     keep(i, parameter, value);
-    if (parameter < LB_PLAYED_PARAMETERS) lb_set(i->synth, offset, parameter, value);
-    else __atomic_fetch_or(&i->changed, 1u << parameter, __ATOMIC_RELEASE);
+    if (parameter >= LB_PLAYED_PARAMETERS || !lb_set(i->synth, offset, parameter, value))
+        __atomic_fetch_or(&i->changed, 1u << parameter, __ATOMIC_RELEASE);
 }
 
 void lb_value_to_text(const lb_instance *i, int parameter, double value, char *text, size_t room) {

@@ -171,8 +171,7 @@ static void follow_ports(plugin *p) {
 static void send_parameters(plugin *p) {
     for (int k = 0; k < LB_PLAYED_PARAMETERS; k++) {
         if (!p->controls[k] || *p->controls[k] == p->sent[k]) continue;
-        p->sent[k] = *p->controls[k];
-        lb_set(p->synth, 0, k, p->sent[k]);
+        if (lb_set(p->synth, 0, k, *p->controls[k])) p->sent[k] = *p->controls[k];
     }
     lb_relieve(p->synth, chosen(p, LB_RELIEF, 2, 0));
     lb_offline(p->synth, chosen(p, FREEWHEELING, 2, 0));
