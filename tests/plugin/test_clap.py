@@ -187,6 +187,54 @@ def test_tuning_of_a_note_bends_its_string_alone(folder: Path, how: dict[str, in
     assert not np.array_equal(plain[0], everywhere[0])
 
 
+def test_notes_go_by_their_ids(folder: Path) -> None:
+    """The id 0 is one like others, an id may be used again, and a note may be released by it alone."""
+
+    def played(*events: tuple[int, Any], reset: bool = False) -> Floats:
+        plugin = Plugin(folder, name=STRINGS)
+        if reset:
+            plugin.play([(0, note_on(60, 0.5, 3))], 512)
+            plugin.plugin.reset(plugin.handle)
+        out = plugin.play([(0, note_on(28, 0.5, 3)), (512, note_on(33, 0.5, 0)), *events], 9600)
+        plugin.close()
+        return out
+
+    plain, bend = played(), tuning(2.0, 33)
+    bent = played((1000, bend))
+    assert np.array_equal(bent[0], plain[0]) and not np.array_equal(bent[1], plain[1])
+    assert np.array_equal(played((1000, tuning(2.0, number=0))), bent)
+    assert np.array_equal(played((1000, tuning(2.0, number=0)), reset=True), bent)
+    off = played((1000, note_off(33)))
+    assert np.array_equal(off[0], plain[0]) and not np.array_equal(off[1], plain[1])
+    assert np.array_equal(played((1000, note_off(-1, 0))), off)
+    assert np.array_equal(played((1000, note_off(-1, 9))), plain)  # there is no such note
+    both = played((1000, note_off(-1)))
+    assert np.array_equal(both[1], off[1]) and not np.array_equal(both[0], plain[0])
+    again = [(1000, note_off(33)), (2000, note_on(28, 0.7, 0))]  # a lower key with the id of a higher one
+    assert np.array_equal(played(*again, (3000, tuning(2.0, number=0))), played(*again, (3000, tuning(2.0, 28))))
+
+
+def test_notes_are_heard_under_dense_automation(folder: Path) -> None:
+    """More values in a block than the synth takes: notes lose none of their room, each parameter ends as it was set."""
+
+    def played(values: list[tuple[int, Any]]) -> Floats:
+        plugin = Plugin(folder)
+        plugin.play([(0, note_on(33, 0.5))], 512)
+        notes = [(7000, note_on(28, 0.5)), (8000, note_off(28)), (8000, note_off(33))]
+        plugin.play(sorted(values + notes, key=lambda e: e[0]), 8192, (8192,))
+        out = plugin.play([(96000, note_on(33, 0.5))], 100800)
+        plugin.close()
+        return out
+
+    points = [(GAIN, -20.0), (DYNAMICS, 0.0), (UNEVENNESS, 0.0), (BEND_RANGE, 2.0)]
+    dense = [(k, value(*points[k % 4])) for k in range(6000)]
+    last = [(8100, value(GAIN, 0.0))]
+    out = played(dense + last)
+    assert np.abs(out[91200:96000]).max() < 1e-3 < np.abs(out[:4800]).max()
+    assert np.allclose(out[96000:], played(dense[:100] + last)[96000:], rtol=0, atol=1e-5)
+    assert np.abs(out[96000:]).max() > 0.01
+
+
 def test_a_session_brings_its_sound_back(folder: Path, plugin: Plugin) -> None:
     for number, wanted in {**CHANGES, BASS: 1, QUALITY: 1, AHEAD: 1}.items():
         plugin.set(number, wanted)
@@ -219,11 +267,23 @@ def test_a_state_that_is_none_is_refused_with_one_line(plugin: Plugin) -> None:
 
 
 def test_a_state_with_another_bass_says_which(folder: Path, plugin: Plugin, tmp_path: Path) -> None:
-    plugin.set(BASS, 3)
-    clap.write_bundle({"slap": load_preset("slap")}, tmp_path / "livebass")
-    other = Plugin(tmp_path / "livebass", active=False)
-    assert not other.load(plugin.save())
+    """All else is taken over, and the name is saved again until another bass is chosen."""
+    changes = {**CHANGES, BASS: 3, QUALITY: 1}
+    for number, wanted in changes.items():
+        plugin.set(number, wanted)
+    basses = {name: load_preset(name) for name in ("slap", "jazz-finger")}
+    clap.write_bundle(basses, tmp_path / "livebass")
+    other, state = Plugin(tmp_path / "livebass", active=False), plugin.save()
+    assert other.load(state) and other.rescanned
+    assert other.load(other.save())
     assert other.logged == ["the session's instrument is not installed: fretless"]
+    assert {number: other.value(number) for number in changes} == {**changes, BASS: 0}
+    other.set(BASS, 0)  # it was so before
+    assert plugin.load(other.save()) and plugin.save() == state
+    other.set(BASS, 1)
+    assert plugin.load(other.save()) and plugin.value(BASS) == PRESETS.index("jazz-finger")
+    assert other.load(state) and other.load_preset("jazz-finger")
+    assert plugin.load(other.save()) and plugin.value(BASS) == PRESETS.index("jazz-finger")
     other.close()
 
 

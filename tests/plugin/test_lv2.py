@@ -272,6 +272,60 @@ def test_the_port_changes_the_bass_through_the_worker(plugin: Plugin) -> None:
     assert not plugin.logged
 
 
+def test_a_restored_bass_stays_when_another_port_moves(plugin: Plugin) -> None:
+    """The port `bass` stays at 0 meanwhile; so it is with a restored quality and the port `bass`."""
+    assert plugin.restore(state_of(plugin, "slap")) == 0
+    plugin.block(64)
+    plugin.controls["quality"].value = 1.0
+    settle(plugin)
+    assert plugin.save() == state_of(plugin, "slap", quality=1)
+    assert plugin.restore(state_of(plugin, "slap", quality=1)) == 0
+    plugin.controls["quality"].value = 0.0
+    plugin.block(64)
+    plugin.controls["bass"].value = 2.0
+    settle(plugin)
+    assert plugin.save() == state_of(plugin, "paper-bass", quality=1)
+
+
+@pytest.mark.parametrize("loaded", [False, True])
+def test_a_late_answer_of_the_worker_does_not_override_a_session(plugin: Plugin, loaded: bool) -> None:
+    """The session is restored before the worker loads the bass of the port, or while its answer is on the way."""
+    plugin.block(64)
+    plugin.controls["bass"].value = 1.0
+    plugin.block(64)
+    assert len(plugin.jobs) == 1
+    answers = plugin.answers() if loaded else []
+    assert plugin.restore(state_of(plugin, "jazz-finger")) == 0
+    plugin.hand_in(answers)
+    settle(plugin)
+    assert plugin.save() == state_of(plugin, "jazz-finger")
+    plugin.controls["bass"].value = 2.0
+    settle(plugin)
+    assert plugin.save() == state_of(plugin, "paper-bass")
+
+
+@pytest.mark.parametrize("restored", [False, True])
+def test_a_job_that_the_host_drops_is_given_anew_once_it_is_active(plugin: Plugin, restored: bool) -> None:
+    if restored:
+        assert plugin.restore(state_of(plugin, "slap")) == 0
+    plugin.block(64)
+    plugin.controls["bass"].value = 2.0
+    plugin.block(64)
+    assert len(plugin.jobs) == 1
+    plugin.jobs.clear()
+    plugin.plugin.deactivate(plugin.handle)
+    plugin.plugin.activate(plugin.handle)
+    settle(plugin)
+    assert plugin.save() == state_of(plugin, "paper-bass")
+
+
+def settle(plugin: Plugin) -> None:
+    """Plays on until a change of bass is through."""
+    for _ in range(60):
+        plugin.block(1024)
+        plugin.work()
+
+
 def test_activate_makes_it_as_new(plugin: Plugin) -> None:
     score, _ = hard("jazz-finger")
     first = plugin.play(score, RATE)

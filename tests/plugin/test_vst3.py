@@ -26,7 +26,7 @@ pedalboard = pytest.importorskip("pedalboard")
 
 MONO, STRINGS = "livebass", "livebass strings"
 GAIN, TONE, BASS = 0, 1, 8
-CONTROLLERS, EXPRESSION, BEND = 1000, 11, 129  # hidden parameters
+CONTROLLERS, VOLUME, EXPRESSION, SUSTAIN, BEND = 1000, 7, 11, 64, 129  # hidden parameters
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -180,6 +180,54 @@ def test_outputs_a_string_and_the_tuning_of_a_note(bundle: Path) -> None:
     assert plain[:2, 1000:].any(axis=1).all() and not plain[2:].any()
     assert not plain[0, :100].any() and plain[0, 100:300].any() and not plain[1, :300].any()
     assert np.array_equal(bent[0], plain[0]) and not np.array_equal(bent[1], plain[1])
+
+
+def test_notes_are_heard_under_dense_automation(bundle: Path) -> None:
+    """More points in a block than the plugin takes: no note is lost, each parameter ends as its last point says."""
+
+    def played(points: list[tuple[int, int, float]]) -> Floats:
+        plugin = low.Plugin(bundle, mode=low.OFFLINE)
+        plugin.block(512, [low.note_on(33, 0.5, 1)])
+        notes = [low.note_on(28, 0.5, 2, 4000), low.note_off(33, 1, 4090), low.note_off(28, 2, 4090)]
+        plugin.block(4096, notes, points)
+        blocks = [plugin.block(4096) for _ in range(24)] + [plugin.block(4096, [low.note_on(33, 0.5, 3)])]
+        out = np.concatenate(blocks, axis=-1)[0, 0]
+        plugin.close()
+        return out
+
+    ids = (GAIN, 2, 3, 5, 6, 7, CONTROLLERS + EXPRESSION)
+    dense = [(k, j, 0.5) for k in ids for j in range(600)]
+    last = [(k, 4095, 0.9) for k in ids]
+    out = played(dense + last)
+    assert np.abs(out[-8192:-4096]).max() < 1e-3 < np.abs(out[:4096]).max()
+    assert np.allclose(out[-4096:], played([(k, 0, 0.5) for k in ids] + last)[-4096:], rtol=0, atol=1e-5)
+    assert np.abs(out[-4096:]).max() > 0.01
+
+
+def test_a_note_with_the_id_0_is_tuned(bundle: Path) -> None:
+    def played(number: int) -> Floats:
+        plugin = low.Plugin(bundle, mode=low.OFFLINE)
+        out = [plugin.block(1000, [low.note_on(33, 0.5, number)]), plugin.block(4000, [low.tuning(1.0, number)])]
+        plugin.close()
+        return np.concatenate(out, axis=-1)
+
+    assert np.array_equal(played(0), played(7))
+
+
+def test_controllers_stand_as_the_synth_has_them(bundle: Path) -> None:
+    """To move each to its usual value changes nothing."""
+
+    def played(points: list[tuple[int, int, float]]) -> Floats:
+        plugin = low.Plugin(bundle, mode=low.OFFLINE)
+        out = plugin.block(4000, [low.note_on(33, 0.5, 1)], points)
+        plugin.close()
+        return out
+
+    plugin = low.Plugin(bundle)
+    usual = {number: plugin.usual(CONTROLLERS + number) for number in (VOLUME, EXPRESSION, SUSTAIN, BEND)}
+    plugin.close()
+    assert usual == {VOLUME: 1.0, EXPRESSION: 1.0, SUSTAIN: 0.0, BEND: 0.5}
+    assert np.array_equal(played([(CONTROLLERS + k, 0, x) for k, x in usual.items()]), played([]))
 
 
 def test_points_of_parameters_are_heard_at_their_frames(bundle: Path) -> None:

@@ -306,8 +306,8 @@ def note_on(key: int, velocity: float, number: int = -1) -> Any:
     return NOTE(c.sizeof(NOTE), 0, 0, NOTE_ON, 0, number, 0, 0, key, velocity)
 
 
-def note_off(key: int) -> Any:
-    return NOTE(c.sizeof(NOTE), 0, 0, NOTE_OFF, 0, -1, 0, 0, key, 0.0)
+def note_off(key: int, number: int = -1) -> Any:
+    return NOTE(c.sizeof(NOTE), 0, 0, NOTE_OFF, 0, number, 0, 0, key, 0.0)
 
 
 def tuning(semitones: float, key: int = -1, number: int = -1) -> Any:

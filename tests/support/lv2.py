@@ -95,16 +95,22 @@ class Plugin:
         self.plugin.run(self.handle, frames)
         return outs if self.outputs > 1 else outs[0]
 
+    def answers(self) -> list[bytes]:
+        """Does the first job that waits; returns its answers, which `hand_in` takes."""
+        answers: list[bytes] = []
+        job = self.jobs.pop(0)
+        answer = RESPOND(lambda _, size, data: answers.append(c.string_at(data, size)) or 0)
+        self.extension("worker", WORKER).work(self.handle, answer, None, len(job), job)
+        return answers
+
+    def hand_in(self, answers: list[bytes]) -> None:
+        for data in answers:
+            self.extension("worker", WORKER).respond(self.handle, len(data), data)
+
     def work(self) -> None:
         """Does the jobs that wait, and hands the answers in."""
-        worker = self.extension("worker", WORKER)
         while self.jobs:
-            answers: list[bytes] = []
-            job = self.jobs.pop(0)
-            answer = RESPOND(lambda _, size, data: answers.append(c.string_at(data, size)) or 0)  # noqa: B023
-            worker.work(self.handle, answer, None, len(job), job)
-            for data in answers:
-                worker.respond(self.handle, len(data), data)
+            self.hand_in(self.answers())
 
     def play(self, score: Score, frames: int, sizes: Iterable[int] = (512,), start: int = 0) -> Floats:
         """Plays `frames` of a score from `start` on in blocks of `sizes`, in turn; a whole last block."""

@@ -34,8 +34,12 @@ class Expression(c.Structure):
     _fields_ = [("type", U32), ("id", I32), ("value", D)]
 
 
+class Off(c.Structure):
+    _fields_ = [("channel", I16), ("key", I16), ("velocity", F), ("id", I32), ("tuning", F)]
+
+
 class Kinds(c.Union):
-    _fields_ = [("on", On), ("expression", Expression), ("room", c.c_uint8 * 24)]
+    _fields_ = [("on", On), ("off", Off), ("expression", Expression), ("room", c.c_uint8 * 24)]
 
 
 class Event(c.Structure):
@@ -63,6 +67,13 @@ class Data(c.Structure):
 
 class Info(c.Structure):
     _fields_ = [("type", U32), ("title", TEXT), ("short", TEXT), ("unit_name", TEXT), ("unit", I32), ("usual", D)]
+
+
+class Parameter(c.Structure):
+    _fields_ = [
+        ("id", U32), ("title", TEXT), ("short", TEXT), ("unit_name", TEXT), ("steps", I32), ("usual", D),
+        ("unit", I32), ("flags", I32),
+    ]  # fmt: skip
 
 
 class Programs(c.Structure):
@@ -170,6 +181,16 @@ class Plugin:
         assert self.processor.call(9, c.addressof(data)) == 0
         return out
 
+    def usual(self, number: int) -> float:
+        """The usual value of the parameter with an id, which must be its value too."""
+        for k in range(self.controller.call(8)):
+            info = Parameter()
+            assert self.controller.call(9, I32(k), c.addressof(info)) == 0
+            if info.id == number:
+                assert self.controller.call(14, U32(number), result=D) == info.usual
+                return float(info.usual)
+        raise KeyError(number)
+
     def programs(self) -> list[str]:
         """The names of its programs."""
         units, found, name = self.component.query(UNITS), Programs(), TEXT()
@@ -204,6 +225,12 @@ class Plugin:
 def note_on(key: int, velocity: float, number: int, offset: int = 0) -> Event:
     event = Event(0, offset, 0.0, 0, 0)
     event.of.on = On(0, key, 0.0, velocity, 0, number)
+    return event
+
+
+def note_off(key: int, number: int, offset: int = 0) -> Event:
+    event = Event(0, offset, 0.0, 0, 1)
+    event.of.off = Off(0, key, 0.0, number, 0.0)
     return event
 
 

@@ -88,7 +88,8 @@ static void take(clap *c, const clap_event *e) {
     const clap_note *note = (const clap_note *)e;
     const clap_note_expression *x = (const clap_note_expression *)e;
     if (e->type == CLAP_NOTE_ON) lb_start_note(i, e->time, note->key, note->velocity, note->note_id);
-    else if (e->type == CLAP_NOTE_OFF || e->type == CLAP_NOTE_CHOKE) lb_stop_note(i, e->time, note->key);
+    else if (e->type == CLAP_NOTE_OFF || e->type == CLAP_NOTE_CHOKE)
+        lb_stop_note(i, e->time, note->key, note->note_id);
     else if (e->type == CLAP_MIDI) lb_send(i->synth, e->time, ((const clap_midi *)e)->data, 3);
     else if (e->type == CLAP_NOTE_EXPRESSION && x->expression == CLAP_TUNING)
         lb_express_bend(i, e->time, x->key, x->note_id, x->value); /* a plucked string has no other expression */
@@ -254,6 +255,7 @@ static bool preset(const clap_plugin *p, uint32_t kind, const char *location, co
     if (bass >= 0) {
         for (int k = 0; k < LB_PLAYED_PARAMETERS; k++) lb_set_value(i, k, lb_parameters[k].usual);
         lb_set_value(i, LB_BASS, bass);
+        __atomic_store_n(&i->missing, 0, __ATOMIC_RELAXED); /* even if that bass played already */
         lb_serve(i);
         if (host) host->loaded(c->host, kind, location, key);
         tell_values(c);

@@ -23,6 +23,7 @@ static void leave(void) { pthread_mutex_unlock(&lock); }
 
 #define LINE 64      /* bytes in a cache line */
 #define MESSAGES 4096 /* in each ring */
+#define FOR_NOTES 1024 /* of them, which parameters must not take */
 #define ENDING ".lbass"
 #define ADDRESS(x) ((int64_t)(intptr_t)(x))
 
@@ -285,6 +286,7 @@ static void make_new(lb_synth *s, const lb_bass *b) {
     s->kernels->fill_synth(ADDRESS(r), ADDRESS(s->rings), MESSAGES, r->rate, -1, r->gain_target,
                            ADDRESS(s->kernels->process));
     memcpy(r->parameters, parameters, sizeof parameters);
+    s->waiting = 0;
     r->ceiling = INFINITY; /* hosts take what is beyond full scale, and may turn it down */
     r->next_bass = b ? address_of(b) : 0;
     s->ahead = b && b->building.ahead;
@@ -355,16 +357,20 @@ lb_bass *lb_take_faded(lb_synth *s) {
 
 void lb_send(lb_synth *s, int64_t offset, const uint8_t *bytes, size_t count) {
     if (count < 1 || count > 3 || bytes[0] < 0x80 || bytes[0] >= 0xF0) return;
+    s->waiting++;
     s->kernels->push_message(s->record.midi_ring[LB_RINGS - 1], MESSAGES, s->record.frame + offset, bytes[0],
                              count > 1 ? bytes[1] : 0, count > 2 ? bytes[2] : 0);
 }
 
 static void push(lb_synth *s, int64_t offset, int kind, int number, double value) {
+    s->waiting++;
     s->kernels->push_event(s->record.midi_ring[LB_RINGS - 1], MESSAGES, s->record.frame + offset, kind, number, value);
 }
 
-void lb_set(lb_synth *s, int64_t offset, int parameter, double value) {
+int lb_set(lb_synth *s, int64_t offset, int parameter, double value) {
+    if (s->waiting >= MESSAGES - FOR_NOTES) return 0;
     if (parameter >= 0 && parameter < LB_PLAYED_PARAMETERS) push(s, offset, LB_KIND_PARAMETER, parameter, value);
+    return 1;
 }
 
 void lb_bend_string(lb_synth *s, int64_t offset, int string, double semitones) {
@@ -380,7 +386,9 @@ void lb_bend_note(lb_synth *s, int64_t offset, int key, double semitones) {
 }
 
 void lb_play(lb_synth *s, float *out, int64_t n) {
-    if (n > 0) s->kernels->process(ADDRESS(&s->record), ADDRESS(out), n);
+    if (n <= 0) return;
+    s->kernels->process(ADDRESS(&s->record), ADDRESS(out), n);
+    s->waiting = 0;
 }
 
 void lb_play_strings(lb_synth *s, float *const *outs, int64_t n) {

@@ -9,6 +9,7 @@ typedef struct {
     const lb_kernels *kernels;
     void *rings;
     int offline, relief, ahead; /* ahead: the bass that was put on last can run ahead */
+    int waiting;                /* what was sent for the next block */
     float mix[LB_CHUNK];        /* of lb_play_strings */
 } lb_synth;
 
@@ -48,7 +49,9 @@ lb_bass *lb_take_faded(lb_synth *);
 /* What is sent is for the frame `offset` of the next block; offsets must not fall within one block. Values beyond their
    limits are held within, NaN is the usual value. [audio thread] */
 void lb_send(lb_synth *, int64_t offset, const uint8_t *bytes, size_t count); /* MIDI; whatever else is left out */
-void lb_set(lb_synth *, int64_t offset, int parameter, double value); /* one of the LB_PLAYED_PARAMETERS, else nothing */
+/* Sets one of the LB_PLAYED_PARAMETERS, else nothing. Returns 0 if so much was sent for the block that what room there
+   is left is kept for notes: then it is to be set again in the next one. */
+int lb_set(lb_synth *, int64_t offset, int parameter, double value);
 /* Bends one string, counted from 0, besides what the wheel does, until the controllers are reset. */
 void lb_bend_string(lb_synth *, int64_t offset, int string, double semitones);
 /* The same for the string that played a key last, until it plays another note. */

@@ -29,6 +29,7 @@ double lb_value(const lb_instance *i, int parameter) {
 }
 
 static void keep(lb_instance *i, int parameter, double value) {
+    if (parameter == LB_BASS && value != lb_value(i, LB_BASS)) __atomic_store_n(&i->missing, 0, __ATOMIC_RELAXED);
     __atomic_store(&i->values[parameter], &value, __ATOMIC_RELAXED);
 }
 
@@ -53,8 +54,8 @@ void lb_set_value(lb_instance *i, int parameter, double value) {
 void lb_set_value_at(lb_instance *i, int64_t offset, int parameter, double value) {
     value = lb_allowed(i, parameter, value);
     keep(i, parameter, value);
-    if (parameter < LB_PLAYED_PARAMETERS) lb_set(i->synth, offset, parameter, value);
-    else __atomic_fetch_or(&i->changed, 1u << parameter, __ATOMIC_RELEASE);
+    if (parameter >= LB_PLAYED_PARAMETERS || !lb_set(i->synth, offset, parameter, value))
+        __atomic_fetch_or(&i->changed, 1u << parameter, __ATOMIC_RELEASE);
 }
 
 void lb_value_to_text(const lb_instance *i, int parameter, double value, char *text, size_t room) {
@@ -90,9 +91,15 @@ int lb_text_to_value(const lb_instance *i, int parameter, const char *text, doub
 
 /* --- the bass --- */
 
+static void forget_notes(lb_instance *i) {
+    memset(i->held, 0, sizeof i->held);
+    for (int k = 0; k < LB_KEYS; k++) i->note_ids[k] = -1;
+}
+
 int lb_open_instance(lb_instance *i, const char *folder) {
     char line[LINE];
     i->kernels = lb_best_kernels();
+    forget_notes(i);
     i->shelf = lb_open_shelf(folder);
     for (int k = 0; k < LB_PARAMETERS; k++) i->values[k] = lb_parameters[k].usual;
     if (i->shelf && lb_shelf_count(i->shelf)) return 1;
@@ -142,6 +149,7 @@ int lb_activate_instance(lb_instance *i, double rate) {
     i->synth = b ? lb_new_synth(rate, i->kernels) : 0;
     if (i->synth) lb_put_on(i->synth, b);
     else lb_free_bass(b);
+    forget_notes(i);
     i->changed = ~0u;
     return i->synth != 0;
 }
@@ -159,7 +167,7 @@ void lb_reset_instance(lb_instance *i) {
     if (!i->synth) return;
     if (b) lb_put_on(i->synth, b);
     else lb_reset_synth(i->synth);
-    memset(i->held, 0, sizeof i->held);
+    forget_notes(i);
     __atomic_store_n(&i->changed, ~0u, __ATOMIC_RELEASE);
 }
 
@@ -204,16 +212,27 @@ static void change_bass(lb_instance *i) {
     if (b) lb_change_bass(s, b);
 }
 
+/* The key of a note by its id, -1 if there is none. */
+static int key_of(const lb_instance *i, int32_t id) {
+    int key = LB_KEYS - 1;
+    while (key >= 0 && i->note_ids[key] != id) key--;
+    return key;
+}
+
 void lb_start_note(lb_instance *i, int64_t offset, int key, double velocity, int32_t id) {
     if (key < 0 || key >= LB_KEYS) return;
     const double scaled = fmin(fmax(rint(127 * velocity), 1), 127); /* 0 would release it */
+    for (int k = 0; k < LB_KEYS && id >= 0; k++)
+        if (i->note_ids[k] == id) i->note_ids[k] = -1; /* of a note that is over */
     i->note_ids[key] = id;
     i->held[key] = 1;
     lb_send(i->synth, offset, (const uint8_t[]){0x90, (uint8_t)key, (uint8_t)scaled}, 3);
 }
 
-void lb_stop_note(lb_instance *i, int64_t offset, int key) {
-    if (key >= LB_KEYS) return;
+void lb_stop_note(lb_instance *i, int64_t offset, int key, int32_t id) {
+    const int named = key < 0 && id >= 0;
+    if (named) key = key_of(i, id);
+    if (key >= LB_KEYS || (named && key < 0)) return;
     if (key >= 0) {
         i->held[key] = 0;
         lb_send(i->synth, offset, (const uint8_t[]){0x80, (uint8_t)key, 64}, 3);
@@ -224,10 +243,7 @@ void lb_stop_note(lb_instance *i, int64_t offset, int key) {
 }
 
 void lb_express_bend(lb_instance *i, int64_t offset, int key, int32_t id, double semitones) {
-    if (key < 0 && id >= 0) {
-        for (key = LB_KEYS - 1; key >= 0 && i->note_ids[key] != id;) key--;
-        if (key < 0) return; /* a note that is no more */
-    }
+    if (key < 0 && id >= 0 && (key = key_of(i, id)) < 0) return; /* a note that is no more */
     for (int k = 0; k < LB_KEYS; k++)
         if (key == k || (key < 0 && i->held[k])) lb_bend_note(i->synth, offset, k, semitones);
 }
@@ -254,7 +270,9 @@ void lb_save_state(const lb_instance *i, lb_state *s) {
     s->count = LB_PARAMETERS;
     for (int k = 0; k < LB_PARAMETERS; k++) s->values[k] = lb_value(i, k);
     const int number = (int)s->values[LB_BASS];
-    snprintf(s->bass, sizeof s->bass, "%s", lb_shelf_name(i->shelf, number < lb_shelf_count(i->shelf) ? number : 0));
+    const char *name = lb_shelf_name(i->shelf, number < lb_shelf_count(i->shelf) ? number : 0);
+    if (__atomic_load_n(&i->missing, __ATOMIC_RELAXED)) name = i->missing_name;
+    snprintf(s->bass, sizeof s->bass, "%s", name);
     s->checksum = checksum(s, offsetof(lb_state, checksum));
 }
 
@@ -278,18 +296,21 @@ int lb_load_state(lb_instance *i, const void *bytes, size_t count) {
     const lb_state *s = bytes;
     char line[LINE];
     const char *why = fault(s, count);
-    const int number = why ? -1 : lb_shelf_find(i->shelf, s->bass);
-    if (!why && number < 0) {
-        snprintf(line, sizeof line, "the session's instrument is not installed: %.*s", LB_STATE_NAME, s->bass);
-        why = line;
-    }
     if (why) {
         i->complain(i->owner, why);
         return 0;
     }
+    const int number = lb_shelf_find(i->shelf, s->bass), missing = number < 0;
+    if (missing && !(i->missing && !strcmp(i->missing_name, s->bass))) { /* hosts may bring a state several times */
+        snprintf(line, sizeof line, "the session's instrument is not installed: %.*s", LB_STATE_NAME, s->bass);
+        i->complain(i->owner, line);
+    }
     const int64_t seed = s->seed;
     __atomic_store_n(&i->seed, seed, __ATOMIC_RELAXED);
     for (int k = 0; k < LB_PARAMETERS; k++)
-        lb_set_value(i, k, k == LB_BASS ? number : k < s->count ? s->values[k] : lb_parameters[k].usual);
+        if (k != LB_BASS) lb_set_value(i, k, k < s->count ? s->values[k] : lb_parameters[k].usual);
+    if (missing) memcpy(i->missing_name, s->bass, sizeof i->missing_name);
+    else lb_set_value(i, LB_BASS, number);
+    __atomic_store_n(&i->missing, missing, __ATOMIC_RELAXED);
     return 1;
 }

@@ -24,11 +24,13 @@ typedef struct {
     lb_synth *synth; /* 0 while the instance is not active */
     double rate, values[LB_PARAMETERS];
     int64_t seed;
+    int missing; /* the state named a bass that is not on the shelf, `missing_name`: saved until another is chosen */
+    char missing_name[LB_STATE_NAME];
     uint32_t changed; /* parameters that the synth has not been told yet, a bit each */
     int offline;      /* the host does not play in real time: a change of bass may be waited for */
     int64_t loaded;            /* which bass was loaded last, or could not be, as one word */
     lb_bass *ready, *done;     /* handed to the audio thread to play, and by it to be freed */
-    int32_t note_ids[LB_KEYS]; /* the host's number of the last note of each key */
+    int32_t note_ids[LB_KEYS]; /* the host's number of the last note of each key; -1: none */
     uint8_t held[LB_KEYS];     /* the host holds a note of the key */
 } lb_instance;
 
@@ -59,8 +61,8 @@ void lb_serve(lb_instance *);
 
 /* Starts a note, of velocity 0 to 1, that the host calls `id`. [audio thread] */
 void lb_start_note(lb_instance *, int64_t offset, int key, double velocity, int32_t id);
-/* Releases a note; key -1: all. [audio thread] */
-void lb_stop_note(lb_instance *, int64_t offset, int key);
+/* Releases a note: that of a key, or with key -1 that of an id, or with both -1 all. [audio thread] */
+void lb_stop_note(lb_instance *, int64_t offset, int key, int32_t id);
 /* Bends the string that plays a note by semitones; with key and id -1, of every note that is held. [audio thread] */
 void lb_express_bend(lb_instance *, int64_t offset, int key, int32_t id, double semitones);
 /* Plays n frames, and sees to a change of bass: mono into outs[0], or an output a string; outputs may be 0.
@@ -72,6 +74,7 @@ void lb_value_to_text(const lb_instance *, int parameter, double value, char *te
 int lb_text_to_value(const lb_instance *, int parameter, const char *text, double *value);
 
 void lb_save_state(const lb_instance *, lb_state *);
-/* Takes over a state; returns 0 after a line in the log, and changes nothing, if it is none. [main thread] */
+/* Takes over a state; returns 0 after a line in the log, and changes nothing, if it is none. If its bass is not on the
+   shelf, a line in the log says so, the bass stays, and all else is taken over. [main thread] */
 int lb_load_state(lb_instance *, const void *bytes, size_t count);
 #endif

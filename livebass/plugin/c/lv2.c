@@ -22,7 +22,7 @@ typedef struct {
 } choice;
 
 typedef struct {
-    int kind;
+    int kind, generation; /* the answer is stale if p->generation has changed since */
     choice of;
     lb_bass *bass;
 } job;
@@ -34,9 +34,11 @@ typedef struct {
     const lb_kernels *kernels;
     lb_synth *synth;
     choice playing; /* the bass that was put on last */
-    choice seen;    /* what the ports said last; seen.bass -1: not looked at yet */
+    choice wanted;  /* the bass that shall play */
+    choice seen;    /* what the ports said last; -1: not looked at yet */
     int restored;   /* a state said what to play: the ports `bass` and `quality` count once they move */
-    int loading;    /* a job is under way */
+    int loading;    /* a job of this generation is under way */
+    int generation; /* changed by restore() and activate(): jobs before are void, the host may have dropped them */
     lb_bass *faded; /* waits for the worker to free it */
     int outputs;
     const lv2_sequence *midi;
@@ -71,7 +73,7 @@ static void cleanup(void *handle) {
 }
 
 static void forget_ports(plugin *p) {
-    p->seen.bass = -1;
+    p->seen = (choice){-1, -1, -1};
     for (int k = 0; k < LB_PLAYED_PARAMETERS; k++) p->sent[k] = NAN;
 }
 
@@ -126,9 +128,20 @@ static void connect_port(void *handle, uint32_t port, void *data) {
     else if (port < first_control + CONTROLS) p->controls[port - first_control] = data;
 }
 
+/* Makes the answers that are still to come stale. [not while run() is called] */
+static void void_jobs(plugin *p) {
+    __atomic_fetch_add(&p->generation, 1, __ATOMIC_RELEASE);
+    p->loading = 0;
+}
+
+static int is_stale(const plugin *p, const job *j) {
+    return j->generation != __atomic_load_n(&p->generation, __ATOMIC_ACQUIRE);
+}
+
 static void activate(void *handle) {
     plugin *p = handle;
     lb_reset_synth(p->synth);
+    void_jobs(p);
     forget_ports(p);
 }
 
@@ -140,22 +153,17 @@ static int chosen(const plugin *p, int control, int end, int otherwise) {
 
 /* Has the worker load a bass, if the ports ask for another and the change before is through. */
 static void follow_ports(plugin *p) {
-    const choice now = {chosen(p, LB_BASS, lb_shelf_count(p->shelf), p->playing.bass),
-                        chosen(p, LB_QUALITY, LB_STUDIO + 1, p->playing.quality),
-                        chosen(p, LB_RUNNING_AHEAD, 2, p->playing.ahead)};
-    if (p->seen.bass < 0 && p->restored) p->seen = now;
-    choice wanted = p->playing;
-    wanted.ahead = now.ahead;
-    if (now.bass != p->seen.bass || now.quality != p->seen.quality) {
-        wanted.bass = now.bass;
-        wanted.quality = now.quality;
-    } else if (now.ahead == p->seen.ahead && now.ahead == p->playing.ahead) {
-        return;
-    }
-    if (p->loading || lb_changing(p->synth) || !p->worker) return;
+    const choice now = {chosen(p, LB_BASS, lb_shelf_count(p->shelf), p->wanted.bass),
+                        chosen(p, LB_QUALITY, LB_STUDIO + 1, p->wanted.quality),
+                        chosen(p, LB_RUNNING_AHEAD, 2, p->wanted.ahead)};
+    if (p->seen.bass < 0 && p->restored) p->seen = (choice){now.bass, now.quality, -1};
+    if (now.bass != p->seen.bass) p->wanted.bass = now.bass;
+    if (now.quality != p->seen.quality) p->wanted.quality = now.quality;
+    if (now.ahead != p->seen.ahead) p->wanted.ahead = now.ahead;
     p->seen = now;
-    if (!memcmp(&wanted, &p->playing, sizeof wanted)) return;
-    const job j = {LOAD, wanted, 0};
+    if (p->loading || lb_changing(p->synth) || !p->worker) return;
+    if (!memcmp(&p->wanted, &p->playing, sizeof p->wanted)) return;
+    const job j = {LOAD, p->generation, p->wanted, 0};
     p->loading = p->worker->schedule(p->worker->handle, sizeof j, &j) == LV2_SUCCESS;
 }
 
@@ -163,8 +171,7 @@ static void follow_ports(plugin *p) {
 static void send_parameters(plugin *p) {
     for (int k = 0; k < LB_PLAYED_PARAMETERS; k++) {
         if (!p->controls[k] || *p->controls[k] == p->sent[k]) continue;
-        p->sent[k] = *p->controls[k];
-        lb_set(p->synth, 0, k, p->sent[k]);
+        if (lb_set(p->synth, 0, k, *p->controls[k])) p->sent[k] = *p->controls[k];
     }
     lb_relieve(p->synth, chosen(p, LB_RELIEF, 2, 0));
     lb_offline(p->synth, chosen(p, FREEWHEELING, 2, 0));
@@ -183,6 +190,12 @@ static void send_midi(plugin *p) {
     }
 }
 
+/* Has the worker free a bass; returns 0 if the host takes no job. */
+static int free_elsewhere(const plugin *p, lb_bass *b) {
+    const job j = {FREE, 0, {0, 0, 0}, b};
+    return p->worker->schedule(p->worker->handle, sizeof j, &j) == LV2_SUCCESS;
+}
+
 static void run(void *handle, uint32_t frames) {
     plugin *p = handle;
     follow_ports(p);
@@ -191,10 +204,7 @@ static void run(void *handle, uint32_t frames) {
     if (p->outputs > 1) lb_play_strings(p->synth, p->outs, frames);
     else if (p->outs[0]) lb_play(p->synth, p->outs[0], frames);
     if (!p->faded && p->worker) p->faded = lb_take_faded(p->synth);
-    if (p->faded) {
-        const job j = {FREE, {0, 0, 0}, p->faded};
-        if (p->worker->schedule(p->worker->handle, sizeof j, &j) == LV2_SUCCESS) p->faded = 0;
-    }
+    if (p->faded && free_elsewhere(p, p->faded)) p->faded = 0;
 }
 
 static void deactivate(void *handle) { (void)handle; }
@@ -208,6 +218,7 @@ static int work(void *handle, lv2_respond respond, void *to, uint32_t size, cons
         lb_free_bass(j.bass);
         return LV2_SUCCESS;
     }
+    if (is_stale(p, &j)) return LV2_SUCCESS;
     j.bass = load(p, j.of);
     return respond(to, sizeof j, &j);
 }
@@ -217,10 +228,17 @@ static int work_response(void *handle, uint32_t size, const void *data) { /* aud
     job j;
     if (size != sizeof j) return LV2_UNKNOWN;
     memcpy(&j, data, sizeof j);
+    if (is_stale(p, &j)) {
+        if (!p->faded) p->faded = j.bass;
+        else if (!free_elsewhere(p, j.bass)) lb_free_bass(j.bass); /* a host that drops jobs: rather late than never */
+        return LV2_SUCCESS;
+    }
     p->loading = 0;
     if (j.bass) {
         lb_change_bass(p->synth, j.bass);
         p->playing = j.of;
+    } else if (!memcmp(&j.of, &p->wanted, sizeof j.of)) {
+        p->wanted = p->playing; /* it cannot be loaded: not tried again until a port moves */
     }
     return LV2_SUCCESS;
 }
@@ -264,8 +282,9 @@ static int restore(void *handle, lv2_retrieve get, void *from, uint32_t flags, c
     lb_bass *b = load(p, c);
     if (!b) return LV2_UNKNOWN;
     lb_put_on(p->synth, b);
-    p->playing = c;
+    p->playing = p->wanted = c;
     p->restored = 1;
+    void_jobs(p);
     forget_ports(p);
     return LV2_SUCCESS;
 }

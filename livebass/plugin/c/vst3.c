@@ -22,6 +22,7 @@
 #endif
 
 enum { TAIL = 12 /* s */, ROOM = 1 << 16, CHANGES = 2048, LINE = 1500 };
+enum { VOLUME = 7, EXPRESSION = 11 }; /* MIDI controllers */
 enum { CONTROLLERS = 1000 }; /* id of the parameter that stands for MIDI controller 0 */
 enum { COMPONENT, PROCESSOR, CONTROLLER, MAPPING, UNITS, EXPRESSIONS, INTERFACES };
 enum { SEMITONES = 240 };     /* of the range of tuning */
@@ -34,7 +35,7 @@ static const vst3_id classes[] = { /* for ever: sessions know them. Mono, and an
 static const char *const names[] = {"livebass", "livebass strings"};
 
 typedef struct {
-    int64_t order; /* offset, then place in the list */
+    int64_t order; /* offset; points before notes; place in the list */
     int kind;      /* of vst3_event.type, or CHANGE */
     uint32_t id;
     double value;
@@ -196,6 +197,11 @@ static double normal(const vst3 *v, uint32_t id, double x) {
     if (id >= LB_PARAMETERS) return x;
     const double least = lb_parameters[id].least;
     return (x - least) / (lb_most(&v->instance, (int)id) - least);
+}
+
+/* Where a controller stands until it is moved: as the synth has it. */
+static double usual_of_controller(int number) {
+    return number == VST3_BEND ? 0.5 : number == VOLUME || number == EXPRESSION;
 }
 
 static int is_controller(uint32_t id) { return id >= CONTROLLERS && id < CONTROLLERS + VST3_CONTROLLERS; }
@@ -405,31 +411,48 @@ static vst3_result set_processing(void *self, uint8_t on) {
 static change *add(vst3 *v, int32_t offset, int kind) {
     if (v->change_count == CHANGES) return 0;
     change *c = &v->changes[v->change_count];
-    c->order = (int64_t)(offset > 0 ? offset : 0) * CHANGES + v->change_count++;
+    const int64_t at = offset > 0 ? offset : 0;
+    c->order = (2 * at + (kind != CHANGE)) * CHANGES + v->change_count++;
     c->kind = kind;
     return c;
 }
 
-/* Collects the host's points of parameters, then its notes. */
+/* The queue k of the points of a block, if it is of a parameter of ours, and its id; else 0. */
+static vst3_queue **queue_of(const vst3_process_data *d, int32_t k, uint32_t *id) {
+    vst3_queue **q = (*d->changes)->queue(d->changes, k);
+    if (q) *id = (*q)->id(q);
+    return q && (*id < LB_PARAMETERS || is_controller(*id)) ? q : 0;
+}
+
+/* Collects the host's notes, then its points of parameters. Are there more points than places left, it takes one in so
+   many of each queue, and the last one. */
 static void collect(vst3 *v, const vst3_process_data *d) {
     vst3_event event;
+    vst3_queue **q;
+    uint32_t id;
     int32_t offset;
     double value;
     v->change_count = 0;
-    for (int32_t k = 0; d->changes && k < (*d->changes)->count(d->changes); k++) {
-        vst3_queue **q = (*d->changes)->queue(d->changes, k);
-        const uint32_t id = q ? (*q)->id(q) : CHANGE;
-        if (id >= LB_PARAMETERS && !is_controller(id)) continue;
-        for (int32_t j = 0; j < (*q)->count(q); j++) {
+    for (int32_t k = 0; d->events && k < (*d->events)->count(d->events); k++) {
+        change *c = (*d->events)->get(d->events, k, &event) == VST3_OK ? add(v, event.offset, event.type) : 0;
+        if (c) c->event = event;
+    }
+    const int32_t queues = d->changes ? (*d->changes)->count(d->changes) : 0;
+    int64_t points = 0, places = CHANGES - v->change_count;
+    for (int32_t k = 0; k < queues; k++)
+        if ((q = queue_of(d, k, &id))) points += (*q)->count(q);
+    const int64_t thin = places - 2 * queues; /* a queue may take two more than its share: its first and its last */
+    const int64_t step = points <= places ? 1 : points / (thin > 1 ? thin : 1) + 1;
+    for (int32_t k = 0; k < queues; k++) {
+        if (!(q = queue_of(d, k, &id))) continue;
+        const int32_t last = (*q)->count(q) - 1;
+        for (int32_t j = 0; j <= last; j++) {
+            if (j % step && j != last) continue;
             change *c = (*q)->point(q, j, &offset, &value) == VST3_OK ? add(v, offset, CHANGE) : 0;
             if (!c) continue;
             c->id = id;
             c->value = value;
         }
-    }
-    for (int32_t k = 0; d->events && k < (*d->events)->count(d->events); k++) {
-        change *c = (*d->events)->get(d->events, k, &event) == VST3_OK ? add(v, event.offset, event.type) : 0;
-        if (c) c->event = event;
     }
 }
 
@@ -455,14 +478,14 @@ static void tell_controller(vst3 *v, int64_t offset, uint32_t number, double val
 
 static void tell(vst3 *v, const change *c) {
     lb_instance *i = &v->instance;
-    const int64_t at = c->order / CHANGES;
+    const int64_t at = c->order / (2 * CHANGES);
     const vst3_event *e = &c->event;
     if (c->kind == CHANGE && is_controller(c->id)) tell_controller(v, at, c->id - CONTROLLERS, c->value);
     else if (c->kind == CHANGE) lb_set_value_at(i, at, (int)c->id, plain(v, c->id, c->value));
     else if (c->kind == VST3_NOTE_ON) {
         lb_start_note(i, at, e->on.key, e->on.velocity, e->on.id);
         if (e->on.tuning != 0) lb_express_bend(i, at, e->on.key, e->on.id, e->on.tuning / 100);
-    } else if (c->kind == VST3_NOTE_OFF) lb_stop_note(i, at, e->off.key);
+    } else if (c->kind == VST3_NOTE_OFF) lb_stop_note(i, at, e->off.key, e->off.id);
     else if (c->kind == VST3_NOTE_EXPRESSION && e->expression.type == VST3_TUNING)
         lb_express_bend(i, at, -1, e->expression.id, SEMITONES * (e->expression.value - 0.5));
 }
@@ -523,7 +546,7 @@ static vst3_result parameter_info(void *self, int32_t index, vst3_parameter *p) 
         else if (number == VST3_PRESSURE) snprintf(name, sizeof name, "Pressure");
         else snprintf(name, sizeof name, "MIDI CC %d", number);
         p->id = CONTROLLERS + (uint32_t)number;
-        p->usual = number == VST3_BEND ? 0.5 : 0;
+        p->usual = usual_of_controller(number);
         p->flags = VST3_IS_HIDDEN;
         to_wide(p->title, name);
         return VST3_OK;
@@ -804,7 +827,7 @@ static vst3_result create(void *self, const vst3_id class_id, const vst3_id inte
         memcpy(v->interfaces, tables, sizeof tables);
         v->users = 1;
         v->apart = k == 1;
-        v->controllers[VST3_BEND] = 0.5;
+        for (int c = 0; c < VST3_CONTROLLERS; c++) v->controllers[c] = usual_of_controller(c);
         v->instance.owner = v;
         v->instance.complain = complain;
         v->instance.ask = ask;
