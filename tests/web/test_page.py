@@ -180,6 +180,34 @@ def test_the_neck_plays_where_it_is_pressed_and_harder_below(page: Any) -> None:
     assert page.execute_script("return held.size") == 0
 
 
+def test_the_first_touch_starts_the_sound_when_it_ends(addresses: dict[str, str], tmp_path: Path) -> None:
+    """Browsers take the end of a touch for a wish to hear, its beginning not: resume() waits until then."""
+    with chromium(tmp_path / "profile") as driver:  # new: no page in it was ever touched
+
+        def look(script: str) -> Any:
+            """The value of an expression; the driver's own scripts count as touches."""
+            given = {"expression": script, "userGesture": False, "returnByValue": True}
+            return driver.execute_cdp_cmd("Runtime.evaluate", given)["result"].get("value")
+
+        def touch(kind: str, *points: dict[str, float]) -> None:
+            driver.execute_cdp_cmd("Input.dispatchTouchEvent", {"type": kind, "touchPoints": list(points)})
+
+        driver.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": True})
+        driver.get(addresses["disk"])
+        wait(lambda: look("ready"))
+        box = look("$('neck').querySelector('.fret').getBoundingClientRect().toJSON()")
+        point = {"x": box["x"] + box["width"] / 2, "y": box["y"] + 0.9 * box["height"]}
+        touch("touchStart", point)
+        wait(lambda: look("held.size === 1 && !!node && next === undefined"))
+        assert look("context.state") == "suspended"
+        touch("touchEnd")
+        wait(lambda: look("context.state") == "running" and look("$('power').textContent") == "Stop")
+        assert look("held.size") == 0
+        touch("touchStart", point)
+        wait(lambda: look("$('level-text').textContent !== 'silent' && $('neck').querySelector('.on') !== null"))
+        touch("touchEnd")
+
+
 def test_controls_panic_and_stop(page: Any) -> None:
     start(page)
     chain(page).key_down("a").perform()

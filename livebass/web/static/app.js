@@ -126,17 +126,15 @@ let starting;
 function start() {
   starting ||= begin().catch(error => {
     starting = undefined;
-    $("power").disabled = false;
     say(`The sound does not start: ${error.message}`);
     throw error;
-  });
+  }).finally(() => { $("power").disabled = false; });
   return starting;
 }
 
 async function begin() {
   $("power").disabled = true;
   context = new AudioContext({latencyHint: "interactive"});
-  const running = context.resume(); // at once: some browsers allow it only where a key or button was just pressed
   const made = makeNode(context);
   if (next?.rate !== context.sampleRate) prepare($("bass").value, context.sampleRate);
   node = await made;
@@ -145,20 +143,20 @@ async function begin() {
   for (const symbol of Object.keys(CONTROLS)) tellParameter(symbol);
   node.connect(context.destination);
   await put();
-  await running;
 }
 
 function showPower(on) {
-  $("power").disabled = false;
   $("power").textContent = on ? "Stop" : "Start";
   $("power").setAttribute("aria-pressed", on);
   document.body.classList.toggle("sounding", on);
 }
 
-// Starts, or goes on.
+// Starts, or goes on. Browsers let a context run only where a key, a button or a finger's end just asked for it:
+// resume() waits for that, so every call asks again, at once.
 async function sound() {
-  await start();
-  if (context.state !== "running") await context.resume();
+  const started = start(), running = context?.resume();
+  await started;
+  await running;
   showPower(true);
 }
 
@@ -234,6 +232,9 @@ for (const place of [$("neck"), $("piano")]) {
     if (!cell || cell === key.cell) return;
     release(id, e.timeStamp);
     press(id, +cell.dataset.note, forceAt(cell, e.clientY), e.timeStamp, cell);
+  });
+  place.addEventListener("pointerup", e => { // a finger that comes down starts no sound in browsers, one that leaves does
+    if (ready && held.has("pointer" + e.pointerId) && context?.state !== "running") sound().catch(() => {});
   });
   // a focused place plays by Space and Enter
   place.addEventListener("keydown", e => {
