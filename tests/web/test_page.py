@@ -231,6 +231,25 @@ def test_controls_panic_and_stop(page: Any) -> None:
     chain(page).key_up("f").perform()
 
 
+def test_what_was_sent_in_a_pause_or_far_ahead_holds_nothing_up(page: Any) -> None:
+    start(page)
+    sent = "window.sent = []; const post = node.port.postMessage.bind(node.port);"
+    page.execute_script(sent + "node.port.postMessage = (m, t) => { if (m.midi) sent.push(m.midi); post(m, t); }")
+    page.find_element("id", "power").click()
+    wait(lambda: page.execute_script("return context.state") == "suspended")
+    page.execute_script("send(performance.now(), [0x90, 40, 100])")
+    assert page.execute_script("return sent") == []
+    page.find_element("id", "power").click()
+    wait(lambda: page.execute_script("return context.state") == "running")
+    page.execute_script("context.getOutputTimestamp = () => ({contextTime: 0.01, performanceTime: 0.01})")
+    page.execute_script("window.frame = frameAt(performance.now() + 1e6); delete context.getOutputTimestamp")
+    assert page.execute_script("return frame === undefined")
+    page.execute_script("node.port.postMessage({midi: [0x90, 33, 100], frame: 1e9})")
+    chain(page).key_down("d").perform()
+    hear(page)
+    chain(page).key_up("d").perform()
+
+
 def test_overload_is_said(page: Any) -> None:
     report = {"load": 0.4, "peak": 0.1, "overload": 2, "faults": 1, "held": [-1, 3, -1, -1]}
     page.execute_script("showMeters(arguments[0])", report)

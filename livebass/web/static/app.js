@@ -8,6 +8,7 @@ const CODES = "KeyA KeyS KeyE KeyD KeyR KeyF KeyT KeyG KeyH KeyU KeyJ KeyI KeyK 
 const NAMES = ["C", "C♯", "D", "D♯", "E", "F", "F♯", "G", "G♯", "A", "A♯", "B"];
 const USUAL_RATE = 48000, WARM = 400; // Hz; ms
 const FLOOR = -60; // dB
+const MOST_AHEAD = 0.5; // s
 const LEAST_FRET = 30; // px
 const held = new Map(); // what is pressed: note, and where
 let ready = false, context, node, module, wasm, worker, playing, octave = 28, from = 0;
@@ -175,16 +176,18 @@ async function switchPower() {
 }
 
 // The frame of the audio that is computed at `time` (ms, as events have it), late enough for all to be as late.
+// Undefined, at once, if the browser tells no time or, after a pause, one from before.
 function frameAt(time) {
   const {contextTime, performanceTime} = context.getOutputTimestamp?.() || {};
   if (!performanceTime) return undefined;
   const delay = (context.outputLatency || 0) + (context.baseLatency || 0);
-  return Math.round((contextTime + (time - performanceTime) / 1000 + delay) * context.sampleRate);
+  const at = contextTime + (time - performanceTime) / 1000 + delay;
+  return at > context.currentTime + MOST_AHEAD ? undefined : Math.round(at * context.sampleRate);
 }
 
-// A note may be meant for one string.
+// A note may be meant for one string. While nothing sounds, nothing is kept for later.
 function send(time, midi, string) {
-  if (node && midi[0] < 0xf0) node.port.postMessage({midi, string, frame: frameAt(time)});
+  if (node && context.state === "running" && midi[0] < 0xf0) node.port.postMessage({midi, string, frame: frameAt(time)});
 }
 
 // --- playing ---
