@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
+import shutil
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
@@ -119,7 +120,10 @@ def test_it_plays_keys_and_changes_the_bass_while_it_sounds(
     chain(browser).key_down("a").perform()
     browser.execute_script("$('bass').value = 'slap'; $('bass').dispatchEvent(new Event('change'))")
     wait(lambda: text(browser, "said") == "Slap plays.")
-    chain(browser).key_up("a").key_down("s").perform()
+    assert browser.execute_script("return playing") == "slap"
+    chain(browser).key_up("a").perform()
+    wait(lambda: text(browser, "level-text") == "silent")
+    chain(browser).key_down("s").perform()
     hear(browser)
     chain(browser).key_up("s").perform()
     assert text(browser, "faults") == "0 faults"
@@ -231,6 +235,17 @@ def test_controls_panic_and_stop(page: Any) -> None:
     chain(page).key_up("f").perform()
 
 
+def test_letters_play_after_a_bass_was_chosen(page: Any) -> None:
+    start(page)
+    page.execute_script("$('bass').focus()")
+    before = page.execute_script("return $('bass').value")
+    chain(page).key_down("s").perform()
+    wait(lambda: page.find_elements("css selector", f'button.on[data-note="{KEYS["s"]}"]'))
+    hear(page)
+    chain(page).key_up("s").perform()
+    assert page.execute_script("return $('bass').value") == before
+
+
 def test_what_was_sent_in_a_pause_or_far_ahead_holds_nothing_up(page: Any) -> None:
     start(page)
     sent = "window.sent = []; const post = node.port.postMessage.bind(node.port);"
@@ -253,6 +268,8 @@ def test_what_was_sent_in_a_pause_or_far_ahead_holds_nothing_up(page: Any) -> No
 def test_overload_is_said(page: Any) -> None:
     report = {"load": 0.4, "peak": 0.1, "overload": 2, "faults": 1, "held": [-1, 3, -1, -1]}
     page.execute_script("showMeters(arguments[0])", report)
+    live = "#meters :is(output, [aria-live], [role=status], [role=alert])"  # would be read aloud at every report
+    assert not page.find_elements("css selector", live)
     assert text(page, "overload") == "OVERLOAD" and text(page, "faults") == "1 fault"
     lit = page.find_element("css selector", "button.on")
     assert lit.accessible_name == "A string, fret 3, C2"
@@ -306,6 +323,17 @@ def test_it_says_what_the_browser_lacks(browser: Any, addresses: dict[str, str],
 def test_a_folder_opened_from_a_disk_says_how_it_would_play(browser: Any, pages: dict[bool, Path]) -> None:
     browser.get(pages[False].as_uri())
     assert "--single" in text(browser, "lacks")
+    browser.get_log("browser")
+
+
+def test_a_folder_without_its_worker_says_so(browser: Any, pages: dict[bool, Path], tmp_path: Path) -> None:
+    folder = tmp_path / "page"
+    shutil.copytree(pages[False].parent, folder)
+    (folder / "worker.js").unlink()
+    with served(folder) as server:
+        browser.get(f"{server}/index.html")
+        wait(lambda: "worker.js" in text(browser, "said"))
+        assert not browser.find_element("id", "power").is_enabled()
     browser.get_log("browser")
 
 

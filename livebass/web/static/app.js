@@ -54,24 +54,34 @@ async function load() {
   module = await WebAssembly.compile(wasm);
   worker = new Worker(PAGE.files
     ? URL.createObjectURL(new Blob([await readText("worker.js")], {type: "text/javascript"})) : "worker.js");
-  worker.postMessage({module});
   worker.onmessage = ({data: {id, built, error}}) => {
-    const [resolve, reject] = waiting.get(id);
+    const [resolve, reject] = waiting.get(id) || [];
     waiting.delete(id);
-    if (error) reject(new Error(error));
-    else resolve(built);
+    if (error) reject?.(new Error(error));
+    else resolve?.(built);
   };
+  worker.onerror = ({message}) => {
+    for (const [, reject] of waiting.values()) reject(new Error(`worker.js: ${message || "it cannot be loaded"}`));
+    waiting.clear();
+  };
+  await ask({module});
 }
 
-const waiting = new Map();
+const waiting = new Map(); // answers of the worker, by number
 let asked = 0;
+
+// Sends the worker a message, gives it `moved`; returns the promise of what it answers.
+function ask(message, moved = []) {
+  const id = asked++;
+  const answer = new Promise((resolve, reject) => waiting.set(id, [resolve, reject]));
+  worker.postMessage({id, ...message}, moved);
+  return answer;
+}
 
 // Builds a bass of the page at a rate (Hz): {bass, at, image}.
 async function build(name, rate, warm = 0) {
-  const file = await read(`basses/${name}.lbass`), id = asked++;
-  const built = new Promise((resolve, reject) => waiting.set(id, [resolve, reject]));
-  worker.postMessage({id, name, file, tier: PAGE.tier, rate, warm}, [file]);
-  return built;
+  const file = await read(`basses/${name}.lbass`);
+  return ask({name, file, tier: PAGE.tier, rate, warm}, [file]);
 }
 
 const free = built => worker.postMessage({free: built.bass});
@@ -114,12 +124,14 @@ function hear({data}) {
   if (data.faded) {
     names.delete(data.faded);
     free({bass: data.faded});
-  } else if (data.playing) {
-    playing = names.get(data.playing);
-    say(`${bassCalled(playing).title} plays.`);
-  } else {
-    showMeters(data);
+    return;
   }
+  const name = names.get(data.bass);
+  if (name && name !== playing) {
+    playing = name;
+    say(`${bassCalled(playing).title} plays.`);
+  }
+  showMeters(data);
 }
 
 let starting;
@@ -254,8 +266,9 @@ for (const kind of ["pointerup", "pointercancel"]) addEventListener(kind, e => r
 addEventListener("blur", letGo);
 
 addEventListener("keydown", e => {
-  if (e.repeat || e.ctrlKey || e.metaKey || e.altKey || e.target.tagName === "SELECT") return;
+  if (e.repeat || e.ctrlKey || e.metaKey || e.altKey) return;
   const k = CODES.indexOf(e.code);
+  if (k >= 0 || ["KeyZ", "KeyX"].includes(e.code)) e.preventDefault(); // a list of basses would choose by letters
   if (k >= 0) press(e.code, octave + k, force(), e.timeStamp, $("piano").querySelector(`[data-key="${e.code}"]`));
   else if (e.code === "KeyZ") shiftOctave(-12);
   else if (e.code === "KeyX") shiftOctave(12);

@@ -50,7 +50,6 @@ class LivebassProcessor extends AudioWorkletProcessor {
     if (waiting) this.port.postMessage({faded: waiting});
     e.setField("next_bass", c.bass);
     this.coming = undefined;
-    this.port.postMessage({playing: c.bass});
   }
 
   // Tells the page of a bass that is silent, so that its memory can be used again.
@@ -95,7 +94,7 @@ class LivebassProcessor extends AudioWorkletProcessor {
       this.clearAway();
       this.port.postMessage({
         load, peak: e.field("peak"), overload: e.field("overload"), faults: e.field("faults"),
-        messages: e.field("messages"), held: this.held(),
+        messages: e.field("messages"), bass: e.field("bass"), held: this.held(),
       });
       e.setField("peak", 0);
       this.busy = this.quanta = 0;
