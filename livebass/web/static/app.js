@@ -26,9 +26,9 @@ function lacking() {
   if (!window.isSecureContext) return "Browsers play this page from https, from localhost or from a disk only, not from http.";
   if (!window.AudioWorkletNode) return "This browser has no AudioWorklet: it cannot play. Chrome, Edge, Firefox and Safari 16.4 or later can.";
   if (!window.WebAssembly || !WebAssembly.validate(new Uint8Array(SIMD)))
-    return "This browser has no WebAssembly SIMD: it cannot play. Chrome 91, Edge 91, Firefox 89 and Safari 16.4 or later can.";
+    return "This browser has no WebAssembly SIMD: it cannot play. Chrome 97, Edge 97, Firefox 89 and Safari 16.4 or later can.";
   if (PAGE.files && !window.DecompressionStream)
-    return "This browser has no DecompressionStream: it cannot open this page. Chrome 80, Firefox 113 and Safari 16.4 or later can.";
+    return "This browser has no DecompressionStream: it cannot open this page. Chrome 97, Edge 97, Firefox 113 and Safari 16.4 or later can.";
 }
 
 // --- files ---
@@ -505,7 +505,7 @@ $("midi").onclick = () => {
 };
 if (!navigator.requestMIDIAccess) {
   $("midi").hidden = true;
-  $("midi-text").textContent = "This browser has no Web MIDI: play with keys, mouse or fingers. Chrome and Edge have it.";
+  $("midi-text").textContent = "This browser has no Web MIDI: play with keys, mouse or fingers. Chrome and Edge have it, Firefox on https and localhost.";
 }
 
 // --- the beginning ---
