@@ -13,6 +13,7 @@ import argparse
 import functools
 import http.server
 import shutil
+import sys
 import tempfile
 import threading
 import time
@@ -29,6 +30,7 @@ from livebass.web.export import export_page
 
 RATE, SECONDS, QUANTUM, RUNS = 48000, 8, 128, 6
 CHORDS = [(28, 35, 40, 47), (31, 38, 43, 50)]
+LEAST_PEAK = 1e-2  # of full scale: what is quieter did not play
 KEEP = 1.2  # s, length of a chord
 MESSAGES = sorted(
     (round(RATE * (2 * k + 0.01 * i + KEEP * off)), 0x80 if off else 0x90, key, 0 if off else 125 if k % 2 else 80)
@@ -73,19 +75,23 @@ const underruns = () => context.playbackStats?.underrunEvents;
 sound().then(() => new Promise(later => setTimeout(later, 2000))).then(() => {
   const loads = [], told = node.port.onmessage;
   const before = underruns();
-  let most = 0;
+  let most = 0, peak = 0;
   node.port.onmessage = e => {
-    if (e.data.held) { loads.push(e.data.load); most = Math.max(most, e.data.overload); }
+    if (e.data.held) {
+      loads.push(e.data.load);
+      most = Math.max(most, e.data.overload);
+      peak = Math.max(peak, e.data.peak);
+    }
     told(e);
   };
   const chord = () => [31, 38, 43, 50].forEach((key, k) => {
-    send(performance.now() + 10 * k, 0x90, key, 125);
-    send(performance.now() + 1200 + 10 * k, 0x80, key, 0);
+    send(performance.now() + 10 * k, [0x90, key, 125]);
+    setTimeout(() => send(performance.now(), [0x80, key, 0]), 1200 + 10 * k);
   });
   const chords = setInterval(chord, 1500);
   setTimeout(() => {
     clearInterval(chords);
-    done({loads, most, underruns: underruns() - before});
+    done({loads, most, peak, underruns: underruns() - before});
   }, 1000 * arguments[1]);
 });
 """
@@ -150,6 +156,8 @@ def main() -> None:
                 if given.play:
                     time.sleep(2)
                     found = driver.execute_async_script(PLAY, preset, given.play)
+                    if found["peak"] < LEAST_PEAK:
+                        sys.exit(f"{preset}: silent: a peak of {found['peak']:.1e}")
                     loads = np.array(found["loads"])
                     print(
                         f"{preset}: load mean {loads.mean():.3f}, worst {loads.max():.2f}; {found['most']} strings"

@@ -147,7 +147,7 @@ def web(presets: tuple[str, ...], output: Path, single: bool, quality: str, more
 
     The page is a folder for a web server, over https or on localhost; with --single it is one file that plays from a
     disk too, and can be sent to others. It plays without a network and asks no other server for anything. It needs
-    Chrome 91, Edge 91, Firefox 113 or Safari 16.4, or a later one.
+    Chrome 97, Edge 97, Firefox 113 or Safari 16.4, or a later one.
 
     From a release wheel this takes a second. From a checkout the kernels are first compiled for browsers, once, in
     about a minute, by numba and the extra `export`.

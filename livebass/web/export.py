@@ -53,9 +53,9 @@ def is_page(entries: list[Path]) -> bool:
     found = {entry.name: entry for entry in entries}
     if set(found) == {SINGLE}:
         return True
-    return set(found) == {INDEX, BASSES, MODULE, *SOURCES} and all(
-        entry.suffix == ENDING for entry in found[BASSES].iterdir()
-    )
+    if set(found) != {INDEX, BASSES, MODULE, *SOURCES} or not found[BASSES].is_dir():
+        return False
+    return all(entry.suffix == ENDING for entry in found[BASSES].iterdir())
 
 
 def page_files(basses: dict[str, Instrument], quality: str) -> dict[str, bytes]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
 import sys
 from pathlib import Path
 
@@ -107,6 +108,16 @@ def test_files_of_others_among_the_basses_stay(run: Run, tmp_path: Path) -> None
     status, _, err = run("export", "web", "-p", "slap", "-o", folder)
     assert_one_clear_line(status, err, (1,))
     assert (folder / "basses" / "mine.wav").exists()
+
+
+def test_a_folder_whose_basses_are_a_file_is_no_page(run: Run, tmp_path: Path) -> None:
+    folder = tmp_path / "page"
+    export_page({"slap": load_preset("slap")}, folder)
+    shutil.rmtree(folder / "basses")
+    (folder / "basses").touch()
+    status, _, err = run("export", "web", "-p", "slap", "-o", folder)
+    assert_one_clear_line(status, err, (1,))
+    assert "holds other files" in err and (folder / "basses").is_file()
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="has no folder in which not even root may write")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
+import shutil
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
@@ -119,7 +120,10 @@ def test_it_plays_keys_and_changes_the_bass_while_it_sounds(
     chain(browser).key_down("a").perform()
     browser.execute_script("$('bass').value = 'slap'; $('bass').dispatchEvent(new Event('change'))")
     wait(lambda: text(browser, "said") == "Slap plays.")
-    chain(browser).key_up("a").key_down("s").perform()
+    assert browser.execute_script("return playing") == "slap"
+    chain(browser).key_up("a").perform()
+    wait(lambda: text(browser, "level-text") == "silent")
+    chain(browser).key_down("s").perform()
     hear(browser)
     chain(browser).key_up("s").perform()
     assert text(browser, "faults") == "0 faults"
@@ -180,6 +184,34 @@ def test_the_neck_plays_where_it_is_pressed_and_harder_below(page: Any) -> None:
     assert page.execute_script("return held.size") == 0
 
 
+def test_the_first_touch_starts_the_sound_when_it_ends(addresses: dict[str, str], tmp_path: Path) -> None:
+    """Browsers take the end of a touch for a wish to hear, its beginning not: resume() waits until then."""
+    with chromium(tmp_path / "profile") as driver:  # new: no page in it was ever touched
+
+        def look(script: str) -> Any:
+            """The value of an expression; the driver's own scripts count as touches."""
+            given = {"expression": script, "userGesture": False, "returnByValue": True}
+            return driver.execute_cdp_cmd("Runtime.evaluate", given)["result"].get("value")
+
+        def touch(kind: str, *points: dict[str, float]) -> None:
+            driver.execute_cdp_cmd("Input.dispatchTouchEvent", {"type": kind, "touchPoints": list(points)})
+
+        driver.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": True})
+        driver.get(addresses["disk"])
+        wait(lambda: look("ready"))
+        box = look("$('neck').querySelector('.fret').getBoundingClientRect().toJSON()")
+        point = {"x": box["x"] + box["width"] / 2, "y": box["y"] + 0.9 * box["height"]}
+        touch("touchStart", point)
+        wait(lambda: look("held.size === 1 && !!node && next === undefined"))
+        assert look("context.state") == "suspended"
+        touch("touchEnd")
+        wait(lambda: look("context.state") == "running" and look("$('power').textContent") == "Stop")
+        assert look("held.size") == 0
+        touch("touchStart", point)
+        wait(lambda: look("$('level-text').textContent !== 'silent' && $('neck').querySelector('.on') !== null"))
+        touch("touchEnd")
+
+
 def test_controls_panic_and_stop(page: Any) -> None:
     start(page)
     chain(page).key_down("a").perform()
@@ -203,9 +235,41 @@ def test_controls_panic_and_stop(page: Any) -> None:
     chain(page).key_up("f").perform()
 
 
+def test_letters_play_after_a_bass_was_chosen(page: Any) -> None:
+    start(page)
+    page.execute_script("$('bass').focus()")
+    before = page.execute_script("return $('bass').value")
+    chain(page).key_down("s").perform()
+    wait(lambda: page.find_elements("css selector", f'button.on[data-note="{KEYS["s"]}"]'))
+    hear(page)
+    chain(page).key_up("s").perform()
+    assert page.execute_script("return $('bass').value") == before
+
+
+def test_what_was_sent_in_a_pause_or_far_ahead_holds_nothing_up(page: Any) -> None:
+    start(page)
+    sent = "window.sent = []; const post = node.port.postMessage.bind(node.port);"
+    page.execute_script(sent + "node.port.postMessage = (m, t) => { if (m.midi) sent.push(m.midi); post(m, t); }")
+    page.find_element("id", "power").click()
+    wait(lambda: page.execute_script("return context.state") == "suspended")
+    page.execute_script("send(performance.now(), [0x90, 40, 100])")
+    assert page.execute_script("return sent") == []
+    page.find_element("id", "power").click()
+    wait(lambda: page.execute_script("return context.state") == "running")
+    page.execute_script("context.getOutputTimestamp = () => ({contextTime: 0.01, performanceTime: 0.01})")
+    page.execute_script("window.frame = frameAt(performance.now() + 1e6); delete context.getOutputTimestamp")
+    assert page.execute_script("return frame === undefined")
+    page.execute_script("node.port.postMessage({midi: [0x90, 33, 100], frame: 1e9})")
+    chain(page).key_down("d").perform()
+    hear(page)
+    chain(page).key_up("d").perform()
+
+
 def test_overload_is_said(page: Any) -> None:
     report = {"load": 0.4, "peak": 0.1, "overload": 2, "faults": 1, "held": [-1, 3, -1, -1]}
     page.execute_script("showMeters(arguments[0])", report)
+    live = "#meters :is(output, [aria-live], [role=status], [role=alert])"  # would be read aloud at every report
+    assert not page.find_elements("css selector", live)
     assert text(page, "overload") == "OVERLOAD" and text(page, "faults") == "1 fault"
     lit = page.find_element("css selector", "button.on")
     assert lit.accessible_name == "A string, fret 3, C2"
@@ -259,6 +323,17 @@ def test_it_says_what_the_browser_lacks(browser: Any, addresses: dict[str, str],
 def test_a_folder_opened_from_a_disk_says_how_it_would_play(browser: Any, pages: dict[bool, Path]) -> None:
     browser.get(pages[False].as_uri())
     assert "--single" in text(browser, "lacks")
+    browser.get_log("browser")
+
+
+def test_a_folder_without_its_worker_says_so(browser: Any, pages: dict[bool, Path], tmp_path: Path) -> None:
+    folder = tmp_path / "page"
+    shutil.copytree(pages[False].parent, folder)
+    (folder / "worker.js").unlink()
+    with served(folder) as server:
+        browser.get(f"{server}/index.html")
+        wait(lambda: "worker.js" in text(browser, "said"))
+        assert not browser.find_element("id", "power").is_enabled()
     browser.get_log("browser")
 
 

@@ -8,6 +8,7 @@ const CODES = "KeyA KeyS KeyE KeyD KeyR KeyF KeyT KeyG KeyH KeyU KeyJ KeyI KeyK 
 const NAMES = ["C", "C♯", "D", "D♯", "E", "F", "F♯", "G", "G♯", "A", "A♯", "B"];
 const USUAL_RATE = 48000, WARM = 400; // Hz; ms
 const FLOOR = -60; // dB
+const MOST_AHEAD = 0.5; // s
 const LEAST_FRET = 30; // px
 const held = new Map(); // what is pressed: note, and where
 let ready = false, context, node, module, wasm, worker, playing, octave = 28, from = 0;
@@ -25,9 +26,9 @@ function lacking() {
   if (!window.isSecureContext) return "Browsers play this page from https, from localhost or from a disk only, not from http.";
   if (!window.AudioWorkletNode) return "This browser has no AudioWorklet: it cannot play. Chrome, Edge, Firefox and Safari 16.4 or later can.";
   if (!window.WebAssembly || !WebAssembly.validate(new Uint8Array(SIMD)))
-    return "This browser has no WebAssembly SIMD: it cannot play. Chrome 91, Edge 91, Firefox 89 and Safari 16.4 or later can.";
+    return "This browser has no WebAssembly SIMD: it cannot play. Chrome 97, Edge 97, Firefox 89 and Safari 16.4 or later can.";
   if (PAGE.files && !window.DecompressionStream)
-    return "This browser has no DecompressionStream: it cannot open this page. Chrome 80, Firefox 113 and Safari 16.4 or later can.";
+    return "This browser has no DecompressionStream: it cannot open this page. Chrome 97, Edge 97, Firefox 113 and Safari 16.4 or later can.";
 }
 
 // --- files ---
@@ -53,24 +54,34 @@ async function load() {
   module = await WebAssembly.compile(wasm);
   worker = new Worker(PAGE.files
     ? URL.createObjectURL(new Blob([await readText("worker.js")], {type: "text/javascript"})) : "worker.js");
-  worker.postMessage({module});
   worker.onmessage = ({data: {id, built, error}}) => {
-    const [resolve, reject] = waiting.get(id);
+    const [resolve, reject] = waiting.get(id) || [];
     waiting.delete(id);
-    if (error) reject(new Error(error));
-    else resolve(built);
+    if (error) reject?.(new Error(error));
+    else resolve?.(built);
   };
+  worker.onerror = ({message}) => {
+    for (const [, reject] of waiting.values()) reject(new Error(`worker.js: ${message || "it cannot be loaded"}`));
+    waiting.clear();
+  };
+  await ask({module});
 }
 
-const waiting = new Map();
+const waiting = new Map(); // answers of the worker, by number
 let asked = 0;
+
+// Sends the worker a message, gives it `moved`; returns the promise of what it answers.
+function ask(message, moved = []) {
+  const id = asked++;
+  const answer = new Promise((resolve, reject) => waiting.set(id, [resolve, reject]));
+  worker.postMessage({id, ...message}, moved);
+  return answer;
+}
 
 // Builds a bass of the page at a rate (Hz): {bass, at, image}.
 async function build(name, rate, warm = 0) {
-  const file = await read(`basses/${name}.lbass`), id = asked++;
-  const built = new Promise((resolve, reject) => waiting.set(id, [resolve, reject]));
-  worker.postMessage({id, name, file, tier: PAGE.tier, rate, warm}, [file]);
-  return built;
+  const file = await read(`basses/${name}.lbass`);
+  return ask({name, file, tier: PAGE.tier, rate, warm}, [file]);
 }
 
 const free = built => worker.postMessage({free: built.bass});
@@ -113,12 +124,14 @@ function hear({data}) {
   if (data.faded) {
     names.delete(data.faded);
     free({bass: data.faded});
-  } else if (data.playing) {
-    playing = names.get(data.playing);
-    say(`${bassCalled(playing).title} plays.`);
-  } else {
-    showMeters(data);
+    return;
   }
+  const name = names.get(data.bass);
+  if (name && name !== playing) {
+    playing = name;
+    say(`${bassCalled(playing).title} plays.`);
+  }
+  showMeters(data);
 }
 
 let starting;
@@ -126,17 +139,15 @@ let starting;
 function start() {
   starting ||= begin().catch(error => {
     starting = undefined;
-    $("power").disabled = false;
     say(`The sound does not start: ${error.message}`);
     throw error;
-  });
+  }).finally(() => { $("power").disabled = false; });
   return starting;
 }
 
 async function begin() {
   $("power").disabled = true;
   context = new AudioContext({latencyHint: "interactive"});
-  const running = context.resume(); // at once: some browsers allow it only where a key or button was just pressed
   const made = makeNode(context);
   if (next?.rate !== context.sampleRate) prepare($("bass").value, context.sampleRate);
   node = await made;
@@ -145,20 +156,20 @@ async function begin() {
   for (const symbol of Object.keys(CONTROLS)) tellParameter(symbol);
   node.connect(context.destination);
   await put();
-  await running;
 }
 
 function showPower(on) {
-  $("power").disabled = false;
   $("power").textContent = on ? "Stop" : "Start";
   $("power").setAttribute("aria-pressed", on);
   document.body.classList.toggle("sounding", on);
 }
 
-// Starts, or goes on.
+// Starts, or goes on. Browsers let a context run only where a key, a button or a finger's end just asked for it:
+// resume() waits for that, so every call asks again, at once.
 async function sound() {
-  await start();
-  if (context.state !== "running") await context.resume();
+  const started = start(), running = context?.resume();
+  await started;
+  await running;
   showPower(true);
 }
 
@@ -177,16 +188,18 @@ async function switchPower() {
 }
 
 // The frame of the audio that is computed at `time` (ms, as events have it), late enough for all to be as late.
+// Undefined, at once, if the browser tells no time or, after a pause, one from before.
 function frameAt(time) {
   const {contextTime, performanceTime} = context.getOutputTimestamp?.() || {};
   if (!performanceTime) return undefined;
   const delay = (context.outputLatency || 0) + (context.baseLatency || 0);
-  return Math.round((contextTime + (time - performanceTime) / 1000 + delay) * context.sampleRate);
+  const at = contextTime + (time - performanceTime) / 1000 + delay;
+  return at > context.currentTime + MOST_AHEAD ? undefined : Math.round(at * context.sampleRate);
 }
 
-// A note may be meant for one string.
+// A note may be meant for one string. While nothing sounds, nothing is kept for later.
 function send(time, midi, string) {
-  if (node && midi[0] < 0xf0) node.port.postMessage({midi, string, frame: frameAt(time)});
+  if (node && context.state === "running" && midi[0] < 0xf0) node.port.postMessage({midi, string, frame: frameAt(time)});
 }
 
 // --- playing ---
@@ -235,6 +248,9 @@ for (const place of [$("neck"), $("piano")]) {
     release(id, e.timeStamp);
     press(id, +cell.dataset.note, forceAt(cell, e.clientY), e.timeStamp, cell);
   });
+  place.addEventListener("pointerup", e => { // a finger that comes down starts no sound in browsers, one that leaves does
+    if (ready && held.has("pointer" + e.pointerId) && context?.state !== "running") sound().catch(() => {});
+  });
   // a focused place plays by Space and Enter
   place.addEventListener("keydown", e => {
     const cell = e.target.closest("[data-note]");
@@ -250,8 +266,9 @@ for (const kind of ["pointerup", "pointercancel"]) addEventListener(kind, e => r
 addEventListener("blur", letGo);
 
 addEventListener("keydown", e => {
-  if (e.repeat || e.ctrlKey || e.metaKey || e.altKey || e.target.tagName === "SELECT") return;
+  if (e.repeat || e.ctrlKey || e.metaKey || e.altKey) return;
   const k = CODES.indexOf(e.code);
+  if (k >= 0 || ["KeyZ", "KeyX"].includes(e.code)) e.preventDefault(); // a list of basses would choose by letters
   if (k >= 0) press(e.code, octave + k, force(), e.timeStamp, $("piano").querySelector(`[data-key="${e.code}"]`));
   else if (e.code === "KeyZ") shiftOctave(-12);
   else if (e.code === "KeyX") shiftOctave(12);
@@ -488,7 +505,7 @@ $("midi").onclick = () => {
 };
 if (!navigator.requestMIDIAccess) {
   $("midi").hidden = true;
-  $("midi-text").textContent = "This browser has no Web MIDI: play with keys, mouse or fingers. Chrome and Edge have it.";
+  $("midi-text").textContent = "This browser has no Web MIDI: play with keys, mouse or fingers. Chrome and Edge have it, Firefox on https and localhost.";
 }
 
 // --- the beginning ---

@@ -41,6 +41,7 @@ onmessage = ({data}) => {
   if (data.module) {
     module = data.module;
     home = new Engine(module).home;
+    postMessage({id: data.id});
   } else if (data.free) {
     taken.delete(data.free);
   } else {

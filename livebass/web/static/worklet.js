@@ -4,6 +4,7 @@ const WINDOW = 16; // quanta between reports, 43 ms at 48 kHz
 const LATE = 4; // of a quantum's time: so slow a one is told at once
 const FADING = 0.97; // of the highest load, from report to report: strings stay relieved while hard playing goes on
 const MOST_TOLD = 0.7; // of it, which relieves no string
+const MOST_AHEAD = 0.5; // s: what waits for its frame holds up what was sent after it
 const SLICE = 1 << 20; // bytes of a bass that are copied in one quantum
 
 class LivebassProcessor extends AudioWorkletProcessor {
@@ -23,7 +24,8 @@ class LivebassProcessor extends AudioWorkletProcessor {
   }
 
   hear({midi, string, frame, bass, parameter, panic}) {
-    const e = this.engine, when = frame === undefined ? N.NOW : Math.max(frame - (this.start || 0), e.field("frame"));
+    const e = this.engine, now = e.field("frame"), most = now + Math.round(MOST_AHEAD * sampleRate);
+    const when = frame === undefined ? N.NOW : Math.min(most, Math.max(now, frame - (this.start || 0)));
     if (string !== undefined) e.tell(when, N.NOTE_STRING, midi[1], string);
     if (midi) e.send(when, ...midi);
     if (bass) this.take(bass);
@@ -48,7 +50,6 @@ class LivebassProcessor extends AudioWorkletProcessor {
     if (waiting) this.port.postMessage({faded: waiting});
     e.setField("next_bass", c.bass);
     this.coming = undefined;
-    this.port.postMessage({playing: c.bass});
   }
 
   // Tells the page of a bass that is silent, so that its memory can be used again.
@@ -93,7 +94,7 @@ class LivebassProcessor extends AudioWorkletProcessor {
       this.clearAway();
       this.port.postMessage({
         load, peak: e.field("peak"), overload: e.field("overload"), faults: e.field("faults"),
-        messages: e.field("messages"), held: this.held(),
+        messages: e.field("messages"), bass: e.field("bass"), held: this.held(),
       });
       e.setField("peak", 0);
       this.busy = this.quanta = 0;
