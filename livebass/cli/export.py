@@ -76,9 +76,7 @@ def plugin_command(kind: str) -> click.Command:
     )
     @click.argument("more", nargs=-1, metavar="")
     def write(presets: tuple[str, ...], output: Path, system: str | None, more: tuple[str, ...]) -> None:
-        if more and not presets:
-            raise click.UsageError(f"{more[0]}: name presets with -p")
-        _write_plugin(kind, [*presets, *more], output, system)
+        _write_plugin(kind, _basses(presets, more), output, system)
 
     return write
 
@@ -87,7 +85,7 @@ for format_ in BUNDLES:
     export.add_command(plugin_command(format_))
 
 
-def _write_plugin(kind: str, presets: list[str], output: Path, wanted: str | None) -> None:
+def _write_plugin(kind: str, basses: dict[str, Instrument], output: Path, wanted: str | None) -> None:
     from livebass.files import checked_directory
     from livebass.plugin import build
     from livebass.plugin.systems import SYSTEMS, folder_of_plugins, this_system
@@ -95,7 +93,6 @@ def _write_plugin(kind: str, presets: list[str], output: Path, wanted: str | Non
     if wanted is not None and wanted not in SYSTEMS:
         raise click.UsageError(f"--system {wanted}: allowed are {', '.join(SYSTEMS)}")
     system = SYSTEMS[wanted] if wanted else this_system()
-    basses = _basses(presets)
     plugin: Any = import_module(f"livebass.plugin.{kind}")
     folder = output / BUNDLES[kind]
     checked_directory(folder, plugin.is_bundle)  # now, not after a minute of work
@@ -109,12 +106,17 @@ def _write_plugin(kind: str, presets: list[str], output: Path, wanted: str | Non
     click.echo(f"copy it into {folder_of_plugins(system, kind)} and let your host look for new plugins", err=True)
 
 
-def _basses(presets: list[str]) -> dict[str, Instrument]:
-    """The basses of `presets`, by short name; all that come with livebass if none is named, the usual one first."""
+def _basses(presets: tuple[str, ...], more: tuple[str, ...]) -> dict[str, Instrument]:
+    """The basses of `presets` and `more`, by short name; if none is named all of livebass, the usual one first.
+
+    `more` are names behind the last -p, which has to be there.
+    """
+    if more and not presets:
+        raise click.UsageError(f"{more[0]}: name presets with -p")
     from livebass.preset.load import load_preset, preset_names
 
     basses: dict[str, Instrument] = {}
-    for preset in presets or sorted(preset_names(), key=lambda name: name != DEFAULT_PRESET):
+    for preset in [*presets, *more] or sorted(preset_names(), key=lambda name: name != DEFAULT_PRESET):
         name = Path(preset).stem
         if name in basses:
             raise click.UsageError(f"-p {preset}: there are two basses called {name}")
@@ -158,13 +160,11 @@ def web(presets: tuple[str, ...], output: Path, single: bool, quality: str, more
       livebass export web -p slap -p fretless -o page
       livebass export web -p ./mine.toml -o site/bass -q studio
     """
-    if more and not presets:
-        raise click.UsageError(f"{more[0]}: name presets with -p")
     from livebass.files import checked_directory
     from livebass.web import build
     from livebass.web.export import export_page, is_page
 
-    basses = _basses([*presets, *more])
+    basses = _basses(presets, more)
     checked_directory(output, is_page)  # now, not after a minute of work
     announce_kernels()
     if not build.cached():

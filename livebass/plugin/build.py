@@ -113,7 +113,7 @@ def _from_package(system: System) -> bytes | None:
 
 
 def _kept(system: System) -> Path | None:
-    """Where a binary built here is kept; None: nowhere."""
+    """Names the file in which a binary that is built here is kept; None: it is not kept."""
     place = store.directory(f"plugin-{digest()}")
     return place / name_of(system) if place else None
 

@@ -64,7 +64,7 @@ C_RESULTS = {"void": "void", "int64": "int64_t", "float64": "double"}
 
 
 def suffix(level: str) -> str:
-    """What the entries' names end with in code for a `level` of processor."""
+    """Returns the end of the entries' names in code for a `level` of processor."""
     return f"_{level.replace('-', '_')}"
 
 

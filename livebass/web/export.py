@@ -82,7 +82,7 @@ def page_files(basses: dict[str, Instrument], quality: str) -> dict[str, bytes]:
 
 
 def shown(name: str, bass: Instrument) -> dict[str, Any]:
-    """What the page shows of a bass and cannot read from its file."""
+    """Returns a bass's texts, strings and frets for the page, which cannot read them from the instrument file."""
     return {
         "name": name,
         "title": bass.name,

@@ -1,4 +1,4 @@
-"""What the JavaScript of a page knows of the kernels: records, numbers and entries, from the kernels themselves."""
+"""Tells the JavaScript of a page how the kernels are laid out: records, numbers and entries, from the kernels."""
 
 from __future__ import annotations
 

@@ -13,9 +13,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support import plugins
 from support.lv2 import Plugin
+from support.plugins import NOTES, RATE
 
-from livebass import QUALITIES, demo_score, load_preset, render_to_array, score_of
+from livebass import demo_score, load_preset, score_of
 from livebass.arrays import Floats
 from livebass.engine.render import mixed
 from livebass.kernels.performer import MOST_STRINGS
@@ -27,11 +29,9 @@ from livebass.plugin.parameters import PARAMETERS
 from livebass.plugin.systems import this_system
 from livebass.score import Score
 
-RATE = 48000
 PRESETS = ("jazz-finger", "slap", "paper-bass", "fretless", "five-string")
 MOST_BYTES = 700_000
-TAIL = 0.5  # s; render fades its last 20 ms
-NOTES = [(0.05 * k, 0.3, 28 + 5 * (k % 4) + k // 4, 127 - 8 * k) for k in range(12)]
+TAIL = 0.5  # s
 
 
 @pytest.fixture(scope="module")
@@ -50,8 +50,7 @@ def plugin(bundle: Path) -> Iterator[Plugin]:
 
 def stems(preset: str, score: Score, gain: float = 1.0) -> Floats:
     """The stems of `livebass render --stems`, float32 (strings, n), without their end, which is faded out."""
-    sound = render_to_array(load_preset(preset), score, QUALITIES["live"], tail=TAIL)
-    return (sound * gain).astype(np.float32)[:, : -round(0.02 * score.rate)]
+    return plugins.rendered(preset, score, gain=gain, tail=TAIL)
 
 
 def rendered(preset: str, score: Score, gain: float = 1.0) -> Floats:

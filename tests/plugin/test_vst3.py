@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import shutil
 import time
-from collections.abc import Iterator
 from ctypes import c_uint8
 from pathlib import Path
 from typing import Any
@@ -27,13 +26,6 @@ pedalboard = pytest.importorskip("pedalboard")
 MONO, STRINGS = "livebass", "livebass strings"
 GAIN, TONE, BASS = 0, 1, 8
 CONTROLLERS, VOLUME, EXPRESSION, SUSTAIN, BEND = 1000, 7, 11, 64, 129  # hidden parameters
-
-
-@pytest.fixture(scope="module", autouse=True)
-def no_instruments_of_the_user(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("XDG_DATA_HOME", str(tmp_path_factory.mktemp("data")))
-        yield
 
 
 @pytest.fixture(scope="module")

@@ -1,4 +1,4 @@
-"""What the tests of CLAP and VST3 share: a score, and what `livebass render` makes of scores."""
+"""What the tests of plugins share: a score, and what `livebass render` makes of scores."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ def hard_score(rate: int = RATE, notes: int = len(NOTES)) -> Score:
     return score_of(NOTES[:notes], rate)
 
 
-def rendered(preset: str, score: Score, quality: str = "live", gain: float = 1.0) -> Floats:
+def rendered(preset: str, score: Score, quality: str = "live", gain: float = 1.0, tail: float = TAIL) -> Floats:
     """The sound of `livebass render`, (strings, n) float32, without its end, which is faded out."""
-    sound = render_to_array(load_preset(preset), score, QUALITIES[quality], tail=TAIL)
+    sound = render_to_array(load_preset(preset), score, QUALITIES[quality], tail=tail)
     return (sound * gain).astype(np.float32)[:, : -round(FADE * score.rate)]
 
 

@@ -1,24 +1,15 @@
 /* Holds what the kernels work on: files, pools that basses share, basses, synths. Nothing here computes sound. */
 #define LB_TABLES
 #include "core.h"
+#include "lock.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#ifdef _WIN32
-#define WIN32_LEAN_AND_MEAN
-#include <windows.h>
-static SRWLOCK lock = SRWLOCK_INIT;
-static void enter(void) { AcquireSRWLockExclusive(&lock); }
-static void leave(void) { ReleaseSRWLockExclusive(&lock); }
-#else
+#ifndef _WIN32
 #include <dirent.h>
-#include <pthread.h>
 #include <time.h>
-static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
-static void enter(void) { pthread_mutex_lock(&lock); }
-static void leave(void) { pthread_mutex_unlock(&lock); }
 #endif
 
 #define LINE 64      /* bytes in a cache line */

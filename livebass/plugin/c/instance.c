@@ -1,21 +1,11 @@
 /* What CLAP and VST3 share between their interfaces and a synth: no interface of a host is known in here. */
 #include "instance.h"
+#include "lock.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#ifdef _WIN32
-#include <windows.h>
-static SRWLOCK lock = SRWLOCK_INIT;
-static void enter(void) { AcquireSRWLockExclusive(&lock); }
-static void leave(void) { ReleaseSRWLockExclusive(&lock); }
-#else
-#include <pthread.h>
-static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
-static void enter(void) { pthread_mutex_lock(&lock); }
-static void leave(void) { pthread_mutex_unlock(&lock); }
-#endif
 
 #define MAGIC "LBSTATE\n"
 enum { VERSION = 1, LINE = 1600 };
