@@ -313,8 +313,10 @@ def instrument_numbers(
             to["decay"][i, k] = 1.0 / pickup.decay_length
             to["mix"][i, k] = pickup.level * string.level
             to["across"][i, k] = pickup.across
+            to["saddle"][i, k] = pickup.position
         if not pickups:
             to["across"][i, 0] = output.across
+            to["saddle"][i, :2] = output.sensor, output.sensor_v
     return made
 
 

@@ -73,7 +73,7 @@ def doubtful(slot, op, g, step, end):
     first = g * GROUP
     last = min(first + GROUP, op.points) - 1
     middle = (first + last) // 2
-    height, x = heights(op), positions(op)
+    height, x = u.height, positions(op)
     top = height[first]
     for m in range(first + 1, last + 1):
         top = max(top, height[m])
@@ -138,7 +138,7 @@ def fine_steps(slot, op, voice, near, count, steps, step):
 @jit
 def recall(slot, op, near, count, step):
     """Gets the points in `near` ready for fine steps: their penetrations at `step`, or that they are clear."""
-    u, v, way, height = slot.u, slot.v, way_of_step(slot, op), heights(op)
+    u, v, way, height = slot.u, slot.v, way_of_step(slot, op), slot.u.height
     for i in range(count):
         m = near[i]
         u.force[m] = 0.0
@@ -211,7 +211,7 @@ def sense(w, op, seen, count, n):
 @jit
 def press(slot, op, voice, seen, count, step):
     """Solves contact at `step`, and notes when each point is to be looked at again."""
-    u, way, height = slot.u, way_of_step(slot, op), heights(op)
+    u, way, height = slot.u, way_of_step(slot, op), slot.u.height
     touching = False
     for i in range(count):
         m = seen[i]

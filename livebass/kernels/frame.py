@@ -45,7 +45,7 @@ def steps_clear(clearance, way):
 @jit
 def look(slot, op, m):
     """Clearance (m) of point `m` now."""
-    return modal.displacement(slot.u, shape(op, m), slot.active) - heights(op)[m]
+    return modal.displacement(slot.u, shape(op, m), slot.active) - slot.u.height[m]
 
 
 @jit
@@ -58,7 +58,7 @@ def suspicious(slot, op, m, step, end):
     if 0 <= known < step and u.clearance[m] + clearance > way * (end - known):
         return False
     if known < step:
-        u.clearance[m] = modal.displacement_before_leap(u, shape(op, m), slot.active) - heights(op)[m]
+        u.clearance[m] = modal.displacement_before_leap(u, shape(op, m), slot.active) - slot.u.height[m]
         u.known_at[m] = step
     held = u.solved_at[m] == step and (u.eta[m] > 0.0 or u.eta_before[m] > 0.0)
     return held or u.clearance[m] <= 0.0 or u.clearance[m] + clearance <= way * (end - step)

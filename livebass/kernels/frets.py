@@ -48,7 +48,7 @@ def next_look(slot, op, end):
 @jit
 def fine_steps(slot, op, voice, near, count, steps, step):
     """Takes `steps` fine steps from `step` on, with contact and friction solved at the `count` points in `near`."""
-    u, v, swaying, height = slot.u, slot.v, slot.v_active > 0, heights(op)
+    u, v, swaying, height = slot.u, slot.v, slot.v_active > 0, slot.u.height
     gather(u, op, near, count)
     for i in range(count):
         m = near[i]
@@ -128,7 +128,7 @@ def move(w, near, count, n):
 @jit
 def press(slot, op, voice, near, count, step):
     """Solves contact at `step`, the one that `move` made."""
-    u, height = slot.u, heights(op)
+    u, height = slot.u, slot.u.height
     hit = False
     for i in range(count):
         m = near[i]

@@ -75,12 +75,13 @@ INSTRUMENT = np.dtype(
         ("decay", "f8", (MOST_STRINGS, MOST_PICKUPS)),  # 1/m
         ("mix", "f8", (MOST_STRINGS, MOST_PICKUPS)),
         ("across", "f8", (MOST_STRINGS, MOST_PICKUPS)),
+        ("saddle", "f8", (MOST_STRINGS, MOST_PICKUPS)),  # m, distance from the saddle; of sensors, for u and v, too
     ],
     align=True,
 )
 
 MAGIC = 0x5353_4142_4556_494C  # "LIVEBASS"
-VERSION = 1  # of the file: another one for any change of FILE, NOTE, or of what they mean
+VERSION = 2  # of the file: another one for any change of FILE, NOTE, or of what they mean
 FILE = np.dtype(
     [
         ("magic", "i8"),
@@ -180,6 +181,7 @@ def connect(string, instrument, i, coil):
         voice.decay[k] = instrument.decay[i, k]
         voice.mix[k] = instrument.mix[i, k]
         voice.across[k] = instrument.across[i, k]
+        voice.saddle[k] = instrument.saddle[i, k]
     if voice.pickups > 0:
         for k in range(4):
             voice.b[k] = coil.b[k]

@@ -331,6 +331,33 @@ def finger(w, n):
 
 
 @jit
+def touch(w, shape, c, n):
+    """Takes the part `c` of the momentum that the motion has along `shape`: a finger on the string (touch.py)."""
+    d = 0.0
+    for j in range(n):
+        d += shape[j] * w.p[j]
+    d *= c
+    for j in range(n):
+        w.p[j] -= d * shape[j]
+
+
+@jit
+def kick_end(w, x, n):
+    """Adds the velocities x / m, m from 1: the string's end changes its speed (stop.py)."""
+    for j in range(n):
+        w.p[j] += w.kappa[j] * (x / (j + 1))
+
+
+@jit
+def fade(w, lost, part, n):
+    """Takes `part` of the part `lost` of each mode."""
+    for j in range(n):
+        kept = 1.0 - part * lost[j]
+        w.q[j] *= kept
+        w.p[j] *= kept
+
+
+@jit
 def release(w, n):
     """Adds the held shape to the motion, at rest: p = sigma q / omega."""
     for j in range(n):

@@ -54,10 +54,11 @@ WORK = np.dtype(
         _row("pace"),  # 1 / kappa: modal velocity is pace P - sigma q
         _row("held"),  # amplitudes of the shape that a finger holds
         _row("strike"),  # velocity per frame of the strike in progress
-        _row("finger"),  # factor per frame of the finger that touches
+        _row("finger"),  # factor per frame of the finger that plucks or strikes
         # contact points: where they are. Clearance is u above the obstacle, m; of u alone
         _row("clearance"),  # last known
         _row("clearance_now"),  # at the end of the step on trial
+        _row("height"),  # of the obstacle: the operator's, or lower while a stop that moved lets it rise (stop.py)
         _row("known_at", "i8"),  # fine step at which `clearance` was true
         _row("due", "i8"),  # fine step before which no contact is possible
         ("group_due", "i8", (GROUP_ROOM,)),  # of groups of points of a board: the same ...
@@ -120,11 +121,41 @@ OPERATOR = np.dtype(
     align=True,
 )
 
+# A finger or the palm that lies on a string (touch.py)
+TOUCHES = 4  # of them on one string
+TOUCH = np.dtype(
+    [
+        ("place", "f8"),  # m from the saddle
+        ("width", "f8"),  # m, half
+        ("resistance", "f8"),  # N s/m, R now ...
+        ("wanted", "f8"),  # ... and where it goes: 0, it lifts
+        ("ramp", "f8"),  # N s/m by which it goes there each frame
+        ("lifts", "i8"),  # frames until it lifts by itself; -1: it stays
+    ],
+    align=True,
+)
+
+# The displacement of the string's end at its stop, along u or v (stop.py)
+STOP = np.dtype(
+    [
+        ("place", "f8"),  # b, m from rest
+        ("speed", "f8"),  # b', m/s, through the present frame
+        ("first", "f8"),  # b' at the start of the path ...
+        ("wanted", "f8"),  # ... and that of the finger
+        ("frame", "i8"),  # of the path ...
+        ("blend", "i8"),  # ... and in how many the finger takes the string's end along
+    ],
+    align=True,
+)
+
 # One sounding note of a string
 SLOT = np.dtype(
     [
         ("on", "i8"),  # 0 silent, 1 sounding
-        ("fading", "i8"),  # the string left this note: linear, quickly damped
+        ("moving", "i8"),  # the stop moves: contact is off
+        ("sunk", "i8"),  # some obstacles are below their heights
+        ("stop_u", STOP),
+        ("stop_v", STOP),
         ("fret", "i8"),
         ("active", "i8"),  # modes of u not known to be dead, whole BLOCKs
         ("v_ready", "i8"),  # v has its working set ready ...
@@ -144,6 +175,13 @@ SLOT = np.dtype(
         _row("looked", "i8"),  # whose clearance at the end of the frame is known
         _row("near", "i8"),  # that may touch within a part of the frame
         _row("seen", "i8"),  # of a board: looked at in this fine step
+        # of the fingers that touch: made of their places when these change
+        ("touch_shape", "f8", (TOUCHES, ROW)),  # mode shapes at each ...
+        ("touch_square", "f8", (TOUCHES,)),  # ... the sum of their squares, 1/m ...
+        ("touch_modes", "i8", (TOUCHES,)),  # ... and the number of modes that it moves
+        ("touch_key", "f8", (TOUCHES, 3)),  # what these hold for: place, width, operator
+        _row("flesh"),  # part of each mode that all lose in a frame to flesh wider than a wave
+        ("flesh_key", "f8", (2 * TOUCHES + 1,)),  # likewise: resistances, widths, operator
     ],
     align=True,
 )
@@ -168,6 +206,8 @@ VOICE = np.dtype(
         ("striking", "i8"),  # frames left of the thumb's push
         ("strike", "i8"),
         ("fingering", "i8"),  # frames left of the finger damping
+        ("touches", TOUCH, (TOUCHES,)),
+        ("saddle", "f8", (4,)),  # m, distance of each pickup or sensor from the saddle
         ("bend", "f8"),  # frequency ratio wanted ...
         ("tuned", "f8"),  # ... and the one it has got to
         ("turn", "i8"),  # frames by which this string follows a bend before the others
@@ -210,7 +250,16 @@ STRING = np.dtype(
 )
 
 EVENT = np.dtype(
-    [("frame", "i8"), ("kind", "i4"), ("string", "i4"), ("fret", "i4"), ("x", "f8"), ("y", "f8")],
+    [
+        ("frame", "i8"),
+        ("kind", "i4"),
+        ("string", "i4"),
+        ("fret", "i4"),  # or the number of a touch
+        ("x", "f8"),
+        ("y", "f8"),
+        ("z", "f8"),
+        ("t", "f8"),  # s
+    ],
     align=True,
 )
-PLUCK, STRIKE_EVENT, HAND, BEND, GAIN, CUT, TONE = 1, 2, 3, 4, 5, 6, 7
+PLUCK, STRIKE_EVENT, HAND, BEND, GAIN, CUT, TONE, TOUCH_EVENT, HAMMER, PULL_OFF = range(1, 11)

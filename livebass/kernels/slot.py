@@ -8,7 +8,7 @@ import numpy as np
 from livebass.compiling import jit
 from livebass.kernels import modal
 from livebass.kernels.operators import heights
-from livebass.kernels.records import BLOCK, GROUP_ROOM, MOST_NEAR, UNKNOWN
+from livebass.kernels.records import BLOCK, GROUP_ROOM, MOST_NEAR, TOUCHES, UNKNOWN
 
 FOR_EVER = 1 << 60  # a fine step
 # Fastest point over the root mean square velocity that the string's energy gives: plucks were seen to reach 3.8
@@ -31,10 +31,27 @@ def load(slot, op, step):
     slot.safety = SAFETY
     slot.active = 0
     slot.touching = 0
-    slot.fading = 0
+    slot.moving = 0
+    rest_stop(slot.stop_u)
+    rest_stop(slot.stop_v)
+    take_heights(slot, op)
     slot.hand = 1.0
     forget_contact(slot.u, op)
     disturb(slot, op, step)
+
+
+@jit
+def rest_stop(stop):
+    """Puts the string's end to rest on its stop."""
+    stop.place = 0.0
+    stop.speed = 0.0
+
+
+@jit
+def take_heights(slot, op):
+    """Gives the obstacles the operator's heights."""
+    modal.copy(slot.u.height, heights(op), op.points)
+    slot.sunk = 0
 
 
 @jit
@@ -101,6 +118,7 @@ def bend(slot, op, ratio, most):
 def change_operator(slot, old, op):
     """Makes the sounding slot go on with `op`, untuned, in place of `old`."""
     modal.change_coefficients(slot.u, old, op)
+    take_heights(slot, op)
     forget_contact(slot.u, op)
     if slot.v_ready:
         modal.change_coefficients(slot.v, old, op)
@@ -153,7 +171,7 @@ def keep_house(slot, op, voice):
         weaken(slot, op, STEEPEST / steepest)
         voice.weakened += 1
         return
-    if op.points == 0 or slot.fading or slot.quiet > step:
+    if op.points == 0 or slot.moving or slot.quiet > step:
         return
     held, height = False, heights(op)
     lowest = np.inf
@@ -163,5 +181,8 @@ def keep_house(slot, op, voice):
     if held:
         return
     slot.fastest = min(slot.fastest, slot.safety * rms_velocity(u, op, slot.active) + SLACK)
-    if np.sqrt(2.0 / op.length) * modal.amplitude_sum(u, slot.active) < lowest:
+    fingers = False  # these may pass motion on to other modes
+    for i in range(TOUCHES):
+        fingers = fingers or voice.touches[i].resistance > 0.0 or voice.touches[i].wanted > 0.0
+    if not fingers and np.sqrt(2.0 / op.length) * modal.amplitude_sum(u, slot.active) < lowest:
         slot.quiet = FOR_EVER

@@ -1,20 +1,28 @@
 """How fingers, thumb and arm act on one string: plucks, strikes, bends, the change to another fret.
 
-A string has two slots. A new note on the fret that sounds already goes into the same motion; on another fret it starts
-in the other slot while the finger damps the old one, in a few milliseconds, without a click. `string` is a STRING,
-`ops` the operators of its frets. [audio thread]
+A new note on the fret that sounds already goes into the same motion. On another fret the motion goes over to the other
+one of the string's two slots, whose modes have the new length (handover.py), and the stop moves into place (stop.py).
+`string` is a STRING, `ops` the operators of its frets. [audio thread]
 """
 
 import numpy as np
 
 from livebass.compiling import jit
-from livebass.kernels import modal
+from livebass.kernels import handover, modal, stop, touch
 from livebass.kernels.elementary import cos, exp, exp2, sin
 from livebass.kernels.operators import heights, positions, tap
 from livebass.kernels.preparing import FADE_TO
 from livebass.kernels.slot import SAFETY_STRUCK, bend, change_operator, disturb, forget_contact, load, open_v
 
-FADE_RATE = 450.0  # 1/s of the finger that leaves a note for another fret
+STRIKING_HAND, PLUCKING_HAND = 2.0, 0.6  # m/s, at least, of the left hand that changes the fret for a strike, a pluck
+PULLING_FINGER = 4e-3  # m, half width of the left hand's finger that plucks as it leaves a fret
+USUAL_DAMPING = 90.0  # 1/s: how firmly hands end a note
+EASED = (8e-3, 21e-3, 58e-3)  # m from the fret that a finger eases off: behind it, and in front of it twice, ...
+EASING = (3.0, 2.0, 2.0)  # ... N s/m; uneven distances, or what has nodes at all of them would ring
+FINGER_WIDTH = 6e-3  # m, half
+RESTING = 0.83  # of the open string: where the right hand's finger comes to rest ...
+PALM = (12e-3, 25e-3, 38e-3)  # ... and m from the saddle where its palm does, ...
+OPEN_PALM, PALM_WIDTH = 1.5, 5e-3  # ... N s/m at each, and m, half
 FINGER_NEPERS = 5.0  # damping, at an antinode, of a finger that takes hold of a sounding string
 BEND_FRAMES = 128  # pitch bend is followed so often, one string after the other ...
 BEND_SPEED = 400.0  # semitones/s, ... and not faster
@@ -62,7 +70,7 @@ def grazing(op, position):
 
 
 @jit
-def touch(voice, slot, op, position, frames):
+def grip(voice, slot, op, position, frames):
     """Lays the plucking finger on the string at `position` for some frames: modes with a node there go on."""
     u = slot.u
     k1 = np.pi / op.length
@@ -79,6 +87,12 @@ def pulled(voice, left):
     """Part of the held shape there is with `left` frames of the pull to go, and its change a second."""
     t = (voice.pull - left) / voice.pull
     return 0.5 - 0.5 * cos(np.pi * t), 0.5 * np.pi * sin(np.pi * t) / voice.pull * voice.rate
+
+
+@jit
+def landing_speed(voice, frames):
+    """Speed (m/s) of a left hand that changes the fret during a pull of so many frames."""
+    return PLUCKING_HAND if frames > 0 else STRIKING_HAND
 
 
 @jit
@@ -107,27 +121,164 @@ def leave(w, op, up, moving):
 
 
 @jit
-def take_string(string, ops, fret):
-    """Returns the slot in which `fret` is to sound; a note on another fret begins to fade."""
+def take_string(string, ops, fret, finger):
+    """Gets the string ready to sound at `fret`, where a left hand presses it down at `finger` m/s if it moves."""
     voice, slots = string.voice, string.slots
     interrupt(string, ops)
     slot = slots[voice.slot]
-    if slot.on and (slot.fret != fret or slot.fading):
-        if not slot.fading:
-            slot.fading = 1
-        slot.hand = min(slot.hand, exp(-FADE_RATE / voice.rate))
-        voice.striking = 0
-        voice.fingering = 0
-        voice.slot = 1 - voice.slot
-        slot = slots[voice.slot]
-        slot.on = 0
+    if slot.on and slot.fret != fret:
+        change_fret(string, ops, fret, finger)
+    elif not slot.on:
+        load_slot(string, ops, voice.slot, fret)
+    slots[voice.slot].hand = 1.0
+
+
+@jit
+def load_slot(string, ops, k, fret):
+    """Makes the silent slot `k` ready for `fret`, in tune with the bend."""
+    voice, slot = string.voice, string.slots[k]
+    slot.fret = fret
+    load(slot, ops[fret], voice.step)
+    if voice.tuned != 1.0:
+        bend(slot, ops[fret], voice.tuned, highest(voice))
+
+
+@jit
+def change_fret(string, ops, fret, finger):
+    """Hands the motion of a string that sounds over to another fret (handover.py)."""
+    voice = string.voice
+    k = 1 - voice.slot
+    old, new = string.slots[voice.slot], string.slots[k]
+    op, to = ops[old.fret], ops[fret]
+    voice.striking = 0
+    voice.fingering = 0
+    load_slot(string, ops, k, fret)
+    new.on = 1
+    new.hand = old.hand
+    new.safety = SAFETY_STRUCK
+    if old.v_active > 0 or old.stop_v.place != 0.0:
+        open_v(new, to)
+    shorter = op.length - to.length
+    if abs(shorter) < handover.CLOSE:  # one fret stands so high that both end on it
+        copy_motion(old, op, new, to)
+    elif shorter > 0.0:
+        crown = handover.crown_height(op, shorter)
+        part = to.length / op.length  # of the line from a stop that still moves
+        x, v = handover.to_shorter(old.u, op, new.u, to, old.active)
+        u_stop = old.stop_u
+        stop.begin(new.stop_u, x + part * u_stop.place - crown, v + part * u_stop.speed, finger, voice)
+        if new.v_ready:
+            x, v = handover.to_shorter(old.v, op, new.v, to, old.v_active)
+            stop.begin(new.stop_v, x + part * old.stop_v.place, v + part * old.stop_v.speed, finger, voice)
+        new.moving = 1
+    else:
+        crown = handover.crown_height(to, -shorter)
+        handover.to_longer(old.u, op, new.u, to, old.active, crown + old.stop_u.place, old.stop_u.speed)
+        if new.v_ready:
+            handover.to_longer(old.v, op, new.v, to, old.v_active, old.stop_v.place, old.stop_v.speed)
+    new.active = to.padded
+    if new.v_ready:
+        new.v_active = to.padded
+    old.on = 0
+    voice.slot = k
+    if not new.moving:
+        stop.sink(new, to)
+    disturb(new, to, voice.step)
+
+
+@jit
+def copy_motion(old, op, new, to):
+    """Hands a motion over where the length stays."""
+    n = min(op.modes, to.modes)
+    handover.velocities(old.u, n)
+    for j in range(n):
+        handover.put(new.u, j, old.u.q_before[j], old.u.p_before[j])
+    if new.v_ready:
+        handover.velocities(old.v, n)
+        for j in range(n):
+            handover.put(new.v, j, old.v.q_before[j], old.v.p_before[j])
+    stop.copy(new.stop_u, old.stop_u)
+    stop.copy(new.stop_v, old.stop_v)
+    new.moving = old.moving
+
+
+@jit
+def hammer(string, ops, fret, finger):
+    """Presses the string down to `fret` at `finger` m/s, without plucking it; at rest it starts from the open string."""
+    voice = string.voice
+    interrupt(string, ops)
+    slot = string.slots[voice.slot]
     if not slot.on:
-        slot.fret = fret
-        load(slot, ops[fret], voice.step)
-        if voice.tuned != 1.0:
-            bend(slot, ops[fret], voice.tuned, highest(voice))
+        load_slot(string, ops, voice.slot, np.int64(0))
+        slot.on = 1
+        slot.active = ops[0].padded
     slot.hand = 1.0
-    return voice.slot
+    if slot.fret != fret:
+        change_fret(string, ops, fret, finger)
+    string.slots[voice.slot].touching = 0
+
+
+@jit
+def pull_off(string, ops, fret, deflection, angle):
+    """Takes the finger off: the string goes on at the lower `fret`, plucked by that finger where it was.
+
+    It pulls the string by `deflection` m at `angle` from u towards v.
+    """
+    voice = string.voice
+    interrupt(string, ops)
+    slot = string.slots[voice.slot]
+    if not slot.on:
+        return
+    before = ops[slot.fret].length
+    if slot.fret != fret:
+        change_fret(string, ops, fret, 1.0)
+    slot = string.slots[voice.slot]
+    op = ops[fret]
+    x = op.length - before
+    if x > handover.CLOSE and deflection != 0.0:
+        open_v(slot, op)
+        shape_of_pluck(slot.u, op, cos(angle) * deflection, x, PULLING_FINGER)
+        shape_of_pluck(slot.v, op, sin(angle) * deflection, x, PULLING_FINGER)
+        let_go(voice, slot, op)
+        stop.sink(slot, op)
+    slot.touching = 0
+
+
+@jit
+def lay_finger(string, ops, i, place, resistance, width, seconds):
+    """Lays finger `i` on the string, or lifts it: touch.lay."""
+    touch.lay(string.voice, i, place, resistance, width, seconds)
+    slot = string.slots[string.voice.slot]
+    if slot.on:
+        touch.land(string.voice, slot, ops[slot.fret])
+
+
+@jit
+def end_note(string, ops, damping):
+    """Ends the note: the finger eases off its fret and stays on the string, on an open string both hands do.
+
+    `damping` (1/s) is how firmly: USUAL_DAMPING is as a player's fingers damp, 0 lets the string ring on.
+    """
+    voice = string.voice
+    slot = string.slots[voice.slot]
+    if damping <= 0.0 or not slot.on:
+        return
+    firm = damping / USUAL_DAMPING
+    stopped = ops[slot.fret].length
+    x = ops[0].length - stopped
+    interrupt(string, ops)
+    voice.striking = 0
+    if x > handover.CLOSE:
+        change_fret(string, ops, np.int64(0), 1.0)
+        touch.lay(voice, 0, stopped + EASED[0], EASING[0] * firm, FINGER_WIDTH, 0.0)
+        for i in range(1, 3):
+            touch.lay(voice, i, max(stopped - EASED[i], 0.0), EASING[i] * firm, FINGER_WIDTH, 0.0)
+    else:
+        touch.lay(voice, 0, (1.0 - RESTING) * ops[0].length, EASING[0] * firm, FINGER_WIDTH, 0.0)
+        for i in range(1, 4):
+            touch.lay(voice, i, PALM[i - 1], OPEN_PALM * firm, PALM_WIDTH, 0.0)
+    slot = string.slots[voice.slot]
+    touch.land(voice, slot, ops[slot.fret])
 
 
 @jit
@@ -138,9 +289,10 @@ def pluck(string, ops, fret, apex, position):
     """
     voice, slots = string.voice, string.slots
     sounding = slots[voice.slot].on
-    k = take_string(string, ops, fret)
-    slot = slots[k]
     op = ops[fret]
+    take_string(string, ops, fret, landing_speed(voice, voice.pull))
+    touch.lift_all(voice, voice.pull / voice.rate)
+    slot = slots[voice.slot]
     slot.on = 1
     slot.touching = 0
     voice.striking = 0
@@ -150,7 +302,7 @@ def pluck(string, ops, fret, apex, position):
     if slot.v_ready:
         shape_of_pluck(slot.v, op, sin(voice.angle) * apex, position, voice.rounding)
     if sounding and (slot.active > 0 or slot.v_active > 0):
-        touch(voice, slot, op, position, max(voice.pull, 1))
+        grip(voice, slot, op, position, max(voice.pull, 1))
     for i in range(max(voice.pickups, 1)):
         voice.held[i] = modal.tap_held(slot.u, tap(op, i), op.tap_modes)
         voice.held_across[i] = 0.0
@@ -178,14 +330,15 @@ def strike(string, ops, fret, depth, position):
     """Throws the string down at `position` (m from the stop) with the thumb, over voice.strike frames."""
     voice, slots = string.voice, string.slots
     sounding = slots[voice.slot].on
-    k = take_string(string, ops, fret)
-    slot = slots[k]
     op = ops[fret]
+    take_string(string, ops, fret, STRIKING_HAND)
+    touch.lift_all(voice, voice.strike / voice.rate)
+    slot = slots[voice.slot]
     slot.on = 1
     slot.touching = 0
     if sounding and (slot.active > 0 or slot.v_active > 0):
         # it lies on the string, then throws it
-        touch(voice, slot, op, position, max(voice.strike // 2, 1))
+        grip(voice, slot, op, position, max(voice.strike // 2, 1))
     shape_of_strike(slot.u, op, depth, position, voice.strike_width)
     voice.striking = voice.strike
     slot.safety = SAFETY_STRUCK

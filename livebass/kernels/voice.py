@@ -7,7 +7,7 @@ touches only what it is handed. [audio thread]
 import numpy as np
 
 from livebass.compiling import entry, jit
-from livebass.kernels import modal, techniques, tone
+from livebass.kernels import modal, stop, techniques, tone, touch
 from livebass.kernels.elementary import exp
 from livebass.kernels.native import call_4, floats_at, record_address, record_at, records_at
 from livebass.kernels.operators import tap
@@ -16,14 +16,17 @@ from livebass.kernels.records import (
     CUT,
     EVENT,
     GAIN,
+    HAMMER,
     HAND,
     LONGER,
     MOST_NEAR,
     OPERATOR,
     PLUCK,
+    PULL_OFF,
     STRIKE_EVENT,
     STRING,
     TONE,
+    TOUCH_EVENT,
     WHOLE,
 )
 from livebass.kernels.slot import HOUSEKEEPING, keep_house
@@ -139,7 +142,13 @@ def happen(string, ops, event):
     elif event.kind == STRIKE_EVENT:
         techniques.strike(string, ops, event.fret, event.x, event.y)
     elif event.kind == HAND:
-        slots[voice.slot].hand = exp(-event.x / voice.rate)
+        techniques.end_note(string, ops, event.x)
+    elif event.kind == HAMMER:
+        techniques.hammer(string, ops, event.fret, event.x)
+    elif event.kind == PULL_OFF:
+        techniques.pull_off(string, ops, event.fret, event.x, event.y)
+    elif event.kind == TOUCH_EVENT:
+        techniques.lay_finger(string, ops, event.fret, event.x, event.y, event.z, event.t)
     elif event.kind == BEND:
         voice.bend = event.x
         if at_rest(string):
@@ -178,6 +187,8 @@ def listen(string, ops, y):
                 y[0] += modal.tap(slot.u, tap(op, row), tap(op, row + 1), n)
             if slot.v_active > 0:
                 listen_across(voice, op, slot.v, min(slot.v_active, slot.heard), y)
+            if slot.moving:
+                listen_to_end(voice, op, slot, y)
             i = 0
             while i + 1 < voice.pickups:
                 u, moving, other, other_moving = modal.sense_2(slot.u, tap(op, i), tap(op, i + 1), n)
@@ -198,6 +209,18 @@ def listen(string, ops, y):
         for i in range(voice.pickups):
             y[2 * i] += up * voice.held[i]
             y[2 * i + 1] += moving * (voice.held[i] + voice.across[i] * voice.held_across[i])
+
+
+@jit
+def listen_to_end(voice, op, slot, y):
+    """Adds what is sensed of the line from the moving stop to the saddle."""
+    for i in range(voice.pickups):
+        part = voice.saddle[i] / op.length
+        y[2 * i] += part * slot.stop_u.place
+        y[2 * i + 1] += part * (slot.stop_u.speed + voice.across[i] * slot.stop_v.speed)
+    if voice.pickups == 0:
+        y[0] += voice.saddle[0] / op.length * slot.stop_u.place
+        y[1] += voice.saddle[1] / op.length * slot.stop_v.place
 
 
 @jit
@@ -261,13 +284,18 @@ def move(string, ops):
         if not slot.on:
             continue
         op = ops[slot.fret]
-        if slot.active == 0 or op.points == 0 or slot.fading or after <= slot.quiet or after <= slot.due:
+        if slot.active == 0 or op.points == 0 or slot.moving or after <= slot.quiet or after <= slot.due:
             leap = LONGER if steps > op.steps else WHOLE
             modal.leap(slot.u, leap, slot.active)
             modal.leap(slot.v, leap, slot.v_active)
         else:
             over = voice.over_board if op.points > MOST_NEAR else voice.over_frets
             call_4(over, record_address(string), np.int64(k), record_address(op), steps)
+        if slot.moving:
+            stop.advance(slot, op, steps * op.fine, after)
+        elif slot.sunk > 0:
+            stop.rise(slot, op, after)
+        touch.damp(voice, slot, op)
         if slot.hand < 1.0:
             modal.scale(slot.u, slot.hand, slot.active)
             modal.scale(slot.v, slot.hand, slot.v_active)

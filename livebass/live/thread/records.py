@@ -25,7 +25,7 @@ SOUND_RING = 4096  # frames, more than CHUNK + HORIZON
 WORD = 8  # bytes
 VOICE_WORDS = VOICE.itemsize // WORD
 POLARISATIONS = 2  # u and v
-POINT_ROWS, GROUP_ROWS = 6, 4  # saved of each contact point, and of each group of them (ahead.py)
+POINT_ROWS, GROUP_ROWS = 7, 4  # saved of each contact point, and of each group of them (ahead.py)
 
 
 @jit
