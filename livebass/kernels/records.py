@@ -140,10 +140,11 @@ STOP = np.dtype(
     [
         ("place", "f8"),  # b, m from rest
         ("speed", "f8"),  # b', m/s, through the present frame
-        ("first", "f8"),  # b' at the start of the path ...
-        ("wanted", "f8"),  # ... and that of the finger
+        ("away", "f8"),  # b at the start of the path ...
+        ("first", "f8"),  # ... and b' ...
+        ("wanted", "f8"),  # ... and that of the finger; 0: it comes to rest gently
         ("frame", "i8"),  # of the path ...
-        ("blend", "i8"),  # ... and in how many the finger takes the string's end along
+        ("blend", "i8"),  # ... and in how many the finger takes the string's end along, or to rest
     ],
     align=True,
 )
@@ -255,10 +256,14 @@ EVENT = np.dtype(
         ("kind", "i4"),
         ("string", "i4"),
         ("fret", "i4"),  # or the number of a touch
+        # a pluck: apex (m), place (m from the stop), half width of the finger (m), how gradually it lets go (s), angle
+        # (rad); the last three are the string's own where they are 0. A touch: place (m from the saddle), resistance
+        # (N s/m), half width (m), until it lifts (s; 0: it stays). The others: techniques.py
         ("x", "f8"),
         ("y", "f8"),
         ("z", "f8"),
-        ("t", "f8"),  # s
+        ("t", "f8"),
+        ("w", "f8"),
     ],
     align=True,
 )

@@ -3,8 +3,9 @@
 The displacement is u = sum q_m phi_m + b l(x), l(x) = (L - x) / L, b that of the end at the stop. While b' is constant
 the modes move as if the stop stood still; where it changes they get a kick, v_m <- v_m - l_m (b'_new - b'_old) with
 l_m = sqrt(2 L) / (pi m), the projection of l. That is exact for a path b(t) of straight lines between frames. The
-finger takes the end along from the speed it has to the finger's own, smoothly, and stops dead on the crown: the last
-kick is the snap.
+finger that hammers takes the end along from the speed it has to the finger's own, smoothly, and stops dead on the crown:
+the last kick is the snap. A finger that only presses the string down comes to rest gently, by a polynomial of the fifth
+degree in time.
 
 Contact is off while the stop moves, for a few milliseconds: a string that ends above a fret is lifted off the next
 ones. After that the string may be a few micrometres inside an obstacle, where contact would hold energy that nobody put
@@ -22,16 +23,25 @@ from livebass.kernels.slot import disturb, forget_contact
 
 LONGEST = 3e-3  # s of a finger's way to the fret: a slower finger is made faster
 ROOM = 2e-6  # m, between the string and an obstacle it has been freed from
+GENTLE = 4e-3  # s in which a finger that does not hammer gets there
 NEAREST = 1e-9  # m: no way at all
 
 
 @jit
 def begin(stop, place, speed, finger, voice):
-    """Begins the path of a string's end from `place` (m) and `speed` (m/s) to rest, taken by a finger at `finger` m/s."""
+    """Begins the path of a string's end from `place` (m) and `speed` (m/s) to rest, taken by a finger at `finger` m/s.
+
+    With 0 the finger comes to rest gently, within GENTLE seconds.
+    """
     stop.place = place
     stop.speed = speed
     stop.first = speed
     stop.frame = 0
+    stop.wanted = 0.0
+    stop.away = place
+    if finger <= 0.0:
+        stop.blend = max(1, np.int64(np.rint(GENTLE * voice.rate)))
+        return
     fast = max(finger, abs(place) / LONGEST)
     stop.wanted = -fast if place > 0.0 else fast
     stop.blend = max(1, np.int64(np.rint(0.25 * abs(place) / fast * voice.rate)))
@@ -43,6 +53,7 @@ def copy(to, stop):
     to.place = stop.place
     to.speed = stop.speed
     to.first = stop.first
+    to.away = stop.away
     to.wanted = stop.wanted
     to.frame = stop.frame
     to.blend = stop.blend
@@ -53,6 +64,10 @@ def next_speed(stop, h):
     """The speed (m/s) of the next frame, of `h` s, on the way to rest."""
     stop.frame += 1
     t = min(stop.frame / stop.blend, 1.0)
+    if stop.wanted == 0.0:
+        x = stop.away * (1.0 - t * t * t * (10.0 - t * (15.0 - 6.0 * t)))
+        x += stop.first * stop.blend * h * (t - t * t * t * (6.0 - t * (8.0 - 3.0 * t)))
+        return (x - stop.place) / h
     speed = stop.first + (stop.wanted - stop.first) * (t * t * (3.0 - 2.0 * t))
     if stop.place * (stop.place + speed * h) <= 0.0:
         speed = -stop.place / h  # the frame in which it arrives

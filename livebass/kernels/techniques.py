@@ -12,17 +12,21 @@ from livebass.kernels import handover, modal, stop, touch
 from livebass.kernels.elementary import cos, exp, exp2, sin
 from livebass.kernels.operators import heights, positions, tap
 from livebass.kernels.preparing import FADE_TO
+from livebass.kernels.records import TOUCHES
 from livebass.kernels.slot import SAFETY_STRUCK, bend, change_operator, disturb, forget_contact, load, open_v
 
-STRIKING_HAND, PLUCKING_HAND = 2.0, 0.6  # m/s, at least, of the left hand that changes the fret for a strike, a pluck
 PULLING_FINGER = 4e-3  # m, half width of the left hand's finger that plucks as it leaves a fret
 USUAL_DAMPING = 90.0  # 1/s: how firmly hands end a note
-EASED = (8e-3, 21e-3, 58e-3)  # m from the fret that a finger eases off: behind it, and in front of it twice, ...
-EASING = (3.0, 2.0, 2.0)  # ... N s/m; uneven distances, or what has nodes at all of them would ring
+# Where fingers lie that end a note, from the stop towards the nut, m, and how firmly, in impedances of the string. The
+# distances are uneven, or what has nodes at all of them would ring; the last one is another finger, farther back.
+EASED, EASING = (0.0, -21e-3, -58e-3, 95e-3), (2.0, 1.4, 1.4, 1.4)
+PRESSED, EASING_OFF = 40.0, 25e-3  # the finger that leaves the fret first holds as firmly; s
+# The same on an open string, parts of its length from the saddle: a finger of the right hand, then of the left
+RESTED, RESTING = (0.17, 0.56, 0.665, 0.75), (0.8, 0.6, 0.6, 0.6)
 FINGER_WIDTH = 6e-3  # m, half
-RESTING = 0.83  # of the open string: where the right hand's finger comes to rest ...
-PALM = (12e-3, 25e-3, 38e-3)  # ... and m from the saddle where its palm does, ...
-OPEN_PALM, PALM_WIDTH = 1.5, 5e-3  # ... N s/m at each, and m, half
+ENDING = 12e-3  # s in which these fingers land
+ALL_OVER = 12.0  # 1/s of all modes, by what else of the hands comes near
+GENTLY = 0.0  # of a finger's speed
 FINGER_NEPERS = 5.0  # damping, at an antinode, of a finger that takes hold of a sounding string
 BEND_FRAMES = 128  # pitch bend is followed so often, one string after the other ...
 BEND_SPEED = 400.0  # semitones/s, ... and not faster
@@ -90,12 +94,6 @@ def pulled(voice, left):
 
 
 @jit
-def landing_speed(voice, frames):
-    """Speed (m/s) of a left hand that changes the fret during a pull of so many frames."""
-    return PLUCKING_HAND if frames > 0 else STRIKING_HAND
-
-
-@jit
 def interrupt(string, ops):
     """Takes away a finger in the middle of its pull: the string goes on from where it is, as fast as it is."""
     voice = string.voice
@@ -109,6 +107,9 @@ def interrupt(string, ops):
             slot.v_active = op.padded
         disturb(slot, op, voice.step)
     voice.pulling = 0
+    slot = string.slots[voice.slot]
+    if slot.active == 0 and slot.v_active == 0:
+        slot.on = 0  # the finger had not pulled it yet
 
 
 @jit
@@ -121,16 +122,26 @@ def leave(w, op, up, moving):
 
 
 @jit
-def take_string(string, ops, fret, finger):
-    """Gets the string ready to sound at `fret`, where a left hand presses it down at `finger` m/s if it moves."""
+def take_string(string, ops, fret):
+    """Gets the string ready to sound at `fret`, where a left hand presses it down gently if it moves."""
     voice, slots = string.voice, string.slots
     interrupt(string, ops)
     slot = slots[voice.slot]
     if slot.on and slot.fret != fret:
-        change_fret(string, ops, fret, finger)
+        change_fret(string, ops, fret, GENTLY, 0.0)
     elif not slot.on:
         load_slot(string, ops, voice.slot, fret)
     slots[voice.slot].hand = 1.0
+
+
+@jit
+def take_fingers_off(string, frames):
+    """Lifts what lies on the string, within so many frames; at once if it is at rest."""
+    voice, slot = string.voice, string.slots[string.voice.slot]
+    if slot.on:
+        touch.lift_all(voice, frames / voice.rate)
+    else:
+        touch.forget(voice)
 
 
 @jit
@@ -144,8 +155,12 @@ def load_slot(string, ops, k, fret):
 
 
 @jit
-def change_fret(string, ops, fret, finger):
-    """Hands the motion of a string that sounds over to another fret (handover.py)."""
+def change_fret(string, ops, fret, finger, held):
+    """Hands the motion of a string that sounds over to another fret (handover.py).
+
+    Going to a lower one the string leaves its fret at once, and sounds by that, for as much as `held`, from 0 to 1; a
+    finger that eases off lets it down without a sound.
+    """
     voice = string.voice
     k = 1 - voice.slot
     old, new = string.slots[voice.slot], string.slots[k]
@@ -173,9 +188,9 @@ def change_fret(string, ops, fret, finger):
         new.moving = 1
     else:
         crown = handover.crown_height(to, -shorter)
-        handover.to_longer(old.u, op, new.u, to, old.active, crown + old.stop_u.place, old.stop_u.speed)
+        handover.to_longer(old.u, op, new.u, to, old.active, held * (crown + old.stop_u.place), held * old.stop_u.speed)
         if new.v_ready:
-            handover.to_longer(old.v, op, new.v, to, old.v_active, old.stop_v.place, old.stop_v.speed)
+            handover.to_longer(old.v, op, new.v, to, old.v_active, held * old.stop_v.place, held * old.stop_v.speed)
     new.active = to.padded
     if new.v_ready:
         new.v_active = to.padded
@@ -214,7 +229,7 @@ def hammer(string, ops, fret, finger):
         slot.active = ops[0].padded
     slot.hand = 1.0
     if slot.fret != fret:
-        change_fret(string, ops, fret, finger)
+        change_fret(string, ops, fret, finger, 1.0)
     string.slots[voice.slot].touching = 0
 
 
@@ -231,7 +246,7 @@ def pull_off(string, ops, fret, deflection, angle):
         return
     before = ops[slot.fret].length
     if slot.fret != fret:
-        change_fret(string, ops, fret, 1.0)
+        change_fret(string, ops, fret, GENTLY, 1.0)
     slot = string.slots[voice.slot]
     op = ops[fret]
     x = op.length - before
@@ -247,7 +262,7 @@ def pull_off(string, ops, fret, deflection, angle):
 @jit
 def lay_finger(string, ops, i, place, resistance, width, seconds):
     """Lays finger `i` on the string, or lifts it: touch.lay."""
-    touch.lay(string.voice, i, place, resistance, width, seconds)
+    touch.lay(string.voice, i, place, resistance, width, seconds, touch.LANDING)
     slot = string.slots[string.voice.slot]
     if slot.on:
         touch.land(string.voice, slot, ops[slot.fret])
@@ -263,21 +278,24 @@ def end_note(string, ops, damping):
     slot = string.slots[voice.slot]
     if damping <= 0.0 or not slot.on:
         return
-    firm = damping / USUAL_DAMPING
+    interrupt(string, ops)
+    if not slot.on:
+        return
+    firm = damping / USUAL_DAMPING * touch.mass(ops[0]) * ops[0].speed
     stopped = ops[slot.fret].length
     x = ops[0].length - stopped
-    interrupt(string, ops)
     voice.striking = 0
     if x > handover.CLOSE:
-        change_fret(string, ops, np.int64(0), 1.0)
-        touch.lay(voice, 0, stopped + EASED[0], EASING[0] * firm, FINGER_WIDTH, 0.0)
-        for i in range(1, 3):
-            touch.lay(voice, i, max(stopped - EASED[i], 0.0), EASING[i] * firm, FINGER_WIDTH, 0.0)
+        change_fret(string, ops, np.int64(0), GENTLY, 0.0)
+        for i in range(TOUCHES):
+            place = min(max(stopped + EASED[i], 0.0), 0.98 * ops[0].length)
+            touch.lay(voice, i, place, EASING[i] * firm, FINGER_WIDTH, 0.0, ENDING)
+        touch.ease(voice, 0, PRESSED * firm, EASING_OFF)
     else:
-        touch.lay(voice, 0, (1.0 - RESTING) * ops[0].length, EASING[0] * firm, FINGER_WIDTH, 0.0)
-        for i in range(1, 4):
-            touch.lay(voice, i, PALM[i - 1], OPEN_PALM * firm, PALM_WIDTH, 0.0)
+        for i in range(TOUCHES):
+            touch.lay(voice, i, RESTED[i] * ops[0].length, RESTING[i] * firm, FINGER_WIDTH, 0.0, ENDING)
     slot = string.slots[voice.slot]
+    slot.hand = exp(-ALL_OVER / USUAL_DAMPING * damping / voice.rate)
     touch.land(voice, slot, ops[slot.fret])
 
 
@@ -290,8 +308,8 @@ def pluck(string, ops, fret, apex, position):
     voice, slots = string.voice, string.slots
     sounding = slots[voice.slot].on
     op = ops[fret]
-    take_string(string, ops, fret, landing_speed(voice, voice.pull))
-    touch.lift_all(voice, voice.pull / voice.rate)
+    take_string(string, ops, fret)
+    take_fingers_off(string, voice.pull)
     slot = slots[voice.slot]
     slot.on = 1
     slot.touching = 0
@@ -331,8 +349,8 @@ def strike(string, ops, fret, depth, position):
     voice, slots = string.voice, string.slots
     sounding = slots[voice.slot].on
     op = ops[fret]
-    take_string(string, ops, fret, STRIKING_HAND)
-    touch.lift_all(voice, voice.strike / voice.rate)
+    take_string(string, ops, fret)
+    take_fingers_off(string, voice.strike)
     slot = slots[voice.slot]
     slot.on = 1
     slot.touching = 0

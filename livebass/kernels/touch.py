@@ -29,10 +29,10 @@ STAYS = -1  # in place of the frames until a finger lifts
 
 
 @jit
-def lay(voice, i, place, resistance, width, seconds):
+def lay(voice, i, place, resistance, width, seconds, landing):
     """Lays finger `i` on the string at `place` (m from the saddle); it lifts after `seconds`, 0: it stays.
 
-    `resistance` is in N s/m, `width`, half of it, in m. With no resistance the finger lifts now.
+    `resistance` is in N s/m, `width`, half of it, in m, `landing` in s. With no resistance the finger lifts now.
     """
     t = voice.touches[i]
     if resistance <= 0.0:
@@ -43,8 +43,26 @@ def lay(voice, i, place, resistance, width, seconds):
     t.place = place
     t.width = width
     t.wanted = resistance
-    t.ramp = resistance / max(LANDING * voice.rate, 1.0)
+    t.ramp = resistance / max(landing * voice.rate, 1.0)
     t.lifts = max(np.int64(np.rint(seconds * voice.rate)), 1) if seconds > 0.0 else STAYS
+
+
+@jit
+def ease(voice, i, resistance, seconds):
+    """Has finger `i` begin with another `resistance`, and come to the wanted one in `seconds`."""
+    t = voice.touches[i]
+    t.resistance = resistance
+    t.ramp = abs(resistance - t.wanted) / max(seconds * voice.rate, 1.0)
+
+
+@jit
+def forget(voice):
+    """Takes all fingers away from a string at rest."""
+    for i in range(TOUCHES):
+        t = voice.touches[i]
+        t.resistance = 0.0
+        t.wanted = 0.0
+        t.lifts = STAYS
 
 
 @jit
@@ -80,12 +98,12 @@ def land(voice, slot, op):
 
 
 @jit
-def follow(t):
+def follow(t, rate):
     """Moves the resistance of a finger on by a frame."""
     if t.lifts > 0:
         t.lifts -= 1
         if t.lifts == 0:
-            t.ramp *= LANDING / LIFTING
+            t.ramp = t.resistance / max(LIFTING * rate, 1.0)
             t.wanted = 0.0
             t.lifts = STAYS
     if t.resistance < t.wanted:
@@ -159,7 +177,7 @@ def damp(voice, slot, op):
         t = voice.touches[i]
         if t.resistance == 0.0 and t.wanted == 0.0:
             continue
-        follow(t)
+        follow(t, voice.rate)
         whole += t.wanted
         now += t.resistance
         if t.resistance == 0.0 or slot.active + slot.v_active == 0:
