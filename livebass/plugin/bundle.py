@@ -63,7 +63,8 @@ def distinct_titles(basses: dict[str, Instrument]) -> list[str]:
     """
     titles = [bass.name for bass in basses.values()]
     return [
-        with_name(title, name) if title in titles[:k] else title for k, (name, title) in enumerate(zip(basses, titles))
+        with_name(title, name) if title in titles[:k] else title
+        for k, (name, title) in enumerate(zip(basses, titles, strict=True))
     ]
 
 

@@ -37,6 +37,7 @@ NUMBERS = {
     "LB_STRINGS": performer.MOST_STRINGS,
     "LB_RINGS": live.RINGS,
     "LB_CHUNK": live.CHUNK,
+    "LB_MOST_MESSAGES": live.MOST_MESSAGES,
     "LB_MOST_BASSES": MOST_BASSES,
     "LB_KIND_PARAMETER": ring.PARAMETER,
     "LB_KIND_STRING_BEND": ring.STRING_BEND,
@@ -52,8 +53,6 @@ NUMBERS = {
     "LB_OTHER_VERSION": instrument.OTHER_VERSION,
     "LB_DAMAGED": instrument.DAMAGED,
     "LB_DONE": preparing.DONE,
-    "LB_WRITTEN": ring.HEAD,
-    "LB_READ": ring.TAIL,
     "LB_MOST_BYTES": instrument.MOST_WORDS * instrument.WORD,
 }
 ENTRIES: tuple[Entry, ...] = (

@@ -14,7 +14,9 @@
 
 #define LINE 64      /* bytes in a cache line */
 #define MESSAGES 4096 /* in each ring */
-#define FOR_CONTROL 128 /* of them: what parameters and bends may take at once, besides one each 8 frames */
+#define AT_ONCE 48 /* parameters and bends, at most, besides one each so many frames: */
+#define EACH 16
+_Static_assert(AT_ONCE + LB_CHUNK / EACH < LB_MOST_MESSAGES, "the rest is for notes");
 #define ENDING ".lbass"
 #define ADDRESS(x) ((int64_t)(intptr_t)(x))
 
@@ -277,6 +279,7 @@ static void make_new(lb_synth *s, const lb_bass *b) {
     s->kernels->fill_synth(ADDRESS(r), ADDRESS(s->rings), MESSAGES, r->rate, -1, r->gain_target,
                            ADDRESS(s->kernels->process));
     memcpy(r->parameters, parameters, sizeof parameters);
+    s->busy = 0;
     r->ceiling = INFINITY; /* hosts take what is beyond full scale, and may turn it down */
     r->next_bass = b ? address_of(b) : 0;
     s->ahead = b && b->building.ahead;
@@ -355,13 +358,15 @@ static void push(lb_synth *s, int64_t offset, int kind, int number, double value
     s->kernels->push_event(s->record.midi_ring[LB_RINGS - 1], MESSAGES, s->record.frame + offset, kind, number, value);
 }
 
-/* Sends an event that is no note, if `number` is below `end`. The kernels take at least one message each 8 frames: with
-   more of these, what comes behind would be late, and in the end find no room. */
+/* Sends an event that is no note, if `number` is below `end`. The kernels take LB_MOST_MESSAGES in a chunk: with more of
+   these, notes behind them would be late, and in the end find no room. */
 static int control(lb_synth *s, int64_t offset, int kind, int number, int end, double value) {
-    const int64_t *ring = (const int64_t *)(intptr_t)s->record.midi_ring[LB_RINGS - 1];
-    const int64_t waiting = ring[LB_WRITTEN] - ring[LB_READ], in_time = FOR_CONTROL + offset / 8;
-    if (waiting >= (in_time < MESSAGES / 2 ? in_time : MESSAGES / 2)) return 0;
-    if (number >= 0 && number < end) push(s, offset, kind, number, value);
+    const int64_t frame = s->record.frame + offset;
+    if (number < 0 || number >= end) return 1;
+    if (s->busy < frame) s->busy = frame;
+    if (s->busy - frame >= AT_ONCE * EACH) return 0;
+    s->busy += EACH;
+    push(s, offset, kind, number, value);
     return 1;
 }
 

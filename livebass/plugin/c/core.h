@@ -12,6 +12,7 @@ typedef struct {
     const lb_kernels *kernels;
     void *rings;
     int offline, relief, ahead; /* ahead: the bass that was put on last can run ahead */
+    int64_t busy;               /* the frame until which parameters and bends keep the kernels busy */
     float mix[LB_CHUNK];        /* of lb_play_strings */
 } lb_synth;
 
@@ -52,7 +53,7 @@ lb_bass *lb_take_faded(lb_synth *);
    limits are held within, NaN is the usual value. [audio thread] */
 void lb_send(lb_synth *, int64_t offset, const uint8_t *bytes, size_t count); /* MIDI; whatever else is left out */
 /* The next three are for control, not for notes: of a flood they take no more than the synth can follow, so that notes
-   are neither lost nor late. Then they return 0, and the last value is to be sent again in the next block. */
+   are neither lost nor late. What is not taken gives 0: the last value is to be sent again in the next block. */
 /* Sets one of the LB_PLAYED_PARAMETERS, else nothing. */
 int lb_set(lb_synth *, int64_t offset, int parameter, double value);
 /* Bends one string, counted from 0, besides what the wheel does, until the controllers are reset. */
