@@ -16,7 +16,6 @@ from support.plugins import DAMAGES, NOTES, PRESETS, RATE, hard_score, midi_scor
 
 from livebass import load_preset
 from livebass.arrays import Floats
-from livebass.kernels.performer import PARAMETERS as PLAYED
 from livebass.plugin import clap, vst3
 from livebass.plugin.parameters import OUTPUTS, PARAMETERS
 from livebass.plugin.systems import SYSTEMS
@@ -101,12 +100,12 @@ def test_parameters_and_presets_are_listed(plugin: Any) -> None:
     assert plugin.technique == "thumb on all" and plugin.gain_db == pytest.approx(-7.5)
 
 
-def test_what_a_thread_has_to_load_is_not_automatable(bundle: Path) -> None:
+def test_the_bass_alone_is_not_automatable(bundle: Path) -> None:
     """A value between 0 and 1 is another bass once an instrument is added. The bass is the program of the list."""
     plugin = low.Plugin(bundle, low.STRINGS)
     flags = {number: info.flags for number, info in plugin.parameters().items() if number < CONTROLLERS}
-    assert [number for number, x in flags.items() if x & low.CAN_AUTOMATE] == list(range(PLAYED))
-    assert flags[BASS] == low.IS_LIST | low.IS_PROGRAM_CHANGE and flags[BASS + 1] == low.IS_LIST
+    assert [number for number, x in flags.items() if not x & low.CAN_AUTOMATE] == [BASS]
+    assert flags[BASS] == low.IS_LIST | low.IS_PROGRAM_CHANGE
     assert plugin.outputs_called() == list(OUTPUTS)
     plugin.close()
 

@@ -14,8 +14,8 @@
 
 #define LINE 64      /* bytes in a cache line */
 #define MESSAGES 4096 /* in each ring */
-#define AT_ONCE 48 /* parameters and bends, at most, besides one each so many frames: */
-#define EACH 16
+#define AT_ONCE 48 /* most parameters and bends that are taken at once ... */
+#define EACH 16    /* ... besides one in so many frames */
 _Static_assert(AT_ONCE + LB_CHUNK / EACH < LB_MOST_MESSAGES, "the rest is for notes");
 #define ENDING ".lbass"
 #define ADDRESS(x) ((int64_t)(intptr_t)(x))

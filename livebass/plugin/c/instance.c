@@ -176,6 +176,7 @@ void lb_serve(lb_instance *i) {
 
 void lb_set_offline(lb_instance *i, int on) { __atomic_store_n(&i->offline, on, __ATOMIC_RELAXED); }
 
+/* Bends the string of a key, now or, in a flood, in the next block. */
 static void bend(lb_instance *i, int64_t offset, int key, double semitones) {
     i->bends[key] = semitones;
     i->unbent[key] = !lb_bend_note(i->synth, offset, key, semitones);
