@@ -127,7 +127,7 @@ def whole(path: Path) -> bytes | None:
 
 
 def kept_or_made(path: Path | None, make: Callable[[], bytes], damaged: str = "") -> bytes:
-    """The content of the file at `path` if it is whole, else what `make` returns, which is then kept there.
+    """Returns the content of the file at `path` if it is whole, else what `make` returns, and keeps it there.
 
     What cannot be kept is made for this process alone. `damaged`: a warning if there is a file that is not whole; with
     `path` None there can be none.

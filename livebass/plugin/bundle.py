@@ -57,7 +57,7 @@ def own_instruments() -> Path:
 
 
 def distinct_titles(basses: dict[str, Instrument]) -> list[str]:
-    """What lists call these basses: a title that an earlier one has comes with the short name behind, in brackets.
+    """Returns what lists call these basses: a title that an earlier one has, with the short name in brackets behind.
 
     The plugins do the same with all that they find: `open_shelf` of c/core.c.
     """

@@ -3,7 +3,7 @@
 #define LB_CORE_H
 #include "kernels.h"
 
-/* What a host's log is told of a session's instrument. */
+/* The line in a host's log about a session whose instrument is missing. */
 #define LB_NOT_INSTALLED "the session's instrument is not installed: %.63s"
 
 typedef struct lb_bass lb_bass;

@@ -407,7 +407,7 @@ static vst3_result set_processing(void *self, uint8_t on) {
     return VST3_OK;
 }
 
-/* What an event is for: 0 a note, 1 the bend of one; 2: nothing that is played. */
+/* Returns 0 for a note, 1 for the bend of one, 2 for an event that nothing is played for. */
 static int use_of(const vst3_event *e) {
     if (e->type == VST3_NOTE_ON || e->type == VST3_NOTE_OFF) return 0;
     return e->type == VST3_NOTE_EXPRESSION && e->expression.type == VST3_TUNING ? 1 : 2;
