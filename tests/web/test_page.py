@@ -21,6 +21,7 @@ from livebass.arrays import Floats
 
 LOUD = -30.0  # dBFS
 PATIENCE = 20.0  # s
+LEAST_TARGET = 24  # px, of WCAG 2.5.8
 WIDTHS = (360, 800, 1400)  # px
 KEYS = {"a": 28, "s": 29, "d": 31, "f": 33, "g": 35}  # and the notes they play
 # The sound of a score as samples in base64
@@ -175,6 +176,8 @@ def test_it_plays_keys_and_changes_the_bass_while_it_sounds(
     asked = requests(browser)
     assert asked and all(url.startswith(home) for url in asked), asked
     assert len(asked) == 1 if place == "disk" else len(asked) > 1
+    version = "?v=" + browser.execute_script("return PAGE.digest")
+    assert all(url.endswith(version) for url in asked[1:]), asked
     assert not [line for line in browser.get_log("browser") if line["level"] == "SEVERE"]
 
 
@@ -289,6 +292,35 @@ def test_letters_play_after_a_bass_was_chosen(page: Any) -> None:
     assert page.execute_script("return $('bass').value") == before
 
 
+@pytest.mark.parametrize("told", [True, False])
+def test_keys_show_the_letters_of_the_players_own_layout(browser: Any, addresses: dict[str, str], told: bool) -> None:
+    """A French one, which the browser tells or the page learns from what is pressed."""
+    layout = "{getLayoutMap: async () => new Map([['KeyA', 'q'], ['Semicolon', 'm'], ['KeyZ', 'w']])}"
+    lack = f"Object.defineProperty(Navigator.prototype, 'keyboard', {{get: () => ({layout if told else 'undefined'})}})"
+    script = browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": lack})
+    try:
+        open_page(browser, addresses["disk"])
+
+        def names() -> list[str]:
+            found = [browser.find_element("css selector", f'[data-key="{code}"]') for code in ("KeyA", "Semicolon")]
+            found += [browser.find_element("id", f"octave-{way}") for way in ("down", "up")]
+            return [f"{key.accessible_name}: {key.text.split()[-1 if key.get_attribute('id') else 0]}" for key in found]
+
+        if not told:
+            assert names() == ["E1, key A: A", "G2, key ;: ;", "Octave down, key Z: Z", "Octave up, key X: X"]
+            for code, key, shift in (
+                ("KeyA", "Q", True), ("KeyA", "q", False), ("Semicolon", "m", False), ("Semicolon", "Dead", False),
+                ("KeyX", "x", False), ("KeyZ", "w", False),
+            ):  # fmt: skip
+                press = f"{{code: {code!r}, key: {key!r}, shiftKey: {str(shift).lower()}, bubbles: true}}"
+                browser.execute_script(f"dispatchEvent(new KeyboardEvent('keydown', {press}))")
+                browser.execute_script(f"dispatchEvent(new KeyboardEvent('keyup', {press}))")
+        wanted = ["E1, key Q: Q", "G2, key M: M", "Octave down, key W: W", "Octave up, key X: X"]
+        wait(lambda: names() == wanted)
+    finally:
+        browser.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", script)
+
+
 def test_what_was_sent_in_a_pause_or_far_ahead_holds_nothing_up(page: Any) -> None:
     start(page)
     sent = "window.sent = []; const post = node.port.postMessage.bind(node.port);"
@@ -371,6 +403,13 @@ def test_it_fits_the_width(page: Any, width: int) -> None:
             cells = page.find_elements("css selector", ".fret")
             assert min(cell.size["width"] for cell in cells[:25]) >= 28
             assert min(cell.size["height"] for cell in cells[:25]) >= 40
+            keys = page.find_elements("css selector", "#piano button")
+            assert len(keys) == 16 and min(key.size["width"] for key in keys) >= LEAST_TARGET
+            uncovered = (
+                "const at = [...document.querySelectorAll('#piano .black')].map(e => e.getBoundingClientRect());"
+            )
+            uncovered += "return at.every((r, k) => !k || r.left - at[k - 1].right > 0)"
+            assert page.execute_script(uncovered)
         inside = (
             "const r = e => e.getBoundingClientRect(); return [...document.querySelectorAll('button, select, input')]"
         )
