@@ -40,7 +40,7 @@ OFFLINE = """
 
 
 # Runs the page's audio thread in a worker, under a clock of its own: a frame costs so many ms a string that is held
-# and has fine operators, and so many ms a relieved one. Tells the ms of each quantum, and the strings relieved after it.
+# and has fine operators, and so many ms a relieved one. Tells the ms of each quantum, and the strings relieved then.
 AUDIO_THREAD = """
 const [name, notes, quanta, cost, heldUp, done] = arguments;
 const before = `
