@@ -13,7 +13,7 @@ from livebass.kernels.coil import CIRCUIT, COIL
 from livebass.kernels.elementary import exp
 from livebass.kernels.native import FLUSH, float_control, floats_at, record_at, set_float_control, words_at
 from livebass.kernels.operators import DOUBLE
-from livebass.kernels.performer import KEYS, MOST_RANGE, MOST_STRINGS, PERFORMER, reset_controllers
+from livebass.kernels.performer import KEYS, MOST_RANGE, MOST_STRINGS, PERFORMER, make_switches, reset_controllers
 from livebass.kernels.preparing import (
     NOTE,
     NOTE_BYTES,
@@ -154,6 +154,7 @@ def rest(string, rate, numerator, denominator, over_frets, over_board):
     voice.denominator = denominator
     voice.rate = rate
     voice.bend = 1.0
+    voice.slide_to = -1
     voice.tuned = 1.0
     voice.gain = 1.0
     voice.gain_wanted = 1.0
@@ -252,6 +253,7 @@ def make_performer(p, instrument, seed):
     p.usual_unevenness = p.unevenness
     p.seed = seed & np.int64(0x7FFF_FFFF_FFFF_FFFF)
     p.drop = instrument.drop
+    make_switches(p)
     p.position_controller = player.position_controller
     reset_controllers(p)
 

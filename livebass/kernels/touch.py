@@ -23,7 +23,7 @@ from livebass.kernels.records import BLOCK, TOUCHES
 from livebass.kernels.slot import SAFETY_STRUCK, disturb
 
 NARROWEST = 2.5  # of k a: shorter waves meet the flesh alone
-MOST_TOUCHED = 160  # modes that a finger moves as one point
+MOST_TOUCHED = 352  # modes that a finger moves as one point
 LANDING, LIFTING = 5e-3, 15e-3  # s
 STAYS = -1  # in place of the frames until a finger lifts
 
@@ -79,15 +79,6 @@ def lift_all(voice, seconds):
     """Lifts all fingers within `seconds`."""
     for i in range(TOUCHES):
         lift(voice, i, seconds)
-
-
-@jit
-def touched(voice):
-    """True if any finger lies on the string."""
-    for i in range(TOUCHES):
-        if voice.touches[i].resistance > 0.0 or voice.touches[i].wanted > 0.0:
-            return True
-    return False
 
 
 @jit
