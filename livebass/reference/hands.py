@@ -2,7 +2,8 @@
 
 A hand lies on the string at `place` with the half-width `width`: it feels u(place) = sum_j s_j q_j and pushes mode j by
 s_j times its force, s_j = phi_j(place) exp(-(k_j width)^2 / 2). Places are in m from the stop of the speaking string,
-heights in m above the string at rest, times in s from the release of the pluck.
+heights in m above the string at rest, times in s from the release of the pluck. A hand comes at the fine step nearest
+to its start, and a force that it brings at once acts from half a step before on.
 
 `livebass.reference.playing.play` gives their equations and plays them.
 """

@@ -130,6 +130,19 @@ def law_force(
 
 
 @counted
+def taken(
+    kind: int, force: float, before: float, after: float, stiffness: float, exponent: float, loss: float
+) -> float:
+    """What the loss of a law takes in two steps, J per m of string: f r less what its potential gains."""
+    r = after - before
+    if loss == 0 or kind == ABSENT:
+        return 0.0
+    if kind == LINEAR:
+        return loss * r * r
+    return force * r - (potential(after, stiffness, exponent) - potential(before, stiffness, exponent))
+
+
+@counted
 def solve_contact(
     coupling: Floats,
     free: Floats,

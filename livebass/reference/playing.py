@@ -11,13 +11,18 @@ livebass.reference.laws, r = r* - (W + R) f(r), where a hand's law is
              has dt^2 dx / m more on its diagonal, as the mass gives way:
              y^{n+1} = 2 y^n - y^{n-1} + dt^2 (F + f^n dx) / m, F the force of the hand that holds it.
 
+A string of N modes alone is too stiff where a hand lies: for 862 modes as if the hand were a spring of 2e6 N/m, through
+which a tenth of the waves at 10 kHz would pass a stop. So hands feel the static compliance of all modes that do not
+swing, far beyond those of the grid.
+
 All are implicit, so none adds energy at any time step. For a step of eq. 12, with H that of livebass.reference.solver,
 
     H + sum over hands of dx [psi(eta^{n+1}) + psi(eta^n)] / 2 + m ((y^{n+1} - y^n) / dt)^2 / 2
 
-changes by minus what damping, friction (both there) and each hand take, dx [f r - psi(eta^{n+1}) + psi(eta^{n-1})] / 2
->= 0, plus what each hand puts in: sign f dx (y^{n+1} - y^{n-1}) / 2 for a stop, F (y^{n+1} - y^{n-1}) / 2 for a mass.
-When a hand begins or ends, it brings or takes with it what its spring, contact and motion hold. `Balance` keeps count.
+changes by minus what damping and friction (both there) and each hand take, R r^2 / (4 dt) a finger and
+dx [f r - psi(eta^{n+1}) + psi(eta^{n-1})] / 2 >= 0 a mass, plus what each hand puts in, the force it gives (sign f dx a
+stop, F a mass) times (y^{n+1} - y^{n-1}) / 2. When a hand begins or ends, it brings or takes with it what its spring,
+contact and motion hold. `Balance` keeps count.
 
 The second polarisation feels fingers and, where they have a path in it, stops. Both are linear there: they are
 eliminated, and friction is solved for what is left.
@@ -40,7 +45,17 @@ from livebass.compiling.by_numba import counted
 from livebass.model import modes
 from livebass.model.trial import Trial, initial_amplitudes, initial_amplitudes_across
 from livebass.reference.hands import Finger, Hand, Mass, Stop
-from livebass.reference.laws import ABSENT, CONTACT, LINEAR, Laws, eliminate, solve_forces, solve_friction, stored
+from livebass.reference.laws import (
+    ABSENT,
+    CONTACT,
+    LINEAR,
+    Laws,
+    eliminate,
+    solve_forces,
+    solve_friction,
+    stored,
+    taken,
+)
 from livebass.reference.solver import (
     CHUNK,
     FLUSH_BELOW,
@@ -54,6 +69,7 @@ from livebass.reference.solver import (
 )
 
 FINGER, STOP, MASS = 0, 1, 2  # kinds of hand
+YIELDING = 200_000  # modes of the string that a hand feels: those that do not swing follow its force at once
 
 
 class Grips(NamedTuple):
@@ -264,11 +280,9 @@ def _step_across(plan: Plan, laws: Laws, state: State, grips: Grips, drive: Floa
             grips.lost[1] -= plan.dx * force[m] * moved / 2
         elif laws.kind[m] == LINEAR:
             before, after = grips.sign[h] * grips.across_before[h], grips.sign[h] * drive[h]
-            work = plan.dx * force[m] * (after - before) / 2
-            gained = stored(LINEAR, new - after, laws.stiffness[m], 1.0)
-            gained -= stored(LINEAR, state.v_before[m] - before, laws.stiffness[m], 1.0)
-            grips.put_in[h] += work
-            grips.taken[h] += work - plan.dx * (force[m] * moved + gained) / 2
+            grips.put_in[h] += plan.dx * force[m] * (after - before) / 2
+            law = laws.stiffness[m], laws.exponent[m], laws.loss[m]
+            grips.taken[h] += plan.dx * taken(LINEAR, force[m], state.v_before[m] - before, new - after, *law) / 2
         state.v_before[m] = state.v[m]
         state.v[m] = new
     for h in range(hands):
@@ -395,9 +409,8 @@ def _run(
             else:
                 move[h] = y[h] - grips.y[h]
             grips.put_in[h] += hand * (move[h] + grips.move[h]) / 2
-            gained = stored(laws.kind[m], solved[m], laws.stiffness[m], laws.exponent[m])
-            gained -= stored(laws.kind[m], eta_before[m], laws.stiffness[m], laws.exponent[m])
-            grips.taken[h] += plan.dx * (force[m] * (solved[m] - eta_before[m]) - gained) / 2
+            law = laws.stiffness[m], laws.exponent[m], laws.loss[m]
+            grips.taken[h] += plan.dx * taken(laws.kind[m], force[m], eta_before[m], solved[m], *law) / 2
             grips.y[h], grips.move[h] = y[h], move[h]
         for m in range(points):
             if m < contacts and solved[m] > 0 and eta[m] <= 0:
@@ -461,6 +474,12 @@ def _plan(trial: Trial, hands: Sequence[Hand], sign: Floats) -> Plan:
     coupling = plan.dt**2 / s.string.linear_density * s.step * (every[:, :count] @ every[:, :count].T) + compliance
     points = plan.height.size  # for these everything is as without hands
     compliance[:points, :points], coupling[:points, :points] = plan.compliance, plan.coupling
+    finest = max(full, YIELDING)
+    finer = np.array([hand_shape(trial, hand, finest)[full:] for hand in hands]).reshape(len(hands), finest - full)
+    finer /= 2 * math.pi * modes.frequencies(s, finest)[full:]
+    yields = s.step / s.string.linear_density * (finer @ finer.T) * np.outer(sign, sign)
+    compliance[points:, points:] += yields
+    coupling[points:, points:] += yields
     for h, hand in enumerate(hands):
         if isinstance(hand, Mass):
             coupling[points + h, points + h] += plan.dt**2 * plan.dx / hand.mass
