@@ -258,6 +258,18 @@ def test_pull_off_of_a_stiff_string(fret: int, height: float) -> None:
     assert_alike(played, velocity, 1.0, 3.0, 0.15, 35)
 
 
+def test_the_force_on_a_stop_at_rest_is_the_tension_over_the_bend() -> None:
+    """T h L / (x (L - x)), though the string has 40 modes only."""
+    s = bare_string(LIGHT)
+    trial = Trial(s, Pluck(0.0, s.length / 2), 40, 1e5, 1000.0, 0.2, s.length / 2)
+    place, height = 0.3 * s.length, -1e-3
+    quiet = [Finger(x * s.length, 1.2, landing=0.0) for x in (0.13, 0.21, 0.52, 0.67)]
+    played = play(trial, [Stop(place, landing(height, 0.02)), *quiet], frets=False)
+    force = s.string.linear_density * (2 * s.length * s.fundamental) ** 2 * height / (place * (1 - 0.3))
+    assert played.hand_force_n[0, -1] == pytest.approx(force, rel=1e-4)
+    assert played.balance.put_in_j[0, -1] > 0.99 * force * height / 2
+
+
 @pytest.mark.usefixtures("discrete")
 def test_a_stop_holds_the_second_polarisation_where_it_is_told() -> None:
     trial = strings.oblique(strings.tiny(contact_rate=8e5, output_rate=8e4), 1.0, 2e-3)
