@@ -69,16 +69,16 @@ def test_the_motion_is_that_of_the_continuous_system(fingers: list[Finger]) -> N
         assert 3.5 < coarse / fine < 4.5, errors
 
 
-@pytest.mark.parametrize("resistance", [0.5, 2.0, 8.0])
+@pytest.mark.parametrize("resistance", [pytest.param(0.5, marks=pytest.mark.slow), 2.0, 8.0])
 @pytest.mark.usefixtures("discrete")
 def test_modes_decay_as_the_eigenvalues_say(resistance: float) -> None:
-    """The first 8 eigenmodes of a G string under a finger at its third, each let go by itself."""
-    count, rate = 60, 8e5
+    """The first 5 eigenmodes of a G string under a finger at its third, each let go by itself."""
+    count, rate = 60, 4e5
     s = on_grid(bare_string(), count + 1)
     finger = settled(s.length / 3.1, resistance)
     string = modal(s, count)
     values, vectors = np.linalg.eig(damped(string, [finger]))
-    slowest = [k for k in np.argsort(values.imag) if values[k].imag > 0][:8]
+    slowest = [k for k in np.argsort(values.imag) if values[k].imag > 0][:5]
     for k in slowest:
         trial = Trial(s, Pluck(0.0, s.length / 2), count, rate, 8000.0, 0.01, s.length / 5, states=(80,))
         amplitude = 1e-3 / np.abs(vectors[:count, k]).max()
@@ -89,7 +89,7 @@ def test_modes_decay_as_the_eigenvalues_say(resistance: float) -> None:
         expected = (state * np.exp(values[k] * (0.01 + 0.5 / rate))).real[:count]
         least = 0.1 * amplitude * np.abs(vectors[:count, k]).max()
         error = np.abs(played.states[0, 0, 0] - expected).max() / max(np.abs(expected).max(), least)
-        assert error < 5e-4, f"{values[k]:.1f}: {error:.1e}"
+        assert error < 1e-3, f"{values[k]:.1f}: {error:.1e}"
 
 
 def test_a_finger_takes_what_it_resists() -> None:
