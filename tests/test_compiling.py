@@ -96,6 +96,21 @@ def test_a_damaged_file_is_compiled_anew(
     assert "damaged" in message and str(kept.parent) in message
 
 
+def test_what_is_kept_is_made_once_and_anew_if_damaged(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    made: list[bytes] = []
+
+    def make() -> bytes:
+        made.append(b"%d" % len(made))
+        return made[-1]
+
+    kept = tmp_path / "kept"
+    assert [store.kept_or_made(kept, make, "damaged") for _ in range(2)] == [b"0", b"0"] and not caplog.messages
+    kept.write_bytes(one_bit(kept.read_bytes()))
+    assert [store.kept_or_made(kept, make, "100 % damaged") for _ in range(2)] == [b"1", b"1"]
+    assert caplog.messages == ["100 % damaged"]
+    assert [store.kept_or_made(place, make) for place in (None, tmp_path / "none/kept", None)] == [b"2", b"3", b"4"]
+
+
 def test_a_full_disk_is_done_without(compiled: list[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")

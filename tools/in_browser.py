@@ -70,7 +70,7 @@ const [name, given, source, done] = arguments;
 PLAY = """
 $("bass").value = arguments[0];
 $("bass").dispatchEvent(new Event("change"));
-const done = arguments[2];
+const [, seconds, strings, done] = arguments;
 const underruns = () => context.playbackStats?.underrunEvents;
 sound().then(() => new Promise(later => setTimeout(later, 2000))).then(() => {
   const loads = [], told = node.port.onmessage;
@@ -84,15 +84,20 @@ sound().then(() => new Promise(later => setTimeout(later, 2000))).then(() => {
     }
     told(e);
   };
-  const chord = () => [31, 38, 43, 50].forEach((key, k) => {
+  const chord = () => [31, 38, 43, 50].slice(0, strings).forEach((key, k) => {
     send(performance.now() + 10 * k, [0x90, key, 125]);
     setTimeout(() => send(performance.now(), [0x80, key, 0]), 1200 + 10 * k);
   });
+  chord();
   const chords = setInterval(chord, 1500);
+  setTimeout(() => clearInterval(chords), 1000 * seconds - 100);
+  let first, last; // underruns by the second chord, and by the time that the last one has decayed
+  setTimeout(() => { first = underruns(); }, 1500);
+  setTimeout(() => { last = underruns(); }, 1000 * seconds + 1500);
   setTimeout(() => {
-    clearInterval(chords);
-    done({loads, most, peak, underruns: underruns() - before});
-  }, 1000 * arguments[1]);
+    const end = underruns();
+    done({loads, most, peak, first: first - before, then: last - first, after: end - last});
+  }, 1000 * seconds + 4500);
 });
 """
 
@@ -140,6 +145,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("presets", nargs="+", metavar="PRESET")
     parser.add_argument("--play", type=float, metavar="SECONDS", help="play hard chords in real time instead")
+    parser.add_argument("--strings", type=int, default=4, metavar="N", help="of the chords that --play plays")
     given = parser.parse_args()
     options = webdriver.ChromeOptions()
     for option in ("headless=new", "no-sandbox", "disable-gpu", "autoplay-policy=no-user-gesture-required"):
@@ -155,13 +161,14 @@ def main() -> None:
                 driver.get(f"http://127.0.0.1:{server.server_port}/{page.name}")
                 if given.play:
                     time.sleep(2)
-                    found = driver.execute_async_script(PLAY, preset, given.play)
+                    found = driver.execute_async_script(PLAY, preset, given.play, given.strings)
                     if found["peak"] < LEAST_PEAK:
                         sys.exit(f"{preset}: silent: a peak of {found['peak']:.1e}")
                     loads = np.array(found["loads"])
                     print(
                         f"{preset}: load mean {loads.mean():.3f}, worst {loads.max():.2f}; {found['most']} strings"
-                        f" relieved at most; {found['underruns']} underruns"
+                        f" relieved at most; underruns: {found['first']} in the first chord, {found['then']} in the"
+                        f" others, {found['after']} in 3 s after they have decayed"
                     )
                 else:
                     here, there = native(preset), in_browser(driver, preset)

@@ -28,6 +28,17 @@ presets_option = click.option(
 )
 
 
+class SystemOption(click.Option):
+    """The option that names a system; its help lists them, from a file that other commands need not load."""
+
+    def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
+        from livebass.plugin.systems import SYSTEMS
+
+        *most, last = SYSTEMS
+        self.help = f"The system that the plugin is for: {', '.join(most)} or {last}.  [default: this one]"
+        return super().get_help_record(ctx)
+
+
 @click.group()
 def export() -> None:
     """Turn a preset into what other programs play.
@@ -68,12 +79,7 @@ def plugin_command(kind: str) -> click.Command:
         help=f"The folder in which to write {BUNDLES[kind]}; made if missing. An older one is replaced.  "
         "[default: the current directory]",
     )
-    @click.option(
-        "--system",
-        metavar="NAME",
-        help="The system that the plugin is for: linux-x86_64, linux-aarch64, macos-x86_64, macos-arm64 or "
-        "windows-x86_64.  [default: this one]",
-    )
+    @click.option("--system", cls=SystemOption, metavar="NAME")
     @click.argument("more", nargs=-1, metavar="")
     def write(presets: tuple[str, ...], output: Path, system: str | None, more: tuple[str, ...]) -> None:
         _write_plugin(kind, _basses(presets, more), output, system)

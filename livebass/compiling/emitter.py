@@ -16,7 +16,6 @@ import os
 import re
 import sys
 import threading
-from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -96,14 +95,7 @@ def program() -> str:
     """Returns `compiled_program`, which is kept in the user's directory: a second level takes half the time."""
     place = store.directory(f"kernels-{store.digest()}")
     kept = place / f"{MACHINE}.ll.gz" if place else None
-    data = store.whole(kept) if kept else None
-    if data is not None:
-        return gzip.decompress(data).decode()
-    text = compiled_program()
-    if kept:
-        with suppress(OSError):
-            store.write(kept, gzip.compress(text.encode(), 1))
-    return text
+    return gzip.decompress(store.kept_or_made(kept, lambda: gzip.compress(compiled_program().encode(), 1))).decode()
 
 
 def compiled_program() -> str:

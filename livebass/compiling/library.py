@@ -8,7 +8,6 @@ made for this process alone.
 from __future__ import annotations
 
 import ctypes
-import logging
 import os
 import subprocess
 import sys
@@ -20,7 +19,6 @@ from typing import Protocol
 from livebass.compiling import emitter, store
 from livebass.interrupts import aside
 
-LOG = logging.getLogger("livebass")
 COMPILE_TIME = 30  # s, about
 _lock = threading.Lock()
 _loaded: list[Library] = []
@@ -92,15 +90,8 @@ def _load() -> Library:
         with suppress(OSError):
             return SharedLibrary(store.built())
     kept = store.kept()
-    data = store.whole(kept) if kept else None
-    if data is None:
-        if kept and kept.exists():
-            LOG.warning("the compiled kernels in %s are damaged: compiling them anew", kept.parent)
-        data = compiled_here()
-        if kept:
-            with suppress(OSError):
-                store.write(kept, data)
-    return ObjectFile(data)
+    damaged = f"the compiled kernels in {kept and kept.parent} are damaged: compiling them anew"
+    return ObjectFile(store.kept_or_made(kept, compiled_here, damaged))
 
 
 def compiled_here() -> bytes:

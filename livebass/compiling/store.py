@@ -9,11 +9,13 @@ from __future__ import annotations
 import functools
 import hashlib
 import importlib.util
+import logging
 import os
 import platform
 import stat
 import sys
 import tempfile
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
@@ -21,6 +23,7 @@ import platformdirs
 
 from livebass.compiling import ARM, X86
 
+LOG = logging.getLogger("livebass")
 PACKAGE = Path(__file__).parents[1]
 ROOMS = ("kernels", "live/thread", "compiling")  # folders whose functions are compiled, or compile them
 BUILT = PACKAGE / "built"  # libraries that came with the package
@@ -121,6 +124,23 @@ def whole(path: Path) -> bytes | None:
     except OSError:
         return None
     return data[:-CHECKSUM] if sealed(data[:-CHECKSUM]) == data else None
+
+
+def kept_or_made(path: Path | None, make: Callable[[], bytes], damaged: str = "") -> bytes:
+    """Returns the content of the file at `path` if it is whole, else what `make` returns, and keeps it there.
+
+    What cannot be kept is made for this process alone. `damaged`: a warning if there is a file that is not whole; with
+    `path` None there can be none.
+    """
+    data = whole(path) if path else None
+    if data is None:
+        if damaged and path and path.exists():
+            LOG.warning("%s", damaged)
+        data = make()
+        if path:
+            with suppress(OSError):
+                write(path, data)
+    return data
 
 
 def write(path: Path, data: bytes) -> None:

@@ -227,6 +227,7 @@ def make_performer(p, instrument, seed):
     p.volume = 1.0
     p.place = 1
     p.range = player.bend_range
+    p.ranged = p.range
     p.usual_range = p.range
     p.usual_position = player.pluck_position
     p.placed = p.usual_position

@@ -57,6 +57,7 @@ PERFORMER = np.dtype(
         ("place_of", "f8", (KEYS,)),  # of the next note of each key, as PLUCK_POSITION; NaN: none of its own
         ("dynamics", "f8"),  # factor of every note's force
         ("placed", "f8"),  # the position that the controllers' reset goes back to
+        ("ranged", "f8"),  # semitones, the range until a controller sets another
         # the player: constants, and what parameters make of them
         ("usual_position", "f8"),
         ("usual_slapped", "i8"),
@@ -153,9 +154,30 @@ def set_parameter(p, frame, number, value, events, count):
         if value != 0.0:
             p.unevenness = min(max(p.usual_unevenness + value, 0.0), MOST_UNEVENNESS)
     elif number == BEND_RANGE:
-        p.range = p.usual_range if value == 0.0 else max(value, 1.0)
+        p.ranged = p.usual_range if value == 0.0 else max(value, 1.0)
+        p.range = p.ranged
         count = tell_bend(p, frame, events, count)
     return count
+
+
+@jit
+def take_over(p, old):
+    """Sets the controllers of a bass that has not played yet as they stand at `old`, the performer before it."""
+    p.volume = old.volume
+    p.expression = old.expression
+    p.pedal = old.pedal
+    p.wheel = old.wheel
+    p.parameter = old.parameter
+    if old.range != old.ranged:
+        p.range = old.range
+    if old.position != old.placed and old.farthest != old.nearest:
+        part = (old.position - old.nearest) / (old.farthest - old.nearest)
+        p.position = p.nearest + (p.farthest - p.nearest) * part
+    for i in range(MOST_STRINGS):
+        p.string_bend[i] = old.string_bend[i]
+    for key in range(KEYS):
+        p.string_of[key] = old.string_of[key]
+        p.place_of[key] = old.place_of[key]
 
 
 @jit
@@ -382,11 +404,16 @@ def tell_bend(p, frame, events, count):
 
 
 @jit
+def loudness(p):
+    """Gain of volume and expression, by the square as General MIDI asks."""
+    return (p.volume * p.expression) ** 2
+
+
+@jit
 def tell_gain(p, frame, events, count):
     """Sends volume and expression to every string."""
-    gain = (p.volume * p.expression) ** 2
     for i in range(p.strings):
-        count = emit(events, count, frame, GAIN, i, 0, gain, 0.0)
+        count = emit(events, count, frame, GAIN, i, 0, loudness(p), 0.0)
     return count
 
 

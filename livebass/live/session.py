@@ -29,6 +29,7 @@ from livebass.live.inputs import LOOK_EVERY, MidiLost, MidiPort, TerminalKeys, l
 from livebass.live.outputs import JackOutput, OutputLost, PortAudioOutput, restart_portaudio, silence_jack
 from livebass.live.recording import MidiRecorder, Recorder
 from livebass.live.synth import Gauge, LiveBass, Meters, Reading, Synth, strings
+from livebass.live.thread import block
 from livebass.model.instrument import Instrument
 from livebass.model.quality import QUALITIES, Quality
 from livebass.preset.load import load_preset, preset_names
@@ -333,7 +334,7 @@ class _Loop:
         synth = self.session._new_synth(bass.engine.rate)
         synth.take_over(old)
         if old.bass is not None:
-            copy_controllers(old.bass, bass)
+            block.keep_controllers(bass.address, old.bass.address)
         synth.switch_to(bass)
         if self.recorder:
             self.recorder.follow(synth)
@@ -444,9 +445,7 @@ class PresetSwitch:
         except (ValueError, OSError) as error:
             self.wanted = self.playing
             return f"{wanted[0]}: {error}"
-        before, self.playing = self.synth.bass, wanted
-        if before is not None:
-            copy_controllers(before, bass)
+        self.playing = wanted
         self.synth.switch_to(bass)
         self._ringing = True
         return f"preset {wanted[0]}, quality {wanted[1]}"
@@ -489,21 +488,6 @@ def return_freed_memory() -> None:
         for parameter in (M_TRIM_THRESHOLD, M_MMAP_THRESHOLD):
             library.mallopt(parameter, LARGE)
         library.malloc_trim(0)
-
-
-def copy_controllers(old: LiveBass, new: LiveBass) -> None:
-    """Copies volume, pedal, pitch bend and the other controllers from `old` to `new`, which must not play yet."""
-    p, q = old.engine.performer, new.engine.performer
-    for name in ("volume", "expression", "wheel", "pedal", "parameter"):
-        q[name] = p[name]
-    if p["range"][0] != old.engine.instrument.player.bend_range:
-        q["range"] = p["range"]
-    if p["position"][0] != p["usual_position"][0]:
-        part = (p["position"] - p["nearest"]) / (p["farthest"] - p["nearest"])
-        q["position"] = q["nearest"] + (q["farthest"] - q["nearest"]) * part
-    for v in new.engine.voices:
-        v.record["gain"] = v.record["gain_wanted"] = (q["volume"] * q["expression"]) ** 2
-        v.record["bend"] = v.record["tuned"] = 2.0 ** (q["wheel"] * q["range"] / 12.0)
 
 
 def _step_back() -> None:

@@ -11,7 +11,6 @@ import functools
 import hashlib
 import importlib.util
 import itertools
-import logging
 import os
 import shutil
 import subprocess
@@ -26,7 +25,6 @@ from livebass.extras import install
 from livebass.plugin.header import header
 from livebass.plugin.systems import System, this_system
 
-LOG = logging.getLogger("livebass")
 BUILD_TIME = 60  # s, about
 C = Path(__file__).parent / "c"
 FLAGS = (
@@ -83,19 +81,16 @@ def binary(system: System) -> bytes:
     Raises BuildError, with one line, if one that came with the package is damaged or of another version, or none can
     be built.
     """
-    found = _from_package(system)
-    kept = _kept(system) if found is None else None
-    if found is None and kept is not None:
-        found = store.whole(kept)
-        if found is None and kept.exists():
-            LOG.warning("%s: is damaged: building it anew", kept)
-    if found is None:
+
+    def made() -> bytes:
         with tempfile.TemporaryDirectory() as folder:
-            found = _built_here(system, Path(folder))
-        if kept is not None:
-            with suppress(OSError):
-                store.write(kept, found)
-    return found
+            return _built_here(system, Path(folder))
+
+    found = _from_package(system)
+    if found is not None:
+        return found
+    kept = _kept(system)
+    return store.kept_or_made(kept, made, f"{kept}: is damaged: building it anew")
 
 
 def _from_package(system: System) -> bytes | None:

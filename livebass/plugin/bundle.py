@@ -17,6 +17,7 @@ from livebass.plugin.systems import System
 
 LONGEST_NAME = 63  # bytes of an instrument's short name, of c/core.c
 LIST = "instruments.txt"
+RESOURCES = "Contents/Resources"  # of bundles of macOS and of VST3: the instruments
 
 
 def instrument_files(basses: dict[str, Instrument]) -> dict[str, bytes]:
@@ -55,6 +56,23 @@ def own_instruments() -> Path:
     return Path(platformdirs.user_data_path("livebass", appauthor=False, roaming=True))
 
 
+def distinct_titles(basses: dict[str, Instrument]) -> list[str]:
+    """Returns what lists call these basses: a title that an earlier one has, with the short name in brackets behind.
+
+    The plugins do the same with all that they find: `open_shelf` of c/core.c.
+    """
+    titles = [bass.name for bass in basses.values()]
+    return [
+        with_name(title, name) if title in titles[:k] else title
+        for k, (name, title) in enumerate(zip(basses, titles, strict=True))
+    ]
+
+
+def with_name(title: str, name: str) -> str:
+    """The title of a bass, which others may have too, with its short name."""
+    return f"{title} ({name})"
+
+
 def are_instruments(entries: list[Path]) -> bool:
     """True if these are a list of instruments and their files, and nothing else."""
     names = [entry.name for entry in entries]
@@ -73,4 +91,4 @@ def macos_files(identifier: str, binary: bytes, resources: dict[str, bytes]) -> 
         "CFBundleInfoDictionaryVersion": "6.0", "LSMinimumSystemVersion": "11.0",
     }  # fmt: skip
     made = {"Contents/MacOS/livebass": binary, "Contents/Info.plist": plistlib.dumps(info)}
-    return made | {f"Contents/Resources/{name}": data for name, data in resources.items()}
+    return made | {f"{RESOURCES}/{name}": data for name, data in resources.items()}

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from livebass.model.instrument import Instrument
 from livebass.plugin.build import binary
-from livebass.plugin.bundle import are_instruments, instrument_files, is_macos, macos_files, write_files
+from livebass.plugin.bundle import RESOURCES, are_instruments, instrument_files, is_macos, macos_files, write_files
 from livebass.plugin.systems import System, this_system
 
 BINARY = "livebass.clap"
@@ -35,6 +35,6 @@ def write_bundle(basses: dict[str, Instrument], folder: Path, system: System | N
 
 def is_bundle(entries: list[Path]) -> bool:
     """True if these are the entries of a folder that this file wrote: they may be replaced."""
-    if [entry.name for entry in entries] == [BINARY] and (resources := entries[0] / "Contents/Resources").is_dir():
+    if [entry.name for entry in entries] == [BINARY] and (resources := entries[0] / RESOURCES).is_dir():
         return are_instruments(list(resources.iterdir()))
     return BINARY in [entry.name for entry in entries] and are_instruments([e for e in entries if e.name != BINARY])

@@ -16,7 +16,7 @@ from livebass.compiling import Entry
 from livebass.kernels import board, coil, frets, instrument, performer, preparing, records
 from livebass.live.thread import ahead, block, ring, setup
 from livebass.live.thread import records as live
-from livebass.plugin.parameters import MOST_BASSES, PARAMETERS
+from livebass.plugin.parameters import MOST_BASSES, OUTPUTS, PARAMETERS
 
 # Those that are part of others come first.
 RECORDS = {
@@ -37,6 +37,7 @@ NUMBERS = {
     "LB_STRINGS": performer.MOST_STRINGS,
     "LB_RINGS": live.RINGS,
     "LB_CHUNK": live.CHUNK,
+    "LB_MOST_MESSAGES": live.MOST_MESSAGES,
     "LB_MOST_BASSES": MOST_BASSES,
     "LB_KIND_PARAMETER": ring.PARAMETER,
     "LB_KIND_STRING_BEND": ring.STRING_BEND,
@@ -55,12 +56,12 @@ NUMBERS = {
     "LB_MOST_BYTES": instrument.MOST_WORDS * instrument.WORD,
 }
 ENTRIES: tuple[Entry, ...] = (
-    instrument.check_file, instrument.measure_pool, instrument.fill_pool, setup.measure_bass, setup.fill_bass,
-    setup.ring_bytes, setup.fill_synth, ring.push_message, ring.push_event, block.process, block.stay,
-    ahead.play_string, frets.over_frets, board.over_board,
+    instrument.check_file, instrument.checksum, instrument.measure_pool, instrument.fill_pool, setup.measure_bass,
+    setup.fill_bass, setup.ring_bytes, setup.fill_synth, ring.push_message, ring.push_event, block.process,
+    block.stay, ahead.play_string, frets.over_frets, board.over_board,
 )  # fmt: skip
 C_TYPES = {"i8": "int64_t", "f8": "double", "i4": "int32_t", "u1": "uint8_t"}
-C_RESULTS = {"void": "void", "int64": "int64_t", "float64": "double"}
+C_RESULTS = {"void": "void", "int64": "int64_t", "uint64": "uint64_t", "float64": "double"}
 
 
 def suffix(level: str) -> str:
@@ -73,6 +74,10 @@ def header(levels: Iterable[str]) -> str:
     lines = ["/* Written by livebass/plugin/header.py. */", "#ifndef LB_KERNELS_H", "#define LB_KERNELS_H"]
     lines += ["#include <stddef.h>", "#include <stdint.h>"]
     lines += [f"#define {name} {value}" for name, value in NUMBERS.items()]
+    names = ", ".join(map(json.dumps, OUTPUTS))
+    lines += [
+        f"static const char *const lb_outputs[LB_STRINGS] = {{{names}}}; /* of a plugin with an output a string */"
+    ]
     lines += _parameters()
     for name, record in RECORDS.items():
         lines += _struct(name, record)

@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from livebass import __version__
-from livebass.kernels.performer import MOST_STRINGS
+from livebass.kernels.performer import PARAMETERS as PLAYED
 from livebass.model.instrument import Instrument
 from livebass.plugin.build import binary
-from livebass.plugin.bundle import LIST, checked_name, instrument_files, write_files
+from livebass.plugin.bundle import LIST, checked_name, distinct_titles, instrument_files, with_name, write_files
 from livebass.plugin.instrument import ENDING
-from livebass.plugin.parameters import PARAMETERS
+from livebass.plugin.parameters import OUTPUTS, PARAMETERS
 from livebass.plugin.systems import SYSTEMS, System, this_system
 
 URI = "urn:livebass:bass"
@@ -47,19 +47,24 @@ KEPT = "".join(
     )
 )
 UNITS = {"dB": "units:db", "semitones": "units:semitone12TET"}
-OUTPUTS = {URI: 1, STRINGS: MOST_STRINGS}  # of each plugin
+PLUGINS = {URI: ("Out",), STRINGS: OUTPUTS}  # the names of their outputs
 
 
 def controls(titles: Sequence[str]) -> list[str]:
     """The control ports in Turtle, but for their index, where the basses of the bundle have these titles."""
     ports = []
-    for p in PARAMETERS:
+    for k, p in enumerate(PARAMETERS):
         names = tuple(titles) if p.symbol == "bass" else p.points
         more = f" ; units:unit {UNITS[p.unit]}" if p.unit else ""
-        more += " ; lv2:portProperty lv2:integer" if p.whole else ""
+        properties = [
+            *(["lv2:integer"] if p.whole else []),
+            *(["lv2:enumeration"] if names else []),
+            *(["pprops:notAutomatic"] if k >= PLAYED else []),
+        ]
+        more += f" ; lv2:portProperty {' , '.join(properties)}" if properties else ""
         if names:
             points = " , ".join(f"[ rdfs:label {quoted(name)} ; rdf:value {k} ]" for k, name in enumerate(names))
-            more += f" , lv2:enumeration ; lv2:scalePoint {points}"
+            more += f" ; lv2:scalePoint {points}"
         ports.append(_control(p.symbol, p.name, p.usual, p.least, p.most) + more)
     toggled = " ; lv2:portProperty lv2:integer , lv2:toggled , pprops:notOnGUI ; lv2:designation lv2:freeWheeling"
     return [*ports, _control("freewheeling", "Freewheeling", 0, 0, 1) + toggled]
@@ -77,11 +82,11 @@ def write_bundle(basses: dict[str, Instrument], folder: Path, system: System | N
     OutputError, BuildError.
     """
     system = system or this_system()
-    titles = [bass.name for bass in basses.values()]
-    rows = [(uri, short, bass.name, k) for uri in OUTPUTS for k, (short, bass) in enumerate(basses.items())]
+    titles = distinct_titles(basses)
+    rows = [(uri, short, titles[k], k) for uri in PLUGINS for k, short in enumerate(basses)]
     files = instrument_files(basses) | {
         binary_name(system): binary(system),
-        TURTLE: (HEAD + KEPT + "".join(plugin(uri, titles) for uri in OUTPUTS)).encode(),
+        TURTLE: (HEAD + KEPT + "".join(plugin(uri, titles) for uri in PLUGINS)).encode(),
         PRESETS: (HEAD + "".join(preset(*row) for row in rows)).encode(),
         MANIFEST: (HEAD + manifest(list(basses), binary_name(system))).encode(),
     }
@@ -107,14 +112,14 @@ def quoted(text: str) -> str:
 
 def plugin(uri: str, titles: Sequence[str]) -> str:
     """The description of a plugin whose bundle has basses of these titles."""
-    outputs, strings = OUTPUTS[uri], OUTPUTS[uri] > 1
+    strings = uri == STRINGS
     ports = [
         'a lv2:InputPort , atom:AtomPort ; lv2:symbol "midi" ; lv2:name "MIDI" ;'
         " atom:bufferType atom:Sequence ; atom:supports midi:MidiEvent ; lv2:designation lv2:control",
         *(
             "a lv2:OutputPort , lv2:AudioPort ; "
-            + (f'lv2:symbol "string_{k}" ; lv2:name "String {k}"' if strings else 'lv2:symbol "out" ; lv2:name "Out"')
-            for k in range(1, outputs + 1)
+            + f'lv2:symbol "{f"string_{k}" if strings else "out"}" ; lv2:name {quoted(name)}'
+            for k, name in enumerate(PLUGINS[uri], 1)
         ),
         *controls(titles),
     ]
@@ -147,7 +152,7 @@ def preset(uri: str, short: str, title: str, number: int | None = None) -> str:
 def manifest(shorts: Sequence[str], binary: str | None = None) -> str:
     """The manifest of a bundle that has the presets of these basses, and the plugins themselves if it has a binary."""
     made = ""
-    for uri in OUTPUTS:
+    for uri in PLUGINS:
         if binary:
             made += f"\n<{uri}> a lv2:Plugin ; lv2:binary <{binary}> ; rdfs:seeAlso <{TURTLE}> .\n"
         for short in shorts:
@@ -159,11 +164,12 @@ def write_preset(short: str, title: str, folder: Path) -> None:
     """Writes a bundle that holds nothing but a preset: a bass in the user's folder, for the menu of hosts.
 
     Written to ~/.lv2/livebass-SHORT.lv2 it makes an instrument file that `export instrument` wrote appear in Ardour and
-    jalv. Raises ValueError for a name that does not fit, OutputError.
+    jalv, with its short name, as others may have its title. Raises ValueError for a name that does not fit,
+    OutputError.
     """
     checked_name(short)
     files = {
-        PRESETS: (HEAD + "".join(preset(uri, short, title) for uri in OUTPUTS)).encode(),
+        PRESETS: (HEAD + "".join(preset(uri, short, with_name(title, short)) for uri in PLUGINS)).encode(),
         MANIFEST: (HEAD + manifest([short])).encode(),
     }
     write_files(folder, files, lambda entries: {entry.name for entry in entries} == set(files))

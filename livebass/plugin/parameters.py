@@ -8,9 +8,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from livebass.kernels.performer import LEAST, MOST
+from livebass.kernels.performer import LEAST, MOST, MOST_STRINGS
 
 MOST_BASSES = 128  # that a plugin offers: the last value of `bass` is one less
+
+
+# What hosts call the outputs of a plugin with an output a string; those of strings that the bass has not are silent.
+OUTPUTS = ("String 1 (lowest)", *(f"String {k}" for k in range(2, MOST_STRINGS + 1)))
 
 
 @dataclass(frozen=True)

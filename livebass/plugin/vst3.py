@@ -10,11 +10,10 @@ from pathlib import Path
 
 from livebass.model.instrument import Instrument
 from livebass.plugin.build import binary
-from livebass.plugin.bundle import are_instruments, instrument_files, is_macos, macos_files, write_files
+from livebass.plugin.bundle import RESOURCES, are_instruments, instrument_files, is_macos, macos_files, write_files
 from livebass.plugin.systems import System, this_system
 
 IDENTIFIER = "org.livebass.vst3"
-RESOURCES = "Contents/Resources"
 BINARIES = {  # within the bundle, by the name of the system; macOS has a bundle of its own
     "linux-x86_64": "Contents/x86_64-linux/livebass.so",
     "linux-aarch64": "Contents/aarch64-linux/livebass.so",

@@ -10,7 +10,6 @@ import importlib.util
 import subprocess
 import sys
 import tempfile
-from contextlib import suppress
 from pathlib import Path
 
 from livebass.compiling import store
@@ -39,18 +38,14 @@ def cached() -> bool:
 
 def module() -> bytes:
     """Returns the module; compiles it first if need be. Raises BuildError without a linker, OSError."""
-    there = kept()
-    for place in (BUILT, there):
-        data = store.whole(place) if place else None
-        if data is not None:
-            return data
-    if not importlib.util.find_spec("ziglang"):
-        raise BuildError(f"building the page needs ziglang: {install('export')}")
-    data = linked(compiled_for(LEVEL))
-    if there:
-        with suppress(OSError):
-            store.write(there, data)
-    return data
+
+    def made() -> bytes:
+        if not importlib.util.find_spec("ziglang"):
+            raise BuildError(f"building the page needs ziglang: {install('export')}")
+        return linked(compiled_for(LEVEL))
+
+    built = store.whole(BUILT)
+    return store.kept_or_made(kept(), made) if built is None else built
 
 
 def linked(kernels: bytes) -> bytes:

@@ -1,6 +1,7 @@
 """Writes the page: a folder for a web server, or one HTML file that also plays from a disk.
 
-The page asks no other server for anything, and its content security policy forbids it to.
+The page asks no other server for anything, and its content security policy forbids it to. It asks for the files of a
+folder with their digest, so that a browser's cache cannot mix two exports.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ import base64
 import gzip
 import hashlib
 import json
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +27,8 @@ STATIC = Path(__file__).parent / "static"
 INDEX, SINGLE = "index.html", "livebass.html"
 BASSES, MODULE = "basses", "livebass.wasm"
 SOURCES = ("app.js", "style.css", "worker.js", "worklet.js")
+TITLE, DATA = "<title>livebass</title>", '<script type="application/json" id="page">'
+HEAD = 1 << 16  # bytes of a page that hold both
 TIERS = {"live": LIVE, "studio": STUDIO}
 # The audio thread of a page from a disk is a data: address, the worker a blob: one
 POLICIES = {
@@ -52,10 +56,20 @@ def is_page(entries: list[Path]) -> bool:
     """True if these are the entries of a page that this file wrote: they may be replaced."""
     found = {entry.name: entry for entry in entries}
     if set(found) == {SINGLE}:
-        return True
+        return is_single_page(found[SINGLE])
     if set(found) != {INDEX, BASSES, MODULE, *SOURCES} or not found[BASSES].is_dir():
         return False
     return all(entry.suffix == ENDING for entry in found[BASSES].iterdir())
+
+
+def is_single_page(file: Path) -> bool:
+    """True if this is a page in one file that livebass wrote, of any version."""
+    with suppress(OSError):
+        if file.is_file():
+            with file.open("rb") as opened:
+                head = opened.read(HEAD)
+            return TITLE.encode() in head and DATA.encode() in head
+    return False
 
 
 def page_files(basses: dict[str, Instrument], quality: str) -> dict[str, bytes]:
@@ -71,6 +85,7 @@ def page_files(basses: dict[str, Instrument], quality: str) -> dict[str, bytes]:
     }
     page = {
         "version": __version__,
+        "digest": digest_of(files),
         "tier": TIERS[quality],
         "parameters": {
             p.symbol: {"number": k, "least": p.least, "most": p.most, "usual": p.usual, "unit": p.unit}
@@ -101,14 +116,13 @@ def single_page(files: dict[str, bytes]) -> bytes:
         for name, data in files.items()
         if name not in (INDEX, "app.js", "style.css")
     }
-    begin, end = '<script type="application/json" id="page">', "</script>"
     index = files[INDEX].decode()
-    page = json.loads(index.split(begin)[1].split(end)[0]) | {"files": packed}
-    policy = POLICIES[True].format(scripts=digest(script), styles=digest(style))
+    page = json.loads(index.split(DATA)[1].split("</script>")[0]) | {"files": packed}
+    policy = POLICIES[True].format(scripts=policy_source(script), styles=policy_source(style))
     made = html(page, policy)
     for found, put in (
-        ('<link rel="stylesheet" href="style.css">', f"<style>{style}</style>"),
-        ('<script src="app.js"></script>', f"<script>{script}</script>"),
+        (f'<link rel="stylesheet" href="style.css?v={page["digest"]}">', f"<style>{style}</style>"),
+        (f'<script src="app.js?v={page["digest"]}"></script>', f"<script>{script}</script>"),
     ):
         assert made.count(found) == 1
         made = made.replace(found, put)
@@ -120,12 +134,22 @@ def html(page: dict[str, Any], policy: str) -> str:
     data = json.dumps(page, separators=(",", ":"), ensure_ascii=False).replace("<", "\\u003c")
     return (
         text("index.html")
+        .replace('href="style.css"', f'href="style.css?v={page["digest"]}"')
+        .replace('src="app.js"', f'src="app.js?v={page["digest"]}"')
         .replace("<!-- policy -->", f'<meta http-equiv="Content-Security-Policy" content="{policy}">')
-        .replace('id="page"></script>', f'id="page">{data}</script>')
+        .replace(f"{DATA}</script>", f"{DATA}{data}</script>")
     )
 
 
-def digest(source: str) -> str:
+def digest_of(files: dict[str, bytes]) -> str:
+    """The digest of files and their names."""
+    whole = hashlib.sha256()
+    for name, data in sorted(files.items()):
+        whole.update(f"{name}\n{len(data)}\n".encode() + data)
+    return whole.hexdigest()[:16]
+
+
+def policy_source(source: str) -> str:
     """The source expression of a policy that allows this one script or style."""
     return f"'sha256-{base64.b64encode(hashlib.sha256(source.encode()).digest()).decode()}'"
 

@@ -11,7 +11,7 @@ from livebass.compiling import Entry
 from livebass.kernels import frets
 from livebass.kernels.board import over_board
 from livebass.kernels.instrument import COARSE, FILE, GOOD, LINE, POOL, check_file, fill_pool, measure_pool
-from livebass.kernels.performer import FREE, PERFORMER
+from livebass.kernels.performer import FREE, MOST_STRINGS, PERFORMER
 from livebass.kernels.preparing import DONE
 from livebass.live.thread import ahead, block, ring, setup
 from livebass.live.thread.records import BASS, CHUNK, SYNTH
@@ -21,7 +21,7 @@ RECORDS = {
 }  # fmt: skip
 NUMBERS = {
     "COARSE": COARSE, "GOOD": GOOD, "DONE": DONE, "LINE": LINE, "CHUNK": CHUNK, "NOW": ring.NOW, "FREE": FREE,
-    "PARAMETER": ring.PARAMETER, "NOTE_STRING": ring.NOTE_STRING,
+    "PARAMETER": ring.PARAMETER, "NOTE_STRING": ring.NOTE_STRING, "MOST_STRINGS": MOST_STRINGS,
 }  # fmt: skip
 CALLED: tuple[Entry, ...] = (block.process, ahead.play_string, frets.over_frets, over_board)  # by kernels, by address
 ENTRIES: tuple[Entry, ...] = (

@@ -78,6 +78,13 @@ def test_the_usual_bass_comes_first(run: Run, elsewhere: Path) -> None:
     assert (elsewhere / "livebass.lv2" / "instruments.txt").read_text().split()[:2] == ["jazz-finger", "drop-d"]
 
 
+def test_help_names_every_system(run: Run, elsewhere: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(SYSTEMS, "beos-ppc", this_system())
+    for kind in BUNDLES:
+        told = " ".join(cli_text(run, "export", kind, "--help").split())
+        assert f"{', '.join(list(SYSTEMS)[:-1])} or beos-ppc. [default: this one]" in told
+
+
 def test_an_instrument_goes_where_plugins_look(run: Run, elsewhere: Path) -> None:
     own_preset(run, elsewhere / "mine.toml")
     status, out, err = run("export", "instrument", "./mine.toml")

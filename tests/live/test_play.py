@@ -70,7 +70,8 @@ def changed(changes: PresetSwitch, device: FakeDevice) -> str:
 def test_a_program_change_brings_its_preset_and_keeps_the_controllers() -> None:
     synth, device = synth_and_device("jazz-finger")
     changes = PresetSwitch(synth, "jazz-finger", QUALITIES["live"])
-    for message in ((0xB0, 7, 64), (0xB0, 11, 100), (0xE0, 0, 96), (0xB0, 64, 127)):
+    messages = ((0xB0, 7, 64), (0xB0, 11, 100), (0xE0, 0, 96), (0xB0, 64, 127), (0xB0, 16, 127))
+    for message in (*messages, (0xB0, 101, 0), (0xB0, 100, 0), (0xB0, 6, 4)):
         synth.send(*message)
     synth.send(0xC0, SLAP)
     device.block(64)
@@ -78,11 +79,13 @@ def test_a_program_change_brings_its_preset_and_keeps_the_controllers() -> None:
     assert changed(changes, device) == "preset slap, quality live"
     new = synth.bass
     assert old is not None and new is not None and new is not old
+    device.block(64)
     for name in ("volume", "expression", "wheel", "pedal"):
         assert new.engine.performer[name] == old.engine.performer[name] != 0
     for v in new.engine.voices:
         assert v.record["gain"][0] == pytest.approx((64 * 100 / 127**2) ** 2)
-        assert v.record["tuned"][0] == pytest.approx(2 ** (2 * 0.5 / 12), rel=1e-3)
+        assert v.record["tuned"][0] == pytest.approx(2 ** (4 * 0.5 / 12), rel=1e-3)
+    assert new.engine.performer["position"] == new.engine.performer["farthest"]
     changes.close()
 
 

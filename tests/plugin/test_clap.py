@@ -16,8 +16,11 @@ from support.plugins import DAMAGES, NOTES, PRESETS, RATE, hard_score, midi_scor
 
 from livebass import load_preset
 from livebass.arrays import Floats
+from livebass.kernels.instrument import checksum
 from livebass.plugin import build, clap
-from livebass.plugin.parameters import PARAMETERS
+from livebass.plugin.bundle import distinct_titles
+from livebass.plugin.instrument import write_instrument
+from livebass.plugin.parameters import OUTPUTS, PARAMETERS
 from livebass.plugin.systems import SYSTEMS, this_system
 
 MOST_BYTES = 700_000
@@ -90,6 +93,32 @@ def test_two_plugins_and_their_presets_are_listed(folder: Path) -> None:
     assert library.plugins() == [(MONO, "livebass"), (STRINGS, "livebass strings")]
     titles = [load_preset(name).name for name in PRESETS]
     assert library.presets() == [(t, name, [MONO, STRINGS]) for t, name in zip(titles, PRESETS, strict=True)]
+
+
+def test_basses_of_one_title_are_told_apart(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The first one has the title alone; names, which sessions save, are as they were."""
+    basses = {"slap": load_preset("slap"), "other": load_preset("slap"), "paper-g": load_preset("paper-g")}
+    clap.write_bundle(basses, tmp_path / "livebass")
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
+    (tmp_path / "data/livebass").mkdir(parents=True)
+    for name in ("a", "mine"):
+        write_instrument(load_preset("slap"), tmp_path / f"data/livebass/{name}.lbass")
+    titles = ["Slap", "Slap (other)", basses["paper-g"].name, "Slap (a)", "Slap (mine)"]
+    assert distinct_titles(basses) == titles[:3]
+    plugin = Plugin(tmp_path / "livebass", active=False)
+    listed = plugin.library.presets()
+    assert [(title, key) for title, key, _ in listed] == list(zip(titles, [*basses, "a", "mine"], strict=True))
+    assert [plugin.text(BASS, number) for number in range(5)] == titles
+    assert [plugin.value_of(BASS, text) for text in titles] == list(range(5))
+    plugin.set(BASS, 4)
+    assert b"mine\0" in plugin.save()
+    plugin.close()
+
+
+def test_outputs_of_strings_say_which_they_are(folder: Path) -> None:
+    plugin = Plugin(folder, name=STRINGS, active=False)
+    assert plugin.outputs_called() == list(OUTPUTS) and OUTPUTS[0] == "String 1 (lowest)" and len(OUTPUTS) == 8
+    plugin.close()
 
 
 def test_parameters_are_those_of_the_table(plugin: Plugin) -> None:
@@ -228,6 +257,35 @@ def test_notes_are_heard_under_dense_automation(folder: Path) -> None:
     assert np.abs(out[96000:]).max() > 0.01
 
 
+@pytest.mark.parametrize("how", [{"key": 33}, {"number": 2}, {}], ids=["key", "number", "all"])
+def test_notes_are_heard_in_time_under_a_flood_of_expressions(folder: Path, how: dict[str, int]) -> None:
+    """Several for each frame: no note or release is lost or late, and the last tuning is the one that stays."""
+
+    def played(tunings: list[tuple[int, Any]]) -> Floats:
+        plugin = Plugin(folder, name=STRINGS)
+        notes = [(0, note_on(33, 0.9, 2)), (3000, note_on(28, 0.9, 1)), (3500, note_off(28)), (4090, note_on(38, 0.9))]
+        out = [plugin.play(sorted(notes + tunings, key=lambda e: e[0]), 4096, (4096,))]
+        out.append(plugin.play([(9000, note_off(33)), (9000, note_off(38))], 60000, (500,)))
+        plugin.close()
+        return np.concatenate(out, axis=-1)
+
+    plain = played([])
+    flooded = played([*((k, tuning(0.5 + k % 7 / 10, **how)) for k in range(10, 4090) for _ in range(3)),
+                      (4092, tuning(0.0, **how))])  # fmt: skip
+    for string, onset in ((0, 3000), (2, 4090)):
+        begin = [int(np.flatnonzero(np.abs(out[string]) > 1e-4)[0]) for out in (plain, flooded)]
+        assert onset <= begin[0] < onset + 200 and abs(begin[1] - begin[0]) <= 128, string
+    tail = slice(-9600, None)
+    assert np.abs(flooded[:, tail]).max() < 1e-3 < np.abs(flooded[:, :9000]).max()  # all were released
+
+    def cents(sound: Floats) -> float:
+        spectrum = np.abs(np.fft.rfft(sound * np.hanning(len(sound)), 1 << 18))
+        low, high = (round(f * (1 << 18) / RATE) for f in (45, 70))
+        return float(1200 * np.log2((low + np.argmax(spectrum[low:high])) * RATE / (1 << 18)))
+
+    assert cents(flooded[1, 5500:13000]) == pytest.approx(cents(plain[1, 5500:13000]), abs=8)
+
+
 def test_a_session_brings_its_sound_back(folder: Path, plugin: Plugin) -> None:
     for number, wanted in {**CHANGES, BASS: 1, QUALITY: 1, AHEAD: 1}.items():
         plugin.set(number, wanted)
@@ -257,6 +315,8 @@ def test_a_state_that_is_none_is_refused_with_one_line(plugin: Plugin) -> None:
         assert not plugin.load(data)
         assert len(plugin.logged) == 1 and reason in plugin.logged[0] and "\n" not in plugin.logged[0]
     assert plugin.value(GAIN) == -3.0
+    words = np.frombuffer(state, np.int64)
+    assert checksum(words.ctypes.data, len(words) - 1) == words[-1:].view(np.uint64)[0]  # as of instrument files
 
 
 def test_a_state_with_another_bass_says_which(folder: Path, plugin: Plugin, tmp_path: Path) -> None:

@@ -25,7 +25,7 @@ from livebass.kernels.performer import PARAMETERS as PLAYED
 from livebass.plugin.build import compiler
 from livebass.plugin.instrument import write_instrument
 from livebass.plugin.lv2 import STRINGS, URI, write_bundle, write_preset
-from livebass.plugin.parameters import PARAMETERS
+from livebass.plugin.parameters import OUTPUTS, PARAMETERS
 from livebass.plugin.systems import this_system
 from livebass.score import Score
 
@@ -251,8 +251,41 @@ def test_a_session_brings_its_sound_back(bundle: Path, plugin: Plugin) -> None:
     assert np.array_equal(other.play(score, 4800), plugin.play(score, 4800))
     assert not other.jobs
     other.close()
-    assert plugin.restore(state_of(plugin, "missing")) != 0
-    assert plugin.logged == ["missing: the session's instrument is not among those installed"]
+
+
+def test_a_state_with_another_bass_says_which(plugin: Plugin) -> None:
+    """As in CLAP and VST3: all else is taken over, and the name is saved again until another bass is chosen."""
+    assert plugin.restore(state_of(plugin, "slap")) == 0
+    state = state_of(plugin, "missing", quality=1, seed=7)
+    for _ in "once", "again":
+        assert plugin.restore(state) == 0 and plugin.save() == state
+    assert plugin.logged == ["the session's instrument is not installed: missing"]
+    score = score_of(NOTES[:3], RATE)
+    sound = plugin.play(score, 4800)
+    assert plugin.save() == state
+    assert plugin.restore(state_of(plugin, "slap", quality=1, seed=7)) == 0
+    assert sound.any() and np.array_equal(plugin.play(score, 4800), sound)
+    assert plugin.restore(state) == 0
+    plugin.block(64)
+    plugin.controls["bass"].value = 2.0
+    settle(plugin)
+    assert plugin.save() == state_of(plugin, "paper-bass", quality=1, seed=7)
+
+
+def test_the_turtle_tells_what_lists_and_automation_need(bundle: Path, tmp_path: Path) -> None:
+    """Basses of one title apart, outputs by their strings, and no automation of what the worker changes."""
+    basses = {"slap": load_preset("slap"), "other": load_preset("slap")}
+    write_bundle(basses, tmp_path / "livebass.lv2")
+    for file in ("livebass.ttl", "presets.ttl"):
+        text = (tmp_path / "livebass.lv2" / file).read_text()
+        assert 'rdfs:label "Slap" ' in text and 'rdfs:label "Slap (other)" ' in text
+    write_preset("mine", "Slap", tmp_path / "mine")
+    assert 'rdfs:label "Slap (mine)"' in (tmp_path / "mine/presets.ttl").read_text()
+    ports = (bundle / "livebass.ttl").read_text().split("lv2:index")
+    names = [name for port in ports if "AudioPort" in port for name in re.findall(r'lv2:name "(.*?)"', port)]
+    assert names == ["Out", *OUTPUTS]
+    fixed = [s for port in ports if "notAutomatic" in port for s in re.findall(r'lv2:symbol "(.*?)"', port)]
+    assert fixed == 2 * [p.symbol for p in PARAMETERS[PLAYED:]]
 
 
 def test_the_port_changes_the_bass_through_the_worker(plugin: Plugin) -> None:

@@ -17,7 +17,7 @@ from support.plugins import DAMAGES, NOTES, PRESETS, RATE, hard_score, midi_scor
 from livebass import load_preset
 from livebass.arrays import Floats
 from livebass.plugin import clap, vst3
-from livebass.plugin.parameters import PARAMETERS
+from livebass.plugin.parameters import OUTPUTS, PARAMETERS
 from livebass.plugin.systems import SYSTEMS
 from livebass.score import Score
 
@@ -98,6 +98,30 @@ def test_parameters_and_presets_are_listed(plugin: Any) -> None:
     )
     plugin.technique, plugin.gain_db = "thumb on all", -7.5
     assert plugin.technique == "thumb on all" and plugin.gain_db == pytest.approx(-7.5)
+
+
+def test_the_bass_alone_is_not_automatable(bundle: Path) -> None:
+    """A value between 0 and 1 is another bass once an instrument is added. The bass is the program of the list."""
+    plugin = low.Plugin(bundle, low.STRINGS)
+    flags = {number: info.flags for number, info in plugin.parameters().items() if number < CONTROLLERS}
+    assert [number for number, x in flags.items() if not x & low.CAN_AUTOMATE] == [BASS]
+    assert flags[BASS] == low.IS_LIST | low.IS_PROGRAM_CHANGE
+    assert plugin.outputs_called() == list(OUTPUTS)
+    plugin.close()
+
+
+def test_a_session_names_its_bass(bundle: Path, plugin: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It is the same one where the list is longer and in another order."""
+    assert list(PRESETS[:2]) == ["jazz-finger", "slap"]
+    plugin.bass, plugin.tone = "Slap", 0.5
+    copy = tmp_path / "livebass.vst3"
+    names = ("paper-g", "slap", "muted", "jazz-finger", "five-string", "drop-d")
+    vst3.write_bundle({name: load_preset(name) for name in names}, copy)
+    other = loaded(copy)
+    other.raw_state = plugin.raw_state
+    assert (other.bass, other.tone) == ("Slap", pytest.approx(0.5))
+    score = hard_score()
+    assert np.array_equal(play(other, score, 9600), play(plugin, score, 9600))
 
 
 def test_sound_is_not_cut_at_full_scale(plugin: Any) -> None:
@@ -194,6 +218,31 @@ def test_notes_are_heard_under_dense_automation(bundle: Path) -> None:
     assert np.abs(out[-8192:-4096]).max() < 1e-3 < np.abs(out[:4096]).max()
     assert np.allclose(out[-4096:], played([(k, 0, 0.5) for k in ids] + last)[-4096:], rtol=0, atol=1e-5)
     assert np.abs(out[-4096:]).max() > 0.01
+
+
+def test_notes_are_heard_under_a_flood_of_expressions(bundle: Path) -> None:
+    """More tunings in a block than the plugin takes, and other expressions: no note or release is lost."""
+
+    def played(*more: low.Event) -> Floats:
+        plugin = low.Plugin(bundle, low.STRINGS, low.OFFLINE)
+        notes = [low.note_on(33, 0.9, 1), low.note_on(28, 0.9, 2, 3000), low.note_off(28, 2, 4000)]
+        last = [low.note_on(38, 0.9, 3, 4090)]
+        out = [plugin.block(4096, sorted([*notes, *more, *last], key=lambda e: int(e.offset)))]
+        out.append(plugin.block(4096, [low.note_off(33, 1), low.note_off(38, 3)]))
+        out += [plugin.block(4096) for _ in range(14)]
+        plugin.close()
+        return np.concatenate(out, axis=-1)[:, 0]
+
+    plain, flood = played(), [low.tuning(0.5, 1, k) for k in range(10, 4000)]
+    for event in (other := [low.tuning(0.5, 1, k) for k in range(10, 4000)]):
+        event.of.expression.type = low.TUNING + 1
+    assert np.array_equal(played(*other), plain)
+    flooded = played(*flood, *other, low.tuning(0.0, 1, 4080))
+    for string, onset in ((0, 3000), (2, 4090)):
+        begin = [int(np.flatnonzero(np.abs(out[string]) > 1e-4)[0]) for out in (plain, flooded)]
+        assert onset <= begin[0] < onset + 200 and abs(begin[1] - begin[0]) <= 128, string
+    assert np.abs(flooded[:, -4096:]).max() < 1e-3 < np.abs(flooded[:, :4096]).max()
+    assert not np.array_equal(flooded[1], plain[1])
 
 
 def test_a_note_with_the_id_0_is_tuned(bundle: Path) -> None:

@@ -245,6 +245,14 @@ class Plugin:
             assert params.info(self.handle, k, c.addressof(found[-1]))
         return found
 
+    def outputs_called(self) -> list[str]:
+        """The names of its outputs."""
+        ports, port, found = self.extension("audio-ports", PORTS), AUDIO_PORT(), []
+        for k in range(ports.count(self.handle, False)):
+            assert ports.get(self.handle, k, False, c.addressof(port))
+            found.append(port.name.decode())
+        return found
+
     def value(self, param: int) -> float:
         found = D()
         assert self.extension("params", PARAMS).value(self.handle, param, c.addressof(found))

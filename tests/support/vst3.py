@@ -24,6 +24,7 @@ MONO, STRINGS = 0, 1  # classes
 MONO_SPEAKER, STEREO_SPEAKERS = 1 << 19, 3
 REAL_TIME, OFFLINE = 0, 2
 TUNING = 2
+CAN_AUTOMATE, IS_LIST, IS_PROGRAM_CHANGE, IS_HIDDEN = 1, 1 << 3, 1 << 15, 1 << 4
 
 
 class On(c.Structure):
@@ -74,6 +75,10 @@ class Parameter(c.Structure):
         ("id", U32), ("title", TEXT), ("short", TEXT), ("unit_name", TEXT), ("steps", I32), ("usual", D),
         ("unit", I32), ("flags", I32),
     ]  # fmt: skip
+
+
+class Bus(c.Structure):
+    _fields_ = [("media", I32), ("direction", I32), ("channels", I32), ("name", TEXT), ("type", I32), ("flags", U32)]
 
 
 class Programs(c.Structure):
@@ -181,15 +186,29 @@ class Plugin:
         assert self.processor.call(9, c.addressof(data)) == 0
         return out
 
-    def usual(self, number: int) -> float:
-        """The usual value of the parameter with an id, which must be its value too."""
+    def parameters(self) -> dict[int, Parameter]:
+        """Its parameters by id."""
+        found = {}
         for k in range(self.controller.call(8)):
             info = Parameter()
             assert self.controller.call(9, I32(k), c.addressof(info)) == 0
-            if info.id == number:
-                assert self.controller.call(14, U32(number), result=D) == info.usual
-                return float(info.usual)
-        raise KeyError(number)
+            found[info.id] = info
+        return found
+
+    def usual(self, number: int) -> float:
+        """The usual value of the parameter with an id, which must be its value too."""
+        usual = float(self.parameters()[number].usual)
+        assert self.controller.call(14, U32(number), result=D) == usual
+        return usual
+
+    def outputs_called(self) -> list[str]:
+        """The names of its outputs."""
+        found = []
+        for k in range(self.outputs):
+            bus = Bus()
+            assert self.component.call(8, I32(0), I32(1), I32(k), c.addressof(bus)) == 0
+            found.append(wide(bus.name))
+        return found
 
     def programs(self) -> list[str]:
         """The names of its programs."""

@@ -56,6 +56,31 @@ def test_the_same_again_is_the_same_and_replaces_the_older_one(tmp_path: Path) -
     assert names(folder) == ["livebass.html"]
 
 
+def test_another_page_of_that_name_stays(run: Run, tmp_path: Path) -> None:
+    mine = tmp_path / "livebass.html"
+    for text in ("", "<!doctype html><title>livebass</title><p>My notes on it.", "livebass " * 20_000):
+        mine.write_text(text)
+        for single in ([], ["--single"]):
+            status, _, err = run("export", "web", "-p", "slap", "-o", tmp_path, *single)
+            assert_one_clear_line(status, err, (1,))
+            assert "holds other files, such as livebass.html" in err and mine.read_text() == text
+    mine.unlink()
+    mine.mkdir()
+    status, _, err = run("export", "web", "-p", "slap", "-o", tmp_path, "--single")
+    assert_one_clear_line(status, err, (1,))
+    assert mine.is_dir()
+
+
+def test_every_file_of_a_folder_is_asked_for_with_the_digest_of_all(tmp_path: Path) -> None:
+    bass, digests = load_preset("slap"), []
+    for basses in (["slap"], ["slap", "other"], ["slap"]):
+        html = export_page(dict.fromkeys(basses, bass), tmp_path / "page").read_text("utf-8")
+        digests.append(json.loads(html.split('id="page">')[1].split("</script>")[0])["digest"])
+        asked = re.findall(r"""(?:src|href)=["'](?!data:)([^"']*)""", html)
+        assert sorted(asked) == [f"app.js?v={digests[-1]}", f"style.css?v={digests[-1]}"]
+    assert digests[0] == digests[2] != digests[1]
+
+
 def test_the_page_loads_nothing_from_elsewhere(tmp_path: Path) -> None:
     html = export_page({"slap": load_preset("slap")}, tmp_path / "page", single=True).read_text("utf-8")
     policy = re.findall(r'Content-Security-Policy" content="([^"]*)"', html)

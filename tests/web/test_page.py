@@ -6,7 +6,7 @@ import base64
 import json
 import shutil
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
@@ -21,6 +21,7 @@ from livebass.arrays import Floats
 
 LOUD = -30.0  # dBFS
 PATIENCE = 20.0  # s
+LEAST_TARGET = 24  # px, of WCAG 2.5.8
 WIDTHS = (360, 800, 1400)  # px
 KEYS = {"a": 28, "s": 29, "d": 31, "f": 33, "g": 35}  # and the notes they play
 # The sound of a score as samples in base64
@@ -35,6 +36,49 @@ OFFLINE = """
   for (let k = 0; k < bytes.length; k += 32768) text += String.fromCharCode(...bytes.subarray(k, k + 32768));
   return btoa(text);
 })
+"""
+
+
+# Runs the page's audio thread in a worker, under a clock of its own: a frame costs so many ms a string that is held
+# and has fine operators, and so many ms a relieved one. Tells the ms of each quantum, and the strings relieved then.
+AUDIO_THREAD = """
+const [name, notes, quanta, cost, heldUp, done] = arguments;
+const before = `
+  var sampleRate = 48000, currentFrame = 0, told = 0, Processor;
+  var AudioWorkletProcessor = class { constructor() { this.port = {postMessage() {}}; } };
+  var registerProcessor = (name, of) => { Processor = of; };
+  Date.now = () => Math.floor(told);
+`;
+const after = `
+onmessage = ({data: {module, built, notes, quanta, cost, heldUp}}) => {
+  const p = new Processor({processorOptions: {module}}), e = p.engine, play = e.play, found = [];
+  p.hear({bass: built});
+  e.play = n => {
+    const frame = e.field("frame"), sound = play.call(e, n);
+    const sounding = notes.filter(note => note.begin < frame + n && frame < note.end).length;
+    const relieved = Math.min(sounding, e.field("overload"));
+    told += n * (cost.fine * (sounding - relieved) + cost.coarse * relieved);
+    for (const {at, ms} of heldUp) if (frame <= at && at < frame + n) told += ms;
+    return sound;
+  };
+  for (let k = 0; k < quanta; k++, currentFrame += 128) {
+    const began = told, out = new Float32Array(128);
+    for (const {key, begin, end} of notes) {
+      if (begin >= currentFrame && begin < currentFrame + 128) p.hear({midi: [0x90, key, 100], frame: begin});
+      if (end >= currentFrame && end < currentFrame + 128) p.hear({midi: [0x80, key, 0], frame: end});
+    }
+    p.process([], [[out]]);
+    found.push([told - began, e.field("overload")]);
+  }
+  postMessage(found);
+};`;
+(async () => {
+  const source = before + await readText("worklet.js") + after;
+  const thread = new Worker(URL.createObjectURL(new Blob([source], {type: "text/javascript"})));
+  thread.onmessage = e => { done(e.data); thread.terminate(); };
+  thread.onerror = e => done(e.message);
+  thread.postMessage({module, built: await build(name, 48000), notes, quanta, cost, heldUp});
+})();
 """
 
 
@@ -132,6 +176,8 @@ def test_it_plays_keys_and_changes_the_bass_while_it_sounds(
     asked = requests(browser)
     assert asked and all(url.startswith(home) for url in asked), asked
     assert len(asked) == 1 if place == "disk" else len(asked) > 1
+    version = "?v=" + browser.execute_script("return PAGE.digest")
+    assert all(url.endswith(version) for url in asked[1:]), asked
     assert not [line for line in browser.get_log("browser") if line["level"] == "SEVERE"]
 
 
@@ -246,6 +292,35 @@ def test_letters_play_after_a_bass_was_chosen(page: Any) -> None:
     assert page.execute_script("return $('bass').value") == before
 
 
+@pytest.mark.parametrize("told", [True, False])
+def test_keys_show_the_letters_of_the_players_own_layout(browser: Any, addresses: dict[str, str], told: bool) -> None:
+    """A French one, which the browser tells or the page learns from what is pressed."""
+    layout = "{getLayoutMap: async () => new Map([['KeyA', 'q'], ['Semicolon', 'm'], ['KeyZ', 'w']])}"
+    lack = f"Object.defineProperty(Navigator.prototype, 'keyboard', {{get: () => ({layout if told else 'undefined'})}})"
+    script = browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": lack})
+    try:
+        open_page(browser, addresses["disk"])
+
+        def names() -> list[str]:
+            found = [browser.find_element("css selector", f'[data-key="{code}"]') for code in ("KeyA", "Semicolon")]
+            found += [browser.find_element("id", f"octave-{way}") for way in ("down", "up")]
+            return [f"{key.accessible_name}: {key.text.split()[-1 if key.get_attribute('id') else 0]}" for key in found]
+
+        if not told:
+            assert names() == ["E1, key A: A", "G2, key ;: ;", "Octave down, key Z: Z", "Octave up, key X: X"]
+            for code, key, shift in (
+                ("KeyA", "Q", True), ("KeyA", "q", False), ("Semicolon", "m", False), ("Semicolon", "Dead", False),
+                ("KeyX", "x", False), ("KeyZ", "w", False),
+            ):  # fmt: skip
+                press = f"{{code: {code!r}, key: {key!r}, shiftKey: {str(shift).lower()}, bubbles: true}}"
+                browser.execute_script(f"dispatchEvent(new KeyboardEvent('keydown', {press}))")
+                browser.execute_script(f"dispatchEvent(new KeyboardEvent('keyup', {press}))")
+        wanted = ["E1, key Q: Q", "G2, key M: M", "Octave down, key W: W", "Octave up, key X: X"]
+        wait(lambda: names() == wanted)
+    finally:
+        browser.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", script)
+
+
 def test_what_was_sent_in_a_pause_or_far_ahead_holds_nothing_up(page: Any) -> None:
     start(page)
     sent = "window.sent = []; const post = node.port.postMessage.bind(node.port);"
@@ -263,6 +338,45 @@ def test_what_was_sent_in_a_pause_or_far_ahead_holds_nothing_up(page: Any) -> No
     chain(page).key_down("d").perform()
     hear(page)
     chain(page).key_up("d").perform()
+
+
+def audio_thread(
+    driver: Any,
+    notes: list[tuple[int, float, float]],
+    seconds: float,
+    cost: dict[str, float],
+    held_up: Sequence[tuple[float, float]] = (),
+) -> Floats:
+    """The time (ms) that every quantum took, and the strings relieved after it, on a machine of known speed.
+
+    `notes` are keys, and when they begin and end (s); `cost` are the loads of a "fine" and a "coarse" string;
+    `held_up` says when the machine itself is late (s), and how much (ms).
+    """
+    given = [{"key": key, "begin": round(RATE * begin), "end": round(RATE * end)} for key, begin, end in notes]
+    times = [{"at": round(RATE * at), "ms": ms} for at, ms in held_up]
+    costs = {name: 1000 / RATE * load for name, load in cost.items()}
+    quanta = round(RATE * seconds) // QUANTUM
+    found = driver.execute_async_script(AUDIO_THREAD, "jazz-finger", given, quanta, costs, times)
+    assert isinstance(found, list), found
+    return np.array(found, float)
+
+
+def test_hard_chords_are_relieved_at_once_and_stay_so_until_the_playing_is_soft(page: Any) -> None:
+    chords = [(key, begin + 0.01 * k, begin + 1.0) for begin in (0.1, 3.6) for k, key in enumerate((28, 33, 38, 43))]
+    found = audio_thread(page, chords, 20.0, {"fine": 4.0, "coarse": 0.15})
+    late, relieved = found[:, 0] > 1000 * QUANTUM / RATE, found[:, 1]
+    first, second = (slice(round(RATE * at) // QUANTUM, round(RATE * (at + 1.0)) // QUANTUM) for at in (0.1, 3.6))
+    assert late.any() and relieved.max() == 4 and relieved[-1] == 0
+    behind = (found[first, 0] - 1000 * QUANTUM / RATE).clip(0).sum()
+    assert behind < 40  # ms; 200 if all waited for a report of 43 ms each
+    assert not late[second].any() and (relieved[second] == 4).all()
+
+
+def test_a_thread_that_is_held_up_once_relieves_one_string(page: Any) -> None:
+    chord = [(key, 0.1, 1.0) for key in (28, 33)]
+    cheap = {"fine": 0.05, "coarse": 0.05}
+    assert audio_thread(page, chord, 1.0, cheap, held_up=[(0.3, 30)])[:, 1].max() == 1
+    assert audio_thread(page, chord, 1.0, cheap, held_up=[(0.3, 30), (0.35, 30)])[:, 1].max() == 2
 
 
 def test_overload_is_said(page: Any) -> None:
@@ -289,6 +403,13 @@ def test_it_fits_the_width(page: Any, width: int) -> None:
             cells = page.find_elements("css selector", ".fret")
             assert min(cell.size["width"] for cell in cells[:25]) >= 28
             assert min(cell.size["height"] for cell in cells[:25]) >= 40
+            keys = page.find_elements("css selector", "#piano button")
+            assert len(keys) == 16 and min(key.size["width"] for key in keys) >= LEAST_TARGET
+            uncovered = (
+                "const at = [...document.querySelectorAll('#piano .black')].map(e => e.getBoundingClientRect());"
+            )
+            uncovered += "return at.every((r, k) => !k || r.left - at[k - 1].right > 0)"
+            assert page.execute_script(uncovered)
         inside = (
             "const r = e => e.getBoundingClientRect(); return [...document.querySelectorAll('button, select, input')]"
         )

@@ -143,12 +143,33 @@ def apply_parameters(synth, b):
     """Sets the parameters of a bass that is new, and whose strings rest, as they were set for those before."""
     p = performer_of(b)
     for number in range(PARAMETERS):
+        if synth.parameters[number] == 0.0:
+            continue  # as the bass itself has it
         performer.set_parameter(p, np.int64(0), number, synth.parameters[number], events_of(b), np.int64(0))
     for i in range(b.strings):
         v = string_of(b, i).voice
         v.tone_wanted = synth.parameters[TONE_POT]
         if v.tone != v.tone_wanted:
             tone.set_tone(v, v.tone_wanted)
+
+
+@jit
+def take_controllers(b, old):
+    """Gives a bass that has not played yet volume, pedal, bend and the other controllers of the bass `old`."""
+    p = performer_of(b)
+    performer.take_over(p, performer_of(old))
+    for i in range(b.strings):
+        v = string_of(b, i).voice
+        v.gain_wanted = performer.loudness(p)
+        v.gain = v.gain_wanted
+        v.bend = performer.bend_ratio(p, i)
+        v.tuned = v.bend
+
+
+@entry("void(int64, int64)")
+def keep_controllers(address, old):
+    """C function: `take_controllers` for addresses, before a synth takes the bass."""
+    take_controllers(bass_at(address), bass_at(old))
 
 
 @jit
@@ -325,6 +346,8 @@ def switch_bass(synth):
         synth.bass = wanted
         bass_at(wanted).frame = synth.frame
         apply_parameters(synth, bass_at(wanted))
+        if synth.old_bass != 0:
+            take_controllers(bass_at(wanted), bass_at(synth.old_bass))
         synth.overload = 0
 
 

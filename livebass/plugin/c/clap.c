@@ -126,7 +126,7 @@ static bool audio_port(const clap_plugin *p, uint32_t index, bool is_input, clap
     port->channels = 1;
     port->type = CLAP_MONO;
     port->in_place_pair = CLAP_NO_ID;
-    if (of(p)->apart) snprintf(port->name, sizeof port->name, "String %u", index + 1);
+    if (of(p)->apart) snprintf(port->name, sizeof port->name, "%s", lb_outputs[index]);
     else snprintf(port->name, sizeof port->name, "Out");
     return true;
 }

@@ -14,7 +14,9 @@
 
 #define LINE 64      /* bytes in a cache line */
 #define MESSAGES 4096 /* in each ring */
-#define FOR_NOTES 1024 /* of them, which parameters must not take */
+#define AT_ONCE 48 /* most parameters and bends that are taken at once ... */
+#define EACH 16    /* ... besides one in so many frames */
+_Static_assert(AT_ONCE + LB_CHUNK / EACH < LB_MOST_MESSAGES, "the rest is for notes");
 #define ENDING ".lbass"
 #define ADDRESS(x) ((int64_t)(intptr_t)(x))
 
@@ -277,7 +279,7 @@ static void make_new(lb_synth *s, const lb_bass *b) {
     s->kernels->fill_synth(ADDRESS(r), ADDRESS(s->rings), MESSAGES, r->rate, -1, r->gain_target,
                            ADDRESS(s->kernels->process));
     memcpy(r->parameters, parameters, sizeof parameters);
-    s->waiting = 0;
+    s->busy = 0;
     r->ceiling = INFINITY; /* hosts take what is beyond full scale, and may turn it down */
     r->next_bass = b ? address_of(b) : 0;
     s->ahead = b && b->building.ahead;
@@ -348,38 +350,45 @@ lb_bass *lb_take_faded(lb_synth *s) {
 
 void lb_send(lb_synth *s, int64_t offset, const uint8_t *bytes, size_t count) {
     if (count < 1 || count > 3 || bytes[0] < 0x80 || bytes[0] >= 0xF0) return;
-    s->waiting++;
     s->kernels->push_message(s->record.midi_ring[LB_RINGS - 1], MESSAGES, s->record.frame + offset, bytes[0],
                              count > 1 ? bytes[1] : 0, count > 2 ? bytes[2] : 0);
 }
 
 static void push(lb_synth *s, int64_t offset, int kind, int number, double value) {
-    s->waiting++;
     s->kernels->push_event(s->record.midi_ring[LB_RINGS - 1], MESSAGES, s->record.frame + offset, kind, number, value);
 }
 
-int lb_set(lb_synth *s, int64_t offset, int parameter, double value) {
-    if (s->waiting >= MESSAGES - FOR_NOTES) return 0;
-    if (parameter >= 0 && parameter < LB_PLAYED_PARAMETERS) push(s, offset, LB_KIND_PARAMETER, parameter, value);
+/* Sends an event that is no note, if `number` is below `end`. The kernels take LB_MOST_MESSAGES in a chunk: with more of
+   these, notes behind them would be late, and in the end find no room. */
+static int control(lb_synth *s, int64_t offset, int kind, int number, int end, double value) {
+    const int64_t frame = s->record.frame + offset;
+    if (number < 0 || number >= end) return 1;
+    if (s->busy < frame) s->busy = frame;
+    if (s->busy - frame >= AT_ONCE * EACH) return 0;
+    s->busy += EACH;
+    push(s, offset, kind, number, value);
     return 1;
 }
 
-void lb_bend_string(lb_synth *s, int64_t offset, int string, double semitones) {
-    if (string >= 0 && string < LB_STRINGS) push(s, offset, LB_KIND_STRING_BEND, string, semitones);
+int lb_set(lb_synth *s, int64_t offset, int parameter, double value) {
+    return control(s, offset, LB_KIND_PARAMETER, parameter, LB_PLAYED_PARAMETERS, value);
+}
+
+int lb_bend_string(lb_synth *s, int64_t offset, int string, double semitones) {
+    return control(s, offset, LB_KIND_STRING_BEND, string, LB_STRINGS, semitones);
+}
+
+int lb_bend_note(lb_synth *s, int64_t offset, int key, double semitones) {
+    return control(s, offset, LB_KIND_NOTE_BEND, key, 128, semitones);
 }
 
 void lb_place_note(lb_synth *s, int64_t offset, int key, double position) {
     if (key >= 0 && key < 128) push(s, offset, LB_KIND_NOTE_PLACE, key, position);
 }
 
-void lb_bend_note(lb_synth *s, int64_t offset, int key, double semitones) {
-    if (key >= 0 && key < 128) push(s, offset, LB_KIND_NOTE_BEND, key, semitones);
-}
-
 void lb_play(lb_synth *s, float *out, int64_t n) {
     if (n <= 0) return;
     s->kernels->process(ADDRESS(&s->record), ADDRESS(out), n);
-    s->waiting = 0;
 }
 
 void lb_play_strings(lb_synth *s, float *const *outs, int64_t n) {
@@ -409,7 +418,7 @@ void lb_relieve(lb_synth *s, int on) {
 
 enum { NAME = 64, PATH = 1200 };
 typedef struct {
-    char name[NAME], title[NAME], path[PATH];
+    char name[NAME], title[2 * NAME + 4], path[PATH];
 } place;
 struct lb_shelf {
     int count;
@@ -512,6 +521,19 @@ static int users_folder(char folder[PATH]) {
 #endif
 }
 
+/* Tells basses of one title apart: all but the first get their name behind it, in brackets. bundle.py does the same. */
+static void tell_apart(lb_shelf *s) {
+    for (int k = s->count - 1; k > 0; k--) { /* backwards: the titles before are as the files have them */
+        place *p = &s->places[k];
+        int other = 0;
+        while (other < k && strcmp(s->places[other].title, p->title)) other++;
+        if (other == k) continue;
+        strcat(p->title, " (");
+        strcat(p->title, p->name);
+        strcat(p->title, ")");
+    }
+}
+
 lb_shelf *lb_open_shelf(const char *folder) {
     char users[PATH];
     lb_shelf *s = calloc(1, sizeof *s);
@@ -520,5 +542,6 @@ lb_shelf *lb_open_shelf(const char *folder) {
     const int listed = s->count;
     if (users_folder(users)) add_all(s, users);
     qsort(s->places + listed, (size_t)(s->count - listed), sizeof *s->places, by_name);
+    tell_apart(s);
     return s;
 }

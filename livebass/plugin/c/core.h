@@ -3,13 +3,16 @@
 #define LB_CORE_H
 #include "kernels.h"
 
+/* The line in a host's log about a session whose instrument is missing. */
+#define LB_NOT_INSTALLED "the session's instrument is not installed: %.63s"
+
 typedef struct lb_bass lb_bass;
 typedef struct {
     LB_SYNTH record; /* first: the kernels take its address */
     const lb_kernels *kernels;
     void *rings;
     int offline, relief, ahead; /* ahead: the bass that was put on last can run ahead */
-    int waiting;                /* what was sent for the next block */
+    int64_t busy;               /* the frame until which parameters and bends keep the kernels busy */
     float mix[LB_CHUNK];        /* of lb_play_strings */
 } lb_synth;
 
@@ -49,13 +52,14 @@ lb_bass *lb_take_faded(lb_synth *);
 /* What is sent is for the frame `offset` of the next block; offsets must not fall within one block. Values beyond their
    limits are held within, NaN is the usual value. [audio thread] */
 void lb_send(lb_synth *, int64_t offset, const uint8_t *bytes, size_t count); /* MIDI; whatever else is left out */
-/* Sets one of the LB_PLAYED_PARAMETERS, else nothing. Returns 0 if so much was sent for the block that what room there
-   is left is kept for notes: then it is to be set again in the next one. */
+/* The next three are for control, not for notes: of a flood they take no more than the synth can follow, so that notes
+   are neither lost nor late. What is not taken gives 0: the last value is to be sent again in the next block. */
+/* Sets one of the LB_PLAYED_PARAMETERS, else nothing. */
 int lb_set(lb_synth *, int64_t offset, int parameter, double value);
 /* Bends one string, counted from 0, besides what the wheel does, until the controllers are reset. */
-void lb_bend_string(lb_synth *, int64_t offset, int string, double semitones);
+int lb_bend_string(lb_synth *, int64_t offset, int string, double semitones);
 /* The same for the string that played a key last, until it plays another note. */
-void lb_bend_note(lb_synth *, int64_t offset, int key, double semitones);
+int lb_bend_note(lb_synth *, int64_t offset, int key, double semitones);
 /* Has the next note of a key plucked at a place of its own, -1 to 1 as the parameter LB_PLUCK_POSITION. */
 void lb_place_note(lb_synth *, int64_t offset, int key, double position);
 
@@ -80,7 +84,8 @@ typedef struct lb_shelf lb_shelf;
 lb_shelf *lb_open_shelf(const char *folder);
 int lb_shelf_count(const lb_shelf *);                    /* at most LB_MOST_BASSES */
 const char *lb_shelf_name(const lb_shelf *, int);        /* of the file, without .lbass: what sessions save */
-const char *lb_shelf_title(const lb_shelf *, int);       /* what the file says it is called, for people */
+const char *lb_shelf_title(const lb_shelf *, int);       /* what the file says it is called, for people; its name
+                                                            comes behind if one before has that title */
 const char *lb_shelf_path(const lb_shelf *, int);
 int lb_shelf_find(const lb_shelf *, const char *name);   /* -1: it is not there */
 void lb_close_shelf(lb_shelf *);                         /* may be 0 */

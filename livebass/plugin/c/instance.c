@@ -83,6 +83,7 @@ int lb_text_to_value(const lb_instance *i, int parameter, const char *text, doub
 
 static void forget_notes(lb_instance *i) {
     memset(i->held, 0, sizeof i->held);
+    memset(i->unbent, 0, sizeof i->unbent);
     for (int k = 0; k < LB_KEYS; k++) i->note_ids[k] = -1;
 }
 
@@ -175,10 +176,19 @@ void lb_serve(lb_instance *i) {
 
 void lb_set_offline(lb_instance *i, int on) { __atomic_store_n(&i->offline, on, __ATOMIC_RELAXED); }
 
+/* Bends the string of a key, now or, in a flood, in the next block. */
+static void bend(lb_instance *i, int64_t offset, int key, double semitones) {
+    i->bends[key] = semitones;
+    i->unbent[key] = !lb_bend_note(i->synth, offset, key, semitones);
+}
+
 void lb_begin_block(lb_instance *i) {
     const uint32_t changed = __atomic_exchange_n(&i->changed, 0, __ATOMIC_ACQUIRE);
     for (int k = 0; k < LB_PLAYED_PARAMETERS; k++)
-        if (changed >> k & 1) lb_set(i->synth, 0, k, lb_value(i, k));
+        if (changed >> k & 1 && !lb_set(i->synth, 0, k, lb_value(i, k)))
+            __atomic_fetch_or(&i->changed, 1u << k, __ATOMIC_RELEASE);
+    for (int k = 0; k < LB_KEYS; k++)
+        if (i->unbent[k]) bend(i, 0, k, i->bends[k]);
     lb_offline(i->synth, __atomic_load_n(&i->offline, __ATOMIC_RELAXED));
     lb_relieve(i->synth, lb_value(i, LB_RELIEF) > 0.5);
 }
@@ -216,6 +226,7 @@ void lb_start_note(lb_instance *i, int64_t offset, int key, double velocity, int
         if (i->note_ids[k] == id) i->note_ids[k] = -1; /* of a note that is over */
     i->note_ids[key] = id;
     i->held[key] = 1;
+    i->unbent[key] = 0;
     lb_send(i->synth, offset, (const uint8_t[]){0x90, (uint8_t)key, (uint8_t)scaled}, 3);
 }
 
@@ -235,7 +246,7 @@ void lb_stop_note(lb_instance *i, int64_t offset, int key, int32_t id) {
 void lb_express_bend(lb_instance *i, int64_t offset, int key, int32_t id, double semitones) {
     if (key < 0 && id >= 0 && (key = key_of(i, id)) < 0) return; /* a note that is no more */
     for (int k = 0; k < LB_KEYS; k++)
-        if (key == k || (key < 0 && i->held[k])) lb_bend_note(i->synth, offset, k, semitones);
+        if (key == k || (key < 0 && i->held[k])) bend(i, offset, k, semitones);
 }
 
 void lb_play_block(lb_instance *i, int apart, float *const outs[LB_STRINGS], int64_t n) {
@@ -246,10 +257,9 @@ void lb_play_block(lb_instance *i, int apart, float *const outs[LB_STRINGS], int
 
 /* --- state --- */
 
-static uint64_t checksum(const void *bytes, size_t count) { /* FNV-1a */
-    uint64_t sum = 0xcbf29ce484222325u;
-    for (size_t k = 0; k < count; k++) sum = (sum ^ ((const uint8_t *)bytes)[k]) * 0x100000001b3u;
-    return sum;
+/* The checksum of the first bytes of a state, a multiple of 8. */
+static uint64_t checksum(const lb_instance *i, const lb_state *s, size_t count) {
+    return i->kernels->checksum((int64_t)(intptr_t)s, (int64_t)(count / 8));
 }
 
 void lb_save_state(const lb_instance *i, lb_state *s) {
@@ -263,11 +273,11 @@ void lb_save_state(const lb_instance *i, lb_state *s) {
     const char *name = lb_shelf_name(i->shelf, number < lb_shelf_count(i->shelf) ? number : 0);
     if (__atomic_load_n(&i->missing, __ATOMIC_RELAXED)) name = i->missing_name;
     snprintf(s->bass, sizeof s->bass, "%s", name);
-    s->checksum = checksum(s, offsetof(lb_state, checksum));
+    s->checksum = checksum(i, s, offsetof(lb_state, checksum));
 }
 
 /* Why a state is none; 0 if it is one. */
-static const char *fault(const lb_state *s, size_t count) {
+static const char *fault(const lb_instance *i, const lb_state *s, size_t count) {
     uint64_t sum;
     const size_t head = offsetof(lb_state, values);
     static const char *const damaged = "the session's state is damaged";
@@ -276,7 +286,7 @@ static const char *fault(const lb_state *s, size_t count) {
     if (s->version != VERSION) return "the session's state was written by another version of the plugin";
     if (s->count < 1 || s->count > 1000 || count != head + 8 * ((size_t)s->count + 1)) return damaged;
     memcpy(&sum, (const char *)s + count - 8, 8);
-    if (sum != checksum(s, count - 8) || !memchr(s->bass, 0, sizeof s->bass)) return damaged;
+    if (sum != checksum(i, s, count - 8) || !memchr(s->bass, 0, sizeof s->bass)) return damaged;
     for (int k = 0; k < LB_PARAMETERS && k < s->count; k++)
         if (!isfinite(s->values[k])) return damaged;
     return 0;
@@ -285,14 +295,14 @@ static const char *fault(const lb_state *s, size_t count) {
 int lb_load_state(lb_instance *i, const void *bytes, size_t count) {
     const lb_state *s = bytes;
     char line[LINE];
-    const char *why = fault(s, count);
+    const char *why = fault(i, s, count);
     if (why) {
         i->complain(i->owner, why);
         return 0;
     }
     const int number = lb_shelf_find(i->shelf, s->bass), missing = number < 0;
     if (missing && !(i->missing && !strcmp(i->missing_name, s->bass))) { /* hosts may bring a state several times */
-        snprintf(line, sizeof line, "the session's instrument is not installed: %.*s", LB_STATE_NAME, s->bass);
+        snprintf(line, sizeof line, LB_NOT_INSTALLED, s->bass);
         i->complain(i->owner, line);
     }
     const int64_t seed = s->seed;

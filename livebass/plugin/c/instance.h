@@ -5,15 +5,14 @@
 #include "core.h"
 
 enum { LB_STATE_NAME = 64, LB_KEYS = 128 };
-#pragma pack(push, 1)
 typedef struct { /* all numbers little-endian; a later version with more parameters has them at the end of `values` */
     char magic[8];
     int64_t version, seed, count;
     char bass[LB_STATE_NAME];
     double values[LB_PARAMETERS];
-    uint64_t checksum;
+    uint64_t checksum; /* of all words before */
 } lb_state;
-#pragma pack(pop)
+_Static_assert(sizeof(lb_state) == 8 + 3 * 8 + LB_STATE_NAME + LB_PARAMETERS * 8 + 8, "lb_state");
 
 typedef struct {
     void *owner;
@@ -32,6 +31,8 @@ typedef struct {
     lb_bass *ready, *done;     /* handed to the audio thread to play, and by it to be freed */
     int32_t note_ids[LB_KEYS]; /* the host's number of the last note of each key; -1: none */
     uint8_t held[LB_KEYS];     /* the host holds a note of the key */
+    double bends[LB_KEYS];     /* semitones, of the last note of each key: what its string was to be bent by last */
+    uint8_t unbent[LB_KEYS];   /* the synth has not been told yet */
 } lb_instance;
 
 /* Opens the shelf of instruments. Returns 0 after a line in the log if it is empty. [main thread] */

@@ -14,7 +14,7 @@
 #define URI "urn:livebass:bass"
 /* Ports: MIDI, the outputs, the parameters in the order of their numbers, freewheeling. */
 enum { MIDI, FIRST_OUT, FREEWHEELING = LB_PARAMETERS, CONTROLS };
-enum { LINE = 1500 };
+enum { LINE = 1500, NAME = 64 };
 enum { LOAD, FREE };
 
 typedef struct {
@@ -36,6 +36,8 @@ typedef struct {
     choice playing; /* the bass that was put on last */
     choice wanted;  /* the bass that shall play */
     choice seen;    /* what the ports said last; -1: not looked at yet */
+    int missing;    /* the state named a bass that is not there, `missing_name`: saved until another is chosen */
+    char missing_name[NAME];
     int restored;   /* a state said what to play: the ports `bass` and `quality` count once they move */
     int loading;    /* a job of this generation is under way */
     int generation; /* changed by restore() and activate(): jobs before are void, the host may have dropped them */
@@ -157,7 +159,10 @@ static void follow_ports(plugin *p) {
                         chosen(p, LB_QUALITY, LB_STUDIO + 1, p->wanted.quality),
                         chosen(p, LB_RUNNING_AHEAD, 2, p->wanted.ahead)};
     if (p->seen.bass < 0 && p->restored) p->seen = (choice){now.bass, now.quality, -1};
-    if (now.bass != p->seen.bass) p->wanted.bass = now.bass;
+    if (now.bass != p->seen.bass) {
+        p->wanted.bass = now.bass;
+        __atomic_store_n(&p->missing, 0, __ATOMIC_RELAXED);
+    }
     if (now.quality != p->seen.quality) p->wanted.quality = now.quality;
     if (now.ahead != p->seen.ahead) p->wanted.ahead = now.ahead;
     p->seen = now;
@@ -247,7 +252,8 @@ static int save(void *handle, lv2_store store, void *to, uint32_t flags, const l
     (void)flags;
     (void)features;
     plugin *p = handle;
-    const char *name = lb_shelf_name(p->shelf, p->playing.bass);
+    const int missing = __atomic_load_n(&p->missing, __ATOMIC_RELAXED);
+    const char *name = missing ? p->missing_name : lb_shelf_name(p->shelf, p->playing.bass);
     const int64_t quality = p->playing.quality;
     store(to, p->key_seed, &p->seed, sizeof p->seed, p->whole, LV2_PLAIN);
     store(to, p->key_quality, &quality, sizeof quality, p->whole, LV2_PLAIN);
@@ -271,18 +277,20 @@ static int restore(void *handle, lv2_retrieve get, void *from, uint32_t flags, c
     const char *name = get(from, p->key_bass, &size, &type, &flags);
     if (!name || type != p->string || !memchr(name, 0, size)) return LV2_NO_PROPERTY;
     const int64_t quality = kept(p, get, from, p->key_quality, LB_LIVE);
-    const choice c = {lb_shelf_find(p->shelf, name), quality == LB_STUDIO ? LB_STUDIO : LB_LIVE, p->playing.ahead};
-    if (c.bass < 0) {
+    const int found = lb_shelf_find(p->shelf, name), missing = found < 0;
+    const choice c = {missing ? p->playing.bass : found, quality == LB_STUDIO ? LB_STUDIO : LB_LIVE, p->playing.ahead};
+    if (missing && !(p->missing && !strcmp(p->missing_name, name))) { /* hosts may bring a state several times */
         char line[LINE];
-        snprintf(line, sizeof line, "%.63s: the session's instrument is not among those installed", name);
+        snprintf(line, sizeof line, LB_NOT_INSTALLED, name);
         complain(p, line);
-        return LV2_UNKNOWN;
     }
     p->seed = kept(p, get, from, p->key_seed, 0);
     lb_bass *b = load(p, c);
     if (!b) return LV2_UNKNOWN;
     lb_put_on(p->synth, b);
     p->playing = p->wanted = c;
+    p->missing = missing; /* all else is as the state says */
+    if (missing) snprintf(p->missing_name, NAME, "%s", name);
     p->restored = 1;
     void_jobs(p);
     forget_ports(p);

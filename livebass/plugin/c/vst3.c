@@ -35,13 +35,13 @@ static const vst3_id classes[] = { /* for ever: sessions know them. Mono, and an
 static const char *const names[] = {"livebass", "livebass strings"};
 
 typedef struct {
-    int64_t order; /* offset; points before notes; place in the list */
+    int64_t order; /* offset; points before events; place in the host's list */
     int kind;      /* of vst3_event.type, or CHANGE */
     uint32_t id;
     double value;
     vst3_event event;
 } change;
-enum { CHANGE = 1 << 16 };
+enum { CHANGE = 1 << 16, PLACES = 1 << 20 };
 
 typedef struct {
     const void *interfaces[INTERFACES]; /* first: hosts know their addresses */
@@ -305,7 +305,7 @@ static vst3_result bus_info(void *self, int32_t media, int32_t direction, int32_
     bus->channels = media == VST3_EVENTS ? 16 : v->stereo ? 2 : 1;
     bus->type = index ? VST3_AUX : VST3_MAIN;
     bus->flags = VST3_DEFAULT_ACTIVE;
-    if (media == VST3_AUDIO && v->apart) snprintf(name, sizeof name, "String %d", index + 1);
+    if (media == VST3_AUDIO && v->apart) snprintf(name, sizeof name, "%s", lb_outputs[index]);
     else if (media == VST3_AUDIO) snprintf(name, sizeof name, "Out");
     to_wide(bus->name, name);
     return VST3_OK;
@@ -407,13 +407,20 @@ static vst3_result set_processing(void *self, uint8_t on) {
     return VST3_OK;
 }
 
-/* A place for another change at a frame; 0 if there are too many. */
-static change *add(vst3 *v, int32_t offset, int kind) {
+/* Returns 0 for a note, 1 for the bend of one, 2 for an event that nothing is played for. */
+static int use_of(const vst3_event *e) {
+    if (e->type == VST3_NOTE_ON || e->type == VST3_NOTE_OFF) return 0;
+    return e->type == VST3_NOTE_EXPRESSION && e->expression.type == VST3_TUNING ? 1 : 2;
+}
+
+/* A place for another change at a frame, the host's number k; 0 if there are too many. */
+static change *add(vst3 *v, int32_t offset, int kind, int32_t k) {
     if (v->change_count == CHANGES) return 0;
     change *c = &v->changes[v->change_count];
     const int64_t at = offset > 0 ? offset : 0;
-    c->order = (2 * at + (kind != CHANGE)) * CHANGES + v->change_count++;
+    c->order = (2 * at + (kind != CHANGE)) * PLACES + (k < PLACES ? k : PLACES - 1);
     c->kind = kind;
+    v->change_count++;
     return c;
 }
 
@@ -424,8 +431,8 @@ static vst3_queue **queue_of(const vst3_process_data *d, int32_t k, uint32_t *id
     return q && (*id < LB_PARAMETERS || is_controller(*id)) ? q : 0;
 }
 
-/* Collects the host's notes, then its points of parameters. Are there more points than places left, it takes one in so
-   many of each queue, and the last one. */
+/* Collects the host's notes; of their bends the last ones, while half of the places are free; then its points of
+   parameters. Are there more points than places left, it takes one in so many of each queue, and the last one. */
 static void collect(vst3 *v, const vst3_process_data *d) {
     vst3_event event;
     vst3_queue **q;
@@ -433,9 +440,13 @@ static void collect(vst3 *v, const vst3_process_data *d) {
     int32_t offset;
     double value;
     v->change_count = 0;
-    for (int32_t k = 0; d->events && k < (*d->events)->count(d->events); k++) {
-        change *c = (*d->events)->get(d->events, k, &event) == VST3_OK ? add(v, event.offset, event.type) : 0;
-        if (c) c->event = event;
+    const int32_t events = d->events ? (*d->events)->count(d->events) : 0;
+    for (int use = 0; use < 2; use++) {
+        for (int32_t k = events - 1; k >= 0 && (use == 0 || v->change_count < CHANGES / 2); k--) {
+            if ((*d->events)->get(d->events, k, &event) != VST3_OK || use_of(&event) != use) continue;
+            change *c = add(v, event.offset, event.type, k);
+            if (c) c->event = event;
+        }
     }
     const int32_t queues = d->changes ? (*d->changes)->count(d->changes) : 0;
     int64_t points = 0, places = CHANGES - v->change_count;
@@ -448,7 +459,7 @@ static void collect(vst3 *v, const vst3_process_data *d) {
         const int32_t last = (*q)->count(q) - 1;
         for (int32_t j = 0; j <= last; j++) {
             if (j % step && j != last) continue;
-            change *c = (*q)->point(q, j, &offset, &value) == VST3_OK ? add(v, offset, CHANGE) : 0;
+            change *c = (*q)->point(q, j, &offset, &value) == VST3_OK ? add(v, offset, CHANGE, v->change_count) : 0;
             if (!c) continue;
             c->id = id;
             c->value = value;
@@ -478,7 +489,7 @@ static void tell_controller(vst3 *v, int64_t offset, uint32_t number, double val
 
 static void tell(vst3 *v, const change *c) {
     lb_instance *i = &v->instance;
-    const int64_t at = c->order / (2 * CHANGES);
+    const int64_t at = c->order / (2 * PLACES);
     const vst3_event *e = &c->event;
     if (c->kind == CHANGE && is_controller(c->id)) tell_controller(v, at, c->id - CONTROLLERS, c->value);
     else if (c->kind == CHANGE) lb_set_value_at(i, at, (int)c->id, plain(v, c->id, c->value));
@@ -486,7 +497,7 @@ static void tell(vst3 *v, const change *c) {
         lb_start_note(i, at, e->on.key, e->on.velocity, e->on.id);
         if (e->on.tuning != 0) lb_express_bend(i, at, e->on.key, e->on.id, e->on.tuning / 100);
     } else if (c->kind == VST3_NOTE_OFF) lb_stop_note(i, at, e->off.key, e->off.id);
-    else if (c->kind == VST3_NOTE_EXPRESSION && e->expression.type == VST3_TUNING)
+    else if (c->kind == VST3_NOTE_EXPRESSION)
         lb_express_bend(i, at, -1, e->expression.id, SEMITONES * (e->expression.value - 0.5));
 }
 
@@ -556,7 +567,9 @@ static vst3_result parameter_info(void *self, int32_t index, vst3_parameter *p) 
     to_wide(p->title, known->name);
     to_wide(p->unit_name, known->unit);
     p->usual = normal(v, p->id, known->usual);
-    p->flags = VST3_CAN_AUTOMATE;
+    /* A value between 0 and 1 is another bass on a longer shelf; sessions name it. The rest must be automatable to be seen:
+       Ardour hides what is not, but for programs. */
+    p->flags = index == LB_BASS ? 0 : VST3_CAN_AUTOMATE;
     if (known->whole) p->steps = (int32_t)(lb_most(&v->instance, index) - known->least);
     if (known->points || index == LB_BASS) p->flags |= VST3_IS_LIST;
     if (index == LB_BASS) p->flags |= VST3_IS_PROGRAM_CHANGE;

@@ -5,6 +5,7 @@ const $ = id => document.getElementById(id);
 const PAGE = JSON.parse($("page").textContent);
 // The keys in the shape of a piano, from E up by semitones
 const CODES = "KeyA KeyS KeyE KeyD KeyR KeyF KeyT KeyG KeyH KeyU KeyJ KeyI KeyK KeyL KeyP Semicolon".split(" ");
+const OCTAVES = {KeyZ: "octave-down", KeyX: "octave-up"};
 const NAMES = ["C", "C♯", "D", "D♯", "E", "F", "F♯", "G", "G♯", "A", "A♯", "B"];
 const USUAL_RATE = 48000, WARM = 400; // Hz; ms
 const FLOOR = -60; // dB
@@ -38,9 +39,12 @@ async function unpack(text) {
   return new Response(new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"))).arrayBuffer();
 }
 
+// Where a file of the page's folder is. Its version keeps a browser's cache from mixing two exports.
+const address = name => `${name.split("/").map(encodeURIComponent).join("/")}?v=${PAGE.digest}`;
+
 async function read(name) {
   if (PAGE.files) return unpack(PAGE.files[name]);
-  const answer = await fetch(name.split("/").map(encodeURIComponent).join("/"));
+  const answer = await fetch(address(name));
   if (!answer.ok) throw new Error(`${name}: ${answer.status} ${answer.statusText}`);
   return answer.arrayBuffer();
 }
@@ -53,7 +57,7 @@ async function load() {
   wasm = await read("livebass.wasm");
   module = await WebAssembly.compile(wasm);
   worker = new Worker(PAGE.files
-    ? URL.createObjectURL(new Blob([await readText("worker.js")], {type: "text/javascript"})) : "worker.js");
+    ? URL.createObjectURL(new Blob([await readText("worker.js")], {type: "text/javascript"})) : address("worker.js"));
   worker.onmessage = ({data: {id, built, error}}) => {
     const [resolve, reject] = waiting.get(id) || [];
     waiting.delete(id);
@@ -90,7 +94,7 @@ const free = built => worker.postMessage({free: built.bass});
 async function makeNode(context, more = {}) {
   // a page from a disk may load a script from a data: address, but none from a blob:
   await context.audioWorklet.addModule(PAGE.files
-    ? "data:text/javascript;charset=utf-8," + encodeURIComponent(await readText("worklet.js")) : "worklet.js");
+    ? "data:text/javascript;charset=utf-8," + encodeURIComponent(await readText("worklet.js")) : address("worklet.js"));
   return new AudioWorkletNode(context, "livebass", {
     numberOfInputs: 0, outputChannelCount: [more.channels || 2], processorOptions: {module, wasm, ...more},
   });
@@ -268,50 +272,66 @@ addEventListener("blur", letGo);
 addEventListener("keydown", e => {
   if (e.repeat || e.ctrlKey || e.metaKey || e.altKey) return;
   const k = CODES.indexOf(e.code);
-  if (k >= 0 || ["KeyZ", "KeyX"].includes(e.code)) e.preventDefault(); // a list of basses would choose by letters
+  if (k < 0 && !OCTAVES[e.code]) return;
+  e.preventDefault(); // a list of basses would choose by letters
+  if (!e.shiftKey && learn(e.code, e.key)) showKeys();
   if (k >= 0) press(e.code, octave + k, force(), e.timeStamp, $("piano").querySelector(`[data-key="${e.code}"]`));
-  else if (e.code === "KeyZ") shiftOctave(-12);
-  else if (e.code === "KeyX") shiftOctave(12);
+  else $(OCTAVES[e.code]).click();
 });
 addEventListener("keyup", e => release(e.code, e.timeStamp));
 
 // --- the keys ---
 
-function showPiano() {
-  const labels = $("piano").querySelectorAll("button");
-  if (!labels.length) {
-    let white = 0;
-    for (const [k, code] of CODES.entries()) {
-      const key = document.createElement("button"), black = NAMES[(octave + k) % 12].length > 1;
-      key.type = "button";
-      key.dataset.key = code;
-      key.className = black ? "black" : "white";
-      key.style.setProperty("--at", black ? white : white++);
-      key.append(document.createElement("b"), document.createElement("small"));
-      $("piano").append(key);
-    }
-    return showPiano();
+function makePiano() {
+  let white = 0;
+  for (const [k, code] of CODES.entries()) {
+    const key = document.createElement("button"), black = NAMES[(octave + k) % 12].length > 1;
+    key.type = "button";
+    key.dataset.key = code;
+    key.className = black ? "black" : "white";
+    key.style.setProperty("--at", black ? white : white++);
+    key.append(document.createElement("b"), document.createElement("small"));
+    $("piano").append(key);
   }
-  labels.forEach((key, k) => {
-    const note = octave + k, letter = letters.get(key.dataset.key) || plain(key.dataset.key);
+}
+
+// Letters that are printed on the player's keyboard, by code: Chromium tells them all, elsewhere each is known from the
+// first time it is pressed. Until then those of the US.
+const letters = new Map();
+const letterOf = code => letters.get(code) || (code === "Semicolon" ? ";" : code.slice(3));
+
+// Takes note of what a key prints; true if that is news. No name of a key, such as "Dead".
+function learn(code, text) {
+  const letter = text?.toUpperCase();
+  if (letter?.length !== 1 || letter === letterOf(code)) return false;
+  letters.set(code, letter);
+  return true;
+}
+
+navigator.keyboard?.getLayoutMap?.().then(map => {
+  for (const code of [...CODES, ...Object.keys(OCTAVES)]) learn(code, map.get(code));
+  showKeys();
+}, () => {});
+
+// Writes notes and letters on the keys.
+function showKeys() {
+  $("piano").querySelectorAll("button").forEach((key, k) => {
+    const note = octave + k, letter = letterOf(key.dataset.key);
     key.dataset.note = note;
     key.firstChild.textContent = letter;
     key.lastChild.textContent = NAMES[note % 12] === "E" || NAMES[note % 12] === "C" ? noteName(note) : "";
     key.setAttribute("aria-label", `${noteName(note)}, key ${letter}`);
   });
+  for (const [code, id] of Object.entries(OCTAVES)) {
+    $(id).lastChild.textContent = letterOf(code);
+    $(id).setAttribute("aria-label", `Octave ${id.slice(7)}, key ${letterOf(code)}`);
+  }
 }
-
-const letters = new Map(); // that are printed on this keyboard, where the browser tells
-const plain = code => code === "Semicolon" ? ";" : code.slice(3);
-navigator.keyboard?.getLayoutMap?.().then(map => {
-  for (const code of CODES) if (map.get(code)) letters.set(code, map.get(code).toUpperCase());
-  showPiano();
-}, () => {});
 
 function shiftOctave(by) {
   if (octave + by < 4 || octave + by > 76) return;
   octave += by;
-  showPiano();
+  showKeys();
   say(`Keys from ${noteName(octave)}.`);
 }
 $("octave-down").onclick = () => shiftOctave(-12);
@@ -511,7 +531,8 @@ if (!navigator.requestMIDIAccess) {
 // --- the beginning ---
 
 for (const bass of PAGE.basses) $("bass").add(new Option(bass.title, bass.name));
-showPiano();
+makePiano();
+showKeys();
 showBass();
 const lack = lacking();
 if (lack) {

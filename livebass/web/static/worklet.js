@@ -1,9 +1,18 @@
 // The audio thread. engine.js stands before this in the same script. There is no clock here but Date's milliseconds:
 // summed over some quanta they tell the load, and the synth is told it.
+//
+// A board that is played hard costs many times the time there is, from one quantum to the next, and its coarse strings
+// a tenth of that. So a thread that falls behind relieves one string at once; one that falls behind again soon relieves
+// all that sound, and from then on every string as it begins to sound, until the playing has been soft for a while.
 const WINDOW = 16; // quanta between reports, 43 ms at 48 kHz
-const LATE = 4; // of a quantum's time: so slow a one is told at once
-const FADING = 0.97; // of the highest load, from report to report: strings stay relieved while hard playing goes on
-const MOST_TOLD = 0.7; // of it, which relieves no string
+const PART = 32; // frames that are played at a time: a hard note on a board may take 0.1 s for the first quantum
+const BEHIND = 8; // ms that the thread may owe
+const AGAIN = 256; // parts within which it is behind "again": a busy machine holds a thread up only once
+const BUSY = 0.35; // load of hard playing
+const FADING = 0.985; // of the highest load, from report to report, where the playing is not hard
+const HARD = 1; // highest load down to which strings are relieved as they begin to sound
+const MOST_TOLD = 0.7; // of the highest load, which relieves no string
+const OVERLOAD = 2; // a load that relieves one string
 const MOST_AHEAD = 0.5; // s: what waits for its frame holds up what was sent after it
 const SLICE = 1 << 20; // bytes of a bass that are copied in one quantum
 
@@ -13,7 +22,8 @@ class LivebassProcessor extends AudioWorkletProcessor {
     const module = o.module instanceof WebAssembly.Module ? o.module : new WebAssembly.Module(o.wasm);
     this.engine = new Engine(module);
     this.engine.begin(sampleRate);
-    this.busy = this.quanta = this.highest = 0;
+    this.busy = this.quanta = this.owed = this.settled = this.highest = 0; // ms; quanta; ms; ms; load
+    this.sinceBehind = AGAIN;
     this.live = !o.score; // with a score: offline, always the same sound
     if (o.bass) {
       this.take(o.bass);
@@ -50,6 +60,7 @@ class LivebassProcessor extends AudioWorkletProcessor {
     if (waiting) this.port.postMessage({faded: waiting});
     e.setField("next_bass", c.bass);
     this.coming = undefined;
+    this.highest = 0; // of the bass before
   }
 
   // Tells the page of a bass that is silent, so that its memory can be used again.
@@ -73,31 +84,56 @@ class LivebassProcessor extends AudioWorkletProcessor {
   // Tells the synth the load of the last n frames.
   tellLoad(load, n) {
     const e = this.engine;
-    this.highest = Math.max(load, FADING * this.highest);
+    this.highest = Math.max(load, (load > BUSY ? 1 : FADING) * this.highest);
     e.x.lb_relieve(e.synthAddress, Math.max(load, Math.min(this.highest, MOST_TOLD)), BigInt(n));
+  }
+
+  // Changes up to `count` strings that sound to their coarse operators.
+  relieve(count) {
+    const e = this.engine;
+    for (let k = 0; k < count; k++) e.x.lb_relieve(e.synthAddress, OVERLOAD, 0n);
+  }
+
+  // Relieves strings at once where the last n frames, which took `took` ms, call for it.
+  keepUp(took, n) {
+    this.owed = Math.max(0, this.owed + took - 1000 * n / sampleRate);
+    this.sinceBehind++;
+    if (this.owed > BEHIND) {
+      const again = this.sinceBehind < AGAIN;
+      if (again) this.highest = Math.max(this.highest, OVERLOAD);
+      this.relieve(again ? N.MOST_STRINGS : 1);
+      this.settled += this.owed;
+      this.owed = this.sinceBehind = 0;
+    } else if (this.highest > HARD) {
+      this.relieve(N.MOST_STRINGS);
+    }
+  }
+
+  // Plays n frames of the quantum into `out` from frame `at` on; relieves strings before the next ones.
+  playPart(out, at, n) {
+    const began = Date.now(), sound = this.engine.play(n);
+    for (const channel of out) channel.set(sound, at);
+    if (this.live) this.keepUp(Date.now() - began, n);
   }
 
   process(inputs, [out]) {
     const n = out[0].length, e = this.engine, began = Date.now();
     if (this.start === undefined) this.start = currentFrame;
-    const sound = e.play(n);
-    for (const channel of out) channel.set(sound);
+    for (let at = 0; at < n; at += PART) this.playPart(out, at, Math.min(PART, n - at));
     if (this.coming) this.copy(SLICE);
     if (!this.live) return true;
-    const took = Date.now() - began, late = took * sampleRate / (1000 * n);
-    this.busy += took;
+    this.busy += Date.now() - began;
     this.quanta += 1;
-    if (late > LATE) this.tellLoad(late, n);
     if (this.quanta === WINDOW) {
-      const load = this.busy * sampleRate / (1000 * n * WINDOW);
-      this.tellLoad(load, n * WINDOW);
+      const time = 1000 * n * WINDOW / sampleRate, load = this.busy / time;
+      this.tellLoad((this.busy - this.settled) / time, n * WINDOW); // strings were relieved for the rest
       this.clearAway();
       this.port.postMessage({
         load, peak: e.field("peak"), overload: e.field("overload"), faults: e.field("faults"),
         messages: e.field("messages"), bass: e.field("bass"), held: this.held(),
       });
       e.setField("peak", 0);
-      this.busy = this.quanta = 0;
+      this.busy = this.settled = this.quanta = 0;
     }
     return true;
   }
