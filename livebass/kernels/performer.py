@@ -26,6 +26,7 @@ from livebass.kernels.records import (
     WAVER,
 )
 from livebass.kernels.techniques import grazing
+from livebass.kernels.touch import impedance
 
 MOST_STRINGS = 8
 FREE, HELD, PEDALLED = 0, 1, 2
@@ -63,12 +64,12 @@ STACK = 4  # keys held on one string that it goes back to, one after the other
 # Fingers by number (records.TOUCHES): the palm has the first three, harmonics the last, ghost notes the last two
 PALM_PLACES = (12e-3, 25e-3, 38e-3)  # m from the saddle
 PALM_WIDTH = 5e-3  # m, half
-LIGHT_PALM, TIGHT_PALM = 0.5, 6.0  # N s/m in all
+LIGHT_PALM, TIGHT_PALM = 0.4, 16.0  # in all, in impedances of the string, as those that follow
 KEY_PALM = 0.6  # of the way between them, by the key switch
 GHOST_FRETS = (-0.6, 1.6)  # from the fret: where the fingers of a ghost note lie
-GHOST_RESISTANCE, GHOST_WIDTH, GHOST_FORCE = 3.0, 6e-3, 0.5  # N s/m; m; part of the force
+GHOST_RESISTANCE, GHOST_WIDTH, GHOST_FORCE = 1.5, 6e-3, 0.5  # ; m; part of the force
 GHOST_PLACE = 5  # fret at which an open string is damped for a ghost note
-NODE_RESISTANCE, NODE_WIDTH, NODE_TIME = 1.2, 4e-3, 65e-3  # N s/m, m, s of the finger on a harmonic's node
+NODE_RESISTANCE, NODE_WIDTH, NODE_TIME = 1.1, 4e-3, 65e-3  # ; m; s of the finger on a harmonic's node
 HARMONICS = (12, 19, 24, 28, 31)  # semitones above the open string of its harmonics 2 to 6
 SLOWEST_HAMMER, FASTEST_HAMMER = 0.3, 2.5  # m/s
 LEAST_PULL, MOST_PULL = 0.5e-3, 2e-3  # m by which the finger of a pull-off takes the string along ...
@@ -545,33 +546,36 @@ def stroke(p, ops, i, fret, node, velocity, own_place, frame, events, count):
         count = emit(events, count, frame, PLUCK, i, stop, apex, where)
         if touched > 0:
             node_place = op.length - op.length / touched
-            count = lay(events, count, frame, i, 3, node_place, NODE_RESISTANCE, NODE_WIDTH, NODE_TIME)
+            resistance = NODE_RESISTANCE * impedance(op)
+            count = lay(events, count, frame, i, 3, node_place, resistance, NODE_WIDTH, NODE_TIME)
     if p.palm > 0.0 or p.switched[PALM] > 0:
-        count = lay_palm(p, i, frame, events, count)
+        count = lay_palm(p, ops, i, frame, events, count)
     if ghost:
         at = float(fret if fret > 0 else GHOST_PLACE)
         for k in range(2):
             finger_place = ops[i, 0].length * exp2(-(at + GHOST_FRETS[k]) / 12.0)
-            count = lay(events, count, frame, i, 2 + k, finger_place, GHOST_RESISTANCE, GHOST_WIDTH, 0.0)
+            resistance = GHOST_RESISTANCE * impedance(op)
+            count = lay(events, count, frame, i, 2 + k, finger_place, resistance, GHOST_WIDTH, 0.0)
     return count
 
 
 @jit
-def lay_palm(p, i, frame, events, count):
+def lay_palm(p, ops, i, frame, events, count):
     """Lays the palm on string `i` as firmly as it is wanted, or lifts it."""
     amount = max(p.palm, KEY_PALM if p.switched[PALM] > 0 else 0.0)
-    resistance = LIGHT_PALM * power(TIGHT_PALM / LIGHT_PALM, amount) / 3.0 if amount > 0.0 else 0.0
+    firm = LIGHT_PALM * power(TIGHT_PALM / LIGHT_PALM, amount) if amount > 0.0 else 0.0
+    resistance = firm / 3.0 * impedance(ops[i, 0])
     for k in range(3):
         count = lay(events, count, frame, i, k, PALM_PLACES[k], resistance, PALM_WIDTH, 0.0)
     return count
 
 
 @jit
-def tell_palm(p, frame, events, count):
+def tell_palm(p, ops, frame, events, count):
     """Lays the palm on every string that is played, or lifts it."""
     for i in range(p.strings):
         if p.state[i] != FREE:
-            count = lay_palm(p, i, frame, events, count)
+            count = lay_palm(p, ops, i, frame, events, count)
     return count
 
 
@@ -585,7 +589,7 @@ def tell_vibrato(p, frame, events, count):
 
 
 @jit
-def turn_switch(p, key, on, frame, events, count):
+def turn_switch(p, ops, key, on, frame, events, count):
     """Carries out a key switch that is pressed or released; returns the new count of events."""
     action = p.switch[key]
     p.switched[action] = max(p.switched[action] + (1 if on else -1), 0)
@@ -596,7 +600,7 @@ def turn_switch(p, key, on, frame, events, count):
         elif p.forced == string:
             p.forced = -1
     elif action == PALM:
-        count = tell_palm(p, frame, events, count)
+        count = tell_palm(p, ops, frame, events, count)
     elif action == VIBRATO:
         count = tell_vibrato(p, frame, events, count)
     elif on and action == WITH_THUMB:
@@ -696,7 +700,7 @@ def tell_gain(p, frame, events, count):
 
 
 @jit
-def control(p, frame, number, value, events, count):
+def control(p, ops, frame, number, value, events, count):
     """Carries out a control change."""
     if number == p.position_controller:
         p.position = p.nearest + (p.farthest - p.nearest) * value / 127.0
@@ -717,7 +721,7 @@ def control(p, frame, number, value, events, count):
         count = tell_vibrato(p, frame, events, count)
     elif number == 9:
         p.palm = value / 127.0
-        count = tell_palm(p, frame, events, count)
+        count = tell_palm(p, ops, frame, events, count)
     elif number == 65:
         p.sliding = 1 if value >= 64 else 0
     elif number == 68:
@@ -745,7 +749,7 @@ def control(p, frame, number, value, events, count):
         count = tell_bend(p, frame, events, count)
         count = tell_gain(p, frame, events, count)
         count = tell_vibrato(p, frame, events, count)
-        count = tell_palm(p, frame, events, count)
+        count = tell_palm(p, ops, frame, events, count)
         for i in range(p.strings):
             if p.state[i] == PEDALLED:
                 count = stop_string(p, i, frame, events, count)
@@ -774,13 +778,13 @@ def message(p, ops, frame, status, first, second, events, count):
         return count
     kind = status & 0xF0
     if (kind == 0x80 or kind == 0x90) and p.switch[first] != NO_SWITCH and is_below(p, first):
-        return turn_switch(p, first, kind == 0x90 and second > 0, frame, events, count)
+        return turn_switch(p, ops, first, kind == 0x90 and second > 0, frame, events, count)
     if kind == 0x90 and second > 0:
         return note_on(p, ops, frame, first, second, events, count)
     if kind == 0x80 or kind == 0x90:
         return note_off(p, frame, first, second if kind == 0x80 else 64, events, count)
     if kind == 0xB0:
-        return control(p, frame, first, second, events, count)
+        return control(p, ops, frame, first, second, events, count)
     if kind == 0xE0:
         wheel = ((second << 7) | first) - 8192
         p.wheel = wheel / 8192.0 if wheel < 0 else wheel / 8191.0

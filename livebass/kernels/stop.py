@@ -4,8 +4,8 @@ The displacement is u = sum q_m phi_m + b l(x), l(x) = (L - x) / L, b that of th
 the modes move as if the stop stood still; where it changes they get a kick, v_m <- v_m - l_m (b'_new - b'_old) with
 l_m = sqrt(2 L) / (pi m), the projection of l. That is exact for a path b(t) of straight lines between frames. The
 finger that hammers takes the end along from the speed it has to the finger's own, smoothly, and stops dead on the
-crown: the last kick is the snap. A finger that only presses the string down comes to rest gently, by a polynomial of the
-fifth degree in time.
+crown: the last kick is the snap. A finger that only presses the string down comes to rest gently, by a polynomial of
+the fifth degree in time.
 
 Contact is off while the stop moves, for a few milliseconds: a string that ends above a fret is lifted off the next
 ones. After that the string may be a few micrometres inside an obstacle, where contact would hold energy that nobody put

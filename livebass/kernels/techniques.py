@@ -293,7 +293,7 @@ def end_note(string, ops, damping):
     interrupt(string, ops)
     if not slot.on:
         return
-    firm = damping / USUAL_DAMPING * touch.mass(ops[0]) * ops[0].speed
+    firm = damping / USUAL_DAMPING * touch.impedance(ops[0])
     stopped = ops[slot.fret].length
     x = ops[0].length - stopped
     voice.striking = 0

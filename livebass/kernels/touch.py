@@ -160,6 +160,12 @@ def mass(op):
 
 
 @jit
+def impedance(op):
+    """mu c, kg/s."""
+    return mass(op) * op.speed
+
+
+@jit
 def damp(voice, slot, op):
     """Lets the fingers damp the slot for one frame, after it has moved."""
     whole = 0.0
