@@ -75,6 +75,7 @@ INSTRUMENT = np.dtype(
         ("decay", "f8", (MOST_STRINGS, MOST_PICKUPS)),  # 1/m
         ("mix", "f8", (MOST_STRINGS, MOST_PICKUPS)),
         ("across", "f8", (MOST_STRINGS, MOST_PICKUPS)),
+        ("stretch", "f8", (MOST_STRINGS,)),  # N/m, E A over twice the length that stretches
         ("saddle", "f8", (MOST_STRINGS, MOST_PICKUPS)),  # m, distance from the saddle; of sensors, for u and v, too
     ],
     align=True,
@@ -178,6 +179,7 @@ def connect(string, instrument, i, coil):
     """`connect_string` for records."""
     voice, player = string.voice, instrument.player
     voice.pickups = instrument.pickups[i]
+    voice.stretch = instrument.stretch[i]
     for k in range(MOST_PICKUPS):
         voice.decay[k] = instrument.decay[i, k]
         voice.mix[k] = instrument.mix[i, k]

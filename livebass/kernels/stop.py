@@ -22,7 +22,7 @@ from livebass.kernels.operators import heights, shape
 from livebass.kernels.records import UNKNOWN
 from livebass.kernels.slot import disturb, forget_contact
 
-LONGEST = 3e-3  # s of a finger's way to the fret: a slower finger is made faster
+LONGEST = 6e-3  # s of a finger's way to the fret: a slower finger is made faster
 ROOM = 2e-6  # m, between the string and an obstacle it has been freed from
 GENTLE = 4e-3  # s in which a finger that does not hammer gets there
 SETTLING = 1e-3  # s, time constant of the change from one line of rest to another, as it is heard

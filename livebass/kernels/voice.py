@@ -7,7 +7,7 @@ touches only what it is handed. [audio thread]
 import numpy as np
 
 from livebass.compiling import entry, jit
-from livebass.kernels import modal, stop, techniques, tone, touch
+from livebass.kernels import modal, stop, techniques, tension, tone, touch
 from livebass.kernels.elementary import exp
 from livebass.kernels.native import call_4, floats_at, record_address, record_at, records_at
 from livebass.kernels.operators import tap
@@ -317,6 +317,8 @@ def move(string, ops):
         elif slot.sunk > 0:
             stop.rise(slot, op, after)
         touch.damp(voice, slot, op)
+        if voice.stretch > 0.0 and slot.active > 0:
+            tension.pull(voice, slot, op, steps * op.fine)
         if slot.hand < 1.0:
             modal.scale(slot.u, slot.hand, slot.active)
             modal.scale(slot.v, slot.hand, slot.v_active)

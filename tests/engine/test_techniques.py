@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,6 +11,8 @@ import pytest
 from livebass import QUALITIES, load_preset
 from livebass.arrays import Floats
 from livebass.engine.engine import Engine
+from livebass.engine.prepare import play_frames
+from livebass.kernels.records import EVENT, PLUCK
 
 RATE = 48000
 LEGATO, HARMONIC, GHOST, PALM, TAP, SLIDE, VIBRATO = 12, 17, 10, 3, 2, 4, 6  # key switches
@@ -33,7 +35,12 @@ def engine(preset: str) -> Engine:
     return ENGINES[preset].another()
 
 
-def play(messages: Sequence[Message], seconds: float, preset: str = "jazz-finger", watch: Any = None) -> Floats:
+def play(
+    messages: Sequence[Message],
+    seconds: float,
+    preset: str = "jazz-finger",
+    watch: Callable[[Engine], None] | None = None,
+) -> Floats:
     """The mix (n,) of a performance; watch(engine), if given, is called after each of its messages."""
     played, sounds, at = engine(preset), [], 0
     for when, *message in sorted(messages):
@@ -102,13 +109,13 @@ def test_a_hammer_on_and_a_pull_off_sound_at_their_pitch(preset: str, low: int, 
 
 
 def test_a_hammer_on_is_as_loud_as_its_velocity() -> None:
-    """From -25 to +6 dB of a firm pluck over velocity, growing."""
+    """From -25 to +10 dB of a firm pluck over velocity, growing."""
     plucked = rms(part(play([on(0.1, 48, 110)], 0.6), 0.15, 0.3))
     levels = []
     for velocity in (1, 40, 80, 127):
         sound = play([on(0, TAP), on(0.1, 48, velocity)], 0.6)
         levels.append(db(rms(part(sound, 0.15, 0.3)) / plucked))
-    assert levels == sorted(levels) and -25 < levels[0] < levels[-1] < 6, levels
+    assert levels == sorted(levels) and -25 < levels[0] < levels[-1] < 10, levels
 
 
 def test_the_motion_goes_over_and_the_old_pitch_is_gone() -> None:
@@ -131,7 +138,7 @@ def test_no_change_of_fret_clicks(preset: str, gap: float) -> None:
         messages = [(0.0, 0x90, 19, 100), on(0, LEGATO), on(0.1, 45, 80), on(0.5, first, 80), on(0.5 + gap, second, 80)]
         sound = play(messages, 0.8, preset)
         pluck = play([(0.0, 0x90, 19, 100), on(0.5, second, 80)], 0.8, preset)
-        louder = rms(part(sound, 0.5, 0.1)) / rms(part(pluck, 0.5, 0.1))
+        louder = rms(part(sound, 0.5, 0.03)) / rms(part(pluck, 0.5, 0.03))
         assert steps(sound, 0.5) < 4 * steps(pluck, 0.5) * max(louder, 1.0), (first, second)
 
 
@@ -236,9 +243,9 @@ def test_vibrato_goes_up_from_a_fret_and_both_ways_on_a_board() -> None:
 
 def test_a_string_key_forces_its_string() -> None:
     for switch, i in ((16, 0), (9, 1), (14, 2)):
-        strings: list[list[bool]] = []
-        play([on(0, switch), on(0.1, 45, 80)], 0.2, watch=lambda e: strings.append([v.sounding() for v in e.voices]))
-        assert strings[-1] == [k == i for k in range(4)]
+        seen: list[Engine] = []
+        play([on(0, switch), on(0.1, 45, 80)], 0.2, watch=seen.append)
+        assert [v.sounding() for v in seen[-1].voices] == [k == i for k in range(4)]
 
 
 def test_files_without_switches_sound_as_ever() -> None:
@@ -247,3 +254,32 @@ def test_files_without_switches_sound_as_ever() -> None:
     clean = [on(0.1, 45, 80), off(0.5, 45), on(0.5, 47, 80), off(0.9, 47)]
     first, second = (part(play(m, 1.2), 0.6, 0.25) for m in (overlapping, clean))
     assert abs(db(rms(first) / rms(second))) < 3
+
+
+# Tension
+
+
+def cents_at(sound: Floats, when: float, note: float) -> float:
+    """Cents of the fundamental in a window of five periods around `when`, above that at 1.2 s."""
+    wide = 5 / hz(note)
+    return cents(part(sound, when - wide / 2, wide), note) - cents(part(sound, 1.2, 0.5), note)
+
+
+@pytest.mark.parametrize(("key", "apex", "least", "most"), [(28, 6e-3, 6, 22), (33, 6e-3, 4, 16), (43, 6e-3, 3, 14)])
+def test_hard_notes_begin_sharp(key: int, apex: float, least: float, most: float) -> None:
+    """Cents of open strings without frets near, plucked by 6 mm; without axial stiffness none."""
+    bass = load_preset("jazz-finger")
+    far = replace(
+        bass, necks=tuple(replace(n, fret_heights=tuple(h - 0.03 for h in n.fret_heights)) for n in bass.necks)
+    )
+    rigid = replace(far, strings=tuple(replace(s, axial_stiffness=0.0) for s in far.strings))
+    i = [s.open_note for s in bass.strings].index(key)
+    found = []
+    for instrument in (far, rigid):
+        player = Engine(instrument, QUALITIES["live"], RATE)
+        events = np.zeros(1, EVENT)
+        events["kind"], events["x"], events["y"] = PLUCK, apex, 0.8 * 0.8636
+        sound = np.zeros(2 * RATE)
+        play_frames(player.voices[i], player.pool.records[i], events, sound)
+        found.append(cents_at(sound, 0.15, key))
+    assert least < found[0] < most and abs(found[1]) < 2, found
