@@ -20,12 +20,11 @@ and silent; `op` and `to` are their operators. [audio thread]
 import numpy as np
 
 from livebass.compiling import compiled, jit
-from livebass.kernels.elementary import cos, exp, sin
+from livebass.kernels.elementary import cos, sin
 from livebass.kernels.modal import LANES
 from livebass.kernels.operators import heights, positions
 
 SAME = 1e-9  # relative, of wave numbers that count as equal
-FLESH = 2e-3  # m, half width of the finger that lets the string go
 CLOSE = 1e-6  # m: stops that are one
 
 fast = compiled(fastmath=LANES)
@@ -148,5 +147,5 @@ def to_longer(w, op, new, to, n, height, speed):
             q = w.q[same]
             x += part * q
             y += part * (w.pace[same] * w.p[same] - w.sigma[same] * q)
-        shape = corner * phi / (k * k) * exp(-0.5 * (k * FLESH) ** 2) / (1 + to.held_stiffness * (k * k))
+        shape = corner * phi / (k * k) / (1 + to.held_stiffness * (k * k))
         put(new, j, x + height * shape, y + speed * shape)
