@@ -482,16 +482,18 @@ def demo_score(rate: int, style: str = "finger") -> Score:
 
 # One phrase a technique: its name, the key switch that is held meanwhile (None: there is none), the controllers before
 # it (number, value), and its notes: start and length in eighths, note, velocity. Legato notes overlap.
-TECHNIQUES: tuple[tuple[str, int | None, tuple[tuple[int, int], ...], tuple[tuple[float, float, str, int], ...]], ...] = (
+Phrase = tuple[str, int | None, tuple[tuple[int, int], ...], tuple[tuple[float, float, str, int], ...]]
+TECHNIQUES: tuple[Phrase, ...] = (
     ("fingers", 13, (), ((0, 1, "E1", 60), (1, 1, "G1", 70), (2, 1, "A1", 80), (3, 2, "E2", 100))),
     ("hammer-on and pull-off", 12, (), (
-        (0, 3.9, "A1", 80), (1, 1, "B1", 70), (3, 0.9, "B1", 70), (4, 4, "D2", 80), (5, 1, "E2", 80), (6.5, 1, "F#2", 90))),
+        (0, 3.9, "A1", 80), (1, 1, "B1", 70), (3, 0.9, "B1", 70), (4, 4, "D2", 80), (5, 1, "E2", 80),
+        (6.5, 1, "F#2", 90))),
     ("trill", 12, (), ((0, 6, "A2", 80), *((1 + k / 2, 0.25, "B2", 80) for k in range(8)))),
     ("tapping", 2, (), ((0, 0.9, "E2", 80), (1, 0.9, "B2", 100), (2, 0.9, "E3", 110), (3, 2, "G2", 100))),
     ("slides", 4, (), ((0, 4, "E2", 90), (1.5, 2.4, "B2", 90), (4, 4, "B2", 90), (5.5, 2.4, "F#2", 90))),
     ("vibrato", None, ((1, 127),), ((0, 6, "D3", 90),)),
-    ("palm mute, loose", None, ((1, 0), (9, 25)), tuple((k, 0.9, n, 90) for k, n in enumerate(("E1", "E1", "G1", "A1")))),
-    ("palm mute, tight", None, ((9, 110),), tuple((k, 0.9, n, 90) for k, n in enumerate(("E1", "E1", "G1", "A1", "E2")))),
+    ("palm mute, loose", None, ((1, 0), (9, 25)), tuple((k, 0.9, n, 90) for k, n in enumerate(("E1", "G1", "A1")))),
+    ("palm mute, tight", None, ((9, 110),), tuple((k, 0.9, n, 90) for k, n in enumerate(("E1", "G1", "A1", "E2")))),
     ("ghost notes", 10, ((9, 0),), tuple((k / 2, 0.4, n, 90) for k, n in enumerate(("A1", "A1", "E2", "A1", "E2")))),
     ("natural harmonics", 17, (), ((0, 2, "G3", 90), (1, 2, "D3", 90), (2, 2, "A2", 90), (3, 3, "D4", 90))),
     ("artificial harmonics", 17, (), ((0, 2, "F#2", 90), (2, 3, "B2", 100))),

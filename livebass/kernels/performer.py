@@ -419,7 +419,7 @@ def note_on(p, ops, frame, key, velocity, events, count):
         return count
     legato = (p.legato or p.switched[LEGATO] > 0) and p.switched[HARMONIC] == 0
     slides = p.sliding or p.switched[SLIDE] > 0
-    node, i = np.int64(0), np.int64(-1)
+    node, i = 0, -1
     if p.switched[HARMONIC] > 0:
         i, node = natural_harmonic(p, note, own_string)
     if i < 0 and (legato or slides):

@@ -45,7 +45,7 @@ def begin(stop, place, speed, finger, voice):
         stop.blend = max(1, np.int64(np.rint(GENTLE * voice.rate)))
         return
     fast = max(finger, abs(place) / LONGEST)
-    stop.wanted = -fast if place > 0.0 else fast
+    stop.wanted = fast
     stop.blend = max(1, np.int64(np.rint(0.25 * abs(place) / fast * voice.rate)))
 
 
@@ -70,7 +70,8 @@ def next_speed(stop, h):
         x = stop.away * (1.0 - t * t * t * (10.0 - t * (15.0 - 6.0 * t)))
         x += stop.first * stop.blend * h * (t - t * t * t * (6.0 - t * (8.0 - 3.0 * t)))
         return (x - stop.place) / h
-    speed = stop.first + (stop.wanted - stop.first) * (t * t * (3.0 - 2.0 * t))
+    toward = -stop.wanted if stop.place > 0.0 else stop.wanted  # a string may have swung to the other side
+    speed = stop.first + (toward - stop.first) * (t * t * (3.0 - 2.0 * t))
     if stop.place * (stop.place + speed * h) <= 0.0:
         speed = -stop.place / h  # the frame in which it arrives
     return speed

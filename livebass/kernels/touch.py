@@ -13,6 +13,8 @@ A finger lands and lifts in a ramp of R. Places are from the saddle: they outliv
 `op` its operator. [audio thread]
 """
 
+from typing import Any
+
 import numpy as np
 
 from livebass.compiling import jit
@@ -113,8 +115,8 @@ def take_place(slot, op, i, t):
     key[1] = t.width
     key[2] = op.coefficients
     k1 = np.pi / op.length
-    n = min(np.int64(NARROWEST / (k1 * max(t.width, 1e-4))) + 1, MOST_TOUCHED)
-    n = min((n + BLOCK - 1) // BLOCK * BLOCK, op.padded)
+    n: Any = np.int64(NARROWEST / (k1 * max(t.width, 1e-4))) + 1
+    n = min((min(n, MOST_TOUCHED) + BLOCK - 1) // BLOCK * BLOCK, op.padded)
     x = min(max(op.length - t.place, 0.0), op.length)
     row = slot.touch_shape[i]
     square = 0.0
