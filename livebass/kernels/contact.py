@@ -185,28 +185,68 @@ def solve_two(w, op, near, i, k):
 
 @jit
 def solve_together(w, op, near, count):
-    """Newton's method in all points at once. False, forces kept, where it does not converge.
+    """Newton's method in the points that could touch without force. False where it does not converge.
 
-    With D the slopes of the law, a step solves (1 + W D) dr = -residual; the forces are f + D dr of the last one,
-    which fulfils the equation to rounding.
+    Where the others would touch by the forces at these, in all points.
     """
-    residual, slope, law, r = w.solver.residual, w.solver.slope, w.solver.law, w.solver.r
-    matrix = w.solver.matrix
+    place, law, n = w.solver.place, w.solver.law, 0
     for i in range(count):
         m = near[i]
+        if w.eta_before[m] > 0.0 or w.eta_before[m] + w.wanted[m] > 0.0:
+            place[n] = i
+            n += 1
+    solved = newton(w, op, near, n)
+    if solved and n < count:
+        k = 0
+        for i in range(count):
+            if k < n and place[k] == i:
+                k += 1
+                continue
+            m = near[i]
+            felt = 0.0
+            for c in range(n):
+                felt += w.coupling[i, place[c]] * law[c]
+            solved = solved and not w.eta_before[m] + w.wanted[m] - felt > 0.0
+        if solved:
+            for i in range(count):
+                w.force[near[i]] = 0.0
+    if not solved:
+        if n == count:
+            return False
+        for i in range(count):
+            place[i] = i
+        n = count
+        if not newton(w, op, near, n):
+            return False
+    for i in range(n):
+        w.force[near[place[i]]] = law[i]
+    return True
+
+
+@jit
+def newton(w, op, near, count):
+    """Solves for the forces at `count` points, those at w.solver.place of `near`, alone; w.solver.law receives them.
+
+    With D the slopes of the law, a step solves (1 + W D) dr = -residual; the forces are f + D dr of the last one,
+    which fulfils the equation to rounding. w.force has first guesses. False where it does not converge.
+    """
+    residual, slope, law, r = w.solver.residual, w.solver.slope, w.solver.law, w.solver.r
+    matrix, place = w.solver.matrix, w.solver.place
+    for i in range(count):
+        m = near[place[i]]
         x = w.wanted[m]
         for k in range(count):
-            x -= w.coupling[i, k] * w.force[near[k]]
+            x -= w.coupling[place[i], place[k]] * w.force[near[place[k]]]
         if w.eta_before[m] <= 0.0 and w.eta_before[m] + x <= 0.0:
             x = w.wanted[m]
         r[i] = x
     for _ in range(MOST_TOGETHER):
         for i in range(count):
-            law[i], slope[i] = force(r[i], w.eta_before[near[i]], op.stiffness, op.exponent)
+            law[i], slope[i] = force(r[i], w.eta_before[near[place[i]]], op.stiffness, op.exponent)
         for i in range(count):
-            x = w.wanted[near[i]] - r[i]
+            x = w.wanted[near[place[i]]] - r[i]
             for k in range(count):
-                c = w.coupling[i, k]
+                c = w.coupling[place[i], place[k]]
                 x -= c * law[k]
                 matrix[i, k] = c * slope[k]
             residual[i] = x
@@ -219,8 +259,6 @@ def solve_together(w, op, near, count):
             law[i] += slope[i] * step
             done = done and abs(step) <= ENOUGH * abs(r[i]) + SMALL
         if done:
-            for i in range(count):
-                w.force[near[i]] = law[i]
             return True
     return False
 

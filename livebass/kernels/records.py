@@ -32,6 +32,7 @@ SOLVER = np.dtype(
         ("slope", "f8", (MOST_NEAR,)),  # df/dr
         ("law", "f8", (MOST_NEAR,)),  # f
         ("r", "f8", (MOST_NEAR,)),  # eta^{n+1} - eta^{n-1}
+        ("place", "i8", (MOST_NEAR,)),  # of the points solved for, among those near
     ],
     align=True,
 )
