@@ -1,0 +1,123 @@
+"""What the control socket offers: every parameter, the score, the metronome, notes, and every meter, by name."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Protocol
+
+from livebass.live.desk import BEATS, TEMPOS, Desk
+from livebass.live.osc import Control, Value
+from livebass.live.parameters import NUMBERS, PARAMETERS, Parameter
+from livebass.live.synth import Reading, Synth, decibels
+from livebass.preset.load import preset_names
+
+
+class Presets(Protocol):
+    """The switch of presets and qualities."""
+
+    @property
+    def playing(self) -> tuple[str, str]: ...
+
+    def choose(self, preset: str | None = None, quality: str | None = None) -> None: ...
+
+
+def control_table(
+    synth: Callable[[], Synth],
+    desk: Desk,
+    presets: Presets,
+    roll: Callable[[bool], None],
+    seek: Callable[[float], None],
+) -> dict[str, Control]:
+    """The controls of a session by name; `synth` returns the one that plays. They may be used by [any thread]."""
+
+    def playing(p: Parameter, number: int) -> Control:
+        def write(value: Value) -> None:
+            synth().set_parameter(number, held(p, value))
+
+        return Control(write, lambda: synth().parameter(number))
+
+    def relief(value: Value) -> None:
+        synth().record["adaptive"] = int(switch(value))
+
+    def running_ahead(value: Value) -> None:
+        synth().runs_ahead = switch(value)
+
+    def bass(value: Value) -> None:
+        presets.choose(preset=value if isinstance(value, str) else at(preset_names(), value))
+
+    def quality(value: Value) -> None:
+        p = next(p for p in PARAMETERS if p.symbol == "quality")
+        presets.choose(quality=value if isinstance(value, str) else at(list(p.points), value))
+
+    def tempo(value: Value) -> None:
+        desk.tempo = within(value, *TEMPOS)
+
+    def loop(begin: Value, end: Value) -> None:
+        part = within(begin, 0.0, math.inf), within(end, 0.0, math.inf)
+        desk.loop = part if part[1] > part[0] else None
+
+    def metronome(value: Value) -> None:
+        beats = within(value, *BEATS) if value else 0.0
+        desk.click(beats, synth().rate, synth().frame)
+
+    def note(key: Value, velocity: Value) -> None:
+        key, velocity = int(within(key, 0, 127)), int(within(velocity, 0, 127))
+        synth().send(0x90 if velocity else 0x80, key, velocity)
+
+    table = {symbol: playing(PARAMETERS[number], number) for symbol, number in NUMBERS.items()}
+    table |= {
+        "bass": Control(bass, lambda: presets.playing[0]),
+        "quality": Control(quality, lambda: presets.playing[1]),
+        "running_ahead": Control(running_ahead, lambda: int(synth().runs_ahead)),
+        "relief": Control(relief, lambda: int(synth().record["adaptive"][0])),
+        "note": Control(note),
+        "panic": Control(lambda *_: synth().panic()),
+        "metronome": Control(metronome, lambda: desk.beats),
+    }
+    if desk.score:
+        table |= {
+            "rolling": Control(lambda value: roll(switch(value)), lambda: int(desk.rolling)),
+            "position": Control(lambda value: seek(within(value, 0.0, desk.length)), lambda: desk.position),
+            "tempo": Control(tempo, lambda: desk.tempo),
+            "loop": Control(loop, lambda: desk.loop[0] if desk.loop else -1.0),
+        }
+    return table
+
+
+def within(value: Value, least: float, most: float) -> float:
+    """The number `value`. Raises ValueError outside its limits and for text."""
+    if isinstance(value, str) or not least <= value <= most:
+        raise ValueError(f"{value!r}: allowed are numbers from {least:g} to {most:g}")
+    return float(value)
+
+
+def held(p: Parameter, value: Value) -> float:
+    """A value for the parameter `p`: a number within its limits, or the name of a point."""
+    if isinstance(value, str) and value in p.points:
+        return float(p.points.index(value))
+    number = within(value, p.least, p.most)
+    return float(round(number)) if p.whole else number
+
+
+def switch(value: Value) -> bool:
+    """On or off, from 1 or 0."""
+    return within(value, 0, 1) >= 0.5
+
+
+def at(names: list[str], value: Value) -> str:
+    """The name with the number `value`, from 0."""
+    return names[int(within(value, 0, len(names) - 1))]
+
+
+def meter_table(reading: Reading | None, shown: Mapping[str, Value]) -> dict[str, Value]:
+    """The meters by name: those of the last reading, if there was one, and what else the status line shows."""
+    table = {name: -1.0 if isinstance(value, float) and math.isnan(value) else value for name, value in shown.items()}
+    if reading is None:
+        return table
+    m = reading.meters
+    return table | {
+        "load": reading.median, "worst": m.worst, "peak": decibels(m.peak), "frame": m.frame / 1.0,
+        "blocks": m.blocks, "late": m.late, "underruns": m.underruns, "messages": m.messages, "faults": m.faults,
+        "overload": m.overload, "lost": m.lost, "clipped": m.clipped,
+    }  # fmt: skip
