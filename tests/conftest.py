@@ -63,7 +63,9 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
 @pytest.fixture(autouse=True)
 def nothing_remembered(monkeypatch: pytest.MonkeyPatch, tmp_path_factory: pytest.TempPathFactory) -> None:
     """`livebass play` neither reads nor writes the settings of the user."""
-    monkeypatch.setenv("LIVEBASS_SETTINGS", str(tmp_path_factory.getbasetemp() / "none" / str(next(NUMBERS)) / "a.toml"))
+    monkeypatch.setenv(
+        "LIVEBASS_SETTINGS", str(tmp_path_factory.getbasetemp() / "none" / str(next(NUMBERS)) / "a.toml")
+    )
 
 
 @pytest.fixture

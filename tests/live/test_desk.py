@@ -1,5 +1,6 @@
 """What plays beside the synth, on a fake device: a score that pauses, loops and changes its tempo, learned controllers,
-the metronome, the tuner."""
+the metronome, the tuner.
+"""
 
 from __future__ import annotations
 
@@ -123,7 +124,9 @@ def test_the_tempo_moves_notes_and_not_their_pitch(tempo: float) -> None:
 
 def test_a_place_that_is_gone_to_has_its_controllers() -> None:
     """The bend and the volume that were there last; RPNs and what comes later are not sent."""
-    score = score_of([(k / 10, 0.05, 30 + k, 100) for k in range(10)], RATE, bends=[(0.2, 0.5), (0.35, -0.5), (0.8, 1.0)])
+    score = score_of(
+        [(k / 10, 0.05, 30 + k, 100) for k in range(10)], RATE, bends=[(0.2, 0.5), (0.35, -0.5), (0.8, 1.0)]
+    )
     desk, synth, device = desk_and_device(score)
     play(device, LEADING)
     desk.seek(0.5)

@@ -21,6 +21,7 @@ CHANNEL_MODES = 120  # the first controller that is none
 PEDAL = 64
 SCORE_RING = 1
 CHASED = 1024  # messages before a place that are searched for controllers
+MISSED = 0.1  # s: what JACK's transport goes on while this client misses periods, whose notes are then played late
 MOST_TURNS = 8  # of a loop in one block
 ROLLING = 1  # JACK's state of a transport that moves
 POSITION_WORDS = 32  # more than a jack_position_t has; its word 2 is the rate, and in the upper half the frame
@@ -185,7 +186,8 @@ def play_score(desk, synth, n):
         room = record_address(desk) + TRANSPORT
         rolling = status_from(desk.transport_query, desk.client, room, np.int64(0)) == ROLLING  # of two arguments
         there = ((desk.transport[POSITION_FRAME] >> 32) & 0xFFFFFFFF) * step
-        if abs(there - desk.position) > step:
+        gap = there - desk.position
+        if gap < -step or gap > MISSED * desk.rate:
             go_to(desk, synth, there, synth.frame)
         else:
             desk.position = there
