@@ -158,7 +158,7 @@ def test_a_file_is_looped_to_its_own_end(tmp_path: Path) -> None:
 
 
 def test_a_score_goes_on_at_another_rate() -> None:
-    desk, synth, device = desk_and_device(tune(30, 31, 32))
+    desk, _, device = desk_and_device(tune(30, 31, 32))
     play(device, LEADING)
     slower = Synth(24000, adaptive=False, desk=desk)
     slower.keep_messages()
@@ -254,7 +254,7 @@ def test_the_metronome_clicks_to_the_frame_and_is_not_in_the_take(size: int) -> 
 
 @pytest.mark.parametrize("key", [28, 33, 40, 48])
 def test_the_tuner_hears_the_note_and_how_far_it_is_off(key: int) -> None:
-    desk, synth, device = desk_and_device()
+    _, synth, device = desk_and_device()
     synth.start_recording()
     synth.send(0x90, key, 50)
     play(device, RATE // 2)
