@@ -99,7 +99,7 @@ sound, the oldest first. They change back one by one when the load has stayed be
     help="Repeat the --file, or the part of it between two times, such as 4s:12s.",
 )
 @click.option(
-    "--tempo", type=Number("percent", 10, 400, unit="%"), default=100, show_default="100%", help="Tempo of the --file."
+    "--tempo", type=Number("percent", 10, 400, unit="%"), default=100, show_default=True, help="Tempo of the --file, %."
 )
 @click.option("--transport", is_flag=True, help="The --file starts, stops and moves with JACK's transport.")
 @click.option("--metronome", type=Number("BPM", 20, 400), help="Click so many times a minute.")
@@ -109,7 +109,7 @@ sound, the oldest first. They change back one by one when the load has stayed be
     "--learn",
     multiple=True,
     type=Learn(),
-    help="Have a MIDI controller move a parameter: tone=74; tone: the control you move next; tone=off: none.",
+    help="The MIDI controller that moves a parameter: tone=74; tone alone, the control you move next; tone=off, none.",
 )
 @click.option(
     "--osc", type=Number("port", 1, 65535, whole=True), help="Listen to OSC on this UDP port of this machine alone."
