@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import math
 import os
 import sys
 from collections.abc import Iterator
@@ -37,7 +36,7 @@ CONTROLLERS = """\
   program           33 to 38 of General MIDI choose a preset, see `livebass presets list`
   6, 38, 100, 101   RPN 0, the range of the pitch bend
   any other         what --learn gives it: gain, tone, pluck_position, dynamics, technique, hand_damping, unevenness or
-                    bend_range; at 64 the parameter is as the bass has it
+                    bend_range; at 64 the parameter is as the bass has it, the gain at 127
   120, 121, 123     all sound off, reset all controllers, all notes off
 
 When a block takes more than three quarters of its time, strings change to 150 modes and contact steps at 192 kHz, one
@@ -306,9 +305,8 @@ class Memory:
         if "preset" in self.given or summary.preset != began_with:
             is_file = summary.preset.endswith(".toml") or "/" in summary.preset
             changes["preset"] = os.path.abspath(summary.preset) if is_file else summary.preset
-        gain = round(20 * math.log10(summary.gain), 1) if summary.gain > 0 else None
-        if gain is not None and ("gain" in self.given or gain != (self.before.gain or 0.0)):
-            changes["gain"] = min(max(gain, -60.0), 20.0)
+        if "gain" in self.given:
+            changes["gain"] = click.get_current_context().params["gain"]
         if self.given & {"backend", "audio"}:
             wanted = click.get_current_context().params["backend"]
             changes["backend"] = wanted if wanted == "portaudio" else None  # JACK plays anyway where it runs

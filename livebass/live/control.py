@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Protocol
 
 from livebass.live.desk import BEATS, TEMPOS, Desk
 from livebass.live.osc import Control, Value
 from livebass.live.parameters import NUMBERS, PARAMETERS, Parameter
 from livebass.live.synth import Reading, Synth, decibels
+from livebass.live.tuner import tuning
 from livebass.preset.load import preset_names
+
+COUNTS = ("frame", "blocks", "late", "underruns", "messages", "faults", "overload", "lost", "clipped")  # meters
+MOST_COUNT = (1 << 31) - 1  # of OSC's whole numbers
 
 
 class Presets(Protocol):
@@ -54,6 +58,8 @@ def control_table(
         desk.tempo = within(value, *TEMPOS)
 
     def loop(begin: Value, end: Value) -> None:
+        if desk.follows_transport:
+            raise ValueError("JACK's transport has the say")
         part = within(begin, 0.0, math.inf), within(end, 0.0, math.inf)
         desk.loop = part if part[1] > part[0] else None
 
@@ -110,14 +116,16 @@ def at(names: list[str], value: Value) -> str:
     return names[int(within(value, 0, len(names) - 1))]
 
 
-def meter_table(reading: Reading | None, shown: Mapping[str, Value]) -> dict[str, Value]:
-    """The meters by name: those of the last reading, if there was one, and what else the status line shows."""
-    table = {name: -1.0 if isinstance(value, float) and math.isnan(value) else value for name, value in shown.items()}
+def meter_table(reading: Reading | None) -> dict[str, Value]:
+    """The meters of a reading, by name; loads are parts of a block's time, the peak is in dB, counts have 31 bits."""
     if reading is None:
-        return table
+        return {}
     m = reading.meters
-    return table | {
-        "load": reading.median, "worst": m.worst, "peak": decibels(m.peak), "frame": m.frame / 1.0,
-        "blocks": m.blocks, "late": m.late, "underruns": m.underruns, "messages": m.messages, "faults": m.faults,
-        "overload": m.overload, "lost": m.lost, "clipped": m.clipped,
-    }  # fmt: skip
+    counts = {name: getattr(m, name) & MOST_COUNT for name in COUNTS}
+    return {"load": reading.median, "worst": m.worst, "peak": decibels(m.peak)} | counts
+
+
+def tuner_meters(frequency: float) -> dict[str, Value]:
+    """The pitch of what sounds (Hz, NaN: none), its note, and how many cents it is off; 0, - and 0 if there is none."""
+    note, cents = tuning(frequency) or ("-", 0.0)
+    return {"frequency": 0.0 if math.isnan(frequency) else frequency, "note": note, "cents": cents}

@@ -23,11 +23,11 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from livebass.interrupts import StopFlag
-from livebass.live.control import control_table, meter_table
+from livebass.live.control import control_table, meter_table, tuner_meters
 from livebass.live.desk import Desk, MidiLearn
 from livebass.live.guards import TIMEOUT
 from livebass.live.inputs import LOOK_EVERY, MidiLost, MidiPort, TerminalKeys, let_go
-from livebass.live.osc import HOST, OscServer
+from livebass.live.osc import HOST, OscServer, Value
 from livebass.live.outputs import JackOutput, OutputLost, PortAudioOutput, restart_portaudio, silence_jack
 from livebass.live.recording import MidiRecorder, Recorder
 from livebass.live.synth import Gauge, LiveBass, Meters, Reading, Synth, strings
@@ -103,7 +103,6 @@ class Summary:
     short: str | None  # why not all was recorded
     lost: str | None  # the reason, if it ended because the output went away
     preset: str  # that played last
-    gain: float  # linear, at the end
     audio: str | None  # the PortAudio device, by a name that it alone has
     midi: str | None  # the MIDI port
 
@@ -119,7 +118,8 @@ class Session:
         for symbol, controller in settings.controllers.items():
             self.desk.learn(symbol, controller)
         self.output: Output  # opened by `run`
-        self.synth: Synth | None = None  # set when it begins to play
+        self.synth: Synth | None = None  # set when it begins to play ...
+        self.loop: _Loop | None = None  # ... as is this
 
     def run(self) -> Summary:
         """Plays until `stop` is set, the score is over, or the output is gone.
@@ -153,6 +153,9 @@ class Session:
             synth.switch_to(coming.pop().result())
             presets = PresetSwitch(synth, settings.preset, settings.quality)
             ends.callback(presets.close)
+            osc = self._control_socket(presets)
+            if osc:
+                ends.callback(osc.close)
             learn = MidiLearn(self.desk, settings.learn)
             others = {"\t": presets.next_preset, "\n": presets.next_quality, "\r": presets.next_quality}
             others |= {"\\": learn.next_parameter} | (self._score_keys() if score else {})
@@ -168,24 +171,26 @@ class Session:
                 if take:
                     ends.push(take)  # ends first: a device that hangs later cannot lose the recording
             self._say_playing()
-            gauge = Gauge(synth)
-            loop = _Loop(self, midi, presets, keys, recorder, messages, score, gauge, learn)
-            if settings.osc is not None:
-                controls = control_table(lambda: self.output.synth, self.desk, presets, self.roll, self.seek)
-                loop.osc = OscServer(settings.osc, controls, lambda: meter_table(loop.reading, loop.shown()))
-                ends.callback(loop.osc.close)
-                LOG.info("control socket: OSC at %s:%d", HOST, loop.osc.port)
-            self.synth = synth
+            if osc:
+                LOG.info("control socket: OSC at %s:%d", HOST, osc.port)
+            gauge, self.synth = Gauge(synth), synth
+            loop = self.loop = _Loop(self, midi, presets, keys, recorder, messages, score, gauge, learn, osc)
             lost = loop.run()
             synth = self.output.synth
             meters, seconds = gauge.read().meters, synth.frame / synth.rate
-            gain = loop.gain if loop.moving else float(synth.record["gain_target"][0])
         takes = [take for take in (recorder, messages) if take]
         return Summary(
             self.output.name, seconds, meters, gauge.worst, gauge.peak,
             tuple(take.kept for take in takes if take.kept), next((t.short for t in takes if t.short), None), lost,
-            presets.playing[0], gain, getattr(self.output, "full_name", None), midi.name if midi else None,
+            presets.playing[0], getattr(self.output, "full_name", None), midi.name if midi else None,
         )  # fmt: skip
+
+    def _control_socket(self, presets: PresetSwitch) -> OscServer | None:
+        """Opens the control socket, if one is wanted. Raises OscLost."""
+        if self.settings.osc is None:
+            return None
+        controls = control_table(lambda: self.output.synth, self.desk, presets, self.roll, self.seek)
+        return OscServer(self.settings.osc, controls, lambda: self.loop.meters() if self.loop else {})
 
     def _score_keys(self) -> dict[str, Callable[[], None]]:
         """What the keys of a score do: see SCORE_HELP of the inputs."""
@@ -210,15 +215,15 @@ class Session:
             else:
                 loop(*desk.looped_last)
 
-        return {
+        keys = {
             "k": lambda: self.roll(not desk.rolling),
             "a": lambda: self.seek(desk.loop[0] if desk.loop else 0.0),
-            "f": switch_loop,
-            "(": lambda: here(True),
-            ")": lambda: here(False),
             "<": lambda: change_tempo(-TEMPO_STEP),
             ">": lambda: change_tempo(TEMPO_STEP),
         }
+        if not desk.follows_transport:
+            keys |= {"f": switch_loop, "(": lambda: here(True), ")": lambda: here(False)}
+        return keys
 
     def roll(self, rolling: bool) -> None:
         """Starts or stops the score, by JACK's transport if it follows that. [any thread]"""
@@ -422,12 +427,13 @@ class _Loop:
         synth = self.output.synth
         return frequency_of(synth.recent, synth.rate) if self.session.settings.tuner else math.nan
 
-    def shown(self) -> dict[str, float | str]:
-        """What the status line shows besides the meters. [any thread]"""
-        return {
-            "notes": strings(self.output.synth), "preset": self.presets.playing[0], "quality": self.presets.playing[1],
-            "position": self.session.desk.position, "frequency": self.frequency(),
-        }  # fmt: skip
+    def meters(self) -> dict[str, Value]:
+        """All meters for the control socket, by name. [any thread]"""
+        preset, quality = self.presets.playing
+        desk, notes = self.session.desk, strings(self.output.synth)
+        return meter_table(self.reading) | {
+            "notes": notes, "preset": preset, "quality": quality, "position": desk.position, "tempo": desk.tempo,
+        } | tuner_meters(self.frequency())  # fmt: skip
 
     def _status(self, reading: Reading) -> str:
         """The status line: notes, preset, load and level, and the keyboard's velocity and octave."""

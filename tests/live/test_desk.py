@@ -94,6 +94,45 @@ def test_a_loop_comes_round_at_its_frame(size: int) -> None:
     assert [key for _, key in notes_of(synth)][-2:] == [33, 34]
 
 
+def test_a_loop_at_another_tempo_keeps_its_time() -> None:
+    """A hundred turns, none of them a whole number of frames long, in blocks of any length."""
+    heard = []
+    for size in (64, 1999):
+        desk, synth, device = desk_and_device(tune(30, 31, 32))
+        desk.tempo = 0.77
+        desk.loop = (0.0, 0.10001)
+        device.block(round(LEADING / 0.77))
+        play(device, 10 * RATE, size)
+        heard.append([frame for frame, key in notes_of(synth) if key == 30])
+    turns = np.array(heard[0])
+    assert heard[0] == heard[1] and len(turns) > 70
+    assert np.abs(np.diff(turns) - round(0.10001 * RATE) / 0.77).max() < 2  # frames, of which each end is whole
+    assert abs((turns[-1] - turns[0]) / (len(turns) - 1) - round(0.10001 * RATE) / 0.77) < 0.03
+
+
+def test_nothing_a_player_does_to_a_score_leaves_a_note_behind() -> None:
+    """Random jumps, loops, tempos and pauses in blocks of any length: finite, and silent after a pause."""
+    rng = np.random.default_rng(7)
+    desk, synth, device = desk_and_device(demo_score(RATE, "slap"), "slap")
+    for _ in range(150):
+        what = int(rng.integers(0, 5))
+        if what == 0:
+            desk.seek(float(rng.uniform(-1, 11)))
+        elif what == 1:
+            begin = float(rng.uniform(0, 8))
+            desk.loop = None if rng.random() < 0.3 else (begin, begin + float(rng.uniform(0.1, 1)))
+        elif what == 2:
+            desk.tempo = float(rng.uniform(0.1, 4))
+        elif what == 3:
+            desk.rolling = bool(rng.integers(0, 2))
+        assert np.isfinite(device.block(int(rng.integers(1, 3000)))).all()
+    desk.rolling = False
+    play(device, 64)
+    held = [second for _, status, _, second in synth.played() if status & 0xF0 == 0x90]
+    assert synth.bass is not None and len(held) > 20
+    assert not synth.bass.engine.performer["state"][0].any() and synth.meters().faults == 0
+
+
 def test_a_loop_of_a_part_ends_the_notes_that_reach_beyond_it() -> None:
     desk, synth, device = desk_and_device(score_of([(0.0, 2.0, 30, 100), (1.0, 0.1, 40, 100)], RATE))
     desk.loop = (0.0, 0.5)
@@ -118,6 +157,11 @@ def test_the_tempo_moves_notes_and_not_their_pitch(tempo: float) -> None:
     frames, keys = zip(*notes_of(synth), strict=True)
     assert keys == (30, 31, 32)
     assert np.abs(np.diff(frames) - 4800 / tempo).max() <= 1
+    for size in (64, 1000):  # the length of blocks changes nothing
+        other, again, its_device = desk_and_device(tune(30, 31, 32))
+        other.tempo = tempo
+        play(its_device, round(LEADING / tempo) + RATE, size)
+        assert notes_of(again) == list(zip(frames, keys, strict=True))
     desk.tempo = 99.0
     assert desk.tempo == 4.0
 
@@ -190,8 +234,9 @@ def test_a_learned_controller_moves_its_parameter_and_nothing_else() -> None:
 def test_a_controller_in_its_middle_leaves_the_parameter_as_the_bass_has_it() -> None:
     for symbol, number in NUMBERS.items():
         values = [parameter_for(number, value) for value in range(128)]
-        assert values == sorted(values) and values[0] == LEAST[number] and values[-1] == MOST[number]
-        if symbol not in ("technique", "bend_range"):
+        most = 0 if symbol == "gain" else MOST[number]
+        assert values == sorted(values) and values[0] == LEAST[number] and values[-1] == most
+        if symbol not in ("gain", "technique", "bend_range"):
             assert values[64] == 0
         if PARAMETERS[number].whole:
             assert {value % 1 for value in values} == {0}

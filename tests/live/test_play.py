@@ -423,6 +423,7 @@ def test_a_rate_that_changes_is_followed(server: SimpleNamespace, tmp_path: Path
 
     def play(synth: Synth) -> None:
         synth.send(0xB0, 7, 80)
+        synth.set_parameter(1, -0.5)  # the tone
         played_on(synth, 0.6)
         assert isinstance(session.output, JackOutput)
         for rate in (44100, RATE):
@@ -432,6 +433,7 @@ def test_a_rate_that_changes_is_followed(server: SimpleNamespace, tmp_path: Path
             now = session.output.synth
             rates.append(rate)
             assert now.bass is not None and now.bass.engine.performer["volume"] == 80 / 127
+            assert now.parameter(1) == -0.5 and now.record["gain_target"][0] == 1
             assert now.frame / rate > 0.9 * before.frame / before.rate, "the time goes on"
             wait_for(lambda now=now: now.meters().peak > 0.01)  # type: ignore[misc]
             played_on(now, 0.8)

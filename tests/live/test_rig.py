@@ -8,6 +8,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import fields
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -23,13 +24,13 @@ from livebass import load_preset
 from livebass.arrays import Floats
 from livebass.bench.jack import MidiProbe, new_client
 from livebass.cli.remembered import load, settings_file
-from livebass.live.control import control_table, meter_table
+from livebass.live.control import control_table, meter_table, tuner_meters
 from livebass.live.desk import Desk
 from livebass.live.osc import OscLost, OscServer
 from livebass.live.outputs import JackOutput
 from livebass.live.parameters import NUMBERS, PARAMETERS
 from livebass.live.session import PresetSwitch, Session, Settings
-from livebass.live.synth import Gauge, LiveBass, Synth
+from livebass.live.synth import Gauge, LiveBass, Meters, Synth
 from livebass.score import score_of
 
 RATE = JACK_RATE
@@ -195,7 +196,7 @@ def test_a_client_of_its_own_name_that_connects_nothing(server: SimpleNamespace,
         summary = session_of(Session(settings), play)
     finally:
         looker.close()
-    assert summary.output == "JACK client low end" and summary.preset == "five-string" and summary.gain == 1
+    assert summary.output == "JACK client low end" and summary.preset == "five-string"
     assert seen == {
         "out_1": connect, "out_2": connect, "midi_in": 0, **{f"string_{k}": 0 for k in range(1, 6)},
     }  # fmt: skip
@@ -260,7 +261,7 @@ def test_the_control_socket_has_every_parameter_and_every_meter() -> None:
     gauge, presets = Gauge(synth), PresetSwitch(synth, "jazz-finger", QUICK)
     controls = control_table(lambda: synth, desk, presets, lambda r: setattr(desk, "rolling", r), desk.seek)
     assert set(controls) >= {p.symbol for p in PARAMETERS}
-    server = OscServer(0, controls, lambda: meter_table(gauge.read(), {"notes": "", "frequency": float("nan")}))
+    server = OscServer(0, controls, lambda: meter_table(gauge.read()) | tuner_meters(float("nan")))
     remote = Remote(server.port)
 
     def settles(name: str, value: float) -> None:
@@ -297,9 +298,10 @@ def test_the_control_socket_has_every_parameter_and_every_meter() -> None:
             address, (why,) = remote.hear()
             assert address == "error" and f"/livebass/{name}" in why and "\n" not in why
         remote.send("meters")
-        meters = dict(remote.hear() for _ in range(14))
-        assert {"meter/load", "meter/peak", "meter/underruns", "meter/overload", "meter/notes"} <= set(meters)
-        assert meters["meter/frequency"] == [-1.0]
+        meters = dict(remote.hear() for _ in range(15))
+        assert {"meter/load", "meter/peak", "meter/underruns", "meter/overload"} <= set(meters)
+        assert {field.name for field in fields(Meters)} <= {name.removeprefix("meter/") for name in meters}
+        assert meters["meter/frequency"] == [0.0] and meters["meter/note"] == ["-"]
         remote.send("subscribe")
         wait_for(lambda: server._subscribers)
         server.publish()
@@ -333,7 +335,10 @@ def test_a_session_with_a_file_keys_and_settings(server: SimpleNamespace, tmp_pa
     midi = mido.MidiFile()
     midi.tracks.append(track)
     midi.save(tmp_path / "song.mid")
-    arguments = ("--file", tmp_path / "song.mid", "--loop", "1s:2s", "--learn", "tone=74", "--osc", free_port())
+    arguments = (
+        "--file", tmp_path / "song.mid", "--loop", "1s:2s", "--learn", "tone=74", "--record", tmp_path / "take.wav",
+        "--record-midi", tmp_path / "take.mid", "--osc", free_port(),
+    )  # fmt: skip
     terminal = InTerminal("play", "--backend", "jack", *arguments, columns=160)
     try:
         terminal.wait("file: k pause")
@@ -341,6 +346,9 @@ def test_a_session_with_a_file_keys_and_settings(server: SimpleNamespace, tmp_pa
         terminal.wait("loop 0:01 to 0:02")
         remote = Remote(arguments[-1])
         assert remote.ask("bass") == "slap"
+        remote.send("meters")
+        meters = dict(remote.hear() for _ in range(20))
+        assert meters["meter/preset"] == ["slap"] and 0 < meters["meter/position"][0] < 2.1
         terminal.type("k")
         terminal.wait("paused")
         assert remote.ask("rolling") == 0
@@ -360,6 +368,7 @@ def test_a_session_with_a_file_keys_and_settings(server: SimpleNamespace, tmp_pa
         terminal.close()
     kept = load(settings_file())
     assert kept.controllers == {"tone": 74} and kept.preset not in (None, "slap") and kept.backend is None
+    assert f"; {tmp_path / 'take.wav'} and {tmp_path / 'take.mid'}" in terminal.shown.replace("\r\n", "")
     assert "Traceback" not in terminal.shown
 
 

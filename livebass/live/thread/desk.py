@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from livebass.compiling import entry, jit
+from livebass.kernels.elementary import log2
 from livebass.kernels.native import load_acquire, record_address, record_at, samples_at, status_from, words_at
-from livebass.kernels.performer import BEND_RANGE, LEAST, MOST, PARAMETERS, TECHNIQUE
+from livebass.kernels.performer import BEND_RANGE, GAIN_DB, LEAST, MOST, PARAMETERS, TECHNIQUE
 from livebass.live.thread.records import field_offset
 from livebass.live.thread.ring import KIND_BIT, PARAMETER, push, push_word, unpack
 
@@ -19,10 +20,12 @@ KEYS = 128
 WHEEL = CONTROLLERS  # place of the pitch bend behind the controllers
 CHANNEL_MODES = 120  # the first controller that is none
 PEDAL = 64
+VOLUME = 40.0 * float(np.log10(2.0))  # dB when a volume controller doubles
 SCORE_RING = 1
 CHASED = 1024  # messages before a place that are searched for controllers
 MISSED = 0.1  # s: what JACK's transport goes on while this client misses periods, whose notes are then played late
 MOST_TURNS = 8  # of a loop in one block
+ELSEWHERE = -1
 ROLLING = 1  # JACK's state of a transport that moves
 POSITION_WORDS = 32  # more than a jack_position_t has; its word 2 is the rate, and in the upper half the frame
 POSITION_FRAME = 2
@@ -36,6 +39,10 @@ DESK = np.dtype(
         ("count", "i8"),
         ("next", "i8"),  # first message that was not played
         ("position", "f8"),  # frame of the score where the next block begins; below 0 before it begins
+        ("anchor", "f8"),  # frame of the score ...
+        ("anchor_frame", "i8"),  # ... at this frame of the synth: since then neither tempo nor place has changed,
+        ("step", "f8"),  # frames of the score in one of the synth
+        ("due", "i8"),  # synth frame of the next block if nothing comes between; ELSEWHERE: place or tempo changed
         ("speed", "f8"),  # 1: as written
         ("rolling", "i8"),  # 0: Python wants it to stand still
         ("running", "i8"),  # it moved in the last block
@@ -72,9 +79,12 @@ desk_at = record_at(DESK)
 def turned(number, value):
     """The value of parameter `number` for a controller at `value`, 0 to 127: the middle, 64, is as usual.
 
-    Parameters without a middle go from the least at 0 to the most at 127; the technique has equal parts.
+    The gain is that of a volume controller, from silence to 0 dB. The bend range goes from 0 to the most at 127; the
+    technique has equal parts.
     """
     least, most = LEAST[number], MOST[number]
+    if number == GAIN_DB:
+        return max(VOLUME * log2(value / 127.0), least) if value > 0 else least
     if number == TECHNIQUE:
         return np.float64(value * (np.int64(most) + 1) // CONTROLLERS)
     if number == BEND_RANGE:
@@ -159,6 +169,7 @@ def go_to(desk, synth, place, frame):
             high = middle
     desk.next = low
     desk.position = place
+    desk.due = ELSEWHERE
     for k in range(CONTROLLERS + 1):
         desk.met[k] = 0
     for k in range(low - 1, max(low - 1 - CHASED, np.int64(-1)), -1):
@@ -172,52 +183,75 @@ def go_to(desk, synth, place, frame):
 
 
 @jit
+def follow_transport(desk, synth, step):
+    """Goes where JACK's transport is; returns True if that moves."""
+    room = record_address(desk) + TRANSPORT
+    rolling = status_from(desk.transport_query, desk.client, room, np.int64(0)) == ROLLING  # it takes two arguments
+    there = ((desk.transport[POSITION_FRAME] >> 32) & 0xFFFFFFFF) * step
+    gap = there - desk.position
+    if gap < -step or gap > MISSED * desk.rate:
+        go_to(desk, synth, there, synth.frame)
+    elif abs(gap) > 0.5 * step:
+        desk.position = there
+        desk.due = ELSEWHERE
+    return rolling
+
+
+@jit
+def set_anchor(desk, place, frame):
+    """Notes that the score is at `place` at the synth's `frame`, from which its other frames follow in any blocks."""
+    desk.anchor = place
+    desk.anchor_frame = frame
+
+
+@jit
 def play_score(desk, synth, n):
     """Sends the score's messages of the next n frames, where it rolls: by itself, or as JACK's transport does."""
     if desk.count == 0:
         return
-    step = desk.speed * desk.rate / synth.rate  # frames of the score in one of the synth
+    step = desk.speed * desk.rate / synth.rate
     rolling = desk.rolling != 0
     asked = load_acquire(record_address(desk) + SEEK_COUNT)
     if asked != desk.seek_seen:
         desk.seek_seen = asked
         go_to(desk, synth, np.float64(desk.seek), synth.frame)
     if desk.client != 0:
-        room = record_address(desk) + TRANSPORT
-        rolling = status_from(desk.transport_query, desk.client, room, np.int64(0)) == ROLLING  # of two arguments
-        there = ((desk.transport[POSITION_FRAME] >> 32) & 0xFFFFFFFF) * step
-        gap = there - desk.position
-        if gap < -step or gap > MISSED * desk.rate:
-            go_to(desk, synth, there, synth.frame)
-        else:
-            desk.position = there
+        rolling = follow_transport(desk, synth, step)
     if not rolling:
         if desk.running:
             let_go(desk, synth, synth.frame)
         desk.running = 0
+        desk.due = ELSEWHERE
         return
+    if desk.due != synth.frame or desk.step != step:
+        set_anchor(desk, desk.position, synth.frame)
     desk.running = 1
-    done: Any = 0.0  # frames of this block
+    desk.step = step
+    desk.due = synth.frame + n
     for _ in range(MOST_TURNS):
-        end = desk.position + (n - done) * step
-        turn = desk.loop_to > desk.loop_from and desk.position <= desk.loop_to < end
-        play_until(desk, synth, desk.loop_to if turn else end, step, done, n)
-        if not turn:
-            desk.position = end
-            return
-        done += (desk.loop_to - desk.position) / step
-        go_to(desk, synth, desk.loop_from, synth.frame + min(np.int64(done), n - 1))
+        turn = desk.anchor_frame + np.int64(np.ceil((desk.loop_to - desk.anchor) / step))
+        if desk.loop_to <= desk.loop_from or desk.position > desk.loop_to or turn >= desk.due:
+            break
+        play_until(desk, synth, turn, desk.loop_to)
+        place = desk.loop_from + (turn - desk.anchor_frame) * step + desk.anchor - desk.loop_to
+        go_to(desk, synth, desk.loop_from, turn)
+        desk.due = synth.frame + n
+        set_anchor(desk, place, turn)
+    play_until(desk, synth, desk.due, np.inf)
+    desk.position = desk.anchor + (desk.due - desk.anchor_frame) * step
 
 
 @jit
-def play_until(desk, synth, end, step, done, n):
-    """Sends the messages before frame `end` of the score, whose position is reached `done` frames into the block."""
+def play_until(desk, synth, until, end):
+    """Sends the messages before frame `until` of the synth and frame `end` of the score."""
     frames, words = words_at(desk.frames, desk.count), words_at(desk.words, desk.count)
     while desk.next < desk.count and frames[desk.next] < end:
         k = desk.next
-        into = np.int64(done + (frames[k] - desk.position) / step)
-        frame = synth.frame + min(max(into, np.int64(0)), n - 1)
+        frame = desk.anchor_frame + np.int64(np.floor((frames[k] - desk.anchor) / desk.step))
+        if frame >= until:
+            return
         status, first, second = unpack(words[k])
+        frame = max(frame, desk.anchor_frame, synth.frame)
         if not push(synth.midi_ring[SCORE_RING], synth.midi_ring_size[SCORE_RING], frame, status, first, second):
             return  # in the next block
         watch(desk, status, first, second)
