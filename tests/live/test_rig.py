@@ -8,7 +8,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -220,6 +220,25 @@ def test_a_take_names_the_sound_and_the_notes(server: SimpleNamespace, tmp_path:
     assert any(re.match(r"A1 [+-]\d+ cents   A1\(", line) and "metronome 240" in line for line in shown), shown
     sound = soundfile.read(takes[0])[0]
     assert np.abs(sound[: RATE // 20]).max() < 0.2, "no click in it"
+
+
+def test_what_cannot_be_is_said_before_anything_sounds(server: SimpleNamespace) -> None:
+    """A loop that is not in the file, and a port that another program has; the client is closed."""
+    looker = new_client("looker")
+    usual = Settings(load_preset("slap"), QUICK, "slap", backend="jack", keyboard=False, client="refused",
+                     read=lambda rate: score_of([(0.0, 1.0, 33, 100)], rate))  # fmt: skip
+    try:
+        with pytest.raises(ValueError, match=r"within the 1\.0 s"):
+            Session(replace(usual, loop=(5.0, 9.0))).run()
+        pytest.importorskip("pythonosc")
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
+            taken.bind(("127.0.0.1", 0))
+            port = taken.getsockname()[1]
+            with pytest.raises(OscLost, match=f"--osc {port}"):
+                Session(replace(usual, osc=port)).run()
+        assert not looker.get_ports("^refused")
+    finally:
+        looker.close()
 
 
 # ---- the control socket

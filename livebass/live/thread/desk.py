@@ -79,8 +79,8 @@ desk_at = record_at(DESK)
 def turned(number, value):
     """The value of parameter `number` for a controller at `value`, 0 to 127: the middle, 64, is as usual.
 
-    The gain is that of a volume controller, from silence to 0 dB. The bend range goes from 0 to the most at 127; the
-    technique has equal parts.
+    The gain is that of a volume controller, from silence to 0 dB. Parameters that begin at 0 go from there to the most
+    at 127: the bend range in whole numbers, the technique in equal parts.
     """
     least, most = LEAST[number], MOST[number]
     if number == GAIN_DB:
@@ -89,6 +89,8 @@ def turned(number, value):
         return np.float64(value * (np.int64(most) + 1) // CONTROLLERS)
     if number == BEND_RANGE:
         return np.float64(np.int64(value * most / 127.0 + 0.5))
+    if least == 0.0:
+        return value * most / 127.0
     if value < 64:
         return least * (64 - value) / 64.0
     return most * (value - 64) / 63.0
