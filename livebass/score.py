@@ -18,7 +18,7 @@ import sys
 from bisect import bisect_right
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import groupby
 from pathlib import Path
 from typing import NamedTuple
@@ -65,6 +65,7 @@ class Score:
     rate: int  # Hz
     program: int | None = None  # General MIDI's, counted from 0, of most notes of a file; None: the file sets none
     remarks: tuple[str, ...] = ()  # a line each: damage in the file that did not matter, and what was chosen from it
+    file_end: int = 0  # frame of the end of the file, its other parts included; 0: there is no file
 
 
 @dataclass(frozen=True)
@@ -165,7 +166,8 @@ def read_score(path: str | os.PathLike[str], rate: int, channel: str | int = "au
     if not read.chosen:
         raise ScoreError(f"{path}: {_nothing_chosen(channel, read.parts)}")
     programs = Counter(note.program for note in read.chosen)
-    return _score(read.events, Path(path).stem, rate, programs.most_common(1)[0][0], read.remarks)
+    score = _score(read.events, Path(path).stem, rate, programs.most_common(1)[0][0], read.remarks)
+    return replace(score, file_end=read.end)
 
 
 def read_parts(path: str | os.PathLike[str], channel: str | int = "auto") -> list[Part]:
@@ -309,6 +311,7 @@ class _Read(NamedTuple):
     events: list[Event]  # of the chosen notes and of their channels
     chosen: list[_Note]
     remarks: tuple[str, ...]
+    end: int  # frame of the end of the file
 
 
 def _read(path: str | os.PathLike[str], rate: int, channel: str | int) -> _Read:
@@ -329,7 +332,7 @@ def _read(path: str | os.PathLike[str], rate: int, channel: str | int) -> _Read:
     if not tracks:
         places, channels = {note.place for note in chosen}, {note.channel for note in chosen}
         kept = [e for i, e in enumerate(clean) if e[1].channel in channels and (e[1].type != "note_on" or i in places)]
-        return _Read(_parts(notes, places, smf.names), kept, chosen, smf.warnings)
+        return _Read(_parts(notes, places, smf.names), kept, chosen, smf.warnings, end)
     # Other tracks may share the channel: their notes must not end these.
     places = {note.place for note in notes if note.track in tracks}
     channels = {note.channel for note in notes if note.track in tracks}
@@ -339,7 +342,7 @@ def _read(path: str | os.PathLike[str], rate: int, channel: str | int) -> _Read:
     kept = _cleaned(own, end, rate)
     called = ", ".join(f'"{smf.names[track]}"' for track in sorted(tracks))
     remark = f"no channel has a bass program, 33 to 40: plays the track{'s' * (len(tracks) > 1)} called {called}"
-    return _Read(_parts(notes, places, smf.names), kept, _notes(kept), (*smf.warnings, remark))
+    return _Read(_parts(notes, places, smf.names), kept, _notes(kept), (*smf.warnings, remark), end)
 
 
 def _notes(events: list[Event]) -> list[_Note]:

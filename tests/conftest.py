@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import shutil
 import signal
@@ -23,6 +24,7 @@ from livebass.cli import main as cli
 from livebass.engine import render as render_module
 
 NEEDED = bool(os.environ.get("LIVEBASS_NEEDS_JACK"))
+NUMBERS = itertools.count()
 BEGAN: list[str] = []  # the scope of this worker's first test
 
 
@@ -56,6 +58,14 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
         BEGAN.append(scope_of(item.nodeid))
         if BEGAN != ["timed"]:
             os.nice(5)
+
+
+@pytest.fixture(autouse=True)
+def nothing_remembered(monkeypatch: pytest.MonkeyPatch, tmp_path_factory: pytest.TempPathFactory) -> None:
+    """`livebass play` neither reads nor writes the settings of the user."""
+    monkeypatch.setenv(
+        "LIVEBASS_SETTINGS", str(tmp_path_factory.getbasetemp() / "none" / str(next(NUMBERS)) / "a.toml")
+    )
 
 
 @pytest.fixture

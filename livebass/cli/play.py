@@ -7,17 +7,22 @@ import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
+from livebass.cli.remembered import DamagedSettings, Remembered, forget, load, save, settings_file
 from livebass.cli.render import DEFAULT_PRESET, announce_kernels, clipping, preset_for
-from livebass.cli.values import RATE, Number, Quantity
+from livebass.cli.values import RATE, Learn, Number, Quantity, Span
 from livebass.files import OutputError, output_error
 from livebass.interrupts import stop_instead
 from livebass.model.quality import BLOCK, QUALITIES
+
+if TYPE_CHECKING:
+    from livebass.live.session import Summary
 
 LOG = logging.getLogger("livebass")
 CONTROLLERS = """\
@@ -33,6 +38,8 @@ CONTROLLERS = """\
   65, 68            from 64 on: overlapping notes slide; are hammered on and pulled off
   program           33 to 38 of General MIDI choose a preset, see `livebass presets list`
   6, 38, 100, 101   RPN 0, the range of the pitch bend
+  any other         what --learn gives it: gain, tone, pluck_position, dynamics, technique, hand_damping, unevenness or
+                    bend_range; at 64 the parameter is as the bass has it, the gain at 127
   120, 121, 123     all sound off, reset all controllers, all notes off
 
 Key switches, below the notes of the bass, as MODO BASS has them; held, but 13 and 18, which last, and 8:
@@ -53,7 +60,7 @@ sound, the oldest first. They change back one by one when the load has stayed be
     "-p",
     "--preset",
     metavar="NAME|FILE",
-    help=f"The bass. [default: {DEFAULT_PRESET}, or the bass that --file asks for]",
+    help=f"The bass. [default: the last one, at first {DEFAULT_PRESET}; or the bass that --file asks for]",
 )
 @click.option(
     "-q",
@@ -94,11 +101,39 @@ sound, the oldest first. They change back one by one when the load has stayed be
     metavar="SONG.MID",
     help="Also play the bass part of this MIDI file.",
 )
+@click.option(
+    "--loop",
+    type=Span(),
+    is_flag=False,
+    flag_value="all",
+    help="Repeat the --file, or the part of it between two times, such as 4s:12s.",
+)
+@click.option(
+    "--tempo", type=Number("percent", 10, 400, unit="%"), default=100, show_default=True, help="Tempo of the --file, %."
+)
+@click.option("--transport", is_flag=True, help="The --file starts, stops and moves with JACK's transport.")
+@click.option("--metronome", type=Number("BPM", 20, 400), help="Click so many times a minute.")
+@click.option("--metronome-port", is_flag=True, help="Click in a JACK port of its own, `metronome`, alone.")
+@click.option("--tuner", is_flag=True, help="Show the pitch of what sounds, and how many cents it is off.")
+@click.option(
+    "--learn",
+    multiple=True,
+    type=Learn(),
+    help="The MIDI controller that moves a parameter: tone=74; tone alone, the control you move next; tone=off, none.",
+)
+@click.option(
+    "--osc", type=Number("port", 1, 65535, whole=True), help="Listen to OSC on this UDP port of this machine alone."
+)
+@click.option("--client-name", metavar="NAME", help="Name of the JACK client.  [default: livebass]")
+@click.option("--no-connect", is_flag=True, help="Leave JACK's ports unconnected.")
+@click.option("--strings", is_flag=True, help="Also a JACK port for each string, string_1 (the lowest) and so on.")
 @click.option("--record", type=click.Path(path_type=Path), metavar="TAKE.WAV", help="Record the sound into this file.")
 @click.option(
     "--record-midi", type=click.Path(path_type=Path), metavar="TAKE.MID", help="Record the notes as a MIDI file."
 )
 @click.option("--log", type=click.Path(path_type=Path), metavar="FILE", help="Append messages and load to this file.")
+@click.option("--no-settings", is_flag=True, help="Neither use nor keep what is remembered of the last time.")
+@click.option("--forget", "forgotten", is_flag=True, help="Forget what is remembered, and start anew.")
 @click.option("--controllers", is_flag=True, help="Explain what MIDI messages do, and exit.")
 @click.option("--quiet", is_flag=True, help="Show no status line and no summary.")
 def play(**options: Any) -> None:
@@ -111,6 +146,10 @@ def play(**options: Any) -> None:
       livebass play                                  default output, first MIDI input
       livebass play --audio 2 --midi keystation      as `livebass devices` lists them
       livebass play -p slap --file song.mid --record take.wav
+      livebass play --file song.mid --loop 4s:12s --tempo 80%
+      livebass play --learn tone --metronome 100 --tuner
+
+    Bass, gain, devices and learned controllers are remembered until the next time.
     """
     if options["controllers"]:
         click.echo(CONTROLLERS)
@@ -118,19 +157,33 @@ def play(**options: Any) -> None:
     from livebass.cli.song import remarks, too_low
     from livebass.compiling.library import cached
     from livebass.live.guards import own_stderr
-    from livebass.live.inputs import HELP, interactive
-    from livebass.live.outputs import check_output
+    from livebass.live.inputs import HELP, SCORE_HELP, interactive
+    from livebass.live.outputs import OutputLost, check_output
     from livebass.live.session import Session, Settings
     from livebass.live.synth import decibels
     from livebass.preset.load import load_preset
     from livebass.score import read_score
 
+    check_together(options)
+    memory = recall(options)
+    options |= memory.used
     song, device, channel = options["song"], options["audio"], options["channel"]
-    if device is not None and options["backend"] == "jack":
-        raise click.UsageError("--audio names an output of PortAudio, which --backend jack does not use: leave one out")
+    if "audio" in memory.used:
+        try:
+            check_output("portaudio", device)
+        except OutputLost as error:
+            click.echo(f"as remembered: {error}; the usual output is taken", err=True)
+            device = None
     score = read_score(song, options["rate"]) if song else None  # errors in the file are reported now
     preset = options["preset"] or preset_for(score)
-    bass = load_preset(preset)
+    try:
+        bass = load_preset(preset)
+    except ValueError as error:
+        if "preset" not in memory.used:
+            raise
+        click.echo(f"as remembered: {error}; {DEFAULT_PRESET} plays", err=True)
+        preset = DEFAULT_PRESET
+        bass = load_preset(preset)
     if score:
         for remark in remarks(score, options["preset"], DEFAULT_PRESET) + too_low(bass, score, DEFAULT_PRESET):
             click.echo(f"{song}: {remark}", err=True)
@@ -150,6 +203,19 @@ def play(**options: Any) -> None:
         record=options["record"],
         record_midi=options["record_midi"],
         read=(lambda rate: read_score(song, rate)) if song else None,
+        midi_if_there="midi" in memory.used,
+        client=options["client_name"] or "livebass",
+        connect=not options["no_connect"],
+        strings=options["strings"],
+        transport=options["transport"],
+        loop=options["loop"],
+        tempo=options["tempo"] / 100,
+        controllers=memory.controllers(options["learn"]),
+        learn=tuple(symbol for symbol, controller in options["learn"] if controller is None),
+        osc=options["osc"],
+        metronome=options["metronome"] or 0.0,
+        metronome_port=options["metronome_port"],
+        tuner=options["tuner"],
     )
     console = Console(options["quiet"])
     with own_stderr(), logged(console, options["log"]):
@@ -158,9 +224,14 @@ def play(**options: Any) -> None:
             announce_kernels()
         session = Session(settings, console.status if console.terminal else None)
         stop_instead(session.stop, lambda: session.synth is not None)
+        if memory.used and (said := memory.said()):
+            console.show(f"as the last time: {said}")
         if interactive():
             console.show(HELP)
+            if song:
+                console.show(SCORE_HELP)
         summary = session.run()
+        memory.keep(summary, preset, session.desk.learned)
         m = summary.meters
         LOG.info(
             f"played {summary.seconds:.1f} s, {m.messages} messages, worst block {summary.worst:.0%} of its time, "
@@ -168,14 +239,122 @@ def play(**options: Any) -> None:
             + (f", {m.faults} faults" if m.faults else "")
             + (f", {m.lost} frames not recorded" if m.lost else "")
             + (clipping(m.clipped, options["gain"], decibels(summary.peak)) if m.clipped else "")
-            + (f"; {summary.recorded}" if summary.recorded else "")
+            + (f"; {' and '.join(map(str, summary.recorded))}" if summary.recorded else "")
         )
         if summary.lost:
             LOG.debug(summary.lost)
-            kept = f"; {summary.recorded} is complete" if summary.recorded else ""
+            files = " and ".join(map(str, summary.recorded))
+            kept = f"; {files} {'is' if len(summary.recorded) == 1 else 'are'} complete" if files else ""
             raise OutputGone(f"{summary.lost}{kept}")
         if summary.short:
             raise OutputError(f"not all was recorded: {summary.short}")
+
+
+JACK_ONLY = ("transport", "metronome_port", "client_name", "no_connect", "strings")  # options
+
+
+def check_together(options: dict[str, Any]) -> None:
+    """Raises UsageError for options that do not go together; JACK's own make JACK the backend."""
+    jack = [f"--{name.replace('_', '-')}" for name in JACK_ONLY if options[name]]
+    if options["audio"] is not None and options["backend"] == "jack":
+        raise click.UsageError("--audio names an output of PortAudio, which --backend jack does not use: leave one out")
+    if jack and (options["audio"] is not None or options["backend"] == "portaudio"):
+        other = "--audio" if options["audio"] is not None else "--backend portaudio"
+        raise click.UsageError(f"{jack[0]} is for JACK, which {other} does not use: leave one out")
+    if jack:
+        options["backend"] = "jack"
+    if not options["song"]:
+        for name in ("loop", "transport", "tempo"):
+            if options[name] and (name != "tempo" or given(name)):
+                raise click.UsageError(f"--{name} is for a --file: name one")
+    if options["transport"] and options["loop"]:
+        raise click.UsageError("--loop repeats the file, --transport moves it as JACK does: leave one out")
+    if options["metronome_port"] and not options["metronome"]:
+        raise click.UsageError("--metronome-port: say how fast, by --metronome BPM")
+    if options["no_connect"] and options["midi"] is not None:
+        raise click.UsageError("--midi names what to connect, --no-connect connects nothing: leave one out")
+    if options["client_name"] is not None and not is_client_name(options["client_name"]):
+        raise click.UsageError("--client-name: allowed are 1 to 32 characters, of which none is a colon")
+    chosen = [controller for _, controller in options["learn"] if isinstance(controller, int)]
+    if len({symbol for symbol, _ in options["learn"]}) < len(options["learn"]) or len(set(chosen)) < len(chosen):
+        raise click.UsageError("--learn: one controller for each parameter, and one parameter for each controller")
+
+
+def is_client_name(name: str) -> bool:
+    """True for a name that every JACK server takes."""
+    return 0 < len(name.encode(errors="replace")) <= 32 and name.isprintable() and ":" not in name
+
+
+@dataclass(frozen=True)
+class Memory:
+    """What is remembered of the last time, and what of it is used now."""
+
+    path: Path | None  # None: nothing is kept
+    before: Remembered
+    used: dict[str, Any]  # options
+    given: frozenset[str]  # options of the command line
+
+    def said(self) -> str:
+        """One line about what is used."""
+        known = {name: self.used[name] for name in ("preset", "gain", "backend", "audio", "midi") if name in self.used}
+        return Remembered(**known).said()
+
+    def controllers(self, learn: tuple[tuple[str, int | str | None], ...]) -> dict[str, int]:
+        """The controllers to begin with: those remembered, but as the options say."""
+        controllers = dict(self.before.controllers)
+        for symbol, controller in learn:
+            controllers = {s: c for s, c in controllers.items() if s != symbol and c != controller}
+            if isinstance(controller, int):
+                controllers[symbol] = controller
+        return controllers
+
+    def keep(self, summary: Summary, began_with: str, learned: dict[str, int]) -> None:
+        """Remembers what was chosen now, and what was chosen before if nothing else was. A full disk is a warning."""
+        if self.path is None:
+            return
+        changes: dict[str, Any] = {"controllers": learned}
+        if "preset" in self.given or summary.preset != began_with:
+            is_file = summary.preset.endswith(".toml") or "/" in summary.preset
+            changes["preset"] = os.path.abspath(summary.preset) if is_file else summary.preset
+        if "gain" in self.given:
+            changes["gain"] = click.get_current_context().params["gain"]
+        if self.given & {"backend", "audio"}:
+            wanted = click.get_current_context().params["backend"]
+            changes["backend"] = wanted if wanted == "portaudio" else None  # JACK plays anyway where it runs
+            changes["audio"] = summary.audio if "audio" in self.given else None
+        if "midi" in self.given:
+            wanted = click.get_current_context().params["midi"]
+            changes["midi"] = summary.midi if wanted.isdigit() else wanted
+        now = replace(self.before, **changes)
+        try:
+            if now != self.before:
+                save(self.path, now)
+        except (OutputError, UnicodeError) as error:
+            LOG.warning("not remembered: %s", error)
+
+
+def recall(options: dict[str, Any]) -> Memory:
+    """What is remembered, for options that were not given. A damaged file is said, and left as it is."""
+    chosen = frozenset(name for name in ("preset", "gain", "backend", "audio", "midi") if given(name))
+    if options["no_settings"]:
+        return Memory(None, Remembered(), {}, chosen)
+    path = settings_file()
+    if options["forgotten"]:
+        forget(path)
+    try:
+        before = load(path)
+    except DamagedSettings as error:
+        click.echo(f"{error}; nothing is remembered until `livebass play --forget` deletes the file", err=True)
+        return Memory(None, Remembered(), {}, chosen)
+    wanted = {"preset", "gain", "midi"} - chosen
+    if not chosen & {"backend", "audio"} and options["backend"] == "auto":
+        wanted |= {"backend", "audio"}
+    if options["song"]:
+        wanted -= {"preset"}  # the file asks for one
+    if options["no_connect"]:
+        wanted -= {"midi"}
+    used = {name: getattr(before, name) for name in wanted if getattr(before, name)}
+    return Memory(path, before, used, chosen)
 
 
 def given(name: str) -> bool:

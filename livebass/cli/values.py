@@ -75,6 +75,55 @@ class Number(click.ParamType):
         return int(number) if self.whole else number
 
 
+class Span(click.ParamType):
+    """A part of a piece, from one time to another: "4s:12s", "4:12.5"; "all" is (0, 0)."""
+
+    name = "from:to"
+
+    def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
+        return "[FROM:TO]"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[float, float]:
+        if value == "all":
+            return 0.0, 0.0
+        if isinstance(value, tuple):
+            return value
+        begin, colon, end = str(value).partition(":")
+        time = Quantity("time", 0.0, 86400.0)
+        if not colon:
+            self.fail(f"{value}: allowed are two times, such as 4s:12s, or no value for the whole file", param, ctx)
+        ends = time.convert(begin, param, ctx), time.convert(end, param, ctx)
+        if not ends[0] < ends[1]:
+            self.fail(f"{value}: the end must come after the beginning", param, ctx)
+        return ends
+
+
+class Learn(click.ParamType):
+    """A parameter of the playing, with or without the MIDI controller that moves it: "tone", "tone=74", "tone=off"."""
+
+    name = "parameter[=controller]"
+
+    def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
+        return "PARAMETER[=N]"
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> tuple[str, int | str | None]:
+        from livebass.live.desk import check_controllers
+
+        if isinstance(value, tuple):
+            return value
+        symbol, given, controller = str(value).partition("=")
+        try:
+            if given and controller != "off":
+                number = int(controller) if re.fullmatch(r"\d+", controller) else controller
+                return symbol, check_controllers({symbol: number})[symbol]
+            check_controllers({symbol: 0})
+        except ValueError as error:
+            self.fail(str(error), param, ctx)
+        return symbol, "off" if given else None
+
+
 class Note(click.ParamType):
     """A note name or MIDI number."""
 

@@ -274,12 +274,13 @@ def _rtmidi() -> Any:
 LOWER, UPPER = "zsxdcvgbhnjm,l.;/", "q2w3er5t6y7ui9o0p"
 HELP = (
     "keys: z x c ... and q w e ... are the white keys, the rows above them the black ones; space damps; "
-    "[ and ] octave; - and = velocity; Tab next preset; Enter next quality; ! panic; Ctrl-C ends"
+    "[ and ] octave; - and = velocity; Tab next preset; Enter next quality; \\ MIDI learn; ! panic; Ctrl-C ends"
 )
+SCORE_HELP = "file: k pause; a from the beginning; f loop; ( and ) its ends; < and > tempo"
 OCTAVES, VELOCITIES = (1, 6), (10, 127)
 STEP = 10  # of velocity
 REPEATS = 0.1  # s: a key comes again sooner only if the terminal repeats it
-REPEATABLE = "[]-="  # keys that do more when held
+REPEATABLE = "[]-=<>"  # keys that do more when held
 # One key as a terminal sends it: a character, or an escape sequence.
 TOKEN = re.compile(r"\x1b(\[[0-9:;<=>?]*[ -/]*[@-~]|O.|[^\[])?|.", re.DOTALL)
 UNFINISHED = re.compile(r"\x1b\[[0-9:;<=>?]*$")

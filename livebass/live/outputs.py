@@ -17,6 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livebass.extras import install
+from livebass.kernels.performer import MOST_STRINGS
+from livebass.live.desk import Desk
 from livebass.live.guards import (
     JACK_HANGS,
     answer_of,
@@ -66,9 +68,11 @@ class PortAudioOutput:
             raise OutputLost(f"audio output {self.name} at {synth.rate} Hz: {_one_line(error)}{usual}") from None
         self._exit, self._errors, self._closed = sd._exit_handler, sd.PortAudioError, False
         self.latency = float(self._stream.stream.latency)
+        host = str(sd.query_hostapis(info["hostapi"])["name"])
+        self.full_name = f"{self.name}, {host}"  # which names this device alone
         # A sound card may come back; what plays through a JACK server, by alsa-lib's plugin too, crashes when closed
         # after the server has gone.
-        self.can_return = "jack" not in f"{sd.query_hostapis(info['hostapi'])['name']} {self.name}".casefold()
+        self.can_return = "jack" not in f"{host} {self.name}".casefold()
 
     @property
     def rate(self) -> int:
@@ -122,6 +126,8 @@ class _CallbackData:
         self._mono = np.zeros(CHUNK, np.float32)
         self._record = np.zeros(1, callbacks.PORTAUDIO)
         self._record["synth"], self._record["channels"] = synth.address, channels
+        self._desk = synth.desk  # kept alive
+        self._record["desk"] = synth.desk.address if synth.desk else 0
         self._record["mono"] = self._mono.ctypes.data
         self._record["gettid"] = _gettid()
         self.address = int(self._record.ctypes.data)
@@ -183,11 +189,17 @@ class JackOutput:
     """Plays as a client of a running JACK server, with two output ports and a MIDI input. Raises OutputLost.
 
     With `connect`, outputs are connected to the speakers and the MIDI input to what sends MIDI. PipeWire, which gives
-    each client a period as it asks, is asked for `period` (frames, Hz).
+    each client a period as it asks, is asked for `period` (frames, Hz). The synth's desk, if it has one, plays along;
+    with `click_port` its metronome is heard in a port of its own, `metronome`.
     """
 
     def __init__(
-        self, name: str, make_synth: Callable[[int], Synth], connect: bool = True, period: tuple[int, int] | None = None
+        self,
+        name: str,
+        make_synth: Callable[[int], Synth],
+        connect: bool = True,
+        period: tuple[int, int] | None = None,
+        click_port: bool = False,
     ) -> None:
         if period:
             os.environ.setdefault("PIPEWIRE_LATENCY", f"{period[0]}/{period[1]}")
@@ -201,10 +213,14 @@ class JackOutput:
             raise _no_server(_one_line(error)) from None
         try:
             self._prepare(make_synth)
+            if click_port:
+                self.click = self.client.outports.register("metronome")
+                self.record["click"] = self._address(self.click._ptr)
         except BaseException:
             self.client.close(ignore_errors=True)
             raise
         self._connect = connect
+        self._strings: list[Any] = []  # ports of single strings, the lowest first
         self._seen: set[str] = set()
         self._speakers: list[str] = []  # ports that the outputs were connected to
         self._silent: Synth | None = None  # played before; the audio thread may still be in it
@@ -223,12 +239,9 @@ class JackOutput:
         self.outputs = [self.client.outports.register(f"out_{k}") for k in (1, 2)]
         self.midi = self.client.midi_inports.register("midi_in")
         self.record = np.zeros(1, callbacks.JACK)
-        ffi, lib, r = self._jack._ffi, self._jack._lib, self.record
-
-        def address(value: Any) -> int:
-            return int(ffi.cast("intptr_t", value))
-
+        ffi, lib, r, address = self._jack._ffi, self._jack._lib, self.record, self._address
         r["synth"], r["outputs"] = self.synth.address, len(self.outputs)
+        r["desk"] = self.synth.desk.address if self.synth.desk else 0
         r["get_buffer"] = address(lib.jack_port_get_buffer)
         r["event_count"] = address(lib.jack_midi_get_event_count)
         r["event_get"] = address(lib.jack_midi_event_get)
@@ -242,6 +255,32 @@ class JackOutput:
         self.client.set_shutdown_callback(self._shut_down)
         self.client.set_xrun_callback(self._xrun)
         self.client.set_blocksize_callback(self._resize)
+
+    def _address(self, value: Any) -> int:
+        """Where a C pointer of the JACK library points."""
+        return int(self._jack._ffi.cast("intptr_t", value))
+
+    def open_strings(self, count: int) -> None:
+        """Opens a port for each of so many strings, the lowest first, `string_1` and so on, beside the mix."""
+        while len(self._strings) < min(count, MOST_STRINGS):
+            port = self.client.outports.register(f"string_{len(self._strings) + 1}")
+            self._strings.append(port)
+            self.record["string"][0, len(self._strings) - 1] = self._address(port._ptr)
+            self.record["strings"] = len(self._strings)
+
+    def follow_transport(self, desk: Desk) -> None:
+        """Has the score of `desk` start, stop and go where JACK's transport does."""
+        desk.follows_transport = True
+        desk.record["transport_query"] = self._address(self._jack._lib.jack_transport_query)
+        desk.record["client"] = self._address(self.client._ptr)
+
+    def roll(self, rolling: bool) -> None:
+        """Starts or stops JACK's transport."""
+        (self.client.transport_start if rolling else self.client.transport_stop)()
+
+    def locate(self, seconds: float) -> None:
+        """Moves JACK's transport."""
+        self.client.transport_frame = round(seconds * self.rate)
 
     def _shut_down(self, _status: object, _reason: str) -> None:
         self._gone = True

@@ -36,6 +36,11 @@ class Recorder:
         self._writer: AudioWriter | None = None
         self._begin(path)
 
+    @property
+    def writing(self) -> bool:
+        """False once the recording has ended."""
+        return self._writer is not None
+
     def _begin(self, path: Path) -> None:
         self._path, self._files = path, Transaction("take")
         try:
@@ -143,6 +148,7 @@ class MidiRecorder:
 
     def __init__(self, path: Path, synth: Synth, preset: str) -> None:
         self.path, self.synth, self.rate = path, synth, synth.rate
+        self.kept: Path | None = None  # the file, once it is in its place
         self.short: str | None = None  # why there is no file
         checked_place(path)
         # (tick, status, first, second); those of PROGRAM are the presets'
@@ -161,6 +167,7 @@ class MidiRecorder:
         try:
             with Transaction() as files:
                 files.write(self.path, self._file(self._played))
+            self.kept = self.path
         except OutputError as error:
             self.short = str(error)
             LOG.warning("%s", error)

@@ -11,25 +11,28 @@ from __future__ import annotations
 
 import ctypes
 import logging
+import math
 import os
 import sys
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack, suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-import numpy as np
-
 from livebass.interrupts import StopFlag
+from livebass.live.control import control_table, meter_table, tuner_meters
+from livebass.live.desk import Desk, MidiLearn
 from livebass.live.guards import TIMEOUT
 from livebass.live.inputs import LOOK_EVERY, MidiLost, MidiPort, TerminalKeys, let_go
+from livebass.live.osc import HOST, OscServer, Value
 from livebass.live.outputs import JackOutput, OutputLost, PortAudioOutput, restart_portaudio, silence_jack
 from livebass.live.recording import MidiRecorder, Recorder
 from livebass.live.synth import Gauge, LiveBass, Meters, Reading, Synth, strings
 from livebass.live.thread import block
+from livebass.live.tuner import frequency_of, tuning_text
 from livebass.model.instrument import Instrument
 from livebass.model.quality import QUALITIES, Quality
 from livebass.preset.load import load_preset, preset_names
@@ -42,6 +45,7 @@ STALLED = 60  # turns without a new block after which the output counts as gone
 STATUS_EVERY = 0.25  # s
 LOG_EVERY = 60.0  # s, without any trouble
 AFTER = 3.0  # s of sound after a score's end
+TEMPO_STEP = 0.05  # of a key
 WAIT = 30.0  # s for a sound card that has gone
 SETTLED = 1.0  # s after the start in which underruns are nobody's fault
 LOW_LOAD = 0.5  # part of a block's time: with less, underruns are the system's fault ...
@@ -71,6 +75,19 @@ class Settings:
     record_midi: Path | None = None
     read: Callable[[int], Score] | None = None  # returns the score to play at a rate
     keyboard: bool = True  # play from the computer keyboard
+    midi_if_there: bool = False  # without the port `midi`, play as if none had been named
+    client: str = "livebass"  # name of the JACK client
+    connect: bool = True  # to JACK's speakers and MIDI sources
+    strings: bool = False  # a JACK port for each string, beside the mix
+    transport: bool = False  # the score follows JACK's transport
+    loop: tuple[float, float] | None = None  # s of the score, which are repeated; (0, 0): all
+    tempo: float = 1.0  # part of the score's own
+    controllers: Mapping[str, int] = field(default_factory=dict)  # learned, by the parameter's symbol
+    learn: tuple[str, ...] = ()  # parameters to learn a controller for
+    osc: int | None = None  # UDP port of the control socket; 0: any that is free
+    metronome: float = 0.0  # beats a minute; 0: none
+    metronome_port: bool = False  # in a JACK port of its own
+    tuner: bool = False
 
 
 @dataclass(frozen=True)
@@ -82,9 +99,12 @@ class Summary:
     meters: Meters
     worst: float  # load of a block, part of the time it lasts
     peak: float  # 1 is full scale
-    recorded: Path | None
+    recorded: tuple[Path, ...]  # the files
     short: str | None  # why not all was recorded
     lost: str | None  # the reason, if it ended because the output went away
+    preset: str  # that played last
+    audio: str | None  # the PortAudio device, by a name that it alone has
+    midi: str | None  # the MIDI port
 
 
 class Session:
@@ -93,8 +113,13 @@ class Session:
     def __init__(self, settings: Settings, status: Callable[[str], None] | None = None) -> None:
         self.settings, self.status = settings, status
         self.stop = StopFlag()
+        self.desk = Desk()
+        self.desk.tempo = settings.tempo
+        for symbol, controller in settings.controllers.items():
+            self.desk.learn(symbol, controller)
         self.output: Output  # opened by `run`
-        self.synth: Synth | None = None  # set when it begins to play
+        self.synth: Synth | None = None  # set when it begins to play ...
+        self.loop: _Loop | None = None  # ... as is this
 
     def run(self) -> Summary:
         """Plays until `stop` is set, the score is over, or the output is gone.
@@ -116,6 +141,9 @@ class Session:
             ends.callback(self._close)
             synth = output.synth
             score = settings.read(synth.rate) if settings.read else None
+            if score:
+                self.desk.load(score)
+                self.desk.loop = settings.loop
             recorder = Recorder(settings.record, synth) if settings.record else None
             if recorder:
                 ends.callback(recorder.discard)
@@ -125,7 +153,12 @@ class Session:
             synth.switch_to(coming.pop().result())
             presets = PresetSwitch(synth, settings.preset, settings.quality)
             ends.callback(presets.close)
+            osc = self._control_socket(presets)
+            if osc:
+                ends.callback(osc.close)
+            learn = MidiLearn(self.desk, settings.learn)
             others = {"\t": presets.next_preset, "\n": presets.next_quality, "\r": presets.next_quality}
+            others |= {"\\": learn.next_parameter} | (self._score_keys() if score else {})
             keys = TerminalKeys(self._send, self._panic, others) if settings.keyboard else None
             if keys:
                 ends.enter_context(keys)
@@ -138,13 +171,73 @@ class Session:
                 if take:
                     ends.push(take)  # ends first: a device that hangs later cannot lose the recording
             self._say_playing()
+            if osc:
+                LOG.info("control socket: OSC at %s:%d", HOST, osc.port)
             gauge, self.synth = Gauge(synth), synth
-            lost = _Loop(self, midi, presets, keys, recorder, messages, score, gauge).run()
+            loop = self.loop = _Loop(self, midi, presets, keys, recorder, messages, score, gauge, learn, osc)
+            lost = loop.run()
             synth = self.output.synth
             meters, seconds = gauge.read().meters, synth.frame / synth.rate
-        kept = recorder.kept if recorder else None
-        short = next((take.short for take in (recorder, messages) if take and take.short), None)
-        return Summary(self.output.name, seconds, meters, gauge.worst, gauge.peak, kept, short, lost)
+        takes = [take for take in (recorder, messages) if take]
+        return Summary(
+            self.output.name, seconds, meters, gauge.worst, gauge.peak,
+            tuple(take.kept for take in takes if take.kept), next((t.short for t in takes if t.short), None), lost,
+            presets.playing[0], getattr(self.output, "full_name", None), midi.name if midi else None,
+        )  # fmt: skip
+
+    def _control_socket(self, presets: PresetSwitch) -> OscServer | None:
+        """Opens the control socket, if one is wanted. Raises OscLost."""
+        if self.settings.osc is None:
+            return None
+        controls = control_table(lambda: self.output.synth, self.desk, presets, self.roll, self.seek)
+        return OscServer(self.settings.osc, controls, lambda: self.loop.meters() if self.loop else {})
+
+    def _score_keys(self) -> dict[str, Callable[[], None]]:
+        """What the keys of a score do: see SCORE_HELP of the inputs."""
+        desk = self.desk
+
+        def loop(begin: float, end: float) -> None:
+            try:
+                desk.loop = (begin, end)
+            except ValueError as error:
+                LOG.info("%s", error)
+
+        def here(begins: bool) -> None:
+            part = desk.loop or (0.0, desk.length)
+            loop(*((max(desk.position, 0.0), part[1]) if begins else (part[0], desk.position)))
+
+        def change_tempo(by: float) -> None:
+            desk.tempo = round(desk.tempo + by, 2)
+
+        def switch_loop() -> None:
+            if desk.loop:
+                desk.loop = None
+            else:
+                loop(*desk.looped_last)
+
+        keys = {
+            "k": lambda: self.roll(not desk.rolling),
+            "a": lambda: self.seek(desk.loop[0] if desk.loop else 0.0),
+            "<": lambda: change_tempo(-TEMPO_STEP),
+            ">": lambda: change_tempo(TEMPO_STEP),
+        }
+        if not desk.follows_transport:
+            keys |= {"f": switch_loop, "(": lambda: here(True), ")": lambda: here(False)}
+        return keys
+
+    def roll(self, rolling: bool) -> None:
+        """Starts or stops the score, by JACK's transport if it follows that. [any thread]"""
+        if self.desk.follows_transport and isinstance(self.output, JackOutput):
+            self.output.roll(rolling)
+        else:
+            self.desk.rolling = rolling
+
+    def seek(self, seconds: float) -> None:
+        """Goes to a place of the score, by JACK's transport if it follows that. [any thread]"""
+        if self.desk.follows_transport and isinstance(self.output, JackOutput):
+            self.output.locate(max(seconds, 0.0) / self.desk.tempo)
+        else:
+            self.desk.seek(seconds)
 
     def _send(self, status: int, first: int, second: int) -> None:
         self.output.synth.send(status, first, second)
@@ -156,7 +249,7 @@ class Session:
         self.output.close()
 
     def _new_synth(self, rate: int) -> Synth:
-        return Synth(rate, self.settings.channel, self.settings.gain)
+        return Synth(rate, self.settings.channel, self.settings.gain, desk=self.desk)
 
     def _say_playing(self) -> None:
         output = self.output
@@ -166,7 +259,10 @@ class Session:
         settings = self.settings
         if settings.backend == "jack" or (settings.backend == "auto" and settings.audio is None):
             try:
-                output = JackOutput("livebass", make_synth, period=(settings.block, settings.rate))
+                output = JackOutput(
+                    settings.client, make_synth, settings.connect, (settings.block, settings.rate),
+                    settings.metronome_port,
+                )  # fmt: skip
             except OutputLost:
                 if settings.backend == "jack":
                     raise
@@ -174,6 +270,10 @@ class Session:
                 if ignored := [f"--{name}" for name in settings.asked if name != "block" or not output.pipewire]:
                     server = "PipeWire" if output.pipewire else "the JACK server"
                     LOG.info("%s: %s decides that itself", ", ".join(ignored), server)
+                if settings.strings:
+                    output.open_strings(len(settings.instrument.strings))
+                if settings.transport:
+                    output.follow_transport(self.desk)
                 return output
         return self.open_portaudio(make_synth(settings.rate))
 
@@ -189,12 +289,16 @@ class Session:
             connected = output.connect_midi(wanted)[0] if wanted is None or not wanted.isdigit() else []
             if wanted is None or connected:
                 LOG.info("MIDI: the JACK port %s%s", output.midi.name, "".join(f", from {name}" for name in connected))
-            if connected:
+            if connected or not self.settings.connect:
                 return None
             virtual = False
         try:
             port = MidiPort(synth, wanted, output.block, virtual, hardware_only=not virtual and wanted is None)
         except MidiLost as error:
+            if wanted is not None and self.settings.midi_if_there:
+                LOG.info("MIDI: %s is not there", wanted)
+                self.settings = replace(self.settings, midi=None)
+                return self._midi(synth, output)
             if wanted is not None:
                 raise
             if virtual:
@@ -216,10 +320,12 @@ class _Loop:
     messages: MidiRecorder | None
     score: Score | None
     gauge: Gauge
+    learn: MidiLearn | None = None
+    osc: OscServer | None = None
+    reading: Reading | None = None  # the last
     looking: threading.Thread = field(default_factory=threading.Thread)  # looks for ports: a server may hang
-    start: int = 0  # frame at which the score begins
-    fed: int = 0  # messages of the score
     moving: Future[LiveBass] | None = None  # the bass at another rate
+    gain: float = 1.0  # linear, before it
     underruns: int = 0  # at the last reading
     excused: int = 0  # underruns while the load was low
     advised: bool = False
@@ -240,26 +346,28 @@ class _Loop:
         waited, frame = 0, -1
         began = shown = looked = logged = time.monotonic()
         troubles: tuple[int, ...] = (0, 0, 0, 0)
-        self.start = self.output.synth.frame + self.output.synth.rate // 5
+        self._begin()
         while not self.session.stop.is_set():
             if self.keys:
                 self.keys.read(TURN)
             else:
                 time.sleep(TURN)
             synth = self.output.synth
-            if self.score is not None:
-                self.fed = synth.feed(self.score, self.fed, self.start)
-                if frame > self.start + self.score.end_frame + AFTER * synth.rate:
-                    return None
+            if self._score_is_over():
+                return None
             for take in (self.recorder, self.messages):
                 if take:
                     take.turn()
+            if self.session.settings.tuner and not (self.recorder and self.recorder.writing):
+                synth.recorded()
+            if self.learn:
+                self.learn.turn()
             synth.release_faded()
             try:
                 preset = self.presets.playing[0]
                 line = self.presets.turn() if self.output.rate == synth.rate else self._follow_rate()
-                if self.messages and self.presets.playing[0] != preset:
-                    self.messages.choose(self.presets.playing[0])
+                if self.presets.playing[0] != preset:
+                    self._follow_preset(self.presets.playing[0])
             except ValueError as error:  # a rate that the bass cannot be played at
                 return f"{self.output.name}: {error}"
             if line:
@@ -279,7 +387,9 @@ class _Loop:
                 self.looking.start()
             if now - shown > STATUS_EVERY:
                 shown = now
-                reading = self.gauge.read()
+                self.reading = reading = self.gauge.read()
+                if self.osc:
+                    self.osc.publish()
                 if self.session.status:
                     self.session.status(self._status(reading))
                 if reading.troubles != troubles or now - logged > LOG_EVERY:
@@ -288,9 +398,57 @@ class _Loop:
                 self._advise(reading, now - began)
         return None
 
+    def _begin(self) -> None:
+        """Starts the score, the metronome and the tuner."""
+        settings, desk, synth = self.session.settings, self.session.desk, self.output.synth
+        desk.rolling = True
+        if settings.metronome:
+            desk.click(settings.metronome, synth.rate, synth.frame + synth.rate // 5)
+        if settings.tuner and not self.recorder:
+            synth.start_recording()
+
+    def _score_is_over(self) -> bool:
+        """True some time after the end of a score that is played once."""
+        desk = self.session.desk
+        if self.score is None or desk.follows_transport or desk.loop or not desk.rolling:
+            return False
+        return desk.position > self.score.end_frame / self.score.rate + AFTER * desk.tempo
+
+    def _follow_preset(self, preset: str) -> None:
+        """Notes in the MIDI take that another preset plays, and opens ports for all of its strings."""
+        if self.messages:
+            self.messages.choose(preset)
+        bass = self.output.synth.bass
+        if self.session.settings.strings and isinstance(self.output, JackOutput) and bass is not None:
+            self.output.open_strings(bass.engine.strings)
+
+    def frequency(self) -> float:
+        """The pitch of what sounds, Hz; NaN without a tuner. [any thread]"""
+        synth = self.output.synth
+        return frequency_of(synth.recent, synth.rate) if self.session.settings.tuner else math.nan
+
+    def meters(self) -> dict[str, Value]:
+        """All meters for the control socket, by name. [any thread]"""
+        preset, quality = self.presets.playing
+        desk, notes = self.session.desk, strings(self.output.synth)
+        return meter_table(self.reading) | {
+            "notes": notes, "preset": preset, "quality": quality, "position": desk.position, "tempo": desk.tempo,
+        } | tuner_meters(self.frequency())  # fmt: skip
+
     def _status(self, reading: Reading) -> str:
         """The status line: notes, preset, load and level, and the keyboard's velocity and octave."""
         parts = [strings(self.output.synth) or "-", Path(self.presets.playing[0]).stem, reading.text()]
+        desk = self.session.desk
+        if self.session.settings.tuner:
+            parts.insert(0, tuning_text(self.frequency()))
+        if desk.score:
+            loop = "loop {} to {}".format(*map(clock, desk.loop)) if desk.loop else ""
+            tempo = f"tempo {desk.tempo:.0%}" if desk.tempo != 1 else ""
+            stands = "" if desk.rolling else "paused"
+            place = f"{clock(desk.position)} of {clock(desk.length)}"
+            parts.append(", ".join(part for part in (place, loop, tempo, stands) if part))
+        if desk.beats:
+            parts.append(f"metronome {desk.beats:g}")
         if self.keys and self.keys.active:
             parts.append(f"velocity {self.keys.velocity}, octave {self.keys.octave}")
         return "   ".join(part for part in parts if part)
@@ -317,6 +475,7 @@ class _Loop:
         if self.moving is None:
             playing = old.bass
             assert playing is not None and isinstance(self.output, JackOutput)
+            self.gain = float(old.record["gain_target"][0])
             old.set_gain(0.0)
             self.moving = self.presets.prepare(playing.engine.instrument, playing.engine.quality, rate)
             return f"{self.output.name} now runs at {rate} Hz: preparing the bass for it"
@@ -333,6 +492,7 @@ class _Loop:
         assert isinstance(self.output, JackOutput)
         synth = self.session._new_synth(bass.engine.rate)
         synth.take_over(old)
+        synth.record["gain"] = synth.record["gain_target"] = self.gain
         if old.bass is not None:
             block.keep_controllers(bass.address, old.bass.address)
         synth.switch_to(bass)
@@ -345,10 +505,10 @@ class _Loop:
         self.gauge.follow(synth)
         if self.midi:
             self.midi.synth = synth
-        if self.score is not None and self.session.settings.read:
-            self.score = self.session.settings.read(synth.rate)
-            self.start = round(self.start * synth.rate / old.rate)
-            self.fed = int(np.searchsorted(self.score.frames, synth.frame - self.start))
+        desk = self.session.desk
+        desk.click(desk.beats, synth.rate, synth.frame)
+        if self.session.settings.tuner and not (self.recorder and self.recorder.writing):
+            synth.start_recording()
 
     def _reopen(self) -> bool:
         """Waits for a sound card that has gone, or another one in its place; returns whether there is one."""
@@ -386,6 +546,12 @@ class _Loop:
                 let_go(self.output.synth)
 
 
+def clock(seconds: float) -> str:
+    """`1:05` for a time in a score."""
+    whole = max(int(seconds), 0)
+    return f"{whole // 60}:{whole % 60:02d}"
+
+
 NICENESS = 10  # of the thread that prepares basses: sound comes first
 
 
@@ -407,6 +573,14 @@ class PresetSwitch:
         names = preset_names()
         known = self.wanted[0] in names
         self.wanted = names[(names.index(self.wanted[0]) + 1) % len(names) if known else 0], self.wanted[1]
+
+    def choose(self, preset: str | None = None, quality: str | None = None) -> None:
+        """Wishes for a preset or a quality by its name. Raises ValueError for one that there is not. [any thread]"""
+        if preset is not None and preset not in preset_names():
+            raise ValueError(f"preset {preset!r}: there is {', '.join(preset_names())}")
+        if quality is not None and quality not in self.qualities:
+            raise ValueError(f"quality {quality!r}: there is {', '.join(self.qualities)}")
+        self.wanted = preset or self.wanted[0], quality or self.wanted[1]
 
     def next_quality(self) -> None:
         names = list(self.qualities)

@@ -22,16 +22,19 @@ from livebass.kernels.board import over_board
 from livebass.kernels.frets import over_frets
 from livebass.kernels.performer import PERFORMER
 from livebass.kernels.records import STRING
+from livebass.live.desk import Desk
 from livebass.live.thread import ahead, block, setup
 from livebass.live.thread.records import BASS, RINGS, SYNTH, WORD, field_offset
 from livebass.live.thread.ring import (
     DATA,
     ENTRY,
     NOW,
+    PARAMETER,
     new_message_ring,
     new_sound_ring,
     pop_messages,
     pop_sound,
+    push_event,
     push_message,
     read_word,
     write_word,
@@ -45,8 +48,12 @@ from livebass.units import note_name
 COARSE = Quality("coarse", 150, 192e3, on_board=Quality("coarse", 250, 384e3))  # for strings under overload
 RING = 4096  # messages
 CAPTURE_SECONDS = 20.0
+RECENT = 0.12  # s of sound that `recent` keeps
 QUIETEST = -99.0  # dB
-COUNTS = ("program", "program_count", "blocks", "messages", "late", "underruns", "clipped", "faults", "capture_lost")
+KEPT = (
+    "program", "program_count", "blocks", "messages", "late", "underruns", "clipped", "faults", "capture_lost",
+    "parameters",
+)  # fmt: skip
 PAGE = 4096  # bytes, no more than any system's
 
 
@@ -95,6 +102,7 @@ class LiveBass:
         building["memory"] = self.memory.ctypes.data
         setup.fill_bass(building.ctypes.data)
         self.record = self._view(self.address, BASS)
+        self._share = float(self.record["share"][0])
         b = self.record[0]
         self.engine.voices = [
             Voice(self._view(place, STRING), np.zeros((0, 2), np.int64)) for place in b["string"][: b["strings"]]
@@ -109,6 +117,10 @@ class LiveBass:
     @property
     def address(self) -> int:
         return int(self.memory.ctypes.data)
+
+    def run_ahead(self, wanted: bool) -> None:
+        """Lets strings run ahead of the clock, or not."""
+        self.record["share"] = self._share if wanted else 0.0
 
     @property
     def coarse_strings(self) -> list[int]:
@@ -128,17 +140,22 @@ class LiveBass:
 class Synth:
     """Plays one bass at `rate` Hz, on MIDI `channel` (0-15; -1: all) and at a linear `gain`.
 
-    With `adaptive`, overload moves strings to coarse operators for a while.
+    With `adaptive`, overload moves strings to coarse operators for a while. Controllers that `desk` has learned move
+    parameters.
     """
 
-    def __init__(self, rate: int, channel: int = -1, gain: float = 1.0, adaptive: bool = True) -> None:
-        self.rate = rate
+    def __init__(
+        self, rate: int, channel: int = -1, gain: float = 1.0, adaptive: bool = True, desk: Desk | None = None
+    ) -> None:
+        self.rate, self.desk = rate, desk
         self.record = np.zeros(1, SYNTH)
         rings = np.zeros((RINGS, setup.ring_bytes(RING) // RINGS // WORD), np.int64)
         setup.fill_synth(self.address, rings.ctypes.data, RING, rate, channel, gain, block.process.address)
         self.rings = [ring[: DATA + ENTRY * RING] for ring in rings]
         self._capture = np.zeros(0, np.int64)  # the recorder's ring of sound
         self._played = np.zeros(0, np.int64)  # the ring of messages that were played
+        self.recent = np.zeros(0, np.float32)  # the last sound that `recorded` has returned, up to RECENT
+        self._runs_ahead = True
         self._writer = threading.Lock()  # of the first ring, between Python's threads
         self._basses: list[LiveBass] = []
         r = self.record
@@ -175,6 +192,7 @@ class Synth:
             time.sleep(0.005)
             self.release_faded()
         self._basses.append(bass)
+        bass.run_ahead(self._runs_ahead)
         self._write("next_bass", bass.address)
 
     @property
@@ -219,9 +237,36 @@ class Synth:
         return len(score.frames)
 
     def receive(self, status: int, first: int = 0, second: int = 0, frame: int = NOW) -> bool:
-        """Sends a message from a MIDI port, unless it is for another channel than the synth's. [any thread]"""
+        """Sends a message from a MIDI port, unless it is for another channel than the synth's. [any thread]
+
+        A learned controller moves its parameter instead.
+        """
         channel = int(self.record["channel"][0])
-        return (channel >= 0 and status & 0x0F != channel) or self.send(status, first, second, frame)
+        if channel >= 0 and status & 0x0F != channel:
+            return True
+        if self.desk is not None and status & 0xF0 == 0xB0 and (moved := self.desk.hear_controller(first, second)):
+            return self.set_parameter(*moved, frame)
+        return self.send(status, first, second, frame)
+
+    def set_parameter(self, number: int, value: float, frame: int = NOW) -> bool:
+        """Sets a parameter of the playing (parameters.py) from a frame on; False if the ring is full. [any thread]"""
+        with self._writer:
+            return bool(push_event(self.rings[0].ctypes.data, RING, frame, PARAMETER, number, value))
+
+    def parameter(self, number: int) -> float:
+        """The value of a parameter of the playing as it was set last; 0: as the bass itself has it. [any thread]"""
+        return float(self.record["parameters"][0, number])
+
+    @property
+    def runs_ahead(self) -> bool:
+        """True if strings may run ahead of the clock, in every bass."""
+        return self._runs_ahead
+
+    @runs_ahead.setter
+    def runs_ahead(self, wanted: bool) -> None:
+        self._runs_ahead = wanted
+        for bass in self._basses:
+            bass.run_ahead(wanted)
 
     def frame_now(self, delay: int) -> int:
         """Returns the frame for a message that arrives now, `delay` frames late: the same delay for all messages.
@@ -241,9 +286,9 @@ class Synth:
         return first + min(since, 2 * frames) + delay
 
     def take_over(self, old: Synth) -> None:
-        """Goes on at this synth's rate where `old` is: the same time, the same counts. Before it plays."""
+        """Goes on at this synth's rate where `old` is: the same time, counts and parameters. Before it plays."""
         self.record["frame"] = round(old.frame * self.rate / old.rate)
-        for name in COUNTS:
+        for name in KEPT:
             self.record[name] = old.record[name]
 
     def panic(self) -> None:
@@ -272,7 +317,9 @@ class Synth:
 
     def recorded(self) -> NDArray[np.float32]:
         """Returns what was played since the last call, (n,)."""
-        return pop_sound(self._capture, int(self.record["capture_size"][0]))
+        sound = pop_sound(self._capture, int(self.record["capture_size"][0]))
+        self.recent = np.concatenate([self.recent, sound])[-round(RECENT * self.rate) :]
+        return sound
 
     def keep_messages(self) -> None:
         """Keeps the messages that are played from the next block on, for `played`, up to RING."""

@@ -14,9 +14,9 @@ import numpy as np
 from livebass import __version__
 from livebass.compiling import Entry
 from livebass.kernels import board, coil, frets, instrument, performer, preparing, records
+from livebass.live.parameters import MOST_BASSES, OUTPUTS, PARAMETERS
 from livebass.live.thread import ahead, block, ring, setup
 from livebass.live.thread import records as live
-from livebass.plugin.parameters import MOST_BASSES, OUTPUTS, PARAMETERS
 
 # Those that are part of others come first.
 RECORDS = {

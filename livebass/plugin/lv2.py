@@ -7,11 +7,11 @@ from pathlib import Path
 
 from livebass import __version__
 from livebass.kernels.performer import PARAMETERS as PLAYED
+from livebass.live.parameters import OUTPUTS, PARAMETERS
 from livebass.model.instrument import Instrument
 from livebass.plugin.build import binary
 from livebass.plugin.bundle import LIST, checked_name, distinct_titles, instrument_files, with_name, write_files
 from livebass.plugin.instrument import ENDING
-from livebass.plugin.parameters import OUTPUTS, PARAMETERS
 from livebass.plugin.systems import SYSTEMS, System, this_system
 
 URI = "urn:livebass:bass"

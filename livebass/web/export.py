@@ -16,10 +16,10 @@ from typing import Any
 
 from livebass import __version__
 from livebass.kernels.instrument import LIVE, STUDIO
+from livebass.live.parameters import PARAMETERS
 from livebass.model.instrument import Instrument
 from livebass.plugin.bundle import LIST, instrument_files, write_files
 from livebass.plugin.instrument import ENDING
-from livebass.plugin.parameters import PARAMETERS
 from livebass.web import build
 from livebass.web.layout import layout
 

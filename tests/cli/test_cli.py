@@ -112,7 +112,9 @@ def test_bench(monkeypatch: pytest.MonkeyPatch, run: Run, tmp_path: Path) -> Non
     assert_one_clear_line(status, err, (1,))
 
 
-@pytest.mark.parametrize("arguments", [["--help"], ["render", "--help"], ["--version"], ["presets", "list"]])
+@pytest.mark.parametrize(
+    "arguments", [["--help"], ["render", "--help"], ["play", "--help"], ["--version"], ["presets", "list"]]
+)
 def test_help_starts_fast_and_without_kernels(arguments: list[str]) -> None:
     code = (
         "import sys; from livebass.cli import main as cli; status = cli.run(sys.argv[1:]);"

@@ -2,36 +2,30 @@
 
 from __future__ import annotations
 
-import fcntl
 import gc
 import json
 import logging
 import os
 import platform
-import pty
 import re
 import resource
-import select
 import signal
 import subprocess
 import sys
-import termios
 import threading
 import time
 import weakref
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
 import soundfile
 from support.command import Run, assert_one_clear_line
 from support.jack import PATIENCE, livebass, wait_for, wait_for_log, wait_for_take
-from support.live import QUICK, RATE, synth_and_device
+from support.live import QUICK, RATE, played_on, session_of, synth_and_device
+from support.terminal import InTerminal
 
 from livebass import QUALITIES, Instrument, Quality, load_preset, preset_names
 from livebass.bench.endurance import python_busy, random_playing
@@ -42,7 +36,7 @@ from livebass.live import inputs, session
 from livebass.live.inputs import LOWER, UPPER, TerminalKeys
 from livebass.live.outputs import FakeDevice, JackOutput, PortAudioOutput
 from livebass.live.recording import MidiRecorder, Recorder
-from livebass.live.session import PresetSwitch, Session, Settings, Summary, _Loop
+from livebass.live.session import PresetSwitch, Session, Settings, _Loop
 from livebass.live.synth import Gauge, LiveBass, Synth, median_load, strings
 from livebass.live.thread.records import HISTOGRAM
 from livebass.preset.programs import PROGRAMS
@@ -200,31 +194,6 @@ def test_a_preset_that_cannot_be_loaded_is_a_line(tmp_path: Path) -> None:
     changes.close()
 
 
-def session_of(session: Session, play: Callable[[Synth], None]) -> Summary:
-    """Runs the session, with `play` in a thread; ends it when `play` ends, and returns its summary.
-
-    No string becomes coarse and no bass fades early because the machine is busy.
-    """
-
-    def play_and_end() -> None:
-        try:
-            wait_for(lambda: session.synth)
-            assert session.synth is not None
-            session.synth.record["adaptive"] = 0
-            play(session.synth)
-        finally:
-            session.stop.set()
-
-    with ThreadPoolExecutor(1) as beside:
-        playing = beside.submit(play_and_end)
-        try:
-            summary = session.run()
-        finally:
-            session.stop.set()
-        playing.result(PATIENCE)
-    return summary
-
-
 def test_program_changes_through_the_server_neither_click_nor_stall(server: SimpleNamespace, tmp_path: Path) -> None:
     """A held note rings on while other basses are prepared and switched to: no click, no gap.
 
@@ -267,12 +236,6 @@ def test_program_changes_through_the_server_neither_click_nor_stall(server: Simp
         around = slice(frame - 2400, frame + 4800)
         assert jumps[around].max() < 2 * jumps[frame - 12000 : frame - 2400].max()
         assert np.all([np.abs(part).max() > 1e-4 for part in np.split(sound[around], 6)])
-
-
-def played_on(synth: Synth, seconds: float) -> None:
-    """Waits until the synth has played so much longer."""
-    end = synth.frame + seconds * synth.rate
-    wait_for(lambda: synth.frame >= end)
 
 
 def test_dense_playing_under_a_busy_interpreter(server: SimpleNamespace) -> None:
@@ -460,6 +423,7 @@ def test_a_rate_that_changes_is_followed(server: SimpleNamespace, tmp_path: Path
 
     def play(synth: Synth) -> None:
         synth.send(0xB0, 7, 80)
+        synth.set_parameter(1, -0.5)  # the tone
         played_on(synth, 0.6)
         assert isinstance(session.output, JackOutput)
         for rate in (44100, RATE):
@@ -469,6 +433,7 @@ def test_a_rate_that_changes_is_followed(server: SimpleNamespace, tmp_path: Path
             now = session.output.synth
             rates.append(rate)
             assert now.bass is not None and now.bass.engine.performer["volume"] == 80 / 127
+            assert now.parameter(1) == -0.5 and now.record["gain_target"][0] == 1
             assert now.frame / rate > 0.9 * before.frame / before.rate, "the time goes on"
             wait_for(lambda now=now: now.meters().peak > 0.01)  # type: ignore[misc]
             played_on(now, 0.8)
@@ -687,59 +652,6 @@ def test_a_system_without_single_keys_says_so(
     with TerminalKeys(lambda *m: None, lambda: None) as keys:
         keys.read()
     assert not keys.active and len(caplog.messages) == 1 and "computer keyboard" in caplog.messages[0]
-
-
-class InTerminal:
-    """`livebass play` in a pseudo terminal of a given width, with a keyboard."""
-
-    def __init__(self, *arguments: object, columns: int = 100, shell: bool = False) -> None:
-        self.ours, theirs = pty.openpty()
-        termios.tcsetwinsize(self.ours, (24, columns))
-        command = [sys.executable, "-m", "livebass", *map(str, arguments)]
-        if shell:
-            command = ["sh", "-i"]
-        ends = {"stdin": theirs, "stdout": theirs, "stderr": theirs}
-        self.process = subprocess.Popen(command, preexec_fn=self._own(theirs), **ends)  # type: ignore[call-overload]
-        os.close(theirs)
-        self.shown = ""
-
-    @staticmethod
-    def _own(fd: int) -> Any:
-        def make() -> None:
-            os.setsid()
-            fcntl.ioctl(fd, termios.TIOCSCTTY, 0)
-
-        return make
-
-    def wait(self, text: str, seconds: float = PATIENCE, times: int = 1) -> None:
-        """Waits until `text` was shown so many `times`, or for "" until the program has ended."""
-        end = time.monotonic() + seconds
-        while not text or self.shown.count(text) < times:
-            assert time.monotonic() < end, self.shown
-            if select.select([self.ours], [], [], 0.1)[0]:
-                try:
-                    more = os.read(self.ours, 65536)
-                except OSError:
-                    more = b""
-                if not more:
-                    assert not text, self.shown
-                    return
-                self.shown += more.decode()
-            elif not text and self.process.poll() is not None:
-                return
-
-    def type(self, keys: str) -> None:
-        os.write(self.ours, keys.encode())
-
-    @property
-    def cooked(self) -> bool:
-        flags = termios.tcgetattr(self.ours)[3]
-        return bool(flags & termios.ICANON and flags & termios.ECHO)
-
-    def close(self) -> None:
-        self.process.kill()
-        self.process.wait(10)
-        os.close(self.ours)
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

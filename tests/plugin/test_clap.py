@@ -17,10 +17,10 @@ from support.plugins import DAMAGES, NOTES, PRESETS, RATE, hard_score, midi_scor
 from livebass import load_preset
 from livebass.arrays import Floats
 from livebass.kernels.instrument import checksum
+from livebass.live.parameters import OUTPUTS, PARAMETERS
 from livebass.plugin import build, clap
 from livebass.plugin.bundle import distinct_titles
 from livebass.plugin.instrument import write_instrument
-from livebass.plugin.parameters import OUTPUTS, PARAMETERS
 from livebass.plugin.systems import SYSTEMS, this_system
 
 MOST_BYTES = 700_000

@@ -22,10 +22,10 @@ from livebass.arrays import Floats
 from livebass.engine.render import mixed
 from livebass.kernels.performer import MOST_STRINGS
 from livebass.kernels.performer import PARAMETERS as PLAYED
+from livebass.live.parameters import OUTPUTS, PARAMETERS
 from livebass.plugin.build import compiler
 from livebass.plugin.instrument import write_instrument
 from livebass.plugin.lv2 import STRINGS, URI, write_bundle, write_preset
-from livebass.plugin.parameters import OUTPUTS, PARAMETERS
 from livebass.plugin.systems import this_system
 from livebass.score import Score
 

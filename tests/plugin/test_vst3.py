@@ -16,8 +16,8 @@ from support.plugins import DAMAGES, NOTES, PRESETS, RATE, hard_score, midi_scor
 
 from livebass import load_preset
 from livebass.arrays import Floats
+from livebass.live.parameters import OUTPUTS, PARAMETERS
 from livebass.plugin import clap, vst3
-from livebass.plugin.parameters import OUTPUTS, PARAMETERS
 from livebass.plugin.systems import SYSTEMS
 from livebass.score import Score
 

@@ -1,8 +1,10 @@
-"""A synth on a fake device, the same notes rendered offline, and clocks for running ahead."""
+"""A synth on a fake device, the same notes rendered offline, clocks for running ahead, and whole sessions."""
 
 from __future__ import annotations
 
 import ctypes
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -12,7 +14,9 @@ from livebass.arrays import Floats
 from livebass.engine.engine import Engine
 from livebass.engine.render import mixed
 from livebass.live.outputs import FakeDevice
+from livebass.live.session import Session, Summary
 from livebass.live.synth import LiveBass, Synth
+from support.jack import PATIENCE, wait_for
 
 RATE = 48000
 
@@ -56,3 +60,34 @@ def run_ahead(synth: Synth, how: str) -> None:
         synth.set_clock(address_of(stopped))
     elif how == "never":
         synth.set_clock(0)
+
+
+def session_of(session: Session, play: Callable[[Synth], None]) -> Summary:
+    """Runs the session, with `play` in a thread; ends it when `play` ends, and returns its summary.
+
+    No string becomes coarse and no bass fades early because the machine is busy.
+    """
+
+    def play_and_end() -> None:
+        try:
+            wait_for(lambda: session.synth)
+            assert session.synth is not None
+            session.synth.record["adaptive"] = 0
+            play(session.synth)
+        finally:
+            session.stop.set()
+
+    with ThreadPoolExecutor(1) as beside:
+        playing = beside.submit(play_and_end)
+        try:
+            summary = session.run()
+        finally:
+            session.stop.set()
+        playing.result(PATIENCE)
+    return summary
+
+
+def played_on(synth: Synth, seconds: float) -> None:
+    """Waits until the synth has played so much longer."""
+    end = synth.frame + seconds * synth.rate
+    wait_for(lambda: synth.frame >= end)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from livebass.arrays import Floats
-from livebass.plugin.parameters import PARAMETERS
+from livebass.live.parameters import PARAMETERS
 from livebass.score import Score
 
 CONTROLS = (*(p.symbol for p in PARAMETERS), "freewheeling")

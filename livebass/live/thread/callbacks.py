@@ -16,6 +16,8 @@ from livebass.kernels.native import (
     samples_at,
     status_from,
 )
+from livebass.kernels.performer import MOST_STRINGS
+from livebass.live.thread.desk import add_clicks, desk_at, hear_controller, play_score
 from livebass.live.thread.records import CHUNK, field_offset, synth_at
 from livebass.live.thread.ring import push
 
@@ -25,6 +27,7 @@ MOST_CHANNELS = 2
 PORTAUDIO = np.dtype(
     [
         ("synth", "i8"),
+        ("desk", "i8"),  # address of a DESK, 0: none
         ("channels", "i8"),
         ("mono", "i8"),  # address of float32 (CHUNK,)
         ("thread", "i8"),  # number of the thread that calls, once it has called
@@ -35,11 +38,15 @@ PORTAUDIO = np.dtype(
 JACK = np.dtype(
     [
         ("synth", "i8"),
+        ("desk", "i8"),  # address of a DESK, 0: none
         ("get_buffer", "i8"),  # addresses of C functions
         ("event_count", "i8"),
         ("event_get", "i8"),
         ("outputs", "i8"),
         ("output", "i8", (MOST_CHANNELS,)),  # ports
+        ("strings", "i8"),
+        ("string", "i8", (MOST_STRINGS,)),  # ports of single strings
+        ("click", "i8"),  # port of the metronome, 0: it is heard in the outputs
         ("midi", "i8"),
         ("event", "i8", (3,)),  # room for a jack_midi_event_t: uint32 time, size_t size, pointer to the bytes
     ],
@@ -50,9 +57,18 @@ EVENT_OFFSET = field_offset(JACK, "event")
 
 
 @jit
-def render(synth, sound, n):
-    """Plays n frames of the synth at address `synth` into the float32 at address `sound`."""
+def render(synth, desk, sound, n):
+    """Plays n frames of the synth at address `synth`, and of the DESK's score, into the float32 at address `sound`."""
+    if desk != 0:
+        play_score(desk_at(desk), synth_at(synth), n)
     call_3(synth_at(synth).process, synth, sound, n)
+
+
+@jit
+def click(synth, desk, sound, n):
+    """Adds the metronome to n frames that the synth has just played."""
+    if desk != 0:
+        add_clicks(desk_at(desk), synth_at(synth).frame - n, samples_at(sound, n), n)
 
 
 @entry("int32(voidptr, voidptr, uint64, voidptr, uint64, voidptr)")
@@ -65,14 +81,16 @@ def portaudio(_input, output, frames, _time, flags, arg):
     if data.thread == 0 and data.gettid != 0:
         data.thread = count_from(data.gettid, np.int64(0))  # it takes no argument, and ignores this one
     if data.channels == 1:
-        render(data.synth, address_of(output), n)
+        render(data.synth, data.desk, address_of(output), n)
+        click(data.synth, data.desk, address_of(output), n)
         return np.int32(0)
     out = samples_at(address_of(output), n * data.channels)
     mono = samples_at(data.mono, CHUNK)
     done: Any = 0
     while done < n:
         m = min(CHUNK, n - done)
-        render(data.synth, data.mono, m)
+        render(data.synth, data.desk, data.mono, m)
+        click(data.synth, data.desk, data.mono, m)
         for j in range(m):
             for k in range(data.channels):
                 out[(done + j) * data.channels + k] = mono[j]
@@ -98,7 +116,8 @@ def is_message(message, size):
 def read_midi(data, n):
     """Moves the messages that the MIDI port has for these n frames into the synth's third ring.
 
-    Clocks and other system messages, other channels, and truncated messages are left out.
+    Clocks and other system messages, other channels, and truncated messages are left out; a learned controller moves
+    its parameter instead.
     """
     synth = synth_at(data.synth)
     buffer = pointer_from(data.get_buffer, data.midi, n)
@@ -119,6 +138,10 @@ def read_midi(data, n):
         first = np.int64(message[1])
         second = np.int64(message[2]) if size > 2 else np.int64(0)
         frame = synth.frame + (event[0] & 0xFFFFFFFF)
+        if data.desk != 0 and status & 0xF0 == 0xB0:
+            ring, room = synth.midi_ring[2], synth.midi_ring_size[2]
+            if hear_controller(desk_at(data.desk), ring, room, frame, first, second):
+                continue
         push(synth.midi_ring[2], synth.midi_ring_size[2], frame, status, first, second)
 
 
@@ -129,8 +152,19 @@ def jack(frames, arg):
     n = np.int64(frames)
     if data.midi != 0:
         read_midi(data, n)
+    synth = synth_at(data.synth)
+    for k in range(data.strings):
+        synth.apart[k] = pointer_from(data.get_buffer, data.string[k], n)
     sound = pointer_from(data.get_buffer, data.output[0], n)
-    render(data.synth, sound, n)
+    render(data.synth, data.desk, sound, n)
+    if data.click == 0:
+        click(data.synth, data.desk, sound, n)
+    else:
+        apart = pointer_from(data.get_buffer, data.click, n)
+        silent = samples_at(apart, n)
+        for j in range(n):
+            silent[j] = 0.0
+        click(data.synth, data.desk, apart, n)
     first = samples_at(sound, n)
     for k in range(1, data.outputs):
         other = samples_at(pointer_from(data.get_buffer, data.output[k], n), n)

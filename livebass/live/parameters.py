@@ -1,7 +1,7 @@
-"""The parameters of the plugins: one table, ids for ever, from which header.py, the bundles and the page take them.
+"""The parameters of `play` and of the plugins: one table, ids for ever, from which plugins and the page take them, too.
 
 The usual value of a parameter of the playing is 0, "as the bass itself has it": with all of them there a plugin plays
-what `livebass render` renders. Those are sample-accurate; the rest belongs to the plugin around the synth.
+what `livebass render` renders. Those are sample-accurate; the rest belongs to what is around the synth.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from livebass.kernels.performer import LEAST, MOST, MOST_STRINGS
+from livebass.kernels.performer import PARAMETERS as PLAYING
 
 MOST_BASSES = 128  # that a plugin offers: the last value of `bass` is one less
 
@@ -53,3 +54,4 @@ PARAMETERS = (
     Parameter("running_ahead", "Running ahead", "", 0, 1, 0, True, SWITCH),
     Parameter("relief", "Relief under overload", "", 0, 1, 0, True, SWITCH),
 )
+NUMBERS = {p.symbol: number for number, p in enumerate(PARAMETERS[:PLAYING])}  # of the parameters of the playing

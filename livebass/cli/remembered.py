@@ -1,0 +1,118 @@
+"""What `livebass play` remembers from one time to the next, in a TOML file of the user."""
+
+from __future__ import annotations
+
+import os
+import tomllib
+from contextlib import suppress
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Any
+
+VARIABLE = "LIVEBASS_SETTINGS"  # of the environment: another file
+BACKENDS = ("auto", "portaudio", "jack")
+GAIN = (-60.0, 20.0)  # dB
+HEAD = "# What `livebass play` remembers. `livebass play --forget` deletes it.\n"
+
+
+class DamagedSettings(ValueError):
+    """The file cannot be read, or something in it is wrong; one line."""
+
+
+@dataclass(frozen=True)
+class Remembered:
+    """The choices of the last time; None: there was none. A key of the file each, controllers a table."""
+
+    preset: str | None = None  # name, or whole path
+    gain: float | None = None  # dB
+    backend: str | None = None
+    audio: str | None = None  # the full name of a PortAudio output
+    midi: str | None = None
+    controllers: dict[str, int] = field(default_factory=dict)  # learned, by the parameter's symbol
+
+    def text(self) -> str:
+        """The file."""
+        lines = [f"{f.name} = {_toml(getattr(self, f.name))}" for f in fields(self)[:-1] if getattr(self, f.name)]
+        if self.controllers:
+            lines += ["", "[controllers]  # the MIDI controller of each parameter"]
+            lines += [f"{symbol} = {controller}" for symbol, controller in sorted(self.controllers.items())]
+        return HEAD + "".join(f"{line}\n" for line in lines)
+
+    def said(self) -> str:
+        """One line about what was chosen; "" if nothing was."""
+        parts = [self.preset and f"preset {self.preset}", self.gain and f"gain {self.gain:g} dB",
+                 self.backend and f"backend {self.backend}", self.audio and f"output {self.audio}",
+                 self.midi and f"MIDI {self.midi}"]  # fmt: skip
+        parts += [f"controller {controller} for {symbol}" for symbol, controller in sorted(self.controllers.items())]
+        return ", ".join(part for part in parts if part)
+
+
+def settings_file() -> Path:
+    """Where the settings are kept."""
+    import platformdirs
+
+    given = os.environ.get(VARIABLE)
+    return Path(given) if given else platformdirs.user_config_path("livebass") / "play.toml"
+
+
+def load(path: Path) -> Remembered:
+    """What the file at `path` holds; nothing if there is none. Raises DamagedSettings."""
+    try:
+        data = tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        return Remembered()
+    except (OSError, ValueError) as error:
+        why = error.strerror if isinstance(error, OSError) else " ".join(str(error).split())
+        raise DamagedSettings(f"{path}: {why}") from None
+    try:
+        return _checked(data)
+    except ValueError as error:
+        raise DamagedSettings(f"{path}: {error}") from None
+
+
+def _checked(data: dict[str, Any]) -> Remembered:
+    """The choices in a table; keys of other versions are ignored. Raises ValueError for values of no use."""
+    from livebass.live.desk import check_controllers
+
+    for key in ("preset", "backend", "audio", "midi"):
+        if not isinstance(data.get(key, ""), str):
+            raise ValueError(f"{key} = {data[key]!r}: allowed is text")
+    if data.get("backend", "auto") not in BACKENDS:
+        raise ValueError(f"backend = {data['backend']!r}: allowed are {', '.join(BACKENDS)}")
+    gain = data.get("gain", 0.0)
+    if isinstance(gain, bool) or not isinstance(gain, int | float) or not GAIN[0] <= gain <= GAIN[1]:
+        raise ValueError(f"gain = {gain!r}: allowed are {GAIN[0]:g} to {GAIN[1]:g} dB")
+    controllers = data.get("controllers", {})
+    if not isinstance(controllers, dict):
+        raise ValueError(f"controllers = {controllers!r}: allowed is a table")
+    known = {f.name: data[f.name] for f in fields(Remembered) if f.name in data}
+    return Remembered(**known | {"controllers": check_controllers(controllers) if controllers else {}})
+
+
+def save(path: Path, remembered: Remembered) -> None:
+    """Writes the file, whole or not at all. Raises OutputError."""
+    from livebass.files import Transaction
+
+    with Transaction() as files:
+        files.directory(path.parent)
+        files.write(path, remembered.text().encode())
+
+
+def forget(path: Path) -> None:
+    """Deletes the file, if there is one. Raises OutputError."""
+    from livebass.files import output_error
+
+    with suppress(FileNotFoundError):
+        try:
+            path.unlink()
+        except FileNotFoundError:
+            raise
+        except OSError as error:
+            raise output_error(path, error) from None
+
+
+def _toml(value: str | float) -> str:
+    """A value as TOML has it: text with what is not printable, quotes and backslashes escaped."""
+    if not isinstance(value, str):
+        return f"{float(value)!r}"
+    return '"' + "".join(c if c.isprintable() and c not in '"\\' else f"\\U{ord(c):08x}" for c in value) + '"'

@@ -1,0 +1,131 @@
+"""What the control socket offers: every parameter, the score, the metronome, notes, and every meter, by name."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Protocol
+
+from livebass.live.desk import BEATS, TEMPOS, Desk
+from livebass.live.osc import Control, Value
+from livebass.live.parameters import NUMBERS, PARAMETERS, Parameter
+from livebass.live.synth import Reading, Synth, decibels
+from livebass.live.tuner import tuning
+from livebass.preset.load import preset_names
+
+COUNTS = ("frame", "blocks", "late", "underruns", "messages", "faults", "overload", "lost", "clipped")  # meters
+MOST_COUNT = (1 << 31) - 1  # of OSC's whole numbers
+
+
+class Presets(Protocol):
+    """The switch of presets and qualities."""
+
+    @property
+    def playing(self) -> tuple[str, str]: ...
+
+    def choose(self, preset: str | None = None, quality: str | None = None) -> None: ...
+
+
+def control_table(
+    synth: Callable[[], Synth],
+    desk: Desk,
+    presets: Presets,
+    roll: Callable[[bool], None],
+    seek: Callable[[float], None],
+) -> dict[str, Control]:
+    """The controls of a session by name; `synth` returns the one that plays. They may be used by [any thread]."""
+
+    def playing(p: Parameter, number: int) -> Control:
+        def write(value: Value) -> None:
+            synth().set_parameter(number, held(p, value))
+
+        return Control(write, lambda: synth().parameter(number))
+
+    def relief(value: Value) -> None:
+        synth().record["adaptive"] = int(switch(value))
+
+    def running_ahead(value: Value) -> None:
+        synth().runs_ahead = switch(value)
+
+    def bass(value: Value) -> None:
+        presets.choose(preset=value if isinstance(value, str) else at(preset_names(), value))
+
+    def quality(value: Value) -> None:
+        p = next(p for p in PARAMETERS if p.symbol == "quality")
+        presets.choose(quality=value if isinstance(value, str) else at(list(p.points), value))
+
+    def tempo(value: Value) -> None:
+        desk.tempo = within(value, *TEMPOS)
+
+    def loop(begin: Value, end: Value) -> None:
+        if desk.follows_transport:
+            raise ValueError("JACK's transport has the say")
+        part = within(begin, 0.0, math.inf), within(end, 0.0, math.inf)
+        desk.loop = part if part[1] > part[0] else None
+
+    def metronome(value: Value) -> None:
+        beats = within(value, *BEATS) if value else 0.0
+        desk.click(beats, synth().rate, synth().frame)
+
+    def note(key: Value, velocity: Value) -> None:
+        key, velocity = int(within(key, 0, 127)), int(within(velocity, 0, 127))
+        synth().send(0x90 if velocity else 0x80, key, velocity)
+
+    table = {symbol: playing(PARAMETERS[number], number) for symbol, number in NUMBERS.items()}
+    table |= {
+        "bass": Control(bass, lambda: presets.playing[0]),
+        "quality": Control(quality, lambda: presets.playing[1]),
+        "running_ahead": Control(running_ahead, lambda: int(synth().runs_ahead)),
+        "relief": Control(relief, lambda: int(synth().record["adaptive"][0])),
+        "note": Control(note),
+        "panic": Control(lambda *_: synth().panic()),
+        "metronome": Control(metronome, lambda: desk.beats),
+    }
+    if desk.score:
+        table |= {
+            "rolling": Control(lambda value: roll(switch(value)), lambda: int(desk.rolling)),
+            "position": Control(lambda value: seek(within(value, 0.0, desk.length)), lambda: desk.position),
+            "tempo": Control(tempo, lambda: desk.tempo),
+            "loop": Control(loop, lambda: desk.loop[0] if desk.loop else -1.0),
+        }
+    return table
+
+
+def within(value: Value, least: float, most: float) -> float:
+    """The number `value`. Raises ValueError outside its limits and for text."""
+    if isinstance(value, str) or not least <= value <= most:
+        raise ValueError(f"{value!r}: allowed are numbers from {least:g} to {most:g}")
+    return float(value)
+
+
+def held(p: Parameter, value: Value) -> float:
+    """A value for the parameter `p`: a number within its limits, or the name of a point."""
+    if isinstance(value, str) and value in p.points:
+        return float(p.points.index(value))
+    number = within(value, p.least, p.most)
+    return float(round(number)) if p.whole else number
+
+
+def switch(value: Value) -> bool:
+    """On or off, from 1 or 0."""
+    return within(value, 0, 1) >= 0.5
+
+
+def at(names: list[str], value: Value) -> str:
+    """The name with the number `value`, from 0."""
+    return names[int(within(value, 0, len(names) - 1))]
+
+
+def meter_table(reading: Reading | None) -> dict[str, Value]:
+    """The meters of a reading, by name; loads are parts of a block's time, the peak is in dB, counts have 31 bits."""
+    if reading is None:
+        return {}
+    m = reading.meters
+    counts = {name: getattr(m, name) & MOST_COUNT for name in COUNTS}
+    return {"load": reading.median, "worst": m.worst, "peak": decibels(m.peak)} | counts
+
+
+def tuner_meters(frequency: float) -> dict[str, Value]:
+    """The pitch of what sounds (Hz, NaN: none), its note, and how many cents it is off; 0, - and 0 if there is none."""
+    note, cents = tuning(frequency) or ("-", 0.0)
+    return {"frequency": 0.0 if math.isnan(frequency) else frequency, "note": note, "cents": cents}

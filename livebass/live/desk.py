@@ -1,0 +1,236 @@
+"""Steers what is beside the synth: the score, learned controllers, the metronome, MIDI learn. [main thread]
+
+A `Desk` owns the record that the audio thread works on (thread/desk.py), whatever output and synth there are.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livebass.live.parameters import NUMBERS, PARAMETERS
+from livebass.live.thread.desk import CHANNEL_MODES, CONTROLLERS, DESK, MOVED_BITS, parameter_for
+from livebass.live.thread.records import field_offset
+from livebass.live.thread.ring import write_word
+from livebass.score import Score
+
+LOG = logging.getLogger(__name__)
+LEAD = 0.2  # s before a score begins
+SHORTEST_LOOP = 0.1  # s
+TEMPOS = (0.1, 4.0)  # parts of the score's own tempo
+BEATS = (20.0, 400.0)  # of the metronome, a minute
+CLICK_LENGTH, CLICK_PITCH, CLICK_LEVEL, CLICK_DECAY = 0.03, 1500.0, 0.25, 0.006  # s, Hz, of full scale, s
+PROGRAM = 0xC0  # status
+RPN = (6, 38, 96, 97, 98, 99, 100, 101)  # controllers that come in sequences
+
+
+class Desk:
+    """The score, the learned controllers and the metronome beside a synth."""
+
+    def __init__(self) -> None:
+        self.record = np.zeros(1, DESK)
+        self.record["speed"] = 1.0
+        self.score: Score | None = None
+        self.follows_transport = False
+        self.beats = 0.0  # of the metronome, a minute; 0: none
+        self.looped_last = (0.0, 0.0)  # s of the score; (0, 0): all
+        self._arrays: list[np.ndarray] = []  # that the record points to
+
+    @property
+    def address(self) -> int:
+        return int(self.record.ctypes.data)
+
+    # ---- the score
+
+    def load(self, score: Score) -> None:
+        """Puts `score` ready, LEAD before its beginning: it begins once it is `rolling`. There is one for a desk."""
+        sent = (score.messages[:, 0] & 0xF0) != PROGRAM  # the bass for a file's program is chosen before it begins
+        data = score.messages[sent].astype(np.int64)
+        words = data[:, 0] | data[:, 1] << 8 | data[:, 2] << 16
+        frames = np.ascontiguousarray(score.frames[sent])
+        self._arrays += [frames, words]
+        self.score, r = score, self.record
+        r["rate"], r["frames"], r["words"] = score.rate, frames.ctypes.data, words.ctypes.data
+        r["position"] = -LEAD * score.rate
+        self._write("count", len(words))
+
+    def _write(self, field: str, value: int) -> None:
+        write_word(self.address + field_offset(DESK, field), value)
+
+    @property
+    def position(self) -> float:
+        """Where the score is, s; below 0 before it begins."""
+        return float(self.record["position"][0]) / self.score.rate if self.score else 0.0
+
+    @property
+    def length(self) -> float:
+        """Length of the score, s: of the whole file, if it is from one."""
+        return max(self.score.end_frame, self.score.file_end) / self.score.rate if self.score else 0.0
+
+    @property
+    def rolling(self) -> bool:
+        """True while the score goes on; with JACK's transport, whether that does."""
+        return bool(self.record["running" if self.follows_transport else "rolling"][0])
+
+    @rolling.setter
+    def rolling(self, value: bool) -> None:
+        self._write("rolling", int(value))
+
+    def seek(self, seconds: float) -> None:
+        """Goes to a place of the score."""
+        if self.score:
+            self.record["seek"] = round(min(max(seconds, -LEAD), self.length) * self.score.rate)
+            self._write("seek_count", int(self.record["seek_count"][0]) + 1)
+
+    @property
+    def tempo(self) -> float:
+        """Part of the score's own tempo at which it is played."""
+        return float(self.record["speed"][0])
+
+    @tempo.setter
+    def tempo(self, value: float) -> None:
+        self.record["speed"] = min(max(value, TEMPOS[0]), TEMPOS[1])
+
+    @property
+    def loop(self) -> tuple[float, float] | None:
+        """The part of the score that is repeated, s from its beginning."""
+        return self.looped_last if self.record["loop_to"][0] else None
+
+    @loop.setter
+    def loop(self, part: tuple[float, float] | None) -> None:
+        """Repeats a `part`, (0, 0) the whole; None ends the loop, and the score goes on.
+
+        Raises ValueError for a part that is too short, or not in the score.
+        """
+        self.record["loop_to"] = 0.0
+        if part is None or self.score is None:
+            return
+        begin, end = part if part[1] else (part[0], self.length)
+        end = min(end, self.length)
+        if not 0 <= begin <= end - SHORTEST_LOOP:
+            raise ValueError(
+                f"loop from {begin:g} to {end:g} s: allowed are parts of {SHORTEST_LOOP:g} s and more"
+                f" within the {self.length:.1f} s of the file"
+            )
+        self.looped_last = begin, end
+        self.record["loop_from"] = round(begin * self.score.rate)
+        self.record["loop_to"] = round(end * self.score.rate)
+        if self.position >= end:
+            self.seek(begin)
+
+    # ---- controllers
+
+    @property
+    def learned(self) -> dict[str, int]:
+        """The controller of each parameter that has one, by the parameter's symbol."""
+        numbers = self.record["learned"][0]
+        return {PARAMETERS[int(numbers[c]) - 1].symbol: c for c in np.flatnonzero(numbers).tolist()}
+
+    def learn(self, symbol: str, controller: int | None) -> None:
+        """Has a `controller` move the parameter `symbol`, in place of what either did before; None: none does."""
+        number, learned = NUMBERS[symbol] + 1, self.record["learned"][0]
+        learned[learned == number] = 0
+        if controller is not None:
+            learned[controller] = number
+
+    @property
+    def moved(self) -> tuple[int, int]:
+        """How many controllers have moved so far, and the last one's number."""
+        word = int(self.record["moved"][0])
+        return word >> 2 * MOVED_BITS, word >> MOVED_BITS & (1 << MOVED_BITS) - 1
+
+    def hear_controller(self, controller: int, value: int) -> tuple[int, float] | None:
+        """Notes that a controller has moved; returns the number and the value of the parameter that it moves, if any.
+
+        For messages that reach Python first: those of JACK's port never do. [any thread]
+        """
+        count = self.moved[0] + 1
+        self.record["moved"] = count << 2 * MOVED_BITS | controller << MOVED_BITS | value
+        number = int(self.record["learned"][0, controller]) - 1
+        return None if number < 0 else (number, float(parameter_for(number, value)))
+
+    # ---- the metronome
+
+    def click(self, beats: float, rate: int, frame: int) -> None:
+        """Clicks `beats` times a minute from the synth's `frame` on, which runs at `rate` Hz; 0: not at all."""
+        self.record["click_period"] = 0.0
+        self.beats = beats
+        if not beats:
+            return
+        if self.record["click_frames"][0] != round(CLICK_LENGTH * rate):
+            sound = click_sound(rate)
+            self._arrays.append(sound)
+            self.record["click_frames"] = 0
+            self.record["click"] = sound.ctypes.data
+            self.record["click_frames"] = len(sound)
+        self.record["click_start"] = frame
+        self.record["click_period"] = 60.0 / beats * rate
+
+
+def click_sound(rate: int) -> NDArray[np.float32]:
+    """A click of the metronome, (n,)."""
+    time = np.arange(round(CLICK_LENGTH * rate)) / rate
+    sound = CLICK_LEVEL * np.sin(2 * np.pi * CLICK_PITCH * time) * np.exp(-time / CLICK_DECAY)
+    return np.ascontiguousarray(sound, np.float32)
+
+
+def check_controllers(controllers: Mapping[str, object]) -> dict[str, int]:
+    """The same controllers by parameter, each from 0 to 119 and none of RPN. Raises ValueError for others."""
+    checked: dict[str, int] = {}
+    for symbol, controller in controllers.items():
+        if symbol not in NUMBERS:
+            raise ValueError(f"{symbol!r}: there is no such parameter; there is {', '.join(NUMBERS)}")
+        if not isinstance(controller, int) or isinstance(controller, bool) or not 0 <= controller < CHANNEL_MODES:
+            raise ValueError(f"{symbol}: controller {controller!r}: allowed are 0 to {CHANNEL_MODES - 1}")
+        if controller in RPN:
+            raise ValueError(f"{symbol}: controller {controller} sets the range of the pitch bend (RPN), and only that")
+        if controller in checked.values():
+            raise ValueError(f"{symbol}: controller {controller} moves another parameter already")
+        checked[symbol] = controller
+    assert all(controller < CONTROLLERS for controller in checked.values())
+    return checked
+
+
+class MidiLearn:
+    """Waits for a control to be moved, and has it move a parameter from then on.
+
+    The parameters that were `asked` come first; `next_parameter` goes on to the next of all.
+    """
+
+    def __init__(self, desk: Desk, asked: Iterable[str] = ()) -> None:
+        self.desk = desk
+        self._asked = list(asked)
+        self._symbol: str | None = None  # of the parameter that is waited for
+        self._seen = 0
+        if self._asked:
+            self._wait_for(self._asked.pop(0))
+
+    def next_parameter(self) -> None:
+        """Waits for a control for the parameter after the one waited for, or the first; after the last for none."""
+        symbols = list(NUMBERS)
+        place = symbols.index(self._symbol) + 1 if self._symbol else 0
+        self._wait_for(symbols[place] if place < len(symbols) else None)
+
+    def _wait_for(self, symbol: str | None) -> None:
+        self._symbol, self._seen = symbol, self.desk.moved[0]
+        if symbol is None:
+            LOG.info("MIDI learn has ended")
+        else:
+            LOG.info("MIDI learn: move a control for %s", PARAMETERS[NUMBERS[symbol]].name.lower())
+
+    def turn(self) -> None:
+        """Looks whether a control has moved."""
+        count, controller = self.desk.moved
+        if self._symbol is None or count == self._seen:
+            return
+        if controller >= CHANNEL_MODES or controller in RPN:
+            self._seen = count
+            return
+        self.desk.learn(self._symbol, controller)
+        LOG.info("controller %d now moves %s", controller, PARAMETERS[NUMBERS[self._symbol]].name.lower())
+        self._symbol = None
+        if self._asked:
+            self._wait_for(self._asked.pop(0))

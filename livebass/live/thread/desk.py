@@ -1,0 +1,277 @@
+"""Plays a score, JACK's transport, learned controllers and a metronome beside the synth. [audio thread]
+
+The callbacks do so before and after the synth plays a block, on one record, DESK. Python writes what it wants into
+single words of the record, which are read once a block, and reads there how far the score is.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from livebass.compiling import entry, jit
+from livebass.kernels.elementary import log2
+from livebass.kernels.native import load_acquire, record_address, record_at, samples_at, status_from, words_at
+from livebass.kernels.performer import BEND_RANGE, GAIN_DB, LEAST, MOST, PARAMETERS, TECHNIQUE
+from livebass.live.thread.records import field_offset
+from livebass.live.thread.ring import KIND_BIT, PARAMETER, push, push_word, unpack
+
+CONTROLLERS = 128
+KEYS = 128
+WHEEL = CONTROLLERS  # place of the pitch bend behind the controllers
+CHANNEL_MODES = 120  # the first controller that is none
+PEDAL = 64
+VOLUME = 40.0 * float(np.log10(2.0))  # dB when a volume controller doubles
+SCORE_RING = 1
+CHASED = 1024  # messages before a place that are searched for controllers
+MISSED = 0.1  # s: what JACK's transport goes on while this client misses periods, whose notes are then played late
+MOST_TURNS = 8  # of a loop in one block
+ELSEWHERE = -1
+ROLLING = 1  # JACK's state of a transport that moves
+POSITION_WORDS = 32  # more than a jack_position_t has; its word 2 is the rate, and in the upper half the frame
+POSITION_FRAME = 2
+
+DESK = np.dtype(
+    [
+        # the score
+        ("rate", "f8"),  # of its frames, Hz
+        ("frames", "i8"),  # address: int64 (count,), ascending
+        ("words", "i8"),  # address: int64 (count,), packed messages
+        ("count", "i8"),
+        ("next", "i8"),  # first message that was not played
+        ("position", "f8"),  # frame of the score where the next block begins; below 0 before it begins
+        ("anchor", "f8"),  # frame of the score ...
+        ("anchor_frame", "i8"),  # ... at this frame of the synth: since then neither tempo nor place has changed,
+        ("step", "f8"),  # frames of the score in one of the synth
+        ("due", "i8"),  # synth frame of the next block if nothing comes between; ELSEWHERE: place or tempo changed
+        ("speed", "f8"),  # 1: as written
+        ("rolling", "i8"),  # 0: Python wants it to stand still
+        ("running", "i8"),  # it moved in the last block
+        ("seek", "i8"),  # frame to go to ...
+        ("seek_count", "i8"),  # ... whenever Python raises this ...
+        ("seek_seen", "i8"),  # ... beyond what was seen of it
+        ("loop_from", "f8"),  # frames; the loop ends before loop_to
+        ("loop_to", "f8"),  # 0: no loop
+        ("held", "i8", (KEYS,)),  # 1 for notes of the score that have not ended
+        ("pedal", "i8"),  # 1 if the score has it down
+        ("bent", "i8"),  # 1 if the score has left the pitch wheel off its middle
+        ("met", "i8", (CONTROLLERS + 1,)),  # workspace
+        # JACK's transport
+        ("client", "i8"),  # address, 0: not followed
+        ("transport_query", "i8"),  # address of the C function
+        ("transport", "i8", (POSITION_WORDS,)),  # room for a jack_position_t
+        # MIDI learn
+        ("learned", "i8", (CONTROLLERS,)),  # by controller: number of the parameter that it moves + 1; 0: none
+        ("moved", "i8"),  # controller and value of the last that moved, and how many did: see MOVED_BITS
+        # the metronome
+        ("click", "i8"),  # address: float32 (click_frames,)
+        ("click_frames", "i8"),
+        ("click_period", "f8"),  # frames; 0: none
+        ("click_start", "i8"),  # synth frame of a click
+    ],
+    align=True,
+)
+MOVED_BITS = 8  # of each, the value lowest
+SEEK_COUNT, TRANSPORT = field_offset(DESK, "seek_count"), field_offset(DESK, "transport")
+desk_at = record_at(DESK)
+
+
+@jit
+def turned(number, value):
+    """The value of parameter `number` for a controller at `value`, 0 to 127: the middle, 64, is as usual.
+
+    The gain is that of a volume controller, from silence to 0 dB. Parameters that begin at 0 go from there to the most
+    at 127: the bend range in whole numbers, the technique in equal parts.
+    """
+    least, most = LEAST[number], MOST[number]
+    if number == GAIN_DB:
+        return max(VOLUME * log2(value / 127.0), least) if value > 0 else least
+    if number == TECHNIQUE:
+        return np.float64(value * (np.int64(most) + 1) // CONTROLLERS)
+    if number == BEND_RANGE:
+        return np.float64(np.int64(value * most / 127.0 + 0.5))
+    if least == 0.0:
+        return value * most / 127.0
+    if value < 64:
+        return least * (64 - value) / 64.0
+    return most * (value - 64) / 63.0
+
+
+@entry("float64(int64, int64)")
+def parameter_for(number, value):
+    """C function: `turned`."""
+    return turned(number, value)
+
+
+@jit
+def hear_controller(desk, address, size, frame, controller, value):
+    """Notes that a controller has moved. If it is a learned one, moves its parameter at `frame`, by the ring.
+
+    Returns True then: the message is not for the bass.
+    """
+    count = (desk.moved >> (2 * MOVED_BITS)) + 1
+    desk.moved = count << (2 * MOVED_BITS) | controller << MOVED_BITS | value
+    number = desk.learned[controller] - 1
+    if number < 0 or number >= PARAMETERS:
+        return False
+    push_word(address, size, frame, number | np.int64(PARAMETER) << KIND_BIT, np.float32(turned(number, value)))
+    return True
+
+
+@jit
+def tell(synth, frame, status, first, second):
+    """Sends a message of the score's channel at `frame`."""
+    push(synth.midi_ring[SCORE_RING], synth.midi_ring_size[SCORE_RING], frame, status, first, second)
+
+
+@jit
+def let_go(desk, synth, frame):
+    """Ends what the score holds: its notes, its pedal, its bend. What the player holds stays."""
+    for key in range(KEYS):
+        if desk.held[key]:
+            desk.held[key] = 0
+            tell(synth, frame, np.int64(0x80), key, np.int64(0))
+    if desk.pedal:
+        desk.pedal = 0
+        tell(synth, frame, np.int64(0xB0), np.int64(PEDAL), np.int64(0))
+    if desk.bent:
+        desk.bent = 0
+        tell(synth, frame, np.int64(0xE0), np.int64(0), np.int64(64))
+
+
+@jit
+def watch(desk, status, first, second):
+    """Keeps what a message of the score leaves on."""
+    kind = status & 0xF0
+    if kind == 0x90 or kind == 0x80:
+        desk.held[first] = 1 if kind == 0x90 and second > 0 else 0
+    elif kind == 0xB0 and first == PEDAL:
+        desk.pedal = 1 if second >= 64 else 0
+    elif kind == 0xE0:
+        desk.bent = 0 if first == 0 and second == 64 else 1
+
+
+@jit
+def is_chased(controller):
+    """True for a controller whose last value alone counts: RPNs are sequences, channel modes are no controllers."""
+    return controller < CHANNEL_MODES and controller != 6 and controller != 38 and not 96 <= controller <= 101
+
+
+@jit
+def go_to(desk, synth, place, frame):
+    """Goes to a place of the score, in its frames: ends what is held, and sets the controllers as they are there."""
+    let_go(desk, synth, frame)
+    frames, words = words_at(desk.frames, desk.count), words_at(desk.words, desk.count)
+    low: Any = np.int64(0)
+    high: Any = desk.count
+    while low < high:
+        middle = (low + high) // 2
+        if frames[middle] < place:
+            low = middle + 1
+        else:
+            high = middle
+    desk.next = low
+    desk.position = place
+    desk.due = ELSEWHERE
+    for k in range(CONTROLLERS + 1):
+        desk.met[k] = 0
+    for k in range(low - 1, max(low - 1 - CHASED, np.int64(-1)), -1):
+        status, first, second = unpack(words[k])
+        kind = status & 0xF0
+        slot = first if kind == 0xB0 else np.int64(WHEEL)
+        if (kind == 0xE0 or (kind == 0xB0 and is_chased(first))) and not desk.met[slot]:
+            desk.met[slot] = 1
+            watch(desk, status, first, second)
+            tell(synth, frame, status, first, second)
+
+
+@jit
+def follow_transport(desk, synth, step):
+    """Goes where JACK's transport is; returns True if that moves."""
+    room = record_address(desk) + TRANSPORT
+    rolling = status_from(desk.transport_query, desk.client, room, np.int64(0)) == ROLLING  # it takes two arguments
+    there = ((desk.transport[POSITION_FRAME] >> 32) & 0xFFFFFFFF) * step
+    gap = there - desk.position
+    if gap < -step or gap > MISSED * desk.rate:
+        go_to(desk, synth, there, synth.frame)
+    elif abs(gap) > 0.5 * step:
+        desk.position = there
+        desk.due = ELSEWHERE
+    return rolling
+
+
+@jit
+def set_anchor(desk, place, frame):
+    """Notes that the score is at `place` at the synth's `frame`, from which its other frames follow in any blocks."""
+    desk.anchor = place
+    desk.anchor_frame = frame
+
+
+@jit
+def play_score(desk, synth, n):
+    """Sends the score's messages of the next n frames, where it rolls: by itself, or as JACK's transport does."""
+    if desk.count == 0:
+        return
+    step = desk.speed * desk.rate / synth.rate
+    rolling = desk.rolling != 0
+    asked = load_acquire(record_address(desk) + SEEK_COUNT)
+    if asked != desk.seek_seen:
+        desk.seek_seen = asked
+        go_to(desk, synth, np.float64(desk.seek), synth.frame)
+    if desk.client != 0:
+        rolling = follow_transport(desk, synth, step)
+    if not rolling:
+        if desk.running:
+            let_go(desk, synth, synth.frame)
+        desk.running = 0
+        desk.due = ELSEWHERE
+        return
+    if desk.due != synth.frame or desk.step != step:
+        set_anchor(desk, desk.position, synth.frame)
+    desk.running = 1
+    desk.step = step
+    desk.due = synth.frame + n
+    for _ in range(MOST_TURNS):
+        turn = desk.anchor_frame + np.int64(np.ceil((desk.loop_to - desk.anchor) / step))
+        if desk.loop_to <= desk.loop_from or desk.position > desk.loop_to or turn >= desk.due:
+            break
+        play_until(desk, synth, turn, desk.loop_to)
+        place = desk.loop_from + (turn - desk.anchor_frame) * step + desk.anchor - desk.loop_to
+        go_to(desk, synth, desk.loop_from, turn)
+        desk.due = synth.frame + n
+        set_anchor(desk, place, turn)
+    play_until(desk, synth, desk.due, np.inf)
+    desk.position = desk.anchor + (desk.due - desk.anchor_frame) * step
+
+
+@jit
+def play_until(desk, synth, until, end):
+    """Sends the messages before frame `until` of the synth and frame `end` of the score."""
+    frames, words = words_at(desk.frames, desk.count), words_at(desk.words, desk.count)
+    while desk.next < desk.count and frames[desk.next] < end:
+        k = desk.next
+        frame = desk.anchor_frame + np.int64(np.floor((frames[k] - desk.anchor) / desk.step))
+        if frame >= until:
+            return
+        status, first, second = unpack(words[k])
+        frame = max(frame, desk.anchor_frame, synth.frame)
+        if not push(synth.midi_ring[SCORE_RING], synth.midi_ring_size[SCORE_RING], frame, status, first, second):
+            return  # in the next block
+        watch(desk, status, first, second)
+        desk.next = k + 1
+
+
+@jit
+def add_clicks(desk, first, out, n):
+    """Adds the metronome to the sound of n frames from synth frame `first` on."""
+    period = desk.click_period
+    if not period > 1.0:
+        return
+    click = samples_at(desk.click, desk.click_frames)
+    beat = max(np.int64(np.floor((first - desk.click_start - desk.click_frames) / period)), np.int64(0))
+    while True:
+        begin = desk.click_start + np.int64(np.ceil(beat * period)) - first
+        if begin >= n:
+            return
+        for j in range(max(begin, np.int64(0)), min(begin + desk.click_frames, n)):
+            out[j] += click[j - begin]
+        beat += 1

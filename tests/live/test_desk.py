@@ -1,0 +1,324 @@
+"""What plays beside the synth, on a fake device: a score that pauses, loops and changes its tempo, learned controllers,
+the metronome, the tuner.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.live import QUICK, RATE, offline
+
+from livebass import load_preset
+from livebass.arrays import Floats
+from livebass.kernels.performer import LEAST, MOST
+from livebass.live.desk import LEAD, Desk, MidiLearn, check_controllers, click_sound
+from livebass.live.outputs import FakeDevice
+from livebass.live.parameters import NUMBERS, PARAMETERS
+from livebass.live.session import clock
+from livebass.live.synth import LiveBass, Synth
+from livebass.live.thread.desk import parameter_for
+from livebass.live.tuner import frequency_of, tuning, tuning_text
+from livebass.score import Score, demo_score, read_score, score_of
+
+LEADING = round(LEAD * RATE)
+Message = tuple[int, int, int, int]  # frame, status, first, second
+
+
+def desk_and_device(score: Score | None = None, preset: str = "jazz-finger") -> tuple[Desk, Synth, FakeDevice]:
+    """A desk whose score rolls, and what plays it."""
+    desk = Desk()
+    synth = Synth(RATE, adaptive=False, desk=desk)
+    synth.keep_messages()
+    synth.switch_to(LiveBass(load_preset(preset), QUICK, RATE))
+    if score:
+        desk.load(score)
+        desk.rolling = True
+    return desk, synth, FakeDevice(synth)
+
+
+def play(device: FakeDevice, frames: int, size: int = 64) -> Floats:
+    """So many frames, in blocks of `size` and a rest."""
+    sizes = [size] * (frames // size) + [frames % size] * (frames % size > 0)
+    return np.concatenate([device.block(n) for n in sizes])
+
+
+def notes_of(synth: Synth) -> list[tuple[int, int]]:
+    """(frame, key) of the note-ons since the last call."""
+    return [(frame, first) for frame, status, first, second in synth.played() if status & 0xF0 == 0x90 and second]
+
+
+def tune(*keys: int, every: float = 0.1) -> Score:
+    """Notes `every` so many seconds, from 0 on."""
+    return score_of([(k * every, every / 2, key, 100) for k, key in enumerate(keys)], RATE)
+
+
+@pytest.mark.parametrize("size", [64, 1, 4096])
+def test_a_score_sounds_as_rendered(size: int) -> None:
+    score = demo_score(RATE, "finger")
+    _, _, device = desk_and_device(score)
+    frames = 4096 if size == 1 else 2 * RATE
+    heard = play(device, LEADING + frames, size)
+    messages = [(int(f), *map(int, m)) for f, m in zip(score.frames, score.messages, strict=True)]
+    assert not heard[:LEADING].any()
+    assert np.array_equal(heard[LEADING:], offline("jazz-finger", messages, frames))
+
+
+def test_a_pause_ends_what_the_score_holds_and_nothing_else() -> None:
+    """And the next note comes when the rest of its time has gone by."""
+    desk, synth, device = desk_and_device(score_of([(0.0, 0.5, 33, 100), (0.2, 0.1, 40, 100)], RATE))
+    synth.send(0x90, 50, 90)  # the player's
+    play(device, LEADING + 4800)
+    assert desk.position == pytest.approx(0.1)
+    desk.rolling = False
+    synth.played()
+    play(device, RATE)
+    assert [(status, first) for _, status, first, _ in synth.played()] == [(0x80, 33)]
+    assert desk.position == pytest.approx(0.1) and not desk.rolling
+    desk.rolling = True
+    began = synth.frame
+    play(device, 9600)
+    assert notes_of(synth) == [(began + 4800, 40)]
+
+
+@pytest.mark.parametrize("size", [64, 1000, 4800])
+def test_a_loop_comes_round_at_its_frame(size: int) -> None:
+    desk, synth, device = desk_and_device(tune(30, 31, 32, 33, 34))
+    desk.loop = (0.1, 0.3)
+    play(device, LEADING + RATE, size)
+    expected = [(LEADING, 30)] + [(LEADING + 4800 * k, 31 + (k - 1) % 2) for k in range(1, 10)]
+    assert notes_of(synth) == expected
+    desk.loop = None
+    play(device, RATE, size)
+    assert [key for _, key in notes_of(synth)][-2:] == [33, 34]
+
+
+def test_a_loop_at_another_tempo_keeps_its_time() -> None:
+    """A hundred turns, none of them a whole number of frames long, in blocks of any length."""
+    heard = []
+    for size in (64, 1999):
+        desk, synth, device = desk_and_device(tune(30, 31, 32))
+        desk.tempo = 0.77
+        desk.loop = (0.0, 0.10001)
+        device.block(round(LEADING / 0.77))
+        play(device, 10 * RATE, size)
+        heard.append([frame for frame, key in notes_of(synth) if key == 30])
+    turns = np.array(heard[0])
+    assert heard[0] == heard[1] and len(turns) > 70
+    assert np.abs(np.diff(turns) - round(0.10001 * RATE) / 0.77).max() < 2  # frames, of which each end is whole
+    assert abs((turns[-1] - turns[0]) / (len(turns) - 1) - round(0.10001 * RATE) / 0.77) < 0.03
+
+
+def test_nothing_a_player_does_to_a_score_leaves_a_note_behind() -> None:
+    """Random jumps, loops, tempos and pauses in blocks of any length: finite, and silent after a pause."""
+    rng = np.random.default_rng(7)
+    desk, synth, device = desk_and_device(demo_score(RATE, "slap"), "slap")
+    for _ in range(150):
+        what = int(rng.integers(0, 5))
+        if what == 0:
+            desk.seek(float(rng.uniform(-1, 11)))
+        elif what == 1:
+            begin = float(rng.uniform(0, 8))
+            desk.loop = None if rng.random() < 0.3 else (begin, begin + float(rng.uniform(0.1, 1)))
+        elif what == 2:
+            desk.tempo = float(rng.uniform(0.1, 4))
+        elif what == 3:
+            desk.rolling = bool(rng.integers(0, 2))
+        assert np.isfinite(device.block(int(rng.integers(1, 3000)))).all()
+    desk.rolling = False
+    play(device, 64)
+    held = [second for _, status, _, second in synth.played() if status & 0xF0 == 0x90]
+    assert synth.bass is not None and len(held) > 20
+    assert not synth.bass.engine.performer["state"][0].any() and synth.meters().faults == 0
+
+
+def test_a_loop_of_a_part_ends_the_notes_that_reach_beyond_it() -> None:
+    desk, synth, device = desk_and_device(score_of([(0.0, 2.0, 30, 100), (1.0, 0.1, 40, 100)], RATE))
+    desk.loop = (0.0, 0.5)
+    play(device, LEADING + 40000)
+    said = [(frame - LEADING, status) for frame, status, *_ in synth.played()]
+    assert said == [(0, 0x90), (24000, 0x80), (24000, 0x90)]
+    desk.loop = (0.2, 10.0)
+    assert desk.loop == (0.2, 2.0), "no farther than the end"
+    for part in ((1.0, 1.01), (3.0, 4.0)):
+        with pytest.raises(ValueError, match="allowed are parts"):
+            desk.loop = part
+        assert desk.loop is None
+    desk.loop = (0.0, 0.0)
+    assert desk.loop == (0.0, 2.0)
+
+
+@pytest.mark.parametrize("tempo", [0.8, 0.5, 2.0])
+def test_the_tempo_moves_notes_and_not_their_pitch(tempo: float) -> None:
+    desk, synth, device = desk_and_device(tune(30, 31, 32))
+    desk.tempo = tempo
+    play(device, round(LEADING / tempo) + RATE, 333)
+    frames, keys = zip(*notes_of(synth), strict=True)
+    assert keys == (30, 31, 32)
+    assert np.abs(np.diff(frames) - 4800 / tempo).max() <= 1
+    for size in (64, 1000):  # the length of blocks changes nothing
+        other, again, its_device = desk_and_device(tune(30, 31, 32))
+        other.tempo = tempo
+        play(its_device, round(LEADING / tempo) + RATE, size)
+        assert notes_of(again) == list(zip(frames, keys, strict=True))
+    desk.tempo = 99.0
+    assert desk.tempo == 4.0
+
+
+def test_a_place_that_is_gone_to_has_its_controllers() -> None:
+    """The bend and the volume that were there last; RPNs and what comes later are not sent."""
+    score = score_of(
+        [(k / 10, 0.05, 30 + k, 100) for k in range(10)], RATE, bends=[(0.2, 0.5), (0.35, -0.5), (0.8, 1.0)]
+    )
+    desk, synth, device = desk_and_device(score)
+    play(device, LEADING)
+    desk.seek(0.5)
+    play(device, 4800)
+    sent = [(status, first, second) for _, status, first, second in synth.played()]
+    assert [m for m in sent if m[0] == 0xE0] == [(0xE0, 0, 32)]
+    assert [m[1] for m in sent if m[0] == 0x90] == [35]
+    desk.seek(0.0)
+    play(device, 64)
+    assert [m[1:3] for m in (e[1:] for e in synth.played()) if m[0] == 0xE0] == [(0, 64)], "in the middle again"
+    desk.seek(99.0)
+    play(device, 64)
+    assert desk.position == pytest.approx(desk.length, abs=0.01)
+
+
+def test_a_file_is_looped_to_its_own_end(tmp_path: Path) -> None:
+    import mido
+
+    track = mido.MidiTrack([mido.Message("program_change", program=33), mido.Message("note_on", note=30, time=0)])
+    track += [mido.Message("note_off", note=30, time=100), mido.MetaMessage("end_of_track", time=860)]
+    midi = mido.MidiFile(ticks_per_beat=480)
+    midi.tracks.append(track)
+    midi.save(tmp_path / "a.mid")
+    desk, synth, device = desk_and_device(read_score(tmp_path / "a.mid", RATE))
+    assert desk.length == pytest.approx(1.0)
+    desk.loop = (0.0, 0.0)
+    play(device, LEADING + 3 * RATE)
+    assert [frame - LEADING for frame, _ in notes_of(synth)] == [0, RATE, 2 * RATE]
+
+
+def test_a_score_goes_on_at_another_rate() -> None:
+    desk, _, device = desk_and_device(tune(30, 31, 32))
+    play(device, LEADING)
+    slower = Synth(24000, adaptive=False, desk=desk)
+    slower.keep_messages()
+    slower.switch_to(LiveBass(load_preset("jazz-finger"), QUICK, 24000))
+    play(FakeDevice(slower), 24000)
+    assert notes_of(slower) == [(0, 30), (2400, 31), (4800, 32)]
+
+
+# ---- learned controllers
+
+
+def test_a_learned_controller_moves_its_parameter_and_nothing_else() -> None:
+    desk, synth, device = desk_and_device()
+    desk.learn("tone", 74)
+    desk.learn("tone", 7)
+    desk.learn("dynamics", 20)
+    assert desk.learned == {"tone": 7, "dynamics": 20}
+    for controller, value in ((74, 1), (7, 0), (20, 127)):
+        synth.receive(0xB0, controller, value)
+    device.block(64)
+    assert [m[1:] for m in synth.played()] == [(0xB0, 74, 1)], "7 is no volume any more"
+    assert synth.parameter(NUMBERS["tone"]) == -1 and synth.parameter(NUMBERS["dynamics"]) == 12
+    desk.learn("tone", None)
+    synth.receive(0xB0, 7, 64)
+    device.block(64)
+    assert [m[1:] for m in synth.played()] == [(0xB0, 7, 64)] and desk.learned == {"dynamics": 20}
+
+
+def test_a_controller_in_its_middle_leaves_the_parameter_as_the_bass_has_it() -> None:
+    for symbol, number in NUMBERS.items():
+        values = [parameter_for(number, value) for value in range(128)]
+        most = 0 if symbol == "gain" else MOST[number]
+        assert values == sorted(values) and values[0] == LEAST[number] and values[-1] == most
+        if symbol != "gain":
+            assert values[64 if LEAST[number] < 0 else 0] == 0
+        if PARAMETERS[number].whole:
+            assert {value % 1 for value in values} == {0}
+
+
+def test_midi_learn_takes_the_control_that_moves(caplog: pytest.LogCaptureFixture) -> None:
+    caplog.set_level("INFO", "livebass")
+    desk, synth, device = desk_and_device()
+    learn = MidiLearn(desk, ["tone", "dynamics"])
+    for controller in (101, 74, 21):  # RPN, which no knob sends, is passed over
+        synth.receive(0xB0, controller, 5)
+        device.block(64)
+        learn.turn()
+    assert desk.learned == {"tone": 74, "dynamics": 21}
+    desk, synth, device = desk_and_device()
+    learn = MidiLearn(desk)
+    synth.receive(0xB0, 3, 5)
+    learn.turn()
+    assert desk.learned == {}
+    for _ in range(2):
+        learn.next_parameter()
+    synth.receive(0xB0, 3, 5)
+    learn.turn()
+    assert desk.learned == {"tone": 3}
+    assert caplog.messages[-3:] == [
+        "MIDI learn: move a control for gain", "MIDI learn: move a control for tone", "controller 3 now moves tone",
+    ]  # fmt: skip
+    for _ in range(len(NUMBERS) + 1):
+        learn.next_parameter()
+    assert caplog.messages[-1] == "MIDI learn has ended"
+
+
+def test_controllers_that_cannot_be_learned_are_one_line() -> None:
+    assert check_controllers({"tone": 74, "gain": 7}) == {"tone": 74, "gain": 7}
+    for bad in ({"nix": 1}, {"tone": 120}, {"tone": "x"}, {"tone": True}, {"tone": 6}, {"tone": 1, "gain": 1}):
+        with pytest.raises(ValueError) as caught:
+            check_controllers(bad)
+        assert "\n" not in str(caught.value)
+
+
+# ---- metronome and tuner
+
+
+@pytest.mark.parametrize("size", [64, 777, 4096])
+def test_the_metronome_clicks_to_the_frame_and_is_not_in_the_take(size: int) -> None:
+    desk, synth, device = desk_and_device()
+    synth.start_recording()
+    desk.click(130.0, RATE, 1000)
+    heard = play(device, 3 * RATE, size)
+    expected, click = np.zeros(3 * RATE + len(click_sound(RATE)), np.float32), click_sound(RATE)
+    for k in range(100):
+        begin = 1000 + int(np.ceil(k * 60 / 130 * RATE))
+        if begin < 3 * RATE:
+            expected[begin : begin + len(click)] += click
+    assert np.array_equal(heard, expected[: 3 * RATE]) and np.abs(heard).max() > 0.1
+    assert not synth.recorded().any()
+    desk.click(0.0, RATE, 0)
+    assert not play(device, RATE).any()
+
+
+@pytest.mark.parametrize("key", [28, 33, 40, 48])
+def test_the_tuner_hears_the_note_and_how_far_it_is_off(key: int) -> None:
+    _, synth, device = desk_and_device()
+    synth.start_recording()
+    synth.send(0x90, key, 50)
+    play(device, RATE // 2)
+    synth.recorded()
+    found = tuning(frequency_of(synth.recent, RATE))
+    assert found is not None and found[0] == {28: "E1", 33: "A1", 40: "E2", 48: "C3"}[key] and abs(found[1]) < 10
+    synth.send(0xE0, 0, 72)  # a quarter of a semitone up
+    play(device, RATE // 2)
+    synth.recorded()
+    bent = tuning(frequency_of(synth.recent, RATE))
+    assert bent is not None and bent[0] == found[0] and bent[1] - found[1] == pytest.approx(25, abs=4)
+
+
+def test_the_tuner_says_nothing_of_silence_and_noise() -> None:
+    rng = np.random.default_rng(1)
+    for sound in (np.zeros(0), np.zeros(5000), rng.normal(size=100), rng.normal(size=6000)):
+        assert tuning_text(frequency_of(sound.astype(np.float32), RATE)) == "-"
+    assert tuning_text(440.0 * 2 ** (0.12 / 12)) == "A4 +12 cents" and tuning_text(54.0) == "A1 -32 cents"
+
+
+def test_the_clock_of_a_score() -> None:
+    assert [clock(s) for s in (-0.2, 0.0, 59.9, 65.0, 3600.0)] == ["0:00", "0:00", "0:59", "1:05", "60:00"]
