@@ -7,7 +7,7 @@ the same input always the same one. One record, PERFORMER, holds all it remember
 import numpy as np
 
 from livebass.compiling import entry, jit
-from livebass.kernels.elementary import exp2, power
+from livebass.kernels.elementary import cos, exp2, log2, power
 from livebass.kernels.native import record_at, records_at
 from livebass.kernels.records import BEND, CUT, EVENT, GAIN, HAND, OPERATOR, PLUCK, STRIKE_EVENT, TONE
 from livebass.kernels.techniques import grazing
@@ -25,6 +25,21 @@ MOST_BEND = 97.0  # ... and no bend goes farther
 LEAST_FORCE = 1e-3  # multiple of the grazing apex: a curve cannot start at zero
 MOST_UNEVENNESS = 0.5
 KEYS = 128
+
+# What plucks, each with its own widths (m, half), release times (s) and place (part of the open string; 0: the
+# player's); of a finger these are the player's. Estimates: a tip of a pick bends away and slips where a finger rolls.
+FINGER, PICK, NAIL, POP = range(4)
+STROKES = 4
+SOFT_WIDTH, HARD_WIDTH = (0.0, 1.5e-3, 2.5e-3, 3e-3), (0.0, 1e-3, 2e-3, 2.5e-3)
+SOFT_RELEASE, HARD_RELEASE = (0.0, 400e-6, 400e-6, 300e-6), (0.0, 25e-6, 40e-6, 30e-6)
+STROKE_PLACE = (0.0, 0.92, 0.0, 0.70)
+# The middle finger plucks otherwise than the index, which it follows; only a player who is uneven tells them apart
+MIDDLE_NEARER, MIDDLE_LEVEL, MIDDLE_RELEASE, MIDDLE_ANGLE = 4e-3, 0.933, 0.9, 0.07  # m, factors, rad
+# A pick goes down and up, across the neck; it pulls farther, as the pickups hear less of that
+PICK_ANGLE, PICK_LEVEL, UP_NEARER = 0.8, 1.3, 3e-3  # rad, factor, m
+UNEVEN_TIP, UNEVEN_ANGLE = 1.6, 2.0  # part of width and release, rad, for an unevenness of 1
+MORE_CHANCE = 1 << 40  # chances beyond those of force and place
+PRESSED_APEX = 0.8  # of the way down to the frets that a stroke towards the neck may pull the string
 
 # Parameters that hosts move while the bass plays, and their limits; 0 is always "as the bass itself has it". The sound
 # of the gain is the synth's (block.py).
@@ -77,6 +92,14 @@ PERFORMER = np.dtype(
         ("seed", "i8"),
         ("drop", "i8"),
         ("position_controller", "i8"),
+        ("stroke", "i8"),  # FINGER, PICK, NAIL or POP
+        ("other", "i8"),  # 1: the next stroke is the middle finger's, or goes up
+        ("rounding", "f8"),  # m, of a finger, at the hardest ...
+        ("rounding_soft", "f8"),  # ... and at the softest; 0: the same
+        ("release", "f8"),  # s, likewise
+        ("release_soft", "f8"),
+        ("nearer", "f8"),  # m: the hardest are plucked nearer to the saddle than the softest
+        ("angle", "f8"),  # rad
         # counters
         ("notes", "i8"),
         ("transposed", "i8"),
@@ -225,6 +248,9 @@ def emit(events, count, frame, kind, string, fret, x, y):
     e.fret = fret
     e.x = x
     e.y = y
+    e.z = 0.0
+    e.t = 0.0
+    e.w = 0.0
     return count + 1
 
 
@@ -356,9 +382,64 @@ def note_on(p, ops, frame, key, velocity, events, count):
         depth = p.strike_force * soft_limit(force * max(grazing(op, 0.5 * op.length), LEAST_GRAZE), p.greatest)
         return emit(events, count, frame, STRIKE_EVENT, i, fret, depth, where)
     position = place(p, own_place) if not np.isnan(own_place) else p.position
-    where = over_body(ops[i, 0], op, position, aside, LEAST_PLUCK)
+    return stroke(p, ops[i, 0], op, frame, i, fret, force, position, aside, events, count)
+
+
+@jit
+def stroke(p, open_op, op, frame, i, fret, force, position, aside, events, count):
+    """Plucks string `i` at `position`, `aside` m off it: the shape, and how it is let go, follow the force."""
+    hard = hardness(p, force)
+    uneven = 1.0 + UNEVEN_TIP * p.unevenness * chance(p.seed, MORE_CHANCE + 2 * p.notes)
+    turned = UNEVEN_ANGLE * p.unevenness * chance(p.seed, MORE_CHANCE + 2 * p.notes + 1)
+    aside += p.nearer * (hard - 0.5)
+    angle = p.angle
+    if p.stroke == FINGER:
+        width = uneven * between(p.rounding_soft, p.rounding, hard)
+        release = uneven * between(p.release_soft, p.release, hard)
+    else:
+        width = uneven * between(SOFT_WIDTH[p.stroke], HARD_WIDTH[p.stroke], hard)
+        release = uneven * between(SOFT_RELEASE[p.stroke], HARD_RELEASE[p.stroke], hard)
+        if STROKE_PLACE[p.stroke] > 0.0:
+            position += STROKE_PLACE[p.stroke] - p.usual_position
+    if p.stroke == PICK:
+        angle = -PICK_ANGLE if p.other else PICK_ANGLE
+        force *= PICK_LEVEL
+        aside += UP_NEARER * p.other
+    elif p.other and p.unevenness > 0.0:
+        aside += MIDDLE_NEARER
+        force *= MIDDLE_LEVEL
+        release *= MIDDLE_RELEASE
+        turned += MIDDLE_ANGLE
+    p.other = 1 - p.other
+    where = over_body(open_op, op, position, aside, LEAST_PLUCK)
     apex = soft_limit(force * max(grazing(op, where), LEAST_GRAZE), p.greatest)
-    return emit(events, count, frame, PLUCK, i, fret, apex, where)
+    if angle != 0.0:
+        angle += turned
+        if cos(angle) < 0.0:
+            apex = min(apex, PRESSED_APEX * max(grazing(op, op.length - where), LEAST_GRAZE) / -cos(angle))
+    count = emit(events, count, frame, PLUCK, i, fret, apex, where)
+    e = events[count - 1]
+    e.z = width
+    e.t = release
+    e.w = angle
+    return count
+
+
+@jit
+def hardness(p, force):
+    """How hard a force is, from 0, the player's softest, to 1, the hardest: by its logarithm."""
+    softest = max(p.softest, LEAST_FORCE)
+    if p.hardest <= softest or force <= softest:
+        return 1.0 if force >= p.hardest else 0.0
+    return min(log2(force / softest) / log2(p.hardest / softest), 1.0)
+
+
+@jit
+def between(soft, hard, hardness):
+    """What is `soft` at hardness 0 and `hard` at 1, evenly in its logarithm; where `soft` is 0 it is always `hard`."""
+    if soft == 0.0 or hard == 0.0:
+        return hard
+    return hard * power(soft / hard, 1.0 - hardness)
 
 
 @jit

@@ -142,13 +142,13 @@ def make_plan(trial: Trial) -> Plan:
     )
 
 
-def make_state(plan: Plan, q: Floats, across: Floats) -> State:
-    """State at step 0 of a string released at rest from the amplitudes `q` of u and `across` of v, each (N,).
+def make_state(plan: Plan, q: Floats, across: Floats, follow: float = 0.0) -> State:
+    """State at step 0 of a string released with the amplitudes `q` of u and `across` of v, each (N,).
 
-    The free damped motion with q(0) = q and dq/dt(0) = 0, followed back to -dt, gives d^0.
+    The free damped motion with q(0) = q and dq/dt(0) = `follow` q (1/s), followed back to -dt, gives d^0.
     """
     s, theta = plan.sigma * plan.dt, plan.omega * plan.dt
-    back = -np.expm1(s) + np.exp(s) * (2 * np.sin(theta / 2) ** 2 + plan.sigma / plan.omega * np.sin(theta))
+    back = -np.expm1(s) + np.exp(s) * (2 * np.sin(theta / 2) ** 2 + (plan.sigma + follow) / plan.omega * np.sin(theta))
     d, points = q * back, plan.height.size
     if not plan.across.size:
         second = [np.zeros(0)] * 2 + [np.zeros(points) for _ in range(4)]
@@ -328,7 +328,7 @@ def solve(trial: Trial, energy_every: int = 0) -> Motion:
     not converge.
     """
     plan = make_plan(trial)
-    state = make_state(plan, initial_amplitudes(trial), initial_amplitudes_across(trial))
+    state = make_state(plan, initial_amplitudes(trial), initial_amplitudes_across(trial), trial.follow)
     place = np.arange(trial.samples) * trial.contact_rate / trial.output_rate  # in fine steps
     sample_step = np.floor(place + 1e-9).astype(np.int64)
     offset = np.maximum(place - sample_step, 0.0)
