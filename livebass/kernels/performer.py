@@ -26,18 +26,18 @@ LEAST_FORCE = 1e-3  # multiple of the grazing apex: a curve cannot start at zero
 MOST_UNEVENNESS = 0.5
 KEYS = 128
 
-# What plucks, each with its own widths (m, half), release times (s) and place (part of the open string; 0: the
-# player's); of a finger these are the player's. Estimates: a tip of a pick bends away and slips where a finger rolls.
+# What plucks, with half widths (m), release times (s), place (part of the open string), angle (rad), and the part of the
+# string's way from the neck that a finger gives it. 0: the player's own, as all are of a finger. Estimates: the tip of
+# a pick bends and slips off where flesh rolls; a pop pulls the string up.
 FINGER, PICK, NAIL, POP = range(4)
 STROKES = 4
 SOFT_WIDTH, HARD_WIDTH = (0.0, 1.5e-3, 2.5e-3, 3e-3), (0.0, 1e-3, 2e-3, 2.5e-3)
 SOFT_RELEASE, HARD_RELEASE = (0.0, 400e-6, 400e-6, 300e-6), (0.0, 25e-6, 40e-6, 30e-6)
-STROKE_PLACE = (0.0, 0.92, 0.0, 0.70)
-# The middle finger plucks otherwise than the index, which it follows; only a player who is uneven tells them apart
-MIDDLE_NEARER, MIDDLE_LEVEL, MIDDLE_RELEASE, MIDDLE_ANGLE = 4e-3, 0.933, 0.9, 0.07  # m, factors, rad
-# A pick goes down and up, across the neck; it pulls farther, as the pickups hear less of that
-PICK_ANGLE, PICK_LEVEL, UP_NEARER = 0.8, 1.3, 3e-3  # rad, factor, m
-UNEVEN_TIP, UNEVEN_ANGLE = 1.6, 2.0  # part of width and release, rad, for an unevenness of 1
+STROKE_PLACE, STROKE_ANGLE, STROKE_LIFT = (0.0, 0.92, 0.0, 0.70), (0.0, 0.8, 0.0, 0.2), (1.0, 1.0, 1.0, 2.0)
+UP_NEARER = 3e-3  # m, of a pick that goes up, not down
+# The middle finger plucks otherwise than the index, which it follows; of an even player they are the same
+MIDDLE_NEARER, MIDDLE_LEVEL, MIDDLE_RELEASE = 4e-3, 0.933, 0.9  # m, factors
+UNEVEN_TIP, UNEVEN_ANGLE = 1.6, 0.5  # part of width and release, rad, for an unevenness of 1
 MORE_CHANCE = 1 << 40  # chances beyond those of force and place
 PRESSED_APEX = 0.8  # of the way down to the frets that a stroke towards the neck may pull the string
 
@@ -392,35 +392,36 @@ def stroke(p, open_op, op, frame, i, fret, force, position, aside, events, count
     uneven = 1.0 + UNEVEN_TIP * p.unevenness * chance(p.seed, MORE_CHANCE + 2 * p.notes)
     turned = UNEVEN_ANGLE * p.unevenness * chance(p.seed, MORE_CHANCE + 2 * p.notes + 1)
     aside += p.nearer * (hard - 0.5)
-    angle = p.angle
+    angle, lift = p.angle, STROKE_LIFT[p.stroke]
     if p.stroke == FINGER:
-        width = uneven * between(p.rounding_soft, p.rounding, hard)
-        release = uneven * between(p.release_soft, p.release, hard)
+        width = between(p.rounding_soft, p.rounding, hard)
+        release = between(p.release_soft, p.release, hard)
     else:
-        width = uneven * between(SOFT_WIDTH[p.stroke], HARD_WIDTH[p.stroke], hard)
-        release = uneven * between(SOFT_RELEASE[p.stroke], HARD_RELEASE[p.stroke], hard)
-        if STROKE_PLACE[p.stroke] > 0.0:
-            position += STROKE_PLACE[p.stroke] - p.usual_position
-    if p.stroke == PICK:
-        angle = -PICK_ANGLE if p.other else PICK_ANGLE
-        force *= PICK_LEVEL
-        aside += UP_NEARER * p.other
+        width = between(SOFT_WIDTH[p.stroke], HARD_WIDTH[p.stroke], hard)
+        release = between(SOFT_RELEASE[p.stroke], HARD_RELEASE[p.stroke], hard)
+    if STROKE_PLACE[p.stroke] > 0.0:
+        position += STROKE_PLACE[p.stroke] - p.usual_position
+    if STROKE_ANGLE[p.stroke] > 0.0:
+        angle = STROKE_ANGLE[p.stroke]
+        lift *= abs(cos(p.angle)) / cos(angle)
+    if p.other and p.stroke == PICK:
+        angle = -angle
+        aside += UP_NEARER
     elif p.other and p.unevenness > 0.0:
         aside += MIDDLE_NEARER
-        force *= MIDDLE_LEVEL
+        lift *= MIDDLE_LEVEL
         release *= MIDDLE_RELEASE
-        turned += MIDDLE_ANGLE
     p.other = 1 - p.other
     where = over_body(open_op, op, position, aside, LEAST_PLUCK)
-    apex = soft_limit(force * max(grazing(op, where), LEAST_GRAZE), p.greatest)
+    apex = lift * soft_limit(force * max(grazing(op, where), LEAST_GRAZE), p.greatest)
     if angle != 0.0:
         angle += turned
         if cos(angle) < 0.0:
             apex = min(apex, PRESSED_APEX * max(grazing(op, op.length - where), LEAST_GRAZE) / -cos(angle))
     count = emit(events, count, frame, PLUCK, i, fret, apex, where)
     e = events[count - 1]
-    e.z = width
-    e.t = release
+    e.z = uneven * width
+    e.t = uneven * release
     e.w = angle
     return count
 
