@@ -32,9 +32,9 @@ KEYS = 128
 FINGER, PICK, NAIL, POP = range(4)
 STROKES = 4
 SOFT_WIDTH, HARD_WIDTH = (0.0, 1.5e-3, 2.5e-3, 3e-3), (0.0, 1e-3, 2e-3, 2.5e-3)
-SOFT_RELEASE, HARD_RELEASE = (0.0, 400e-6, 400e-6, 300e-6), (0.0, 25e-6, 40e-6, 30e-6)
-STROKE_PLACE, STROKE_ANGLE, STROKE_LIFT = (0.0, 0.92, 0.0, 0.70), (0.0, 0.8, 0.0, 0.2), (1.0, 1.0, 1.0, 2.0)
-UP_NEARER = 3e-3  # m, of a pick that goes up, not down
+SOFT_RELEASE, HARD_RELEASE = (0.0, 500e-6, 400e-6, 300e-6), (0.0, 30e-6, 40e-6, 30e-6)
+STROKE_PLACE, STROKE_ANGLE, STROKE_LIFT = (0.0, 0.92, 0.0, 0.70), (0.0, 0.8, 0.0, 0.2), (1.0, 0.9, 1.0, 2.0)
+PICK_NEARER, UP_NEARER = 30e-3, 3e-3  # m, of a hard stroke, not a soft one; of one that goes up, not down
 # The middle finger plucks otherwise than the index, which it follows; of an even player they are the same
 MIDDLE_NEARER, MIDDLE_LEVEL, MIDDLE_RELEASE = 4e-3, 0.933, 0.9  # m, factors
 UNEVEN_TIP, UNEVEN_ANGLE = 1.6, 0.5  # part of width and release, rad, for an unevenness of 1
@@ -391,7 +391,7 @@ def stroke(p, open_op, op, frame, i, fret, force, position, aside, events, count
     hard = hardness(p, force)
     uneven = 1.0 + UNEVEN_TIP * p.unevenness * chance(p.seed, MORE_CHANCE + 2 * p.notes)
     turned = UNEVEN_ANGLE * p.unevenness * chance(p.seed, MORE_CHANCE + 2 * p.notes + 1)
-    aside += p.nearer * (hard - 0.5)
+    aside += (PICK_NEARER if p.stroke == PICK else p.nearer) * (hard - 0.5)
     angle, lift = p.angle, STROKE_LIFT[p.stroke]
     if p.stroke == FINGER:
         width = between(p.rounding_soft, p.rounding, hard)
