@@ -108,11 +108,13 @@ def score_of(
     rate: int,
     bends: Iterable[tuple[float, float]] = (),
     name: str = "notes",
+    controls: Iterable[tuple[float, int, int]] = (),
 ) -> Score:
     """A score from (start s, length s, note 0 to 127, velocity 1 to 127), in any order.
 
-    `bends` are (time s, position -1 to 1 of the pitch wheel). Raises ValueError for values out of range, and for
-    a rate that is not a whole number of Hz from LEAST_RATE to MOST_RATE.
+    `bends` are (time s, position -1 to 1 of the pitch wheel), `controls` (time s, controller, value, 0 to 127 each).
+    Raises ValueError for values out of range, and for a rate that is not a whole number of Hz from LEAST_RATE to
+    MOST_RATE.
     """
     checked_rate(rate)
     events: list[Event] = []
@@ -128,6 +130,10 @@ def score_of(
         if not (0 <= time <= LONGEST and -1 <= position <= 1):
             raise ValueError(f"bend to {position} at {time} s: allowed are -1 to 1 and 0 to {LONGEST} s")
         events.append((round(time * rate), Message("pitchwheel", pitch=round(8192 + 8191 * position) - 8192), 0))
+    for time, number, value in controls:
+        if not (0 <= time <= LONGEST and 0 <= number <= 127 and 0 <= value <= 127):
+            raise ValueError(f"controller {number} to {value} at {time} s: allowed are 0 to 127 and 0 to {LONGEST} s")
+        events.append((round(time * rate), Message("control_change", control=number, value=value), 0))
     events.sort(key=lambda e: e[0])
     return _score(_cleaned(events, 0, rate), name, rate)
 
@@ -424,7 +430,7 @@ def _score(
 
 # The demo phrases, in E minor, to hear a preset by: soft and hard notes on every string, a bend, repeated notes.
 TEMPO = 112.0  # quarter notes per minute
-STYLES = ("finger", "slap")
+STYLES = ("finger", "slap", "techniques")
 
 # One row a note: (start in sixteenths, length in sixteenths, note, velocity). At velocities below 40 the string does
 # not reach the frets, above 110 it hits most of them: the phrase has both, so that a spectrogram shows it.
@@ -458,10 +464,12 @@ SLAP_BENDS = tuple((58 + k / 8, -min(k, 16 - k) / 16) for k in range(17))
 def demo_score(rate: int, style: str = "finger") -> Score:
     """A phrase of about nine seconds at `rate` Hz, for a bass that is plucked ("finger") or slapped ("slap").
 
-    Raises ValueError for another style.
+    Or, in about 40 s, one phrase for each technique ("techniques"). Raises ValueError for another style.
     """
     if style not in STYLES:
         raise ValueError(f"style {style!r}: allowed are {', '.join(STYLES)}")
+    if style == "techniques":
+        return techniques_score(rate)
     rows, bends = (SLAP, SLAP_BENDS) if style == "slap" else (FINGER, FINGER_BENDS)
     sixteenth = 60 / TEMPO / 4
     return score_of(
@@ -470,3 +478,46 @@ def demo_score(rate: int, style: str = "finger") -> Score:
         [(at * sixteenth, position) for at, position in bends],
         name=f"demo, {style}",
     )
+
+
+# One phrase a technique: its name, the key switch that is held meanwhile (None: there is none), the controllers before
+# it (number, value), and its notes: start and length in eighths, note, velocity. Legato notes overlap.
+Phrase = tuple[str, int | None, tuple[tuple[int, int], ...], tuple[tuple[float, float, str, int], ...]]
+TECHNIQUES: tuple[Phrase, ...] = (
+    ("fingers", 13, (), ((0, 1, "E1", 60), (1, 1, "G1", 70), (2, 1, "A1", 80), (3, 2, "E2", 100))),
+    ("hammer-on and pull-off", 12, (), (
+        (0, 3.9, "A1", 80), (1, 1, "B1", 70), (3, 0.9, "B1", 70), (4, 4, "D2", 80), (5, 1, "E2", 80),
+        (6.5, 1, "F#2", 90))),
+    ("trill", 12, (), ((0, 6, "A2", 80), *((1 + k / 2, 0.25, "B2", 80) for k in range(8)))),
+    ("tapping", 2, (), ((0, 0.9, "E2", 80), (1, 0.9, "B2", 100), (2, 0.9, "E3", 110), (3, 2, "G2", 100))),
+    ("slides", 4, (), ((0, 4, "E2", 90), (1.5, 2.4, "B2", 90), (4, 4, "B2", 90), (5.5, 2.4, "F#2", 90))),
+    ("vibrato", None, ((1, 127),), ((0, 6, "D3", 90),)),
+    ("palm mute, loose", None, ((1, 0), (9, 25)), tuple((k, 0.9, n, 90) for k, n in enumerate(("E1", "G1", "A1")))),
+    ("palm mute, tight", None, ((9, 110),), tuple((k, 0.9, n, 90) for k, n in enumerate(("E1", "G1", "A1", "E2")))),
+    ("ghost notes", 10, ((9, 0),), tuple((k / 2, 0.4, n, 90) for k, n in enumerate(("A1", "A1", "E2", "A1", "E2")))),
+    ("natural harmonics", 17, (), ((0, 2, "G3", 90), (1, 2, "D3", 90), (2, 2, "A2", 90), (3, 3, "D4", 90))),
+    ("artificial harmonics", 17, (), ((0, 2, "F#2", 90), (2, 3, "B2", 100))),
+    ("let ring", None, ((64, 127),), ((0, 0.5, "E1", 80), (1, 0.5, "B1", 70), (2, 0.5, "G2", 70), (3, 0.5, "D3", 70))),
+    ("thumb and pops", 18, ((64, 0),), (
+        (0, 0.5, "E1", 110), (1, 0.4, "E2", 110), (1.5, 0.4, "E1", 90), (2, 0.5, "A1", 110), (3, 0.5, "G2", 120))),
+    ("pick", 15, (), ((0, 0.5, "E1", 90), (0.5, 0.5, "E1", 80), (1, 1, "G1", 100), (2, 2, "A1", 110))),
+    ("a finger's last word", 13, (), ((0, 6, "E1", 60),)),
+)  # fmt: skip
+
+
+def techniques_score(rate: int) -> Score:
+    """The phrases of TECHNIQUES one after the other at `rate` Hz, a fifth of a second apart."""
+    eighth, at = 0.25, 0.1  # s
+    notes: list[tuple[float, float, int, int]] = []
+    controls: list[tuple[float, int, int]] = []
+    for _, switch, before, phrase in TECHNIQUES:
+        length = max(start + long for start, long, _, _ in phrase) * eighth
+        if switch is not None:
+            notes.append((at, length + 0.05, switch, 100))
+        controls += [(at, number, value) for number, value in before]
+        notes += [
+            (at + 0.02 + start * eighth, long * eighth, note_number(name), velocity)
+            for start, long, name, velocity in phrase
+        ]
+        at += length + 0.25
+    return score_of(notes, rate, name="demo, techniques", controls=controls)

@@ -58,7 +58,13 @@ quality_option = click.option(
 @click.command()
 @click.argument("midi", required=False, type=click.Path(path_type=Path))
 @click.option("--note", type=Note(), help="Play one note instead of a MIDI file: G2, C#1, 43.")
-@click.option("--demo", is_flag=True, help="Play a phrase of nine seconds that shows the preset off.")
+@click.option(
+    "--demo",
+    is_flag=False,
+    flag_value="preset",
+    type=click.Choice(["preset", "techniques"]),
+    help="Play a phrase of nine seconds that shows the preset off, or a phrase for each technique.",
+)
 @click.option(
     "--all-presets",
     "directory",
@@ -136,7 +142,7 @@ quality_option = click.option(
     help="Seed of the player's small irregularities; the same seed gives the same file.",
 )
 def render(
-    midi: Path | None, note: int | None, demo: bool, directory: Path | None, output: Path | None,
+    midi: Path | None, note: int | None, demo: str | None, directory: Path | None, output: Path | None,
     preset: str | None, velocity: int, duration: float, channel: str | int, listing: bool, **rest: Any,
 ) -> None:  # fmt: skip
     """Render a MIDI file, a note or a demo to a sound file.
@@ -152,6 +158,7 @@ def render(
       livebass render song.mid --channel 2 --stems --bits float
       livebass render --note E1 --velocity 127 --duration 5s --quality reference
       livebass render --demo --preset slap
+      livebass render --demo techniques -o techniques.wav
       livebass render --all-presets demos/
       livebass render --note E1 -o - | aplay
     """
@@ -160,7 +167,7 @@ def render(
         raise click.UsageError("-o - writes one file: leave out --stems")
     if output == STREAM and sys.stdout.isatty():
         raise click.UsageError("-o - writes to a pipe or file, not to a terminal")
-    if sum((midi is not None, note is not None, demo, directory is not None)) != 1:
+    if sum((midi is not None, note is not None, demo is not None, directory is not None)) != 1:
         raise click.UsageError("give one of: a MIDI file, --note, --demo, --all-presets")
     if listing:
         if midi is None:
@@ -201,7 +208,7 @@ def render(
         check_range(bass, note, DEFAULT_PRESET)
     if score is None:
         output = output or Path(f"demo.{ending}")
-        score = _demo_for(bass, options.rate)
+        score = _demo_for(bass, options.rate, demo)
     assert output is not None
     if output == STREAM:
         line = _render_to_stdout(bass, score, options)
@@ -214,10 +221,12 @@ def render(
     click.echo(line, err=True)
 
 
-def _demo_for(bass: Instrument, rate: int) -> Score:
-    """The demo phrase in the style of the bass's player."""
+def _demo_for(bass: Instrument, rate: int, demo: str | None = None) -> Score:
+    """The demo phrase in the style of the bass's player, or all "techniques"."""
     from livebass.score import demo_score
 
+    if demo == "techniques":
+        return demo_score(rate, demo)
     return demo_score(rate, "slap" if bass.player.technique == "slap" else "finger")
 
 

@@ -5,7 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import click
+import numpy as np
 
+from livebass.kernels.performer import SWITCHES
 from livebass.model.instrument import Instrument
 from livebass.preset.load import preset_with
 from livebass.preset.programs import PROGRAMS
@@ -42,7 +44,8 @@ def too_low(bass: Instrument, score: Score, usual: str) -> list[str]:
     """A line about the notes of a file below the lowest string, if any, and which preset plays them."""
     notes = score.messages[score.messages[:, 0] == NOTE_ON, 1]
     lowest = bass.note_range[0]
-    below = sorted(notes[notes < lowest].tolist())
+    switches = [key for key, *_ in SWITCHES]
+    below = sorted(notes[(notes < lowest) & ~np.isin(notes, switches)].tolist())
     if not below:
         return []
     one = len(below) == 1

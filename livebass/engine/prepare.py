@@ -208,6 +208,7 @@ def coil_filter(circuit: Coil, rate: float) -> tuple[Floats, Floats]:
     return work["b"][0], work["a"][0]
 
 
+BEYOND = 0.12  # m of string behind nut and saddle, which stretches too
 SEEDS = 0x7FFF_FFFF_FFFF_FFFF  # the bits of a seed: kernels take int64
 
 
@@ -310,6 +311,7 @@ def instrument_numbers(
     for i, string in enumerate(strings):
         pickups = pickups_under(output, string.name)
         to["open_note"][i], to["pickups"][i] = string.open_note, len(pickups)
+        to["stretch"][i] = string.axial_stiffness / (2 * (string.length + BEYOND))
         for k, pickup in enumerate(pickups):
             to["decay"][i, k] = 1.0 / pickup.decay_length
             to["mix"][i, k] = pickup.level * string.level

@@ -28,7 +28,7 @@ from livebass.kernels.frame import (
     suspicious,
     way_of_step,
 )
-from livebass.kernels.operators import heights, positions, shape
+from livebass.kernels.operators import positions, shape
 from livebass.kernels.records import GROUP
 
 EARLY = 2  # steps that a point is looked at before it could touch

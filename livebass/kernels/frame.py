@@ -17,7 +17,7 @@ import numpy as np
 from livebass.compiling import inlined, jit
 from livebass.kernels import modal
 from livebass.kernels.native import record_at, words_at
-from livebass.kernels.operators import heights, shape
+from livebass.kernels.operators import shape
 from livebass.kernels.records import LONGER, MOST_NEAR, OPERATOR, PART, STRING, WHOLE
 
 NEVER = 1 << 60  # a fine step

@@ -10,7 +10,7 @@ import numpy as np
 from livebass.compiling import entry, jit
 from livebass.kernels import contact, modal
 from livebass.kernels.frame import NEVER, advance, begin_contact, operator_at, string_at, suspicious
-from livebass.kernels.operators import coupling, heights, left_out, shape
+from livebass.kernels.operators import coupling, left_out, shape
 from livebass.kernels.records import NEAR
 
 

@@ -110,14 +110,17 @@ def to_shorter(w, op, new, to, n):
             q = w.q[same]
             x += part * q
             y += part * (w.pace[same] * w.p[same] - w.sigma[same] * q)
-        l = np.sqrt(2 * to.length) / (np.pi * (m + 1))
-        put(new, m, x - u * l, y - v * l)
+        line = np.sqrt(2 * to.length) / (np.pi * (m + 1))
+        put(new, m, x - u * line, y - v * line)
     return u, v
 
 
 @jit
 def to_longer(w, op, new, to, n, height, speed):
-    """Hands `n` modes of `w` over to the longer `new`; its stop was `height` m over that of `to` and moved at `speed`."""
+    """Hands `n` modes of `w` over to the longer `new`.
+
+    The stop was `height` m over the line that the longer string rests on, and moved at `speed`.
+    """
     s = to.length - op.length
     k1, k1_old = np.pi / to.length, np.pi / op.length
     velocities(w, n)

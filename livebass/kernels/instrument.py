@@ -13,7 +13,15 @@ from livebass.kernels.coil import CIRCUIT, COIL
 from livebass.kernels.elementary import exp
 from livebass.kernels.native import FLUSH, float_control, floats_at, record_at, set_float_control, words_at
 from livebass.kernels.operators import DOUBLE
-from livebass.kernels.performer import KEYS, MOST_RANGE, MOST_STRINGS, PERFORMER, STROKES, reset_controllers
+from livebass.kernels.performer import (
+    KEYS,
+    MOST_RANGE,
+    MOST_STRINGS,
+    PERFORMER,
+    STROKES,
+    make_switches,
+    reset_controllers,
+)
 from livebass.kernels.preparing import (
     NOTE,
     NOTE_BYTES,
@@ -77,6 +85,7 @@ INSTRUMENT = np.dtype(
         ("decay", "f8", (MOST_STRINGS, MOST_PICKUPS)),  # 1/m
         ("mix", "f8", (MOST_STRINGS, MOST_PICKUPS)),
         ("across", "f8", (MOST_STRINGS, MOST_PICKUPS)),
+        ("stretch", "f8", (MOST_STRINGS,)),  # N/m, E A over twice the length that stretches
         ("saddle", "f8", (MOST_STRINGS, MOST_PICKUPS)),  # m, distance from the saddle; of sensors, for u and v, too
     ],
     align=True,
@@ -156,6 +165,7 @@ def rest(string, rate, numerator, denominator, over_frets, over_board):
     voice.denominator = denominator
     voice.rate = rate
     voice.bend = 1.0
+    voice.slide_to = -1
     voice.tuned = 1.0
     voice.gain = 1.0
     voice.gain_wanted = 1.0
@@ -179,6 +189,7 @@ def connect(string, instrument, i, coil):
     """`connect_string` for records."""
     voice, player = string.voice, instrument.player
     voice.pickups = instrument.pickups[i]
+    voice.stretch = instrument.stretch[i]
     for k in range(MOST_PICKUPS):
         voice.decay[k] = instrument.decay[i, k]
         voice.mix[k] = instrument.mix[i, k]
@@ -263,6 +274,7 @@ def make_performer(p, instrument, seed):
     p.usual_unevenness = p.unevenness
     p.seed = seed & np.int64(0x7FFF_FFFF_FFFF_FFFF)
     p.drop = instrument.drop
+    make_switches(p)
     p.position_controller = player.position_controller
     reset_controllers(p)
 

@@ -349,6 +349,23 @@ def kick_end(w, x, n):
 
 
 @jit
+def slope_square(w, n):
+    """Sum of (j q_j)^2, j from 1."""
+    s = 0.0
+    for j in range(n):
+        x = (j + 1) * w.q[j]
+        s += x * x
+    return s
+
+
+@jit
+def tighten(w, push, n):
+    """Takes push j^2 q_j from the velocities, j from 1: more tension for a moment (tension.py)."""
+    for j in range(n):
+        w.p[j] -= w.kappa[j] * push * ((j + 1.0) * (j + 1.0)) * w.q[j]
+
+
+@jit
 def fade(w, lost, part, n):
     """Takes `part` of the part `lost` of each mode."""
     for j in range(n):

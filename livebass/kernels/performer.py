@@ -9,8 +9,24 @@ import numpy as np
 from livebass.compiling import entry, jit
 from livebass.kernels.elementary import cos, exp2, log2, power
 from livebass.kernels.native import record_at, records_at
-from livebass.kernels.records import BEND, CUT, EVENT, GAIN, HAND, OPERATOR, PLUCK, STRIKE_EVENT, TONE
+from livebass.kernels.records import (
+    BEND,
+    CUT,
+    EVENT,
+    GAIN,
+    GLIDE,
+    HAMMER,
+    HAND,
+    OPERATOR,
+    PLUCK,
+    PULL_OFF,
+    STRIKE_EVENT,
+    TONE,
+    TOUCH_EVENT,
+    WAVER,
+)
 from livebass.kernels.techniques import grazing
+from livebass.kernels.touch import impedance
 
 MOST_STRINGS = 8
 FREE, HELD, PEDALLED = 0, 1, 2
@@ -19,16 +35,16 @@ LEAST_PLUCK, LEAST_STRIKE = 0.47, 0.2  # of the length: no nearer to the stop; t
 MOST_PLACE = 0.99  # of the length
 LEAST_GRAZE = 1e-4  # m, where a string lies on a fret
 UNEVEN_PLACE = 0.1  # m, for an unevenness of 1
-MOST_EVENTS = 3 * MOST_STRINGS  # one message gives at most so many: reset-controllers
+MOST_EVENTS = 6 * MOST_STRINGS  # one message gives at most so many: reset-controllers
 MOST_RANGE = 96  # semitones of pitch bend; the fine part of the range comes on top ...
 MOST_BEND = 97.0  # ... and no bend goes farther
 LEAST_FORCE = 1e-3  # multiple of the grazing apex: a curve cannot start at zero
 MOST_UNEVENNESS = 0.5
 KEYS = 128
 
-# What plucks, with half widths (m), release times (s), place (part of the open string), angle (rad), and the part of the
-# string's way from the neck that a finger gives it. 0: the player's own, as all are of a finger. Estimates: the tip of
-# a pick bends and slips off where flesh rolls; a pop pulls the string up.
+# What plucks, with half widths (m), release times (s), place (part of the open string), angle (rad), and how far it
+# lifts the string from the neck, over a finger. 0: the player's own, as all are of a finger. Estimates: the tip of a
+# pick bends and slips off where flesh rolls; a pop pulls the string up.
 FINGER, PICK, NAIL, POP = range(4)
 STROKES = 4
 SOFT_WIDTH, HARD_WIDTH = (0.0, 1.5e-3, 2.5e-3, 3e-3), (0.0, 1e-3, 2e-3, 2.5e-3)
@@ -47,6 +63,34 @@ GAIN_DB, TONE_POT, PLUCK_POSITION, DYNAMICS, TECHNIQUE, HAND_DAMPING, UNEVENNESS
 LEAST = (-60.0, -1.0, -1.0, -12.0, 0.0, -1.0, -1.0, 0.0)
 MOST = (20.0, 1.0, 1.0, 12.0, 3.0, 1.0, 1.0, 24.0)
 OWN, PLUCKED, THUMB_ON_TWO, THUMB_ON_ALL = range(4)  # values of TECHNIQUE
+
+# Key switches: what a key below the bass's notes does. The first group holds while the key is held, the last key of the
+# second one until the next of them, the third one happens at once. SWITCHES is the map that a performer begins with:
+# (key, action, value), the value a pitch class of an open string.
+NO_SWITCH, ON_STRING, GHOST, LEGATO, HARMONIC, TAP, PALM, SLIDE, VIBRATO = range(9)
+WITH_FINGERS, WITH_PICK, WITH_THUMB, STOP_ALL, ACTIONS = range(9, 14)
+SWITCHES = (
+    (0, ON_STRING, 0), (2, TAP, 0), (3, PALM, 0), (4, SLIDE, 0), (6, VIBRATO, 0), (8, STOP_ALL, 0), (9, ON_STRING, 9),
+    (10, GHOST, 0), (11, ON_STRING, 11), (12, LEGATO, 0), (13, WITH_FINGERS, 0), (14, ON_STRING, 2), (15, WITH_PICK, 0),
+    (16, ON_STRING, 4), (17, HARMONIC, 0), (18, WITH_THUMB, 0), (19, ON_STRING, 7),
+)  # fmt: skip
+STACK = 4  # keys held on one string that it goes back to, one after the other
+
+# Fingers by number (records.TOUCHES): the palm has the first three, harmonics the last, ghost notes the last two
+PALM_PLACES = (12e-3, 25e-3, 38e-3)  # m from the saddle
+PALM_WIDTH = 5e-3  # m, half
+LIGHT_PALM, TIGHT_PALM = 0.4, 16.0  # in all, in impedances of the string, as those that follow
+KEY_PALM = 0.6  # of the way between them, by the key switch
+GHOST_FRETS = (-0.6, 1.6)  # from the fret: where the fingers of a ghost note lie
+GHOST_RESISTANCE, GHOST_WIDTH, GHOST_FORCE = 1.5, 6e-3, 0.5  # ; m; part of the force
+GHOST_PLACE = 5  # fret at which an open string is damped for a ghost note
+NODE_RESISTANCE, NODE_WIDTH, NODE_TIME = 1.1, 4e-3, 65e-3  # ; m; s of the finger on a harmonic's node
+HARMONICS = (12, 19, 24, 28, 31)  # semitones above the open string of its harmonics 2 to 6
+SLOWEST_HAMMER, FASTEST_HAMMER = 0.3, 2.5  # m/s
+LEAST_PULL, MOST_PULL = 0.5e-3, 2e-3  # m by which the finger of a pull-off takes the string along ...
+PULL_ANGLE = 1.87  # rad, ... from u towards v: across, and a little towards the neck
+SLIDE_TIME = 22e-3  # s a fret
+VIBRATO_DEPTH, VIBRATO_RATE = 0.4, 5.6  # semitones at most; Hz
 
 PERFORMER = np.dtype(
     [
@@ -71,6 +115,17 @@ PERFORMER = np.dtype(
         ("string_of", "i8", (KEYS,)),  # that the next note of each key is played on; -1: the performer chooses
         ("place_of", "f8", (KEYS,)),  # of the next note of each key, as PLUCK_POSITION; NaN: none of its own
         ("dynamics", "f8"),  # factor of every note's force
+        # techniques
+        ("switch", "i4", (KEYS,)),  # what each key switches, and ...
+        ("switch_value", "i4", (KEYS,)),  # ... its value
+        ("switched", "i8", (ACTIONS,)),  # keys held, of each action
+        ("forced", "i8"),  # string that all notes are played on while its key is held; -1: none
+        ("palm", "f8"),  # 0 to 1, by the controller
+        ("legato", "i8"),  # 1: by the controller
+        ("sliding", "i8"),  # 1: by the controller
+        ("vibrato", "f8"),  # 0 to 1, by the controller
+        ("stack", "i8", (MOST_STRINGS, STACK)),  # keys held on a string under the one that plays, the last on top
+        ("stacked", "i8", (MOST_STRINGS,)),
         ("placed", "f8"),  # the position that the controllers' reset goes back to
         ("ranged", "f8"),  # semitones, the range until a controller sets another
         # the player: constants, and what parameters make of them
@@ -100,6 +155,7 @@ PERFORMER = np.dtype(
         ("release_soft", "f8"),
         ("nearer", "f8"),  # m: the hardest are plucked nearer to the saddle than the softest
         ("angle", "f8"),  # rad
+        ("ghost_below", "i8"),  # velocity under which a note is a ghost note
         # counters
         ("notes", "i8"),
         ("transposed", "i8"),
@@ -129,9 +185,23 @@ def reset_controllers(p):
     p.expression = 1.0
     p.parameter = 16383
     p.position = p.placed
+    p.palm = 0.0
+    p.legato = 0
+    p.sliding = 0
+    p.vibrato = 0.0
     for i in range(MOST_STRINGS):
         p.string_bend[i] = 0.0
         p.note_bend[i] = 0.0
+
+
+@jit
+def make_switches(p):
+    """Gives a new performer the usual key switches, none of them held."""
+    p.forced = -1
+    for k in range(len(SWITCHES)):
+        key, action, value = SWITCHES[k]
+        p.switch[key] = action
+        p.switch_value[key] = value
 
 
 @jit
@@ -196,9 +266,17 @@ def take_over(p, old):
     if old.position != old.placed and old.farthest != old.nearest:
         part = (old.position - old.nearest) / (old.farthest - old.nearest)
         p.position = p.nearest + (p.farthest - p.nearest) * part
+    p.palm = old.palm
+    p.legato = old.legato
+    p.sliding = old.sliding
+    p.vibrato = old.vibrato
     for i in range(MOST_STRINGS):
         p.string_bend[i] = old.string_bend[i]
+    for action in range(ACTIONS):
+        p.switched[action] = old.switched[action]
     for key in range(KEYS):
+        p.switch[key] = old.switch[key]
+        p.switch_value[key] = old.switch_value[key]
         p.string_of[key] = old.string_of[key]
         p.place_of[key] = old.place_of[key]
 
@@ -255,6 +333,15 @@ def emit(events, count, frame, kind, string, fret, x, y):
 
 
 @jit
+def lay(events, count, frame, string, finger, place, resistance, width, seconds):
+    """Writes the event of a finger that is laid on a string at `place` (m from the saddle); returns the new count."""
+    emit(events, count, frame, TOUCH_EVENT, string, finger, place, resistance)
+    events[count].z = width
+    events[count].t = seconds
+    return count + 1
+
+
+@jit
 def string_note(p, key, i):
     """Has the next note of `key` played on string `i`, where that has it."""
     if key < KEYS:
@@ -304,6 +391,7 @@ def reach(p, fret):
 def stop_string(p, i, frame, events, count):
     """Stops string `i` with the hand."""
     p.state[i] = FREE
+    p.stacked[i] = 0
     return emit(events, count, frame, HAND, i, p.fret[i], p.hand_damping, 0.0)
 
 
@@ -352,15 +440,31 @@ def note_on(p, ops, frame, key, velocity, events, count):
     if note < low or (note != key and p.drop):
         p.dropped += 1
         return count
-    i = own_string if has_note(p, own_string, note) else choose_string(p, note)
+    legato = (p.legato or p.switched[LEGATO] > 0) and p.switched[HARMONIC] == 0
+    slides = p.sliding or p.switched[SLIDE] > 0
+    node, i = 0, -1
+    if p.switched[HARMONIC] > 0:
+        i, node = natural_harmonic(p, note, own_string)
+    if i < 0 and (legato or slides):
+        i = sounding_string(p, note)
+    tied = i >= 0 and node == 0
+    if i < 0:
+        i = own_string if has_note(p, own_string, note) else p.forced if has_note(p, p.forced, note) else -1
+    if i < 0:
+        i = choose_string(p, note)
     if i < 0:
         p.dropped += 1
         return count
     if note != key:
         p.transposed += 1
-    fret = note - p.open[i]
-    if p.state[i] != FREE and p.key[i] != key:
-        p.stolen += 1
+    fret = 0 if node > 0 else note - p.open[i]
+    before = p.fret[i]
+    if tied:
+        push_key(p, i)
+    else:
+        p.stacked[i] = 0
+        if p.state[i] != FREE and p.key[i] != key:
+            p.stolen += 1
     reach(p, fret)
     p.notes += 1
     p.clock += 1
@@ -371,27 +475,120 @@ def note_on(p, ops, frame, key, velocity, events, count):
     if p.note_bend[i] != 0.0:
         p.note_bend[i] = 0.0
         count = emit(events, count, frame, BEND, i, 0, bend_ratio(p, i), 0.0)
-    op = ops[i, fret]
+    tapped = p.switched[TAP] > 0 and fret > 0
+    if tapped or (tied and fret != before):
+        return press(p, i, -1 if tapped else before, fret, velocity, frame, slides and not tapped, events, count)
+    return stroke(p, ops, i, fret, node, velocity, own_place, frame, events, count)
+
+
+@jit
+def sounding_string(p, note):
+    """Returns the string that was played last of those held that have `note`; -1: there is none."""
+    last = -1
+    for i in range(p.strings):
+        if p.state[i] == HELD and has_note(p, i, note) and (last < 0 or p.age[i] > p.age[last]):
+            last = i
+    return last
+
+
+@jit
+def natural_harmonic(p, note, wanted):
+    """Returns a string of which `note` is a natural harmonic, free ones first, and its number; -1, 0: there is none.
+
+    It is on the string `wanted` only, if that is one.
+    """
+    best, number = -1, 0
+    for n in range(len(HARMONICS)):
+        for i in range(p.strings):
+            fits = (wanted < 0 or i == wanted) and note - p.open[i] == HARMONICS[n]
+            if fits and (best < 0 or (p.state[best] != FREE and p.state[i] == FREE)):
+                best, number = i, n + 2
+    return best, number
+
+
+@jit
+def push_key(p, i):
+    """Remembers the key that string `i` plays under the one that it is to play now."""
+    n = p.stacked[i]
+    if n == STACK:
+        for k in range(1, STACK):
+            p.stack[i, k - 1] = p.stack[i, k]
+        n -= 1
+    p.stack[i, n] = p.key[i]
+    p.stacked[i] = n + 1
+
+
+@jit
+def forget_key(p, key):
+    """Takes a key that was released from under those that play."""
+    for i in range(p.strings):
+        kept = 0
+        for k in range(p.stacked[i]):
+            if p.stack[i, k] != key:
+                p.stack[i, kept] = p.stack[i, k]
+                kept += 1
+        p.stacked[i] = kept
+
+
+@jit
+def press(p, i, before, fret, velocity, frame, slides, events, count):
+    """Has string `i` go from fret `before` to `fret` by the left hand: hammer-on, pull-off or slide."""
+    if slides:
+        return emit(events, count, frame, GLIDE, i, fret, SLIDE_TIME, 0.0)
+    part = (velocity - 1) / 126.0
+    if fret > before:
+        finger = SLOWEST_HAMMER * power(FASTEST_HAMMER / SLOWEST_HAMMER, part)
+        return emit(events, count, frame, HAMMER, i, fret, finger, 0.0)
+    return emit(events, count, frame, PULL_OFF, i, fret, LEAST_PULL + (MOST_PULL - LEAST_PULL) * part, PULL_ANGLE)
+
+
+@jit
+def stroke(p, ops, i, fret, node, velocity, own_place, frame, events, count):
+    """Plucks or strikes string `i` at `fret`; `node`: on the node of that natural harmonic; 0: none."""
+    ghost = p.switched[GHOST] > 0 or velocity < p.ghost_below
+    stop = 0 if ghost else fret
+    op = ops[i, stop]
     softest = max(p.softest, LEAST_FORCE)
     force = softest * power(p.hardest / softest, (velocity - 1) / 126.0)
     force *= 1.0 + p.unevenness * chance(p.seed, 2 * p.notes)
     force *= p.dynamics
+    if ghost:
+        force *= GHOST_FORCE
     aside = UNEVEN_PLACE * p.unevenness * chance(p.seed, 2 * p.notes + 1)
-    if i < p.slapped:
+    if i < p.slapped and node == 0:
         where = over_body(ops[i, 0], op, p.strike_position, aside, LEAST_STRIKE)
-        depth = p.strike_force * soft_limit(force * max(grazing(op, 0.5 * op.length), LEAST_GRAZE), p.greatest)
-        return emit(events, count, frame, STRIKE_EVENT, i, fret, depth, where)
-    position = place(p, own_place) if not np.isnan(own_place) else p.position
-    return stroke(p, ops[i, 0], op, frame, i, fret, force, position, aside, events, count)
+        up = force * abs(cos(p.angle))
+        depth = p.strike_force * soft_limit(up * max(grazing(op, 0.5 * op.length), LEAST_GRAZE), p.greatest)
+        count = emit(events, count, frame, STRIKE_EVENT, i, stop, depth, where)
+    else:
+        position = place(p, own_place) if not np.isnan(own_place) else p.position
+        touched = node if node > 0 else 2 if p.switched[HARMONIC] > 0 else 0
+        count = pluck(p, ops[i, 0], op, i, stop, force, position, aside, touched, frame, events, count)
+        if touched > 0:
+            node_place = op.length - op.length / touched
+            resistance = NODE_RESISTANCE * impedance(op)
+            count = lay(events, count, frame, i, 3, node_place, resistance, NODE_WIDTH, NODE_TIME)
+    if p.palm > 0.0 or p.switched[PALM] > 0:
+        count = lay_palm(p, ops, i, frame, events, count)
+    if ghost:
+        at = float(fret if fret > 0 else GHOST_PLACE)
+        for k in range(2):
+            finger_place = ops[i, 0].length * exp2(-(at + GHOST_FRETS[k]) / 12.0)
+            resistance = GHOST_RESISTANCE * impedance(op)
+            count = lay(events, count, frame, i, 2 + k, finger_place, resistance, GHOST_WIDTH, 0.0)
+    return count
 
 
 @jit
-def stroke(p, open_op, op, frame, i, fret, force, position, aside, events, count):
-    """Plucks string `i` at `position`, `aside` m off it: the shape, and how it is let go, follow the force."""
+def pluck(p, open_op, op, i, stop, force, position, aside, touched, frame, events, count):
+    """Plucks string `i` at `position`, `aside` m off it: the shape, and how it is let go, follow the force.
+
+    `touched`: the harmonic that another finger brings out, whose pluck has a place of its own; 0: none.
+    """
     hard = hardness(p, force)
     uneven = 1.0 + UNEVEN_TIP * p.unevenness * chance(p.seed, MORE_CHANCE + 2 * p.notes)
     turned = UNEVEN_ANGLE * p.unevenness * chance(p.seed, MORE_CHANCE + 2 * p.notes + 1)
-    aside += (PICK_NEARER if p.stroke == PICK else p.nearer) * (hard - 0.5)
+    shift = aside + (PICK_NEARER if p.stroke == PICK else p.nearer) * (hard - 0.5)
     angle, lift = p.angle, STROKE_LIFT[p.stroke]
     if p.stroke == FINGER:
         width = between(p.rounding_soft, p.rounding, hard)
@@ -406,19 +603,21 @@ def stroke(p, open_op, op, frame, i, fret, force, position, aside, events, count
         lift *= abs(cos(p.angle)) / cos(angle)
     if p.other and p.stroke == PICK:
         angle = -angle
-        aside += UP_NEARER
+        shift += UP_NEARER
     elif p.other and p.unevenness > 0.0:
-        aside += MIDDLE_NEARER
+        shift += MIDDLE_NEARER
         lift *= MIDDLE_LEVEL
         release *= MIDDLE_RELEASE
     p.other = 1 - p.other
-    where = over_body(open_op, op, position, aside, LEAST_PLUCK)
+    where = over_body(open_op, op, position, shift, LEAST_PLUCK)
+    if touched > 0:
+        where = min(op.length - 0.5 * op.length / touched + aside, MOST_PLACE * op.length)
     apex = lift * soft_limit(force * max(grazing(op, where), LEAST_GRAZE), p.greatest)
     if angle != 0.0:
         angle += turned
         if cos(angle) < 0.0:
             apex = min(apex, PRESSED_APEX * max(grazing(op, op.length - where), LEAST_GRAZE) / -cos(angle))
-    count = emit(events, count, frame, PLUCK, i, fret, apex, where)
+    count = emit(events, count, frame, PLUCK, i, stop, apex, where)
     e = events[count - 1]
     e.z = uneven * width
     e.t = uneven * release
@@ -444,6 +643,71 @@ def between(soft, hard, hardness):
 
 
 @jit
+def lay_palm(p, ops, i, frame, events, count):
+    """Lays the palm on string `i` as firmly as it is wanted, or lifts it."""
+    amount = max(p.palm, KEY_PALM if p.switched[PALM] > 0 else 0.0)
+    firm = LIGHT_PALM * power(TIGHT_PALM / LIGHT_PALM, amount) if amount > 0.0 else 0.0
+    resistance = firm / 3.0 * impedance(ops[i, 0])
+    for k in range(3):
+        count = lay(events, count, frame, i, k, PALM_PLACES[k], resistance, PALM_WIDTH, 0.0)
+    return count
+
+
+@jit
+def tell_palm(p, ops, frame, events, count):
+    """Lays the palm on every string that is played, or lifts it."""
+    for i in range(p.strings):
+        if p.state[i] != FREE:
+            count = lay_palm(p, ops, i, frame, events, count)
+    return count
+
+
+@jit
+def tell_vibrato(p, frame, events, count):
+    """Sends depth (semitones) and rate (Hz) of the vibrato to every string."""
+    depth = VIBRATO_DEPTH * max(p.vibrato, 1.0 if p.switched[VIBRATO] > 0 else 0.0)
+    for i in range(p.strings):
+        count = emit(events, count, frame, WAVER, i, 0, depth, VIBRATO_RATE)
+    return count
+
+
+@jit
+def turn_switch(p, ops, key, on, frame, events, count):
+    """Carries out a key switch that is pressed or released; returns the new count of events."""
+    action = p.switch[key]
+    p.switched[action] = max(p.switched[action] + (1 if on else -1), 0)
+    if action == ON_STRING:
+        string = string_called(p, p.switch_value[key])
+        if on:
+            p.forced = string
+        elif p.forced == string:
+            p.forced = -1
+    elif action == PALM:
+        count = tell_palm(p, ops, frame, events, count)
+    elif action == VIBRATO:
+        count = tell_vibrato(p, frame, events, count)
+    elif on and action == WITH_THUMB:
+        p.slapped = p.usual_slapped if p.usual_slapped > 0 else min(2, p.strings)
+        p.stroke = FINGER if p.usual_slapped > 0 else POP
+    elif on and action in (WITH_FINGERS, WITH_PICK):
+        p.slapped = 0
+        p.stroke = PICK if action == WITH_PICK else FINGER
+    elif on and action == STOP_ALL:
+        for i in range(p.strings):
+            count = stop_string(p, i, frame, events, count)
+    return count
+
+
+@jit
+def string_called(p, pitch_class):
+    """Returns the highest string whose open note has this pitch class; the lowest of all where none has."""
+    for i in range(p.strings - 1, -1, -1):
+        if p.open[i] % 12 == pitch_class:
+            return i
+    return 0
+
+
+@jit
 def release(p, i, frame, events, count):
     """Lets go of a held note; the pedal may still hold it."""
     if p.pedal:
@@ -453,18 +717,39 @@ def release(p, i, frame, events, count):
 
 
 @jit
-def note_off(p, frame, key, events, count):
+def note_off(p, frame, key, velocity, events, count):
     """Releases the strings that the key holds."""
     for i in range(p.strings):
         if p.state[i] == HELD and p.key[i] == key:
-            count = release(p, i, frame, events, count)
+            if p.stacked[i] > 0:
+                count = go_back_to_key(p, i, frame, velocity, events, count)
+            else:
+                count = release(p, i, frame, events, count)
+    forget_key(p, key)
     return count
+
+
+@jit
+def go_back_to_key(p, i, frame, velocity, events, count):
+    """Has string `i` play on with the key that is still held under the one released: pull-off, or hammer-on."""
+    p.stacked[i] -= 1
+    key = p.stack[i, p.stacked[i]]
+    note, before = key, p.fret[i]
+    while note < p.open[i]:
+        note += 12
+    while note > p.open[i] + p.frets:
+        note -= 12
+    p.key[i] = key
+    p.fret[i] = max(note - p.open[i], 0)
+    slides = p.sliding or p.switched[SLIDE] > 0
+    return press(p, i, before, p.fret[i], max(velocity, 1), frame, slides, events, count)
 
 
 @jit
 def all_notes_off(p, frame, events, count):
     """Releases every held note."""
     for i in range(p.strings):
+        p.stacked[i] = 0
         if p.state[i] == HELD:
             count = release(p, i, frame, events, count)
     return count
@@ -500,7 +785,7 @@ def tell_gain(p, frame, events, count):
 
 
 @jit
-def control(p, frame, number, value, events, count):
+def control(p, ops, frame, number, value, events, count):
     """Carries out a control change."""
     if number == p.position_controller:
         p.position = p.nearest + (p.farthest - p.nearest) * value / 127.0
@@ -516,6 +801,16 @@ def control(p, frame, number, value, events, count):
             for i in range(p.strings):
                 if p.state[i] == PEDALLED:
                     count = stop_string(p, i, frame, events, count)
+    elif number == 1:
+        p.vibrato = value / 127.0
+        count = tell_vibrato(p, frame, events, count)
+    elif number == 9:
+        p.palm = value / 127.0
+        count = tell_palm(p, ops, frame, events, count)
+    elif number == 65:
+        p.sliding = 1 if value >= 64 else 0
+    elif number == 68:
+        p.legato = 1 if value >= 64 else 0
     elif number == 101:
         p.parameter = (value << 7) | (p.parameter & 127)
     elif number == 100:
@@ -532,17 +827,29 @@ def control(p, frame, number, value, events, count):
         for i in range(p.strings):
             p.state[i] = FREE
             p.key[i] = -1
+            p.stacked[i] = 0
             count = emit(events, count, frame, CUT, i, 0, 0.0, 0.0)
     elif number == 121:
         reset_controllers(p)
         count = tell_bend(p, frame, events, count)
         count = tell_gain(p, frame, events, count)
+        count = tell_vibrato(p, frame, events, count)
+        count = tell_palm(p, ops, frame, events, count)
         for i in range(p.strings):
             if p.state[i] == PEDALLED:
                 count = stop_string(p, i, frame, events, count)
     elif number >= 123:
         count = all_notes_off(p, frame, events, count)
     return count
+
+
+@jit
+def is_below(p, key):
+    """True if `key` is below all notes of the bass."""
+    lowest = p.open[0]
+    for i in range(p.strings):
+        lowest = min(lowest, p.open[i])
+    return key < lowest
 
 
 @jit
@@ -555,12 +862,14 @@ def message(p, ops, frame, status, first, second, events, count):
     if status < 0x80 or status > 0xEF or first > 127 or second > 127:
         return count
     kind = status & 0xF0
+    if (kind == 0x80 or kind == 0x90) and p.switch[first] != NO_SWITCH and is_below(p, first):
+        return turn_switch(p, ops, first, kind == 0x90 and second > 0, frame, events, count)
     if kind == 0x90 and second > 0:
         return note_on(p, ops, frame, first, second, events, count)
     if kind == 0x80 or kind == 0x90:
-        return note_off(p, frame, first, events, count)
+        return note_off(p, frame, first, second if kind == 0x80 else 64, events, count)
     if kind == 0xB0:
-        return control(p, frame, first, second, events, count)
+        return control(p, ops, frame, first, second, events, count)
     if kind == 0xE0:
         wheel = ((second << 7) | first) - 8192
         p.wheel = wheel / 8192.0 if wheel < 0 else wheel / 8191.0

@@ -142,7 +142,7 @@ STOP = np.dtype(
         ("speed", "f8"),  # b', m/s, through the present frame
         ("away", "f8"),  # b at the start of the path ...
         ("first", "f8"),  # ... and b' ...
-        ("wanted", "f8"),  # ... and that of the finger; 0: it comes to rest gently
+        ("wanted", "f8"),  # ... and how fast the finger goes; 0: it comes to rest gently
         ("frame", "i8"),  # of the path ...
         ("blend", "i8"),  # ... and in how many the finger takes the string's end along, or to rest
     ],
@@ -157,6 +157,11 @@ SLOT = np.dtype(
         ("sunk", "i8"),  # some obstacles are below their heights
         ("stop_u", STOP),
         ("stop_v", STOP),
+        (
+            "offset",
+            "f8",
+        ),  # m at the stop: what is heard of the line that the string rested on before ...
+        ("offset_speed", "f8"),  # ... and how fast that goes, m/s
         ("fret", "i8"),
         ("active", "i8"),  # modes of u not known to be dead, whole BLOCKs
         ("v_ready", "i8"),  # v has its working set ready ...
@@ -214,6 +219,14 @@ VOICE = np.dtype(
         ("bend", "f8"),  # frequency ratio wanted ...
         ("tuned", "f8"),  # ... and the one it has got to
         ("turn", "i8"),  # frames by which this string follows a bend before the others
+        ("stretch", "f8"),  # N/m, by which tension grows with the integral of the squared slope; 0: it is constant
+        ("depth", "f8"),  # semitones, of the vibrato, ...
+        ("depth_wanted", "f8"),  # ... where that goes, ...
+        ("waver", "f8"),  # ... its rate, Hz, ...
+        ("phase", "f8"),  # ... and its phase, 0 to 1
+        ("slide_to", "i8"),  # fret that the finger slides to; -1: none
+        ("slide_every", "i8"),  # frames a fret ...
+        ("slide_left", "i8"),  # ... and those left until the next one
         ("log", "i8"),  # address of int64 pairs (fine step, point), one a contact begun ...
         ("log_room", "i8"),  # ... and how many there is room for
         ("logged", "i8"),  # contacts begun, also beyond the log's length
@@ -269,4 +282,4 @@ EVENT = np.dtype(
     ],
     align=True,
 )
-PLUCK, STRIKE_EVENT, HAND, BEND, GAIN, CUT, TONE, TOUCH_EVENT, HAMMER, PULL_OFF = range(1, 11)
+PLUCK, STRIKE_EVENT, HAND, BEND, GAIN, CUT, TONE, TOUCH_EVENT, HAMMER, PULL_OFF, GLIDE, WAVER = range(1, 13)

@@ -34,6 +34,8 @@ def load(slot, op, step):
     slot.moving = 0
     rest_stop(slot.stop_u)
     rest_stop(slot.stop_v)
+    slot.offset = 0.0
+    slot.offset_speed = 0.0
     take_heights(slot, op)
     slot.hand = 1.0
     forget_contact(slot.u, op)

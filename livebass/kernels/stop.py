@@ -3,9 +3,9 @@
 The displacement is u = sum q_m phi_m + b l(x), l(x) = (L - x) / L, b that of the end at the stop. While b' is constant
 the modes move as if the stop stood still; where it changes they get a kick, v_m <- v_m - l_m (b'_new - b'_old) with
 l_m = sqrt(2 L) / (pi m), the projection of l. That is exact for a path b(t) of straight lines between frames. The
-finger that hammers takes the end along from the speed it has to the finger's own, smoothly, and stops dead on the crown:
-the last kick is the snap. A finger that only presses the string down comes to rest gently, by a polynomial of the fifth
-degree in time.
+finger that hammers takes the end along from the speed it has to the finger's own, smoothly, and stops dead on the
+crown: the last kick is the snap. A finger that only presses the string down comes to rest gently, by a polynomial of
+the fifth degree in time.
 
 Contact is off while the stop moves, for a few milliseconds: a string that ends above a fret is lifted off the next
 ones. After that the string may be a few micrometres inside an obstacle, where contact would hold energy that nobody put
@@ -17,13 +17,15 @@ import numpy as np
 
 from livebass.compiling import jit
 from livebass.kernels import modal
+from livebass.kernels.elementary import exp
 from livebass.kernels.operators import heights, shape
 from livebass.kernels.records import UNKNOWN
 from livebass.kernels.slot import disturb, forget_contact
 
-LONGEST = 3e-3  # s of a finger's way to the fret: a slower finger is made faster
+LONGEST = 6e-3  # s of a finger's way to the fret: a slower finger is made faster
 ROOM = 2e-6  # m, between the string and an obstacle it has been freed from
 GENTLE = 4e-3  # s in which a finger that does not hammer gets there
+SETTLING = 1e-3  # s, time constant of the change from one line of rest to another, as it is heard
 NEAREST = 1e-9  # m: no way at all
 
 
@@ -43,7 +45,7 @@ def begin(stop, place, speed, finger, voice):
         stop.blend = max(1, np.int64(np.rint(GENTLE * voice.rate)))
         return
     fast = max(finger, abs(place) / LONGEST)
-    stop.wanted = -fast if place > 0.0 else fast
+    stop.wanted = fast
     stop.blend = max(1, np.int64(np.rint(0.25 * abs(place) / fast * voice.rate)))
 
 
@@ -68,7 +70,8 @@ def next_speed(stop, h):
         x = stop.away * (1.0 - t * t * t * (10.0 - t * (15.0 - 6.0 * t)))
         x += stop.first * stop.blend * h * (t - t * t * t * (6.0 - t * (8.0 - 3.0 * t)))
         return (x - stop.place) / h
-    speed = stop.first + (stop.wanted - stop.first) * (t * t * (3.0 - 2.0 * t))
+    toward = -stop.wanted if stop.place > 0.0 else stop.wanted  # a string may have swung to the other side
+    speed = stop.first + (toward - stop.first) * (t * t * (3.0 - 2.0 * t))
     if stop.place * (stop.place + speed * h) <= 0.0:
         speed = -stop.place / h  # the frame in which it arrives
     return speed
@@ -76,7 +79,7 @@ def next_speed(stop, h):
 
 @jit
 def step(stop, w, op, h, n):
-    """Moves the end on by the frame that is over, and kicks the modes as it changes its speed; True if it is at rest."""
+    """Moves the end on by the frame that is over, and kicks the modes where its speed changes; True: it is at rest."""
     stop.place += stop.speed * h
     if abs(stop.place) < NEAREST:
         stop.place = 0.0
@@ -100,6 +103,18 @@ def advance(slot, op, h, after):
         sink(slot, op)
         forget_contact(slot.v, op)
         disturb(slot, op, after)
+
+
+@jit
+def settle(slot, rate):
+    """Lets what is heard of the former line of rest go, critically damped, by a frame."""
+    pole = exp(-1.0 / (SETTLING * rate))
+    toward = slot.offset_speed + slot.offset / SETTLING
+    slot.offset = pole * (slot.offset + toward / rate)
+    slot.offset_speed = pole * (slot.offset_speed - toward / (SETTLING * rate))
+    if abs(slot.offset) + abs(slot.offset_speed) * SETTLING < NEAREST:
+        slot.offset = 0.0
+        slot.offset_speed = 0.0
 
 
 @jit

@@ -12,21 +12,23 @@ from livebass.kernels import handover, modal, stop, touch
 from livebass.kernels.elementary import cos, exp, exp2, sin
 from livebass.kernels.operators import heights, positions, tap
 from livebass.kernels.preparing import FADE_TO
-from livebass.kernels.records import TOUCHES
+from livebass.kernels.records import MOST_NEAR, TOUCHES
 from livebass.kernels.slot import SAFETY_STRUCK, bend, change_operator, disturb, forget_contact, load, open_v
 
 PULLING_FINGER = 4e-3  # m, half width of the left hand's finger that plucks as it leaves a fret
 USUAL_DAMPING = 90.0  # 1/s: how firmly hands end a note
 # Where fingers lie that end a note, from the stop towards the nut, m, and how firmly, in impedances of the string. The
 # distances are uneven, or what has nodes at all of them would ring; the last one is another finger, farther back.
-EASED, EASING = (0.0, -21e-3, -58e-3, 95e-3), (2.0, 1.4, 1.4, 1.4)
-PRESSED, EASING_OFF = 40.0, 25e-3  # the finger that leaves the fret first holds as firmly; s
+EASED, EASING = (0.0, -21e-3, -58e-3, 95e-3), (1.8, 1.25, 1.25, 1.25)
+PRESSED, EASING_OFF = 150.0, 25e-3  # the finger that leaves the fret first holds as firmly; s
 # The same on an open string, parts of its length from the saddle: a finger of the right hand, then of the left
-RESTED, RESTING = (0.17, 0.56, 0.665, 0.75), (0.8, 0.6, 0.6, 0.6)
-FINGER_WIDTH = 6e-3  # m, half
+RESTED, RESTING = (0.17, 0.56, 0.665, 0.75), (0.7, 0.5, 0.5, 0.5)
+FINGER_WIDTH, FRET_WIDTH = 6e-3, 2e-3  # m, half; the second one of the finger that eases off
 ENDING = 12e-3  # s in which these fingers land
 ALL_OVER = 12.0  # 1/s of all modes, by what else of the hands comes near
 GENTLY = 0.0  # of a finger's speed
+SLIDING_HAND = 0.5  # m/s, of a finger that crosses a crown
+ONSET = 0.6  # s in which a vibrato gets a semitone deeper
 FINGER_NEPERS = 5.0  # damping, at an antinode, of a finger that takes hold of a sounding string
 BEND_FRAMES = 128  # pitch bend is followed so often, one string after the other ...
 BEND_SPEED = 400.0  # semitones/s, ... and not faster
@@ -131,6 +133,7 @@ def leave(w, op, up, moving):
 def take_string(string, ops, fret):
     """Gets the string ready to sound at `fret`, where a left hand presses it down gently if it moves."""
     voice, slots = string.voice, string.slots
+    voice.slide_to = -1
     interrupt(string, ops)
     slot = slots[voice.slot]
     if slot.on and slot.fret != fret:
@@ -192,8 +195,12 @@ def change_fret(string, ops, fret, finger, held):
             x, v = handover.to_shorter(old.v, op, new.v, to, old.v_active)
             stop.begin(new.stop_v, x + part * old.stop_v.place, v + part * old.stop_v.speed, finger, voice)
         new.moving = 1
+        new.offset = crown + part * old.offset
+        new.offset_speed = part * old.offset_speed
     else:
         crown = handover.crown_height(to, -shorter)
+        new.offset = to.length / op.length * (old.offset - held * crown)
+        new.offset_speed = to.length / op.length * old.offset_speed
         handover.to_longer(old.u, op, new.u, to, old.active, held * (crown + old.stop_u.place), held * old.stop_u.speed)
         if new.v_ready:
             handover.to_longer(old.v, op, new.v, to, old.v_active, held * old.stop_v.place, held * old.stop_v.speed)
@@ -221,12 +228,15 @@ def copy_motion(old, op, new, to):
     stop.copy(new.stop_u, old.stop_u)
     stop.copy(new.stop_v, old.stop_v)
     new.moving = old.moving
+    new.offset = old.offset
+    new.offset_speed = old.offset_speed
 
 
 @jit
 def hammer(string, ops, fret, finger):
-    """Presses the string down to `fret` at `finger` m/s, without plucking it; at rest it starts from the open string."""
+    """Presses the string down to `fret` at `finger` m/s, without a pluck; one at rest from where it is when open."""
     voice = string.voice
+    voice.slide_to = -1
     interrupt(string, ops)
     slot = string.slots[voice.slot]
     if not slot.on:
@@ -246,6 +256,7 @@ def pull_off(string, ops, fret, deflection, angle):
     It pulls the string by `deflection` m at `angle` from u towards v.
     """
     voice = string.voice
+    voice.slide_to = -1
     interrupt(string, ops)
     slot = string.slots[voice.slot]
     if not slot.on:
@@ -284,18 +295,20 @@ def end_note(string, ops, damping):
     slot = string.slots[voice.slot]
     if damping <= 0.0 or not slot.on:
         return
+    voice.slide_to = -1
     interrupt(string, ops)
     if not slot.on:
         return
-    firm = damping / USUAL_DAMPING * touch.mass(ops[0]) * ops[0].speed
+    firm = damping / USUAL_DAMPING * touch.impedance(ops[0])
     stopped = ops[slot.fret].length
     x = ops[0].length - stopped
     voice.striking = 0
     if x > handover.CLOSE:
+        firm *= np.sqrt(stopped / ops[0].length)  # fingers cover more of a short string
         change_fret(string, ops, np.int64(0), GENTLY, 0.0)
         for i in range(TOUCHES):
             place = min(max(stopped + EASED[i], 0.0), 0.98 * ops[0].length)
-            touch.lay(voice, i, place, EASING[i] * firm, FINGER_WIDTH, 0.0, ENDING)
+            touch.lay(voice, i, place, EASING[i] * firm, FINGER_WIDTH if i > 0 else FRET_WIDTH, 0.0, ENDING)
         touch.ease(voice, 0, PRESSED * firm, EASING_OFF)
     else:
         for i in range(TOUCHES):
@@ -384,12 +397,72 @@ def follow_bend(string, ops):
     """Tunes the string a little nearer to the bend: no faster than an arm can, or a string would gain energy by it."""
     voice = string.voice
     most = exp2(BEND_SPEED * BEND_FRAMES / (12.0 * voice.rate))
-    voice.tuned = min(max(voice.bend, voice.tuned / most), voice.tuned * most)
+    wanted = voice.bend * wavering(voice, string.slots[voice.slot], ops)
+    voice.tuned = min(max(wanted, voice.tuned / most), voice.tuned * most)
     for k in range(2):
         slot = string.slots[k]
         if slot.on:
             bend(slot, ops[slot.fret], voice.tuned, highest(voice))
             disturb(slot, ops[slot.fret], voice.step)
+
+
+@jit
+def waver(voice, depth, rate):
+    """Begins or ends a vibrato of `depth` semitones at `rate` Hz."""
+    if voice.depth == 0.0 and depth > 0.0:
+        voice.phase = 0.0
+    voice.depth_wanted = depth
+    voice.waver = rate
+
+
+@jit
+def wavers(voice):
+    """True if the string is in vibrato, or was until now."""
+    return voice.depth > 0.0 or voice.depth_wanted > 0.0
+
+
+@jit
+def wavering(voice, slot, ops):
+    """The frequency ratio of the vibrato, BEND_FRAMES further: upwards from a fret, both ways on a board."""
+    if not wavers(voice):
+        return 1.0
+    most = BEND_FRAMES / (ONSET * voice.rate)
+    voice.depth += min(max(voice.depth_wanted - voice.depth, -most), most)
+    voice.phase += voice.waver * BEND_FRAMES / voice.rate
+    voice.phase -= np.floor(voice.phase)
+    if slot.fret == 0:
+        return 1.0
+    if ops[slot.fret].points > MOST_NEAR:
+        return exp2(0.5 * voice.depth * sin(2 * np.pi * voice.phase) / 12.0)
+    return exp2(0.5 * voice.depth * (1.0 - cos(2 * np.pi * voice.phase)) / 12.0)
+
+
+@jit
+def slide(string, fret, seconds):
+    """Begins to slide to `fret`, `seconds` a fret."""
+    voice = string.voice
+    voice.slide_to = fret
+    voice.slide_every = np.int64(np.rint(seconds * voice.rate))
+    voice.slide_left = 0
+
+
+@jit
+def follow_slide(string, ops):
+    """Moves the finger that slides over the next crown when it is time."""
+    voice = string.voice
+    slot = string.slots[voice.slot]
+    if not slot.on or slot.fret == voice.slide_to:
+        voice.slide_to = -1
+        return
+    if voice.slide_left > 0:
+        voice.slide_left -= 1
+        return
+    if slot.moving:
+        return
+    interrupt(string, ops)
+    up = voice.slide_to > slot.fret
+    change_fret(string, ops, slot.fret + 1 if up else slot.fret - 1, SLIDING_HAND if up else GENTLY, 1.0)
+    voice.slide_left = voice.slide_every - 1
 
 
 @jit

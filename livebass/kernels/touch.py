@@ -13,6 +13,8 @@ A finger lands and lifts in a ramp of R. Places are from the saddle: they outliv
 `op` its operator. [audio thread]
 """
 
+from typing import Any
+
 import numpy as np
 
 from livebass.compiling import jit
@@ -23,7 +25,7 @@ from livebass.kernels.records import BLOCK, TOUCHES
 from livebass.kernels.slot import SAFETY_STRUCK, disturb
 
 NARROWEST = 2.5  # of k a: shorter waves meet the flesh alone
-MOST_TOUCHED = 160  # modes that a finger moves as one point
+MOST_TOUCHED = 352  # modes that a finger moves as one point
 LANDING, LIFTING = 5e-3, 15e-3  # s
 STAYS = -1  # in place of the frames until a finger lifts
 
@@ -82,15 +84,6 @@ def lift_all(voice, seconds):
 
 
 @jit
-def touched(voice):
-    """True if any finger lies on the string."""
-    for i in range(TOUCHES):
-        if voice.touches[i].resistance > 0.0 or voice.touches[i].wanted > 0.0:
-            return True
-    return False
-
-
-@jit
 def land(voice, slot, op):
     """After fingers have landed: what they leave of the motion may be a narrow pulse, more peaked than a pluck."""
     slot.safety = SAFETY_STRUCK
@@ -122,8 +115,8 @@ def take_place(slot, op, i, t):
     key[1] = t.width
     key[2] = op.coefficients
     k1 = np.pi / op.length
-    n = min(np.int64(NARROWEST / (k1 * max(t.width, 1e-4))) + 1, MOST_TOUCHED)
-    n = min((n + BLOCK - 1) // BLOCK * BLOCK, op.padded)
+    n: Any = np.int64(NARROWEST / (k1 * max(t.width, 1e-4))) + 1
+    n = min((min(n, MOST_TOUCHED) + BLOCK - 1) // BLOCK * BLOCK, op.padded)
     x = min(max(op.length - t.place, 0.0), op.length)
     row = slot.touch_shape[i]
     square = 0.0
@@ -166,6 +159,12 @@ def take_flesh(voice, slot, op):
 def mass(op):
     """Linear density, kg/m."""
     return op.fine * op.fine / op.weight
+
+
+@jit
+def impedance(op):
+    """mu c, kg/s."""
+    return mass(op) * op.speed
 
 
 @jit

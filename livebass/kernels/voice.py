@@ -7,7 +7,7 @@ touches only what it is handed. [audio thread]
 import numpy as np
 
 from livebass.compiling import entry, jit
-from livebass.kernels import modal, stop, techniques, tone, touch
+from livebass.kernels import modal, stop, techniques, tension, tone, touch
 from livebass.kernels.elementary import exp
 from livebass.kernels.native import call_4, floats_at, record_address, record_at, records_at
 from livebass.kernels.operators import tap
@@ -16,6 +16,7 @@ from livebass.kernels.records import (
     CUT,
     EVENT,
     GAIN,
+    GLIDE,
     HAMMER,
     HAND,
     LONGER,
@@ -27,6 +28,7 @@ from livebass.kernels.records import (
     STRING,
     TONE,
     TOUCH_EVENT,
+    WAVER,
     WHOLE,
 )
 from livebass.kernels.slot import HOUSEKEEPING, keep_house
@@ -69,7 +71,10 @@ def run(string, ops, events, count, out, across):
                 end = min(end, events[used].frame)
             i = be_silent(voice, taps, out, i, end)
             continue
-        if voice.tuned != voice.bend and (voice.frame + voice.turn) % techniques.BEND_FRAMES == 0:
+        if voice.slide_to >= 0:
+            techniques.follow_slide(string, ops)
+        turning = voice.tuned != voice.bend or techniques.wavers(voice)
+        if turning and (voice.frame + voice.turn) % techniques.BEND_FRAMES == 0:
             techniques.follow_bend(string, ops)
         if voice.tone != voice.tone_wanted and voice.frame % tone.FRAMES == 0:
             tone.follow_tone(voice)
@@ -121,7 +126,12 @@ def become_still(string):
     for i in range(3):
         held += abs(voice.z[i])
     gain = voice.gain + voice.gain_pole * (voice.gain_wanted - voice.gain)
-    tuned = voice.tuned == voice.bend and voice.tone == voice.tone_wanted and gain == voice.gain
+    tuned = (
+        voice.tuned == voice.bend
+        and not techniques.wavers(voice)
+        and voice.tone == voice.tone_wanted
+        and gain == voice.gain
+    )
     quiet = voice.pulling == 0 and held == 0.0 and not voice.raw
     voice.still = np.int64(1 if quiet and tuned else 0)
 
@@ -147,6 +157,10 @@ def happen(string, ops, event):
         techniques.hammer(string, ops, event.fret, event.x)
     elif event.kind == PULL_OFF:
         techniques.pull_off(string, ops, event.fret, event.x, event.y)
+    elif event.kind == GLIDE:
+        techniques.slide(string, event.fret, event.x)
+    elif event.kind == WAVER:
+        techniques.waver(voice, event.x, event.y)
     elif event.kind == TOUCH_EVENT:
         techniques.lay_finger(string, ops, event.fret, event.x, event.y, event.z, event.t)
     elif event.kind == BEND:
@@ -162,6 +176,7 @@ def happen(string, ops, event):
         if at_rest(string):
             tone.set_tone(voice, event.x)
     elif event.kind == CUT:
+        voice.slide_to = -1
         techniques.interrupt(string, ops)
         voice.striking = 0
         for k in range(2):
@@ -187,7 +202,7 @@ def listen(string, ops, y):
                 y[0] += modal.tap(slot.u, tap(op, row), tap(op, row + 1), n)
             if slot.v_active > 0:
                 listen_across(voice, op, slot.v, min(slot.v_active, slot.heard), y)
-            if slot.moving:
+            if slot.moving or slot.offset != 0.0:
                 listen_to_end(voice, op, slot, y)
             i = 0
             while i + 1 < voice.pickups:
@@ -213,13 +228,17 @@ def listen(string, ops, y):
 
 @jit
 def listen_to_end(voice, op, slot, y):
-    """Adds what is sensed of the line from the moving stop to the saddle."""
+    """Adds what is sensed of the line from the moving stop to the saddle.
+
+    Displacement is heard from the line that the string rests on, which is another one at each fret: the step between
+    two of them is spread over milliseconds.
+    """
     for i in range(voice.pickups):
         part = voice.saddle[i] / op.length
-        y[2 * i] += part * slot.stop_u.place
+        y[2 * i] += part * (slot.stop_u.place + slot.offset)
         y[2 * i + 1] += part * (slot.stop_u.speed + voice.across[i] * slot.stop_v.speed)
     if voice.pickups == 0:
-        y[0] += voice.saddle[0] / op.length * slot.stop_u.place
+        y[0] += voice.saddle[0] / op.length * (slot.stop_u.place + slot.offset)
         y[1] += voice.saddle[1] / op.length * slot.stop_v.place
 
 
@@ -291,11 +310,15 @@ def move(string, ops):
         else:
             over = voice.over_board if op.points > MOST_NEAR else voice.over_frets
             call_4(over, record_address(string), np.int64(k), record_address(op), steps)
+        if slot.offset != 0.0:
+            stop.settle(slot, voice.rate)
         if slot.moving:
             stop.advance(slot, op, steps * op.fine, after)
         elif slot.sunk > 0:
             stop.rise(slot, op, after)
         touch.damp(voice, slot, op)
+        if voice.stretch > 0.0 and slot.active > 0:
+            tension.pull(voice, slot, op, steps * op.fine)
         if slot.hand < 1.0:
             modal.scale(slot.u, slot.hand, slot.active)
             modal.scale(slot.v, slot.hand, slot.v_active)

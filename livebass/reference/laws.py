@@ -1,9 +1,10 @@
-"""Contact (eq. 6) and friction (eq. 7) at P points, and the implicit equations for their forces. Numba only.
+"""Contact (eq. 6), friction (eq. 7) and hands at P points, and the implicit equations for their forces. Numba only.
 
 Contact. A penetration that goes from a to b = a + r feels the force (psi(b) - psi(a)) / r, psi the potential. This is
 0/0 where the penetration hardly changes, so force and slope are written as quotients that do not cancel. For
 alpha = 1.5, with a and b now the square roots of the penetrations, the force is a ratio of polynomials:
-(a^5 - b^5) / (a^2 - b^2). `solve_contact` solves r = r* - coupling f(r) by Newton's method.
+(a^5 - b^5) / (a^2 - b^2). `solve_forces` solves r = r* - coupling f(r) by Newton's method, each point with a law of its
+own: contact, with the loss of Hunt and Crossley if it has one, or a linear spring with a dashpot.
 
 Friction. At a point that touches (u^n < g), w = v^{n+1} - v^{n-1} solves w + C A sat(w / delta) = w*, where w* is w
 without friction, delta = 2 dt s, and sat(x) is x between -1 and 1 and its sign beyond. C is positive definite and sat
@@ -16,11 +17,12 @@ Equation numbers: Issanchou et al. (2018).
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from livebass.arrays import Floats
+from livebass.arrays import Floats, Ints
 from livebass.compiling.by_numba import counted
 
 MOST_NEWTON_STEPS = 60
@@ -29,6 +31,27 @@ LEAST_PART = 1e-9  # of a Newton step, when it is halved because it overshoots
 NEARLY_EQUAL = 1e-4  # relative change of penetration, below which the slope is taken at a middle point
 MOST_GUESSES = 40  # of the points that stick
 MOST_SWEEPS = 100_000  # over the points, if no guess is right
+
+ABSENT, CONTACT, LINEAR = 0, 1, 2  # kinds of law
+
+
+class Laws(NamedTuple):
+    """The law of each of P points, which gives its force f by its penetration eta; all force per m of string.
+
+    CONTACT: psi = K / (alpha + 1) [eta]_+^(alpha + 1), and the loss K [middle eta]_+^alpha `loss` r, after Hunt and
+    Crossley, which may not make f negative. LINEAR: psi = K eta^2 / 2, and the loss `loss` r. ABSENT: no force.
+    """
+
+    kind: Ints  # (P,)
+    stiffness: Floats  # (P,) K: N/m per m^alpha; LINEAR: N/m per m
+    exponent: Floats  # (P,) alpha
+    loss: Floats  # (P,) CONTACT: beta / (2 dt), 1/m; LINEAR: R / (2 dt), N/m per m
+
+
+def uniform(points: int, stiffness: float, exponent: float) -> Laws:
+    """Lossless contact, as of frets, at each of `points` points."""
+    shape = np.ones(points)
+    return Laws(np.full(points, CONTACT), stiffness * shape, exponent * shape, 0 * shape)
 
 
 @counted
@@ -79,6 +102,47 @@ def _force_of_powers(before: float, after: float, r: float, stiffness: float, ex
 
 
 @counted
+def stored(kind: int, eta: float, stiffness: float, exponent: float) -> float:
+    """psi(eta) of a law of `Laws`, J per m of string."""
+    if kind == LINEAR:
+        return stiffness * eta * eta / 2
+    return potential(eta, stiffness, exponent) if kind == CONTACT else 0.0
+
+
+@counted
+def law_force(
+    kind: int, before: float, r: float, stiffness: float, exponent: float, loss: float
+) -> tuple[float, float]:
+    """Force f (N/m) and df/dr of a law of `Laws`, for a penetration going from `before` to before + r (m)."""
+    if kind == LINEAR:
+        return stiffness * (before + r / 2) + loss * r, stiffness / 2 + loss
+    if kind == ABSENT:
+        return 0.0, 0.0
+    force, slope = contact_force(before, r, stiffness, exponent)
+    middle = before + r / 2
+    if loss > 0 and middle > 0:
+        resistance = loss * stiffness * middle**exponent
+        force += resistance * r
+        slope += resistance * (1 + exponent * r / (2 * middle))
+        if force <= 0:
+            return 0.0, 0.0
+    return force, slope
+
+
+@counted
+def taken(
+    kind: int, force: float, before: float, after: float, stiffness: float, exponent: float, loss: float
+) -> float:
+    """What the loss of a law takes in two steps, J per m of string: f r less what its potential gains."""
+    r = after - before
+    if loss == 0 or kind == ABSENT:
+        return 0.0
+    if kind == LINEAR:
+        return loss * r * r
+    return force * r - (potential(after, stiffness, exponent) - potential(before, stiffness, exponent))
+
+
+@counted
 def solve_contact(
     coupling: Floats,
     free: Floats,
@@ -88,23 +152,32 @@ def solve_contact(
     force: Floats,
     after: Floats,
 ) -> bool:
+    """`solve_forces` for lossless contact of one stiffness and exponent at all points."""
+    kind, shape = np.full(free.size, CONTACT), np.ones(free.size)
+    return solve_forces(
+        coupling, free, before, Laws(kind, stiffness * shape, exponent * shape, 0 * shape), force, after
+    )
+
+
+@counted
+def solve_forces(coupling: Floats, free: Floats, before: Floats, laws: Laws, force: Floats, after: Floats) -> bool:
     """Solves r = r* - coupling f(r), r* = free - before, for the forces f at the points. Returns False if it fails.
 
     coupling: (P, P) m per N/m; free: eta^{n+1} without force, (P,) m; before: eta^{n-1}, (P,) m. Writes `force`, (P,)
-    N/m, and `after`, eta^{n+1}, (P,) m. Points that did not touch and would not touch without force join the Newton
-    system only if the other points push them in.
+    N/m, and `after`, eta^{n+1}, (P,) m; `force` has to be zero before. Contacts that did not touch and would not touch
+    without force join the Newton system only if the other points push them in.
     """
     points = free.size
     active = np.empty(points, dtype=np.int64)
     chosen = np.zeros(points, dtype=np.bool_)
     count = 0
     for m in range(points):
-        if free[m] > 0 or before[m] > 0:
+        if laws.kind[m] == LINEAR or (laws.kind[m] == CONTACT and (free[m] > 0 or before[m] > 0)):
             active[count] = m
             chosen[m] = True
             count += 1
     while True:
-        if not _newton(coupling, free, before, stiffness, exponent, active[:count], force, after):
+        if not _newton(coupling, free, before, laws, active[:count], force, after):
             return False
         known = count
         for m in range(points):
@@ -112,7 +185,7 @@ def solve_contact(
                 after[m] = free[m]
                 for k in active[:known]:
                     after[m] -= coupling[m, k] * force[k]
-                if after[m] > 0:
+                if after[m] > 0 and laws.kind[m] == CONTACT:
                     active[count] = m
                     chosen[m] = True
                     count += 1
@@ -125,8 +198,7 @@ def _newton(
     coupling: Floats,
     free: Floats,
     before: Floats,
-    stiffness: float,
-    exponent: float,
+    laws: Laws,
     active: NDArray[np.int64],
     force: Floats,
     after: Floats,
@@ -140,7 +212,7 @@ def _newton(
     residual, change, matrix = np.empty(count), np.empty(count), np.empty((count, count))
     for a in range(count):
         r[a] = free[active[a]] - before[active[a]]
-    error = _residual(coupling, free, before, stiffness, exponent, active, r, force, slope, residual)
+    error = _residual(coupling, free, before, laws, active, r, force, slope, residual)
     for _ in range(MOST_NEWTON_STEPS):
         for a in range(count):
             change[a] = -residual[a]
@@ -151,7 +223,7 @@ def _newton(
         while True:
             for a in range(count):
                 trial[a] = r[a] + part * change[a]
-            tried = _residual(coupling, free, before, stiffness, exponent, active, trial, force, slope, residual)
+            tried = _residual(coupling, free, before, laws, active, trial, force, slope, residual)
             if tried < error or error <= ACCEPTED_RESIDUAL or part < LEAST_PART:
                 break
             part /= 2
@@ -159,7 +231,7 @@ def _newton(
             break
         error = tried
         r[:] = trial
-    error = _residual(coupling, free, before, stiffness, exponent, active, r, force, slope, residual)
+    error = _residual(coupling, free, before, laws, active, r, force, slope, residual)
     for a in range(count):
         after[active[a]] = before[active[a]] + r[a]
     return error <= ACCEPTED_RESIDUAL
@@ -170,8 +242,7 @@ def _residual(
     coupling: Floats,
     free: Floats,
     before: Floats,
-    stiffness: float,
-    exponent: float,
+    laws: Laws,
     active: NDArray[np.int64],
     r: Floats,
     force: Floats,
@@ -181,7 +252,7 @@ def _residual(
     """Writes f(r), df/dr and r - r* + coupling f of the points `active`; returns the largest residual, m."""
     for a in range(active.size):
         m = active[a]
-        force[m], slope[a] = contact_force(before[m], r[a], stiffness, exponent)
+        force[m], slope[a] = law_force(laws.kind[m], before[m], r[a], laws.stiffness[m], laws.exponent[m], laws.loss[m])
     largest = 0.0
     for a in range(active.size):
         m = active[a]

@@ -142,18 +142,26 @@ def make_plan(trial: Trial) -> Plan:
     )
 
 
-def make_state(plan: Plan, q: Floats, across: Floats, follow: float = 0.0) -> State:
-    """State at step 0 of a string released with the amplitudes `q` of u and `across` of v, each (N,).
+def make_state(
+    plan: Plan, q: Floats, across: Floats, pace: Floats | None = None, pace_across: Floats | None = None
+) -> State:
+    """State at step 0 of a string with the amplitudes `q` of u and `across` of v, each (N,), m^1.5.
 
-    The free damped motion with q(0) = q and dq/dt(0) = `follow` q (1/s), followed back to -dt, gives d^0.
+    pace and pace_across: dq/dt of u and v, (N,), m^1.5/s; None: released at rest. The free damped motion through q(0)
+    and dq/dt(0), followed back to -dt, gives d^0.
     """
     s, theta = plan.sigma * plan.dt, plan.omega * plan.dt
-    back = -np.expm1(s) + np.exp(s) * (2 * np.sin(theta / 2) ** 2 + (plan.sigma + follow) / plan.omega * np.sin(theta))
+    back = -np.expm1(s) + np.exp(s) * (2 * np.sin(theta / 2) ** 2 + plan.sigma / plan.omega * np.sin(theta))
+    forth = np.exp(s) * np.sin(theta) / plan.omega  # s
     d, points = q * back, plan.height.size
+    if pace is not None:
+        d += pace * forth
     if not plan.across.size:
         second = [np.zeros(0)] * 2 + [np.zeros(points) for _ in range(4)]
     else:
         e = across * back
+        if pace_across is not None:
+            e += pace_across * forth
         v = plan.shape @ across, plan.shape @ (across - e)
         second = [across.copy(), e, *v, np.zeros(points), np.zeros(points)]
     heights = plan.height - plan.shape @ q, plan.height - plan.shape @ (q - d)
@@ -161,7 +169,7 @@ def make_state(plan: Plan, q: Floats, across: Floats, follow: float = 0.0) -> St
 
 
 @compiled(fastmath={"reassoc", "contract"})
-def _dot(a: Floats, b: Floats) -> float:
+def dot(a: Floats, b: Floats) -> float:
     """Dot product, summed in any order."""
     total = 0.0
     for j in range(a.size):
@@ -182,15 +190,15 @@ def _between(plan: Plan, sensor: Floats, before: Floats, after: Floats, offset: 
 
 
 @counted
-def _linear_energy(plan: Plan, q: Floats, d: Floats, force: Floats, force_before: Floats) -> float:
+def linear_energy(plan: Plan, q: Floats, d: Floats, force: Floats, force_before: Floats) -> float:
     """Energy of one polarisation without the potential of the contact, J."""
     total = 0.0
     for j in range(q.size):
         total += (1 + plan.decay[j]) / 2 * d[j] * d[j] + plan.pull[j] * q[j] * (q[j] - d[j])
     total *= plan.density / (2 * plan.dt**2)
     for m in range(plan.height.size):
-        spring = force[m] * _dot(plan.compliance[m], force)
-        spring += force_before[m] * _dot(plan.compliance[m], force_before)
+        spring = force[m] * dot(plan.compliance[m], force)
+        spring += force_before[m] * dot(plan.compliance[m], force_before)
         total += plan.dx * spring / 4
     return total
 
@@ -198,8 +206,8 @@ def _linear_energy(plan: Plan, q: Floats, d: Floats, force: Floats, force_before
 @counted
 def _energy(plan: Plan, state: State) -> float:
     """H at n - 1/2 of a state at step n, J."""
-    total = _linear_energy(plan, state.q, state.d, state.force, state.force_before)
-    total += _linear_energy(plan, state.q_across, state.d_across, state.friction, state.friction_before)
+    total = linear_energy(plan, state.q, state.d, state.force, state.force_before)
+    total += linear_energy(plan, state.q_across, state.d_across, state.friction, state.friction_before)
     for m in range(plan.height.size):
         stored = potential(state.eta[m], plan.stiffness, plan.exponent)
         stored += potential(state.eta_before[m], plan.stiffness, plan.exponent)
@@ -220,7 +228,7 @@ def _slide(plan: Plan, state: State) -> bool:
     points = plan.height.size
     free = np.empty(points)
     for m in range(points):
-        free[m] = _dot(plan.shape[m], q)
+        free[m] = dot(plan.shape[m], q)
     state.friction_before[:] = state.friction
     if not solve_friction(plan.coupling, free - state.v_before, state.eta, plan.friction, plan.slip, state.friction):
         return False
@@ -233,7 +241,7 @@ def _slide(plan: Plan, state: State) -> bool:
                 q[j] += push
     for m in range(points):
         state.v_before[m] = state.v[m]
-        state.v[m] = free[m] + _dot(plan.coupling[m], state.friction)
+        state.v[m] = free[m] + dot(plan.coupling[m], state.friction)
     return True
 
 
@@ -276,7 +284,7 @@ def run(
             q[j] += d[j]
         touch = False
         for m in range(points):
-            free[m] = plan.height[m] - _dot(plan.shape[m], q)
+            free[m] = plan.height[m] - dot(plan.shape[m], q)
             touch = touch or free[m] > 0 or eta_before[m] > 0
         force_before[:] = force
         force[:] = 0.0
@@ -300,8 +308,8 @@ def run(
             eta[m] = solved[m]
         while due:
             if offset[i] < 1e-9:
-                displacement[i] = _dot(plan.sensor, q_before)
-                across[i] = _dot(plan.across, v_before)
+                displacement[i] = dot(plan.sensor, q_before)
+                across[i] = dot(plan.across, v_before)
             else:
                 displacement[i] = _between(plan, plan.sensor, q_before, q, offset[i] * plan.dt)
                 across[i] = _between(plan, plan.across, v_before, state.q_across, offset[i] * plan.dt)
@@ -328,7 +336,8 @@ def solve(trial: Trial, energy_every: int = 0) -> Motion:
     not converge.
     """
     plan = make_plan(trial)
-    state = make_state(plan, initial_amplitudes(trial), initial_amplitudes_across(trial), trial.follow)
+    u, v = initial_amplitudes(trial), initial_amplitudes_across(trial)
+    state = make_state(plan, u, v, trial.follow * u, trial.follow * v)
     place = np.arange(trial.samples) * trial.contact_rate / trial.output_rate  # in fine steps
     sample_step = np.floor(place + 1e-9).astype(np.int64)
     offset = np.maximum(place - sample_step, 0.0)

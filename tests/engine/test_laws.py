@@ -5,6 +5,7 @@ Further: nothing aliases, and the kernel cache notices a change in any kernel so
 
 from __future__ import annotations
 
+import dataclasses
 import re
 from pathlib import Path
 
@@ -66,11 +67,13 @@ def test_stems_add_up_to_the_mix(tmp_path: Path) -> None:
 def test_what_48_khz_gives_is_what_192_khz_has_below_its_limit(preset: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Below 18 kHz nothing is folded down or lost: contacts are solved at the same 768 kHz for both rates.
 
-    The tone circuit is left out, as its digital filter differs a little from rate to rate.
+    The tone circuit is left out, as its digital filter differs a little from rate to rate, and so is the tension that
+    follows the motion, once a frame.
     """
     wire = np.array([1.0, 0, 0, 0])
     monkeypatch.setattr("livebass.engine.prepare.coil_filter", lambda coil, rate: (wire, wire))
     bass = load_preset(preset)
+    bass = dataclasses.replace(bass, strings=tuple(dataclasses.replace(s, axial_stiffness=0.0) for s in bass.strings))
     quality = Quality("the same contacts", 200, 768e3)
     spectra = []
     for rate in (48000, 192000):

@@ -7,27 +7,31 @@ import numpy as np
 from livebass import Quality, Score, load_preset
 from livebass.arrays import Floats
 from livebass.engine.engine import Engine
+from livebass.kernels.performer import SWITCHES
 
+SWITCH_KEYS = [key for key, *_ in SWITCHES]
 QUICK = Quality("quick", 150, 400e3)
 RATE = 44100
 
 
 def busy_score(rate: int = RATE) -> Score:
-    """A second and a half of random notes, bends, controllers and pedal, at frames that are no block's edge."""
+    """A second and a half of random notes, techniques, bends and pedal, at frames that are no block's edge."""
     rng = np.random.default_rng(7)
     frames, messages = [], []
     held: list[int] = []
-    for frame in np.sort(rng.integers(0, rate * 3 // 2, 90)).tolist():
-        kind = rng.integers(0, 10)
+    for frame in np.sort(rng.integers(0, rate * 3 // 2, 150)).tolist():
+        kind = rng.integers(0, 13)
         if kind < 5:
             held.append(int(rng.integers(24, 70)))
             message = [0x90, held[-1], int(rng.integers(1, 128))]
         elif kind < 7 and held:
-            message = [0x80, held.pop(0), 0]
+            message = [0x80, held.pop(0), int(rng.integers(0, 128))]
         elif kind < 8:
             message = [0xE0, int(rng.integers(0, 128)), int(rng.integers(0, 128))]
+        elif kind < 11:
+            message = [0xB0, int(rng.choice([1, 7, 9, 11, 16, 64, 65, 68, 120, 121])), int(rng.integers(0, 128))]
         else:
-            message = [0xB0, int(rng.choice([7, 11, 16, 64, 120, 121])), int(rng.integers(0, 128))]
+            message = [int(rng.choice([0x90, 0x90, 0x80])), int(rng.choice(SWITCH_KEYS)), 64]
         frames.append(frame)
         messages.append(message)
     notes = sum(message[0] == 0x90 for message in messages)

@@ -1,0 +1,33 @@
+"""Tension follows the motion: a string that swings widely is longer, so that hard notes begin sharp.
+
+The tension grows by dT = E A / (2 l) S, S = sum_j k_j^2 (q_j^2 + r_j^2) over the modes of u and v, the integral of the
+squared slope, and l the length that stretches (Kirchhoff 1876, Carrier 1945). Each frame the modes get the force of it
+as a kick, v_j <- v_j - (h dT / mu) k_j^2 q_j, after their free motion: a symplectic step. Its energy neither grows nor
+falls in the mean; S is held within what makes dT a fifth of the tension. Only modes that turn by less than one radian a
+frame take part: a kick on those near half the audio rate would resonate, and what they add cannot be heard.
+"""
+
+import numpy as np
+
+from livebass.compiling import jit
+from livebass.kernels import modal
+from livebass.kernels.records import BLOCK
+from livebass.kernels.touch import mass
+
+MOST = 0.2  # of the tension, by which it grows
+
+
+@jit
+def pull(voice, slot, op, h):
+    """Lets the tension of the motion act on the slot for a frame of `h` s."""
+    n = min(np.int64(op.length / (np.pi * op.speed * h)) // BLOCK * BLOCK, slot.active)
+    if n <= 0:
+        return
+    k1 = np.pi / op.length
+    across = min(n, slot.v_active)
+    total = k1 * k1 * (modal.slope_square(slot.u, n) + modal.slope_square(slot.v, across))
+    mu = mass(op)
+    more = min(voice.stretch * total, MOST * mu * op.speed * op.speed)
+    push = h * more / mu * k1 * k1
+    modal.tighten(slot.u, push, n)
+    modal.tighten(slot.v, push, across)

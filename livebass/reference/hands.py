@@ -1,0 +1,164 @@
+"""Hands for the brute-force solver: a finger that touches (dashpot), a stop that moves (stiff spring), a mass (thumb).
+
+A hand lies on the string at `place` with the half-width `width`: it feels u(place) = sum_j s_j q_j and pushes mode j by
+s_j times its force, s_j = phi_j(place) exp(-(k_j width)^2 / 2). Places are in m from the stop of the speaking string,
+heights in m above the string at rest, times in s from the release of the pluck. A hand comes at the fine step nearest
+to its start, and a force that it brings at once acts from half a step before on.
+
+`livebass.reference.playing.play` gives their equations and plays them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from livebass.arrays import Floats
+
+# Heights (n,), m, at the times (n,), s since it began, of a path that begins where the string is: at a height (m) and a
+# velocity (m/s).
+Path = Callable[[Floats, float, float], Floats]
+Forces = Callable[[Floats], Floats]  # N, (n,), upwards, at the times (n,), s since it began
+
+BLENDED = 0.25  # of the way of `hammer`, on which the string is caught up
+
+
+@dataclass(frozen=True)
+class Finger:
+    """A finger that touches: a dashpot at a place, in both polarisations.
+
+    The resistance grows linearly over `landing` from `start` on, and falls linearly to 0 over `lifting` from `end` on.
+    """
+
+    place: float  # m
+    resistance: float  # R, N s/m
+    width: float = 5e-3  # m, half-width a
+    start: float = 0.0  # s
+    end: float = math.inf  # s
+    landing: float = 5e-3  # s
+    lifting: float = 15e-3  # s
+
+    def __post_init__(self) -> None:
+        _check_hand(self, ("resistance", "landing", "lifting"))
+
+    def resistances(self, time: Floats) -> Floats:
+        """R (N s/m), (n,), at `time` (s), (n,)."""
+        landed = (time - self.start) / self.landing if self.landing else 1.0 * (time >= self.start)
+        lifted = (time - self.end) / self.lifting if self.lifting else 1.0 * (time >= self.end)
+        return self.resistance * np.clip(landed, 0, 1) * np.clip(1 - lifted, 0, 1)
+
+
+@dataclass(frozen=True)
+class Stop:
+    """A moving stop: a spring between the string and a point that follows a path, from `start` until it is removed.
+
+    side: 0 holds the string from both sides, 1 presses from above only, as a finger does, -1 from below, as a fret.
+    across: the path of v, the second polarisation, which is held from both sides; None leaves v alone.
+    """
+
+    place: float  # m
+    path: Path
+    start: float = 0.0  # s
+    end: float = math.inf  # s
+    stiffness: float = 1e8  # N/m
+    width: float = 0.0  # m, half-width
+    side: int = 0
+    across: Path | None = None
+
+    def __post_init__(self) -> None:
+        _check_hand(self, ("stiffness",))
+        if self.side not in (-1, 0, 1):
+            raise ValueError(f"side of a Stop: {self.side}; allowed are -1, 0 and 1")
+
+
+@dataclass(frozen=True)
+class Mass:
+    """A mass that strikes the string from above (thumb): contact with the loss of Hunt and Crossley, along u alone.
+
+    Contact of eq. 6, f = K [eta]_+^alpha (1 + beta d(eta)/dt), never below 0, as a force at a point. The mass begins at
+    `height`, moving down at `speed`, and is removed at `end`.
+    """
+
+    place: float  # m
+    speed: float  # m/s, downwards
+    mass: float = 0.03  # kg
+    stiffness: float = 7e5  # K, N/m^alpha
+    exponent: float = 1.5  # alpha
+    loss: float = 0.35  # beta, s/m
+    width: float = 5e-3  # m, half-width
+    start: float = 0.0  # s
+    end: float = math.inf  # s
+    height: float | None = None  # m; None: where the string is
+    force: Forces | None = None  # of the hand that holds the mass; None: 0 N
+
+    def __post_init__(self) -> None:
+        _check_hand(self, ("stiffness", "loss"))
+        if not self.mass > 0 or not self.exponent >= 1:
+            raise ValueError(f"Mass of {self.mass:g} kg, exponent {self.exponent:g}: allowed are above 0, 1 and more")
+
+
+Hand = Finger | Stop | Mass
+
+
+def _check_hand(hand: Hand, positive: tuple[str, ...]) -> None:
+    """Raises ValueError that names a value of `hand` that is not allowed."""
+    kind = type(hand).__name__
+    for name in (*positive, "width", "start"):
+        value = getattr(hand, name)
+        if not 0 <= value < math.inf:
+            raise ValueError(f"{name} of a {kind}: {value:g}; allowed is 0 or more")
+    if not hand.end > hand.start:
+        raise ValueError(f"end of a {kind}: {hand.end:g} s; allowed is after its start, {hand.start:g} s")
+
+
+def held(height: float) -> Path:
+    """Path of a stop that stays at `height` (m)."""
+    return lambda time, _begin, _velocity: np.full(time.shape, height)
+
+
+def follow(times: Floats, heights: Floats) -> Path:
+    """Path that is straight between `heights` (n,), m, at `times` (n,), s since it began; it stays at the last one."""
+    return lambda time, _begin, _velocity: np.interp(time, times, heights)
+
+
+def landing(height: float, seconds: float) -> Path:
+    """Path from where the string is, at its velocity, to rest at `height` (m) after `seconds`: a cubic."""
+
+    def path(time: Floats, begin: float, velocity: float) -> Floats:
+        z = np.minimum(time / seconds, 1.0)
+        return begin + (height - begin) * z * z * (3 - 2 * z) + velocity * seconds * z * (1 - z) ** 2
+
+    return path
+
+
+def hammer(height: float, speed: float) -> Path:
+    """Path of a hammer-on: down to `height` (m) at `speed` (m/s), where it stops dead.
+
+    The velocity is that of the string at first and turns into -`speed` over `BLENDED` of the way (smoothstep). A string
+    that lies at `height` or lower is lifted there in the same manner.
+    """
+
+    def path(time: Floats, begin: float, velocity: float) -> Floats:
+        way = height - begin
+        going = math.copysign(speed, way)
+        blend = BLENDED * abs(way) / speed
+        if blend == 0:
+            return np.full(time.shape, height)
+        z = np.minimum(time / blend, 1.0)
+        # the integral of velocity + (going - velocity) z^2 (3 - 2 z)
+        caught = blend * (velocity * z + (going - velocity) * z**3 * (1 - z / 2))
+        b = begin + caught + going * np.maximum(time - blend, 0.0)
+        there = (b - height) * np.sign(way) >= 0
+        if there.any() and time.size:
+            b[time >= time[int(np.argmax(there))]] = height
+        return b
+
+    return path
+
+
+def lift(force: float, after: float) -> Forces:
+    """Force (N, upwards) of a hand that pulls its mass away from `after` s after it began."""
+    return lambda time: np.where(time >= after, force, 0.0)

@@ -1,0 +1,285 @@
+"""What each technique must do to the sound, measured on notes that MIDI asks for. Figures: the comments beside them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from livebass import QUALITIES, load_preset
+from livebass.arrays import Floats
+from livebass.engine.engine import Engine
+from livebass.engine.prepare import play_frames
+from livebass.kernels.records import EVENT, PLUCK
+
+RATE = 48000
+LEGATO, HARMONIC, GHOST, PALM, TAP, SLIDE, VIBRATO = 12, 17, 10, 3, 2, 4, 6  # key switches
+Message = tuple[float, int, int, int]  # s, MIDI
+ENGINES: dict[str, Engine] = {}
+
+
+def on(when: float, key: int, velocity: int = 60) -> Message:
+    return when, 0x90, key, velocity
+
+
+def off(when: float, key: int, velocity: int = 64) -> Message:
+    return when, 0x80, key, velocity
+
+
+def engine(preset: str) -> Engine:
+    """A new player of the preset, at `live`; operators are shared."""
+    if preset not in ENGINES:
+        ENGINES[preset] = Engine(load_preset(preset), QUALITIES["live"], RATE)
+    return ENGINES[preset].another()
+
+
+def play(
+    messages: Sequence[Message],
+    seconds: float,
+    preset: str = "jazz-finger",
+    watch: Callable[[Engine], None] | None = None,
+) -> Floats:
+    """The mix (n,) of a performance; watch(engine), if given, is called after each of its messages."""
+    played, sounds, at = engine(preset), [], 0
+    for when, *message in sorted(messages):
+        frame = round(when * RATE)
+        sounds.append(played.process(frame - at).sum(axis=0))
+        played.send(np.array([frame]), np.array([message], np.uint8))
+        at = frame
+        if watch:
+            sounds.append(played.process(1).sum(axis=0))
+            at += 1
+            watch(played)
+    sounds.append(played.process(round(seconds * RATE) - at).sum(axis=0))
+    return np.concatenate(sounds)
+
+
+def part(x: Floats, start: float, seconds: float) -> Floats:
+    return x[round(start * RATE) : round((start + seconds) * RATE)]
+
+
+def rms(x: Floats) -> float:
+    return float(np.sqrt(np.mean(x * x)))
+
+
+def db(ratio: float) -> float:
+    return 20 * np.log10(max(ratio, 1e-20))
+
+
+def pitch(x: Floats, near: float) -> float:
+    """The frequency (Hz) of the partial next to `near`, by a parabola through the log spectrum."""
+    n = len(x)
+    spectrum = np.log(np.abs(np.fft.rfft(x * np.blackman(n), 4 * n)) + 1e-20)
+    width = RATE / (4 * n)
+    low, high = int(0.93 * near / width), int(1.07 * near / width)
+    k = low + int(np.argmax(spectrum[low:high]))
+    a, b, c = spectrum[k - 1 : k + 2]
+    return float((k + 0.5 * (a - c) / (a - 2 * b + c)) * width)
+
+
+def cents(x: Floats, note: float) -> float:
+    wanted = 440 * 2 ** ((note - 69) / 12)
+    return float(1200 * np.log2(pitch(x, wanted) / wanted))
+
+
+def partial(x: Floats, hz: float) -> float:
+    """Level (dB) of the strongest component within 4 % of `hz`."""
+    n = len(x)
+    spectrum = np.abs(np.fft.rfft(x * np.hanning(n), 4 * n)) / n
+    width = RATE / (4 * n)
+    return db(float(spectrum[int(hz * 0.96 / width) : int(hz * 1.04 / width) + 2].max()))
+
+
+def hz(note: float) -> float:
+    return float(440 * 2 ** ((note - 69) / 12))
+
+
+# Legato: notes on the G string (open 43)
+
+
+@pytest.mark.parametrize("preset", ["jazz-finger", "fretless", "five-string"])
+@pytest.mark.parametrize(("low", "high"), [(45, 48), (48, 50), (45, 57)])
+def test_a_hammer_on_and_a_pull_off_sound_at_their_pitch(preset: str, low: int, high: int) -> None:
+    keys = [on(0, LEGATO), on(0.1, low, 80), on(0.6, high, 100), off(1.1, high, 100)]
+    sound = play([(0.0, 0x90, 19, 100), *keys], 1.8, preset)  # on the G string
+    for start, note in ((0.3, low), (0.8, high), (1.4, low)):
+        assert abs(cents(part(sound, start, 0.3), note)) < 4, (start, note)
+
+
+def test_a_hammer_on_is_as_loud_as_its_velocity() -> None:
+    """From -25 to +10 dB of a firm pluck over velocity, growing."""
+    plucked = rms(part(play([on(0.1, 48, 110)], 0.6), 0.15, 0.3))
+    levels = []
+    for velocity in (1, 40, 80, 127):
+        sound = play([on(0, TAP), on(0.1, 48, velocity)], 0.6)
+        levels.append(db(rms(part(sound, 0.15, 0.3)) / plucked))
+    assert levels == sorted(levels) and -25 < levels[0] < levels[-1] < 10, levels
+
+
+def test_the_motion_goes_over_and_the_old_pitch_is_gone() -> None:
+    """The old fundamental is 50 dB below the new note after the hammer; energy of the motion is kept."""
+    sound = play([on(0, LEGATO), on(0.1, 45, 80), on(0.6, 50, 40)], 1.2)
+    after = part(sound, 0.7, 0.4)
+    assert partial(after, hz(50)) - partial(after, hz(45)) > 50
+
+
+def steps(x: Floats, when: float) -> float:
+    """The largest step from sample to sample from 2 ms before `when` to 30 ms after."""
+    return float(np.abs(np.diff(part(x, when - 2e-3, 32e-3))).max())
+
+
+@pytest.mark.parametrize("preset", ["jazz-finger", "slap", "fretless"])
+@pytest.mark.parametrize("gap", [0.001, 0.003, 0.006, 0.05])
+def test_no_change_of_fret_clicks(preset: str, gap: float) -> None:
+    """Two changes `gap` s apart: no step beyond four times that of a pluck as loud as what follows."""
+    for first, second in ((47, 50), (50, 44), (44, 60)):
+        messages = [(0.0, 0x90, 19, 100), on(0, LEGATO), on(0.1, 45, 80), on(0.5, first, 80), on(0.5 + gap, second, 80)]
+        sound = play(messages, 0.8, preset)
+        pluck = play([(0.0, 0x90, 19, 100), on(0.5, second, 80)], 0.8, preset)
+        louder = rms(part(sound, 0.5, 0.03)) / rms(part(pluck, 0.5, 0.03))
+        assert steps(sound, 0.5) < 4 * steps(pluck, 0.5) * max(louder, 1.0), (first, second)
+
+
+def test_trills_neither_grow_nor_die() -> None:
+    keys = [on(0, LEGATO), on(0.1, 45, 80)]
+    for k in range(24):
+        keys += [on(0.3 + k / 8, 47, 80), off(0.3 + k / 8 + 1 / 16, 47, 80)]
+    sound = play(keys, 3.6)
+    levels = [db(rms(part(sound, t, 0.25))) for t in np.arange(0.4, 3.2, 0.25)]
+    assert max(levels[-4:]) - min(levels[-4:]) < 2 and levels[-1] > levels[0] - 6, levels
+
+
+@pytest.mark.parametrize("preset", ["jazz-finger", "fretless"])
+def test_a_slide_goes_over_every_fret(preset: str) -> None:
+    """A staircase: 22 ms a fret, and the last note in tune."""
+    frets: list[int] = []
+    played = engine(preset)
+    for message in ((0x90, 19, 100), (0x90, SLIDE, 100), (0x90, 45, 90)):
+        played.send(np.array([0]), np.array([message], np.uint8))
+    played.process(RATE // 2)
+    played.send(np.array([RATE // 2]), np.array([(0x90, 55, 90)], np.uint8))
+    sound = []
+    for _ in range(400):
+        sound.append(played.process(48).sum(axis=0))
+        frets.append(played.voices[-1].note()[0])
+    assert [f for k, f in enumerate(frets) if k == 0 or f != frets[k - 1]] == list(range(2 if frets[0] == 2 else 3, 13))
+    assert 190 < sum(f < 12 for f in frets) < 260  # ms
+    tail = np.concatenate([*sound, *[played.process(RATE // 2).sum(axis=0)]])
+    assert abs(cents(tail[15000:], 55)) < 4
+
+
+# Fingers that touch
+
+
+@pytest.mark.parametrize(("key", "number"), [(40, 2), (47, 3), (52, 4), (55, 2), (50, 2)])
+def test_a_natural_harmonic(key: int, number: int) -> None:
+    """The written pitch, on an open string; what has no node there is 40 dB down."""
+    sound = play([on(0, HARMONIC), on(0.1, key, 80)], 1.2)
+    after = part(sound, 0.25, 0.6)
+    assert abs(cents(after, key)) < 10  # the neck detunes partials
+    level = partial(after, hz(key))
+    for j in range(1, 2 * number):
+        if j % number:
+            assert level - partial(after, hz(key) * j / number) > 40, j
+
+
+def test_the_partials_do_not_come_back() -> None:
+    sound = play([on(0, HARMONIC), on(0.1, 55, 80)], 2.0)
+    early, late = (partial(part(sound, t, 0.4), hz(43)) for t in (0.3, 1.4))
+    assert late < early + 1
+
+
+def test_an_artificial_harmonic_sounds_an_octave_above_its_fret() -> None:
+    sound = play([on(0, HARMONIC), on(0.1, 46, 90)], 1.0)
+    after = part(sound, 0.25, 0.5)
+    assert partial(after, hz(58)) - partial(after, hz(46)) > 30
+
+
+def test_a_palm_mute_is_short_and_dark_and_pitched() -> None:
+    free = play([on(0.1, 28, 80)], 1.2)
+    loose = play([(0.0, 0xB0, 9, 1), on(0.1, 28, 80)], 1.2)
+    tight = play([(0.0, 0xB0, 9, 127), on(0.1, 28, 80)], 1.2)
+    for start in (0.2, 0.4, 0.8):
+        levels = [db(rms(part(x, start, 0.1))) for x in (free, loose, tight)]
+        assert levels[0] > levels[1] > levels[2]
+    assert db(rms(part(tight, 0.6, 0.1)) / rms(part(free, 0.6, 0.1))) < -30
+    bright = [partial(part(x, 0.15, 0.1), hz(28) * 16) - partial(part(x, 0.15, 0.1), hz(28)) for x in (free, tight)]
+    assert bright[1] < bright[0] - 12
+
+
+def test_no_partial_rings_through_a_palm_mute() -> None:
+    """All of a tight mute is 50 dB under the free note after 0.7 s."""
+    free = play([on(0.1, 28, 80)], 1.2)
+    tight = play([(0.0, 0xB0, 9, 127), on(0.1, 28, 80)], 1.2)
+    for j in range(1, 20):
+        assert partial(part(free, 0.8, 0.3), 41.2 * j) - partial(part(tight, 0.8, 0.3), 41.2 * j) > 30, j
+
+
+def test_a_ghost_note_has_no_pitch() -> None:
+    """Every partial is 25 dB under a free note's after 150 ms, 40 dB for most."""
+    for key in (33, 40, 45):
+        free, ghost = play([on(0.1, key, 90)], 0.6), play([on(0, GHOST), on(0.1, key, 90)], 0.6)
+        assert rms(part(ghost, 0.1, 0.03)) > 0.05 * rms(part(free, 0.1, 0.03))
+        less = [
+            partial(part(free, 0.25, 0.1), hz(key) * j) - partial(part(ghost, 0.25, 0.1), hz(key) * j)
+            for j in range(1, 9)
+        ]
+        assert min(less) > 25 and np.median(less) > 40, less
+
+
+def test_vibrato_goes_up_from_a_fret_and_both_ways_on_a_board() -> None:
+    for preset, low, high in (("jazz-finger", -3, 45), ("fretless", -25, 25)):
+        sound = play([(0.0, 0x90, 19, 100), on(0.1, 50, 80), (0.2, 0xB0, 1, 127)], 2.2, preset)
+        found = [cents(part(sound, t, 0.06), 50) for t in np.arange(1.2, 2.0, 0.02)]
+        assert low < min(found) and max(found) < high and max(found) - min(found) > 20, (min(found), max(found))
+    still = play([(0.0, 0x90, 19, 100), on(0.1, 43, 80), (0.2, 0xB0, 1, 127)], 1.2)  # an open string
+    assert abs(cents(part(still, 0.6, 0.5), 43)) < 3
+
+
+# MIDI
+
+
+def test_a_string_key_forces_its_string() -> None:
+    for switch, i in ((16, 0), (9, 1), (14, 2)):
+        seen: list[Engine] = []
+        play([on(0, switch), on(0.1, 45, 80)], 0.2, watch=seen.append)
+        assert [v.sounding() for v in seen[-1].voices] == [k == i for k in range(4)]
+
+
+def test_files_without_switches_sound_as_ever() -> None:
+    """Overlapping notes on one string are plucked unless legato is asked for."""
+    overlapping = [on(0.1, 45, 80), on(0.5, 47, 80), off(0.55, 45), off(0.9, 47)]
+    clean = [on(0.1, 45, 80), off(0.5, 45), on(0.5, 47, 80), off(0.9, 47)]
+    first, second = (part(play(m, 1.2), 0.6, 0.25) for m in (overlapping, clean))
+    assert abs(db(rms(first) / rms(second))) < 3
+
+
+# Tension
+
+
+def cents_at(sound: Floats, when: float, note: float) -> float:
+    """Cents of the fundamental in a window of five periods around `when`, above that at 1.2 s."""
+    wide = 5 / hz(note)
+    return cents(part(sound, when - wide / 2, wide), note) - cents(part(sound, 1.2, 0.5), note)
+
+
+@pytest.mark.parametrize(("key", "apex", "least", "most"), [(28, 6e-3, 6, 22), (33, 6e-3, 4, 16), (43, 6e-3, 3, 14)])
+def test_hard_notes_begin_sharp(key: int, apex: float, least: float, most: float) -> None:
+    """Cents of open strings without frets near, plucked by 6 mm; without axial stiffness none."""
+    bass = load_preset("jazz-finger")
+    far = replace(
+        bass, necks=tuple(replace(n, fret_heights=tuple(h - 0.03 for h in n.fret_heights)) for n in bass.necks)
+    )
+    rigid = replace(far, strings=tuple(replace(s, axial_stiffness=0.0) for s in far.strings))
+    i = [s.open_note for s in bass.strings].index(key)
+    found = []
+    for instrument in (far, rigid):
+        player = Engine(instrument, QUALITIES["live"], RATE)
+        events = np.zeros(1, EVENT)
+        events["kind"], events["x"], events["y"] = PLUCK, apex, 0.8 * 0.8636
+        sound = np.zeros(2 * RATE)
+        play_frames(player.voices[i], player.pool.records[i], events, sound)
+        found.append(cents_at(sound, 0.15, key))
+    assert least < found[0] < most and abs(found[1]) < 2, found
