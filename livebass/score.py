@@ -251,7 +251,8 @@ def _cleaned(events: list[Event], end: int, rate: int) -> list[Event]:
         frame, m, _ = event
         if m.type in ("note_on", "note_off"):
             keys[m.channel, m.note].append((frame, m.type == "note_on"))
-        if m.type != "note_off":
+        # a score has one channel: that each string gets one of its own cannot be meant
+        if m.type != "note_off" and not (m.is_cc(126) and m.value > 1):
             clean.append(event)
     for (channel, note), strokes in keys.items():
         for frame in note_ends(strokes, end, max(1, round(BRIEF * rate))):

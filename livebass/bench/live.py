@@ -57,6 +57,10 @@ LINE_FROM = 1.0  # s
 SIXTEENTH = 60 / 110 / 4  # s
 # Fret and velocity of each round over the strings. No step up is a fourth or two: the new note would be one that the
 # next string still plays from the old fret, and be taken from it.
+# One hand after the other on every string: a controller and its value, the frets and velocities that are then played
+HANDS = ((0, 0, ((0, 127),)), (68, 127, ((7, 127),)), (65, 127, ((12, 127),)), (65, 0, ((0, 127),)))
+HANDS_APART = 0.15  # s
+STRING_KEYS = {4: 12, 9: 0, 2: 12, 7: 12, 11: 0, 0: 0}  # from pitch class to the key that chooses its string
 ROUNDS = ((0, 127), (3, 100), (7, 127), (2, 115))
 REST = 0.3  # s of silence after each run
 
@@ -114,11 +118,15 @@ class Script:
     rate: int  # Hz
     messages: tuple[tuple[int, int, int, int], ...]  # frame, status, first and second data byte
     popped: int  # frames before the line begins
+    hands: int  # frames before the hands begin
     frames: int
 
 
 def worst_case(bass: Instrument, rate: int, strings: int, line: float = FULL.line) -> Script:
-    """Pops the first `strings` strings of `bass` at once, and again, then plays `line` s of sixteenths over them."""
+    """Pops the first `strings` strings of `bass` at once, and again, then plays `line` s of sixteenths over them.
+
+    At the end all are popped, hammered up, slid up and pulled off at once.
+    """
     keys = [string.open_note for string in bass.strings[:strings]]
     messages = [(round(beat * rate), NOTE_ON, key, 127) for beat in POPPED for key in keys]
     playing = list(keys)
@@ -129,7 +137,20 @@ def worst_case(bass: Instrument, rate: int, strings: int, line: float = FULL.lin
         messages.append((frame, NOTE_OFF, playing[i], 0))
         playing[i] = keys[i] + fret
         messages.append((frame, NOTE_ON, playing[i], velocity))
-    return Script(rate, tuple(messages), round(LINE_FROM * rate), round((LINE_FROM + count * SIXTEENTH) * rate))
+    hands = LINE_FROM + count * SIXTEENTH
+    after = hands
+    for control, value, notes in HANDS:
+        frame = round(after * rate)
+        messages += [(frame, CONTROL, control, value)] if control else []
+        for key in keys:
+            messages += [(frame, NOTE_ON, key % 12 + STRING_KEYS[key % 12], 100)]
+            messages += [(frame, NOTE_ON, key + fret, velocity) for fret, velocity in notes]
+            messages += [(frame, NOTE_OFF, key % 12 + STRING_KEYS[key % 12], 0)]
+        after += HANDS_APART
+    messages += [(round(after * rate), CONTROL, control, 0) for control in (65, 68)]
+    return Script(
+        rate, tuple(messages), round(LINE_FROM * rate), round(hands * rate), round((after + HANDS_APART) * rate)
+    )
 
 
 def play_script(device: FakeDevice, script: Script, block: int) -> NDArray[np.int64]:
@@ -208,6 +229,7 @@ def _row(bass: Instrument, quality: Quality, block: int, strings: int, runs: int
         "blocks": int(times.size),
         **block_figures(times, block, RATE),
         "popped": block_figures(times[:, : script.popped // block], block, RATE),
+        "hands": block_figures(times[:, script.hands // block :], block, RATE),
         "histogram": counts.tolist(),
     }
 
@@ -277,6 +299,12 @@ def _targets(rows: list[Row], alone: Row, fidelity: dict[str, Any]) -> list[dict
             out += [
                 _target(f"{label}: worst block", 0.5, popped["worst"], popped),
                 _target(f"{label}: median block", 0.1, popped["median"]),
+            ]
+            hands = row["hands"]
+            label = "live, 64 frames, all strings popped, hammered, slid and pulled off at once"
+            out += [
+                _target(f"{label}: worst block", 0.5, hands["worst"], hands),
+                _target(f"{label}: median block", 0.12, hands["median"]),
             ]
     if "live" in fidelity:
         for group, far in fidelity["live"]["groups"].items():

@@ -24,13 +24,24 @@ CONTROLLERS = """\
   1-16 channels     --channel takes one; without it all are played
   note-on, -off     the velocity is the force of the pluck; string and fret follow from the note
   pitch bend        2 semitones, or as RPN 0 says, up to 96
+  controller 1      vibrato
   controller 7      volume
+  controller 9      palm mute, from loose (1) to tight (127)
   controller 11     expression
   controller 16     plucking point, from the neck (0) to the bridge (127)
   controller 64     sustain
+  65, 68            from 64 on: overlapping notes slide; are hammered on and pulled off
   program           33 to 38 of General MIDI choose a preset, see `livebass presets list`
   6, 38, 100, 101   RPN 0, the range of the pitch bend
   120, 121, 123     all sound off, reset all controllers, all notes off
+
+Key switches, below the notes of the bass, as MODO BASS has them; held, but 13 and 18, which last, and 8:
+
+  0 9 11 14 16 19   play on the string C, A, B, D, E, G
+  10  12  17        ghost notes; hammer-on and pull-off (overlap the notes); harmonics
+  2  3  4  6        tapping; palm mute; slides (overlap the notes); vibrato
+  13  18            fingers; thumb and pops
+  8                 damp all strings
 
 When a block takes more than three quarters of its time, strings change to 150 modes and contact steps at 192 kHz, one
 after the other: first those that have touched a fret, the one plucked last before the others; then those that only

@@ -35,7 +35,7 @@ LEAST_PLUCK, LEAST_STRIKE = 0.47, 0.2  # of the length: no nearer to the stop; t
 MOST_PLACE = 0.99  # of the length
 LEAST_GRAZE = 1e-4  # m, where a string lies on a fret
 UNEVEN_PLACE = 0.1  # m, for an unevenness of 1
-MOST_EVENTS = 6 * MOST_STRINGS  # one message gives at most so many: reset-controllers
+MOST_EVENTS = 7 * MOST_STRINGS  # one message gives at most so many: reset-controllers
 MOST_RANGE = 96  # semitones of pitch bend; the fine part of the range comes on top ...
 MOST_BEND = 97.0  # ... and no bend goes farther
 LEAST_FORCE = 1e-3  # multiple of the grazing apex: a curve cannot start at zero
@@ -74,6 +74,11 @@ SWITCHES = (
     (10, GHOST, 0), (11, ON_STRING, 11), (12, LEGATO, 0), (13, WITH_FINGERS, 0), (14, ON_STRING, 2), (15, WITH_PICK, 0),
     (16, ON_STRING, 4), (17, HARMONIC, 0), (18, WITH_THUMB, 0), (19, ON_STRING, 7),
 )  # fmt: skip
+# What the channels mean: nothing; one each for every string (mode 4 of MIDI); one for each note (MPE)
+ALL_ALIKE, STRING_A_CHANNEL, NOTE_A_CHANNEL = range(3)
+CHANNELS = 16
+MONO_STEP = 2  # semitones
+GUITAR_RANGE, MPE_RANGE = 12.0, 48.0  # semitones of a channel's wheel, until RPN 0 says another range
 STACK = 4  # keys held on one string that it goes back to, one after the other
 
 # Fingers by number (records.TOUCHES): the palm has the first three, harmonics the last, ghost notes the last two
@@ -126,6 +131,16 @@ PERFORMER = np.dtype(
         ("vibrato", "f8"),  # 0 to 1, by the controller
         ("stack", "i8", (MOST_STRINGS, STACK)),  # keys held on a string under the one that plays, the last on top
         ("stacked", "i8", (MOST_STRINGS,)),
+        # channels
+        ("mode", "i8"),  # ALL_ALIKE, STRING_A_CHANNEL or NOTE_A_CHANNEL
+        ("first_channel", "i8"),  # of those that have a string or notes of their own ...
+        ("channels", "i8"),  # ... and how many
+        ("mono", "i8"),  # 1: overlapping notes at most MONO_STEP semitones apart are legato
+        ("channel_range", "f8"),  # semitones
+        ("channel_wheel", "f8", (CHANNELS,)),  # -1 to 1
+        ("channel_place", "f8", (CHANNELS,)),  # of the channel's next note, as PLUCK_POSITION; NaN: none of its own
+        ("channel_string", "i8", (CHANNELS,)),  # that the channel's last note is played on; -1: none
+        ("latest", "i8"),  # string of the last note; -1: it was left out
         ("placed", "f8"),  # the position that the controllers' reset goes back to
         ("ranged", "f8"),  # semitones, the range until a controller sets another
         # the player: constants, and what parameters make of them
@@ -270,6 +285,15 @@ def take_over(p, old):
     p.legato = old.legato
     p.sliding = old.sliding
     p.vibrato = old.vibrato
+    p.mode = old.mode
+    p.mono = old.mono
+    p.first_channel = old.first_channel
+    p.channels = old.channels
+    p.channel_range = old.channel_range
+    for channel in range(CHANNELS):
+        p.channel_wheel[channel] = old.channel_wheel[channel]
+        p.channel_place[channel] = old.channel_place[channel]
+        p.channel_string[channel] = -1
     for i in range(MOST_STRINGS):
         p.string_bend[i] = old.string_bend[i]
     for action in range(ACTIONS):
@@ -430,6 +454,7 @@ def note_on(p, ops, frame, key, velocity, events, count):
         low = min(low, p.open[i])
         high = max(high, p.open[i] + p.frets)
     own_place, own_string = p.place_of[key], p.string_of[key]
+    p.latest = -1
     p.place_of[key] = np.nan
     p.string_of[key] = -1
     note = key
@@ -440,13 +465,20 @@ def note_on(p, ops, frame, key, velocity, events, count):
     if note < low or (note != key and p.drop):
         p.dropped += 1
         return count
-    legato = (p.legato or p.switched[LEGATO] > 0) and p.switched[HARMONIC] == 0
+    overlaps = p.mode == STRING_A_CHANNEL and has_note(p, own_string, note) and p.state[own_string] == HELD
+    legato = (overlaps or p.legato or p.switched[LEGATO] > 0) and p.switched[HARMONIC] == 0
     slides = p.sliding or p.switched[SLIDE] > 0
     node, i = 0, -1
     if p.switched[HARMONIC] > 0:
         i, node = natural_harmonic(p, note, own_string)
+    if overlaps and i < 0:
+        i = own_string
     if i < 0 and (legato or slides):
         i = sounding_string(p, note)
+    if i < 0 and p.mono:
+        i = sounding_string(p, note)
+        if i >= 0 and abs(note - p.open[i] - p.fret[i]) > MONO_STEP:
+            i = -1
     tied = i >= 0 and node == 0
     if i < 0:
         i = own_string if has_note(p, own_string, note) else p.forced if has_note(p, p.forced, note) else -1
@@ -472,6 +504,7 @@ def note_on(p, ops, frame, key, velocity, events, count):
     p.key[i] = key
     p.fret[i] = fret
     p.age[i] = p.clock
+    p.latest = i
     if p.note_bend[i] != 0.0:
         p.note_bend[i] = 0.0
         count = emit(events, count, frame, BEND, i, 0, bend_ratio(p, i), 0.0)
@@ -483,8 +516,13 @@ def note_on(p, ops, frame, key, velocity, events, count):
 
 @jit
 def sounding_string(p, note):
-    """Returns the string that was played last of those held that have `note`; -1: there is none."""
+    """Returns the string that was played last of those held that have `note`; -1: there is none.
+
+    The string whose key is held goes before.
+    """
     last = -1
+    if has_note(p, p.forced, note) and p.state[p.forced] == HELD:
+        return p.forced
     for i in range(p.strings):
         if p.state[i] == HELD and has_note(p, i, note) and (last < 0 or p.age[i] > p.age[last]):
             last = i
@@ -817,6 +855,8 @@ def control(p, ops, frame, number, value, events, count):
         p.parameter = (p.parameter & ~127) | value
     elif number == 98 or number == 99:
         p.parameter = 16383
+    elif number == 6 and p.parameter == 0 and p.mode != ALL_ALIKE:
+        p.channel_range = float(min(value, MOST_RANGE))
     elif number == 6 and p.parameter == 0:
         p.range = float(min(value, MOST_RANGE)) + (p.range - np.floor(p.range))
         count = tell_bend(p, frame, events, count)
@@ -844,6 +884,66 @@ def control(p, ops, frame, number, value, events, count):
 
 
 @jit
+def set_mode(p, mode, first, channels):
+    """Gives channels a meaning: `channels` of them from `first` on."""
+    p.mode = mode if channels > 1 else ALL_ALIKE
+    p.first_channel = first
+    p.channels = channels
+    p.channel_range = MPE_RANGE if mode == NOTE_A_CHANNEL else GUITAR_RANGE
+    for channel in range(CHANNELS):
+        p.channel_wheel[channel] = 0.0
+        p.channel_place[channel] = np.nan
+        p.channel_string[channel] = -1
+    for i in range(MOST_STRINGS):
+        p.string_bend[i] = 0.0
+
+
+@jit
+def own_message(p, ops, frame, status, first, second, events, count):
+    """A message of a channel that has a string, or notes, of its own; returns the new count, -1: it is for the bass."""
+    channel, kind = status & 0x0F, status & 0xF0
+    i = p.channel_string[channel]
+    if p.mode == STRING_A_CHANNEL:
+        i = p.strings - 1 - (channel - p.first_channel)  # the highest string has the first channel
+        if i < 0:
+            return count
+    if kind == 0x90 and second > 0:
+        if p.mode == STRING_A_CHANNEL:
+            if not has_note(p, i, first):
+                p.dropped += 1
+                return count
+            p.string_of[first] = i
+        if not np.isnan(p.channel_place[channel]):
+            p.place_of[first] = p.channel_place[channel]
+        count = note_on(p, ops, frame, first, second, events, count)
+        p.channel_string[channel] = p.latest
+        if p.latest >= 0:
+            count = bend_string(p, frame, p.latest, p.channel_wheel[channel] * p.channel_range, events, count)
+        return count
+    if kind == 0xE0:
+        p.channel_wheel[channel] = wheel_of(first, second)
+        if i < 0:
+            return count
+        return bend_string(p, frame, i, p.channel_wheel[channel] * p.channel_range, events, count)
+    if kind == 0xD0 or (kind == 0xB0 and first == 1):
+        pressure = first if kind == 0xD0 else second
+        if i < 0:
+            return count
+        return emit(events, count, frame, WAVER, i, 0, VIBRATO_DEPTH * pressure / 127.0, VIBRATO_RATE)
+    if kind == 0xB0 and first == 74:
+        p.channel_place[channel] = second / 63.5 - 1.0
+        return count
+    return np.int64(-1)
+
+
+@jit
+def wheel_of(first, second):
+    """Position of a pitch wheel, -1 to 1."""
+    wheel = ((second << 7) | first) - 8192
+    return wheel / 8192.0 if wheel < 0 else wheel / 8191.0
+
+
+@jit
 def is_below(p, key):
     """True if `key` is below all notes of the bass."""
     lowest = p.open[0]
@@ -861,7 +961,18 @@ def message(p, ops, frame, status, first, second, events, count):
     """
     if status < 0x80 or status > 0xEF or first > 127 or second > 127:
         return count
-    kind = status & 0xF0
+    kind, channel = status & 0xF0, status & 0x0F
+    if p.mode != ALL_ALIKE and p.first_channel <= channel < p.first_channel + p.channels:
+        after = own_message(p, ops, frame, status, first, second, events, count)
+        if after >= 0:
+            return after
+    if kind == 0xB0 and first >= 126:
+        p.mono = first == 126 and second < 2
+        set_mode(p, STRING_A_CHANNEL if first == 126 else ALL_ALIKE, channel, min(second, CHANNELS - channel))
+    if kind == 0xB0 and first == 6 and p.parameter == 6:  # the zone of MPE whose master is this channel
+        members = min(second, CHANNELS - 1)
+        set_mode(p, NOTE_A_CHANNEL, 1 if channel == 0 else CHANNELS - 1 - members, members)
+        return count
     if (kind == 0x80 or kind == 0x90) and p.switch[first] != NO_SWITCH and is_below(p, first):
         return turn_switch(p, ops, first, kind == 0x90 and second > 0, frame, events, count)
     if kind == 0x90 and second > 0:
@@ -871,7 +982,6 @@ def message(p, ops, frame, status, first, second, events, count):
     if kind == 0xB0:
         return control(p, ops, frame, first, second, events, count)
     if kind == 0xE0:
-        wheel = ((second << 7) | first) - 8192
-        p.wheel = wheel / 8192.0 if wheel < 0 else wheel / 8191.0
+        p.wheel = wheel_of(first, second)
         return tell_bend(p, frame, events, count)
     return count

@@ -283,3 +283,42 @@ def test_hard_notes_begin_sharp(key: int, apex: float, least: float, most: float
         play_frames(player.voices[i], player.pool.records[i], events, sound)
         found.append(cents_at(sound, 0.15, key))
     assert least < found[0] < most and abs(found[1]) < 2, found
+
+
+# Channels
+
+
+def frets_played(messages: Sequence[tuple[int, int, int]]) -> tuple[Engine, list[tuple[bool, int]]]:
+    """The player after messages 10 ms apart, and (sounding, fret) of its strings from the lowest."""
+    played = engine("jazz-finger")
+    for message in messages:
+        played.send(np.array([played.frame]), np.array([message], np.uint8))
+        played.process(480)
+    return played, [(v.sounding(), v.note()[0]) for v in played.voices]
+
+
+def test_a_channel_a_string_as_midi_guitars_send_it() -> None:
+    """Controller 126 on channel 3: the G string is on channel 3, the E on 6; overlapping notes are legato."""
+    mono = (0xB2, 126, 4)
+    _, found = frets_played([mono, (0x92, 45, 100), (0x95, 33, 100), (0x95, 35, 100)])
+    assert found == [(True, 7), (False, 0), (False, 0), (True, 2)]
+    played, _ = frets_played([mono, (0x92, 45, 100), (0x93, 40, 100), (0xE3, 127, 127)])
+    bends = [float(v.record["bend"][0]) for v in played.voices]
+    assert bends == pytest.approx([1, 1, 2, 1], rel=1e-6)  # 12 semitones of one string
+    _, found = frets_played([mono, (0xB2, 127, 0), (0x92, 45, 100)])
+    assert [sounding for sounding, _ in found].count(True) == 1
+    _, found = frets_played([mono, (0x92, 28, 100)])  # the G string does not have it
+    assert not any(sounding for sounding, _ in found)
+
+
+def test_mpe_bends_each_note() -> None:
+    """RPN 6 on channel 1 makes a zone: each note has bend, vibrato by pressure, place by CC 74."""
+    zone = [(0xB0, 101, 0), (0xB0, 100, 6), (0xB0, 6, 4)]
+    played, found = frets_played([*zone, (0x91, 45, 100), (0x92, 40, 100), (0xE1, 0, 80), (0xD2, 127, 0)])
+    assert [sounding for sounding, _ in found].count(True) == 2
+    semitones = sorted(12 * np.log2(float(v.record["bend"][0])) for v in played.voices)
+    assert semitones == pytest.approx([0, 0, 0, 12], abs=1e-2)
+    depths = [float(v.record["depth_wanted"][0]) for v in played.voices]
+    assert sum(depth > 0 for depth in depths) == 1
+    _, near = frets_played([*zone, (0xB1, 74, 127), (0x91, 45, 100)])
+    assert any(sounding for sounding, _ in near)

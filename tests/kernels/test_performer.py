@@ -63,8 +63,8 @@ def bass_tuned(open_notes: Sequence[int], frets: int = 20, **player: object) -> 
 class Hands:
     """The performer alone: messages in, events out."""
 
-    def __init__(self, instrument: Instrument | None = None, string: int | None = None):
-        """Plays `instrument`, or its string `string` alone, so that a key is a fret."""
+    def __init__(self, instrument: Instrument | None = None, string: int | None = None, switches: bool = False):
+        """Plays `instrument`, or its string `string` alone, so that a key is a fret. `switches`: low keys switch."""
         instrument = instrument or bass()
         engine = engine_of(replace(instrument, player=loaded("jazz-finger").player))
         self.ops = engine.pool.records
@@ -73,6 +73,8 @@ class Hands:
             self.ops = self.ops[string : string + 1]
             record["strings"], record["open"][0, 0] = 1, instrument.strings[string].open_note
             record["slapped"] = max(0, int(record["slapped"][0]) - string)
+        if not switches:
+            record["switch"] = performer.NO_SWITCH
         self.record, self.p = record, record[0]
         self.frame = 0
 
@@ -375,7 +377,7 @@ def test_controller_16_moves_the_hand_over_the_body() -> None:
     open_length, length = float(hands.ops[0, 0]["length"]), float(hands.ops[0, 3]["length"])
     from_saddle = []
     for place, m in [
-        (player.pluck_position, control(1, 0)),
+        (player.pluck_position, control(10, 0)),
         (player.pluck_nearest, control(16, 0)),
         ((player.pluck_nearest + player.pluck_farthest) / 2, control(16, 64)),
         (player.pluck_farthest, control(16, 127)),
@@ -498,7 +500,7 @@ def test_reset_controllers_as_rp_015_says() -> None:
     hands(*RPN_RANGE, control(6, 12), control(38, 50), control(7, 50), control(11, 20), control(16, 0), wheel(4000))
     hands(control(64, 127), on(33), on(38), off(33))
     events = hands(control(121))
-    by_kind = {k: events[events["kind"] == k] for k in (at.BEND, at.GAIN, at.HAND)}
+    by_kind = {k: events[events["kind"] == k] for k in (at.BEND, at.GAIN, at.HAND, at.WAVER, at.TOUCH_EVENT)}
     assert len(events) == sum(map(len, by_kind.values()))
     assert ratios(by_kind[at.BEND]) == 1.0
     assert gains(by_kind[at.GAIN]) == pytest.approx((50 / 127) ** 2), "expression is reset, volume is not"
@@ -577,7 +579,7 @@ def test_volume_and_expression() -> None:
         *[(0x00, 40, 90), (0x7F, 40, 90), (0x90, 128, 90), (0x90, 40, 128), (0x80, 255, 0), (0xE0, 0, 200)],
         *[(0xB0, 7, 200), (0xB0, 200, 7), (0xF0, 40, 90), (0xF8, 0, 0), (0xFF, 0, 0)],
         *[(0xA0, 33, 90), (0xC0, 33, 0), (0xD0, 90, 0)],  # poly pressure, program, pressure
-        *[control(1, 90), control(10, 0), control(65, 127), control(122, 0), control(96, 0), control(97, 0)],
+        *[control(2, 90), control(10, 0), control(122, 0), control(96, 0), control(97, 0)],
     ],
 )
 def test_what_is_passed_over(message: Message) -> None:
@@ -618,8 +620,12 @@ def check(hands: Hands, events: NDArray[np.void]) -> None:
             assert 0.2 < e["x"] < 4.3
         elif e["kind"] == at.GAIN:
             assert 0.0 <= e["x"] <= 1.0
+        elif e["kind"] == at.TOUCH_EVENT:
+            assert 0 <= e["fret"] < at.TOUCHES and 0.0 <= e["y"] < 100.0 and e["x"] > 0.0
+        elif e["kind"] == at.HAMMER:
+            assert 0.29 < e["x"] < 2.51
         else:
-            assert e["kind"] in (at.HAND, at.CUT)
+            assert e["kind"] in (at.HAND, at.CUT, at.PULL_OFF, at.GLIDE, at.WAVER)
 
 
 any_message = st.one_of(
@@ -634,6 +640,6 @@ RING = [m for s in EIGHT.strings for m in (on(s.open_note), off(s.open_note))]
 @given(st.lists(any_message, max_size=60), st.sampled_from([bass(), loaded("slap"), EIGHT]))
 @example([control(64, 127), *RING, control(121)], EIGHT)
 def test_any_bytes_leave_the_performer_sane(sequence: list[Message], instrument: Instrument) -> None:
-    hands = Hands(instrument)
+    hands = Hands(instrument, switches=True)
     for m in sequence:
         check(hands, hands(m))
