@@ -22,7 +22,7 @@ from livebass.kernels.performer import PERFORMER
 from livebass.kernels.preparing import FROZEN, NOTE, OVERDAMPED, PREPARING
 from livebass.kernels.records import MOST_NEAR, OPERATOR, ROW, STRING
 from livebass.kernels.voice import run_string
-from livebass.model.instrument import Coil, Instrument, Output, Pickup, Player, Speaking, String
+from livebass.model.instrument import STROKES, Coil, Instrument, Output, Pickup, Player, Speaking, String
 from livebass.model.modes import CARRIED, bending, clamped_mode, damped_fundamental, held_stiffness
 from livebass.model.quality import MOST_MODES, QUALITIES, Quality
 
@@ -302,6 +302,7 @@ def instrument_numbers(
     to["strings"], to["frets"] = len(strings), frets
     to["sensed"], to["gain"], to["carried"] = output.kind == "displacement", output.gain, CARRIED
     to["slap"], to["drop"] = player.technique == "slap", player.out_of_range == "drop"
+    to["stroke"] = STROKES.index(player.stroke)
     for k, quality in enumerate(tiers):
         to["tiers"][k] = quality.contact_rate, is_heavy(quality)
     for record, source in (("circuit", output.coil), ("player", player)):

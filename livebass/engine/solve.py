@@ -40,6 +40,7 @@ def trial_voice(trial: Trial, log: int = LOG) -> tuple[Voice, Pool]:
     state = new_voice(rates, log)
     v = state.record
     v["raw"], v["rounding"], v["angle"] = 1, trial.pluck.rounding, trial.pluck.angle
+    v["release"], v["follow"] = trial.pluck.release, trial.follow
     return state, pool
 
 
@@ -90,8 +91,9 @@ def solve_trial(trial: Trial) -> Motion:
 def modal_state(state: Voice, trial: Trial) -> Floats:
     """q and dq/dt of the sounding slot, (polarisations, 2, modes); one polarisation if plucked along u."""
     if state.record[0]["frame"] == 0:  # the pluck is an event of the first frame
-        held = [initial_amplitudes(trial), initial_amplitudes_across(trial)][: 2 if trial.pluck.angle else 1]
-        return np.stack([held, np.zeros_like(held)], axis=1)
+        both = initial_amplitudes(trial), initial_amplitudes_across(trial)
+        held = np.array(both[: 2 if trial.pluck.angle else 1])
+        return np.stack([held, trial.follow * held], axis=1)
     slot = state.slots[int(state.record[0]["slot"])]
     polarisations = [slot["u"], slot["v"]] if trial.pluck.angle else [slot["u"]]
     rows = ([w[name][: trial.modes] for w in polarisations] for name in ("q", "p", "pace", "sigma"))
@@ -111,7 +113,10 @@ def heard(trial: Trial, output: Output) -> NDArray[np.float64]:
     sensed = output.kind == "displacement"
     note = Note(s, trial.modes, sensors(trial) if sensed else pickup_taps(s, output))
     pool = operators([[note]], SENSORS if sensed else PICKUPS, rates, lossless=trial.lossless)
-    player = Player(pull_time=0.0, rounding=pluck.rounding, pluck_angle=pluck.angle)
+    player = Player(
+        pull_time=0.0, rounding=pluck.rounding, pluck_angle=pluck.angle, release_time=pluck.release,
+        release_speed=pluck.speed, greatest_apex=pluck.apex,
+    )  # fmt: skip
     numbers = instrument_numbers((s.string,), output, player)
     (state,) = pickup_voices(numbers, output.coil, rates)
     out = np.zeros(trial.samples)

@@ -13,7 +13,15 @@ from livebass.kernels.coil import CIRCUIT, COIL
 from livebass.kernels.elementary import exp
 from livebass.kernels.native import FLUSH, float_control, floats_at, record_at, set_float_control, words_at
 from livebass.kernels.operators import DOUBLE
-from livebass.kernels.performer import KEYS, MOST_RANGE, MOST_STRINGS, PERFORMER, make_switches, reset_controllers
+from livebass.kernels.performer import (
+    KEYS,
+    MOST_RANGE,
+    MOST_STRINGS,
+    PERFORMER,
+    STROKES,
+    make_switches,
+    reset_controllers,
+)
 from livebass.kernels.preparing import (
     NOTE,
     NOTE_BYTES,
@@ -50,7 +58,8 @@ PLAYER = np.dtype(
         *((name, "f8") for name in (
             "pull_time", "strike_time", "rounding", "strike_width", "pluck_angle", "bend_range", "pluck_position",
             "pluck_nearest", "pluck_farthest", "softest", "hardest", "greatest_apex", "strike_position", "strike_force",
-            "hand_damping", "unevenness",
+            "hand_damping", "unevenness", "rounding_soft", "release_time", "release_time_soft", "release_speed",
+            "nearer_when_hard",
         )),
         ("slapped_strings", "i8"),
         ("position_controller", "i8"),
@@ -65,6 +74,7 @@ INSTRUMENT = np.dtype(
         ("sensed", "i8"),  # 1: the output is the displacement at sensors, 0: through pickups
         ("slap", "i8"),  # 1: the thumb strikes the lower strings
         ("drop", "i8"),  # 1: notes out of range are left out
+        ("stroke", "i8"),  # performer.FINGER, PICK or NAIL
         ("gain", "f8"),
         ("carried", "f8"),  # of the contact rate: the highest mode that is played
         ("tiers", TIER, (TIERS,)),
@@ -82,7 +92,7 @@ INSTRUMENT = np.dtype(
 )
 
 MAGIC = 0x5353_4142_4556_494C  # "LIVEBASS"
-VERSION = 2  # of the file: another one for any change of FILE, NOTE, or of what they mean
+VERSION = 3  # of the file: another one for any change of FILE, NOTE, or of what they mean
 FILE = np.dtype(
     [
         ("magic", "i8"),
@@ -195,7 +205,9 @@ def connect(string, instrument, i, coil):
     voice.strike = max(1, np.int64(np.rint(player.strike_time * voice.rate)))
     voice.rounding = player.rounding
     voice.strike_width = player.strike_width
+    voice.release = player.release_time
     voice.angle = player.pluck_angle
+    voice.follow = player.release_speed / player.greatest_apex
     voice.turn = i * BEND_FRAMES // instrument.strings
 
 
@@ -245,6 +257,13 @@ def make_performer(p, instrument, seed):
     p.softest = player.softest
     p.hardest = player.hardest
     p.greatest = player.greatest_apex
+    p.stroke = instrument.stroke
+    p.rounding = player.rounding
+    p.rounding_soft = player.rounding_soft
+    p.release = player.release_time
+    p.release_soft = player.release_time_soft
+    p.nearer = player.nearer_when_hard
+    p.angle = player.pluck_angle
     p.slapped = player.slapped_strings if instrument.slap else 0
     p.usual_slapped = p.slapped
     p.strike_position = player.strike_position
@@ -341,7 +360,7 @@ def is_instrument(instrument):
         return False
     if not 0 <= instrument.sensed <= 1 or not abs(instrument.gain) <= LARGEST:
         return False
-    if not 0 <= instrument.slap <= 1 or not 0 <= instrument.drop <= 1:
+    if not 0 <= instrument.slap <= 1 or not 0 <= instrument.drop <= 1 or not 0 <= instrument.stroke < STROKES:
         return False
     if not 0.0 < instrument.carried <= 0.5:
         return False
@@ -374,6 +393,12 @@ def is_player(player):
     if not 0.0 <= player.pull_time <= 10.0 or not 0.0 <= player.strike_time <= 10.0:
         return False
     if not 0.0 <= player.rounding <= 1.0 or not 0.0 <= player.strike_width <= 1.0:
+        return False
+    if not 0.0 <= player.rounding_soft <= 1.0 or not abs(player.nearer_when_hard) <= 1.0:
+        return False
+    if not 0.0 <= player.release_time <= 1.0 or not 0.0 <= player.release_time_soft <= 1.0:
+        return False
+    if not 0.0 <= player.release_speed <= 100.0:
         return False
     if not abs(player.pluck_angle) <= 1.6 or not 0.0 <= player.bend_range <= MOST_RANGE:
         return False

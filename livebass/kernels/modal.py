@@ -375,12 +375,12 @@ def fade(w, lost, part, n):
 
 
 @jit
-def release(w, n):
-    """Adds the held shape to the motion, at rest: p = sigma q / omega."""
+def release(w, follow, n):
+    """Adds the held shape to the motion, its velocity `follow` (1/s) times itself: p = (q' + sigma q) / omega."""
     for j in range(n):
         x = w.held[j]
         w.q[j] += x
-        w.p[j] += w.kappa[j] * w.sigma[j] * x
+        w.p[j] += w.kappa[j] * (w.sigma[j] + follow) * x
 
 
 @jit

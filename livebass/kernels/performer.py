@@ -7,7 +7,7 @@ the same input always the same one. One record, PERFORMER, holds all it remember
 import numpy as np
 
 from livebass.compiling import entry, jit
-from livebass.kernels.elementary import exp2, power
+from livebass.kernels.elementary import cos, exp2, log2, power
 from livebass.kernels.native import record_at, records_at
 from livebass.kernels.records import (
     BEND,
@@ -41,6 +41,21 @@ MOST_BEND = 97.0  # ... and no bend goes farther
 LEAST_FORCE = 1e-3  # multiple of the grazing apex: a curve cannot start at zero
 MOST_UNEVENNESS = 0.5
 KEYS = 128
+
+# What plucks, with half widths (m), release times (s), place (part of the open string), angle (rad), and how far it
+# lifts the string from the neck, over a finger. 0: the player's own, as all are of a finger. Estimates: the tip of a
+# pick bends and slips off where flesh rolls; a pop pulls the string up.
+FINGER, PICK, NAIL, POP = range(4)
+STROKES = 4
+SOFT_WIDTH, HARD_WIDTH = (0.0, 1.5e-3, 2.5e-3, 3e-3), (0.0, 1e-3, 2e-3, 2.5e-3)
+SOFT_RELEASE, HARD_RELEASE = (0.0, 500e-6, 400e-6, 300e-6), (0.0, 30e-6, 40e-6, 30e-6)
+STROKE_PLACE, STROKE_ANGLE, STROKE_LIFT = (0.0, 0.92, 0.0, 0.70), (0.0, 0.8, 0.0, 0.2), (1.0, 0.9, 1.0, 2.0)
+PICK_NEARER, UP_NEARER = 30e-3, 3e-3  # m, of a hard stroke, not a soft one; of one that goes up, not down
+# The middle finger plucks otherwise than the index, which it follows; of an even player they are the same
+MIDDLE_NEARER, MIDDLE_LEVEL, MIDDLE_RELEASE = 4e-3, 0.933, 0.9  # m, factors
+UNEVEN_TIP, UNEVEN_ANGLE = 1.6, 0.5  # part of width and release, rad, for an unevenness of 1
+MORE_CHANCE = 1 << 40  # chances beyond those of force and place
+PRESSED_APEX = 0.8  # of the way down to the frets that a stroke towards the neck may pull the string
 
 # Parameters that hosts move while the bass plays, and their limits; 0 is always "as the bass itself has it". The sound
 # of the gain is the synth's (block.py).
@@ -147,6 +162,14 @@ PERFORMER = np.dtype(
         ("seed", "i8"),
         ("drop", "i8"),
         ("position_controller", "i8"),
+        ("stroke", "i8"),  # FINGER, PICK, NAIL or POP
+        ("other", "i8"),  # 1: the next stroke is the middle finger's, or goes up
+        ("rounding", "f8"),  # m, of a finger, at the hardest ...
+        ("rounding_soft", "f8"),  # ... and at the softest; 0: the same
+        ("release", "f8"),  # s, likewise
+        ("release_soft", "f8"),
+        ("nearer", "f8"),  # m: the hardest are plucked nearer to the saddle than the softest
+        ("angle", "f8"),  # rad
         ("ghost_below", "i8"),  # velocity under which a note is a ghost note
         # counters
         ("notes", "i8"),
@@ -572,16 +595,13 @@ def stroke(p, ops, i, fret, node, velocity, own_place, frame, events, count):
     aside = UNEVEN_PLACE * p.unevenness * chance(p.seed, 2 * p.notes + 1)
     if i < p.slapped and node == 0:
         where = over_body(ops[i, 0], op, p.strike_position, aside, LEAST_STRIKE)
-        depth = p.strike_force * soft_limit(force * max(grazing(op, 0.5 * op.length), LEAST_GRAZE), p.greatest)
+        up = force * abs(cos(p.angle))
+        depth = p.strike_force * soft_limit(up * max(grazing(op, 0.5 * op.length), LEAST_GRAZE), p.greatest)
         count = emit(events, count, frame, STRIKE_EVENT, i, stop, depth, where)
     else:
         position = place(p, own_place) if not np.isnan(own_place) else p.position
-        where = over_body(ops[i, 0], op, position, aside, LEAST_PLUCK)
         touched = node if node > 0 else 2 if p.switched[HARMONIC] > 0 else 0
-        if touched > 0:
-            where = min(op.length - 0.5 * op.length / touched + aside, MOST_PLACE * op.length)
-        apex = soft_limit(force * max(grazing(op, where), LEAST_GRAZE), p.greatest)
-        count = emit(events, count, frame, PLUCK, i, stop, apex, where)
+        count = pluck(p, ops[i, 0], op, i, stop, force, position, aside, touched, frame, events, count)
         if touched > 0:
             node_place = op.length - op.length / touched
             resistance = NODE_RESISTANCE * impedance(op)
@@ -595,6 +615,69 @@ def stroke(p, ops, i, fret, node, velocity, own_place, frame, events, count):
             resistance = GHOST_RESISTANCE * impedance(op)
             count = lay(events, count, frame, i, 2 + k, finger_place, resistance, GHOST_WIDTH, 0.0)
     return count
+
+
+@jit
+def pluck(p, open_op, op, i, stop, force, position, aside, touched, frame, events, count):
+    """Plucks string `i` at `position`, `aside` m off it: the shape, and how it is let go, follow the force.
+
+    `touched`: the harmonic that another finger brings out, whose pluck has a place of its own; 0: none.
+    """
+    hard = hardness(p, force)
+    uneven = 1.0 + UNEVEN_TIP * p.unevenness * chance(p.seed, MORE_CHANCE + 2 * p.notes)
+    turned = UNEVEN_ANGLE * p.unevenness * chance(p.seed, MORE_CHANCE + 2 * p.notes + 1)
+    shift = aside + (PICK_NEARER if p.stroke == PICK else p.nearer) * (hard - 0.5)
+    angle, lift = p.angle, STROKE_LIFT[p.stroke]
+    if p.stroke == FINGER:
+        width = between(p.rounding_soft, p.rounding, hard)
+        release = between(p.release_soft, p.release, hard)
+    else:
+        width = between(SOFT_WIDTH[p.stroke], HARD_WIDTH[p.stroke], hard)
+        release = between(SOFT_RELEASE[p.stroke], HARD_RELEASE[p.stroke], hard)
+    if STROKE_PLACE[p.stroke] > 0.0:
+        position += STROKE_PLACE[p.stroke] - p.usual_position
+    if STROKE_ANGLE[p.stroke] > 0.0:
+        angle = STROKE_ANGLE[p.stroke]
+        lift *= abs(cos(p.angle)) / cos(angle)
+    if p.other and p.stroke == PICK:
+        angle = -angle
+        shift += UP_NEARER
+    elif p.other and p.unevenness > 0.0:
+        shift += MIDDLE_NEARER
+        lift *= MIDDLE_LEVEL
+        release *= MIDDLE_RELEASE
+    p.other = 1 - p.other
+    where = over_body(open_op, op, position, shift, LEAST_PLUCK)
+    if touched > 0:
+        where = min(op.length - 0.5 * op.length / touched + aside, MOST_PLACE * op.length)
+    apex = lift * soft_limit(force * max(grazing(op, where), LEAST_GRAZE), p.greatest)
+    if angle != 0.0:
+        angle += turned
+        if cos(angle) < 0.0:
+            apex = min(apex, PRESSED_APEX * max(grazing(op, op.length - where), LEAST_GRAZE) / -cos(angle))
+    count = emit(events, count, frame, PLUCK, i, stop, apex, where)
+    e = events[count - 1]
+    e.z = uneven * width
+    e.t = uneven * release
+    e.w = angle
+    return count
+
+
+@jit
+def hardness(p, force):
+    """How hard a force is, from 0, the player's softest, to 1, the hardest: by its logarithm."""
+    softest = max(p.softest, LEAST_FORCE)
+    if p.hardest <= softest or force <= softest:
+        return 1.0 if force >= p.hardest else 0.0
+    return min(log2(force / softest) / log2(p.hardest / softest), 1.0)
+
+
+@jit
+def between(soft, hard, hardness):
+    """What is `soft` at hardness 0 and `hard` at 1, evenly in its logarithm; where `soft` is 0 it is always `hard`."""
+    if soft == 0.0 or hard == 0.0:
+        return hard
+    return hard * power(soft / hard, 1.0 - hardness)
 
 
 @jit
@@ -643,8 +726,10 @@ def turn_switch(p, ops, key, on, frame, events, count):
         count = tell_vibrato(p, frame, events, count)
     elif on and action == WITH_THUMB:
         p.slapped = p.usual_slapped if p.usual_slapped > 0 else min(2, p.strings)
+        p.stroke = FINGER if p.usual_slapped > 0 else POP
     elif on and action in (WITH_FINGERS, WITH_PICK):
         p.slapped = 0
+        p.stroke = PICK if action == WITH_PICK else FINGER
     elif on and action == STOP_ALL:
         for i in range(p.strings):
             count = stop_string(p, i, frame, events, count)

@@ -205,8 +205,10 @@ VOICE = np.dtype(
         ("rate", "f8"),  # audio, Hz
         ("raw", "i8"),  # 1: the output is the displacement itself, without filters
         ("slot", "i8"),  # the one that plays
-        ("rounding", "f8"),  # m, of the corner of a pluck
-        ("angle", "f8"),  # rad, of plucks, from u towards v
+        ("rounding", "f8"),  # m, of the corner of a pluck ...
+        ("release", "f8"),  # ... s, how gradually the finger lets go ...
+        ("angle", "f8"),  # ... and rad, from u towards v, of plucks that do not say
+        ("follow", "f8"),  # 1/s: speed of the finger as it lets go, over the apex
         ("pulling", "i8"),  # frames left until the finger lets go
         ("pull", "i8"),  # frames of a pull
         ("strike_width", "f8"),  # m

@@ -35,8 +35,8 @@ BEND_SPEED = 400.0  # semitones/s, ... and not faster
 
 
 @jit
-def shape_of_pluck(w, op, apex, position, rounding):
-    """Fills w.held with the modal amplitudes of the shape a finger holds (model.modes.pluck_amplitudes)."""
+def shape_of_pluck(w, op, apex, position, rounding, release):
+    """Fills w.held with the modal amplitudes that a pluck leaves (model.modes.pluck_amplitudes)."""
     length = op.length
     k1 = np.pi / length
     corner = np.sqrt(2 / length) * apex * length / (position * (length - position))
@@ -45,6 +45,7 @@ def shape_of_pluck(w, op, apex, position, rounding):
     for j in range(op.modes):
         k = (j + 1) * k1
         smooth = exp(-0.5 * (k * rounding) ** 2) / (1 + op.held_stiffness * (k * k))
+        smooth /= 1 + (w.omega[j] * w.omega[j] + w.sigma[j] * w.sigma[j]) * (release * release)
         w.held[j] = corner * sin(k * position) / (k * k) * smooth
 
 
@@ -90,9 +91,14 @@ def grip(voice, slot, op, position, frames):
 
 @jit
 def pulled(voice, left):
-    """Part of the held shape there is with `left` frames of the pull to go, and its change a second."""
+    """Part of the held shape there is with `left` frames of the pull to go, and its change a second.
+
+    At the end of the pull it changes by voice.follow: the finger still moves as it lets go.
+    """
     t = (voice.pull - left) / voice.pull
-    return 0.5 - 0.5 * cos(np.pi * t), 0.5 * np.pi * sin(np.pi * t) / voice.pull * voice.rate
+    seconds = voice.pull / voice.rate
+    up = 0.5 - 0.5 * cos(np.pi * t) + voice.follow * seconds * (t * t * (t - 1.0))
+    return up, 0.5 * np.pi * sin(np.pi * t) / voice.pull * voice.rate + voice.follow * (t * (3.0 * t - 2.0))
 
 
 @jit
@@ -263,9 +269,9 @@ def pull_off(string, ops, fret, deflection, angle):
     x = op.length - before
     if x > handover.CLOSE and deflection != 0.0:
         open_v(slot, op)
-        shape_of_pluck(slot.u, op, cos(angle) * deflection, x, PULLING_FINGER)
-        shape_of_pluck(slot.v, op, sin(angle) * deflection, x, PULLING_FINGER)
-        let_go(voice, slot, op)
+        shape_of_pluck(slot.u, op, cos(angle) * deflection, x, PULLING_FINGER, 0.0)
+        shape_of_pluck(slot.v, op, sin(angle) * deflection, x, PULLING_FINGER, 0.0)
+        let_go(voice, slot, op, 0.0)
         stop.sink(slot, op)
     slot.touching = 0
 
@@ -313,10 +319,11 @@ def end_note(string, ops, damping):
 
 
 @jit
-def pluck(string, ops, fret, apex, position):
+def pluck(string, ops, fret, apex, position, rounding, release, angle):
     """Takes the string with a finger, which pulls it for voice.pull frames and lets go. Lengths in m from the stop.
 
-    It pulls at voice.angle from u, away from the neck, towards v, across.
+    It pulls at `angle` (rad) from u, away from the neck, towards v, across. `rounding` (m) is half the width of the
+    finger, `release` (s) how gradually it lets go; these three are the string's own where they are 0.
     """
     voice, slots = string.voice, string.slots
     sounding = slots[voice.slot].on
@@ -327,11 +334,14 @@ def pluck(string, ops, fret, apex, position):
     slot.on = 1
     slot.touching = 0
     voice.striking = 0
-    if voice.angle != 0.0:
+    rounding = rounding if rounding != 0.0 else voice.rounding
+    release = release if release != 0.0 else voice.release
+    angle = angle if angle != 0.0 else voice.angle
+    if angle != 0.0:
         open_v(slot, op)
-    shape_of_pluck(slot.u, op, cos(voice.angle) * apex, position, voice.rounding)
+    shape_of_pluck(slot.u, op, cos(angle) * apex, position, rounding, release)
     if slot.v_ready:
-        shape_of_pluck(slot.v, op, sin(voice.angle) * apex, position, voice.rounding)
+        shape_of_pluck(slot.v, op, sin(angle) * apex, position, rounding, release)
     if sounding and (slot.active > 0 or slot.v_active > 0):
         grip(voice, slot, op, position, max(voice.pull, 1))
     for i in range(max(voice.pickups, 1)):
@@ -342,15 +352,15 @@ def pluck(string, ops, fret, apex, position):
             voice.held_across[i] = modal.tap_held(slot.v, tap(op, row), op.tap_modes)
     voice.pulling = voice.pull + 1 if voice.pull > 0 else 0  # this frame counts one down already
     if voice.pull == 0:
-        let_go(voice, slot, op)
+        let_go(voice, slot, op, voice.follow)
 
 
 @jit
-def let_go(voice, slot, op):
-    """Releases the held shape."""
-    modal.release(slot.u, op.padded)
+def let_go(voice, slot, op, follow):
+    """Releases the held shape, which grows by `follow` times itself a second."""
+    modal.release(slot.u, follow, op.padded)
     if slot.v_ready:
-        modal.release(slot.v, op.padded)
+        modal.release(slot.v, follow, op.padded)
         slot.v_active = op.padded
         forget_contact(slot.v, op)
     disturb(slot, op, voice.step)
@@ -466,7 +476,7 @@ def excite(voice, slot, op):
     if voice.pulling > 0:
         voice.pulling -= 1
         if voice.pulling == 0:
-            let_go(voice, slot, op)
+            let_go(voice, slot, op, voice.follow)
     if voice.striking > 0 and voice.fingering == 0:
         # a raised cosine of force whose sum over the frames is one
         t = (voice.strike - voice.striking) / voice.strike

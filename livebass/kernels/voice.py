@@ -148,7 +148,7 @@ def happen(string, ops, event):
     voice, slots = string.voice, string.slots
     voice.still = 0
     if event.kind == PLUCK:
-        techniques.pluck(string, ops, event.fret, event.x, event.y)
+        techniques.pluck(string, ops, event.fret, event.x, event.y, event.z, event.t, event.w)
     elif event.kind == STRIKE_EVENT:
         techniques.strike(string, ops, event.fret, event.x, event.y)
     elif event.kind == HAND:

@@ -18,6 +18,7 @@ from livebass.model.neck import FREE_PART, Admittance, Surface, detuning, neck_d
 
 A4_NOTE, A4_HZ = 69, 440.0
 STIFFNESS_LAWS = ("hinged", "paper")  # see model/modes.py
+STROKES = ("finger", "pick", "nail")  # in the order of the performer's numbers
 ROUNDING = 1e-9  # m, by which a crown may stand above the string at rest and still count as level with it
 BOARD_ROUGH = 20e-6  # m, by which a board may stand above the string at rest; it is pressed flat
 MOST_DETUNING = 0.05  # relative shift of a mode by the neck: beyond, eq. 8 fails, as it is of first order
@@ -111,11 +112,17 @@ class Player:
     """How notes become plucks. Strengths are multiples of the apex at which a pluck just grazes a fret."""
 
     technique: str = "pluck"  # or "slap": the thumb strikes the lower strings, a finger pops those above
+    stroke: str = "finger"  # or "pick", "nail", which have widths and release times of their own
     slapped_strings: int = 0  # number of strings, from the lowest, that the thumb strikes
     pluck_position: float = 0.74  # place over the body, fraction of the open string from the nut
     pluck_nearest: float = 0.55  # the same for controller value 0 ...
     pluck_farthest: float = 0.93  # ... and 127
-    rounding: float = 5e-3  # m, standard deviation of the Gaussian that rounds the corner
+    nearer_when_hard: float = 0.0  # m, the hardest notes are plucked nearer to the saddle than the softest
+    rounding: float = 5e-3  # m, standard deviation of the Gaussian that rounds the corner, at velocity 127 ...
+    rounding_soft: float = 0.0  # ... and at velocity 1; 0: the same
+    release_time: float = 0.0  # s, how gradually the finger lets go (modes.pluck_amplitudes), at velocity 127 ...
+    release_time_soft: float = 0.0  # ... and at velocity 1; 0: the same
+    release_speed: float = 0.0  # m/s of the finger as it lets go at `greatest_apex`; in proportion to the apex
     pluck_angle: float = 0.0  # rad, of the pull, from straight away from the neck
     softest: float = 0.08  # apex at velocity 1, in grazing apexes
     hardest: float = 4.5  # apex at velocity 127, in grazing apexes
@@ -165,12 +172,14 @@ class Instrument:
 
 @dataclass(frozen=True)
 class Pluck:
-    """A pluck: a triangle, rounded by the finger and by a stiff string itself (model/modes.py), released at rest."""
+    """A pluck: a triangle, rounded by the finger and by a stiff string itself (model/modes.py), and its release."""
 
     apex: float  # m, height of the corner before rounding
     position: float  # m from the stop
     rounding: float = 5e-3  # m, standard deviation
     angle: float = 0.0  # rad, from u towards v
+    release: float = 0.0  # s, how gradually the finger lets go
+    speed: float = 0.0  # m/s, of the finger, and of the corner, as it lets go
 
 
 @dataclass(frozen=True)

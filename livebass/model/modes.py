@@ -128,12 +128,17 @@ def pluck_amplitudes(s: Speaking, count: int, pluck: Pluck) -> Floats:
 
     A triangle, rounded by the finger and, by the law "hinged", by the string's own stiffness: the static shape under a
     force at one point has (c k_j / omega_j)^2 = 1 / (1 + B j^2) of a triangle's amplitudes.
+
+    A finger that lets go gradually, within about tau = `pluck.release`, leaves 1 / (1 + (omega_j tau)^2) of each: as if
+    its force ended along exp(-|t| / tau) / (2 tau).
     """
     k = np.arange(1, count + 1) * (math.pi / s.length)  # rad/m
     a = pluck.position
     bend = pluck.apex * s.length / (a * (s.length - a))  # change of slope at the corner
     corner = np.exp(-((k * pluck.rounding) ** 2) / 2) / (1 + held_stiffness(s) * k**2)
-    return math.sqrt(2 / s.length) * bend * np.sin(k * a) / k**2 * corner
+    if pluck.release:
+        corner /= 1 + (2 * math.pi * frequencies(s, count) * pluck.release) ** 2
+    return np.asarray(math.sqrt(2 / s.length) * bend * np.sin(k * a) / k**2 * corner)
 
 
 def held_stiffness(s: Speaking) -> float:

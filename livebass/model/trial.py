@@ -1,4 +1,4 @@
-"""One pluck of one string, released at rest: a `Trial` to solve and the `Motion` that a solver returns.
+"""One pluck of one string: a `Trial` to solve and the `Motion` that a solver returns.
 
 Every solver is a function `solve(trial: Trial) -> Motion`, so that two of them can be compared. `checked_trial` builds
 the trial that `simulate`, `sweep` and the studies ask for, with every number checked. Equation numbers: Issanchou et
@@ -40,6 +40,11 @@ class Trial:
     def samples(self) -> int:
         """Number of output samples, at t = i / output_rate for i = 0 ... while t <= duration."""
         return math.floor(self.duration * self.output_rate + SLACK) + 1
+
+    @property
+    def follow(self) -> float:
+        """Modal velocities dq_j/dt(0) over q_j(0), 1/s: the speed of the finger as it lets go, over the apex."""
+        return self.pluck.speed / self.pluck.apex if self.pluck.speed else 0.0
 
     @property
     def steps(self) -> int:
@@ -101,7 +106,8 @@ def checked_trial(
     """The trial of a pluck on `s`, a string of `instrument`. Raises ValueError that says what is allowed.
 
     apex: m; at: m from the stop; angle: rad; duration: s; contact_rate and rate: Hz; modes: None for all. The corner is
-    as round as the player's finger makes it, and the sensors are those of the preset's output.
+    as round as the player's finger makes it, and let go as gradually, as of the hardest notes; the sensors are those of
+    the preset's output.
     """
     APEX.check("apex", apex)
     if not AT.least <= at < s.length:
@@ -123,7 +129,7 @@ def checked_trial(
         if not 0 < place < s.length:
             ends = f"allowed is between 0 mm and {s.length * 1e3:g} mm"
             raise ValueError(f"sensor {place * 1e3:g} mm from the saddle: {ends}")
-    pluck = Pluck(apex, at, instrument.player.rounding, angle)
+    pluck = Pluck(apex, at, instrument.player.rounding, angle, instrument.player.release_time)
     sensor, sensor_v = (s.length - place for place in places)
     return Trial(s, pluck, int(count), float(contact_rate), float(rate), float(duration), sensor, sensor_v=sensor_v)
 

@@ -30,7 +30,7 @@ class Rule:
 
 
 def _straight(bass: Instrument, part: Any) -> bool:
-    return bass.player.pluck_angle == 0
+    return bass.player.pluck_angle == 0 and bass.player.stroke != "pick"
 
 
 def _displacement(bass: Instrument, part: Any) -> bool:
@@ -50,6 +50,7 @@ UP_AND_DOWN = "player.pluck_angle is 0: strings move up and down, not across"
 STRUCK = "the thumb strikes every string, and none is plucked"
 PLUCKING = (
     "pluck_position", "pluck_nearest", "pluck_farthest", "position_controller", "pluck_angle", "rounding", "pull_time",
+    "stroke", "nearer_when_hard", "rounding_soft", "release_time", "release_time_soft", "release_speed",
 )  # fmt: skip
 RULES = (
     Rule("coil", tuple(key_names("coil")), NO_PICKUPS, _displacement),

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from livebass import units
-from livebass.model.instrument import STIFFNESS_LAWS, Coil, Neck, Output, Pickup, Player, String
+from livebass.model.instrument import STIFFNESS_LAWS, STROKES, Coil, Neck, Output, Pickup, Player, String
 from livebass.units import DIMENSIONS, format_quantity, quantity, readable_quantity
 
 REQUIRED = object()
@@ -119,12 +119,18 @@ _ROWS = (
     Key("coil", "tone_capacitor", "capacitance", "10 pF", "10 uF", FIELD, "behind the tone pot"),
     Key("coil", "tone", "number", "0", "1", FIELD, "0 closed, 1 open"),
     Key("player", "technique", "pluck|slap", "", "", FIELD, "slap: thumb below, pops above"),
+    Key("player", "stroke", "|".join(STROKES), "", "", FIELD, "what plucks; widths below are a finger's"),
     Key("player", "slapped_strings", "integer", "0", "8", None, "lowest first; left out: the lower half, if slapped"),
     Key("player", "pluck_position", "number", "0.01", "0.99", FIELD, "place over the body: part of the open string"),
     Key("player", "pluck_nearest", "number", "0.01", "0.99", FIELD, "the same at controller value 0 ..."),
     Key("player", "pluck_farthest", "number", "0.01", "0.99", FIELD, "... and at 127"),
     Key("player", "pluck_angle", "angle", "-89 deg", "89 deg", FIELD, "of the pull, from straight up to across"),
-    Key("player", "rounding", "length", "0.5 mm", "50 mm", FIELD, "of the corner, standard deviation"),
+    Key("player", "nearer_when_hard", "length", "0 mm", "200 mm", FIELD, "the hardest notes, nearer to the saddle"),
+    Key("player", "rounding", "length", "0.5 mm", "50 mm", FIELD, "half width of the finger, at velocity 127 ..."),
+    Key("player", "rounding_soft", "length", "0 mm", "50 mm", FIELD, "... and at velocity 1; 0 mm: the same"),
+    Key("player", "release_time", "time", "0 us", "10 ms", FIELD, "how gradually it lets go, at velocity 127 ..."),
+    Key("player", "release_time_soft", "time", "0 us", "10 ms", FIELD, "... and at velocity 1; 0 us: the same"),
+    Key("player", "release_speed", "speed", "0 m/s", "10 m/s", FIELD, "of the finger letting go, at greatest_apex"),
     Key("player", "softest", "number", "0", "100", FIELD, "apex at velocity 1, in grazing apexes"),
     Key("player", "hardest", "number", "0", "100", FIELD, "apex at velocity 127"),
     Key("player", "greatest_apex", "length", "0.1 mm", "30 mm", FIELD, "approached, never exceeded"),

@@ -336,7 +336,8 @@ def solve(trial: Trial, energy_every: int = 0) -> Motion:
     not converge.
     """
     plan = make_plan(trial)
-    state = make_state(plan, initial_amplitudes(trial), initial_amplitudes_across(trial))
+    u, v = initial_amplitudes(trial), initial_amplitudes_across(trial)
+    state = make_state(plan, u, v, trial.follow * u, trial.follow * v)
     place = np.arange(trial.samples) * trial.contact_rate / trial.output_rate  # in fine steps
     sample_step = np.floor(place + 1e-9).astype(np.int64)
     offset = np.maximum(place - sample_step, 0.0)

@@ -22,10 +22,12 @@ NOTES = 4  # of each preset, quality and rate: 264 with all of them
 CASES = list(itertools.product(preset_names(), ("live", "studio"), (44100, 48000, 96000)))
 
 
-def event_of(engine: Engine, i: int, fret: int, velocity: int) -> np.void:
+def event_of(engine: Engine, i: int, fret: int, velocity: int, stroke: int | None = None) -> np.void:
     """The event by which the performer plucks `fret` of string `i`, whatever technique the bass is played with."""
     alone = engine.performer.copy()  # a hand that has this string only
     alone["strings"], alone["open"][0, 0], alone["slapped"] = 1, engine.instrument.strings[i].open_note, 0
+    if stroke is not None:
+        alone["stroke"] = stroke
     events = np.zeros(performer.MOST_EVENTS, EVENT)
     key = engine.instrument.strings[i].open_note + fret
     take_message(alone, engine.pool.records[i : i + 1], 0, (0x90, key, velocity), events, 0)
@@ -34,19 +36,24 @@ def event_of(engine: Engine, i: int, fret: int, velocity: int) -> np.void:
 
 
 def random_note(engine: Engine, rng: np.random.Generator) -> tuple[Trial, str]:
-    """A pluck as the performer gives it to a random string, fret and velocity, half of them oblique; and its name."""
+    """A pluck as the performer gives it to a random string, fret and velocity; and its name.
+
+    It is that of a finger, a pick, a nail or a pop, at the angle of that, straight up, or oblique.
+    """
     bass = engine.instrument
     i, fret = int(rng.integers(0, engine.strings)), int(rng.integers(0, engine.frets + 1))
     velocity = int(rng.choice([rng.integers(1, 128), rng.integers(90, 128)]))
-    event = event_of(engine, i, fret, velocity)
+    stroke = int(rng.integers(0, performer.STROKES))
+    event = event_of(engine, i, fret, velocity, stroke)
     op = engine.pool.records[i, fret]
     s = for_modes(speaking(bass.strings[i], bass.necks[i], fret), int(op["modes"]))
-    angle = float(rng.choice([0.0, rng.uniform(0.1, 1.0)]))
-    pluck = Pluck(float(event["x"]), float(event["y"]), bass.player.rounding, angle)
+    angle = float(rng.choice([event["w"], 0.0, rng.uniform(0.1, 1.0)]))
+    apex, place, width, release = (float(event[field]) for field in ("x", "y", "z", "t"))
+    pluck = Pluck(apex, place, width, angle, release, apex * bass.player.release_speed / bass.player.greatest_apex)
     rate = float(engine.rates.contact_rate)
     span = 0.008 if s.surface else 0.03  # a board takes brute force ten times as long
     trial = Trial(s, pluck, int(op["modes"]), rate, float(engine.rate), span, s.length - 0.02, sensor_v=s.length - 0.03)
-    return trial, f"string {bass.strings[i].name}, fret {fret}, velocity {velocity}, {angle:.2f} rad"
+    return trial, f"string {bass.strings[i].name}, fret {fret}, velocity {velocity}, stroke {stroke}, {angle:.2f} rad"
 
 
 @pytest.mark.parametrize(
