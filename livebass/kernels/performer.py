@@ -84,6 +84,7 @@ STACK = 4  # keys held on one string that it goes back to, one after the other
 # Fingers by number (records.TOUCHES): the palm has the first three, harmonics the last, ghost notes the last two
 PALM_PLACES = (12e-3, 25e-3, 38e-3)  # m from the saddle
 PALM_WIDTH = 5e-3  # m, half
+GUEST_THUMB = 0.35  # part of a strike's depth on a bass whose level is that of fingers
 LIGHT_PALM, TIGHT_PALM = 0.4, 16.0  # in all, in impedances of the string, as those that follow
 KEY_PALM = 0.6  # of the way between them, by the key switch
 GHOST_FRETS = (-0.6, 1.6)  # from the fret: where the fingers of a ghost note lie
@@ -597,6 +598,8 @@ def stroke(p, ops, i, fret, node, velocity, own_place, frame, events, count):
         where = over_body(ops[i, 0], op, p.strike_position, aside, LEAST_STRIKE)
         up = force * abs(cos(p.angle))
         depth = p.strike_force * soft_limit(up * max(grazing(op, 0.5 * op.length), LEAST_GRAZE), p.greatest)
+        if p.usual_slapped == 0:
+            depth *= GUEST_THUMB
         count = emit(events, count, frame, STRIKE_EVENT, i, stop, depth, where)
     else:
         position = place(p, own_place) if not np.isnan(own_place) else p.position
