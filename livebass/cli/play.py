@@ -37,17 +37,18 @@ CONTROLLERS = """\
   controller 64     sustain
   65, 68            from 64 on: overlapping notes slide; are hammered on and pulled off
   program           33 to 38 of General MIDI choose a preset, see `livebass presets list`
-  6, 38, 100, 101   RPN 0, the range of the pitch bend
+  6, 38, 100, 101   RPN 0, the range of the pitch bend; RPN 6, MPE
+  126               1: overlapping notes near each other are legato; 2 and more: a channel for each string
   any other         what --learn gives it: gain, tone, pluck_position, dynamics, technique, hand_damping, unevenness or
                     bend_range; at 64 the parameter is as the bass has it, the gain at 127
   120, 121, 123     all sound off, reset all controllers, all notes off
 
-Key switches, below the notes of the bass, as MODO BASS has them; held, but 13 and 18, which last, and 8:
+Key switches, below the notes of the bass, as MODO BASS has them; held, but 13, 15 and 18, which last, and 8:
 
   0 9 11 14 16 19   play on the string C, A, B, D, E, G
   10  12  17        ghost notes; hammer-on and pull-off (overlap the notes); harmonics
   2  3  4  6        tapping; palm mute; slides (overlap the notes); vibrato
-  13  18            fingers; thumb and pops
+  13  15  18        fingers; pick; thumb and pops
   8                 damp all strings
 
 When a block takes more than three quarters of its time, strings change to 150 modes and contact steps at 192 kHz, one
