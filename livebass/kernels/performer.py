@@ -122,8 +122,8 @@ PERFORMER = np.dtype(
         ("place_of", "f8", (KEYS,)),  # of the next note of each key, as PLUCK_POSITION; NaN: none of its own
         ("dynamics", "f8"),  # factor of every note's force
         # techniques
-        ("switch", "i4", (KEYS,)),  # what each key switches, and ...
-        ("switch_value", "i4", (KEYS,)),  # ... its value
+        ("switch", "i8", (KEYS,)),  # what each key switches, and ...
+        ("switch_value", "i8", (KEYS,)),  # ... its value
         ("switched", "i8", (ACTIONS,)),  # keys held, of each action
         ("forced", "i8"),  # string that all notes are played on while its key is held; -1: none
         ("palm", "f8"),  # 0 to 1, by the controller
