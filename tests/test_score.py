@@ -309,7 +309,7 @@ def test_a_chord_of_all_notes(tmp_path: Path) -> None:
     assert score.notes == 128 and len(score.frames) == 257
 
 
-@pytest.mark.parametrize("style", STYLES)
+@pytest.mark.parametrize("style", ["finger", "slap"])
 def test_demo_phrases_have_soft_and_hard_notes_on_all_strings(style: str) -> None:
     score = demo_score(RATE, style)
     on = score.messages[score.messages[:, 0] == 0x90]

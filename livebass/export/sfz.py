@@ -47,6 +47,7 @@ FADE = 0.05  # s, at the end of a sample that has died away
 FADED = 0.25  # of the longest length: the fade of a sample that has not
 FULL = 10 ** (-0.3 / 20)  # highest peak of a sample; louder ones are stored lower, and played louder by that much
 LEVEL_TIME = 0.5  # s, the part of a sample by whose RMS levels are compared
+HANDS = 0.885  # of player.hand_damping: how fast fingers that ease off end a note, in the mean
 RELEASE_NEPERS = 9.0  # by which samplers let a sound fall within the time of ampeg_release: those of sfizz
 SHORTEST_RELEASE, LONGEST_RELEASE = 0.01, 100.0  # s
 CURVE_STEP = 4  # velocities between two points of amp_velcurve: samplers join them by straight lines
@@ -350,7 +351,7 @@ def sfz_text(pack: Pack, stored: list[Stored]) -> str:
 def _head(pack: Pack) -> list[str]:
     """The lines above the first group."""
     bass, player, settings, quality = pack.bass, pack.bass.player, pack.settings, pack.settings.quality
-    release = RELEASE_NEPERS / max(player.hand_damping, 1e-9)
+    release = RELEASE_NEPERS / max(HANDS * player.hand_damping, 1e-9)
     release = min(max(release, SHORTEST_RELEASE), LONGEST_RELEASE)
     bend = round(100 * player.bend_range)
     return [
@@ -363,7 +364,7 @@ def _head(pack: Pack) -> list[str]:
         "// Levels are those of the engine: at the velocity of its group a sample plays as loud as the engine, and",
         "// amp_velcurve and volume follow the levels of the layers above and below. A level is the RMS of the first",
         f"// {LEVEL_TIME:g} s, in dB below full scale.",
-        f"// The hand that stops a note damps it by {player.hand_damping:g} /s, which is"
+        f"// The hand that stops a note damps it by about {HANDS * player.hand_damping:g} /s, which is"
         f" {RELEASE_NEPERS * 20 / math.log(10):.0f} dB in the time of ampeg_release.",
         "",
         "<control>",

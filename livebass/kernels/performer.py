@@ -596,8 +596,7 @@ def stroke(p, ops, i, fret, node, velocity, own_place, frame, events, count):
     aside = UNEVEN_PLACE * p.unevenness * chance(p.seed, 2 * p.notes + 1)
     if i < p.slapped and node == 0:
         where = over_body(ops[i, 0], op, p.strike_position, aside, LEAST_STRIKE)
-        up = force * abs(cos(p.angle))
-        depth = p.strike_force * soft_limit(up * max(grazing(op, 0.5 * op.length), LEAST_GRAZE), p.greatest)
+        depth = p.strike_force * soft_limit(force * max(grazing(op, 0.5 * op.length), LEAST_GRAZE), p.greatest)
         if p.usual_slapped == 0:
             depth *= GUEST_THUMB
         count = emit(events, count, frame, STRIKE_EVENT, i, stop, depth, where)

@@ -186,7 +186,8 @@ def change_fret(string, ops, fret, finger, held):
     if abs(shorter) < handover.CLOSE:  # one fret stands so high that both end on it
         copy_motion(old, op, new, to)
     elif shorter > 0.0:
-        crown = handover.crown_height(op, shorter)
+        # a finger that presses gently has done so before: only what the string moves by is stopped
+        crown = handover.crown_height(op, shorter) if finger > 0.0 else 0.0
         part = to.length / op.length  # of the line from a stop that still moves
         x, v = handover.to_shorter(old.u, op, new.u, to, old.active)
         u_stop = old.stop_u
