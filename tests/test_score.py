@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 
 from livebass.score import (
-    STYLES,
     Score,
     ScoreError,
     demo_score,
