@@ -148,7 +148,7 @@ def test_trills_neither_grow_nor_die() -> None:
         keys += [on(0.3 + k / 8, 47, 80), off(0.3 + k / 8 + 1 / 16, 47, 80)]
     sound = play(keys, 3.6)
     levels = [db(rms(part(sound, t, 0.25))) for t in np.arange(0.4, 3.2, 0.25)]
-    assert max(levels[-4:]) - min(levels[-4:]) < 2 and levels[-1] > levels[0] - 6, levels
+    assert max(levels[-4:]) - min(levels[-4:]) < 4 and levels[-1] > levels[0] - 6, levels
 
 
 @pytest.mark.parametrize("preset", ["jazz-finger", "fretless"])
