@@ -37,6 +37,7 @@ from livebass.bench.fidelity import (
 )
 from livebass.bench.measure import OtherLoad, Result, Row, heading, load_lines
 from livebass.engine.prepare import whole_contact_rate
+from livebass.kernels.performer import ON_STRING, SWITCHES
 from livebass.live.outputs import FakeDevice
 from livebass.live.synth import LiveBass, Synth
 from livebass.model.instrument import Instrument, speaking
@@ -60,7 +61,7 @@ SIXTEENTH = 60 / 110 / 4  # s
 # One hand after the other on every string: a controller and its value, the frets and velocities that are then played
 HANDS = ((0, 0, ((0, 127),)), (68, 127, ((7, 127),)), (65, 127, ((12, 127),)), (65, 0, ((0, 127),)))
 HANDS_APART = 0.15  # s
-STRING_KEYS = {4: 12, 9: 0, 2: 12, 7: 12, 11: 0, 0: 0}  # from pitch class to the key that chooses its string
+STRING_KEYS = {pitch_class: key for key, action, pitch_class in SWITCHES if action == ON_STRING}
 ROUNDS = ((0, 127), (3, 100), (7, 127), (2, 115))
 REST = 0.3  # s of silence after each run
 
@@ -143,9 +144,9 @@ def worst_case(bass: Instrument, rate: int, strings: int, line: float = FULL.lin
         frame = round(after * rate)
         messages += [(frame, CONTROL, control, value)] if control else []
         for key in keys:
-            messages += [(frame, NOTE_ON, key % 12 + STRING_KEYS[key % 12], 100)]
+            messages += [(frame, NOTE_ON, STRING_KEYS[key % 12], 100)]
             messages += [(frame, NOTE_ON, key + fret, velocity) for fret, velocity in notes]
-            messages += [(frame, NOTE_OFF, key % 12 + STRING_KEYS[key % 12], 0)]
+            messages += [(frame, NOTE_OFF, STRING_KEYS[key % 12], 0)]
         after += HANDS_APART
     messages += [(round(after * rate), CONTROL, control, 0) for control in (65, 68)]
     return Script(

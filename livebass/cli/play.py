@@ -288,7 +288,7 @@ def is_client_name(name: str) -> bool:
 
 @dataclass(frozen=True)
 class Memory:
-    """What is remembered of the last time, and what of it is used now."""
+    """Holds the choices of the last time, and those of them that are used now."""
 
     path: Path | None  # None: nothing is kept
     before: Remembered
@@ -335,7 +335,7 @@ class Memory:
 
 
 def recall(options: dict[str, Any]) -> Memory:
-    """What is remembered, for options that were not given. A damaged file is said, and left as it is."""
+    """Reads the choices of the last time, for options not given. A damaged file gets one line, and stays as it is."""
     chosen = frozenset(name for name in ("preset", "gain", "backend", "audio", "midi") if given(name))
     if options["no_settings"]:
         return Memory(None, Remembered(), {}, chosen)

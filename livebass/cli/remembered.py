@@ -1,4 +1,4 @@
-"""What `livebass play` remembers from one time to the next, in a TOML file of the user."""
+"""Keeps the choices of `livebass play` from one time to the next, in a TOML file of the user."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Remembered:
     controllers: dict[str, int] = field(default_factory=dict)  # learned, by the parameter's symbol
 
     def text(self) -> str:
-        """The file."""
+        """Returns the text of the file."""
         lines = [f"{f.name} = {_toml(getattr(self, f.name))}" for f in fields(self)[:-1] if getattr(self, f.name)]
         if self.controllers:
             lines += ["", "[controllers]  # the MIDI controller of each parameter"]
@@ -48,7 +48,7 @@ class Remembered:
 
 
 def settings_file() -> Path:
-    """Where the settings are kept."""
+    """Returns the path of the settings."""
     import platformdirs
 
     given = os.environ.get(VARIABLE)
@@ -56,7 +56,7 @@ def settings_file() -> Path:
 
 
 def load(path: Path) -> Remembered:
-    """What the file at `path` holds; nothing if there is none. Raises DamagedSettings."""
+    """Reads the file at `path`; without one, there are no choices. Raises DamagedSettings."""
     try:
         data = tomllib.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError:

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livebass.analysis.sound import fundamental
+from livebass.model.instrument import A4_HZ, A4_NOTE
 from livebass.units import note_name
 
-A4, A4_NUMBER = 440.0, 69  # Hz, MIDI note
 LOWEST, HIGHEST = 26.0, 700.0  # Hz
 QUIET = 1e-3  # full scale: a peak below is not listened to
 
@@ -29,7 +29,7 @@ def tuning(frequency: float) -> tuple[str, float] | None:
     """The note next to a frequency (Hz), and by how many cents that is higher; None for NaN."""
     if not frequency > 0:
         return None
-    number = A4_NUMBER + 12 * math.log2(frequency / A4)
+    number = A4_NOTE + 12 * math.log2(frequency / A4_HZ)
     nearest = min(max(round(number), 0), 127)
     return note_name(nearest), 100 * (number - nearest)
 

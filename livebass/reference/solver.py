@@ -216,6 +216,15 @@ def _energy(plan: Plan, state: State) -> float:
 
 
 @counted
+def flush(q: Floats, d: Floats) -> None:
+    """Sets modes to zero that are too weak for any sum, in place: denormal numbers would cost a factor of 20."""
+    for j in range(q.size):
+        if abs(q[j]) < FLUSH_BELOW and abs(d[j]) < FLUSH_BELOW:
+            q[j] = 0.0
+            d[j] = 0.0
+
+
+@counted
 def _slide(plan: Plan, state: State) -> bool:
     """Moves v from step n to n + 1, with friction (eq. 7) at the points that touch at n. Call it before eta moves.
 
@@ -318,14 +327,8 @@ def run(
         if energy_every and n % energy_every == 0:
             energy[n // energy_every] = _energy(plan, state)
         if n % FLUSH_EVERY == 0:
-            for j in range(modes_count):
-                if abs(q[j]) < FLUSH_BELOW and abs(d[j]) < FLUSH_BELOW:
-                    q[j] = 0.0
-                    d[j] = 0.0
-            for j in range(state.q_across.size):
-                if abs(state.q_across[j]) < FLUSH_BELOW and abs(state.d_across[j]) < FLUSH_BELOW:
-                    state.q_across[j] = 0.0
-                    state.d_across[j] = 0.0
+            flush(q, d)
+            flush(state.q_across, state.d_across)
     return found
 
 

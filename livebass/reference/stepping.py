@@ -45,7 +45,7 @@ from livebass.reference.laws import (
     stored,
     taken,
 )
-from livebass.reference.solver import FLUSH_BELOW, FLUSH_EVERY, Plan, State, dot, linear_energy
+from livebass.reference.solver import FLUSH_EVERY, Plan, State, dot, flush, linear_energy
 
 FINGER, STOP, MASS = 0, 1, 2  # kinds of hand
 
@@ -372,12 +372,6 @@ def run_held(
             for h in range(hands):
                 sheets.force[h, i] = grips.sign[h] * plan.dx * force[contacts + h]
         if n % FLUSH_EVERY == 0:
-            for j in range(q.size):
-                if abs(q[j]) < FLUSH_BELOW and abs(d[j]) < FLUSH_BELOW:
-                    q[j] = 0.0
-                    d[j] = 0.0
-            for j in range(state.q_across.size):
-                if abs(state.q_across[j]) < FLUSH_BELOW and abs(state.d_across[j]) < FLUSH_BELOW:
-                    state.q_across[j] = 0.0
-                    state.d_across[j] = 0.0
+            flush(q, d)
+            flush(state.q_across, state.d_across)
     return found
