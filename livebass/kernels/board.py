@@ -7,10 +7,8 @@ Points are looked at in groups of GROUP first. The string is nowhere steeper tha
 so that the displacement at a group's middle and its highest point tell how clear all of it is at least. Only groups
 that this leaves in doubt are looked at point by point.
 
-In fine steps a point is looked at when it could be reached, from EARLY steps before it could touch in every one:
-eq. 12 needs its penetration at n - 1, n and n + 1. Of a hundred points near the string some ten are looked at in a
-step, and some five touch. v, across the board, feels friction where u touches; it is sensed at the same points.
-[any thread]
+Of a hundred points near the string some ten are looked at in a fine step (looks.py), and some five touch. v, across
+the board, feels friction where u touches; it is sensed at the same points. [any thread]
 """
 
 import numpy as np
@@ -28,10 +26,9 @@ from livebass.kernels.frame import (
     suspicious,
     way_of_step,
 )
+from livebass.kernels.looks import find_rubbing, find_seen, finish, move, plan, recall
 from livebass.kernels.operators import positions, shape
 from livebass.kernels.records import GROUP
-
-EARLY = 2  # steps that a point is looked at before it could touch
 
 
 @entry("void(int64, int64, int64, int64)")
@@ -120,92 +117,14 @@ def fine_steps(slot, op, voice, near, count, steps, step):
     recall(slot, op, near, count, step)
     for _ in range(steps):
         step += 1
-        looks = np.int64(0)
-        for i in range(count):
-            if u.next_look[near[i]] <= step:
-                seen[looks] = near[i]
-                looks += 1
+        looks = find_seen(slot, near, count, step)
         if slot.v_active > 0:
-            move(v, op, seen, looks, slot.v_active)
-            sense(v, op, seen, looks, slot.v_active)
-            slide(slot, op, seen, looks)
+            rubbing = find_rubbing(slot, op, looks)
+            move(v, op, slot.rubbing, rubbing, slot.v_active)
+            slide(slot, op, slot.rubbing, rubbing)
         move(u, op, seen, looks, slot.active)
-        sense(u, op, seen, looks, slot.active)
         press(slot, op, voice, seen, looks, step)
     finish(slot, op, near, count, step)
-
-
-@jit
-def recall(slot, op, near, count, step):
-    """Gets the points in `near` ready for fine steps: their penetrations at `step`, or that they are clear."""
-    u, v, way, height = slot.u, slot.v, way_of_step(slot, op), slot.u.height
-    for i in range(count):
-        m = near[i]
-        u.force[m] = 0.0
-        u.force_before[m] = 0.0
-        u.pending[m] = 0.0
-        v.pending[m] = 0.0
-        u.last_look[m] = step
-        u.streak[m] = 2
-        u.next_look[m] = step + 1
-        if u.solved_at[m] != step:
-            if u.clearance[m] > (EARLY + 2) * way:
-                u.eta[m] = -u.clearance[m]
-                u.eta_before[m] = -u.clearance[m]
-                u.next_look[m] = step + steps_clear(u.clearance[m], way) - EARLY
-                u.streak[m] = 0
-                continue
-            u.eta[m] = height[m] - modal.displacement(u, shape(op, m), slot.active)
-            u.eta_before[m] = height[m] - modal.displacement_step_before(u, shape(op, m), slot.active)
-        if slot.v_active > 0 and v.solved_at[m] != step:
-            v.moved[m] = modal.displacement(v, shape(op, m), slot.v_active)
-            v.moved_before[m] = modal.displacement_step_before(v, shape(op, m), slot.v_active)
-
-
-@jit
-def move(w, op, seen, count, n):
-    """Takes one fine step of `n` modes after the pending forces; four forces go in the same pass."""
-    pending = np.int64(0)
-    a = b = c = d = np.int64(0)
-    for i in range(count):
-        m = seen[i]
-        if w.pending[m] == 0.0:
-            continue
-        if pending == 0:
-            a = b = c = d = m
-        elif pending == 1:
-            b = m
-        elif pending == 2:
-            c = m
-        elif pending == 3:
-            d = m
-        else:
-            modal.kick(w, shape(op, m), w.pending[m], n)
-        pending += 1
-    if pending == 0:
-        modal.fine(w, n)
-    elif pending <= 2:
-        modal.kicked_2(w, op, (a, b), (w.pending[a], w.pending[b] if pending > 1 else 0.0), n)
-    else:
-        forces = w.pending[a], w.pending[b], w.pending[c], w.pending[d] if pending > 3 else 0.0
-        modal.kicked_4(w, op, (a, b, c, d), forces, n)
-
-
-@jit
-def sense(w, op, seen, count, n):
-    """Gives w.free the displacements at the points in `seen`."""
-    i = 0
-    while i + 3 < count:
-        a, b, c, d = seen[i], seen[i + 1], seen[i + 2], seen[i + 3]
-        u0, u1, u2, u3 = modal.displacement_4(w, op, (a, b, c, d), n)
-        w.free[a] = u0
-        w.free[b] = u1
-        w.free[c] = u2
-        w.free[d] = u3
-        i += 4
-    while i < count:
-        w.free[seen[i]] = modal.displacement(w, shape(op, seen[i]), n)
-        i += 1
 
 
 @jit
@@ -231,11 +150,7 @@ def press(slot, op, voice, seen, count, step):
         u.eta_before[m] = before
         u.eta[m] = eta
         u.pending[m] = op.push * f
-        u.streak[m] = u.streak[m] + 1 if u.last_look[m] == step - 1 else 1
-        u.last_look[m] = step
-        u.next_look[m] = step + 1
-        if eta < 0.0 and before <= 0.0 and f == 0.0:
-            u.next_look[m] = step + max(steps_clear(-eta, way) - EARLY, 1)
+        plan(u, m, way, step)
     if touching:
         slot.active = op.padded
 
@@ -256,20 +171,3 @@ def slide(slot, op, seen, count):
         v.pending[m] = op.push * f
     if touching:
         slot.v_active = op.padded
-
-
-@jit
-def finish(slot, op, near, count, step):
-    """Adds the forces of the last step; notes which points are known at `step`, and how clear all are at least."""
-    u, v, way = slot.u, slot.v, way_of_step(slot, op)
-    swaying = slot.v_active > 0
-    for i in range(count):
-        m = near[i]
-        if u.pending[m] != 0.0:
-            modal.kick(u, shape(op, m), u.pending[m], slot.active)
-        if swaying and v.pending[m] != 0.0:
-            modal.kick(v, shape(op, m), v.pending[m], slot.v_active)
-        known = u.last_look[m] == step and u.streak[m] > 1
-        u.solved_at[m] = step if known else -1
-        v.solved_at[m] = u.solved_at[m] if swaying else -1
-        u.clearance[m] = -u.eta[m] if u.last_look[m] == step else (u.next_look[m] + EARLY - step) * way

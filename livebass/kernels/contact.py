@@ -10,8 +10,8 @@ Friction. At a point that touches, x = v^{n+1} - v^{n-1} solves x + sum_k W_mk A
 the point sticks (|x| < slip) or slides. Alone it is a formula, f = -A sat(x* / (slip + W_mm A)); coupled points take
 turns.
 
-w is the working set of u, op the operator; `near` lists `count` contact points, and w.coupling is W between them by
-place in that list. [any thread]
+w is the working set of u, op the operator; `near` lists `count` contact points, and w.coupling is W between points.
+[any thread]
 """
 
 import numpy as np
@@ -104,7 +104,7 @@ def solve_points(w, op, near, count):
     if op.diagonal or count == 1:
         for i in range(count):
             m = near[i]
-            w.force[m] = solve_point(w.wanted[m], w.eta_before[m], w.coupling[i, i], op, w.force[m])
+            w.force[m] = solve_point(w.wanted[m], w.eta_before[m], w.coupling[m, m], op, w.force[m])
     elif not solve_few(w, op, near, count) and not solve_together(w, op, near, count):
         solve_in_turn(w, op, near, count)
     touching = 0
@@ -125,41 +125,39 @@ def solve_few(w, op, near, count):
         m = near[i]
         if w.eta_before[m] > 0.0 or w.eta_before[m] + w.wanted[m] > 0.0:
             if first < 0:
-                first = i
+                first = m
             elif second < 0:
-                second = i
+                second = m
             else:
                 return False
     if first < 0:
         return False
-    a = near[first]
     if second < 0:
         second = first
         g = 0.0
-        h = solve_point(w.wanted[a], w.eta_before[a], w.coupling[first, first], op, w.force[a])
+        h = solve_point(w.wanted[first], w.eta_before[first], w.coupling[first, first], op, w.force[first])
     else:
-        g, h, good = solve_two(w, op, near, first, second)
+        g, h, good = solve_two(w, op, first, second)
         if not good:
             return False
     for i in range(count):
         m = near[i]
-        felt = w.coupling[i, first] * g + w.coupling[i, second] * h
-        if i != first and i != second and w.eta_before[m] + w.wanted[m] - felt > 0.0:
+        felt = w.coupling[m, first] * g + w.coupling[m, second] * h
+        if m != first and m != second and w.eta_before[m] + w.wanted[m] - felt > 0.0:
             return False
     for i in range(count):
         w.force[near[i]] = 0.0
-    w.force[a] = g
-    w.force[near[second]] = h
+    w.force[first] = g
+    w.force[second] = h
     return True
 
 
 @jit
-def solve_two(w, op, near, i, k):
-    """`solve_together` of the points at places `i` and `k` of `near`: their forces, and whether it converged."""
-    a, b = near[i], near[k]
+def solve_two(w, op, a, b):
+    """`solve_together` of the points `a` and `b`: their forces, and whether it converged."""
     wanted, old, guess = w.wanted[a], w.eta_before[a], w.force[a]
     wanted_2, old_2, guess_2 = w.wanted[b], w.eta_before[b], w.force[b]
-    w11, w12, w21, w22 = w.coupling[i, i], w.coupling[i, k], w.coupling[k, i], w.coupling[k, k]
+    w11, w12, w21, w22 = w.coupling[a, a], w.coupling[a, b], w.coupling[b, a], w.coupling[b, b]
     r = wanted - w11 * guess - w12 * guess_2
     if old <= 0.0 and old + r <= 0.0:
         r = wanted
@@ -205,7 +203,7 @@ def solve_together(w, op, near, count):
             m = near[i]
             felt = 0.0
             for c in range(n):
-                felt += w.coupling[i, place[c]] * law[c]
+                felt += w.coupling[m, near[place[c]]] * law[c]
             solved = solved and not w.eta_before[m] + w.wanted[m] - felt > 0.0
         if solved:
             for i in range(count):
@@ -232,21 +230,29 @@ def newton(w, op, near, count):
     """
     residual, slope, law, r = w.solver.residual, w.solver.slope, w.solver.law, w.solver.r
     matrix, place = w.solver.matrix, w.solver.place
+    coupling, wanted, old = w.solver.coupling, w.solver.wanted, w.solver.old
     for i in range(count):
         m = near[place[i]]
-        x = w.wanted[m]
+        wanted[i] = w.wanted[m]
+        old[i] = w.eta_before[m]
+        law[i] = w.force[m]
+        for k in range(i + 1):
+            coupling[i, k] = w.coupling[m, near[place[k]]]
+            coupling[k, i] = coupling[i, k]
+    for i in range(count):
+        x = wanted[i]
         for k in range(count):
-            x -= w.coupling[place[i], place[k]] * w.force[near[place[k]]]
-        if w.eta_before[m] <= 0.0 and w.eta_before[m] + x <= 0.0:
-            x = w.wanted[m]
+            x -= coupling[i, k] * law[k]
+        if old[i] <= 0.0 and old[i] + x <= 0.0:
+            x = wanted[i]
         r[i] = x
     for _ in range(MOST_TOGETHER):
         for i in range(count):
-            law[i], slope[i] = force(r[i], w.eta_before[near[place[i]]], op.stiffness, op.exponent)
+            law[i], slope[i] = force(r[i], old[i], op.stiffness, op.exponent)
         for i in range(count):
-            x = w.wanted[near[place[i]]] - r[i]
+            x = wanted[i] - r[i]
             for k in range(count):
-                c = w.coupling[place[i], place[k]]
+                c = coupling[i, k]
                 x -= c * law[k]
                 matrix[i, k] = c * slope[k]
             residual[i] = x
@@ -291,8 +297,8 @@ def solve_in_turn(w, op, near, count):
             rest = w.wanted[m]
             for k in range(count):
                 if k != i:
-                    rest -= w.coupling[i, k] * w.force[near[k]]
-            weight = w.coupling[i, i]
+                    rest -= w.coupling[m, near[k]] * w.force[near[k]]
+            weight = w.coupling[m, m]
             new = solve_point(rest, w.eta_before[m], weight, op, w.force[m])
             change = max(change, abs(new - w.force[m]) * weight)
             w.force[m] = new
@@ -301,13 +307,13 @@ def solve_in_turn(w, op, near, count):
 
 
 @jit
-def felt(op, coupling, force, near, count, i):
-    """Displacement (m) that the forces at the points in `near` give the i-th of them at once."""
+def felt(op, coupling, force, near, count, m):
+    """Displacement (m) that the forces at the points in `near` give point `m`, one of them, at once."""
     if op.diagonal:
-        return coupling[i, i] * force[near[i]]
+        return coupling[m, m] * force[m]
     x = 0.0
     for k in range(count):
-        x += coupling[i, k] * force[near[k]]
+        x += coupling[m, near[k]] * force[near[k]]
     return x
 
 
@@ -343,8 +349,8 @@ def solve_friction(slot, op, near, count):
             if not op.diagonal:
                 for k in range(count):
                     if k != i:
-                        wanted += u.coupling[i, k] * v.force[near[k]]
-            new = friction_alone(op, wanted, u.coupling[i, i])
+                        wanted += u.coupling[m, near[k]] * v.force[near[k]]
+            new = friction_alone(op, wanted, u.coupling[m, m])
             change = max(change, abs(new - v.force[m]))
             v.force[m] = new
         if op.diagonal or touching == 1 or change <= FRICTION_ENOUGH * op.friction:

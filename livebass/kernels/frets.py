@@ -1,17 +1,17 @@
 """A string over frets: up to MOST_NEAR contact points, whose forces move each other.
 
 A fine step is one pass over the modes of a polarisation: it adds the forces of the step before, moves on, and sums the
-displacements at the points near. Then the forces are solved for at these points alone. v feels the friction of eq. 7
-where u touches; u does not feel v. [any thread]
+displacements at the points that are looked at (looks.py). Then the forces are solved for at these points alone. v feels
+the friction of eq. 7 where u touches; u does not feel v. [any thread]
 """
 
 import numpy as np
 
 from livebass.compiling import entry, jit
-from livebass.kernels import contact, modal
-from livebass.kernels.frame import NEVER, advance, begin_contact, operator_at, string_at, suspicious
-from livebass.kernels.operators import coupling, left_out, shape
-from livebass.kernels.records import NEAR
+from livebass.kernels import contact
+from livebass.kernels.frame import NEVER, advance, begin_contact, operator_at, string_at, suspicious, way_of_step
+from livebass.kernels.looks import find_rubbing, find_seen, finish, move, plan, recall
+from livebass.kernels.operators import coupling, left_out
 
 
 @entry("void(int64, int64, int64, int64)")
@@ -47,139 +47,87 @@ def next_look(slot, op, end):
 
 @jit
 def fine_steps(slot, op, voice, near, count, steps, step):
-    """Takes `steps` fine steps from `step` on, with contact and friction solved at the `count` points in `near`."""
-    u, v, swaying, height = slot.u, slot.v, slot.v_active > 0, slot.u.height
-    gather(u, op, near, count)
-    for i in range(count):
-        m = near[i]
-        if u.solved_at[m] != step:
-            u.eta[m] = height[m] - modal.displacement(u, shape(op, m), slot.active)
-            u.eta_before[m] = height[m] - modal.displacement_step_before(u, shape(op, m), slot.active)
-    if swaying:
-        gather(v, op, near, count)
-        for i in range(count):
-            m = near[i]
-            if v.solved_at[m] != step:
-                v.moved[m] = modal.displacement(v, shape(op, m), slot.v_active)
-                v.moved_before[m] = modal.displacement_step_before(v, shape(op, m), slot.v_active)
-    couple(slot, op, near, count)
+    """Takes `steps` fine steps from `step` on, with contact and friction solved at the `count` points in `near`.
+
+    u.clearance is that of the points, at least, before and after.
+    """
+    u, v, seen = slot.u, slot.v, slot.seen
+    recall(slot, op, near, count, step)
+    couple(slot, op)
     for _ in range(steps):
         step += 1
-        if swaying:
-            move(v, near, count, slot.v_active)
-            slide(slot, op, near, count)
-        move(u, near, count, slot.active)
-        press(slot, op, voice, near, count, step)
-    finish(u, near, count, slot.active, step)
-    if swaying:
-        finish(v, near, count, slot.v_active, step)
-    for i in range(count):
-        u.clearance[near[i]] = -u.eta[near[i]]
+        looks = find_seen(slot, near, count, step)
+        if slot.v_active > 0:
+            rubbing = find_rubbing(slot, op, looks)
+            move(v, op, slot.rubbing, rubbing, slot.v_active)
+            slide(slot, op, slot.rubbing, rubbing)
+        move(u, op, seen, looks, slot.active)
+        press(slot, op, voice, seen, looks, step)
+    finish(slot, op, near, count, step)
 
 
 @jit
-def gather(w, op, near, count):
-    """Copies the mode shapes at the points in `near` into the working set, where no force acts yet."""
-    for i in range(count):
-        modal.copy(w.near_shape[i], shape(op, near[i]), op.padded)
-        w.force[near[i]] = 0.0
-        w.force_before[near[i]] = 0.0
-    for i in range(count + NEAR):
-        w.pending[i] = 0.0
-
-
-@jit
-def couple(slot, op, near, count):
-    """Gathers W between the points in `near`, the modes left out included."""
+def couple(slot, op):
+    """Gives u.coupling W between the points, the modes left out included, unless it holds that already."""
+    if slot.coupled == op.coupling and slot.coupled_ratio == slot.ratio:
+        return
+    slot.coupled = op.coupling
+    slot.coupled_ratio = slot.ratio
     soft = 1.0 / (slot.ratio * slot.ratio)  # modes tuned higher are stiffer
-    for i in range(count):
-        w, r = coupling(op, near[i]), left_out(op, near[i])
-        for k in range(count):
-            slot.u.coupling[i, k] = w[near[k]] + soft * r[near[k]]
+    for m in range(op.points):
+        w, r = coupling(op, m), left_out(op, m)
+        for k in range(op.points):
+            slot.u.coupling[m, k] = w[k] + soft * r[k]
 
 
 @jit
-def move(w, near, count, n):
-    """Takes one fine step of `n` modes after the pending forces; w.free receives the displacements at the points."""
-    for i in range(NEAR, count):
-        if w.pending[i] != 0.0:
-            modal.kick_near(w, i, w.pending[i], n)
-    if count == 1:
-        w.free[near[0]] = modal.fine_1(w, w.pending[0], n)
-    elif count == 2:
-        u0, u1 = modal.fine_2(w, w.pending[0], w.pending[1], n)
-        w.free[near[0]] = u0
-        w.free[near[1]] = u1
-    elif count == 3:
-        u0, u1, u2 = modal.fine_3(w, w.pending[0], w.pending[1], w.pending[2], n)
-        w.free[near[0]] = u0
-        w.free[near[1]] = u1
-        w.free[near[2]] = u2
-    else:
-        u0, u1, u2, u3 = modal.fine_4(w, w.pending[0], w.pending[1], w.pending[2], w.pending[3], n)
-        w.free[near[0]] = u0
-        w.free[near[1]] = u1
-        w.free[near[2]] = u2
-        w.free[near[3]] = u3
-        for i in range(NEAR, count):
-            w.free[near[i]] = modal.displacement_near(w, i, n)
-
-
-@jit
-def press(slot, op, voice, near, count, step):
-    """Solves contact at `step`, the one that `move` made."""
-    u, height = slot.u, slot.u.height
+def press(slot, op, voice, seen, count, step):
+    """Solves contact at `step`, the one that `move` made, and notes when each point is to be looked at again."""
+    u, way, height = slot.u, way_of_step(slot, op), slot.u.height
     hit = False
     for i in range(count):
-        m = near[i]
+        m = seen[i]
         free = height[m] - u.free[m]
         hit = hit or free > 0.0 or u.eta_before[m] > 0.0
         u.wanted[m] = free - u.eta_before[m]
     if not hit:
         for i in range(count):
-            m = near[i]
+            m = seen[i]
             eta = u.eta_before[m] + u.wanted[m]
             u.eta_before[m] = u.eta[m]
             u.eta[m] = eta
             u.force[m] = 0.0
             u.force_before[m] = 0.0
-            u.pending[i] = 0.0
+            u.pending[m] = 0.0
+            plan(u, m, way, step)
         return
     for i in range(count):  # first guesses: the forces go on as they went
-        m = near[i]
+        m = seen[i]
         last = u.force[m]
         u.force[m] = max(2.0 * last - u.force_before[m], 0.0)
         u.force_before[m] = last
-    touching = contact.solve_points(u, op, near, count)
+    touching = contact.solve_points(u, op, seen, count)
     for i in range(count):
-        m = near[i]
-        eta = u.eta_before[m] + u.wanted[m] - contact.felt(op, u.coupling, u.force, near, count, i)
+        m = seen[i]
+        eta = u.eta_before[m] + u.wanted[m] - contact.felt(op, u.coupling, u.force, seen, count, m)
         if eta > 0.0 and u.eta[m] <= 0.0:
             begin_contact(slot, voice, step, m)
         u.eta_before[m] = u.eta[m]
         u.eta[m] = eta
-        u.pending[i] = op.push * u.force[m]
+        u.pending[m] = op.push * u.force[m]
+        plan(u, m, way, step)
     if touching > 0:
         slot.active = op.padded
 
 
 @jit
-def slide(slot, op, near, count):
+def slide(slot, op, seen, count):
     """Solves friction of the step that `move` made of v; before `press`, while u.eta is that at its start."""
     v = slot.v
-    if contact.solve_friction(slot, op, near, count):
+    if contact.solve_friction(slot, op, seen, count):
         slot.v_active = op.padded
     for i in range(count):
-        m = near[i]
+        m = seen[i]
         v.moved_before[m] = v.moved[m]
-        v.moved[m] = v.free[m] + contact.felt(op, slot.u.coupling, v.force, near, count, i)
-        v.pending[i] = op.push * v.force[m]
-
-
-@jit
-def finish(w, near, count, n, step):
-    """Adds the forces of the last step, and notes which step it was."""
-    for i in range(count):
-        if w.pending[i] != 0.0:
-            modal.kick_near(w, i, w.pending[i], n)
-        w.solved_at[near[i]] = step
+        v.moved[m] = v.free[m] + contact.felt(op, slot.u.coupling, v.force, seen, count, m)
+        v.pending[m] = op.push * v.force[m]

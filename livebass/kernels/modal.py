@@ -40,87 +40,65 @@ DEAD = 1e-17  # m^1.5: a mode below this is silence
 MOST_TURN = 2 * np.pi * 0.45  # rad a fine step, of a mode that a string is played with
 
 
-# fine_1 ... fine_4: one fine step after the forces at the first points near; the displacements (m) there.
+# fine_1, fine_2 and fine_4 take one fine step after the forces `f` at that many points, and return the displacements
+# (m) there; a point may stand twice in the list, with the force 0 the second time.
 @jit
-def fine_1(w, f0, n):
+def fine_1(w, op, point, f, n):
+    phi = shape(op, point)
     u0 = 0.0
     for j in range(n):
-        kick = f0 * w.near_shape[0, j]
+        kick = f * phi[j]
         a = w.fine_a[j]
         x = w.q[j] + kick
         y = w.p[j] + a * kick
         q = a * x + y
         w.p[j] = a * y - w.fine_b[j] * x
         w.q[j] = q
-        u0 += w.near_shape[0, j] * q
+        u0 += phi[j] * q
     return u0
 
 
 @jit
-def fine_2(w, f0, f1, n):
+def fine_2(w, op, points, f, n):
+    first, second = shape(op, points[0]), shape(op, points[1])
+    f0, f1 = f
     u0 = 0.0
     u1 = 0.0
     for j in range(n):
-        kick = f0 * w.near_shape[0, j] + f1 * w.near_shape[1, j]
+        kick = f0 * first[j] + f1 * second[j]
         a = w.fine_a[j]
         x = w.q[j] + kick
         y = w.p[j] + a * kick
         q = a * x + y
         w.p[j] = a * y - w.fine_b[j] * x
         w.q[j] = q
-        u0 += w.near_shape[0, j] * q
-        u1 += w.near_shape[1, j] * q
+        u0 += first[j] * q
+        u1 += second[j] * q
     return u0, u1
 
 
 @jit
-def fine_3(w, f0, f1, f2, n):
-    u0 = 0.0
-    u1 = 0.0
-    u2 = 0.0
-    for j in range(n):
-        kick = f0 * w.near_shape[0, j] + f1 * w.near_shape[1, j] + f2 * w.near_shape[2, j]
-        a = w.fine_a[j]
-        x = w.q[j] + kick
-        y = w.p[j] + a * kick
-        q = a * x + y
-        w.p[j] = a * y - w.fine_b[j] * x
-        w.q[j] = q
-        u0 += w.near_shape[0, j] * q
-        u1 += w.near_shape[1, j] * q
-        u2 += w.near_shape[2, j] * q
-    return u0, u1, u2
-
-
-@jit
-def fine_4(w, f0, f1, f2, f3, n):
+def fine_4(w, op, points, f, n):
+    first, second = shape(op, points[0]), shape(op, points[1])
+    third, fourth = shape(op, points[2]), shape(op, points[3])
+    f0, f1, f2, f3 = f
     u0 = 0.0
     u1 = 0.0
     u2 = 0.0
     u3 = 0.0
     for j in range(n):
-        kick = f0 * w.near_shape[0, j] + f1 * w.near_shape[1, j] + f2 * w.near_shape[2, j] + f3 * w.near_shape[3, j]
+        kick = f0 * first[j] + f1 * second[j] + f2 * third[j] + f3 * fourth[j]
         a = w.fine_a[j]
         x = w.q[j] + kick
         y = w.p[j] + a * kick
         q = a * x + y
         w.p[j] = a * y - w.fine_b[j] * x
         w.q[j] = q
-        u0 += w.near_shape[0, j] * q
-        u1 += w.near_shape[1, j] * q
-        u2 += w.near_shape[2, j] * q
-        u3 += w.near_shape[3, j] * q
+        u0 += first[j] * q
+        u1 += second[j] * q
+        u2 += third[j] * q
+        u3 += fourth[j] * q
     return u0, u1, u2, u3
-
-
-@jit
-def kick_near(w, i, f, n):
-    """Adds the effect of one contact force at the i-th point near, after a fine step."""
-    phi = w.near_shape[i]
-    for j in range(n):
-        x = f * phi[j]
-        w.q[j] += x
-        w.p[j] += w.fine_a[j] * x
 
 
 @jit
@@ -247,16 +225,6 @@ def displacement_step_before(w, phi, n):
     for j in range(n):
         a = w.fine_a[j]
         u += phi[j] * (a * w.q[j] - w.p[j]) / (a * a + w.fine_b[j])
-    return u
-
-
-@jit
-def displacement_near(w, i, n):
-    """Displacement (m) at the i-th point near."""
-    phi = w.near_shape[i]
-    u = 0.0
-    for j in range(n):
-        u += phi[j] * w.q[j]
     return u
 
 

@@ -93,8 +93,7 @@ GHOST_PLACE = 5  # fret at which an open string is damped for a ghost note
 NODE_RESISTANCE, NODE_WIDTH, NODE_TIME = 1.1, 4e-3, 65e-3  # ; m; s of the finger on a harmonic's node
 HARMONICS = (12, 19, 24, 28, 31)  # semitones above the open string of its harmonics 2 to 6
 SLOWEST_HAMMER, FASTEST_HAMMER = 0.3, 2.5  # m/s
-LEAST_PULL, MOST_PULL = 0.5e-3, 2e-3  # m by which the finger of a pull-off takes the string along ...
-PULL_ANGLE = 1.87  # rad, ... from u towards v: across, and a little towards the neck
+LEAST_PULL, MOST_PULL = 0.5e-3, 2e-3  # m across by which the finger of a pull-off takes the string along
 SLIDE_TIME = 22e-3  # s a fret
 VIBRATO_DEPTH, VIBRATO_RATE = 0.4, 5.6  # semitones at most; Hz
 
@@ -578,7 +577,7 @@ def press(p, i, before, fret, velocity, frame, slides, events, count):
     if fret > before:
         finger = SLOWEST_HAMMER * power(FASTEST_HAMMER / SLOWEST_HAMMER, part)
         return emit(events, count, frame, HAMMER, i, fret, finger, 0.0)
-    return emit(events, count, frame, PULL_OFF, i, fret, LEAST_PULL + (MOST_PULL - LEAST_PULL) * part, PULL_ANGLE)
+    return emit(events, count, frame, PULL_OFF, i, fret, LEAST_PULL + (MOST_PULL - LEAST_PULL) * part, 0.0)
 
 
 @jit

@@ -9,7 +9,6 @@ not collide in the cache.
 import numpy as np
 
 ROW = 1048  # float64; the most modes, and the most contact points, of one string
-NEAR = 4  # contact points the innermost loop takes at once
 MOST_NEAR = 32  # contact points solved together in one fine step
 BLOCK = 16  # modes are woken and dropped in blocks
 GROUP, GROUP_ROOM = 16, 128  # contact points in a group of a board; most groups
@@ -27,6 +26,9 @@ WHOLE, LONGER, PART = 0, 1, 2  # leaps: one frame; one fine step more, where fra
 # Newton's method in several contact points at once (contact.py)
 SOLVER = np.dtype(
     [
+        ("coupling", "f8", (MOST_NEAR, MOST_NEAR)),  # W between the points solved for ...
+        ("wanted", "f8", (MOST_NEAR,)),  # ... r* at each ...
+        ("old", "f8", (MOST_NEAR,)),  # ... and eta^{n-1}
         ("matrix", "f8", (MOST_NEAR, MOST_NEAR)),
         ("residual", "f8", (MOST_NEAR,)),
         ("slope", "f8", (MOST_NEAR,)),  # df/dr
@@ -76,13 +78,11 @@ WORK = np.dtype(
         _row("wanted"),  # r* of eq. 12
         _row("force"),
         _row("force_before"),
-        # forces that the next pass over the modes adds; over frets by place in the list of points near
-        _row("pending"),
-        _row("next_look", "i8"),  # of a board: fine step at which a point is looked at again ...
+        _row("pending"),  # forces that the next pass over the modes adds
+        _row("next_look", "i8"),  # fine step at which a point near is looked at again ...
         _row("last_look", "i8"),  # ... and was last ...
         _row("streak", "i8"),  # ... in so many steps in a row
-        ("near_shape", "f8", (MOST_NEAR, ROW)),  # mode shapes at the points near
-        ("coupling", "f8", (MOST_NEAR, MOST_NEAR)),  # W between them
+        ("coupling", "f8", (MOST_NEAR, MOST_NEAR)),  # W between contact points over frets
         ("solver", SOLVER),
     ],
     align=True,
@@ -181,7 +181,10 @@ SLOT = np.dtype(
         _row("suspects", "i8"),  # that may touch within the frame
         _row("looked", "i8"),  # whose clearance at the end of the frame is known
         _row("near", "i8"),  # that may touch within a part of the frame
-        _row("seen", "i8"),  # of a board: looked at in this fine step
+        _row("seen", "i8"),  # looked at in this fine step ...
+        _row("rubbing", "i8"),  # ... and in v
+        ("coupled", "i8"),  # what u.coupling holds for: the address of W ...
+        ("coupled_ratio", "f8"),  # ... and `ratio`
         # of the fingers that touch: made of their places when these change
         ("touch_shape", "f8", (TOUCHES, ROW)),  # mode shapes at each ...
         ("touch_square", "f8", (TOUCHES,)),  # ... the sum of their squares, 1/m ...

@@ -12,8 +12,8 @@ from livebass.kernels.records import BLOCK, GROUP_ROOM, MOST_NEAR, TOUCHES, UNKN
 
 FOR_EVER = 1 << 60  # a fine step
 # Fastest point over the root mean square velocity that the string's energy gives: plucks were seen to reach 3.8
-# (hard, near the bridge); the narrow pulse of a thumb more.
-SAFETY, SAFETY_STRUCK = 5.0, 10.0
+# (hard, near the bridge), a string stopped at a higher fret 4.8; the narrow pulse of a thumb more.
+SAFETY, SAFETY_HANDED, SAFETY_STRUCK = 5.0, 6.5, 10.0
 SLACK = 0.02  # m/s
 HOUSEKEEPING = 64  # frames between looks for dead modes
 STEEPEST = 0.1  # root mean square velocity over wave speed that a string bears: no playing reaches a third of it

@@ -13,7 +13,17 @@ from livebass.kernels.elementary import cos, exp, exp2, sin
 from livebass.kernels.operators import heights, positions, tap
 from livebass.kernels.preparing import FADE_TO
 from livebass.kernels.records import MOST_NEAR, TOUCHES
-from livebass.kernels.slot import SAFETY_STRUCK, bend, change_operator, disturb, forget_contact, load, open_v
+from livebass.kernels.slot import (
+    SAFETY,
+    SAFETY_HANDED,
+    SAFETY_STRUCK,
+    bend,
+    change_operator,
+    disturb,
+    forget_contact,
+    load,
+    open_v,
+)
 
 PULLING_FINGER = 4e-3  # m, half width of the left hand's finger that plucks as it leaves a fret
 USUAL_DAMPING = 90.0  # 1/s: how firmly hands end a note
@@ -179,7 +189,7 @@ def change_fret(string, ops, fret, finger, held):
     load_slot(string, ops, k, fret)
     new.on = 1
     new.hand = old.hand
-    new.safety = SAFETY_STRUCK
+    new.safety = max(old.safety, SAFETY_HANDED if op.length > to.length else SAFETY)
     if old.v_active > 0 or old.stop_v.place != 0.0:
         open_v(new, to)
     shorter = op.length - to.length
@@ -251,10 +261,10 @@ def hammer(string, ops, fret, finger):
 
 
 @jit
-def pull_off(string, ops, fret, deflection, angle):
+def pull_off(string, ops, fret, deflection):
     """Takes the finger off: the string goes on at the lower `fret`, plucked by that finger where it was.
 
-    It pulls the string by `deflection` m at `angle` from u towards v.
+    It pulls the string along by `deflection` m across the neck: the fret that it lay on leaves no way down.
     """
     voice = string.voice
     voice.slide_to = -1
@@ -270,10 +280,9 @@ def pull_off(string, ops, fret, deflection, angle):
     x = op.length - before
     if x > handover.CLOSE and deflection != 0.0:
         open_v(slot, op)
-        shape_of_pluck(slot.u, op, cos(angle) * deflection, x, PULLING_FINGER, 0.0)
-        shape_of_pluck(slot.v, op, sin(angle) * deflection, x, PULLING_FINGER, 0.0)
+        shape_of_pluck(slot.u, op, 0.0, x, PULLING_FINGER, 0.0)
+        shape_of_pluck(slot.v, op, deflection, x, PULLING_FINGER, 0.0)
         let_go(voice, slot, op, 0.0)
-        stop.sink(slot, op)
     slot.touching = 0
 
 

@@ -156,7 +156,7 @@ def happen(string, ops, event):
     elif event.kind == HAMMER:
         techniques.hammer(string, ops, event.fret, event.x)
     elif event.kind == PULL_OFF:
-        techniques.pull_off(string, ops, event.fret, event.x, event.y)
+        techniques.pull_off(string, ops, event.fret, event.x)
     elif event.kind == GLIDE:
         techniques.slide(string, event.fret, event.x)
     elif event.kind == WAVER:
