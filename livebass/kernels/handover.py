@@ -42,17 +42,57 @@ def crown_height(op, s):
     return height
 
 
+@jit
+def fill_squares(squares, top, n):
+    """Squares of the `n` wave numbers top (j + 1), in a row: quicker than to make them in every sum."""
+    for j in range(n):
+        k = top * (j + 1)
+        squares[j] = k * k
+
+
 @fast
-def weighted_sums(values, others, top, first, last, square):
-    """Sums of values[j] and others[j] over (square - k_j^2) for `first` <= j < `last`; k_j = top (j + 1)."""
+def sums_of_one(q, p, squares, n, square):
+    """Sums of the first `n` q[j] and p[j] over (square - squares[j])."""
     x = 0.0
     y = 0.0
-    for j in range(first, last):
-        k = top * (j + 1)
-        part = 1.0 / (square - k * k)
-        x += values[j] * part
-        y += others[j] * part
+    for j in range(n):
+        part = 1.0 / (square - squares[j])
+        x += q[j] * part
+        y += p[j] * part
     return x, y
+
+
+@fast
+def sums_of_two(q, p, q_v, p_v, squares, n, square):
+    """`sums_of_one` of two polarisations: the quotients take longer than the sums."""
+    x = 0.0
+    y = 0.0
+    x_v = 0.0
+    y_v = 0.0
+    for j in range(n):
+        part = 1.0 / (square - squares[j])
+        x += q[j] * part
+        y += p[j] * part
+        x_v += q_v[j] * part
+        y_v += p_v[j] * part
+    return x, y, x_v, y_v
+
+
+@jit
+def projected(a, squares, k, n, same):
+    """Sums over all `n` modes but `same` for the wave number `k`: of u and, where it moves, of v, weighed."""
+    u, v = a.u, a.v
+    j = max(same, 0)
+    kept = squares[j], u.q_before[j], u.p_before[j], v.q_before[j], v.p_before[j]
+    if same >= 0:  # no mode has the wave number 0
+        squares[j] = u.q_before[j] = u.p_before[j] = v.q_before[j] = v.p_before[j] = 0.0
+    if a.v_active > 0:
+        x, y, x_v, y_v = sums_of_two(u.q_before, u.p_before, v.q_before, v.p_before, squares, n, k * k)
+    else:
+        x, y = sums_of_one(u.q_before, u.p_before, squares, n, k * k)
+        x_v = y_v = 0.0
+    squares[j], u.q_before[j], u.p_before[j], v.q_before[j], v.p_before[j] = kept
+    return x, y, x_v, y_v
 
 
 @jit
@@ -78,11 +118,54 @@ def put(w, j, q, v):
 
 
 @jit
-def to_shorter(w, op, new, to, n):
-    """Hands `n` modes of `w` over to the shorter `new`; returns displacement and velocity at its stop, by the modes."""
+def straight(w, j, part):
+    """Displacement and velocity of mode `j` times `part`."""
+    q = w.q[j]
+    return part * q, part * (w.pace[j] * w.p[j] - w.sigma[j] * q)
+
+
+@jit
+def to_shorter(a, op, b, to):
+    """Hands the motion of slot `a` over to the shorter `b`, of u and, where it moves, of v.
+
+    Returns displacement and velocity at its stop by the modes, of u, then of v.
+    """
     s = op.length - to.length
     k1, k1_new = np.pi / op.length, np.pi / to.length
+    n = max(a.active, a.v_active)
+    sways = a.v_active > 0
+    u_stop, u_speed = weigh_at(a.u, op, s, n)
+    v_stop = v_speed = 0.0
+    if sways:
+        v_stop, v_speed = weigh_at(a.v, op, s, n)
+    squares = b.u.q_before
+    fill_squares(squares, k1, n)
+    scale = 2.0 / np.sqrt(op.length * to.length)
+    for m in range(to.modes):
+        k = (m + 1) * k1_new
+        same = equal_mode(k, k1, n)
+        x, y, x_v, y_v = projected(a, squares, k, n, same)
+        q, p = scale * k * x, scale * k * y
+        q_v, p_v = scale * k * x_v, scale * k * y_v
+        if same >= 0:
+            part = np.sqrt(to.length / op.length) * cos(k * s)
+            x, y = straight(a.u, same, part)
+            q, p = q + x, p + y
+            if sways:
+                x, y = straight(a.v, same, part)
+                q_v, p_v = q_v + x, p_v + y
+        line = np.sqrt(2 * to.length) / (np.pi * (m + 1))
+        put(b.u, m, q - u_stop * line, p - u_speed * line)
+        if sways:
+            put(b.v, m, q_v - v_stop * line, p_v - v_speed * line)
+    return u_stop, u_speed, v_stop, v_speed
+
+
+@jit
+def weigh_at(w, op, s, n):
+    """Weighs `n` modes by their shape at `s` for `projected`; returns displacement and velocity there."""
     velocities(w, n)
+    k1 = np.pi / op.length
     u = 0.0
     v = 0.0
     for j in range(n):
@@ -91,61 +174,52 @@ def to_shorter(w, op, new, to, n):
         w.p_before[j] *= phi
         u += w.q_before[j]
         v += w.p_before[j]
-    u *= np.sqrt(2 / op.length)
-    v *= np.sqrt(2 / op.length)
-    scale = 2.0 / np.sqrt(op.length * to.length)
-    for m in range(to.modes):
-        k = (m + 1) * k1_new
-        same = equal_mode(k, k1, n)
-        if same < 0:
-            x, y = weighted_sums(w.q_before, w.p_before, k1, np.int64(0), n, k * k)
-        else:
-            x, y = weighted_sums(w.q_before, w.p_before, k1, np.int64(0), same, k * k)
-            x_2, y_2 = weighted_sums(w.q_before, w.p_before, k1, same + 1, n, k * k)
-            x, y = x + x_2, y + y_2
-        x *= scale * k
-        y *= scale * k
-        if same >= 0:
-            part = np.sqrt(to.length / op.length) * cos(k * s)
-            q = w.q[same]
-            x += part * q
-            y += part * (w.pace[same] * w.p[same] - w.sigma[same] * q)
-        line = np.sqrt(2 * to.length) / (np.pi * (m + 1))
-        put(new, m, x - u * line, y - v * line)
-    return u, v
+    root = np.sqrt(2 / op.length)
+    return u * root, v * root
 
 
 @jit
-def to_longer(w, op, new, to, n, height, speed):
-    """Hands `n` modes of `w` over to the longer `new`.
+def weigh_by_number(w, op, n):
+    """Weighs `n` modes by their wave numbers for `projected`."""
+    velocities(w, n)
+    for m in range(n):
+        k = (m + 1) * (np.pi / op.length)
+        w.q_before[m] *= k
+        w.p_before[m] *= k
 
-    The stop was `height` m over the line that the longer string rests on, and moved at `speed`.
+
+@jit
+def to_longer(a, op, b, to, at, at_v):
+    """Hands the motion of slot `a` over to the longer `b`, of u and, where it moves, of v.
+
+    The stop of u was at[0] m over the line that the longer string rests on, and moved at at[1] m/s; that of v `at_v`.
     """
     s = to.length - op.length
     k1, k1_old = np.pi / to.length, np.pi / op.length
-    velocities(w, n)
-    for m in range(n):
-        k = (m + 1) * k1_old
-        w.q_before[m] *= k
-        w.p_before[m] *= k
+    n = max(a.active, a.v_active)
+    sways = a.v_active > 0
+    weigh_by_number(a.u, op, n)
+    if sways:
+        weigh_by_number(a.v, op, n)
+    squares = b.u.q_before
+    fill_squares(squares, k1_old, n)
     scale = 2.0 / np.sqrt(op.length * to.length)
     corner = np.sqrt(2 / to.length) * to.length / (s * (to.length - s))
     for j in range(to.modes):
         k = (j + 1) * k1
         phi = sin(k * s)
         same = equal_mode(k, k1_old, n)
-        if same < 0:
-            x, y = weighted_sums(w.q_before, w.p_before, k1_old, np.int64(0), n, k * k)
-        else:
-            x, y = weighted_sums(w.q_before, w.p_before, k1_old, np.int64(0), same, k * k)
-            x_2, y_2 = weighted_sums(w.q_before, w.p_before, k1_old, same + 1, n, k * k)
-            x, y = x + x_2, y + y_2
-        x *= -scale * phi
-        y *= -scale * phi
+        x, y, x_v, y_v = projected(a, squares, k, n, same)
+        q, p = -scale * phi * x, -scale * phi * y
+        q_v, p_v = -scale * phi * x_v, -scale * phi * y_v
         if same >= 0:
             part = np.sqrt(op.length / to.length) * cos(k * s)
-            q = w.q[same]
-            x += part * q
-            y += part * (w.pace[same] * w.p[same] - w.sigma[same] * q)
+            x, y = straight(a.u, same, part)
+            q, p = q + x, p + y
+            if sways:
+                x, y = straight(a.v, same, part)
+                q_v, p_v = q_v + x, p_v + y
         shape = corner * phi / (k * k) / (1 + to.held_stiffness * (k * k))
-        put(new, j, x + height * shape, y + speed * shape)
+        put(b.u, j, q + at[0] * shape, p + at[1] * shape)
+        if b.v_ready:
+            put(b.v, j, q_v + at_v[0] * shape, p_v + at_v[1] * shape)

@@ -199,12 +199,11 @@ def change_fret(string, ops, fret, finger, held):
         # a finger that presses gently has done so before: only what the string moves by is stopped
         crown = handover.crown_height(op, shorter) if finger > 0.0 else 0.0
         part = to.length / op.length  # of the line from a stop that still moves
-        x, v = handover.to_shorter(old.u, op, new.u, to, old.active)
-        u_stop = old.stop_u
+        x, v, x_v, v_v = handover.to_shorter(old, op, new, to)
+        u_stop, v_stop = old.stop_u, old.stop_v
         stop.begin(new.stop_u, x + part * u_stop.place - crown, v + part * u_stop.speed, finger, voice)
         if new.v_ready:
-            x, v = handover.to_shorter(old.v, op, new.v, to, old.v_active)
-            stop.begin(new.stop_v, x + part * old.stop_v.place, v + part * old.stop_v.speed, finger, voice)
+            stop.begin(new.stop_v, x_v + part * v_stop.place, v_v + part * v_stop.speed, finger, voice)
         new.moving = 1
         new.offset = crown + part * old.offset
         new.offset_speed = part * old.offset_speed
@@ -212,9 +211,9 @@ def change_fret(string, ops, fret, finger, held):
         crown = handover.crown_height(to, -shorter)
         new.offset = to.length / op.length * (old.offset - held * crown)
         new.offset_speed = to.length / op.length * old.offset_speed
-        handover.to_longer(old.u, op, new.u, to, old.active, held * (crown + old.stop_u.place), held * old.stop_u.speed)
-        if new.v_ready:
-            handover.to_longer(old.v, op, new.v, to, old.v_active, held * old.stop_v.place, held * old.stop_v.speed)
+        at = held * (crown + old.stop_u.place), held * old.stop_u.speed
+        at_v = held * old.stop_v.place, held * old.stop_v.speed
+        handover.to_longer(old, op, new, to, at, at_v)
     new.active = to.padded
     if new.v_ready:
         new.v_active = to.padded
