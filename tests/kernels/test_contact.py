@@ -21,7 +21,7 @@ def residuals(wanted: np.ndarray, old: np.ndarray, coupling: np.ndarray, exponen
     work, op = np.zeros(1, WORK), np.zeros(1, OPERATOR)
     w = work[0]
     w["wanted"][near], w["eta_before"][near], w["force"][near] = wanted, old, guess
-    w["coupling"][:count, :count] = coupling
+    w["coupling"][np.ix_(near, near)] = coupling
     op["stiffness"], op["exponent"] = STIFFNESS, exponent
     touching = contact.solve_points(w, op[0], near, count)
     f = w["force"][near]
