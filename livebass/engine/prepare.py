@@ -326,7 +326,10 @@ def instrument_numbers(
 def bass_numbers(instrument: Instrument, tiers: Sequence[Quality], frets: int) -> NDArray[np.void]:
     """Makes the INSTRUMENT, (1,), of a bass with `frets` frets a string, in `tiers` of quality."""
     bass = instrument
-    return instrument_numbers(bass.strings, bass.output, bass.player, tiers, frets)
+    numbers = instrument_numbers(bass.strings, bass.output, bass.player, tiers, frets)
+    if bass.over_board:
+        numbers["player"]["thumb_mass"] = 0.0  # it would press on points by the hundred
+    return numbers
 
 
 def new_voice(rates: Rates, log: int = 0) -> Voice:

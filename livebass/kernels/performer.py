@@ -21,6 +21,7 @@ from livebass.kernels.records import (
     PLUCK,
     PULL_OFF,
     STRIKE_EVENT,
+    THROW,
     TONE,
     TOUCH_EVENT,
     WAVER,
@@ -39,6 +40,7 @@ MOST_EVENTS = 7 * MOST_STRINGS  # one message gives at most so many: reset-contr
 MOST_RANGE = 96  # semitones of pitch bend; the fine part of the range comes on top ...
 MOST_BEND = 97.0  # ... and no bend goes farther
 LEAST_FORCE = 1e-3  # multiple of the grazing apex: a curve cannot start at zero
+FASTEST_STRIKE = 8.0  # m/s: no hand is faster
 MOST_UNEVENNESS = 0.5
 KEYS = 128
 
@@ -157,6 +159,9 @@ PERFORMER = np.dtype(
         ("slapped", "i8"),
         ("strike_position", "f8"),
         ("strike_force", "f8"),
+        ("strike_softest", "f8"),  # m/s
+        ("strike_hardest", "f8"),
+        ("thumb_mass", "f8"),  # kg; 0: the thumb strikes by an impulse
         ("hand_damping", "f8"),
         ("unevenness", "f8"),
         ("seed", "i8"),
@@ -595,10 +600,15 @@ def stroke(p, ops, i, fret, node, velocity, own_place, frame, events, count):
     aside = UNEVEN_PLACE * p.unevenness * chance(p.seed, 2 * p.notes + 1)
     if i < p.slapped and node == 0:
         where = over_body(ops[i, 0], op, p.strike_position, aside, LEAST_STRIKE)
-        depth = p.strike_force * soft_limit(force * max(grazing(op, 0.5 * op.length), LEAST_GRAZE), p.greatest)
-        if p.usual_slapped == 0:
-            depth *= GUEST_THUMB
-        count = emit(events, count, frame, STRIKE_EVENT, i, stop, depth, where)
+        if p.thumb_mass > 0.0:
+            speed = p.strike_softest * power(p.strike_hardest / p.strike_softest, (velocity - 1) / 126.0)
+            speed *= p.dynamics * (1.0 + p.unevenness * chance(p.seed, 2 * p.notes)) * (GHOST_FORCE if ghost else 1.0)
+            count = emit(events, count, frame, THROW, i, stop, soft_limit(speed, FASTEST_STRIKE), where)
+        else:
+            depth = p.strike_force * soft_limit(force * max(grazing(op, 0.5 * op.length), LEAST_GRAZE), p.greatest)
+            if p.usual_slapped == 0:
+                depth *= GUEST_THUMB
+            count = emit(events, count, frame, STRIKE_EVENT, i, stop, depth, where)
     else:
         position = place(p, own_place) if not np.isnan(own_place) else p.position
         touched = node if node > 0 else 2 if p.switched[HARMONIC] > 0 else 0
