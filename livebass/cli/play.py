@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from livebass.cli.hands import Hands, hands_options
 from livebass.cli.remembered import DamagedSettings, Remembered, forget, load, save, settings_file
 from livebass.cli.render import DEFAULT_PRESET, announce_kernels, clipping, preset_for
 from livebass.cli.values import RATE, Learn, Number, Quantity, Span
@@ -94,6 +95,7 @@ sound, the oldest first. They change back one by one when the load has stayed be
 @click.option(
     "--channel", type=Number("channel", 1, 16, whole=True), help="Listen to this MIDI channel only.  [default: all]"
 )
+@hands_options
 @click.option("--gain", type=Number("dB", -60, 20), default=0.0, show_default=True, help="Output level.")
 @click.option(
     "--file",
@@ -166,6 +168,7 @@ def play(**options: Any) -> None:
     from livebass.score import read_score
 
     check_together(options)
+    hands = Hands.taken(options)
     memory = recall(options)
     options |= memory.used
     song, device, channel = options["song"], options["audio"], options["channel"]
@@ -189,7 +192,8 @@ def play(**options: Any) -> None:
         for remark in remarks(score, options["preset"], DEFAULT_PRESET) + too_low(bass, score, DEFAULT_PRESET):
             click.echo(f"{song}: {remark}", err=True)
     settings = Settings(
-        instrument=bass,
+        instrument=hands.play(bass),
+        hands=hands.play,
         quality=QUALITIES[options["quality"]],
         preset=preset,
         backend=options["backend"],

@@ -12,13 +12,12 @@ from support.live import QUICK, RATE, offline
 
 from livebass import load_preset
 from livebass.arrays import Floats
-from livebass.kernels.performer import LEAST, MOST
+from livebass.kernels.performer import LEARNED, LEAST, MOST
 from livebass.live.desk import LEAD, Desk, MidiLearn, check_controllers, click_sound
 from livebass.live.outputs import FakeDevice
 from livebass.live.parameters import NUMBERS, PARAMETERS
 from livebass.live.session import clock
 from livebass.live.synth import LiveBass, Synth
-from livebass.live.thread.desk import parameter_for
 from livebass.live.tuner import frequency_of, tuning, tuning_text
 from livebass.score import Score, demo_score, read_score, score_of
 
@@ -223,7 +222,8 @@ def test_a_learned_controller_moves_its_parameter_and_nothing_else() -> None:
     for controller, value in ((74, 1), (7, 0), (20, 127)):
         synth.receive(0xB0, controller, value)
     device.block(64)
-    assert [m[1:] for m in synth.played()] == [(0xB0, 74, 1)], "7 is no volume any more"
+    kept = [(0xB0, 74, 1), (0xB0, LEARNED + NUMBERS["tone"], 0), (0xB0, LEARNED + NUMBERS["dynamics"], 127)]
+    assert [m[1:] for m in synth.played()] == kept, "7 is no volume any more; a take has what it stands for"
     assert synth.parameter(NUMBERS["tone"]) == -1 and synth.parameter(NUMBERS["dynamics"]) == 12
     desk.learn("tone", None)
     synth.receive(0xB0, 7, 64)
@@ -232,8 +232,14 @@ def test_a_learned_controller_moves_its_parameter_and_nothing_else() -> None:
 
 
 def test_a_controller_in_its_middle_leaves_the_parameter_as_the_bass_has_it() -> None:
+    desk, synth, device = desk_and_device()
     for symbol, number in NUMBERS.items():
-        values = [parameter_for(number, value) for value in range(128)]
+        desk.learn(symbol, 20)
+        values = []
+        for value in range(128):
+            synth.receive(0xB0, 20, value)
+            device.block(16)
+            values.append(synth.parameter(number))
         most = 0 if symbol == "gain" else MOST[number]
         assert values == sorted(values) and values[0] == LEAST[number] and values[-1] == most
         if symbol != "gain":
