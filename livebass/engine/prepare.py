@@ -331,7 +331,7 @@ def fill_key_map(to: NDArray[np.void], player: Player) -> None:
     switches, functions = list(SWITCHES), list(FUNCTIONS)
     to["over_notes"] = player.keys.over_notes
     for key, name, value in player.keys.keys:
-        to["switch"][key], to["switch_value"][key] = 1 + switches.index(name), value
+        to["action"][key], to["value"][key] = 1 + switches.index(name), value
     by_number = {LEARNED + k: name for k, name in enumerate(PARAMETERS)}
     place, usual = player.position_controller, Player.position_controller
     by_number[place] = "place"
@@ -339,7 +339,7 @@ def fill_key_map(to: NDArray[np.void], player: Player) -> None:
     if place != usual:  # the preset asks for it
         by_number[place] = "place"
     for number, name in by_number.items():
-        to["controller"][number] = 1 + functions.index(name)
+        to["function"][number] = 1 + functions.index(name)
 
 
 def bass_numbers(instrument: Instrument, tiers: Sequence[Quality], frets: int) -> NDArray[np.void]:

@@ -72,9 +72,9 @@ PLAYER = np.dtype(
 # What keys and controllers do: numbers of performer.py
 KEY_MAP = np.dtype(
     [
-        ("switch", "i8", (KEYS,)),
-        ("switch_value", "i8", (KEYS,)),
-        ("controller", "i8", (CONTROLLERS,)),
+        ("action", "i8", (KEYS,)),
+        ("value", "i8", (KEYS,)),
+        ("function", "i8", (CONTROLLERS,)),
         ("over_notes", "i8"),  # 1: keys switch although the bass has their notes
     ],
     align=True,
@@ -297,11 +297,11 @@ def make_performer(p, instrument, seed):
     p.forced = -1
     p.over_notes = instrument.key_map.over_notes
     for key in range(KEYS):
-        p.switch[key] = instrument.key_map.switch[key]
-        p.switch_value[key] = instrument.key_map.switch_value[key]
+        p.switch[key] = instrument.key_map.action[key]
+        p.switch_value[key] = instrument.key_map.value[key]
         p.part[key] = instrument.part[key]
     for number in range(CONTROLLERS):
-        p.controller[number] = instrument.key_map.controller[number]
+        p.controller[number] = instrument.key_map.function[number]
     reset_controllers(p)
 
 
@@ -422,10 +422,10 @@ def is_instrument(instrument):
 def is_key_map(key_map):
     """True if the numbers of a KEY_MAP are such as kernels take."""
     for key in range(KEYS):
-        if not 0 <= key_map.switch[key] < ACTIONS or not 0 <= key_map.switch_value[key] < KEYS:
+        if not 0 <= key_map.action[key] < ACTIONS or not 0 <= key_map.value[key] < KEYS:
             return False
     for number in range(CONTROLLERS):
-        if not 0 <= key_map.controller[number] < FUNCTIONS:
+        if not 0 <= key_map.function[number] < FUNCTIONS:
             return False
     return 0 <= key_map.over_notes <= 1
 

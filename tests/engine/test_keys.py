@@ -216,7 +216,7 @@ def test_the_position_controller_of_a_preset_is_one_more() -> None:
     def places(**player: object) -> list[int]:
         made = np.zeros(1, KEY_MAP)
         fill_key_map(made[0], bass(**player).player)
-        return np.flatnonzero(made["controller"][0] == performer.CC_PLACE).tolist()
+        return np.flatnonzero(made["function"][0] == performer.CC_PLACE).tolist()
 
     assert places() == [3, 16] and places(position_controller=20) == [3, 20]
     assert places(position_controller=9) == [3, 9], "in place of palm mute"

@@ -14,14 +14,14 @@ import pytest
 from livebass import QUALITIES, load_preset, preset_names
 from livebass.engine.engine import Engine, prepare
 from livebass.engine.prepare import Pool, Rates, whole_contact_rate
-from livebass.kernels.instrument import COARSE, FILE, LIVE, PLAYER, STUDIO, TIERS, VERSION, WORD, checksum
+from livebass.kernels.instrument import COARSE, FILE, KEY_MAP, LIVE, PLAYER, STUDIO, TIERS, VERSION, WORD, checksum
 from livebass.kernels.preparing import NOTE
 from livebass.plugin.instrument import instrument_file, read_instrument, tiers, write_instrument
 from livebass.plugin.lv2 import write_bundle
 
 ADDRESSES = ("coefficients", "taps", "shapes", "heights", "positions", "coupling", "left_out")
 # Of every version so far: what is stored, and how. A file of another layout must have another version.
-LAYOUTS = {1: "4a97951d4a5441f0", 3: "0e201a4e5c4026f4"}
+LAYOUTS = {1: "4a97951d4a5441f0", 3: "0e201a4e5c4026f4", 4: "1171f7773215cf5f"}
 
 
 def assert_same_pool(made: Pool, wanted: Pool) -> None:
@@ -200,6 +200,16 @@ def test_no_number_of_the_player_may_be_absurd(name: str, whole: bytes, tmp_path
     values = (-1000, 1 << 40) if PLAYER[name].kind == "i" else (np.nan, np.inf, -1e9, 1e9)
     for value in values:
         player[name] = value
+        assert "damaged" in refused(sealed(words), tmp_path / "a.lbass"), value
+
+
+@pytest.mark.parametrize("name", [*(KEY_MAP.names or ()), "part", "wheel_slides"])
+def test_no_number_of_keys_or_velocities_may_be_absurd(name: str, whole: bytes, tmp_path: Path) -> None:
+    words = np.frombuffer(whole, np.int64).copy()
+    numbers = words.view(np.uint8)[: FILE.itemsize].view(FILE)["instrument"]
+    field = numbers[name] if name in ("part", "wheel_slides") else numbers["key_map"][name]
+    for value in (-1, 1000) if field.dtype.kind == "i" else (np.nan, -0.1, 1.1):
+        field[..., -1] = value
         assert "damaged" in refused(sealed(words), tmp_path / "a.lbass"), value
 
 
