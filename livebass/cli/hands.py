@@ -16,23 +16,6 @@ Command = TypeVar("Command", bound=Callable[..., Any])
 NAMES = ("keys", "velocity_curve", "wheel")
 
 
-class KeyMapOf(click.ParamType):
-    """A key map, by name or from a TOML file."""
-
-    name = "name|file"
-
-    def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
-        return "NAME|FILE"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        from livebass.preset.keymap import load_key_map
-
-        try:
-            return load_key_map(value) if isinstance(value, str) else value
-        except ValueError as error:
-            self.fail(str(error), param, ctx)
-
-
 class CurveOf(click.ParamType):
     """A curve of velocity: its name, an exponent, or points such as 1:1,64:90,127:127."""
 
@@ -81,7 +64,7 @@ def hands_options(command: Command) -> Command:
         ),
         click.option(
             "--keys",
-            type=KeyMapOf(),
+            metavar="NAME|FILE",
             help="What MIDI keys and controllers do: modo, modo-12, or your own file; see `livebass presets keymap`.  "
             "[default: modo]",
         ),
@@ -98,8 +81,12 @@ class Hands:
 
     @classmethod
     def taken(cls, options: dict[str, Any]) -> Hands:
-        """Takes the options of `hands_options` out of a command's `options`."""
+        """Takes the options of `hands_options` out of a command's `options`. Raises PresetError for a bad key map."""
         given = {name: options.pop(name) for name in NAMES}
+        if given["keys"] is not None:
+            from livebass.preset.keymap import load_key_map
+
+            given["keys"] = load_key_map(given["keys"])
         return cls({name: value for name, value in given.items() if value is not None})
 
     def play(self, bass: Instrument) -> Instrument:

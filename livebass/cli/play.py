@@ -163,12 +163,12 @@ def play(**options: Any) -> None:
 
     Bass, gain, devices and learned controllers are remembered until the next time.
     """
+    hands = Hands.taken(options)
     if options["controllers"]:
         from livebass.preset.keymap import key_map_text
 
-        click.echo(
-            CONTROLLERS if options["keys"] is None else key_map_text(options["keys"]), nl=options["keys"] is None
-        )
+        keys = hands.changes.get("keys")
+        click.echo(key_map_text(keys).rstrip("\n") if keys else CONTROLLERS)
         return
     from livebass.cli.song import remarks, too_low
     from livebass.compiling.library import cached
@@ -181,7 +181,6 @@ def play(**options: Any) -> None:
     from livebass.score import read_score
 
     check_together(options)
-    hands = Hands.taken(options)
     memory = recall(options)
     options |= memory.used
     song, device, channel = options["song"], options["audio"], options["channel"]

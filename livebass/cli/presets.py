@@ -86,8 +86,8 @@ def keys() -> None:
 
 
 @presets.command()
-@click.argument("name", metavar="NAME|FILE", default="modo")
-def keymap(name: str) -> None:
+@click.argument("key_map", metavar="NAME|FILE", default="modo")
+def keymap(key_map: str) -> None:
     """Print a key map: what MIDI keys and controllers do.
 
     A map that comes with livebass, modo (the usual one, as in MODO BASS) or modo-12 (an octave higher), or your own
@@ -99,7 +99,7 @@ def keymap(name: str) -> None:
     """
     from livebass.preset.keymap import key_map_text, load_key_map
 
-    click.echo(key_map_text(load_key_map(name)), nl=False)
+    click.echo(key_map_text(load_key_map(key_map)), nl=False)
 
 
 MOST_RESONANCES = 16
