@@ -205,6 +205,10 @@ def render(
         output = output or Path(f"{note_name(note)}.{ending}")
         score = single_note(note, velocity, duration, options.rate)
     bass = hands.play(load_preset(preset or preset_for(score)))
+    if demo == "techniques":
+        from livebass.model.keymap import MODO
+
+        bass = Hands({"keys": MODO}).play(bass)  # whose keys the phrases press
     if note is not None:
         from livebass.cli.song import check_range
 
