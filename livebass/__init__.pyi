@@ -27,9 +27,9 @@ from .model.instrument import Instrument as Instrument
 from .model.quality import QUALITIES as QUALITIES
 from .model.quality import Quality as Quality
 from .model.quality import quality_with as quality_with
-from .preset.build import PresetError as PresetError
 from .preset.load import load_preset as load_preset
 from .preset.load import preset_names as preset_names
+from .preset.source import PresetError as PresetError
 from .score import Score as Score
 from .score import ScoreError as ScoreError
 from .score import demo_score as demo_score

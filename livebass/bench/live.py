@@ -37,10 +37,10 @@ from livebass.bench.fidelity import (
 )
 from livebass.bench.measure import OtherLoad, Result, Row, heading, load_lines
 from livebass.engine.prepare import whole_contact_rate
-from livebass.kernels.performer import ON_STRING, SWITCHES
 from livebass.live.outputs import FakeDevice
 from livebass.live.synth import LiveBass, Synth
 from livebass.model.instrument import Instrument, speaking
+from livebass.model.keymap import MODO
 from livebass.model.quality import QUALITIES, Quality, modes_for, quality_with
 from livebass.preset.load import load_preset
 from livebass.report.picture import figure, image
@@ -61,7 +61,7 @@ SIXTEENTH = 60 / 110 / 4  # s
 # One hand after the other on every string: a controller and its value, the frets and velocities that are then played
 HANDS = ((0, 0, ((0, 127),)), (68, 127, ((7, 127),)), (65, 127, ((12, 127),)), (65, 0, ((0, 127),)))
 HANDS_APART = 0.15  # s
-STRING_KEYS = {pitch_class: key for key, action, pitch_class in SWITCHES if action == ON_STRING}
+STRING_KEYS = {pitch_class: key for key, technique, pitch_class in MODO.keys if technique == "string"}
 ROUNDS = ((0, 127), (3, 100), (7, 127), (2, 115))
 REST = 0.3  # s of silence after each run
 

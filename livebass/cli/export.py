@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from livebass.cli.hands import Hands, hands_options
 from livebass.cli.render import DEFAULT_PRESET, announce_kernels, quality_option, shown_progress
 from livebass.cli.values import RATE, Number, Quantity
 from livebass.model.quality import QUALITIES
@@ -70,6 +71,7 @@ def plugin_command(kind: str) -> click.Command:
         """,
     )
     @presets_option
+    @hands_options
     @click.option(
         "-o",
         "--output",
@@ -81,8 +83,10 @@ def plugin_command(kind: str) -> click.Command:
     )
     @click.option("--system", cls=SystemOption, metavar="NAME")
     @click.argument("more", nargs=-1, metavar="")
-    def write(presets: tuple[str, ...], output: Path, system: str | None, more: tuple[str, ...]) -> None:
-        _write_plugin(kind, _basses(presets, more), output, system)
+    def write(
+        presets: tuple[str, ...], output: Path, system: str | None, more: tuple[str, ...], **options: Any
+    ) -> None:
+        _write_plugin(kind, _basses(presets, more, Hands.taken(options)), output, system)
 
     return write
 
@@ -112,8 +116,8 @@ def _write_plugin(kind: str, basses: dict[str, Instrument], output: Path, wanted
     click.echo(f"copy it into {folder_of_plugins(system, kind)} and let your host look for new plugins", err=True)
 
 
-def _basses(presets: tuple[str, ...], more: tuple[str, ...]) -> dict[str, Instrument]:
-    """The basses of `presets` and `more`, by short name; if none is named all of livebass, the usual one first.
+def _basses(presets: tuple[str, ...], more: tuple[str, ...], hands: Hands) -> dict[str, Instrument]:
+    """The basses of `presets` and `more` in those hands, by name; if none is named all of livebass, the usual first.
 
     `more` are names behind the last -p, which has to be there.
     """
@@ -126,12 +130,13 @@ def _basses(presets: tuple[str, ...], more: tuple[str, ...]) -> dict[str, Instru
         name = Path(preset).stem
         if name in basses:
             raise click.UsageError(f"-p {preset}: there are two basses called {name}")
-        basses[name] = load_preset(preset)
+        basses[name] = hands.play(load_preset(preset))
     return basses
 
 
 @export.command()
 @presets_option
+@hands_options
 @click.option(
     "-o",
     "--output",
@@ -150,7 +155,9 @@ def _basses(presets: tuple[str, ...], more: tuple[str, ...]) -> dict[str, Instru
     help="How finely the strings are computed; studio needs a fast computer.",
 )
 @click.argument("more", nargs=-1, metavar="")
-def web(presets: tuple[str, ...], output: Path, single: bool, quality: str, more: tuple[str, ...]) -> None:
+def web(
+    presets: tuple[str, ...], output: Path, single: bool, quality: str, more: tuple[str, ...], **options: Any
+) -> None:
     """Write a web page that plays presets in a browser, from keys, mouse, fingers or MIDI.
 
     The page is a folder for a web server, over https or on localhost; with --single it is one file that plays from a
@@ -170,7 +177,7 @@ def web(presets: tuple[str, ...], output: Path, single: bool, quality: str, more
     from livebass.web import build
     from livebass.web.export import export_page, is_page
 
-    basses = _basses(presets, more)
+    basses = _basses(presets, more, Hands.taken(options))
     checked_directory(output, is_page)  # now, not after a minute of work
     announce_kernels()
     if not build.cached():
@@ -184,6 +191,7 @@ def web(presets: tuple[str, ...], output: Path, single: bool, quality: str, more
 
 @export.command()
 @click.argument("preset", metavar="NAME|FILE")
+@hands_options
 @click.option(
     "-o",
     "--output",
@@ -191,7 +199,7 @@ def web(presets: tuple[str, ...], output: Path, single: bool, quality: str, more
     metavar="FILE",
     help="The file to write, NAME.lbass.  [default: where installed plugins look, in your home directory]",
 )
-def instrument(preset: str, output: Path | None) -> None:
+def instrument(preset: str, output: Path | None, **options: Any) -> None:
     """Add a bass to plugins that are installed.
 
     The bass, such as your own file mine.toml, appears in the list of every livebass plugin when the host loads it anew;
@@ -211,7 +219,7 @@ def instrument(preset: str, output: Path | None) -> None:
 
     if output is not None and output.suffix != ENDING:
         raise click.UsageError(f"{output}: the name of an instrument file ends in {ENDING}")
-    bass = load_preset(preset)
+    bass = Hands.taken(options).play(load_preset(preset))
     name = checked_name(output.stem if output else Path(preset).stem)
     file = output or own_instruments() / f"{name}{ENDING}"
     announce_kernels()

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from livebass.cli.hands import Hands, hands_options
 from livebass.cli.remembered import DamagedSettings, Remembered, forget, load, save, settings_file
 from livebass.cli.render import DEFAULT_PRESET, announce_kernels, clipping, preset_for
 from livebass.cli.values import RATE, Learn, Number, Quantity, Span
@@ -30,12 +31,17 @@ CONTROLLERS = """\
   note-on, -off     the velocity is the force of the pluck; string and fret follow from the note
   pitch bend        2 semitones, or as RPN 0 says, up to 96
   controller 1      vibrato
-  controller 7      volume
+  controller 3, 16  plucking point, from the neck (0) to the bridge (127)
+  controller 4      where the left hand is, from the first fret (0) to the last ones (127)
+  controller 5      bend upwards by up to 2 semitones, once it has been at 0
+  controller 7, 11  volume, expression
   controller 9      palm mute, from loose (1) to tight (127)
-  controller 11     expression
-  controller 16     plucking point, from the neck (0) to the bridge (127)
-  controller 64     sustain
+  controller 17     tone pot, from closed (0) to open (127); at 64 as the bass has it
+  controller 18     pickups, from the neck's alone (0) to the bridge's alone (127); at 64 as the bass has them
+  controller 64     let ring: notes ring on after they are let go
   65, 68            from 64 on: overlapping notes slide; are hammered on and pulled off
+  102 to 109        gain, tone, pluck_position, dynamics, technique, hand_damping, unevenness, bend_range, as --learn
+                    moves them, and as a MIDI take has what --learn has moved
   program           33 to 38 of General MIDI choose a preset, see `livebass presets list`
   6, 38, 100, 101   RPN 0, the range of the pitch bend; RPN 6, MPE
   126               1: overlapping notes near each other are legato; 2 and more: a channel for each string
@@ -50,6 +56,9 @@ Key switches, below the notes of the bass, as MODO BASS has them; held, but 13, 
   2  3  4  6        tapping; palm mute; slides (overlap the notes); vibrato
   13  15  18        fingers; pick; thumb and pops
   8                 damp all strings
+
+--keys modo-12 has them an octave higher, --keys FILE as you like: `livebass presets keymap`. --controllers --keys FILE
+explains yours. --wheel slide: the pitch wheel goes over frets, up to 2 up or down.
 
 When a block takes more than three quarters of its time, strings change to 150 modes and contact steps at 192 kHz, one
 after the other: first those that have touched a fret, the one plucked last before the others; then those that only
@@ -94,6 +103,7 @@ sound, the oldest first. They change back one by one when the load has stayed be
 @click.option(
     "--channel", type=Number("channel", 1, 16, whole=True), help="Listen to this MIDI channel only.  [default: all]"
 )
+@hands_options
 @click.option("--gain", type=Number("dB", -60, 20), default=0.0, show_default=True, help="Output level.")
 @click.option(
     "--file",
@@ -149,11 +159,16 @@ def play(**options: Any) -> None:
       livebass play -p slap --file song.mid --record take.wav
       livebass play --file song.mid --loop 4s:12s --tempo 80%
       livebass play --learn tone --metronome 100 --tuner
+      livebass play --keys mine.toml --velocity-curve soft --wheel slide
 
     Bass, gain, devices and learned controllers are remembered until the next time.
     """
+    hands = Hands.taken(options)
     if options["controllers"]:
-        click.echo(CONTROLLERS)
+        from livebass.preset.keymap import key_map_text
+
+        keys = hands.changes.get("keys")
+        click.echo(key_map_text(keys).rstrip("\n") if keys else CONTROLLERS)
         return
     from livebass.cli.song import remarks, too_low
     from livebass.compiling.library import cached
@@ -189,7 +204,8 @@ def play(**options: Any) -> None:
         for remark in remarks(score, options["preset"], DEFAULT_PRESET) + too_low(bass, score, DEFAULT_PRESET):
             click.echo(f"{song}: {remark}", err=True)
     settings = Settings(
-        instrument=bass,
+        instrument=hands.play(bass),
+        hands=hands.play,
         quality=QUALITIES[options["quality"]],
         preset=preset,
         backend=options["backend"],

@@ -68,7 +68,7 @@ def check(file: str) -> None:
     several = "s" * (len(bass.strings) != 1), "s" * (frets != 1)
     click.echo(f"{file}: good; {bass.name}, string{several[0]} {strings}, {frets} fret{several[1]}")
     by_reason: dict[str, list[str]] = {}
-    for place, why in idle_keys(preset_tables(file)[1]):
+    for place, why in idle_keys(preset_tables(file)[1], file):
         by_reason.setdefault(why, []).append(place)
     for why, places in by_reason.items():
         click.echo(f"{file}: {', '.join(places)} change{'s' * (len(places) == 1)} no note: {why}")
@@ -83,6 +83,23 @@ def keys() -> None:
     from livebass.preset.load import preset_reference
 
     click.echo(preset_reference(), nl=False)
+
+
+@presets.command()
+@click.argument("key_map", metavar="NAME|FILE", default="modo")
+def keymap(key_map: str) -> None:
+    """Print a key map: what MIDI keys and controllers do.
+
+    A map that comes with livebass, modo (the usual one, as in MODO BASS) or modo-12 (an octave higher), or your own
+    FILE, which is checked. Start your own from one; play, render and export take it by --keys, a preset by player.keys.
+
+    \b
+    Example:
+      livebass presets keymap modo > mine.toml
+    """
+    from livebass.preset.keymap import key_map_text, load_key_map
+
+    click.echo(key_map_text(load_key_map(key_map)), nl=False)
 
 
 MOST_RESONANCES = 16

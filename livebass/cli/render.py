@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from livebass.cli.hands import Hands, hands_options
 from livebass.cli.values import CONTACT_RATE, MODES, RATE, Channel, Note, Number, Quantity
 from livebass.model.quality import QUALITIES
 
@@ -87,6 +88,7 @@ quality_option = click.option(
     f"[default: {DEFAULT_PRESET}, or what the MIDI file asks for]",
 )
 @quality_option
+@hands_options
 @click.option(
     "--velocity",
     type=Number("1-127", 1, 127, whole=True),
@@ -162,6 +164,7 @@ def render(
       livebass render --all-presets demos/
       livebass render --note E1 -o - | aplay
     """
+    hands = Hands.taken(rest)
     options = Options(**rest)
     if output == STREAM and options.stems:
         raise click.UsageError("-o - writes one file: leave out --stems")
@@ -179,7 +182,7 @@ def render(
     if directory is not None:
         if output is not None or preset is not None:
             raise click.UsageError("--all-presets takes neither --output nor --preset")
-        _render_presets(directory, options)
+        _render_presets(directory, options, hands)
         return
     from livebass.preset.load import load_preset
 
@@ -201,7 +204,11 @@ def render(
 
         output = output or Path(f"{note_name(note)}.{ending}")
         score = single_note(note, velocity, duration, options.rate)
-    bass = load_preset(preset or preset_for(score))
+    bass = hands.play(load_preset(preset or preset_for(score)))
+    if demo == "techniques":
+        from livebass.model.keymap import MODO
+
+        bass = Hands({"keys": MODO}).play(bass)  # whose keys the phrases press
     if note is not None:
         from livebass.cli.song import check_range
 
@@ -230,7 +237,7 @@ def _demo_for(bass: Instrument, rate: int, demo: str | None = None) -> Score:
     return demo_score(rate, "slap" if bass.player.technique == "slap" else "finger")
 
 
-def _render_presets(directory: Path, options: Options) -> None:
+def _render_presets(directory: Path, options: Options, hands: Hands) -> None:
     """Renders the demo phrase with each preset; if one fails, no file is written."""
     from livebass.files import Transaction
     from livebass.preset.load import load_preset, preset_names
@@ -239,7 +246,7 @@ def _render_presets(directory: Path, options: Options) -> None:
     with Transaction() as files:
         files.directory(directory)
         for name in preset_names():
-            bass = load_preset(name)
+            bass = hands.play(load_preset(name))
             score = _demo_for(bass, options.rate)
             output = directory / f"{name}.{options.format or 'wav'}"
             lines.append(_render_one(bass, score, output, options, files))

@@ -7,7 +7,6 @@ from pathlib import Path
 import click
 import numpy as np
 
-from livebass.kernels.performer import SWITCHES
 from livebass.model.instrument import Instrument
 from livebass.preset.load import preset_with
 from livebass.preset.programs import PROGRAMS
@@ -44,7 +43,7 @@ def too_low(bass: Instrument, score: Score, usual: str) -> list[str]:
     """A line about the notes of a file below the lowest string, if any, and which preset plays them."""
     notes = score.messages[score.messages[:, 0] == NOTE_ON, 1]
     lowest = bass.note_range[0]
-    switches = [key for key, *_ in SWITCHES]
+    switches = [key for key, *_ in bass.player.keys.keys]
     below = sorted(notes[(notes < lowest) & ~np.isin(notes, switches)].tolist())
     if not below:
         return []

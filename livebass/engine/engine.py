@@ -23,11 +23,12 @@ from livebass.engine.prepare import (
     pickup_voices,
     play_frames,
     take_message,
+    tone_filters,
     whole_contact_rate,
 )
 from livebass.kernels import performer
 from livebass.kernels.preparing import PICKUPS, SENSORS
-from livebass.kernels.records import EVENT
+from livebass.kernels.records import EVENT, TONE
 from livebass.model.instrument import Instrument, speaking
 from livebass.model.quality import Quality, modes_for
 from livebass.score import LONGEST, Score, checked_rate
@@ -103,6 +104,7 @@ class Engine:
         self.voices = pickup_voices(self.numbers, self.instrument.output.coil, self.rates)
         self.performer = new_performer(self.numbers, seed)
         self.frame = 0
+        self._tones = np.zeros(0)  # filters for all positions of the tone pot, once it is turned
         self._pending: list[NDArray[np.void]] = [np.zeros(0, EVENT) for _ in self.voices]
 
     def another(self, seed: int = 0) -> Self:
@@ -124,6 +126,10 @@ class Engine:
         count = 0
         for frame, message in zip(frames.tolist(), messages.tolist(), strict=True):
             count = take_message(self.performer, self.pool.records, frame, message, events, count)
+        if not self._tones.size and (events[:count]["kind"] == TONE).any():
+            self._tones = tone_filters(self.numbers, self.rates)
+            for voice in self.voices:
+                voice.record["tones"] = self._tones.ctypes.data
         for i in range(self.strings):
             mine = events[:count][events[:count]["string"] == i]
             self._pending[i] = np.concatenate([self._pending[i], mine])

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livebass.arrays import Floats
-from livebass.kernels import board, coil, frets, performer, preparing
-from livebass.kernels.coil import COIL
+from livebass.kernels import board, coil, frets, performer, preparing, tone
+from livebass.kernels.coil import CIRCUIT, COIL
 from livebass.kernels.instrument import INSTRUMENT, connect_string, rest_string, whole_steps
 from livebass.kernels.instrument import new_performer as make_performer
 from livebass.kernels.performer import PERFORMER
@@ -23,6 +23,7 @@ from livebass.kernels.preparing import FROZEN, NOTE, OVERDAMPED, PREPARING
 from livebass.kernels.records import MOST_NEAR, OPERATOR, ROW, STRING
 from livebass.kernels.voice import run_string
 from livebass.model.instrument import STROKES, Coil, Instrument, Output, Pickup, Player, Speaking, String
+from livebass.model.keymap import FUNCTIONS, LEARNED, PARAMETERS, SWITCHES, velocity_parts
 from livebass.model.modes import CARRIED, bending, clamped_mode, damped_fundamental, held_stiffness
 from livebass.model.quality import MOST_MODES, QUALITIES, Quality
 
@@ -303,6 +304,8 @@ def instrument_numbers(
     to["sensed"], to["gain"], to["carried"] = output.kind == "displacement", output.gain, CARRIED
     to["slap"], to["drop"] = player.technique == "slap", player.out_of_range == "drop"
     to["stroke"] = STROKES.index(player.stroke)
+    to["wheel_slides"], to["part"] = player.wheel == "slide", velocity_parts(player.velocity_curve)
+    fill_key_map(to["key_map"], player)
     for k, quality in enumerate(tiers):
         to["tiers"][k] = quality.contact_rate, is_heavy(quality)
     for record, source in (("circuit", output.coil), ("player", player)):
@@ -323,6 +326,22 @@ def instrument_numbers(
     return made
 
 
+def fill_key_map(to: NDArray[np.void], player: Player) -> None:
+    """Fills a KEY_MAP with the player's keys and controllers."""
+    switches, functions = list(SWITCHES), list(FUNCTIONS)
+    to["over_notes"] = player.keys.over_notes
+    for key, name, value in player.keys.keys:
+        to["action"][key], to["value"][key] = 1 + switches.index(name), value
+    by_number = {LEARNED + k: name for k, name in enumerate(PARAMETERS)}
+    place, usual = player.position_controller, Player.position_controller
+    by_number[place] = "place"
+    by_number |= dict(player.keys.controllers)
+    if place != usual:  # the preset asks for it
+        by_number[place] = "place"
+    for number, name in by_number.items():
+        to["function"][number] = 1 + functions.index(name)
+
+
 def bass_numbers(instrument: Instrument, tiers: Sequence[Quality], frets: int) -> NDArray[np.void]:
     """Makes the INSTRUMENT, (1,), of a bass with `frets` frets a string, in `tiers` of quality."""
     bass = instrument
@@ -330,6 +349,16 @@ def bass_numbers(instrument: Instrument, tiers: Sequence[Quality], frets: int) -
     if bass.over_board:
         numbers["player"]["thumb_mass"] = 0.0  # it would press on points by the hundred
     return numbers
+
+
+def tone_filters(numbers: NDArray[np.void], rates: Rates) -> Floats:
+    """Fits the filters of an INSTRUMENT for all positions of its tone pot, as `VOICE.tones` has their address."""
+    filters, work = zeroed_lines(tone.TONES * tone.ROW), np.zeros(1, COIL)
+    for name in CIRCUIT.names or ():
+        work[name] = numbers["circuit"][name]
+    work["rate"] = rates.rate
+    tone.fill_tones(filters.ctypes.data, work.ctypes.data, float(numbers["gain"][0]))
+    return filters
 
 
 def new_voice(rates: Rates, log: int = 0) -> Voice:

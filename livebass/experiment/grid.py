@@ -25,8 +25,8 @@ from livebass.engine.prepare import pickups_under, whole_contact_rate
 from livebass.model.instrument import Coil, Instrument, Neck, Output
 from livebass.model.quality import ANGLE, APEX, AT, Limits, Quality
 from livebass.model.trial import Trial, checked_trial, in_quality, speaking_string
-from livebass.preset.build import Builder, nearest
-from livebass.preset.keys import KEYS, Key, checked
+from livebass.preset.build import Builder
+from livebass.preset.keys import KEYS, Key, checked, nearest
 from livebass.preset.load import preset_tables
 from livebass.units import DIMENSIONS, note_number, split_quantity
 
@@ -152,7 +152,12 @@ def _one_number(key: Key) -> bool:
 def _what(key: Key) -> str:
     if key.kind.endswith("[]"):
         return "a list"
-    return {"text": "a text", "controller": "the number of a controller"}.get(key.kind, "a choice")
+    return {
+        "text": "a text",
+        "controller": "the number of a controller",
+        "key map": "a key map",
+        "curve": "a curve",
+    }.get(key.kind, "a choice")
 
 
 MOST = 100_000  # values of a parameter, and points of a grid

@@ -14,12 +14,14 @@ from livebass.kernels.elementary import exp
 from livebass.kernels.native import FLUSH, float_control, floats_at, record_at, set_float_control, words_at
 from livebass.kernels.operators import DOUBLE
 from livebass.kernels.performer import (
+    ACTIONS,
+    CONTROLLERS,
+    FUNCTIONS,
     KEYS,
     MOST_RANGE,
     MOST_STRINGS,
     PERFORMER,
     STROKES,
-    make_switches,
     reset_controllers,
 )
 from livebass.kernels.preparing import (
@@ -63,10 +65,21 @@ PLAYER = np.dtype(
             "thumb_loss",
         )),
         ("slapped_strings", "i8"),
-        ("position_controller", "i8"),
+        ("ghost_below", "i8"),
     ],
     align=True,
 )  # fmt: skip
+
+# What keys and controllers do: numbers of performer.py
+KEY_MAP = np.dtype(
+    [
+        ("action", "i8", (KEYS,)),
+        ("value", "i8", (KEYS,)),
+        ("function", "i8", (CONTROLLERS,)),
+        ("over_notes", "i8"),  # 1: keys switch although the bass has their notes
+    ],
+    align=True,
+)
 
 INSTRUMENT = np.dtype(
     [
@@ -81,6 +94,9 @@ INSTRUMENT = np.dtype(
         ("tiers", TIER, (TIERS,)),
         ("circuit", CIRCUIT),
         ("player", PLAYER),
+        ("key_map", KEY_MAP),
+        ("part", "f8", (KEYS,)),  # by velocity: part of the way from the softest to the hardest note
+        ("wheel_slides", "i8"),  # 1: the pitch wheel slides along the frets
         ("open_note", "i8", (MOST_STRINGS,)),
         ("pickups", "i8", (MOST_STRINGS,)),  # of each string, and of each of them:
         ("decay", "f8", (MOST_STRINGS, MOST_PICKUPS)),  # 1/m
@@ -93,7 +109,7 @@ INSTRUMENT = np.dtype(
 )
 
 MAGIC = 0x5353_4142_4556_494C  # "LIVEBASS"
-VERSION = 3  # of the file: another one for any change of FILE, NOTE, or of what they mean
+VERSION = 4  # of the file: another one for any change of FILE, NOTE, or of what they mean
 FILE = np.dtype(
     [
         ("magic", "i8"),
@@ -194,6 +210,7 @@ def connect(string, instrument, i, coil):
     for k in range(MOST_PICKUPS):
         voice.decay[k] = instrument.decay[i, k]
         voice.mix[k] = instrument.mix[i, k]
+        voice.level[k] = voice.mix[k]
         voice.across[k] = instrument.across[i, k]
         voice.saddle[k] = instrument.saddle[i, k]
     if voice.pickups > 0:
@@ -247,6 +264,7 @@ def make_performer(p, instrument, seed):
     for i in range(MOST_STRINGS):
         p.key[i] = -1
     p.volume = 1.0
+    p.level = 1.0
     p.place = 1
     p.range = player.bend_range
     p.ranged = p.range
@@ -282,8 +300,16 @@ def make_performer(p, instrument, seed):
     p.usual_unevenness = p.unevenness
     p.seed = seed & np.int64(0x7FFF_FFFF_FFFF_FFFF)
     p.drop = instrument.drop
-    make_switches(p)
-    p.position_controller = player.position_controller
+    p.ghost_below = player.ghost_below
+    p.wheel_slides = instrument.wheel_slides
+    p.forced = -1
+    p.over_notes = instrument.key_map.over_notes
+    for key in range(KEYS):
+        p.switch[key] = instrument.key_map.action[key]
+        p.switch_value[key] = instrument.key_map.value[key]
+        p.part[key] = instrument.part[key]
+    for number in range(CONTROLLERS):
+        p.controller[number] = instrument.key_map.function[number]
     reset_controllers(p)
 
 
@@ -392,7 +418,24 @@ def is_instrument(instrument):
     largest = max(circuit.inductance, circuit.resistance, circuit.capacitance, circuit.volume_pot, circuit.tone_pot)
     if not max(largest, circuit.tone_capacitor) <= LARGEST:
         return False
-    return is_player(player)
+    if not 0 <= instrument.wheel_slides <= 1:
+        return False
+    for velocity in range(KEYS):
+        if not 0.0 <= instrument.part[velocity] <= 1.0:
+            return False
+    return is_key_map(instrument.key_map) and is_player(player)
+
+
+@jit
+def is_key_map(key_map):
+    """True if the numbers of a KEY_MAP are such as kernels take."""
+    for key in range(KEYS):
+        if not 0 <= key_map.action[key] < ACTIONS or not 0 <= key_map.value[key] < KEYS:
+            return False
+    for number in range(CONTROLLERS):
+        if not 0 <= key_map.function[number] < FUNCTIONS:
+            return False
+    return 0 <= key_map.over_notes <= 1
 
 
 @jit
@@ -425,7 +468,7 @@ def is_player(player):
         return False
     if not 0.0 <= player.hand_damping <= 1e6 or not 0.0 <= player.unevenness <= 1.0:
         return False
-    return 0 <= player.slapped_strings <= MOST_STRINGS and -1 <= player.position_controller <= 127
+    return 0 <= player.slapped_strings <= MOST_STRINGS and 0 <= player.ghost_below <= 128
 
 
 @jit

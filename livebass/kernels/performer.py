@@ -11,6 +11,7 @@ from livebass.kernels.elementary import cos, exp2, log2, power
 from livebass.kernels.native import record_at, records_at
 from livebass.kernels.records import (
     BEND,
+    BLEND,
     CUT,
     EVENT,
     GAIN,
@@ -36,13 +37,14 @@ LEAST_PLUCK, LEAST_STRIKE = 0.47, 0.2  # of the length: no nearer to the stop; t
 MOST_PLACE = 0.99  # of the length
 LEAST_GRAZE = 1e-4  # m, where a string lies on a fret
 UNEVEN_PLACE = 0.1  # m, for an unevenness of 1
-MOST_EVENTS = 7 * MOST_STRINGS  # one message gives at most so many: reset-controllers
+MOST_EVENTS = 8 * MOST_STRINGS  # one message gives at most so many: reset-controllers
 MOST_RANGE = 96  # semitones of pitch bend; the fine part of the range comes on top ...
 MOST_BEND = 97.0  # ... and no bend goes farther
 LEAST_FORCE = 1e-3  # multiple of the grazing apex: a curve cannot start at zero
 FASTEST_STRIKE = 8.0  # m/s: no hand is faster
 MOST_UNEVENNESS = 0.5
 KEYS = 128
+CONTROLLERS = 128
 
 # What plucks, with half widths (m), release times (s), place (part of the open string), angle (rad), and how far it
 # lifts the string from the neck, over a finger. 0: the player's own, as all are of a finger. Estimates: the tip of a
@@ -66,16 +68,21 @@ LEAST = (-60.0, -1.0, -1.0, -12.0, 0.0, -1.0, -1.0, 0.0)
 MOST = (20.0, 1.0, 1.0, 12.0, 3.0, 1.0, 1.0, 24.0)
 OWN, PLUCKED, THUMB_ON_TWO, THUMB_ON_ALL = range(4)  # values of TECHNIQUE
 
-# Key switches: what a key below the bass's notes does. The first group holds while the key is held, the last key of the
-# second one until the next of them, the third one happens at once. SWITCHES is the map that a performer begins with:
-# (key, action, value), the value a pitch class of an open string.
+# Key switches, by the key map of the bass. Those of the first row and the strokes hold while the key is held, the last
+# of WITH_FINGERS, WITH_PICK and WITH_THUMB until the next of them, STOP_ALL and HAND_AT happen at once. The value of
+# ON_STRING is a pitch class of an open string, that of HAND_AT a fret.
 NO_SWITCH, ON_STRING, GHOST, LEGATO, HARMONIC, TAP, PALM, SLIDE, VIBRATO = range(9)
-WITH_FINGERS, WITH_PICK, WITH_THUMB, STOP_ALL, ACTIONS = range(9, 14)
-SWITCHES = (
-    (0, ON_STRING, 0), (2, TAP, 0), (3, PALM, 0), (4, SLIDE, 0), (6, VIBRATO, 0), (8, STOP_ALL, 0), (9, ON_STRING, 9),
-    (10, GHOST, 0), (11, ON_STRING, 11), (12, LEGATO, 0), (13, WITH_FINGERS, 0), (14, ON_STRING, 2), (15, WITH_PICK, 0),
-    (16, ON_STRING, 4), (17, HARMONIC, 0), (18, WITH_THUMB, 0), (19, ON_STRING, 7),
-)  # fmt: skip
+WITH_FINGERS, WITH_PICK, WITH_THUMB, STOP_ALL, DOWN_STROKE, UP_STROKE, HAND_AT, ACTIONS = range(9, 17)
+# Controllers, likewise by the key map; from CC_PARAMETER on they move the parameters above
+NO_FUNCTION, CC_PLACE, CC_VOLUME, CC_EXPRESSION, CC_LET_RING, CC_VIBRATO, CC_PALM, CC_SLIDE = range(8)
+CC_LEGATO, CC_BEND, CC_HAND, CC_BLEND, CC_PARAMETER = range(8, 13)
+FUNCTIONS = CC_PARAMETER + PARAMETERS
+LEARNED = 102  # the controller that moves parameter 0 in every map, unless it says otherwise, and so on
+VOLUME_LAW = 40.0 * 0.30102999566398120  # dB when a volume controller doubles
+BEND_UP = 2.0  # semitones of the controller that bends upwards
+BEND_STARTS = 3  # it bends once it has been lower: a file that sets a portamento time by it does not bend
+PEDAL = 64  # at 0 it lets go in every map that gives it no other function
+SHIFTS = 0.6  # semitones off its fret at which a wheel that slides changes frets: with half a one it would jitter
 # What the channels mean: nothing; one each for every string (mode 4 of MIDI); one for each note (MPE)
 ALL_ALIKE, STRING_A_CHANNEL, NOTE_A_CHANNEL = range(3)
 CHANNELS = 16
@@ -113,9 +120,16 @@ PERFORMER = np.dtype(
         ("pedal", "i8"),
         ("wheel", "f8"),  # -1 to 1
         ("range", "f8"),  # semitones
+        ("wheel_slides", "i8"),  # 1: the wheel slides along the frets ...
+        ("shift", "i8"),  # ... and has got so many frets from those of the notes
+        ("bend_up", "f8"),  # semitones, by the controller ...
+        ("bend_ready", "i8"),  # ... once it has been below BEND_STARTS
         ("parameter", "i8"),  # RPN selected, 16383: none
         ("volume", "f8"),
         ("expression", "f8"),
+        ("level", "f8"),  # of the parameter gain, where a controller of the bass's own moves that
+        ("tone", "f8"),  # of the tone pot, -1 to 1; 0: as the bass has it
+        ("blend", "f8"),  # of the pickups, -1 the one nearest to the neck alone, 1 the bridge's; 0: as the bass has it
         ("position", "f8"),  # fraction of the open string
         ("string_bend", "f8", (MOST_STRINGS,)),  # semitones, of one string, besides the wheel's ...
         ("note_bend", "f8", (MOST_STRINGS,)),  # ... and of the note that it plays
@@ -125,6 +139,9 @@ PERFORMER = np.dtype(
         # techniques
         ("switch", "i8", (KEYS,)),  # what each key switches, and ...
         ("switch_value", "i8", (KEYS,)),  # ... its value
+        ("over_notes", "i8"),  # 1: keys switch although the bass has their notes
+        ("controller", "i8", (CONTROLLERS,)),  # function of each controller
+        ("pressed", "i8", (KEYS,)),  # how many note-ons hold each key that switches
         ("switched", "i8", (ACTIONS,)),  # keys held, of each action
         ("forced", "i8"),  # string that all notes are played on while its key is held; -1: none
         ("palm", "f8"),  # 0 to 1, by the controller
@@ -166,7 +183,7 @@ PERFORMER = np.dtype(
         ("unevenness", "f8"),
         ("seed", "i8"),
         ("drop", "i8"),
-        ("position_controller", "i8"),
+        ("part", "f8", (KEYS,)),  # by velocity: part of the way from the softest to the hardest note
         ("stroke", "i8"),  # FINGER, PICK, NAIL or POP
         ("other", "i8"),  # 1: the next stroke is the middle finger's, or goes up
         ("rounding", "f8"),  # m, of a finger, at the hardest ...
@@ -203,6 +220,8 @@ def reset_controllers(p):
     p.pedal = 0
     p.wheel = 0.0
     p.expression = 1.0
+    p.bend_up = 0.0
+    p.bend_ready = 0
     p.parameter = 16383
     p.position = p.placed
     p.palm = 0.0
@@ -212,16 +231,6 @@ def reset_controllers(p):
     for i in range(MOST_STRINGS):
         p.string_bend[i] = 0.0
         p.note_bend[i] = 0.0
-
-
-@jit
-def make_switches(p):
-    """Gives a new performer the usual key switches, none of them held."""
-    p.forced = -1
-    for k in range(len(SWITCHES)):
-        key, action, value = SWITCHES[k]
-        p.switch[key] = action
-        p.switch_value[key] = value
 
 
 @jit
@@ -244,6 +253,7 @@ def place(p, x):
 def set_parameter(p, frame, number, value, events, count):
     """Sets parameter `number`, of those that the player has, to a value that is `held`; returns the new count."""
     if number == TONE_POT:
+        p.tone = value
         for i in range(p.strings):
             count = emit(events, count, frame, TONE, i, 0, value, 0.0)
     elif number == PLUCK_POSITION:
@@ -278,11 +288,18 @@ def take_over(p, old):
     """Sets the controllers of a bass that has not played yet as they stand at `old`, the performer before it."""
     p.volume = old.volume
     p.expression = old.expression
+    p.level = old.level
+    p.tone = old.tone
+    p.blend = old.blend
     p.pedal = old.pedal
     p.wheel = old.wheel
     p.parameter = old.parameter
+    p.bend_up = old.bend_up
+    p.bend_ready = old.bend_ready
     if old.range != old.ranged:
         p.range = old.range
+    if p.wheel_slides:
+        p.shift = np.int64(np.rint(p.wheel * p.range))
     if old.position != old.placed and old.farthest != old.nearest:
         part = (old.position - old.nearest) / (old.farthest - old.nearest)
         p.position = p.nearest + (p.farthest - p.nearest) * part
@@ -301,11 +318,12 @@ def take_over(p, old):
         p.channel_string[channel] = -1
     for i in range(MOST_STRINGS):
         p.string_bend[i] = old.string_bend[i]
-    for action in range(ACTIONS):
-        p.switched[action] = old.switched[action]
     for key in range(KEYS):
-        p.switch[key] = old.switch[key]
-        p.switch_value[key] = old.switch_value[key]
+        if p.switch[key] == old.switch[key] and p.switch_value[key] == old.switch_value[key]:
+            p.pressed[key] = old.pressed[key]
+            p.switched[p.switch[key]] += p.pressed[key]
+            if p.pressed[key] > 0 and p.switch[key] == ON_STRING:
+                p.forced = string_called(p, p.switch_value[key])
         p.string_of[key] = old.string_of[key]
         p.place_of[key] = old.place_of[key]
 
@@ -453,20 +471,12 @@ def soft_limit(x, most):
 @jit
 def note_on(p, ops, frame, key, velocity, events, count):
     """Plays a key: chooses string, force and place; returns the new count of events."""
-    low = p.open[0]
-    high = p.open[0]
-    for i in range(p.strings):
-        low = min(low, p.open[i])
-        high = max(high, p.open[i] + p.frets)
+    low, high = note_range(p)
     own_place, own_string = p.place_of[key], p.string_of[key]
     p.latest = -1
     p.place_of[key] = np.nan
     p.string_of[key] = -1
-    note = key
-    while note < low:
-        note += 12
-    while note > high:
-        note -= 12
+    note = folded(key, low, high)
     if note < low or (note != key and p.drop):
         p.dropped += 1
         return count
@@ -514,9 +524,40 @@ def note_on(p, ops, frame, key, velocity, events, count):
         p.note_bend[i] = 0.0
         count = emit(events, count, frame, BEND, i, 0, bend_ratio(p, i), 0.0)
     tapped = p.switched[TAP] > 0 and fret > 0
-    if tapped or (tied and fret != before):
-        return press(p, i, -1 if tapped else before, fret, velocity, frame, slides and not tapped, events, count)
-    return stroke(p, ops, i, fret, node, velocity, own_place, frame, events, count)
+    part, stop, before = p.part[velocity], shifted(p, fret), shifted(p, before)
+    if tapped or (tied and stop != before):
+        return press(p, i, -1 if tapped else before, stop, part, frame, slides and not tapped, events, count)
+    ghost = p.switched[GHOST] > 0 or velocity < p.ghost_below
+    return stroke(p, ops, i, stop, node, part, ghost, own_place, frame, events, count)
+
+
+@jit
+def note_range(p):
+    """Returns the lowest and the highest note of the bass."""
+    low = p.open[0]
+    high = p.open[0]
+    for i in range(p.strings):
+        low = min(low, p.open[i])
+        high = max(high, p.open[i] + p.frets)
+    return low, high
+
+
+@jit
+def folded(note, low, high):
+    """Returns `note` moved by octaves to `high` or below and, if that range has an octave, to `low` or above."""
+    while note < low:
+        note += 12
+    while note > high:
+        note -= 12
+    return note
+
+
+@jit
+def shifted(p, fret):
+    """Returns the fret at which a note of `fret` is stopped, by the wheel if that slides. Open strings stay open."""
+    if fret == 0 or p.shift == 0:
+        return fret
+    return min(max(fret + p.shift, 1), p.frets)
 
 
 @jit
@@ -574,11 +615,13 @@ def forget_key(p, key):
 
 
 @jit
-def press(p, i, before, fret, velocity, frame, slides, events, count):
-    """Has string `i` go from fret `before` to `fret` by the left hand: hammer-on, pull-off or slide."""
+def press(p, i, before, fret, part, frame, slides, events, count):
+    """Has string `i` go from fret `before` to `fret` by the left hand: hammer-on, pull-off or slide.
+
+    `part` is of the way from the softest to the hardest.
+    """
     if slides:
         return emit(events, count, frame, GLIDE, i, fret, SLIDE_TIME, 0.0)
-    part = (velocity - 1) / 126.0
     if fret > before:
         finger = SLOWEST_HAMMER * power(FASTEST_HAMMER / SLOWEST_HAMMER, part)
         return emit(events, count, frame, HAMMER, i, fret, finger, 0.0)
@@ -586,13 +629,15 @@ def press(p, i, before, fret, velocity, frame, slides, events, count):
 
 
 @jit
-def stroke(p, ops, i, fret, node, velocity, own_place, frame, events, count):
-    """Plucks or strikes string `i` at `fret`; `node`: on the node of that natural harmonic; 0: none."""
-    ghost = p.switched[GHOST] > 0 or velocity < p.ghost_below
+def stroke(p, ops, i, fret, node, part, ghost, own_place, frame, events, count):
+    """Plucks or strikes string `i` at `fret`, at `part` of the way from the softest to the hardest.
+
+    `node`: on the node of that natural harmonic; 0: none.
+    """
     stop = 0 if ghost else fret
     op = ops[i, stop]
     softest = max(p.softest, LEAST_FORCE)
-    force = softest * power(p.hardest / softest, (velocity - 1) / 126.0)
+    force = softest * power(p.hardest / softest, part)
     force *= 1.0 + p.unevenness * chance(p.seed, 2 * p.notes)
     force *= p.dynamics
     if ghost:
@@ -650,6 +695,10 @@ def pluck(p, open_op, op, i, stop, force, position, aside, touched, frame, event
     if STROKE_ANGLE[p.stroke] > 0.0:
         angle = STROKE_ANGLE[p.stroke]
         lift *= abs(cos(p.angle)) / cos(angle)
+    if p.switched[DOWN_STROKE] > 0:
+        p.other = 0
+    elif p.switched[UP_STROKE] > 0:
+        p.other = 1
     if p.other and p.stroke == PICK:
         angle = -angle
         shift += UP_NEARER
@@ -723,8 +772,9 @@ def tell_vibrato(p, frame, events, count):
 @jit
 def turn_switch(p, ops, key, on, frame, events, count):
     """Carries out a key switch that is pressed or released; returns the new count of events."""
-    action = p.switch[key]
-    p.switched[action] = max(p.switched[action] + (1 if on else -1), 0)
+    action, before = p.switch[key], p.pressed[key]
+    p.pressed[key] = max(before + (1 if on else -1), 0)
+    p.switched[action] += p.pressed[key] - before
     if action == ON_STRING:
         string = string_called(p, p.switch_value[key])
         if on:
@@ -744,7 +794,31 @@ def turn_switch(p, ops, key, on, frame, events, count):
     elif on and action == STOP_ALL:
         for i in range(p.strings):
             count = stop_string(p, i, frame, events, count)
+    elif on and action == HAND_AT:
+        move_hand(p, p.switch_value[key])
     return count
+
+
+@jit
+def release_switches(p, ops, frame, events, count):
+    """Releases all key switches; returns the new count of events."""
+    for key in range(KEYS):
+        p.pressed[key] = 0
+    palm, vibrato = p.switched[PALM], p.switched[VIBRATO]
+    for action in range(ACTIONS):
+        p.switched[action] = 0
+    p.forced = -1
+    if palm > 0:
+        count = tell_palm(p, ops, frame, events, count)
+    if vibrato > 0:
+        count = tell_vibrato(p, frame, events, count)
+    return count
+
+
+@jit
+def move_hand(p, fret):
+    """Moves the left hand so that its first finger is at `fret`, as far as the neck goes."""
+    p.place = min(max(fret, 1), max(p.frets - HAND_SPAN, 1))
 
 
 @jit
@@ -783,15 +857,11 @@ def go_back_to_key(p, i, frame, velocity, events, count):
     """Has string `i` play on with the key that is still held under the one released: pull-off, or hammer-on."""
     p.stacked[i] -= 1
     key = p.stack[i, p.stacked[i]]
-    note, before = key, p.fret[i]
-    while note < p.open[i]:
-        note += 12
-    while note > p.open[i] + p.frets:
-        note -= 12
+    before = shifted(p, p.fret[i])
     p.key[i] = key
-    p.fret[i] = max(note - p.open[i], 0)
-    slides = p.sliding or p.switched[SLIDE] > 0
-    return press(p, i, before, p.fret[i], max(velocity, 1), frame, slides, events, count)
+    p.fret[i] = max(folded(key, p.open[i], p.open[i] + p.frets) - p.open[i], 0)
+    slides, part = p.sliding or p.switched[SLIDE] > 0, (max(velocity, 1) - 1) / 126.0
+    return press(p, i, before, shifted(p, p.fret[i]), part, frame, slides, events, count)
 
 
 @jit
@@ -807,7 +877,8 @@ def all_notes_off(p, frame, events, count):
 @jit
 def bend_ratio(p, i):
     """Frequencies of string `i` relative to those without a bend."""
-    semitones = p.wheel * p.range + (p.string_bend[i] + p.note_bend[i])
+    wheel = 0.0 if p.wheel_slides else p.wheel * p.range
+    semitones = wheel + p.bend_up + (p.string_bend[i] + p.note_bend[i])
     return exp2(min(max(semitones, -MOST_BEND), MOST_BEND) / 12.0)
 
 
@@ -820,9 +891,22 @@ def tell_bend(p, frame, events, count):
 
 
 @jit
+def tell_slide(p, frame, events, count):
+    """Slides the fretted strings that are played to the fret that the wheel is at, if that has changed."""
+    wanted = p.wheel * p.range
+    if not p.wheel_slides or abs(wanted - p.shift) <= SHIFTS:
+        return count
+    p.shift = np.int64(np.rint(wanted))
+    for i in range(p.strings):
+        if p.state[i] != FREE and p.fret[i] > 0:
+            count = emit(events, count, frame, GLIDE, i, shifted(p, p.fret[i]), SLIDE_TIME, 0.0)
+    return count
+
+
+@jit
 def loudness(p):
     """Gain of volume and expression, by the square as General MIDI asks."""
-    return (p.volume * p.expression) ** 2
+    return (p.volume * p.expression) ** 2 * p.level
 
 
 @jit
@@ -834,32 +918,77 @@ def tell_gain(p, frame, events, count):
 
 
 @jit
+def turned(number, value):
+    """The value of parameter `number` for a controller at `value`, 0 to 127: the middle, 64, is as usual.
+
+    The gain is that of a volume controller, from silence to 0 dB. Parameters that begin at 0 go from there to the most
+    at 127: the bend range in whole numbers, the technique in equal parts.
+    """
+    least, most = LEAST[number], MOST[number]
+    if number == GAIN_DB:
+        return max(VOLUME_LAW * log2(value / 127.0), least) if value > 0 else least
+    if number == TECHNIQUE:
+        return np.float64(value * (np.int64(most) + 1) // CONTROLLERS)
+    if number == BEND_RANGE:
+        return np.float64(np.int64(value * most / 127.0 + 0.5))
+    if least == 0.0:
+        return value * most / 127.0
+    if value < 64:
+        return least * (64 - value) / 64.0
+    return most * (value - 64) / 63.0
+
+
+@jit
+def turn_parameter(p, frame, number, value, events, count):
+    """Moves parameter `number` by a controller, as a host would; returns the new count of events."""
+    x = np.float64(np.float32(turned(number, value)))  # as precise as those of a host
+    if number == GAIN_DB:
+        p.level = power(10.0, x / 20.0) if x > LEAST[GAIN_DB] else 0.0
+        return tell_gain(p, frame, events, count)
+    return set_parameter(p, frame, number, x, events, count)
+
+
+@jit
 def control(p, ops, frame, number, value, events, count):
-    """Carries out a control change."""
-    if number == p.position_controller:
+    """Carries out a control change: by the map of the bass, and else as MIDI has it."""
+    what = p.controller[number]
+    if what >= CC_PARAMETER:
+        count = turn_parameter(p, frame, what - CC_PARAMETER, value, events, count)
+    elif what == CC_PLACE:
         p.position = p.nearest + (p.farthest - p.nearest) * value / 127.0
-    elif number == 7:
+    elif what == CC_VOLUME:
         p.volume = value / 127.0
         count = tell_gain(p, frame, events, count)
-    elif number == 11:
+    elif what == CC_EXPRESSION:
         p.expression = value / 127.0
         count = tell_gain(p, frame, events, count)
-    elif number == 64:
+    elif what == CC_LET_RING or (what == NO_FUNCTION and number == PEDAL and value < 64):
         p.pedal = 1 if value >= 64 else 0
         if not p.pedal:
             for i in range(p.strings):
                 if p.state[i] == PEDALLED:
                     count = stop_string(p, i, frame, events, count)
-    elif number == 1:
+    elif what == CC_VIBRATO:
         p.vibrato = value / 127.0
         count = tell_vibrato(p, frame, events, count)
-    elif number == 9:
+    elif what == CC_PALM:
         p.palm = value / 127.0
         count = tell_palm(p, ops, frame, events, count)
-    elif number == 65:
+    elif what == CC_SLIDE:
         p.sliding = 1 if value >= 64 else 0
-    elif number == 68:
+    elif what == CC_LEGATO:
         p.legato = 1 if value >= 64 else 0
+    elif what == CC_BEND:
+        p.bend_ready = 1 if value < BEND_STARTS else p.bend_ready
+        if p.bend_ready:
+            p.bend_up = BEND_UP * value / 127.0
+            count = tell_bend(p, frame, events, count)
+    elif what == CC_HAND:
+        move_hand(p, 1 + value * (p.frets - HAND_SPAN - 1) // 127)
+    elif what == CC_BLEND:
+        p.blend = (value - 64) / 64.0 if value < 64 else (value - 64) / 63.0
+        for i in range(p.strings):
+            count = emit(events, count, frame, BLEND, i, 0, p.blend, 0.0)
     elif number == 101:
         p.parameter = (value << 7) | (p.parameter & 127)
     elif number == 100:
@@ -880,8 +1009,10 @@ def control(p, ops, frame, number, value, events, count):
             p.key[i] = -1
             p.stacked[i] = 0
             count = emit(events, count, frame, CUT, i, 0, 0.0, 0.0)
+        count = release_switches(p, ops, frame, events, count)
     elif number == 121:
         reset_controllers(p)
+        count = tell_slide(p, frame, events, count)
         count = tell_bend(p, frame, events, count)
         count = tell_gain(p, frame, events, count)
         count = tell_vibrato(p, frame, events, count)
@@ -891,6 +1022,7 @@ def control(p, ops, frame, number, value, events, count):
                 count = stop_string(p, i, frame, events, count)
     elif number >= 123:
         count = all_notes_off(p, frame, events, count)
+        count = release_switches(p, ops, frame, events, count)
     return count
 
 
@@ -936,7 +1068,7 @@ def own_message(p, ops, frame, status, first, second, events, count):
         if i < 0:
             return count
         return bend_string(p, frame, i, p.channel_wheel[channel] * p.channel_range, events, count)
-    if kind == 0xD0 or (kind == 0xB0 and first == 1):
+    if kind == 0xD0 or (kind == 0xB0 and p.controller[first] == CC_VIBRATO):
         pressure = first if kind == 0xD0 else second
         if i < 0:
             return count
@@ -955,12 +1087,9 @@ def wheel_of(first, second):
 
 
 @jit
-def is_below(p, key):
-    """True if `key` is below all notes of the bass."""
-    lowest = p.open[0]
-    for i in range(p.strings):
-        lowest = min(lowest, p.open[i])
-    return key < lowest
+def is_switch(p, key):
+    """True if `key` switches: if the map has it, and the bass has no such note or the map goes before notes."""
+    return p.switch[key] != NO_SWITCH and (p.over_notes != 0 or key < note_range(p)[0])
 
 
 @jit
@@ -984,7 +1113,7 @@ def message(p, ops, frame, status, first, second, events, count):
         members = min(second, CHANNELS - 1)
         set_mode(p, NOTE_A_CHANNEL, 1 if channel == 0 else CHANNELS - 1 - members, members)
         return count
-    if (kind == 0x80 or kind == 0x90) and p.switch[first] != NO_SWITCH and is_below(p, first):
+    if (kind == 0x80 or kind == 0x90) and is_switch(p, first):
         return turn_switch(p, ops, first, kind == 0x90 and second > 0, frame, events, count)
     if kind == 0x90 and second > 0:
         return note_on(p, ops, frame, first, second, events, count)
@@ -994,5 +1123,7 @@ def message(p, ops, frame, status, first, second, events, count):
         return control(p, ops, frame, first, second, events, count)
     if kind == 0xE0:
         p.wheel = wheel_of(first, second)
+        if p.wheel_slides:
+            return tell_slide(p, frame, events, count)
         return tell_bend(p, frame, events, count)
     return count

@@ -278,7 +278,10 @@ VOICE = np.dtype(
         ("held_across", "f8", (4,)),  # the same of v
         ("across", "f8", (4,)),  # how strongly each senses v, of u
         ("decay", "f8", (4,)),  # 1/m of each pickup
-        ("mix", "f8", (4,)),
+        ("mix", "f8", (4,)),  # level of each pickup in the signal, now ...
+        ("level", "f8", (4,)),  # ... and as the bass has it
+        ("blend_wanted", "f8"),  # -1, the neck's pickup alone, to 1, the bridge's; 0: as the bass has it ...
+        ("blend", "f8"),  # ... and the blend that `mix` has got to
         ("still", "i8"),  # 1: at rest, and the same sample comes out frame after frame until there is an event
         ("tones", "i8"),  # address of the filters for all positions of the tone pot (tone.py); 0: there is one filter
         ("tone_wanted", "f8"),  # -1 to 1 ...
@@ -326,4 +329,6 @@ EVENT = np.dtype(
     ],
     align=True,
 )
-PLUCK, STRIKE_EVENT, HAND, BEND, GAIN, CUT, TONE, TOUCH_EVENT, HAMMER, PULL_OFF, GLIDE, WAVER, THROW = range(1, 14)
+(
+    PLUCK, STRIKE_EVENT, HAND, BEND, GAIN, CUT, TONE, TOUCH_EVENT, HAMMER, PULL_OFF, GLIDE, WAVER, THROW, BLEND,
+) = range(1, 15)  # fmt: skip

@@ -1,18 +1,19 @@
-"""The tone pot that a host turns: a row of filters fitted when a bass is set up, and what lies between them.
+"""The tone pot and the blend of pickups that a player turns: filters fitted beforehand, and levels.
 
-The row goes from the pot closed, by the bass's own filter in the middle, to the pot open. Between two filters their
-reflection coefficients are interpolated: as long as these are within -1 and 1, which those of a stable filter are, the
-filter between is stable too. A string follows the pot in steps, so that nothing clicks. [any thread]
+The row of filters goes from the pot closed, by the bass's own filter in the middle, to the pot open. Between two
+filters their reflection coefficients are interpolated: as long as these are within -1 and 1, which those of a stable
+filter are, the filter between is stable too. A string follows pot and blend gradually, so that nothing clicks.
+[any thread]
 """
 
 from typing import Any
 
 import numpy as np
 
-from livebass.compiling import inlined, jit
-from livebass.kernels.coil import ORDER, fit
+from livebass.compiling import entry, inlined, jit
+from livebass.kernels.coil import COIL, ORDER, fit
 from livebass.kernels.elementary import exp
-from livebass.kernels.native import floats_at
+from livebass.kernels.native import floats_at, record_at
 
 BELOW, ABOVE = 32, 16  # filters between the bass's own one and the pot closed, and open
 TONES = BELOW + 1 + ABOVE
@@ -26,6 +27,15 @@ NEAR = 1e-3  # of the way: it is there
 def filters_at(address):
     """The filters at an address, (TONES * ROW,)."""
     return floats_at(address, TONES * ROW)
+
+
+coil_at = record_at(COIL)
+
+
+@entry("void(int64, int64, float64)")
+def fill_tones(address, coil, gain):
+    """C function: `fit_tones` for the address of a COIL."""
+    fit_tones(address, coil_at(coil), gain)
 
 
 @jit
@@ -108,3 +118,30 @@ def follow_tone(voice):
     if abs(voice.tone_wanted - x) < NEAR:
         x = voice.tone_wanted
     set_tone(voice, x)
+
+
+@jit
+def set_blend(voice, x):
+    """Gives a string's pickups the levels of the blend `x`, -1 to 1; 0 is exactly the bass's own.
+
+    The pickup at one end is turned down to nothing as the blend goes to the other; those between go half as far.
+    """
+    voice.blend = x
+    nearest, farthest = np.inf, 0.0  # to the saddle, m
+    for k in range(voice.pickups):
+        nearest = min(nearest, voice.saddle[k])
+        farthest = max(farthest, voice.saddle[k])
+    for k in range(voice.pickups):
+        voice.mix[k] = voice.level[k]
+        if x != 0.0 and farthest > nearest:
+            place = (voice.saddle[k] - nearest) / (farthest - nearest)  # 0 at the bridge, 1 at the neck
+            voice.mix[k] *= 1.0 - (x * place if x > 0.0 else x * (place - 1.0))
+
+
+@jit
+def follow_blend(voice):
+    """Takes the levels of a string's pickups a step nearer to the blend that is wanted."""
+    x = voice.blend + voice.gain_pole * (voice.blend_wanted - voice.blend)
+    if abs(voice.blend_wanted - x) < NEAR:
+        x = voice.blend_wanted
+    set_blend(voice, x)

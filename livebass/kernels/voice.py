@@ -13,6 +13,7 @@ from livebass.kernels.native import call_4, floats_at, record_address, record_at
 from livebass.kernels.operators import tap
 from livebass.kernels.records import (
     BEND,
+    BLEND,
     CUT,
     EVENT,
     GAIN,
@@ -80,6 +81,8 @@ def run(string, ops, events, count, out, across):
             techniques.follow_bend(string, ops)
         if voice.tone != voice.tone_wanted and voice.frame % tone.FRAMES == 0:
             tone.follow_tone(voice)
+        if voice.blend != voice.blend_wanted:
+            tone.follow_blend(voice)
         slot = string.slots[voice.slot]
         if slot.on:
             techniques.excite(voice, slot, ops[slot.fret])
@@ -132,6 +135,7 @@ def become_still(string):
         voice.tuned == voice.bend
         and not techniques.wavers(voice)
         and voice.tone == voice.tone_wanted
+        and voice.blend == voice.blend_wanted
         and gain == voice.gain
     )
     quiet = voice.pulling == 0 and held == 0.0 and not voice.raw
@@ -179,6 +183,10 @@ def happen(string, ops, event):
         voice.tone_wanted = event.x
         if at_rest(string):
             tone.set_tone(voice, event.x)
+    elif event.kind == BLEND:
+        voice.blend_wanted = event.x
+        if at_rest(string):
+            tone.set_blend(voice, event.x)
     elif event.kind == CUT:
         voice.slide_to = -1
         techniques.interrupt(string, ops)

@@ -11,8 +11,9 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from livebass.kernels.performer import CONTROLLERS
 from livebass.live.parameters import NUMBERS, PARAMETERS
-from livebass.live.thread.desk import CHANNEL_MODES, CONTROLLERS, DESK, MOVED_BITS, parameter_for
+from livebass.live.thread.desk import CHANNEL_MODES, DESK, MOVED_BITS
 from livebass.live.thread.records import field_offset
 from livebass.live.thread.ring import write_word
 from livebass.score import Score
@@ -141,16 +142,6 @@ class Desk:
         """How many controllers have moved so far, and the last one's number."""
         word = int(self.record["moved"][0])
         return word >> 2 * MOVED_BITS, word >> MOVED_BITS & (1 << MOVED_BITS) - 1
-
-    def hear_controller(self, controller: int, value: int) -> tuple[int, float] | None:
-        """Notes that a controller has moved; returns the number and the value of the parameter that it moves, if any.
-
-        For messages that reach Python first: those of JACK's port never do. [any thread]
-        """
-        count = self.moved[0] + 1
-        self.record["moved"] = count << 2 * MOVED_BITS | controller << MOVED_BITS | value
-        number = int(self.record["learned"][0, controller]) - 1
-        return None if number < 0 else (number, float(parameter_for(number, value)))
 
     # ---- the metronome
 

@@ -62,6 +62,7 @@ class Settings:
     instrument: Instrument
     quality: Quality
     preset: str = ""  # the instrument's name or path as a preset, if it has one
+    hands: Callable[[Instrument], Instrument] = lambda bass: bass  # changes the player of each preset that is chosen
     backend: str = "auto"  # "auto", "portaudio" or "jack"
     audio: int | str | None = None  # PortAudio device
     midi: str | None = None
@@ -151,7 +152,7 @@ class Session:
             if messages:
                 ends.callback(messages.discard)
             synth.switch_to(coming.pop().result())
-            presets = PresetSwitch(synth, settings.preset, settings.quality)
+            presets = PresetSwitch(synth, settings.preset, settings.quality, settings.hands)
             ends.callback(presets.close)
             osc = self._control_socket(presets)
             if osc:
@@ -558,9 +559,14 @@ NICENESS = 10  # of the thread that prepares basses: sound comes first
 class PresetSwitch:
     """Switches preset and quality while the synth plays; requests that another one overtakes are never prepared."""
 
-    def __init__(self, synth: Synth, preset: str, quality: Quality) -> None:
-        """`preset`, a name or path, and `quality` are those of the bass that plays already."""
-        self.synth = synth
+    def __init__(
+        self, synth: Synth, preset: str, quality: Quality, hands: Callable[[Instrument], Instrument] = lambda bass: bass
+    ) -> None:
+        """`preset`, a name or path, and `quality` are those of the bass that plays already.
+
+        `hands` changes the player of every preset that is chosen.
+        """
+        self.synth, self.hands = synth, hands
         self.qualities = {**QUALITIES, quality.name: quality}
         self.playing = self.wanted = (preset, quality.name)
         self._thread = ThreadPoolExecutor(1, "presets", _step_back)
@@ -601,7 +607,7 @@ class PresetSwitch:
                 preset, quality = self.wanted
                 self._coming = (
                     self.wanted,
-                    self._thread.submit(prepared, preset, self.qualities[quality], self.synth.rate),
+                    self._thread.submit(prepared, preset, self.qualities[quality], self.synth.rate, self.hands),
                 )
             return None
         wanted, future = self._coming
@@ -644,9 +650,11 @@ class PresetSwitch:
         self._thread.shutdown(wait=False, cancel_futures=True)
 
 
-def prepared(preset: str, quality: Quality, rate: int) -> LiveBass:
-    """Loads a preset for a synth. Raises PresetError and ValueError. [any thread]"""
-    bass = LiveBass(load_preset(preset), quality, rate)
+def prepared(
+    preset: str, quality: Quality, rate: int, hands: Callable[[Instrument], Instrument] = lambda bass: bass
+) -> LiveBass:
+    """Loads a preset, in those hands, for a synth. Raises PresetError and ValueError. [any thread]"""
+    bass = LiveBass(hands(load_preset(preset)), quality, rate)
     return_freed_memory()
     return bass
 

@@ -24,6 +24,7 @@ from livebass.kernels.performer import PERFORMER
 from livebass.kernels.records import STRING
 from livebass.live.desk import Desk
 from livebass.live.thread import ahead, block, setup
+from livebass.live.thread.desk import take_controller
 from livebass.live.thread.records import BASS, RINGS, SYNTH, WORD, field_offset
 from livebass.live.thread.ring import (
     DATA,
@@ -244,8 +245,11 @@ class Synth:
         channel = int(self.record["channel"][0])
         if channel >= 0 and status & 0x0F != channel:
             return True
-        if self.desk is not None and status & 0xF0 == 0xB0 and (moved := self.desk.hear_controller(first, second)):
-            return self.set_parameter(*moved, frame)
+        if self.desk is not None and status & 0xF0 == 0xB0:
+            with self._writer:
+                ring = self.rings[0].ctypes.data
+                if take_controller(self.desk.address, ring, RING, frame, status & 0x0F, first, second):
+                    return True
         return self.send(status, first, second, frame)
 
     def set_parameter(self, number: int, value: float, frame: int = NOW) -> bool:

@@ -14,6 +14,7 @@ from functools import lru_cache
 import numpy as np
 
 from livebass.arrays import Floats
+from livebass.model.keymap import MODO, Curve, KeyMap
 from livebass.model.neck import FREE_PART, Admittance, Surface, detuning, neck_damping, surface_beyond, surface_on_grid
 
 A4_NOTE, A4_HZ = 69, 440.0
@@ -142,7 +143,11 @@ class Player:
     hand_damping: float = 90.0  # 1/s, by the hand that stops a note
     bend_range: float = 2.0  # semitones
     out_of_range: str = "transpose"  # or "drop": what becomes of notes the bass does not have
-    position_controller: int = 16  # MIDI controller of the pluck position
+    position_controller: int = 16  # MIDI controller of the pluck position, besides that of `keys`
+    keys: KeyMap = MODO  # what MIDI keys below the notes, and controllers, do
+    velocity_curve: Curve = "linear"  # how hard a velocity is played: model/keymap.py
+    ghost_below: int = 0  # notes of a velocity below are ghost notes
+    wheel: str = "bend"  # or "slide": the pitch wheel slides along the frets
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,6 @@ checked alone by preset/keys.py and together by preset/checks.py.
 
 from __future__ import annotations
 
-import difflib
 import math
 from dataclasses import dataclass, fields, replace
 from itertools import pairwise
@@ -34,7 +33,20 @@ from livebass.preset.checks import (
     overdamped,
     replaced,
 )
-from livebass.preset.keys import KEYS, REQUIRED, SECTIONS, allowed, checked, each_string, items, key_names, quoted
+from livebass.preset.keymap import keys_of_player
+from livebass.preset.keys import (
+    KEYS,
+    REQUIRED,
+    SECTIONS,
+    allowed,
+    checked,
+    each_string,
+    items,
+    key_names,
+    nearest,
+    quoted,
+)
+from livebass.preset.source import PresetError
 from livebass.units import format_quantity, note_name
 
 # What the engine has room for.
@@ -44,13 +56,6 @@ MOST_FRETS = 32
 _FRETS = {"fret_positions", "fret_heights"}
 _MEASURED = _FRETS | {"height_scale", "height_offset"}
 _GEOMETRY = {"frets", *HEIGHTS_BY_GEOMETRY}
-
-
-class PresetError(ValueError):
-    """A preset that cannot be used. The message is one line: file, section.key, value, and what is allowed."""
-
-    def __init__(self, message: str) -> None:
-        super().__init__("".join(c if c.isprintable() else " " for c in message))
 
 
 @dataclass(frozen=True)
@@ -117,6 +122,10 @@ class Builder:
         values = self.table("player", data.get("player", {}), "player")
         if values["technique"] == "slap":
             values.setdefault("slapped_strings", (len(pairs) + 1) // 2)
+        try:
+            values["keys"] = keys_of_player(values["keys"], self.label)
+        except ValueError as error:
+            raise self.error("player.keys", str(error)) from None
         player = Player(**values)
         for low, high in (("pluck_nearest", "pluck_farthest"), ("softest", "hardest")):
             below, above = getattr(player, low), getattr(player, high)
@@ -320,12 +329,6 @@ class Builder:
             if b <= a or b - a < least * (1 - 1e-9):
                 why = f"must ascend, by at least {format_quantity(least, dimension)}" if least else "must ascend"
                 raise self.error(where, f"item {number}, {format_quantity(b, dimension)}: {why}")
-
-
-def nearest(name: str, names: list[str]) -> str:
-    """Advice for an unknown name: those of `names` that look like it, or all of them."""
-    near = difflib.get_close_matches(name[:40], names, 3, 0.5)
-    return f"nearest: {', '.join(near)}" if near else f"allowed: {', '.join(names)}"
 
 
 def _neck_end(neck: Neck) -> float:

@@ -12,8 +12,10 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from livebass.model.instrument import Instrument, Neck, String
-from livebass.preset.build import Builder, PresetError
+from livebass.model.keymap import CURVES, MAPS
+from livebass.preset.build import Builder
 from livebass.preset.keys import DATACLASSES, KEYS, Key, items, key_names
+from livebass.preset.source import PresetError
 from livebass.units import DIMENSIONS, quantity, split_quantity
 
 NAMES = {("", "name"), ("", "description"), ("string", "name"), ("string", "open_note"), ("pickup", "strings")}
@@ -141,22 +143,26 @@ class Given:
         return changed
 
 
-def idle_keys(data: dict[str, Any]) -> list[tuple[str, str]]:
+def idle_keys(data: dict[str, Any], label: str = "") -> list[tuple[str, str]]:
     """Keys of a preset's tables `data`, as parsed, that change no note, as (place, why); in the order of the file.
+
+    `label` is the path of the file, from which that of a key map goes.
 
     Raises PresetError for tables that make no bass.
     """
-    bass = _Unchecked("").instrument(data)
+    builder = _Unchecked(label)
+    bass = builder.instrument(data)
     heard = _heard(bass)
-    return [(given.place, _why(given, data, bass)) for given in given_keys(data) if _is_idle(given, data, heard)]
+    idle = (given for given in given_keys(data) if _is_idle(given, data, heard, builder))
+    return [(given.place, _why(given, data, bass)) for given in idle]
 
 
-def _is_idle(given: Given, data: dict[str, Any], heard: Instrument) -> bool:
+def _is_idle(given: Given, data: dict[str, Any], heard: Instrument, builder: Builder) -> bool:
     """True if other values of a key leave `heard`; values that make no bass do not count."""
     idle = False
     for raw in other_values(given.key, given.raw):
         try:
-            other = _heard(_Unchecked("").instrument(given.with_value(data, raw)))
+            other = _heard(builder.instrument(given.with_value(data, raw)))
         except PresetError:
             continue
         if other != heard:
@@ -190,6 +196,8 @@ def other_values(key: Key, raw: Any) -> Iterator[Any]:
     kind = key.kind.removesuffix("[]")
     if "|" in kind:
         yield from (choice for choice in kind.split("|") if choice != raw)
+    elif kind in ("curve", "key map"):
+        yield from (choice for choice in (CURVES if kind == "curve" else MAPS) if choice != raw)
     elif kind == "lift":
         one = replace(key, kind="length")
         yield {fret: next(iter(other_values(one, height))) for fret, height in raw.items()}

@@ -6,18 +6,22 @@ A key that sets a field of model/instrument.py has that field's default.
 
 from __future__ import annotations
 
+import difflib
 import re
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any
 
 from livebass import units
 from livebass.model.instrument import STIFFNESS_LAWS, STROKES, Coil, Neck, Output, Pickup, Player, String
+from livebass.model.keymap import CURVES, MAPS
 from livebass.units import DIMENSIONS, format_quantity, quantity, readable_quantity
 
 REQUIRED = object()
 FIELD = object()  # the default of the field of the same name in the section's dataclass
 DATACLASSES = {"neck": Neck, "string": String, "output": Output, "pickup": Pickup, "coil": Coil, "player": Player}
 # MIDI controllers with a meaning of their own; those from 120 on are channel mode messages.
+MOST_POINTS = 16  # of a curve
 RESERVED = (6, 7, 11, 38, 64, 98, 99, 100, 101)
 
 
@@ -27,7 +31,7 @@ class Key:
 
     section: str
     name: str
-    kind: str  # a dimension of `units`, number, integer, text, note, lift, controller or choices "a|b"; "[]": a list
+    kind: str  # dimension of `units`, number, integer, text, note, lift, controller, key map, curve, "a|b"; "[]": list
     least: str
     most: str
     default: Any  # or REQUIRED, FIELD, or None: may be left out, see `meaning`
@@ -150,6 +154,10 @@ _ROWS = (
     Key("player", "bend_range", "number", "0", "96", FIELD, "of the pitch bend, semitones"),
     Key("player", "out_of_range", "transpose|drop", "", "", FIELD, "notes the bass does not have"),
     Key("player", "position_controller", "controller", "0", "119", FIELD, "MIDI controller of the pluck position"),
+    Key("player", "keys", "key map", "", "", "modo", "what MIDI keys and controllers do"),
+    Key("player", "velocity_curve", "curve", "0.2", "5", FIELD, "soft: soft keys sound harder, hard: softer"),
+    Key("player", "ghost_below", "integer", "0", "128", FIELD, "notes of a velocity below are ghost notes"),
+    Key("player", "wheel", "bend|slide", "", "", FIELD, "the pitch wheel bends, or slides over the frets"),
 )
 KEYS = tuple(key.resolved() for key in _ROWS)
 SECTIONS = tuple(dict.fromkeys(key.section for key in KEYS if key.section))
@@ -182,6 +190,11 @@ def allowed(key: Key, unit: str | None = None) -> str:
         return f"{least} to {most}" + (", several" if key.kind != kind else "")
     if kind == "controller":
         return f"a whole number from {key.least} to {key.most} except {', '.join(map(str, RESERVED))}"
+    if kind == "key map":
+        return f"{', '.join(MAPS)}, or a TOML file, see `livebass presets keymap`"
+    if kind == "curve":
+        points = f"or points of velocities, at most {MOST_POINTS}, such as [[1, 1], [64, 90], [127, 127]]"
+        return f"{', '.join(CURVES)}, an exponent from {key.least} to {key.most}, {points}"
     one = f"{'a whole number' if kind == 'integer' else 'a number'} from {key.least} to {key.most}"
     return one + (", several" if key.kind != kind else "")
 
@@ -202,6 +215,10 @@ def checked(key: Key, raw: Any) -> Any:
             raise ValueError(f'needs a text with a unit such as "{key.least}"; units: {units.allowed_units(kind)}')
         value = quantity(raw, kind)
         good = quantity(key.least, kind) <= value <= quantity(key.most, kind)
+    elif kind == "curve":
+        value, good = _curve(key, raw)
+    elif kind == "key map":
+        value, good = raw, isinstance(raw, str) and bool(raw.strip())
     elif kind == "text":
         value, good = raw, isinstance(raw, str) and int(key.least) <= len(raw.strip()) <= int(key.most)
     elif "|" in kind:
@@ -213,7 +230,23 @@ def checked(key: Key, raw: Any) -> Any:
         good = good and not (kind == "controller" and raw in RESERVED)
     if not good:
         raise ValueError(f"allowed: {allowed(key, units.unit_of(raw, kind) if kind in DIMENSIONS else None)}")
-    return float(value) if kind == "number" else value
+    return float(value) if kind == "number" or (kind == "curve" and isinstance(value, int)) else value
+
+
+def _curve(key: Key, raw: Any) -> tuple[Any, bool]:
+    """A curve of velocity, and True if it is one."""
+    if isinstance(raw, str):
+        return raw, raw in CURVES
+    if not isinstance(raw, (list, tuple)):
+        number = isinstance(raw, (int, float)) and not isinstance(raw, bool)
+        return raw, number and float(key.least) <= raw <= float(key.most)
+    for point in raw:
+        if not isinstance(point, (list, tuple)) or len(point) != 2:
+            return raw, False
+        if any(isinstance(v, bool) or not isinstance(v, (int, float)) or not 1 <= v <= 127 for v in point):
+            return raw, False
+    points = tuple((float(x), float(y)) for x, y in raw)
+    return points, 1 <= len(points) <= MOST_POINTS and all(a[0] < b[0] for a, b in pairwise(points))
 
 
 def items(raw: Any) -> list[Any] | None:
@@ -251,3 +284,9 @@ def quoted(raw: Any) -> str:
     except ValueError:  # an integer of thousands of digits
         text = "a huge number"
     return text if len(text) <= 60 else f"{text[:57]}..."
+
+
+def nearest(name: str, names: list[str]) -> str:
+    """Advice for an unknown name: those of `names` that look like it, or all of them."""
+    near = difflib.get_close_matches(name[:40], names, 3, 0.5)
+    return f"nearest: {', '.join(near)}" if near else f"allowed: {', '.join(names)}"

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import os
-import stat
-import tomllib
 from functools import cache
 from importlib import resources
 from importlib.resources.abc import Traversable
@@ -12,10 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from livebass.model.instrument import Instrument
-from livebass.preset.build import Builder, PresetError, nearest
-from livebass.preset.keys import KEYS, REQUIRED, Key, allowed, quoted
+from livebass.preset.build import Builder
+from livebass.preset.keys import KEYS, REQUIRED, Key, allowed, nearest, quoted
+from livebass.preset.source import PresetError, decoded, file_bytes, is_path, parsed
 
-LARGEST_FILE = 1_000_000  # bytes
 LABORATORY = "laboratory"  # folder of the presets that are experiments, not basses
 
 
@@ -103,46 +101,16 @@ def _shipped() -> Traversable:
 def preset_source(name_or_path: str | os.PathLike[str]) -> tuple[str, str]:
     """The file's name for messages, and its text. Raises PresetError."""
     name = os.fspath(name_or_path)
-    if not (name.endswith(".toml") or "/" in name or os.sep in name):
+    if not is_path(name):
         folder = _shipped() / LABORATORY if name in laboratory_names() else _shipped()
         if name not in _names_in(folder):
             known = nearest(name, [*preset_names(), *laboratory_names()])
             raise PresetError(f"preset {quoted(name)}: unknown; {known}; a file needs a path with .toml or /")
         label, raw = f"{name}.toml", (folder / f"{name}.toml").read_bytes()
     else:
-        label, raw = name, _bytes(name)
-    try:
-        text = raw.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise PresetError(f"{label}: not UTF-8 (byte {error.start}); a preset is a TOML text file") from None
-    return label, text
-
-
-def _bytes(path: str) -> bytes:
-    """The content of a regular file of at most LARGEST_FILE bytes. Raises PresetError."""
-    try:
-        found = os.stat(path)
-        if not stat.S_ISREG(found.st_mode):
-            what = "a directory" if stat.S_ISDIR(found.st_mode) else "not a regular file"
-            raise PresetError(f"{path}: is {what}; a preset is a TOML text file")
-        if found.st_size > LARGEST_FILE:
-            raise PresetError(f"{path}: {found.st_size} bytes; a preset has at most {LARGEST_FILE}")
-        return Path(path).read_bytes()
-    except FileNotFoundError:
-        raise PresetError(f"{path}: no such file; shipped presets: {', '.join(preset_names())}") from None
-    except PermissionError:
-        raise PresetError(f"{path}: no permission to read it") from None
-    except OSError as error:
-        raise PresetError(f"{path}: cannot be read: {error.strerror}") from None
-    except ValueError as error:
-        raise error if isinstance(error, PresetError) else PresetError(f"{path}: not a file name") from None
+        label, raw = name, file_bytes(name, "preset", preset_names())
+    return label, decoded(label, raw, "preset")
 
 
 def _parse(label: str, text: str) -> dict[str, Any]:
-    if not text.strip():
-        raise PresetError(f"{label}: empty; a preset needs name, [neck] and [[string]]")
-    try:
-        return tomllib.loads(text)
-    except (ValueError, RecursionError) as error:
-        why = "nested too deep" if isinstance(error, RecursionError) else str(error)
-        raise PresetError(f"{label}: not TOML: {why}") from None
+    return parsed(label, text, "preset", "name, [neck] and [[string]]")

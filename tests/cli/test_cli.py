@@ -14,6 +14,9 @@ import soundfile
 from support.command import GOOD, NOTE, Run, assert_one_clear_line, cli_text, command, song
 from support.engine import FakeEngine
 
+from livebass import Instrument, load_preset
+from livebass.engine import render as render_module
+
 ROOT = Path(__file__).parents[2]
 
 
@@ -264,3 +267,28 @@ def test_what_a_file_lacks_is_said_before_it_is_played(fake: type[FakeEngine], r
     for options in (("synth.mid", "-p", "muted"), ("slap.mid", "-p", "muted"), ("finger.mid",)):
         _, _, err = run("render", *options, "-o", "out.wav")
         assert len(err.splitlines()) == 1
+
+
+def test_options_of_the_hands_reach_the_bass(
+    run: Run, fake: type[FakeEngine], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Also of every preset of --all-presets; the techniques' phrases press the keys of the usual map."""
+    played: list[Instrument] = []
+
+    class Listening(fake):  # type: ignore[misc, valid-type]
+        def __init__(self, instrument: Instrument, *rest: object, **more: object) -> None:
+            played.append(instrument)
+            super().__init__(instrument, *rest, **more)
+
+    monkeypatch.setattr(render_module, "Engine", Listening)
+    hands = ("--keys", "modo-12", "--velocity-curve", "0.5", "--wheel", "slide", "-q", "live")
+    for source in (("--note", "E1"), ("--demo",), ("--demo", "techniques")):
+        assert run("render", *source, *hands, "-o", tmp_path / "a.wav")[0] == 0
+    maps = [bass.player.keys.name for bass in played]
+    assert maps == ["modo-12", "modo-12", "modo"]
+    assert run("render", "--all-presets", tmp_path / "all", *hands)[0] == 0
+    assert len(played) > 6 and {bass.player.keys.name for bass in played[3:]} == {"modo-12"}
+    assert {(bass.player.velocity_curve, bass.player.wheel) for bass in played} == {(0.5, "slide")}
+    played.clear()
+    assert run("render", "--note", "E1", "-o", tmp_path / "a.wav")[0] == 0
+    assert played == [load_preset("jazz-finger")]

@@ -4,6 +4,7 @@ the metronome, the tuner.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,14 +13,16 @@ from support.live import QUICK, RATE, offline
 
 from livebass import load_preset
 from livebass.arrays import Floats
-from livebass.kernels.performer import LEAST, MOST
+from livebass.kernels import performer
+from livebass.kernels.performer import LEARNED, LEAST, MOST
 from livebass.live.desk import LEAD, Desk, MidiLearn, check_controllers, click_sound
 from livebass.live.outputs import FakeDevice
 from livebass.live.parameters import NUMBERS, PARAMETERS
+from livebass.live.recording import MidiRecorder
 from livebass.live.session import clock
 from livebass.live.synth import LiveBass, Synth
-from livebass.live.thread.desk import parameter_for
 from livebass.live.tuner import frequency_of, tuning, tuning_text
+from livebass.model.keymap import MODO
 from livebass.score import Score, demo_score, read_score, score_of
 
 LEADING = round(LEAD * RATE)
@@ -223,7 +226,8 @@ def test_a_learned_controller_moves_its_parameter_and_nothing_else() -> None:
     for controller, value in ((74, 1), (7, 0), (20, 127)):
         synth.receive(0xB0, controller, value)
     device.block(64)
-    assert [m[1:] for m in synth.played()] == [(0xB0, 74, 1)], "7 is no volume any more"
+    kept = [(0xB0, 74, 1), (0xB0, LEARNED + NUMBERS["tone"], 0), (0xB0, LEARNED + NUMBERS["dynamics"], 127)]
+    assert [m[1:] for m in synth.played()] == kept, "7 is no volume any more; a take has what it stands for"
     assert synth.parameter(NUMBERS["tone"]) == -1 and synth.parameter(NUMBERS["dynamics"]) == 12
     desk.learn("tone", None)
     synth.receive(0xB0, 7, 64)
@@ -231,9 +235,85 @@ def test_a_learned_controller_moves_its_parameter_and_nothing_else() -> None:
     assert [m[1:] for m in synth.played()] == [(0xB0, 7, 64)] and desk.learned == {"dynamics": 20}
 
 
+def test_a_take_with_learned_controllers_renders_as_it_sounded(tmp_path: Path) -> None:
+    """Each parameter that a learned controller moved, on whatever channel; and the controllers of the map."""
+    desk, synth, device = desk_and_device()
+    learned = {symbol: 20 + number for symbol, number in NUMBERS.items()}
+    for symbol, controller in learned.items():
+        desk.learn(symbol, controller)
+    heard = []
+    with MidiRecorder(tmp_path / "take.mid", synth, "jazz-finger") as take:
+        for k, (symbol, controller) in enumerate(learned.items()):
+            if symbol != "gain":  # moves the synth's own, whose ramp is another
+                synth.receive(0xB2, controller, 10 + 15 * k)
+            heard.append(device.block(1000))
+            synth.receive(0x92, 40 + k, 100)
+            heard.append(device.block(1000))
+            synth.receive(0xB2, 18, 20 * k)
+            synth.receive(0xE2, 0, 100)
+            heard.append(device.block(1000))
+            synth.receive(0x82, 40 + k, 0)
+            heard.append(device.block(1000))
+        take.turn()
+    score = read_score(tmp_path / "take.mid", RATE)
+    sent = {tuple(map(int, m[1:])) for m in score.messages if m[0] & 0xF0 == 0xB0}
+    assert {(LEARNED + NUMBERS["tone"], 25), (LEARNED + NUMBERS["bend_range"], 115)} <= sent
+    messages = [(int(f), *map(int, m)) for f, m in zip(score.frames, score.messages, strict=True)]
+    sound = np.concatenate(heard)
+    assert np.array_equal(sound, offline("jazz-finger", messages, len(sound)))
+
+
+def test_a_take_keeps_a_learned_gain(tmp_path: Path) -> None:
+    desk, synth, device = desk_and_device()
+    desk.learn("gain", 20)
+    with MidiRecorder(tmp_path / "take.mid", synth, "jazz-finger") as take:
+        synth.receive(0xB0, 20, 64)
+        play(device, 4800)
+        synth.receive(0x90, 40, 100)
+        sound = play(device, 4800)
+        take.turn()
+    score = read_score(tmp_path / "take.mid", RATE)
+    messages = [(int(f), *map(int, m)) for f, m in zip(score.frames, score.messages, strict=True)]
+    assert np.abs(sound).max() > 0.01
+    assert np.allclose(sound, offline("jazz-finger", messages, 9600)[4800:], rtol=1e-4, atol=1e-7)
+
+
+def test_another_bass_takes_over_keys_and_controllers() -> None:
+    """But for keys that mean something else in its map."""
+    _, synth, device = desk_and_device()
+    for key in (10, 3, 16):
+        synth.send(0x90, key, 1)
+    for number, value in ((17, 20), (18, 30), (5, 0), (5, 9)):
+        synth.send(0xB0, number, value)
+    device.block(64)
+    old = synth.bass
+    assert old is not None
+    keys = replace(MODO, keys=tuple(row for row in MODO.keys if row[0] != 3))
+    other = load_preset("slap")
+    synth.switch_to(LiveBass(replace(other, player=replace(other.player, keys=keys)), QUICK, RATE))
+    device.block(64)
+    new = synth.bass
+    assert new is not None and new is not old
+    p, before = new.engine.performer[0], old.engine.performer[0]
+    assert p["switched"].sum() == 2 and p["switched"][performer.GHOST] == 1 and p["forced"] == 0
+    for name in ("tone", "blend", "bend_up", "bend_ready", "level"):
+        assert p[name] == before[name], name
+    assert p["tone"] < 0 and p["blend"] < 0 and p["bend_up"] > 0
+    synth.send(0x80, 10, 0)
+    synth.send(0x80, 3, 0)
+    device.block(64)
+    assert p["switched"].sum() == 1
+
+
 def test_a_controller_in_its_middle_leaves_the_parameter_as_the_bass_has_it() -> None:
+    desk, synth, device = desk_and_device()
     for symbol, number in NUMBERS.items():
-        values = [parameter_for(number, value) for value in range(128)]
+        desk.learn(symbol, 20)
+        values = []
+        for value in range(128):
+            synth.receive(0xB0, 20, value)
+            device.block(16)
+            values.append(synth.parameter(number))
         most = 0 if symbol == "gain" else MOST[number]
         assert values == sorted(values) and values[0] == LEAST[number] and values[-1] == most
         if symbol != "gain":

@@ -42,6 +42,7 @@ from livebass.live.thread.ring import (
     push_message,
 )
 
+MOVED = (4, 5, 7, 9, 17, 17, 18, 18, 18, *range(102, 110))  # controllers of hand, bend, volume, palm, tone, blend, ...
 LIGHT = Quality("light", 60, 192e3)
 Event = tuple[int, int, int, float]  # frame, kind, number or MIDI message, value
 
@@ -77,7 +78,9 @@ def random_events(seed: int, frames: int, count: int) -> list[Event]:
             [(frame, NOTE_PLACE, key, x), midi(frame, 0x90, key, 100)],
             [(frame, NOTE_STRING, key, float(rng.integers(-1, 5))), midi(frame, 0x90, key, 100)],
             [midi(frame, 0x90, key, 100), (frame + 50, NOTE_BEND, key, 3 * x)],
-        ][int(rng.integers(0, 9))]
+            [midi(frame, 0xB0, int(rng.choice(MOVED)), int(rng.integers(0, 128)))],
+            [midi(frame, 0xB0, int(rng.choice(MOVED)), int(rng.integers(0, 128)))],
+        ][int(rng.integers(0, 11))]
     return sorted(events, key=lambda event: event[0])
 
 

@@ -39,6 +39,7 @@ from livebass.live.recording import MidiRecorder, Recorder
 from livebass.live.session import PresetSwitch, Session, Settings, _Loop
 from livebass.live.synth import Gauge, LiveBass, Synth, median_load, strings
 from livebass.live.thread.records import HISTOGRAM
+from livebass.model.keymap import MODO_12
 from livebass.preset.programs import PROGRAMS
 from livebass.score import LEAST_RATE, Score, score_of
 
@@ -113,6 +114,22 @@ def test_the_last_wish_counts() -> None:
     names = preset_names()
     assert changes.playing == (names[(names.index("jazz-finger") + 3) % len(names)], "studio")
     changes.close()
+
+
+def test_every_preset_is_played_by_the_same_hands() -> None:
+    """Those of --keys and its like, whatever preset is chosen later."""
+
+    def hands(bass: Instrument) -> Instrument:
+        return replace(bass, player=replace(bass.player, keys=MODO_12))
+
+    synth, device = synth_and_device("jazz-finger")
+    device.block(64)
+    presets = PresetSwitch(synth, "jazz-finger", QUICK, hands)
+    presets.choose(preset="slap")
+    wait_for(lambda: presets.turn())
+    device.block(64)
+    assert synth.bass is not None and synth.bass.engine.instrument.player.keys == MODO_12
+    presets.close()
 
 
 def test_basses_that_were_replaced_are_gone(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -6,6 +6,7 @@ import hashlib
 import os
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,15 +14,17 @@ import pytest
 
 from livebass import QUALITIES, load_preset, preset_names
 from livebass.engine.engine import Engine, prepare
-from livebass.engine.prepare import Pool, Rates, whole_contact_rate
-from livebass.kernels.instrument import COARSE, FILE, LIVE, PLAYER, STUDIO, TIERS, VERSION, WORD, checksum
+from livebass.engine.prepare import Pool, Rates, new_performer, whole_contact_rate
+from livebass.kernels import performer
+from livebass.kernels.instrument import COARSE, FILE, KEY_MAP, LIVE, PLAYER, STUDIO, TIERS, VERSION, WORD, checksum
 from livebass.kernels.preparing import NOTE
+from livebass.model.keymap import MODO_12, velocity_parts
 from livebass.plugin.instrument import instrument_file, read_instrument, tiers, write_instrument
 from livebass.plugin.lv2 import write_bundle
 
 ADDRESSES = ("coefficients", "taps", "shapes", "heights", "positions", "coupling", "left_out")
 # Of every version so far: what is stored, and how. A file of another layout must have another version.
-LAYOUTS = {1: "4a97951d4a5441f0", 3: "0e201a4e5c4026f4"}
+LAYOUTS = {1: "4a97951d4a5441f0", 3: "0e201a4e5c4026f4", 4: "1171f7773215cf5f"}
 
 
 def assert_same_pool(made: Pool, wanted: Pool) -> None:
@@ -203,6 +206,28 @@ def test_no_number_of_the_player_may_be_absurd(name: str, whole: bytes, tmp_path
         assert "damaged" in refused(sealed(words), tmp_path / "a.lbass"), value
 
 
+@pytest.mark.parametrize("name", [*(KEY_MAP.names or ()), "part", "wheel_slides"])
+def test_no_number_of_keys_or_velocities_may_be_absurd(name: str, whole: bytes, tmp_path: Path) -> None:
+    words = np.frombuffer(whole, np.int64).copy()
+    numbers = words.view(np.uint8)[: FILE.itemsize].view(FILE)["instrument"]
+    field = numbers[name] if name in ("part", "wheel_slides") else numbers["key_map"][name]
+    for value in (-1, 1000) if field.dtype.kind == "i" else (np.nan, -0.1, 1.1):
+        field[..., -1] = value
+        assert "damaged" in refused(sealed(words), tmp_path / "a.lbass"), value
+
+
 def test_another_layout_has_another_version() -> None:
     layout = hashlib.sha256(repr((FILE.descr, FILE.itemsize, NOTE.descr)).encode()).hexdigest()[:16]
     assert LAYOUTS[VERSION] == layout
+
+
+def test_a_file_has_the_players_keys_and_velocities(tmp_path: Path) -> None:
+    bass = load_preset("jazz-finger")
+    bass = replace(bass, player=replace(bass.player, keys=MODO_12, velocity_curve="hard", wheel="slide"))
+    write_instrument(bass, tmp_path / "a.lbass")
+    numbers = read_instrument(tmp_path / "a.lbass").numbers[0]
+    pressed = np.flatnonzero(numbers["key_map"]["action"])
+    assert pressed.tolist() == sorted(key for key, *_ in MODO_12.keys)
+    assert numbers["part"].tolist() == velocity_parts("hard") and numbers["wheel_slides"] == 1
+    p = new_performer(numbers.reshape(1))[0]
+    assert p["switch"][22] == performer.GHOST and p["over_notes"] and p["part"][64] == numbers["part"][64]

@@ -248,6 +248,10 @@ hand_damping = "90 /s"
 bend_range = 2
 out_of_range = "transpose"
 position_controller = 16
+keys = "modo"
+velocity_curve = "linear"
+ghost_below = 90
+wheel = "bend"
 """
 ELSEWHERE = {  # the neck may be given in another way
     "neck.fret_positions", "neck.fret_heights", "neck.height_scale", "neck.height_offset", "neck.fret_height",

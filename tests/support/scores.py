@@ -7,9 +7,9 @@ import numpy as np
 from livebass import Quality, Score, load_preset
 from livebass.arrays import Floats
 from livebass.engine.engine import Engine
-from livebass.kernels.performer import SWITCHES
+from livebass.model.keymap import MODO
 
-SWITCH_KEYS = [key for key, *_ in SWITCHES]
+SWITCH_KEYS = [key for key, *_ in MODO.keys]
 QUICK = Quality("quick", 150, 400e3)
 RATE = 44100
 

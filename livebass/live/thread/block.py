@@ -21,7 +21,7 @@ from livebass.kernels.native import (
     set_float_control,
     store_release,
 )
-from livebass.kernels.performer import GAIN_DB, LEAST, MOST_EVENTS, MOST_STRINGS, PARAMETERS, TONE_POT
+from livebass.kernels.performer import GAIN_DB, LEARNED, LEAST, MOST_EVENTS, MOST_STRINGS, PARAMETERS
 from livebass.kernels.records import PLUCK, STRIKE_EVENT
 from livebass.live.thread import ahead
 from livebass.live.thread.records import (
@@ -51,6 +51,7 @@ from livebass.live.thread.records import (
     synth_at,
 )
 from livebass.live.thread.ring import (
+    CHANNEL_BIT,
     KIND_BIT,
     MIDI,
     NOTE_BEND,
@@ -59,6 +60,7 @@ from livebass.live.thread.ring import (
     NOW,
     PARAMETER,
     STRING_BEND,
+    controller_of,
     next_frame,
     pop,
     push,
@@ -72,12 +74,18 @@ SAMPLE = 4  # bytes of a float32
 
 
 @jit
-def handle_message(synth, b, frame, status, first, second, count):
-    """Hands one message for synth frame `frame` to the performer; returns the new number of events."""
-    synth.messages += 1
+def keep_message(synth, frame, status, first, second):
+    """Hands a message that is played to the recorder, if there is one."""
     played = load_acquire(record_address(synth) + PLAYED_RING)
     if played != 0 and not push(played, synth.played_size, frame, status, first, second):
         synth.played_lost += 1
+
+
+@jit
+def handle_message(synth, b, frame, status, first, second, count):
+    """Hands one message for synth frame `frame` to the performer; returns the new number of events."""
+    synth.messages += 1
+    keep_message(synth, frame, status, first, second)
     if status & 0xF0 == 0xC0:
         synth.program = first
         synth.program_count += 1
@@ -104,6 +112,9 @@ def handle_event(synth, b, frame, word, value, count):
     """Carries out an event other than MIDI for synth frame `frame`; returns the new number of events of `b`."""
     kind, number = (word >> KIND_BIT) & 0xFF, word & 0xFF
     if kind == PARAMETER and number < PARAMETERS:
+        controller = controller_of(word)
+        if controller >= 0:
+            keep_message(synth, frame, 0xB0 | (word >> CHANNEL_BIT) & 0x0F, LEARNED + number, controller)
         synth.parameters[number] = performer.held(number, value)
         if number == GAIN_DB:
             know_gains(synth, frame - synth.frame)
@@ -148,7 +159,7 @@ def apply_parameters(synth, b):
         performer.set_parameter(p, np.int64(0), number, synth.parameters[number], events_of(b), np.int64(0))
     for i in range(b.strings):
         v = string_of(b, i).voice
-        v.tone_wanted = synth.parameters[TONE_POT]
+        v.tone_wanted = p.tone
         if v.tone != v.tone_wanted:
             tone.set_tone(v, v.tone_wanted)
 
@@ -164,6 +175,11 @@ def take_controllers(b, old):
         v.gain = v.gain_wanted
         v.bend = performer.bend_ratio(p, i)
         v.tuned = v.bend
+        v.tone_wanted = p.tone
+        if v.tone != v.tone_wanted:
+            tone.set_tone(v, v.tone_wanted)
+        v.blend_wanted = p.blend
+        tone.set_blend(v, p.blend)
 
 
 @entry("void(int64, int64)")

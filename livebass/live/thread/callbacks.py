@@ -140,7 +140,7 @@ def read_midi(data, n):
         frame = synth.frame + (event[0] & 0xFFFFFFFF)
         if data.desk != 0 and status & 0xF0 == 0xB0:
             ring, room = synth.midi_ring[2], synth.midi_ring_size[2]
-            if hear_controller(desk_at(data.desk), ring, room, frame, first, second):
+            if hear_controller(desk_at(data.desk), ring, room, frame, status & 0x0F, first, second):
                 continue
         push(synth.midi_ring[2], synth.midi_ring_size[2], frame, status, first, second)
 

@@ -9,18 +9,13 @@ from typing import Any
 import numpy as np
 
 from livebass.compiling import entry, jit
-from livebass.kernels.elementary import log2
 from livebass.kernels.native import load_acquire, record_address, record_at, samples_at, status_from, words_at
-from livebass.kernels.performer import BEND_RANGE, GAIN_DB, LEAST, MOST, PARAMETERS, TECHNIQUE
+from livebass.kernels.performer import CONTROLLERS, KEYS, PARAMETERS, PEDAL, turned
 from livebass.live.thread.records import field_offset
-from livebass.live.thread.ring import KIND_BIT, PARAMETER, push, push_word, unpack
+from livebass.live.thread.ring import push, push_learned, unpack
 
-CONTROLLERS = 128
-KEYS = 128
 WHEEL = CONTROLLERS  # place of the pitch bend behind the controllers
 CHANNEL_MODES = 120  # the first controller that is none
-PEDAL = 64
-VOLUME = 40.0 * 0.30102999566398120  # dB when a volume controller doubles
 SCORE_RING = 1
 CHASED = 1024  # messages before a place that are searched for controllers
 MISSED = 0.1  # s: what JACK's transport goes on while this client misses periods, whose notes are then played late
@@ -76,45 +71,24 @@ desk_at = record_at(DESK)
 
 
 @jit
-def turned(number, value):
-    """The value of parameter `number` for a controller at `value`, 0 to 127: the middle, 64, is as usual.
-
-    The gain is that of a volume controller, from silence to 0 dB. Parameters that begin at 0 go from there to the most
-    at 127: the bend range in whole numbers, the technique in equal parts.
-    """
-    least, most = LEAST[number], MOST[number]
-    if number == GAIN_DB:
-        return max(VOLUME * log2(value / 127.0), least) if value > 0 else least
-    if number == TECHNIQUE:
-        return np.float64(value * (np.int64(most) + 1) // CONTROLLERS)
-    if number == BEND_RANGE:
-        return np.float64(np.int64(value * most / 127.0 + 0.5))
-    if least == 0.0:
-        return value * most / 127.0
-    if value < 64:
-        return least * (64 - value) / 64.0
-    return most * (value - 64) / 63.0
-
-
-@entry("float64(int64, int64)")
-def parameter_for(number, value):
-    """C function: `turned`."""
-    return turned(number, value)
-
-
-@jit
-def hear_controller(desk, address, size, frame, controller, value):
+def hear_controller(desk, address, size, frame, channel, controller, value):
     """Notes that a controller has moved. If it is a learned one, moves its parameter at `frame`, by the ring.
 
-    Returns True then: the message is not for the bass.
+    Returns True then: the message is not for the bass. [writing thread of the ring]
     """
     count = (desk.moved >> (2 * MOVED_BITS)) + 1
     desk.moved = count << (2 * MOVED_BITS) | controller << MOVED_BITS | value
     number = desk.learned[controller] - 1
     if number < 0 or number >= PARAMETERS:
         return False
-    push_word(address, size, frame, number | np.int64(PARAMETER) << KIND_BIT, np.float32(turned(number, value)))
+    push_learned(address, size, frame, number, turned(number, value), channel, value)
     return True
+
+
+@entry("int64(int64, int64, int64, int64, int64, int64, int64)")
+def take_controller(desk, address, size, frame, channel, controller, value):
+    """C function: `hear_controller` for the address of a DESK; returns 1 or 0."""
+    return np.int64(hear_controller(desk_at(desk), address, size, frame, channel, controller, value))
 
 
 @jit

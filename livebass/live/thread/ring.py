@@ -3,7 +3,9 @@
 A ring is an int64 array. Words HEAD (entries ever written) and TAIL (entries ever read) only grow and lie on cache
 lines of their own; the entries follow from word DATA. A message is two words: its frame, or NOW, and what happens.
 The latter has a kind in bits 24 to 31: a MIDI message has its three bytes below, any other event a number in bits 0 to
-7 and a float32 in bits 32 to 63. Sound is float32. Functions take a ring's address and its size in entries.
+7 and a float32 in bits 32 to 63; a parameter that a MIDI controller has moved, also the controller's value plus one in
+bits 8 to 15 and its channel in bits 16 to 19. Sound is float32. Functions take a ring's address and its size in
+entries.
 """
 
 import numpy as np
@@ -18,7 +20,7 @@ NOW = -1  # in place of a frame: as soon as possible
 # Kinds of messages: of MIDI; a parameter (performer.py) and its value; the bend of a string, semitones; the pluck place
 # of the next note of a key, as PLUCK_POSITION; the bend of the string that played a key last, semitones
 MIDI, PARAMETER, STRING_BEND, NOTE_PLACE, NOTE_BEND, NOTE_STRING = 0, 1, 2, 3, 4, 5
-KIND_BIT = 24
+KIND_BIT, VALUE_BIT, CHANNEL_BIT = 24, 8, 16
 
 
 @entry("int64(int64)")
@@ -79,6 +81,22 @@ def push(address, size, frame, status, first, second):
 def push_message(address, size, frame, status, first, second):
     """C function: `push`; returns 1 or 0."""
     return np.int64(push(address, size, frame, status, first, second))
+
+
+@jit
+def push_learned(address, size, frame, number, value, channel, controlled):
+    """Adds parameter `number` at `value`, where a controller on `channel` has moved it by going to `controlled`.
+
+    Returns False if the ring is full. [writing thread]
+    """
+    word = number | (controlled + 1) << VALUE_BIT | channel << CHANNEL_BIT | np.int64(PARAMETER) << KIND_BIT
+    return push_word(address, size, frame, word, np.float32(value))
+
+
+@jit
+def controller_of(word):
+    """Returns the value, 0 to 127, of the controller that moved the parameter of an event; -1: none did."""
+    return ((word >> VALUE_BIT) & 0xFF) - 1
 
 
 @entry("int64(int64, int64, int64, int64, int64, float64)")

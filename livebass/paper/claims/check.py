@@ -19,7 +19,7 @@ from livebass.analysis.motion import Solved
 from livebass.paper.claims import runs, section_4_1, section_4_2, sections_2_3
 from livebass.paper.claims.expect import SETUP, Claim, Exactly, Value, numbers
 from livebass.paper.claims.null import null_of, null_rate
-from livebass.preset.build import nearest
+from livebass.preset.keys import nearest
 from livebass.report.page import html_page
 from livebass.report.progress import Progress, steps
 from livebass.report.text import csv_text, json_text, plain, wrapped_columns

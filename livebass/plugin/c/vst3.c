@@ -22,7 +22,7 @@
 #endif
 
 enum { TAIL = 12 /* s */, ROOM = 1 << 16, CHANGES = 2048, LINE = 1500 };
-enum { VOLUME = 7, EXPRESSION = 11 }; /* MIDI controllers */
+enum { VOLUME = 7, EXPRESSION = 11, TONE = 17, BLEND = 18 }; /* MIDI controllers, as the usual key map has them */
 enum { CONTROLLERS = 1000 }; /* id of the parameter that stands for MIDI controller 0 */
 enum { COMPONENT, PROCESSOR, CONTROLLER, MAPPING, UNITS, EXPRESSIONS, INTERFACES };
 enum { SEMITONES = 240 };     /* of the range of tuning */
@@ -201,6 +201,12 @@ static double normal(const vst3 *v, uint32_t id, double x) {
 
 /* Where a controller stands until it is moved: as the synth has it. */
 static double usual_of_controller(int number) {
+    const double middle = 64.0 / 127;
+    if (number >= LB_LEARNED && number < LB_LEARNED + LB_PLAYED_PARAMETERS) {
+        const int parameter = number - LB_LEARNED;
+        return parameter == LB_GAIN ? 1 : lb_parameters[parameter].least < 0 ? middle : 0;
+    }
+    if (number == TONE || number == BLEND) return middle;
     return number == VST3_BEND ? 0.5 : number == VOLUME || number == EXPRESSION;
 }
 

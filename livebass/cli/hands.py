@@ -1,0 +1,94 @@
+"""Options of `play`, `render` and `export` that stand for entries of a preset: keys, velocity curve, pitch wheel."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+if TYPE_CHECKING:
+    from livebass.model.instrument import Instrument
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+NAMES = ("keys", "velocity_curve", "wheel")
+
+
+class CurveOf(click.ParamType):
+    """A curve of velocity: its name, an exponent, or points such as 1:1,64:90,127:127."""
+
+    name = "curve"
+
+    def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
+        return "CURVE"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        from livebass.preset.keys import KEYS, allowed, checked
+
+        if not isinstance(value, str):
+            return value
+        key = next(key for key in KEYS if (key.section, key.name) == ("player", "velocity_curve"))
+        raw: Any = value
+        if ":" in value:
+            raw = [[_number(part) for part in point.split(":")] for point in value.split(",")]
+        elif re.match(r"[\d.]", value):
+            raw = _number(value)
+        try:
+            return checked(key, raw)
+        except ValueError:
+            rule = allowed(key).replace("[[1, 1], [64, 90], [127, 127]]", "1:1,64:90,127:127")
+            self.fail(f"{value!r}: allowed: {rule}", param, ctx)
+
+
+def _number(text: str) -> float | str:
+    """The number that `text` is, or the text."""
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+def hands_options(command: Command) -> Command:
+    """Adds the options that `Hands.taken` reads to a command."""
+    for option in (
+        click.option(
+            "--wheel", type=click.Choice(["bend", "slide"]), help="What the pitch wheel does.  [default: bend]"
+        ),
+        click.option(
+            "--velocity-curve",
+            type=CurveOf(),
+            help="How hard a velocity is played: soft, linear, hard, an exponent, or points such as "
+            "1:1,64:90,127:127.  [default: linear]",
+        ),
+        click.option(
+            "--keys",
+            metavar="NAME|FILE",
+            help="What MIDI keys and controllers do: modo, modo-12, or your own file; see `livebass presets keymap`.  "
+            "[default: modo]",
+        ),
+    ):  # the last one comes first in --help
+        command = option(command)
+    return command
+
+
+@dataclass(frozen=True)
+class Hands:
+    """What the options change of a bass's player; where none is given its preset holds."""
+
+    changes: dict[str, Any]
+
+    @classmethod
+    def taken(cls, options: dict[str, Any]) -> Hands:
+        """Takes the options of `hands_options` out of a command's `options`. Raises PresetError for a bad key map."""
+        given = {name: options.pop(name) for name in NAMES}
+        if given["keys"] is not None:
+            from livebass.preset.keymap import load_key_map
+
+            given["keys"] = load_key_map(given["keys"])
+        return cls({name: value for name, value in given.items() if value is not None})
+
+    def play(self, bass: Instrument) -> Instrument:
+        """Returns `bass` in these hands."""
+        return replace(bass, player=replace(bass.player, **self.changes)) if self.changes else bass
