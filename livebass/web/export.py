@@ -105,7 +105,15 @@ def shown(name: str, bass: Instrument) -> dict[str, Any]:
         "strings": [{"name": s.name, "note": s.open_note, "gauge": round(s.diameter * 1e3, 2)} for s in bass.strings],
         "frets": min(len(neck.fret_positions) for neck in bass.necks),
         "fretless": bass.over_board,
+        "stroke": shown_stroke(bass),
     }
+
+
+def shown_stroke(bass: Instrument) -> int | None:
+    """What the player of a bass plucks with, as the page counts: 0 fingers, 1 a pick, 2 the thumb; None: another."""
+    if bass.player.technique == "slap":
+        return 2
+    return {"finger": 0, "pick": 1}.get(bass.player.stroke)
 
 
 def single_page(files: dict[str, bytes]) -> bytes:
