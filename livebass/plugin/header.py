@@ -60,6 +60,20 @@ ENTRIES: tuple[Entry, ...] = (
     setup.fill_bass, setup.ring_bytes, setup.fill_synth, ring.push_message, ring.push_event, block.process,
     block.stay, ahead.play_string, frets.over_frets, board.over_board,
 )  # fmt: skip
+PITCHES = ("C", "C sharp", "D", "D sharp", "E", "F", "F sharp", "G", "G sharp", "A", "A sharp", "B")
+SWITCHES = {  # what hosts call a key that switches; that of a string is called by its pitch
+    performer.GHOST: "Ghost notes",
+    performer.LEGATO: "Hammer-on",
+    performer.HARMONIC: "Harmonics",
+    performer.TAP: "Tapping",
+    performer.PALM: "Palm mute",
+    performer.SLIDE: "Slide",
+    performer.VIBRATO: "Vibrato",
+    performer.WITH_FINGERS: "Fingers",
+    performer.WITH_PICK: "Pick",
+    performer.WITH_THUMB: "Thumb",
+    performer.STOP_ALL: "Stop all strings",
+}
 C_TYPES = {"i8": "int64_t", "f8": "double", "i4": "int32_t", "u1": "uint8_t"}
 C_RESULTS = {"void": "void", "int64": "int64_t", "uint64": "uint64_t", "float64": "double"}
 
@@ -78,6 +92,7 @@ def header(levels: Iterable[str]) -> str:
     lines += [
         f"static const char *const lb_outputs[LB_STRINGS] = {{{names}}}; /* of a plugin with an output a string */"
     ]
+    lines += _switches()
     lines += _parameters()
     for name, record in RECORDS.items():
         lines += _struct(name, record)
@@ -88,6 +103,19 @@ def header(levels: Iterable[str]) -> str:
         members = ", ".join(f"lb_{e.name}{end}" for e in ENTRIES)
         lines += ["#ifdef LB_TABLES", f"static const lb_kernels kernels{end} = {{{members}}};", "#endif"]
     return "\n".join([*lines, "#endif", ""])
+
+
+def _switches() -> list[str]:
+    """The table of keys that switch, and what they are called."""
+    rows = [
+        f"    {{{key}, {json.dumps(SWITCHES.get(action) or f'String {PITCHES[value]}')}}},"
+        for key, action, value in performer.SWITCHES
+    ]
+    return [
+        f"enum {{ LB_SWITCHES = {len(rows)} }};",
+        "typedef struct {", "    int key;", "    const char *name;", "} lb_switch;",
+        "static const lb_switch lb_switches[LB_SWITCHES] = {", *rows, "};",
+    ]  # fmt: skip
 
 
 def _parameters() -> list[str]:

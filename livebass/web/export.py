@@ -16,6 +16,7 @@ from typing import Any
 
 from livebass import __version__
 from livebass.kernels.instrument import LIVE, STUDIO
+from livebass.kernels.performer import GHOST, HARMONIC, SWITCHES, WITH_FINGERS, WITH_PICK, WITH_THUMB
 from livebass.live.parameters import PARAMETERS
 from livebass.model.instrument import Instrument
 from livebass.plugin.bundle import LIST, instrument_files, write_files
@@ -30,6 +31,11 @@ SOURCES = ("app.js", "style.css", "worker.js", "worklet.js")
 TITLE, DATA = "<title>livebass</title>", '<script type="application/json" id="page">'
 HEAD = 1 << 16  # bytes of a page that hold both
 TIERS = {"live": LIVE, "studio": STUDIO}
+# Techniques that the page shows: those that key switches call, and those that controllers do
+SWITCHED = {
+    "finger": WITH_FINGERS, "pick": WITH_PICK, "slap": WITH_THUMB, "ghost": GHOST, "harmonic": HARMONIC,
+}  # fmt: skip
+CONTROLLED = {"palm_mute": 9, "legato": 68, "slide": 65, "vibrato": 1, "let_ring": 64}
 # The audio thread of a page from a disk is a data: address, the worker a blob: one
 POLICIES = {
     False: "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self'; worker-src 'self';"
@@ -105,15 +111,10 @@ def shown(name: str, bass: Instrument) -> dict[str, Any]:
         "strings": [{"name": s.name, "note": s.open_note, "gauge": round(s.diameter * 1e3, 2)} for s in bass.strings],
         "frets": min(len(neck.fret_positions) for neck in bass.necks),
         "fretless": bass.over_board,
-        "stroke": shown_stroke(bass),
+        "stroke": "slap" if bass.player.technique == "slap" else bass.player.stroke,
+        "keys": {name: key for name, asked in SWITCHED.items() for key, action, _ in SWITCHES if action == asked},
+        "controllers": CONTROLLED,
     }
-
-
-def shown_stroke(bass: Instrument) -> int | None:
-    """What the player of a bass plucks with, as the page counts: 0 fingers, 1 a pick, 2 the thumb; None: another."""
-    if bass.player.technique == "slap":
-        return 2
-    return {"finger": 0, "pick": 1}.get(bass.player.stroke)
 
 
 def single_page(files: dict[str, bytes]) -> bytes:

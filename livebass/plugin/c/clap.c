@@ -228,6 +228,20 @@ static bool load(const clap_plugin *p, const clap_in_stream *from) {
 
 /* --- the rest --- */
 
+static uint32_t switch_count(const clap_plugin *p) {
+    (void)p;
+    return LB_SWITCHES;
+}
+
+/* A key below the bass's notes that switches a technique. */
+static bool switch_name(const clap_plugin *p, uint32_t index, clap_note_name *name) {
+    (void)p;
+    if (index >= LB_SWITCHES) return false;
+    *name = (clap_note_name){.port = -1, .key = (int16_t)lb_switches[index].key, .channel = -1};
+    snprintf(name->name, sizeof name->name, "%s", lb_switches[index].name);
+    return true;
+}
+
 static bool needs_real_time(const clap_plugin *p) {
     (void)p;
     return false;
@@ -268,6 +282,7 @@ static bool preset(const clap_plugin *p, uint32_t kind, const char *location, co
 static const void *extension(const clap_plugin *p, const char *id) {
     static const clap_audio_ports audio = {audio_count, audio_port};
     static const clap_note_ports notes = {note_count, note_port};
+    static const clap_note_names names = {switch_count, switch_name};
     static const clap_params params = {param_count, param_info, param_value, param_to_text, param_from_text, flush};
     static const clap_state state = {save, load};
     static const clap_render render = {needs_real_time, set_rendering};
@@ -280,6 +295,7 @@ static const void *extension(const clap_plugin *p, const char *id) {
         {CLAP_AUDIO_PORTS, &audio}, {CLAP_NOTE_PORTS, &notes},    {CLAP_PARAMS, &params},
         {CLAP_STATE, &state},       {CLAP_RENDER, &render},       {CLAP_LATENCY, &late},
         {CLAP_TAIL, &after},        {CLAP_PRESET_LOAD, &presets}, {CLAP_PRESET_LOAD_DRAFT, &presets},
+        {CLAP_NOTE_NAMES, &names},
     };
     (void)p;
     for (size_t k = 0; k < sizeof all / sizeof *all; k++)

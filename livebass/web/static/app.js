@@ -358,20 +358,21 @@ $("octave-up").onclick = () => shiftOctave(12);
 
 // --- techniques ---
 
-// What plucks, and key switches that choose it
-const STROKES = [{name: "Fingers", key: 13}, {name: "Pick", key: 15}, {name: "Thumb", key: 18}];
+// What plucks, by the names that a bass gives its key switches
+const STROKES = [{name: "Fingers", key: "finger"}, {name: "Pick", key: "pick"}, {name: "Thumb", key: "slap"}];
 // Ways to play, each by the controller or the held key switch that MIDI has for it. A way is on while it is latched, or
 // held by a finger or a key.
 const WAYS = [
-  {name: "Palm mute", control: 9, value: 76}, {name: "Ghost", key: 10}, {name: "Harmonic", key: 17}, {name: "Hammer-on", control: 68},
-  {name: "Slide", control: 65}, {name: "Vibrato", control: 1}, {name: "Let ring", control: 64},
+  {name: "Palm mute", control: "palm_mute", value: 76}, {name: "Ghost", key: "ghost"}, {name: "Harmonic", key: "harmonic"},
+  {name: "Hammer-on", control: "legato"}, {name: "Slide", control: "slide"}, {name: "Vibrato", control: "vibrato"}, {name: "Let ring", control: "let_ring"},
 ].map(way => ({...way, holds: new Set(), latched: false, told: false}));
 const DIGITS = [1, 2, 3, 4, 5, 6, 7, 8, 9, 0].map(n => `Digit${n}`);
 const isOn = way => way.latched || way.holds.size > 0;
 
 // Tells the bass whether a way is on, if that is news and it can hear.
 function tellWay(way) {
-  const on = isOn(way), key = [on ? 0x90 : 0x80, way.key, 64], control = [0xb0, way.control, on ? way.value || 127 : 0];
+  const on = isOn(way), {keys, controllers} = bassCalled($("bass").value);
+  const key = [on ? 0x90 : 0x80, keys[way.key], 64], control = [0xb0, controllers[way.control], on ? way.value || 127 : 0];
   if (on !== way.told && send(performance.now(), way.control ? control : key)) way.told = on;
 }
 
@@ -408,7 +409,8 @@ function showStroke(chosen) {
 }
 
 function tellStroke() {
-  if (send(performance.now(), [0x90, stroke.key, 64]) && send(performance.now(), [0x80, stroke.key, 64])) toldStroke = stroke;
+  const key = bassCalled($("bass").value).keys[stroke.key];
+  if (send(performance.now(), [0x90, key, 64]) && send(performance.now(), [0x80, key, 64])) toldStroke = stroke;
 }
 
 function pluckWith(chosen) {
@@ -418,7 +420,7 @@ function pluckWith(chosen) {
 
 // A bass begins with a stroke of its own.
 function ownStroke(bass) {
-  showStroke(STROKES[bass.stroke]);
+  showStroke(STROKES.find(one => one.key === bass.stroke));
   toldStroke = stroke;
 }
 
