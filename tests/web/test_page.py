@@ -320,6 +320,9 @@ def test_techniques_are_latched_or_held(page: Any) -> None:
     assert sent(page) == [[0x90, 17, 64]] and "Harmonic" in pressed(page)
     chain(page).release().perform()
     assert sent(page) == [[0x80, 17, 64]] and pressed(page) == {"Fingers"}
+    for kind in ("pointerdown", "pointercancel", "pointerleave"):  # a finger that scrolls
+        page.execute_script(f"WAYS[4].button.dispatchEvent(new PointerEvent('{kind}'))")
+    assert sent(page) == [[0xB0, 65, 127], [0xB0, 65, 0]] and pressed(page) == {"Fingers"}
     chain(page).key_down("9").perform()
     assert sent(page) == [[0xB0, 1, 127]] and "Vibrato" in pressed(page)
     chain(page).key_up("9").perform()

@@ -450,7 +450,11 @@ WAYS.forEach((way, k) => {
     if (before || e.timeStamp - since >= LONG_PRESS) latch(way, false);
     since = undefined;
   };
-  button.onpointerup = button.onpointercancel = button.onpointerleave = end;
+  button.onpointerup = button.onpointerleave = end;
+  button.onpointercancel = () => { // it was the beginning of a scroll
+    if (since !== undefined) latch(way, before);
+    since = undefined;
+  };
   button.onclick = e => { if (!e.detail) latch(way, !way.latched); }; // by Enter, or by what reads the page to somebody
   button.oncontextmenu = e => e.preventDefault();
 });
