@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import fcntl
 import itertools
 import os
 import shutil
 import signal
+import subprocess
+import sys
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -21,11 +25,13 @@ from support.engine import FakeEngine
 from support.jack import alone, running_server
 
 from livebass.cli import main as cli
+from livebass.compiling import library, store
 from livebass.engine import render as render_module
 
 NEEDED = bool(os.environ.get("LIVEBASS_NEEDS_JACK"))
 NUMBERS = itertools.count()
-BEGAN: list[str] = []  # the scope of this worker's first test
+NICE = 10  # of a worker from its first test on that is not timed
+COMPILE = "from livebass.compiling import library; library.library()"
 
 
 def pytest_configure() -> None:
@@ -35,10 +41,34 @@ def pytest_configure() -> None:
             signal.signal(number, usual)
 
 
+# Files whose tests run with no compiled kernels: first, while one worker compiles them
+WITHOUT_KERNELS = ("tests/identification/", "tests/reference/", "tests/analysis/")
+# Files that take longest: next, so that no worker is left with one at the end
+LONG = (
+    "tests/paper/test_claims.py", "tests/engine/test_tiers.py", "tests/test_wheel.py", "tests/engine/test_playing.py",
+    "tests/preset/test_idle.py", "tests/engine/test_fuzz.py", "tests/test_compiling.py",
+)  # fmt: skip
+
+
 def scope_of(nodeid: str) -> str:
     """The scope one worker takes whole: a file; or all tests that play in real time or measure time, in turn."""
     file = nodeid.split("::")[0]
     return "timed" if file.startswith(("tests/live/", "tests/bench/")) else file
+
+
+def turn_of(scope: str) -> int:
+    """Place of a scope in the order of all; equal ones keep theirs."""
+    if scope == "timed":
+        return 0
+    if scope.startswith(WITHOUT_KERNELS):
+        return 1
+    return 2 + (LONG.index(scope) if scope in LONG else len(LONG))
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Puts tests in order for several workers."""
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        items.sort(key=lambda item: turn_of(scope_of(item.nodeid)))
 
 
 @pytest.hookimpl(optionalhook=True)  # of pytest-xdist
@@ -53,11 +83,24 @@ def pytest_xdist_make_scheduler(config: Any, log: Any) -> Any:
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:
-    """A worker that does not begin with the timed tests lets the one that does go first."""
-    if "PYTEST_XDIST_WORKER" in os.environ and not BEGAN:
-        BEGAN.append(scope_of(item.nodeid))
-        if BEGAN != ["timed"]:
-            os.nice(5)
+    """Timed tests go before those of other workers; kernels are compiled by one worker, for all."""
+    if "PYTEST_XDIST_WORKER" not in os.environ:
+        return
+    scope = scope_of(item.nodeid)
+    if scope != "timed" and not os.nice(0):
+        os.nice(NICE)
+    if not scope.startswith(WITHOUT_KERNELS):
+        have_kernels()
+
+
+@cache
+def have_kernels() -> None:
+    """Compiles the kernels if need be, in a process of its own; workers that need them meanwhile wait."""
+    kept = store.kept()
+    if kept and not library.cached():
+        with open(kept.parent / "tests.lock", "w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            subprocess.run([sys.executable, "-c", COMPILE], check=False)
 
 
 @pytest.fixture(autouse=True)

@@ -8,6 +8,7 @@ import random
 import shutil
 import subprocess
 import sys
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -132,6 +133,33 @@ def test_a_cache_that_cannot_be_written_to_is_in_the_temporary_directory(
     assert compiled == ["compiled"]
     (place,) = tmp_path.glob("livebass-*")
     assert place.stat().st_mode & 0o777 == 0o700
+
+
+def test_what_no_version_has_used_for_months_is_deleted(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """At the first use of a new version; what was used since, what is not livebass's and what a link leads to stays."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
+    kinds = ("kernels", "objects", "plugin", "reference")
+    old, used, others = ([f"{kind}-{digit * 16}" for kind in kinds] for digit in ("a", "b", "c"))
+    linked, foreign = "kernels-" + 16 * "d", ["kernels", "my-kernels-" + 16 * "a"]
+    elsewhere = tmp_path / "elsewhere"
+    for place in (elsewhere, *(tmp_path / "cache" / name for name in (*old, *used, *foreign))):
+        (place / "deeper").mkdir(parents=True)
+        (place / "deeper" / "file").touch()
+        os.utime(place, (0, time.time() - store.UNUSED - 1000))
+    (tmp_path / "cache" / linked).symlink_to(elsewhere)
+    os.utime(tmp_path / "cache" / linked, (0, 0), follow_symlinks=False)
+    kept = {linked, *foreign, *used}
+    store.directory.cache_clear()
+    try:
+        for name in used:
+            assert store.directory(name)
+        assert {place.name for place in (tmp_path / "cache").iterdir()} == kept | set(old), "nothing new was used"
+        for name in others:
+            assert store.directory(name)
+    finally:
+        store.directory.cache_clear()
+    assert {place.name for place in (tmp_path / "cache").iterdir()} == kept | set(others)
+    assert (elsewhere / "deeper" / "file").exists()
 
 
 def open_to_all(place: Path) -> None:
@@ -289,17 +317,24 @@ def run(folder: Path, *, limit: int | None = None, **environment: object) -> tup
     return state, done.stderr
 
 
+@pytest.fixture(scope="module")
+def by_numba(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of functions by numba that are compiled."""
+    folder = tmp_path_factory.mktemp("by_numba")
+    assert run(folder) == ("compiled", "") and run(folder) == ("loaded", "")
+    return folder
+
+
 @pytest.mark.parametrize("damage", [lambda _: b"", cut, garbage, one_bit], ids=["emptied", "cut", "garbage", "one bit"])
 @pytest.mark.parametrize("ending", ["nbi", "nbc"])
-def test_what_numba_kept_may_be_damaged(tmp_path: Path, ending: str, damage: Callable[[bytes], bytes]) -> None:
-    assert run(tmp_path) == ("compiled", "") and run(tmp_path) == ("loaded", "")
-    files = list((tmp_path / "cache").rglob(f"*.{ending}"))
+def test_what_numba_kept_may_be_damaged(by_numba: Path, ending: str, damage: Callable[[bytes], bytes]) -> None:
+    files = list((by_numba / "cache").rglob(f"*.{ending}"))
     assert len(files) >= 2
     for file in files:
         file.write_bytes(damage(file.read_bytes()))
-    state, err = run(tmp_path)
-    assert state == "compiled" and err.count("\n") == 1 and "damaged" in err and str(tmp_path / "cache") in err
-    assert run(tmp_path) == ("loaded", "")
+    state, err = run(by_numba)
+    assert state == "compiled" and err.count("\n") == 1 and "damaged" in err and str(by_numba / "cache") in err
+    assert run(by_numba) == ("loaded", "")
 
 
 @pytest.mark.parametrize("limit", [100, 5000])
@@ -311,10 +346,14 @@ def test_numba_does_without_a_full_disk(tmp_path: Path, limit: int) -> None:
 
 @pytest.mark.slow
 def test_the_real_kernels_survive_damage(machine_code: bytes, tmp_path: Path) -> None:
+    """The machine code is damaged, the program that it is made of is not."""
+    program = store.directory(f"kernels-{store.digest()}")
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
     kept = tmp_path / f"kernels-{store.digest()}" / f"{store.level()}.o"
     kept.parent.mkdir()
     kept.write_bytes(cut(store.sealed(machine_code)))
+    for file in program.glob("*.ll.gz") if program else ():
+        shutil.copy(file, kept.parent)
     lines = {}
     for name in ("damaged", "warm"):
         done = command(*NOTE, tmp_path / f"{name}.wav", env=environment)

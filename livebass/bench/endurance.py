@@ -38,6 +38,7 @@ BASSES = range(32, 40)  # General MIDI's programs of basses, counted from 0; the
 CONTROLLERS = (7, 11, 16, 64, 1, 121, 123)
 CYCLES = 10
 WARM_UP = 15.0  # s of playing before memory is compared, after each preset has played; 0: without either
+LEAST_PHASE = 3.0  # s at least of a phase in which nobody plays
 START = 60.0  # s for the server
 SETTLING = 60.0  # s at most, until a program plays and the bass before is released
 GROWTH = 20.0  # MB that memory may grow by
@@ -119,7 +120,7 @@ def _checks(synth: Synth, client: Any, seconds: float, seed: int, say: Say) -> l
                 if name == "playing":
                     highest = max(highest, random_playing(synth, rng, seconds / CYCLES))
                 else:
-                    time.sleep(max(3.0, 0.5 * seconds / CYCLES))
+                    time.sleep(max(LEAST_PHASE, 0.5 * seconds / CYCLES))
             passed, lost = frames.read()
             xruns = synth.meters().underruns - underruns
             totals[name] += passed, max(0, lost - PERIOD), load.stolen_seconds(), xruns

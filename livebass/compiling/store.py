@@ -12,9 +12,12 @@ import importlib.util
 import logging
 import os
 import platform
+import re
+import shutil
 import stat
 import sys
 import tempfile
+import time
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
@@ -28,6 +31,8 @@ PACKAGE = Path(__file__).parents[1]
 ROOMS = ("kernels", "live/thread", "compiling")  # folders whose functions are compiled, or compile them
 BUILT = PACKAGE / "built"  # libraries that came with the package
 CHECKSUM = hashlib.sha256().digest_size  # bytes at the end of a file
+KEPT = re.compile(r"(kernels|objects|plugin|reference)-[0-9a-f]{16}")  # directories of compiled code, by version
+UNUSED = 90 * 24 * 3600  # s after which one that nothing has used is deleted
 
 
 @functools.cache
@@ -72,12 +77,18 @@ def directory(name: str) -> Path | None:
 
     None if none of them can be written to. Everybody may write to the temporary directory, and who can write there
     can run code here: there, the directory must be the user's, and closed to all others.
+
+    Its time of change becomes that of its last use. The first use of a new version deletes those long out of use.
     """
     given = os.environ.get("NUMBA_CACHE_DIR")
     usual = Path(given) if given else platformdirs.user_cache_path("livebass")
     with suppress(OSError):
+        new = not (usual / name).exists()
         (usual / name).mkdir(parents=True, exist_ok=True, mode=0o700)
         if os.access(usual / name, os.W_OK):
+            os.utime(usual / name)
+            if new:
+                delete_unused(usual)
             return usual / name
     shared = Path(tempfile.gettempdir()) / f"livebass-{_user()}"
     with suppress(OSError):
@@ -87,6 +98,15 @@ def directory(name: str) -> Path | None:
                 return None
         return shared / name
     return None
+
+
+def delete_unused(place: Path) -> None:
+    """Deletes what versions of livebass keep in `place` that nothing has used for `UNUSED` seconds."""
+    with suppress(OSError):
+        for kept in place.iterdir():
+            with suppress(OSError):
+                if KEPT.fullmatch(kept.name) and time.time() - kept.lstat().st_mtime > UNUSED:
+                    shutil.rmtree(kept, ignore_errors=True)  # which leaves a symbolic link, and what is in use, alone
 
 
 def _user() -> int:

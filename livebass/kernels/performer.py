@@ -646,7 +646,7 @@ def stroke(p, ops, i, fret, node, part, ghost, own_place, frame, events, count):
     if i < p.slapped and node == 0:
         where = over_body(ops[i, 0], op, p.strike_position, aside, LEAST_STRIKE)
         if p.thumb_mass > 0.0:
-            speed = p.strike_softest * power(p.strike_hardest / p.strike_softest, (velocity - 1) / 126.0)
+            speed = p.strike_softest * power(p.strike_hardest / p.strike_softest, part)
             speed *= p.dynamics * (1.0 + p.unevenness * chance(p.seed, 2 * p.notes)) * (GHOST_FORCE if ghost else 1.0)
             count = emit(events, count, frame, THROW, i, stop, soft_limit(speed, FASTEST_STRIKE), where)
         else:

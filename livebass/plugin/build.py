@@ -143,26 +143,37 @@ def object_name(use: str, level: str, system: System) -> str:
 def emit(folder: Path, systems: Sequence[System], uses: Sequence[str]) -> None:
     """Writes the object files of the kernels for `systems` and `uses` into `folder`. Raises BuildError.
 
-    They are kept in the user's directory, so that new C takes a second.
+    They are kept in the user's directory, so that new C takes a second: those of a library for this system where its
+    kernels are, which are the same.
     """
+    from llvmlite import binding
+
     place = store.directory(f"objects-{hashlib.sha256((store.digest() + EMIT).encode()).hexdigest()[:16]}")
+    kernels = store.directory(f"kernels-{store.digest()}")
+
+    def kept(use: str, level: str, system: System) -> Path | None:
+        if use == LIBRARY and system.triple == binding.get_process_triple():
+            return kernels / f"{level}.o" if kernels else None
+        return place / object_name(use, level, system) if place else None
+
     for machine in sorted({system.machine for system in systems}):
-        missing = {}
+        missing: dict[str, tuple[str, Path | None]] = {}
         for use, system in itertools.product(uses, (system for system in systems if system.machine == machine)):
             for level in system.levels:
-                name = object_name(use, level, system)
-                if place and (data := store.whole(place / name)) is not None:
+                name, file = object_name(use, level, system), kept(use, level, system)
+                if file and (data := store.whole(file)) is not None:
                     (folder / name).write_bytes(data)
                 else:
-                    missing[name] = f"{use},{level},{system.triple}"
+                    missing[name] = f"{use},{level},{system.triple}", file
         if not missing:
             continue
         settings = emitter.SETTINGS | {"LIVEBASS_MACHINE": machine}
-        run([sys.executable, "-P", "-c", EMIT, str(folder), *missing.values()], "the kernels do not compile", settings)
-        for name in missing:
-            if place:
+        asked = [words for words, _ in missing.values()]
+        run([sys.executable, "-P", "-c", EMIT, str(folder), *asked], "the kernels do not compile", settings)
+        for name, (_, file) in missing.items():
+            if file:
                 with suppress(OSError):
-                    store.write(place / name, (folder / name).read_bytes())
+                    store.write(file, (folder / name).read_bytes())
 
 
 def link(folder: Path, system: System, using: list[str]) -> bytes:

@@ -17,6 +17,7 @@ from livebass.kernels import board, coil, frets, instrument, performer, preparin
 from livebass.live.parameters import MOST_BASSES, OUTPUTS, PARAMETERS
 from livebass.live.thread import ahead, block, ring, setup
 from livebass.live.thread import records as live
+from livebass.model.keymap import KEYS, SWITCHES
 
 # Those that are part of others come first.
 RECORDS = {
@@ -35,6 +36,8 @@ RECORDS = {
     "LB_SYNTH": live.SYNTH,
 }
 NUMBERS = {
+    "LB_KEY_COUNT": KEYS,
+    "LB_FILE_VERSION": instrument.VERSION,
     "LB_STRINGS": performer.MOST_STRINGS,
     "LB_RINGS": live.RINGS,
     "LB_CHUNK": live.CHUNK,
@@ -62,6 +65,13 @@ ENTRIES: tuple[Entry, ...] = (
     setup.fill_bass, setup.ring_bytes, setup.fill_synth, ring.push_message, ring.push_event, block.process,
     block.stay, ahead.play_string, frets.over_frets, board.over_board,
 )  # fmt: skip
+PITCHES = ("C", "C sharp", "D", "D sharp", "E", "F", "F sharp", "G", "G sharp", "A", "A sharp", "B")
+SWITCH_NAMES = {  # what hosts call a key that switches; that of a string is called by its pitch
+    "ghost": "Ghost notes", "legato": "Hammer-on", "harmonic": "Harmonics", "tap": "Tapping", "palm_mute": "Palm mute",
+    "slide": "Slide", "vibrato": "Vibrato", "finger": "Fingers", "pick": "Pick", "slap": "Thumb",
+    "stop_all": "Stop all strings", "down_stroke": "Down stroke", "up_stroke": "Up stroke",
+}  # fmt: skip
+MOST_FRETS = 24  # that the left hand is called to by keys
 C_TYPES = {"i8": "int64_t", "f8": "double", "i4": "int32_t", "u1": "uint8_t"}
 C_RESULTS = {"void": "void", "int64": "int64_t", "uint64": "uint64_t", "float64": "double"}
 
@@ -80,6 +90,7 @@ def header(levels: Iterable[str]) -> str:
     lines += [
         f"static const char *const lb_outputs[LB_STRINGS] = {{{names}}}; /* of a plugin with an output a string */"
     ]
+    lines += _switches()
     lines += _parameters()
     for name, record in RECORDS.items():
         lines += _struct(name, record)
@@ -90,6 +101,24 @@ def header(levels: Iterable[str]) -> str:
         members = ", ".join(f"lb_{e.name}{end}" for e in ENTRIES)
         lines += ["#ifdef LB_TABLES", f"static const lb_kernels kernels{end} = {{{members}}};", "#endif"]
     return "\n".join([*lines, "#endif", ""])
+
+
+def _switches() -> list[str]:
+    """The table of what keys may switch, and what that is called."""
+    rows = []
+    for action, name in enumerate(SWITCHES, 1):
+        if name == "string":
+            named = [(pitch, f"String {PITCHES[pitch]}") for pitch in range(len(PITCHES))]
+        elif name == "hand":
+            named = [(fret, f"Hand at fret {fret}") for fret in range(1, MOST_FRETS + 1)]
+        else:
+            named = [(-1, SWITCH_NAMES[name])]
+        rows += [f"    {{{action}, {value}, {json.dumps(text)}}}," for value, text in named]
+    return [
+        f"enum {{ LB_SWITCHES = {len(rows)} }};",
+        "typedef struct {", "    int action, value; /* -1: any */", "    const char *name;", "} lb_switch;",
+        "static const lb_switch lb_switches[LB_SWITCHES] = {", *rows, "};",
+    ]  # fmt: skip
 
 
 def _parameters() -> list[str]:

@@ -227,7 +227,8 @@ class Builder:
         """Checks that every fret has a grid point of its own, and none at an end of the speaking length."""
         for fret in range(len(neck.fret_positions) + 1):
             s = speaking(string, neck, fret)
-            points = [0, *(round(x / s.step) for x in s.contact_position), s.grid_points]
+            step = s.step
+            points = [0, *(round(x / step) for x in s.contact_position), s.grid_points]
             if any(b <= a for a, b in pairwise(points)):
                 room = min(b - a for a, b in pairwise([0.0, *neck.fret_positions, string.length]))
                 why = "two frets, or a fret and an end of the string, share a grid point; allowed up to"

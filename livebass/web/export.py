@@ -30,6 +30,9 @@ SOURCES = ("app.js", "style.css", "worker.js", "worklet.js")
 TITLE, DATA = "<title>livebass</title>", '<script type="application/json" id="page">'
 HEAD = 1 << 16  # bytes of a page that hold both
 TIERS = {"live": LIVE, "studio": STUDIO}
+# Techniques that the page shows: those that key switches call, and those that controllers do
+SWITCHED = ("finger", "pick", "slap", "ghost", "harmonic")  # techniques that the page calls by keys ...
+CONTROLLED = ("palm_mute", "legato", "slide", "vibrato", "let_ring")  # ... and by controllers
 # The audio thread of a page from a disk is a data: address, the worker a blob: one
 POLICIES = {
     False: "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self'; worker-src 'self';"
@@ -105,6 +108,9 @@ def shown(name: str, bass: Instrument) -> dict[str, Any]:
         "strings": [{"name": s.name, "note": s.open_note, "gauge": round(s.diameter * 1e3, 2)} for s in bass.strings],
         "frets": min(len(neck.fret_positions) for neck in bass.necks),
         "fretless": bass.over_board,
+        "stroke": "slap" if bass.player.technique == "slap" else bass.player.stroke,
+        "keys": {name: key for key, name, _ in bass.player.keys.keys if name in SWITCHED},
+        "controllers": {name: number for number, name in bass.player.keys.controllers if name in CONTROLLED},
     }
 
 

@@ -11,7 +11,7 @@ from support.jack import PATIENCE
 
 PROGRAM = """
 from livebass.bench import endurance
-endurance.WARM_UP, endurance.CYCLES = {warm_up}, {cycles}
+endurance.WARM_UP, endurance.CYCLES, endurance.LEAST_PHASE = {warm_up}, {cycles}, 0.5
 endurance.endurance({seconds}, 1, lambda line: print(line, flush=True))
 """
 

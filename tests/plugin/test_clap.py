@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from support.clap import MONO, STRINGS, Library, Plugin, midi, note_off, note_on, tuning, value
 from support.plugins import DAMAGES, NOTES, PRESETS, RATE, hard_score, midi_score, mono, rendered
+from support.scores import SWITCH_KEYS
 
 from livebass import load_preset
 from livebass.arrays import Floats
@@ -118,6 +119,14 @@ def test_basses_of_one_title_are_told_apart(tmp_path: Path, monkeypatch: pytest.
 def test_outputs_of_strings_say_which_they_are(folder: Path) -> None:
     plugin = Plugin(folder, name=STRINGS, active=False)
     assert plugin.outputs_called() == list(OUTPUTS) and OUTPUTS[0] == "String 1 (lowest)" and len(OUTPUTS) == 8
+    plugin.close()
+
+
+def test_keys_that_switch_say_what_they_do(folder: Path) -> None:
+    plugin = Plugin(folder, active=False)
+    called = plugin.notes_called()
+    assert sorted(called) == sorted(SWITCH_KEYS) and all(called.values())
+    assert (called[10], called[12], called[16]) == ("Ghost notes", "Hammer-on", "String E")
     plugin.close()
 
 

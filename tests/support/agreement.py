@@ -46,16 +46,19 @@ def agreed_until(a: Motion, b: Motion, within: float) -> int:
     return samples if step == np.inf else min(samples, int(np.searchsorted(b.time_s, step / b.contact_rate_hz)))
 
 
-def predictable(trial: Trial, brute: Motion) -> int:
+def predictable(trial: Trial, brute: Motion, enough: int = 0) -> int:
     """The number of samples up to which a solver that only rounds differently must give the motion `brute`.
 
     A string that rattles thousands of times is chaotic: change its pluck in the twelfth digit, and the motion is soon
     another one. Rounding is such a change, and it differs from one kind of processor to the next. So brute force is
     solved again with the pluck nudged by as much as rounding and by more, up and down: the motion is predictable until
-    the first of these twins departs from it or touches another point.
+    the first of these twins departs from it or touches another point. If that is at `enough` samples or before, no
+    other twin is solved.
     """
     until = brute.time_s.size
     for nudge in NUDGES:
+        if until <= enough:
+            break
         pluck = dataclasses.replace(trial.pluck, apex=trial.pluck.apex * (1 + nudge))
         until = min(until, agreed_until(solve(dataclasses.replace(trial, pluck=pluck)), brute, DEPARTED))
     return until
@@ -71,7 +74,7 @@ def assert_agree(trial: Trial, name: str, least: float = 1.0, within: float = AG
     until = agreed_until(engine, brute, within)
     if until == trial.samples:
         return True
-    asked = predictable(trial, brute)
+    asked = predictable(trial, brute, enough=0 if least else until)
     apart = difference(engine, brute)[: until + 1].max()
     assert until >= asked, f"{name}: as brute force for {until} samples of {asked}, then {apart:.1e} or another contact"
     assert asked >= least * trial.samples, f"{name}: predictable for {asked} samples of {trial.samples} only"

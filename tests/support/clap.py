@@ -82,6 +82,8 @@ AUDIO_PORT = struct(
 )
 NOTE_PORT = struct(("id", U32), ("supported", U32), ("preferred", U32), ("name", c.c_char * 256))
 PORTS = struct(("count", function(U32, P, B)), ("get", function(B, P, U32, B, P)))
+NOTE_NAME = struct(("name", c.c_char * 256), ("port", I16), ("key", I16), ("channel", I16))
+NOTE_NAMES = struct(("count", function(U32, P)), ("get", function(B, P, U32, P)))
 STREAM = struct(("data", P), ("go", function(I64, P, P, U64)))
 STATE = struct(("save", function(B, P, P)), ("load", function(B, P, P)))
 RENDER = struct(("needs", function(B, P)), ("set", function(B, P, I32)))
@@ -251,6 +253,15 @@ class Plugin:
         for k in range(ports.count(self.handle, False)):
             assert ports.get(self.handle, k, False, c.addressof(port))
             found.append(port.name.decode())
+        return found
+
+    def notes_called(self) -> dict[int, str]:
+        """The names of keys, on every port and channel."""
+        names, name, found = self.extension("note-name", NOTE_NAMES), NOTE_NAME(), {}
+        for k in range(names.count(self.handle)):
+            assert names.get(self.handle, k, c.addressof(name)) and name.port == name.channel == -1
+            found[name.key] = name.name.decode()
+        assert not names.get(self.handle, len(found), c.addressof(name))
         return found
 
     def value(self, param: int) -> float:

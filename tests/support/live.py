@@ -31,12 +31,16 @@ def synth_and_device(preset: str = "slap", quality: Quality = QUICK, **more: obj
 
 
 def offline(
-    preset: str | Instrument, messages: list[tuple[int, int, int, int]], frames: int, quality: Quality = QUICK
+    preset: str | Instrument,
+    messages: list[tuple[int, int, int, int]],
+    frames: int,
+    quality: Quality = QUICK,
+    ceiling: float = 1.0,
 ) -> Floats:
-    """Renders messages (frame, status, first, second) with the engine, (frames,)."""
+    """Renders messages (frame, status, first, second) with the engine, (frames,), cut as the synth cuts."""
     engine = Engine(load_preset(preset) if isinstance(preset, str) else preset, quality, RATE)
     engine.send(np.array([m[0] for m in messages]), np.array([m[1:] for m in messages], np.uint8))
-    return mixed(engine.process(frames).astype(np.float32))
+    return np.clip(mixed(engine.process(frames).astype(np.float32)), -ceiling, ceiling)
 
 
 CLOCK = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_int, ctypes.POINTER(ctypes.c_int64))

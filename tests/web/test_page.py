@@ -186,7 +186,7 @@ def test_all_of_it_works_from_a_keyboard(page: Any) -> None:
     from selenium.webdriver.common.keys import Keys
 
     seen = []
-    for _ in range(40):
+    for _ in range(60):
         chain(page).send_keys(Keys.TAB).perform()
         focused = page.switch_to.active_element
         if focused.tag_name == "body":  # after the last one
@@ -197,6 +197,7 @@ def test_all_of_it_works_from_a_keyboard(page: Any) -> None:
             break
         seen.append(name)
     wanted = {"Bass", "Start", "G string, open, G2", "E1, key A", "Octave up, key X", "Connect MIDI", "Panic"}
+    wanted |= {"Fingers, key 1", "Palm mute, key 4", "Let ring, key 0"}
     assert wanted <= set(seen), seen
     assert {name.split()[0] for name in seen} >= {"Gain", "Tone", "Pluck", "Force"}
     page.execute_script("document.querySelector('.open').focus()")
@@ -279,6 +280,103 @@ def test_controls_panic_and_stop(page: Any) -> None:
     chain(page).key_down("f").perform()
     hear(page)
     chain(page).key_up("f").perform()
+
+
+SENT = """
+window.sent = [];
+const post = node.port.postMessage.bind(node.port);
+node.port.postMessage = (m, t) => { if (m.midi) sent.push(m.midi); post(m, t); };
+"""
+
+
+def sent(driver: Any) -> list[list[int]]:
+    """The messages since the last call, but notes of the bass; first after SENT."""
+    found = driver.execute_script("return sent.splice(0)")
+    return [list(message) for message in found if message[0] == 0xB0 or message[1] < 28]
+
+
+def way(driver: Any, name: str) -> Any:
+    return driver.find_element("css selector", f'#techniques button[aria-label^="{name}"]')
+
+
+def pressed(driver: Any) -> set[str]:
+    """The techniques that are on."""
+    on = driver.find_elements("css selector", '#techniques [aria-pressed="true"]')
+    return {button.accessible_name.split(",")[0] for button in on}
+
+
+def test_techniques_are_latched_or_held(page: Any) -> None:
+    """They send MIDI's key switches and controllers, by press, long press, number key or Enter."""
+    from selenium.webdriver.common.keys import Keys
+
+    start(page)
+    page.execute_script(SENT)
+    assert pressed(page) == {"Fingers"}
+    way(page, "Palm").click()
+    assert sent(page) == [[0xB0, 9, 76]] and pressed(page) == {"Fingers", "Palm mute"}
+    way(page, "Palm").click()
+    assert sent(page) == [[0xB0, 9, 0]] and pressed(page) == {"Fingers"}
+    chain(page).click_and_hold(way(page, "Harmonic")).pause(0.6).perform()
+    assert sent(page) == [[0x90, 17, 64]] and "Harmonic" in pressed(page)
+    chain(page).release().perform()
+    assert sent(page) == [[0x80, 17, 64]] and pressed(page) == {"Fingers"}
+    for kind in ("pointerdown", "pointercancel", "pointerleave"):  # a finger that scrolls
+        page.execute_script(f"WAYS[4].button.dispatchEvent(new PointerEvent('{kind}'))")
+    assert sent(page) == [[0xB0, 65, 127], [0xB0, 65, 0]] and pressed(page) == {"Fingers"}
+    chain(page).key_down("9").perform()
+    assert sent(page) == [[0xB0, 1, 127]] and "Vibrato" in pressed(page)
+    chain(page).key_up("9").perform()
+    assert sent(page) == [[0xB0, 1, 0]]
+    page.execute_script("arguments[0].focus()", way(page, "Ghost"))
+    chain(page).send_keys(Keys.ENTER).perform()
+    assert sent(page) == [[0x90, 10, 64]] and "Ghost" in pressed(page)
+    chain(page).key_down("5").key_up("5").perform()  # it stays latched
+    assert sent(page) == [] and "Ghost" in pressed(page)
+    way(page, "Pick").click()
+    assert sent(page) == [[0x90, 15, 64], [0x80, 15, 64]] and pressed(page) == {"Pick", "Ghost"}
+    page.find_element("id", "panic").click()
+    assert sent(page) == [[0x80, 10, 64]] and pressed(page) == {"Pick"}
+
+
+def test_what_was_latched_in_silence_is_heard_and_a_bass_begins_with_its_own_stroke(page: Any) -> None:
+    way(page, "Hammer").click()
+    way(page, "Let ring").click()
+    chain(page).send_keys("2").perform()
+    start(page)
+    wait(lambda: page.execute_script("return toldStroke === STROKES[1]"))
+    told = "return WAYS.filter(way => way.told).map(way => way.name)"
+    assert page.execute_script(told) == ["Hammer-on", "Let ring"]
+    page.execute_script(SENT)
+    page.find_element("id", "power").click()
+    wait(lambda: page.execute_script("return context.state") == "suspended")
+    way(page, "Hammer").click()
+    page.find_element("id", "power").click()
+    wait(lambda: sent(page) == [[0xB0, 64, 127]])  # panic has reset controllers
+    page.execute_script("$('bass').value = 'slap'; $('bass').dispatchEvent(new Event('change'))")
+    wait(lambda: text(page, "said") == "Slap plays.")
+    assert pressed(page) == {"Thumb", "Let ring"} and sent(page) == []
+    chain(page).key_down("a").perform()
+    hear(page)
+    chain(page).key_up("a").perform()
+
+
+def test_a_technique_is_heard(page: Any) -> None:
+    """Palm mute, held by its key, ends a note far sooner."""
+    start(page)
+    levels = []
+    for key in ("", "4"):
+        if key:
+            chain(page).key_down(key).perform()
+        chain(page).key_down("a").perform()
+        hear(page)
+        time.sleep(1.2)
+        shown = text(page, "level-text").removesuffix(" dB")
+        levels.append(-60.0 if shown == "silent" else float(shown))
+        chain(page).key_up("a").perform()
+        if key:
+            chain(page).key_up(key).perform()
+        wait(lambda: text(page, "level-text") == "silent")
+    assert levels[1] < levels[0] - 6, levels
 
 
 def test_letters_play_after_a_bass_was_chosen(page: Any) -> None:

@@ -69,9 +69,16 @@ static void stop_processing(const clap_plugin *p) { (void)p; }
 
 static void reset(const clap_plugin *p) { lb_reset_instance(&of(p)->instance); }
 
+/* Says that another bass may have other switches. */
+static void tell_names(const clap *c) {
+    const clap_host_note_names *names = c->host->get_extension(c->host, CLAP_NOTE_NAME);
+    if (names) names->changed(c->host);
+}
+
 static void on_main_thread(const clap_plugin *p) {
     __atomic_store_n(&of(p)->asked, 0, __ATOMIC_RELEASE);
     lb_serve(&of(p)->instance);
+    tell_names(of(p));
 }
 
 /* Takes one event; notes need an active instance. */
@@ -196,6 +203,7 @@ static void flush(const clap_plugin *p, const clap_in_events *in, const clap_out
 static void tell_values(const clap *c) {
     const clap_host_params *params = c->host->get_extension(c->host, CLAP_PARAMS);
     if (params) params->rescan(c->host, CLAP_RESCAN_VALUES);
+    tell_names(c);
 }
 
 /* --- state --- */
@@ -227,6 +235,31 @@ static bool load(const clap_plugin *p, const clap_in_stream *from) {
 }
 
 /* --- the rest --- */
+
+/* The key that the bass has its `index`-th switch on; with none left -1, and `index` becomes their number. */
+static int switch_key(const lb_instance *i, uint32_t *index) {
+    uint32_t found = 0;
+    for (int key = 0; key < LB_KEY_COUNT; key++)
+        if (lb_shelf_switch(i->shelf, (int)lb_value(i, LB_BASS), key) && found++ == *index) return key;
+    *index = found;
+    return -1;
+}
+
+static uint32_t switch_count(const clap_plugin *p) {
+    uint32_t count = LB_KEY_COUNT;
+    switch_key(&of(p)->instance, &count);
+    return count;
+}
+
+/* A key below the bass's notes that switches a technique. */
+static bool switch_name(const clap_plugin *p, uint32_t index, clap_note_name *name) {
+    const lb_instance *i = &of(p)->instance;
+    const int key = switch_key(i, &index);
+    if (key < 0) return false;
+    *name = (clap_note_name){.port = -1, .key = (int16_t)key, .channel = -1};
+    snprintf(name->name, sizeof name->name, "%s", lb_shelf_switch(i->shelf, (int)lb_value(i, LB_BASS), key)->name);
+    return true;
+}
 
 static bool needs_real_time(const clap_plugin *p) {
     (void)p;
@@ -268,6 +301,7 @@ static bool preset(const clap_plugin *p, uint32_t kind, const char *location, co
 static const void *extension(const clap_plugin *p, const char *id) {
     static const clap_audio_ports audio = {audio_count, audio_port};
     static const clap_note_ports notes = {note_count, note_port};
+    static const clap_note_names names = {switch_count, switch_name};
     static const clap_params params = {param_count, param_info, param_value, param_to_text, param_from_text, flush};
     static const clap_state state = {save, load};
     static const clap_render render = {needs_real_time, set_rendering};
@@ -280,6 +314,7 @@ static const void *extension(const clap_plugin *p, const char *id) {
         {CLAP_AUDIO_PORTS, &audio}, {CLAP_NOTE_PORTS, &notes},    {CLAP_PARAMS, &params},
         {CLAP_STATE, &state},       {CLAP_RENDER, &render},       {CLAP_LATENCY, &late},
         {CLAP_TAIL, &after},        {CLAP_PRESET_LOAD, &presets}, {CLAP_PRESET_LOAD_DRAFT, &presets},
+        {CLAP_NOTE_NAMES, &names},
     };
     (void)p;
     for (size_t k = 0; k < sizeof all / sizeof *all; k++)

@@ -9,6 +9,7 @@
 #define CLAP_PRESET_FACTORY_DRAFT "clap.preset-discovery-factory/draft-2"
 #define CLAP_AUDIO_PORTS "clap.audio-ports"
 #define CLAP_NOTE_PORTS "clap.note-ports"
+#define CLAP_NOTE_NAMES "clap.note-name"
 #define CLAP_PARAMS "clap.params"
 #define CLAP_STATE "clap.state"
 #define CLAP_RENDER "clap.render"
@@ -179,6 +180,19 @@ typedef struct {
     uint32_t (*count)(const clap_plugin *, bool is_input);
     bool (*get)(const clap_plugin *, uint32_t index, bool is_input, clap_note_port *);
 } clap_note_ports;
+
+typedef struct {
+    char name[CLAP_NAME];
+    int16_t port, key, channel; /* -1: every one */
+} clap_note_name;
+
+typedef struct {
+    uint32_t (*count)(const clap_plugin *);
+    bool (*get)(const clap_plugin *, uint32_t index, clap_note_name *);
+} clap_note_names;
+typedef struct {
+    void (*changed)(const clap_host *);
+} clap_host_note_names;
 
 enum { CLAP_PARAM_STEPPED = 1, CLAP_PARAM_AUTOMATABLE = 1 << 5, CLAP_PARAM_ENUM = 1 << 16 };
 typedef struct {

@@ -419,6 +419,7 @@ void lb_relieve(lb_synth *s, int on) {
 enum { NAME = 64, PATH = 1200 };
 typedef struct {
     char name[NAME], title[2 * NAME + 4], path[PATH];
+    uint8_t switches[LB_KEY_COUNT]; /* of each key: 1 + the place in lb_switches, 0 for a note's */
 } place;
 struct lb_shelf {
     int count;
@@ -430,11 +431,22 @@ const char *lb_shelf_name(const lb_shelf *s, int k) { return s->places[k].name; 
 const char *lb_shelf_title(const lb_shelf *s, int k) { return s->places[k].title; }
 const char *lb_shelf_path(const lb_shelf *s, int k) { return s->places[k].path; }
 void lb_close_shelf(lb_shelf *s) { free(s); }
+const lb_switch *lb_shelf_switch(const lb_shelf *s, int k, int key) {
+    const int found = s->places[k].switches[key];
+    return found ? &lb_switches[found - 1] : 0;
+}
 
 int lb_shelf_find(const lb_shelf *s, const char *name) {
     for (int k = 0; k < s->count; k++)
         if (!strcmp(s->places[k].name, name)) return k;
     return -1;
+}
+
+static void find_switches(place *p, const LB_KEY_MAP *map) {
+    for (int key = 0; key < LB_KEY_COUNT; key++)
+        for (int k = 0; k < LB_SWITCHES; k++)
+            if (lb_switches[k].action == map->action[key] && (lb_switches[k].value < 0 || lb_switches[k].value == map->value[key]))
+                p->switches[key] = (uint8_t)(k + 1);
 }
 
 /* Adds the file of a name, unless it is there already or does not fit. */
@@ -447,8 +459,11 @@ static void add(lb_shelf *s, const char *folder, const char *name) {
     strcpy(p->title, name);
     LB_FILE head;
     FILE *in = open_file(p->path);
-    if (in && fread(&head, sizeof head, 1, in) == 1 && memchr(head.name, 0, sizeof head.name) && head.name[0])
+    memset(p->switches, 0, sizeof p->switches);
+    if (in && fread(&head, sizeof head, 1, in) == 1 && memchr(head.name, 0, sizeof head.name) && head.name[0]) {
         memcpy(p->title, head.name, strlen((const char *)head.name) + 1);
+        if (head.version == LB_FILE_VERSION) find_switches(p, &head.instrument.key_map);
+    }
     if (in) fclose(in);
     s->count++;
 }

@@ -87,6 +87,7 @@ const char *lb_shelf_name(const lb_shelf *, int);        /* of the file, without
 const char *lb_shelf_title(const lb_shelf *, int);       /* what the file says it is called, for people; its name
                                                             comes behind if one before has that title */
 const char *lb_shelf_path(const lb_shelf *, int);
+const lb_switch *lb_shelf_switch(const lb_shelf *, int, int key); /* what a key switches; 0: it is a note's */
 int lb_shelf_find(const lb_shelf *, const char *name);   /* -1: it is not there */
 void lb_close_shelf(lb_shelf *);                         /* may be 0 */
 #endif

@@ -11,6 +11,7 @@ const USUAL_RATE = 48000, WARM = 400; // Hz; ms
 const FLOOR = -60; // dB
 const MOST_AHEAD = 0.5; // s
 const LEAST_FRET = 30; // px
+const LONG_PRESS = 400; // ms
 const held = new Map(); // what is pressed: note, and where
 let ready = false, context, node, module, wasm, worker, playing, octave = 28, from = 0;
 const noteName = note => NAMES[note % 12] + (Math.floor(note / 12) - 1);
@@ -175,12 +176,14 @@ async function sound() {
   await started;
   await running;
   showPower(true);
+  WAYS.forEach(tellWay); // and what was chosen while nothing sounded
+  if (stroke !== toldStroke) tellStroke();
 }
 
 async function switchPower() {
   if (starting && context.state === "running") {
     letGo();
-    node.port.postMessage({panic: true});
+    panic();
     await new Promise(done => setTimeout(done, 60)); // it fades
     await context.suspend();
     say("");
@@ -201,9 +204,11 @@ function frameAt(time) {
   return at > context.currentTime + MOST_AHEAD ? undefined : Math.round(at * context.sampleRate);
 }
 
-// A note may be meant for one string. While nothing sounds, nothing is kept for later.
+// Returns true if it is heard: while nothing sounds, nothing is kept for later. A note may be meant for one string.
 function send(time, midi, string) {
-  if (node && context.state === "running" && midi[0] < 0xf0) node.port.postMessage({midi, string, frame: frameAt(time)});
+  if (!node || context.state !== "running" || midi[0] >= 0xf0) return false;
+  node.port.postMessage({midi, string, frame: frameAt(time)});
+  return true;
 }
 
 // --- playing ---
@@ -227,7 +232,11 @@ function release(id, time = performance.now()) {
   send(time, [0x80, key.note, 0]);
 }
 
-const letGo = () => [...held.keys()].forEach(id => release(id));
+function letGo() {
+  for (const id of [...held.keys()]) release(id);
+  for (const way of WAYS) for (const id of [...way.holds]) letGoOf(id);
+}
+
 const force = () => +$("force").value;
 
 // Lower on a string, or on a key, is harder.
@@ -271,6 +280,13 @@ addEventListener("blur", letGo);
 
 addEventListener("keydown", e => {
   if (e.repeat || e.ctrlKey || e.metaKey || e.altKey) return;
+  const number = DIGITS.indexOf(e.code);
+  if (number >= 0) {
+    e.preventDefault();
+    if (number < STROKES.length) pluckWith(STROKES[number]);
+    else hold(WAYS[number - STROKES.length], e.code);
+    return;
+  }
   const k = CODES.indexOf(e.code);
   if (k < 0 && !OCTAVES[e.code]) return;
   e.preventDefault(); // a list of basses would choose by letters
@@ -278,7 +294,10 @@ addEventListener("keydown", e => {
   if (k >= 0) press(e.code, octave + k, force(), e.timeStamp, $("piano").querySelector(`[data-key="${e.code}"]`));
   else $(OCTAVES[e.code]).click();
 });
-addEventListener("keyup", e => release(e.code, e.timeStamp));
+addEventListener("keyup", e => {
+  release(e.code, e.timeStamp);
+  letGoOf(e.code);
+});
 
 // --- the keys ---
 
@@ -336,6 +355,109 @@ function shiftOctave(by) {
 }
 $("octave-down").onclick = () => shiftOctave(-12);
 $("octave-up").onclick = () => shiftOctave(12);
+
+// --- techniques ---
+
+// What plucks, by the names that a bass gives its key switches
+const STROKES = [{name: "Fingers", key: "finger"}, {name: "Pick", key: "pick"}, {name: "Thumb", key: "slap"}];
+// Ways to play, each by the controller or the held key switch that MIDI has for it. A way is on while it is latched, or
+// held by a finger or a key.
+const WAYS = [
+  {name: "Palm mute", control: "palm_mute", value: 76}, {name: "Ghost", key: "ghost"}, {name: "Harmonic", key: "harmonic"},
+  {name: "Hammer-on", control: "legato"}, {name: "Slide", control: "slide"}, {name: "Vibrato", control: "vibrato"}, {name: "Let ring", control: "let_ring"},
+].map(way => ({...way, holds: new Set(), latched: false, told: false}));
+const DIGITS = [1, 2, 3, 4, 5, 6, 7, 8, 9, 0].map(n => `Digit${n}`);
+const isOn = way => way.latched || way.holds.size > 0;
+
+// Tells the bass whether a way is on, if that is news and it can hear.
+function tellWay(way) {
+  const on = isOn(way), {keys, controllers} = bassCalled($("bass").value);
+  const key = [on ? 0x90 : 0x80, keys[way.key], 64], control = [0xb0, controllers[way.control], on ? way.value || 127 : 0];
+  if (on !== way.told && send(performance.now(), way.control ? control : key)) way.told = on;
+}
+
+function showWay(way) {
+  way.button.setAttribute("aria-pressed", isOn(way));
+  tellWay(way);
+}
+
+function hold(way, id) {
+  way.holds.add(id);
+  showWay(way);
+}
+
+function letGoOf(id) {
+  for (const way of WAYS) if (way.holds.delete(id)) showWay(way);
+}
+
+function latch(way, on) {
+  way.latched = on;
+  showWay(way);
+}
+
+// Ends all sound, and resets all controllers.
+function panic() {
+  node?.port.postMessage({panic: true});
+  for (const way of WAYS) way.told &&= !way.control;
+}
+
+let stroke, toldStroke; // what the player plucks with, undefined: another one, of the bass; and what the bass knows of
+
+function showStroke(chosen) {
+  stroke = chosen;
+  for (const one of STROKES) one.button.setAttribute("aria-pressed", one === stroke);
+}
+
+function tellStroke() {
+  const key = bassCalled($("bass").value).keys[stroke.key];
+  if (send(performance.now(), [0x90, key, 64]) && send(performance.now(), [0x80, key, 64])) toldStroke = stroke;
+}
+
+function pluckWith(chosen) {
+  showStroke(chosen);
+  tellStroke();
+}
+
+// A bass begins with a stroke of its own.
+function ownStroke(bass) {
+  showStroke(STROKES.find(one => one.key === bass.stroke));
+  toldStroke = stroke;
+}
+
+function chip(place, one, digit) {
+  const button = one.button = document.createElement("button"), number = document.createElement("small");
+  button.type = "button";
+  button.setAttribute("aria-pressed", false);
+  button.setAttribute("aria-label", `${one.name}, key ${digit}`);
+  number.textContent = digit;
+  button.append(one.name, " ", number);
+  $(place).append(button);
+  return button;
+}
+
+STROKES.forEach((one, k) => { chip("strokes", one, k + 1).onclick = () => pluckWith(one); });
+WAYS.forEach((way, k) => {
+  const button = chip("ways", way, (k + STROKES.length + 1) % 10);
+  let since, before;
+  button.onpointerdown = e => {
+    if (e.button) return;
+    [since, before] = [e.timeStamp, way.latched];
+    latch(way, true);
+  };
+  // The end of a press, wherever: it switches off what was on, or what was held long.
+  const end = e => {
+    if (since === undefined) return;
+    if (before || e.timeStamp - since >= LONG_PRESS) latch(way, false);
+    since = undefined;
+  };
+  button.onpointerup = button.onpointerleave = end;
+  button.onpointercancel = () => { // it was the beginning of a scroll
+    if (since !== undefined) latch(way, before);
+    since = undefined;
+  };
+  button.onclick = e => { if (!e.detail) latch(way, !way.latched); }; // by Enter, or by what reads the page to somebody
+  button.oncontextmenu = e => e.preventDefault();
+});
 
 // --- the neck ---
 
@@ -491,6 +613,7 @@ for (const [symbol, text] of Object.entries(CONTROLS)) {
 function showBass() {
   const bass = bassCalled($("bass").value);
   $("about").textContent = bass.about;
+  ownStroke(bass);
   showNeck();
 }
 
@@ -504,7 +627,8 @@ $("power").onclick = () => switchPower().catch(() => {}); // said where it happe
 $("force").oninput = () => { $("force-text").textContent = $("force").value; };
 $("panic").onclick = () => {
   letGo();
-  node?.port.postMessage({panic: true});
+  for (const way of WAYS) latch(way, false);
+  panic();
 };
 
 async function connectMidi() {

@@ -1,0 +1,73 @@
+"""Random MIDI with all techniques at random frames: the sound is finite and bounded, and all sound off ends it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.scores import SWITCH_KEYS
+
+from livebass import QUALITIES, load_preset, preset_names
+from livebass.engine.engine import Engine
+from livebass.score import score_of
+
+RATE = 48000
+EVENTS = 100_000  # in all presets together
+GAPS = (3, 50, 400)  # frames from one message to the next, on average, for a while
+TOGETHER = 25  # messages of one density, and of one channel
+CONTROLLERS = (1, 5, 6, 7, 9, 11, 16, 38, 64, 65, 68, 74, 98, 100, 101, 120, 121, 123, 126, 127)
+LOUDEST = 8.0  # times the loudest of single hard notes: pops lift strings twice as far, and bends tighten them
+
+
+def random_message(rng: np.random.Generator, channel: int) -> tuple[int, int, int]:
+    """A note on or off, a key switch, a controller, a bend or a pressure."""
+    value = int(rng.integers(128))
+    kind = rng.random()
+    if kind < 0.4:
+        return 0x90 | channel, int(rng.integers(20, 72)), max(value, 1)
+    if kind < 0.6:
+        return 0x80 | channel, int(rng.integers(20, 72)), value
+    if kind < 0.8:
+        return int(rng.choice([0x90, 0x80])) | channel, int(rng.choice(SWITCH_KEYS)), 100
+    if kind < 0.9:
+        return 0xB0 | channel, int(rng.choice(CONTROLLERS)), value
+    return int(rng.choice([0xE0, 0xE0, 0xD0])) | channel, value, int(rng.integers(128))
+
+
+def loudest_note(bass: Engine) -> float:
+    """The peak of the strings' open notes, as hard as they can be played."""
+    notes = [(0.3 * k, 0.2, string.open_note, 127) for k, string in enumerate(bass.instrument.strings)]
+    return max(float(np.abs(block).max()) for block in bass.another().play(score_of(notes, RATE), 0.0))
+
+
+def assert_it_bears(preset: str, events: int, seed: int) -> None:
+    """Plays so many random messages; every frame of it is looked at.
+
+    Boards at the contact rate of frets, at which they are five times as fast.
+    """
+    bass = Engine(load_preset(preset), replace(QUALITIES["live"], modes=120, on_board=None), RATE)
+    most, rng, sent = LOUDEST * loudest_note(bass), np.random.default_rng([*map(ord, preset), seed]), 0
+    while sent < events:
+        channel, gap = int(rng.choice([0, 0, 0, 1, 2])), float(rng.choice(GAPS))
+        frames = bass.frame + np.cumsum(rng.exponential(gap, TOGETHER).astype(np.int64))
+        messages = [random_message(rng, channel) for _ in range(TOGETHER)]
+        bass.send(frames, np.array(messages, np.uint8))
+        sound = bass.process(int(frames[-1]) + 1 - bass.frame)
+        sent += TOGETHER
+        assert np.isfinite(sound).all() and np.abs(sound).max() < most, (sent, np.abs(sound).max(), most)
+    bass.send(np.array([bass.frame]), np.array([(0xB0, 120, 0)], np.uint8))
+    bass.process(RATE)
+    assert not bass.sounding() and not bass.process(RATE // 10).any()
+    assert bass.report().weakened == 0
+
+
+@pytest.mark.parametrize("preset", ["jazz-finger", "slap", "fretless"])
+def test_a_thousand_messages(preset: str) -> None:
+    assert_it_bears(preset, 1000, 1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("preset", preset_names())
+def test_a_hundred_thousand_messages_in_all_presets(preset: str) -> None:
+    assert_it_bears(preset, -(-EVENTS // len(preset_names())), 2)
