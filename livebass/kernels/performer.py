@@ -17,6 +17,7 @@ from livebass.kernels.records import (
     GLIDE,
     HAMMER,
     HAND,
+    IDLE,
     OPERATOR,
     PLUCK,
     PULL_OFF,
@@ -35,7 +36,7 @@ LEAST_PLUCK, LEAST_STRIKE = 0.47, 0.2  # of the length: no nearer to the stop; t
 MOST_PLACE = 0.99  # of the length
 LEAST_GRAZE = 1e-4  # m, where a string lies on a fret
 UNEVEN_PLACE = 0.1  # m, for an unevenness of 1
-MOST_EVENTS = 7 * MOST_STRINGS  # one message gives at most so many: reset-controllers
+MOST_EVENTS = 8 * MOST_STRINGS  # one message gives at most so many: reset-controllers
 MOST_RANGE = 96  # semitones of pitch bend; the fine part of the range comes on top ...
 MOST_BEND = 97.0  # ... and no bend goes farther
 LEAST_FORCE = 1e-3  # multiple of the grazing apex: a curve cannot start at zero
@@ -77,6 +78,9 @@ SWITCHES = (
 # What the channels mean: nothing; one each for every string (mode 4 of MIDI); one for each note (MPE)
 ALL_ALIKE, STRING_A_CHANNEL, NOTE_A_CHANNEL = range(3)
 CHANNELS = 16
+# When idle strings may answer those that sound: no hand rests on them never, while the pedal is down, or always
+NEVER, PEDAL, ALWAYS = range(3)
+ANSWERS_WHEN = 3
 MONO_STEP = 2  # semitones
 GUITAR_RANGE, MPE_RANGE = 12.0, 48.0  # semitones of a channel's wheel, until RPN 0 says another range
 STACK = 4  # keys held on one string that it goes back to, one after the other
@@ -171,6 +175,8 @@ PERFORMER = np.dtype(
         ("release_soft", "f8"),
         ("nearer", "f8"),  # m: the hardest are plucked nearer to the saddle than the softest
         ("angle", "f8"),  # rad
+        ("answering", "i8"),  # NEVER, PEDAL or ALWAYS
+        ("idle", "i8"),  # strings that may answer, a bit each, as the strings have been told
         ("ghost_below", "i8"),  # velocity under which a note is a ghost note
         # counters
         ("notes", "i8"),
@@ -955,12 +961,35 @@ def is_below(p, key):
 
 
 @jit
+def tell_idle(p, frame, events, count):
+    """Tells every string which ones nobody plays or mutes, where that has changed: they may answer (answers.py)."""
+    idle = 0
+    if p.answering == ALWAYS or (p.answering == PEDAL and p.pedal):
+        for i in range(p.strings):
+            if p.state[i] == FREE:
+                idle |= 1 << i
+    if idle == p.idle:
+        return count
+    p.idle = idle
+    for i in range(p.strings):
+        count = emit(events, count, frame, IDLE, i, 0, float(idle), 0.0)
+    return count
+
+
+@jit
 def message(p, ops, frame, status, first, second, events, count):
     """One channel message at `frame`; writes events from index `count` on and returns the new count.
 
     ops (strings, frets + 1) are the operators; `events` needs MOST_EVENTS places free. Anything that is not a channel
     message with data bytes of 0 to 127 is ignored.
     """
+    count = carry_out(p, ops, frame, status, first, second, events, count)
+    return tell_idle(p, frame, events, count)
+
+
+@jit
+def carry_out(p, ops, frame, status, first, second, events, count):
+    """`message`, but for the strings that may answer."""
     if status < 0x80 or status > 0xEF or first > 127 or second > 127:
         return count
     kind, channel = status & 0xF0, status & 0x0F
