@@ -80,6 +80,7 @@ def connect(string, i, instrument, ops):
                 a.of_q[g] -= s * weight
                 a.of_y[g] += w * weight
     a.count = n
+    a.padded = (n + BLOCK - 1) // BLOCK * BLOCK
     a.damped_for = UNKNOWN
     a.pairs_for[0] = UNKNOWN
 
@@ -226,9 +227,9 @@ def move(string, ops, step):
     voice, a = string.voice, string.answers
     if voice.answering:
         take_hands(voice, a)
-        turn(a, a.count)
+        turn(a, a.padded)
     slot = string.slots[voice.slot]
-    if voice.idle != 0 and slot.on and a.count > 0:
+    if voice.idle != 0 and slot.on and a.count > 0 and not voice.cut:
         exchange(string, slot, ops[slot.fret], step)
 
 
@@ -252,7 +253,6 @@ def keep(string):
             a.q[g] = 0.0
             a.y[g] = 0.0
         voice.answering = 0
-        voice.cut = 0
         speed, amplitude = 0.0, 0.0
     for k in range(2):
         string.slots[k].answer_speed = speed

@@ -239,7 +239,7 @@ VOICE = np.dtype(
         ("slide_left", "i8"),  # ... and those left until the next one
         ("idle", "i8"),  # strings that nobody plays or mutes, a bit each: they may answer (answers.py)
         ("answering", "i8"),  # 1: some answer
-        ("cut", "i8"),  # 1: the answers are cut off, too
+        ("cut", "i8"),  # 1: all sound is off until the next note, that of answers, too
         ("log", "i8"),  # address of int64 pairs (fine step, point), one a contact begun ...
         ("log_room", "i8"),  # ... and how many there is room for
         ("logged", "i8"),  # contacts begun, also beyond the log's length
@@ -272,6 +272,7 @@ VOICE_SLOTS = 2
 ANSWERS = np.dtype(
     [
         ("count", "i8"),
+        ("padded", "i8"),  # up to a whole BLOCK: zeros behind
         # m^1.5: displacement, and (velocity + sigma q) / omega; zeros unless voice.answering
         _answers("q"),
         _answers("y"),

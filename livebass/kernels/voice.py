@@ -88,7 +88,9 @@ def run(string, ops, events, count, out, across):
             if i < across.shape[0]:
                 across[i] = taps[1]
         else:
-            out[i] = signal(voice, taps, answers.hear(string.answers, string.answers.count) if voice.answering else 0.0)
+            out[i] = signal(
+                voice, taps, answers.hear(string.answers, string.answers.padded) if voice.answering else 0.0
+            )
         move(string, ops)
         i += 1
     return used
@@ -185,7 +187,7 @@ def happen(string, ops, event):
         voice.slide_to = -1
         techniques.interrupt(string, ops)
         voice.striking = 0
-        voice.cut = voice.answering
+        voice.cut = 1
         for k in range(2):
             slots[k].hand = min(slots[k].hand, exp(-CUT_RATE / voice.rate))
 

@@ -14,7 +14,7 @@ from livebass.model.instrument import Instrument, Neck, Speaking, speaking
 from livebass.model.modes import frequencies
 from livebass.model.neck import FREE_PART
 
-HIGHEST = 1000.0  # Hz, of modes that answer: above, answers stay 40 dB below the note
+HIGHEST = 700.0  # Hz, of modes that answer: above, answers stay 60 dB below the note
 MOST_ANSWERS = 128  # of one string (kernels.records)
 LOWER = 0.9  # factor of that limit while there are too many modes
 COUNTED = 60  # modes of an open string, of which those below the limit answer

@@ -109,10 +109,9 @@ def measure_bass(address):
     """Sets the `bytes` that the BUILDING at an address needs."""
     building = building_at(address)
     needed = lines(BASS_BYTES) + lines(PERFORMER_BYTES) + 2 * lines(EVENT_BYTES * EVENT_ROOM) + lines(TONES_BYTES)
-    for i in range(instrument_at(building.instrument).strings):
-        needed += lines(STRING_BYTES) + bytes_ahead(
-            rows_kept(building, i), answers_of(instrument_at(building.instrument), i)
-        )
+    instrument = instrument_at(building.instrument)
+    for i in range(instrument.strings):
+        needed += lines(STRING_BYTES) + bytes_ahead(rows_kept(building, i), answers_of(instrument, i))
     building.bytes = needed
 
 
