@@ -34,7 +34,7 @@ CONTROLLERS = """\
   controller 9      palm mute, from loose (1) to tight (127)
   controller 11     expression
   controller 16     plucking point, from the neck (0) to the bridge (127)
-  controller 64     sustain
+  controller 64     sustain; with player.answering idle strings ring along
   65, 68            from 64 on: overlapping notes slide; are hammered on and pulled off
   program           33 to 38 of General MIDI choose a preset, see `livebass presets list`
   6, 38, 100, 101   RPN 0, the range of the pitch bend; RPN 6, MPE

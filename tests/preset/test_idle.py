@@ -239,6 +239,7 @@ strike_width = "20 mm"
 strike_time = "1.5 ms"
 pull_time = "2 ms"
 hand_damping = "90 /s"
+answering = "pedal"
 bend_range = 2
 out_of_range = "transpose"
 position_controller = 16
