@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import functools
 from dataclasses import replace
 from pathlib import Path
@@ -343,4 +344,8 @@ def test_an_instrument_file_holds_what_couples_the_strings(tmp_path: Path) -> No
     pool, engine = read.pool(0, RATE), Engine(bass, tiers(bass)[0], RATE)
     mine, other = (records["answering"] for records in (pool.records, engine.pool.records))
     assert np.array_equal(mine, other) and mine.min() > 20
+    for found, wanted, n in zip(
+        *(p.records["answers"].ravel().tolist() for p in (pool, engine.pool)), mine.ravel().tolist(), strict=True
+    ):
+        assert (ctypes.c_double * (2 * n)).from_address(found)[:] == (ctypes.c_double * (2 * n)).from_address(wanted)[:]
     assert read.numbers["answering"][0] == 1
