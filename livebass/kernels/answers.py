@@ -202,8 +202,11 @@ def presses(slot, op, step):
 
 @jit
 def exchange(string, slot, op, step):
-    """Lets the pairs whose turn it is exchange, after the slot has moved to fine step `step`."""
-    if slot.moving or slot.active == 0 or presses(slot, op, step):
+    """Lets the pairs whose turn it is exchange, after the slot has moved to fine step `step`.
+
+    A note that hands end gives and takes nothing more: answers must not keep its string awake.
+    """
+    if slot.moving or slot.hand < 1.0 or slot.active == 0 or presses(slot, op, step):
         return
     find_pairs(string, slot, op)
     voice, a, u = string.voice, string.answers, slot.u

@@ -241,6 +241,22 @@ def test_what_answers_goes_on_after_the_note_and_through_a_change_of_fret() -> N
     assert not engine.sounding()
 
 
+def test_answers_keep_no_string_awake() -> None:
+    """Half a second after all notes have ended only answers are computed, which cost next to nothing."""
+    engine = prepared("always").another()
+    keys = (28, 33, 38, 43)
+    send(engine, *[(0x90, key, 110) for key in keys], (0x90, 16, 100), (0x90, 35, 100))
+    play(engine, 0.5)
+    send(engine, *[(0x80, key, 64) for key in (*keys, 35)])
+    play(engine, 0.7)
+    assert not any(v.slots["on"].any() for v in engine.voices)
+    send(engine, (0x80, 16, 100), (0x90, 9, 100), (0x90, 40, 100), (0x80, 9, 100))
+    play(engine, 0.5)
+    send(engine, (0x80, 40, 64))
+    play(engine, 0.7)
+    assert not any(v.slots["on"].any() for v in engine.voices) and engine.sounding()
+
+
 def test_the_answer_is_heard() -> None:
     """After the A string is stopped, E2 rings on by the open E alone; without answers there is nothing."""
     levels = []
