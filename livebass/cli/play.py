@@ -38,7 +38,7 @@ CONTROLLERS = """\
   controller 9      palm mute, from loose (1) to tight (127)
   controller 17     tone pot, from closed (0) to open (127); at 64 as the bass has it
   controller 18     pickups, from the neck's alone (0) to the bridge's alone (127); at 64 as the bass has them
-  controller 64     let ring: notes ring on after they are let go
+  controller 64     let ring: notes ring on after they are let go; with player.answering idle strings ring along
   65, 68            from 64 on: overlapping notes slide; are hammered on and pulled off
   102 to 109        gain, tone, pluck_position, dynamics, technique, hand_damping, unevenness, bend_range, as --learn
                     moves them, and as a MIDI take has what --learn has moved

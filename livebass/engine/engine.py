@@ -17,6 +17,7 @@ from livebass.engine.prepare import (
     Pool,
     Rates,
     bass_numbers,
+    let_answer,
     new_performer,
     operators,
     pickup_taps,
@@ -29,6 +30,7 @@ from livebass.engine.prepare import (
 from livebass.kernels import performer
 from livebass.kernels.preparing import PICKUPS, SENSORS
 from livebass.kernels.records import EVENT, TONE
+from livebass.model.answers import admittances, answering_frequencies
 from livebass.model.instrument import Instrument, speaking
 from livebass.model.quality import Quality, modes_for
 from livebass.score import LONGEST, Score, checked_rate
@@ -55,13 +57,13 @@ def notes(instrument: Instrument, quality: Quality, frets: int) -> list[list[Not
     """The notes of a bass, by string and fret. Raises ValueError for a neck that cannot be played."""
     output, rows = instrument.output, []
     sensed = output.kind == "displacement"
-    for string, neck in zip(instrument.strings, instrument.necks, strict=True):
-        row = []
+    for i, (string, neck) in enumerate(zip(instrument.strings, instrument.necks, strict=True)):
+        row, others = [], answering_frequencies(instrument, i)
         for fret in range(frets + 1):
             s = speaking(string, neck, fret)
             modes = modes_for(quality, s.length, string.length, s.grid_points)
             sensors = (s.length - output.sensor,), (s.length - output.sensor_v,)
-            row.append(Note(s, modes, sensors if sensed else pickup_taps(s, output)))
+            row.append(Note(s, modes, sensors if sensed else pickup_taps(s, output), admittances(others, s, neck)))
         rows.append(row)
     return rows
 
@@ -102,6 +104,7 @@ class Engine:
         """Makes all that changes while it plays: strings at rest, and a player with that seed."""
         self.seed = seed
         self.voices = pickup_voices(self.numbers, self.instrument.output.coil, self.rates)
+        let_answer(self.voices, self.numbers, self.pool.records)
         self.performer = new_performer(self.numbers, seed)
         self.frame = 0
         self._tones = np.zeros(0)  # filters for all positions of the tone pot, once it is turned

@@ -16,13 +16,14 @@ from numpy.typing import NDArray
 from livebass.arrays import Floats
 from livebass.kernels import board, coil, frets, performer, preparing, tone
 from livebass.kernels.coil import CIRCUIT, COIL
-from livebass.kernels.instrument import INSTRUMENT, connect_string, rest_string, whole_steps
+from livebass.kernels.instrument import INSTRUMENT, connect_answers, connect_string, rest_string, whole_steps
 from livebass.kernels.instrument import new_performer as make_performer
 from livebass.kernels.performer import PERFORMER
 from livebass.kernels.preparing import FROZEN, NOTE, OVERDAMPED, PREPARING
 from livebass.kernels.records import MOST_NEAR, OPERATOR, ROW, STRING
 from livebass.kernels.voice import run_string
-from livebass.model.instrument import STROKES, Coil, Instrument, Output, Pickup, Player, Speaking, String
+from livebass.model.answers import answering_modes
+from livebass.model.instrument import ANSWERING, STROKES, Coil, Instrument, Output, Pickup, Player, Speaking, String
 from livebass.model.keymap import FUNCTIONS, LEARNED, PARAMETERS, SWITCHES, velocity_parts
 from livebass.model.modes import CARRIED, bending, clamped_mode, damped_fundamental, held_stiffness
 from livebass.model.quality import MOST_MODES, QUALITIES, Quality
@@ -71,6 +72,7 @@ class Note:
     speaking: Speaking
     modes: int
     taps: Rows  # of the kind that `operators` is told
+    answers: Rows = ()  # of the nut by this stop, for each mode that may answer: model.answers.admittances
 
 
 @dataclass
@@ -181,6 +183,7 @@ def _give(to: NDArray[np.void], note: Note, numbers: array[float], playable: boo
         "obstacles": () if on_grid else zip(s.contact_position, s.contact_height, strict=True),
         "surface": s.surface if on_grid else (),
         "taps": note.taps,
+        "answers": note.answers,
     }
     for name, value in values.items():
         to[name] = value
@@ -231,8 +234,8 @@ class Voice:
         return self.string["slots"][0]
 
     def sounding(self) -> bool:
-        """True if the string moves."""
-        return bool(self.slots["on"].any())
+        """True if the string moves, or others answer it."""
+        return bool(self.slots["on"].any() or self.record["answering"][0])
 
     def note(self) -> tuple[int, int]:
         """The fret of the note that was played last, and how many contacts began since."""
@@ -296,8 +299,12 @@ def instrument_numbers(
     player: Player,
     tiers: Sequence[Quality] = (),
     frets: int = 0,
+    answering: Sequence[int] = (),
 ) -> NDArray[np.void]:
-    """Makes the INSTRUMENT, (1,), of these strings with their output and their player, in `tiers` of quality."""
+    """Makes the INSTRUMENT, (1,), of these strings with their output and their player, in `tiers` of quality.
+
+    answering: how many modes of each string may answer the others (model.answers); none where it is left out.
+    """
     made = np.zeros(1, INSTRUMENT)
     to = made[0]
     to["strings"], to["frets"] = len(strings), frets
@@ -306,6 +313,8 @@ def instrument_numbers(
     to["stroke"] = STROKES.index(player.stroke)
     to["wheel_slides"], to["part"] = player.wheel == "slide", velocity_parts(player.velocity_curve)
     fill_key_map(to["key_map"], player)
+    to["answering"] = ANSWERING.index(player.answering)
+    to["answering_modes"][: len(answering)] = answering
     for k, quality in enumerate(tiers):
         to["tiers"][k] = quality.contact_rate, is_heavy(quality)
     for record, source in (("circuit", output.coil), ("player", player)):
@@ -345,7 +354,7 @@ def fill_key_map(to: NDArray[np.void], player: Player) -> None:
 def bass_numbers(instrument: Instrument, tiers: Sequence[Quality], frets: int) -> NDArray[np.void]:
     """Makes the INSTRUMENT, (1,), of a bass with `frets` frets a string, in `tiers` of quality."""
     bass = instrument
-    numbers = instrument_numbers(bass.strings, bass.output, bass.player, tiers, frets)
+    numbers = instrument_numbers(bass.strings, bass.output, bass.player, tiers, frets, answering_modes(bass))
     if bass.over_board:
         numbers["player"]["thumb_mass"] = 0.0  # it would press on points by the hundred
     return numbers
@@ -380,6 +389,12 @@ def pickup_voices(numbers: NDArray[np.void], circuit: Coil, rates: Rates) -> lis
     for i, voice in enumerate(made):
         connect_string(voice.string.ctypes.data, numbers.ctypes.data, i, fitted.ctypes.data)
     return made
+
+
+def let_answer(voices: Sequence[Voice], numbers: NDArray[np.void], ops: NDArray[np.void]) -> None:
+    """Gives the strings of an INSTRUMENT the modes of the others that may answer them; ops (strings, frets + 1)."""
+    for i, voice in enumerate(voices):
+        connect_answers(voice.string.ctypes.data, i, numbers.ctypes.data, ops.ctypes.data)
 
 
 def new_performer(numbers: NDArray[np.void], seed: int = 0) -> NDArray[np.void]:

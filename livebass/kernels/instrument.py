@@ -9,12 +9,14 @@ or write outside their memory: what it accepts may be played. [any thread]
 import numpy as np
 
 from livebass.compiling import entry, jit
+from livebass.kernels import answers
 from livebass.kernels.coil import CIRCUIT, COIL
 from livebass.kernels.elementary import exp
-from livebass.kernels.native import FLUSH, float_control, floats_at, record_at, set_float_control, words_at
+from livebass.kernels.native import FLUSH, float_control, floats_at, record_at, records_at, set_float_control, words_at
 from livebass.kernels.operators import DOUBLE
 from livebass.kernels.performer import (
     ACTIONS,
+    ANSWERS_WHEN,
     CONTROLLERS,
     FUNCTIONS,
     KEYS,
@@ -36,7 +38,7 @@ from livebass.kernels.preparing import (
     note_at,
     operator_at,
 )
-from livebass.kernels.records import BLOCK, MOST_NEAR, OPERATOR, ROW, STRING, VOICE_SLOTS
+from livebass.kernels.records import BLOCK, MOST_ANSWERS, MOST_NEAR, OPERATOR, ROW, STRING, VOICE_SLOTS
 from livebass.kernels.techniques import BEND_FRAMES
 
 BLOCKER_HZ = 6.0  # DC blocker's corner
@@ -89,6 +91,7 @@ INSTRUMENT = np.dtype(
         ("slap", "i8"),  # 1: the thumb strikes the lower strings
         ("drop", "i8"),  # 1: notes out of range are left out
         ("stroke", "i8"),  # performer.FINGER, PICK or NAIL
+        ("answering", "i8"),  # performer.NEVER, PEDAL or ALWAYS: when idle strings may answer those that sound
         ("gain", "f8"),
         ("carried", "f8"),  # of the contact rate: the highest mode that is played
         ("tiers", TIER, (TIERS,)),
@@ -98,6 +101,7 @@ INSTRUMENT = np.dtype(
         ("part", "f8", (KEYS,)),  # by velocity: part of the way from the softest to the hardest note
         ("wheel_slides", "i8"),  # 1: the pitch wheel slides along the frets
         ("open_note", "i8", (MOST_STRINGS,)),
+        ("answering_modes", "i8", (MOST_STRINGS,)),  # of each string, from the lowest, that may answer others
         ("pickups", "i8", (MOST_STRINGS,)),  # of each string, and of each of them:
         ("decay", "f8", (MOST_STRINGS, MOST_PICKUPS)),  # 1/m
         ("mix", "f8", (MOST_STRINGS, MOST_PICKUPS)),
@@ -148,6 +152,7 @@ file_at = record_at(FILE)
 instrument_at = record_at(INSTRUMENT)
 pool_at = record_at(POOL)
 string_at = record_at(STRING)
+operators_at = records_at(OPERATOR, 2)
 performer_at = record_at(PERFORMER)
 coil_at = record_at(COIL)
 FILE_BYTES = FILE.itemsize
@@ -233,6 +238,13 @@ def connect(string, instrument, i, coil):
     voice.turn = i * BEND_FRAMES // instrument.strings
 
 
+@entry("void(int64, int64, int64, int64)")
+def connect_answers(string, i, instrument, ops):
+    """Gives string `i` of an INSTRUMENT, connected, the answers of the others; ops: address of all operators."""
+    bass = instrument_at(instrument)
+    answers.connect(string_at(string), i, bass, operators_at(ops, bass.strings, bass.frets + 1))
+
+
 @jit
 def take_circuit(coil, instrument, rate):
     """Gives a COIL the parts of the instrument's circuit, and the rate (Hz)."""
@@ -281,6 +293,7 @@ def make_performer(p, instrument, seed):
     p.hardest = player.hardest
     p.greatest = player.greatest_apex
     p.stroke = instrument.stroke
+    p.answering = instrument.answering
     p.rounding = player.rounding
     p.rounding_soft = player.rounding_soft
     p.release = player.release_time
@@ -359,6 +372,9 @@ def check_file(address, size):
     for k in range(notes):
         note = note_at(address + FILE_BYTES + NOTE_BYTES * k)
         taps = 2 if file.instrument.sensed else file.instrument.pickups[k // (file.instrument.frets + 1)]
+        others = answers_of(file.instrument, k // (file.instrument.frets + 1))
+        if note.answers_count != others:
+            return np.int64(DAMAGED)
         if note.taps_count != taps or not is_note(note, file.instrument.sensed, where, numbers):
             return np.int64(DAMAGED)
         for tier in range(TIERS):
@@ -366,6 +382,16 @@ def check_file(address, size):
             if count < 1 or count > min(note.grid_points - 1, ROW - BLOCK):
                 return np.int64(DAMAGED)
     return np.int64(GOOD)
+
+
+@jit
+def answers_of(instrument, i):
+    """How many modes of the other strings may answer string `i`."""
+    count = 0
+    for t in range(instrument.strings):
+        if t != i:
+            count += instrument.answering_modes[t]
+    return count
 
 
 @jit
@@ -398,6 +424,14 @@ def is_instrument(instrument):
         return False
     if not 0.0 < instrument.carried <= 0.5:
         return False
+    if not 0 <= instrument.answering < ANSWERS_WHEN:
+        return False
+    for i in range(instrument.strings):
+        if not 0 <= instrument.answering_modes[i] <= MOST_ANSWERS:
+            return False
+    for i in range(instrument.strings):
+        if answers_of(instrument, i) > MOST_ANSWERS:
+            return False
     for tier in range(TIERS):
         if not 8000.0 <= instrument.tiers[tier].contact_rate <= 64e6 or not 0 <= instrument.tiers[tier].heavy <= 1:
             return False
@@ -504,6 +538,7 @@ def is_note(note, sensed, where, numbers):
     lists &= is_list(note.dampings, note.dampings_count, 1, numbers)
     lists &= is_list(note.obstacles, note.obstacles_count, 2, numbers)
     lists &= is_list(note.surface, note.surface_count, 2, numbers)
+    lists &= is_list(note.answers, note.answers_count, 2, numbers)
     lists &= is_list(note.taps, note.taps_count, 1 if sensed else 2, numbers)
     if not lists or note.obstacles_count > MOST_NEAR or note.surface_count == 1:
         return False

@@ -18,6 +18,7 @@ from livebass.kernels.records import (
     GLIDE,
     HAMMER,
     HAND,
+    IDLE,
     OPERATOR,
     PLUCK,
     PULL_OFF,
@@ -86,6 +87,9 @@ SHIFTS = 0.6  # semitones off its fret at which a wheel that slides changes fret
 # What the channels mean: nothing; one each for every string (mode 4 of MIDI); one for each note (MPE)
 ALL_ALIKE, STRING_A_CHANNEL, NOTE_A_CHANNEL = range(3)
 CHANNELS = 16
+# When idle strings may answer those that sound: no hand rests on them never, while the pedal is down, or always
+NEVER, PEDAL, ALWAYS = range(3)
+ANSWERS_WHEN = 3
 MONO_STEP = 2  # semitones
 GUITAR_RANGE, MPE_RANGE = 12.0, 48.0  # semitones of a channel's wheel, until RPN 0 says another range
 STACK = 4  # keys held on one string that it goes back to, one after the other
@@ -192,6 +196,8 @@ PERFORMER = np.dtype(
         ("release_soft", "f8"),
         ("nearer", "f8"),  # m: the hardest are plucked nearer to the saddle than the softest
         ("angle", "f8"),  # rad
+        ("answering", "i8"),  # NEVER, PEDAL or ALWAYS
+        ("idle", "i8"),  # strings that may answer, a bit each, as the strings have been told
         ("ghost_below", "i8"),  # velocity under which a note is a ghost note
         # counters
         ("notes", "i8"),
@@ -1093,12 +1099,35 @@ def is_switch(p, key):
 
 
 @jit
+def tell_idle(p, frame, events, count):
+    """Tells every string which ones nobody plays or mutes, where that has changed: they may answer (answers.py)."""
+    idle = 0
+    if p.answering == ALWAYS or (p.answering == PEDAL and p.pedal):
+        for i in range(p.strings):
+            if p.state[i] == FREE:
+                idle |= 1 << i
+    if idle == p.idle:
+        return count
+    p.idle = idle
+    for i in range(p.strings):
+        count = emit(events, count, frame, IDLE, i, 0, float(idle), 0.0)
+    return count
+
+
+@jit
 def message(p, ops, frame, status, first, second, events, count):
     """One channel message at `frame`; writes events from index `count` on and returns the new count.
 
     ops (strings, frets + 1) are the operators; `events` needs MOST_EVENTS places free. Anything that is not a channel
     message with data bytes of 0 to 127 is ignored.
     """
+    count = carry_out(p, ops, frame, status, first, second, events, count)
+    return tell_idle(p, frame, events, count)
+
+
+@jit
+def carry_out(p, ops, frame, status, first, second, events, count):
+    """`message`, but for the strings that may answer."""
     if status < 0x80 or status > 0xEF or first > 127 or second > 127:
         return count
     kind, channel = status & 0xF0, status & 0x0F

@@ -89,6 +89,7 @@ NOTE = np.dtype(
         *_rows("obstacles"),  # (m from the stop, height in m) each
         *_rows("surface"),  # (m from the stop, height in m) each, ascending: in place of obstacles
         *_rows("taps"),
+        *_rows("answers"),  # (Re Y, Im Y) each, m/s/N: of the nut by this stop, for each mode that may answer
     ],
     align=True,
 )
@@ -169,6 +170,7 @@ def fill(work):
         set_taps(work, note, op)
         if op.points <= MOST_NEAR:
             set_coupling(work, note, op)
+        set_answers(work, note, op)
         place += DOUBLE * words_of(work, note, op)
     return np.int64(DONE)
 
@@ -197,7 +199,9 @@ def tap_rows(work, note):
 def words_of(work, note, op):
     """Float64 of the rows of an operator."""
     square = op.points * op.points if op.points <= MOST_NEAR else 0
-    return (COEFFICIENT_ROWS + tap_rows(work, note) + op.points) * op.padded + blocks(2 * (op.points + square))
+    return (COEFFICIENT_ROWS + tap_rows(work, note) + op.points) * op.padded + blocks(
+        2 * (op.points + square + note.answers_count)
+    )
 
 
 @jit
@@ -210,8 +214,11 @@ def lay_out(work, note, op, place):
     op.positions = op.heights + DOUBLE * op.points
     op.coupling = op.positions + DOUBLE * op.points
     op.left_out = op.coupling + DOUBLE * op.points * op.points
+    op.answers = op.left_out + DOUBLE * op.points * op.points
     if op.points > MOST_NEAR:
         op.left_out = op.coupling
+        op.answers = op.coupling
+    op.answering = note.answers_count
 
 
 # The modes of a note: model/modes.py. j counts from 1.
@@ -525,6 +532,14 @@ def add_products(row, phi, f, count):
     """Adds `f` times the first `count` of `phi` to `row`."""
     for k in range(count):
         row[k] += f * phi[k]
+
+
+@jit
+def set_answers(work, note, op):
+    """Copies how the nut moves by a force at this stop."""
+    row = floats_at(op.answers, 2 * op.answering)
+    for k in range(2 * op.answering):
+        row[k] = number(work, note.answers, k)
 
 
 # Taps

@@ -13,10 +13,15 @@ MOST_NEAR = 32  # contact points solved together in one fine step
 BLOCK = 16  # modes are woken and dropped in blocks
 GROUP, GROUP_ROOM = 16, 128  # contact points in a group of a board; most groups
 UNKNOWN = -1  # a step number: never
+MOST_ANSWERS = 128  # modes of other strings that may answer one string
 
 
 def _row(name: str, kind: str = "f8") -> tuple[str, str, tuple[int]]:
     return name, kind, (ROW,)
+
+
+def _answers(name: str, kind: str = "f8") -> tuple[str, str, tuple[int]]:
+    return name, kind, (MOST_ANSWERS,)
 
 
 # k fine steps at once, free: q <- a q + b P, P <- a P - g q
@@ -99,6 +104,8 @@ OPERATOR = np.dtype(
         ("positions", "i8"),  # address: m from the stop, of each contact point
         ("coupling", "i8"),  # address of W: m of u at a point per unit f at another; a board has none
         ("left_out", "i8"),  # address of R: the same by the modes left out, static
+        ("answers", "i8"),  # address of Re Y and Im Y (m/s/N) of the nut by this stop, for each mode that may answer
+        ("answering", "i8"),  # ... and how many these are
         ("modes", "i8"),
         ("padded", "i8"),  # modes, up to a whole BLOCK
         ("tap_modes", "i8"),  # up to a whole BLOCK: the taps have no weight above
@@ -204,6 +211,8 @@ SLOT = np.dtype(
         ("hand", "f8"),  # factor per frame, 1 where no hand is on the string
         ("safety", "f8"),  # `fastest` over the root mean square velocity
         ("thumb", THUMB),
+        ("answer_speed", "f8"),  # sum of squared velocity amplitudes that answers could give back, m^3/s^2 ...
+        ("answer_sum", "f8"),  # ... and of amplitudes, m^1.5
         ("u", WORK),
         ("v", WORK),
         # workspace of one frame: lists of contact points
@@ -269,6 +278,9 @@ VOICE = np.dtype(
         ("slide_to", "i8"),  # fret that the finger slides to; -1: none
         ("slide_every", "i8"),  # frames a fret ...
         ("slide_left", "i8"),  # ... and those left until the next one
+        ("idle", "i8"),  # strings that nobody plays or mutes, a bit each: they may answer (answers.py)
+        ("answering", "i8"),  # 1: some answer
+        ("cut", "i8"),  # 1: all sound is off until the next note, that of answers, too
         ("log", "i8"),  # address of int64 pairs (fine step, point), one a contact begun ...
         ("log_room", "i8"),  # ... and how many there is room for
         ("logged", "i8"),  # contacts begun, also beyond the log's length
@@ -300,11 +312,54 @@ VOICE = np.dtype(
 )
 VOICE_SLOTS = 2
 
+# The modes of other strings that may answer one string, string after string (answers.py)
+ANSWERS = np.dtype(
+    [
+        ("count", "i8"),
+        ("padded", "i8"),  # up to a whole BLOCK: zeros behind
+        # m^1.5: displacement, and (velocity + sigma q) / omega; zeros unless voice.answering
+        _answers("q"),
+        _answers("y"),
+        ("own_density", "f8"),  # kg/m, of the string that is answered
+        _answers("string", "i8"),
+        _answers("omega"),  # rad/s; 0: there is no such mode
+        _answers("sigma"),  # 1/s
+        _answers("density"),  # kg/m
+        _answers("stiffness"),  # N/m, tension over length
+        _answers("of_q"),  # weights in the signal before the filters
+        _answers("of_y"),
+        _answers("cosine"),  # one frame: q <- cosine q + sine y, y <- cosine y - sine q
+        _answers("sine"),
+        _answers("muted"),  # factor per frame of the hands on an idle string
+        # workspace: made of what hands do and of the fret that sounds, when these change
+        _answers("now_cosine"),
+        _answers("now_sine"),
+        ("damped_for", "i8"),  # what these two hold for
+        ("pairs", "i8"),
+        ("pairs_for", "i8", (2,)),  # what these hold for: operator, idle strings ...
+        ("pairs_ratio", "f8"),  # ... and bend
+        _answers("pair_answer", "i8"),
+        _answers("pair_mode", "i8"),
+        _answers("pair_real"),  # G, 1/s
+        _answers("pair_imaginary"),
+        _answers("pair_allowed"),  # factor of its real part
+        # one exchange of complex amplitudes: cosh, sinh times r, sinh over r
+        _answers("flow_x"),
+        _answers("flow_y"),
+        _answers("on_x"),
+        _answers("on_y"),
+        _answers("back_x"),
+        _answers("back_y"),
+    ],
+    align=True,
+)
+
 # One string with all that its kernels touch
 STRING = np.dtype(
     [
         ("voice", VOICE),
         ("slots", SLOT, (VOICE_SLOTS,)),
+        ("answers", ANSWERS),
         ("taps", "f8", (8,)),  # workspace: displacement and velocity at each pickup
     ],
     align=True,
@@ -331,4 +386,5 @@ EVENT = np.dtype(
 )
 (
     PLUCK, STRIKE_EVENT, HAND, BEND, GAIN, CUT, TONE, TOUCH_EVENT, HAMMER, PULL_OFF, GLIDE, WAVER, THROW, BLEND,
-) = range(1, 15)  # fmt: skip
+    IDLE,
+) = range(1, 16)  # fmt: skip

@@ -83,7 +83,7 @@ def disturb(slot, op, step):
     u = slot.u
     if slot.on:
         slot.active = op.padded
-        slot.fastest = slot.safety * rms_velocity(u, op, op.padded) + SLACK
+        slot.fastest = slot.safety * rms_velocity_with_answers(slot, op, op.padded) + SLACK
     slot.due = step
     slot.quiet = UNKNOWN
     for m in range(op.points):
@@ -99,6 +99,15 @@ def disturb(slot, op, step):
 def rms_velocity(w, op, n):
     """Root mean square velocity (m/s) along the string if all energy of `n` modes were kinetic."""
     return np.sqrt(modal.speed_square(w, n) / op.length)
+
+
+@jit
+def rms_velocity_with_answers(slot, op, n):
+    """`rms_velocity` of u, were all energy of answering strings the slot's, too (answers.py)."""
+    v = rms_velocity(slot.u, op, n)
+    if slot.answer_speed > 0.0:
+        v = np.sqrt(v * v + slot.answer_speed / op.length)
+    return v
 
 
 @jit
@@ -185,9 +194,9 @@ def keep_house(slot, op, voice):
         lowest = min(lowest, -height[m])
     if held:
         return
-    slot.fastest = min(slot.fastest, slot.safety * rms_velocity(u, op, slot.active) + SLACK)
+    slot.fastest = min(slot.fastest, slot.safety * rms_velocity_with_answers(slot, op, slot.active) + SLACK)
     fingers = False  # these may pass motion on to other modes
     for i in range(TOUCHES):
         fingers = fingers or voice.touches[i].resistance > 0.0 or voice.touches[i].wanted > 0.0
-    if not fingers and np.sqrt(2.0 / op.length) * modal.amplitude_sum(u, slot.active) < lowest:
+    if not fingers and np.sqrt(2.0 / op.length) * (modal.amplitude_sum(u, slot.active) + slot.answer_sum) < lowest:
         slot.quiet = FOR_EVER

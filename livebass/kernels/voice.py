@@ -7,7 +7,7 @@ touches only what it is handed. [audio thread]
 import numpy as np
 
 from livebass.compiling import entry, jit
-from livebass.kernels import modal, stop, techniques, tension, thumb, tone, touch
+from livebass.kernels import answers, modal, stop, techniques, tension, thumb, tone, touch
 from livebass.kernels.elementary import exp
 from livebass.kernels.native import call_4, floats_at, record_address, record_at, records_at
 from livebass.kernels.operators import tap
@@ -20,6 +20,7 @@ from livebass.kernels.records import (
     GLIDE,
     HAMMER,
     HAND,
+    IDLE,
     LONGER,
     MOST_NEAR,
     NONE,
@@ -92,7 +93,9 @@ def run(string, ops, events, count, out, across):
             if i < across.shape[0]:
                 across[i] = taps[1]
         else:
-            out[i] = signal(voice, taps)
+            out[i] = signal(
+                voice, taps, answers.hear(string.answers, string.answers.padded) if voice.answering else 0.0
+            )
         move(string, ops)
         i += 1
     return used
@@ -103,7 +106,7 @@ def be_silent(voice, taps, out, i, end):
     """Writes the silence of a string that is still to out[i:], up to frame `end`; returns the place behind it."""
     for k in range(taps.shape[0]):
         taps[k] = 0.0
-    x = signal(voice, taps)
+    x = signal(voice, taps, 0.0)
     until = i + end - voice.frame
     for k in range(i, until):
         out[k] = x
@@ -145,7 +148,8 @@ def become_still(string):
 @jit
 def at_rest(string):
     """True if nothing of the string can be heard, or its signal is NaN: what could jump may be set at once."""
-    return not (string.slots[0].on or string.slots[1].on) or not abs(string.voice.block_out) < np.inf
+    moves = string.slots[0].on or string.slots[1].on or string.voice.answering
+    return not moves or not abs(string.voice.block_out) < np.inf
 
 
 @jit
@@ -153,6 +157,8 @@ def happen(string, ops, event):
     """Carries out one event."""
     voice, slots = string.voice, string.slots
     voice.still = 0
+    if event.kind in (PLUCK, STRIKE_EVENT, HAMMER):
+        voice.cut = 0
     if event.kind == PLUCK:
         techniques.pluck(string, ops, event.fret, event.x, event.y, event.z, event.t, event.w)
     elif event.kind == STRIKE_EVENT:
@@ -171,6 +177,8 @@ def happen(string, ops, event):
         techniques.waver(voice, event.x, event.y)
     elif event.kind == TOUCH_EVENT:
         techniques.lay_finger(string, ops, event.fret, event.x, event.y, event.z, event.t)
+    elif event.kind == IDLE:
+        voice.idle = np.int64(event.x)
     elif event.kind == BEND:
         voice.bend = event.x
         if at_rest(string):
@@ -191,6 +199,7 @@ def happen(string, ops, event):
         voice.slide_to = -1
         techniques.interrupt(string, ops)
         voice.striking = 0
+        voice.cut = 1
         for k in range(2):
             slots[k].thumb.on = NONE
             slots[k].hand = min(slots[k].hand, exp(-CUT_RATE / voice.rate))
@@ -267,14 +276,19 @@ def listen_across(voice, op, v, n, y):
 
 
 @jit
-def signal(voice, y):
-    """Turns taps into one sample: flux of each pickup, coil and tone circuit, DC blocker, volume."""
+def signal(voice, y, answer):
+    """Turns taps into one sample: flux of each pickup, coil and tone circuit, DC blocker, volume.
+
+    `answer` is what strings add that answer (answers.py).
+    """
     x = 0.0
     if voice.pickups == 0:
         x = y[0] + voice.across[0] * y[1]
     for i in range(voice.pickups):
         # the flux gradient falls exponentially with the distance between string and magnet
         x += voice.mix[i] * exp(-voice.decay[i] * max(y[2 * i], -DEEPEST)) * y[2 * i + 1]
+    if answer != 0.0:
+        x += answer
     out = voice.b[0] * x + voice.z[0]
     voice.z[0] = voice.b[1] * x - voice.a[1] * out + voice.z[1]
     voice.z[1] = voice.b[2] * x - voice.a[2] * out + voice.z[2]
@@ -339,9 +353,12 @@ def move(string, ops):
         if slot.hand < 1.0:
             modal.scale(slot.u, slot.hand, slot.active)
             modal.scale(slot.v, slot.hand, slot.v_active)
+    if voice.answering or voice.idle != 0:
+        answers.move(string, ops, after)
     voice.step = after
     voice.frame += 1
     if voice.frame % HOUSEKEEPING == 0:
+        answers.keep(string)
         for k in range(2):
             slot = string.slots[k]
             busy = slot.thumb.on != NONE or (k == voice.slot and (voice.pulling > 0 or voice.striking > 0))

@@ -20,6 +20,7 @@ from livebass.model.neck import FREE_PART, Admittance, Surface, detuning, neck_d
 A4_NOTE, A4_HZ = 69, 440.0
 STIFFNESS_LAWS = ("hinged", "paper")  # see model/modes.py
 STROKES = ("finger", "pick", "nail")  # in the order of the performer's numbers
+ANSWERING = ("off", "pedal", "always")  # likewise
 ROUNDING = 1e-9  # m, by which a crown may stand above the string at rest and still count as level with it
 BOARD_ROUGH = 20e-6  # m, by which a board may stand above the string at rest; it is pressed flat
 MOST_DETUNING = 0.05  # relative shift of a mode by the neck: beyond, eq. 8 fails, as it is of first order
@@ -141,6 +142,7 @@ class Player:
     thumb_loss: float = 0.35  # s/m, of that contact
     pull_time: float = 2e-3  # s the finger takes to displace the string before it lets go
     hand_damping: float = 90.0  # 1/s, by the hand that stops a note
+    answering: str = "off"  # or "pedal", "always": when idle strings may answer those that sound
     bend_range: float = 2.0  # semitones
     out_of_range: str = "transpose"  # or "drop": what becomes of notes the bass does not have
     position_controller: int = 16  # MIDI controller of the pluck position, besides that of `keys`

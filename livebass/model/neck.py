@@ -79,11 +79,19 @@ class Admittance:
         """
         if place == 0 or not self:
             return self
+        return self._weighted(place / free_length, 2)
+
+    def toward_nut(self, place: float, free_length: float) -> Admittance:
+        """The velocity of the nut over a force `place` (m) from it: each resonance counts by its bending shape."""
+        return self._weighted(place / free_length, 1)
+
+    def _weighted(self, place: float, power: int) -> Admittance:
+        """Each resonance times a power of its bending shape at `place`, a part of the free length."""
         moved = []
         for r in self.resonances:
-            if part := bending_shape(r.shape, place / free_length) ** 2:
+            if part := bending_shape(r.shape, place) ** power:
                 moved.append(replace(r, mass=r.mass / part))
-        part = bending_shape(1, place / free_length) ** 2
+        part = bending_shape(1, place) ** power
         table = tuple((nu, part * real, part * imaginary) for nu, real, imaginary in self.table) if part else ()
         return Admittance(tuple(moved), table)
 

@@ -47,6 +47,10 @@ def _slaps_only(bass: Instrument, part: Any) -> bool:
     return bass.player.technique == "slap" and bass.player.slapped_strings == len(bass.strings)
 
 
+def _alone(bass: Instrument, part: Any) -> bool:
+    return len(bass.strings) == 1 or not any(n.admittance.resonances or n.admittance.table for n in bass.necks)
+
+
 NO_PICKUPS = 'output.kind is "displacement", which takes no pickups'
 UP_AND_DOWN = "player.pluck_angle is 0: strings move up and down, not across"
 STRUCK = "the thumb strikes every string, and none is plucked"
@@ -76,6 +80,7 @@ RULES = (
     Rule("neck", ("friction", "friction_speed"), UP_AND_DOWN, _straight),
     Rule("neck", ("friction_speed",), "neck.friction is 0", lambda bass, neck: neck.friction == 0),
     Rule("neck", ("free_length",), "the neck is rigid", lambda bass, neck: not _bends(neck)),
+    Rule("player", ("answering",), "no string moves another: the neck is rigid, or there is one string", _alone),
     Rule("player", ("technique",), "player.slapped_strings is 0", lambda bass, player: player.slapped_strings == 0),
     Rule(
         "player",

@@ -13,7 +13,7 @@ from itertools import pairwise
 from typing import Any
 
 from livebass import units
-from livebass.model.instrument import STIFFNESS_LAWS, STROKES, Coil, Neck, Output, Pickup, Player, String
+from livebass.model.instrument import ANSWERING, STIFFNESS_LAWS, STROKES, Coil, Neck, Output, Pickup, Player, String
 from livebass.model.keymap import CURVES, MAPS
 from livebass.units import DIMENSIONS, format_quantity, quantity, readable_quantity
 
@@ -151,6 +151,7 @@ _ROWS = (
     Key("player", "thumb_loss", "number", "0", "10", FIELD, "of the same, s/m: of Hunt and Crossley"),
     Key("player", "pull_time", "time", "0.1 ms", "100 ms", FIELD, "finger pulls before it lets go"),
     Key("player", "hand_damping", "decay rate", "0 /s", "10000 /s", FIELD, "hand that stops a note"),
+    Key("player", "answering", "|".join(ANSWERING), "", "", FIELD, "idle strings ring along: with the pedal, always"),
     Key("player", "bend_range", "number", "0", "96", FIELD, "of the pitch bend, semitones"),
     Key("player", "out_of_range", "transpose|drop", "", "", FIELD, "notes the bass does not have"),
     Key("player", "position_controller", "controller", "0", "119", FIELD, "MIDI controller of the pluck position"),

@@ -22,7 +22,7 @@ from livebass.model.keymap import MODO_12, velocity_parts
 from livebass.plugin.instrument import instrument_file, read_instrument, tiers, write_instrument
 from livebass.plugin.lv2 import write_bundle
 
-ADDRESSES = ("coefficients", "taps", "shapes", "heights", "positions", "coupling", "left_out")
+ADDRESSES = ("coefficients", "taps", "shapes", "heights", "positions", "coupling", "left_out", "answers")
 # Of every version so far: what is stored, and how. A file of another layout must have another version.
 LAYOUTS = {1: "4a97951d4a5441f0", 3: "0e201a4e5c4026f4", 4: "1171f7773215cf5f"}
 
@@ -214,6 +214,16 @@ def test_no_number_of_keys_or_velocities_may_be_absurd(name: str, whole: bytes, 
     for value in (-1, 1000) if field.dtype.kind == "i" else (np.nan, -0.1, 1.1):
         field[..., -1] = value
         assert "damaged" in refused(sealed(words), tmp_path / "a.lbass"), value
+
+
+@pytest.mark.parametrize(
+    "change", [("answering", 3), ("answering", -1), ("answering_modes", 129), ("answering_modes", -1)]
+)
+def test_no_number_of_answers_may_be_absurd(change: tuple[str, int], whole: bytes, tmp_path: Path) -> None:
+    words = np.frombuffer(whole, np.int64).copy()
+    name, value = change
+    words.view(np.uint8)[: FILE.itemsize].view(FILE)["instrument"][name] = value
+    assert "damaged" in refused(sealed(words), tmp_path / "a.lbass")
 
 
 def test_another_layout_has_another_version() -> None:

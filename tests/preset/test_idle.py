@@ -245,6 +245,7 @@ thumb_stiffness = 7e5
 thumb_loss = 0.35
 pull_time = "2 ms"
 hand_damping = "90 /s"
+answering = "pedal"
 bend_range = 2
 out_of_range = "transpose"
 position_controller = 16

@@ -24,6 +24,7 @@ from livebass.live.thread.records import (
     ahead_of,
     bass_at,
     operators_of,
+    saved_answers,
     saved_motion,
     saved_slot,
     saved_voice,
@@ -49,6 +50,10 @@ def save(b, i):
             save_u(saved_motion(a, place, k, 0), slot, operator_of(b, i, slot.fret))
             if slot.v_active > 0:
                 save_v(saved_motion(a, place, k, 1), slot, operator_of(b, i, slot.fret))
+    if string.voice.answering:
+        n = string.answers.count
+        copy(saved_answers(a, place, 0), string.answers.q, n)
+        copy(saved_answers(a, place, 1), string.answers.y, n)
 
 
 @jit
@@ -74,6 +79,10 @@ def go_back(b, i, frame):
             else:  # it had not moved yet: nothing was saved of it
                 clear(slot.v, op.padded)
                 forget_contact(slot.v, op)
+    n, answers = string.answers.count, string.voice.answering
+    for g in range(n):
+        string.answers.q[g] = saved_answers(a, place, 0)[g] if answers else 0.0
+        string.answers.y[g] = saved_answers(a, place, 1)[g] if answers else 0.0
 
 
 @jit

@@ -329,10 +329,11 @@ def fade_frames(synth):
 
 @jit
 def is_silent(b, end):
-    """True if no string of `b` sounds, and none has sound computed ahead of synth frame `end`."""
+    """True if no string of `b` sounds or answers, and none has sound computed ahead of synth frame `end`."""
     for i in range(b.strings):
         string = string_of(b, i)
-        if string.slots[0].on or string.slots[1].on or string.voice.frame > end - b.frame:
+        moves = string.slots[0].on or string.slots[1].on or string.voice.answering
+        if moves or string.voice.frame > end - b.frame:
             return False
     return True
 

@@ -9,7 +9,17 @@ import numpy as np
 from livebass.compiling import inlined, jit
 from livebass.kernels.native import floats_at, record_at, records_at, words_at
 from livebass.kernels.performer import MOST_EVENTS, MOST_STRINGS, PARAMETERS, PERFORMER
-from livebass.kernels.records import EVENT, GROUP_ROOM, MOST_NEAR, OPERATOR, SLOT_STATE, STRING, VOICE, VOICE_SLOTS
+from livebass.kernels.records import (
+    EVENT,
+    GROUP_ROOM,
+    MOST_ANSWERS,
+    MOST_NEAR,
+    OPERATOR,
+    SLOT_STATE,
+    STRING,
+    VOICE,
+    VOICE_SLOTS,
+)
 
 RINGS = 3  # of messages: from Python's threads, of the score, from the MIDI port of the audio thread
 LEAST_MESSAGES, MOST_MESSAGES = 32, 128  # taken into one chunk, by its length; the others wait for the next
@@ -43,6 +53,7 @@ AHEAD = np.dtype(
         ("slots", "i8"),  # address: int64 (SAVES, VOICE_SLOTS, SLOT_STATE), each the state at the head of a SLOT
         ("memory", "i8"),  # address: float64 (SAVES, VOICE_SLOTS, POLARISATIONS, kept): motion, contact points, groups
         ("kept", "i8"),
+        ("answers", "i8"),  # address: float64 (SAVES, 2, MOST_ANSWERS), where strings may answer
         ("sound", "i8"),  # float64 (SOUND_RING,): frame n is at n % SOUND_RING
     ],
     align=True,
@@ -191,6 +202,12 @@ def saved_voice(a, place):
 def saved_slot(a, place, k):
     """Words of the state of slot `k` in a saved string, (SLOT_STATE,)."""
     return words_at(a.slots + WORD * SLOT_STATE * (place * VOICE_SLOTS + k), SLOT_STATE)
+
+
+@inlined
+def saved_answers(a, place, which):
+    """Displacements (0) or the other half (1) of the answers in a saved string, (MOST_ANSWERS,)."""
+    return floats_at(a.answers + WORD * MOST_ANSWERS * (2 * place + which), MOST_ANSWERS)
 
 
 @inlined

@@ -8,8 +8,10 @@ same. [any thread, not the one that plays]
 import numpy as np
 
 from livebass.compiling import entry, jit
+from livebass.kernels.answers import connect as connect_answers
 from livebass.kernels.coil import COIL
 from livebass.kernels.instrument import (
+    answers_of,
     clear,
     connect,
     instrument_at,
@@ -21,7 +23,7 @@ from livebass.kernels.instrument import (
 )
 from livebass.kernels.native import record_at, records_at
 from livebass.kernels.performer import PERFORMER
-from livebass.kernels.records import EVENT, OPERATOR, SLOT_STATE, STRING, VOICE_SLOTS
+from livebass.kernels.records import EVENT, MOST_ANSWERS, OPERATOR, SLOT_STATE, STRING, VOICE_SLOTS
 from livebass.kernels.tone import ROW, TONES, fit_tones
 from livebass.live.thread.records import (
     AHEAD,
@@ -89,13 +91,17 @@ def rows_kept(building, i):
 
 
 @jit
-def bytes_ahead(rows):
-    """Bytes of an AHEAD and what it points to, where saved motion takes `rows` float64; 0: its sound alone."""
+def bytes_ahead(rows, answers):
+    """Bytes of an AHEAD and what it points to, where saved motion takes `rows` float64; 0: its sound alone.
+
+    `answers`: how many modes may answer the string.
+    """
     if rows == 0:
         return lines(AHEAD_BYTES) + lines(WORD * SOUND_RING)
     states = lines(WORD * SAVES * VOICE_WORDS) + lines(WORD * SAVES * VOICE_SLOTS * SLOT_STATE)
     motion = lines(WORD * SAVES * VOICE_SLOTS * POLARISATIONS * rows)
-    return lines(AHEAD_BYTES) + states + motion + lines(WORD * SOUND_RING)
+    answering = lines(WORD * SAVES * 2 * MOST_ANSWERS) if answers > 0 else 0
+    return lines(AHEAD_BYTES) + states + motion + answering + lines(WORD * SOUND_RING)
 
 
 @entry("void(int64)")
@@ -103,8 +109,9 @@ def measure_bass(address):
     """Sets the `bytes` that the BUILDING at an address needs."""
     building = building_at(address)
     needed = lines(BASS_BYTES) + lines(PERFORMER_BYTES) + 2 * lines(EVENT_BYTES * EVENT_ROOM) + lines(TONES_BYTES)
-    for i in range(instrument_at(building.instrument).strings):
-        needed += lines(STRING_BYTES) + bytes_ahead(rows_kept(building, i))
+    instrument = instrument_at(building.instrument)
+    for i in range(instrument.strings):
+        needed += lines(STRING_BYTES) + bytes_ahead(rows_kept(building, i), answers_of(instrument, i))
     building.bytes = needed
 
 
@@ -137,16 +144,19 @@ def fill_bass(address):
         string = string_at(place)
         rest(string, building.rate, steps, 1, building.over_frets, building.over_board)
         connect(string, instrument, i, building.coil)
+        ops = operators_at(building.operators[0], instrument.strings, instrument.frets + 1)
+        connect_answers(string, i, instrument, ops)
         string.voice.tones = b.tones
         b.ahead[i] = place + lines(STRING_BYTES)
         rows = rows_kept(building, i)
-        lay_out_ahead(b.ahead[i], rows)
-        place = b.ahead[i] + bytes_ahead(rows)
+        others = answers_of(instrument, i)
+        lay_out_ahead(b.ahead[i], rows, others)
+        place = b.ahead[i] + bytes_ahead(rows, others)
 
 
 @jit
-def lay_out_ahead(address, rows):
-    """Gives the AHEAD at an address its memory behind it; saved motion takes `rows` float64."""
+def lay_out_ahead(address, rows, answers):
+    """Gives the AHEAD at an address its memory behind it; `rows` and `answers` as for `bytes_ahead`."""
     a = ahead_at(address)
     a.sound = address + lines(AHEAD_BYTES)
     if rows == 0:
@@ -155,7 +165,8 @@ def lay_out_ahead(address, rows):
     a.voice = address + lines(AHEAD_BYTES)
     a.slots = a.voice + lines(WORD * SAVES * VOICE_WORDS)
     a.memory = a.slots + lines(WORD * SAVES * VOICE_SLOTS * SLOT_STATE)
-    a.sound = a.memory + lines(WORD * SAVES * VOICE_SLOTS * POLARISATIONS * rows)
+    a.answers = a.memory + lines(WORD * SAVES * VOICE_SLOTS * POLARISATIONS * rows)
+    a.sound = a.answers + (lines(WORD * SAVES * 2 * MOST_ANSWERS) if answers > 0 else 0)
 
 
 @entry("int64(int64)")

@@ -71,7 +71,7 @@ static void reset(const clap_plugin *p) { lb_reset_instance(&of(p)->instance); }
 
 /* Says that another bass may have other switches. */
 static void tell_names(const clap *c) {
-    const clap_host_note_names *names = c->host->get_extension(c->host, CLAP_NOTE_NAME);
+    const clap_host_note_names *names = c->host->get_extension(c->host, CLAP_NOTE_NAMES);
     if (names) names->changed(c->host);
 }
 
