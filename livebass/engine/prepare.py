@@ -312,11 +312,13 @@ def instrument_numbers(
         pickups = pickups_under(output, string.name)
         to["open_note"][i], to["pickups"][i] = string.open_note, len(pickups)
         to["stretch"][i] = string.axial_stiffness / (2 * (string.length + BEYOND))
+        to["winding"][i] = string.winding
         for k, pickup in enumerate(pickups):
             to["decay"][i, k] = 1.0 / pickup.decay_length
             to["mix"][i, k] = pickup.level * string.level
             to["across"][i, k] = pickup.across
             to["saddle"][i, k] = pickup.position
+            to["aperture"][i, k] = pickup.aperture
         if not pickups:
             to["across"][i, 0] = output.across
             to["saddle"][i, :2] = output.sensor, output.sensor_v

@@ -349,6 +349,16 @@ def kick_end(w, x, n):
 
 
 @jit
+def slope_ahead(w, weight, h, n):
+    """Sum of the displacements, `h` s from now at their velocities, with weights."""
+    s = 0.0
+    for j in range(n):
+        q = w.q[j]
+        s += weight[j] * (q + h * (w.pace[j] * w.p[j] - w.sigma[j] * q))
+    return s
+
+
+@jit
 def slope_square(w, n):
     """Sum of (j q_j)^2, j from 1."""
     s = 0.0

@@ -7,7 +7,7 @@ the same input always the same one. One record, PERFORMER, holds all it remember
 import numpy as np
 
 from livebass.compiling import entry, jit
-from livebass.kernels.elementary import cos, exp2, log2, power
+from livebass.kernels.elementary import chance, cos, exp2, log2, power
 from livebass.kernels.native import record_at, records_at
 from livebass.kernels.records import (
     BEND,
@@ -428,16 +428,6 @@ def over_body(open_op, op, place, aside, least):
     """
     where = op.length - (1.0 - place) * open_op.length + aside
     return min(max(where, least * op.length), MOST_PLACE * op.length)
-
-
-@jit
-def chance(seed, count):
-    """Pseudo-random number from -1 to 1, a function of both: SplitMix64 (Steele, Lea, Flood 2014)."""
-    z = np.uint64(seed) + np.uint64(count) * np.uint64(0x9E3779B97F4A7C15)
-    z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-    z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    z = z ^ (z >> np.uint64(31))
-    return np.float64(z >> np.uint64(11)) * 2.0**-52 - 1.0
 
 
 @jit

@@ -7,7 +7,7 @@ touches only what it is handed. [audio thread]
 import numpy as np
 
 from livebass.compiling import entry, jit
-from livebass.kernels import modal, stop, techniques, tension, tone, touch
+from livebass.kernels import glide, modal, stop, techniques, tension, tone, touch
 from livebass.kernels.elementary import exp
 from livebass.kernels.native import call_4, floats_at, record_address, record_at, records_at
 from livebass.kernels.operators import tap
@@ -73,14 +73,13 @@ def run(string, ops, events, count, out, across):
             continue
         if voice.slide_to >= 0:
             techniques.follow_slide(string, ops)
-        turning = voice.tuned != voice.bend or techniques.wavers(voice)
-        if turning and (voice.frame + voice.turn) % techniques.BEND_FRAMES == 0:
+        if voice.tuned != voice.bend and (voice.frame + voice.turn) % techniques.BEND_FRAMES == 0:
             techniques.follow_bend(string, ops)
         if voice.tone != voice.tone_wanted and voice.frame % tone.FRAMES == 0:
             tone.follow_tone(voice)
         slot = string.slots[voice.slot]
         if slot.on:
-            techniques.excite(voice, slot, ops[slot.fret])
+            techniques.excite(voice, slot, glide.operator(string, ops, voice.slot))
         listen(string, ops, taps)
         if voice.raw:
             out[i] = taps[0]
@@ -126,14 +125,11 @@ def become_still(string):
     for i in range(3):
         held += abs(voice.z[i])
     gain = voice.gain + voice.gain_pole * (voice.gain_wanted - voice.gain)
-    tuned = (
-        voice.tuned == voice.bend
-        and not techniques.wavers(voice)
-        and voice.tone == voice.tone_wanted
-        and gain == voice.gain
-    )
+    tuned = voice.tuned == voice.bend and voice.tone == voice.tone_wanted and gain == voice.gain
     quiet = voice.pulling == 0 and held == 0.0 and not voice.raw
     voice.still = np.int64(1 if quiet and tuned else 0)
+    if voice.still:
+        voice.depth = 0.0  # a vibrato begins anew with the next note
 
 
 @jit
@@ -158,7 +154,7 @@ def happen(string, ops, event):
     elif event.kind == PULL_OFF:
         techniques.pull_off(string, ops, event.fret, event.x, event.y)
     elif event.kind == GLIDE:
-        techniques.slide(string, event.fret, event.x)
+        techniques.slide(string, ops, event.fret, event.x)
     elif event.kind == WAVER:
         techniques.waver(voice, event.x, event.y)
     elif event.kind == TOUCH_EVENT:
@@ -176,7 +172,8 @@ def happen(string, ops, event):
         if at_rest(string):
             tone.set_tone(voice, event.x)
     elif event.kind == CUT:
-        voice.slide_to = -1
+        if not slots[voice.slot].between:
+            voice.slide_to = -1
         techniques.interrupt(string, ops)
         voice.striking = 0
         for k in range(2):
@@ -195,7 +192,7 @@ def listen(string, ops, y):
     for k in range(2):
         slot = string.slots[k]
         if slot.on:
-            op = ops[slot.fret]
+            op = glide.operator(string, ops, k)
             n = min(slot.active, slot.heard)
             if voice.pickups == 0:
                 row = 2 * (voice.frame % voice.denominator if voice.denominator > 1 else 0)
@@ -298,11 +295,14 @@ def move(string, ops):
     if voice.denominator > 1:
         after = -(-after // voice.denominator)  # rounded up: a tap may look back, not ahead
     steps = after - voice.step
+    tighter = 0.0
+    if techniques.wavers(voice):
+        tighter = techniques.wavering(voice, string.slots[voice.slot], ops)
     for k in range(2):
         slot = string.slots[k]
         if not slot.on:
             continue
-        op = ops[slot.fret]
+        op = glide.operator(string, ops, k)
         if slot.active == 0 or op.points == 0 or slot.moving or after <= slot.quiet or after <= slot.due:
             leap = LONGER if steps > op.steps else WHOLE
             modal.leap(slot.u, leap, slot.active)
@@ -312,13 +312,17 @@ def move(string, ops):
             call_4(over, record_address(string), np.int64(k), record_address(op), steps)
         if slot.offset != 0.0:
             stop.settle(slot, voice.rate)
-        if slot.moving:
+        if slot.between:
+            glide.carry(slot, steps * op.fine)
+        elif slot.moving:
             stop.advance(slot, op, steps * op.fine, after)
         elif slot.sunk > 0:
             stop.rise(slot, op, after)
         touch.damp(voice, slot, op)
         if voice.stretch > 0.0 and slot.active > 0:
             tension.pull(voice, slot, op, steps * op.fine)
+        if tighter != 0.0:
+            tension.waver(slot, op, steps * op.fine, tighter)
         if slot.hand < 1.0:
             modal.scale(slot.u, slot.hand, slot.active)
             modal.scale(slot.v, slot.hand, slot.v_active)
@@ -328,7 +332,7 @@ def move(string, ops):
         for k in range(2):
             slot = string.slots[k]
             if slot.on and not (k == voice.slot and (voice.pulling > 0 or voice.striking > 0)):
-                keep_house(slot, ops[slot.fret], voice)
+                keep_house(slot, glide.operator(string, ops, k), voice)
         if at_rest(string):
             become_still(string)  # before: zeros that have gone through the filters since they were set
             settle(voice)
