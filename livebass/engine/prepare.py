@@ -295,8 +295,12 @@ def instrument_numbers(
     player: Player,
     tiers: Sequence[Quality] = (),
     frets: int = 0,
+    fretless: Sequence[bool] = (),
 ) -> NDArray[np.void]:
-    """Makes the INSTRUMENT, (1,), of these strings with their output and their player, in `tiers` of quality."""
+    """Makes the INSTRUMENT, (1,), of these strings with their output and their player, in `tiers` of quality.
+
+    `fretless` says of each string whether a finger slides along it without steps; if empty, over none.
+    """
     made = np.zeros(1, INSTRUMENT)
     to = made[0]
     to["strings"], to["frets"] = len(strings), frets
@@ -313,6 +317,7 @@ def instrument_numbers(
         to["open_note"][i], to["pickups"][i] = string.open_note, len(pickups)
         to["stretch"][i] = string.axial_stiffness / (2 * (string.length + BEYOND))
         to["winding"][i] = string.winding
+        to["fretless"][i] = i < len(fretless) and fretless[i]
         for k, pickup in enumerate(pickups):
             to["decay"][i, k] = 1.0 / pickup.decay_length
             to["mix"][i, k] = pickup.level * string.level
@@ -328,7 +333,8 @@ def instrument_numbers(
 def bass_numbers(instrument: Instrument, tiers: Sequence[Quality], frets: int) -> NDArray[np.void]:
     """Makes the INSTRUMENT, (1,), of a bass with `frets` frets a string, in `tiers` of quality."""
     bass = instrument
-    return instrument_numbers(bass.strings, bass.output, bass.player, tiers, frets)
+    fretless = [neck.fretless for neck in bass.necks]
+    return instrument_numbers(bass.strings, bass.output, bass.player, tiers, frets, fretless)
 
 
 def new_voice(rates: Rates, log: int = 0) -> Voice:

@@ -89,6 +89,7 @@ INSTRUMENT = np.dtype(
         ("saddle", "f8", (MOST_STRINGS, MOST_PICKUPS)),  # m, distance from the saddle; of sensors, for u and v, too
         ("aperture", "f8", (MOST_STRINGS, MOST_PICKUPS)),  # m
         ("winding", "f8", (MOST_STRINGS,)),  # m, pitch of the winding; 0: it is flat
+        ("fretless", "i8", (MOST_STRINGS,)),  # 1: a finger slides along it without steps
     ],
     align=True,
 )
@@ -193,6 +194,7 @@ def connect(string, instrument, i, coil):
     voice.pickups = instrument.pickups[i]
     voice.stretch = instrument.stretch[i]
     voice.winding = instrument.winding[i]
+    voice.fretless = instrument.fretless[i]
     for k in range(MOST_PICKUPS):
         voice.decay[k] = instrument.decay[i, k]
         voice.mix[k] = instrument.mix[i, k]
@@ -376,7 +378,7 @@ def is_instrument(instrument):
             return False
         if not 0 <= instrument.open_note[i] <= 127:
             return False
-        if not 0.0 <= instrument.winding[i] <= 1.0:
+        if not 0.0 <= instrument.winding[i] <= 1.0 or not 0 <= instrument.fretless[i] <= 1:
             return False
         for k in range(MOST_PICKUPS):
             if not 0.0 <= instrument.decay[i, k] <= LARGEST or not abs(instrument.mix[i, k]) <= LARGEST:

@@ -11,7 +11,7 @@ from livebass.compiling import jit
 from livebass.kernels import glide, handover, modal, scrape, stop, touch
 from livebass.kernels.elementary import cos, exp, exp2, sin
 from livebass.kernels.operators import heights, positions, tap
-from livebass.kernels.records import MOST_NEAR, TOUCHES
+from livebass.kernels.records import TOUCHES
 from livebass.kernels.slot import (
     SAFETY_STRUCK,
     bend,
@@ -434,7 +434,7 @@ def wavers(voice):
 
 
 @jit
-def wavering(voice, slot, ops):
+def wavering(voice, slot):
     """The part of its tension by which a string in vibrato is tighter in this frame.
 
     It grows by the square of the frequency ratio, less one: upwards from a fret, both ways on a board. Open strings
@@ -447,7 +447,7 @@ def wavering(voice, slot, ops):
     if slot.fret == 0:
         return 0.0
     turn = 2 * np.pi * voice.phase
-    up = sin(turn) if ops[slot.fret].points > MOST_NEAR else 1.0 - cos(turn)
+    up = sin(turn) if voice.fretless else 1.0 - cos(turn)
     return exp2(voice.depth * up / 12.0) - 1.0
 
 
@@ -458,16 +458,15 @@ def slide(string, ops, fret, seconds):
     voice.slide_every = np.int64(np.rint(seconds * voice.rate))
     voice.slide_left = 0
     voice.scraped = 0.0
-    if string.slots[voice.slot].on and glides(string, ops):
+    if string.slots[voice.slot].on and glides(voice):
         glide.begin(string, ops, ops[fret].length, voice.slide_every)
     voice.slide_to = fret
 
 
 @jit
-def glides(string, ops):
-    """True if the string lies over a board, where a finger slides without steps."""
-    voice = string.voice
-    return voice.denominator == 1 and ops[string.slots[voice.slot].fret].points > MOST_NEAR
+def glides(voice):
+    """True if a finger slides on the string without steps."""
+    return voice.fretless and voice.denominator == 1
 
 
 @jit
@@ -477,7 +476,7 @@ def follow_slide(string, ops):
     slot = string.slots[voice.slot]
     if not slot.on or stands_at(slot, voice.slide_to):
         voice.slide_to = -1
-    elif glides(string, ops):
+    elif glides(voice):
         follow_glide(string, ops)
     else:
         follow_frets(string, ops)
@@ -554,7 +553,7 @@ def change_operators(string, old, ops):
     voice = string.voice
     voice.numerator = ops[0].steps
     voice.step = voice.frame * voice.numerator
-    if string.slots[voice.slot].between:
+    if string.slots[voice.slot].on and string.slots[voice.slot].between:
         change_fret(string, old, string.slots[voice.slot].fret, GENTLY, 0.0)
         voice.slide_to = -1
     for k in range(2):

@@ -297,7 +297,7 @@ def move(string, ops):
     steps = after - voice.step
     tighter = 0.0
     if techniques.wavers(voice):
-        tighter = techniques.wavering(voice, string.slots[voice.slot], ops)
+        tighter = techniques.wavering(voice, string.slots[voice.slot])
     for k in range(2):
         slot = string.slots[k]
         if not slot.on:

@@ -68,6 +68,7 @@ class Neck:
     friction: float = 900.0  # N/m, A of eq. 7: force per unit length on one `grid_step`
     friction_speed: float = 1e-5  # m/s, s of eq. 7
     surface: Surface = ()  # board under the string, crowns included; empty: the string can touch the crowns only
+    fretless: bool = False  # the fret positions are but places where notes are stopped
 
 
 @dataclass(frozen=True)

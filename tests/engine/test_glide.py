@@ -8,13 +8,16 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from support.live import offline, run_ahead, synth_and_device
 from support.modal import third_octaves
+from support.scores import in_blocks
 
-from livebass import load_preset
+from livebass import Score, load_preset
 from livebass.arrays import Floats
 from livebass.engine.prepare import Note, Rates, new_voice, operators, play_frames
 from livebass.kernels.preparing import SENSORS
 from livebass.kernels.records import EVENT, GLIDE, PLUCK
+from livebass.live.thread import block
 from livebass.model.instrument import Speaking, speaking
 from livebass.model.neck import Admittance
 
@@ -49,7 +52,7 @@ def glided(row: list[Speaking], first: int, last: int, seconds: float, partials:
     ]
     pool = operators([notes], SENSORS, rates, lossless=True, playable=True)
     voice = new_voice(rates)
-    voice.record["raw"], voice.record["saddle"][:] = 1, SENSOR
+    voice.record["raw"], voice.record["fretless"], voice.record["saddle"][:] = 1, 1, SENSOR
     events = np.zeros(2, EVENT)
     events["frame"], events["kind"], events["fret"] = (0, round(BEGIN * RATE)), (PLUCK, GLIDE), (first, last)
     events["x"], events["y"], events["z"] = (APEX, A_FRET), (row[first].length - PLACE, 0), (WIDTH, 0)
@@ -132,3 +135,84 @@ def test_a_glide_has_no_tones_at_the_rate_of_its_hand_overs(name: str, first: in
     frequency = np.fft.rfftfreq(sound.size, 1 / RATE)
     assert frequency[np.argmax(levels)] < 500
     assert levels[frequency > 950].max() < levels.max() - 60
+
+
+def sliding_notes(seed: int, seconds: float) -> list[tuple[int, int, int, int]]:
+    """Messages (frame, status, first, second) that slide, and interrupt slides by everything else that there is."""
+    rng = np.random.default_rng(seed)
+    frames = np.sort(rng.integers(10, round(seconds * RATE), round(60 * seconds))).tolist()
+    messages = [(0, 0xB0, 65, 127), (0, 0xB0, 1, 100), (1, 0x90, 45, 100)]
+    for frame in frames:
+        kind, key = int(rng.integers(0, 20)), int(rng.integers(28, 63))
+        value = int(rng.integers(1, 128))
+        rare = {
+            0: (0xB0, 120, 0), 1: (0xB0, 123, 0), 2: (0xE0, 0, value), 3: (0x90, 12, 100), 4: (0x80, 12, 0),
+            5: (0xB0, 65, 0), 6: (0xB0, 9, value), 7: (0xB0, 68, value),
+        }  # fmt: skip
+        messages.append((frame, *rare.get(kind, (0x80 if kind < 11 else 0x90, key, value))))
+        if kind in (0, 1, 5):  # on with it
+            messages += [(frame + 5, 0xB0, 65, 127), (frame + 6, 0x90, key, 110)]
+    return sorted(messages)
+
+
+@pytest.mark.parametrize("preset", ["fretless", "paper-fretless"])
+def test_blocks_may_be_split_while_fingers_glide(preset: str) -> None:
+    notes = sliding_notes(3, 0.6)
+    score = Score(
+        np.array([n[0] for n in notes]), np.array([n[1:] for n in notes], np.uint8), 30_000, len(notes), "glides", RATE
+    )
+    whole = in_blocks(score, [10**9], preset)
+    assert np.isfinite(whole).all() and whole.any()
+    for sizes in ([64], [1000, 1, 63, 65, 7]):
+        assert np.array_equal(in_blocks(score, sizes, preset), whole), sizes
+
+
+def test_running_ahead_changes_no_glide() -> None:
+    notes = sliding_notes(4, 0.8)
+    wanted = offline("fretless", notes, 48_000)
+    synth, device = synth_and_device("fretless", adaptive=False)
+    run_ahead(synth, "far")
+    blocks, sent, frame = [], 0, 0
+    sizes = np.random.default_rng(1)
+    while frame < 48_000:
+        n = min(int(sizes.choice([1, 17, 64, 129])), 48_000 - frame)
+        while sent < len(notes) and notes[sent][0] < frame + n:
+            assert synth.send(*notes[sent][1:], frame=notes[sent][0])
+            sent += 1
+        blocks.append(device.block(n))
+        frame += n
+    assert np.array_equal(np.concatenate(blocks), wanted)
+
+
+@pytest.mark.parametrize("seed", [5, pytest.param(6, marks=pytest.mark.slow), pytest.param(7, marks=pytest.mark.slow)])
+def test_whatever_interrupts_a_glide_the_sound_is_sane(seed: int) -> None:
+    """Finite, within full scale without a limiter's help, no motion scaled back, silent after panic."""
+    synth, device = synth_and_device("fretless", adaptive=False)
+    for frame, *message in sliding_notes(seed, 3.0):
+        while frame >= synth.frame + 64:
+            assert np.abs(device.block(64)).max() < 1
+        assert synth.send(*message, frame=frame)
+    assert np.abs(device.block(4800)).max() < 1
+    bass = synth.bass
+    assert bass is not None
+    assert [int(v.record["weakened"][0]) for v in bass.engine.voices] == [0] * 4
+    synth.panic()
+    device.block(RATE)
+    assert not device.block(RATE).any() and synth.meters().faults == 0
+
+
+def test_operators_may_change_while_a_finger_glides() -> None:
+    synth, device = synth_and_device("fretless", adaptive=False)
+    run_ahead(synth, "never")
+    bass = synth.bass
+    assert bass is not None
+    for message in ((0xB0, 65, 127), (0x90, 19, 100), (0x90, 45, 100)):
+        synth.send(*message)
+    device.block(9600)
+    synth.send(0x90, 55, 100)
+    device.block(3000)
+    assert int(bass.engine.voices[3].slots["between"].any())
+    for which in (1, 0):
+        block.switch_operators(bass.record[0], 3, which, synth.frame)
+        assert 0 < np.abs(device.block(3000)).max() < 0.5
+    assert not bass.engine.voices[3].slots["between"][int(bass.engine.voices[3].record["slot"][0])]
