@@ -8,7 +8,7 @@ taken a frame ahead. So the end neither stops nor starts at a hand-over, and no 
 
 The operator of such a length is made on the way: frequencies times length and losses lie between those of the two
 semitones, taps follow from the places of the pickups. It has no contact points: the finger's way is free, and contact
-goes on where it stops. [audio thread]
+goes on where it stops. So it needs no modes but those that are heard. [audio thread]
 """
 
 import numpy as np
@@ -158,13 +158,13 @@ def make(string, ops, k, length):
     modal.copy(words_at(record_address(op), WORDS), words_at(record_address(a), WORDS), WORDS)
     op.length = length
     op.speed = (1.0 - x) * a.speed + x * b.speed
-    op.modes = min(a.modes, b.modes)
-    op.padded = min(a.padded, b.padded)
     op.tap_modes = min(a.tap_modes, b.tap_modes)
+    op.modes = min(min(a.modes, b.modes), op.tap_modes)
+    op.padded = (op.modes + BLOCK - 1) // BLOCK * BLOCK
     op.points = 0
     op.coefficients = record_address(made) + ROWS
     op.taps = op.coefficients + DOUBLE * COEFFICIENT_ROWS * op.padded
-    set_coefficients(op, a, b, x)
+    set_coefficients(slot.u, op, a, b, x)
     set_taps(voice, op)
     set_slope(made, op)
     for i in range(TOUCHES):  # fingers on the string make their shapes anew
@@ -174,44 +174,31 @@ def make(string, ops, k, length):
 
 
 @jit
-def set_coefficients(op, a, b, x):
-    """Fills the coefficients of a length at the part `x` of the way between those of `a` and `b`."""
-    omega_a, omega_b, sigma_a, sigma_b = (
-        coefficient(a, OMEGA), coefficient(b, OMEGA), coefficient(a, SIGMA), coefficient(b, SIGMA),
-    )  # fmt: skip
-    fine_a, fine_b = coefficient(op, FINE_A), coefficient(op, FINE_B)
-    kappa, pace = coefficient(op, KAPPA), coefficient(op, PACE)
-    omega, sigma = coefficient(op, OMEGA), coefficient(op, SIGMA)
-    row = LEAPS + 3 * WHOLE
-    leap_a, leap_b, leap_g = coefficient(op, row), coefficient(op, row + 1), coefficient(op, row + 2)
-    of_a, of_b, h = (1.0 - x) * a.length / op.length, x * b.length / op.length, op.steps * op.fine
+def set_coefficients(w, op, a, b, x):
+    """Fills the coefficients of a length at the part `x` of the way between those of `a` and `b`.
+
+    They are made in the rows of the silent working set `w`, where the compiler knows the distances.
+    """
+    omega_a, omega_b = coefficient(a, OMEGA), coefficient(b, OMEGA)
+    sigma_a, sigma_b = coefficient(a, SIGMA), coefficient(b, SIGMA)
+    of_a, of_b = (1.0 - x) * a.length / op.length, x * b.length / op.length
     for j in range(op.modes):
-        w = of_a * omega_a[j] + of_b * omega_b[j]
-        s = (1.0 - x) * sigma_a[j] + x * sigma_b[j]
-        damp = exp(-s * op.fine)
-        sine, cosine = sin_cos(w * op.fine)
-        es = damp * sine
-        omega[j] = w
-        sigma[j] = s
-        fine_a[j] = damp * cosine
-        fine_b[j] = es * es
-        kappa[j] = es / w
-        pace[j] = w / es
-        damp = exp(-s * h)
-        sine, cosine = sin_cos(w * h)
-        leap_a[j] = damp * cosine
-        leap_b[j] = damp * sine / es
-        leap_g[j] = damp * sine * es
+        w.omega[j] = of_a * omega_a[j] + of_b * omega_b[j]
+        w.sigma[j] = (1.0 - x) * sigma_a[j] + x * sigma_b[j]
     for j in range(op.modes, op.padded):
-        omega[j] = 1.0
-        sigma[j] = 0.0
-        fine_a[j] = 1.0
-        fine_b[j] = 0.0
-        kappa[j] = 1.0
-        pace[j] = 0.0
-        leap_a[j] = 0.0
-        leap_b[j] = 0.0
-        leap_g[j] = 0.0
+        w.omega[j] = 1.0
+        w.sigma[j] = 0.0
+    modal.tune(w, op.fine, op.steps, op.padded)
+    row = LEAPS + 3 * WHOLE
+    modal.copy(coefficient(op, FINE_A), w.fine_a, op.padded)
+    modal.copy(coefficient(op, FINE_B), w.fine_b, op.padded)
+    modal.copy(coefficient(op, row), w.leaps[WHOLE].a, op.padded)
+    modal.copy(coefficient(op, row + 1), w.leaps[WHOLE].b, op.padded)
+    modal.copy(coefficient(op, row + 2), w.leaps[WHOLE].g, op.padded)
+    modal.copy(coefficient(op, KAPPA), w.kappa, op.padded)
+    modal.copy(coefficient(op, OMEGA), w.omega, op.padded)
+    modal.copy(coefficient(op, SIGMA), w.sigma, op.padded)
+    modal.copy(coefficient(op, PACE), w.pace, op.padded)
 
 
 @jit
@@ -224,12 +211,14 @@ def set_taps(voice, op):
         before, now = 0.0, np.sqrt(2 / op.length)
         sine, cosine = sin_cos(k1 * (op.length - voice.saddle[i]))
         now *= sine
-        for j in range(op.padded):
-            row[j] = 0.0
-        for j in range(min(op.tap_modes, op.modes)):
-            wide = (j + 1) * k1 * voice.aperture[i]
-            row[j] = now * exp(-(wide * wide) / 24) * faded(voice.rate, omega[j], sigma[j])
+        window, ratio, step = bell((k1 * voice.aperture[i]) ** 2 / 24)
+        for j in range(op.modes):
+            row[j] = now * window * faded(voice.rate, omega[j], sigma[j])
             before, now = now, 2.0 * cosine * now - before
+            window *= ratio
+            ratio *= step
+        for j in range(op.modes, op.padded):
+            row[j] = 0.0
         if voice.pickups == 0:
             row = tap(op, 2 * i + 1)
             for j in range(op.padded):
@@ -242,6 +231,14 @@ def set_slope(made, op):
     k1 = np.pi / op.length
     n = (np.int64(NARROWEST / (k1 * FLESH)) + BLOCK) // BLOCK * BLOCK
     made.slope_modes = min(n, op.padded)
+    window, ratio, step = bell(0.5 * (k1 * FLESH) ** 2)
     for j in range(made.slope_modes):
-        k = (j + 1) * k1
-        made.slope[j] = np.sqrt(2 / op.length) * k * exp(-0.5 * (k * FLESH) ** 2)
+        made.slope[j] = np.sqrt(2 / op.length) * k1 * (j + 1) * window
+        window *= ratio
+        ratio *= step
+
+
+@jit
+def bell(a):
+    """exp(-a j^2) for j = 1, the ratio of the next one to it, and by what that ratio shrinks each time."""
+    return exp(-a), exp(-3.0 * a), exp(-2.0 * a)

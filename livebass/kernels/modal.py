@@ -505,6 +505,28 @@ def retune(w, op, ratio):
 
 
 @jit
+def tune(w, fine, steps, n):
+    """Sets the coefficients of `n` modes, but of parts of a frame and of longer ones, by w.omega and w.sigma."""
+    h = steps * fine
+    for j in range(n):
+        w_d = w.omega[j]
+        sigma = w.sigma[j]
+        damp = exp(-sigma * fine)
+        sine, cosine = sin_cos(w_d * fine)
+        es = damp * sine
+        w.kappa[j] = es / w_d
+        w.pace[j] = w_d / es
+        w.fine_a[j] = damp * cosine
+        w.fine_b[j] = es * es
+        damp_k = exp(-sigma * h)
+        sine, cosine = sin_cos(w_d * h)
+        sin_k = damp_k * sine
+        w.leaps[WHOLE].a[j] = damp_k * cosine
+        w.leaps[WHOLE].b[j] = sin_k / es
+        w.leaps[WHOLE].g[j] = sin_k * es
+
+
+@jit
 def take_coefficients(w, op):
     """Gives the working set the coefficients of operator `op`, untuned."""
     n = op.padded
