@@ -21,7 +21,7 @@ from livebass.plugin.lv2 import write_bundle
 
 ADDRESSES = ("coefficients", "taps", "shapes", "heights", "positions", "coupling", "left_out")
 # Of every version so far: what is stored, and how. A file of another layout must have another version.
-LAYOUTS = {1: "4a97951d4a5441f0", 3: "0e201a4e5c4026f4"}
+LAYOUTS = {1: "4a97951d4a5441f0", 3: "0e201a4e5c4026f4", 4: "615b63bd62dad7d5"}
 
 
 def assert_same_pool(made: Pool, wanted: Pool) -> None:
