@@ -300,10 +300,12 @@ def instrument_numbers(
     tiers: Sequence[Quality] = (),
     frets: int = 0,
     answering: Sequence[int] = (),
+    fretless: Sequence[bool] = (),
 ) -> NDArray[np.void]:
     """Makes the INSTRUMENT, (1,), of these strings with their output and their player, in `tiers` of quality.
 
     answering: how many modes of each string may answer the others (model.answers); none where it is left out.
+    `fretless` says of each string whether a finger slides along it without steps; if empty, over none.
     """
     made = np.zeros(1, INSTRUMENT)
     to = made[0]
@@ -324,11 +326,14 @@ def instrument_numbers(
         pickups = pickups_under(output, string.name)
         to["open_note"][i], to["pickups"][i] = string.open_note, len(pickups)
         to["stretch"][i] = string.axial_stiffness / (2 * (string.length + BEYOND))
+        to["winding"][i] = string.winding
+        to["fretless"][i] = i < len(fretless) and fretless[i]
         for k, pickup in enumerate(pickups):
             to["decay"][i, k] = 1.0 / pickup.decay_length
             to["mix"][i, k] = pickup.level * string.level
             to["across"][i, k] = pickup.across
             to["saddle"][i, k] = pickup.position
+            to["aperture"][i, k] = pickup.aperture
         if not pickups:
             to["across"][i, 0] = output.across
             to["saddle"][i, :2] = output.sensor, output.sensor_v
@@ -354,7 +359,9 @@ def fill_key_map(to: NDArray[np.void], player: Player) -> None:
 def bass_numbers(instrument: Instrument, tiers: Sequence[Quality], frets: int) -> NDArray[np.void]:
     """Makes the INSTRUMENT, (1,), of a bass with `frets` frets a string, in `tiers` of quality."""
     bass = instrument
-    numbers = instrument_numbers(bass.strings, bass.output, bass.player, tiers, frets, answering_modes(bass))
+    fretless = [neck.fretless for neck in bass.necks]
+    answering = answering_modes(bass)
+    numbers = instrument_numbers(bass.strings, bass.output, bass.player, tiers, frets, answering, fretless)
     if bass.over_board:
         numbers["player"]["thumb_mass"] = 0.0  # it would press on points by the hundred
     return numbers

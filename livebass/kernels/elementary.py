@@ -255,3 +255,13 @@ def power(x, y):
     z = exp_of_parts(p, p_low)
     z = 1.0 if x == 1.0 else z
     return 1.0 if y == 0.0 else z
+
+
+@jit
+def chance(seed, count):
+    """Pseudo-random number from -1 to 1, a function of both: SplitMix64 (Steele, Lea, Flood 2014)."""
+    z = np.uint64(seed) + np.uint64(count) * np.uint64(0x9E3779B97F4A7C15)
+    z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    z = z ^ (z >> np.uint64(31))
+    return np.float64(z >> np.uint64(11)) * 2.0**-52 - 1.0

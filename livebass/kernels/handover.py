@@ -8,7 +8,8 @@ stop lies s from the longer one's. The projection of the modes of one on those o
 To the shorter: the displacement at s, less the height of the crown there, is where the string's end is when the finger
 meets it; from there the stop moves to rest (stop.py). The modes get q'_m = sum_j M_mj q_j - u(s) l_m, with u(s) the
 displacement by the modes alone and l_m = sqrt(2 L') / (pi m), and the same for velocities. What was beyond s stays with
-the fingers.
+the fingers. The same formula with s < 0 continues the motion oddly beyond the old end: so it goes to a longer
+string while a finger glides (glide.py).
 
 To the longer: q_j = sum_m M_mj q'_m + T_j, where T is the shape that the finger held, a triangle with its corner at s:
 beyond s the string was straight and at rest.

@@ -108,6 +108,9 @@ INSTRUMENT = np.dtype(
         ("across", "f8", (MOST_STRINGS, MOST_PICKUPS)),
         ("stretch", "f8", (MOST_STRINGS,)),  # N/m, E A over twice the length that stretches
         ("saddle", "f8", (MOST_STRINGS, MOST_PICKUPS)),  # m, distance from the saddle; of sensors, for u and v, too
+        ("aperture", "f8", (MOST_STRINGS, MOST_PICKUPS)),  # m
+        ("winding", "f8", (MOST_STRINGS,)),  # m, pitch of the winding; 0: it is flat
+        ("fretless", "i8", (MOST_STRINGS,)),  # 1: a finger slides along it without steps
     ],
     align=True,
 )
@@ -212,12 +215,15 @@ def connect(string, instrument, i, coil):
     voice, player = string.voice, instrument.player
     voice.pickups = instrument.pickups[i]
     voice.stretch = instrument.stretch[i]
+    voice.winding = instrument.winding[i]
+    voice.fretless = instrument.fretless[i]
     for k in range(MOST_PICKUPS):
         voice.decay[k] = instrument.decay[i, k]
         voice.mix[k] = instrument.mix[i, k]
         voice.level[k] = voice.mix[k]
         voice.across[k] = instrument.across[i, k]
         voice.saddle[k] = instrument.saddle[i, k]
+        voice.aperture[k] = instrument.aperture[i, k]
     if voice.pickups > 0:
         for k in range(4):
             voice.b[k] = coil.b[k]
@@ -440,10 +446,12 @@ def is_instrument(instrument):
             return False
         if not 0 <= instrument.open_note[i] <= 127:
             return False
+        if not 0.0 <= instrument.winding[i] <= 1.0 or not 0 <= instrument.fretless[i] <= 1:
+            return False
         for k in range(MOST_PICKUPS):
             if not 0.0 <= instrument.decay[i, k] <= LARGEST or not abs(instrument.mix[i, k]) <= LARGEST:
                 return False
-            if not abs(instrument.across[i, k]) <= LARGEST:
+            if not abs(instrument.across[i, k]) <= LARGEST or not 0.0 <= instrument.aperture[i, k] <= 1.0:
                 return False
     circuit, player = instrument.circuit, instrument.player
     parts = min(circuit.inductance, circuit.resistance, circuit.capacitance, circuit.volume_pot, circuit.tone_pot)

@@ -326,6 +326,16 @@ def kick_end(w, x, n):
 
 
 @jit
+def slope_ahead(w, weight, h, n):
+    """Sum of the displacements, `h` s from now at their velocities, with weights."""
+    s = 0.0
+    for j in range(n):
+        q = w.q[j]
+        s += weight[j] * (q + h * (w.pace[j] * w.p[j] - w.sigma[j] * q))
+    return s
+
+
+@jit
 def slope_square(w, n):
     """Sum of (j q_j)^2, j from 1."""
     s = 0.0
@@ -469,6 +479,28 @@ def retune(w, op, ratio):
             w.leaps[row].a[j] = damp_k * cosine
             w.leaps[row].b[j] = sin_k / es
             w.leaps[row].g[j] = sin_k * es
+
+
+@jit
+def tune(w, fine, steps, n):
+    """Sets the coefficients of `n` modes, but of parts of a frame and of longer ones, by w.omega and w.sigma."""
+    h = steps * fine
+    for j in range(n):
+        w_d = w.omega[j]
+        sigma = w.sigma[j]
+        damp = exp(-sigma * fine)
+        sine, cosine = sin_cos(w_d * fine)
+        es = damp * sine
+        w.kappa[j] = es / w_d
+        w.pace[j] = w_d / es
+        w.fine_a[j] = damp * cosine
+        w.fine_b[j] = es * es
+        damp_k = exp(-sigma * h)
+        sine, cosine = sin_cos(w_d * h)
+        sin_k = damp_k * sine
+        w.leaps[WHOLE].a[j] = damp_k * cosine
+        w.leaps[WHOLE].b[j] = sin_k / es
+        w.leaps[WHOLE].g[j] = sin_k * es
 
 
 @jit

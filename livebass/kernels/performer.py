@@ -7,7 +7,7 @@ the same input always the same one. One record, PERFORMER, holds all it remember
 import numpy as np
 
 from livebass.compiling import entry, jit
-from livebass.kernels.elementary import cos, exp2, log2, power
+from livebass.kernels.elementary import chance, cos, exp2, log2, power
 from livebass.kernels.native import record_at, records_at
 from livebass.kernels.records import (
     BEND,
@@ -103,7 +103,7 @@ KEY_PALM = 0.6  # of the way between them, by the key switch
 GHOST_FRETS = (-0.6, 1.6)  # from the fret: where the fingers of a ghost note lie
 GHOST_RESISTANCE, GHOST_WIDTH, GHOST_FORCE = 1.5, 6e-3, 0.5  # ; m; part of the force
 GHOST_PLACE = 5  # fret at which an open string is damped for a ghost note
-NODE_RESISTANCE, NODE_WIDTH, NODE_TIME = 1.1, 4e-3, 65e-3  # ; m; s of the finger on a harmonic's node
+NODE_RESISTANCE, NODE_WIDTH, NODE_TIME = 1.6, 4e-3, 100e-3  # ; m; s of the finger on a harmonic's node
 HARMONICS = (12, 19, 24, 28, 31)  # semitones above the open string of its harmonics 2 to 6
 SLOWEST_HAMMER, FASTEST_HAMMER = 0.3, 2.5  # m/s
 LEAST_PULL, MOST_PULL = 0.5e-3, 2e-3  # m across by which the finger of a pull-off takes the string along
@@ -456,16 +456,6 @@ def over_body(open_op, op, place, aside, least):
     """
     where = op.length - (1.0 - place) * open_op.length + aside
     return min(max(where, least * op.length), MOST_PLACE * op.length)
-
-
-@jit
-def chance(seed, count):
-    """Pseudo-random number from -1 to 1, a function of both: SplitMix64 (Steele, Lea, Flood 2014)."""
-    z = np.uint64(seed) + np.uint64(count) * np.uint64(0x9E3779B97F4A7C15)
-    z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-    z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    z = z ^ (z >> np.uint64(31))
-    return np.float64(z >> np.uint64(11)) * 2.0**-52 - 1.0
 
 
 @jit

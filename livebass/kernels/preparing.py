@@ -553,7 +553,7 @@ def set_taps(work, note, op):
         if work.taps == PICKUPS:
             set_pickups(work, note, op, k, rows)
         elif work.taps == SENSORS:
-            fade = faded(work, coefficient(op, OMEGA)[k], coefficient(op, SIGMA)[k])
+            fade = faded(work.rate, coefficient(op, OMEGA)[k], coefficient(op, SIGMA)[k])
             for i in range(2):
                 tap(op, 2 * i)[k] = shape_at(note, number(work, note.taps, i), k + 1) * fade
         else:
@@ -568,10 +568,10 @@ def set_taps(work, note, op):
 
 
 @jit
-def faded(work, omega, sigma):
-    """Weight of a mode in the output: 1 well within the audio band, 0 above it."""
+def faded(rate, omega, sigma):
+    """Weight of a mode in the output at `rate` (Hz): 1 well within the audio band, 0 above it."""
     nu = np.sqrt(omega * omega + sigma * sigma) / (2 * np.pi)
-    low, high = FADE_FROM * work.rate, FADE_TO * work.rate
+    low, high = FADE_FROM * rate, FADE_TO * rate
     if nu >= high:
         return 0.0
     return 0.5 + 0.5 * cos(np.pi * max((nu - low) / (high - low), 0.0))
@@ -580,7 +580,7 @@ def faded(work, omega, sigma):
 @jit
 def set_pickups(work, note, op, k, rows):
     """Fills the weights of mode `k` at each pickup: a Gaussian window as wide as a rectangle of the aperture."""
-    fade = faded(work, coefficient(op, OMEGA)[k], coefficient(op, SIGMA)[k])
+    fade = faded(work.rate, coefficient(op, OMEGA)[k], coefficient(op, SIGMA)[k])
     if fade == 0.0:
         return
     for i in range(rows):

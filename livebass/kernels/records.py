@@ -14,6 +14,7 @@ BLOCK = 16  # modes are woken and dropped in blocks
 GROUP, GROUP_ROOM = 16, 128  # contact points in a group of a board; most groups
 UNKNOWN = -1  # a step number: never
 MOST_ANSWERS = 128  # modes of other strings that may answer one string
+BETWEEN_ROWS = 15 + 4  # coefficients of operators.py, and a tap for each pickup, or for u and v of sensors
 
 
 def _row(name: str, kind: str = "f8") -> tuple[str, str, tuple[int]]:
@@ -190,6 +191,7 @@ SLOT = np.dtype(
     [
         ("on", "i8"),  # 0 silent, 1 sounding
         ("moving", "i8"),  # the stop moves: contact is off
+        ("between", "i8"),  # 1: it plays with the string's own operator, of a length between two frets (glide.py)
         ("sunk", "i8"),  # some obstacles are below their heights
         ("stop_u", STOP),
         ("stop_v", STOP),
@@ -277,7 +279,14 @@ VOICE = np.dtype(
         ("phase", "f8"),  # ... and its phase, 0 to 1
         ("slide_to", "i8"),  # fret that the finger slides to; -1: none
         ("slide_every", "i8"),  # frames a fret ...
-        ("slide_left", "i8"),  # ... and those left until the next one
+        ("slide_left", "i8"),  # ... and those left until the next one, or until the next hand-over of a glide
+        ("glide_from", "f8"),  # m, the length that a glide began with ...
+        ("glide_to", "f8"),  # ... and ends with, ...
+        ("glide_frames", "i8"),  # ... the frames that it takes ...
+        ("glide_frame", "i8"),  # ... and those that are over
+        ("fretless", "i8"),  # 1: fingers slide and waver on it as on a board
+        ("winding", "f8"),  # m, pitch of the winding; 0: it is flat, and fingers make no noise on it
+        ("scraped", "f8"),  # windings that the finger has passed since it last fell off one
         ("idle", "i8"),  # strings that nobody plays or mutes, a bit each: they may answer (answers.py)
         ("answering", "i8"),  # 1: some answer
         ("cut", "i8"),  # 1: all sound is off until the next note, that of answers, too
@@ -289,6 +298,7 @@ VOICE = np.dtype(
         ("held", "f8", (4,)),  # displacement at each of the shape the finger holds
         ("held_across", "f8", (4,)),  # the same of v
         ("across", "f8", (4,)),  # how strongly each senses v, of u
+        ("aperture", "f8", (4,)),  # m of string that each senses
         ("decay", "f8", (4,)),  # 1/m of each pickup
         ("mix", "f8", (4,)),  # level of each pickup in the signal, now ...
         ("level", "f8", (4,)),  # ... and as the bass has it
@@ -354,6 +364,17 @@ ANSWERS = np.dtype(
     align=True,
 )
 
+# An operator of a length between those of two frets, made while a finger glides along a board (glide.py)
+BETWEEN = np.dtype(
+    [
+        ("op", OPERATOR),
+        _row("slope"),  # weights of the modes in the slope at the stop, as a fingertip feels it ...
+        ("slope_modes", "i8"),  # ... and how many have any
+        ("rows", "f8", (BETWEEN_ROWS * ROW,)),  # coefficients and taps of the operator
+    ],
+    align=True,
+)
+
 # One string with all that its kernels touch
 STRING = np.dtype(
     [
@@ -361,6 +382,7 @@ STRING = np.dtype(
         ("slots", SLOT, (VOICE_SLOTS,)),
         ("answers", ANSWERS),
         ("taps", "f8", (8,)),  # workspace: displacement and velocity at each pickup
+        ("between", BETWEEN, (VOICE_SLOTS,)),  # of each slot
     ],
     align=True,
 )

@@ -8,6 +8,7 @@ import numpy as np
 from livebass.compiling import jit
 from livebass.kernels import modal
 from livebass.kernels.operators import heights
+from livebass.kernels.preparing import FADE_TO
 from livebass.kernels.records import BLOCK, GROUP_ROOM, MOST_NEAR, NONE, TOUCHES, UNKNOWN
 
 FOR_EVER = 1 << 60  # a fine step
@@ -31,6 +32,7 @@ def load(slot, op, step):
     slot.safety = SAFETY
     slot.active = 0
     slot.touching = 0
+    slot.between = 0
     slot.moving = 0
     rest_stop(slot.stop_u)
     rest_stop(slot.stop_v)
@@ -41,6 +43,20 @@ def load(slot, op, step):
     slot.thumb.on = NONE
     forget_contact(slot.u, op)
     disturb(slot, op, step)
+
+
+@jit
+def load_tuned(slot, op, voice):
+    """Makes the silent slot ready for operator `op`, in tune with the bend."""
+    load(slot, op, voice.step)
+    if voice.tuned != 1.0:
+        bend(slot, op, voice.tuned, highest(voice))
+
+
+@jit
+def highest(voice):
+    """Highest frequency (rad/s) that the audio rate carries: what a bend takes above is left out."""
+    return 2 * np.pi * FADE_TO * voice.rate
 
 
 @jit
@@ -198,5 +214,7 @@ def keep_house(slot, op, voice):
     fingers = False  # these may pass motion on to other modes
     for i in range(TOUCHES):
         fingers = fingers or voice.touches[i].resistance > 0.0 or voice.touches[i].wanted > 0.0
-    if not fingers and np.sqrt(2.0 / op.length) * (modal.amplitude_sum(u, slot.active) + slot.answer_sum) < lowest:
+    still = voice.depth == 0.0 and voice.depth_wanted == 0.0  # a vibrato widens the motion
+    widest = modal.amplitude_sum(u, slot.active) + slot.answer_sum
+    if still and not fingers and np.sqrt(2.0 / op.length) * widest < lowest:
         slot.quiet = FOR_EVER

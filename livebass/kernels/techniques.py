@@ -8,11 +8,10 @@ one of the string's two slots, whose modes have the new length (handover.py), an
 import numpy as np
 
 from livebass.compiling import jit
-from livebass.kernels import handover, modal, stop, thumb, touch
+from livebass.kernels import glide, handover, modal, scrape, stop, thumb, touch
 from livebass.kernels.elementary import cos, exp, exp2, sin
 from livebass.kernels.operators import heights, positions, tap
-from livebass.kernels.preparing import FADE_TO
-from livebass.kernels.records import COMING, MOST_NEAR, NONE, TOUCHES
+from livebass.kernels.records import COMING, NONE, TOUCHES
 from livebass.kernels.slot import (
     SAFETY,
     SAFETY_HANDED,
@@ -21,7 +20,8 @@ from livebass.kernels.slot import (
     change_operator,
     disturb,
     forget_contact,
-    load,
+    highest,
+    load_tuned,
     open_v,
 )
 
@@ -118,7 +118,7 @@ def interrupt(string, ops):
     voice = string.voice
     if 0 < voice.pulling <= voice.pull:
         slot = string.slots[voice.slot]
-        op = ops[slot.fret]
+        op = glide.operator(string, ops, voice.slot)
         up, moving = pulled(voice, voice.pulling - 1)
         leave(slot.u, op, up, moving)
         if slot.v_ready:
@@ -147,11 +147,17 @@ def take_string(string, ops, fret):
     voice.slide_to = -1
     interrupt(string, ops)
     slot = slots[voice.slot]
-    if slot.on and slot.fret != fret:
+    if slot.on and not stands_at(slot, fret):
         change_fret(string, ops, fret, GENTLY, 0.0)
     elif not slot.on:
         load_slot(string, ops, voice.slot, fret)
     slots[voice.slot].hand = 1.0
+
+
+@jit
+def stands_at(slot, fret):
+    """True if the slot plays `fret`."""
+    return slot.fret == fret and not slot.between
 
 
 @jit
@@ -167,11 +173,9 @@ def take_fingers_off(string, frames):
 @jit
 def load_slot(string, ops, k, fret):
     """Makes the silent slot `k` ready for `fret`, in tune with the bend."""
-    voice, slot = string.voice, string.slots[k]
+    slot = string.slots[k]
     slot.fret = fret
-    load(slot, ops[fret], voice.step)
-    if voice.tuned != 1.0:
-        bend(slot, ops[fret], voice.tuned, highest(voice))
+    load_tuned(slot, ops[fret], string.voice)
 
 
 @jit
@@ -184,7 +188,7 @@ def change_fret(string, ops, fret, finger, held):
     voice = string.voice
     k = 1 - voice.slot
     old, new = string.slots[voice.slot], string.slots[k]
-    op, to = ops[old.fret], ops[fret]
+    op, to = glide.operator(string, ops, voice.slot), ops[fret]
     voice.striking = 0
     voice.fingering = 0
     load_slot(string, ops, k, fret)
@@ -196,6 +200,9 @@ def change_fret(string, ops, fret, finger, held):
     shorter = op.length - to.length
     if abs(shorter) < handover.CLOSE:  # one fret stands so high that both end on it
         copy_motion(old, op, new, to)
+        if old.between:
+            stop.begin(new.stop_u, old.stop_u.place, old.stop_u.speed, GENTLY, voice)
+            stop.begin(new.stop_v, old.stop_v.place, old.stop_v.speed, GENTLY, voice)
     elif shorter > 0.0:
         # a finger that presses gently has done so before: only what the string moves by is stopped
         crown = handover.crown_height(op, shorter) if finger > 0.0 else 0.0
@@ -212,8 +219,9 @@ def change_fret(string, ops, fret, finger, held):
         crown = handover.crown_height(to, -shorter)
         new.offset = to.length / op.length * (old.offset - held * crown)
         new.offset_speed = to.length / op.length * old.offset_speed
-        at = held * (crown + old.stop_u.place), held * old.stop_u.speed
-        at_v = held * old.stop_v.place, held * old.stop_v.speed
+        end = 1.0 if old.between else held  # what moves with a finger that glides is no shape that it holds
+        at = held * crown + end * old.stop_u.place, end * old.stop_u.speed
+        at_v = end * old.stop_v.place, end * old.stop_v.speed
         handover.to_longer(old, op, new, to, at, at_v)
     new.active = to.padded
     if new.v_ready:
@@ -255,7 +263,7 @@ def hammer(string, ops, fret, finger):
         slot.on = 1
         slot.active = ops[0].padded
     slot.hand = 1.0
-    if slot.fret != fret:
+    if not stands_at(slot, fret):
         change_fret(string, ops, fret, finger, 1.0)
     string.slots[voice.slot].touching = 0
 
@@ -272,8 +280,8 @@ def pull_off(string, ops, fret, deflection):
     slot = string.slots[voice.slot]
     if not slot.on:
         return
-    before = ops[slot.fret].length
-    if slot.fret != fret:
+    before = glide.operator(string, ops, voice.slot).length
+    if not stands_at(slot, fret):
         change_fret(string, ops, fret, GENTLY, 1.0)
     slot = string.slots[voice.slot]
     op = ops[fret]
@@ -292,7 +300,7 @@ def lay_finger(string, ops, i, place, resistance, width, seconds):
     touch.lay(string.voice, i, place, resistance, width, seconds, touch.LANDING)
     slot = string.slots[string.voice.slot]
     if slot.on:
-        touch.land(string.voice, slot, ops[slot.fret])
+        touch.land(string.voice, slot, glide.operator(string, ops, string.voice.slot))
 
 
 @jit
@@ -310,10 +318,10 @@ def end_note(string, ops, damping):
     if not slot.on:
         return
     firm = damping / USUAL_DAMPING * touch.impedance(ops[0])
-    stopped = ops[slot.fret].length
+    stopped = glide.operator(string, ops, voice.slot).length
     x = ops[0].length - stopped
     voice.striking = 0
-    if x > handover.CLOSE:
+    if x > handover.CLOSE or slot.between:
         firm *= np.sqrt(stopped / ops[0].length)  # fingers cover more of a short string
         change_fret(string, ops, np.int64(0), GENTLY, 0.0)
         for i in range(TOUCHES):
@@ -420,23 +428,17 @@ def throw(string, ops, event):
 
 
 @jit
-def highest(voice):
-    """Highest frequency (rad/s) that the audio rate carries: what a bend takes above is left out."""
-    return 2 * np.pi * FADE_TO * voice.rate
-
-
-@jit
 def follow_bend(string, ops):
     """Tunes the string a little nearer to the bend: no faster than an arm can, or a string would gain energy by it."""
     voice = string.voice
     most = exp2(BEND_SPEED * BEND_FRAMES / (12.0 * voice.rate))
-    wanted = voice.bend * wavering(voice, string.slots[voice.slot], ops)
-    voice.tuned = min(max(wanted, voice.tuned / most), voice.tuned * most)
+    voice.tuned = min(max(voice.bend, voice.tuned / most), voice.tuned * most)
     for k in range(2):
         slot = string.slots[k]
         if slot.on:
-            bend(slot, ops[slot.fret], voice.tuned, highest(voice))
-            disturb(slot, ops[slot.fret], voice.step)
+            op = glide.operator(string, ops, k)
+            bend(slot, op, voice.tuned, highest(voice))
+            disturb(slot, op, voice.step)
 
 
 @jit
@@ -455,47 +457,94 @@ def wavers(voice):
 
 
 @jit
-def wavering(voice, slot, ops):
-    """The frequency ratio of the vibrato, BEND_FRAMES further: upwards from a fret, both ways on a board."""
-    if not wavers(voice):
-        return 1.0
-    most = BEND_FRAMES / (ONSET * voice.rate)
+def wavering(voice, slot):
+    """The part of its tension by which a string in vibrato is tighter in this frame.
+
+    It grows by the square of the frequency ratio, less one: upwards from a fret, both ways on a board. Open strings
+    have none.
+    """
+    most = 1.0 / (ONSET * voice.rate)
     voice.depth += min(max(voice.depth_wanted - voice.depth, -most), most)
-    voice.phase += voice.waver * BEND_FRAMES / voice.rate
+    voice.phase += voice.waver / voice.rate
     voice.phase -= np.floor(voice.phase)
     if slot.fret == 0:
-        return 1.0
-    if ops[slot.fret].points > MOST_NEAR:
-        return exp2(0.5 * voice.depth * sin(2 * np.pi * voice.phase) / 12.0)
-    return exp2(0.5 * voice.depth * (1.0 - cos(2 * np.pi * voice.phase)) / 12.0)
+        return 0.0
+    turn = 2 * np.pi * voice.phase
+    up = sin(turn) if voice.fretless else 1.0 - cos(turn)
+    return exp2(voice.depth * up / 12.0) - 1.0
 
 
 @jit
-def slide(string, fret, seconds):
-    """Begins to slide to `fret`, `seconds` a fret."""
+def slide(string, ops, fret, seconds):
+    """Begins to slide to `fret`, `seconds` a fret: over the crowns, or along a board."""
     voice = string.voice
-    voice.slide_to = fret
     voice.slide_every = np.int64(np.rint(seconds * voice.rate))
     voice.slide_left = 0
+    voice.scraped = 0.0
+    if string.slots[voice.slot].on and glides(voice):
+        glide.begin(string, ops, ops[fret].length, voice.slide_every)
+    voice.slide_to = fret
+
+
+@jit
+def glides(voice):
+    """True if a finger slides on the string without steps."""
+    return voice.fretless and voice.denominator == 1
 
 
 @jit
 def follow_slide(string, ops):
-    """Moves the finger that slides over the next crown when it is time."""
+    """Moves the finger that slides on by a frame."""
     voice = string.voice
     slot = string.slots[voice.slot]
-    if not slot.on or slot.fret == voice.slide_to:
+    if not slot.on or stands_at(slot, voice.slide_to):
         voice.slide_to = -1
-        return
+    elif glides(voice):
+        follow_glide(string, ops)
+    else:
+        follow_frets(string, ops)
+
+
+@jit
+def follow_frets(string, ops):
+    """Moves the finger that slides over the next crown when it is time; until then it scrapes."""
+    voice = string.voice
+    slot = string.slots[voice.slot]
+    up = voice.slide_to > slot.fret
+    beside = slot.fret + 1 if up else slot.fret - 1
     if voice.slide_left > 0:
+        way = abs(ops[slot.fret].length - ops[beside].length)
+        scrape.scrape(voice, slot, way / voice.slide_every)
         voice.slide_left -= 1
         return
     if slot.moving:
         return
     interrupt(string, ops)
-    up = voice.slide_to > slot.fret
-    change_fret(string, ops, slot.fret + 1 if up else slot.fret - 1, SLIDING_HAND if up else GENTLY, 1.0)
+    change_fret(string, ops, beside, SLIDING_HAND if up else GENTLY, 1.0)
+    scrape.take_place(voice, string.slots[voice.slot], ops[beside])
     voice.slide_left = voice.slide_every - 1
+
+
+@jit
+def follow_glide(string, ops):
+    """Moves the finger that glides: to the next length when it is time, and towards that; at last to its fret."""
+    voice = string.voice
+    slot = string.slots[voice.slot]
+    if slot.moving and not slot.between:
+        return
+    if voice.slide_left == 0:
+        interrupt(string, ops)
+        if voice.glide_frame >= voice.glide_frames:
+            change_fret(string, ops, voice.slide_to, GENTLY, 0.0)
+            voice.slide_to = -1
+            return
+        voice.slide_left = min(glide.period(voice), voice.glide_frames - voice.glide_frame)
+        glide.hand_over(string, ops, glide.length_at(voice, voice.glide_frame + voice.slide_left))
+        scrape.take_place(voice, string.slots[voice.slot], string.between[voice.slot].op)
+    way = glide.aim(string)
+    scrape.scrape(voice, string.slots[voice.slot], way)
+    voice.glide_frame += 1
+    voice.slide_left -= 1
 
 
 @jit
@@ -529,6 +578,9 @@ def change_operators(string, old, ops):
     voice = string.voice
     voice.numerator = ops[0].steps
     voice.step = voice.frame * voice.numerator
+    if string.slots[voice.slot].on and string.slots[voice.slot].between:
+        change_fret(string, old, string.slots[voice.slot].fret, GENTLY, 0.0)
+        voice.slide_to = -1
     for k in range(2):
         slot = string.slots[k]
         if slot.on:

@@ -5,6 +5,9 @@ squared slope, and l the length that stretches (Kirchhoff 1876, Carrier 1945). E
 as a kick, v_j <- v_j - (h dT / mu) k_j^2 q_j, after their free motion: a symplectic step. Its energy neither grows nor
 falls in the mean; S is held within what makes dT a fifth of the tension. Only modes that turn by less than one radian a
 frame take part: a kick on those near half the audio rate would resonate, and what they add cannot be heard.
+
+A hand in vibrato pulls the string tighter in the same manner, by a part of its tension. That glides from frame to
+frame; frequencies that were set anew now and then would bring sidebands.
 """
 
 import numpy as np
@@ -15,6 +18,7 @@ from livebass.kernels.records import BLOCK
 from livebass.kernels.touch import mass
 
 MOST = 0.2  # of the tension, by which it grows
+MOST_TURN, FEW = 2.0, 8  # rad a frame, and modes, of a string in vibrato
 
 
 @jit
@@ -31,3 +35,17 @@ def pull(voice, slot, op, h):
     push = h * more / mu * k1 * k1
     modal.tighten(slot.u, push, n)
     modal.tighten(slot.v, push, across)
+
+
+@jit
+def waver(slot, op, h, tighter):
+    """Lets the hand pull a string in vibrato tighter by the part `tighter` of its tension, for a frame of `h` s.
+
+    Only modes that the audio rate carries take part, and no more than turn by MOST_TURN a frame.
+    """
+    wide = np.int64(MOST_TURN * op.length / (np.pi * op.speed * h))
+    n = min(wide, max(slot.heard - BLOCK, FEW))
+    k = np.pi / op.length * op.speed * slot.ratio
+    push = h * tighter * k * k
+    modal.tighten(slot.u, push, min(n, slot.active))
+    modal.tighten(slot.v, push, min(n, slot.v_active))

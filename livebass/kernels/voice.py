@@ -7,7 +7,7 @@ touches only what it is handed. [audio thread]
 import numpy as np
 
 from livebass.compiling import entry, jit
-from livebass.kernels import answers, modal, stop, techniques, tension, thumb, tone, touch
+from livebass.kernels import answers, glide, modal, stop, techniques, tension, thumb, tone, touch
 from livebass.kernels.elementary import exp
 from livebass.kernels.native import call_4, floats_at, record_address, record_at, records_at
 from livebass.kernels.operators import tap
@@ -77,8 +77,7 @@ def run(string, ops, events, count, out, across):
             continue
         if voice.slide_to >= 0:
             techniques.follow_slide(string, ops)
-        turning = voice.tuned != voice.bend or techniques.wavers(voice)
-        if turning and (voice.frame + voice.turn) % techniques.BEND_FRAMES == 0:
+        if voice.tuned != voice.bend and (voice.frame + voice.turn) % techniques.BEND_FRAMES == 0:
             techniques.follow_bend(string, ops)
         if voice.tone != voice.tone_wanted and voice.frame % tone.FRAMES == 0:
             tone.follow_tone(voice)
@@ -86,7 +85,7 @@ def run(string, ops, events, count, out, across):
             tone.follow_blend(voice)
         slot = string.slots[voice.slot]
         if slot.on:
-            techniques.excite(voice, slot, ops[slot.fret])
+            techniques.excite(voice, slot, glide.operator(string, ops, voice.slot))
         listen(string, ops, taps)
         if voice.raw:
             out[i] = taps[0]
@@ -136,13 +135,14 @@ def become_still(string):
     gain = voice.gain + voice.gain_pole * (voice.gain_wanted - voice.gain)
     tuned = (
         voice.tuned == voice.bend
-        and not techniques.wavers(voice)
         and voice.tone == voice.tone_wanted
         and voice.blend == voice.blend_wanted
         and gain == voice.gain
     )
     quiet = voice.pulling == 0 and held == 0.0 and not voice.raw
     voice.still = np.int64(1 if quiet and tuned else 0)
+    if voice.still:
+        voice.depth = 0.0  # a vibrato begins anew with the next note
 
 
 @jit
@@ -172,7 +172,7 @@ def happen(string, ops, event):
     elif event.kind == PULL_OFF:
         techniques.pull_off(string, ops, event.fret, event.x)
     elif event.kind == GLIDE:
-        techniques.slide(string, event.fret, event.x)
+        techniques.slide(string, ops, event.fret, event.x)
     elif event.kind == WAVER:
         techniques.waver(voice, event.x, event.y)
     elif event.kind == TOUCH_EVENT:
@@ -196,7 +196,8 @@ def happen(string, ops, event):
         if at_rest(string):
             tone.set_blend(voice, event.x)
     elif event.kind == CUT:
-        voice.slide_to = -1
+        if not slots[voice.slot].between:
+            voice.slide_to = -1
         techniques.interrupt(string, ops)
         voice.striking = 0
         voice.cut = 1
@@ -217,7 +218,7 @@ def listen(string, ops, y):
     for k in range(2):
         slot = string.slots[k]
         if slot.on:
-            op = ops[slot.fret]
+            op = glide.operator(string, ops, k)
             n = min(slot.active, slot.heard)
             if voice.pickups == 0:
                 row = 2 * (voice.frame % voice.denominator if voice.denominator > 1 else 0)
@@ -325,11 +326,14 @@ def move(string, ops):
     if voice.denominator > 1:
         after = -(-after // voice.denominator)  # rounded up: a tap may look back, not ahead
     steps = after - voice.step
+    tighter = 0.0
+    if techniques.wavers(voice):
+        tighter = techniques.wavering(voice, string.slots[voice.slot])
     for k in range(2):
         slot = string.slots[k]
         if not slot.on:
             continue
-        op = ops[slot.fret]
+        op = glide.operator(string, ops, k)
         pressing = slot.thumb.on != NONE and thumb.reaches(slot, op, voice, steps)
         clear = slot.active == 0 or op.points == 0 or slot.moving or after <= slot.quiet or after <= slot.due
         if clear and not pressing:
@@ -341,7 +345,9 @@ def move(string, ops):
             call_4(over, record_address(string), np.int64(k), record_address(op), steps)
         if slot.offset != 0.0:
             stop.settle(slot, voice.rate)
-        if slot.moving:
+        if slot.between:
+            glide.carry(slot, steps * op.fine)
+        elif slot.moving:
             stop.advance(slot, op, steps * op.fine, after)
         elif slot.sunk > 0:
             stop.rise(slot, op, after)
@@ -350,6 +356,8 @@ def move(string, ops):
         touch.damp(voice, slot, op)
         if voice.stretch > 0.0 and slot.active > 0:
             tension.pull(voice, slot, op, steps * op.fine)
+        if tighter != 0.0:
+            tension.waver(slot, op, steps * op.fine, tighter)
         if slot.hand < 1.0:
             modal.scale(slot.u, slot.hand, slot.active)
             modal.scale(slot.v, slot.hand, slot.v_active)
@@ -363,7 +371,7 @@ def move(string, ops):
             slot = string.slots[k]
             busy = slot.thumb.on != NONE or (k == voice.slot and (voice.pulling > 0 or voice.striking > 0))
             if slot.on and not busy:
-                keep_house(slot, ops[slot.fret], voice)
+                keep_house(slot, glide.operator(string, ops, k), voice)
         if at_rest(string):
             become_still(string)  # before: zeros that have gone through the filters since they were set
             settle(voice)

@@ -44,6 +44,7 @@ class String:
     extra_damping_slope: float = 0.0  # dimensionless, 1/s added per rad/s of the mode
     level: float = 1.0  # how strongly pickups sense it: its steel, and how high their poles are set
     axial_stiffness: float = 0.0  # N, E A: large motion stretches the string, which raises its tension; 0: it does not
+    winding: float = 0.0  # m, pitch of a round winding, on which a finger that slides squeaks; 0: it is flat or plain
     law_fundamental: float = 0.0  # Hz, f0 of the law of partials if measured; 0: from open_note
     measured_frequencies: tuple[float, ...] = ()  # Hz, of the first modes of the open string
     measured_dampings: tuple[float, ...] = ()  # 1/s, of the same modes
@@ -69,6 +70,7 @@ class Neck:
     friction: float = 900.0  # N/m, A of eq. 7: force per unit length on one `grid_step`
     friction_speed: float = 1e-5  # m/s, s of eq. 7
     surface: Surface = ()  # board under the string, crowns included; empty: the string can touch the crowns only
+    fretless: bool = False  # the fret positions are but places where notes are stopped
 
 
 @dataclass(frozen=True)

@@ -322,7 +322,7 @@ class Builder:
         except Conflict as fault:
             raise self.error(f"{where}.{fault.key}", fault.why, *fault.raw) from None
         as_given = {f.name: v[f.name] for f in fields(Neck) if f.name in v and f.name not in _FRETS}
-        return length, Neck(x, h, admittance=admittance, surface=surface, **as_given)
+        return length, Neck(x, h, admittance=admittance, surface=surface, fretless=v["obstacle"] == "board", **as_given)
 
     def check_ascending(self, where: str, values: tuple[float, ...], dimension: str, least: float = 0.0) -> None:
         """Checks that each of `values` is above the one before, by at least `least` (rounding errors aside)."""

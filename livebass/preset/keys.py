@@ -101,6 +101,7 @@ _ROWS = (
     Key("string", "extra_damping_slope", "number", "0", "1", FIELD, "1/s added per rad/s of the mode"),
     Key("string", "level", "number", "0", "10", FIELD, "how strongly pickups sense it"),
     Key("string", "axial_stiffness", "force", "0 N", "1000000 N", FIELD, "E A: hard notes begin sharp; 0: they do not"),
+    Key("string", "winding", "length", "0 mm", "2 mm", FIELD, "pitch of a round winding: slides squeak; 0: flat"),
     Key("string", "law_fundamental", "frequency", "5 Hz", "5000 Hz", None, "f0 of the law of partials if measured"),
     Key("string", "measured_frequencies", "frequency[]", "5 Hz", "100 kHz", None, "first modes, open string"),
     Key("string", "measured_dampings", "decay rate[]", "0 /s", "100000 /s", None, "of the same modes"),

@@ -107,7 +107,7 @@ def test_idle_keys_are_named_with_a_reason(changes: tuple[tuple[str, str], ...],
 
 def sound(data: dict[str, Any]) -> np.ndarray:
     """Softer and harder notes on each string, the lowest string's last fret, and one below it; half of them after the
-    controller of the pluck position and a bend.
+    controller of the pluck position and a bend; at last a slide.
     """
     bass = Builder("f").instrument(data)
     notes = [string.open_note + fret for string in bass.strings for fret in (0, 1)]
@@ -116,9 +116,11 @@ def sound(data: dict[str, Any]) -> np.ndarray:
     notes += notes
     played = [(0.03 * k, 0.02, note, (90, 127)[k % 2]) for k, note in enumerate(notes)]
     middle = 0.03 * len(notes) / 2
-    score = score_of(played, 16000, bends=[(middle - 0.01, 0.5), (middle - 0.005, 0.0)])
-    at = int(np.flatnonzero(score.messages[:, 0] == 0xE0)[1])
-    score.messages[at] = (0xB0, 16, 40)
+    end = 0.03 * len(notes)
+    played += [(end, 0.2, lowest + 1, 90), (end + 0.06, 0.14, lowest + 5, 90)]
+    score = score_of(played, 16000, bends=[(middle - 0.01, 0.5), (middle - 0.005, 0.0), (end - 0.005, 0.0)])
+    _, *at = np.flatnonzero(score.messages[:, 0] == 0xE0)
+    score.messages[at] = (0xB0, 16, 40), (0xB0, 65, 127)
     return render_to_array(bass, score, quality_with("live", modes=30, contact_rate=100e3), tail=0.02)
 
 
@@ -185,6 +187,7 @@ thermoelastic = 2e-4
 extra_damping = "1 /s"
 extra_damping_slope = 1e-4
 axial_stiffness = "49000 N"
+winding = "0.45 mm"
 level = 1
 law_fundamental = "41.2 Hz"
 measured_frequencies = ["41.2 Hz", "82.5 Hz"]

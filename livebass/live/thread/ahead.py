@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from livebass.compiling import entry, jit
-from livebass.kernels import techniques, voice
+from livebass.kernels import voice
 from livebass.kernels.modal import clear, copy
 from livebass.kernels.native import call_4, record_address, words_at
 from livebass.kernels.records import GROUP_ROOM, MOST_NEAR, SLOT_STATE, VOICE_SLOTS
@@ -218,7 +218,7 @@ def rearmost(b, horizon):
     for i in range(b.strings):
         string = string_of(b, i)
         v, slots = string.voice, string.slots
-        settled = v.tuned == v.bend and not techniques.wavers(v) and v.slide_to < 0
+        settled = v.tuned == v.bend and v.slide_to < 0
         if v.frame < least and settled and (slots[0].on or slots[1].on):
             best, least = i, v.frame
     return best
