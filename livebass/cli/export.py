@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from livebass.cli.render import DEFAULT_PRESET, announce_kernels, quality_option, shown_progress
+from livebass.cli.tuning import tuning_of_options, tuning_options
 from livebass.cli.values import RATE, Number, Quantity
 from livebass.model.quality import QUALITIES
 
@@ -80,9 +81,10 @@ def plugin_command(kind: str) -> click.Command:
         "[default: the current directory]",
     )
     @click.option("--system", cls=SystemOption, metavar="NAME")
+    @tuning_options
     @click.argument("more", nargs=-1, metavar="")
-    def write(presets: tuple[str, ...], output: Path, system: str | None, more: tuple[str, ...]) -> None:
-        _write_plugin(kind, _basses(presets, more), output, system)
+    def write(presets: tuple[str, ...], output: Path, system: str | None, more: tuple[str, ...], **tuning: Any) -> None:
+        _write_plugin(kind, _basses(presets, more, tuning_of_options(tuning)), output, system)
 
     return write
 
@@ -112,10 +114,10 @@ def _write_plugin(kind: str, basses: dict[str, Instrument], output: Path, wanted
     click.echo(f"copy it into {folder_of_plugins(system, kind)} and let your host look for new plugins", err=True)
 
 
-def _basses(presets: tuple[str, ...], more: tuple[str, ...]) -> dict[str, Instrument]:
+def _basses(presets: tuple[str, ...], more: tuple[str, ...], tuning: dict[str, Any]) -> dict[str, Instrument]:
     """The basses of `presets` and `more`, by short name; if none is named all of livebass, the usual one first.
 
-    `more` are names behind the last -p, which has to be there.
+    `more` are names behind the last -p, which has to be there; `tuning` is that of all of them.
     """
     if more and not presets:
         raise click.UsageError(f"{more[0]}: name presets with -p")
@@ -126,7 +128,7 @@ def _basses(presets: tuple[str, ...], more: tuple[str, ...]) -> dict[str, Instru
         name = Path(preset).stem
         if name in basses:
             raise click.UsageError(f"-p {preset}: there are two basses called {name}")
-        basses[name] = load_preset(preset)
+        basses[name] = load_preset(preset, **tuning)
     return basses
 
 
@@ -149,8 +151,11 @@ def _basses(presets: tuple[str, ...], more: tuple[str, ...]) -> dict[str, Instru
     show_default=True,
     help="How finely the strings are computed; studio needs a fast computer.",
 )
+@tuning_options
 @click.argument("more", nargs=-1, metavar="")
-def web(presets: tuple[str, ...], output: Path, single: bool, quality: str, more: tuple[str, ...]) -> None:
+def web(
+    presets: tuple[str, ...], output: Path, single: bool, quality: str, more: tuple[str, ...], **tuning: Any
+) -> None:
     """Write a web page that plays presets in a browser, from keys, mouse, fingers or MIDI.
 
     The page is a folder for a web server, over https or on localhost; with --single it is one file that plays from a
@@ -170,7 +175,7 @@ def web(presets: tuple[str, ...], output: Path, single: bool, quality: str, more
     from livebass.web import build
     from livebass.web.export import export_page, is_page
 
-    basses = _basses(presets, more)
+    basses = _basses(presets, more, tuning_of_options(tuning))
     checked_directory(output, is_page)  # now, not after a minute of work
     announce_kernels()
     if not build.cached():
@@ -191,7 +196,8 @@ def web(presets: tuple[str, ...], output: Path, single: bool, quality: str, more
     metavar="FILE",
     help="The file to write, NAME.lbass.  [default: where installed plugins look, in your home directory]",
 )
-def instrument(preset: str, output: Path | None) -> None:
+@tuning_options
+def instrument(preset: str, output: Path | None, **tuning: Any) -> None:
     """Add a bass to plugins that are installed.
 
     The bass, such as your own file mine.toml, appears in the list of every livebass plugin when the host loads it anew;
@@ -211,7 +217,7 @@ def instrument(preset: str, output: Path | None) -> None:
 
     if output is not None and output.suffix != ENDING:
         raise click.UsageError(f"{output}: the name of an instrument file ends in {ENDING}")
-    bass = load_preset(preset)
+    bass = load_preset(preset, **tuning_of_options(tuning))
     name = checked_name(output.stem if output else Path(preset).stem)
     file = output or own_instruments() / f"{name}{ENDING}"
     announce_kernels()
@@ -247,6 +253,7 @@ def instrument(preset: str, output: Path | None) -> None:
     metavar="DIR",
     help="The folder to write; made if missing. It may be empty or hold an older pack, which is replaced.",
 )
+@tuning_options
 @quality_option
 @click.option(
     "--frets",
@@ -287,7 +294,7 @@ def instrument(preset: str, output: Path | None) -> None:
 @click.option("--size", is_flag=True, help="Write nothing: print how many samples there would be, and their size.")
 def sfz(
     preset: str, output: Path | None, quality: str, frets: int, layers: int, robins: int, length: float, rate: int,
-    seed: int, size: bool,
+    seed: int, size: bool, **tuning: Any,
 ) -> None:  # fmt: skip
     """Render a preset into a sample pack, for samplers that read SFZ.
 
@@ -306,7 +313,7 @@ def sfz(
     from livebass.files import checked_directory
     from livebass.preset.load import load_preset
 
-    bass = load_preset(preset)
+    bass = load_preset(preset, **tuning_of_options(tuning))
     settings = Settings(QUALITIES[quality], rate, frets, layers, robins, length, seed)
     try:
         pack = Pack(bass, Path(preset).stem, settings)

@@ -16,6 +16,7 @@ import click
 
 from livebass.cli.remembered import DamagedSettings, Remembered, forget, load, save, settings_file
 from livebass.cli.render import DEFAULT_PRESET, announce_kernels, clipping, preset_for
+from livebass.cli.tuning import tuning_of_options, tuning_options
 from livebass.cli.values import RATE, Learn, Number, Quantity, Span
 from livebass.files import OutputError, output_error
 from livebass.interrupts import stop_instead
@@ -63,6 +64,7 @@ sound, the oldest first. They change back one by one when the load has stayed be
     metavar="NAME|FILE",
     help=f"The bass. [default: the last one, at first {DEFAULT_PRESET}; or the bass that --file asks for]",
 )
+@tuning_options
 @click.option(
     "-q",
     "--quality",
@@ -146,7 +148,7 @@ def play(**options: Any) -> None:
     Examples:
       livebass play                                  default output, first MIDI input
       livebass play --audio 2 --midi keystation      as `livebass devices` lists them
-      livebass play -p slap --file song.mid --record take.wav
+      livebass play -p slap --tuning half-step-down --file song.mid --record take.wav
       livebass play --file song.mid --loop 4s:12s --tempo 80%
       livebass play --learn tone --metronome 100 --tuner
 
@@ -166,6 +168,7 @@ def play(**options: Any) -> None:
     from livebass.score import read_score
 
     check_together(options)
+    tuning = tuning_of_options(options)
     memory = recall(options)
     options |= memory.used
     song, device, channel = options["song"], options["audio"], options["channel"]
@@ -178,9 +181,9 @@ def play(**options: Any) -> None:
     score = read_score(song, options["rate"]) if song else None  # errors in the file are reported now
     preset = options["preset"] or preset_for(score)
     try:
-        bass = load_preset(preset)
+        bass = load_preset(preset, **tuning)
     except ValueError as error:
-        if "preset" not in memory.used:
+        if "preset" not in memory.used or tuning:
             raise
         click.echo(f"as remembered: {error}; {DEFAULT_PRESET} plays", err=True)
         preset = DEFAULT_PRESET
@@ -217,6 +220,7 @@ def play(**options: Any) -> None:
         metronome=options["metronome"] or 0.0,
         metronome_port=options["metronome_port"],
         tuner=options["tuner"],
+        tuning=tuning,
     )
     console = Console(options["quiet"])
     with own_stderr(), logged(console, options["log"]):

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from livebass.cli.tuning import tuning_of_options, tuning_options
 from livebass.cli.values import CONTACT_RATE, MODES, RATE, Channel, Note, Number, Quantity
 from livebass.model.quality import QUALITIES
 
@@ -86,6 +87,7 @@ quality_option = click.option(
     help=f"The bass: a name from `livebass presets list`, or your own file.  "
     f"[default: {DEFAULT_PRESET}, or what the MIDI file asks for]",
 )
+@tuning_options
 @quality_option
 @click.option(
     "--velocity",
@@ -157,11 +159,12 @@ def render(
       livebass render song.mid --list
       livebass render song.mid --channel 2 --stems --bits float
       livebass render --note E1 --velocity 127 --duration 5s --quality reference
-      livebass render --demo --preset slap
+      livebass render --demo --preset slap --tuning drop-d --a4 442
       livebass render --demo techniques -o techniques.wav
       livebass render --all-presets demos/
       livebass render --note E1 -o - | aplay
     """
+    tuning = tuning_of_options(rest)
     options = Options(**rest)
     if output == STREAM and options.stems:
         raise click.UsageError("-o - writes one file: leave out --stems")
@@ -179,7 +182,7 @@ def render(
     if directory is not None:
         if output is not None or preset is not None:
             raise click.UsageError("--all-presets takes neither --output nor --preset")
-        _render_presets(directory, options)
+        _render_presets(directory, options, tuning)
         return
     from livebass.preset.load import load_preset
 
@@ -201,7 +204,7 @@ def render(
 
         output = output or Path(f"{note_name(note)}.{ending}")
         score = single_note(note, velocity, duration, options.rate)
-    bass = load_preset(preset or preset_for(score))
+    bass = load_preset(preset or preset_for(score), **tuning)
     if note is not None:
         from livebass.cli.song import check_range
 
@@ -230,7 +233,7 @@ def _demo_for(bass: Instrument, rate: int, demo: str | None = None) -> Score:
     return demo_score(rate, "slap" if bass.player.technique == "slap" else "finger")
 
 
-def _render_presets(directory: Path, options: Options) -> None:
+def _render_presets(directory: Path, options: Options, tuning: dict[str, Any]) -> None:
     """Renders the demo phrase with each preset; if one fails, no file is written."""
     from livebass.files import Transaction
     from livebass.preset.load import load_preset, preset_names
@@ -239,7 +242,7 @@ def _render_presets(directory: Path, options: Options) -> None:
     with Transaction() as files:
         files.directory(directory)
         for name in preset_names():
-            bass = load_preset(name)
+            bass = load_preset(name, **tuning)
             score = _demo_for(bass, options.rate)
             output = directory / f"{name}.{options.format or 'wav'}"
             lines.append(_render_one(bass, score, output, options, files))

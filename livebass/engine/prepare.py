@@ -311,6 +311,8 @@ def instrument_numbers(
     for i, string in enumerate(strings):
         pickups = pickups_under(output, string.name)
         to["open_note"][i], to["pickups"][i] = string.open_note, len(pickups)
+        to["slack"][i] = string.slack
+        to["called"][i] = (string.open_note if string.own_note is None else string.own_note) % 12
         to["stretch"][i] = string.axial_stiffness / (2 * (string.length + BEYOND))
         for k, pickup in enumerate(pickups):
             to["decay"][i, k] = 1.0 / pickup.decay_length

@@ -66,7 +66,7 @@ OWN, PLUCKED, THUMB_ON_TWO, THUMB_ON_ALL = range(4)  # values of TECHNIQUE
 
 # Key switches: what a key below the bass's notes does. The first group holds while the key is held, the last key of the
 # second one until the next of them, the third one happens at once. SWITCHES is the map that a performer begins with:
-# (key, action, value), the value a pitch class of an open string.
+# (key, action, value), the value a pitch class that strings are called by.
 NO_SWITCH, ON_STRING, GHOST, LEGATO, HARMONIC, TAP, PALM, SLIDE, VIBRATO = range(9)
 WITH_FINGERS, WITH_PICK, WITH_THUMB, STOP_ALL, ACTIONS = range(9, 14)
 SWITCHES = (
@@ -103,6 +103,8 @@ PERFORMER = np.dtype(
         ("strings", "i8"),
         ("frets", "i8"),
         ("open", "i8", (MOST_STRINGS,)),
+        ("called", "i8", (MOST_STRINGS,)),  # pitch class by which key switches call it
+        ("slack", "f8", (MOST_STRINGS,)),  # how far a force pulls it, over how far before it was tuned
         ("state", "i8", (MOST_STRINGS,)),
         ("key", "i8", (MOST_STRINGS,)),  # the key that plays the string, -1: none since all-off
         ("fret", "i8", (MOST_STRINGS,)),
@@ -596,7 +598,8 @@ def stroke(p, ops, i, fret, node, velocity, own_place, frame, events, count):
     aside = UNEVEN_PLACE * p.unevenness * chance(p.seed, 2 * p.notes + 1)
     if i < p.slapped and node == 0:
         where = over_body(ops[i, 0], op, p.strike_position, aside, LEAST_STRIKE)
-        depth = p.strike_force * soft_limit(force * max(grazing(op, 0.5 * op.length), LEAST_GRAZE), p.greatest)
+        depth = p.strike_force * np.sqrt(p.slack[i])  # the thumb gives every string the same speed
+        depth *= soft_limit(force * max(grazing(op, 0.5 * op.length), LEAST_GRAZE), p.greatest)
         if p.usual_slapped == 0:
             depth *= GUEST_THUMB
         count = emit(events, count, frame, STRIKE_EVENT, i, stop, depth, where)
@@ -652,7 +655,7 @@ def pluck(p, open_op, op, i, stop, force, position, aside, touched, frame, event
     where = over_body(open_op, op, position, shift, LEAST_PLUCK)
     if touched > 0:
         where = min(op.length - 0.5 * op.length / touched + aside, MOST_PLACE * op.length)
-    apex = lift * soft_limit(force * max(grazing(op, where), LEAST_GRAZE), p.greatest)
+    apex = lift * p.slack[i] * soft_limit(force * max(grazing(op, where), LEAST_GRAZE), p.greatest)
     if angle != 0.0:
         angle += turned
         if cos(angle) < 0.0:
@@ -740,9 +743,9 @@ def turn_switch(p, ops, key, on, frame, events, count):
 
 @jit
 def string_called(p, pitch_class):
-    """Returns the highest string whose open note has this pitch class; the lowest of all where none has."""
+    """Returns the highest string that is called by this pitch class; the lowest of all where none is."""
     for i in range(p.strings - 1, -1, -1):
-        if p.open[i] % 12 == pitch_class:
+        if p.called[i] == pitch_class:
             return i
     return 0
 

@@ -21,6 +21,8 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from types import MappingProxyType
+from typing import Any
 
 from livebass.interrupts import StopFlag
 from livebass.live.control import control_table, meter_table, tuner_meters
@@ -33,7 +35,7 @@ from livebass.live.recording import MidiRecorder, Recorder
 from livebass.live.synth import Gauge, LiveBass, Meters, Reading, Synth, strings
 from livebass.live.thread import block
 from livebass.live.tuner import frequency_of, tuning_text
-from livebass.model.instrument import Instrument
+from livebass.model.instrument import A4_HZ, Instrument
 from livebass.model.quality import QUALITIES, Quality
 from livebass.preset.load import load_preset, preset_names
 from livebass.preset.programs import PROGRAMS
@@ -88,6 +90,7 @@ class Settings:
     metronome: float = 0.0  # beats a minute; 0: none
     metronome_port: bool = False  # in a JACK port of its own
     tuner: bool = False
+    tuning: Mapping[str, Any] = field(default_factory=dict)  # of all presets, as `load_preset` takes it
 
 
 @dataclass(frozen=True)
@@ -151,7 +154,7 @@ class Session:
             if messages:
                 ends.callback(messages.discard)
             synth.switch_to(coming.pop().result())
-            presets = PresetSwitch(synth, settings.preset, settings.quality)
+            presets = PresetSwitch(synth, settings.preset, settings.quality, settings.tuning)
             ends.callback(presets.close)
             osc = self._control_socket(presets)
             if osc:
@@ -427,20 +430,25 @@ class _Loop:
         synth = self.output.synth
         return frequency_of(synth.recent, synth.rate) if self.session.settings.tuner else math.nan
 
+    def a4(self) -> float:
+        """The pitch of A4 (Hz) that the bass is tuned to. [any thread]"""
+        bass = self.output.synth.bass
+        return bass.engine.instrument.a4 if bass else A4_HZ
+
     def meters(self) -> dict[str, Value]:
         """All meters for the control socket, by name. [any thread]"""
         preset, quality = self.presets.playing
         desk, notes = self.session.desk, strings(self.output.synth)
         return meter_table(self.reading) | {
             "notes": notes, "preset": preset, "quality": quality, "position": desk.position, "tempo": desk.tempo,
-        } | tuner_meters(self.frequency())  # fmt: skip
+        } | tuner_meters(self.frequency(), self.a4())  # fmt: skip
 
     def _status(self, reading: Reading) -> str:
         """The status line: notes, preset, load and level, and the keyboard's velocity and octave."""
         parts = [strings(self.output.synth) or "-", Path(self.presets.playing[0]).stem, reading.text()]
         desk = self.session.desk
         if self.session.settings.tuner:
-            parts.insert(0, tuning_text(self.frequency()))
+            parts.insert(0, tuning_text(self.frequency(), self.a4()))
         if desk.score:
             loop = "loop {} to {}".format(*map(clock, desk.loop)) if desk.loop else ""
             tempo = f"tempo {desk.tempo:.0%}" if desk.tempo != 1 else ""
@@ -558,9 +566,11 @@ NICENESS = 10  # of the thread that prepares basses: sound comes first
 class PresetSwitch:
     """Switches preset and quality while the synth plays; requests that another one overtakes are never prepared."""
 
-    def __init__(self, synth: Synth, preset: str, quality: Quality) -> None:
-        """`preset`, a name or path, and `quality` are those of the bass that plays already."""
-        self.synth = synth
+    def __init__(
+        self, synth: Synth, preset: str, quality: Quality, tuning: Mapping[str, Any] = MappingProxyType({})
+    ) -> None:
+        """`preset`, a name or path, and `quality` are those of the bass that plays; `tuning` is for every bass."""
+        self.synth, self.tuning = synth, tuning
         self.qualities = {**QUALITIES, quality.name: quality}
         self.playing = self.wanted = (preset, quality.name)
         self._thread = ThreadPoolExecutor(1, "presets", _step_back)
@@ -601,7 +611,7 @@ class PresetSwitch:
                 preset, quality = self.wanted
                 self._coming = (
                     self.wanted,
-                    self._thread.submit(prepared, preset, self.qualities[quality], self.synth.rate),
+                    self._thread.submit(prepared, preset, self.qualities[quality], self.synth.rate, self.tuning),
                 )
             return None
         wanted, future = self._coming
@@ -644,9 +654,9 @@ class PresetSwitch:
         self._thread.shutdown(wait=False, cancel_futures=True)
 
 
-def prepared(preset: str, quality: Quality, rate: int) -> LiveBass:
-    """Loads a preset for a synth. Raises PresetError and ValueError. [any thread]"""
-    bass = LiveBass(load_preset(preset), quality, rate)
+def prepared(preset: str, quality: Quality, rate: int, tuning: Mapping[str, Any] = MappingProxyType({})) -> LiveBass:
+    """Loads a preset, tuned, for a synth. Raises PresetError and ValueError. [any thread]"""
+    bass = LiveBass(load_preset(preset, **tuning), quality, rate)
     return_freed_memory()
     return bass
 
