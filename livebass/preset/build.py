@@ -116,7 +116,7 @@ class Builder:
             if i and string.open_note <= made[i - 1][0].open_note:
                 place, note = f"string[{string.name}].open_note", note_name(string.open_note)
                 raise self.error(place, "strings go from the lowest to the highest", note)
-        pairs = self.tuned(made, head)
+        pairs = self.tuned(made, head, data)
         values = self.table("player", data.get("player", {}), "player")
         if values["technique"] == "slap":
             values.setdefault("slapped_strings", (len(pairs) + 1) // 2)
@@ -138,14 +138,19 @@ class Builder:
             player=player,
         )
 
-    def tuned(self, made: list[tuple[String, Neck, str, str]], head: dict[str, Any]) -> list[tuple[String, Neck]]:
-        """The strings and necks of `made`, as `string_and_neck` has them, tuned as `head` says, and checked."""
+    def tuned(
+        self, made: list[tuple[String, Neck, str, str]], head: dict[str, Any], data: dict[str, Any]
+    ) -> list[tuple[String, Neck]]:
+        """The strings and necks of `made`, as `string_and_neck` has them, tuned and checked.
+
+        head: the checked values of the keys above the tables of `data`.
+        """
         opens = [string.open_note for string, *_ in made]
         try:
             wanted = open_strings(opens, head["tuning"], head["a4"], head.get("temperament", ()))
         except ValueError as error:
             key, _, why = str(error).partition(": ")
-            raise self.error(key, why, head[key]) from None
+            raise self.error(key, why, data.get(key)) from None
         frets = min(len(neck.fret_positions) for _, neck, *_ in made)
         if not 0 <= head["capo"] < frets:
             raise self.error("capo", f"allowed: 0 to {frets - 1}, as the neck has {frets} frets", head["capo"])
@@ -155,7 +160,7 @@ class Builder:
             string = tuned(string, each.note, each.offsets)
             if not units.quantity(limits.least, "force") <= string.tension <= units.quantity(limits.most, "force"):
                 why = f"{note_name(each.note)} needs {format_quantity(string.tension, 'force')} on string {string.name}"
-                raise self.error("tuning", f"{why}, allowed: {allowed(limits)}", head["tuning"])
+                raise self.error("tuning", f"{why}, allowed: {allowed(limits)}", data.get("tuning"))
             string, neck = with_capo(string, neck, head["capo"])
             self.check_notes(string, neck, where, place)
             pairs.append((string, neck))
@@ -239,7 +244,9 @@ class Builder:
             try:
                 speaking(string, neck, fret)
             except ValueError as error:
-                raise self.error(f"{where}.neck", f"{error}; lower the frets or raise the action") from None
+                counted = " (counted from the capo)" if neck.capo else ""
+                why = f"{error}{counted}; lower the frets or raise the action"
+                raise self.error(f"{where}.neck", why) from None
         self.check_grid(string, neck, place)
         self.check_damping(string, neck, where, place)
 

@@ -66,7 +66,7 @@ def reference_of(raw: Any) -> float:
     """The value of `a4`, Hz: 432 or "432 Hz". Raises ValueError, which says what is allowed."""
     try:
         hertz = quantity(raw, "frequency") if isinstance(raw, str) and "z" in raw else float(raw)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         hertz = math.nan
     if isinstance(raw, bool) or not LOWEST_A4 <= hertz <= HIGHEST_A4:
         raise ValueError(f"allowed: {LOWEST_A4:g} to {HIGHEST_A4:g} Hz")

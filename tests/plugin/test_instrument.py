@@ -21,7 +21,7 @@ from livebass.plugin.lv2 import write_bundle
 
 ADDRESSES = ("coefficients", "taps", "shapes", "heights", "positions", "coupling", "left_out")
 # Of every version so far: what is stored, and how. A file of another layout must have another version.
-LAYOUTS = {1: "4a97951d4a5441f0", 3: "0e201a4e5c4026f4"}
+LAYOUTS = {1: "4a97951d4a5441f0", 3: "0e201a4e5c4026f4", 4: "657d13aef805d9f1"}
 
 
 def assert_same_pool(made: Pool, wanted: Pool) -> None:
@@ -61,6 +61,17 @@ def test_the_file_has_the_numbers_of_the_engine(preset: str, tmp_path: Path) -> 
         if name != "tiers":
             assert np.array_equal(numbers[name], wanted[name]), name
     assert numbers["tiers"][0, LIVE] == wanted["tiers"][0, 0]
+
+
+def test_a_tuned_bass_is_written_as_it_is_played(tmp_path: Path) -> None:
+    """Six strings under other tensions, behind a capo: numbers and operators, bit for bit."""
+    bass = load_preset("six-string", tuning="drop-a", capo=3, a4=432, temperament=[float(k) for k in range(12)])
+    write_instrument(bass, tmp_path / "a.lbass")
+    file, engine = read_instrument(tmp_path / "a.lbass"), Engine(bass, QUALITIES["live"], 48000)
+    for name in ("open_note", "slack", "called", "strings", "frets"):
+        assert np.array_equal(file.numbers[name], engine.numbers[name]), name
+    assert file.numbers["slack"][0, 0] > 1.2 and file.numbers["called"][0, :2].tolist() == [11, 4]
+    assert_same_pool(file.pool(LIVE, 48000), engine.pool)
 
 
 @pytest.fixture(scope="module")
