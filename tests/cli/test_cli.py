@@ -252,6 +252,15 @@ def test_options_tune_as_the_keys_of_a_file_do(run: Run, tmp_path: Path) -> None
     assert "has E1 to" in err
 
 
+def test_a_string_is_not_written_into_a_tuned_preset(run: Run, tmp_path: Path) -> None:
+    """It is measured as it sounds: the preset's keys would tune it once more."""
+    text = cli_text(run, "presets", "show", "slap").replace("[neck]", "capo = 1\na4 = 442\n[neck]", 1)
+    (tmp_path / "mine.toml").write_text(text)
+    status, _, err = run("identify", tmp_path / "a.wav", "-p", tmp_path / "mine.toml", "-o", tmp_path / "new.toml")
+    assert_one_clear_line(status, err, (2,))
+    assert "mine.toml: has capo, a4, and a string is written as it sounds: leave out -o" in err
+
+
 def low_song(*notes: int) -> bytes:
     return song(b"\x00\xc0\x21", *(b"\x00\x90" + bytes([n, 100, 0x60, 0x80, n, 0]) for n in notes))
 
