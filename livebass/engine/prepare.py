@@ -312,7 +312,7 @@ def instrument_numbers(
         pickups = pickups_under(output, string.name)
         to["open_note"][i], to["pickups"][i] = string.open_note, len(pickups)
         to["slack"][i] = string.slack
-        to["called"][i] = (string.open_note if string.own_note is None else string.own_note) % 12
+        to["called"][i] = string.called
         to["stretch"][i] = string.axial_stiffness / (2 * (string.length + BEYOND))
         for k, pickup in enumerate(pickups):
             to["decay"][i, k] = 1.0 / pickup.decay_length

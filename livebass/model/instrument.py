@@ -47,12 +47,17 @@ class String:
     measured_dampings: tuple[float, ...] = ()  # 1/s, of the same modes
     offsets: tuple[float, ...] = ()  # cents, (12,): notes over equal temperament at A4_HZ, C first; empty: none
     slack: float = 1.0  # how far a force pulls it, over how far before it was tuned
-    own_note: int | None = None  # open note before tuning and capo, by which key switches call it; None: open_note
+    own_note: int | None = None  # open note before tuning and capo; None: open_note
 
     def frequency(self, note: int) -> float:
         """Frequency (Hz) to which a MIDI note number is tuned on this string."""
         hertz = note_frequency(note)
         return hertz * 2.0 ** (self.offsets[note % 12] / 1200) if self.offsets else hertz
+
+    @property
+    def called(self) -> int:
+        """Pitch class by which key switches call it: that of its note before tuning and capo."""
+        return (self.open_note if self.own_note is None else self.own_note) % 12
 
     @property
     def nominal_fundamental(self) -> float:
@@ -72,10 +77,10 @@ class Neck:
     admittance: Admittance = field(default_factory=Admittance)  # Y_nut of eqs. 8 and 9
     free_length: float = 0.0  # m, from the nut to the body; 0: FREE_PART of the scale
     stop_conductance: float = 0.0  # m/s/N, of a fret and the finger behind it; added to Re Y of stopped notes
-    capo: float = 0.0  # m from the nut to a capo: places count from it, heights from the string that it stops; 0: none
     friction: float = 900.0  # N/m, A of eq. 7: force per unit length on one `grid_step`
     friction_speed: float = 1e-5  # m/s, s of eq. 7
     surface: Surface = ()  # board under the string, crowns included; empty: the string can touch the crowns only
+    capo: float = 0.0  # m from the nut to a capo: places count from it, heights from the string that it stops; 0: none
 
 
 @dataclass(frozen=True)

@@ -182,6 +182,7 @@ def test_a_capo_on_a_tuned_bass() -> None:
 def test_keys_still_call_the_strings_by_their_own_notes() -> None:
     bass = load_preset("jazz-finger", tuning="half-step-down", capo=3)
     assert [string.own_note for string in bass.strings] == opens(load("jazz-finger"))
+    assert [string.called for string in bass.strings] == [note % 12 for note in opens(load("jazz-finger"))]
 
 
 def test_tuning_twice_is_tuning_once() -> None:
