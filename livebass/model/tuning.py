@@ -7,19 +7,20 @@ from dataclasses import replace
 from livebass.model.instrument import Neck, Player, String, tensioned
 from livebass.model.neck import FREE_PART, surface_beyond
 
+MOST_SLACK = 2.0  # times as far: nobody pulls a slack string farther
 LEAST_PLACE, MOST_PLACE = 0.01, 0.99  # of a pluck, parts of the open string
 
 
 def tuned(string: String, note: int, offsets: tuple[float, ...] = ()) -> String:
     """`string` tuned to the MIDI `note`, and all its notes off equal temperament by `offsets` (12,), cents, C first.
 
-    The same force pulls it 1 / r^2 as far when it sounds r times as high.
+    The same force pulls it 1 / r^2 as far when it sounds r times as high, at most MOST_SLACK times.
     """
     wanted = replace(string, open_note=note, offsets=offsets if any(offsets) else (), own_note=string.open_note)
     if (wanted.open_note, wanted.offsets) == (string.open_note, string.offsets):
         return string
     ratio = wanted.frequency(note) / string.frequency(string.open_note)
-    return replace(tensioned(wanted, ratio), slack=string.slack / ratio**2)
+    return replace(tensioned(wanted, ratio), slack=min(string.slack / ratio**2, MOST_SLACK))
 
 
 def with_capo(string: String, neck: Neck, fret: int) -> tuple[String, Neck]:

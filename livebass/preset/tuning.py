@@ -14,7 +14,7 @@ from livebass.units import cents, note_name, note_number, quantity
 
 TUNING_KEYS = ("tuning", "capo", "a4", "temperament")
 LOWEST_A4, HIGHEST_A4 = 380.0, 480.0  # Hz
-MOST_DOWN, MOST_UP = 12, 7  # semitones from the note of a string's file; higher, real strings break
+MOST_DOWN, MOST_UP = 5, 7  # semitones from the note of a string's file: beyond, it flaps or breaks
 NOTES = 12  # of a temperament
 _B0, _E1 = 23, 28
 

@@ -7,7 +7,7 @@ import pytest
 from support.messages import on
 from support.pitch import pitch
 
-from livebass import load_preset, quality_with, render_to_array, score_of
+from livebass import QUALITIES, load_preset, quality_with, render_to_array, score_of
 from livebass.arrays import Floats
 from livebass.engine.engine import Engine
 from livebass.engine.prepare import take_message
@@ -71,3 +71,14 @@ def test_key_switches_call_strings_by_their_own_notes() -> None:
         engine.send(np.zeros(2, np.int64), np.array([on(key), on(note)], np.uint8))
         heard = engine.process(RATE // 20)
         assert int(np.argmax(np.abs(heard).max(axis=1))) == wanted
+
+
+def test_the_slackest_strings_bear_the_hardest_notes() -> None:
+    """A fourth down and the lowest A that there is: no motion is scaled back."""
+    bass = load_preset("slap", tuning="bead", a4=380)
+    engine = Engine(bass, QUALITIES["live"], 48000)
+    keys = [string.open_note + fret for string in bass.strings for fret in (0, 7)]
+    heard = np.concatenate(
+        list(engine.play(score_of([(0.1 * k, 0.2, key, 127) for k, key in enumerate(keys)], 48000), 0.0)), 1
+    )
+    assert np.isfinite(heard).all() and engine.report().weakened == 0

@@ -185,6 +185,10 @@ def test_keys_still_call_the_strings_by_their_own_notes() -> None:
     assert [string.called for string in bass.strings] == [note % 12 for note in opens(load("jazz-finger"))]
 
 
+def test_nobody_pulls_more_than_twice_as_far() -> None:
+    assert load_preset("jazz-finger", tuning="bead", a4=380).strings[0].slack == 2
+
+
 def test_tuning_twice_is_tuning_once() -> None:
     string = load("jazz-finger").strings[0]
     once, twice = tuned(string, 24), tuned(tuned(string, 26), 24)
@@ -199,8 +203,8 @@ BAD = [
     ({"tuning": "E1 A1 D2 H2"}, ["tuning", "allowed"]),
     ({"tuning": "E1 A1 D2"}, ["tuning", "3 notes for 4 strings"]),
     ({"tuning": "E1 A1 G2 D2"}, ["tuning", "from the lowest to the highest", "G2, D2"]),
-    ({"tuning": "D#0 A1 D2 G2"}, ["tuning", "D#0 on the E1 string", "E0 to B1"]),
-    ({"tuning": "E1 A1 D2 E3"}, ["tuning", "E3 on the G2 string", "G1 to D3"]),
+    ({"tuning": "D#0 A1 D2 G2"}, ["tuning", "D#0 on the E1 string", "B0 to B1"]),
+    ({"tuning": "E1 A1 D2 E3"}, ["tuning", "E3 on the G2 string", "D2 to D3"]),
     ({"tuning": ["E1", "A1", "D2", "1e9 Hz"]}, ["tuning", "allowed"]),
     ({"tuning": "drop-a"}, ["tuning", "no B0 string"]),
     ({"capo": 20}, ["capo = 20", "0 to 19", "20 frets"]),
