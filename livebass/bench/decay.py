@@ -18,7 +18,7 @@ import numpy as np
 from livebass.arrays import Floats
 from livebass.engine.solve import heard
 from livebass.identification.partials import find_takes, median_line, pitch_of, read_recording
-from livebass.model.instrument import Instrument, Pluck, note_frequency, speaking
+from livebass.model.instrument import Instrument, Pluck, speaking
 from livebass.model.modes import frequencies, grazing_apex
 from livebass.model.trial import Trial
 from livebass.report.text import columns
@@ -137,7 +137,7 @@ def recorded_notes(paths: Sequence[Path], bass: Instrument) -> list[Note]:
     for path in paths:
         inside = sorted(p for p in path.rglob("*") if p.suffix.lower() in SOUNDS) if path.is_dir() else [path]
         files += inside
-    opens = [note_frequency(s.open_note) for s in bass.strings]
+    opens = [s.frequency(s.open_note) for s in bass.strings]
     notes = []
     for file in files:
         for take in find_takes(read_recording(file), 0.0, 10.0):

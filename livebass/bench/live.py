@@ -143,10 +143,10 @@ def worst_case(bass: Instrument, rate: int, strings: int, line: float = FULL.lin
     for control, value, notes in HANDS:
         frame = round(after * rate)
         messages += [(frame, CONTROL, control, value)] if control else []
-        for key in keys:
-            messages += [(frame, NOTE_ON, STRING_KEYS[key % 12], 100)]
+        for string, key in zip(bass.strings, keys, strict=False):
+            messages += [(frame, NOTE_ON, STRING_KEYS[string.called], 100)]
             messages += [(frame, NOTE_ON, key + fret, velocity) for fret, velocity in notes]
-            messages += [(frame, NOTE_OFF, STRING_KEYS[key % 12], 0)]
+            messages += [(frame, NOTE_OFF, STRING_KEYS[string.called], 0)]
         after += HANDS_APART
     messages += [(round(after * rate), CONTROL, control, 0) for control in (65, 68)]
     return Script(

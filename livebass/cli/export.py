@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from livebass.cli.hands import Hands, hands_options
+from livebass.cli.hands import hands_options, loader
 from livebass.cli.render import DEFAULT_PRESET, announce_kernels, quality_option, shown_progress
+from livebass.cli.tuning import tuning_of_options, tuning_options
 from livebass.cli.values import RATE, Number, Quantity
 from livebass.model.quality import QUALITIES
 
@@ -82,11 +84,12 @@ def plugin_command(kind: str) -> click.Command:
         "[default: the current directory]",
     )
     @click.option("--system", cls=SystemOption, metavar="NAME")
+    @tuning_options
     @click.argument("more", nargs=-1, metavar="")
     def write(
         presets: tuple[str, ...], output: Path, system: str | None, more: tuple[str, ...], **options: Any
     ) -> None:
-        _write_plugin(kind, _basses(presets, more, Hands.taken(options)), output, system)
+        _write_plugin(kind, _basses(presets, more, loader(options)), output, system)
 
     return write
 
@@ -116,21 +119,23 @@ def _write_plugin(kind: str, basses: dict[str, Instrument], output: Path, wanted
     click.echo(f"copy it into {folder_of_plugins(system, kind)} and let your host look for new plugins", err=True)
 
 
-def _basses(presets: tuple[str, ...], more: tuple[str, ...], hands: Hands) -> dict[str, Instrument]:
-    """The basses of `presets` and `more` in those hands, by name; if none is named all of livebass, the usual first.
+def _basses(
+    presets: tuple[str, ...], more: tuple[str, ...], load: Callable[[str], Instrument]
+) -> dict[str, Instrument]:
+    """The basses of `presets` and `more` as `load` makes them, by name; if none is named all, the usual one first.
 
-    `more` are names behind the last -p, which has to be there.
+    `more` are names behind the last -p, which has to be there; `tuning` is that of all of them.
     """
     if more and not presets:
         raise click.UsageError(f"{more[0]}: name presets with -p")
-    from livebass.preset.load import load_preset, preset_names
+    from livebass.preset.load import preset_names
 
     basses: dict[str, Instrument] = {}
     for preset in [*presets, *more] or sorted(preset_names(), key=lambda name: name != DEFAULT_PRESET):
         name = Path(preset).stem
         if name in basses:
             raise click.UsageError(f"-p {preset}: there are two basses called {name}")
-        basses[name] = hands.play(load_preset(preset))
+        basses[name] = load(preset)
     return basses
 
 
@@ -154,6 +159,7 @@ def _basses(presets: tuple[str, ...], more: tuple[str, ...], hands: Hands) -> di
     show_default=True,
     help="How finely the strings are computed; studio needs a fast computer.",
 )
+@tuning_options
 @click.argument("more", nargs=-1, metavar="")
 def web(
     presets: tuple[str, ...], output: Path, single: bool, quality: str, more: tuple[str, ...], **options: Any
@@ -177,7 +183,7 @@ def web(
     from livebass.web import build
     from livebass.web.export import export_page, is_page
 
-    basses = _basses(presets, more, Hands.taken(options))
+    basses = _basses(presets, more, loader(options))
     checked_directory(output, is_page)  # now, not after a minute of work
     announce_kernels()
     if not build.cached():
@@ -199,6 +205,7 @@ def web(
     metavar="FILE",
     help="The file to write, NAME.lbass.  [default: where installed plugins look, in your home directory]",
 )
+@tuning_options
 def instrument(preset: str, output: Path | None, **options: Any) -> None:
     """Add a bass to plugins that are installed.
 
@@ -215,11 +222,11 @@ def instrument(preset: str, output: Path | None, **options: Any) -> None:
     from livebass.plugin.bundle import checked_name, own_instruments
     from livebass.plugin.instrument import ENDING, write_instrument
     from livebass.plugin.systems import folder_of_plugins, this_system
-    from livebass.preset.load import load_preset, preset_names
+    from livebass.preset.load import preset_names
 
     if output is not None and output.suffix != ENDING:
         raise click.UsageError(f"{output}: the name of an instrument file ends in {ENDING}")
-    bass = Hands.taken(options).play(load_preset(preset))
+    bass = loader(options)(preset)
     name = checked_name(output.stem if output else Path(preset).stem)
     file = output or own_instruments() / f"{name}{ENDING}"
     announce_kernels()
@@ -255,6 +262,7 @@ def instrument(preset: str, output: Path | None, **options: Any) -> None:
     metavar="DIR",
     help="The folder to write; made if missing. It may be empty or hold an older pack, which is replaced.",
 )
+@tuning_options
 @quality_option
 @click.option(
     "--frets",
@@ -295,7 +303,7 @@ def instrument(preset: str, output: Path | None, **options: Any) -> None:
 @click.option("--size", is_flag=True, help="Write nothing: print how many samples there would be, and their size.")
 def sfz(
     preset: str, output: Path | None, quality: str, frets: int, layers: int, robins: int, length: float, rate: int,
-    seed: int, size: bool,
+    seed: int, size: bool, **tuning: Any,
 ) -> None:  # fmt: skip
     """Render a preset into a sample pack, for samplers that read SFZ.
 
@@ -314,7 +322,7 @@ def sfz(
     from livebass.files import checked_directory
     from livebass.preset.load import load_preset
 
-    bass = load_preset(preset)
+    bass = load_preset(preset, **tuning_of_options(tuning))
     settings = Settings(QUALITIES[quality], rate, frets, layers, robins, length, seed)
     try:
         pack = Pack(bass, Path(preset).stem, settings)

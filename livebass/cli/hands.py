@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from livebass.cli.tuning import tuning_of_options
+
 if TYPE_CHECKING:
     from livebass.model.instrument import Instrument
 
@@ -92,3 +94,11 @@ class Hands:
     def play(self, bass: Instrument) -> Instrument:
         """Returns `bass` in these hands."""
         return replace(bass, player=replace(bass.player, **self.changes)) if self.changes else bass
+
+
+def loader(options: dict[str, Any]) -> Callable[[str], Instrument]:
+    """Takes hands and tuning out of a command's `options`; returns what loads a preset so. Raises PresetError."""
+    from livebass.preset.load import load_preset
+
+    hands, tuning = Hands.taken(options), tuning_of_options(options)
+    return lambda preset: hands.play(load_preset(preset, **tuning))

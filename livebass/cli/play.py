@@ -17,6 +17,7 @@ import click
 from livebass.cli.hands import Hands, hands_options
 from livebass.cli.remembered import DamagedSettings, Remembered, forget, load, save, settings_file
 from livebass.cli.render import DEFAULT_PRESET, announce_kernels, clipping, preset_for
+from livebass.cli.tuning import tuning_of_options, tuning_options
 from livebass.cli.values import RATE, Learn, Number, Quantity, Span
 from livebass.files import OutputError, output_error
 from livebass.interrupts import stop_instead
@@ -24,6 +25,7 @@ from livebass.model.quality import BLOCK, QUALITIES
 
 if TYPE_CHECKING:
     from livebass.live.session import Summary
+    from livebass.model.instrument import Instrument
 
 LOG = logging.getLogger("livebass")
 CONTROLLERS = """\
@@ -72,6 +74,7 @@ sound, the oldest first. They change back one by one when the load has stayed be
     metavar="NAME|FILE",
     help=f"The bass. [default: the last one, at first {DEFAULT_PRESET}; or the bass that --file asks for]",
 )
+@tuning_options
 @click.option(
     "-q",
     "--quality",
@@ -156,7 +159,7 @@ def play(**options: Any) -> None:
     Examples:
       livebass play                                  default output, first MIDI input
       livebass play --audio 2 --midi keystation      as `livebass devices` lists them
-      livebass play -p slap --file song.mid --record take.wav
+      livebass play -p slap --tuning half-step-down --file song.mid --record take.wav
       livebass play --file song.mid --loop 4s:12s --tempo 80%
       livebass play --learn tone --metronome 100 --tuner
       livebass play --keys mine.toml --velocity-curve soft --wheel slide
@@ -181,6 +184,11 @@ def play(**options: Any) -> None:
     from livebass.score import read_score
 
     check_together(options)
+    tuning = tuning_of_options(options)
+
+    def load(preset: str) -> Instrument:
+        return hands.play(load_preset(preset, **tuning))
+
     memory = recall(options)
     options |= memory.used
     song, device, channel = options["song"], options["audio"], options["channel"]
@@ -193,19 +201,19 @@ def play(**options: Any) -> None:
     score = read_score(song, options["rate"]) if song else None  # errors in the file are reported now
     preset = options["preset"] or preset_for(score)
     try:
-        bass = load_preset(preset)
+        bass = load(preset)
     except ValueError as error:
-        if "preset" not in memory.used:
+        if "preset" not in memory.used or tuning:
             raise
         click.echo(f"as remembered: {error}; {DEFAULT_PRESET} plays", err=True)
         preset = DEFAULT_PRESET
-        bass = load_preset(preset)
+        bass = load(preset)
     if score:
         for remark in remarks(score, options["preset"], DEFAULT_PRESET) + too_low(bass, score, DEFAULT_PRESET):
             click.echo(f"{song}: {remark}", err=True)
     settings = Settings(
-        instrument=hands.play(bass),
-        hands=hands.play,
+        instrument=bass,
+        load=load,
         quality=QUALITIES[options["quality"]],
         preset=preset,
         backend=options["backend"],

@@ -177,9 +177,14 @@ def identify(
         if path.exists() and any(r.exists() and os.path.samefile(r, path) for r in recordings):
             raise click.UsageError(f"{path}: is a recording itself; name another file")
     from livebass.files import Transaction, checked_place
-    from livebass.preset.load import load_preset
+    from livebass.preset.load import load_preset, preset_tables
+    from livebass.preset.tuning import TUNING_KEYS
 
     bass = load_preset(preset)
+    if output is not None and (keys := [key for key in TUNING_KEYS if key in preset_tables(preset)[1]]):
+        raise click.UsageError(
+            f"--preset {preset}: has {', '.join(keys)}, and a string is written as it sounds: leave out -o"
+        )
     for path in outputs:
         checked_place(path)
     try:

@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from livebass.cli.hands import Hands, hands_options
+from livebass.cli.hands import Hands, hands_options, loader
+from livebass.cli.tuning import tuning_options
 from livebass.cli.values import CONTACT_RATE, MODES, RATE, Channel, Note, Number, Quantity
 from livebass.model.quality import QUALITIES
 
@@ -87,6 +88,7 @@ quality_option = click.option(
     help=f"The bass: a name from `livebass presets list`, or your own file.  "
     f"[default: {DEFAULT_PRESET}, or what the MIDI file asks for]",
 )
+@tuning_options
 @quality_option
 @hands_options
 @click.option(
@@ -159,12 +161,12 @@ def render(
       livebass render song.mid --list
       livebass render song.mid --channel 2 --stems --bits float
       livebass render --note E1 --velocity 127 --duration 5s --quality reference
-      livebass render --demo --preset slap
+      livebass render --demo --preset slap --tuning drop-d --a4 442
       livebass render --demo techniques -o techniques.wav
       livebass render --all-presets demos/
       livebass render --note E1 -o - | aplay
     """
-    hands = Hands.taken(rest)
+    load = loader(rest)
     options = Options(**rest)
     if output == STREAM and options.stems:
         raise click.UsageError("-o - writes one file: leave out --stems")
@@ -182,9 +184,8 @@ def render(
     if directory is not None:
         if output is not None or preset is not None:
             raise click.UsageError("--all-presets takes neither --output nor --preset")
-        _render_presets(directory, options, hands)
+        _render_presets(directory, options, load)
         return
-    from livebass.preset.load import load_preset
 
     score: Score | None = None
     ending = options.format or "wav"
@@ -204,7 +205,7 @@ def render(
 
         output = output or Path(f"{note_name(note)}.{ending}")
         score = single_note(note, velocity, duration, options.rate)
-    bass = hands.play(load_preset(preset or preset_for(score)))
+    bass = load(preset or preset_for(score))
     if demo == "techniques":
         from livebass.model.keymap import MODO
 
@@ -237,16 +238,16 @@ def _demo_for(bass: Instrument, rate: int, demo: str | None = None) -> Score:
     return demo_score(rate, "slap" if bass.player.technique == "slap" else "finger")
 
 
-def _render_presets(directory: Path, options: Options, hands: Hands) -> None:
+def _render_presets(directory: Path, options: Options, load: Callable[[str], Instrument]) -> None:
     """Renders the demo phrase with each preset; if one fails, no file is written."""
     from livebass.files import Transaction
-    from livebass.preset.load import load_preset, preset_names
+    from livebass.preset.load import preset_names
 
     lines = []
     with Transaction() as files:
         files.directory(directory)
         for name in preset_names():
-            bass = hands.play(load_preset(name))
+            bass = load(name)
             score = _demo_for(bass, options.rate)
             output = directory / f"{name}.{options.format or 'wav'}"
             lines.append(_render_one(bass, score, output, options, files))

@@ -325,6 +325,8 @@ def instrument_numbers(
     for i, string in enumerate(strings):
         pickups = pickups_under(output, string.name)
         to["open_note"][i], to["pickups"][i] = string.open_note, len(pickups)
+        to["slack"][i] = string.slack
+        to["called"][i] = string.called
         to["stretch"][i] = string.axial_stiffness / (2 * (string.length + BEYOND))
         to["winding"][i] = string.winding
         to["fretless"][i] = i < len(fretless) and fretless[i]

@@ -34,7 +34,7 @@ from livebass.engine.engine import Engine
 from livebass.engine.render import RenderError, mixed, string_names
 from livebass.files import Transaction, whole_directory
 from livebass.interrupts import StopFlag
-from livebass.model.instrument import Instrument, Player
+from livebass.model.instrument import A4_HZ, Instrument, Player
 from livebass.model.quality import Quality
 from livebass.report.progress import Progress, steps
 from livebass.score import single_note
@@ -127,7 +127,8 @@ class Pack:
         """`name` is that of the SFZ file and of the preset, for its comments. Raises ValueError for a bad rate."""
         self.bass, self.name, self.settings = bass, name, settings
         self.encoding = encoding(Path(f"{name}.flac"), settings.rate, "flac", "24")
-        self.zones = zones(bass, settings.frets)
+        tempered = any(len(set(string.offsets)) > 1 for string in bass.strings)  # samplers shift by equal semitones
+        self.zones = zones(bass, 1 if tempered else settings.frets)
         self.velocities = velocities(bass.player, settings.layers)
         self.robins = settings.robins if bass.player.unevenness else 1
         names = [name.replace("#", "s") for name in string_names(bass)]  # "#" begins a directive in some samplers
@@ -357,6 +358,7 @@ def _head(pack: Pack) -> list[str]:
     return [
         f"{HEAD}{_line(bass.name)}",
         f"// {_line(bass.description)}",
+        *([f"// Tuned to A = {bass.a4:g} Hz."] if bass.a4 != A4_HZ else []),
         f"// Free to use, also commercially, without naming anyone: see {LICENCE_FILE}.",
         "//",
         f"// Quality {quality.name}, {settings.rate} Hz, velocities {', '.join(map(str, pack.velocities))}.",

@@ -93,7 +93,7 @@ def identify(
     known = None if string is None else bass.strings[_index(bass, string)]
     hint = f0 or (note_frequency(note) if note is not None else None)
     if hint is None and known is not None:
-        hint = note_frequency(known.open_note)
+        hint = known.frequency(known.open_note)
     takes, pitch, all_takes, doubts = _takes(paths, start, duration, channel, hint)
     tracks = [(take, track(take.sound, take.rate, pitch, modes)) for take in takes]
     good = [(take, partials) for take, partials in tracks if _plausible(partials, pitch)]
@@ -128,13 +128,13 @@ def _index(bass: Instrument, string: str) -> int:
 
 def nearest_string(bass: Instrument, frequency: float) -> String:
     """Returns the string of `bass` tuned nearest to `frequency` (Hz); raises RecordingError beyond a semitone."""
-    best = min(bass.strings, key=lambda s: abs(cents(frequency / note_frequency(s.open_note))))
+    best = min(bass.strings, key=lambda s: abs(cents(frequency / s.frequency(s.open_note))))
     _check_pitch(best, frequency, ", ".join(f"{s.name} {note_name(s.open_note)}" for s in bass.strings))
     return best
 
 
 def _check_pitch(string: String, frequency: float, all_strings: str = "") -> None:
-    if abs(cents(frequency / note_frequency(string.open_note))) > 100:
+    if abs(cents(frequency / string.frequency(string.open_note))) > 100:
         strings = (
             f"the open strings ({all_strings})" if all_strings else f"the open string ({note_name(string.open_note)})"
         )

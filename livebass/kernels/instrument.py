@@ -107,6 +107,8 @@ INSTRUMENT = np.dtype(
         ("mix", "f8", (MOST_STRINGS, MOST_PICKUPS)),
         ("across", "f8", (MOST_STRINGS, MOST_PICKUPS)),
         ("stretch", "f8", (MOST_STRINGS,)),  # N/m, E A over twice the length that stretches
+        ("slack", "f8", (MOST_STRINGS,)),  # how far a force pulls it, over how far before it was tuned
+        ("called", "i8", (MOST_STRINGS,)),  # pitch class by which key switches call it
         ("saddle", "f8", (MOST_STRINGS, MOST_PICKUPS)),  # m, distance from the saddle; of sensors, for u and v, too
         ("aperture", "f8", (MOST_STRINGS, MOST_PICKUPS)),  # m
         ("winding", "f8", (MOST_STRINGS,)),  # m, pitch of the winding; 0: it is flat
@@ -279,6 +281,8 @@ def make_performer(p, instrument, seed):
     p.frets = instrument.frets
     for i in range(instrument.strings):
         p.open[i] = instrument.open_note[i]
+        p.slack[i] = instrument.slack[i]
+        p.called[i] = instrument.called[i]
     for i in range(MOST_STRINGS):
         p.key[i] = -1
     p.volume = 1.0
@@ -444,7 +448,9 @@ def is_instrument(instrument):
     for i in range(instrument.strings):
         if not 0 <= instrument.pickups[i] <= (0 if instrument.sensed else MOST_PICKUPS):
             return False
-        if not 0 <= instrument.open_note[i] <= 127:
+        if not 0 <= instrument.open_note[i] <= 127 or not 0 <= instrument.called[i] < 12:
+            return False
+        if not 1e-3 <= instrument.slack[i] <= 1e3:
             return False
         if not 0.0 <= instrument.winding[i] <= 1.0 or not 0 <= instrument.fretless[i] <= 1:
             return False

@@ -115,6 +115,8 @@ PERFORMER = np.dtype(
         ("strings", "i8"),
         ("frets", "i8"),
         ("open", "i8", (MOST_STRINGS,)),
+        ("called", "i8", (MOST_STRINGS,)),  # pitch class by which key switches call it
+        ("slack", "f8", (MOST_STRINGS,)),  # how far a force pulls it, over how far before it was tuned
         ("state", "i8", (MOST_STRINGS,)),
         ("key", "i8", (MOST_STRINGS,)),  # the key that plays the string, -1: none since all-off
         ("fret", "i8", (MOST_STRINGS,)),
@@ -646,7 +648,8 @@ def stroke(p, ops, i, fret, node, part, ghost, own_place, frame, events, count):
             speed *= p.dynamics * (1.0 + p.unevenness * chance(p.seed, 2 * p.notes)) * (GHOST_FORCE if ghost else 1.0)
             count = emit(events, count, frame, THROW, i, stop, soft_limit(speed, FASTEST_STRIKE), where)
         else:
-            depth = p.strike_force * soft_limit(force * max(grazing(op, 0.5 * op.length), LEAST_GRAZE), p.greatest)
+            depth = p.strike_force * np.sqrt(p.slack[i])  # the thumb gives every string the same speed
+            depth *= soft_limit(force * max(grazing(op, 0.5 * op.length), LEAST_GRAZE), p.greatest)
             if p.usual_slapped == 0:
                 depth *= GUEST_THUMB
             count = emit(events, count, frame, STRIKE_EVENT, i, stop, depth, where)
@@ -706,7 +709,7 @@ def pluck(p, open_op, op, i, stop, force, position, aside, touched, frame, event
     where = over_body(open_op, op, position, shift, LEAST_PLUCK)
     if touched > 0:
         where = min(op.length - 0.5 * op.length / touched + aside, MOST_PLACE * op.length)
-    apex = lift * soft_limit(force * max(grazing(op, where), LEAST_GRAZE), p.greatest)
+    apex = lift * p.slack[i] * soft_limit(force * max(grazing(op, where), LEAST_GRAZE), p.greatest)
     if angle != 0.0:
         angle += turned
         if cos(angle) < 0.0:
@@ -819,9 +822,9 @@ def move_hand(p, fret):
 
 @jit
 def string_called(p, pitch_class):
-    """Returns the highest string whose open note has this pitch class; the lowest of all where none has."""
+    """Returns the highest string that is called by this pitch class; the lowest of all where none is."""
     for i in range(p.strings - 1, -1, -1):
-        if p.open[i] % 12 == pitch_class:
+        if p.called[i] == pitch_class:
             return i
     return 0
 

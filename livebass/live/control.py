@@ -11,6 +11,7 @@ from livebass.live.osc import Control, Value
 from livebass.live.parameters import NUMBERS, PARAMETERS, Parameter
 from livebass.live.synth import Reading, Synth, decibels
 from livebass.live.tuner import tuning
+from livebass.model.instrument import A4_HZ
 from livebass.preset.load import preset_names
 
 COUNTS = ("frame", "blocks", "late", "underruns", "messages", "faults", "overload", "lost", "clipped")  # meters
@@ -125,7 +126,10 @@ def meter_table(reading: Reading | None) -> dict[str, Value]:
     return {"load": reading.median, "worst": m.worst, "peak": decibels(m.peak)} | counts
 
 
-def tuner_meters(frequency: float) -> dict[str, Value]:
-    """The pitch of what sounds (Hz, NaN: none), its note, and how many cents it is off; 0, - and 0 if there is none."""
-    note, cents = tuning(frequency) or ("-", 0.0)
+def tuner_meters(frequency: float, a4: float = A4_HZ) -> dict[str, Value]:
+    """The pitch of what sounds (Hz, NaN: none), its note if A4 is at `a4` Hz, and how many cents it is off.
+
+    0, - and 0 if there is none.
+    """
+    note, cents = tuning(frequency, a4) or ("-", 0.0)
     return {"frequency": 0.0 if math.isnan(frequency) else frequency, "note": note, "cents": cents}

@@ -33,7 +33,7 @@ from livebass.live.recording import MidiRecorder, Recorder
 from livebass.live.synth import Gauge, LiveBass, Meters, Reading, Synth, strings
 from livebass.live.thread import block
 from livebass.live.tuner import frequency_of, tuning_text
-from livebass.model.instrument import Instrument
+from livebass.model.instrument import A4_HZ, Instrument
 from livebass.model.quality import QUALITIES, Quality
 from livebass.preset.load import load_preset, preset_names
 from livebass.preset.programs import PROGRAMS
@@ -62,7 +62,7 @@ class Settings:
     instrument: Instrument
     quality: Quality
     preset: str = ""  # the instrument's name or path as a preset, if it has one
-    hands: Callable[[Instrument], Instrument] = lambda bass: bass  # changes the player of each preset that is chosen
+    load: Callable[[str], Instrument] = load_preset  # of each preset that is chosen
     backend: str = "auto"  # "auto", "portaudio" or "jack"
     audio: int | str | None = None  # PortAudio device
     midi: str | None = None
@@ -152,7 +152,7 @@ class Session:
             if messages:
                 ends.callback(messages.discard)
             synth.switch_to(coming.pop().result())
-            presets = PresetSwitch(synth, settings.preset, settings.quality, settings.hands)
+            presets = PresetSwitch(synth, settings.preset, settings.quality, settings.load)
             ends.callback(presets.close)
             osc = self._control_socket(presets)
             if osc:
@@ -428,20 +428,25 @@ class _Loop:
         synth = self.output.synth
         return frequency_of(synth.recent, synth.rate) if self.session.settings.tuner else math.nan
 
+    def a4(self) -> float:
+        """The pitch of A4 (Hz) that the bass is tuned to. [any thread]"""
+        bass = self.output.synth.bass
+        return bass.engine.instrument.a4 if bass else A4_HZ
+
     def meters(self) -> dict[str, Value]:
         """All meters for the control socket, by name. [any thread]"""
         preset, quality = self.presets.playing
         desk, notes = self.session.desk, strings(self.output.synth)
         return meter_table(self.reading) | {
             "notes": notes, "preset": preset, "quality": quality, "position": desk.position, "tempo": desk.tempo,
-        } | tuner_meters(self.frequency())  # fmt: skip
+        } | tuner_meters(self.frequency(), self.a4())  # fmt: skip
 
     def _status(self, reading: Reading) -> str:
         """The status line: notes, preset, load and level, and the keyboard's velocity and octave."""
         parts = [strings(self.output.synth) or "-", Path(self.presets.playing[0]).stem, reading.text()]
         desk = self.session.desk
         if self.session.settings.tuner:
-            parts.insert(0, tuning_text(self.frequency()))
+            parts.insert(0, tuning_text(self.frequency(), self.a4()))
         if desk.score:
             loop = "loop {} to {}".format(*map(clock, desk.loop)) if desk.loop else ""
             tempo = f"tempo {desk.tempo:.0%}" if desk.tempo != 1 else ""
@@ -560,13 +565,10 @@ class PresetSwitch:
     """Switches preset and quality while the synth plays; requests that another one overtakes are never prepared."""
 
     def __init__(
-        self, synth: Synth, preset: str, quality: Quality, hands: Callable[[Instrument], Instrument] = lambda bass: bass
+        self, synth: Synth, preset: str, quality: Quality, load: Callable[[str], Instrument] = load_preset
     ) -> None:
-        """`preset`, a name or path, and `quality` are those of the bass that plays already.
-
-        `hands` changes the player of every preset that is chosen.
-        """
-        self.synth, self.hands = synth, hands
+        """`preset`, a name or path, and `quality` are those of the bass that plays; `load` loads the next ones."""
+        self.synth, self.load = synth, load
         self.qualities = {**QUALITIES, quality.name: quality}
         self.playing = self.wanted = (preset, quality.name)
         self._thread = ThreadPoolExecutor(1, "presets", _step_back)
@@ -607,7 +609,7 @@ class PresetSwitch:
                 preset, quality = self.wanted
                 self._coming = (
                     self.wanted,
-                    self._thread.submit(prepared, preset, self.qualities[quality], self.synth.rate, self.hands),
+                    self._thread.submit(prepared, preset, self.qualities[quality], self.synth.rate, self.load),
                 )
             return None
         wanted, future = self._coming
@@ -650,11 +652,9 @@ class PresetSwitch:
         self._thread.shutdown(wait=False, cancel_futures=True)
 
 
-def prepared(
-    preset: str, quality: Quality, rate: int, hands: Callable[[Instrument], Instrument] = lambda bass: bass
-) -> LiveBass:
-    """Loads a preset, in those hands, for a synth. Raises PresetError and ValueError. [any thread]"""
-    bass = LiveBass(hands(load_preset(preset)), quality, rate)
+def prepared(preset: str, quality: Quality, rate: int, load: Callable[[str], Instrument] = load_preset) -> LiveBass:
+    """Loads a preset for a synth. Raises PresetError and ValueError. [any thread]"""
+    bass = LiveBass(load(preset), quality, rate)
     return_freed_memory()
     return bass
 

@@ -25,16 +25,17 @@ def frequency_of(sound: NDArray[np.float32], rate: int) -> float:
         return math.nan
 
 
-def tuning(frequency: float) -> tuple[str, float] | None:
-    """The note next to a frequency (Hz), and by how many cents that is higher; None for NaN."""
+def tuning(frequency: float, a4: float = A4_HZ) -> tuple[str, float] | None:
+    """The note next to a frequency (Hz), and by how many cents that is higher, if A4 is at `a4` Hz; None for NaN."""
     if not frequency > 0:
         return None
-    number = A4_NOTE + 12 * math.log2(frequency / A4_HZ)
+    number = A4_NOTE + 12 * math.log2(frequency / a4)
     nearest = min(max(round(number), 0), 127)
     return note_name(nearest), 100 * (number - nearest)
 
 
-def tuning_text(frequency: float) -> str:
-    """`A1 +3 cents` for the tuner's display, or `-`."""
-    found = tuning(frequency)
-    return f"{found[0]} {round(found[1]):+d} cents" if found else "-"
+def tuning_text(frequency: float, a4: float = A4_HZ) -> str:
+    """`A1 +3 cents` for the tuner's display, or `-`; and which A it goes by, unless that is 440 Hz."""
+    found = tuning(frequency, a4)
+    text = f"{found[0]} {round(found[1]):+d} cents" if found else "-"
+    return text if a4 == A4_HZ else f"{text} (A = {a4:g} Hz)"

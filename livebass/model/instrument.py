@@ -48,6 +48,19 @@ class String:
     law_fundamental: float = 0.0  # Hz, f0 of the law of partials if measured; 0: from open_note
     measured_frequencies: tuple[float, ...] = ()  # Hz, of the first modes of the open string
     measured_dampings: tuple[float, ...] = ()  # 1/s, of the same modes
+    offsets: tuple[float, ...] = ()  # cents, (12,): notes over equal temperament at A4_HZ, C first; empty: none
+    slack: float = 1.0  # how far a force pulls it, over how far before it was tuned
+    own_note: int | None = None  # open note before tuning and capo; None: open_note
+
+    def frequency(self, note: int) -> float:
+        """Frequency (Hz) to which a MIDI note number is tuned on this string."""
+        hertz = note_frequency(note)
+        return hertz * 2.0 ** (self.offsets[note % 12] / 1200) if self.offsets else hertz
+
+    @property
+    def called(self) -> int:
+        """Pitch class by which key switches call it: that of its note before tuning and capo."""
+        return (self.open_note if self.own_note is None else self.own_note) % 12
 
     @property
     def nominal_fundamental(self) -> float:
@@ -71,6 +84,7 @@ class Neck:
     friction_speed: float = 1e-5  # m/s, s of eq. 7
     surface: Surface = ()  # board under the string, crowns included; empty: the string can touch the crowns only
     fretless: bool = False  # the fret positions are but places where notes are stopped
+    capo: float = 0.0  # m from the nut to a capo: places count from it, heights from the string that it stops; 0: none
 
 
 @dataclass(frozen=True)
@@ -164,6 +178,7 @@ class Instrument:
     necks: tuple[Neck, ...]
     output: Output
     player: Player
+    a4: float = A4_HZ  # Hz, of the A above middle C
 
     @property
     def note_range(self) -> tuple[int, int]:
@@ -251,9 +266,10 @@ def note_frequency(note: float) -> float:
 def speaking(string: String, neck: Neck, fret: int) -> Speaking:
     """`string` over `neck`, stopped at `fret` (0: open), with the obstacles between the stop and the saddle.
 
-    A note is tuned to equal temperament wherever its fret is exactly, as a compensated saddle would do. If a crown
-    nearer the saddle stands above the line from the pressed fret to the saddle, the string rests on that crown. The
-    neck shifts each mode by a different part (eq. 8): the first one is in tune.
+    A note is in tune (`String.frequency`) wherever its fret is exactly, as a compensated saddle would do; one with an
+    offset of its own has another tension. If a crown nearer the saddle stands above the line from the pressed fret to
+    the saddle, the string rests on that crown. The neck shifts each mode by a different part (eq. 8): the first one is
+    in tune.
 
     Raises ValueError for a fret the neck does not have, and if a fret or the board stands above the string at rest.
     """
@@ -264,6 +280,7 @@ def speaking(string: String, neck: Neck, fret: int) -> Speaking:
     stop = fret
     if fret:
         stop = max(range(fret, count + 1), key=lambda k: (h[k - 1] / (total - x[k - 1]), -k))
+    string = _tuned_for(string, string.open_note + stop)
     x_stop, h_stop = (x[stop - 1], h[stop - 1]) if stop else (0.0, 0.0)
     length = total - x_stop
     points = max(8, round(length / neck.grid_step))
@@ -276,13 +293,13 @@ def speaking(string: String, neck: Neck, fret: int) -> Speaking:
             raise ValueError(f"fret {k} stands {height * 1e3:.2f} mm above string {string.name} at rest")
     surface = surface_beyond(neck.surface, x_stop, h_stop, total)
     stiffness = string.inharmonicity * (total / length) ** 2
-    admittance = neck.admittance.moved(x_stop, neck.free_length or FREE_PART * total)
-    if stop:
+    admittance = neck.admittance.moved(neck.capo + x_stop, neck.free_length or FREE_PART * total)
+    if stop or neck.capo:
         admittance = replace(admittance, stop=neck.stop_conductance)
     if stop == 0 and string.law_fundamental:
         fundamental = string.law_fundamental
     else:
-        note = note_frequency(string.open_note + stop)
+        note = string.frequency(string.open_note + stop)
         mass = 2 * string.linear_density * length  # kg
         mute = string.extra_damping / (2 * math.pi) + string.extra_damping_slope * note  # Hz
         if admittance.stop:
@@ -309,6 +326,31 @@ def speaking(string: String, neck: Neck, fret: int) -> Speaking:
         surface=surface,
     )
     return on_grid(s, points) if neck.surface else s
+
+
+def tensioned(string: String, ratio: float) -> String:
+    """`string` under the tension at which it sounds `ratio` times as high: T r^2, B / r^2, as E I stays.
+
+    Measured modes follow nu^2 + (r^2 - 1) (j f0)^2, as tension is the only part of a mode's stiffness that changes;
+    their damping stays.
+    """
+    square, f0 = ratio**2, string.law_fundamental or string.nominal_fundamental
+    measured = (math.sqrt(nu**2 + (square - 1) * (j * f0) ** 2) for j, nu in enumerate(string.measured_frequencies, 1))
+    return replace(
+        string,
+        tension=string.tension * square,
+        inharmonicity=string.inharmonicity / square,
+        law_fundamental=string.law_fundamental * ratio,
+        measured_frequencies=tuple(measured),
+    )
+
+
+def _tuned_for(string: String, note: int) -> String:
+    """`string` as its open note would have to be tuned for `note` to have its own offset."""
+    if not string.offsets:
+        return string
+    cents = string.offsets[note % 12] - string.offsets[string.open_note % 12]
+    return tensioned(string, 2.0 ** (cents / 1200)) if cents else string
 
 
 def on_grid(s: Speaking, points: int) -> Speaking:

@@ -24,6 +24,7 @@ from livebass.model.instrument import (
     note_frequency,
     speaking,
 )
+from livebass.model.tuning import over_same_body, tuned, with_capo
 from livebass.preset.checks import (
     HEIGHTS_BY_GEOMETRY,
     Conflict,
@@ -47,6 +48,7 @@ from livebass.preset.keys import (
     quoted,
 )
 from livebass.preset.source import PresetError
+from livebass.preset.tuning import open_strings
 from livebass.units import format_quantity, note_name
 
 # What the engine has room for.
@@ -111,14 +113,15 @@ class Builder:
         necks = self.shared_necks(data.get("neck", {}), len(raws))
         if not raws:
             raise self.error("string", "missing; at least one [[string]]")
-        pairs = [self.string_and_neck(raw, i, neck) for i, (raw, neck) in enumerate(zip(raws, necks, strict=True), 1)]
-        names = [s.name.casefold() for s, _ in pairs]
-        for i, (string, _) in enumerate(pairs):
+        made = [self.string_and_neck(raw, i, neck) for i, (raw, neck) in enumerate(zip(raws, necks, strict=True), 1)]
+        names = [s.name.casefold() for s, *_ in made]
+        for i, (string, *_) in enumerate(made):
             if names[i] in names[:i]:
                 raise self.error(f"string[{string.name}].name", "two strings have this name", string.name)
-            if i and string.open_note <= pairs[i - 1][0].open_note:
+            if i and string.open_note <= made[i - 1][0].open_note:
                 place, note = f"string[{string.name}].open_note", note_name(string.open_note)
                 raise self.error(place, "strings go from the lowest to the highest", note)
+        pairs = self.tuned(made, head, data)
         values = self.table("player", data.get("player", {}), "player")
         if values["technique"] == "slap":
             values.setdefault("slapped_strings", (len(pairs) + 1) // 2)
@@ -126,7 +129,7 @@ class Builder:
             values["keys"] = keys_of_player(values["keys"], self.label)
         except ValueError as error:
             raise self.error("player.keys", str(error)) from None
-        player = Player(**values)
+        player = over_same_body(Player(**values), pairs[0][0].length / made[0][0].length)
         for low, high in (("pluck_nearest", "pluck_farthest"), ("softest", "hardest")):
             below, above = getattr(player, low), getattr(player, high)
             if below > above:
@@ -135,12 +138,42 @@ class Builder:
             raise self.error("player.slapped_strings", f"this bass has {len(pairs)} strings", player.slapped_strings)
         output = self.output(data, pairs)
         return Instrument(
-            **head,
+            name=head["name"],
+            description=head["description"],
+            a4=head["a4"],
             strings=tuple(string for string, _ in pairs),
             necks=tuple(neck for _, neck in pairs),
             output=output,
             player=player,
         )
+
+    def tuned(
+        self, made: list[tuple[String, Neck, str, str]], head: dict[str, Any], data: dict[str, Any]
+    ) -> list[tuple[String, Neck]]:
+        """The strings and necks of `made`, as `string_and_neck` has them, tuned and checked.
+
+        head: the checked values of the keys above the tables of `data`.
+        """
+        opens = [string.open_note for string, *_ in made]
+        try:
+            wanted = open_strings(opens, head["tuning"], head["a4"], head.get("temperament", ()))
+        except ValueError as error:
+            key, _, why = str(error).partition(": ")
+            raise self.error(key, why, data.get(key)) from None
+        frets = min(len(neck.fret_positions) for _, neck, *_ in made)
+        if not 0 <= head["capo"] < frets:
+            raise self.error("capo", f"allowed: 0 to {frets - 1}, as the neck has {frets} frets", head["capo"])
+        pairs = []
+        limits = next(k for k in KEYS if (k.section, k.name) == ("string", "tension"))
+        for (string, neck, where, place), each in zip(made, wanted, strict=True):
+            string = tuned(string, each.note, each.offsets)
+            if not units.quantity(limits.least, "force") <= string.tension <= units.quantity(limits.most, "force"):
+                why = f"{note_name(each.note)} needs {format_quantity(string.tension, 'force')} on string {string.name}"
+                raise self.error("tuning", f"{why}, allowed: {allowed(limits)}", data.get("tuning"))
+            string, neck = with_capo(string, neck, head["capo"])
+            self.check_notes(string, neck, where, place)
+            pairs.append((string, neck))
+        return pairs
 
     def shared_necks(self, raw: Any, count: int) -> list[dict[str, Any]]:
         """The [neck] table as it holds for each of `count` strings: of a list in place of a number, each has its item.
@@ -196,8 +229,11 @@ class Builder:
                 raise self.error(f"{where}.strings", f"this bass has {', '.join(names)}", name)
         return Pickup(**values | {"strings": tuple(known[n.casefold()] for n in values.get("strings", ()))})
 
-    def string_and_neck(self, raw: Any, number: int, shared: dict[str, Any]) -> tuple[String, Neck]:
-        """A [[string]] table, the `number`-th, and its neck: the keys of `shared`, its [neck] table, and its own."""
+    def string_and_neck(self, raw: Any, number: int, shared: dict[str, Any]) -> tuple[String, Neck, str, str]:
+        """A [[string]] table, the `number`-th, and its neck: the keys of `shared`, its [neck] table, and its own.
+
+        Returns the two as the file has them, and the places of both tables, for messages.
+        """
         where = f"string[{number}]"
         if isinstance(raw, dict) and isinstance(raw.get("name"), str):
             where = f"string[{raw['name'][:20]}]"
@@ -209,9 +245,7 @@ class Builder:
         drop = drop | replaced(set(own))
         merged = {k: v for k, v in shared.items() if k not in drop} | own
         length, neck = self.neck(merged, f"{where}.neck" if own else "neck")
-        string = self.string(values, length, where)
-        self.check_notes(string, neck, where, f"{where}.neck" if own else "neck")
-        return string, neck
+        return self.string(values, length, where), neck, where, f"{where}.neck" if own else "neck"
 
     def check_notes(self, string: String, neck: Neck, where: str, place: str) -> None:
         """Checks the notes of every fret; `where` is the string's table, `place` that of its neck."""
@@ -219,7 +253,9 @@ class Builder:
             try:
                 speaking(string, neck, fret)
             except ValueError as error:
-                raise self.error(f"{where}.neck", f"{error}; lower the frets or raise the action") from None
+                counted = " (counted from the capo)" if neck.capo else ""
+                why = f"{error}{counted}; lower the frets or raise the action"
+                raise self.error(f"{where}.neck", why) from None
         self.check_grid(string, neck, place)
         self.check_damping(string, neck, where, place)
 

@@ -15,6 +15,7 @@ from typing import Any
 from livebass import units
 from livebass.model.instrument import ANSWERING, STIFFNESS_LAWS, STROKES, Coil, Neck, Output, Pickup, Player, String
 from livebass.model.keymap import CURVES, MAPS
+from livebass.preset import tuning
 from livebass.units import DIMENSIONS, format_quantity, quantity, readable_quantity
 
 REQUIRED = object()
@@ -31,7 +32,7 @@ class Key:
 
     section: str
     name: str
-    kind: str  # dimension of `units`, number, integer, text, note, lift, controller, key map, curve, "a|b"; "[]": list
+    kind: str  # a dimension of `units`, choices "a|b", number, integer, text, note, tuning ...; with "[]": a list
     least: str
     most: str
     default: Any  # or REQUIRED, FIELD, or None: may be left out, see `meaning`
@@ -48,6 +49,12 @@ class Key:
 _ROWS = (
     Key("", "name", "text", "1", "80", REQUIRED, "what the bass is called"),
     Key("", "description", "text", "0", "500", "", "one sentence about it"),
+    Key("", "tuning", "tuning", "", "", "standard", "of the open strings; standard: as string.open_note says"),
+    Key("", "capo", "integer", "0", "31", 0, "fret of a capo: notes below it are none, frets count from it"),
+    Key("", "a4", "pitch", "", "", 440, "Hz of the A above middle C"),
+    Key(
+        "", "temperament", "number[]", "-100", "100", None, "cents off equal: of 12 notes from C on, or of each string"
+    ),
     Key("neck", "scale_length", "length", "300 mm", "1500 mm", REQUIRED, "nut to saddle"),
     Key("neck", "frets", "integer", "1", "32", 20, "how many, by geometry"),
     Key("neck", "action", "length", "0 mm", "20 mm", "2 mm", "gap under the open string at fret 12; or a list"),
@@ -184,6 +191,10 @@ def allowed(key: Key, unit: str | None = None) -> str:
         return 'a note such as "E1" or "Bb0", or a MIDI number from 0 to 127'
     if kind == "text":
         return f"text of {key.least} to {key.most} characters" + (", several" if key.kind != kind else "")
+    if kind == "tuning":
+        return tuning.ALLOWED
+    if kind == "pitch":
+        return f"{tuning.LOWEST_A4:g} to {tuning.HIGHEST_A4:g} Hz"
     if kind == "lift":
         return f'{{6 = "0.5 mm"}} with fret numbers and {key.least} to {key.most} each'
     if kind in DIMENSIONS:
@@ -212,6 +223,10 @@ def checked(key: Key, raw: Any) -> Any:
         return {int(fret): checked(replace(key, kind="length"), height) for fret, height in raw.items()}
     if kind == "note":
         return units.note_number(raw)
+    if kind == "tuning":
+        return tuning.tuning_of(raw)
+    if kind == "pitch":
+        return tuning.reference_of(raw)
     if kind in DIMENSIONS:
         if not isinstance(raw, str):
             raise ValueError(f'needs a text with a unit such as "{key.least}"; units: {units.allowed_units(kind)}')

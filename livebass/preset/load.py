@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from functools import cache
 from importlib import resources
 from importlib.resources.abc import Traversable
@@ -31,13 +32,23 @@ def _names_in(folder: Traversable) -> list[str]:
     return sorted(f.name.removesuffix(".toml") for f in folder.iterdir() if f.name.endswith(".toml"))
 
 
-def load_preset(name_or_path: str | os.PathLike[str]) -> Instrument:
+def load_preset(
+    name_or_path: str | os.PathLike[str],
+    *,
+    tuning: str | Sequence[int | str] | None = None,
+    capo: int | None = None,
+    a4: float | str | None = None,
+    temperament: Sequence[float] | None = None,
+) -> Instrument:
     """The instrument of a preset that comes with livebass, or of a file: a path ends in .toml or has a /.
 
+    `tuning`, `capo` (a fret), `a4` (Hz) and `temperament` (cents) take the place of the file's keys of these names.
     Raises PresetError, whose message is one line, if the file cannot be read or anything in it is wrong.
     """
     label, data = preset_tables(name_or_path)
-    return Builder(label).instrument(data)
+    listed = None if temperament is None else list(temperament)
+    given = {"tuning": tuning, "capo": capo, "a4": a4, "temperament": listed}
+    return Builder(label).instrument(data | {name: value for name, value in given.items() if value is not None})
 
 
 def preset_with(note: int, usual: str) -> str | None:
@@ -73,7 +84,7 @@ def preset_text(name_or_path: str | os.PathLike[str]) -> str:
         given = any(key.name in table for table in (tables if isinstance(tables, list) else [tables]))
         if not given and key.default not in (None, REQUIRED, ""):
             default = f'"{key.default}"' if isinstance(key.default, str) else _default(key)
-            lines.append(f"#   {key.section}.{key.name} = {default}  ({allowed(key)}: {key.meaning})\n")
+            lines.append(f"#   {_place(key)} = {default}  ({allowed(key)}: {key.meaning})\n")
     return text.rstrip("\n") + "\n\n# Not set above, so at the default:\n" + "".join(lines)
 
 
@@ -82,9 +93,13 @@ def preset_reference() -> str:
     rows = ["| key | allowed | default | meaning |", "|---|---|---|---|"]
     for key in KEYS:
         default = "required" if key.default is REQUIRED else _default(key)
-        name = f"{key.section}.{key.name}" if key.section else key.name
-        rows.append(f"| `{name}` | {allowed(key).replace('|', ', ')} | {default} | {key.meaning} |")
+        rows.append(f"| `{_place(key)}` | {allowed(key).replace('|', ', ')} | {default} | {key.meaning} |")
     return "\n".join(rows) + "\n"
+
+
+def _place(key: Key) -> str:
+    """The name of `key` with its section."""
+    return f"{key.section}.{key.name}" if key.section else key.name
 
 
 def _default(key: Key) -> str:

@@ -310,3 +310,10 @@ def test_a_preset_that_is_not_there(run: Run) -> None:
     status, out, err = run("bench", "live", "-p", "violin")
     assert_one_clear_line(status, err, (1,))
     assert "violin" in err and not out
+
+
+def test_the_worst_case_of_a_tuned_bass_calls_its_strings() -> None:
+    usual, low = (worst_case(load_preset("jazz-finger", tuning=tuning), RATE, 4) for tuning in ("standard", "drop-c"))
+    assert len(low.messages) == len(usual.messages)
+    calls = [[m for m in script.messages if m[2] < 20 and m[1] != 0xB0] for script in (usual, low)]
+    assert calls[0] == calls[1] and len(calls[0]) >= 8

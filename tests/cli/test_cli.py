@@ -185,7 +185,13 @@ def test_the_list_of_presets_has_their_programs(run: Run) -> None:
         (["--note", "D1"], "Jazz bass, fingers has E1 to D#4; -p drop-d plays it"),
         (["--note", "E1", "-p", "paper-g"], "has G2 to D#4; -p jazz-finger plays it"),
         (["--note", "A0", "-p", "five-string"], "has B0 to D#4; no preset that comes with livebass has it"),
-        (["--note", "E4"], "has E1 to D#4; no preset that comes with livebass has it"),
+        (["--note", "E4"], "has E1 to D#4; -p six-string plays it"),
+        (["--note", "C#5"], "has E1 to D#4; no preset that comes with livebass has it"),
+        (["--note", "E1", "--capo", "3"], "Jazz bass, fingers has G1 to D#4; -p jazz-finger plays it"),
+        (["--note", "C1", "--tuning", "drop-d"], "Jazz bass, fingers has D1 to D#4; -p five-string plays it"),
+        (["--note", "E1", "--tuning", "dropped"], "'--tuning': 'dropped': allowed: notes from the lowest string on"),
+        (["--note", "E1", "--a4", "500"], "'--a4': 500: allowed: 380 to 480 Hz"),
+        (["--note", "E1", "--capo", "-1"], "'--capo': -1: allowed are whole numbers from 0 to 31"),
     ],
 )
 def test_a_note_that_the_bass_does_not_have_is_refused(
@@ -203,6 +209,59 @@ def test_a_low_b_sounds_as_one(run: Run, tmp_path: Path) -> None:
     sound, rate = soundfile.read(file)
     spectrum = np.abs(np.fft.rfft(sound[: 2 * rate // 3] * np.hanning(2 * rate // 3), 8 * rate))
     assert 20 + np.argmax(spectrum[20 * 8 : 45 * 8]) / 8 == pytest.approx(30.87, abs=0.3)
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        (["--tuning", "E1 A1"], 'jazz-finger.toml: tuning = "E1 A1": 2 notes for 4 strings'),
+        (["--capo", "20"], "jazz-finger.toml: capo = 20: allowed: 0 to 19, as the neck has 20 frets"),
+    ],
+)
+@pytest.mark.parametrize("command", [["render", "--note", "G2"], ["play"], ["export", "sfz", "--size"]])
+def test_a_tuning_that_does_not_fit_is_one_clear_line(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, command: list[str], options: list[str], says: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    status, _, err = run(*command, "-p", "jazz-finger", *options)
+    assert_one_clear_line(status, err, (1,))
+    assert says in err and not list(tmp_path.iterdir())
+
+
+def test_options_tune_as_the_keys_of_a_file_do(run: Run, tmp_path: Path) -> None:
+    text = cli_text(run, "presets", "show", "slap").replace(
+        "[neck]", 'tuning = "drop-d"\ncapo = 1\na4 = 432\n[neck]', 1
+    )
+    (tmp_path / "mine.toml").write_text(text)
+    note = ("render", "--note", "D#1", "-q", "live", "--duration", "100ms", "--tail", "0", "-o")
+    assert run(*note, tmp_path / "a.wav", "-p", tmp_path / "mine.toml")[0] == 0
+    options = ("--tuning", "drop-d", "--capo", "1", "--a4", "432Hz")
+    assert run(*note, tmp_path / "b.wav", "-p", "slap", *options)[0] == 0
+    assert (tmp_path / "a.wav").read_bytes() == (tmp_path / "b.wav").read_bytes()
+    usual = (
+        *note,
+        tmp_path / "c.wav",
+        "-p",
+        tmp_path / "mine.toml",
+        "--tuning",
+        "standard",
+        "--capo",
+        "0",
+        "--a4",
+        "440",
+    )
+    status, _, err = run(*usual)
+    assert_one_clear_line(status, err, (2,))
+    assert "has E1 to" in err
+
+
+def test_a_string_is_not_written_into_a_tuned_preset(run: Run, tmp_path: Path) -> None:
+    """It is measured as it sounds: the preset's keys would tune it once more."""
+    text = cli_text(run, "presets", "show", "slap").replace("[neck]", "capo = 1\na4 = 442\n[neck]", 1)
+    (tmp_path / "mine.toml").write_text(text)
+    status, _, err = run("identify", tmp_path / "a.wav", "-p", tmp_path / "mine.toml", "-o", tmp_path / "new.toml")
+    assert_one_clear_line(status, err, (2,))
+    assert "mine.toml: has capo, a4, and a string is written as it sounds: leave out -o" in err
 
 
 def low_song(*notes: int) -> bytes:

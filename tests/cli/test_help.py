@@ -137,7 +137,7 @@ def test_quoted_options_and_keys_exist(file: Path) -> None:
     from livebass.preset.keys import KEYS
 
     code = re.findall(r"`([^`\n]+)`", file.read_text())
-    named = {word for span in code for word in re.findall(r"(?<![\w-])--[a-z][a-z-]*", span)}
+    named = {word for span in code for word in re.findall(r"(?<![\w-])--[a-z][a-z0-9-]*", span)}
     assert named <= {*options(program), *OTHER_OPTIONS, "--help"}
     known = {f"{key.section}.{key.name}" for key in (*KEYS, *PLUCK.values())}
     sections = "|".join({key.split(".")[0] for key in known} - {""})  # keys of the top have no section

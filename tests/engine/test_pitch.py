@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 
 import numpy as np
 import pytest
 from support.messages import control, on
+from support.pitch import pitch
 from support.strings import one_string
 
 from livebass import load_preset, preset_names, quality_with
@@ -19,25 +19,6 @@ from livebass.units import cents
 
 RATE = 22050
 IN_TUNE = 2.0  # cents
-
-
-def pitch(sound: Floats, rate: int, expected: float) -> float:
-    """Frequency (Hz) of the partial near `expected`, from the phases of two overlapping Hann windows.
-
-    The partial's decay is measured the same way and taken out, so that the windows do not leak.
-    """
-    length = len(sound) * 2 // 3
-    shift = len(sound) - length
-    apart = shift / rate
-    t = np.arange(len(sound)) / rate
-    probe = np.hanning(length) * np.exp(-2j * math.pi * expected * t[:length])
-    growth = 0.0
-    for _ in range(4):
-        still = sound * np.exp(growth * t)
-        ratio = np.sum(still[shift:] * probe) / np.sum(still[:length] * probe)
-        growth -= math.log(abs(ratio)) / apart
-    turn = np.angle(ratio * np.exp(-2j * math.pi * expected * apart))
-    return float(expected + turn / (2 * math.pi * apart))
 
 
 def frets(bass: Instrument, string: int, seconds: float) -> Iterator[Floats]:

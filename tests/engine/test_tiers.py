@@ -18,7 +18,7 @@ from livebass.model.instrument import Pluck, for_modes, speaking
 from livebass.model.modes import CARRIED, frequencies
 from livebass.model.trial import Trial
 
-NOTES = 4  # of each preset, quality and rate: 264 with all of them
+NOTES = 4  # of each preset, quality and rate: 288 with all of them
 CASES = list(itertools.product(preset_names(), ("live", "studio"), (44100, 48000, 96000)))
 
 
@@ -66,7 +66,7 @@ def random_note(engine: Engine, rng: np.random.Generator) -> tuple[Trial, str]:
 def test_notes_are_those_of_brute_force_at_the_settings_of_the_tier(preset: str, quality: str, rate: int) -> None:
     """Same contacts, and 1e-6 of the largest displacement; in one of four at most until chaos parts them.
 
-    Chaos parted two of all 264, both at fret 19 of the board of `paper-fretless`.
+    Chaos parted two of 264 of them, both at fret 19 of the board of `paper-fretless`.
     """
     engine = Engine(load_preset(preset), QUALITIES[quality], rate)
     rng = np.random.default_rng([*map(ord, preset), len(quality), rate])

@@ -17,7 +17,7 @@ from livebass.model.instrument import Instrument, Player, note_frequency
 from livebass.units import decibels
 
 RATE = 44100
-FINGERS = ("jazz-finger", "precision-finger", "flatwound", "five-string", "drop-d", "fretless", "muted")
+FINGERS = ("jazz-finger", "precision-finger", "flatwound", "five-string", "six-string", "drop-d", "fretless", "muted")
 FRETS = (0, 5, 12)
 VELOCITIES = (30, 60, 90)
 BRIGHT = 700.0, 3000.0  # Hz

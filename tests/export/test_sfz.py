@@ -19,7 +19,18 @@ from support.sampler import through_sfizz
 from livebass import QUALITIES, Instrument, fundamental, load_preset, preset_names, render_to_array, score_of
 from livebass.engine.render import mixed
 from livebass.export import sfz
-from livebass.export.sfz import FOLDER, LICENCE_FILE, Pack, Settings, edges, export_sfz, keys_by_string, velocities
+from livebass.export.sfz import (
+    FOLDER,
+    LICENCE_FILE,
+    Pack,
+    Settings,
+    Stored,
+    edges,
+    export_sfz,
+    keys_by_string,
+    sfz_text,
+    velocities,
+)
 from livebass.files import OutputError, checked_directory
 from livebass.model.instrument import Player, note_frequency
 from livebass.score import single_note
@@ -393,3 +404,15 @@ def test_leftovers_of_a_killed_export_are_removed(quick: list[int], run: Run, tm
     (left / "half.flac").write_bytes(b"half")
     cli_text(run, *SLAP, "pack", "--layers", "1")
     assert {entry.name for entry in (tmp_path / "pack").iterdir()} == {"slap.sfz", LICENCE_FILE, FOLDER}
+
+
+def test_a_tempered_bass_is_sampled_at_every_fret() -> None:
+    """Samplers shift a sample by equal semitones: a zone of several frets would be out of tune."""
+    settings = Settings(QUALITIES["live"], RATE, frets=3)
+    usual, lower = (Pack(load_preset("slap", a4=a4), "slap", settings) for a4 in (440, 432))
+    own = Pack(load_preset("slap", temperament=[float(k) for k in range(12)]), "slap", settings)
+    assert [z.note for z in lower.zones] == [z.note for z in usual.zones] and len(own.zones) > len(usual.zones)
+    assert all(z.lowest == z.note == z.highest for z in own.zones)
+    for pack, tuned in ((lower, True), (usual, False)):
+        text = sfz_text(pack, [Stored(0.0, 0.0)] * len(pack.samples))
+        assert ("// Tuned to A = 432 Hz." in text) == tuned

@@ -398,6 +398,7 @@ def test_the_tuner_says_nothing_of_silence_and_noise() -> None:
     for sound in (np.zeros(0), np.zeros(5000), rng.normal(size=100), rng.normal(size=6000)):
         assert tuning_text(frequency_of(sound.astype(np.float32), RATE)) == "-"
     assert tuning_text(440.0 * 2 ** (0.12 / 12)) == "A4 +12 cents" and tuning_text(54.0) == "A1 -32 cents"
+    assert tuning_text(54.0, 432.0) == "A1 +0 cents (A = 432 Hz)" and tuning_text(float("nan"), 432.0)[0] == "-"
 
 
 def test_the_clock_of_a_score() -> None:

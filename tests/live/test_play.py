@@ -211,6 +211,20 @@ def test_a_preset_that_cannot_be_loaded_is_a_line(tmp_path: Path) -> None:
     changes.close()
 
 
+def test_every_bass_of_a_session_is_tuned_alike() -> None:
+    synth, device = synth_and_device("jazz-finger")
+    changes = PresetSwitch(synth, "jazz-finger", QUALITIES["live"], {"tuning": "drop-d", "capo": 1, "a4": 432})
+    changes.choose("slap")
+    assert changed(changes, device) == "preset slap, quality live"
+    assert synth.bass is not None
+    bass = synth.bass.engine.instrument
+    assert bass == load_preset("slap", tuning="drop-d", capo=1, a4=432) and bass.a4 == 432
+    changes.tuning = {"tuning": "E1 A1 D2 G2"}
+    changes.choose("five-string")
+    assert "4 notes for 5 strings" in changed(changes, device)
+    changes.close()
+
+
 def test_program_changes_through_the_server_neither_click_nor_stall(server: SimpleNamespace, tmp_path: Path) -> None:
     """A held note rings on while other basses are prepared and switched to: no click, no gap.
 

@@ -66,6 +66,17 @@ def test_the_file_has_the_numbers_of_the_engine(preset: str, tmp_path: Path) -> 
     assert numbers["tiers"][0, LIVE] == wanted["tiers"][0, 0]
 
 
+def test_a_tuned_bass_is_written_as_it_is_played(tmp_path: Path) -> None:
+    """Six strings under other tensions, behind a capo: numbers and operators, bit for bit."""
+    bass = load_preset("six-string", tuning="drop-a", capo=3, a4=432, temperament=[float(k) for k in range(12)])
+    write_instrument(bass, tmp_path / "a.lbass")
+    file, engine = read_instrument(tmp_path / "a.lbass"), Engine(bass, QUALITIES["live"], 48000)
+    for name in ("open_note", "slack", "called", "strings", "frets"):
+        assert np.array_equal(file.numbers[name], engine.numbers[name]), name
+    assert file.numbers["slack"][0, 0] > 1.2 and file.numbers["called"][0, :2].tolist() == [11, 4]
+    assert_same_pool(file.pool(LIVE, 48000), engine.pool)
+
+
 @pytest.fixture(scope="module")
 def whole() -> bytes:
     """The file of a small bass."""

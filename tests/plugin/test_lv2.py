@@ -29,7 +29,7 @@ from livebass.plugin.lv2 import STRINGS, URI, write_bundle, write_preset
 from livebass.plugin.systems import this_system
 from livebass.score import Score
 
-PRESETS = ("jazz-finger", "slap", "paper-bass", "fretless", "five-string")
+PRESETS = ("jazz-finger", "slap", "paper-bass", "fretless", "five-string", "six-string")
 MOST_BYTES = 700_000
 TAIL = 0.5  # s
 
@@ -106,7 +106,7 @@ def test_so_it_does_at_other_rates(bundle: Path, rate: int, preset: str) -> None
     plugin.close()
 
 
-@pytest.mark.parametrize("preset", ["slap", "five-string"])
+@pytest.mark.parametrize("preset", ["slap", "five-string", "six-string"])
 def test_an_output_a_string(bundle: Path, preset: str) -> None:
     """The second plugin plays the stems of `render --stems`, which add up to the first one's sound bit for bit."""
     plugin, score = Plugin(bundle, index=1, outputs=MOST_STRINGS), score_of(NOTES, RATE)

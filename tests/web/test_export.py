@@ -14,7 +14,7 @@ from support.command import Run, assert_one_clear_line
 from livebass import load_preset
 from livebass.compiling import store
 from livebass.web import build
-from livebass.web.export import export_page
+from livebass.web.export import export_page, shown
 
 FOUR = ("jazz-finger", "slap", "precision-finger", "fretless")
 MOST_BYTES = 3_000_000
@@ -87,6 +87,12 @@ def test_the_page_loads_nothing_from_elsewhere(tmp_path: Path) -> None:
     assert len(policy) == 1 and "default-src 'none'" in policy[0] and "connect-src" not in policy[0]
     assert not re.findall(r"""(?:src|href)=["'](?!data:)""", html.split("<script>")[0])
     assert not re.findall(r"https?://(?!www\.w3\.org/2000/svg)", html)
+
+
+def test_the_neck_of_a_page_has_all_strings_and_begins_at_the_capo() -> None:
+    bass = shown("mine", load_preset("six-string", tuning="drop-a", capo=2))
+    assert [string["name"] for string in bass["strings"]] == list("BEADGC")
+    assert [string["note"] for string in bass["strings"]] == [23, 30, 35, 40, 45, 50] and bass["frets"] == 22
 
 
 def test_names_and_texts_are_no_markup(tmp_path: Path) -> None:

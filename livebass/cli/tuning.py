@@ -1,0 +1,66 @@
+"""The options that tune a bass: `play`, `render` and `export` have them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import click
+
+from livebass.cli.values import Number
+
+
+class TuningNotes(click.ParamType):
+    """A tuning, by its name or by the notes of the open strings."""
+
+    name = "tuning"
+
+    def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
+        return "NAME|NOTES"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        from livebass.preset.tuning import tuning_of
+
+        try:
+            tuning_of(value)
+        except ValueError as error:
+            self.fail(f"{value!r}: {error}", param, ctx)
+        return value
+
+
+class ReferencePitch(click.ParamType):
+    """The pitch of the A above middle C: "432", "432Hz"."""
+
+    name = "hz"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        from livebass.preset.tuning import reference_of
+
+        try:
+            return reference_of(value)
+        except ValueError as error:
+            self.fail(f"{value}: {error}", param, ctx)
+
+
+OPTIONS = (
+    click.option(
+        "--tuning",
+        type=TuningNotes(),
+        help="Tune the strings: drop-d, half-step-down ..., or their notes, the lowest first, such as 'D1 A1 D2 G2'.",
+    ),
+    click.option("--capo", type=Number("fret", 0, 31, whole=True), help="A capo at this fret."),
+    click.option("--a4", type=ReferencePitch(), help="Pitch of the A above middle C.  [default: 440, or the preset's]"),
+)
+
+
+def tuning_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Gives a command the options --tuning, --capo and --a4."""
+    for option in reversed(OPTIONS):
+        command = option(command)
+    return command
+
+
+def tuning_of_options(options: dict[str, Any]) -> dict[str, Any]:
+    """Takes the tuning out of a command's options; returns what was given, as `load_preset` takes it."""
+    taken = {name: options.pop(name) for name in ("tuning", "capo", "a4")}
+    return {name: value for name, value in taken.items() if value is not None}

@@ -1,0 +1,67 @@
+"""Tunes a bass: puts its strings under another tension, and a capo on its neck. For the physics: `tensioned`."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from livebass.model.instrument import Neck, Player, String, tensioned
+from livebass.model.neck import FREE_PART, surface_beyond
+
+MOST_SLACK = 2.0  # times as far: nobody pulls a slack string farther
+LEAST_PLACE, MOST_PLACE = 0.01, 0.99  # of a pluck, parts of the open string
+
+
+def tuned(string: String, note: int, offsets: tuple[float, ...] = ()) -> String:
+    """`string` tuned to the MIDI `note`, and all its notes off equal temperament by `offsets` (12,), cents, C first.
+
+    The same force pulls it 1 / r^2 as far when it sounds r times as high, at most MOST_SLACK times.
+    """
+    wanted = replace(string, open_note=note, offsets=offsets if any(offsets) else (), own_note=string.open_note)
+    if (wanted.open_note, wanted.offsets) == (string.open_note, string.offsets):
+        return string
+    ratio = wanted.frequency(note) / string.frequency(string.open_note)
+    return replace(tensioned(wanted, ratio), slack=min(string.slack / ratio**2, MOST_SLACK))
+
+
+def with_capo(string: String, neck: Neck, fret: int) -> tuple[String, Neck]:
+    """String and neck with a capo at `fret`: a stop that stays, from which frets, notes and places count."""
+    if not fret:
+        return string, neck
+    x, h, total = neck.fret_positions, neck.fret_heights, string.length
+    start, height = x[fret - 1], h[fret - 1]
+    length = total - start
+    heights = (hk - height * (total - xk) / length for xk, hk in zip(x[fret:], h[fret:], strict=True))
+    note = string.open_note + fret
+    if string.offsets:
+        cents = string.offsets[note % 12] - string.offsets[string.open_note % 12]
+        string = tensioned(string, 2.0 ** (cents / 1200))
+    shorter = replace(
+        string,
+        open_note=note,
+        own_note=string.open_note if string.own_note is None else string.own_note,
+        length=length,
+        inharmonicity=string.inharmonicity * (total / length) ** 2,
+        law_fundamental=0.0,
+        measured_frequencies=(),
+        measured_dampings=(),
+    )
+    beyond = replace(
+        neck,
+        fret_positions=tuple(xk - start for xk in x[fret:]),
+        fret_heights=tuple(heights),
+        surface=surface_beyond(neck.surface, start, height, total),
+        free_length=neck.free_length or FREE_PART * total,
+        capo=neck.capo + start,
+    )
+    return shorter, beyond
+
+
+def over_same_body(player: Player, part: float) -> Player:
+    """`player` with the hand where it was over the body, when strings have this `part` of their length."""
+    if part == 1:
+        return player
+    places = {
+        name: min(max(1 - (1 - getattr(player, name)) / part, LEAST_PLACE), MOST_PLACE)
+        for name in ("pluck_position", "pluck_nearest", "pluck_farthest", "strike_position")
+    }
+    return replace(player, **places)

@@ -1,0 +1,236 @@
+"""Tuning: the physics of a string under another tension, a capo is a stop that stays, defaults change nothing."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from livebass.model import modes
+from livebass.model.instrument import Instrument, note_frequency, speaking, tensioned
+from livebass.model.tuning import tuned
+from livebass.preset.build import Builder, PresetError
+from livebass.preset.load import load_preset, preset_names, preset_tables
+from livebass.preset.tuning import NAMED, tuning_of
+from livebass.units import cents, note_number
+
+load = cache(load_preset)  # checking a preset at every fret takes 0.1 s; frozen, it can be shared
+
+
+def notes(text: str) -> list[int]:
+    return [note_number(name) for name in text.split()]
+
+
+def opens(bass: Instrument) -> list[int]:
+    return [string.open_note for string in bass.strings]
+
+
+@pytest.mark.parametrize("preset", ["five-string", "six-string"])
+def test_a_low_b_is_as_stiff_as_real_ones(preset: str) -> None:
+    """Partial 10 lies 26 cents above that of the law of an ideal string, and 100 at fret 12."""
+    bass = load(preset)
+    for fret, stretched in ((0, 26), (12, 100)):
+        s = speaking(bass.strings[0], bass.necks[0], fret)
+        nu = modes.frequencies(s, 10)
+        assert cents(nu[9] / (10 * nu[0])) == pytest.approx(stretched, abs=2), fret
+    low = bass.strings[0]
+    assert low.nominal_fundamental == pytest.approx(note_frequency(23), rel=1e-3)
+
+
+def test_the_high_c_goes_on_with_the_other_strings() -> None:
+    *_, g, c = load("six-string").strings
+    assert c.nominal_fundamental == pytest.approx(note_frequency(48), rel=1e-3)
+    stiffness = [s.inharmonicity * s.tension * s.length**2 for s in (g, c)]
+    assert stiffness[1] / stiffness[0] == pytest.approx((c.diameter / g.diameter) ** 1.8, rel=0.03)
+    assert c.linear_density / g.linear_density == pytest.approx((c.diameter / g.diameter) ** 2, rel=0.03)
+
+
+@pytest.mark.parametrize("preset", preset_names())
+def test_the_usual_tuning_changes_nothing(preset: str) -> None:
+    assert load_preset(preset, tuning="standard", capo=0, a4=440, temperament=[0.0] * 12) == load(preset)
+
+
+@pytest.mark.parametrize(
+    ("preset", "tuning", "expected"),
+    [
+        ("jazz-finger", "drop-d", "D1 A1 D2 G2"),
+        ("jazz-finger", "Drop D", "D1 A1 D2 G2"),
+        ("jazz-finger", "half-step-down", "D#1 G#1 C#2 F#2"),
+        ("jazz-finger", "whole_step_down", "D1 G1 C2 F2"),
+        ("jazz-finger", "drop-db", "C#1 G#1 C#2 F#2"),
+        ("jazz-finger", "drop-c", "C1 G1 C2 F2"),
+        ("jazz-finger", "bead", "B0 E1 A1 D2"),
+        ("jazz-finger", "tenor", "A1 D2 G2 C3"),
+        ("jazz-finger", "d1, a1, 38, 97.5 Hz", "D1 A1 D2 G2"),
+        ("five-string", "drop-d", "B0 D1 A1 D2 G2"),
+        ("six-string", "drop-a", "A0 E1 A1 D2 G2 C3"),
+    ],
+)
+def test_tunings(preset: str, tuning: str, expected: str) -> None:
+    assert opens(load_preset(preset, tuning=tuning)) == notes(expected)
+
+
+def test_every_named_tuning_fits_some_bass() -> None:
+    for name in NAMED:
+        assert load_preset("six-string", tuning=name).strings
+        assert tuning_of(name) == name
+
+
+def test_tension_stiffness_and_pull_follow_the_pitch() -> None:
+    usual, dropped = load("jazz-finger"), load_preset("jazz-finger", tuning="drop-d")
+    before, after = usual.strings[0], dropped.strings[0]
+    ratio = 2 ** (-2 / 12)
+    assert after.tension == pytest.approx(before.tension * ratio**2)
+    assert after.inharmonicity == pytest.approx(before.inharmonicity / ratio**2)
+    assert after.slack == pytest.approx(1.26, abs=0.001)  # so much farther the same force pulls it
+    assert after.linear_density == before.linear_density and after.length == before.length
+    assert dropped.strings[1:] == usual.strings[1:] and dropped.necks == usual.necks
+    s, t = (speaking(bass.strings[0], bass.necks[0], 7) for bass in (usual, dropped))
+    assert modes.bending(t) == pytest.approx(modes.bending(s))
+    assert cents(modes.frequencies(t, 1)[0] / modes.frequencies(s, 1)[0]) == pytest.approx(-200, abs=0.01)
+    assert load("drop-d").strings[0].tension == pytest.approx(after.tension, rel=1e-4)
+
+
+@pytest.mark.parametrize("preset", ["jazz-finger", "paper-g", "fretless"])
+def test_another_a_moves_every_note_alike(preset: str) -> None:
+    usual, lower = load(preset), load_preset(preset, a4=432)
+    assert lower.a4 == 432 and usual.a4 == 440
+    for string, other, neck in zip(usual.strings, lower.strings, usual.necks, strict=True):
+        for fret in (0, 1, 12):
+            nu = [modes.frequencies(speaking(each, neck, fret), 1)[0] for each in (string, other)]
+            assert cents(nu[1] / nu[0]) == pytest.approx(cents(432 / 440), abs=0.5)  # the neck moves measured modes
+
+
+def test_measured_modes_follow_the_tension() -> None:
+    """Those of the law, under another tension, are those that the string has there."""
+    string = replace(load("jazz-finger").strings[0], measured_dampings=(1.0,) * 8)
+    j = np.arange(1, 9)
+
+    def law(f0: float, inharmonicity: float) -> tuple[float, ...]:
+        return tuple((j * f0 * np.sqrt(1 + inharmonicity * j**2)).tolist())
+
+    f0 = string.nominal_fundamental
+    string = replace(string, law_fundamental=f0, measured_frequencies=law(f0, string.inharmonicity))
+    other = tensioned(string, 0.8)
+    assert other.measured_frequencies == pytest.approx(law(0.8 * f0, other.inharmonicity), rel=1e-12)
+    assert other.nominal_fundamental == pytest.approx(0.8 * f0) == pytest.approx(other.law_fundamental)
+
+
+def test_a_temperament_bends_each_pitch_class_by_its_tension() -> None:
+    offsets = [3.0 * k - 20 for k in range(12)]
+    usual, other = load("jazz-finger"), load_preset("jazz-finger", temperament=offsets)
+    for string, bent, neck in zip(usual.strings, other.strings, usual.necks, strict=True):
+        for fret in range(len(neck.fret_positions) + 1):
+            s, t = speaking(string, neck, fret), speaking(bent, neck, fret)
+            wanted = offsets[(string.open_note + fret) % 12]
+            nu = [modes.frequencies(each, 1)[0] for each in (s, t)]
+            assert cents(nu[1] / nu[0]) == pytest.approx(wanted, abs=0.01)
+            assert t.string.tension / s.string.tension == pytest.approx(2 ** (2 * wanted / 1200))
+            assert modes.bending(t) == pytest.approx(modes.bending(s))
+            assert (t.length, t.contact_position, t.contact_height) == (s.length, s.contact_position, s.contact_height)
+
+
+def test_a_temperament_of_one_value_a_string() -> None:
+    bass = load_preset("jazz-finger", temperament=[-7, 0, 0, 12], a4=442)
+    for string, own in zip(bass.strings, (-7, 0, 0, 12), strict=True):
+        for note in (string.open_note, string.open_note + 3):
+            assert cents(string.frequency(note) / note_frequency(note)) == pytest.approx(cents(442 / 440) + own)
+
+
+def test_a_pitch_in_hz_holds_whatever_the_a() -> None:
+    for a4 in (440, 432):
+        string = load_preset("jazz-finger", tuning=["41.2 Hz", "A1", "D2", "G2"], a4=a4).strings[0]
+        assert string.frequency(string.open_note) == pytest.approx(41.2)
+
+
+@pytest.mark.parametrize("preset", ["jazz-finger", "fretless", "paper-fretless", "paper-g", "six-string"])
+@pytest.mark.parametrize("capo", [1, 5, 14])
+def test_a_capo_is_a_stop_that_stays(preset: str, capo: int) -> None:
+    """Fret k of the bass with the capo is fret k + capo of the bass: pitch, losses, and what it can touch."""
+    bare, bass = load(preset), load_preset(preset, capo=capo)
+    assert opens(bass) == [note + capo for note in opens(bare)]
+    assert bass.note_range == (bare.note_range[0] + capo, bare.note_range[1])
+    for i, (string, neck) in enumerate(zip(bass.strings, bass.necks, strict=True)):
+        assert len(neck.fret_positions) == len(bare.necks[i].fret_positions) - capo
+        for fret in range(0, len(neck.fret_positions) + 1, 3):
+            s, t = speaking(bare.strings[i], bare.necks[i], fret + capo), speaking(string, neck, fret)
+            assert t.length == pytest.approx(s.length, rel=1e-12)
+            assert len(t.contact_position) == len(s.contact_position)
+            # A fret half way between two points of the grid may go to either.
+            assert np.allclose(t.contact_position, s.contact_position, rtol=0, atol=1.001 * s.step)
+            assert np.allclose(t.contact_height, s.contact_height, rtol=0, atol=1e-9)
+            assert np.allclose(modes.frequencies(t, 60), modes.frequencies(s, 60), rtol=1e-9)
+            assert np.allclose(modes.dampings(t, 60), modes.dampings(s, 60), rtol=1e-6)
+    for name in ("pluck_position", "strike_position"):  # the hand stays over the body
+        away = [(1 - getattr(each.player, name)) * each.strings[0].length for each in (bare, bass)]
+        assert away[1] == pytest.approx(away[0])
+
+
+def test_a_capo_on_a_tuned_bass() -> None:
+    offsets = [1.0 * k for k in range(12)]
+    bass = load_preset("jazz-finger", tuning="half-step-down", capo=1, temperament=offsets)
+    assert opens(bass) == opens(load("jazz-finger"))
+    for string, neck in zip(bass.strings, bass.necks, strict=True):
+        for fret in (0, 4):
+            note = string.open_note + fret
+            nu = modes.frequencies(speaking(string, neck, fret), 1)[0]
+            assert cents(nu / note_frequency(note)) == pytest.approx(offsets[note % 12], abs=0.5)
+
+
+def test_keys_still_call_the_strings_by_their_own_notes() -> None:
+    bass = load_preset("jazz-finger", tuning="half-step-down", capo=3)
+    assert [string.own_note for string in bass.strings] == opens(load("jazz-finger"))
+    assert [string.called for string in bass.strings] == [note % 12 for note in opens(load("jazz-finger"))]
+
+
+def test_nobody_pulls_more_than_twice_as_far() -> None:
+    assert load_preset("jazz-finger", tuning="bead", a4=380).strings[0].slack == 2
+
+
+def test_tuning_twice_is_tuning_once() -> None:
+    string = load("jazz-finger").strings[0]
+    once, twice = tuned(string, 24), tuned(tuned(string, 26), 24)
+    assert twice.tension == pytest.approx(once.tension) and twice.slack == pytest.approx(once.slack)
+
+
+BAD = [
+    ({"tuning": "drop-x"}, ['tuning = "drop-x"', "drop-d", "D1 A1 D2 G2"]),
+    ({"tuning": ""}, ["tuning", "allowed"]),
+    ({"tuning": 5}, ["tuning = 5", "allowed"]),
+    ({"tuning": ["E1", True, "D2", "G2"]}, ["tuning", "allowed"]),
+    ({"tuning": "E1 A1 D2 H2"}, ["tuning", "allowed"]),
+    ({"tuning": "E1 A1 D2"}, ["tuning", "3 notes for 4 strings"]),
+    ({"tuning": "E1 A1 G2 D2"}, ["tuning", "from the lowest to the highest", "G2, D2"]),
+    ({"tuning": "D#0 A1 D2 G2"}, ["tuning", "D#0 on the E1 string", "B0 to B1"]),
+    ({"tuning": "E1 A1 D2 E3"}, ["tuning", "E3 on the G2 string", "D2 to D3"]),
+    ({"tuning": ["E1", "A1", "D2", "1e9 Hz"]}, ["tuning", "allowed"]),
+    ({"tuning": "drop-a"}, ["tuning", "no B0 string"]),
+    ({"capo": 20}, ["capo = 20", "0 to 19", "20 frets"]),
+    ({"capo": -1}, ["capo = -1", "0 to 31"]),
+    ({"capo": 2.5}, ["capo = 2.5", "whole number"]),
+    ({"a4": 300}, ["a4 = 300", "380 to 480 Hz"]),
+    ({"a4": "432 kg"}, ["a4", "380 to 480 Hz"]),
+    ({"a4": float("nan")}, ["a4", "380 to 480 Hz"]),
+    ({"a4": 10**400}, ["a4", "380 to 480 Hz"]),
+    ({"a4": True}, ["a4", "380 to 480 Hz"]),
+    ({"temperament": [1, 2, 3]}, ["temperament", "3 values", "12, C first"]),
+    ({"temperament": [101] + 11 * [0]}, ["temperament", "-100 to 100"]),
+    ({"temperament": []}, ["temperament", "list"]),
+]
+
+
+@pytest.mark.parametrize(("keys", "says"), BAD)
+def test_bad_values_are_one_clear_line(keys: dict[str, object], says: list[str]) -> None:
+    with pytest.raises(PresetError) as caught:
+        load_preset("jazz-finger", **keys)  # type: ignore[arg-type]
+    line = str(caught.value)
+    assert line.startswith("jazz-finger.toml: ") and line.isprintable() and len(line) < 300
+    assert all(part in line for part in says), line
+
+
+def test_a_capo_under_a_fret_that_stands_proud_is_one_clear_line() -> None:
+    label, data = preset_tables("jazz-finger")
+    with pytest.raises(PresetError, match=r"fret 1 stands .* string E at rest \(counted from the capo\)"):
+        Builder(label).instrument(data | {"neck": data["neck"] | {"lift": {"6": "2 mm"}}, "capo": 5})
