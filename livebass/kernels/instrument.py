@@ -501,7 +501,7 @@ def is_player(player):
         return False
     if not 0.0 <= player.thumb_mass <= 10.0 or not 0.0 <= player.thumb_width <= 1.0:
         return False
-    if not 0.0 <= player.thumb_stiffness <= 1e9 or not 0.0 <= player.thumb_loss <= 1e3:
+    if not 0.0 <= player.thumb_stiffness <= 1e8 or not 0.0 <= player.thumb_loss <= 1e3:
         return False
     if not 1e-3 <= player.strike_softest <= 1e2 or not 1e-3 <= player.strike_hardest <= 1e2:
         return False
