@@ -19,6 +19,7 @@ from livebass.kernels.records import (
     HAMMER,
     HAND,
     IDLE,
+    MOST_NEAR,
     OPERATOR,
     PLUCK,
     PULL_OFF,
@@ -42,6 +43,8 @@ MOST_EVENTS = 8 * MOST_STRINGS  # one message gives at most so many: reset-contr
 MOST_RANGE = 96  # semitones of pitch bend; the fine part of the range comes on top ...
 MOST_BEND = 97.0  # ... and no bend goes farther
 LEAST_FORCE = 1e-3  # multiple of the grazing apex: a curve cannot start at zero
+# The left hand that slaps the strings: fret, kg, half width (m) and stiffness (N/m^1.5) of its fingers
+LEFT_FRET, LEFT_MASS, LEFT_WIDTH, LEFT_STIFFNESS = 7, 0.06, 15e-3, 3e5
 FASTEST_STRIKE = 8.0  # m/s: no hand is faster
 MOST_UNEVENNESS = 0.5
 KEYS = 128
@@ -69,11 +72,11 @@ LEAST = (-60.0, -1.0, -1.0, -12.0, 0.0, -1.0, -1.0, 0.0)
 MOST = (20.0, 1.0, 1.0, 12.0, 3.0, 1.0, 1.0, 24.0)
 OWN, PLUCKED, THUMB_ON_TWO, THUMB_ON_ALL = range(4)  # values of TECHNIQUE
 
-# Key switches, by the key map of the bass. Those of the first row and the strokes hold while the key is held, the last
-# of WITH_FINGERS, WITH_PICK and WITH_THUMB until the next of them, STOP_ALL and HAND_AT happen at once. The value of
-# ON_STRING is a pitch class of an open string, that of HAND_AT a fret.
+# Key switches, by the key map of the bass. Those of the first row, the strokes and LEFT_SLAP hold while the key is
+# held, the last of WITH_FINGERS, WITH_PICK and WITH_THUMB until the next of them, STOP_ALL and HAND_AT happen at once.
+# The value of ON_STRING is a pitch class of an open string, that of HAND_AT a fret.
 NO_SWITCH, ON_STRING, GHOST, LEGATO, HARMONIC, TAP, PALM, SLIDE, VIBRATO = range(9)
-WITH_FINGERS, WITH_PICK, WITH_THUMB, STOP_ALL, DOWN_STROKE, UP_STROKE, HAND_AT, ACTIONS = range(9, 17)
+WITH_FINGERS, WITH_PICK, WITH_THUMB, STOP_ALL, DOWN_STROKE, UP_STROKE, HAND_AT, LEFT_SLAP, ACTIONS = range(9, 18)
 # Controllers, likewise by the key map; from CC_PARAMETER on they move the parameters above
 NO_FUNCTION, CC_PLACE, CC_VOLUME, CC_EXPRESSION, CC_LET_RING, CC_VIBRATO, CC_PALM, CC_SLIDE = range(8)
 CC_LEGATO, CC_BEND, CC_HAND, CC_BLEND, CC_PARAMETER = range(8, 13)
@@ -88,7 +91,7 @@ SHIFTS = 0.6  # semitones off its fret at which a wheel that slides changes fret
 ALL_ALIKE, STRING_A_CHANNEL, NOTE_A_CHANNEL = range(3)
 CHANNELS = 16
 # When idle strings may answer those that sound: no hand rests on them never, while the pedal is down, or always
-NEVER, PEDAL, ALWAYS = range(3)
+NEVER, WITH_PEDAL, ALWAYS = range(3)
 ANSWERS_WHEN = 3
 MONO_STEP = 2  # semitones
 GUITAR_RANGE, MPE_RANGE = 12.0, 48.0  # semitones of a channel's wheel, until RPN 0 says another range
@@ -198,7 +201,7 @@ PERFORMER = np.dtype(
         ("release_soft", "f8"),
         ("nearer", "f8"),  # m: the hardest are plucked nearer to the saddle than the softest
         ("angle", "f8"),  # rad
-        ("answering", "i8"),  # NEVER, PEDAL or ALWAYS
+        ("answering", "i8"),  # NEVER, WITH_PEDAL or ALWAYS
         ("idle", "i8"),  # strings that may answer, a bit each, as the strings have been told
         ("ghost_below", "i8"),  # velocity under which a note is a ghost note
         # counters
@@ -510,6 +513,10 @@ def note_on(p, ops, frame, key, velocity, events, count):
         p.stacked[i] = 0
         if p.state[i] != FREE and p.key[i] != key:
             p.stolen += 1
+    if own_string < 0:
+        for k in range(p.strings):
+            if k != i and p.state[k] != FREE and p.key[k] == key:  # it is played on another string now
+                count = stop_string(p, k, frame, events, count)
     reach(p, fret)
     p.notes += 1
     p.clock += 1
@@ -632,6 +639,8 @@ def stroke(p, ops, i, fret, node, part, ghost, own_place, frame, events, count):
 
     `node`: on the node of that natural harmonic; 0: none.
     """
+    left = p.switched[LEFT_SLAP] > 0 and ops[i, 0].points <= MOST_NEAR  # over a board fingers have no mass
+    ghost = ghost or left
     stop = 0 if ghost else fret
     op = ops[i, stop]
     softest = max(p.softest, LEAST_FORCE)
@@ -641,7 +650,16 @@ def stroke(p, ops, i, fret, node, part, ghost, own_place, frame, events, count):
     if ghost:
         force *= GHOST_FORCE
     aside = UNEVEN_PLACE * p.unevenness * chance(p.seed, 2 * p.notes + 1)
-    if i < p.slapped and node == 0:
+    if left:
+        speed = p.strike_softest * power(p.strike_hardest / p.strike_softest, part)
+        speed *= p.dynamics * (1.0 + p.unevenness * chance(p.seed, 2 * p.notes))
+        where = op.length - ops[i, min(LEFT_FRET, p.frets)].length
+        count = emit(events, count, frame, THROW, i, stop, soft_limit(speed, FASTEST_STRIKE), where)
+        e = events[count - 1]
+        e.z = LEFT_MASS
+        e.t = LEFT_WIDTH
+        e.w = LEFT_STIFFNESS
+    elif i < p.slapped and node == 0:
         where = over_body(ops[i, 0], op, p.strike_position, aside, LEAST_STRIKE)
         if p.thumb_mass > 0.0:
             speed = p.strike_softest * power(p.strike_hardest / p.strike_softest, part)
@@ -1095,7 +1113,7 @@ def is_switch(p, key):
 def tell_idle(p, frame, events, count):
     """Tells every string which ones nobody plays or mutes, where that has changed: they may answer (answers.py)."""
     idle = 0
-    if p.answering == ALWAYS or (p.answering == PEDAL and p.pedal):
+    if p.answering == ALWAYS or (p.answering == WITH_PEDAL and p.pedal):
         for i in range(p.strings):
             if p.state[i] == FREE:
                 idle |= 1 << i

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -125,6 +126,8 @@ def test_the_script_gives_each_string_its_note() -> None:
 def test_runs_are_alike() -> None:
     """A device plays the same sound the second time."""
     bass = even(load_preset("jazz-finger"))
+    smooth = tuple(replace(string, winding=0.0) for string in bass.strings)  # fingers scrape by chance
+    bass = replace(bass, strings=smooth)
     script = worst_case(bass, RATE, 4, 0.3)
     synth = Synth(RATE, adaptive=False)
     synth.switch_to(LiveBass(bass, Quality("quick", 20, 192e3), RATE))

@@ -93,6 +93,7 @@ class Played:
         """True if a hand is at work on the string; the tuning, and the slot, which change while one is."""
         r = self.record
         works = r["pulling"] > 0 or r["striking"] > 0 or r["depth"] > 0 or self.voice.slots["moving"].any()
+        works = works or r["slide_to"] >= 0  # and scrapes the windings
         return bool(works), float(r["tuned"]), int(r["slot"])
 
 
@@ -125,7 +126,7 @@ def random_events(name: str, string: Played, rng: np.random.Generator) -> np.nda
             return event(HAMMER, fret, x=rng.uniform(0.3, 2.5))
         case "pull":
             lower = int(rng.integers(0, max(int(string.voice.note()[0]), 1)))
-            return event(PULL_OFF, lower, x=rng.uniform(0.5, 2) * mm, y=1.87)
+            return event(PULL_OFF, lower, x=rng.uniform(0.5, 2) * mm)
         case "slide":
             return event(GLIDE, fret, x=float(rng.choice([3e-3, 22e-3])))
         case "touch":

@@ -384,3 +384,19 @@ def test_every_parameter_has_a_controller(symbol: str) -> None:
     before = hands.record.copy()
     hands(control(number, 100))
     assert before.tobytes() != hands.record.tobytes()
+
+
+def test_the_left_hand_slaps() -> None:
+    """A mass on the strings about fret 7, with fingers on them: a clack in which no partial rings."""
+    hands = Hands(bass())
+    hands(on(7))
+    events = hands(on(33))
+    (throw,) = of(events, records.THROW)
+    ops = hands.engine.pool.records[int(throw["string"])]
+    assert throw["fret"] == 0 and throw["y"] == pytest.approx(ops["length"][0] - ops["length"][7])
+    assert throw["z"] == performer.LEFT_MASS and len(of(events, records.TOUCH_EVENT)) == 2
+    hands(off(7))
+    assert len(of(hands(on(35)), records.PLUCK)) == 1
+    x = np.abs(sound(bass(), [(0, on(7, 100)), (100, on(33, 110))], RATE // 2))
+    peak, rest = x[: RATE // 10].max(), x[RATE // 5 : RATE // 3].max()
+    assert peak > 0.003 and rest < 0.05 * peak, (peak, rest)

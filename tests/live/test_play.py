@@ -16,6 +16,7 @@ import threading
 import time
 import weakref
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -119,12 +120,13 @@ def test_the_last_wish_counts() -> None:
 def test_every_preset_is_played_by_the_same_hands() -> None:
     """Those of --keys and its like, whatever preset is chosen later."""
 
-    def hands(bass: Instrument) -> Instrument:
+    def load(preset: str) -> Instrument:
+        bass = load_preset(preset)
         return replace(bass, player=replace(bass.player, keys=MODO_12))
 
     synth, device = synth_and_device("jazz-finger")
     device.block(64)
-    presets = PresetSwitch(synth, "jazz-finger", QUICK, hands)
+    presets = PresetSwitch(synth, "jazz-finger", QUICK, load)
     presets.choose(preset="slap")
     wait_for(lambda: presets.turn())
     device.block(64)
@@ -213,13 +215,14 @@ def test_a_preset_that_cannot_be_loaded_is_a_line(tmp_path: Path) -> None:
 
 def test_every_bass_of_a_session_is_tuned_alike() -> None:
     synth, device = synth_and_device("jazz-finger")
-    changes = PresetSwitch(synth, "jazz-finger", QUALITIES["live"], {"tuning": "drop-d", "capo": 1, "a4": 432})
+    drop_d = partial(load_preset, tuning="drop-d", capo=1, a4=432)
+    changes = PresetSwitch(synth, "jazz-finger", QUALITIES["live"], drop_d)
     changes.choose("slap")
     assert changed(changes, device) == "preset slap, quality live"
     assert synth.bass is not None
     bass = synth.bass.engine.instrument
     assert bass == load_preset("slap", tuning="drop-d", capo=1, a4=432) and bass.a4 == 432
-    changes.tuning = {"tuning": "E1 A1 D2 G2"}
+    changes.load = partial(load_preset, tuning="E1 A1 D2 G2")
     changes.choose("five-string")
     assert "4 notes for 5 strings" in changed(changes, device)
     changes.close()

@@ -30,7 +30,7 @@ from livebass.plugin.systems import this_system
 from livebass.score import Score
 
 PRESETS = ("jazz-finger", "slap", "paper-bass", "fretless", "five-string", "six-string")
-MOST_BYTES = 700_000
+MOST_BYTES = 750_000
 TAIL = 0.5  # s
 
 

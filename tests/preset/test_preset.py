@@ -580,7 +580,8 @@ def spread(low: float, high: float) -> st.SearchStrategy[float]:
     return st.floats(0.001, 0.999).map(lambda part: least * (high / least) ** part)
 
 
-PLAIN = [k for k in KEYS if k.section and k.kind not in ("note", "text", "lift") and not k.kind.endswith("[]")]
+APART = ("note", "text", "lift", "tuning", "key map", "curve")  # kinds with values of their own
+PLAIN = [k for k in KEYS if k.section and k.kind not in APART and not k.kind.endswith("[]")]
 TAKEN_CARE_OF = {"core_diameter", "law_fundamental", "linear_density", "tension", "scale_length"}
 
 
