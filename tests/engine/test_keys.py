@@ -79,7 +79,7 @@ def test_names_are_in_the_order_of_the_performers_numbers() -> None:
     switches = (
         performer.ON_STRING, performer.GHOST, performer.LEGATO, performer.HARMONIC, performer.TAP, performer.PALM,
         performer.SLIDE, performer.VIBRATO, performer.WITH_FINGERS, performer.WITH_PICK, performer.WITH_THUMB,
-        performer.STOP_ALL, performer.DOWN_STROKE, performer.UP_STROKE, performer.HAND_AT,
+        performer.STOP_ALL, performer.DOWN_STROKE, performer.UP_STROKE, performer.HAND_AT, performer.LEFT_SLAP,
     )  # fmt: skip
     assert switches == tuple(range(1, performer.ACTIONS)) and len(SWITCHES) == len(switches)
     functions = (
@@ -148,6 +148,7 @@ def is_played(name: str, value: int, events: NDArray[np.void], stroke: int) -> b
         "vibrato": len(plucked) == 1 and max(of(events, records.WAVER)["x"], default=0) > 0.3,
         "finger": len(plucked) == 1 and stroke == performer.FINGER,
         "pick": len(plucked) == 1 and stroke == performer.PICK,
+        "left_slap": len(of(events, records.THROW)) == 1 and touched == [2, 3],
         "slap": struck == 1 and stroke == performer.POP,
         "stop_all": len(plucked) == 1 and of(events, records.HAND)["string"].tolist() == [0, 1, 2, 3],
     }.get(name, len(plucked) + struck == 1)
