@@ -554,6 +554,8 @@ def excite(voice, slot, op):
     if voice.fingering > 0:
         modal.finger(slot.u, n)
         modal.finger(slot.v, slot.v_active)
+        forget_contact(slot.u, op)  # it moves the string, so that a penetration known before is none
+        forget_contact(slot.v, op)
         voice.fingering -= 1
     if voice.pulling > 0:
         voice.pulling -= 1
