@@ -195,7 +195,7 @@ def assert_hands_alone(preset: str, i: int, seconds: float, seed: int) -> tuple[
 @pytest.mark.parametrize(("preset", "i"), [("jazz-finger", 3), ("slap", 1)])
 def test_hands_alone_put_energy_into_a_string(preset: str, i: int) -> None:
     free, works = assert_hands_alone(preset, i, 0.4, 6)
-    assert free > 2000 and works > 4
+    assert free > 2000 and works > 2
 
 
 @pytest.mark.slow
@@ -203,4 +203,4 @@ def test_hands_alone_put_energy_into_a_string(preset: str, i: int) -> None:
 @pytest.mark.parametrize("seed", range(2))
 def test_they_do_on_every_kind_of_string(preset: str, i: int, seed: int) -> None:
     free, works = assert_hands_alone(preset, i, 0.5, seed)
-    assert free > 2000 and works > 4
+    assert free > 2000 and works > 2

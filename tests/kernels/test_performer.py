@@ -624,6 +624,10 @@ def check(hands: Hands, events: NDArray[np.void]) -> None:
             assert 0 <= e["fret"] < at.TOUCHES and 0.0 <= e["y"] < 100.0 and e["x"] > 0.0
         elif e["kind"] == at.HAMMER:
             assert 0.29 < e["x"] < 2.51
+        elif e["kind"] in (at.TONE, at.BLEND):
+            assert -1.0 <= e["x"] <= 1.0
+        elif e["kind"] == at.IDLE:
+            assert 0 <= e["x"] < 2**count
         else:
             assert e["kind"] in (at.HAND, at.CUT, at.PULL_OFF, at.GLIDE, at.WAVER)
 
