@@ -36,8 +36,9 @@ def random_message(rng: np.random.Generator, channel: int) -> tuple[int, int, in
 
 
 def loudest_note(bass: Engine) -> float:
-    """The peak of the strings' open notes, as hard as they can be played."""
-    notes = [(0.3 * k, 0.2, string.open_note, 127) for k, string in enumerate(bass.instrument.strings)]
+    """The peak of the strings' open notes and of a high one, as hard as they can be played."""
+    keys = [string.open_note for string in bass.instrument.strings]
+    notes = [(0.3 * k, 0.2, key, 127) for k, key in enumerate([*keys, keys[-1] + bass.frets - 1])]
     return max(float(np.abs(block).max()) for block in bass.another().play(score_of(notes, RATE), 0.0))
 
 
