@@ -77,7 +77,7 @@ def hands_options(command: Command) -> Command:
 
 @dataclass(frozen=True)
 class Hands:
-    """What the options change of a bass's player; where none is given its preset holds."""
+    """Holds what the options change of a bass's player; where none is given its preset holds."""
 
     changes: dict[str, Any]
 

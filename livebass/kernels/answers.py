@@ -87,7 +87,7 @@ def connect(string, i, instrument, ops):
 
 @fast
 def hear(a, n):
-    """What `n` answering modes add to the signal before the filters."""
+    """Sums what `n` answering modes add to the signal before the filters."""
     x = 0.0
     for g in range(n):
         x += a.of_q[g] * a.q[g] + a.of_y[g] * a.y[g]

@@ -26,7 +26,7 @@ from livebass.kernels.frame import (
     suspicious,
     way_of_step,
 )
-from livebass.kernels.looks import find_rubbing, find_seen, finish, move, plan, recall
+from livebass.kernels.looks import plan, take_steps
 from livebass.kernels.operators import positions, shape
 from livebass.kernels.records import GROUP
 
@@ -113,18 +113,7 @@ def fine_steps(slot, op, voice, near, count, steps, step):
 
     u.clearance is that of the points, at least, before and after.
     """
-    u, v, seen = slot.u, slot.v, slot.seen
-    recall(slot, op, near, count, step)
-    for _ in range(steps):
-        step += 1
-        looks = find_seen(slot, near, count, step)
-        if slot.v_active > 0:
-            rubbing = find_rubbing(slot, op, looks)
-            move(v, op, slot.rubbing, rubbing, slot.v_active)
-            slide(slot, op, slot.rubbing, rubbing)
-        move(u, op, seen, looks, slot.active)
-        press(slot, op, voice, seen, looks, step)
-    finish(slot, op, near, count, step)
+    take_steps(slot, op, voice, near, count, steps, step, slide, press)
 
 
 @jit

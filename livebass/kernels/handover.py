@@ -80,23 +80,6 @@ def sums_of_two(q, p, q_v, p_v, squares, n, square):
 
 
 @jit
-def projected(a, squares, k, n, same):
-    """Sums over all `n` modes but `same` for the wave number `k`: of u and, where it moves, of v, weighed."""
-    u, v = a.u, a.v
-    j = max(same, 0)
-    kept = squares[j], u.q_before[j], u.p_before[j], v.q_before[j], v.p_before[j]
-    if same >= 0:  # no mode has the wave number 0
-        squares[j] = u.q_before[j] = u.p_before[j] = v.q_before[j] = v.p_before[j] = 0.0
-    if a.v_active > 0:
-        x, y, x_v, y_v = sums_of_two(u.q_before, u.p_before, v.q_before, v.p_before, squares, n, k * k)
-    else:
-        x, y = sums_of_one(u.q_before, u.p_before, squares, n, k * k)
-        x_v = y_v = 0.0
-    squares[j], u.q_before[j], u.p_before[j], v.q_before[j], v.p_before[j] = kept
-    return x, y, x_v, y_v
-
-
-@jit
 def equal_mode(k, top, n):
     """Index of the mode with the wave number `k` among n modes with top (j + 1); -1: there is none."""
     j = np.int64(np.rint(k / top)) - 1
@@ -126,6 +109,33 @@ def straight(w, j, part):
 
 
 @jit
+def projected(a, squares, k, n, same, factor, part):
+    """Displacement and velocity of the mode with the wave number `k`, of u and, where it moves, of v.
+
+    They are `factor` times the sums over all `n` weighed modes but `same`, whose own part is `part`.
+    """
+    u, v = a.u, a.v
+    j = max(same, 0)
+    kept = squares[j], u.q_before[j], u.p_before[j], v.q_before[j], v.p_before[j]
+    if same >= 0:  # no mode has the wave number 0
+        squares[j] = u.q_before[j] = u.p_before[j] = v.q_before[j] = v.p_before[j] = 0.0
+    if a.v_active > 0:
+        x, y, x_v, y_v = sums_of_two(u.q_before, u.p_before, v.q_before, v.p_before, squares, n, k * k)
+    else:
+        x, y = sums_of_one(u.q_before, u.p_before, squares, n, k * k)
+        x_v = y_v = 0.0
+    squares[j], u.q_before[j], u.p_before[j], v.q_before[j], v.p_before[j] = kept
+    x, y, x_v, y_v = factor * x, factor * y, factor * x_v, factor * y_v
+    if same >= 0:
+        q, p = straight(u, same, part)
+        x, y = x + q, y + p
+        if a.v_active > 0:
+            q, p = straight(v, same, part)
+            x_v, y_v = x_v + q, y_v + p
+    return x, y, x_v, y_v
+
+
+@jit
 def to_shorter(a, op, b, to):
     """Hands the motion of slot `a` over to the shorter `b`, of u and, where it moves, of v.
 
@@ -145,16 +155,8 @@ def to_shorter(a, op, b, to):
     for m in range(to.modes):
         k = (m + 1) * k1_new
         same = equal_mode(k, k1, n)
-        x, y, x_v, y_v = projected(a, squares, k, n, same)
-        q, p = scale * k * x, scale * k * y
-        q_v, p_v = scale * k * x_v, scale * k * y_v
-        if same >= 0:
-            part = np.sqrt(to.length / op.length) * cos(k * s)
-            x, y = straight(a.u, same, part)
-            q, p = q + x, p + y
-            if sways:
-                x, y = straight(a.v, same, part)
-                q_v, p_v = q_v + x, p_v + y
+        part = np.sqrt(to.length / op.length) * cos(k * s) if same >= 0 else 0.0
+        q, p, q_v, p_v = projected(a, squares, k, n, same, scale * k, part)
         line = np.sqrt(2 * to.length) / (np.pi * (m + 1))
         put(b.u, m, q - u_stop * line, p - u_speed * line)
         if sways:
@@ -210,16 +212,8 @@ def to_longer(a, op, b, to, at, at_v):
         k = (j + 1) * k1
         phi = sin(k * s)
         same = equal_mode(k, k1_old, n)
-        x, y, x_v, y_v = projected(a, squares, k, n, same)
-        q, p = -scale * phi * x, -scale * phi * y
-        q_v, p_v = -scale * phi * x_v, -scale * phi * y_v
-        if same >= 0:
-            part = np.sqrt(op.length / to.length) * cos(k * s)
-            x, y = straight(a.u, same, part)
-            q, p = q + x, p + y
-            if sways:
-                x, y = straight(a.v, same, part)
-                q_v, p_v = q_v + x, p_v + y
+        part = np.sqrt(op.length / to.length) * cos(k * s) if same >= 0 else 0.0
+        q, p, q_v, p_v = projected(a, squares, k, n, same, -scale * phi, part)
         shape = corner * phi / (k * k) / (1 + to.held_stiffness * (k * k))
         put(b.u, j, q + at[0] * shape, p + at[1] * shape)
         if b.v_ready:

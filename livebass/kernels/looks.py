@@ -8,13 +8,34 @@ thread]
 
 import numpy as np
 
-from livebass.compiling import jit
+from livebass.compiling import inlined, jit
 from livebass.kernels import modal
 from livebass.kernels.frame import steps_clear, way_of_step
 from livebass.kernels.operators import shape
 
 EARLY = 2  # steps that a point is looked at before it could touch
 FAR = EARLY + 2  # steps: a point that could not touch in so many is left alone for a while
+
+
+@inlined
+def take_steps(slot, op, voice, near, count, steps, step, slide, press):
+    """Takes `steps` fine steps from `step` on, with contact and friction solved at the `count` points in `near`.
+
+    slide(slot, op, points, count) solves friction of the step just made of v, press(slot, op, voice, points, count,
+    step) contact of that of u. u.clearance is that of the points, at least, before and after.
+    """
+    u, v, seen = slot.u, slot.v, slot.seen
+    recall(slot, op, near, count, step)
+    for _ in range(steps):
+        step += 1
+        looks = find_seen(slot, near, count, step)
+        if slot.v_active > 0:
+            rubbing = find_rubbing(slot, op, looks)
+            move(v, op, slot.rubbing, rubbing, slot.v_active)
+            slide(slot, op, slot.rubbing, rubbing)
+        move(u, op, seen, looks, slot.active)
+        press(slot, op, voice, seen, looks, step)
+    finish(slot, op, near, count, step)
 
 
 @jit
