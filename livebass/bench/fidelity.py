@@ -96,7 +96,8 @@ def nudged(bass: Instrument) -> Instrument:
         bass,
         player=replace(
             p, softest=p.softest * more, hardest=p.hardest * more, greatest_apex=p.greatest_apex * more,
-            strike_force=p.strike_force * more,
+            strike_force=p.strike_force * more, strike_softest=p.strike_softest * more,
+            strike_hardest=p.strike_hardest * more,
         ),
     )  # fmt: skip
 
@@ -131,7 +132,8 @@ def play_notes(bass: Instrument, quality: Quality, notes: Sequence[Note]) -> lis
     """Plays `notes`, all of one string and audio rate, one after the other; the sound begins with the release."""
     alone, rate = string_alone(bass, notes[0].string), notes[0].rate
     engine, player = Engine(alone, quality, rate, workers=1), alone.player
-    held = round((player.strike_time if struck(alone) else player.pull_time) * rate)
+    strike = 0.0 if player.thumb_mass > 0 else player.strike_time
+    held = round((strike if struck(alone) else player.pull_time) * rate)
     out = []
 
     def send(*message: int) -> None:

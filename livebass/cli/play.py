@@ -55,7 +55,7 @@ Key switches, below the notes of the bass, as MODO BASS has them; held, but 13, 
 
   0 9 11 14 16 19   play on the string C, A, B, D, E, G
   10  12  17        ghost notes; hammer-on and pull-off (overlap the notes); harmonics
-  2  3  4  6        tapping; palm mute; slides (overlap the notes); vibrato
+  2  3  4  6  7     tapping; palm mute; slides (overlap the notes); vibrato; left-hand slap
   13  15  18        fingers; pick; thumb and pops
   8                 damp all strings
 

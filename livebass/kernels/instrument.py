@@ -63,7 +63,8 @@ PLAYER = np.dtype(
             "pull_time", "strike_time", "rounding", "strike_width", "pluck_angle", "bend_range", "pluck_position",
             "pluck_nearest", "pluck_farthest", "softest", "hardest", "greatest_apex", "strike_position", "strike_force",
             "hand_damping", "unevenness", "rounding_soft", "release_time", "release_time_soft", "release_speed",
-            "nearer_when_hard",
+            "nearer_when_hard", "strike_softest", "strike_hardest", "thumb_mass", "thumb_width", "thumb_stiffness",
+            "thumb_loss",
         )),
         ("slapped_strings", "i8"),
         ("ghost_below", "i8"),
@@ -236,6 +237,10 @@ def connect(string, instrument, i, coil):
     voice.rounding = player.rounding
     voice.strike_width = player.strike_width
     voice.release = player.release_time
+    voice.thumb_mass = player.thumb_mass
+    voice.thumb_width = player.thumb_width
+    voice.thumb_stiffness = player.thumb_stiffness
+    voice.thumb_loss = player.thumb_loss
     voice.angle = player.pluck_angle
     voice.follow = player.release_speed / player.greatest_apex
     voice.turn = i * BEND_FRAMES // instrument.strings
@@ -309,6 +314,9 @@ def make_performer(p, instrument, seed):
     p.usual_slapped = p.slapped
     p.strike_position = player.strike_position
     p.strike_force = player.strike_force
+    p.strike_softest = player.strike_softest
+    p.strike_hardest = player.strike_hardest
+    p.thumb_mass = player.thumb_mass
     p.hand_damping = player.hand_damping
     p.usual_damping = p.hand_damping
     p.unevenness = player.unevenness
@@ -490,6 +498,12 @@ def is_player(player):
     if not 0.0 <= player.release_time <= 1.0 or not 0.0 <= player.release_time_soft <= 1.0:
         return False
     if not 0.0 <= player.release_speed <= 100.0:
+        return False
+    if not 0.0 <= player.thumb_mass <= 10.0 or not 0.0 <= player.thumb_width <= 1.0:
+        return False
+    if not 0.0 <= player.thumb_stiffness <= 1e8 or not 0.0 <= player.thumb_loss <= 1e3:
+        return False
+    if not 1e-3 <= player.strike_softest <= 1e2 or not 1e-3 <= player.strike_hardest <= 1e2:
         return False
     if not abs(player.pluck_angle) <= 1.6 or not 0.0 <= player.bend_range <= MOST_RANGE:
         return False

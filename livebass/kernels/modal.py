@@ -229,6 +229,15 @@ def displacement_step_before(w, phi, n):
 
 
 @jit
+def product(phi, other, n):
+    """Sum of products of two rows."""
+    x = 0.0
+    for j in range(n):
+        x += phi[j] * other[j]
+    return x
+
+
+@jit
 def copy(to, values, n):
     """Copies `n` numbers; numba's own assignment of slices allocates where they might overlap."""
     for j in range(n):

@@ -19,10 +19,12 @@ from livebass.kernels.records import (
     HAMMER,
     HAND,
     IDLE,
+    MOST_NEAR,
     OPERATOR,
     PLUCK,
     PULL_OFF,
     STRIKE_EVENT,
+    THROW,
     TONE,
     TOUCH_EVENT,
     WAVER,
@@ -41,6 +43,9 @@ MOST_EVENTS = 8 * MOST_STRINGS  # one message gives at most so many: reset-contr
 MOST_RANGE = 96  # semitones of pitch bend; the fine part of the range comes on top ...
 MOST_BEND = 97.0  # ... and no bend goes farther
 LEAST_FORCE = 1e-3  # multiple of the grazing apex: a curve cannot start at zero
+# The left hand that slaps the strings: fret, kg, half width (m) and stiffness (N/m^1.5) of its fingers
+LEFT_FRET, LEFT_MASS, LEFT_WIDTH, LEFT_STIFFNESS = 7, 0.06, 15e-3, 3e5
+FASTEST_STRIKE = 8.0  # m/s: no hand is faster
 MOST_UNEVENNESS = 0.5
 KEYS = 128
 CONTROLLERS = 128
@@ -67,11 +72,11 @@ LEAST = (-60.0, -1.0, -1.0, -12.0, 0.0, -1.0, -1.0, 0.0)
 MOST = (20.0, 1.0, 1.0, 12.0, 3.0, 1.0, 1.0, 24.0)
 OWN, PLUCKED, THUMB_ON_TWO, THUMB_ON_ALL = range(4)  # values of TECHNIQUE
 
-# Key switches, by the key map of the bass. Those of the first row and the strokes hold while the key is
+# Key switches, by the key map of the bass. Those of the first row, the strokes and LEFT_SLAP hold while the key is
 # held, the last of WITH_FINGERS, WITH_PICK and WITH_THUMB until the next of them, STOP_ALL and HAND_AT happen at once.
 # The value of ON_STRING is a pitch class of an open string, that of HAND_AT a fret.
 NO_SWITCH, ON_STRING, GHOST, LEGATO, HARMONIC, TAP, PALM, SLIDE, VIBRATO = range(9)
-WITH_FINGERS, WITH_PICK, WITH_THUMB, STOP_ALL, DOWN_STROKE, UP_STROKE, HAND_AT, ACTIONS = range(9, 17)
+WITH_FINGERS, WITH_PICK, WITH_THUMB, STOP_ALL, DOWN_STROKE, UP_STROKE, HAND_AT, LEFT_SLAP, ACTIONS = range(9, 18)
 # Controllers, likewise by the key map; from CC_PARAMETER on they move the parameters above
 NO_FUNCTION, CC_PLACE, CC_VOLUME, CC_EXPRESSION, CC_LET_RING, CC_VIBRATO, CC_PALM, CC_SLIDE = range(8)
 CC_LEGATO, CC_BEND, CC_HAND, CC_BLEND, CC_PARAMETER = range(8, 13)
@@ -180,6 +185,9 @@ PERFORMER = np.dtype(
         ("slapped", "i8"),
         ("strike_position", "f8"),
         ("strike_force", "f8"),
+        ("strike_softest", "f8"),  # m/s
+        ("strike_hardest", "f8"),
+        ("thumb_mass", "f8"),  # kg; 0: the thumb strikes by an impulse
         ("hand_damping", "f8"),
         ("unevenness", "f8"),
         ("seed", "i8"),
@@ -631,6 +639,8 @@ def stroke(p, ops, i, fret, node, part, ghost, own_place, frame, events, count):
 
     `node`: on the node of that natural harmonic; 0: none.
     """
+    left = p.switched[LEFT_SLAP] > 0 and ops[i, 0].points <= MOST_NEAR  # over a board fingers have no mass
+    ghost = ghost or left
     stop = 0 if ghost else fret
     op = ops[i, stop]
     softest = max(p.softest, LEAST_FORCE)
@@ -640,13 +650,27 @@ def stroke(p, ops, i, fret, node, part, ghost, own_place, frame, events, count):
     if ghost:
         force *= GHOST_FORCE
     aside = UNEVEN_PLACE * p.unevenness * chance(p.seed, 2 * p.notes + 1)
-    if i < p.slapped and node == 0:
+    if left:
+        speed = p.strike_softest * power(p.strike_hardest / p.strike_softest, part)
+        speed *= p.dynamics * (1.0 + p.unevenness * chance(p.seed, 2 * p.notes))
+        where = op.length - ops[i, min(LEFT_FRET, p.frets)].length
+        count = emit(events, count, frame, THROW, i, stop, soft_limit(speed, FASTEST_STRIKE), where)
+        e = events[count - 1]
+        e.z = LEFT_MASS
+        e.t = LEFT_WIDTH
+        e.w = LEFT_STIFFNESS
+    elif i < p.slapped and node == 0:
         where = over_body(ops[i, 0], op, p.strike_position, aside, LEAST_STRIKE)
-        depth = p.strike_force * np.sqrt(p.slack[i])  # the thumb gives every string the same speed
-        depth *= soft_limit(force * max(grazing(op, 0.5 * op.length), LEAST_GRAZE), p.greatest)
-        if p.usual_slapped == 0:
-            depth *= GUEST_THUMB
-        count = emit(events, count, frame, STRIKE_EVENT, i, stop, depth, where)
+        if p.thumb_mass > 0.0:
+            speed = p.strike_softest * power(p.strike_hardest / p.strike_softest, part)
+            speed *= p.dynamics * (1.0 + p.unevenness * chance(p.seed, 2 * p.notes)) * (GHOST_FORCE if ghost else 1.0)
+            count = emit(events, count, frame, THROW, i, stop, soft_limit(speed, FASTEST_STRIKE), where)
+        else:
+            depth = p.strike_force * np.sqrt(p.slack[i])  # the thumb gives every string the same speed
+            depth *= soft_limit(force * max(grazing(op, 0.5 * op.length), LEAST_GRAZE), p.greatest)
+            if p.usual_slapped == 0:
+                depth *= GUEST_THUMB
+            count = emit(events, count, frame, STRIKE_EVENT, i, stop, depth, where)
     else:
         position = place(p, own_place) if not np.isnan(own_place) else p.position
         touched = node if node > 0 else 2 if p.switched[HARMONIC] > 0 else 0

@@ -158,6 +158,34 @@ STOP = np.dtype(
     align=True,
 )
 
+# A mass that strikes the string from above: the thumb, or a finger of the left hand (thumb.py)
+THUMB = np.dtype(
+    [
+        ("on", "i8"),  # NONE, COMING or THERE
+        ("wait", "i8"),  # frames until it comes
+        ("frames", "i8"),  # since it came
+        ("pressing", "i8"),  # 1: it may touch the string in this frame
+        ("known", "i8"),  # 1: eta and eta_before hold at this fine step
+        ("place", "f8"),  # m from the saddle
+        ("mass", "f8"),  # kg
+        ("width", "f8"),  # m, half of what touches the string
+        ("stiffness", "f8"),  # N/m^1.5, of its flesh
+        ("loss", "f8"),  # s/m, of Hunt and Crossley
+        ("speed", "f8"),  # m/s, downwards, as it comes
+        ("height", "f8"),  # m over the string at rest ...
+        ("move", "f8"),  # ... and what it rose by in the last fine step
+        ("lift", "f8"),  # m a fine step and step, by the hand
+        ("eta", "f8"),  # its penetration at this fine step, m ...
+        ("eta_before", "f8"),  # ... and at the one before
+        ("free", "f8"),  # at the next one without a force
+        ("force", "f8"),  # N, of the last fine step ...
+        ("force_before", "f8"),  # ... and of the one before
+        ("pending", "f8"),  # that the next pass over the modes adds
+    ],
+    align=True,
+)
+NONE, COMING, THERE = range(3)
+
 # One sounding note of a string
 SLOT = np.dtype(
     [
@@ -184,6 +212,7 @@ SLOT = np.dtype(
         ("fastest", "f8"),  # m/s no point of the string exceeds
         ("hand", "f8"),  # factor per frame, 1 where no hand is on the string
         ("safety", "f8"),  # `fastest` over the root mean square velocity
+        ("thumb", THUMB),
         ("answer_speed", "f8"),  # sum of squared velocity amplitudes that answers could give back, m^3/s^2 ...
         ("answer_sum", "f8"),  # ... and of amplitudes, m^1.5
         ("u", WORK),
@@ -203,6 +232,11 @@ SLOT = np.dtype(
         ("touch_key", "f8", (TOUCHES, 3)),  # what these hold for: place, width, operator
         _row("flesh"),  # part of each mode that all lose in a frame to flesh wider than a wave
         ("flesh_key", "f8", (2 * TOUCHES + 1,)),  # likewise: resistances, widths, operator
+        # of the thumb: made of its place when that changes
+        _row("thumb_shape"),  # mode shapes there ...
+        ("thumb_square", "f8"),  # ... the sum of their squares, 1/m ...
+        _row("thumb_reach"),  # ... and of their products with those at each contact point
+        ("thumb_key", "f8", (3,)),  # what these hold for: place, width, operator
     ],
     align=True,
 )
@@ -228,6 +262,10 @@ VOICE = np.dtype(
         ("strike_width", "f8"),  # m
         ("striking", "i8"),  # frames left of the thumb's push
         ("strike", "i8"),
+        ("thumb_mass", "f8"),  # kg ...
+        ("thumb_width", "f8"),  # ... m ...
+        ("thumb_stiffness", "f8"),  # ... N/m^1.5 ...
+        ("thumb_loss", "f8"),  # ... and s/m, of a thumb with a mass
         ("fingering", "i8"),  # frames left of the finger damping
         ("touches", TOUCH, (TOUCHES,)),
         ("saddle", "f8", (4,)),  # m, distance of each pickup or sensor from the saddle
@@ -357,7 +395,9 @@ EVENT = np.dtype(
         ("fret", "i4"),  # or the number of a touch
         # a pluck: apex (m), place (m from the stop), half width of the finger (m), how gradually it lets go (s), angle
         # (rad); the last three are the string's own where they are 0. A touch: place (m from the saddle), resistance
-        # (N s/m), half width (m), until it lifts (s; 0: it stays). The others: techniques.py
+        # (N s/m), half width (m), until it lifts (s; 0: it stays). A throw: speed (m/s), place (m from the stop), mass
+        # (kg), half width (m) and stiffness (N/m^1.5) of what strikes; the last three are the thumb's where they are 0.
+        # The others: techniques.py
         ("x", "f8"),
         ("y", "f8"),
         ("z", "f8"),
@@ -367,6 +407,6 @@ EVENT = np.dtype(
     align=True,
 )
 (
-    PLUCK, STRIKE_EVENT, HAND, BEND, GAIN, CUT, TONE, TOUCH_EVENT, HAMMER, PULL_OFF, GLIDE, WAVER, BLEND,
+    PLUCK, STRIKE_EVENT, HAND, BEND, GAIN, CUT, TONE, TOUCH_EVENT, HAMMER, PULL_OFF, GLIDE, WAVER, THROW, BLEND,
     IDLE,
-) = range(1, 15)  # fmt: skip
+) = range(1, 16)  # fmt: skip

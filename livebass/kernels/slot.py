@@ -9,7 +9,7 @@ from livebass.compiling import jit
 from livebass.kernels import modal
 from livebass.kernels.operators import heights
 from livebass.kernels.preparing import FADE_TO
-from livebass.kernels.records import BLOCK, GROUP_ROOM, MOST_NEAR, TOUCHES, UNKNOWN
+from livebass.kernels.records import BLOCK, GROUP_ROOM, MOST_NEAR, NONE, TOUCHES, UNKNOWN
 
 FOR_EVER = 1 << 60  # a fine step
 # Fastest point over the root mean square velocity that the string's energy gives: plucks were seen to reach 3.8
@@ -40,6 +40,7 @@ def load(slot, op, step):
     slot.offset_speed = 0.0
     take_heights(slot, op)
     slot.hand = 1.0
+    slot.thumb.on = NONE
     forget_contact(slot.u, op)
     disturb(slot, op, step)
 
@@ -151,6 +152,8 @@ def change_operator(slot, old, op):
         modal.change_coefficients(slot.v, old, op)
         forget_contact(slot.v, op)
         slot.v_active = op.padded
+    slot.thumb.move *= op.fine / old.fine
+    slot.thumb.known = 0
     slot.ratio = 1.0
     slot.heard = op.tap_modes
     slot.active = op.padded

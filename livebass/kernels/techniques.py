@@ -8,10 +8,10 @@ one of the string's two slots, whose modes have the new length (handover.py), an
 import numpy as np
 
 from livebass.compiling import jit
-from livebass.kernels import glide, handover, modal, scrape, stop, touch
+from livebass.kernels import glide, handover, modal, scrape, stop, thumb, touch
 from livebass.kernels.elementary import cos, exp, exp2, sin
 from livebass.kernels.operators import heights, positions, tap
-from livebass.kernels.records import TOUCHES
+from livebass.kernels.records import COMING, NONE, TOUCHES
 from livebass.kernels.slot import (
     SAFETY,
     SAFETY_HANDED,
@@ -37,6 +37,7 @@ FINGER_WIDTH, FRET_WIDTH = 6e-3, 2e-3  # m, half; the second one of the finger t
 ENDING = 12e-3  # s in which these fingers land
 ALL_OVER = 12.0  # 1/s of all modes, by what else of the hands comes near
 GENTLY = 0.0  # of a finger's speed
+TOUCHED_BEFORE, THUMB_TOUCH = 0.5e-3, 3.0  # s that the thumb lies on a string that sounds before it strikes; N s/m
 SLIDING_HAND = 0.5  # m/s, of a finger that crosses a crown
 ONSET = 0.6  # s in which a vibrato gets a semitone deeper
 FINGER_NEPERS = 5.0  # damping, at an antinode, of a finger that takes hold of a sounding string
@@ -350,6 +351,7 @@ def pluck(string, ops, fret, apex, position, rounding, release, angle):
     slot = slots[voice.slot]
     slot.on = 1
     slot.touching = 0
+    slot.thumb.on = NONE
     voice.striking = 0
     rounding = rounding if rounding != 0.0 else voice.rounding
     release = release if release != 0.0 else voice.release
@@ -399,6 +401,28 @@ def strike(string, ops, fret, depth, position):
         grip(voice, slot, op, position, max(voice.strike // 2, 1))
     shape_of_strike(slot.u, op, depth, position, voice.strike_width)
     voice.striking = voice.strike
+    slot.safety = SAFETY_STRUCK
+    disturb(slot, op, voice.step)
+
+
+@jit
+def throw(string, ops, event):
+    """Throws the thumb, or what the event says, on the string; one that sounds is touched a moment before."""
+    voice, op = string.voice, ops[event.fret]
+    if not 0.0 < event.x < np.inf:
+        return
+    sounding = string.slots[voice.slot].on
+    take_string(string, ops, event.fret)
+    take_fingers_off(string, np.int64(np.rint(TOUCHED_BEFORE * voice.rate)))
+    slot = string.slots[voice.slot]
+    slot.on = 1
+    slot.touching = 0
+    voice.striking = 0
+    thumb.throw(slot.thumb, voice, op, event)
+    if sounding and (slot.active > 0 or slot.v_active > 0):
+        t = slot.thumb
+        t.wait = np.int64(np.rint(TOUCHED_BEFORE * voice.rate))
+        touch.lay(voice, TOUCHES - 1, t.place, THUMB_TOUCH, FINGER_WIDTH, TOUCHED_BEFORE, TOUCHED_BEFORE)
     slot.safety = SAFETY_STRUCK
     disturb(slot, op, voice.step)
 
@@ -543,6 +567,8 @@ def excite(voice, slot, op):
         modal.push(slot.u, (1 - cos(2 * np.pi * t)) / voice.strike, n)
         voice.striking -= 1
         disturb(slot, op, voice.step)
+    if slot.thumb.on == COMING and not slot.moving:
+        thumb.approach(slot, op, voice)
 
 
 @jit

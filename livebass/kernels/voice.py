@@ -7,7 +7,7 @@ touches only what it is handed. [audio thread]
 import numpy as np
 
 from livebass.compiling import entry, jit
-from livebass.kernels import answers, glide, modal, stop, techniques, tension, tone, touch
+from livebass.kernels import answers, glide, modal, stop, techniques, tension, thumb, tone, touch
 from livebass.kernels.elementary import exp
 from livebass.kernels.native import call_4, floats_at, record_address, record_at, records_at
 from livebass.kernels.operators import tap
@@ -23,11 +23,13 @@ from livebass.kernels.records import (
     IDLE,
     LONGER,
     MOST_NEAR,
+    NONE,
     OPERATOR,
     PLUCK,
     PULL_OFF,
     STRIKE_EVENT,
     STRING,
+    THROW,
     TONE,
     TOUCH_EVENT,
     WAVER,
@@ -161,6 +163,8 @@ def happen(string, ops, event):
         techniques.pluck(string, ops, event.fret, event.x, event.y, event.z, event.t, event.w)
     elif event.kind == STRIKE_EVENT:
         techniques.strike(string, ops, event.fret, event.x, event.y)
+    elif event.kind == THROW:
+        techniques.throw(string, ops, event)
     elif event.kind == HAND:
         techniques.end_note(string, ops, event.x)
     elif event.kind == HAMMER:
@@ -198,6 +202,7 @@ def happen(string, ops, event):
         voice.striking = 0
         voice.cut = 1
         for k in range(2):
+            slots[k].thumb.on = NONE
             slots[k].hand = min(slots[k].hand, exp(-CUT_RATE / voice.rate))
 
 
@@ -329,7 +334,9 @@ def move(string, ops):
         if not slot.on:
             continue
         op = glide.operator(string, ops, k)
-        if slot.active == 0 or op.points == 0 or slot.moving or after <= slot.quiet or after <= slot.due:
+        pressing = slot.thumb.on != NONE and thumb.reaches(slot, op, voice, steps)
+        clear = slot.active == 0 or op.points == 0 or slot.moving or after <= slot.quiet or after <= slot.due
+        if clear and not pressing:
             leap = LONGER if steps > op.steps else WHOLE
             modal.leap(slot.u, leap, slot.active)
             modal.leap(slot.v, leap, slot.v_active)
@@ -344,6 +351,8 @@ def move(string, ops):
             stop.advance(slot, op, steps * op.fine, after)
         elif slot.sunk > 0:
             stop.rise(slot, op, after)
+        if slot.thumb.on != NONE:
+            thumb.follow(slot, op, voice, steps, after)
         touch.damp(voice, slot, op)
         if voice.stretch > 0.0 and slot.active > 0:
             tension.pull(voice, slot, op, steps * op.fine)
@@ -360,7 +369,8 @@ def move(string, ops):
         answers.keep(string)
         for k in range(2):
             slot = string.slots[k]
-            if slot.on and not (k == voice.slot and (voice.pulling > 0 or voice.striking > 0)):
+            busy = slot.thumb.on != NONE or (k == voice.slot and (voice.pulling > 0 or voice.striking > 0))
+            if slot.on and not busy:
                 keep_house(slot, glide.operator(string, ops, k), voice)
         if at_rest(string):
             become_still(string)  # before: zeros that have gone through the filters since they were set

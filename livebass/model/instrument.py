@@ -150,6 +150,12 @@ class Player:
     strike_force: float = 1.0  # depth of a strike over the apex of a pluck of the same velocity
     strike_width: float = 0.02  # m, of the thumb
     strike_time: float = 1.5e-3  # s the thumb stays on the string
+    thumb_mass: float = 0.0  # kg, of a thumb that bounces; 0: the strike is an impulse of the three above
+    strike_softest: float = 0.5  # m/s, of a thumb with a mass at velocity 1 ...
+    strike_hardest: float = 3.5  # ... and at velocity 127
+    thumb_width: float = 5e-3  # m, half of what touches the string
+    thumb_stiffness: float = 7e5  # N/m^1.5, of its contact with the string
+    thumb_loss: float = 0.35  # s/m, of that contact
     pull_time: float = 2e-3  # s the finger takes to displace the string before it lets go
     hand_damping: float = 90.0  # 1/s, by the hand that stops a note
     answering: str = "off"  # or "pedal", "always": when idle strings may answer those that sound

@@ -26,6 +26,7 @@ SWITCHES = {
     "down_stroke": "hold: every stroke goes down, or is the index finger's",
     "up_stroke": "hold: every stroke goes up, or is the middle finger's",
     "hand": "press: the left hand goes to a fret",
+    "left_slap": "hold: the left hand slaps the strings, a clack without pitch",
 }
 # Functions of controllers, likewise; those from "gain" on are the parameters of hosts
 FUNCTIONS = {
@@ -75,7 +76,7 @@ CONTROLLERS_OF_MODO = (
 MODO = KeyMap(
     "modo",
     (
-        (0, "string", 0), (2, "tap", 0), (3, "palm_mute", 0), (4, "slide", 0), (6, "vibrato", 0),
+        (0, "string", 0), (2, "tap", 0), (3, "palm_mute", 0), (4, "slide", 0), (6, "vibrato", 0), (7, "left_slap", 0),
         (8, "stop_all", 0),
         (9, "string", 9), (10, "ghost", 0), (11, "string", 11), (12, "legato", 0), (13, "finger", 0),
         (14, "string", 2), (15, "pick", 0), (16, "string", 4), (17, "harmonic", 0), (18, "slap", 0), (19, "string", 7),
@@ -87,7 +88,7 @@ MODO_12 = KeyMap(
     "modo-12",
     (
         (12, "string", 0), (13, "down_stroke", 0), (14, "tap", 0), (15, "up_stroke", 0), (16, "slide", 0),
-        (17, "palm_mute", 0), (18, "vibrato", 0), (20, "stop_all", 0),
+        (17, "palm_mute", 0), (18, "vibrato", 0), (19, "left_slap", 0), (20, "stop_all", 0),
         (21, "string", 9), (22, "ghost", 0),
         (23, "string", 11), (24, "legato", 0), (25, "finger", 0), (26, "string", 2), (27, "pick", 0),
         (28, "string", 4), (29, "harmonic", 0), (30, "slap", 0), (31, "string", 7),

@@ -70,6 +70,7 @@ SWITCH_NAMES = {  # what hosts call a key that switches; that of a string is cal
     "ghost": "Ghost notes", "legato": "Hammer-on", "harmonic": "Harmonics", "tap": "Tapping", "palm_mute": "Palm mute",
     "slide": "Slide", "vibrato": "Vibrato", "finger": "Fingers", "pick": "Pick", "slap": "Thumb",
     "stop_all": "Stop all strings", "down_stroke": "Down stroke", "up_stroke": "Up stroke",
+    "left_slap": "Left-hand slap",
 }  # fmt: skip
 MOST_FRETS = 24  # that the left hand is called to by keys
 C_TYPES = {"i8": "int64_t", "f8": "double", "i4": "int32_t", "u1": "uint8_t"}

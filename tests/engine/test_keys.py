@@ -79,7 +79,7 @@ def test_names_are_in_the_order_of_the_performers_numbers() -> None:
     switches = (
         performer.ON_STRING, performer.GHOST, performer.LEGATO, performer.HARMONIC, performer.TAP, performer.PALM,
         performer.SLIDE, performer.VIBRATO, performer.WITH_FINGERS, performer.WITH_PICK, performer.WITH_THUMB,
-        performer.STOP_ALL, performer.DOWN_STROKE, performer.UP_STROKE, performer.HAND_AT,
+        performer.STOP_ALL, performer.DOWN_STROKE, performer.UP_STROKE, performer.HAND_AT, performer.LEFT_SLAP,
     )  # fmt: skip
     assert switches == tuple(range(1, performer.ACTIONS)) and len(SWITCHES) == len(switches)
     functions = (
@@ -148,6 +148,7 @@ def is_played(name: str, value: int, events: NDArray[np.void], stroke: int) -> b
         "vibrato": len(plucked) == 1 and max(of(events, records.WAVER)["x"], default=0) > 0.3,
         "finger": len(plucked) == 1 and stroke == performer.FINGER,
         "pick": len(plucked) == 1 and stroke == performer.PICK,
+        "left_slap": len(of(events, records.THROW)) == 1 and touched == [2, 3],
         "slap": struck == 1 and stroke == performer.POP,
         "stop_all": len(plucked) == 1 and of(events, records.HAND)["string"].tolist() == [0, 1, 2, 3],
     }.get(name, len(plucked) + struck == 1)
@@ -384,3 +385,19 @@ def test_every_parameter_has_a_controller(symbol: str) -> None:
     before = hands.record.copy()
     hands(control(number, 100))
     assert before.tobytes() != hands.record.tobytes()
+
+
+def test_the_left_hand_slaps() -> None:
+    """A mass on the strings about fret 7, with fingers on them: a clack in which no partial rings."""
+    hands = Hands(bass())
+    hands(on(7))
+    events = hands(on(33))
+    (throw,) = of(events, records.THROW)
+    ops = hands.engine.pool.records[int(throw["string"])]
+    assert throw["fret"] == 0 and throw["y"] == pytest.approx(ops["length"][0] - ops["length"][7])
+    assert throw["z"] == performer.LEFT_MASS and len(of(events, records.TOUCH_EVENT)) == 2
+    hands(off(7))
+    assert len(of(hands(on(35)), records.PLUCK)) == 1
+    x = np.abs(sound(bass(), [(0, on(7, 100)), (100, on(33, 110))], RATE // 2))
+    peak, rest = x[: RATE // 10].max(), x[RATE // 5 : RATE // 3].max()
+    assert peak > 0.003 and rest < 0.05 * peak, (peak, rest)

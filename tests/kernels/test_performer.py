@@ -325,6 +325,12 @@ def test_velocity_to_apex(preset: str) -> None:
         for fret in range(FRETS):
             events = [hands.first(OPEN[string] + fret, v) for v in range(1, 128)]
             assert {(int(e["string"]), int(e["fret"])) for e in events} == {(0, fret)}
+            if events[0]["kind"] == at.THROW:
+                speed, player = [float(e["x"]) for e in events], instrument.player
+                assert speed[0] == pytest.approx(player.strike_softest, rel=0.1)
+                assert speed[126] == pytest.approx(player.strike_hardest, rel=0.1)
+                assert all(a < b for a, b in pairwise(speed)), (string, fret)
+                continue
             less = instrument.player.strike_force if events[0]["kind"] == at.STRIKE_EVENT else 1.0
             apex = [float(e["x"]) / less for e in events]
             assert all(a < b < most for a, b in pairwise(apex)), (string, fret)

@@ -240,6 +240,12 @@ strike_position = 0.68
 strike_force = 1
 strike_width = "20 mm"
 strike_time = "1.5 ms"
+thumb_mass = "{mass}"
+strike_softest = "0.5 m/s"
+strike_hardest = "3.5 m/s"
+thumb_width = "5 mm"
+thumb_stiffness = 7e5
+thumb_loss = 0.35
 pull_time = "2 ms"
 hand_damping = "90 /s"
 answering = "pedal"
@@ -278,7 +284,7 @@ def test_every_key_is_heard_or_idle(technique: str, slapped: int, kind: str, ang
     text = ALL_KEYS
     for name, value in (
         ("technique", technique), ("slapped", slapped), ("kind", kind), ("angle", angle), ("obstacle", obstacle),
-        ("lift", lift),
+        ("lift", lift), ("mass", "30 g" if slapped == 1 else "0 kg"),
     ):  # fmt: skip
         text = text.replace(f"{{{name}}}", str(value))
     data = tomllib.loads(text)
