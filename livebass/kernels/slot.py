@@ -40,7 +40,7 @@ def load(slot, op, step):
     slot.offset_speed = 0.0
     take_heights(slot, op)
     slot.hand = 1.0
-    slot.thumb.on = NONE
+    take_thumb_away(slot)
     forget_contact(slot.u, op)
     disturb(slot, op, step)
 
@@ -71,6 +71,13 @@ def take_heights(slot, op):
     """Gives the obstacles the operator's heights."""
     modal.copy(slot.u.height, heights(op), op.points)
     slot.sunk = 0
+
+
+@jit
+def take_thumb_away(slot):
+    """Takes the mass that strikes the string away from it, wherever it is."""
+    slot.thumb.on = NONE
+    slot.thumb.pressing = 0
 
 
 @jit

@@ -11,7 +11,7 @@ from livebass.compiling import jit
 from livebass.kernels import glide, handover, modal, scrape, stop, thumb, touch
 from livebass.kernels.elementary import cos, exp, exp2, sin
 from livebass.kernels.operators import heights, positions, tap
-from livebass.kernels.records import COMING, NONE, TOUCHES
+from livebass.kernels.records import COMING, TOUCHES
 from livebass.kernels.slot import (
     SAFETY,
     SAFETY_HANDED,
@@ -23,6 +23,7 @@ from livebass.kernels.slot import (
     highest,
     load_tuned,
     open_v,
+    take_thumb_away,
 )
 
 PULLING_FINGER = 4e-3  # m, half width of the left hand's finger that plucks as it leaves a fret
@@ -317,6 +318,7 @@ def end_note(string, ops, damping):
     interrupt(string, ops)
     if not slot.on:
         return
+    take_thumb_away(slot)
     firm = damping / USUAL_DAMPING * touch.impedance(ops[0])
     stopped = glide.operator(string, ops, voice.slot).length
     x = ops[0].length - stopped
@@ -351,7 +353,7 @@ def pluck(string, ops, fret, apex, position, rounding, release, angle):
     slot = slots[voice.slot]
     slot.on = 1
     slot.touching = 0
-    slot.thumb.on = NONE
+    take_thumb_away(slot)
     voice.striking = 0
     rounding = rounding if rounding != 0.0 else voice.rounding
     release = release if release != 0.0 else voice.release
@@ -396,6 +398,7 @@ def strike(string, ops, fret, depth, position):
     slot = slots[voice.slot]
     slot.on = 1
     slot.touching = 0
+    take_thumb_away(slot)
     if sounding and (slot.active > 0 or slot.v_active > 0):
         # it lies on the string, then throws it
         grip(voice, slot, op, position, max(voice.strike // 2, 1))
@@ -418,6 +421,7 @@ def throw(string, ops, event):
     slot.on = 1
     slot.touching = 0
     voice.striking = 0
+    voice.fingering = 0
     thumb.throw(slot.thumb, voice, op, event)
     if sounding and (slot.active > 0 or slot.v_active > 0):
         t = slot.thumb

@@ -22,8 +22,8 @@ from livebass.kernels import modal
 from livebass.kernels.contact import ENOUGH, MOST_ITERATIONS, SETTLED, SMALL, force_of_three_halves
 from livebass.kernels.elementary import exp, sin
 from livebass.kernels.operators import shape
-from livebass.kernels.records import COMING, NONE, THERE
-from livebass.kernels.slot import SAFETY, SAFETY_STRUCK, SLACK, disturb, rms_velocity
+from livebass.kernels.records import COMING, THERE
+from livebass.kernels.slot import SAFETY, SAFETY_STRUCK, SLACK, disturb, rms_velocity, take_thumb_away
 
 MOST_TURNS = 100  # that thumb and contact points take with each other; they need two or three
 LIFTED, LIFT = 3e-3, 50.0  # s after it came that the hand begins to lift it, m/s^2: 1.5 N for a thumb of 30 g
@@ -141,8 +141,7 @@ def follow(slot, op, voice, steps, after):
     if not over and clear and t.move > 0.0:
         over = t.height - modal.displacement(slot.u, slot.thumb_shape, op.padded) > AWAY
     if (over and (clear or not t.eta > 0.0)) or t.eta > THROUGH:
-        t.on = NONE
-        t.pressing = 0
+        take_thumb_away(slot)
         disturb(slot, op, after)
 
 

@@ -35,7 +35,7 @@ from livebass.kernels.records import (
     WAVER,
     WHOLE,
 )
-from livebass.kernels.slot import HOUSEKEEPING, keep_house
+from livebass.kernels.slot import HOUSEKEEPING, keep_house, take_thumb_away
 
 CUT_RATE = 900.0  # 1/s of all-sound-off
 DEEPEST = 8e-3  # m: a string cannot dip farther into a magnet's field
@@ -202,7 +202,7 @@ def happen(string, ops, event):
         voice.striking = 0
         voice.cut = 1
         for k in range(2):
-            slots[k].thumb.on = NONE
+            take_thumb_away(slots[k])
             slots[k].hand = min(slots[k].hand, exp(-CUT_RATE / voice.rate))
 
 
