@@ -78,7 +78,7 @@ def advance(slot, op, voice, steps, find_suspects, next_look, fine_steps):
     end = step + steps
     modal.try_leap(slot.u, leap, slot.active)
     suspects, looks = find_suspects(slot, op, step, end)
-    if suspects > 0 or slot.thumb.pressing:
+    if suspects > 0:
         modal.take_back(slot.u, slot.active)
         contact_frame(slot, op, voice, suspects, steps, fine_steps)
         return
@@ -111,7 +111,7 @@ def contact_frame(slot, op, voice, count, steps, fine_steps):
     for _ in range(op.parts):
         modal.try_leap(u, PART, slot.active)
         close = find_close(slot, op, count, step)
-        if close == 0 and not slot.thumb.pressing:
+        if close == 0:
             modal.leap(slot.v, PART, slot.v_active)
             for i in range(count):
                 u.clearance[suspects[i]] = u.clearance_now[suspects[i]]

@@ -2,14 +2,13 @@
 
 A fine step is one pass over the modes of a polarisation: it adds the forces of the step before, moves on, and sums the
 displacements at the points that are looked at (looks.py). Then the forces are solved for at these points alone. v feels
-the friction of eq. 7 where u touches; u does not feel v. A thumb is one more contact point of u,
-from above (thumb.py). [any thread]
+the friction of eq. 7 where u touches; u does not feel v. [any thread]
 """
 
 import numpy as np
 
 from livebass.compiling import entry, jit
-from livebass.kernels import contact, modal, thumb
+from livebass.kernels import contact
 from livebass.kernels.frame import NEVER, advance, begin_contact, operator_at, string_at, suspicious, way_of_step
 from livebass.kernels.looks import plan, take_steps
 from livebass.kernels.operators import coupling, left_out
@@ -73,14 +72,14 @@ def couple(slot, op):
 @jit
 def press(slot, op, voice, seen, count, step):
     """Solves contact at `step`, the one that `move` made, and notes when each point is to be looked at again."""
-    u, way = slot.u, way_of_step(slot, op)
-    if slot.thumb.pressing:
-        go_on(u, seen, count)
-        touching = press_with_thumb(slot, op, seen, count)
-    elif want(slot, op, seen, count, 0.0):
-        go_on(u, seen, count)
-        touching = contact.solve_points(u, op, seen, count)
-    else:
+    u, way, height = slot.u, way_of_step(slot, op), slot.u.height
+    hit = False
+    for i in range(count):
+        m = seen[i]
+        free = height[m] - u.free[m]
+        hit = hit or free > 0.0 or u.eta_before[m] > 0.0
+        u.wanted[m] = free - u.eta_before[m]
+    if not hit:
         for i in range(count):
             m = seen[i]
             eta = u.eta_before[m] + u.wanted[m]
@@ -91,6 +90,12 @@ def press(slot, op, voice, seen, count, step):
             u.pending[m] = 0.0
             plan(u, m, way, step)
         return
+    for i in range(count):  # first guesses: the forces go on as they went
+        m = seen[i]
+        last = u.force[m]
+        u.force[m] = max(2.0 * last - u.force_before[m], 0.0)
+        u.force_before[m] = last
+    touching = contact.solve_points(u, op, seen, count)
     for i in range(count):
         m = seen[i]
         eta = u.eta_before[m] + u.wanted[m] - contact.felt(op, u.coupling, u.force, seen, count, m)
@@ -102,62 +107,6 @@ def press(slot, op, voice, seen, count, step):
         plan(u, m, way, step)
     if touching > 0:
         slot.active = op.padded
-
-
-@jit
-def go_on(u, seen, count):
-    """First guesses: the forces go on as they went."""
-    for i in range(count):
-        m = seen[i]
-        last = u.force[m]
-        u.force[m] = max(2.0 * last - u.force_before[m], 0.0)
-        u.force_before[m] = last
-
-
-@jit
-def want(slot, op, seen, count, force):
-    """Fills u.wanted under a thumb that presses with `force` (N); True if any point touches or would without force."""
-    u, height = slot.u, slot.u.height
-    hit = False
-    for i in range(count):
-        m = seen[i]
-        free = height[m] - u.free[m]
-        if force != 0.0:
-            free += op.weight * slot.thumb_reach[m] * force
-        hit = hit or free > 0.0 or u.eta_before[m] > 0.0
-        u.wanted[m] = free - u.eta_before[m]
-    return hit
-
-
-@jit
-def press_with_thumb(slot, op, seen, count):
-    """Solves contact at the points in `seen` and under the thumb, in turn until nothing changes.
-
-    The thumb gives way within a fine step a hundred times more than a fret, so that two or three turns are enough.
-    Returns how many points touch.
-    """
-    u = slot.u
-    thumb.come(slot, modal.displacement(u, slot.thumb_shape, slot.active))
-    touching = np.int64(0)
-    felt = thumb.lifted(slot, op, seen, count)
-    force = thumb.solve(slot, op, felt, thumb.guess(slot))
-    for _ in range(thumb.MOST_TURNS):
-        if want(slot, op, seen, count, force):
-            touching = contact.solve_points(u, op, seen, count)
-        else:
-            touching = np.int64(0)
-            for i in range(count):
-                u.force[seen[i]] = 0.0
-        before = felt
-        felt = thumb.lifted(slot, op, seen, count)
-        if felt == before:
-            break
-        again = thumb.solve(slot, op, felt, force)
-        if thumb.settled(slot, op, again - force):
-            break
-        force = again
-    thumb.recoil(slot, op, force, felt)
-    return touching
 
 
 @jit

@@ -9,7 +9,7 @@ thread]
 import numpy as np
 
 from livebass.compiling import inlined, jit
-from livebass.kernels import modal, thumb
+from livebass.kernels import modal
 from livebass.kernels.frame import steps_clear, way_of_step
 from livebass.kernels.operators import shape
 
@@ -33,11 +33,9 @@ def take_steps(slot, op, voice, near, count, steps, step, slide, press):
             rubbing = find_rubbing(slot, op, looks)
             move(v, op, slot.rubbing, rubbing, slot.v_active)
             slide(slot, op, slot.rubbing, rubbing)
-        thumb.push(slot)
         move(u, op, seen, looks, slot.active)
         press(slot, op, voice, seen, looks, step)
     finish(slot, op, near, count, step)
-    thumb.push(slot)
 
 
 @jit

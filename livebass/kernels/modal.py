@@ -229,6 +229,25 @@ def displacement_step_before(w, phi, n):
 
 
 @jit
+def displacement_now_and_later(w, phi, which, n):
+    """Displacement (m) at a point now, and after the leap w.leaps[which]."""
+    a, b = w.leaps[which].a, w.leaps[which].b
+    u = 0.0
+    later = 0.0
+    for j in range(n):
+        u += phi[j] * w.q[j]
+        later += phi[j] * (a[j] * w.q[j] + b[j] * w.p[j])
+    return u, later
+
+
+@jit
+def shift(w, c, f, n):
+    """Adds `f` times `c` to the displacements."""
+    for j in range(n):
+        w.q[j] += f * c[j]
+
+
+@jit
 def product(phi, other, n):
     """Sum of products of two rows."""
     x = 0.0

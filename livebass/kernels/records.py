@@ -164,23 +164,18 @@ THUMB = np.dtype(
         ("on", "i8"),  # NONE, COMING or THERE
         ("wait", "i8"),  # frames until it comes
         ("frames", "i8"),  # since it came
-        ("pressing", "i8"),  # 1: it may touch the string in this frame
-        ("known", "i8"),  # 1: eta and eta_before hold at this fine step
         ("place", "f8"),  # m from the saddle
         ("mass", "f8"),  # kg
         ("width", "f8"),  # m, half of what touches the string
         ("stiffness", "f8"),  # N/m^1.5, of its flesh
         ("loss", "f8"),  # s/m, of Hunt and Crossley
-        ("speed", "f8"),  # m/s, downwards, as it comes
-        ("height", "f8"),  # m over the string at rest ...
-        ("move", "f8"),  # ... and what it rose by in the last fine step
-        ("lift", "f8"),  # m a fine step and step, by the hand
-        ("eta", "f8"),  # its penetration at this fine step, m ...
-        ("eta_before", "f8"),  # ... and at the one before
-        ("free", "f8"),  # at the next one without a force
-        ("force", "f8"),  # N, of the last fine step ...
-        ("force_before", "f8"),  # ... and of the one before
-        ("pending", "f8"),  # that the next pass over the modes adds
+        ("speed", "f8"),  # m/s, upwards
+        ("height", "f8"),  # m over the string at rest
+        ("energy", "f8"),  # J, in its flesh
+        # of this frame:
+        ("force", "f8"),  # N
+        ("depth", "f8"),  # m that the string is in its flesh as it begins
+        ("friction", "f8"),  # N/m, of the loss
     ],
     align=True,
 )
@@ -232,11 +227,14 @@ SLOT = np.dtype(
         ("touch_key", "f8", (TOUCHES, 3)),  # what these hold for: place, width, operator
         _row("flesh"),  # part of each mode that all lose in a frame to flesh wider than a wave
         ("flesh_key", "f8", (2 * TOUCHES + 1,)),  # likewise: resistances, widths, operator
-        # of the thumb: made of its place when that changes
-        _row("thumb_shape"),  # mode shapes there ...
-        ("thumb_square", "f8"),  # ... the sum of their squares, 1/m ...
-        _row("thumb_reach"),  # ... and of their products with those at each contact point
-        ("thumb_key", "f8", (3,)),  # what these hold for: place, width, operator
+        # of the thumb, likewise
+        _row("thumb_shape"),
+        _row("thumb_yield"),  # c: how far each mode gives way to a force that stays, m^0.5/N ...
+        _row("thumb_reach"),  # ... and each contact point, m/N
+        _row("thumb_heights"),  # of the contact points, while the thumb presses
+        ("thumb_give", "f8"),  # m/N that the string gives way within a frame
+        ("thumb_modes", "i8"),  # that it moves
+        ("thumb_key", "f8", (4,)),  # what all these hold for: place, width, operator, tuning
     ],
     align=True,
 )

@@ -77,7 +77,6 @@ def take_heights(slot, op):
 def take_thumb_away(slot):
     """Takes the mass that strikes the string away from it, wherever it is."""
     slot.thumb.on = NONE
-    slot.thumb.pressing = 0
 
 
 @jit
@@ -159,8 +158,6 @@ def change_operator(slot, old, op):
         modal.change_coefficients(slot.v, old, op)
         forget_contact(slot.v, op)
         slot.v_active = op.padded
-    slot.thumb.move *= op.fine / old.fine
-    slot.thumb.known = 0
     slot.ratio = 1.0
     slot.heard = op.tap_modes
     slot.active = op.padded

@@ -572,7 +572,7 @@ def excite(voice, slot, op):
         voice.striking -= 1
         disturb(slot, op, voice.step)
     if slot.thumb.on == COMING and not slot.moving:
-        thumb.approach(slot, op, voice)
+        thumb.approach(slot, op)
 
 
 @jit

@@ -1,40 +1,47 @@
 """A mass strikes the string: the thumb of a slap, or a finger of the left hand. It presses the string on the frets and
-bounces off.
+bounces off by itself.
 
-In fine steps the thumb is one more contact point, from above: with s_j = phi_j(x) exp(-(k_j a)^2 / 2), a its half
-width, the string is u_s = sum_j s_j q_j high below it, and it goes eta = u_s - z deep into its own flesh, z its height.
-Its force is that of eq. 12 with a stiffness and exponent 1.5 of its own, and the loss of Hunt and Crossley on top,
+With s_j = phi_j(x) exp(-(k_j a)^2 / 2), a its half width, the string below the thumb is u_s = sum_j s_j q_j high, and
+the thumb, z high, goes eta = u_s - z deep into its own flesh. That holds the energy psi = K eta^2.5 / 2.5, and resists
+with the loss of Hunt and Crossley: F = K eta^1.5 (1 + beta eta'). Flesh is soft and moves no wave shorter than its
+width, so that F changes little within a frame. It is constant there, and found before the frame; frets and their fine
+steps know nothing of it:
 
-    F = (psi(eta^{n+1}) - psi(eta^{n-1})) / r + beta K [(eta^{n+1} + eta^{n-1}) / 2]_+^1.5 r / (2 dt),   never below 0,
+A string under a constant force moves freely about the shape -F c_j that the force would hold it in,
+c_j = dt^2 s_j / (mu b_j) in the terms of eq. 12's invariant, b_j = FINE_B. So q_j gets F c_j for the frame, and every
+obstacle F sum_j phi_j c_j; both lose it after. The energy that string and thumb lose to the flesh is exactly F times
+what eta has grown by, frets or not.
 
-r = eta^{n+1} - eta^{n-1}. It moves the modes by -dt^2 / mu s_j F, and the thumb gives way:
-z^{n+1} = 2 z^n - z^{n-1} + dt^2 (F + H) / m, H the force of the hand. So the energy of string, frets and thumb, with
-m ((z^n - z^{n-1}) / dt)^2 / 2 and psi, is constant without losses, and with them never grows but by the hand's work.
+F is that of a discrete gradient. With psi = phi^2 / 2 and eta deep in the middle of the frame,
 
-The hand throws the thumb, and lifts it from LIFTED on. While the string cannot reach it within a frame it flies, and
-frames are as without it. `slot` is a SLOT, `op` its operator, t the slot's THUMB. [audio thread]
+    F = g (phi^n + phi^{n+1}) / 2 + R r / h,    phi^{n+1} = phi^n + g r,    g = sqrt(1.25 K) eta^0.25,
+    R = beta K eta^1.5,    r = eta^{n+1} - eta^n = r_free - A F,
+
+A what string and thumb give way to each other within a frame. r_free knows no frets; these only push the string up, so
+that r may become more. Therefore the energy in the flesh is counted: it gets what the two lose, less R r^2 / h, and
+never holds more than psi. So nothing grows but by the hand's work, whatever K and h. (Energy as a state of its own:
+Lopes, Helie, Falaize 2015; Bilbao, Ducceschi, Zama 2023.)
+
+The hand throws the thumb, and lifts it from LIFTED on. `slot` is a SLOT, `op` its operator, t the slot's THUMB. [audio
+thread]
 """
 
 import numpy as np
 
 from livebass.compiling import jit
 from livebass.kernels import modal
-from livebass.kernels.contact import ENOUGH, MOST_ITERATIONS, SETTLED, SMALL, force_of_three_halves
 from livebass.kernels.elementary import exp, sin
 from livebass.kernels.operators import shape
-from livebass.kernels.records import COMING, THERE
-from livebass.kernels.slot import SAFETY, SAFETY_STRUCK, SLACK, disturb, rms_velocity, take_thumb_away
+from livebass.kernels.records import BLOCK, COMING, THERE, WHOLE
+from livebass.kernels.slot import SAFETY_STRUCK, disturb, take_thumb_away
+from livebass.kernels.touch import mass
 
-MOST_TURNS = 100  # that thumb and contact points take with each other; they need two or three
+NARROWEST = 4.0  # of k a: the flesh moves no shorter waves ...
+MOST_TURN = 1.5  # rad in a fine step: ... nor faster ones
 LIFTED, LIFT = 3e-3, 50.0  # s after it came that the hand begins to lift it, m/s^2: 1.5 N for a thumb of 30 g
 THROUGH = 30e-3  # m of penetration that no flesh allows: one without stiffness passes through the string, and is gone
 GONE, AWAY = 20e-3, 4e-3  # s after which it is taken away once it is clear, and m of clearance at which it is at once
-# No point of the string is faster than DRIVEN times the thumb's speed and SAFETY times its root mean square velocity;
-# 1.8 times were seen of the latter.
-DRIVEN = 2.0
-FASTER = 1.25  # a bound of velocity that has to change is greater by as much than it need be
-FEW = 4  # iterations from a good guess; one or two are enough
-FAINT = 1e-9  # of the thumb's own share in a displacement: less does not count in turns
+TURNS = 3  # for the depth in the middle of a frame
 
 
 @jit
@@ -43,8 +50,7 @@ def throw(t, voice, op, event):
     t.on = COMING
     t.wait = 0
     t.frames = 0
-    t.pressing = 0
-    t.speed = event.x
+    t.speed = -event.x
     t.place = op.length - event.y
     t.mass = event.z if event.z > 0.0 else voice.thumb_mass
     t.width = event.t if event.t > 0.0 else voice.thumb_width
@@ -53,217 +59,107 @@ def throw(t, voice, op, event):
 
 
 @jit
-def approach(slot, op, voice):
+def approach(slot, op):
     """Brings the thumb to the string, once its time has come."""
     t = slot.thumb
     if t.wait > 0:
         t.wait -= 1
         return
-    take_shape(slot, op)
-    now = modal.displacement(slot.u, slot.thumb_shape, op.padded)
-    before = modal.displacement_step_before(slot.u, slot.thumb_shape, op.padded)
-    t.move = -t.speed * op.fine
-    t.height = max(now, before + t.move)
+    take_place(slot, op)
+    t.height = modal.displacement(slot.u, slot.thumb_shape, slot.thumb_modes)
+    t.energy = 0.0
+    t.force = 0.0
     t.on = THERE
-    t.known = 0
     slot.safety = SAFETY_STRUCK
-    disturb(slot, op, voice.step)
 
 
 @jit
-def take_shape(slot, op):
-    """Makes the mode shapes at the thumb, where its place has changed."""
-    t, key, row, reach = slot.thumb, slot.thumb_key, slot.thumb_shape, slot.thumb_reach
-    if key[0] == t.place and key[1] == t.width and key[2] == op.coefficients:
+def take_place(slot, op):
+    """Makes what holds for the place of the thumb, where that or the tuning has changed."""
+    t, key, row, c = slot.thumb, slot.thumb_key, slot.thumb_shape, slot.thumb_yield
+    if key[0] == t.place and key[1] == t.width and key[2] == op.coefficients and key[3] == slot.ratio:
         return
     key[0] = t.place
     key[1] = t.width
     key[2] = op.coefficients
+    key[3] = slot.ratio
     k1 = np.pi / op.length
     x = min(max(op.length - t.place, 0.0), op.length)
-    square = 0.0
+    n = np.int64(0)
+    give = 0.0
     for j in range(op.padded):
-        row[j] = 0.0
-    for j in range(op.modes):
         k = (j + 1) * k1
-        row[j] = np.sqrt(2 / op.length) * sin(k * x) * exp(-0.5 * (k * t.width) ** 2)
-        square += row[j] * row[j]
-    slot.thumb_square = square
+        row[j] = 0.0
+        c[j] = 0.0
+        if j < op.modes and k * t.width < NARROWEST and slot.u.omega[j] * op.fine < MOST_TURN:
+            row[j] = np.sqrt(2 / op.length) * sin(k * x) * exp(-0.5 * (k * t.width) ** 2)
+            c[j] = op.weight * row[j] / slot.u.fine_b[j]
+            give += row[j] * c[j] * (1.0 - slot.u.leaps[WHOLE].a[j])
+            n = j + 1
+    n = (n + BLOCK - 1) // BLOCK * BLOCK
+    slot.thumb_modes = n
+    slot.thumb_give = give
     for m in range(op.points):
-        reach[m] = modal.product(row, shape(op, m), op.padded)
+        slot.thumb_reach[m] = modal.product(c, shape(op, m), n)
 
 
 @jit
-def reaches(slot, op, voice, steps):
-    """True if the thumb may touch the string in this frame of `steps` fine steps; then it is pressing."""
-    t = slot.thumb
-    t.pressing = 0
-    if t.on != THERE:
-        return False
-    take_shape(slot, op)
-    slot.active = op.padded
-    needed = SAFETY * rms_velocity(slot.u, op, op.padded) + SLACK + DRIVEN * abs(t.move) / op.fine
-    if needed > slot.fastest:
-        disturb(slot, op, voice.step)
-        slot.fastest = FASTER * needed
-    elif FASTER * FASTER * needed < slot.fastest:
-        slot.fastest = FASTER * needed
-    t.lift = op.fine * op.fine * LIFT if t.frames >= LIFTED * voice.rate else 0.0
-    now = modal.displacement(slot.u, slot.thumb_shape, op.padded)
-    if now - t.height < -steps * (slot.fastest * op.fine + max(-t.move, 0.0)):
-        return False
-    if not t.known:
-        before = modal.displacement_step_before(slot.u, slot.thumb_shape, op.padded)
-        t.eta = now - t.height
-        t.eta_before = before - t.height + t.move
-        t.known = 1
-        t.force = 0.0
-        t.force_before = 0.0
-    t.pending = 0.0
-    t.pressing = 1
-    return True
-
-
-@jit
-def follow(slot, op, voice, steps, after):
-    """Moves a thumb that flies on by a frame, which ended at fine step `after`; takes it away when it has done."""
-    t = slot.thumb
+def lean(slot, op, voice, steps, which):
+    """Has the thumb press on the string for the frame of `steps` fine steps to come, as `leaps[which]` makes it."""
+    t, row = slot.thumb, slot.thumb_shape
     if t.on != THERE:
         return
+    take_place(slot, op)
+    n, h = slot.thumb_modes, steps * op.fine
+    lift = LIFT if t.frames > LIFTED * voice.rate else 0.0
+    now, later = modal.displacement_now_and_later(slot.u, row, which, n)
     t.frames += 1
-    clear = t.eta < 0.0 and t.eta_before < 0.0
-    if not t.pressing:
-        t.height += steps * t.move + 0.5 * steps * (steps + 1) * t.lift
-        t.move += steps * t.lift
-        t.known = 0
-        clear = True
-    over = t.frames >= GONE * voice.rate
-    if not over and clear and t.move > 0.0:
-        over = t.height - modal.displacement(slot.u, slot.thumb_shape, op.padded) > AWAY
-    if (over and (clear or not t.eta > 0.0)) or t.eta > THROUGH:
-        take_thumb_away(slot)
-        disturb(slot, op, after)
-
-
-# In fine steps
-
-
-@jit
-def push(slot):
-    """Adds the force of the last fine step to the modes."""
-    if slot.thumb.pressing and slot.thumb.pending != 0.0:
-        modal.kick(slot.u, slot.thumb_shape, slot.thumb.pending, slot.active)
-        slot.thumb.pending = 0.0
-
-
-@jit
-def come(slot, u):
-    """Moves the thumb on by a fine step without a force of the string, which has made it and is `u` m high there."""
-    t = slot.thumb
-    t.move += t.lift
-    t.height += t.move
-    t.free = u - t.height
-
-
-@jit
-def guess(slot):
-    """First guess of the force (N): it goes on as it went."""
-    return max(2.0 * slot.thumb.force - slot.thumb.force_before, 0.0)
-
-
-@jit
-def lifted(slot, op, near, count):
-    """How far (m) the forces at the points in `near` raise the string below the thumb within the fine step."""
-    x = 0.0
-    for i in range(count):
-        x += slot.thumb_reach[near[i]] * slot.u.force[near[i]]
-    return op.push * x
+    t.force = 0.0
+    t.depth = now - t.height
+    deep = max(t.depth, 0.0)
+    free = max(t.depth + later - now - h * (t.speed + 0.5 * h * lift), 0.0)
+    t.speed += 0.5 * h * lift
+    if not (deep > 0.0 or free > 0.0) or not deep < THROUGH:
+        t.height += h * t.speed
+        t.speed += 0.5 * h * lift
+        t.energy = 0.0
+        away = t.speed > 0.0 and t.depth < -AWAY
+        if away or t.frames > GONE * voice.rate or not deep < THROUGH:
+            take_thumb_away(slot)
+        return
+    t.energy = min(t.energy, 0.4 * t.stiffness * deep * deep * np.sqrt(deep))
+    give = slot.thumb_give + 0.5 * h * h / t.mass
+    end = free
+    f = 0.0
+    for _ in range(TURNS):
+        middle = 0.5 * (deep + end)
+        root = np.sqrt(middle)
+        square = 1.25 * t.stiffness * root
+        t.friction = t.loss * t.stiffness * middle * root / h
+        resist = 0.5 * square + t.friction
+        f = (np.sqrt(2.0 * square * t.energy) + resist * (free - deep)) / (1.0 + resist * give)
+        f = max(f, 0.0)
+        end = max(free - give * f, 0.0)
+    t.height += h * (t.speed + 0.5 * h * f / t.mass)
+    t.speed += h * f / t.mass + 0.5 * h * lift
+    if not f > 0.0:
+        return
+    t.force = f
+    modal.copy(slot.thumb_heights, slot.u.height, op.points)
+    for m in range(op.points):
+        slot.u.height[m] += f * slot.thumb_reach[m]
+    modal.shift(slot.u, slot.thumb_yield, f, n)
+    disturb(slot, op, voice.step)
 
 
 @jit
-def apart(slot, m):
-    """True if contact point `m` and the thumb hardly move each other within a fine step."""
-    return abs(slot.thumb_reach[m]) <= FAINT * slot.thumb_square
-
-
-@jit
-def give(slot, op):
-    """How far (m) string and thumb give way to each other within a fine step, per N."""
-    return op.weight * slot.thumb_square + op.fine * op.fine / slot.thumb.mass
-
-
-@jit
-def law(t, op, r):
-    """Force (N) and its derivative for a penetration that has grown by `r` (m) in two fine steps."""
-    f, slope = force_of_three_halves(r, t.eta_before, 0.4 * t.stiffness)
-    middle = t.eta_before + 0.5 * r
-    if middle > 0.0:
-        resistance = 0.5 * t.loss / op.fine * t.stiffness * middle * np.sqrt(middle)
-        f += resistance * r
-        slope += resistance * (1.0 + 0.75 * r / middle)
-        if f <= 0.0:
-            return 0.0, 0.0
-    return f, slope
-
-
-@jit
-def solve(slot, op, felt, first):
-    """Force (N) of the thumb, r + give F(r) = r*, where contact points raise the string below it by `felt` (m).
-
-    Newton's method from the force `first`; where that does not converge at once, between bounds.
-    """
-    t = slot.thumb
-    weight = give(slot, op)
-    wanted = t.free + felt - t.eta_before
-    if t.eta_before <= 0.0 and t.eta_before + wanted <= 0.0:
-        return 0.0
-    r = wanted - weight * first
-    for _ in range(FEW):
-        f, slope = law(t, op, r)
-        step = (r + weight * f - wanted) / (1.0 + weight * max(slope, 0.0))
-        r -= step
-        if f > 0.0 and abs(step) <= ENOUGH * abs(r) + SMALL:
-            return max((wanted - r) / weight, 0.0)
-    high = wanted
-    elastic, _ = force_of_three_halves(wanted, t.eta_before, 0.4 * t.stiffness)
-    f, slope = law(t, op, wanted)
-    low = wanted - weight * max(elastic, f)
-    r = high
-    for _ in range(MOST_ITERATIONS):
-        residual = r + weight * f - wanted
-        if residual > 0.0:
-            high = r
-        else:
-            low = r
-        new = r - residual / (1.0 + weight * max(slope, 0.0))
-        if not low <= new <= high:
-            new = 0.5 * (low + high)
-        step = new - r
-        r = new
-        if abs(step) <= ENOUGH * abs(r) + SMALL:
-            break
-        f, slope = law(t, op, r)
-    return max((wanted - r) / weight, 0.0)
-
-
-@jit
-def settled(slot, op, change):
-    """True if a change of the force (N) is as good as none."""
-    return give(slot, op) * abs(change) <= SETTLED
-
-
-@jit
-def recoil(slot, op, force, felt):
-    """Ends the fine step: the thumb gives way to `force` (N), and the string to it."""
-    t = slot.thumb
-    back = op.fine * op.fine / t.mass * force
-    t.move += back
-    t.height += back
-    eta = t.free + felt - give(slot, op) * force
-    t.eta_before = t.eta
-    t.eta = eta
-    t.force_before = t.force
-    t.force = force
-    t.pending = -op.weight * force
-    if force > 0.0:
-        slot.active = op.padded
+def rebound(slot, op, after):
+    """Takes the force off again after the frame, which ended at fine step `after`, and counts what the flesh got."""
+    t, n = slot.thumb, slot.thumb_modes
+    if t.on != THERE or not t.force > 0.0:
+        return
+    modal.copy(slot.u.height, slot.thumb_heights, op.points)
+    modal.shift(slot.u, slot.thumb_yield, -t.force, n)
+    change = modal.displacement(slot.u, slot.thumb_shape, n) - t.height - t.depth
+    t.energy = max(t.energy + t.force * change - t.friction * change * change, 0.0)
+    disturb(slot, op, after)

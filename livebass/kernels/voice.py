@@ -334,15 +334,17 @@ def move(string, ops):
         if not slot.on:
             continue
         op = glide.operator(string, ops, k)
-        pressing = slot.thumb.on != NONE and thumb.reaches(slot, op, voice, steps)
-        clear = slot.active == 0 or op.points == 0 or slot.moving or after <= slot.quiet or after <= slot.due
-        if clear and not pressing:
-            leap = LONGER if steps > op.steps else WHOLE
+        leap = LONGER if steps > op.steps else WHOLE
+        if slot.thumb.on != NONE:
+            thumb.lean(slot, op, voice, steps, leap)
+        if slot.active == 0 or op.points == 0 or slot.moving or after <= slot.quiet or after <= slot.due:
             modal.leap(slot.u, leap, slot.active)
             modal.leap(slot.v, leap, slot.v_active)
         else:
             over = voice.over_board if op.points > MOST_NEAR else voice.over_frets
             call_4(over, record_address(string), np.int64(k), record_address(op), steps)
+        if slot.thumb.on != NONE:
+            thumb.rebound(slot, op, after)
         if slot.offset != 0.0:
             stop.settle(slot, voice.rate)
         if slot.between:
@@ -351,8 +353,6 @@ def move(string, ops):
             stop.advance(slot, op, steps * op.fine, after)
         elif slot.sunk > 0:
             stop.rise(slot, op, after)
-        if slot.thumb.on != NONE:
-            thumb.follow(slot, op, voice, steps, after)
         touch.damp(voice, slot, op)
         if voice.stretch > 0.0 and slot.active > 0:
             tension.pull(voice, slot, op, steps * op.fine)

@@ -189,11 +189,8 @@ def energy(state: Voice, op: np.void, s: Speaking) -> Floats:
     now = (u["solved_at"] == state.record["step"])[:points]
     deep = [np.maximum(u[name][:points][now], 0) for name in ("eta", "eta_before")]
     frets = s.step * s.contact_stiffness / 2.5 * sum(np.sum(eta**2.5) for eta in deep) / 2
-    if t["on"] != THERE:
-        return np.array([string, frets, 0.0])
-    flesh = sum(max(float(t[name]), 0.0) ** 2.5 for name in ("eta", "eta_before")) if t["known"] else 0.0
-    flying = float(t["mass"]) / 2 * (float(t["move"]) / dt) ** 2
-    return np.array([string, frets, flying + float(t["stiffness"]) / 2.5 * flesh / 2])
+    flying = float(t["mass"] * t["speed"] ** 2 / 2 + t["energy"]) if t["on"] == THERE else 0.0
+    return np.array([string, frets, flying])
 
 
 def energies(trial: Trial, speed: float, place: float) -> tuple[Floats, int]:
@@ -253,7 +250,7 @@ def test_the_thumb_presses_for_some_milliseconds(i: int) -> None:
         for n in range(round(0.02 * RATE)):
             e.process(1)
             t = voice.slots[int(voice.record["slot"][0])]["thumb"]
-            if t["on"] == THERE and t["pressing"] and t["eta"] > 0:
+            if t["on"] == THERE and t["force"] > 0:
                 last = n
         assert 4.0 < last / RATE * 1e3 < 8.0, (velocity, last / RATE * 1e3)
 
