@@ -363,7 +363,10 @@ def bass_numbers(instrument: Instrument, tiers: Sequence[Quality], frets: int) -
     bass = instrument
     fretless = [neck.fretless for neck in bass.necks]
     answering = answering_modes(bass)
-    return instrument_numbers(bass.strings, bass.output, bass.player, tiers, frets, answering, fretless)
+    numbers = instrument_numbers(bass.strings, bass.output, bass.player, tiers, frets, answering, fretless)
+    if bass.over_board:
+        numbers["player"]["thumb_mass"] = 0.0  # it would press the string on points by the hundred
+    return numbers
 
 
 def tone_filters(numbers: NDArray[np.void], rates: Rates) -> Floats:

@@ -19,6 +19,7 @@ from livebass.kernels.records import (
     HAMMER,
     HAND,
     IDLE,
+    MOST_NEAR,
     OPERATOR,
     PLUCK,
     PULL_OFF,
@@ -638,7 +639,7 @@ def stroke(p, ops, i, fret, node, part, ghost, own_place, frame, events, count):
 
     `node`: on the node of that natural harmonic; 0: none.
     """
-    left = p.switched[LEFT_SLAP] > 0
+    left = p.switched[LEFT_SLAP] > 0 and ops[i, 0].points <= MOST_NEAR  # over a board fingers have no mass
     ghost = ghost or left
     stop = 0 if ghost else fret
     op = ops[i, stop]

@@ -176,6 +176,8 @@ THUMB = np.dtype(
         ("force", "f8"),  # N
         ("depth", "f8"),  # m that the string is in its flesh as it begins
         ("friction", "f8"),  # N/m, of the loss
+        ("foreseen", "f8"),  # m that the depth grows by, without frets ...
+        ("pushed", "f8"),  # ... and what frets added to that in the last frame
     ],
     align=True,
 )

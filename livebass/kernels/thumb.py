@@ -17,10 +17,10 @@ F is that of a discrete gradient. With psi = phi^2 / 2 and eta deep in the middl
     F = g (phi^n + phi^{n+1}) / 2 + R r / h,    phi^{n+1} = phi^n + g r,    g = sqrt(1.25 K) eta^0.25,
     R = beta K eta^1.5,    r = eta^{n+1} - eta^n = r_free - A F,
 
-A what string and thumb give way to each other within a frame. r_free knows no frets; these only push the string up, so
-that r may become more. Therefore the energy in the flesh is counted: it gets what the two lose, less R r^2 / h, and
-never holds more than psi. So nothing grows but by the hand's work, whatever K and h. (Energy as a state of its own:
-Lopes, Helie, Falaize 2015; Bilbao, Ducceschi, Zama 2023.)
+A what string and thumb give way to each other within a frame. In r_free frets push as they did in the last frame; what
+they do in this one is not known yet. Therefore the energy in the flesh is counted: it gets what the two really lose,
+less R r^2 / h, and never holds more than psi; what it would lack the thumb pays. So nothing grows but by the hand's
+work, whatever K and h. (Energy as a state of its own: Lopes, Helie, Falaize 2015; Bilbao, Ducceschi, Zama 2023.)
 
 The hand throws the thumb, and lifts it from LIFTED on. `slot` is a SLOT, `op` its operator, t the slot's THUMB. [audio
 thread]
@@ -31,9 +31,9 @@ import numpy as np
 from livebass.compiling import jit
 from livebass.kernels import modal
 from livebass.kernels.elementary import exp, sin
-from livebass.kernels.operators import shape
+from livebass.kernels.operators import positions, shape
 from livebass.kernels.records import BLOCK, COMING, THERE, WHOLE
-from livebass.kernels.slot import SAFETY_STRUCK, disturb, take_thumb_away
+from livebass.kernels.slot import SAFETY, SAFETY_STRUCK, SLACK, disturb, take_thumb_away
 from livebass.kernels.touch import mass
 
 NARROWEST = 4.0  # of k a: the flesh moves no shorter waves ...
@@ -41,6 +41,7 @@ MOST_TURN = 1.5  # rad in a fine step: ... nor faster ones
 LIFTED, LIFT = 3e-3, 50.0  # s after it came that the hand begins to lift it, m/s^2: 1.5 N for a thumb of 30 g
 THROUGH = 30e-3  # m of penetration that no flesh allows: one without stiffness passes through the string, and is gone
 GONE, AWAY = 20e-3, 4e-3  # s after which it is taken away once it is clear, and m of clearance at which it is at once
+NARROW = 1e-3  # s after it came that the pulse it makes may be narrow
 TURNS = 3  # for the depth in the middle of a frame
 
 
@@ -69,6 +70,7 @@ def approach(slot, op):
     t.height = modal.displacement(slot.u, slot.thumb_shape, slot.thumb_modes)
     t.energy = 0.0
     t.force = 0.0
+    t.pushed = 0.0
     t.on = THERE
     slot.safety = SAFETY_STRUCK
 
@@ -117,12 +119,14 @@ def lean(slot, op, voice, steps, which):
     t.force = 0.0
     t.depth = now - t.height
     deep = max(t.depth, 0.0)
-    free = max(t.depth + later - now - h * (t.speed + 0.5 * h * lift), 0.0)
+    path = t.depth + later - now - h * (t.speed + 0.5 * h * lift)
+    free = max(path + t.pushed, 0.0)
     t.speed += 0.5 * h * lift
     if not (deep > 0.0 or free > 0.0) or not deep < THROUGH:
         t.height += h * t.speed
         t.speed += 0.5 * h * lift
         t.energy = 0.0
+        t.pushed = 0.0
         away = t.speed > 0.0 and t.depth < -AWAY
         if away or t.frames > GONE * voice.rate or not deep < THROUGH:
             take_thumb_away(slot)
@@ -145,11 +149,20 @@ def lean(slot, op, voice, steps, which):
     if not f > 0.0:
         return
     t.force = f
-    modal.copy(slot.thumb_heights, slot.u.height, op.points)
+    t.foreseen = path - t.depth - give * f
+    height, x = slot.u.height, positions(op)
+    modal.copy(slot.thumb_heights, height, op.points)
+    bent = 0.0  # m^2/s^2, as in `rms_velocity`: of the energy that the frets keep the string bent with
     for m in range(op.points):
-        slot.u.height[m] += f * slot.thumb_reach[m]
+        height[m] += f * slot.thumb_reach[m]
+        if height[m] > 0.0:
+            bent = max(bent, height[m] * height[m] / (x[m] * (op.length - x[m])))
+    bent *= (op.speed * slot.ratio) ** 2
     modal.shift(slot.u, slot.thumb_yield, f, n)
+    slot.safety = SAFETY_STRUCK if t.frames <= NARROW * voice.rate else SAFETY
     disturb(slot, op, voice.step)
+    rms = (slot.fastest - SLACK) / slot.safety
+    slot.fastest = slot.safety * np.sqrt(max(rms * rms - bent, 0.0)) + SLACK
 
 
 @jit
@@ -161,5 +174,10 @@ def rebound(slot, op, after):
     modal.copy(slot.u.height, slot.thumb_heights, op.points)
     modal.shift(slot.u, slot.thumb_yield, -t.force, n)
     change = modal.displacement(slot.u, slot.thumb_shape, n) - t.height - t.depth
-    t.energy = max(t.energy + t.force * change - t.friction * change * change, 0.0)
+    t.pushed = change - t.foreseen
+    t.energy += t.force * change - t.friction * change * change
+    if t.energy < 0.0:  # the thumb pays
+        speed = np.sqrt(max(t.speed * t.speed + 2.0 * t.energy / t.mass, 0.0))
+        t.speed = speed if t.speed > 0.0 else -speed
+        t.energy = 0.0
     disturb(slot, op, after)
