@@ -22,9 +22,21 @@ MOST_TURN, FEW = 2.0, 8  # rad a frame, and modes, of a string in vibrato
 
 
 @jit
+def modes_below(slot, op, h, turn, most):
+    """Number of modes, `most` or fewer by BLOCKs, of which none turns by more than `turn` rad in `h` s.
+
+    A stiff string has fewer of them than one that is only tight.
+    """
+    n = min(np.int64(turn * op.length / (np.pi * op.speed * h)) // BLOCK * BLOCK, most)
+    while n > 0 and slot.u.omega[min(n, op.modes) - 1] * h > turn:
+        n -= BLOCK
+    return max(n, 0)
+
+
+@jit
 def pull(voice, slot, op, h):
     """Lets the tension of the motion act on the slot for a frame of `h` s."""
-    n = min(np.int64(op.length / (np.pi * op.speed * h)) // BLOCK * BLOCK, slot.active)
+    n = modes_below(slot, op, h, 1.0, slot.active)
     if n <= 0:
         return
     k1 = np.pi / op.length
@@ -43,8 +55,7 @@ def waver(slot, op, h, tighter):
 
     Only modes that the audio rate carries take part, and no more than turn by MOST_TURN a frame.
     """
-    wide = np.int64(MOST_TURN * op.length / (np.pi * op.speed * h))
-    n = min(wide, max(slot.heard - BLOCK, FEW))
+    n = modes_below(slot, op, h, MOST_TURN, max(slot.heard - BLOCK, FEW))
     k = np.pi / op.length * op.speed * slot.ratio
     push = h * tighter * k * k
     modal.tighten(slot.u, push, min(n, slot.active))

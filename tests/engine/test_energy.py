@@ -22,9 +22,11 @@ from livebass.kernels.records import (
     GLIDE,
     HAMMER,
     HAND,
+    MOST_NEAR,
     PLUCK,
     PULL_OFF,
     STRIKE_EVENT,
+    THROW,
     TOUCH_EVENT,
     WAVER,
 )
@@ -75,6 +77,8 @@ class Played:
         total = slope = 0.0
         length, speed = float(op["length"]), float(op["speed"])
         low = min(int(length / (np.pi * speed * float(op["fine"] * op["steps"]))) // BLOCK * BLOCK, int(slot["active"]))
+        while low and slot["u"]["omega"][min(low, int(op["modes"])) - 1] * float(op["fine"] * op["steps"]) > 1:
+            low -= BLOCK
         for name, count in (("u", int(slot["active"])), ("v", int(slot["v_active"]))):
             w = slot[name]
             q, p = w["q"][:count], w["p"][:count]
@@ -94,6 +98,7 @@ class Played:
         r = self.record
         works = r["pulling"] > 0 or r["striking"] > 0 or r["depth"] > 0 or self.voice.slots["moving"].any()
         works = works or r["slide_to"] >= 0  # and scrapes the windings
+        works = works or any(slot["on"] and slot["thumb"]["on"] for slot in self.voice.slots)
         return bool(works), float(r["tuned"]), int(r["slot"])
 
 
@@ -120,6 +125,9 @@ def random_events(name: str, string: Played, rng: np.random.Generator) -> np.nda
         case "pop":
             apex = rng.uniform(3, 8) * mm * length / float(whole["length"])
             return event(PLUCK, fret, x=apex, y=0.7 * length, z=2.5 * mm, t=3e-5, w=0.2)
+        case "slap" if int(whole["points"]) <= MOST_NEAR and rng.random() < 0.6:
+            masses = {"z": rng.uniform(0.01, 0.06), "t": rng.uniform(3, 15) * mm, "w": 10 ** rng.uniform(5, 6)}
+            return event(THROW, fret, x=rng.uniform(0.5, 4), y=length * rng.uniform(0.3, 0.9), **masses)
         case "slap":
             return event(STRIKE_EVENT, fret, x=rng.uniform(0.5, 4) * mm, y=length * rng.uniform(0.3, 0.9))
         case "hammer" | "tap":
@@ -142,7 +150,9 @@ def random_events(name: str, string: Played, rng: np.random.Generator) -> np.nda
 
 
 def own_energy(preset: str, i: int, events: np.ndarray, tuned: float) -> float:
-    """J that these events put into a string at rest that is bent as far."""
+    """J that these events put into a string at rest that is bent as far; of a mass, all that it has."""
+    if events[0]["kind"] == THROW:
+        return float(events[0]["z"] * events[0]["x"] ** 2) / 2
     string, none = Played(preset, i), np.zeros(0, EVENT)
     string.record["bend"] = string.record["tuned"] = tuned
     string.play(events.copy())
