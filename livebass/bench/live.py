@@ -59,7 +59,7 @@ SIXTEENTH = 60 / 110 / 4  # s
 # Fret and velocity of each round over the strings. No step up is a fourth or two: the new note would be one that the
 # next string still plays from the old fret, and be taken from it.
 # One hand after the other on every string: a controller and its value, the frets and velocities that are then played
-HANDS = ((0, 0, ((0, 127),)), (68, 127, ((7, 127),)), (65, 127, ((12, 127),)), (65, 0, ((0, 127),)))
+HANDS = ((0, 0, ((0, 127),)), (68, 127, ((7, 127),)), (65, 127, ((13, 127),)), (65, 0, ((0, 127),)))
 HANDS_APART = 0.15  # s
 STRING_KEYS = {pitch_class: key for key, technique, pitch_class in MODO.keys if technique == "string"}
 ROUNDS = ((0, 127), (3, 100), (7, 127), (2, 115))

@@ -288,6 +288,18 @@ def sense_2(w, weight, other, n):
 
 
 @jit
+def speed_2(w, weight, other, n):
+    """Velocities (m/s) at two pickups in one pass."""
+    v0 = 0.0
+    v1 = 0.0
+    for j in range(n):
+        moving = w.pace[j] * w.p[j] - w.sigma[j] * w.q[j]
+        v0 += weight[j] * moving
+        v1 += other[j] * moving
+    return v0, v1
+
+
+@jit
 def tap_held(w, weight, n):
     """Linear output of the held shape at rest."""
     y = 0.0
