@@ -58,11 +58,13 @@ LINE_FROM = 1.0  # s
 SIXTEENTH = 60 / 110 / 4  # s
 # Fret and velocity of each round over the strings. No step up is a fourth or two: the new note would be one that the
 # next string still plays from the old fret, and be taken from it.
-# One hand after the other on every string: a controller and its value, the frets and velocities that are then played
-HANDS = ((0, 0, ((0, 127),)), (68, 127, ((7, 127),)), (65, 127, ((12, 127),)), (65, 0, ((0, 127),)))
+ROUNDS = ((0, 127), (3, 100), (7, 127), (2, 115))
+# One hand after the other on every string: a controller and its value, the frets and velocities that are then played.
+# No step up is a fourth or two here either.
+HANDS = ((0, 0, ((0, 127),)), (68, 127, ((7, 127),)), (65, 127, ((13, 127),)), (65, 0, ((0, 127),)))
+HAND_NAMES = ("plucked open again", "hammered on", "slid", "pulled off")
 HANDS_APART = 0.15  # s
 STRING_KEYS = {pitch_class: key for key, technique, pitch_class in MODO.keys if technique == "string"}
-ROUNDS = ((0, 127), (3, 100), (7, 127), (2, 115))
 REST = 0.3  # s of silence after each run
 
 
@@ -126,7 +128,7 @@ class Script:
 def worst_case(bass: Instrument, rate: int, strings: int, line: float = FULL.line) -> Script:
     """Pops the first `strings` strings of `bass` at once, and again, then plays `line` s of sixteenths over them.
 
-    At the end all are popped, hammered up, slid up and pulled off at once.
+    At the end all are, at once, plucked open from the frets they sound at, hammered on, slid up and pulled off.
     """
     keys = [string.open_note for string in bass.strings[:strings]]
     messages = [(round(beat * rate), NOTE_ON, key, 127) for beat in POPPED for key in keys]
@@ -152,6 +154,12 @@ def worst_case(bass: Instrument, rate: int, strings: int, line: float = FULL.lin
     return Script(
         rate, tuple(messages), round(LINE_FROM * rate), round(hands * rate), round((after + HANDS_APART) * rate)
     )
+
+
+def hand_blocks(script: Script, k: int, block: int) -> slice:
+    """Returns which blocks of `block` frames belong to the hand HANDS[k]."""
+    begin, end = (script.hands + round((k + i) * HANDS_APART * script.rate) for i in range(2))
+    return slice(begin // block, -(-end // block))
 
 
 def play_script(device: FakeDevice, script: Script, block: int) -> NDArray[np.int64]:
@@ -231,6 +239,10 @@ def _row(bass: Instrument, quality: Quality, block: int, strings: int, runs: int
         **block_figures(times, block, RATE),
         "popped": block_figures(times[:, : script.popped // block], block, RATE),
         "hands": block_figures(times[:, script.hands // block :], block, RATE),
+        "each_hand": {
+            name: block_figures(times[:, hand_blocks(script, k, block)], block, RATE)
+            for k, name in enumerate(HAND_NAMES)
+        },
         "histogram": counts.tolist(),
     }
 
@@ -307,6 +319,9 @@ def _targets(rows: list[Row], alone: Row, fidelity: dict[str, Any]) -> list[dict
                 _target(f"{label}: worst block", 0.5, hands["worst"], hands),
                 _target(f"{label}: median block", 0.12, hands["median"]),
             ]
+            for name, figures in row["each_hand"].items():
+                label = f"live, 64 frames, all strings {name} at once"
+                out.append(_target(f"{label}: worst block", 0.5, figures["worst"], figures))
     if "live" in fidelity:
         for group, far in fidelity["live"]["groups"].items():
             mean, worst = MOST_OFF_BOARD if group == "board" else MOST_OFF

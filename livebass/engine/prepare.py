@@ -18,6 +18,7 @@ from livebass.kernels import board, coil, frets, performer, preparing, tone
 from livebass.kernels.coil import CIRCUIT, COIL
 from livebass.kernels.instrument import INSTRUMENT, connect_answers, connect_string, rest_string, whole_steps
 from livebass.kernels.instrument import new_performer as make_performer
+from livebass.kernels.operators import DOUBLE
 from livebass.kernels.performer import PERFORMER
 from livebass.kernels.preparing import FROZEN, NOTE, OVERDAMPED, PREPARING
 from livebass.kernels.records import MOST_NEAR, OPERATOR, ROW, STRING
@@ -381,7 +382,7 @@ def tone_filters(numbers: NDArray[np.void], rates: Rates) -> Floats:
 
 def new_voice(rates: Rates, log: int = 0) -> Voice:
     """Makes a silent string whose output is its displacement, with room for `log` contacts."""
-    voice = Voice(np.zeros(1, STRING), np.zeros((log, 2), np.int64))
+    voice = Voice(zeroed_lines(STRING.itemsize // DOUBLE).view(STRING), np.zeros((log, 2), np.int64))
     rest_string(
         voice.string.ctypes.data, rates.rate, rates.numerator, rates.denominator, frets.over_frets.address,
         board.over_board.address,

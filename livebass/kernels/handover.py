@@ -14,7 +14,9 @@ string while a finger glides (glide.py).
 To the longer: q_j = sum_m M_mj q'_m + T_j, where T is the shape that the finger held, a triangle with its corner at s:
 beyond s the string was straight and at rest.
 
-Both directions are one pass of two nested loops, without a table. `a` is the slot that sounds, `b` the other, loaded
+A sum over the modes of the old length for each mode of the new one takes nearly all the time, most of it for divisions.
+So four sums go side by side, and one division serves four quotients: with r = 1 / (a b c d), 1 / a = (r c d) b. The
+highest modes are left out if all of them together are NEGLIGIBLE. `a` is the slot that sounds, `b` the other, loaded
 and silent; `op` and `to` are their operators. [audio thread]
 """
 
@@ -22,11 +24,13 @@ import numpy as np
 
 from livebass.compiling import compiled, jit
 from livebass.kernels.elementary import cos, sin
-from livebass.kernels.modal import LANES
+from livebass.kernels.modal import LANES, number
 from livebass.kernels.operators import heights, positions
+from livebass.kernels.records import BLOCK
 
 SAME = 1e-9  # relative, of wave numbers that count as equal
 CLOSE = 1e-6  # m: stops that are one
+NEGLIGIBLE = 1e-12  # of all weighed displacements, and velocities: what the highest modes have that are left out
 
 fast = compiled(fastmath=LANES)
 
@@ -45,38 +49,81 @@ def crown_height(op, s):
 
 @jit
 def fill_squares(squares, top, n):
-    """Squares of the `n` wave numbers top (j + 1), in a row: quicker than to make them in every sum."""
+    """Fills a row with the squares of the `n` wave numbers top (j + 1)."""
     for j in range(n):
-        k = top * (j + 1)
+        k = top * number(j)
         squares[j] = k * k
 
 
 @fast
-def sums_of_one(q, p, squares, n, square):
-    """Sums of the first `n` q[j] and p[j] over (square - squares[j])."""
+def sum_of_squares(values, first, end):
+    """Sum of the squares of values[first:end]."""
     x = 0.0
-    y = 0.0
-    for j in range(n):
-        part = 1.0 / (square - squares[j])
-        x += q[j] * part
-        y += p[j] * part
-    return x, y
+    for j in range(first, end):
+        x += values[j] * values[j]
+    return x
+
+
+@jit
+def needed(w, n):
+    """Number of the `n` weighed modes that count, in whole BLOCKs: those above are NEGLIGIBLE."""
+    q = NEGLIGIBLE * NEGLIGIBLE * sum_of_squares(w.q_before, 0, n)
+    p = NEGLIGIBLE * NEGLIGIBLE * sum_of_squares(w.p_before, 0, n)
+    while n > 0:
+        q -= sum_of_squares(w.q_before, n - BLOCK, n)
+        p -= sum_of_squares(w.p_before, n - BLOCK, n)
+        if not (q >= 0.0 and p >= 0.0):
+            break
+        n -= BLOCK
+    return n
 
 
 @fast
-def sums_of_two(q, p, q_v, p_v, squares, n, square):
-    """`sums_of_one` of two polarisations: the quotients take longer than the sums."""
-    x = 0.0
-    y = 0.0
-    x_v = 0.0
-    y_v = 0.0
+def four_sums(w, squares, n, new, wanted, m):
+    """Gives new.q[m] the sum of the first `n` weighed displacements over (wanted[m] - squares[j]), new.p[m] velocities.
+
+    The same for the next three modes. No difference may be zero.
+    """
+    a, b, c, d = wanted[m], wanted[m + 1], wanted[m + 2], wanted[m + 3]
+    q_a = 0.0
+    q_b = 0.0
+    q_c = 0.0
+    q_d = 0.0
+    p_a = 0.0
+    p_b = 0.0
+    p_c = 0.0
+    p_d = 0.0
     for j in range(n):
-        part = 1.0 / (square - squares[j])
-        x += q[j] * part
-        y += p[j] * part
-        x_v += q_v[j] * part
-        y_v += p_v[j] * part
-    return x, y, x_v, y_v
+        square, q, p = squares[j], w.q_before[j], w.p_before[j]
+        x, y, z, u = a - square, b - square, c - square, d - square
+        x_y, z_u = x * y, z * u
+        inverse = 1.0 / (x_y * z_u)
+        over_x_y, over_z_u = inverse * z_u, inverse * x_y
+        part = over_x_y * y
+        q_a += q * part
+        p_a += p * part
+        part = over_x_y * x
+        q_b += q * part
+        p_b += p * part
+        part = over_z_u * u
+        q_c += q * part
+        p_c += p * part
+        part = over_z_u * z
+        q_d += q * part
+        p_d += p * part
+    new.q[m], new.q[m + 1], new.q[m + 2], new.q[m + 3] = q_a, q_b, q_c, q_d
+    new.p[m], new.p[m + 1], new.p[m + 2], new.p[m + 3] = p_a, p_b, p_c, p_d
+
+
+@jit
+def all_sums(w, squares, n, new, wanted, to):
+    """`four_sums` for all modes of `to`."""
+    n = needed(w, n)
+    for m in range(0, to.modes, 4):
+        four_sums(w, squares, n, new, wanted, m)
+    for m in range(to.modes, to.padded):
+        new.q[m] = 0.0
+        new.p[m] = 0.0
 
 
 @jit
@@ -102,37 +149,19 @@ def put(w, j, q, v):
 
 
 @jit
-def straight(w, j, part):
-    """Displacement and velocity of mode `j` times `part`."""
-    q = w.q[j]
-    return part * q, part * (w.pace[j] * w.p[j] - w.sigma[j] * q)
-
-
-@jit
-def projected(a, squares, k, n, same, factor, part):
-    """Displacement and velocity of the mode with the wave number `k`, of u and, where it moves, of v.
-
-    They are `factor` times the sums over all `n` weighed modes but `same`, whose own part is `part`.
-    """
-    u, v = a.u, a.v
-    j = max(same, 0)
-    kept = squares[j], u.q_before[j], u.p_before[j], v.q_before[j], v.p_before[j]
-    if same >= 0:  # no mode has the wave number 0
-        squares[j] = u.q_before[j] = u.p_before[j] = v.q_before[j] = v.p_before[j] = 0.0
-    if a.v_active > 0:
-        x, y, x_v, y_v = sums_of_two(u.q_before, u.p_before, v.q_before, v.p_before, squares, n, k * k)
-    else:
-        x, y = sums_of_one(u.q_before, u.p_before, squares, n, k * k)
-        x_v = y_v = 0.0
-    squares[j], u.q_before[j], u.p_before[j], v.q_before[j], v.p_before[j] = kept
-    x, y, x_v, y_v = factor * x, factor * y, factor * x_v, factor * y_v
-    if same >= 0:
-        q, p = straight(u, same, part)
-        x, y = x + q, y + p
-        if a.v_active > 0:
-            q, p = straight(v, same, part)
-            x_v, y_v = x_v + q, y_v + p
-    return x, y, x_v, y_v
+def share(w, op, new, to, n):
+    """Adds to modes of `to` what modes of `op` of the same wave number are in them."""
+    s = op.length - to.length
+    k1, k1_new = np.pi / op.length, np.pi / to.length
+    root = np.sqrt(min(op.length, to.length) / max(op.length, to.length))
+    for m in range(to.modes):
+        k = (m + 1) * k1_new
+        j = equal_mode(k, k1, n)
+        if j >= 0:
+            part = root * cos(k * s)
+            q, v = part * w.q[j], part * (w.pace[j] * w.p[j] - w.sigma[j] * w.q[j])
+            new.q[m] += q
+            new.p[m] += new.kappa[m] * (v + new.sigma[m] * q)
 
 
 @jit
@@ -141,54 +170,58 @@ def to_shorter(a, op, b, to):
 
     Returns displacement and velocity at its stop by the modes, of u, then of v.
     """
+    x, v = shorten(a.u, op, b.u, to, a.active)
+    x_v = v_v = 0.0
+    if a.v_active > 0:
+        x_v, v_v = shorten(a.v, op, b.v, to, a.v_active)
+    return x, v, x_v, v_v
+
+
+@jit
+def shorten(w, op, new, to, n):
+    """`to_shorter` of the `n` modes of one polarisation."""
     s = op.length - to.length
     k1, k1_new = np.pi / op.length, np.pi / to.length
-    n = max(a.active, a.v_active)
-    sways = a.v_active > 0
-    u_stop, u_speed = weigh_at(a.u, op, s, n)
-    v_stop = v_speed = 0.0
-    if sways:
-        v_stop, v_speed = weigh_at(a.v, op, s, n)
-    squares = b.u.q_before
+    squares, wanted = new.q_before, new.p_before
     fill_squares(squares, k1, n)
-    scale = 2.0 / np.sqrt(op.length * to.length)
+    fill_squares(wanted, k1_new, to.padded)
+    place, speed = weigh_at(w, op, s, n)
+    for m in range(to.padded):
+        j = equal_mode((m + 1) * k1_new, k1, n)
+        if j >= 0:  # it has a node at the new stop: no other mode takes anything of it
+            squares[j] = 0.0
+            w.q_before[j] = 0.0
+            w.p_before[j] = 0.0
+    all_sums(w, squares, n, new, wanted, to)
+    scale = 2.0 / np.sqrt(op.length * to.length) * k1_new
+    line = np.sqrt(2.0 * to.length) / np.pi
     for m in range(to.modes):
-        k = (m + 1) * k1_new
-        same = equal_mode(k, k1, n)
-        part = np.sqrt(to.length / op.length) * cos(k * s) if same >= 0 else 0.0
-        q, p, q_v, p_v = projected(a, squares, k, n, same, scale * k, part)
-        line = np.sqrt(2 * to.length) / (np.pi * (m + 1))
-        put(b.u, m, q - u_stop * line, p - u_speed * line)
-        if sways:
-            put(b.v, m, q_v - v_stop * line, p_v - v_speed * line)
-    return u_stop, u_speed, v_stop, v_speed
+        k = number(m)
+        put(new, m, scale * k * new.q[m] - place * line / k, scale * k * new.p[m] - speed * line / k)
+    share(w, op, new, to, n)
+    return place, speed
 
 
 @jit
 def weigh_at(w, op, s, n):
-    """Weighs `n` modes by their shape at `s` for `projected`; returns displacement and velocity there."""
+    """Weighs `n` modes by their shape at `s` for `all_sums`; returns displacement and velocity there."""
     velocities(w, n)
     k1 = np.pi / op.length
-    u = 0.0
-    v = 0.0
     for j in range(n):
-        phi = sin((j + 1) * k1 * s)
+        phi = sin(number(j) * k1 * s)
         w.q_before[j] *= phi
         w.p_before[j] *= phi
-        u += w.q_before[j]
-        v += w.p_before[j]
     root = np.sqrt(2 / op.length)
-    return u * root, v * root
+    return root * sum_of(w.q_before, n), root * sum_of(w.p_before, n)
 
 
-@jit
-def weigh_by_number(w, op, n):
-    """Weighs `n` modes by their wave numbers for `projected`."""
-    velocities(w, n)
-    for m in range(n):
-        k = (m + 1) * (np.pi / op.length)
-        w.q_before[m] *= k
-        w.p_before[m] *= k
+@fast
+def sum_of(values, n):
+    """Sum of `n` numbers."""
+    x = 0.0
+    for j in range(n):
+        x += values[j]
+    return x
 
 
 @jit
@@ -197,24 +230,35 @@ def to_longer(a, op, b, to, at, at_v):
 
     The stop of u was at[0] m over the line that the longer string rests on, and moved at at[1] m/s; that of v `at_v`.
     """
+    lengthen(a.u, op, b.u, to, a.active, at)
+    if b.v_ready:
+        lengthen(a.v, op, b.v, to, a.v_active, at_v)
+
+
+@jit
+def lengthen(w, op, new, to, n, at):
+    """`to_longer` of the `n` modes of one polarisation."""
     s = to.length - op.length
     k1, k1_old = np.pi / to.length, np.pi / op.length
-    n = max(a.active, a.v_active)
-    sways = a.v_active > 0
-    weigh_by_number(a.u, op, n)
-    if sways:
-        weigh_by_number(a.v, op, n)
-    squares = b.u.q_before
+    squares, wanted = new.q_before, new.p_before
     fill_squares(squares, k1_old, n)
+    fill_squares(wanted, k1, to.padded)
+    for j in range(to.padded):
+        if equal_mode((j + 1) * k1, k1_old, n) >= 0:  # it has a node at the old stop: it takes nothing of other modes
+            wanted[j] = 0.0
+    velocities(w, n)
+    for m in range(n):
+        k = number(m) * k1_old
+        w.q_before[m] *= k
+        w.p_before[m] *= k
+    all_sums(w, squares, n, new, wanted, to)
     scale = 2.0 / np.sqrt(op.length * to.length)
     corner = np.sqrt(2 / to.length) * to.length / (s * (to.length - s))
+    place, speed = at
     for j in range(to.modes):
-        k = (j + 1) * k1
+        k = number(j) * k1
         phi = sin(k * s)
-        same = equal_mode(k, k1_old, n)
-        part = np.sqrt(op.length / to.length) * cos(k * s) if same >= 0 else 0.0
-        q, p, q_v, p_v = projected(a, squares, k, n, same, -scale * phi, part)
         shape = corner * phi / (k * k) / (1 + to.held_stiffness * (k * k))
-        put(b.u, j, q + at[0] * shape, p + at[1] * shape)
-        if b.v_ready:
-            put(b.v, j, q_v + at_v[0] * shape, p_v + at_v[1] * shape)
+        factor = -scale * phi if wanted[j] != 0.0 else 0.0
+        put(new, j, factor * new.q[j] + place * shape, factor * new.p[j] + speed * shape)
+    share(w, op, new, to, n)

@@ -38,13 +38,12 @@ from livebass.kernels.preparing import (
     note_at,
     operator_at,
 )
-from livebass.kernels.records import BLOCK, MOST_ANSWERS, MOST_NEAR, OPERATOR, ROW, STRING, VOICE_SLOTS
+from livebass.kernels.records import BLOCK, LINE, MOST_ANSWERS, MOST_NEAR, OPERATOR, ROW, STRING, VOICE_SLOTS
 from livebass.kernels.techniques import BEND_FRAMES
 
 BLOCKER_HZ = 6.0  # DC blocker's corner
 GAIN_TIME = 6e-3  # s, how fast volume follows its controller
 MOST_PICKUPS = 4
-LINE = 64  # bytes in a cache line
 
 # How finely it is computed: two qualities, and what overload falls back to
 LIVE, STUDIO, COARSE, TIERS = 0, 1, 2, 3

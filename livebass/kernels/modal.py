@@ -40,6 +40,12 @@ DEAD = 1e-17  # m^1.5: a mode below this is silence
 MOST_TURN = 2 * np.pi * 0.45  # rad a fine step, of a mode that a string is played with
 
 
+@jit
+def number(j):
+    """The number j + 1 of mode `j`, from 1. Processors convert integers of 32 bits many at a time, of 64 bits not."""
+    return np.float64(np.int32(j + 1))
+
+
 # fine_1, fine_2 and fine_4 take one fine step after the forces `f` at that many points, and return the displacements
 # (m) there; a point may stand twice in the list, with the force 0 the second time.
 @jit
@@ -211,7 +217,7 @@ def displacement(w, phi, n):
 
 @jit
 def displacement_before_leap(w, phi, n):
-    """Displacement (m) before the last `try_leap`."""
+    """Displacement (m) before the last `try_leap`, or of `keep_step_before`."""
     u = 0.0
     for j in range(n):
         u += phi[j] * w.q_before[j]
@@ -254,6 +260,14 @@ def product(phi, other, n):
     for j in range(n):
         x += phi[j] * other[j]
     return x
+
+
+@jit
+def keep_step_before(w, n):
+    """Puts the displacements of the modes one fine step ago into q_before, for `displacement_before_leap`."""
+    for j in range(n):
+        a = w.fine_a[j]
+        w.q_before[j] = (a * w.q[j] - w.p[j]) / (a * a + w.fine_b[j])
 
 
 @jit
@@ -302,6 +316,18 @@ def sense_2(w, weight, other, n):
 
 
 @jit
+def speed_2(w, weight, other, n):
+    """Velocities (m/s) at two pickups in one pass."""
+    v0 = 0.0
+    v1 = 0.0
+    for j in range(n):
+        moving = w.pace[j] * w.p[j] - w.sigma[j] * w.q[j]
+        v0 += weight[j] * moving
+        v1 += other[j] * moving
+    return v0, v1
+
+
+@jit
 def tap_held(w, weight, n):
     """Linear output of the held shape at rest."""
     y = 0.0
@@ -341,7 +367,7 @@ def touch(w, shape, c, n):
 def kick_end(w, x, n):
     """Adds the velocities x / m, m from 1: the string's end changes its speed (stop.py)."""
     for j in range(n):
-        w.p[j] += w.kappa[j] * (x / (j + 1))
+        w.p[j] += w.kappa[j] * (x / number(j))
 
 
 @jit
@@ -359,7 +385,7 @@ def slope_square(w, n):
     """Sum of (j q_j)^2, j from 1."""
     s = 0.0
     for j in range(n):
-        x = (j + 1) * w.q[j]
+        x = number(j) * w.q[j]
         s += x * x
     return s
 
@@ -368,7 +394,7 @@ def slope_square(w, n):
 def tighten(w, push, n):
     """Takes push j^2 q_j from the velocities, j from 1: more tension for a moment (tension.py)."""
     for j in range(n):
-        w.p[j] -= w.kappa[j] * push * ((j + 1.0) * (j + 1.0)) * w.q[j]
+        w.p[j] -= w.kappa[j] * push * (number(j) * number(j)) * w.q[j]
 
 
 @jit
@@ -404,6 +430,16 @@ def speed_square(w, n):
         v = w.p[j] / w.kappa[j]
         d = w.omega[j] * w.q[j]
         e += v * v + d * d
+    return e
+
+
+@jit
+def held_speed_square(w, follow, n):
+    """`speed_square` of the held shape alone, as it is released with its velocity `follow` (1/s) times itself."""
+    e = 0.0
+    for j in range(n):
+        x = w.held[j]
+        e += (follow * follow + w.omega[j] * w.omega[j]) * (x * x)
     return e
 
 

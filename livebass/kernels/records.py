@@ -6,10 +6,13 @@ and vectorises the loops of modal.py without checks at run time. ROW is an odd n
 not collide in the cache.
 """
 
+from typing import Any
+
 import numpy as np
 
 ROW = 1048  # float64; the most modes, and the most contact points, of one string
 MOST_NEAR = 32  # contact points solved together in one fine step
+LINE = 64  # bytes of a cache line
 BLOCK = 16  # modes are woken and dropped in blocks
 GROUP, GROUP_ROOM = 16, 128  # contact points in a group of a board; most groups
 UNKNOWN = -1  # a step number: never
@@ -23,6 +26,22 @@ def _row(name: str, kind: str = "f8") -> tuple[str, str, tuple[int]]:
 
 def _answers(name: str, kind: str = "f8") -> tuple[str, str, tuple[int]]:
     return name, kind, (MOST_ANSWERS,)
+
+
+def on_lines(fields: list[Any]) -> np.dtype[Any]:
+    """A record of whole cache lines, in which all fields of a line or more begin on one.
+
+    A vector that lies across two lines takes twice as long.
+    """
+    offsets, end = [], 0
+    for field in fields:
+        size = np.dtype([field], align=True).itemsize
+        begin = -(-end // LINE) * LINE if size >= LINE else end
+        offsets.append(begin)
+        end = begin + size
+    names, formats = [field[0] for field in fields], [np.dtype([field])[0] for field in fields]
+    whole = -(-end // LINE) * LINE
+    return np.dtype({"names": names, "formats": formats, "offsets": offsets, "itemsize": whole}, align=True)
 
 
 # k fine steps at once, free: q <- a q + b P, P <- a P - g q
@@ -46,7 +65,7 @@ SOLVER = np.dtype(
 )
 
 # The working set of one polarisation: u, away from the neck, or v, across it
-WORK = np.dtype(
+WORK = on_lines(
     [
         # modes
         _row("q"),  # displacement
@@ -90,8 +109,7 @@ WORK = np.dtype(
         _row("streak", "i8"),  # ... in so many steps in a row
         ("coupling", "f8", (MOST_NEAR, MOST_NEAR)),  # W between contact points over frets
         ("solver", SOLVER),
-    ],
-    align=True,
+    ]
 )
 
 # What the modes of one string at one fret need to move. Their rows lie in a pool that all operators share, as long as
@@ -184,7 +202,7 @@ THUMB = np.dtype(
 NONE, COMING, THERE = range(3)
 
 # One sounding note of a string
-SLOT = np.dtype(
+SLOT = on_lines(
     [
         ("on", "i8"),  # 0 silent, 1 sounding
         ("moving", "i8"),  # the stop moves: contact is off
@@ -237,8 +255,7 @@ SLOT = np.dtype(
         ("thumb_give", "f8"),  # m/N that the string gives way within a frame
         ("thumb_modes", "i8"),  # that it moves
         ("thumb_key", "f8", (4,)),  # what all these hold for: place, width, operator, tuning
-    ],
-    align=True,
+    ]
 )
 SLOT_STATE = SLOT.fields["u"][1] // 8  # type: ignore[index]  # 8-byte fields of a slot before its working sets
 
@@ -365,26 +382,24 @@ ANSWERS = np.dtype(
 )
 
 # An operator of a length between those of two frets, made while a finger glides along a board (glide.py)
-BETWEEN = np.dtype(
+BETWEEN = on_lines(
     [
         ("op", OPERATOR),
         _row("slope"),  # weights of the modes in the slope at the stop, as a fingertip feels it ...
         ("slope_modes", "i8"),  # ... and how many have any
         ("rows", "f8", (BETWEEN_ROWS * ROW,)),  # coefficients and taps of the operator
-    ],
-    align=True,
+    ]
 )
 
 # One string with all that its kernels touch
-STRING = np.dtype(
+STRING = on_lines(
     [
         ("voice", VOICE),
         ("slots", SLOT, (VOICE_SLOTS,)),
         ("answers", ANSWERS),
         ("taps", "f8", (8,)),  # workspace: displacement and velocity at each pickup
         ("between", BETWEEN, (VOICE_SLOTS,)),  # of each slot
-    ],
-    align=True,
+    ]
 )
 
 EVENT = np.dtype(

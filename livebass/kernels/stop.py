@@ -123,9 +123,10 @@ def sink(slot, op):
     u, height = slot.u, heights(op)
     forget_contact(u, op)
     slot.sunk = 0
+    modal.keep_step_before(u, slot.active)
     for m in range(op.points):
         now = modal.displacement(u, shape(op, m), slot.active)
-        before = modal.displacement_step_before(u, shape(op, m), slot.active)
+        before = modal.displacement_before_leap(u, shape(op, m), slot.active)
         u.height[m] = min(height[m], min(now, before) - ROOM)
         if u.height[m] < height[m]:
             slot.sunk += 1
@@ -136,11 +137,12 @@ def rise(slot, op, after):
     """Lets lowered obstacles rise by half of what the string is clear of them at fine step `after`."""
     u, height = slot.u, heights(op)
     left = np.int64(0)
+    modal.keep_step_before(u, slot.active)
     for m in range(op.points):
         if u.height[m] == height[m]:
             continue
         now = modal.displacement(u, shape(op, m), slot.active)
-        before = modal.displacement_step_before(u, shape(op, m), slot.active)
+        before = modal.displacement_before_leap(u, shape(op, m), slot.active)
         clear = min(now, before) - u.height[m]
         if clear > 0.0:
             u.height[m] = min(height[m], u.height[m] + 0.5 * clear)

@@ -23,6 +23,7 @@ from livebass.kernels.slot import (
     highest,
     load_tuned,
     open_v,
+    rms_velocity,
     take_thumb_away,
 )
 
@@ -55,7 +56,7 @@ def shape_of_pluck(w, op, apex, position, rounding, release):
     for j in range(op.padded):
         w.held[j] = 0.0
     for j in range(op.modes):
-        k = (j + 1) * k1
+        k = modal.number(j) * k1
         smooth = exp(-0.5 * (k * rounding) ** 2) / (1 + op.held_stiffness * (k * k))
         smooth /= 1 + (w.omega[j] * w.omega[j] + w.sigma[j] * w.sigma[j]) * (release * release)
         w.held[j] = corner * sin(k * position) / (k * k) * smooth
@@ -68,7 +69,7 @@ def shape_of_strike(w, op, depth, position, width):
     for j in range(op.padded):
         w.strike[j] = 0.0
     for j in range(op.modes):
-        k = (j + 1) * k1
+        k = modal.number(j) * k1
         smooth = exp(-0.5 * (k * width) ** 2)
         w.strike[j] = -2 * op.speed * depth * np.sqrt(2 / op.length) * sin(k * position) * smooth
 
@@ -94,7 +95,7 @@ def grip(voice, slot, op, position, frames):
     u = slot.u
     k1 = np.pi / op.length
     for j in range(op.padded):
-        shape = sin((j + 1) * k1 * position)
+        shape = sin(modal.number(j) * k1 * position)
         u.finger[j] = exp(-FINGER_NEPERS / frames * shape * shape)
     if slot.v_ready:
         modal.copy(slot.v.finger, u.finger, op.padded)
@@ -379,7 +380,12 @@ def pluck(string, ops, fret, apex, position, rounding, release, angle):
 @jit
 def let_go(voice, slot, op, follow):
     """Releases the held shape, which grows by `follow` times itself a second."""
-    modal.release(slot.u, follow, op.padded)
+    u, n = slot.u, op.padded
+    fastest = slot.safety * rms_velocity(u, op, n) + SAFETY * np.sqrt(modal.held_speed_square(u, follow, n) / op.length)
+    modal.release(u, follow, n)
+    whole = rms_velocity(u, op, n)
+    if slot.safety > SAFETY and whole > 0.0:  # that is of what sounded before: a pluck alone needs less
+        slot.safety = max(SAFETY, min(slot.safety, fastest / whole))
     if slot.v_ready:
         modal.release(slot.v, follow, op.padded)
         slot.v_active = op.padded

@@ -90,7 +90,7 @@ def take_place(slot, op):
     n = np.int64(0)
     give = 0.0
     for j in range(op.padded):
-        k = (j + 1) * k1
+        k = modal.number(j) * k1
         row[j] = 0.0
         c[j] = 0.0
         if j < op.modes and k * t.width < NARROWEST and slot.u.omega[j] * op.fine < MOST_TURN:

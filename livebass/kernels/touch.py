@@ -121,7 +121,7 @@ def take_place(slot, op, i, t):
     row = slot.touch_shape[i]
     square = 0.0
     for j in range(n):
-        k = (j + 1) * k1
+        k = modal.number(j) * k1
         s = np.sqrt(2 / op.length) * sin(k * x) * exp(-0.5 * (k * t.width) ** 2) * kappa[j] / op.fine
         if j >= op.modes:
             s = 0.0
@@ -151,7 +151,7 @@ def take_flesh(voice, slot, op):
         for i in range(TOUCHES):
             t = voice.touches[i]
             if t.wanted > 0.0:
-                lost += t.wanted * (1.0 - exp(-(((j + 1) * k1 * t.width) ** 2)))
+                lost += t.wanted * (1.0 - exp(-((modal.number(j) * k1 * t.width) ** 2)))
         slot.flesh[j] = 1.0 - exp(-h * lost)
 
 

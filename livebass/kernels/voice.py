@@ -271,7 +271,13 @@ def listen_across(voice, op, v, n, y):
     if voice.pickups == 0:
         row = 2 * (voice.denominator + (voice.frame % voice.denominator if voice.denominator > 1 else 0))
         y[1] += modal.tap(v, tap(op, row), tap(op, row + 1), n)
-    for i in range(voice.pickups):
+    i = 0
+    while i + 1 < voice.pickups:
+        moving, other = modal.speed_2(v, tap(op, i), tap(op, i + 1), n)
+        y[2 * i + 1] += voice.across[i] * moving
+        y[2 * i + 3] += voice.across[i + 1] * other
+        i += 2
+    if i < voice.pickups:
         _, moving = modal.sense_1(v, tap(op, i), n)
         y[2 * i + 1] += voice.across[i] * moving
 

@@ -10,9 +10,10 @@ import numpy as np
 from livebass.compiling import Entry
 from livebass.kernels import frets
 from livebass.kernels.board import over_board
-from livebass.kernels.instrument import COARSE, FILE, GOOD, LINE, POOL, check_file, fill_pool, measure_pool
+from livebass.kernels.instrument import COARSE, FILE, GOOD, POOL, check_file, fill_pool, measure_pool
 from livebass.kernels.performer import FREE, MOST_STRINGS, PERFORMER
 from livebass.kernels.preparing import DONE
+from livebass.kernels.records import LINE
 from livebass.live.thread import ahead, block, ring, setup
 from livebass.live.thread.records import BASS, CHUNK, SYNTH
 

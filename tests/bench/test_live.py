@@ -31,6 +31,8 @@ from livebass.bench.fidelity import (
 )
 from livebass.bench.live import (
     EDGES,
+    HAND_NAMES,
+    HANDS,
     HANDS_APART,
     LINE_FROM,
     ROUNDS,
@@ -78,6 +80,8 @@ def test_all_is_measured_and_named(measured: tuple[dict[str, Any], list[str]]) -
         assert len(row["histogram"]) == len(EDGES) - 1
         assert row["blocks"] == row["runs"] * -(-round((1 + 2 * SIXTEENTH + 5 * HANDS_APART) * RATE) // row["block"])
         assert row["popped"]["worst"] <= row["worst"]
+        assert list(row["each_hand"]) == list(HAND_NAMES)
+        assert all(hand["worst"] <= row["hands"]["worst"] for hand in row["each_hand"].values())
     for row in result["rows"]:
         assert 0 <= row["fit"] <= row["quiet_fit"] <= row["strings"] == 4
         assert row["fit"] < 4 or row["worst"] < 1
@@ -121,6 +125,23 @@ def test_the_script_gives_each_string_its_note() -> None:
         assert (when, velocity) == (round(LINE_FROM + k * SIXTEENTH, 3), hard)
         assert fingers == frets
     assert live.engine.report().notes == 24 and script.messages == tuple(sorted(script.messages, key=lambda m: m[0]))
+
+
+def test_each_hand_plays_on_every_string() -> None:
+    """Before the next one begins, all strings sound at the fret that it went to."""
+    script = worst_case(load_preset("jazz-finger"), RATE, 4, 0.3)
+    synth = Synth(RATE, adaptive=False)
+    live = LiveBass(even(load_preset("jazz-finger")), Quality("quick", 20, 192e3), RATE)
+    synth.switch_to(live)
+    device, messages = FakeDevice(synth), list(script.messages)
+    for k, (_, _, ((fret, _),)) in enumerate(HANDS):
+        while synth.frame < script.hands + round((k + 1) * HANDS_APART * RATE) - 64:
+            while messages and messages[0][0] < synth.frame + 64:
+                frame, *message = messages.pop(0)
+                synth.send(*message, frame)
+            device.block(64)
+        playing = [voice.slots[int(voice.record["slot"][0])] for voice in live.engine.voices]
+        assert [(int(slot["on"]), int(slot["fret"])) for slot in playing] == [(1, fret)] * 4, HAND_NAMES[k]
 
 
 def test_runs_are_alike() -> None:
