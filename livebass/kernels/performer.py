@@ -52,15 +52,18 @@ CONTROLLERS = 128
 
 # What plucks, with half widths (m), release times (s), place (part of the open string), angle (rad), and how far it
 # lifts the string from the neck, over a finger. 0: the player's own, as all are of a finger. Estimates: the tip of a
-# pick bends and slips off where flesh rolls; a pop pulls the string up.
+# pick bends and slips off where flesh rolls; a pop pulls the string up. A pick's place and release times are such that
+# notes brighten by 4 dB from velocity 30 to 60 and to 90, and click by 8 dB more than a finger's at the least of these.
 FINGER, PICK, NAIL, POP = range(4)
 STROKES = 4
 SOFT_WIDTH, HARD_WIDTH = (0.0, 1.5e-3, 2.5e-3, 3e-3), (0.0, 1e-3, 2e-3, 2.5e-3)
-SOFT_RELEASE, HARD_RELEASE = (0.0, 500e-6, 400e-6, 300e-6), (0.0, 30e-6, 40e-6, 30e-6)
-STROKE_PLACE, STROKE_ANGLE, STROKE_LIFT = (0.0, 0.92, 0.0, 0.70), (0.0, 0.8, 0.0, 0.2), (1.0, 0.9, 1.0, 2.0)
-PICK_NEARER, UP_NEARER = 30e-3, 3e-3  # m, of a hard stroke, not a soft one; of one that goes up, not down
+SOFT_RELEASE, HARD_RELEASE = (0.0, 240e-6, 400e-6, 300e-6), (0.0, 12e-6, 40e-6, 30e-6)
+STROKE_PLACE, STROKE_ANGLE, STROKE_LIFT = (0.0, 0.94, 0.0, 0.70), (0.0, 0.8, 0.0, 0.2), (1.0, 0.85, 1.0, 2.0)
+PICK_NEARER = 60e-3  # m, of a hard stroke, not a soft one
+UP_NEARER, UP_LEVEL = 3e-3, 0.89  # m, factor: of a stroke that goes up, not down
 # The middle finger plucks otherwise than the index, which it follows; of an even player they are the same
 MIDDLE_NEARER, MIDDLE_LEVEL, MIDDLE_RELEASE = 4e-3, 0.933, 0.9  # m, factors
+RAKE = 80e-3  # s within which a finger goes on to a lower string, by which it does not take turns
 UNEVEN_TIP, UNEVEN_ANGLE = 1.6, 0.5  # part of width and release, rad, for an unevenness of 1
 MORE_CHANCE = 1 << 40  # chances beyond those of force and place
 PRESSED_APEX = 0.8  # of the way down to the frets that a stroke towards the neck may pull the string
@@ -195,6 +198,8 @@ PERFORMER = np.dtype(
         ("part", "f8", (KEYS,)),  # by velocity: part of the way from the softest to the hardest note
         ("stroke", "i8"),  # FINGER, PICK, NAIL or POP
         ("other", "i8"),  # 1: the next stroke is the middle finger's, or goes up
+        ("stroked", "i8"),  # the string of the last stroke ...
+        ("stroked_at", "i8"),  # ... and its frame
         ("rounding", "f8"),  # m, of a finger, at the hardest ...
         ("rounding_soft", "f8"),  # ... and at the softest; 0: the same
         ("release", "f8"),  # s, likewise
@@ -700,7 +705,7 @@ def pluck(p, open_op, op, i, stop, force, position, aside, touched, frame, event
     uneven = 1.0 + UNEVEN_TIP * p.unevenness * chance(p.seed, MORE_CHANCE + 2 * p.notes)
     turned = UNEVEN_ANGLE * p.unevenness * chance(p.seed, MORE_CHANCE + 2 * p.notes + 1)
     shift = aside + (PICK_NEARER if p.stroke == PICK else p.nearer) * (hard - 0.5)
-    angle, lift = p.angle, STROKE_LIFT[p.stroke]
+    angle, lift, level = p.angle, STROKE_LIFT[p.stroke], 1.0
     if p.stroke == FINGER:
         width = between(p.rounding_soft, p.rounding, hard)
         release = between(p.release_soft, p.release, hard)
@@ -712,22 +717,20 @@ def pluck(p, open_op, op, i, stop, force, position, aside, touched, frame, event
     if STROKE_ANGLE[p.stroke] > 0.0:
         angle = STROKE_ANGLE[p.stroke]
         lift *= abs(cos(p.angle)) / cos(angle)
-    if p.switched[DOWN_STROKE] > 0:
-        p.other = 0
-    elif p.switched[UP_STROKE] > 0:
-        p.other = 1
+    take_turns(p, op, i, frame)
     if p.other and p.stroke == PICK:
         angle = -angle
         shift += UP_NEARER
+        level = UP_LEVEL
     elif p.other and p.unevenness > 0.0:
         shift += MIDDLE_NEARER
-        lift *= MIDDLE_LEVEL
+        level = MIDDLE_LEVEL
         release *= MIDDLE_RELEASE
     p.other = 1 - p.other
     where = over_body(open_op, op, position, shift, LEAST_PLUCK)
     if touched > 0:
         where = min(op.length - 0.5 * op.length / touched + aside, MOST_PLACE * op.length)
-    apex = lift * p.slack[i] * soft_limit(force * max(grazing(op, where), LEAST_GRAZE), p.greatest)
+    apex = level * p.slack[i] * soft_limit(lift * force * max(grazing(op, where), LEAST_GRAZE), p.greatest)
     if angle != 0.0:
         angle += turned
         if cos(angle) < 0.0:
@@ -738,6 +741,20 @@ def pluck(p, open_op, op, i, stop, force, position, aside, touched, frame, event
     e.t = uneven * release
     e.w = angle
     return count
+
+
+@jit
+def take_turns(p, op, i, frame):
+    """Sets p.other for the stroke on string `i`: a finger that rakes, on to a lower string, goes on itself."""
+    seconds = (frame - p.stroked_at) * op.steps * op.fine
+    if p.stroke != PICK and i < p.stroked and seconds <= RAKE:
+        p.other = 1 - p.other
+    p.stroked = i
+    p.stroked_at = frame
+    if p.switched[DOWN_STROKE] > 0:
+        p.other = 0
+    elif p.switched[UP_STROKE] > 0:
+        p.other = 1
 
 
 @jit

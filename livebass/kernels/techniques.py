@@ -42,7 +42,8 @@ GENTLY = 0.0  # of a finger's speed
 TOUCHED_BEFORE, THUMB_TOUCH = 0.5e-3, 3.0  # s that the thumb lies on a string that sounds before it strikes; N s/m
 SLIDING_HAND = 0.5  # m/s, of a finger that crosses a crown
 ONSET = 0.6  # s in which a vibrato gets a semitone deeper
-FINGER_NEPERS = 5.0  # damping, at an antinode, of a finger that takes hold of a sounding string
+FINGER_NEPERS = 5.0  # damping, at an antinode, of a finger that takes hold of a sounding string; near the saddle it ...
+GRIPPED, MOST_NEPERS = 2.35, 12.0  # ... holds more firmly, so that the fundamental loses 20 dB, up to so many
 BEND_FRAMES = 128  # pitch bend is followed so often, one string after the other ...
 BEND_SPEED = 400.0  # semitones/s, ... and not faster
 
@@ -94,9 +95,11 @@ def grip(voice, slot, op, position, frames):
     """Lays the plucking finger on the string at `position` for some frames: modes with a node there go on."""
     u = slot.u
     k1 = np.pi / op.length
+    first = sin(k1 * position)
+    nepers = max(FINGER_NEPERS, GRIPPED / max(first * first, GRIPPED / MOST_NEPERS))
     for j in range(op.padded):
         shape = sin(modal.number(j) * k1 * position)
-        u.finger[j] = exp(-FINGER_NEPERS / frames * shape * shape)
+        u.finger[j] = exp(-nepers / frames * shape * shape)
     if slot.v_ready:
         modal.copy(slot.v.finger, u.finger, op.padded)
     voice.fingering = frames

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
+from itertools import pairwise
 
 import numpy as np
 import pytest
 
-from livebass import QUALITIES, load_preset
+from livebass import QUALITIES, load_preset, preset_names
 from livebass.arrays import Floats
 from livebass.engine.engine import Engine
 from livebass.engine.prepare import bass_numbers, pickup_voices, play_frames, take_message
@@ -26,6 +27,11 @@ MEDIAN_GROWTH = 4.4  # ... of a typical one
 LEAST_DULLING = 0.85  # centroid at 20 ms over that at 100 ms of the worst note; a typical one: 1
 CLICK = 8.0  # dB, at least, of a pick over a finger, 2 to 8 kHz
 PAPER = ("paper-g", "paper-bass", "paper-fretless")
+PLAYERS = sorted(set(preset_names()) - set(PAPER))  # the paper's finger is a wire, as narrow as a pick
+OVER_FRETS = sorted(set(preset_names()) - {"fretless", "paper-fretless"})
+POP_OVER = 5.0  # dB, at most, of the peak of a pop over that of the loudest ordinary note
+OLD_NOTE = -20.0  # dB, of the fundamental of a note, 9 ms after a finger has taken its string
+TAKEN = 9e-3  # s
 
 
 class Hand:
@@ -150,6 +156,75 @@ def test_a_pick_clicks(name: str, velocity: int) -> None:
     assert min(over) >= CLICK
 
 
+def attack_over_fundamental(x: Floats, fundamental: float) -> tuple[float, float]:
+    """Levels (dB) of the fundamental, and of 2 to 8 kHz in the first 20 ms."""
+    return band(x, 0.75 * fundamental, 1.4 * fundamental), band(x[: round(0.02 * RATE)], 2000, 8000)
+
+
+@pytest.mark.parametrize("name", [pytest.param(n, marks=[pytest.mark.slow] * (n == "fretless")) for n in PLAYERS])
+def test_a_pick_clicks_over_a_finger_whose_fundamental_is_as_loud(name: str) -> None:
+    """At any velocity, of any hand: over the finger's note, a softer one, that has as loud a fundamental.
+
+    A hand that pulls hard strings up rattles them: at the same velocity it may be as bright as a pick.
+    """
+    finger, pick = (Hand(even(name), stroke) for stroke in (performer.FINGER, performer.PICK))
+    least = np.inf
+    for i in range(len(finger.bass.strings)):
+        f0 = finger.fundamental(i, 5)
+        levels = [attack_over_fundamental(finger.note(i, 5, v), f0) for v in range(1, 128, 9)]
+        for velocity in (30, 45, 60, 90, 127):
+            fundamental, click = attack_over_fundamental(pick.note(i, 5, velocity), f0)
+            above = max(next(k for k, level in enumerate(levels) if level[0] >= fundamental), 1)
+            (low, under), (high, over) = levels[above - 1 : above + 1]
+            least = min(least, click - under - (over - under) * (fundamental - low) / (high - low))
+    assert least >= CLICK, f"{name}: {least:.1f} dB"
+
+
+@pytest.mark.parametrize("name", OVER_FRETS)
+def test_a_pop_starts_no_higher_than_the_greatest_apex(name: str) -> None:
+    """On any string and fret, so that it is not much louder than the loudest other note of the bass."""
+    finger, pop = (Hand(even(name), stroke) for stroke in (performer.FINGER, performer.POP))
+    notes = [(i, fret) for i in range(len(pop.bass.strings)) for fret in (0, 5, 12, 17, 20) if fret <= pop.engine.frets]
+    for i, fret in notes:
+        assert pop.strokes(i, fret, 127)["x"][0] <= pop.bass.player.greatest_apex, (i, fret)
+        soft = pop.strokes(i, fret, 20)["x"][0] / finger.strokes(i, fret, 20)["x"][0]
+        assert soft > 1.2, "it pulls farther than a finger where it can"
+    loudest = [max(float(np.abs(hand.note(*note, 127)).max()) for note in notes) for hand in (finger, pop)]
+    over = decibels(loudest[1] / loudest[0])
+    assert over <= POP_OVER, f"{name}: {over:.1f} dB"
+
+
+@pytest.mark.parametrize("name", PLAYERS)
+def test_the_centroid_rises_with_velocity_below_all_contact(name: str) -> None:
+    hand = Hand(even(name))
+    for i in range(len(hand.bass.strings)):
+        heard = [centroid(hand.note(i, 5, velocity), hand.pull + 0.02) for velocity in (15, 30, 45, 60)]
+        assert all(soft < hard for soft, hard in pairwise(heard)), (i, heard)
+
+
+def motion(hand: Hand, fret: int, starts: tuple[float, ...], until: float) -> complex:
+    """The fundamental of the lowest string, q + i dq/dt / omega (m^1.5), after soft notes at `starts` (s)."""
+    numbers = bass_numbers(hand.bass, (), hand.engine.frets)
+    string = pickup_voices(numbers, hand.bass.output.coil, hand.engine.rates)[0]
+    events = np.repeat(hand.strokes(0, fret, 30), len(starts))
+    events["frame"] = [round(t * RATE) for t in starts]
+    play_frames(string, hand.engine.pool.records[0], events, np.zeros(round(until * RATE)))
+    w = string.slots[string.record["slot"][0]]["u"]
+    q, p, pace, sigma, omega = (float(w[name][0]) for name in ("q", "p", "pace", "sigma", "omega"))
+    return complex(q, (pace * p - sigma * q) / omega)
+
+
+@pytest.mark.parametrize("name", preset_names())
+@pytest.mark.parametrize("fret", [0, 5])
+def test_a_finger_takes_the_old_fundamental_away(name: str, fret: int) -> None:
+    """What is left of it: the difference between a note that is plucked again and one out of silence."""
+    hand = Hand(even(name))
+    again = 0.2
+    both, new, old = (motion(hand, fret, starts, again + TAKEN) for starts in ((0.0, again), (again,), (0.0,)))
+    left = decibels(abs(both - new) / abs(old))
+    assert left <= OLD_NOTE, f"{left:.1f} dB"
+
+
 @pytest.mark.parametrize("stroke", [performer.FINGER, performer.PICK, performer.NAIL, performer.POP])
 def test_equal_notes_differ_and_a_seed_repeats_them(stroke: int) -> None:
     bass = load_preset("jazz-finger")
@@ -172,9 +247,36 @@ def test_index_and_middle_finger_take_turns() -> None:
     assert middle["t"].mean() < 0.95 * index["t"].mean()
 
 
+@pytest.mark.parametrize(
+    ("line", "fingers"),
+    [
+        ([(3, 0), (2, 60), (1, 120)], [0, 0, 0]),  # on to lower strings at once: a rake
+        ([(3, 0), (2, 100), (1, 200)], [0, 1, 0]),  # later
+        ([(1, 0), (2, 60), (3, 120)], [0, 1, 0]),  # on to higher strings
+        ([(1, 0), (1, 60), (0, 120)], [0, 1, 1]),  # the same string
+    ],
+)
+def test_a_finger_that_rakes_does_not_take_turns(line: list[tuple[int, int]], fingers: list[int]) -> None:
+    """The finger of each note, 1 the middle one; (string, ms) of the notes."""
+    bass = load_preset("jazz-finger")
+    engine, used = Engine(bass, QUALITIES["live"], RATE), []
+    for i, ms in line:
+        events = np.zeros(performer.MOST_EVENTS, EVENT)
+        note = (0x90, bass.strings[i].open_note, 90)
+        assert take_message(engine.performer, engine.pool.records, round(ms * RATE / 1000), note, events, 0) == 1
+        assert events["string"][0] == i
+        used.append(1 - int(engine.performer["other"][0]))
+    assert used == fingers
+
+
 def test_a_pick_goes_down_and_up() -> None:
     events = Hand(load_preset("jazz-finger"), performer.PICK).strokes(0, 5, 90, 16)
-    assert (events["w"][::2] > 0.5).all() and (events["w"][1::2] < -0.5).all()
+    down, up = events[::2], events[1::2]
+    assert (down["w"] > 0.5).all() and (up["w"] < -0.5).all()
+    even_hand = Hand(even("jazz-finger"), performer.PICK)
+    down, up = even_hand.strokes(0, 5, 60, 2)
+    assert -2.0 < decibels(up["x"] / down["x"]) < -0.9
+    assert up["y"] - down["y"] == pytest.approx(performer.UP_NEARER)
 
 
 def test_shape_and_place_follow_the_force() -> None:
