@@ -43,9 +43,8 @@ def waver(slot, op, h, tighter):
 
     Only modes that the audio rate carries take part, and no more than turn by MOST_TURN a frame.
     """
-    wide = np.int64(MOST_TURN * op.length / (np.pi * op.speed * h))
-    n = min(wide, max(slot.heard - BLOCK, FEW))
     k = np.pi / op.length * op.speed * slot.ratio
+    n = min(np.int64(MOST_TURN / (k * h)), max(slot.heard - BLOCK, FEW))
     push = h * tighter * k * k
     modal.tighten(slot.u, push, min(n, slot.active))
     modal.tighten(slot.v, push, min(n, slot.v_active))
