@@ -46,6 +46,8 @@ KEPT = "".join(
         ("seed", "Seed of the player's unevenness", "long"),
     )
 )
+# An extension of Ardour's, which validators do not know
+MIDNAM = "\nmidnam:interface a lv2:ExtensionData .\nmidnam:update a lv2:Feature .\n"
 UNITS = {"dB": "units:db", "semitones": "units:semitone12TET"}
 PLUGINS = {URI: ("Out",), STRINGS: OUTPUTS}  # the names of their outputs
 
@@ -86,7 +88,7 @@ def write_bundle(basses: dict[str, Instrument], folder: Path, system: System | N
     rows = [(uri, short, titles[k], k) for uri in PLUGINS for k, short in enumerate(basses)]
     files = instrument_files(basses) | {
         binary_name(system): binary(system),
-        TURTLE: (HEAD + KEPT + "".join(plugin(uri, titles) for uri in PLUGINS)).encode(),
+        TURTLE: (HEAD + KEPT + MIDNAM + "".join(plugin(uri, titles) for uri in PLUGINS)).encode(),
         PRESETS: (HEAD + "".join(preset(*row) for row in rows)).encode(),
         MANIFEST: (HEAD + manifest(list(basses), binary_name(system))).encode(),
     }
