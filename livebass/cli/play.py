@@ -425,7 +425,8 @@ def logged(console: Console, path: Path | None) -> Iterator[None]:
     Raises OutputError if the file cannot be written.
     """
     handlers: list[logging.Handler] = [console, *([LogFile(path)] if path else [])]
-    level = LOG.level
+    level, root, none = LOG.level, logging.getLogger(), logging.NullHandler()
+    root.addHandler(none)  # a library that logs (python-osc) would give the root one to stderr, and double every line
     LOG.setLevel(logging.DEBUG)
     for handler in handlers:
         LOG.addHandler(handler)
@@ -440,6 +441,7 @@ def logged(console: Console, path: Path | None) -> Iterator[None]:
             LOG.removeHandler(handler)
             handler.close()
         LOG.setLevel(level)
+        root.removeHandler(none)
 
 
 class Console(logging.Handler):

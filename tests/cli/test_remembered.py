@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import tomllib
 from pathlib import Path
@@ -13,6 +14,7 @@ from support.command import GOOD, Run, assert_one_clear_line
 
 from livebass import load_preset
 from livebass.cli import remembered
+from livebass.cli.play import LOG, Console, logged
 from livebass.cli.remembered import DamagedSettings, Remembered, forget, load, save, settings_file
 from livebass.files import OutputError
 from livebass.live import outputs, session
@@ -252,3 +254,14 @@ def test_jacks_own_options_take_jack(played: type[FakeSession], file: Path, run:
     s = played.ran[-1]
     assert (s.backend, s.audio, s.client, s.connect, s.strings) == ("jack", None, "low end", False, True)
     assert s.midi is None and s.metronome == 90 and s.metronome_port
+
+
+def test_a_library_that_logs_doubles_no_line(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As python-osc does; pytest has handlers of its own."""
+    monkeypatch.setattr(logging.getLogger(), "handlers", [])
+    with logged(Console(quiet=False), None):
+        logging.debug("of a library")
+        LOG.info("once")
+    assert capsys.readouterr().err == "once\n" and not logging.getLogger().handlers
