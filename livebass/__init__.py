@@ -12,7 +12,7 @@ be written OutputError, an OSError: one line that says what is allowed. Nothing 
 help(livebass.NAME).
 
     preset_names()  load_preset(name_or_path) -> Instrument         strings, necks, pickups, player
-                    load_preset(..., tuning="drop-d", capo=2, a4=442, temperament=[...])
+                    load_preset(..., tuning="drop-d", capo=2, a4=442, temperament="just")
     read_score(path, rate, channel="auto") -> Score                 or demo_score(rate, "finger" or "slap")
     single_note(note, velocity, duration, rate) -> Score
     score_of([(start_s, length_s, note, velocity), ...], rate) -> Score

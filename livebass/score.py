@@ -468,7 +468,7 @@ SLAP_BENDS = tuple((58 + k / 8, -min(k, 16 - k) / 16) for k in range(17))
 def demo_score(rate: int, style: str = "finger") -> Score:
     """A phrase of about nine seconds at `rate` Hz, for a bass that is plucked ("finger") or slapped ("slap").
 
-    Or, in about 40 s, one phrase for each technique ("techniques"). Raises ValueError for another style.
+    Or, in about 25 s, one phrase for each technique ("techniques"). Raises ValueError for another style.
     """
     if style not in STYLES:
         raise ValueError(f"style {style!r}: allowed are {', '.join(STYLES)}")
@@ -496,7 +496,8 @@ TECHNIQUES: tuple[Phrase, ...] = (
     ("tapping", 2, (), ((0, 0.9, "E2", 80), (1, 0.9, "B2", 100), (2, 0.9, "E3", 110), (3, 2, "G2", 100))),
     ("slides", 4, (), ((0, 4, "E2", 90), (1.5, 2.4, "B2", 90), (4, 4, "B2", 90), (5.5, 2.4, "F#2", 90))),
     ("vibrato", None, ((1, 127),), ((0, 6, "D3", 90),)),
-    ("palm mute, loose", None, ((1, 0), (9, 25)), tuple((k, 0.9, n, 90) for k, n in enumerate(("E1", "G1", "A1")))),
+    ("bend", None, ((1, 0),), ((0, 6, "D3", 90),)),
+    ("palm mute, loose", None, ((9, 25),), tuple((k, 0.9, n, 90) for k, n in enumerate(("E1", "G1", "A1")))),
     ("palm mute, tight", None, ((9, 110),), tuple((k, 0.9, n, 90) for k, n in enumerate(("E1", "G1", "A1", "E2")))),
     ("ghost notes", 10, ((9, 0),), tuple((k / 2, 0.4, n, 90) for k, n in enumerate(("A1", "A1", "E2", "A1", "E2")))),
     ("natural harmonics", 17, (), ((0, 2, "G3", 90), (1, 2, "D3", 90), (2, 2, "A2", 90), (3, 3, "D4", 90))),
@@ -507,6 +508,7 @@ TECHNIQUES: tuple[Phrase, ...] = (
     ("pick", 15, (), ((0, 0.5, "E1", 90), (0.5, 0.5, "E1", 80), (1, 1, "G1", 100), (2, 2, "A1", 110))),
     ("a finger's last word", 13, (), ((0, 6, "E1", 60),)),
 )  # fmt: skip
+WHEELS = {"bend": tuple((1 + k / 8, min(k, 24 - k, 8) / 8) for k in range(25))}  # (eighth, position) in a phrase
 
 
 def techniques_score(rate: int) -> Score:
@@ -514,7 +516,8 @@ def techniques_score(rate: int) -> Score:
     eighth, at = 0.25, 0.1  # s
     notes: list[tuple[float, float, int, int]] = []
     controls: list[tuple[float, int, int]] = []
-    for _, switch, before, phrase in TECHNIQUES:
+    bends: list[tuple[float, float]] = []
+    for called, switch, before, phrase in TECHNIQUES:
         length = max(start + long for start, long, _, _ in phrase) * eighth
         if switch is not None:
             notes.append((at, length + 0.05, switch, 100))
@@ -523,5 +526,6 @@ def techniques_score(rate: int) -> Score:
             (at + 0.02 + start * eighth, long * eighth, note_number(name), velocity)
             for start, long, name, velocity in phrase
         ]
+        bends += [(at + start * eighth, position) for start, position in WHEELS.get(called, ())]
         at += length + 0.25
-    return score_of(notes, rate, name="demo, techniques", controls=controls)
+    return score_of(notes, rate, bends, name="demo, techniques", controls=controls)

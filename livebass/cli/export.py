@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from livebass.cli.hands import hands_options, loader
+from livebass.cli.hands import Hands, hands_options, loader, velocity_curve_option
 from livebass.cli.render import DEFAULT_PRESET, announce_kernels, quality_option, shown_progress
 from livebass.cli.tuning import tuning_of_options, tuning_options
 from livebass.cli.values import RATE, Number, Quantity
@@ -264,6 +264,7 @@ def instrument(preset: str, output: Path | None, **options: Any) -> None:
 )
 @tuning_options
 @quality_option
+@velocity_curve_option
 @click.option(
     "--frets",
     type=Number("count", 1, 36, whole=True),
@@ -302,8 +303,8 @@ def instrument(preset: str, output: Path | None, **options: Any) -> None:
 )
 @click.option("--size", is_flag=True, help="Write nothing: print how many samples there would be, and their size.")
 def sfz(
-    preset: str, output: Path | None, quality: str, frets: int, layers: int, robins: int, length: float, rate: int,
-    seed: int, size: bool, **tuning: Any,
+    preset: str, output: Path | None, quality: str, velocity_curve: Any, frets: int, layers: int, robins: int,
+    length: float, rate: int, seed: int, size: bool, **tuning: Any,
 ) -> None:  # fmt: skip
     """Render a preset into a sample pack, for samplers that read SFZ.
 
@@ -322,7 +323,8 @@ def sfz(
     from livebass.files import checked_directory
     from livebass.preset.load import load_preset
 
-    bass = load_preset(preset, **tuning_of_options(tuning))
+    hands = Hands({} if velocity_curve is None else {"velocity_curve": velocity_curve})
+    bass = hands.play(load_preset(preset, **tuning_of_options(tuning)))
     settings = Settings(QUALITIES[quality], rate, frets, layers, robins, length, seed)
     try:
         pack = Pack(bass, Path(preset).stem, settings)

@@ -52,18 +52,21 @@ def _number(text: str) -> float | str:
         return text
 
 
+velocity_curve_option = click.option(
+    "--velocity-curve",
+    type=CurveOf(),
+    help="How hard a velocity is played: soft, linear, hard, an exponent, or points such as 1:1,64:90,127:127.  "
+    "[default: linear]",
+)
+
+
 def hands_options(command: Command) -> Command:
     """Adds the options that `Hands.taken` reads to a command."""
     for option in (
         click.option(
             "--wheel", type=click.Choice(["bend", "slide"]), help="What the pitch wheel does.  [default: bend]"
         ),
-        click.option(
-            "--velocity-curve",
-            type=CurveOf(),
-            help="How hard a velocity is played: soft, linear, hard, an exponent, or points such as "
-            "1:1,64:90,127:127.  [default: linear]",
-        ),
+        velocity_curve_option,
         click.option(
             "--keys",
             metavar="NAME|FILE",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from datetime import datetime
@@ -17,7 +17,7 @@ import click
 from livebass.cli.hands import Hands, hands_options
 from livebass.cli.remembered import DamagedSettings, Remembered, forget, load, save, settings_file
 from livebass.cli.render import DEFAULT_PRESET, announce_kernels, clipping, preset_for
-from livebass.cli.tuning import tuning_of_options, tuning_options
+from livebass.cli.tuning import TUNING_KEYS, tuning_of_options, tuning_options
 from livebass.cli.values import RATE, Learn, Number, Quantity, Span
 from livebass.files import OutputError, output_error
 from livebass.interrupts import stop_instead
@@ -30,7 +30,8 @@ if TYPE_CHECKING:
 LOG = logging.getLogger("livebass")
 CONTROLLERS = """\
   1-16 channels     --channel takes one; without it all are played
-  note-on, -off     the velocity is the force of the pluck; string and fret follow from the note
+  note-on           the velocity is the force of the pluck, by --velocity-curve; string and fret follow from the note
+  note-off          the velocity is how hard a pull-off plucks
   pitch bend        2 semitones, or as RPN 0 says, up to 96
   controller 1      vibrato
   controller 3, 16  plucking point, from the neck (0) to the bridge (127)
@@ -45,8 +46,10 @@ CONTROLLERS = """\
   102 to 109        gain, tone, pluck_position, dynamics, technique, hand_damping, unevenness, bend_range, as --learn
                     moves them, and as a MIDI take has what --learn has moved
   program           33 to 38 of General MIDI choose a preset, see `livebass presets list`
-  6, 38, 100, 101   RPN 0, the range of the pitch bend; RPN 6, MPE
-  126               1: overlapping notes near each other are legato; 2 and more: a channel for each string
+  6, 38, 100, 101   RPN 0, the range of the pitch bend; RPN 6, MPE: each note has its own bend, its vibrato by pressure
+                    and its plucking point by controller 74
+  126               1: overlapping notes up to two frets apart are legato; 2 and more: a channel for each string, the
+                    highest one's first, as MIDI guitars have it, with a wheel of its own
   any other         what --learn gives it: gain, tone, pluck_position, dynamics, technique, hand_damping, unevenness or
                     bend_range; at 64 the parameter is as the bass has it, the gain at 127
   120, 121, 123     all sound off, reset all controllers, all notes off
@@ -54,13 +57,15 @@ CONTROLLERS = """\
 Key switches, below the notes of the bass, as MODO BASS has them; held, but 13, 15 and 18, which last, and 8:
 
   0 9 11 14 16 19   play on the string C, A, B, D, E, G
-  10  12  17        ghost notes; hammer-on and pull-off (overlap the notes); harmonics
+  10  12  17        ghost notes; hammer-on and pull-off (overlap the notes); harmonics, natural where an open string
+                    has the note, else an octave above the fret
   2  3  4  6  7     tapping; palm mute; slides (overlap the notes); vibrato; left-hand slap
   13  15  18        fingers; pick; thumb and pops
   8                 damp all strings
 
---keys modo-12 has them an octave higher, --keys FILE as you like: `livebass presets keymap`. --controllers --keys FILE
-explains yours. --wheel slide: the pitch wheel goes over frets, up to 2 up or down.
+--keys modo-12 has them an octave higher, and more: 13 and 15 down and up strokes, 17 palm mute, 32 stops notes let go,
+89 to 112 the left hand at frets 1 to 24. --keys FILE has them as you like: `livebass presets keymap`. --controllers
+--keys FILE explains yours. --wheel slide: the pitch wheel goes over frets, up to 2 up or down.
 
 When a block takes more than three quarters of its time, strings change to 150 modes and contact steps at 192 kHz, one
 after the other: first those that have touched a fret, the one plucked last before the others; then those that only
@@ -164,7 +169,7 @@ def play(**options: Any) -> None:
       livebass play --learn tone --metronome 100 --tuner
       livebass play --keys mine.toml --velocity-curve soft --wheel slide
 
-    Bass, gain, devices and learned controllers are remembered until the next time.
+    Bass, tuning, capo, A, temperament, gain, devices and learned controllers are remembered until the next time.
     """
     hands = Hands.taken(options)
     if options["controllers"]:
@@ -184,13 +189,13 @@ def play(**options: Any) -> None:
     from livebass.score import read_score
 
     check_together(options)
+    memory = recall(options)
+    options |= memory.used
     tuning = tuning_of_options(options)
 
     def load(preset: str) -> Instrument:
         return hands.play(load_preset(preset, **tuning))
 
-    memory = recall(options)
-    options |= memory.used
     song, device, channel = options["song"], options["audio"], options["channel"]
     if "audio" in memory.used:
         try:
@@ -199,15 +204,7 @@ def play(**options: Any) -> None:
             click.echo(f"as remembered: {error}; the usual output is taken", err=True)
             device = None
     score = read_score(song, options["rate"]) if song else None  # errors in the file are reported now
-    preset = options["preset"] or preset_for(score)
-    try:
-        bass = load(preset)
-    except ValueError as error:
-        if "preset" not in memory.used or tuning:
-            raise
-        click.echo(f"as remembered: {error}; {DEFAULT_PRESET} plays", err=True)
-        preset = DEFAULT_PRESET
-        bass = load(preset)
+    preset, bass = first_bass(options["preset"] or preset_for(score), load, tuning, memory)
     if score:
         for remark in remarks(score, options["preset"], DEFAULT_PRESET) + too_low(bass, score, DEFAULT_PRESET):
             click.echo(f"{song}: {remark}", err=True)
@@ -275,6 +272,33 @@ def play(**options: Any) -> None:
             raise OutputError(f"not all was recorded: {summary.short}")
 
 
+def first_bass(
+    preset: str, load: Callable[[str], Instrument], tuning: dict[str, Any], memory: Memory
+) -> tuple[str, Instrument]:
+    """Loads `preset`; returns the name of what plays, and the bass.
+
+    What is remembered and does not fit is said and left out, of the `tuning` that `load` uses, too. Raises PresetError.
+    """
+    recalled = [name for name in tuning if name in memory.used]
+    try:
+        return preset, load(preset)
+    except ValueError as error:
+        if not recalled and ("preset" not in memory.used or tuning):
+            raise
+        problem = error
+    for name in recalled:
+        del tuning[name], memory.used[name]
+    try:
+        bass = load(preset)
+        click.echo(f"as remembered: {problem}; {', '.join(recalled)} left out", err=True)
+        return preset, bass
+    except ValueError:
+        if "preset" not in memory.used or tuning:
+            raise
+    click.echo(f"as remembered: {problem}; {DEFAULT_PRESET} plays", err=True)
+    return DEFAULT_PRESET, load(DEFAULT_PRESET)
+
+
 JACK_ONLY = ("transport", "metronome_port", "client_name", "no_connect", "strings")  # options
 
 
@@ -321,8 +345,7 @@ class Memory:
 
     def said(self) -> str:
         """One line about what is used."""
-        known = {name: self.used[name] for name in ("preset", "gain", "backend", "audio", "midi") if name in self.used}
-        return Remembered(**known).said()
+        return Remembered(**self.used).said()
 
     def controllers(self, learn: tuple[tuple[str, int | str | None], ...]) -> dict[str, int]:
         """The controllers to begin with: those remembered, but as the options say."""
@@ -343,6 +366,9 @@ class Memory:
             changes["preset"] = os.path.abspath(summary.preset) if is_file else summary.preset
         if "gain" in self.given:
             changes["gain"] = click.get_current_context().params["gain"]
+        for name in TUNING_KEYS:
+            if name in self.given:
+                changes[name] = click.get_current_context().params[name] or None
         if self.given & {"backend", "audio"}:
             wanted = click.get_current_context().params["backend"]
             changes["backend"] = wanted if wanted == "portaudio" else None  # JACK plays anyway where it runs
@@ -360,7 +386,8 @@ class Memory:
 
 def recall(options: dict[str, Any]) -> Memory:
     """Reads the choices of the last time, for options not given. A damaged file gets one line, and stays as it is."""
-    chosen = frozenset(name for name in ("preset", "gain", "backend", "audio", "midi") if given(name))
+    names = ("preset", "gain", "backend", "audio", "midi", *TUNING_KEYS)
+    chosen = frozenset(name for name in names if given(name))
     if options["no_settings"]:
         return Memory(None, Remembered(), {}, chosen)
     path = settings_file()
@@ -371,11 +398,11 @@ def recall(options: dict[str, Any]) -> Memory:
     except DamagedSettings as error:
         click.echo(f"{error}; nothing is remembered until `livebass play --forget` deletes the file", err=True)
         return Memory(None, Remembered(), {}, chosen)
-    wanted = {"preset", "gain", "midi"} - chosen
+    wanted = {"preset", "gain", "midi", *TUNING_KEYS} - chosen
     if not chosen & {"backend", "audio"} and options["backend"] == "auto":
         wanted |= {"backend", "audio"}
     if options["song"]:
-        wanted -= {"preset"}  # the file asks for one
+        wanted -= {"preset", "tuning", "capo"}  # the file asks for a bass
     if options["no_connect"]:
         wanted -= {"midi"}
     used = {name: getattr(before, name) for name in wanted if getattr(before, name)}
@@ -398,7 +425,8 @@ def logged(console: Console, path: Path | None) -> Iterator[None]:
     Raises OutputError if the file cannot be written.
     """
     handlers: list[logging.Handler] = [console, *([LogFile(path)] if path else [])]
-    level = LOG.level
+    level, root, none = LOG.level, logging.getLogger(), logging.NullHandler()
+    root.addHandler(none)  # a library that logs (python-osc) would give the root one to stderr, and double every line
     LOG.setLevel(logging.DEBUG)
     for handler in handlers:
         LOG.addHandler(handler)
@@ -413,6 +441,7 @@ def logged(console: Console, path: Path | None) -> Iterator[None]:
             LOG.removeHandler(handler)
             handler.close()
         LOG.setLevel(level)
+        root.removeHandler(none)
 
 
 class Console(logging.Handler):

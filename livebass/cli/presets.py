@@ -8,6 +8,7 @@ from pathlib import Path
 import click
 
 from livebass.cli.render import DEFAULT_PRESET
+from livebass.cli.tuning import TUNING_KEYS
 from livebass.cli.values import Note, Number, Quantity
 from livebass.extras import install
 from livebass.identification import limits
@@ -178,7 +179,6 @@ def identify(
             raise click.UsageError(f"{path}: is a recording itself; name another file")
     from livebass.files import Transaction, checked_place
     from livebass.preset.load import load_preset, preset_tables
-    from livebass.preset.tuning import TUNING_KEYS
 
     bass = load_preset(preset)
     if output is not None and (keys := [key for key in TUNING_KEYS if key in preset_tables(preset)[1]]):

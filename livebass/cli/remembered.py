@@ -9,6 +9,8 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
+from livebass.cli.tuning import TUNING_KEYS
+
 VARIABLE = "LIVEBASS_SETTINGS"  # of the environment: another file
 BACKENDS = ("auto", "portaudio", "jack")
 GAIN = (-60.0, 20.0)  # dB
@@ -29,10 +31,15 @@ class Remembered:
     audio: str | None = None  # the full name of a PortAudio output
     midi: str | None = None
     controllers: dict[str, int] = field(default_factory=dict)  # learned, by the parameter's symbol
+    tuning: str | None = None
+    capo: int | None = None
+    a4: float | None = None  # Hz
+    temperament: str | None = None  # name, or cents with commas
 
     def text(self) -> str:
         """Returns the text of the file."""
-        lines = [f"{f.name} = {_toml(getattr(self, f.name))}" for f in fields(self)[:-1] if getattr(self, f.name)]
+        names = [f.name for f in fields(self) if f.name != "controllers"]
+        lines = [f"{name} = {_toml(getattr(self, name))}" for name in names if getattr(self, name)]
         if self.controllers:
             lines += ["", "[controllers]  # the MIDI controller of each parameter"]
             lines += [f"{symbol} = {controller}" for symbol, controller in sorted(self.controllers.items())]
@@ -40,7 +47,9 @@ class Remembered:
 
     def said(self) -> str:
         """One line about what was chosen; "" if nothing was."""
-        parts = [self.preset and f"preset {self.preset}", self.gain and f"gain {self.gain:g} dB",
+        parts = [self.preset and f"preset {self.preset}", self.tuning and f"tuning {self.tuning}",
+                 self.capo and f"capo {self.capo}", self.a4 and f"A {self.a4:g} Hz",
+                 self.temperament and f"temperament {self.temperament}", self.gain and f"gain {self.gain:g} dB",
                  self.backend and f"backend {self.backend}", self.audio and f"output {self.audio}",
                  self.midi and f"MIDI {self.midi}"]  # fmt: skip
         parts += [f"controller {controller} for {symbol}" for symbol, controller in sorted(self.controllers.items())]
@@ -73,8 +82,9 @@ def load(path: Path) -> Remembered:
 def _checked(data: dict[str, Any]) -> Remembered:
     """The choices in a table; keys of other versions are ignored. Raises ValueError for values of no use."""
     from livebass.live.desk import check_controllers
+    from livebass.preset.keys import KEYS, checked
 
-    for key in ("preset", "backend", "audio", "midi"):
+    for key in ("preset", "backend", "audio", "midi", "tuning", "temperament"):
         if not isinstance(data.get(key, ""), str):
             raise ValueError(f"{key} = {data[key]!r}: allowed is text")
     if data.get("backend", "auto") not in BACKENDS:
@@ -82,6 +92,14 @@ def _checked(data: dict[str, Any]) -> Remembered:
     gain = data.get("gain", 0.0)
     if isinstance(gain, bool) or not isinstance(gain, int | float) or not GAIN[0] <= gain <= GAIN[1]:
         raise ValueError(f"gain = {gain!r}: allowed are {GAIN[0]:g} to {GAIN[1]:g} dB")
+    for row in KEYS:
+        if not row.section and row.name in data and row.name in TUNING_KEYS:
+            try:
+                value = checked(row, data[row.name])
+            except ValueError as error:
+                raise ValueError(f"{row.name} = {data[row.name]!r}: {error}") from None
+            if row.name in ("capo", "a4"):
+                data[row.name] = value
     controllers = data.get("controllers", {})
     if not isinstance(controllers, dict):
         raise ValueError(f"controllers = {controllers!r}: allowed is a table")
@@ -114,5 +132,5 @@ def forget(path: Path) -> None:
 def _toml(value: str | float) -> str:
     """A value as TOML has it: text with what is not printable, quotes and backslashes escaped."""
     if not isinstance(value, str):
-        return f"{float(value)!r}"
+        return repr(value)
     return '"' + "".join(c if c.isprintable() and c not in '"\\' else f"\\U{ord(c):08x}" for c in value) + '"'

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from typing import Any
 
 import click
 
 from livebass.cli.values import Number
+
+TUNING_KEYS = ("tuning", "capo", "a4", "temperament")  # as a preset calls them, too
+FILE = re.compile(r"[/\\]|\.(scl|txt)$", re.IGNORECASE)  # of a temperament
 
 
 class TuningNotes(click.ParamType):
@@ -42,6 +46,26 @@ class ReferencePitch(click.ParamType):
             self.fail(f"{value}: {error}", param, ctx)
 
 
+class Temperament(click.ParamType):
+    """A temperament: its name, cents with commas, or a file, which becomes cents."""
+
+    name = "temperament"
+
+    def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
+        return "NAME|CENTS|FILE"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        from livebass.preset.tuning import temperament_of, temperament_of_file
+
+        try:
+            if FILE.search(value):
+                return ",".join(f"{each:.10g}" for each in temperament_of_file(value))
+            temperament_of(value)
+        except ValueError as error:
+            self.fail(str(error) if FILE.search(value) else f"{value!r}: {error}", param, ctx)
+        return str(value)
+
+
 OPTIONS = (
     click.option(
         "--tuning",
@@ -50,11 +74,17 @@ OPTIONS = (
     ),
     click.option("--capo", type=Number("fret", 0, 31, whole=True), help="A capo at this fret."),
     click.option("--a4", type=ReferencePitch(), help="Pitch of the A above middle C.  [default: 440, or the preset's]"),
+    click.option(
+        "--temperament",
+        type=Temperament(),
+        help="just, pythagorean, meantone, werckmeister, kirnberger, vallotti, equal; cents off equal of the 12 notes "
+        "from C on, with commas; or a file with them or with a scale (.scl).",
+    ),
 )
 
 
 def tuning_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Gives a command the options --tuning, --capo and --a4."""
+    """Gives a command the options --tuning, --capo, --a4 and --temperament."""
     for option in reversed(OPTIONS):
         command = option(command)
     return command
@@ -62,5 +92,5 @@ def tuning_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 def tuning_of_options(options: dict[str, Any]) -> dict[str, Any]:
     """Takes the tuning out of a command's options; returns what was given, as `load_preset` takes it."""
-    taken = {name: options.pop(name) for name in ("tuning", "capo", "a4")}
+    taken = {name: options.pop(name) for name in TUNING_KEYS}
     return {name: value for name, value in taken.items() if value is not None}

@@ -35,6 +35,7 @@ from livebass.engine.render import RenderError, mixed, string_names
 from livebass.files import Transaction, whole_directory
 from livebass.interrupts import StopFlag
 from livebass.model.instrument import A4_HZ, Instrument, Player
+from livebass.model.keymap import velocity_parts
 from livebass.model.quality import Quality
 from livebass.report.progress import Progress, steps
 from livebass.score import single_note
@@ -191,12 +192,21 @@ def velocities(player: Player, layers: int) -> tuple[int, ...]:
     Below the velocity at which a pluck just grazes the frets, notes of different strength sound nearly alike, so most
     layers lie above it. On either side they are evenly spaced.
     """
-    graze = 1 + (HARDEST - 1) * math.log(1 / max(player.softest, 1e-3)) / _range(player)
+    graze = _velocity_of(math.log(1 / max(player.softest, 1e-3)) / _range(player), player)
     soft = round(SOFT_SHARE * layers) if HARDEST / layers < graze < HARDEST else 0
     chosen = [graze * (k + 1) / soft for k in range(soft)]
     start, hard = (graze if soft else 0.0), layers - soft
     chosen += [start + (HARDEST - start) * (k + 1) / hard for k in range(hard)]
     return tuple(sorted({max(1, round(v)) for v in chosen}))
+
+
+def _velocity_of(part: float, player: Player) -> float:
+    """The velocity from which on notes are as hard as this `part` of the way from the softest to the hardest."""
+    parts = velocity_parts(player.velocity_curve)
+    above = next((v for v in range(1, HARDEST + 1) if parts[v] >= part), HARDEST)
+    if above == 1 or parts[above] < part:
+        return float(above)
+    return above - (parts[above] - part) / (parts[above] - parts[above - 1])
 
 
 def _range(player: Player) -> float:
@@ -332,10 +342,15 @@ def _stored(sound: NDArray[np.float32], kept: NDArray[np.float32], rate: int) ->
     return Stored(10 * math.log10(max(power, 1e-20)), lowered)
 
 
-def level_at(velocity: int, chosen: tuple[int, ...], levels: list[float], slope: float) -> float:
-    """Level (dB) at a velocity, from the `levels` at the `chosen` ones; below these it falls by `slope` (dB)."""
+def forces(player: Player) -> list[float]:
+    """How much harder than the softest note each velocity, 0 to 127, is played, dB."""
+    return [20 / math.log(10) * _range(player) * part for part in velocity_parts(player.velocity_curve)]
+
+
+def level_at(velocity: int, chosen: tuple[int, ...], levels: list[float], forces: list[float]) -> float:
+    """Level (dB) at a velocity, from the `levels` at the `chosen` ones; below these it follows the `forces` (dB)."""
     if velocity < chosen[0]:
-        return levels[0] - slope * (chosen[0] - velocity)
+        return levels[0] + forces[velocity] - forces[chosen[0]]
     return float(np.interp(velocity, chosen, levels))
 
 
@@ -380,14 +395,14 @@ def _head(pack: Pack) -> list[str]:
 def _groups(pack: Pack, samples: list[Sample], stored: list[Stored]) -> list[str]:
     """The groups of one zone, one a velocity layer."""
     player, chosen, zone = pack.bass.player, pack.velocities, samples[0].zone
-    slope = 20 / math.log(10) * _range(player) / (HARDEST - 1)  # dB a velocity
+    hardness = forces(player)
     by_layer = [range(k, k + pack.robins) for k in range(0, len(samples), pack.robins)]
     levels = [sum(stored[i].level for i in layer) / len(layer) for layer in by_layer]
     where = f"string {_line(pack.bass.strings[zone.string].name)}, fret {zone.fret}, {_technique(player, zone.string)}"
     lines = []
     for velocity, level, layer, (lowest, highest) in zip(chosen, levels, by_layer, edges(chosen), strict=True):
         points = sorted({*range(lowest, highest, CURVE_STEP), velocity, highest})
-        gains = [level_at(v, chosen, levels, slope) - level for v in points]  # dB
+        gains = [level_at(v, chosen, levels, hardness) - level for v in points]  # dB
         most = max(gains)
         curve = [f"amp_velcurve_{v}={10 ** ((g - most) / 20):.5f}" for v, g in zip(points, gains, strict=True)]
         lines += [

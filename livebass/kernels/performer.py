@@ -75,11 +75,11 @@ LEAST = (-60.0, -1.0, -1.0, -12.0, 0.0, -1.0, -1.0, 0.0)
 MOST = (20.0, 1.0, 1.0, 12.0, 3.0, 1.0, 1.0, 24.0)
 OWN, PLUCKED, THUMB_ON_TWO, THUMB_ON_ALL = range(4)  # values of TECHNIQUE
 
-# Key switches, by the key map of the bass. Those of the first row, the strokes and LEFT_SLAP hold while the key is
-# held, the last of WITH_FINGERS, WITH_PICK and WITH_THUMB until the next of them, STOP_ALL and HAND_AT happen at once.
-# The value of ON_STRING is a pitch class of an open string, that of HAND_AT a fret.
+# Key switches, by the key map of the bass. Those of the first row, the strokes, DETACH and LEFT_SLAP hold while the
+# key is held, the last of WITH_FINGERS, WITH_PICK and WITH_THUMB until the next of them, STOP_ALL and HAND_AT happen at
+# once. The value of ON_STRING is a pitch class of an open string, that of HAND_AT a fret.
 NO_SWITCH, ON_STRING, GHOST, LEGATO, HARMONIC, TAP, PALM, SLIDE, VIBRATO = range(9)
-WITH_FINGERS, WITH_PICK, WITH_THUMB, STOP_ALL, DOWN_STROKE, UP_STROKE, HAND_AT, LEFT_SLAP, ACTIONS = range(9, 18)
+WITH_FINGERS, WITH_PICK, WITH_THUMB, STOP_ALL, DOWN_STROKE, UP_STROKE, HAND_AT, DETACH, LEFT_SLAP, ACTIONS = range(9, 19)
 # Controllers, likewise by the key map; from CC_PARAMETER on they move the parameters above
 NO_FUNCTION, CC_PLACE, CC_VOLUME, CC_EXPRESSION, CC_LET_RING, CC_VIBRATO, CC_PALM, CC_SLIDE = range(8)
 CC_LEGATO, CC_BEND, CC_HAND, CC_BLEND, CC_PARAMETER = range(8, 13)
@@ -795,11 +795,32 @@ def tell_palm(p, ops, frame, events, count):
 
 
 @jit
+def vibrato_depth(p):
+    """Returns the depth of the vibrato, semitones."""
+    return VIBRATO_DEPTH * max(p.vibrato, 1.0 if p.switched[VIBRATO] > 0 else 0.0)
+
+
+@jit
 def tell_vibrato(p, frame, events, count):
-    """Sends depth (semitones) and rate (Hz) of the vibrato to every string."""
-    depth = VIBRATO_DEPTH * max(p.vibrato, 1.0 if p.switched[VIBRATO] > 0 else 0.0)
+    """Sends depth and rate of the vibrato to every string."""
     for i in range(p.strings):
-        count = emit(events, count, frame, WAVER, i, 0, depth, VIBRATO_RATE)
+        count = emit(events, count, frame, WAVER, i, 0, vibrato_depth(p), VIBRATO_RATE)
+    return count
+
+
+@jit
+def set_amount(p, ops, frame, function, amount, events, count):
+    """Sets palm mute or vibrato to `amount`, 0 to 1, as its controller does; returns the new count.
+
+    `function`: CC_PALM or CC_VIBRATO. NaN is none.
+    """
+    amount = min(max(amount, 0.0), 1.0) if not np.isnan(amount) else 0.0
+    if function == CC_PALM and amount != p.palm:
+        p.palm = amount
+        return tell_palm(p, ops, frame, events, count)
+    if function == CC_VIBRATO and amount != p.vibrato:
+        p.vibrato = amount
+        return tell_vibrato(p, frame, events, count)
     return count
 
 
@@ -878,7 +899,9 @@ def note_off(p, frame, key, velocity, events, count):
     """Releases the strings that the key holds."""
     for i in range(p.strings):
         if p.state[i] == HELD and p.key[i] == key:
-            if p.stacked[i] > 0:
+            if p.switched[DETACH] > 0:
+                count = stop_string(p, i, frame, events, count)
+            elif p.stacked[i] > 0:
                 count = go_back_to_key(p, i, frame, velocity, events, count)
             else:
                 count = release(p, i, frame, events, count)

@@ -8,8 +8,9 @@ from typing import Protocol
 
 from livebass.live.desk import BEATS, TEMPOS, Desk
 from livebass.live.osc import Control, Value
-from livebass.live.parameters import NUMBERS, PARAMETERS, Parameter
+from livebass.live.parameters import PARAMETERS, Parameter
 from livebass.live.synth import Reading, Synth, decibels
+from livebass.live.thread.ring import AMOUNT, PARAMETER
 from livebass.live.tuner import tuning
 from livebass.model.instrument import A4_HZ
 from livebass.preset.load import preset_names
@@ -72,7 +73,14 @@ def control_table(
         key, velocity = int(within(key, 0, 127)), int(within(velocity, 0, 127))
         synth().send(0x90 if velocity else 0x80, key, velocity)
 
-    table = {symbol: playing(PARAMETERS[number], number) for symbol, number in NUMBERS.items()}
+    def amount(p: Parameter, function: int) -> Control:
+        def write(value: Value) -> None:
+            synth().set_amount(function, held(p, value))
+
+        return Control(write, lambda: synth().amount(function))
+
+    kinds = {PARAMETER: playing, AMOUNT: amount}
+    table = {p.symbol: kinds[p.event[0]](p, p.event[1]) for p in PARAMETERS if p.event}
     table |= {
         "bass": Control(bass, lambda: presets.playing[0]),
         "quality": Control(quality, lambda: presets.playing[1]),

@@ -1,15 +1,17 @@
 """The parameters of `play` and of the plugins: one table, ids for ever, from which plugins and the page take them, too.
 
 The usual value of a parameter of the playing is 0, "as the bass itself has it": with all of them there a plugin plays
-what `livebass render` renders. Those are sample-accurate; the rest belongs to what is around the synth.
+what `livebass render` renders. Those are sample-accurate, and the amounts that controllers move too, from 0, none; the
+rest belongs to what is around the synth.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-from livebass.kernels.performer import LEAST, MOST, MOST_STRINGS
+from livebass.kernels.performer import CC_PALM, CC_VIBRATO, LEAST, MOST, MOST_STRINGS
 from livebass.kernels.performer import PARAMETERS as PLAYING
+from livebass.live.thread.ring import AMOUNT, PARAMETER
 
 MOST_BASSES = 128  # that a plugin offers: the last value of `bass` is one less
 
@@ -30,11 +32,13 @@ class Parameter:
     usual: float
     whole: bool  # only whole numbers
     points: tuple[str, ...] = ()  # names of the values 0, 1 ...
+    event: tuple[int, int] | None = None  # kind and number of the synth's event that sets it (ring.py)
 
 
 def _playing(number: int, symbol: str, name: str, unit: str = "", points: tuple[str, ...] = ()) -> Parameter:
     """A parameter of the playing, whose limits the kernels hold."""
-    return Parameter(symbol, name, unit, LEAST[number], MOST[number], 0.0, bool(points) or unit == "semitones", points)
+    whole = bool(points) or unit == "semitones"
+    return Parameter(symbol, name, unit, LEAST[number], MOST[number], 0.0, whole, points, (PARAMETER, number))
 
 
 SWITCH = ("off", "on")
@@ -53,5 +57,7 @@ PARAMETERS = (
     Parameter("quality", "Quality", "", 0, 1, 0, True, ("live", "studio")),
     Parameter("running_ahead", "Running ahead", "", 0, 1, 0, True, SWITCH),
     Parameter("relief", "Relief under overload", "", 0, 1, 0, True, SWITCH),
+    Parameter("palm_mute", "Palm mute", "", 0, 1, 0, False, event=(AMOUNT, CC_PALM)),  # as controller 9
+    Parameter("vibrato", "Vibrato", "", 0, 1, 0, False, event=(AMOUNT, CC_VIBRATO)),  # as controller 1
 )
-NUMBERS = {p.symbol: number for number, p in enumerate(PARAMETERS[:PLAYING])}  # of the parameters of the playing
+NUMBERS = {p.symbol: number for number, p in enumerate(PARAMETERS[:PLAYING])}  # of those that controllers learn

@@ -20,13 +20,14 @@ from livebass.engine.engine import Engine, prepare
 from livebass.engine.prepare import SEEDS, Rates, Voice, whole_contact_rate, zeroed_lines
 from livebass.kernels.board import over_board
 from livebass.kernels.frets import over_frets
-from livebass.kernels.performer import PERFORMER
+from livebass.kernels.performer import CC_PALM, CC_VIBRATO, PERFORMER
 from livebass.kernels.records import STRING
 from livebass.live.desk import Desk
 from livebass.live.thread import ahead, block, setup
 from livebass.live.thread.desk import take_controller
 from livebass.live.thread.records import BASS, RINGS, SYNTH, WORD, field_offset
 from livebass.live.thread.ring import (
+    AMOUNT,
     DATA,
     ENTRY,
     NOW,
@@ -51,6 +52,7 @@ RING = 4096  # messages
 CAPTURE_SECONDS = 20.0
 RECENT = 0.12  # s of sound that `recent` keeps
 QUIETEST = -99.0  # dB
+AMOUNTS = {CC_PALM: "palm", CC_VIBRATO: "vibrato"}  # fields of the performer
 KEPT = (
     "program", "program_count", "blocks", "messages", "late", "underruns", "clipped", "faults", "capture_lost",
     "parameters",
@@ -256,6 +258,16 @@ class Synth:
         """Sets a parameter of the playing (parameters.py) from a frame on; False if the ring is full. [any thread]"""
         with self._writer:
             return bool(push_event(self.rings[0].ctypes.data, RING, frame, PARAMETER, number, value))
+
+    def set_amount(self, function: int, value: float, frame: int = NOW) -> bool:
+        """Sets what a function of controllers, CC_PALM or CC_VIBRATO, moves, 0 to 1; False: no room. [any thread]"""
+        with self._writer:
+            return bool(push_event(self.rings[0].ctypes.data, RING, frame, AMOUNT, function, value))
+
+    def amount(self, function: int) -> float:
+        """The value that `set_amount`, or a controller, has set last. [any thread]"""
+        bass = self.bass
+        return float(bass.engine.performer[AMOUNTS[function]][0]) if bass else 0.0
 
     def parameter(self, number: int) -> float:
         """The value of a parameter of the playing as it was set last; 0: as the bass itself has it. [any thread]"""

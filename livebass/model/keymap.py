@@ -26,6 +26,7 @@ SWITCHES = {
     "down_stroke": "hold: every stroke goes down, or is the index finger's",
     "up_stroke": "hold: every stroke goes up, or is the middle finger's",
     "hand": "press: the left hand goes to a fret",
+    "detach": "hold: a key let go stops its string, without pull-off or let ring",
     "left_slap": "hold: the left hand slaps the strings, a clack without pitch",
 }
 # Functions of controllers, likewise; those from "gain" on are the parameters of hosts
@@ -92,6 +93,7 @@ MODO_12 = KeyMap(
         (21, "string", 9), (22, "ghost", 0),
         (23, "string", 11), (24, "legato", 0), (25, "finger", 0), (26, "string", 2), (27, "pick", 0),
         (28, "string", 4), (29, "harmonic", 0), (30, "slap", 0), (31, "string", 7),
+        (32, "detach", 0),
         *((88 + fret, "hand", fret) for fret in range(1, 25)),
     ),
     CONTROLLERS_OF_MODO,

@@ -44,7 +44,6 @@ NUMBERS = {
     "LB_MOST_MESSAGES": live.MOST_MESSAGES,
     "LB_MOST_BASSES": MOST_BASSES,
     "LB_LEARNED": performer.LEARNED,
-    "LB_KIND_PARAMETER": ring.PARAMETER,
     "LB_KIND_STRING_BEND": ring.STRING_BEND,
     "LB_KIND_NOTE_PLACE": ring.NOTE_PLACE,
     "LB_KIND_NOTE_BEND": ring.NOTE_BEND,
@@ -70,6 +69,7 @@ SWITCH_NAMES = {  # what hosts call a key that switches; that of a string is cal
     "ghost": "Ghost notes", "legato": "Hammer-on", "harmonic": "Harmonics", "tap": "Tapping", "palm_mute": "Palm mute",
     "slide": "Slide", "vibrato": "Vibrato", "finger": "Fingers", "pick": "Pick", "slap": "Thumb",
     "stop_all": "Stop all strings", "down_stroke": "Down stroke", "up_stroke": "Up stroke",
+    "detach": "Stop on release",
     "left_slap": "Left-hand slap",
 }  # fmt: skip
 MOST_FRETS = 24  # that the left hand is called to by keys
@@ -126,11 +126,12 @@ def _parameters() -> list[str]:
     """The table of parameters, and their numbers."""
     lines = ["typedef struct {", "    const char *symbol, *name, *unit;", "    double least, most, usual;"]
     lines += ["    int whole;", "    const char *const *points; /* names of the values from 0 on, then 0; or 0 */"]
+    lines += ["    int kind, number; /* of the synth's event that sets it; kind -1: none does */"]
     lines += [
         "} lb_parameter;",
         f"enum {{ {', '.join(f'LB_{p.symbol.upper()}' for p in PARAMETERS)}, LB_PARAMETERS }};",
     ]
-    lines += [f"enum {{ LB_PLAYED_PARAMETERS = {performer.PARAMETERS} }}; /* the first ones, which lb_set takes */"]
+    lines += [f"enum {{ LB_PLAYED_PARAMETERS = {performer.PARAMETERS} }}; /* those that controllers learn */"]
     rows = []
     for p in PARAMETERS:
         points = f"lb_points_{p.symbol}" if p.points else "0"
@@ -138,7 +139,9 @@ def _parameters() -> list[str]:
             texts = ", ".join(map(json.dumps, p.points))
             lines.append(f"static const char *const {points}[] = {{{texts}, 0}};")
         texts = ", ".join(map(json.dumps, (p.symbol, p.name, p.unit)))
-        rows.append(f"    {{{texts}, {float(p.least)}, {float(p.most)}, {float(p.usual)}, {int(p.whole)}, {points}}},")
+        kind, number = p.event or (-1, 0)
+        limits = f"{float(p.least)}, {float(p.most)}, {float(p.usual)}, {int(p.whole)}"
+        rows.append(f"    {{{texts}, {limits}, {points}, {kind}, {number}}},")
     return [*lines, "static const lb_parameter lb_parameters[LB_PARAMETERS] = {", *rows, "};"]
 
 

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from livebass import __version__
-from livebass.kernels.performer import PARAMETERS as PLAYED
 from livebass.live.parameters import OUTPUTS, PARAMETERS
 from livebass.model.instrument import Instrument
 from livebass.plugin.build import binary
@@ -22,6 +21,7 @@ PREFIXES = {
     "doap": "http://usefulinc.com/ns/doap#",
     "lv2": "http://lv2plug.in/ns/lv2core#",
     "log": "http://lv2plug.in/ns/ext/log#",
+    "midnam": "http://ardour.org/lv2/midnam#",
     "midi": "http://lv2plug.in/ns/ext/midi#",
     "owl": "http://www.w3.org/2002/07/owl#",
     "pprops": "http://lv2plug.in/ns/ext/port-props#",
@@ -46,6 +46,8 @@ KEPT = "".join(
         ("seed", "Seed of the player's unevenness", "long"),
     )
 )
+# An extension of Ardour's, which validators do not know
+MIDNAM = "\nmidnam:interface a lv2:ExtensionData .\nmidnam:update a lv2:Feature .\n"
 UNITS = {"dB": "units:db", "semitones": "units:semitone12TET"}
 PLUGINS = {URI: ("Out",), STRINGS: OUTPUTS}  # the names of their outputs
 
@@ -53,13 +55,13 @@ PLUGINS = {URI: ("Out",), STRINGS: OUTPUTS}  # the names of their outputs
 def controls(titles: Sequence[str]) -> list[str]:
     """The control ports in Turtle, but for their index, where the basses of the bundle have these titles."""
     ports = []
-    for k, p in enumerate(PARAMETERS):
+    for p in PARAMETERS:
         names = tuple(titles) if p.symbol == "bass" else p.points
         more = f" ; units:unit {UNITS[p.unit]}" if p.unit else ""
         properties = [
             *(["lv2:integer"] if p.whole else []),
             *(["lv2:enumeration"] if names else []),
-            *(["pprops:notAutomatic"] if k >= PLAYED else []),
+            *(["pprops:notAutomatic"] if p.event is None else []),
         ]
         more += f" ; lv2:portProperty {' , '.join(properties)}" if properties else ""
         if names:
@@ -86,7 +88,7 @@ def write_bundle(basses: dict[str, Instrument], folder: Path, system: System | N
     rows = [(uri, short, titles[k], k) for uri in PLUGINS for k, short in enumerate(basses)]
     files = instrument_files(basses) | {
         binary_name(system): binary(system),
-        TURTLE: (HEAD + KEPT + "".join(plugin(uri, titles) for uri in PLUGINS)).encode(),
+        TURTLE: (HEAD + KEPT + MIDNAM + "".join(plugin(uri, titles) for uri in PLUGINS)).encode(),
         PRESETS: (HEAD + "".join(preset(*row) for row in rows)).encode(),
         MANIFEST: (HEAD + manifest(list(basses), binary_name(system))).encode(),
     }
@@ -129,8 +131,8 @@ def plugin(uri: str, titles: Sequence[str]) -> str:
 <{uri}> a lv2:Plugin , lv2:InstrumentPlugin ;
   doap:name "livebass{" strings" if strings else ""}" ; doap:license <https://spdx.org/licenses/MIT> ;
   lv2:minorVersion {2 * minor} ; lv2:microVersion {micro} ;
-  lv2:requiredFeature urid:map ; lv2:optionalFeature lv2:hardRTCapable , work:schedule , log:log ;
-  lv2:extensionData state:interface , work:interface ;
+  lv2:requiredFeature urid:map ; lv2:optionalFeature lv2:hardRTCapable , work:schedule , log:log , midnam:update ;
+  lv2:extensionData state:interface , work:interface , midnam:interface ;
   lv2:port {described} .
 """
 

@@ -53,7 +53,13 @@ _ROWS = (
     Key("", "capo", "integer", "0", "31", 0, "fret of a capo: notes below it are none, frets count from it"),
     Key("", "a4", "pitch", "", "", 440, "Hz of the A above middle C"),
     Key(
-        "", "temperament", "number[]", "-100", "100", None, "cents off equal: of 12 notes from C on, or of each string"
+        "",
+        "temperament",
+        "temperament",
+        "-100",
+        "100",
+        None,
+        "cents off equal, of 12 notes from C on or of each string, or its name",
     ),
     Key("neck", "scale_length", "length", "300 mm", "1500 mm", REQUIRED, "nut to saddle"),
     Key("neck", "frets", "integer", "1", "32", 20, "how many, by geometry"),
@@ -193,6 +199,8 @@ def allowed(key: Key, unit: str | None = None) -> str:
         return f"text of {key.least} to {key.most} characters" + (", several" if key.kind != kind else "")
     if kind == "tuning":
         return tuning.ALLOWED
+    if kind == "temperament":
+        return f"{', '.join(tuning.TEMPERAMENTS)}, or a list of {tuning.CENTS_ALLOWED}"
     if kind == "pitch":
         return f"{tuning.LOWEST_A4:g} to {tuning.HIGHEST_A4:g} Hz"
     if kind == "lift":
@@ -225,6 +233,8 @@ def checked(key: Key, raw: Any) -> Any:
         return units.note_number(raw)
     if kind == "tuning":
         return tuning.tuning_of(raw)
+    if kind == "temperament":
+        return tuning.temperament_of(raw) if isinstance(raw, str) else _several(replace(key, kind="number[]"), raw)
     if kind == "pitch":
         return tuning.reference_of(raw)
     if kind in DIMENSIONS:

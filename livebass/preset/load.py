@@ -38,15 +38,15 @@ def load_preset(
     tuning: str | Sequence[int | str] | None = None,
     capo: int | None = None,
     a4: float | str | None = None,
-    temperament: Sequence[float] | None = None,
+    temperament: str | Sequence[float] | None = None,
 ) -> Instrument:
     """The instrument of a preset that comes with livebass, or of a file: a path ends in .toml or has a /.
 
-    `tuning`, `capo` (a fret), `a4` (Hz) and `temperament` (cents) take the place of the file's keys of these names.
-    Raises PresetError, whose message is one line, if the file cannot be read or anything in it is wrong.
+    `tuning`, `capo` (a fret), `a4` (Hz) and `temperament` (a name, or cents) take the place of the file's keys of
+    these names. Raises PresetError, whose message is one line, if the file cannot be read or anything in it is wrong.
     """
     label, data = preset_tables(name_or_path)
-    listed = None if temperament is None else list(temperament)
+    listed = temperament if temperament is None or isinstance(temperament, str) else list(temperament)
     given = {"tuning": tuning, "capo": capo, "a4": a4, "temperament": listed}
     return Builder(label).instrument(data | {name: value for name, value in given.items() if value is not None})
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 LARGEST_FILE = 1_000_000  # bytes
+TOML, TEXT = "TOML text file", "text file"
 
 
 class PresetError(ValueError):
@@ -27,16 +28,16 @@ def is_path(name: str) -> bool:
     return name.endswith(".toml") or "/" in name or os.sep in name
 
 
-def file_bytes(path: str, kind: str, shipped: Iterable[str]) -> bytes:
+def file_bytes(path: str, kind: str, shipped: Iterable[str], form: str = TOML) -> bytes:
     """The content of a regular file of at most LARGEST_FILE bytes. Raises PresetError.
 
-    `kind`, "preset" or "key map", and the names of those `shipped` are for the message.
+    `kind`, such as "preset", the names of those `shipped` and its `form` are for the message.
     """
     try:
         found = os.stat(path)
         if not stat.S_ISREG(found.st_mode):
             what = "a directory" if stat.S_ISDIR(found.st_mode) else "not a regular file"
-            raise PresetError(f"{path}: is {what}; a {kind} is a TOML text file")
+            raise PresetError(f"{path}: is {what}; a {kind} is a {form}")
         if found.st_size > LARGEST_FILE:
             raise PresetError(f"{path}: {found.st_size} bytes; a {kind} has at most {LARGEST_FILE}")
         return Path(path).read_bytes()
@@ -50,12 +51,12 @@ def file_bytes(path: str, kind: str, shipped: Iterable[str]) -> bytes:
         raise error if isinstance(error, PresetError) else PresetError(f"{path}: not a file name") from None
 
 
-def decoded(label: str, raw: bytes, kind: str) -> str:
+def decoded(label: str, raw: bytes, kind: str, form: str = TOML) -> str:
     """The text of a file called `label`. Raises PresetError."""
     try:
         return raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise PresetError(f"{label}: not UTF-8 (byte {error.start}); a {kind} is a TOML text file") from None
+        raise PresetError(f"{label}: not UTF-8 (byte {error.start}); a {kind} is a {form}") from None
 
 
 def parsed(label: str, text: str, kind: str, needs: str) -> dict[str, Any]:

@@ -6,13 +6,14 @@ import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from itertools import pairwise
 from typing import Any
 
 from livebass.model.instrument import A4_HZ, A4_NOTE
+from livebass.preset.source import TEXT, decoded, file_bytes
 from livebass.units import cents, note_name, note_number, quantity
 
-TUNING_KEYS = ("tuning", "capo", "a4", "temperament")
 LOWEST_A4, HIGHEST_A4 = 380.0, 480.0  # Hz
 MOST_DOWN, MOST_UP = 5, 7  # semitones from the note of a string's file: beyond, it flaps or breaks
 NOTES = 12  # of a temperament
@@ -30,6 +31,18 @@ NAMED: dict[str, tuple[int, int | None, int]] = {
     "bead": (-5, None, 0),
     "tenor": (5, None, 0),
 }
+# Cents over equal temperament of the notes from C on, where the A is as it is there
+TEMPERAMENTS: dict[str, tuple[float, ...]] = {
+    "equal": (0.0,) * NOTES,
+    "just": (15.64, 27.37, 19.55, 31.28, 1.96, 13.69, 5.87, 17.6, 29.33, 0.0, 33.24, 3.91),  # in C
+    "pythagorean": (-5.87, 7.82, -1.96, -11.73, 1.96, -7.82, 5.87, -3.91, 9.78, 0.0, -9.78, 3.91),
+    "meantone": (10.26, -13.69, 3.42, 20.53, -3.42, 13.69, -10.26, 6.84, -17.11, 0.0, 17.11, -6.84),  # quarter comma
+    "werckmeister": (11.73, 1.96, 3.91, 5.87, 1.96, 9.78, 0.0, 7.82, 3.91, 0.0, 7.82, 3.91),  # III
+    "kirnberger": (10.26, 0.49, 3.42, 4.4, -3.42, 8.31, 0.49, 6.84, 2.44, 0.0, 6.35, -1.47),  # III
+    "vallotti": (5.87, 0.0, 1.96, 3.91, -1.96, 7.82, -1.96, 3.91, 1.96, 0.0, 5.87, -3.91),
+}
+MOST_OFF = 100.0  # cents
+CENTS_ALLOWED = f"cents from {-MOST_OFF:g} to {MOST_OFF:g} for 12 notes, C first, or for each string"
 EXAMPLE = 'notes from the lowest string on, such as "D1 A1 D2 G2"'
 ALLOWED = f'{EXAMPLE}, MIDI numbers or "41.2 Hz"; or {", ".join(NAMED)}'
 
@@ -71,6 +84,55 @@ def reference_of(raw: Any) -> float:
     if isinstance(raw, bool) or not LOWEST_A4 <= hertz <= HIGHEST_A4:
         raise ValueError(f"allowed: {LOWEST_A4:g} to {HIGHEST_A4:g} Hz")
     return hertz
+
+
+def temperament_of(raw: str) -> tuple[float, ...]:
+    """The cents of a temperament: its name, or numbers with commas. Raises ValueError, which says what is allowed."""
+    name = re.sub(r"[\s_]+", "-", raw.strip().lower())
+    if name in TEMPERAMENTS:
+        return TEMPERAMENTS[name]
+    try:
+        found = tuple(float(part) for part in raw.replace(",", " ").split())
+    except ValueError:
+        found = ()
+    if not found or not all(abs(each) <= MOST_OFF for each in found):
+        raise ValueError(f"allowed: {', '.join(TEMPERAMENTS)}; or {CENTS_ALLOWED}")
+    return found
+
+
+def temperament_of_file(path: str) -> tuple[float, ...]:
+    """The cents of a temperament from a file: numbers as `temperament_of` takes them, or a scale of Scala (.scl).
+
+    Raises ValueError: one line that names the file.
+    """
+    raw = file_bytes(path, "temperament", TEMPERAMENTS, TEXT)
+    text = decoded(path, raw, "temperament", TEXT)
+    try:
+        return _scala(text) if path.lower().endswith(".scl") else temperament_of(text)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
+
+
+def _scala(text: str) -> tuple[float, ...]:
+    """The cents of a scale of Scala whose first note is C; its A is that of equal temperament. Raises ValueError.
+
+    https://www.huygens-fokker.org/scala/scl_format.html
+    """
+    lines = [line.split() for line in text.splitlines() if not line.startswith("!")][1:]
+    steps = [0.0]
+    try:
+        count = int(lines[0][0])
+        for pitch, *_ in lines[1 : 1 + count]:
+            steps.append(float(pitch) if "." in pitch else cents(float(Fraction(pitch))))
+    except (IndexError, ValueError, ArithmeticError):
+        raise ValueError("not a scale of Scala") from None
+    if count != NOTES or len(steps) != NOTES + 1 or not abs(steps[-1] - 1200) < 0.5:
+        raise ValueError(f"allowed: scales of {NOTES} notes, the last an octave of 1200 cents")
+    above = [step - 100 * k for k, step in enumerate(steps[:-1])]
+    offsets = tuple(each - above[A4_NOTE % NOTES] for each in above)
+    if not all(abs(each) <= MOST_OFF for each in offsets):
+        raise ValueError(f"allowed: notes within {MOST_OFF:g} cents of equal temperament")
+    return offsets
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ import base64
 import gzip
 import hashlib
 import json
+import math
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -106,6 +107,7 @@ def shown(name: str, bass: Instrument) -> dict[str, Any]:
         "title": bass.name,
         "about": bass.description,
         "strings": [{"name": s.name, "note": s.open_note, "gauge": round(s.diameter * 1e3, 2)} for s in bass.strings],
+        "capo": round(12 * math.log2(1 + bass.necks[0].capo / bass.strings[0].length)),  # its fret, from the nut
         "frets": min(len(neck.fret_positions) for neck in bass.necks),
         "fretless": bass.over_board,
         "stroke": "slap" if bass.player.technique == "slap" else bass.player.stroke,

@@ -191,6 +191,8 @@ def test_the_list_of_presets_has_their_programs(run: Run) -> None:
         (["--note", "C1", "--tuning", "drop-d"], "Jazz bass, fingers has D1 to D#4; -p five-string plays it"),
         (["--note", "E1", "--tuning", "dropped"], "'--tuning': 'dropped': allowed: notes from the lowest string on"),
         (["--note", "E1", "--a4", "500"], "'--a4': 500: allowed: 380 to 480 Hz"),
+        (["--note", "E1", "--temperament", "jsut"], "'--temperament': 'jsut': allowed: equal, just, pythagorean"),
+        (["--note", "E1", "--temperament", "1,2,300"], "'--temperament': '1,2,300': allowed: equal, just, pythagorean"),
         (["--note", "E1", "--capo", "-1"], "'--capo': -1: allowed are whole numbers from 0 to 31"),
     ],
 )
@@ -215,6 +217,7 @@ def test_a_low_b_sounds_as_one(run: Run, tmp_path: Path) -> None:
     ("options", "says"),
     [
         (["--tuning", "E1 A1"], 'jazz-finger.toml: tuning = "E1 A1": 2 notes for 4 strings'),
+        (["--temperament", "-1,2"], 'jazz-finger.toml: temperament = "-1,2": 2 values; allowed: 12, C first, or one'),
         (["--capo", "20"], "jazz-finger.toml: capo = 20: allowed: 0 to 19, as the neck has 20 frets"),
     ],
 )
@@ -230,12 +233,12 @@ def test_a_tuning_that_does_not_fit_is_one_clear_line(
 
 def test_options_tune_as_the_keys_of_a_file_do(run: Run, tmp_path: Path) -> None:
     text = cli_text(run, "presets", "show", "slap").replace(
-        "[neck]", 'tuning = "drop-d"\ncapo = 1\na4 = 432\n[neck]', 1
+        "[neck]", 'tuning = "drop-d"\ncapo = 1\na4 = 432\ntemperament = "just"\n[neck]', 1
     )
     (tmp_path / "mine.toml").write_text(text)
     note = ("render", "--note", "D#1", "-q", "live", "--duration", "100ms", "--tail", "0", "-o")
     assert run(*note, tmp_path / "a.wav", "-p", tmp_path / "mine.toml")[0] == 0
-    options = ("--tuning", "drop-d", "--capo", "1", "--a4", "432Hz")
+    options = ("--tuning", "drop-d", "--capo", "1", "--a4", "432Hz", "--temperament", "Just")
     assert run(*note, tmp_path / "b.wav", "-p", "slap", *options)[0] == 0
     assert (tmp_path / "a.wav").read_bytes() == (tmp_path / "b.wav").read_bytes()
     usual = (

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import tomllib
 from pathlib import Path
@@ -11,7 +12,9 @@ from typing import Any
 import pytest
 from support.command import GOOD, Run, assert_one_clear_line
 
+from livebass import load_preset
 from livebass.cli import remembered
+from livebass.cli.play import LOG, Console, logged
 from livebass.cli.remembered import DamagedSettings, Remembered, forget, load, save, settings_file
 from livebass.files import OutputError
 from livebass.live import outputs, session
@@ -83,7 +86,9 @@ def test_the_file_is_the_users(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize(
     "text",
     ["preset = ", 'gain = "loud"', "gain = 99", "preset = 3", 'backend = "oss"', "controllers = 3", "\0",
-     "[controllers]\ntone = 500", "[controllers]\nnix = 5", "[controllers]\ntone = 5\ngain = 5", "gain = nan"],
+     "[controllers]\ntone = 500", "capo = 2.5", "capo = 99", "a4 = 300", 'tuning = "drop-x"', "tuning = [28]",
+     'temperament = "x"', "temperament = [1.0]",
+     "[controllers]\nnix = 5", "[controllers]\ntone = 5\ngain = 5", "gain = nan"],
 )  # fmt: skip
 def test_a_damaged_file_is_one_line_and_the_usual_settings(
     played: type[FakeSession], file: Path, run: Run, text: str
@@ -99,6 +104,43 @@ def test_a_damaged_file_is_one_line_and_the_usual_settings(
     assert played.ran[-1].preset == "slap" and file.read_text() == text
     run("play", "-p", "slap", "--forget")
     assert tomllib.loads(file.read_text()) == {"preset": "slap"}
+
+
+TUNED = {"tuning": "drop-d", "capo": 2, "a4": 442.0, "temperament": "just"}
+
+
+def test_a_tuning_is_used_the_next_time_for_every_bass_of_the_session(
+    played: type[FakeSession], file: Path, run: Run, tmp_path: Path
+) -> None:
+    options = [part for name, value in TUNED.items() for part in (f"--{name}", value)]
+    run("play", *options)
+    assert load(file) == Remembered(**TUNED)  # type: ignore[arg-type]
+    status, _, err = run("play")
+    assert status == 0
+    assert "as the last time: tuning drop-d, capo 2, A 442 Hz, temperament just" in err
+    s = played.ran[-1]
+    assert s.instrument == load_preset("jazz-finger", **TUNED)  # type: ignore[arg-type]
+    assert s.load("precision-finger") == load_preset("precision-finger", **TUNED)  # type: ignore[arg-type]
+    song = tmp_path / "a.mid"
+    song.write_bytes(GOOD)
+    run("play", "--file", song)
+    assert played.ran[-1].instrument == load_preset("jazz-finger", a4=442, temperament="just")
+    run("play", "--tuning", "D1 A1 D2 G2", "--capo", "0", "--temperament", "-7,0,0,12")
+    assert load(file) == Remembered(tuning="D1 A1 D2 G2", a4=442.0, temperament="-7,0,0,12")
+
+
+def test_a_tuning_that_does_not_fit_is_left_out_and_said(played: type[FakeSession], file: Path, run: Run) -> None:
+    save(file, Remembered(tuning="D1 A1 D2 G2", temperament="just"))
+    status, _, err = run("play", "-p", "five-string")
+    assert status == 0 and err.count("as remembered: five-string.toml: tuning = ") == 1
+    assert "left out" in err and "as the last time" not in err
+    assert played.ran[-1].instrument == load_preset("five-string")
+    assert load(file) == Remembered("five-string", tuning="D1 A1 D2 G2", temperament="just")
+    save(file, Remembered("./gone.toml", capo=2))
+    status, _, err = run("play")
+    assert status == 0 and "gone.toml" in err and played.ran[-1].preset == "jazz-finger"
+    status, _, err = run("play", "--tuning", "dropped")
+    assert_one_clear_line(status, err, (2,))
 
 
 def test_bytes_that_are_no_text_are_one_line(file: Path) -> None:
@@ -212,3 +254,14 @@ def test_jacks_own_options_take_jack(played: type[FakeSession], file: Path, run:
     s = played.ran[-1]
     assert (s.backend, s.audio, s.client, s.connect, s.strings) == ("jack", None, "low end", False, True)
     assert s.midi is None and s.metronome == 90 and s.metronome_port
+
+
+def test_a_library_that_logs_doubles_no_line(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As python-osc does; pytest has handlers of its own."""
+    monkeypatch.setattr(logging.getLogger(), "handlers", [])
+    with logged(Console(quiet=False), None):
+        logging.debug("of a library")
+        LOG.info("once")
+    assert capsys.readouterr().err == "once\n" and not logging.getLogger().handlers

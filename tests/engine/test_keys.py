@@ -79,7 +79,8 @@ def test_names_are_in_the_order_of_the_performers_numbers() -> None:
     switches = (
         performer.ON_STRING, performer.GHOST, performer.LEGATO, performer.HARMONIC, performer.TAP, performer.PALM,
         performer.SLIDE, performer.VIBRATO, performer.WITH_FINGERS, performer.WITH_PICK, performer.WITH_THUMB,
-        performer.STOP_ALL, performer.DOWN_STROKE, performer.UP_STROKE, performer.HAND_AT, performer.LEFT_SLAP,
+        performer.STOP_ALL, performer.DOWN_STROKE, performer.UP_STROKE, performer.HAND_AT, performer.DETACH,
+        performer.LEFT_SLAP,
     )  # fmt: skip
     assert switches == tuple(range(1, performer.ACTIONS)) and len(SWITCHES) == len(switches)
     functions = (
@@ -178,6 +179,17 @@ def test_strokes_go_where_their_keys_say() -> None:
         hands(on(key))
         assert [float(of(hands(on(45), off(45)), records.PLUCK)["w"][0]) for _ in range(3)] == [angle] * 3
         hands(off(key))
+
+
+@pytest.mark.parametrize("before", [(), (control(64, 127),)], ids=["bare", "pedal"])
+def test_a_key_let_go_stops_its_string_while_detach_is_held(before: tuple[Message, ...]) -> None:
+    hands = Hands(bass(keys=MODO_12))
+    hands(*before, on(24), on(KEY), on(HIGHER), on(32))
+    stopped = hands(off(HIGHER))
+    assert stopped["kind"].tolist() == [records.HAND] and not len(hands(off(KEY)))
+    hands(off(32), on(KEY), on(HIGHER))
+    assert hands(off(HIGHER))["kind"].tolist() == [records.PULL_OFF]
+    assert hands(off(KEY))["kind"].tolist() == ([] if before else [records.HAND])
 
 
 def test_the_hand_goes_to_its_key_or_controller() -> None:

@@ -21,6 +21,7 @@ from livebass.engine.render import mixed
 from livebass.export import sfz
 from livebass.export.sfz import (
     FOLDER,
+    LEVEL_TIME,
     LICENCE_FILE,
     Pack,
     Settings,
@@ -28,11 +29,13 @@ from livebass.export.sfz import (
     edges,
     export_sfz,
     keys_by_string,
+    played,
     sfz_text,
     velocities,
 )
 from livebass.files import OutputError, checked_directory
 from livebass.model.instrument import Player, note_frequency
+from livebass.model.keymap import Curve
 from livebass.score import single_note
 from livebass.units import cents, decibels
 
@@ -241,6 +244,29 @@ def test_layers_are_sampled_where_they_are_played(player: Player, layers: int) -
     ranges = edges(chosen)
     assert [v for low, high in ranges for v in range(low, high + 1)] == list(range(1, 128))
     assert all(low <= v <= high for v, (low, high) in zip(chosen, ranges, strict=True))
+
+
+@pytest.mark.parametrize("curve", ["linear", "soft", "hard", ((1.0, 60.0), (40.0, 70.0), (127.0, 127.0))], ids=str)
+def test_the_softest_notes_are_as_loud_as_the_velocity_curve_has_them(curve: Curve, tmp_path: Path) -> None:
+    """Those below the lowest sampled velocity, by its sample."""
+    bass = load_preset("jazz-finger")
+    bass = replace(bass, player=replace(bass.player, velocity_curve=curve, unevenness=0.0))
+    pack = Pack(bass, "soft", replace(TINY, layers=3))
+    lowest = pack.velocities[0]
+
+    def loud(velocity: int) -> float:
+        sample = replace(pack.samples[0], velocity=velocity)
+        sound = played(pack.engine.another(0), sample, 0.6)
+        return level(sound, 0.0, LEVEL_TIME)
+
+    stored = [Stored(loud(s.velocity) if s.zone == pack.zones[0] else 0.0, 0.0) for s in pack.samples]
+    file = tmp_path / "soft.sfz"
+    file.write_text(sfz_text(pack, stored))
+    first = groups(file)[0]
+    for velocity in {1, max(1, lowest // 4), max(1, lowest // 2)}:
+        assert first.gain(velocity) - first.gain(lowest) == pytest.approx(loud(velocity) - loud(lowest), abs=2.5), (
+            velocity
+        )
 
 
 def test_an_even_player_takes_no_turns() -> None:

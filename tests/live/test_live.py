@@ -132,6 +132,27 @@ def test_a_held_note_rings_on_in_the_bass_that_was_replaced() -> None:
     assert np.abs(np.concatenate([device.block(64) for _ in range(100)])).max() > 0.005
 
 
+def test_a_vibrato_goes_on_in_the_next_bass() -> None:
+    """It is as one that began there: the first bass plays nothing."""
+    sounds = []
+    for first in ("flatwound", "jazz-finger"):
+        synth, device = synth_and_device(first, adaptive=False)
+        synth.send(0xB0, 1, 127)
+        device.block(64)
+        if first == "flatwound":
+            synth.switch_to(LiveBass(load_preset("jazz-finger"), QUICK, RATE))
+            device.block(64)
+        synth.send(0x90, 40, 60)
+        sounds.append(np.concatenate([device.block(64) for _ in range(600)]))
+        synth.send(0xB0, 1, 0)
+    still, device = synth_and_device("jazz-finger", adaptive=False)
+    device.block(128)
+    still.send(0x90, 40, 60)
+    unmoved = np.concatenate([device.block(64) for _ in range(600)])
+    jumps = [float(np.abs(sound - unmoved).max()) for sound in sounds]
+    assert min(jumps) > 0.1 * np.abs(unmoved).max()
+
+
 def test_a_new_note_takes_the_string_from_the_bass_that_was_replaced() -> None:
     """One bass is played, whatever its preset: a string has one note. The other strings ring on."""
     synth, device = synth_and_device("jazz-finger", adaptive=False)

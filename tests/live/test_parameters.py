@@ -16,6 +16,8 @@ from livebass.arrays import Floats
 from livebass.engine.prepare import coil_filter
 from livebass.kernels.performer import (
     BEND_RANGE,
+    CC_PALM,
+    CC_VIBRATO,
     DYNAMICS,
     GAIN_DB,
     HAND_DAMPING,
@@ -32,6 +34,7 @@ from livebass.kernels.performer import (
 from livebass.kernels.tone import ABOVE, BELOW, ROW, TONES
 from livebass.live.synth import RING, LiveBass, Synth
 from livebass.live.thread.ring import (
+    AMOUNT,
     MIDI,
     NOTE_BEND,
     NOTE_PLACE,
@@ -119,6 +122,7 @@ def test_usual_values_change_nothing() -> None:
     for frame in rng.integers(0, RATE, 60).tolist():
         events.append((frame, PARAMETER, frame % PARAMETERS, 0.0))
         events.append((frame, STRING_BEND, frame % 4, 0.0))
+        events.append((frame, AMOUNT, CC_PALM if frame % 2 else CC_VIBRATO, 0.0))
     wanted = offline("slap", notes, RATE, LIGHT)
     assert np.array_equal(played(sorted(events, key=lambda e: e[0]), RATE, [256]), wanted)
 
@@ -155,6 +159,17 @@ def test_every_parameter_does_what_it_says() -> None:
     assert np.array_equal(one_note(33, 1.0, kind=NOTE_PLACE), one_note(PLUCK_POSITION, 1.0))
     bent = played([(0, PARAMETER, BEND_RANGE, 12.0), midi(1, 0xE0, 127, 127), midi(99, 0x90, 33, 90)], RATE, [512])
     assert np.array_equal(bent, played([(0, STRING_BEND, 1, 12.0), midi(99, 0x90, 33, 90)], RATE, [512]))
+
+
+@pytest.mark.parametrize(("function", "controller"), [(CC_PALM, 9), (CC_VIBRATO, 1)])
+def test_an_amount_is_what_its_controller_does(function: int, controller: int) -> None:
+    note, ends = midi(100, 0x90, 40, 100), (24000, 36000)
+    moved = played([note, *(midi(at, 0xB0, controller, v) for at, v in zip(ends, (127, 0), strict=True))], RATE, [512])
+    for most in (1.0, 7.0):
+        set_ = [note, *((at, AMOUNT, function, x) for at, x in zip(ends, (most, 0.0), strict=True))]
+        for how, sizes in (("never", [512]), ("far", [64])):
+            assert np.array_equal(played(set_, RATE, sizes, how), moved), (how, sizes)
+    assert not np.array_equal(moved, played([note], RATE, [512]))
 
 
 def test_the_pluck_position_goes_from_the_bridge_over_the_usual_one_away_from_it() -> None:
@@ -215,7 +230,7 @@ def test_no_value_does_harm() -> None:
     values = (np.nan, np.inf, -np.inf, 1e30, -1e30, 1e-40, 3.7)
     for frame in range(0, RATE, 300):
         kind, number = int(rng.integers(0, 256)), int(rng.integers(0, 256))
-        kind = int(rng.choice([PARAMETER, STRING_BEND, NOTE_PLACE, NOTE_BEND, NOTE_STRING, kind or 9]))
+        kind = int(rng.choice([PARAMETER, STRING_BEND, NOTE_PLACE, NOTE_BEND, NOTE_STRING, AMOUNT, kind or 9]))
         number = number if rng.random() < 0.2 else int(rng.integers(0, PARAMETERS))
         events.append((frame, kind, number, float(rng.choice(values))))
         events.append(midi(frame, 0x90, 28 + frame // 300 % 30, 110))
@@ -223,6 +238,7 @@ def test_no_value_does_harm() -> None:
     assert np.isfinite(sound).all() and np.abs(sound).max() > 0.1
     notes = [midi(100, 0x90, 33, 100)]
     strange = [(0, PARAMETER, k, np.nan) for k in range(PARAMETERS)] + [(0, PARAMETER, 200, 1.0), (0, 77, 1, 1.0)]
+    strange += [(0, AMOUNT, CC_PALM, np.nan), (0, AMOUNT, CC_VIBRATO, -3.0), (0, AMOUNT, 99, 1.0)]
     assert np.array_equal(played([*strange, *notes], 4800, [512]), played(notes, 4800, [512]))
 
 

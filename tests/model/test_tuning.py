@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
+from support.command import Run, assert_one_clear_line
 
 from livebass.model import modes
 from livebass.model.instrument import Instrument, note_frequency, speaking, tensioned
 from livebass.model.tuning import tuned
 from livebass.preset.build import Builder, PresetError
 from livebass.preset.load import load_preset, preset_names, preset_tables
-from livebass.preset.tuning import NAMED, tuning_of
+from livebass.preset.tuning import NAMED, TEMPERAMENTS, temperament_of_file, tuning_of
 from livebass.units import cents, note_number
 
 load = cache(load_preset)  # checking a preset at every fret takes 0.1 s; frozen, it can be shared
@@ -139,6 +141,61 @@ def test_a_temperament_of_one_value_a_string() -> None:
             assert cents(string.frequency(note) / note_frequency(note)) == pytest.approx(cents(442 / 440) + own)
 
 
+@pytest.mark.parametrize("name", TEMPERAMENTS)
+def test_temperaments_by_name_keep_the_a_and_have_the_fifths_they_are_known_for(name: str) -> None:
+    offsets = TEMPERAMENTS[name]
+    pure, comma = cents(1.5) - 700, 23.46
+    fifths = [offsets[(k + 7) % 12] - offsets[k] - pure for k in range(12)]
+    narrow = {
+        "equal": 12 * [-comma / 12],
+        "pythagorean": 11 * [0.0] + [-comma],
+        "meantone": 11 * [-21.506 / 4] + [11 * 21.506 / 4 - comma],
+        "werckmeister": 8 * [0.0] + 4 * [-comma / 4],
+        "kirnberger": 7 * [0.0] + 4 * [-21.506 / 4] + [21.506 - comma],
+        "vallotti": 6 * [0.0] + 6 * [-comma / 6],
+        "just": 9 * [0.0] + [-21.506, -21.506, 2 * 21.506 - comma],
+    }
+    assert offsets[9] == 0 and sorted(fifths) == pytest.approx(sorted(narrow[name]), abs=0.03)
+    bass = load_preset("jazz-finger", temperament=name)
+    assert bass == load_preset("jazz-finger", temperament=offsets)
+    assert bass.strings[1].frequency(45) == pytest.approx(110)
+
+
+SCALA = "! a comment\nWerckmeister III\n 12\n!\n 256/243\n 192.18 E\n 32/27\n 390.225\n 4/3\n 1024/729\n"
+SCALA += " 696.09\n 128/81\n 888.27\n 16/9\n 1092.18\n 2/1\n"
+
+
+def test_a_temperament_from_a_file(tmp_path: Path) -> None:
+    (tmp_path / "w.scl").write_text(SCALA)
+    (tmp_path / "w.txt").write_text(" 1, 2\n3.5 " + 9 * " 0")
+    assert temperament_of_file(str(tmp_path / "w.scl")) == pytest.approx(TEMPERAMENTS["werckmeister"], abs=0.02)
+    assert temperament_of_file(str(tmp_path / "w.txt")) == (1, 2, 3.5, *(9 * [0]))
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "says"),
+    [
+        ("a.scl", "", "not a scale of Scala"),
+        ("a.scl", "x\n12\n3/0\n", "not a scale of Scala"),
+        ("a.scl", SCALA.replace("2/1", "1300."), "an octave of 1200 cents"),
+        ("a.scl", SCALA.replace("2/1", "nan."), "not a scale of Scala"),
+        ("a.scl", SCALA.replace(" 12\n", " 5\n"), "scales of 12 notes"),
+        ("a.scl", SCALA.replace("192.18", "1000.0"), "within 100 cents"),
+        ("a.txt", "1 2 x", "allowed: equal, just"),
+        ("a.txt", "1 nan", "allowed: equal, just"),
+        ("a.txt", None, "no such file"),
+    ],
+)
+def test_a_temperament_file_that_is_none_is_one_clear_line(
+    tmp_path: Path, run: Run, name: str, text: str | None, says: str
+) -> None:
+    if text is not None:
+        (tmp_path / name).write_text(text)
+    status, _, err = run("render", "--note", "A1", "--temperament", tmp_path / name)
+    assert_one_clear_line(status, err, (2,))
+    assert f"'--temperament': {tmp_path / name}: " in err and says in err
+
+
 def test_a_pitch_in_hz_holds_whatever_the_a() -> None:
     for a4 in (440, 432):
         string = load_preset("jazz-finger", tuning=["41.2 Hz", "A1", "D2", "G2"], a4=a4).strings[0]
@@ -218,6 +275,7 @@ BAD = [
     ({"temperament": [1, 2, 3]}, ["temperament", "3 values", "12, C first"]),
     ({"temperament": [101] + 11 * [0]}, ["temperament", "-100 to 100"]),
     ({"temperament": []}, ["temperament", "list"]),
+    ({"temperament": "jsut"}, ['temperament = "jsut"', "just", "cents from -100 to 100"]),
 ]
 
 

@@ -26,6 +26,7 @@ from livebass.plugin.systems import SYSTEMS, this_system
 
 MOST_BYTES = 750_000
 GAIN, TONE, POSITION, DYNAMICS, TECHNIQUE, DAMPING, UNEVENNESS, BEND_RANGE, BASS, QUALITY, AHEAD, RELIEF = range(12)
+PALM, VIBRATO = 12, 13
 EXPORTED = ["GetPluginFactory", "ModuleEntry", "ModuleExit", "clap_entry", "lv2_descriptor"]
 
 
@@ -156,6 +157,8 @@ CHANGES = {
     DAMPING: 0.4,
     UNEVENNESS: 0.3,
     BEND_RANGE: 12,
+    PALM: 0.6,
+    VIBRATO: 0.8,
 }
 
 
@@ -309,6 +312,40 @@ def test_a_session_brings_its_sound_back(folder: Path, plugin: Plugin) -> None:
     assert np.array_equal(other.play(score, 9600), plugin.play(score, 9600))
     assert other.play(score, 9600).any() and not other.logged
     other.close()
+
+
+def test_a_session_of_a_plugin_without_palm_mute_and_vibrato_is_taken_over(folder: Path, plugin: Plugin) -> None:
+    """Older ones have twelve parameters; what they do not have is as usual."""
+    plugin.set(TONE, -0.5)
+    words = np.frombuffer(plugin.save(), np.int64).copy()
+    assert words[3] == len(PARAMETERS) == PALM + 2
+    older = np.concatenate([words[: -1 - 2], words[-1:]])
+    older[3] = PALM
+    older[-1:] = np.array([checksum(older.ctypes.data, len(older) - 1)], np.uint64).view(np.int64)
+    plugin.set(PALM, 1.0)
+    plugin.set(TONE, 0.0)
+    assert plugin.load(older.tobytes()) and (plugin.value(TONE), plugin.value(PALM), plugin.value(VIBRATO)) == (
+        -0.5,
+        0,
+        0,
+    )
+    plugin.set(PALM, 0.7)
+    state = plugin.save()
+    plugin.set(PALM, 0.0)
+    assert plugin.load(state) and plugin.value(PALM) == 0.7
+
+
+@pytest.mark.parametrize(("number", "controller"), [(PALM, 9), (VIBRATO, 1)], ids=["palm_mute", "vibrato"])
+def test_palm_mute_and_vibrato_do_what_their_controllers_do(folder: Path, number: int, controller: int) -> None:
+    def played(*more: tuple[int, Any]) -> Floats:
+        plugin = Plugin(folder)
+        out = plugin.play([(0, note_on(40, 0.8)), *more, (40000, note_off(40))], RATE, (480,))
+        plugin.close()
+        return out
+
+    moved = played((4800, midi(bytes([0xB0, controller, 127]))), (30000, midi(bytes([0xB0, controller, 0]))))
+    assert np.array_equal(played((4800, value(number, 1.0)), (30000, value(number, 0.0))), moved)
+    assert not np.array_equal(moved, played())
 
 
 def test_a_state_that_is_none_is_refused_with_one_line(plugin: Plugin) -> None:

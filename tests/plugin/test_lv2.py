@@ -9,7 +9,9 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -21,8 +23,8 @@ from livebass import demo_score, load_preset, score_of
 from livebass.arrays import Floats
 from livebass.engine.render import mixed
 from livebass.kernels.performer import MOST_STRINGS
-from livebass.kernels.performer import PARAMETERS as PLAYED
 from livebass.live.parameters import OUTPUTS, PARAMETERS
+from livebass.model.keymap import MODO, MODO_12
 from livebass.plugin.build import compiler
 from livebass.plugin.instrument import write_instrument
 from livebass.plugin.lv2 import STRINGS, URI, write_bundle, write_preset
@@ -144,7 +146,7 @@ def test_running_ahead_and_freewheeling_change_nothing(plugin: Plugin) -> None:
 def test_the_controls_move_the_sound(plugin: Plugin) -> None:
     """Each does something; NaN and what is beyond the limits does no harm; as usual again it is as at first."""
     score, wanted = hard("jazz-finger")
-    for p in PARAMETERS[:PLAYED]:
+    for p in (p for p in PARAMETERS if p.event):
         plugin.controls[p.symbol].value = p.least if p.least else p.most
         plugin.plugin.activate(plugin.handle)
         changed = plugin.play(score, len(wanted))
@@ -155,7 +157,7 @@ def test_the_controls_move_the_sound(plugin: Plugin) -> None:
         plugin.controls[p.symbol].value = p.usual
         plugin.plugin.activate(plugin.handle)
         assert np.array_equal(plugin.play(score, len(wanted)), wanted), p.symbol
-    for p in PARAMETERS[PLAYED:]:
+    for p in (p for p in PARAMETERS if not p.event):
         for value in (np.nan, np.inf, -1.0, 1e30):
             plugin.controls[p.symbol].value = value
             assert np.isfinite(plugin.block(64)).all()
@@ -285,7 +287,36 @@ def test_the_turtle_tells_what_lists_and_automation_need(bundle: Path, tmp_path:
     names = [name for port in ports if "AudioPort" in port for name in re.findall(r'lv2:name "(.*?)"', port)]
     assert names == ["Out", *OUTPUTS]
     fixed = [s for port in ports if "notAutomatic" in port for s in re.findall(r'lv2:symbol "(.*?)"', port)]
-    assert fixed == 2 * [p.symbol for p in PARAMETERS[PLAYED:]]
+    assert fixed == 2 * ["bass", "quality", "running_ahead", "relief"]
+
+
+def test_hosts_show_what_keys_switch(tmp_path: Path) -> None:
+    """Of the bass that plays, in a document under a name of this instance alone."""
+    slap = load_preset("slap")
+    basses = {"usual": slap, "other": replace(slap, player=replace(slap.player, keys=MODO_12))}
+    write_bundle(basses, bundle := tmp_path / "livebass.lv2")
+    plugin = Plugin(bundle)
+    plugin.block(64)
+    assert not plugin.renamed
+
+    def shown() -> dict[int, str]:
+        document = ElementTree.fromstring(plugin.midnam())
+        assert document.findtext(".//Model") == plugin.midnam("model")
+        assert {e.get("NameSet") for e in document.iter("ChannelNameSetAssign")} == {"Bass"}
+        assert len(list(document.iter("AvailableChannel"))) == 16
+        return {int(e.get("Number", -1)): e.get("Name", "") for e in document.iter("Note")}
+
+    usual = shown()
+    assert sorted(usual) == sorted(key for key, *_ in MODO.keys)
+    assert (usual[10], usual[12], usual[16]) == ("Ghost notes", "Hammer-on", "String E")
+    plugin.controls["bass"].value = 1.0
+    settle(plugin)
+    plugin.block(64)
+    assert plugin.renamed == 1
+    other = shown()
+    assert sorted(other) == sorted(key for key, *_ in MODO_12.keys)
+    assert (other[22], other[32], other[112]) == ("Ghost notes", "Stop on release", "Hand at fret 24")
+    assert Plugin(bundle).midnam("model") != plugin.midnam("model")
 
 
 def test_the_port_changes_the_bass_through_the_worker(plugin: Plugin) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 import time
 from ctypes import c_uint8
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from support.plugins import DAMAGES, NOTES, PRESETS, RATE, hard_score, midi_scor
 from livebass import load_preset
 from livebass.arrays import Floats
 from livebass.live.parameters import OUTPUTS, PARAMETERS
+from livebass.model.keymap import MODO, MODO_12
 from livebass.plugin import clap, vst3
 from livebass.plugin.systems import SYSTEMS
 from livebass.score import Score
@@ -107,6 +109,22 @@ def test_the_bass_alone_is_not_automatable(bundle: Path) -> None:
     assert [number for number, x in flags.items() if not x & low.CAN_AUTOMATE] == [BASS]
     assert flags[BASS] == low.IS_LIST | low.IS_PROGRAM_CHANGE
     assert plugin.outputs_called() == list(OUTPUTS)
+    plugin.close()
+
+
+def test_hosts_show_what_keys_switch(bundle: Path, tmp_path: Path) -> None:
+    """Of the bass that is chosen, as key switches; of every program, as names of its pitches."""
+    slap = load_preset("slap")
+    other = replace(slap, player=replace(slap.player, keys=MODO_12))
+    vst3.write_bundle({"jazz-finger": load_preset("jazz-finger"), "slap": other}, tmp_path / "livebass.vst3")
+    plugin = low.Plugin(tmp_path / "livebass.vst3")
+    usual, second = ({key for key, *_ in keys.keys} for keys in (MODO, MODO_12))
+    found = plugin.switches()
+    assert set(found) == usual and (found[10], found[12], found[16]) == ("Ghost notes", "Hammer-on", "String E")
+    names = [plugin.pitches_called(program) for program in range(2)]
+    assert names[0] == found and set(names[1]) == second and names[1][32] == "Stop on release"
+    plugin.block(64, points=[(BASS, 0, 1.0)])
+    assert plugin.switches() == names[1]
     plugin.close()
 
 

@@ -15,6 +15,7 @@ from livebass.live.parameters import PARAMETERS
 from livebass.score import Score
 
 CONTROLS = (*(p.symbol for p in PARAMETERS), "freewheeling")
+EXTENSIONS, MIDNAM_URI = "http://lv2plug.in/ns/ext/", "http://ardour.org/lv2/midnam"
 ROOM = 1 << 16  # bytes of MIDI a block
 U32, I32, P, S = c.c_uint32, c.c_int32, c.c_void_p, c.c_char_p
 RESPOND = c.CFUNCTYPE(I32, P, U32, P)
@@ -33,6 +34,7 @@ DESCRIPTOR = struct(
     cleanup=c.CFUNCTYPE(None, P), extension=c.CFUNCTYPE(P, S),
 )  # fmt: skip
 WORKER = struct(work=c.CFUNCTYPE(I32, P, RESPOND, P, U32, P), respond=c.CFUNCTYPE(I32, P, U32, P), end=P)
+MIDNAM = struct(document=c.CFUNCTYPE(P, P), model=c.CFUNCTYPE(P, P), free=c.CFUNCTYPE(None, P))
 STATE = struct(save=c.CFUNCTYPE(I32, P, STORE, P, U32, P), restore=c.CFUNCTYPE(I32, P, RETRIEVE, P, U32, P))
 
 
@@ -47,6 +49,7 @@ class Plugin:
         self.uris: list[str] = []
         self.logged: list[str] = []
         self.jobs: list[bytes] = []
+        self.renamed = 0  # times that it said that its keys have other names
         library = c.CDLL(str(bundle / "livebass.so"))
         library.lv2_descriptor.restype = c.POINTER(DESCRIPTOR)
         self.plugin: Any = library.lv2_descriptor(index).contents
@@ -54,15 +57,14 @@ class Plugin:
             c.CFUNCTYPE(U32, P, S)(lambda _, uri: self.number(uri.decode())),
             c.CFUNCTYPE(I32, P, U32, P)(lambda _, size, data: self.jobs.append(c.string_at(data, size)) or 0),
             c.CFUNCTYPE(I32, P, U32, S, S)(lambda _, kind, form, line: self.logged.append(line.decode()) or 0),
+            c.CFUNCTYPE(None, P)(lambda _: self.rename()),
         ]
-        names = ("urid#map", *(["worker#schedule"] if worker else []), "log#log")
+        names = [f"{EXTENSIONS}{name}" for name in ("urid#map", *(["worker#schedule"] if worker else []), "log#log")]
+        names.append(f"{MIDNAM_URI}#update")
         tables = [(P * 2)(None, c.cast(call, P)) for call in self.calls]
         if not worker:
             del tables[1]
-        given = [
-            FEATURE(f"http://lv2plug.in/ns/ext/{name}".encode(), c.addressof(table))
-            for name, table in zip(names, tables, strict=True)
-        ]
+        given = [FEATURE(name.encode(), c.addressof(table)) for name, table in zip(names, tables, strict=True)]
         self.kept = given, tables, (list_ := (P * (len(given) + 1))(*map(c.addressof, given)))
         self.handle = self.plugin.instantiate(c.addressof(self.plugin), rate, f"{bundle}/".encode(), list_)
         if not self.handle:
@@ -79,7 +81,18 @@ class Plugin:
         return self.uris.index(uri) + 1
 
     def extension(self, name: str, kind: Any) -> Any:
-        return kind.from_address(self.plugin.extension(f"http://lv2plug.in/ns/ext/{name}#interface".encode()))
+        return kind.from_address(self.plugin.extension(f"{EXTENSIONS}{name}#interface".encode()))
+
+    def rename(self) -> None:
+        self.renamed += 1
+
+    def midnam(self, what: str = "document") -> str:
+        """The document with the names of its keys, or the name of its "model"."""
+        names = MIDNAM.from_address(self.plugin.extension(f"{MIDNAM_URI}#interface".encode()))
+        place = getattr(names, what)(self.handle)
+        text = c.string_at(place).decode()
+        names.free(place)
+        return text
 
     def block(self, frames: int, messages: Iterable[tuple[int, bytes]] = ()) -> Floats:
         """Plays a block with `messages`, (frame in it, bytes): (frames,), or (outputs, frames) if there are several."""

@@ -19,6 +19,7 @@ COMPONENT = "E831FF31F2D54301928EBBEE25697802"
 PROCESSOR = "42043F99B7DA453CA569E79D9AAEC33D"
 CONTROLLER = "DCD7BBE37742448DA874AACC979C759E"
 UNITS = "3D4BD6B5913A4FD2A886E768A5EB92C1"
+SWITCHES = "1F2F76D3BFFB4B96B99527A55EBCCEF4"
 EXPRESSIONS = "B7F8F85941234872911695814F3721A3"
 MONO, STRINGS = 0, 1  # classes
 MONO_SPEAKER, STEREO_SPEAKERS = 1 << 19, 3
@@ -83,6 +84,13 @@ class Bus(c.Structure):
 
 class Programs(c.Structure):
     _fields_ = [("id", I32), ("name", TEXT), ("count", I32)]
+
+
+class Switch(c.Structure):
+    _fields_ = [
+        ("type", U32), ("title", TEXT), ("short", TEXT), ("least", I32), ("most", I32), ("remapped", I32),
+        ("unit", I32), ("flags", I32),
+    ]  # fmt: skip
 
 
 class Given:
@@ -220,6 +228,30 @@ class Plugin:
             names.append(wide(name))
         units.call(2)
         return names
+
+    def switches(self) -> dict[int, str]:
+        """The names of the keys that switch."""
+        switches, found = self.component.query(SWITCHES), {}
+        for k in range(switches.call(3, I32(0), I16(0))):
+            info = Switch()
+            assert switches.call(4, I32(0), I16(0), I32(k), c.addressof(info)) == 0
+            assert info.least == info.most and (info.type, info.remapped, info.unit, info.flags) == (0, -1, -1, 0)
+            found[info.least] = wide(info.title)
+        assert switches.call(3, I32(1), I16(0)) == 0
+        assert switches.call(4, I32(0), I16(0), I32(len(found)), c.addressof(Switch())) != 0
+        switches.call(2)
+        return found
+
+    def pitches_called(self, program: int) -> dict[int, str]:
+        """The names of the pitches of a program, by key."""
+        units, name = self.component.query(UNITS), TEXT()
+        assert units.call(9, I32(1), I32(program)) == 0
+        found = {}
+        for key in range(-1, 129):
+            if units.call(10, I32(1), I32(program), I16(key), c.addressof(name)) == 0:
+                found[key] = wide(name)
+        units.call(2)
+        return found
 
     def expressions(self) -> list[tuple[int, str]]:
         """(type, title) of the expressions of notes."""

@@ -93,6 +93,7 @@ def test_the_neck_of_a_page_has_all_strings_and_begins_at_the_capo() -> None:
     bass = shown("mine", load_preset("six-string", tuning="drop-a", capo=2))
     assert [string["name"] for string in bass["strings"]] == list("BEADGC")
     assert [string["note"] for string in bass["strings"]] == [23, 30, 35, 40, 45, 50] and bass["frets"] == 22
+    assert bass["capo"] == 2 and shown("mine", load_preset("fretless"))["capo"] == 0
 
 
 def test_names_and_texts_are_no_markup(tmp_path: Path) -> None:

@@ -16,8 +16,9 @@ import pytest
 from support.browser import chromium, firefox, served
 from support.wasm import HARD, PINNED, QUANTUM, RATE, messages_of, sound_hash
 
-from livebass import score_of
+from livebass import load_preset, score_of
 from livebass.arrays import Floats
+from livebass.web.export import shown
 
 LOUD = -30.0  # dBFS
 PATIENCE = 20.0  # s
@@ -229,6 +230,22 @@ def test_the_neck_plays_where_it_is_pressed_and_harder_below(page: Any) -> None:
     assert [m[1] for m in on] == [38, 38] and on[0][2] < 50 < 110 < on[1][2]
     hear(page)
     assert page.execute_script("return held.size") == 0
+
+
+def test_inlays_and_numbers_of_the_neck_count_from_the_nut(page: Any) -> None:
+    name = page.execute_script("return $('bass').value")
+    page.execute_script(
+        "Object.assign(bassCalled(arguments[0]), arguments[1]); showNeck()",
+        name,
+        shown(name, load_preset(name, capo=2)),
+    )
+    dots = "return [...document.querySelectorAll('#neck .inlay')].map(dot => "
+    dots += "[+dot.style.gridColumn - 1, dot.classList.contains('two'), dot.nextSibling.textContent])"
+    wanted = [[1, False, "3"], [3, False, "5"], [5, False, "7"], [7, False, "9"], [10, True, "12"], [13, False, "15"]]
+    assert page.execute_script(dots)[:6] == wanted
+    cell = page.find_element("css selector", 'button[data-string="0"][data-fret="1"]')
+    assert cell.accessible_name == "E string, fret 3, G1"
+    assert page.execute_script("return $('shown').textContent").startswith("Frets 3 to ")
 
 
 def test_the_first_touch_starts_the_sound_when_it_ends(addresses: dict[str, str], tmp_path: Path) -> None:

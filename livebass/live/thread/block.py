@@ -51,6 +51,7 @@ from livebass.live.thread.records import (
     synth_at,
 )
 from livebass.live.thread.ring import (
+    AMOUNT,
     CHANNEL_BIT,
     KIND_BIT,
     MIDI,
@@ -138,6 +139,8 @@ def tell_event(synth, b, frame, kind, number, value, count):
     if kind == PARAMETER and number < PARAMETERS:
         value = synth.parameters[number]
         return performer.set_parameter(p, frame - b.frame, number, value, events_of(b), count)
+    if kind == AMOUNT:
+        return performer.set_amount(p, operators_of(b, 0), frame - b.frame, number, value, events_of(b), count)
     if kind == STRING_BEND:
         return performer.bend_string(p, frame - b.frame, number, value, events_of(b), count)
     if kind == NOTE_BEND:
@@ -180,6 +183,7 @@ def take_controllers(b, old):
             tone.set_tone(v, v.tone_wanted)
         v.blend_wanted = p.blend
         tone.set_blend(v, p.blend)
+        techniques.waver(v, performer.vibrato_depth(p), performer.VIBRATO_RATE)
 
 
 @entry("void(int64, int64)")

@@ -164,7 +164,7 @@ static bool param_info(const clap_plugin *p, uint32_t index, clap_param_info *in
     const lb_parameter *known = &lb_parameters[index];
     memset(info, 0, sizeof *info);
     info->id = index;
-    info->flags = index < LB_PLAYED_PARAMETERS ? CLAP_PARAM_AUTOMATABLE : 0;
+    info->flags = known->kind >= 0 ? CLAP_PARAM_AUTOMATABLE : 0;
     if (known->whole) info->flags |= CLAP_PARAM_STEPPED;
     if (known->points || index == LB_BASS) info->flags |= CLAP_PARAM_ENUM;
     snprintf(info->name, sizeof info->name, "%s", known->name);
@@ -236,28 +236,19 @@ static bool load(const clap_plugin *p, const clap_in_stream *from) {
 
 /* --- the rest --- */
 
-/* The key that the bass has its `index`-th switch on; with none left -1, and `index` becomes their number. */
-static int switch_key(const lb_instance *i, uint32_t *index) {
-    uint32_t found = 0;
-    for (int key = 0; key < LB_KEY_COUNT; key++)
-        if (lb_shelf_switch(i->shelf, (int)lb_value(i, LB_BASS), key) && found++ == *index) return key;
-    *index = found;
-    return -1;
-}
-
 static uint32_t switch_count(const clap_plugin *p) {
     uint32_t count = LB_KEY_COUNT;
-    switch_key(&of(p)->instance, &count);
+    lb_switch_key(&of(p)->instance, &count);
     return count;
 }
 
 /* A key below the bass's notes that switches a technique. */
 static bool switch_name(const clap_plugin *p, uint32_t index, clap_note_name *name) {
     const lb_instance *i = &of(p)->instance;
-    const int key = switch_key(i, &index);
+    const int key = lb_switch_key(i, &index);
     if (key < 0) return false;
     *name = (clap_note_name){.port = -1, .key = (int16_t)key, .channel = -1};
-    snprintf(name->name, sizeof name->name, "%s", lb_shelf_switch(i->shelf, (int)lb_value(i, LB_BASS), key)->name);
+    snprintf(name->name, sizeof name->name, "%s", lb_switch_name(i, key));
     return true;
 }
 
@@ -286,7 +277,8 @@ static bool preset(const clap_plugin *p, uint32_t kind, const char *location, co
     if (!host) host = c->host->get_extension(c->host, CLAP_PRESET_LOAD_DRAFT);
     const int bass = kind == CLAP_LOCATION_PLUGIN && key ? lb_shelf_find(i->shelf, key) : -1;
     if (bass >= 0) {
-        for (int k = 0; k < LB_PLAYED_PARAMETERS; k++) lb_set_value(i, k, lb_parameters[k].usual);
+        for (int k = 0; k < LB_PARAMETERS; k++)
+            if (lb_parameters[k].kind >= 0) lb_set_value(i, k, lb_parameters[k].usual);
         lb_set_value(i, LB_BASS, bass);
         __atomic_store_n(&i->missing, 0, __ATOMIC_RELAXED); /* even if that bass played already */
         lb_serve(i);

@@ -371,7 +371,9 @@ static int control(lb_synth *s, int64_t offset, int kind, int number, int end, d
 }
 
 int lb_set(lb_synth *s, int64_t offset, int parameter, double value) {
-    return control(s, offset, LB_KIND_PARAMETER, parameter, LB_PLAYED_PARAMETERS, value);
+    if (parameter < 0 || parameter >= LB_PARAMETERS) return 1;
+    const lb_parameter *p = &lb_parameters[parameter];
+    return p->kind < 0 || control(s, offset, p->kind, p->number, p->number + 1, value);
 }
 
 int lb_bend_string(lb_synth *s, int64_t offset, int string, double semitones) {

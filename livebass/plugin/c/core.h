@@ -54,7 +54,7 @@ lb_bass *lb_take_faded(lb_synth *);
 void lb_send(lb_synth *, int64_t offset, const uint8_t *bytes, size_t count); /* MIDI; whatever else is left out */
 /* The next three are for control, not for notes: of a flood they take no more than the synth can follow, so that notes
    are neither lost nor late. What is not taken gives 0: the last value is to be sent again in the next block. */
-/* Sets one of the LB_PLAYED_PARAMETERS, else nothing. */
+/* Sets a parameter that an event of the synth sets, else nothing. */
 int lb_set(lb_synth *, int64_t offset, int parameter, double value);
 /* Bends one string, counted from 0, besides what the wheel does, until the controllers are reset. */
 int lb_bend_string(lb_synth *, int64_t offset, int string, double semitones);

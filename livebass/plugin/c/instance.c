@@ -44,7 +44,7 @@ void lb_set_value(lb_instance *i, int parameter, double value) {
 void lb_set_value_at(lb_instance *i, int64_t offset, int parameter, double value) {
     value = lb_allowed(i, parameter, value);
     keep(i, parameter, value);
-    if (parameter >= LB_PLAYED_PARAMETERS || !lb_set(i->synth, offset, parameter, value))
+    if (lb_parameters[parameter].kind < 0 || !lb_set(i->synth, offset, parameter, value))
         __atomic_fetch_or(&i->changed, 1u << parameter, __ATOMIC_RELEASE);
 }
 
@@ -184,7 +184,7 @@ static void bend(lb_instance *i, int64_t offset, int key, double semitones) {
 
 void lb_begin_block(lb_instance *i) {
     const uint32_t changed = __atomic_exchange_n(&i->changed, 0, __ATOMIC_ACQUIRE);
-    for (int k = 0; k < LB_PLAYED_PARAMETERS; k++)
+    for (int k = 0; k < LB_PARAMETERS; k++)
         if (changed >> k & 1 && !lb_set(i->synth, 0, k, lb_value(i, k)))
             __atomic_fetch_or(&i->changed, 1u << k, __ATOMIC_RELEASE);
     for (int k = 0; k < LB_KEYS; k++)
@@ -253,6 +253,18 @@ void lb_play_block(lb_instance *i, int apart, float *const outs[LB_STRINGS], int
     change_bass(i);
     if (outs[0] && !apart) lb_play(i->synth, outs[0], n);
     else lb_play_strings(i->synth, outs, n);
+}
+
+int lb_switch_key(const lb_instance *i, uint32_t *index) {
+    uint32_t found = 0;
+    for (int key = 0; key < LB_KEY_COUNT; key++)
+        if (lb_shelf_switch(i->shelf, (int)lb_value(i, LB_BASS), key) && found++ == *index) return key;
+    *index = found;
+    return -1;
+}
+
+const char *lb_switch_name(const lb_instance *i, int key) {
+    return lb_shelf_switch(i->shelf, (int)lb_value(i, LB_BASS), key)->name;
 }
 
 /* --- state --- */

@@ -74,6 +74,11 @@ void lb_play_block(lb_instance *, int apart, float *const outs[LB_STRINGS], int6
 void lb_value_to_text(const lb_instance *, int parameter, double value, char *text, size_t room);
 int lb_text_to_value(const lb_instance *, int parameter, const char *text, double *value);
 
+/* The key that the bass has its `index`-th switch on; with none left -1, and `index` becomes their number. */
+int lb_switch_key(const lb_instance *, uint32_t *index);
+/* What a key that lb_switch_key gave switches. */
+const char *lb_switch_name(const lb_instance *, int key);
+
 void lb_save_state(const lb_instance *, lb_state *);
 /* Takes over a state; returns 0 after a line in the log, and changes nothing, if it is none. If its bass is not on the
    shelf, a line in the log says so, the bass stays, and all else is taken over. [main thread] */

@@ -7,6 +7,7 @@
 #include "lv2_abi.h"
 
 #include <math.h>
+#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -14,7 +15,7 @@
 #define URI "urn:livebass:bass"
 /* Ports: MIDI, the outputs, the parameters in the order of their numbers, freewheeling. */
 enum { MIDI, FIRST_OUT, FREEWHEELING = LB_PARAMETERS, CONTROLS };
-enum { LINE = 1500, NAME = 64 };
+enum { LINE = 1500, NAME = 64, MIDNAM = 1 << 14 };
 enum { LOAD, FREE };
 
 typedef struct {
@@ -46,10 +47,12 @@ typedef struct {
     const lv2_sequence *midi;
     float *outs[LB_STRINGS];
     const float *controls[CONTROLS];
-    float sent[LB_PLAYED_PARAMETERS]; /* what the synth was told last; NaN: nothing */
+    float sent[LB_PARAMETERS]; /* what the synth was told last; NaN: nothing */
     uint32_t midi_event, string, whole, error, key_bass, key_quality, key_seed;
     const lv2_schedule *worker;
     const lv2_log *log;
+    const lv2_midnam_host *names; /* takes notice of the names of other key switches */
+    int named;                    /* the bass whose switches they are */
 } plugin;
 
 static void complain(const plugin *p, const char *line) {
@@ -76,7 +79,7 @@ static void cleanup(void *handle) {
 
 static void forget_ports(plugin *p) {
     p->seen = (choice){-1, -1, -1};
-    for (int k = 0; k < LB_PLAYED_PARAMETERS; k++) p->sent[k] = NAN;
+    for (int k = 0; k < LB_PARAMETERS; k++) p->sent[k] = NAN;
 }
 
 static void *instantiate(const lv2_plugin *d, double rate, const char *folder, const lv2_feature *const *features) {
@@ -87,6 +90,7 @@ static void *instantiate(const lv2_plugin *d, double rate, const char *folder, c
         if (!strcmp((*features)->uri, LV2_MAP)) map = (*features)->data;
         if (!strcmp((*features)->uri, LV2_SCHEDULE)) p->worker = (*features)->data;
         if (!strcmp((*features)->uri, LV2_LOG)) p->log = (*features)->data;
+        if (!strcmp((*features)->uri, LV2_MIDNAM_UPDATE)) p->names = (*features)->data;
     }
     if (!map) {
         free(p);
@@ -174,8 +178,8 @@ static void follow_ports(plugin *p) {
 
 /* Tells the synth which parameters the host has moved. */
 static void send_parameters(plugin *p) {
-    for (int k = 0; k < LB_PLAYED_PARAMETERS; k++) {
-        if (!p->controls[k] || *p->controls[k] == p->sent[k]) continue;
+    for (int k = 0; k < LB_PARAMETERS; k++) {
+        if (lb_parameters[k].kind < 0 || !p->controls[k] || *p->controls[k] == p->sent[k]) continue;
         if (lb_set(p->synth, 0, k, *p->controls[k])) p->sent[k] = *p->controls[k];
     }
     lb_relieve(p->synth, chosen(p, LB_RELIEF, 2, 0));
@@ -210,6 +214,8 @@ static void run(void *handle, uint32_t frames) {
     else if (p->outs[0]) lb_play(p->synth, p->outs[0], frames);
     if (!p->faded && p->worker) p->faded = lb_take_faded(p->synth);
     if (p->faded && free_elsewhere(p, p->faded)) p->faded = 0;
+    if (p->names && p->named != p->playing.bass) p->names->update(p->names->handle);
+    p->named = p->playing.bass;
 }
 
 static void deactivate(void *handle) { (void)handle; }
@@ -297,10 +303,58 @@ static int restore(void *handle, lv2_retrieve get, void *from, uint32_t flags, c
     return LV2_SUCCESS;
 }
 
+/* The name of this instance's key switches among others. */
+static char *midnam_model(void *handle) {
+    char *text = malloc(NAME);
+    if (text) snprintf(text, NAME, "livebass %p", handle);
+    return text;
+}
+
+/* Prints behind the n characters that a text of MIDNAM has; returns how many more it has then. */
+static size_t print(char *text, size_t n, const char *form, ...) {
+    va_list arguments;
+    va_start(arguments, form);
+    const int written = vsnprintf(text + n, MIDNAM - n, form, arguments);
+    va_end(arguments);
+    return written < 0 || (size_t)written >= MIDNAM - n ? 0 : (size_t)written;
+}
+
+/* What the keys of the bass switch, as a MIDI Name Document. */
+static char *midnam(void *handle) {
+    static const char *const head =
+        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
+        "<!DOCTYPE MIDINameDocument PUBLIC \"-//MIDI Manufacturers Association//DTD MIDINameDocument 1.0//EN\""
+        " \"http://dev.midi.org/dtds/MIDINameDocument10.dtd\">\n"
+        "<MIDINameDocument><Author>livebass</Author><MasterDeviceNames><Manufacturer>livebass</Manufacturer>"
+        "<Model>livebass %p</Model><CustomDeviceMode Name=\"Default\"><ChannelNameSetAssignments>\n";
+    const plugin *p = handle;
+    char *text = malloc(MIDNAM);
+    if (!text) return 0;
+    size_t n = 0;
+    n += print(text, n, head, handle);
+    for (int k = 1; k <= 16; k++) n += print(text, n, "<ChannelNameSetAssign Channel=\"%d\" NameSet=\"Bass\"/>\n", k);
+    n += print(text, n, "</ChannelNameSetAssignments></CustomDeviceMode>\n"
+                        "<ChannelNameSet Name=\"Bass\"><AvailableForChannels>\n");
+    for (int k = 1; k <= 16; k++) n += print(text, n, "<AvailableChannel Channel=\"%d\" Available=\"true\"/>\n", k);
+    n += print(text, n, "</AvailableForChannels><UsesNoteNameList Name=\"Switches\"/></ChannelNameSet>\n"
+                        "<NoteNameList Name=\"Switches\">\n");
+    for (int key = 0; key < LB_KEY_COUNT; key++) {
+        const lb_switch *s = lb_shelf_switch(p->shelf, p->playing.bass, key);
+        if (s) n += print(text, n, "<Note Number=\"%d\" Name=\"%s\"/>\n", key, s->name);
+    }
+    print(text, n, "</NoteNameList></MasterDeviceNames></MIDINameDocument>\n");
+    return text;
+}
+
+static void free_midnam(char *text) { free(text); }
+
 static const void *extension_data(const char *uri) {
     static const lv2_worker worker = {work, work_response, 0};
     static const lv2_state state = {save, restore};
-    return !strcmp(uri, LV2_WORKER) ? (const void *)&worker : !strcmp(uri, LV2_STATE) ? (const void *)&state : 0;
+    static const lv2_midnam names = {midnam, midnam_model, free_midnam};
+    if (!strcmp(uri, LV2_WORKER)) return &worker;
+    if (!strcmp(uri, LV2_STATE)) return &state;
+    return strcmp(uri, LV2_MIDNAM) ? 0 : &names;
 }
 
 #ifdef _WIN32

@@ -35,6 +35,19 @@ typedef struct {
     int (*print)(void *handle, uint32_t type, const char *format, ...);
 } lv2_log;
 
+/* midnam:interface and midnam:update, by Ardour: names of keys as a MIDI Name Document; `free` frees both texts */
+#define LV2_MIDNAM "http://ardour.org/lv2/midnam#interface"
+#define LV2_MIDNAM_UPDATE "http://ardour.org/lv2/midnam#update"
+typedef struct {
+    char *(*document)(void *);
+    char *(*model)(void *);
+    void (*free)(char *);
+} lv2_midnam;
+typedef struct {
+    void *handle;
+    void (*update)(void *handle);
+} lv2_midnam_host;
+
 /* atom:Sequence: a head, then events, each at a multiple of 8 bytes */
 #define LV2_MIDI_EVENT "http://lv2plug.in/ns/ext/midi#MidiEvent"
 #define LV2_STRING "http://lv2plug.in/ns/ext/atom#String"

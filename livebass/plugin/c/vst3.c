@@ -1,4 +1,4 @@
-/* The VST3 plugin: one object with six interfaces, around an instance. process() allocates nothing but offline.
+/* The VST3 plugin: one object with seven interfaces, around an instance. process() allocates nothing but offline.
 
    Instruments lie in the bundle's folder Contents/Resources, or in the user's directory. A thread of each active object
    loads basses. VST3 knows no MIDI controllers: each is a hidden parameter. The host's points of parameters, and its
@@ -24,7 +24,7 @@
 enum { TAIL = 12 /* s */, ROOM = 1 << 16, CHANGES = 2048, LINE = 1500 };
 enum { VOLUME = 7, EXPRESSION = 11, TONE = 17, BLEND = 18 }; /* MIDI controllers, as the usual key map has them */
 enum { CONTROLLERS = 1000 }; /* id of the parameter that stands for MIDI controller 0 */
-enum { COMPONENT, PROCESSOR, CONTROLLER, MAPPING, UNITS, EXPRESSIONS, INTERFACES };
+enum { COMPONENT, PROCESSOR, CONTROLLER, MAPPING, UNITS, EXPRESSIONS, SWITCHES, INTERFACES };
 enum { SEMITONES = 240 };     /* of the range of tuning */
 enum { PROGRAMS = 1 }; /* the list of instruments */
 
@@ -220,6 +220,7 @@ static void show_all(vst3 *v) {
 
 static const vst3_id interface_ids[] = {
     VST3_COMPONENT, VST3_PROCESSOR, VST3_CONTROLLER, VST3_MIDI_MAPPING, VST3_UNITS, VST3_EXPRESSIONS,
+    VST3_SWITCHES,
 };
 
 static vst3_result query(vst3 *v, const vst3_id id, void **out) {
@@ -264,6 +265,7 @@ UNKNOWN(controller, CONTROLLER)
 UNKNOWN(mapping, MAPPING)
 UNKNOWN(units, UNITS)
 UNKNOWN(expressions, EXPRESSIONS)
+UNKNOWN(switches, SWITCHES)
 
 /* --- component --- */
 
@@ -681,15 +683,16 @@ static vst3_result program_info(void *self, int32_t list, int32_t program, const
 }
 
 static vst3_result has_pitch_names(void *self, int32_t list, int32_t program) {
-    (void)self;
-    (void)list;
-    (void)program;
-    return VST3_NO;
+    return list == PROGRAMS && program >= 0 && program < lb_shelf_count(of(self, UNITS)->instance.shelf) ? VST3_OK
+                                                                                                       : VST3_NO;
 }
 
+/* What a key of an instrument switches. */
 static vst3_result pitch_name(void *self, int32_t list, int32_t program, int16_t key, vst3_text out) {
-    (void)key;
-    return program_info(self, list, program, 0, out);
+    const int known = has_pitch_names(self, list, program) == VST3_OK && key >= 0 && key < LB_KEY_COUNT;
+    const lb_switch *s = known ? lb_shelf_switch(of(self, UNITS)->instance.shelf, program, key) : 0;
+    to_wide(out, s ? s->name : "");
+    return s ? VST3_OK : VST3_NO;
 }
 
 static int32_t selected_unit(void *self) {
@@ -714,8 +717,11 @@ static vst3_result unit_of_bus(void *self, int32_t media, int32_t direction, int
 }
 
 static vst3_result set_program_data(void *self, int32_t list, int32_t program, vst3_stream **data) {
+    (void)self;
+    (void)list;
+    (void)program;
     (void)data;
-    return has_pitch_names(self, list, program);
+    return VST3_NO;
 }
 
 /* --- the expression of notes: tuning --- */
@@ -759,6 +765,31 @@ static vst3_result expression_from_text(void *self, int32_t bus, int16_t channel
     return VST3_OK;
 }
 
+/* --- the key switches of the bass --- */
+
+static int32_t switch_count(void *self, int32_t bus, int16_t channel) {
+    uint32_t count = LB_KEY_COUNT;
+    (void)channel;
+    lb_switch_key(&of(self, SWITCHES)->instance, &count);
+    return bus ? 0 : (int32_t)count;
+}
+
+static vst3_result switch_info(void *self, int32_t bus, int16_t channel, int32_t index, vst3_switch *s) {
+    const lb_instance *i = &of(self, SWITCHES)->instance;
+    uint32_t number = (uint32_t)index;
+    (void)channel;
+    const int key = bus || index < 0 ? -1 : lb_switch_key(i, &number);
+    if (key < 0) return VST3_INVALID;
+    memset(s, 0, sizeof *s);
+    s->type = VST3_BEFORE_NOTES;
+    s->least = s->most = key;
+    s->remapped = -1;
+    s->unit = VST3_NO_UNIT;
+    to_wide(s->title, lb_switch_name(i, key));
+    to_wide(s->short_title, lb_switch_name(i, key));
+    return VST3_OK;
+}
+
 /* --- the factory --- */
 
 static const vst3_component component_table = {
@@ -783,6 +814,7 @@ static const vst3_expressions expressions_table = {
     {expressions_query, expressions_take, expressions_drop}, expression_count, expression_info, expression_to_text,
     expression_from_text,
 };
+static const vst3_switches switches_table = {{switches_query, switches_take, switches_drop}, switch_count, switch_info};
 
 static vst3_result factory_query(void *self, const vst3_id id, void **out) {
     static const vst3_id known[] = {VST3_UNKNOWN, VST3_FACTORY, VST3_FACTORY_2};
@@ -842,6 +874,7 @@ static vst3_result create(void *self, const vst3_id class_id, const vst3_id inte
         if (!v) return VST3_NO;
         const void *tables[] = {
             &component_table, &processor_table, &controller_table, &mapping_table, &units_table, &expressions_table,
+            &switches_table,
         };
         memcpy(v->interfaces, tables, sizeof tables);
         v->users = 1;

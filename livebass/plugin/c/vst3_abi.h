@@ -35,6 +35,7 @@ enum { VST3_NO_INTERFACE = -1, VST3_OK = 0, VST3_NO = 1, VST3_INVALID = 2, VST3_
 #define VST3_MIDI_MAPPING VST3_ID(0xDF0FF9F7u, 0x49B74669u, 0xB63AB732u, 0x7ADBF5E5u)
 #define VST3_UNITS VST3_ID(0x3D4BD6B5u, 0x913A4FD2u, 0xA886E768u, 0xA5EB92C1u)
 #define VST3_EXPRESSIONS VST3_ID(0xB7F8F859u, 0x41234872u, 0x91169581u, 0x4F3721A3u)
+#define VST3_SWITCHES VST3_ID(0x1F2F76D3u, 0xBFFB4B96u, 0xB99527A5u, 0x5EBCCEF4u)
 #define VST3_FACTORY VST3_ID(0x7A4D811Cu, 0x52114A1Fu, 0xAED9D2EEu, 0x0B43BF9Fu)
 #define VST3_FACTORY_2 VST3_ID(0x0007B650u, 0xF24B4C0Bu, 0xA464EDB9u, 0xF00B2ABBu)
 
@@ -175,6 +176,13 @@ typedef struct {
     int32_t flags;
 } vst3_expression;
 
+enum { VST3_BEFORE_NOTES = 0 }; /* of key switches: pressed before a note, or while it begins */
+typedef struct {
+    uint32_t type;
+    vst3_text title, short_title;
+    int32_t least, most, remapped, unit, flags; /* keys, -1: none */
+} vst3_switch;
+
 /* Numbers of controllers beyond those of MIDI, for the mapping. */
 enum { VST3_PRESSURE = 128, VST3_BEND = 129, VST3_CONTROLLERS = 130 };
 
@@ -254,6 +262,12 @@ typedef struct {
     vst3_result (*to_text)(void *, int32_t bus, int16_t channel, uint32_t type, double, vst3_text);
     vst3_result (*from_text)(void *, int32_t bus, int16_t channel, uint32_t type, const int16_t *, double *);
 } vst3_expressions;
+
+typedef struct {
+    vst3_unknown unknown;
+    int32_t (*count)(void *, int32_t bus, int16_t channel);
+    vst3_result (*info)(void *, int32_t bus, int16_t channel, int32_t index, vst3_switch *);
+} vst3_switches;
 
 /* --- the factory of a binary --- */
 

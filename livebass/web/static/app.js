@@ -462,7 +462,7 @@ WAYS.forEach((way, k) => {
 // --- the neck ---
 
 const bassCalled = name => PAGE.basses.find(bass => bass.name === name);
-const INLAYS = [3, 5, 7, 9, 12, 15, 17, 19, 21, 24];
+const INLAYS = [3, 5, 7, 9, 12, 15, 17, 19, 21, 24]; // frets from the nut
 
 // How many frets fit, none narrower than a finger.
 function fitting(width, frets) {
@@ -471,6 +471,7 @@ function fitting(width, frets) {
   return count;
 }
 
+// Draws the neck from `from` on. A cell's fret counts from the capo, as the bass does; what is shown counts from the nut.
 function showNeck() {
   const bass = bassCalled($("bass").value), neck = $("neck"), focused = neck.contains(document.activeElement);
   const count = fitting(neck.clientWidth - 64, bass.frets);
@@ -501,20 +502,20 @@ function showNeck() {
       cell.tabIndex = -1;
       cell.style.gridRow = row + 1;
       cell.style.gridColumn = fret ? fret - from + 1 : 1;
-      cell.setAttribute("aria-label", `${string.name} string, ${fret ? `fret ${fret}` : "open"}, ${noteName(note)}`);
+      cell.setAttribute("aria-label", `${string.name} string, ${fret ? `fret ${bass.capo + fret}` : "open"}, ${noteName(note)}`);
       if (!fret) cell.append(string.name);
       parts.push(cell);
     }
   });
-  for (const fret of numbers.filter(n => INLAYS.includes(n))) {
+  for (const fret of numbers.filter(n => INLAYS.includes(bass.capo + n))) {
     const dot = document.createElement("i");
-    dot.className = fret % 12 ? "inlay" : "inlay two";
+    dot.className = (bass.capo + fret) % 12 ? "inlay" : "inlay two";
     dot.style.gridColumn = fret - from + 1;
     parts.push(dot);
     const number = document.createElement("span");
     number.className = "number";
     number.style.gridColumn = fret - from + 1;
-    number.textContent = fret;
+    number.textContent = bass.capo + fret;
     number.ariaHidden = "true";
     parts.push(number);
   }
@@ -523,7 +524,7 @@ function showNeck() {
   first.tabIndex = 0;
   if (focused) first.focus();
   $("window").hidden = count === bass.frets;
-  $("shown").textContent = `Frets ${from + 1} to ${from + count}`;
+  $("shown").textContent = `Frets ${bass.capo + from + 1} to ${bass.capo + from + count}`;
   $("down").disabled = from === 0;
   $("up").disabled = from + count >= bass.frets;
   neck.dataset.count = count;
