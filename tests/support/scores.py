@@ -39,7 +39,7 @@ def busy_score(rate: int = RATE) -> Score:
 
 
 def in_blocks(score: Score, sizes: list[int], preset: str = "slap") -> Floats:
-    """`score` played in blocks of the given sizes, over and over; each block's messages, if any, are sent just before."""
+    """`score` played in blocks of the given sizes, over and over; a block's messages, if any, are sent before it."""
     engine = Engine(load_preset(preset), QUICK, score.rate)
     blocks, sent, i = [], 0, 0
     while engine.frame < score.end_frame:
