@@ -41,12 +41,17 @@ def pytest_configure() -> None:
             signal.signal(number, usual)
 
 
-# Files whose tests run with no compiled kernels: first, while one worker compiles them
+# Files whose tests run with no compiled kernels, and those of them that go first, while one worker compiles the kernels
 WITHOUT_KERNELS = ("tests/identification/", "tests/reference/", "tests/analysis/")
-# Files that take longest: next, so that no worker is left with one at the end
-LONG = (
-    "tests/paper/test_claims.py", "tests/engine/test_tiers.py", "tests/test_wheel.py", "tests/engine/test_playing.py",
-    "tests/preset/test_idle.py", "tests/engine/test_fuzz.py", "tests/test_compiling.py",
+MEANWHILE = ("tests/reference/", "tests/analysis/", "tests/identification/test_fit.py")
+# Then files that use all processors, while the timed tests wait most of their time; then those that take longest, so
+# that no worker is left with one at the end. Browsers and processes that are interrupted leave a processor idle.
+NEXT = (
+    "tests/paper/test_claims.py", "tests/test_wheel.py", "tests/engine/test_tiers.py", "tests/engine/test_playing.py",
+    "tests/preset/test_idle.py", "tests/identification/test_identify.py", "tests/web/test_page.py",
+    "tests/engine/test_fuzz.py", "tests/engine/test_levels.py", "tests/engine/test_techniques.py",
+    "tests/identification/test_doubts.py", "tests/engine/test_engine.py", "tests/test_interrupts.py",
+    "tests/engine/test_laws.py", "tests/plugin/test_lv2.py", "tests/test_compiling.py",
 )  # fmt: skip
 
 
@@ -60,9 +65,9 @@ def turn_of(scope: str) -> int:
     """Place of a scope in the order of all; equal ones keep theirs."""
     if scope == "timed":
         return 0
-    if scope.startswith(WITHOUT_KERNELS):
+    if scope.startswith(MEANWHILE):
         return 1
-    return 2 + (LONG.index(scope) if scope in LONG else len(LONG))
+    return 2 + (NEXT.index(scope) if scope in NEXT else len(NEXT))
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -13,6 +13,7 @@ import subprocess
 import sys
 import tempfile
 import zipfile
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from livebass.compiling import store
@@ -37,8 +38,8 @@ def library(objects: Path, system: System, level: str, out: Path) -> None:
     made.write_bytes(store.sealed(made.read_bytes()))
 
 
-def build(system: System, objects: Path, out: Path) -> Path:
-    """Builds the wheel of a system from a copy of the sources; returns its file."""
+def build(system: System, objects: Path, page: bytes, out: Path) -> Path:
+    """Builds the wheel of a system, with the module `page`, from a copy of the sources; returns its file."""
     with tempfile.TemporaryDirectory() as folder:
         tree = Path(folder)
         for name in ("livebass", "presets"):
@@ -51,7 +52,7 @@ def build(system: System, objects: Path, out: Path) -> Path:
             library(objects, system, level, built)
         binary = plugins.link(objects, system, plugins.zig(system))
         (built / plugins.name_of(system)).write_bytes(store.sealed(binary))
-        (built / pages.BUILT.name).write_bytes(store.sealed(pages.module()))
+        (built / pages.BUILT.name).write_bytes(store.sealed(page))
         with (tree / "pyproject.toml").open("a") as project:
             project.write('\n[tool.hatch.build.targets.wheel.hooks.custom]\npath = "tag.py"\n')
         (tree / "tag.py").write_text(
@@ -85,10 +86,11 @@ def main() -> None:
     if unknown:
         parser.error(f"system {unknown[0]}: allowed are {', '.join(SYSTEMS)}")
     systems = [SYSTEMS[name] for name in given.systems or SYSTEMS]
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(1) as beside:
+        page = beside.submit(pages.module)  # compiled in a process of its own
         plugins.emit(Path(folder), systems, (plugins.LIBRARY, plugins.PLUGIN))
         for system in systems:
-            wheel = build(system, Path(folder), given.output)
+            wheel = build(system, Path(folder), page.result(), given.output)
             print(f"{wheel} ({_size(wheel.stat().st_size)})")
             for file in zipfile.ZipFile(wheel).infolist():
                 if file.filename.startswith("livebass/built/"):

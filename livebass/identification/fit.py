@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -260,9 +261,14 @@ class _Problem:
     impedance: float  # kg/s
     stiffness_law: str
 
-    @property
+    @cached_property
     def number(self) -> Floats:
         return np.arange(1.0, self.nu.size + 1)
+
+    @cached_property
+    def lines(self) -> Floats:
+        """An orthonormal basis of the straight lines over j^2, (n, 2)."""
+        return np.linalg.qr(np.stack([np.ones(self.nu.size), self.number**2], axis=1))[0]
 
     def neck(self, x: Floats) -> Floats:
         """Damping that the neck adds, (n,), 1/s."""
@@ -281,8 +287,7 @@ class _Problem:
         off = self.nu / harmonic - detuning(_admittance(x, harmonic), self.impedance, self.number)
         power = 1 if self.stiffness_law == "paper" else 2  # of `off`, which is a straight line over j^2
         off = off**power / power
-        basis, _ = np.linalg.qr(np.stack([np.ones(off.size), self.number**2], axis=1))
-        return np.asarray(off - basis @ (basis.T @ off))
+        return np.asarray(off - self.lines @ (self.lines.T @ off))
 
     def misfits(self, x: Floats) -> Floats:
         """Misfits of dampings and frequencies, (2 n,), both on the scale of the dampings'."""

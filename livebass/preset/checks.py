@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -194,6 +195,7 @@ def overdamped(string: String, neck: Neck) -> Overdamped | None:
     return Overdamped(fret, j + 1, detuned, key, item, value, allowed)
 
 
+@lru_cache(maxsize=256)  # presets are tuned and built again with the same strings
 def _first_fault(string: String, neck: Neck) -> tuple[int, int, bool] | None:
     """(fret, index of the mode, True if it is shifted too much, False if damped too much) of the first such mode."""
     for fret in range(len(neck.fret_positions) + 1):

@@ -118,6 +118,13 @@ def test_bad_input_is_one_line(
     assert not list(tmp_path.rglob("*.json"))
 
 
+@pytest.fixture
+def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nobody answers in the tests that take this: less patience will do."""
+    monkeypatch.setattr("livebass.experiment.workers.CONNECT", 2.0)
+
+
+@pytest.mark.usefixtures("impatient")
 def test_a_directory_that_cannot_be_and_a_scheduler_that_is_not_there(run: Run, tmp_path: Path) -> None:
     (tmp_path / "file").write_text("mine")
     vary = "--vary", "pluck.apex=1mm:2mm:3"
@@ -133,6 +140,7 @@ def test_a_directory_that_cannot_be_and_a_scheduler_that_is_not_there(run: Run, 
     assert f"scheduler tcp://127.0.0.1:{port}: does not answer" in err
 
 
+@pytest.mark.usefixtures("impatient")
 def test_an_address_where_something_else_than_dask_answers_or_nobody_says_a_word(run: Run, tmp_path: Path) -> None:
     kept = []  # open: an end, too, would be an answer
 

@@ -39,13 +39,14 @@ def busy_score(rate: int = RATE) -> Score:
 
 
 def in_blocks(score: Score, sizes: list[int], preset: str = "slap") -> Floats:
-    """`score` played in blocks of the given sizes, over and over; each block's messages are sent just before it."""
+    """`score` played in blocks of the given sizes, over and over; a block's messages, if any, are sent before it."""
     engine = Engine(load_preset(preset), QUICK, score.rate)
     blocks, sent, i = [], 0, 0
     while engine.frame < score.end_frame:
         count = min(sizes[i % len(sizes)], score.end_frame - engine.frame)
         until = int(np.searchsorted(score.frames, engine.frame + count))
-        engine.send(score.frames[sent:until], score.messages[sent:until])
+        if until > sent:
+            engine.send(score.frames[sent:until], score.messages[sent:until])
         blocks.append(engine.process(count))
         sent, i = until, i + 1
     return np.concatenate(blocks, axis=1)
