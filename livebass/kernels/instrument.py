@@ -117,7 +117,7 @@ INSTRUMENT = np.dtype(
 )
 
 MAGIC = 0x5353_4142_4556_494C  # "LIVEBASS"
-VERSION = 4  # of the file: another one for any change of FILE, NOTE, or of what they mean
+VERSION = 5  # of the file: another one for any change of FILE, NOTE, or of what they mean
 FILE = np.dtype(
     [
         ("magic", "i8"),
