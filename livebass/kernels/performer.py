@@ -101,8 +101,11 @@ KEY_PALM = 0.6  # of the way between them, by the key switch
 GHOST_FRETS = (-0.6, 1.6)  # from the fret: where the fingers of a ghost note lie
 GHOST_RESISTANCE, GHOST_WIDTH, GHOST_FORCE = 1.5, 6e-3, 0.5  # ; m; part of the force
 GHOST_PLACE = 5  # fret at which an open string is damped for a ghost note
-NODE_RESISTANCE, NODE_WIDTH, NODE_TIME = 1.6, 4e-3, 100e-3  # ; m; s of the finger on a harmonic's node
 HARMONICS = (12, 19, 24, 28, 31)  # semitones above the open string of its harmonics 2 to 6
+# The finger on a node of theirs: firm enough to end what has no node there soonest, by the eigenvalues of the damped
+# string (at the middle 2 takes all that comes), for so many periods that 60 dB of it are gone, and at least NODE_TIME
+NODE_RESISTANCE, NODE_PERIODS = (2.0, 1.7, 1.7, 1.8, 1.8), (2.0, 3.0, 6.0, 9.0, 12.0)
+NODE_WIDTH, NODE_TIME = 4e-3, 65e-3  # m, half; s
 SLOWEST_HAMMER, FASTEST_HAMMER = 0.3, 2.5  # m/s
 LEAST_PULL, MOST_PULL = 0.5e-3, 2e-3  # m across by which the finger of a pull-off takes the string along
 SLIDE_TIME = 22e-3  # s a fret
@@ -469,16 +472,20 @@ def note_on(p, ops, frame, key, velocity, events, count):
     p.latest = -1
     p.place_of[key] = np.nan
     p.string_of[key] = -1
-    note = folded(key, low, high)
+    i, node = -1, 0
+    if p.switched[HARMONIC] > 0:
+        i, node = natural_harmonic(p, key, own_string)
+    note = key
+    if node == 0:  # harmonics reach beyond the last fret
+        note = folded(key, low, high)
+        if p.switched[HARMONIC] > 0 and note != key:
+            i, node = natural_harmonic(p, note, own_string)
     if note < low or (note != key and p.drop):
         p.dropped += 1
         return count
     overlaps = p.mode == STRING_A_CHANNEL and has_note(p, own_string, note) and p.state[own_string] == HELD
     legato = (overlaps or p.legato or p.switched[LEGATO] > 0) and p.switched[HARMONIC] == 0
     slides = p.sliding or p.switched[SLIDE] > 0
-    node, i = 0, -1
-    if p.switched[HARMONIC] > 0:
-        i, node = natural_harmonic(p, note, own_string)
     if overlaps and i < 0:
         i = own_string
     if i < 0 and (legato or slides):
@@ -576,12 +583,14 @@ def sounding_string(p, note):
 def natural_harmonic(p, note, wanted):
     """Returns a string of which `note` is a natural harmonic, free ones first, and its number; -1, 0: there is none.
 
-    It is on the string `wanted` only, if that is one.
+    It is on the string `wanted` only, if that is one; the string whose key is held goes before.
     """
     best, number = -1, 0
     for n in range(len(HARMONICS)):
         for i in range(p.strings):
             fits = (wanted < 0 or i == wanted) and note - p.open[i] == HARMONICS[n]
+            if fits and i == p.forced:
+                return i, n + 2
             if fits and (best < 0 or (p.state[best] != FREE and p.state[i] == FREE)):
                 best, number = i, n + 2
     return best, number
@@ -629,7 +638,7 @@ def press(p, i, before, fret, part, frame, slides, events, count):
 def stroke(p, ops, i, fret, node, part, ghost, own_place, frame, events, count):
     """Plucks or strikes string `i` at `fret`, at `part` of the way from the softest to the hardest.
 
-    `node`: on the node of that natural harmonic; 0: none.
+    `node`: the number of a natural harmonic, on whose node a finger lies; 0: none.
     """
     stop = 0 if ghost else fret
     op = ops[i, stop]
@@ -652,9 +661,7 @@ def stroke(p, ops, i, fret, node, part, ghost, own_place, frame, events, count):
         touched = node if node > 0 else 2 if p.switched[HARMONIC] > 0 else 0
         count = pluck(p, ops[i, 0], op, i, stop, force, position, aside, touched, frame, events, count)
         if touched > 0:
-            node_place = op.length - op.length / touched
-            resistance = NODE_RESISTANCE * impedance(op)
-            count = lay(events, count, frame, i, 3, node_place, resistance, NODE_WIDTH, NODE_TIME)
+            count = lay_on_node(op, i, touched, frame, events, count)
     if p.palm > 0.0 or p.switched[PALM] > 0:
         count = lay_palm(p, ops, i, frame, events, count)
     if ghost:
@@ -664,6 +671,14 @@ def stroke(p, ops, i, fret, node, part, ghost, own_place, frame, events, count):
             resistance = GHOST_RESISTANCE * impedance(op)
             count = lay(events, count, frame, i, 2 + k, finger_place, resistance, GHOST_WIDTH, 0.0)
     return count
+
+
+@jit
+def lay_on_node(op, i, number, frame, events, count):
+    """Lays a finger on the node of harmonic `number` that is nearest to the stop; returns the new count."""
+    place, resistance = op.length - op.length / number, NODE_RESISTANCE[number - 2] * impedance(op)
+    seconds = max(NODE_TIME, NODE_PERIODS[number - 2] * 2.0 * op.length / op.speed)
+    return lay(events, count, frame, i, 3, place, resistance, NODE_WIDTH, seconds)
 
 
 @jit
