@@ -25,6 +25,7 @@ from livebass.kernels.records import (
     STRIKE_EVENT,
     TONE,
     TOUCH_EVENT,
+    TOUCHES,
     WAVER,
 )
 from livebass.kernels.techniques import grazing
@@ -107,6 +108,7 @@ HARMONICS = (12, 19, 24, 28, 31)  # semitones above the open string of its harmo
 NODE_RESISTANCE, NODE_PERIODS = (2.0, 1.7, 1.7, 1.8, 1.8), (2.0, 3.0, 6.0, 9.0, 12.0)
 NODE_WIDTH, NODE_TIME = 4e-3, 65e-3  # m, half; s
 SLOWEST_HAMMER, FASTEST_HAMMER = 0.3, 2.5  # m/s
+TAP_LIFTING = 0.5e-3  # s in which fingers leave a string that is tapped
 LEAST_PULL, MOST_PULL = 0.5e-3, 2e-3  # m across by which the finger of a pull-off takes the string along
 SLIDE_TIME = 22e-3  # s a fret
 VIBRATO_DEPTH, VIBRATO_RATE = 0.4, 5.6  # semitones at most; Hz
@@ -529,8 +531,10 @@ def note_on(p, ops, frame, key, velocity, events, count):
         count = emit(events, count, frame, BEND, i, 0, bend_ratio(p, i), 0.0)
     tapped = p.switched[TAP] > 0 and fret > 0
     part, stop, before = p.part[velocity], shifted(p, fret), shifted(p, before)
-    if tapped or (tied and stop != before):
-        return press(p, i, -1 if tapped else before, stop, part, frame, slides and not tapped, events, count)
+    if tapped:
+        return tap(p, ops, i, stop, part, frame, events, count)
+    if tied and stop != before:
+        return press(p, i, before, stop, part, frame, slides, events, count)
     ghost = p.switched[GHOST] > 0 or velocity < p.ghost_below
     return stroke(p, ops, i, stop, node, part, ghost, own_place, frame, events, count)
 
@@ -632,6 +636,17 @@ def press(p, i, before, fret, part, frame, slides, events, count):
         finger = SLOWEST_HAMMER * power(FASTEST_HAMMER / SLOWEST_HAMMER, part)
         return emit(events, count, frame, HAMMER, i, fret, finger, 0.0)
     return emit(events, count, frame, PULL_OFF, i, fret, LEAST_PULL + (MOST_PULL - LEAST_PULL) * part, 0.0)
+
+
+@jit
+def tap(p, ops, i, fret, part, frame, events, count):
+    """Has string `i` hammered down to `fret`, whatever it does: fingers that ended its last note come off."""
+    for k in range(TOUCHES):
+        count = lay(events, count, frame, i, k, PALM_PLACES[0], 0.0, PALM_WIDTH, TAP_LIFTING)
+    count = press(p, i, -1, fret, part, frame, False, events, count)
+    if p.palm > 0.0 or p.switched[PALM] > 0:
+        count = lay_palm(p, ops, i, frame, events, count)
+    return count
 
 
 @jit

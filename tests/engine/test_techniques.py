@@ -125,6 +125,22 @@ def test_the_motion_goes_over_and_the_old_pitch_is_gone() -> None:
     assert partial(after, hz(50)) - partial(after, hz(45)) > 50
 
 
+@pytest.mark.parametrize("gap", [0.1, 1.0])
+@pytest.mark.parametrize("key", [40, 50])
+def test_a_tap_after_a_note_is_as_loud_as_one_from_rest(key: int, gap: float) -> None:
+    """The fingers that ended the note before come off, also after the string has come to rest."""
+    string = (0.0, 0x90, 14, 100)  # D
+    rest = play([string, on(0, TAP), on(0.1, key, 80)], 0.5)
+    when = 0.4 + gap
+    after = play([string, on(0.1, 40, 80), off(0.4, 40), on(0.45, TAP), on(when, key, 80)], when + 0.4)
+    assert abs(db(rms(part(after, when + 0.05, 0.3)) / rms(part(rest, 0.15, 0.3)))) < 2
+
+
+def test_a_tap_under_a_palm_is_short() -> None:
+    muted, free = (play([(0.0, 0xB0, 9, palm), on(0, TAP), on(0.1, 40, 80)], 1.0) for palm in (100, 0))
+    assert db(rms(part(muted, 0.5, 0.3)) / rms(part(free, 0.5, 0.3))) < -15
+
+
 def steps(x: Floats, when: float) -> float:
     """The largest step from sample to sample from 2 ms before `when` to 30 ms after."""
     return float(np.abs(np.diff(part(x, when - 2e-3, 32e-3))).max())
