@@ -468,7 +468,7 @@ SLAP_BENDS = tuple((58 + k / 8, -min(k, 16 - k) / 16) for k in range(17))
 def demo_score(rate: int, style: str = "finger") -> Score:
     """A phrase of about nine seconds at `rate` Hz, for a bass that is plucked ("finger") or slapped ("slap").
 
-    Or, in about 40 s, one phrase for each technique ("techniques"). Raises ValueError for another style.
+    Or, in 23 s, one phrase for each technique ("techniques"). Raises ValueError for another style.
     """
     if style not in STYLES:
         raise ValueError(f"style {style!r}: allowed are {', '.join(STYLES)}")
