@@ -27,6 +27,7 @@ from livebass.kernels.records import (
     THROW,
     TONE,
     TOUCH_EVENT,
+    TOUCHES,
     WAVER,
 )
 from livebass.kernels.techniques import grazing
@@ -111,9 +112,13 @@ KEY_PALM = 0.6  # of the way between them, by the key switch
 GHOST_FRETS = (-0.6, 1.6)  # from the fret: where the fingers of a ghost note lie
 GHOST_RESISTANCE, GHOST_WIDTH, GHOST_FORCE = 1.5, 6e-3, 0.5  # ; m; part of the force
 GHOST_PLACE = 5  # fret at which an open string is damped for a ghost note
-NODE_RESISTANCE, NODE_WIDTH, NODE_TIME = 1.6, 4e-3, 100e-3  # ; m; s of the finger on a harmonic's node
 HARMONICS = (12, 19, 24, 28, 31)  # semitones above the open string of its harmonics 2 to 6
+# The finger on a node of theirs: firm enough to end what has no node there soonest, by the eigenvalues of the damped
+# string (at the middle 2 takes all that comes), for so many periods that 60 dB of it are gone, and at least NODE_TIME
+NODE_RESISTANCE, NODE_PERIODS = (2.0, 1.7, 1.7, 1.8, 1.8), (2.0, 3.0, 6.0, 9.0, 12.0)
+NODE_WIDTH, NODE_TIME = 4e-3, 65e-3  # m, half; s
 SLOWEST_HAMMER, FASTEST_HAMMER = 0.3, 2.5  # m/s
+TAP_LIFTING = 0.5e-3  # s in which fingers leave a string that is tapped
 LEAST_PULL, MOST_PULL = 0.5e-3, 2e-3  # m across by which the finger of a pull-off takes the string along
 SLIDE_TIME = 22e-3  # s a fret
 VIBRATO_DEPTH, VIBRATO_RATE = 0.4, 5.6  # semitones at most; Hz
@@ -484,16 +489,20 @@ def note_on(p, ops, frame, key, velocity, events, count):
     p.latest = -1
     p.place_of[key] = np.nan
     p.string_of[key] = -1
-    note = folded(key, low, high)
+    i, node = -1, 0
+    if p.switched[HARMONIC] > 0:
+        i, node = natural_harmonic(p, key, own_string)
+    note = key
+    if node == 0:  # harmonics reach beyond the last fret
+        note = folded(key, low, high)
+        if p.switched[HARMONIC] > 0 and note != key:
+            i, node = natural_harmonic(p, note, own_string)
     if note < low or (note != key and p.drop):
         p.dropped += 1
         return count
     overlaps = p.mode == STRING_A_CHANNEL and has_note(p, own_string, note) and p.state[own_string] == HELD
     legato = (overlaps or p.legato or p.switched[LEGATO] > 0) and p.switched[HARMONIC] == 0
     slides = p.sliding or p.switched[SLIDE] > 0
-    node, i = 0, -1
-    if p.switched[HARMONIC] > 0:
-        i, node = natural_harmonic(p, note, own_string)
     if overlaps and i < 0:
         i = own_string
     if i < 0 and (legato or slides):
@@ -537,8 +546,10 @@ def note_on(p, ops, frame, key, velocity, events, count):
         count = emit(events, count, frame, BEND, i, 0, bend_ratio(p, i), 0.0)
     tapped = p.switched[TAP] > 0 and fret > 0
     part, stop, before = p.part[velocity], shifted(p, fret), shifted(p, before)
-    if tapped or (tied and stop != before):
-        return press(p, i, -1 if tapped else before, stop, part, frame, slides and not tapped, events, count)
+    if tapped:
+        return tap(p, ops, i, stop, part, frame, events, count)
+    if tied and stop != before:
+        return press(p, i, before, stop, part, frame, slides, events, count)
     ghost = p.switched[GHOST] > 0 or velocity < p.ghost_below
     return stroke(p, ops, i, stop, node, part, ghost, own_place, frame, events, count)
 
@@ -591,12 +602,14 @@ def sounding_string(p, note):
 def natural_harmonic(p, note, wanted):
     """Returns a string of which `note` is a natural harmonic, free ones first, and its number; -1, 0: there is none.
 
-    It is on the string `wanted` only, if that is one.
+    It is on the string `wanted` only, if that is one; the string whose key is held goes before.
     """
     best, number = -1, 0
     for n in range(len(HARMONICS)):
         for i in range(p.strings):
             fits = (wanted < 0 or i == wanted) and note - p.open[i] == HARMONICS[n]
+            if fits and i == p.forced:
+                return i, n + 2
             if fits and (best < 0 or (p.state[best] != FREE and p.state[i] == FREE)):
                 best, number = i, n + 2
     return best, number
@@ -641,10 +654,21 @@ def press(p, i, before, fret, part, frame, slides, events, count):
 
 
 @jit
+def tap(p, ops, i, fret, part, frame, events, count):
+    """Has string `i` hammered down to `fret`, whatever it does: fingers that ended its last note come off."""
+    for k in range(TOUCHES):
+        count = lay(events, count, frame, i, k, PALM_PLACES[0], 0.0, PALM_WIDTH, TAP_LIFTING)
+    count = press(p, i, -1, fret, part, frame, False, events, count)
+    if p.palm > 0.0 or p.switched[PALM] > 0:
+        count = lay_palm(p, ops, i, frame, events, count)
+    return count
+
+
+@jit
 def stroke(p, ops, i, fret, node, part, ghost, own_place, frame, events, count):
     """Plucks or strikes string `i` at `fret`, at `part` of the way from the softest to the hardest.
 
-    `node`: on the node of that natural harmonic; 0: none.
+    `node`: the number of a natural harmonic, on whose node a finger lies; 0: none.
     """
     left = p.switched[LEFT_SLAP] > 0 and ops[i, 0].points <= MOST_NEAR  # over a board fingers have no mass
     ghost = ghost or left
@@ -683,9 +707,7 @@ def stroke(p, ops, i, fret, node, part, ghost, own_place, frame, events, count):
         touched = node if node > 0 else 2 if p.switched[HARMONIC] > 0 else 0
         count = pluck(p, ops[i, 0], op, i, stop, force, position, aside, touched, frame, events, count)
         if touched > 0:
-            node_place = op.length - op.length / touched
-            resistance = NODE_RESISTANCE * impedance(op)
-            count = lay(events, count, frame, i, 3, node_place, resistance, NODE_WIDTH, NODE_TIME)
+            count = lay_on_node(op, i, touched, frame, events, count)
     if p.palm > 0.0 or p.switched[PALM] > 0:
         count = lay_palm(p, ops, i, frame, events, count)
     if ghost:
@@ -695,6 +717,14 @@ def stroke(p, ops, i, fret, node, part, ghost, own_place, frame, events, count):
             resistance = GHOST_RESISTANCE * impedance(op)
             count = lay(events, count, frame, i, 2 + k, finger_place, resistance, GHOST_WIDTH, 0.0)
     return count
+
+
+@jit
+def lay_on_node(op, i, number, frame, events, count):
+    """Lays a finger on the node of harmonic `number` that is nearest to the stop; returns the new count."""
+    place, resistance = op.length - op.length / number, NODE_RESISTANCE[number - 2] * impedance(op)
+    seconds = max(NODE_TIME, NODE_PERIODS[number - 2] * 2.0 * op.length / op.speed)
+    return lay(events, count, frame, i, 3, place, resistance, NODE_WIDTH, seconds)
 
 
 @jit

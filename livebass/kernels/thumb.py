@@ -26,6 +26,8 @@ The hand throws the thumb, and lifts it from LIFTED on. `slot` is a SLOT, `op` i
 thread]
 """
 
+from typing import Any
+
 import numpy as np
 
 from livebass.compiling import jit
@@ -34,7 +36,6 @@ from livebass.kernels.elementary import exp, sin
 from livebass.kernels.operators import positions, shape
 from livebass.kernels.records import BLOCK, COMING, THERE, WHOLE
 from livebass.kernels.slot import SAFETY, SAFETY_STRUCK, SLACK, disturb, take_thumb_away
-from livebass.kernels.touch import mass
 
 NARROWEST = 4.0  # of k a: the flesh moves no shorter waves ...
 MOST_TURN = 1.5  # rad in a fine step: ... nor faster ones
@@ -87,7 +88,7 @@ def take_place(slot, op):
     key[3] = slot.ratio
     k1 = np.pi / op.length
     x = min(max(op.length - t.place, 0.0), op.length)
-    n = np.int64(0)
+    n: Any = np.int64(0)
     give = 0.0
     for j in range(op.padded):
         k = modal.number(j) * k1

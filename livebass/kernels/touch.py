@@ -34,11 +34,12 @@ STAYS = -1  # in place of the frames until a finger lifts
 def lay(voice, i, place, resistance, width, seconds, landing):
     """Lays finger `i` on the string at `place` (m from the saddle); it lifts after `seconds`, 0: it stays.
 
-    `resistance` is in N s/m, `width`, half of it, in m, `landing` in s. With no resistance the finger lifts now.
+    `resistance` is in N s/m, `width`, half of it, in m, `landing` in s. With no resistance the finger lifts now, within
+    `seconds`, 0: LIFTING.
     """
     t = voice.touches[i]
     if resistance <= 0.0:
-        lift(voice, i, LIFTING)
+        lift(voice, i, seconds if seconds > 0.0 else LIFTING)
         return
     if place != t.place or width != t.width:
         t.resistance = 0.0  # another place: it lands anew

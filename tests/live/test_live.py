@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 from support.jack import PATIENCE
 from support.live import CLOCK, QUICK, RATE, address_of, offline, run_ahead, stopped, synth_and_device
+from support.scores import busy_score
 
 from livebass import QUALITIES, demo_score, load_preset
 from livebass.compiling import store
@@ -39,6 +40,23 @@ def test_a_score_sounds_as_rendered_bit_for_bit(sizes: list[int], ahead: str) ->
     messages = [(int(f), *map(int, m)) for f, m in zip(score.frames, score.messages, strict=True)]
     assert np.array_equal(heard, offline("slap", messages, 3 * RATE))
     assert np.abs(heard).max() > 0.1
+
+
+@pytest.mark.parametrize("preset", ["slap", "jazz-finger"])
+def test_techniques_sound_the_same_on_strings_that_ran_ahead(preset: str) -> None:
+    """All key switches and controllers of techniques, each sent in its own block."""
+    score, total = busy_score(RATE), 2 * RATE
+    messages = [(int(f), *map(int, m)) for f, m in zip(score.frames, score.messages, strict=True)]
+    synth, device = synth_and_device(preset, adaptive=False)
+    run_ahead(synth, "far")
+    blocks, sent, frame = [], 0, 0
+    while frame < total:
+        while sent < len(messages) and messages[sent][0] < frame + 64:
+            assert synth.send(*messages[sent][1:], frame=messages[sent][0])
+            sent += 1
+        blocks.append(device.block(64))
+        frame += 64
+    assert np.array_equal(np.concatenate(blocks)[:total], offline(preset, messages, total))
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.7])
