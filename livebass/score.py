@@ -468,7 +468,7 @@ SLAP_BENDS = tuple((58 + k / 8, -min(k, 16 - k) / 16) for k in range(17))
 def demo_score(rate: int, style: str = "finger") -> Score:
     """A phrase of about nine seconds at `rate` Hz, for a bass that is plucked ("finger") or slapped ("slap").
 
-    Or, in about 25 s, one phrase for each technique ("techniques"). Raises ValueError for another style.
+    Or, in about 26 s, one phrase for each technique ("techniques"). Raises ValueError for another style.
     """
     if style not in STYLES:
         raise ValueError(f"style {style!r}: allowed are {', '.join(STYLES)}")
@@ -500,6 +500,7 @@ TECHNIQUES: tuple[Phrase, ...] = (
     ("palm mute, loose", None, ((9, 25),), tuple((k, 0.9, n, 90) for k, n in enumerate(("E1", "G1", "A1")))),
     ("palm mute, tight", None, ((9, 110),), tuple((k, 0.9, n, 90) for k, n in enumerate(("E1", "G1", "A1", "E2")))),
     ("ghost notes", 10, ((9, 0),), tuple((k / 2, 0.4, n, 90) for k, n in enumerate(("A1", "A1", "E2", "A1", "E2")))),
+    ("left-hand slap", 7, (), tuple((k / 2, 0.4, n, 100) for k, n in enumerate(("E1", "E1", "A1", "D2")))),
     ("natural harmonics", 17, (), ((0, 2, "G3", 90), (1, 2, "D3", 90), (2, 2, "A2", 90), (3, 3, "D4", 90))),
     ("artificial harmonics", 17, (), ((0, 2, "F#2", 90), (2, 3, "B2", 100))),
     ("let ring", None, ((64, 127),), ((0, 0.5, "E1", 80), (1, 0.5, "B1", 70), (2, 0.5, "G2", 70), (3, 0.5, "D3", 70))),

@@ -46,6 +46,7 @@ MOST_BEND = 97.0  # ... and no bend goes farther
 LEAST_FORCE = 1e-3  # multiple of the grazing apex: a curve cannot start at zero
 # The left hand that slaps the strings: fret, kg, half width (m) and stiffness (N/m^1.5) of its fingers
 LEFT_FRET, LEFT_MASS, LEFT_WIDTH, LEFT_STIFFNESS = 7, 0.06, 15e-3, 3e5
+LEFT_SPEED = 0.6  # of the thumb's
 FASTEST_STRIKE = 8.0  # m/s: no hand is faster
 MOST_UNEVENNESS = 0.5
 KEYS = 128
@@ -683,7 +684,7 @@ def stroke(p, ops, i, fret, node, part, ghost, own_place, frame, events, count):
     aside = UNEVEN_PLACE * p.unevenness * chance(p.seed, 2 * p.notes + 1)
     if left:
         speed = p.strike_softest * power(p.strike_hardest / p.strike_softest, part)
-        speed *= p.dynamics * (1.0 + p.unevenness * chance(p.seed, 2 * p.notes))
+        speed *= LEFT_SPEED * p.dynamics * (1.0 + p.unevenness * chance(p.seed, 2 * p.notes))
         where = op.length - ops[i, min(LEFT_FRET, p.frets)].length
         count = emit(events, count, frame, THROW, i, stop, soft_limit(speed, FASTEST_STRIKE), where)
         e = events[count - 1]

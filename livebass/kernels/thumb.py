@@ -35,7 +35,7 @@ from livebass.kernels import modal
 from livebass.kernels.elementary import exp, sin
 from livebass.kernels.operators import positions, shape
 from livebass.kernels.records import BLOCK, COMING, THERE, WHOLE
-from livebass.kernels.slot import SAFETY, SAFETY_STRUCK, SLACK, disturb, take_thumb_away
+from livebass.kernels.slot import SAFETY_HANDED, SAFETY_STRUCK, SLACK, disturb, take_thumb_away
 
 NARROWEST = 4.0  # of k a: the flesh moves no shorter waves ...
 MOST_TURN = 1.5  # rad in a fine step: ... nor faster ones
@@ -160,7 +160,7 @@ def lean(slot, op, voice, steps, which):
             bent = max(bent, height[m] * height[m] / (x[m] * (op.length - x[m])))
     bent *= (op.speed * slot.ratio) ** 2
     modal.shift(slot.u, slot.thumb_yield, f, n)
-    slot.safety = SAFETY_STRUCK if t.frames <= NARROW * voice.rate else SAFETY
+    slot.safety = SAFETY_STRUCK if t.frames <= NARROW * voice.rate else SAFETY_HANDED
     disturb(slot, op, voice.step)
     rms = (slot.fastest - SLACK) / slot.safety
     slot.fastest = slot.safety * np.sqrt(max(rms * rms - bent, 0.0)) + SLACK
