@@ -14,7 +14,7 @@ import pytest
 from livebass import QUALITIES, load_preset
 from livebass.engine.engine import Engine
 from livebass.engine.prepare import play_frames
-from livebass.kernels import tension
+from livebass.kernels import techniques, tension
 from livebass.kernels.records import (
     BEND,
     BLOCK,
@@ -30,6 +30,8 @@ from livebass.kernels.records import (
     TOUCH_EVENT,
     WAVER,
 )
+from livebass.model.instrument import Pluck, Speaking, speaking
+from livebass.model.modes import frequencies, pluck_amplitudes
 
 RATE = 48000
 EVERY = 500  # frames from one technique to the next, on average
@@ -214,3 +216,41 @@ def test_hands_alone_put_energy_into_a_string(preset: str, i: int) -> None:
 def test_they_do_on_every_kind_of_string(preset: str, i: int, seed: int) -> None:
     free, works = assert_hands_alone(preset, i, 0.5, seed)
     assert free > 2000 and works > 2
+
+
+def held_energy(s: Speaking, apex: float, x: float) -> float:
+    """J of the triangle in which a string is held `apex` m off its line of rest at `x` (m from the stop)."""
+    force = s.string.linear_density * (2 * s.length * s.fundamental) ** 2  # N, its tension
+    return force / 2 * apex**2 * s.length / (x * (s.length - x))
+
+
+def plucked_energy(s: Speaking, pluck: Pluck, count: int) -> float:
+    """J that a pluck puts into the lowest modes of a string."""
+    speed = 2 * np.pi * frequencies(s, count) * pluck_amplitudes(s, count, pluck)
+    return 0.5 * s.string.linear_density * float(speed @ speed)
+
+
+@pytest.mark.parametrize(("high", "low"), [(2, 0), (4, 2), (5, 2), (7, 0), (12, 5), (10, 3)])
+@pytest.mark.parametrize(("preset", "i"), [("jazz-finger", 0), ("jazz-finger", 1), ("jazz-finger", 2), ("slap", 3)])
+def test_a_pull_off_adds_what_the_finger_held_and_its_pluck(preset: str, i: int, high: int, low: int) -> None:
+    """Energy after = that of the short string before + that of the triangle held on the fret + the finger's pluck.
+
+    To 2.5 %, as asked, also on E, where the corner of the triangle bends most; measured are 1.1 % at most. The finger
+    of a pull-off pulls the string across the neck alone, while the fret held it upright: these two add as energies, not
+    as displacements. No fret is hit, at any of three moments.
+    """
+    bass, none = load_preset(preset), np.zeros(0, EVENT)
+    s = speaking(bass.strings[i], bass.necks[i], low)
+    for deflection, moment in ((0.5e-3, 4800), (1e-3, 4931), (2e-3, 5077)):
+        string = Played(preset, i)
+        length, count = float(string.ops[high]["length"]), int(string.ops[low]["modes"])
+        string.play(event(PLUCK, high, x=1.5e-3, y=length - 0.17, z=5e-3, t=1e-4, w=0.7))
+        while string.frame < moment:
+            string.play(none)
+        before, x = string.energy(), s.length - length
+        crown = s.contact_height[int(np.argmin(np.abs(np.array(s.contact_position) - x)))]
+        finger = Pluck(deflection, x, techniques.PULLING_FINGER)
+        wanted = before + held_energy(s, crown, x) + plucked_energy(s, finger, count)
+        string.play(event(PULL_OFF, low, x=deflection))
+        assert string.voice.note() == (low, 0)
+        assert string.energy() == pytest.approx(wanted, rel=0.025), (string.energy() / wanted - 1, deflection)
