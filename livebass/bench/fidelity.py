@@ -38,6 +38,7 @@ GROUPS = {
     "no contact": "no fret or board was touched",
     "contact": "plucked strings that touched a fret",
     "slap": "presets that are slapped: struck by the thumb, or popped",
+    "thumb": "the same with a thumb that has a mass",
     "board": "strings that touched a board",
 }
 
@@ -164,8 +165,8 @@ def distance(notes: Sequence[Note], sounds: Sequence[Heard], wanted: Sequence[He
     """Compares `sounds` of `notes` with those that are `wanted`, and groups them by the contacts of the latter.
 
     "each" has a row for each note: "frequency" is its `frequency_error`, "spectrum_db" and "heard_db" its
-    `log_spectral_distance`, "group" one of GROUPS. "groups" has for each group that occurs, and for "contact" and
-    "slap" by audio rate too: "notes", the means of the three, "most_frequency", which 95 % of the notes stay
+    `log_spectral_distance`, "group" one of GROUPS. "groups" has for each group that occurs, and for those over
+    frets by audio rate too: "notes", the means of the three, "most_frequency", which 95 % of the notes stay
     within, "worst_frequency" and "worst", the note that has it.
     """
     presets = {note.preset: load_preset(note.preset) for note in notes}
@@ -197,7 +198,9 @@ def group_of(bass: Instrument, note: Note, heard: Heard) -> str:
         return "no contact"
     if bass.necks[note.string].surface:
         return "board"
-    return "slap" if bass.player.technique == "slap" else "contact"
+    if bass.player.technique != "slap":
+        return "contact"
+    return "thumb" if bass.player.thumb_mass > 0 else "slap"
 
 
 def _summary(rows: list[Row]) -> Row:
