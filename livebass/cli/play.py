@@ -295,7 +295,8 @@ def first_bass(
     except ValueError:
         if "preset" not in memory.used or tuning:
             raise
-    click.echo(f"as remembered: {problem}; {DEFAULT_PRESET} plays", err=True)
+    left = f", {', '.join(recalled)} left out" if recalled else ""
+    click.echo(f"as remembered: {problem}; {DEFAULT_PRESET} plays{left}", err=True)
     return DEFAULT_PRESET, load(DEFAULT_PRESET)
 
 

@@ -164,10 +164,12 @@ PERFORMER = np.dtype(
         ("pressed", "i8", (KEYS,)),  # how many note-ons hold each key that switches
         ("switched", "i8", (ACTIONS,)),  # keys held, of each action
         ("forced", "i8"),  # string that all notes are played on while its key is held; -1: none
-        ("palm", "f8"),  # 0 to 1, by the controller
+        ("palm", "f8"),  # 0 to 1, by the controller ...
+        ("palm_set", "f8"),  # ... and by `set_amount`
         ("legato", "i8"),  # 1: by the controller
         ("sliding", "i8"),  # 1: by the controller
-        ("vibrato", "f8"),  # 0 to 1, by the controller
+        ("vibrato", "f8"),  # likewise ...
+        ("vibrato_set", "f8"),  # ... likewise
         ("stack", "i8", (MOST_STRINGS, STACK)),  # keys held on a string under the one that plays, the last on top
         ("stacked", "i8", (MOST_STRINGS,)),
         # channels
@@ -240,7 +242,7 @@ def take_message(p, ops, frame, status, first, second, events, room, count):
 
 @jit
 def reset_controllers(p):
-    """Sets pedal, wheel, expression, RPN and pluck position as when new."""
+    """Sets pedal, wheel, expression, RPN and pluck position as when new; palm and vibrato as a host has set them."""
     p.pedal = 0
     p.wheel = 0.0
     p.expression = 1.0
@@ -248,10 +250,10 @@ def reset_controllers(p):
     p.bend_ready = 0
     p.parameter = 16383
     p.position = p.placed
-    p.palm = 0.0
+    p.palm = p.palm_set
     p.legato = 0
     p.sliding = 0
-    p.vibrato = 0.0
+    p.vibrato = p.vibrato_set
     for i in range(MOST_STRINGS):
         p.string_bend[i] = 0.0
         p.note_bend[i] = 0.0
@@ -328,9 +330,11 @@ def take_over(p, old):
         part = (old.position - old.nearest) / (old.farthest - old.nearest)
         p.position = p.nearest + (p.farthest - p.nearest) * part
     p.palm = old.palm
+    p.palm_set = old.palm_set
     p.legato = old.legato
     p.sliding = old.sliding
     p.vibrato = old.vibrato
+    p.vibrato_set = old.vibrato_set
     p.mode = old.mode
     p.mono = old.mono
     p.first_channel = old.first_channel
@@ -658,7 +662,7 @@ def press(p, i, before, fret, part, frame, slides, events, count):
 def tap(p, ops, i, fret, part, frame, events, count):
     """Has string `i` hammered down to `fret`, whatever it does: fingers that ended its last note come off."""
     for k in range(TOUCHES):
-        count = lay(events, count, frame, i, k, PALM_PLACES[0], 0.0, PALM_WIDTH, TAP_LIFTING)
+        count = lay(events, count, frame, i, k, 0.0, 0.0, 0.0, TAP_LIFTING)
     count = press(p, i, -1, fret, part, frame, False, events, count)
     if p.palm > 0.0 or p.switched[PALM] > 0:
         count = lay_palm(p, ops, i, frame, events, count)
@@ -671,8 +675,8 @@ def stroke(p, ops, i, fret, node, part, ghost, own_place, frame, events, count):
 
     `node`: the number of a natural harmonic, on whose node a finger lies; 0: none.
     """
-    left = p.switched[LEFT_SLAP] > 0 and ops[i, 0].points <= MOST_NEAR  # over a board fingers have no mass
-    ghost = ghost or left
+    ghost = ghost or p.switched[LEFT_SLAP] > 0
+    left = p.switched[LEFT_SLAP] > 0 and ops[i, 0].points <= MOST_NEAR  # a mass over a board takes too long to compute
     stop = 0 if ghost else fret
     op = ops[i, stop]
     softest = max(p.softest, LEAST_FORCE)
@@ -848,12 +852,16 @@ def set_amount(p, ops, frame, function, amount, events, count):
     `function`: CC_PALM or CC_VIBRATO. NaN is none.
     """
     amount = min(max(amount, 0.0), 1.0) if not np.isnan(amount) else 0.0
-    if function == CC_PALM and amount != p.palm:
-        p.palm = amount
-        return tell_palm(p, ops, frame, events, count)
-    if function == CC_VIBRATO and amount != p.vibrato:
-        p.vibrato = amount
-        return tell_vibrato(p, frame, events, count)
+    if function == CC_PALM:
+        p.palm_set = amount
+        if amount != p.palm:
+            p.palm = amount
+            return tell_palm(p, ops, frame, events, count)
+    if function == CC_VIBRATO:
+        p.vibrato_set = amount
+        if amount != p.vibrato:
+            p.vibrato = amount
+            return tell_vibrato(p, frame, events, count)
     return count
 
 

@@ -277,6 +277,7 @@ VOICE = np.dtype(
         ("pulling", "i8"),  # frames left until the finger lets go
         ("pull", "i8"),  # frames of a pull
         ("strike_width", "f8"),  # m
+        ("pulse", "f8"),  # `safety` that the next pluck needs
         ("striking", "i8"),  # frames left of the thumb's push
         ("strike", "i8"),
         ("thumb_mass", "f8"),  # kg ...

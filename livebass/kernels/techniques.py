@@ -39,11 +39,12 @@ FINGER_WIDTH, FRET_WIDTH = 6e-3, 2e-3  # m, half; the second one of the finger t
 ENDING = 12e-3  # s in which these fingers land
 ALL_OVER = 12.0  # 1/s of all modes, by what else of the hands comes near
 GENTLY = 0.0  # of a finger's speed
-TOUCHED_BEFORE, THUMB_TOUCH = 0.5e-3, 3.0  # s that the thumb lies on a string that sounds before it strikes; N s/m
+TOUCHED_BEFORE, THUMB_TOUCH = 0.5e-3, 3.0  # s from the touch of a string that sounds to the strike; N s/m
 SLIDING_HAND = 0.5  # m/s, of a finger that crosses a crown
 ONSET = 0.6  # s in which a vibrato gets a semitone deeper
-FINGER_NEPERS = 5.0  # damping, at an antinode, of a finger that takes hold of a sounding string; near the saddle it ...
-GRIPPED, MOST_NEPERS = 2.35, 12.0  # ... holds more firmly, so that the fundamental loses 20 dB, up to so many
+FINGER_NEPERS = 5.0  # damping, at an antinode, of a finger that takes hold of a sounding string
+GRIPPED, MOST_NEPERS = 2.35, 12.0  # of the fundamental, at least: near the saddle it holds more firmly, up to so much
+NARROW = 1.6  # of `safety`, for the narrow pulses of a pluck near an end: contact made them 1.35 times as fast
 BEND_FRAMES = 128  # pitch bend is followed so often, one string after the other ...
 BEND_SPEED = 400.0  # semitones/s, ... and not faster
 
@@ -295,6 +296,7 @@ def pull_off(string, ops, fret, deflection):
         open_v(slot, op)
         shape_of_pluck(slot.u, op, 0.0, x, PULLING_FINGER, 0.0)
         shape_of_pluck(slot.v, op, deflection, x, PULLING_FINGER, 0.0)
+        voice.pulse = SAFETY
         let_go(voice, slot, op, 0.0)
     slot.touching = 0
 
@@ -362,6 +364,8 @@ def pluck(string, ops, fret, apex, position, rounding, release, angle):
     rounding = rounding if rounding != 0.0 else voice.rounding
     release = release if release != 0.0 else voice.release
     angle = angle if angle != 0.0 else voice.angle
+    part = position / op.length
+    voice.pulse = max(SAFETY, NARROW / np.sqrt(max(part * (1.0 - part), 1e-4)))
     if angle != 0.0:
         open_v(slot, op)
     shape_of_pluck(slot.u, op, cos(angle) * apex, position, rounding, release)
@@ -384,11 +388,12 @@ def pluck(string, ops, fret, apex, position, rounding, release, angle):
 def let_go(voice, slot, op, follow):
     """Releases the held shape, which grows by `follow` times itself a second."""
     u, n = slot.u, op.padded
-    fastest = slot.safety * rms_velocity(u, op, n) + SAFETY * np.sqrt(modal.held_speed_square(u, follow, n) / op.length)
+    own = np.sqrt(modal.held_speed_square(u, follow, n) / op.length)
+    fastest = slot.safety * rms_velocity(u, op, n) + voice.pulse * own
     modal.release(u, follow, n)
     whole = rms_velocity(u, op, n)
-    if slot.safety > SAFETY and whole > 0.0:  # that is of what sounded before: a pluck alone needs less
-        slot.safety = max(SAFETY, min(slot.safety, fastest / whole))
+    if whole > 0.0:  # what sounded before and the pluck need each its own
+        slot.safety = max(SAFETY, min(max(slot.safety, voice.pulse), fastest / whole))
     if slot.v_ready:
         modal.release(slot.v, follow, op.padded)
         slot.v_active = op.padded
@@ -419,7 +424,10 @@ def strike(string, ops, fret, depth, position):
 
 @jit
 def throw(string, ops, event):
-    """Throws the thumb, or what the event says, on the string; one that sounds is touched a moment before."""
+    """Throws the thumb, or what the event says, on the string; one that sounds is touched a moment before.
+
+    Where the string has to get to another fret first, the thumb waits for it.
+    """
     voice, op = string.voice, ops[event.fret]
     if not 0.0 < event.x < np.inf:
         return

@@ -19,8 +19,8 @@ F is that of a discrete gradient. With psi = phi^2 / 2 and eta deep in the middl
 
 A what string and thumb give way to each other within a frame. In r_free frets push as they did in the last frame; what
 they do in this one is not known yet. Therefore the energy in the flesh is counted: it gets what the two really lose,
-less R r^2 / h, and never holds more than psi; what it would lack the thumb pays. So nothing grows but by the hand's
-work, whatever K and h. (Energy as a state of its own: Lopes, Helie, Falaize 2015; Bilbao, Ducceschi, Zama 2023.)
+less R r^2 / h or all it has, and never holds more than psi; what it would lack the thumb pays. So nothing grows but by
+the hand's work. (Energy as a state of its own: Lopes, Helie, Falaize 2015; Bilbao, Ducceschi, Zama 2023.)
 
 The hand throws the thumb, and lifts it from LIFTED on. `slot` is a SLOT, `op` its operator, t the slot's THUMB. [audio
 thread]
@@ -42,6 +42,7 @@ MOST_TURN = 1.5  # rad in a fine step: ... nor faster ones
 LIFTED, LIFT = 3e-3, 50.0  # s after it came that the hand begins to lift it, m/s^2: 1.5 N for a thumb of 30 g
 THROUGH = 30e-3  # m of penetration that no flesh allows: one without stiffness passes through the string, and is gone
 GONE, AWAY = 20e-3, 4e-3  # s after which it is taken away once it is clear, and m of clearance at which it is at once
+LONGEST = 60e-3  # s after which it is taken away, clear or not
 NARROW = 1e-3  # s after it came that the pulse it makes may be narrow
 TURNS = 3  # for the depth in the middle of a frame
 
@@ -119,6 +120,9 @@ def lean(slot, op, voice, steps, which):
     t.frames += 1
     t.force = 0.0
     t.depth = now - t.height
+    if t.frames > LONGEST * voice.rate:
+        take_thumb_away(slot)
+        return
     deep = max(t.depth, 0.0)
     path = t.depth + later - now - h * (t.speed + 0.5 * h * lift)
     free = max(path + t.pushed, 0.0)
@@ -176,7 +180,8 @@ def rebound(slot, op, after):
     modal.shift(slot.u, slot.thumb_yield, -t.force, n)
     change = modal.displacement(slot.u, slot.thumb_shape, n) - t.height - t.depth
     t.pushed = change - t.foreseen
-    t.energy += t.force * change - t.friction * change * change
+    t.energy += t.force * change
+    t.energy -= min(t.friction * change * change, max(t.energy, 0.0))
     if t.energy < 0.0:  # the thumb pays
         speed = np.sqrt(max(t.speed * t.speed + 2.0 * t.energy / t.mass, 0.0))
         t.speed = speed if t.speed > 0.0 else -speed

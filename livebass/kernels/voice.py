@@ -157,7 +157,7 @@ def happen(string, ops, event):
     """Carries out one event."""
     voice, slots = string.voice, string.slots
     voice.still = 0
-    if event.kind in (PLUCK, STRIKE_EVENT, HAMMER):
+    if event.kind in (PLUCK, STRIKE_EVENT, THROW, HAMMER):
         voice.cut = 0
     if event.kind == PLUCK:
         techniques.pluck(string, ops, event.fret, event.x, event.y, event.z, event.t, event.w)

@@ -130,7 +130,11 @@ class Builder:
         except ValueError as error:
             raise self.error("player.keys", str(error)) from None
         player = over_same_body(Player(**values), pairs[0][0].length / made[0][0].length)
-        for low, high in (("pluck_nearest", "pluck_farthest"), ("softest", "hardest")):
+        for low, high in (
+            ("pluck_nearest", "pluck_farthest"),
+            ("softest", "hardest"),
+            ("strike_softest", "strike_hardest"),
+        ):
             below, above = getattr(player, low), getattr(player, high)
             if below > above:
                 raise self.error(f"player.{low}", f"allowed: at most player.{high}, {above}", below)

@@ -157,7 +157,7 @@ _ROWS = (
     Key("player", "strike_force", "number", "0.01", "10", FIELD, "depth of a strike over the apex of a pluck"),
     Key("player", "strike_width", "length", "1 mm", "100 mm", FIELD, "of the thumb"),
     Key("player", "strike_time", "time", "0.1 ms", "20 ms", FIELD, "the thumb stays on the string"),
-    Key("player", "thumb_mass", "mass", "0 kg", "1 kg", FIELD, "of a thumb that bounces; 0: the strike is an impulse"),
+    Key("player", "thumb_mass", "mass", "0 kg", "0.1 kg", FIELD, "of a thumb that bounces; 0: it is an impulse"),
     Key("player", "strike_softest", "speed", "10 mm/s", "8 m/s", FIELD, "of a thumb with a mass at velocity 1"),
     Key("player", "strike_hardest", "speed", "10 mm/s", "8 m/s", FIELD, "of a thumb with a mass at velocity 127"),
     Key("player", "thumb_width", "length", "1 mm", "50 mm", FIELD, "half of what touches the string"),

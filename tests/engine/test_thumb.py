@@ -312,6 +312,24 @@ def test_anything_may_strike_anywhere() -> None:
         assert not voice.slots["thumb"]["on"][voice.slots["on"] > 0].any()
 
 
+@pytest.mark.parametrize("i", [0, 3])
+@pytest.mark.parametrize("mass", [1e-3, 0.03, 0.1])
+@pytest.mark.parametrize(("stiffness", "loss", "width"), [(1e8, 10.0, 50e-3), (7e5, 2.0, 50e-3), (1e8, 0.0, 1e-3)])
+def test_any_thumb_of_a_preset_lets_go(i: int, mass: float, stiffness: float, loss: float, width: float) -> None:
+    """At the limits of the keys, at 8 m/s: the string has no more energy than the thumb had, and is soon alone."""
+    engine = slapped(i=i, thumb_loss=loss)
+    voice, ops, none = engine.voices[0], engine.pool.records[0], np.zeros(0, EVENT)
+    event, one, op = strike(8.0, 0.6, mass=mass, width=width, stiffness=stiffness), np.zeros(1), ops[0]
+    for n in range(round(0.07 * RATE)):
+        play_frames(voice, ops, event if n == 0 else none, one)
+        slot = voice.slots[int(voice.record["slot"][0])]
+        u, m = slot["u"], int(op["padded"])
+        total = float(np.sum(u["p"][:m] ** 2 + u["fine_b"][:m] * u["q"][:m] ** 2)) / (2 * float(op["weight"]))
+        lifting = 0.5 * mass * (50 * 0.06) ** 2 + mass * 50 * 0.03  # J, at most, by the hand
+        assert total < 1.05 * (0.5 * mass * 8.0**2 + lifting), n
+    assert not slot["thumb"]["on"]
+
+
 @pytest.mark.parametrize("x", [np.nan, np.inf, -1.0, 0.0])
 def test_no_thumb_comes_at_no_speed(x: float) -> None:
     engine = slapped()

@@ -622,12 +622,14 @@ def check(hands: Hands, events: NDArray[np.void]) -> None:
         if e["kind"] in (at.PLUCK, at.STRIKE_EVENT):
             assert 0.0 < e["x"] <= p["greatest"]
             assert 0.0 < e["y"] < hands.ops[e["string"], e["fret"]]["length"]
+        elif e["kind"] == at.THROW:
+            assert 0.0 < e["x"] <= 8.0 and 0.0 < e["y"] < hands.ops[e["string"], e["fret"]]["length"]
         elif e["kind"] == at.BEND:
             assert 0.2 < e["x"] < 4.3
         elif e["kind"] == at.GAIN:
             assert 0.0 <= e["x"] <= 1.0
         elif e["kind"] == at.TOUCH_EVENT:
-            assert 0 <= e["fret"] < at.TOUCHES and 0.0 <= e["y"] < 100.0 and e["x"] > 0.0
+            assert 0 <= e["fret"] < at.TOUCHES and 0.0 <= e["y"] < 100.0 and (e["x"] > 0.0 or e["y"] == 0.0)
         elif e["kind"] == at.HAMMER:
             assert 0.29 < e["x"] < 2.51
         elif e["kind"] in (at.TONE, at.BLEND):

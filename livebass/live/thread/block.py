@@ -22,7 +22,7 @@ from livebass.kernels.native import (
     store_release,
 )
 from livebass.kernels.performer import GAIN_DB, LEARNED, LEAST, MOST_EVENTS, MOST_STRINGS, PARAMETERS
-from livebass.kernels.records import PLUCK, STRIKE_EVENT
+from livebass.kernels.records import PLUCK, STRIKE_EVENT, THROW
 from livebass.live.thread import ahead
 from livebass.live.thread.records import (
     BLOCK_TIME,
@@ -207,7 +207,7 @@ def tell_old_bass(synth, b, first_event, event_count, frame, status, first, seco
         )
     for k in range(first_event, event_count):
         event = events_of(b)[k]
-        if event.kind == PLUCK or event.kind == STRIKE_EVENT:
+        if event.kind in (PLUCK, STRIKE_EVENT, THROW):
             for i in range(old.strings):
                 if p.open[i] == performer_of(b).open[event.string]:
                     count = performer.stop_string(p, i, frame - old.frame, events_of(old), count)
