@@ -44,7 +44,7 @@ SLIDING_HAND = 0.5  # m/s, of a finger that crosses a crown
 ONSET = 0.6  # s in which a vibrato gets a semitone deeper
 FINGER_NEPERS = 5.0  # damping, at an antinode, of a finger that takes hold of a sounding string
 GRIPPED, MOST_NEPERS = 2.35, 12.0  # of the fundamental, at least: near the saddle it holds more firmly, up to so much
-NARROW = 1.6  # of `safety`, for the narrow pulses of a pluck near an end: contact made them 1.35 times as fast
+NARROW = 1.6  # `safety` times sqrt(p (1 - p)) of a pluck at the part p of the length: its pulses reached 1.4 on a board
 BEND_FRAMES = 128  # pitch bend is followed so often, one string after the other ...
 BEND_SPEED = 400.0  # semitones/s, ... and not faster
 

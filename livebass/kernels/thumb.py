@@ -110,34 +110,42 @@ def take_place(slot, op):
 @jit
 def lean(slot, op, voice, steps, which):
     """Has the thumb press on the string for the frame of `steps` fine steps to come, as `leaps[which]` makes it."""
-    t, row = slot.thumb, slot.thumb_shape
+    t = slot.thumb
     if t.on != THERE:
         return
     take_place(slot, op)
-    n, h = slot.thumb_modes, steps * op.fine
+    h = steps * op.fine
     lift = LIFT if t.frames > LIFTED * voice.rate else 0.0
-    now, later = modal.displacement_now_and_later(slot.u, row, which, n)
+    now, later = modal.displacement_now_and_later(slot.u, slot.thumb_shape, which, slot.thumb_modes)
     t.frames += 1
     t.force = 0.0
     t.depth = now - t.height
-    if t.frames > LONGEST * voice.rate:
+    path = t.depth + later - now - h * (t.speed + 0.5 * h * lift)  # the depth after a frame without frets or a force
+    deep, free = max(t.depth, 0.0), max(path + t.pushed, 0.0)
+    if t.frames > LONGEST * voice.rate or not deep < THROUGH:
         take_thumb_away(slot)
-        return
-    deep = max(t.depth, 0.0)
-    path = t.depth + later - now - h * (t.speed + 0.5 * h * lift)
-    free = max(path + t.pushed, 0.0)
-    t.speed += 0.5 * h * lift
-    if not (deep > 0.0 or free > 0.0) or not deep < THROUGH:
-        t.height += h * t.speed
-        t.speed += 0.5 * h * lift
+    elif deep > 0.0 or free > 0.0:
+        give = slot.thumb_give + 0.5 * h * h / t.mass
+        f = find_force(t, deep, free, give, h)
+        t.height += h * (t.speed + 0.5 * h * (lift + f / t.mass))
+        t.speed += h * (lift + f / t.mass)
+        if f > 0.0:
+            t.force = f
+            t.foreseen = path - t.depth - give * f
+            put_on(slot, op, voice)
+    else:
+        t.height += h * (t.speed + 0.5 * h * lift)
+        t.speed += h * lift
         t.energy = 0.0
         t.pushed = 0.0
-        away = t.speed > 0.0 and t.depth < -AWAY
-        if away or t.frames > GONE * voice.rate or not deep < THROUGH:
+        if (t.speed > 0.0 and t.depth < -AWAY) or t.frames > GONE * voice.rate:
             take_thumb_away(slot)
-        return
+
+
+@jit
+def find_force(t, deep, free, give, h):
+    """Force (N) of a frame of `h` s that begins `deep` m in the flesh and would end `free` m in it without a force."""
     t.energy = min(t.energy, 0.4 * t.stiffness * deep * deep * np.sqrt(deep))
-    give = slot.thumb_give + 0.5 * h * h / t.mass
     end = free
     f = 0.0
     for _ in range(TURNS):
@@ -146,16 +154,15 @@ def lean(slot, op, voice, steps, which):
         square = 1.25 * t.stiffness * root
         t.friction = t.loss * t.stiffness * middle * root / h
         resist = 0.5 * square + t.friction
-        f = (np.sqrt(2.0 * square * t.energy) + resist * (free - deep)) / (1.0 + resist * give)
-        f = max(f, 0.0)
+        f = max((np.sqrt(2.0 * square * t.energy) + resist * (free - deep)) / (1.0 + resist * give), 0.0)
         end = max(free - give * f, 0.0)
-    t.height += h * (t.speed + 0.5 * h * f / t.mass)
-    t.speed += h * f / t.mass + 0.5 * h * lift
-    if not f > 0.0:
-        return
-    t.force = f
-    t.foreseen = path - t.depth - give * f
-    height, x = slot.u.height, positions(op)
+    return f
+
+
+@jit
+def put_on(slot, op, voice):
+    """Puts the force of the frame on string and obstacles, and bounds the string's speed under it."""
+    f, height, x = slot.thumb.force, slot.u.height, positions(op)
     modal.copy(slot.thumb_heights, height, op.points)
     bent = 0.0  # m^2/s^2, as in `rms_velocity`: of the energy that the frets keep the string bent with
     for m in range(op.points):
@@ -163,8 +170,8 @@ def lean(slot, op, voice, steps, which):
         if height[m] > 0.0:
             bent = max(bent, height[m] * height[m] / (x[m] * (op.length - x[m])))
     bent *= (op.speed * slot.ratio) ** 2
-    modal.shift(slot.u, slot.thumb_yield, f, n)
-    slot.safety = SAFETY_STRUCK if t.frames <= NARROW * voice.rate else SAFETY_HANDED
+    modal.shift(slot.u, slot.thumb_yield, f, slot.thumb_modes)
+    slot.safety = SAFETY_STRUCK if slot.thumb.frames <= NARROW * voice.rate else SAFETY_HANDED
     disturb(slot, op, voice.step)
     rms = (slot.fastest - SLACK) / slot.safety
     slot.fastest = slot.safety * np.sqrt(max(rms * rms - bent, 0.0)) + SLACK
