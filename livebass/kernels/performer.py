@@ -805,7 +805,7 @@ def hardness(p, force):
 
 @jit
 def between(soft, hard, hardness):
-    """What is `soft` at hardness 0 and `hard` at 1, evenly in its logarithm; where `soft` is 0 it is always `hard`."""
+    """Returns `soft` at hardness 0 and `hard` at 1, evenly in its logarithm; where `soft` is 0 it is always `hard`."""
     if soft == 0.0 or hard == 0.0:
         return hard
     return hard * power(soft / hard, 1.0 - hardness)

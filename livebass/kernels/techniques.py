@@ -177,6 +177,23 @@ def take_fingers_off(string, frames):
 
 
 @jit
+def begin_stroke(string, ops, fret, frames):
+    """Gets the string ready to be plucked or struck at `fret`; returns its slot.
+
+    What lies on it lifts within so many frames; a thumb that strikes it ends.
+    """
+    voice = string.voice
+    take_string(string, ops, fret)
+    take_fingers_off(string, frames)
+    slot = string.slots[voice.slot]
+    slot.on = 1
+    slot.touching = 0
+    take_thumb_away(slot)
+    voice.striking = 0
+    return slot
+
+
+@jit
 def load_slot(string, ops, k, fret):
     """Makes the silent slot `k` ready for `fret`, in tune with the bend."""
     slot = string.slots[k]
@@ -354,13 +371,7 @@ def pluck(string, ops, fret, apex, position, rounding, release, angle):
     voice, slots = string.voice, string.slots
     sounding = slots[voice.slot].on
     op = ops[fret]
-    take_string(string, ops, fret)
-    take_fingers_off(string, voice.pull)
-    slot = slots[voice.slot]
-    slot.on = 1
-    slot.touching = 0
-    take_thumb_away(slot)
-    voice.striking = 0
+    slot = begin_stroke(string, ops, fret, voice.pull)
     rounding = rounding if rounding != 0.0 else voice.rounding
     release = release if release != 0.0 else voice.release
     angle = angle if angle != 0.0 else voice.angle
@@ -407,12 +418,7 @@ def strike(string, ops, fret, depth, position):
     voice, slots = string.voice, string.slots
     sounding = slots[voice.slot].on
     op = ops[fret]
-    take_string(string, ops, fret)
-    take_fingers_off(string, voice.strike)
-    slot = slots[voice.slot]
-    slot.on = 1
-    slot.touching = 0
-    take_thumb_away(slot)
+    slot = begin_stroke(string, ops, fret, voice.strike)
     if sounding and (slot.active > 0 or slot.v_active > 0):
         # it lies on the string, then throws it
         grip(voice, slot, op, position, max(voice.strike // 2, 1))
@@ -432,12 +438,7 @@ def throw(string, ops, event):
     if not 0.0 < event.x < np.inf:
         return
     sounding = string.slots[voice.slot].on
-    take_string(string, ops, event.fret)
-    take_fingers_off(string, np.int64(np.rint(TOUCHED_BEFORE * voice.rate)))
-    slot = string.slots[voice.slot]
-    slot.on = 1
-    slot.touching = 0
-    voice.striking = 0
+    slot = begin_stroke(string, ops, event.fret, np.int64(np.rint(TOUCHED_BEFORE * voice.rate)))
     voice.fingering = 0
     thumb.throw(slot.thumb, voice, op, event)
     if sounding and (slot.active > 0 or slot.v_active > 0):

@@ -32,10 +32,10 @@ import numpy as np
 
 from livebass.compiling import jit
 from livebass.kernels import modal
-from livebass.kernels.elementary import exp, sin
 from livebass.kernels.operators import positions, shape
 from livebass.kernels.records import BLOCK, COMING, THERE, WHOLE
 from livebass.kernels.slot import SAFETY_HANDED, SAFETY_STRUCK, SLACK, disturb, take_thumb_away
+from livebass.kernels.touch import shape_under
 
 NARROWEST = 4.0  # of k a: the flesh moves no shorter waves ...
 MOST_TURN = 1.5  # rad in a fine step: ... nor faster ones
@@ -96,7 +96,7 @@ def take_place(slot, op):
         row[j] = 0.0
         c[j] = 0.0
         if j < op.modes and k * t.width < NARROWEST and slot.u.omega[j] * op.fine < MOST_TURN:
-            row[j] = np.sqrt(2 / op.length) * sin(k * x) * exp(-0.5 * (k * t.width) ** 2)
+            row[j] = shape_under(op, k, x, t.width)
             c[j] = op.weight * row[j] / slot.u.fine_b[j]
             give += row[j] * c[j] * (1.0 - slot.u.leaps[WHOLE].a[j])
             n = j + 1

@@ -107,6 +107,12 @@ def follow(t, rate):
 
 
 @jit
+def shape_under(op, k, x, width):
+    """The mode shape with the wave number `k` (1/m), m^-0.5, under a finger at `x` (m) of half that `width` (m)."""
+    return np.sqrt(2 / op.length) * sin(k * x) * exp(-0.5 * (k * width) ** 2)
+
+
+@jit
 def take_place(slot, op, i, t):
     """Makes the mode shapes at finger `i`, where its place has changed."""
     key, kappa = slot.touch_key[i], coefficient(op, KAPPA)
@@ -123,7 +129,7 @@ def take_place(slot, op, i, t):
     square = 0.0
     for j in range(n):
         k = modal.number(j) * k1
-        s = np.sqrt(2 / op.length) * sin(k * x) * exp(-0.5 * (k * t.width) ** 2) * kappa[j] / op.fine
+        s = shape_under(op, k, x, t.width) * kappa[j] / op.fine
         if j >= op.modes:
             s = 0.0
         row[j] = s

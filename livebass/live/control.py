@@ -1,4 +1,4 @@
-"""What the control socket offers: every parameter, the score, the metronome, notes, and every meter, by name."""
+"""The control socket offers every parameter, the score, the metronome, notes, and every meter, by name."""
 
 from __future__ import annotations
 

@@ -63,7 +63,7 @@ class Desk:
 
     @property
     def position(self) -> float:
-        """Where the score is, s; below 0 before it begins."""
+        """Time of the score, s; below 0 before it begins."""
         return float(self.record["position"][0]) / self.score.rate if self.score else 0.0
 
     @property

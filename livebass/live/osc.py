@@ -30,7 +30,7 @@ class OscLost(OSError):
 
 @dataclass(frozen=True)
 class Control:
-    """What stands behind an address: `write` raises ValueError or TypeError for arguments that it does not take."""
+    """Serves an address: `write` raises ValueError or TypeError for arguments that it does not take."""
 
     write: Callable[..., object]
     read: Callable[[], Value] | None = None

@@ -257,7 +257,7 @@ class JackOutput:
         self.client.set_blocksize_callback(self._resize)
 
     def _address(self, value: Any) -> int:
-        """Where a C pointer of the JACK library points."""
+        """Returns the address in a C pointer of the JACK library."""
         return int(self._jack._ffi.cast("intptr_t", value))
 
     def open_strings(self, count: int) -> None:
