@@ -23,6 +23,7 @@ from livebass.kernels.performer import (
     MOST_RANGE,
     MOST_STRINGS,
     PERFORMER,
+    POP,
     STROKES,
     reset_controllers,
 )
@@ -311,6 +312,8 @@ def make_performer(p, instrument, seed):
     p.angle = player.pluck_angle
     p.slapped = player.slapped_strings if instrument.slap else 0
     p.usual_slapped = p.slapped
+    if p.slapped > 0:  # what the thumb does not strike is popped
+        p.stroke = POP
     p.strike_position = player.strike_position
     p.strike_force = player.strike_force
     p.strike_softest = player.strike_softest

@@ -16,7 +16,7 @@ from livebass.kernels.records import (
     EVENT,
     GAIN,
     GLIDE,
-    HAMMER,
+    HAMMER as HAMMER_EVENT,
     HAND,
     IDLE,
     MOST_NEAR,
@@ -62,12 +62,17 @@ SOFT_WIDTH, HARD_WIDTH = (0.0, 1.5e-3, 2.5e-3, 3e-3), (0.0, 1e-3, 2e-3, 2.5e-3)
 SOFT_RELEASE, HARD_RELEASE = (0.0, 240e-6, 400e-6, 300e-6), (0.0, 12e-6, 40e-6, 30e-6)
 STROKE_PLACE, STROKE_ANGLE, STROKE_LIFT = (0.0, 0.94, 0.0, 0.70), (0.0, 0.8, 0.0, 0.2), (1.0, 0.85, 1.0, 2.0)
 PICK_NEARER = 60e-3  # m, of a hard stroke, not a soft one
-UP_NEARER, UP_LEVEL = 3e-3, 0.89  # m, factor: of a stroke that goes up, not down
+# Of a stroke that goes up, not down: m, factor, rad. A pickup hears v with its sign: mirrored, a stroke up would be
+# 2.7 dB under one down; it lifts the string out of that more than one down does.
+UP_NEARER, UP_LEVEL, UP_ANGLE = 3e-3, 0.89, -0.42
 # The middle finger plucks otherwise than the index, which it follows; of an even player they are the same
 MIDDLE_NEARER, MIDDLE_LEVEL, MIDDLE_RELEASE = 4e-3, 0.933, 0.9  # m, factors
 RAKE = 80e-3  # s within which a finger goes on to a lower string, by which it does not take turns
 UNEVEN_TIP, UNEVEN_ANGLE = 1.6, 0.5  # part of width and release, rad, for an unevenness of 1
 MORE_CHANCE = 1 << 40  # chances beyond those of force and place
+# A hand plays a shorter string more gently, by this power of its part of the open length: the same force would be heard
+# up to 8 dB louder near the body, where a pickup lies under the middle of the string and no fret takes its fundamental.
+GENTLER = 0.4
 PRESSED_APEX = 0.8  # of the way down to the frets that a stroke towards the neck may pull the string
 
 # Parameters that hosts move while the bass plays, and their limits; 0 is always "as the bass itself has it". The sound
@@ -107,7 +112,7 @@ STACK = 4  # keys held on one string that it goes back to, one after the other
 # Fingers by number (records.TOUCHES): the palm has the first three, harmonics the last, ghost notes the last two
 PALM_PLACES = (12e-3, 25e-3, 38e-3)  # m from the saddle
 PALM_WIDTH = 5e-3  # m, half
-GUEST_THUMB = 0.35  # part of a strike's depth on a bass whose level is that of fingers
+GUEST_THUMB = 0.42  # part of a strike's depth on a bass whose level is that of fingers
 LIGHT_PALM, TIGHT_PALM = 0.4, 16.0  # in all, in impedances of the string, as those that follow
 KEY_PALM = 0.6  # of the way between them, by the key switch
 GHOST_FRETS = (-0.6, 1.6)  # from the fret: where the fingers of a ghost note lie
@@ -118,7 +123,8 @@ HARMONICS = (12, 19, 24, 28, 31)  # semitones above the open string of its harmo
 # string (at the middle 2 takes all that comes), for so many periods that 60 dB of it are gone, and at least NODE_TIME
 NODE_RESISTANCE, NODE_PERIODS = (2.0, 1.7, 1.7, 1.8, 1.8), (2.0, 3.0, 6.0, 9.0, 12.0)
 NODE_WIDTH, NODE_TIME = 4e-3, 65e-3  # m, half; s
-SLOWEST_HAMMER, FASTEST_HAMMER = 0.3, 2.5  # m/s
+HAMMER = 0.39  # speed of a finger that hammers over that by which a pluck of the same force moves the string
+HAMMER_LANDING = 4e-3  # s in which the finger that hammers damps a string that sounds
 TAP_LIFTING = 0.5e-3  # s in which fingers leave a string that is tapped
 LEAST_PULL, MOST_PULL = 0.5e-3, 2e-3  # m across by which the finger of a pull-off takes the string along
 SLIDE_TIME = 22e-3  # s a fret
@@ -296,6 +302,10 @@ def set_parameter(p, frame, number, value, events, count):
             p.slapped = min(2, p.strings)
         elif which == THUMB_ON_ALL:
             p.slapped = p.strings
+        if p.slapped > 0:
+            p.stroke = POP
+        elif p.stroke == POP:
+            p.stroke = FINGER
     elif number == HAND_DAMPING:
         p.hand_damping = p.usual_damping * power(10.0, value)
     elif number == UNEVENNESS:
@@ -487,6 +497,26 @@ def soft_limit(x, most):
 
 
 @jit
+def strength(p, part):
+    """Force of the hand at `part` of the way from the softest to the hardest, in those that graze a fret (`pull`)."""
+    softest = max(p.softest, LEAST_FORCE)
+    return p.dynamics * softest * power(p.hardest / softest, part)
+
+
+@jit
+def pull(open_op, op, where):
+    """Returns the apex (m) at `where` (m from the stop) of the force that has the open string just graze a fret.
+
+    That is a pluck of the open string as far from the saddle. The same force pulls a shorter string less far, as
+    x (L - x) / L, and hands play it by GENTLER.
+    """
+    x = open_op.length - (op.length - where)
+    part = op.length / open_op.length
+    apex = max(grazing(open_op, x), LEAST_GRAZE)
+    return apex * where / (x * part) * power(part, GENTLER)
+
+
+@jit
 def note_on(p, ops, frame, key, velocity, events, count):
     """Plays a key: chooses string, force and place; returns the new count of events."""
     low, high = note_range(p)
@@ -554,7 +584,7 @@ def note_on(p, ops, frame, key, velocity, events, count):
     if tapped:
         return tap(p, ops, i, stop, part, frame, events, count)
     if tied and stop != before:
-        return press(p, i, before, stop, part, frame, slides, events, count)
+        return press(p, ops, i, before, stop, part, frame, slides, events, count)
     ghost = p.switched[GHOST] > 0 or velocity < p.ghost_below
     return stroke(p, ops, i, stop, node, part, ghost, own_place, frame, events, count)
 
@@ -645,7 +675,7 @@ def forget_key(p, key):
 
 
 @jit
-def press(p, i, before, fret, part, frame, slides, events, count):
+def press(p, ops, i, before, fret, part, frame, slides, events, count):
     """Has string `i` go from fret `before` to `fret` by the left hand: hammer-on, pull-off or slide.
 
     `part` is of the way from the softest to the hardest.
@@ -653,8 +683,11 @@ def press(p, i, before, fret, part, frame, slides, events, count):
     if slides:
         return emit(events, count, frame, GLIDE, i, fret, SLIDE_TIME, 0.0)
     if fret > before:
-        finger = SLOWEST_HAMMER * power(FASTEST_HAMMER / SLOWEST_HAMMER, part)
-        return emit(events, count, frame, HAMMER, i, fret, finger, 0.0)
+        op = ops[i, 0]
+        x = over_body(op, op, p.usual_position, 0.0, LEAST_PLUCK)
+        corner = p.slack[i] * pull(op, op, x) * op.length / (x * (op.length - x))  # slopes differ by it: force over tension
+        finger = HAMMER * strength(p, part) * corner * op.speed
+        return emit(events, count, frame, HAMMER_EVENT, i, fret, finger, HAMMER_LANDING)
     return emit(events, count, frame, PULL_OFF, i, fret, LEAST_PULL + (MOST_PULL - LEAST_PULL) * part, 0.0)
 
 
@@ -663,7 +696,7 @@ def tap(p, ops, i, fret, part, frame, events, count):
     """Has string `i` hammered down to `fret`, whatever it does: fingers that ended its last note come off."""
     for k in range(TOUCHES):
         count = lay(events, count, frame, i, k, 0.0, 0.0, 0.0, TAP_LIFTING)
-    count = press(p, i, -1, fret, part, frame, False, events, count)
+    count = press(p, ops, i, -1, fret, part, frame, False, events, count)
     if p.palm > 0.0 or p.switched[PALM] > 0:
         count = lay_palm(p, ops, i, frame, events, count)
     return count
@@ -679,10 +712,8 @@ def stroke(p, ops, i, fret, node, part, ghost, own_place, frame, events, count):
     left = p.switched[LEFT_SLAP] > 0 and ops[i, 0].points <= MOST_NEAR  # a mass over a board takes too long to compute
     stop = 0 if ghost else fret
     op = ops[i, stop]
-    softest = max(p.softest, LEAST_FORCE)
-    force = softest * power(p.hardest / softest, part)
+    force = strength(p, part)
     force *= 1.0 + p.unevenness * chance(p.seed, 2 * p.notes)
-    force *= p.dynamics
     if ghost:
         force *= GHOST_FORCE
     aside = UNEVEN_PLACE * p.unevenness * chance(p.seed, 2 * p.notes + 1)
@@ -700,10 +731,13 @@ def stroke(p, ops, i, fret, node, part, ghost, own_place, frame, events, count):
         if p.thumb_mass > 0.0:
             speed = p.strike_softest * power(p.strike_hardest / p.strike_softest, part)
             speed *= p.dynamics * (1.0 + p.unevenness * chance(p.seed, 2 * p.notes)) * (GHOST_FORCE if ghost else 1.0)
+            if op.points == 0:  # no fret stops the string: the thumb comes no deeper than a hand pulls
+                give = where * (op.length - where) / op.length / (impedance(op) * op.speed)  # m/N, of the string
+                speed = soft_limit(speed, p.greatest / np.sqrt(give * p.thumb_mass))
             count = emit(events, count, frame, THROW, i, stop, soft_limit(speed, FASTEST_STRIKE), where)
         else:
             depth = p.strike_force * np.sqrt(p.slack[i])  # the thumb gives every string the same speed
-            depth *= soft_limit(force * max(grazing(op, 0.5 * op.length), LEAST_GRAZE), p.greatest)
+            depth *= soft_limit(force * max(grazing(ops[i, 0], 0.5 * ops[i, 0].length), LEAST_GRAZE), p.greatest)
             if p.usual_slapped == 0:
                 depth *= GUEST_THUMB
             count = emit(events, count, frame, STRIKE_EVENT, i, stop, depth, where)
@@ -756,7 +790,7 @@ def pluck(p, open_op, op, i, stop, force, position, aside, touched, frame, event
         lift *= abs(cos(p.angle)) / cos(angle)
     take_turns(p, op, i, frame)
     if p.other and p.stroke == PICK:
-        angle = -angle
+        angle = UP_ANGLE
         shift += UP_NEARER
         level = UP_LEVEL
     elif p.other and p.unevenness > 0.0:
@@ -767,7 +801,7 @@ def pluck(p, open_op, op, i, stop, force, position, aside, touched, frame, event
     where = over_body(open_op, op, position, shift, LEAST_PLUCK)
     if touched > 0:
         where = min(op.length - 0.5 * op.length / touched + aside, MOST_PLACE * op.length)
-    apex = level * p.slack[i] * soft_limit(lift * force * max(grazing(op, where), LEAST_GRAZE), p.greatest)
+    apex = level * p.slack[i] * soft_limit(lift * force * pull(open_op, op, where), p.greatest)
     if angle != 0.0:
         angle += turned
         if cos(angle) < 0.0:
@@ -883,7 +917,7 @@ def turn_switch(p, ops, key, on, frame, events, count):
         count = tell_vibrato(p, frame, events, count)
     elif on and action == WITH_THUMB:
         p.slapped = p.usual_slapped if p.usual_slapped > 0 else min(2, p.strings)
-        p.stroke = FINGER if p.usual_slapped > 0 else POP
+        p.stroke = POP
     elif on and action in (WITH_FINGERS, WITH_PICK):
         p.slapped = 0
         p.stroke = PICK if action == WITH_PICK else FINGER
@@ -936,14 +970,14 @@ def release(p, i, frame, events, count):
 
 
 @jit
-def note_off(p, frame, key, velocity, events, count):
+def note_off(p, ops, frame, key, velocity, events, count):
     """Releases the strings that the key holds."""
     for i in range(p.strings):
         if p.state[i] == HELD and p.key[i] == key:
             if p.switched[DETACH] > 0:
                 count = stop_string(p, i, frame, events, count)
             elif p.stacked[i] > 0:
-                count = go_back_to_key(p, i, frame, velocity, events, count)
+                count = go_back_to_key(p, ops, i, frame, velocity, events, count)
             else:
                 count = release(p, i, frame, events, count)
     forget_key(p, key)
@@ -951,7 +985,7 @@ def note_off(p, frame, key, velocity, events, count):
 
 
 @jit
-def go_back_to_key(p, i, frame, velocity, events, count):
+def go_back_to_key(p, ops, i, frame, velocity, events, count):
     """Has string `i` play on with the key that is still held under the one released: pull-off, or hammer-on."""
     p.stacked[i] -= 1
     key = p.stack[i, p.stacked[i]]
@@ -959,7 +993,7 @@ def go_back_to_key(p, i, frame, velocity, events, count):
     p.key[i] = key
     p.fret[i] = max(folded(key, p.open[i], p.open[i] + p.frets) - p.open[i], 0)
     slides, part = p.sliding or p.switched[SLIDE] > 0, (max(velocity, 1) - 1) / 126.0
-    return press(p, i, before, shifted(p, p.fret[i]), part, frame, slides, events, count)
+    return press(p, ops, i, before, shifted(p, p.fret[i]), part, frame, slides, events, count)
 
 
 @jit
@@ -1239,7 +1273,7 @@ def carry_out(p, ops, frame, status, first, second, events, count):
     if kind == 0x90 and second > 0:
         return note_on(p, ops, frame, first, second, events, count)
     if kind == 0x80 or kind == 0x90:
-        return note_off(p, frame, first, second if kind == 0x80 else 64, events, count)
+        return note_off(p, ops, frame, first, second if kind == 0x80 else 64, events, count)
     if kind == 0xB0:
         return control(p, ops, frame, first, second, events, count)
     if kind == 0xE0:

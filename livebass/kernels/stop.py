@@ -3,9 +3,9 @@
 The displacement is u = sum q_m phi_m + b l(x), l(x) = (L - x) / L, b that of the end at the stop. While b' is constant
 the modes move as if the stop stood still; where it changes they get a kick, v_m <- v_m - l_m (b'_new - b'_old) with
 l_m = sqrt(2 L) / (pi m), the projection of l. That is exact for a path b(t) of straight lines between frames. The
-finger that hammers takes the end along from the speed it has to the finger's own, smoothly, and stops dead on the
-crown: the last kick is the snap. A finger that only presses the string down comes to rest gently, by a polynomial of
-the fifth degree in time.
+finger that hammers takes the end along with a constant acceleration and stops dead on the crown: the last kick is the
+snap, and what the string hears of the way before is little. A finger that only presses the string down comes to rest
+gently, by a polynomial of the fifth degree in time.
 
 Contact is off while the stop moves, for a few milliseconds: a string that ends above a fret is lifted off the next
 ones. After that the string may be a few micrometres inside an obstacle, where contact would hold energy that nobody put
@@ -22,7 +22,7 @@ from livebass.kernels.operators import heights, shape
 from livebass.kernels.records import UNKNOWN
 from livebass.kernels.slot import disturb, forget_contact
 
-LONGEST = 6e-3  # s of a finger's way to the fret: a slower finger is made faster
+SHORTEST, LONGEST = 0.25e-3, 24e-3  # s of a hammering finger's way to the fret: one that takes longer is made faster
 ROOM = 2e-6  # m, between the string and an obstacle it has been freed from
 GENTLE = 4e-3  # s in which a finger that does not hammer gets there
 SETTLING = 1e-3  # s, time constant of the change from one line of rest to another, as it is heard
@@ -31,7 +31,7 @@ NEAREST = 1e-9  # m: no way at all
 
 @jit
 def begin(stop, place, speed, finger, voice):
-    """Begins the path of a string's end from `place` (m) and `speed` (m/s) to rest, taken by a finger at `finger` m/s.
+    """Begins the path of a string's end from `place` (m) and `speed` (m/s) to rest, where a finger arrives at `finger` m/s.
 
     With 0 the finger comes to rest gently, within GENTLE seconds.
     """
@@ -44,9 +44,8 @@ def begin(stop, place, speed, finger, voice):
     if finger <= 0.0:
         stop.blend = max(1, np.int64(np.rint(GENTLE * voice.rate)))
         return
-    fast = max(finger, abs(place) / LONGEST)
-    stop.wanted = fast
-    stop.blend = max(1, np.int64(np.rint(0.25 * abs(place) / fast * voice.rate)))
+    stop.wanted = finger
+    stop.blend = max(1, np.int64(np.rint(min(max(2.0 * abs(place) / finger, SHORTEST), LONGEST) * voice.rate)))
 
 
 @jit
@@ -69,12 +68,9 @@ def next_speed(stop, h):
     if stop.wanted == 0.0:
         x = stop.away * (1.0 - t * t * t * (10.0 - t * (15.0 - 6.0 * t)))
         x += stop.first * stop.blend * h * (t - t * t * t * (6.0 - t * (8.0 - 3.0 * t)))
-        return (x - stop.place) / h
-    toward = -stop.wanted if stop.place > 0.0 else stop.wanted  # a string may have swung to the other side
-    speed = stop.first + (toward - stop.first) * (t * t * (3.0 - 2.0 * t))
-    if stop.place * (stop.place + speed * h) <= 0.0:
-        speed = -stop.place / h  # the frame in which it arrives
-    return speed
+    else:
+        x = stop.away * (1.0 - t * t) + stop.first * stop.blend * h * t * (1.0 - t) * (1.0 - t)
+    return (x - stop.place) / h
 
 
 @jit

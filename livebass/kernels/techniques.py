@@ -44,6 +44,8 @@ SLIDING_HAND = 0.5  # m/s, of a finger that crosses a crown
 ONSET = 0.6  # s in which a vibrato gets a semitone deeper
 FINGER_NEPERS = 5.0  # damping, at an antinode, of a finger that takes hold of a sounding string
 GRIPPED, MOST_NEPERS = 2.35, 12.0  # of the fundamental, at least: near the saddle it holds more firmly, up to so much
+# The same of a finger that hammers: near the stop; and what part of it a node gets, as a fingertip covers some frets' width
+HAMMER_NEPERS, HAMMER_SPARES = 80.0, 0.3
 NARROW = 1.6  # `safety` times sqrt(p (1 - p)) of a pluck at the part p of the length: its pulses reached 1.4 on a board
 BEND_FRAMES = 128  # pitch bend is followed so often, one string after the other ...
 BEND_SPEED = 400.0  # semitones/s, ... and not faster
@@ -92,15 +94,18 @@ def grazing(op, position):
 
 
 @jit
-def grip(voice, slot, op, position, frames):
-    """Lays the plucking finger on the string at `position` for some frames: modes with a node there go on."""
+def grip(voice, slot, op, position, frames, most, least):
+    """Lays a finger on the string at `position` for some frames: modes with a node there go on.
+
+    An antinode is damped by `most` nepers at the most, a node by the part `least` of that.
+    """
     u = slot.u
     k1 = np.pi / op.length
     first = sin(k1 * position)
-    nepers = max(FINGER_NEPERS, GRIPPED / max(first * first, GRIPPED / MOST_NEPERS))
+    nepers = max(FINGER_NEPERS, GRIPPED / max(first * first, GRIPPED / most))
     for j in range(op.padded):
         shape = sin(modal.number(j) * k1 * position)
-        u.finger[j] = exp(-nepers / frames * shape * shape)
+        u.finger[j] = exp(-nepers / frames * max(shape * shape, least))
     if slot.v_ready:
         modal.copy(slot.v.finger, u.finger, op.padded)
     voice.fingering = frames
@@ -132,6 +137,7 @@ def interrupt(string, ops):
             slot.v_active = op.padded
         disturb(slot, op, voice.step)
     voice.pulling = 0
+    voice.landing = 0
     slot = string.slots[voice.slot]
     if slot.active == 0 and slot.v_active == 0:
         slot.on = 0  # the finger had not pulled it yet
@@ -214,6 +220,7 @@ def change_fret(string, ops, fret, finger, held):
     op, to = glide.operator(string, ops, voice.slot), ops[fret]
     voice.striking = 0
     voice.fingering = 0
+    voice.landing = 0
     load_slot(string, ops, k, fret)
     new.on = 1
     new.hand = old.hand
@@ -275,11 +282,40 @@ def copy_motion(old, op, new, to):
 
 
 @jit
-def hammer(string, ops, fret, finger):
-    """Presses the string down to `fret` at `finger` m/s, without a pluck; one at rest from where it is when open."""
+def hammer(string, ops, fret, finger, landing):
+    """Presses the string down to `fret` at `finger` m/s, without a pluck; one at rest from where it is when open.
+
+    One that sounds is damped before, within `landing` s, by the finger that comes down on it.
+    """
     voice = string.voice
     voice.slide_to = -1
     interrupt(string, ops)
+    slot = string.slots[voice.slot]
+    op = glide.operator(string, ops, voice.slot)
+    x = op.length - ops[fret].length
+    frames = np.int64(np.rint(landing * voice.rate))
+    if frames > 0 and slot.on and not slot.moving and x > handover.CLOSE:
+        grip(voice, slot, op, x, frames, HAMMER_NEPERS, HAMMER_SPARES)
+        voice.landing = frames
+        voice.hammer_to = fret
+        voice.hammer = finger
+    else:
+        press_down(string, ops, fret, finger)
+
+
+@jit
+def follow_hammer(string, ops):
+    """Has the finger that lands on the string press it down when it is time."""
+    voice = string.voice
+    voice.landing -= 1
+    if voice.landing == 0:
+        press_down(string, ops, voice.hammer_to, voice.hammer)
+
+
+@jit
+def press_down(string, ops, fret, finger):
+    """Presses the string down to `fret` at `finger` m/s."""
+    voice = string.voice
     slot = string.slots[voice.slot]
     if not slot.on:
         load_slot(string, ops, voice.slot, np.int64(0))
@@ -383,7 +419,7 @@ def pluck(string, ops, fret, apex, position, rounding, release, angle):
     if slot.v_ready:
         shape_of_pluck(slot.v, op, sin(angle) * apex, position, rounding, release)
     if sounding and (slot.active > 0 or slot.v_active > 0):
-        grip(voice, slot, op, position, max(voice.pull, 1))
+        grip(voice, slot, op, position, max(voice.pull, 1), MOST_NEPERS, 0.0)
     for i in range(max(voice.pickups, 1)):
         voice.held[i] = modal.tap_held(slot.u, tap(op, i), op.tap_modes)
         voice.held_across[i] = 0.0
@@ -421,7 +457,7 @@ def strike(string, ops, fret, depth, position):
     slot = begin_stroke(string, ops, fret, voice.strike)
     if sounding and (slot.active > 0 or slot.v_active > 0):
         # it lies on the string, then throws it
-        grip(voice, slot, op, position, max(voice.strike // 2, 1))
+        grip(voice, slot, op, position, max(voice.strike // 2, 1), MOST_NEPERS, 0.0)
     shape_of_strike(slot.u, op, depth, position, voice.strike_width)
     voice.striking = voice.strike
     slot.safety = SAFETY_STRUCK
@@ -503,6 +539,7 @@ def slide(string, ops, fret, seconds):
     voice.slide_every = np.int64(np.rint(seconds * voice.rate))
     voice.slide_left = 0
     voice.scraped = 0.0
+    voice.landing = 0
     if string.slots[voice.slot].on and glides(voice):
         glide.begin(string, ops, ops[fret].length, voice.slide_every)
     voice.slide_to = fret

@@ -77,6 +77,8 @@ def run(string, ops, events, count, out, across):
             continue
         if voice.slide_to >= 0:
             techniques.follow_slide(string, ops)
+        if voice.landing > 0:
+            techniques.follow_hammer(string, ops)
         if voice.tuned != voice.bend and (voice.frame + voice.turn) % techniques.BEND_FRAMES == 0:
             techniques.follow_bend(string, ops)
         if voice.tone != voice.tone_wanted and voice.frame % tone.FRAMES == 0:
@@ -139,7 +141,7 @@ def become_still(string):
         and voice.blend == voice.blend_wanted
         and gain == voice.gain
     )
-    quiet = voice.pulling == 0 and held == 0.0 and not voice.raw
+    quiet = voice.pulling == 0 and voice.landing == 0 and held == 0.0 and not voice.raw
     voice.still = np.int64(1 if quiet and tuned else 0)
     if voice.still:
         voice.depth = 0.0  # a vibrato begins anew with the next note
@@ -168,7 +170,7 @@ def happen(string, ops, event):
     elif event.kind == HAND:
         techniques.end_note(string, ops, event.x)
     elif event.kind == HAMMER:
-        techniques.hammer(string, ops, event.fret, event.x)
+        techniques.hammer(string, ops, event.fret, event.x, event.y)
     elif event.kind == PULL_OFF:
         techniques.pull_off(string, ops, event.fret, event.x)
     elif event.kind == GLIDE:
