@@ -36,7 +36,7 @@ from livebass.kernels.touch import impedance
 MOST_STRINGS = 8
 FREE, HELD, PEDALLED = 0, 1, 2
 HAND_SPAN = 3  # frets beyond the first finger
-LEAST_PLUCK, LEAST_STRIKE = 0.47, 0.2  # of the length: no nearer to the stop; the middle itself has no even partials
+LEAST_PLUCK, LEAST_STRIKE = 0.47, 0.12  # of the length: no nearer to the stop; the middle itself has no even partials
 MOST_PLACE = 0.99  # of the length
 LEAST_GRAZE = 1e-4  # m, where a string lies on a fret
 UNEVEN_PLACE = 0.1  # m, for an unevenness of 1
@@ -46,7 +46,7 @@ MOST_BEND = 97.0  # ... and no bend goes farther
 LEAST_FORCE = 1e-3  # multiple of the grazing apex: a curve cannot start at zero
 # The left hand that slaps the strings: fret, kg, half width (m) and stiffness (N/m^1.5) of its fingers
 LEFT_FRET, LEFT_MASS, LEFT_WIDTH, LEFT_STIFFNESS = 7, 0.06, 15e-3, 3e5
-LEFT_SPEED = 0.6  # of the thumb's
+LEFT_SPEED = 0.5  # of that by which a pluck of the same force moves the string
 FASTEST_STRIKE = 8.0  # m/s: no hand is faster
 MOST_UNEVENNESS = 0.5
 KEYS = 128
@@ -60,7 +60,7 @@ FINGER, PICK, NAIL, POP = range(4)
 STROKES = 4
 SOFT_WIDTH, HARD_WIDTH = (0.0, 1.5e-3, 2.5e-3, 3e-3), (0.0, 1e-3, 2e-3, 2.5e-3)
 SOFT_RELEASE, HARD_RELEASE = (0.0, 240e-6, 400e-6, 300e-6), (0.0, 12e-6, 40e-6, 30e-6)
-STROKE_PLACE, STROKE_ANGLE, STROKE_LIFT = (0.0, 0.94, 0.0, 0.70), (0.0, 0.8, 0.0, 0.2), (1.0, 0.85, 1.0, 2.0)
+STROKE_PLACE, STROKE_ANGLE, STROKE_LIFT = (0.0, 0.94, 0.0, 0.70), (0.0, 0.8, 0.0, 0.2), (1.0, 0.75, 1.0, 1.7)
 PICK_NEARER = 60e-3  # m, of a hard stroke, not a soft one
 # Of a stroke that goes up, not down: m, factor, rad. A pickup hears v with its sign: mirrored, a stroke up would be
 # 2.7 dB under one down; it lifts the string out of that more than one down does.
@@ -71,8 +71,9 @@ RAKE = 80e-3  # s within which a finger goes on to a lower string, by which it d
 UNEVEN_TIP, UNEVEN_ANGLE = 1.6, 0.5  # part of width and release, rad, for an unevenness of 1
 MORE_CHANCE = 1 << 40  # chances beyond those of force and place
 # A hand plays a shorter string more gently, by this power of its part of the open length: the same force would be heard
-# up to 8 dB louder near the body, where a pickup lies under the middle of the string and no fret takes its fundamental.
-GENTLER = 0.4
+# up to 8 dB louder near the body, where a pickup lies under the middle of the string and no fret takes its fundamental;
+# that of a pop, which frets take most from, up to 15 dB.
+GENTLER, THUMB_GENTLER = (0.5, 0.5, 0.5, 0.8), 0.2  # likewise of the speed of a thumb with a mass
 PRESSED_APEX = 0.8  # of the way down to the frets that a stroke towards the neck may pull the string
 
 # Parameters that hosts move while the bass plays, and their limits; 0 is always "as the bass itself has it". The sound
@@ -112,11 +113,11 @@ STACK = 4  # keys held on one string that it goes back to, one after the other
 # Fingers by number (records.TOUCHES): the palm has the first three, harmonics the last, ghost notes the last two
 PALM_PLACES = (12e-3, 25e-3, 38e-3)  # m from the saddle
 PALM_WIDTH = 5e-3  # m, half
-GUEST_THUMB = 0.42  # part of a strike's depth on a bass whose level is that of fingers
+GUEST_THUMB = 0.38  # part of a strike's depth on a bass whose level is that of fingers
 LIGHT_PALM, TIGHT_PALM = 0.4, 16.0  # in all, in impedances of the string, as those that follow
 KEY_PALM = 0.6  # of the way between them, by the key switch
 GHOST_FRETS = (-0.6, 1.6)  # from the fret: where the fingers of a ghost note lie
-GHOST_RESISTANCE, GHOST_WIDTH, GHOST_FORCE = 1.5, 6e-3, 0.5  # ; m; part of the force
+GHOST_RESISTANCE, GHOST_WIDTH, GHOST_FORCE = 1.5, 6e-3, 0.7  # ; m; part of the force
 GHOST_PLACE = 5  # fret at which an open string is damped for a ghost note
 HARMONICS = (12, 19, 24, 28, 31)  # semitones above the open string of its harmonics 2 to 6
 # The finger on a node of theirs: firm enough to end what has no node there soonest, by the eigenvalues of the damped
@@ -504,16 +505,23 @@ def strength(p, part):
 
 
 @jit
-def pull(open_op, op, where):
+def pull(open_op, op, where, gentler):
     """Returns the apex (m) at `where` (m from the stop) of the force that has the open string just graze a fret.
 
     That is a pluck of the open string as far from the saddle. The same force pulls a shorter string less far, as
-    x (L - x) / L, and hands play it by GENTLER.
+    x (L - x) / L, and hands play it by the power `gentler` of its length.
     """
     x = open_op.length - (op.length - where)
     part = op.length / open_op.length
     apex = max(grazing(open_op, x), LEAST_GRAZE)
-    return apex * where / (x * part) * power(part, GENTLER)
+    return apex * where / (x * part) * power(part, gentler)
+
+
+@jit
+def speed_of_pluck(p, op, i, force):
+    """Speed (m/s) at which the corner of a pluck by `force` passes along the open string `i`: c F / T."""
+    x = over_body(op, op, p.usual_position, 0.0, LEAST_PLUCK)
+    return p.slack[i] * force * pull(op, op, x, 0.0) * op.length / (x * (op.length - x)) * op.speed
 
 
 @jit
@@ -683,10 +691,7 @@ def press(p, ops, i, before, fret, part, frame, slides, events, count):
     if slides:
         return emit(events, count, frame, GLIDE, i, fret, SLIDE_TIME, 0.0)
     if fret > before:
-        op = ops[i, 0]
-        x = over_body(op, op, p.usual_position, 0.0, LEAST_PLUCK)
-        corner = p.slack[i] * pull(op, op, x) * op.length / (x * (op.length - x))  # slopes differ by it: force over tension
-        finger = HAMMER * strength(p, part) * corner * op.speed
+        finger = HAMMER * speed_of_pluck(p, ops[i, 0], i, strength(p, part))
         return emit(events, count, frame, HAMMER_EVENT, i, fret, finger, HAMMER_LANDING)
     return emit(events, count, frame, PULL_OFF, i, fret, LEAST_PULL + (MOST_PULL - LEAST_PULL) * part, 0.0)
 
@@ -714,12 +719,11 @@ def stroke(p, ops, i, fret, node, part, ghost, own_place, frame, events, count):
     op = ops[i, stop]
     force = strength(p, part)
     force *= 1.0 + p.unevenness * chance(p.seed, 2 * p.notes)
-    if ghost:
+    if ghost and not left:
         force *= GHOST_FORCE
     aside = UNEVEN_PLACE * p.unevenness * chance(p.seed, 2 * p.notes + 1)
     if left:
-        speed = p.strike_softest * power(p.strike_hardest / p.strike_softest, part)
-        speed *= LEFT_SPEED * p.dynamics * (1.0 + p.unevenness * chance(p.seed, 2 * p.notes))
+        speed = LEFT_SPEED * speed_of_pluck(p, ops[i, 0], i, STROKE_LIFT[p.stroke] * force)
         where = op.length - ops[i, min(LEFT_FRET, p.frets)].length
         count = emit(events, count, frame, THROW, i, stop, soft_limit(speed, FASTEST_STRIKE), where)
         e = events[count - 1]
@@ -731,7 +735,8 @@ def stroke(p, ops, i, fret, node, part, ghost, own_place, frame, events, count):
         if p.thumb_mass > 0.0:
             speed = p.strike_softest * power(p.strike_hardest / p.strike_softest, part)
             speed *= p.dynamics * (1.0 + p.unevenness * chance(p.seed, 2 * p.notes)) * (GHOST_FORCE if ghost else 1.0)
-            if op.points == 0:  # no fret stops the string: the thumb comes no deeper than a hand pulls
+            speed *= power(op.length / ops[i, 0].length, THUMB_GENTLER)
+            if op.points == 0:  # at the last fret no other stops the thumb: it comes no deeper than a hand pulls
                 give = where * (op.length - where) / op.length / (impedance(op) * op.speed)  # m/N, of the string
                 speed = soft_limit(speed, p.greatest / np.sqrt(give * p.thumb_mass))
             count = emit(events, count, frame, THROW, i, stop, soft_limit(speed, FASTEST_STRIKE), where)
@@ -750,7 +755,7 @@ def stroke(p, ops, i, fret, node, part, ghost, own_place, frame, events, count):
     if p.palm > 0.0 or p.switched[PALM] > 0:
         count = lay_palm(p, ops, i, frame, events, count)
     if ghost:
-        at = float(fret if fret > 0 else GHOST_PLACE)
+        at = float(LEFT_FRET if left else fret if fret > 0 else GHOST_PLACE)
         for k in range(2):
             finger_place = ops[i, 0].length * exp2(-(at + GHOST_FRETS[k]) / 12.0)
             resistance = GHOST_RESISTANCE * impedance(op)
@@ -801,7 +806,7 @@ def pluck(p, open_op, op, i, stop, force, position, aside, touched, frame, event
     where = over_body(open_op, op, position, shift, LEAST_PLUCK)
     if touched > 0:
         where = min(op.length - 0.5 * op.length / touched + aside, MOST_PLACE * op.length)
-    apex = level * p.slack[i] * soft_limit(lift * force * pull(open_op, op, where), p.greatest)
+    apex = level * p.slack[i] * soft_limit(lift * force * pull(open_op, op, where, GENTLER[p.stroke]), p.greatest)
     if angle != 0.0:
         angle += turned
         if cos(angle) < 0.0:
