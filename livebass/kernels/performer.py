@@ -16,7 +16,7 @@ from livebass.kernels.records import (
     EVENT,
     GAIN,
     GLIDE,
-    HAMMER as HAMMER_EVENT,
+    HAMMER,
     HAND,
     IDLE,
     MOST_NEAR,
@@ -64,7 +64,7 @@ STROKE_PLACE, STROKE_ANGLE, STROKE_LIFT = (0.0, 0.94, 0.0, 0.70), (0.0, 0.8, 0.0
 PICK_NEARER = 60e-3  # m, of a hard stroke, not a soft one
 # Of a stroke that goes up, not down: m, factor, rad. A pickup hears v with its sign: mirrored, a stroke up would be
 # 2.7 dB under one down; it lifts the string out of that more than one down does.
-UP_NEARER, UP_LEVEL, UP_ANGLE = 3e-3, 0.89, -0.42
+UP_NEARER, UP_LEVEL, UP_ANGLE = 3e-3, 0.89, -0.5
 # The middle finger plucks otherwise than the index, which it follows; of an even player they are the same
 MIDDLE_NEARER, MIDDLE_LEVEL, MIDDLE_RELEASE = 4e-3, 0.933, 0.9  # m, factors
 RAKE = 80e-3  # s within which a finger goes on to a lower string, by which it does not take turns
@@ -124,10 +124,12 @@ HARMONICS = (12, 19, 24, 28, 31)  # semitones above the open string of its harmo
 # string (at the middle 2 takes all that comes), for so many periods that 60 dB of it are gone, and at least NODE_TIME
 NODE_RESISTANCE, NODE_PERIODS = (2.0, 1.7, 1.7, 1.8, 1.8), (2.0, 3.0, 6.0, 9.0, 12.0)
 NODE_WIDTH, NODE_TIME = 4e-3, 65e-3  # m, half; s
-HAMMER = 0.39  # speed of a finger that hammers over that by which a pluck of the same force moves the string
+HAMMER_SPEED = 0.36  # speed of a finger that hammers over that by which a pluck of the same force moves the string
 HAMMER_LANDING = 4e-3  # s in which the finger that hammers damps a string that sounds
 TAP_LIFTING = 0.5e-3  # s in which fingers leave a string that is tapped
-LEAST_PULL, MOST_PULL = 0.5e-3, 2e-3  # m across by which the finger of a pull-off takes the string along
+# m across, by which the finger of a pull-off takes the string along: to the side where pickups hear it with what the
+# string does as it leaves its fret, not against that
+LEAST_PULL, MOST_PULL = 0.1e-3, 0.9e-3
 SLIDE_TIME = 22e-3  # s a fret
 VIBRATO_DEPTH, VIBRATO_RATE = 0.4, 5.6  # semitones at most; Hz
 
@@ -691,9 +693,9 @@ def press(p, ops, i, before, fret, part, frame, slides, events, count):
     if slides:
         return emit(events, count, frame, GLIDE, i, fret, SLIDE_TIME, 0.0)
     if fret > before:
-        finger = HAMMER * speed_of_pluck(p, ops[i, 0], i, strength(p, part))
-        return emit(events, count, frame, HAMMER_EVENT, i, fret, finger, HAMMER_LANDING)
-    return emit(events, count, frame, PULL_OFF, i, fret, LEAST_PULL + (MOST_PULL - LEAST_PULL) * part, 0.0)
+        finger = HAMMER_SPEED * speed_of_pluck(p, ops[i, 0], i, strength(p, part))
+        return emit(events, count, frame, HAMMER, i, fret, finger, HAMMER_LANDING)
+    return emit(events, count, frame, PULL_OFF, i, fret, -(LEAST_PULL + (MOST_PULL - LEAST_PULL) * part), 0.0)
 
 
 @jit

@@ -22,7 +22,7 @@ from livebass.kernels.operators import heights, shape
 from livebass.kernels.records import UNKNOWN
 from livebass.kernels.slot import disturb, forget_contact
 
-SHORTEST, LONGEST = 0.25e-3, 24e-3  # s of a hammering finger's way to the fret: one that takes longer is made faster
+SHORTEST, LONGEST = 0.25e-3, 32e-3  # s of a hammering finger's way to the fret: one that takes longer is made faster
 ROOM = 2e-6  # m, between the string and an obstacle it has been freed from
 GENTLE = 4e-3  # s in which a finger that does not hammer gets there
 SETTLING = 1e-3  # s, time constant of the change from one line of rest to another, as it is heard
@@ -31,9 +31,9 @@ NEAREST = 1e-9  # m: no way at all
 
 @jit
 def begin(stop, place, speed, finger, voice):
-    """Begins the path of a string's end from `place` (m) and `speed` (m/s) to rest, where a finger arrives at `finger` m/s.
+    """Begins the path of a string's end from `place` (m) and `speed` (m/s) to rest.
 
-    With 0 the finger comes to rest gently, within GENTLE seconds.
+    A finger takes it there and arrives at `finger` m/s; with 0 it comes to rest gently, within GENTLE seconds.
     """
     stop.place = place
     stop.speed = speed

@@ -44,7 +44,7 @@ SLIDING_HAND = 0.5  # m/s, of a finger that crosses a crown
 ONSET = 0.6  # s in which a vibrato gets a semitone deeper
 FINGER_NEPERS = 5.0  # damping, at an antinode, of a finger that takes hold of a sounding string
 GRIPPED, MOST_NEPERS = 2.35, 12.0  # of the fundamental, at least: near the saddle it holds more firmly, up to so much
-# The same of a finger that hammers: near the stop; and what part of it a node gets, as a fingertip covers some frets' width
+# The same of a finger that hammers, near the stop, and what part of it a node gets: a fingertip is no point
 HAMMER_NEPERS, HAMMER_SPARES = 80.0, 0.3
 NARROW = 1.6  # `safety` times sqrt(p (1 - p)) of a pluck at the part p of the length: its pulses reached 1.4 on a board
 BEND_FRAMES = 128  # pitch bend is followed so often, one string after the other ...

@@ -127,7 +127,7 @@ class Output:
 
 @dataclass(frozen=True)
 class Player:
-    """How notes become plucks. Strengths are multiples of the apex at which a pluck just grazes a fret."""
+    """How notes become plucks. Strengths are forces of the hand over that by which the open string grazes a fret."""
 
     technique: str = "pluck"  # or "slap": the thumb strikes the lower strings, a finger pops those above
     stroke: str = "finger"  # or "pick", "nail", which have widths and release times of their own
@@ -142,8 +142,8 @@ class Player:
     release_time_soft: float = 0.0  # ... and at velocity 1; 0: the same
     release_speed: float = 0.0  # m/s of the finger as it lets go at `greatest_apex`; in proportion to the apex
     pluck_angle: float = 0.0  # rad, of the pull, from straight away from the neck
-    softest: float = 0.08  # apex at velocity 1, in grazing apexes
-    hardest: float = 4.5  # apex at velocity 127, in grazing apexes
+    softest: float = 0.08  # force of a pluck at velocity 1 ...
+    hardest: float = 4.5  # ... and at velocity 127
     greatest_apex: float = 0.010  # m, approached but never exceeded
     unevenness: float = 0.0  # notes differ by up to this part in strength and by this times 10 cm in place
     strike_position: float = 0.68  # place of the thumb over the body, as pluck_position

@@ -23,7 +23,7 @@ from livebass.arrays import Floats
 Path = Callable[[Floats, float, float], Floats]
 Forces = Callable[[Floats], Floats]  # N, (n,), upwards, at the times (n,), s since it began
 
-BLENDED = 0.25  # of the way of `hammer`, on which the string is caught up
+WAYS = 0.25e-3, 32e-3  # s that a hammer's way takes at least, and at most
 
 
 @dataclass(frozen=True)
@@ -135,26 +135,16 @@ def landing(height: float, seconds: float) -> Path:
 
 
 def hammer(height: float, speed: float) -> Path:
-    """Path of a hammer-on: down to `height` (m) at `speed` (m/s), where it stops dead.
+    """Path of a hammer-on: down to `height` (m), where it arrives at `speed` (m/s) and stops dead.
 
-    The velocity is that of the string at first and turns into -`speed` over `BLENDED` of the way (smoothstep). A string
-    that lies at `height` or lower is lifted there in the same manner.
+    The velocity is that of the string at first; a string at rest is taken along with a constant acceleration. It takes
+    between the two times of WAYS. A string that lies below `height` is lifted there in the same manner.
     """
 
     def path(time: Floats, begin: float, velocity: float) -> Floats:
-        way = height - begin
-        going = math.copysign(speed, way)
-        blend = BLENDED * abs(way) / speed
-        if blend == 0:
-            return np.full(time.shape, height)
-        z = np.minimum(time / blend, 1.0)
-        # the integral of velocity + (going - velocity) z^2 (3 - 2 z)
-        caught = blend * (velocity * z + (going - velocity) * z**3 * (1 - z / 2))
-        b = begin + caught + going * np.maximum(time - blend, 0.0)
-        there = (b - height) * np.sign(way) >= 0
-        if there.any() and time.size:
-            b[time >= time[int(np.argmax(there))]] = height
-        return b
+        seconds = min(max(2 * abs(height - begin) / speed, WAYS[0]), WAYS[1])
+        z = np.minimum(time / seconds, 1.0)
+        return height + (begin - height) * (1 - z) * (1 + z) + velocity * seconds * z * (1 - z) ** 2
 
     return path
 

@@ -1,38 +1,47 @@
-"""Levels of every preset: a hard line nearly fills full scale, nothing exceeds it, there is no DC."""
+"""Levels of every preset: one as loud as the other, a hard line nearly fills full scale, nothing exceeds it, no DC."""
 
 from __future__ import annotations
+
+import functools
 
 import numpy as np
 import pytest
 
 from livebass import QUALITIES, load_preset, preset_names, render_to_array, score_of
-from livebass.model.instrument import Instrument, note_frequency
-from livebass.units import decibels
+from livebass.analysis.sound import loudness
+from livebass.model.instrument import note_frequency
+from livebass.score import FINGER, TEMPO
+from livebass.units import decibels, note_number
 
 RATE = 48000
-GAP, LENGTH = 0.3, 0.25  # s, from note to note, and of each
 PLACES = (5, 12)  # frets each string is played at
-HARD, SOFT = 127, 20  # velocities
-LOUDEST = (-8.0, -0.5)  # dBFS, peak of a hard line
-DYNAMICS = 12.0  # dB, at least, between the two lines
+HARD, USUAL, SOFT = 127, 90, 20  # velocities
+LOUDEST = (-6.0, -3.0)  # dBFS, peak of a hard line
+APART = 2.0  # LU, at most, between any two basses but those whose notes are short
+SHORT = {"muted"}
+DYNAMICS = 12.0  # dB, at least, between a soft line and a hard one
 DC = -60.0  # dBFS, at most, of the mean of the steady part
 
 
-def line(bass: Instrument, velocity: int) -> np.ndarray:
-    """The mix (n_frames,) of two notes a string; the fingering may choose another string for them."""
-    notes = [string.open_note + fret for string in bass.strings for fret in PLACES]
-    played = [(k * GAP, LENGTH, note, velocity) for k, note in enumerate(notes)]
-    return render_to_array(bass, score_of(played, RATE), QUALITIES["live"], tail=0.5).sum(axis=0)
+@functools.cache
+def line(name: str, velocity: int) -> np.ndarray:
+    """The mix (n_frames,) of the demo phrase of a bass played with fingers, all notes at one velocity."""
+    sixteenth = 60 / TEMPO / 4
+    notes = [(at * sixteenth, length * sixteenth, note_number(note), velocity) for at, length, note, _ in FINGER]
+    return render_to_array(load_preset(name), score_of(notes, RATE), QUALITIES["live"], tail=0.5).sum(axis=0)
 
 
 @pytest.mark.parametrize("name", preset_names())
 def test_levels(name: str) -> None:
-    bass = load_preset(name)
-    hard, soft = line(bass, HARD), line(bass, SOFT)
-    peak = decibels(np.abs(hard).max())
+    peak = decibels(np.abs(line(name, HARD)).max())
     assert LOUDEST[0] <= peak <= LOUDEST[1], f"{name}: a hard line peaks at {peak:.1f} dBFS, allowed {LOUDEST}"
-    below = peak - decibels(np.abs(soft).max())
+    below = peak - decibels(np.abs(line(name, SOFT)).max())
     assert below >= DYNAMICS, f"{name}: a soft line is {below:.1f} dB below a hard one, at least {DYNAMICS}"
+
+
+def test_basses_are_as_loud_as_one_another() -> None:
+    found = {name: loudness(line(name, USUAL), RATE) for name in preset_names() if name not in SHORT}
+    assert max(found.values()) - min(found.values()) <= APART, found
 
 
 @pytest.mark.parametrize("name", preset_names())

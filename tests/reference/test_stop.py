@@ -43,10 +43,12 @@ def test_a_path_begins_as_the_string_moves_and_ends_at_rest(path: Path, begin: f
 
 
 def test_a_hammer_comes_at_its_speed_and_stops_dead() -> None:
-    b = hammer(-1e-3, 0.5)(np.arange(30_000) * 1e-7, 1e-3, 0.0)
+    """From rest it is as fast on the average as half its speed at the end; a slow one is made faster."""
+    b = hammer(-1e-3, 0.5)(np.arange(90_000) * 1e-7, 1e-3, 0.0)
     speeds = np.diff(b) / 1e-7
-    np.testing.assert_allclose(speeds[10_001:-1], -0.5, rtol=1e-6)
-    assert hammer(-1e-3, 0.5)(np.array([4.49e-3, 4.51e-3]), 1e-3, 0.0) == pytest.approx([-0.995e-3, -1e-3])
+    np.testing.assert_allclose(speeds[[40_000, 79_998]], [-0.25, -0.5], rtol=1e-4)
+    assert (speeds[80_000:] == 0.0).all()
+    assert hammer(-1e-3, 1e-3)(np.array([31e-3, 32e-3]), 1e-3, 0.0) == pytest.approx([-0.877e-3, -1e-3], abs=1e-6)
     np.testing.assert_array_equal(
         follow(np.array([0.0, 1.0]), np.array([0.0, 2.0]))(np.array([0.5, 3.0]), 9, 9), [1, 2]
     )
