@@ -245,8 +245,9 @@ def test_energy_never_grows_but_by_the_hand(speed: float) -> None:
 
 @pytest.mark.parametrize("i", range(4))
 def test_the_thumb_presses_for_some_milliseconds(i: int) -> None:
+    """4 to 8 at a hard slap, longer at a softer one: the design's mass is there for 11 at 1 m/s."""
     engine = slapped(i=i)
-    for velocity in (80, 100, 127):
+    for velocity, longest in ((80, 11.0), (100, 8.0), (127, 8.0)):
         e = engine.another()
         e.send(np.array([0]), np.array([[0x90, e.instrument.strings[0].open_note, velocity]], np.uint8))
         voice, last = e.voices[0], 0
@@ -255,7 +256,7 @@ def test_the_thumb_presses_for_some_milliseconds(i: int) -> None:
             t = voice.slots[int(voice.record["slot"][0])]["thumb"]
             if t["on"] == THERE and t["force"] > 0:
                 last = n
-        assert 4.0 < last / RATE * 1e3 < 8.0, (velocity, last / RATE * 1e3)
+        assert 4.0 < last / RATE * 1e3 < longest, (velocity, last / RATE * 1e3)
 
 
 def test_a_thumb_without_stiffness_is_silent() -> None:
