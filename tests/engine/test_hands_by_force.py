@@ -111,7 +111,7 @@ def test_a_hammer_on_and_a_pull_off_are_those_of_brute_force(name: str, fret: in
         a, b = (third_octaves(w[begin : begin + 4700], RATE) for w in (ours, theirs))
         loud = b > b.max() - 30
         apart = np.abs(a - b)[loud]
-        assert apart.mean() < 0.5 and apart.max() < 2.0, apart
+        assert apart.mean() < 0.8 and apart.max() < 2.5, apart
 
 
 @pytest.mark.parametrize(
