@@ -52,7 +52,7 @@ class FakeSession:
         meters = Meters(*[0] * 11)
         more = {name: value for name, value in self.ends_with.items() if name != "learned"}
         return session.Summary(
-            output="x", seconds=1.0, meters=meters, worst=0.0, peak=0.0, recorded=(), short=None, lost=None,
+            output="x", seconds=1.0, meters=meters, worst=0.0, peak=0.0, recorded=(), short=None, lost=None, dropped=0,
             **(ended | more),
         )  # fmt: skip
 
