@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livebass.engine.engine import Engine, Playing, Report
-from livebass.kernels.performer import FADE
+from livebass.kernels.performer import FADE, OVER
 from livebass.model.instrument import Instrument
 from livebass.score import PROGRAM
 
@@ -22,6 +22,7 @@ class _Member:
     engine: Engine
     began: int  # frame
     fades: int | None = None  # from this frame on; None: not
+    level: float = 0.0  # of its last sample
 
 
 class Basses(Playing):
@@ -83,10 +84,11 @@ class Basses(Playing):
                 since = np.arange(self.frame + first, self.frame + count) - member.fades
                 sound *= np.clip((whole - since) / whole, 0.0, 1.0)
             out[:, first:] += sound
+            member.level = float(np.abs(sound[:, -1]).max())
         self.frame += count
         for member in self._members[1:]:
             faded = member.fades is not None and self.frame >= member.fades + whole
-            if faded or not member.engine.sounding():
+            if faded or not (member.engine.sounding() or member.level > OVER):
                 self._ended.append(member.engine.report())
                 self._members.remove(member)
         return out

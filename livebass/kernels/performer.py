@@ -103,6 +103,7 @@ ANSWERS_WHEN = 3
 MONO_STEP = 2  # semitones
 GUITAR_RANGE, MPE_RANGE = 12.0, 48.0  # semitones of a channel's wheel, until RPN 0 says another range
 STACK = 4  # keys held on one string that it goes back to, one after the other
+OVER = 1e-9  # signal below which a bass that rings out has ended
 FADE = 0.03  # s of fade-out of a bass that rings out, once another one or an overload needs its place
 
 # Fingers by number (records.TOUCHES): the palm has the first three, harmonics the last, ghost notes the last two

@@ -6,6 +6,7 @@ In all modes of the channels, with keys struck again before their note-off, rele
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import mido
@@ -15,11 +16,12 @@ from support.live import RATE, run_ahead
 
 from livebass import Quality, load_preset, read_score, render_to_array
 from livebass.arrays import Floats
+from livebass.cli.song import basses_of
 from livebass.engine.render import mixed
 from livebass.live.outputs import FakeDevice
 from livebass.live.recording import MidiRecorder
 from livebass.live.synth import LiveBass, Synth
-from livebass.score import TAKE, Score
+from livebass.score import PROGRAM, TAKE, Score
 
 LIGHT = Quality("light", 60, 192e3)
 Message = tuple[int, int, int, int]  # frame, status, first, second
@@ -33,26 +35,35 @@ MODES: dict[str, list[tuple[int, int, int]]] = {
 
 
 def live(
-    path: Path, messages: Sequence[Message], frames: int, size: int = 256, preset: str = "jazz-finger"
+    path: Path, messages: Sequence[Message], frames: int, size: int = 256, changes: Sequence[tuple[int, str]] = ()
 ) -> tuple[Floats, Synth]:
-    """Plays messages live for so many frames and records them as a MIDI file at `path`; returns the sound."""
+    """Plays messages live for so many frames and records them as a MIDI file at `path`; returns the sound.
+
+    `changes` are (frame, preset): the first block from there on begins with that bass.
+    """
     synth = Synth(RATE, adaptive=False)
     run_ahead(synth, "never")
-    synth.switch_to(LiveBass(load_preset(preset), LIGHT, RATE))
-    device, heard = FakeDevice(synth), []
-    with MidiRecorder(path, synth, preset) as take:
+    synth.switch_to(LiveBass(load_preset("jazz-finger"), LIGHT, RATE))
+    device, heard, coming = FakeDevice(synth), [], list(changes)
+    with MidiRecorder(path, synth, "jazz-finger") as take:
         for frame, status, first, second in messages:
             assert synth.send(status, first, second, frame)
         while synth.frame < frames:
+            synth.release_faded()
+            if coming and coming[0][0] <= synth.frame:
+                bass = LiveBass(load_preset(coming[0][1]), LIGHT, RATE)
+                synth.switch_to(bass)
+                take.choose(coming.pop(0)[1], bass)
             heard.append(device.block(min(size, frames - synth.frame)))
             take.turn()
     return np.concatenate(heard), synth
 
 
-def rendered(score: Score, frames: int, preset: str = "jazz-finger") -> Floats:
+def rendered(score: Score, frames: int) -> Floats:
     """What `livebass render` makes of it, cut at full scale as the synth cuts."""
     tail = max(frames - score.end_frame, 0) / RATE + 0.1
-    sound = render_to_array(load_preset(preset), score, LIGHT, tail=tail)
+    first, basses = basses_of(score, "jazz-finger", load_preset)
+    sound = render_to_array(first, score, LIGHT, tail=tail, basses=basses)
     return np.clip(mixed(sound.astype(np.float32)), -1.0, 1.0)[:frames]
 
 
@@ -122,6 +133,45 @@ def test_strings_bend_apart_in_a_take(mode: str, tmp_path: Path) -> None:
     assert pitch_of(sound[12000:], 105, 115) == pytest.approx(110.0, rel=0.005)
     assert pitch_of(sound[12000:], 38, 44) == pytest.approx(41.2, rel=0.005)
     assert np.array_equal(sound, rendered(read_score(tmp_path / "take.mid", RATE), len(sound)))
+
+
+@pytest.mark.parametrize("mode", ["alike", "a string each", "a note each"])
+def test_a_take_with_other_basses_sounds_as_it_was_heard(mode: str, tmp_path: Path) -> None:
+    """To the bit where one bass sounds; while one rings out, but for how the sum of both is rounded.
+
+    The controllers go over to the new bass, in the middle of bends, with volume, pedal, tone, blend, vibrato and palm.
+    """
+    rng = np.random.default_rng([3, *map(ord, mode)])
+    messages = performance(rng, mode, 70_000, 180)
+    moved = [
+        (0xB0, 17, 30),
+        (0xB0, 18, 90),
+        (0xB0, 7, 100),
+        (0xB0, 9, 30),
+        (0xB0, 1, 70),
+        (0xB0, 64, 127),
+        (0xE0, 9, 80),
+    ]
+    messages = sorted([*messages, *((18_000, *message) for message in moved)], key=lambda m: m[0])
+    messages.append((72_000, 0xB0, 120, 0))  # all sound off: the bass before has ended
+    messages += [(72_000 + 900 * k, *m[1:]) for k, m in enumerate(performance(rng, "alike", 1, 20)[2:])]
+    changes = [(20_000, "slap"), (75_000, "fretless")]
+    sound, _ = live(tmp_path / "take.mid", messages, 100_000, 256, changes)
+    score = read_score(tmp_path / "take.mid", RATE)
+    assert score.changes == [(20_224, 36), (75_008, 35)] and score.program == 33
+    again = rendered(score, len(sound))
+    assert np.array_equal(sound[:20_224], again[:20_224])
+    assert np.allclose(sound, again, rtol=0, atol=3e-7)
+    assert np.array_equal(sound[72_512:75_008], again[72_512:75_008])
+    for k, (begin, end) in enumerate(((20_224, 72_000), (75_008, 100_000))):
+        kept = offline_alone(score, begin)
+        assert np.abs(sound[begin:end] - kept[begin:end]).max() > 1e-3, (k, "another bass is heard")
+
+
+def offline_alone(score: Score, frame: int) -> Floats:
+    """The score without the program change at `frame`."""
+    kept = (score.frames != frame) | (score.messages[:, 0] & 0xF0 != PROGRAM)
+    return rendered(replace(score, frames=score.frames[kept], messages=score.messages[kept]), 100_000)
 
 
 def file_of(path: Path, messages: Sequence[tuple[int, bytes]], *texts: str) -> Score:

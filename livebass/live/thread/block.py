@@ -21,7 +21,7 @@ from livebass.kernels.native import (
     set_float_control,
     store_release,
 )
-from livebass.kernels.performer import FADE, GAIN_DB, LEARNED, LEAST, MOST_EVENTS, MOST_STRINGS, PARAMETERS
+from livebass.kernels.performer import FADE, GAIN_DB, LEARNED, LEAST, MOST_EVENTS, MOST_STRINGS, OVER, PARAMETERS
 from livebass.live.thread import ahead
 from livebass.live.thread.records import (
     BLOCK_TIME,
@@ -316,6 +316,7 @@ def is_silent(b, end):
     for i in range(b.strings):
         string = string_of(b, i)
         moves = string.slots[0].on or string.slots[1].on or string.voice.answering
+        moves = moves or abs(string.voice.block_out) > OVER  # its filters still hold some
         if moves or string.voice.frame > end - b.frame:
             return False
     return True
