@@ -109,6 +109,8 @@ class Desk:
     def loop(self, part: tuple[float, float] | None) -> None:
         """Repeats a `part`, (0, 0) the whole; None ends the loop, and the score goes on.
 
+        A score that has not begun, or is past the part, goes to its beginning.
+
         Raises ValueError for a part that is too short, or not in the score.
         """
         self.record["loop_to"] = 0.0
@@ -124,7 +126,7 @@ class Desk:
         self.looped_last = begin, end
         self.record["loop_from"] = round(begin * self.score.rate)
         self.record["loop_to"] = round(end * self.score.rate)
-        if self.position >= end:
+        if self.position >= end or (self.position < 0 < begin):
             self.seek(begin)
 
     # ---- controllers

@@ -146,8 +146,6 @@ class Session:
             if score:
                 self.desk.load(score)
                 self.desk.loop = settings.loop
-                if self.desk.loop and self.desk.loop[0]:
-                    self.desk.seek(self.desk.loop[0])
             recorder = Recorder(settings.record, synth) if settings.record else None
             if recorder:
                 ends.callback(recorder.discard)
