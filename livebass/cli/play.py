@@ -46,11 +46,12 @@ CONTROLLERS = """\
   65, 68            from 64 on: overlapping notes slide; are hammered on and pulled off
   102 to 109        gain, tone, pluck_position, dynamics, technique, hand_damping, unevenness, bend_range, as --learn
                     moves them, and as a MIDI take has what --learn has moved
-  program           33 to 38 of General MIDI choose a preset, see `livebass presets list`
+  program           33 to 38 of General MIDI choose a preset, see `livebass presets list`; in a --file without -p, too
   6, 38, 100, 101   RPN 0, the range of the pitch bend; RPN 6, MPE: each note has its own bend, its vibrato by pressure
                     and its plucking point by controller 74
   126               1: overlapping notes up to two frets apart are legato; 2 and more: a channel for each string, the
-                    highest one's first, as MIDI guitars have it, with a wheel of its own
+                    highest one's first, as MIDI guitars have it, with a wheel of its own; notes on channels without
+                    a string are dropped, and counted
   any other         what --learn gives it: gain, tone, pluck_position, dynamics, technique, hand_damping, unevenness or
                     bend_range; at 64 the parameter is as the bass has it, the gain at 127
   120, 121, 123     all sound off, reset all controllers, all notes off

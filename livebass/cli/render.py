@@ -86,7 +86,7 @@ quality_option = click.option(
     "--preset",
     metavar="NAME|FILE",
     help=f"The bass: a name from `livebass presets list`, or your own file.  "
-    f"[default: {DEFAULT_PRESET}, or what the MIDI file asks for]",
+    f"[default: {DEFAULT_PRESET}, or those that the MIDI file asks for]",
 )
 @tuning_options
 @quality_option
@@ -110,8 +110,8 @@ quality_option = click.option(
     type=Channel(),
     default="auto",
     show_default=True,
-    help="MIDI channel to play. auto: all notes with a bass program, 33 to 40, or else tracks called bass; all: every "
-    "channel but 10, the drums.",
+    help="MIDI channel to play. auto: all notes with a bass program, 33 to 40, or else tracks called bass, or else the "
+    "channels of an MPE controller or MIDI guitar; all: every channel but 10, the drums.",
 )
 @click.option(
     "--list", "listing", is_flag=True, help="Write no sound: list what is in the MIDI file and what would be played."
