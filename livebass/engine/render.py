@@ -160,11 +160,18 @@ def mixed(strings: NDArray[np.float32]) -> NDArray[np.float32]:
     return mix
 
 
+def single(sound: NDArray[np.float64]) -> NDArray[np.float32]:
+    """Returns a sound in float32, with 0 for what is below its normal numbers, as the audio thread has it."""
+    out = sound.astype(np.float32)
+    out[np.abs(out) < np.finfo(np.float32).tiny] = 0.0
+    return out
+
+
 def _scaled(blocks: Iterator[NDArray[np.float64]], gain: float, rate: int) -> Iterator[NDArray[np.float32]]:
     """Applies the gain to each block. Raises RenderError for NaN and infinity."""
     frame = 0
     for block in blocks:
         if not np.isfinite(block).all():
             raise RenderError(f"the sound is not finite near {frame / rate:.3f} s; please report the preset")
-        yield (block * gain).astype(np.float32)
+        yield single(block * gain)
         frame += block.shape[1]

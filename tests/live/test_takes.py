@@ -17,8 +17,10 @@ from support.live import RATE, run_ahead
 from livebass import Quality, load_preset, read_score, render_to_array
 from livebass.arrays import Floats
 from livebass.cli.song import basses_of
-from livebass.engine.render import mixed
+from livebass.engine.render import mixed, single
+from livebass.kernels.performer import LEARNED
 from livebass.live.outputs import FakeDevice
+from livebass.live.parameters import NUMBERS
 from livebass.live.recording import MidiRecorder
 from livebass.live.synth import LiveBass, Synth
 from livebass.score import PROGRAM, TAKE, Score
@@ -64,7 +66,7 @@ def rendered(score: Score, frames: int) -> Floats:
     tail = max(frames - score.end_frame, 0) / RATE + 0.1
     first, basses = basses_of(score, "jazz-finger", load_preset)
     sound = render_to_array(first, score, LIGHT, tail=tail, basses=basses)
-    return np.clip(mixed(sound.astype(np.float32)), -1.0, 1.0)[:frames]
+    return np.clip(mixed(single(sound)), -1.0, 1.0)[:frames]
 
 
 def performance(rng: np.random.Generator, mode: str, frames: int, count: int) -> list[Message]:
@@ -216,3 +218,22 @@ def test_a_take_is_left_as_it_is_and_other_files_are_paired(tmp_path: Path) -> N
         (401, 0x82, 34, 19), (500, 0x92, 35, 80), (501, 0x82, 35, 64),
     ]  # fmt: skip
     assert take.program == other.program == 33
+
+
+def test_what_is_too_soft_for_normal_numbers_is_silence() -> None:
+    """As for the audio thread, which flushes it to zero: a tail must not differ there."""
+    soft = np.array([1e-39, -1e-40, 2e-38, 0.5, 0.0])
+    assert single(soft).tolist() == [0.0, 0.0, np.float32(2e-38), 0.5, 0.0]
+
+
+def test_parameters_of_learned_controllers_go_over_to_another_bass(tmp_path: Path) -> None:
+    """Live and in the take, where they are controllers 102 to 109."""
+    moved = [(LEARNED + NUMBERS[symbol], 20 + 11 * k) for k, symbol in enumerate(sorted(set(NUMBERS) - {"gain"}))]
+    messages = [(1000 + 200 * k, 0xB3, *move) for k, move in enumerate(moved)]
+    messages += [(8000 + 5000 * k, 0x93, 28 + 5 * (k % 4), 60 + 9 * k) for k in range(6)]
+    sound, synth = live(tmp_path / "take.mid", messages, 42_000, 256, [(16_000, "slap")])
+    assert np.allclose(sound, rendered(read_score(tmp_path / "take.mid", RATE), len(sound)), rtol=0, atol=3e-7)
+    assert synth.bass is not None
+    new, usual = synth.bass.engine.performer[0], LiveBass(load_preset("slap"), LIGHT, RATE).engine.performer[0]
+    for field in ("dynamics", "hand_damping", "unevenness", "placed", "ranged", "slapped", "tone"):
+        assert new[field] != usual[field], field
