@@ -186,6 +186,7 @@ PERFORMER = np.dtype(
         ("latest", "i8"),  # string of the last note; -1: it was left out
         ("placed", "f8"),  # the position that the controllers' reset goes back to
         ("ranged", "f8"),  # semitones, the range until a controller sets another
+        ("adjusted", "f8", (PARAMETERS,)),  # the parameters' values; 0: as the bass has it
         # the player: constants, and what parameters make of them
         ("usual_position", "f8"),
         ("usual_slapped", "i8"),
@@ -292,10 +293,21 @@ def place(p, x):
 @jit
 def set_parameter(p, frame, number, value, events, count):
     """Sets parameter `number`, of those that the player has, to a value that is `held`; returns the new count."""
+    adjust(p, number, value)
     if number == TONE_POT:
-        p.tone = value
         for i in range(p.strings):
             count = emit(events, count, frame, TONE, i, 0, value, 0.0)
+    elif number == BEND_RANGE:
+        count = tell_bend(p, frame, events, count)
+    return count
+
+
+@jit
+def adjust(p, number, value):
+    """`set_parameter` for the player alone."""
+    p.adjusted[number] = value
+    if number == TONE_POT:
+        p.tone = value
     elif number == PLUCK_POSITION:
         p.placed = place(p, value)
         p.position = p.placed
@@ -319,17 +331,16 @@ def set_parameter(p, frame, number, value, events, count):
     elif number == BEND_RANGE:
         p.ranged = p.usual_range if value == 0.0 else max(value, 1.0)
         p.range = p.ranged
-        count = tell_bend(p, frame, events, count)
-    return count
 
 
 @jit
 def take_over(p, old):
-    """Sets the controllers of a bass that has not played yet as they stand at `old`, the performer before it."""
+    """Sets controllers and parameters of a bass that has not played as they stand at `old`, the performer before it."""
+    for number in range(GAIN_DB + 1, PARAMETERS):
+        adjust(p, number, old.adjusted[number])
     p.volume = old.volume
     p.expression = old.expression
     p.level = old.level
-    p.tone = old.tone
     p.blend = old.blend
     p.pedal = old.pedal
     p.wheel = old.wheel

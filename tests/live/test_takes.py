@@ -226,9 +226,9 @@ def test_what_is_too_soft_for_normal_numbers_is_silence() -> None:
     assert single(soft).tolist() == [0.0, 0.0, np.float32(2e-38), 0.5, 0.0]
 
 
-def test_parameters_of_learned_controllers_go_over_to_another_bass(tmp_path: Path) -> None:
-    """Live and in the take, where they are controllers 102 to 109."""
-    moved = [(LEARNED + NUMBERS[symbol], 20 + 11 * k) for k, symbol in enumerate(sorted(set(NUMBERS) - {"gain"}))]
+def test_parameters_that_controllers_move_go_over_to_another_bass(tmp_path: Path) -> None:
+    """102 to 109, as a take has those of learned controllers: live and in the take."""
+    moved = [(LEARNED + NUMBERS[symbol], 15 + 11 * k) for k, symbol in enumerate(sorted(set(NUMBERS) - {"gain"}))]
     messages = [(1000 + 200 * k, 0xB3, *move) for k, move in enumerate(moved)]
     messages += [(8000 + 5000 * k, 0x93, 28 + 5 * (k % 4), 60 + 9 * k) for k in range(6)]
     sound, synth = live(tmp_path / "take.mid", messages, 42_000, 256, [(16_000, "slap")])
