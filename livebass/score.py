@@ -1,10 +1,14 @@
 """Notes with times: a `Score` from a Standard MIDI File, from a list of notes, or a demo phrase.
 
-A `Score` is clean by construction, whatever the file: at one frame, note-offs and controllers come before note-ons;
-every note-on has its end, at least `BRIEF` seconds later; an end without a note is dropped; and of overlapping notes of
-one pitch, the end of the earlier one does not cut the later one.
+A player ends a key at its first note-off, however often it was struck (kernels/performer.py): whoever plays cannot know
+whether another one is to come. A take, which a text at its beginning says it is, was played so: its messages are left
+as they are, in their order, and it sounds as it was heard. A file by anybody else shows its future. There a `Score` is
+clean by construction: at one frame, note-offs and controllers come before note-ons; every note-on has its end, at least
+`BRIEF` seconds later; an end without a note is dropped; and of overlapping notes of one pitch, the end of the earlier
+one does not cut the later one. Both keep channels and release velocities.
 
 Of a file the bass part is taken: the notes of General MIDI's basses or, where there are none, of tracks called bass.
+The channels of a zone, which a mode gives to the strings or the notes of one instrument, belong together.
 """
 
 from __future__ import annotations
@@ -17,7 +21,7 @@ import stat
 import sys
 from bisect import bisect_right
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Container, Iterable
 from dataclasses import dataclass, replace
 from itertools import groupby
 from pathlib import Path
@@ -30,7 +34,10 @@ from numpy.typing import NDArray
 from livebass.smf import Smf, SmfError, message, parse_smf
 from livebass.units import note_name, note_number
 
-NOTE_OFF, NOTE_ON = 0x80, 0x90
+NOTE_OFF, NOTE_ON, PROGRAM = 0x80, 0x90, 0xC0
+RELEASE = 64  # velocity of a note-off that has none of its own
+TAKE = "as played by livebass"  # text at the beginning of a file: it is left as it is
+CHANNELS = 16
 DRUMS = 9  # channel 10, counted from 0
 BASS_PROGRAMS = range(32, 40)  # General MIDI, counted from 0: the eight basses
 # "Bass", "E-Bass", "bass 2", "Bass Guitar", but no double-bassoon, bass drum or bass clarinet.
@@ -55,17 +62,31 @@ class ScoreError(ValueError):
 
 @dataclass(frozen=True, eq=False)
 class Score:
-    """The notes and controllers to play, as channel messages with times, all on one channel."""
+    """The notes and controllers to play, as channel messages with times.
+
+    Program changes among them are those after the first note that change the program.
+    """
 
     frames: NDArray[np.int64]  # (n,) sample frames at `rate`, ascending
-    messages: NDArray[np.uint8]  # (n, 3) MIDI status and data; channel 0; unused data is 0
+    messages: NDArray[np.uint8]  # (n, 3) MIDI status and data; unused data is 0
     end_frame: int  # of the last message, where the tail begins
     notes: int  # number of note-ons
     name: str  # of the piece, for messages
     rate: int  # Hz
-    program: int | None = None  # General MIDI's, counted from 0, of most notes of a file; None: the file sets none
+    program: int | None = None  # General MIDI's, counted from 0, that a file begins with; None: the file sets none
     remarks: tuple[str, ...] = ()  # a line each: damage in the file that did not matter, and what was chosen from it
     file_end: int = 0  # frame of the end of the file, its other parts included; 0: there is no file
+
+    @property
+    def changes(self) -> list[tuple[int, int]]:
+        """(frame, program from 0) of the program changes after the first note."""
+        changed = self.messages[:, 0] & 0xF0 == PROGRAM
+        return list(zip(self.frames[changed].tolist(), self.messages[changed, 1].tolist(), strict=True))
+
+    def on_one_bass(self) -> Score:
+        """The score without its program changes."""
+        kept = self.messages[:, 0] & 0xF0 != PROGRAM
+        return replace(self, frames=self.frames[kept], messages=self.messages[kept])
 
 
 @dataclass(frozen=True)
@@ -77,13 +98,16 @@ class Part:
     name: str  # of the track; "": it has none
     programs: tuple[int, ...]  # General MIDI's, counted from 1, that its notes have; empty: the file sets none
     notes: int
-    lowest: int  # note numbers
+    switches: int  # note-ons of keys that switch, and are none of the notes
+    lowest: int  # note numbers; 0 without notes
     highest: int
     chosen: int  # how many of its notes are played
 
     @property
     def range(self) -> str:
-        """Lowest to highest note, "E1 to D#4"."""
+        """Lowest to highest note, "E1 to D#4"; "" without notes."""
+        if not self.notes:
+            return ""
         names = note_name(self.lowest), note_name(self.highest)
         return names[0] if self.lowest == self.highest else " to ".join(names)
 
@@ -126,7 +150,7 @@ def score_of(
             raise ValueError(f"note of {length} s at {start} s: allowed are 0 to {LONGEST} s")
         first = round(start * rate)
         last = round((start + length) * rate)
-        events += [(first, message(bytes([NOTE_ON, note, velocity])), 0), (last, _note_off(0, note), 0)]
+        events += [(first, message(bytes([NOTE_ON, note, velocity])), 0), (last, _note_off(0, note, RELEASE), 0)]
     for time, position in bends:
         if not (0 <= time <= LONGEST and -1 <= position <= 1):
             raise ValueError(f"bend to {position} at {time} s: allowed are -1 to 1 and 0 to {LONGEST} s")
@@ -158,24 +182,28 @@ def read_score(path: str | os.PathLike[str], rate: int, channel: str | int = "au
     """The bass part of a Standard MIDI File (type 0 or 1) in frames at `rate` Hz; of standard input if `path` is "-".
 
     `channel` "auto" takes the notes played while their channel's program is 33 to 40, counted from 1 (the General MIDI
-    basses); if there are none, those of tracks called bass; "all" takes every channel but 10, the drums; 1 to 16 takes
-    that one. Controllers are taken from the channels of these notes. Raises ScoreError if the file cannot be played,
+    basses); if there are none, those of tracks called bass, or else of a zone without a program; of a take, which
+    `livebass play` recorded, all. "all" takes every channel but 10, the drums; 1 to 16 takes that one. Controllers are
+    taken from the channels of these notes, and from those of their zone: the channels that controller 126 gives to
+    strings or RPN 6 to notes, which have the program of any of them. Raises ScoreError if the file cannot be played,
     and ValueError for a rate or channel that is not allowed.
     """
     read = _read(path, rate, channel)
     if not read.chosen:
         raise ScoreError(f"{path}: {_nothing_chosen(channel, read.parts)}")
-    programs = Counter(note.program for note in read.chosen)
-    score = _score(read.events, Path(path).stem, rate, programs.most_common(1)[0][0], read.remarks)
+    program, changes = _programs(read.events, read.chosen, read.zone)
+    events = [e for place, e in enumerate(read.events) if e[1].type != "program_change" or place in changes]
+    score = _score(events, Path(path).stem, rate, program, read.remarks)
     return replace(score, file_end=read.end)
 
 
-def read_parts(path: str | os.PathLike[str], channel: str | int = "auto") -> list[Part]:
+def read_parts(path: str | os.PathLike[str], channel: str | int = "auto", switches: Container[int] = ()) -> list[Part]:
     """The parts of a Standard MIDI File by channel and track, and which of them `read_score` would play.
 
-    Raises ScoreError and ValueError as it does, but not for a file without a bass.
+    Keys in `switches` are no notes. Raises ScoreError and ValueError as it does, but not for a file without a bass.
     """
-    return list(_read(path, LEAST_RATE, channel).parts)
+    read = _read(path, LEAST_RATE, channel)
+    return list(_parts(read.notes, read.places, read.names, switches))
 
 
 def _file_bytes(path: Path) -> bytes:
@@ -237,61 +265,109 @@ def _timed(smf: Smf, rate: int) -> tuple[list[Event], int]:
     events = []
     for tick, m, track in smf.messages:
         off = m.type == "note_on" and m.velocity == 0
-        events.append((frame(tick), _note_off(m.channel, m.note) if off else m, track))
+        events.append((frame(tick), _note_off(m.channel, m.note, RELEASE) if off else m, track))
     return events, end
 
 
-def _note_off(channel: int, note: int) -> Message:
-    return message(bytes([NOTE_OFF | channel, note, 64]))
+def _note_off(channel: int, note: int, velocity: int) -> Message:
+    return message(bytes([NOTE_OFF | channel, note, velocity]))
+
+
+def _ended(events: list[Event], end: int) -> list[Event]:
+    """The events as they are, and at frame `end` a note-off for each key that is still down."""
+    down: set[tuple[int, int]] = set()
+    for _, m, _ in events:
+        if m.type == "note_on":
+            down.add((m.channel, m.note))
+        elif m.type == "note_off":
+            down.discard((m.channel, m.note))
+    end = max([end, *(frame for frame, _, _ in events[-1:])])
+    return events + [(end, _note_off(channel, note, RELEASE), 0) for channel, note in sorted(down)]
 
 
 def _cleaned(events: list[Event], end: int, rate: int) -> list[Event]:
     """The events in the order of a `Score`, with exactly one note-off for each note."""
-    keys: dict[tuple[int, int], list[tuple[int, bool]]] = defaultdict(list)
+    keys: dict[tuple[int, int], list[tuple[int, bool, int]]] = defaultdict(list)
     clean: list[Event] = []
     for event in events:
         frame, m, _ = event
         if m.type in ("note_on", "note_off"):
-            keys[m.channel, m.note].append((frame, m.type == "note_on"))
-        # a score has one channel: that each string gets one of its own cannot be meant
-        if m.type != "note_off" and not (m.is_cc(126) and m.value > 1):
+            keys[m.channel, m.note].append((frame, m.type == "note_on", m.velocity))
+        if m.type != "note_off":
             clean.append(event)
     for (channel, note), strokes in keys.items():
-        for frame in note_ends(strokes, end, max(1, round(BRIEF * rate))):
-            clean.append((frame, _note_off(channel, note), 0))
+        for frame, velocity in note_ends(strokes, end, max(1, round(BRIEF * rate))):
+            clean.append((frame, _note_off(channel, note, velocity), 0))
     # Controllers come first: a pedal pressed as a note ends holds it, and a bend is there before the next note begins.
     rank = {"note_off": 1, "note_on": 2}
     return sorted(clean, key=lambda e: (e[0], rank.get(e[1].type, 0)))
 
 
-def note_ends(strokes: list[tuple[int, bool]], end: int, brief: int) -> list[int]:
-    """Frames at which the notes of one key end. strokes: (frame, True for a note-on) in file order.
+def note_ends(strokes: list[tuple[int, bool, int]], end: int, brief: int) -> list[tuple[int, int]]:
+    """(frame, release velocity) at which the notes of one key end.
+
+    strokes: (frame, True for a note-on, velocity) in file order.
 
     A note-off ends the oldest note held; at its own frame, earlier notes before new ones. If the key has been struck
     again since and another note-off is still to come, the note-off ends nothing, and the new note sounds on. Notes
     still held end at frame `end`. A note lasts at least `brief` frames, unless its key is struck again before.
     """
-    moments = []  # (frame, ons, offs)
+    moments: list[tuple[int, int, list[int]]] = []  # (frame, note-ons, velocities of note-offs)
     for frame, group in groupby(strokes, key=lambda s: s[0]):
-        kinds = [on for _, on in group]
-        moments.append((frame, sum(kinds), len(kinds) - sum(kinds)))
-    ends: list[int] = []
+        here = list(group)
+        moments.append((frame, sum(on for _, on, _ in here), [velocity for _, on, velocity in here if not on]))
+    ends: list[tuple[int, int]] = []
     held, struck = 0, 0
-    for (frame, ons, offs), (_, _, offs_next) in zip(moments, [*moments[1:], (end, 0, 0)], strict=True):
-        early = min(offs, held)
+    for (frame, ons, offs), (_, _, offs_next) in zip(moments, [*moments[1:], (end, 0, [])], strict=True):
+        early = min(len(offs), held)
         held -= early
         if early and not (held and (ons or offs_next)):
-            ends.append(max(frame, struck + brief))
+            ends.append((max(frame, struck + brief), offs[early - 1]))
             held = 0
         if ons:
-            if ends and ends[-1] > frame:
-                ends[-1] = frame
-            late = min(offs - early, held + ons)
+            if ends and ends[-1][0] > frame:
+                ends[-1] = (frame, ends[-1][1])
+            late = min(len(offs) - early, held + ons)
             held, struck = held + ons - late, frame
             if late and not (held and offs_next):
-                ends.append(frame + brief)
+                ends.append((frame + brief, offs[early + late - 1]))
                 held = 0
-    return ends + [max(end, struck + brief)] * bool(held)
+    return ends + [(max(end, struck + brief), RELEASE)] * bool(held)
+
+
+def _modes(events: list[Event]) -> dict[int, frozenset[int]]:
+    """The places of messages that give channels a meaning, as the performer takes them, and which channels each."""
+    modes: dict[int, frozenset[int]] = {}
+    high = low = 127  # of the RPN that is selected
+    for place, (_, m, _) in enumerate(events):
+        if m.type != "control_change":
+            continue
+        if m.control == 101:
+            high = m.value
+        elif m.control == 100:
+            low = m.value
+        elif m.control in (98, 99, 121):
+            high = low = 127
+        elif m.control == 126 and m.value > 1:
+            modes[place] = frozenset(range(m.channel, min(m.channel + m.value, CHANNELS)))
+        elif m.control == 6 and (high, low) == (0, 6) and m.value > 1:
+            members = min(m.value, CHANNELS - 1)
+            first = 0 if m.channel == 0 else CHANNELS - 1 - members
+            modes[place] = frozenset({m.channel, *range(first, first + members + 1)})
+    return modes
+
+
+def _zone(events: list[Event]) -> tuple[frozenset[int], list[Event]]:
+    """The channels that modes make one instrument of, and the events without the modes that are not believed.
+
+    Not believed are modes where some notes of these channels have the program of a bass, and some another.
+    """
+    modes = _modes(events)
+    zone = frozenset[int]().union(*modes.values())
+    programs = {note.program for note in _notes(events, zone) if note.channel in zone} - {None}
+    if len({program in BASS_PROGRAMS for program in programs}) < 2:
+        return zone, events
+    return frozenset(), [event for place, event in enumerate(events) if place not in modes]
 
 
 class _Note(NamedTuple):
@@ -301,17 +377,24 @@ class _Note(NamedTuple):
     track: int  # from 0
     channel: int  # from 0
     note: int
-    program: int | None  # of its channel when it begins, from 0; None: not set so far
+    program: int | None  # of its channel, or its zone, when it begins, from 0; None: not set so far
 
 
 class _Read(NamedTuple):
     """The notes read from a file, and those that `channel` chooses."""
 
-    parts: tuple[Part, ...]
+    notes: list[_Note]
+    places: set[int]  # of the notes that are chosen
+    names: tuple[str, ...]  # of the tracks
     events: list[Event]  # of the chosen notes and of their channels
-    chosen: list[_Note]
+    chosen: list[_Note]  # the same notes, placed among these events
+    zone: frozenset[int]  # channels that are one instrument
     remarks: tuple[str, ...]
     end: int  # frame of the end of the file
+
+    @property
+    def parts(self) -> tuple[Part, ...]:
+        return _parts(self.notes, self.places, self.names)
 
 
 def _read(path: str | os.PathLike[str], rate: int, channel: str | int) -> _Read:
@@ -325,52 +408,106 @@ def _read(path: str | os.PathLike[str], rate: int, channel: str | int) -> _Read:
         events, end = _timed(smf, rate)
     except SmfError as error:
         raise ScoreError(f"{path}: {error}") from None
-    clean = _cleaned(events, end, rate)
-    notes = _notes(clean)
-    chosen = [note for note in notes if _wanted(channel, note)]
-    tracks = set() if chosen or channel != "auto" else _called_bass(notes, smf.names)
-    if not tracks:
-        places, channels = {note.place for note in chosen}, {note.channel for note in chosen}
-        kept = [e for i, e in enumerate(clean) if e[1].channel in channels and (e[1].type != "note_on" or i in places)]
-        return _Read(_parts(notes, places, smf.names), kept, chosen, smf.warnings, end)
-    # Other tracks may share the channel: their notes must not end these.
-    places = {note.place for note in notes if note.track in tracks}
-    channels = {note.channel for note in notes if note.track in tracks}
-    own = [
-        e for e in events if e[1].channel in channels and (e[2] in tracks or e[1].type not in ("note_on", "note_off"))
-    ]
-    kept = _cleaned(own, end, rate)
-    called = ", ".join(f'"{smf.names[track]}"' for track in sorted(tracks))
-    remark = f"no channel has a bass program, 33 to 40: plays the track{'s' * (len(tracks) > 1)} called {called}"
-    return _Read(_parts(notes, places, smf.names), kept, _notes(kept), (*smf.warnings, remark), end)
+    taken = TAKE in smf.texts
+    if taken:
+        zone, clean = frozenset(range(CHANNELS)), _ended(events, end)
+    else:
+        zone, events = _zone(events)
+        clean = _cleaned(events, end, rate)
+    notes = _notes(clean, zone)
+    chosen = [note for note in notes if (taken and channel == "auto") or _wanted(channel, note, zone)]
+    tracks = set() if chosen or channel != "auto" else _called_bass(notes, smf.names, zone)
+    if not chosen and not tracks and channel == "auto":
+        chosen = [note for note in notes if note.channel in zone and note.program is None]
+    remarks = smf.warnings
+    if tracks:
+        chosen = [note for note in notes if note.track in tracks]
+        called = ", ".join(f'"{smf.names[track]}"' for track in sorted(tracks))
+        said = f"no channel has a bass program, 33 to 40: plays the track{'s' * (len(tracks) > 1)} called {called}"
+        remarks = (*remarks, said)
+    places, channels = {note.place for note in chosen}, {note.channel for note in chosen}
+    heard = channels | zone if channels & zone else channels  # controllers and programs
+    if tracks:  # others may share the channel: their notes must not end these
+        own = [e for e in events if e[1].channel in heard and (e[2] in tracks or not _is_note(e[1]))]
+        kept = _cleaned(own, end, rate)
+    else:
+        kept = [
+            e
+            for place, e in enumerate(clean)
+            if place in places or (e[1].channel in (channels if _is_note(e[1]) else heard) and e[1].type != "note_on")
+        ]
+    return _Read(notes, places, smf.names, kept, _notes(kept, zone), zone, remarks, end)
 
 
-def _notes(events: list[Event]) -> list[_Note]:
-    """The notes of cleaned events, with the programs they have."""
-    programs: list[int | None] = [None] * 16
+def _is_note(m: Message) -> bool:
+    return m.type in ("note_on", "note_off")
+
+
+def _notes(events: list[Event], zone: Container[int]) -> list[_Note]:
+    """The notes of events, with the programs they have; of a channel of the zone without one, the zone's."""
+    programs: list[int | None] = [None] * CHANNELS
+    of_zone: int | None = None
     notes = []
     for place, (_, m, track) in enumerate(events):
         if m.type == "program_change":
             programs[m.channel] = m.program
+            of_zone = m.program if m.channel in zone else of_zone
         elif m.type == "note_on":
-            notes.append(_Note(place, track, m.channel, m.note, programs[m.channel]))
+            program = programs[m.channel]
+            if program is None and m.channel in zone:
+                program = of_zone
+            notes.append(_Note(place, track, m.channel, m.note, program))
     return notes
 
 
-def _wanted(channel: str | int, note: _Note) -> bool:
+def _programs(events: list[Event], chosen: list[_Note], zone: Container[int]) -> tuple[int | None, set[int]]:
+    """The program that the chosen notes begin with, and the places of the changes after that.
+
+    Several channels may begin with several: it is that of most notes. Of several changes between two notes the last
+    one counts, and none that changes nothing.
+    """
+    begun: Counter[int | None] = Counter()  # notes before their channel's first change
+    waiting: dict[int, int] = {}  # places of program changes without a note so far, by channel, -1: by zone
+    changes: list[int] = []
+    played: set[int] = set()
+    changed: set[int] = set()
+    note_of = {note.place: note for note in chosen}
+    for place, (_, m, _) in enumerate(events):
+        part = -1 if m.channel in zone else m.channel
+        if m.type == "program_change":
+            waiting[part] = place
+        elif place in note_of:
+            change = waiting.pop(part, None)
+            if change is not None and part in played:
+                changes.append(change)
+                changed.add(part)
+            if part not in changed:
+                begun[note_of[place].program] += 1
+            played.add(part)
+    first = program = begun.most_common(1)[0][0]
+    kept = set()
+    for place in sorted(changes):
+        if events[place][1].program != program:
+            program = events[place][1].program
+            kept.add(place)
+    return first, kept
+
+
+def _wanted(channel: str | int, note: _Note, zone: Container[int]) -> bool:
     """True if `channel` chooses the note; for "auto" by its program."""
+    drums = note.channel == DRUMS and DRUMS not in zone
     if channel == "auto":
-        return note.channel != DRUMS and note.program in BASS_PROGRAMS
+        return not drums and note.program in BASS_PROGRAMS
     if channel == "all":
-        return note.channel != DRUMS
+        return not drums
     return channel == note.channel + 1
 
 
-def _called_bass(notes: list[_Note], names: tuple[str, ...]) -> set[int]:
-    """The tracks called bass; a track with notes of several channels has the name of the piece, and is none."""
+def _called_bass(notes: list[_Note], names: tuple[str, ...], zone: Container[int]) -> set[int]:
+    """The tracks called bass; a track with notes of several instruments has the name of the piece, and is none."""
     channels: dict[int, set[int]] = defaultdict(set)
     for note in notes:
-        channels[note.track].add(note.channel)
+        channels[note.track].add(-1 if note.channel in zone else note.channel)
     return {
         track
         for track, used in channels.items()
@@ -378,11 +515,18 @@ def _called_bass(notes: list[_Note], names: tuple[str, ...]) -> set[int]:
     }
 
 
-def _parts(notes: list[_Note], places: set[int], names: tuple[str, ...]) -> tuple[Part, ...]:
-    """The parts of `notes` by channel and track; chosen are those at `places`."""
+def _parts(
+    notes: list[_Note], places: set[int], names: tuple[str, ...], switches: Container[int] = ()
+) -> tuple[Part, ...]:
+    """The parts of `notes` by channel and track; chosen are those at `places`. Keys in `switches` are no notes."""
     parts: dict[tuple[int, int], list[_Note]] = defaultdict(list)
+    pressed: Counter[tuple[int, int]] = Counter()
     for note in notes:
-        parts[note.channel, note.track].append(note)
+        part = parts[note.channel, note.track]
+        if note.note in switches:
+            pressed[note.channel, note.track] += 1
+        else:
+            part.append(note)
     return tuple(
         Part(
             channel=channel + 1,
@@ -390,8 +534,9 @@ def _parts(notes: list[_Note], places: set[int], names: tuple[str, ...]) -> tupl
             name=names[track],
             programs=tuple(dict.fromkeys(n.program + 1 for n in part if n.program is not None)),
             notes=len(part),
-            lowest=min(n.note for n in part),
-            highest=max(n.note for n in part),
+            switches=pressed[channel, track],
+            lowest=min((n.note for n in part), default=0),
+            highest=max((n.note for n in part), default=0),
             chosen=sum(n.place in places for n in part),
         )
         for (channel, track), part in sorted(parts.items())
@@ -414,17 +559,16 @@ def _nothing_chosen(channel: str | int, parts: tuple[Part, ...]) -> str:
 def _score(
     events: list[Event], name: str, rate: int, program: int | None = None, remarks: tuple[str, ...] = ()
 ) -> Score:
-    """The score of cleaned events, all put on channel 0."""
+    """The score of cleaned events, or of those of a take."""
     messages = np.zeros((len(events), 3), np.uint8)
     for row, (_, m, _) in zip(messages, events, strict=True):
         data = m.bytes()
         row[: len(data)] = data
-    messages[:, 0] &= 0xF0
     return Score(
         frames=np.array([frame for frame, _, _ in events], np.int64),
         messages=messages,
         end_frame=max((frame for frame, _, _ in events), default=0),
-        notes=int(np.count_nonzero(messages[:, 0] == NOTE_ON)),
+        notes=int(np.count_nonzero(messages[:, 0] & 0xF0 == NOTE_ON)),
         name=name,
         rate=rate,
         program=program,

@@ -14,7 +14,7 @@ from functools import lru_cache
 from mido import Message
 
 SMPTE_RATES = {24: (24, 1), 25: (25, 1), 29: (30_000, 1001), 30: (30, 1)}  # frames/s as a fraction
-META_TRACK_NAME, META_INSTRUMENT, META_END, META_TEMPO = 0x03, 0x04, 0x2F, 0x51
+META_TEXT, META_TRACK_NAME, META_INSTRUMENT, META_END, META_TEMPO = 0x01, 0x03, 0x04, 0x2F, 0x51
 LONGEST_NAME = 40  # characters of a track's name that are kept
 CHUNK_HEAD = 8  # bytes: name and length
 
@@ -36,6 +36,7 @@ class Smf:
     names: tuple[str, ...]  # of the tracks; "": it has none
     end_tick: int  # of the track that ends last
     warnings: tuple[str, ...]  # each a line about damage that did not matter
+    texts: frozenset[str] = frozenset()  # at tick 0, beside the names
 
 
 @lru_cache(maxsize=1 << 16)
@@ -79,6 +80,7 @@ class _Tracks:
         self.messages: list[tuple[int, Message, int]] = []
         self.tempos: list[tuple[int, int]] = []
         self.names: list[str] = []
+        self.texts: set[str] = set()
         self.end = 0  # tick
 
 
@@ -110,7 +112,7 @@ def parse_smf(data: bytes) -> Smf:
     tracks.tempos.sort(key=lambda t: t[0])
     return Smf(
         per_quarter, per_second, tuple(tracks.messages), tuple(tracks.tempos), tuple(tracks.names), tracks.end,
-        tuple(warnings),
+        tuple(warnings), frozenset(tracks.texts),
     )  # fmt: skip
 
 
@@ -179,6 +181,8 @@ def _read_track(track: _Bytes, number: int, tracks: _Tracks) -> None:
                 break
             if kind == META_TEMPO:
                 tracks.tempos.append((tick, _tempo(track, data, start)))
+            if kind == META_TEXT and tick == 0:
+                tracks.texts.add(_text(data))
             if kind in (META_TRACK_NAME, META_INSTRUMENT):
                 names.setdefault(kind, _text(data))
         elif status in (0xF0, 0xF7):

@@ -5,12 +5,14 @@ from __future__ import annotations
 import io
 import os
 import random
+from dataclasses import replace
 from pathlib import Path
 
 import mido
 import numpy as np
 import pytest
 
+from livebass import Quality, load_preset, render_to_array
 from livebass.score import (
     Score,
     ScoreError,
@@ -60,13 +62,12 @@ def test_one_note_with_a_tempo_and_running_status(tmp_path: Path) -> None:
     )
     score = read(tmp_path, smf(track, kind=0))
     assert rows(score) == [
-        (0, 0xC0, 33, 0),
         (0, 0x90, 40, 100),
         (48000, 0x80, 40, 64),
         (48000, 0x90, 43, 80),
         (72000, 0x80, 43, 64),
     ]
-    assert (score.notes, score.end_frame, score.name, score.rate) == (2, 72000, "song", RATE)
+    assert (score.notes, score.end_frame, score.name, score.rate, score.program) == (2, 72000, "song", RATE, 33)
     assert score.frames.dtype == np.int64 and score.messages.dtype == np.uint8
 
 
@@ -94,7 +95,7 @@ def test_hours_do_not_drift(tmp_path: Path) -> None:
     bits = int.from_bytes(ticks)
     delta = bytes([bits >> 21 & 0x7F | 0x80, bits >> 14 & 0x7F | 0x80, bits >> 7 & 0x7F | 0x80, bits & 0x7F])
     line = b"\x00\xff\x51\x03\x05\x16\x15" + BASS + delta + b"\x90\x28\x64\x00\x80\x28\x40" + END
-    assert read(tmp_path, smf(line)).frames[1] == round(3333.33 * RATE)
+    assert read(tmp_path, smf(line)).frames[0] == round(3333.33 * RATE)
 
 
 def test_unknown_chunks_escapes_and_odd_metadata_are_passed_over(tmp_path: Path) -> None:
@@ -120,7 +121,7 @@ def test_events_of_one_frame_are_ordered(tmp_path: Path) -> None:
         b"\x00\xb0\x40\x7f"  # pedal
         b"\x83\x60\x80\x28\x40" + END
     )
-    assert [r[:3] for r in rows(read(tmp_path, smf(line)))][1:] == [
+    assert [r[:3] for r in rows(read(tmp_path, smf(line)))] == [
         (0, 0x90, 40), (24000, 0xB0, 64), (24000, 0x80, 40), (24000, 0x90, 40), (48000, 0x80, 40),
     ]  # fmt: skip
 
@@ -144,17 +145,36 @@ ENDS = {
 @pytest.mark.parametrize("name", ENDS)
 def test_ends_of_one_key(name: str) -> None:
     strokes, expected = ENDS[name]
-    assert note_ends([(int(s[:-1]), s[-1] == "+") for s in strokes.split()], 9000, 48) == expected
+    ends = note_ends([(int(s[:-1]), s[-1] == "+", 90) for s in strokes.split()], 9000, 48)
+    assert [frame for frame, _ in ends] == expected
+
+
+@pytest.mark.parametrize(
+    ("strokes", "expected"),
+    [
+        ("0+90 480-20", [(480, 20)]),
+        ("0+90 480-20 480+90 960-127", [(480, 20), (960, 127)]),
+        ("0+90 480+90 500-20 960-0", [(960, 0)]),
+        ("0+90 0-33 20+90 480-44", [(20, 33), (480, 44)]),
+        ("0+90 480-5 480-6", [(480, 5)]),
+        ("0+90", [(9000, 64)]),
+    ],
+)
+def test_a_note_has_the_release_velocity_of_the_note_off_that_ends_it(
+    strokes: str, expected: list[tuple[int, int]]
+) -> None:
+    pairs = [(s.replace("+", "-").split("-"), "+" in s) for s in strokes.split()]
+    assert note_ends([(int(frame), on, int(velocity)) for (frame, velocity), on in pairs], 9000, 48) == expected
 
 
 @pytest.mark.parametrize("seed", range(50))
 def test_every_note_on_is_ended(seed: int) -> None:
     rng = random.Random(seed)
-    strokes = sorted(((rng.randrange(300), rng.random() < 0.5) for _ in range(40)), key=lambda s: s[0])
-    strokes.append((300, False))
-    ends = note_ends(strokes, 300, 5)
+    strokes = sorted(((rng.randrange(300), rng.random() < 0.5, 64) for _ in range(40)), key=lambda s: s[0])
+    strokes.append((300, False, 64))
+    ends = [frame for frame, _ in note_ends(strokes, 300, 5)]
     assert ends == sorted(ends)
-    last_on = max((f for f, on in strokes if on), default=None)
+    last_on = max((f for f, on, _ in strokes if on), default=None)
     assert last_on is None or ends[-1] > last_on
 
 
@@ -173,10 +193,12 @@ def three_channels() -> bytes:
 )
 def test_channels(tmp_path: Path, channel: str | int, notes: list[int]) -> None:
     score = read(tmp_path, three_channels(), channel)
-    struck = [m[1] for m in score.messages if m[0] == 0x90]
-    assert sorted(struck) == sorted(notes) and score.notes == len(notes)
-    assert not (score.messages[:, 0] & 0x0F).any()
-    assert any(m[0] == 0xB0 for m in score.messages) == (channel in ("auto", "all", 2))
+    assert sorted(struck(score)) == sorted(notes) and score.notes == len(notes)
+    channels = {40: 1, 48: 1, 60: 3, 36: 9}
+    assert {(m[0] & 0x0F, m[1]) for m in score.messages.tolist() if m[0] & 0xF0 == 0x90} == {
+        (channels[note], note) for note in notes
+    }
+    assert any(m[0] & 0xF0 == 0xB0 for m in score.messages) == (channel in ("auto", "all", 2))
 
 
 def test_a_program_set_at_the_same_tick_by_a_later_track_counts(tmp_path: Path) -> None:
@@ -305,7 +327,7 @@ def test_a_chord_of_all_notes(tmp_path: Path) -> None:
     line = BASS + b"".join(b"\x00\x90" + bytes([n, 100]) for n in range(128))
     line += b"\x83\x60\x80\x00\x40" + b"".join(b"\x00" + bytes([n, 64]) for n in range(1, 128)) + END
     score = read(tmp_path, smf(line))
-    assert score.notes == 128 and len(score.frames) == 257
+    assert score.notes == 128 and len(score.frames) == 256
 
 
 @pytest.mark.parametrize("style", ["finger", "slap"])
@@ -332,7 +354,7 @@ def named(name: bytes, channel: int, *notes: int, program: bytes = b"") -> bytes
 
 
 def struck(score: Score) -> list[int]:
-    return [int(m[1]) for m in score.messages if m[0] == 0x90]
+    return [int(m[1]) for m in score.messages if m[0] & 0xF0 == 0x90]
 
 
 @pytest.mark.parametrize(
@@ -354,7 +376,7 @@ def test_without_a_bass_program_a_track_called_bass_is_played(tmp_path: Path, na
         return
     score = read(tmp_path, data)
     assert struck(score) == [40, 43] and score.program is None
-    assert rows(score)[1] == (4800, 0x80, 40, 64)  # 96 ticks of 480 a quarter
+    assert rows(score)[1] == (4800, 0x80, 40, 0)  # 96 ticks of 480 a quarter
     (remark,) = score.remarks
     assert remark.endswith(f'plays the track called "{name.decode()}"') and "33 to 40" in remark
 
@@ -423,3 +445,116 @@ def test_a_last_track_that_claims_too_much_is_played_with_a_warning(tmp_path: Pa
         assert score.remarks == (f"track 2 of 2 is {claimed - len(LINE)} bytes shorter than it says",)
     whole = data[: -len(END)]  # a file cut between two events
     assert read(tmp_path, whole).remarks == ("track 2 of 2 is 4 bytes shorter than it says",)
+
+
+# ---- modes, programs in mid-file, key switches
+
+
+def events(*rows: tuple[int, tuple[int, ...]]) -> bytes:
+    """A track of (tick, message)."""
+    data, last = b"", 0
+    for tick, message in rows:
+        delta = tick - last
+        data += (bytes([delta >> 7 | 0x80, delta & 0x7F]) if delta > 127 else bytes([delta])) + bytes(message)
+        last = tick
+    return data + END
+
+
+def note_of(channel: int, key: int, begin: int, end: int) -> list[tuple[int, tuple[int, ...]]]:
+    return [(begin, (0x90 | channel, key, 90)), (end, (0x80 | channel, key, 50))]
+
+
+def guitar(*more: tuple[int, tuple[int, ...]], mode: tuple[tuple[int, int], ...] = ((126, 4),)) -> bytes:
+    """Notes of channels 1 to 4, which a mode on channel 1 makes one instrument, with what else there is."""
+    rows: list[tuple[int, tuple[int, ...]]] = [(0, (0xB0, *message)) for message in mode]
+    for channel, key in enumerate((43, 38, 33, 28)):
+        rows += [
+            *note_of(channel, key, 100 * channel, 100 * channel + 80),
+            (100 * channel + 40, (0xE0 | channel, 0, 80)),
+        ]
+    return smf(events(*sorted([*rows, *more], key=lambda row: row[0])))
+
+
+MPE = ((101, 0), (100, 6), (6, 3))  # channels 2 to 4 have notes, 1 is their master
+
+
+@pytest.mark.parametrize("mode", [((126, 4),), MPE], ids=["strings", "notes"])
+@pytest.mark.parametrize("programs", [(), (0,), (3,), (0, 1, 2, 3)])
+def test_a_file_that_sets_a_mode_is_one_instrument(
+    tmp_path: Path, mode: tuple[tuple[int, int], ...], programs: tuple[int, ...]
+) -> None:
+    """With the program on its master, on any of its channels, or on none."""
+    data = guitar(*[(0, (0xC0 | channel, 33)) for channel in programs], mode=mode)
+    score = read(tmp_path, data)
+    assert score.program == (33 if programs else None) and score.changes == []
+    assert struck(score) == [43, 38, 33, 28] and score.remarks == ()
+    assert [m[0] for m in score.messages.tolist() if m[0] & 0xF0 == 0x90] == [0x90, 0x91, 0x92, 0x93]
+    assert [m[0] for m in score.messages.tolist() if m[0] & 0xF0 == 0xE0] == [0xE0, 0xE1, 0xE2, 0xE3]
+    assert [tuple(m) for m in score.messages.tolist() if m[0] & 0xF0 == 0xB0] == [(0xB0, *m) for m in mode]
+    one = read(tmp_path, data, 2)
+    assert struck(one) == [38], "that channel's notes, played as its zone is"
+    assert [tuple(m) for m in one.messages.tolist() if m[0] == 0xB0] == [(0xB0, *m) for m in mode]
+
+
+def test_a_zone_may_have_the_channel_of_the_drums(tmp_path: Path) -> None:
+    rows = [(0, (0xB0, *message)) for message in ((101, 0), (100, 6), (6, 15))]
+    score = read(tmp_path, smf(events(*rows, (0, (0xC0, 33)), *note_of(9, 40, 0, 80), *note_of(8, 41, 90, 99))))
+    assert struck(score) == [40, 41]
+
+
+def test_a_mode_that_cannot_be_meant_is_left_out(tmp_path: Path) -> None:
+    """Parts of a band on its channels: some are basses, and some are not."""
+    for mode in (((126, 4),), MPE):
+        data = guitar((0, (0xC0, 0)), (0, (0xC1, 33)), (0, (0xC2, 25)), (0, (0xC3, 33)), mode=mode)
+        for channel, keys in (("auto", [38, 28]), ("all", [43, 38, 33, 28])):
+            score = read(tmp_path, data, channel)
+            sent = {tuple(m[1:]) for m in score.messages.tolist() if m[0] & 0xF0 == 0xB0}
+            assert struck(score) == keys and not sent & {(126, 4), (6, 3)}
+
+
+def test_a_file_without_a_mode_sounds_the_same_on_one_channel(tmp_path: Path) -> None:
+    """Wheels, pedals and controllers of several channels are the bass's, as are their notes."""
+    rng = random.Random(4)
+    rows: list[tuple[int, tuple[int, ...]]] = [(0, (0xC0 | channel, 33)) for channel in range(3)]
+    for tick in sorted(rng.randrange(900) for _ in range(120)):
+        channel, value = rng.randrange(3), rng.randrange(128)
+        kinds: list[tuple[int, ...]] = [
+            *[(0x90, rng.randrange(28, 60), value)] * 4, *[(0x80, rng.randrange(28, 60), value)] * 3, (0xE0, 0, value),
+            (0xB0, rng.choice((1, 7, 11, 64, 68, 74, 100, 101, 6, 126, 127)), value % 2), (0xD0, value),
+        ]  # fmt: skip
+        status, *data = rng.choice(kinds)
+        rows.append((tick, (status | channel, *data)))
+    score = read(tmp_path, smf(events(*rows)))
+    folded = replace(score, messages=score.messages & np.array([0xF0, 0xFF, 0xFF], np.uint8))
+    assert len({m[0] & 0x0F for m in score.messages.tolist()}) == 3
+    bass, quality = load_preset("jazz-finger"), Quality("light", 60, 192e3)
+    assert np.array_equal(*(render_to_array(bass, s, quality, tail=0.1) for s in (score, folded)))
+
+
+def test_the_programs_after_the_first_note_are_changes(tmp_path: Path) -> None:
+    """But not those before it, those that change nothing, and those without a note before the next."""
+    track = events(
+        (0, (0xC0, 32)), (0, (0xC0, 33)), *note_of(0, 40, 10, 50), (60, (0xC0, 33)), *note_of(0, 41, 60, 90),
+        (100, (0xC0, 35)), (110, (0xC0, 36)), *note_of(0, 42, 120, 130), (140, (0xC0, 37)), *note_of(0, 43, 240, 280),
+        (300, (0xC0, 32)),
+    )  # fmt: skip
+    score = read(tmp_path, smf(track), rate=48000)
+    assert score.program == 33 and score.changes == [(5500, 36), (7000, 37)]
+    assert [m[1] for m in score.messages.tolist() if m[0] == 0xC0] == [36, 37]
+    alone = score.on_one_bass()
+    assert alone.changes == [] and struck(alone) == struck(score) == [40, 41, 42, 43]
+    parts = (*note_of(1, 50, 0, 10), (20, (0xC1, 36)), *note_of(1, 51, 30, 40), *note_of(1, 52, 50, 60))
+    several = smf(events((0, (0xC0, 35)), *note_of(0, 40, 0, 5)), events((0, (0xC1, 33)), *parts[:2], *parts[2:]))
+    score = read(tmp_path, several, "all")
+    assert score.program in (33, 35) and score.changes == [(1000, 36)]
+
+
+def test_key_switches_are_listed_apart(tmp_path: Path) -> None:
+    path = tmp_path / "song.mid"
+    path.write_bytes(smf(named(b"Bass", 0, 10, 40, 12, 43, program=b"\x21"), named(b"Keys", 1, 10, program=b"\x21")))
+    assert [(p.notes, p.switches, p.range, p.chosen) for p in read_parts(path)] == [
+        (4, 0, "A#-1 to G2", 4), (1, 0, "A#-1", 1),
+    ]  # fmt: skip
+    assert [(p.notes, p.switches, p.range, p.chosen) for p in read_parts(path, "auto", {10, 12, 99})] == [
+        (2, 2, "E2 to G2", 2), (0, 1, "", 0),
+    ]  # fmt: skip

@@ -16,7 +16,7 @@ import click
 
 from livebass.cli.hands import Hands, hands_options
 from livebass.cli.remembered import DamagedSettings, Remembered, forget, load, save, settings_file
-from livebass.cli.render import DEFAULT_PRESET, announce_kernels, clipping, preset_for
+from livebass.cli.render import DEFAULT_PRESET, announce_kernels, clipping
 from livebass.cli.tuning import TUNING_KEYS, tuning_of_options, tuning_options
 from livebass.cli.values import RATE, Learn, Number, Quantity, Span
 from livebass.files import OutputError, output_error
@@ -26,6 +26,7 @@ from livebass.model.quality import BLOCK, QUALITIES
 if TYPE_CHECKING:
     from livebass.live.session import Summary
     from livebass.model.instrument import Instrument
+    from livebass.score import Score
 
 LOG = logging.getLogger("livebass")
 CONTROLLERS = """\
@@ -45,11 +46,12 @@ CONTROLLERS = """\
   65, 68            from 64 on: overlapping notes slide; are hammered on and pulled off
   102 to 109        gain, tone, pluck_position, dynamics, technique, hand_damping, unevenness, bend_range, as --learn
                     moves them, and as a MIDI take has what --learn has moved
-  program           33 to 38 of General MIDI choose a preset, see `livebass presets list`
+  program           33 to 38 of General MIDI choose a preset, see `livebass presets list`; in a --file without -p, too
   6, 38, 100, 101   RPN 0, the range of the pitch bend; RPN 6, MPE: each note has its own bend, its vibrato by pressure
                     and its plucking point by controller 74
   126               1: overlapping notes up to two frets apart are legato; 2 and more: a channel for each string, the
-                    highest one's first, as MIDI guitars have it, with a wheel of its own
+                    highest one's first, as MIDI guitars have it, with a wheel of its own; notes on channels without
+                    a string are dropped, and counted
   any other         what --learn gives it: gain, tone, pluck_position, dynamics, technique, hand_damping, unevenness or
                     bend_range; at 64 the parameter is as the bass has it, the gain at 127
   120, 121, 123     all sound off, reset all controllers, all notes off
@@ -178,7 +180,7 @@ def play(**options: Any) -> None:
         keys = hands.changes.get("keys")
         click.echo(key_map_text(keys).rstrip("\n") if keys else CONTROLLERS)
         return
-    from livebass.cli.song import remarks, too_low
+    from livebass.cli.song import later_presets, preset_of, remarks, too_low
     from livebass.compiling.library import cached
     from livebass.live.guards import own_stderr
     from livebass.live.inputs import HELP, SCORE_HELP, interactive
@@ -203,8 +205,14 @@ def play(**options: Any) -> None:
         except OutputLost as error:
             click.echo(f"as remembered: {error}; the usual output is taken", err=True)
             device = None
-    score = read_score(song, options["rate"]) if song else None  # errors in the file are reported now
-    preset, bass = first_bass(options["preset"] or preset_for(score), load, tuning, memory)
+
+    def read(rate: int) -> Score:
+        """Reads the file; its program changes change the bass unless one was asked for."""
+        score = read_score(song, rate)
+        return score.on_one_bass() if options["preset"] else score
+
+    score = read(options["rate"]) if song else None  # errors in the file are reported now
+    preset, bass = first_bass(options["preset"] or preset_of(score, DEFAULT_PRESET), load, tuning, memory)
     if score:
         for remark in remarks(score, options["preset"], DEFAULT_PRESET) + too_low(bass, score, DEFAULT_PRESET):
             click.echo(f"{song}: {remark}", err=True)
@@ -224,7 +232,7 @@ def play(**options: Any) -> None:
         gain=10 ** (options["gain"] / 20),
         record=options["record"],
         record_midi=options["record_midi"],
-        read=(lambda rate: read_score(song, rate)) if song else None,
+        read=read if song else None,
         midi_if_there="midi" in memory.used,
         client=options["client_name"] or "livebass",
         connect=not options["no_connect"],
@@ -253,11 +261,13 @@ def play(**options: Any) -> None:
             if song:
                 console.show(SCORE_HELP)
         summary = session.run()
-        memory.keep(summary, preset, session.desk.learned)
+        of_file = {name for _, _, name in later_presets(score, DEFAULT_PRESET)} if score else set()
+        memory.keep(summary, {preset, *of_file}, session.desk.learned)
         m = summary.meters
         LOG.info(
             f"played {summary.seconds:.1f} s, {m.messages} messages, worst block {summary.worst:.0%} of its time, "
             f"{m.late} late, {m.underruns} underruns"
+            + (f", {summary.dropped} note{'s' * (summary.dropped != 1)} dropped" if summary.dropped else "")
             + (f", {m.faults} faults" if m.faults else "")
             + (f", {m.lost} frames not recorded" if m.lost else "")
             + (clipping(m.clipped, options["gain"], decibels(summary.peak)) if m.clipped else "")
@@ -357,12 +367,15 @@ class Memory:
                 controllers[symbol] = controller
         return controllers
 
-    def keep(self, summary: Summary, began_with: str, learned: dict[str, int]) -> None:
-        """Remembers what was chosen now, and what was chosen before if nothing else was. A full disk is a warning."""
+    def keep(self, summary: Summary, unchosen: set[str | None], learned: dict[str, int]) -> None:
+        """Remembers what was chosen now, and what was chosen before if nothing else was. A full disk is a warning.
+
+        `unchosen` are presets that the player has not chosen: the first one, and those of a file.
+        """
         if self.path is None:
             return
         changes: dict[str, Any] = {"controllers": learned}
-        if "preset" in self.given or summary.preset != began_with:
+        if "preset" in self.given or summary.preset not in unchosen:
             is_file = summary.preset.endswith(".toml") or "/" in summary.preset
             changes["preset"] = os.path.abspath(summary.preset) if is_file else summary.preset
         if "gain" in self.given:

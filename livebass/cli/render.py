@@ -86,7 +86,7 @@ quality_option = click.option(
     "--preset",
     metavar="NAME|FILE",
     help=f"The bass: a name from `livebass presets list`, or your own file.  "
-    f"[default: {DEFAULT_PRESET}, or what the MIDI file asks for]",
+    f"[default: {DEFAULT_PRESET}, or those that the MIDI file asks for]",
 )
 @tuning_options
 @quality_option
@@ -110,8 +110,8 @@ quality_option = click.option(
     type=Channel(),
     default="auto",
     show_default=True,
-    help="MIDI channel to play. auto: all notes with a bass program, 33 to 40, or else tracks called bass; all: every "
-    "channel but 10, the drums.",
+    help="MIDI channel to play. auto: all notes with a bass program, 33 to 40, or else tracks called bass, or else the "
+    "channels of an MPE controller or MIDI guitar; all: every channel but 10, the drums.",
 )
 @click.option(
     "--list", "listing", is_flag=True, help="Write no sound: list what is in the MIDI file and what would be played."
@@ -179,7 +179,7 @@ def render(
             raise click.UsageError("--list needs a MIDI file")
         from livebass.cli.song import parts_table
 
-        click.echo(parts_table(midi, channel))
+        click.echo(parts_table(midi, channel, preset, load))
         return
     if directory is not None:
         if output is not None or preset is not None:
@@ -205,7 +205,12 @@ def render(
 
         output = output or Path(f"{note_name(note)}.{ending}")
         score = single_note(note, velocity, duration, options.rate)
-    bass = load(preset or preset_for(score))
+    if score is not None and preset is None:
+        from livebass.cli.song import basses_of
+
+        bass, basses = basses_of(score, DEFAULT_PRESET, load)
+    else:
+        bass, basses = load(preset or DEFAULT_PRESET), None
     if demo == "techniques":
         from livebass.model.keymap import MODO
 
@@ -219,9 +224,9 @@ def render(
         score = _demo_for(bass, options.rate, demo)
     assert output is not None
     if output == STREAM:
-        line = _render_to_stdout(bass, score, options)
+        line = _render_to_stdout(bass, score, options, basses)
     else:
-        line = _render_one(bass, score, output, options)
+        line = _render_one(bass, score, output, options, basses=basses)
     if midi is not None:
         from livebass.cli.song import too_low
 
@@ -255,13 +260,17 @@ def _render_presets(directory: Path, options: Options, load: Callable[[str], Ins
 
 
 def _render_one(
-    bass: Instrument, score: Score, output: Path, options: Options, files: Transaction | None = None
-) -> str:
-    """Renders to `output`, as part of the transaction `files` if given; returns the summary."""
-    return summary(_rendered(bass, score, output, options, files), options.gain)
+    bass: Instrument, score: Score, output: Path, options: Options, files: Transaction | None = None,
+    basses: dict[int, Instrument] | None = None,
+) -> str:  # fmt: skip
+    """Renders to `output`, as part of the transaction `files` if given; returns the summary.
+
+    `basses` by program are those that program changes choose.
+    """
+    return summary(_rendered(bass, score, output, options, files, basses), options.gain)
 
 
-def _render_to_stdout(bass: Instrument, score: Score, options: Options) -> str:
+def _render_to_stdout(bass: Instrument, score: Score, options: Options, basses: dict[int, Instrument] | None) -> str:
     """Renders to standard output, the bytes that a file would have; returns the summary.
 
     The header of a sound file tells its length, so it is written when the whole sound is there.
@@ -270,7 +279,7 @@ def _render_to_stdout(bass: Instrument, score: Score, options: Options) -> str:
 
     with TemporaryDirectory(prefix="livebass-") as folder, completed_files():
         output = Path(folder) / f"stdout.{options.format or 'wav'}"
-        report = _rendered(bass, score, output, options)
+        report = _rendered(bass, score, output, options, None, basses)
         try:
             with output.open("rb") as file:
                 shutil.copyfileobj(file, sys.stdout.buffer)
@@ -283,8 +292,9 @@ def _render_to_stdout(bass: Instrument, score: Score, options: Options) -> str:
 
 
 def _rendered(
-    bass: Instrument, score: Score, output: Path, options: Options, files: Transaction | None = None
-) -> RenderReport:
+    bass: Instrument, score: Score, output: Path, options: Options, files: Transaction | None,
+    basses: dict[int, Instrument] | None,
+) -> RenderReport:  # fmt: skip
     from livebass.audiofile import encoding
     from livebass.files import checked_place
     from livebass.model.quality import quality_with
@@ -302,7 +312,7 @@ def _rendered(
         return render_to_file(
             bass, score, output, quality=quality, rate=options.rate, format=options.format, bits=options.bits,
             stems=options.stems, tail=options.tail, gain_db=options.gain, seed=options.seed,
-            progress=progress, files=files,
+            progress=progress, files=files, basses=basses,
         )  # fmt: skip
 
 
@@ -347,11 +357,3 @@ def summary(report: RenderReport, gain: float) -> str:
 def clipping(clipped: int, gain: float, peak: float) -> str:
     """Says how many samples were clipped at `gain` (dB), and which gain would clip none, from the `peak` (dB)."""
     return f", {clipped} samples clipped: try --gain {math.floor(gain - peak)}"
-
-
-def preset_for(score: Score | None) -> str:
-    """The preset for the General MIDI program that most notes of a file have, or the usual one."""
-    from livebass.preset.programs import PROGRAMS
-
-    program = score.program if score is not None else None
-    return DEFAULT_PRESET if program is None else PROGRAMS.get(program + 1, DEFAULT_PRESET)

@@ -2,31 +2,71 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import click
 import numpy as np
 
+from livebass.cli.render import DEFAULT_PRESET
 from livebass.model.instrument import Instrument
 from livebass.preset.load import preset_with
 from livebass.preset.programs import PROGRAMS
 from livebass.report.text import columns
-from livebass.score import NOTE_ON, Score, read_parts
+from livebass.score import LEAST_RATE, NOTE_ON, Score, ScoreError, read_parts, read_score
 from livebass.units import note_name
 
 
+def preset_of(score: Score | None, usual: str) -> str:
+    """The preset for the General MIDI program that a file begins with, or the usual one."""
+    program = score.program if score is not None else None
+    return usual if program is None else PROGRAMS.get(program + 1, usual)
+
+
+def basses_of(score: Score, usual: str, load: Callable[[str], Instrument]) -> tuple[Instrument, dict[int, Instrument]]:
+    """The bass that a file begins with, and those that its program changes choose, by program from 0."""
+    names = {program: PROGRAMS[program + 1] for _, program in score.changes if program + 1 in PROGRAMS}
+    first = preset_of(score, usual)
+    basses = {name: load(name) for name in dict.fromkeys([first, *names.values()])}
+    return basses[first], {program: basses[name] for program, name in names.items()}
+
+
+def later_presets(score: Score, usual: str) -> list[tuple[float, int, str | None]]:
+    """(time s, program from 1, preset) of each change of bass in mid-file; a program that chooses none has None."""
+    now, found = preset_of(score, usual), list[tuple[float, int, str | None]]()
+    for frame, program in score.changes:
+        preset = PROGRAMS.get(program + 1)
+        if preset is None or preset != now:
+            found.append((frame / score.rate, program + 1, preset))
+            now = preset or now
+    return found
+
+
 def remarks(score: Score, preset: str | None, usual: str) -> list[str]:
-    """Lines to say about a file before it is played on `preset`; None: on what its program chooses, or on `usual`."""
+    """Lines to say about a file before it is played on `preset`; None: on what its programs choose, or on `usual`."""
     lines = list(score.remarks)
-    if preset is None and score.program is not None:
-        number = score.program + 1
-        chosen = PROGRAMS.get(number)
-        if chosen is None:
-            ends = f"{min(PROGRAMS)} to {max(PROGRAMS)}"
-            lines.append(f"program {number} chooses no bass, {ends} do: played on {usual}")
-        elif chosen != usual:
-            lines.append(f"program {number}: played on {chosen}")
+    if preset is not None:
+        return lines
+    none = f"chooses no bass, {min(PROGRAMS)} to {max(PROGRAMS)} do"
+    first = preset_of(score, usual)
+    if score.program is not None and score.program + 1 not in PROGRAMS:
+        lines.append(f"program {score.program + 1} {none}: played on {usual}")
+    elif score.program is not None and first != usual:
+        lines.append(f"program {score.program + 1}: played on {first}")
+    said = set()
+    for seconds, program, chosen in later_presets(score, usual):
+        if chosen is not None:
+            lines.append(f"program {program} at {seconds:.1f} s: played on {chosen} from there")
+        elif program not in said:
+            said.add(program)
+            lines.append(f"program {program} at {seconds:.1f} s {none}: the bass before plays on")
     return lines
+
+
+def switches(bass: Instrument) -> set[int]:
+    """The keys that switch on `bass`, and are no notes: those of its map that it has no notes for, or go first."""
+    keys = bass.player.keys
+    return {key for key, *_ in keys.keys if keys.over_notes or key < bass.note_range[0]}
 
 
 def check_range(bass: Instrument, note: int, usual: str) -> None:
@@ -41,10 +81,9 @@ def check_range(bass: Instrument, note: int, usual: str) -> None:
 
 def too_low(bass: Instrument, score: Score, usual: str) -> list[str]:
     """A line about the notes of a file below the lowest string, if any, and which preset plays them."""
-    notes = score.messages[score.messages[:, 0] == NOTE_ON, 1]
+    notes = score.messages[score.messages[:, 0] & 0xF0 == NOTE_ON, 1]
     lowest = bass.note_range[0]
-    switches = [key for key, *_ in bass.player.keys.keys]
-    below = sorted(notes[(notes < lowest) & ~np.isin(notes, switches)].tolist())
+    below = sorted(notes[(notes < lowest) & ~np.isin(notes, list(switches(bass)))].tolist())
     if not below:
         return []
     one = len(below) == 1
@@ -61,11 +100,29 @@ def too_low(bass: Instrument, score: Score, usual: str) -> list[str]:
     return [text]
 
 
-def parts_table(midi: Path, channel: str | int) -> str:
-    """The parts of a MIDI file as a table: channel, track, programs, notes, range, and what `channel` would play."""
+def parts_table(midi: Path, channel: str | int, preset: str | None, load: Callable[[str], Instrument]) -> str:
+    """The parts of a MIDI file as a table: channel, track, programs, notes, range, and what `channel` would play.
+
+    Lines below say which keys switch, on the bass that it begins with, and which basses play it, if several do.
+    `preset` is the one that was asked for; None: those that its programs choose.
+    """
+    try:
+        score: Score | None = read_score(midi, LEAST_RATE, channel)
+    except ScoreError:  # no bass in it, or it cannot be read at all, as `read_parts` says
+        score = None
+    first = preset or preset_of(score, DEFAULT_PRESET)
+    parts = read_parts(midi, channel, switches(load(first)))
     rows = [("channel", "track", "program", "notes", "range", "played")]
-    for part in read_parts(midi, channel):
+    for part in parts:
         programs = "drums" if part.is_drums else " ".join(map(str, part.programs)) or "-"
-        played = "yes" if part.chosen == part.notes else f"{part.chosen} of them" if part.chosen else "no"
-        rows.append((str(part.channel), part.name or "-", programs, str(part.notes), part.range, played))
-    return "\n".join(line.rstrip() for line in columns(rows, left=len(rows[0])))
+        whole = part.chosen == part.notes
+        played = ("yes" if whole else f"{part.chosen} of them") if part.chosen else "no"
+        rows.append((str(part.channel), part.name or "-", programs, str(part.notes), part.range or "-", played))
+    lines = columns(rows, left=len(rows[0]))
+    for part in parts:
+        if part.switches:
+            lines.append(f"channel {part.channel}: {part.switches} key switch{'es' * (part.switches != 1)} beside")
+    later = [] if preset or not score else [place for place in later_presets(score, DEFAULT_PRESET) if place[2]]
+    if later:
+        lines.append(", ".join([first, *(f"{name} from {seconds:.1f} s" for seconds, _, name in later)]))
+    return "\n".join(line.rstrip() for line in lines)

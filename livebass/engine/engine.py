@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import copy
 import os
-from collections.abc import Iterator
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Self
@@ -17,6 +18,7 @@ from livebass.engine.prepare import (
     Pool,
     Rates,
     bass_numbers,
+    follow_performer,
     let_answer,
     new_performer,
     operators,
@@ -24,6 +26,7 @@ from livebass.engine.prepare import (
     pickup_voices,
     play_frames,
     take_message,
+    take_message_ringing,
     tone_filters,
     whole_contact_rate,
 )
@@ -79,7 +82,73 @@ def frets_of(instrument: Instrument) -> int:
     return min(len(neck.fret_positions) for neck in instrument.necks)
 
 
-class Engine:
+class Playing(ABC):
+    """What plays messages into one signal a string, and so can play a score."""
+
+    rate: int  # Hz
+    workers: int  # threads
+    frame: int  # the next to be computed
+
+    @abstractmethod
+    def send(self, frames: NDArray[np.int64], messages: NDArray[np.uint8]) -> None:
+        """Takes channel messages (n, 3) at absolute frames (n,), in order, none before `frame`. [main thread]"""
+
+    @abstractmethod
+    def process(self, count: int, pool: ThreadPoolExecutor | None = None) -> NDArray[np.float64]:
+        """Computes the next `count` frames of every string, (strings, count). [main thread]"""
+
+    @abstractmethod
+    def sounding(self) -> bool:
+        """True if any string still moves."""
+
+    @abstractmethod
+    def report(self) -> Report:
+        """Returns the counts so far."""
+
+    def play(self, score: Score, tail: float | None = None) -> Iterator[NDArray[np.float64]]:
+        """Renders `score` from here on: blocks (strings, n) until the last note has died away.
+
+        The score's frame 0 is this `frame` when the first block is asked for; whatever still sounds then
+        sounds on. `tail` seconds after the score's end, or None: until silent, at most `LONGEST_TAIL`. Raises
+        ValueError for a score at another rate and a tail that is not a time.
+        """
+        if score.rate != self.rate:
+            raise ValueError(f"the score is in frames of {score.rate} Hz, the engine in {self.rate} Hz: take the same")
+        check_tail(tail)
+        return self._play(score, tail)
+
+    def _play(self, score: Score, tail: float | None) -> Iterator[NDArray[np.float64]]:
+        chunk = max(1, int(CHUNK * self.rate))
+        longest = LONGEST_TAIL if tail is None else tail
+        frames, end = score.frames + self.frame, score.end_frame + self.frame
+        last = end + int(longest * self.rate)
+        sent = 0
+        with ThreadPoolExecutor(self.workers) as pool:
+            while self.frame < last:
+                count = min(chunk, last - self.frame)
+                until = int(np.searchsorted(frames, self.frame + count))
+                self.send(frames[sent:until], score.messages[sent:until])
+                sent = until
+                past = self.frame - end
+                block = self.process(count, pool)
+                ended = self.frame >= last
+                if tail is None and past >= 0 and not ended:
+                    quiet = np.flatnonzero(np.abs(block).max(axis=0) > SILENCE)
+                    keep = (int(quiet[-1]) + 1 if quiet.size else 0) + int(QUIET_FOR * self.rate)
+                    if keep < count or not self.sounding():
+                        block, ended = block[:, : min(keep, count)], True
+                if ended:
+                    fade = min(block.shape[1], int(FADE * self.rate))
+                    if fade:
+                        block[:, -fade:] *= np.cos(0.5 * np.pi * (np.arange(fade) + 1) / fade) ** 2
+                    rest = slice(sent, int(np.searchsorted(frames, self.frame, "right")))
+                    self.send(frames[rest], score.messages[rest])  # notes that end here are not held into the next play
+                yield block
+                if ended:
+                    return
+
+
+class Engine(Playing):
     """A bass at an audio rate. The same messages at the same frames give the same samples, in blocks of any sizes."""
 
     def __init__(self, instrument: Instrument, quality: Quality, rate: int, seed: int = 0, workers: int | None = None):
@@ -124,21 +193,40 @@ class Engine:
         return len(self.voices)
 
     def send(self, frames: NDArray[np.int64], messages: NDArray[np.uint8]) -> None:
-        """Takes channel messages (n, 3) at absolute frames (n,), in order, none before `frame`. [main thread]"""
+        self.play_messages(frames, messages)
+
+    def play_messages(self, frames: NDArray[np.int64], messages: NDArray[np.uint8]) -> NDArray[np.void]:
+        """Takes messages as `send` does, and returns the events (n,) that they became. [main thread]"""
         events = np.zeros(performer.MOST_EVENTS * max(1, len(frames)), EVENT)
         count = 0
         for frame, message in zip(frames.tolist(), messages.tolist(), strict=True):
             count = take_message(self.performer, self.pool.records, frame, message, events, count)
-        if not self._tones.size and (events[:count]["kind"] == TONE).any():
+        self._take(events[:count])
+        return events[:count]
+
+    def ring_on(self, frame: int, message: Sequence[int], player: Engine, told: NDArray[np.void]) -> None:
+        """Takes a message at `frame` while `player` plays, of which it became the events `told`; starts no note."""
+        self._take(take_message_ringing(self.performer, self.pool.records, player.performer, told, frame, message))
+
+    def follow(self, old: Engine) -> None:
+        """Sets the controllers of this engine, which has not played, as they stand at `old`."""
+        follow_performer(self.voices, self.performer, old.performer, self._fit_tones)
+
+    def _take(self, events: NDArray[np.void]) -> None:
+        """Has the strings carry out events, besides those that they have."""
+        if (events["kind"] == TONE).any():
+            self._fit_tones()
+        for i in range(self.strings):
+            self._pending[i] = np.concatenate([self._pending[i], events[events["string"] == i]])
+
+    def _fit_tones(self) -> None:
+        """Gives the strings filters for all positions of the tone pot, unless they have them."""
+        if not self._tones.size:
             self._tones = tone_filters(self.numbers, self.rates)
             for voice in self.voices:
                 voice.record["tones"] = self._tones.ctypes.data
-        for i in range(self.strings):
-            mine = events[:count][events[:count]["string"] == i]
-            self._pending[i] = np.concatenate([self._pending[i], mine])
 
     def process(self, count: int, pool: ThreadPoolExecutor | None = None) -> NDArray[np.float64]:
-        """Computes the next `count` frames of every string, (strings, count). [main thread]"""
         out = np.zeros((self.strings, count))
         jobs = range(self.strings)
         used = list(pool.map(lambda i: self._run(i, out[i]), jobs) if pool else (self._run(i, out[i]) for i in jobs))
@@ -152,50 +240,7 @@ class Engine:
         return play_frames(self.voices[i], self.pool.records[i], events, out)
 
     def sounding(self) -> bool:
-        """True if any string still moves."""
         return any(v.sounding() for v in self.voices)
-
-    def play(self, score: Score, tail: float | None = None) -> Iterator[NDArray[np.float64]]:
-        """Renders `score` from here on: blocks (strings, n) until the last note has died away.
-
-        The score's frame 0 is the engine's `frame` when the first block is asked for; whatever still sounds then
-        sounds on. `tail` seconds after the score's end, or None: until silent, at most `LONGEST_TAIL`. Raises
-        ValueError for a score at another rate and a tail that is not a time.
-        """
-        if score.rate != self.rate:
-            raise ValueError(f"the score is in frames of {score.rate} Hz, the engine in {self.rate} Hz: take the same")
-        check_tail(tail)
-        return self._play(score, tail)
-
-    def _play(self, score: Score, tail: float | None) -> Iterator[NDArray[np.float64]]:
-        chunk = max(1, int(CHUNK * self.rate))
-        longest = LONGEST_TAIL if tail is None else tail
-        frames, end = score.frames + self.frame, score.end_frame + self.frame
-        last = end + int(longest * self.rate)
-        sent = 0
-        with ThreadPoolExecutor(self.workers) as pool:
-            while self.frame < last:
-                count = min(chunk, last - self.frame)
-                until = int(np.searchsorted(frames, self.frame + count))
-                self.send(frames[sent:until], score.messages[sent:until])
-                sent = until
-                past = self.frame - end
-                block = self.process(count, pool)
-                ended = self.frame >= last
-                if tail is None and past >= 0 and not ended:
-                    quiet = np.flatnonzero(np.abs(block).max(axis=0) > SILENCE)
-                    keep = (int(quiet[-1]) + 1 if quiet.size else 0) + int(QUIET_FOR * self.rate)
-                    if keep < count or not self.sounding():
-                        block, ended = block[:, : min(keep, count)], True
-                if ended:
-                    fade = min(block.shape[1], int(FADE * self.rate))
-                    if fade:
-                        block[:, -fade:] *= np.cos(0.5 * np.pi * (np.arange(fade) + 1) / fade) ** 2
-                    rest = slice(sent, int(np.searchsorted(frames, self.frame, "right")))
-                    self.send(frames[rest], score.messages[rest])  # notes that end here are not held into the next play
-                yield block
-                if ended:
-                    return
 
     def report(self) -> Report:
         p = self.performer[0]

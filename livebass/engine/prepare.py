@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from array import array
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,12 +16,19 @@ from numpy.typing import NDArray
 from livebass.arrays import Floats
 from livebass.kernels import board, coil, frets, performer, preparing, tone
 from livebass.kernels.coil import CIRCUIT, COIL
-from livebass.kernels.instrument import INSTRUMENT, connect_answers, connect_string, rest_string, whole_steps
+from livebass.kernels.instrument import (
+    INSTRUMENT,
+    connect_answers,
+    connect_string,
+    rest_string,
+    settle_string,
+    whole_steps,
+)
 from livebass.kernels.instrument import new_performer as make_performer
 from livebass.kernels.operators import DOUBLE
 from livebass.kernels.performer import PERFORMER
 from livebass.kernels.preparing import FROZEN, NOTE, OVERDAMPED, PREPARING
-from livebass.kernels.records import MOST_NEAR, OPERATOR, ROW, STRING
+from livebass.kernels.records import EVENT, MOST_NEAR, OPERATOR, ROW, STRING
 from livebass.kernels.voice import run_string
 from livebass.model.answers import answering_modes
 from livebass.model.instrument import ANSWERING, STROKES, Coil, Instrument, Output, Pickup, Player, Speaking, String
@@ -286,6 +293,36 @@ def take_message(
             p.ctypes.data, ops.ctypes.data, frame, *message, events.ctypes.data, len(events), count
         )
     )  # fmt: skip
+
+
+def take_message_ringing(
+    p: NDArray[np.void], ops: NDArray[np.void], player: NDArray[np.void], told: NDArray[np.void], frame: int,
+    message: Sequence[int],
+) -> NDArray[np.void]:  # fmt: skip
+    """Hands a message to the performer `p` (1,) of a bass that rings out, by `kernels.performer.ring_on`.
+
+    ops (strings, frets + 1); told (n,): the events that the performer `player` (1,) made of it. Returns those of `p`.
+    """
+    events = np.zeros(performer.MOST_EVENTS, EVENT)
+    count = performer.take_message_ringing(
+        p.ctypes.data, ops.ctypes.data, player.ctypes.data, told.ctypes.data, len(told), frame, *message,
+        events.ctypes.data, len(events),
+    )  # fmt: skip
+    return events[:count]
+
+
+def follow_performer(
+    voices: Sequence[Voice], p: NDArray[np.void], old: NDArray[np.void], fit_tones: Callable[[], None]
+) -> None:
+    """Sets the controllers of the performer `p` (1,) and its strings, at rest, as they stand at `old` (1,).
+
+    `fit_tones` is called first if the tone pot has been turned.
+    """
+    performer.follow_performer(p.ctypes.data, old.ctypes.data)
+    if p["tone"][0] != 0.0:
+        fit_tones()
+    for i, voice in enumerate(voices):
+        settle_string(voice.string.ctypes.data, p.ctypes.data, i)
 
 
 def is_heavy(quality: Quality) -> bool:

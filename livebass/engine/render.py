@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livebass.audiofile import AudioWriter, encoding
-from livebass.engine.engine import Engine, check_tail
+from livebass.engine.basses import Basses
+from livebass.engine.engine import Engine, Playing, check_tail
 from livebass.files import Transaction, checked_place
 from livebass.model.instrument import Instrument
 from livebass.model.quality import Quality
@@ -71,13 +72,15 @@ def render_to_file(
     seed: int = 0,
     progress: Callable[[float], None] | None = None,
     files: Transaction | None = None,
+    basses: Mapping[int, Instrument] | None = None,
 ) -> RenderReport:
     """Renders `score` into the file `out`, mono, `rate` Hz; all files appear at the end, or none.
 
     `format` is "wav", "flac" or "ogg", by default what `out` ends in; `bits` "16", "24" (the default) or
     "float". `stems` adds a file a string, beside `out` or in that directory; in "float" their sum in float32,
     string after string, is bitwise the mix. `tail` s are played after the last event (None: until the strings
-    are still). `progress` is called with the fraction done. With `files` given, the files appear when that
+    are still). `basses`, by General MIDI's program from 0, are those that program changes of the score choose; by
+    default none do. `progress` is called with the fraction done. With `files` given, the files appear when that
     transaction ends. The same arguments give the same bytes on the same kind of processor. Raises ValueError,
     OutputError, RenderError. [main thread]
     """
@@ -92,7 +95,7 @@ def render_to_file(
     paths = stem_paths(out, instrument, stems if isinstance(stems, Path) else None) if stems else []
     for path in (out, *paths):
         checked_place(path)  # now, not after seconds of work
-    engine = Engine(instrument, quality, rate, seed)
+    engine = _player(instrument, score, quality, seed, basses)
     peak, done = 0.0, 0
     with Transaction() if files is None else nullcontext(files) as files:
         writers = [AudioWriter(files, path, kind) for path in paths]
@@ -130,10 +133,23 @@ def render_to_array(
     *,
     tail: float | None = None,
     seed: int = 0,
+    basses: Mapping[int, Instrument] | None = None,
 ) -> NDArray[np.float64]:
-    """Renders `score` at its own rate: (n_strings, n_frames), full scale 1; the mix is the sum over strings."""
-    blocks = Engine(instrument, quality, score.rate, seed).play(score, tail)
+    """Renders `score` at its own rate: (n_strings, n_frames), full scale 1; the mix is the sum over strings.
+
+    `basses`, by General MIDI's program from 0, are those that program changes of the score choose.
+    """
+    blocks = _player(instrument, score, quality, seed, basses).play(score, tail)
     return np.concatenate([np.zeros((len(instrument.strings), 0)), *blocks], axis=1)
+
+
+def _player(
+    instrument: Instrument, score: Score, quality: Quality, seed: int, basses: Mapping[int, Instrument] | None
+) -> Playing:
+    """Prepares what plays `score`: the bass, and those that its program changes choose."""
+    engine = Engine(instrument, quality, score.rate, seed)
+    chosen = {program: basses[program] for _, program in score.changes if program in basses} if basses else {}
+    return Basses(engine, chosen) if chosen else engine
 
 
 def mixed(strings: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -144,11 +160,18 @@ def mixed(strings: NDArray[np.float32]) -> NDArray[np.float32]:
     return mix
 
 
+def single(sound: NDArray[np.float64]) -> NDArray[np.float32]:
+    """Returns a sound in float32, with 0 for what is below its normal numbers, as the audio thread has it."""
+    out = sound.astype(np.float32)
+    out[np.abs(out) < np.finfo(np.float32).tiny] = 0.0
+    return out
+
+
 def _scaled(blocks: Iterator[NDArray[np.float64]], gain: float, rate: int) -> Iterator[NDArray[np.float32]]:
     """Applies the gain to each block. Raises RenderError for NaN and infinity."""
     frame = 0
     for block in blocks:
         if not np.isfinite(block).all():
             raise RenderError(f"the sound is not finite near {frame / rate:.3f} s; please report the preset")
-        yield (block * gain).astype(np.float32)
+        yield single(block * gain)
         frame += block.shape[1]

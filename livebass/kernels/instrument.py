@@ -9,7 +9,7 @@ or write outside their memory: what it accepts may be played. [any thread]
 import numpy as np
 
 from livebass.compiling import entry, jit
-from livebass.kernels import answers
+from livebass.kernels import answers, tone
 from livebass.kernels.coil import CIRCUIT, COIL
 from livebass.kernels.elementary import exp
 from livebass.kernels.native import FLUSH, float_control, floats_at, record_at, records_at, set_float_control, words_at
@@ -25,7 +25,11 @@ from livebass.kernels.performer import (
     PERFORMER,
     POP,
     STROKES,
+    VIBRATO_RATE,
+    bend_ratio,
+    loudness,
     reset_controllers,
+    vibrato_depth,
 )
 from livebass.kernels.preparing import (
     NOTE,
@@ -40,7 +44,7 @@ from livebass.kernels.preparing import (
     operator_at,
 )
 from livebass.kernels.records import BLOCK, LINE, MOST_ANSWERS, MOST_NEAR, OPERATOR, ROW, STRING, VOICE_SLOTS
-from livebass.kernels.techniques import BEND_FRAMES
+from livebass.kernels.techniques import BEND_FRAMES, waver
 
 BLOCKER_HZ = 6.0  # DC blocker's corner
 GAIN_TIME = 6e-3  # s, how fast volume follows its controller
@@ -251,6 +255,27 @@ def connect_answers(string, i, instrument, ops):
     """Gives string `i` of an INSTRUMENT, connected, the answers of the others; ops: address of all operators."""
     bass = instrument_at(instrument)
     answers.connect(string_at(string), i, bass, operators_at(ops, bass.strings, bass.frets + 1))
+
+
+@entry("void(int64, int64, int64)")
+def settle_string(string, performer, i):
+    """C function: `settle` for the address of a STRING, string `i` of the PERFORMER at an address."""
+    settle(string_at(string).voice, performer_at(performer), i)
+
+
+@jit
+def settle(voice, p, i):
+    """Sets the voice of string `i`, at rest, as the controllers of its performer stand, without a ramp."""
+    voice.gain_wanted = loudness(p)
+    voice.gain = voice.gain_wanted
+    voice.bend = bend_ratio(p, i)
+    voice.tuned = voice.bend
+    voice.tone_wanted = p.tone
+    if voice.tone != voice.tone_wanted:
+        tone.set_tone(voice, voice.tone_wanted)
+    voice.blend_wanted = p.blend
+    tone.set_blend(voice, p.blend)
+    waver(voice, vibrato_depth(p), VIBRATO_RATE)
 
 
 @jit

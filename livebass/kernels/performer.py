@@ -109,6 +109,8 @@ ANSWERS_WHEN = 3
 MONO_STEP = 2  # semitones
 GUITAR_RANGE, MPE_RANGE = 12.0, 48.0  # semitones of a channel's wheel, until RPN 0 says another range
 STACK = 4  # keys held on one string that it goes back to, one after the other
+OVER = 1e-9  # signal below which a bass that rings out has ended
+FADE = 0.03  # s of fade-out of a bass that rings out, once another one or an overload needs its place
 
 # Fingers by number (records.TOUCHES): the palm has the first three, harmonics the last, ghost notes the last two
 PALM_PLACES = (12e-3, 25e-3, 38e-3)  # m from the saddle
@@ -193,6 +195,7 @@ PERFORMER = np.dtype(
         ("latest", "i8"),  # string of the last note; -1: it was left out
         ("placed", "f8"),  # the position that the controllers' reset goes back to
         ("ranged", "f8"),  # semitones, the range until a controller sets another
+        ("adjusted", "f8", (PARAMETERS,)),  # the parameters' values; 0: as the bass has it
         # the player: constants, and what parameters make of them
         ("usual_position", "f8"),
         ("usual_slapped", "i8"),
@@ -249,6 +252,18 @@ def take_message(p, ops, frame, status, first, second, events, room, count):
     return message(performer, operators, frame, status, first, second, events_at(events, room), count)
 
 
+@entry("int64(int64, int64, int64, int64, int64, int64, int64, int64, int64, int64, int64)")
+def take_message_ringing(p, ops, player, told, told_count, frame, status, first, second, events, room):
+    """C function: `ring_on` for addresses, with events from the first on; there is room for `room` of them."""
+    performer = performer_at(p)
+    operators = operators_at(ops, performer.strings, performer.frets + 1)
+    start = np.int64(0)
+    return ring_on(
+        performer, operators, performer_at(player), events_at(told, told_count), start, told_count, frame, status,
+        first, second, events_at(events, room), start,
+    )  # fmt: skip
+
+
 @jit
 def reset_controllers(p):
     """Sets pedal, wheel, expression, RPN and pluck position as when new; palm and vibrato as a host has set them."""
@@ -287,10 +302,21 @@ def place(p, x):
 @jit
 def set_parameter(p, frame, number, value, events, count):
     """Sets parameter `number`, of those that the player has, to a value that is `held`; returns the new count."""
+    adjust(p, number, value)
     if number == TONE_POT:
-        p.tone = value
         for i in range(p.strings):
             count = emit(events, count, frame, TONE, i, 0, value, 0.0)
+    elif number == BEND_RANGE:
+        count = tell_bend(p, frame, events, count)
+    return count
+
+
+@jit
+def adjust(p, number, value):
+    """`set_parameter` for the player alone."""
+    p.adjusted[number] = value
+    if number == TONE_POT:
+        p.tone = value
     elif number == PLUCK_POSITION:
         p.placed = place(p, value)
         p.position = p.placed
@@ -318,17 +344,16 @@ def set_parameter(p, frame, number, value, events, count):
     elif number == BEND_RANGE:
         p.ranged = p.usual_range if value == 0.0 else max(value, 1.0)
         p.range = p.ranged
-        count = tell_bend(p, frame, events, count)
-    return count
 
 
 @jit
 def take_over(p, old):
-    """Sets the controllers of a bass that has not played yet as they stand at `old`, the performer before it."""
+    """Sets controllers and parameters of a bass that has not played as they stand at `old`, the performer before it."""
+    for number in range(GAIN_DB + 1, PARAMETERS):
+        adjust(p, number, old.adjusted[number])
     p.volume = old.volume
     p.expression = old.expression
     p.level = old.level
-    p.tone = old.tone
     p.blend = old.blend
     p.pedal = old.pedal
     p.wheel = old.wheel
@@ -367,6 +392,12 @@ def take_over(p, old):
                 p.forced = string_called(p, p.switch_value[key])
         p.string_of[key] = old.string_of[key]
         p.place_of[key] = old.place_of[key]
+
+
+@entry("void(int64, int64)")
+def follow_performer(p, old):
+    """C function: `take_over` for addresses."""
+    take_over(performer_at(p), performer_at(old))
 
 
 @jit
@@ -673,9 +704,11 @@ def push_key(p, i):
 
 
 @jit
-def forget_key(p, key):
-    """Takes a key that was released from under those that play."""
+def forget_key(p, key, own):
+    """Takes a key that was released from under those that play, on string `own` only if that is not -1."""
     for i in range(p.strings):
+        if own >= 0 and i != own:
+            continue
         kept = 0
         for k in range(p.stacked[i]):
             if p.stack[i, k] != key:
@@ -977,17 +1010,21 @@ def release(p, i, frame, events, count):
 
 
 @jit
-def note_off(p, ops, frame, key, velocity, events, count):
-    """Releases the strings that the key holds."""
+def note_off(p, ops, frame, key, velocity, own, events, count):
+    """Releases the strings that the key holds; only string `own` if that is not -1.
+
+    The first note-off ends a key, however often it was struck: to wait for as many note-offs as there were note-ons
+    would leave a note hanging whenever one is lost, as pads and MIDI guitars that strike again without one do.
+    """
     for i in range(p.strings):
-        if p.state[i] == HELD and p.key[i] == key:
+        if p.state[i] == HELD and p.key[i] == key and (own < 0 or i == own):
             if p.switched[DETACH] > 0:
                 count = stop_string(p, i, frame, events, count)
             elif p.stacked[i] > 0:
                 count = go_back_to_key(p, ops, i, frame, velocity, events, count)
             else:
                 count = release(p, i, frame, events, count)
-    forget_key(p, key)
+    forget_key(p, key, own)
     return count
 
 
@@ -1134,8 +1171,6 @@ def control(p, ops, frame, number, value, events, count):
         p.parameter = (p.parameter & ~127) | value
     elif number == 98 or number == 99:
         p.parameter = 16383
-    elif number == 6 and p.parameter == 0 and p.mode != ALL_ALIKE:
-        p.channel_range = float(min(value, MOST_RANGE))
     elif number == 6 and p.parameter == 0:
         p.range = float(min(value, MOST_RANGE)) + (p.range - np.floor(p.range))
         count = tell_bend(p, frame, events, count)
@@ -1186,12 +1221,16 @@ def own_message(p, ops, frame, status, first, second, events, count):
     channel, kind = status & 0x0F, status & 0xF0
     i = p.channel_string[channel]
     if p.mode == STRING_A_CHANNEL:
-        i = p.strings - 1 - (channel - p.first_channel)  # the highest string has the first channel
+        i = max(p.strings - 1 - (channel - p.first_channel), -1)  # the highest string has the first channel
+    if (kind == 0x80 or kind == 0x90) and is_switch(p, first):
+        return np.int64(-1)
+    if p.mode == STRING_A_CHANNEL and (kind == 0x80 or (kind == 0x90 and second == 0)):
         if i < 0:
             return count
+        return note_off(p, ops, frame, first, second if kind == 0x80 else 64, i, events, count)
     if kind == 0x90 and second > 0:
         if p.mode == STRING_A_CHANNEL:
-            if not has_note(p, i, first):
+            if not has_note(p, i, first):  # none has any on a channel without a string
                 p.dropped += 1
                 return count
             p.string_of[first] = i
@@ -1214,6 +1253,12 @@ def own_message(p, ops, frame, status, first, second, events, count):
         return emit(events, count, frame, WAVER, i, 0, VIBRATO_DEPTH * pressure / 127.0, VIBRATO_RATE)
     if kind == 0xB0 and first == 74:
         p.channel_place[channel] = second / 63.5 - 1.0
+        return count
+    if kind == 0xB0 and p.parameter == 0 and (first == 6 or first == 38):  # RPN 0 on any other channel is the bass's
+        whole = float(min(second, MOST_RANGE)) if first == 6 else np.floor(p.channel_range)
+        p.channel_range = whole + (
+            min(second, 99) / 100.0 if first == 38 else p.channel_range - np.floor(p.channel_range)
+        )
         return count
     return np.int64(-1)
 
@@ -1259,6 +1304,24 @@ def message(p, ops, frame, status, first, second, events, count):
 
 
 @jit
+def ring_on(p, ops, player, told, before, after, frame, status, first, second, events, count):
+    """`message` for a bass that rings out while `player` plays: it starts no note; returns the new count.
+
+    `player` has turned the message into the events told[before:after]: a string that is plucked or struck there is
+    damped here, by its tuning.
+    """
+    if not (status & 0xF0 == 0x90 and second > 0):
+        return message(p, ops, frame, status, first, second, events, count)
+    for k in range(before, after):
+        event = told[k]
+        if event.kind in (PLUCK, STRIKE_EVENT, THROW):
+            for i in range(p.strings):
+                if p.open[i] == player.open[event.string]:
+                    count = stop_string(p, i, frame, events, count)
+    return count
+
+
+@jit
 def carry_out(p, ops, frame, status, first, second, events, count):
     """`message`, but for the strings that may answer."""
     if status < 0x80 or status > 0xEF or first > 127 or second > 127:
@@ -1280,7 +1343,7 @@ def carry_out(p, ops, frame, status, first, second, events, count):
     if kind == 0x90 and second > 0:
         return note_on(p, ops, frame, first, second, events, count)
     if kind == 0x80 or kind == 0x90:
-        return note_off(p, ops, frame, first, second if kind == 0x80 else 64, events, count)
+        return note_off(p, ops, frame, first, second if kind == 0x80 else 64, np.int64(-1), events, count)
     if kind == 0xB0:
         return control(p, ops, frame, first, second, events, count)
     if kind == 0xE0:

@@ -16,7 +16,7 @@ from livebass.live.parameters import NUMBERS, PARAMETERS
 from livebass.live.thread.desk import CHANNEL_MODES, DESK, MOVED_BITS
 from livebass.live.thread.records import field_offset
 from livebass.live.thread.ring import write_word
-from livebass.score import Score
+from livebass.score import PROGRAM, Score
 
 LOG = logging.getLogger(__name__)
 LEAD = 0.2  # s before a score begins
@@ -24,8 +24,8 @@ SHORTEST_LOOP = 0.1  # s
 TEMPOS = (0.1, 4.0)  # parts of the score's own tempo
 BEATS = (20.0, 400.0)  # of the metronome, a minute
 CLICK_LENGTH, CLICK_PITCH, CLICK_LEVEL, CLICK_DECAY = 0.03, 1500.0, 0.25, 0.006  # s, Hz, of full scale, s
-PROGRAM = 0xC0  # status
 RPN = (6, 38, 96, 97, 98, 99, 100, 101)  # controllers that come in sequences
+MODES = (126, 127)  # controllers that give channels a meaning
 
 
 class Desk:
@@ -48,13 +48,18 @@ class Desk:
 
     def load(self, score: Score) -> None:
         """Puts `score` ready, LEAD before its beginning: it begins once it is `rolling`. There is one for a desk."""
-        sent = (score.messages[:, 0] & 0xF0) != PROGRAM  # the bass for a file's program is chosen before it begins
-        data = score.messages[sent].astype(np.int64)
+        data = score.messages.astype(np.int64)
         words = data[:, 0] | data[:, 1] << 8 | data[:, 2] << 16
-        frames = np.ascontiguousarray(score.frames[sent])
-        self._arrays += [frames, words]
+        frames = np.ascontiguousarray(score.frames)
+        settings = np.flatnonzero((data[:, 0] & 0xF0 == 0xB0) & np.isin(data[:, 1], RPN + MODES)).astype(np.int64)
+        programs = np.full(len(data) + 1, -1 if score.program is None else score.program, np.int64)
+        for k in np.flatnonzero(data[:, 0] & 0xF0 == PROGRAM).tolist():
+            programs[k + 1 :] = data[k, 1]
+        self._arrays += [frames, words, settings, programs]
         self.score, r = score, self.record
         r["rate"], r["frames"], r["words"] = score.rate, frames.ctypes.data, words.ctypes.data
+        r["settings"], r["setting_count"] = settings.ctypes.data, len(settings)
+        r["programs"], r["program"] = programs.ctypes.data, programs[0]
         r["position"] = -LEAD * score.rate
         self._write("count", len(words))
 
@@ -104,6 +109,8 @@ class Desk:
     def loop(self, part: tuple[float, float] | None) -> None:
         """Repeats a `part`, (0, 0) the whole; None ends the loop, and the score goes on.
 
+        A score that has not begun, or is past the part, goes to its beginning.
+
         Raises ValueError for a part that is too short, or not in the score.
         """
         self.record["loop_to"] = 0.0
@@ -119,7 +126,7 @@ class Desk:
         self.looped_last = begin, end
         self.record["loop_from"] = round(begin * self.score.rate)
         self.record["loop_to"] = round(end * self.score.rate)
-        if self.position >= end:
+        if self.position >= end or (self.position < 0 < begin):
             self.seek(begin)
 
     # ---- controllers

@@ -15,8 +15,9 @@ import mido
 
 from livebass.audiofile import AudioWriter, encoding
 from livebass.files import OutputError, Transaction, checked_place
-from livebass.live.synth import Synth
+from livebass.live.synth import LiveBass, Synth
 from livebass.preset.programs import program_of
+from livebass.score import PROGRAM, TAKE
 
 LOG = logging.getLogger(__name__)
 
@@ -134,16 +135,16 @@ class Recorder:
 MOST_TICKS = 0x7FFF  # a quarter note, in a MIDI file
 MICROSECONDS = 1_000_000  # in a second
 FINGER = 34  # General MIDI's program, counted from 1, of a bass that has none
-PROGRAM = 0xC0  # status of a program change
 
 
 class MidiRecorder:
     """`with MidiRecorder(path, synth, preset) as take:` writes the messages that the synth plays as a MIDI file.
 
     The file begins with the program that chooses `preset`, so that `livebass render` plays it on the same bass; another
-    preset in mid-take is another program there, from `choose` on. A tick is a frame: at the same rate it renders as it
-    sounded. Call `take.turn()` often; leaving the block writes the file, after an exception too; after `discard` there
-    is none. Raises OutputError if no file can be written at `path`.
+    preset in mid-take is another program there, at the frame from which on its bass has played. A tick is a frame, and
+    a text says that it is a take, which `read_score` leaves as it is: at the same rate it renders as it sounded. Call
+    `take.turn()` often; leaving the block writes the file, after an exception too; after `discard` there is none.
+    Raises OutputError if no file can be written at `path`.
     """
 
     def __init__(self, path: Path, synth: Synth, preset: str) -> None:
@@ -153,6 +154,7 @@ class MidiRecorder:
         checked_place(path)
         # (tick, status, first, second); those of PROGRAM are the presets'
         self._played: list[tuple[int, int, int, int]] | None = [(0, PROGRAM, _program(preset), 0)]
+        self._coming: list[tuple[str, LiveBass]] = []  # presets chosen, whose basses have not begun
         synth.keep_messages()
 
     def __enter__(self) -> Self:
@@ -180,15 +182,17 @@ class MidiRecorder:
     def turn(self) -> None:
         """Takes what was played since the last call, but program changes: which preset they choose is in `choose`."""
         if self._played is not None:
+            for preset, bass in self._coming.copy():
+                if bass.began is not None:
+                    self._coming.remove((preset, bass))
+                    self._played.append((self._tick(bass.began), PROGRAM, _program(preset), 0))
             for frame, status, first, second in self.synth.played():
                 if 0x80 <= status < 0xF0 and status & 0xF0 != PROGRAM:
                     self._played.append((self._tick(frame), status, first, second))
 
-    def choose(self, preset: str) -> None:
-        """Notes that another preset plays from now on."""
-        self.turn()
-        if self._played is not None:
-            self._played.append((self._tick(self.synth.frame), PROGRAM, _program(preset), 0))
+    def choose(self, preset: str, bass: LiveBass) -> None:
+        """Notes that another preset plays from the frame on at which its `bass` begins."""
+        self._coming.append((preset, bass))
 
     def _tick(self, frame: int) -> int:
         return round(frame * self.rate / self.synth.rate)
@@ -205,9 +209,10 @@ class MidiRecorder:
         while self.rate // beats > MOST_TICKS or self.rate % beats or MICROSECONDS % beats:
             beats += 1
         track = mido.MidiTrack([mido.MetaMessage("set_tempo", tempo=MICROSECONDS // beats)])
+        track.append(mido.MetaMessage("text", text=TAKE))
         channels = sorted({status & 0x0F for _, status, *_ in played if status != PROGRAM})
         last = 0
-        for tick, status, first, second in played:
+        for tick, status, first, second in sorted(played, key=lambda m: (m[0], m[1] != PROGRAM)):
             if status == PROGRAM:
                 messages = [[PROGRAM | channel, first] for channel in channels]
             else:

@@ -103,6 +103,7 @@ class Summary:
     recorded: tuple[Path, ...]  # the files
     short: str | None  # why not all was recorded
     lost: str | None  # the reason, if it ended because the output went away
+    dropped: int  # notes that no string could play
     preset: str  # that played last
     audio: str | None  # the PortAudio device, by a name that it alone has
     midi: str | None  # the MIDI port
@@ -183,7 +184,7 @@ class Session:
         return Summary(
             self.output.name, seconds, meters, gauge.worst, gauge.peak,
             tuple(take.kept for take in takes if take.kept), next((t.short for t in takes if t.short), None), lost,
-            presets.playing[0], getattr(self.output, "full_name", None), midi.name if midi else None,
+            synth.dropped, presets.playing[0], getattr(self.output, "full_name", None), midi.name if midi else None,
         )  # fmt: skip
 
     def _control_socket(self, presets: PresetSwitch) -> OscServer | None:
@@ -417,9 +418,9 @@ class _Loop:
 
     def _follow_preset(self, preset: str) -> None:
         """Notes in the MIDI take that another preset plays, and opens ports for all of its strings."""
-        if self.messages:
-            self.messages.choose(preset)
         bass = self.output.synth.bass
+        if self.messages and bass is not None:
+            self.messages.choose(preset, bass)
         if self.session.settings.strings and isinstance(self.output, JackOutput) and bass is not None:
             self.output.open_strings(bass.engine.strings)
 

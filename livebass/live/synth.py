@@ -106,6 +106,7 @@ class LiveBass:
         setup.fill_bass(building.ctypes.data)
         self.record = self._view(self.address, BASS)
         self._share = float(self.record["share"][0])
+        self.record["frame"] = -1  # until it begins
         b = self.record[0]
         self.engine.voices = [
             Voice(self._view(place, STRING), np.zeros((0, 2), np.int64)) for place in b["string"][: b["strings"]]
@@ -124,6 +125,17 @@ class LiveBass:
     def run_ahead(self, wanted: bool) -> None:
         """Lets strings run ahead of the clock, or not."""
         self.record["share"] = self._share if wanted else 0.0
+
+    @property
+    def began(self) -> int | None:
+        """The synth's frame from which on it has played; None: it has not begun."""
+        frame = int(self.record["frame"][0])
+        return None if frame < 0 else frame
+
+    @property
+    def dropped(self) -> int:
+        """Notes so far that no string could play."""
+        return int(self.engine.performer["dropped"][0])
 
     @property
     def coarse_strings(self) -> list[int]:
@@ -161,6 +173,7 @@ class Synth:
         self._runs_ahead = True
         self._writer = threading.Lock()  # of the first ring, between Python's threads
         self._basses: list[LiveBass] = []
+        self._dropped = 0  # by basses that were released
         r = self.record
         r["adaptive"] = adaptive
         r["clock"], r["clock_id"] = _clock()
@@ -212,8 +225,14 @@ class Synth:
         """Lets go of a bass that has rung out; to be called now and then."""
         faded = self._read("faded_bass")
         if faded:
+            self._dropped += sum(b.dropped for b in self._basses if b.address == faded)
             self._basses = [b for b in self._basses if b.address != faded]
             self._write("faded_bass", 0)
+
+    @property
+    def dropped(self) -> int:
+        """Notes so far that no string could play."""
+        return self._dropped + sum(bass.dropped for bass in self._basses)
 
     @property
     def bass(self) -> LiveBass | None:
@@ -232,10 +251,7 @@ class Synth:
         """
         ring = self.rings[1].ctypes.data
         for k in range(first, len(score.frames)):
-            message = score.messages[k].tolist()
-            if message[0] & 0xF0 == 0xC0:
-                continue  # the bass for a file's program is chosen before it begins
-            if not push_message(ring, RING, start + int(score.frames[k]), *message):
+            if not push_message(ring, RING, start + int(score.frames[k]), *score.messages[k].tolist()):
                 return k
         return len(score.frames)
 
@@ -304,6 +320,7 @@ class Synth:
     def take_over(self, old: Synth) -> None:
         """Goes on at this synth's rate where `old` is: the same time, counts and parameters. Before it plays."""
         self.record["frame"] = round(old.frame * self.rate / old.rate)
+        self._dropped = old.dropped
         for name in KEPT:
             self.record[name] = old.record[name]
 

@@ -154,12 +154,12 @@ def test_spectrogram(tmp_path: Path) -> None:
 
 
 def test_a_file_is_played_on_the_bass_it_asks_for(run: Run, tmp_path: Path) -> None:
-    """The program that most notes have chooses the preset, unless one is named; others leave the usual one."""
+    """The program that it begins with chooses the preset, unless one is named; others leave the usual one."""
     for number, (programs, options, expected) in enumerate(
         (
             (b"\x24", (), "slap"),
-            (b"\x21\x24\x24", (), "slap"),
-            (b"\x24", ("-p", "muted"), "muted"),
+            (b"\x24\x21\x21", ("-p", "muted"), "muted"),
+            (b"\x24\x25\x10", (), "slap"),
             (b"\x27", (), "jazz-finger"),
             (b"\x18", (), "jazz-finger"),
         )
@@ -170,6 +170,48 @@ def test_a_file_is_played_on_the_bass_it_asks_for(run: Run, tmp_path: Path) -> N
         assert run("render", file, "-o", heard, *how, *options)[0] == 0
         assert run("render", file, "-o", wanted, *how, "-p", expected)[0] == 0
         assert heard.read_bytes() == wanted.read_bytes(), (programs, expected)
+
+
+def test_a_program_in_mid_file_changes_the_bass(run: Run, tmp_path: Path) -> None:
+    """From its frame on, with the controllers as they are; the strings of the one before ring out."""
+    louder = b"\x00\xb0\x07\x40"
+    (tmp_path / "a.mid").write_bytes(song(b"\x00\xc0\x21", louder, NOTE, b"\x81\x70\xc0\x24", NOTE))
+    (tmp_path / "b.mid").write_bytes(song(b"\x00\xc0\x21", louder, NOTE))
+    (tmp_path / "c.mid").write_bytes(song(b"\x00\xc0\x24", louder, NOTE))
+    how = ("-q", "live", "--bits", "float")
+    sounds = {}
+    for name in "abc":
+        status, _, err = run("render", tmp_path / f"{name}.mid", "-o", f"{name}.wav", *how)
+        assert status == 0
+        sounds[name] = soundfile.read(f"{name}.wav", dtype="float32")[0]
+        if name == "a":
+            said, summary = err.splitlines()
+            assert said.endswith("a.mid: program 37 at 0.5 s: played on slap from there") and ": 2 notes (" in summary
+    n = min(len(sounds["b"]), 24_000) - 960  # its end is faded out
+    assert np.array_equal(sounds["a"][:n], sounds["b"][:n])
+    rest, alone = sounds["a"][24_000:], sounds["c"]
+    n = min(len(rest), len(alone)) - 960
+    assert np.abs(alone).max() > 0.01 and np.abs(rest[:n] - alone[:n]).max() < 1e-4, "what rings out is still there"
+    assert np.abs(sounds["b"]).max() > 0.01
+    listed = cli_text(run, "render", tmp_path / "a.mid", "--list").splitlines()
+    assert len(listed) == 3 and listed[-1] == "jazz-finger, slap from 0.5 s"
+    assert len(cli_text(run, "render", tmp_path / "a.mid", "--list", "-p", "slap").splitlines()) == 2
+    with_stems = run("render", tmp_path / "a.mid", "-o", "s.wav", "--stems", *how)
+    stems = [soundfile.read(f"s.{name}.wav", dtype="float32")[0] for name in "EADG"]
+    assert with_stems[0] == 0 and np.array_equal(stems[0] + stems[1] + stems[2] + stems[3], sounds["a"])
+
+
+def test_key_switches_are_listed_and_notes_without_a_string_counted(run: Run, tmp_path: Path) -> None:
+    """Of a controller with six strings on a bass of four: its two lowest channels have none."""
+    mode, played = b"\x00\xb0\x7e\x06", b"\x00\x94\x28\x64\x00\x95\x28\x64\x00\x93\x1c\x64"
+    (tmp_path / "six.mid").write_bytes(song(b"\x00\xc0\x21", mode, played))
+    assert ": 1 note (0 transposed, 2 dropped)" in run("render", tmp_path / "six.mid", "-o", "six.wav", "-q", "live")[2]
+    switch = b"\x00\x90\x0a\x64\x10\x80\x0a\x40"
+    (tmp_path / "keys.mid").write_bytes(song(b"\x00\xc0\x21", switch, switch, NOTE, b"\x00\x90\x0c\x64"))
+    _, row, beside = cli_text(run, "render", tmp_path / "keys.mid", "--list").splitlines()
+    assert row.split() == ["1", "-", "34", "1", "E2", "yes"] and beside == "channel 1: 3 key switches beside"
+    listed = cli_text(run, "render", tmp_path / "keys.mid", "--list", "--keys", "modo-12").splitlines()
+    assert listed[1].split()[3:] == ["3", "A#-1", "to", "E2", "yes"] and listed[2] == "channel 1: 1 key switch beside"
 
 
 def test_the_list_of_presets_has_their_programs(run: Run) -> None:

@@ -10,7 +10,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from support.command import GOOD, Run, assert_one_clear_line
+from support.command import GOOD, NOTE, Run, assert_one_clear_line, song
 
 from livebass import load_preset
 from livebass.cli import remembered
@@ -48,6 +48,7 @@ class FakeSession:
             "preset": s.preset,
             "audio": "Card, ALSA" if s.audio is not None else None,
             "midi": "m",
+            "dropped": 0,
         }
         meters = Meters(*[0] * 11)
         more = {name: value for name, value in self.ends_with.items() if name != "learned"}
@@ -104,6 +105,27 @@ def test_a_damaged_file_is_one_line_and_the_usual_settings(
     assert played.ran[-1].preset == "slap" and file.read_text() == text
     run("play", "-p", "slap", "--forget")
     assert tomllib.loads(file.read_text()) == {"preset": "slap"}
+
+
+def test_notes_without_a_string_are_counted_in_the_last_line(played: type[FakeSession], file: Path, run: Run) -> None:
+    for count, says in (
+        (0, "0 underruns\n"),
+        (1, "0 underruns, 1 note dropped\n"),
+        (7, "0 underruns, 7 notes dropped\n"),
+    ):
+        played.ends_with = {"dropped": count}
+        assert run("play", "-p", "slap")[2].endswith(says)
+
+
+def test_a_bass_that_a_file_chose_is_not_remembered(
+    played: type[FakeSession], file: Path, run: Run, tmp_path: Path
+) -> None:
+    """One that it changed to no more than the one that it began with; one that the player chose is."""
+    (tmp_path / "song.mid").write_bytes(song(b"\x00\xc0\x20", NOTE, b"\x00\xc0\x24", NOTE))
+    for ended, kept in (("flatwound", None), ("slap", None), ("muted", "muted")):
+        played.ends_with = {"preset": ended}
+        assert run("play", "--file", tmp_path / "song.mid")[0] == 0
+        assert load(file).preset == kept
 
 
 TUNED = {"tuning": "drop-d", "capo": 2, "a4": 442.0, "temperament": "just"}

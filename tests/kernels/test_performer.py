@@ -614,6 +614,62 @@ def test_any_channel(channel: int) -> None:
     assert kinds(hands((0x80 | channel, 33, 0))) == hands_on(1)
 
 
+STRINGS_FROM_1 = (0xB0, 126, 6)  # more channels than strings: 5 and 6 have none
+MPE = ((0xB0, 101, 0), (0xB0, 100, 6), (0xB0, 6, 5))
+
+
+def test_notes_of_channels_without_a_string_are_counted() -> None:
+    hands = Hands()
+    assert kinds(hands(STRINGS_FROM_1, (0x94, 33, 90), (0x95, 28, 90), (0xE4, 0, 90), (0xD5, 90, 0))) == []
+    assert (hands.p["dropped"], hands.p["notes"]) == (2, 0)
+    assert kinds(hands((0x84, 33, 0), (0x93, 28, 90))) == [(at.PLUCK, 0), (at.BEND, 0)]
+    assert kinds(hands((0xB4, 123, 0))) == hands_on(0), "what is no note is for the bass on these channels, too"
+    assert (hands.p["dropped"], hands.p["notes"]) == (2, 1)
+
+
+def test_a_key_on_two_strings_ends_on_the_string_of_its_channel() -> None:
+    hands = Hands()
+    hands((0xB0, 126, 4), (0x91, 45, 90), (0x90, 45, 90))
+    assert hands.strings("state") == [FREE, FREE, HELD, HELD]
+    assert kinds(hands((0x81, 45, 0))) == hands_on(2)
+    assert kinds(hands((0x90, 45, 0))) == hands_on(3)
+
+
+def test_a_pull_off_of_a_string_of_its_own_leaves_the_others_their_keys() -> None:
+    hands = Hands()
+    hands((0xB0, 126, 4), (0x91, 45, 90), (0x91, 47, 90), (0x90, 45, 90), (0x90, 47, 90))
+    assert kinds(hands((0x80, 45, 0))) == [] and kinds(hands((0x81, 47, 30))) == [(at.PULL_OFF, 2)]
+    assert kinds(hands((0x80, 47, 30))) == hands_on(3), "45 is let go there"
+
+
+@pytest.mark.parametrize("zone", [((0xB0, 126, 4),), MPE], ids=["strings", "notes"])
+def test_keys_switch_on_channels_of_their_own(zone: tuple[Message, ...]) -> None:
+    hands = Hands(switches=True)
+    assert kinds(hands(*zone, (0x91, 10, 90))) == [] and hands.p["switched"][performer.GHOST] == 1
+    assert kinds(hands((0x91, 38, 90)))[0] == (at.PLUCK, 2) and hands.p["notes"] == 1
+    assert kinds(hands((0x81, 10, 0))) == [] and hands.p["switched"][performer.GHOST] == 0
+    assert hands.p["dropped"] == hands.p["transposed"] == 0
+
+
+def test_the_range_of_a_master_is_its_own() -> None:
+    """RPN 0 on a channel that has notes is theirs; on the master it is that of the wheel that bends all of them."""
+    hands = Hands()
+    hands(*MPE, (0xB1, 101, 0), (0xB1, 100, 0), (0xB1, 6, 24), (0xB1, 38, 50), (0xB0, 6, 5), (0xB0, 38, 0))
+    assert (hands.p["channel_range"], hands.p["range"]) == (24.5, 5.0)
+    hands((0x91, 38, 90), (0x92, 43, 90))
+    (event,) = hands((0xE1, 127, 127))
+    assert (event["kind"], event["string"]) == (at.BEND, 2) and event["x"] == pytest.approx(2 ** (24.5 / 12))
+    bends = hands((0xE0, 127, 127))
+    assert 12 * np.log2(bends["x"]) == pytest.approx([5, 5, 29.5, 5])
+
+
+def test_the_first_note_off_ends_a_key_however_often_it_was_struck() -> None:
+    """A note-off may be lost, or never sent between two note-ons, as by pads: no note hangs."""
+    hands = Hands()
+    hands(on(33), on(33), on(33))
+    assert kinds(hands(off(33))) == hands_on(1) and kinds(hands(off(33))) == []
+
+
 # Anything
 
 

@@ -89,9 +89,8 @@ def test_a_pause_ends_what_the_score_holds_and_nothing_else() -> None:
 def test_a_loop_comes_round_at_its_frame(size: int) -> None:
     desk, synth, device = desk_and_device(tune(30, 31, 32, 33, 34))
     desk.loop = (0.1, 0.3)
-    play(device, LEADING + RATE, size)
-    expected = [(LEADING, 30)] + [(LEADING + 4800 * k, 31 + (k - 1) % 2) for k in range(1, 10)]
-    assert notes_of(synth) == expected
+    play(device, RATE, size)
+    assert notes_of(synth) == [(4800 * k, 31 + k % 2) for k in range(10)], "it begins there, too"
     desk.loop = None
     play(device, RATE, size)
     assert [key for _, key in notes_of(synth)][-2:] == [33, 34]
@@ -403,3 +402,74 @@ def test_the_tuner_says_nothing_of_silence_and_noise() -> None:
 
 def test_the_clock_of_a_score() -> None:
     assert [clock(s) for s in (-0.2, 0.0, 59.9, 65.0, 3600.0)] == ["0:00", "0:00", "0:59", "1:05", "60:00"]
+
+
+def file_of(path: Path, *messages: tuple[float, tuple[int, ...]]) -> Score:
+    """Writes messages (s, data) as a MIDI file and reads it."""
+    import mido
+
+    track, last = mido.MidiTrack(), 0
+    for at, data in messages:
+        track.append(mido.Message.from_bytes(data, time=round(1000 * at) - last))
+        last = round(1000 * at)
+    mido.MidiFile(type=0, ticks_per_beat=500, tracks=[track]).save(path)
+    return read_score(path, RATE)
+
+
+def test_a_place_that_is_gone_to_has_its_mode_and_the_bends_of_its_channels(tmp_path: Path) -> None:
+    """As had it been played from the beginning; what was told already is not told again."""
+    score = file_of(
+        tmp_path / "a.mid",
+        (0.0, (0xC0, 33)), (0.0, (0xB0, 126, 4)), (0.0, (0xB0, 101, 0)), (0.0, (0xB0, 100, 0)), (0.0, (0xB0, 6, 7)),
+        (0.0, (0xE0, 0, 90)), (0.0, (0xE3, 0, 70)), (0.0, (0xB3, 74, 9)), (0.1, (0x93, 28, 90)), (0.2, (0x90, 43, 90)),
+        (0.3, (0xE0, 0, 100)), (0.4, (0x83, 28, 0)), (0.4, (0x80, 43, 0)), (0.5, (0x90, 45, 80)), (0.9, (0x80, 45, 0)),
+    )  # fmt: skip
+    desk, synth, device = desk_and_device(score)
+    desk.seek(0.35)
+    play(device, 64)
+    told = [m[1:] for m in synth.played()]
+    assert told == [
+        (0xB0, 126, 4), (0xB0, 101, 0), (0xB0, 100, 0), (0xB0, 6, 7), (0xE3, 0, 70), (0xB3, 74, 9), (0xE0, 0, 100),
+    ]  # fmt: skip
+    assert synth.bass is not None
+    p = synth.bass.engine.performer[0]
+    assert p["mode"] == performer.STRING_A_CHANNEL and p["channel_range"] == 7.0
+    desk.seek(0.25)
+    play(device, 64)
+    assert [m[1:] for m in synth.played()] == [
+        (0xE0, 0, 64), (0xE3, 0, 64), (0xE0, 0, 90), (0xE3, 0, 70), (0xB3, 74, 9),
+    ]  # fmt: skip
+    desk.seek(0.15)
+    play(device, RATE // 10)
+    desk.rolling = False
+    synth.played()
+    play(device, 64)
+    assert [m[1:] for m in synth.played()] == [(0x80, 43, 0), (0xE0, 0, 64), (0xE3, 0, 64)]
+
+
+def test_a_place_before_a_mode_is_in_none(tmp_path: Path) -> None:
+    score = file_of(
+        tmp_path / "a.mid", (0.0, (0xC0, 33)), (0.1, (0x90, 40, 90)), (0.2, (0x80, 40, 0)), (0.3, (0xB0, 126, 4)),
+        (0.4, (0x90, 45, 90)), (0.5, (0x80, 45, 0)),
+    )  # fmt: skip
+    desk, synth, device = desk_and_device(score)
+    play(device, LEADING + 19500)
+    assert synth.bass is not None and synth.bass.engine.performer["mode"] == performer.STRING_A_CHANNEL
+    desk.seek(0.0)
+    play(device, 64)
+    assert synth.bass.engine.performer["mode"] == performer.ALL_ALIKE
+
+
+def test_a_program_in_mid_file_is_sent_and_comes_back_with_the_loop(tmp_path: Path) -> None:
+    """But for a file that is played on one bass, which was asked for."""
+    score = file_of(
+        tmp_path / "a.mid", (0.0, (0xC0, 33)), (0.0, (0x90, 40, 90)), (0.1, (0x80, 40, 0)), (0.2, (0xC0, 36)),
+        (0.2, (0x90, 41, 90)), (0.3, (0x80, 41, 0)),
+    )  # fmt: skip
+    for wanted, programs in ((score, [36, 33, 36, 33]), (score.on_one_bass(), [])):
+        desk, synth, device = desk_and_device(wanted)
+        desk.loop = (0.0, 0.0)
+        play(device, LEADING + round(0.65 * RATE))
+        said = synth.played()
+        assert [m[2] for m in said if m[1] == 0xC0] == programs
+        assert [m[2] for m in said if m[1] == 0x90] == [40, 41, 40, 41, 40]

@@ -231,7 +231,7 @@ def test_many_basses_one_after_the_other() -> None:
         device.block(256)
     assert done.is_set()
     synth.panic()
-    for _ in range(40):  # the last one may still wait for the one before to fade out
+    for _ in range(160):  # the last one may still wait for the one before to fade out, and that for its filters
         device.block(256)
         synth.release_faded()
     assert synth._basses == basses[-1:]

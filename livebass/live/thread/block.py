@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from livebass.compiling import entry, jit
-from livebass.kernels import performer, techniques, tone, voice
+from livebass.kernels import instrument, performer, techniques, tone, voice
 from livebass.kernels.elementary import log2, power
 from livebass.kernels.native import (
     FLUSH,
@@ -21,8 +21,7 @@ from livebass.kernels.native import (
     set_float_control,
     store_release,
 )
-from livebass.kernels.performer import GAIN_DB, LEARNED, LEAST, MOST_EVENTS, MOST_STRINGS, PARAMETERS
-from livebass.kernels.records import PLUCK, STRIKE_EVENT, THROW
+from livebass.kernels.performer import FADE, GAIN_DB, LEARNED, LEAST, MOST_EVENTS, MOST_STRINGS, OVER, PARAMETERS
 from livebass.live.thread import ahead
 from livebass.live.thread.records import (
     BLOCK_TIME,
@@ -69,7 +68,6 @@ from livebass.live.thread.ring import (
     unpack,
 )
 
-FADE = 0.03  # s of fade-out of a bass that rings out, once another one or an overload needs its place
 GAIN_POLE = 0.004  # part of the way to its target that the gain goes each frame
 SAMPLE = 4  # bytes of a float32
 
@@ -173,17 +171,7 @@ def take_controllers(b, old):
     p = performer_of(b)
     performer.take_over(p, performer_of(old))
     for i in range(b.strings):
-        v = string_of(b, i).voice
-        v.gain_wanted = performer.loudness(p)
-        v.gain = v.gain_wanted
-        v.bend = performer.bend_ratio(p, i)
-        v.tuned = v.bend
-        v.tone_wanted = p.tone
-        if v.tone != v.tone_wanted:
-            tone.set_tone(v, v.tone_wanted)
-        v.blend_wanted = p.blend
-        tone.set_blend(v, p.blend)
-        techniques.waver(v, performer.vibrato_depth(p), performer.VIBRATO_RATE)
+        instrument.settle(string_of(b, i).voice, p, i)
 
 
 @entry("void(int64, int64)")
@@ -196,22 +184,13 @@ def keep_controllers(address, old):
 def tell_old_bass(synth, b, first_event, event_count, frame, status, first, second, count):
     """Hands a message to the bass that rings out; returns the new number of its events.
 
-    It starts no note. `b` has turned the message into its events from `first_event` up to `event_count`: a string that
-    is plucked or struck there is damped here, by its tuning.
+    `b` has turned the message into its events from `first_event` up to `event_count`.
     """
     old = bass_at(synth.old_bass)
-    p = performer_of(old)
-    if not (status & 0xF0 == 0x90 and second > 0):
-        return performer.message(
-            p, operators_of(old, 0), frame - old.frame, status, first, second, events_of(old), count
-        )
-    for k in range(first_event, event_count):
-        event = events_of(b)[k]
-        if event.kind in (PLUCK, STRIKE_EVENT, THROW):
-            for i in range(old.strings):
-                if p.open[i] == performer_of(b).open[event.string]:
-                    count = performer.stop_string(p, i, frame - old.frame, events_of(old), count)
-    return count
+    return performer.ring_on(
+        performer_of(old), operators_of(old, 0), performer_of(b), events_of(b), first_event, event_count,
+        frame - old.frame, status, first, second, events_of(old), count,
+    )  # fmt: skip
 
 
 @jit
@@ -337,6 +316,7 @@ def is_silent(b, end):
     for i in range(b.strings):
         string = string_of(b, i)
         moves = string.slots[0].on or string.slots[1].on or string.voice.answering
+        moves = moves or abs(string.voice.block_out) > OVER  # its filters still hold some
         if moves or string.voice.frame > end - b.frame:
             return False
     return True

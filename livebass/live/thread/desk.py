@@ -10,7 +10,7 @@ import numpy as np
 
 from livebass.compiling import entry, jit
 from livebass.kernels.native import load_acquire, record_address, record_at, samples_at, status_from, words_at
-from livebass.kernels.performer import CONTROLLERS, KEYS, PARAMETERS, PEDAL, turned
+from livebass.kernels.performer import CHANNELS, CONTROLLERS, KEYS, PARAMETERS, PEDAL, turned
 from livebass.live.thread.records import field_offset
 from livebass.live.thread.ring import push, push_learned, unpack
 
@@ -46,10 +46,15 @@ DESK = np.dtype(
         ("seek_seen", "i8"),  # ... beyond what was seen of it
         ("loop_from", "f8"),  # frames; the loop ends before loop_to
         ("loop_to", "f8"),  # 0: no loop
-        ("held", "i8", (KEYS,)),  # 1 for notes of the score that have not ended
+        ("held", "i8", (CHANNELS, KEYS)),  # 1 for notes of the score that have not ended
         ("pedal", "i8"),  # 1 if the score has it down
-        ("bent", "i8"),  # 1 if the score has left the pitch wheel off its middle
-        ("met", "i8", (CONTROLLERS + 1,)),  # workspace
+        ("bent", "i8", (CHANNELS,)),  # 1 if the score has left the channel's pitch wheel off its middle
+        ("met", "i8", (CHANNELS, CONTROLLERS + 1)),  # workspace
+        ("programs", "i8"),  # address: int64 (count + 1,), the program before each message, and after all; -1: none
+        ("program", "i8"),  # the last that the synth was told, or began with
+        ("settings", "i8"),  # address: int64 (setting_count,), the messages that are in order only: see `is_chased`
+        ("setting_count", "i8"),
+        ("told", "i8"),  # so many settings, as the synth has them
         # JACK's transport
         ("client", "i8"),  # address, 0: not followed
         ("transport_query", "i8"),  # address of the C function
@@ -93,35 +98,39 @@ def take_controller(desk, address, size, frame, channel, controller, value):
 
 @jit
 def tell(synth, frame, status, first, second):
-    """Sends a message of the score's channel at `frame`."""
+    """Sends a message of the score at `frame`."""
     push(synth.midi_ring[SCORE_RING], synth.midi_ring_size[SCORE_RING], frame, status, first, second)
 
 
 @jit
 def let_go(desk, synth, frame):
     """Ends what the score holds: its notes, its pedal, its bend. What the player holds stays."""
-    for key in range(KEYS):
-        if desk.held[key]:
-            desk.held[key] = 0
-            tell(synth, frame, np.int64(0x80), key, np.int64(0))
+    for channel in range(CHANNELS):
+        for key in range(KEYS):
+            if desk.held[channel, key]:
+                desk.held[channel, key] = 0
+                tell(synth, frame, 0x80 | np.int64(channel), np.int64(key), np.int64(0))
     if desk.pedal:
         desk.pedal = 0
         tell(synth, frame, np.int64(0xB0), np.int64(PEDAL), np.int64(0))
-    if desk.bent:
-        desk.bent = 0
-        tell(synth, frame, np.int64(0xE0), np.int64(0), np.int64(64))
+    for channel in range(CHANNELS):
+        if desk.bent[channel]:
+            desk.bent[channel] = 0
+            tell(synth, frame, 0xE0 | np.int64(channel), np.int64(0), np.int64(64))
 
 
 @jit
 def watch(desk, status, first, second):
     """Keeps what a message of the score leaves on."""
-    kind = status & 0xF0
+    kind, channel = status & 0xF0, status & 0x0F
     if kind == 0x90 or kind == 0x80:
-        desk.held[first] = 1 if kind == 0x90 and second > 0 else 0
+        desk.held[channel, first] = 1 if kind == 0x90 and second > 0 else 0
     elif kind == 0xB0 and first == PEDAL:
         desk.pedal = 1 if second >= 64 else 0
+    elif kind == 0xC0:
+        desk.program = first
     elif kind == 0xE0:
-        desk.bent = 0 if first == 0 and second == 64 else 1
+        desk.bent[channel] = 0 if first == 0 and second == 64 else 1
 
 
 @jit
@@ -131,8 +140,30 @@ def is_chased(controller):
 
 
 @jit
+def tell_settings(desk, synth, low, frame):
+    """Sends RPNs and modes (`settings`) until the synth has those that are before message `low`.
+
+    Going back, it begins with the first of them; channels mean nothing before.
+    """
+    words, settings = words_at(desk.words, desk.count), words_at(desk.settings, desk.setting_count)
+    wanted: Any = np.int64(0)
+    while wanted < desk.setting_count and settings[wanted] < low:
+        wanted += 1
+    if wanted < desk.told:
+        desk.told = 0
+        tell(synth, frame, np.int64(0xB0), np.int64(127), np.int64(0))
+    for k in range(max(desk.told, wanted - CHASED), wanted):
+        status, first, second = unpack(words[settings[k]])
+        tell(synth, frame, status, first, second)
+    desk.told = wanted
+
+
+@jit
 def go_to(desk, synth, place, frame):
-    """Goes to a place of the score, in its frames: ends what is held, and sets the controllers as they are there."""
+    """Goes to a place of the score, in its frames: ends what is held, and sets all else as it is there.
+
+    Program, modes and the ranges of bends; and the last value of each controller and wheel of each channel.
+    """
     let_go(desk, synth, frame)
     frames, words = words_at(desk.frames, desk.count), words_at(desk.words, desk.count)
     low: Any = np.int64(0)
@@ -146,16 +177,27 @@ def go_to(desk, synth, place, frame):
     desk.next = low
     desk.position = place
     desk.due = ELSEWHERE
-    for k in range(CONTROLLERS + 1):
-        desk.met[k] = 0
-    for k in range(low - 1, max(low - 1 - CHASED, np.int64(-1)), -1):
-        status, first, second = unpack(words[k])
-        kind = status & 0xF0
-        slot = first if kind == 0xB0 else np.int64(WHEEL)
-        if (kind == 0xE0 or (kind == 0xB0 and is_chased(first))) and not desk.met[slot]:
-            desk.met[slot] = 1
-            watch(desk, status, first, second)
-            tell(synth, frame, status, first, second)
+    program = words_at(desk.programs, desk.count + 1)[low]
+    if program >= 0 and program != desk.program:
+        desk.program = program
+        tell(synth, frame, np.int64(0xC0), program, np.int64(0))
+    tell_settings(desk, synth, low, frame)
+    for channel in range(CHANNELS):
+        for k in range(CONTROLLERS + 1):
+            desk.met[channel, k] = 0
+    begin = max(low - CHASED, np.int64(0))
+    for again in range(2):  # the last of each are found, and then sent in their order
+        for k in range(begin, low):
+            status, first, second = unpack(words[k])
+            kind, channel = status & 0xF0, status & 0x0F
+            slot = first if kind == 0xB0 else np.int64(WHEEL)
+            if kind != 0xE0 and not (kind == 0xB0 and is_chased(first)):
+                continue
+            if again == 0:
+                desk.met[channel, slot] = k + 1
+            elif desk.met[channel, slot] == k + 1:
+                watch(desk, status, first, second)
+                tell(synth, frame, status, first, second)
 
 
 @jit
@@ -231,6 +273,8 @@ def play_until(desk, synth, until, end):
         if not push(synth.midi_ring[SCORE_RING], synth.midi_ring_size[SCORE_RING], frame, status, first, second):
             return  # in the next block
         watch(desk, status, first, second)
+        if desk.told < desk.setting_count and words_at(desk.settings, desk.setting_count)[desk.told] == k:
+            desk.told += 1
         desk.next = k + 1
 
 

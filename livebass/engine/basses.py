@@ -1,0 +1,101 @@
+"""Several basses, one after the other, played as one: the program changes of a score choose them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import astuple, dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livebass.engine.engine import Engine, Playing, Report
+from livebass.kernels.performer import FADE, OVER
+from livebass.model.instrument import Instrument
+from livebass.score import PROGRAM
+
+
+@dataclass
+class _Member:
+    """A bass that plays or rings out."""
+
+    engine: Engine
+    began: int  # frame
+    fades: int | None = None  # from this frame on; None: not
+    level: float = 0.0  # of its last sample
+
+
+class Basses(Playing):
+    """Plays on `first` until a program change among the messages chooses another bass.
+
+    That one begins at the frame of the program change, as when new but for the controllers, which stay as they are.
+    The one before starts no more notes and rings out, each string until the new bass plays it; one more program change
+    fades it out. So do `livebass play` and plugins, where the new bass begins once it is prepared.
+    """
+
+    def __init__(self, first: Engine, basses: Mapping[int, Instrument]) -> None:
+        """`basses` by program, from 0; of other programs nothing changes. [main thread]
+
+        Raises ValueError for a bass that cannot be played at the rate of `first`, and one with more or fewer strings.
+        """
+        self.rate, self.workers, self.strings, self.frame = first.rate, first.workers, first.strings, 0
+        self._seed, self._basses = first.seed, basses
+        self._prepared = {id(first.instrument): first}
+        for bass in basses.values():
+            if len(bass.strings) != self.strings:
+                raise ValueError(
+                    f"{bass.name} has {len(bass.strings)} strings, {first.instrument.name} {self.strings}: "
+                    "the basses of one score have the same number"
+                )
+            if id(bass) not in self._prepared:
+                self._prepared[id(bass)] = Engine(bass, first.quality, first.rate, first.seed, first.workers)
+        self._members = [_Member(first, 0)]  # the one that plays first
+        self._ended: list[Report] = []
+
+    def send(self, frames: NDArray[np.int64], messages: NDArray[np.uint8]) -> None:
+        for k, (frame, message) in enumerate(zip(frames.tolist(), messages.tolist(), strict=True)):
+            if message[0] & 0xF0 == PROGRAM:
+                self._change(frame, message[1])
+                continue
+            member, *before = self._members
+            told = member.engine.play_messages(frames[k : k + 1] - member.began, messages[k : k + 1])
+            for other in before:
+                other.engine.ring_on(frame - other.began, message, member.engine, told)
+
+    def _change(self, frame: int, program: int) -> None:
+        """Has the bass of a program begin at `frame`, unless it plays already or there is none."""
+        bass, member = self._basses.get(program), self._members[0]
+        if bass is None or bass is member.engine.instrument:
+            return
+        new = self._prepared[id(bass)].another(self._seed)
+        new.follow(member.engine)
+        for other in self._members[1:]:
+            other.fades = frame if other.fades is None else other.fades
+        self._members.insert(0, _Member(new, frame))
+
+    def process(self, count: int, pool: ThreadPoolExecutor | None = None) -> NDArray[np.float64]:
+        out, whole = np.zeros((self.strings, count)), int(FADE * self.rate)
+        for member in self._members:
+            first = max(member.began - self.frame, 0)
+            if first >= count:
+                continue
+            sound = member.engine.process(count - first, pool)
+            if member.fades is not None:
+                since = np.arange(self.frame + first, self.frame + count) - member.fades
+                sound *= np.clip((whole - since) / whole, 0.0, 1.0)
+            out[:, first:] += sound
+            member.level = float(np.abs(sound[:, -1]).max())
+        self.frame += count
+        for member in self._members[1:]:
+            faded = member.fades is not None and self.frame >= member.fades + whole
+            if faded or not (member.engine.sounding() or member.level > OVER):
+                self._ended.append(member.engine.report())
+                self._members.remove(member)
+        return out
+
+    def sounding(self) -> bool:
+        return any(member.engine.sounding() for member in self._members)
+
+    def report(self) -> Report:
+        reports = [*self._ended, *(member.engine.report() for member in self._members)]
+        return Report(*(sum(counts) for counts in zip(*map(astuple, reports), strict=True)))

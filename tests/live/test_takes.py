@@ -1,0 +1,239 @@
+"""A take sounds as it was heard: what was played live, recorded as MIDI, read and rendered, to the last bit.
+
+In all modes of the channels, with keys struck again before their note-off, release velocities and changes of bass.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import mido
+import numpy as np
+import pytest
+from support.live import RATE, run_ahead
+
+from livebass import Quality, load_preset, read_score, render_to_array
+from livebass.arrays import Floats
+from livebass.cli.song import basses_of
+from livebass.engine.render import mixed, single
+from livebass.kernels.performer import LEARNED
+from livebass.live.outputs import FakeDevice
+from livebass.live.parameters import NUMBERS
+from livebass.live.recording import MidiRecorder
+from livebass.live.synth import LiveBass, Synth
+from livebass.score import PROGRAM, TAKE, Score
+
+LIGHT = Quality("light", 60, 192e3)
+Message = tuple[int, int, int, int]  # frame, status, first, second
+MODES: dict[str, list[tuple[int, int, int]]] = {
+    "alike": [(0xB0, 127, 0)],
+    "a string each": [(0xB0, 126, 4)],
+    "more channels than strings": [(0xB0, 126, 6)],
+    "a note each": [(0xB0, 101, 0), (0xB0, 100, 6), (0xB0, 6, 5)],
+    "a note each, from the top": [(0xBF, 101, 0), (0xBF, 100, 6), (0xBF, 6, 15)],
+}
+
+
+def live(
+    path: Path, messages: Sequence[Message], frames: int, size: int = 256, changes: Sequence[tuple[int, str]] = ()
+) -> tuple[Floats, Synth]:
+    """Plays messages live for so many frames and records them as a MIDI file at `path`; returns the sound.
+
+    `changes` are (frame, preset): the first block from there on begins with that bass.
+    """
+    synth = Synth(RATE, adaptive=False)
+    run_ahead(synth, "never")
+    synth.switch_to(LiveBass(load_preset("jazz-finger"), LIGHT, RATE))
+    device, heard, coming = FakeDevice(synth), [], list(changes)
+    with MidiRecorder(path, synth, "jazz-finger") as take:
+        for frame, status, first, second in messages:
+            assert synth.send(status, first, second, frame)
+        while synth.frame < frames:
+            synth.release_faded()
+            if coming and coming[0][0] <= synth.frame:
+                bass = LiveBass(load_preset(coming[0][1]), LIGHT, RATE)
+                synth.switch_to(bass)
+                take.choose(coming.pop(0)[1], bass)
+            heard.append(device.block(min(size, frames - synth.frame)))
+            take.turn()
+    return np.concatenate(heard), synth
+
+
+def rendered(score: Score, frames: int) -> Floats:
+    """What `livebass render` makes of it, cut at full scale as the synth cuts."""
+    tail = max(frames - score.end_frame, 0) / RATE + 0.1
+    first, basses = basses_of(score, "jazz-finger", load_preset)
+    sound = render_to_array(first, score, LIGHT, tail=tail, basses=basses)
+    return np.clip(mixed(single(sound)), -1.0, 1.0)[:frames]
+
+
+def performance(rng: np.random.Generator, mode: str, frames: int, count: int) -> list[Message]:
+    """Random playing on the channels of a mode: keys struck again, offs of all velocities, bends, pressure, places."""
+    messages: list[Message] = [(0, *message) for message in MODES[mode]]
+    messages.append((0, 0xB0, 68, 127 * int(rng.integers(0, 2))))
+    keys = rng.integers(28, 62, 6).tolist()  # few: they are struck again
+    for frame in np.sort(rng.integers(0, frames, count)).tolist():
+        channel, key, value = int(rng.integers(0, 7)), int(rng.choice(keys)), int(rng.integers(0, 128))
+        if mode.endswith("top"):
+            channel += 9
+        kinds: list[tuple[int, int, int]] = [
+            *[(0x90 | channel, key, max(value, 1))] * 5,
+            *[(0x80 | channel, key, value)] * 4,
+            (0x90 | channel, key, 0),
+            (0xE0 | channel, int(rng.integers(0, 128)), value),
+            (0xD0 | channel, value, 0),
+            (0xB0 | channel, int(rng.choice([1, 7, 9, 11, 64, 64, 65, 68, 74, 74])), value),
+            (0xB0 | channel, int(rng.choice([120, 121, 123])), 0),
+            (int(rng.choice([0x80, 0x90])) | channel, int(rng.choice([2, 3, 10, 12, 16, 17])), 100),
+        ]
+        messages.append((frame, *kinds[int(rng.integers(0, len(kinds)))]))
+    return messages
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_a_take_of_anything_sounds_as_it_was_heard(mode: str, tmp_path: Path) -> None:
+    rng = np.random.default_rng([11, *map(ord, mode)])
+    messages = performance(rng, mode, RATE, 150)
+    sound, synth = live(tmp_path / "take.mid", messages, RATE)
+    score = read_score(tmp_path / "take.mid", RATE)
+    kept = [(int(f), *map(int, m)) for f, m in zip(score.frames, score.messages, strict=True)]
+    zeroed = [(f, s & 0x8F, k, 64) if s & 0xF0 == 0x90 and not v else (f, s, k, v) for f, s, k, v in messages]
+    assert kept[: len(messages)] == zeroed and {m[1] & 0xE0 for m in kept[len(messages) :]} <= {0x80}
+    assert np.abs(sound).max() > 0.05
+    assert np.array_equal(sound, rendered(score, len(sound)))
+    assert synth.dropped > 0 or mode != "more channels than strings"
+
+
+def test_a_take_through_all_modes_sounds_as_it_was_heard(tmp_path: Path) -> None:
+    """The mode changes in the middle, while notes sound."""
+    rng, messages = np.random.default_rng(5), list[Message]()
+    for k, mode in enumerate([*MODES, "alike"]):
+        part = performance(rng, mode, 9000, 40)
+        messages += [(frame + 9000 * k, *message) for frame, *message in part]  # type: ignore[misc]
+    sound, _ = live(tmp_path / "take.mid", messages, 58000, 999)
+    assert np.array_equal(sound, rendered(read_score(tmp_path / "take.mid", RATE), len(sound)))
+
+
+def pitch_of(sound: Floats, least: float, most: float) -> float:
+    """The loudest frequency between two (Hz)."""
+    size = 1 << 19
+    spectrum = np.abs(np.fft.rfft(sound * np.hanning(len(sound)), size))
+    near = slice(round(least * size / RATE), round(most * size / RATE))
+    return (near.start + int(np.argmax(spectrum[near]))) * RATE / size
+
+
+@pytest.mark.parametrize("mode", ["a string each", "a note each"])
+def test_strings_bend_apart_in_a_take(mode: str, tmp_path: Path) -> None:
+    """G2 goes up by 2 semitones, by the wheel of its channel; E1 stays."""
+    low, high = (0x93, 0x90) if mode == "a string each" else (0x92, 0x91)
+    wheel = 8192 + round(8191 * 2 / (12 if mode == "a string each" else 48))
+    messages = [(0, *message) for message in MODES[mode]]
+    messages += [(10, low, 28, 80), (10, high, 43, 80), (4800, 0xE0 | high & 0x0F, wheel & 127, wheel >> 7)]
+    sound, _ = live(tmp_path / "take.mid", messages, RATE)
+    assert pitch_of(sound[12000:], 105, 115) == pytest.approx(110.0, rel=0.005)
+    assert pitch_of(sound[12000:], 38, 44) == pytest.approx(41.2, rel=0.005)
+    assert np.array_equal(sound, rendered(read_score(tmp_path / "take.mid", RATE), len(sound)))
+
+
+@pytest.mark.parametrize("mode", ["alike", "a string each", "a note each"])
+def test_a_take_with_other_basses_sounds_as_it_was_heard(mode: str, tmp_path: Path) -> None:
+    """To the bit where one bass sounds; while one rings out, but for how the sum of both is rounded.
+
+    The controllers go over to the new bass, in the middle of bends, with volume, pedal, tone, blend, vibrato and palm.
+    """
+    rng = np.random.default_rng([3, *map(ord, mode)])
+    messages = performance(rng, mode, 70_000, 180)
+    moved = [
+        (0xB0, 17, 30),
+        (0xB0, 18, 90),
+        (0xB0, 7, 100),
+        (0xB0, 9, 30),
+        (0xB0, 1, 70),
+        (0xB0, 64, 127),
+        (0xE0, 9, 80),
+    ]
+    messages = sorted([*messages, *((18_000, *message) for message in moved)], key=lambda m: m[0])
+    messages.append((72_000, 0xB0, 120, 0))  # all sound off: the bass before has ended
+    messages += [(72_000 + 900 * k, *m[1:]) for k, m in enumerate(performance(rng, "alike", 1, 20)[2:])]
+    changes = [(20_000, "slap"), (75_000, "fretless")]
+    sound, _ = live(tmp_path / "take.mid", messages, 100_000, 256, changes)
+    score = read_score(tmp_path / "take.mid", RATE)
+    assert score.changes == [(20_224, 36), (75_008, 35)] and score.program == 33
+    again = rendered(score, len(sound))
+    assert np.array_equal(sound[:20_224], again[:20_224])
+    assert np.allclose(sound, again, rtol=0, atol=3e-7)
+    assert np.array_equal(sound[72_512:75_008], again[72_512:75_008])
+    for k, (begin, end) in enumerate(((20_224, 72_000), (75_008, 100_000))):
+        kept = offline_alone(score, begin)
+        assert np.abs(sound[begin:end] - kept[begin:end]).max() > 1e-3, (k, "another bass is heard")
+
+
+def offline_alone(score: Score, frame: int) -> Floats:
+    """The score without the program change at `frame`."""
+    kept = (score.frames != frame) | (score.messages[:, 0] & 0xF0 != PROGRAM)
+    return rendered(replace(score, frames=score.frames[kept], messages=score.messages[kept]), 100_000)
+
+
+def file_of(path: Path, messages: Sequence[tuple[int, bytes]], *texts: str) -> Score:
+    """Writes messages (ms, bytes) as a MIDI file of one track, with texts at its beginning, and reads it."""
+    track, last = mido.MidiTrack([mido.MetaMessage("text", text=text) for text in texts]), 0
+    for at, data in messages:
+        track.append(mido.Message.from_bytes(data, time=at - last))
+        last = at
+    mido.MidiFile(type=0, ticks_per_beat=500, tracks=[track]).save(path)
+    return read_score(path, RATE)
+
+
+def rows(score: Score) -> list[tuple[int, ...]]:
+    return [(int(f) * 1000 // RATE, *map(int, m)) for f, m in zip(score.frames, score.messages, strict=True)]
+
+
+def test_a_pull_off_is_as_hard_as_its_release_velocity(tmp_path: Path) -> None:
+    sounds = []
+    for velocity in (0, 20, 64, 127):
+        strokes = [(0, b"\xc0\x21"), (0, b"\xb0\x44\x7f"), (0, b"\x90\x21\x01"), (100, b"\x90\x23\x01")]
+        score = file_of(tmp_path / "a.mid", [*strokes, (300, bytes([0x80, 35, velocity])), (600, b"\x80\x21\x40")])
+        sounds.append(rendered(score, RATE // 2))
+    apart = [float(np.abs(sound - sounds[0]).max()) for sound in sounds]
+    assert 0.0 == apart[0] < apart[1] < apart[2] < apart[3] and apart[1] > 1e-4, apart
+
+
+def test_a_take_is_left_as_it_is_and_other_files_are_paired(tmp_path: Path) -> None:
+    """A key struck again before its note-off: live, the first one ends it; who writes a file means one for each."""
+    strokes = [
+        (0, b"\xc2\x21"),
+        (0, b"\x92\x21\x50"),
+        (100, b"\x92\x21\x51"),
+        (200, b"\x82\x21\x11"),
+        (300, b"\x82\x21\x12"),
+    ]
+    strokes += [(300, b"\xb2\x07\x40"), (400, b"\x92\x22\x50"), (400, b"\x82\x22\x13"), (500, b"\x92\x23\x50")]
+    take = file_of(tmp_path / "take.mid", strokes, TAKE)
+    assert rows(take) == [(at, *data, *[0] * (3 - len(data))) for at, data in strokes[1:]] + [(500, 0x82, 0x23, 64)]
+    other = file_of(tmp_path / "other.mid", strokes, "as played by somebody")
+    assert rows(other) == [
+        (0, 0x92, 33, 80), (100, 0x92, 33, 81), (300, 0xB2, 7, 64), (300, 0x82, 33, 18), (400, 0x92, 34, 80),
+        (401, 0x82, 34, 19), (500, 0x92, 35, 80), (501, 0x82, 35, 64),
+    ]  # fmt: skip
+    assert take.program == other.program == 33
+
+
+def test_what_is_too_soft_for_normal_numbers_is_silence() -> None:
+    """As for the audio thread, which flushes it to zero: a tail must not differ there."""
+    soft = np.array([1e-39, -1e-40, 2e-38, 0.5, 0.0])
+    assert single(soft).tolist() == [0.0, 0.0, np.float32(2e-38), 0.5, 0.0]
+
+
+def test_parameters_that_controllers_move_go_over_to_another_bass(tmp_path: Path) -> None:
+    """102 to 109, as a take has those of learned controllers: live and in the take."""
+    moved = [(LEARNED + NUMBERS[symbol], 15 + 11 * k) for k, symbol in enumerate(sorted(set(NUMBERS) - {"gain"}))]
+    messages = [(1000 + 200 * k, 0xB3, *move) for k, move in enumerate(moved)]
+    messages += [(8000 + 5000 * k, 0x93, 28 + 5 * (k % 4), 60 + 9 * k) for k in range(6)]
+    sound, synth = live(tmp_path / "take.mid", messages, 42_000, 256, [(16_000, "slap")])
+    assert np.allclose(sound, rendered(read_score(tmp_path / "take.mid", RATE), len(sound)), rtol=0, atol=3e-7)
+    assert synth.bass is not None
+    new, usual = synth.bass.engine.performer[0], LiveBass(load_preset("slap"), LIGHT, RATE).engine.performer[0]
+    for field in ("dynamics", "hand_damping", "unevenness", "placed", "ranged", "slapped", "tone"):
+        assert new[field] != usual[field], field
