@@ -169,7 +169,6 @@ def make(string, ops, k, length):
     set_slope(made, op)
     for i in range(TOUCHES):  # fingers on the string make their shapes anew
         slot.touch_key[i, 2] = 0.0
-    slot.flesh_key[2 * TOUCHES] = 0.0
     return low if voice.glide_to < voice.glide_from or x == 0.0 else low + 1
 
 

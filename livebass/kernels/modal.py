@@ -353,14 +353,26 @@ def finger(w, n):
 
 
 @jit
-def touch(w, shape, c, n):
-    """Takes the part `c` of the momentum that the motion has along `shape`: a finger on the string (touch.py)."""
-    d = 0.0
+def touch(w, shapes, products, c, n):
+    """Takes the parts `c` of the momentum that the motion has along each of three `shapes`, one after the other.
+
+    `products` are those of the first and second, the first and third, the second and third: a finger on the string
+    (touch.py).
+    """
+    first, second, third = shapes[0], shapes[1], shapes[2]
+    x = 0.0
+    y = 0.0
+    z = 0.0
     for j in range(n):
-        d += shape[j] * w.p[j]
-    d *= c
+        p = w.p[j]
+        x += first[j] * p
+        y += second[j] * p
+        z += third[j] * p
+    x *= c[0]
+    y = c[1] * (y - products[0] * x)
+    z = c[2] * (z - products[1] * x - products[2] * y)
     for j in range(n):
-        w.p[j] -= d * shape[j]
+        w.p[j] -= x * first[j] + y * second[j] + z * third[j]
 
 
 @jit
@@ -398,12 +410,11 @@ def tighten(w, push, n):
 
 
 @jit
-def fade(w, lost, part, n):
-    """Takes `part` of the part `lost` of each mode."""
-    for j in range(n):
-        kept = 1.0 - part * lost[j]
-        w.q[j] *= kept
-        w.p[j] *= kept
+def fade(w, factor, first, n):
+    """Multiplies the motion of the modes from `first` on by `factor`."""
+    for j in range(first, n):
+        w.q[j] *= factor
+        w.p[j] *= factor
 
 
 @jit

@@ -112,20 +112,23 @@ STACK = 4  # keys held on one string that it goes back to, one after the other
 OVER = 1e-9  # signal below which a bass that rings out has ended
 FADE = 0.03  # s of fade-out of a bass that rings out, once another one or an overload needs its place
 
-# Fingers by number (records.TOUCHES): the palm has the first three, harmonics the last, ghost notes the last two
+# Fingers by number (records.TOUCHES): the palm has the first three, harmonics the last, ghost notes the last two. Half
+# their widths are standard deviations (touch.py): 2.3 and 3.5 mm those of fingertips that touch 8 and 12 mm evenly.
 PALM_PLACES = (12e-3, 25e-3, 38e-3)  # m from the saddle
 PALM_WIDTH = 5e-3  # m, half
 GUEST_THUMB = 0.38  # part of a strike's depth on a bass whose level is that of fingers
-LIGHT_PALM, TIGHT_PALM = 0.4, 16.0  # in all, in impedances of the string, as those that follow
+# In all, in impedances of the string, as those that follow. By the eigenvalues of the damped string the fundamental
+# dies soonest under the tight one; a firmer palm clamps the string, and lets it ring before the clamp.
+LIGHT_PALM, TIGHT_PALM = 0.4, 13.0
 KEY_PALM = 0.6  # of the way between them, by the key switch
 GHOST_FRETS = (-0.6, 1.6)  # from the fret: where the fingers of a ghost note lie
-GHOST_RESISTANCE, GHOST_WIDTH, GHOST_FORCE = 1.5, 6e-3, 0.7  # ; m; part of the force
+GHOST_RESISTANCE, GHOST_WIDTH, GHOST_FORCE = 1.5, 3.5e-3, 0.7  # ; m, half; part of the force
 GHOST_PLACE = 5  # fret at which an open string is damped for a ghost note
 HARMONICS = (12, 19, 24, 28, 31)  # semitones above the open string of its harmonics 2 to 6
 # The finger on a node of theirs: firm enough to end what has no node there soonest, by the eigenvalues of the damped
 # string (at the middle 2 takes all that comes), for so many periods that 60 dB of it are gone, and at least NODE_TIME
-NODE_RESISTANCE, NODE_PERIODS = (2.0, 1.7, 1.7, 1.8, 1.8), (2.0, 3.0, 6.0, 9.0, 12.0)
-NODE_WIDTH, NODE_TIME = 4e-3, 65e-3  # m, half; s
+NODE_RESISTANCE, NODE_PERIODS = (2.0, 1.7, 1.7, 1.8, 1.6), (2.0, 3.0, 6.0, 9.0, 13.0)
+NODE_WIDTH, NODE_TIME = 2.3e-3, 65e-3  # m, half; s
 HAMMER_SPEED = 0.36  # speed of a finger that hammers over that by which a pluck of the same force moves the string
 HAMMER_LANDING = 4e-3  # s in which the finger that hammers damps a string that sounds
 TAP_LIFTING = 0.5e-3  # s in which fingers leave a string that is tapped

@@ -150,10 +150,11 @@ OPERATOR = np.dtype(
 
 # A finger or the palm that lies on a string (touch.py)
 TOUCHES = 4  # of them on one string
+DASHPOTS = 3  # of which each consists
 TOUCH = np.dtype(
     [
         ("place", "f8"),  # m from the saddle
-        ("width", "f8"),  # m, half
+        ("width", "f8"),  # m, half: the standard deviation of the Gaussian along which it presses
         ("resistance", "f8"),  # N s/m, R now ...
         ("wanted", "f8"),  # ... and where it goes: 0, it lifts
         ("ramp", "f8"),  # N s/m by which it goes there each frame
@@ -241,12 +242,11 @@ SLOT = on_lines(
         ("coupled", "i8"),  # what u.coupling holds for: the address of W ...
         ("coupled_ratio", "f8"),  # ... and `ratio`
         # of the fingers that touch: made of their places when these change
-        ("touch_shape", "f8", (TOUCHES, ROW)),  # mode shapes at each ...
-        ("touch_square", "f8", (TOUCHES,)),  # ... the sum of their squares, 1/m ...
+        ("touch_shape", "f8", (TOUCHES, DASHPOTS, ROW)),  # mode shapes at the dashpots of each ...
+        ("touch_square", "f8", (TOUCHES, DASHPOTS)),  # ... the sums of their squares, 1/m ...
+        ("touch_product", "f8", (TOUCHES, DASHPOTS)),  # ... and of products of two of them: 0 1, 0 2, 1 2 ...
         ("touch_modes", "i8", (TOUCHES,)),  # ... and the number of modes that it moves
         ("touch_key", "f8", (TOUCHES, 3)),  # what these hold for: place, width, operator
-        _row("flesh"),  # part of each mode that all lose in a frame to flesh wider than a wave
-        ("flesh_key", "f8", (2 * TOUCHES + 1,)),  # likewise: resistances, widths, operator
         # of the thumb, likewise
         _row("thumb_shape"),
         _row("thumb_yield"),  # c: how far each mode gives way to a force that stays, m^0.5/N ...

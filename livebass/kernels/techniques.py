@@ -35,7 +35,7 @@ EASED, EASING = (0.0, -21e-3, -58e-3, 95e-3), (1.8, 1.25, 1.25, 1.25)
 PRESSED, EASING_OFF = 150.0, 25e-3  # the finger that leaves the fret first holds as firmly; s
 # The same on an open string, parts of its length from the saddle: a finger of the right hand, then of the left
 RESTED, RESTING = (0.17, 0.56, 0.665, 0.75), (0.7, 0.5, 0.5, 0.5)
-FINGER_WIDTH, FRET_WIDTH = 6e-3, 2e-3  # m, half; the second one of the finger that eases off
+FINGER_WIDTH, FRET_WIDTH = 3.5e-3, 1.2e-3  # m, half; the second one of the finger that eases off
 ENDING = 12e-3  # s in which these fingers land
 ALL_OVER = 12.0  # 1/s of all modes, by what else of the hands comes near
 GENTLY = 0.0  # of a finger's speed

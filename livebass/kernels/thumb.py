@@ -32,10 +32,10 @@ import numpy as np
 
 from livebass.compiling import jit
 from livebass.kernels import modal
+from livebass.kernels.elementary import exp, sin
 from livebass.kernels.operators import positions, shape
 from livebass.kernels.records import BLOCK, COMING, THERE, WHOLE
 from livebass.kernels.slot import SAFETY_HANDED, SAFETY_STRUCK, SLACK, disturb, take_thumb_away
-from livebass.kernels.touch import shape_under
 
 NARROWEST = 4.0  # of k a: the flesh moves no shorter waves ...
 MOST_TURN = 1.5  # rad in a fine step: ... nor faster ones
@@ -75,6 +75,12 @@ def approach(slot, op):
     t.pushed = 0.0
     t.on = THERE
     slot.safety = SAFETY_STRUCK
+
+
+@jit
+def shape_under(op, k, x, width):
+    """The mode shape with the wave number `k` (1/m), m^-0.5, under a thumb at `x` (m) of half that `width` (m)."""
+    return np.sqrt(2 / op.length) * sin(k * x) * exp(-0.5 * (k * width) ** 2)
 
 
 @jit

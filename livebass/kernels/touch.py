@@ -1,13 +1,19 @@
 """Fingers and palm that lie on a string: dashpots, passive for any strength.
 
-A finger of resistance R at x takes momentum from the string there. With the velocities v_j of the modes and
-s_j = phi_j(x) exp(-(k_j a)^2 / 2), a its half width, the flow over a time h is v <- v - c (s v) s, where
-c = (1 - exp(-R |s|^2 h / mu)) / |s|^2: the exact flow of the dashpot alone, once a frame, after the string has moved.
-As c |s|^2 < 1, kinetic energy only falls. It is done in P, with s_j kappa_j / dt in place of s_j, so that the energy
-that eq. 12 conserves falls, whatever R (modal.invariant).
+A finger of resistance R presses hardest in its middle, at x: its resistance is spread along the string as a Gaussian of
+standard deviation a. Three dashpots do what that does to waves longer than the finger (Gauss-Hermite quadrature): 2/3
+of R at x and 1/6 at x - sqrt(3) a and at x + sqrt(3) a each.
 
-Waves shorter than the finger meet flesh all over its width: all modes lose
-exp(-R h / (2 mu L) (1 - exp(-(k_j a)^2))) a frame besides.
+A dashpot takes momentum from the string where it is. With the velocities v_j of the modes and s_j = phi_j there, the
+implicit midpoint rule over a time h is v <- v - c (s v) s, c = r / (1 + r |s|^2 / 2), r = R h / mu: in a steady motion
+its force is R times the velocity on the way, however much the string gives back within a frame. It acts once a frame,
+after the string has moved, and never turns the velocity there round: c |s|^2 is at most 1, so that kinetic energy only
+falls. It is done in P, with s_j kappa_j / dt in place of s_j, so that the energy that eq. 12 conserves falls, whatever
+R (modal.invariant). The dashpots of a finger follow one another; products of their shapes tell what the one before
+leaves to the next, so that two passes over the modes do for all three.
+
+Modes above HIGHEST turn too far within a frame, and waves shorter than the finger are too short for three dashpots.
+What lies wholly on the finger loses exp(-R h / (2 mu L)) a frame.
 
 A finger lands and lifts in a ramp of R. Places are from the saddle: they outlive a change of fret. `slot` is a SLOT,
 `op` its operator. [audio thread]
@@ -21,11 +27,11 @@ from livebass.compiling import jit
 from livebass.kernels import modal
 from livebass.kernels.elementary import exp, sin
 from livebass.kernels.operators import KAPPA, coefficient
-from livebass.kernels.records import BLOCK, TOUCHES
+from livebass.kernels.records import BLOCK, DASHPOTS, TOUCHES
 from livebass.kernels.slot import SAFETY_STRUCK, disturb
 
-NARROWEST = 2.5  # of k a: shorter waves meet the flesh alone
-MOST_TOUCHED = 352  # modes that a finger moves as one point
+NARROWEST, HIGHEST = 4.5, 8e3  # of k a; Hz: what dashpots move
+ASIDE, PART = (0.0, np.sqrt(3.0), -np.sqrt(3.0)), (2 / 3, 1 / 6, 1 / 6)  # of a; of R: where they are, how strong
 LANDING, LIFTING = 5e-3, 15e-3  # s
 STAYS = -1  # in place of the frames until a finger lifts
 
@@ -107,59 +113,52 @@ def follow(t, rate):
 
 
 @jit
-def shape_under(op, k, x, width):
-    """The mode shape with the wave number `k` (1/m), m^-0.5, under a finger at `x` (m) of half that `width` (m)."""
-    return np.sqrt(2 / op.length) * sin(k * x) * exp(-0.5 * (k * width) ** 2)
+def dashpot(t, d):
+    """Place (m from the saddle) and resistance (N s/m) of dashpot `d` of a finger."""
+    return t.place + ASIDE[d] * t.width, PART[d] * t.resistance
+
+
+@jit
+def modes_under(op, width):
+    """Number of modes, in whole BLOCKs, that dashpots of a finger of half the `width` (m) move."""
+    most = min(NARROWEST / max(width, 1e-4), 2 * np.pi * HIGHEST / op.speed)
+    n = np.int64(most * op.length / np.pi) + 1
+    return min((n + BLOCK - 1) // BLOCK * BLOCK, op.padded)
 
 
 @jit
 def take_place(slot, op, i, t):
-    """Makes the mode shapes at finger `i`, where its place has changed."""
+    """Makes the mode shapes at the dashpots of finger `i`, where its place has changed."""
     key, kappa = slot.touch_key[i], coefficient(op, KAPPA)
     if key[0] == t.place and key[1] == t.width and key[2] == op.coefficients:
         return
     key[0] = t.place
     key[1] = t.width
     key[2] = op.coefficients
-    k1 = np.pi / op.length
-    n: Any = np.int64(NARROWEST / (k1 * max(t.width, 1e-4))) + 1
-    n = min((min(n, MOST_TOUCHED) + BLOCK - 1) // BLOCK * BLOCK, op.padded)
-    x = min(max(op.length - t.place, 0.0), op.length)
-    row = slot.touch_shape[i]
-    square = 0.0
-    for j in range(n):
-        k = modal.number(j) * k1
-        s = shape_under(op, k, x, t.width) * kappa[j] / op.fine
-        if j >= op.modes:
-            s = 0.0
-        row[j] = s
-        square += s * s
-    slot.touch_square[i] = square
+    n = modes_under(op, t.width)
     slot.touch_modes[i] = n
+    k1 = np.pi / op.length
+    shapes, squares, products = slot.touch_shape[i], slot.touch_square[i], slot.touch_product[i]
+    for d in range(DASHPOTS):
+        place, _ = dashpot(t, d)
+        x = min(max(op.length - place, 0.0), op.length)  # beyond the ends of the string there is nothing to move
+        shape = shapes[d]
+        for j in range(n):
+            shape[j] = np.sqrt(2 / op.length) * sin(modal.number(j) * k1 * x) * kappa[j] / op.fine
+        for j in range(op.modes, n):
+            shape[j] = 0.0
+        squares[d] = modal.product(shape, shape, n)
+    products[0] = modal.product(shapes[0], shapes[1], n)
+    products[1] = modal.product(shapes[0], shapes[2], n)
+    products[2] = modal.product(shapes[1], shapes[2], n)
 
 
 @jit
-def take_flesh(voice, slot, op):
-    """Makes the losses of waves shorter than the fingers, where these have changed."""
-    key, same = slot.flesh_key, True
-    for i in range(TOUCHES):
-        t = voice.touches[i]
-        same = same and key[2 * i] == t.wanted and key[2 * i + 1] == t.width
-    if same and key[2 * TOUCHES] == op.coefficients:
-        return
-    for i in range(TOUCHES):
-        key[2 * i] = voice.touches[i].wanted
-        key[2 * i + 1] = voice.touches[i].width
-    key[2 * TOUCHES] = op.coefficients
-    k1 = np.pi / op.length
-    h = op.steps * op.fine / (2 * mass(op) * op.length)
-    for j in range(op.padded):
-        lost = 0.0
-        for i in range(TOUCHES):
-            t = voice.touches[i]
-            if t.wanted > 0.0:
-                lost += t.wanted * (1.0 - exp(-((modal.number(j) * k1 * t.width) ** 2)))
-        slot.flesh[j] = 1.0 - exp(-h * lost)
+def strength(t, d, square, over_mass):
+    """c of dashpot `d` of a finger whose mode shapes have that `square` (1/m); `over_mass`: h / mu (s m/kg)."""
+    _, resistance = dashpot(t, d)
+    r = resistance * over_mass
+    return r / max(1.0 + 0.5 * r * square, r * square)
 
 
 @jit
@@ -177,30 +176,32 @@ def impedance(op):
 @jit
 def damp(voice, slot, op):
     """Lets the fingers damp the slot for one frame, after it has moved."""
-    whole = 0.0
-    now = 0.0
+    over_mass = op.steps * op.fine / mass(op)
+    all_over = 0.0
+    above: Any = np.int64(0)
     for i in range(TOUCHES):
         t = voice.touches[i]
         if t.resistance == 0.0 and t.wanted == 0.0:
             continue
         follow(t, voice.rate)
-        whole += t.wanted
-        now += t.resistance
         if t.resistance == 0.0 or slot.active + slot.v_active == 0:
             continue
         take_place(slot, op, i, t)
-        n, square = slot.touch_modes[i], slot.touch_square[i]
-        if square <= 0.0:
-            continue
-        c = (1.0 - exp(-t.resistance * square * op.steps * op.fine / mass(op))) / square
+        shapes, squares, products = slot.touch_shape[i], slot.touch_square[i], slot.touch_product[i]
+        n = slot.touch_modes[i]
+        c = (
+            strength(t, 0, squares[0], over_mass), strength(t, 1, squares[1], over_mass),
+            strength(t, 2, squares[2], over_mass),
+        )  # fmt: skip
         if slot.active > 0:
-            modal.touch(slot.u, slot.touch_shape[i], c, n)
+            modal.touch(slot.u, shapes, products, c, n)
             slot.active = max(slot.active, n)
         if slot.v_active > 0:
-            modal.touch(slot.v, slot.touch_shape[i], c, n)
+            modal.touch(slot.v, shapes, products, c, n)
             slot.v_active = max(slot.v_active, n)
-    if whole > 0.0 and slot.active + slot.v_active > 0:
-        take_flesh(voice, slot, op)
-        part = min(now / whole, 1.0)
-        modal.fade(slot.u, slot.flesh, part, slot.active)
-        modal.fade(slot.v, slot.flesh, part, slot.v_active)
+        all_over += t.resistance
+        above = max(above, n)
+    if all_over > 0.0:
+        kept = exp(-0.5 * all_over * over_mass / op.length)
+        modal.fade(slot.u, kept, above, slot.active)
+        modal.fade(slot.v, kept, above, slot.v_active)

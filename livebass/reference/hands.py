@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -24,6 +24,7 @@ Path = Callable[[Floats, float, float], Floats]
 Forces = Callable[[Floats], Floats]  # N, (n,), upwards, at the times (n,), s since it began
 
 WAYS = 0.25e-3, 32e-3  # s that a hammer's way takes at least, and at most
+DENSE, REACH = 0.5, 2.5  # standard deviations between the dashpots of `spread`, and to the last one
 
 
 @dataclass(frozen=True)
@@ -49,6 +50,22 @@ class Finger:
         landed = (time - self.start) / self.landing if self.landing else 1.0 * (time >= self.start)
         lifted = (time - self.end) / self.lifting if self.lifting else 1.0 * (time >= self.end)
         return self.resistance * np.clip(landed, 0, 1) * np.clip(1 - lifted, 0, 1)
+
+
+def spread(finger: Finger, length: float) -> list[Finger]:
+    """A finger as dashpots side by side, points whose resistances are a Gaussian of standard deviation `width`.
+
+    A `Finger` itself feels the mean motion along its width. One that is spread feels every wave where it is. What lies
+    beyond the ends of the string, of that `length` (m), is left out.
+    """
+    z = np.arange(-REACH, REACH + DENSE, DENSE)
+    weights = np.exp(-(z**2) / 2)
+    parts = finger.resistance * weights / weights.sum()
+    return [
+        replace(finger, place=finger.place + float(x), resistance=float(r), width=0.0)
+        for x, r in zip(z * finger.width, parts, strict=True)
+        if 0 < finger.place + x < length
+    ]
 
 
 @dataclass(frozen=True)

@@ -320,6 +320,52 @@ def test_a_wheel_that_slides_goes_over_frets() -> None:
     assert of(hands(control(121)), records.GLIDE)["fret"].tolist() == [fret + 1]
 
 
+def test_a_wheel_that_slides_does_not_jitter_between_frets() -> None:
+    """Half way between two frets it stays on the one that it is on."""
+    hands = Hands(bass(wheel="slide"))
+    fret = int(hands(on(48))["fret"][0])
+
+    def at(semitones: float) -> list[int]:
+        return [int(f) - fret for f in hands(wheel(round(semitones / 2 * 8191)))["fret"]]
+
+    assert [at(s) for s in (0.45, 0.55, 0.45, 0.55)] == [[]] * 4
+    assert [at(s) for s in (0.65, 0.55, 0.45, 0.55, 1.55, 1.45)] == [[1], [], [], [], [], []]
+    assert [at(s) for s in (0.35, 0.45)] == [[0], []]
+
+
+# Legato
+
+
+@pytest.mark.parametrize(
+    ("by", "kind"),
+    [(1, records.HAMMER), (2, records.HAMMER), (3, records.PLUCK), (-2, records.PULL_OFF), (-3, records.PLUCK)],
+)
+def test_in_mono_mode_overlapping_notes_near_each_other_are_legato(by: int, kind: int) -> None:
+    """Controller 126 with one voice: up to two semitones. Those farther apart are plucked, and so are single notes."""
+    hands = Hands()
+    hands(control(126, 1))
+    (first,) = hands(on(50))
+    (second,) = hands(on(50 + by))
+    assert (first["kind"], second["kind"]) == (records.PLUCK, kind)
+    assert kind == records.PLUCK or second["string"] == first["string"]
+    hands(control(123), control(127, 0), on(50))
+    assert hands(on(51))["kind"].tolist() == [records.PLUCK], "not in poly mode"
+    hands(control(126, 1), on(50), off(50))
+    assert of(hands(on(51)), records.PLUCK).size == 1, "they do not overlap"
+
+
+def test_a_string_goes_back_to_four_keys_that_are_still_held() -> None:
+    """Each pulled off to the one before it; a fifth is forgotten, and the string is stopped."""
+    hands = Hands()
+    hands(control(68, 127))
+    frets = [int(hands(on(key))["fret"][0]) for key in range(44, 50)]
+    assert frets == [1, 2, 3, 4, 5, 6]
+    for key, fret in zip((49, 48, 47, 46), (5, 4, 3, 2), strict=True):
+        (event,) = hands(off(key))
+        assert (event["kind"], event["fret"]) == (records.PULL_OFF, fret)
+    assert hands(off(45))["kind"].tolist() == [records.HAND]
+
+
 def test_a_slide_by_the_wheel_sounds_at_its_note() -> None:
     """Two semitones up, staircase and all: the last note is within 5 cents."""
     instrument = bass("jazz-finger", wheel="slide")

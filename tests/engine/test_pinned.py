@@ -20,15 +20,27 @@ from livebass.compiling import emitter, store
 
 RATE = 48_000
 PINNED = json.loads((Path(__file__).parent / "pinned.json").read_text())
+# By key switch; the last three stay on: a pick, the thumb with pops, and fingers again
+TECHNIQUES = (
+    "legato", "slide", "palm_mute", "ghost", "harmonic", "vibrato", "tap", "left_slap", "pick", "slap", "finger",
+)  # fmt: skip
 X86 = [level for level in emitter.LEVELS if level.startswith("x86")]
 
 
 def phrase_hash(preset: str) -> str:
-    """SHA-256 of two seconds of hard notes on all strings of `preset`, bends and damping by the hand among them."""
+    """SHA-256 of three seconds of `preset`: hard notes on all strings, then each technique of TECHNIQUES."""
     bass = load_preset(preset)
     keys = [string.open_note for string in bass.strings]
     notes = [(0.06 * k, 0.25, keys[k % len(keys)] + 5 * (k // len(keys)) % 12, 127 - 5 * k) for k in range(16)]
-    sound = render_to_array(bass, score_of(notes, RATE), QUALITIES["live"], tail=0.5)
+    switches = {name: key for key, name, value in bass.player.keys.keys if value == 0}
+    for k, technique in enumerate(TECHNIQUES):
+        start, key = 1.3 + 0.14 * k, keys[k % len(keys)] + 3 + k % 5
+        notes += [(start, 0.13, switches[technique], 100)]
+        notes += [
+            (start + 0.01, 0.11, key, 110),
+            (start + 0.04, 0.04, key + 2, 100),
+        ]  # on and off while the other is held
+    sound = render_to_array(bass, score_of(notes, RATE), QUALITIES["live"], tail=0.3)
     return hashlib.sha256(sound.tobytes()).hexdigest()[:16]
 
 

@@ -491,5 +491,5 @@ def test_rows_of_working_sets_begin_on_cache_lines() -> None:
     live = LiveBass(bass, QUALITIES["live"], RATE)
     for voice in [*engine.voices, *live.engine.voices]:
         for slot in voice.slots:
-            rows = [slot["touch_shape"], slot["flesh"], *(slot[w][name] for w in "uv" for name in WORK.names or ())]
+            rows = [slot["touch_shape"], *(slot[w][name] for w in "uv" for name in WORK.names or ())]
             assert {row.ctypes.data % LINE for row in rows if isinstance(row, np.ndarray)} == {0}

@@ -12,8 +12,8 @@ import pytest
 from livebass import QUALITIES, load_preset, preset_names
 from livebass.arrays import Floats
 from livebass.engine.engine import Engine
-from livebass.engine.prepare import play_frames
-from livebass.kernels.records import EVENT, PLUCK, TOUCH_EVENT
+from livebass.engine.prepare import Voice, play_frames
+from livebass.kernels.records import EVENT, HAMMER, PLUCK, TOUCH_EVENT
 
 RATE = 48000
 LEGATO, HARMONIC, GHOST, PALM, TAP, SLIDE, VIBRATO = 12, 17, 10, 3, 2, 4, 6  # key switches
@@ -237,14 +237,14 @@ def test_an_artificial_harmonic_sounds_an_octave_above_its_fret(string: int, key
 
 def test_a_palm_mute_is_short_and_dark_and_pitched() -> None:
     free = play([on(0.1, 28, 80)], 1.2)
-    loose = play([(0.0, 0xB0, 9, 1), on(0.1, 28, 80)], 1.2)
-    tight = play([(0.0, 0xB0, 9, 127), on(0.1, 28, 80)], 1.2)
+    loose, firm, tight = (play([(0.0, 0xB0, 9, value), on(0.1, 28, 80)], 1.2) for value in (1, 90, 127))
     for start in (0.2, 0.4, 0.8):
         levels = [db(rms(part(x, start, 0.1))) for x in (free, loose, tight)]
         assert levels[0] > levels[1] > levels[2]
     assert db(rms(part(tight, 0.6, 0.1)) / rms(part(free, 0.6, 0.1))) < -30
-    bright = [partial(part(x, 0.15, 0.1), hz(28) * 16) - partial(part(x, 0.15, 0.1), hz(28)) for x in (free, tight)]
-    assert bright[1] < bright[0] - 12
+    sounds = (part(x, 0.15, 0.1) for x in (free, firm, tight))
+    bright = [partial(x, hz(28) * 16) - partial(x, hz(28)) for x in sounds]
+    assert bright[1] < bright[0] - 12 and bright[2] < bright[0] - 6, "the tightest is more of a clamp"
 
 
 @pytest.mark.parametrize(
@@ -441,6 +441,74 @@ def test_hard_notes_begin_sharp(key: int, apex: float, least: float, most: float
         play_frames(player.voices[i], player.pool.records[i], events, sound)
         found.append(cents_at(sound, 0.15, key))
     assert least < found[0] < most and abs(found[1]) < 2, found
+
+
+@pytest.mark.parametrize("angle", [0.4, 1.3])
+def test_the_tension_follows_both_polarisations_alike(angle: float) -> None:
+    """Without frets near, a string swings the same whichever way it is plucked: all of it glides."""
+    bass = load_preset("jazz-finger")
+    far = tuple(replace(n, fret_heights=tuple(h - 0.03 for h in n.fret_heights)) for n in bass.necks)
+    strings = tuple(replace(s, measured_frequencies=()) for s in bass.strings)
+    made = Engine(replace(bass, necks=far, strings=strings), QUALITIES["live"], RATE)
+
+    def modes(stretched: float, towards: float) -> Floats:
+        voice, event = made.another().voices[3], np.zeros(1, EVENT)
+        voice.record["stretch"] *= stretched
+        voice.record["angle"] = 0.0
+        event["kind"], event["x"], event["y"], event["w"] = PLUCK, 6e-3, 0.8 * 0.8636, towards
+        play_frames(voice, made.pool.records[3], event, np.zeros(RATE // 4))
+        slot = voice.slots[int(voice.record["slot"][0])]
+        u, v = slot["u"]["q"][:32], slot["v"]["q"][:32] if slot["v_active"] else np.zeros(32)
+        return np.array([u, v])
+
+    straight, slack = modes(1.0, 0.0)[0], modes(0.0, 0.0)[0]
+    most = np.abs(straight).max()
+    assert np.abs(straight - slack).max() > 0.1 * most, "it matters"
+    np.testing.assert_allclose(
+        modes(1.0, angle), np.outer([np.cos(angle), np.sin(angle)], straight), rtol=0, atol=1e-6 * most
+    )
+
+
+# Hands that come and go
+
+
+def one_string(events: np.ndarray) -> tuple[Voice, np.ndarray]:
+    """The G string of jazz-finger and its operators, a frame after these events."""
+    played = engine("jazz-finger")
+    voice, ops = played.voices[3], played.pool.records[3]
+    play_frames(voice, ops, events, np.zeros(1))
+    return voice, ops
+
+
+def test_a_finger_lands_in_5_ms_and_lifts_in_15() -> None:
+    for seconds in (0.0, 20e-3):  # told to, or by itself
+        events = np.zeros(2, EVENT)
+        events["kind"], events["x"], events["y"] = [PLUCK, TOUCH_EVENT], [1e-3, 0.2], [0.6, 2.0]
+        events["z"][1], events["t"][1] = 4e-3, seconds
+        voice, ops = one_string(events)
+        resistance, at = [], 1
+        for ms in (2.5, 5.0, 20.0, 27.5, 34.0, 36.0):
+            frame = round(ms * RATE / 1000)
+            lift = np.zeros(1, EVENT)
+            lift["frame"], lift["kind"], lift["x"] = at, TOUCH_EVENT, 0.2
+            play_frames(voice, ops, lift if seconds == 0.0 and ms == 27.5 else lift[:0], np.zeros(frame - at))
+            at = frame
+            resistance.append(float(voice.record["touches"]["resistance"][0, 0]))
+        assert resistance == pytest.approx([1.0, 2.0, 2.0, 1.0, 2.0 / 15, 0.0], abs=0.02), seconds
+
+
+def test_the_line_of_rest_moves_over_a_millisecond() -> None:
+    """A hammer-on lowers it to the crown. It is heard so slowly that it does not click, and no longer than a note."""
+    events = np.zeros(2, EVENT)
+    events["kind"], events["fret"], events["x"], events["y"] = [PLUCK, HAMMER], [0, 5], [1e-3, 2.5], [0.6, 0.0]
+    voice, ops = one_string(events)
+    slot = voice.slots[int(voice.record["slot"][0])]
+    first, left, at = float(slot["offset"]), [], 1
+    for ms in (1, 4, 8):
+        play_frames(voice, ops, events[:0], np.zeros(ms * RATE // 1000 - at))
+        at = ms * RATE // 1000
+        left.append(float(slot["offset"]) / first)
+    assert abs(first) > 1e-4 and left == pytest.approx([0.74, 0.09, 0.003], abs=0.03)
 
 
 # Channels

@@ -248,6 +248,14 @@ def test_the_string_taken_is_the_one_in_the_lowest_place() -> None:
     assert kinds(hands(off(45))) == hands_on(3)
 
 
+def test_of_far_places_the_lowest_is_taken_before_the_nearest() -> None:
+    """G1 is four frets below the hand, A11 three above it; ten frets outweigh one of a shift. D6 is taken."""
+    hands = Hands()
+    hands.p["place"] = 5
+    assert hands.plays(45) == (2, 7)
+    assert hands.plays(44) == (3, 1)
+
+
 @pytest.mark.parametrize("again", [False, True])
 def test_the_oldest_string_is_taken_of_two_alike(again: bool) -> None:
     hands = Hands(bass_tuned([40, 40]))

@@ -26,6 +26,16 @@ TESTS = Path(__file__).parents[1]
 MOST_BYTES = 700_000
 CLOSE = 1e-7
 SOFT = [(0.2 * k, 0.18, 33 + 5 * (k % 3), 25) for k in range(4)]
+# Soft notes under key switches: a lower one, and another one over it, for each of legato, slide, palm, ghost, harmonic,
+# vibrato
+TECHNIQUES = [
+    note
+    for k, switch in enumerate((12, 4, 3, 10, 17, 6))
+    for note in (
+        (0.16 * k, 0.15, switch, 100), (0.16 * k + 0.01, 0.13, 35 + 5 * (k % 3), 25),
+        (0.16 * k + 0.05, 0.05, 36 + 5 * (k % 3), 25),
+    )
+]  # fmt: skip
 
 
 def in_wasm(preset: str, score: Score, seconds: float = 1.0) -> Floats:
@@ -61,10 +71,11 @@ def test_it_plays_the_pinned_sound(preset: str) -> None:
     assert sound_hash(in_wasm(preset, score_of(HARD, RATE), PINNED[preset]["seconds"])) == PINNED[preset]["hash"]
 
 
+@pytest.mark.parametrize("notes", [SOFT, TECHNIQUES], ids=["plucked", "techniques"])
 @pytest.mark.parametrize("preset", ["jazz-finger", "precision-finger"])
-def test_soft_notes_are_those_of_the_native_engine(preset: str) -> None:
-    """Strings that touch no fret: nothing is chaotic."""
-    score = score_of(SOFT, RATE)
+def test_soft_notes_are_those_of_the_native_engine(preset: str, notes: list[tuple[float, float, int, int]]) -> None:
+    """Strings that touch no fret, or hardly: nothing is chaotic."""
+    score = score_of(notes, RATE)
     sound = in_wasm(preset, score)
     assert np.abs(sound - natively(preset, score)[: len(sound)]).max() <= CLOSE < 0.01 < np.abs(sound).max()
 
