@@ -2,9 +2,12 @@
 
 Two figures a note, both of the sound in the `SPAN` seconds after the finger or thumb has let go: the error of the
 characteristic frequency, eq. 14 of Issanchou et al. (2018), and the log-spectral distance. They tell how bright the
-sound is and where its energy lies. Later samples, and details, differ even between one contact rate and the next:
-contacts amplify the smallest difference. How much they do is measured as well: by `reference` with a player that
-plucks `NUDGE` harder.
+sound is and where its energy lies.
+
+Contacts amplify the smallest difference: of two plucks that no ear tells apart one may sound half as bright again as
+the other, in any quality. So a note is plucked `PLUCKS` times, with forces within `WITHIN` of its own, and medians over
+these plucks are compared, frame by frame. How far such medians are apart by chance is measured the same way, by
+`reference` beside itself: `PLUCKS` plucks beside as many others. What a quality is off by more than that is its own.
 """
 
 from __future__ import annotations
@@ -33,7 +36,8 @@ TURNS = ("soft", "hard", "medium", "hard")  # of each string: contact is what qu
 FEWEST = 12  # notes of a preset
 FRETS = 20  # 0 to 19
 RATES = (44_100, 48_000, 96_000)  # Hz
-NUDGE = 1e-3  # harder, 0.009 dB: no ear tells
+PLUCKS = 6  # of a note
+WITHIN = 3e-3  # of the force, up and down, 0.026 dB: no ear tells
 GROUPS = {
     "no contact": "no fret or board was touched",
     "contact": "plucked strings that touched a fret",
@@ -57,10 +61,10 @@ class Note:
 
 @dataclass(frozen=True)
 class Heard:
-    """A note as a quality plays it."""
+    """A note as a quality plays it: once, or by several plucks."""
 
-    sound: Floats  # (n,)
-    contacts: int  # that began since the note
+    sounds: Floats  # (plucks, n)
+    contacts: int  # that began since the note, the most of a pluck
 
 
 def representative_notes(presets: Iterable[str] | None = None, seed: int = 2018) -> list[Note]:
@@ -90,25 +94,34 @@ def even(bass: Instrument) -> Instrument:
     return replace(bass, player=replace(bass.player, unevenness=0.0))
 
 
-def nudged(bass: Instrument) -> Instrument:
-    """Returns `bass` with a player that plucks and strikes NUDGE harder."""
-    p, more = bass.player, 1 + NUDGE
+def forces(plucks: int = PLUCKS, other: bool = False) -> list[float]:
+    """Returns the forces of `plucks` plucks, evenly spread within WITHIN of 1; `other`: as many, none of the same."""
+    return [1 + WITHIN * float(x) for x in np.linspace(-1, 1, 2 * plucks)[int(other) :: 2]]
+
+
+def with_force(bass: Instrument, force: float) -> Instrument:
+    """Returns `bass` with a player that plucks and strikes `force` times as hard."""
+    p = bass.player
     return replace(
         bass,
         player=replace(
-            p, softest=p.softest * more, hardest=p.hardest * more, greatest_apex=p.greatest_apex * more,
-            strike_force=p.strike_force * more, strike_softest=p.strike_softest * more,
-            strike_hardest=p.strike_hardest * more,
+            p, softest=p.softest * force, hardest=p.hardest * force, greatest_apex=p.greatest_apex * force,
+            strike_force=p.strike_force * force, strike_softest=p.strike_softest * force,
+            strike_hardest=p.strike_hardest * force,
         ),
     )  # fmt: skip
 
 
-def played(notes: Sequence[Note], quality: Quality, harder: bool = False, workers: int | None = None) -> list[Heard]:
-    """Plays each of `notes` alone in `quality`, by an `even` player; `harder`: by one that is `nudged` too.
+def played(
+    notes: Sequence[Note], quality: Quality, plucks: Sequence[float] | None = None, workers: int | None = None
+) -> list[Heard]:
+    """Plays each of `notes` alone in `quality`, by an `even` player, once with each force of `plucks`.
 
-    `workers` threads (default: as many as cores) play strings side by side, which changes nothing. Raises ValueError
-    for an instrument that `Engine` cannot play. [main thread]
+    `plucks` are parts of the note's own force, by default those of `forces`. `workers` threads (default: as many as
+    cores) play strings and plucks side by side, which changes nothing. Raises ValueError for an instrument that
+    `Engine` cannot play. [main thread]
     """
+    plucks = forces() if plucks is None else plucks
     basses = {preset: even(load_preset(preset)) for preset in dict.fromkeys(note.preset for note in notes)}
     order = sorted(range(len(notes)), key=lambda k: (notes[k].preset, notes[k].string, notes[k].rate))
     groups = [
@@ -116,21 +129,27 @@ def played(notes: Sequence[Note], quality: Quality, harder: bool = False, worker
         for _, group in itertools.groupby(order, lambda k: (notes[k].preset, notes[k].string, notes[k].rate))
     ]
 
-    def play(group: list[int]) -> list[Heard]:
-        bass = basses[notes[group[0]].preset]
-        return play_notes(nudged(bass) if harder else bass, quality, [notes[k] for k in group])
+    def play(job: tuple[list[int], float]) -> list[tuple[Floats, int]]:
+        group, force = job
+        return play_notes(with_force(basses[notes[group[0]].preset], force), quality, [notes[k] for k in group])
 
+    jobs = list(itertools.product(groups, plucks))
+    found: dict[int, list[tuple[Floats, int]]] = {}
     with ThreadPoolExecutor(workers or os.cpu_count() or 1) as pool:
-        found = dict(
-            pair
-            for group, heard in zip(groups, pool.map(play, groups), strict=True)
-            for pair in zip(group, heard, strict=True)
-        )
-    return [found[k] for k in range(len(notes))]
+        for (group, _), heard in zip(jobs, pool.map(play, jobs), strict=True):
+            for k, one in zip(group, heard, strict=True):
+                found.setdefault(k, []).append(one)
+    return [
+        Heard(np.array([sound for sound, _ in found[k]]), max(contacts for _, contacts in found[k]))
+        for k in range(len(notes))
+    ]
 
 
-def play_notes(bass: Instrument, quality: Quality, notes: Sequence[Note]) -> list[Heard]:
-    """Plays `notes`, all of one string and audio rate, one after the other; the sound begins with the release."""
+def play_notes(bass: Instrument, quality: Quality, notes: Sequence[Note]) -> list[tuple[Floats, int]]:
+    """Plays `notes`, all of one string and audio rate, one after the other; the sound begins with the release.
+
+    Returns the sound of each, (n,), and how many contacts began in it.
+    """
     alone, rate = string_alone(bass, notes[0].string), notes[0].rate
     engine, player = Engine(alone, quality, rate, workers=1), alone.player
     strike = 0.0 if player.thumb_mass > 0 else player.strike_time
@@ -144,7 +163,7 @@ def play_notes(bass: Instrument, quality: Quality, notes: Sequence[Note]) -> lis
         send(NOTE_ON, alone.strings[0].open_note + note.fret, note.velocity)
         engine.process(held)
         sound = engine.process(round(SPAN * rate))[0]
-        out.append(Heard(sound, engine.voices[0].note()[1]))
+        out.append((sound, engine.voices[0].note()[1]))
         send(CONTROL, ALL_SOUND_OFF, 0)
         engine.process(round(GAP * rate))
     return out
@@ -164,20 +183,21 @@ def struck(bass: Instrument) -> bool:
 def distance(notes: Sequence[Note], sounds: Sequence[Heard], wanted: Sequence[Heard]) -> Result:
     """Compares `sounds` of `notes` with those that are `wanted`, and groups them by the contacts of the latter.
 
-    "each" has a row for each note: "frequency" is its `frequency_error`, "spectrum_db" and "heard_db" its
-    `log_spectral_distance`, "group" one of GROUPS. "groups" has for each group that occurs, and for those over
-    frets by audio rate too: "notes", the means of the three, "most_frequency", which 95 % of the notes stay
-    within, "worst_frequency" and "worst", the note that has it.
+    "each" has a row for each note: "frequency" is its `frequency_error`, "brighter" the same with its sign,
+    "spectrum_db" and "heard_db" its `log_spectral_distance`, "group" one of GROUPS. "groups" has for each group that
+    occurs, and for those over frets by audio rate too: "notes", the means of the four, "most_frequency", which 95 % of
+    the notes stay within, "worst_frequency" and "worst", the note that has it.
     """
     presets = {note.preset: load_preset(note.preset) for note in notes}
     each: list[Row] = []
     for note, one, two in zip(notes, sounds, wanted, strict=True):
         bass = presets[note.preset]
-        spectrum, heard = log_spectral_distance(one.sound, two.sound, note.rate)
+        off, brighter = frequency_error(one.sounds, two.sounds, note.rate)
+        spectrum, heard = log_spectral_distance(one.sounds, two.sounds, note.rate)
         each.append({
             "preset": note.preset, "string": bass.strings[note.string].name, "fret": note.fret,
             "dynamics": note.dynamics, "velocity": note.velocity, "rate_hz": note.rate, "contacts": two.contacts,
-            "group": group_of(bass, note, two), "frequency": frequency_error(one.sound, two.sound, note.rate),
+            "group": group_of(bass, note, two), "frequency": off, "brighter": brighter,
             "spectrum_db": spectrum, "heard_db": heard,
         })  # fmt: skip
     groups = {group: [row for row in each if row["group"] == group] for group in GROUPS}
@@ -186,6 +206,8 @@ def distance(notes: Sequence[Note], sounds: Sequence[Heard], wanted: Sequence[He
         groups[f"frets, {rate / 1e3:g} kHz"] = [row for row in frets if row["rate_hz"] == rate]
     return {
         "span_s": SPAN,
+        "plucks": len(wanted[0].sounds),
+        "within": WITHIN,
         "notes": len(each),
         "groups": {name: _summary(rows) for name, rows in groups.items() if rows},
         "each": each,
@@ -204,7 +226,7 @@ def group_of(bass: Instrument, note: Note, heard: Heard) -> str:
 
 
 def _summary(rows: list[Row]) -> Row:
-    keys = ("frequency", "spectrum_db", "heard_db")
+    keys = ("frequency", "brighter", "spectrum_db", "heard_db")
     means = {key: float(np.mean([row[key] for row in rows])) for key in keys}
     worst = max(rows, key=lambda row: row["frequency"])
     name = f"{worst['preset']} {worst['string']} fret {worst['fret']}, velocity {worst['velocity']}"
@@ -214,26 +236,31 @@ def _summary(rows: list[Row]) -> Row:
     }  # fmt: skip
 
 
-def frequency_error(sound: Floats, other: Floats, rate: int) -> float:
-    """Returns the relative error of the characteristic frequency of `sound`, median over frames in which both sound.
+def frequency_error(sounds: Floats, others: Floats, rate: int) -> tuple[float, float]:
+    """Returns the relative error of the characteristic frequency of `sounds`, without and with its sign.
 
-    sound, other (n,), at `rate` (Hz). Raises ValueError if there is no such frame.
+    Medians over frames in which all sound, of medians over plucks, frame by frame. sounds, others (n,) or (plucks, n),
+    at `rate` (Hz). Raises ValueError if there is no such frame.
     """
-    nu, wanted = characteristic_frequencies(sound, rate), characteristic_frequencies(other, rate)
+    nu, wanted = (
+        np.median([characteristic_frequencies(sound, rate) for sound in np.atleast_2d(each)], axis=0)
+        for each in (sounds, others)
+    )
     both = np.isfinite(nu) & np.isfinite(wanted)
     if not both.any():
         raise ValueError("nothing sounds: there is nothing to compare")
-    return float(np.median(np.abs(nu - wanted)[both] / wanted[both]))
+    off = (nu - wanted)[both] / wanted[both]
+    return float(np.median(np.abs(off))), float(np.median(off))
 
 
-def log_spectral_distance(sound: Floats, other: Floats, rate: int) -> tuple[float, float]:
+def log_spectral_distance(sounds: Floats, others: Floats, rate: int) -> tuple[float, float]:
     """Returns the root mean square over bins of the difference of two spectra in dB, mean over frames: two values.
 
-    Both spectra are raised to RANGE below the loudest bin of `other`. The first value is over all bins, the second
-    without those, frame by frame, in which both are that low: silence is no agreement. sound, other (n,), at `rate`
-    (Hz). Raises ValueError if `other` is silent.
+    The spectra are medians over plucks, bin by bin, raised to RANGE below the loudest bin of `others`. The first value
+    is over all bins, the second without those, frame by frame, in which both are that low: silence is no agreement.
+    sounds, others (n,) or (plucks, n), at `rate` (Hz). Raises ValueError if `others` is silent.
     """
-    a, b = spectrogram(sound, rate), spectrogram(other, rate)
+    a, b = (np.median([spectrogram(sound, rate) for sound in np.atleast_2d(each)], axis=0) for each in (sounds, others))
     if not b.any():
         raise ValueError("nothing sounds: there is nothing to compare")
     floor = b.max() * 10 ** (-RANGE / 20)

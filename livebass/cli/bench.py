@@ -74,8 +74,8 @@ def live(preset: str, qualities: tuple[str, ...], blocks: tuple[int, ...], runs:
 
     Pops four strings at once as hard as they go, pops them again while they ring, then plays sixteenths over all
     strings, in each quality and in blocks of 32 to 1024 frames; then one string at full fidelity. Also tells how far
-    each quality is from `reference` in sound, over notes of all presets. Takes about four minutes; run nothing else on
-    the machine meanwhile.
+    each quality is from `reference` in sound, over notes of all presets, six plucks each. Takes about six minutes; run
+    nothing else on the machine meanwhile.
     """
     from dataclasses import replace
 

@@ -24,10 +24,12 @@ from livebass.paper.claims.check import (
     TABLES,
     Result,
     Spread,
+    all_hold,
     check,
     chosen,
     claims_html,
     claims_json,
+    count_line,
     needed,
     over_plucks,
     result,
@@ -35,7 +37,9 @@ from livebass.paper.claims.check import (
     value_text,
 )
 from livebass.paper.claims.expect import (
+    AXIS,
     DIRECTION,
+    ONE_PLUCK,
     OURS,
     PAPER,
     ROUNDING,
@@ -53,19 +57,18 @@ from livebass.paper.claims.expect import (
     Rising,
     Value,
 )
-from livebass.paper.claims.null import null_of, null_rate
+from livebass.paper.claims.null import centres, lies_between, null_of, null_rate
 from livebass.paper.solving import Job
 
 KEYS = [
     "id", "section", "figure", "statement", "quantity", "expected", "measured", "unit", "tolerance", "passed",
-    "counted", "bound", "plucks", "plucks_passed", "low", "high", "null", "null_passed",
+    "counted", "bound", "plucks", "plucks_passed", "low", "high", "null", "null_passed", "sharp",
 ]  # fmt: skip
-BOUNDS = {PAPER, DIRECTION, OURS, ROUNDING, SETUP}
+BOUNDS = {PAPER, ONE_PLUCK, DIRECTION, OURS, ROUNDING, AXIS, SETUP}
 INPUTS = {"g-fundamental", "g-tension", "g-mode-34", "oblique-angle", "oblique-pluck", "neck-gaps"}
-FAILING = {  # told in `livebass help studies`
-    "neck-conductance", "b-fret-1", "b-phase", "nut-last-fret", "nut-silence", "nut-fret-2", "straight-longer",
-    "soft-glide-size",
-}  # fmt: skip
+AXES = {"g-error-axis", "neck-conductance", "b-glide-size", "c-glide-size", "soft-glide-size"}
+CHAOTIC = {"b-fret-1", "b-phase", "harmonic-phase", "nut-silence", "nut-fret-2", "soft-decrease"}
+FAILING = {"nut-last-fret", "neck-conductance", "soft-glide-size"}  # told in `livebass help studies`
 CASE_B = [claim for claim in CLAIMS.values() if claim.needs == ("b",)]
 BEYOND = {"fretless", "one-contact"}  # cases of the same group, not of the paper
 CHEAP = ("a-no-contact", "g-inharmonicity", "a-centroid")
@@ -89,7 +92,12 @@ def test_the_tables() -> None:
             assert null_of(claim), claim.id
         if claim.plucks:
             assert claim.bound not in (SETUP, ROUNDING) and set(claim.needs) <= set(runs.ENGINE), claim.id
-    assert {claim.id for claim in CLAIMS.values() if claim.bound == SETUP} == INPUTS
+    for bound, ids in ((SETUP, INPUTS), (AXIS, AXES), (ONE_PLUCK, CHAOTIC)):
+        assert {claim.id for claim in CLAIMS.values() if claim.bound == bound} == ids
+    for claim in CLAIMS.values():
+        axis = re.search(r"\b(axis|mark)\b", claim.statement)
+        assert bool(axis) == (claim.bound == AXIS), f"{claim.id}: a tick is no number that the paper states"
+    assert all(CLAIMS[name].plucks and isinstance(CLAIMS[name].expects, Near | Covers) for name in CHAOTIC)
     chaotic = {
         "b", "c", "oblique", "harmonic", "near-bridge", "middle", "near-nut", "half-straight", "straight", "soft",
     }  # fmt: skip
@@ -151,6 +159,7 @@ def test_all_claims_but_those_told_hold() -> None:
     """Over all plucks; what others measured for the time of contacts, from K = 1e13 to 1e9, is within their spread."""
     results = {r.claim.id: r for r in check(CLAIMS.values())}
     assert {name for name, r in results.items() if not r.passed} == FAILING
+    assert sum(r.sharp for r in results.values()) >= 15
     phases, spread = results["soft-longer"].measured, results["soft-longer"].spread
     assert phases == pytest.approx([0.066, 0.075, 0.085, 0.206, 0.666], rel=0.15) and spread is not None
     assert spread.plucks == PLUCKS == 40
@@ -175,13 +184,76 @@ def test_over_plucks_the_median_decides(solved: dict[str, Solved]) -> None:
 def test_medians_and_spreads_of_odd_values(solved: dict[str, Solved]) -> None:
     never = result(CLAIMS["b-fret-1"], solved, [math.nan, 0.05, math.nan])
     assert never.spread == Spread(3, 1, 0.05, pytest.approx(math.nan, nan_ok=True))
-    assert math.isnan(never.measured) and not never.passed and "never" in table([never])
+    assert math.isnan(never.measured) and "never" in table([never])
     later = result(CLAIMS["b-fret-1"], solved, [math.nan, 0.05, 0.051])
-    assert later.measured == 0.051 and later.passed
+    assert later.measured == 0.051
     sizes: list[Value] = [[3, 2, 1], [3, 1], [1, 3]]
     assert result(CLAIMS["b-fewer"], solved, sizes).passed and not result(CLAIMS["b-fewer"], solved, sizes[1:]).passed
     counts = result(CLAIMS["abc-contacts"], {**solved, "c": solved["b"]}, [[12, 20], [11, 20], [13, 20]])
     assert counts.measured == [12, 20] and counts.spread and counts.spread.low == [11, 20]
+
+
+@pytest.mark.parametrize("values, holds", [
+    ([0.04, 0.06, 0.3], True), ([math.nan, 0.04, math.nan], True), ([0.05] * 3, True), ([math.nan] * 3, False),
+    ([0.051, 0.06, math.nan], False), ([0.03, 0.049, 0.04], False),
+    ([0.03] * 3 + [0.06] * 37, True), ([0.03] * 2 + [0.06] * 38, False), ([0.04] * 38 + [0.06] * 2, False),
+])  # fmt: skip
+def test_the_number_of_one_chaotic_pluck_is_one_of_many(
+    values: list[Value], holds: bool, solved: dict[str, Solved]
+) -> None:
+    """Fret 1 once more at 0.05 s: between the values of 5 and 95 % of the plucks, of which never is the greatest."""
+    found = result(CLAIMS["b-fret-1"], solved, values)
+    assert found.passed == holds and "one pluck" in table([found])
+    assert "5 and 95 %" in found.tolerance and result(CLAIMS["b-fret-1"], solved).tolerance == "± 10 %"
+
+
+def test_two_numbers_of_a_chaotic_pluck_are_both_within() -> None:
+    silence = CLAIMS["nut-silence"]
+    for low, high, holds in (
+        ([0.2, 0.3], [0.3, 0.4], True),
+        ([0.26, 0.3], [0.3, 0.4], False),
+        ([0.2, 0.3], [0.3, 0.34], False),
+    ):
+        assert lies_between(centres(silence.expects), low, high) == holds
+        rate = null_rate(silence, [0.25, 0.35], [], (low, high))
+        each = [math.log10(b / a) / 2 for a, b in zip(low, high, strict=True)]
+        assert rate == pytest.approx(math.prod(each), abs=0.01)
+
+
+def test_a_range_that_takes_all_is_not_sharp(solved: dict[str, Solved]) -> None:
+    """What random numbers in place of the paper's would pass tells how much a wide spread says."""
+    narrow, wide = (result(CLAIMS["b-phase"], solved, [*ends] * 3) for ends in ((0.08, 0.1), (0.01, 0.9)))
+    assert narrow.passed and wide.passed and narrow.sharp and not wide.sharp
+    assert narrow.null == pytest.approx(math.log10(0.1 / 0.08) / 2, abs=0.02) and wide.null is not None
+    assert wide.null > 0.9 and count_line([narrow, wide]).startswith("2 of 2 hold; 1 are sharp")
+
+
+def test_ticks_of_axes_are_shown_and_not_counted() -> None:
+    missed, met, held = (
+        Result(CLAIMS[name], value, passed)
+        for name, value, passed in (
+            ("neck-conductance", 0.0408, False), ("g-error-axis", 0.005, True), ("b-first-fret", 12, True),
+        )
+    )  # fmt: skip
+    line = count_line([missed, met, held])
+    assert line.startswith("1 of 1 hold; 0 are sharp") and line.endswith("1 of 2 ticks of axes are met")
+    assert all_hold([missed, met, held]) and not all_hold([replace(held, passed=False)])
+    text = table([missed, met, held])
+    assert text.index("b-first-fret") < text.index("Axes: ticks") < text.index("neck-conductance")
+    assert [r.as_json()["counted"] for r in (missed, met, held)] == [False, False, True]
+
+
+def test_the_perturbed_zone_ends_when_the_gaps_between_partials_empty(solved: dict[str, Solved]) -> None:
+    """Case A has none; in case B it ends with the contacts; noise that stops at 0.3 s ends there."""
+    assert runs.perturbed(solved["a"]) == 0.0
+    last = solved["b"].contacts.time_s[-1]
+    assert last - 0.04 < runs.perturbed(solved["b"]) < last + 0.02
+    quiet = solved["a"]
+    sound = quiet.motion.displacement_m.copy()
+    end = round(0.3 * quiet.rate)
+    sound[:end] += 0.1 * sound.std() * np.random.default_rng(0).standard_normal(end)
+    noisy = replace(quiet, motion=replace(quiet.motion, displacement_m=sound))
+    assert runs.perturbed(noisy) == pytest.approx(0.3, abs=0.025)
 
 
 def test_the_plucks_are_within_what_the_paper_leaves_open() -> None:
@@ -251,7 +323,9 @@ def test_the_command(run: Command, tmp_path: Path) -> None:
     status, text, err = run("study", "claims", *ids, "--json", file, "-o", out, "--workers", 1, "--plucks", 2)
     assert status == 0, err
     lines = text.splitlines()
-    assert lines[-1] == "3 of 3 hold; 1 of 1 inputs are as in the paper"
+    assert (
+        lines[-1] == "3 of 3 hold; 1 are sharp: 10 % of random values or fewer pass; 1 of 1 inputs are as in the paper"
+    )
     rows = [line.split()[0] for line in lines[1:] if line[:1].isalpha()]
     assert rows[:5] == [*CHEAP, "Set-up:", "g-mode-34"]
     for name in ids:
@@ -272,7 +346,7 @@ def test_the_command(run: Command, tmp_path: Path) -> None:
     with open(out / "claims.csv", newline="") as lines:
         assert [row["id"] for row in csv.DictReader(lines)] == list(ids)
     page = (out / "claims.html").read_text()
-    assert page.index("3 of 3 hold") < page.index("<table") and "read back" in page
+    assert page.index("3 of 3 hold") < page.index("<table") and "read back" in page and "Axes:" not in page
     assert sorted(p.name for p in out.iterdir()) == ["claims.csv", "claims.html", "claims.json"]
 
 
@@ -280,12 +354,13 @@ def test_a_claim_that_fails(run: Command, tmp_path: Path, monkeypatch: pytest.Mo
     monkeypatch.setitem(CLAIMS, "g-inharmonicity", replace(CLAIMS["g-inharmonicity"], expects=Near(4e-5, 0.005)))
     file = tmp_path / "claims.json"
     status, text, _ = run("study", "claims", "g-qualities", "g-inharmonicity", "--json", file)
-    assert status == 1 and text.splitlines()[-1] == "1 of 2 hold, not g-inharmonicity"
+    assert status == 1 and text.splitlines()[-1].startswith("1 of 2 hold, not g-inharmonicity; ")
     assert next(line for line in text.splitlines() if line.startswith("g-inharmonicity")).endswith("NO")
     assert [claim["passed"] for claim in json.loads(file.read_text())["claims"]] == [True, False]
     monkeypatch.setitem(CLAIMS, "g-mode-34", replace(CLAIMS["g-mode-34"], expects=Near(110, 0.005)))
     status, text, _ = run("study", "claims", "g-qualities", "g-mode-34")
-    assert status == 1 and text.splitlines()[-1] == "1 of 1 hold, not g-mode-34; 0 of 1 inputs are as in the paper"
+    assert status == 1 and text.splitlines()[-1].startswith("1 of 1 hold, not g-mode-34; ")
+    assert text.splitlines()[-1].endswith("0 of 1 inputs are as in the paper")
 
 
 @pytest.mark.parametrize(
@@ -322,4 +397,4 @@ def test_texts_of_odd_values() -> None:
     assert value_text([], "s") == "none"
     assert value_text([math.nan, 1.0, 2.0, 3.0]) == "never, 1, 2, 3"
     assert value_text([0.5, 1.5, 2.5, 3.5]) == "0.5, 1.5, 2.5, 3.5"
-    assert table(results).splitlines()[-1] == "1 of 2 hold, not b-phase"
+    assert table(results).splitlines()[-1].startswith("1 of 2 hold, not b-phase; ")

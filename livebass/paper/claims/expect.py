@@ -207,9 +207,11 @@ class Each:
 
 # Where a bound comes from.
 PAPER = "paper"  # the number is the paper's; a tolerance that it does not name is ours
+ONE_PLUCK = "one pluck"  # the number is the paper's, of one chaotic pluck: it is held against the spread of many
 DIRECTION = "direction"  # the paper says which is greater, no number; a margin is ours
 OURS = "ours"  # the paper has a word, such as "negligible", and the number is ours
 ROUNDING = "rounding"  # the statement is exact, and the bound is what rounding leaves
+AXIS = "axis"  # a tick of an axis in one of the paper's figures: no number that it states, and not counted
 SETUP = "set-up"  # an input of the paper, read back: no claim, and not counted
 
 
@@ -231,7 +233,7 @@ class Claim:
     quantity: str  # that is measured
     unit: str  # SI; "" for counts and ratios
     expects: Expectation
-    bound: str  # PAPER, DIRECTION, OURS, ROUNDING or SETUP
+    bound: str  # PAPER, ONE_PLUCK, DIRECTION, OURS, ROUNDING, AXIS or SETUP
     needs: tuple[str, ...]  # names of runs: keys of `runs.ENGINE` and `runs.BRUTE`
     measure: Callable[..., Value]  # takes these runs, each `Solved`, in this order
     plucks: bool = False  # judged over many plucks within the uncertainty of the paper's, not by one alone

@@ -14,6 +14,7 @@ import numpy as np
 
 from livebass.analysis.motion import Solved
 from livebass.paper.claims.expect import (
+    AXIS,
     PAPER,
     ROUNDING,
     SETUP,
@@ -49,15 +50,30 @@ def null_of(claim: Claim) -> Null | None:
         return claim.null
     if claim.bound in (SETUP, ROUNDING) or isinstance(claim.expects, Exactly):
         return None
-    if claim.bound == PAPER and isinstance(claim.expects, AtLeast | AtMost):
+    if claim.bound in (PAPER, AXIS) and isinstance(claim.expects, AtLeast | AtMost):
         return None
     return SHUFFLED if isinstance(claim.expects, Rising | Falling | Each) else SIZES
 
 
-def null_rate(claim: Claim, measured: Value, runs: Sequence[Solved]) -> float | None:
-    """Share of random values that meet the expectation of `claim`, 0 to 1; None without a null test."""
+def null_rate(
+    claim: Claim, measured: Value, runs: Sequence[Solved], between: tuple[Value, Value] | None = None
+) -> float | None:
+    """Share of random values that meet the expectation of `claim`, 0 to 1; None without a null test.
+
+    `between`: the ends of the range in which the paper's number lies or not, for a claim that is judged so.
+    """
     null = null_of(claim)
-    return None if null is None else null.rate(claim, measured, *runs)
+    if null is None:
+        return None
+    if between is not None:
+        return float(np.mean([lies_between(row, *between) for row in _random_sizes(centres(claim.expects))]))
+    return null.rate(claim, measured, *runs)
+
+
+def lies_between(values: Sequence[float], low: Value, high: Value) -> bool:
+    """True if each of `values` is from `low` to `high`, of which NaN stands for never: for above all."""
+    ends = ([math.inf if math.isnan(end) else end for end in numbers(side)] for side in (low, high))
+    return all(least <= value <= most for value, least, most in zip(values, *ends, strict=True))
 
 
 def _shuffled(claim: Claim, measured: Value, *_: Solved) -> float:
@@ -71,11 +87,17 @@ def _shuffled(claim: Claim, measured: Value, *_: Solved) -> float:
 
 
 def _sizes(claim: Claim, measured: Value, *_: Solved) -> float:
-    rng, middle = np.random.default_rng(SEED), centres(claim.expects)
+    middle = centres(claim.expects)
     if len(middle) == 1:  # one bound for each of the numbers
         middle *= len(numbers(measured))
-    random = np.array(middle) * DECADE ** rng.uniform(-1, 1, size=(DRAWS, len(middle)))
-    return float(np.mean([claim.expects.holds(row if len(row) > 1 else row[0]) for row in random.tolist()]))
+    return float(np.mean([claim.expects.holds(row if len(row) > 1 else row[0]) for row in _random_sizes(middle)]))
+
+
+def _random_sizes(middle: list[float]) -> list[list[float]]:
+    """`DRAWS` rows of numbers from a tenth to ten times those of `middle`, evenly by their logarithms."""
+    rng = np.random.default_rng(SEED)
+    found: list[list[float]] = (np.array(middle) * DECADE ** rng.uniform(-1, 1, size=(DRAWS, len(middle)))).tolist()
+    return found
 
 
 def centres(expects: Expectation) -> list[float]:

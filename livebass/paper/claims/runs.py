@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from livebass.analysis.motion import Solved, modal_energies, state_samples
 from livebass.analysis.sound import characteristic_frequencies, frame_times, relative_variation, spectrogram
@@ -129,6 +130,8 @@ def solve(
 
 
 WINDOW = 2048  # samples at 51.2 kHz, 40 ms
+PERIODS, FILLED = 4, -30.0  # of the fundamental in a window; dB: what is perturbed has more between its partials
+SHOWN_HZ = 8000.0  # of the paper's spectrograms
 HIGH_MODES = 20  # contacts bring up the energy of the modes above this one, over 2 kHz
 
 
@@ -246,6 +249,26 @@ def contrasts(
         return 10 * math.log10(mean[(nu >= middle - width / 2) & (nu < middle + width / 2)].sum())
 
     return [level(f) - (level(f - width) + level(f + width)) / 2 for f in frequencies]
+
+
+def perturbed(run: Solved) -> float:
+    """End of the perturbed zone of the spectrogram, s: the middle of its last frame whose gaps are `FILLED`.
+
+    The power halfway between the partials up to 8 kHz over that at the partials; of a string that touches nothing it
+    is -50 dB. Windows of four periods have their zeros there, for each partial those halfway to its neighbours.
+    """
+    nu = modes.frequencies(run.trial.speaking, math.ceil(SHOWN_HZ / run.trial.speaking.fundamental) + 1)
+    nu = nu[: int(np.searchsorted(nu, SHOWN_HZ)) + 1]
+    window, hop = round(PERIODS * run.rate / nu[0]), WINDOW // 8
+    frames = sliding_window_view(run.motion.displacement_m, window)[::hop] * np.hanning(window + 1)[:-1]
+    t = np.arange(window) / run.rate
+
+    def power(frequencies: Floats) -> Floats:
+        found: Floats = (np.abs(frames @ np.exp(-2j * math.pi * np.outer(t, frequencies))) ** 2).sum(axis=1)
+        return found
+
+    filled = np.flatnonzero(power((nu[1:] + nu[:-1]) / 2) > 10 ** (FILLED / 10) * power(nu[:-1]))
+    return float((filled[-1] * hop + window / 2) / run.rate) if filled.size else 0.0
 
 
 def partial_levels(run: Solved, sound: Floats, partials: int, start: float, end: float) -> tuple[Floats, Floats]:

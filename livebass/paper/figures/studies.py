@@ -35,11 +35,11 @@ def statements(motions: Mapping[str, Solved]) -> Findings:
     claims = check.chosen()
     values = check.over_plucks(claims, check.PLUCKS)
     results = [check.result(claim, motions, values.get(claim.id, ())) for claim in claims]
-    parts = check.counted(results)
-    captions = f"Statements of the paper. {check.legend_line()}", check.INPUTS_TITLE
+    parts = check.parts(results)
+    captions = f"Statements of the paper. {check.legend_line()}", *check.NOT_COUNTED.values()
     tables = [
         Table(name, caption, check.HEAD, [check.cells(r) for r in part])
-        for name, caption, part in zip(("statements", "set-up"), captions, parts, strict=True)
+        for name, caption, part in zip(("statements", *check.NOT_COUNTED), captions, parts, strict=True)
         if part
     ]
     verdict = check.count_line(results)
