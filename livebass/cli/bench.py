@@ -11,6 +11,7 @@ from typing import Any
 import click
 
 from livebass.cli.render import announce_kernels
+from livebass.cli.said import say
 from livebass.cli.values import Number
 from livebass.extras import install
 from livebass.model.quality import BLOCK, QUALITIES
@@ -152,4 +153,4 @@ def _report(
 
 
 def _say(line: str) -> None:
-    click.echo(f"{line} ...", err=True)
+    say(f"{line} ...")

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from livebass.cli.render import announce_kernels, shown_progress
+from livebass.cli.said import say
 from livebass.cli.values import CONTACT_RATE, MODES, RATE, Number, Quantity
 from livebass.experiment.quantities import QUANTITIES, USUAL
 from livebass.extras import install
@@ -234,8 +235,8 @@ def sweep(
         kept = f"{_found(points, results)} of {len(points)} points are kept in {directory}"
         raise Interrupted(f"interrupted, {kept}: the same command goes on") from None
     if picture and not draw:
-        click.echo("no picture: that shows up to 3 parameters, the first of 3 with up to 12 values", err=True)
-    click.echo(f"{len(points)} points -> {directory / sweeping.TABLE}", err=True)
+        say("no picture: that shows up to 3 parameters, the first of 3 with up to 12 values")
+    say(f"{len(points)} points -> {directory / sweeping.TABLE}")
 
 
 def _found(points: Sequence[Point], results: dict[str, dict[str, float]]) -> int:
@@ -251,10 +252,10 @@ def _complete(
     missing = len({point.digest for point in points} - results.keys())
     there = f"{len(points)} points, {_found(points, results)} found in {directory}"
     if not missing:
-        click.echo(f"{there}, nothing to compute", err=True)
+        say(f"{there}, nothing to compute")
         return
     with _computer(points[0], workers, scheduler) as (where, compute):
-        click.echo(f"{there}, {missing} to compute {where}", err=True)
+        say(f"{there}, {missing} to compute {where}")
         with shown_progress("sweep") as progress:
             for done in completed(directory, points, results, compute):
                 if progress:
@@ -351,7 +352,7 @@ def simulate(
         quality=quality_with(quality, modes, contact_rate), modes=modes, rate=rate, solver=solver, directory=output,
         angle=angle, analyse=analyse, shape_at=shape_at,
     )  # fmt: skip
-    click.echo(line, err=True)
+    say(line)
 
 
 HELP = ("-h", "--help")
@@ -427,7 +428,7 @@ def run(names: tuple[str, ...], output: Path, json_file: Path | None, duration: 
             studies, output, duration=duration, workers=workers, progress=progress, json_file=json_file
         )
     count = f"{len(studies)} stud{'y' if len(studies) == 1 else 'ies'} from {result['solutions']} motions"
-    click.echo(f"{count} in {result['wall_s']:.1f} s -> {output / 'index.html'}", err=True)
+    say(f"{count} in {result['wall_s']:.1f} s -> {output / 'index.html'}")
 
 
 study.add_command(claims)
