@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from livebass.cli.hands import Hands, hands_options, loader, velocity_curve_option
-from livebass.cli.render import DEFAULT_PRESET, announce_kernels, quality_option, shown_progress
+from livebass.cli.render import DEFAULT_PRESET, have_kernels, quality_option, shown_progress
 from livebass.cli.said import say
 from livebass.cli.tuning import tuning_of_options, tuning_options
 from livebass.cli.values import RATE, Number, Quantity
@@ -110,7 +110,7 @@ def _write_plugin(kind: str, basses: dict[str, Instrument], output: Path, wanted
     plugin: Any = import_module(f"livebass.plugin.{kind}")
     folder = output / BUNDLES[kind]
     checked_directory(folder, plugin.is_bundle)  # now, not after a minute of work
-    announce_kernels()
+    have_kernels()
     if not build.built(system):
         say(f"building the plugins for {system.name}, once (about {build.BUILD_TIME} s) ...")
     plugin.write_bundle(basses, folder, system)
@@ -186,7 +186,7 @@ def web(
 
     basses = _basses(presets, more, loader(options))
     checked_directory(output, is_page)  # now, not after a minute of work
-    announce_kernels()
+    have_kernels()
     if not build.cached():
         say(f"compiling the kernels for browsers, once (about {build.BUILD_TIME} s) ...")
     page = export_page(basses, output, single, quality)
@@ -230,7 +230,7 @@ def instrument(preset: str, output: Path | None, **options: Any) -> None:
     bass = loader(options)(preset)
     name = checked_name(output.stem if output else Path(preset).stem)
     file = output or own_instruments() / f"{name}{ENDING}"
-    announce_kernels()
+    have_kernels()
     with Transaction() as files:
         if output is None:
             files.directory(file.parent)
@@ -333,7 +333,7 @@ def sfz(
         raise click.UsageError(str(error)) from None
     if output is not None and not size:
         checked_directory(output, is_pack)  # now, not after seconds of work
-    announce_kernels()
+    have_kernels()
     several = "ies" if len(pack.velocities) > 1 else "y"
     there = f"{len(pack.samples)} samples at velocit{several} {', '.join(map(str, pack.velocities))}"
     expected = f"{pack.name}: {there}, about {_megabytes(estimated_size(pack))}"

@@ -16,7 +16,7 @@ import click
 
 from livebass.cli.hands import Hands, hands_options
 from livebass.cli.remembered import DamagedSettings, Remembered, forget, load, save, settings_file
-from livebass.cli.render import DEFAULT_PRESET, announce_kernels, clipping, preset_for
+from livebass.cli.render import DEFAULT_PRESET, clipping, have_kernels, preset_for
 from livebass.cli.said import say
 from livebass.cli.tuning import TUNING_KEYS, tuning_of_options, tuning_options
 from livebass.cli.values import RATE, Learn, Number, Quantity, Span
@@ -245,7 +245,7 @@ def play(**options: Any) -> None:
     with own_stderr(), logged(console, options["log"]):
         if not cached():
             check_output(settings.backend, settings.audio)
-            announce_kernels()
+            have_kernels()
         session = Session(settings, console.status if console.terminal else None)
         stop_instead(session.stop, lambda: session.synth is not None)
         if memory.used and (said := memory.said()):

@@ -7,7 +7,7 @@ import os
 import shutil
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -300,7 +300,7 @@ def _rendered(
     checked_place(output)
     from livebass.engine.render import render_to_file
 
-    announce_kernels()
+    have_kernels()
     with shown_progress(one_line(output.name)) as progress:
         return render_to_file(
             bass, score, output, quality=quality, rate=options.rate, format=options.format, bits=options.bits,
@@ -309,12 +309,22 @@ def _rendered(
         )  # fmt: skip
 
 
-def announce_kernels() -> None:
-    """Says that the kernels have to be compiled first, if so."""
-    from livebass.compiling.library import COMPILE_TIME, cached
+def have_kernels() -> None:
+    """Compiles the kernels if need be, and says so: now, so that it is no part of the time that something takes."""
+    from livebass.compiling.library import cached, library
 
     if not cached():
-        say(f"compiling the kernels, once (about {COMPILE_TIME} s) ...")
+        say("compiling the kernels, once, in about a minute ...")
+        with ExitStack() as shown:
+            bar: list[Callable[[float], None] | None] = []
+
+            def progress(done: float) -> None:
+                if not bar:  # not while another process compiles
+                    bar.append(shown.enter_context(shown_progress("compiling the kernels")))
+                if bar[0]:
+                    bar[0](done)
+
+            library(progress)
 
 
 @contextmanager

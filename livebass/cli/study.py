@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from livebass.cli.render import announce_kernels, shown_progress
+from livebass.cli.render import have_kernels, shown_progress
 from livebass.cli.said import say
 from livebass.cli.values import CONTACT_RATE, MODES, RATE, Number, Quantity
 from livebass.experiment.quantities import QUANTITIES, USUAL
@@ -101,7 +101,7 @@ def claims(
     from livebass.paper.claims.check import WRITERS, check, chosen, table
 
     wanted = chosen(ids)
-    announce_kernels()
+    have_kernels()
     results = []
     try:
         with Transaction() as files:
@@ -268,15 +268,13 @@ def _computer(first: Point, workers: int, scheduler: str | None) -> Iterator[tup
 
     Compiles the kernels first if need be.
     """
-    from livebass.compiling.library import library
     from livebass.experiment.workers import computed, connected
 
     if scheduler is not None:
         with connected(scheduler) as compute:
             yield f"on {scheduler}", compute
         return
-    announce_kernels()
-    library()  # compiled here, not by every process
+    have_kernels()  # compiled here, not by every process
     say = functools.partial(click.echo, err=True)
     where = f"with {workers} process{'es' * (workers != 1)}"
     yield where, lambda points: computed(points, workers, say)
@@ -346,7 +344,7 @@ def simulate(
 
     bass = load_preset(preset)
     if solver == "engine":
-        announce_kernels()
+        have_kernels()
     line = simulate_to_directory(
         bass, string=string, fret=fret, apex=apex, at=at, duration=duration,
         quality=quality_with(quality, modes, contact_rate), modes=modes, rate=rate, solver=solver, directory=output,
@@ -422,7 +420,7 @@ def run(names: tuple[str, ...], output: Path, json_file: Path | None, duration: 
     except ValueError as error:
         raise click.UsageError(str(error)) from None
     check_extras()
-    announce_kernels()
+    have_kernels()
     with shown_progress("studies") as progress:
         result = run_studies(
             studies, output, duration=duration, workers=workers, progress=progress, json_file=json_file
