@@ -154,3 +154,8 @@ def _positive(value: float, what: str) -> float:
     if not (math.isfinite(value) and value > 0):
         raise ValueError(f"{what} must be positive and finite")
     return value
+
+
+def one_line(text: str) -> str:
+    """`text` in one line that a terminal can show: what is not printable, as in a file's name, as an escape (\\n)."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)

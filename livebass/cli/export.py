@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from livebass.cli.hands import Hands, hands_options, loader, velocity_curve_option
-from livebass.cli.render import DEFAULT_PRESET, announce_kernels, quality_option, shown_progress
+from livebass.cli.render import DEFAULT_PRESET, have_kernels, quality_option, shown_progress
+from livebass.cli.said import say
 from livebass.cli.tuning import tuning_of_options, tuning_options
 from livebass.cli.values import RATE, Number, Quantity
 from livebass.model.quality import QUALITIES
@@ -109,14 +110,14 @@ def _write_plugin(kind: str, basses: dict[str, Instrument], output: Path, wanted
     plugin: Any = import_module(f"livebass.plugin.{kind}")
     folder = output / BUNDLES[kind]
     checked_directory(folder, plugin.is_bundle)  # now, not after a minute of work
-    announce_kernels()
+    have_kernels()
     if not build.built(system):
-        click.echo(f"building the plugins for {system.name}, once (about {build.BUILD_TIME} s) ...", err=True)
+        say(f"building the plugins for {system.name}, once (about {build.BUILD_TIME} s) ...")
     plugin.write_bundle(basses, folder, system)
     size = sum(file.stat().st_size for file in folder.rglob("*") if file.is_file())
     several = "es" if len(basses) > 1 else ""
-    click.echo(f"{folder}: {len(basses)} bass{several}, {_megabytes(size)}, for {system.name}", err=True)
-    click.echo(f"copy it into {folder_of_plugins(system, kind)} and let your host look for new plugins", err=True)
+    say(f"{folder}: {len(basses)} bass{several}, {_megabytes(size)}, for {system.name}")
+    say(f"copy it into {folder_of_plugins(system, kind)} and let your host look for new plugins")
 
 
 def _basses(
@@ -185,14 +186,14 @@ def web(
 
     basses = _basses(presets, more, loader(options))
     checked_directory(output, is_page)  # now, not after a minute of work
-    announce_kernels()
+    have_kernels()
     if not build.cached():
-        click.echo(f"compiling the kernels for browsers, once (about {build.BUILD_TIME} s) ...", err=True)
+        say(f"compiling the kernels for browsers, once (about {build.BUILD_TIME} s) ...")
     page = export_page(basses, output, single, quality)
     size = sum(file.stat().st_size for file in output.rglob("*") if file.is_file())
     several = "es" if len(basses) > 1 else ""
     where = "open it in a browser" if single else "put the folder on a web server"
-    click.echo(f"{page}: {len(basses)} bass{several}, {_megabytes(size)}; {where}", err=True)
+    say(f"{page}: {len(basses)} bass{several}, {_megabytes(size)}; {where}")
 
 
 @export.command()
@@ -229,7 +230,7 @@ def instrument(preset: str, output: Path | None, **options: Any) -> None:
     bass = loader(options)(preset)
     name = checked_name(output.stem if output else Path(preset).stem)
     file = output or own_instruments() / f"{name}{ENDING}"
-    announce_kernels()
+    have_kernels()
     with Transaction() as files:
         if output is None:
             files.directory(file.parent)
@@ -239,11 +240,11 @@ def instrument(preset: str, output: Path | None, **options: Any) -> None:
         where = f"plugins look for it in {own_instruments()}"
     elif name in preset_names():
         where = f"a plugin that comes with a bass called {name} lists its own instead: give the file another name"
-    click.echo(f"{file}: {bass.name}; {where}", err=True)
+    say(f"{file}: {bass.name}; {where}")
     folder = Path(os.path.expandvars(folder_of_plugins(this_system(), "lv2"))).expanduser()
     if output is None and (folder / BUNDLES["lv2"]).is_dir():  # LV2 hosts know no basses but those of bundles
         lv2.write_preset(name, bass.name, folder / f"livebass-{name}.lv2")
-        click.echo(f"{folder / f'livebass-{name}.lv2'}: a preset with it, for the menus of LV2 hosts", err=True)
+        say(f"{folder / f'livebass-{name}.lv2'}: a preset with it, for the menus of LV2 hosts")
 
 
 @export.command()
@@ -332,14 +333,14 @@ def sfz(
         raise click.UsageError(str(error)) from None
     if output is not None and not size:
         checked_directory(output, is_pack)  # now, not after seconds of work
-    announce_kernels()
+    have_kernels()
     several = "ies" if len(pack.velocities) > 1 else "y"
     there = f"{len(pack.samples)} samples at velocit{several} {', '.join(map(str, pack.velocities))}"
     expected = f"{pack.name}: {there}, about {_megabytes(estimated_size(pack))}"
     if output is None or size:
         click.echo(expected)
         return
-    click.echo(expected, err=True)
+    say(expected)
     with shown_progress(output.name) as progress:
         report = export_sfz(pack, output, progress)
     click.echo(

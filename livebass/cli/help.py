@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 from importlib import resources
 
 import click
@@ -20,12 +21,17 @@ def contents() -> str:
     return "".join(f"livebass help {page:8}  {title}\n" for page, title in titles.items())
 
 
+def begun_by(word: str) -> list[str]:
+    """The pages whose names begin with `word`, whatever its case."""
+    return [page for page in PAGES if word and page.startswith(word.casefold())]
+
+
 @click.command("help")
 @click.argument("page", required=False, metavar="[PAGE]")
 def help_(page: str | None) -> None:
     """Read a page of the handbook.
 
-    Without PAGE, list the pages.
+    Without PAGE, list the pages. The beginning of a name will do, if no other page begins so.
 
     In a terminal a page opens in the pager (PAGER, such as less); into a file or a pipe it is printed.
 
@@ -37,8 +43,10 @@ def help_(page: str | None) -> None:
     """
     if page is None:
         click.echo(contents() + "\nlivebass COMMAND --help explains one command.")
-    elif page in PAGES:
-        click.echo_via_pager(page_text(page).removesuffix("\n"))  # which the pager adds
-    else:
-        pages = ", ".join(PAGES)
-        raise click.UsageError(f"help {page}: there is no such page; the pages are {pages}")
+        return
+    begun = begun_by(page)
+    if len(begun) != 1:
+        near = begun or difflib.get_close_matches(page.casefold(), PAGES, 1)
+        meant = f"did you mean {' or '.join(near)}? " if near else ""
+        raise click.UsageError(f"help {page}: there is no such page; {meant}the pages are {', '.join(PAGES)}")
+    click.echo_via_pager(page_text(begun[0]).removesuffix("\n"))  # which the pager adds

@@ -24,6 +24,7 @@ from livebass.cli.help import help_
 from livebass.cli.play import devices, play
 from livebass.cli.presets import identify, presets
 from livebass.cli.render import render
+from livebass.cli.said import say
 from livebass.cli.study import simulate, study
 from livebass.files import completed_files
 from livebass.interrupts import INTERRUPTED, handled, leave
@@ -87,6 +88,9 @@ def _run(arguments: Sequence[str] | None, completed: list[Path]) -> int:
     except click.exceptions.NoArgsIsHelpError as help_text:
         click.echo(help_text.format_message(), err=True)
         return help_text.exit_code
+    except click.MissingParameter as error:
+        _complain(" ".join(error.format_message().split()))  # which lists choices in lines of their own
+        return error.exit_code
     except click.ClickException as error:
         _complain(error.format_message())
         return error.exit_code
@@ -107,7 +111,8 @@ def _run(arguments: Sequence[str] | None, completed: list[Path]) -> int:
         elif (isinstance(error, EXPECTED) or type(error) is LookupError) and str(error):
             _complain(str(error))
         else:
-            _complain(f"internal error, {type(error).__name__}: {error} (LIVEBASS_TRACEBACK=1 shows where)")
+            why = " ".join(str(error).split())
+            _complain(f"internal error, {type(error).__name__}: {why} (LIVEBASS_TRACEBACK=1 shows where)")
         _silence_stdout()
         return 1
 
@@ -120,10 +125,8 @@ def _named(files: list[Path]) -> str:
 
 
 def _complain(message: str) -> None:
-    """Prints an error as one line: file names may hold line ends and terminal codes."""
-    line = " ".join("".join(c if c.isprintable() else " " for c in message).split())
     with contextlib.suppress(OSError):
-        click.echo(f"livebass: error: {line}", err=True)
+        say(f"livebass: error: {message}")
 
 
 def _silence_stdout() -> None:

@@ -16,12 +16,14 @@ import click
 
 from livebass.cli.hands import Hands, hands_options
 from livebass.cli.remembered import DamagedSettings, Remembered, forget, load, save, settings_file
-from livebass.cli.render import DEFAULT_PRESET, announce_kernels, clipping
+from livebass.cli.render import DEFAULT_PRESET, clipping, have_kernels
+from livebass.cli.said import say
 from livebass.cli.tuning import TUNING_KEYS, tuning_of_options, tuning_options
 from livebass.cli.values import RATE, Learn, Number, Quantity, Span
 from livebass.files import OutputError, output_error
 from livebass.interrupts import stop_instead
 from livebass.model.quality import BLOCK, QUALITIES
+from livebass.units import one_line
 
 if TYPE_CHECKING:
     from livebass.live.session import Summary
@@ -203,7 +205,7 @@ def play(**options: Any) -> None:
         try:
             check_output("portaudio", device)
         except OutputLost as error:
-            click.echo(f"as remembered: {error}; the usual output is taken", err=True)
+            say(f"as remembered: {error}; the usual output is taken")
             device = None
 
     def read(rate: int) -> Score:
@@ -215,7 +217,7 @@ def play(**options: Any) -> None:
     preset, bass = first_bass(options["preset"] or preset_of(score, DEFAULT_PRESET), load, tuning, memory)
     if score:
         for remark in remarks(score, options["preset"], DEFAULT_PRESET) + too_low(bass, score, DEFAULT_PRESET):
-            click.echo(f"{song}: {remark}", err=True)
+            say(f"{song}: {remark}")
     settings = Settings(
         instrument=bass,
         load=load,
@@ -251,7 +253,7 @@ def play(**options: Any) -> None:
     with own_stderr(), logged(console, options["log"]):
         if not cached():
             check_output(settings.backend, settings.audio)
-            announce_kernels()
+            have_kernels()
         session = Session(settings, console.status if console.terminal else None)
         stop_instead(session.stop, lambda: session.synth is not None)
         if memory.used and (said := memory.said()):
@@ -306,7 +308,7 @@ def first_bass(
         if "preset" not in memory.used or tuning:
             raise
     left = f", {', '.join(recalled)} left out" if recalled else ""
-    click.echo(f"as remembered: {problem}; {DEFAULT_PRESET} plays{left}", err=True)
+    say(f"as remembered: {problem}; {DEFAULT_PRESET} plays{left}")
     return DEFAULT_PRESET, load(DEFAULT_PRESET)
 
 
@@ -410,7 +412,7 @@ def recall(options: dict[str, Any]) -> Memory:
     try:
         before = load(path)
     except DamagedSettings as error:
-        click.echo(f"{error}; nothing is remembered until `livebass play --forget` deletes the file", err=True)
+        say(f"{error}; nothing is remembered until `livebass play --forget` deletes the file")
         return Memory(None, Remembered(), {}, chosen)
     wanted = {"preset", "gain", "midi", *TUNING_KEYS} - chosen
     if not chosen & {"backend", "audio"} and options["backend"] == "auto":
@@ -473,7 +475,7 @@ class Console(logging.Handler):
     def show(self, line: str) -> None:
         """Shows a line that is for the terminal alone."""
         if not self.quiet:
-            self._print(line)
+            self._print(one_line(line))
 
     def status(self, line: str) -> None:
         """Shows `line` in place of the status line before, as far as it fits."""
@@ -481,7 +483,7 @@ class Console(logging.Handler):
             width = os.get_terminal_size(sys.stderr.fileno()).columns
         except (OSError, ValueError):
             width = 80
-        self._print(line[: max(width - 1, 0)], end="")
+        self._print(one_line(line)[: max(width - 1, 0)], end="")
 
     def close(self) -> None:
         """Removes the status line."""
@@ -517,7 +519,7 @@ class LogFile(logging.FileHandler):
 
     def format(self, record: logging.LogRecord) -> str:
         when = datetime.fromtimestamp(record.created).astimezone()
-        return f"{when.isoformat(' ', 'milliseconds')}  {record.getMessage()}"
+        return f"{when.isoformat(' ', 'milliseconds')}  {one_line(record.getMessage())}"
 
     def emit(self, record: logging.LogRecord) -> None:
         if not self._ended:
@@ -543,21 +545,23 @@ def devices() -> None:
 
     `play` takes their numbers, or parts of their names.
     """
+    from livebass.live.guards import own_stderr
     from livebass.live.inputs import MidiLost, port_names
     from livebass.live.outputs import OutputLost, jack_server, output_names
 
-    click.echo(f"JACK server (--backend jack)\n  {jack_server() or 'none'}")
-    for title, names, lost in (
-        ("audio outputs of PortAudio (--audio)", output_names, OutputLost),
-        ("MIDI inputs (--midi)", port_names, MidiLost),
-    ):
-        click.echo(title)
-        try:
-            lines = names()
-        except lost as error:
-            click.echo(f"  none: {error}")
-            continue
-        for number, name in lines.items() if isinstance(lines, dict) else enumerate(lines):
-            click.echo(f"  {number}  {name}")
-        if not lines:
-            click.echo("  none")
+    with own_stderr():  # what C libraries say here is no part of the list
+        click.echo(f"JACK server (--backend jack)\n  {jack_server() or 'none'}")
+        for title, names, lost in (
+            ("audio outputs of PortAudio (--audio)", output_names, OutputLost),
+            ("MIDI inputs (--midi)", port_names, MidiLost),
+        ):
+            click.echo(title)
+            try:
+                lines = names()
+            except lost as error:
+                click.echo(f"  none: {one_line(str(error))}")
+                continue
+            for number, name in lines.items() if isinstance(lines, dict) else enumerate(lines):
+                click.echo(f"  {number}  {one_line(name)}")
+            if not lines:
+                click.echo("  none")

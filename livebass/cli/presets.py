@@ -12,6 +12,7 @@ from livebass.cli.tuning import TUNING_KEYS
 from livebass.cli.values import Note, Number, Quantity
 from livebass.extras import install
 from livebass.identification import limits
+from livebass.units import one_line
 
 
 @click.group()
@@ -67,12 +68,12 @@ def check(file: str) -> None:
     strings = " ".join(s.name for s in bass.strings)
     frets = len(bass.necks[0].fret_positions)
     several = "s" * (len(bass.strings) != 1), "s" * (frets != 1)
-    click.echo(f"{file}: good; {bass.name}, string{several[0]} {strings}, {frets} fret{several[1]}")
+    click.echo(one_line(f"{file}: good; {bass.name}, string{several[0]} {strings}, {frets} fret{several[1]}"))
     by_reason: dict[str, list[str]] = {}
     for place, why in idle_keys(preset_tables(file)[1], file):
         by_reason.setdefault(why, []).append(place)
     for why, places in by_reason.items():
-        click.echo(f"{file}: {', '.join(places)} change{'s' * (len(places) == 1)} no note: {why}")
+        click.echo(one_line(f"{file}: {', '.join(places)} change{'s' * (len(places) == 1)} no note: {why}"))
 
 
 @presets.command()

@@ -7,7 +7,7 @@ import os
 import shutil
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -16,9 +16,11 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from livebass.cli.hands import Hands, hands_options, loader
+from livebass.cli.said import say
 from livebass.cli.tuning import tuning_options
 from livebass.cli.values import CONTACT_RATE, MODES, RATE, Channel, Note, Number, Quantity
 from livebass.model.quality import QUALITIES
+from livebass.units import one_line
 
 if TYPE_CHECKING:
     from livebass.engine.render import RenderReport
@@ -198,7 +200,7 @@ def render(
         if output.exists() and midi.exists() and os.path.samefile(midi, output):
             raise click.UsageError(f"{output}: is the MIDI file itself; name another file with -o")
         for remark in remarks(score, preset, DEFAULT_PRESET):
-            click.echo(f"{midi}: {remark}", err=True)
+            say(f"{midi}: {remark}")
     elif note is not None:
         from livebass.score import single_note
         from livebass.units import note_name
@@ -231,7 +233,7 @@ def render(
         from livebass.cli.song import too_low
 
         line = ", ".join([line, *too_low(bass, score, DEFAULT_PRESET)])
-    click.echo(line, err=True)
+    say(line)
 
 
 def _demo_for(bass: Instrument, rate: int, demo: str | None = None) -> Score:
@@ -256,7 +258,8 @@ def _render_presets(directory: Path, options: Options, load: Callable[[str], Ins
             score = _demo_for(bass, options.rate)
             output = directory / f"{name}.{options.format or 'wav'}"
             lines.append(_render_one(bass, score, output, options, files))
-    click.echo("\n".join(lines), err=True)
+    for line in lines:
+        say(line)
 
 
 def _render_one(
@@ -307,8 +310,8 @@ def _rendered(
     checked_place(output)
     from livebass.engine.render import render_to_file
 
-    announce_kernels()
-    with shown_progress(output.name) as progress:
+    have_kernels()
+    with shown_progress(one_line(output.name)) as progress:
         return render_to_file(
             bass, score, output, quality=quality, rate=options.rate, format=options.format, bits=options.bits,
             stems=options.stems, tail=options.tail, gain_db=options.gain, seed=options.seed,
@@ -316,12 +319,22 @@ def _rendered(
         )  # fmt: skip
 
 
-def announce_kernels() -> None:
-    """Says that the kernels have to be compiled first, if so."""
-    from livebass.compiling.library import COMPILE_TIME, cached
+def have_kernels() -> None:
+    """Compiles the kernels if need be, and says so: now, so that it is no part of the time that something takes."""
+    from livebass.compiling.library import cached, library
 
     if not cached():
-        click.echo(f"compiling the kernels, once (about {COMPILE_TIME} s) ...", err=True)
+        say("compiling the kernels, once, in about a minute ...")
+        with ExitStack() as shown:
+            bar: list[Callable[[float], None] | None] = []
+
+            def progress(done: float) -> None:
+                if not bar:  # not while another process compiles
+                    bar.append(shown.enter_context(shown_progress("compiling the kernels")))
+                if bar[0]:
+                    bar[0](done)
+
+            library(progress)
 
 
 @contextmanager

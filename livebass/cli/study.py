@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from livebass.cli.render import announce_kernels, shown_progress
+from livebass.cli.render import have_kernels, shown_progress
+from livebass.cli.said import say
 from livebass.cli.values import CONTACT_RATE, MODES, RATE, Number, Quantity
 from livebass.experiment.quantities import QUANTITIES, USUAL
 from livebass.extras import install
@@ -101,7 +102,7 @@ def claims(
     from livebass.paper.claims.check import WRITERS, all_hold, check, chosen, table
 
     wanted = chosen(ids)
-    announce_kernels()
+    have_kernels()
     results = []
     try:
         with Transaction() as files:
@@ -235,8 +236,8 @@ def sweep(
         kept = f"{_found(points, results)} of {len(points)} points are kept in {directory}"
         raise Interrupted(f"interrupted, {kept}: the same command goes on") from None
     if picture and not draw:
-        click.echo("no picture: that shows up to 3 parameters, the first of 3 with up to 12 values", err=True)
-    click.echo(f"{len(points)} points -> {directory / sweeping.TABLE}", err=True)
+        say("no picture: that shows up to 3 parameters, the first of 3 with up to 12 values")
+    say(f"{len(points)} points -> {directory / sweeping.TABLE}")
 
 
 def _found(points: Sequence[Point], results: dict[str, dict[str, float]]) -> int:
@@ -252,10 +253,10 @@ def _complete(
     missing = len({point.digest for point in points} - results.keys())
     there = f"{len(points)} points, {_found(points, results)} found in {directory}"
     if not missing:
-        click.echo(f"{there}, nothing to compute", err=True)
+        say(f"{there}, nothing to compute")
         return
     with _computer(points[0], workers, scheduler) as (where, compute):
-        click.echo(f"{there}, {missing} to compute {where}", err=True)
+        say(f"{there}, {missing} to compute {where}")
         with shown_progress("sweep") as progress:
             for done in completed(directory, points, results, compute):
                 if progress:
@@ -268,15 +269,13 @@ def _computer(first: Point, workers: int, scheduler: str | None) -> Iterator[tup
 
     Compiles the kernels first if need be.
     """
-    from livebass.compiling.library import library
     from livebass.experiment.workers import computed, connected
 
     if scheduler is not None:
         with connected(scheduler) as compute:
             yield f"on {scheduler}", compute
         return
-    announce_kernels()
-    library()  # compiled here, not by every process
+    have_kernels()  # compiled here, not by every process
     say = functools.partial(click.echo, err=True)
     where = f"with {workers} process{'es' * (workers != 1)}"
     yield where, lambda points: computed(points, workers, say)
@@ -346,13 +345,13 @@ def simulate(
 
     bass = load_preset(preset)
     if solver == "engine":
-        announce_kernels()
+        have_kernels()
     line = simulate_to_directory(
         bass, string=string, fret=fret, apex=apex, at=at, duration=duration,
         quality=quality_with(quality, modes, contact_rate), modes=modes, rate=rate, solver=solver, directory=output,
         angle=angle, analyse=analyse, shape_at=shape_at,
     )  # fmt: skip
-    click.echo(line, err=True)
+    say(line)
 
 
 HELP = ("-h", "--help")
@@ -422,13 +421,13 @@ def run(names: tuple[str, ...], output: Path, json_file: Path | None, duration: 
     except ValueError as error:
         raise click.UsageError(str(error)) from None
     check_extras()
-    announce_kernels()
+    have_kernels()
     with shown_progress("studies") as progress:
         result = run_studies(
             studies, output, duration=duration, workers=workers, progress=progress, json_file=json_file
         )
     count = f"{len(studies)} stud{'y' if len(studies) == 1 else 'ies'} from {result['solutions']} motions"
-    click.echo(f"{count} in {result['wall_s']:.1f} s -> {output / 'index.html'}", err=True)
+    say(f"{count} in {result['wall_s']:.1f} s -> {output / 'index.html'}")
 
 
 study.add_command(claims)

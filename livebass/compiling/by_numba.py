@@ -15,14 +15,14 @@ import logging
 import os
 import shutil
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 import numba as nb
 from llvmlite import binding
-from numba.core import caching
+from numba.core import caching, event
 
 from livebass.compiling import FROM_SOURCE, Entry, store
 from livebass.interrupts import aside
@@ -146,9 +146,44 @@ def compiled(**options: Any) -> Callable[[Callable[..., Any]], Any]:
 counted = compiled()  # counts references: for functions that allocate
 
 
+_kernels: set[str] = set()  # names of the functions that become code of their own
+
+
 def kernel(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     """A decorator: a kernel, with `options` of numba's `njit` beside `USUAL`, `LEAN` and `STRICT`."""
-    return nb.njit(**USUAL, **LEAN, **{**STRICT, **options})
+    make = nb.njit(**USUAL, **LEAN, **{**STRICT, **options})
+
+    def decorate(function: Callable[..., Any]) -> Any:
+        if "inline" not in options:
+            _kernels.add(_name(function))
+        return make(function)
+
+    return decorate
+
+
+def _name(function: Callable[..., Any]) -> str:
+    return f"{function.__module__}.{function.__qualname__}"
+
+
+class _Compiled(event.Listener):
+    """Tells what part of the functions in `missing` numba has compiled, after each."""
+
+    def __init__(self, tell: Callable[[float], None], missing: set[str]) -> None:
+        self._tell, self._missing, self._count = tell, missing, len(missing)
+
+    def on_start(self, event: Any) -> None:
+        pass
+
+    def on_end(self, event: Any) -> None:
+        name = _name(event.data["dispatcher"].py_func)
+        if name in self._missing:
+            self._missing.remove(name)
+            self._tell(1 - len(self._missing) / self._count)
+
+
+def tell_progress(tell: Callable[[float], None], entries: Iterable[Entry]) -> None:
+    """Calls `tell` with the part of all kernels and `entries` that is compiled, after each, from now on."""
+    event.register("numba:compile", _Compiled(tell, _kernels | {_name(entry.function) for entry in entries}))
 
 
 def raw_ir(entry: Entry) -> tuple[str, str]:

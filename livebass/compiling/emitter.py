@@ -1,11 +1,12 @@
 """Compiles all kernels in one pass, ahead of time: numba's raw IR, then LLVM's O3 for a named level of processor.
 
-    python -m livebass.compiling.emitter LEVEL > FILE.o
+    python -m livebass.compiling.emitter LEVEL
 
-numba's own optimiser is off: it would vectorise for the processor at hand, function by function, and what is
-vectorised once stays so. Nothing is run here, so that code for other machines can be made. The functions of all
-entries become one module in which everything but the entries is internal; `lb_NAME` is the entry NAME with C's calling
-convention. numba reads its settings once: it needs a process of its own, as this file started as a program is.
+writes lines with the part that is done, an empty one, and the object file. numba's own optimiser is off: it would
+vectorise for the processor at hand, function by function, and what is vectorised once stays so. Nothing is run here, so
+that code for other machines can be made. The functions of all entries become one module in which everything but the
+entries is internal; `lb_NAME` is the entry NAME with C's calling convention. numba reads its settings once: it needs a
+process of its own, as this file started as a program is.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ import os
 import re
 import sys
 import threading
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -37,6 +39,8 @@ SQRT = """define double @sqrt(double %x) alwaysinline {
 }
 declare double @llvm.sqrt.f64(double)"""
 COLLECTED = 200_000, 50, 1000  # thresholds of the garbage collector: by itself it takes a fifth of numba's time
+LOWERED, OPTIMISED = 0.78, 0.95  # parts of the time after which there are IR and optimised IR
+END = b"\n"  # of the lines with the part that is done
 ADDRESS = re.compile(r"inttoptr \(i64 \d")  # of this process
 
 
@@ -93,15 +97,19 @@ def entries() -> dict[str, Any]:
     return dict(sorted(ENTRIES.items()))
 
 
-def program() -> str:
+def silent(done: float) -> None:
+    """Tells nobody what part is `done`."""
+
+
+def program(tell: Callable[[float], None] = silent) -> str:
     """Returns `compiled_program`, which is kept in the user's directory: a second level takes half the time."""
     place = store.directory(f"kernels-{store.digest()}")
     kept = place / f"{MACHINE}.ll.gz" if place else None
-    return gzip.decompress(store.kept_or_made(kept, lambda: gzip.compress(compiled_program().encode(), 1))).decode()
+    return gzip.decompress(store.kept_or_made(kept, lambda: gzip.compress(compiled_program(tell).encode(), 1))).decode()
 
 
-def compiled_program() -> str:
-    """The unoptimised IR of all entries as one module.
+def compiled_program(tell: Callable[[float], None] = silent) -> str:
+    """The unoptimised IR of all entries as one module; tells what part of all functions is compiled.
 
     Changes numba (`prepare_numba`) and the garbage collector for this process.
     """
@@ -112,7 +120,9 @@ def compiled_program() -> str:
     from livebass.compiling import by_numba
 
     whole, gates = None, []
-    for name, entry in entries().items():
+    found = entries()
+    by_numba.tell_progress(tell, found.values())
+    for name, entry in found.items():
         raw, text = by_numba.raw_ir(entry)
         module = llvm.parse_assembly(text)
         module.get_function(raw).name = f"raw_{name}"
@@ -149,10 +159,13 @@ def gate(entry: Any) -> str:
     return "\n".join([*lines, f"  %value = load {result}, ptr %result", f"  ret {result} %value", "}"])
 
 
-def emit(text: str, level: str, triple: str | None = None) -> tuple[bytes, set[str]]:
+def emit(
+    text: str, level: str, triple: str | None = None, optimised: Callable[[], None] = lambda: None
+) -> tuple[bytes, set[str]]:
     """Returns the object file of the program `text` for `level`, and the symbols that it needs.
 
-    `triple`: another system than this one. Raises ValueError if the code needs what it must not.
+    `triple`: another system than this one; `optimised` is called before machine code is made. Raises ValueError if the
+    code needs what it must not.
     """
     import llvmlite.binding as llvm
 
@@ -175,6 +188,7 @@ def emit(text: str, level: str, triple: str | None = None) -> tuple[bytes, set[s
     options.slp_vectorization = False
     builder = llvm.create_pass_builder(machine, options)
     builder.getModulePassManager().run(module, builder)
+    optimised()
     final = str(module)
     if ADDRESS.search(final):
         raise ValueError("an address of the compiler's process is in the code")
@@ -200,17 +214,23 @@ def end_with_parent() -> None:
 
 
 def main(level: str) -> None:
-    """Writes the object file for `level` to standard output; or what went wrong, and exits with status 1."""
+    """Writes progress, and the object file for `level`, to standard output; or what went wrong, and exits with 1."""
     out = os.dup(1)
     os.dup2(2, 1)  # whatever is printed is no part of it
     end_with_parent()
+
+    def tell(done: float) -> None:
+        os.write(out, b"%.3f\n" % done)
+
     try:
-        data, _ = emit(program(), level)
+        text = program(lambda part: tell(LOWERED * part))
+        tell(LOWERED)
+        data, _ = emit(text, level, optimised=lambda: tell(OPTIMISED))
         status = 0
     except Exception as error:
         data, status = f"{type(error).__name__}: {error}".encode(), 1
     with open(out, "wb") as file:
-        file.write(data)
+        file.write(END + data)
     os._exit(status)  # the thread waits
 
 

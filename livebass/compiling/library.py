@@ -12,6 +12,7 @@ import os
 import subprocess
 import sys
 import threading
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import Protocol
@@ -19,7 +20,7 @@ from typing import Protocol
 from livebass.compiling import emitter, store
 from livebass.interrupts import aside
 
-COMPILE_TIME = 30  # s, about
+Progress = Callable[[float], None]
 _lock = threading.Lock()
 _loaded: list[Library] = []
 
@@ -72,37 +73,41 @@ def cached() -> bool:
     return kept is not None and store.whole(kept) is not None
 
 
-def library() -> Library:
-    """The library; loads it at the first call, and compiles it if there is none. [any thread]"""
+def library(progress: Progress | None = None) -> Library:
+    """The library; loads it at the first call, and compiles it if there is none. [any thread]
+
+    `progress` is called with the part of the compiling that is done, from a thread of its own.
+    """
     if not _loaded:
-        aside(_load_once)
+        aside(_load_once, progress)
     return _loaded[0]
 
 
-def _load_once() -> None:
+def _load_once(progress: Progress | None) -> None:
     with _lock:
         if not _loaded:
-            _loaded.append(_load())
+            _loaded.append(_load(progress))
 
 
-def _load() -> Library:
+def _load(progress: Progress | None) -> Library:
     if store.whole(store.built()) is not None:
         with suppress(OSError):
             return SharedLibrary(store.built())
     kept = store.kept()
     damaged = f"the compiled kernels in {kept and kept.parent} are damaged: compiling them anew"
-    return ObjectFile(store.kept_or_made(kept, compiled_here, damaged))
+    return ObjectFile(store.kept_or_made(kept, lambda: compiled_here(progress), damaged))
 
 
-def compiled_here() -> bytes:
+def compiled_here(progress: Progress | None = None) -> bytes:
     """Compiles the kernels for this processor: `compiled_for`."""
-    return compiled_for(store.level())
+    return compiled_for(store.level(), progress)
 
 
-def compiled_for(level: str) -> bytes:
+def compiled_for(level: str, progress: Progress | None = None) -> bytes:
     """Compiles the kernels for a level of processor, in a process of its own that ends with this one.
 
-    Returns the object file. Raises OSError, with what the process said last, if it fails.
+    `progress` is called with the part that is done. Returns the object file. Raises OSError, with what the process said
+    last, if it fails.
     """
     if not os.path.isfile(sys.executable or ""):
         raise OSError(
@@ -118,6 +123,11 @@ def compiled_for(level: str) -> bytes:
         start_new_session=True,  # Ctrl-C is for this process alone
     ) as process:  # fmt: skip
         assert process.stdout
+        for line in iter(process.stdout.readline, emitter.END):
+            if not line:  # it has ended before its time
+                break
+            if progress:
+                progress(float(line))
         said = process.stdout.read()
         if process.wait():
             lines = said.decode(errors="replace").strip().splitlines() or [f"exit status {process.returncode}"]

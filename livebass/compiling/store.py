@@ -1,7 +1,8 @@
 """Keeps compiled kernels: in the package where it was built with them, or in a directory of the user's.
 
 A file of kernels is called after a digest of all their sources and after the level of processor it is for, and ends
-with a checksum: a file that a power cut or a full disk damaged would crash.
+with a checksum: a file that a power cut or a full disk damaged would crash. Of several processes that need the same
+one, one makes it, and the others wait for it.
 """
 
 from __future__ import annotations
@@ -18,13 +19,18 @@ import stat
 import sys
 import tempfile
 import time
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import platformdirs
 
 from livebass.compiling import ARM, X86
+
+try:
+    import fcntl
+except ImportError:  # Windows
+    fcntl = None  # type: ignore[assignment]
 
 LOG = logging.getLogger("livebass")
 PACKAGE = Path(__file__).parents[1]
@@ -33,6 +39,7 @@ BUILT = PACKAGE / "built"  # libraries that came with the package
 CHECKSUM = hashlib.sha256().digest_size  # bytes at the end of a file
 KEPT = re.compile(r"(kernels|objects|plugin|reference)-[0-9a-f]{16}")  # directories of compiled code, by version
 UNUSED = 90 * 24 * 3600  # s after which one that nothing has used is deleted
+WAITING = "compiling the kernels: another process does so already, waiting for it"
 
 
 @functools.cache
@@ -75,28 +82,21 @@ def level() -> str:
 def directory(name: str) -> Path | None:
     """The directory `name` of the user, for compiled code: in NUMBA_CACHE_DIR, the user's cache or the temporary one.
 
-    None if none of them can be written to. Everybody may write to the temporary directory, and who can write there
-    can run code here: there, the directory must be the user's, and closed to all others.
+    Who can write there can run code here: wherever it is, the directory must be the user's, and closed to all others.
+    One that is not is passed over, and a line says so. None if there is no other, or none can be written to.
 
     Its time of change becomes that of its last use. The first use of a new version deletes those long out of use.
     """
     given = os.environ.get("NUMBA_CACHE_DIR")
-    usual = Path(given) if given else platformdirs.user_cache_path("livebass")
-    with suppress(OSError):
-        new = not (usual / name).exists()
-        (usual / name).mkdir(parents=True, exist_ok=True, mode=0o700)
-        if os.access(usual / name, os.W_OK):
-            os.utime(usual / name)
-            if new:
-                delete_unused(usual)
-            return usual / name
-    shared = Path(tempfile.gettempdir()) / f"livebass-{_user()}"
-    with suppress(OSError):
-        for place in (shared, shared / name):
-            place.mkdir(exist_ok=True, mode=0o700)
-            if not _private(place):
-                return None
-        return shared / name
+    usual = Path(os.path.realpath(given or platformdirs.user_cache_path("livebass")))
+    for place in (usual, Path(tempfile.gettempdir()) / f"livebass-{_user()}"):
+        with suppress(OSError):
+            new = not (place / name).exists()
+            if all(_private(folder) for folder in (place, place / name)) and os.access(place / name, os.W_OK):
+                os.utime(place / name)
+                if new:
+                    delete_unused(place)
+                return place / name
     return None
 
 
@@ -115,9 +115,21 @@ def _user() -> int:
 
 
 def _private(place: Path) -> bool:
-    """True if `place` is a directory of the user to which nobody else can write."""
-    status = place.lstat()
-    return stat.S_ISDIR(status.st_mode) and status.st_uid == _user() and not status.st_mode & 0o022
+    """True if `place`, made if need be, is a directory of the user to which nobody else can write; else says why not.
+
+    Raises OSError.
+    """
+    place.mkdir(mode=0o700, parents=True, exist_ok=True)
+    status, why = place.lstat(), ""
+    if not stat.S_ISDIR(status.st_mode):
+        why = "is a link"
+    elif hasattr(os, "getuid") and status.st_uid != _user():
+        why = "belongs to another user"
+    elif hasattr(os, "getuid") and status.st_mode & 0o022:
+        why = "can be written to by others"
+    if why:
+        LOG.warning("%s: %s; compiled code is neither kept there nor taken from it", place, why)
+    return not why
 
 
 def built() -> Path:
@@ -149,18 +161,61 @@ def whole(path: Path) -> bytes | None:
 def kept_or_made(path: Path | None, make: Callable[[], bytes], damaged: str = "") -> bytes:
     """Returns the content of the file at `path` if it is whole, else what `make` returns, and keeps it there.
 
-    What cannot be kept is made for this process alone. `damaged`: a warning if there is a file that is not whole; with
-    `path` None there can be none.
+    What cannot be kept is made for this process alone. If another process makes it, waits for that. `damaged`: a
+    warning if there is a file that is not whole; with `path` None there can be none.
     """
-    data = whole(path) if path else None
+    if path is None:
+        return make()
+    data = whole(path)
     if data is None:
-        if damaged and path and path.exists():
-            LOG.warning("%s", damaged)
-        data = make()
-        if path:
-            with suppress(OSError):
-                write(path, data)
+        with _locked(path):
+            data = whole(path)  # by the process that was waited for
+            if data is None:
+                if damaged and path.exists():
+                    LOG.warning("%s", damaged)
+                data = make()
+                with suppress(OSError):
+                    write(path, data)
     return data
+
+
+@contextmanager
+def _locked(path: Path) -> Iterator[None]:
+    """Locks what is to become the file at `path`; says so if another process has. One that has ended has no lock.
+
+    Where there are no locks, or no room for a file, the block runs without.
+    """
+    place = path.with_name(f"{path.name}.lock")
+    fd = _lock_of(place) if fcntl else None
+    try:
+        yield
+    finally:
+        if fd is not None:
+            with suppress(OSError):
+                place.unlink()  # those who wait see that it is gone
+            os.close(fd)
+
+
+def _lock_of(place: Path) -> int | None:
+    """Makes the file at `place` if need be and locks it; returns its descriptor, or None."""
+    said = False
+    while True:
+        try:
+            fd = os.open(place, os.O_RDWR | os.O_CREAT, 0o600)
+        except OSError:
+            return None
+        try:
+            fcntl.flock(fd, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            if not said:
+                LOG.warning(WAITING)
+            said = True
+            fcntl.flock(fd, fcntl.LOCK_EX)
+        except OSError:  # a file system without locks
+            pass
+        if os.fstat(fd).st_nlink:
+            return fd
+        os.close(fd)  # who had it has removed it, and another may have made a new one
 
 
 def write(path: Path, data: bytes) -> None:

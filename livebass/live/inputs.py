@@ -19,10 +19,12 @@ from typing import Any
 from livebass.extras import install
 from livebass.live.guards import call_with_timeout, jack_hangs, never_release, open_jack_client, silenced_stderr
 from livebass.live.synth import Synth
+from livebass.model.keymap import MODO, KeyMap
 
 LOG = logging.getLogger(__name__)
 CLIENT = "livebass"
 THROUGH = "Midi Through"  # ALSA's own port, which no device is behind
+SYSTEMS = {"alsa": "ALSA's sequencer", "jack": "a JACK server"}  # by rtmidi's names
 LOOK_EVERY = 1.0  # s, for ports that come and go
 ALSA_CLIENTS = Path("/proc/asound/seq/clients")
 
@@ -242,16 +244,17 @@ def port_names() -> list[str]:
 def new_input(name: str, hardware_only: bool = False) -> Any:
     """Returns an rtmidi input of the system's MIDI, or of JACK's unless `hardware_only`. Raises MidiLost."""
     rtmidi = _rtmidi()
-    why = "this build of python-rtmidi supports no MIDI system"
-    for api in rtmidi.get_compiled_api():
+    apis = rtmidi.get_compiled_api()
+    for api in apis:
         if api == rtmidi.API_UNIX_JACK and (hardware_only or jack_hangs.is_set()):
             continue
         try:
             with silenced_stderr():
                 return rtmidi.MidiIn(rtapi=api, name=name)
-        except rtmidi.RtMidiError as error:
-            why = str(error)
-    raise MidiLost(f"MIDI input: {why}")
+        except rtmidi.RtMidiError:  # which names the library's functions
+            continue
+    tried = " or ".join(SYSTEMS.get(rtmidi.get_api_name(api), rtmidi.get_api_display_name(api)) for api in apis)
+    raise MidiLost(f"MIDI input: no answer from {tried or 'python-rtmidi, which was built without any system'}")
 
 
 def find_port(names: list[str], wanted: str | None) -> int | None:
@@ -271,16 +274,30 @@ def _rtmidi() -> Any:
     return rtmidi
 
 
-LOWER, UPPER = "zsxdcvgbhnjm,l.;/", "q2w3er5t6y7ui9o0p"
+# Semitones above the lowest key, an E. Of the upper row capitals are a semitone higher.
+NOTES = {key: place for place, key in enumerate("zsxdcvgbhnjm,l.;/")} | dict(
+    zip("qwertyuiop", (12, 14, 16, 17, 19, 21, 23, 24, 26, 28), strict=True)
+)
+# Techniques as the page has them, and its number keys: strokes last; ways to play are on, by a controller (and its
+# value) or a held key switch, until they are switched off.
+STROKES = {"1": ("fingers", "finger"), "2": ("pick", "pick"), "3": ("thumb", "slap")}
+WAYS = {
+    "4": ("palm mute", "palm_mute", 76), "5": ("ghost", "ghost", 0), "6": ("harmonic", "harmonic", 0),
+    "7": ("hammer-on", "legato", 127), "8": ("slide", "slide", 127), "9": ("vibrato", "vibrato", 127),
+    "0": ("let ring", "let_ring", 127),
+}  # fmt: skip
 HELP = (
-    "keys: z x c ... and q w e ... are the white keys, the rows above them the black ones; space damps; "
-    "[ and ] octave; - and = velocity; Tab next preset; Enter next quality; \\ MIDI learn; ! panic; Ctrl-C ends"
+    "keys: z x c ... and q w e ... are the white keys, s d g ... and capitals of the upper row the black ones; "
+    + "; ".join(f"{key} {called[0]}" for key, called in (STROKES | WAYS).items())
+    + "; space damps; [ and ] octave; - and = velocity; Tab next preset; Enter next quality; \\ MIDI learn; ! panic; "
+    "Ctrl-C ends"
 )
 SCORE_HELP = "file: k pause; a from the beginning; f loop; ( and ) its ends; < and > tempo"
 OCTAVES, VELOCITIES = (1, 6), (10, 127)
 STEP = 10  # of velocity
 REPEATS = 0.1  # s: a key comes again sooner only if the terminal repeats it
 REPEATABLE = "[]-=<>"  # keys that do more when held
+SWITCHED = 64  # velocity of a key switch
 # One key as a terminal sends it: a character, or an escape sequence.
 TOKEN = re.compile(r"\x1b(\[[0-9:;<=>?]*[ -/]*[@-~]|O.|[^\[])?|.", re.DOTALL)
 UNFINISHED = re.compile(r"\x1b\[[0-9:;<=>?]*$")
@@ -298,13 +315,21 @@ class TerminalKeys:
 
     A terminal that speaks the kitty keyboard protocol says when a key is released: the note lasts as long as its key is
     down. Others repeat a held key instead: repeats are left out as far as their pace shows them, and a note lasts until
-    the next one or the space bar. Within `with` the terminal delivers single keys, again after Ctrl-Z and fg;
-    afterwards it is as before. In the background the terminal is left alone.
+    the next one or the space bar. A way to play is on while its key is down, or from one press of it to the next.
+    `key_map` gives the map of the bass that plays. Within `with` the terminal delivers single keys, again after Ctrl-Z
+    and fg; afterwards it is as before. In the background the terminal is left alone.
     """
 
-    def __init__(self, send: Any, panic: Any, others: dict[str, Callable[[], None]] | None = None) -> None:
-        self.send, self.panic, self.others = send, panic, others or {}
+    def __init__(
+        self,
+        send: Any,
+        panic: Any,
+        others: dict[str, Callable[[], None]] | None = None,
+        key_map: Callable[[], KeyMap] = lambda: MODO,
+    ) -> None:
+        self.send, self.panic, self.others, self.key_map = send, panic, others or {}, key_map
         self.octave, self.velocity = 2, 100
+        self._ways: dict[str, tuple[int, int, int]] = {}  # keys of those that are on, and what switches them off
         self._held: dict[str, int] = {}  # notes by their keys
         self._releases = False  # the terminal reports them
         self._latest = ("", -math.inf)  # key, and when it came
@@ -421,21 +446,23 @@ class TerminalKeys:
         elif event == RELEASED:
             for name in {chr(int(key[1])), chr(code).lower()}:  # shift may have come or gone since
                 self._end(name)
+                self._end_way(name)
         elif event == PRESSED or chr(code) in REPEATABLE:
-            self._carry_out(chr(code).lower())
+            self._carry_out(chr(code))
 
     def press(self, key: str) -> None:
         """Carries out a key of a terminal that does not report releases."""
-        key, now = key.lower(), time.monotonic()
+        now = time.monotonic()
         again = key == self._latest[0] and now - self._latest[1] < REPEATS
         self._latest = (key, now)
         if not again or key in REPEATABLE:
             self._carry_out(key)
 
-    def _carry_out(self, key: str) -> None:
-        if key in LOWER or key in UPPER:
-            place = LOWER.index(key) if key in LOWER else 12 + UPPER.index(key)
-            note = min(127, 12 * self.octave + 4 + place)  # the lowest key is an E
+    def _carry_out(self, typed: str) -> None:
+        key = typed.lower()
+        if key in NOTES:
+            raised = key in "qwertyuiop" and typed != key
+            note = min(127, 12 * self.octave + 4 + NOTES[key] + raised)
             if self._releases:
                 self._end(key)
             else:
@@ -448,10 +475,48 @@ class TerminalKeys:
             self.octave = min(max(self.octave + (1 if key == "]" else -1), OCTAVES[0]), OCTAVES[1])
         elif key in "-=":
             self.velocity = min(max(self.velocity + (STEP if key == "=" else -STEP), VELOCITIES[0]), VELOCITIES[1])
+        elif key in STROKES:
+            if (number := self._switch(STROKES[key][1])) is not None:
+                self.send(0x90, number, SWITCHED)
+                self.send(0x80, number, 0)
+        elif key in WAYS and key in self._ways:
+            self._end_way(key)
+        elif key in WAYS:
+            self._begin_way(key)
         elif key == "!":
+            for way in list(self._ways):
+                self._end_way(way)
             self.panic()
         elif key in self.others:
             self.others[key]()
+
+    def _switch(self, technique: str) -> int | None:
+        """The key switch of a technique; None, with a line about it, if the bass has none."""
+        number = next((number for number, name, _ in self.key_map().keys if name == technique), None)
+        if number is None:
+            LOG.info("%s: the bass that plays has no key for it", technique)
+        return number
+
+    def _begin_way(self, key: str) -> None:
+        """Switches on the way to play of `key`, by a controller if it has one with a value."""
+        _, technique, value = WAYS[key]
+        controller = next((number for number, name in self.key_map().controllers if value and name == technique), None)
+        if controller is not None:
+            self.send(0xB0, controller, value)
+            self._ways[key] = 0xB0, controller, 0
+        elif (number := self._switch(technique)) is not None:
+            self.send(0x90, number, SWITCHED)
+            self._ways[key] = 0x80, number, 0
+
+    def _end_way(self, key: str) -> None:
+        """Switches off the way to play of `key`, if it is on."""
+        if key in self._ways:
+            self.send(*self._ways.pop(key))
+
+    @property
+    def ways(self) -> str:
+        """The ways to play that are on."""
+        return ", ".join(WAYS[key][0] for key in sorted(self._ways, key=list(WAYS).index))
 
     def _end(self, key: str) -> None:
         """Ends the note of `key`, if it holds one."""

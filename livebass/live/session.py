@@ -34,6 +34,7 @@ from livebass.live.synth import Gauge, LiveBass, Meters, Reading, Synth, strings
 from livebass.live.thread import block
 from livebass.live.tuner import frequency_of, tuning_text
 from livebass.model.instrument import A4_HZ, Instrument
+from livebass.model.keymap import KeyMap
 from livebass.model.quality import QUALITIES, Quality
 from livebass.preset.load import load_preset, preset_names
 from livebass.preset.programs import PROGRAMS
@@ -161,7 +162,7 @@ class Session:
             learn = MidiLearn(self.desk, settings.learn)
             others = {"\t": presets.next_preset, "\n": presets.next_quality, "\r": presets.next_quality}
             others |= {"\\": learn.next_parameter} | (self._score_keys() if score else {})
-            keys = TerminalKeys(self._send, self._panic, others) if settings.keyboard else None
+            keys = TerminalKeys(self._send, self._panic, others, self._key_map) if settings.keyboard else None
             if keys:
                 ends.enter_context(keys)
             output.start()
@@ -243,6 +244,10 @@ class Session:
 
     def _send(self, status: int, first: int, second: int) -> None:
         self.output.synth.send(status, first, second)
+
+    def _key_map(self) -> KeyMap:
+        bass = self.output.synth.bass
+        return (bass.engine.instrument if bass else self.settings.instrument).player.keys
 
     def _panic(self) -> None:
         self.output.synth.panic()
@@ -458,6 +463,7 @@ class _Loop:
             parts.append(f"metronome {desk.beats:g}")
         if self.keys and self.keys.active:
             parts.append(f"velocity {self.keys.velocity}, octave {self.keys.octave}")
+            parts.append(self.keys.ways)
         return "   ".join(part for part in parts if part)
 
     def _advise(self, reading: Reading, seconds: float) -> None:

@@ -50,7 +50,7 @@ from livebass.units import note_name
 COARSE = Quality("coarse", 150, 192e3, on_board=Quality("coarse", 250, 384e3))  # for strings under overload
 RING = 4096  # messages
 CAPTURE_SECONDS = 20.0
-RECENT = 0.12  # s of sound that `recent` keeps
+RECENT = 0.2  # s of sound that `recent` keeps
 QUIETEST = -99.0  # dB
 AMOUNTS = {CC_PALM: "palm", CC_VIBRATO: "vibrato"}  # fields of the performer
 KEPT = (

@@ -7,22 +7,44 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from livebass.analysis.sound import fundamental
+from livebass.analysis.sound import fundamental, partial
 from livebass.model.instrument import A4_HZ, A4_NOTE
 from livebass.units import note_name
 
 LOWEST, HIGHEST = 26.0, 700.0  # Hz
+FRAME = 0.08  # s, two periods of the lowest
 QUIET = 1e-3  # full scale: a peak below is not listened to
+FIRST = 3  # partials that a pitch is read from; stiffness and contact with frets pull those above sharp
+BRIGHT = 300.0  # Hz, above which the first guess leaves sound out, by 12 dB an octave
+WEAK = 0.02  # of the strongest: the amplitude of a partial that is passed over
+STRAY = 60.0  # cents from the first guess: a partial that is farther off belongs to something else
 
 
 def frequency_of(sound: NDArray[np.float32], rate: int) -> float:
-    """The pitch at the end of `sound` (n,), Hz; NaN if it is quiet, too short, or of no one pitch."""
-    if not sound.size or float(np.abs(sound).max()) < QUIET:
+    """The pitch at the end of `sound` (n,), Hz; NaN if it is quiet, too short, or of no one pitch.
+
+    It is the frequency of the first partial, or that of the second or third by their numbers if those below are weak.
+    Which one is the first says the period of the sound without its upper partials.
+    """
+    if sound.size < FRAME * rate or float(np.abs(sound).max()) < QUIET:
         return math.nan
-    try:
-        return float(fundamental(np.asarray(sound, np.float64), rate, LOWEST, HIGHEST, hop=1.0).frequency_hz[-1])
-    except ValueError:  # there has not been enough sound yet
-        return math.nan
+    samples = np.asarray(sound, np.float64)
+    rough = _period(samples, rate)
+    if math.isnan(rough) or samples.size * rough < 4 * rate:
+        return rough
+    found = [partial(samples, rate, number * rough) for number in range(1, FIRST + 1)]
+    least = WEAK * max(level for _, level in found)
+    number, frequency = next((n, f) for n, (f, level) in enumerate(found, 1) if level >= least)
+    pitch = frequency / number
+    return pitch if abs(1200 * math.log2(max(pitch, 1.0) / rough)) < STRAY else math.nan
+
+
+def _period(samples: NDArray[np.float64], rate: int) -> float:
+    """A first guess of the pitch, Hz: of the last FRAME of `samples`, without what is BRIGHT; NaN if there is none."""
+    spectrum = np.fft.rfft(samples)
+    spectrum /= 1 + (np.fft.rfftfreq(samples.size, 1 / rate) / BRIGHT) ** 2
+    dull = np.fft.irfft(spectrum, samples.size)[-round(FRAME * rate) :]
+    return float(fundamental(dull, rate, LOWEST, HIGHEST, hop=1.0).frequency_hz[-1])
 
 
 def tuning(frequency: float, a4: float = A4_HZ) -> tuple[str, float] | None:

@@ -9,6 +9,8 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
+from livebass.units import one_line
+
 LARGEST_FILE = 1_000_000  # bytes
 TOML, TEXT = "TOML text file", "text file"
 
@@ -20,7 +22,7 @@ class PresetError(ValueError):
     """
 
     def __init__(self, message: str) -> None:
-        super().__init__("".join(c if c.isprintable() else " " for c in message))
+        super().__init__(one_line(message))
 
 
 def is_path(name: str) -> bool:

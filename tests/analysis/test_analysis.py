@@ -12,6 +12,7 @@ from livebass.analysis.sound import (
     characteristic_frequencies,
     contactogram,
     fundamental,
+    partial,
     relative_variation,
     resampled,
     spectrogram,
@@ -73,6 +74,18 @@ def test_the_pitch_of_a_tone(frequency: float) -> None:
     pitch = fundamental(sound, RATE)
     np.testing.assert_allclose(pitch.frequency_hz, frequency, rtol=2e-4)
     assert pitch.aperiodicity.max() < 0.01
+
+
+def test_a_decaying_partial_beside_another() -> None:
+    t = np.arange(9600) / 48_000
+    for frequency, decay in ((41.2, 0.5), (98.0, 12.0), (196.0, 3.0)):
+        first = 0.3 * np.exp(-decay * t) * np.cos(2 * np.pi * frequency * t + 1)
+        second = 0.5 * np.cos(2 * np.pi * 2.001 * frequency * t)
+        found, level = partial(first + second, 48_000, frequency * 1.02)
+        assert 1200 * np.log2(found / frequency) == pytest.approx(0, abs=0.5)
+        assert level == pytest.approx(0.3 * np.exp(-decay * t[-1] / 2), rel=0.05)
+    with pytest.raises(ValueError, match="four periods"):
+        partial(t, 48_000, 19.0)
 
 
 def test_the_pitch_of_a_glide_and_of_noise() -> None:

@@ -88,6 +88,43 @@ def test_bad_midi_files(fake: type[FakeEngine], run: Run, tmp_path: Path, name: 
     assert list(tmp_path.iterdir()) == [path]
 
 
+ODD_NAME = "a\nb\x1b[2J\r\u2028"
+ESCAPED = r"a\nb\x1b[2J\r\u2028"
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["render", f"{ODD_NAME}.mid"],
+        ["render", "--note", "E1", "-o", f"none/{ODD_NAME}.wav"],
+        ["render", "--note", "E1", "-o", f"{ODD_NAME}.mp3"],
+        ["render", "--note", "E1", "--preset", f"{ODD_NAME}.toml"],
+        ["render", "--note", "E1", "--preset", ODD_NAME],
+        ["render", "--note", "E1", "--keys", f"{ODD_NAME}.toml"],
+        ["render", "--all-presets", f"file/{ODD_NAME}"],
+        ["presets", "check", f"{ODD_NAME}.toml"],
+        ["play", "--file", f"{ODD_NAME}.mid"],
+        ["identify", f"{ODD_NAME}.wav"],
+        ["help", ODD_NAME],
+        [ODD_NAME],
+    ],
+    ids=lambda arguments: " ".join(arguments[:-1]) or "command",
+)
+def test_line_ends_in_names_are_written_out(fake: type[FakeEngine], run: Run, arguments: list[str]) -> None:
+    Path("file").touch()
+    status, out, err = run(*arguments)
+    assert_one_clear_line(status, err)
+    assert not out and ESCAPED in err.replace(r"\\", "\\"), err
+    assert err.count("\n") == 1 and err[:-1].isprintable()
+
+
+def test_what_is_said_of_a_good_file_is_one_line_too(fake: type[FakeEngine], run: Run) -> None:
+    Path(f"{ODD_NAME}.mid").write_bytes(GOOD)
+    status, _, err = run("render", f"{ODD_NAME}.mid", "-p", "slap", "-o", f"{ODD_NAME}.wav")
+    assert status == 0 and Path(f"{ODD_NAME}.wav").exists()
+    assert all(line.isprintable() for line in err[:-1].split("\n")) and f"\n{ESCAPED}.wav: " in f"\n{err}"
+
+
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [

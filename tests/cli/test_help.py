@@ -48,6 +48,29 @@ def test_an_unknown_page_is_one_line_that_names_those_there_are(run: Run, page: 
     assert not out and ", ".join(handbook.PAGES) in err
 
 
+@pytest.mark.parametrize(
+    ("word", "page"), [("play", "playing"), ("PLAY", "playing"), ("pre", "presets"), ("ph", "physics"), ("l", "live")]
+)
+def test_the_beginning_of_a_name_opens_its_page(run: Run, word: str, page: str) -> None:
+    assert cli_text(run, "help", word) == handbook.page_text(page)
+
+
+@pytest.mark.parametrize(
+    ("word", "page"),
+    [
+        ("pyhsics", "physics"),
+        ("exprot", "export"),
+        ("Preset-s", "presets"),
+        ("p", "playing or presets or physics"),
+        ("midi", None),
+    ],
+)
+def test_a_name_that_is_misspelt_is_answered_with_the_nearest(run: Run, word: str, page: str | None) -> None:
+    status, out, err = run("help", word)
+    assert_one_clear_line(status, err, (2,))
+    assert not out and (f"did you mean {page}?" in err if page else "did you mean" not in err)
+
+
 def test_a_pager_is_used_in_a_terminal_only(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     asked = []
     monkeypatch.setattr(click, "echo_via_pager", asked.append)

@@ -164,7 +164,7 @@ def test_compiling_is_announced(
     assert status == 0 and "compiling" not in err
     monkeypatch.setattr("livebass.compiling.library.cached", lambda: False)
     status, _, err = run(*arguments)
-    assert status == 0 and err.startswith("compiling the kernels, once (about "), err
+    assert status == 0 and err.startswith("compiling the kernels, once, in about a minute ...\n"), err
 
 
 def test_what_is_left_out_without_scipy_is_said(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -345,7 +345,7 @@ def test_velocity_to_apex(preset: str) -> None:
             assert apex[0] > 0 and apex[126] <= most
             if events[0]["kind"] == at.STRIKE_EVENT:
                 continue  # what a thumb's impulse comes to is up to the string
-            if hands.p["stroke"] == at.FINGER:
+            if hands.p["stroke"] == performer.FINGER:
                 player, e = instrument.player, events[63]
                 force = player.softest * (player.hardest / player.softest) ** (63 / 126)
                 wanted = force * even_apex(instrument, string, fret, float(e["y"]))
@@ -360,7 +360,7 @@ def even_apex(instrument: Instrument, string: int, fret: int, where: float) -> f
     open_string, stopped = (speaking(instrument.strings[string], instrument.necks[string], f) for f in (0, fret))
     from_saddle = stopped.length - where
     give = [s.length / ((s.length - from_saddle) * from_saddle) for s in (open_string, stopped)]
-    gently = (stopped.length / open_string.length) ** at.GENTLER[at.FINGER]
+    gently = (stopped.length / open_string.length) ** performer.GENTLER[performer.FINGER]
     return grazing_apex(open_string, open_string.length - from_saddle) * give[0] / give[1] * gently
 
 
@@ -426,7 +426,7 @@ def test_every_place_is_on_the_string(preset: str, value: int) -> None:
         hands(control(16, value))
         for fret in range(FRETS + 1):
             (event,) = hands(on(OPEN[string] + fret))
-            assert 0.99 * at.LEAST_STRIKE < event["y"] / hands.ops[0, fret]["length"] < 0.991
+            assert 0.99 * performer.LEAST_STRIKE < event["y"] / hands.ops[0, fret]["length"] < 0.991
 
 
 # Ends of notes

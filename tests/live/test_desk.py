@@ -9,7 +9,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.live import QUICK, RATE, offline
+from support.live import QUICK, RATE, offline, synth_and_device
+from support.pitch import pitch
 
 from livebass import load_preset
 from livebass.arrays import Floats
@@ -390,6 +391,32 @@ def test_the_tuner_hears_the_note_and_how_far_it_is_off(key: int) -> None:
     synth.recorded()
     bent = tuning(frequency_of(synth.recent, RATE))
     assert bent is not None and bent[0] == found[0] and bent[1] - found[1] == pytest.approx(25, abs=4)
+
+
+@pytest.mark.parametrize("preset", ["jazz-finger", "precision-finger", "slap", "fretless", "six-string"])
+def test_the_tuner_reads_the_first_partial_of_a_hard_pluck(preset: str) -> None:
+    """Within 2 cents, where a period of the whole sound is up to 60 cents sharp or none; half a second after it."""
+    synth, device = synth_and_device(preset, adaptive=False)
+    synth.start_recording()
+    key_of = {pitch_class: key for key, name, pitch_class in MODO.keys if name == "string"}
+    for number, string in enumerate(load_preset(preset).strings):
+        note, switch = string.open_note + (0, 5, 12)[number % 3], key_of[string.open_note % 12]
+        synth.send(0xB0, 120, 0)
+        play(device, RATE // 50)
+        for status, key, velocity in ((0x90, switch, 64), (0x90, note, 100), (0x80, switch, 0)):
+            synth.send(status, key, velocity)
+        sound = play(device, RATE // 2)
+        synth.recorded()
+        read = frequency_of(synth.recent, RATE)
+        around = np.concatenate([sound, play(device, RATE // 10)])[-2 * (RATE // 5) :]  # the middle of `recent`
+        first = pitch(around.astype(float), RATE, 440 * 2 ** ((note - 69) / 12))
+        assert abs(1200 * np.log2(read / first)) < 2, (string.name, note, read, first)
+
+
+def test_a_first_partial_that_is_missing_is_read_from_the_others() -> None:
+    t = np.arange(RATE // 5) / RATE
+    sound = sum(np.sin(2 * np.pi * 41.5 * k * t + k) / k for k in (2, 3, 4, 5))
+    assert 1200 * np.log2(frequency_of(np.asarray(sound, np.float32), RATE) / 41.5) == pytest.approx(0, abs=1)
 
 
 def test_the_tuner_says_nothing_of_silence_and_noise() -> None:

@@ -34,7 +34,7 @@ from livebass.bench.jack import LostFrames, new_client
 from livebass.cli.play import Console, LogFile, logged
 from livebass.files import OutputError
 from livebass.live import inputs, session
-from livebass.live.inputs import LOWER, UPPER, TerminalKeys
+from livebass.live.inputs import NOTES, STROKES, WAYS, TerminalKeys
 from livebass.live.outputs import FakeDevice, JackOutput, PortAudioOutput
 from livebass.live.recording import MidiRecorder, Recorder
 from livebass.live.session import PresetSwitch, Session, Settings, _Loop
@@ -549,6 +549,42 @@ with own_stderr():
     assert done.returncode == 0 and done.stderr.splitlines() == ["one", "two", "three", "four", "five"], done.stderr
 
 
+def test_devices_lists_devices_alone() -> None:
+    """Nothing of what libraries print meanwhile, in any thread, and no name of their functions."""
+    program = """
+import os, threading
+from livebass.cli.main import run
+from livebass.live import inputs, outputs
+
+def chatter(*_):
+    os.write(2, b"JackShmReadWritePtr: skipping unlock\\n")
+    beside = threading.Thread(target=os.write, args=(2, b"server is not running\\n"))
+    beside.start()
+    beside.join()
+
+class Error(Exception):
+    pass
+
+class Rtmidi:
+    RtMidiError, API_UNIX_JACK = Error, 3
+    get_compiled_api = staticmethod(lambda: [2, 3])
+    get_api_name = staticmethod({2: "alsa", 3: "jack"}.get)
+    get_api_display_name = staticmethod(str)
+    def MidiIn(rtapi, name):
+        raise Error(f"MidiInJack::initialize: {rtapi} {name}")
+
+outputs.jack_server = chatter
+outputs.output_names = lambda: chatter() or {}
+inputs._rtmidi = lambda: Rtmidi
+raise SystemExit(run(["devices"]))
+"""
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+    assert done.returncode == 0 and not done.stderr, done.stderr
+    heading, last = done.stdout.splitlines()[-2:]
+    assert heading == "MIDI inputs (--midi)"
+    assert last == "  none: MIDI input: no answer from ALSA's sequencer or a JACK server"
+
+
 def test_the_median_load() -> None:
     counts = np.zeros(HISTOGRAM, np.int64)
     assert median_load(counts) == 0
@@ -615,10 +651,10 @@ def test_the_status_line_names_preset_velocity_and_octave() -> None:
     session = Session(Settings(load_preset("slap"), QUICK))
     session.output = SimpleNamespace(synth=synth)  # type: ignore[assignment]
     presets = SimpleNamespace(playing=("basses/mine.toml", "live"))
-    keys = SimpleNamespace(active=True, velocity=90, octave=3)
+    keys = SimpleNamespace(active=True, velocity=90, octave=3, ways="ghost, slide")
     loop = _Loop(session, None, presets, keys, None, None, None, Gauge(synth))  # type: ignore[arg-type]
     line = loop._status(loop.gauge.read())
-    assert line.startswith("-   mine   load") and line.endswith("velocity 90, octave 3")
+    assert line.startswith("-   mine   load") and line.endswith("velocity 90, octave 3   ghost, slide")
 
 
 # ---- the terminal
@@ -634,7 +670,11 @@ def test_keys_are_notes_and_more() -> None:
         (0x90, 28, 100), (0x80, 28, 0), (0x90, 30, 100), (0x80, 30, 0), (0x90, 40, 110), (0x80, 40, 0), (0x90, 40, 110),
     ]  # fmt: skip
     assert others == ["panic", "tab"]
-    assert not set(LOWER + UPPER) & set("[]-=! \t\r\n") and len(set(LOWER + UPPER)) == len(LOWER + UPPER)
+    assert not {*NOTES, *STROKES, *WAYS} & set("[]-=!()<> \t\r\n") and not {*STROKES, *WAYS} & {*NOTES}
+    sent.clear()
+    for key in "qQwERp":  # all that is between the white keys of the upper row
+        keys.press(key)
+    assert [m[1] - 52 for m in sent[1::2]] == [0, 1, 2, 5, 6, 16]
 
 
 def typed(*texts: str, seconds: float = 0.0) -> list[tuple[int, ...]]:
@@ -675,6 +715,59 @@ def test_a_terminal_that_reports_releases_ends_notes_by_them() -> None:
     finally:
         signal.signal(signal.SIGINT, before)
     assert interrupted == [signal.SIGINT], "Ctrl-C is a key there"
+
+
+def test_number_keys_are_the_techniques_of_the_page() -> None:
+    """The same names at the same numbers, by the same controllers, values and key switches."""
+    script = (Path(inputs.__file__).parents[1] / "web" / "static" / "app.js").read_text()
+    strokes, ways = (re.search(rf"const {name} = \[(.*?)\]", script, re.DOTALL)[1] for name in ("STROKES", "WAYS"))  # type: ignore[index]
+    here = [f'{{name: "{called.capitalize()}", key: "{key}"}}' for called, key in STROKES.values()]
+    assert re.findall(r"\{.*?\}", strokes) == here
+    for row, (called, name, value) in zip(re.findall(r"\{.*?\}", ways), WAYS.values(), strict=True):
+        assert f'{{name: "{called.capitalize()}", {"control" if value else "key"}: "{name}"' in row
+        assert f"value: {value}" in row or (value in (0, 127) and "value" not in row)
+    assert [*STROKES, *WAYS] == [*"1234567890"]
+
+
+def test_a_technique_is_latched_by_its_number_and_lasts_while_held_where_releases_are_told() -> None:
+    on, off = (0xB0, 65, 127), (0xB0, 65, 0)
+    assert typed(*"8z8", seconds=1.0) == [on, ON, off]
+    assert typed(*"2z", seconds=1.0) == [(0x90, 15, 64), (0x80, 15, 0), ON]
+    assert typed(*"56!", seconds=1.0) == [(0x90, 10, 64), (0x90, 17, 64), (0x80, 10, 0), (0x80, 17, 0)]
+    assert typed("\x1b[?0u", "\x1b[56u", "\x1b[122u", "\x1b[56;1:3u", "\x1b[122;1:3u") == [on, ON, off, OFF]
+    keys = TerminalKeys(lambda *m: None, lambda: None)
+    for key in "947":
+        keys.press(key)
+    assert keys.ways == "palm mute, hammer-on, vibrato"
+
+
+def test_techniques_follow_the_key_map_of_the_bass(caplog: pytest.LogCaptureFixture) -> None:
+    caplog.set_level(logging.INFO, "livebass")
+    sent: list[tuple[int, ...]] = []
+    keys = TerminalKeys(lambda *m: sent.append(m), lambda: None, key_map=lambda: MODO_12)
+    keys.press("5")
+    assert sent == [(0x90, 22, 64)]
+    nothing = replace(MODO_12, keys=(), controllers=())
+    keys = TerminalKeys(lambda *m: sent.append(m), lambda: None, key_map=lambda: nothing)
+    for key in "158":
+        keys.press(key)
+    assert len(sent) == 1 and not keys.ways
+    assert caplog.messages == [
+        f"{name}: the bass that plays has no key for it" for name in ("finger", "ghost", "slide")
+    ]
+
+
+def test_a_technique_key_is_heard() -> None:
+    """A note that is palm muted by its number key has half the sound of one that is not, after a fifth of a second."""
+    energy = []
+    for typed_first in ("", "4"):
+        synth, device = synth_and_device("jazz-finger")
+        keys = TerminalKeys(synth.send, synth.panic)
+        for key in typed_first + "z":
+            keys.press(key)
+        device.block(RATE // 5)
+        energy.append(float(np.square(device.block(RATE // 5), dtype=np.float64).sum()))
+    assert energy[1] < energy[0] / 2
 
 
 def test_a_system_without_single_keys_says_so(
