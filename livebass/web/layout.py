@@ -11,7 +11,22 @@ from livebass.compiling import Entry
 from livebass.kernels import frets
 from livebass.kernels.board import over_board
 from livebass.kernels.instrument import COARSE, FILE, GOOD, POOL, check_file, fill_pool, measure_pool
-from livebass.kernels.performer import FREE, MOST_STRINGS, PERFORMER
+from livebass.kernels.performer import (
+    CC_PARAMETER,
+    CONTROLLERS,
+    FINGER,
+    FREE,
+    GAIN_DB,
+    GHOST,
+    HARMONIC,
+    LEGATO,
+    MOST_STRINGS,
+    PALM,
+    PERFORMER,
+    PICK,
+    SLIDE,
+    VIBRATO,
+)
 from livebass.kernels.preparing import DONE
 from livebass.kernels.records import LINE
 from livebass.live.thread import ahead, block, ring, setup
@@ -23,6 +38,8 @@ RECORDS = {
 NUMBERS = {
     "COARSE": COARSE, "GOOD": GOOD, "DONE": DONE, "LINE": LINE, "CHUNK": CHUNK, "NOW": ring.NOW, "FREE": FREE,
     "PARAMETER": ring.PARAMETER, "NOTE_STRING": ring.NOTE_STRING, "MOST_STRINGS": MOST_STRINGS,
+    "GHOST": GHOST, "HARMONIC": HARMONIC, "LEGATO": LEGATO, "PALM": PALM, "SLIDE": SLIDE, "VIBRATO": VIBRATO,
+    "FINGER": FINGER, "PICK": PICK, "GAIN_DB": GAIN_DB, "CC_PARAMETER": CC_PARAMETER, "CONTROLLERS": CONTROLLERS,
 }  # fmt: skip
 CALLED: tuple[Entry, ...] = (block.process, ahead.play_string, frets.over_frets, over_board)  # by kernels, by address
 ENTRIES: tuple[Entry, ...] = (

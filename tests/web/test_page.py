@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import base64
+import io
 import json
 import shutil
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +24,7 @@ from livebass.web.export import shown
 LOUD = -30.0  # dBFS
 PATIENCE = 20.0  # s
 LEAST_TARGET = 24  # px, of WCAG 2.5.8
-WIDTHS = (360, 800, 1400)  # px
+WIDTHS = (360, 800, 1400, 2560)  # px
 KEYS = {"a": 28, "s": 29, "d": 31, "f": 33, "g": 35}  # and the notes they play
 # The sound of a score as samples in base64
 OFFLINE = """
@@ -248,32 +249,86 @@ def test_inlays_and_numbers_of_the_neck_count_from_the_nut(page: Any) -> None:
     assert page.execute_script("return $('shown').textContent").startswith("Frets 3 to ")
 
 
-def test_the_first_touch_starts_the_sound_when_it_ends(addresses: dict[str, str], tmp_path: Path) -> None:
-    """Browsers take the end of a touch for a wish to hear, its beginning not: resume() waits until then."""
-    with chromium(tmp_path / "profile") as driver:  # new: no page in it was ever touched
+# Keeps what is pressed, what is sent and how loud it gets, in ev, sent and peaks
+WATCH = """
+window.ev = []; window.sent = []; window.peaks = [];
+for (const kind of ["pointerdown", "pointerup", "keydown", "keyup"])
+  addEventListener(kind, e => ev.push(e.timeStamp), true);
+const post = node.port.postMessage.bind(node.port), told = node.port.onmessage;
+node.port.postMessage = (m, t) => { if (m.midi) sent.push([...m.midi, m.frame]); post(m, t); };
+node.port.onmessage = e => { if (e.data.peak) peaks.push(e.data.peak); told(e); };
+"""
 
-        def look(script: str) -> Any:
-            """The value of an expression; the driver's own scripts count as touches."""
-            given = {"expression": script, "userGesture": False, "returnByValue": True}
-            return driver.execute_cdp_cmd("Runtime.evaluate", given)["result"].get("value")
 
-        def touch(kind: str, *points: dict[str, float]) -> None:
-            driver.execute_cdp_cmd("Input.dispatchTouchEvent", {"type": kind, "touchPoints": list(points)})
+class Untouched:
+    """A page in a browser of its own, where nobody touched anything: the driver's own scripts count as touches."""
 
-        driver.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": True})
-        driver.get(addresses["disk"])
-        wait(lambda: look("ready"))
-        box = look("$('neck').querySelector('.fret').getBoundingClientRect().toJSON()")
-        point = {"x": box["x"] + box["width"] / 2, "y": box["y"] + 0.9 * box["height"]}
-        touch("touchStart", point)
-        wait(lambda: look("held.size === 1 && !!node && next === undefined"))
-        assert look("context.state") == "suspended"
-        touch("touchEnd")
-        wait(lambda: look("context.state") == "running" and look("$('power').textContent") == "Stop")
-        assert look("held.size") == 0
-        touch("touchStart", point)
-        wait(lambda: look("$('level-text').textContent !== 'silent' && $('neck').querySelector('.on') !== null"))
-        touch("touchEnd")
+    def __init__(self, driver: Any, address: str) -> None:
+        self.driver = driver
+        driver.get(address)
+
+    def look(self, script: str) -> Any:
+        """The value of an expression."""
+        given = {"expression": script, "userGesture": False, "returnByValue": True}
+        return self.driver.execute_cdp_cmd("Runtime.evaluate", given)["result"].get("value")
+
+    def place(self) -> dict[str, float]:
+        """In the middle of a fret."""
+        box = self.look("$('neck').querySelector('.fret').getBoundingClientRect().toJSON()")
+        return {"x": box["x"] + box["width"] / 2, "y": box["y"] + box["height"] / 2}
+
+    def press(self, kind: str, down: bool) -> None:
+        if kind == "key":
+            given: dict[str, Any] = {"type": "keyDown" if down else "keyUp", "code": "KeyA", "key": "a"}
+            self.driver.execute_cdp_cmd("Input.dispatchKeyEvent", given)
+        elif kind == "mouse":
+            given = {"type": "mousePressed" if down else "mouseReleased", "button": "left", "clickCount": 1}
+            self.driver.execute_cdp_cmd("Input.dispatchMouseEvent", given | self.place())
+        else:
+            given = {"type": "touchStart" if down else "touchEnd", "touchPoints": [self.place()] if down else []}
+            self.driver.execute_cdp_cmd("Input.dispatchTouchEvent", given)
+
+
+@pytest.mark.parametrize("kind", ["mouse", "key", "touch"])
+def test_the_first_press_sounds_however_short_as_long_as_it_was(
+    addresses: dict[str, str], tmp_path: Path, kind: str
+) -> None:
+    """All is ready but the wish to hear, which browsers see in a press, of a touch in its end alone."""
+    with chromium(tmp_path / "profile") as driver:
+        if kind == "touch":
+            driver.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": True})
+        page = Untouched(driver, addresses["disk"])
+        wait(lambda: page.look("ready && !!node && next === undefined"))
+        assert page.look("context.state") == "suspended"
+        page.look(WATCH)
+        page.press(kind, True)
+        if kind == "touch":
+            assert page.look("held.size === 1 && context.state") == "suspended"
+        time.sleep(0.01)
+        page.press(kind, False)
+        wait(lambda: page.look("$('power').textContent") == "Stop" and len(page.look("sent")) == 2)
+        (on, note, velocity, begin), (off, same, _, end) = page.look("sent")
+        assert (on, off) == (0x90, 0x80) and note == same and velocity > 50
+        pressed, lifted = page.look("ev")
+        assert abs((end - begin) - (lifted - pressed) / 1000 * page.look("context.sampleRate")) <= 1
+        wait(lambda: page.look("Math.max(0, ...peaks)") > 10 ** (LOUD / 20))
+        assert page.look("held.size") == 0
+
+
+def test_what_is_pressed_while_the_page_is_being_opened_sounds_once_it_is(
+    addresses: dict[str, str], tmp_path: Path
+) -> None:
+    wait_for_go = "const compile = WebAssembly.compile; window.go = () => {}; WebAssembly.compile = async wasm => {"
+    wait_for_go += "await new Promise(done => { window.go = done; }); return compile.call(WebAssembly, wasm); };"
+    with chromium(tmp_path / "profile") as driver:
+        driver.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": wait_for_go})
+        page = Untouched(driver, addresses["disk"])
+        page.press("key", True)
+        assert page.look("ready") is False
+        page.look("setTimeout(() => { go(); }, 100)")
+        wait(lambda: page.look("$('level-text').textContent !== 'silent' && $('neck').querySelector('.on') !== null"))
+        page.press("key", False)
+        wait(lambda: page.look("$('neck').querySelector('.on') === null"))
 
 
 def test_controls_panic_and_stop(page: Any) -> None:
@@ -320,6 +375,111 @@ def pressed(driver: Any) -> set[str]:
     """The techniques that are on."""
     on = driver.find_elements("css selector", '#techniques [aria-pressed="true"]')
     return {button.accessible_name.split(",")[0] for button in on}
+
+
+@pytest.mark.parametrize("name", ["Slide", "Hammer"])
+def test_a_finger_that_goes_along_a_string_plays_on_there_by_the_left_hand(page: Any, name: str) -> None:
+    """The new note comes before the old one's end, but on another string."""
+    start(page)
+    way(page, name).click()
+    page.execute_script(SENT)
+    frets = [page.find_element("css selector", f'button[data-string="1"][data-fret="{n}"]') for n in (3, 4, 5)]
+    other = page.find_element("css selector", 'button[data-string="2"][data-fret="5"]')
+    chain(page).move_to_element(frets[0]).click_and_hold().perform()
+    hear(page)
+    chain(page).move_to_element(frets[1]).move_to_element(frets[2]).perform()
+    wait(lambda: "on" in frets[2].get_attribute("class").split())
+    assert len(page.find_elements("css selector", "button.on")) == 1
+    chain(page).move_to_element(other).release().perform()
+    found = [message[:2] for message in page.execute_script("return sent")]
+    d, a = 43, 36  # of D and A strings, frets 5 and 3
+    steps = [[0x90, a], [0x90, a + 1], [0x80, a], [0x90, a + 2], [0x80, a + 1], [0x80, a + 2], [0x90, d], [0x80, d]]
+    assert found == steps
+
+
+FAKE_MIDI = """
+window.keyboard = {name: "Fake keyboard"};
+Navigator.prototype.requestMIDIAccess = async () => ({inputs: new Map([["0", keyboard]])});
+"""
+
+
+def test_what_comes_by_midi_moves_chips_and_sliders(browser: Any, addresses: dict[str, str]) -> None:
+    script = browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": FAKE_MIDI})
+    try:
+        open_page(browser, addresses["disk"])
+        start(browser)
+        browser.find_element("id", "midi").click()
+        wait(lambda: "Fake keyboard" in text(browser, "midi-text"))
+        browser.execute_script(SENT)
+
+        def play(*midi: int) -> None:
+            message = "keyboard.onmidimessage({timeStamp: performance.now(), data: new Uint8Array(arguments[0])})"
+            browser.execute_script(message, midi)
+
+        def shows(*names: str) -> None:
+            wait(lambda: pressed(browser) == set(names))
+
+        def slider(name: str) -> tuple[float, str]:
+            return float(browser.execute_script(f"return $('{name}').value")), text(browser, f"{name}-text")
+
+        for key, name in ((10, "Ghost"), (17, "Harmonic"), (3, "Palm mute"), (12, "Hammer-on"), (4, "Slide")):
+            play(0x90, key, 100)
+            shows("Fingers", name)
+            play(0x80, key, 0)
+            shows("Fingers")
+        for control, name in ((9, "Palm mute"), (68, "Hammer-on"), (65, "Slide"), (1, "Vibrato"), (64, "Let ring")):
+            play(0xB0, control, 70)
+            shows("Fingers", name)
+            play(0xB0, control, 0)
+            shows("Fingers")
+        for key, name in ((15, "Pick"), (18, "Thumb"), (13, "Fingers")):
+            play(0x90, key, 100)
+            play(0x80, key, 0)
+            shows(name)
+        assert [m for m in sent(browser) if m == [0xB0, 9, 0]] == [[0xB0, 9, 0]]  # the keyboard's; none of the page's
+        # a chip that a keyboard switched is switched off by the page, and the other way round
+        play(0xB0, 9, 20)
+        shows("Fingers", "Palm mute")
+        way(browser, "Palm").click()
+        assert sent(browser)[-1] == [0xB0, 9, 0] and pressed(browser) == {"Fingers"}
+        way(browser, "Palm").click()
+        assert pressed(browser) == {"Fingers", "Palm mute"}
+        play(0xB0, 9, 0)
+        shows("Fingers")
+        way(browser, "Palm").click()
+        assert sent(browser)[-1] == [0xB0, 9, 76]
+        play(0xB0, 121, 0)
+        shows("Fingers")
+        # parameters
+        play(0xB0, 17, 127)
+        wait(lambda: slider("tone") == (1, "brighter"))
+        play(0xB0, 3, 127)
+        wait(lambda: slider("pluck_position") == (-1, "to the bridge"))
+        play(0xB0, 121, 0)
+        wait(lambda: slider("pluck_position") == (0, "its own"))
+        play(0xB0, 102, 64)
+        wait(lambda: slider("gain") == (-12, "-12 dB"))
+        play(0xB0, 102, 0)
+        wait(lambda: slider("gain") == (-60, "silent"))
+        browser.execute_script("$('gain').value = -3; $('gain').oninput()")
+        play(0xB0, 1, 127)
+        shows("Fingers", "Vibrato")  # a report after the slider moved
+        assert slider("gain") == (-3, "-3 dB")
+        chain(browser).key_down("a").perform()
+        hear(browser)
+        chain(browser).key_up("a").perform()
+        assert not [line for line in browser.get_log("browser") if line["level"] == "SEVERE"]
+    finally:
+        browser.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", script)
+
+
+def test_a_key_map_without_a_technique_takes_its_chip_away(page: Any) -> None:
+    page.execute_script("delete bassCalled($('bass').value).keys.ghost; showBass()")
+    assert not way(page, "Ghost").is_enabled() and way(page, "Harmonic").is_enabled()
+    start(page)
+    page.execute_script(SENT)
+    chain(page).key_down("5").key_up("5").perform()
+    assert sent(page) == []
 
 
 def test_techniques_are_latched_or_held(page: Any) -> None:
@@ -506,15 +666,140 @@ def test_overload_is_said(page: Any) -> None:
     assert not page.find_element("id", "overload").is_displayed()
 
 
+@contextmanager
+def seen_by(driver: Any, **features: str) -> Iterator[None]:
+    """Has the page see media features of a user, such as forced_colors="active"."""
+    given = [{"name": name.replace("_", "-"), "value": value} for name, value in features.items()]
+    driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": given})
+    try:
+        yield
+    finally:
+        driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": []})
+
+
+@contextmanager
+def sized(driver: Any, width: int, height: int) -> Iterator[None]:
+    """Has the page see a window of a size in px."""
+    sizes = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 500}
+    driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", sizes)
+    try:
+        wait(
+            lambda: driver.execute_script(
+                "return innerWidth === arguments[0] && $('neck').clientWidth === width", width
+            )
+        )
+        yield
+    finally:
+        driver.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+SIGNS = {"#octave-down", "#octave-up", "#down", "#up"}  # buttons with a sign, of which axe is not sure
+# Axe sees no contrast over a gradient: this puts the k-th of its colours in its place
+PLAIN = """
+for (const e of document.querySelectorAll("body, #piano button")) {
+  e.style.background = "";
+  const {backgroundImage, backgroundColor} = getComputedStyle(e);
+  const colours = [...backgroundImage.match(/rgb\\([^)]*\\)/g), backgroundColor].filter(c => !c.startsWith("rgba"));
+  e.style.background = colours[arguments[0] % colours.length];
+}
+"""
+
+
+@pytest.mark.parametrize("scheme", ["dark", "light"])
+def test_axe_finds_nothing(page: Any, scheme: str) -> None:
+    from selenium_axe_python import Axe
+
+    axe = Axe(page)
+
+    def check() -> None:
+        axe.inject()
+        for k in range(3):
+            page.execute_script(PLAIN, k)
+            found = axe.run(options={"runOnly": ["color-contrast"]} if k else {})
+            assert not found["violations"], axe.report(found["violations"])
+            unsure = [node for rule in found["incomplete"] for node in rule["nodes"]]
+            assert {target for node in unsure for target in node["target"]} <= SIGNS, axe.report(found["incomplete"])
+
+    with seen_by(page, prefers_color_scheme=scheme):
+        ground = page.execute_script("return getComputedStyle(document.documentElement).getPropertyValue('--ground')")
+        assert (int(ground.strip()[1:3], 16) > 128) == (scheme == "light")
+        check()
+        page.execute_script("$('lacks').textContent = 'It lacks something.'; $('lacks').hidden = false")
+        start(page)
+        way(page, "Vibrato").click()
+        chain(page).key_down("k").key_down("e").perform()
+        hear(page)
+        page.execute_script("node.port.onmessage = null; $('overload').hidden = false")
+        check()
+        chain(page).key_up("e").key_up("k").perform()
+
+
+def test_nothing_moves_where_that_is_not_wanted(page: Any) -> None:
+    moving = "return document.getAnimations().length"
+    page.execute_script("showMeters({load: 0.1, peak: 0.1, overload: 0, faults: 0, held: [3, -1, -1, -1]})")
+    assert page.execute_script(moving) > 0
+    with seen_by(page, prefers_reduced_motion="reduce"):
+        page.execute_script("showMeters({load: 0.9, peak: 0.9, overload: 0, faults: 0, held: [-1, 3, -1, -1]})")
+        assert page.execute_script(moving) == 0
+
+
+def picture(driver: Any, selector: str) -> Any:
+    """What a part of the page looks like: (height, width) brightness, 0 to 255."""
+    from PIL import Image
+
+    where = "const r = document.querySelector(arguments[0]).getBoundingClientRect(); "
+    where += "return {x: r.left + scrollX, y: r.top + scrollY, width: r.width, height: r.height, scale: 1}"
+    given = {"format": "png", "clip": driver.execute_script(where, selector)}
+    shot = driver.execute_cdp_cmd("Page.captureScreenshot", given)["data"]
+    return np.array(Image.open(io.BytesIO(base64.b64decode(shot))).convert("L"), int)
+
+
+def strokes_across(line: Any) -> int:
+    """How many strokes a line of a picture goes across: what is 60 and more away from the ground, beside each other."""
+    drawn = np.abs(line - np.median(line)) > 60
+    return int(drawn[0]) + int(np.count_nonzero(drawn[1:] & ~drawn[:-1]))
+
+
+@pytest.mark.parametrize("scheme", ["dark", "light"])
+def test_forced_colours_keep_neck_and_meters(page: Any, scheme: str) -> None:
+    strings = 4
+    features = {"forced_colors": "active", "prefers_color_scheme": scheme, "prefers_reduced_motion": "reduce"}
+    with seen_by(page, **features), sized(page, 1280, 1200):
+        page.execute_script("showMeters({load: 0.4, peak: 0.1, overload: 0, faults: 0, held: [3, -1, -1, -1]})")
+        neck, frets = picture(page, "#neck"), int(page.execute_script("return $('neck').dataset.count"))
+        lane = page.execute_script("return document.querySelector('.open').clientHeight")
+        assert strokes_across(neck[round(0.2 * lane)]) == frets + 1  # and the nut
+        cell = page.execute_script(
+            "const r = document.querySelector('[data-fret=\"2\"]').getBoundingClientRect(); "
+            "return (r.left + r.right) / 2 - $('neck').getBoundingClientRect().left"
+        )
+        assert strokes_across(neck[: strings * lane, round(cell)]) == strings + 2  # and the edges
+        finger = page.find_element("css selector", ".fret.on").rect
+        middle = neck[round(3.5 * lane) - 8 : round(3.5 * lane) + 8]
+        left = round(finger["x"] - page.find_element("id", "neck").rect["x"])
+        ground = np.median(neck[: strings * lane])
+        there = middle[:, left : left + round(finger["width"]) - 4]
+        assert np.count_nonzero(np.abs(there[2] - ground) > 60) > 8  # a finger, and no string there
+        for name, part in (("level", 2 / 3), ("load", 0.4)):
+            bar = picture(page, f"#{name}")
+            row = bar[bar.shape[0] // 2, 3:-3]
+            full = np.abs(row - row[-1]) > 60
+            assert abs(np.count_nonzero(full) / row.size - part) < 0.03
+            assert strokes_across(bar[:, -20]) == 2  # its frame
+        colour = "return getComputedStyle(arguments[0]).backgroundColor"
+        on, off = way(page, "Fingers"), way(page, "Pick")
+        assert page.execute_script(colour, on) != page.execute_script(colour, off)
+
+
 @pytest.mark.parametrize("width", WIDTHS)
 def test_it_fits_the_width(page: Any, width: int) -> None:
-    sizes = {"width": width, "height": 800, "deviceScaleFactor": 1, "mobile": width < 500}
-    page.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", sizes)
-    try:
+    with sized(page, width, 800):
         for name in PINNED:
             page.execute_script("$('bass').value = arguments[0]; $('bass').dispatchEvent(new Event('change'))", name)
             wait(lambda: page.execute_script("return $('neck').clientWidth <= innerWidth"))
             assert page.execute_script("const e = document.documentElement; return e.scrollWidth <= e.clientWidth")
+            used = "const r = $('neck').getBoundingClientRect(); return (r.right - r.left) / innerWidth"
+            assert page.execute_script(used) > 0.9
             cells = page.find_elements("css selector", ".fret")
             assert min(cell.size["width"] for cell in cells[:25]) >= 28
             assert min(cell.size["height"] for cell in cells[:25]) >= 40
@@ -530,8 +815,6 @@ def test_it_fits_the_width(page: Any, width: int) -> None:
         )
         inside += ".filter(e => e.offsetParent && (r(e).left < 0 || r(e).right > innerWidth + 2)).map(e => e.outerHTML)"
         assert page.execute_script(inside) == []
-    finally:
-        page.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
 
 
 @pytest.mark.parametrize(

@@ -7,13 +7,15 @@ const PAGE = JSON.parse($("page").textContent);
 const CODES = "KeyA KeyS KeyE KeyD KeyR KeyF KeyT KeyG KeyH KeyU KeyJ KeyI KeyK KeyL KeyP Semicolon".split(" ");
 const OCTAVES = {KeyZ: "octave-down", KeyX: "octave-up"};
 const NAMES = ["C", "C♯", "D", "D♯", "E", "F", "F♯", "G", "G♯", "A", "A♯", "B"];
-const USUAL_RATE = 48000, WARM = 400; // Hz; ms
+const WARM = 400; // ms
 const FLOOR = -60; // dB
 const MOST_AHEAD = 0.5; // s
 const LEAST_FRET = 30; // px
 const LONG_PRESS = 400; // ms
+const MOST_LATE = 2000; // ms: what was pressed longer before the sound ran is forgotten
+const SOON = 30; // ms after the sound runs, when it is played
 const held = new Map(); // what is pressed: note, and where
-let ready = false, context, node, module, wasm, worker, playing, octave = 28, from = 0;
+let ready = false, sounding = false, context, node, module, wasm, worker, playing, octave = 28, from = 0;
 const noteName = note => NAMES[note % 12] + (Math.floor(note / 12) - 1);
 const say = text => { $("said").textContent = text; };
 
@@ -54,7 +56,11 @@ const readText = async name => new TextDecoder().decode(await read(name));
 
 // --- audio ---
 
+// All that can be done before somebody asks for sound: browsers let a context be made then, but not run.
 async function load() {
+  context = new AudioContext({latencyHint: "interactive"});
+  context.suspend().catch(() => {}); // where it may run at once
+  context.onstatechange = () => { if (sounding && context.state !== "running") silence(); }; // a call came, say
   wasm = await read("livebass.wasm");
   module = await WebAssembly.compile(wasm);
   worker = new Worker(PAGE.files
@@ -70,6 +76,7 @@ async function load() {
     waiting.clear();
   };
   await ask({module});
+  prepare($("bass").value, WARM);
 }
 
 const waiting = new Map(); // answers of the worker, by number
@@ -104,15 +111,15 @@ async function makeNode(context, more = {}) {
 // The bass that waits for the start, or comes next
 let next;
 
-function prepare(name, rate, warm = 0) {
+function prepare(name, warm = 0) {
   const before = next;
-  next = {name, rate, built: build(name, rate, warm)};
+  next = {name, built: build(name, context.sampleRate, warm)};
   next.built.catch(error => say(`${name}: ${error.message}`));
   if (before) before.built.then(free, () => {});
   return next;
 }
 
-// Hands the bass that was chosen to the audio thread, once it is built.
+// Hands the bass that was chosen to the audio thread, once it is built; returns when it is there.
 async function put() {
   const wanted = next;
   if (!wanted) return;
@@ -120,42 +127,54 @@ async function put() {
   if (!built || next !== wanted) return;
   next = undefined;
   names.set(built.bass, wanted.name);
+  const there = new Promise(resolve => copied.set(built.bass, resolve));
   node.port.postMessage({bass: built}, [built.image]);
+  await there;
 }
 
 const names = new Map(); // of basses in the audio thread, by address
+const copied = new Map(); // what to call when the audio thread has them
+let changes = 0; // of the playing, that the page has asked the audio thread for
+
+// Changes how the bass plays. The audio thread tells how it plays once it has carried out all changes.
+const change = message => node.port.postMessage({...message, change: ++changes});
 
 function hear({data}) {
+  const there = data.copied || data.faded;
+  if (there) {
+    copied.get(there)?.();
+    copied.delete(there);
+  }
   if (data.faded) {
     names.delete(data.faded);
     free({bass: data.faded});
-    return;
   }
+  if (there) return;
   const name = names.get(data.bass);
   if (name && name !== playing) {
     playing = name;
     say(`${bassCalled(playing).title} plays.`);
   }
+  if (sounding && name === $("bass").value && data.changes === changes) showPlaying(data.playing);
   showMeters(data);
 }
 
-let starting;
+let loading, starting;
 
+// Makes all that plays but for the wish to hear it. Browsers that keep the audio thread from beginning without that
+// wish go on from where they stand once it comes.
 function start() {
   starting ||= begin().catch(error => {
     starting = undefined;
     say(`The sound does not start: ${error.message}`);
     throw error;
-  }).finally(() => { $("power").disabled = false; });
+  });
   return starting;
 }
 
 async function begin() {
-  $("power").disabled = true;
-  context = new AudioContext({latencyHint: "interactive"});
-  const made = makeNode(context);
-  if (next?.rate !== context.sampleRate) prepare($("bass").value, context.sampleRate);
-  node = await made;
+  await loading;
+  node = await makeNode(context);
   node.port.onmessage = hear;
   node.onprocessorerror = () => say("The audio thread stopped. Load the page again.");
   for (const symbol of Object.keys(CONTROLS)) tellParameter(symbol);
@@ -164,6 +183,7 @@ async function begin() {
 }
 
 function showPower(on) {
+  sounding = on;
   $("power").textContent = on ? "Stop" : "Start";
   $("power").setAttribute("aria-pressed", on);
   document.body.classList.toggle("sounding", on);
@@ -172,26 +192,28 @@ function showPower(on) {
 // Starts, or goes on. Browsers let a context run only where a key, a button or a finger's end just asked for it:
 // resume() waits for that, so every call asks again, at once.
 async function sound() {
-  const started = start(), running = context?.resume();
-  await started;
-  await running;
+  await Promise.all([start(), context.resume()]);
+  if (sounding) return; // another call came first
   showPower(true);
   WAYS.forEach(tellWay); // and what was chosen while nothing sounded
   if (stroke !== toldStroke) tellStroke();
+  playEarly();
+}
+
+function silence() {
+  letGo();
+  showPower(false);
+  panic();
 }
 
 async function switchPower() {
-  if (starting && context.state === "running") {
-    letGo();
-    panic();
-    await new Promise(done => setTimeout(done, 60)); // it fades
-    await context.suspend();
-    say("");
-    showMeters({load: 0, peak: 0, overload: 0, faults: 0, held: []});
-    showPower(false);
-  } else {
-    await sound();
-  }
+  if (!sounding) return sound();
+  silence();
+  await new Promise(done => setTimeout(done, 60)); // it fades
+  if (sounding) return; // somebody played on
+  say("");
+  showMeters({load: 0, peak: 0, overload: 0, faults: 0, held: []});
+  await context.suspend();
 }
 
 // The frame of the audio that is computed at `time` (ms, as events have it), late enough for all to be as late.
@@ -204,32 +226,68 @@ function frameAt(time) {
   return at > context.currentTime + MOST_AHEAD ? undefined : Math.round(at * context.sampleRate);
 }
 
-// Returns true if it is heard: while nothing sounds, nothing is kept for later. A note may be meant for one string.
-function send(time, midi, string) {
-  if (!node || context.state !== "running" || midi[0] >= 0xf0) return false;
-  node.port.postMessage({midi, string, frame: frameAt(time)});
-  return true;
+// While nothing sounds, nothing is kept for later. A note may be meant for one string.
+function send(time, midi, string, frame = frameAt(time)) {
+  if (!node || context.state !== "running" || midi[0] >= 0xf0) return;
+  node.port.postMessage({midi, string, frame});
 }
 
 // --- playing ---
 
-function press(id, note, force, time, cell) {
+let early = []; // what was pressed since the sound was asked for, until it runs
+const IN_TIME = {late: 0, frameAt}; // as all else is played
+const noteOn = ({note, velocity}) => [0x90, note, velocity], noteOff = ({note}) => [0x80, note, 0];
+
+// Presses what `id` tells apart, at `time` (ms). A finger that began early goes on so many ms late, by a clock of its own.
+function press(id, note, force, time, cell, clock = IN_TIME) {
   if (held.has(id) || note < 0 || note > 127) return;
-  const key = {note, cell};
+  const velocity = Math.min(127, Math.max(1, Math.round(force)));
+  const string = cell?.dataset.string === undefined ? undefined : +cell.dataset.string;
+  const key = {note, velocity, string, cell, clock, begin: time, end: undefined};
   held.set(id, key);
   cell?.classList.add("down");
-  const midi = [0x90, note, Math.min(127, Math.max(1, Math.round(force)))];
-  const string = cell?.dataset.string === undefined ? undefined : +cell.dataset.string;
-  if (context?.state === "running") send(time, midi, string);
-  else if (ready) sound().then(() => { if (held.get(id) === key) send(performance.now(), midi, string); }, () => {});
+  if (sounding) {
+    sendLate(key, time, noteOn(key), string);
+  } else if (loading) {
+    early.push(key);
+    sound().catch(() => { early = []; }); // said where it happened
+  }
+}
+
+function lift(key, time) {
+  key.end = time;
+  key.cell?.classList.remove("down");
+  if (sounding) sendLate(key, time, noteOff(key));
+}
+
+// Sends a message of a key, as late as the key is: what waited in the audio thread would hold up what is played meanwhile.
+function sendLate({clock: {late, frameAt}}, time, midi, string) {
+  const wait = time + late - performance.now(), go = () => send(time, midi, string, frameAt(time));
+  if (late && wait > 0) setTimeout(go, wait);
+  else go();
 }
 
 function release(id, time = performance.now()) {
   const key = held.get(id);
-  if (!key) return;
   held.delete(id);
-  key.cell?.classList.remove("down");
-  send(time, [0x80, key.note, 0]);
+  if (key) lift(key, time);
+}
+
+// Plays what was pressed while the sound began: from now on, each note after the other and as long as they were played.
+function playEarly() {
+  const oldest = performance.now() - MOST_LATE, keys = early.filter(({end}) => !(end <= oldest));
+  early = [];
+  if (!keys.length) return;
+  const begin = Math.max(oldest, keys[0].begin), first = context.currentTime + SOON / 1000;
+  const frame = time => Math.round(context.sampleRate * (first + Math.max(0, time - begin) / 1000));
+  const clock = {late: performance.now() - begin, frameAt: frame}, messages = [];
+  for (const key of keys) {
+    key.clock = clock;
+    messages.push([key.begin, noteOn(key), key.string]);
+    if (key.end !== undefined) messages.push([key.end, noteOff(key)]);
+  }
+  messages.sort(([a, on], [b, other]) => a - b || other[0] - on[0]); // of those at one time, new notes first
+  for (const message of messages) sendLate({clock}, ...message);
 }
 
 function letGo() {
@@ -258,11 +316,15 @@ for (const place of [$("neck"), $("piano")]) {
     if (!key) return;
     const cell = cellAt(e);
     if (!cell || cell === key.cell) return;
-    release(id, e.timeStamp);
-    press(id, +cell.dataset.note, forceAt(cell, e.clientY), e.timeStamp, cell);
+    // along a string the new note comes before the old one's end: so it slides there, or is hammered on
+    const along = cell.dataset.string === key.cell.dataset.string;
+    held.delete(id);
+    if (!along) lift(key, e.timeStamp);
+    press(id, +cell.dataset.note, forceAt(cell, e.clientY), e.timeStamp, cell, key.clock);
+    if (along) lift(key, e.timeStamp);
   });
   place.addEventListener("pointerup", e => { // a finger that comes down starts no sound in browsers, one that leaves does
-    if (ready && held.has("pointer" + e.pointerId) && context?.state !== "running") sound().catch(() => {});
+    if (loading && held.has("pointer" + e.pointerId) && !sounding) sound().catch(() => {});
   });
   // a focused place plays by Space and Enter
   place.addEventListener("keydown", e => {
@@ -369,11 +431,21 @@ const WAYS = [
 const DIGITS = [1, 2, 3, 4, 5, 6, 7, 8, 9, 0].map(n => `Digit${n}`);
 const isOn = way => way.latched || way.holds.size > 0;
 
+// Changes how the bass plays by a MIDI message, now.
+const changeBy = midi => change({midi, frame: frameAt(performance.now())});
+
+// The number of a technique's controller, or else of its key; undefined where the key map of the bass has none.
+function numberOf({control, key}) {
+  const {keys, controllers} = bassCalled($("bass").value);
+  return control ? controllers[control] : keys[key];
+}
+
 // Tells the bass whether a way is on, if that is news and it can hear.
 function tellWay(way) {
-  const on = isOn(way), {keys, controllers} = bassCalled($("bass").value);
-  const key = [on ? 0x90 : 0x80, keys[way.key], 64], control = [0xb0, controllers[way.control], on ? way.value || 127 : 0];
-  if (on !== way.told && send(performance.now(), way.control ? control : key)) way.told = on;
+  const on = isOn(way), number = numberOf(way);
+  if (on === way.told || !sounding || number === undefined) return;
+  changeBy(way.control ? [0xb0, number, on ? way.value || 127 : 0] : [on ? 0x90 : 0x80, number, 64]);
+  way.told = on;
 }
 
 function showWay(way) {
@@ -397,7 +469,7 @@ function latch(way, on) {
 
 // Ends all sound, and resets all controllers.
 function panic() {
-  node?.port.postMessage({panic: true});
+  if (node) change({panic: true});
   for (const way of WAYS) way.told &&= !way.control;
 }
 
@@ -409,8 +481,10 @@ function showStroke(chosen) {
 }
 
 function tellStroke() {
-  const key = bassCalled($("bass").value).keys[stroke.key];
-  if (send(performance.now(), [0x90, key, 64]) && send(performance.now(), [0x80, key, 64])) toldStroke = stroke;
+  const number = numberOf(stroke);
+  if (!sounding || number === undefined) return;
+  for (const status of [0x90, 0x80]) changeBy([status, number, 64]);
+  toldStroke = stroke;
 }
 
 function pluckWith(chosen) {
@@ -422,6 +496,24 @@ function pluckWith(chosen) {
 function ownStroke(bass) {
   showStroke(STROKES.find(one => one.key === bass.stroke));
   toldStroke = stroke;
+  for (const one of [...STROKES, ...WAYS]) one.button.disabled = numberOf(one) === undefined;
+}
+
+// Shows how the bass plays now, whatever made it so: the page, or key switches and controllers by MIDI.
+function showPlaying({on, pluckedWith, values}) {
+  for (const way of WAYS) {
+    const now = on[way.control || way.key];
+    if (now === way.told) continue;
+    way.told = way.latched = now;
+    if (!now) way.holds.clear();
+    showWay(way);
+  }
+  const found = STROKES.find(one => one.key === pluckedWith);
+  if (found !== toldStroke) {
+    toldStroke = found;
+    showStroke(found);
+  }
+  for (const [symbol, value] of Object.entries(values)) showControl(symbol, value);
 }
 
 function chip(place, one, digit) {
@@ -593,22 +685,33 @@ const CONTROLS = {
 };
 
 function tellParameter(symbol) {
-  node?.port.postMessage({parameter: [PAGE.parameters[symbol].number, +$(symbol).value]});
+  if (node) change({parameter: [PAGE.parameters[symbol].number, +$(symbol).value]});
 }
 
-for (const [symbol, text] of Object.entries(CONTROLS)) {
+function sayControl(symbol) {
+  $(symbol).ariaValueText = $(`${symbol}-text`).textContent = CONTROLS[symbol](+$(symbol).value);
+}
+
+// Moves a slider to where a controller has moved its parameter.
+function showControl(symbol, value) {
+  const slider = $(symbol), within = Math.min(slider.max, Math.max(slider.min, value));
+  if (Math.abs(within - slider.value) <= slider.step / 2 + 1e-9) return;
+  slider.value = within;
+  sayControl(symbol);
+}
+
+for (const symbol of Object.keys(CONTROLS)) {
   const {least, most, usual, unit} = PAGE.parameters[symbol], slider = $(symbol);
   Object.assign(slider, {min: least, max: most, step: unit ? 1 : 0.01, value: usual});
-  const show = () => { slider.ariaValueText = $(`${symbol}-text`).textContent = text(+slider.value); };
   slider.oninput = () => {
-    show();
+    sayControl(symbol);
     tellParameter(symbol);
   };
   slider.ondblclick = () => {
     slider.value = usual;
     slider.oninput();
   };
-  show();
+  sayControl(symbol);
 }
 
 function showBass() {
@@ -621,7 +724,7 @@ function showBass() {
 $("bass").onchange = () => {
   letGo();
   showBass();
-  if (ready) prepare($("bass").value, context?.sampleRate || USUAL_RATE);
+  if (ready) prepare($("bass").value);
   if (node) put();
 };
 $("power").onclick = () => switchPower().catch(() => {}); // said where it happened
@@ -664,9 +767,13 @@ if (lack) {
   $("lacks").textContent = lack;
   $("lacks").hidden = false;
 } else {
-  load().then(() => {
-    prepare($("bass").value, USUAL_RATE, WARM);
+  loading = load();
+  loading.then(() => {
     $("power").disabled = false;
     ready = true;
-  }).catch(error => say(`The page cannot be opened: ${error.message}`));
+    start().catch(() => {}); // said where it happened
+  }, error => {
+    loading = undefined;
+    say(`The page cannot be opened: ${error.message}`);
+  });
 }

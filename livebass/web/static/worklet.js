@@ -24,23 +24,34 @@ class LivebassProcessor extends AudioWorkletProcessor {
     this.engine.begin(sampleRate);
     this.busy = this.quanta = this.owed = this.settled = this.highest = 0; // ms; quanta; ms; ms; load
     this.sinceBehind = AGAIN;
+    this.changes = this.changed = 0; // of the playing, by the page: how many have come; frame of the last one
     this.live = !o.score; // with a score: offline, always the same sound
-    if (o.bass) {
-      this.take(o.bass);
-      this.copy(Infinity);
-    }
+    if (o.bass) this.take(o.bass);
     for (const message of o.score || []) this.engine.send(...message);
     this.port.onmessage = ({data}) => this.hear(data);
   }
 
-  hear({midi, string, frame, bass, parameter, panic}) {
+  hear({midi, string, frame, bass, parameter, panic, change}) {
     const e = this.engine, now = e.field("frame"), most = now + Math.round(MOST_AHEAD * sampleRate);
     const when = frame === undefined ? N.NOW : Math.min(most, Math.max(now, frame - (this.start || 0)));
     if (string !== undefined) e.tell(when, N.NOTE_STRING, midi[1], string);
     if (midi) e.send(when, ...midi);
     if (bass) this.take(bass);
-    if (parameter) e.setParameter(...parameter);
+    if (parameter) this.setParameter(...parameter);
     if (panic) e.setField("panic", 1);
+    if (change) {
+      this.changes = change;
+      this.changed = Math.max(this.changed, when === N.NOW ? now : when);
+    }
+  }
+
+  // Sets a parameter. The gain is that of the page alone: a controller that has one of its own goes back to 0 dB.
+  setParameter(number, value) {
+    const e = this.engine, performer = this.performer();
+    e.setParameter(number, value);
+    if (number !== N.GAIN_DB || !performer || e.get("PERFORMER", performer, "level") === 1) return;
+    for (let k = 0; k < N.CONTROLLERS; k++)
+      if (e.get("PERFORMER", performer, "controller", k) === N.CC_PARAMETER + number) e.send(N.NOW, 0xB0, k, 127);
   }
 
   // Begins to copy a bass; one that was on its way is given back.
@@ -48,6 +59,7 @@ class LivebassProcessor extends AudioWorkletProcessor {
     if (this.coming) this.port.postMessage({faded: this.coming.bass});
     this.engine.reserve(bass.at + bass.image.byteLength);
     this.coming = {...bass, bytes: new Uint8Array(bass.image), done: 0};
+    if (this.start === undefined) this.copy(Infinity); // nothing waits for this thread yet
   }
 
   // Copies up to `most` bytes of the bass that comes; it plays from the next quantum on when all are there.
@@ -59,6 +71,7 @@ class LivebassProcessor extends AudioWorkletProcessor {
     const waiting = e.field("next_bass");
     if (waiting) this.port.postMessage({faded: waiting});
     e.setField("next_bass", c.bass);
+    this.port.postMessage({copied: c.bass});
     this.coming = undefined;
     this.highest = 0; // of the bass before
   }
@@ -71,14 +84,41 @@ class LivebassProcessor extends AudioWorkletProcessor {
     this.port.postMessage({faded});
   }
 
+  // The address of the performer of the bass that plays; 0: none plays.
+  performer() {
+    const bass = this.engine.field("bass");
+    return bass && this.engine.get("BASS", bass, "performer");
+  }
+
   // The frets that the player holds down, by string; -1: none.
   held() {
-    const e = this.engine, bass = e.field("bass");
-    if (!bass) return [];
-    const player = e.get("BASS", bass, "performer"), found = [];
-    for (let i = 0; i < e.get("BASS", bass, "strings"); i++)
+    const e = this.engine, player = this.performer(), found = [];
+    for (let i = 0; player && i < e.get("PERFORMER", player, "strings"); i++)
       found.push(e.get("PERFORMER", player, "state", i) === N.FREE ? -1 : e.get("PERFORMER", player, "fret", i));
     return found;
+  }
+
+  // How the bass plays: techniques that are on, what it is plucked with, and the values of parameters, wherever they
+  // have come from.
+  playing() {
+    const e = this.engine, player = this.performer();
+    if (!player) return undefined;
+    const of = (name, index) => e.get("PERFORMER", player, name, index), switched = name => of("switched", N[name]) > 0;
+    const aside = of("position") - of("usual_position");
+    const farthest = of("farthest") - of("usual_position"), nearest = of("nearest") - of("usual_position");
+    return {
+      on: {
+        ghost: switched("GHOST"), harmonic: switched("HARMONIC"), let_ring: of("pedal") > 0,
+        palm_mute: of("palm") > 0 || switched("PALM"), vibrato: of("vibrato") > 0 || switched("VIBRATO"),
+        legato: of("legato") > 0 || switched("LEGATO"), slide: of("sliding") > 0 || switched("SLIDE"),
+      },
+      pluckedWith: of("slapped") > 0 ? "slap" : {[N.FINGER]: "finger", [N.PICK]: "pick"}[of("stroke")],
+      values: {
+        gain: e.get("SYNTH", e.synth, "parameters", N.GAIN_DB) + 20 * Math.log10(of("level")),
+        tone: of("tone"),
+        pluck_position: aside * farthest > 0 ? -aside / farthest : nearest && aside / nearest,
+      },
+    };
   }
 
   // Tells the synth the load of the last n frames.
@@ -131,6 +171,7 @@ class LivebassProcessor extends AudioWorkletProcessor {
       this.port.postMessage({
         load, peak: e.field("peak"), overload: e.field("overload"), faults: e.field("faults"),
         messages: e.field("messages"), bass: e.field("bass"), held: this.held(),
+        playing: this.playing(), changes: e.field("frame") > this.changed ? this.changes : undefined,
       });
       e.setField("peak", 0);
       this.busy = this.settled = this.quanta = 0;
