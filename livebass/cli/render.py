@@ -46,6 +46,7 @@ class Options:
     stems: bool
     tail: float | None  # s
     gain: float  # dB
+    normalize: float | None  # LUFS
     seed: int
 
 
@@ -134,6 +135,11 @@ quality_option = click.option(
     help="How long to go on after the last event.  [default: until the strings are still]",
 )
 @click.option("--gain", type=Number("db", -60, 40, unit="dB"), default=0.0, show_default=True, help="Volume in dB.")
+@click.option(
+    "--normalize",
+    type=Number("LUFS", -60, 0),
+    help="Integrated loudness of the sound, such as -16, in place of --gain; less if its peak would pass -1 dBFS.",
+)
 @click.option("--modes", type=MODES, help="Number of modes of an open string, instead of the quality's.")
 @click.option(
     "--contact-rate",
@@ -166,10 +172,17 @@ def render(
       livebass render --demo --preset slap --tuning drop-d --a4 442
       livebass render --demo techniques -o techniques.wav
       livebass render --all-presets demos/
+      livebass render song.mid --normalize -16
       livebass render --note E1 -o - | aplay
     """
     load = loader(rest)
     options = Options(**rest)
+    if options.normalize is not None:
+        if click.get_current_context().get_parameter_source("gain") is click.core.ParameterSource.COMMANDLINE:
+            raise click.UsageError("--normalize sets the gain itself: leave out --gain")
+        from livebass.meter import LoudnessMeter
+
+        LoudnessMeter(options.rate)  # raises now if there is nothing to measure with
     if output == STREAM and options.stems:
         raise click.UsageError("-o - writes one file: leave out --stems")
     if output == STREAM and sys.stdout.isatty():
@@ -261,7 +274,7 @@ def _render_one(
     bass: Instrument, score: Score, output: Path, options: Options, files: Transaction | None = None
 ) -> str:
     """Renders to `output`, as part of the transaction `files` if given; returns the summary."""
-    return summary(_rendered(bass, score, output, options, files), options.gain)
+    return summary(_rendered(bass, score, output, options, files), options.normalize)
 
 
 def _render_to_stdout(bass: Instrument, score: Score, options: Options) -> str:
@@ -282,7 +295,7 @@ def _render_to_stdout(bass: Instrument, score: Score, options: Options) -> str:
             raise
         except OSError as error:
             raise output_error(STREAM, error) from None
-    return summary(replace(report, files=(STREAM,)), options.gain)
+    return summary(replace(report, files=(STREAM,)), options.normalize)
 
 
 def _rendered(
@@ -304,8 +317,8 @@ def _rendered(
     with shown_progress(one_line(output.name)) as progress:
         return render_to_file(
             bass, score, output, quality=quality, rate=options.rate, format=options.format, bits=options.bits,
-            stems=options.stems, tail=options.tail, gain_db=options.gain, seed=options.seed,
-            progress=progress, files=files,
+            stems=options.stems, tail=options.tail, gain_db=options.gain, normalize=options.normalize,
+            seed=options.seed, progress=progress, files=files,
         )  # fmt: skip
 
 
@@ -339,8 +352,8 @@ def shown_progress(label: str) -> Iterator[Callable[[float], None] | None]:
         bar.update(steps - bar.pos)
 
 
-def summary(report: RenderReport, gain: float) -> str:
-    """Returns one line about a render with `gain` (dB)."""
+def summary(report: RenderReport, wanted: float | None = None) -> str:
+    """Returns one line about a render; `wanted` is the loudness (LUFS) that it was to have."""
     notes = f"{report.notes} note{'s' * (report.notes != 1)}"
     moved = f" ({report.transposed} transposed, {report.dropped} dropped"
     moved += f", {report.stolen} cut short for another)" if report.stolen else ")"
@@ -350,11 +363,23 @@ def summary(report: RenderReport, gain: float) -> str:
         f"peak {report.peak_db:.1f} dBFS"
     )
     if report.clipped:
-        line += clipping(report.clipped, gain, report.peak_db)
+        line += clipping(report.clipped, report.gain_db, report.peak_db)
+    if wanted is not None and report.loudness is not None:
+        line += normalizing(report.loudness, report.gain_db, wanted)
     if report.weakened:
         times = f"{report.weakened} time{'s' * (report.weakened != 1)}"
         line += f", {times} a motion was scaled back to what a string bears: please report it"
     return line
+
+
+def normalizing(loudness: float, gain: float, wanted: float) -> str:
+    """Says which `loudness` (LUFS) a `gain` (dB) gave, and why it is not the one `wanted`."""
+    from livebass.engine.render import CEILING
+
+    if math.isinf(loudness):
+        return ", too quiet to be normalized"
+    said = f", {loudness:.1f} LUFS by {gain:+.1f} dB"
+    return said if loudness > wanted - 0.05 else f"{said}: {wanted:g} LUFS would bring the peak beyond {CEILING:g} dBFS"
 
 
 def clipping(clipped: int, gain: float, peak: float) -> str:
