@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 
 DEFAULT_PRESET = "jazz-finger"
 STREAM = Path("-")  # standard input or output
+DEMOS = click.Choice(["preset", "techniques"])
 FORMATS, BITS = ("wav", "flac", "ogg"), ("16", "24", "float")
 
 
@@ -67,7 +68,7 @@ quality_option = click.option(
     "--demo",
     is_flag=False,
     flag_value="preset",
-    type=click.Choice(["preset", "techniques"]),
+    type=DEMOS,
     help="Play a phrase of nine seconds that shows the preset off, or a phrase for each technique.",
 )
 @click.option(
@@ -221,17 +222,14 @@ def render(
         output = output or Path(f"{note_name(note)}.{ending}")
         score = single_note(note, velocity, duration, options.rate)
     bass = load(preset or preset_for(score))
-    if demo == "techniques":
-        from livebass.model.keymap import MODO
-
-        bass = Hands({"keys": MODO}).play(bass)  # whose keys the phrases press
+    bass = ready_for(demo, bass)
     if note is not None:
         from livebass.cli.song import check_range
 
         check_range(bass, note, DEFAULT_PRESET)
     if score is None:
         output = output or Path(f"demo.{ending}")
-        score = _demo_for(bass, options.rate, demo)
+        score = demo_for(bass, options.rate, demo)
     assert output is not None
     if output == STREAM:
         line = _render_to_stdout(bass, score, options)
@@ -244,7 +242,16 @@ def render(
     say(line)
 
 
-def _demo_for(bass: Instrument, rate: int, demo: str | None = None) -> Score:
+def ready_for(demo: str | None, bass: Instrument) -> Instrument:
+    """The bass, with the key switches that the phrases for all "techniques" press."""
+    if demo != "techniques":
+        return bass
+    from livebass.model.keymap import MODO
+
+    return Hands({"keys": MODO}).play(bass)
+
+
+def demo_for(bass: Instrument, rate: int, demo: str | None = None) -> Score:
     """The demo phrase in the style of the bass's player, or all "techniques"."""
     from livebass.score import demo_score
 
@@ -263,7 +270,7 @@ def _render_presets(directory: Path, options: Options, load: Callable[[str], Ins
         files.directory(directory)
         for name in preset_names():
             bass = load(name)
-            score = _demo_for(bass, options.rate)
+            score = demo_for(bass, options.rate)
             output = directory / f"{name}.{options.format or 'wav'}"
             lines.append(_render_one(bass, score, output, options, files))
     for line in lines:
