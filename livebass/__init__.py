@@ -31,6 +31,7 @@ Of sounds (n,), float, and motions:
     resampled(sound, rate, to)                                      relative_variation(frequencies, reference)
     contactogram(times, indices, frets) -> Contactogram             string_shape(speaking, q, x), m
     decay_rates(times, energies), 1/s                               t60(dampings), s
+    loudness(sound, rate), LUFS
 """
 
 from lazy_loader import attach_stub

@@ -10,6 +10,7 @@ from .analysis.sound import Spectrogram as Spectrogram
 from .analysis.sound import characteristic_frequencies as characteristic_frequencies
 from .analysis.sound import contactogram as contactogram
 from .analysis.sound import fundamental as fundamental
+from .analysis.sound import loudness as loudness
 from .analysis.sound import relative_variation as relative_variation
 from .analysis.sound import resampled as resampled
 from .analysis.sound import spectrogram_db as spectrogram_db

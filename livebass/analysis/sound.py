@@ -17,6 +17,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import ArrayLike
 
 from livebass.arrays import Floats, Ints
+from livebass.meter import LoudnessMeter
 
 WINDOW, HOP = 2048, 512  # samples at 48 kHz: 43 ms, 1.8 periods of the low E
 RANGE = 70.0  # dB, of the paper's spectrograms
@@ -212,6 +213,16 @@ def partial(sound: ArrayLike, rate: float, near: float) -> tuple[float, float]:
         growth += math.log(abs(turn)) / apart
         found += float(np.angle(turn)) / (2 * math.pi * apart)
     return found, level
+
+
+def loudness(sound: ArrayLike, rate: int) -> float:
+    """Integrated loudness of `sound` (n,), full scale 1, by ITU-R BS.1770-4: LUFS, -inf for silence.
+
+    Raises ValueError for more dimensions than one, and without pyloudnorm: pip install 'livebass[loudness]'.
+    """
+    meter = LoudnessMeter(rate)
+    meter.add(_one_channel(sound))
+    return meter.loudness()
 
 
 def relative_variation(frequency_hz: Floats, reference_hz: float) -> Floats:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import logging
 import os
 import sys
@@ -16,7 +17,7 @@ import click
 
 from livebass.cli.hands import Hands, hands_options
 from livebass.cli.remembered import DamagedSettings, Remembered, forget, load, save, settings_file
-from livebass.cli.render import DEFAULT_PRESET, clipping, have_kernels
+from livebass.cli.render import DEFAULT_PRESET, DEMOS, clipping, demo_for, have_kernels, ready_for
 from livebass.cli.said import say
 from livebass.cli.tuning import TUNING_KEYS, tuning_of_options, tuning_options
 from livebass.cli.values import RATE, Learn, Number, Quantity, Span
@@ -125,6 +126,13 @@ sound, the oldest first. They change back one by one when the load has stayed be
     help="Also play the bass part of this MIDI file.",
 )
 @click.option(
+    "--demo",
+    is_flag=False,
+    flag_value="preset",
+    type=DEMOS,
+    help="Also play a phrase of nine seconds that shows the preset off, or a phrase for each technique.",
+)
+@click.option(
     "--loop",
     type=Span(),
     is_flag=False,
@@ -169,6 +177,7 @@ def play(**options: Any) -> None:
       livebass play                                  default output, first MIDI input
       livebass play --audio 2 --midi keystation      as `livebass devices` lists them
       livebass play -p slap --tuning half-step-down --file song.mid --record take.wav
+      livebass play --demo -p fretless               a phrase, through the sound card
       livebass play --file song.mid --loop 4s:12s --tempo 80%
       livebass play --learn tone --metronome 100 --tuner
       livebass play --keys mine.toml --velocity-curve soft --wheel slide
@@ -198,8 +207,9 @@ def play(**options: Any) -> None:
     tuning = tuning_of_options(options)
 
     def load(preset: str) -> Instrument:
-        return hands.play(load_preset(preset, **tuning))
+        return ready_for(demo, hands.play(load_preset(preset, **tuning)))
 
+    demo = options["demo"]
     song, device, channel = options["song"], options["audio"], options["channel"]
     if "audio" in memory.used:
         try:
@@ -208,16 +218,21 @@ def play(**options: Any) -> None:
             say(f"as remembered: {error}; the usual output is taken")
             device = None
 
-    def read(rate: int) -> Score:
+    def read_song(rate: int) -> Score:
         """Reads the file; its program changes change the bass unless one was asked for."""
         score = read_score(song, rate)
         return score.on_one_bass() if options["preset"] else score
 
-    score = read(options["rate"]) if song else None  # errors in the file are reported now
+    score = read_song(options["rate"]) if song else None  # errors in the file are reported now
     preset, bass = first_bass(options["preset"] or preset_of(score, DEFAULT_PRESET), load, tuning, memory)
     if score:
         for remark in remarks(score, options["preset"], DEFAULT_PRESET) + too_low(bass, score, DEFAULT_PRESET):
             say(f"{song}: {remark}")
+    read: Callable[[int], Score] | None = None
+    if song:
+        read = read_song
+    elif demo:
+        read = functools.partial(demo_for, bass, demo=demo)
     settings = Settings(
         instrument=bass,
         load=load,
@@ -234,7 +249,7 @@ def play(**options: Any) -> None:
         gain=10 ** (options["gain"] / 20),
         record=options["record"],
         record_midi=options["record_midi"],
-        read=read if song else None,
+        read=read,
         midi_if_there="midi" in memory.used,
         client=options["client_name"] or "livebass",
         connect=not options["no_connect"],
@@ -260,7 +275,7 @@ def play(**options: Any) -> None:
             console.show(f"as the last time: {said}")
         if interactive():
             console.show(HELP)
-            if song:
+            if read:
                 console.show(SCORE_HELP)
         summary = session.run()
         of_file = {name for _, _, name in later_presets(score, DEFAULT_PRESET)} if score else set()
@@ -325,10 +340,12 @@ def check_together(options: dict[str, Any]) -> None:
         raise click.UsageError(f"{jack[0]} is for JACK, which {other} does not use: leave one out")
     if jack:
         options["backend"] = "jack"
-    if not options["song"]:
+    if options["song"] and options["demo"]:
+        raise click.UsageError("--file and --demo: give one of them")
+    if not options["song"] and not options["demo"]:
         for name in ("loop", "transport", "tempo"):
             if options[name] and (name != "tempo" or given(name)):
-                raise click.UsageError(f"--{name} is for a --file: name one")
+                raise click.UsageError(f"--{name} is for a --file, or a --demo: name one")
     if options["transport"] and options["loop"]:
         raise click.UsageError("--loop repeats the file, --transport moves it as JACK does: leave one out")
     if options["metronome_port"] and not options["metronome"]:

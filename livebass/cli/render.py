@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 
 DEFAULT_PRESET = "jazz-finger"
 STREAM = Path("-")  # standard input or output
+DEMOS = click.Choice(["preset", "techniques"])
 FORMATS, BITS = ("wav", "flac", "ogg"), ("16", "24", "float")
 
 
@@ -46,6 +47,7 @@ class Options:
     stems: bool
     tail: float | None  # s
     gain: float  # dB
+    normalize: float | None  # LUFS
     seed: int
 
 
@@ -66,7 +68,7 @@ quality_option = click.option(
     "--demo",
     is_flag=False,
     flag_value="preset",
-    type=click.Choice(["preset", "techniques"]),
+    type=DEMOS,
     help="Play a phrase of nine seconds that shows the preset off, or a phrase for each technique.",
 )
 @click.option(
@@ -134,6 +136,11 @@ quality_option = click.option(
     help="How long to go on after the last event.  [default: until the strings are still]",
 )
 @click.option("--gain", type=Number("db", -60, 40, unit="dB"), default=0.0, show_default=True, help="Volume in dB.")
+@click.option(
+    "--normalize",
+    type=Number("LUFS", -60, 0),
+    help="Integrated loudness of the sound, such as -16, in place of --gain; less if its peak would pass -1 dBFS.",
+)
 @click.option("--modes", type=MODES, help="Number of modes of an open string, instead of the quality's.")
 @click.option(
     "--contact-rate",
@@ -166,10 +173,17 @@ def render(
       livebass render --demo --preset slap --tuning drop-d --a4 442
       livebass render --demo techniques -o techniques.wav
       livebass render --all-presets demos/
+      livebass render song.mid --normalize -16
       livebass render --note E1 -o - | aplay
     """
     load = loader(rest)
     options = Options(**rest)
+    if options.normalize is not None:
+        if click.get_current_context().get_parameter_source("gain") is click.core.ParameterSource.COMMANDLINE:
+            raise click.UsageError("--normalize sets the gain itself: leave out --gain")
+        from livebass.meter import LoudnessMeter
+
+        LoudnessMeter(options.rate)  # raises now if there is nothing to measure with
     if output == STREAM and options.stems:
         raise click.UsageError("-o - writes one file: leave out --stems")
     if output == STREAM and sys.stdout.isatty():
@@ -213,17 +227,14 @@ def render(
         bass, basses = basses_of(score, DEFAULT_PRESET, load)
     else:
         bass, basses = load(preset or DEFAULT_PRESET), None
-    if demo == "techniques":
-        from livebass.model.keymap import MODO
-
-        bass = Hands({"keys": MODO}).play(bass)  # whose keys the phrases press
+    bass = ready_for(demo, bass)
     if note is not None:
         from livebass.cli.song import check_range
 
         check_range(bass, note, DEFAULT_PRESET)
     if score is None:
         output = output or Path(f"demo.{ending}")
-        score = _demo_for(bass, options.rate, demo)
+        score = demo_for(bass, options.rate, demo)
     assert output is not None
     if output == STREAM:
         line = _render_to_stdout(bass, score, options, basses)
@@ -236,7 +247,16 @@ def render(
     say(line)
 
 
-def _demo_for(bass: Instrument, rate: int, demo: str | None = None) -> Score:
+def ready_for(demo: str | None, bass: Instrument) -> Instrument:
+    """The bass, with the key switches that the phrases for all "techniques" press."""
+    if demo != "techniques":
+        return bass
+    from livebass.model.keymap import MODO
+
+    return Hands({"keys": MODO}).play(bass)
+
+
+def demo_for(bass: Instrument, rate: int, demo: str | None = None) -> Score:
     """The demo phrase in the style of the bass's player, or all "techniques"."""
     from livebass.score import demo_score
 
@@ -255,7 +275,7 @@ def _render_presets(directory: Path, options: Options, load: Callable[[str], Ins
         files.directory(directory)
         for name in preset_names():
             bass = load(name)
-            score = _demo_for(bass, options.rate)
+            score = demo_for(bass, options.rate)
             output = directory / f"{name}.{options.format or 'wav'}"
             lines.append(_render_one(bass, score, output, options, files))
     for line in lines:
@@ -270,7 +290,7 @@ def _render_one(
 
     `basses` by program are those that program changes choose.
     """
-    return summary(_rendered(bass, score, output, options, files, basses), options.gain)
+    return summary(_rendered(bass, score, output, options, files, basses), options.normalize)
 
 
 def _render_to_stdout(bass: Instrument, score: Score, options: Options, basses: dict[int, Instrument] | None) -> str:
@@ -291,7 +311,7 @@ def _render_to_stdout(bass: Instrument, score: Score, options: Options, basses: 
             raise
         except OSError as error:
             raise output_error(STREAM, error) from None
-    return summary(replace(report, files=(STREAM,)), options.gain)
+    return summary(replace(report, files=(STREAM,)), options.normalize)
 
 
 def _rendered(
@@ -314,8 +334,8 @@ def _rendered(
     with shown_progress(one_line(output.name)) as progress:
         return render_to_file(
             bass, score, output, quality=quality, rate=options.rate, format=options.format, bits=options.bits,
-            stems=options.stems, tail=options.tail, gain_db=options.gain, seed=options.seed,
-            progress=progress, files=files, basses=basses,
+            stems=options.stems, tail=options.tail, gain_db=options.gain, normalize=options.normalize,
+            seed=options.seed, progress=progress, files=files, basses=basses,
         )  # fmt: skip
 
 
@@ -349,8 +369,8 @@ def shown_progress(label: str) -> Iterator[Callable[[float], None] | None]:
         bar.update(steps - bar.pos)
 
 
-def summary(report: RenderReport, gain: float) -> str:
-    """Returns one line about a render with `gain` (dB)."""
+def summary(report: RenderReport, wanted: float | None = None) -> str:
+    """Returns one line about a render; `wanted` is the loudness (LUFS) that it was to have."""
     notes = f"{report.notes} note{'s' * (report.notes != 1)}"
     moved = f" ({report.transposed} transposed, {report.dropped} dropped"
     moved += f", {report.stolen} cut short for another)" if report.stolen else ")"
@@ -360,11 +380,23 @@ def summary(report: RenderReport, gain: float) -> str:
         f"peak {report.peak_db:.1f} dBFS"
     )
     if report.clipped:
-        line += clipping(report.clipped, gain, report.peak_db)
+        line += clipping(report.clipped, report.gain_db, report.peak_db)
+    if wanted is not None and report.loudness is not None:
+        line += normalizing(report.loudness, report.gain_db, wanted)
     if report.weakened:
         times = f"{report.weakened} time{'s' * (report.weakened != 1)}"
         line += f", {times} a motion was scaled back to what a string bears: please report it"
     return line
+
+
+def normalizing(loudness: float, gain: float, wanted: float) -> str:
+    """Says which `loudness` (LUFS) a `gain` (dB) gave, and why it is not the one `wanted`."""
+    from livebass.engine.render import CEILING
+
+    if math.isinf(loudness):
+        return ", too quiet to be normalized"
+    said = f", {loudness:.1f} LUFS by {gain:+.1f} dB"
+    return said if loudness > wanted - 0.05 else f"{said}: {wanted:g} LUFS would bring the peak beyond {CEILING:g} dBFS"
 
 
 def clipping(clipped: int, gain: float, peak: float) -> str:

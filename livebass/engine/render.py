@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 import os
+import tempfile
 import time
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import nullcontext
+from contextlib import ExitStack, contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,11 +17,13 @@ from numpy.typing import NDArray
 from livebass.audiofile import AudioWriter, encoding
 from livebass.engine.basses import Basses
 from livebass.engine.engine import Engine, Playing, check_tail
-from livebass.files import Transaction, checked_place
+from livebass.files import Transaction, checked_place, output_error
+from livebass.meter import LoudnessMeter
 from livebass.model.instrument import Instrument
 from livebass.model.quality import Quality
 from livebass.score import Score
 
+CEILING = -1.0  # dB re full scale: normalizing brings no peak beyond
 USUAL_TAIL = 1.0  # s, guess of the engine's own tail, for the progress shown
 
 
@@ -42,6 +45,8 @@ class RenderReport:
     duration_s: float
     wall_s: float
     peak_db: float  # of the mix, dB re full scale; -inf for silence
+    gain_db: float = 0.0  # with which it was written
+    loudness: float | None = None  # LUFS, of the mix as it was written, if it was normalized; -inf for silence
 
 
 def stem_paths(out: Path, instrument: Instrument, directory: Path | None = None) -> list[Path]:
@@ -69,6 +74,7 @@ def render_to_file(
     stems: Path | bool = False,
     tail: float | None = None,
     gain_db: float = 0.0,
+    normalize: float | None = None,
     seed: int = 0,
     progress: Callable[[float], None] | None = None,
     files: Transaction | None = None,
@@ -76,13 +82,14 @@ def render_to_file(
 ) -> RenderReport:
     """Renders `score` into the file `out`, mono, `rate` Hz; all files appear at the end, or none.
 
-    `format` is "wav", "flac" or "ogg", by default what `out` ends in; `bits` "16", "24" (the default) or
-    "float". `stems` adds a file a string, beside `out` or in that directory; in "float" their sum in float32,
-    string after string, is bitwise the mix. `tail` s are played after the last event (None: until the strings
-    are still). `basses`, by General MIDI's program from 0, are those that program changes of the score choose; by
-    default none do. `progress` is called with the fraction done. With `files` given, the files appear when that
-    transaction ends. The same arguments give the same bytes on the same kind of processor. Raises ValueError,
-    OutputError, RenderError. [main thread]
+    `format` is "wav", "flac" or "ogg", by default what `out` ends in; `bits` "16", "24" (the default) or "float".
+    `stems` adds a file a string, beside `out` or in that directory; in "float" their sum in float32, string after
+    string, is bitwise the mix. `normalize` is the integrated loudness (LUFS) to give the mix, in place of `gain_db`, as
+    far as its peak stays below CEILING; the sound goes through a temporary file. `tail` s are played after the last
+    event (None: until the strings are still). `basses`, by General MIDI's program from 0, are those that program
+    changes of the score choose; by default none do. `progress` is called with the fraction done. With `files` given,
+    the files appear when that transaction ends. The same arguments give the same bytes on the same kind of processor.
+    Raises ValueError, OutputError, RenderError. [main thread]
     """
     started = time.perf_counter()
     out = Path(out)
@@ -95,20 +102,29 @@ def render_to_file(
     paths = stem_paths(out, instrument, stems if isinstance(stems, Path) else None) if stems else []
     for path in (out, *paths):
         checked_place(path)  # now, not after seconds of work
+    meter = None if normalize is None else LoudnessMeter(rate)
     engine = _player(instrument, score, quality, seed, basses)
-    peak, done = 0.0, 0
-    with Transaction() if files is None else nullcontext(files) as files:
+    peak, done, rendered = 0.0, 0, 0
+
+    def tick(frames: int) -> None:
+        nonlocal rendered
+        rendered += frames
+        if progress:
+            progress(min(1.0, rendered / max(1, expected)))
+
+    with Transaction() if files is None else nullcontext(files) as files, ExitStack() as ends:
+        sound = _scaled(engine.play(score, tail), 10 ** (gain_db / 20) if meter is None else 1.0, rate, tick)
+        if meter is not None and normalize is not None:
+            sound, gain_db = ends.enter_context(_normalized(sound, meter, normalize, out))
         writers = [AudioWriter(files, path, kind) for path in paths]
         mix_writer = AudioWriter(files, out, kind)
-        for strings in _scaled(engine.play(score, tail), 10 ** (gain_db / 20), rate):
+        for strings in sound:
             mix = mixed(strings)
             for writer, string in zip(writers, strings, strict=bool(paths)):
                 writer.write(string)
             mix_writer.write(mix)
             peak = max(peak, float(np.max(np.abs(mix), initial=0.0)))
             done += len(mix)
-            if progress:
-                progress(min(1.0, done / max(1, expected)))
         for writer in (*writers, mix_writer):
             writer.close()
     report = engine.report()
@@ -123,6 +139,8 @@ def render_to_file(
         duration_s=done / rate,
         wall_s=time.perf_counter() - started,
         peak_db=20 * math.log10(peak) if peak else -math.inf,
+        gain_db=gain_db,
+        loudness=None if meter is None else meter.loudness() + gain_db,
     )
 
 
@@ -167,11 +185,50 @@ def single(sound: NDArray[np.float64]) -> NDArray[np.float32]:
     return out
 
 
-def _scaled(blocks: Iterator[NDArray[np.float64]], gain: float, rate: int) -> Iterator[NDArray[np.float32]]:
-    """Applies the gain to each block. Raises RenderError for NaN and infinity."""
+@contextmanager
+def _normalized(
+    blocks: Iterator[NDArray[np.float32]], meter: LoudnessMeter, target: float, out: Path
+) -> Iterator[tuple[Iterator[NDArray[np.float32]], float]]:
+    """Yields `blocks` at the `target` loudness (LUFS), and the gain for it, dB; lower if the peak would pass CEILING.
+
+    The blocks, (n_strings, n), go through a file without a name beside `out`: an hour of sound has no room in memory.
+    Raises OutputError if it has none there.
+    """
+    folder = checked_place(out).parent
+    with ExitStack() as ends:
+        sizes, peak = [], 0.0
+        try:
+            kept = ends.enter_context(tempfile.TemporaryFile(dir=folder))
+            for block in blocks:
+                mix = mixed(block)
+                meter.add(mix)
+                peak = max(peak, float(np.max(np.abs(mix), initial=0.0)))
+                sizes.append(block.shape)
+                kept.write(block.tobytes())
+            kept.seek(0)
+        except OSError as error:
+            raise output_error(out, error) from None
+        loudness = meter.loudness()
+        silent = math.isinf(loudness)  # or nearly so
+        gain_db = 0.0 if silent else min(target - loudness, CEILING - 20 * math.log10(peak))
+        gain = np.float32(10 ** (gain_db / 20))
+
+        def again() -> Iterator[NDArray[np.float32]]:
+            for count, frames in sizes:
+                data = kept.read(count * frames * np.dtype(np.float32).itemsize)
+                yield np.frombuffer(data, np.float32).reshape(count, frames) * gain
+
+        yield again(), gain_db
+
+
+def _scaled(
+    blocks: Iterator[NDArray[np.float64]], gain: float, rate: int, tick: Callable[[int], None]
+) -> Iterator[NDArray[np.float32]]:
+    """Applies the gain to each block, and ticks once it was used. Raises RenderError for NaN and infinity."""
     frame = 0
     for block in blocks:
         if not np.isfinite(block).all():
             raise RenderError(f"the sound is not finite near {frame / rate:.3f} s; please report the preset")
         yield single(block * gain)
         frame += block.shape[1]
+        tick(block.shape[1])

@@ -12,12 +12,14 @@ from livebass.analysis.sound import (
     characteristic_frequencies,
     contactogram,
     fundamental,
+    loudness,
     partial,
     relative_variation,
     resampled,
     spectrogram,
     spectrogram_db,
 )
+from livebass.meter import LoudnessMeter
 from livebass.model import modes
 from livebass.model.instrument import Pluck, Speaking
 from livebass.reference.solver import solve
@@ -74,6 +76,33 @@ def test_the_pitch_of_a_tone(frequency: float) -> None:
     pitch = fundamental(sound, RATE)
     np.testing.assert_allclose(pitch.frequency_hz, frequency, rtol=2e-4)
     assert pitch.aperiodicity.max() < 0.01
+
+
+def test_loudness_of_tones_and_silence() -> None:
+    """The calibration of BS.1770-4: 997 Hz at full scale in one channel is -3.01 LUFS; gates leave silence out."""
+    pytest.importorskip("pyloudnorm")
+    tone = np.sin(2 * np.pi * 997 * np.arange(5 * 48_000) / 48_000)
+    assert loudness(tone, 48_000) == pytest.approx(-3.01, abs=0.06)
+    assert loudness(tone / 10, 48_000) == pytest.approx(-23.01, abs=0.06)
+    half = np.concatenate([tone, np.zeros(20 * 48_000)])
+    assert loudness(half, 48_000) == pytest.approx(loudness(tone, 48_000), abs=0.2)
+    assert loudness(np.zeros(48_000), 48_000) == loudness(np.zeros(0), 48_000) == -np.inf
+    assert loudness(tone[:4800], 48_000) == pytest.approx(-3.01 - 10 * np.log10(4), abs=0.1), "0.1 s of a block"
+    with pytest.raises(ValueError, match="one dimension"):
+        loudness(np.zeros((2, 48_000)), 48_000)
+
+
+@pytest.mark.parametrize(("rate", "seconds"), [(22_050, 0.5), (22_051, 59.97), (44_100, 60.0), (22_050, 125.37)])
+def test_loudness_in_pieces_is_that_of_the_whole(rate: int, seconds: float) -> None:
+    pyloudnorm = pytest.importorskip("pyloudnorm")
+    rng, n = np.random.default_rng(3), round(seconds * rate)
+    sound = rng.normal(size=n) * np.abs(np.sin(np.arange(n) / rate * 0.7)) ** 3 / 10
+    meter, at = LoudnessMeter(rate), 0
+    while at < n:
+        size = int(rng.integers(1, 3 * rate))
+        meter.add(sound[at : at + size].copy())
+        at += size
+    assert meter.loudness() == pytest.approx(pyloudnorm.Meter(rate).integrated_loudness(sound), abs=1e-9)
 
 
 def test_a_decaying_partial_beside_another() -> None:

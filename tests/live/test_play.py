@@ -25,7 +25,7 @@ import pytest
 import soundfile
 from support.command import Run, assert_one_clear_line
 from support.jack import PATIENCE, livebass, wait_for, wait_for_log, wait_for_take
-from support.live import QUICK, RATE, played_on, session_of, synth_and_device
+from support.live import QUICK, RATE, offline, played_on, session_of, synth_and_device
 from support.terminal import InTerminal
 
 from livebass import QUALITIES, Instrument, Quality, load_preset, preset_names
@@ -34,15 +34,16 @@ from livebass.bench.jack import LostFrames, new_client
 from livebass.cli.play import Console, LogFile, logged
 from livebass.files import OutputError
 from livebass.live import inputs, session
+from livebass.live.desk import LEAD, Desk
 from livebass.live.inputs import NOTES, STROKES, WAYS, TerminalKeys
 from livebass.live.outputs import FakeDevice, JackOutput, PortAudioOutput
 from livebass.live.recording import MidiRecorder, Recorder
-from livebass.live.session import PresetSwitch, Session, Settings, _Loop
+from livebass.live.session import PresetSwitch, Session, Settings, Summary, _Loop
 from livebass.live.synth import Gauge, LiveBass, Synth, median_load, strings
 from livebass.live.thread.records import HISTOGRAM
-from livebass.model.keymap import MODO_12
+from livebass.model.keymap import MODO, MODO_12
 from livebass.preset.programs import PROGRAMS
-from livebass.score import LEAST_RATE, Score, score_of
+from livebass.score import LEAST_RATE, Score, demo_score, score_of
 
 # ---- switching presets while it sounds
 
@@ -547,6 +548,55 @@ with own_stderr():
 """
     done = subprocess.run([sys.executable, "-c", program], stderr=subprocess.PIPE, text=True, check=False)
     assert done.returncode == 0 and done.stderr.splitlines() == ["one", "two", "three", "four", "five"], done.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "style"),
+    [
+        (("--demo", "-p", "slap"), "slap"),
+        (("--demo", "-p", "fretless", "--tempo", "80%"), "finger"),
+        (("--demo", "techniques", "--keys", "modo-12"), "techniques"),
+    ],
+    ids=" ".join,
+)
+def test_the_demo_plays_without_a_file_or_a_keyboard(
+    run: Run, monkeypatch: pytest.MonkeyPatch, arguments: tuple[str, ...], style: str
+) -> None:
+    """On a fake device: the phrase of `render`, the first notes as the engine renders them."""
+    taken: list[Settings] = []
+
+    class Ready(Session):
+        def run(self) -> Summary:
+            taken.append(self.settings)
+            raise ValueError("ready")
+
+    monkeypatch.setattr(session, "Session", Ready)
+    status, _, err = run("play", "--no-settings", "--backend", "portaudio", *arguments)
+    assert status == 1 and err.endswith("livebass: error: ready\n"), err
+    (settings,) = taken
+    assert settings.read and settings.midi is None
+    score, phrase = settings.read(RATE), demo_score(RATE, style)
+    assert np.array_equal(score.frames, phrase.frames) and np.array_equal(score.messages, phrase.messages)
+    assert style != "techniques" or settings.instrument.player.keys == MODO == settings.load("slap").player.keys
+    desk = Desk()
+    synth = Synth(RATE, adaptive=False, desk=desk)
+    synth.switch_to(LiveBass(settings.instrument, QUICK, RATE))
+    desk.load(score)
+    desk.rolling = True
+    device, frames = FakeDevice(synth), RATE
+    lead = round(LEAD * RATE)
+    heard = np.concatenate([device.block(256) for _ in range((lead + frames) // 256)])[lead:]
+    messages = [
+        (int(f), *map(int, m)) for f, m in zip(score.frames, score.messages, strict=True) if m[0] & 0xF0 != 0xC0
+    ]
+    expected = offline(settings.instrument, messages, frames)[: len(heard)]
+    assert np.abs(heard).max() > 0.01 and np.allclose(heard, expected, rtol=1e-4, atol=1e-6)
+
+
+def test_a_demo_and_a_file_are_one_too_many(run: Run) -> None:
+    status, _, err = run("play", "--demo", "--file", "song.mid")
+    assert_one_clear_line(status, err, (2,))
+    assert "--file and --demo" in err
 
 
 def test_devices_lists_devices_alone() -> None:
