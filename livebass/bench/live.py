@@ -362,7 +362,7 @@ EXPLAINED = (
     "brighter: the same with its sign, mean over notes",
     *(f"{group}: {meaning}" for group, meaning in GROUPS.items()),
     f"{NULL}: as many plucks beside those; contacts amplify the smallest difference, whatever the quality",
-    "wanted of a quality: as near as these, and a bias that is told",
+    f"wanted of a quality: at most {MOST_BIAS[0]:.0%} more than these in the mean, {MOST_BIAS[1]:.0%} in the worst",
 )
 TARGET_HEAD = ("wanted", "plain", "best run", "quiet", "at most", "")
 TARGET_KEYS = ("value", "best_run", "quiet", "limit")
