@@ -265,12 +265,13 @@ def test_of_two_processes_one_waits_for_the_other(tmp_path: Path, killed: bool) 
     try:
         assert first.stdout and first.stdout.readline() == "making\n"
         second = making(tmp_path / "kept")
-        assert second.stderr and second.stdout and second.stdin
+        assert second.stderr and second.stdin
+        second.stdin.write("by the second\n")
+        second.stdin.flush()
         assert second.stderr.readline() == f"{store.WAITING}\n"
         if killed:
             first.kill()
-            assert second.stdout.readline() == "making\n"
-            assert second.communicate("by the second\n")[0] == "by the second\n\n"
+            assert second.communicate()[0] == "making\nby the second\n\n"
         else:
             assert first.communicate("by the first\n")[0] == "by the first\n\n"
             assert second.communicate()[0] == "by the first\n\n", "not made again"

@@ -1,0 +1,59 @@
+"""Several basses in one score: one rings out while the next one plays, and one more change fades it out."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from livebass import Quality, load_preset
+from livebass.arrays import Floats
+from livebass.engine.basses import Basses
+from livebass.engine.engine import Engine
+from livebass.kernels.performer import FADE
+
+RATE = 48000
+LIGHT = Quality("light", 60, 192e3)
+JAZZ, SLAP, FRETLESS = (load_preset(name) for name in ("jazz-finger", "slap", "fretless"))
+Message = tuple[int, int, int, int]  # frame, status, first, second
+LOW: list[Message] = [(0, 0xB0, 64, 127), (10, 0x90, 28, 100)]  # the E string rings on
+
+
+def played(messages: list[Message], frames: int, size: int) -> tuple[Floats, Basses]:
+    """(strings, frames), in blocks of `size`."""
+    basses = Basses(Engine(JAZZ, LIGHT, RATE), {33: JAZZ, 36: SLAP, 35: FRETLESS})
+    blocks, sent = [], 0
+    for begin in range(0, frames, size):
+        until = sum(frame < begin + size for frame, *_ in messages)
+        now, sent = messages[sent:until], until
+        basses.send(np.array([m[0] for m in now], np.int64), np.array([m[1:] for m in now], np.uint8).reshape(-1, 3))
+        blocks.append(basses.process(min(size, frames - begin)))
+    return np.concatenate(blocks, axis=1), basses
+
+
+def test_the_bass_before_rings_out_and_the_one_before_that_is_faded_out() -> None:
+    once = [*LOW, (8000, 0xC0, 36, 0), (9000, 0x90, 45, 90)]
+    kept, basses = played(once, 24_000, 24_000)
+    alone, _ = played(LOW, 24_000, 24_000)
+    assert np.array_equal(kept[0], alone[0]) and np.abs(kept[3, 9000:]).max() > 0.01, "E rings on, G is the new one's"
+    assert basses.report().notes == 2
+    twice, basses = played([*once, (16_000, 0xC0, 35, 0)], 24_000, 24_000)
+    whole = round(FADE * RATE)
+    ramp = (whole - np.arange(whole)) / whole
+    assert np.array_equal(twice[:, :16_000], kept[:, :16_000])
+    assert np.array_equal(twice[0, 16_000 : 16_000 + whole], alone[0, 16_000 : 16_000 + whole] * ramp)
+    assert not twice[0, 16_000 + whole :].any() and np.array_equal(twice[3], kept[3])
+    assert basses.report().notes == 2
+
+
+@pytest.mark.parametrize("size", [64, 777])
+def test_blocks_of_any_size_sound_the_same(size: int) -> None:
+    """To the rounding of what rings out and is over: its filters' last remains are 180 dB down."""
+    messages = [*LOW, (5000, 0xC0, 36, 0), (6000, 0xB0, 64, 0), (9000, 0x90, 28, 90), (20_000, 0xC0, 33, 0)]
+    messages += [(21_000, 0xB0, 120, 0), (22_000, 0x90, 40, 90), (23_000, 0xC0, 1, 0), (24_000, 0xC0, 33, 0)]
+    whole, _ = played(messages, 60_000, 60_000)
+    assert np.allclose(played(messages, 60_000, size)[0], whole, rtol=0, atol=2e-9)
+
+
+def test_basses_of_one_score_have_as_many_strings() -> None:
+    with pytest.raises(ValueError, match="has 5 strings, Jazz bass, fingers 4: the basses of one score"):
+        Basses(Engine(JAZZ, LIGHT, RATE), {36: load_preset("five-string")})
