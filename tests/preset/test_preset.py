@@ -1,5 +1,8 @@
 """Presets: every fault gives one line that names the key, its value and what is allowed; what loads can be played."""
 
+import os
+import subprocess
+import sys
 from dataclasses import MISSING, fields, replace
 from functools import cache
 from pathlib import Path
@@ -617,3 +620,19 @@ def test_what_loads_can_be_rendered(data: dict[str, Any]) -> None:
         assert str(error).isprintable()
         return
     Engine(bass, QUALITIES["live"], 48000, workers=1)
+
+
+def test_a_bass_is_the_same_whatever_linear_algebra_the_processor_has() -> None:
+    """OpenBLAS rounds otherwise on other processors; nothing of an instrument may hang on that."""
+    code = (
+        "import hashlib; from livebass import load_preset; from livebass.plugin.instrument import instrument_file\n"
+        "for name in ('fretless', 'jazz-finger'):\n"
+        "    print(hashlib.sha256(instrument_file(load_preset(name))).hexdigest())\n"
+    )
+    found = {
+        subprocess.run(
+            [sys.executable, "-c", code], env=os.environ | {"OPENBLAS_CORETYPE": core}, capture_output=True, check=True
+        ).stdout
+        for core in ("Prescott", "Haswell", "SkylakeX")
+    }
+    assert len(found) == 1
