@@ -584,6 +584,10 @@ def test_process_allocates_nothing(folder: Path, tmp_path: Path) -> None:
         assert done.returncode == 0, done.stderr
         blocks, allocations, greatest = done.stdout.split()
         assert int(blocks) > 50 and allocations == "0" and 0 < float(greatest) < 1000
+    written = [tmp_path / name for name in ("a.raw", "b.raw")]  # by the clock nothing changes: the same in every run
+    for path in written:
+        subprocess.run([host, folder / "livebass.clap", "1", "2", path], check=True, capture_output=True)
+    assert written[0].stat().st_size > 100_000 and written[0].read_bytes() == written[1].read_bytes()
 
 
 def test_the_binary_is_small_and_exports_its_entries_alone(folder: Path) -> None:

@@ -45,7 +45,7 @@ def plugin(bundle: Path) -> Any:
 def loaded(bundle: Path, name: str = MONO) -> Any:
     """One plugin of a bundle in the host, which waits for a while until it hears middle C."""
     made = pedalboard.load_plugin(str(bundle), plugin_name=name, initialization_timeout=0.5)
-    made.relief_under_overload = "off"  # a test is no real time
+    made.relief_under_overload = False  # a test is no real time
     return made
 
 
@@ -93,7 +93,7 @@ def test_the_plugin_with_an_output_a_string(bundle: Path) -> None:
 
 def test_parameters_and_presets_are_listed(plugin: Any) -> None:
     listed = [p for p in plugin.parameters.values() if p.name in [q.name for q in PARAMETERS]]
-    assert [p.name for p in listed] == [p.name for p in PARAMETERS]
+    assert sorted(p.name for p in listed) == sorted(p.name for p in PARAMETERS)  # this host lists them by groups
     assert plugin.parameters["bass"].valid_values == [load_preset(name).name for name in PRESETS]
     assert (
         plugin.technique == "as the bass has it"
