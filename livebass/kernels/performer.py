@@ -167,6 +167,7 @@ PERFORMER = np.dtype(
         ("position", "f8"),  # fraction of the open string
         ("string_bend", "f8", (MOST_STRINGS,)),  # semitones, of one string, besides the wheel's ...
         ("note_bend", "f8", (MOST_STRINGS,)),  # ... and of the note that it plays
+        ("note_vibrato", "f8", (MOST_STRINGS,)),  # 0 to 1, of the note that it plays
         ("string_of", "i8", (KEYS,)),  # that the next note of each key is played on; -1: the performer chooses
         ("place_of", "f8", (KEYS,)),  # of the next note of each key, as PLUCK_POSITION; NaN: none of its own
         ("dynamics", "f8"),  # factor of every note's force
@@ -284,6 +285,7 @@ def reset_controllers(p):
     for i in range(MOST_STRINGS):
         p.string_bend[i] = 0.0
         p.note_bend[i] = 0.0
+        p.note_vibrato[i] = 0.0
 
 
 @jit
@@ -421,14 +423,47 @@ def bend_string(p, frame, i, semitones, events, count):
 @jit
 def bend_note(p, frame, key, semitones, events, count):
     """Bends the string that played `key` last, until it plays another note; returns the new count of events."""
-    last = -1
-    for i in range(p.strings):
-        if p.key[i] == key and (last < 0 or p.age[i] > p.age[last]):
-            last = i
+    last = string_of_key(p, key)
     if last < 0:
         return count
     p.note_bend[last] = held_bend(semitones)
     return emit(events, count, frame, BEND, last, 0, bend_ratio(p, last), 0.0)
+
+
+@jit
+def string_of_key(p, key):
+    """Returns the string that played `key` last; -1: there is none."""
+    last = -1
+    for i in range(p.strings):
+        if p.key[i] == key and (last < 0 or p.age[i] > p.age[last]):
+            last = i
+    return last
+
+
+@jit
+def vibrate_note(p, frame, key, amount, events, count):
+    """Sets the vibrato of the string that played `key` last, 0 to 1, until its next note; returns the new count.
+
+    The bass's own vibrato is the least. NaN is none.
+    """
+    i = string_of_key(p, key)
+    if i < 0:
+        return count
+    p.note_vibrato[i] = min(max(amount, 0.0), 1.0) if not np.isnan(amount) else 0.0
+    return emit(events, count, frame, WAVER, i, 0, string_vibrato(p, i), VIBRATO_RATE)
+
+
+@jit
+def cut_note(p, frame, key, events, count):
+    """Ends the sound of the strings that played `key`, whatever the pedal does; returns the new count of events."""
+    for i in range(p.strings):
+        if p.key[i] == key:
+            p.state[i] = FREE
+            p.key[i] = -1
+            p.stacked[i] = 0
+            count = emit(events, count, frame, CUT, i, 0, 0.0, 0.0)
+    forget_key(p, key)
+    return count
 
 
 @jit
@@ -623,6 +658,9 @@ def note_on(p, ops, frame, key, velocity, events, count):
     if p.note_bend[i] != 0.0:
         p.note_bend[i] = 0.0
         count = emit(events, count, frame, BEND, i, 0, bend_ratio(p, i), 0.0)
+    if p.note_vibrato[i] != 0.0:
+        p.note_vibrato[i] = 0.0
+        count = emit(events, count, frame, WAVER, i, 0, vibrato_depth(p), VIBRATO_RATE)
     tapped = p.switched[TAP] > 0 and fret > 0
     part, stop, before = p.part[velocity], shifted(p, fret), shifted(p, before)
     if tapped:
@@ -915,10 +953,16 @@ def vibrato_depth(p):
 
 
 @jit
+def string_vibrato(p, i):
+    """Returns the depth of the vibrato of string `i`, semitones: the bass's or its note's, whichever is more."""
+    return max(vibrato_depth(p), VIBRATO_DEPTH * p.note_vibrato[i])
+
+
+@jit
 def tell_vibrato(p, frame, events, count):
     """Sends depth and rate of the vibrato to every string."""
     for i in range(p.strings):
-        count = emit(events, count, frame, WAVER, i, 0, vibrato_depth(p), VIBRATO_RATE)
+        count = emit(events, count, frame, WAVER, i, 0, string_vibrato(p, i), VIBRATO_RATE)
     return count
 
 

@@ -34,6 +34,11 @@ class Parameter:
     points: tuple[str, ...] = ()  # names of the values 0, 1 ...
     event: tuple[int, int] | None = None  # kind and number of the synth's event that sets it (ring.py)
 
+    @property
+    def group(self) -> str:
+        """What hosts put it under."""
+        return next(group for group, symbols in GROUPS.items() if self.symbol in symbols)
+
 
 def _playing(number: int, symbol: str, name: str, unit: str = "", points: tuple[str, ...] = ()) -> Parameter:
     """A parameter of the playing, whose limits the kernels hold."""
@@ -42,6 +47,13 @@ def _playing(number: int, symbol: str, name: str, unit: str = "", points: tuple[
 
 
 SWITCH = ("off", "on")
+GROUPS = {
+    "Sound": ("gain", "tone", "bass"),
+    "Playing": (
+        "pluck_position", "dynamics", "technique", "hand_damping", "unevenness", "bend_range", "palm_mute", "vibrato",
+    ),
+    "Processor": ("quality", "running_ahead", "relief"),
+}  # fmt: skip
 PARAMETERS = (
     _playing(0, "gain", "Gain", "dB"),  # the least is silence
     _playing(1, "tone", "Tone"),  # -1 the tone pot closed, 1 open
@@ -56,7 +68,7 @@ PARAMETERS = (
     Parameter("bass", "Bass", "", 0, MOST_BASSES - 1, 0, True),  # in the order of the shelf
     Parameter("quality", "Quality", "", 0, 1, 0, True, ("live", "studio")),
     Parameter("running_ahead", "Running ahead", "", 0, 1, 0, True, SWITCH),
-    Parameter("relief", "Relief under overload", "", 0, 1, 0, True, SWITCH),
+    Parameter("relief", "Relief under overload", "", 0, 1, 1, True, SWITCH),  # never offline
     Parameter("palm_mute", "Palm mute", "", 0, 1, 0, False, event=(AMOUNT, CC_PALM)),  # as controller 9
     Parameter("vibrato", "Vibrato", "", 0, 1, 0, False, event=(AMOUNT, CC_VIBRATO)),  # as controller 1
 )

@@ -14,10 +14,11 @@ import numpy as np
 from livebass import __version__
 from livebass.compiling import Entry
 from livebass.kernels import board, coil, frets, instrument, performer, preparing, records
-from livebass.live.parameters import MOST_BASSES, OUTPUTS, PARAMETERS
+from livebass.live.parameters import GROUPS, MOST_BASSES, OUTPUTS, PARAMETERS
 from livebass.live.thread import ahead, block, ring, setup
 from livebass.live.thread import records as live
 from livebass.model.keymap import KEYS, SWITCHES
+from livebass.preset.programs import PROGRAMS
 
 # Those that are part of others come first.
 RECORDS = {
@@ -47,6 +48,8 @@ NUMBERS = {
     "LB_KIND_STRING_BEND": ring.STRING_BEND,
     "LB_KIND_NOTE_PLACE": ring.NOTE_PLACE,
     "LB_KIND_NOTE_BEND": ring.NOTE_BEND,
+    "LB_KIND_NOTE_VIBRATO": ring.NOTE_VIBRATO,
+    "LB_KIND_NOTE_CUT": ring.NOTE_CUT,
     "LB_RELEASE": json.dumps(__version__),
     "LB_TIERS": instrument.TIERS,
     "LB_LIVE": instrument.LIVE,
@@ -62,7 +65,7 @@ NUMBERS = {
 ENTRIES: tuple[Entry, ...] = (
     instrument.check_file, instrument.checksum, instrument.measure_pool, instrument.fill_pool, setup.measure_bass,
     setup.fill_bass, setup.ring_bytes, setup.fill_synth, ring.push_message, ring.push_event, block.process,
-    block.stay, ahead.play_string, frets.over_frets, board.over_board,
+    block.stay, block.is_still, ahead.play_string, frets.over_frets, board.over_board,
 )  # fmt: skip
 PITCHES = ("C", "C sharp", "D", "D sharp", "E", "F", "F sharp", "G", "G sharp", "A", "A sharp", "B")
 SWITCH_NAMES = {  # what hosts call a key that switches; that of a string is called by its pitch
@@ -87,10 +90,14 @@ def header(levels: Iterable[str]) -> str:
     lines = ["/* Written by livebass/plugin/header.py. */", "#ifndef LB_KERNELS_H", "#define LB_KERNELS_H"]
     lines += ["#include <stddef.h>", "#include <stdint.h>"]
     lines += [f"#define {name} {value}" for name, value in NUMBERS.items()]
+    lines += [f"#define LB_GROUPS {', '.join(map(json.dumps, GROUPS))} /* of parameters */"]
     names = ", ".join(map(json.dumps, OUTPUTS))
     lines += [
         f"static const char *const lb_outputs[LB_STRINGS] = {{{names}}}; /* of a plugin with an output a string */"
     ]
+    rows = ", ".join(f"{{{number - 1}, {json.dumps(preset)}}}" for number, preset in PROGRAMS.items())
+    lines += ["typedef struct {", "    int number;", "    const char *preset;", "} lb_program;"]
+    lines += ["#ifdef LB_TABLES", f"static const lb_program lb_programs[] = {{{rows}}};", "#endif"]
     lines += _switches()
     lines += _parameters()
     for name, record in RECORDS.items():
@@ -124,7 +131,7 @@ def _switches() -> list[str]:
 
 def _parameters() -> list[str]:
     """The table of parameters, and their numbers."""
-    lines = ["typedef struct {", "    const char *symbol, *name, *unit;", "    double least, most, usual;"]
+    lines = ["typedef struct {", "    const char *symbol, *name, *unit, *group;", "    double least, most, usual;"]
     lines += ["    int whole;", "    const char *const *points; /* names of the values from 0 on, then 0; or 0 */"]
     lines += ["    int kind, number; /* of the synth's event that sets it; kind -1: none does */"]
     lines += [
@@ -138,7 +145,7 @@ def _parameters() -> list[str]:
         if p.points:
             texts = ", ".join(map(json.dumps, p.points))
             lines.append(f"static const char *const {points}[] = {{{texts}, 0}};")
-        texts = ", ".join(map(json.dumps, (p.symbol, p.name, p.unit)))
+        texts = ", ".join(map(json.dumps, (p.symbol, p.name, p.unit, p.group)))
         kind, number = p.event or (-1, 0)
         limits = f"{float(p.least)}, {float(p.most)}, {float(p.usual)}, {int(p.whole)}"
         rows.append(f"    {{{texts}, {limits}, {points}, {kind}, {number}}},")

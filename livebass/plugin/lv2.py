@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from livebass import __version__
-from livebass.live.parameters import OUTPUTS, PARAMETERS
+from livebass.kernels.performer import MOST_STRINGS
+from livebass.live.parameters import GROUPS, OUTPUTS, PARAMETERS
 from livebass.model.instrument import Instrument
 from livebass.plugin.build import binary
 from livebass.plugin.bundle import LIST, checked_name, distinct_titles, instrument_files, with_name, write_files
@@ -23,7 +24,9 @@ PREFIXES = {
     "log": "http://lv2plug.in/ns/ext/log#",
     "midnam": "http://ardour.org/lv2/midnam#",
     "midi": "http://lv2plug.in/ns/ext/midi#",
+    "foaf": "http://xmlns.com/foaf/0.1/",
     "owl": "http://www.w3.org/2002/07/owl#",
+    "pg": "http://lv2plug.in/ns/ext/port-groups#",
     "pprops": "http://lv2plug.in/ns/ext/port-props#",
     "pset": "http://lv2plug.in/ns/ext/presets#",
     "rdf": "http://www.w3.org/1999/02/22-rdf-syntax-ns#",
@@ -48,6 +51,14 @@ KEPT = "".join(
 )
 # An extension of Ardour's, which validators do not know
 MIDNAM = "\nmidnam:interface a lv2:ExtensionData .\nmidnam:update a lv2:Feature .\n"
+GROUPS_OF_PORTS = "".join(
+    f'\n<{URI}#group-{name.lower()}> a pg:Group , pg:InputGroup ; lv2:symbol "{name.lower()}" ; lv2:name "{name}" .\n'
+    for name in GROUPS
+)
+PROJECT = (
+    '\n<urn:livebass:project> a doap:Project ; doap:name "livebass" ;'
+    ' doap:maintainer [ a foaf:Organization ; foaf:name "livebass" ] .\n'
+)
 UNITS = {"dB": "units:db", "semitones": "units:semitone12TET"}
 PLUGINS = {URI: ("Out",), STRINGS: OUTPUTS}  # the names of their outputs
 
@@ -67,9 +78,15 @@ def controls(titles: Sequence[str]) -> list[str]:
         if names:
             points = " , ".join(f"[ rdfs:label {quoted(name)} ; rdf:value {k} ]" for k, name in enumerate(names))
             more += f" ; lv2:scalePoint {points}"
+        more += f" ; pg:group <{URI}#group-{p.group.lower()}>"
         ports.append(_control(p.symbol, p.name, p.usual, p.least, p.most) + more)
     toggled = " ; lv2:portProperty lv2:integer , lv2:toggled , pprops:notOnGUI ; lv2:designation lv2:freeWheeling"
-    return [*ports, _control("freewheeling", "Freewheeling", 0, 0, 1) + toggled]
+    overload = _control("overload", "Overload", 0, 0, MOST_STRINGS).replace("InputPort", "OutputPort")
+    return [
+        *ports,
+        _control("freewheeling", "Freewheeling", 0, 0, 1) + toggled,
+        f"{overload} ; lv2:portProperty lv2:integer",
+    ]
 
 
 def _control(symbol: str, name: str, usual: float, least: float, most: float) -> str:
@@ -88,7 +105,9 @@ def write_bundle(basses: dict[str, Instrument], folder: Path, system: System | N
     rows = [(uri, short, titles[k], k) for uri in PLUGINS for k, short in enumerate(basses)]
     files = instrument_files(basses) | {
         binary_name(system): binary(system),
-        TURTLE: (HEAD + KEPT + MIDNAM + "".join(plugin(uri, titles) for uri in PLUGINS)).encode(),
+        TURTLE: (
+            HEAD + KEPT + MIDNAM + GROUPS_OF_PORTS + PROJECT + "".join(plugin(uri, titles) for uri in PLUGINS)
+        ).encode(),
         PRESETS: (HEAD + "".join(preset(*row) for row in rows)).encode(),
         MANIFEST: (HEAD + manifest(list(basses), binary_name(system))).encode(),
     }
@@ -130,6 +149,7 @@ def plugin(uri: str, titles: Sequence[str]) -> str:
     return f"""
 <{uri}> a lv2:Plugin , lv2:InstrumentPlugin ;
   doap:name "livebass{" strings" if strings else ""}" ; doap:license <https://spdx.org/licenses/MIT> ;
+  lv2:project <urn:livebass:project> ;
   lv2:minorVersion {2 * minor} ; lv2:microVersion {micro} ;
   lv2:requiredFeature urid:map ; lv2:optionalFeature lv2:hardRTCapable , work:schedule , log:log , midnam:update ;
   lv2:extensionData state:interface , work:interface , midnam:interface ;

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes as c
 import re
 import shutil
 import subprocess
@@ -11,11 +12,28 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.clap import MONO, STRINGS, Library, Plugin, midi, note_off, note_on, tuning, value
+from support.clap import (
+    BRIGHTNESS,
+    EXPRESSION_VIBRATO,
+    MONO,
+    NOTE_PORT,
+    PORTS,
+    PRESSURE,
+    STRINGS,
+    Library,
+    Plugin,
+    choke,
+    expression,
+    midi,
+    note_off,
+    note_on,
+    tuning,
+    value,
+)
 from support.plugins import DAMAGES, NOTES, PRESETS, RATE, hard_score, midi_score, mono, rendered
 from support.scores import SWITCH_KEYS
 
-from livebass import load_preset
+from livebass import load_preset, score_of
 from livebass.arrays import Floats
 from livebass.kernels.instrument import checksum
 from livebass.live.parameters import OUTPUTS, PARAMETERS
@@ -132,7 +150,11 @@ def test_keys_that_switch_say_what_they_do(folder: Path) -> None:
 
 
 def test_parameters_are_those_of_the_table(plugin: Plugin) -> None:
-    found = plugin.params()
+    *found, overload = plugin.params()
+    assert (overload.id, overload.name, overload.flags & 1 << 3, overload.flags & 1 << 5) == (500, b"Overload", 8, 0)
+    assert plugin.value(500) == 0 and plugin.text(500, 2) == "2"
+    assert [p.module.decode() for p in found] == [p.group for p in PARAMETERS]
+    plugin.set(RELIEF, 1.0)
     assert [p.name.decode() for p in found] == [p.name for p in PARAMETERS]
     for wanted, p in zip(PARAMETERS, found, strict=True):
         most = len(PRESETS) - 1 if wanted.symbol == "bass" else wanted.most
@@ -219,6 +241,99 @@ def test_tuning_of_a_note_bends_its_string_alone(folder: Path, how: dict[str, in
     assert pitch(bent[1][span]) / pitch(plain[1][span]) == pytest.approx(1.0, abs=2e-3)
     everywhere = played((4800, tuning(1.0)))
     assert not np.array_equal(plain[0], everywhere[0])
+
+
+MPE = [(0, midi(bytes(m))) for m in ([0xB0, 101, 0], [0xB0, 100, 6], [0xB0, 6, 15])]
+
+
+def test_channels_bend_apart_and_pressure_vibrates_one_string(folder: Path) -> None:
+    """Notes of CLAP keep their channels, and so do messages of MIDI; expressions move the string of their note."""
+
+    def played(*more: Any, zone: list[tuple[int, Any]] = MPE) -> Floats:
+        plugin = Plugin(folder, name=STRINGS)
+        events = [*zone, (10, note_on(35, 0.5, 1, channel=1)), (10, note_on(40, 0.5, 2, channel=2))]
+        out = plugin.play([*events, *((1000, event) for event in more)], 9600)
+        plugin.close()
+        return out
+
+    plain, pressed = played(), played(midi(bytes([0xD2, 127])))
+    for moved in (played(midi(bytes([0xE2, 0, 66]))), pressed):
+        assert np.array_equal(moved[1], plain[1]) and not np.array_equal(moved[2], plain[2])
+    for kind in (PRESSURE, EXPRESSION_VIBRATO):
+        assert np.array_equal(played(expression(kind, 1.0, 40)), pressed)
+        assert np.array_equal(played(expression(kind, 1.0, number=2), zone=[]), pressed)
+    plugin = Plugin(folder, active=False)
+    port = NOTE_PORT()
+    assert plugin.extension("note-ports", PORTS).get(plugin.handle, 0, True, c.addressof(port))
+    assert (port.supported, port.preferred) == (7, 1)
+    plugin.close()
+
+
+def test_brightness_places_the_note_it_begins_with(folder: Path) -> None:
+    """As controller 74 of MPE places the next note of its channel."""
+
+    def played(*events: Any, first: list[tuple[int, Any]] | None = None) -> Floats:
+        plugin = Plugin(folder)
+        out = plugin.play([*(first or []), *((10, event) for event in events)], 4800)
+        plugin.close()
+        return out
+
+    note = note_on(33, 0.5, 1, channel=1)
+    bright = played(note, expression(BRIGHTNESS, 1.0, number=1))
+    assert np.array_equal(bright, played(expression(BRIGHTNESS, 1.0, 33), note))
+    assert np.array_equal(bright, played(midi(bytes([0xB1, 74, 127])), note, first=MPE))
+    assert not np.array_equal(bright, played(note))
+
+
+def test_a_choke_ends_a_note_under_the_pedal(folder: Path) -> None:
+    plugin = Plugin(folder, name=STRINGS)
+    events = [(0, midi(bytes([0xB0, 64, 127]))), (0, note_on(33, 0.9)), (0, note_on(28, 0.9)), (9600, choke(33))]
+    out = plugin.play(events, RATE)
+    plugin.close()
+    peak = np.abs(out[1, :9600]).max()
+    assert np.abs(out[1, 14400:]).max() < 1e-3 * peak and np.abs(out[0, 14400:]).max() > 0.05 * peak
+
+
+def test_many_notes_in_one_frame_play_as_rendered(plugin: Plugin) -> None:
+    score = score_of([(0.01, 0.3, 28 + k % 36, 40 + k % 80) for k in range(128)], RATE)
+    wanted = mono("jazz-finger", score)
+    for size in (64, 512):
+        plugin.plugin.reset(plugin.handle)
+        assert np.array_equal(plugin.play(score, len(wanted), (size,)), wanted), size
+
+
+def test_a_program_change_chooses_a_bass_that_is_there(plugin: Plugin) -> None:
+    """By General MIDI, from 0; the host hears of it."""
+    plugin.offline()
+    for program, bass in ((36, 1), (32, 1), (35, 3), (99, 3), (33, 0)):  # 32 is flatwound's
+        plugin.block(64, [midi(bytes([0xC0, program]))])
+        assert plugin.value(BASS) == bass, program
+        plugin.block(64)
+    assert [x for number, x in plugin.told if number == BASS] == [1, 3, 0]
+
+
+def test_it_sleeps_when_no_string_moves(folder: Path) -> None:
+    """What it plays when it wakes is as if it had not slept."""
+
+    def played(sleeps: bool) -> Floats:
+        plugin = Plugin(folder)
+        out = [plugin.block(512)]
+        assert plugin.asleep
+        out.append(plugin.block(9600, [note_on(40, 0.8)]))
+        assert not plugin.asleep
+        plugin.block(512, [choke(40)])
+        rest = 0
+        while not plugin.asleep:
+            plugin.block(4800)
+            rest += 1
+            assert rest < 600
+        for _ in range(0 if sleeps else 7):
+            assert not plugin.block(480).any()
+        out.append(plugin.block(9600, [note_on(45, 0.8)]))
+        plugin.close()
+        return np.concatenate(out)
+
+    assert np.array_equal(played(True), played(False))
 
 
 def test_notes_go_by_their_ids(folder: Path) -> None:
@@ -469,6 +584,10 @@ def test_process_allocates_nothing(folder: Path, tmp_path: Path) -> None:
         assert done.returncode == 0, done.stderr
         blocks, allocations, greatest = done.stdout.split()
         assert int(blocks) > 50 and allocations == "0" and 0 < float(greatest) < 1000
+    written = [tmp_path / name for name in ("a.raw", "b.raw")]  # by the clock nothing changes: the same in every run
+    for path in written:
+        subprocess.run([host, folder / "livebass.clap", "1", "2", path], check=True, capture_output=True)
+    assert written[0].stat().st_size > 100_000 and written[0].read_bytes() == written[1].read_bytes()
 
 
 def test_the_binary_is_small_and_exports_its_entries_alone(folder: Path) -> None:

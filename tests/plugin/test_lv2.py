@@ -212,6 +212,7 @@ def test_tools_of_lv2_find_no_fault(bundle: Path, tmp_path: Path) -> None:
         assert told.returncode == 0, told.stderr
         for word in (*(load_preset(name).name for name in PRESETS), 'My "own"', "Pluck position"):
             assert word in told.stdout, word
+        assert re.search(r"Author:\s+livebass", told.stdout)
 
 
 @pytest.mark.slow
@@ -230,6 +231,29 @@ def test_bends_and_controllers(plugin: Plugin) -> None:
     wanted = rendered("slap", score)
     assert plugin.restore(state_of(plugin, "slap")) == 0
     assert np.array_equal(plugin.play(score, len(wanted)), wanted)
+
+
+def test_channels_bend_apart_and_pressure_vibrates_one_string(bundle: Path) -> None:
+    def played(*more: tuple[int, bytes]) -> Floats:
+        plugin = Plugin(bundle, index=1, outputs=MOST_STRINGS)
+        zone = [(0, bytes(m)) for m in ([0xB0, 101, 0], [0xB0, 100, 6], [0xB0, 6, 15])]
+        out = [plugin.block(1000, [*zone, (10, bytes([0x91, 35, 64])), (10, bytes([0x92, 40, 64]))])]
+        out.append(plugin.block(8000, more))
+        plugin.close()
+        return np.concatenate(out, axis=-1)
+
+    plain = played()
+    for message in ([0xE2, 0, 66], [0xD2, 127]):
+        moved = played((0, bytes(message)))
+        assert np.array_equal(moved[1], plain[1]) and not np.array_equal(moved[2], plain[2]), message
+
+
+def test_a_program_change_chooses_a_bass_that_is_there(plugin: Plugin) -> None:
+    for program, bass in ((36, "slap"), (32, "slap"), (35, "fretless"), (99, "fretless")):  # 32 is flatwound's
+        plugin.block(64, [(0, bytes([0xC0, program]))])
+        settle(plugin)
+        assert plugin.save() == state_of(plugin, bass), program
+    assert plugin.controls["overload"].value == 0 and not plugin.logged
 
 
 def test_nothing_is_cut_at_full_scale(plugin: Plugin) -> None:

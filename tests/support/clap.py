@@ -14,8 +14,10 @@ from livebass.arrays import Floats
 from livebass.score import Score
 
 MONO, STRINGS = "org.livebass.bass", "org.livebass.strings"
+RELIEF = 11  # a parameter
 NOTE_ON, NOTE_OFF, NOTE_CHOKE, EXPRESSION, VALUE, MIDI = 0, 1, 2, 4, 5, 10
-TUNING = 2
+TUNING, EXPRESSION_VIBRATO, BRIGHTNESS, PRESSURE = 2, 3, 5, 6
+CONTINUE, SLEEP = 1, 4
 PRESETS_OF_PLUGIN = 1
 U16, U32, U64, I16, I32, I64, D, B = (
     c.c_uint16, c.c_uint32, c.c_uint64, c.c_int16, c.c_int32, c.c_int64, c.c_double, c.c_bool,
@@ -154,6 +156,8 @@ class Plugin:
     def __init__(self, folder: Path, rate: int = 48000, name: str = MONO, active: bool = True) -> None:
         self.logged: list[str] = []
         self.asked = self.rescanned = 0
+        self.asleep = False  # after the last block
+        self.told: list[tuple[int, float]] = []  # values that it said have changed by themselves
         self.library = Library(folder)
         self.log = LOG(LOG._fields_[0][1](lambda _, severity, line: self.logged.append(line.decode())))
         self.params_of_host = PARAMS_OF_HOST(PARAMS_OF_HOST._fields_[0][1](self._rescan))
@@ -172,11 +176,17 @@ class Plugin:
         if not self.plugin.init(self.handle):
             self.plugin.destroy(self.handle)
             raise RuntimeError("; ".join(self.logged))
+        self.set(RELIEF, 0.0)  # a test is no real time
         if active:
             self.activate()
 
     def _ask(self, _: Any) -> None:
         self.asked += 1
+
+    def _hear(self, _: Any, event: int) -> bool:
+        said = PARAM_VALUE.from_address(event)
+        self.told.append((said.param, said.value))
+        return True
 
     def _rescan(self, _: Any, flags: int) -> None:
         self.rescanned += 1
@@ -210,7 +220,7 @@ class Plugin:
         """Plays a block with `events`, in the order of their times; returns (frames,), or (outputs, frames)."""
         kinds = dict(IN_EVENTS._fields_)
         given = IN_EVENTS(None, kinds["size"](lambda _: len(events)), kinds["get"](lambda _, k: c.addressof(events[k])))
-        taken = OUT_EVENTS(None, OUT_EVENTS._fields_[1][1](lambda *_: True))
+        taken = OUT_EVENTS(None, OUT_EVENTS._fields_[1][1](self._hear))
         out = np.full((self.outputs, frames), np.nan, np.float32)
         channels = [P(row.ctypes.data) for row in out]
         buffers = (BUFFER * self.outputs)(*(BUFFER(c.addressof(row), None, 1) for row in channels))
@@ -218,7 +228,9 @@ class Plugin:
             self.frames, frames, None, None, c.addressof(buffers), 0, self.outputs, c.addressof(given),
             c.addressof(taken),
         )  # fmt: skip
-        assert self.plugin.process(self.handle, c.addressof(process)) == 1
+        status = self.plugin.process(self.handle, c.addressof(process))
+        assert status in (CONTINUE, SLEEP)
+        self.asleep = status == SLEEP
         self.frames += frames
         return out if self.outputs > 1 else out[0]
 
@@ -321,12 +333,20 @@ class Plugin:
         return bool(load.from_location(self.handle, PRESETS_OF_PLUGIN, None, key.encode()))
 
 
-def note_on(key: int, velocity: float, number: int = -1) -> Any:
-    return NOTE(c.sizeof(NOTE), 0, 0, NOTE_ON, 0, number, 0, 0, key, velocity)
+def note_on(key: int, velocity: float, number: int = -1, channel: int = 0) -> Any:
+    return NOTE(c.sizeof(NOTE), 0, 0, NOTE_ON, 0, number, 0, channel, key, velocity)
 
 
 def note_off(key: int, number: int = -1) -> Any:
     return NOTE(c.sizeof(NOTE), 0, 0, NOTE_OFF, 0, number, 0, 0, key, 0.0)
+
+
+def choke(key: int) -> Any:
+    return NOTE(c.sizeof(NOTE), 0, 0, NOTE_CHOKE, 0, -1, 0, 0, key, 0.0)
+
+
+def expression(kind: int, amount: float, key: int = -1, number: int = -1) -> Any:
+    return NOTE_EXPRESSION(c.sizeof(NOTE_EXPRESSION), 0, 0, EXPRESSION, 0, kind, number, 0, 0, key, amount)
 
 
 def tuning(semitones: float, key: int = -1, number: int = -1) -> Any:

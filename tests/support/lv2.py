@@ -14,7 +14,7 @@ from livebass.arrays import Floats
 from livebass.live.parameters import PARAMETERS
 from livebass.score import Score
 
-CONTROLS = (*(p.symbol for p in PARAMETERS), "freewheeling")
+CONTROLS = (*(p.symbol for p in PARAMETERS), "freewheeling", "overload")
 EXTENSIONS, MIDNAM_URI = "http://lv2plug.in/ns/ext/", "http://ardour.org/lv2/midnam"
 ROOM = 1 << 16  # bytes of MIDI a block
 U32, I32, P, S = c.c_uint32, c.c_int32, c.c_void_p, c.c_char_p
@@ -73,6 +73,7 @@ class Plugin:
         self.plugin.connect(self.handle, 0, c.addressof(self.midi))
         for k, control in enumerate(self.controls.values(), 1 + outputs):
             self.plugin.connect(self.handle, k, c.addressof(control))
+        self.controls["bass"].value = self.controls["relief"].value = 0.0  # a test is no real time
         self.plugin.activate(self.handle)
 
     def number(self, uri: str) -> int:

@@ -24,7 +24,10 @@ EXPRESSIONS = "B7F8F85941234872911695814F3721A3"
 MONO, STRINGS = 0, 1  # classes
 MONO_SPEAKER, STEREO_SPEAKERS = 1 << 19, 3
 REAL_TIME, OFFLINE = 0, 2
-TUNING = 2
+TUNING, EXPRESSION_VIBRATO, BRIGHTNESS = 2, 3, 5
+RELIEF = 11  # a parameter
+MAPPING, CONTEXT = "DF0FF9F749B74669B63AB7327ADBF5E5", "2A654303EF764E3D95B5FE83730EF6D0"
+PHYSICAL = "B03078FF94D24AC890CCD303D4133324"
 CAN_AUTOMATE, IS_LIST, IS_PROGRAM_CHANGE, IS_HIDDEN = 1, 1 << 3, 1 << 15, 1 << 4
 
 
@@ -143,6 +146,7 @@ class Plugin:
         self.outputs = self.component.call(7, I32(0), I32(1))
         setup = Setup(mode, 0, 4096, 48000.0)
         assert self.processor.call(7, c.addressof(setup)) == 0
+        self.controller.call(15, U32(RELIEF), 0.0)  # a test is no real time
         assert self.component.call(11, c.c_uint8(1)) == 0
 
     def set_speakers(self, speakers: Sequence[int]) -> bool:
@@ -209,6 +213,28 @@ class Plugin:
         assert self.controller.call(14, U32(number), result=D) == usual
         return usual
 
+    def mapped(self, channel: int, number: int) -> int:
+        """The id of the parameter that stands for a MIDI controller of a channel."""
+        mapping, found = self.component.query(MAPPING), U32()
+        assert mapping.call(3, I32(0), I16(channel), I16(number), c.addressof(found)) == 0
+        mapping.call(2)
+        return found.value
+
+    def physical(self) -> list[int]:
+        """The note expressions for movements across, along, and for pressure."""
+        mapping, pairs = self.component.query(PHYSICAL), (U32 * 6)(0, 99, 1, 99, 2, 99)
+        asked = (U64 * 2)(3, c.addressof(pairs))
+        assert mapping.call(3, I32(0), I16(0), c.addressof(asked)) == 0
+        mapping.call(2)
+        return list(pairs)[1::2]
+
+    def needs(self) -> int:
+        """What it needs to know of the host's transport, bits."""
+        context = self.processor.query(CONTEXT)
+        needed = context.call(3, result=U32)
+        context.call(2)
+        return int(needed)
+
     def outputs_called(self) -> list[str]:
         """The names of its outputs."""
         found = []
@@ -273,15 +299,21 @@ class Plugin:
         assert self.component.call(2, result=U32) == 0
 
 
-def note_on(key: int, velocity: float, number: int, offset: int = 0) -> Event:
+def note_on(key: int, velocity: float, number: int, offset: int = 0, channel: int = 0) -> Event:
     event = Event(0, offset, 0.0, 0, 0)
-    event.of.on = On(0, key, 0.0, velocity, 0, number)
+    event.of.on = On(channel, key, 0.0, velocity, 0, number)
     return event
 
 
 def note_off(key: int, number: int, offset: int = 0) -> Event:
     event = Event(0, offset, 0.0, 0, 1)
     event.of.off = Off(0, key, 0.0, number, 0.0)
+    return event
+
+
+def expression(kind: int, amount: float, number: int, offset: int = 0) -> Event:
+    event = Event(0, offset, 0.0, 0, 4)
+    event.of.expression = Expression(kind, number, amount)
     return event
 
 

@@ -31,7 +31,6 @@ from livebass.live.thread.records import (
     FADED_BASS,
     HISTOGRAM,
     HORIZON,
-    LEAST_MESSAGES,
     MOST_MESSAGES,
     NEXT_BASS,
     PANIC,
@@ -55,8 +54,10 @@ from livebass.live.thread.ring import (
     KIND_BIT,
     MIDI,
     NOTE_BEND,
+    NOTE_CUT,
     NOTE_PLACE,
     NOTE_STRING,
+    NOTE_VIBRATO,
     NOW,
     PARAMETER,
     STRING_BEND,
@@ -143,6 +144,10 @@ def tell_event(synth, b, frame, kind, number, value, count):
         return performer.bend_string(p, frame - b.frame, number, value, events_of(b), count)
     if kind == NOTE_BEND:
         return performer.bend_note(p, frame - b.frame, number, value, events_of(b), count)
+    if kind == NOTE_VIBRATO:
+        return performer.vibrate_note(p, frame - b.frame, number, value, events_of(b), count)
+    if kind == NOTE_CUT:
+        return performer.cut_note(p, frame - b.frame, number, events_of(b), count)
     if kind == NOTE_PLACE:
         performer.place_note(p, number, value)
     if kind == NOTE_STRING:
@@ -211,7 +216,7 @@ def collect_events(synth, b, n):
             if synth.old_bass != 0:
                 old_count = tell_old_bass(synth, b, count, count, synth.frame, control, number, np.int64(0), old_count)
     last = synth.frame
-    for _ in range(min(MOST_MESSAGES, LEAST_MESSAGES + n // 8)):  # a flood of messages waits, the sound does not
+    for _ in range(MOST_MESSAGES):  # a flood of messages waits, the sound does not
         if max(count, old_count) + MOST_EVENTS > EVENT_ROOM:
             break
         best = end
@@ -393,6 +398,23 @@ def process(address, sound, n):
         if synth.busy * 1e-9 * synth.rate > n:
             synth.late += 1
     set_float_control(before)
+
+
+@entry("int64(int64)")
+def is_still(address):
+    """C function: 1 if the synth at `address` plays nothing but zeros until something is sent to it. [audio thread]"""
+    synth = synth_at(address)
+    if synth.bass == 0 or synth.old_bass != 0 or load_acquire(address + NEXT_BASS) != 0:
+        return np.int64(0)
+    for k in range(RINGS):
+        if next_frame(synth.midi_ring[k], synth.midi_ring_size[k], np.int64(-2)) != -2:
+            return np.int64(0)
+    b = bass_at(synth.bass)
+    for i in range(b.strings):
+        v = string_of(b, i).voice
+        if not v.still or v.frame != synth.frame - b.frame:
+            return np.int64(0)
+    return np.int64(1)
 
 
 @entry("void(int64)")

@@ -22,8 +22,8 @@ from livebass.kernels.records import (
 )
 
 RINGS = 3  # of messages: from Python's threads, of the score, from the MIDI port of the audio thread
-LEAST_MESSAGES, MOST_MESSAGES = 32, 128  # taken into one chunk, by its length; the others wait for the next
-EVENT_ROOM = (MOST_MESSAGES + 1) * MOST_EVENTS
+MOST_MESSAGES = 256  # taken into one chunk, if their events find room; the others wait for the next
+EVENT_ROOM = 129 * MOST_EVENTS
 CHUNK = 1024  # frames computed at once, at most
 HISTOGRAM = 64
 RINGING = -1  # in place of the frames left of a fade-out

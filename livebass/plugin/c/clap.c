@@ -14,6 +14,7 @@
 #define APART "org.livebass.strings"
 #define PROVIDER "org.livebass.presets"
 enum { TAIL = 12 /* s */, ROOM = 1 << 16 };
+enum { OVERLOAD = 500 }; /* id of the parameter, read only, that says how many strings are relieved */
 
 static char folder[CLAP_PATH]; /* of the instruments that came with the plugin */
 
@@ -23,6 +24,7 @@ typedef struct {
     const clap_host_log *log;
     int apart; /* has an output a string */
     int asked; /* on_main_thread() will be called */
+    int overload, bass; /* the host was told so last */
     lb_instance instance;
 } clap;
 
@@ -94,29 +96,77 @@ static void take(clap *c, const clap_event *e) {
     if (!i->synth) return;
     const clap_note *note = (const clap_note *)e;
     const clap_note_expression *x = (const clap_note_expression *)e;
-    if (e->type == CLAP_NOTE_ON) lb_start_note(i, e->time, note->key, note->velocity, note->note_id);
-    else if (e->type == CLAP_NOTE_OFF || e->type == CLAP_NOTE_CHOKE)
-        lb_stop_note(i, e->time, note->key, note->note_id);
+    if (e->type == CLAP_NOTE_ON)
+        lb_start_note(i, e->time, note->channel, note->key, note->velocity, note->note_id);
+    else if (e->type == CLAP_NOTE_OFF) lb_stop_note(i, e->time, note->key, note->note_id);
+    else if (e->type == CLAP_NOTE_CHOKE) lb_choke_note(i, e->time, note->key, note->note_id);
     else if (e->type == CLAP_MIDI) lb_send(i->synth, e->time, ((const clap_midi *)e)->data, 3);
-    else if (e->type == CLAP_NOTE_EXPRESSION && x->expression == CLAP_TUNING)
-        lb_express_bend(i, e->time, x->key, x->note_id, x->value); /* a plucked string has no other expression */
+    if (e->type != CLAP_NOTE_EXPRESSION) return;
+    if (x->expression == CLAP_TUNING) lb_express_bend(i, e->time, x->key, x->note_id, x->value);
+    else if (x->expression == CLAP_VIBRATO || x->expression == CLAP_PRESSURE)
+        lb_express_vibrato(i, e->time, x->key, x->note_id, x->value);
+    else if (x->expression == CLAP_BRIGHTNESS) lb_express_place(i, e->time, x->key, x->note_id, x->value);
+}
+
+/* True if event `x` is the brightness of the note that event `e` starts in the same frame: it places that very note. */
+static int places(const clap_event *e, const clap_event *x) {
+    const clap_note *n = (const clap_note *)e;
+    const clap_note_expression *b = (const clap_note_expression *)x;
+    if (e->space || x->space || e->type != CLAP_NOTE_ON || x->type != CLAP_NOTE_EXPRESSION) return 0;
+    if (b->expression != CLAP_BRIGHTNESS || e->time != x->time) return 0;
+    return b->key >= 0 ? b->key == n->key : b->note_id >= 0 && b->note_id == n->note_id;
+}
+
+/* Takes all events of a block. */
+static void take_all(clap *c, const clap_in_events *in) {
+    const uint32_t events = in ? in->size(in) : 0;
+    for (uint32_t k = 0; k < events; k++) {
+        const clap_event *e = in->get(in, k);
+        const clap_note *n = (const clap_note *)e;
+        for (uint32_t j = k + 1; e->type == CLAP_NOTE_ON && j < events && in->get(in, j)->time == e->time; j++)
+            if (places(e, in->get(in, j)))
+                lb_express_place(&c->instance, e->time, n->key, -1,
+                                 ((const clap_note_expression *)in->get(in, j))->value);
+        int placed = 0; /* by a note before it */
+        for (uint32_t j = k; e->type == CLAP_NOTE_EXPRESSION && j-- && in->get(in, j)->time == e->time && !placed;)
+            placed = places(in->get(in, j), e);
+        if (!placed) take(c, e);
+    }
+}
+
+/* Tells the host of a value that has changed by itself. */
+static void tell_value(const clap_out_events *out, uint32_t id, double value) {
+    const clap_param_value v = {
+        .head = {sizeof v, 0, CLAP_CORE_EVENTS, CLAP_PARAM_VALUE, 0},
+        .id = id, .note_id = -1, .port = -1, .channel = -1, .key = -1, .value = value,
+    };
+    if (out) out->try_push(out, &v.head);
+}
+
+static void tell_changes(clap *c, const clap_out_events *out) {
+    const int overload = lb_overload(c->instance.synth), bass = (int)lb_value(&c->instance, LB_BASS);
+    if (overload != c->overload) tell_value(out, OVERLOAD, overload);
+    c->overload = overload;
+    if (bass != c->bass) tell_value(out, LB_BASS, bass);
+    c->bass = bass;
 }
 
 static int32_t process(const clap_plugin *p, const clap_process *b) {
     clap *c = of(p);
     lb_instance *i = &c->instance;
     float *outs[LB_STRINGS] = {0};
-    const uint32_t events = b->in_events ? b->in_events->size(b->in_events) : 0;
     if (!i->synth) return CLAP_PROCESS_ERROR;
     lb_begin_block(i);
-    for (uint32_t k = 0; k < events; k++) take(c, b->in_events->get(b->in_events, k));
+    take_all(c, b->in_events);
+    c->bass = (int)lb_value(i, LB_BASS); /* the host has set this one itself */
     for (uint32_t k = 0; k < b->output_count && k < LB_STRINGS; k++)
         if (b->outputs[k].data32 && b->outputs[k].channels) {
             outs[k] = b->outputs[k].data32[0];
             b->outputs[k].constant_mask = 0;
         }
     lb_play_block(i, c->apart, outs, b->frames);
-    return CLAP_PROCESS_CONTINUE;
+    tell_changes(c, b->out_events);
+    return lb_may_sleep(i) ? CLAP_PROCESS_SLEEP : CLAP_PROCESS_CONTINUE;
 }
 
 /* --- ports --- */
@@ -146,7 +196,7 @@ static uint32_t note_count(const clap_plugin *p, bool is_input) {
 static bool note_port(const clap_plugin *p, uint32_t index, bool is_input, clap_note_port *port) {
     if (index >= note_count(p, is_input)) return false;
     memset(port, 0, sizeof *port);
-    port->supported = CLAP_DIALECT_CLAP | CLAP_DIALECT_MIDI;
+    port->supported = CLAP_DIALECT_CLAP | CLAP_DIALECT_MIDI | CLAP_DIALECT_MPE;
     port->preferred = CLAP_DIALECT_CLAP;
     snprintf(port->name, sizeof port->name, "Notes");
     return true;
@@ -156,13 +206,22 @@ static bool note_port(const clap_plugin *p, uint32_t index, bool is_input, clap_
 
 static uint32_t param_count(const clap_plugin *p) {
     (void)p;
-    return LB_PARAMETERS;
+    return LB_PARAMETERS + 1;
 }
 
 static bool param_info(const clap_plugin *p, uint32_t index, clap_param_info *info) {
-    if (index >= LB_PARAMETERS) return false;
-    const lb_parameter *known = &lb_parameters[index];
     memset(info, 0, sizeof *info);
+    if (index == LB_PARAMETERS) {
+        info->id = OVERLOAD;
+        info->flags = CLAP_PARAM_STEPPED | CLAP_PARAM_READONLY;
+        info->most = LB_STRINGS;
+        snprintf(info->name, sizeof info->name, "Overload");
+        snprintf(info->module, sizeof info->module, "Processor");
+        return true;
+    }
+    if (index > LB_PARAMETERS) return false;
+    const lb_parameter *known = &lb_parameters[index];
+    snprintf(info->module, sizeof info->module, "%s", known->group);
     info->id = index;
     info->flags = known->kind >= 0 ? CLAP_PARAM_AUTOMATABLE : 0;
     if (known->whole) info->flags |= CLAP_PARAM_STEPPED;
@@ -175,18 +234,24 @@ static bool param_info(const clap_plugin *p, uint32_t index, clap_param_info *in
 }
 
 static bool param_value(const clap_plugin *p, uint32_t id, double *value) {
-    if (id >= LB_PARAMETERS) return false;
+    if (id == OVERLOAD) *value = __atomic_load_n(&of(p)->overload, __ATOMIC_RELAXED);
+    if (id >= LB_PARAMETERS) return id == OVERLOAD;
     *value = lb_value(&of(p)->instance, (int)id);
     return true;
 }
 
 static bool param_to_text(const clap_plugin *p, uint32_t id, double value, char *text, uint32_t room) {
+    if (id == OVERLOAD) return snprintf(text, room, "%.0f", value) > 0;
     if (id >= LB_PARAMETERS) return false;
     lb_value_to_text(&of(p)->instance, (int)id, value, text, room);
     return true;
 }
 
 static bool param_from_text(const clap_plugin *p, uint32_t id, const char *text, double *value) {
+    if (id == OVERLOAD) {
+        *value = atof(text);
+        return true;
+    }
     return id < LB_PARAMETERS && lb_text_to_value(&of(p)->instance, (int)id, text, value);
 }
 

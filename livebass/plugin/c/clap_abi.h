@@ -45,7 +45,7 @@ enum {
     CLAP_MIDI = 10,
 };
 enum { CLAP_CORE_EVENTS = 0 };
-enum { CLAP_TUNING = 2 }; /* semitones */
+enum { CLAP_TUNING = 2, CLAP_VIBRATO = 3, CLAP_BRIGHTNESS = 5, CLAP_PRESSURE = 6 }; /* semitones; 0 to 1 */
 
 typedef struct {
     uint32_t size, time;
@@ -102,7 +102,7 @@ typedef struct {
     uint64_t constant_mask;
 } clap_audio_buffer;
 
-enum { CLAP_PROCESS_ERROR = 0, CLAP_PROCESS_CONTINUE = 1 };
+enum { CLAP_PROCESS_ERROR = 0, CLAP_PROCESS_CONTINUE = 1, CLAP_PROCESS_SLEEP = 4 };
 typedef struct {
     int64_t steady_time;
     uint32_t frames;
@@ -170,7 +170,7 @@ typedef struct {
     bool (*get)(const clap_plugin *, uint32_t index, bool is_input, clap_audio_port *);
 } clap_audio_ports;
 
-enum { CLAP_DIALECT_CLAP = 1, CLAP_DIALECT_MIDI = 2 };
+enum { CLAP_DIALECT_CLAP = 1, CLAP_DIALECT_MIDI = 2, CLAP_DIALECT_MPE = 4 };
 typedef struct {
     uint32_t id, supported, preferred;
     char name[CLAP_NAME];
@@ -194,7 +194,7 @@ typedef struct {
     void (*changed)(const clap_host *);
 } clap_host_note_names;
 
-enum { CLAP_PARAM_STEPPED = 1, CLAP_PARAM_AUTOMATABLE = 1 << 5, CLAP_PARAM_ENUM = 1 << 16 };
+enum { CLAP_PARAM_STEPPED = 1, CLAP_PARAM_READONLY = 1 << 3, CLAP_PARAM_AUTOMATABLE = 1 << 5, CLAP_PARAM_ENUM = 1 << 16 };
 typedef struct {
     uint32_t id, flags;
     void *cookie;

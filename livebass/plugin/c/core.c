@@ -384,6 +384,14 @@ int lb_bend_note(lb_synth *s, int64_t offset, int key, double semitones) {
     return control(s, offset, LB_KIND_NOTE_BEND, key, 128, semitones);
 }
 
+int lb_vibrate_note(lb_synth *s, int64_t offset, int key, double amount) {
+    return control(s, offset, LB_KIND_NOTE_VIBRATO, key, 128, amount);
+}
+
+void lb_cut_note(lb_synth *s, int64_t offset, int key) {
+    if (key >= 0 && key < 128) push(s, offset, LB_KIND_NOTE_CUT, key, 0);
+}
+
 void lb_place_note(lb_synth *s, int64_t offset, int key, double position) {
     if (key >= 0 && key < 128) push(s, offset, LB_KIND_NOTE_PLACE, key, position);
 }
@@ -400,6 +408,17 @@ void lb_play_strings(lb_synth *s, float *const *outs, int64_t n) {
         lb_play(s, s->mix, m);
     }
     memset(s->record.apart, 0, sizeof s->record.apart);
+}
+
+int lb_is_still(const lb_synth *s) {
+    const LB_SYNTH *r = &s->record;
+    const int settled = fabs(r->gain - r->gain_target) <= 1e-13 * r->gain_target; /* as near as rounding lets it */
+    return settled && s->kernels->is_still(ADDRESS(r)) != 0;
+}
+
+int lb_overload(const lb_synth *s) {
+    const int64_t n = s->record.overload;
+    return n < 0 ? 0 : n > LB_STRINGS ? LB_STRINGS : (int)n;
 }
 
 void lb_offline(lb_synth *s, int on) {
@@ -441,6 +460,12 @@ const lb_switch *lb_shelf_switch(const lb_shelf *s, int k, int key) {
 int lb_shelf_find(const lb_shelf *s, const char *name) {
     for (int k = 0; k < s->count; k++)
         if (!strcmp(s->places[k].name, name)) return k;
+    return -1;
+}
+
+int lb_shelf_program(const lb_shelf *s, int64_t program) {
+    for (size_t k = 0; k < sizeof lb_programs / sizeof *lb_programs; k++)
+        if (lb_programs[k].number == program) return lb_shelf_find(s, lb_programs[k].preset);
     return -1;
 }
 

@@ -60,6 +60,10 @@ int lb_set(lb_synth *, int64_t offset, int parameter, double value);
 int lb_bend_string(lb_synth *, int64_t offset, int string, double semitones);
 /* The same for the string that played a key last, until it plays another note. */
 int lb_bend_note(lb_synth *, int64_t offset, int key, double semitones);
+/* Vibrato of the string that played a key last, 0 to 1, until it plays another note. */
+int lb_vibrate_note(lb_synth *, int64_t offset, int key, double amount);
+/* Ends the sound of a key's note at once, whatever the pedal does. */
+void lb_cut_note(lb_synth *, int64_t offset, int key);
 /* Has the next note of a key plucked at a place of its own, -1 to 1 as the parameter LB_PLUCK_POSITION. */
 void lb_place_note(lb_synth *, int64_t offset, int key, double position);
 
@@ -69,9 +73,14 @@ void lb_play(lb_synth *, float *out, int64_t n);
    after string, is what lb_play gives, bit for bit while one bass plays. [audio thread] */
 void lb_play_strings(lb_synth *, float *const *outs, int64_t n);
 
+/* True if it plays nothing but zeros until something is sent to it. [audio thread] */
+int lb_is_still(const lb_synth *);
+/* How many strings are relieved now. [audio thread] */
+int lb_overload(const lb_synth *);
+
 /* Offline nothing depends on the clock: strings do not run ahead and are not relieved. [audio thread] */
 void lb_offline(lb_synth *, int on);
-/* With relief on, overload moves strings to coarser operators for a while; at first it is off. [audio thread] */
+/* With relief on, overload moves strings to coarser operators for a while; a new synth has it off. [audio thread] */
 void lb_relieve(lb_synth *, int on);
 
 /* --- the shelf: the instruments that a plugin offers --- */
@@ -89,5 +98,6 @@ const char *lb_shelf_title(const lb_shelf *, int);       /* what the file says i
 const char *lb_shelf_path(const lb_shelf *, int);
 const lb_switch *lb_shelf_switch(const lb_shelf *, int, int key); /* what a key switches; 0: it is a note's */
 int lb_shelf_find(const lb_shelf *, const char *name);   /* -1: it is not there */
+int lb_shelf_program(const lb_shelf *, int64_t program); /* what a program change, from 0, chooses; -1: nothing */
 void lb_close_shelf(lb_shelf *);                         /* may be 0 */
 #endif

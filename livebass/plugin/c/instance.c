@@ -84,6 +84,7 @@ int lb_text_to_value(const lb_instance *i, int parameter, const char *text, doub
 static void forget_notes(lb_instance *i) {
     memset(i->held, 0, sizeof i->held);
     memset(i->unbent, 0, sizeof i->unbent);
+    memset(i->unvibrated, 0, sizeof i->unvibrated);
     for (int k = 0; k < LB_KEYS; k++) i->note_ids[k] = -1;
 }
 
@@ -141,6 +142,7 @@ int lb_activate_instance(lb_instance *i, double rate) {
     if (i->synth) lb_put_on(i->synth, b);
     else lb_free_bass(b);
     forget_notes(i);
+    i->programs = 0;
     i->changed = ~0u;
     return i->synth != 0;
 }
@@ -159,6 +161,7 @@ void lb_reset_instance(lb_instance *i) {
     if (b) lb_put_on(i->synth, b);
     else lb_reset_synth(i->synth);
     forget_notes(i);
+    i->programs = 0;
     __atomic_store_n(&i->changed, ~0u, __ATOMIC_RELEASE);
 }
 
@@ -182,6 +185,12 @@ static void bend(lb_instance *i, int64_t offset, int key, double semitones) {
     i->unbent[key] = !lb_bend_note(i->synth, offset, key, semitones);
 }
 
+/* The same for vibrato. */
+static void vibrate(lb_instance *i, int64_t offset, int key, double amount) {
+    i->vibratos[key] = amount;
+    i->unvibrated[key] = !lb_vibrate_note(i->synth, offset, key, amount);
+}
+
 void lb_begin_block(lb_instance *i) {
     const uint32_t changed = __atomic_exchange_n(&i->changed, 0, __ATOMIC_ACQUIRE);
     for (int k = 0; k < LB_PARAMETERS; k++)
@@ -189,6 +198,8 @@ void lb_begin_block(lb_instance *i) {
             __atomic_fetch_or(&i->changed, 1u << k, __ATOMIC_RELEASE);
     for (int k = 0; k < LB_KEYS; k++)
         if (i->unbent[k]) bend(i, 0, k, i->bends[k]);
+    for (int k = 0; k < LB_KEYS; k++)
+        if (i->unvibrated[k]) vibrate(i, 0, k, i->vibratos[k]);
     lb_offline(i->synth, __atomic_load_n(&i->offline, __ATOMIC_RELAXED));
     lb_relieve(i->synth, lb_value(i, LB_RELIEF) > 0.5);
 }
@@ -219,15 +230,17 @@ static int key_of(const lb_instance *i, int32_t id) {
     return key;
 }
 
-void lb_start_note(lb_instance *i, int64_t offset, int key, double velocity, int32_t id) {
+void lb_start_note(lb_instance *i, int64_t offset, int channel, int key, double velocity, int32_t id) {
+    channel = channel > 0 && channel < 16 ? channel : 0; /* any: the first */
     if (key < 0 || key >= LB_KEYS) return;
     const double scaled = fmin(fmax(rint(127 * velocity), 1), 127); /* 0 would release it */
     for (int k = 0; k < LB_KEYS && id >= 0; k++)
         if (i->note_ids[k] == id) i->note_ids[k] = -1; /* of a note that is over */
     i->note_ids[key] = id;
     i->held[key] = 1;
-    i->unbent[key] = 0;
-    lb_send(i->synth, offset, (const uint8_t[]){0x90, (uint8_t)key, (uint8_t)scaled}, 3);
+    i->unbent[key] = i->unvibrated[key] = 0;
+    i->channels[key] = (uint8_t)channel;
+    lb_send(i->synth, offset, (const uint8_t[]){(uint8_t)(0x90 | channel), (uint8_t)key, (uint8_t)scaled}, 3);
 }
 
 void lb_stop_note(lb_instance *i, int64_t offset, int key, int32_t id) {
@@ -236,11 +249,22 @@ void lb_stop_note(lb_instance *i, int64_t offset, int key, int32_t id) {
     if (key >= LB_KEYS || (named && key < 0)) return;
     if (key >= 0) {
         i->held[key] = 0;
-        lb_send(i->synth, offset, (const uint8_t[]){0x80, (uint8_t)key, 64}, 3);
+        lb_send(i->synth, offset, (const uint8_t[]){0x80 | i->channels[key], (uint8_t)key, 64}, 3);
     } else {
         memset(i->held, 0, sizeof i->held);
         lb_send(i->synth, offset, (const uint8_t[]){0xB0, 123, 0}, 3);
     }
+}
+
+void lb_choke_note(lb_instance *i, int64_t offset, int key, int32_t id) {
+    if (key < 0 && id >= 0 && (key = key_of(i, id)) < 0) return;
+    if (key < 0) {
+        memset(i->held, 0, sizeof i->held);
+        lb_send(i->synth, offset, (const uint8_t[]){0xB0, 120, 0}, 3);
+        return;
+    }
+    lb_stop_note(i, offset, key, id); /* it may be a key that switches */
+    if (key < LB_KEYS) lb_cut_note(i->synth, offset, key);
 }
 
 void lb_express_bend(lb_instance *i, int64_t offset, int key, int32_t id, double semitones) {
@@ -249,10 +273,37 @@ void lb_express_bend(lb_instance *i, int64_t offset, int key, int32_t id, double
         if (key == k || (key < 0 && i->held[k])) bend(i, offset, k, semitones);
 }
 
+void lb_express_vibrato(lb_instance *i, int64_t offset, int key, int32_t id, double amount) {
+    if (key < 0 && id >= 0 && (key = key_of(i, id)) < 0) return;
+    for (int k = 0; k < LB_KEYS; k++)
+        if (key == k || (key < 0 && i->held[k])) vibrate(i, offset, k, amount);
+}
+
+void lb_express_place(lb_instance *i, int64_t offset, int key, int32_t id, double brightness) {
+    if (key < 0 && id >= 0) key = key_of(i, id);
+    if (key < LB_KEYS) lb_place_note(i->synth, offset, key, 2 * brightness - 1);
+}
+
+int lb_may_sleep(const lb_instance *i) {
+    if (__atomic_load_n(&i->changed, __ATOMIC_RELAXED) || __atomic_load_n(&i->ready, __ATOMIC_RELAXED)) return 0;
+    if (__atomic_load_n(&i->done, __ATOMIC_RELAXED) || wants_other(i)) return 0;
+    return lb_is_still(i->synth);
+}
+
+/* Chooses the bass of a program change that was played, as `play` does; one of none that is here changes nothing. */
+static void answer_program(lb_instance *i) {
+    const LB_SYNTH *r = &i->synth->record;
+    if (r->program_count == i->programs) return;
+    i->programs = r->program_count;
+    const int bass = lb_shelf_program(i->shelf, r->program);
+    if (bass >= 0) lb_set_value(i, LB_BASS, bass);
+}
+
 void lb_play_block(lb_instance *i, int apart, float *const outs[LB_STRINGS], int64_t n) {
     change_bass(i);
     if (outs[0] && !apart) lb_play(i->synth, outs[0], n);
     else lb_play_strings(i->synth, outs, n);
+    answer_program(i);
 }
 
 int lb_switch_key(const lb_instance *i, uint32_t *index) {

@@ -33,6 +33,10 @@ typedef struct {
     uint8_t held[LB_KEYS];     /* the host holds a note of the key */
     double bends[LB_KEYS];     /* semitones, of the last note of each key: what its string was to be bent by last */
     uint8_t unbent[LB_KEYS];   /* the synth has not been told yet */
+    double vibratos[LB_KEYS];  /* likewise, 0 to 1 */
+    uint8_t unvibrated[LB_KEYS];
+    uint8_t channels[LB_KEYS]; /* of the last note of each key */
+    int64_t programs;          /* program changes that have been answered */
 } lb_instance;
 
 /* Opens the shelf of instruments. Returns 0 after a line in the log if it is empty. [main thread] */
@@ -60,12 +64,21 @@ void lb_begin_block(lb_instance *);
 /* Loads another bass if one is wanted, and frees those that are done. [any thread; the audio thread only offline] */
 void lb_serve(lb_instance *);
 
-/* Starts a note, of velocity 0 to 1, that the host calls `id`. [audio thread] */
-void lb_start_note(lb_instance *, int64_t offset, int key, double velocity, int32_t id);
+/* Starts a note of a channel, 0 to 15, of velocity 0 to 1, that the host calls `id`. [audio thread] */
+void lb_start_note(lb_instance *, int64_t offset, int channel, int key, double velocity, int32_t id);
 /* Releases a note: that of a key, or with key -1 that of an id, or with both -1 all. [audio thread] */
 void lb_stop_note(lb_instance *, int64_t offset, int key, int32_t id);
+/* Ends the sound of a note, named likewise, at once: no pedal holds it. [audio thread] */
+void lb_choke_note(lb_instance *, int64_t offset, int key, int32_t id);
 /* Bends the string that plays a note by semitones; with key and id -1, of every note that is held. [audio thread] */
 void lb_express_bend(lb_instance *, int64_t offset, int key, int32_t id, double semitones);
+/* Likewise its vibrato, 0 to 1: its pressure, too. [audio thread] */
+void lb_express_vibrato(lb_instance *, int64_t offset, int key, int32_t id, double amount);
+/* Places the next stroke of a note's key, 0 to 1 as controller 74 of MPE does: 1 nearest to the bridge. To place a note
+   itself, this comes before it starts. [audio thread] */
+void lb_express_place(lb_instance *, int64_t offset, int key, int32_t id, double brightness);
+/* True if it plays nothing but zeros until the host sends something. [audio thread] */
+int lb_may_sleep(const lb_instance *);
 /* Plays n frames, and sees to a change of bass: mono into outs[0], or an output a string; outputs may be 0.
    [audio thread] */
 void lb_play_block(lb_instance *, int apart, float *const outs[LB_STRINGS], int64_t n);

@@ -13,7 +13,7 @@
 #include <string.h>
 
 #define URI "urn:livebass:bass"
-/* Ports: MIDI, the outputs, the parameters in the order of their numbers, freewheeling. */
+/* Ports: MIDI, the outputs, the parameters in the order of their numbers, freewheeling; overload, an output. */
 enum { MIDI, FIRST_OUT, FREEWHEELING = LB_PARAMETERS, CONTROLS };
 enum { LINE = 1500, NAME = 64, MIDNAM = 1 << 14 };
 enum { LOAD, FREE };
@@ -47,6 +47,8 @@ typedef struct {
     const lv2_sequence *midi;
     float *outs[LB_STRINGS];
     const float *controls[CONTROLS];
+    float *overload;  /* the strings that are relieved */
+    int64_t programs; /* program changes that have been answered */
     float sent[LB_PARAMETERS]; /* what the synth was told last; NaN: nothing */
     uint32_t midi_event, string, whole, error, key_bass, key_quality, key_seed;
     const lv2_schedule *worker;
@@ -78,6 +80,7 @@ static void cleanup(void *handle) {
 }
 
 static void forget_ports(plugin *p) {
+    p->programs = 0; /* the synth is as new */
     p->seen = (choice){-1, -1, -1};
     for (int k = 0; k < LB_PARAMETERS; k++) p->sent[k] = NAN;
 }
@@ -132,6 +135,7 @@ static void connect_port(void *handle, uint32_t port, void *data) {
     if (port == MIDI) p->midi = data;
     else if (port < first_control) p->outs[port - FIRST_OUT] = data;
     else if (port < first_control + CONTROLS) p->controls[port - first_control] = data;
+    else if (port == first_control + CONTROLS) p->overload = data;
 }
 
 /* Makes the answers that are still to come stale. [not while run() is called] */
@@ -182,7 +186,7 @@ static void send_parameters(plugin *p) {
         if (lb_parameters[k].kind < 0 || !p->controls[k] || *p->controls[k] == p->sent[k]) continue;
         if (lb_set(p->synth, 0, k, *p->controls[k])) p->sent[k] = *p->controls[k];
     }
-    lb_relieve(p->synth, chosen(p, LB_RELIEF, 2, 0));
+    lb_relieve(p->synth, chosen(p, LB_RELIEF, 2, 1));
     lb_offline(p->synth, chosen(p, FREEWHEELING, 2, 0));
 }
 
@@ -205,6 +209,17 @@ static int free_elsewhere(const plugin *p, lb_bass *b) {
     return p->worker->schedule(p->worker->handle, sizeof j, &j) == LV2_SUCCESS;
 }
 
+/* Wants the bass of a program change that was played, as `play` does; one of none that is here changes nothing. */
+static void answer_program(plugin *p) {
+    const LB_SYNTH *r = &p->synth->record;
+    if (r->program_count == p->programs) return;
+    p->programs = r->program_count;
+    const int bass = lb_shelf_program(p->shelf, r->program);
+    if (bass < 0) return;
+    p->wanted.bass = bass;
+    __atomic_store_n(&p->missing, 0, __ATOMIC_RELAXED);
+}
+
 static void run(void *handle, uint32_t frames) {
     plugin *p = handle;
     follow_ports(p);
@@ -212,6 +227,8 @@ static void run(void *handle, uint32_t frames) {
     send_midi(p);
     if (p->outputs > 1) lb_play_strings(p->synth, p->outs, frames);
     else if (p->outs[0]) lb_play(p->synth, p->outs[0], frames);
+    answer_program(p);
+    if (p->overload) *p->overload = (float)lb_overload(p->synth);
     if (!p->faded && p->worker) p->faded = lb_take_faded(p->synth);
     if (p->faded && free_elsewhere(p, p->faded)) p->faded = 0;
     if (p->names && p->named != p->playing.bass) p->names->update(p->names->handle);

@@ -1,4 +1,4 @@
-/* The VST3 plugin: one object with seven interfaces, around an instance. process() allocates nothing but offline.
+/* The VST3 plugin: one object with nine interfaces, around an instance. process() allocates nothing but offline.
 
    Instruments lie in the bundle's folder Contents/Resources, or in the user's directory. A thread of each active object
    loads basses. VST3 knows no MIDI controllers: each is a hidden parameter. The host's points of parameters, and its
@@ -24,7 +24,10 @@
 enum { TAIL = 12 /* s */, ROOM = 1 << 16, CHANGES = 2048, LINE = 1500 };
 enum { VOLUME = 7, EXPRESSION = 11, TONE = 17, BLEND = 18 }; /* MIDI controllers, as the usual key map has them */
 enum { CONTROLLERS = 1000 }; /* id of the parameter that stands for MIDI controller 0 */
-enum { COMPONENT, PROCESSOR, CONTROLLER, MAPPING, UNITS, EXPRESSIONS, SWITCHES, INTERFACES };
+/* Ids of those that each channel has of its own, WAYS of them: wheel, pressure, controller 74. */
+enum { CHANNELS = 2000, MIDI_CHANNELS = 16, WHEEL = 0, PRESSURE, PLACE, WAYS, OWN = MIDI_CHANNELS * WAYS };
+enum { OVERLOAD = 500 }; /* id of the parameter, read only, that says how many strings are relieved */
+enum { COMPONENT, PROCESSOR, CONTROLLER, MAPPING, UNITS, EXPRESSIONS, SWITCHES, CONTEXT, PHYSICAL, INTERFACES };
 enum { SEMITONES = 240 };     /* of the range of tuning */
 enum { PROGRAMS = 1 }; /* the list of instruments */
 
@@ -48,7 +51,8 @@ typedef struct {
     int32_t users;
     int apart; /* has an output a string */
     int stereo;
-    double shown[LB_PARAMETERS], controllers[VST3_CONTROLLERS]; /* what the host's controls say */
+    double shown[LB_PARAMETERS], controllers[VST3_CONTROLLERS], own[OWN]; /* what the host's controls say */
+    int overload; /* the host was told so last */
     lb_instance instance;
     change changes[CHANGES];
     int change_count;
@@ -212,6 +216,8 @@ static double usual_of_controller(int number) {
 
 static int is_controller(uint32_t id) { return id >= CONTROLLERS && id < CONTROLLERS + VST3_CONTROLLERS; }
 
+static int is_own(uint32_t id) { return id >= CHANNELS && id < CHANNELS + OWN; }
+
 static void show_all(vst3 *v) {
     for (int k = 0; k < LB_PARAMETERS; k++) v->shown[k] = lb_value(&v->instance, k);
 }
@@ -220,7 +226,7 @@ static void show_all(vst3 *v) {
 
 static const vst3_id interface_ids[] = {
     VST3_COMPONENT, VST3_PROCESSOR, VST3_CONTROLLER, VST3_MIDI_MAPPING, VST3_UNITS, VST3_EXPRESSIONS,
-    VST3_SWITCHES,
+    VST3_SWITCHES, VST3_CONTEXT, VST3_PHYSICAL,
 };
 
 static vst3_result query(vst3 *v, const vst3_id id, void **out) {
@@ -266,6 +272,8 @@ UNKNOWN(mapping, MAPPING)
 UNKNOWN(units, UNITS)
 UNKNOWN(expressions, EXPRESSIONS)
 UNKNOWN(switches, SWITCHES)
+UNKNOWN(context, CONTEXT)
+UNKNOWN(physical, PHYSICAL)
 
 /* --- component --- */
 
@@ -415,10 +423,13 @@ static vst3_result set_processing(void *self, uint8_t on) {
     return VST3_OK;
 }
 
-/* Returns 0 for a note, 1 for the bend of one, 2 for an event that nothing is played for. */
+/* Returns 0 for a note, 1 for the expression of one, 2 for an event that nothing is played for. */
 static int use_of(const vst3_event *e) {
     if (e->type == VST3_NOTE_ON || e->type == VST3_NOTE_OFF) return 0;
-    return e->type == VST3_NOTE_EXPRESSION && e->expression.type == VST3_TUNING ? 1 : 2;
+    if (e->type == VST3_NOTE_PRESSURE) return 1;
+    const uint32_t x = e->expression.type;
+    const int known = x == VST3_TUNING || x == VST3_VIBRATO || x == VST3_BRIGHTNESS;
+    return e->type == VST3_NOTE_EXPRESSION && known ? 1 : 2;
 }
 
 /* A place for another change at a frame, the host's number k; 0 if there are too many. */
@@ -436,7 +447,7 @@ static change *add(vst3 *v, int32_t offset, int kind, int32_t k) {
 static vst3_queue **queue_of(const vst3_process_data *d, int32_t k, uint32_t *id) {
     vst3_queue **q = (*d->changes)->queue(d->changes, k);
     if (q) *id = (*q)->id(q);
-    return q && (*id < LB_PARAMETERS || is_controller(*id)) ? q : 0;
+    return q && (*id < LB_PARAMETERS || is_controller(*id) || is_own(*id)) ? q : 0;
 }
 
 /* Collects the host's notes; of their bends the last ones, while half of the places are free; then its points of
@@ -487,26 +498,74 @@ static void sort(vst3 *v) {
     }
 }
 
-static void tell_controller(vst3 *v, int64_t offset, uint32_t number, double value) {
+static void tell_controller(vst3 *v, int64_t offset, int channel, uint32_t number, double value) {
     const int wheel = (int)lrint(fmin(fmax(value, 0), 1) * 16383), seven = (int)lrint(fmin(fmax(value, 0), 1) * 127);
     lb_synth *s = v->instance.synth;
-    if (number == VST3_BEND) lb_send(s, offset, (const uint8_t[]){0xE0, wheel & 127, (uint8_t)(wheel >> 7)}, 3);
-    else if (number == VST3_PRESSURE) return; /* a plucked string has none */
-    else lb_send(s, offset, (const uint8_t[]){0xB0, (uint8_t)number, (uint8_t)seven}, 3);
+    if (number == VST3_BEND) lb_send(s, offset, (const uint8_t[]){(uint8_t)(0xE0 | channel), wheel & 127, (uint8_t)(wheel >> 7)}, 3);
+    else if (number == VST3_PRESSURE) lb_send(s, offset, (const uint8_t[]){(uint8_t)(0xD0 | channel), (uint8_t)seven}, 2);
+    else lb_send(s, offset, (const uint8_t[]){(uint8_t)(0xB0 | channel), (uint8_t)number, (uint8_t)seven}, 3);
+}
+
+/* The controller that a way of a channel's own is. */
+static uint32_t controller_of(int way) {
+    return way == WHEEL ? VST3_BEND : way == PRESSURE ? VST3_PRESSURE : 74;
+}
+
+static void express(vst3 *v, int64_t at, uint32_t type, int key, int32_t id, double value) {
+    lb_instance *i = &v->instance;
+    if (type == VST3_TUNING) lb_express_bend(i, at, key, id, SEMITONES * (value - 0.5));
+    else if (type == VST3_VIBRATO) lb_express_vibrato(i, at, key, id, value);
+    else lb_express_place(i, at, key, id, value);
+}
+
+/* Places the note of change k where an expression of the same frame, behind it, says. */
+static void place_note(vst3 *v, int k) {
+    const change *c = &v->changes[k];
+    for (int j = k + 1; j < v->change_count && v->changes[j].order / PLACES == c->order / PLACES; j++) {
+        const vst3_event *e = &v->changes[j].event;
+        if (v->changes[j].kind == VST3_NOTE_EXPRESSION && e->expression.type == VST3_BRIGHTNESS &&
+            e->expression.id == c->event.on.id)
+            lb_express_place(&v->instance, c->order / (2 * PLACES), c->event.on.key, -1, e->expression.value);
+    }
+}
+
+/* True if change k is the brightness of a note that begins in its frame, which place_note has placed. */
+static int is_placed(const vst3 *v, int k) {
+    const change *c = &v->changes[k];
+    if (c->kind != VST3_NOTE_EXPRESSION || c->event.expression.type != VST3_BRIGHTNESS) return 0;
+    for (int j = k - 1; j >= 0 && v->changes[j].order / PLACES == c->order / PLACES; j--)
+        if (v->changes[j].kind == VST3_NOTE_ON && v->changes[j].event.on.id == c->event.expression.id) return 1;
+    return 0;
 }
 
 static void tell(vst3 *v, const change *c) {
     lb_instance *i = &v->instance;
     const int64_t at = c->order / (2 * PLACES);
     const vst3_event *e = &c->event;
-    if (c->kind == CHANGE && is_controller(c->id)) tell_controller(v, at, c->id - CONTROLLERS, c->value);
+    if (c->kind == CHANGE && is_controller(c->id)) tell_controller(v, at, 0, c->id - CONTROLLERS, c->value);
+    else if (c->kind == CHANGE && is_own(c->id)) {
+        const int own = (int)(c->id - CHANNELS);
+        tell_controller(v, at, own / WAYS, controller_of(own % WAYS), c->value);
+    }
     else if (c->kind == CHANGE) lb_set_value_at(i, at, (int)c->id, plain(v, c->id, c->value));
     else if (c->kind == VST3_NOTE_ON) {
-        lb_start_note(i, at, e->on.key, e->on.velocity, e->on.id);
+        lb_start_note(i, at, e->on.channel, e->on.key, e->on.velocity, e->on.id);
         if (e->on.tuning != 0) lb_express_bend(i, at, e->on.key, e->on.id, e->on.tuning / 100);
     } else if (c->kind == VST3_NOTE_OFF) lb_stop_note(i, at, e->off.key, e->off.id);
+    else if (c->kind == VST3_NOTE_PRESSURE)
+        lb_express_vibrato(i, at, e->pressure.key, e->pressure.id, e->pressure.pressure);
     else if (c->kind == VST3_NOTE_EXPRESSION)
-        lb_express_bend(i, at, -1, e->expression.id, SEMITONES * (e->expression.value - 0.5));
+        express(v, at, e->expression.type, -1, e->expression.id, e->expression.value);
+}
+
+/* Tells the host how many strings are relieved, if that has changed. */
+static void tell_overload(vst3 *v, const vst3_process_data *d) {
+    const uint32_t id = OVERLOAD;
+    int32_t index;
+    const int now = lb_overload(v->instance.synth);
+    if (now == v->overload || !d->output_changes) return;
+    vst3_queue **q = (*d->output_changes)->add(d->output_changes, &id, &index);
+    if (q && (*q)->add(q, 0, (double)now / LB_STRINGS, &index) == VST3_OK) v->overload = now;
 }
 
 static vst3_result process(void *self, vst3_process_data *d) {
@@ -518,13 +577,22 @@ static vst3_result process(void *self, vst3_process_data *d) {
     lb_begin_block(i);
     collect(v, d);
     sort(v);
-    for (int k = 0; k < v->change_count; k++) tell(v, &v->changes[k]);
+    for (int k = 0; k < v->change_count; k++) {
+        if (v->changes[k].kind == VST3_NOTE_ON) place_note(v, k);
+        if (!is_placed(v, k)) tell(v, &v->changes[k]);
+    }
     for (int32_t k = 0; k < d->output_count && k < LB_STRINGS; k++) {
         if (d->outputs[k].channels > 0 && d->outputs[k].data) outs[k] = d->outputs[k].data[0];
         d->outputs[k].silence = 0;
     }
     if (d->frames <= 0) return VST3_OK; /* the host wanted to tell parameters */
     lb_play_block(i, v->apart, outs, d->frames);
+    tell_overload(v, d);
+    for (int32_t k = 0; k < d->output_count && k < LB_STRINGS; k++) {
+        int32_t j = 0;
+        while (outs[k] && j < d->frames && outs[k][j] == 0) j++;
+        if (outs[k] && j == d->frames) d->outputs[k].silence = ((uint64_t)1 << d->outputs[k].channels) - 1;
+    }
     for (int32_t k = 1; !v->apart && outs[0] && k < d->outputs[0].channels; k++)
         if (d->outputs[0].data[k]) memcpy(d->outputs[0].data[k], outs[0], sizeof(float) * (size_t)d->frames);
     return VST3_OK;
@@ -549,9 +617,30 @@ static vst3_result nothing_kept(void *self, vst3_stream **stream) { /* the compo
     return VST3_OK;
 }
 
+static const char *const groups[] = {LB_GROUPS};
+enum { GROUPS = sizeof groups / sizeof *groups };
+
+/* The unit of a group of parameters. */
+static int32_t group_of(const char *group) {
+    for (int32_t k = 0; k < GROUPS; k++)
+        if (!strcmp(groups[k], group)) return k + 1;
+    return VST3_ROOT_UNIT;
+}
+
 static int32_t parameter_count(void *self) {
     (void)self;
-    return LB_PARAMETERS + VST3_CONTROLLERS;
+    return LB_PARAMETERS + VST3_CONTROLLERS + OWN + 1;
+}
+
+/* What a way of a channel's own is called, and where it stands until it is moved. */
+static void own_info(int own, vst3_parameter *p) {
+    static const char *const called[] = {"Pitch bend", "Pressure", "Plucking place"};
+    char name[64];
+    snprintf(name, sizeof name, "%s, channel %d", called[own % WAYS], own / WAYS + 1);
+    p->id = CHANNELS + (uint32_t)own;
+    p->usual = own % WAYS == PRESSURE ? 0 : own % WAYS == WHEEL ? 0.5 : 64.0 / 127;
+    p->flags = VST3_IS_HIDDEN;
+    to_wide(p->title, name);
 }
 
 static vst3_result parameter_info(void *self, int32_t index, vst3_parameter *p) {
@@ -559,6 +648,18 @@ static vst3_result parameter_info(void *self, int32_t index, vst3_parameter *p) 
     char name[32];
     if (index < 0 || index >= parameter_count(self)) return VST3_INVALID;
     memset(p, 0, sizeof *p);
+    if (index == LB_PARAMETERS + VST3_CONTROLLERS + OWN) {
+        p->id = OVERLOAD;
+        p->steps = LB_STRINGS;
+        p->flags = VST3_IS_READ_ONLY;
+        p->unit = group_of("Processor");
+        to_wide(p->title, "Overload");
+        return VST3_OK;
+    }
+    if (index >= LB_PARAMETERS + VST3_CONTROLLERS) {
+        own_info(index - LB_PARAMETERS - VST3_CONTROLLERS, p);
+        return VST3_OK;
+    }
     if (index >= LB_PARAMETERS) {
         const int number = index - LB_PARAMETERS;
         if (number == VST3_BEND) snprintf(name, sizeof name, "Pitch bend");
@@ -572,6 +673,7 @@ static vst3_result parameter_info(void *self, int32_t index, vst3_parameter *p) 
     }
     const lb_parameter *known = &lb_parameters[index];
     p->id = (uint32_t)index;
+    p->unit = index == LB_BASS ? VST3_ROOT_UNIT : group_of(known->group); /* the root has the list of programs */
     to_wide(p->title, known->name);
     to_wide(p->unit_name, known->unit);
     p->usual = normal(v, p->id, known->usual);
@@ -588,6 +690,7 @@ static vst3_result value_to_text(void *self, uint32_t id, double x, vst3_text ou
     const vst3 *v = of(self, CONTROLLER);
     char text[256];
     if (id < LB_PARAMETERS) lb_value_to_text(&v->instance, (int)id, plain(v, id, x), text, sizeof text);
+    else if (id == OVERLOAD) snprintf(text, sizeof text, "%.0f", x * LB_STRINGS);
     else snprintf(text, sizeof text, "%.3f", x);
     to_wide(out, text);
     return VST3_OK;
@@ -611,13 +714,16 @@ static double to_normal(void *self, uint32_t id, double x) { return normal(of(se
 static double value(void *self, uint32_t id) {
     const vst3 *v = of(self, CONTROLLER);
     if (id < LB_PARAMETERS) return normal(v, id, v->shown[id]);
+    if (id == OVERLOAD) return (double)v->overload / LB_STRINGS;
+    if (is_own(id)) return v->own[id - CHANNELS];
     return is_controller(id) ? v->controllers[id - CONTROLLERS] : 0;
 }
 
 static vst3_result set_value(void *self, uint32_t id, double x) {
     vst3 *v = of(self, CONTROLLER);
     if (is_controller(id)) v->controllers[id - CONTROLLERS] = x;
-    if (id >= LB_PARAMETERS) return is_controller(id) ? VST3_OK : VST3_INVALID;
+    if (is_own(id)) v->own[id - CHANNELS] = x;
+    if (id >= LB_PARAMETERS) return is_controller(id) || is_own(id) || id == OVERLOAD ? VST3_OK : VST3_INVALID;
     v->shown[id] = plain(v, id, x);
     if (!v->instance.synth) lb_set_value(&v->instance, (int)id, v->shown[id]); /* while it plays, process() is told */
     return VST3_OK;
@@ -633,9 +739,10 @@ static void *create_view(void *self, const char *name) {
 
 static vst3_result mapped(void *self, int32_t bus, int16_t channel, int16_t number, uint32_t *id) {
     (void)self;
-    (void)channel; /* every channel plays the same strings */
     if (bus || number < 0 || number >= VST3_CONTROLLERS) return VST3_NO;
-    *id = CONTROLLERS + (uint32_t)number;
+    *id = CONTROLLERS + (uint32_t)number; /* of every channel */
+    for (int way = 0; way < WAYS && channel >= 0 && channel < MIDI_CHANNELS; way++)
+        if (controller_of(way) == (uint32_t)number) *id = CHANNELS + (uint32_t)(channel * WAYS + way);
     return VST3_OK;
 }
 
@@ -646,10 +753,21 @@ static int32_t one(void *self) {
     return 1;
 }
 
-static vst3_result unit_info(void *self, int32_t index, vst3_unit *unit) {
+static int32_t unit_count(void *self) {
     (void)self;
-    if (index) return VST3_INVALID;
+    return 1 + GROUPS;
+}
+
+static vst3_result unit_info(void *self, int32_t index, vst3_unit *unit) {
+    if (index < 0 || index >= unit_count(self)) return VST3_INVALID;
     memset(unit, 0, sizeof *unit);
+    if (index) {
+        unit->id = index;
+        unit->parent = VST3_ROOT_UNIT;
+        unit->programs = VST3_NO_UNIT;
+        to_wide(unit->name, groups[index - 1]);
+        return VST3_OK;
+    }
     unit->id = VST3_ROOT_UNIT;
     unit->parent = VST3_NO_UNIT;
     unit->programs = PROGRAMS;
@@ -702,7 +820,7 @@ static int32_t selected_unit(void *self) {
 
 static vst3_result select_unit(void *self, int32_t unit) {
     (void)self;
-    return unit == VST3_ROOT_UNIT ? VST3_OK : VST3_INVALID;
+    return unit >= VST3_ROOT_UNIT && unit <= GROUPS ? VST3_OK : VST3_INVALID;
 }
 
 static vst3_result unit_of_bus(void *self, int32_t media, int32_t direction, int32_t bus, int32_t channel,
@@ -724,32 +842,69 @@ static vst3_result set_program_data(void *self, int32_t list, int32_t program, v
     return VST3_NO;
 }
 
-/* --- the expression of notes: tuning --- */
+/* --- the expressions of notes --- */
+
+static const struct {
+    uint32_t type, physical; /* what moves for it on a keyboard */
+    const char *name;
+    double usual;
+} known_expressions[] = {
+    {VST3_TUNING, VST3_MOVED_X, "Tuning", 0.5},
+    {VST3_VIBRATO, VST3_PRESSED, "Vibrato", 0},
+    {VST3_BRIGHTNESS, VST3_MOVED_Y, "Plucking place", 0.5},
+};
+enum { EXPRESSION_COUNT = sizeof known_expressions / sizeof *known_expressions };
+
+/* The place of a type in that list; -1: there is none. */
+static int find_expression(uint32_t type) {
+    int k = EXPRESSION_COUNT - 1;
+    while (k >= 0 && known_expressions[k].type != type) k--;
+    return k;
+}
+
+/* Nothing of the host's transport is needed. */
+static uint32_t requirements(void *self) {
+    (void)self;
+    return 0;
+}
+
+static vst3_result physical_mapping(void *self, int32_t bus, int16_t channel, vst3_physicals *asked) {
+    (void)self;
+    (void)channel;
+    if (bus) return VST3_INVALID;
+    for (uint32_t j = 0; j < asked->count; j++) {
+        asked->map[j].expression = UINT32_MAX;
+        for (int k = 0; k < EXPRESSION_COUNT; k++)
+            if (known_expressions[k].physical == asked->map[j].physical)
+                asked->map[j].expression = known_expressions[k].type;
+    }
+    return VST3_OK;
+}
 
 static int32_t expression_count(void *self, int32_t bus, int16_t channel) {
     (void)self;
     (void)channel;
-    return bus == 0;
+    return bus ? 0 : EXPRESSION_COUNT;
 }
 
 static vst3_result expression_info(void *self, int32_t bus, int16_t channel, int32_t index, vst3_expression *e) {
     if (index < 0 || index >= expression_count(self, bus, channel)) return VST3_INVALID;
     memset(e, 0, sizeof *e);
-    e->type = VST3_TUNING;
+    e->type = known_expressions[index].type;
     e->unit = VST3_NO_UNIT;
-    e->usual = 0.5;
+    e->usual = known_expressions[index].usual;
     e->most = 1;
-    e->flags = VST3_IS_BIPOLAR;
-    to_wide(e->title, "Tuning");
-    to_wide(e->unit_name, "semitones");
+    e->flags = e->type == VST3_VIBRATO ? 0 : VST3_IS_BIPOLAR;
+    to_wide(e->title, known_expressions[index].name);
+    to_wide(e->unit_name, e->type == VST3_TUNING ? "semitones" : "");
     return VST3_OK;
 }
 
 static vst3_result expression_to_text(void *self, int32_t bus, int16_t channel, uint32_t type, double x,
                                       vst3_text out) {
     char text[64];
-    if (type != VST3_TUNING || !expression_count(self, bus, channel)) return VST3_INVALID;
-    snprintf(text, sizeof text, "%.2f", SEMITONES * (x - 0.5));
+    if (find_expression(type) < 0 || !expression_count(self, bus, channel)) return VST3_INVALID;
+    snprintf(text, sizeof text, "%.2f", type == VST3_TUNING ? SEMITONES * (x - 0.5) : x);
     to_wide(out, text);
     return VST3_OK;
 }
@@ -757,11 +912,11 @@ static vst3_result expression_to_text(void *self, int32_t bus, int16_t channel, 
 static vst3_result expression_from_text(void *self, int32_t bus, int16_t channel, uint32_t type, const int16_t *in,
                                         double *x) {
     char text[512], *end;
-    if (type != VST3_TUNING || !expression_count(self, bus, channel)) return VST3_INVALID;
+    if (find_expression(type) < 0 || !expression_count(self, bus, channel)) return VST3_INVALID;
     to_narrow(text, sizeof text, in);
     const double semitones = strtod(text, &end);
     if (end == text) return VST3_NO;
-    *x = fmin(fmax(semitones / SEMITONES + 0.5, 0), 1);
+    *x = fmin(fmax(type == VST3_TUNING ? semitones / SEMITONES + 0.5 : semitones, 0), 1);
     return VST3_OK;
 }
 
@@ -807,13 +962,15 @@ static const vst3_controller controller_table = {
 };
 static const vst3_midi_mapping mapping_table = {{mapping_query, mapping_take, mapping_drop}, mapped};
 static const vst3_units units_table = {
-    {units_query, units_take, units_drop}, one, unit_info, one, programs_info, program_name, program_info,
+    {units_query, units_take, units_drop}, unit_count, unit_info, one, programs_info, program_name, program_info,
     has_pitch_names, pitch_name, selected_unit, select_unit, unit_of_bus, set_program_data,
 };
 static const vst3_expressions expressions_table = {
     {expressions_query, expressions_take, expressions_drop}, expression_count, expression_info, expression_to_text,
     expression_from_text,
 };
+static const vst3_context context_table = {{context_query, context_take, context_drop}, requirements};
+static const vst3_physical_mapping physical_table = {{physical_query, physical_take, physical_drop}, physical_mapping};
 static const vst3_switches switches_table = {{switches_query, switches_take, switches_drop}, switch_count, switch_info};
 
 static vst3_result factory_query(void *self, const vst3_id id, void **out) {
@@ -874,12 +1031,17 @@ static vst3_result create(void *self, const vst3_id class_id, const vst3_id inte
         if (!v) return VST3_NO;
         const void *tables[] = {
             &component_table, &processor_table, &controller_table, &mapping_table, &units_table, &expressions_table,
-            &switches_table,
+            &switches_table, &context_table, &physical_table,
         };
         memcpy(v->interfaces, tables, sizeof tables);
         v->users = 1;
         v->apart = k == 1;
         for (int c = 0; c < VST3_CONTROLLERS; c++) v->controllers[c] = usual_of_controller(c);
+        for (int own = 0; own < OWN; own++) {
+            vst3_parameter p;
+            own_info(own, &p);
+            v->own[own] = p.usual;
+        }
         v->instance.owner = v;
         v->instance.complain = complain;
         v->instance.ask = ask;

@@ -36,6 +36,8 @@ enum { VST3_NO_INTERFACE = -1, VST3_OK = 0, VST3_NO = 1, VST3_INVALID = 2, VST3_
 #define VST3_UNITS VST3_ID(0x3D4BD6B5u, 0x913A4FD2u, 0xA886E768u, 0xA5EB92C1u)
 #define VST3_EXPRESSIONS VST3_ID(0xB7F8F859u, 0x41234872u, 0x91169581u, 0x4F3721A3u)
 #define VST3_SWITCHES VST3_ID(0x1F2F76D3u, 0xBFFB4B96u, 0xB99527A5u, 0x5EBCCEF4u)
+#define VST3_CONTEXT VST3_ID(0x2A654303u, 0xEF764E3Du, 0x95B5FE83u, 0x730EF6D0u)
+#define VST3_PHYSICAL VST3_ID(0xB03078FFu, 0x94D24AC8u, 0x90CCD303u, 0xD4133324u)
 #define VST3_FACTORY VST3_ID(0x7A4D811Cu, 0x52114A1Fu, 0xAED9D2EEu, 0x0B43BF9Fu)
 #define VST3_FACTORY_2 VST3_ID(0x0007B650u, 0xF24B4C0Bu, 0xA464EDB9u, 0xF00B2ABBu)
 
@@ -57,16 +59,19 @@ typedef struct {
     uint32_t (*id)(void *);
     int32_t (*count)(void *);
     vst3_result (*point)(void *, int32_t index, int32_t *offset, double *value);
-} vst3_queue; /* and more */
+    vst3_result (*add)(void *, int32_t offset, double value, int32_t *index);
+} vst3_queue;
 
 typedef struct {
     vst3_unknown unknown;
     int32_t (*count)(void *);
     vst3_queue **(*queue)(void *, int32_t index);
-} vst3_changes; /* and more */
+    vst3_queue **(*add)(void *, const uint32_t *id, int32_t *index);
+} vst3_changes;
 
-enum { VST3_NOTE_ON = 0, VST3_NOTE_OFF = 1, VST3_NOTE_EXPRESSION = 4 };
-enum { VST3_TUNING = 2 }; /* of note expressions: 0 to 1 stands for -120 to 120 semitones */
+enum { VST3_NOTE_ON = 0, VST3_NOTE_OFF = 1, VST3_NOTE_PRESSURE = 3, VST3_NOTE_EXPRESSION = 4 };
+/* Of note expressions: 0 to 1, of the tuning -120 to 120 semitones */
+enum { VST3_TUNING = 2, VST3_VIBRATO = 3, VST3_BRIGHTNESS = 5 };
 typedef struct {
     int32_t bus, offset;
     double quarters;
@@ -83,6 +88,11 @@ typedef struct {
             int32_t id;
             float tuning;
         } off;
+        struct {
+            int16_t channel, key;
+            float pressure;
+            int32_t id;
+        } pressure;
         struct {
             uint32_t type;
             int32_t id;
@@ -140,6 +150,7 @@ typedef struct {
 
 enum {
     VST3_CAN_AUTOMATE = 1,
+    VST3_IS_READ_ONLY = 1 << 1,
     VST3_IS_LIST = 1 << 3,
     VST3_IS_HIDDEN = 1 << 4,
     VST3_IS_PROGRAM_CHANGE = 1 << 15,
@@ -182,6 +193,16 @@ typedef struct {
     vst3_text title, short_title;
     int32_t least, most, remapped, unit, flags; /* keys, -1: none */
 } vst3_switch;
+
+/* What moves on a keyboard, and the note expression that it is for. */
+enum { VST3_MOVED_X = 0, VST3_MOVED_Y = 1, VST3_PRESSED = 2 };
+typedef struct {
+    uint32_t physical, expression;
+} vst3_physical;
+typedef struct {
+    uint32_t count;
+    vst3_physical *map;
+} vst3_physicals;
 
 /* Numbers of controllers beyond those of MIDI, for the mapping. */
 enum { VST3_PRESSURE = 128, VST3_BEND = 129, VST3_CONTROLLERS = 130 };
@@ -262,6 +283,16 @@ typedef struct {
     vst3_result (*to_text)(void *, int32_t bus, int16_t channel, uint32_t type, double, vst3_text);
     vst3_result (*from_text)(void *, int32_t bus, int16_t channel, uint32_t type, const int16_t *, double *);
 } vst3_expressions;
+
+typedef struct {
+    vst3_unknown unknown;
+    uint32_t (*requirements)(void *);
+} vst3_context;
+
+typedef struct {
+    vst3_unknown unknown;
+    vst3_result (*mapping)(void *, int32_t bus, int16_t channel, vst3_physicals *);
+} vst3_physical_mapping;
 
 typedef struct {
     vst3_unknown unknown;
