@@ -164,6 +164,12 @@ def test_parameters_are_those_of_the_table(plugin: Plugin) -> None:
     assert plugin.text(BASS, 1) == "Slap" and plugin.value_of(BASS, "fretless") == 3
     assert plugin.text(TECHNIQUE, 2) == "thumb on two strings" and plugin.text(GAIN, -3.5) == "-3.50 dB"
     assert plugin.value_of(GAIN, "loud") is None
+    bass = load_preset(PRESETS[0]).player  # values that are relative say what they come to
+    assert plugin.text(BEND_RANGE, 0) == f"0 semitones (the bass has {bass.bend_range:g})"
+    assert plugin.text(BEND_RANGE, 7) == "7 semitones"
+    assert plugin.text(DAMPING, 1.0) == f"1.00 ({10 * bass.hand_damping:.3g} 1/s)"
+    assert plugin.text(POSITION, -1) == f"-1.00 ({100 * bass.pluck_farthest:.0f} % of the string)"
+    assert plugin.text(UNEVENNESS, 1.0) == "1.00 (0.50)"
     plugin.set(GAIN, 100.0)
     assert plugin.value(GAIN) == 20.0
     plugin.set(GAIN, float("nan"))

@@ -98,7 +98,7 @@ def test_parameters_and_presets_are_listed(plugin: Any) -> None:
     assert (
         plugin.technique == "as the bass has it"
         and plugin.gain_db == 0
-        and plugin.bend_range_semitones == "0 semitones"
+        and plugin.bend_range_semitones == "0 semitones (the bass has 2)"
     )
     plugin.technique, plugin.gain_db = "thumb on all", -7.5
     assert plugin.technique == "thumb on all" and plugin.gain_db == pytest.approx(-7.5)

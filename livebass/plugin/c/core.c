@@ -440,6 +440,8 @@ void lb_relieve(lb_synth *s, int on) {
 enum { NAME = 64, PATH = 1200 };
 typedef struct {
     char name[NAME], title[2 * NAME + 4], path[PATH];
+    LB_PLAYER player;
+    int known;                      /* the player is */
     uint8_t switches[LB_KEY_COUNT]; /* of each key: 1 + the place in lb_switches, 0 for a note's */
 } place;
 struct lb_shelf {
@@ -452,6 +454,7 @@ const char *lb_shelf_name(const lb_shelf *s, int k) { return s->places[k].name; 
 const char *lb_shelf_title(const lb_shelf *s, int k) { return s->places[k].title; }
 const char *lb_shelf_path(const lb_shelf *s, int k) { return s->places[k].path; }
 void lb_close_shelf(lb_shelf *s) { free(s); }
+const LB_PLAYER *lb_shelf_player(const lb_shelf *s, int k) { return s->places[k].known ? &s->places[k].player : 0; }
 const lb_switch *lb_shelf_switch(const lb_shelf *s, int k, int key) {
     const int found = s->places[k].switches[key];
     return found ? &lb_switches[found - 1] : 0;
@@ -489,7 +492,9 @@ static void add(lb_shelf *s, const char *folder, const char *name) {
     memset(p->switches, 0, sizeof p->switches);
     if (in && fread(&head, sizeof head, 1, in) == 1 && memchr(head.name, 0, sizeof head.name) && head.name[0]) {
         memcpy(p->title, head.name, strlen((const char *)head.name) + 1);
-        if (head.version == LB_FILE_VERSION) find_switches(p, &head.instrument.key_map);
+        p->known = head.version == LB_FILE_VERSION;
+        if (p->known) find_switches(p, &head.instrument.key_map);
+        p->player = head.instrument.player;
     }
     if (in) fclose(in);
     s->count++;

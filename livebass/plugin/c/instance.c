@@ -48,6 +48,23 @@ void lb_set_value_at(lb_instance *i, int64_t offset, int parameter, double value
         __atomic_fetch_or(&i->changed, 1u << parameter, __ATOMIC_RELEASE);
 }
 
+/* Writes what a value that is relative comes to with this bass, in brackets; nothing where it says all itself. */
+static void add_real_value(const lb_instance *i, int parameter, double value, char *text, size_t room) {
+    const int bass = (int)lb_value(i, LB_BASS);
+    const LB_PLAYER *p = bass < lb_shelf_count(i->shelf) ? lb_shelf_player(i->shelf, bass) : 0;
+    if (!p) return;
+    const double most = value < 0 ? p->pluck_farthest : p->pluck_nearest;
+    if (parameter == LB_BEND_RANGE && value == 0) snprintf(text, room, " (the bass has %g)", p->bend_range);
+    else if (parameter == LB_PLUCK_POSITION) {
+        const double place = p->pluck_position + fabs(value) * (most - p->pluck_position);
+        snprintf(text, room, " (%.0f %% of the string)", 100 * place);
+    } else if (parameter == LB_HAND_DAMPING) snprintf(text, room, " (%.3g 1/s)", p->hand_damping * pow(10, value));
+    else if (parameter == LB_UNEVENNESS) {
+        const double all = fmin(fmax(p->unevenness + value, 0), LB_MOST_UNEVENNESS);
+        snprintf(text, room, " (%.2f)", value == 0 ? p->unevenness : all);
+    }
+}
+
 void lb_value_to_text(const lb_instance *i, int parameter, double value, char *text, size_t room) {
     const lb_parameter *p = &lb_parameters[parameter];
     value = lb_allowed(i, parameter, value);
@@ -55,7 +72,10 @@ void lb_value_to_text(const lb_instance *i, int parameter, double value, char *t
         const int number = (int)value < lb_shelf_count(i->shelf) ? (int)value : 0;
         snprintf(text, room, "%s", lb_shelf_title(i->shelf, number));
     } else if (p->points) snprintf(text, room, "%s", p->points[(int)(value - p->least)]);
-    else snprintf(text, room, p->whole ? "%.0f%s%s" : "%.2f%s%s", value, *p->unit ? " " : "", p->unit);
+    else {
+        snprintf(text, room, p->whole ? "%.0f%s%s" : "%.2f%s%s", value, *p->unit ? " " : "", p->unit);
+        add_real_value(i, parameter, value, text + strlen(text), room - strlen(text));
+    }
 }
 
 int lb_text_to_value(const lb_instance *i, int parameter, const char *text, double *value) {
