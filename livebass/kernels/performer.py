@@ -462,7 +462,7 @@ def cut_note(p, frame, key, events, count):
             p.key[i] = -1
             p.stacked[i] = 0
             count = emit(events, count, frame, CUT, i, 0, 0.0, 0.0)
-    forget_key(p, key)
+    forget_key(p, key, np.int64(-1))
     return count
 
 

@@ -98,7 +98,7 @@ static void take(clap *c, const clap_event *e) {
     const clap_note_expression *x = (const clap_note_expression *)e;
     if (e->type == CLAP_NOTE_ON)
         lb_start_note(i, e->time, note->channel, note->key, note->velocity, note->note_id);
-    else if (e->type == CLAP_NOTE_OFF) lb_stop_note(i, e->time, note->key, note->note_id);
+    else if (e->type == CLAP_NOTE_OFF) lb_stop_note(i, e->time, note->key, note->velocity, note->note_id);
     else if (e->type == CLAP_NOTE_CHOKE) lb_choke_note(i, e->time, note->key, note->note_id);
     else if (e->type == CLAP_MIDI) lb_send(i->synth, e->time, ((const clap_midi *)e)->data, 3);
     if (e->type != CLAP_NOTE_EXPRESSION) return;

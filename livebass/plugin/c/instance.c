@@ -263,13 +263,14 @@ void lb_start_note(lb_instance *i, int64_t offset, int channel, int key, double 
     lb_send(i->synth, offset, (const uint8_t[]){(uint8_t)(0x90 | channel), (uint8_t)key, (uint8_t)scaled}, 3);
 }
 
-void lb_stop_note(lb_instance *i, int64_t offset, int key, int32_t id) {
+void lb_stop_note(lb_instance *i, int64_t offset, int key, double velocity, int32_t id) {
     const int named = key < 0 && id >= 0;
     if (named) key = key_of(i, id);
     if (key >= LB_KEYS || (named && key < 0)) return;
     if (key >= 0) {
         i->held[key] = 0;
-        lb_send(i->synth, offset, (const uint8_t[]){0x80 | i->channels[key], (uint8_t)key, 64}, 3);
+        const int seven = (int)lrint(fmin(fmax(velocity, 0), 1) * 127);
+        lb_send(i->synth, offset, (const uint8_t[]){0x80 | i->channels[key], (uint8_t)key, (uint8_t)seven}, 3);
     } else {
         memset(i->held, 0, sizeof i->held);
         lb_send(i->synth, offset, (const uint8_t[]){0xB0, 123, 0}, 3);
@@ -283,7 +284,7 @@ void lb_choke_note(lb_instance *i, int64_t offset, int key, int32_t id) {
         lb_send(i->synth, offset, (const uint8_t[]){0xB0, 120, 0}, 3);
         return;
     }
-    lb_stop_note(i, offset, key, id); /* it may be a key that switches */
+    lb_stop_note(i, offset, key, 0.5, id); /* it may be a key that switches */
     if (key < LB_KEYS) lb_cut_note(i->synth, offset, key);
 }
 

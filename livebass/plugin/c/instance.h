@@ -66,8 +66,8 @@ void lb_serve(lb_instance *);
 
 /* Starts a note of a channel, 0 to 15, of velocity 0 to 1, that the host calls `id`. [audio thread] */
 void lb_start_note(lb_instance *, int64_t offset, int channel, int key, double velocity, int32_t id);
-/* Releases a note: that of a key, or with key -1 that of an id, or with both -1 all. [audio thread] */
-void lb_stop_note(lb_instance *, int64_t offset, int key, int32_t id);
+/* Releases a note, of velocity 0 to 1: that of a key, or with key -1 that of an id, or with both -1 all. [audio thread] */
+void lb_stop_note(lb_instance *, int64_t offset, int key, double velocity, int32_t id);
 /* Ends the sound of a note, named likewise, at once: no pedal holds it. [audio thread] */
 void lb_choke_note(lb_instance *, int64_t offset, int key, int32_t id);
 /* Bends the string that plays a note by semitones; with key and id -1, of every note that is held. [audio thread] */

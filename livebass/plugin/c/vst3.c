@@ -551,7 +551,7 @@ static void tell(vst3 *v, const change *c) {
     else if (c->kind == VST3_NOTE_ON) {
         lb_start_note(i, at, e->on.channel, e->on.key, e->on.velocity, e->on.id);
         if (e->on.tuning != 0) lb_express_bend(i, at, e->on.key, e->on.id, e->on.tuning / 100);
-    } else if (c->kind == VST3_NOTE_OFF) lb_stop_note(i, at, e->off.key, e->off.id);
+    } else if (c->kind == VST3_NOTE_OFF) lb_stop_note(i, at, e->off.key, e->off.velocity, e->off.id);
     else if (c->kind == VST3_NOTE_PRESSURE)
         lb_express_vibrato(i, at, e->pressure.key, e->pressure.id, e->pressure.pressure);
     else if (c->kind == VST3_NOTE_EXPRESSION)
