@@ -1299,7 +1299,7 @@ def own_message(p, ops, frame, status, first, second, events, count):
             return count
         return emit(events, count, frame, WAVER, i, 0, VIBRATO_DEPTH * pressure / 127.0, VIBRATO_RATE)
     if kind == 0xB0 and first == 74:
-        p.channel_place[channel] = second / 63.5 - 1.0
+        p.channel_place[channel] = 1.0 - second / 63.5  # up is brighter, nearer to the bridge
         return count
     if kind == 0xB0 and p.parameter == 0 and (first == 6 or first == 38):  # RPN 0 on any other channel is the bass's
         whole = float(min(second, MOST_RANGE)) if first == 6 else np.floor(p.channel_range)

@@ -417,6 +417,17 @@ def test_controller_16_moves_the_hand_over_the_body() -> None:
     assert from_saddle[1] > from_saddle[2] > from_saddle[3]
 
 
+def test_controller_74_of_mpe_is_brighter_the_higher() -> None:
+    """A note of a zone of MPE is plucked nearer to the saddle, as controller 16 has it for all."""
+    places = []
+    for value in (0, 64, 127):
+        hands = Hands(bass())
+        hands((0xB0, 101, 0), (0xB0, 100, 6), (0xB0, 6, 4), (0xB1, 74, value))
+        (event,) = [e for e in hands((0x91, 33, 90)) if e["kind"] == at.PLUCK]
+        places.append(float(event["y"]))
+    assert places[0] + 0.02 < places[1] < places[2] - 0.02
+
+
 @pytest.mark.parametrize("value", [0, 16, 64, 127])
 @pytest.mark.parametrize("preset", AUDIBLE)
 def test_every_place_is_on_the_string(preset: str, value: int) -> None:

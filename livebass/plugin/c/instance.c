@@ -302,7 +302,7 @@ void lb_express_vibrato(lb_instance *i, int64_t offset, int key, int32_t id, dou
 
 void lb_express_place(lb_instance *i, int64_t offset, int key, int32_t id, double brightness) {
     if (key < 0 && id >= 0) key = key_of(i, id);
-    if (key < LB_KEYS) lb_place_note(i->synth, offset, key, 2 * brightness - 1);
+    if (key < LB_KEYS) lb_place_note(i->synth, offset, key, 1 - 2 * brightness);
 }
 
 int lb_may_sleep(const lb_instance *i) {
