@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 import time
+from collections.abc import Sequence
 from ctypes import c_uint8
 from dataclasses import replace
 from pathlib import Path
@@ -17,7 +18,7 @@ from support.plugins import DAMAGES, NOTES, PRESETS, RATE, hard_score, midi_scor
 
 from livebass import load_preset
 from livebass.arrays import Floats
-from livebass.live.parameters import OUTPUTS, PARAMETERS
+from livebass.live.parameters import GROUPS, OUTPUTS, PARAMETERS
 from livebass.model.keymap import MODO, MODO_12
 from livebass.plugin import clap, vst3
 from livebass.plugin.systems import SYSTEMS
@@ -28,6 +29,7 @@ pedalboard = pytest.importorskip("pedalboard")
 MONO, STRINGS = "livebass", "livebass strings"
 GAIN, TONE, BASS = 0, 1, 8
 CONTROLLERS, VOLUME, EXPRESSION, SUSTAIN, BEND = 1000, 7, 11, 64, 129  # hidden parameters
+OVERLOAD = 500
 
 
 @pytest.fixture(scope="module")
@@ -300,6 +302,111 @@ def test_brightness_places_the_note_it_begins_with(bundle: Path) -> None:
     bright, dark = (played(low.expression(low.BRIGHTNESS, x, 1, 50)) for x in (1.0, 0.0))
     assert not np.array_equal(bright, dark)
     assert np.array_equal(played(low.expression(low.BRIGHTNESS, 0.5, 1, 50)), played())
+
+
+def test_an_rpn_is_selected_before_its_data(bundle: Path) -> None:
+    """In one frame, by a host that has the queue of the data first and deselects the RPN afterwards."""
+
+    def played(queues: Sequence[tuple[int, int]], bend: float = 0.5) -> Floats:
+        plugin = low.Plugin(bundle, low.STRINGS, low.OFFLINE)
+        points = [(CONTROLLERS + k, 0, x / 127) for k, x in queues] + [(plugin.mapped(2, BEND), 1000, bend)]
+        out = plugin.block(4096, [low.note_on(35, 0.5, 1, 0, 1), low.note_on(40, 0.5, 2, 0, 2)], points)[:, 0]
+        plugin.close()
+        return out
+
+    turned = ((6, 15), (100, 6), (100, 127), (101, 0), (101, 127))
+    plain, bent = played(turned), played(turned, 0.52)
+    assert np.array_equal(bent[1], plain[1]) and not np.array_equal(bent[2], plain[2])
+    assert not np.array_equal(played((), 0.52)[1], plain[1])  # without MPE it is for all strings
+
+
+def test_a_host_made_with_juce_plays_mpe(plugin: Any) -> None:
+    """As MIDI, of which it makes points of parameters."""
+    keys = (35, 45)
+
+    def played(*bends: float) -> list[float]:
+        """The pitches of two notes, semitones from their keys, with wheels that bend by `bends`."""
+        set_up = [bytes([0xB0, number, x]) for number, x in ((101, 0), (100, 6), (6, 15))]
+        notes = [bytes([0x91 + k, key, 70]) for k, key in enumerate(keys)]
+        wheels = [8192 + round(8192 * bend / 48) for bend in bends]
+        moves = [bytes([0xE1 + k, wheel & 127, wheel >> 7]) for k, wheel in enumerate(wheels)]
+        messages = [(message, (1 + 100 * k) / RATE) for k, message in enumerate([*set_up, *notes, *moves])]
+        out = plugin.process(messages, 1.0, RATE, 1, 64, True)[0][12000:]
+        spectrum, found = np.abs(np.fft.rfft(out * np.hanning(len(out)), 1 << 19)), []
+        for key in keys:
+            f = 440 * 2 ** ((key - 69) / 12)
+            first, last = (round(x * f * (1 << 19) / RATE) for x in (0.92, 1.09))
+            peak = first + int(np.argmax(spectrum[first:last]))
+            found.append(12 * float(np.log2(peak * RATE / (1 << 19) / f)))
+        return found
+
+    plain = played(0.0, 0.0)
+    assert np.subtract(played(1.0, -1.0), plain) == pytest.approx([1.0, -1.0], abs=0.05)
+    assert np.subtract(played(1.0, 0.0), plain) == pytest.approx([1.0, 0.0], abs=0.05)
+
+
+def test_offline_it_plays_what_it_plays_in_real_time(bundle: Path) -> None:
+    """As long as no overload asks for relief, which is on as it comes."""
+    score = [low.note_on(28 + 5 * k, 0.9, k, 300 * k) for k in range(4)]
+
+    def played(mode: int) -> tuple[Floats, list[tuple[int, float]]]:
+        plugin = low.Plugin(bundle, low.STRINGS, mode, relief=True)
+        assert plugin.usual(low.RELIEF) == 1.0
+        out = np.concatenate([plugin.block(4096, score if k == 0 else ()) for k in range(4)], axis=-1)
+        plugin.close()
+        return out, plugin.told
+
+    wanted, told = played(low.OFFLINE)
+    assert wanted.any() and not told
+    until, found, told = time.monotonic() + 30, *played(low.REAL_TIME)
+    while told and time.monotonic() < until:  # the machine is busy
+        found, told = played(low.REAL_TIME)
+    assert not told and np.array_equal(found, wanted)
+
+
+def test_overload_is_told_by_a_parameter_that_cannot_be_set(bundle: Path) -> None:
+    """How many strings are relieved, by blocks of one frame with a hundred notes in it; offline none is."""
+    chord = [low.note_on(28 + k % 20, 1.0, k) for k in range(100)]
+    offline = low.Plugin(bundle, mode=low.OFFLINE, relief=True)
+    info = offline.parameters()[OVERLOAD]
+    assert (info.flags, info.steps, low.wide(info.title)) == (low.IS_READ_ONLY, 8, "Overload")
+    assert list(offline.parameters())[-1] == OVERLOAD
+    assert [offline.text(OVERLOAD, k / 8) for k in (0, 1, 8)] == ["0", "1", "8"] and offline.usual(OVERLOAD) == 0.0
+    for _ in range(20):
+        offline.block(1, chord)
+    assert not offline.told
+    offline.close()
+    plugin = low.Plugin(bundle, relief=True)
+    for _ in range(20):
+        plugin.block(1, chord)
+    assert plugin.told[0] == (OVERLOAD, 1 / 8)
+    until = time.monotonic() + 30
+    while plugin.told[-1][1] and time.monotonic() < until:
+        plugin.block(4096)
+    assert plugin.told[-1] == (OVERLOAD, 0.0)
+    plugin.close()
+
+
+def test_blocks_of_zeros_are_called_silent(bundle: Path) -> None:
+    plugin = low.Plugin(bundle, low.STRINGS, low.OFFLINE)
+    heard = []
+    for k in range(120):
+        events = {3: [low.note_on(40, 0.5, 1, 4000)], 4: [low.note_off(40, 1)]}.get(k, [])
+        heard.append(bool(plugin.block(4096, events).any()))
+        assert plugin.silent != heard[-1], k
+    assert heard[3] and not heard[2] and not heard[119]
+    plugin.close()
+
+
+def test_parameters_come_in_groups(bundle: Path) -> None:
+    """But for the bass, which is with the list of programs."""
+    plugin = low.Plugin(bundle)
+    units, found = plugin.units(), plugin.parameters()
+    assert list(units.values()) == [("livebass", -1, 1), *((group, 0, -1) for group in GROUPS)]
+    for number, p in enumerate(PARAMETERS):
+        assert units[found[number].unit][0] == ("livebass" if number == BASS else p.group), p.symbol
+    assert units[found[OVERLOAD].unit][0] == PARAMETERS[low.RELIEF].group
+    plugin.close()
 
 
 def test_a_note_with_the_id_0_is_tuned(bundle: Path) -> None:

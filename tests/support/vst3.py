@@ -28,7 +28,7 @@ TUNING, EXPRESSION_VIBRATO, BRIGHTNESS = 2, 3, 5
 RELIEF = 11  # a parameter
 MAPPING, CONTEXT = "DF0FF9F749B74669B63AB7327ADBF5E5", "2A654303EF764E3D95B5FE83730EF6D0"
 PHYSICAL = "B03078FF94D24AC890CCD303D4133324"
-CAN_AUTOMATE, IS_LIST, IS_PROGRAM_CHANGE, IS_HIDDEN = 1, 1 << 3, 1 << 15, 1 << 4
+CAN_AUTOMATE, IS_READ_ONLY, IS_LIST, IS_PROGRAM_CHANGE, IS_HIDDEN = 1, 1 << 1, 1 << 3, 1 << 15, 1 << 4
 
 
 class On(c.Structure):
@@ -85,6 +85,10 @@ class Bus(c.Structure):
     _fields_ = [("media", I32), ("direction", I32), ("channels", I32), ("name", TEXT), ("type", I32), ("flags", U32)]
 
 
+class Unit(c.Structure):
+    _fields_ = [("id", I32), ("parent", I32), ("name", TEXT), ("programs", I32)]
+
+
 class Programs(c.Structure):
     _fields_ = [("id", I32), ("name", TEXT), ("count", I32)]
 
@@ -129,9 +133,12 @@ class Object:
 
 
 class Plugin:
-    """One object of the bundle's classes, active at 48 kHz."""
+    """One object of the bundle's classes, active at 48 kHz.
 
-    def __init__(self, bundle: Path, which: int = MONO, mode: int = REAL_TIME) -> None:
+    `told` is what it told of parameters by itself, (id, value); `silent`: it called all of the last block silent.
+    """
+
+    def __init__(self, bundle: Path, which: int = MONO, mode: int = REAL_TIME, relief: bool = False) -> None:
         library = c.CDLL(str(bundle / "Contents/x86_64-linux/livebass.so"))
         library.GetPluginFactory.restype = P
         factory, found = Object(library.GetPluginFactory()), P()
@@ -144,9 +151,12 @@ class Plugin:
         assert self.component.call(3, None) == 0
         self.processor, self.controller = self.component.query(PROCESSOR), self.component.query(CONTROLLER)
         self.outputs = self.component.call(7, I32(0), I32(1))
+        self.told: list[tuple[int, float]] = []
+        self.silent = False
         setup = Setup(mode, 0, 4096, 48000.0)
         assert self.processor.call(7, c.addressof(setup)) == 0
-        self.controller.call(15, U32(RELIEF), 0.0)  # a test is no real time
+        if not relief:  # a test is no real time
+            self.controller.call(15, U32(RELIEF), 0.0)
         assert self.component.call(11, c.c_uint8(1)) == 0
 
     def set_speakers(self, speakers: Sequence[int]) -> bool:
@@ -175,7 +185,7 @@ class Plugin:
             return tell
 
         listed = Given(c.CFUNCTYPE(I32, P)(lambda _: len(events)), c.CFUNCTYPE(I32, P, I32, P)(get))
-        ids = sorted({number for number, *_ in points})
+        ids = list(dict.fromkeys(number for number, *_ in points))
         queues = []
         for number in ids:
             values = [(offset, value) for id_, offset, value in points if id_ == number]
@@ -189,13 +199,28 @@ class Plugin:
         changes = Given(
             c.CFUNCTYPE(I32, P)(lambda _: len(queues)), c.CFUNCTYPE(P, P, I32)(lambda _, k: queues[k].address)
         )
+        telling: list[int] = []
+
+        def heard(_: Any, offset: int, value: float, place: int) -> int:
+            self.told.append((telling[-1], value))
+            return 0
+
+        def ask(_: Any, number: int, place: int) -> int:
+            telling.append(U32.from_address(number).value)
+            return hearing.address
+
+        nothing = c.CFUNCTYPE(I32, P)(lambda _: 0)
+        hearing = Given(nothing, nothing, nothing, c.CFUNCTYPE(I32, P, I32, D, P)(heard))
+        asked = Given(nothing, nothing, c.CFUNCTYPE(P, P, P, P)(ask))
         out = np.full((self.outputs, channels, frames), np.nan, np.float32)
         rows = [(P * channels)(*(row.ctypes.data for row in output)) for output in out]
         buffers = (Buffers * self.outputs)(*(Buffers(channels, 0, c.addressof(row)) for row in rows))
         data = Data(
-            self.mode, 0, frames, 0, self.outputs, None, c.addressof(buffers), changes.address, None, listed.address,
+            self.mode, 0, frames, 0, self.outputs, None, c.addressof(buffers), changes.address, asked.address,
+            listed.address,
         )  # fmt: skip
         assert self.processor.call(9, c.addressof(data)) == 0
+        self.silent = all(buffer.silence == (1 << channels) - 1 for buffer in buffers)
         return out
 
     def parameters(self) -> dict[int, Parameter]:
@@ -234,6 +259,22 @@ class Plugin:
         needed = context.call(3, result=U32)
         context.call(2)
         return int(needed)
+
+    def units(self) -> dict[int, tuple[str, int, int]]:
+        """(name, parent, list of programs) of its groups of parameters, by id."""
+        units, found = self.component.query(UNITS), {}
+        for k in range(units.call(3)):
+            unit = Unit()
+            assert units.call(4, I32(k), c.addressof(unit)) == 0
+            found[unit.id] = wide(unit.name), unit.parent, unit.programs
+        units.call(2)
+        return found
+
+    def text(self, number: int, value: float) -> str:
+        """What it calls a value, 0 to 1, of the parameter with an id."""
+        text = TEXT()
+        assert self.controller.call(10, U32(number), value, c.addressof(text)) == 0
+        return wide(text)
 
     def outputs_called(self) -> list[str]:
         """The names of its outputs."""

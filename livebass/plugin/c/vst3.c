@@ -22,7 +22,7 @@
 #endif
 
 enum { TAIL = 12 /* s */, ROOM = 1 << 16, CHANGES = 2048, LINE = 1500 };
-enum { VOLUME = 7, EXPRESSION = 11, TONE = 17, BLEND = 18 }; /* MIDI controllers, as the usual key map has them */
+enum { VOLUME = 7, EXPRESSION = 11, TONE = 17, BLEND = 18, RPN_LOW = 100, RPN_HIGH = 101 }; /* MIDI controllers, as the usual key map has them */
 enum { CONTROLLERS = 1000 }; /* id of the parameter that stands for MIDI controller 0 */
 /* Ids of those that each channel has of its own, WAYS of them: wheel, pressure, controller 74. */
 enum { CHANNELS = 2000, MIDI_CHANNELS = 16, WHEEL = 0, PRESSURE, PLACE, WAYS, OWN = MIDI_CHANNELS * WAYS };
@@ -44,7 +44,7 @@ typedef struct {
     double value;
     vst3_event event;
 } change;
-enum { CHANGE = 1 << 16, PLACES = 1 << 20 };
+enum { CHANGE = 1 << 16, PLACES = 1 << 20, MOST_REPEATS = PLACES / (2 * CHANGES) - 1 };
 
 typedef struct {
     const void *interfaces[INTERFACES]; /* first: hosts know their addresses */
@@ -432,7 +432,7 @@ static int use_of(const vst3_event *e) {
     return e->type == VST3_NOTE_EXPRESSION && known ? 1 : 2;
 }
 
-/* A place for another change at a frame, the host's number k; 0 if there are too many. */
+/* A place for another change at a frame, number k of it; 0 if there are too many. */
 static change *add(vst3 *v, int32_t offset, int kind, int32_t k) {
     if (v->change_count == CHANGES) return 0;
     change *c = &v->changes[v->change_count];
@@ -448,6 +448,13 @@ static vst3_queue **queue_of(const vst3_process_data *d, int32_t k, uint32_t *id
     vst3_queue **q = (*d->changes)->queue(d->changes, k);
     if (q) *id = (*q)->id(q);
     return q && (*id < LB_PARAMETERS || is_controller(*id) || is_own(*id)) ? q : 0;
+}
+
+/* The number of a point among those of its frame. A frame's points of one queue come one after the other, each with
+   those of the other queues; the selection of an RPN comes before its data, in whichever order the host has the two. */
+static int32_t number_of(const vst3 *v, uint32_t id, int repeat) {
+    const int selects = id == CONTROLLERS + RPN_LOW || id == CONTROLLERS + RPN_HIGH;
+    return (2 * (repeat < MOST_REPEATS ? repeat : MOST_REPEATS) + !selects) * CHANGES + v->change_count;
 }
 
 /* Collects the host's notes; of their bends the last ones, while half of the places are free; then its points of
@@ -476,9 +483,13 @@ static void collect(vst3 *v, const vst3_process_data *d) {
     for (int32_t k = 0; k < queues; k++) {
         if (!(q = queue_of(d, k, &id))) continue;
         const int32_t last = (*q)->count(q) - 1;
+        int64_t before = -1;
+        int repeat = 0;
         for (int32_t j = 0; j <= last; j++) {
-            if (j % step && j != last) continue;
-            change *c = (*q)->point(q, j, &offset, &value) == VST3_OK ? add(v, offset, CHANGE, v->change_count) : 0;
+            if ((j % step && j != last) || (*q)->point(q, j, &offset, &value) != VST3_OK) continue;
+            repeat = offset == before ? repeat + 1 : 0;
+            before = offset;
+            change *c = add(v, offset, CHANGE, number_of(v, id, repeat));
             if (!c) continue;
             c->id = id;
             c->value = value;
