@@ -34,7 +34,8 @@ from livebass.engine.engine import Engine
 from livebass.engine.render import RenderError, mixed, string_names
 from livebass.files import Transaction, whole_directory
 from livebass.interrupts import StopFlag
-from livebass.model.instrument import A4_HZ, Instrument, Player
+from livebass.kernels.performer import STROKE_LIFT
+from livebass.model.instrument import A4_HZ, STROKES, Instrument, Player
 from livebass.model.keymap import velocity_parts
 from livebass.model.quality import Quality
 from livebass.report.progress import Progress, steps
@@ -192,7 +193,8 @@ def velocities(player: Player, layers: int) -> tuple[int, ...]:
     Below the velocity at which a pluck just grazes the frets, notes of different strength sound nearly alike, so most
     layers lie above it. On either side they are evenly spaced.
     """
-    graze = _velocity_of(math.log(1 / max(player.softest, 1e-3)) / _range(player), player)
+    lift = STROKE_LIFT[STROKES.index(player.stroke)]
+    graze = _velocity_of(math.log(1 / (lift * max(player.softest, 1e-3))) / _range(player), player)
     soft = round(SOFT_SHARE * layers) if HARDEST / layers < graze < HARDEST else 0
     chosen = [graze * (k + 1) / soft for k in range(soft)]
     start, hard = (graze if soft else 0.0), layers - soft

@@ -23,7 +23,6 @@ from livebass.kernels.performer import (
     MOST_RANGE,
     MOST_STRINGS,
     PERFORMER,
-    POP,
     STROKES,
     VIBRATO_RATE,
     bend_ratio,
@@ -94,7 +93,7 @@ INSTRUMENT = np.dtype(
         ("sensed", "i8"),  # 1: the output is the displacement at sensors, 0: through pickups
         ("slap", "i8"),  # 1: the thumb strikes the lower strings
         ("drop", "i8"),  # 1: notes out of range are left out
-        ("stroke", "i8"),  # performer.FINGER, PICK or NAIL
+        ("stroke", "i8"),  # performer.FINGER, PICK, NAIL or POP
         ("answering", "i8"),  # performer.NEVER, PEDAL or ALWAYS: when idle strings may answer those that sound
         ("gain", "f8"),
         ("carried", "f8"),  # of the contact rate: the highest mode that is played
@@ -337,8 +336,6 @@ def make_performer(p, instrument, seed):
     p.angle = player.pluck_angle
     p.slapped = player.slapped_strings if instrument.slap else 0
     p.usual_slapped = p.slapped
-    if p.slapped > 0:  # what the thumb does not strike is popped
-        p.stroke = POP
     p.strike_position = player.strike_position
     p.strike_force = player.strike_force
     p.strike_softest = player.strike_softest

@@ -19,7 +19,7 @@ from livebass.model.neck import FREE_PART, Admittance, Surface, detuning, neck_d
 
 A4_NOTE, A4_HZ = 69, 440.0
 STIFFNESS_LAWS = ("hinged", "paper")  # see model/modes.py
-STROKES = ("finger", "pick", "nail")  # in the order of the performer's numbers
+STROKES = ("finger", "pick", "nail", "pop")  # in the order of the performer's numbers
 ANSWERING = ("off", "pedal", "always")  # likewise
 ROUNDING = 1e-9  # m, by which a crown may stand above the string at rest and still count as level with it
 BOARD_ROUGH = 20e-6  # m, by which a board may stand above the string at rest; it is pressed flat
@@ -130,7 +130,7 @@ class Player:
     """How notes become plucks. Strengths are forces of the hand over that by which the open string grazes a fret."""
 
     technique: str = "pluck"  # or "slap": the thumb strikes the lower strings, a finger pops those above
-    stroke: str = "finger"  # or "pick", "nail", which have widths and release times of their own
+    stroke: str = "finger"  # or "pick", "nail", "pop", which have widths and release times of their own
     slapped_strings: int = 0  # number of strings, from the lowest, that the thumb strikes
     pluck_position: float = 0.74  # place over the body, fraction of the open string from the nut
     pluck_nearest: float = 0.55  # the same for controller value 0 ...

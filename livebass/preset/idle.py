@@ -32,7 +32,7 @@ class Rule:
 
 
 def _straight(bass: Instrument, part: Any) -> bool:
-    return bass.player.pluck_angle == 0 and bass.player.stroke != "pick"
+    return bass.player.pluck_angle == 0 and bass.player.stroke not in ("pick", "pop")
 
 
 def _displacement(bass: Instrument, part: Any) -> bool:

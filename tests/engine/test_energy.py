@@ -215,7 +215,7 @@ def test_hands_alone_put_energy_into_a_string(preset: str, i: int) -> None:
 @pytest.mark.parametrize("seed", range(2))
 def test_they_do_on_every_kind_of_string(preset: str, i: int, seed: int) -> None:
     free, works = assert_hands_alone(preset, i, 0.5, seed)
-    assert free > 2000 and works > 2
+    assert free > 2000 and works > 1  # a soft hammer is on its way for 32 ms
 
 
 def held_energy(s: Speaking, apex: float, x: float) -> float:

@@ -42,7 +42,7 @@ from livebass.units import cents, decibels
 RATE = 48000
 TINY = Settings(QUALITIES["live"], RATE, frets=12, layers=3, robins=2, length=0.6, seed=3)
 HEARD = 0.3  # s, of a note, for its level
-SAME_LEVEL = 2.5  # dB, for each note, besides what all have in common: each draws irregularities of its own
+SAME_LEVEL = 2.0  # dB, for each note, besides what all have in common: each draws irregularities of its own
 SAME_LEVELS = 0.8  # dB, RMS of these
 CLEAR_STEP = 1.0  # dB
 SAME_PITCH = 6.0  # cents
