@@ -1,4 +1,4 @@
-"""What the commands say on stderr: each thing is one line, whatever names are in it."""
+"""Says what the commands have to say on stderr: each thing is one line, whatever names are in it."""
 
 from __future__ import annotations
 

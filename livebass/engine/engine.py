@@ -83,7 +83,7 @@ def frets_of(instrument: Instrument) -> int:
 
 
 class Playing(ABC):
-    """What plays messages into one signal a string, and so can play a score."""
+    """Plays messages into one signal a string, and so can play a score."""
 
     rate: int  # Hz
     workers: int  # threads

@@ -36,7 +36,7 @@ class Parameter:
 
     @property
     def group(self) -> str:
-        """What hosts put it under."""
+        """Names the group under which hosts show it."""
         return next(group for group, symbols in GROUPS.items() if self.symbol in symbols)
 
 
