@@ -1,6 +1,6 @@
 """Notes with times: a `Score` from a Standard MIDI File, from a list of notes, or a demo phrase.
 
-A player ends a key at its first note-off, however often it was struck (kernels/performer.py): whoever plays cannot know
+A player ends a key at its first note-off, however often it was struck (kernels/player): whoever plays cannot know
 whether another one is to come. A take, which a text at its beginning says it is, was played so: its messages are left
 as they are, in their order, and it sounds as it was heard. A file by anybody else shows its future. There a `Score` is
 clean by construction: at one frame, note-offs and controllers come before note-ons; every note-on has its end, at least

@@ -46,12 +46,23 @@ MEANWHILE = ("tests/reference/", "tests/analysis/", "tests/identification/test_f
 # Then files that use all processors, while the timed tests wait most of their time; then those that take longest, so
 # that no worker is left with one at the end. Browsers and processes that are interrupted leave a processor idle.
 NEXT = (
-    "tests/paper/test_claims.py", "tests/test_wheel.py", "tests/engine/test_tiers.py", "tests/engine/test_playing.py",
-    "tests/preset/test_idle.py", "tests/identification/test_identify.py", "tests/web/test_page.py",
-    "tests/engine/test_fuzz.py", "tests/engine/test_levels.py", "tests/engine/test_techniques.py",
-    "tests/identification/test_doubts.py", "tests/engine/test_engine.py", "tests/test_interrupts.py",
-    "tests/engine/test_laws.py", "tests/plugin/test_lv2.py", "tests/test_compiling.py",
-)  # fmt: skip
+    "tests/paper/test_claims.py",
+    "tests/test_wheel.py",
+    "tests/engine/bass/test_tiers.py",
+    "tests/engine/player/test_playing.py",
+    "tests/preset/test_idle.py",
+    "tests/identification/test_identify.py",
+    "tests/web/test_page.py",
+    "tests/engine/test_fuzz.py",
+    "tests/engine/bass/test_levels.py",
+    "tests/engine/hands/test_techniques.py",
+    "tests/identification/test_doubts.py",
+    "tests/engine/test_engine.py",
+    "tests/test_interrupts.py",
+    "tests/engine/test_laws.py",
+    "tests/plugin/test_lv2.py",
+    "tests/test_compiling.py",
+)
 
 
 def scope_of(nodeid: str) -> str:

@@ -1,4 +1,4 @@
-"""Derives the constants of livebass/kernels/elementary.py and prints them. Exact fractions; the standard library only.
+"""Derives the constants of kernels/machine/elementary.py and prints them. Exact fractions; the standard library only.
 
 Each polynomial is a Taylor series, cut where its rest cannot be seen, written in Chebyshev polynomials over the range
 of its argument; those above the degree wanted are dropped, which leaves an error near the least one possible

@@ -34,7 +34,8 @@ except ImportError:  # Windows
 
 LOG = logging.getLogger("livebass")
 PACKAGE = Path(__file__).parents[1]
-ROOMS = ("kernels", "live/thread", "compiling")  # folders whose functions are compiled, or compile them
+ROOMS = ("kernels", "live/thread", "compiling")  # folders whose functions are compiled, or compile them ...
+FILES = ("techniques.py",)  # ... and what they take their numbers from
 BUILT = PACKAGE / "built"  # libraries that came with the package
 CHECKSUM = hashlib.sha256().digest_size  # bytes at the end of a file
 KEPT = re.compile(r"(kernels|objects|plugin|reference)-[0-9a-f]{16}")  # directories of compiled code, by version
@@ -45,7 +46,8 @@ WAITING = "compiling the kernels: another process does so already, waiting for i
 @functools.cache
 def sources() -> tuple[Path, ...]:
     """The files that compiled kernels depend on."""
-    return tuple(sorted(file for room in ROOMS for file in (PACKAGE / room).rglob("*.py")))
+    rooms = [file for room in ROOMS for file in (PACKAGE / room).rglob("*.py")]
+    return tuple(sorted([*rooms, *(PACKAGE / file for file in FILES)]))
 
 
 @functools.cache

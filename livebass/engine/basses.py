@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livebass.engine.engine import Engine, Playing, Report
-from livebass.kernels.performer import FADE, OVER
+from livebass.kernels.player.performer import FADE, OVER
 from livebass.model.instrument import Instrument
 from livebass.score import PROGRAM
 

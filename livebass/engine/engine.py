@@ -30,9 +30,9 @@ from livebass.engine.prepare import (
     tone_filters,
     whole_contact_rate,
 )
-from livebass.kernels import performer
-from livebass.kernels.preparing import PICKUPS, SENSORS
-from livebass.kernels.records import EVENT, TONE
+from livebass.kernels.player import performer
+from livebass.kernels.string.preparing import PICKUPS, SENSORS
+from livebass.kernels.string.records import EVENT, TONE
 from livebass.model.answers import admittances, answering_frequencies
 from livebass.model.instrument import Instrument, speaking
 from livebass.model.quality import Quality, modes_for

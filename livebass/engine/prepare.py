@@ -14,9 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livebass.arrays import Floats
-from livebass.kernels import board, coil, frets, performer, preparing, tone
-from livebass.kernels.coil import CIRCUIT, COIL
-from livebass.kernels.instrument import (
+from livebass.kernels.bass.instrument import (
     INSTRUMENT,
     connect_answers,
     connect_string,
@@ -24,11 +22,15 @@ from livebass.kernels.instrument import (
     settle_string,
     whole_steps,
 )
-from livebass.kernels.instrument import new_performer as make_performer
-from livebass.kernels.operators import DOUBLE
-from livebass.kernels.performer import PERFORMER
-from livebass.kernels.preparing import FROZEN, NOTE, OVERDAMPED, PREPARING
-from livebass.kernels.records import EVENT, MOST_NEAR, OPERATOR, ROW, STRING
+from livebass.kernels.bass.instrument import new_performer as make_performer
+from livebass.kernels.pickup import coil, tone
+from livebass.kernels.pickup.coil import CIRCUIT, COIL
+from livebass.kernels.player import performer
+from livebass.kernels.player.performer import PERFORMER
+from livebass.kernels.string import board, frets, preparing
+from livebass.kernels.string.operators import DOUBLE
+from livebass.kernels.string.preparing import FROZEN, NOTE, OVERDAMPED, PREPARING
+from livebass.kernels.string.records import EVENT, MOST_NEAR, OPERATOR, ROW, STRING
 from livebass.kernels.voice import run_string
 from livebass.model.answers import answering_modes
 from livebass.model.instrument import ANSWERING, STROKES, Coil, Instrument, Output, Pickup, Player, Speaking, String
@@ -284,7 +286,7 @@ def play_frames(
 def take_message(
     p: NDArray[np.void], ops: NDArray[np.void], frame: int, message: Sequence[int], events: NDArray[np.void], count: int
 ) -> int:
-    """Hands a channel message to the performer `p` (1,) by `kernels.performer.message`; returns the new count.
+    """Hands a channel message to the performer `p` (1,) by `kernels.player.performer.message`; returns the new count.
 
     ops (strings, frets + 1); `message` has three bytes; events (n,) are filled from `count` on.
     """
@@ -299,7 +301,7 @@ def take_message_ringing(
     p: NDArray[np.void], ops: NDArray[np.void], player: NDArray[np.void], told: NDArray[np.void], frame: int,
     message: Sequence[int],
 ) -> NDArray[np.void]:  # fmt: skip
-    """Hands a message to the performer `p` (1,) of a bass that rings out, by `kernels.performer.ring_on`.
+    """Hands a message to the performer `p` (1,) of a bass that rings out, by `kernels.player.performer.ring_on`.
 
     ops (strings, frets + 1); told (n,): the events that the performer `player` (1,) made of it. Returns those of `p`.
     """

@@ -22,8 +22,8 @@ from livebass.engine.prepare import (
     pickup_voices,
     play_frames,
 )
-from livebass.kernels.preparing import PICKUPS, SAMPLED, SENSORS
-from livebass.kernels.records import EVENT, PLUCK
+from livebass.kernels.string.preparing import PICKUPS, SAMPLED, SENSORS
+from livebass.kernels.string.records import EVENT, PLUCK
 from livebass.model.instrument import Output, Player, Pluck
 from livebass.model.trial import Motion, Trial, initial_amplitudes, initial_amplitudes_across
 

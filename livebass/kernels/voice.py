@@ -7,11 +7,13 @@ touches only what it is handed. [audio thread]
 import numpy as np
 
 from livebass.compiling import entry, jit
-from livebass.kernels import answers, glide, modal, stop, techniques, tension, thumb, tone, touch
-from livebass.kernels.elementary import exp
-from livebass.kernels.native import call_4, floats_at, record_address, record_at, records_at
-from livebass.kernels.operators import tap
-from livebass.kernels.records import (
+from livebass.kernels.hands import techniques, thumb
+from livebass.kernels.machine.elementary import exp
+from livebass.kernels.machine.native import call_4, floats_at, record_address, record_at, records_at
+from livebass.kernels.pickup import tone
+from livebass.kernels.string import answers, glide, modal, stop, tension, touch
+from livebass.kernels.string.operators import tap
+from livebass.kernels.string.records import (
     BEND,
     BLEND,
     CUT,
@@ -35,7 +37,7 @@ from livebass.kernels.records import (
     WAVER,
     WHOLE,
 )
-from livebass.kernels.slot import HOUSEKEEPING, keep_house, take_thumb_away
+from livebass.kernels.string.slot import HOUSEKEEPING, keep_house, take_thumb_away
 
 CUT_RATE = 900.0  # 1/s of all-sound-off
 DEEPEST = 8e-3  # m: a string cannot dip farther into a magnet's field

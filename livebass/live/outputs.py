@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livebass.extras import install
-from livebass.kernels.performer import MOST_STRINGS
+from livebass.kernels.player.performer import MOST_STRINGS
 from livebass.live.desk import Desk
 from livebass.live.guards import (
     JACK_HANGS,

@@ -9,9 +9,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from livebass.kernels.performer import CC_PALM, CC_VIBRATO, LEAST, MOST, MOST_STRINGS
-from livebass.kernels.performer import PARAMETERS as PLAYING
+from livebass.kernels.player.performer import MOST_STRINGS
 from livebass.live.thread.ring import AMOUNT, PARAMETER
+from livebass.techniques import CC_PALM, CC_VIBRATO, LEAST, MOST
+from livebass.techniques import PARAMETERS as PLAYING
 
 MOST_BASSES = 128  # that a plugin offers: the last value of `bass` is one less
 

@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 
 from livebass.engine.engine import Engine, prepare
 from livebass.engine.prepare import SEEDS, Rates, Voice, whole_contact_rate, zeroed_lines
-from livebass.kernels.board import over_board
-from livebass.kernels.frets import over_frets
-from livebass.kernels.performer import CC_PALM, CC_VIBRATO, PERFORMER
-from livebass.kernels.records import STRING
+from livebass.kernels.player.performer import PERFORMER
+from livebass.kernels.string.board import over_board
+from livebass.kernels.string.frets import over_frets
+from livebass.kernels.string.records import STRING
 from livebass.live.desk import Desk
 from livebass.live.thread import ahead, block, setup
 from livebass.live.thread.desk import take_controller
@@ -45,6 +45,7 @@ from livebass.live.thread.setup import BUILDING
 from livebass.model.instrument import Instrument
 from livebass.model.quality import Quality
 from livebass.score import Score
+from livebass.techniques import CC_PALM, CC_VIBRATO
 from livebass.units import note_name
 
 COARSE = Quality("coarse", 150, 192e3, on_board=Quality("coarse", 250, 384e3))  # for strings under overload

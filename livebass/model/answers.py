@@ -2,7 +2,7 @@
 
 A string that ends where the neck yields pushes it with the force T u'. The nut, where the open strings end, then moves
 at Y times that force, with a resonance of the neck counted by its bending shape at the place of the force: at a fret it
-may have the other sign. The saddle is rigid here. kernels/answers.py has the equations of motion.
+may have the other sign. The saddle is rigid here. kernels/string/answers.py has the equations of motion.
 """
 
 from __future__ import annotations

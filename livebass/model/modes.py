@@ -26,7 +26,7 @@ AIR_VISCOSITY = 1.8e-5  # kg/m/s, eta_air of eq. 10
 AIR_DENSITY = 1.2  # kg/m3, rho_air
 CLAMP_WAVENUMBER = 800 / 0.863  # modes per metre; above, the published damping is constant
 
-CARRIED = 0.45  # of the contact rate: the highest mode that a bass is played with (kernels.modal.MOST_TURN)
+CARRIED = 0.45  # of the contact rate: the highest mode that a bass is played with (kernels.string.modal.MOST_TURN)
 
 
 def frequencies(s: Speaking, count: int, shift: Floats | None = None) -> Floats:

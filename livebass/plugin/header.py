@@ -11,9 +11,12 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from livebass import __version__
+from livebass import __version__, techniques
 from livebass.compiling import Entry
-from livebass.kernels import board, coil, frets, instrument, performer, preparing, records
+from livebass.kernels.bass import instrument
+from livebass.kernels.pickup import coil
+from livebass.kernels.player import performer
+from livebass.kernels.string import board, frets, preparing, records
 from livebass.live.parameters import GROUPS, MOST_BASSES, OUTPUTS, PARAMETERS
 from livebass.live.thread import ahead, block, ring, setup
 from livebass.live.thread import records as live
@@ -44,7 +47,7 @@ NUMBERS = {
     "LB_CHUNK": live.CHUNK,
     "LB_MOST_MESSAGES": live.MOST_MESSAGES,
     "LB_MOST_BASSES": MOST_BASSES,
-    "LB_LEARNED": performer.LEARNED,
+    "LB_LEARNED": techniques.LEARNED,
     "LB_MOST_UNEVENNESS": performer.MOST_UNEVENNESS,
     "LB_KIND_STRING_BEND": ring.STRING_BEND,
     "LB_KIND_NOTE_PLACE": ring.NOTE_PLACE,
@@ -139,7 +142,7 @@ def _parameters() -> list[str]:
         "} lb_parameter;",
         f"enum {{ {', '.join(f'LB_{p.symbol.upper()}' for p in PARAMETERS)}, LB_PARAMETERS }};",
     ]
-    lines += [f"enum {{ LB_PLAYED_PARAMETERS = {performer.PARAMETERS} }}; /* those that controllers learn */"]
+    lines += [f"enum {{ LB_PLAYED_PARAMETERS = {techniques.PARAMETERS} }}; /* those that controllers learn */"]
     rows = []
     for p in PARAMETERS:
         points = f"lb_points_{p.symbol}" if p.points else "0"

@@ -1,6 +1,6 @@
 """Instrument files, `.lbass`: a bass in numbers, for any audio rate and in each tier, as the plugins read it.
 
-The kernels that read them are in kernels/instrument.py, with the format; this file writes them, and reads them for
+The kernels that read them are in kernels/bass/instrument.py, with the format; this file writes them, and reads them for
 Python. A file holds what a preset says, worked out as far as it does not depend on the audio rate.
 """
 
@@ -18,7 +18,7 @@ from livebass.arrays import Floats
 from livebass.engine.engine import frets_of, notes
 from livebass.engine.prepare import Pool, bass_numbers, note_numbers, zeroed_lines
 from livebass.files import Transaction
-from livebass.kernels.instrument import (
+from livebass.kernels.bass.instrument import (
     COARSE,
     DAMAGED,
     FILE,
@@ -37,8 +37,8 @@ from livebass.kernels.instrument import (
     fill_pool,
     measure_pool,
 )
-from livebass.kernels.preparing import DONE
-from livebass.kernels.records import OPERATOR
+from livebass.kernels.string.preparing import DONE
+from livebass.kernels.string.records import OPERATOR
 from livebass.live import synth
 from livebass.model.instrument import Instrument
 from livebass.model.quality import QUALITIES, Quality

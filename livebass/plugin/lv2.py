@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from livebass import __version__
-from livebass.kernels.performer import MOST_STRINGS
+from livebass.kernels.player.performer import MOST_STRINGS
 from livebass.live.parameters import GROUPS, OUTPUTS, PARAMETERS
 from livebass.model.instrument import Instrument
 from livebass.plugin.build import binary

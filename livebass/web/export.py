@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from livebass import __version__
-from livebass.kernels.instrument import LIVE, STUDIO
+from livebass.kernels.bass.instrument import LIVE, STUDIO
 from livebass.live.parameters import PARAMETERS
 from livebass.model.instrument import Instrument
 from livebass.plugin.bundle import LIST, instrument_files, write_files

@@ -8,29 +8,15 @@ from typing import Any
 import numpy as np
 
 from livebass.compiling import Entry
-from livebass.kernels import frets
-from livebass.kernels.board import over_board
-from livebass.kernels.instrument import COARSE, FILE, GOOD, POOL, check_file, fill_pool, measure_pool
-from livebass.kernels.performer import (
-    CC_PARAMETER,
-    CONTROLLERS,
-    FINGER,
-    FREE,
-    GAIN_DB,
-    GHOST,
-    HARMONIC,
-    LEGATO,
-    MOST_STRINGS,
-    PALM,
-    PERFORMER,
-    PICK,
-    SLIDE,
-    VIBRATO,
-)
-from livebass.kernels.preparing import DONE
-from livebass.kernels.records import LINE
+from livebass.kernels.bass.instrument import COARSE, FILE, GOOD, POOL, check_file, fill_pool, measure_pool
+from livebass.kernels.player.performer import CONTROLLERS, FINGER, FREE, MOST_STRINGS, PERFORMER, PICK
+from livebass.kernels.string import frets
+from livebass.kernels.string.board import over_board
+from livebass.kernels.string.preparing import DONE
+from livebass.kernels.string.records import LINE
 from livebass.live.thread import ahead, block, ring, setup
 from livebass.live.thread.records import BASS, CHUNK, SYNTH
+from livebass.techniques import CC_PARAMETER, GAIN_DB, GHOST, HARMONIC, LEGATO, PALM, SLIDE, VIBRATO
 
 RECORDS = {
     "FILE": FILE, "POOL": POOL, "BUILDING": setup.BUILDING, "SYNTH": SYNTH, "BASS": BASS, "PERFORMER": PERFORMER,

@@ -9,7 +9,7 @@ from livebass import Quality, load_preset
 from livebass.arrays import Floats
 from livebass.engine.basses import Basses
 from livebass.engine.engine import Engine
-from livebass.kernels.performer import FADE
+from livebass.kernels.player.performer import FADE
 
 RATE = 48000
 LIGHT = Quality("light", 60, 192e3)

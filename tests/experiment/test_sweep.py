@@ -23,7 +23,7 @@ from livebass.experiment.grid import Point, Settings, axis, grid, names, target
 from livebass.experiment.point import measured
 from livebass.experiment.quantities import QUANTITIES, USUAL
 from livebass.experiment.sweep import drawable, edges, pictures
-from livebass.kernels.records import MOST_NEAR
+from livebass.kernels.string.records import MOST_NEAR
 from livebass.model.instrument import Neck
 from livebass.model.modes import pluck_amplitudes
 from livebass.model.quality import quality_with

@@ -14,8 +14,7 @@ from support.pitch import pitch
 
 from livebass import load_preset
 from livebass.arrays import Floats
-from livebass.kernels import performer
-from livebass.kernels.performer import LEARNED, LEAST, MOST
+from livebass.kernels.player import performer
 from livebass.live.desk import LEAD, Desk, MidiLearn, check_controllers, click_sound
 from livebass.live.outputs import FakeDevice
 from livebass.live.parameters import NUMBERS, PARAMETERS
@@ -25,6 +24,7 @@ from livebass.live.synth import LiveBass, Synth
 from livebass.live.tuner import frequency_of, tuning, tuning_text
 from livebass.model.keymap import MODO
 from livebass.score import Score, demo_score, read_score, score_of
+from livebass.techniques import LEARNED, LEAST, MOST
 
 LEADING = round(LEAD * RATE)
 Message = tuple[int, int, int, int]  # frame, status, first, second

@@ -14,7 +14,20 @@ from support.live import RATE, offline, run_ahead, synth_and_device
 from livebass import Quality, load_preset
 from livebass.arrays import Floats
 from livebass.engine.prepare import coil_filter
-from livebass.kernels.performer import (
+from livebass.kernels.pickup.tone import ABOVE, BELOW, ROW, TONES
+from livebass.live.synth import RING, LiveBass, Synth
+from livebass.live.thread.ring import (
+    AMOUNT,
+    MIDI,
+    NOTE_BEND,
+    NOTE_PLACE,
+    NOTE_STRING,
+    PARAMETER,
+    STRING_BEND,
+    push_event,
+    push_message,
+)
+from livebass.techniques import (
     BEND_RANGE,
     CC_PALM,
     CC_VIBRATO,
@@ -30,19 +43,6 @@ from livebass.kernels.performer import (
     THUMB_ON_ALL,
     TONE_POT,
     UNEVENNESS,
-)
-from livebass.kernels.tone import ABOVE, BELOW, ROW, TONES
-from livebass.live.synth import RING, LiveBass, Synth
-from livebass.live.thread.ring import (
-    AMOUNT,
-    MIDI,
-    NOTE_BEND,
-    NOTE_PLACE,
-    NOTE_STRING,
-    PARAMETER,
-    STRING_BEND,
-    push_event,
-    push_message,
 )
 
 MOVED = (4, 5, 7, 9, 17, 17, 18, 18, 18, *range(102, 110))  # controllers of hand, bend, volume, palm, tone, blend, ...

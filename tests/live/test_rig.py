@@ -24,7 +24,6 @@ from livebass import load_preset
 from livebass.arrays import Floats
 from livebass.bench.jack import MidiProbe, new_client
 from livebass.cli.remembered import load, settings_file
-from livebass.kernels.performer import LEARNED
 from livebass.live.control import control_table, meter_table, tuner_meters
 from livebass.live.desk import Desk
 from livebass.live.osc import OscLost, OscServer
@@ -33,6 +32,7 @@ from livebass.live.parameters import NUMBERS, PARAMETERS
 from livebass.live.session import PresetSwitch, Session, Settings
 from livebass.live.synth import Gauge, LiveBass, Meters, Synth
 from livebass.score import score_of
+from livebass.techniques import LEARNED
 
 RATE = JACK_RATE
 

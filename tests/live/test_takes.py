@@ -18,12 +18,12 @@ from livebass import Quality, load_preset, read_score, render_to_array
 from livebass.arrays import Floats
 from livebass.cli.song import basses_of
 from livebass.engine.render import mixed, single
-from livebass.kernels.performer import LEARNED
 from livebass.live.outputs import FakeDevice
 from livebass.live.parameters import NUMBERS
 from livebass.live.recording import MidiRecorder
 from livebass.live.synth import LiveBass, Synth
 from livebass.score import PROGRAM, TAKE, Score
+from livebass.techniques import LEARNED
 
 LIGHT = Quality("light", 60, 192e3)
 Message = tuple[int, int, int, int]  # frame, status, first, second

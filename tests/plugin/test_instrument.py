@@ -15,9 +15,9 @@ import pytest
 from livebass import QUALITIES, load_preset, preset_names
 from livebass.engine.engine import Engine, prepare
 from livebass.engine.prepare import Pool, Rates, new_performer, whole_contact_rate
-from livebass.kernels import performer
-from livebass.kernels.instrument import COARSE, FILE, KEY_MAP, LIVE, PLAYER, STUDIO, TIERS, VERSION, WORD, checksum
-from livebass.kernels.preparing import NOTE
+from livebass.kernels.bass.instrument import COARSE, FILE, KEY_MAP, LIVE, PLAYER, STUDIO, TIERS, VERSION, WORD, checksum
+from livebass.kernels.player import performer
+from livebass.kernels.string.preparing import NOTE
 from livebass.model.keymap import MODO_12, velocity_parts
 from livebass.plugin.instrument import instrument_file, read_instrument, tiers, write_instrument
 from livebass.plugin.lv2 import write_bundle
@@ -147,8 +147,8 @@ FUZZ = """
 import faulthandler, sys
 from pathlib import Path
 import numpy as np
-from livebass.kernels.instrument import FILE, GOOD, WORD, check_file, checksum
-from livebass.kernels.preparing import NOTE
+from livebass.kernels.bass.instrument import FILE, GOOD, WORD, check_file, checksum
+from livebass.kernels.string.preparing import NOTE
 from support.lv2 import Plugin
 faulthandler.enable()
 bundle, cases = Path(sys.argv[1]), int(sys.argv[2])

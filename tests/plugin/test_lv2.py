@@ -22,7 +22,7 @@ from support.plugins import NOTES, RATE
 from livebass import demo_score, load_preset, score_of
 from livebass.arrays import Floats
 from livebass.engine.render import mixed
-from livebass.kernels.performer import MOST_STRINGS
+from livebass.kernels.player.performer import MOST_STRINGS
 from livebass.live.parameters import OUTPUTS, PARAMETERS
 from livebass.model.keymap import MODO, MODO_12
 from livebass.plugin.build import compiler

@@ -325,8 +325,8 @@ def test_split_coil(tmp_path: Path) -> None:
 
 
 def test_limits_are_what_the_engine_has_room_for() -> None:
-    from livebass.kernels.performer import MOST_STRINGS
-    from livebass.kernels.records import MOST_NEAR, VOICE
+    from livebass.kernels.player.performer import MOST_STRINGS
+    from livebass.kernels.string.records import MOST_NEAR, VOICE
 
     assert LARGEST_COUNTS["string"] == MOST_STRINGS
     assert VOICE["mix"].shape[0] == MOST_SENSING

@@ -13,8 +13,8 @@ import wasmtime
 
 from livebass.arrays import Floats
 from livebass.compiling import Entry
-from livebass.kernels.instrument import COARSE, FILE, GOOD, LIVE, POOL
-from livebass.kernels.preparing import DONE
+from livebass.kernels.bass.instrument import COARSE, FILE, GOOD, LIVE, POOL
+from livebass.kernels.string.preparing import DONE
 from livebass.live.thread.records import SYNTH
 from livebass.live.thread.setup import BUILDING
 from livebass.score import Score

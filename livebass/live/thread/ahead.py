@@ -12,10 +12,10 @@ import numpy as np
 
 from livebass.compiling import entry, jit
 from livebass.kernels import voice
-from livebass.kernels.modal import clear, copy
-from livebass.kernels.native import call_4, record_address, words_at
-from livebass.kernels.records import GROUP_ROOM, MOST_NEAR, SLOT_STATE, VOICE_SLOTS
-from livebass.kernels.slot import forget_contact
+from livebass.kernels.machine.native import call_4, record_address, words_at
+from livebass.kernels.string.modal import clear, copy
+from livebass.kernels.string.records import GROUP_ROOM, MOST_NEAR, SLOT_STATE, VOICE_SLOTS
+from livebass.kernels.string.slot import forget_contact
 from livebass.live.thread.records import (
     SAVE_EVERY,
     SAVES,

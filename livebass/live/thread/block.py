@@ -9,9 +9,11 @@ from typing import Any
 import numpy as np
 
 from livebass.compiling import entry, jit
-from livebass.kernels import instrument, performer, techniques, tone, voice
-from livebass.kernels.elementary import log2, power
-from livebass.kernels.native import (
+from livebass.kernels import voice
+from livebass.kernels.bass import instrument
+from livebass.kernels.hands import techniques
+from livebass.kernels.machine.elementary import log2, power
+from livebass.kernels.machine.native import (
     FLUSH,
     float_control,
     load_acquire,
@@ -21,7 +23,9 @@ from livebass.kernels.native import (
     set_float_control,
     store_release,
 )
-from livebass.kernels.performer import FADE, GAIN_DB, LEARNED, LEAST, MOST_EVENTS, MOST_STRINGS, OVER, PARAMETERS
+from livebass.kernels.pickup import tone
+from livebass.kernels.player import performer
+from livebass.kernels.player.performer import FADE, MOST_EVENTS, MOST_STRINGS, OVER
 from livebass.live.thread import ahead
 from livebass.live.thread.records import (
     BLOCK_TIME,
@@ -68,6 +72,7 @@ from livebass.live.thread.ring import (
     push_sound,
     unpack,
 )
+from livebass.techniques import GAIN_DB, LEARNED, LEAST, PARAMETERS
 
 GAIN_POLE = 0.004  # part of the way to its target that the gain goes each frame
 SAMPLE = 4  # bytes of a float32

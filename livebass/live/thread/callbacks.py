@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from livebass.compiling import entry, jit
-from livebass.kernels.native import (
+from livebass.kernels.machine.native import (
     address_of,
     bytes_at,
     call_3,
@@ -16,7 +16,7 @@ from livebass.kernels.native import (
     samples_at,
     status_from,
 )
-from livebass.kernels.performer import MOST_STRINGS
+from livebass.kernels.player.performer import MOST_STRINGS
 from livebass.live.thread.desk import add_clicks, desk_at, hear_controller, play_score
 from livebass.live.thread.records import CHUNK, field_offset, synth_at
 from livebass.live.thread.ring import push

@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 
 from livebass.compiling import entry, jit
-from livebass.kernels.native import load_acquire, record_address, record_at, samples_at, status_from, words_at
-from livebass.kernels.performer import CHANNELS, CONTROLLERS, KEYS, PARAMETERS, PEDAL, turned
+from livebass.kernels.machine.native import load_acquire, record_address, record_at, samples_at, status_from, words_at
+from livebass.kernels.player.performer import CHANNELS, CONTROLLERS, KEYS, PEDAL, turned
 from livebass.live.thread.records import field_offset
 from livebass.live.thread.ring import push, push_learned, unpack
+from livebass.techniques import PARAMETERS
 
 WHEEL = CONTROLLERS  # place of the pitch bend behind the controllers
 CHANNEL_MODES = 120  # the first controller that is none

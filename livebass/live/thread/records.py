@@ -7,9 +7,9 @@ code gets at a record or an array behind an address by a function of this file, 
 import numpy as np
 
 from livebass.compiling import inlined, jit
-from livebass.kernels.native import floats_at, record_at, records_at, words_at
-from livebass.kernels.performer import MOST_EVENTS, MOST_STRINGS, PARAMETERS, PERFORMER
-from livebass.kernels.records import (
+from livebass.kernels.machine.native import floats_at, record_at, records_at, words_at
+from livebass.kernels.player.performer import MOST_EVENTS, MOST_STRINGS, PERFORMER
+from livebass.kernels.string.records import (
     EVENT,
     GROUP_ROOM,
     MOST_ANSWERS,
@@ -20,6 +20,7 @@ from livebass.kernels.records import (
     VOICE,
     VOICE_SLOTS,
 )
+from livebass.techniques import PARAMETERS
 
 RINGS = 3  # of messages: from Python's threads, of the score, from the MIDI port of the audio thread
 MOST_MESSAGES = 256  # taken into one chunk, if their events find room; the others wait for the next

@@ -11,7 +11,7 @@ entries.
 import numpy as np
 
 from livebass.compiling import entry, inlined, jit
-from livebass.kernels.native import load_acquire, samples_at, store_release, words_at
+from livebass.kernels.machine.native import load_acquire, samples_at, store_release, words_at
 
 HEAD, TAIL, DATA = 0, 8, 16
 WORD = 8  # bytes

@@ -8,9 +8,7 @@ same. [any thread, not the one that plays]
 import numpy as np
 
 from livebass.compiling import entry, jit
-from livebass.kernels.answers import connect as connect_answers
-from livebass.kernels.coil import COIL
-from livebass.kernels.instrument import (
+from livebass.kernels.bass.instrument import (
     answers_of,
     clear,
     connect,
@@ -21,10 +19,12 @@ from livebass.kernels.instrument import (
     take_circuit,
     whole_steps,
 )
-from livebass.kernels.native import record_at, records_at
-from livebass.kernels.performer import PERFORMER
-from livebass.kernels.records import EVENT, MOST_ANSWERS, OPERATOR, SLOT_STATE, STRING, VOICE_SLOTS
-from livebass.kernels.tone import ROW, TONES, fit_tones
+from livebass.kernels.machine.native import record_at, records_at
+from livebass.kernels.pickup.coil import COIL
+from livebass.kernels.pickup.tone import ROW, TONES, fit_tones
+from livebass.kernels.player.performer import PERFORMER
+from livebass.kernels.string.answers import connect as connect_answers
+from livebass.kernels.string.records import EVENT, MOST_ANSWERS, OPERATOR, SLOT_STATE, STRING, VOICE_SLOTS
 from livebass.live.thread.records import (
     AHEAD,
     BASS,

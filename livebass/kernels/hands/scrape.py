@@ -1,0 +1,45 @@
+"""A finger that slides along a wound string scrapes: a squeak at the rate at which it passes the windings, and noise.
+
+Where the fingertip ends, it falls off one winding after the other: a push on the string for a frame, each time it has
+gone by the pitch of the winding, give or take JITTER. Between them is noise. A force F over a frame h gives mode j the
+velocity F h / mu phi_j. w.strike holds that of a winding: no thumb strikes a string while a finger slides.
+[audio thread]
+"""
+
+import numpy as np
+
+from livebass.compiling import jit
+from livebass.kernels.machine.elementary import chance, sin_cos
+from livebass.kernels.string import modal
+
+TIP = 8e-3  # m, from the stop to the end of the fingertip
+PUSH = 0.02  # m/s, of one winding, as a force over the impedance of the string: an estimate, 0.02 to 0.05 N
+JITTER = 0.2  # of the pitch
+NOISE = 0.55  # of a push, times the square root of pushes a frame: 10 dB under them, as chance is even
+
+
+@jit
+def take_place(voice, slot, op):
+    """Makes the velocities that a winding gives, once the string has another length."""
+    if voice.winding <= 0.0:
+        return
+    sine, cosine = sin_cos(np.pi / op.length * TIP)
+    before, now = 0.0, PUSH * op.steps * op.fine * op.speed * np.sqrt(2 / op.length) * sine
+    for j in range(op.padded):
+        slot.u.strike[j] = now if j < op.modes else 0.0
+        before, now = now, 2.0 * cosine * now - before
+
+
+@jit
+def scrape(voice, slot, way):
+    """Lets the finger scrape for a frame in which it goes `way` m."""
+    if voice.winding <= 0.0 or way <= 0.0:
+        return
+    passed = way / voice.winding
+    force = NOISE * np.sqrt(passed) * chance(voice.turn, 2 * voice.frame)
+    voice.scraped += passed
+    if voice.scraped >= 1.0:
+        voice.scraped -= 1.0 + JITTER * chance(voice.turn, 2 * voice.frame + 1)
+        force += 1.0
+    slot.active = max(slot.active, slot.heard)
+    modal.push(slot.u, force, slot.heard)

@@ -1,0 +1,202 @@
+"""A mass strikes the string: the thumb of a slap, or a finger of the left hand. It presses the string on the frets and
+bounces off by itself.
+
+With s_j = phi_j(x) exp(-(k_j a)^2 / 2), a its half width, the string below the thumb is u_s = sum_j s_j q_j high, and
+the thumb, z high, goes eta = u_s - z deep into its own flesh. That holds the energy psi = K eta^2.5 / 2.5, and resists
+with the loss of Hunt and Crossley: F = K eta^1.5 (1 + beta eta'). Flesh is soft and moves no wave shorter than its
+width, so that F changes little within a frame. It is constant there, and found before the frame; frets and their fine
+steps know nothing of it:
+
+A string under a constant force moves freely about the shape -F c_j that the force would hold it in,
+c_j = dt^2 s_j / (mu b_j) in the terms of eq. 12's invariant, b_j = FINE_B. So q_j gets F c_j for the frame, and every
+obstacle F sum_j phi_j c_j; both lose it after. The energy that string and thumb lose to the flesh is exactly F times
+what eta has grown by, frets or not.
+
+F is that of a discrete gradient. With psi = phi^2 / 2 and eta deep in the middle of the frame,
+
+    F = g (phi^n + phi^{n+1}) / 2 + R r / h,    phi^{n+1} = phi^n + g r,    g = sqrt(1.25 K) eta^0.25,
+    R = beta K eta^1.5,    r = eta^{n+1} - eta^n = r_free - A F,
+
+A what string and thumb give way to each other within a frame. In r_free frets push as they did in the last frame; what
+they do in this one is not known yet. Therefore the energy in the flesh is counted: it gets what the two really lose,
+less R r^2 / h or all it has, and never holds more than psi; what it would lack the thumb pays. So nothing grows but by
+the hand's work. (Energy as a state of its own: Lopes, Helie, Falaize 2015; Bilbao, Ducceschi, Zama 2023.)
+
+The hand throws the thumb, and lifts it from LIFTED on. `slot` is a SLOT, `op` its operator, t the slot's THUMB. [audio
+thread]
+"""
+
+from typing import Any
+
+import numpy as np
+
+from livebass.compiling import jit
+from livebass.kernels.machine.elementary import exp, sin
+from livebass.kernels.string import modal
+from livebass.kernels.string.operators import positions, shape
+from livebass.kernels.string.records import BLOCK, COMING, THERE, WHOLE
+from livebass.kernels.string.slot import SAFETY_HANDED, SAFETY_STRUCK, SLACK, disturb, take_thumb_away
+
+NARROWEST = 4.0  # of k a: the flesh moves no shorter waves ...
+MOST_TURN = 1.5  # rad in a fine step: ... nor faster ones
+LIFTED, LIFT = 3e-3, 50.0  # s after it came that the hand begins to lift it, m/s^2: 1.5 N for a thumb of 30 g
+THROUGH = 30e-3  # m of penetration that no flesh allows: one without stiffness passes through the string, and is gone
+GONE, AWAY = 20e-3, 4e-3  # s after which it is taken away once it is clear, and m of clearance at which it is at once
+LONGEST = 60e-3  # s after which it is taken away, clear or not
+NARROW = 1e-3  # s after it came that the pulse it makes may be narrow
+TURNS = 3  # for the depth in the middle of a frame
+
+
+@jit
+def throw(t, voice, op, event):
+    """Sets out what a strike says, for the next frame: speed (m/s), place, and the mass if it is not the thumb's."""
+    t.on = COMING
+    t.wait = 0
+    t.frames = 0
+    t.speed = -event.x
+    t.place = op.length - event.y
+    t.mass = event.z if event.z > 0.0 else voice.thumb_mass
+    t.width = event.t if event.t > 0.0 else voice.thumb_width
+    t.stiffness = event.w if event.w > 0.0 else voice.thumb_stiffness
+    t.loss = voice.thumb_loss
+
+
+@jit
+def approach(slot, op):
+    """Brings the thumb to the string, once its time has come."""
+    t = slot.thumb
+    if t.wait > 0:
+        t.wait -= 1
+        return
+    take_place(slot, op)
+    t.height = modal.displacement(slot.u, slot.thumb_shape, slot.thumb_modes)
+    t.energy = 0.0
+    t.force = 0.0
+    t.pushed = 0.0
+    t.on = THERE
+    slot.safety = SAFETY_STRUCK
+
+
+@jit
+def shape_under(op, k, x, width):
+    """The mode shape with the wave number `k` (1/m), m^-0.5, under a thumb at `x` (m) of half that `width` (m)."""
+    return np.sqrt(2 / op.length) * sin(k * x) * exp(-0.5 * (k * width) ** 2)
+
+
+@jit
+def take_place(slot, op):
+    """Makes what holds for the place of the thumb, where that or the tuning has changed."""
+    t, key, row, c = slot.thumb, slot.thumb_key, slot.thumb_shape, slot.thumb_yield
+    if key[0] == t.place and key[1] == t.width and key[2] == op.coefficients and key[3] == slot.ratio:
+        return
+    key[0] = t.place
+    key[1] = t.width
+    key[2] = op.coefficients
+    key[3] = slot.ratio
+    k1 = np.pi / op.length
+    x = min(max(op.length - t.place, 0.0), op.length)
+    n: Any = np.int64(0)
+    give = 0.0
+    for j in range(op.padded):
+        k = modal.number(j) * k1
+        row[j] = 0.0
+        c[j] = 0.0
+        if j < op.modes and k * t.width < NARROWEST and slot.u.omega[j] * op.fine < MOST_TURN:
+            row[j] = shape_under(op, k, x, t.width)
+            c[j] = op.weight * row[j] / slot.u.fine_b[j]
+            give += row[j] * c[j] * (1.0 - slot.u.leaps[WHOLE].a[j])
+            n = j + 1
+    n = (n + BLOCK - 1) // BLOCK * BLOCK
+    slot.thumb_modes = n
+    slot.thumb_give = give
+    for m in range(op.points):
+        slot.thumb_reach[m] = modal.product(c, shape(op, m), n)
+
+
+@jit
+def lean(slot, op, voice, steps, which):
+    """Has the thumb press on the string for the frame of `steps` fine steps to come, as `leaps[which]` makes it."""
+    t = slot.thumb
+    if t.on != THERE:
+        return
+    take_place(slot, op)
+    h = steps * op.fine
+    lift = LIFT if t.frames > LIFTED * voice.rate else 0.0
+    now, later = modal.displacement_now_and_later(slot.u, slot.thumb_shape, which, slot.thumb_modes)
+    t.frames += 1
+    t.force = 0.0
+    t.depth = now - t.height
+    path = t.depth + later - now - h * (t.speed + 0.5 * h * lift)  # the depth after a frame without frets or a force
+    deep, free = max(t.depth, 0.0), max(path + t.pushed, 0.0)
+    if t.frames > LONGEST * voice.rate or not deep < THROUGH:
+        take_thumb_away(slot)
+    elif deep > 0.0 or free > 0.0:
+        give = slot.thumb_give + 0.5 * h * h / t.mass
+        f = find_force(t, deep, free, give, h)
+        t.height += h * (t.speed + 0.5 * h * (lift + f / t.mass))
+        t.speed += h * (lift + f / t.mass)
+        if f > 0.0:
+            t.force = f
+            t.foreseen = path - t.depth - give * f
+            put_on(slot, op, voice)
+    else:
+        t.height += h * (t.speed + 0.5 * h * lift)
+        t.speed += h * lift
+        t.energy = 0.0
+        t.pushed = 0.0
+        if (t.speed > 0.0 and t.depth < -AWAY) or t.frames > GONE * voice.rate:
+            take_thumb_away(slot)
+
+
+@jit
+def find_force(t, deep, free, give, h):
+    """Force (N) of a frame of `h` s that begins `deep` m in the flesh and would end `free` m in it without a force."""
+    t.energy = min(t.energy, 0.4 * t.stiffness * deep * deep * np.sqrt(deep))
+    end = free
+    f = 0.0
+    for _ in range(TURNS):
+        middle = 0.5 * (deep + end)
+        root = np.sqrt(middle)
+        square = 1.25 * t.stiffness * root
+        t.friction = t.loss * t.stiffness * middle * root / h
+        resist = 0.5 * square + t.friction
+        f = max((np.sqrt(2.0 * square * t.energy) + resist * (free - deep)) / (1.0 + resist * give), 0.0)
+        end = max(free - give * f, 0.0)
+    return f
+
+
+@jit
+def put_on(slot, op, voice):
+    """Puts the force of the frame on string and obstacles, and bounds the string's speed under it."""
+    f, height, x = slot.thumb.force, slot.u.height, positions(op)
+    modal.copy(slot.thumb_heights, height, op.points)
+    bent = 0.0  # m^2/s^2, as in `rms_velocity`: of the energy that the frets keep the string bent with
+    for m in range(op.points):
+        height[m] += f * slot.thumb_reach[m]
+        if height[m] > 0.0:
+            bent = max(bent, height[m] * height[m] / (x[m] * (op.length - x[m])))
+    bent *= (op.speed * slot.ratio) ** 2
+    modal.shift(slot.u, slot.thumb_yield, f, slot.thumb_modes)
+    slot.safety = SAFETY_STRUCK if slot.thumb.frames <= NARROW * voice.rate else SAFETY_HANDED
+    disturb(slot, op, voice.step)
+    rms = (slot.fastest - SLACK) / slot.safety
+    slot.fastest = slot.safety * np.sqrt(max(rms * rms - bent, 0.0)) + SLACK
+
+
+@jit
+def rebound(slot, op, after):
+    """Takes the force off again after the frame, which ended at fine step `after`, and counts what the flesh got."""
+    t, n = slot.thumb, slot.thumb_modes
+    if t.on != THERE or not t.force > 0.0:
+        return
+    modal.copy(slot.u.height, slot.thumb_heights, op.points)
+    modal.shift(slot.u, slot.thumb_yield, -t.force, n)
+    change = modal.displacement(slot.u, slot.thumb_shape, n) - t.height - t.depth
+    t.pushed = change - t.foreseen
+    t.energy += t.force * change
+    t.energy -= min(t.friction * change * change, max(t.energy, 0.0))
+    if t.energy < 0.0:  # the thumb pays
+        speed = np.sqrt(max(t.speed * t.speed + 2.0 * t.energy / t.mass, 0.0))
+        t.speed = speed if t.speed > 0.0 else -speed
+        t.energy = 0.0
+    disturb(slot, op, after)

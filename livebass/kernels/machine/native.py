@@ -1,0 +1,23 @@
+"""The door to instructions.py: its functions where kernels are compiled, without numba placeholders everywhere else.
+
+Kernels that come compiled need no numba in the process that plays them. [any thread]
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from livebass.compiling import ARM, FROM_SOURCE, MACHINE, X86
+
+# Bits of `float_control` that take denormal numbers for zero: MXCSR's FTZ and DAZ, or FPCR's FZ.
+FLUSH = 0x8040 if MACHINE in X86 else 1 << 24 if MACHINE in ARM else 0
+
+if FROM_SOURCE or TYPE_CHECKING:
+    from livebass.kernels.machine.instructions import *  # noqa: F403
+else:
+
+    def __getattr__(name: str) -> Any:
+        """Stands for any instruction: it is called only by kernels, or to make another one of it."""
+        if name.startswith("__"):
+            raise AttributeError(name)
+        return lambda *_, **__: None

@@ -1,0 +1,147 @@
+"""The tone pot and the blend of pickups that a player turns: filters fitted beforehand, and levels.
+
+The row of filters goes from the pot closed, by the bass's own filter in the middle, to the pot open. Between two
+filters their reflection coefficients are interpolated: as long as these are within -1 and 1, which those of a stable
+filter are, the filter between is stable too. A string follows pot and blend gradually, so that nothing clicks.
+[any thread]
+"""
+
+from typing import Any
+
+import numpy as np
+
+from livebass.compiling import entry, inlined, jit
+from livebass.kernels.machine.elementary import exp
+from livebass.kernels.machine.native import floats_at, record_at
+from livebass.kernels.pickup.coil import COIL, ORDER, fit
+
+BELOW, ABOVE = 32, 16  # filters between the bass's own one and the pot closed, and open
+TONES = BELOW + 1 + ABOVE
+ROW = 3 * (ORDER + 1)  # float64 of a filter: b, a, reflection coefficients and the gain at 0 Hz
+FRAMES = 8  # between steps of a string after the pot
+TIME = 6e-3  # s, how fast it follows
+NEAR = 1e-3  # of the way: it is there
+
+
+@inlined
+def filters_at(address):
+    """The filters at an address, (TONES * ROW,)."""
+    return floats_at(address, TONES * ROW)
+
+
+coil_at = record_at(COIL)
+
+
+@entry("void(int64, int64, float64)")
+def fill_tones(address, coil, gain):
+    """C function: `fit_tones` for the address of a COIL."""
+    fit_tones(address, coil_at(coil), gain)
+
+
+@jit
+def fit_tones(address, coil, gain):
+    """Fits all filters of a COIL whose tone is the bass's own; leaves the COIL as it would be with that tone alone."""
+    own, filters = coil.tone, filters_at(address)
+    for k in range(TONES):
+        k = (k + BELOW + 1) % TONES  # the bass's own comes last
+        if k <= BELOW:
+            coil.tone = own * k / BELOW
+        else:
+            coil.tone = own + (1.0 - own) * (k - BELOW) / ABOVE
+        if k == BELOW:
+            coil.tone = own
+        fit(coil)
+        keep_filter(filters, ROW * k, coil, gain)
+
+
+@jit
+def keep_filter(filters, at, coil, gain):
+    """Writes the filter of a COIL, times `gain`, to the row of `filters` that begins at `at`."""
+    b, a, parts = at, at + ORDER + 1, at + 2 * (ORDER + 1)
+    sum_b, sum_a = 0.0, 0.0
+    for k in range(ORDER + 1):
+        filters[b + k] = coil.b[k] * gain
+        filters[a + k] = coil.a[k]
+        filters[parts + k] = coil.a[k]
+        sum_b += filters[b + k]
+        sum_a += coil.a[k]
+    for m in range(ORDER, 1, -1):  # Levinson's recursion downwards
+        last = filters[parts + m]
+        for i in range(1, m // 2 + 1):
+            x, y = filters[parts + i], filters[parts + m - i]
+            filters[parts + i] = (x - last * y) / (1.0 - last * last)
+            filters[parts + m - i] = (y - last * x) / (1.0 - last * last)
+    filters[parts] = sum_b / sum_a
+
+
+@jit
+def set_tone(voice, x):
+    """Gives a string the filter for the pot at `x`, -1 to 1; 0 is exactly the bass's own."""
+    voice.tone = x
+    if voice.tones == 0 or voice.pickups == 0:
+        return
+    filters = filters_at(voice.tones)
+    where = BELOW * (x + 1.0) if x <= 0.0 else BELOW + ABOVE * x
+    k: Any = min(max(np.int64(where), 0), TONES - 1)
+    part = where - k
+    b, a, parts = ROW * k, ROW * k + ORDER + 1, ROW * k + 2 * (ORDER + 1)
+    if part == 0.0 or k == TONES - 1:
+        for i in range(ORDER + 1):
+            voice.b[i] = filters[b + i]
+            voice.a[i] = filters[a + i]
+        return
+    sum_b, sum_a = 0.0, 0.0
+    for i in range(ORDER + 1):
+        voice.b[i] = filters[b + i] + part * (filters[b + ROW + i] - filters[b + i])
+        sum_b += voice.b[i]
+    for m in range(1, ORDER + 1):  # Levinson's recursion upwards
+        last = filters[parts + m] + part * (filters[parts + ROW + m] - filters[parts + m])
+        for i in range(1, m // 2 + 1):
+            u, v = voice.a[i], voice.a[m - i]
+            voice.a[i] = u + last * v
+            voice.a[m - i] = v + last * u
+        voice.a[m] = last
+    for i in range(ORDER + 1):
+        sum_a += voice.a[i]
+    gain = filters[parts] + part * (filters[parts + ROW] - filters[parts])
+    scale = gain * sum_a / sum_b  # low notes stay as loud as the circuit has them
+    if 0.1 < scale < 10.0:
+        for i in range(ORDER + 1):
+            voice.b[i] *= scale
+
+
+@jit
+def follow_tone(voice):
+    """Takes a string's filter a step nearer to the tone that is wanted."""
+    step = 1.0 - exp(-FRAMES / (TIME * voice.rate))
+    x = voice.tone + step * (voice.tone_wanted - voice.tone)
+    if abs(voice.tone_wanted - x) < NEAR:
+        x = voice.tone_wanted
+    set_tone(voice, x)
+
+
+@jit
+def set_blend(voice, x):
+    """Gives a string's pickups the levels of the blend `x`, -1 to 1; 0 is exactly the bass's own.
+
+    The pickup at one end is turned down to nothing as the blend goes to the other; those between go half as far.
+    """
+    voice.blend = x
+    nearest, farthest = np.inf, 0.0  # to the saddle, m
+    for k in range(voice.pickups):
+        nearest = min(nearest, voice.saddle[k])
+        farthest = max(farthest, voice.saddle[k])
+    for k in range(voice.pickups):
+        voice.mix[k] = voice.level[k]
+        if x != 0.0 and farthest > nearest:
+            place = (voice.saddle[k] - nearest) / (farthest - nearest)  # 0 at the bridge, 1 at the neck
+            voice.mix[k] *= 1.0 - (x * place if x > 0.0 else x * (place - 1.0))
+
+
+@jit
+def follow_blend(voice):
+    """Takes the levels of a string's pickups a step nearer to the blend that is wanted."""
+    x = voice.blend + voice.gain_pole * (voice.blend_wanted - voice.blend)
+    if abs(voice.blend_wanted - x) < NEAR:
+        x = voice.blend_wanted
+    set_blend(voice, x)

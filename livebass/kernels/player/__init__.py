@@ -1,0 +1,1 @@
+"""Who plays: MIDI messages become events of the strings."""

@@ -1,0 +1,262 @@
+"""Strings that answer: what a string makes others sound that lie idle, through the neck that bends under it.
+
+A string that sounds moves the end of the neck, and with it the ends of all other strings. Partials of an open string
+that nobody mutes are taken along by partials of nearly the same frequency. With A = q - i y of each, y = (q' + sigma q)
+/ omega, a mode i of the string s that sounds and a mode j of an idle string t exchange
+
+    A_j' = G r A_i,   A_i' = (G / r) A_j,   G = -Y sqrt(T_s T_t / (L_s L_t)),   r = sqrt(mu_s / mu_t) omega_i / omega_j,
+
+besides their own motion. Y is the velocity of the neck at the nut, where t ends, over the force where s ends, at the
+frequency of j (model/answers.py). The losses and detunings by a string's own end are in its modes already. Pairs within
+NEAR rad/s of each other count, of each j the nearest i, and only those that can do something.
+
+Strings are computed one after the other, each ahead of the clock and back. So each string carries the answering modes
+of all others with it, as oscillators of its own, and they are heard with it: no string waits for another. What an
+answer makes the others answer is left out.
+
+It is passive. Once in EVERY frames a pair goes on by the exact flow of its exchange, whose norm by energy is
+exp(|Re G| t): the losses of both modes are greater, as Re G is kept below what they allow. In a frame in which the
+string presses on a fret its pairs wait.
+
+`string` is a STRING, `slot` its SLOT that sounds. [audio thread]
+"""
+
+import numpy as np
+
+from livebass.compiling import compiled, jit
+from livebass.kernels.machine.elementary import cos, exp, sin
+from livebass.kernels.machine.native import floats_at
+from livebass.kernels.string.modal import LANES
+from livebass.kernels.string.operators import OMEGA, SIGMA, coefficient, tap
+from livebass.kernels.string.records import BLOCK, UNKNOWN
+from livebass.kernels.string.touch import mass
+
+NEAR = 2 * np.pi * 20.0  # rad/s
+WEAK = 0.004  # |G| over the distance of the frequencies: an answer stays 48 dB below its partial
+EVERY = 16  # frames between two exchanges of a pair; the pairs take turns
+MARGIN = 0.98  # of the greatest Re G that losses allow
+MOST_FLOW = 0.1  # |G| times the time between two exchanges
+DEAD = 1e-13  # m^1.5: an answer below this is silence
+CUT_RATE = 900.0  # 1/s of all-sound-off
+# The hands that rest on idle strings: places as part of the length, resistance (N s/m), and what else comes near (1/s)
+RESTING, RESISTANCE, ALL_OVER = (0.17, 0.25), 3.0, 12.0
+
+fast = compiled(fastmath=LANES)
+
+
+@jit
+def connect(string, i, instrument, ops):
+    """Gives string `i` of an INSTRUMENT the modes of the others that may answer it; ops (strings, frets + 1)."""
+    a, n = string.answers, 0
+    a.own_density = mass(ops[i, 0])
+    h = 1.0 / string.voice.rate
+    for t in range(instrument.strings):
+        if t == i:
+            continue
+        op = ops[t, 0]
+        omega, sigma = coefficient(op, OMEGA), coefficient(op, SIGMA)
+        for j in range(instrument.answering_modes[t]):
+            g = n
+            n += 1
+            a.string[g] = t
+            if j >= op.modes:
+                continue  # this quality has no such mode: it stays at rest
+            w, s = omega[j], sigma[j]
+            a.omega[g] = w
+            a.sigma[g] = s
+            a.density[g] = mass(op)
+            a.stiffness[g] = mass(op) * op.speed * op.speed / op.length
+            a.cosine[g] = exp(-s * h) * cos(w * h)
+            a.sine[g] = exp(-s * h) * sin(w * h)
+            rate = ALL_OVER
+            for place in RESTING:
+                shape = sin((j + 1) * np.pi * place)
+                rate += RESISTANCE / (mass(op) * op.length) * shape * shape
+            a.muted[g] = exp(-rate * h)
+            if instrument.sensed:
+                a.of_q[g] = tap(op, 0)[j]
+            for k in range(instrument.pickups[t]):
+                weight = instrument.mix[t, k] * tap(op, k)[j]
+                a.of_q[g] -= s * weight
+                a.of_y[g] += w * weight
+    a.count = n
+    a.padded = (n + BLOCK - 1) // BLOCK * BLOCK
+    a.damped_for = UNKNOWN
+    a.pairs_for[0] = UNKNOWN
+
+
+@fast
+def hear(a, n):
+    """Sums what `n` answering modes add to the signal before the filters."""
+    x = 0.0
+    for g in range(n):
+        x += a.of_q[g] * a.q[g] + a.of_y[g] * a.y[g]
+    return x
+
+
+@fast
+def turn(a, n):
+    """Moves `n` answering modes on by a frame, free but for the hands on their strings."""
+    for g in range(n):
+        q = a.q[g]
+        y = a.y[g]
+        a.q[g] = a.now_cosine[g] * q + a.now_sine[g] * y
+        a.y[g] = a.now_cosine[g] * y - a.now_sine[g] * q
+
+
+@jit
+def take_hands(voice, a):
+    """Makes the coefficients of `turn` for the strings that hands rest on now."""
+    key = 2 * voice.idle + voice.cut
+    if a.damped_for == key:
+        return
+    a.damped_for = key
+    for g in range(a.count):
+        kept = 1.0 if (voice.idle >> a.string[g]) & 1 else a.muted[g]
+        if voice.cut:
+            kept = exp(-CUT_RATE / voice.rate)
+        a.now_cosine[g] = kept * a.cosine[g]
+        a.now_sine[g] = kept * a.sine[g]
+
+
+@jit
+def nearest_mode(w, n, omega):
+    """The mode whose frequency is nearest to `omega` among `n` of a working set."""
+    i = min(max(np.int64(omega / w.omega[0]), 0), n - 1)
+    while i > 0 and abs(w.omega[i - 1] - omega) < abs(w.omega[i] - omega):
+        i -= 1
+    while i + 1 < n and abs(w.omega[i + 1] - omega) < abs(w.omega[i] - omega):
+        i += 1
+    return i
+
+
+@jit
+def find_pairs(string, slot, op):
+    """Makes the pairs of the slot's modes with those of idle strings, where these or the slot have changed."""
+    voice, a, u = string.voice, string.answers, slot.u
+    key = a.pairs_for
+    if key[0] == op.coefficients and key[1] == voice.idle and a.pairs_ratio == slot.ratio:
+        return
+    key[0] = op.coefficients
+    key[1] = voice.idle
+    a.pairs_ratio = slot.ratio
+    admittance = floats_at(op.answers, 2 * op.answering)
+    gamma, time = mass(op) * op.speed * op.speed / op.length, EVERY / voice.rate
+    n = 0
+    for g in range(min(a.count, op.answering)):
+        w = a.omega[g]
+        if w == 0.0 or not (voice.idle >> a.string[g]) & 1:
+            continue
+        i = nearest_mode(u, op.modes, w)
+        away = abs(u.omega[i] - w)
+        root = -np.sqrt(gamma * a.stiffness[g])
+        real, imaginary = root * admittance[2 * g], root * admittance[2 * g + 1]
+        size = np.sqrt(real * real + imaginary * imaginary)
+        if away > NEAR or size < WEAK * away or size == 0.0:
+            continue
+        least = min(1.0, MOST_FLOW / (size * time))
+        a.pair_answer[n] = g
+        a.pair_mode[n] = i
+        a.pair_real[n] = real * least
+        a.pair_imaginary[n] = imaginary * least
+        n += 1
+    for p in range(n):  # the part of the losses that the pairs of one mode would have to share
+        i, needed = a.pair_mode[p], 0.0
+        for other in range(n):
+            if a.pair_mode[other] == i:
+                x = a.pair_real[other]
+                needed += x * x / max(u.sigma[i] * a.sigma[a.pair_answer[other]], 1e-300)
+        a.pair_allowed[p] = min(1.0, MARGIN / np.sqrt(max(needed, 1e-300)))
+    for p in range(n):
+        g, i = a.pair_answer[p], a.pair_mode[p]
+        r = np.sqrt(mass(op) / a.density[g]) * u.omega[i] / a.omega[g]
+        set_flow(a, p, a.pair_allowed[p] * a.pair_real[p] * time, a.pair_imaginary[p] * time, r)
+    a.pairs = n
+
+
+@jit
+def set_flow(a, p, x, y, r):
+    """Sets the flow of pair `p`: cosh and sinh of z = x + i y, which is small, the latter times and over `r`."""
+    square_x, square_y = x * x - y * y, 2 * x * y
+    c_x, c_y = 0.5 + square_x / 24.0, square_y / 24.0
+    s_x, s_y = 1.0 + square_x / 6.0, square_y / 6.0
+    a.flow_x[p] = 1.0 + square_x * c_x - square_y * c_y
+    a.flow_y[p] = square_x * c_y + square_y * c_x
+    sinh_x, sinh_y = x * s_x - y * s_y, x * s_y + y * s_x
+    a.on_x[p] = sinh_x * r
+    a.on_y[p] = sinh_y * r
+    a.back_x[p] = sinh_x / r
+    a.back_y[p] = sinh_y / r
+
+
+@jit
+def presses(slot, op, step):
+    """True if the string touches something at fine step `step`."""
+    if slot.due > step:
+        return False
+    for m in range(op.points):
+        if slot.u.solved_at[m] == step and (slot.u.eta[m] > 0.0 or slot.u.eta_before[m] > 0.0):
+            return True
+    return False
+
+
+@jit
+def exchange(string, slot, op, step):
+    """Lets the pairs whose turn it is exchange, after the slot has moved to fine step `step`.
+
+    A note that hands end gives and takes nothing more: answers must not keep its string awake.
+    """
+    if slot.moving or slot.hand < 1.0 or slot.active == 0 or presses(slot, op, step):
+        return
+    find_pairs(string, slot, op)
+    voice, a, u = string.voice, string.answers, slot.u
+    for p in range(voice.frame % EVERY, a.pairs, EVERY):
+        g, i = a.pair_answer[p], a.pair_mode[p]
+        scale = u.kappa[i] * u.omega[i]
+        q, y = u.q[i], -u.p[i] / scale
+        x, z = a.q[g], -a.y[g]
+        c_x, c_y = a.flow_x[p], a.flow_y[p]
+        u.q[i] = c_x * q - c_y * y + a.back_x[p] * x - a.back_y[p] * z
+        u.p[i] = -scale * (c_x * y + c_y * q + a.back_x[p] * z + a.back_y[p] * x)
+        a.q[g] = c_x * x - c_y * z + a.on_x[p] * q - a.on_y[p] * y
+        a.y[g] = -(c_x * z + c_y * x + a.on_x[p] * y + a.on_y[p] * q)
+        slot.active = max(slot.active, (i + BLOCK) // BLOCK * BLOCK)
+        voice.answering = 1
+
+
+@jit
+def move(string, ops, step):
+    """Moves the answers on by a frame, after the string has moved to fine step `step`."""
+    voice, a = string.voice, string.answers
+    if voice.answering:
+        take_hands(voice, a)
+        turn(a, a.padded)
+    slot = string.slots[voice.slot]
+    if voice.idle != 0 and slot.on and a.count > 0 and not voice.cut:
+        exchange(string, slot, ops[slot.fret], step)
+
+
+@jit
+def keep(string):
+    """Drops answers that have died away, and tells the slots what may come back from the others. In few frames only."""
+    voice, a = string.voice, string.answers
+    if not voice.answering:
+        return
+    most, speed, amplitude = 0.0, 0.0, 0.0
+    for g in range(a.count):
+        square = a.q[g] * a.q[g] + a.y[g] * a.y[g]
+        if not square < np.inf:
+            most = np.inf
+        most = max(most, square)
+        back = a.density[g] / a.own_density * square
+        speed += a.omega[g] * a.omega[g] * back
+        amplitude += np.sqrt(back)
+    if most < DEAD * DEAD or not most < np.inf:
+        for g in range(a.count):
+            a.q[g] = 0.0
+            a.y[g] = 0.0
+        voice.answering = 0
+        speed, amplitude = 0.0, 0.0
+    for k in range(2):
+        string.slots[k].answer_speed = speed
+        string.slots[k].answer_sum = amplitude

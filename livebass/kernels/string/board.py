@@ -1,0 +1,162 @@
+"""A string over a board, or over frets and the wood between: contact points by the hundred, each on its own.
+
+The grid has one step more than there are modes, so that W couples no points (eq. 12) and each force is one scalar
+equation.
+
+Points are looked at in groups of GROUP first. The string is nowhere steeper than `fastest` over the speed of its waves,
+so that the displacement at a group's middle and its highest point tell how clear all of it is at least. Only groups
+that this leaves in doubt are looked at point by point.
+
+Of a hundred points near the string some ten are looked at in a fine step (looks.py), and some five touch. v, across
+the board, feels friction where u touches; it is sensed at the same points. [any thread]
+"""
+
+import numpy as np
+
+from livebass.compiling import entry, jit
+from livebass.kernels.string import modal
+from livebass.kernels.string.contact import friction_alone, solve_point
+from livebass.kernels.string.frame import (
+    NEVER,
+    advance,
+    begin_contact,
+    operator_at,
+    steps_clear,
+    string_at,
+    suspicious,
+    way_of_step,
+)
+from livebass.kernels.string.looks import plan, take_steps
+from livebass.kernels.string.operators import positions, shape
+from livebass.kernels.string.records import GROUP
+
+
+@entry("void(int64, int64, int64, int64)")
+def over_board(string, k, op, steps):
+    """Moves slot `k` of the string at an address over a frame of `steps` fine steps; `op`: address of its operator."""
+    s = string_at(string)
+    advance(s.slots[k], operator_at(op), s.voice, steps, find_suspects, next_look, fine_steps)
+
+
+@jit
+def groups_of(op):
+    """Number of groups of contact points."""
+    return (op.points + GROUP - 1) // GROUP
+
+
+@jit
+def find_suspects(slot, op, step, end):
+    """Looks at groups that are due, then at points of those in doubt; `frame.advance` says what it returns."""
+    suspects = looks = np.int64(0)  # a constant would be a type of its own
+    for g in range(groups_of(op)):
+        slot.u.group_clearance_now[g] = 0.0
+        if end <= slot.u.group_due[g] or not doubtful(slot, op, g, step, end):
+            continue
+        for m in range(g * GROUP, min((g + 1) * GROUP, op.points)):
+            if end <= slot.u.due[m]:
+                continue
+            slot.looked[looks] = m
+            looks += 1
+            if suspicious(slot, op, m, step, end):
+                slot.suspects[suspects] = m
+                suspects += 1
+    return suspects, looks
+
+
+@jit
+def doubtful(slot, op, g, step, end):
+    """Looks at group `g`; True if a point of it may touch between `step` and `end`."""
+    u, way = slot.u, way_of_step(slot, op)
+    first = g * GROUP
+    last = min(first + GROUP, op.points) - 1
+    middle = (first + last) // 2
+    height, x = u.height, positions(op)
+    top = height[first]
+    for m in range(first + 1, last + 1):
+        top = max(top, height[m])
+    top += slot.fastest / (op.speed * slot.ratio) * max(x[last] - x[middle], x[middle] - x[first])
+    clearance = modal.displacement(u, shape(op, middle), slot.active) - top
+    known = u.group_known_at[g]
+    before = u.group_clearance[g]
+    if known < 0 or known >= step or before + clearance <= way * (end - known):
+        before = modal.displacement_before_leap(u, shape(op, middle), slot.active) - top
+        known = step
+        u.group_clearance[g] = before
+        u.group_known_at[g] = known
+    if before <= 0.0 or clearance <= 0.0 or before + clearance <= way * (end - known):
+        return True
+    u.group_clearance_now[g] = clearance
+    return False
+
+
+@jit
+def next_look(slot, op, end):
+    """Notes the clearance of the groups after a frame without contact; returns the fine step of the next look."""
+    u, way = slot.u, way_of_step(slot, op)
+    least = NEVER
+    for g in range(groups_of(op)):
+        if u.group_clearance_now[g] > 0.0:
+            u.group_clearance[g] = u.group_clearance_now[g]
+            u.group_known_at[g] = end
+            u.group_due[g] = end + steps_clear(u.group_clearance_now[g], way)
+        if u.group_due[g] > end:
+            least = min(least, u.group_due[g])
+            continue
+        for m in range(g * GROUP, min((g + 1) * GROUP, op.points)):
+            least = min(least, max(u.due[m], end))
+    return least
+
+
+@jit
+def fine_steps(slot, op, voice, near, count, steps, step):
+    """Takes `steps` fine steps from `step` on, with contact and friction solved at the `count` points in `near`.
+
+    u.clearance is that of the points, at least, before and after.
+    """
+    take_steps(slot, op, voice, near, count, steps, step, slide, press)
+
+
+@jit
+def press(slot, op, voice, seen, count, step):
+    """Solves contact at `step`, and notes when each point is to be looked at again."""
+    u, way, height = slot.u, way_of_step(slot, op), slot.u.height
+    touching = False
+    for i in range(count):
+        m = seen[i]
+        old, before = u.eta_before[m], u.eta[m]
+        free = height[m] - u.free[m]
+        eta = free
+        f = 0.0
+        if free > 0.0 or old > 0.0:
+            guess = max(2.0 * u.force[m] - u.force_before[m], 0.0)
+            f = solve_point(free - old, old, op.weight, op, guess)
+            eta = free - op.weight * f
+            touching = touching or f != 0.0
+        if eta > 0.0 and before <= 0.0:
+            begin_contact(slot, voice, step, m)
+        u.force_before[m] = u.force[m]
+        u.force[m] = f
+        u.eta_before[m] = before
+        u.eta[m] = eta
+        u.pending[m] = op.push * f
+        plan(u, m, way, step)
+    if touching:
+        slot.active = op.padded
+
+
+@jit
+def slide(slot, op, seen, count):
+    """Solves friction (eq. 7) of the step just made of v; u still has the penetration at its start."""
+    u, v = slot.u, slot.v
+    touching = False
+    for i in range(count):
+        m = seen[i]
+        f = 0.0
+        if u.eta[m] > 0.0:
+            f = friction_alone(op, v.free[m] - v.moved_before[m], op.weight)
+            touching = True
+        v.moved_before[m] = v.moved[m]
+        v.moved[m] = v.free[m] + op.weight * f
+        v.pending[m] = op.push * f
+    if touching:
+        slot.v_active = op.padded

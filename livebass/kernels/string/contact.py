@@ -1,0 +1,358 @@
+"""Forces at the contact points of a fine step: contact by eqs. 6 and 12, friction by eq. 7.
+
+Contact. At point m, r = eta^{n+1} - eta^{n-1} solves r + sum_k W_mk f_k = r*, where r* is what r would be without
+force and f = (psi(eta^{n+1}) - psi(eta^{n-1})) / r, which conserves energy. f is convex and grows with r, so that
+Newton's method from r* comes down to the root without overshoot. Points that W couples are solved together: one or
+two alone where no more may touch, as is usual, else by Newton's method in all of them, or one after the other until
+nothing changes.
+
+Friction. At a point that touches, x = v^{n+1} - v^{n-1} solves x + sum_k W_mk A sat(x_k / slip) = x*, slip = 2 dt s:
+the point sticks (|x| < slip) or slides. Alone it is a formula, f = -A sat(x* / (slip + W_mm A)); coupled points take
+turns.
+
+w is the working set of u, op the operator; `near` lists `count` contact points, and w.coupling is W between points.
+[any thread]
+"""
+
+import numpy as np
+
+from livebass.compiling import jit
+from livebass.kernels.machine.elementary import power
+
+MOST_ITERATIONS = 60
+MOST_TOGETHER = 12  # iterations of coupled points; they need 3 or 4
+MOST_SWEEPS = 400
+SMALL = 1e-17  # m
+ENOUGH = 1e-6  # of r: Newton converges quadratically, so the error left is near rounding
+SETTLED = 1e-16  # m, change of a displacement at which points that take turns are solved
+MOST_FRICTION_SWEEPS = 1000
+FRICTION_ENOUGH = 1e-13  # of A
+
+
+@jit
+def force(r, old, stiffness, exponent):
+    """Contact force f and df/dr: the divided difference of psi between penetrations `old` and `old` + r."""
+    if exponent == 1.5:
+        return force_of_three_halves(r, old, stiffness / 2.5)
+    a = max(old + r, 0.0)
+    b = max(old, 0.0)
+    if a == 0.0 and b == 0.0:
+        return 0.0, 0.0
+    if r == 0.0:
+        r = 1e-30
+    if a > 0.0 and b > 0.0 and abs(r) < 1e-4 * b:
+        mid = b + 0.5 * r
+        f = stiffness * power(mid, exponent)
+        return f, 0.5 * exponent * f / mid
+    after = power(a, exponent) if a > 0.0 else 0.0
+    before = power(b, exponent) if b > 0.0 else 0.0
+    f = stiffness / (exponent + 1.0) * (a * after - b * before) / r
+    return f, (stiffness * after - f) / r
+
+
+@jit
+def force_of_three_halves(r, old, k):
+    """`force` for alpha = 1.5, k = K / 2.5.
+
+    Where both penetrations are positive f = k (x^5 - y^5) / (x^2 - y^2), x and y their roots: no cancellation.
+    """
+    a = old + r
+    if a > 0.0:
+        x = np.sqrt(a)
+        if old > 0.0:
+            b = old
+            y = np.sqrt(b)
+            s = x + y
+            top = a * a + (a + b) * x * y + a * b + b * b
+            part = k / (2.0 * x * s * s)
+            return part * top * 2.0 * x * s, part * ((4.0 * a * x + 3.0 * a * y + 2.0 * x * b + y * b) * s - top)
+        part = k * a * x / r
+        f = part * a
+        return f, (2.5 * part * r - f) / r
+    if old > 0.0:
+        f = -k * old * old * np.sqrt(old) / r
+        return f, -f / r
+    return 0.0, 0.0
+
+
+@jit
+def solve_point(wanted, old, weight, op, guess):
+    """Force f at one point: r + weight f(r) = wanted. Zero where nothing touches. `guess`: of f."""
+    if old <= 0.0 and old + wanted <= 0.0:
+        return 0.0
+    # from the left of the root the first step leads to its right, from where it comes down; but where nothing
+    # would touch there is no slope to follow
+    r = wanted - weight * guess
+    if old <= 0.0 and old + r <= 0.0:
+        r = wanted
+    for _ in range(MOST_ITERATIONS):
+        f, slope = force(r, old, op.stiffness, op.exponent)
+        step = (r + weight * f - wanted) / (1.0 + weight * slope)
+        r -= step
+        if abs(step) <= ENOUGH * abs(r) + SMALL:
+            break
+    # from the equation itself: smoother than the force law where that is steep
+    return (wanted - r) / weight
+
+
+@jit
+def solve_points(w, op, near, count):
+    """Solves contact (eq. 12) at the points in `near` and returns how many of the forces are not zero.
+
+    Takes w.wanted (r*), w.eta_before and w.coupling; w.force holds first guesses and receives the forces.
+    """
+    if op.diagonal or count == 1:
+        for i in range(count):
+            m = near[i]
+            w.force[m] = solve_point(w.wanted[m], w.eta_before[m], w.coupling[m, m], op, w.force[m])
+    elif not solve_few(w, op, near, count) and not solve_together(w, op, near, count):
+        solve_in_turn(w, op, near, count)
+    touching = 0
+    for i in range(count):
+        if w.force[near[i]] != 0.0:
+            touching += 1
+    return touching
+
+
+@jit
+def solve_few(w, op, near, count):
+    """Solves where one or two of the points could touch without force, as is usual. False, forces kept, otherwise.
+
+    The others feel the forces at those two and stay clear, or more than two points are involved.
+    """
+    first = second = -1
+    for i in range(count):
+        m = near[i]
+        if w.eta_before[m] > 0.0 or w.eta_before[m] + w.wanted[m] > 0.0:
+            if first < 0:
+                first = m
+            elif second < 0:
+                second = m
+            else:
+                return False
+    if first < 0:
+        return False
+    if second < 0:
+        second = first
+        g = 0.0
+        h = solve_point(w.wanted[first], w.eta_before[first], w.coupling[first, first], op, w.force[first])
+    else:
+        g, h, good = solve_two(w, op, first, second)
+        if not good:
+            return False
+    for i in range(count):
+        m = near[i]
+        felt = w.coupling[m, first] * g + w.coupling[m, second] * h
+        if m != first and m != second and w.eta_before[m] + w.wanted[m] - felt > 0.0:
+            return False
+    for i in range(count):
+        w.force[near[i]] = 0.0
+    w.force[first] = g
+    w.force[second] = h
+    return True
+
+
+@jit
+def solve_two(w, op, a, b):
+    """`solve_together` of the points `a` and `b`: their forces, and whether it converged."""
+    wanted, old, guess = w.wanted[a], w.eta_before[a], w.force[a]
+    wanted_2, old_2, guess_2 = w.wanted[b], w.eta_before[b], w.force[b]
+    w11, w12, w21, w22 = w.coupling[a, a], w.coupling[a, b], w.coupling[b, a], w.coupling[b, b]
+    r = wanted - w11 * guess - w12 * guess_2
+    if old <= 0.0 and old + r <= 0.0:
+        r = wanted
+    s = wanted_2 - w21 * guess - w22 * guess_2
+    if old_2 <= 0.0 and old_2 + s <= 0.0:
+        s = wanted_2
+    for _ in range(MOST_TOGETHER):
+        f, slope = force(r, old, op.stiffness, op.exponent)
+        g, slope_2 = force(s, old_2, op.stiffness, op.exponent)
+        rest = wanted - r - w11 * f - w12 * g
+        rest_2 = wanted_2 - s - w21 * f - w22 * g
+        # the inverse of 1 + W D, a 2 by 2 matrix
+        p, q, t, u = 1.0 + w11 * slope, w12 * slope_2, w21 * slope, 1.0 + w22 * slope_2
+        inverse = 1.0 / (p * u - q * t)
+        step = (rest * u - q * rest_2) * inverse
+        step_2 = (p * rest_2 - t * rest) * inverse
+        r += step
+        s += step_2
+        if abs(step) <= ENOUGH * abs(r) + SMALL and abs(step_2) <= ENOUGH * abs(s) + SMALL:
+            return f + slope * step, g + slope_2 * step_2, True
+    return 0.0, 0.0, False
+
+
+@jit
+def solve_together(w, op, near, count):
+    """Newton's method in the points that could touch without force. False where it does not converge.
+
+    Where the others would touch by the forces at these, in all points.
+    """
+    place, law, n = w.solver.place, w.solver.law, 0
+    for i in range(count):
+        m = near[i]
+        if w.eta_before[m] > 0.0 or w.eta_before[m] + w.wanted[m] > 0.0:
+            place[n] = i
+            n += 1
+    solved = newton(w, op, near, n)
+    if solved and n < count:
+        k = 0
+        for i in range(count):
+            if k < n and place[k] == i:
+                k += 1
+                continue
+            m = near[i]
+            felt = 0.0
+            for c in range(n):
+                felt += w.coupling[m, near[place[c]]] * law[c]
+            solved = solved and not w.eta_before[m] + w.wanted[m] - felt > 0.0
+        if solved:
+            for i in range(count):
+                w.force[near[i]] = 0.0
+    if not solved:
+        if n == count:
+            return False
+        for i in range(count):
+            place[i] = i
+        n = count
+        if not newton(w, op, near, n):
+            return False
+    for i in range(n):
+        w.force[near[place[i]]] = law[i]
+    return True
+
+
+@jit
+def newton(w, op, near, count):
+    """Solves for the forces at `count` points, those at w.solver.place of `near`, alone; w.solver.law receives them.
+
+    With D the slopes of the law, a step solves (1 + W D) dr = -residual; the forces are f + D dr of the last one,
+    which fulfils the equation to rounding. w.force has first guesses. False where it does not converge.
+    """
+    residual, slope, law, r = w.solver.residual, w.solver.slope, w.solver.law, w.solver.r
+    matrix, place = w.solver.matrix, w.solver.place
+    coupling, wanted, old = w.solver.coupling, w.solver.wanted, w.solver.old
+    for i in range(count):
+        m = near[place[i]]
+        wanted[i] = w.wanted[m]
+        old[i] = w.eta_before[m]
+        law[i] = w.force[m]
+        for k in range(i + 1):
+            coupling[i, k] = w.coupling[m, near[place[k]]]
+            coupling[k, i] = coupling[i, k]
+    for i in range(count):
+        x = wanted[i]
+        for k in range(count):
+            x -= coupling[i, k] * law[k]
+        if old[i] <= 0.0 and old[i] + x <= 0.0:
+            x = wanted[i]
+        r[i] = x
+    for _ in range(MOST_TOGETHER):
+        for i in range(count):
+            law[i], slope[i] = force(r[i], old[i], op.stiffness, op.exponent)
+        for i in range(count):
+            x = wanted[i] - r[i]
+            for k in range(count):
+                c = coupling[i, k]
+                x -= c * law[k]
+                matrix[i, k] = c * slope[k]
+            residual[i] = x
+            matrix[i, i] += 1.0
+        eliminate(matrix, residual, count)
+        done = True
+        for i in range(count):
+            step = residual[i]
+            r[i] += step
+            law[i] += slope[i] * step
+            done = done and abs(step) <= ENOUGH * abs(r[i]) + SMALL
+        if done:
+            return True
+    return False
+
+
+@jit
+def eliminate(matrix, x, count):
+    """Solves matrix y = x in place; 1 + W D needs no pivoting, as W is positive and D >= 0."""
+    for i in range(count):
+        inverse = 1.0 / matrix[i, i]
+        for k in range(i + 1, count):
+            factor = matrix[k, i] * inverse
+            if factor != 0.0:
+                for c in range(i + 1, count):
+                    matrix[k, c] -= factor * matrix[i, c]
+                x[k] -= factor * x[i]
+    for i in range(count - 1, -1, -1):
+        y = x[i]
+        for k in range(i + 1, count):
+            y -= matrix[i, k] * x[k]
+        x[i] = y / matrix[i, i]
+
+
+@jit
+def solve_in_turn(w, op, near, count):
+    """Solves one point after the other until nothing changes: slow, but it always gets there."""
+    for _ in range(MOST_SWEEPS):
+        change = 0.0
+        for i in range(count):
+            m = near[i]
+            rest = w.wanted[m]
+            for k in range(count):
+                if k != i:
+                    rest -= w.coupling[m, near[k]] * w.force[near[k]]
+            weight = w.coupling[m, m]
+            new = solve_point(rest, w.eta_before[m], weight, op, w.force[m])
+            change = max(change, abs(new - w.force[m]) * weight)
+            w.force[m] = new
+        if change <= SETTLED:
+            break
+
+
+@jit
+def felt(op, coupling, force, near, count, m):
+    """Displacement (m) that the forces at the points in `near` give point `m`, one of them, at once."""
+    if op.diagonal:
+        return coupling[m, m] * force[m]
+    x = 0.0
+    for k in range(count):
+        x += coupling[m, near[k]] * force[near[k]]
+    return x
+
+
+@jit
+def friction_alone(op, wanted, weight):
+    """Friction (N/m) at one point that touches and would move by `wanted` (m) in two steps without it."""
+    return -op.friction * min(max(wanted / (op.slip + weight * op.friction), -1.0), 1.0)
+
+
+@jit
+def solve_friction(slot, op, near, count):
+    """Solves friction (eq. 7) at the points in `near` whose penetration slot.u.eta is positive; zero at the others.
+
+    Takes v.free, v.moved_before and u.coupling; v.force (N/m) holds first guesses and receives the friction.
+    Returns how many points touch.
+    """
+    u, v = slot.u, slot.v
+    touching = 0
+    for i in range(count):
+        if u.eta[near[i]] > 0.0:
+            touching += 1
+        else:
+            v.force[near[i]] = 0.0
+    if touching == 0:
+        return 0
+    for _ in range(MOST_FRICTION_SWEEPS):
+        change = 0.0
+        for i in range(count):
+            m = near[i]
+            if u.eta[m] <= 0.0:
+                continue
+            wanted = v.free[m] - v.moved_before[m]
+            if not op.diagonal:
+                for k in range(count):
+                    if k != i:
+                        wanted += u.coupling[m, near[k]] * v.force[near[k]]
+            new = friction_alone(op, wanted, u.coupling[m, m])
+            change = max(change, abs(new - v.force[m]))
+            v.force[m] = new
+        if op.diagonal or touching == 1 or change <= FRICTION_ENOUGH * op.friction:
+            break
+    return touching

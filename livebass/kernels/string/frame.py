@@ -1,0 +1,183 @@
+"""One audio frame of a slot in which the string may touch something: the same over frets and over a board.
+
+The step over a frame is tried first. A contact point needs a look only where the string could have reached it: it moves
+at most `fastest` metres a second, so from a clearance known at one fine step follows the step before which nothing can
+happen. Looked at, a point is safe if its clearances at both ends of the frame add up to more than the way the string
+can make in between. Otherwise the frame is taken back and cut into parts; parts with a point in doubt are taken in fine
+steps that solve contact, the others in one leap. Both are the same exact solution of the equations; which of them is
+taken depends on frame numbers and on the string alone, never on blocks.
+
+`advance` is the skeleton. frets.py and board.py hand it their search for points that may touch, their bookkeeping of
+the next look, and their fine steps; it becomes part of their C functions. `slot` is a SLOT, `op` an OPERATOR, `voice`
+the string's VOICE; `way` is how far (m) the string can move in one fine step. [any thread]
+"""
+
+import numpy as np
+
+from livebass.compiling import inlined, jit
+from livebass.kernels.machine.native import record_at, words_at
+from livebass.kernels.string import modal
+from livebass.kernels.string.operators import shape
+from livebass.kernels.string.records import LONGER, MOST_NEAR, OPERATOR, PART, STRING, WHOLE
+
+NEVER = 1 << 60  # a fine step
+FAR = 1 << 40  # fine steps: days
+
+string_at = record_at(STRING)
+operator_at = record_at(OPERATOR)
+
+
+@jit
+def way_of_step(slot, op):
+    """Greatest way (m) of any point of the string in one fine step."""
+    return slot.fastest * op.fine
+
+
+@jit
+def steps_clear(clearance, way):
+    """Whole fine steps that a point `clearance` (m) away stays clear for sure; 0 for NaN."""
+    steps = clearance / way
+    if steps > 0.0:
+        return np.int64(steps) if steps < FAR else FAR
+    return 0
+
+
+@jit
+def look(slot, op, m):
+    """Clearance (m) of point `m` now."""
+    return modal.displacement(slot.u, shape(op, m), slot.active) - slot.u.height[m]
+
+
+@jit
+def suspicious(slot, op, m, step, end):
+    """Looks at point `m`; True if it may touch between `step` and `end`. u.clearance_now[m] receives that at `end`."""
+    u, way = slot.u, way_of_step(slot, op)
+    clearance = look(slot, op, m)
+    u.clearance_now[m] = clearance
+    known = u.known_at[m]
+    if 0 <= known < step and u.clearance[m] + clearance > way * (end - known):
+        return False
+    if known < step:
+        u.clearance[m] = modal.displacement_before_leap(u, shape(op, m), slot.active) - slot.u.height[m]
+        u.known_at[m] = step
+    held = u.solved_at[m] == step and (u.eta[m] > 0.0 or u.eta_before[m] > 0.0)
+    return held or u.clearance[m] <= 0.0 or u.clearance[m] + clearance <= way * (end - step)
+
+
+@inlined
+def advance(slot, op, voice, steps, find_suspects, next_look, fine_steps):
+    """Moves `slot` over one frame of `steps` fine steps from voice.step on.
+
+    find_suspects(slot, op, step, end) fills slot.suspects and slot.looked after a trial leap, and returns how many are
+    in each; next_look(slot, op, end) returns the fine step before which no point needs a look after a frame without
+    contact; fine_steps(slot, op, voice, near, count, steps, step) takes `steps` fine steps with contact at the `count`
+    points in `near` and leaves their clearance.
+    """
+    leap = LONGER if steps > op.steps else WHOLE
+    step = voice.step
+    end = step + steps
+    modal.try_leap(slot.u, leap, slot.active)
+    suspects, looks = find_suspects(slot, op, step, end)
+    if suspects > 0:
+        modal.take_back(slot.u, slot.active)
+        contact_frame(slot, op, voice, suspects, steps, fine_steps)
+        return
+    modal.leap(slot.v, leap, slot.v_active)
+    stay_clear(slot, op, looks, end)
+    slot.due = next_look(slot, op, end)
+
+
+@jit
+def stay_clear(slot, op, looks, end):
+    """Notes that the points in slot.looked did not touch up to `end`."""
+    u, way = slot.u, way_of_step(slot, op)
+    for i in range(looks):
+        m = slot.looked[i]
+        u.clearance[m] = u.clearance_now[m]
+        u.known_at[m] = end
+        u.due[m] = end + steps_clear(u.clearance_now[m], way)
+
+
+@inlined
+def contact_frame(slot, op, voice, count, steps, fine_steps):
+    """Moves `slot` over a frame in which the `count` suspects may touch: in parts, with fine steps where needed."""
+    u, suspects, way = slot.u, slot.suspects, way_of_step(slot, op)
+    step = voice.step
+    end = step + steps
+    for i in range(count):  # of a point that was solved for up to `step` the penetration is known
+        m = suspects[i]
+        if u.solved_at[m] == step:
+            u.clearance[m] = -u.eta[m]
+    for _ in range(op.parts):
+        modal.try_leap(u, PART, slot.active)
+        close = find_close(slot, op, count, step)
+        if close == 0:
+            modal.leap(slot.v, PART, slot.v_active)
+            for i in range(count):
+                u.clearance[suspects[i]] = u.clearance_now[suspects[i]]
+        else:
+            modal.take_back(u, slot.active)
+            fine_steps(slot, op, voice, slot.near, close, op.part_steps, step)
+            follow_others(slot, op, count, close)
+        step += op.part_steps
+    if step < end:
+        fine_steps(slot, op, voice, suspects, count, end - step, step)
+    for i in range(count):
+        m = suspects[i]
+        u.known_at[m] = end
+        u.due[m] = end
+        if u.clearance[m] > 0.0:
+            u.due[m] = end + steps_clear(u.clearance[m], way)
+    slot.due = end
+
+
+@jit
+def find_close(slot, op, count, step):
+    """Fills slot.near with the suspects that may touch within the part on trial, which begins at `step`.
+
+    u.clearance_now receives the clearances at its end; over a board a lower bound where that is enough.
+    """
+    u, reach = slot.u, way_of_step(slot, op) * op.part_steps
+    close = np.int64(0)  # a constant would be a type of its own
+    for i in range(count):
+        m = slot.suspects[i]
+        before = u.clearance[m]
+        held = u.solved_at[m] == step and u.eta_before[m] > 0.0
+        if op.points > MOST_NEAR and not held and before > reach:
+            u.clearance_now[m] = before - reach
+            continue
+        clearance = look(slot, op, m)
+        u.clearance_now[m] = clearance
+        if held or before <= 0.0 or before + clearance <= reach:
+            slot.near[close] = m
+            close += 1
+    return close
+
+
+@jit
+def follow_others(slot, op, count, close):
+    """Notes the clearance, after fine steps of a part, of the suspects that are not among the `close` ones near.
+
+    Over a board the string came nearer by no more than it can move; a look is needed only if that may be a touch.
+    """
+    u, reach = slot.u, way_of_step(slot, op) * op.part_steps
+    k = 0
+    for i in range(count):
+        m = slot.suspects[i]
+        if k < close and slot.near[k] == m:
+            k += 1
+            continue
+        u.clearance[m] -= reach
+        if op.points <= MOST_NEAR or u.clearance[m] <= 0.0:
+            u.clearance[m] = look(slot, op, m)
+
+
+@jit
+def begin_contact(slot, voice, step, m):
+    """Counts a contact at point `m` that begins at `step`, and logs it while there is room."""
+    slot.touching += 1
+    if voice.logged < voice.log_room:
+        entry = words_at(voice.log + 16 * voice.logged, 2)
+        entry[0] = step
+        entry[1] = m
+    voice.logged += 1

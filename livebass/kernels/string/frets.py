@@ -1,0 +1,122 @@
+"""A string over frets: up to MOST_NEAR contact points, whose forces move each other.
+
+A fine step is one pass over the modes of a polarisation: it adds the forces of the step before, moves on, and sums the
+displacements at the points that are looked at (looks.py). Then the forces are solved for at these points alone. v feels
+the friction of eq. 7 where u touches; u does not feel v. [any thread]
+"""
+
+import numpy as np
+
+from livebass.compiling import entry, jit
+from livebass.kernels.string import contact
+from livebass.kernels.string.frame import NEVER, advance, begin_contact, operator_at, string_at, suspicious, way_of_step
+from livebass.kernels.string.looks import plan, take_steps
+from livebass.kernels.string.operators import coupling, left_out
+
+
+@entry("void(int64, int64, int64, int64)")
+def over_frets(string, k, op, steps):
+    """Moves slot `k` of the string at an address over a frame of `steps` fine steps; `op`: address of its operator."""
+    s = string_at(string)
+    advance(s.slots[k], operator_at(op), s.voice, steps, find_suspects, next_look, fine_steps)
+
+
+@jit
+def find_suspects(slot, op, step, end):
+    """Looks at every point that is due; `frame.advance` says what it returns."""
+    suspects = looks = np.int64(0)  # a constant would be a type of its own
+    for m in range(op.points):
+        if end <= slot.u.due[m]:
+            continue
+        slot.looked[looks] = m
+        looks += 1
+        if suspicious(slot, op, m, step, end):
+            slot.suspects[suspects] = m
+            suspects += 1
+    return suspects, looks
+
+
+@jit
+def next_look(slot, op, end):
+    """Returns the fine step before which no point needs a look."""
+    least = NEVER
+    for m in range(op.points):
+        least = min(least, slot.u.due[m])
+    return least
+
+
+@jit
+def fine_steps(slot, op, voice, near, count, steps, step):
+    """Takes `steps` fine steps from `step` on, with contact and friction solved at the `count` points in `near`.
+
+    u.clearance is that of the points, at least, before and after.
+    """
+    couple(slot, op)
+    take_steps(slot, op, voice, near, count, steps, step, slide, press)
+
+
+@jit
+def couple(slot, op):
+    """Gives u.coupling W between the points, the modes left out included, unless it holds that already."""
+    if slot.coupled == op.coupling and slot.coupled_ratio == slot.ratio:
+        return
+    slot.coupled = op.coupling
+    slot.coupled_ratio = slot.ratio
+    soft = 1.0 / (slot.ratio * slot.ratio)  # modes tuned higher are stiffer
+    for m in range(op.points):
+        w, r = coupling(op, m), left_out(op, m)
+        for k in range(op.points):
+            slot.u.coupling[m, k] = w[k] + soft * r[k]
+
+
+@jit
+def press(slot, op, voice, seen, count, step):
+    """Solves contact at `step`, the one that `move` made, and notes when each point is to be looked at again."""
+    u, way, height = slot.u, way_of_step(slot, op), slot.u.height
+    hit = False
+    for i in range(count):
+        m = seen[i]
+        free = height[m] - u.free[m]
+        hit = hit or free > 0.0 or u.eta_before[m] > 0.0
+        u.wanted[m] = free - u.eta_before[m]
+    if not hit:
+        for i in range(count):
+            m = seen[i]
+            eta = u.eta_before[m] + u.wanted[m]
+            u.eta_before[m] = u.eta[m]
+            u.eta[m] = eta
+            u.force[m] = 0.0
+            u.force_before[m] = 0.0
+            u.pending[m] = 0.0
+            plan(u, m, way, step)
+        return
+    for i in range(count):  # first guesses: the forces go on as they went
+        m = seen[i]
+        last = u.force[m]
+        u.force[m] = max(2.0 * last - u.force_before[m], 0.0)
+        u.force_before[m] = last
+    touching = contact.solve_points(u, op, seen, count)
+    for i in range(count):
+        m = seen[i]
+        eta = u.eta_before[m] + u.wanted[m] - contact.felt(op, u.coupling, u.force, seen, count, m)
+        if eta > 0.0 and u.eta[m] <= 0.0:
+            begin_contact(slot, voice, step, m)
+        u.eta_before[m] = u.eta[m]
+        u.eta[m] = eta
+        u.pending[m] = op.push * u.force[m]
+        plan(u, m, way, step)
+    if touching > 0:
+        slot.active = op.padded
+
+
+@jit
+def slide(slot, op, seen, count):
+    """Solves friction of the step that `move` made of v; before `press`, while u.eta is that at its start."""
+    v = slot.v
+    if contact.solve_friction(slot, op, seen, count):
+        slot.v_active = op.padded
+    for i in range(count):
+        m = seen[i]
+        v.moved_before[m] = v.moved[m]
+        v.moved[m] = v.free[m] + contact.felt(op, slot.u.coupling, v.force, seen, count, m)
+        v.pending[m] = op.push * v.force[m]

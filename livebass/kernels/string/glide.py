@@ -1,0 +1,243 @@
+"""A finger glides along a board: the length of the string changes all the time, between those of two semitones.
+
+Every PERIOD the motion is handed over to the modes of the length that the finger is to reach within it
+(handover.to_shorter: what goes beyond the old end is the same motion continued oddly). Within the period the end of
+these modes moves as the string between it and the finger does, b(t) = (l(t) - L) u_x, l(t) the length and L that of the
+modes: the finger holds the string where it is, and the string is straight as near to it as a fingertip is wide. u_x is
+taken a frame ahead. So the end neither stops nor starts at a hand-over, and no tones arise at multiples of its rate.
+
+The operator of such a length is made on the way: frequencies times length and losses lie between those of the two
+semitones, taps follow from the places of the pickups. It has no contact points: the finger's way is free, and contact
+goes on where it stops. So it needs no modes but those that are heard. [audio thread]
+"""
+
+import numpy as np
+
+from livebass.compiling import jit
+from livebass.kernels.machine.elementary import exp, log2, sin_cos
+from livebass.kernels.machine.native import record_address, words_at
+from livebass.kernels.string import handover, modal
+from livebass.kernels.string.operators import (
+    COEFFICIENT_ROWS,
+    DOUBLE,
+    FINE_A,
+    FINE_B,
+    KAPPA,
+    LEAPS,
+    OMEGA,
+    PACE,
+    SIGMA,
+    coefficient,
+    tap,
+)
+from livebass.kernels.string.preparing import faded
+from livebass.kernels.string.records import BETWEEN, BLOCK, OPERATOR, TOUCHES, WHOLE
+from livebass.kernels.string.slot import SAFETY_STRUCK, disturb, load_tuned, open_v
+
+PERIOD = 1e-3  # s
+LEAST_TIME = 40e-3  # s of a glide: faster, a hand would have to jump
+FLESH = 6e-3  # m, half width of the fingertip
+NARROWEST = 4.0  # of k a: shorter waves do not turn the string at the finger
+ROWS = BETWEEN.fields["rows"][1]  # type: ignore[index]
+WORDS = OPERATOR.itemsize // DOUBLE
+
+
+@jit
+def operator(string, ops, k):
+    """The operator that slot `k` plays with: of its fret, or of a length between two."""
+    slot = string.slots[k]
+    if slot.between:
+        return string.between[k].op
+    return ops[slot.fret]
+
+
+@jit
+def period(voice):
+    """Frames between two hand-overs."""
+    return max(1, np.int64(np.rint(PERIOD * voice.rate)))
+
+
+@jit
+def begin(string, ops, length, frames_a_fret):
+    """Begins to glide from the length that the string has now to `length` (m)."""
+    voice = string.voice
+    now = operator(string, ops, voice.slot).length
+    if string.slots[voice.slot].between:
+        now = length_at(voice, voice.glide_frame)
+    voice.glide_from = now
+    voice.glide_to = length
+    frames = 12.0 * abs(log2(length / now)) * frames_a_fret
+    voice.glide_frames = np.int64(np.rint(max(frames, LEAST_TIME * voice.rate)))
+    voice.glide_frame = 0
+
+
+@jit
+def length_at(voice, frame):
+    """Length (m) of the string at a frame of the glide: the hand starts and stops smoothly."""
+    t = min(frame / voice.glide_frames, 1.0)
+    return voice.glide_from + (voice.glide_to - voice.glide_from) * (t * t * (3.0 - 2.0 * t))
+
+
+@jit
+def hand_over(string, ops, length):
+    """Hands the motion over to the modes of `length` (m)."""
+    voice = string.voice
+    k = 1 - voice.slot
+    old, new = string.slots[voice.slot], string.slots[k]
+    op = operator(string, ops, voice.slot)
+    voice.striking = 0
+    voice.fingering = 0
+    new.fret = make(string, ops, k, length)
+    to = string.between[k].op
+    load_tuned(new, to, voice)
+    new.between = 1
+    new.moving = 1
+    new.on = 1
+    new.hand = old.hand
+    new.safety = SAFETY_STRUCK
+    part = to.length / op.length
+    if old.v_active > 0 or old.stop_v.place != 0.0:
+        open_v(new, to)
+    x, v, x_v, v_v = handover.to_shorter(old, op, new, to)
+    new.stop_u.place = x + part * old.stop_u.place
+    new.stop_u.speed = v + part * old.stop_u.speed
+    new.active = to.padded
+    if new.v_ready:
+        new.stop_v.place = x_v + part * old.stop_v.place
+        new.stop_v.speed = v_v + part * old.stop_v.speed
+        new.v_active = to.padded
+    new.offset = part * old.offset
+    new.offset_speed = part * old.offset_speed
+    old.on = 0
+    voice.slot = k
+    disturb(new, to, voice.step)
+
+
+@jit
+def aim(string):
+    """Gives the string's end the speed of the next frame; returns the way (m) that the finger makes in it."""
+    voice = string.voice
+    slot, made = string.slots[voice.slot], string.between[voice.slot]
+    then = length_at(voice, voice.glide_frame + 1)
+    turn(slot.stop_u, slot.u, made, then - made.op.length)
+    slot.active = made.op.padded
+    if slot.v_ready:
+        turn(slot.stop_v, slot.v, made, then - made.op.length)
+        slot.v_active = made.op.padded
+    return abs(then - length_at(voice, voice.glide_frame))
+
+
+@jit
+def turn(stop, w, made, behind):
+    """Has an end reach within a frame where the string is at it, if that is held `behind` m farther out."""
+    op = made.op
+    h = op.steps * op.fine
+    slope = modal.slope_ahead(w, made.slope, h, made.slope_modes) - (stop.place + h * stop.speed) / op.length
+    speed = (behind * slope - stop.place) / h
+    modal.kick_end(w, (stop.speed - speed) * np.sqrt(2.0 * op.length) / np.pi, op.modes)
+    stop.speed = speed
+
+
+@jit
+def carry(slot, h):
+    """Moves the ends on by a frame of `h` s."""
+    slot.stop_u.place += slot.stop_u.speed * h
+    slot.stop_v.place += slot.stop_v.speed * h
+
+
+@jit
+def make(string, ops, k, length):
+    """Makes the operator of slot `k` for `length` (m); returns the fret that the finger has passed last."""
+    voice, slot, made = string.voice, string.slots[k], string.between[k]
+    low = 0
+    while low + 2 < ops.shape[0] and ops[low + 1].length >= length:
+        low += 1
+    a, b = ops[low], ops[low + 1]
+    x = min(max((a.length - length) / (a.length - b.length), 0.0), 1.0)
+    op = made.op
+    modal.copy(words_at(record_address(op), WORDS), words_at(record_address(a), WORDS), WORDS)
+    op.length = length
+    op.speed = (1.0 - x) * a.speed + x * b.speed
+    op.tap_modes = min(a.tap_modes, b.tap_modes)
+    op.modes = min(min(a.modes, b.modes), op.tap_modes)
+    op.padded = (op.modes + BLOCK - 1) // BLOCK * BLOCK
+    op.points = 0
+    op.coefficients = record_address(made) + ROWS
+    op.taps = op.coefficients + DOUBLE * COEFFICIENT_ROWS * op.padded
+    set_coefficients(slot.u, op, a, b, x)
+    set_taps(voice, op)
+    set_slope(made, op)
+    for i in range(TOUCHES):  # fingers on the string make their shapes anew
+        slot.touch_key[i, 2] = 0.0
+    return low if voice.glide_to < voice.glide_from or x == 0.0 else low + 1
+
+
+@jit
+def set_coefficients(w, op, a, b, x):
+    """Fills the coefficients of a length at the part `x` of the way between those of `a` and `b`.
+
+    They are made in the rows of the silent working set `w`, where the compiler knows the distances.
+    """
+    omega_a, omega_b = coefficient(a, OMEGA), coefficient(b, OMEGA)
+    sigma_a, sigma_b = coefficient(a, SIGMA), coefficient(b, SIGMA)
+    of_a, of_b = (1.0 - x) * a.length / op.length, x * b.length / op.length
+    for j in range(op.modes):
+        w.omega[j] = of_a * omega_a[j] + of_b * omega_b[j]
+        w.sigma[j] = (1.0 - x) * sigma_a[j] + x * sigma_b[j]
+    for j in range(op.modes, op.padded):
+        w.omega[j] = 1.0
+        w.sigma[j] = 0.0
+    modal.tune(w, op.fine, op.steps, op.padded)
+    row = LEAPS + 3 * WHOLE
+    modal.copy(coefficient(op, FINE_A), w.fine_a, op.padded)
+    modal.copy(coefficient(op, FINE_B), w.fine_b, op.padded)
+    modal.copy(coefficient(op, row), w.leaps[WHOLE].a, op.padded)
+    modal.copy(coefficient(op, row + 1), w.leaps[WHOLE].b, op.padded)
+    modal.copy(coefficient(op, row + 2), w.leaps[WHOLE].g, op.padded)
+    modal.copy(coefficient(op, KAPPA), w.kappa, op.padded)
+    modal.copy(coefficient(op, OMEGA), w.omega, op.padded)
+    modal.copy(coefficient(op, SIGMA), w.sigma, op.padded)
+    modal.copy(coefficient(op, PACE), w.pace, op.padded)
+
+
+@jit
+def set_taps(voice, op):
+    """Fills the weights of the modes at the pickups, or of u and of v at their sensors."""
+    omega, sigma = coefficient(op, OMEGA), coefficient(op, SIGMA)
+    for i in range(voice.pickups if voice.pickups > 0 else 2):
+        row = tap(op, i if voice.pickups > 0 else 2 * i)
+        k1 = np.pi / op.length
+        before, now = 0.0, np.sqrt(2 / op.length)
+        sine, cosine = sin_cos(k1 * (op.length - voice.saddle[i]))
+        now *= sine
+        window, ratio, step = bell((k1 * voice.aperture[i]) ** 2 / 24)
+        for j in range(op.modes):
+            row[j] = now * window * faded(voice.rate, omega[j], sigma[j])
+            before, now = now, 2.0 * cosine * now - before
+            window *= ratio
+            ratio *= step
+        for j in range(op.modes, op.padded):
+            row[j] = 0.0
+        if voice.pickups == 0:
+            row = tap(op, 2 * i + 1)
+            for j in range(op.padded):
+                row[j] = 0.0
+
+
+@jit
+def set_slope(made, op):
+    """Fills the weights of the modes in the slope at the stop."""
+    k1 = np.pi / op.length
+    n = (np.int64(NARROWEST / (k1 * FLESH)) + BLOCK) // BLOCK * BLOCK
+    made.slope_modes = min(n, op.padded)
+    window, ratio, step = bell(0.5 * (k1 * FLESH) ** 2)
+    for j in range(made.slope_modes):
+        made.slope[j] = np.sqrt(2 / op.length) * k1 * (j + 1) * window
+        window *= ratio
+        ratio *= step
+
+
+@jit
+def bell(a):
+    """exp(-a j^2) for j = 1, the ratio of the next one to it, and by what that ratio shrinks each time."""
+    return exp(-a), exp(-3.0 * a), exp(-2.0 * a)

@@ -1,0 +1,604 @@
+"""Makes the operators of a bass: numbers in, rows of the pool out, without allocation.
+
+`measure_operators` finds how many modes each note has and how much memory all of them need; `fill_operators` writes
+operators and rows. Both take the address of one record, PREPARING, which holds the addresses of the notes, of their
+numbers, and of the memory to fill. A NOTE is one string at one fret. Lists of any length (resonances, a table of
+admittance, measured modes, obstacles, taps) lie in one array of float64, and a note holds where: an offset and a length
+in rows.
+
+model/modes.py and model/neck.py have the physics in numpy, with explanations; here it is again, mode by mode. Mode
+shapes at the obstacles, which lie on a grid of N steps, come from a table of sin(pi k / N), as sin(pi j k / N) has a
+period of 2 N in j k: exact to rounding for any mode, and without a sine a number. Nothing in here is reassociated:
+every processor makes the same rows of the same sines. Equation numbers: Issanchou et al. (2018). [any thread]
+"""
+
+import numpy as np
+
+from livebass.compiling import entry, jit
+from livebass.kernels.machine.elementary import cos, exp, sin
+from livebass.kernels.machine.native import floats_at, record_at, words_at
+from livebass.kernels.string.operators import (
+    COEFFICIENT_ROWS,
+    DOUBLE,
+    FINE_A,
+    FINE_B,
+    KAPPA,
+    LEAPS,
+    OMEGA,
+    PACE,
+    SIGMA,
+    coefficient,
+    coupling,
+    heights,
+    left_out,
+    positions,
+    shape,
+    tap,
+)
+from livebass.kernels.string.records import BLOCK, LONGER, MOST_NEAR, OPERATOR, PART, WHOLE
+
+PART_TIME = 5.2e-6  # s, length of the parts a contact frame is cut into ...
+LEAST_PART = 16  # ... but so many fine steps at least: to look costs as much as some steps
+FADE_FROM, FADE_TO = 0.40, 0.46  # of the audio rate: modes fade from the output between these
+FREE_APEX = 2e-3  # of the length: the pluck that counts as grazing where there is no obstacle
+LEAST_SINE = 1e-9  # of a fine step, of a mode whose motion between two fine steps can be told
+ON_GRID = 1e-9  # of a grid step, by which an obstacle may be off the grid
+AIR_VISCOSITY = 1.8e-5  # kg/m/s, eta_air of eq. 10
+AIR_DENSITY = 1.2  # kg/m3, rho_air
+
+# Taps: through pickups, rows (m from the stop, aperture in m); the displacement at two sensors, for u and for v, a row
+# of (m from the stop,) each, with the modes that the audio rate carries, or with all, at each phase of a frame
+PICKUPS, SENSORS, SAMPLED = 0, 1, 2
+# What `fill_operators` returns
+DONE, OVERDAMPED, FROZEN = 0, 1, 2
+
+
+def _rows(name: str) -> list[tuple[str, str]]:
+    """A list among the numbers: where its first row begins, and how many rows it has."""
+    return [(name, "i8"), (f"{name}_count", "i8")]
+
+
+NOTE = np.dtype(
+    [
+        ("modes", "i8"),  # wanted; `measure_operators` takes away those that the contact rate cannot carry
+        ("grid_points", "i8"),  # N, steps of the grid over the length; with a surface `measure_operators` sets it
+        ("paper_law", "i8"),  # 1: String.stiffness_law is "paper", 0: "hinged"
+        ("length", "f8"),  # m
+        ("fundamental", "f8"),  # Hz, f0
+        ("damped_fundamental", "f8"),  # Hz, over which the damping law is taken
+        ("clamp", "f8"),  # number of the mode from which on the law "paper" of damping is constant
+        ("inharmonicity", "f8"),  # B for this length
+        ("linear_density", "f8"),  # kg/m
+        ("diameter", "f8"),  # m
+        ("tension", "f8"),  # N
+        ("bending", "f8"),  # N m^2, E I
+        ("viscoelastic_angle", "f8"),
+        ("thermoelastic", "f8"),
+        ("extra_damping", "f8"),  # 1/s
+        ("extra_damping_slope", "f8"),
+        ("held_stiffness", "f8"),  # m^2, as OPERATOR
+        ("contact_stiffness", "f8"),  # K of eq. 6
+        ("contact_exponent", "f8"),  # alpha of eq. 6
+        ("friction", "f8"),  # N/m, A of eq. 7
+        ("friction_speed", "f8"),  # m/s, s of eq. 7
+        ("stop", "f8"),  # m/s/N, Re Y at every frequency
+        *_rows("resonances"),  # (Hz, Q, kg) each
+        *_rows("table"),  # (Hz, Re Y, Im Y) each, ascending
+        *_rows("frequencies"),  # (Hz,) each, measured, of the first modes
+        *_rows("dampings"),  # (1/s,) each, measured
+        *_rows("obstacles"),  # (m from the stop, height in m) each
+        *_rows("surface"),  # (m from the stop, height in m) each, ascending: in place of obstacles
+        *_rows("taps"),
+        *_rows("answers"),  # (Re Y, Im Y) each, m/s/N: of the nut by this stop, for each mode that may answer
+    ],
+    align=True,
+)
+
+PREPARING = np.dtype(
+    [
+        ("notes", "i8"),  # address: NOTE (count,)
+        ("operators", "i8"),  # address: OPERATOR (count,)
+        ("count", "i8"),
+        ("numbers", "i8"),  # address: float64
+        ("memory", "i8"),  # address: float64 (words,) zeros, for the rows
+        ("words", "i8"),  # `measure_operators` sets them
+        ("table", "i8"),  # address: float64 (table_words,), workspace
+        ("table_words", "i8"),  # `measure_operators` sets them
+        ("taps", "i8"),  # PICKUPS, SENSORS or SAMPLED
+        ("lossless", "i8"),  # 1: all sigma_j zero
+        ("rate", "f8"),  # audio, Hz
+        ("contact_rate", "f8"),  # Hz
+        ("numerator", "i8"),  # fine steps ...
+        ("denominator", "i8"),  # ... in so many frames
+        ("carried", "f8"),  # of the contact rate: the highest mode there may be
+    ],
+    align=True,
+)
+
+preparing_at = record_at(PREPARING)
+note_at = record_at(NOTE)
+operator_at = record_at(OPERATOR)
+NOTE_BYTES, OPERATOR_BYTES = NOTE.itemsize, OPERATOR.itemsize
+
+
+@entry("void(int64)")
+def measure_operators(address):
+    """Sets modes, grids, `words` and `table_words` of the PREPARING at an address."""
+    work = preparing_at(address)
+    work.words = 0
+    work.table_words = 0
+    for k in range(work.count):
+        measure(work, note_at(work.notes + NOTE_BYTES * k), operator_at(work.operators + OPERATOR_BYTES * k))
+
+
+@jit
+def measure(work, note, op):
+    """Finds modes and grid of a note, and adds what its operator needs to `words` and `table_words`."""
+    note.modes = carried(work, note)
+    if note.surface_count > 0:
+        note.grid_points = note.modes + 1
+    op.modes = note.modes
+    op.padded = blocks(note.modes)
+    op.points = points_of(work, note)
+    work.words += words_of(work, note, op)
+    work.table_words = max(work.table_words, note.grid_points + 1 + 2 * MOST_NEAR)
+
+
+@entry("int64(int64)")
+def fill_operators(address):
+    """Writes operators and rows of the PREPARING at an address that `measure_operators` has seen.
+
+    Returns DONE, OVERDAMPED or FROZEN.
+    """
+    return fill(preparing_at(address))
+
+
+@jit
+def fill(work):
+    """`fill_operators` for a record."""
+    place = work.memory
+    for k in range(work.count):
+        note = note_at(work.notes + NOTE_BYTES * k)
+        op = operator_at(work.operators + OPERATOR_BYTES * k)
+        lay_out(work, note, op, place)
+        set_numbers(work, note, op)
+        state = set_coefficients(work, note, op)
+        if state != DONE:
+            return state
+        set_points(work, note, op)
+        set_shapes(work, note, op)
+        set_taps(work, note, op)
+        if op.points <= MOST_NEAR:
+            set_coupling(work, note, op)
+        set_answers(work, note, op)
+        place += DOUBLE * words_of(work, note, op)
+    return np.int64(DONE)
+
+
+@jit
+def blocks(n):
+    """`n`, up to a whole BLOCK."""
+    return (n + BLOCK - 1) // BLOCK * BLOCK
+
+
+@jit
+def number(work, first, k):
+    """Number `k` of the list that begins at `first`."""
+    return floats_at(work.numbers + DOUBLE * (first + k), 1)[0]
+
+
+@jit
+def tap_rows(work, note):
+    """Rows of taps: one a pickup; of sensors one for q and one for P, for u and for v, at each phase."""
+    if work.taps == PICKUPS:
+        return note.taps_count
+    return 4 if work.taps == SENSORS else 4 * work.denominator
+
+
+@jit
+def words_of(work, note, op):
+    """Float64 of the rows of an operator."""
+    square = op.points * op.points if op.points <= MOST_NEAR else 0
+    return (COEFFICIENT_ROWS + tap_rows(work, note) + op.points) * op.padded + blocks(
+        2 * (op.points + square + note.answers_count)
+    )
+
+
+@jit
+def lay_out(work, note, op, place):
+    """Gives the operator the addresses of its rows from `place` on."""
+    op.coefficients = place
+    op.taps = op.coefficients + DOUBLE * COEFFICIENT_ROWS * op.padded
+    op.shapes = op.taps + DOUBLE * tap_rows(work, note) * op.padded
+    op.heights = op.shapes + DOUBLE * op.points * op.padded
+    op.positions = op.heights + DOUBLE * op.points
+    op.coupling = op.positions + DOUBLE * op.points
+    op.left_out = op.coupling + DOUBLE * op.points * op.points
+    op.answers = op.left_out + DOUBLE * op.points * op.points
+    if op.points > MOST_NEAR:
+        op.left_out = op.coupling
+        op.answers = op.coupling
+    op.answering = note.answers_count
+
+
+# The modes of a note: model/modes.py. j counts from 1.
+
+
+@jit
+def stretched(note, j):
+    """nu_j / (j f0) on a rigid neck."""
+    square = note.inharmonicity * (j * j)
+    return 1 + square / 2 if note.paper_law else np.sqrt(1 + square)
+
+
+@jit
+def admittance(work, note, nu):
+    """Re Y and Im Y (m/s/N) of the neck at `nu` (Hz)."""
+    real = 0.0
+    imaginary = 0.0
+    for i in range(note.resonances_count):
+        row = note.resonances + 3 * i
+        f, quality, mass = number(work, row, 0), number(work, row, 1), number(work, row, 2)
+        off = f * f - nu * nu
+        width = nu * f / quality
+        part = 1 / (2 * np.pi * mass * (off * off + width * width))
+        real += width * part
+        imaginary += off * part
+    real = note.stop + nu * real
+    imaginary = nu * imaginary
+    n = note.table_count
+    if n > 0 and number(work, note.table, 0) <= nu <= number(work, note.table, 3 * (n - 1)):
+        i = 0
+        while i < n - 1 and number(work, note.table, 3 * (i + 1)) <= nu:
+            i += 1
+        row = note.table + 3 * i
+        a = number(work, row, 1)
+        b = number(work, row, 2)
+        if i < n - 1:
+            x = nu - number(work, row, 0)
+            step = number(work, row, 3) - number(work, row, 0)
+            a += (number(work, row, 4) - a) / step * x
+            b += (number(work, row, 5) - b) / step * x
+        real += a
+        imaginary += b
+    return real, imaginary
+
+
+@jit
+def impedance(note):
+    """mu c, kg/s."""
+    return 2 * note.linear_density * note.length * note.fundamental
+
+
+@jit
+def frequency(work, note, j):
+    """nu_j, Hz: eq. 8, or measured."""
+    if j <= note.frequencies_count:
+        return number(work, note.frequencies, j - 1)
+    nu = j * note.fundamental
+    yielding = -impedance(note) / (np.pi * j) * admittance(work, note, nu)[1]
+    return nu * (stretched(note, float(j)) + yielding)
+
+
+@jit
+def damping(work, note, j, nu):
+    """sigma_j, 1/s, of the mode at `nu` (Hz): eqs. 9 to 11, or measured."""
+    if note.paper_law:
+        law = min(float(j), note.clamp) * note.damped_fundamental
+    else:
+        law = j * note.damped_fundamental * stretched(note, float(j))
+    if j <= note.dampings_count:
+        sigma = number(work, note.dampings, j - 1)
+    else:
+        sigma = np.pi * law * loss_factor(note, law)
+        sigma += 2 * note.fundamental * impedance(note) * admittance(work, note, nu)[0]
+    return sigma + note.extra_damping + note.extra_damping_slope * 2 * np.pi * law
+
+
+@jit
+def loss_factor(note, nu):
+    """1/Q at `nu` (Hz) without the neck: air, viscoelastic and thermoelastic losses."""
+    mu = note.linear_density
+    rubbing = 2 * np.pi * AIR_VISCOSITY + 2 * np.pi * note.diameter * np.sqrt(np.pi * AIR_VISCOSITY * AIR_DENSITY * nu)
+    air = rubbing / (2 * np.pi * mu * nu)
+    product = 4 * np.pi**2 * mu * note.bending / (note.tension * note.tension) * (nu * nu)  # hinged: B j^2 (1 + B j^2)
+    if note.paper_law:
+        return air + product * note.viscoelastic_angle + note.thermoelastic
+    square = 2 * product / (1 + np.sqrt(1 + 4 * product))  # B j^2
+    return air + note.viscoelastic_angle * square / (1 + square) + note.thermoelastic
+
+
+@jit
+def carried(work, note):
+    """Number of the wanted modes that lie below `work.carried` of the contact rate, at least 1."""
+    count = 0
+    for j in range(1, note.modes + 1):
+        if frequency(work, note, j) < work.carried * work.contact_rate:
+            count += 1
+    return max(count, 1)
+
+
+@jit
+def set_numbers(work, note, op):
+    """Sets all of the operator that is no row."""
+    dt = 1.0 / work.contact_rate
+    dx = note.length / note.grid_points
+    op.diagonal = note.modes == note.grid_points - 1
+    op.weight = dt * dt / note.linear_density
+    op.steps = work.numerator // work.denominator
+    op.parts = min(np.int64(np.rint(op.steps * dt / PART_TIME)), op.steps // LEAST_PART)
+    if op.parts < 2:
+        op.parts = 0
+    op.part_steps = op.steps // max(op.parts, 1)
+    op.fine = dt
+    op.push = dt * dt * (dx / note.linear_density)
+    op.friction = note.friction
+    op.slip = 2 * dt * note.friction_speed
+    op.stiffness = note.contact_stiffness
+    op.exponent = note.contact_exponent
+    op.length = note.length
+    op.speed = 2 * note.length * note.fundamental
+    op.graze = FREE_APEX * note.length
+    op.held_stiffness = note.held_stiffness
+
+
+@jit
+def set_coefficients(work, note, op):
+    """Fills the coefficients of the modes; those that fill up the last block stay zero and must not divide by zero."""
+    dt = 1.0 / work.contact_rate
+    fine_a, fine_b = coefficient(op, FINE_A), coefficient(op, FINE_B)
+    kappa, pace = coefficient(op, KAPPA), coefficient(op, PACE)
+    omega, sigma = coefficient(op, OMEGA), coefficient(op, SIGMA)
+    for k in range(op.modes, op.padded):
+        fine_a[k] = 1.0
+        kappa[k] = 1.0
+        omega[k] = 1.0
+    for k in range(op.modes):
+        nu = frequency(work, note, k + 1)
+        s = 0.0 if work.lossless else damping(work, note, k + 1, nu)
+        w = 2 * np.pi * nu
+        if s >= w:
+            return np.int64(OVERDAMPED)
+        w = np.sqrt(w * w - s * s)
+        sine = sin(w * dt)
+        if abs(sine) < LEAST_SINE:
+            return np.int64(FROZEN)
+        damp = exp(-s * dt)
+        es = damp * sine
+        fine_a[k] = damp * cos(w * dt)
+        fine_b[k] = es * es
+        kappa[k] = es / w
+        pace[k] = w / es
+        omega[k] = w
+        sigma[k] = s
+        for which in range(3):
+            steps = op.steps
+            row = LEAPS + 3 * WHOLE
+            if which == 1:
+                steps = op.steps + 1
+                row = LEAPS + 3 * LONGER
+            elif which == 2:
+                steps = op.part_steps
+                row = LEAPS + 3 * PART
+            damp = exp(-s * steps * dt)
+            turned = damp * sin(w * steps * dt)
+            coefficient(op, row)[k] = damp * cos(w * steps * dt)
+            coefficient(op, row + 1)[k] = turned / es
+            coefficient(op, row + 2)[k] = turned * es
+    return np.int64(DONE)
+
+
+# Contact points
+
+
+@jit
+def points_of(work, note):
+    """Number of contact points: of obstacles, or of grid points with surface below them."""
+    if note.surface_count == 0:
+        return note.obstacles_count
+    first, last = grid_over(work, note)
+    return max(last - first + 1, 0)
+
+
+@jit
+def grid_over(work, note):
+    """The first and the last grid point over the surface."""
+    step = note.length / note.grid_points
+    first = np.int64(np.ceil(number(work, note.surface, 0) / step - 1e-9))
+    last = np.int64(np.floor(number(work, note.surface, 2 * (note.surface_count - 1)) / step + 1e-9))
+    return max(first, 1), min(last, note.grid_points - 1)
+
+
+@jit
+def set_points(work, note, op):
+    """Fills positions and heights of the contact points; what stands above the string at rest is pressed flat."""
+    x, h = positions(op), heights(op)
+    if note.surface_count == 0:
+        for m in range(op.points):
+            x[m] = number(work, note.obstacles, 2 * m)
+            h[m] = number(work, note.obstacles, 2 * m + 1)
+        return
+    step = note.length / note.grid_points
+    first, _ = grid_over(work, note)
+    rows, table = note.surface_count, note.surface
+    i = 0
+    for m in range(op.points):
+        x[m] = (first + m) * step
+        while i < rows - 1 and number(work, table, 2 * (i + 1)) <= x[m]:
+            i += 1
+        h[m] = number(work, table, 2 * i + 1)
+        if i < rows - 1 and x[m] > number(work, table, 2 * i):
+            slope = number(work, table, 2 * i + 3) - h[m]
+            slope /= number(work, table, 2 * i + 2) - number(work, table, 2 * i)
+            h[m] += slope * (x[m] - number(work, table, 2 * i))
+    for i in range(1, rows):  # a crown within a grid step counts there; the first place is never one
+        height = number(work, table, 2 * i + 1)
+        m = np.int64(np.rint(number(work, table, 2 * i) / step)) - first
+        beyond = i + 1 < rows and number(work, table, 2 * i + 3) > height
+        if 0 <= m < op.points and number(work, table, 2 * i - 1) <= height and not beyond:
+            h[m] = max(h[m], height)
+    for m in range(op.points):
+        h[m] = min(h[m], 0.0)
+
+
+@jit
+def set_table(work, note):
+    """Fills the workspace with sin(pi k / N) for k = 0 to N; behind is room for two rows of MOST_NEAR."""
+    n = note.grid_points
+    table = floats_at(work.table, work.table_words)
+    for k in range(n // 2 + 1):
+        table[k] = sin(np.pi * k / n)
+        table[n - k] = table[k]
+
+
+@jit
+def sine(table, turn, n):
+    """sin(pi turn / n) for 0 <= turn < 2 n."""
+    return table[turn] if turn <= n else -table[turn - n]
+
+
+@jit
+def grid_point(note, x):
+    """The grid point at `x` (m); -1 if there is none."""
+    step = note.length / note.grid_points
+    k = np.int64(np.rint(x / step))
+    return k if abs(x / step - k) <= ON_GRID else -1
+
+
+@jit
+def shape_at(note, x, j):
+    """phi_j(x), m^-0.5: eq. 3."""
+    return np.sqrt(2 / note.length) * sin(x * j * (np.pi / note.length))
+
+
+@jit
+def set_shapes(work, note, op):
+    """Fills the mode shapes at the contact points."""
+    set_table(work, note)
+    table, n = floats_at(work.table, work.table_words), note.grid_points
+    scale = np.sqrt(2 / note.length)
+    for m in range(op.points):
+        row, x = shape(op, m), positions(op)[m]
+        k = grid_point(note, x)
+        if k < 0:
+            for j in range(op.modes):
+                row[j] = shape_at(note, x, j + 1)
+            continue
+        turn = 0
+        for j in range(op.modes):
+            turn += k
+            if turn >= 2 * n:
+                turn -= 2 * n
+            row[j] = scale * sine(table, turn, n)
+
+
+@jit
+def set_coupling(work, note, op):
+    """Fills W by the modes there are and R, static, by those up to the grid's that are left out."""
+    n, points, x = note.grid_points, op.points, positions(op)
+    table = floats_at(work.table, work.table_words)
+    behind = work.table + DOUBLE * (n + 1)
+    phi, turn = floats_at(behind, points), words_at(behind + DOUBLE * points, points)
+    for j in range(op.modes):
+        for m in range(points):
+            phi[m] = shape(op, m)[j]
+        for m in range(points):
+            add_products(coupling(op, m), phi, phi[m], m + 1)
+    for m in range(points):
+        turn[m] = grid_point(note, x[m]) * op.modes % (2 * n)
+    scale = np.sqrt(2 / note.length)
+    for j in range(op.modes + 1, n):
+        w = 2 * np.pi * frequency(work, note, j)
+        part = 1 / (w * w)
+        for m in range(points):
+            k = grid_point(note, x[m])
+            turn[m] += k
+            if turn[m] >= 2 * n:
+                turn[m] -= 2 * n
+            phi[m] = shape_at(note, x[m], j) if k < 0 else scale * sine(table, turn[m], n)
+        for m in range(points):
+            add_products(left_out(op, m), phi, part * phi[m], m + 1)
+    compliance = note.length / n / note.linear_density
+    for m in range(points):
+        for k in range(m + 1):
+            coupling(op, m)[k] *= op.fine * op.fine * compliance
+            coupling(op, k)[m] = coupling(op, m)[k]
+            left_out(op, m)[k] *= compliance
+            left_out(op, k)[m] = left_out(op, m)[k]
+
+
+@jit
+def add_products(row, phi, f, count):
+    """Adds `f` times the first `count` of `phi` to `row`."""
+    for k in range(count):
+        row[k] += f * phi[k]
+
+
+@jit
+def set_answers(work, note, op):
+    """Copies how the nut moves by a force at this stop."""
+    row = floats_at(op.answers, 2 * op.answering)
+    for k in range(2 * op.answering):
+        row[k] = number(work, note.answers, k)
+
+
+# Taps
+
+
+@jit
+def set_taps(work, note, op):
+    """Fills the weights of the modes in the output, and how many modes have any."""
+    rows = tap_rows(work, note)
+    for k in range(op.modes):
+        if work.taps == PICKUPS:
+            set_pickups(work, note, op, k, rows)
+        elif work.taps == SENSORS:
+            fade = faded(work.rate, coefficient(op, OMEGA)[k], coefficient(op, SIGMA)[k])
+            for i in range(2):
+                tap(op, 2 * i)[k] = shape_at(note, number(work, note.taps, i), k + 1) * fade
+        else:
+            set_sampled(work, note, op, k)
+    op.tap_modes = 0
+    for row in range(rows):
+        weight = tap(op, row)
+        for k in range(op.tap_modes, op.modes):
+            if weight[k] != 0.0:
+                op.tap_modes = k + 1
+    op.tap_modes = blocks(op.tap_modes)
+
+
+@jit
+def faded(rate, omega, sigma):
+    """Weight of a mode in the output at `rate` (Hz): 1 well within the audio band, 0 above it."""
+    nu = np.sqrt(omega * omega + sigma * sigma) / (2 * np.pi)
+    low, high = FADE_FROM * rate, FADE_TO * rate
+    if nu >= high:
+        return 0.0
+    return 0.5 + 0.5 * cos(np.pi * max((nu - low) / (high - low), 0.0))
+
+
+@jit
+def set_pickups(work, note, op, k, rows):
+    """Fills the weights of mode `k` at each pickup: a Gaussian window as wide as a rectangle of the aperture."""
+    fade = faded(work.rate, coefficient(op, OMEGA)[k], coefficient(op, SIGMA)[k])
+    if fade == 0.0:
+        return
+    for i in range(rows):
+        x, aperture = number(work, note.taps, 2 * i), number(work, note.taps, 2 * i + 1)
+        wide = (k + 1) * (np.pi / note.length) * aperture
+        tap(op, i)[k] = shape_at(note, x, k + 1) * exp(-(wide * wide) / 24) * fade
+
+
+@jit
+def set_sampled(work, note, op, k):
+    """Fills the weights of q and P of mode `k` for u, then for v, at each phase a frame can have between fine steps."""
+    w, s, es = coefficient(op, OMEGA)[k], coefficient(op, SIGMA)[k], coefficient(op, KAPPA)[k]
+    es *= w
+    for i in range(2):
+        weight = shape_at(note, number(work, note.taps, i), k + 1)
+        for phase in range(work.denominator):
+            ahead = (-phase * work.numerator) % work.denominator / work.denominator / work.contact_rate  # s
+            grown = exp(s * ahead) * weight
+            row = 2 * (i * work.denominator + phase)
+            tap(op, row)[k] = grown * cos(w * ahead)
+            tap(op, row + 1)[k] = -grown * sin(w * ahead) / es

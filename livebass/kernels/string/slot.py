@@ -1,0 +1,224 @@
+"""A slot, one sounding note of a string: load, tune, switch operators, drop what is dead.
+
+frame.py, frets.py and board.py move it from frame to frame. [any thread]
+"""
+
+import numpy as np
+
+from livebass.compiling import jit
+from livebass.kernels.string import modal
+from livebass.kernels.string.operators import heights
+from livebass.kernels.string.preparing import FADE_TO
+from livebass.kernels.string.records import BLOCK, GROUP_ROOM, MOST_NEAR, NONE, TOUCHES, UNKNOWN
+
+FOR_EVER = 1 << 60  # a fine step
+# Fastest point over the root mean square velocity that the string's energy gives: plucks were seen to reach 3.8
+# (hard, near the bridge), a string stopped at a higher fret 4.8; the narrow pulse of a thumb more.
+SAFETY, SAFETY_HANDED, SAFETY_STRUCK = 5.0, 6.5, 10.0
+SLACK = 0.02  # m/s
+HOUSEKEEPING = 64  # frames between looks for dead modes
+STEEPEST = 0.1  # root mean square velocity over wave speed that a string bears: no playing reaches a third of it
+
+
+@jit
+def load(slot, op, step):
+    """Makes the silent `slot` ready to play operator `op`."""
+    modal.take_coefficients(slot.u, op)
+    modal.clear(slot.u, op.padded)
+    slot.ratio = 1.0
+    slot.heard = op.tap_modes
+    slot.v_ready = 0
+    slot.v_active = 0
+    slot.safety = SAFETY
+    slot.active = 0
+    slot.touching = 0
+    slot.between = 0
+    slot.moving = 0
+    rest_stop(slot.stop_u)
+    rest_stop(slot.stop_v)
+    slot.offset = 0.0
+    slot.offset_speed = 0.0
+    take_heights(slot, op)
+    slot.hand = 1.0
+    take_thumb_away(slot)
+    forget_contact(slot.u, op)
+    disturb(slot, op, step)
+
+
+@jit
+def load_tuned(slot, op, voice):
+    """Makes the silent slot ready for operator `op`, in tune with the bend."""
+    load(slot, op, voice.step)
+    if voice.tuned != 1.0:
+        bend(slot, op, voice.tuned, highest(voice))
+
+
+@jit
+def highest(voice):
+    """Highest frequency (rad/s) that the audio rate carries: what a bend takes above is left out."""
+    return 2 * np.pi * FADE_TO * voice.rate
+
+
+@jit
+def rest_stop(stop):
+    """Puts the string's end to rest on its stop."""
+    stop.place = 0.0
+    stop.speed = 0.0
+
+
+@jit
+def take_heights(slot, op):
+    """Gives the obstacles the operator's heights."""
+    modal.copy(slot.u.height, heights(op), op.points)
+    slot.sunk = 0
+
+
+@jit
+def take_thumb_away(slot):
+    """Takes the mass that strikes the string away from it, wherever it is."""
+    slot.thumb.on = NONE
+
+
+@jit
+def forget_contact(w, op):
+    """Marks what fine steps left at the contact points of a polarisation as out of date."""
+    for m in range(op.points):
+        w.solved_at[m] = UNKNOWN
+
+
+@jit
+def open_v(slot, op):
+    """Makes the second polarisation ready to move, where it is not."""
+    if slot.v_ready:
+        return
+    modal.take_coefficients(slot.v, op)
+    modal.clear(slot.v, op.padded)
+    forget_contact(slot.v, op)
+    if slot.ratio != 1.0:
+        modal.retune(slot.v, op, slot.ratio)
+    slot.v_ready = 1
+
+
+@jit
+def disturb(slot, op, step):
+    """After an event at `step`: every point needs a look, all modes may sound."""
+    u = slot.u
+    if slot.on:
+        slot.active = op.padded
+        slot.fastest = slot.safety * rms_velocity_with_answers(slot, op, op.padded) + SLACK
+    slot.due = step
+    slot.quiet = UNKNOWN
+    for m in range(op.points):
+        u.due[m] = UNKNOWN
+        u.known_at[m] = UNKNOWN
+    if op.points > MOST_NEAR:
+        for g in range(GROUP_ROOM):
+            u.group_due[g] = UNKNOWN
+            u.group_known_at[g] = UNKNOWN
+
+
+@jit
+def rms_velocity(w, op, n):
+    """Root mean square velocity (m/s) along the string if all energy of `n` modes were kinetic."""
+    return np.sqrt(modal.speed_square(w, n) / op.length)
+
+
+@jit
+def rms_velocity_with_answers(slot, op, n):
+    """`rms_velocity` of u, were all energy of answering strings the slot's, too (answers.py)."""
+    v = rms_velocity(slot.u, op, n)
+    if slot.answer_speed > 0.0:
+        v = np.sqrt(v * v + slot.answer_speed / op.length)
+    return v
+
+
+@jit
+def bend(slot, op, ratio, most):
+    """Tunes the slot to `ratio` times the operator's frequencies without a jump of displacement or velocity.
+
+    Modes that get above `most` (rad/s) are not heard any more.
+    """
+    modal.retune(slot.u, op, ratio)
+    if slot.v_ready:
+        modal.retune(slot.v, op, ratio)
+    slot.ratio = ratio
+    slot.heard = op.tap_modes
+    if ratio > 1.0:
+        while slot.heard > 0 and slot.u.omega[min(slot.heard, op.modes) - 1] > most:
+            slot.heard -= BLOCK
+
+
+@jit
+def change_operator(slot, old, op):
+    """Makes the sounding slot go on with `op`, untuned, in place of `old`."""
+    modal.change_coefficients(slot.u, old, op)
+    take_heights(slot, op)
+    forget_contact(slot.u, op)
+    if slot.v_ready:
+        modal.change_coefficients(slot.v, old, op)
+        forget_contact(slot.v, op)
+        slot.v_active = op.padded
+    slot.ratio = 1.0
+    slot.heard = op.tap_modes
+    slot.active = op.padded
+
+
+@jit
+def weaken(slot, op, factor):
+    """Scales a motion back to what a string bears; ends one that is NaN."""
+    if factor > 0.0:
+        modal.scale(slot.u, factor, slot.active)
+        modal.scale(slot.v, factor, slot.v_active)
+        forget_contact(slot.u, op)
+        forget_contact(slot.v, op)
+    else:
+        modal.clear(slot.u, op.padded)
+        modal.clear(slot.v, op.padded)
+        slot.active = 0
+        slot.v_active = 0
+        slot.on = 0
+
+
+@jit
+def steepness(w, op, n):
+    """Root mean square velocity by the scheme's own invariant, over wave speed.
+
+    Contact, friction and losses never raise it, only hands do: a healthy string stays below STEEPEST whatever it hits.
+    """
+    return np.sqrt(modal.invariant(w, n) / op.length) / (op.fine * op.speed)
+
+
+@jit
+def keep_house(slot, op, voice):
+    """Drops dead modes, and finds out whether a contact is still possible. At fixed frame numbers only."""
+    u, step = slot.u, voice.step
+    slot.active = modal.living(u, slot.active)
+    if slot.v_active:
+        slot.v_active = modal.living(slot.v, slot.v_active)
+    if slot.active == 0 and slot.v_active == 0:
+        slot.on = 0
+        return
+    steepest = steepness(u, op, slot.active)
+    if slot.v_active:
+        steepest = max(steepest, steepness(slot.v, op, slot.v_active))
+    if not steepest < STEEPEST:
+        weaken(slot, op, STEEPEST / steepest)
+        voice.weakened += 1
+        return
+    if op.points == 0 or slot.moving or slot.quiet > step:
+        return
+    held, height = False, heights(op)
+    lowest = np.inf
+    for m in range(op.points):
+        held = held or (u.solved_at[m] == step and (u.eta[m] > 0.0 or u.eta_before[m] > 0.0))
+        lowest = min(lowest, -height[m])
+    if held:
+        return
+    slot.fastest = min(slot.fastest, slot.safety * rms_velocity_with_answers(slot, op, slot.active) + SLACK)
+    fingers = False  # these may pass motion on to other modes
+    for i in range(TOUCHES):
+        fingers = fingers or voice.touches[i].resistance > 0.0 or voice.touches[i].wanted > 0.0
+    still = voice.depth == 0.0 and voice.depth_wanted == 0.0  # a vibrato widens the motion
+    widest = modal.amplitude_sum(u, slot.active) + slot.answer_sum
+    if still and not fingers and np.sqrt(2.0 / op.length) * widest < lowest:
+        slot.quiet = FOR_EVER

@@ -1,0 +1,149 @@
+"""The string's end at its stop moves, as a finger presses it to another fret: hammer-on, slide, any change of fret.
+
+The displacement is u = sum q_m phi_m + b l(x), l(x) = (L - x) / L, b that of the end at the stop. While b' is constant
+the modes move as if the stop stood still; where it changes they get a kick, v_m <- v_m - l_m (b'_new - b'_old) with
+l_m = sqrt(2 L) / (pi m), the projection of l. That is exact for a path b(t) of straight lines between frames. The
+finger that hammers takes the end along with a constant acceleration and stops dead on the crown: the last kick is the
+snap, and what the string hears of the way before is little. A finger that only presses the string down comes to rest
+gently, by a polynomial of the fifth degree in time.
+
+Contact is off while the stop moves, for a few milliseconds: a string that ends above a fret is lifted off the next
+ones. After that the string may be a few micrometres inside an obstacle, where contact would hold energy that nobody put
+in; such an obstacle begins that much lower, and rises to its height while the string is clear of it. `slot` is a SLOT,
+`op` its operator. [audio thread]
+"""
+
+import numpy as np
+
+from livebass.compiling import jit
+from livebass.kernels.machine.elementary import exp
+from livebass.kernels.string import modal
+from livebass.kernels.string.operators import heights, shape
+from livebass.kernels.string.records import UNKNOWN
+from livebass.kernels.string.slot import disturb, forget_contact
+
+SHORTEST, LONGEST = 0.25e-3, 32e-3  # s of a hammering finger's way to the fret: one that takes longer is made faster
+ROOM = 2e-6  # m, between the string and an obstacle it has been freed from
+GENTLE = 4e-3  # s in which a finger that does not hammer gets there
+SETTLING = 1e-3  # s, time constant of the change from one line of rest to another, as it is heard
+NEAREST = 1e-9  # m: no way at all
+
+
+@jit
+def begin(stop, place, speed, finger, voice):
+    """Begins the path of a string's end from `place` (m) and `speed` (m/s) to rest.
+
+    A finger takes it there and arrives at `finger` m/s; with 0 it comes to rest gently, within GENTLE seconds.
+    """
+    stop.place = place
+    stop.speed = speed
+    stop.first = speed
+    stop.frame = 0
+    stop.wanted = 0.0
+    stop.away = place
+    if finger <= 0.0:
+        stop.blend = max(1, np.int64(np.rint(GENTLE * voice.rate)))
+        return
+    stop.wanted = finger
+    stop.blend = max(1, np.int64(np.rint(min(max(2.0 * abs(place) / finger, SHORTEST), LONGEST) * voice.rate)))
+
+
+@jit
+def copy(to, stop):
+    """Puts an end on the path of another."""
+    to.place = stop.place
+    to.speed = stop.speed
+    to.first = stop.first
+    to.away = stop.away
+    to.wanted = stop.wanted
+    to.frame = stop.frame
+    to.blend = stop.blend
+
+
+@jit
+def next_speed(stop, h):
+    """The speed (m/s) of the next frame, of `h` s, on the way to rest."""
+    stop.frame += 1
+    t = min(stop.frame / stop.blend, 1.0)
+    if stop.wanted == 0.0:
+        x = stop.away * (1.0 - t * t * t * (10.0 - t * (15.0 - 6.0 * t)))
+        x += stop.first * stop.blend * h * (t - t * t * t * (6.0 - t * (8.0 - 3.0 * t)))
+    else:
+        x = stop.away * (1.0 - t * t) + stop.first * stop.blend * h * t * (1.0 - t) * (1.0 - t)
+    return (x - stop.place) / h
+
+
+@jit
+def step(stop, w, op, h, n):
+    """Moves the end on by the frame that is over, and kicks the modes where its speed changes; True: it is at rest."""
+    stop.place += stop.speed * h
+    if abs(stop.place) < NEAREST:
+        stop.place = 0.0
+    speed = next_speed(stop, h) if stop.place != 0.0 else 0.0
+    if speed != stop.speed:
+        modal.kick_end(w, (stop.speed - speed) * np.sqrt(2.0 * op.length) / np.pi, n)
+        stop.speed = speed
+    return stop.place == 0.0
+
+
+@jit
+def advance(slot, op, h, after):
+    """Moves the stop on by the frame of `h` s that ended at fine step `after`; contact goes on once it is at rest."""
+    done = step(slot.stop_u, slot.u, op, h, op.modes)
+    slot.active = op.padded
+    if slot.v_ready:
+        done = step(slot.stop_v, slot.v, op, h, op.modes) and done
+        slot.v_active = op.padded
+    if done:
+        slot.moving = 0
+        sink(slot, op)
+        forget_contact(slot.v, op)
+        disturb(slot, op, after)
+
+
+@jit
+def settle(slot, rate):
+    """Lets what is heard of the former line of rest go, critically damped, by a frame."""
+    pole = exp(-1.0 / (SETTLING * rate))
+    toward = slot.offset_speed + slot.offset / SETTLING
+    slot.offset = pole * (slot.offset + toward / rate)
+    slot.offset_speed = pole * (slot.offset_speed - toward / (SETTLING * rate))
+    if abs(slot.offset) + abs(slot.offset_speed) * SETTLING < NEAREST:
+        slot.offset = 0.0
+        slot.offset_speed = 0.0
+
+
+@jit
+def sink(slot, op):
+    """Lowers the obstacles that the string is inside, or within ROOM of, to ROOM below it."""
+    u, height = slot.u, heights(op)
+    forget_contact(u, op)
+    slot.sunk = 0
+    modal.keep_step_before(u, slot.active)
+    for m in range(op.points):
+        now = modal.displacement(u, shape(op, m), slot.active)
+        before = modal.displacement_before_leap(u, shape(op, m), slot.active)
+        u.height[m] = min(height[m], min(now, before) - ROOM)
+        if u.height[m] < height[m]:
+            slot.sunk += 1
+
+
+@jit
+def rise(slot, op, after):
+    """Lets lowered obstacles rise by half of what the string is clear of them at fine step `after`."""
+    u, height = slot.u, heights(op)
+    left = np.int64(0)
+    modal.keep_step_before(u, slot.active)
+    for m in range(op.points):
+        if u.height[m] == height[m]:
+            continue
+        now = modal.displacement(u, shape(op, m), slot.active)
+        before = modal.displacement_before_leap(u, shape(op, m), slot.active)
+        clear = min(now, before) - u.height[m]
+        if clear > 0.0:
+            u.height[m] = min(height[m], u.height[m] + 0.5 * clear)
+            u.solved_at[m] = UNKNOWN
+        if u.height[m] != height[m]:
+            left += 1
+    slot.sunk = left
+    disturb(slot, op, after)

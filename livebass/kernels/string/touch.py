@@ -1,0 +1,207 @@
+"""Fingers and palm that lie on a string: dashpots, passive for any strength.
+
+A finger of resistance R presses hardest in its middle, at x: its resistance is spread along the string as a Gaussian of
+standard deviation a. Three dashpots do what that does to waves longer than the finger (Gauss-Hermite quadrature): 2/3
+of R at x and 1/6 at x - sqrt(3) a and at x + sqrt(3) a each.
+
+A dashpot takes momentum from the string where it is. With the velocities v_j of the modes and s_j = phi_j there, the
+implicit midpoint rule over a time h is v <- v - c (s v) s, c = r / (1 + r |s|^2 / 2), r = R h / mu: in a steady motion
+its force is R times the velocity on the way, however much the string gives back within a frame. It acts once a frame,
+after the string has moved, and never turns the velocity there round: c |s|^2 is at most 1, so that kinetic energy only
+falls. It is done in P, with s_j kappa_j / dt in place of s_j, so that the energy that eq. 12 conserves falls, whatever
+R (modal.invariant). The dashpots of a finger follow one another; products of their shapes tell what the one before
+leaves to the next, so that two passes over the modes do for all three.
+
+Modes above HIGHEST turn too far within a frame, and waves shorter than the finger are too short for three dashpots.
+What lies wholly on the finger loses exp(-R h / (2 mu L)) a frame.
+
+A finger lands and lifts in a ramp of R. Places are from the saddle: they outlive a change of fret. `slot` is a SLOT,
+`op` its operator. [audio thread]
+"""
+
+from typing import Any
+
+import numpy as np
+
+from livebass.compiling import jit
+from livebass.kernels.machine.elementary import exp, sin
+from livebass.kernels.string import modal
+from livebass.kernels.string.operators import KAPPA, coefficient
+from livebass.kernels.string.records import BLOCK, DASHPOTS, TOUCHES
+from livebass.kernels.string.slot import SAFETY_STRUCK, disturb
+
+NARROWEST, HIGHEST = 4.5, 8e3  # of k a; Hz: what dashpots move
+ASIDE, PART = (0.0, np.sqrt(3.0), -np.sqrt(3.0)), (2 / 3, 1 / 6, 1 / 6)  # of a; of R: where they are, how strong
+LANDING, LIFTING = 5e-3, 15e-3  # s
+STAYS = -1  # in place of the frames until a finger lifts
+
+
+@jit
+def lay(voice, i, place, resistance, width, seconds, landing):
+    """Lays finger `i` on the string at `place` (m from the saddle); it lifts after `seconds`, 0: it stays.
+
+    `resistance` is in N s/m, `width`, half of it, in m, `landing` in s. With no resistance the finger lifts now, within
+    `seconds`, 0: LIFTING.
+    """
+    t = voice.touches[i]
+    if resistance <= 0.0:
+        lift(voice, i, seconds if seconds > 0.0 else LIFTING)
+        return
+    if place != t.place or width != t.width:
+        t.resistance = 0.0  # another place: it lands anew
+    t.place = place
+    t.width = width
+    t.wanted = resistance
+    t.ramp = resistance / max(landing * voice.rate, 1.0)
+    t.lifts = max(np.int64(np.rint(seconds * voice.rate)), 1) if seconds > 0.0 else STAYS
+
+
+@jit
+def ease(voice, i, resistance, seconds):
+    """Has finger `i` begin with another `resistance`, and come to the wanted one in `seconds`."""
+    t = voice.touches[i]
+    t.resistance = resistance
+    t.ramp = abs(resistance - t.wanted) / max(seconds * voice.rate, 1.0)
+
+
+@jit
+def forget(voice):
+    """Takes all fingers away from a string at rest."""
+    for i in range(TOUCHES):
+        t = voice.touches[i]
+        t.resistance = 0.0
+        t.wanted = 0.0
+        t.lifts = STAYS
+
+
+@jit
+def lift(voice, i, seconds):
+    """Lifts finger `i` within `seconds`."""
+    t = voice.touches[i]
+    t.wanted = 0.0
+    t.lifts = STAYS
+    t.ramp = t.resistance / max(seconds * voice.rate, 1.0)
+
+
+@jit
+def lift_all(voice, seconds):
+    """Lifts all fingers within `seconds`."""
+    for i in range(TOUCHES):
+        lift(voice, i, seconds)
+
+
+@jit
+def land(voice, slot, op):
+    """After fingers have landed: what they leave of the motion may be a narrow pulse, more peaked than a pluck."""
+    slot.safety = SAFETY_STRUCK
+    disturb(slot, op, voice.step)
+
+
+@jit
+def follow(t, rate):
+    """Moves the resistance of a finger on by a frame."""
+    if t.lifts > 0:
+        t.lifts -= 1
+        if t.lifts == 0:
+            t.ramp = t.resistance / max(LIFTING * rate, 1.0)
+            t.wanted = 0.0
+            t.lifts = STAYS
+    if t.resistance < t.wanted:
+        t.resistance = min(t.resistance + t.ramp, t.wanted)
+    elif t.resistance > t.wanted:
+        t.resistance = max(t.resistance - t.ramp, t.wanted)
+
+
+@jit
+def dashpot(t, d):
+    """Place (m from the saddle) and resistance (N s/m) of dashpot `d` of a finger."""
+    return t.place + ASIDE[d] * t.width, PART[d] * t.resistance
+
+
+@jit
+def modes_under(op, width):
+    """Number of modes, in whole BLOCKs, that dashpots of a finger of half the `width` (m) move."""
+    most = min(NARROWEST / max(width, 1e-4), 2 * np.pi * HIGHEST / op.speed)
+    n = np.int64(most * op.length / np.pi) + 1
+    return min((n + BLOCK - 1) // BLOCK * BLOCK, op.padded)
+
+
+@jit
+def take_place(slot, op, i, t):
+    """Makes the mode shapes at the dashpots of finger `i`, where its place has changed."""
+    key, kappa = slot.touch_key[i], coefficient(op, KAPPA)
+    if key[0] == t.place and key[1] == t.width and key[2] == op.coefficients:
+        return
+    key[0] = t.place
+    key[1] = t.width
+    key[2] = op.coefficients
+    n = modes_under(op, t.width)
+    slot.touch_modes[i] = n
+    k1 = np.pi / op.length
+    shapes, squares, products = slot.touch_shape[i], slot.touch_square[i], slot.touch_product[i]
+    for d in range(DASHPOTS):
+        place, _ = dashpot(t, d)
+        x = min(max(op.length - place, 0.0), op.length)  # beyond the ends of the string there is nothing to move
+        shape = shapes[d]
+        for j in range(n):
+            shape[j] = np.sqrt(2 / op.length) * sin(modal.number(j) * k1 * x) * kappa[j] / op.fine
+        for j in range(op.modes, n):
+            shape[j] = 0.0
+        squares[d] = modal.product(shape, shape, n)
+    products[0] = modal.product(shapes[0], shapes[1], n)
+    products[1] = modal.product(shapes[0], shapes[2], n)
+    products[2] = modal.product(shapes[1], shapes[2], n)
+
+
+@jit
+def strength(t, d, square, over_mass):
+    """c of dashpot `d` of a finger whose mode shapes have that `square` (1/m); `over_mass`: h / mu (s m/kg)."""
+    _, resistance = dashpot(t, d)
+    r = resistance * over_mass
+    return r / max(1.0 + 0.5 * r * square, r * square)
+
+
+@jit
+def mass(op):
+    """Linear density, kg/m."""
+    return op.fine * op.fine / op.weight
+
+
+@jit
+def impedance(op):
+    """mu c, kg/s."""
+    return mass(op) * op.speed
+
+
+@jit
+def damp(voice, slot, op):
+    """Lets the fingers damp the slot for one frame, after it has moved."""
+    over_mass = op.steps * op.fine / mass(op)
+    all_over = 0.0
+    above: Any = np.int64(0)
+    for i in range(TOUCHES):
+        t = voice.touches[i]
+        if t.resistance == 0.0 and t.wanted == 0.0:
+            continue
+        follow(t, voice.rate)
+        if t.resistance == 0.0 or slot.active + slot.v_active == 0:
+            continue
+        take_place(slot, op, i, t)
+        shapes, squares, products = slot.touch_shape[i], slot.touch_square[i], slot.touch_product[i]
+        n = slot.touch_modes[i]
+        c = (
+            strength(t, 0, squares[0], over_mass), strength(t, 1, squares[1], over_mass),
+            strength(t, 2, squares[2], over_mass),
+        )  # fmt: skip
+        if slot.active > 0:
+            modal.touch(slot.u, shapes, products, c, n)
+            slot.active = max(slot.active, n)
+        if slot.v_active > 0:
+            modal.touch(slot.v, shapes, products, c, n)
+            slot.v_active = max(slot.v_active, n)
+        all_over += t.resistance
+        above = max(above, n)
+    if all_over > 0.0:
+        kept = exp(-0.5 * all_over * over_mass / op.length)
+        modal.fade(slot.u, kept, above, slot.active)
+        modal.fade(slot.v, kept, above, slot.v_active)

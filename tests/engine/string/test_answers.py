@@ -1,0 +1,367 @@
+"""Idle strings answer those that sound: against brute force, passive, muted, silent when off, and to the bit."""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.coupled import Coupled
+from support.live import QUICK, offline, run_ahead
+from support.strings import even
+
+from livebass import QUALITIES, Instrument, load_preset
+from livebass.arrays import Floats
+from livebass.engine.engine import Engine
+from livebass.engine.prepare import Voice, play_frames
+from livebass.kernels.player.performer import MOST_STRINGS
+from livebass.kernels.string.answers import EVERY
+from livebass.kernels.string.records import EVENT, IDLE, MOST_ANSWERS, PLUCK
+from livebass.live.outputs import FakeDevice
+from livebass.live.synth import LiveBass, Synth
+from livebass.model import answers
+from livebass.plugin.instrument import instrument_file, read_instrument, tiers, write_instrument
+
+RATE = 48000
+E, A, D, G = range(4)
+PEDAL_DOWN, PEDAL_UP = (0xB0, 64, 127), (0xB0, 64, 0)
+
+
+def answering(when: str = "always", preset: str = "jazz-finger") -> Instrument:
+    bass = even(load_preset(preset))
+    return replace(bass, player=replace(bass.player, answering=when))
+
+
+def free(bass: Instrument) -> Instrument:
+    """`bass` with frets out of reach and constant tension."""
+    necks = tuple(replace(n, fret_heights=tuple(h - 0.03 for h in n.fret_heights)) for n in bass.necks)
+    return replace(bass, necks=necks, strings=tuple(replace(s, axial_stiffness=0.0) for s in bass.strings))
+
+
+@functools.cache
+def prepared(when: str = "always", linear: bool = False, preset: str = "jazz-finger") -> Engine:
+    bass = answering(when, preset)
+    return Engine(free(bass) if linear else bass, QUALITIES["live"], RATE)
+
+
+def told(voice: Voice, idle: int, fret: int, apex: float, place: float) -> np.ndarray:
+    """The events that let strings `idle` answer, a bit each, and pluck `voice`."""
+    events = np.zeros(2, EVENT)
+    events["kind"], events["x"] = (IDLE, PLUCK), (idle, apex)
+    events["fret"], events["y"] = (0, fret), (0, place)
+    return events
+
+
+def amplitudes(voice: Voice) -> Floats:
+    """Amplitudes (m^1.5) of the answers, (MOST_ANSWERS,)."""
+    a = voice.string["answers"][0]
+    return np.asarray(np.hypot(a["q"], a["y"]))
+
+
+def state(voice: Voice) -> tuple[Floats, Floats]:
+    """Displacements and velocities of the modes of u in the slot that plays."""
+    u = voice.slots[voice.record["slot"][0]]["u"]
+    return u["q"].copy(), u["pace"] * u["p"] - u["sigma"] * u["q"]
+
+
+def db(x: float) -> float:
+    return float(20 * np.log10(max(x, 1e-30)))
+
+
+# Against brute force; dB: the answer of that partial after 1 s, to what the partial that made it had at the beginning
+
+
+@pytest.mark.parametrize(
+    ("sounding", "fret", "idle", "partials", "level"),
+    [(A, 0, E, (3, 4), -11.8), (A, 7, E, (2, 4), -13.3), (A, 7, E, (1, 2), -20.9), (A, 7, E, (3, 6), -19.6),
+     (D, 2, A, (2, 3), -10.2), (D, 0, A, (3, 4), -11.4), (G, 0, E, (6, 14), -34.0)],
+)  # fmt: skip
+def test_answers_are_those_of_brute_force(
+    sounding: int, fret: int, idle: int, partials: tuple[int, int], level: float
+) -> None:
+    """Within 0.7 dB where partials meet, 1.5 dB for all within 30 dB of the strongest and 5 Hz of their partial."""
+    engine = prepared(linear=True).another()
+    voice, ops = engine.voices[sounding], engine.pool.records[sounding]
+    length = float(ops[fret]["length"])
+    events = told(voice, 1 << idle, fret, 1e-3, length - 0.15)
+    begin = int(voice.record["pull"][0]) + 2
+    play_frames(voice, ops, events, np.zeros(begin))
+    q, v = state(voice)
+    i, j = partials
+    first = np.hypot(q[i - 1], v[i - 1] / voice.slots[voice.record["slot"][0]]["u"]["omega"][i - 1])
+    brute, sound = Coupled(engine.instrument, sounding, fret, idle), np.zeros(RATE // 2)
+    a = voice.string["answers"][0]
+    own = (a["string"] == idle) & (np.arange(MOST_ANSWERS) < a["count"])
+    for half in range(1, 5):
+        play_frames(voice, ops, events[:0], sound)
+        found = amplitudes(voice)[own]
+        wanted = brute.answers(q[: brute.modes], v[: brute.modes], half / 2)[: len(found)]
+        off = 20 * np.log10(found[j - 1] / wanted[j - 1])
+        assert abs(off) < (0.7 if level > -25 else 1.5), (half, off)
+        paired = a["pair_answer"][: a["pairs"]] - int(np.flatnonzero(own)[0])
+        omega = voice.slots[voice.record["slot"][0]]["u"]["omega"][a["pair_mode"][: a["pairs"]]]
+        near = paired[np.abs(omega - a["omega"][own][paired]) < 2 * np.pi * 5]
+        strong = near[wanted[near] > wanted.max() * 10 ** (-30 / 20)]
+        worst = np.abs(20 * np.log10(found[strong] / wanted[strong])).max()
+        assert worst < 1.5, (half, worst)
+        if half == 2:
+            assert abs(db(found[j - 1] / first) - level) < 0.5, db(found[j - 1] / first)
+
+
+# Passive
+
+
+def energy(engine: Engine, i: int) -> float:
+    """Energy (J) of string `i` and of all that answers it."""
+    voice, a = engine.voices[i], engine.voices[i].string["answers"][0]
+    total = 0.0
+    for slot in voice.slots[voice.slots["on"] == 1]:
+        for w in (slot["u"], slot["v"]):
+            moves = w["kappa"] > 0
+            total += float(np.sum((w["p"][moves] / w["kappa"][moves]) ** 2 + (w["omega"] * w["q"])[moves] ** 2))
+    total *= float(a["own_density"])
+    return 0.5 * (total + float(np.sum(a["density"] * a["omega"] ** 2 * amplitudes(voice) ** 2)))
+
+
+@pytest.mark.parametrize("lossless", [False, True])
+def test_the_energy_of_all_never_grows(lossless: bool) -> None:
+    """Nor where the strings lose nothing but by the neck: from each exchange of a pair to its next."""
+    bass = free(answering())
+    if lossless:
+        dull = [
+            replace(s, viscoelastic_angle=0.0, thermoelastic=0.0, extra_damping=0.0, diameter=1e-6)
+            for s in bass.strings
+        ]
+        bass = replace(bass, strings=tuple(dull))
+    engine = Engine(bass, QUICK, RATE)
+    for sounding, fret in ((A, 7), (D, 2), (E, 0), (G, 9)):
+        voice, ops = engine.voices[sounding], engine.pool.records[sounding]
+        length = float(ops[fret]["length"])
+        play_frames(voice, ops, told(voice, 15, fret, 2e-3, 0.8 * length), np.zeros(2000))
+        before, nothing, turn = energy(engine, sounding), np.zeros(0, EVENT), np.zeros(EVERY)
+        for k in range(1500):
+            play_frames(voice, ops, nothing, turn)
+            now = energy(engine, sounding)
+            assert now <= before, (sounding, fret, k, now / before - 1)
+            before = now
+        assert amplitudes(voice).max() > 0
+
+
+def test_losses_limit_what_a_mode_gives_to_several() -> None:
+    """Re G of all pairs of a mode, with each other's losses, is within what these allow."""
+    engine = Engine(free(answering("always", "five-string")), QUICK, RATE)
+    for i, voice in enumerate(engine.voices):
+        for fret in (0, 2, 5, 7, 12):
+            ops = engine.pool.records[i]
+            play_frames(voice, ops, told(voice, 31, fret, 1e-3, 0.8 * float(ops[fret]["length"])), np.zeros(3000))
+            a, u = voice.string["answers"][0], voice.slots[voice.record["slot"][0]]["u"]
+            pairs = int(a["pairs"])
+            modes, others = a["pair_mode"][:pairs], a["pair_answer"][:pairs]
+            real = a["pair_real"][:pairs] * a["pair_allowed"][:pairs]
+            shares = real**2 / (u["sigma"][modes] * a["sigma"][others])
+            assert pairs and max(shares[modes == mode].sum() for mode in modes) <= 1
+
+
+# Hands
+
+
+def send(engine: Engine, *messages: tuple[int, int, int]) -> None:
+    engine.send(np.full(len(messages), engine.frame), np.array(messages, np.uint8))
+
+
+def play(engine: Engine, seconds: float) -> Floats:
+    return engine.process(round(seconds * RATE))
+
+
+def loudest(engine: Engine, i: int, idle: int) -> float:
+    """The greatest answer (m^1.5) of string `idle` to string `i`."""
+    a = engine.voices[i].string["answers"][0]
+    return float(amplitudes(engine.voices[i])[(a["string"] == idle) & (a["omega"] > 0)].max())
+
+
+def test_without_the_pedal_nothing_answers_and_no_bit_changes() -> None:
+    sounds = []
+    for when in ("off", "pedal"):
+        engine = prepared(when).another()
+        send(engine, (0x90, 40, 90), (0x90, 45, 70))
+        sounds.append(play(engine, 0.4))
+        send(engine, (0x80, 40, 64), (0xE0, 0, 70))
+        sounds.append(play(engine, 0.3))
+    assert np.array_equal(sounds[0], sounds[2]) and np.array_equal(sounds[1], sounds[3])
+
+
+def test_idle_strings_answer_while_the_pedal_is_down() -> None:
+    """E, open, answers the A string at fret 7; the pedal up again, hands damp it by 40 dB in 0.4 s."""
+    engine = prepared("pedal").another()
+    send(engine, PEDAL_DOWN, (0x90, 9, 100), (0x90, 40, 100))
+    play(engine, 1.0)
+    answered = loudest(engine, A, E)
+    voice = engine.voices[A]
+    q, v = state(voice)
+    first = np.hypot(q[0], v[0] / voice.slots[voice.record["slot"][0]]["u"]["omega"][0])
+    assert -20 < db(answered / first) < -10
+    send(engine, PEDAL_UP)
+    play(engine, 0.4)
+    assert engine.voices[A].sounding() and db(loudest(engine, A, E) / answered) < -40
+
+
+def test_a_string_that_is_plucked_answers_no_more_until_it_is_idle() -> None:
+    engine = prepared("always").another()
+    send(engine, (0x90, 9, 100), (0x90, 40, 100), (0x80, 9, 64))
+    play(engine, 0.5)
+    before = loudest(engine, A, E)
+    send(engine, (0x90, 28, 80))
+    play(engine, 0.4)
+    assert db(loudest(engine, A, E) / before) < -30 and engine.voices[E].sounding()
+    send(engine, (0x80, 28, 64))
+    play(engine, 0.5)
+    assert loudest(engine, A, E) > 0.1 * before
+
+
+def test_what_answers_goes_on_after_the_note_and_through_a_change_of_fret() -> None:
+    """No answer jumps when the string goes to another fret; after the note E rings on, and all is silent in the end."""
+    engine = prepared("always").another()
+    send(engine, (0x90, 9, 100), (0x90, 12, 100), (0x90, 40, 100))
+    play(engine, 0.5)
+    before, pairs = amplitudes(engine.voices[A]).copy(), engine.voices[A].string["answers"][0]["pair_mode"].copy()
+    send(engine, (0x90, 42, 90))
+    play(engine, 1e-3)
+    assert np.abs(amplitudes(engine.voices[A]) - before).max() < 0.02 * before.max()
+    play(engine, 0.05)
+    assert not np.array_equal(pairs, engine.voices[A].string["answers"][0]["pair_mode"])
+    rings = loudest(engine, A, E)
+    send(engine, (0x80, 42, 64), (0x80, 40, 64))
+    play(engine, 0.7)
+    assert loudest(engine, A, E) > 0.5 * rings
+    send(engine, (0xB0, 120, 0))
+    play(engine, 0.1)
+    assert not engine.sounding()
+
+
+def test_answers_keep_no_string_awake() -> None:
+    """Half a second after all notes have ended only answers are computed, which cost next to nothing."""
+    engine = prepared("always").another()
+    keys = (28, 33, 38, 43)
+    send(engine, *[(0x90, key, 110) for key in keys], (0x90, 16, 100), (0x90, 35, 100))
+    play(engine, 0.5)
+    send(engine, *[(0x80, key, 64) for key in (*keys, 35)])
+    play(engine, 0.7)
+    assert not any(v.slots["on"].any() for v in engine.voices)
+    send(engine, (0x80, 16, 100), (0x90, 9, 100), (0x90, 40, 100), (0x80, 9, 100))
+    play(engine, 0.5)
+    send(engine, (0x80, 40, 64))
+    play(engine, 0.7)
+    assert not any(v.slots["on"].any() for v in engine.voices) and engine.sounding()
+
+
+def test_the_answer_is_heard() -> None:
+    """After the A string is stopped, E2 rings on by the open E alone; without answers there is nothing."""
+    levels = []
+    for when in ("off", "always"):
+        engine = prepared(when).another()
+        send(engine, (0x90, 9, 100), (0x90, 40, 110))
+        play(engine, 1.0)
+        send(engine, (0x80, 40, 64))
+        play(engine, 0.6)
+        sound = play(engine, 0.5).sum(axis=0)
+        spectrum = np.abs(np.fft.rfft(sound * np.hanning(len(sound)))) / len(sound)
+        levels.append(db(float(spectrum[int(80 / 2) : int(86 / 2)].max())))
+    assert levels[1] > levels[0] + 40 and levels[1] > -70, levels
+
+
+# Laws
+
+
+SCORE = [
+    (0, 0x90, 9, 100), (10, 0x90, 40, 110), (20, *PEDAL_DOWN), (3000, 0x90, 45, 90), (9001, 0xE0, 0, 90),
+    (14000, 0x80, 45, 64), (15001, *PEDAL_UP), (18000, 0x90, 12, 100), (18005, 0x90, 43, 100), (21000, *PEDAL_DOWN),
+    (26000, 0x90, 28, 100), (30011, 0x80, 28, 64), (34000, 0xB0, 120, 0), (35000, 0x90, 47, 120),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("when", ["pedal", "always"])
+@pytest.mark.parametrize("sizes", [[63], [64], [65, 1, 1000]])
+def test_splitting_a_block_changes_nothing(when: str, sizes: list[int]) -> None:
+    sounds = []
+    for parts in ([48000], sizes):
+        engine, blocks, sent, k = prepared(when).another(), [], 0, 0
+        while engine.frame < 48000:
+            n = min(parts[k % len(parts)], 48000 - engine.frame)
+            until = next((m for m in range(sent, len(SCORE)) if SCORE[m][0] >= engine.frame + n), len(SCORE))
+            if until > sent:
+                rows = SCORE[sent:until]
+                engine.send(np.array([r[0] for r in rows]), np.array([r[1:] for r in rows], np.uint8))
+            sent, k = until, k + 1
+            blocks.append(engine.process(n))
+        sounds.append(np.concatenate(blocks, axis=1))
+    assert np.array_equal(*sounds)
+
+
+@pytest.mark.parametrize("preset", ["jazz-finger", "fretless"])
+@pytest.mark.parametrize("when", ["pedal", "always"])
+def test_strings_that_ran_ahead_come_back(when: str, preset: str) -> None:
+    bass = answering(when, preset)
+    synth = Synth(RATE, adaptive=False)
+    synth.switch_to(LiveBass(bass, QUICK, RATE))
+    device, lead, blocks, sent = FakeDevice(synth), 0, [], 0
+    run_ahead(synth, "far")
+    for k in range(700):
+        while sent < len(SCORE) and SCORE[sent][0] < (k + 1) * 64:
+            assert synth.send(*SCORE[sent][1:], frame=SCORE[sent][0])
+            sent += 1
+        blocks.append(device.block(64))
+        assert synth.bass is not None
+        lead = max(lead, *(int(v.record["frame"][0]) - (k + 1) * 64 for v in synth.bass.engine.voices))
+    assert lead > 500
+    heard = np.concatenate(blocks)
+    assert np.array_equal(heard, offline(bass, SCORE, len(heard)))
+    assert not np.array_equal(heard, offline(answering("off", preset), SCORE, len(heard)))
+
+
+def test_wild_messages_leave_sound_that_is_finite_and_ends() -> None:
+    rng = np.random.default_rng(12)
+    for preset in ("jazz-finger", "fretless", "slap"):
+        engine = Engine(answering("always", preset), QUICK, RATE)
+        for _ in range(60):
+            kind = int(rng.choice([0x90, 0x90, 0x80, 0xB0, 0xE0]))
+            first = int(rng.choice([1, 9, 64, 65, 68])) if kind == 0xB0 else int(rng.integers(0, 60))
+            send(engine, (kind, first, int(rng.integers(0, 128))))
+            assert np.isfinite(play(engine, 0.02)).all()
+        send(engine, (0xB0, 120, 0))
+        play(engine, 0.3)
+        assert not engine.sounding() and engine.report().weakened == 0
+
+
+# Numbers
+
+
+def test_modes_that_may_answer_fit_on_any_bass() -> None:
+    assert answers.MOST_ANSWERS == MOST_ANSWERS
+    bass = answering("always", "five-string")
+    many = replace(
+        bass,
+        strings=tuple(replace(bass.strings[0], name=f"{k}") for k in range(MOST_STRINGS)),
+        necks=bass.necks[:1] * MOST_STRINGS,
+    )
+    counts = answers.answering_modes(many)
+    assert len(counts) == MOST_STRINGS and min(counts) > 10 and sum(counts[1:]) <= MOST_ANSWERS
+    assert answers.answering_modes(answering("off")) == (0, 0, 0, 0)
+
+
+def test_an_instrument_file_holds_what_couples_the_strings(tmp_path: Path) -> None:
+    bass = answering("pedal")
+    write_instrument(bass, tmp_path / "bass.lbass")
+    data = (tmp_path / "bass.lbass").read_bytes()
+    assert len(data) > len(instrument_file(answering("off")))
+    read = read_instrument(tmp_path / "bass.lbass")
+    pool, engine = read.pool(0, RATE), Engine(bass, tiers(bass)[0], RATE)
+    mine, other = (records["answering"] for records in (pool.records, engine.pool.records))
+    assert np.array_equal(mine, other) and mine.min() > 20
+    for found, wanted, n in zip(
+        *(p.records["answers"].ravel().tolist() for p in (pool, engine.pool)), mine.ravel().tolist(), strict=True
+    ):
+        assert (ctypes.c_double * (2 * n)).from_address(found)[:] == (ctypes.c_double * (2 * n)).from_address(wanted)[:]
+    assert read.numbers["answering"][0] == 1

@@ -1,0 +1,257 @@
+"""Energy over random techniques: hands alone put any in, no more than they do to a string at rest.
+
+The energy is the scheme's own invariant, eq. 12 of Issanchou et al. (2018), in the frames at which no fret pushes, and
+that of the tension (kernels/string/tension.py).
+"""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from livebass import QUALITIES, load_preset
+from livebass.engine.engine import Engine
+from livebass.engine.prepare import play_frames
+from livebass.kernels.hands import techniques
+from livebass.kernels.string import tension
+from livebass.kernels.string.records import (
+    BEND,
+    BLOCK,
+    EVENT,
+    GLIDE,
+    HAMMER,
+    HAND,
+    MOST_NEAR,
+    PLUCK,
+    PULL_OFF,
+    STRIKE_EVENT,
+    THROW,
+    TOUCH_EVENT,
+    WAVER,
+)
+from livebass.model.instrument import Pluck, Speaking, speaking
+from livebass.model.modes import frequencies, pluck_amplitudes
+
+RATE = 48000
+EVERY = 500  # frames from one technique to the next, on average
+RIPPLE = 4e-4  # by which tension, a symplectic step, lets the energy waver, over its least so far
+ROUNDING = 1e-11
+IDLE = 1e-9  # J
+PALM = (12e-3, 25e-3, 38e-3)  # m from the saddle
+TECHNIQUES = ("pluck", "pop", "slap", "hammer", "tap", "pull", "slide", "touch", "palm", "bend", "vibrato", "end")
+PLUCKS, LEFT_HAND = ("pluck", "pop", "slap"), ("hammer", "tap", "pull", "slide", "end")
+LEFT_HAND_J = 20e-3  # J; a hammer-on of 2.5 m/s does 13 mJ to a string at rest, which a finger lets down with up to 6
+SLACK = 1.2  # of the energy: where a motion changes its length it keeps its energy to some percent
+STRINGS = (("jazz-finger", 0), ("jazz-finger", 3), ("slap", 1), ("five-string", 2), ("paper-bass", 2), ("fretless", 0))
+
+
+@cache
+def engine(preset: str) -> Engine:
+    return Engine(load_preset(preset), QUALITIES["live"], RATE)
+
+
+class Played:
+    """One string, frame by frame."""
+
+    def __init__(self, preset: str, i: int) -> None:
+        made = engine(preset).another()
+        self.voice, self.ops, self.frets = made.voices[i], made.pool.records[i], made.frets
+        self.record = self.voice.record[0]
+        self.frame, self.out = 0, np.zeros(1)
+
+    def play(self, events: np.ndarray) -> None:
+        """Plays the next frame, with `events` at its beginning."""
+        events["frame"] = self.frame
+        play_frames(self.voice, self.ops, events, self.out)
+        self.frame += 1
+
+    def energy(self) -> float:
+        """J, of both slots, but for what contact stores."""
+        total = 0.0
+        for slot in self.voice.slots:
+            if slot["on"]:
+                op = self.ops[int(slot["fret"])]
+                total += self._of_slot(slot, op)
+        return total
+
+    def _of_slot(self, slot: np.void, op: np.void) -> float:
+        total = slope = 0.0
+        length, speed = float(op["length"]), float(op["speed"])
+        low = min(int(length / (np.pi * speed * float(op["fine"] * op["steps"]))) // BLOCK * BLOCK, int(slot["active"]))
+        while low and slot["u"]["omega"][min(low, int(op["modes"])) - 1] * float(op["fine"] * op["steps"]) > 1:
+            low -= BLOCK
+        for name, count in (("u", int(slot["active"])), ("v", int(slot["v_active"]))):
+            w = slot[name]
+            q, p = w["q"][:count], w["p"][:count]
+            total += float(p @ p + (w["fine_b"][:count] * q) @ q) / (2 * float(op["weight"]))
+            few = min(low, count)
+            bent = np.arange(1, few + 1) * np.pi / length * q[:few]
+            slope += float(bent @ bent)
+        stretch = float(self.record["stretch"])
+        if stretch:  # the tension grows by stretch times slope, up to a limit
+            most = tension.MOST * float(op["fine"] ** 2 / op["weight"]) * speed**2 / stretch
+            below = min(slope, most)
+            total += stretch * (below**2 / 4 + most * (slope - below) / 2)
+        return total
+
+    def hands(self) -> tuple[bool, float, int]:
+        """True if a hand is at work on the string; the tuning, and the slot, which change while one is."""
+        r = self.record
+        works = r["pulling"] > 0 or r["striking"] > 0 or r["depth"] > 0 or self.voice.slots["moving"].any()
+        works = works or r["slide_to"] >= 0  # and scrapes the windings
+        works = works or any(slot["on"] and slot["thumb"]["on"] for slot in self.voice.slots)
+        return bool(works), float(r["tuned"]), int(r["slot"])
+
+
+def event(kind: int, fret: int = 0, **values: float) -> np.ndarray:
+    made = np.zeros(1, EVENT)
+    made["kind"], made["fret"] = kind, fret
+    for name, value in values.items():
+        made[name] = value
+    return made
+
+
+def random_events(name: str, string: Played, rng: np.random.Generator) -> np.ndarray:
+    """The events of a technique, at a random fret, place and strength."""
+    whole, fret = string.ops[0], int(rng.integers(0, string.frets + 1))
+    length = float(string.ops[fret]["length"])
+    impedance = float(whole["fine"] ** 2 / whole["weight"] * whole["speed"])
+    firm = float(rng.choice([0.0, 0.4, 1.5, 16.0])) * impedance
+    mm = 1e-3
+    match name:
+        case "pluck":
+            apex = rng.uniform(0.2, 5) * mm * length / float(whole["length"])
+            place, angle = length * rng.uniform(0.5, 0.95), rng.uniform(-1.2, 1.2)
+            return event(PLUCK, fret, x=apex, y=place, z=5 * mm, t=1e-4, w=angle)
+        case "pop":
+            apex = rng.uniform(3, 8) * mm * length / float(whole["length"])
+            return event(PLUCK, fret, x=apex, y=0.7 * length, z=2.5 * mm, t=3e-5, w=0.2)
+        case "slap" if int(whole["points"]) <= MOST_NEAR and rng.random() < 0.6:
+            masses = {"z": rng.uniform(0.01, 0.06), "t": rng.uniform(3, 15) * mm, "w": 10 ** rng.uniform(5, 6)}
+            return event(THROW, fret, x=rng.uniform(0.5, 4), y=length * rng.uniform(0.3, 0.9), **masses)
+        case "slap":
+            return event(STRIKE_EVENT, fret, x=rng.uniform(0.5, 4) * mm, y=length * rng.uniform(0.3, 0.9))
+        case "hammer" | "tap":
+            return event(HAMMER, fret, x=rng.uniform(0.3, 2.5))
+        case "pull":
+            lower = int(rng.integers(0, max(int(string.voice.note()[0]), 1)))
+            return event(PULL_OFF, lower, x=rng.uniform(0.5, 2) * mm)
+        case "slide":
+            return event(GLIDE, fret, x=float(rng.choice([3e-3, 22e-3])))
+        case "touch":
+            place = float(whole["length"]) * rng.uniform(0.02, 0.6)
+            return event(TOUCH_EVENT, 3, x=place, y=firm, z=5 * mm, t=float(rng.choice([0.0, 0.03])))
+        case "palm":
+            return np.concatenate([event(TOUCH_EVENT, k, x=x, y=firm / 3, z=5 * mm) for k, x in enumerate(PALM)])
+        case "bend":
+            return event(BEND, x=2 ** (float(rng.choice([-2, -1, 0, 0, 1, 2])) / 12))
+        case "vibrato":
+            return event(WAVER, x=float(rng.choice([0.0] * 7 + [0.4])), y=5.6)
+    return event(HAND, x=90.0)
+
+
+def own_energy(preset: str, i: int, events: np.ndarray, tuned: float) -> float:
+    """J that these events put into a string at rest that is bent as far; of a mass, all that it has."""
+    if events[0]["kind"] == THROW:
+        return float(events[0]["z"] * events[0]["x"] ** 2) / 2
+    string, none = Played(preset, i), np.zeros(0, EVENT)
+    string.record["bend"] = string.record["tuned"] = tuned
+    string.play(events.copy())
+    while string.hands()[0]:
+        string.play(none)
+    return string.energy()
+
+
+def assert_hands_alone(preset: str, i: int, seconds: float, seed: int) -> tuple[int, int]:
+    """Plays random techniques at random frames; returns the frames that were free, and how much work was looked at.
+
+    In frames in which no hand works the energy does not grow: beyond its least since one did, by the ripple of the
+    tension alone. Fingers and palm that land and lift, and the beginnings of bends and vibratos, do no work either.
+    What plucks and strikes do to a string that moves adds no more to the square root of its energy than they do to a
+    string at rest, as in any sum of two motions; what a left hand does, no more than LEFT_HAND_J.
+    """
+    string, rng = Played(preset, i), np.random.default_rng(seed)
+    ripple = RIPPLE if float(string.record["stretch"]) else ROUNDING
+    none, least, due, free, works_seen = np.zeros(0, EVENT), np.inf, 10, 0, 0
+    most = np.inf  # J after the work that goes on
+    for frame in range(round(seconds * RATE)):
+        now, name = none, ""
+        if frame == due:
+            name = str(rng.choice(TECHNIQUES))
+            now, due = random_events(name, string, rng), frame + 1 + int(rng.exponential(EVERY))
+        before = string.hands()
+        string.play(now)
+        after = string.hands()
+        if before[0] or after[0] or before[1:] != after[1:] or name in PLUCKS or name in LEFT_HAND:
+            if name in PLUCKS and np.isfinite(least):
+                most = SLACK * (np.sqrt(least) + np.sqrt(own_energy(preset, i, now, after[1]))) ** 2
+            elif name in LEFT_HAND and np.isfinite(least):
+                most = SLACK * (np.sqrt(least) + np.sqrt(LEFT_HAND_J)) ** 2
+            elif before[1] != after[1] or name:
+                most = np.inf  # an arm that bends works too, or two hands work together
+            least = np.inf
+        elif not string.voice.pressed():
+            energy = string.energy()
+            assert energy <= most, (frame, energy, most)
+            works_seen += bool(np.isfinite(most))
+            most = np.inf
+            if np.isfinite(least):
+                free += 1
+                assert energy <= (1 + ripple) * least + IDLE * ROUNDING, (frame, name, energy / least - 1)
+            least = min(least, energy)
+    assert int(string.record["weakened"]) == 0
+    return free, works_seen
+
+
+@pytest.mark.parametrize(("preset", "i"), [("jazz-finger", 3), ("slap", 1)])
+def test_hands_alone_put_energy_into_a_string(preset: str, i: int) -> None:
+    free, works = assert_hands_alone(preset, i, 0.4, 6)
+    assert free > 2000 and works > 2
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("preset", "i"), STRINGS)
+@pytest.mark.parametrize("seed", range(2))
+def test_they_do_on_every_kind_of_string(preset: str, i: int, seed: int) -> None:
+    free, works = assert_hands_alone(preset, i, 0.5, seed)
+    assert free > 2000 and works > 1  # a soft hammer is on its way for 32 ms
+
+
+def held_energy(s: Speaking, apex: float, x: float) -> float:
+    """J of the triangle in which a string is held `apex` m off its line of rest at `x` (m from the stop)."""
+    force = s.string.linear_density * (2 * s.length * s.fundamental) ** 2  # N, its tension
+    return force / 2 * apex**2 * s.length / (x * (s.length - x))
+
+
+def plucked_energy(s: Speaking, pluck: Pluck, count: int) -> float:
+    """J that a pluck puts into the lowest modes of a string."""
+    speed = 2 * np.pi * frequencies(s, count) * pluck_amplitudes(s, count, pluck)
+    return 0.5 * s.string.linear_density * float(speed @ speed)
+
+
+@pytest.mark.parametrize(("high", "low"), [(2, 0), (4, 2), (5, 2), (7, 0), (12, 5), (10, 3)])
+@pytest.mark.parametrize(("preset", "i"), [("jazz-finger", 0), ("jazz-finger", 1), ("jazz-finger", 2), ("slap", 3)])
+def test_a_pull_off_adds_what_the_finger_held_and_its_pluck(preset: str, i: int, high: int, low: int) -> None:
+    """Energy after = that of the short string before + that of the triangle held on the fret + the finger's pluck.
+
+    To 2.5 %, as asked, also on E, where the corner of the triangle bends most; measured are 1.1 % at most. The finger
+    of a pull-off pulls the string across the neck alone, while the fret held it upright: these two add as energies, not
+    as displacements. No fret is hit, at any of three moments.
+    """
+    bass, none = load_preset(preset), np.zeros(0, EVENT)
+    s = speaking(bass.strings[i], bass.necks[i], low)
+    for deflection, moment in ((0.5e-3, 4800), (1e-3, 4931), (2e-3, 5077)):
+        string = Played(preset, i)
+        length, count = float(string.ops[high]["length"]), int(string.ops[low]["modes"])
+        string.play(event(PLUCK, high, x=1.5e-3, y=length - 0.17, z=5e-3, t=1e-4, w=0.7))
+        while string.frame < moment:
+            string.play(none)
+        before, x = string.energy(), s.length - length
+        crown = s.contact_height[int(np.argmin(np.abs(np.array(s.contact_position) - x)))]
+        finger = Pluck(deflection, x, techniques.PULLING_FINGER)
+        wanted = before + held_energy(s, crown, x) + plucked_energy(s, finger, count)
+        string.play(event(PULL_OFF, low, x=deflection))
+        assert string.voice.note() == (low, 0)
+        assert string.energy() == pytest.approx(wanted, rel=0.025), (string.energy() / wanted - 1, deflection)

@@ -1,0 +1,270 @@
+"""The rows and the coil filter that the kernels prepare are those of the physics in numpy.
+
+A mode shape at an obstacle is taken at its grid point: sin(pi j k / N) of whole numbers j k, which model.modes.shapes
+cannot do, as a place in metres is rounded.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from livebass.arrays import Floats
+from livebass.engine.engine import prepare
+from livebass.engine.prepare import Note, Pool, Rates, coil_filter, operators, pickups_under, whole_contact_rate
+from livebass.kernels.string import operators as rows
+from livebass.kernels.string.preparing import FADE_FROM, FADE_TO, SAMPLED, SENSORS
+from livebass.kernels.string.records import BLOCK, MOST_NEAR
+from livebass.model.circuit import digital
+from livebass.model.instrument import Coil, Output, Speaking, for_modes, speaking
+from livebass.model.modes import carried, dampings, frequencies, held_stiffness, shapes
+from livebass.model.neck import Admittance, Resonance
+from livebass.model.quality import QUALITIES, Quality, modes_for
+from livebass.model.trial import Trial
+from livebass.preset.load import load_preset
+from tests.support.strings import paper_g, random_trial
+
+
+def row(pool: Pool, address: int, count: int) -> Floats:
+    """`count` float64 of the pool at an address."""
+    first = (int(address) - pool.memory.ctypes.data) // rows.DOUBLE
+    assert 0 <= first <= first + count <= len(pool.memory)
+    return pool.memory[first : first + count]
+
+
+def assert_same(made: Floats, wanted: Floats, within: float, name: str) -> None:
+    """Fails if a number differs by more than `within` of the largest."""
+    assert made.shape == wanted.shape, name
+    if wanted.size:
+        error = np.abs(made - wanted).max() / max(np.abs(wanted).max(), 1e-300)
+        assert error <= within, f"{name}: {error:.1e} of the largest, allowed {within:.1e}"
+
+
+def shapes_on_grid(s: Speaking, count: int) -> Floats:
+    """phi_j at the contact points, (points, count)."""
+    n, j = s.grid_points, np.arange(1, count + 1)
+    k = np.rint(np.asarray(s.contact_position) / s.step).astype(np.int64)
+    return np.asarray(np.sqrt(2 / s.length) * np.sin(np.pi * (np.outer(k, j) % (2 * n)) / n))
+
+
+def fade(s: Speaking, count: int, rate: int) -> Floats:
+    """Weights of the modes in the output, (count,): those above the audio band are left out."""
+    low, high = FADE_FROM * rate, FADE_TO * rate
+    nu = frequencies(s, count)
+    return np.where(nu >= high, 0.0, 0.5 + 0.5 * np.cos(np.pi * np.clip((nu - low) / (high - low), 0, 1)))
+
+
+def assert_operator(pool: Pool, op: np.void, s: Speaking, count: int, rates: Rates, lossless: bool = False) -> None:
+    """Fails if coefficients, contact points, mode shapes, W or R differ from those in numpy."""
+    n, points, dt = -(-count // BLOCK) * BLOCK, len(s.contact_position), 1 / rates.contact_rate
+    assert (op["modes"], op["padded"], op["points"]) == (count, n, points)
+    assert op["diagonal"] == (count == s.grid_points - 1)
+    sigma = np.zeros(count) if lossless else dampings(s, count)
+    omega = np.sqrt((2 * np.pi * frequencies(s, count)) ** 2 - sigma**2)
+    es = np.exp(-sigma * dt) * np.sin(omega * dt)
+    steps = rates.numerator // rates.denominator
+    wanted = {
+        rows.FINE_A: np.exp(-sigma * dt) * np.cos(omega * dt),
+        rows.FINE_B: es**2,
+        rows.KAPPA: es / omega,
+        rows.PACE: omega / es,
+        rows.OMEGA: omega,
+        rows.SIGMA: sigma,
+    }
+    for which, k in ((0, steps), (1, steps + 1), (2, int(op["part_steps"]))):
+        damp = np.exp(-sigma * k * dt)
+        wanted[rows.LEAPS + 3 * which] = damp * np.cos(omega * k * dt)
+        wanted[rows.LEAPS + 3 * which + 1] = damp * np.sin(omega * k * dt) / es
+        wanted[rows.LEAPS + 3 * which + 2] = damp * np.sin(omega * k * dt) * es
+    assert sorted(wanted) == list(range(rows.COEFFICIENT_ROWS))
+    coefficients = row(pool, op["coefficients"], rows.COEFFICIENT_ROWS * n).reshape(-1, n)
+    rest = np.zeros(rows.COEFFICIENT_ROWS)
+    rest[[rows.FINE_A, rows.KAPPA, rows.OMEGA]] = 1.0
+    assert (coefficients[:, count:] == rest[:, None]).all()
+    for k, numbers in wanted.items():
+        assert_same(coefficients[k, :count], numbers, 1e-13, f"coefficients {k}")
+    assert_same(row(pool, op["positions"], points), np.asarray(s.contact_position), 1e-15, "positions")
+    assert_same(row(pool, op["heights"], points), np.asarray(s.contact_height), 1e-13, "heights")
+    made = row(pool, op["shapes"], points * n).reshape(points, n)
+    phi = shapes_on_grid(s, s.grid_points - 1)
+    assert_same(made[:, :count], phi[:, :count], 4e-15, "mode shapes")
+    assert not made[:, count:].any()
+    if points and points <= MOST_NEAR:
+        dx_mu = s.step / s.string.linear_density
+        w = dt**2 * dx_mu * phi[:, :count] @ phi[:, :count].T
+        full = 2 * np.pi * frequencies(s, s.grid_points - 1)[count:]
+        r = dx_mu * (phi[:, count:] / full**2) @ phi[:, count:].T
+        assert_same(row(pool, op["coupling"], points**2).reshape(points, -1), w, 1e-13, "W")
+        assert_same(row(pool, op["left_out"], points**2).reshape(points, -1), r, 1e-13, "R")
+    scalars = {
+        "weight": dt**2 / s.string.linear_density,
+        "steps": steps,
+        "fine": dt,
+        "push": dt**2 * s.step / s.string.linear_density,
+        "friction": s.friction,
+        "slip": 2 * dt * s.friction_speed,
+        "stiffness": s.contact_stiffness,
+        "exponent": s.contact_exponent,
+        "length": s.length,
+        "speed": 2 * s.length * s.fundamental,
+        "graze": 2e-3 * s.length,
+        "held_stiffness": held_stiffness(s),
+    }
+    for name, value in scalars.items():
+        assert op[name] == pytest.approx(value, rel=1e-15), name
+    longest = steps * dt / 5.2e-6
+    assert op["parts"] == (min(round(longest), steps // 16) if min(round(longest), steps // 16) >= 2 else 0)
+    assert op["part_steps"] == steps // max(int(op["parts"]), 1)
+
+
+def taps_of(pool: Pool, op: np.void, count: int) -> Floats:
+    made = row(pool, op["taps"], count * int(op["padded"])).reshape(count, -1)
+    heard = np.flatnonzero(made.any(axis=0))
+    assert op["tap_modes"] == (-(-(int(heard[-1]) + 1) // BLOCK) * BLOCK if heard.size else 0)
+    assert not made[:, int(op["modes"]) :].any()
+    return made[:, : int(op["modes"])]
+
+
+def pickup_rows(s: Speaking, output: Output, count: int, rate: int) -> Floats:
+    """(pickups, count) weights of modal displacements at each pickup: a Gaussian window for its aperture."""
+    k = np.arange(1, count + 1) * (math.pi / s.length)
+    rows = [
+        shapes(s, count, np.array([s.length - p.position]))[0]
+        * np.exp(-((k * p.aperture) ** 2) / 24)
+        * fade(s, count, rate)
+        for p in pickups_under(output, s.string.name)
+    ]
+    return np.array(rows).reshape(len(rows), count)
+
+
+def sensor_rows(s: Speaking, places: list[float], count: int, rate: int) -> Floats:
+    """(4, count) weights of q and of P for u at the first of `places` (m from the stop), for v at the second."""
+    u, v = shapes(s, count, np.array(places)) * fade(s, count, rate)
+    return np.array([u, np.zeros(count), v, np.zeros(count)])
+
+
+def sampled_rows(trial: Trial, place: float, rates: Rates) -> Floats:
+    """(2 phases, modes) weights of q and of P at `place`, at each phase a frame can have between two fine steps."""
+    s, count, dt = trial.speaking, trial.modes, 1 / rates.contact_rate
+    sigma = np.zeros(count) if trial.lossless else dampings(s, count)
+    omega = np.sqrt((2 * np.pi * frequencies(s, count)) ** 2 - sigma**2)
+    es, weights = np.exp(-sigma * dt) * np.sin(omega * dt), shapes(s, count, np.array([place]))[0]
+    made = []
+    for i in range(rates.denominator):
+        ahead = (-i * rates.numerator) % rates.denominator / rates.denominator * dt  # s
+        growth = np.exp(sigma * ahead) * weights
+        made += [growth * np.cos(omega * ahead), -growth * np.sin(omega * ahead) / es]
+    return np.array(made)
+
+
+@pytest.mark.parametrize(
+    "preset, quality, rate",
+    [
+        ("jazz-finger", "live", 48000),
+        ("precision-finger", "studio", 44100),
+        ("five-string", "live", 96000),
+        ("paper-bass", "studio", 48000),
+        ("paper-fretless", "live", 44100),
+        ("fretless", "live", 48000),
+    ],
+)
+def test_a_bass_has_the_rows_of_numpy(preset: str, quality: str, rate: int) -> None:
+    bass = load_preset(preset)
+    tier = QUALITIES[quality].over(bass.over_board)
+    rates = Rates(rate, whole_contact_rate(tier.contact_rate, rate))
+    pool = prepare(bass, tier, rates, 20)
+    for i, (string, neck) in enumerate(zip(bass.strings, bass.necks, strict=True)):
+        for fret in (0, 1, 7, 20):
+            s, op = speaking(string, neck, fret), pool.records[i, fret]
+            count = carried(s, modes_for(tier, s.length, string.length, s.grid_points), rates.contact_rate)
+            s = for_modes(s, count)
+            assert_operator(pool, op, s, count, rates)
+            if bass.output.kind == "displacement":
+                places = [s.length - bass.output.sensor, s.length - bass.output.sensor_v]
+                assert_same(taps_of(pool, op, 4), sensor_rows(s, places, count, rate), 1e-12, "sensors")
+            else:
+                wanted = pickup_rows(s, bass.output, count, rate)
+                assert_same(taps_of(pool, op, len(wanted)), wanted, 1e-12, "pickups")
+
+
+def test_the_pool_is_as_long_as_modes_and_points() -> None:
+    """Little is left of the 30 MB that rows of 1048 took for both tiers of a four-string bass."""
+    bass = load_preset("jazz-finger")
+    fine = prepare(bass, QUALITIES["live"], Rates(48000, 768000), 20)
+    coarse = prepare(bass, Quality("coarse", 150, 192e3), Rates(48000, 192000), 20)
+    assert sum(pool.records.nbytes + pool.memory.nbytes for pool in (fine, coarse)) < 8e6
+    ends = np.sort(fine.records["coefficients"], axis=None)
+    assert (ends % 64 == 0).all()
+    assert ends[0] == fine.memory.ctypes.data and np.diff(ends).min() > 0
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_a_trial_has_the_rows_of_numpy(seed: int) -> None:
+    """Rates whose ratio is not whole, places off the grid, without losses, with a neck that yields."""
+    trial, rng = random_trial(seed), np.random.default_rng(seed)
+    y = Admittance(
+        tuple(Resonance(*row) for row in ((40.0, 20.0, 2.0), (210.0, 35.0, 0.7), (1500.0, 50.0, 0.4))[: seed % 4]),
+        ((20.0, 1e-3, 2e-4), (300.0, 5e-3, -1e-3), (301.0, 1e-3, 0.0), (9000.0, 2e-3, 1e-4)) if seed % 3 else (),
+        1e-4 if seed % 2 else 0.0,
+    )
+    law = "paper" if seed % 5 == 0 else "hinged"
+    string = dataclasses.replace(trial.speaking.string, stiffness_law=law, extra_damping_slope=1e-4)
+    s = dataclasses.replace(trial.speaking, string=string, admittance=y, inharmonicity=1e-6)
+    trial = dataclasses.replace(trial, speaking=s, lossless=seed % 4 == 3, sensor_v=float(rng.uniform(0.01, s.length)))
+    rates = Rates(int(trial.output_rate), int(trial.contact_rate))
+    assert trial.sensor_v is not None
+    note = Note(s, trial.modes, ((trial.sensor,), (trial.sensor_v,)))
+    pool = operators([[note]], SAMPLED, rates, lossless=trial.lossless)
+    op = pool.records[0, 0]
+    assert_operator(pool, op, s, trial.modes, rates, trial.lossless)
+    made = taps_of(pool, op, 4 * rates.denominator).reshape(2, -1, trial.modes)
+    for mine, place in zip(made, (trial.sensor, trial.sensor_v), strict=True):
+        wanted = sampled_rows(trial, place, rates)
+        assert_same(mine[::2], wanted[::2], 1e-12, "weights of q")
+        assert_same(mine[1::2], wanted[1::2], 1e-12, "weights of P")
+
+
+def test_obstacles_off_the_grid_are_where_they_are() -> None:
+    s = paper_g()
+    s = dataclasses.replace(s, contact_position=tuple(x + 0.3e-3 for x in s.contact_position))
+    pool = operators([[Note(s, 300, ((0.8,), (0.8,)))]], SENSORS, Rates(48000, 768000))
+    op = pool.records[0, 0]
+    made = row(pool, op["shapes"], 20 * int(op["padded"])).reshape(20, -1)[:, :300]
+    phi = shapes(s, s.grid_points - 1, np.asarray(s.contact_position))
+    assert_same(made, phi[:, :300], 1e-12, "mode shapes")
+    left = phi[:, 300:] / (2 * np.pi * frequencies(s, s.grid_points - 1)[300:]) ** 2 @ phi[:, 300:].T
+    r = row(pool, op["left_out"], 400).reshape(20, 20)
+    assert_same(r, s.step / s.string.linear_density * left, 1e-12, "R")
+
+
+def test_what_cannot_be_prepared_is_refused() -> None:
+    s, taps = paper_g(), ((0.8,), (0.8,))
+    for count in (0, s.grid_points):
+        with pytest.raises(ValueError, match=f"^modes {count}: allowed are 1 to 862"):
+            operators([[Note(s, count, taps)]], SENSORS, Rates(48000, 768000))
+    mute = dataclasses.replace(s, string=dataclasses.replace(s.string, extra_damping=1e4))
+    with pytest.raises(ValueError, match="above critical"):
+        operators([[Note(mute, 100, taps)]], SENSORS, Rates(48000, 768000))
+    known = dataclasses.replace(s.string, measured_frequencies=(48000.0,), measured_dampings=(), law_fundamental=0.0)
+    still = dataclasses.replace(s, string=known)
+    with pytest.raises(ValueError, match="stands still"):
+        operators([[Note(still, 1, taps)]], SENSORS, Rates(48000, 96000), lossless=True)
+
+
+def random_coil(rng: np.random.Generator) -> Coil:
+    """A coil a preset may have; one in three has its tone pot closed, one has it open."""
+    limits = ((0.1, 20), (100, 1e5), (1e-11, 1e-8), (1e4, 1e7), (1e4, 1e7), (1e-10, 1e-6))
+    parts = (math.exp(rng.uniform(math.log(least), math.log(most))) for least, most in limits)
+    return Coil(*parts, tone=float(rng.choice([0.0, 1.0, rng.uniform(1e-6, 1)])))
+
+
+@pytest.mark.parametrize("rate", [22050, 44100, 48000, 96000, 192000])
+def test_the_coil_has_the_filter_of_numpy(rate: int) -> None:
+    rng = np.random.default_rng(rate)
+    for coil in [Coil(), Coil(tone=0.0), *(random_coil(rng) for _ in range(100))]:
+        made, wanted = coil_filter(coil, rate), digital(coil, rate)
+        assert_same(made[0], wanted[0], 1e-11, f"numerator of {coil}")
+        assert_same(made[1], wanted[1], 1e-12, f"denominator of {coil}")
