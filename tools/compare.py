@@ -5,9 +5,10 @@
     python tools/compare.py OTHER_CHECKOUT --speed    how long it takes, runs of both in turn
 
 Both run with this Python and its packages, each in processes of its own, through the command line and the public
-interface. The sound of a 30 s random MIDI file with bends, pedals and controllers is compared in several presets, the
-demo of every preset in each quality, the paper's cases A, B, C, oblique and fretless, and its statements. Exit status 1
-if something differs.
+interface. The sound of a 30 s random MIDI file with bends, pedals and controllers is compared in several presets, that
+of one with all key switches and controllers, takes in each MIDI mode, the demo of every preset in each quality, the
+instrument files of all presets, what the page's module plays of the demo, the paper's cases A, B, C, oblique and
+fretless, and its statements. Exit status 1 if something differs.
 Equality holds per kind of processor: compare on one machine.
 """
 
@@ -41,6 +42,11 @@ SONGS = (
     ("flatwound", "live"), ("precision-finger", "studio"),
 )  # fmt: skip
 
+TAKES = (
+    ("jazz-finger", "alike"), ("slap", "strings"), ("fretless", "mpe"), ("flatwound", "alike"), ("slap", "alike"),
+    ("jazz-finger", "strings"), ("precision-finger", "mpe"), ("five-string", "alike"),
+)  # fmt: skip
+
 
 def random_song(path: Path, seconds: float = 30.0, seed: int = 9) -> None:
     """Writes a MIDI file of random notes, bends, pedal, volume and pluck positions."""
@@ -61,6 +67,45 @@ def random_song(path: Path, seconds: float = 30.0, seed: int = 9) -> None:
         else:
             control = int(rng.choice([7, 11, 16, 64, 64, 120, 121]))
             message = mido.Message("control_change", control=control, value=int(rng.integers(0, 128)))
+        track.append(message.copy(time=wait))
+    mido.MidiFile(type=0, tracks=[track], ticks_per_beat=480).save(str(path))
+
+
+def random_techniques(path: Path, mode: str, seconds: float = 20.0, seed: int = 5) -> None:
+    """Writes a MIDI file, marked as a take, of random notes with key switches, controllers, wheels and pressure.
+
+    mode: "alike" for one channel, "strings" for mode 4 with a channel a string, "mpe" for a channel a note.
+    """
+    rng = np.random.default_rng(seed)
+    track = mido.MidiTrack([mido.MetaMessage("text", text="as played by livebass")])
+    track.append(mido.Message("program_change", program=33))
+    channels = {"alike": [0], "strings": [0, 1, 2, 3], "mpe": list(range(1, 9))}[mode]
+    if mode == "strings":
+        track.append(mido.Message("control_change", control=126, value=4))
+    elif mode == "mpe":
+        track += [mido.Message("control_change", control=c, value=v) for c, v in ((101, 0), (100, 6), (6, 8))]
+    held: list[tuple[int, int]] = []
+    ticks = 960
+    times = np.sort(rng.integers(ticks // 10, int(seconds * ticks), 420))
+    for wait in np.diff(times, prepend=0).tolist():
+        kind, channel = int(rng.integers(0, 20)), int(rng.choice(channels))
+        if kind < 8 or not held:
+            note = int(rng.integers(0, 20)) if kind < 3 and channel == 0 else int(rng.integers(28, 64))
+            held.append((channel, note))
+            velocity = int(rng.integers(1, 128))
+            message = mido.Message("note_on", channel=channel, note=note, velocity=velocity)
+        elif kind < 14:
+            channel, note = held.pop(int(rng.integers(0, len(held))))
+            velocity = int(rng.integers(0, 128))
+            message = mido.Message("note_off", channel=channel, note=note, velocity=velocity)
+        elif kind < 16:
+            message = mido.Message("pitchwheel", channel=channel, pitch=int(rng.integers(-8192, 8192)))
+        elif kind < 17:
+            message = mido.Message("aftertouch", channel=channel, value=int(rng.integers(0, 128)))
+        else:
+            numbers = [1, 3, 4, 5, 7, 9, 11, 16, 17, 18, 64, 65, 68, 74, *range(103, 110)]
+            value = int(rng.integers(0, 128))
+            message = mido.Message("control_change", channel=channel, control=int(rng.choice(numbers)), value=value)
         track.append(message.copy(time=wait))
     mido.MidiFile(type=0, tracks=[track], ticks_per_beat=480).save(str(path))
 
@@ -101,6 +146,14 @@ def outputs(checkout: Path, song: Path, folder: Path, quick: bool) -> Iterator[t
         out = folder / f"song-{preset}.wav"
         livebass(checkout, "render", song, "-p", preset, "-q", quality, "--format", "wav", "--bits", "float", "-o", out)
         yield f"song {quality} {preset}", digest(out)
+    for preset, mode in TAKES[: 3 if quick else None]:
+        take, out = song.with_name(f"{mode}.mid"), folder / f"take-{mode}-{preset}.wav"
+        livebass(checkout, "render", take, "-p", preset, "--format", "wav", "--bits", "float", "-o", out)
+        yield f"take {mode} {preset}", digest(out)
+    for name, found in json.loads(livebass(checkout, program=FILES)).items():
+        yield f"instrument file {name}", found
+    for name, found in json.loads(livebass(checkout, program=PAGE)).items():
+        yield f"page {name}", found
     for name, options in CASES.items():
         into = folder / f"case-{name}"
         livebass(checkout, "simulate", "-p", "paper-g", "--at", "0.64", "--analyse", *options, "-o", into)
@@ -114,6 +167,20 @@ def outputs(checkout: Path, song: Path, folder: Path, quick: bool) -> Iterator[t
         yield "study claims --json", digest(folder / "claims.json")
 
 
+FILES = """
+import hashlib, json
+from livebass import load_preset, preset_names
+from livebass.plugin.instrument import instrument_file
+print(json.dumps({n: hashlib.sha256(instrument_file(load_preset(n))).hexdigest()[:16] for n in preset_names()}))
+"""
+PAGE = """
+import hashlib, json, runpy, sys
+sys.path.insert(0, "tests")
+test = runpy.run_path("tests/web/test_module.py")
+songs = {n: test["score_of"](test[n], test["RATE"]) for n in ("HARD", "TECHNIQUES")}
+print(json.dumps({f"{preset} {name}": hashlib.sha256(test["in_wasm"](preset, score).tobytes()).hexdigest()[:16]
+                  for preset in ("jazz-finger", "slap") for name, score in songs.items()}))
+"""
 TIMING = """
 import sys, time, json
 from livebass import Engine, QUALITIES, load_preset, score_of
@@ -161,6 +228,8 @@ def compare_outputs(other: Path, quick: bool) -> bool:
     with tempfile.TemporaryDirectory() as place:
         song = Path(place) / "song.mid"
         random_song(song)
+        for mode in {mode for _, mode in TAKES}:
+            random_techniques(song.with_name(f"{mode}.mid"), mode)
         results = []
         for name, checkout in (("other", other), ("this", HERE)):
             folder = Path(place) / name
