@@ -31,11 +31,11 @@ from .model.quality import quality_with as quality_with
 from .preset.load import load_preset as load_preset
 from .preset.load import preset_names as preset_names
 from .preset.source import PresetError as PresetError
-from .score import Score as Score
-from .score import ScoreError as ScoreError
-from .score import demo_score as demo_score
-from .score import read_score as read_score
-from .score import score_of as score_of
-from .score import single_note as single_note
+from .score.phrases import demo_score as demo_score
+from .score.reading import ScoreError as ScoreError
+from .score.reading import read_score as read_score
+from .score.score import Score as Score
+from .score.score import score_of as score_of
+from .score.score import single_note as single_note
 
 __version__: str

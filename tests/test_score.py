@@ -13,17 +13,10 @@ import numpy as np
 import pytest
 
 from livebass import Quality, load_preset, render_to_array
-from livebass.score import (
-    Score,
-    ScoreError,
-    demo_score,
-    note_ends,
-    parse_smf,
-    read_parts,
-    read_score,
-    score_of,
-    single_note,
-)
+from livebass.score.phrases import demo_score
+from livebass.score.reading import ScoreError, read_parts, read_score
+from livebass.score.score import Score, note_ends, score_of, single_note
+from livebass.smf import parse_smf
 
 RATE = 48000
 BASS = b"\x00\xc0\x21"  # at 0: channel 1 plays program 33, finger bass

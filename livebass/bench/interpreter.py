@@ -25,7 +25,7 @@ from livebass.preset.load import load_preset
 from livebass.report.picture import figure, image
 from livebass.report.progress import Say, silent
 from livebass.report.text import columns
-from livebass.score import demo_score
+from livebass.score.phrases import demo_score
 
 PRESET, QUALITY, STYLE = "slap", "live", "slap"
 LONGEST = 90.0  # s for a process, besides the measuring itself

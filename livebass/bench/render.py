@@ -27,7 +27,7 @@ from livebass.preset.load import load_preset
 from livebass.reference.solver import solve
 from livebass.report.progress import Say, silent
 from livebass.report.text import columns
-from livebass.score import Score, score_of
+from livebass.score.score import Score, score_of
 from livebass.units import note_number
 
 AGREE_FOR = 0.06  # s: contacts amplify rounding, so later the two solutions differ in detail

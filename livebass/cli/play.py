@@ -29,7 +29,7 @@ from livebass.units import one_line
 if TYPE_CHECKING:
     from livebass.live.session import Summary
     from livebass.model.instrument import Instrument
-    from livebass.score import Score
+    from livebass.score.score import Score
 
 LOG = logging.getLogger("livebass")
 CONTROLLERS = """\
@@ -199,7 +199,7 @@ def play(**options: Any) -> None:
     from livebass.live.session import Session, Settings
     from livebass.live.synth import decibels
     from livebass.preset.load import load_preset
-    from livebass.score import read_score
+    from livebass.score.reading import read_score
 
     check_together(options)
     memory = recall(options)

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from livebass.engine.render import RenderReport
     from livebass.files import Transaction
     from livebass.model.instrument import Instrument
-    from livebass.score import Score
+    from livebass.score.score import Score
 
 DEFAULT_PRESET = "jazz-finger"
 STREAM = Path("-")  # standard input or output
@@ -207,7 +207,7 @@ def render(
     ending = options.format or "wav"
     if midi is not None:
         from livebass.cli.song import remarks
-        from livebass.score import read_score
+        from livebass.score.reading import read_score
 
         output = output or Path(f"{'stdin' if midi == STREAM else midi.stem}.{ending}")
         score = read_score(midi, options.rate, channel)
@@ -216,7 +216,7 @@ def render(
         for remark in remarks(score, preset, DEFAULT_PRESET):
             say(f"{midi}: {remark}")
     elif note is not None:
-        from livebass.score import single_note
+        from livebass.score.score import single_note
         from livebass.units import note_name
 
         output = output or Path(f"{note_name(note)}.{ending}")
@@ -258,7 +258,7 @@ def ready_for(demo: str | None, bass: Instrument) -> Instrument:
 
 def demo_for(bass: Instrument, rate: int, demo: str | None = None) -> Score:
     """The demo phrase in the style of the bass's player, or all "techniques"."""
-    from livebass.score import demo_score
+    from livebass.score.phrases import demo_score
 
     if demo == "techniques":
         return demo_score(rate, demo)

@@ -13,7 +13,8 @@ from livebass.model.instrument import Instrument
 from livebass.preset.load import preset_with
 from livebass.preset.programs import PROGRAMS
 from livebass.report.text import columns
-from livebass.score import LEAST_RATE, NOTE_ON, Score, ScoreError, read_parts, read_score
+from livebass.score.reading import ScoreError, read_parts, read_score
+from livebass.score.score import LEAST_RATE, NOTE_ON, Score
 from livebass.units import note_name
 
 

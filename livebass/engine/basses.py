@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from livebass.engine.engine import Engine, Playing, Report
 from livebass.kernels.player.performer import FADE, OVER
 from livebass.model.instrument import Instrument
-from livebass.score import PROGRAM
+from livebass.score.score import PROGRAM
 
 
 @dataclass

@@ -36,7 +36,7 @@ from livebass.kernels.string.records import EVENT, TONE
 from livebass.model.answers import admittances, answering_frequencies
 from livebass.model.instrument import Instrument, speaking
 from livebass.model.quality import Quality, modes_for
-from livebass.score import LONGEST, Score, checked_rate
+from livebass.score.score import LONGEST, Score, checked_rate
 
 CHUNK = 1.0  # s computed at once
 SILENCE = 10 ** (-80 / 20)  # full scale: the tail ends when no string is louder for QUIET_FOR

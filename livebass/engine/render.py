@@ -21,7 +21,7 @@ from livebass.files import Transaction, checked_place, output_error
 from livebass.meter import LoudnessMeter
 from livebass.model.instrument import Instrument
 from livebass.model.quality import Quality
-from livebass.score import Score
+from livebass.score.score import Score
 
 CEILING = -1.0  # dB re full scale: normalizing brings no peak beyond
 USUAL_TAIL = 1.0  # s, guess of the engine's own tail, for the progress shown

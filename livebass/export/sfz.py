@@ -39,7 +39,7 @@ from livebass.model.instrument import A4_HZ, STROKES, Instrument, Player
 from livebass.model.keymap import velocity_parts
 from livebass.model.quality import Quality
 from livebass.report.progress import Progress, steps
-from livebass.score import single_note
+from livebass.score.score import single_note
 from livebass.units import note_name
 
 HARDEST = 127  # velocity

@@ -16,7 +16,7 @@ from livebass.live.parameters import NUMBERS, PARAMETERS
 from livebass.live.thread.desk import CHANNEL_MODES, DESK, MOVED_BITS
 from livebass.live.thread.records import field_offset
 from livebass.live.thread.ring import write_word
-from livebass.score import PROGRAM, Score
+from livebass.score.score import PROGRAM, Score
 
 LOG = logging.getLogger(__name__)
 LEAD = 0.2  # s before a score begins

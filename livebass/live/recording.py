@@ -17,7 +17,8 @@ from livebass.audiofile import AudioWriter, encoding
 from livebass.files import OutputError, Transaction, checked_place
 from livebass.live.synth import LiveBass, Synth
 from livebass.preset.programs import program_of
-from livebass.score import PROGRAM, TAKE
+from livebass.score.reading import TAKE
+from livebass.score.score import PROGRAM
 
 LOG = logging.getLogger(__name__)
 

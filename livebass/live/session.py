@@ -38,7 +38,7 @@ from livebass.model.keymap import KeyMap
 from livebass.model.quality import QUALITIES, Quality
 from livebass.preset.load import load_preset, preset_names
 from livebass.preset.programs import PROGRAMS
-from livebass.score import Score
+from livebass.score.score import Score
 
 LOG = logging.getLogger(__name__)
 TURN = 0.05  # s

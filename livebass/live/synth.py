@@ -44,7 +44,7 @@ from livebass.live.thread.ring import (
 from livebass.live.thread.setup import BUILDING
 from livebass.model.instrument import Instrument
 from livebass.model.quality import Quality
-from livebass.score import Score
+from livebass.score.score import Score
 from livebass.techniques import CC_PALM, CC_VIBRATO
 from livebass.units import note_name
 

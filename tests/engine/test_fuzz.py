@@ -10,7 +10,7 @@ from support.scores import SWITCH_KEYS
 
 from livebass import QUALITIES, load_preset, preset_names
 from livebass.engine.engine import Engine
-from livebass.score import score_of
+from livebass.score.score import score_of
 
 RATE = 48000
 EVENTS = 100_000  # in all presets together

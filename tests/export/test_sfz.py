@@ -37,7 +37,7 @@ from livebass.export.sfz import (
 from livebass.files import OutputError, checked_directory
 from livebass.model.instrument import Player, note_frequency
 from livebass.model.keymap import Curve
-from livebass.score import single_note
+from livebass.score.score import single_note
 from livebass.units import cents, decibels
 
 RATE = 48000

@@ -23,7 +23,9 @@ from livebass.live.session import clock
 from livebass.live.synth import LiveBass, Synth
 from livebass.live.tuner import frequency_of, tuning, tuning_text
 from livebass.model.keymap import MODO
-from livebass.score import Score, demo_score, read_score, score_of
+from livebass.score.phrases import demo_score
+from livebass.score.reading import read_score
+from livebass.score.score import Score, score_of
 from livebass.techniques import LEARNED, LEAST, MOST
 
 LEADING = round(LEAD * RATE)

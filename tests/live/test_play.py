@@ -43,7 +43,8 @@ from livebass.live.synth import Gauge, LiveBass, Synth, median_load, strings
 from livebass.live.thread.records import HISTOGRAM
 from livebass.model.keymap import MODO, MODO_12
 from livebass.preset.programs import PROGRAMS
-from livebass.score import LEAST_RATE, Score, demo_score, score_of
+from livebass.score.phrases import demo_score
+from livebass.score.score import LEAST_RATE, Score, score_of
 
 # ---- switching presets while it sounds
 

@@ -31,7 +31,7 @@ from livebass.live.outputs import JackOutput
 from livebass.live.parameters import NUMBERS, PARAMETERS
 from livebass.live.session import PresetSwitch, Session, Settings
 from livebass.live.synth import Gauge, LiveBass, Meters, Synth
-from livebass.score import score_of
+from livebass.score.score import score_of
 from livebass.techniques import LEARNED
 
 RATE = JACK_RATE

@@ -22,7 +22,8 @@ from livebass.live.outputs import FakeDevice
 from livebass.live.parameters import NUMBERS
 from livebass.live.recording import MidiRecorder
 from livebass.live.synth import LiveBass, Synth
-from livebass.score import PROGRAM, TAKE, Score
+from livebass.score.reading import TAKE
+from livebass.score.score import PROGRAM, Score
 from livebass.techniques import LEARNED
 
 LIGHT = Quality("light", 60, 192e3)

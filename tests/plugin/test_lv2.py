@@ -29,7 +29,7 @@ from livebass.plugin.build import compiler
 from livebass.plugin.instrument import write_instrument
 from livebass.plugin.lv2 import STRINGS, URI, write_bundle, write_preset
 from livebass.plugin.systems import this_system
-from livebass.score import Score
+from livebass.score.score import Score
 
 PRESETS = ("jazz-finger", "slap", "paper-bass", "fretless", "five-string", "six-string")
 MOST_BYTES = 750_000

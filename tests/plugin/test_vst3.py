@@ -22,7 +22,7 @@ from livebass.live.parameters import GROUPS, OUTPUTS, PARAMETERS
 from livebass.model.keymap import MODO, MODO_12
 from livebass.plugin import clap, vst3
 from livebass.plugin.systems import SYSTEMS
-from livebass.score import Score
+from livebass.score.score import Score
 
 pedalboard = pytest.importorskip("pedalboard")
 

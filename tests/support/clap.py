@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from livebass.arrays import Floats
-from livebass.score import Score
+from livebass.score.score import Score
 
 MONO, STRINGS = "org.livebass.bass", "org.livebass.strings"
 RELIEF = 11  # a parameter

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from livebass.score import Score
+from livebass.score.score import Score
 
 
 class FakeEngine:

@@ -12,7 +12,7 @@ import numpy as np
 
 from livebass.arrays import Floats
 from livebass.live.parameters import PARAMETERS
-from livebass.score import Score
+from livebass.score.score import Score
 
 CONTROLS = (*(p.symbol for p in PARAMETERS), "freewheeling", "overload")
 EXTENSIONS, MIDNAM_URI = "http://lv2plug.in/ns/ext/", "http://ardour.org/lv2/midnam"

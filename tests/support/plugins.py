@@ -10,7 +10,8 @@ import numpy as np
 from livebass import QUALITIES, load_preset, render_to_array, score_of
 from livebass.arrays import Floats
 from livebass.engine.render import mixed
-from livebass.score import Score, read_score
+from livebass.score.reading import read_score
+from livebass.score.score import Score
 
 RATE = 48000
 PRESETS = ("jazz-finger", "slap", "paper-bass", "fretless")

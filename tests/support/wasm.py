@@ -17,7 +17,7 @@ from livebass.kernels.bass.instrument import COARSE, FILE, GOOD, LIVE, POOL
 from livebass.kernels.string.preparing import DONE
 from livebass.live.thread.records import SYNTH
 from livebass.live.thread.setup import BUILDING
-from livebass.score import Score
+from livebass.score.score import Score
 from livebass.web import build
 from livebass.web.layout import CALLED
 

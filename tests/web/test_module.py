@@ -18,7 +18,7 @@ from livebass.arrays import Floats
 from livebass.compiling import X86
 from livebass.engine.render import mixed
 from livebass.plugin.instrument import instrument_file
-from livebass.score import Score
+from livebass.score.score import Score
 from livebass.web import build
 from livebass.web.layout import ENTRIES, RECORDS, record
 

@@ -10,7 +10,7 @@ import pytest
 from livebass import QUALITIES, load_preset, preset_names, render_to_array, score_of
 from livebass.analysis.sound import loudness
 from livebass.model.instrument import note_frequency
-from livebass.score import FINGER, TEMPO
+from livebass.score.phrases import FINGER, TEMPO
 from livebass.units import decibels, note_number
 
 RATE = 48000

@@ -86,7 +86,8 @@ def test_names_are_in_the_order_of_the_performers_numbers() -> None:
     )  # fmt: skip
     assert switches == tuple(range(1, techniques.ACTIONS)) and len(SWITCHES) == len(switches)
     functions = (
-        techniques.CC_PLACE, techniques.CC_VOLUME, techniques.CC_EXPRESSION, techniques.CC_LET_RING, techniques.CC_VIBRATO,
+        techniques.CC_PLACE, techniques.CC_VOLUME, techniques.CC_EXPRESSION, techniques.CC_LET_RING,
+        techniques.CC_VIBRATO,
         techniques.CC_PALM, techniques.CC_SLIDE, techniques.CC_LEGATO, techniques.CC_BEND, techniques.CC_HAND,
         techniques.CC_BLEND, techniques.CC_PARAMETER,
     )  # fmt: skip

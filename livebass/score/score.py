@@ -1,0 +1,187 @@
+"""Notes with times: a `Score`, from a list of notes or cleaned events.
+
+A player ends a key at its first note-off, however often it was struck (kernels/player): whoever plays cannot know
+whether another one is to come. A file, which shows its future, is cleaned: at one frame, note-offs and controllers come
+before note-ons; every note-on has its end, at least `BRIEF` seconds later; an end without a note is dropped; and of
+overlapping notes of one pitch, the end of the earlier one does not cut the later one.
+"""
+
+from __future__ import annotations
+
+import operator
+from collections import defaultdict
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from itertools import groupby
+
+import numpy as np
+from mido import Message
+from numpy.typing import NDArray
+
+from livebass.smf import message
+
+NOTE_OFF, NOTE_ON, PROGRAM = 0x80, 0x90, 0xC0
+RELEASE = 64  # velocity of a note-off that has none of its own
+BRIEF = 1e-3  # s, least length of a note: even a zero-length note sounds
+LONGEST = 24 * 3600  # s, of a score
+LEAST_RATE, MOST_RATE = 8000, 192_000  # Hz
+
+Event = tuple[int, Message, int]  # (frame, channel message, track of the file from 0)
+
+
+@dataclass(frozen=True, eq=False)
+class Score:
+    """The notes and controllers to play, as channel messages with times.
+
+    Program changes among them are those after the first note that change the program.
+    """
+
+    frames: NDArray[np.int64]  # (n,) sample frames at `rate`, ascending
+    messages: NDArray[np.uint8]  # (n, 3) MIDI status and data; unused data is 0
+    end_frame: int  # of the last message, where the tail begins
+    notes: int  # number of note-ons
+    name: str  # of the piece, for messages
+    rate: int  # Hz
+    program: int | None = None  # General MIDI's, counted from 0, that a file begins with; None: the file sets none
+    remarks: tuple[str, ...] = ()  # a line each: damage in the file that did not matter, and what was chosen from it
+    file_end: int = 0  # frame of the end of the file, its other parts included; 0: there is no file
+
+    @property
+    def changes(self) -> list[tuple[int, int]]:
+        """(frame, program from 0) of the program changes after the first note."""
+        changed = self.messages[:, 0] & 0xF0 == PROGRAM
+        return list(zip(self.frames[changed].tolist(), self.messages[changed, 1].tolist(), strict=True))
+
+    def on_one_bass(self) -> Score:
+        """The score without its program changes."""
+        kept = self.messages[:, 0] & 0xF0 != PROGRAM
+        return replace(self, frames=self.frames[kept], messages=self.messages[kept])
+
+
+def single_note(note: int, velocity: int, duration: float, rate: int) -> Score:
+    """One note of `duration` s. `note` 0 to 127, `velocity` 1 to 127. Raises ValueError as `score_of` does."""
+    return score_of([(0.0, duration, note, velocity)], rate, name=f"note {note}")
+
+
+def score_of(
+    notes: Iterable[tuple[float, float, int, int]],
+    rate: int,
+    bends: Iterable[tuple[float, float]] = (),
+    name: str = "notes",
+    controls: Iterable[tuple[float, int, int]] = (),
+) -> Score:
+    """A score from (start s, length s, note 0 to 127, velocity 1 to 127), in any order.
+
+    `bends` are (time s, position -1 to 1 of the pitch wheel), `controls` (time s, controller, value, 0 to 127 each).
+    Raises ValueError for values out of range, and for a rate that is not a whole number of Hz from LEAST_RATE to
+    MOST_RATE.
+    """
+    checked_rate(rate)
+    events: list[Event] = []
+    for start, length, note, velocity in notes:
+        if not (_whole(note) and _whole(velocity) and 0 <= note <= 127 and 1 <= velocity <= 127):
+            raise ValueError(f"note {note} at velocity {velocity}: allowed are whole numbers, 0 to 127 and 1 to 127")
+        if not (0 <= start <= LONGEST and 0 <= length <= LONGEST):
+            raise ValueError(f"note of {length} s at {start} s: allowed are 0 to {LONGEST} s")
+        first = round(start * rate)
+        last = round((start + length) * rate)
+        events += [(first, message(bytes([NOTE_ON, note, velocity])), 0), (last, note_off(0, note, RELEASE), 0)]
+    for time, position in bends:
+        if not (0 <= time <= LONGEST and -1 <= position <= 1):
+            raise ValueError(f"bend to {position} at {time} s: allowed are -1 to 1 and 0 to {LONGEST} s")
+        events.append((round(time * rate), Message("pitchwheel", pitch=round(8192 + 8191 * position) - 8192), 0))
+    for time, number, value in controls:
+        if not (0 <= time <= LONGEST and 0 <= number <= 127 and 0 <= value <= 127):
+            raise ValueError(f"controller {number} to {value} at {time} s: allowed are 0 to 127 and 0 to {LONGEST} s")
+        events.append((round(time * rate), Message("control_change", control=number, value=value), 0))
+    events.sort(key=lambda e: e[0])
+    return score_from(cleaned(events, 0, rate), name, rate)
+
+
+def checked_rate(rate: int) -> None:
+    """Raises ValueError unless `rate` is a whole number of Hz from LEAST_RATE to MOST_RATE."""
+    if not (_whole(rate) and LEAST_RATE <= rate <= MOST_RATE):
+        raise ValueError(f"rate {rate} Hz: allowed are whole numbers from {LEAST_RATE} to {MOST_RATE}")
+
+
+def _whole(number: object) -> bool:
+    """True for an integer of any kind, numpy's included."""
+    try:
+        operator.index(number)  # type: ignore[arg-type]
+    except TypeError:
+        return False
+    return True
+
+
+def note_off(channel: int, note: int, velocity: int) -> Message:
+    return message(bytes([NOTE_OFF | channel, note, velocity]))
+
+
+def cleaned(events: list[Event], end: int, rate: int) -> list[Event]:
+    """The events in the order of a `Score`, with exactly one note-off for each note."""
+    keys: dict[tuple[int, int], list[tuple[int, bool, int]]] = defaultdict(list)
+    clean: list[Event] = []
+    for event in events:
+        frame, m, _ = event
+        if m.type in ("note_on", "note_off"):
+            keys[m.channel, m.note].append((frame, m.type == "note_on", m.velocity))
+        if m.type != "note_off":
+            clean.append(event)
+    for (channel, note), strokes in keys.items():
+        for frame, velocity in note_ends(strokes, end, max(1, round(BRIEF * rate))):
+            clean.append((frame, note_off(channel, note, velocity), 0))
+    # Controllers come first: a pedal pressed as a note ends holds it, and a bend is there before the next note begins.
+    rank = {"note_off": 1, "note_on": 2}
+    return sorted(clean, key=lambda e: (e[0], rank.get(e[1].type, 0)))
+
+
+def note_ends(strokes: list[tuple[int, bool, int]], end: int, brief: int) -> list[tuple[int, int]]:
+    """(frame, release velocity) at which the notes of one key end.
+
+    strokes: (frame, True for a note-on, velocity) in file order.
+
+    A note-off ends the oldest note held; at its own frame, earlier notes before new ones. If the key has been struck
+    again since and another note-off is still to come, the note-off ends nothing, and the new note sounds on. Notes
+    still held end at frame `end`. A note lasts at least `brief` frames, unless its key is struck again before.
+    """
+    moments: list[tuple[int, int, list[int]]] = []  # (frame, note-ons, velocities of note-offs)
+    for frame, group in groupby(strokes, key=lambda s: s[0]):
+        here = list(group)
+        moments.append((frame, sum(on for _, on, _ in here), [velocity for _, on, velocity in here if not on]))
+    ends: list[tuple[int, int]] = []
+    held, struck = 0, 0
+    for (frame, ons, offs), (_, _, offs_next) in zip(moments, [*moments[1:], (end, 0, [])], strict=True):
+        early = min(len(offs), held)
+        held -= early
+        if early and not (held and (ons or offs_next)):
+            ends.append((max(frame, struck + brief), offs[early - 1]))
+            held = 0
+        if ons:
+            if ends and ends[-1][0] > frame:
+                ends[-1] = (frame, ends[-1][1])
+            late = min(len(offs) - early, held + ons)
+            held, struck = held + ons - late, frame
+            if late and not (held and offs_next):
+                ends.append((frame + brief, offs[early + late - 1]))
+                held = 0
+    return ends + [(max(end, struck + brief), RELEASE)] * bool(held)
+
+
+def score_from(
+    events: list[Event], name: str, rate: int, program: int | None = None, remarks: tuple[str, ...] = ()
+) -> Score:
+    """The score of cleaned events, or of those of a take."""
+    messages = np.zeros((len(events), 3), np.uint8)
+    for row, (_, m, _) in zip(messages, events, strict=True):
+        data = m.bytes()
+        row[: len(data)] = data
+    return Score(
+        frames=np.array([frame for frame, _, _ in events], np.int64),
+        messages=messages,
+        end_frame=max((frame for frame, _, _ in events), default=0),
+        notes=int(np.count_nonzero(messages[:, 0] & 0xF0 == NOTE_ON)),
+        name=name,
+        rate=rate,
+        program=program,
+        remarks=remarks,
+    )
