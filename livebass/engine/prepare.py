@@ -25,7 +25,7 @@ from livebass.kernels.bass.instrument import (
 from livebass.kernels.bass.instrument import new_performer as make_performer
 from livebass.kernels.pickup import coil, tone
 from livebass.kernels.pickup.coil import CIRCUIT, COIL
-from livebass.kernels.player import performer
+from livebass.kernels.player import controls, messages, performer
 from livebass.kernels.player.performer import PERFORMER
 from livebass.kernels.string import board, frets, preparing
 from livebass.kernels.string.operators import DOUBLE
@@ -291,7 +291,7 @@ def take_message(
     ops (strings, frets + 1); `message` has three bytes; events (n,) are filled from `count` on.
     """
     return int(
-        performer.take_message(
+        messages.take_message(
             p.ctypes.data, ops.ctypes.data, frame, *message, events.ctypes.data, len(events), count
         )
     )  # fmt: skip
@@ -306,7 +306,7 @@ def take_message_ringing(
     ops (strings, frets + 1); told (n,): the events that the performer `player` (1,) made of it. Returns those of `p`.
     """
     events = np.zeros(performer.MOST_EVENTS, EVENT)
-    count = performer.take_message_ringing(
+    count = messages.take_message_ringing(
         p.ctypes.data, ops.ctypes.data, player.ctypes.data, told.ctypes.data, len(told), frame, *message,
         events.ctypes.data, len(events),
     )  # fmt: skip
@@ -320,7 +320,7 @@ def follow_performer(
 
     `fit_tones` is called first if the tone pot has been turned.
     """
-    performer.follow_performer(p.ctypes.data, old.ctypes.data)
+    controls.follow_performer(p.ctypes.data, old.ctypes.data)
     if p["tone"][0] != 0.0:
         fit_tones()
     for i, voice in enumerate(voices):

@@ -34,7 +34,7 @@ from livebass.engine.engine import Engine
 from livebass.engine.render import RenderError, mixed, string_names
 from livebass.files import Transaction, whole_directory
 from livebass.interrupts import StopFlag
-from livebass.kernels.player.performer import STROKE_LIFT
+from livebass.kernels.player.strokes import STROKE_LIFT
 from livebass.model.instrument import A4_HZ, STROKES, Instrument, Player
 from livebass.model.keymap import velocity_parts
 from livebass.model.quality import Quality

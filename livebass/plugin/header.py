@@ -15,7 +15,7 @@ from livebass import __version__, techniques
 from livebass.compiling import Entry
 from livebass.kernels.bass import instrument
 from livebass.kernels.pickup import coil
-from livebass.kernels.player import performer
+from livebass.kernels.player import controls, performer
 from livebass.kernels.string import board, frets, preparing, records
 from livebass.live.parameters import GROUPS, MOST_BASSES, OUTPUTS, PARAMETERS
 from livebass.live.thread import ahead, block, ring, setup
@@ -48,7 +48,7 @@ NUMBERS = {
     "LB_MOST_MESSAGES": live.MOST_MESSAGES,
     "LB_MOST_BASSES": MOST_BASSES,
     "LB_LEARNED": techniques.LEARNED,
-    "LB_MOST_UNEVENNESS": performer.MOST_UNEVENNESS,
+    "LB_MOST_UNEVENNESS": controls.MOST_UNEVENNESS,
     "LB_KIND_STRING_BEND": ring.STRING_BEND,
     "LB_KIND_NOTE_PLACE": ring.NOTE_PLACE,
     "LB_KIND_NOTE_BEND": ring.NOTE_BEND,

@@ -26,7 +26,7 @@ from livebass.model.keymap import MODO
 from livebass.score.phrases import demo_score
 from livebass.score.reading import read_score
 from livebass.score.score import Score, score_of
-from livebass.techniques import LEARNED, LEAST, MOST
+from livebass.techniques import GHOST, LEARNED, LEAST, MOST
 
 LEADING = round(LEAD * RATE)
 Message = tuple[int, int, int, int]  # frame, status, first, second
@@ -297,7 +297,7 @@ def test_another_bass_takes_over_keys_and_controllers() -> None:
     new = synth.bass
     assert new is not None and new is not old
     p, before = new.engine.performer[0], old.engine.performer[0]
-    assert p["switched"].sum() == 2 and p["switched"][performer.GHOST] == 1 and p["forced"] == 0
+    assert p["switched"].sum() == 2 and p["switched"][GHOST] == 1 and p["forced"] == 0
     for name in ("tone", "blend", "bend_up", "bend_ready", "level"):
         assert p[name] == before[name], name
     assert p["tone"] < 0 and p["blend"] < 0 and p["bend_up"] > 0

@@ -16,11 +16,11 @@ from livebass import QUALITIES, load_preset, preset_names
 from livebass.engine.engine import Engine, prepare
 from livebass.engine.prepare import Pool, Rates, new_performer, whole_contact_rate
 from livebass.kernels.bass.instrument import COARSE, FILE, KEY_MAP, LIVE, PLAYER, STUDIO, TIERS, VERSION, WORD, checksum
-from livebass.kernels.player import performer
 from livebass.kernels.string.preparing import NOTE
 from livebass.model.keymap import MODO_12, velocity_parts
 from livebass.plugin.instrument import instrument_file, read_instrument, tiers, write_instrument
 from livebass.plugin.lv2 import write_bundle
+from livebass.techniques import GHOST
 
 ADDRESSES = ("coefficients", "taps", "shapes", "heights", "positions", "coupling", "left_out", "answers")
 # Of every version so far: what is stored, and how. A file of another layout must have another version.
@@ -251,4 +251,4 @@ def test_a_file_has_the_players_keys_and_velocities(tmp_path: Path) -> None:
     assert pressed.tolist() == sorted(key for key, *_ in MODO_12.keys)
     assert numbers["part"].tolist() == velocity_parts("hard") and numbers["wheel_slides"] == 1
     p = new_performer(numbers.reshape(1))[0]
-    assert p["switch"][22] == performer.GHOST and p["over_notes"] and p["part"][64] == numbers["part"][64]
+    assert p["switch"][22] == GHOST and p["over_notes"] and p["part"][64] == numbers["part"][64]

@@ -22,6 +22,8 @@ from livebass.kernels.machine.native import (
 )
 from livebass.kernels.pickup import tone
 from livebass.kernels.pickup.coil import CIRCUIT, COIL
+from livebass.kernels.player.controls import reset_controllers
+from livebass.kernels.player.expression import VIBRATO_RATE, bend_ratio, loudness, vibrato_depth
 from livebass.kernels.player.performer import (
     ANSWERS_WHEN,
     CONTROLLERS,
@@ -30,11 +32,6 @@ from livebass.kernels.player.performer import (
     MOST_STRINGS,
     PERFORMER,
     STROKES,
-    VIBRATO_RATE,
-    bend_ratio,
-    loudness,
-    reset_controllers,
-    vibrato_depth,
 )
 from livebass.kernels.string import answers
 from livebass.kernels.string.operators import DOUBLE

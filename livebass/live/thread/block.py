@@ -24,7 +24,7 @@ from livebass.kernels.machine.native import (
     store_release,
 )
 from livebass.kernels.pickup import tone
-from livebass.kernels.player import performer
+from livebass.kernels.player import controls, expression, messages, notes
 from livebass.kernels.player.performer import FADE, MOST_EVENTS, MOST_STRINGS, OVER
 from livebass.live.thread import ahead
 from livebass.live.thread.records import (
@@ -96,7 +96,7 @@ def handle_message(synth, b, frame, status, first, second, count):
         synth.program_count += 1
         return count
     # plucking points and grazing apexes come from the fine operators, whichever play
-    return performer.message(
+    return messages.message(
         performer_of(b), operators_of(b, 0), frame - b.frame, status, first, second, events_of(b), count
     )
 
@@ -120,7 +120,7 @@ def handle_event(synth, b, frame, word, value, count):
         controller = controller_of(word)
         if controller >= 0:
             keep_message(synth, frame, 0xB0 | (word >> CHANNEL_BIT) & 0x0F, LEARNED + number, controller)
-        synth.parameters[number] = performer.held(number, value)
+        synth.parameters[number] = controls.held(number, value)
         if number == GAIN_DB:
             know_gains(synth, frame - synth.frame)
             set_gain(synth, synth.parameters[number])
@@ -142,21 +142,21 @@ def tell_event(synth, b, frame, kind, number, value, count):
     p = performer_of(b)
     if kind == PARAMETER and number < PARAMETERS:
         value = synth.parameters[number]
-        return performer.set_parameter(p, frame - b.frame, number, value, events_of(b), count)
+        return controls.set_parameter(p, frame - b.frame, number, value, events_of(b), count)
     if kind == AMOUNT:
-        return performer.set_amount(p, operators_of(b, 0), frame - b.frame, number, value, events_of(b), count)
+        return controls.set_amount(p, operators_of(b, 0), frame - b.frame, number, value, events_of(b), count)
     if kind == STRING_BEND:
-        return performer.bend_string(p, frame - b.frame, number, value, events_of(b), count)
+        return expression.bend_string(p, frame - b.frame, number, value, events_of(b), count)
     if kind == NOTE_BEND:
-        return performer.bend_note(p, frame - b.frame, number, value, events_of(b), count)
+        return expression.bend_note(p, frame - b.frame, number, value, events_of(b), count)
     if kind == NOTE_VIBRATO:
-        return performer.vibrate_note(p, frame - b.frame, number, value, events_of(b), count)
+        return expression.vibrate_note(p, frame - b.frame, number, value, events_of(b), count)
     if kind == NOTE_CUT:
-        return performer.cut_note(p, frame - b.frame, number, events_of(b), count)
+        return notes.cut_note(p, frame - b.frame, number, events_of(b), count)
     if kind == NOTE_PLACE:
-        performer.place_note(p, number, value)
+        controls.place_note(p, number, value)
     if kind == NOTE_STRING:
-        performer.string_note(p, number, value)
+        controls.string_note(p, number, value)
     return count
 
 
@@ -167,7 +167,7 @@ def apply_parameters(synth, b):
     for number in range(PARAMETERS):
         if synth.parameters[number] == 0.0:
             continue  # as the bass itself has it
-        performer.set_parameter(p, np.int64(0), number, synth.parameters[number], events_of(b), np.int64(0))
+        controls.set_parameter(p, np.int64(0), number, synth.parameters[number], events_of(b), np.int64(0))
     for i in range(b.strings):
         v = string_of(b, i).voice
         v.tone_wanted = p.tone
@@ -179,7 +179,7 @@ def apply_parameters(synth, b):
 def take_controllers(b, old):
     """Gives a bass that has not played yet volume, pedal, bend and the other controllers of the bass `old`."""
     p = performer_of(b)
-    performer.take_over(p, performer_of(old))
+    controls.take_over(p, performer_of(old))
     for i in range(b.strings):
         instrument.settle(string_of(b, i).voice, p, i)
 
@@ -197,7 +197,7 @@ def tell_old_bass(synth, b, first_event, event_count, frame, status, first, seco
     `b` has turned the message into its events from `first_event` up to `event_count`.
     """
     old = bass_at(synth.old_bass)
-    return performer.ring_on(
+    return messages.ring_on(
         performer_of(old), operators_of(old, 0), performer_of(b), events_of(b), first_event, event_count,
         frame - old.frame, status, first, second, events_of(old), count,
     )  # fmt: skip

@@ -10,7 +10,8 @@ import numpy as np
 
 from livebass.compiling import entry, jit
 from livebass.kernels.machine.native import load_acquire, record_address, record_at, samples_at, status_from, words_at
-from livebass.kernels.player.performer import CHANNELS, CONTROLLERS, KEYS, PEDAL, turned
+from livebass.kernels.player.controls import PEDAL, turned
+from livebass.kernels.player.performer import CHANNELS, CONTROLLERS, KEYS
 from livebass.live.thread.records import field_offset
 from livebass.live.thread.ring import push, push_learned, unpack
 from livebass.techniques import PARAMETERS

@@ -11,7 +11,7 @@ from support.modal import modal, solved, third_octaves
 from livebass import load_preset
 from livebass.arrays import Floats
 from livebass.engine.prepare import Note, Pool, Rates, Voice, new_voice, operators, play_frames
-from livebass.kernels.player import performer
+from livebass.kernels.player import touches
 from livebass.kernels.string.preparing import SENSORS
 from livebass.kernels.string.records import EVENT, HAMMER, PLUCK, PULL_OFF, TOUCH_EVENT
 from livebass.model.instrument import Pluck, Speaking, speaking
@@ -244,19 +244,19 @@ def test_a_pull_off_from_a_stiff_string_is_that_of_brute_force_in_the_mean(name:
 
 def palm(controller: int) -> list[tuple[float, float, float]]:
     """Places (m from the saddle), resistances (in impedances of the string), half widths of a palm by CC 9."""
-    firm = performer.LIGHT_PALM * (performer.TIGHT_PALM / performer.LIGHT_PALM) ** (controller / 127)
-    return [(p, firm / 3, performer.PALM_WIDTH) for p in performer.PALM_PLACES]
+    firm = touches.LIGHT_PALM * (touches.TIGHT_PALM / touches.LIGHT_PALM) ** (controller / 127)
+    return [(p, firm / 3, touches.PALM_WIDTH) for p in touches.PALM_PLACES]
 
 
 def ghost(length: float, fret: int) -> list[tuple[float, float, float]]:
     """The same of the fingers of a ghost note."""
-    places = [length * 2 ** (-(fret + aside) / 12) for aside in performer.GHOST_FRETS]
-    return [(p, performer.GHOST_RESISTANCE, performer.GHOST_WIDTH) for p in places]
+    places = [length * 2 ** (-(fret + aside) / 12) for aside in touches.GHOST_FRETS]
+    return [(p, touches.GHOST_RESISTANCE, touches.GHOST_WIDTH) for p in places]
 
 
 def node(length: float, number: int) -> list[tuple[float, float, float]]:
     """The same of the finger on the node of a harmonic."""
-    return [(length - length / number, performer.NODE_RESISTANCE[number - 2], performer.NODE_WIDTH)]
+    return [(length - length / number, touches.NODE_RESISTANCE[number - 2], touches.NODE_WIDTH)]
 
 
 @pytest.mark.parametrize(
@@ -301,7 +301,7 @@ def under_a_palm(s: Speaking, each: float, width: float, pluck: Pluck, times: Fl
     m = modal(s, 100)
     apart, both = m.k[:, None] - m.k, m.k[:, None] + m.k
     damping = np.zeros_like(apart)
-    for x in s.length - np.array(performer.PALM_PLACES):
+    for x in s.length - np.array(touches.PALM_PLACES):
         damping += each / s.length * np.cos(apart * x) * np.exp(-((apart * width) ** 2) / 2)
         damping -= each / s.length * np.cos(both * x) * np.exp(-((both * width) ** 2) / 2)
     none, state = np.zeros_like(damping), np.concatenate([pluck_amplitudes(s, m.k.size, pluck), np.zeros(m.k.size)])
@@ -328,7 +328,7 @@ def test_a_palm_is_that_of_a_continuous_string(name: str, firm: float) -> None:
     each, width = firm / 3 * impedance(s), 5e-3
     pluck = Pluck(1e-3, 0.73 * s.length, width)
     events = [event(0, PLUCK, 0, x=pluck.apex, y=pluck.position, z=width)]
-    events += [event(0, TOUCH_EVENT, k, x=p, y=each, z=width) for k, p in enumerate(performer.PALM_PLACES)]
+    events += [event(0, TOUCH_EVENT, k, x=p, y=each, z=width) for k, p in enumerate(touches.PALM_PLACES)]
     voice, pool = voice_and_operators(s, stopped)
     u = np.zeros(round(0.6 * RATE))
     play_frames(voice, pool.records[0], np.array(events, EVENT), u)

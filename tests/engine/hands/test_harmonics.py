@@ -10,7 +10,7 @@ from livebass import QUALITIES, load_preset
 from livebass.arrays import Floats
 from livebass.engine.engine import Engine
 from livebass.engine.prepare import Voice, play_frames
-from livebass.kernels.player import performer
+from livebass.kernels.player import fingering, touches
 from livebass.kernels.string.records import EVENT, PLUCK, TOUCH_EVENT
 from livebass.model.keymap import MODO
 
@@ -37,7 +37,7 @@ def speeds(string: Voice) -> Floats:
 def rest(preset: str, i: int, number: int) -> float:
     """How long (s) the finger lies on the node."""
     period = 2 * float(engine(preset).pool.records[i, 0]["length"]) / float(engine(preset).pool.records[i, 0]["speed"])
-    return max(performer.NODE_TIME, performer.NODE_PERIODS[number - 2] * period)
+    return max(touches.NODE_TIME, touches.NODE_PERIODS[number - 2] * period)
 
 
 def played(preset: str, i: int, above: int, velocity: int, times: list[float]) -> tuple[Floats, int]:
@@ -61,7 +61,7 @@ def played(preset: str, i: int, above: int, velocity: int, times: list[float]) -
 
 def natural(preset: str, i: int, number: int, velocity: int, times: list[float]) -> Floats:
     """`played` of the natural harmonic of that number."""
-    speed, fret = played(preset, i, performer.HARMONICS[number - 2], velocity, times)
+    speed, fret = played(preset, i, fingering.HARMONICS[number - 2], velocity, times)
     assert fret == 0
     return speed
 
@@ -97,7 +97,7 @@ def test_only_the_harmonic_is_left_and_the_others_do_not_come_back(preset: str, 
 def test_the_finger_spares_the_harmonic(preset: str, i: int, number: int) -> None:
     """Partials of it up to 8, plucked where all have some motion: the finger takes under 2 dB of each in 150 ms."""
     level = []
-    for firm in (0.0, performer.NODE_RESISTANCE[number - 2]):
+    for firm in (0.0, touches.NODE_RESISTANCE[number - 2]):
         player = engine(preset)
         string, op = player.voices[i], player.pool.records[i, 0]
         length, speed = float(op["length"]), float(op["speed"])
@@ -105,7 +105,7 @@ def test_the_finger_spares_the_harmonic(preset: str, i: int, number: int) -> Non
         events = np.zeros(2, EVENT)
         events["kind"], events["fret"] = (PLUCK, TOUCH_EVENT), (0, 3)
         events["x"], events["y"] = (1e-3, length - length / number), (0.77 * length, firm * impedance)
-        events["z"], events["t"] = (5e-3, performer.NODE_WIDTH), (0.0, rest(preset, i, number))
+        events["z"], events["t"] = (5e-3, touches.NODE_WIDTH), (0.0, rest(preset, i, number))
         play_frames(string, player.pool.records[i], events, np.zeros(round(0.154 * RATE)))
         level.append(20 * np.log10(speeds(string)))
     kept = [j for j in range(1, 9) if j % number == 0]
@@ -116,7 +116,7 @@ def test_the_finger_spares_the_harmonic(preset: str, i: int, number: int) -> Non
 def is_natural(preset: str, i: int, fret: int) -> bool:
     """True if that note is a natural harmonic of any string, which then sounds in place of an artificial one."""
     opens = [s.open_note for s in load_preset(preset).strings]
-    return any(opens[i] + fret - note in performer.HARMONICS for note in opens)
+    return any(opens[i] + fret - note in fingering.HARMONICS for note in opens)
 
 
 ARTIFICIAL = [(*s, fret) for s in STRINGS for fret in (1, 2, 3, 5, 8, 10, 11) if not is_natural(*s, fret)]

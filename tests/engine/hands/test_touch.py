@@ -12,7 +12,7 @@ from livebass import QUALITIES, load_preset, preset_names
 from livebass.arrays import Floats
 from livebass.engine.engine import Engine
 from livebass.engine.prepare import Voice, bass_numbers, pickup_voices, play_frames, take_message
-from livebass.kernels.player import performer
+from livebass.kernels.player import performer, strokes
 from livebass.kernels.string.records import EVENT, PLUCK
 from livebass.model.instrument import Instrument, Player, note_frequency
 from livebass.units import decibels
@@ -263,7 +263,7 @@ def test_index_and_middle_finger_take_turns() -> None:
     events = Hand(load_preset("jazz-finger")).strokes(0, 5, 90, 200)
     index, middle = events[::2], events[1::2]
     nearer = middle["y"].mean() - index["y"].mean()
-    assert nearer == pytest.approx(performer.MIDDLE_NEARER, abs=2e-3)
+    assert nearer == pytest.approx(strokes.MIDDLE_NEARER, abs=2e-3)
     assert middle["x"].mean() < index["x"].mean()
     assert middle["t"].mean() < 0.95 * index["t"].mean()
 
@@ -297,7 +297,7 @@ def test_a_pick_goes_down_and_up() -> None:
     even_hand = Hand(even("jazz-finger"), performer.PICK)
     down, up = even_hand.strokes(0, 5, 60, 2)
     assert -2.0 < decibels(up["x"] / down["x"]) < -0.9
-    assert up["y"] - down["y"] == pytest.approx(performer.UP_NEARER)
+    assert up["y"] - down["y"] == pytest.approx(strokes.UP_NEARER)
 
 
 def test_shape_and_place_follow_the_force() -> None:

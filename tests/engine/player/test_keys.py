@@ -18,7 +18,7 @@ from livebass.arrays import Floats
 from livebass.engine.engine import Engine
 from livebass.engine.prepare import bass_numbers, fill_key_map, new_performer, take_message
 from livebass.kernels.bass.instrument import KEY_MAP
-from livebass.kernels.player import performer
+from livebass.kernels.player import fingering, performer, strokes
 from livebass.kernels.player.performer import MOST_EVENTS
 from livebass.kernels.string import records
 from livebass.live.parameters import NUMBERS
@@ -202,7 +202,7 @@ def test_the_hand_goes_to_its_key_or_controller() -> None:
     assert hands.p["place"] == 12
     assert of(hands(on(55)), records.PLUCK)[["string", "fret"]].tolist() == [(3, 12)]
     hands(on(88 + 24), off(88 + 24))
-    assert hands.p["place"] == 20 - performer.HAND_SPAN, "as far as the neck goes"
+    assert hands.p["place"] == 20 - fingering.HAND_SPAN, "as far as the neck goes"
     for value, place in ((0, 1), (127, 17)):
         hands(control(4, value))
         assert hands.p["place"] == place
@@ -233,7 +233,7 @@ def test_the_position_controller_of_a_preset_is_one_more() -> None:
     def places(**player: object) -> list[int]:
         made = np.zeros(1, KEY_MAP)
         fill_key_map(made[0], bass(**player).player)
-        return np.flatnonzero(made["function"][0] == performer.CC_PLACE).tolist()
+        return np.flatnonzero(made["function"][0] == techniques.CC_PLACE).tolist()
 
     assert places() == [3, 16] and places(position_controller=20) == [3, 20]
     assert places(position_controller=9) == [3, 9], "in place of palm mute"
@@ -457,7 +457,7 @@ def test_the_left_hand_slaps() -> None:
     (throw,) = of(events, records.THROW)
     ops = hands.engine.pool.records[int(throw["string"])]
     assert throw["fret"] == 0 and throw["y"] == pytest.approx(ops["length"][0] - ops["length"][7])
-    assert throw["z"] == performer.LEFT_MASS and len(of(events, records.TOUCH_EVENT)) == 2
+    assert throw["z"] == strokes.LEFT_MASS and len(of(events, records.TOUCH_EVENT)) == 2
     hands(off(7))
     assert len(of(hands(on(35)), records.PLUCK)) == 1
     x = np.abs(sound(bass(), [(0, on(7, 100)), (100, on(33, 110))], RATE // 2))

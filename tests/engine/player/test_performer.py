@@ -15,10 +15,10 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from support.messages import Message, control, off, on, wheel
 
-from livebass import load_preset
+from livebass import load_preset, techniques
 from livebass.engine.engine import Engine
 from livebass.engine.prepare import bass_numbers, new_performer, take_message
-from livebass.kernels.player import performer
+from livebass.kernels.player import fingering, performer, strokes
 from livebass.kernels.string import records as at
 from livebass.model.instrument import Instrument, speaking
 from livebass.model.modes import grazing_apex
@@ -74,7 +74,7 @@ class Hands:
             record["strings"], record["open"][0, 0] = 1, instrument.strings[string].open_note
             record["slapped"] = max(0, int(record["slapped"][0]) - string)
         if not switches:
-            record["switch"] = performer.NO_SWITCH
+            record["switch"] = techniques.NO_SWITCH
         self.record, self.p = record, record[0]
         self.frame = 0
 
@@ -187,8 +187,8 @@ def test_the_hand_moves_as_little_as_needed(keys: list[int]) -> None:
         if fret == 0:
             assert moved == place
         else:
-            assert moved <= fret <= moved + performer.HAND_SPAN
-            assert abs(moved - place) == max(place - fret, fret - place - performer.HAND_SPAN, 0)
+            assert moved <= fret <= moved + fingering.HAND_SPAN
+            assert abs(moved - place) == max(place - fret, fret - place - fingering.HAND_SPAN, 0)
 
 
 @given(st.lists(st.tuples(st.integers(LOWEST, HIGHEST), st.booleans()), max_size=40))
@@ -199,7 +199,7 @@ def test_a_note_in_reach_is_played_there(keys: list[tuple[int, bool]]) -> None:
         place = int(hands.p["place"])
 
         def near(fret: int, place: int = place) -> bool:
-            return fret == 0 or place <= fret <= place + performer.HAND_SPAN
+            return fret == 0 or place <= fret <= place + fingering.HAND_SPAN
 
         states = hands.strings("state")
         frets = [key - OPEN[i] for i in range(4) if states[i] == FREE and 0 <= key - OPEN[i] <= FRETS]
@@ -360,7 +360,7 @@ def even_apex(instrument: Instrument, string: int, fret: int, where: float) -> f
     open_string, stopped = (speaking(instrument.strings[string], instrument.necks[string], f) for f in (0, fret))
     from_saddle = stopped.length - where
     give = [s.length / ((s.length - from_saddle) * from_saddle) for s in (open_string, stopped)]
-    gently = (stopped.length / open_string.length) ** performer.GENTLER[performer.FINGER]
+    gently = (stopped.length / open_string.length) ** strokes.GENTLER[performer.FINGER]
     return grazing_apex(open_string, open_string.length - from_saddle) * give[0] / give[1] * gently
 
 
@@ -437,7 +437,7 @@ def test_every_place_is_on_the_string(preset: str, value: int) -> None:
         hands(control(16, value))
         for fret in range(FRETS + 1):
             (event,) = hands(on(OPEN[string] + fret))
-            assert 0.99 * performer.LEAST_STRIKE < event["y"] / hands.ops[0, fret]["length"] < 0.991
+            assert 0.99 * strokes.LEAST_STRIKE < event["y"] / hands.ops[0, fret]["length"] < 0.991
 
 
 # Ends of notes
@@ -664,9 +664,9 @@ def test_a_pull_off_of_a_string_of_its_own_leaves_the_others_their_keys() -> Non
 @pytest.mark.parametrize("zone", [((0xB0, 126, 4),), MPE], ids=["strings", "notes"])
 def test_keys_switch_on_channels_of_their_own(zone: tuple[Message, ...]) -> None:
     hands = Hands(switches=True)
-    assert kinds(hands(*zone, (0x91, 10, 90))) == [] and hands.p["switched"][performer.GHOST] == 1
+    assert kinds(hands(*zone, (0x91, 10, 90))) == [] and hands.p["switched"][techniques.GHOST] == 1
     assert kinds(hands((0x91, 38, 90)))[0] == (at.PLUCK, 2) and hands.p["notes"] == 1
-    assert kinds(hands((0x81, 10, 0))) == [] and hands.p["switched"][performer.GHOST] == 0
+    assert kinds(hands((0x81, 10, 0))) == [] and hands.p["switched"][techniques.GHOST] == 0
     assert hands.p["dropped"] == hands.p["transposed"] == 0
 
 

@@ -1,0 +1,124 @@
+"""Which string plays a note, and where the left hand is. [audio thread]"""
+
+import numpy as np
+
+from livebass.compiling import jit
+from livebass.kernels.player.performer import FREE, HELD
+
+HAND_SPAN = 3  # frets beyond the first finger
+HARMONICS = (12, 19, 24, 28, 31)  # semitones above the open string of its harmonics 2 to 6
+
+
+@jit
+def has_note(p, i, note):
+    """True if string `i`, which may be -1, has `note`."""
+    return i >= 0 and 0 <= note - p.open[i] <= p.frets
+
+
+@jit
+def choose_string(p, note):
+    """Returns the string for `note`, -1 if none has it: free ones first, then near positions, then the oldest."""
+    best = -1
+    least = np.inf
+    for i in range(p.strings):
+        fret = note - p.open[i]
+        if fret < 0 or fret > p.frets:
+            continue
+        cost = 0.4 * fret
+        if fret > 0:
+            away = max(p.place - fret, fret - p.place - HAND_SPAN, 0)
+            cost += 2.5 * away
+        if p.state[i] != FREE:
+            same = p.key[i] >= 0 and p.open[i] + p.fret[i] == note
+            # a string that sounds is only taken for its own note, or where no other can play this one
+            cost += -1000.0 if same else 1000.0 - 1e-6 * (p.clock - p.age[i])
+        if cost < least:
+            least = cost
+            best = i
+    return best
+
+
+@jit
+def reach(p, fret):
+    """Moves the hand as little as lets a finger reach `fret`."""
+    if fret > 0:
+        if fret < p.place:
+            p.place = fret
+        elif fret > p.place + HAND_SPAN:
+            p.place = fret - HAND_SPAN
+
+
+@jit
+def note_range(p):
+    """Returns the lowest and the highest note of the bass."""
+    low = p.open[0]
+    high = p.open[0]
+    for i in range(p.strings):
+        low = min(low, p.open[i])
+        high = max(high, p.open[i] + p.frets)
+    return low, high
+
+
+@jit
+def folded(note, low, high):
+    """Returns `note` moved by octaves to `high` or below and, if that range has an octave, to `low` or above."""
+    while note < low:
+        note += 12
+    while note > high:
+        note -= 12
+    return note
+
+
+@jit
+def shifted(p, fret):
+    """Returns the fret at which a note of `fret` is stopped, by the wheel if that slides. Open strings stay open."""
+    if fret == 0 or p.shift == 0:
+        return fret
+    return min(max(fret + p.shift, 1), p.frets)
+
+
+@jit
+def sounding_string(p, note):
+    """Returns the string that was played last of those held that have `note`; -1: there is none.
+
+    The string whose key is held goes before.
+    """
+    last = -1
+    if has_note(p, p.forced, note) and p.state[p.forced] == HELD:
+        return p.forced
+    for i in range(p.strings):
+        if p.state[i] == HELD and has_note(p, i, note) and (last < 0 or p.age[i] > p.age[last]):
+            last = i
+    return last
+
+
+@jit
+def natural_harmonic(p, note, wanted):
+    """Returns a string of which `note` is a natural harmonic, free ones first, and its number; -1, 0: there is none.
+
+    It is on the string `wanted` only, if that is one; the string whose key is held goes before.
+    """
+    best, number = -1, 0
+    for n in range(len(HARMONICS)):
+        for i in range(p.strings):
+            fits = (wanted < 0 or i == wanted) and note - p.open[i] == HARMONICS[n]
+            if fits and i == p.forced:
+                return i, n + 2
+            if fits and (best < 0 or (p.state[best] != FREE and p.state[i] == FREE)):
+                best, number = i, n + 2
+    return best, number
+
+
+@jit
+def move_hand(p, fret):
+    """Moves the left hand so that its first finger is at `fret`, as far as the neck goes."""
+    p.place = min(max(fret, 1), max(p.frets - HAND_SPAN, 1))
+
+
+@jit
+def string_called(p, pitch_class):
+    """Returns the highest string that is called by this pitch class; the lowest of all where none is."""
+    for i in range(p.strings - 1, -1, -1):
+        if p.called[i] == pitch_class:
+            return i
+    return 0
