@@ -13,29 +13,21 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from livebass.engine.image import frets_of, image
 from livebass.engine.prepare import (
-    Note,
     Pool,
     Rates,
-    bass_numbers,
     follow_performer,
-    let_answer,
-    new_performer,
-    operators,
-    pickup_taps,
-    pickup_voices,
     play_frames,
     take_message,
     take_message_ringing,
-    tone_filters,
     whole_contact_rate,
 )
+from livebass.kernels.bass.instrument import COARSE, LIVE
 from livebass.kernels.player import performer
-from livebass.kernels.string.preparing import PICKUPS, SENSORS
-from livebass.kernels.string.records import EVENT, TONE
-from livebass.model.answers import admittances, answering_frequencies
-from livebass.model.instrument import Instrument, speaking
-from livebass.model.quality import Quality, modes_for
+from livebass.kernels.string.records import EVENT
+from livebass.model.instrument import Instrument
+from livebass.model.quality import Quality
 from livebass.score.score import LONGEST, Score, checked_rate
 
 CHUNK = 1.0  # s computed at once
@@ -54,32 +46,6 @@ class Report:
     dropped: int
     stolen: int  # strings taken away from a note that still sounded
     weakened: int  # times that a motion was scaled back to what a string bears: 0 unless something is wrong
-
-
-def notes(instrument: Instrument, quality: Quality, frets: int) -> list[list[Note]]:
-    """The notes of a bass, by string and fret. Raises ValueError for a neck that cannot be played."""
-    output, rows = instrument.output, []
-    sensed = output.kind == "displacement"
-    for i, (string, neck) in enumerate(zip(instrument.strings, instrument.necks, strict=True)):
-        row, others = [], answering_frequencies(instrument, i)
-        for fret in range(frets + 1):
-            s = speaking(string, neck, fret)
-            modes = modes_for(quality, s.length, string.length, s.grid_points)
-            sensors = (s.length - output.sensor,), (s.length - output.sensor_v,)
-            row.append(Note(s, modes, sensors if sensed else pickup_taps(s, output), admittances(others, s, neck)))
-        rows.append(row)
-    return rows
-
-
-def prepare(instrument: Instrument, quality: Quality, rates: Rates, frets: int) -> Pool:
-    """Makes the operators of every string and fret. Raises ValueError for a neck or rate that cannot be played."""
-    taps = SENSORS if instrument.output.kind == "displacement" else PICKUPS
-    return operators(notes(instrument, quality, frets), taps, rates, playable=True)
-
-
-def frets_of(instrument: Instrument) -> int:
-    """The last fret that every string is played at."""
-    return min(len(neck.fret_positions) for neck in instrument.necks)
 
 
 class Playing(ABC):
@@ -151,6 +117,9 @@ class Playing(ABC):
 class Engine(Playing):
     """A bass at an audio rate. The same messages at the same frames give the same samples, in blocks of any sizes."""
 
+    coarse: Quality | None = None  # in which strings go on under overload
+    play_string = 0  # address of the C function by which strings run ahead of the clock
+
     def __init__(self, instrument: Instrument, quality: Quality, rate: int, seed: int = 0, workers: int | None = None):
         """Prepares all strings and frets; raises ValueError for a neck or rate that cannot be played.
 
@@ -162,22 +131,27 @@ class Engine(Playing):
         checked_rate(rate)
         self.instrument, self.rate = instrument, rate
         self.quality = quality = quality.over(instrument.over_board)
+        coarse = self.coarse and self.coarse.over(instrument.over_board)
         self.rates = Rates(rate, whole_contact_rate(quality.contact_rate, rate))
         self.frets = frets_of(instrument)
-        self.numbers = bass_numbers(instrument, [quality], self.frets)
-        self.pool = prepare(instrument, quality, self.rates, self.frets)
+        self.image = image(instrument, quality, coarse)
+        self.numbers = self.image.numbers
+        self.pools = [self.image.pool(tier, rate) for tier in ([LIVE, COARSE] if coarse else [LIVE])]
         self.workers = workers or min(len(instrument.strings), os.cpu_count() or 1)
         self._begin(seed)
 
     def _begin(self, seed: int) -> None:
         """Makes all that changes while it plays: strings at rest, and a player with that seed."""
         self.seed = seed
-        self.voices = pickup_voices(self.numbers, self.instrument.output.coil, self.rates)
-        let_answer(self.voices, self.numbers, self.pool.records)
-        self.performer = new_performer(self.numbers, seed)
+        self.bass = self.image.bass(LIVE, self.rate, seed, self.pools, self.play_string)
+        self.voices, self.performer = self.bass.voices, self.bass.performer
         self.frame = 0
-        self._tones = np.zeros(0)  # filters for all positions of the tone pot, once it is turned
         self._pending: list[NDArray[np.void]] = [np.zeros(0, EVENT) for _ in self.voices]
+
+    @property
+    def pool(self) -> Pool:
+        """Its operators in the quality that it plays in."""
+        return self.pools[0]
 
     def another(self, seed: int = 0) -> Self:
         """Returns the engine of the same bass as when new, with its own `seed`: quick, as both share the operators.
@@ -210,21 +184,12 @@ class Engine(Playing):
 
     def follow(self, old: Engine) -> None:
         """Sets the controllers of this engine, which has not played, as they stand at `old`."""
-        follow_performer(self.voices, self.performer, old.performer, self._fit_tones)
+        follow_performer(self.voices, self.performer, old.performer)
 
     def _take(self, events: NDArray[np.void]) -> None:
         """Has the strings carry out events, besides those that they have."""
-        if (events["kind"] == TONE).any():
-            self._fit_tones()
         for i in range(self.strings):
             self._pending[i] = np.concatenate([self._pending[i], events[events["string"] == i]])
-
-    def _fit_tones(self) -> None:
-        """Gives the strings filters for all positions of the tone pot, unless they have them."""
-        if not self._tones.size:
-            self._tones = tone_filters(self.numbers, self.rates)
-            for voice in self.voices:
-                voice.record["tones"] = self._tones.ctypes.data
 
     def process(self, count: int, pool: ThreadPoolExecutor | None = None) -> NDArray[np.float64]:
         out = np.zeros((self.strings, count))

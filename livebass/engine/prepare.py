@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from array import array
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,15 +16,14 @@ from numpy.typing import NDArray
 from livebass.arrays import Floats
 from livebass.kernels.bass.instrument import (
     INSTRUMENT,
-    connect_answers,
     connect_string,
     rest_string,
     settle_string,
     whole_steps,
 )
 from livebass.kernels.bass.instrument import new_performer as make_performer
-from livebass.kernels.pickup import coil, tone
-from livebass.kernels.pickup.coil import CIRCUIT, COIL
+from livebass.kernels.pickup import coil
+from livebass.kernels.pickup.coil import COIL
 from livebass.kernels.player import controls, messages, performer
 from livebass.kernels.player.performer import PERFORMER
 from livebass.kernels.string import board, frets, preparing
@@ -313,16 +312,9 @@ def take_message_ringing(
     return events[:count]
 
 
-def follow_performer(
-    voices: Sequence[Voice], p: NDArray[np.void], old: NDArray[np.void], fit_tones: Callable[[], None]
-) -> None:
-    """Sets the controllers of the performer `p` (1,) and its strings, at rest, as they stand at `old` (1,).
-
-    `fit_tones` is called first if the tone pot has been turned.
-    """
+def follow_performer(voices: Sequence[Voice], p: NDArray[np.void], old: NDArray[np.void]) -> None:
+    """Sets the controllers of the performer `p` (1,) and its strings, at rest, as they stand at `old` (1,)."""
     controls.follow_performer(p.ctypes.data, old.ctypes.data)
-    if p["tone"][0] != 0.0:
-        fit_tones()
     for i, voice in enumerate(voices):
         settle_string(voice.string.ctypes.data, p.ctypes.data, i)
 
@@ -409,16 +401,6 @@ def bass_numbers(instrument: Instrument, tiers: Sequence[Quality], frets: int) -
     return numbers
 
 
-def tone_filters(numbers: NDArray[np.void], rates: Rates) -> Floats:
-    """Fits the filters of an INSTRUMENT for all positions of its tone pot, as `VOICE.tones` has their address."""
-    filters, work = zeroed_lines(tone.TONES * tone.ROW), np.zeros(1, COIL)
-    for name in CIRCUIT.names or ():
-        work[name] = numbers["circuit"][name]
-    work["rate"] = rates.rate
-    tone.fill_tones(filters.ctypes.data, work.ctypes.data, float(numbers["gain"][0]))
-    return filters
-
-
 def new_voice(rates: Rates, log: int = 0) -> Voice:
     """Makes a silent string whose output is its displacement, with room for `log` contacts."""
     voice = Voice(zeroed_lines(STRING.itemsize // DOUBLE).view(STRING), np.zeros((log, 2), np.int64))
@@ -438,12 +420,6 @@ def pickup_voices(numbers: NDArray[np.void], circuit: Coil, rates: Rates) -> lis
     for i, voice in enumerate(made):
         connect_string(voice.string.ctypes.data, numbers.ctypes.data, i, fitted.ctypes.data)
     return made
-
-
-def let_answer(voices: Sequence[Voice], numbers: NDArray[np.void], ops: NDArray[np.void]) -> None:
-    """Gives the strings of an INSTRUMENT the modes of the others that may answer them; ops (strings, frets + 1)."""
-    for i, voice in enumerate(voices):
-        connect_answers(voice.string.ctypes.data, i, numbers.ctypes.data, ops.ctypes.data)
 
 
 def new_performer(numbers: NDArray[np.void], seed: int = 0) -> NDArray[np.void]:

@@ -16,16 +16,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from livebass.engine.engine import Engine, prepare
-from livebass.engine.prepare import SEEDS, Rates, Voice, whole_contact_rate, zeroed_lines
-from livebass.kernels.player.performer import PERFORMER
-from livebass.kernels.string.board import over_board
-from livebass.kernels.string.frets import over_frets
-from livebass.kernels.string.records import STRING
+from livebass.engine.engine import Engine
+from livebass.kernels.bass.records import WORD
 from livebass.live.desk import Desk
 from livebass.live.thread import ahead, block, setup
 from livebass.live.thread.desk import take_controller
-from livebass.live.thread.records import BASS, RINGS, SYNTH, WORD, field_offset
+from livebass.live.thread.records import RINGS, SYNTH, field_offset
 from livebass.live.thread.ring import (
     AMOUNT,
     DATA,
@@ -41,7 +37,6 @@ from livebass.live.thread.ring import (
     read_word,
     write_word,
 )
-from livebass.live.thread.setup import BUILDING
 from livebass.model.instrument import Instrument
 from livebass.model.quality import Quality
 from livebass.score.score import Score
@@ -85,43 +80,28 @@ def touch(array: NDArray[Any]) -> None:
     memory[-1:] += 0
 
 
+class _AheadEngine(Engine):
+    """An engine whose strings can run ahead of the clock, and go on in the coarse quality."""
+
+    coarse = COARSE
+
+    @property
+    def play_string(self) -> int:  # type: ignore[override]
+        return ahead.play_string.address
+
+
 class LiveBass:
     """An instrument prepared for the audio thread. Raises ValueError for what `Engine` cannot play. [any thread]"""
 
     def __init__(self, instrument: Instrument, quality: Quality, rate: int, seed: int = 0) -> None:
-        self.engine = Engine(instrument, quality, rate, seed)
-        coarse = COARSE.over(instrument.over_board)
-        self.coarse = prepare(
-            instrument, coarse, Rates(rate, whole_contact_rate(coarse.contact_rate, rate)), self.engine.frets
-        )
-        building = np.zeros(1, BUILDING)
-        building["instrument"], building["rate"] = self.engine.numbers.ctypes.data, rate
-        building["seed"] = seed & SEEDS
-        building["ahead"] = 1
-        building["operators"] = [[pool.records.ctypes.data for pool in (self.engine.pool, self.coarse)]]
-        building["over_frets"], building["over_board"] = over_frets.address, over_board.address
-        building["play_string"] = ahead.play_string.address
-        setup.measure_bass(building.ctypes.data)
-        self.memory = zeroed_lines(int(building["bytes"][0]) // WORD)
-        building["memory"] = self.memory.ctypes.data
-        setup.fill_bass(building.ctypes.data)
-        self.record = self._view(self.address, BASS)
+        self.engine = _AheadEngine(instrument, quality, rate, seed)
+        self.memory, self.record = self.engine.bass.memory, self.engine.bass.record
         self._share = float(self.record["share"][0])
         self.record["frame"] = -1  # until it begins
-        b = self.record[0]
-        self.engine.voices = [
-            Voice(self._view(place, STRING), np.zeros((0, 2), np.int64)) for place in b["string"][: b["strings"]]
-        ]
-        self.engine.performer = self._view(b["performer"], PERFORMER)
-
-    def _view(self, address: int, kind: np.dtype[Any]) -> NDArray[np.void]:
-        """The record, (1,), at an address in the memory of this bass."""
-        first = int(address) - self.address
-        return self.memory.view(np.uint8)[first : first + kind.itemsize].view(kind)
 
     @property
     def address(self) -> int:
-        return int(self.memory.ctypes.data)
+        return self.engine.bass.address
 
     def run_ahead(self, wanted: bool) -> None:
         """Lets strings run ahead of the clock, or not."""

@@ -14,6 +14,7 @@ import numpy as np
 from livebass import __version__, techniques
 from livebass.compiling import Entry
 from livebass.kernels.bass import instrument
+from livebass.kernels.bass import setup as bass
 from livebass.kernels.pickup import coil
 from livebass.kernels.player import controls, performer
 from livebass.kernels.string import board, frets, preparing, records
@@ -36,7 +37,7 @@ RECORDS = {
     "LB_PREPARING": preparing.PREPARING,
     "LB_POOL": instrument.POOL,
     "LB_COIL": coil.COIL,
-    "LB_BUILDING": setup.BUILDING,
+    "LB_BUILDING": bass.BUILDING,
     "LB_SYNTH": live.SYNTH,
 }
 NUMBERS = {
@@ -67,8 +68,8 @@ NUMBERS = {
     "LB_MOST_BYTES": instrument.MOST_WORDS * instrument.WORD,
 }
 ENTRIES: tuple[Entry, ...] = (
-    instrument.check_file, instrument.checksum, instrument.measure_pool, instrument.fill_pool, setup.measure_bass,
-    setup.fill_bass, setup.ring_bytes, setup.fill_synth, ring.push_message, ring.push_event, block.process,
+    instrument.check_file, instrument.checksum, instrument.measure_pool, instrument.fill_pool, bass.measure_bass,
+    bass.fill_bass, setup.ring_bytes, setup.fill_synth, ring.push_message, ring.push_event, block.process,
     block.stay, block.is_still, ahead.play_string, frets.over_frets, board.over_board,
 )  # fmt: skip
 PITCHES = ("C", "C sharp", "D", "D sharp", "E", "F", "F sharp", "G", "G sharp", "A", "A sharp", "B")

@@ -9,17 +9,19 @@ import numpy as np
 
 from livebass.compiling import Entry
 from livebass.kernels.bass.instrument import COARSE, FILE, GOOD, POOL, check_file, fill_pool, measure_pool
+from livebass.kernels.bass.records import BASS
+from livebass.kernels.bass.setup import BUILDING, fill_bass, measure_bass
 from livebass.kernels.player.performer import CONTROLLERS, FINGER, FREE, MOST_STRINGS, PERFORMER, PICK
 from livebass.kernels.string import frets
 from livebass.kernels.string.board import over_board
 from livebass.kernels.string.preparing import DONE
 from livebass.kernels.string.records import LINE
 from livebass.live.thread import ahead, block, ring, setup
-from livebass.live.thread.records import BASS, CHUNK, SYNTH
+from livebass.live.thread.records import CHUNK, SYNTH
 from livebass.techniques import CC_PARAMETER, GAIN_DB, GHOST, HARMONIC, LEGATO, PALM, SLIDE, VIBRATO
 
 RECORDS = {
-    "FILE": FILE, "POOL": POOL, "BUILDING": setup.BUILDING, "SYNTH": SYNTH, "BASS": BASS, "PERFORMER": PERFORMER,
+    "FILE": FILE, "POOL": POOL, "BUILDING": BUILDING, "SYNTH": SYNTH, "BASS": BASS, "PERFORMER": PERFORMER,
 }  # fmt: skip
 NUMBERS = {
     "COARSE": COARSE, "GOOD": GOOD, "DONE": DONE, "LINE": LINE, "CHUNK": CHUNK, "NOW": ring.NOW, "FREE": FREE,
@@ -29,7 +31,7 @@ NUMBERS = {
 }  # fmt: skip
 CALLED: tuple[Entry, ...] = (block.process, ahead.play_string, frets.over_frets, over_board)  # by kernels, by address
 ENTRIES: tuple[Entry, ...] = (
-    check_file, measure_pool, fill_pool, setup.measure_bass, setup.fill_bass, setup.ring_bytes, setup.fill_synth,
+    check_file, measure_pool, fill_pool, measure_bass, fill_bass, setup.ring_bytes, setup.fill_synth,
     ring.push_message, ring.push_event, block.relieve, *CALLED,
 )  # fmt: skip
 

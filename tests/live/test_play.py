@@ -143,7 +143,7 @@ def test_basses_that_were_replaced_are_gone(monkeypatch: pytest.MonkeyPatch) -> 
     class Watched(LiveBass):
         def __init__(self, instrument: Instrument, quality: Quality, rate: int) -> None:
             super().__init__(instrument, quality, rate)
-            parts = (self, self.engine, self.engine.pool, self.coarse, self.engine.voices[0], self.memory)
+            parts = (self, self.engine, *self.engine.pools, self.engine.voices[0], self.memory)
             made.extend(weakref.ref(part) for part in parts)
 
     monkeypatch.setattr(session, "LiveBass", Watched)

@@ -14,9 +14,9 @@ import wasmtime
 from livebass.arrays import Floats
 from livebass.compiling import Entry
 from livebass.kernels.bass.instrument import COARSE, FILE, GOOD, LIVE, POOL
+from livebass.kernels.bass.setup import BUILDING
 from livebass.kernels.string.preparing import DONE
 from livebass.live.thread.records import SYNTH
-from livebass.live.thread.setup import BUILDING
 from livebass.score.score import Score
 from livebass.web import build
 from livebass.web.layout import CALLED

@@ -12,17 +12,14 @@ import numpy as np
 
 from livebass.compiling import entry, jit
 from livebass.kernels import voice
+from livebass.kernels.bass.records import SAVES, SOUND_RING, VOICE_WORDS, bass_at
 from livebass.kernels.machine.native import call_4, record_address, words_at
 from livebass.kernels.string.modal import clear, copy
 from livebass.kernels.string.records import GROUP_ROOM, MOST_NEAR, SLOT_STATE, VOICE_SLOTS
 from livebass.kernels.string.slot import forget_contact
 from livebass.live.thread.records import (
     SAVE_EVERY,
-    SAVES,
-    SOUND_RING,
-    VOICE_WORDS,
     ahead_of,
-    bass_at,
     operators_of,
     saved_answers,
     saved_motion,

@@ -11,6 +11,7 @@ import numpy as np
 from livebass.compiling import entry, jit
 from livebass.kernels import voice
 from livebass.kernels.bass import instrument
+from livebass.kernels.bass.records import EVENT_ROOM, SOUND_RING, bass_at
 from livebass.kernels.hands import techniques
 from livebass.kernels.machine.elementary import log2, power
 from livebass.kernels.machine.native import (
@@ -31,7 +32,6 @@ from livebass.live.thread.records import (
     BLOCK_TIME,
     CAPTURE_RING,
     CHUNK,
-    EVENT_ROOM,
     FADED_BASS,
     HISTOGRAM,
     HORIZON,
@@ -41,9 +41,7 @@ from livebass.live.thread.records import (
     PLAYED_RING,
     RINGING,
     RINGS,
-    SOUND_RING,
     ahead_of,
-    bass_at,
     events_of,
     operators_of,
     performer_of,

@@ -1,84 +1,42 @@
-"""Records that the audio thread and Python share, and the functions that find them by their addresses.
+"""The record that the audio thread and Python share, SYNTH, and the functions that find what is in its basses.
 
-SYNTH is what plays, BASS one prepared instrument in it, AHEAD what one string keeps to run ahead of the clock. Compiled
-code gets at a record or an array behind an address by a function of this file, and then reads fields.
+SYNTH is what plays, a BASS (kernels/bass/records.py) one prepared instrument in it. Compiled code gets at a record or
+an array behind an address by a function of this file, and then reads fields.
 """
 
 import numpy as np
 
 from livebass.compiling import inlined, jit
+from livebass.kernels.bass.records import (
+    EVENT_ROOM,
+    POLARISATIONS,
+    SOUND_RING,
+    VOICE_WORDS,
+    WORD,
+    ahead_at,
+)
 from livebass.kernels.machine.native import floats_at, record_at, records_at, words_at
-from livebass.kernels.player.performer import MOST_EVENTS, MOST_STRINGS, PERFORMER
+from livebass.kernels.player.performer import MOST_STRINGS, PERFORMER
 from livebass.kernels.string.records import (
     EVENT,
-    GROUP_ROOM,
     MOST_ANSWERS,
-    MOST_NEAR,
     OPERATOR,
     SLOT_STATE,
     STRING,
-    VOICE,
     VOICE_SLOTS,
 )
 from livebass.techniques import PARAMETERS
 
 RINGS = 3  # of messages: from Python's threads, of the score, from the MIDI port of the audio thread
 MOST_MESSAGES = 256  # taken into one chunk, if their events find room; the others wait for the next
-EVENT_ROOM = 129 * MOST_EVENTS
 CHUNK = 1024  # frames computed at once, at most
 HISTOGRAM = 64
 RINGING = -1  # in place of the frames left of a fade-out
 
 # Running ahead of the clock
 HORIZON = 768  # frames
-SAVE_EVERY, SAVES = 16, 64  # frames between saved states, whole strides; and how many are kept
-SOUND_RING = 4096  # frames, more than CHUNK + HORIZON
-WORD = 8  # bytes
-VOICE_WORDS = VOICE.itemsize // WORD
-POLARISATIONS = 2  # u and v
-POINT_ROWS, GROUP_ROWS = 7, 4  # saved of each contact point, and of each group of them (ahead.py)
-
-
-@jit
-def kept(modes, points):
-    """Returns the float64 that save the motion of one polarisation: `modes`, padded, over `points` contact points."""
-    return 2 * modes + POINT_ROWS * points + (GROUP_ROWS * GROUP_ROOM if points > MOST_NEAR else 0)
-
-
-AHEAD = np.dtype(
-    [
-        ("first", "i8"),  # number of the oldest valid saved state ...
-        ("saved", "i8"),  # ... and of the next one; state k lies in place k % SAVES
-        ("frame", "i8", (SAVES,)),  # of each saved state
-        ("voice", "i8"),  # address: int64 (SAVES, VOICE_WORDS), each a VOICE
-        ("slots", "i8"),  # address: int64 (SAVES, VOICE_SLOTS, SLOT_STATE), each the state at the head of a SLOT
-        ("memory", "i8"),  # address: float64 (SAVES, VOICE_SLOTS, POLARISATIONS, kept): motion, contact points, groups
-        ("kept", "i8"),
-        ("answers", "i8"),  # address: float64 (SAVES, 2, MOST_ANSWERS), where strings may answer
-        ("sound", "i8"),  # float64 (SOUND_RING,): frame n is at n % SOUND_RING
-    ],
-    align=True,
-)
-
-BASS = np.dtype(
-    [
-        ("play_string", "i8"),  # address of the C function ahead.play_string
-        ("strings", "i8"),
-        ("frets", "i8"),
-        ("coarse", "i8"),  # strings that play with the coarse operators, a bit each
-        ("operators", "i8", (2,)),  # addresses: OPERATOR (strings, frets + 1), fine and coarse
-        ("string", "i8", (MOST_STRINGS,)),  # address: STRING
-        ("performer", "i8"),
-        ("events", "i8"),  # EVENT (EVENT_ROOM,), of all strings
-        ("string_events", "i8"),  # EVENT (EVENT_ROOM,), of the string that plays
-        ("ahead", "i8", (MOST_STRINGS,)),  # AHEAD of each string
-        ("frame", "i8"),  # of the synth, when this bass began
-        ("tones", "i8"),  # the strings' filters (tone.py)
-        ("share", "f8"),  # of a block's time that strings may take to run ahead
-        ("stride", "i8"),  # frames between looks at the clock while they do
-    ],
-    align=True,
-)
+SAVE_EVERY = 16  # frames between saved states, whole strides
+assert CHUNK + HORIZON < SOUND_RING
 
 SYNTH = np.dtype(
     [
@@ -150,8 +108,6 @@ BLOCK_TIME, NEXT_BASS, FADED_BASS, CAPTURE_RING, PLAYED_RING, PANIC = (
 
 
 synth_at = record_at(SYNTH)
-bass_at = record_at(BASS)
-ahead_at = record_at(AHEAD)
 string_at = record_at(STRING)
 performer_at = record_at(PERFORMER)
 operators_at, events_at = records_at(OPERATOR, 2), records_at(EVENT)

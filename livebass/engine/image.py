@@ -1,0 +1,189 @@
+"""A bass as bytes: its numbers and notes, worked out as far as they do not depend on the audio rate.
+
+Everything that plays is made of an image, by the same kernels (kernels/bass): engine and synth of one in memory,
+plugins and page of one in a file.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livebass.arrays import Floats
+from livebass.engine.prepare import Note, Pool, Rows, Voice, bass_numbers, note_numbers, pickup_taps, zeroed_lines
+from livebass.kernels.bass.instrument import FILE, MAGIC, POOL, TIERS, VERSION, WORD, checksum, fill_pool, measure_pool
+from livebass.kernels.bass.records import BASS
+from livebass.kernels.bass.setup import BUILDING, fill_bass, measure_bass
+from livebass.kernels.player.performer import PERFORMER
+from livebass.kernels.string.board import over_board
+from livebass.kernels.string.frets import over_frets
+from livebass.kernels.string.preparing import DONE, FROZEN, OVERDAMPED
+from livebass.kernels.string.records import OPERATOR, STRING
+from livebass.model.answers import admittances, answering_frequencies
+from livebass.model.instrument import Instrument, speaking
+from livebass.model.quality import Quality, modes_for
+
+SEEDS = 0x7FFF_FFFF_FFFF_FFFF  # the bits of a seed: kernels take int64
+WHY = {
+    OVERDAMPED: "damping is above critical for a mode: lower the extra damping",
+    FROZEN: "a mode stands still at this contact rate: take another one",
+}
+
+
+@dataclass(frozen=True)
+class Image:
+    """A bass as bytes, in the layout of an instrument file (kernels/bass/instrument.py)."""
+
+    words: Floats  # (n,)
+
+    @property
+    def address(self) -> int:
+        return int(self.words.ctypes.data)
+
+    @property
+    def head(self) -> np.void:
+        """Its FILE record."""
+        found: np.void = self.words.view(np.uint8)[: FILE.itemsize].view(FILE)[0]
+        return found
+
+    @property
+    def numbers(self) -> NDArray[np.void]:
+        """Its INSTRUMENT, (1,)."""
+        return self.words.view(np.uint8)[: FILE.itemsize].view(FILE)["instrument"]
+
+    @property
+    def name(self) -> str:
+        """The name of the bass."""
+        return bytes(self.head["name"]).rstrip(b"\0").decode()
+
+    @property
+    def string_names(self) -> list[str]:
+        """The names of its strings."""
+        names = self.head["string_names"][: int(self.numbers["strings"][0])]
+        return [bytes(name).rstrip(b"\0").decode() for name in names]
+
+    def pool(self, tier: int, rate: int) -> Pool:
+        """The operators of one tier at an audio rate (Hz). Raises ValueError for a rate that cannot be played."""
+        pool = np.zeros(1, POOL)
+        pool["file"], pool["tier"], pool["rate"] = self.address, tier, rate
+        measure_pool(pool.ctypes.data)
+        memory = zeroed_lines(int(pool["bytes"][0]) // WORD)
+        pool["memory"] = memory.ctypes.data
+        state = int(fill_pool(pool.ctypes.data))
+        if state != DONE:
+            raise ValueError(f"{self.name}: cannot be played at {rate} Hz: {WHY[state]}")
+        strings, frets = (int(self.numbers[name][0]) for name in ("strings", "frets"))
+        size = strings * (frets + 1) * OPERATOR.itemsize
+        return Pool(memory.view(np.uint8)[:size].view(OPERATOR).reshape(strings, frets + 1), memory)
+
+    def bass(self, tier: int, rate: int, seed: int, pools: Sequence[Pool], play_string: int = 0) -> Bass:
+        """Makes the bass, silent, as new; `seed` of the player's unevenness.
+
+        pools: its operators at this `rate` (Hz), fine and, for strings under overload, coarse. play_string: address of
+        the C function by which strings run ahead of the clock; 0: they do not.
+        """
+        building = np.zeros(1, BUILDING)
+        building["instrument"], building["tier"], building["rate"] = self.numbers.ctypes.data, tier, rate
+        building["seed"], building["ahead"], building["play_string"] = seed & SEEDS, play_string != 0, play_string
+        building["operators"] = [[pools[k].records.ctypes.data for k in (0, -1)]]
+        building["over_frets"], building["over_board"] = over_frets.address, over_board.address
+        measure_bass(building.ctypes.data)
+        memory = zeroed_lines(int(building["bytes"][0]) // WORD)
+        building["memory"] = memory.ctypes.data
+        fill_bass(building.ctypes.data)
+        return Bass(memory)
+
+
+@dataclass(frozen=True)
+class Bass:
+    """A bass that plays, in the memory of its BASS."""
+
+    memory: Floats
+
+    @property
+    def address(self) -> int:
+        return int(self.memory.ctypes.data)
+
+    @property
+    def record(self) -> NDArray[np.void]:
+        """Its BASS, (1,)."""
+        return self._view(self.address, BASS)
+
+    @property
+    def performer(self) -> NDArray[np.void]:
+        """Its PERFORMER, (1,)."""
+        return self._view(self.record["performer"][0], PERFORMER)
+
+    @property
+    def voices(self) -> list[Voice]:
+        """Its strings."""
+        b = self.record[0]
+        return [Voice(self._view(place, STRING), np.zeros((0, 2), np.int64)) for place in b["string"][: b["strings"]]]
+
+    def _view(self, address: int, kind: np.dtype[Any]) -> NDArray[np.void]:
+        """The record, (1,), at an address in this memory."""
+        first = int(address) - self.address
+        return self.memory.view(np.uint8)[first : first + kind.itemsize].view(kind)
+
+
+def image_bytes(instrument: Instrument, qualities: Sequence[Quality]) -> bytes:
+    """The image of a bass in its tiers, of a quality each. Raises ValueError for a neck that cannot be played."""
+    frets = frets_of(instrument)
+    rows = [notes(instrument, quality, frets) for quality in qualities]
+    given, numbers = note_numbers([note for row in rows[0] for note in row], playable=True)
+    modes = np.array([[note.modes for row in tier for note in row] for tier in rows], "<i8")
+    head = np.zeros(1, FILE)
+    head["magic"], head["version"] = MAGIC, VERSION
+    head["name"][0] = _text(instrument.name, head["name"].shape[1])
+    for i, string in enumerate(instrument.strings):
+        head["string_names"][0, i] = _text(string.name, head["string_names"].shape[2])
+    head["instrument"] = bass_numbers(instrument, qualities, frets)
+    rest = given.tobytes() + modes.tobytes() + numbers.tobytes()
+    head["words"] = (head.nbytes + len(rest)) // WORD + 1
+    words = np.frombuffer(head.tobytes() + rest, "<i8")
+    return words.tobytes() + int(checksum(words.ctypes.data, len(words))).to_bytes(WORD, "little")
+
+
+def image_of(data: bytes) -> Image:
+    """The image with these bytes, in memory that begins with a cache line."""
+    words = zeroed_lines(-(-len(data) // WORD) + 1)
+    words.view(np.uint8)[: len(data)] = np.frombuffer(data, np.uint8)
+    return Image(words)
+
+
+def image(instrument: Instrument, fine: Quality, coarse: Quality | None = None) -> Image:
+    """The image of a bass in a `fine` quality, and in a `coarse` one as its last tier: that of `fine` if left out.
+
+    Raises ValueError for a neck that cannot be played.
+    """
+    return image_of(image_bytes(instrument, [fine] * (TIERS - 1) + [coarse or fine]))
+
+
+def frets_of(instrument: Instrument) -> int:
+    """The last fret that every string is played at."""
+    return min(len(neck.fret_positions) for neck in instrument.necks)
+
+
+def notes(instrument: Instrument, quality: Quality, frets: int) -> list[list[Note]]:
+    """The notes of a bass, by string and fret. Raises ValueError for a neck that cannot be played."""
+    output, rows = instrument.output, []
+    sensed = output.kind == "displacement"
+    for i, (string, neck) in enumerate(zip(instrument.strings, instrument.necks, strict=True)):
+        row, others = [], answering_frequencies(instrument, i)
+        for fret in range(frets + 1):
+            s = speaking(string, neck, fret)
+            modes = modes_for(quality, s.length, string.length, s.grid_points)
+            sensors: Rows = (s.length - output.sensor,), (s.length - output.sensor_v,)
+            row.append(Note(s, modes, sensors if sensed else pickup_taps(s, output), admittances(others, s, neck)))
+        rows.append(row)
+    return rows
+
+
+def _text(text: str, size: int) -> NDArray[np.uint8]:
+    """`text` in UTF-8, cut to `size` - 1 bytes, with zeros behind."""
+    data = text.encode()[: size - 1].decode(errors="ignore").encode()
+    return np.frombuffer(data.ljust(size, b"\0"), np.uint8)

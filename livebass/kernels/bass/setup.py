@@ -1,0 +1,165 @@
+"""Sets up a bass in memory that the caller gives: all that playing needs is made here, nothing later.
+
+`measure_bass` says how many bytes a bass needs, `fill_bass` makes it there, silent, with every page written to, so that
+the audio thread is not the first to need it; calling it again makes the bass as new. Engine, synth, plugins and page
+do the same. [any thread, not the one that plays]
+"""
+
+import numpy as np
+
+from livebass.compiling import entry, jit
+from livebass.kernels.bass.instrument import (
+    answers_of,
+    clear,
+    connect,
+    instrument_at,
+    lines,
+    make_performer,
+    performer_at,
+    rest,
+    string_at,
+    take_circuit,
+    whole_steps,
+)
+from livebass.kernels.bass.records import (
+    AHEAD,
+    BASS,
+    EVENT_ROOM,
+    POLARISATIONS,
+    SAVES,
+    SOUND_RING,
+    VOICE_WORDS,
+    WORD,
+    ahead_at,
+    bass_at,
+    kept,
+)
+from livebass.kernels.machine.native import record_at, records_at
+from livebass.kernels.pickup.coil import COIL
+from livebass.kernels.pickup.tone import ROW, TONES, fit_tones
+from livebass.kernels.player.performer import PERFORMER
+from livebass.kernels.string.answers import connect as connect_answers
+from livebass.kernels.string.records import EVENT, MOST_ANSWERS, OPERATOR, SLOT_STATE, STRING, VOICE_SLOTS
+
+# Running ahead: share of a block's time, and frames between looks at the clock. Qualities up to `live` leave most of
+# the time to other programs; heavier ones need all there is.
+LIGHT_SHARE, LIGHT_STRIDE = 0.38, 2
+HEAVY_SHARE, HEAVY_STRIDE = 0.7, 1
+
+BUILDING = np.dtype(
+    [
+        ("instrument", "i8"),  # address of INSTRUMENT
+        ("tier", "i8"),
+        ("rate", "f8"),  # audio, Hz
+        ("seed", "i8"),  # of the player's unevenness
+        ("ahead", "i8"),  # 1: strings can run ahead of the clock, which takes memory
+        ("operators", "i8", (2,)),  # addresses: OPERATOR (strings, frets + 1), fine and coarse
+        # addresses of these C functions
+        ("over_frets", "i8"),
+        ("over_board", "i8"),
+        ("play_string", "i8"),
+        ("memory", "i8"),  # address, on a cache line; a BASS comes first
+        ("bytes", "i8"),  # of memory: `measure_bass` sets them
+        ("coil", COIL),  # workspace
+    ],
+    align=True,
+)
+
+building_at = record_at(BUILDING)
+operators_at = records_at(OPERATOR, 2)
+BASS_BYTES, PERFORMER_BYTES, STRING_BYTES, AHEAD_BYTES = (r.itemsize for r in (BASS, PERFORMER, STRING, AHEAD))
+EVENT_BYTES = EVENT.itemsize
+TONES_BYTES = WORD * ROW * TONES
+
+
+@jit
+def rows_kept(building, i):
+    """Float64 that save the motion of one polarisation of string `i`, with whichever operators; 0: none are saved."""
+    if not building.ahead:
+        return np.int64(0)
+    instrument = instrument_at(building.instrument)
+    modes, points = 0, 0
+    for which in range(2):
+        ops = operators_at(building.operators[which], instrument.strings, instrument.frets + 1)
+        for fret in range(instrument.frets + 1):
+            modes, points = max(modes, ops[i, fret].padded), max(points, ops[i, fret].points)
+    return np.int64(kept(modes, points))
+
+
+@jit
+def bytes_ahead(rows, answers):
+    """Bytes of an AHEAD and what it points to, where saved motion takes `rows` float64; 0: its sound alone.
+
+    `answers`: how many modes may answer the string.
+    """
+    if rows == 0:
+        return lines(AHEAD_BYTES) + lines(WORD * SOUND_RING)
+    states = lines(WORD * SAVES * VOICE_WORDS) + lines(WORD * SAVES * VOICE_SLOTS * SLOT_STATE)
+    motion = lines(WORD * SAVES * VOICE_SLOTS * POLARISATIONS * rows)
+    answering = lines(WORD * SAVES * 2 * MOST_ANSWERS) if answers > 0 else 0
+    return lines(AHEAD_BYTES) + states + motion + answering + lines(WORD * SOUND_RING)
+
+
+@entry("void(int64)")
+def measure_bass(address):
+    """Sets the `bytes` that the BUILDING at an address needs."""
+    building = building_at(address)
+    needed = lines(BASS_BYTES) + lines(PERFORMER_BYTES) + 2 * lines(EVENT_BYTES * EVENT_ROOM) + lines(TONES_BYTES)
+    instrument = instrument_at(building.instrument)
+    for i in range(instrument.strings):
+        needed += lines(STRING_BYTES) + bytes_ahead(rows_kept(building, i), answers_of(instrument, i))
+    building.bytes = needed
+
+
+@entry("void(int64)")
+def fill_bass(address):
+    """Makes a bass in the memory of the BUILDING at an address that `measure_bass` has seen."""
+    building = building_at(address)
+    clear(building.memory, building.bytes)
+    instrument, b = instrument_at(building.instrument), bass_at(building.memory)
+    tier, place = instrument.tiers[building.tier], building.memory + lines(BASS_BYTES)
+    b.play_string = building.play_string
+    b.strings = instrument.strings
+    b.frets = instrument.frets
+    b.operators[0] = building.operators[0]
+    b.operators[1] = building.operators[1]
+    if building.ahead:
+        b.share = HEAVY_SHARE if tier.heavy else LIGHT_SHARE
+    b.stride = HEAVY_STRIDE if tier.heavy else LIGHT_STRIDE
+    b.performer = place
+    make_performer(performer_at(place), instrument, building.seed)
+    b.events = b.performer + lines(PERFORMER_BYTES)
+    b.string_events = b.events + lines(EVENT_BYTES * EVENT_ROOM)
+    b.tones = b.string_events + lines(EVENT_BYTES * EVENT_ROOM)
+    place = b.tones + lines(TONES_BYTES)
+    take_circuit(building.coil, instrument, building.rate)
+    fit_tones(b.tones, building.coil, instrument.gain)
+    steps = np.int64(whole_steps(tier.contact_rate, building.rate))
+    for i in range(instrument.strings):
+        b.string[i] = place
+        string = string_at(place)
+        rest(string, building.rate, steps, 1, building.over_frets, building.over_board)
+        connect(string, instrument, i, building.coil)
+        ops = operators_at(building.operators[0], instrument.strings, instrument.frets + 1)
+        connect_answers(string, i, instrument, ops)
+        string.voice.tones = b.tones
+        b.ahead[i] = place + lines(STRING_BYTES)
+        rows = rows_kept(building, i)
+        others = answers_of(instrument, i)
+        lay_out_ahead(b.ahead[i], rows, others)
+        place = b.ahead[i] + bytes_ahead(rows, others)
+
+
+@jit
+def lay_out_ahead(address, rows, answers):
+    """Gives the AHEAD at an address its memory behind it; `rows` and `answers` as for `bytes_ahead`."""
+    a = ahead_at(address)
+    a.sound = address + lines(AHEAD_BYTES)
+    if rows == 0:
+        return
+    a.kept = rows
+    a.voice = address + lines(AHEAD_BYTES)
+    a.slots = a.voice + lines(WORD * SAVES * VOICE_WORDS)
+    a.memory = a.slots + lines(WORD * SAVES * VOICE_SLOTS * SLOT_STATE)
+    a.answers = a.memory + lines(WORD * SAVES * VOICE_SLOTS * POLARISATIONS * rows)
+    a.sound = a.answers + (lines(WORD * SAVES * 2 * MOST_ANSWERS) if answers > 0 else 0)
