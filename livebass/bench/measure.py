@@ -81,14 +81,12 @@ def _machine() -> dict[str, Any]:
     load = None
     with suppress(OSError, AttributeError):
         load = os.getloadavg()[0]
-    blas: Any = np.show_config(mode="dicts")
     return {
         "cpu": name,
         "cores": os.cpu_count(),
         "system": f"{platform.system()} {platform.machine()}",
         "python": platform.python_version(),
         "numpy": np.__version__,
-        "blas": blas["Build Dependencies"]["blas"].get("name", "unknown"),
         "numba": version("numba"),
         "load_before": load,  # processes that ran already
     }

@@ -1,10 +1,10 @@
 """`livebass bench render`: seconds of work for a second of sound.
 
-Case B of the paper (the open G string of `paper-g`, 3.6 mm at 0.64 m, first second) by brute force, by the dense
-products of the published method, and by the engine in each quality and over a fretless board; then four strings at
-once and a slap line through `Engine`, as `livebass render` plays them. One run measures all, so that the ratios are of
-one machine in one state. A figure is the least of its runs; beside it stand the median and the processor time: if that
-is much less than the wall time on one core, or no more on several, something else was running.
+Case B of the paper (the open G string of `paper-g`, 3.6 mm at 0.64 m, first second) by brute force and by
+the engine in each quality and over a fretless board; then four strings at once and a slap line through `Engine`, as
+`livebass render` plays them. One run measures all, so that the ratios are of one machine in one state. A figure is the
+least of its runs; beside it stand the median and the processor time: if that is much less than the wall time on one
+core, or no more on several, something else was running.
 """
 
 from __future__ import annotations
@@ -16,7 +16,6 @@ from typing import Any
 
 import numpy as np
 
-from livebass.bench.dense import dense_row
 from livebass.bench.measure import CASE_B, RATES, Clock, Result, Row, case_trial, heading, machine_line, row
 from livebass.engine.engine import Engine
 from livebass.engine.solve import solve_trial
@@ -46,10 +45,9 @@ class Extent:
 
     sound: float = 1.0  # s of case B, from the release
     brute: float = 1.0  # s of it by brute force, once
-    dense_steps: int = 500  # in a run
     chords: float = 2.0  # s of four strings at once
     line: float = 15.0  # s of the slap line
-    runs: int = 5  # of case B and of the dense step
+    runs: int = 5  # of case B
     long_runs: int = 3  # of chords and line
 
 
@@ -90,8 +88,6 @@ def bench_render(progress: Say = silent, extent: Extent = FULL) -> Result:
         progress(f"slap line, {quality}")
         rows[f"slap_{quality}"] = _engine_row(f"slap line, {quality}", slap, quality, line, None, extent.long_runs)
     memory = _peak_memory()
-    progress("dense products")
-    rows["dense_step"] = dense_row(extent.dense_steps, extent.runs)
     progress("brute force")
     trial = case_trial("b", "reference", RATES[0], extent.brute)
     rows["brute_force"], slow = _trial_row("brute force", trial, solve, 1)
@@ -210,7 +206,6 @@ def _peak_memory() -> int | None:
 RATIOS: tuple[tuple[str, str, str, str, str | None], ...] = (
     ("reference_to_real_time", "reference over real time", "4, aim 20", "engine_reference_50k", None),
     ("reference_to_brute_force", "reference over brute force", "", "brute_force", "engine_reference_50k"),
-    ("reference_to_dense_step", "reference over the dense step", "5000", "dense_step", "engine_reference_50k"),
     ("fretless_to_fretted", "cost of fretless over fretted", "at most 10", "fretless", "engine_reference_50k"),
     ("strings_one_core", "four strings live, one core", "5", "strings_live_one_core", None),
     ("strings_all_cores", "four strings live, all cores", "5", "strings_live_all_cores", None),
@@ -218,18 +213,18 @@ RATIOS: tuple[tuple[str, str, str, str, str | None], ...] = (
     ("slap_studio", "slap line studio, all cores", "2", "slap_studio", None),
 )
 HEAD = ("s of work per s of sound", "modes", "contact", "output", "cores", "runs", "best", "median", "cpu", "speed")
-FIRST = ("dense_step", "brute_force")  # rows of the table; the others follow in the order of the measurements
+FIRST = "brute_force"  # row of the table; the others follow in the order of the measurements
 
 
 def table(result: Result) -> str:
     """Returns the figures of `bench_render` as text; "cpu" is processor time, "speed" in times real time."""
     rows, agreement = result["measurements"], result["agreement"]
-    order = [*FIRST, *(key for key in rows if key not in FIRST)]
+    order = [FIRST, *(key for key in rows if key != FIRST)]
     memory = result["machine"]["peak_resident_bytes"]
     same = "the same" if agreement["contacts_equal"] else f"{agreement['contacts_brute_force']} and"
     return "\n".join(
         [
-            f"case B, dense step to engine: {result['case_b']}",
+            f"case B, brute force to fretless: {result['case_b']}",
             *columns([HEAD, *(_cells(rows[key]) for key in order)]),
             "",
             *(_ratio_line(label, wanted, result["ratios"][key]) for key, label, wanted, _, _ in RATIOS),
@@ -247,7 +242,7 @@ def _cells(row: Row) -> tuple[str, ...]:
         row["name"],
         str(row["modes"]),
         f"{contact / 1e6:g} MHz",
-        f"{output / 1e3:g} kHz" if output else "",
+        f"{output / 1e3:g} kHz",
         str(row["cores"]),
         str(len(row["runs"])),
         *map(_figure, (row["seconds_per_second"], row["median"], row["processor"], 1 / row["seconds_per_second"])),

@@ -37,8 +37,8 @@ def bench() -> None:
 def render_(file: Path | None) -> None:
     """Measure how many seconds of work a second of sound takes.
 
-    Computes one hard pluck by brute force, by the method as published and by the engine in each quality, then plays
-    four strings at once and a slap line. Takes about a minute; run nothing else on the machine meanwhile.
+    Computes one hard pluck by brute force and by the engine in each quality, then plays four strings at once and a
+    slap line. Takes about a minute; run nothing else on the machine meanwhile.
     """
     from livebass.bench.render import bench_render, table
 
@@ -106,21 +106,6 @@ def latency(file: Path | None, picture: Path | None) -> None:
     from livebass.bench.latency import picture as draw
 
     _report(file, picture, bench_latency, table, draw)
-
-
-@bench.command("python")
-@JSON
-@PLOT
-def python(file: Path | None, picture: Path | None) -> None:
-    """Measure the sound lost while Python is busy.
-
-    Plays through a running JACK server, with the compiled audio callback that `livebass play` has and with one in
-    Python, and counts the blocks each loses. Takes about forty seconds.
-    """
-    from livebass.bench.interpreter import bench_python, table
-    from livebass.bench.interpreter import picture as draw
-
-    _report(file, picture, bench_python, table, draw)
 
 
 def _report(

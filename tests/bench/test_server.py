@@ -1,4 +1,4 @@
-"""`livebass bench latency` and `bench python`, with a JACK server of the tests' own and without one."""
+"""`livebass bench latency`, with a JACK server of the tests' own and without one."""
 
 from __future__ import annotations
 
@@ -13,15 +13,14 @@ from typing import Any
 import numpy as np
 import pytest
 from support.child import die, fail, sleep
-from support.command import Run, assert_one_clear_line, cli_text
+from support.command import Run
 from support.jack import JACK_PERIOD as PERIOD
 from support.jack import JACK_RATE as RATE
 
-from livebass.bench import interpreter, latency, player
+from livebass.bench import latency, player
 from livebass.bench.jack import WRAP, Lost, in_child, since
 
 FEW = latency.Extent(notes=4, queued=5)
-SHORT = interpreter.Extent(seconds=0.3, settle=0.2, objects=100_000)
 
 
 @pytest.fixture
@@ -55,13 +54,6 @@ def test_without_a_server_only_the_queue_is_measured(
     assert "no JACK server 'nobody'" in first and "only the way from the queue into a block" in first
     row = result["rows"][0]
     assert row["notes"] == 5 and row["least_ms"] >= 1 / 48 and row["send_us"] > 0
-
-
-def test_without_a_server_no_callbacks_are_compared(no_server: None, run: Run, tmp_path: Path) -> None:
-    status, out, err = run("bench", "python", "--json", tmp_path / "x.json")
-    assert_one_clear_line(status, err, (1,))
-    assert "no JACK server 'nobody'" in err and "jackd" in err
-    assert not out and not os.listdir(tmp_path)
 
 
 def test_latency_through_a_server(server: SimpleNamespace) -> None:
@@ -107,24 +99,6 @@ def test_work_in_a_child_is_bounded(capfd: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(Lost):
         in_child(1, sleep, 60.0)
     assert time.monotonic() - began < 30 and capfd.readouterr().err == ""
-
-
-def test_both_callbacks_under_each_load(
-    server: SimpleNamespace, run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(interpreter, "bench_python", partial(interpreter.bench_python, extent=SHORT))
-    text = cli_text(run, "bench", "python", "--json", tmp_path / "x.json")
-    result = json.loads((tmp_path / "x.json").read_text())
-    assert text == interpreter.table(result) + "\n"
-    loads = ["idle", "Python loop", "regular expression", "garbage collector"]
-    assert [(r["load"], r["callback"]) for r in result["rows"]] == [
-        (load, callback) for load in loads for callback in ("native", "Python")
-    ]
-    for row in result["rows"]:
-        assert row["blocks"] >= 0.3 * RATE / PERIOD - 1
-        assert 0 <= row["lost"] <= row["blocks"] and row["share"] == row["lost"] / row["blocks"] and row["xruns"] >= 0
-    pytest.importorskip("matplotlib")
-    assert interpreter.picture(result).startswith(b"\x89PNG")
 
 
 def test_the_player_ends_in_one_line(monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> None:
