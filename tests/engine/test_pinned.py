@@ -21,7 +21,7 @@ from livebass import QUALITIES, load_preset, preset_names, render_to_array, scor
 from livebass.compiling import emitter, store
 from livebass.model.instrument import Instrument
 from livebass.model.keymap import LEARNED, MODO_12, PARAMETERS
-from livebass.score import Score
+from livebass.score.score import Score
 
 RATE = 48_000
 PINNED = json.loads((Path(__file__).parent / "pinned.json").read_text())
