@@ -21,7 +21,7 @@ import support.source
 import support.examples  # noqa: F401, registers the profiles of hypothesis
 from support.command import Run
 from support.engine import FakeEngine
-from support.jack import alone, running_server
+from support.jack import alone, leave_nothing, running_server
 
 from livebass.cli import main as cli
 from livebass.compiling import library, store
@@ -38,6 +38,10 @@ def pytest_configure() -> None:
     for number, usual in ((signal.SIGINT, signal.default_int_handler), (signal.SIGHUP, signal.SIG_DFL)):
         if signal.getsignal(number) is signal.SIG_IGN:
             signal.signal(number, usual)
+
+
+def pytest_sessionfinish() -> None:
+    leave_nothing()
 
 
 # Files whose tests run with no compiled kernels, and those of them that go first, while one worker compiles the kernels

@@ -282,31 +282,46 @@ def test_without_a_server_it_says_so() -> None:
 
 
 def test_a_registry_full_of_dead_servers_holds_no_server_up() -> None:
-    """JACK's registry has room for eight. In a process with shared memory of its own: other servers may run here."""
+    """JACK's registry has room for eight. Their places and files are freed, and nothing else; nothing is left behind.
+
+    In a process with shared memory of its own: other servers may run here.
+    """
     if not shutil.which("jackd") or subprocess.run([*APART, "true"], capture_output=True, check=False).returncode:
         pytest.skip("there is no jackd here, or no shared memory of one's own")
     program = """
 import subprocess
-from support.jack import running_server, server_names, wait_for
+from support.jack import SHARED, leave_nothing, running_server, servers, wait_for
 
-assert server_names() == []
+started = {}
 for k in range(8):
-    command = ["jackd", "--no-realtime", "-n", f"dead-{k}", "-d", "dummy"]
-    killed = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    wait_for(lambda: len(server_names()) > k)
-    killed.kill()
-    killed.wait()
+    name = f"server-{k}"
+    command = ["jackd", "--no-realtime", "-n", name, "-d", "dummy"]
+    started[name] = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+wait_for(lambda: all((SHARED / f"jack_sem.0_{name}_system").exists() for name in started))
+assert {name: process.pid for name, process in started.items()} == servers()
+lives = started.pop("server-3")
+for process in started.values():
+    process.kill()
+    process.wait()
+assert len(servers()) == 8 and list(SHARED.glob("jack*server-5*"))
 for _ in range(2):
     with running_server() as process:
-        assert process.poll() is None and len(server_names()) == 8
-    assert len(server_names()) < 8
-print(len(server_names()))
+        assert sorted(servers().values()) == sorted([lives.pid, process.pid])
+    assert servers() == {"server-3": lives.pid} and lives.poll() is None
+    left = {path.name for path in SHARED.glob("jack*server*")}
+    assert left and all("server-3" in name for name in left), left
+leave_nothing()
+assert servers() == {"server-3": lives.pid}, "it lives"
+lives.terminate()
+lives.wait()
+leave_nothing()
+print(sorted(SHARED.iterdir()))
 """
     done = subprocess.run(
         [*APART, sys.executable, "-c", program], capture_output=True, text=True, timeout=2 * PATIENCE, check=False,
         env={**os.environ, "PYTHONPATH": os.pathsep.join([str(Path(__file__).parents[1]), *sys.path])},
     )  # fmt: skip
-    assert done.stdout.strip() == "7", done.stdout + done.stderr[-2000:]
+    assert done.stdout.strip() == "[]", done.stdout + done.stderr[-2000:]
 
 
 def test_a_client_that_does_not_open_at_once_is_opened_again(monkeypatch: pytest.MonkeyPatch) -> None:

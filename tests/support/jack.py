@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import ctypes
 import fcntl
 import itertools
 import os
 import re
 import shutil
 import signal
+import struct
 import subprocess
 import sys
 import tempfile
@@ -22,7 +24,12 @@ from livebass.bench.jack import Lost, new_client
 JACK_RATE, JACK_PERIOD = 48000, 256
 TURN = 1200.0  # s that other test runs may take
 PATIENCE = 180.0  # s: a machine that does much else takes its time, and a wait ends as soon as it can
-REGISTRY = Path("/dev/shm/jack-shm-registry")  # has room for eight servers
+SHARED = Path("/dev/shm")
+# What JACK servers share: a header, then eight places for a server each, with its process and "jack-USER:NAME:"
+REGISTRY = SHARED / "jack-shm-registry"
+MAGIC, HEADER, PLACE, PLACES = b"KCAJ", 24, struct.Struct("i257s3x"), 8
+REGISTRY_LOCK = 0x282929  # key of the semaphore that guards it
+SEM_UNDO = 0x1000  # a process that ends lets go
 NUMBERS = itertools.count()
 
 
@@ -85,20 +92,17 @@ def running_server() -> Iterator[subprocess.Popen[bytes]]:
     os.environ["JACK_NO_AUDIO_RESERVATION"] = "1"
     process = None
     try:
-        # A server that was killed stays in the registry until one of the same name takes its place.
-        for name in (f"livebass-test-{os.getpid()}-{next(NUMBERS)}", *server_names()):
-            os.environ["JACK_DEFAULT_SERVER"] = name
-            if not _answers():
-                shutil.rmtree(f"/dev/shm/jack_db-{os.getuid()}", ignore_errors=True)  # see livebass.live.guards
-                process = _start(name)
-                wait_for(lambda process=process: process.poll() is not None or _answers())  # type: ignore[misc]
-                if process.poll() is None:
-                    break
-        assert process is not None and process.poll() is None, "jackd does not start"
+        free_dead_servers()
+        os.environ["JACK_DEFAULT_SERVER"] = name = f"livebass-test-{os.getpid()}-{next(NUMBERS)}"
+        shutil.rmtree(SHARED / f"jack_db-{os.getuid()}", ignore_errors=True)  # see livebass.live.guards
+        process = _start(name)
+        wait_for(lambda: process.poll() is not None or _answers())
+        assert process.poll() is None, "jackd does not start"
         yield process
     finally:
         if process is not None:
             _end(process)
+            free_dead_servers()
         for key, value in before.items():
             if value is None:
                 os.environ.pop(key, None)
@@ -132,10 +136,82 @@ def _answers() -> bool:
     return True
 
 
-def server_names() -> list[str]:
-    """The names of this user's servers in JACK's registry; those that were killed stay there."""
+def servers() -> dict[str, int]:
+    """The processes of this user's servers in JACK's registry, by name; those that were killed stay there."""
     try:
         registry = REGISTRY.read_bytes()
     except OSError:
-        return []
-    return [name.decode() for name in re.findall(rb"jack-%d:([^:\0]+):" % os.getuid(), registry)]
+        return {}
+    found = [PLACE.unpack_from(registry, HEADER + k * PLACE.size) for k in range(PLACES if _is_known(registry) else 0)]
+    ours = ((re.match(rb"jack-%d:(.+):\0" % os.getuid(), name), process) for process, name in found)
+    return {match[1].decode(): process for match, process in ours if match}
+
+
+def _is_known(registry: bytes) -> bool:
+    """True if these bytes are a registry of JACK 2 as this file knows it."""
+    return registry[:4] == MAGIC and len(registry) > HEADER + PLACES * PLACE.size
+
+
+def _lives(process: int) -> bool:
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except PermissionError:
+        return True
+    return True
+
+
+@contextmanager
+def _registry_locked() -> Iterator[bool]:
+    """Keeps servers from the registry, as they do each other; False: they kept it for two seconds."""
+    libc = ctypes.CDLL(None)
+    lock = libc.semget(REGISTRY_LOCK, 0, 0)
+    two_seconds = struct.pack("ll", 2, 0)
+    if lock >= 0 and libc.semtimedop(lock, struct.pack("Hhh", 0, -1, SEM_UNDO), ctypes.c_size_t(1), two_seconds):
+        yield False
+        return
+    try:
+        yield True
+    finally:
+        if lock >= 0:
+            libc.semtimedop(lock, struct.pack("Hhh", 0, 1, SEM_UNDO), ctypes.c_size_t(1), two_seconds)
+
+
+def free_dead_servers() -> None:
+    """Frees what this user's servers left whose processes are gone: places in the registry, semaphores, sockets."""
+    with _registry_locked() as locked:
+        if not locked:
+            return
+        if any(not _lives(process) for process in servers().values()):
+            with REGISTRY.open("r+b") as file:
+                registry = file.read()
+                for k in range(PLACES):
+                    at = HEADER + k * PLACE.size
+                    process, name = PLACE.unpack_from(registry, at)
+                    if name.startswith(b"jack-%d:" % os.getuid()) and not _lives(process):
+                        file.seek(at)
+                        file.write(bytes(PLACE.size))
+        user, living = os.getuid(), servers()
+        for left in [*SHARED.glob(f"jack_sem.{user}_*"), *SHARED.glob(f"jack_*_{user}_*")]:
+            name = left.name.removeprefix(f"jack_sem.{user}_").removeprefix("jack_")
+            if not name.startswith(tuple(f"{server}_" for server in living)):
+                left.unlink(missing_ok=True)
+
+
+def leave_nothing() -> None:
+    """Removes what servers share, where none of this user lives and no other process looks at it."""
+    free_dead_servers()
+    if servers() or not REGISTRY.exists() or any(_looks_at_registry(place) for place in Path("/proc").glob("[1-9]*")):
+        return
+    for left in [*SHARED.glob(f"jack-{os.getuid()}-*"), REGISTRY]:  # memory of servers that were killed, and the list
+        left.unlink(missing_ok=True)
+    shutil.rmtree(SHARED / f"jack_db-{os.getuid()}", ignore_errors=True)
+
+
+def _looks_at_registry(place: Path) -> bool:
+    """True if the process at `place` in /proc, another one than this, has the registry in its memory."""
+    try:
+        return int(place.name) != os.getpid() and REGISTRY.name in (place / "maps").read_text(errors="replace")
+    except OSError:
+        return False
