@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from livebass.cli.groups import GroupedCommand
 from livebass.cli.hands import Hands, hands_options
 from livebass.cli.remembered import DamagedSettings, Remembered, forget, load, save, settings_file
 from livebass.cli.render import DEFAULT_PRESET, DEMOS, clipping, demo_for, have_kernels, ready_for
@@ -77,7 +78,18 @@ after the other: first those that have touched a fret, the one plucked last befo
 sound, the oldest first. They change back one by one when the load has stayed below 35 % for half a second."""
 
 
-@click.command()
+GROUPS = {
+    "Sound": "--preset --quality --gain --tuning --capo --a4 --temperament",
+    "Hands": "--keys --velocity-curve --wheel --learn --controllers",
+    "Song": "--file --demo --loop --tempo --metronome --tuner",
+    "Take": "--record --record-midi --log",
+    "Devices": "--backend --audio --midi --channel --rate --block --latency --osc",
+    "JACK": "--transport --metronome-port --strings --client-name --no-connect",
+    "Session": "--no-settings --forget --quiet --help",
+}
+
+
+@click.command(cls=GroupedCommand, groups=GROUPS)
 @click.option(
     "-p",
     "--preset",

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from livebass.cli.groups import GroupedCommand
 from livebass.cli.hands import Hands, hands_options, loader
 from livebass.cli.said import say
 from livebass.cli.tuning import tuning_options
@@ -61,7 +62,16 @@ quality_option = click.option(
 )
 
 
-@click.command()
+GROUPS = {
+    "Music": "--note --velocity --duration --demo --all-presets --channel --list --tail",
+    "Sound": "--preset --quality --gain --normalize --tuning --capo --a4 --temperament --modes --contact-rate --seed",
+    "Hands": "--keys --velocity-curve --wheel",
+    "File": "--output --format --bits --rate --stems",
+    "Help": "--help",
+}
+
+
+@click.command(cls=GroupedCommand, groups=GROUPS)
 @click.argument("midi", required=False, type=click.Path(path_type=Path))
 @click.option("--note", type=Note(), help="Play one note instead of a MIDI file: G2, C#1, 43.")
 @click.option(

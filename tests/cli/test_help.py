@@ -15,6 +15,7 @@ import pytest
 from support.command import Run, assert_one_clear_line, cli_text
 
 from livebass.cli import help as handbook
+from livebass.cli.groups import GroupedCommand
 from livebass.cli.main import livebass as program
 
 ROOT = Path(__file__).parents[2]
@@ -69,6 +70,25 @@ def test_a_name_that_is_misspelt_is_answered_with_the_nearest(run: Run, word: st
     status, out, err = run("help", word)
     assert_one_clear_line(status, err, (2,))
     assert not out and (f"did you mean {page}?" in err if page else "did you mean" not in err)
+
+
+@pytest.mark.parametrize("name", ["play", "render"])
+def test_every_option_of_a_command_with_many_stands_under_one_heading(run: Run, name: str) -> None:
+    text, command = cli_text(run, name, "--help"), program.commands[name]
+    assert isinstance(command, GroupedCommand)
+    sections = dict(re.findall(r"^(\w+):\n((?:  .*\n)+)", text, re.MULTILINE))
+    assert list(sections) == list(command.groups) and len(sections) > 3
+    listed = [option for rows in sections.values() for option in re.findall(r"^  (?:-\w, )?(--[\w-]+)", rows, re.M)]
+    parameters = command.get_params(click.Context(command))
+    assert sorted(listed) == sorted(p.opts[-1] for p in parameters if isinstance(p, click.Option))
+    columns = {len(row) - len(row.lstrip()) for rows in sections.values() for row in rows.splitlines()}
+    assert columns == {2, 34}, "one column of texts under all headings"
+
+
+def test_options_under_headings_are_still_completed() -> None:
+    command = program.commands["play"]
+    words = [item.value for item in command.shell_complete(click.Context(command), "--metr")]
+    assert words == ["--metronome", "--metronome-port"]
 
 
 def test_a_pager_is_used_in_a_terminal_only(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
