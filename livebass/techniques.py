@@ -1,21 +1,246 @@
-"""What a player asks for: techniques that keys switch, functions of controllers, parameters of hosts, by number."""
+"""What a player asks for, a row each: techniques that keys switch, functions of controllers, parameters of hosts.
 
-# Parameters that hosts move while the bass plays, and their limits; 0 is always "as the bass itself has it". The sound
-# of the gain is the synth's (block.py).
-GAIN_DB, TONE_POT, PLUCK_POSITION, DYNAMICS, TECHNIQUE, HAND_DAMPING, UNEVENNESS, BEND_RANGE, PARAMETERS = range(9)
-LEAST = (-60.0, -1.0, -1.0, -12.0, 0.0, -1.0, -1.0, 0.0)
-MOST = (20.0, 1.0, 1.0, 12.0, 3.0, 1.0, 1.0, 24.0)
-OWN, PLUCKED, THUMB_ON_TWO, THUMB_ON_ALL = range(4)  # values of TECHNIQUE
+A row is a statement: it gives the number that the kernels read, and adds to a table all that is said of it. Key maps
+and their files, `play --controllers`, the tables of README and handbook, number keys, page, OSC and plugins follow from
+these tables. Of one symbol in two of them each asks for what the other does: a key or a controller for vibrato.
 
-# Key switches, by the key map of the bass. Those of the first row, the strokes, DETACH and LEFT_SLAP hold while the
-# key is held, the last of WITH_FINGERS, WITH_PICK and WITH_THUMB until the next of them, STOP_ALL and HAND_AT happen at
-# once. The value of ON_STRING is a pitch class of an open string, that of HAND_AT a fret.
-NO_SWITCH, ON_STRING, GHOST, LEGATO, HARMONIC, TAP, PALM, SLIDE, VIBRATO = range(9)
-WITH_FINGERS, WITH_PICK, WITH_THUMB, STOP_ALL, DOWN_STROKE, UP_STROKE, HAND_AT, DETACH, LEFT_SLAP, ACTIONS = range(
-    9, 19
+Numbers count in the order of the rows and stand in instrument files, projects and automation of hosts: a new technique
+or parameter is the last of its kind. A new function moves CC_PARAMETER: instrument files get another version.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+# --- techniques, by key switches of the bass's key map ---
+
+HOLD, PRESS = "hold", "press"  # as long as the key is down; at once, and until another one ends it
+FRETS = 24  # that the left hand is called to by keys
+
+
+@dataclass(frozen=True)
+class Technique:
+    """What a key switches."""
+
+    number: int
+    symbol: str  # in files
+    name: str  # in hosts, on the page, in a terminal; {} is its value: a string's open note, a fret
+    asked: str  # HOLD or PRESS
+    modo: tuple[int, ...]  # its keys in the map of MODO BASS ...
+    modo_12: tuple[int, ...]  # ... and in modo-12
+    help: str
+
+
+TECHNIQUE_ROWS: dict[str, Technique] = {}
+NO_SWITCH = 0
+
+
+def technique(symbol: str, name: str, asked: str, modo: tuple[int, ...], modo_12: tuple[int, ...], does: str) -> int:
+    """Adds a row to TECHNIQUE_ROWS; returns its number."""
+    number = NO_SWITCH + 1 + len(TECHNIQUE_ROWS)
+    TECHNIQUE_ROWS[symbol] = Technique(number, symbol, name, asked, modo, modo_12, does)
+    return number
+
+
+ON_STRING = technique(  # its value is the pitch class of the open string, and that of the key
+    "string", "String {}", HOLD, (0, 9, 11, 14, 16, 19), (12, 21, 23, 26, 28, 31), "notes are played on this string"
 )
-# Controllers, likewise by the key map; from CC_PARAMETER on they move the parameters above
-NO_FUNCTION, CC_PLACE, CC_VOLUME, CC_EXPRESSION, CC_LET_RING, CC_VIBRATO, CC_PALM, CC_SLIDE = range(8)
-CC_LEGATO, CC_BEND, CC_HAND, CC_BLEND, CC_PARAMETER = range(8, 13)
+GHOST = technique("ghost", "Ghost notes", HOLD, (10,), (22,), "ghost notes, muted by the left hand")
+LEGATO = technique("legato", "Hammer-on", HOLD, (12,), (24,), "overlapping notes are hammered on and pulled off")
+HARMONIC = technique(
+    "harmonic", "Harmonics", HOLD, (17,), (29,),
+    "harmonics, natural where an open string has the note, else an octave higher",
+)  # fmt: skip
+TAP = technique("tap", "Tapping", HOLD, (2,), (14,), "notes are tapped")
+PALM = technique("palm_mute", "Palm mute", HOLD, (3,), (17,), "palm mute")
+SLIDE = technique("slide", "Slide", HOLD, (4,), (16,), "overlapping notes slide")
+VIBRATO = technique("vibrato", "Vibrato", HOLD, (6,), (18,), "vibrato")
+WITH_FINGERS = technique("finger", "Fingers", PRESS, (13,), (25,), "fingers from now on")
+WITH_PICK = technique("pick", "Pick", PRESS, (15,), (27,), "a pick from now on")
+WITH_THUMB = technique("slap", "Thumb", PRESS, (18,), (30,), "thumb and pops from now on")
+STOP_ALL = technique("stop_all", "Stop all strings", PRESS, (8,), (20,), "all strings are damped")
+DOWN_STROKE = technique(
+    "down_stroke", "Down stroke", HOLD, (), (13,), "every stroke goes down, or is the index finger's"
+)
+UP_STROKE = technique("up_stroke", "Up stroke", HOLD, (), (15,), "every stroke goes up, or is the middle finger's")
+HAND_AT = technique(  # its value is the fret, the first one's for the first key
+    "hand", "Hand at fret {}", PRESS, (), tuple(range(89, 89 + FRETS)), "the left hand goes to a fret"
+)
+DETACH = technique(
+    "detach", "Stop on release", HOLD, (), (32,), "a key let go stops its string, without pull-off or let ring"
+)
+LEFT_SLAP = technique(
+    "left_slap", "Left-hand slap", HOLD, (7,), (19,), "the left hand slaps the strings, a clack without pitch"
+)
+ACTIONS = NO_SWITCH + 1 + len(TECHNIQUE_ROWS)
+
+# --- functions of controllers, likewise ---
+
+CHANNEL_MODES = 120  # the first controller that is none
+RPN = (6, 38, 98, 99, 100, 101)  # controllers that MIDI has for ranges ...
+RESERVED = (*RPN, 96, 97)  # ... and for steps of them: they come in sequences
+LEARNED = 102  # the controller of parameter 0 in every map that gives it no other function; the next ones follow
+
+
+@dataclass(frozen=True)
+class Function:
+    """What a controller moves."""
+
+    number: int
+    symbol: str  # in files
+    controllers: tuple[int, ...]  # its controllers in the maps there are
+    help: str
+    field: str = ""  # of the performer, above 0 while it is on
+    pressed: int = 127  # the value that a button sends
+
+
+FUNCTION_ROWS: dict[str, Function] = {}
+NO_FUNCTION = 0
+
+
+def function(symbol: str, controllers: tuple[int, ...], does: str, field: str = "", pressed: int = 127) -> int:
+    """Adds a row to FUNCTION_ROWS; returns its number."""
+    number = NO_FUNCTION + 1 + len(FUNCTION_ROWS)
+    FUNCTION_ROWS[symbol] = Function(number, symbol, controllers, does, field, pressed)
+    return number
+
+
+CC_PLACE = function("place", (3,), "where the string is plucked, from the neck (0) to the bridge (127)")
+CC_VOLUME = function("volume", (7,), "volume")
+CC_EXPRESSION = function("expression", (11,), "expression, as volume")
+CC_LET_RING = function(
+    "let_ring", (64,),
+    "from 64 on: notes ring on when let go; with player.answering idle strings ring along", "pedal",
+)  # fmt: skip
+CC_VIBRATO = function("vibrato", (1,), "vibrato", "vibrato")
+CC_PALM = function("palm_mute", (9,), "palm mute, from none (0) over loose (1) to tight (127)", "palm", pressed=76)
+CC_SLIDE = function("slide", (65,), "from 64 on: overlapping notes slide", "sliding")
+CC_LEGATO = function("legato", (68,), "from 64 on: overlapping notes are hammered on and pulled off", "legato")
+CC_BEND = function("bend", (5,), "bend upwards, up to 2 semitones, once it has been below 3")
+CC_HAND = function("hand", (4,), "where the left hand is, from the first fret (0) to the last ones (127)")
+CC_BLEND = function(
+    "blend", (18,), "pickups, from the neck's alone (0) to the bridge's alone (127); at 64 as the bass has them"
+)
+CC_PARAMETER = NO_FUNCTION + 1 + len(FUNCTION_ROWS)  # from here on they move the parameters of the playing
+
+# --- parameters that hosts move ---
+
+MOST_BASSES = 128  # that a plugin offers
+SWITCH = ("off", "on")
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """What hosts, the page and OSC set while the bass plays. Its number is its id."""
+
+    number: int
+    symbol: str
+    name: str
+    group: str  # under which hosts show it
+    least: float
+    most: float
+    usual: float
+    unit: str  # "" or dB, semitones
+    whole: bool  # only whole numbers
+    points: tuple[str, ...]  # names of the values 0, 1 ...
+
+
+PARAMETER_ROWS: dict[str, Parameter] = {}
+
+
+def parameter(
+    symbol: str,
+    name: str,
+    group: str,
+    least: float = 0.0,
+    most: float = 1.0,
+    unit: str = "",
+    points: tuple[str, ...] = (),
+    usual: float = 0.0,
+    whole: bool = False,
+) -> int:
+    """Adds a row to PARAMETER_ROWS; returns its number."""
+    number, whole = len(PARAMETER_ROWS), whole or bool(points)
+    PARAMETER_ROWS[symbol] = Parameter(number, symbol, name, group, least, most, usual, unit, whole, points)
+    return number
+
+
+def played(
+    symbol: str,
+    name: str,
+    group: str,
+    least: float,
+    most: float,
+    does: str,
+    unit: str = "",
+    points: tuple[str, ...] = (),
+    controllers: tuple[int, ...] = (),
+) -> int:
+    """Adds a parameter of the playing, whose usual value 0 is "as the bass itself has it", and its controllers' row."""
+    number = parameter(symbol, name, group, least, most, unit, points, whole=unit == "semitones")
+    function(symbol, controllers, does)
+    return number
+
+
+GAIN_DB = played("gain", "Gain", "Sound", -60.0, 20.0, "gain, from silence to 0 dB", "dB")  # the least is silence
+TONE_POT = played(
+    "tone", "Tone", "Sound", -1.0, 1.0, "tone pot, from closed (0) to open (127); at 64 as the bass has it",
+    controllers=(17,),
+)  # fmt: skip
+PLUCK_POSITION = played(
+    "pluck_position", "Pluck position", "Playing", -1.0, 1.0,
+    "place of the pluck, from nearest to the bridge (0) to farthest from it (127)",
+)  # fmt: skip
+DYNAMICS = played("dynamics", "Dynamics", "Playing", -12.0, 12.0, "force of every note, -12 to 12 dB", "dB")
+OWN, PLUCKED, THUMB_ON_TWO, THUMB_ON_ALL = range(4)  # values of TECHNIQUE
+TECHNIQUE = played(
+    "technique", "Technique", "Playing", float(OWN), float(THUMB_ON_ALL),
+    "in four parts: as the bass has it, plucked, thumb on two strings, thumb on all",
+    points=("as the bass has it", "plucked", "thumb on two strings", "thumb on all"),
+)  # fmt: skip
+HAND_DAMPING = played(
+    "hand_damping", "Hand damping", "Playing", -1.0, 1.0, "hand that stops a note, from a tenth to ten times as firm"
+)
+UNEVENNESS = played("unevenness", "Unevenness", "Playing", -1.0, 1.0, "unevenness from note to note, from less to more")
+BEND_RANGE = played(
+    "bend_range", "Bend range", "Playing", 0.0, 24.0,
+    "range of the pitch bend, 0 (as the bass has it) to 24 semitones", "semitones",
+)  # fmt: skip
+LEARNABLE = tuple(PARAMETER_ROWS)  # symbols of those of the playing: kernels hold them, and controllers learn them
+PARAMETERS = len(LEARNABLE)
 FUNCTIONS = CC_PARAMETER + PARAMETERS
-LEARNED = 102  # the controller that moves parameter 0 in every map, unless it says otherwise, and so on
+LEAST = tuple(row.least for row in PARAMETER_ROWS.values())
+MOST = tuple(row.most for row in PARAMETER_ROWS.values())
+
+parameter("bass", "Bass", "Sound", most=MOST_BASSES - 1.0, whole=True)  # in the order of the shelf
+parameter("quality", "Quality", "Processor", points=("live", "studio"))
+parameter("running_ahead", "Running ahead", "Processor", points=SWITCH)
+parameter("relief", "Relief under overload", "Processor", points=SWITCH, usual=1.0)  # never offline
+parameter("palm_mute", "Palm mute", "Playing")  # these two are amounts that functions of controllers move, too
+parameter("vibrato", "Vibrato", "Playing")
+
+# --- number keys of the page and of a terminal ---
+
+
+class Button(NamedTuple):
+    """What a number key, 1 to 9 and 0, asks for."""
+
+    symbol: str
+    name: str
+    value: int  # what its controller is sent; 0: it has none, but a key
+    strikes: bool  # it changes what plucks, until the next one; the others are on or off
+
+
+def button(symbol: str, name: str = "") -> Button:
+    """The number key of a technique, or of a function that is no technique and so needs a name."""
+    row, moved = TECHNIQUE_ROWS.get(symbol), FUNCTION_ROWS.get(symbol)
+    return Button(
+        symbol, row.name if row else name, moved.pressed if moved else 0, row is not None and row.asked == PRESS
+    )
+
+
+BUTTONS = (
+    *map(button, ("finger", "pick", "slap", "palm_mute", "ghost", "harmonic", "legato", "slide", "vibrato")),
+    button("let_ring", "Let ring"),
+)

@@ -150,6 +150,11 @@ def note_name(number: int) -> str:
     return f"{_SHARPS[number % 12]}{number // 12 - 1}"
 
 
+def pitch_name(number: int) -> str:
+    """Name of the pitch class of a MIDI note number, or of one from 0, C: its note's, without the octave."""
+    return _SHARPS[number % 12]
+
+
 def _positive(value: float, what: str) -> float:
     if not (math.isfinite(value) and value > 0):
         raise ValueError(f"{what} must be positive and finite")

@@ -33,49 +33,6 @@ if TYPE_CHECKING:
     from livebass.score.score import Score
 
 LOG = logging.getLogger("livebass")
-CONTROLLERS = """\
-  1-16 channels     --channel takes one; without it all are played
-  note-on           the velocity is the force of the pluck, by --velocity-curve; string and fret follow from the note
-  note-off          the velocity is how hard a pull-off plucks
-  pitch bend        2 semitones, or as RPN 0 says, up to 96
-  controller 1      vibrato
-  controller 3, 16  plucking point, from the neck (0) to the bridge (127)
-  controller 4      where the left hand is, from the first fret (0) to the last ones (127)
-  controller 5      bend upwards by up to 2 semitones, once it has been at 0
-  controller 7, 11  volume, expression
-  controller 9      palm mute, from loose (1) to tight (127)
-  controller 17     tone pot, from closed (0) to open (127); at 64 as the bass has it
-  controller 18     pickups, from the neck's alone (0) to the bridge's alone (127); at 64 as the bass has them
-  controller 64     let ring: notes ring on after they are let go; with player.answering idle strings ring along
-  65, 68            from 64 on: overlapping notes slide; are hammered on and pulled off
-  102 to 109        gain, tone, pluck_position, dynamics, technique, hand_damping, unevenness, bend_range, as --learn
-                    moves them, and as a MIDI take has what --learn has moved
-  program           33 to 38 of General MIDI choose a preset, see `livebass presets list`; in a --file without -p, too
-  6, 38, 100, 101   RPN 0, the range of the pitch bend; RPN 6, MPE: each note has its own bend, its vibrato by pressure
-                    and its plucking point by controller 74
-  126               1: overlapping notes up to two frets apart are legato; 2 and more: a channel for each string, the
-                    highest one's first, as MIDI guitars have it, with a wheel of its own; notes on channels without
-                    a string are dropped, and counted
-  any other         what --learn gives it: gain, tone, pluck_position, dynamics, technique, hand_damping, unevenness or
-                    bend_range; at 64 the parameter is as the bass has it, the gain at 127
-  120, 121, 123     all sound off, reset all controllers, all notes off
-
-Key switches, below the notes of the bass, as MODO BASS has them; held, but 13, 15 and 18, which last, and 8:
-
-  0 9 11 14 16 19   play on the string C, A, B, D, E, G
-  10  12  17        ghost notes; hammer-on and pull-off (overlap the notes); harmonics, natural where an open string
-                    has the note, else an octave above the fret
-  2  3  4  6  7     tapping; palm mute; slides (overlap the notes); vibrato; left-hand slap
-  13  15  18        fingers; pick; thumb and pops
-  8                 damp all strings
-
---keys modo-12 has them an octave higher, and more: 13 and 15 down and up strokes, 17 palm mute, 32 stops notes let go,
-89 to 112 the left hand at frets 1 to 24. --keys FILE has them as you like: `livebass presets keymap`. --controllers
---keys FILE explains yours. --wheel slide: the pitch wheel goes over frets, up to 2 up or down.
-
-When a block takes more than three quarters of its time, strings change to 150 modes and contact steps at 192 kHz, one
-after the other: first those that have touched a fret, the one plucked last before the others; then those that only
-sound, the oldest first. They change back one by one when the load has stayed below 35 % for half a second."""
 
 
 GROUPS = {
@@ -198,10 +155,11 @@ def play(**options: Any) -> None:
     """
     hands = Hands.taken(options)
     if options["controllers"]:
+        from livebass.cli.messages import controllers_text
         from livebass.preset.keymap import key_map_text
 
         keys = hands.changes.get("keys")
-        click.echo(key_map_text(keys).rstrip("\n") if keys else CONTROLLERS)
+        click.echo(key_map_text(keys).rstrip("\n") if keys else controllers_text())
         return
     from livebass.cli.song import later_presets, preset_of, remarks, too_low
     from livebass.compiling.library import cached

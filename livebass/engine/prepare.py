@@ -33,9 +33,10 @@ from livebass.kernels.string.records import EVENT, MOST_NEAR, OPERATOR, ROW, STR
 from livebass.kernels.voice import run_string
 from livebass.model.answers import answering_modes
 from livebass.model.instrument import ANSWERING, STROKES, Coil, Instrument, Output, Pickup, Player, Speaking, String
-from livebass.model.keymap import FUNCTIONS, LEARNED, PARAMETERS, SWITCHES, velocity_parts
+from livebass.model.keymap import velocity_parts
 from livebass.model.modes import CARRIED, bending, clamped_mode, damped_fundamental, held_stiffness
 from livebass.model.quality import MOST_MODES, QUALITIES, Quality
+from livebass.techniques import FUNCTION_ROWS, TECHNIQUE_ROWS
 
 MOST_PHASES = 2000
 LINE = 8  # float64 in a cache line
@@ -376,18 +377,11 @@ def instrument_numbers(
 
 def fill_key_map(to: NDArray[np.void], player: Player) -> None:
     """Fills a KEY_MAP with the player's keys and controllers."""
-    switches, functions = list(SWITCHES), list(FUNCTIONS)
     to["over_notes"] = player.keys.over_notes
     for key, name, value in player.keys.keys:
-        to["action"][key], to["value"][key] = 1 + switches.index(name), value
-    by_number = {LEARNED + k: name for k, name in enumerate(PARAMETERS)}
-    place, usual = player.position_controller, Player.position_controller
-    by_number[place] = "place"
-    by_number |= dict(player.keys.controllers)
-    if place != usual:  # the preset asks for it
-        by_number[place] = "place"
-    for number, name in by_number.items():
-        to["function"][number] = 1 + functions.index(name)
+        to["action"][key], to["value"][key] = TECHNIQUE_ROWS[name].number, value
+    for number, name in player.keys.functions(player.position_controller).items():
+        to["function"][number] = FUNCTION_ROWS[name].number
 
 
 def bass_numbers(instrument: Instrument, tiers: Sequence[Quality], frets: int) -> NDArray[np.void]:

@@ -8,12 +8,13 @@ from typing import Protocol
 
 from livebass.live.desk import BEATS, TEMPOS, Desk
 from livebass.live.osc import Control, Value
-from livebass.live.parameters import PARAMETERS, Parameter
+from livebass.live.parameters import PARAMETERS, event
 from livebass.live.synth import Reading, Synth, decibels
 from livebass.live.thread.ring import AMOUNT, PARAMETER
 from livebass.live.tuner import tuning
 from livebass.model.instrument import A4_HZ
 from livebass.preset.load import preset_names
+from livebass.techniques import PARAMETER_ROWS, Parameter
 
 COUNTS = ("frame", "blocks", "late", "underruns", "messages", "faults", "overload", "lost", "clipped")  # meters
 MOST_COUNT = (1 << 31) - 1  # of OSC's whole numbers
@@ -53,8 +54,8 @@ def control_table(
         presets.choose(preset=value if isinstance(value, str) else at(preset_names(), value))
 
     def quality(value: Value) -> None:
-        p = next(p for p in PARAMETERS if p.symbol == "quality")
-        presets.choose(quality=value if isinstance(value, str) else at(list(p.points), value))
+        points = list(PARAMETER_ROWS["quality"].points)
+        presets.choose(quality=value if isinstance(value, str) else at(points, value))
 
     def tempo(value: Value) -> None:
         desk.tempo = within(value, *TEMPOS)
@@ -80,7 +81,7 @@ def control_table(
         return Control(write, lambda: synth().amount(function))
 
     kinds = {PARAMETER: playing, AMOUNT: amount}
-    table = {p.symbol: kinds[p.event[0]](p, p.event[1]) for p in PARAMETERS if p.event}
+    table = {p.symbol: kinds[found[0]](p, found[1]) for p in PARAMETERS if (found := event(p))}
     table |= {
         "bass": Control(bass, lambda: presets.playing[0]),
         "quality": Control(quality, lambda: presets.playing[1]),

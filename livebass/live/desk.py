@@ -13,10 +13,11 @@ from numpy.typing import NDArray
 
 from livebass.kernels.player.performer import CONTROLLERS
 from livebass.live.parameters import NUMBERS, PARAMETERS
-from livebass.live.thread.desk import CHANNEL_MODES, DESK, MOVED_BITS
+from livebass.live.thread.desk import DESK, MOVED_BITS
 from livebass.live.thread.records import field_offset
 from livebass.live.thread.ring import write_word
 from livebass.score.score import PROGRAM, Score
+from livebass.techniques import CHANNEL_MODES, RESERVED
 
 LOG = logging.getLogger(__name__)
 LEAD = 0.2  # s before a score begins
@@ -24,7 +25,6 @@ SHORTEST_LOOP = 0.1  # s
 TEMPOS = (0.1, 4.0)  # parts of the score's own tempo
 BEATS = (20.0, 400.0)  # of the metronome, a minute
 CLICK_LENGTH, CLICK_PITCH, CLICK_LEVEL, CLICK_DECAY = 0.03, 1500.0, 0.25, 0.006  # s, Hz, of full scale, s
-RPN = (6, 38, 96, 97, 98, 99, 100, 101)  # controllers that come in sequences
 MODES = (126, 127)  # controllers that give channels a meaning
 
 
@@ -51,7 +51,7 @@ class Desk:
         data = score.messages.astype(np.int64)
         words = data[:, 0] | data[:, 1] << 8 | data[:, 2] << 16
         frames = np.ascontiguousarray(score.frames)
-        settings = np.flatnonzero((data[:, 0] & 0xF0 == 0xB0) & np.isin(data[:, 1], RPN + MODES)).astype(np.int64)
+        settings = np.flatnonzero((data[:, 0] & 0xF0 == 0xB0) & np.isin(data[:, 1], RESERVED + MODES)).astype(np.int64)
         programs = np.full(len(data) + 1, -1 if score.program is None else score.program, np.int64)
         for k in np.flatnonzero(data[:, 0] & 0xF0 == PROGRAM).tolist():
             programs[k + 1 :] = data[k, 1]
@@ -183,7 +183,7 @@ def check_controllers(controllers: Mapping[str, object]) -> dict[str, int]:
             raise ValueError(f"{symbol!r}: there is no such parameter; there is {', '.join(NUMBERS)}")
         if not isinstance(controller, int) or isinstance(controller, bool) or not 0 <= controller < CHANNEL_MODES:
             raise ValueError(f"{symbol}: controller {controller!r}: allowed are 0 to {CHANNEL_MODES - 1}")
-        if controller in RPN:
+        if controller in RESERVED:
             raise ValueError(f"{symbol}: controller {controller} sets the range of the pitch bend (RPN), and only that")
         if controller in checked.values():
             raise ValueError(f"{symbol}: controller {controller} moves another parameter already")
@@ -224,7 +224,7 @@ class MidiLearn:
         count, controller = self.desk.moved
         if self._symbol is None or count == self._seen:
             return
-        if controller >= CHANNEL_MODES or controller in RPN:
+        if controller >= CHANNEL_MODES or controller in RESERVED:
             self._seen = count
             return
         self.desk.learn(self._symbol, controller)

@@ -20,6 +20,7 @@ from livebass.extras import install
 from livebass.live.guards import call_with_timeout, jack_hangs, never_release, open_jack_client, silenced_stderr
 from livebass.live.synth import Synth
 from livebass.model.keymap import MODO, KeyMap
+from livebass.techniques import BUTTONS
 
 LOG = logging.getLogger(__name__)
 CLIENT = "livebass"
@@ -280,15 +281,12 @@ NOTES = {key: place for place, key in enumerate("zsxdcvgbhnjm,l.;/")} | dict(
 )
 # Techniques as the page has them, and its number keys: strokes last; ways to play are on, by a controller (and its
 # value) or a held key switch, until they are switched off.
-STROKES = {"1": ("fingers", "finger"), "2": ("pick", "pick"), "3": ("thumb", "slap")}
-WAYS = {
-    "4": ("palm mute", "palm_mute", 76), "5": ("ghost", "ghost", 0), "6": ("harmonic", "harmonic", 0),
-    "7": ("hammer-on", "legato", 127), "8": ("slide", "slide", 127), "9": ("vibrato", "vibrato", 127),
-    "0": ("let ring", "let_ring", 127),
-}  # fmt: skip
+DIGITS = dict(zip("1234567890", BUTTONS, strict=True))
+STROKES = {key: button for key, button in DIGITS.items() if button.strikes}
+WAYS = {key: button for key, button in DIGITS.items() if not button.strikes}
 HELP = (
     "keys: z x c ... and q w e ... are the white keys, s d g ... and capitals of the upper row the black ones; "
-    + "; ".join(f"{key} {called[0]}" for key, called in (STROKES | WAYS).items())
+    + "; ".join(f"{key} {button.name.lower()}" for key, button in DIGITS.items())
     + "; space damps; [ and ] octave; - and = velocity; Tab next preset; Enter next quality; \\ MIDI learn; ! panic; "
     "Ctrl-C ends"
 )
@@ -476,7 +474,7 @@ class TerminalKeys:
         elif key in "-=":
             self.velocity = min(max(self.velocity + (STEP if key == "=" else -STEP), VELOCITIES[0]), VELOCITIES[1])
         elif key in STROKES:
-            if (number := self._switch(STROKES[key][1])) is not None:
+            if (number := self._switch(STROKES[key].symbol)) is not None:
                 self.send(0x90, number, SWITCHED)
                 self.send(0x80, number, 0)
         elif key in WAYS and key in self._ways:
@@ -499,12 +497,12 @@ class TerminalKeys:
 
     def _begin_way(self, key: str) -> None:
         """Switches on the way to play of `key`, by a controller if it has one with a value."""
-        _, technique, value = WAYS[key]
-        controller = next((number for number, name in self.key_map().controllers if value and name == technique), None)
-        if controller is not None:
-            self.send(0xB0, controller, value)
+        way = WAYS[key]
+        given = (number for number, symbol in self.key_map().controllers if way.value and symbol == way.symbol)
+        if (controller := next(given, None)) is not None:
+            self.send(0xB0, controller, way.value)
             self._ways[key] = 0xB0, controller, 0
-        elif (number := self._switch(technique)) is not None:
+        elif (number := self._switch(way.symbol)) is not None:
             self.send(0x90, number, SWITCHED)
             self._ways[key] = 0x80, number, 0
 
@@ -516,7 +514,7 @@ class TerminalKeys:
     @property
     def ways(self) -> str:
         """The ways to play that are on."""
-        return ", ".join(WAYS[key][0] for key in sorted(self._ways, key=list(WAYS).index))
+        return ", ".join(WAYS[key].name.lower() for key in sorted(self._ways, key=list(WAYS).index))
 
     def _end(self, key: str) -> None:
         """Ends the note of `key`, if it holds one."""

@@ -40,7 +40,7 @@ from livebass.live.thread.ring import (
 from livebass.model.instrument import Instrument
 from livebass.model.quality import Quality
 from livebass.score.score import Score
-from livebass.techniques import CC_PALM, CC_VIBRATO
+from livebass.techniques import FUNCTION_ROWS
 from livebass.units import note_name
 
 COARSE = Quality("coarse", 150, 192e3, on_board=Quality("coarse", 250, 384e3))  # for strings under overload
@@ -48,7 +48,7 @@ RING = 4096  # messages
 CAPTURE_SECONDS = 20.0
 RECENT = 0.2  # s of sound that `recent` keeps
 QUIETEST = -99.0  # dB
-AMOUNTS = {CC_PALM: "palm", CC_VIBRATO: "vibrato"}  # fields of the performer
+FIELDS = {row.number: row.field for row in FUNCTION_ROWS.values() if row.field}  # of the performer
 KEPT = (
     "program", "program_count", "blocks", "messages", "late", "underruns", "clipped", "faults", "capture_lost",
     "parameters",
@@ -264,7 +264,7 @@ class Synth:
     def amount(self, function: int) -> float:
         """The value that `set_amount`, or a controller, has set last. [any thread]"""
         bass = self.bass
-        return float(bass.engine.performer[AMOUNTS[function]][0]) if bass else 0.0
+        return float(bass.engine.performer[FIELDS[function]][0]) if bass else 0.0
 
     def parameter(self, number: int) -> float:
         """The value of a parameter of the playing as it was set last; 0: as the bass itself has it. [any thread]"""

@@ -14,7 +14,7 @@ from functools import lru_cache
 import numpy as np
 
 from livebass.arrays import Floats
-from livebass.model.keymap import MODO, Curve, KeyMap
+from livebass.model.keymap import MODO, PLACE, Curve, KeyMap
 from livebass.model.neck import FREE_PART, Admittance, Surface, detuning, neck_damping, surface_beyond, surface_on_grid
 
 A4_NOTE, A4_HZ = 69, 440.0
@@ -161,7 +161,7 @@ class Player:
     answering: str = "off"  # or "pedal", "always": when idle strings may answer those that sound
     bend_range: float = 2.0  # semitones
     out_of_range: str = "transpose"  # or "drop": what becomes of notes the bass does not have
-    position_controller: int = 16  # MIDI controller of the pluck position, besides that of `keys`
+    position_controller: int = PLACE  # MIDI controller of the pluck position, besides that of `keys`
     keys: KeyMap = MODO  # what MIDI keys below the notes, and controllers, do
     velocity_curve: Curve = "linear"  # how hard a velocity is played: model/keymap.py
     ghost_below: int = 0  # notes of a velocity below are ghost notes

@@ -6,56 +6,14 @@ one's own come from TOML files (preset/keymap.py).
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 
-# Techniques that keys switch, in the order of the performer's numbers: name, and how one asks for it
-SWITCHES = {
-    "string": "hold: notes are played on this string",
-    "ghost": "hold: ghost notes",
-    "legato": "hold: overlapping notes are hammered on and pulled off",
-    "harmonic": "hold: harmonics",
-    "tap": "hold: notes are tapped",
-    "palm_mute": "hold: palm mute",
-    "slide": "hold: overlapping notes slide",
-    "vibrato": "hold: vibrato",
-    "finger": "press: fingers from now on",
-    "pick": "press: a pick from now on",
-    "slap": "press: thumb and pops from now on",
-    "stop_all": "press: all strings are damped",
-    "down_stroke": "hold: every stroke goes down, or is the index finger's",
-    "up_stroke": "hold: every stroke goes up, or is the middle finger's",
-    "hand": "press: the left hand goes to a fret",
-    "detach": "hold: a key let go stops its string, without pull-off or let ring",
-    "left_slap": "hold: the left hand slaps the strings, a clack without pitch",
-}
-# Functions of controllers, likewise; those from "gain" on are the parameters of hosts
-FUNCTIONS = {
-    "place": "where the string is plucked, from the neck (0) to the bridge (127)",
-    "volume": "volume",
-    "expression": "expression, as volume",
-    "let_ring": "from 64 on: notes ring on after they are let go",
-    "vibrato": "vibrato",
-    "palm_mute": "palm mute, from none (0) over loose (1) to tight (127)",
-    "slide": "from 64 on: overlapping notes slide",
-    "legato": "from 64 on: overlapping notes are hammered on and pulled off",
-    "bend": "bend upwards, up to 2 semitones, once it has been below 3",
-    "hand": "where the left hand is, from the first fret (0) to the last ones (127)",
-    "blend": "pickups, from the one at the neck alone (0) to the one at the bridge alone (127)",
-    "gain": "gain, from silence to 0 dB",
-    "tone": "tone pot, from closed (0) to open (127)",
-    "pluck_position": "place of the pluck, from nearest to the bridge (0) to farthest from it (127)",
-    "dynamics": "force of every note, -12 to 12 dB",
-    "technique": "in four parts: as the bass has it, plucked, thumb on two strings, thumb on all",
-    "hand_damping": "hand that stops a note, from a tenth to ten times as firm",
-    "unevenness": "unevenness from note to note, from less to more",
-    "bend_range": "range of the pitch bend, 0 (as the bass has it) to 24 semitones",
-}
-PARAMETERS = tuple(FUNCTIONS)[tuple(FUNCTIONS).index("gain") :]  # in the order of their numbers
-LEARNED = 102  # the controller that is gain's in every map that gives it no other function; the next ones follow
-RESERVED = (6, 38, *range(96, 102))  # controllers that MIDI has for ranges (RPN)
-CONTROLLERS = 120  # those beyond are channel modes
+from livebass.techniques import FUNCTION_ROWS, HAND_AT, LEARNABLE, LEARNED, ON_STRING, TECHNIQUE_ROWS, Technique
+
 KEYS = 128
+PLACE = 16  # the controller of the pluck position besides the map's, unless a preset has another
 CURVES = {"linear": 1.0, "soft": 0.6, "hard": 1.6}  # exponents
 Curve = str | float | tuple[tuple[float, float], ...]  # a name, an exponent, or points: velocity played, velocity meant
 
@@ -65,40 +23,33 @@ class KeyMap:
     """What keys and controllers do."""
 
     name: str
-    keys: tuple[tuple[int, str, int], ...]  # key, a name of SWITCHES, and its value: a pitch class, or a fret
-    controllers: tuple[tuple[int, str], ...]  # controller, and a name of FUNCTIONS
+    keys: tuple[tuple[int, str, int], ...]  # key, a technique's symbol, and its value: a pitch class, or a fret
+    controllers: tuple[tuple[int, str], ...]  # controller, and a function's symbol
     over_notes: bool = False  # keys switch although the bass has their notes
 
+    def functions(self, place: int = PLACE) -> dict[int, str]:
+        """Returns the symbol of the function of each controller that has one; `place` moves the pluck position, too."""
+        found = {LEARNED + number: symbol for number, symbol in enumerate(LEARNABLE)} | {place: "place"}
+        found |= dict(self.controllers)
+        return found if place == PLACE else found | {place: "place"}  # a preset asks for it
 
-CONTROLLERS_OF_MODO = (
-    (1, "vibrato"), (3, "place"), (4, "hand"), (5, "bend"), (7, "volume"), (9, "palm_mute"), (11, "expression"),
-    (17, "tone"), (18, "blend"), (64, "let_ring"), (65, "slide"), (68, "legato"),
-)  # fmt: skip
-MODO = KeyMap(
-    "modo",
-    (
-        (0, "string", 0), (2, "tap", 0), (3, "palm_mute", 0), (4, "slide", 0), (6, "vibrato", 0), (7, "left_slap", 0),
-        (8, "stop_all", 0),
-        (9, "string", 9), (10, "ghost", 0), (11, "string", 11), (12, "legato", 0), (13, "finger", 0),
-        (14, "string", 2), (15, "pick", 0), (16, "string", 4), (17, "harmonic", 0), (18, "slap", 0), (19, "string", 7),
-    ),
-    CONTROLLERS_OF_MODO,
-)  # fmt: skip
-# An octave higher, with stroke keys where palm mute would be, and the fret of the hand
-MODO_12 = KeyMap(
-    "modo-12",
-    (
-        (12, "string", 0), (13, "down_stroke", 0), (14, "tap", 0), (15, "up_stroke", 0), (16, "slide", 0),
-        (17, "palm_mute", 0), (18, "vibrato", 0), (19, "left_slap", 0), (20, "stop_all", 0),
-        (21, "string", 9), (22, "ghost", 0),
-        (23, "string", 11), (24, "legato", 0), (25, "finger", 0), (26, "string", 2), (27, "pick", 0),
-        (28, "string", 4), (29, "harmonic", 0), (30, "slap", 0), (31, "string", 7),
-        (32, "detach", 0),
-        *((88 + fret, "hand", fret) for fret in range(1, 25)),
-    ),
-    CONTROLLERS_OF_MODO,
-    over_notes=True,
-)  # fmt: skip
+
+def _value(row: Technique, key: int) -> int:
+    """The value of a technique that `key` switches in the maps there are."""
+    if row.number == ON_STRING:
+        return key % 12
+    return 1 + key - row.modo_12[0] if row.number == HAND_AT else 0
+
+
+def _made(name: str, over_notes: bool, keys: Callable[[Technique], tuple[int, ...]]) -> KeyMap:
+    """A map of the techniques' own `keys`, and of the controllers that functions have."""
+    switches = [(key, row.symbol, _value(row, key)) for row in TECHNIQUE_ROWS.values() for key in keys(row)]
+    controllers = [(number, row.symbol) for row in FUNCTION_ROWS.values() for number in row.controllers]
+    return KeyMap(name, tuple(sorted(switches)), tuple(sorted(controllers)), over_notes)
+
+
+MODO = _made("modo", False, lambda row: row.modo)
+MODO_12 = _made("modo-12", True, lambda row: row.modo_12)  # an octave higher, and more
 MAPS = {keys.name: keys for keys in (MODO, MODO_12)}
 
 

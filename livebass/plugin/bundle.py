@@ -10,10 +10,10 @@ import platformdirs
 
 from livebass import __version__
 from livebass.files import Transaction, whole_directory
-from livebass.live.parameters import MOST_BASSES
 from livebass.model.instrument import Instrument
 from livebass.plugin.instrument import ENDING, instrument_file
 from livebass.plugin.systems import System
+from livebass.techniques import MOST_BASSES
 
 LONGEST_NAME = 63  # bytes of an instrument's short name, of c/core.c
 LIST = "instruments.txt"

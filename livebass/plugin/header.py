@@ -18,11 +18,13 @@ from livebass.kernels.bass import setup as bass
 from livebass.kernels.pickup import coil
 from livebass.kernels.player import controls, performer
 from livebass.kernels.string import board, frets, preparing, records
-from livebass.live.parameters import GROUPS, MOST_BASSES, OUTPUTS, PARAMETERS
+from livebass.live.parameters import GROUPS, OUTPUTS, PARAMETERS, event
 from livebass.live.thread import ahead, block, ring, setup
 from livebass.live.thread import records as live
-from livebass.model.keymap import KEYS, SWITCHES
+from livebass.model.keymap import KEYS
 from livebass.preset.programs import PROGRAMS
+from livebass.techniques import FRETS, HAND_AT, ON_STRING, TECHNIQUE_ROWS
+from livebass.units import pitch_name
 
 # Those that are part of others come first.
 RECORDS = {
@@ -47,7 +49,7 @@ NUMBERS = {
     "LB_RINGS": live.RINGS,
     "LB_CHUNK": live.CHUNK,
     "LB_MOST_MESSAGES": live.MOST_MESSAGES,
-    "LB_MOST_BASSES": MOST_BASSES,
+    "LB_MOST_BASSES": techniques.MOST_BASSES,
     "LB_LEARNED": techniques.LEARNED,
     "LB_MOST_UNEVENNESS": controls.MOST_UNEVENNESS,
     "LB_KIND_STRING_BEND": ring.STRING_BEND,
@@ -72,15 +74,6 @@ ENTRIES: tuple[Entry, ...] = (
     bass.fill_bass, setup.ring_bytes, setup.fill_synth, ring.push_message, ring.push_event, block.process,
     block.stay, block.is_still, ahead.play_string, frets.over_frets, board.over_board,
 )  # fmt: skip
-PITCHES = ("C", "C sharp", "D", "D sharp", "E", "F", "F sharp", "G", "G sharp", "A", "A sharp", "B")
-SWITCH_NAMES = {  # what hosts call a key that switches; that of a string is called by its pitch
-    "ghost": "Ghost notes", "legato": "Hammer-on", "harmonic": "Harmonics", "tap": "Tapping", "palm_mute": "Palm mute",
-    "slide": "Slide", "vibrato": "Vibrato", "finger": "Fingers", "pick": "Pick", "slap": "Thumb",
-    "stop_all": "Stop all strings", "down_stroke": "Down stroke", "up_stroke": "Up stroke",
-    "detach": "Stop on release",
-    "left_slap": "Left-hand slap",
-}  # fmt: skip
-MOST_FRETS = 24  # that the left hand is called to by keys
 C_TYPES = {"i8": "int64_t", "f8": "double", "i4": "int32_t", "u1": "uint8_t"}
 C_RESULTS = {"void": "void", "int64": "int64_t", "uint64": "uint64_t", "float64": "double"}
 
@@ -118,15 +111,15 @@ def header(levels: Iterable[str]) -> str:
 
 def _switches() -> list[str]:
     """The table of what keys may switch, and what that is called."""
-    rows = []
-    for action, name in enumerate(SWITCHES, 1):
-        if name == "string":
-            named = [(pitch, f"String {PITCHES[pitch]}") for pitch in range(len(PITCHES))]
-        elif name == "hand":
-            named = [(fret, f"Hand at fret {fret}") for fret in range(1, MOST_FRETS + 1)]
-        else:
-            named = [(-1, SWITCH_NAMES[name])]
-        rows += [f"    {{{action}, {value}, {json.dumps(text)}}}," for value, text in named]
+    values = {
+        ON_STRING: {pitch: pitch_name(pitch).replace("#", " sharp") for pitch in range(12)},
+        HAND_AT: {fret: str(fret) for fret in range(1, FRETS + 1)},
+    }
+    rows = [
+        f"    {{{row.number}, {value}, {json.dumps(row.name.format(called))}}},"
+        for row in TECHNIQUE_ROWS.values()
+        for value, called in values.get(row.number, {-1: ""}).items()
+    ]
     return [
         f"enum {{ LB_SWITCHES = {len(rows)} }};",
         "typedef struct {", "    int action, value; /* -1: any */", "    const char *name;", "} lb_switch;",
@@ -151,7 +144,7 @@ def _parameters() -> list[str]:
             texts = ", ".join(map(json.dumps, p.points))
             lines.append(f"static const char *const {points}[] = {{{texts}, 0}};")
         texts = ", ".join(map(json.dumps, (p.symbol, p.name, p.unit, p.group)))
-        kind, number = p.event or (-1, 0)
+        kind, number = event(p) or (-1, 0)
         limits = f"{float(p.least)}, {float(p.most)}, {float(p.usual)}, {int(p.whole)}"
         rows.append(f"    {{{texts}, {limits}, {points}, {kind}, {number}}},")
     return [*lines, "static const lb_parameter lb_parameters[LB_PARAMETERS] = {", *rows, "};"]

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from livebass import __version__
 from livebass.kernels.player.performer import MOST_STRINGS
-from livebass.live.parameters import GROUPS, OUTPUTS, PARAMETERS
+from livebass.live.parameters import GROUPS, OUTPUTS, PARAMETERS, event
 from livebass.model.instrument import Instrument
 from livebass.plugin.build import binary
 from livebass.plugin.bundle import LIST, checked_name, distinct_titles, instrument_files, with_name, write_files
@@ -72,7 +72,7 @@ def controls(titles: Sequence[str]) -> list[str]:
         properties = [
             *(["lv2:integer"] if p.whole else []),
             *(["lv2:enumeration"] if names else []),
-            *(["pprops:notAutomatic"] if p.event is None else []),
+            *(["pprops:notAutomatic"] if event(p) is None else []),
         ]
         more += f" ; lv2:portProperty {' , '.join(properties)}" if properties else ""
         if names:

@@ -19,14 +19,14 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from livebass.model.keymap import CONTROLLERS, FUNCTIONS, KEYS, MAPS, MODO, RESERVED, SWITCHES, KeyMap
+from livebass.model.keymap import KEYS, MAPS, MODO, KeyMap
 from livebass.preset.keys import nearest, quoted
 from livebass.preset.source import PresetError, decoded, file_bytes, is_path, parsed
-from livebass.units import note_name, note_number
+from livebass.techniques import CHANNEL_MODES, FRETS, FUNCTION_ROWS, RESERVED, TECHNIQUE_ROWS
+from livebass.units import note_number, pitch_name
 
-FRETS = 24  # keys of the hand
 KEY_RULE = f"a key from 0 to {KEYS - 1}, or a list of them"
-CONTROLLER_RULE = f"a controller from 0 to {CONTROLLERS - 1} except 6, 38 and 96 to 101, or a list of them"
+CONTROLLER_RULE = f"a controller from 0 to {CHANNEL_MODES - 1} except 6, 38 and 96 to 101, or a list of them"
 SECTIONS = ("strings", "keys", "controllers")
 
 
@@ -57,13 +57,14 @@ def key_map_text(keys: KeyMap) -> str:
         f"# The key map {keys.name}. C4 is key 60.",
         f"over_notes = {str(keys.over_notes).lower()}  # true: keys switch although the bass has their notes",
     ]
-    strings = [(_pitch_name(value), key) for key, name, value in keys.keys if name == "string"]
+    strings = [(pitch_name(value), key) for key, name, value in keys.keys if name == "string"]
     lines += ["", "[strings]  # hold: notes are played on this string, by its open note"]
     lines += [f"{_toml_key(name)} = {key}" for name, key in strings]
     lines += ["", "[keys]"]
-    lines += _entries([(key, name) for key, name, value in keys.keys if value in (0, 1) and name != "string"], SWITCHES)
+    switched = {row.symbol: f"{row.asked}: {row.help}" for row in TECHNIQUE_ROWS.values()}
+    lines += _entries([(key, name) for key, name, value in keys.keys if value in (0, 1) and name != "string"], switched)
     lines += ["", "[controllers]"]
-    lines += _entries(list(keys.controllers), FUNCTIONS)
+    lines += _entries(list(keys.controllers), {row.symbol: row.help for row in FUNCTION_ROWS.values()})
     return "\n".join(lines) + "\n"
 
 
@@ -73,11 +74,6 @@ def _entries(rows: list[tuple[int, str]], meanings: dict[str, str]) -> Iterator[
         numbers = [number for number, other in rows if other == name]
         if numbers:
             yield f"{name} = {numbers[0] if len(numbers) == 1 else numbers}  # {meaning}"
-
-
-def _pitch_name(pitch_class: int) -> str:
-    """The name of a pitch class, without its octave."""
-    return note_name(60 + pitch_class).rstrip("0123456789")
 
 
 def _toml_key(name: str) -> str:
@@ -140,7 +136,7 @@ class _Reader:
 
     def switches(self, raw: Any) -> Iterator[tuple[int, str, str, int]]:
         """Keys of [keys]: key, place in the file, technique, its value."""
-        known = [name for name in SWITCHES if name != "string"]
+        known = [name for name in TECHNIQUE_ROWS if name != "string"]
         for name, keys in self.table("keys", raw).items():
             place = f"keys.{name[:40]}"
             if name not in known:
@@ -156,9 +152,9 @@ class _Reader:
         places: dict[int, str] = {}
         for name, given in self.table("controllers", raw).items():
             place = f"controllers.{name[:40]}"
-            if name not in FUNCTIONS:
-                raise self.error(place, f"unknown function; {nearest(name, list(FUNCTIONS))}", given)
-            for number in self.numbers(place, given, CONTROLLERS - 1, CONTROLLER_RULE):
+            if name not in FUNCTION_ROWS:
+                raise self.error(place, f"unknown function; {nearest(name, list(FUNCTION_ROWS))}", given)
+            for number in self.numbers(place, given, CHANNEL_MODES - 1, CONTROLLER_RULE):
                 if number in RESERVED:
                     raise self.error(place, f"allowed: {CONTROLLER_RULE}", number)
                 if number in places:

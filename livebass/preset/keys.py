@@ -16,14 +16,15 @@ from livebass import units
 from livebass.model.instrument import ANSWERING, STIFFNESS_LAWS, STROKES, Coil, Neck, Output, Pickup, Player, String
 from livebass.model.keymap import CURVES, MAPS
 from livebass.preset import tuning
+from livebass.techniques import FUNCTION_ROWS, RPN
 from livebass.units import DIMENSIONS, format_quantity, quantity, readable_quantity
 
 REQUIRED = object()
 FIELD = object()  # the default of the field of the same name in the section's dataclass
 DATACLASSES = {"neck": Neck, "string": String, "output": Output, "pickup": Pickup, "coil": Coil, "player": Player}
-# MIDI controllers with a meaning of their own; those from 120 on are channel mode messages.
 MOST_POINTS = 16  # of a curve
-RESERVED = (6, 7, 11, 38, 64, 98, 99, 100, 101)
+# MIDI controllers with a meaning of their own; those from 120 on are channel mode messages.
+RESERVED = (*RPN, *(n for name in ("volume", "expression", "let_ring") for n in FUNCTION_ROWS[name].controllers))
 
 
 @dataclass(frozen=True)
@@ -210,7 +211,7 @@ def allowed(key: Key, unit: str | None = None) -> str:
         least, most = (format_quantity(value, kind, shown) for value, shown in ends)
         return f"{least} to {most}" + (", several" if key.kind != kind else "")
     if kind == "controller":
-        return f"a whole number from {key.least} to {key.most} except {', '.join(map(str, RESERVED))}"
+        return f"a whole number from {key.least} to {key.most} except {', '.join(map(str, sorted(RESERVED)))}"
     if kind == "key map":
         return f"{', '.join(MAPS)}, or a TOML file, see `livebass presets keymap`"
     if kind == "curve":

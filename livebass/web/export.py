@@ -21,6 +21,7 @@ from livebass.live.parameters import PARAMETERS
 from livebass.model.instrument import Instrument
 from livebass.plugin.bundle import LIST, instrument_files, write_files
 from livebass.plugin.instrument import ENDING
+from livebass.techniques import BUTTONS
 from livebass.web import build
 from livebass.web.layout import layout
 
@@ -31,9 +32,8 @@ SOURCES = ("app.js", "style.css", "worker.js", "worklet.js")
 TITLE, DATA = "<title>livebass</title>", '<script type="application/json" id="page">'
 HEAD = 1 << 16  # bytes of a page that hold both
 TIERS = {"live": LIVE, "studio": STUDIO}
-# Techniques that the page shows: those that key switches call, and those that controllers do
-SWITCHED = ("finger", "pick", "slap", "ghost", "harmonic")  # techniques that the page calls by keys ...
-CONTROLLED = ("palm_mute", "legato", "slide", "vibrato", "let_ring")  # ... and by controllers
+SWITCHED = {b.symbol for b in BUTTONS if not b.value}  # techniques that the page calls by keys ...
+CONTROLLED = {b.symbol for b in BUTTONS if b.value}  # ... and by controllers
 # The audio thread of a page from a disk is a data: address, the worker a blob: one
 POLICIES = {
     False: "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self'; worker-src 'self';"
@@ -95,6 +95,7 @@ def page_files(basses: dict[str, Instrument], quality: str) -> dict[str, bytes]:
             p.symbol: {"number": k, "least": p.least, "most": p.most, "usual": p.usual, "unit": p.unit}
             for k, p in enumerate(PARAMETERS)
         },
+        "buttons": [b._asdict() for b in BUTTONS],
         "basses": [shown(name, bass) for name, bass in basses.items()],
     }
     return files | {INDEX: html(page, POLICIES[False]).encode()}

@@ -18,7 +18,7 @@ from livebass.kernels.string.preparing import DONE
 from livebass.kernels.string.records import LINE
 from livebass.live.thread import ahead, block, ring, setup
 from livebass.live.thread.records import CHUNK, SYNTH
-from livebass.techniques import CC_PARAMETER, GAIN_DB, GHOST, HARMONIC, LEGATO, PALM, SLIDE, VIBRATO
+from livebass.techniques import BUTTONS, CC_PARAMETER, FUNCTION_ROWS, GAIN_DB, NO_SWITCH, TECHNIQUE_ROWS
 
 RECORDS = {
     "FILE": FILE, "POOL": POOL, "BUILDING": BUILDING, "SYNTH": SYNTH, "BASS": BASS, "PERFORMER": PERFORMER,
@@ -26,9 +26,17 @@ RECORDS = {
 NUMBERS = {
     "COARSE": COARSE, "GOOD": GOOD, "DONE": DONE, "LINE": LINE, "CHUNK": CHUNK, "NOW": ring.NOW, "FREE": FREE,
     "PARAMETER": ring.PARAMETER, "NOTE_STRING": ring.NOTE_STRING, "MOST_STRINGS": MOST_STRINGS,
-    "GHOST": GHOST, "HARMONIC": HARMONIC, "LEGATO": LEGATO, "PALM": PALM, "SLIDE": SLIDE, "VIBRATO": VIBRATO,
     "FINGER": FINGER, "PICK": PICK, "GAIN_DB": GAIN_DB, "CC_PARAMETER": CC_PARAMETER, "CONTROLLERS": CONTROLLERS,
 }  # fmt: skip
+# Of each way to play: its switch, if it has one, and the performer's field that its controller moves, if it has one
+WAYS = {
+    b.symbol: (
+        TECHNIQUE_ROWS[b.symbol].number if b.symbol in TECHNIQUE_ROWS else NO_SWITCH,
+        FUNCTION_ROWS[b.symbol].field if b.symbol in FUNCTION_ROWS else "",
+    )
+    for b in BUTTONS
+    if not b.strikes
+}
 CALLED: tuple[Entry, ...] = (block.process, ahead.play_string, frets.over_frets, over_board)  # by kernels, by address
 ENTRIES: tuple[Entry, ...] = (
     check_file, measure_pool, fill_pool, measure_bass, fill_bass, setup.ring_bytes, setup.fill_synth,
@@ -39,9 +47,9 @@ ENTRIES: tuple[Entry, ...] = (
 def layout() -> str:
     """A line of JavaScript that defines LAYOUT.
 
-    Its `records` hold their bytes and, for each field, its offset and its kind: "i8", "f8" or "u1".
+    Its `ways` are WAYS; its `records` hold their bytes and each field's offset and kind: "i8", "f8" or "u1".
     """
-    found = {"records": {name: record(of) for name, of in RECORDS.items()}, "numbers": NUMBERS}
+    found = {"records": {name: record(of) for name, of in RECORDS.items()}, "numbers": NUMBERS, "ways": WAYS}
     called = [entry.name for entry in CALLED]
     return f"const LAYOUT = {json.dumps(found | {'called': called}, separators=(',', ':'))};\n"
 

@@ -15,8 +15,10 @@ import pytest
 from support.command import Run, assert_one_clear_line, cli_text
 
 from livebass.cli import help as handbook
+from livebass.cli import messages
 from livebass.cli.groups import GroupedCommand
 from livebass.cli.main import livebass as program
+from livebass.techniques import FUNCTION_ROWS, TECHNIQUE_ROWS
 
 ROOT = Path(__file__).parents[2]
 README = ROOT / "README.md"
@@ -237,6 +239,24 @@ def test_the_map_of_the_readme_names_every_room() -> None:
     for line in drawn.splitlines():
         if match := re.match(r"(\w+)/ ", line):
             assert (ROOT / match[1]).is_dir()
+
+
+def test_tables_follow_the_rows() -> None:
+    """Of techniques and controllers: tools/tables.py writes them."""
+    for name, tables in messages.TABLES.items():
+        text = (ROOT / name).read_text()
+        assert all(f"\n\n{table()}\n\n" in text for table in tables), name
+
+
+def test_controllers_explains_every_technique_and_controller(run: Run) -> None:
+    lines = cli_text(run, "play", "--controllers").splitlines()
+    assert max(map(len, lines)) <= 120
+    for row in TECHNIQUE_ROWS.values():
+        found = [line for line in lines if f"{row.asked}: {row.help}" in line]
+        assert len(found) == 1 and set(re.findall(r"\d+", found[0])) >= {*map(str, row.modo + row.modo_12[:1])}
+    for row in FUNCTION_ROWS.values():
+        for number in row.controllers:
+            assert any(re.match(rf"  controller .*\b{number}\b", line) and line.endswith(row.help) for line in lines)
 
 
 def test_the_picture_of_the_readme_can_be_drawn(tmp_path: Path) -> None:

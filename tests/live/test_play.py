@@ -31,11 +31,12 @@ from support.terminal import InTerminal
 from livebass import QUALITIES, Instrument, Quality, load_preset, preset_names
 from livebass.bench.endurance import python_busy, random_playing
 from livebass.bench.jack import LostFrames, new_client
+from livebass.cli.help import page_text
 from livebass.cli.play import Console, LogFile, logged
 from livebass.files import OutputError
 from livebass.live import inputs, session
 from livebass.live.desk import LEAD, Desk
-from livebass.live.inputs import NOTES, STROKES, WAYS, TerminalKeys
+from livebass.live.inputs import DIGITS, NOTES, STROKES, WAYS, TerminalKeys
 from livebass.live.outputs import FakeDevice, JackOutput, PortAudioOutput
 from livebass.live.recording import MidiRecorder, Recorder
 from livebass.live.session import PresetSwitch, Session, Settings, Summary, _Loop
@@ -768,16 +769,13 @@ def test_a_terminal_that_reports_releases_ends_notes_by_them() -> None:
     assert interrupted == [signal.SIGINT], "Ctrl-C is a key there"
 
 
-def test_number_keys_are_the_techniques_of_the_page() -> None:
-    """The same names at the same numbers, by the same controllers, values and key switches."""
-    script = (Path(inputs.__file__).parents[1] / "web" / "static" / "app.js").read_text()
-    strokes, ways = (re.search(rf"const {name} = \[(.*?)\]", script, re.DOTALL)[1] for name in ("STROKES", "WAYS"))  # type: ignore[index]
-    here = [f'{{name: "{called.capitalize()}", key: "{key}"}}' for called, key in STROKES.values()]
-    assert re.findall(r"\{.*?\}", strokes) == here
-    for row, (called, name, value) in zip(re.findall(r"\{.*?\}", ways), WAYS.values(), strict=True):
-        assert f'{{name: "{called.capitalize()}", {"control" if value else "key"}: "{name}"' in row
-        assert f"value: {value}" in row or (value in (0, 127) and "value" not in row)
-    assert [*STROKES, *WAYS] == [*"1234567890"]
+def test_number_keys_are_the_techniques_of_the_handbook() -> None:
+    """The page has them, too: tests/web/test_export.py."""
+    assert [*STROKES, *WAYS] == [*DIGITS] == [*"1234567890"]
+    page, names = page_text("playing"), [button.name.lower() for button in DIGITS.values()]
+    for keys, some in (("`1`, `2`, `3`", names[:3]), ("`4` to `7`", names[3:7]), ("`8`, `9`, `0`", names[7:])):
+        assert f"| {keys} | {', '.join(some)}" in page
+    assert all(f"{key} {name};" in inputs.HELP for key, name in zip(DIGITS, names, strict=True))
 
 
 def test_a_technique_is_latched_by_its_number_and_lasts_while_held_where_releases_are_told() -> None:

@@ -28,7 +28,7 @@ from livebass.live.control import control_table, meter_table, tuner_meters
 from livebass.live.desk import Desk
 from livebass.live.osc import OscLost, OscServer
 from livebass.live.outputs import JackOutput
-from livebass.live.parameters import NUMBERS, PARAMETERS
+from livebass.live.parameters import NUMBERS, PARAMETERS, event
 from livebass.live.session import PresetSwitch, Session, Settings
 from livebass.live.synth import Gauge, LiveBass, Meters, Synth
 from livebass.score.score import score_of
@@ -293,7 +293,7 @@ def test_the_control_socket_has_every_parameter_and_every_meter() -> None:
         wait_for(there)
 
     try:
-        for p in (p for p in PARAMETERS if p.event):
+        for p in (p for p in PARAMETERS if event(p)):
             for value in (p.most, p.least, p.usual):
                 remote.send(p.symbol, value)
                 settles(p.symbol, value)

@@ -23,7 +23,7 @@ from livebass import demo_score, load_preset, score_of
 from livebass.arrays import Floats
 from livebass.engine.render import mixed
 from livebass.kernels.player.performer import MOST_STRINGS
-from livebass.live.parameters import OUTPUTS, PARAMETERS
+from livebass.live.parameters import OUTPUTS, PARAMETERS, event
 from livebass.model.keymap import MODO, MODO_12
 from livebass.plugin.build import compiler
 from livebass.plugin.instrument import write_instrument
@@ -146,7 +146,7 @@ def test_running_ahead_and_freewheeling_change_nothing(plugin: Plugin) -> None:
 def test_the_controls_move_the_sound(plugin: Plugin) -> None:
     """Each does something; NaN and what is beyond the limits does no harm; as usual again it is as at first."""
     score, wanted = hard("jazz-finger")
-    for p in (p for p in PARAMETERS if p.event):
+    for p in (p for p in PARAMETERS if event(p)):
         plugin.controls[p.symbol].value = p.least if p.least else p.most
         plugin.plugin.activate(plugin.handle)
         changed = plugin.play(score, len(wanted))
@@ -157,7 +157,7 @@ def test_the_controls_move_the_sound(plugin: Plugin) -> None:
         plugin.controls[p.symbol].value = p.usual
         plugin.plugin.activate(plugin.handle)
         assert np.array_equal(plugin.play(score, len(wanted)), wanted), p.symbol
-    for p in (p for p in PARAMETERS if not p.event):
+    for p in (p for p in PARAMETERS if not event(p)):
         for value in (np.nan, np.inf, -1.0, 1e30):
             plugin.controls[p.symbol].value = value
             assert np.isfinite(plugin.block(64)).all()

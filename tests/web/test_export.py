@@ -13,8 +13,11 @@ from support.command import Run, assert_one_clear_line
 
 from livebass import load_preset
 from livebass.compiling import store
+from livebass.kernels.player.performer import PERFORMER
+from livebass.techniques import BUTTONS, GHOST, NO_SWITCH, PALM
 from livebass.web import build
 from livebass.web.export import export_page, shown
+from livebass.web.layout import WAYS
 
 FOUR = ("jazz-finger", "slap", "precision-finger", "fretless")
 MOST_BYTES = 3_000_000
@@ -26,6 +29,16 @@ def names(folder: Path) -> list[str]:
 
 def size(folder: Path) -> int:
     return sum(file.stat().st_size for file in folder.rglob("*") if file.is_file())
+
+
+def test_ways_to_play_are_switches_and_fields_of_the_performer() -> None:
+    assert (
+        list(WAYS)
+        == [button.symbol for button in BUTTONS if not button.strikes]
+        == [button.symbol for button in BUTTONS[3:]]
+    )
+    assert all((action or field) and (not field or field in PERFORMER.names) for action, field in WAYS.values())
+    assert (WAYS["palm_mute"], WAYS["ghost"], WAYS["let_ring"]) == ((PALM, "palm"), (GHOST, ""), (NO_SWITCH, "pedal"))
 
 
 def test_one_file_or_a_folder_of_four_basses(run: Run, tmp_path: Path) -> None:

@@ -445,7 +445,7 @@ def test_what_comes_by_midi_moves_chips_and_sliders(browser: Any, addresses: dic
         def slider(name: str) -> tuple[float, str]:
             return float(browser.execute_script(f"return $('{name}').value")), text(browser, f"{name}-text")
 
-        for key, name in ((10, "Ghost"), (17, "Harmonic"), (3, "Palm mute"), (12, "Hammer-on"), (4, "Slide")):
+        for key, name in ((10, "Ghost notes"), (17, "Harmonics"), (3, "Palm mute"), (12, "Hammer-on"), (4, "Slide")):
             play(0x90, key, 100)
             shows("Fingers", name)
             play(0x80, key, 0)
@@ -498,7 +498,7 @@ def test_what_comes_by_midi_moves_chips_and_sliders(browser: Any, addresses: dic
 
 def test_a_key_map_without_a_technique_takes_its_chip_away(page: Any) -> None:
     page.execute_script("delete bassCalled($('bass').value).keys.ghost; showBass()")
-    assert not way(page, "Ghost").is_enabled() and way(page, "Harmonic").is_enabled()
+    assert not way(page, "Ghost notes").is_enabled() and way(page, "Harmonics").is_enabled()
     start(page)
     page.execute_script(SENT)
     chain(page).key_down("5").key_up("5").perform()
@@ -516,8 +516,8 @@ def test_techniques_are_latched_or_held(page: Any) -> None:
     assert sent(page) == [[0xB0, 9, 76]] and pressed(page) == {"Fingers", "Palm mute"}
     way(page, "Palm").click()
     assert sent(page) == [[0xB0, 9, 0]] and pressed(page) == {"Fingers"}
-    chain(page).click_and_hold(way(page, "Harmonic")).pause(0.6).perform()
-    assert sent(page) == [[0x90, 17, 64]] and "Harmonic" in pressed(page)
+    chain(page).click_and_hold(way(page, "Harmonics")).pause(0.6).perform()
+    assert sent(page) == [[0x90, 17, 64]] and "Harmonics" in pressed(page)
     chain(page).release().perform()
     assert sent(page) == [[0x80, 17, 64]] and pressed(page) == {"Fingers"}
     for kind in ("pointerdown", "pointercancel", "pointerleave"):  # a finger that scrolls
@@ -527,13 +527,13 @@ def test_techniques_are_latched_or_held(page: Any) -> None:
     assert sent(page) == [[0xB0, 1, 127]] and "Vibrato" in pressed(page)
     chain(page).key_up("9").perform()
     assert sent(page) == [[0xB0, 1, 0]]
-    page.execute_script("arguments[0].focus()", way(page, "Ghost"))
+    page.execute_script("arguments[0].focus()", way(page, "Ghost notes"))
     chain(page).send_keys(Keys.ENTER).perform()
-    assert sent(page) == [[0x90, 10, 64]] and "Ghost" in pressed(page)
+    assert sent(page) == [[0x90, 10, 64]] and "Ghost notes" in pressed(page)
     chain(page).key_down("5").key_up("5").perform()  # it stays latched
-    assert sent(page) == [] and "Ghost" in pressed(page)
+    assert sent(page) == [] and "Ghost notes" in pressed(page)
     way(page, "Pick").click()
-    assert sent(page) == [[0x90, 15, 64], [0x80, 15, 64]] and pressed(page) == {"Pick", "Ghost"}
+    assert sent(page) == [[0x90, 15, 64], [0x80, 15, 64]] and pressed(page) == {"Pick", "Ghost notes"}
     page.find_element("id", "panic").click()
     assert sent(page) == [[0x80, 10, 64]] and pressed(page) == {"Pick"}
 

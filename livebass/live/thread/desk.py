@@ -14,10 +14,9 @@ from livebass.kernels.player.controls import PEDAL, turned
 from livebass.kernels.player.performer import CHANNELS, CONTROLLERS, KEYS
 from livebass.live.thread.records import field_offset
 from livebass.live.thread.ring import push, push_learned, unpack
-from livebass.techniques import PARAMETERS
+from livebass.techniques import CHANNEL_MODES, PARAMETERS
 
 WHEEL = CONTROLLERS  # place of the pitch bend behind the controllers
-CHANNEL_MODES = 120  # the first controller that is none
 SCORE_RING = 1
 CHASED = 1024  # messages before a place that are searched for controllers
 MISSED = 0.1  # s: what JACK's transport goes on while this client misses periods, whose notes are then played late

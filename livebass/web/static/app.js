@@ -420,14 +420,11 @@ $("octave-up").onclick = () => shiftOctave(12);
 
 // --- techniques ---
 
-// What plucks, by the names that a bass gives its key switches
-const STROKES = [{name: "Fingers", key: "finger"}, {name: "Pick", key: "pick"}, {name: "Thumb", key: "slap"}];
-// Ways to play, each by the controller or the held key switch that MIDI has for it. A way is on while it is latched, or
-// held by a finger or a key.
-const WAYS = [
-  {name: "Palm mute", control: "palm_mute", value: 76}, {name: "Ghost", key: "ghost"}, {name: "Harmonic", key: "harmonic"},
-  {name: "Hammer-on", control: "legato"}, {name: "Slide", control: "slide"}, {name: "Vibrato", control: "vibrato"}, {name: "Let ring", control: "let_ring"},
-].map(way => ({...way, holds: new Set(), latched: false, told: false}));
+// What plucks, by key switches
+const STROKES = PAGE.buttons.filter(button => button.strikes);
+// Ways to play, each by the value of a controller, or by the held key switch that MIDI has for it. A way is on while it is
+// latched, or held by a finger or a key.
+const WAYS = PAGE.buttons.filter(button => !button.strikes).map(way => ({...way, holds: new Set(), latched: false, told: false}));
 const DIGITS = [1, 2, 3, 4, 5, 6, 7, 8, 9, 0].map(n => `Digit${n}`);
 const isOn = way => way.latched || way.holds.size > 0;
 
@@ -435,16 +432,16 @@ const isOn = way => way.latched || way.holds.size > 0;
 const changeBy = midi => change({midi, frame: frameAt(performance.now())});
 
 // The number of a technique's controller, or else of its key; undefined where the key map of the bass has none.
-function numberOf({control, key}) {
+function numberOf({symbol, value}) {
   const {keys, controllers} = bassCalled($("bass").value);
-  return control ? controllers[control] : keys[key];
+  return value ? controllers[symbol] : keys[symbol];
 }
 
 // Tells the bass whether a way is on, if that is news and it can hear.
 function tellWay(way) {
   const on = isOn(way), number = numberOf(way);
   if (on === way.told || !sounding || number === undefined) return;
-  changeBy(way.control ? [0xb0, number, on ? way.value || 127 : 0] : [on ? 0x90 : 0x80, number, 64]);
+  changeBy(way.value ? [0xb0, number, on ? way.value : 0] : [on ? 0x90 : 0x80, number, 64]);
   way.told = on;
 }
 
@@ -470,7 +467,7 @@ function latch(way, on) {
 // Ends all sound, and resets all controllers.
 function panic() {
   if (node) change({panic: true});
-  for (const way of WAYS) way.told &&= !way.control;
+  for (const way of WAYS) way.told &&= !way.value;
 }
 
 let stroke, toldStroke; // what the player plucks with, undefined: another one, of the bass; and what the bass knows of
@@ -494,7 +491,7 @@ function pluckWith(chosen) {
 
 // A bass begins with a stroke of its own.
 function ownStroke(bass) {
-  showStroke(STROKES.find(one => one.key === bass.stroke));
+  showStroke(STROKES.find(one => one.symbol === bass.stroke));
   toldStroke = stroke;
   for (const one of [...STROKES, ...WAYS]) one.button.disabled = numberOf(one) === undefined;
 }
@@ -502,13 +499,13 @@ function ownStroke(bass) {
 // Shows how the bass plays now, whatever made it so: the page, or key switches and controllers by MIDI.
 function showPlaying({on, pluckedWith, values}) {
   for (const way of WAYS) {
-    const now = on[way.control || way.key];
+    const now = on[way.symbol];
     if (now === way.told) continue;
     way.told = way.latched = now;
     if (!now) way.holds.clear();
     showWay(way);
   }
-  const found = STROKES.find(one => one.key === pluckedWith);
+  const found = STROKES.find(one => one.symbol === pluckedWith);
   if (found !== toldStroke) {
     toldStroke = found;
     showStroke(found);

@@ -103,15 +103,12 @@ class LivebassProcessor extends AudioWorkletProcessor {
   playing() {
     const e = this.engine, player = this.performer();
     if (!player) return undefined;
-    const of = (name, index) => e.get("PERFORMER", player, name, index), switched = name => of("switched", N[name]) > 0;
+    const of = (name, index) => e.get("PERFORMER", player, name, index);
+    const isOn = ([action, field]) => (action > 0 && of("switched", action) > 0) || (field !== "" && of(field) > 0);
     const aside = of("position") - of("usual_position");
     const farthest = of("farthest") - of("usual_position"), nearest = of("nearest") - of("usual_position");
     return {
-      on: {
-        ghost: switched("GHOST"), harmonic: switched("HARMONIC"), let_ring: of("pedal") > 0,
-        palm_mute: of("palm") > 0 || switched("PALM"), vibrato: of("vibrato") > 0 || switched("VIBRATO"),
-        legato: of("legato") > 0 || switched("LEGATO"), slide: of("sliding") > 0 || switched("SLIDE"),
-      },
+      on: Object.fromEntries(Object.entries(LAYOUT.ways).map(([symbol, way]) => [symbol, isOn(way)])),
       pluckedWith: of("slapped") > 0 ? "slap" : {[N.FINGER]: "finger", [N.PICK]: "pick"}[of("stroke")],
       values: {
         gain: e.get("SYNTH", e.synth, "parameters", N.GAIN_DB) + 20 * Math.log10(of("level")),

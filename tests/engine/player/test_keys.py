@@ -22,9 +22,8 @@ from livebass.kernels.player import fingering, performer, strokes
 from livebass.kernels.player.performer import MOST_EVENTS
 from livebass.kernels.string import records
 from livebass.live.parameters import NUMBERS
-from livebass.model import keymap
-from livebass.model.keymap import FUNCTIONS, MAPS, MODO, MODO_12, SWITCHES, KeyMap, velocity_parts
-from livebass.techniques import LEARNED
+from livebass.model.keymap import MAPS, MODO, MODO_12, KeyMap, velocity_parts
+from livebass.techniques import FUNCTION_ROWS, LEARNABLE, LEARNED, PARAMETER_ROWS, TECHNIQUE_ROWS
 
 FEW = Quality("few", 30, 192e3)  # modes do not matter here
 RATE = 48000
@@ -77,22 +76,22 @@ def sound(instrument: Instrument, messages: Sequence[tuple[int, Message]], frame
 # Maps
 
 
-def test_names_are_in_the_order_of_the_performers_numbers() -> None:
-    switches = (
-        techniques.ON_STRING, techniques.GHOST, techniques.LEGATO, techniques.HARMONIC, techniques.TAP, techniques.PALM,
-        techniques.SLIDE, techniques.VIBRATO, techniques.WITH_FINGERS, techniques.WITH_PICK, techniques.WITH_THUMB,
-        techniques.STOP_ALL, techniques.DOWN_STROKE, techniques.UP_STROKE, techniques.HAND_AT, techniques.DETACH,
-        techniques.LEFT_SLAP,
-    )  # fmt: skip
-    assert switches == tuple(range(1, techniques.ACTIONS)) and len(SWITCHES) == len(switches)
-    functions = (
-        techniques.CC_PLACE, techniques.CC_VOLUME, techniques.CC_EXPRESSION, techniques.CC_LET_RING,
-        techniques.CC_VIBRATO,
-        techniques.CC_PALM, techniques.CC_SLIDE, techniques.CC_LEGATO, techniques.CC_BEND, techniques.CC_HAND,
-        techniques.CC_BLEND, techniques.CC_PARAMETER,
-    )  # fmt: skip
-    assert functions == tuple(range(1, 13)) and len(FUNCTIONS) + 1 == techniques.FUNCTIONS
-    assert tuple(NUMBERS) == keymap.PARAMETERS and keymap.LEARNED == LEARNED
+def test_numbers_in_files_and_projects_stay() -> None:
+    """New rows come after those that there are."""
+    switched = "string ghost legato harmonic tap palm_mute slide vibrato finger pick slap stop_all"
+    switched += " down_stroke up_stroke hand detach left_slap"
+    moved = "place volume expression let_ring vibrato palm_mute slide legato bend hand blend"
+    hosted = "gain tone pluck_position dynamics technique hand_damping unevenness bend_range"
+    for first, symbols, rows in (
+        (1, switched, TECHNIQUE_ROWS),
+        (1, f"{moved} {hosted}", FUNCTION_ROWS),
+        (0, f"{hosted} bass quality running_ahead relief palm_mute vibrato", PARAMETER_ROWS),
+    ):
+        assert [*rows][: len(symbols.split())] == symbols.split()
+        assert [row.number for row in rows.values()] == [*range(first, first + len(rows))]
+        assert all(symbol == row.symbol for symbol, row in rows.items())
+    assert [techniques.GHOST, techniques.LEFT_SLAP, techniques.CC_BLEND, techniques.BEND_RANGE] == [2, 17, 11, 7]
+    assert techniques.LEARNED == 102 and len(PARAMETER_ROWS["technique"].points) == techniques.THUMB_ON_ALL + 1
 
 
 @pytest.mark.parametrize("keys", MAPS.values(), ids=MAPS)
@@ -105,11 +104,18 @@ def test_the_second_map_is_an_octave_above_the_first() -> None:
     """But for palm mute, whose key strokes have there."""
     above = {(key - 12, name, value) for key, name, value in MODO_12.keys}
     assert set(MODO.keys) - above == {(3, "palm_mute", 0)}
+    assert {key: value for key, name, value in MODO.keys if name == "string"} == {
+        0: 0,
+        9: 9,
+        11: 11,
+        14: 2,
+        16: 4,
+        19: 7,
+    }
+    assert [(key, value) for key, name, value in MODO_12.keys if name == "hand"] == [(88 + n, n) for n in range(1, 25)]
     strings = {key for key, name, _ in MODO_12.keys if name == "string"}
     places = {name: key for key, name, _ in MODO_12.keys if name not in ("string", "hand")}
-    assert strings == {12, 21, 23, 26, 28, 31} and [key for key, name, _ in MODO_12.keys if name == "hand"] == list(
-        range(89, 113)
-    )
+    assert strings == {12, 21, 23, 26, 28, 31}
     assert places.items() >= {"ghost": 22, "legato": 24, "finger": 25, "pick": 27, "harmonic": 29, "slap": 30}.items()
 
 
@@ -440,7 +446,7 @@ def test_a_closed_tone_pot_is_darker() -> None:
     assert np.abs(np.diff(dark)).max() < 0.5 * np.abs(np.diff(bright)).max()
 
 
-@pytest.mark.parametrize("symbol", keymap.PARAMETERS)
+@pytest.mark.parametrize("symbol", LEARNABLE)
 def test_every_parameter_has_a_controller(symbol: str) -> None:
     hands = Hands()
     number = LEARNED + NUMBERS[symbol]

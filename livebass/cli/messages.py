@@ -1,0 +1,137 @@
+"""What MIDI messages do, in words: `play --controllers`, and the tables of README and handbook, from the rows."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterator
+
+from livebass.model.keymap import MODO, PLACE
+from livebass.techniques import (
+    FRETS,
+    FUNCTION_ROWS,
+    HAND_AT,
+    LEARNABLE,
+    LEARNED,
+    ON_STRING,
+    PARAMETERS,
+    TECHNIQUE_ROWS,
+    Technique,
+)
+from livebass.units import pitch_name
+
+WIDTH, INDENT = 120, 20  # characters
+LEARNT = f"{', '.join(LEARNABLE[:-1])} or {LEARNABLE[-1]}"
+NOTES = {
+    "1-16 channels": "--channel takes one; without it all are played",
+    "note-on": "the velocity is the force of the pluck, by --velocity-curve; string and fret follow from the note",
+    "note-off": "the velocity is how hard a pull-off plucks",
+    "pitch bend": "2 semitones, or as RPN 0 says, up to 96",
+}
+OTHERS = {
+    f"{LEARNED} to {LEARNED + PARAMETERS - 1}": f"{', '.join(LEARNABLE)}, as --learn moves them, and as a MIDI take "
+    "has what --learn has moved",
+    "program": "33 to 38 of General MIDI choose a preset, see `livebass presets list`; in a --file without -p, too",
+    "6, 38, 100, 101": "RPN 0, the range of the pitch bend; RPN 6, MPE: each note has its own bend, its vibrato by "
+    "pressure and its plucking point by controller 74",
+    "126": "1: overlapping notes up to two frets apart are legato; 2 and more: a channel for each string, the highest "
+    "one's first, as MIDI guitars have it, with a wheel of its own; notes on channels without a string are dropped, "
+    "and counted",
+    "any other": f"what --learn gives it: {LEARNT}; at 64 the parameter is as the bass has it, the gain at 127",
+    "120, 121, 123": "all sound off, reset all controllers, all notes off",
+}
+KEYS = "Key switches, below the notes of the bass, as MODO BASS has them; of --keys modo-12, in place of notes, too:"
+MORE = """\
+--keys FILE has them as you like: `livebass presets keymap`. --controllers --keys FILE explains yours. --wheel slide:
+the pitch wheel goes over frets, up to 2 up or down.
+
+When a block takes more than three quarters of its time, strings change to 150 modes and contact steps at 192 kHz, one
+after the other: first those that have touched a fret, the one plucked last before the others; then those that only
+sound, the oldest first. They change back one by one when the load has stayed below 35 % for half a second."""
+
+
+def controllers_text() -> str:
+    """What messages do, where the usual key map holds."""
+    lines = [*NOTES.items(), *((f"controller {label}", said) for label, said in controllers()), *OTHERS.items()]
+    keys = [
+        (keys_text(row.modo), keys_text(row.modo_12), f"{row.asked}: {meaning(row)}") for row in TECHNIQUE_ROWS.values()
+    ]
+    keys.insert(0, ("modo", "modo-12", "C4 is 60; hold: as long as the key is down"))
+    wide = [max(len(row[column]) for row in keys) + 2 for column in range(2)]
+    return "\n".join(
+        [
+            *(entry(*line) for line in lines),
+            f"\n{KEYS}\n",
+            *(f"  {modo:{wide[0]}}{modo_12:{wide[1]}}{what}" for modo, modo_12, what in keys),
+            f"\n{MORE}",
+        ]
+    )
+
+
+def entry(label: str, said: str) -> str:
+    """A line of a message and what it does, or several."""
+    begin = f"  {label}".ljust(INDENT)
+    return textwrap.fill(said, WIDTH, initial_indent=begin, subsequent_indent=" " * INDENT, break_on_hyphens=False)
+
+
+def controllers() -> Iterator[tuple[str, str]]:
+    """The controllers of each function in the usual map, in their order, and what it does."""
+    numbers = dict(sorted({**dict(MODO.controllers), PLACE: "place"}.items()))
+    for symbol in dict.fromkeys(numbers.values()):
+        yield ", ".join(str(n) for n, other in numbers.items() if other == symbol), FUNCTION_ROWS[symbol].help
+
+
+def keys_text(keys: tuple[int, ...]) -> str:
+    """The keys of a technique, several of a row by their ends."""
+    if len(keys) > 2 and keys == tuple(range(keys[0], keys[-1] + 1)):
+        return f"{keys[0]} to {keys[-1]}"
+    return " ".join(map(str, keys))
+
+
+def controller_of(row: Technique) -> str:
+    """The controller that asks for a technique in the usual map, or nothing."""
+    return ", ".join(str(number) for number, symbol in MODO.controllers if symbol == row.symbol)
+
+
+def meaning(row: Technique) -> str:
+    """What a technique does, and with which values."""
+    values = {ON_STRING: f": {open_notes(row)}", HAND_AT: f", 1 to {FRETS}"}
+    return row.help + values.get(row.number, "")
+
+
+def open_notes(row: Technique) -> str:
+    """The open notes that the keys of a technique mean in the map of MODO BASS."""
+    return ", ".join(pitch_name(key) for key in row.modo)
+
+
+def table(*rows: tuple[str, ...]) -> str:
+    """A table in Markdown, whose first row is its head."""
+    lines = [f"| {' | '.join(row)} |".replace("|  |", "| |") for row in rows]
+    return "\n".join([lines[0], "|---" * len(rows[0]) + "|", *lines[1:]])
+
+
+def technique_table() -> str:
+    """The handbook's table of techniques: by which key or controller each is asked for."""
+    return table(
+        ("", "`modo`", "`modo-12`", "controller", "technique"),
+        *(
+            (row.asked, keys_text(row.modo), keys_text(row.modo_12), controller_of(row), meaning(row))
+            for row in TECHNIQUE_ROWS.values()
+        ),
+    )
+
+
+def controller_table() -> str:
+    """The handbook's table of controllers."""
+    return table(("controller", "what it moves"), *controllers())
+
+
+def short_table() -> str:
+    """README's table: the keys of techniques in the usual map, by name."""
+    rows = [row for row in TECHNIQUE_ROWS.values() if row.modo]
+    return table(
+        ("technique", "key", "controller"),
+        *((row.name.format(open_notes(row)), f"{row.asked} {keys_text(row.modo)}", controller_of(row)) for row in rows),
+    )
+
+
+TABLES = {"README.md": (short_table,), "livebass/help/playing.md": (technique_table, controller_table)}
