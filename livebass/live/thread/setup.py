@@ -133,6 +133,7 @@ def fill_bass(address):
     b.performer = place
     make_performer(performer_at(place), instrument, building.seed)
     b.events = b.performer + lines(PERFORMER_BYTES)
+    performer_at(place).out.events = b.events
     b.string_events = b.events + lines(EVENT_BYTES * EVENT_ROOM)
     b.tones = b.string_events + lines(EVENT_BYTES * EVENT_ROOM)
     place = b.tones + lines(TONES_BYTES)

@@ -13,6 +13,7 @@ from livebass import QUALITIES, load_preset, preset_names
 from livebass.engine.engine import Engine
 from livebass.engine.prepare import play_frames, take_message
 from livebass.kernels.player import performer
+from livebass.kernels.player.constants import STROKES
 from livebass.kernels.string.modal import MOST_TURN
 from livebass.kernels.string.records import EVENT, PLUCK
 from livebass.model.instrument import Pluck, for_modes, speaking
@@ -44,7 +45,7 @@ def random_note(engine: Engine, rng: np.random.Generator) -> tuple[Trial, str]:
     bass = engine.instrument
     i, fret = int(rng.integers(0, engine.strings)), int(rng.integers(0, engine.frets + 1))
     velocity = int(rng.choice([rng.integers(1, 128), rng.integers(90, 128)]))
-    stroke = int(rng.integers(0, performer.STROKES))
+    stroke = int(rng.integers(0, STROKES))
     event = event_of(engine, i, fret, velocity, stroke)
     op = engine.pool.records[i, fret]
     s = for_modes(speaking(bass.strings[i], bass.necks[i], fret), int(op["modes"]))

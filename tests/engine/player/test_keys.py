@@ -17,8 +17,8 @@ from livebass import Instrument, Quality, load_preset, read_score, techniques
 from livebass.arrays import Floats
 from livebass.engine.engine import Engine
 from livebass.engine.prepare import bass_numbers, fill_key_map, new_performer, take_message
-from livebass.kernels.bass.instrument import KEY_MAP
-from livebass.kernels.player import fingering, performer, strokes
+from livebass.kernels.player import fingering, strokes
+from livebass.kernels.player.constants import FINGER, KEY_MAP, PICK, POP
 from livebass.kernels.player.performer import MOST_EVENTS
 from livebass.kernels.string import records
 from livebass.live.parameters import NUMBERS
@@ -149,10 +149,10 @@ def is_played(name: str, value: int, events: NDArray[np.void], stroke: int) -> b
         "palm_mute": len(plucked) == 1 and set(touched) == {0, 1, 2},
         "slide": len(plucked) == 1 and len(of(events, records.GLIDE)) == 1,
         "vibrato": len(plucked) == 1 and max(of(events, records.WAVER)["x"], default=0) > 0.3,
-        "finger": len(plucked) == 1 and stroke == performer.FINGER,
-        "pick": len(plucked) == 1 and stroke == performer.PICK,
+        "finger": len(plucked) == 1 and stroke == FINGER,
+        "pick": len(plucked) == 1 and stroke == PICK,
         "left_slap": len(of(events, records.THROW)) == 1 and touched == [2, 3],
-        "slap": struck == 1 and stroke == performer.POP,
+        "slap": struck == 1 and stroke == POP,
         "stop_all": len(plucked) == 1 and of(events, records.HAND)["string"].tolist() == [0, 1, 2, 3],
     }.get(name, len(plucked) + struck == 1)
 
@@ -198,13 +198,13 @@ def test_a_key_let_go_stops_its_string_while_detach_is_held(before: tuple[Messag
 def test_the_hand_goes_to_its_key_or_controller() -> None:
     hands = Hands(bass(keys=MODO_12))
     hands(on(88 + 12), off(88 + 12))
-    assert hands.p["place"] == 12
+    assert hands.p["hands"]["place"] == 12
     assert of(hands(on(55)), records.PLUCK)[["string", "fret"]].tolist() == [(3, 12)]
     hands(on(88 + 24), off(88 + 24))
-    assert hands.p["place"] == 20 - fingering.HAND_SPAN, "as far as the neck goes"
+    assert hands.p["hands"]["place"] == 20 - fingering.HAND_SPAN, "as far as the neck goes"
     for value, place in ((0, 1), (127, 17)):
         hands(control(4, value))
-        assert hands.p["place"] == place
+        assert hands.p["hands"]["place"] == place
 
 
 def test_keys_go_before_notes_where_a_map_says_so() -> None:
