@@ -9,7 +9,7 @@ or write outside their memory: what it accepts may be played. [any thread]
 import numpy as np
 
 from livebass.compiling import entry, jit
-from livebass.kernels.hands.techniques import BEND_FRAMES, waver
+from livebass.kernels.hands.techniques import BEND_FRAMES, set_vibrato
 from livebass.kernels.machine.elementary import exp
 from livebass.kernels.machine.native import (
     FLUSH,
@@ -246,7 +246,7 @@ def settle(voice, p, i):
         tone.set_tone(voice, voice.tone_wanted)
     voice.blend_wanted = p.controls.blend
     tone.set_blend(voice, voice.blend_wanted)
-    waver(voice, vibrato_depth(p), VIBRATO_RATE)
+    set_vibrato(voice, vibrato_depth(p), VIBRATO_RATE)
 
 
 @jit

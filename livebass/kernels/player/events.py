@@ -36,11 +36,18 @@ def next_event(p, i):
     e.frame = p.out.frame
     e.string = i
     e.fret = 0
-    e.x = 0.0
-    e.y = 0.0
-    e.z = 0.0
-    e.t = 0.0
-    e.w = 0.0
+    e.finger = 0
+    e.apex = 0.0
+    e.place = 0.0
+    e.speed = 0.0
+    e.width = 0.0
+    e.angle = 0.0
+    e.seconds = 0.0
+    e.mass = 0.0
+    e.stiffness = 0.0
+    e.resistance = 0.0
+    e.value = 0.0
+    e.rate = 0.0
     return e
 
 
@@ -50,11 +57,11 @@ def send_pluck(p, i, fret, apex, place, width, release, angle):
     e = next_event(p, i)
     e.kind = PLUCK
     e.fret = fret
-    e.x = apex
-    e.y = place
-    e.z = width
-    e.t = release
-    e.w = angle
+    e.apex = apex
+    e.place = place
+    e.width = width
+    e.seconds = release
+    e.angle = angle
 
 
 @jit
@@ -63,8 +70,8 @@ def send_strike(p, i, fret, depth, place):
     e = next_event(p, i)
     e.kind = STRIKE_EVENT
     e.fret = fret
-    e.x = depth
-    e.y = place
+    e.apex = depth
+    e.place = place
 
 
 @jit
@@ -73,11 +80,11 @@ def send_throw(p, i, fret, speed, place, mass, width, stiffness):
     e = next_event(p, i)
     e.kind = THROW
     e.fret = fret
-    e.x = speed
-    e.y = place
-    e.z = mass
-    e.t = width
-    e.w = stiffness
+    e.speed = speed
+    e.place = place
+    e.mass = mass
+    e.width = width
+    e.stiffness = stiffness
 
 
 @jit
@@ -86,8 +93,8 @@ def send_hammer(p, i, fret, speed, landing):
     e = next_event(p, i)
     e.kind = HAMMER
     e.fret = fret
-    e.x = speed
-    e.y = landing
+    e.speed = speed
+    e.seconds = landing
 
 
 @jit
@@ -96,7 +103,7 @@ def send_pull_off(p, i, fret, deflection):
     e = next_event(p, i)
     e.kind = PULL_OFF
     e.fret = fret
-    e.x = deflection
+    e.apex = deflection
 
 
 @jit
@@ -105,7 +112,7 @@ def send_slide(p, i, fret, seconds):
     e = next_event(p, i)
     e.kind = GLIDE
     e.fret = fret
-    e.x = seconds
+    e.seconds = seconds
 
 
 @jit
@@ -113,11 +120,11 @@ def send_touch(p, i, finger, place, resistance, width, seconds):
     """Lays a finger on the string, or lifts it."""
     e = next_event(p, i)
     e.kind = TOUCH_EVENT
-    e.fret = finger
-    e.x = place
-    e.y = resistance
-    e.z = width
-    e.t = seconds
+    e.finger = finger
+    e.place = place
+    e.resistance = resistance
+    e.width = width
+    e.seconds = seconds
 
 
 @jit
@@ -126,7 +133,7 @@ def send_stop(p, i, fret, damping):
     e = next_event(p, i)
     e.kind = HAND
     e.fret = fret
-    e.x = damping
+    e.value = damping
 
 
 @jit
@@ -141,8 +148,8 @@ def send_vibrato(p, i, depth, rate):
     """Has the string waver."""
     e = next_event(p, i)
     e.kind = WAVER
-    e.x = depth
-    e.y = rate
+    e.value = depth
+    e.rate = rate
 
 
 @jit
@@ -150,7 +157,7 @@ def send_bend(p, i, ratio):
     """Bends the string."""
     e = next_event(p, i)
     e.kind = BEND
-    e.x = ratio
+    e.value = ratio
 
 
 @jit
@@ -158,7 +165,7 @@ def send_gain(p, i, gain):
     """Sets the string's volume."""
     e = next_event(p, i)
     e.kind = GAIN
-    e.x = gain
+    e.value = gain
 
 
 @jit
@@ -166,7 +173,7 @@ def send_tone(p, i, tone):
     """Turns the tone pot."""
     e = next_event(p, i)
     e.kind = TONE
-    e.x = tone
+    e.value = tone
 
 
 @jit
@@ -174,7 +181,7 @@ def send_blend(p, i, blend):
     """Blends the pickups."""
     e = next_event(p, i)
     e.kind = BLEND
-    e.x = blend
+    e.value = blend
 
 
 @jit
@@ -182,4 +189,4 @@ def send_idle(p, i, strings):
     """Tells the string which ones nobody plays or mutes, a bit each."""
     e = next_event(p, i)
     e.kind = IDLE
-    e.x = float(strings)
+    e.value = float(strings)

@@ -49,8 +49,8 @@ def random_note(engine: Engine, rng: np.random.Generator) -> tuple[Trial, str]:
     event = event_of(engine, i, fret, velocity, stroke)
     op = engine.pool.records[i, fret]
     s = for_modes(speaking(bass.strings[i], bass.necks[i], fret), int(op["modes"]))
-    angle = float(rng.choice([event["w"], 0.0, rng.uniform(0.1, 1.0)]))
-    apex, place, width, release = (float(event[field]) for field in ("x", "y", "z", "t"))
+    angle = float(rng.choice([event["angle"], 0.0, rng.uniform(0.1, 1.0)]))
+    apex, place, width, release = (float(event[field]) for field in ("apex", "place", "width", "seconds"))
     pluck = Pluck(apex, place, width, angle, release, apex * bass.player.release_speed / bass.player.greatest_apex)
     rate = float(engine.rates.contact_rate)
     span = 0.008 if s.surface else 0.03  # a board takes brute force ten times as long

@@ -190,8 +190,8 @@ def test_a_pop_starts_no_higher_than_the_greatest_apex(name: str) -> None:
     finger, pop = (Hand(even(name), stroke) for stroke in (FINGER, POP))
     notes = [(i, fret) for i in range(len(pop.bass.strings)) for fret in (0, 5, 12, 17, 20) if fret <= pop.engine.frets]
     for i, fret in notes:
-        assert pop.strokes(i, fret, 127)["x"][0] <= pop.bass.player.greatest_apex, (i, fret)
-        soft = pop.strokes(i, fret, 20)["x"][0] / finger.strokes(i, fret, 20)["x"][0]
+        assert pop.strokes(i, fret, 127)["apex"][0] <= pop.bass.player.greatest_apex, (i, fret)
+        soft = pop.strokes(i, fret, 20)["apex"][0] / finger.strokes(i, fret, 20)["apex"][0]
         assert soft > 1.2, "it pulls farther than a finger where it can"
     loudest = [max(float(np.abs(hand.note(*note, 127)).max()) for note in notes) for hand in (finger, pop)]
     over = decibels(loudest[1] / loudest[0])
@@ -253,7 +253,7 @@ def test_equal_notes_differ_and_a_seed_repeats_them(stroke: int) -> None:
     bass = dataclasses.replace(bass, player=dataclasses.replace(bass.player, **ACROSS["jazz-finger"]))
     first, again, other = (Hand(bass, stroke, seed).strokes(1, 5, 90, 16) for seed in (1, 1, 2))
     assert first.tobytes() == again.tobytes() != other.tobytes()
-    for field in ("x", "y", "z", "t", "w"):
+    for field in ("apex", "place", "width", "seconds", "angle"):
         assert len(set(first[field].tolist())) == 16, field
     hand = Hand(bass, stroke, 1)
     assert len({hand.sound(1, first[k : k + 1], 0.02).tobytes() for k in range(16)}) == 16
@@ -263,10 +263,10 @@ def test_index_and_middle_finger_take_turns() -> None:
     """The middle finger plucks nearer to the saddle, a little softer, and lets go sooner."""
     events = Hand(load_preset("jazz-finger")).strokes(0, 5, 90, 200)
     index, middle = events[::2], events[1::2]
-    nearer = middle["y"].mean() - index["y"].mean()
+    nearer = middle["place"].mean() - index["place"].mean()
     assert nearer == pytest.approx(STANDARD["other_nearer"][FINGER], abs=2e-3)
-    assert middle["x"].mean() < index["x"].mean()
-    assert middle["t"].mean() < 0.95 * index["t"].mean()
+    assert middle["apex"].mean() < index["apex"].mean()
+    assert middle["seconds"].mean() < 0.95 * index["seconds"].mean()
 
 
 @pytest.mark.parametrize(
@@ -294,11 +294,11 @@ def test_a_finger_that_rakes_does_not_take_turns(line: list[tuple[int, int]], fi
 def test_a_pick_goes_down_and_up() -> None:
     events = Hand(load_preset("jazz-finger"), PICK).strokes(0, 5, 90, 16)
     down, up = events[::2], events[1::2]
-    assert (down["w"] > 0.5).all() and (up["w"] < -0.3).all()
+    assert (down["angle"] > 0.5).all() and (up["angle"] < -0.3).all()
     even_hand = Hand(even("jazz-finger"), PICK)
     down, up = even_hand.strokes(0, 5, 60, 2)
-    assert -2.0 < decibels(up["x"] / down["x"]) < -0.9
-    assert up["y"] - down["y"] == pytest.approx(STANDARD["other_nearer"][PICK])
+    assert -2.0 < decibels(up["apex"] / down["apex"]) < -0.9
+    assert up["place"] - down["place"] == pytest.approx(STANDARD["other_nearer"][PICK])
 
 
 def test_shape_and_place_follow_the_force() -> None:
@@ -307,12 +307,13 @@ def test_shape_and_place_follow_the_force() -> None:
     player, hand = bass.player, Hand(bass)
     soft, middle, hard = (hand.strokes(0, 5, velocity)[0] for velocity in (1, 64, 127))
     for field, least, most in (
-        ("z", player.rounding, player.rounding_soft), ("t", player.release_time, player.release_time_soft),
+        ("width", player.rounding, player.rounding_soft),
+        ("seconds", player.release_time, player.release_time_soft),
     ):  # fmt: skip
         assert soft[field] == pytest.approx(most) and hard[field] == pytest.approx(least)
         assert middle[field] == pytest.approx(np.sqrt(least * most))
-    assert hard["y"] - soft["y"] == pytest.approx(player.nearer_when_hard)
-    assert middle["y"] - soft["y"] == pytest.approx(player.nearer_when_hard / 2)
+    assert hard["place"] - soft["place"] == pytest.approx(player.nearer_when_hard)
+    assert middle["place"] - soft["place"] == pytest.approx(player.nearer_when_hard / 2)
 
 
 def test_a_stroke_towards_the_neck_stays_above_the_frets() -> None:
@@ -323,8 +324,8 @@ def test_a_stroke_towards_the_neck_stays_above_the_frets() -> None:
         for fret in FRETS:
             (event,) = hand.strokes(i, fret, 127)
             op = hand.engine.pool.records[i, fret]
-            length, place = float(op["length"]), float(event["y"])
-            down = -np.cos(event["w"]) * event["x"]
+            length, place = float(op["length"]), float(event["place"])
+            down = -np.cos(event["angle"]) * event["apex"]
             assert down > 0
             neck, scale = bass.necks[i], bass.strings[i].length
             stop = scale - length
@@ -343,7 +344,7 @@ def test_the_papers_pluck_stays_a_triangle(name: str) -> None:
     assert (player.release_time, player.rounding_soft, player.release_speed) == (0, 0, 0)
     assert (player.nearer_when_hard, player.stroke) == (0, "finger")
     events = Hand(load_preset(name)).strokes(0, 0, 30, 4)
-    assert np.unique(events).size == 1 and events[0]["z"] == player.rounding and events[0]["t"] == 0
+    assert np.unique(events).size == 1 and events[0]["width"] == player.rounding and events[0]["seconds"] == 0
 
 
 def test_a_finger_that_moves_as_it_lets_go_does_not_jump() -> None:

@@ -135,14 +135,14 @@ def hands_on(*strings: int) -> list[tuple[int, int]]:
 def ratios(events: NDArray[np.void]) -> float:
     """The frequency ratio of `events` that bend all strings alike."""
     assert kinds(events) == [(at.BEND, i) for i in range(4)]
-    assert len(set(events["x"].tolist())) == 1
-    return float(events["x"][0])
+    assert len(set(events["value"].tolist())) == 1
+    return float(events["value"][0])
 
 
 def gains(events: NDArray[np.void]) -> float:
     assert kinds(events) == [(at.GAIN, i) for i in range(4)]
-    assert len(set(events["x"].tolist())) == 1
-    return float(events["x"][0])
+    assert len(set(events["value"].tolist())) == 1
+    return float(events["value"][0])
 
 
 messages = st.one_of(
@@ -335,13 +335,13 @@ def test_velocity_to_apex(preset: str) -> None:
             events = [hands.first(OPEN[string] + fret, v) for v in range(1, 128)]
             assert {(int(e["string"]), int(e["fret"])) for e in events} == {(0, fret)}
             if events[0]["kind"] == at.THROW:
-                speed, player = [float(e["x"]) for e in events], instrument.player
+                speed, player = [float(e["speed"]) for e in events], instrument.player
                 assert speed[0] == pytest.approx(player.strike_softest, rel=0.1)
                 assert speed[126] == pytest.approx(player.strike_hardest, rel=0.1)
                 assert all(a < b for a, b in pairwise(speed)), (string, fret)
                 continue
             less = instrument.player.strike_force if events[0]["kind"] == at.STRIKE_EVENT else 1.0
-            apex = [float(e["x"]) / less for e in events]
+            apex = [float(e["apex"]) / less for e in events]
             assert all(a < b < most for a, b in pairwise(apex)), (string, fret)
             assert apex[0] > 0 and apex[126] <= most
             if events[0]["kind"] == at.STRIKE_EVENT:
@@ -349,7 +349,7 @@ def test_velocity_to_apex(preset: str) -> None:
             if hands.p["stroke"] == FINGER:
                 player, e = instrument.player, events[63]
                 force = player.softest * (player.hardest / player.softest) ** (63 / 126)
-                wanted = force * even_apex(instrument, string, fret, float(e["y"]))
+                wanted = force * even_apex(instrument, string, fret, float(e["place"]))
                 assert apex[63] == pytest.approx(wanted / (1 + (wanted / most) ** 4) ** 0.25, rel=1e-6)
 
 
@@ -374,7 +374,7 @@ def test_techniques() -> None:
 
 def test_a_curve_from_zero_is_a_number() -> None:
     hands = Hands(bass(softest=0.0))
-    apex = [float(hands.first(40, v)["x"]) for v in (1, 2, 64, 127)]
+    apex = [float(hands.first(40, v)["apex"]) for v in (1, 2, 64, 127)]
     assert all(math.isfinite(a) for a in apex) and apex == sorted(set(apex))
 
 
@@ -382,7 +382,7 @@ def test_unevenness_is_chance_within_its_bounds_and_that_of_the_seed() -> None:
     def played(seed: int, unevenness: float = 0.1) -> np.ndarray:
         hands = Hands(bass(unevenness=unevenness, nearer_when_hard=0.0))
         hands.p["seed"] = seed
-        return np.array([[(e := hands(on(40))[0])["x"], e["y"]] for _ in range(400)])
+        return np.array([[(e := hands(on(40))[0])["apex"], e["place"]] for _ in range(400)])
 
     even, one = played(1, 0.0), played(1)
     assert np.ptp(even, axis=0).max() == 0
@@ -410,11 +410,11 @@ def test_controller_16_moves_the_hand_over_the_body() -> None:
     ]:
         assert kinds(hands(m)) == []
         event = hands.first(28)
-        assert event["y"] / open_length == pytest.approx(place, abs=8e-3)
-        from_saddle.append(open_length - event["y"])
+        assert event["place"] / open_length == pytest.approx(place, abs=8e-3)
+        from_saddle.append(open_length - event["place"])
         event = hands.first(31)
         assert (event["string"], event["fret"]) == (0, 3)
-        assert length - event["y"] == pytest.approx(from_saddle[-1], rel=1e-9), "as far from the saddle"
+        assert length - event["place"] == pytest.approx(from_saddle[-1], rel=1e-9), "as far from the saddle"
     assert from_saddle[1] > from_saddle[2] > from_saddle[3]
 
 
@@ -425,7 +425,7 @@ def test_controller_74_of_mpe_is_brighter_the_higher() -> None:
         hands = Hands(bass())
         hands((0xB0, 101, 0), (0xB0, 100, 6), (0xB0, 6, 4), (0xB1, 74, value))
         (event,) = [e for e in hands((0x91, 33, 90)) if e["kind"] == at.PLUCK]
-        places.append(float(event["y"]))
+        places.append(float(event["place"]))
     assert places[0] + 0.02 < places[1] < places[2] - 0.02
 
 
@@ -438,7 +438,7 @@ def test_every_place_is_on_the_string(preset: str, value: int) -> None:
         hands(control(16, value))
         for fret in range(FRETS + 1):
             (event,) = hands(on(OPEN[string] + fret))
-            assert 0.99 * strokes.LEAST_STRIKE < event["y"] / hands.ops[0, fret]["length"] < 0.991
+            assert 0.99 * strokes.LEAST_STRIKE < event["place"] / hands.ops[0, fret]["length"] < 0.991
 
 
 # Ends of notes
@@ -449,7 +449,7 @@ def test_note_off_stops_its_string_only() -> None:
     hands(on(33), on(43))
     (event,) = hands(off(33))
     assert (event["kind"], event["string"]) == (at.HAND, 1)
-    assert event["x"] == bass().player.hand_damping
+    assert event["value"] == bass().player.hand_damping
     assert hands.strings("state") == [FREE, FREE, FREE, HELD]
     assert kinds(hands(off(33), off(40))) == [], "an end without a note"
 
@@ -678,9 +678,9 @@ def test_the_range_of_a_master_is_its_own() -> None:
     assert (hands.p["controls"]["channel_range"], hands.p["range"]) == (24.5, 5.0)
     hands((0x91, 38, 90), (0x92, 43, 90))
     (event,) = hands((0xE1, 127, 127))
-    assert (event["kind"], event["string"]) == (at.BEND, 2) and event["x"] == pytest.approx(2 ** (24.5 / 12))
+    assert (event["kind"], event["string"]) == (at.BEND, 2) and event["value"] == pytest.approx(2 ** (24.5 / 12))
     bends = hands((0xE0, 127, 127))
-    assert 12 * np.log2(bends["x"]) == pytest.approx([5, 5, 29.5, 5])
+    assert 12 * np.log2(bends["value"]) == pytest.approx([5, 5, 29.5, 5])
 
 
 def test_the_first_note_off_ends_a_key_however_often_it_was_struck() -> None:
@@ -707,24 +707,26 @@ def check(hands: Hands, events: NDArray[np.void]) -> None:
     assert 0.0 <= controls["volume"] <= 1.0 and 0.0 <= controls["expression"] <= 1.0
     assert 0 <= controls["rpn"] <= NO_RPN and 0.0 < p["position"] < 1.0
     for e in events:
-        assert 0 <= e["string"] < count and 0 <= e["fret"] <= FRETS and np.isfinite(e["x"])
+        assert 0 <= e["string"] < count and 0 <= e["fret"] <= FRETS
+        assert all(np.isfinite(e[name]) for name in at.EVENT.names or ())
         if e["kind"] in (at.PLUCK, at.STRIKE_EVENT):
-            assert 0.0 < e["x"] <= p["player"]["greatest_apex"]
-            assert 0.0 < e["y"] < hands.ops[e["string"], e["fret"]]["length"]
+            assert 0.0 < e["apex"] <= p["player"]["greatest_apex"]
+            assert 0.0 < e["place"] < hands.ops[e["string"], e["fret"]]["length"]
         elif e["kind"] == at.THROW:
-            assert 0.0 < e["x"] <= 8.0 and 0.0 < e["y"] < hands.ops[e["string"], e["fret"]]["length"]
+            assert 0.0 < e["speed"] <= 8.0 and 0.0 < e["place"] < hands.ops[e["string"], e["fret"]]["length"]
         elif e["kind"] == at.BEND:
-            assert 0.2 < e["x"] < 4.3
+            assert 0.2 < e["value"] < 4.3
         elif e["kind"] == at.GAIN:
-            assert 0.0 <= e["x"] <= 1.0
+            assert 0.0 <= e["value"] <= 1.0
         elif e["kind"] == at.TOUCH_EVENT:
-            assert 0 <= e["fret"] < at.TOUCHES and 0.0 <= e["y"] < 100.0 and (e["x"] > 0.0 or e["y"] == 0.0)
+            assert 0 <= e["finger"] < at.TOUCHES and 0.0 <= e["resistance"] < 100.0
+            assert e["place"] > 0.0 or e["resistance"] == 0.0
         elif e["kind"] == at.HAMMER:
-            assert 0.29 < e["x"] < 2.51
+            assert 0.29 < e["speed"] < 2.51
         elif e["kind"] in (at.TONE, at.BLEND):
-            assert -1.0 <= e["x"] <= 1.0
+            assert -1.0 <= e["value"] <= 1.0
         elif e["kind"] == at.IDLE:
-            assert 0 <= e["x"] < 2**count
+            assert 0 <= e["value"] < 2**count
         else:
             assert e["kind"] in (at.HAND, at.CUT, at.PULL_OFF, at.GLIDE, at.WAVER)
 
