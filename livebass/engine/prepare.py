@@ -286,31 +286,27 @@ def play_frames(
 def take_message(
     p: NDArray[np.void], ops: NDArray[np.void], frame: int, message: Sequence[int], events: NDArray[np.void], count: int
 ) -> int:
-    """Hands a channel message to the performer `p` (1,) by `kernels.player.performer.message`; returns the new count.
+    """Hands a channel message to the performer `p` (1,), `messages.handle_message`; returns the new count.
 
     ops (strings, frets + 1); `message` has three bytes; events (n,) are filled from `count` on.
     """
-    return int(
-        messages.take_message(
-            p.ctypes.data, ops.ctypes.data, frame, *message, events.ctypes.data, len(events), count
-        )
-    )  # fmt: skip
+    p["out"] = frame, events.ctypes.data, count
+    messages.take_message(p.ctypes.data, ops.ctypes.data, *message)
+    return int(p["out"]["count"][0])
 
 
 def take_message_ringing(
     p: NDArray[np.void], ops: NDArray[np.void], player: NDArray[np.void], told: NDArray[np.void], frame: int,
     message: Sequence[int],
 ) -> NDArray[np.void]:  # fmt: skip
-    """Hands a message to the performer `p` (1,) of a bass that rings out, by `kernels.player.performer.ring_on`.
+    """Hands a message to the performer `p` (1,) of a bass that rings out, `messages.ring_on`.
 
     ops (strings, frets + 1); told (n,): the events that the performer `player` (1,) made of it. Returns those of `p`.
     """
     events = np.zeros(performer.MOST_EVENTS, EVENT)
-    count = messages.take_message_ringing(
-        p.ctypes.data, ops.ctypes.data, player.ctypes.data, told.ctypes.data, len(told), frame, *message,
-        events.ctypes.data, len(events),
-    )  # fmt: skip
-    return events[:count]
+    p["out"], player["out"] = (frame, events.ctypes.data, 0), (frame, told.ctypes.data, len(told))
+    messages.take_message_ringing(p.ctypes.data, ops.ctypes.data, player.ctypes.data, *message)
+    return events[: int(p["out"]["count"][0])]
 
 
 def follow_performer(voices: Sequence[Voice], p: NDArray[np.void], old: NDArray[np.void]) -> None:

@@ -52,7 +52,7 @@ def sensors(trial: Trial) -> Rows:
 def pluck_event(pluck: Pluck) -> NDArray[np.void]:
     """`pluck` as an event of the first frame, (1,)."""
     events = np.zeros(1, EVENT)
-    events["kind"], events["x"], events["y"] = PLUCK, pluck.apex, pluck.position
+    events["kind"], events["apex"], events["place"] = PLUCK, pluck.apex, pluck.position
     return events
 
 

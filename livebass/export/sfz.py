@@ -34,7 +34,7 @@ from livebass.engine.engine import Engine
 from livebass.engine.render import RenderError, mixed, string_names
 from livebass.files import Transaction, whole_directory
 from livebass.interrupts import StopFlag
-from livebass.kernels.player.strokes import STROKE_LIFT
+from livebass.kernels.player.constants import STANDARD
 from livebass.model.instrument import A4_HZ, STROKES, Instrument, Player
 from livebass.model.keymap import velocity_parts
 from livebass.model.quality import Quality
@@ -193,7 +193,7 @@ def velocities(player: Player, layers: int) -> tuple[int, ...]:
     Below the velocity at which a pluck just grazes the frets, notes of different strength sound nearly alike, so most
     layers lie above it. On either side they are evenly spaced.
     """
-    lift = STROKE_LIFT[STROKES.index(player.stroke)]
+    lift = float(STANDARD["lift"][STROKES.index(player.stroke)])
     graze = _velocity_of(math.log(1 / (lift * max(player.softest, 1e-3))) / _range(player), player)
     soft = round(SOFT_SHARE * layers) if HARDEST / layers < graze < HARDEST else 0
     chosen = [graze * (k + 1) / soft for k in range(soft)]

@@ -69,7 +69,7 @@ def run(string, ops, events, count, out, across):
     i = 0
     while i < out.shape[0]:
         while used < count and events[used].frame <= voice.frame:
-            happen(string, ops, events[used])
+            handle_event(string, ops, events[used])
             used += 1
         if voice.still:
             end = voice.frame + out.shape[0] - i
@@ -157,48 +157,48 @@ def at_rest(string):
 
 
 @jit
-def happen(string, ops, event):
-    """Carries out one event."""
+def handle_event(string, ops, event):
+    """Has the string do what one event says."""
     voice, slots = string.voice, string.slots
     voice.still = 0
     if event.kind in (PLUCK, STRIKE_EVENT, THROW, HAMMER):
         voice.cut = 0
     if event.kind == PLUCK:
-        techniques.pluck(string, ops, event.fret, event.x, event.y, event.z, event.t, event.w)
+        techniques.begin_pluck(string, ops, event)
     elif event.kind == STRIKE_EVENT:
-        techniques.strike(string, ops, event.fret, event.x, event.y)
+        techniques.begin_strike(string, ops, event)
     elif event.kind == THROW:
-        techniques.throw(string, ops, event)
+        techniques.throw_mass(string, ops, event)
     elif event.kind == HAND:
-        techniques.end_note(string, ops, event.x)
+        techniques.end_note(string, ops, event.value)
     elif event.kind == HAMMER:
-        techniques.hammer(string, ops, event.fret, event.x, event.y)
+        techniques.hammer_on(string, ops, event)
     elif event.kind == PULL_OFF:
-        techniques.pull_off(string, ops, event.fret, event.x)
+        techniques.pull_off(string, ops, event)
     elif event.kind == GLIDE:
-        techniques.slide(string, ops, event.fret, event.x)
+        techniques.begin_slide(string, ops, event.fret, event.seconds)
     elif event.kind == WAVER:
-        techniques.waver(voice, event.x, event.y)
+        techniques.set_vibrato(voice, event.value, event.rate)
     elif event.kind == TOUCH_EVENT:
-        techniques.lay_finger(string, ops, event.fret, event.x, event.y, event.z, event.t)
+        techniques.lay_finger(string, ops, event)
     elif event.kind == IDLE:
-        voice.idle = np.int64(event.x)
+        voice.idle = np.int64(event.value)
     elif event.kind == BEND:
-        voice.bend = event.x
+        voice.bend = event.value
         if at_rest(string):
             voice.tuned = voice.bend
     elif event.kind == GAIN:
-        voice.gain_wanted = event.x
+        voice.gain_wanted = event.value
         if at_rest(string):
-            voice.gain = event.x
+            voice.gain = event.value
     elif event.kind == TONE:
-        voice.tone_wanted = event.x
+        voice.tone_wanted = event.value
         if at_rest(string):
-            tone.set_tone(voice, event.x)
+            tone.set_tone(voice, event.value)
     elif event.kind == BLEND:
-        voice.blend_wanted = event.x
+        voice.blend_wanted = event.value
         if at_rest(string):
-            tone.set_blend(voice, event.x)
+            tone.set_blend(voice, event.value)
     elif event.kind == CUT:
         if not slots[voice.slot].between:
             voice.slide_to = -1
@@ -337,8 +337,8 @@ def move(string, ops):
         after = -(-after // voice.denominator)  # rounded up: a tap may look back, not ahead
     steps = after - voice.step
     tighter = 0.0
-    if techniques.wavers(voice):
-        tighter = techniques.wavering(voice, string.slots[voice.slot])
+    if techniques.is_vibrating(voice):
+        tighter = techniques.vibrato_tension(voice, string.slots[voice.slot])
     for k in range(2):
         slot = string.slots[k]
         if not slot.on:
@@ -346,7 +346,7 @@ def move(string, ops):
         op = glide.operator(string, ops, k)
         leap = LONGER if steps > op.steps else WHOLE
         if slot.thumb.on != NONE:
-            thumb.lean(slot, op, voice, steps, leap)
+            thumb.press_on(slot, op, voice, steps, leap)
         if slot.active == 0 or op.points == 0 or slot.moving or after <= slot.quiet or after <= slot.due:
             modal.leap(slot.u, leap, slot.active)
             modal.leap(slot.v, leap, slot.v_active)
@@ -354,7 +354,7 @@ def move(string, ops):
             over = voice.over_board if op.points > MOST_NEAR else voice.over_frets
             call_4(over, record_address(string), np.int64(k), record_address(op), steps)
         if slot.thumb.on != NONE:
-            thumb.rebound(slot, op, after)
+            thumb.take_off(slot, op, after)
         if slot.offset != 0.0:
             stop.settle(slot, voice.rate)
         if slot.between:

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from livebass.kernels.player.performer import CONTROLLERS
+from livebass.kernels.player.constants import CONTROLLERS
 from livebass.live.parameters import NUMBERS, PARAMETERS
 from livebass.live.thread.desk import DESK, MOVED_BITS
 from livebass.live.thread.records import field_offset

@@ -48,7 +48,7 @@ RING = 4096  # messages
 CAPTURE_SECONDS = 20.0
 RECENT = 0.2  # s of sound that `recent` keeps
 QUIETEST = -99.0  # dB
-FIELDS = {row.number: row.field for row in FUNCTION_ROWS.values() if row.field}  # of the performer
+FIELDS = {row.number: row.field for row in FUNCTION_ROWS.values() if row.field}  # of the performer's controls
 KEPT = (
     "program", "program_count", "blocks", "messages", "late", "underruns", "clipped", "faults", "capture_lost",
     "parameters",
@@ -129,7 +129,7 @@ class LiveBass:
         out = []
         for i, (string, v) in enumerate(zip(self.engine.instrument.strings, self.engine.voices, strict=True)):
             slot = v.slots[int(v.record["slot"][0])]
-            out.append((string.name, int(p["fret"][i]), bool(slot["on"]), bool(slot["touching"])))
+            out.append((string.name, int(p["hands"]["fret"][i]), bool(slot["on"]), bool(slot["touching"])))
         return out
 
 
@@ -264,7 +264,7 @@ class Synth:
     def amount(self, function: int) -> float:
         """The value that `set_amount`, or a controller, has set last. [any thread]"""
         bass = self.bass
-        return float(bass.engine.performer[FIELDS[function]][0]) if bass else 0.0
+        return float(bass.engine.performer["controls"][FIELDS[function]][0]) if bass else 0.0
 
     def parameter(self, number: int) -> float:
         """The value of a parameter of the playing as it was set last; 0: as the bass itself has it. [any thread]"""

@@ -16,7 +16,7 @@ from livebass.compiling import Entry
 from livebass.kernels.bass import instrument
 from livebass.kernels.bass import setup as bass
 from livebass.kernels.pickup import coil
-from livebass.kernels.player import controls, performer
+from livebass.kernels.player import constants, parameters, performer
 from livebass.kernels.string import board, frets, preparing, records
 from livebass.live.parameters import GROUPS, OUTPUTS, PARAMETERS, event
 from livebass.live.thread import ahead, block, ring, setup
@@ -30,8 +30,8 @@ from livebass.units import pitch_name
 RECORDS = {
     "LB_TIER": instrument.TIER,
     "LB_CIRCUIT": coil.CIRCUIT,
-    "LB_PLAYER": instrument.PLAYER,
-    "LB_KEY_MAP": instrument.KEY_MAP,
+    "LB_PLAYER": constants.PLAYER,
+    "LB_KEY_MAP": constants.KEY_MAP,
     "LB_INSTRUMENT": instrument.INSTRUMENT,
     "LB_FILE": instrument.FILE,
     "LB_OPERATOR": records.OPERATOR,
@@ -51,7 +51,7 @@ NUMBERS = {
     "LB_MOST_MESSAGES": live.MOST_MESSAGES,
     "LB_MOST_BASSES": techniques.MOST_BASSES,
     "LB_LEARNED": techniques.LEARNED,
-    "LB_MOST_UNEVENNESS": controls.MOST_UNEVENNESS,
+    "LB_MOST_UNEVENNESS": parameters.MOST_UNEVENNESS,
     "LB_KIND_STRING_BEND": ring.STRING_BEND,
     "LB_KIND_NOTE_PLACE": ring.NOTE_PLACE,
     "LB_KIND_NOTE_BEND": ring.NOTE_BEND,

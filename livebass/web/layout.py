@@ -11,7 +11,8 @@ from livebass.compiling import Entry
 from livebass.kernels.bass.instrument import COARSE, FILE, GOOD, POOL, check_file, fill_pool, measure_pool
 from livebass.kernels.bass.records import BASS
 from livebass.kernels.bass.setup import BUILDING, fill_bass, measure_bass
-from livebass.kernels.player.performer import CONTROLLERS, FINGER, FREE, MOST_STRINGS, PERFORMER, PICK
+from livebass.kernels.player.constants import CONTROLLERS, FINGER, PICK
+from livebass.kernels.player.performer import FREE, MOST_STRINGS, PERFORMER
 from livebass.kernels.string import frets
 from livebass.kernels.string.board import over_board
 from livebass.kernels.string.preparing import DONE
@@ -55,10 +56,16 @@ def layout() -> str:
 
 
 def record(of: np.dtype[np.void]) -> dict[str, Any]:
-    """A record's bytes and its fields; the kind of one that is a record itself, or a row of them, is empty."""
+    """A record's bytes and its fields; the kind of one that is a record itself, or a row of them, is empty.
+
+    Fields of a record in it are called "record.field".
+    """
     assert of.fields
-    fields = {}
+    fields: dict[str, list[Any]] = {}
     for name, (kind, offset, *_) in of.fields.items():
         base = kind.subdtype[0] if kind.subdtype else kind
         fields[name] = [offset, "" if base.fields else base.str[1:]]
+        if kind.fields:
+            inner = record(kind)["fields"]
+            fields |= {f"{name}.{field}": [offset + at, of_kind] for field, (at, of_kind) in inner.items()}
     return {"bytes": of.itemsize, "fields": fields}

@@ -135,7 +135,7 @@ def test_nothing_a_player_does_to_a_score_leaves_a_note_behind() -> None:
     play(device, 64)
     held = [second for _, status, _, second in synth.played() if status & 0xF0 == 0x90]
     assert synth.bass is not None and len(held) > 20
-    assert not synth.bass.engine.performer["state"][0].any() and synth.meters().faults == 0
+    assert not synth.bass.engine.performer["hands"]["state"][0].any() and synth.meters().faults == 0
 
 
 def test_a_loop_of_a_part_ends_the_notes_that_reach_beyond_it() -> None:
@@ -298,9 +298,10 @@ def test_another_bass_takes_over_keys_and_controllers() -> None:
     assert new is not None and new is not old
     p, before = new.engine.performer[0], old.engine.performer[0]
     assert p["switched"].sum() == 2 and p["switched"][GHOST] == 1 and p["forced"] == 0
-    for name in ("tone", "blend", "bend_up", "bend_ready", "level"):
-        assert p[name] == before[name], name
-    assert p["tone"] < 0 and p["blend"] < 0 and p["bend_up"] > 0
+    for name in ("blend", "bend_up", "bend_ready", "level"):
+        assert p["controls"][name] == before["controls"][name], name
+    assert p["tone"] == before["tone"] < 0
+    assert p["controls"]["blend"] < 0 and p["controls"]["bend_up"] > 0
     synth.send(0x80, 10, 0)
     synth.send(0x80, 3, 0)
     device.block(64)
@@ -462,7 +463,7 @@ def test_a_place_that_is_gone_to_has_its_mode_and_the_bends_of_its_channels(tmp_
     ]  # fmt: skip
     assert synth.bass is not None
     p = synth.bass.engine.performer[0]
-    assert p["mode"] == performer.STRING_A_CHANNEL and p["channel_range"] == 7.0
+    assert p["controls"]["mode"] == performer.STRING_A_CHANNEL and p["controls"]["channel_range"] == 7.0
     desk.seek(0.25)
     play(device, 64)
     assert [m[1:] for m in synth.played()] == [
@@ -483,10 +484,10 @@ def test_a_place_before_a_mode_is_in_none(tmp_path: Path) -> None:
     )  # fmt: skip
     desk, synth, device = desk_and_device(score)
     play(device, LEADING + 19500)
-    assert synth.bass is not None and synth.bass.engine.performer["mode"] == performer.STRING_A_CHANNEL
+    assert synth.bass is not None and synth.bass.engine.performer["controls"]["mode"] == performer.STRING_A_CHANNEL
     desk.seek(0.0)
     play(device, 64)
-    assert synth.bass.engine.performer["mode"] == performer.ALL_ALIKE
+    assert synth.bass.engine.performer["controls"]["mode"] == performer.ALL_ALIKE
 
 
 def test_a_program_in_mid_file_is_sent_and_comes_back_with_the_loop(tmp_path: Path) -> None:

@@ -80,11 +80,11 @@ def test_a_program_change_brings_its_preset_and_keeps_the_controllers() -> None:
     assert old is not None and new is not None and new is not old
     device.block(64)
     for name in ("volume", "expression", "wheel", "pedal"):
-        assert new.engine.performer[name] == old.engine.performer[name] != 0
+        assert new.engine.performer["controls"][name] == old.engine.performer["controls"][name] != 0
     for v in new.engine.voices:
         assert v.record["gain"][0] == pytest.approx((64 * 100 / 127**2) ** 2)
         assert v.record["tuned"][0] == pytest.approx(2 ** (4 * 0.5 / 12), rel=1e-3)
-    assert new.engine.performer["position"] == new.engine.performer["farthest"]
+    assert new.engine.performer["position"] == new.engine.performer["player"]["pluck_farthest"]
     changes.close()
 
 
@@ -469,7 +469,7 @@ def test_a_rate_that_changes_is_followed(server: SimpleNamespace, tmp_path: Path
             wait_for(lambda rate=rate: session.output.synth.rate == rate)  # type: ignore[misc]
             now = session.output.synth
             rates.append(rate)
-            assert now.bass is not None and now.bass.engine.performer["volume"] == 80 / 127
+            assert now.bass is not None and now.bass.engine.performer["controls"]["volume"] == 80 / 127
             assert now.parameter(1) == -0.5 and now.record["gain_target"][0] == 1
             assert now.frame / rate > 0.9 * before.frame / before.rate, "the time goes on"
             wait_for(lambda now=now: now.meters().peak > 0.01)  # type: ignore[misc]

@@ -16,7 +16,8 @@ from livebass import QUALITIES, load_preset, preset_names
 from livebass.engine.engine import Engine
 from livebass.engine.image import image
 from livebass.engine.prepare import Pool, new_performer
-from livebass.kernels.bass.instrument import COARSE, FILE, KEY_MAP, LIVE, PLAYER, STUDIO, TIERS, VERSION, WORD, checksum
+from livebass.kernels.bass.instrument import COARSE, FILE, LIVE, STUDIO, TIERS, VERSION, WORD, checksum
+from livebass.kernels.player.constants import KEY_MAP, PLAYER
 from livebass.kernels.string.preparing import NOTE
 from livebass.model.keymap import MODO_12, velocity_parts
 from livebass.plugin.instrument import instrument_file, read_instrument, tiers, write_instrument
@@ -146,6 +147,7 @@ import faulthandler, sys
 from pathlib import Path
 import numpy as np
 from livebass.kernels.bass.instrument import FILE, GOOD, WORD, check_file, checksum
+from livebass.kernels.player.constants import KEY_MAP, PLAYER
 from livebass.kernels.string.preparing import NOTE
 from support.lv2 import Plugin
 faulthandler.enable()
@@ -249,4 +251,4 @@ def test_a_file_has_the_players_keys_and_velocities(tmp_path: Path) -> None:
     assert pressed.tolist() == sorted(key for key, *_ in MODO_12.keys)
     assert numbers["part"].tolist() == velocity_parts("hard") and numbers["wheel_slides"] == 1
     p = new_performer(numbers.reshape(1))[0]
-    assert p["switch"][22] == GHOST and p["over_notes"] and p["part"][64] == numbers["part"][64]
+    assert p["key_map"]["action"][22] == GHOST and p["key_map"]["over_notes"] and p["part"][64] == numbers["part"][64]

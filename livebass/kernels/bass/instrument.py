@@ -9,10 +9,11 @@ or write outside their memory: what it accepts may be played. [any thread]
 import numpy as np
 
 from livebass.compiling import entry, jit
-from livebass.kernels.hands.techniques import BEND_FRAMES, waver
+from livebass.kernels.hands.techniques import BEND_FRAMES, set_vibrato
 from livebass.kernels.machine.elementary import exp
 from livebass.kernels.machine.native import (
     FLUSH,
+    copy_record,
     float_control,
     floats_at,
     record_at,
@@ -22,17 +23,11 @@ from livebass.kernels.machine.native import (
 )
 from livebass.kernels.pickup import tone
 from livebass.kernels.pickup.coil import CIRCUIT, COIL
+from livebass.kernels.player.constants import CONTROLLERS, KEY_MAP, KEYS, PLAYER, STROKES
 from livebass.kernels.player.controls import reset_controllers
 from livebass.kernels.player.expression import VIBRATO_RATE, bend_ratio, loudness, vibrato_depth
-from livebass.kernels.player.performer import (
-    ANSWERS_WHEN,
-    CONTROLLERS,
-    KEYS,
-    MOST_RANGE,
-    MOST_STRINGS,
-    PERFORMER,
-    STROKES,
-)
+from livebass.kernels.player.performer import ANSWERS_WHEN, MOST_RANGE, MOST_STRINGS, performer_at
+from livebass.kernels.player.strokes import fill_strokes
 from livebass.kernels.string import answers
 from livebass.kernels.string.operators import DOUBLE
 from livebass.kernels.string.preparing import (
@@ -64,33 +59,6 @@ TIER = np.dtype(
     align=True,
 )
 
-# Of model.instrument.Player, under the same names
-PLAYER = np.dtype(
-    [
-        *((name, "f8") for name in (
-            "pull_time", "strike_time", "rounding", "strike_width", "pluck_angle", "bend_range", "pluck_position",
-            "pluck_nearest", "pluck_farthest", "softest", "hardest", "greatest_apex", "strike_position", "strike_force",
-            "hand_damping", "unevenness", "rounding_soft", "release_time", "release_time_soft", "release_speed",
-            "nearer_when_hard", "strike_softest", "strike_hardest", "thumb_mass", "thumb_width", "thumb_stiffness",
-            "thumb_loss",
-        )),
-        ("slapped_strings", "i8"),
-        ("ghost_below", "i8"),
-    ],
-    align=True,
-)  # fmt: skip
-
-# What keys and controllers do: numbers of performer.py
-KEY_MAP = np.dtype(
-    [
-        ("action", "i8", (KEYS,)),
-        ("value", "i8", (KEYS,)),
-        ("function", "i8", (CONTROLLERS,)),
-        ("over_notes", "i8"),  # 1: keys switch although the bass has their notes
-    ],
-    align=True,
-)
-
 INSTRUMENT = np.dtype(
     [
         ("strings", "i8"),
@@ -98,7 +66,7 @@ INSTRUMENT = np.dtype(
         ("sensed", "i8"),  # 1: the output is the displacement at sensors, 0: through pickups
         ("slap", "i8"),  # 1: the thumb strikes the lower strings
         ("drop", "i8"),  # 1: notes out of range are left out
-        ("stroke", "i8"),  # performer.FINGER, PICK, NAIL or POP
+        ("stroke", "i8"),  # a row of player.constants.STROKE: FINGER, PICK, NAIL or POP
         ("answering", "i8"),  # performer.NEVER, PEDAL or ALWAYS: when idle strings may answer those that sound
         ("gain", "f8"),
         ("carried", "f8"),  # of the contact rate: the highest mode that is played
@@ -166,7 +134,6 @@ instrument_at = record_at(INSTRUMENT)
 pool_at = record_at(POOL)
 string_at = record_at(STRING)
 operators_at = records_at(OPERATOR, 2)
-performer_at = record_at(PERFORMER)
 coil_at = record_at(COIL)
 FILE_BYTES = FILE.itemsize
 WORD = 8  # bytes
@@ -277,9 +244,9 @@ def settle(voice, p, i):
     voice.tone_wanted = p.tone
     if voice.tone != voice.tone_wanted:
         tone.set_tone(voice, voice.tone_wanted)
-    voice.blend_wanted = p.blend
-    tone.set_blend(voice, p.blend)
-    waver(voice, vibrato_depth(p), VIBRATO_RATE)
+    voice.blend_wanted = p.controls.blend
+    tone.set_blend(voice, voice.blend_wanted)
+    set_vibrato(voice, vibrato_depth(p), VIBRATO_RATE)
 
 
 @jit
@@ -305,63 +272,39 @@ def new_performer(performer, instrument, seed):
 @jit
 def make_performer(p, instrument, seed):
     """`new_performer` for records."""
-    player = instrument.player
     p.strings = instrument.strings
     p.frets = instrument.frets
     for i in range(instrument.strings):
         p.open[i] = instrument.open_note[i]
         p.slack[i] = instrument.slack[i]
         p.called[i] = instrument.called[i]
+    copy_record(p.player, instrument.player)
+    copy_record(p.key_map, instrument.key_map)
+    fill_strokes(p)
     for i in range(MOST_STRINGS):
-        p.key[i] = -1
-    p.volume = 1.0
-    p.level = 1.0
-    p.place = 1
-    p.range = player.bend_range
-    p.ranged = p.range
-    p.usual_range = p.range
-    p.usual_position = player.pluck_position
-    p.placed = p.usual_position
-    p.dynamics = 1.0
-    for key in range(KEYS):
-        p.place_of[key] = np.nan
-        p.string_of[key] = -1
-    p.nearest = player.pluck_nearest
-    p.farthest = player.pluck_farthest
-    p.softest = player.softest
-    p.hardest = player.hardest
-    p.greatest = player.greatest_apex
-    p.stroke = instrument.stroke
-    p.answering = instrument.answering
-    p.rounding = player.rounding
-    p.rounding_soft = player.rounding_soft
-    p.release = player.release_time
-    p.release_soft = player.release_time_soft
-    p.nearer = player.nearer_when_hard
-    p.angle = player.pluck_angle
-    p.slapped = player.slapped_strings if instrument.slap else 0
-    p.usual_slapped = p.slapped
-    p.strike_position = player.strike_position
-    p.strike_force = player.strike_force
-    p.strike_softest = player.strike_softest
-    p.strike_hardest = player.strike_hardest
-    p.thumb_mass = player.thumb_mass
-    p.hand_damping = player.hand_damping
-    p.usual_damping = p.hand_damping
-    p.unevenness = player.unevenness
-    p.usual_unevenness = p.unevenness
-    p.seed = seed & np.int64(0x7FFF_FFFF_FFFF_FFFF)
-    p.drop = instrument.drop
-    p.ghost_below = player.ghost_below
+        p.hands.key[i] = -1
+    for velocity in range(KEYS):
+        p.part[velocity] = instrument.part[velocity]
+    p.usual_slapped = p.player.slapped_strings if instrument.slap else 0
     p.wheel_slides = instrument.wheel_slides
+    p.answering = instrument.answering
+    p.drop = instrument.drop
+    p.seed = seed & np.int64(0x7FFF_FFFF_FFFF_FFFF)
+    p.placed = p.player.pluck_position
+    p.range = p.player.bend_range
+    p.ranged = p.range
+    p.dynamics = 1.0
+    p.hand_damping = p.player.hand_damping
+    p.unevenness = p.player.unevenness
+    p.slapped = p.usual_slapped
+    p.stroke = instrument.stroke
     p.forced = -1
-    p.over_notes = instrument.key_map.over_notes
+    p.hands.place = 1
+    p.controls.volume = 1.0
+    p.controls.level = 1.0
     for key in range(KEYS):
-        p.switch[key] = instrument.key_map.action[key]
-        p.switch_value[key] = instrument.key_map.value[key]
-        p.part[key] = instrument.part[key]
-    for number in range(CONTROLLERS):
-        p.controller[number] = instrument.key_map.function[number]
+        p.controls.place_of[key] = np.nan
+        p.controls.string_of[key] = -1
     reset_controllers(p)
 
 

@@ -15,7 +15,6 @@ from livebass.kernels.bass.instrument import (
     instrument_at,
     lines,
     make_performer,
-    performer_at,
     rest,
     string_at,
     take_circuit,
@@ -37,7 +36,7 @@ from livebass.kernels.bass.records import (
 from livebass.kernels.machine.native import record_at, records_at
 from livebass.kernels.pickup.coil import COIL
 from livebass.kernels.pickup.tone import ROW, TONES, fit_tones
-from livebass.kernels.player.performer import PERFORMER
+from livebass.kernels.player.performer import PERFORMER, performer_at
 from livebass.kernels.string.answers import connect as connect_answers
 from livebass.kernels.string.records import EVENT, MOST_ANSWERS, OPERATOR, SLOT_STATE, STRING, VOICE_SLOTS
 
@@ -129,6 +128,7 @@ def fill_bass(address):
     b.performer = place
     make_performer(performer_at(place), instrument, building.seed)
     b.events = b.performer + lines(PERFORMER_BYTES)
+    performer_at(place).out.events = b.events
     b.string_events = b.events + lines(EVENT_BYTES * EVENT_ROOM)
     b.tones = b.string_events + lines(EVENT_BYTES * EVENT_ROOM)
     place = b.tones + lines(TONES_BYTES)

@@ -19,7 +19,7 @@ NOISE = 0.55  # of a push, times the square root of pushes a frame: 10 dB under 
 
 
 @jit
-def take_place(voice, slot, op):
+def fit_winding(voice, slot, op):
     """Makes the velocities that a winding gives, once the string has another length."""
     if voice.winding <= 0.0:
         return
@@ -31,11 +31,11 @@ def take_place(voice, slot, op):
 
 
 @jit
-def scrape(voice, slot, way):
-    """Lets the finger scrape for a frame in which it goes `way` m."""
-    if voice.winding <= 0.0 or way <= 0.0:
+def scrape(voice, slot, distance):
+    """Lets the finger scrape for a frame in which it goes `distance` m."""
+    if voice.winding <= 0.0 or distance <= 0.0:
         return
-    passed = way / voice.winding
+    passed = distance / voice.winding
     force = NOISE * np.sqrt(passed) * chance(voice.turn, 2 * voice.frame)
     voice.scraped += passed
     if voice.scraped >= 1.0:

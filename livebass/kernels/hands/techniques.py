@@ -283,25 +283,25 @@ def copy_motion(old, op, new, to):
 
 
 @jit
-def hammer(string, ops, fret, finger, landing):
-    """Presses the string down to `fret` at `finger` m/s, without a pluck; one at rest from where it is when open.
+def hammer_on(string, ops, event):
+    """Presses the string down to the event's fret, without a pluck; one at rest from where it is when open.
 
-    One that sounds is damped before, within `landing` s, by the finger that comes down on it.
+    One that sounds is damped before by the finger that comes down on it.
     """
     voice = string.voice
     voice.slide_to = -1
     interrupt(string, ops)
     slot = string.slots[voice.slot]
     op = glide.operator(string, ops, voice.slot)
-    x = op.length - ops[fret].length
-    frames = np.int64(np.rint(landing * voice.rate))
+    x = op.length - ops[event.fret].length
+    frames = np.int64(np.rint(event.seconds * voice.rate))
     if frames > 0 and slot.on and not slot.moving and x > handover.CLOSE:
         grip(voice, slot, op, x, frames, HAMMER_NEPERS, HAMMER_SPARES)
         voice.landing = frames
-        voice.hammer_to = fret
-        voice.hammer = finger
+        voice.hammer_to = event.fret
+        voice.hammer = event.speed
     else:
-        press_down(string, ops, fret, finger)
+        press_down(string, ops, event.fret, event.speed)
 
 
 @jit
@@ -329,11 +329,12 @@ def press_down(string, ops, fret, finger):
 
 
 @jit
-def pull_off(string, ops, fret, deflection):
-    """Takes the finger off: the string goes on at the lower `fret`, plucked by that finger where it was.
+def pull_off(string, ops, event):
+    """Takes the finger off: the string goes on at the event's lower fret, plucked by that finger where it was.
 
-    It pulls the string along by `deflection` m across the neck: the fret that it lay on leaves no way down.
+    It pulls the string along across the neck: the fret that it lay on leaves no way down.
     """
+    fret, apex = event.fret, event.apex
     voice = string.voice
     voice.slide_to = -1
     interrupt(string, ops)
@@ -346,22 +347,23 @@ def pull_off(string, ops, fret, deflection):
     slot = string.slots[voice.slot]
     op = ops[fret]
     x = op.length - before
-    if x > handover.CLOSE and deflection != 0.0:
+    if x > handover.CLOSE and apex != 0.0:
         open_v(slot, op)
         shape_of_pluck(slot.u, op, 0.0, x, PULLING_FINGER, 0.0)
-        shape_of_pluck(slot.v, op, deflection, x, PULLING_FINGER, 0.0)
+        shape_of_pluck(slot.v, op, apex, x, PULLING_FINGER, 0.0)
         voice.pulse = SAFETY
-        let_go(voice, slot, op, 0.0)
+        release_held_shape(voice, slot, op, 0.0)
     slot.touching = 0
 
 
 @jit
-def lay_finger(string, ops, i, place, resistance, width, seconds):
-    """Lays finger `i` on the string, or lifts it: touch.lay."""
-    touch.lay(string.voice, i, place, resistance, width, seconds, touch.LANDING)
-    slot = string.slots[string.voice.slot]
+def lay_finger(string, ops, event):
+    """Lays a finger on the string, or lifts it: touch.lay."""
+    voice = string.voice
+    touch.lay(voice, event.finger, event.place, event.resistance, event.width, event.seconds, touch.LANDING)
+    slot = string.slots[voice.slot]
     if slot.on:
-        touch.land(string.voice, slot, glide.operator(string, ops, string.voice.slot))
+        touch.land(voice, slot, glide.operator(string, ops, voice.slot))
 
 
 @jit
@@ -399,19 +401,19 @@ def end_note(string, ops, damping):
 
 
 @jit
-def pluck(string, ops, fret, apex, position, rounding, release, angle):
-    """Takes the string with a finger, which pulls it for voice.pull frames and lets go. Lengths in m from the stop.
+def begin_pluck(string, ops, event):
+    """Takes the string with a finger, which pulls it for voice.pull frames and lets go.
 
-    It pulls at `angle` (rad) from u, away from the neck, towards v, across. `rounding` (m) is half the width of the
-    finger, `release` (s) how gradually it lets go; these three are the string's own where they are 0.
+    Width, release and angle are the string's own where the event has none.
     """
     voice, slots = string.voice, string.slots
     sounding = slots[voice.slot].on
-    op = ops[fret]
-    slot = begin_stroke(string, ops, fret, voice.pull)
-    rounding = rounding if rounding != 0.0 else voice.rounding
-    release = release if release != 0.0 else voice.release
-    angle = angle if angle != 0.0 else voice.angle
+    op = ops[event.fret]
+    slot = begin_stroke(string, ops, event.fret, voice.pull)
+    apex, position = event.apex, event.place
+    rounding = event.width if event.width != 0.0 else voice.rounding
+    release = event.seconds if event.seconds != 0.0 else voice.release
+    angle = event.angle if event.angle != 0.0 else voice.angle
     part = position / op.length
     voice.pulse = max(SAFETY, NARROW / np.sqrt(max(part * (1.0 - part), 1e-4)))
     if angle != 0.0:
@@ -429,11 +431,11 @@ def pluck(string, ops, fret, apex, position, rounding, release, angle):
             voice.held_across[i] = modal.tap_held(slot.v, tap(op, row), op.tap_modes)
     voice.pulling = voice.pull + 1 if voice.pull > 0 else 0  # this frame counts one down already
     if voice.pull == 0:
-        let_go(voice, slot, op, voice.follow)
+        release_held_shape(voice, slot, op, voice.follow)
 
 
 @jit
-def let_go(voice, slot, op, follow):
+def release_held_shape(voice, slot, op, follow):
     """Releases the held shape, which grows by `follow` times itself a second."""
     u, n = slot.u, op.padded
     own = np.sqrt(modal.held_speed_square(u, follow, n) / op.length)
@@ -450,34 +452,34 @@ def let_go(voice, slot, op, follow):
 
 
 @jit
-def strike(string, ops, fret, depth, position):
-    """Throws the string down at `position` (m from the stop) with the thumb, over voice.strike frames."""
+def begin_strike(string, ops, event):
+    """Throws the string down with the thumb, over voice.strike frames."""
     voice, slots = string.voice, string.slots
     sounding = slots[voice.slot].on
-    op = ops[fret]
-    slot = begin_stroke(string, ops, fret, voice.strike)
+    op, position = ops[event.fret], event.place
+    slot = begin_stroke(string, ops, event.fret, voice.strike)
     if sounding and (slot.active > 0 or slot.v_active > 0):
         # it lies on the string, then throws it
         grip(voice, slot, op, position, max(voice.strike // 2, 1), MOST_NEPERS, 0.0)
-    shape_of_strike(slot.u, op, depth, position, voice.strike_width)
+    shape_of_strike(slot.u, op, event.apex, position, voice.strike_width)
     voice.striking = voice.strike
     slot.safety = SAFETY_STRUCK
     disturb(slot, op, voice.step)
 
 
 @jit
-def throw(string, ops, event):
+def throw_mass(string, ops, event):
     """Throws the thumb, or what the event says, on the string; one that sounds is touched a moment before.
 
     Where the string has to get to another fret first, the thumb waits for it.
     """
     voice, op = string.voice, ops[event.fret]
-    if not 0.0 < event.x < np.inf:
+    if not 0.0 < event.speed < np.inf:
         return
     sounding = string.slots[voice.slot].on
     slot = begin_stroke(string, ops, event.fret, np.int64(np.rint(TOUCHED_BEFORE * voice.rate)))
     voice.fingering = 0
-    thumb.throw(slot.thumb, voice, op, event)
+    thumb.set_out(slot.thumb, voice, op, event)
     if sounding and (slot.active > 0 or slot.v_active > 0):
         t = slot.thumb
         t.wait = np.int64(np.rint(TOUCHED_BEFORE * voice.rate))
@@ -501,7 +503,7 @@ def follow_bend(string, ops):
 
 
 @jit
-def waver(voice, depth, rate):
+def set_vibrato(voice, depth, rate):
     """Begins or ends a vibrato of `depth` semitones at `rate` Hz."""
     if voice.depth == 0.0 and depth > 0.0:
         voice.phase = 0.0
@@ -510,13 +512,13 @@ def waver(voice, depth, rate):
 
 
 @jit
-def wavers(voice):
+def is_vibrating(voice):
     """True if the string is in vibrato, or was until now."""
     return voice.depth > 0.0 or voice.depth_wanted > 0.0
 
 
 @jit
-def wavering(voice, slot):
+def vibrato_tension(voice, slot):
     """The part of its tension by which a string in vibrato is tighter in this frame.
 
     It grows by the square of the frequency ratio, less one: upwards from a fret, both ways on a board. Open strings
@@ -534,7 +536,7 @@ def wavering(voice, slot):
 
 
 @jit
-def slide(string, ops, fret, seconds):
+def begin_slide(string, ops, fret, seconds):
     """Begins to slide to `fret`, `seconds` a fret: over the crowns, or along a board."""
     voice = string.voice
     voice.slide_every = np.int64(np.rint(seconds * voice.rate))
@@ -573,15 +575,15 @@ def follow_frets(string, ops):
     up = voice.slide_to > slot.fret
     beside = slot.fret + 1 if up else slot.fret - 1
     if voice.slide_left > 0:
-        way = abs(ops[slot.fret].length - ops[beside].length)
-        scrape.scrape(voice, slot, way / voice.slide_every)
+        distance = abs(ops[slot.fret].length - ops[beside].length)
+        scrape.scrape(voice, slot, distance / voice.slide_every)
         voice.slide_left -= 1
         return
     if slot.moving:
         return
     interrupt(string, ops)
     change_fret(string, ops, beside, SLIDING_HAND if up else GENTLY, 1.0)
-    scrape.take_place(voice, string.slots[voice.slot], ops[beside])
+    scrape.fit_winding(voice, string.slots[voice.slot], ops[beside])
     voice.slide_left = voice.slide_every - 1
 
 
@@ -600,9 +602,8 @@ def follow_glide(string, ops):
             return
         voice.slide_left = min(glide.period(voice), voice.glide_frames - voice.glide_frame)
         glide.hand_over(string, ops, glide.length_at(voice, voice.glide_frame + voice.slide_left))
-        scrape.take_place(voice, string.slots[voice.slot], string.between[voice.slot].op)
-    way = glide.aim(string)
-    scrape.scrape(voice, string.slots[voice.slot], way)
+        scrape.fit_winding(voice, string.slots[voice.slot], string.between[voice.slot].op)
+    scrape.scrape(voice, string.slots[voice.slot], glide.aim(string))
     voice.glide_frame += 1
     voice.slide_left -= 1
 
@@ -620,7 +621,7 @@ def excite(voice, slot, op):
     if voice.pulling > 0:
         voice.pulling -= 1
         if voice.pulling == 0:
-            let_go(voice, slot, op, voice.follow)
+            release_held_shape(voice, slot, op, voice.follow)
     if voice.striking > 0 and voice.fingering == 0:
         # a raised cosine of force whose sum over the frames is one
         t = (voice.strike - voice.striking) / voice.strike
@@ -628,7 +629,7 @@ def excite(voice, slot, op):
         voice.striking -= 1
         disturb(slot, op, voice.step)
     if slot.thumb.on == COMING and not slot.moving:
-        thumb.approach(slot, op)
+        thumb.approach_string(slot, op)
 
 
 @jit

@@ -48,27 +48,27 @@ TURNS = 3  # for the depth in the middle of a frame
 
 
 @jit
-def throw(t, voice, op, event):
+def set_out(t, voice, op, event):
     """Sets out what a strike says, for the next frame: speed (m/s), place, and the mass if it is not the thumb's."""
     t.on = COMING
     t.wait = 0
     t.frames = 0
-    t.speed = -event.x
-    t.place = op.length - event.y
-    t.mass = event.z if event.z > 0.0 else voice.thumb_mass
-    t.width = event.t if event.t > 0.0 else voice.thumb_width
-    t.stiffness = event.w if event.w > 0.0 else voice.thumb_stiffness
+    t.speed = -event.speed
+    t.place = op.length - event.place
+    t.mass = event.mass if event.mass > 0.0 else voice.thumb_mass
+    t.width = event.width if event.width > 0.0 else voice.thumb_width
+    t.stiffness = event.stiffness if event.stiffness > 0.0 else voice.thumb_stiffness
     t.loss = voice.thumb_loss
 
 
 @jit
-def approach(slot, op):
+def approach_string(slot, op):
     """Brings the thumb to the string, once its time has come."""
     t = slot.thumb
     if t.wait > 0:
         t.wait -= 1
         return
-    take_place(slot, op)
+    fit_thumb(slot, op)
     t.height = modal.displacement(slot.u, slot.thumb_shape, slot.thumb_modes)
     t.energy = 0.0
     t.force = 0.0
@@ -84,7 +84,7 @@ def shape_under(op, k, x, width):
 
 
 @jit
-def take_place(slot, op):
+def fit_thumb(slot, op):
     """Makes what holds for the place of the thumb, where that or the tuning has changed."""
     t, key, row, c = slot.thumb, slot.thumb_key, slot.thumb_shape, slot.thumb_yield
     if key[0] == t.place and key[1] == t.width and key[2] == op.coefficients and key[3] == slot.ratio:
@@ -114,12 +114,12 @@ def take_place(slot, op):
 
 
 @jit
-def lean(slot, op, voice, steps, which):
+def press_on(slot, op, voice, steps, which):
     """Has the thumb press on the string for the frame of `steps` fine steps to come, as `leaps[which]` makes it."""
     t = slot.thumb
     if t.on != THERE:
         return
-    take_place(slot, op)
+    fit_thumb(slot, op)
     h = steps * op.fine
     lift = LIFT if t.frames > LIFTED * voice.rate else 0.0
     now, later = modal.displacement_now_and_later(slot.u, slot.thumb_shape, which, slot.thumb_modes)
@@ -184,7 +184,7 @@ def put_on(slot, op, voice):
 
 
 @jit
-def rebound(slot, op, after):
+def take_off(slot, op, after):
     """Takes the force off again after the frame, which ended at fine step `after`, and counts what the flesh got."""
     t, n = slot.thumb, slot.thumb_modes
     if t.on != THERE or not t.force > 0.0:

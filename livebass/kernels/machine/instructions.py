@@ -68,6 +68,17 @@ def record_address(_context: Any, record: Any) -> Any:
 
 
 @intrinsic
+def copy_record(_context: Any, target: Any, source: Any) -> Any:
+    """Copies the record `source` to `target`, one of the same type."""
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        cgutils.raw_memcpy(builder, args[0], args[1], WORD(signature.args[0].size), 1)
+        return context.get_dummy_value()
+
+    return types.void(target, source) if target == source else None, generate
+
+
+@intrinsic
 def bits(_context: Any, value: Any) -> Any:
     """Returns the 64 bits of the float64 `value` as an int64."""
 

@@ -1,29 +1,192 @@
-"""The events that the performer sends to the strings: one written after the other. [audio thread]"""
+"""Writes what strings are to do, one event after the other, to where `p.out` says. [audio thread]
+
+String `i` gets the event at the frame of the message. What each field says: records.EVENT.
+"""
 
 from livebass.compiling import jit
-from livebass.kernels.string.records import TOUCH_EVENT
+from livebass.kernels.machine.native import record_at
+from livebass.kernels.string.records import (
+    BEND,
+    BLEND,
+    CUT,
+    EVENT,
+    GAIN,
+    GLIDE,
+    HAMMER,
+    HAND,
+    IDLE,
+    PLUCK,
+    PULL_OFF,
+    STRIKE_EVENT,
+    THROW,
+    TONE,
+    TOUCH_EVENT,
+    WAVER,
+)
+
+event_at = record_at(EVENT)
+EVENT_BYTES = EVENT.itemsize
 
 
 @jit
-def emit(events, count, frame, kind, string, fret, x, y):
-    """Writes event number `count`; returns the new count."""
-    e = events[count]
-    e.frame = frame
-    e.kind = kind
-    e.string = string
+def next_event(p, i):
+    """Begins the next event; returns it, with zeros for all that its kind says."""
+    e = event_at(p.out.events + EVENT_BYTES * p.out.count)
+    p.out.count += 1
+    e.frame = p.out.frame
+    e.string = i
+    e.fret = 0
+    e.finger = 0
+    e.apex = 0.0
+    e.place = 0.0
+    e.speed = 0.0
+    e.width = 0.0
+    e.angle = 0.0
+    e.seconds = 0.0
+    e.mass = 0.0
+    e.stiffness = 0.0
+    e.resistance = 0.0
+    e.value = 0.0
+    e.rate = 0.0
+    return e
+
+
+@jit
+def send_pluck(p, i, fret, apex, place, width, release, angle):
+    """Plucks the string."""
+    e = next_event(p, i)
+    e.kind = PLUCK
     e.fret = fret
-    e.x = x
-    e.y = y
-    e.z = 0.0
-    e.t = 0.0
-    e.w = 0.0
-    return count + 1
+    e.apex = apex
+    e.place = place
+    e.width = width
+    e.seconds = release
+    e.angle = angle
 
 
 @jit
-def lay(events, count, frame, string, finger, place, resistance, width, seconds):
-    """Writes the event of a finger that is laid on a string at `place` (m from the saddle); returns the new count."""
-    emit(events, count, frame, TOUCH_EVENT, string, finger, place, resistance)
-    events[count].z = width
-    events[count].t = seconds
-    return count + 1
+def send_strike(p, i, fret, depth, place):
+    """Strikes the string by an impulse."""
+    e = next_event(p, i)
+    e.kind = STRIKE_EVENT
+    e.fret = fret
+    e.apex = depth
+    e.place = place
+
+
+@jit
+def send_throw(p, i, fret, speed, place, mass, width, stiffness):
+    """Throws a mass on the string; where the last three are 0, the thumb's."""
+    e = next_event(p, i)
+    e.kind = THROW
+    e.fret = fret
+    e.speed = speed
+    e.place = place
+    e.mass = mass
+    e.width = width
+    e.stiffness = stiffness
+
+
+@jit
+def send_hammer(p, i, fret, speed, landing):
+    """Hammers the string down to `fret`."""
+    e = next_event(p, i)
+    e.kind = HAMMER
+    e.fret = fret
+    e.speed = speed
+    e.seconds = landing
+
+
+@jit
+def send_pull_off(p, i, fret, deflection):
+    """Takes the finger off, down to `fret`."""
+    e = next_event(p, i)
+    e.kind = PULL_OFF
+    e.fret = fret
+    e.apex = deflection
+
+
+@jit
+def send_slide(p, i, fret, seconds):
+    """Slides to `fret`, so many seconds a fret."""
+    e = next_event(p, i)
+    e.kind = GLIDE
+    e.fret = fret
+    e.seconds = seconds
+
+
+@jit
+def send_touch(p, i, finger, place, resistance, width, seconds):
+    """Lays a finger on the string, or lifts it."""
+    e = next_event(p, i)
+    e.kind = TOUCH_EVENT
+    e.finger = finger
+    e.place = place
+    e.resistance = resistance
+    e.width = width
+    e.seconds = seconds
+
+
+@jit
+def send_stop(p, i, fret, damping):
+    """Ends the string's note at `fret` by the hands."""
+    e = next_event(p, i)
+    e.kind = HAND
+    e.fret = fret
+    e.value = damping
+
+
+@jit
+def send_cut(p, i):
+    """Silences the string."""
+    e = next_event(p, i)
+    e.kind = CUT
+
+
+@jit
+def send_vibrato(p, i, depth, rate):
+    """Has the string waver."""
+    e = next_event(p, i)
+    e.kind = WAVER
+    e.value = depth
+    e.rate = rate
+
+
+@jit
+def send_bend(p, i, ratio):
+    """Bends the string."""
+    e = next_event(p, i)
+    e.kind = BEND
+    e.value = ratio
+
+
+@jit
+def send_gain(p, i, gain):
+    """Sets the string's volume."""
+    e = next_event(p, i)
+    e.kind = GAIN
+    e.value = gain
+
+
+@jit
+def send_tone(p, i, tone):
+    """Turns the tone pot."""
+    e = next_event(p, i)
+    e.kind = TONE
+    e.value = tone
+
+
+@jit
+def send_blend(p, i, blend):
+    """Blends the pickups."""
+    e = next_event(p, i)
+    e.kind = BLEND
+    e.value = blend
+
+
+@jit
+def send_idle(p, i, strings):
+    """Tells the string which ones nobody plays or mutes, a bit each."""
+    e = next_event(p, i)
+    e.kind = IDLE
+    e.value = float(strings)

@@ -1,4 +1,4 @@
-"""Which string plays a note, and where the left hand is. [audio thread]"""
+"""Which string plays a note, at which fret, and where the left hand is: `choose_string`. [audio thread]"""
 
 import numpy as np
 
@@ -6,7 +6,33 @@ from livebass.compiling import jit
 from livebass.kernels.player.performer import FREE, HELD
 
 HAND_SPAN = 3  # frets beyond the first finger
+# What a string costs, the cheapest of which is chosen: a fret, a fret beyond the hand, and to take one that
+# sounds, less for older notes. One that sounds is only taken for its own note, or where no other can play this one.
+FRET_COST, MOVE_COST, TAKEN_COST, AGE_GAIN = 0.4, 2.5, 1000.0, 1e-6
 HARMONICS = (12, 19, 24, 28, 31)  # semitones above the open string of its harmonics 2 to 6
+
+
+@jit
+def choose_string(p, note):
+    """Returns the string for `note`, -1 if none has it: free ones first, then near positions, then the oldest."""
+    hands = p.hands
+    best = -1
+    least = np.inf
+    for i in range(p.strings):
+        fret = note - p.open[i]
+        if fret < 0 or fret > p.frets:
+            continue
+        cost = FRET_COST * fret
+        if fret > 0:
+            away = max(hands.place - fret, fret - hands.place - HAND_SPAN, 0)
+            cost += MOVE_COST * away
+        if hands.state[i] != FREE:
+            same = hands.key[i] >= 0 and p.open[i] + hands.fret[i] == note
+            cost += -TAKEN_COST if same else TAKEN_COST - AGE_GAIN * (hands.clock - hands.age[i])
+        if cost < least:
+            least = cost
+            best = i
+    return best
 
 
 @jit
@@ -16,36 +42,56 @@ def has_note(p, i, note):
 
 
 @jit
-def choose_string(p, note):
-    """Returns the string for `note`, -1 if none has it: free ones first, then near positions, then the oldest."""
-    best = -1
-    least = np.inf
+def sounding_string(p, note):
+    """Returns the string that was played last of those held that have `note`; -1: there is none.
+
+    The string whose key is held goes before.
+    """
+    hands = p.hands
+    last = -1
+    if has_note(p, p.forced, note) and hands.state[p.forced] == HELD:
+        return p.forced
     for i in range(p.strings):
-        fret = note - p.open[i]
-        if fret < 0 or fret > p.frets:
-            continue
-        cost = 0.4 * fret
-        if fret > 0:
-            away = max(p.place - fret, fret - p.place - HAND_SPAN, 0)
-            cost += 2.5 * away
-        if p.state[i] != FREE:
-            same = p.key[i] >= 0 and p.open[i] + p.fret[i] == note
-            # a string that sounds is only taken for its own note, or where no other can play this one
-            cost += -1000.0 if same else 1000.0 - 1e-6 * (p.clock - p.age[i])
-        if cost < least:
-            least = cost
-            best = i
-    return best
+        if hands.state[i] == HELD and has_note(p, i, note) and (last < 0 or hands.age[i] > hands.age[last]):
+            last = i
+    return last
 
 
 @jit
-def reach(p, fret):
-    """Moves the hand as little as lets a finger reach `fret`."""
-    if fret > 0:
-        if fret < p.place:
-            p.place = fret
-        elif fret > p.place + HAND_SPAN:
-            p.place = fret - HAND_SPAN
+def natural_harmonic(p, note, wanted):
+    """Returns a string of which `note` is a natural harmonic, free ones first, and its number; -1, 0: there is none.
+
+    It is on the string `wanted` only, if that is one; the string whose key is held goes before.
+    """
+    state = p.hands.state
+    best, number = -1, 0
+    for n in range(len(HARMONICS)):
+        for i in range(p.strings):
+            fits = (wanted < 0 or i == wanted) and note - p.open[i] == HARMONICS[n]
+            if fits and i == p.forced:
+                return i, n + 2
+            if fits and (best < 0 or (state[best] != FREE and state[i] == FREE)):
+                best, number = i, n + 2
+    return best, number
+
+
+@jit
+def string_of_key(p, key):
+    """Returns the string that played `key` last; -1: there is none."""
+    last = -1
+    for i in range(p.strings):
+        if p.hands.key[i] == key and (last < 0 or p.hands.age[i] > p.hands.age[last]):
+            last = i
+    return last
+
+
+@jit
+def string_called(p, pitch_class):
+    """Returns the highest string that is called by this pitch class; the lowest of all where none is."""
+    for i in range(p.strings - 1, -1, -1):
+        if p.called[i] == pitch_class:
+            return i
+    return 0
 
 
 @jit
@@ -60,7 +106,7 @@ def note_range(p):
 
 
 @jit
-def folded(note, low, high):
+def fold_note(note, low, high):
     """Returns `note` moved by octaves to `high` or below and, if that range has an octave, to `low` or above."""
     while note < low:
         note += 12
@@ -70,55 +116,25 @@ def folded(note, low, high):
 
 
 @jit
-def shifted(p, fret):
-    """Returns the fret at which a note of `fret` is stopped, by the wheel if that slides. Open strings stay open."""
-    if fret == 0 or p.shift == 0:
-        return fret
-    return min(max(fret + p.shift, 1), p.frets)
-
-
-@jit
-def sounding_string(p, note):
-    """Returns the string that was played last of those held that have `note`; -1: there is none.
-
-    The string whose key is held goes before.
-    """
-    last = -1
-    if has_note(p, p.forced, note) and p.state[p.forced] == HELD:
-        return p.forced
-    for i in range(p.strings):
-        if p.state[i] == HELD and has_note(p, i, note) and (last < 0 or p.age[i] > p.age[last]):
-            last = i
-    return last
-
-
-@jit
-def natural_harmonic(p, note, wanted):
-    """Returns a string of which `note` is a natural harmonic, free ones first, and its number; -1, 0: there is none.
-
-    It is on the string `wanted` only, if that is one; the string whose key is held goes before.
-    """
-    best, number = -1, 0
-    for n in range(len(HARMONICS)):
-        for i in range(p.strings):
-            fits = (wanted < 0 or i == wanted) and note - p.open[i] == HARMONICS[n]
-            if fits and i == p.forced:
-                return i, n + 2
-            if fits and (best < 0 or (p.state[best] != FREE and p.state[i] == FREE)):
-                best, number = i, n + 2
-    return best, number
+def reach_fret(p, fret):
+    """Moves the hand as little as lets a finger reach `fret`."""
+    if fret > 0:
+        if fret < p.hands.place:
+            p.hands.place = fret
+        elif fret > p.hands.place + HAND_SPAN:
+            p.hands.place = fret - HAND_SPAN
 
 
 @jit
 def move_hand(p, fret):
     """Moves the left hand so that its first finger is at `fret`, as far as the neck goes."""
-    p.place = min(max(fret, 1), max(p.frets - HAND_SPAN, 1))
+    p.hands.place = min(max(fret, 1), max(p.frets - HAND_SPAN, 1))
 
 
 @jit
-def string_called(p, pitch_class):
-    """Returns the highest string that is called by this pitch class; the lowest of all where none is."""
-    for i in range(p.strings - 1, -1, -1):
-        if p.called[i] == pitch_class:
-            return i
-    return 0
+def stopped_at(p, fret):
+    """Returns the fret at which a note of `fret` is stopped, by the wheel if that slides. Open strings stay open."""
+    shift = p.hands.shift
+    if fret == 0 or shift == 0:
+        return fret
+    return min(max(fret + shift, 1), p.frets)

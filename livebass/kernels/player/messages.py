@@ -1,189 +1,212 @@
-"""MIDI messages to the performer: of channels that have a meaning of their own, and of all others. [audio thread]"""
+"""MIDI messages to the performer: what channels mean, and who handles what. [audio thread]
+
+Before a message, its frame stands in `p.out`, and the place for its events.
+"""
 
 import numpy as np
 
 from livebass.compiling import entry, jit
-from livebass.kernels.player.controls import control, is_switch, turn_switch
-from livebass.kernels.player.events import emit
-from livebass.kernels.player.expression import VIBRATO_DEPTH, VIBRATO_RATE, bend_string, tell_bend, tell_slide, wheel_of
+from livebass.kernels.machine.native import records_at
+from livebass.kernels.player.controls import (
+    BEND_RANGE_RPN,
+    DATA,
+    DATA_FINE,
+    control,
+    is_switch,
+    range_with,
+    turn_switch,
+)
+from livebass.kernels.player.events import send_idle, send_vibrato
+from livebass.kernels.player.expression import (
+    VIBRATO_DEPTH,
+    VIBRATO_RATE,
+    bend_string,
+    follow_wheel,
+    send_bends,
+    wheel_of,
+)
 from livebass.kernels.player.fingering import has_note
-from livebass.kernels.player.notes import note_off, note_on, stop_string
+from livebass.kernels.player.notes import EVERY_STRING, note_off, note_on, stop_string
 from livebass.kernels.player.performer import (
     ALL_ALIKE,
     ALWAYS,
     CHANNELS,
     FREE,
-    MOST_RANGE,
     MOST_STRINGS,
     NOTE_A_CHANNEL,
     STRING_A_CHANNEL,
     WITH_PEDAL,
-    events_at,
     operators_at,
     performer_at,
 )
-from livebass.kernels.string.records import IDLE, PLUCK, STRIKE_EVENT, THROW, WAVER
+from livebass.kernels.string.records import EVENT, PLUCK, STRIKE_EVENT, THROW
 from livebass.techniques import CC_VIBRATO
 
 GUITAR_RANGE, MPE_RANGE = 12.0, 48.0  # semitones of a channel's wheel, until RPN 0 says another range
+NOTE_OFF, NOTE_ON, CONTROL, PRESSURE, WHEEL = 0x80, 0x90, 0xB0, 0xD0, 0xE0  # kinds of messages
+RELEASE = 64  # velocity of a note-off that has none
+BRIGHTNESS = 74  # the controller by which a channel of MPE says where its next note is plucked
+MONO, POLY = 126, 127  # channel mode messages: mode 4 of MIDI, and its end
+MPE_RPN = 6
+
+events_at = records_at(EVENT)
 
 
-@entry("int64(int64, int64, int64, int64, int64, int64, int64, int64, int64)")
-def take_message(p, ops, frame, status, first, second, events, room, count):
-    """C function: `message` for addresses; there is room for `room` events."""
+@entry("void(int64, int64, int64, int64, int64)")
+def take_message(p, ops, status, first, second):
+    """C function: `handle_message` for addresses."""
     performer = performer_at(p)
     operators = operators_at(ops, performer.strings, performer.frets + 1)
-    return message(performer, operators, frame, status, first, second, events_at(events, room), count)
+    handle_message(performer, operators, status, first, second)
 
 
-@entry("int64(int64, int64, int64, int64, int64, int64, int64, int64, int64, int64, int64)")
-def take_message_ringing(p, ops, player, told, told_count, frame, status, first, second, events, room):
-    """C function: `ring_on` for addresses, with events from the first on; there is room for `room` of them."""
+@entry("void(int64, int64, int64, int64, int64, int64)")
+def take_message_ringing(p, ops, player, status, first, second):
+    """C function: `ring_on` for addresses, with all events of `player`."""
     performer = performer_at(p)
     operators = operators_at(ops, performer.strings, performer.frets + 1)
-    start = np.int64(0)
-    return ring_on(
-        performer, operators, performer_at(player), events_at(told, told_count), start, told_count, frame, status,
-        first, second, events_at(events, room), start,
-    )  # fmt: skip
+    ring_on(performer, operators, performer_at(player), np.int64(0), status, first, second)
+
+
+@jit
+def handle_message(p, ops, status, first, second):
+    """Handles one channel message: its events, at most MOST_EVENTS, go to `p.out`.
+
+    ops (strings, frets + 1) are the operators. Anything that is not a channel message with data bytes of 0 to 127 is
+    ignored.
+    """
+    if 0x80 <= status <= 0xEF and first <= 127 and second <= 127:
+        channel = status & 0x0F
+        own = p.controls.mode != ALL_ALIKE and 0 <= channel - p.controls.first_channel < p.controls.channels
+        if not (own and handle_own_message(p, ops, status, first, second)):
+            handle_common_message(p, ops, status, first, second)
+    update_idle(p)
+
+
+@jit
+def ring_on(p, ops, player, before, status, first, second):
+    """`handle_message` for a bass that rings out while `player` plays: it starts no note.
+
+    `player` has turned the message into its events from `before` on: a string that is plucked or struck there is damped
+    here, by its tuning.
+    """
+    if not (status & 0xF0 == NOTE_ON and second > 0):
+        handle_message(p, ops, status, first, second)
+        return
+    events = events_at(player.out.events, player.out.count)
+    for k in range(before, player.out.count):
+        event = events[k]
+        if event.kind in (PLUCK, STRIKE_EVENT, THROW):
+            for i in range(p.strings):
+                if p.open[i] == player.open[event.string]:
+                    stop_string(p, i)
+
+
+@jit
+def handle_common_message(p, ops, status, first, second):
+    """Handles a message of a channel like all others."""
+    kind, channel = status & 0xF0, status & 0x0F
+    if kind in (NOTE_ON, NOTE_OFF):
+        on = kind == NOTE_ON and second > 0
+        if is_switch(p, first):
+            turn_switch(p, ops, first, on)
+        elif on:
+            note_on(p, ops, first, second)
+        else:
+            note_off(p, ops, first, second if kind == NOTE_OFF else RELEASE, np.int64(EVERY_STRING))
+    elif kind == CONTROL and first == DATA and p.controls.rpn == MPE_RPN:  # the zone of MPE of this master channel
+        members = min(second, CHANNELS - 1)
+        set_mode(p, np.int64(NOTE_A_CHANNEL), 1 if channel == 0 else CHANNELS - 1 - members, members)
+    elif kind == CONTROL:
+        if first >= MONO:
+            p.controls.mono = first == MONO and second < 2
+            set_mode(p, STRING_A_CHANNEL if first == MONO else ALL_ALIKE, channel, min(second, CHANNELS - channel))
+        control(p, ops, first, second)
+    elif kind == WHEEL:
+        p.controls.wheel = wheel_of(first, second)
+        if p.wheel_slides:
+            follow_wheel(p)
+        else:
+            send_bends(p)
 
 
 @jit
 def set_mode(p, mode, first, channels):
     """Gives channels a meaning: `channels` of them from `first` on."""
-    p.mode = mode if channels > 1 else ALL_ALIKE
-    p.first_channel = first
-    p.channels = channels
-    p.channel_range = MPE_RANGE if mode == NOTE_A_CHANNEL else GUITAR_RANGE
+    controls = p.controls
+    controls.mode = mode if channels > 1 else ALL_ALIKE
+    controls.first_channel = first
+    controls.channels = channels
+    controls.channel_range = MPE_RANGE if mode == NOTE_A_CHANNEL else GUITAR_RANGE
     for channel in range(CHANNELS):
-        p.channel_wheel[channel] = 0.0
-        p.channel_place[channel] = np.nan
-        p.channel_string[channel] = -1
+        controls.channel_wheel[channel] = 0.0
+        controls.channel_place[channel] = np.nan
+        p.hands.channel_string[channel] = -1
     for i in range(MOST_STRINGS):
-        p.string_bend[i] = 0.0
+        controls.string_bend[i] = 0.0
 
 
 @jit
-def own_message(p, ops, frame, status, first, second, events, count):
-    """A message of a channel that has a string, or notes, of its own; returns the new count, -1: it is for the bass."""
-    channel, kind = status & 0x0F, status & 0xF0
-    i = p.channel_string[channel]
-    if p.mode == STRING_A_CHANNEL:
-        i = max(p.strings - 1 - (channel - p.first_channel), -1)  # the highest string has the first channel
-    if (kind == 0x80 or kind == 0x90) and is_switch(p, first):
-        return np.int64(-1)
-    if p.mode == STRING_A_CHANNEL and (kind == 0x80 or (kind == 0x90 and second == 0)):
-        if i < 0:
-            return count
-        return note_off(p, ops, frame, first, second if kind == 0x80 else 64, i, events, count)
-    if kind == 0x90 and second > 0:
-        if p.mode == STRING_A_CHANNEL:
-            if not has_note(p, i, first):  # none has any on a channel without a string
-                p.dropped += 1
-                return count
-            p.string_of[first] = i
-        if not np.isnan(p.channel_place[channel]):
-            p.place_of[first] = p.channel_place[channel]
-        count = note_on(p, ops, frame, first, second, events, count)
-        p.channel_string[channel] = p.latest
-        if p.latest >= 0:
-            count = bend_string(p, frame, p.latest, p.channel_wheel[channel] * p.channel_range, events, count)
-        return count
-    if kind == 0xE0:
-        p.channel_wheel[channel] = wheel_of(first, second)
-        if i < 0:
-            return count
-        return bend_string(p, frame, i, p.channel_wheel[channel] * p.channel_range, events, count)
-    if kind == 0xD0 or (kind == 0xB0 and p.controller[first] == CC_VIBRATO):
-        pressure = first if kind == 0xD0 else second
-        if i < 0:
-            return count
-        return emit(events, count, frame, WAVER, i, 0, VIBRATO_DEPTH * pressure / 127.0, VIBRATO_RATE)
-    if kind == 0xB0 and first == 74:
-        p.channel_place[channel] = 1.0 - second / 63.5  # up is brighter, nearer to the bridge
-        return count
-    if kind == 0xB0 and p.parameter == 0 and (first == 6 or first == 38):  # RPN 0 on any other channel is the bass's
-        whole = float(min(second, MOST_RANGE)) if first == 6 else np.floor(p.channel_range)
-        p.channel_range = whole + (
-            min(second, 99) / 100.0 if first == 38 else p.channel_range - np.floor(p.channel_range)
-        )
-        return count
-    return np.int64(-1)
+def handle_own_message(p, ops, status, first, second):
+    """Handles a message of a channel that has a string, or notes, of its own; False: it is for the bass."""
+    controls, kind, channel = p.controls, status & 0xF0, status & 0x0F
+    if (kind in (NOTE_OFF, NOTE_ON)) and is_switch(p, first):
+        return False
+    i = p.hands.channel_string[channel]
+    if controls.mode == STRING_A_CHANNEL:
+        i = max(p.strings - 1 - (channel - controls.first_channel), -1)  # the highest string has the first channel
+    if kind == NOTE_ON and second > 0:
+        play_own_note(p, ops, i, channel, first, second)
+    elif kind in (NOTE_ON, NOTE_OFF):
+        if controls.mode != STRING_A_CHANNEL:
+            return False
+        if i >= 0:
+            note_off(p, ops, first, second if kind == NOTE_OFF else RELEASE, i)
+    elif kind == WHEEL:
+        controls.channel_wheel[channel] = wheel_of(first, second)
+        if i >= 0:
+            bend_string(p, i, controls.channel_wheel[channel] * controls.channel_range)
+    elif kind == PRESSURE or (kind == CONTROL and p.key_map.function[first] == CC_VIBRATO):
+        pressure = first if kind == PRESSURE else second
+        if i >= 0:
+            send_vibrato(p, i, VIBRATO_DEPTH * pressure / 127.0, VIBRATO_RATE)
+    elif kind == CONTROL and first == BRIGHTNESS:
+        controls.channel_place[channel] = 1.0 - second / 63.5  # up is brighter, nearer to the bridge
+    elif kind == CONTROL and controls.rpn == BEND_RANGE_RPN and (first in (DATA, DATA_FINE)):
+        controls.channel_range = range_with(controls.channel_range, first, second)  # the bass's is any other channel's
+    else:
+        return False
+    return True
 
 
 @jit
-def tell_idle(p, frame, events, count):
+def play_own_note(p, ops, i, channel, key, velocity):
+    """Plays a note of a channel of its own, at that channel's place and with its bend; on string `i` if it has one."""
+    controls = p.controls
+    if controls.mode == STRING_A_CHANNEL:
+        if not has_note(p, i, key):  # none has any on a channel without a string
+            p.dropped += 1
+            return
+        controls.string_of[key] = i
+    if not np.isnan(controls.channel_place[channel]):
+        controls.place_of[key] = controls.channel_place[channel]
+    note_on(p, ops, key, velocity)
+    latest = p.hands.latest
+    p.hands.channel_string[channel] = latest
+    if latest >= 0:
+        bend_string(p, latest, controls.channel_wheel[channel] * controls.channel_range)
+
+
+@jit
+def update_idle(p):
     """Tells every string which ones nobody plays or mutes, where that has changed: they may answer (answers.py)."""
     idle = 0
-    if p.answering == ALWAYS or (p.answering == WITH_PEDAL and p.pedal):
+    if p.answering == ALWAYS or (p.answering == WITH_PEDAL and p.controls.pedal):
         for i in range(p.strings):
-            if p.state[i] == FREE:
+            if p.hands.state[i] == FREE:
                 idle |= 1 << i
     if idle == p.idle:
-        return count
+        return
     p.idle = idle
     for i in range(p.strings):
-        count = emit(events, count, frame, IDLE, i, 0, float(idle), 0.0)
-    return count
-
-
-@jit
-def message(p, ops, frame, status, first, second, events, count):
-    """One channel message at `frame`; writes events from index `count` on and returns the new count.
-
-    ops (strings, frets + 1) are the operators; `events` needs MOST_EVENTS places free. Anything that is not a channel
-    message with data bytes of 0 to 127 is ignored.
-    """
-    count = carry_out(p, ops, frame, status, first, second, events, count)
-    return tell_idle(p, frame, events, count)
-
-
-@jit
-def ring_on(p, ops, player, told, before, after, frame, status, first, second, events, count):
-    """`message` for a bass that rings out while `player` plays: it starts no note; returns the new count.
-
-    `player` has turned the message into the events told[before:after]: a string that is plucked or struck there is
-    damped here, by its tuning.
-    """
-    if not (status & 0xF0 == 0x90 and second > 0):
-        return message(p, ops, frame, status, first, second, events, count)
-    for k in range(before, after):
-        event = told[k]
-        if event.kind in (PLUCK, STRIKE_EVENT, THROW):
-            for i in range(p.strings):
-                if p.open[i] == player.open[event.string]:
-                    count = stop_string(p, i, frame, events, count)
-    return count
-
-
-@jit
-def carry_out(p, ops, frame, status, first, second, events, count):
-    """`message`, but for the strings that may answer."""
-    if status < 0x80 or status > 0xEF or first > 127 or second > 127:
-        return count
-    kind, channel = status & 0xF0, status & 0x0F
-    if p.mode != ALL_ALIKE and p.first_channel <= channel < p.first_channel + p.channels:
-        after = own_message(p, ops, frame, status, first, second, events, count)
-        if after >= 0:
-            return after
-    if kind == 0xB0 and first >= 126:
-        p.mono = first == 126 and second < 2
-        set_mode(p, STRING_A_CHANNEL if first == 126 else ALL_ALIKE, channel, min(second, CHANNELS - channel))
-    if kind == 0xB0 and first == 6 and p.parameter == 6:  # the zone of MPE whose master is this channel
-        members = min(second, CHANNELS - 1)
-        set_mode(p, NOTE_A_CHANNEL, 1 if channel == 0 else CHANNELS - 1 - members, members)
-        return count
-    if (kind == 0x80 or kind == 0x90) and is_switch(p, first):
-        return turn_switch(p, ops, first, kind == 0x90 and second > 0, frame, events, count)
-    if kind == 0x90 and second > 0:
-        return note_on(p, ops, frame, first, second, events, count)
-    if kind == 0x80 or kind == 0x90:
-        return note_off(p, ops, frame, first, second if kind == 0x80 else 64, np.int64(-1), events, count)
-    if kind == 0xB0:
-        return control(p, ops, frame, first, second, events, count)
-    if kind == 0xE0:
-        p.wheel = wheel_of(first, second)
-        if p.wheel_slides:
-            return tell_slide(p, frame, events, count)
-        return tell_bend(p, frame, events, count)
-    return count
+        send_idle(p, i, p.idle)

@@ -1,196 +1,288 @@
-"""A note begins, goes on to another key and ends. [audio thread]"""
+"""A note begins, goes on to another key by the left hand, and ends. [audio thread]"""
 
 import numpy as np
 
 from livebass.compiling import jit
-from livebass.kernels.player.events import emit
-from livebass.kernels.player.expression import VIBRATO_RATE, bend_ratio, vibrato_depth
+from livebass.kernels.player.events import send_cut, send_hammer, send_pull_off, send_slide, send_stop, send_touch
+from livebass.kernels.player.expression import SLIDE_TIME, end_note_expression
 from livebass.kernels.player.fingering import (
     choose_string,
-    folded,
+    fold_note,
     has_note,
     natural_harmonic,
     note_range,
-    reach,
-    shifted,
+    reach_fret,
     sounding_string,
+    stopped_at,
 )
 from livebass.kernels.player.performer import FREE, HELD, PEDALLED, STACK, STRING_A_CHANNEL
-from livebass.kernels.player.strokes import press, stroke, tap
-from livebass.kernels.string.records import BEND, CUT, HAND, WAVER
+from livebass.kernels.player.strokes import force_at, play_stroke, speed_of_pluck
+from livebass.kernels.player.touches import palm_is_on, touch_palm
+from livebass.kernels.string.records import TOUCHES
 from livebass.techniques import DETACH, GHOST, HARMONIC, LEGATO, SLIDE, TAP
 
 MONO_STEP = 2  # semitones
+HAMMER_SPEED = 0.36  # speed of a finger that hammers over that by which a pluck of the same force moves the string
+HAMMER_LANDING = 4e-3  # s in which the finger that hammers damps a string that sounds
+TAP_LIFTING = 0.5e-3  # s in which fingers leave a string that is tapped
+# m across, by which the finger of a pull-off takes the string along: to the side where pickups hear it with what the
+# string does as it leaves its fret, not against that
+LEAST_PULL, MOST_PULL = 0.1e-3, 0.9e-3
+EVERY_STRING = -1
 
 
 @jit
-def note_on(p, ops, frame, key, velocity, events, count):
-    """Plays a key: chooses string, force and place; returns the new count of events."""
-    low, high = note_range(p)
-    own_place, own_string = p.place_of[key], p.string_of[key]
-    p.latest = -1
-    p.place_of[key] = np.nan
-    p.string_of[key] = -1
+def note_on(p, ops, key, velocity):
+    """Plays a key: finds note and string, then sounds it by the left hand or a stroke."""
+    hands = p.hands
+    own_place, own_string = p.controls.place_of[key], p.controls.string_of[key]
+    hands.latest = -1
+    p.controls.place_of[key] = np.nan
+    p.controls.string_of[key] = -1
+    note, i, node = find_note(p, key, own_string)
+    if note < 0:
+        p.dropped += 1
+        return
+    tied = False
+    if node == 0:
+        i = tied_string(p, note, own_string)
+        tied = i >= 0
+    if i < 0:
+        i = string_for(p, note, own_string)
+    if i < 0:
+        p.dropped += 1
+        return
+    if note != key:
+        p.transposed += 1
+    fret, before = 0 if node > 0 else note - p.open[i], hands.fret[i]
+    if tied:
+        stack_key(p, i)
+    else:
+        hands.stacked[i] = 0
+        if hands.state[i] != FREE and hands.key[i] != key:
+            p.stolen += 1
+    if own_string < 0:
+        stop_elsewhere(p, i, key)
+    take_string_for(p, i, fret, key)
+    end_note_expression(p, i)
+    part, stop, before = p.part[velocity], stopped_at(p, fret), stopped_at(p, before)
+    if p.switched[TAP] > 0 and fret > 0:
+        tap_string(p, ops, i, stop, part)
+    elif tied and stop != before:
+        go_to_fret(p, ops, i, before, stop, part)
+    else:
+        ghost = p.switched[GHOST] > 0 or velocity < p.player.ghost_below
+        play_stroke(p, ops, i, stop, node, part, ghost, own_place)
+
+
+@jit
+def find_note(p, key, own_string):
+    """Returns the note of a key, and the string and number of the natural harmonic that it is (-1, 0: it is none).
+
+    Keys out of range are moved by octaves; the note is -1 where that cannot be, or is not wanted.
+    """
     i, node = -1, 0
     if p.switched[HARMONIC] > 0:
         i, node = natural_harmonic(p, key, own_string)
-    note = key
-    if node == 0:  # harmonics reach beyond the last fret
-        note = folded(key, low, high)
-        if p.switched[HARMONIC] > 0 and note != key:
-            i, node = natural_harmonic(p, note, own_string)
+        if node > 0:  # harmonics reach beyond the last fret
+            return key, i, node
+    low, high = note_range(p)
+    note = fold_note(key, low, high)
+    if p.switched[HARMONIC] > 0 and note != key:
+        i, node = natural_harmonic(p, note, own_string)
     if note < low or (note != key and p.drop):
-        p.dropped += 1
-        return count
-    overlaps = p.mode == STRING_A_CHANNEL and has_note(p, own_string, note) and p.state[own_string] == HELD
-    legato = (overlaps or p.legato or p.switched[LEGATO] > 0) and p.switched[HARMONIC] == 0
-    slides = p.sliding or p.switched[SLIDE] > 0
-    if overlaps and i < 0:
-        i = own_string
-    if i < 0 and (legato or slides):
-        i = sounding_string(p, note)
-    if i < 0 and p.mono:
-        i = sounding_string(p, note)
-        if i >= 0 and abs(note - p.open[i] - p.fret[i]) > MONO_STEP:
-            i = -1
-    tied = i >= 0 and node == 0
-    if i < 0:
-        i = own_string if has_note(p, own_string, note) else p.forced if has_note(p, p.forced, note) else -1
-    if i < 0:
-        i = choose_string(p, note)
-    if i < 0:
-        p.dropped += 1
-        return count
-    if note != key:
-        p.transposed += 1
-    fret = 0 if node > 0 else note - p.open[i]
-    before = p.fret[i]
-    if tied:
-        push_key(p, i)
-    else:
-        p.stacked[i] = 0
-        if p.state[i] != FREE and p.key[i] != key:
-            p.stolen += 1
-    if own_string < 0:
-        for k in range(p.strings):
-            if k != i and p.state[k] != FREE and p.key[k] == key:  # it is played on another string now
-                count = stop_string(p, k, frame, events, count)
-    reach(p, fret)
-    p.notes += 1
-    p.clock += 1
-    p.state[i] = HELD
-    p.key[i] = key
-    p.fret[i] = fret
-    p.age[i] = p.clock
-    p.latest = i
-    if p.note_bend[i] != 0.0:
-        p.note_bend[i] = 0.0
-        count = emit(events, count, frame, BEND, i, 0, bend_ratio(p, i), 0.0)
-    if p.note_vibrato[i] != 0.0:
-        p.note_vibrato[i] = 0.0
-        count = emit(events, count, frame, WAVER, i, 0, vibrato_depth(p), VIBRATO_RATE)
-    tapped = p.switched[TAP] > 0 and fret > 0
-    part, stop, before = p.part[velocity], shifted(p, fret), shifted(p, before)
-    if tapped:
-        return tap(p, ops, i, stop, part, frame, events, count)
-    if tied and stop != before:
-        return press(p, ops, i, before, stop, part, frame, slides, events, count)
-    ghost = p.switched[GHOST] > 0 or velocity < p.ghost_below
-    return stroke(p, ops, i, stop, node, part, ghost, own_place, frame, events, count)
+        return np.int64(-1), i, node
+    return note, i, node
 
 
 @jit
-def note_off(p, ops, frame, key, velocity, own, events, count):
-    """Releases the strings that the key holds; only string `own` if that is not -1.
+def tied_string(p, note, own_string):
+    """Returns the string whose note goes on to `note` without a stroke: legato, sliding, mono; -1: there is none."""
+    if p.controls.mode == STRING_A_CHANNEL and has_note(p, own_string, note) and p.hands.state[own_string] == HELD:
+        return own_string
+    legato = (p.controls.legato or p.switched[LEGATO] > 0) and p.switched[HARMONIC] == 0
+    if not (legato or is_sliding(p) or p.controls.mono):
+        return np.int64(-1)
+    i = sounding_string(p, note)
+    if legato or is_sliding(p) or i < 0 or abs(note - p.open[i] - p.hands.fret[i]) <= MONO_STEP:
+        return i
+    return np.int64(-1)
+
+
+@jit
+def string_for(p, note, own_string):
+    """Returns the string that a stroke plays `note` on: the one asked for, or the best; -1: none has it."""
+    if has_note(p, own_string, note):
+        return own_string
+    if has_note(p, p.forced, note):
+        return p.forced
+    return choose_string(p, note)
+
+
+@jit
+def is_sliding(p):
+    """True if the player slides from note to note."""
+    return p.controls.sliding > 0 or p.switched[SLIDE] > 0
+
+
+@jit
+def take_string_for(p, i, fret, key):
+    """Gives string `i` to a key, at `fret`, which the left hand reaches for."""
+    hands = p.hands
+    reach_fret(p, fret)
+    p.notes += 1
+    hands.clock += 1
+    hands.state[i] = HELD
+    hands.key[i] = key
+    hands.fret[i] = fret
+    hands.age[i] = hands.clock
+    hands.latest = i
+
+
+@jit
+def stop_elsewhere(p, i, key):
+    """Stops a key on other strings than `i`, on which it is played now."""
+    for k in range(p.strings):
+        if k != i and p.hands.state[k] != FREE and p.hands.key[k] == key:
+            stop_string(p, k)
+
+
+@jit
+def go_to_fret(p, ops, i, before, fret, part):
+    """Has string `i` go from fret `before` to `fret` by the left hand: hammer-on, pull-off or slide.
+
+    `part` is of the way from the softest to the hardest.
+    """
+    if is_sliding(p):
+        send_slide(p, i, fret, SLIDE_TIME)
+    elif fret > before:
+        hammer_string(p, ops, i, fret, part)
+    else:
+        send_pull_off(p, i, fret, -(LEAST_PULL + (MOST_PULL - LEAST_PULL) * part))
+
+
+@jit
+def hammer_string(p, ops, i, fret, part):
+    """Hammers string `i` down to `fret`."""
+    send_hammer(p, i, fret, HAMMER_SPEED * speed_of_pluck(p, ops[i, 0], i, force_at(p, part)), HAMMER_LANDING)
+
+
+@jit
+def tap_string(p, ops, i, fret, part):
+    """Hammers string `i` down to `fret`, whatever it does: fingers that ended its last note come off."""
+    for k in range(TOUCHES):
+        send_touch(p, i, k, 0.0, 0.0, 0.0, TAP_LIFTING)
+    hammer_string(p, ops, i, fret, part)
+    if palm_is_on(p):
+        touch_palm(p, ops, i)
+
+
+@jit
+def note_off(p, ops, key, velocity, own_string):
+    """Releases the strings that the key holds; only `own_string` if that is not EVERY_STRING.
 
     The first note-off ends a key, however often it was struck: to wait for as many note-offs as there were note-ons
     would leave a note hanging whenever one is lost, as pads and MIDI guitars that strike again without one do.
     """
+    hands = p.hands
     for i in range(p.strings):
-        if p.state[i] == HELD and p.key[i] == key and (own < 0 or i == own):
+        if hands.state[i] == HELD and hands.key[i] == key and (own_string < 0 or i == own_string):
             if p.switched[DETACH] > 0:
-                count = stop_string(p, i, frame, events, count)
-            elif p.stacked[i] > 0:
-                count = go_back_to_key(p, ops, i, frame, velocity, events, count)
+                stop_string(p, i)
+            elif hands.stacked[i] > 0:
+                go_back_to_key(p, ops, i, velocity)
             else:
-                count = release(p, i, frame, events, count)
-    forget_key(p, key, own)
-    return count
+                release_string(p, i)
+    unstack_key(p, key, own_string)
 
 
 @jit
-def go_back_to_key(p, ops, i, frame, velocity, events, count):
+def go_back_to_key(p, ops, i, velocity):
     """Has string `i` play on with the key that is still held under the one released: pull-off, or hammer-on."""
-    p.stacked[i] -= 1
-    key = p.stack[i, p.stacked[i]]
-    before = shifted(p, p.fret[i])
-    p.key[i] = key
-    p.fret[i] = max(folded(key, p.open[i], p.open[i] + p.frets) - p.open[i], 0)
-    slides, part = p.sliding or p.switched[SLIDE] > 0, (max(velocity, 1) - 1) / 126.0
-    return press(p, ops, i, before, shifted(p, p.fret[i]), part, frame, slides, events, count)
+    hands = p.hands
+    hands.stacked[i] -= 1
+    key = hands.stack[i, hands.stacked[i]]
+    before = stopped_at(p, hands.fret[i])
+    hands.key[i] = key
+    hands.fret[i] = max(fold_note(key, p.open[i], p.open[i] + p.frets) - p.open[i], 0)
+    go_to_fret(p, ops, i, before, stopped_at(p, hands.fret[i]), (max(velocity, 1) - 1) / 126.0)
 
 
 @jit
-def push_key(p, i):
+def stack_key(p, i):
     """Remembers the key that string `i` plays under the one that it is to play now."""
-    n = p.stacked[i]
+    hands = p.hands
+    n = hands.stacked[i]
     if n == STACK:
         for k in range(1, STACK):
-            p.stack[i, k - 1] = p.stack[i, k]
+            hands.stack[i, k - 1] = hands.stack[i, k]
         n -= 1
-    p.stack[i, n] = p.key[i]
-    p.stacked[i] = n + 1
+    hands.stack[i, n] = hands.key[i]
+    hands.stacked[i] = n + 1
 
 
 @jit
-def forget_key(p, key, own):
-    """Takes a key that was released from under those that play, on string `own` only if that is not -1."""
+def unstack_key(p, key, own_string):
+    """Takes a key that was released from under those that play, on `own_string` only if that is not EVERY_STRING."""
+    hands = p.hands
     for i in range(p.strings):
-        if own >= 0 and i != own:
+        if own_string >= 0 and i != own_string:
             continue
         kept = 0
-        for k in range(p.stacked[i]):
-            if p.stack[i, k] != key:
-                p.stack[i, kept] = p.stack[i, k]
+        for k in range(hands.stacked[i]):
+            if hands.stack[i, k] != key:
+                hands.stack[i, kept] = hands.stack[i, k]
                 kept += 1
-        p.stacked[i] = kept
+        hands.stacked[i] = kept
 
 
 @jit
-def stop_string(p, i, frame, events, count):
-    """Stops string `i` with the hand."""
-    p.state[i] = FREE
-    p.stacked[i] = 0
-    return emit(events, count, frame, HAND, i, p.fret[i], p.hand_damping, 0.0)
-
-
-@jit
-def release(p, i, frame, events, count):
+def release_string(p, i):
     """Lets go of a held note; the pedal may still hold it."""
-    if p.pedal:
-        p.state[i] = PEDALLED
-        return count
-    return stop_string(p, i, frame, events, count)
+    if p.controls.pedal:
+        p.hands.state[i] = PEDALLED
+    else:
+        stop_string(p, i)
 
 
 @jit
-def all_notes_off(p, frame, events, count):
+def stop_string(p, i):
+    """Stops string `i` with the hand."""
+    p.hands.state[i] = FREE
+    p.hands.stacked[i] = 0
+    send_stop(p, i, p.hands.fret[i], p.hand_damping)
+
+
+@jit
+def cut_string(p, i):
+    """Ends the sound of string `i` at once; no key plays it then."""
+    p.hands.state[i] = FREE
+    p.hands.key[i] = -1
+    p.hands.stacked[i] = 0
+    send_cut(p, i)
+
+
+@jit
+def cut_note(p, key):
+    """Ends the sound of the strings that played `key`, whatever the pedal does."""
+    for i in range(p.strings):
+        if p.hands.key[i] == key:
+            cut_string(p, i)
+    unstack_key(p, key, np.int64(EVERY_STRING))
+
+
+@jit
+def stop_pedalled(p):
+    """Stops the strings that the pedal alone held."""
+    for i in range(p.strings):
+        if p.hands.state[i] == PEDALLED:
+            stop_string(p, i)
+
+
+@jit
+def release_all_notes(p):
     """Releases every held note."""
     for i in range(p.strings):
-        p.stacked[i] = 0
-        if p.state[i] == HELD:
-            count = release(p, i, frame, events, count)
-    return count
-
-
-@jit
-def cut_note(p, frame, key, events, count):
-    """Ends the sound of the strings that played `key`, whatever the pedal does; returns the new count of events."""
-    for i in range(p.strings):
-        if p.key[i] == key:
-            p.state[i] = FREE
-            p.key[i] = -1
-            p.stacked[i] = 0
-            count = emit(events, count, frame, CUT, i, 0, 0.0, 0.0)
-    forget_key(p, key, np.int64(-1))
-    return count
+        p.hands.stacked[i] = 0
+        if p.hands.state[i] == HELD:
+            release_string(p, i)

@@ -8,20 +8,14 @@ same input always the same one. [audio thread]
 import numpy as np
 
 from livebass.kernels.machine.native import record_at, records_at
-from livebass.kernels.string.records import EVENT, OPERATOR
+from livebass.kernels.player.constants import KEY_MAP, KEYS, PLAYER, STROKE, STROKES
+from livebass.kernels.string.records import OPERATOR
 from livebass.techniques import ACTIONS, PARAMETERS
 
 MOST_STRINGS = 8
 FREE, HELD, PEDALLED = 0, 1, 2
 MOST_EVENTS = 8 * MOST_STRINGS  # one message gives at most so many: reset-controllers
 MOST_RANGE = 96  # semitones of pitch bend; the fine part of the range comes on top ...
-KEYS = 128
-CONTROLLERS = 128
-
-# What plucks (strokes.py)
-FINGER, PICK, NAIL, POP = range(4)
-STROKES = 4
-
 # What the channels mean: nothing; one each for every string (mode 4 of MIDI); one for each note (MPE)
 ALL_ALIKE, STRING_A_CHANNEL, NOTE_A_CHANNEL = range(3)
 CHANNELS = 16
@@ -32,56 +26,28 @@ STACK = 4  # keys held on one string that it goes back to, one after the other
 OVER = 1e-9  # signal below which a bass that rings out has ended
 FADE = 0.03  # s of fade-out of a bass that rings out, once another one or an overload needs its place
 
-
-PERFORMER = np.dtype(
+# What outlives a change of bass
+CONTROLS = np.dtype(
     [
-        ("strings", "i8"),
-        ("frets", "i8"),
-        ("open", "i8", (MOST_STRINGS,)),
-        ("called", "i8", (MOST_STRINGS,)),  # pitch class by which key switches call it
-        ("slack", "f8", (MOST_STRINGS,)),  # how far a force pulls it, over how far before it was tuned
-        ("state", "i8", (MOST_STRINGS,)),
-        ("key", "i8", (MOST_STRINGS,)),  # the key that plays the string, -1: none since all-off
-        ("fret", "i8", (MOST_STRINGS,)),
-        ("age", "i8", (MOST_STRINGS,)),
-        ("clock", "i8"),
-        ("place", "i8"),  # fret of the first finger
-        ("pedal", "i8"),
-        ("wheel", "f8"),  # -1 to 1
-        ("range", "f8"),  # semitones
-        ("wheel_slides", "i8"),  # 1: the wheel slides along the frets ...
-        ("shift", "i8"),  # ... and has got so many frets from those of the notes
-        ("bend_up", "f8"),  # semitones, by the controller ...
-        ("bend_ready", "i8"),  # ... once it has been below BEND_STARTS
-        ("parameter", "i8"),  # RPN selected, 16383: none
         ("volume", "f8"),
         ("expression", "f8"),
         ("level", "f8"),  # of the parameter gain, where a controller of the bass's own moves that
-        ("tone", "f8"),  # of the tone pot, -1 to 1; 0: as the bass has it
         ("blend", "f8"),  # of the pickups, -1 the one nearest to the neck alone, 1 the bridge's; 0: as the bass has it
-        ("position", "f8"),  # fraction of the open string
-        ("string_bend", "f8", (MOST_STRINGS,)),  # semitones, of one string, besides the wheel's ...
-        ("note_bend", "f8", (MOST_STRINGS,)),  # ... and of the note that it plays
-        ("note_vibrato", "f8", (MOST_STRINGS,)),  # 0 to 1, of the note that it plays
-        ("string_of", "i8", (KEYS,)),  # that the next note of each key is played on; -1: the performer chooses
-        ("place_of", "f8", (KEYS,)),  # of the next note of each key, as PLUCK_POSITION; NaN: none of its own
-        ("dynamics", "f8"),  # factor of every note's force
-        # techniques
-        ("switch", "i8", (KEYS,)),  # what each key switches, and ...
-        ("switch_value", "i8", (KEYS,)),  # ... its value
-        ("over_notes", "i8"),  # 1: keys switch although the bass has their notes
-        ("controller", "i8", (CONTROLLERS,)),  # function of each controller
-        ("pressed", "i8", (KEYS,)),  # how many note-ons hold each key that switches
-        ("switched", "i8", (ACTIONS,)),  # keys held, of each action
-        ("forced", "i8"),  # string that all notes are played on while its key is held; -1: none
+        ("pedal", "i8"),
+        ("wheel", "f8"),  # -1 to 1
+        ("bend_up", "f8"),  # semitones, by the controller ...
+        ("bend_ready", "i8"),  # ... once it has been below BEND_STARTS
         ("palm", "f8"),  # 0 to 1, by the controller ...
         ("palm_set", "f8"),  # ... and by `set_amount`
-        ("legato", "i8"),  # 1: by the controller
-        ("sliding", "i8"),  # 1: by the controller
         ("vibrato", "f8"),  # likewise ...
         ("vibrato_set", "f8"),  # ... likewise
-        ("stack", "i8", (MOST_STRINGS, STACK)),  # keys held on a string under the one that plays, the last on top
-        ("stacked", "i8", (MOST_STRINGS,)),
+        ("legato", "i8"),  # 1: by the controller
+        ("sliding", "i8"),  # 1: by the controller
+        ("string_bend", "f8", (MOST_STRINGS,)),  # semitones, of one string, besides the wheel's
+        ("string_of", "i8", (KEYS,)),  # that the next note of each key is played on; -1: the performer chooses
+        ("place_of", "f8", (KEYS,)),  # of the next note of each key, as PLUCK_POSITION; NaN: none of its own
+        ("rpn", "i8"),  # selected; NO_RPN: none
+        ("adjusted", "f8", (PARAMETERS,)),  # the parameters' values; 0: as the bass has it
         # channels
         ("mode", "i8"),  # ALL_ALIKE, STRING_A_CHANNEL or NOTE_A_CHANNEL
         ("first_channel", "i8"),  # of those that have a string or notes of their own ...
@@ -90,46 +56,79 @@ PERFORMER = np.dtype(
         ("channel_range", "f8"),  # semitones
         ("channel_wheel", "f8", (CHANNELS,)),  # -1 to 1
         ("channel_place", "f8", (CHANNELS,)),  # of the channel's next note, as PLUCK_POSITION; NaN: none of its own
-        ("channel_string", "i8", (CHANNELS,)),  # that the channel's last note is played on; -1: none
+    ],
+    align=True,
+)
+NO_RPN = 16383
+
+# What the hands do: the left one frets, the right one plucks
+HANDS = np.dtype(
+    [
+        ("state", "i8", (MOST_STRINGS,)),  # FREE, HELD or PEDALLED
+        ("key", "i8", (MOST_STRINGS,)),  # the key that plays the string, -1: none since all-off
+        ("fret", "i8", (MOST_STRINGS,)),
+        ("age", "i8", (MOST_STRINGS,)),  # the clock when its note began
+        ("clock", "i8"),  # counts notes
+        ("stack", "i8", (MOST_STRINGS, STACK)),  # keys held on a string under the one that plays, the last on top
+        ("stacked", "i8", (MOST_STRINGS,)),
+        ("note_bend", "f8", (MOST_STRINGS,)),  # semitones, of the note that it plays, besides all others
+        ("note_vibrato", "f8", (MOST_STRINGS,)),  # 0 to 1, of the note that it plays
+        ("place", "i8"),  # fret of the first finger
+        ("shift", "i8"),  # frets by which a wheel that slides has got from those of the notes
         ("latest", "i8"),  # string of the last note; -1: it was left out
-        ("placed", "f8"),  # the position that the controllers' reset goes back to
-        ("ranged", "f8"),  # semitones, the range until a controller sets another
-        ("adjusted", "f8", (PARAMETERS,)),  # the parameters' values; 0: as the bass has it
-        # the player: constants, and what parameters make of them
-        ("usual_position", "f8"),
-        ("usual_slapped", "i8"),
-        ("usual_damping", "f8"),
-        ("usual_unevenness", "f8"),
-        ("usual_range", "f8"),
-        ("nearest", "f8"),
-        ("farthest", "f8"),
-        ("softest", "f8"),
-        ("hardest", "f8"),
-        ("greatest", "f8"),
-        ("slapped", "i8"),
-        ("strike_position", "f8"),
-        ("strike_force", "f8"),
-        ("strike_softest", "f8"),  # m/s
-        ("strike_hardest", "f8"),
-        ("thumb_mass", "f8"),  # kg; 0: the thumb strikes by an impulse
-        ("hand_damping", "f8"),
-        ("unevenness", "f8"),
-        ("seed", "i8"),
-        ("drop", "i8"),
-        ("part", "f8", (KEYS,)),  # by velocity: part of the way from the softest to the hardest note
-        ("stroke", "i8"),  # FINGER, PICK, NAIL or POP
+        ("channel_string", "i8", (CHANNELS,)),  # that the channel's last note is played on; -1: none
         ("other", "i8"),  # 1: the next stroke is the middle finger's, or goes up
         ("stroked", "i8"),  # the string of the last stroke ...
         ("stroked_at", "i8"),  # ... and its frame
-        ("rounding", "f8"),  # m, of a finger, at the hardest ...
-        ("rounding_soft", "f8"),  # ... and at the softest; 0: the same
-        ("release", "f8"),  # s, likewise
-        ("release_soft", "f8"),
-        ("nearer", "f8"),  # m: the hardest are plucked nearer to the saddle than the softest
-        ("angle", "f8"),  # rad
+    ],
+    align=True,
+)
+
+# Where events go
+OUT = np.dtype(
+    [
+        ("frame", "i8"),  # of the message that is handled
+        ("events", "i8"),  # address: EVENT, with room for MOST_EVENTS more
+        ("count", "i8"),  # of those written
+    ],
+    align=True,
+)
+
+PERFORMER = np.dtype(
+    [
+        # the bass
+        ("strings", "i8"),
+        ("frets", "i8"),
+        ("open", "i8", (MOST_STRINGS,)),
+        ("called", "i8", (MOST_STRINGS,)),  # pitch class by which key switches call it
+        ("slack", "f8", (MOST_STRINGS,)),  # how far a force pulls it, over how far before it was tuned
+        ("player", PLAYER),
+        ("strokes", STROKE, (STROKES,)),
+        ("key_map", KEY_MAP),
+        ("part", "f8", (KEYS,)),  # by velocity: part of the way from the softest to the hardest note
+        ("usual_slapped", "i8"),  # how many strings the player's thumb strikes, from the lowest
+        ("wheel_slides", "i8"),  # 1: the wheel slides along the frets
         ("answering", "i8"),  # NEVER, WITH_PEDAL or ALWAYS
+        ("drop", "i8"),  # 1: notes out of range are left out
+        ("seed", "i8"),
+        # what controllers, parameters and key switches make of the player
+        ("position", "f8"),  # of a pluck, fraction of the open string
+        ("placed", "f8"),  # the position that the controllers' reset goes back to
+        ("range", "f8"),  # semitones, of the wheel
+        ("ranged", "f8"),  # semitones, the range until a controller sets another
+        ("dynamics", "f8"),  # factor of every note's force
+        ("tone", "f8"),  # of the tone pot, -1 to 1; 0: as the bass has it
+        ("hand_damping", "f8"),
+        ("unevenness", "f8"),
+        ("slapped", "i8"),  # strings that the thumb strikes
+        ("stroke", "i8"),  # FINGER, PICK, NAIL or POP
+        ("pressed", "i8", (KEYS,)),  # how many note-ons hold each key that switches
+        ("switched", "i8", (ACTIONS,)),  # keys held, of each action
+        ("forced", "i8"),  # string that all notes are played on while its key is held; -1: none
+        ("controls", CONTROLS),
+        ("hands", HANDS),
         ("idle", "i8"),  # strings that may answer, a bit each, as the strings have been told
-        ("ghost_below", "i8"),  # velocity under which a note is a ghost note
+        ("out", OUT),
         # counters
         ("notes", "i8"),
         ("transposed", "i8"),
@@ -140,4 +139,4 @@ PERFORMER = np.dtype(
 )
 
 
-performer_at, events_at, operators_at = record_at(PERFORMER), records_at(EVENT), records_at(OPERATOR, 2)
+performer_at, operators_at = record_at(PERFORMER), records_at(OPERATOR, 2)

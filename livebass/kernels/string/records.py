@@ -411,17 +411,24 @@ EVENT = np.dtype(
         ("frame", "i8"),
         ("kind", "i4"),
         ("string", "i4"),
-        ("fret", "i4"),  # or the number of a touch
-        # a pluck: apex (m), place (m from the stop), half width of the finger (m), how gradually it lets go (s), angle
-        # (rad); the last three are the string's own where they are 0. A touch: place (m from the saddle), resistance
-        # (N s/m), half width (m), until it lifts (s; 0: it stays). A throw: speed (m/s), place (m from the stop), mass
-        # (kg), half width (m) and stiffness (N/m^1.5) of what strikes; the last three are the thumb's where they are 0.
-        # The others: techniques.py
-        ("x", "f8"),
-        ("y", "f8"),
-        ("z", "f8"),
-        ("t", "f8"),
-        ("w", "f8"),
+        ("fret", "i8"),
+        ("finger", "i8"),  # of a touch: which one lies on the string or lifts
+        # Numbers that its kind has; all others are 0
+        ("apex", "f8"),  # m, of a pluck; of a pull-off, across the neck; how deep a strike pushes the string
+        ("place", "f8"),  # m from the stop; of a touch, from the saddle
+        ("speed", "f8"),  # m/s, of a mass that is thrown, and of a finger that hammers
+        ("width", "f8"),  # m, half of what touches the string; 0: that of the player's finger or thumb
+        ("angle", "f8"),  # rad, of a pluck, from u towards v; 0: the player's
+        # How gradually a pluck lets go, 0: as the player does; until a touch lifts, 0: it stays; how long a finger that
+        # hammers damps the string before; for each fret of a slide
+        ("seconds", "f8"),
+        ("mass", "f8"),  # kg, thrown, and ...
+        ("stiffness", "f8"),  # ... N/m^1.5, of its flesh; 0: the thumb's
+        ("resistance", "f8"),  # N s/m, of a touch
+        # The one number of others. BEND: ratio of frequencies; HAND: damping, 1/s; WAVER: semitones; IDLE: strings that
+        # may answer, a bit each; GAIN, TONE, BLEND: that
+        ("value", "f8"),
+        ("rate", "f8"),  # Hz, of a vibrato
     ],
     align=True,
 )

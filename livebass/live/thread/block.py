@@ -25,7 +25,7 @@ from livebass.kernels.machine.native import (
     store_release,
 )
 from livebass.kernels.pickup import tone
-from livebass.kernels.player import controls, expression, messages, notes
+from livebass.kernels.player import controls, expression, messages, notes, parameters
 from livebass.kernels.player.performer import FADE, MOST_EVENTS, MOST_STRINGS, OVER
 from livebass.live.thread import ahead
 from livebass.live.thread.records import (
@@ -85,18 +85,24 @@ def keep_message(synth, frame, status, first, second):
 
 
 @jit
-def handle_message(synth, b, frame, status, first, second, count):
-    """Hands one message for synth frame `frame` to the performer; returns the new number of events."""
+def play_message(synth, b, frame, status, first, second):
+    """Hands one message for synth frame `frame` to the performer of `b`."""
     synth.messages += 1
     keep_message(synth, frame, status, first, second)
     if status & 0xF0 == 0xC0:
         synth.program = first
         synth.program_count += 1
-        return count
+        return
     # plucking points and grazing apexes come from the fine operators, whichever play
-    return messages.message(
-        performer_of(b), operators_of(b, 0), frame - b.frame, status, first, second, events_of(b), count
-    )
+    messages.handle_message(performer_for(b, frame), operators_of(b, 0), status, first, second)
+
+
+@jit
+def performer_for(b, frame):
+    """The performer of `b`, whose next events are for synth frame `frame`."""
+    p = performer_of(b)
+    p.out.frame = frame - b.frame
+    return p
 
 
 @jit
@@ -111,21 +117,21 @@ def know_gains(synth, until):
 
 
 @jit
-def handle_event(synth, b, frame, word, value, count):
-    """Carries out an event other than MIDI for synth frame `frame`; returns the new number of events of `b`."""
+def play_event(synth, b, frame, word, value):
+    """Handles an event other than MIDI for synth frame `frame`."""
     kind, number = (word >> KIND_BIT) & 0xFF, word & 0xFF
     if kind == PARAMETER and number < PARAMETERS:
         controller = controller_of(word)
         if controller >= 0:
             keep_message(synth, frame, 0xB0 | (word >> CHANNEL_BIT) & 0x0F, LEARNED + number, controller)
-        synth.parameters[number] = controls.held(number, value)
+        synth.parameters[number] = parameters.within_limits(number, value)
         if number == GAIN_DB:
             know_gains(synth, frame - synth.frame)
             set_gain(synth, synth.parameters[number])
             if frame == 0:
                 synth.gain = synth.gain_target
-            return count
-    return tell_event(synth, b, frame, kind, number, value, count)
+            return
+    send_event(synth, b, frame, kind, number, value)
 
 
 @jit
@@ -135,27 +141,25 @@ def set_gain(synth, value):
 
 
 @jit
-def tell_event(synth, b, frame, kind, number, value, count):
-    """Hands an event other than MIDI to the performer of `b`; returns the new number of its events."""
-    p = performer_of(b)
+def send_event(synth, b, frame, kind, number, value):
+    """Hands an event other than MIDI to the performer of `b`."""
+    p = performer_for(b, frame)
     if kind == PARAMETER and number < PARAMETERS:
-        value = synth.parameters[number]
-        return controls.set_parameter(p, frame - b.frame, number, value, events_of(b), count)
-    if kind == AMOUNT:
-        return controls.set_amount(p, operators_of(b, 0), frame - b.frame, number, value, events_of(b), count)
-    if kind == STRING_BEND:
-        return expression.bend_string(p, frame - b.frame, number, value, events_of(b), count)
-    if kind == NOTE_BEND:
-        return expression.bend_note(p, frame - b.frame, number, value, events_of(b), count)
-    if kind == NOTE_VIBRATO:
-        return expression.vibrate_note(p, frame - b.frame, number, value, events_of(b), count)
-    if kind == NOTE_CUT:
-        return notes.cut_note(p, frame - b.frame, number, events_of(b), count)
-    if kind == NOTE_PLACE:
-        controls.place_note(p, number, value)
-    if kind == NOTE_STRING:
-        controls.string_note(p, number, value)
-    return count
+        parameters.set_parameter(p, number, synth.parameters[number])
+    elif kind == AMOUNT:
+        parameters.set_amount(p, operators_of(b, 0), number, value)
+    elif kind == STRING_BEND:
+        expression.bend_string(p, number, value)
+    elif kind == NOTE_BEND:
+        expression.bend_note(p, number, value)
+    elif kind == NOTE_VIBRATO:
+        expression.vibrate_note(p, number, value)
+    elif kind == NOTE_CUT:
+        notes.cut_note(p, number)
+    elif kind == NOTE_PLACE:
+        parameters.place_note(p, number, value)
+    elif kind == NOTE_STRING:
+        parameters.string_note(p, number, value)
 
 
 @jit
@@ -165,7 +169,8 @@ def apply_parameters(synth, b):
     for number in range(PARAMETERS):
         if synth.parameters[number] == 0.0:
             continue  # as the bass itself has it
-        controls.set_parameter(p, np.int64(0), number, synth.parameters[number], events_of(b), np.int64(0))
+        p.out.count = 0  # the strings are told below
+        parameters.set_parameter(p, number, synth.parameters[number])
     for i in range(b.strings):
         v = string_of(b, i).voice
         v.tone_wanted = p.tone
@@ -189,38 +194,33 @@ def keep_controllers(address, old):
 
 
 @jit
-def tell_old_bass(synth, b, first_event, event_count, frame, status, first, second, count):
-    """Hands a message to the bass that rings out; returns the new number of its events.
-
-    `b` has turned the message into its events from `first_event` up to `event_count`.
-    """
-    old = bass_at(synth.old_bass)
-    return messages.ring_on(
-        performer_of(old), operators_of(old, 0), performer_of(b), events_of(b), first_event, event_count,
-        frame - old.frame, status, first, second, events_of(old), count,
-    )  # fmt: skip
+def ring_on(synth, b, before, frame, status, first, second):
+    """Hands a message, which is the events of `b` from `before` on, to the bass that rings out, if there is one."""
+    if synth.old_bass != 0:
+        old = bass_at(synth.old_bass)
+        p = performer_for(old, frame)
+        messages.ring_on(p, operators_of(old, 0), performer_of(b), before, status, first, second)
 
 
 @jit
 def collect_events(synth, b, n):
-    """Turns all messages for the next `n` frames, in order, into events of `b` and of the bass that rings out.
-
-    Returns the numbers of both.
-    """
+    """Turns all messages for the next `n` frames, in order, into events of `b` and of the bass that rings out."""
     end = synth.frame + n
-    count = np.int64(0)  # typed: functions called with a literal would be compiled a second time
-    old_count = np.int64(0)
+    out = performer_of(b).out
+    old_out = performer_of(bass_at(synth.old_bass)).out if synth.old_bass != 0 else out
+    out.count = 0
+    old_out.count = 0
     panic = record_address(synth) + PANIC
     if load_acquire(panic) != 0:
         store_release(panic, 0)
         control = np.int64(0xB0) | synth.channel & 0x0F
         for number in (np.int64(120), np.int64(121)):  # all sound off, reset all controllers
-            count = handle_message(synth, b, synth.frame, control, number, np.int64(0), count)
-            if synth.old_bass != 0:
-                old_count = tell_old_bass(synth, b, count, count, synth.frame, control, number, np.int64(0), old_count)
+            # typed: functions called with a literal would be compiled a second time
+            play_message(synth, b, synth.frame, control, number, np.int64(0))
+            ring_on(synth, b, out.count, synth.frame, control, number, np.int64(0))
     last = synth.frame
     for _ in range(MOST_MESSAGES):  # a flood of messages waits, the sound does not
-        if max(count, old_count) + MOST_EVENTS > EVENT_ROOM:
+        if max(out.count, old_out.count) + MOST_EVENTS > EVENT_ROOM:
             break
         best = end
         ring = -1
@@ -236,27 +236,25 @@ def collect_events(synth, b, n):
         last = max(last, best)
         word, value = pop(synth.midi_ring[ring], synth.midi_ring_size[ring])
         if (word >> KIND_BIT) & 0xFF != MIDI:
-            count = handle_event(synth, b, last, word, value, count)
+            play_event(synth, b, last, word, value)
             if synth.old_bass != 0:
                 kind, number = (word >> KIND_BIT) & 0xFF, word & 0xFF
-                old_count = tell_event(synth, bass_at(synth.old_bass), last, kind, number, value, old_count)
+                send_event(synth, bass_at(synth.old_bass), last, kind, number, value)
             continue
         status, first, second = unpack(word)
-        before = count
-        count = handle_message(synth, b, last, status, first, second, count)
-        if synth.old_bass != 0:
-            old_count = tell_old_bass(synth, b, before, count, last, status, first, second, old_count)
-    return count, old_count
+        before = out.count
+        play_message(synth, b, last, status, first, second)
+        ring_on(synth, b, before, last, status, first, second)
 
 
 @jit
-def mix_strings(synth, b, count, out, n, fade, whole):
+def mix_strings(synth, b, out, n, fade, whole):
     """Adds n frames of every string of `b` to out (n,) float32, and to the string's own output if there is one.
 
     `fade` of `whole` frames are left of a fade-out; RINGING: no fade.
     """
     events, string_events = events_of(b), string_events_of(b)
-    start = synth.frame - b.frame
+    start, count = synth.frame - b.frame, performer_of(b).out.count
     for i in range(b.strings):
         used = 0
         for k in range(count):
@@ -288,15 +286,14 @@ def render_chunk(synth, out, n):
     """Plays n <= CHUNK frames into out (n,) float32, held within the synth's ceiling."""
     for j in range(n):
         out[j] = 0.0
-    old_count = np.int64(0)
     synth.gains_known = 0
     if synth.bass != 0:
         b = bass_at(synth.bass)
-        count, old_count = collect_events(synth, b, n)
+        collect_events(synth, b, n)
         know_gains(synth, n)
-        mix_strings(synth, b, count, out, n, np.int64(RINGING), np.int64(1))
+        mix_strings(synth, b, out, n, np.int64(RINGING), np.int64(1))
     if synth.old_bass != 0:
-        mix_strings(synth, bass_at(synth.old_bass), old_count, out, n, synth.fade_left, fade_frames(synth))
+        mix_strings(synth, bass_at(synth.old_bass), out, n, synth.fade_left, fade_frames(synth))
         if synth.fade_left != RINGING:
             synth.fade_left = max(synth.fade_left - n, 0)
         if synth.fade_left == 0 or is_silent(bass_at(synth.old_bass), synth.frame + n):
@@ -486,7 +483,7 @@ def adapt(synth, load, n):
     if synth.bass == 0 or not synth.adaptive:
         return
     b = bass_at(synth.bass)
-    p = performer_of(b)
+    hands = performer_of(b).hands
     if load > HIGH:
         synth.calm_frames = 0
         end_old_bass(synth)
@@ -501,7 +498,7 @@ def adapt(synth, load, n):
                 continue
             touching = slots[0].touching > 0 or slots[1].touching > 0
             # strings with contacts, the newest first; then those that only sound, the oldest first
-            value = p.age[i] if touching else -1e12 - p.age[i]
+            value = hands.age[i] if touching else -1e12 - hands.age[i]
             if value > rank:
                 rank = value
                 best = i

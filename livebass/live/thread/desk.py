@@ -10,8 +10,10 @@ import numpy as np
 
 from livebass.compiling import entry, jit
 from livebass.kernels.machine.native import load_acquire, record_address, record_at, samples_at, status_from, words_at
-from livebass.kernels.player.controls import PEDAL, turned
-from livebass.kernels.player.performer import CHANNELS, CONTROLLERS, KEYS
+from livebass.kernels.player.constants import CONTROLLERS, KEYS
+from livebass.kernels.player.controls import PEDAL
+from livebass.kernels.player.parameters import value_at
+from livebass.kernels.player.performer import CHANNELS
 from livebass.live.thread.records import field_offset
 from livebass.live.thread.ring import push, push_learned, unpack
 from livebass.techniques import CHANNEL_MODES, PARAMETERS
@@ -87,7 +89,7 @@ def hear_controller(desk, address, size, frame, channel, controller, value):
     number = desk.learned[controller] - 1
     if number < 0 or number >= PARAMETERS:
         return False
-    push_learned(address, size, frame, number, turned(number, value), channel, value)
+    push_learned(address, size, frame, number, value_at(number, value), channel, value)
     return True
 
 

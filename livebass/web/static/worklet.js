@@ -49,9 +49,9 @@ class LivebassProcessor extends AudioWorkletProcessor {
   setParameter(number, value) {
     const e = this.engine, performer = this.performer();
     e.setParameter(number, value);
-    if (number !== N.GAIN_DB || !performer || e.get("PERFORMER", performer, "level") === 1) return;
+    if (number !== N.GAIN_DB || !performer || e.get("PERFORMER", performer, "controls.level") === 1) return;
     for (let k = 0; k < N.CONTROLLERS; k++)
-      if (e.get("PERFORMER", performer, "controller", k) === N.CC_PARAMETER + number) e.send(N.NOW, 0xB0, k, 127);
+      if (e.get("PERFORMER", performer, "key_map.function", k) === N.CC_PARAMETER + number) e.send(N.NOW, 0xB0, k, 127);
   }
 
   // Begins to copy a bass; one that was on its way is given back.
@@ -94,7 +94,7 @@ class LivebassProcessor extends AudioWorkletProcessor {
   held() {
     const e = this.engine, player = this.performer(), found = [];
     for (let i = 0; player && i < e.get("PERFORMER", player, "strings"); i++)
-      found.push(e.get("PERFORMER", player, "state", i) === N.FREE ? -1 : e.get("PERFORMER", player, "fret", i));
+      found.push(e.get("PERFORMER", player, "hands.state", i) === N.FREE ? -1 : e.get("PERFORMER", player, "hands.fret", i));
     return found;
   }
 
@@ -104,14 +104,15 @@ class LivebassProcessor extends AudioWorkletProcessor {
     const e = this.engine, player = this.performer();
     if (!player) return undefined;
     const of = (name, index) => e.get("PERFORMER", player, name, index);
-    const isOn = ([action, field]) => (action > 0 && of("switched", action) > 0) || (field !== "" && of(field) > 0);
-    const aside = of("position") - of("usual_position");
-    const farthest = of("farthest") - of("usual_position"), nearest = of("nearest") - of("usual_position");
+    const isOn = ([action, field]) =>
+      (action > 0 && of("switched", action) > 0) || (field !== "" && of(`controls.${field}`) > 0);
+    const usual = of("player.pluck_position"), aside = of("position") - usual;
+    const farthest = of("player.pluck_farthest") - usual, nearest = of("player.pluck_nearest") - usual;
     return {
       on: Object.fromEntries(Object.entries(LAYOUT.ways).map(([symbol, way]) => [symbol, isOn(way)])),
       pluckedWith: of("slapped") > 0 ? "slap" : {[N.FINGER]: "finger", [N.PICK]: "pick"}[of("stroke")],
       values: {
-        gain: e.get("SYNTH", e.synth, "parameters", N.GAIN_DB) + 20 * Math.log10(of("level")),
+        gain: e.get("SYNTH", e.synth, "parameters", N.GAIN_DB) + 20 * Math.log10(of("controls.level")),
         tone: of("tone"),
         pluck_position: aside * farthest > 0 ? -aside / farthest : nearest && aside / nearest,
       },

@@ -13,6 +13,7 @@ from livebass import QUALITIES, load_preset, preset_names
 from livebass.engine.engine import Engine
 from livebass.engine.prepare import play_frames, take_message
 from livebass.kernels.player import performer
+from livebass.kernels.player.constants import STROKES
 from livebass.kernels.string.modal import MOST_TURN
 from livebass.kernels.string.records import EVENT, PLUCK
 from livebass.model.instrument import Pluck, for_modes, speaking
@@ -44,12 +45,12 @@ def random_note(engine: Engine, rng: np.random.Generator) -> tuple[Trial, str]:
     bass = engine.instrument
     i, fret = int(rng.integers(0, engine.strings)), int(rng.integers(0, engine.frets + 1))
     velocity = int(rng.choice([rng.integers(1, 128), rng.integers(90, 128)]))
-    stroke = int(rng.integers(0, performer.STROKES))
+    stroke = int(rng.integers(0, STROKES))
     event = event_of(engine, i, fret, velocity, stroke)
     op = engine.pool.records[i, fret]
     s = for_modes(speaking(bass.strings[i], bass.necks[i], fret), int(op["modes"]))
-    angle = float(rng.choice([event["w"], 0.0, rng.uniform(0.1, 1.0)]))
-    apex, place, width, release = (float(event[field]) for field in ("x", "y", "z", "t"))
+    angle = float(rng.choice([event["angle"], 0.0, rng.uniform(0.1, 1.0)]))
+    apex, place, width, release = (float(event[field]) for field in ("apex", "place", "width", "seconds"))
     pluck = Pluck(apex, place, width, angle, release, apex * bass.player.release_speed / bass.player.greatest_apex)
     rate = float(engine.rates.contact_rate)
     span = 0.008 if s.surface else 0.03  # a board takes brute force ten times as long

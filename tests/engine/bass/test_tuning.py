@@ -45,7 +45,7 @@ def apex(bass: Instrument, string: int, velocity: int) -> float:
     events = np.zeros(64, EVENT)
     note = bass.strings[string].open_note
     count = take_message(engine.performer, engine.pool.records, 0, on(note, velocity), events, 0)
-    (x,) = events["x"][:count][events["kind"][:count] == PLUCK]
+    (x,) = events["apex"][:count][events["kind"][:count] == PLUCK]
     return float(x)
 
 

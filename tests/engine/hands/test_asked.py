@@ -50,8 +50,8 @@ def plucked(i: int, fret: int, apex: float) -> float:
     """J that a pluck by `apex` (m) across the frets gives."""
     player = engine()
     event, length = np.zeros(1, EVENT), float(player.pool.records[i, fret]["length"])
-    event["kind"], event["fret"], event["x"], event["y"], event["z"] = PLUCK, fret, apex, length - 0.17, 5e-3
-    event["w"] = ACROSS
+    event["kind"], event["fret"], event["apex"], event["place"] = PLUCK, fret, apex, length - 0.17
+    event["width"], event["angle"] = 5e-3, ACROSS
     play_frames(player.voices[i], player.pool.records[i], event, np.zeros(RATE // 50))
     return energy(player, i)
 

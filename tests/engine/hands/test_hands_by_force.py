@@ -118,8 +118,8 @@ def test_a_hammer_on_and_a_pull_off_are_those_of_brute_force(name: str, fret: in
     hands: list[Hand] = [Stop(x, hammer(CROWN, 1.2), start=0.1, end=0.2), *behind]
     true = play(trial, hands, listen=[open_string.length - SENSOR], frets=False)
     events = [
-        event(0, PLUCK, 0, x=pluck.apex, y=pluck.position, z=5e-3),
-        event(4800, HAMMER, fret, x=1.2),
+        event(0, PLUCK, 0, apex=pluck.apex, place=pluck.position, width=5e-3),
+        event(4800, HAMMER, fret, speed=1.2),
         event(9600, PULL_OFF, 0),
     ]
     ours = velocity(displacement(open_string, stopped, events, trial.samples))
@@ -186,7 +186,7 @@ def pulled_off(
     true = play(trial, hands, listen=[whole.length - SENSOR], frets=frets, begin=begin)
     n = round(when * RATE)
     events = [
-        event(0, PLUCK, stopped.fret, x=pluck.apex, y=pluck.position, z=pluck.rounding),
+        event(0, PLUCK, stopped.fret, apex=pluck.apex, place=pluck.position, width=pluck.rounding),
         event(n, PULL_OFF, 0),
     ]
     ours = displacement(whole, stopped, events, trial.samples, contact_rate if frets else 0.0)
@@ -279,11 +279,11 @@ def test_fingers_are_those_of_brute_force(name: str, hand: str) -> None:
     pluck = Pluck(2e-3, 0.78 * s.length, 5e-3)
     trial = Trial(s, pluck, MODES, 384_000, RATE, 0.13, s.length - SENSOR)
     hands: list[Hand] = []
-    events = [event(0, PLUCK, 0, x=pluck.apex, y=pluck.position, z=5e-3)]
+    events = [event(0, PLUCK, 0, apex=pluck.apex, place=pluck.position, width=5e-3)]
     for k, (place, firm, width) in enumerate(fingers):
         resistance = firm * impedance(s)
         hands += spread(Finger(s.length - place, resistance, width, start=0.02), s.length)
-        events.append(event(960, TOUCH_EVENT, k, x=place, y=resistance, z=width))
+        events.append(event(960, TOUCH_EVENT, finger=k, place=place, resistance=resistance, width=width))
     true = play(trial, hands, listen=[s.length - SENSOR], frets=False)
     theirs, ours = velocity(true.displacement_m[0]), velocity(displacement(s, stopped, events, trial.samples))
     a, b = (third_octaves(w[1200:6000], RATE)[:20] for w in (ours, theirs))
@@ -327,8 +327,11 @@ def test_a_palm_is_that_of_a_continuous_string(name: str, firm: float) -> None:
     s, stopped = string_over_one_fret(name, 5)
     each, width = firm / 3 * impedance(s), 5e-3
     pluck = Pluck(1e-3, 0.73 * s.length, width)
-    events = [event(0, PLUCK, 0, x=pluck.apex, y=pluck.position, z=width)]
-    events += [event(0, TOUCH_EVENT, k, x=p, y=each, z=width) for k, p in enumerate(touches.PALM_PLACES)]
+    events = [event(0, PLUCK, 0, apex=pluck.apex, place=pluck.position, width=width)]
+    events += [
+        event(0, TOUCH_EVENT, finger=k, place=p, resistance=each, width=width)
+        for k, p in enumerate(touches.PALM_PLACES)
+    ]
     voice, pool = voice_and_operators(s, stopped)
     u = np.zeros(round(0.6 * RATE))
     play_frames(voice, pool.records[0], np.array(events, EVENT), u)

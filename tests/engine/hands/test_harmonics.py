@@ -103,9 +103,10 @@ def test_the_finger_spares_the_harmonic(preset: str, i: int, number: int) -> Non
         length, speed = float(op["length"]), float(op["speed"])
         impedance = float(op["fine"]) ** 2 / float(op["weight"]) * speed
         events = np.zeros(2, EVENT)
-        events["kind"], events["fret"] = (PLUCK, TOUCH_EVENT), (0, 3)
-        events["x"], events["y"] = (1e-3, length - length / number), (0.77 * length, firm * impedance)
-        events["z"], events["t"] = (5e-3, touches.NODE_WIDTH), (0.0, rest(preset, i, number))
+        events["kind"], events["finger"] = (PLUCK, TOUCH_EVENT), (0, touches.NODE_FINGER)
+        events["apex"][0], events["place"] = 1e-3, (0.77 * length, length - length / number)
+        events["width"], events["resistance"][1] = (5e-3, touches.NODE_WIDTH), firm * impedance
+        events["seconds"][1] = rest(preset, i, number)
         play_frames(string, player.pool.records[i], events, np.zeros(round(0.154 * RATE)))
         level.append(20 * np.log10(speeds(string)))
     kept = [j for j in range(1, 9) if j % number == 0]

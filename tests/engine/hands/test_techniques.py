@@ -262,9 +262,9 @@ def test_a_palm_takes_the_highs_first(resistance: float, when: float, under: tup
     for each in (0.0, resistance / 3):
         played = engine("jazz-finger")
         events = np.zeros(4, EVENT)
-        events["kind"], events["fret"] = [PLUCK] + [TOUCH_EVENT] * 3, [0, 0, 1, 2]
-        events["x"], events["y"] = [1e-3, 12e-3, 25e-3, 38e-3], [0.67, each, each, each]
-        events["z"][1:] = 5e-3
+        events["kind"], events["finger"] = [PLUCK] + [TOUCH_EVENT] * 3, [0, 0, 1, 2]
+        events["apex"][0], events["place"] = 1e-3, [0.67, 12e-3, 25e-3, 38e-3]
+        events["resistance"][1:], events["width"][1:] = each, 5e-3
         sounds.append(np.zeros(RATE))
         play_frames(played.voices[0], played.pool.records[0], events, sounds[-1])
     start = when if when < 0.06 else when - 0.05
@@ -436,7 +436,7 @@ def test_hard_notes_begin_sharp(key: int, apex: float, least: float, most: float
     for instrument in (far, rigid):
         player = Engine(instrument, QUALITIES["live"], RATE)
         events = np.zeros(1, EVENT)
-        events["kind"], events["x"], events["y"] = PLUCK, apex, 0.8 * 0.8636
+        events["kind"], events["apex"], events["place"] = PLUCK, apex, 0.8 * 0.8636
         sound = np.zeros(2 * RATE)
         play_frames(player.voices[i], player.pool.records[i], events, sound)
         found.append(cents_at(sound, 0.15, key))
@@ -455,7 +455,7 @@ def test_the_tension_follows_both_polarisations_alike(angle: float) -> None:
         voice, event = made.another().voices[3], np.zeros(1, EVENT)
         voice.record["stretch"] *= stretched
         voice.record["angle"] = 0.0
-        event["kind"], event["x"], event["y"], event["w"] = PLUCK, 6e-3, 0.8 * 0.8636, towards
+        event["kind"], event["apex"], event["place"], event["angle"] = PLUCK, 6e-3, 0.8 * 0.8636, towards
         play_frames(voice, made.pool.records[3], event, np.zeros(RATE // 4))
         slot = voice.slots[int(voice.record["slot"][0])]
         u, v = slot["u"]["q"][:32], slot["v"]["q"][:32] if slot["v_active"] else np.zeros(32)
@@ -483,14 +483,14 @@ def one_string(events: np.ndarray) -> tuple[Voice, np.ndarray]:
 def test_a_finger_lands_in_5_ms_and_lifts_in_15() -> None:
     for seconds in (0.0, 20e-3):  # told to, or by itself
         events = np.zeros(2, EVENT)
-        events["kind"], events["x"], events["y"] = [PLUCK, TOUCH_EVENT], [1e-3, 0.2], [0.6, 2.0]
-        events["z"][1], events["t"][1] = 4e-3, seconds
+        events["kind"], events["apex"][0], events["place"] = [PLUCK, TOUCH_EVENT], 1e-3, [0.6, 0.2]
+        events["resistance"][1], events["width"][1], events["seconds"][1] = 2.0, 4e-3, seconds
         voice, ops = one_string(events)
         resistance, at = [], 1
         for ms in (2.5, 5.0, 20.0, 27.5, 34.0, 36.0):
             frame = round(ms * RATE / 1000)
             lift = np.zeros(1, EVENT)
-            lift["frame"], lift["kind"], lift["x"] = at, TOUCH_EVENT, 0.2
+            lift["frame"], lift["kind"], lift["place"] = at, TOUCH_EVENT, 0.2
             play_frames(voice, ops, lift if seconds == 0.0 and ms == 27.5 else lift[:0], np.zeros(frame - at))
             at = frame
             resistance.append(float(voice.record["touches"]["resistance"][0, 0]))
@@ -500,7 +500,8 @@ def test_a_finger_lands_in_5_ms_and_lifts_in_15() -> None:
 def test_the_line_of_rest_moves_over_a_millisecond() -> None:
     """A hammer-on lowers it to the crown. It is heard so slowly that it does not click, and no longer than a note."""
     events = np.zeros(2, EVENT)
-    events["kind"], events["fret"], events["x"], events["y"] = [PLUCK, HAMMER], [0, 5], [1e-3, 2.5], [0.6, 0.0]
+    events["kind"], events["fret"] = [PLUCK, HAMMER], [0, 5]
+    events["apex"][0], events["place"][0], events["speed"][1] = 1e-3, 0.6, 2.5
     voice, ops = one_string(events)
     slot = voice.slots[int(voice.record["slot"][0])]
     first, left, at = float(slot["offset"]), [], 1

@@ -30,8 +30,8 @@ SLOW = pytest.mark.slow
 def strike(speed: float, place: float, fret: int = 0, **mass: float) -> np.ndarray:
     """The event of a thumb at `speed` m/s, `place` m from the stop, (1,)."""
     event = np.zeros(1, EVENT)
-    event["kind"], event["fret"], event["x"], event["y"] = THROW, fret, speed, place
-    event["z"], event["t"], event["w"] = (
+    event["kind"], event["fret"], event["speed"], event["place"] = THROW, fret, speed, place
+    event["mass"], event["width"], event["stiffness"] = (
         mass.get("mass", MASS),
         mass.get("width", WIDTH),
         mass.get("stiffness", STIFFNESS),

@@ -12,7 +12,8 @@ from livebass import QUALITIES, load_preset, preset_names
 from livebass.arrays import Floats
 from livebass.engine.engine import Engine
 from livebass.engine.prepare import Voice, bass_numbers, pickup_voices, play_frames, take_message
-from livebass.kernels.player import performer, strokes
+from livebass.kernels.player import performer
+from livebass.kernels.player.constants import FINGER, NAIL, PICK, POP, STANDARD
 from livebass.kernels.string.records import EVENT, PLUCK
 from livebass.model.instrument import Instrument, Player, note_frequency
 from livebass.units import decibels
@@ -37,7 +38,7 @@ TAKEN = 9e-3  # s
 class Hand:
     """A bass of which every string and fret can be plucked alone, from rest."""
 
-    def __init__(self, bass: Instrument, stroke: int = performer.FINGER, seed: int = 0) -> None:
+    def __init__(self, bass: Instrument, stroke: int = FINGER, seed: int = 0) -> None:
         self.bass, self.engine = bass, Engine(bass, QUALITIES["live"], RATE, seed=seed)
         self.engine.performer["stroke"] = stroke
         self.pull = bass.player.pull_time
@@ -136,7 +137,7 @@ def test_hard_notes_that_do_not_rattle_dull_from_the_attack_on(name: str) -> Non
 
 @pytest.mark.parametrize("name", ["jazz-finger", "precision-finger"])
 def test_so_do_those_of_a_pick(name: str) -> None:
-    hand = Hand(even(name, **ACROSS[name]), performer.PICK)
+    hand = Hand(even(name, **ACROSS[name]), PICK)
     growth, ratio = grown(hand), dulled(hand)
     assert np.median(growth, axis=0).min() >= GROWTH
     assert np.median(ratio) > 1.0
@@ -147,7 +148,7 @@ def test_so_do_those_of_a_pick(name: str) -> None:
 def test_a_pick_clicks(name: str, velocity: int) -> None:
     """2 to 8 kHz of the first 20 ms, both at the same level of the fundamental."""
     bass = even(name, **ACROSS[name])
-    finger, pick = Hand(bass), Hand(bass, performer.PICK)
+    finger, pick = Hand(bass), Hand(bass, PICK)
     over = []
     for i in range(len(finger.bass.strings)):
         f0 = finger.fundamental(i, 5)
@@ -170,7 +171,7 @@ def test_a_pick_clicks_over_a_finger_whose_fundamental_is_as_loud(name: str) -> 
 
     A hand that pulls hard strings up rattles them: at the same velocity it may be as bright as a pick.
     """
-    finger, pick = (Hand(even(name), stroke) for stroke in (performer.FINGER, performer.PICK))
+    finger, pick = (Hand(even(name), stroke) for stroke in (FINGER, PICK))
     least = np.inf
     for i in range(len(finger.bass.strings)):
         f0 = finger.fundamental(i, 5)
@@ -186,11 +187,11 @@ def test_a_pick_clicks_over_a_finger_whose_fundamental_is_as_loud(name: str) -> 
 @pytest.mark.parametrize("name", OVER_FRETS)
 def test_a_pop_starts_no_higher_than_the_greatest_apex(name: str) -> None:
     """On any string and fret, so that it is not much louder than the loudest other note of the bass."""
-    finger, pop = (Hand(even(name), stroke) for stroke in (performer.FINGER, performer.POP))
+    finger, pop = (Hand(even(name), stroke) for stroke in (FINGER, POP))
     notes = [(i, fret) for i in range(len(pop.bass.strings)) for fret in (0, 5, 12, 17, 20) if fret <= pop.engine.frets]
     for i, fret in notes:
-        assert pop.strokes(i, fret, 127)["x"][0] <= pop.bass.player.greatest_apex, (i, fret)
-        soft = pop.strokes(i, fret, 20)["x"][0] / finger.strokes(i, fret, 20)["x"][0]
+        assert pop.strokes(i, fret, 127)["apex"][0] <= pop.bass.player.greatest_apex, (i, fret)
+        soft = pop.strokes(i, fret, 20)["apex"][0] / finger.strokes(i, fret, 20)["apex"][0]
         assert soft > 1.2, "it pulls farther than a finger where it can"
     loudest = [max(float(np.abs(hand.note(*note, 127)).max()) for note in notes) for hand in (finger, pop)]
     over = decibels(loudest[1] / loudest[0])
@@ -211,7 +212,7 @@ def test_a_pop_hits_a_fret_within_a_half_period(name: str) -> None:
 
     Few frets are left near the body, and a force that reaches them would be far louder than the notes below.
     """
-    hand = Hand(even(name), performer.POP)
+    hand = Hand(even(name), POP)
     for i in range(len(hand.bass.strings)):
         for velocity, frets in ((80, (0, 3)), (100, (0, 3, 7)), (127, (0, 3, 7, 12))):
             for fret in frets:
@@ -246,13 +247,13 @@ def test_a_finger_takes_the_old_fundamental_away(name: str, fret: int) -> None:
         assert left <= OLD_NOTE, f"string {i}: {left:.1f} dB"
 
 
-@pytest.mark.parametrize("stroke", [performer.FINGER, performer.PICK, performer.NAIL, performer.POP])
+@pytest.mark.parametrize("stroke", [FINGER, PICK, NAIL, POP])
 def test_equal_notes_differ_and_a_seed_repeats_them(stroke: int) -> None:
     bass = load_preset("jazz-finger")
     bass = dataclasses.replace(bass, player=dataclasses.replace(bass.player, **ACROSS["jazz-finger"]))
     first, again, other = (Hand(bass, stroke, seed).strokes(1, 5, 90, 16) for seed in (1, 1, 2))
     assert first.tobytes() == again.tobytes() != other.tobytes()
-    for field in ("x", "y", "z", "t", "w"):
+    for field in ("apex", "place", "width", "seconds", "angle"):
         assert len(set(first[field].tolist())) == 16, field
     hand = Hand(bass, stroke, 1)
     assert len({hand.sound(1, first[k : k + 1], 0.02).tobytes() for k in range(16)}) == 16
@@ -262,10 +263,10 @@ def test_index_and_middle_finger_take_turns() -> None:
     """The middle finger plucks nearer to the saddle, a little softer, and lets go sooner."""
     events = Hand(load_preset("jazz-finger")).strokes(0, 5, 90, 200)
     index, middle = events[::2], events[1::2]
-    nearer = middle["y"].mean() - index["y"].mean()
-    assert nearer == pytest.approx(strokes.MIDDLE_NEARER, abs=2e-3)
-    assert middle["x"].mean() < index["x"].mean()
-    assert middle["t"].mean() < 0.95 * index["t"].mean()
+    nearer = middle["place"].mean() - index["place"].mean()
+    assert nearer == pytest.approx(STANDARD["other_nearer"][FINGER], abs=2e-3)
+    assert middle["apex"].mean() < index["apex"].mean()
+    assert middle["seconds"].mean() < 0.95 * index["seconds"].mean()
 
 
 @pytest.mark.parametrize(
@@ -286,18 +287,18 @@ def test_a_finger_that_rakes_does_not_take_turns(line: list[tuple[int, int]], fi
         note = (0x90, bass.strings[i].open_note, 90)
         assert take_message(engine.performer, engine.pool.records, round(ms * RATE / 1000), note, events, 0) == 1
         assert events["string"][0] == i
-        used.append(1 - int(engine.performer["other"][0]))
+        used.append(1 - int(engine.performer["hands"]["other"][0]))
     assert used == fingers
 
 
 def test_a_pick_goes_down_and_up() -> None:
-    events = Hand(load_preset("jazz-finger"), performer.PICK).strokes(0, 5, 90, 16)
+    events = Hand(load_preset("jazz-finger"), PICK).strokes(0, 5, 90, 16)
     down, up = events[::2], events[1::2]
-    assert (down["w"] > 0.5).all() and (up["w"] < -0.3).all()
-    even_hand = Hand(even("jazz-finger"), performer.PICK)
+    assert (down["angle"] > 0.5).all() and (up["angle"] < -0.3).all()
+    even_hand = Hand(even("jazz-finger"), PICK)
     down, up = even_hand.strokes(0, 5, 60, 2)
-    assert -2.0 < decibels(up["x"] / down["x"]) < -0.9
-    assert up["y"] - down["y"] == pytest.approx(strokes.UP_NEARER)
+    assert -2.0 < decibels(up["apex"] / down["apex"]) < -0.9
+    assert up["place"] - down["place"] == pytest.approx(STANDARD["other_nearer"][PICK])
 
 
 def test_shape_and_place_follow_the_force() -> None:
@@ -306,12 +307,13 @@ def test_shape_and_place_follow_the_force() -> None:
     player, hand = bass.player, Hand(bass)
     soft, middle, hard = (hand.strokes(0, 5, velocity)[0] for velocity in (1, 64, 127))
     for field, least, most in (
-        ("z", player.rounding, player.rounding_soft), ("t", player.release_time, player.release_time_soft),
+        ("width", player.rounding, player.rounding_soft),
+        ("seconds", player.release_time, player.release_time_soft),
     ):  # fmt: skip
         assert soft[field] == pytest.approx(most) and hard[field] == pytest.approx(least)
         assert middle[field] == pytest.approx(np.sqrt(least * most))
-    assert hard["y"] - soft["y"] == pytest.approx(player.nearer_when_hard)
-    assert middle["y"] - soft["y"] == pytest.approx(player.nearer_when_hard / 2)
+    assert hard["place"] - soft["place"] == pytest.approx(player.nearer_when_hard)
+    assert middle["place"] - soft["place"] == pytest.approx(player.nearer_when_hard / 2)
 
 
 def test_a_stroke_towards_the_neck_stays_above_the_frets() -> None:
@@ -322,8 +324,8 @@ def test_a_stroke_towards_the_neck_stays_above_the_frets() -> None:
         for fret in FRETS:
             (event,) = hand.strokes(i, fret, 127)
             op = hand.engine.pool.records[i, fret]
-            length, place = float(op["length"]), float(event["y"])
-            down = -np.cos(event["w"]) * event["x"]
+            length, place = float(op["length"]), float(event["place"])
+            down = -np.cos(event["angle"]) * event["apex"]
             assert down > 0
             neck, scale = bass.necks[i], bass.strings[i].length
             stop = scale - length
@@ -342,7 +344,7 @@ def test_the_papers_pluck_stays_a_triangle(name: str) -> None:
     assert (player.release_time, player.rounding_soft, player.release_speed) == (0, 0, 0)
     assert (player.nearer_when_hard, player.stroke) == (0, "finger")
     events = Hand(load_preset(name)).strokes(0, 0, 30, 4)
-    assert np.unique(events).size == 1 and events[0]["z"] == player.rounding and events[0]["t"] == 0
+    assert np.unique(events).size == 1 and events[0]["width"] == player.rounding and events[0]["seconds"] == 0
 
 
 def test_a_finger_that_moves_as_it_lets_go_does_not_jump() -> None:
@@ -368,5 +370,5 @@ def test_the_default_player_has_one_touch() -> None:
 def test_a_pick_is_about_as_loud_as_a_finger() -> None:
     """It lifts the string as far from the neck; its fundamental is weaker, as it plays nearer to the saddle."""
     for velocity in VELOCITIES:
-        finger, pick = (Hand(even("jazz-finger"), s).note(1, 5, velocity) for s in (performer.FINGER, performer.PICK))
+        finger, pick = (Hand(even("jazz-finger"), s).note(1, 5, velocity) for s in (FINGER, PICK))
         assert abs(decibels(np.sqrt((pick**2).mean())) - decibels(np.sqrt((finger**2).mean()))) < 9.0

@@ -56,7 +56,7 @@ def play(player: Engine, *messages: tuple[int, int, int]) -> None:
 def on_string(player: Engine, i: int, fret: int) -> int:
     """The key of a note, which string `i` will play."""
     key = player.instrument.strings[i].open_note + fret
-    player.performer["string_of"][0, key] = i
+    player.performer["controls"]["string_of"][0, key] = i
     return key
 
 
@@ -66,7 +66,7 @@ def sound(name: str, i: int, fret: int, stroke: str, velocity: int, up: bool = F
     switch = KEYS[stroke]
     if switch is not None:
         play(player, (0x90, switch, 100))
-    player.performer["other"] = int(up)
+    player.performer["hands"]["other"] = int(up)
     play(player, (0x90, on_string(player, i, fret), velocity))
     return player.process(round(LENGTH * RATE)).sum(axis=0)
 

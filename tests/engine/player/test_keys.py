@@ -17,8 +17,8 @@ from livebass import Instrument, Quality, load_preset, read_score, techniques
 from livebass.arrays import Floats
 from livebass.engine.engine import Engine
 from livebass.engine.prepare import bass_numbers, fill_key_map, new_performer, take_message
-from livebass.kernels.bass.instrument import KEY_MAP
-from livebass.kernels.player import fingering, performer, strokes
+from livebass.kernels.player import fingering, strokes
+from livebass.kernels.player.constants import FINGER, KEY_MAP, PICK, POP
 from livebass.kernels.player.performer import MOST_EVENTS
 from livebass.kernels.string import records
 from livebass.live.parameters import NUMBERS
@@ -144,7 +144,7 @@ def midi_file(path: Path, keys: KeyMap) -> list[tuple[str, int]]:
 
 def is_played(name: str, value: int, events: NDArray[np.void], stroke: int) -> bool:
     """True if `events` of a phrase are what the technique asks for; `stroke` is what plucks."""
-    plucked, touched = of(events, records.PLUCK), of(events, records.TOUCH_EVENT)["fret"].tolist()
+    plucked, touched = of(events, records.PLUCK), of(events, records.TOUCH_EVENT)["finger"].tolist()
     hammered, struck = len(of(events, records.HAMMER)), len(of(events, records.STRIKE_EVENT))
     strings = {4: 0, 9: 1, 2: 2, 7: 3}  # by pitch class; no C, no B
     return {
@@ -155,11 +155,11 @@ def is_played(name: str, value: int, events: NDArray[np.void], stroke: int) -> b
         "tap": len(plucked) == 0 and hammered == 1,
         "palm_mute": len(plucked) == 1 and set(touched) == {0, 1, 2},
         "slide": len(plucked) == 1 and len(of(events, records.GLIDE)) == 1,
-        "vibrato": len(plucked) == 1 and max(of(events, records.WAVER)["x"], default=0) > 0.3,
-        "finger": len(plucked) == 1 and stroke == performer.FINGER,
-        "pick": len(plucked) == 1 and stroke == performer.PICK,
+        "vibrato": len(plucked) == 1 and max(of(events, records.WAVER)["value"], default=0) > 0.3,
+        "finger": len(plucked) == 1 and stroke == FINGER,
+        "pick": len(plucked) == 1 and stroke == PICK,
         "left_slap": len(of(events, records.THROW)) == 1 and touched == [2, 3],
-        "slap": struck == 1 and stroke == performer.POP,
+        "slap": struck == 1 and stroke == POP,
         "stop_all": len(plucked) == 1 and of(events, records.HAND)["string"].tolist() == [0, 1, 2, 3],
     }.get(name, len(plucked) + struck == 1)
 
@@ -182,12 +182,14 @@ def test_midi_made_for_modo_plays_as_written(keys: KeyMap, tmp_path: Path) -> No
 def test_strokes_go_where_their_keys_say() -> None:
     hands = Hands(bass(keys=MODO_12))
     hands(on(27), off(27))  # pick
-    free = [round(float(of(hands(on(45), off(45)), records.PLUCK)["w"][0]), 12) for _ in range(4)]
+    free = [round(float(of(hands(on(45), off(45)), records.PLUCK)["angle"][0]), 12) for _ in range(4)]
     down, up = sorted({round(angle, 12) for angle in free}, reverse=True)
     assert down > 0 > up and free in ([down, up] * 2, [up, down] * 2)
     for key, angle in ((13, down), (15, up)):
         hands(on(key))
-        assert [round(float(of(hands(on(45), off(45)), records.PLUCK)["w"][0]), 12) for _ in range(3)] == [angle] * 3
+        assert [round(float(of(hands(on(45), off(45)), records.PLUCK)["angle"][0]), 12) for _ in range(3)] == [
+            angle
+        ] * 3
         hands(off(key))
 
 
@@ -205,13 +207,13 @@ def test_a_key_let_go_stops_its_string_while_detach_is_held(before: tuple[Messag
 def test_the_hand_goes_to_its_key_or_controller() -> None:
     hands = Hands(bass(keys=MODO_12))
     hands(on(88 + 12), off(88 + 12))
-    assert hands.p["place"] == 12
+    assert hands.p["hands"]["place"] == 12
     assert of(hands(on(55)), records.PLUCK)[["string", "fret"]].tolist() == [(3, 12)]
     hands(on(88 + 24), off(88 + 24))
-    assert hands.p["place"] == 20 - fingering.HAND_SPAN, "as far as the neck goes"
+    assert hands.p["hands"]["place"] == 20 - fingering.HAND_SPAN, "as far as the neck goes"
     for value, place in ((0, 1), (127, 17)):
         hands(control(4, value))
-        assert hands.p["place"] == place
+        assert hands.p["hands"]["place"] == place
 
 
 def test_keys_go_before_notes_where_a_map_says_so() -> None:
@@ -225,7 +227,7 @@ def test_keys_go_before_notes_where_a_map_says_so() -> None:
 def test_a_map_of_ones_own() -> None:
     own = KeyMap("own", ((100, "ghost", 0),), ((20, "vibrato"), (21, "let_ring"), (16, "volume")), over_notes=True)
     hands = Hands(bass(keys=own))
-    assert not len(hands(control(1, 127))) and of(hands(control(20, 127)), records.WAVER)["x"].max() > 0.3
+    assert not len(hands(control(1, 127))) and of(hands(control(20, 127)), records.WAVER)["value"].max() > 0.3
     assert len(of(hands(control(16, 64)), records.GAIN)) == 4, "the map goes before the usual position controller"
     assert len(hands(on(10), off(10))) > 0, "a note an octave or two below"
     hands(on(100))
@@ -303,7 +305,7 @@ def test_points_of_a_curve() -> None:
 def test_a_curve_is_how_hard_a_note_is() -> None:
     straight, curved = Hands(), Hands(bass(velocity_curve=((1.0, 1.0), (64.0, 90.0), (127.0, 127.0))))
     for played, meant in ((64, 90), (1, 1), (127, 127)):
-        one, other = (hands(on(45, v), off(45))["x"][0] for hands, v in ((curved, played), (straight, meant)))
+        one, other = (hands(on(45, v), off(45))["apex"][0] for hands, v in ((curved, played), (straight, meant)))
         assert one == other
 
 
@@ -397,10 +399,10 @@ def test_controller_5_bends_upwards() -> None:
     hands(control(5, 0))
     for value in (127, 40):
         bends = of(hands(control(5, value)), records.BEND)
-        assert len(bends) == 4 and set(bends["x"]) == {2 ** (2 * value / 127 / 12)}
-    both = of(hands(wheel(8191)), records.BEND)["x"][0]
+        assert len(bends) == 4 and set(bends["value"]) == {2 ** (2 * value / 127 / 12)}
+    both = of(hands(wheel(8191)), records.BEND)["value"][0]
     assert both == pytest.approx(2 ** ((2 + 80 / 127) / 12))
-    assert set(of(hands(control(121)), records.BEND)["x"]) == {1.0}
+    assert set(of(hands(control(121)), records.BEND)["value"]) == {1.0}
 
 
 # Tone and pickups
@@ -411,7 +413,7 @@ def test_tone_and_blend_reach_every_string_and_no_key_is_needed() -> None:
     for number, kind in ((17, records.TONE), (18, records.BLEND)):
         for value, x in ((0, -1.0), (64, 0.0), (127, 1.0)):
             events = of(hands(control(number, value)), kind)
-            assert events["string"].tolist() == [0, 1, 2, 3] and set(events["x"]) == {x}
+            assert events["string"].tolist() == [0, 1, 2, 3] and set(events["value"]) == {x}
 
 
 @pytest.mark.parametrize(("value", "off_pickup"), [(0, "bridge"), (127, "neck")])
@@ -462,8 +464,8 @@ def test_the_left_hand_slaps() -> None:
     events = hands(on(33))
     (throw,) = of(events, records.THROW)
     ops = hands.engine.pool.records[int(throw["string"])]
-    assert throw["fret"] == 0 and throw["y"] == pytest.approx(ops["length"][0] - ops["length"][7])
-    assert throw["z"] == strokes.LEFT_MASS and len(of(events, records.TOUCH_EVENT)) == 2
+    assert throw["fret"] == 0 and throw["place"] == pytest.approx(ops["length"][0] - ops["length"][7])
+    assert throw["mass"] == strokes.LEFT_MASS and len(of(events, records.TOUCH_EVENT)) == 2
     hands(off(7))
     assert len(of(hands(on(35)), records.PLUCK)) == 1
     x = np.abs(sound(bass(), [(0, on(7, 100)), (100, on(33, 110))], RATE // 2))

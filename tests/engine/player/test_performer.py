@@ -19,6 +19,7 @@ from livebass import load_preset, techniques
 from livebass.engine.engine import Engine
 from livebass.engine.prepare import bass_numbers, new_performer, take_message
 from livebass.kernels.player import fingering, performer, strokes
+from livebass.kernels.player.constants import FINGER, STANDARD
 from livebass.kernels.string import records as at
 from livebass.model.instrument import Instrument, speaking
 from livebass.model.modes import grazing_apex
@@ -74,7 +75,7 @@ class Hands:
             record["strings"], record["open"][0, 0] = 1, instrument.strings[string].open_note
             record["slapped"] = max(0, int(record["slapped"][0]) - string)
         if not switches:
-            record["switch"] = techniques.NO_SWITCH
+            record["key_map"]["action"] = techniques.NO_SWITCH
         self.record, self.p = record, record[0]
         self.frame = 0
 
@@ -114,7 +115,7 @@ class Hands:
         return " ".join(said)
 
     def strings(self, field: str) -> list[int]:
-        return [int(x) for x in self.p[field][: self.p["strings"]]]
+        return [int(x) for x in self.p["hands"][field][: self.p["strings"]]]
 
     def string_of(self, key: int) -> int:
         (i,) = [i for i, (k, s) in enumerate(zip(self.strings("key"), self.strings("state"), strict=True))
@@ -134,14 +135,14 @@ def hands_on(*strings: int) -> list[tuple[int, int]]:
 def ratios(events: NDArray[np.void]) -> float:
     """The frequency ratio of `events` that bend all strings alike."""
     assert kinds(events) == [(at.BEND, i) for i in range(4)]
-    assert len(set(events["x"].tolist())) == 1
-    return float(events["x"][0])
+    assert len(set(events["value"].tolist())) == 1
+    return float(events["value"][0])
 
 
 def gains(events: NDArray[np.void]) -> float:
     assert kinds(events) == [(at.GAIN, i) for i in range(4)]
-    assert len(set(events["x"].tolist())) == 1
-    return float(events["x"][0])
+    assert len(set(events["value"].tolist())) == 1
+    return float(events["value"][0])
 
 
 messages = st.one_of(
@@ -180,10 +181,10 @@ def test_lines_a_bassist_knows(line: str, tab: str) -> None:
 def test_the_hand_moves_as_little_as_needed(keys: list[int]) -> None:
     hands = Hands()
     for key in keys:
-        place = int(hands.p["place"])
+        place = int(hands.p["hands"]["place"])
         _, fret = hands.plays(key)
         hands(off(key))
-        moved = int(hands.p["place"])
+        moved = int(hands.p["hands"]["place"])
         if fret == 0:
             assert moved == place
         else:
@@ -196,7 +197,7 @@ def test_the_hand_moves_as_little_as_needed(keys: list[int]) -> None:
 def test_a_note_in_reach_is_played_there(keys: list[tuple[int, bool]]) -> None:
     hands = Hands()
     for key, keep in keys:
-        place = int(hands.p["place"])
+        place = int(hands.p["hands"]["place"])
 
         def near(fret: int, place: int = place) -> bool:
             return fret == 0 or place <= fret <= place + fingering.HAND_SPAN
@@ -251,7 +252,7 @@ def test_the_string_taken_is_the_one_in_the_lowest_place() -> None:
 def test_of_far_places_the_lowest_is_taken_before_the_nearest() -> None:
     """G1 is four frets below the hand, A11 three above it; ten frets outweigh one of a shift. D6 is taken."""
     hands = Hands()
-    hands.p["place"] = 5
+    hands.p["hands"]["place"] = 5
     assert hands.plays(45) == (2, 7)
     assert hands.plays(44) == (3, 1)
 
@@ -270,7 +271,7 @@ def test_a_note_struck_again_stays_on_its_string() -> None:
     hands = Hands()
     assert hands.tab([43]) == "G0" and hands.plays(45) == (2, 7)
     hands(off(43), on(29))
-    assert hands.p["place"] == 1
+    assert hands.p["hands"]["place"] == 1
     assert hands.plays(45) == (2, 7)
 
 
@@ -334,21 +335,21 @@ def test_velocity_to_apex(preset: str) -> None:
             events = [hands.first(OPEN[string] + fret, v) for v in range(1, 128)]
             assert {(int(e["string"]), int(e["fret"])) for e in events} == {(0, fret)}
             if events[0]["kind"] == at.THROW:
-                speed, player = [float(e["x"]) for e in events], instrument.player
+                speed, player = [float(e["speed"]) for e in events], instrument.player
                 assert speed[0] == pytest.approx(player.strike_softest, rel=0.1)
                 assert speed[126] == pytest.approx(player.strike_hardest, rel=0.1)
                 assert all(a < b for a, b in pairwise(speed)), (string, fret)
                 continue
             less = instrument.player.strike_force if events[0]["kind"] == at.STRIKE_EVENT else 1.0
-            apex = [float(e["x"]) / less for e in events]
+            apex = [float(e["apex"]) / less for e in events]
             assert all(a < b < most for a, b in pairwise(apex)), (string, fret)
             assert apex[0] > 0 and apex[126] <= most
             if events[0]["kind"] == at.STRIKE_EVENT:
                 continue  # what a thumb's impulse comes to is up to the string
-            if hands.p["stroke"] == performer.FINGER:
+            if hands.p["stroke"] == FINGER:
                 player, e = instrument.player, events[63]
                 force = player.softest * (player.hardest / player.softest) ** (63 / 126)
-                wanted = force * even_apex(instrument, string, fret, float(e["y"]))
+                wanted = force * even_apex(instrument, string, fret, float(e["place"]))
                 assert apex[63] == pytest.approx(wanted / (1 + (wanted / most) ** 4) ** 0.25, rel=1e-6)
 
 
@@ -360,7 +361,7 @@ def even_apex(instrument: Instrument, string: int, fret: int, where: float) -> f
     open_string, stopped = (speaking(instrument.strings[string], instrument.necks[string], f) for f in (0, fret))
     from_saddle = stopped.length - where
     give = [s.length / ((s.length - from_saddle) * from_saddle) for s in (open_string, stopped)]
-    gently = (stopped.length / open_string.length) ** strokes.GENTLER[performer.FINGER]
+    gently = (stopped.length / open_string.length) ** STANDARD["gentler"][FINGER]
     return grazing_apex(open_string, open_string.length - from_saddle) * give[0] / give[1] * gently
 
 
@@ -373,7 +374,7 @@ def test_techniques() -> None:
 
 def test_a_curve_from_zero_is_a_number() -> None:
     hands = Hands(bass(softest=0.0))
-    apex = [float(hands.first(40, v)["x"]) for v in (1, 2, 64, 127)]
+    apex = [float(hands.first(40, v)["apex"]) for v in (1, 2, 64, 127)]
     assert all(math.isfinite(a) for a in apex) and apex == sorted(set(apex))
 
 
@@ -381,7 +382,7 @@ def test_unevenness_is_chance_within_its_bounds_and_that_of_the_seed() -> None:
     def played(seed: int, unevenness: float = 0.1) -> np.ndarray:
         hands = Hands(bass(unevenness=unevenness, nearer_when_hard=0.0))
         hands.p["seed"] = seed
-        return np.array([[(e := hands(on(40))[0])["x"], e["y"]] for _ in range(400)])
+        return np.array([[(e := hands(on(40))[0])["apex"], e["place"]] for _ in range(400)])
 
     even, one = played(1, 0.0), played(1)
     assert np.ptp(even, axis=0).max() == 0
@@ -409,11 +410,11 @@ def test_controller_16_moves_the_hand_over_the_body() -> None:
     ]:
         assert kinds(hands(m)) == []
         event = hands.first(28)
-        assert event["y"] / open_length == pytest.approx(place, abs=8e-3)
-        from_saddle.append(open_length - event["y"])
+        assert event["place"] / open_length == pytest.approx(place, abs=8e-3)
+        from_saddle.append(open_length - event["place"])
         event = hands.first(31)
         assert (event["string"], event["fret"]) == (0, 3)
-        assert length - event["y"] == pytest.approx(from_saddle[-1], rel=1e-9), "as far from the saddle"
+        assert length - event["place"] == pytest.approx(from_saddle[-1], rel=1e-9), "as far from the saddle"
     assert from_saddle[1] > from_saddle[2] > from_saddle[3]
 
 
@@ -424,7 +425,7 @@ def test_controller_74_of_mpe_is_brighter_the_higher() -> None:
         hands = Hands(bass())
         hands((0xB0, 101, 0), (0xB0, 100, 6), (0xB0, 6, 4), (0xB1, 74, value))
         (event,) = [e for e in hands((0x91, 33, 90)) if e["kind"] == at.PLUCK]
-        places.append(float(event["y"]))
+        places.append(float(event["place"]))
     assert places[0] + 0.02 < places[1] < places[2] - 0.02
 
 
@@ -437,7 +438,7 @@ def test_every_place_is_on_the_string(preset: str, value: int) -> None:
         hands(control(16, value))
         for fret in range(FRETS + 1):
             (event,) = hands(on(OPEN[string] + fret))
-            assert 0.99 * strokes.LEAST_STRIKE < event["y"] / hands.ops[0, fret]["length"] < 0.991
+            assert 0.99 * strokes.LEAST_STRIKE < event["place"] / hands.ops[0, fret]["length"] < 0.991
 
 
 # Ends of notes
@@ -448,7 +449,7 @@ def test_note_off_stops_its_string_only() -> None:
     hands(on(33), on(43))
     (event,) = hands(off(33))
     assert (event["kind"], event["string"]) == (at.HAND, 1)
-    assert event["x"] == bass().player.hand_damping
+    assert event["value"] == bass().player.hand_damping
     assert hands.strings("state") == [FREE, FREE, FREE, HELD]
     assert kinds(hands(off(33), off(40))) == [], "an end without a note"
 
@@ -542,7 +543,7 @@ def test_reset_controllers_as_rp_015_says() -> None:
     assert gains(by_kind[at.GAIN]) == pytest.approx((50 / 127) ** 2), "expression is reset, volume is not"
     assert kinds(by_kind[at.HAND]) == hands_on(1), "the pedal goes up; keys stay down"
     p = hands.p
-    assert (p["pedal"], p["parameter"], p["expression"]) == (0, NO_RPN, 1.0)
+    assert (p["controls"]["pedal"], p["controls"]["rpn"], p["controls"]["expression"]) == (0, NO_RPN, 1.0)
     assert p["range"] == 12.5, "no registered parameter is reset"
     assert p["position"] == bass().player.pluck_position
     assert kinds(hands(control(6, 5))) == [], "no parameter is selected"
@@ -674,12 +675,12 @@ def test_the_range_of_a_master_is_its_own() -> None:
     """RPN 0 on a channel that has notes is theirs; on the master it is that of the wheel that bends all of them."""
     hands = Hands()
     hands(*MPE, (0xB1, 101, 0), (0xB1, 100, 0), (0xB1, 6, 24), (0xB1, 38, 50), (0xB0, 6, 5), (0xB0, 38, 0))
-    assert (hands.p["channel_range"], hands.p["range"]) == (24.5, 5.0)
+    assert (hands.p["controls"]["channel_range"], hands.p["range"]) == (24.5, 5.0)
     hands((0x91, 38, 90), (0x92, 43, 90))
     (event,) = hands((0xE1, 127, 127))
-    assert (event["kind"], event["string"]) == (at.BEND, 2) and event["x"] == pytest.approx(2 ** (24.5 / 12))
+    assert (event["kind"], event["string"]) == (at.BEND, 2) and event["value"] == pytest.approx(2 ** (24.5 / 12))
     bends = hands((0xE0, 127, 127))
-    assert 12 * np.log2(bends["x"]) == pytest.approx([5, 5, 29.5, 5])
+    assert 12 * np.log2(bends["value"]) == pytest.approx([5, 5, 29.5, 5])
 
 
 def test_the_first_note_off_ends_a_key_however_often_it_was_struck() -> None:
@@ -699,29 +700,33 @@ def check(hands: Hands, events: NDArray[np.void]) -> None:
     assert all(-1 <= k <= 127 for k in keys) and all(0 <= f <= FRETS for f in frets)
     held = [k for k, s in zip(keys, states, strict=True) if s != FREE]
     assert len(set(held)) == len(held) and -1 not in held, "a key sounds on one string"
-    assert p["pedal"] or PEDALLED not in states
-    assert 1 <= p["place"] <= FRETS and 0.0 <= p["range"] <= 24.99
-    assert -1.0 <= p["wheel"] <= 1.0 and 0.0 <= p["volume"] <= 1.0 and 0.0 <= p["expression"] <= 1.0
-    assert 0 <= p["parameter"] <= NO_RPN and 0.0 < p["position"] < 1.0
+    assert p["controls"]["pedal"] or PEDALLED not in states
+    controls = p["controls"]
+    assert 1 <= p["hands"]["place"] <= FRETS and 0.0 <= p["range"] <= 24.99
+    assert -1.0 <= controls["wheel"] <= 1.0
+    assert 0.0 <= controls["volume"] <= 1.0 and 0.0 <= controls["expression"] <= 1.0
+    assert 0 <= controls["rpn"] <= NO_RPN and 0.0 < p["position"] < 1.0
     for e in events:
-        assert 0 <= e["string"] < count and 0 <= e["fret"] <= FRETS and np.isfinite(e["x"])
+        assert 0 <= e["string"] < count and 0 <= e["fret"] <= FRETS
+        assert all(np.isfinite(e[name]) for name in at.EVENT.names or ())
         if e["kind"] in (at.PLUCK, at.STRIKE_EVENT):
-            assert 0.0 < e["x"] <= p["greatest"]
-            assert 0.0 < e["y"] < hands.ops[e["string"], e["fret"]]["length"]
+            assert 0.0 < e["apex"] <= p["player"]["greatest_apex"]
+            assert 0.0 < e["place"] < hands.ops[e["string"], e["fret"]]["length"]
         elif e["kind"] == at.THROW:
-            assert 0.0 < e["x"] <= 8.0 and 0.0 < e["y"] < hands.ops[e["string"], e["fret"]]["length"]
+            assert 0.0 < e["speed"] <= 8.0 and 0.0 < e["place"] < hands.ops[e["string"], e["fret"]]["length"]
         elif e["kind"] == at.BEND:
-            assert 0.2 < e["x"] < 4.3
+            assert 0.2 < e["value"] < 4.3
         elif e["kind"] == at.GAIN:
-            assert 0.0 <= e["x"] <= 1.0
+            assert 0.0 <= e["value"] <= 1.0
         elif e["kind"] == at.TOUCH_EVENT:
-            assert 0 <= e["fret"] < at.TOUCHES and 0.0 <= e["y"] < 100.0 and (e["x"] > 0.0 or e["y"] == 0.0)
+            assert 0 <= e["finger"] < at.TOUCHES and 0.0 <= e["resistance"] < 100.0
+            assert e["place"] > 0.0 or e["resistance"] == 0.0
         elif e["kind"] == at.HAMMER:
-            assert 0.29 < e["x"] < 2.51
+            assert 0.29 < e["speed"] < 2.51
         elif e["kind"] in (at.TONE, at.BLEND):
-            assert -1.0 <= e["x"] <= 1.0
+            assert -1.0 <= e["value"] <= 1.0
         elif e["kind"] == at.IDLE:
-            assert 0 <= e["x"] < 2**count
+            assert 0 <= e["value"] < 2**count
         else:
             assert e["kind"] in (at.HAND, at.CUT, at.PULL_OFF, at.GLIDE, at.WAVER)
 

@@ -50,8 +50,8 @@ def prepared(when: str = "always", linear: bool = False, preset: str = "jazz-fin
 def told(voice: Voice, idle: int, fret: int, apex: float, place: float) -> np.ndarray:
     """The events that let strings `idle` answer, a bit each, and pluck `voice`."""
     events = np.zeros(2, EVENT)
-    events["kind"], events["x"] = (IDLE, PLUCK), (idle, apex)
-    events["fret"], events["y"] = (0, fret), (0, place)
+    events["kind"], events["value"] = (IDLE, PLUCK), (idle, 0)
+    events["fret"][1], events["apex"][1], events["place"][1] = fret, apex, place
     return events
 
 

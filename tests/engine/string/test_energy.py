@@ -124,38 +124,49 @@ def random_events(name: str, string: Played, rng: np.random.Generator) -> np.nda
         case "pluck":
             apex = rng.uniform(0.2, 5) * mm * length / float(whole["length"])
             place, angle = length * rng.uniform(0.5, 0.95), rng.uniform(-1.2, 1.2)
-            return event(PLUCK, fret, x=apex, y=place, z=5 * mm, t=1e-4, w=angle)
+            return event(PLUCK, fret, apex=apex, place=place, width=5 * mm, seconds=1e-4, angle=angle)
         case "pop":
             apex = rng.uniform(3, 8) * mm * length / float(whole["length"])
-            return event(PLUCK, fret, x=apex, y=0.7 * length, z=2.5 * mm, t=3e-5, w=0.2)
+            return event(PLUCK, fret, apex=apex, place=0.7 * length, width=2.5 * mm, seconds=3e-5, angle=0.2)
         case "slap" if int(whole["points"]) <= MOST_NEAR and rng.random() < 0.6:
-            masses = {"z": rng.uniform(0.01, 0.06), "t": rng.uniform(3, 15) * mm, "w": 10 ** rng.uniform(5, 6)}
-            return event(THROW, fret, x=rng.uniform(0.5, 4), y=length * rng.uniform(0.3, 0.9), **masses)
+            masses = {
+                "mass": rng.uniform(0.01, 0.06), "width": rng.uniform(3, 15) * mm, "stiffness": 10 ** rng.uniform(5, 6),
+            }  # fmt: skip
+            return event(THROW, fret, speed=rng.uniform(0.5, 4), place=length * rng.uniform(0.3, 0.9), **masses)
         case "slap":
-            return event(STRIKE_EVENT, fret, x=rng.uniform(0.5, 4) * mm, y=length * rng.uniform(0.3, 0.9))
+            return event(STRIKE_EVENT, fret, apex=rng.uniform(0.5, 4) * mm, place=length * rng.uniform(0.3, 0.9))
         case "hammer" | "tap":
-            return event(HAMMER, fret, x=rng.uniform(0.3, 2.5))
+            return event(HAMMER, fret, speed=rng.uniform(0.3, 2.5))
         case "pull":
             lower = int(rng.integers(0, max(int(string.voice.note()[0]), 1)))
-            return event(PULL_OFF, lower, x=rng.uniform(0.5, 2) * mm)
+            return event(PULL_OFF, lower, apex=rng.uniform(0.5, 2) * mm)
         case "slide":
-            return event(GLIDE, fret, x=float(rng.choice([3e-3, 22e-3])))
+            return event(GLIDE, fret, seconds=float(rng.choice([3e-3, 22e-3])))
         case "touch":
             place = float(whole["length"]) * rng.uniform(0.02, 0.6)
-            return event(TOUCH_EVENT, 3, x=place, y=firm, z=5 * mm, t=float(rng.choice([0.0, 0.03])))
+            return event(
+                TOUCH_EVENT,
+                finger=3,
+                place=place,
+                resistance=firm,
+                width=5 * mm,
+                seconds=float(rng.choice([0.0, 0.03])),
+            )
         case "palm":
-            return np.concatenate([event(TOUCH_EVENT, k, x=x, y=firm / 3, z=5 * mm) for k, x in enumerate(PALM)])
+            return np.concatenate(
+                [event(TOUCH_EVENT, finger=k, place=x, resistance=firm / 3, width=5 * mm) for k, x in enumerate(PALM)]
+            )
         case "bend":
-            return event(BEND, x=2 ** (float(rng.choice([-2, -1, 0, 0, 1, 2])) / 12))
+            return event(BEND, value=2 ** (float(rng.choice([-2, -1, 0, 0, 1, 2])) / 12))
         case "vibrato":
-            return event(WAVER, x=float(rng.choice([0.0] * 7 + [0.4])), y=5.6)
-    return event(HAND, x=90.0)
+            return event(WAVER, value=float(rng.choice([0.0] * 7 + [0.4])), rate=5.6)
+    return event(HAND, value=90.0)
 
 
 def own_energy(preset: str, i: int, events: np.ndarray, tuned: float) -> float:
     """J that these events put into a string at rest that is bent as far; of a mass, all that it has."""
     if events[0]["kind"] == THROW:
-        return float(events[0]["z"] * events[0]["x"] ** 2) / 2
+        return float(events[0]["mass"] * events[0]["speed"] ** 2) / 2
     string, none = Played(preset, i), np.zeros(0, EVENT)
     string.record["bend"] = string.record["tuned"] = tuned
     string.play(events.copy())
@@ -245,13 +256,13 @@ def test_a_pull_off_adds_what_the_finger_held_and_its_pluck(preset: str, i: int,
     for deflection, moment in ((0.5e-3, 4800), (1e-3, 4931), (2e-3, 5077)):
         string = Played(preset, i)
         length, count = float(string.ops[high]["length"]), int(string.ops[low]["modes"])
-        string.play(event(PLUCK, high, x=1.5e-3, y=length - 0.17, z=5e-3, t=1e-4, w=0.7))
+        string.play(event(PLUCK, high, apex=1.5e-3, place=length - 0.17, width=5e-3, seconds=1e-4, angle=0.7))
         while string.frame < moment:
             string.play(none)
         before, x = string.energy(), s.length - length
         crown = s.contact_height[int(np.argmin(np.abs(np.array(s.contact_position) - x)))]
         finger = Pluck(deflection, x, techniques.PULLING_FINGER)
         wanted = before + held_energy(s, crown, x) + plucked_energy(s, finger, count)
-        string.play(event(PULL_OFF, low, x=deflection))
+        string.play(event(PULL_OFF, low, apex=deflection))
         assert string.voice.note() == (low, 0)
         assert string.energy() == pytest.approx(wanted, rel=0.025), (string.energy() / wanted - 1, deflection)

@@ -55,7 +55,8 @@ def glided(row: list[Speaking], first: int, last: int, seconds: float, partials:
     voice.record["raw"], voice.record["fretless"], voice.record["saddle"][:] = 1, 1, SENSOR
     events = np.zeros(2, EVENT)
     events["frame"], events["kind"], events["fret"] = (0, round(BEGIN * RATE)), (PLUCK, GLIDE), (first, last)
-    events["x"], events["y"], events["z"] = (APEX, A_FRET), (row[first].length - PLACE, 0), (WIDTH, 0)
+    events["apex"][0], events["place"][0], events["width"][0] = APEX, row[first].length - PLACE, WIDTH
+    events["seconds"][1] = A_FRET
     out = np.zeros(round(seconds * RATE))
     play_frames(voice, pool.records[0], events[:1], out[:1])
     for state in voice.modal_state():

@@ -1,0 +1,75 @@
+"""What a performer is made of and never changes: PLAYER, the hands; STROKE, what plucks; KEY_MAP, what keys do."""
+
+import numpy as np
+
+KEYS = 128
+CONTROLLERS = 128
+
+# Of model.instrument.Player, under the same names
+PLAYER = np.dtype(
+    [
+        *((name, "f8") for name in (
+            "pull_time", "strike_time", "rounding", "strike_width", "pluck_angle", "bend_range", "pluck_position",
+            "pluck_nearest", "pluck_farthest", "softest", "hardest", "greatest_apex", "strike_position", "strike_force",
+            "hand_damping", "unevenness", "rounding_soft", "release_time", "release_time_soft", "release_speed",
+            "nearer_when_hard", "strike_softest", "strike_hardest", "thumb_mass", "thumb_width", "thumb_stiffness",
+            "thumb_loss",
+        )),
+        ("slapped_strings", "i8"),
+        ("ghost_below", "i8"),
+    ],
+    align=True,
+)  # fmt: skip
+
+# What keys and controllers do: numbers of techniques.py
+KEY_MAP = np.dtype(
+    [
+        ("action", "i8", (KEYS,)),
+        ("value", "i8", (KEYS,)),
+        ("function", "i8", (CONTROLLERS,)),
+        ("over_notes", "i8"),  # 1: keys switch although the bass has their notes
+    ],
+    align=True,
+)
+
+# What plucks: a row each. Widths, releases, place, angle and `nearer` of 0 are the player's own.
+STROKE = np.dtype(
+    [
+        ("soft_width", "f8"),  # m, half of what touches the string, at the softest ...
+        ("hard_width", "f8"),  # ... and at the hardest
+        ("soft_release", "f8"),  # s, how gradually it lets go, likewise
+        ("hard_release", "f8"),
+        ("place", "f8"),  # part of the open string
+        ("angle", "f8"),  # rad, from u, away from the neck, towards v, across
+        ("nearer", "f8"),  # m: the hardest are plucked nearer to the saddle than the softest
+        ("lift", "f8"),  # how far it lifts the string from the neck, over a finger
+        ("gentler", "f8"),  # power of its part of the open length by which a shorter string is played more gently
+        # Every other stroke: nearer to the saddle (m), factors of apex and release, angle (rad; 0: the same)
+        ("other_nearer", "f8"),
+        ("other_level", "f8"),
+        ("other_release", "f8"),
+        ("other_angle", "f8"),
+        # 1: it goes down and up in turn. 0: index and middle finger take turns, alike if the player is even; one
+        # that goes on to a lower string rakes, by itself.
+        ("two_ways", "i8"),
+    ],
+    align=True,
+)
+FINGER, PICK, NAIL, POP = range(4)
+STROKES = 4
+# Estimates. The tip of a pick bends and slips off where flesh rolls; a pop pulls the string up. A pick's place and
+# release times are such that notes brighten by 4 dB from velocity 30 to 60 and to 90, and click by 8 dB more than a
+# finger's at the least of these. A pickup hears v with its sign: mirrored, a stroke up would be 2.7 dB under one down;
+# it lifts the string out of that more than one down does. A hand plays a shorter string more gently: the same force
+# would be heard up to 8 dB louder near the body, where a pickup lies under the middle of the string and no fret takes
+# its fundamental; that of a pop, which frets take most from, up to 15 dB.
+_MIDDLE = (4e-3, 0.933, 0.9, 0.0)  # the middle finger, which follows the index
+STANDARD = np.array(
+    [
+        (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.5, *_MIDDLE, 0),  # FINGER
+        (1.5e-3, 1e-3, 240e-6, 12e-6, 0.94, 0.8, 60e-3, 0.75, 0.5, 3e-3, 0.89, 1.0, -0.5, 1),  # PICK
+        (2.5e-3, 2e-3, 400e-6, 40e-6, 0.0, 0.0, 0.0, 1.0, 0.5, *_MIDDLE, 0),  # NAIL
+        (3e-3, 2.5e-3, 300e-6, 30e-6, 0.70, 0.2, 0.0, 1.7, 0.8, *_MIDDLE, 0),  # POP
+    ],
+    STROKE,
+)

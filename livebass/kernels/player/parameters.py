@@ -1,0 +1,159 @@
+"""Parameters that hosts set while the bass plays, by number (techniques.py), and controllers that move them.
+
+0 is always "as the bass itself has it". [audio thread]
+"""
+
+import numpy as np
+
+from livebass.compiling import jit
+from livebass.kernels.machine.elementary import log2, power
+from livebass.kernels.player.constants import CONTROLLERS, FINGER, KEYS, POP
+from livebass.kernels.player.events import send_tone
+from livebass.kernels.player.expression import send_bends, send_gains, send_vibratos
+from livebass.kernels.player.strokes import position_at
+from livebass.kernels.player.touches import touch_palms
+from livebass.techniques import (
+    BEND_RANGE,
+    CC_PALM,
+    CC_VIBRATO,
+    DYNAMICS,
+    GAIN_DB,
+    HAND_DAMPING,
+    LEAST,
+    MOST,
+    PLUCK_POSITION,
+    PLUCKED,
+    TECHNIQUE,
+    THUMB_ON_ALL,
+    THUMB_ON_TWO,
+    TONE_POT,
+    UNEVENNESS,
+)
+
+MOST_UNEVENNESS = 0.5
+VOLUME_LAW = 40.0 * 0.30102999566398120  # dB when a volume controller doubles
+
+
+@jit
+def within_limits(number, value):
+    """The value of parameter `number`, held within its limits; NaN is as usual."""
+    if np.isnan(value):
+        return 0.0
+    return min(max(value, LEAST[number]), MOST[number])
+
+
+@jit
+def set_parameter(p, number, value):
+    """Sets parameter `number`, of those that the player has, to a value within its limits."""
+    adjust_player(p, number, value)
+    if number == TONE_POT:
+        for i in range(p.strings):
+            send_tone(p, i, value)
+    elif number == BEND_RANGE:
+        send_bends(p)
+
+
+@jit
+def adjust_player(p, number, value):
+    """`set_parameter` for the player alone."""
+    p.controls.adjusted[number] = value
+    if number == TONE_POT:
+        p.tone = value
+    elif number == PLUCK_POSITION:
+        p.placed = position_at(p, value)
+        p.position = p.placed
+    elif number == DYNAMICS:
+        p.dynamics = power(10.0, value / 20.0)
+    elif number == TECHNIQUE:
+        set_technique(p, np.int64(np.rint(value)))
+    elif number == HAND_DAMPING:
+        p.hand_damping = p.player.hand_damping * power(10.0, value)
+    elif number == UNEVENNESS:
+        p.unevenness = p.player.unevenness
+        if value != 0.0:
+            p.unevenness = min(max(p.player.unevenness + value, 0.0), MOST_UNEVENNESS)
+    elif number == BEND_RANGE:
+        p.ranged = p.player.bend_range if value == 0.0 else max(value, 1.0)
+        p.range = p.ranged
+
+
+@jit
+def set_technique(p, which):
+    """Has the thumb strike as many strings as the value `which` of TECHNIQUE says; the others are popped then."""
+    p.slapped = p.usual_slapped
+    if which == PLUCKED:
+        p.slapped = 0
+    elif which == THUMB_ON_TWO:
+        p.slapped = min(2, p.strings)
+    elif which == THUMB_ON_ALL:
+        p.slapped = p.strings
+    if p.slapped > 0:
+        p.stroke = POP
+    elif p.stroke == POP:
+        p.stroke = FINGER
+
+
+@jit
+def set_amount(p, ops, function, amount):
+    """Sets palm mute or vibrato to `amount`, 0 to 1, as its controller does.
+
+    `function`: CC_PALM or CC_VIBRATO. NaN is none.
+    """
+    controls = p.controls
+    amount = min(max(amount, 0.0), 1.0) if not np.isnan(amount) else 0.0
+    if function == CC_PALM:
+        controls.palm_set = amount
+        if amount != controls.palm:
+            controls.palm = amount
+            touch_palms(p, ops)
+    if function == CC_VIBRATO:
+        controls.vibrato_set = amount
+        if amount != controls.vibrato:
+            controls.vibrato = amount
+            send_vibratos(p)
+
+
+@jit
+def place_note(p, key, x):
+    """Has the next note of `key` plucked at a place of its own, given as PLUCK_POSITION."""
+    if key < KEYS:
+        p.controls.place_of[key] = x if np.isnan(x) else within_limits(np.int64(PLUCK_POSITION), x)
+
+
+@jit
+def string_note(p, key, i):
+    """Has the next note of `key` played on string `i`, where that has it."""
+    if key < KEYS:
+        p.controls.string_of[key] = np.int64(i) if 0.0 <= i < p.strings else -1
+
+
+@jit
+def value_at(number, value):
+    """The value of parameter `number` for a controller at `value`, 0 to 127: the middle, 64, is as usual.
+
+    The gain is that of a volume controller, from silence to 0 dB. Parameters that begin at 0 go from there to the most
+    at 127: the bend range in whole numbers, the technique in equal parts.
+    """
+    least, most = LEAST[number], MOST[number]
+    if number == GAIN_DB:
+        return max(VOLUME_LAW * log2(value / 127.0), least) if value > 0 else least
+    if number == TECHNIQUE:
+        return np.float64(value * (np.int64(most) + 1) // CONTROLLERS)
+    if number == BEND_RANGE:
+        return np.float64(np.int64(value * most / 127.0 + 0.5))
+    if least == 0.0:
+        return value * most / 127.0
+    if value < 64:
+        return least * (64 - value) / 64.0
+    return most * (value - 64) / 63.0
+
+
+@jit
+def turn_parameter(p, number, value):
+    """Moves parameter `number` by a controller, as a host would."""
+    x = np.float64(np.float32(value_at(number, value)))  # as precise as those of a host
+    if number == GAIN_DB:
+        p.controls.level = power(10.0, x / 20.0) if x > LEAST[GAIN_DB] else 0.0
+        send_gains(p)
+    else:
+        set_parameter(p, number, x)

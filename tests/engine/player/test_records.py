@@ -1,0 +1,77 @@
+"""The performer's records: a stroke is its row and nothing else, and controls outlive a change of bass whole."""
+
+from __future__ import annotations
+
+import ast
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import livebass.kernels.player
+from livebass import QUALITIES, load_preset, preset_names
+from livebass.engine.engine import Engine
+from livebass.engine.prepare import bass_numbers, new_performer, take_message
+from livebass.kernels.player.constants import FINGER, NAIL, PICK, POP, STANDARD, STROKE
+from livebass.kernels.player.controls import follow_performer
+from livebass.kernels.player.performer import CONTROLS, MOST_EVENTS
+from livebass.kernels.string.records import EVENT
+
+MOST_PARAMETERS = 8
+OWN = {  # the player's number that stands for a 0 of a row
+    "soft_width": "rounding_soft", "hard_width": "rounding", "soft_release": "release_time_soft",
+    "hard_release": "release_time", "place": "pluck_position", "angle": "pluck_angle", "nearer": "nearer_when_hard",
+}  # fmt: skip
+
+
+def test_no_function_of_the_room_has_many_parameters() -> None:
+    for source in Path(livebass.kernels.player.__path__[0]).glob("*.py"):
+        for node in ast.walk(ast.parse(source.read_text())):
+            if isinstance(node, ast.FunctionDef):
+                assert len(node.args.args) <= MOST_PARAMETERS, (source.name, node.name)
+
+
+@pytest.mark.parametrize("preset", preset_names())
+def test_rows_of_strokes_are_the_standard_ones_with_the_players_numbers(preset: str) -> None:
+    bass = load_preset(preset)
+    p = new_performer(bass_numbers(bass, [], 12))[0]
+    for stroke in (FINGER, PICK, NAIL, POP):
+        for name in STROKE.names or ():
+            standard, own = STANDARD[name][stroke], OWN.get(name)
+            if own and STANDARD[name.replace("soft", "hard")][stroke] == 0:
+                assert p["strokes"][name][stroke] == getattr(bass.player, own), (stroke, name)
+            else:
+                assert p["strokes"][name][stroke] == standard, (stroke, name)
+
+
+@pytest.mark.parametrize("stroke", [PICK, NAIL, POP])
+@pytest.mark.parametrize("unevenness", [0.0, 0.1])
+def test_a_stroke_is_its_row(stroke: int, unevenness: float) -> None:
+    """Fingers with the row of a pick pluck as a pick does, down and up, also where they would rake."""
+    bass = load_preset("jazz-finger")
+    bass = replace(bass, player=replace(bass.player, unevenness=unevenness, pluck_angle=0.3, nearer_when_hard=0.01))
+    engine = Engine(bass, QUALITIES["live"], 48_000)
+
+    def played(number: int, row: int) -> NDArray[np.void]:
+        p = new_performer(engine.numbers, 3)
+        p["stroke"], p["strokes"][0, number] = number, p["strokes"][0, row]
+        events, count = np.zeros(8 * MOST_EVENTS, EVENT), 0
+        for k, string in enumerate((3, 2, 1, 1, 0, 2)):
+            note = (0x90, bass.strings[string].open_note + 3 * k, 30 + 15 * k)
+            count = take_message(p, engine.pool.records, 1000 * k, note, events, count)
+        return events[:count]
+
+    one, other = played(FINGER, stroke), played(stroke, stroke)
+    assert len(one) == 6 and one.tobytes() == other.tobytes() != played(FINGER, FINGER).tobytes()
+
+
+def test_controls_outlive_a_change_of_bass_whole() -> None:
+    old, new = (new_performer(bass_numbers(load_preset(name), [], 12)) for name in ("jazz-finger", "slap"))
+    for k, name in enumerate(CONTROLS.names or (), 1):
+        if name != "adjusted":
+            old["controls"][name] = k
+    follow_performer(new.ctypes.data, old.ctypes.data)
+    assert new["controls"].tobytes() == old["controls"].tobytes()
+    assert new["player"].tobytes() != old["player"].tobytes() and new["notes"] == 0
