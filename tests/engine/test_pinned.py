@@ -20,8 +20,9 @@ import pytest
 from livebass import QUALITIES, load_preset, preset_names, render_to_array, score_of
 from livebass.compiling import emitter, store
 from livebass.model.instrument import Instrument
-from livebass.model.keymap import LEARNED, MODO_12, PARAMETERS
+from livebass.model.keymap import MODO_12
 from livebass.score.score import Score
+from livebass.techniques import LEARNED, PARAMETERS
 
 RATE = 48_000
 PINNED = json.loads((Path(__file__).parent / "pinned.json").read_text())
@@ -93,7 +94,7 @@ def everything() -> Messages:
     bar((0.0, 0x90, 25, 100), (0.0, 0xB0, 126, 1))  # one voice
     bar((0.2, 0xE0, 0, 30), (0.5, 0xE0, 127, 127), (0.95, 0xB0, 127, 0))
     bar((0.0, 0xB0, 101, 0), (0.0, 0xB0, 100, 0), (0.0, 0xB0, 6, 7), (0.05, 0xB0, 38, 50), (0.5, 0xE0, 0, 90))
-    controllers = [number for number, _ in MODO_12.controllers] + [LEARNED + n for n in range(len(PARAMETERS))]
+    controllers = [number for number, _ in MODO_12.controllers] + [LEARNED + n for n in range(PARAMETERS)]
     for number in (*controllers, 16):
         bar((0.0, 0xB0, number, 25), (0.02, 0xB0, number, 0), (0.3, 0xB0, number, 110))
         bar((0.5, 0xB0, number, BACK.get(number, 64)), (0.6, 0x90, 36, 0))
