@@ -14,8 +14,8 @@ from livebass.kernels.bass import instrument
 from livebass.kernels.hands import techniques
 from livebass.kernels.machine.elementary import log2, power
 from livebass.kernels.machine.native import (
-    FLUSH,
     float_control,
+    flush_bits,
     load_acquire,
     nanoseconds,
     record_address,
@@ -375,7 +375,7 @@ def process(address, sound, n):
     """C function: plays n frames of the synth at `address` into the float32 at address `sound`."""
     out = samples_at(sound, n)
     before = float_control()
-    set_float_control(before | FLUSH)  # denormal numbers become zero in here; the thread's owner may want them
+    set_float_control(before | flush_bits())  # denormal numbers become zero in here; the thread's owner may want them
     synth = synth_at(address)
     began = nanoseconds(synth.clock, synth.clock_id)
     synth.block_frame = synth.frame
@@ -430,7 +430,7 @@ def stay(address):
     """
     synth = synth_at(address)
     before = float_control()
-    set_float_control(before | FLUSH)
+    set_float_control(before | flush_bits())
     for k in range(2):
         bass = synth.old_bass if k else synth.bass
         if bass != 0:
