@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import ast
 import ctypes
+import gzip
+import itertools
+import json
 import os
 import random
 import shutil
 import subprocess
 import sys
+import tarfile
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -16,7 +21,7 @@ import pytest
 from support.command import assert_one_clear_line, command
 
 import livebass
-from livebass.compiling import ENTRIES, Entry, emitter, library, store
+from livebass.compiling import ENTRIES, Entry, emitter, library, lowering, store
 from livebass.live.thread import ring  # noqa: F401, has entries
 
 try:
@@ -61,6 +66,10 @@ def loads() -> None:
     assert Entry(entry.function, entry.signature)(ctypes.addressof(word)) == 42
 
 
+def emptied(data: bytes) -> bytes:
+    return b""
+
+
 def cut(data: bytes) -> bytes:
     return data[: len(data) // 2]
 
@@ -81,7 +90,7 @@ def test_kernels_are_compiled_once(compiled: list[str]) -> None:
         assert library.cached() and compiled == ["compiled"]
 
 
-@pytest.mark.parametrize("damage", [lambda _: b"", cut, garbage, one_bit], ids=["emptied", "cut", "garbage", "one bit"])
+@pytest.mark.parametrize("damage", [emptied, cut, garbage, one_bit])
 def test_a_damaged_file_is_compiled_anew(
     compiled: list[str], damage: Callable[[bytes], bytes], caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -297,7 +306,7 @@ def test_a_compiler_tells_how_far_it_is(monkeypatch: pytest.MonkeyPatch, tmp_pat
 
 
 PARTS = """
-from livebass.compiling import Entry, by_numba, jit
+from livebass.compiling import Entry, by_numba, jit, lowering
 
 @jit
 def twice(x):
@@ -315,9 +324,9 @@ def begin(x):
     return thrice(x)
 
 told, entry = [], Entry(begin, "int64(int64)")
-by_numba.tell_progress(told.append, [entry])
+by_numba.tell_progress(told.append, lowering.reached(begin))
 by_numba.kernel()(entry.function)(14)
-print(told)
+print([round(part, 3) for part in told])
 """
 
 
@@ -328,7 +337,7 @@ def test_the_part_that_is_compiled_is_counted_in_functions(tmp_path: Path) -> No
         [sys.executable, tmp_path / "parts.py"], capture_output=True, text=True,
         env=os.environ | {"LIVEBASS_FROM_SOURCE": "1"},
     )  # fmt: skip
-    assert done.stdout == "[0.25, 0.5, 0.75]\n", done.stderr
+    assert done.stdout == "[0.333, 0.667, 1.0]\n", done.stderr
 
 
 @pytest.mark.parametrize("terminal", [False, True])
@@ -370,7 +379,7 @@ def test_compiling_is_said_shown_and_no_part_of_the_time(
     assert (
         main.run(["render", "--note", "G2", "--duration", "0.1", "--tail", "0", "-q", "live", "-o", str(output)]) == 0
     )
-    said = "compiling the kernels, once, in about a minute ..."
+    said = f"compiling the kernels, once, in about {library.duration()} ..."
     shown = ["compiling the kernels"] * terminal
     assert order[: order.index("clock")] == [said, "waits", *shown, "compiled", *["a.wav"] * terminal]
 
@@ -397,6 +406,162 @@ def test_the_name_goes_by_contents(tmp_path: Path) -> None:
         with (copy / file).open("a") as out:
             out.write("# changed\n")
         assert digest_of(copy) != before
+
+
+def imports(source: Path) -> set[Path]:
+    """The files of livebass that the file `source` imports."""
+    names = []
+    for node in ast.walk(ast.parse(source.read_text())):
+        if isinstance(node, ast.Import):
+            names += [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            names += [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
+    places = [store.PACKAGE.parent.joinpath(*name.split(".")) for name in names if name.startswith("livebass.")]
+    return {file for place in places for file in (place.with_suffix(".py"), place / "__init__.py") if file.exists()}
+
+
+def test_the_name_goes_by_all_that_kernels_import() -> None:
+    """Also by files on the ground floor from which they take numbers."""
+    for source in store.sources():
+        if store.PACKAGE / "compiling" not in source.parents:
+            assert imports(source) <= set(store.sources()), source
+    assert store.PACKAGE / "techniques.py" in imports(store.PACKAGE / "kernels" / "player" / "performer.py")
+
+
+SHARED = """
+import sys
+from livebass.compiling import Entry, entry, jit, lowering
+import numpy as np
+
+@jit
+def square(x):
+    return x * x
+
+@jit
+def root(x):
+    return np.sqrt(square(x) + 1.0)
+
+@entry("float64(float64)")
+def first(x):
+    return root(x)
+
+@entry("int64(float64)")
+def second(x):
+    return np.int64(2.0 * root(x) + square(x))
+
+@entry("float64(int64)")
+def third(x):
+    return 1.0 * square(x)
+
+import json
+print(json.dumps(lowering.compiled([globals()[name] for name in sys.argv[1:]])))
+"""
+
+
+def lowered(folder: Path, *names: str) -> dict[str, dict[str, str]]:
+    """What a process that compiles entries of SHARED, in this order, hands over."""
+    (folder / "shared.py").write_text(SHARED)
+    done = subprocess.run(
+        [sys.executable, folder / "shared.py", *names], capture_output=True, text=True,
+        env=os.environ | lowering.SETTINGS,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+def test_the_program_is_the_same_whoever_compiles_what(tmp_path: Path) -> None:
+    """In one process or two, in any order; what two of them compiled is in it once, and LLVM takes it."""
+    one = lowered(tmp_path, "first", "second", "third")
+    two = [lowered(tmp_path, "third", "second"), lowered(tmp_path, "first")]
+    program = lowering.linked([one])
+    assert program == lowering.linked(two) == lowering.linked(reversed(two))
+    assert program.count("define internal i32") == 3 + 3, "root, and square of two types; a function for each entry"
+    data, needs = emitter.emit(program, store.level())
+    assert not needs and all(f"lb_{name}".encode() in data for name in ("first", "second", "third"))
+
+
+@pytest.mark.slow
+def test_one_process_makes_the_same_kernels_as_two() -> None:
+    assert lowering.program(parts=1) == emitter.program()
+
+
+def test_what_shares_most_is_compiled_by_one_process() -> None:
+    reaches = {
+        "large": {"a": 60, "b": 30, "c": 10}, "part": {"b": 30, "c": 10}, "other": {"c": 10, "d": 40},
+        "alike": {"a": 60, "e": 1}, "small": {"f": 5},
+    }  # fmt: skip
+    assert lowering.shared_out(reaches, 1) == [["alike", "large", "other", "part", "small"]]
+    one, other = lowering.shared_out(reaches, 2)
+    assert sorted(one) == ["alike", "large", "part"] and sorted(other) == ["other", "small"]
+
+
+def test_what_an_entry_reaches_is_found_in_its_code() -> None:
+    found = lowering.reached(ENTRIES["read_word"].function)
+    assert "livebass.live.thread.ring.read_word" in found and all(found.values())
+    assert set(found) < set(lowering.reached(ENTRIES["process"].function)) | {"livebass.live.thread.ring.read_word"}
+    assert len(lowering.reached(ENTRIES["process"].function)) > 200
+
+
+def test_a_program_is_kept_and_made_anew_if_damaged(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    made: list[str] = []
+
+    def program(_: object) -> str:
+        made.append("; a program")
+        return made[-1]
+
+    monkeypatch.setattr(lowering, "program", program)
+    monkeypatch.setattr(store, "program_kept", lambda: tmp_path / "kept")
+    monkeypatch.setattr(store, "program_built", lambda: tmp_path / "built")
+    for damage, times in ((one_bit, 1), (cut, 2), (emptied, 3)):
+        for _ in range(2):
+            assert emitter.program() == made[-1] and len(made) == times
+        (tmp_path / "kept").write_bytes(damage((tmp_path / "kept").read_bytes()))
+    (tmp_path / "built").write_bytes(store.sealed(gzip.compress(b"; came")))
+    assert emitter.program() == "; came" and len(made) == 3
+    (tmp_path / "built").write_bytes(one_bit((tmp_path / "built").read_bytes()))
+    assert emitter.program() == made[-1] and len(made) == 4
+
+
+ONE = b"define i64 @lb_read_word(i64 %x) {\n  %y = call double @sqrt(double 4.0)\n  ret i64 %x\n}\n"
+ONE += b"declare double @sqrt(double)\n"
+FROM_PROGRAM = """
+import sys
+from livebass.compiling import library, store
+assert "built" in str(store.program_built()) and store.program_built().exists()
+print(b"lb_read_word" in library.compiled_for(store.level()), library.duration())
+"""
+
+
+def test_an_sdist_holds_the_program_and_compiles_without_numba(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """One that nothing else here could have made; what is installed from the sdist takes it from there."""
+    if store.program_built().exists():
+        pytest.skip("this is an sdist itself")
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
+    store.directory.cache_clear()
+    kept = store.program_kept()
+    store.directory.cache_clear()
+    assert kept
+    store.write(kept, gzip.compress(ONE, mtime=0))
+    root = store.PACKAGE.parent
+    done = subprocess.run(
+        [sys.executable, "-m", "hatchling", "build", "-t", "sdist", "-d", tmp_path], capture_output=True, text=True,
+        cwd=root,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    (packed,) = tmp_path.glob("*.tar.gz")
+    with tarfile.open(packed) as archive:
+        archive.extractall(tmp_path, filter="data")
+    (unpacked,) = tmp_path.glob("livebass-*/")
+    assert store.whole(unpacked / "livebass" / "built" / store.program_built().name) == gzip.compress(ONE, mtime=0)
+    blocked = tmp_path / "blocked"
+    blocked.mkdir()
+    (blocked / "numba.py").write_text("raise ImportError('numba')")
+    shutil.rmtree(tmp_path / "cache")
+    done = subprocess.run(
+        [sys.executable, "-P", "-c", FROM_PROGRAM], capture_output=True, text=True, cwd=tmp_path,
+        env=os.environ | {"PYTHONPATH": os.pathsep.join([str(blocked), str(unpacked)])},
+    )  # fmt: skip
+    assert done.stdout == "True a quarter of a minute\n", done.stderr
 
 
 def test_a_playing_process_has_no_numba(machine_code: bytes, tmp_path: Path) -> None:
@@ -450,7 +615,7 @@ def test_a_compiler_that_does_not_load_says_why(tmp_path: Path) -> None:
 
 
 def test_code_that_needs_what_it_must_not_is_refused() -> None:
-    program = 'target triple = ""\ntarget datalayout = ""\ndefine i64 @lb_f(i64 %x) {{\n{}\n}}\n{}'
+    program = "define i64 @lb_f(i64 %x) {{\n{}\n}}\n{}"
     bad = program.format("  %y = call i64 @PyErr_Occurred()\n  ret i64 %y", "declare i64 @PyErr_Occurred()")
     with pytest.raises(ValueError, match="needs PyErr_Occurred"):
         emitter.emit(bad, store.level())
@@ -500,8 +665,13 @@ def by_numba(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.mark.parametrize("damage", [lambda _: b"", cut, garbage, one_bit], ids=["emptied", "cut", "garbage", "one bit"])
-@pytest.mark.parametrize("ending", ["nbi", "nbc"])
+@pytest.mark.parametrize(
+    "ending, damage",
+    [
+        pytest.param(ending, damage, id=f"{damage.__name__}, {ending}", marks=[pytest.mark.slow] * (k > 0))
+        for k, (ending, damage) in enumerate(itertools.product(("nbc", "nbi"), (one_bit, cut, garbage, emptied)))
+    ],
+)
 def test_what_numba_kept_may_be_damaged(by_numba: Path, ending: str, damage: Callable[[bytes], bytes]) -> None:
     files = list((by_numba / "cache").rglob(f"*.{ending}"))
     assert len(files) >= 2

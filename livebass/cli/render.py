@@ -351,10 +351,10 @@ def _rendered(
 
 def have_kernels() -> None:
     """Compiles the kernels if need be, and says so: now, so that it is no part of the time that something takes."""
-    from livebass.compiling.library import cached, library
+    from livebass.compiling.library import cached, duration, library
 
     if not cached():
-        say("compiling the kernels, once, in about a minute ...")
+        say(f"compiling the kernels, once, in about {duration()} ...")
         with ExitStack() as shown:
             bar: list[Callable[[float], None] | None] = []
 

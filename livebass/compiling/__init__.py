@@ -12,12 +12,10 @@ from __future__ import annotations
 import ctypes
 import functools
 import os
-import platform
 from collections.abc import Callable
 from typing import Any
 
 X86, ARM = ("x86_64", "amd64"), ("aarch64", "arm64")  # what platform.machine() calls them
-MACHINE = os.environ.get("LIVEBASS_MACHINE", platform.machine().lower())  # that kernels are compiled for
 FROM_SOURCE = bool(os.environ.get("LIVEBASS_FROM_SOURCE"))
 C_TYPES: dict[str, Any] = {
     "void": None,

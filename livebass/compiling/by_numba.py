@@ -1,4 +1,4 @@
-"""Functions that numba compiles where they are called: the reference solver, and single kernels for tests; raw IR.
+"""Functions that numba compiles: the reference solver, single kernels for tests, and those of lowering.py.
 
 What is kept on disk goes by all its sources, by Python, numba and the kind of processor: numba alone keys a function
 by the file it stands in, and one that calls into another file would stay as it was when that file changes. Every file
@@ -146,7 +146,7 @@ def compiled(**options: Any) -> Callable[[Callable[..., Any]], Any]:
 counted = compiled()  # counts references: for functions that allocate
 
 
-_kernels: set[str] = set()  # names of the functions that become code of their own
+_inlined: set[str] = set()  # names of the functions that become code of their callers
 
 
 def kernel(**options: Any) -> Callable[[Callable[..., Any]], Any]:
@@ -154,8 +154,8 @@ def kernel(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     make = nb.njit(**USUAL, **LEAN, **{**STRICT, **options})
 
     def decorate(function: Callable[..., Any]) -> Any:
-        if "inline" not in options:
-            _kernels.add(_name(function))
+        if "inline" in options:
+            _inlined.add(_name(function))
         return make(function)
 
     return decorate
@@ -181,18 +181,18 @@ class _Compiled(event.Listener):
             self._tell(1 - len(self._missing) / self._count)
 
 
-def tell_progress(tell: Callable[[float], None], entries: Iterable[Entry]) -> None:
-    """Calls `tell` with the part of all kernels and `entries` that is compiled, after each, from now on."""
-    event.register("numba:compile", _Compiled(tell, _kernels | {_name(entry.function) for entry in entries}))
+def tell_progress(tell: Callable[[float], None], names: Iterable[str]) -> None:
+    """Calls `tell` with the part of the functions `names` that is compiled, after each, from now on.
 
-
-def raw_ir(entry: Entry) -> tuple[str, str]:
-    """The name of numba's function for an entry, and the module in which it and all that it calls are defined.
-
-    In a process that called `emitter.prepare_numba` first.
+    What becomes part of its callers is not counted.
     """
+    event.register("numba:compile", _Compiled(tell, set(names) - _inlined))
+
+
+def lowered(entry: Entry) -> str:
+    """Compiles an entry; returns the name of numba's function for it."""
     assert FROM_SOURCE
     made = kernel()(entry.function)
     made.compile(entry.signature)
     (found,) = made.overloads.values()
-    return found.fndesc.llvm_func_name, str(found.library._final_module)
+    return str(found.fndesc.llvm_func_name)

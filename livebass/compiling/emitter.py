@@ -1,47 +1,60 @@
-"""Compiles all kernels in one pass, ahead of time: numba's raw IR, then LLVM's O3 for a named level of processor.
+"""Compiles all kernels in one pass, ahead of time: LLVM's O3 of numba's IR, for a named level of processor.
 
     python -m livebass.compiling.emitter LEVEL
 
-writes lines with the part that is done, an empty one, and the object file. numba's own optimiser is off: it would
-vectorise for the processor at hand, function by function, and what is vectorised once stays so. Nothing is run here, so
-that code for other machines can be made. The functions of all entries become one module in which everything but the
-entries is internal; `lb_NAME` is the entry NAME with C's calling convention. numba reads its settings once: it needs a
-process of its own, as this file started as a program is.
+writes the object file (processes.py). The functions of all entries are one module (lowering.py) in which everything but
+the entries is internal; `lb_NAME` is the entry NAME with C's calling convention. Nothing is run here, so that code for
+other machines can be made; numba is not needed where the module came with the package or is kept.
 """
 
 from __future__ import annotations
 
-import gc
 import gzip
-import importlib
-import os
 import re
 import sys
-import threading
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
-from livebass.compiling import MACHINE, store
+from livebass.compiling import lowering, processes, store
 
-LLVM_TYPES = {
-    "void": "void", "voidptr": "ptr", "int32": "i32", "uint32": "i32", "int64": "i64", "uint64": "i64",
-    "float64": "double",
-}  # fmt: skip
-ZEROS = {"ptr": "null", "double": "0.0"}
-SETTINGS = {"LIVEBASS_FROM_SOURCE": "1", "NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": ""}  # of the environment
 # What machine code may need of the C library, or of LLVM's own runtime.
 ALLOWED = {"memset", "memcpy", "memmove"}
-# numpy's square root is a call of C's; here it is the processor's instruction.
+# Functions that the module calls: numpy's square root, a call of C's, is the processor's instruction; the word that
+# controls floating point, and the bits of it that take denormal numbers for zero, go by the kind of processor.
 SQRT = """define double @sqrt(double %x) alwaysinline {
   %y = call double @llvm.sqrt.f64(double %x)
   ret double %y
 }
-declare double @llvm.sqrt.f64(double)"""
-COLLECTED = 200_000, 50, 1000  # thresholds of the garbage collector: by itself it takes a fifth of numba's time
-LOWERED, OPTIMISED = 0.78, 0.95  # parts of the time after which there are IR and optimised IR
-END = b"\n"  # of the lines with the part that is done
-ADDRESS = re.compile(r"inttoptr \(i64 \d")  # of this process
+declare double @llvm.sqrt.f64(double)
+"""
+CONTROL = """define i64 @float_control() alwaysinline {{
+  {}
+}}
+define void @set_float_control(i64 %word) alwaysinline {{
+  {}
+  ret void
+}}
+define i64 @flush_bits() alwaysinline {{
+  ret i64 {}
+}}
+"""
+PROCESSOR = {
+    "x86_64": CONTROL.format(
+        "%slot = alloca i32 call void @llvm.x86.sse.stmxcsr(ptr %slot) "
+        "%short = load i32, ptr %slot %word = zext i32 %short to i64 ret i64 %word",
+        "%slot = alloca i32 %short = trunc i64 %word to i32 store i32 %short, ptr %slot "
+        "call void @llvm.x86.sse.ldmxcsr(ptr %slot)",
+        0x8040,  # FTZ and DAZ of MXCSR
+    ) + "declare void @llvm.x86.sse.stmxcsr(ptr)\ndeclare void @llvm.x86.sse.ldmxcsr(ptr)\n",
+    "aarch64": CONTROL.format(
+        "%word = call i64 @llvm.aarch64.get.fpcr() ret i64 %word",
+        "call void @llvm.aarch64.set.fpcr(i64 %word)",
+        1 << 24,  # FZ of FPCR
+    ) + "declare i64 @llvm.aarch64.get.fpcr()\ndeclare void @llvm.aarch64.set.fpcr(i64)\n",
+    "wasm32": CONTROL.format("ret i64 0", "", 0),
+}  # fmt: skip
+LOWERED, OPTIMISED = 0.6, 0.9  # parts of the time after which there are IR and optimised IR
+ADDRESS = re.compile(r"inttoptr \(i64 \d")  # of the compiler's process
 
 
 @dataclass(frozen=True)
@@ -67,96 +80,19 @@ LEVELS = {
 }
 
 
-def prepare_numba() -> None:
-    """Makes numba stop at raw IR. Before its first use."""
-    from numba.core import codegen
-
-    library: Any = codegen.CPUCodeLibrary
-    jit: Any = codegen.JITCodeLibrary
-    context: Any = codegen.JITCPUCodegen
-
-    def keep_layout(self: Any, module: Any) -> None:
-        module.data_layout = self._codegen._data_layout
-
-    library._optimize_functions = keep_layout
-    library._optimize_final_module = lambda self: None
-    context._add_module = lambda self, module: None
-    jit._finalize_specific = lambda self: None
-    jit.get_pointer_to_function = lambda self, name: self._ensure_finalized() or 0
-    context.set_env = lambda self, name, env: None
+def program(progress: processes.Progress = processes.silent) -> str:
+    """Returns the program that LLVM compiles: `packed_program`."""
+    return gzip.decompress(packed_program(progress)).decode()
 
 
-def entries() -> dict[str, Any]:
-    """All entries, by name. Imports the files of the kernels."""
-    from livebass.compiling import ENTRIES
+def packed_program(progress: processes.Progress = processes.silent) -> bytes:
+    """Returns `lowering.program`, which came with the package, is kept in the user's directory, or is made; by gzip."""
 
-    for source in store.sources():
-        module = source.relative_to(store.PACKAGE.parent).with_suffix("").as_posix().replace("/", ".")
-        if not module.startswith("livebass.compiling"):
-            importlib.import_module(module.removesuffix(".__init__"))
-    return dict(sorted(ENTRIES.items()))
+    def made() -> bytes:
+        return gzip.compress(lowering.program(progress).encode(), 6, mtime=0)
 
-
-def silent(done: float) -> None:
-    """Tells nobody what part is `done`."""
-
-
-def program(tell: Callable[[float], None] = silent) -> str:
-    """Returns `compiled_program`, which is kept in the user's directory: a second level takes half the time."""
-    place = store.directory(f"kernels-{store.digest()}")
-    kept = place / f"{MACHINE}.ll.gz" if place else None
-    return gzip.decompress(store.kept_or_made(kept, lambda: gzip.compress(compiled_program(tell).encode(), 1))).decode()
-
-
-def compiled_program(tell: Callable[[float], None] = silent) -> str:
-    """The unoptimised IR of all entries as one module; tells what part of all functions is compiled.
-
-    Changes numba (`prepare_numba`) and the garbage collector for this process.
-    """
-    gc.set_threshold(*COLLECTED)
-    prepare_numba()
-    import llvmlite.binding as llvm
-
-    from livebass.compiling import by_numba
-
-    whole, gates = None, []
-    found = entries()
-    by_numba.tell_progress(tell, found.values())
-    for name, entry in found.items():
-        raw, text = by_numba.raw_ir(entry)
-        module = llvm.parse_assembly(text)
-        module.get_function(raw).name = f"raw_{name}"
-        gates.append(gate(entry))
-        if whole is None:
-            whole = module
-        else:
-            whole.link_in(module)
-    assert whole is not None
-    whole.link_in(llvm.parse_assembly("\n".join([*gates, SQRT])))
-    for item in [*whole.functions, *whole.global_variables]:
-        if not item.is_declaration and not item.name.startswith("lb_"):
-            item.linkage = "internal"
-    return str(whole)
-
-
-def gate(entry: Any) -> str:
-    """The IR of the C function `lb_NAME`, which calls numba's function: result by address, errors by status."""
-    result = LLVM_TYPES[entry.result]
-    kinds = [LLVM_TYPES[kind] for kind in entry.arguments]
-    raw = f"raw_{entry.name}"
-    given = "".join(f", {kind} %{i}" for i, kind in enumerate(kinds))
-    held = "ptr" if result == "void" else result
-    lines = [
-        f"declare i32 @{raw}({', '.join(['ptr', 'ptr', *kinds])})",
-        f"define {result} @lb_{entry.name}({given.lstrip(', ')}) {{",
-        f"  %result = alloca {held}",
-        "  %error = alloca ptr",
-        f"  store {held} {ZEROS.get(held, '0')}, ptr %result",
-        f"  %status = call i32 @{raw}(ptr %result, ptr %error{given})",
-    ]
-    if result == "void":
-        return "\n".join([*lines, "  ret void", "}"])
-    return "\n".join([*lines, f"  %value = load {result}, ptr %result", f"  ret {result} %value", "}"])
+    came = store.whole(store.program_built())
+    return store.kept_or_made(store.program_kept(), made) if came is None else came
 
 
 def emit(
@@ -180,9 +116,13 @@ def emit(
         reloc="static" if kind.machine == "wasm32" else "pic",
         codemodel="default",
     )
-    text = re.sub(r"^target triple = .*$", f'target triple = "{triple}"', text, flags=re.MULTILINE)
-    text = re.sub(r"^target datalayout = .*$", f'target datalayout = "{machine.target_data}"', text, flags=re.MULTILINE)
-    module = llvm.parse_assembly(text)
+    head = f'target triple = "{triple}"\ntarget datalayout = "{machine.target_data}"\n'
+    module = llvm.parse_assembly(head + text)
+    module.link_in(llvm.parse_assembly(head + SQRT + PROCESSOR[kind.machine]))
+    for function in module.functions:
+        if not function.is_declaration and not function.name.startswith("lb_"):
+            function.linkage = "internal"
+    module.verify()
     options = llvm.create_pipeline_tuning_options(speed_level=3)
     options.loop_vectorization, options.loop_interleaving, options.loop_unrolling = True, True, True
     options.slp_vectorization = False
@@ -202,36 +142,15 @@ def emit(
     return machine.emit_object(module), needs
 
 
-def end_with_parent() -> None:
-    """Ends this process when the one that started it has ended: its standard input ends then."""
-
-    def watch() -> None:
-        while os.read(0, 4096):
-            pass
-        os._exit(1)
-
-    threading.Thread(target=watch, daemon=True).start()
-
-
 def main(level: str) -> None:
-    """Writes progress, and the object file for `level`, to standard output; or what went wrong, and exits with 1."""
-    out = os.dup(1)
-    os.dup2(2, 1)  # whatever is printed is no part of it
-    end_with_parent()
+    """Compiles the kernels for `level`."""
 
-    def tell(done: float) -> None:
-        os.write(out, b"%.3f\n" % done)
-
-    try:
+    def work(tell: processes.Progress) -> bytes:
         text = program(lambda part: tell(LOWERED * part))
         tell(LOWERED)
-        data, _ = emit(text, level, optimised=lambda: tell(OPTIMISED))
-        status = 0
-    except Exception as error:
-        data, status = f"{type(error).__name__}: {error}".encode(), 1
-    with open(out, "wb") as file:
-        file.write(END + data)
-    os._exit(status)  # the thread waits
+        return emit(text, level, optimised=lambda: tell(OPTIMISED))[0]
+
+    processes.serve(work)
 
 
 if __name__ == "__main__":

@@ -9,18 +9,15 @@ from __future__ import annotations
 
 import ctypes
 import os
-import subprocess
 import sys
 import threading
-from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import Protocol
 
-from livebass.compiling import emitter, store
+from livebass.compiling import processes, store
 from livebass.interrupts import aside
 
-Progress = Callable[[float], None]
 _lock = threading.Lock()
 _loaded: list[Library] = []
 
@@ -73,7 +70,7 @@ def cached() -> bool:
     return kept is not None and store.whole(kept) is not None
 
 
-def library(progress: Progress | None = None) -> Library:
+def library(progress: processes.Progress = processes.silent) -> Library:
     """The library; loads it at the first call, and compiles it if there is none. [any thread]
 
     `progress` is called with the part of the compiling that is done, from a thread of its own.
@@ -83,13 +80,13 @@ def library(progress: Progress | None = None) -> Library:
     return _loaded[0]
 
 
-def _load_once(progress: Progress | None) -> None:
+def _load_once(progress: processes.Progress) -> None:
     with _lock:
         if not _loaded:
             _loaded.append(_load(progress))
 
 
-def _load(progress: Progress | None) -> Library:
+def _load(progress: processes.Progress) -> Library:
     if store.whole(store.built()) is not None:
         with suppress(OSError):
             return SharedLibrary(store.built())
@@ -98,38 +95,29 @@ def _load(progress: Progress | None) -> Library:
     return ObjectFile(store.kept_or_made(kept, lambda: compiled_here(progress), damaged))
 
 
-def compiled_here(progress: Progress | None = None) -> bytes:
+def compiled_here(progress: processes.Progress = processes.silent) -> bytes:
     """Compiles the kernels for this processor: `compiled_for`."""
     return compiled_for(store.level(), progress)
 
 
-def compiled_for(level: str, progress: Progress | None = None) -> bytes:
-    """Compiles the kernels for a level of processor, in a process of its own that ends with this one.
+def compiled_for(level: str, progress: processes.Progress = processes.silent) -> bytes:
+    """Compiles the kernels for a level of processor, in processes of their own that end with this one.
 
-    `progress` is called with the part that is done. Returns the object file. Raises OSError, with what the process said
+    `progress` is called with the part that is done. Returns the object file. Raises OSError, with what a process said
     last, if it fails.
     """
     if not os.path.isfile(sys.executable or ""):
         raise OSError(
             f"the kernels must be compiled first, by the Python in sys.executable, which is {sys.executable!r}"
         )
-    paths = [str(store.PACKAGE.parent), *filter(None, [os.environ.get("PYTHONPATH")])]
-    machine = emitter.LEVELS[level].machine
-    with subprocess.Popen(
-        # -P: the working directory may hold files that are called like modules of Python
-        [sys.executable, "-P", "-m", "livebass.compiling.emitter", level],
-        env=os.environ | emitter.SETTINGS | {"PYTHONPATH": os.pathsep.join(paths), "LIVEBASS_MACHINE": machine},
-        stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
-        start_new_session=True,  # Ctrl-C is for this process alone
-    ) as process:  # fmt: skip
-        assert process.stdout
-        for line in iter(process.stdout.readline, emitter.END):
-            if not line:  # it has ended before its time
-                break
-            if progress:
-                progress(float(line))
-        said = process.stdout.read()
-        if process.wait():
-            lines = said.decode(errors="replace").strip().splitlines() or [f"exit status {process.returncode}"]
-            raise OSError(f"the kernels do not compile: {lines[-1]}")
-    return said
+    try:
+        return processes.result_of("livebass.compiling.emitter", level, progress=progress)
+    except processes.Failed as error:
+        raise OSError(f"the kernels do not compile: {error}") from None
+
+
+def duration() -> str:
+    """Says how long compiling takes on two idle cores, for "in about ..."."""
+    kept = store.program_kept()
+    lowered = store.program_built().exists() or (kept is not None and kept.exists())
+    return "a quarter of a minute" if lowered else "half a minute"

@@ -146,6 +146,17 @@ def kept() -> Path | None:
     return place / f"{level()}.o" if place else None
 
 
+def program_built() -> Path:
+    """The program that LLVM compiles (lowering.py), as it may have come with the sources."""
+    return BUILT / f"program-{digest()}.ll.gz"
+
+
+def program_kept() -> Path | None:
+    """The program as it may be in the user's directory; None if there can be none."""
+    place = directory(f"kernels-{digest()}")
+    return place / "program.ll.gz" if place else None
+
+
 def sealed(data: bytes) -> bytes:
     """Returns `data` with its checksum at the end."""
     return data + hashlib.sha256(data).digest()

@@ -156,24 +156,22 @@ def emit(folder: Path, systems: Sequence[System], uses: Sequence[str]) -> None:
             return kernels / f"{level}.o" if kernels else None
         return place / object_name(use, level, system) if place else None
 
-    for machine in sorted({system.machine for system in systems}):
-        missing: dict[str, tuple[str, Path | None]] = {}
-        for use, system in itertools.product(uses, (system for system in systems if system.machine == machine)):
-            for level in system.levels:
-                name, file = object_name(use, level, system), kept(use, level, system)
-                if file and (data := store.whole(file)) is not None:
-                    (folder / name).write_bytes(data)
-                else:
-                    missing[name] = f"{use},{level},{system.triple}", file
-        if not missing:
-            continue
-        settings = emitter.SETTINGS | {"LIVEBASS_MACHINE": machine}
-        asked = [words for words, _ in missing.values()]
-        run([sys.executable, "-P", "-c", EMIT, str(folder), *asked], "the kernels do not compile", settings)
-        for name, (_, file) in missing.items():
-            if file:
-                with suppress(OSError):
-                    store.write(file, (folder / name).read_bytes())
+    missing: dict[str, tuple[str, Path | None]] = {}
+    for use, system in itertools.product(uses, systems):
+        for level in system.levels:
+            name, file = object_name(use, level, system), kept(use, level, system)
+            if file and (data := store.whole(file)) is not None:
+                (folder / name).write_bytes(data)
+            else:
+                missing[name] = f"{use},{level},{system.triple}", file
+    if not missing:
+        return
+    asked = [words for words, _ in missing.values()]
+    run([sys.executable, "-P", "-c", EMIT, str(folder), *asked], "the kernels do not compile")
+    for name, (_, file) in missing.items():
+        if file:
+            with suppress(OSError):
+                store.write(file, (folder / name).read_bytes())
 
 
 def link(folder: Path, system: System, using: list[str]) -> bytes:
@@ -187,10 +185,10 @@ def link(folder: Path, system: System, using: list[str]) -> bytes:
     return made.read_bytes()
 
 
-def run(command: list[str], failed: str, settings: dict[str, str] | None = None) -> None:
+def run(command: list[str], failed: str) -> None:
     """Runs a command. Raises BuildError with the first error it said, or the last line, if it fails."""
     paths = [str(store.PACKAGE.parent), *filter(None, [os.environ.get("PYTHONPATH")])]
-    environment = os.environ | (settings or {}) | {"PYTHONPATH": os.pathsep.join(paths)}
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(paths)}
     done = subprocess.run(command, env=environment, capture_output=True, text=True, stdin=subprocess.DEVNULL)
     if done.returncode:
         said = (done.stderr or done.stdout).strip().splitlines() or [f"exit status {done.returncode}"]

@@ -15,6 +15,7 @@ import soundfile
 from support.command import GOOD, Run, assert_one_clear_line, command
 from support.engine import FakeEngine
 
+from livebass.compiling import library
 from livebass.files import Transaction
 
 HOW = ("--tail", "0", "-q", "live")
@@ -164,7 +165,7 @@ def test_compiling_is_announced(
     assert status == 0 and "compiling" not in err
     monkeypatch.setattr("livebass.compiling.library.cached", lambda: False)
     status, _, err = run(*arguments)
-    assert status == 0 and err.startswith("compiling the kernels, once, in about a minute ...\n"), err
+    assert status == 0 and err.startswith(f"compiling the kernels, once, in about {library.duration()} ...\n"), err
 
 
 def test_what_is_left_out_without_scipy_is_said(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

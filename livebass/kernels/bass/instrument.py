@@ -12,10 +12,10 @@ from livebass.compiling import entry, jit
 from livebass.kernels.hands.techniques import BEND_FRAMES, set_vibrato
 from livebass.kernels.machine.elementary import exp
 from livebass.kernels.machine.native import (
-    FLUSH,
     copy_record,
     float_control,
     floats_at,
+    flush_bits,
     record_at,
     records_at,
     set_float_control,
@@ -600,7 +600,7 @@ def fill_pool(address):
     """
     pool = pool_at(address)
     before = float_control()
-    set_float_control(before & ~np.int64(FLUSH))  # the same rows whatever a host has set
+    set_float_control(before & ~flush_bits())  # the same rows whatever a host has set
     clear(pool.memory, pool.bytes)
     work, words = pool.preparing, pool.preparing.words
     begin_pool(pool)

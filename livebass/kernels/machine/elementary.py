@@ -13,7 +13,7 @@ up to 1e6 rad, exp 0.79 and exp2 0.77 (0.71 where the result is normal), log2 0.
 in the thousands, and 0.70 in the contact law. There are hardly any branches and no tables: values are selected, so that
 loops over modes become vector instructions. No fused multiply-add either, which older processors and WebAssembly lack:
 where a product must keep its lower half, `product` splits the factors. The sign of a NaN is not defined, that of a zero
-is not kept. Where the thread takes denormal numbers for zero (native.FLUSH), so do these functions.
+is not kept. Where the thread takes denormal numbers for zero (native.flush_bits), so do these functions.
 
 Constants: tools/elementary.py derives them. A trailing digit counts the parts of a number, the highest first, or
 the powers of a polynomial. `rounded` adds and subtracts 1.5 * 2^52, whose last bit is worth 1. [any thread]

@@ -16,8 +16,6 @@ from numba import types
 from numba.core import cgutils
 from numba.np import arrayobj
 
-from livebass.compiling import ARM, MACHINE, X86
-
 # Typed as Any: numba passes an intrinsic its context itself, and mypy cannot know that.
 intrinsic: Any = numba.extending.intrinsic
 
@@ -254,42 +252,30 @@ def call_4(_context: Any, function: Any, a: Any, b: Any, c: Any, d: Any) -> Any:
     return _call(4)
 
 
+def _of_processor(name: str, result: Any, *arguments: Any) -> Any:
+    """Makes the type and the code of an intrinsic that calls a function of emitter.PROCESSOR, which goes by machine."""
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        kind = ir.FunctionType(ir.VoidType() if result == types.void else WORD, [WORD] * len(args))
+        made = builder.call(cgutils.get_or_insert_function(builder.module, kind, name), args)
+        return context.get_dummy_value() if result == types.void else made
+
+    return result(*arguments), generate
+
+
 @intrinsic
 def float_control(_context: Any) -> Any:
     """Returns the floating-point control word of this thread's processor; 0 where there is none."""
-
-    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        module = builder.module
-        if MACHINE in X86:
-            slot = cgutils.alloca_once(builder, U32)
-            kind = ir.FunctionType(ir.VoidType(), [BYTES])
-            store = cgutils.get_or_insert_function(module, kind, "llvm.x86.sse.stmxcsr")
-            builder.call(store, [builder.bitcast(slot, BYTES)])
-            return builder.zext(builder.load(slot), WORD)
-        if MACHINE in ARM:
-            return builder.call(
-                cgutils.get_or_insert_function(module, ir.FunctionType(WORD, []), "llvm.aarch64.get.fpcr"), []
-            )
-        return WORD(0)
-
-    return types.int64(), generate
+    return _of_processor("float_control", types.int64)
 
 
 @intrinsic
 def set_float_control(_context: Any, word: Any) -> Any:
     """Sets the floating-point control word that `float_control` returns."""
+    return _of_processor("set_float_control", types.void, types.int64)
 
-    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        module = builder.module
-        if MACHINE in X86:
-            slot = cgutils.alloca_once(builder, U32)
-            builder.store(builder.trunc(args[0], U32), slot)
-            kind = ir.FunctionType(ir.VoidType(), [BYTES])
-            load = cgutils.get_or_insert_function(module, kind, "llvm.x86.sse.ldmxcsr")
-            builder.call(load, [builder.bitcast(slot, BYTES)])
-        elif MACHINE in ARM:
-            kind = ir.FunctionType(ir.VoidType(), [WORD])
-            builder.call(cgutils.get_or_insert_function(module, kind, "llvm.aarch64.set.fpcr"), [args[0]])
-        return context.get_dummy_value()
 
-    return types.void(types.int64), generate
+@intrinsic
+def flush_bits(_context: Any) -> Any:
+    """Returns the bits of `float_control` that take denormal numbers for zero."""
+    return _of_processor("flush_bits", types.int64)

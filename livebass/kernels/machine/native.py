@@ -7,10 +7,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from livebass.compiling import ARM, FROM_SOURCE, MACHINE, X86
-
-# Bits of `float_control` that take denormal numbers for zero: MXCSR's FTZ and DAZ, or FPCR's FZ.
-FLUSH = 0x8040 if MACHINE in X86 else 1 << 24 if MACHINE in ARM else 0
+from livebass.compiling import FROM_SOURCE
 
 if FROM_SOURCE or TYPE_CHECKING:
     from livebass.kernels.machine.instructions import *  # noqa: F403

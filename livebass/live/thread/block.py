@@ -15,8 +15,8 @@ from livebass.kernels.bass.records import EVENT_ROOM, SOUND_RING, bass_at
 from livebass.kernels.hands import techniques
 from livebass.kernels.machine.elementary import log2, power
 from livebass.kernels.machine.native import (
-    FLUSH,
     float_control,
+    flush_bits,
     load_acquire,
     nanoseconds,
     record_address,
@@ -370,7 +370,7 @@ def process(address, sound, n):
     """C function: plays n frames of the synth at `address` into the float32 at address `sound`."""
     out = samples_at(sound, n)
     before = float_control()
-    set_float_control(before | FLUSH)  # denormal numbers become zero in here; the thread's owner may want them
+    set_float_control(before | flush_bits())  # denormal numbers become zero in here; the thread's owner may want them
     synth = synth_at(address)
     began = nanoseconds(synth.clock, synth.clock_id)
     synth.block_frame = synth.frame
@@ -425,7 +425,7 @@ def stay(address):
     """
     synth = synth_at(address)
     before = float_control()
-    set_float_control(before | FLUSH)
+    set_float_control(before | flush_bits())
     for k in range(2):
         bass = synth.old_bass if k else synth.bass
         if bass != 0:
