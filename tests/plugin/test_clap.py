@@ -7,6 +7,7 @@ import re
 import shutil
 import subprocess
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -57,9 +58,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def plugin(folder: Path) -> Iterator[Plugin]:
-    made = Plugin(folder)
-    yield made
-    made.close()
+    with closing(Plugin(folder)) as made:
+        yield made
 
 
 @pytest.mark.parametrize("preset", PRESETS)

@@ -9,6 +9,7 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
@@ -45,9 +46,8 @@ def bundle(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def plugin(bundle: Path) -> Iterator[Plugin]:
-    made = Plugin(bundle)
-    yield made
-    made.close()
+    with closing(Plugin(bundle)) as made:
+        yield made
 
 
 def stems(preset: str, score: Score, gain: float = 1.0) -> Floats:
