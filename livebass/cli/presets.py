@@ -10,7 +10,7 @@ import click
 from livebass.cli.options import file_option, preset_option
 from livebass.cli.render import DEFAULT_PRESET
 from livebass.cli.tuning import TUNING_KEYS
-from livebass.cli.values import Note, Number, Quantity
+from livebass.cli.values import NOTE, Number, Quantity
 from livebass.extras import install
 from livebass.identification import limits
 from livebass.units import one_line
@@ -114,7 +114,7 @@ MOST_RESONANCES = 16
     "The bass the string is on; the rest of the new preset is taken from it.", default=DEFAULT_PRESET, show_default=True
 )
 @click.option("--string", "string", metavar="NAME", help="Name of the string.  [default: the one tuned nearest]")
-@click.option("--note", type=Note(), help="Its open note.  [default: that of --string, or the pitch heard]")
+@click.option("--note", type=NOTE, help="Its open note.  [default: that of --string, or the pitch heard]")
 @click.option("--f0", type=Quantity(*limits.F0), help="Its pitch in Hz, to a semitone, instead of --note.")
 @click.option(
     "--modes", type=Number("count", *limits.MODES, whole=True), default=60, show_default=True,

@@ -20,7 +20,7 @@ from livebass.cli.hands import Hands, hands_options, loader
 from livebass.cli.options import PATH, file_option, preset_option, quality_option
 from livebass.cli.said import say
 from livebass.cli.tuning import tuning_options
-from livebass.cli.values import CONTACT_RATE, MODES, RATE, Channel, Note, Number, Quantity
+from livebass.cli.values import CONTACT_RATE, MODES, NOTE, RATE, Channel, Number, Quantity
 from livebass.units import one_line
 
 if TYPE_CHECKING:
@@ -68,7 +68,7 @@ GROUPS = {
 
 @click.command(cls=GroupedCommand, groups=GROUPS)
 @click.argument("midi", required=False, type=click.Path(path_type=Path))
-@click.option("--note", type=Note(), help="Play one note instead of a MIDI file: G2, C#1, 43.")
+@click.option("--note", type=NOTE, help="Play one note instead of a MIDI file: G2, C#1, 43.")
 @click.option(
     "--demo",
     is_flag=False,
