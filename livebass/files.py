@@ -142,7 +142,7 @@ class Transaction:
 
     def directory(self, path: Path) -> None:
         """Makes the directory `path` and those above it, if missing; removes them again if no file appears."""
-        try:
+        with _said_of(path, "directory"):
             place = Path(os.path.realpath(path))
             for directory in reversed([p for p in (place, *place.parents) if not p.exists()]):
                 self._made.append(directory)  # before it exists, as in `create`
@@ -153,12 +153,6 @@ class Transaction:
                     raise
             if not place.is_dir():
                 raise OutputError(f"{path}: is not a directory")
-        except ValueError:  # a zero byte in the name
-            raise OutputError(f"{str(path)!r}: is not a directory name") from None
-        except OutputError:
-            raise
-        except OSError as error:
-            raise output_error(path, error) from None
 
     def create(self, path: Path) -> tuple[int, Path]:
         """Opens a new file that will be `path`; returns its descriptor, to read and write, and its temporary path.

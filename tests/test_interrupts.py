@@ -26,6 +26,40 @@ def run(code: str, *arguments: object, **environment: object) -> subprocess.Comp
     return subprocess.run(line, capture_output=True, text=True, timeout=300, env=env)
 
 
+def assert_interrupted(code: str, *arguments: object, **environment: object) -> None:
+    """Runs a program that ends as by Ctrl-C, with one line."""
+    done = run(code, *arguments, **environment)
+    assert_one_clear_line(done.returncode, done.stderr, (130,))
+
+
+def test_an_interrupt_while_modules_load() -> None:
+    """`__main__` answers Ctrl-C before the command line is imported."""
+    code = (
+        "import os, signal, sys\n"
+        "class Finder:\n"
+        "    def find_spec(self, name, *_):\n"
+        "        if name == 'click': os.kill(os.getpid(), signal.SIGINT)\n"
+        "sys.meta_path.insert(0, Finder())\n"
+        "from livebass.__main__ import main\n"
+        "main()"
+    )
+    assert_interrupted(code, "--version")
+
+
+def test_an_interrupt_that_is_lost_in_a_destructor_comes_again() -> None:
+    code = (
+        "import os, signal, sys, time\n"
+        "from livebass.cli import main as cli\n"
+        "class Odd:\n"
+        "    def __del__(self): os.kill(os.getpid(), signal.SIGINT); time.sleep(0.01)\n"
+        "def lose(*_, **__):\n"
+        "    odd = Odd(); del odd; time.sleep(5)\n"
+        "cli.livebass.main = lose\n"
+        "cli.main()"
+    )
+    assert_interrupted(code)
+
+
 def test_an_import_is_not_interrupted(tmp_path: Path) -> None:
     """It may catch the exception, or turn it into another: the signal waits until the import is done."""
     (tmp_path / "fragile.py").write_text(
@@ -36,8 +70,7 @@ def test_an_import_is_not_interrupted(tmp_path: Path) -> None:
         "    raise ImportError('half of it')\n"
     )
     code = LOAD + "def load(*_, **__):\n    import fragile; time.sleep(20)\ncli.livebass.main = load\ncli.main()"
-    done = run(code, PYTHONPATH=os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")]))
-    assert_one_clear_line(done.returncode, done.stderr, (130,))
+    assert_interrupted(code, PYTHONPATH=os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")]))
 
 
 @pytest.mark.parametrize("where", ["in the main thread", "in another"])
@@ -57,8 +90,7 @@ def test_what_runs_aside_is_left_at_once(where: str) -> None:
         "cli.livebass.main = main\n"
         "cli.main()"
     )
-    done = run(code, where)
-    assert_one_clear_line(done.returncode, done.stderr, (130,))
+    assert_interrupted(code, where)
 
 
 def test_what_runs_aside_gives_its_result_and_its_error() -> None:

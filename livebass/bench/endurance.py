@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from livebass.bench.fidelity import CONTROL, NOTE_OFF, NOTE_ON
-from livebass.bench.jack import Lost, LostFrames, new_client, wait_for
+from livebass.bench.jack import Lost, LostFrames, end_process, new_client, wait_for
 from livebass.bench.measure import OtherLoad
 from livebass.live.outputs import jack_server
 from livebass.live.session import Session, Settings, return_freed_memory
@@ -79,11 +79,7 @@ def _dummy_server() -> Iterator[None]:
             raise Lost("the JACK server did not start")
         yield
     finally:
-        server.terminate()
-        try:
-            server.wait(5)
-        except subprocess.TimeoutExpired:
-            server.kill()
+        end_process(server, 5.0)
 
 
 def _judged(session: Session, seconds: float, seed: int, say: Say) -> bool:

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from livebass.cli.hands import Hands, hands_options, loader, velocity_curve_option
-from livebass.cli.render import DEFAULT_PRESET, have_kernels, quality_option, shown_progress
+from livebass.cli.options import count_option, file_option, folder_option, preset_option, quality_option
+from livebass.cli.render import DEFAULT_PRESET, have_kernels, rendered_quality, shown_progress
 from livebass.cli.said import say
 from livebass.cli.tuning import tuning_of_options, tuning_options
 from livebass.cli.values import RATE, Number, Quantity
@@ -22,13 +23,10 @@ if TYPE_CHECKING:
 
 LENGTH = (0.1, 60.0)  # s
 BUNDLES = {"lv2": "livebass.lv2", "clap": "livebass-clap", "vst3": "livebass.vst3"}  # folders of plugins, by format
-presets_option = click.option(
-    "-p",
-    "--preset",
+presets_option = preset_option(
+    "A bass: a name from `livebass presets list`, or your own file; repeat it for several.  [default: all]",
     "presets",
     multiple=True,
-    metavar="NAME|FILE",
-    help="A bass: a name from `livebass presets list`, or your own file; repeat it for several.  [default: all]",
 )
 
 
@@ -75,14 +73,10 @@ def plugin_command(kind: str) -> click.Command:
     )
     @presets_option
     @hands_options
-    @click.option(
-        "-o",
-        "--output",
-        type=click.Path(path_type=Path),
-        default=Path(),
-        metavar="DIR",
-        help=f"The folder in which to write {BUNDLES[kind]}; made if missing. An older one is replaced.  "
+    @folder_option(
+        f"The folder in which to write {BUNDLES[kind]}; made if missing. An older one is replaced.  "
         "[default: the current directory]",
+        default=Path(),
     )
     @click.option("--system", cls=SystemOption, metavar="NAME")
     @tuning_options
@@ -143,23 +137,11 @@ def _basses(
 @export.command()
 @presets_option
 @hands_options
-@click.option(
-    "-o",
-    "--output",
-    type=click.Path(path_type=Path),
-    required=True,
-    metavar="DIR",
-    help="The folder to write; made if missing. It may be empty or hold an older page, which is replaced.",
+@folder_option(
+    "The folder to write; made if missing. It may be empty or hold an older page, which is replaced.", required=True
 )
 @click.option("--single", is_flag=True, help="Write one HTML file, livebass.html, which also plays from a disk.")
-@click.option(
-    "-q",
-    "--quality",
-    type=click.Choice(["live", "studio"]),
-    default="live",
-    show_default=True,
-    help="How finely the strings are computed; studio needs a fast computer.",
-)
+@quality_option("live", "How finely the strings are computed; studio needs a fast computer.", among=("live", "studio"))
 @tuning_options
 @click.argument("more", nargs=-1, metavar="")
 def web(
@@ -199,11 +181,9 @@ def web(
 @export.command()
 @click.argument("preset", metavar="NAME|FILE")
 @hands_options
-@click.option(
+@file_option(
     "-o",
     "--output",
-    type=click.Path(path_type=Path),
-    metavar="FILE",
     help="The file to write, NAME.lbass.  [default: where installed plugins look, in your home directory]",
 )
 @tuning_options
@@ -248,44 +228,20 @@ def instrument(preset: str, output: Path | None, **options: Any) -> None:
 
 
 @export.command()
-@click.option(
-    "-p",
-    "--preset",
-    metavar="NAME|FILE",
-    default=DEFAULT_PRESET,
-    show_default=True,
-    help="The bass: a name from `livebass presets list`, or your own file.",
+@preset_option(
+    "The bass: a name from `livebass presets list`, or your own file.", default=DEFAULT_PRESET, show_default=True
 )
-@click.option(
-    "-o",
-    "--output",
-    type=click.Path(path_type=Path),
-    metavar="DIR",
-    help="The folder to write; made if missing. It may be empty or hold an older pack, which is replaced.",
-)
+@folder_option("The folder to write; made if missing. It may be empty or hold an older pack, which is replaced.")
 @tuning_options
-@quality_option
+@rendered_quality
 @velocity_curve_option
-@click.option(
-    "--frets",
-    type=Number("count", 1, 36, whole=True),
-    default=3,
-    show_default=True,
-    help="Sample one of so many neighbouring frets; 1: each.",
-)
-@click.option(
-    "--layers",
-    type=Number("count", 1, 32, whole=True),
-    default=5,
-    show_default=True,
-    help="Velocities at which each note is sampled.",
-)
-@click.option(
+@count_option("--frets", 36, "Sample one of so many neighbouring frets; 1: each.", default=3)
+@count_option("--layers", 32, "Velocities at which each note is sampled.", default=5)
+@count_option(
     "--robins",
-    type=Number("count", 1, 32, whole=True),
+    32,
+    "Samples of each note and velocity, which take turns; 1 where the preset has no player.unevenness.",
     default=2,
-    show_default=True,
-    help="Samples of each note and velocity, which take turns; 1 where the preset has no player.unevenness.",
 )
 @click.option(
     "--length",

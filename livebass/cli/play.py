@@ -17,6 +17,7 @@ import click
 
 from livebass.cli.groups import GroupedCommand
 from livebass.cli.hands import Hands, hands_options
+from livebass.cli.options import file_option, preset_option, quality_option
 from livebass.cli.remembered import DamagedSettings, Remembered, forget, load, save, settings_file
 from livebass.cli.render import DEFAULT_PRESET, DEMOS, clipping, demo_for, have_kernels, ready_for
 from livebass.cli.said import say
@@ -47,21 +48,9 @@ GROUPS = {
 
 
 @click.command(cls=GroupedCommand, groups=GROUPS)
-@click.option(
-    "-p",
-    "--preset",
-    metavar="NAME|FILE",
-    help=f"The bass. [default: the last one, at first {DEFAULT_PRESET}; or the bass that --file asks for]",
-)
+@preset_option(f"The bass. [default: the last one, at first {DEFAULT_PRESET}; or the bass that --file asks for]")
 @tuning_options
-@click.option(
-    "-q",
-    "--quality",
-    type=click.Choice(list(QUALITIES)),
-    default="live",
-    show_default=True,
-    help="How finely strings are computed; see `livebass help cost`.",
-)
+@quality_option("live", "How finely strings are computed; see `livebass help cost`.")
 @click.option(
     "--backend",
     type=click.Choice(["auto", "portaudio", "jack"]),
@@ -87,13 +76,7 @@ GROUPS = {
 )
 @hands_options
 @click.option("--gain", type=Number("dB", -60, 20), default=0.0, show_default=True, help="Output level.")
-@click.option(
-    "--file",
-    "song",
-    type=click.Path(path_type=Path),
-    metavar="SONG.MID",
-    help="Also play the bass part of this MIDI file.",
-)
+@file_option("--file", "song", metavar="SONG.MID", help="Also play the bass part of this MIDI file.")
 @click.option(
     "--demo",
     is_flag=False,
@@ -127,11 +110,9 @@ GROUPS = {
 @click.option("--client-name", metavar="NAME", help="Name of the JACK client.  [default: livebass]")
 @click.option("--no-connect", is_flag=True, help="Leave JACK's ports unconnected.")
 @click.option("--strings", is_flag=True, help="Also a JACK port for each string, string_1 (the lowest) and so on.")
-@click.option("--record", type=click.Path(path_type=Path), metavar="TAKE.WAV", help="Record the sound into this file.")
-@click.option(
-    "--record-midi", type=click.Path(path_type=Path), metavar="TAKE.MID", help="Record the notes as a MIDI file."
-)
-@click.option("--log", type=click.Path(path_type=Path), metavar="FILE", help="Append messages and load to this file.")
+@file_option("--record", metavar="TAKE.WAV", help="Record the sound into this file.")
+@file_option("--record-midi", metavar="TAKE.MID", help="Record the notes as a MIDI file.")
+@file_option("--log", help="Append messages and load to this file.")
 @click.option("--no-settings", is_flag=True, help="Neither use nor keep what is remembered of the last time.")
 @click.option("--forget", "forgotten", is_flag=True, help="Forget what is remembered, and start anew.")
 @click.option("--controllers", is_flag=True, help="Explain what MIDI messages do, and exit.")

@@ -7,9 +7,10 @@ from pathlib import Path
 
 import click
 
+from livebass.cli.options import file_option, preset_option
 from livebass.cli.render import DEFAULT_PRESET
 from livebass.cli.tuning import TUNING_KEYS
-from livebass.cli.values import Note, Number, Quantity
+from livebass.cli.values import NOTE, Number, Quantity
 from livebass.extras import install
 from livebass.identification import limits
 from livebass.units import one_line
@@ -109,12 +110,11 @@ MOST_RESONANCES = 16
 
 @click.command()
 @click.argument("recordings", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="RECORDING...")
-@click.option(
-    "-p", "--preset", metavar="NAME|FILE", default=DEFAULT_PRESET, show_default=True,
-    help="The bass the string is on; the rest of the new preset is taken from it.",
-)  # fmt: skip
+@preset_option(
+    "The bass the string is on; the rest of the new preset is taken from it.", default=DEFAULT_PRESET, show_default=True
+)
 @click.option("--string", "string", metavar="NAME", help="Name of the string.  [default: the one tuned nearest]")
-@click.option("--note", type=Note(), help="Its open note.  [default: that of --string, or the pitch heard]")
+@click.option("--note", type=NOTE, help="Its open note.  [default: that of --string, or the pitch heard]")
 @click.option("--f0", type=Quantity(*limits.F0), help="Its pitch in Hz, to a semitone, instead of --note.")
 @click.option(
     "--modes", type=Number("count", *limits.MODES, whole=True), default=60, show_default=True,
@@ -140,11 +140,9 @@ MOST_RESONANCES = 16
     "--neck", type=click.Choice(["table", "resonances"]), default="table", show_default=True,
     help="How the preset describes what the neck takes: by partial, or by resonances, which take about 10 s to find.",
 )  # fmt: skip
-@click.option("-o", "--output", type=click.Path(path_type=Path), metavar="FILE.toml", help="Preset to write.")
-@click.option(
-    "--json", "json_file", type=click.Path(path_type=Path), metavar="FILE", help="Write everything found as JSON."
-)
-@click.option("--csv", "csv_file", type=click.Path(path_type=Path), metavar="FILE", help="Write the partials as CSV.")
+@file_option("-o", "--output", metavar="FILE.toml", help="Preset to write.")
+@file_option("--json", "json_file", help="Write everything found as JSON.")
+@file_option("--csv", "csv_file", help="Write the partials as CSV.")
 def identify(
     recordings: tuple[Path, ...], preset: str, string: str | None, note: int | None, f0: float | None, modes: int,
     start: float, duration: float, channel: int | None, neck: str, output: Path | None, json_file: Path | None,

@@ -17,10 +17,10 @@ import click
 
 from livebass.cli.groups import GroupedCommand
 from livebass.cli.hands import Hands, hands_options, loader
+from livebass.cli.options import PATH, file_option, preset_option, quality_option
 from livebass.cli.said import say
 from livebass.cli.tuning import tuning_options
-from livebass.cli.values import CONTACT_RATE, MODES, RATE, Channel, Note, Number, Quantity
-from livebass.model.quality import QUALITIES
+from livebass.cli.values import CONTACT_RATE, MODES, NOTE, RATE, Channel, Number, Quantity
 from livebass.units import one_line
 
 if TYPE_CHECKING:
@@ -52,13 +52,8 @@ class Options:
     seed: int
 
 
-quality_option = click.option(
-    "-q",
-    "--quality",
-    type=click.Choice(list(QUALITIES)),
-    default="studio",
-    show_default=True,
-    help="How finely the strings are computed: more modes, finer contact with the frets.",
+rendered_quality = quality_option(
+    "studio", "How finely the strings are computed: more modes, finer contact with the frets."
 )
 
 
@@ -73,7 +68,7 @@ GROUPS = {
 
 @click.command(cls=GroupedCommand, groups=GROUPS)
 @click.argument("midi", required=False, type=click.Path(path_type=Path))
-@click.option("--note", type=Note(), help="Play one note instead of a MIDI file: G2, C#1, 43.")
+@click.option("--note", type=NOTE, help="Play one note instead of a MIDI file: G2, C#1, 43.")
 @click.option(
     "--demo",
     is_flag=False,
@@ -81,29 +76,22 @@ GROUPS = {
     type=DEMOS,
     help="Play a phrase of nine seconds that shows the preset off, or a phrase for each technique.",
 )
-@click.option(
-    "--all-presets",
-    "directory",
-    type=click.Path(path_type=Path),
-    metavar="DIR",
-    help="Play the demo phrase with each preset; the files go into DIR.",
+@file_option(
+    "--all-presets", "directory", metavar="DIR", help="Play the demo phrase with each preset; the files go into DIR."
 )
 @click.option(
     "-o",
     "--output",
-    type=click.Path(path_type=Path),
+    type=PATH,
     help="Sound file to write; - for standard output.  "
     "[default: the name of the MIDI file or note, in the current directory]",
 )
-@click.option(
-    "-p",
-    "--preset",
-    metavar="NAME|FILE",
-    help=f"The bass: a name from `livebass presets list`, or your own file.  "
-    f"[default: {DEFAULT_PRESET}, or those that the MIDI file asks for]",
+@preset_option(
+    f"The bass: a name from `livebass presets list`, or your own file.  "
+    f"[default: {DEFAULT_PRESET}, or those that the MIDI file asks for]"
 )
 @tuning_options
-@quality_option
+@rendered_quality
 @hands_options
 @click.option(
     "--velocity",

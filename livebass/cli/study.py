@@ -11,20 +11,21 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from livebass.cli.options import CREATED, count_option, file_option, folder_option, preset_option, quality_option
 from livebass.cli.render import have_kernels, shown_progress
 from livebass.cli.said import say
 from livebass.cli.values import CONTACT_RATE, MODES, RATE, Number, Quantity
 from livebass.experiment.quantities import QUANTITIES, USUAL
 from livebass.extras import install
 from livebass.interrupts import INTERRUPTED
-from livebass.model.quality import ANGLE, APEX, AT, DURATION, QUALITIES
+from livebass.model.quality import ANGLE, APEX, AT, DURATION
 
 if TYPE_CHECKING:
     from livebass.experiment.grid import Axis, Point, Settings
 
 FILES = ("claims.json", "claims.csv", "claims.html")
 PLUCK = (
-    click.option("-p", "--preset", metavar="NAME|FILE", default="paper-g", show_default=True, help="The bass."),
+    preset_option("The bass.", default="paper-g", show_default=True),
     click.option("--string", default="G", show_default=True, help="Name of the string."),
     click.option("--fret", type=Number("number", 0, 36, whole=True), default=0, show_default=True, help="0: open."),
     click.option(
@@ -39,9 +40,7 @@ PLUCK = (
         help="Direction of the pluck: 0deg away from the neck, towards 90deg across it.",
     ),
     click.option("--duration", type=Quantity(*DURATION), default=1.0, show_default="1 s", help="Length of the motion."),
-    click.option("-q", "--quality", type=click.Choice(list(QUALITIES)), default="reference", show_default=True,
-        help="How finely the string is computed.",
-    ),
+    quality_option("reference", "How finely the string is computed."),
     click.option("--modes", type=MODES, help="Number of modes of the stopped string, instead of the quality's."),
 )  # fmt: skip
 
@@ -55,19 +54,16 @@ def pluck_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 @click.command()
 @click.argument("ids", nargs=-1, metavar="[ID]...")
-@click.option(
-    "-o", "--output", type=click.Path(path_type=Path), metavar="DIR",
-    help="Write the table as claims.json, .csv and .html to DIR as well; created if missing.",
-)  # fmt: skip
-@click.option("--json", "file", type=click.Path(path_type=Path), metavar="FILE", help="Write it as JSON to FILE.")
-@click.option(
+@folder_option("Write the table as claims.json, .csv and .html to DIR as well; created if missing.")
+@file_option("--json", "file", help="Write it as JSON to FILE.")
+@count_option(
     "--plucks",
-    type=Number("count", 0, 1000, whole=True),
+    1000,
+    "Plucks by which claims about contacts are judged; 0: the paper's own pluck alone.",
     default=40,
-    show_default=True,
-    help="Plucks by which claims about contacts are judged; 0: the paper's own pluck alone.",
+    least=0,
 )
-@click.option("--workers", type=Number("count", 1, 64, whole=True), help="Number of threads.  [default: one per core]")
+@count_option("--workers", 64, "Number of threads.  [default: one per core]")
 def claims(
     ids: tuple[str, ...], output: Path | None, file: Path | None, plucks: int, workers: int | None
 ) -> int:  # fmt: skip
@@ -165,18 +161,10 @@ def _quantities() -> str:
     help=f"To draw; may be given again. [default: {', '.join(USUAL)}]",
 )
 @click.option("--picture/--no-picture", default=True, help="Draw it, or leave matplotlib alone.")
-@click.option("--workers", type=Number("count", 1, 1024, whole=True), help="Processes. [default: one a core]")
+@count_option("--workers", 1024, "Processes. [default: one a core]")
 @click.option("--scheduler", metavar="ADDRESS", help="Of a Dask cluster that computes instead: tcp://host:8786.")
-@click.option("--json", "file", type=click.Path(path_type=Path), metavar="FILE", help="Write all of it to FILE too.")
-@click.option(
-    "-o",
-    "--output",
-    "directory",
-    type=click.Path(path_type=Path),
-    required=True,
-    metavar="DIR",
-    help="Directory to write to; created if missing.",
-)
+@file_option("--json", "file", help="Write all of it to FILE too.")
+@folder_option(CREATED, "directory", required=True)
 def sweep(
     axes: tuple[Axis, ...],
     quantities: tuple[str, ...],
@@ -313,14 +301,7 @@ def _title(settings: Settings) -> str:
     "--shape-at", type=Quantity("time", 0, 60), multiple=True, metavar="TIME",
     help="Also write the string's shape at this time, such as 3.9ms; may be repeated.",
 )  # fmt: skip
-@click.option(
-    "-o",
-    "--output",
-    type=click.Path(path_type=Path),
-    required=True,
-    metavar="DIR",
-    help="Directory to write to; created if missing.",
-)
+@folder_option(CREATED, required=True)
 def simulate(
     preset: str, string: str, fret: int, apex: float, at: float, angle: float, duration: float, quality: str,
     modes: int | None, contact_rate: float | None, rate: int, solver: str, analyse: bool, shape_at: tuple[float, ...],
@@ -391,15 +372,8 @@ def list_studies() -> None:
 
 @study.command()
 @click.argument("names", nargs=-1, required=True, metavar="NAME...")
-@click.option(
-    "-o",
-    "--output",
-    type=click.Path(path_type=Path),
-    required=True,
-    metavar="DIR",
-    help="Directory to write to; created if missing.",
-)
-@click.option("--json", "json_file", type=click.Path(path_type=Path), metavar="FILE", help="All numbers as JSON.")
+@folder_option(CREATED, required=True)
+@file_option("--json", "json_file", help="All numbers as JSON.")
 @click.option(
     "--duration", type=Quantity("time", 0.1, 10), help="Of each motion, instead of the study's own (mostly 1 s)."
 )

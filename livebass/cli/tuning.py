@@ -8,42 +8,25 @@ from typing import Any
 
 import click
 
-from livebass.cli.values import Number
+from livebass.cli.values import Number, Parsed
 
 TUNING_KEYS = ("tuning", "capo", "a4", "temperament")  # as a preset calls them, too
 FILE = re.compile(r"[/\\]|\.(scl|txt)$", re.IGNORECASE)  # of a temperament
 
 
-class TuningNotes(click.ParamType):
-    """A tuning, by its name or by the notes of the open strings."""
+def _tuning(value: Any) -> Any:
+    """A tuning, by its name or by the notes of the open strings, as it was given."""
+    from livebass.preset.tuning import tuning_of
 
-    name = "tuning"
-
-    def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
-        return "NAME|NOTES"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        from livebass.preset.tuning import tuning_of
-
-        try:
-            tuning_of(value)
-        except ValueError as error:
-            self.fail(f"{value!r}: {error}", param, ctx)
-        return value
+    tuning_of(value)
+    return value
 
 
-class ReferencePitch(click.ParamType):
-    """The pitch of the A above middle C: "432", "432Hz"."""
+def _reference(value: Any) -> float:
+    """The pitch of the A above middle C, Hz, of "432" or "432Hz"."""
+    from livebass.preset.tuning import reference_of
 
-    name = "hz"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        from livebass.preset.tuning import reference_of
-
-        try:
-            return reference_of(value)
-        except ValueError as error:
-            self.fail(f"{value}: {error}", param, ctx)
+    return reference_of(value)
 
 
 class Temperament(click.ParamType):
@@ -69,11 +52,13 @@ class Temperament(click.ParamType):
 OPTIONS = (
     click.option(
         "--tuning",
-        type=TuningNotes(),
+        type=Parsed("tuning", _tuning, "NAME|NOTES"),
         help="Tune the strings: drop-d, half-step-down ..., or their notes, the lowest first, such as 'D1 A1 D2 G2'.",
     ),
     click.option("--capo", type=Number("fret", 0, 31, whole=True), help="A capo at this fret."),
-    click.option("--a4", type=ReferencePitch(), help="Pitch of the A above middle C.  [default: 440, or the preset's]"),
+    click.option(
+        "--a4", type=Parsed("hz", _reference), help="Pitch of the A above middle C.  [default: 440, or the preset's]"
+    ),
     click.option(
         "--temperament",
         type=Temperament(),

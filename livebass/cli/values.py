@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Callable
 from typing import Any
 
 import click
@@ -124,14 +125,18 @@ class Learn(click.ParamType):
         return symbol, "off" if given else None
 
 
-class Note(click.ParamType):
-    """A note name or MIDI number."""
+class Parsed(click.ParamType):
+    """What `parse` makes of a text; where that raises ValueError, the text is refused."""
 
-    name = "note"
+    def __init__(self, name: str, parse: Callable[[Any], Any], metavar: str | None = None) -> None:
+        self.name, self.parse, self.metavar = name, parse, metavar or name.upper()
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
+    def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
+        return self.metavar
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         try:
-            return note_number(value)
+            return self.parse(value)
         except ValueError as error:
             self.fail(f"{value!r}: {error}", param, ctx)
 
@@ -152,6 +157,7 @@ class Channel(click.ParamType):
         return int(value)
 
 
+NOTE = Parsed("note", note_number)  # a name or a MIDI number
 RATE = WholeQuantity(*quality.RATE)
 MODES = Number("count", 1, quality.MOST_MODES, whole=True)
 CONTACT_RATE = Quantity(*quality.CONTACT_RATE)

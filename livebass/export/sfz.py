@@ -39,6 +39,7 @@ from livebass.model.instrument import A4_HZ, STROKES, Instrument, Player
 from livebass.model.keymap import velocity_parts
 from livebass.model.quality import Quality
 from livebass.report.progress import Progress, steps
+from livebass.report.text import runs
 from livebass.score.score import single_note
 from livebass.units import note_name
 
@@ -155,7 +156,7 @@ def zones(bass: Instrument, frets: int) -> list[Zone]:
     found = []
     for string, keys in enumerate(keys_by_string(bass)):
         open_note = bass.strings[string].open_note
-        for run in _runs(keys):
+        for run in runs(keys):
             opened = run[:1] if run[0] == open_note else []
             stopped = run[len(opened) :]
             parts = np.array_split(stopped, math.ceil(len(stopped) / frets)) if stopped else []
@@ -174,17 +175,6 @@ def keys_by_string(bass: Instrument) -> list[list[int]]:
         if having:
             keys[min(having, key=lambda i: key - bass.strings[i].open_note)].append(key)
     return keys
-
-
-def _runs(keys: list[int]) -> list[list[int]]:
-    """Splits ascending `keys` where one is left out."""
-    runs: list[list[int]] = []
-    for key in keys:
-        if runs and key == runs[-1][-1] + 1:
-            runs[-1].append(key)
-        else:
-            runs.append([key])
-    return runs
 
 
 def velocities(player: Player, layers: int) -> tuple[int, ...]:

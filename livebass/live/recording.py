@@ -8,7 +8,6 @@ from __future__ import annotations
 import io
 import logging
 from pathlib import Path
-from types import TracebackType
 from typing import Self
 
 import mido
@@ -23,7 +22,26 @@ from livebass.score.score import PROGRAM
 LOG = logging.getLogger(__name__)
 
 
-class Recorder:
+class Take:
+    """A block in which a synth is recorded: leaving it, after an exception too, ends the take."""
+
+    def turn(self) -> None:
+        """Takes what was played since the last call."""
+        raise NotImplementedError
+
+    def end(self) -> None:
+        """Writes what is left, and puts the file in its place; a second time it does nothing."""
+        raise NotImplementedError
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.turn()
+        self.end()
+
+
+class Recorder(Take):
     """`with Recorder(path, synth) as take:` writes what the synth plays; call `take.turn()` often.
 
     Leaving the block puts the file in its place, after an exception too, if anything was recorded; after `discard`
@@ -74,13 +92,7 @@ class Recorder:
     def _named(self) -> str:
         return str(self.kept or self.path)
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.turn()
+    def end(self) -> None:
         if self._writer is not None:
             self._end(self._writer)
 
@@ -138,7 +150,7 @@ MICROSECONDS = 1_000_000  # in a second
 FINGER = 34  # General MIDI's program, counted from 1, of a bass that has none
 
 
-class MidiRecorder:
+class MidiRecorder(Take):
     """`with MidiRecorder(path, synth, preset) as take:` writes the messages that the synth plays as a MIDI file.
 
     The file begins with the program that chooses `preset`, so that `livebass render` plays it on the same bass; another
@@ -158,13 +170,7 @@ class MidiRecorder:
         self._coming: list[tuple[str, LiveBass]] = []  # presets chosen, whose basses have not begun
         synth.keep_messages()
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.turn()
+    def end(self) -> None:
         if self._played is None:
             return
         try:

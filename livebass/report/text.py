@@ -29,6 +29,17 @@ def columns(rows: Sequence[Sequence[str]], left: int = 1) -> list[str]:
     ]
 
 
+def runs(numbers: Iterable[int]) -> list[list[int]]:
+    """Splits ascending numbers where one is left out."""
+    found: list[list[int]] = []
+    for number in numbers:
+        if found and number == found[-1][-1] + 1:
+            found[-1].append(number)
+        else:
+            found.append([number])
+    return found
+
+
 def wrapped_columns(rows: Iterable[Sequence[str]], widths: Sequence[int]) -> list[str]:
     """The lines of rows of cells, each wrapped to the width of its column (characters), aligned left, two spaces apart.
 

@@ -247,36 +247,6 @@ def test_an_interrupt_leaves_nothing(tmp_path: Path, number: int, status: int, a
     assert not list(tmp_path.iterdir())
 
 
-def test_an_interrupt_while_modules_load() -> None:
-    """`__main__` answers Ctrl-C before the command line is imported."""
-    code = (
-        "import os, signal, sys\n"
-        "class Finder:\n"
-        "    def find_spec(self, name, *_):\n"
-        "        if name == 'click': os.kill(os.getpid(), signal.SIGINT)\n"
-        "sys.meta_path.insert(0, Finder())\n"
-        "from livebass.__main__ import main\n"
-        "main()"
-    )
-    done = subprocess.run([sys.executable, "-c", code, "--version"], capture_output=True, text=True, timeout=60)
-    assert_one_clear_line(done.returncode, done.stderr, (130,))
-
-
-def test_an_interrupt_that_is_lost_in_a_destructor_comes_again() -> None:
-    code = (
-        "import os, signal, sys, time\n"
-        "from livebass.cli import main as cli\n"
-        "class Odd:\n"
-        "    def __del__(self): os.kill(os.getpid(), signal.SIGINT); time.sleep(0.01)\n"
-        "def lose(*_, **__):\n"
-        "    odd = Odd(); del odd; time.sleep(5)\n"
-        "cli.livebass.main = lose\n"
-        "cli.main()"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
-    assert_one_clear_line(done.returncode, done.stderr, (130,))
-
-
 @pytest.mark.parametrize("moment", ["in the second", "when all are there"])
 def test_all_presets_or_none(
     fake: type[FakeEngine], run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, moment: str

@@ -232,7 +232,7 @@ def test_the_list_of_presets_has_their_programs(run: Run) -> None:
         (["--note", "E1", "--capo", "3"], "Jazz bass, fingers has G1 to D#4; -p jazz-finger plays it"),
         (["--note", "C1", "--tuning", "drop-d"], "Jazz bass, fingers has D1 to D#4; -p five-string plays it"),
         (["--note", "E1", "--tuning", "dropped"], "'--tuning': 'dropped': allowed: notes from the lowest string on"),
-        (["--note", "E1", "--a4", "500"], "'--a4': 500: allowed: 380 to 480 Hz"),
+        (["--note", "E1", "--a4", "500"], "'--a4': '500': allowed: 380 to 480 Hz"),
         (["--note", "E1", "--temperament", "jsut"], "'--temperament': 'jsut': allowed: equal, just, pythagorean"),
         (["--note", "E1", "--temperament", "1,2,300"], "'--temperament': '1,2,300': allowed: equal, just, pythagorean"),
         (["--note", "E1", "--capo", "-1"], "'--capo': -1: allowed are whole numbers from 0 to 31"),

@@ -17,7 +17,7 @@ from support.command import assert_one_clear_line
 
 from livebass.analysis.motion import Solved
 from livebass.model.trial import Motion
-from livebass.paper.claims import runs
+from livebass.paper.claims import expect, runs
 from livebass.paper.claims.check import (
     CLAIMS,
     PLUCKS,
@@ -36,27 +36,7 @@ from livebass.paper.claims.check import (
     table,
     value_text,
 )
-from livebass.paper.claims.expect import (
-    AXIS,
-    DIRECTION,
-    ONE_PLUCK,
-    OURS,
-    PAPER,
-    ROUNDING,
-    SETUP,
-    AtLeast,
-    AtMost,
-    Between,
-    Covers,
-    Each,
-    Exactly,
-    Expectation,
-    Falling,
-    Near,
-    Nears,
-    Rising,
-    Value,
-)
+from livebass.paper.claims.expect import Expectation, Near, Value
 from livebass.paper.claims.null import centres, lies_between, null_of, null_rate
 from livebass.paper.solving import Job
 
@@ -64,7 +44,7 @@ KEYS = [
     "id", "section", "figure", "statement", "quantity", "expected", "measured", "unit", "tolerance", "passed",
     "counted", "bound", "plucks", "plucks_passed", "low", "high", "null", "null_passed", "sharp",
 ]  # fmt: skip
-BOUNDS = {PAPER, ONE_PLUCK, DIRECTION, OURS, ROUNDING, AXIS, SETUP}
+BOUNDS = {expect.PAPER, expect.ONE_PLUCK, expect.DIRECTION, expect.OURS, expect.ROUNDING, expect.AXIS, expect.SETUP}
 INPUTS = {"g-fundamental", "g-tension", "g-mode-34", "oblique-angle", "oblique-pluck", "neck-gaps"}
 AXES = {"g-error-axis", "neck-conductance", "b-glide-size", "c-glide-size", "soft-glide-size"}
 CHAOTIC = {"b-fret-1", "b-phase", "harmonic-phase", "nut-silence", "nut-fret-2", "soft-decrease"}
@@ -88,16 +68,16 @@ def test_the_tables() -> None:
         assert re.fullmatch(place, claim.section), claim.id
         assert claim.statement and claim.quantity and claim.expects.tolerance, claim.id
         assert claim.bound in BOUNDS and len(claim.statement) < 140 and '"' not in claim.statement, claim.id
-        if claim.bound in (OURS, DIRECTION):
+        if claim.bound in (expect.OURS, expect.DIRECTION):
             assert null_of(claim), claim.id
         if claim.plucks:
-            assert claim.bound not in (SETUP, ROUNDING) and set(claim.needs) <= set(runs.ENGINE), claim.id
-    for bound, ids in ((SETUP, INPUTS), (AXIS, AXES), (ONE_PLUCK, CHAOTIC)):
+            assert claim.bound not in (expect.SETUP, expect.ROUNDING) and set(claim.needs) <= set(runs.ENGINE), claim.id
+    for bound, ids in ((expect.SETUP, INPUTS), (expect.AXIS, AXES), (expect.ONE_PLUCK, CHAOTIC)):
         assert {claim.id for claim in CLAIMS.values() if claim.bound == bound} == ids
     for claim in CLAIMS.values():
         axis = re.search(r"\b(axis|mark)\b", claim.statement)
-        assert bool(axis) == (claim.bound == AXIS), f"{claim.id}: a tick is no number that the paper states"
-    assert all(CLAIMS[name].plucks and isinstance(CLAIMS[name].expects, Near | Covers) for name in CHAOTIC)
+        assert bool(axis) == (claim.bound == expect.AXIS), f"{claim.id}: a tick is no number that the paper states"
+    assert all(CLAIMS[name].plucks and isinstance(CLAIMS[name].expects, Near | expect.Covers) for name in CHAOTIC)
     chaotic = {
         "b", "c", "oblique", "harmonic", "near-bridge", "middle", "near-nut", "half-straight", "straight", "soft",
     }  # fmt: skip
@@ -116,17 +96,17 @@ def test_nothing_measured_is_no_pass(name: str) -> None:
     "expects, good, bad",
     [
         (Near(4e-3, 0.1), [3.61e-3, 4.39e-3], [3.5e-3, 4.5e-3, -4e-3]),
-        (Nears((1.0, 2.0), 0.1), [[1.09, 1.81]], [[1.0], [1.0, 2.3], [1.0, 2.0, 3.0]]),
-        (AtLeast(2), [2, [2, 5]], [1.9, [5, 1]]),
-        (AtMost(2), [2, [1, 2]], [2.1, [1, 3]]),
-        (Between(1, 2), [1, 2, [1.5]], [0.9, 2.1, [1.5, 3]]),
-        (Exactly(12), [12], [11, [12]]),
-        (Exactly((1, 2)), [[1, 2]], [[2, 1], [1], 1]),
-        (Rising(0.1), [[1, 1.2, 2]], [[1, 1.05], [2, 1], [1, 2, 2], [1]]),
-        (Falling(), [[3, 2, 2, 1]], [[3, 4, 1], [1, 1], [3]]),
-        (Falling(0.1), [[3, 3.2, 1]], [[3, 3.4, 1], [3, 2.9, 3.1]]),
-        (Covers(0.25, 0.35), [[0.2, 0.4]], [[0.26, 0.4], [0.2, 0.34], [0.2]]),
-        (Each((AtLeast(2), AtMost(1))), [[2, 1]], [[1, 1], [2, 2], [2]]),
+        (expect.Nears((1.0, 2.0), 0.1), [[1.09, 1.81]], [[1.0], [1.0, 2.3], [1.0, 2.0, 3.0]]),
+        (expect.AtLeast(2), [2, [2, 5]], [1.9, [5, 1]]),
+        (expect.AtMost(2), [2, [1, 2]], [2.1, [1, 3]]),
+        (expect.Between(1, 2), [1, 2, [1.5]], [0.9, 2.1, [1.5, 3]]),
+        (expect.Exactly(12), [12], [11, [12]]),
+        (expect.Exactly((1, 2)), [[1, 2]], [[2, 1], [1], 1]),
+        (expect.Rising(0.1), [[1, 1.2, 2]], [[1, 1.05], [2, 1], [1, 2, 2], [1]]),
+        (expect.Falling(), [[3, 2, 2, 1]], [[3, 4, 1], [1, 1], [3]]),
+        (expect.Falling(0.1), [[3, 3.2, 1]], [[3, 3.4, 1], [3, 2.9, 3.1]]),
+        (expect.Covers(0.25, 0.35), [[0.2, 0.4]], [[0.26, 0.4], [0.2, 0.34], [0.2]]),
+        (expect.Each((expect.AtLeast(2), expect.AtMost(1))), [[2, 1]], [[1, 1], [2, 2], [2]]),
     ],
 )
 def test_expectations(expects: Expectation, good: list[Value], bad: list[Value]) -> None:
@@ -146,9 +126,10 @@ def test_case_b_as_the_paper_has_it(name: str, solved: dict[str, Solved]) -> Non
 
 
 @pytest.mark.parametrize("name, wrong", [
-    ("b-first-contact", Near(5e-3, 0.1)), ("b-first-set", Exactly(tuple(range(1, 14)))), ("b-phase", Near(0.15, 0.1)),
-    ("b-fewer", Rising()), ("b-energy", AtMost(5)), ("b-glide-size", Near(0.3, 0.15)),
-    ("b-shape-times", Between(3.9e-3, 4.7e-3)),
+    ("b-first-contact", Near(5e-3, 0.1)), ("b-first-set", expect.Exactly(tuple(range(1, 14)))),
+    ("b-phase", Near(0.15, 0.1)), ("b-fewer", expect.Rising()), ("b-energy", expect.AtMost(5)),
+    ("b-glide-size", Near(0.3, 0.15)),
+    ("b-shape-times", expect.Between(3.9e-3, 4.7e-3)),
 ])  # fmt: skip
 def test_another_expectation_fails(name: str, wrong: Expectation, solved: dict[str, Solved]) -> None:
     assert not result(replace(CLAIMS[name], expects=wrong), solved).passed
@@ -278,7 +259,7 @@ def test_null_tests(solved: dict[str, Solved]) -> None:
     assert rate("b-phase", 0.09) == pytest.approx(math.log(1.15 / 0.85) / math.log(100), abs=0.02)
     shuffled = rate("b-frets-pitch", 0.97)
     assert shuffled is not None and 0 < shuffled < 0.2
-    bands, likely = rate("b-4500", 5), rate("b-4500", 5, expects=AtLeast(-100))
+    bands, likely = rate("b-4500", 5), rate("b-4500", 5, expects=expect.AtLeast(-100))
     assert bands is not None and 0.05 < bands < 0.5 and likely == 1
 
 
@@ -338,7 +319,7 @@ def test_the_command(run: Command, tmp_path: Path) -> None:
     assert found[0]["measured"] == 0 and found[3]["measured"] == pytest.approx(3399, abs=1)
     assert found[0]["plucks"] == found[0]["plucks_passed"] == 2 and found[1]["plucks"] is None
     assert [claim["counted"] for claim in found] == [True, True, True, False]
-    assert [claim["bound"] for claim in found] == [PAPER, PAPER, OURS, SETUP]
+    assert [claim["bound"] for claim in found] == [expect.PAPER, expect.PAPER, expect.OURS, expect.SETUP]
     assert found[2]["null"] and 0 < found[2]["null_passed"] < 1 and found[2]["low"] < found[2]["high"]
     assert found[2]["section"] == "4.1.1" and found[2]["figure"] == "fig. 6"
     assert found[3]["passed"] is True and found[3]["unit"] == "Hz" and found[3]["tolerance"] == "± 1 %"

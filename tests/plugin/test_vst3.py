@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from support import vst3 as low
 from support.clap import Plugin, note_off, note_on, value
-from support.plugins import DAMAGES, NOTES, PRESETS, RATE, hard_score, midi_score, mono, rendered
+from support.plugins import DAMAGES, NOTES, PRESETS, RATE, hard_score, midi_score, mono, rendered, written
 
 from livebass import load_preset
 from livebass.arrays import Floats
@@ -34,9 +34,7 @@ OVERLOAD = 500
 
 @pytest.fixture(scope="module")
 def bundle(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    made = tmp_path_factory.mktemp("vst3") / "livebass.vst3"
-    vst3.write_bundle({name: load_preset(name) for name in PRESETS}, made)
-    return made
+    return written(vst3, tmp_path_factory.mktemp("vst3") / "livebass.vst3")
 
 
 @pytest.fixture

@@ -17,6 +17,8 @@ from typing import Any
 
 import pytest
 
+from livebass.bench.jack import end_process
+
 
 @contextmanager
 def chromium(profile: Path, **capabilities: Any) -> Iterator[Any]:
@@ -94,11 +96,7 @@ def firefox(profile: Path) -> Iterator[Firefox]:
             yield Firefox(socket)
             socket.close()
         finally:
-            process.terminate()
-            try:
-                process.wait(10)
-            except subprocess.TimeoutExpired:
-                process.kill()
+            end_process(process, 10.0)
 
 
 @contextmanager

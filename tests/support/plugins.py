@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import re
+import subprocess
 from pathlib import Path
+from types import ModuleType
 
 import mido
 import numpy as np
@@ -16,6 +19,8 @@ from livebass.score.score import Score
 RATE = 48000
 PRESETS = ("jazz-finger", "slap", "paper-bass", "fretless")
 TAIL = 0.1  # s
+MOST_BYTES = 750_000
+EXPORTED = ["GetPluginFactory", "ModuleEntry", "ModuleExit", "clap_entry", "lv2_descriptor"]
 FADE = 0.02  # s, that render fades out at its end
 NOTES = [(0.05 * k, 0.3, 28 + 5 * (k % 4) + k // 4, 127 - 8 * k) for k in range(12)]
 DAMAGES = {
@@ -23,6 +28,22 @@ DAMAGES = {
     "empty": lambda data: b"",
     "changed": lambda data: data[:900] + b"?" + data[901:],
 }
+
+
+def written(plugin: ModuleType, folder: Path) -> Path:
+    """Writes a bundle of PRESETS, by the module of a format, into `folder`; returns that."""
+    plugin.write_bundle({name: load_preset(name) for name in PRESETS}, folder)
+    return folder
+
+
+def check_binary(file: Path) -> None:
+    """Checks that the binary of the plugins is small, needs no Python and exports the entries of the formats alone."""
+    code = file.read_bytes()
+    assert len(code) < MOST_BYTES
+    for word in (b"Py_", b"PyErr", b"NRT_", b"numba", b"libpython"):
+        assert word not in code, word
+    listed = subprocess.run(["nm", "-D", "--defined-only", file], capture_output=True, text=True)
+    assert sorted(re.findall(r" [A-Z] (\w+)", listed.stdout)) == EXPORTED
 
 
 def hard_score(rate: int = RATE, notes: int = len(NOTES)) -> Score:

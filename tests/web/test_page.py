@@ -144,6 +144,12 @@ def chain(driver: Any) -> Any:
     return ActionChains(driver, duration=20)
 
 
+def hold(driver: Any, key: str) -> None:
+    """Presses a key, which is heard."""
+    chain(driver).key_down(key).perform()
+    hear(driver)
+
+
 def requests(driver: Any) -> list[str]:
     """What the page asked for since the last call, but for itself and what is in it."""
     messages = [json.loads(line["message"])["message"] for line in driver.get_log("performance")]
@@ -205,8 +211,7 @@ def test_all_of_it_works_from_a_keyboard(page: Any) -> None:
     page.execute_script("document.querySelector('.open').focus()")
     chain(page).send_keys(Keys.ARROW_DOWN, Keys.ARROW_RIGHT, Keys.ARROW_RIGHT, Keys.ARROW_RIGHT).perform()
     assert page.switch_to.active_element.accessible_name == "D string, fret 3, F2"
-    chain(page).key_down(Keys.ENTER).perform()
-    hear(page)
+    hold(page, Keys.ENTER)
     chain(page).key_up(Keys.ENTER).perform()
 
 
@@ -331,8 +336,7 @@ def test_what_is_pressed_while_the_page_is_being_opened_sounds_once_it_is(
 
 def test_controls_panic_and_stop(page: Any) -> None:
     start(page)
-    chain(page).key_down("a").perform()
-    hear(page)
+    hold(page, "a")
     page.execute_script("$('gain').value = -60; $('gain').oninput()")
     wait(lambda: text(page, "level-text") == "silent")
     assert text(page, "gain-text") == "silent"
@@ -347,16 +351,14 @@ def test_controls_panic_and_stop(page: Any) -> None:
     chain(page).key_up("d").perform()
     page.find_element("id", "power").click()
     wait(lambda: page.execute_script("return context.state") == "running")
-    chain(page).key_down("f").perform()
-    hear(page)
+    hold(page, "f")
     chain(page).key_up("f").perform()
 
 
 def test_a_page_that_is_interrupted_says_so_and_goes_on_by_the_next_press(page: Any) -> None:
     """As by a call on a phone; a note that was held then is over."""
     start(page)
-    chain(page).key_down("a").perform()
-    hear(page)
+    hold(page, "a")
     page.execute_script("context.suspend()")
     wait(lambda: text(page, "power") == "Start")
     chain(page).key_up("a").perform()
@@ -555,8 +557,7 @@ def test_what_was_latched_in_silence_is_heard_and_a_bass_begins_with_its_own_str
     page.execute_script("$('bass').value = 'slap'; $('bass').dispatchEvent(new Event('change'))")
     wait(lambda: text(page, "said") == "Slap plays.")
     assert pressed(page) == {"Thumb", "Let ring"} and sent(page) == []
-    chain(page).key_down("a").perform()
-    hear(page)
+    hold(page, "a")
     chain(page).key_up("a").perform()
 
 
@@ -633,8 +634,7 @@ def test_what_was_sent_in_a_pause_or_far_ahead_holds_nothing_up(page: Any) -> No
     page.execute_script("window.frame = frameAt(performance.now() + 1e6); delete context.getOutputTimestamp")
     assert page.execute_script("return frame === undefined")
     page.execute_script("node.port.postMessage({midi: [0x90, 33, 100], frame: 1e9})")
-    chain(page).key_down("d").perform()
-    hear(page)
+    hold(page, "d")
     chain(page).key_up("d").perform()
 
 

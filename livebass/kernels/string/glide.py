@@ -16,20 +16,8 @@ import numpy as np
 from livebass.compiling import jit
 from livebass.kernels.machine.elementary import exp, log2, sin_cos
 from livebass.kernels.machine.native import record_address, words_at
-from livebass.kernels.string import handover, modal
-from livebass.kernels.string.operators import (
-    COEFFICIENT_ROWS,
-    DOUBLE,
-    FINE_A,
-    FINE_B,
-    KAPPA,
-    LEAPS,
-    OMEGA,
-    PACE,
-    SIGMA,
-    coefficient,
-    tap,
-)
+from livebass.kernels.string import handover, modal, operators
+from livebass.kernels.string.operators import DOUBLE, coefficient, tap
 from livebass.kernels.string.preparing import faded
 from livebass.kernels.string.records import BETWEEN, BLOCK, OPERATOR, TOUCHES, WHOLE
 from livebass.kernels.string.slot import SAFETY_STRUCK, disturb, load_tuned, open_v
@@ -163,7 +151,7 @@ def make(string, ops, k, length):
     op.padded = (op.modes + BLOCK - 1) // BLOCK * BLOCK
     op.points = 0
     op.coefficients = record_address(made) + ROWS
-    op.taps = op.coefficients + DOUBLE * COEFFICIENT_ROWS * op.padded
+    op.taps = op.coefficients + DOUBLE * operators.COEFFICIENT_ROWS * op.padded
     set_coefficients(slot.u, op, a, b, x)
     set_taps(voice, op)
     set_slope(made, op)
@@ -178,8 +166,8 @@ def set_coefficients(w, op, a, b, x):
 
     They are made in the rows of the silent working set `w`, where the compiler knows the distances.
     """
-    omega_a, omega_b = coefficient(a, OMEGA), coefficient(b, OMEGA)
-    sigma_a, sigma_b = coefficient(a, SIGMA), coefficient(b, SIGMA)
+    omega_a, omega_b = coefficient(a, operators.OMEGA), coefficient(b, operators.OMEGA)
+    sigma_a, sigma_b = coefficient(a, operators.SIGMA), coefficient(b, operators.SIGMA)
     of_a, of_b = (1.0 - x) * a.length / op.length, x * b.length / op.length
     for j in range(op.modes):
         w.omega[j] = of_a * omega_a[j] + of_b * omega_b[j]
@@ -188,22 +176,22 @@ def set_coefficients(w, op, a, b, x):
         w.omega[j] = 1.0
         w.sigma[j] = 0.0
     modal.tune(w, op.fine, op.steps, op.padded)
-    row = LEAPS + 3 * WHOLE
-    modal.copy(coefficient(op, FINE_A), w.fine_a, op.padded)
-    modal.copy(coefficient(op, FINE_B), w.fine_b, op.padded)
+    row = operators.LEAPS + 3 * WHOLE
+    modal.copy(coefficient(op, operators.FINE_A), w.fine_a, op.padded)
+    modal.copy(coefficient(op, operators.FINE_B), w.fine_b, op.padded)
     modal.copy(coefficient(op, row), w.leaps[WHOLE].a, op.padded)
     modal.copy(coefficient(op, row + 1), w.leaps[WHOLE].b, op.padded)
     modal.copy(coefficient(op, row + 2), w.leaps[WHOLE].g, op.padded)
-    modal.copy(coefficient(op, KAPPA), w.kappa, op.padded)
-    modal.copy(coefficient(op, OMEGA), w.omega, op.padded)
-    modal.copy(coefficient(op, SIGMA), w.sigma, op.padded)
-    modal.copy(coefficient(op, PACE), w.pace, op.padded)
+    modal.copy(coefficient(op, operators.KAPPA), w.kappa, op.padded)
+    modal.copy(coefficient(op, operators.OMEGA), w.omega, op.padded)
+    modal.copy(coefficient(op, operators.SIGMA), w.sigma, op.padded)
+    modal.copy(coefficient(op, operators.PACE), w.pace, op.padded)
 
 
 @jit
 def set_taps(voice, op):
     """Fills the weights of the modes at the pickups, or of u and of v at their sensors."""
-    omega, sigma = coefficient(op, OMEGA), coefficient(op, SIGMA)
+    omega, sigma = coefficient(op, operators.OMEGA), coefficient(op, operators.SIGMA)
     for i in range(voice.pickups if voice.pickups > 0 else 2):
         row = tap(op, i if voice.pickups > 0 else 2 * i)
         k1 = np.pi / op.length

@@ -85,14 +85,8 @@ def four_sums(w, squares, n, new, wanted, m):
     The same for the next three modes. No difference may be zero.
     """
     a, b, c, d = wanted[m], wanted[m + 1], wanted[m + 2], wanted[m + 3]
-    q_a = 0.0
-    q_b = 0.0
-    q_c = 0.0
-    q_d = 0.0
-    p_a = 0.0
-    p_b = 0.0
-    p_c = 0.0
-    p_d = 0.0
+    q_a = q_b = q_c = q_d = 0.0
+    p_a = p_b = p_c = p_d = 0.0
     for j in range(n):
         square, q, p = squares[j], w.q_before[j], w.p_before[j]
         x, y, z, u = a - square, b - square, c - square, d - square

@@ -20,17 +20,8 @@ import numpy as np
 
 from livebass.compiling import compiled
 from livebass.kernels.machine.elementary import exp, sin_cos
-from livebass.kernels.string.operators import (
-    FINE_A,
-    FINE_B,
-    KAPPA,
-    LEAPS,
-    OMEGA,
-    PACE,
-    SIGMA,
-    coefficient,
-    shape,
-)
+from livebass.kernels.string import operators
+from livebass.kernels.string.operators import coefficient, shape
 from livebass.kernels.string.records import BLOCK, LONGER, PART, WHOLE
 
 LANES = {"reassoc", "contract", "nsz", "arcp"}
@@ -512,7 +503,7 @@ def retune(w, op, ratio):
     """
     fine = op.fine
     highest = MOST_TURN / fine
-    omega = coefficient(op, OMEGA)
+    omega = coefficient(op, operators.OMEGA)
     for j in range(op.padded):
         w.omega[j] = omega[j] * ratio
         if w.omega[j] > highest and w.omega[j] > omega[j]:
@@ -573,16 +564,16 @@ def tune(w, fine, steps, n):
 def take_coefficients(w, op):
     """Gives the working set the coefficients of operator `op`, untuned."""
     n = op.padded
-    copy(w.fine_a, coefficient(op, FINE_A), n)
-    copy(w.fine_b, coefficient(op, FINE_B), n)
+    copy(w.fine_a, coefficient(op, operators.FINE_A), n)
+    copy(w.fine_b, coefficient(op, operators.FINE_B), n)
     for which in (WHOLE, LONGER, PART):
-        copy(w.leaps[which].a, coefficient(op, LEAPS + 3 * which), n)
-        copy(w.leaps[which].b, coefficient(op, LEAPS + 3 * which + 1), n)
-        copy(w.leaps[which].g, coefficient(op, LEAPS + 3 * which + 2), n)
-    copy(w.kappa, coefficient(op, KAPPA), n)
-    copy(w.omega, coefficient(op, OMEGA), n)
-    copy(w.sigma, coefficient(op, SIGMA), n)
-    copy(w.pace, coefficient(op, PACE), n)
+        copy(w.leaps[which].a, coefficient(op, operators.LEAPS + 3 * which), n)
+        copy(w.leaps[which].b, coefficient(op, operators.LEAPS + 3 * which + 1), n)
+        copy(w.leaps[which].g, coefficient(op, operators.LEAPS + 3 * which + 2), n)
+    copy(w.kappa, coefficient(op, operators.KAPPA), n)
+    copy(w.omega, coefficient(op, operators.OMEGA), n)
+    copy(w.sigma, coefficient(op, operators.SIGMA), n)
+    copy(w.pace, coefficient(op, operators.PACE), n)
 
 
 @jit

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from livebass.compiling import entry, jit
+from livebass.compiling import entry, inlined, jit
 from livebass.kernels import voice
 from livebass.kernels.bass.records import SAVES, SOUND_RING, VOICE_WORDS, bass_at
 from livebass.kernels.machine.native import call_4, record_address, words_at
@@ -44,9 +44,9 @@ def save(b, i):
         slot = string.slots[k]
         copy(saved_slot(a, place, k), words_at(record_address(slot), SLOT_STATE), SLOT_STATE)
         if slot.on:
-            save_u(saved_motion(a, place, k, 0), slot, operator_of(b, i, slot.fret))
+            move_u(save_row, saved_motion(a, place, k, 0), slot, operator_of(b, i, slot.fret))
             if slot.v_active > 0:
-                save_v(saved_motion(a, place, k, 1), slot, operator_of(b, i, slot.fret))
+                move_v(save_row, saved_motion(a, place, k, 1), slot, operator_of(b, i, slot.fret))
     if string.voice.answering:
         n = string.answers.count
         copy(saved_answers(a, place, 0), string.answers.q, n)
@@ -70,11 +70,12 @@ def go_back(b, i, frame):
         copy(words_at(record_address(slot), SLOT_STATE), saved_slot(a, place, k), SLOT_STATE)
         if slot.on:
             op = operator_of(b, i, slot.fret)
-            restore_u(saved_motion(a, place, k, 0), slot, op)
+            clear(slot.u, op.padded)
+            clear(slot.v, op.padded)
+            move_u(restore_row, saved_motion(a, place, k, 0), slot, op)
             if slot.v_active > 0:
-                restore_v(saved_motion(a, place, k, 1), slot, op)
+                move_v(restore_row, saved_motion(a, place, k, 1), slot, op)
             else:  # it had not moved yet: nothing was saved of it
-                clear(slot.v, op.padded)
                 forget_contact(slot.v, op)
     n, answers = string.answers.count, string.voice.answering
     for g in range(n):
@@ -101,64 +102,35 @@ def restore_row(memory, at, row, n):
     return at + n
 
 
-@jit
-def save_u(memory, slot, op):
+@inlined
+def move_u(move_row, memory, slot, op):
+    """Saves or restores u, as `move_row` does a row."""
     u, points = slot.u, op.points
-    at = save_row(memory, 0, u.q, slot.active)
-    at = save_row(memory, at, u.p, slot.active)
-    at = save_row(memory, at, u.clearance, points)
-    at = save_row(memory, at, u.height, points)
-    at = save_row(memory, at, u.known_at, points)
-    at = save_row(memory, at, u.due, points)
-    at = save_row(memory, at, u.eta, points)
-    at = save_row(memory, at, u.eta_before, points)
-    at = save_row(memory, at, u.solved_at, points)
+    at = move_row(memory, 0, u.q, slot.active)
+    at = move_row(memory, at, u.p, slot.active)
+    at = move_row(memory, at, u.clearance, points)
+    at = move_row(memory, at, u.height, points)
+    at = move_row(memory, at, u.known_at, points)
+    at = move_row(memory, at, u.due, points)
+    at = move_row(memory, at, u.eta, points)
+    at = move_row(memory, at, u.eta_before, points)
+    at = move_row(memory, at, u.solved_at, points)
     if points > MOST_NEAR:
-        at = save_row(memory, at, u.group_due, GROUP_ROOM)
-        at = save_row(memory, at, u.group_known_at, GROUP_ROOM)
-        at = save_row(memory, at, u.group_clearance, GROUP_ROOM)
-        save_row(memory, at, u.group_clearance_now, GROUP_ROOM)
+        at = move_row(memory, at, u.group_due, GROUP_ROOM)
+        at = move_row(memory, at, u.group_known_at, GROUP_ROOM)
+        at = move_row(memory, at, u.group_clearance, GROUP_ROOM)
+        move_row(memory, at, u.group_clearance_now, GROUP_ROOM)
 
 
-@jit
-def restore_u(memory, slot, op):
-    u, points = slot.u, op.points
-    clear(u, op.padded)
-    at = restore_row(memory, 0, u.q, slot.active)
-    at = restore_row(memory, at, u.p, slot.active)
-    at = restore_row(memory, at, u.clearance, points)
-    at = restore_row(memory, at, u.height, points)
-    at = restore_row(memory, at, u.known_at, points)
-    at = restore_row(memory, at, u.due, points)
-    at = restore_row(memory, at, u.eta, points)
-    at = restore_row(memory, at, u.eta_before, points)
-    at = restore_row(memory, at, u.solved_at, points)
-    if points > MOST_NEAR:
-        at = restore_row(memory, at, u.group_due, GROUP_ROOM)
-        at = restore_row(memory, at, u.group_known_at, GROUP_ROOM)
-        at = restore_row(memory, at, u.group_clearance, GROUP_ROOM)
-        restore_row(memory, at, u.group_clearance_now, GROUP_ROOM)
-
-
-@jit
-def save_v(memory, slot, op):
+@inlined
+def move_v(move_row, memory, slot, op):
+    """Saves or restores v."""
     v, points = slot.v, op.points
-    at = save_row(memory, 0, v.q, slot.v_active)
-    at = save_row(memory, at, v.p, slot.v_active)
-    at = save_row(memory, at, v.moved, points)
-    at = save_row(memory, at, v.moved_before, points)
-    save_row(memory, at, v.solved_at, points)
-
-
-@jit
-def restore_v(memory, slot, op):
-    v, points = slot.v, op.points
-    clear(v, op.padded)
-    at = restore_row(memory, 0, v.q, slot.v_active)
-    at = restore_row(memory, at, v.p, slot.v_active)
-    at = restore_row(memory, at, v.moved, points)
-    at = restore_row(memory, at, v.moved_before, points)
-    restore_row(memory, at, v.solved_at, points)
+    at = move_row(memory, 0, v.q, slot.v_active)
+    at = move_row(memory, at, v.p, slot.v_active)
+    at = move_row(memory, at, v.moved, points)
+    at = move_row(memory, at, v.moved_before, points)
+    move_row(memory, at, v.solved_at, points)
 
 
 @entry("void(int64, int64, int64, int64)")

@@ -13,27 +13,8 @@ from itertools import permutations
 import numpy as np
 
 from livebass.analysis.motion import Solved
-from livebass.paper.claims.expect import (
-    AXIS,
-    PAPER,
-    ROUNDING,
-    SETUP,
-    AtLeast,
-    AtMost,
-    Between,
-    Claim,
-    Covers,
-    Each,
-    Exactly,
-    Expectation,
-    Falling,
-    Near,
-    Nears,
-    Null,
-    Rising,
-    Value,
-    numbers,
-)
+from livebass.paper.claims import expect
+from livebass.paper.claims.expect import Claim, Expectation, Value, numbers
 from livebass.paper.claims.runs import fundamental_at, set_sizes, set_times
 
 DRAWS, SEED = 2000, 1
@@ -41,22 +22,25 @@ ALL_ORDERS = 5  # numbers of which every order is tried
 DECADE = 10.0  # random sizes are from a tenth to ten times the bound
 
 
-def null_of(claim: Claim) -> Null | None:
+def null_of(claim: Claim) -> expect.Null | None:
     """The null test of a claim.
 
     None for set-up, for bounds that are what rounding leaves, and for exact values and limits that the paper gives.
     """
     if claim.null:
         return claim.null
-    if claim.bound in (SETUP, ROUNDING) or isinstance(claim.expects, Exactly):
+    if claim.bound in (expect.SETUP, expect.ROUNDING) or isinstance(claim.expects, expect.Exactly):
         return None
-    if claim.bound in (PAPER, AXIS) and isinstance(claim.expects, AtLeast | AtMost):
+    if claim.bound in (expect.PAPER, expect.AXIS) and isinstance(claim.expects, expect.AtLeast | expect.AtMost):
         return None
-    return SHUFFLED if isinstance(claim.expects, Rising | Falling | Each) else SIZES
+    return SHUFFLED if isinstance(claim.expects, expect.Rising | expect.Falling | expect.Each) else SIZES
 
 
 def null_rate(
-    claim: Claim, measured: Value, runs: Sequence[Solved], between: tuple[Value, Value] | None = None
+    claim: Claim,
+    measured: Value,
+    runs: Sequence[Solved],
+    between: tuple[Value, Value] | None = None,
 ) -> float | None:
     """Share of random values that meet the expectation of `claim`, 0 to 1; None without a null test.
 
@@ -103,17 +87,22 @@ def _random_sizes(middle: list[float]) -> list[list[float]]:
 def centres(expects: Expectation) -> list[float]:
     """The numbers about which `expects` is; of a range the upper end."""
     match expects:
-        case Near(expected=value) | AtLeast(least=value) | AtMost(most=value) | Between(most=value):
+        case (
+            expect.Near(expected=value)
+            | expect.AtLeast(least=value)
+            | expect.AtMost(most=value)
+            | expect.Between(most=value)
+        ):
             return [value]
-        case Covers(start, end):
+        case expect.Covers(start, end):
             return [start, end]
-        case Nears(values=values):
+        case expect.Nears(values=values):
             return list(values)
     raise TypeError(f"{expects}: has no number to be random about")
 
 
-SHUFFLED = Null("the numbers in random order", _shuffled)
-SIZES = Null("numbers from a tenth to ten times the bound", _sizes)
+SHUFFLED = expect.Null("the numbers in random order", _shuffled)
+SIZES = expect.Null("numbers from a tenth to ten times the bound", _sizes)
 
 
 def _sets_shuffled(claim: Claim, measured: Value, run: Solved) -> float:
@@ -125,4 +114,4 @@ def _sets_shuffled(claim: Claim, measured: Value, run: Solved) -> float:
     return float(np.mean([claim.expects.holds(value) for value in found]))
 
 
-SETS_SHUFFLED = Null("the sets in random order", _sets_shuffled)
+SETS_SHUFFLED = expect.Null("the sets in random order", _sets_shuffled)

@@ -17,6 +17,7 @@ from livebass.model.trial import initial_amplitudes
 from livebass.paper.cases import CASES
 from livebass.paper.figures.study import Findings, Sound, Table, curve
 from livebass.paper.solving import Job
+from livebass.report.text import runs
 
 STATES = 200  # times at which the state of the modes is kept
 WAV_RATE = 44_100  # Hz, of the paper's sounds
@@ -69,13 +70,7 @@ def set_times(motions: Iterable[Solved], number: int) -> tuple[float, float] | N
 
 def ranges(frets: list[int]) -> str:
     """Ascending numbers as "1-3, 7"."""
-    parts: list[list[int]] = []
-    for fret in frets:
-        if parts and fret == parts[-1][-1] + 1:
-            parts[-1].append(fret)
-        else:
-            parts.append([fret])
-    return ", ".join(str(p[0]) if len(p) == 1 else f"{p[0]}-{p[-1]}" for p in parts)
+    return ", ".join(str(run[0]) if len(run) == 1 else f"{run[0]}-{run[-1]}" for run in runs(frets))
 
 
 def places(solved: Solved, points: list[int]) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
@@ -19,9 +19,15 @@ NECKS = ("neck", "half-straight", "straight", "sixth-fret")
 
 def dispersion(motions: Mapping[str, Solved]) -> Findings:
     """The study `dispersion`: figures 7a and 10, case B and the same with its harmonics in tune."""
+    return _compared(motions, {"with dispersion": motions["b"], "without dispersion": motions["harmonic"]}, figure_10)
+
+
+def _compared(
+    motions: Mapping[str, Solved], titled: Mapping[str, Solved], draw: Callable[[Mapping[str, Solved]], list[Picture]]
+) -> Findings:
+    """The findings in `motions`, with the pictures and the sets of contacts of those `titled`."""
     found = measure.gathered(motions)
-    titled = {"with dispersion": motions["b"], "without dispersion": motions["harmonic"]}
-    found.pictures = figure_10(titled)
+    found.pictures = draw(titled)
     found.tables.append(measure.sets_table(titled))
     return found
 
@@ -75,11 +81,7 @@ def figure_12(titled: Mapping[str, Solved]) -> list[Picture]:
 
 def stiffness(motions: Mapping[str, Solved]) -> Findings:
     """The study `stiffness`: figure 13, soft frets."""
-    found = measure.gathered(motions)
-    titled = {"K = 1e9": motions["soft"], "K = 1e13": motions["b"]}
-    found.pictures = figure_13(titled)
-    found.tables.append(measure.sets_table(titled))
-    return found
+    return _compared(motions, {"K = 1e9": motions["soft"], "K = 1e13": motions["b"]}, figure_13)
 
 
 def figure_13(titled: Mapping[str, Solved]) -> list[Picture]:

@@ -1,0 +1,43 @@
+"""Options that several commands have."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import click
+
+from livebass.cli.values import Number
+from livebass.model.quality import QUALITIES
+
+Decorator = Callable[[Any], Any]
+PATH = click.Path(path_type=Path)
+CREATED = "Directory to write to; created if missing."
+
+
+def file_option(*names: str, help: str, metavar: str = "FILE", **more: Any) -> Decorator:
+    """An option that is the path of a file."""
+    return click.option(*names, type=PATH, metavar=metavar, help=help, **more)
+
+
+def folder_option(help: str, *names: str, **more: Any) -> Decorator:
+    """The option -o DIR."""
+    return file_option("-o", "--output", *names, metavar="DIR", help=help, **more)
+
+
+def preset_option(help: str, *names: str, **more: Any) -> Decorator:
+    """The option -p NAME|FILE."""
+    return click.option("-p", "--preset", *names, metavar="NAME|FILE", help=help, **more)
+
+
+def quality_option(default: str, help: str, *names: str, among: tuple[str, ...] = tuple(QUALITIES)) -> Decorator:
+    """The option -q."""
+    kind = click.Choice(among)
+    return click.option("-q", "--quality", *names, type=kind, default=default, show_default=True, help=help)
+
+
+def count_option(name: str, most: int, help: str, least: int = 1, metavar: str = "count", **more: Any) -> Decorator:
+    """An option that is a whole number from `least` to `most`; `more` may have its `default`."""
+    kind = Number(metavar, least, most, whole=True)
+    return click.option(name, type=kind, show_default="default" in more, help=help, **more)
