@@ -4,7 +4,8 @@ A function decorated by `jit` or `inlined` is the source of a kernel, in the par
 decorated by `entry` is a C function that the library of kernels exports: Python, the audio thread, plugin and page
 call no other. The emitter (emitter.py) compiles all of them in one pass, in a process of its own; the library
 (library.py) loads the result. numba is imported by the emitter, and where FROM_SOURCE is set, which tests of single
-kernels do; everywhere else these decorators leave the functions as they are.
+kernels do; everywhere else these decorators leave the functions as they are. Those decorated by `shared` are called by
+kernels, where they are compiled, and by Python, where they are not: of numbers or, where the arithmetic allows, arrays.
 """
 
 from __future__ import annotations
@@ -46,6 +47,15 @@ jit = compiled()
 # Becomes part of its callers before they are compiled: for functions that take functions, or that return arrays they
 # made, which numba does not do without references.
 inlined = compiled(inline="always")
+
+
+def shared(function: Callable[..., Any]) -> Any:
+    """A decorator: the source of a kernel that Python calls, too, as it is: it stays a Python function everywhere."""
+    if FROM_SOURCE:
+        from livebass.compiling import by_numba
+
+        by_numba.share(function)
+    return function
 
 
 class Entry:

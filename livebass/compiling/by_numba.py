@@ -161,6 +161,12 @@ def kernel(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     return decorate
 
 
+def share(function: Callable[..., Any]) -> None:
+    """Makes a Python function known to the kernels that call it."""
+    _kernels.add(_name(function))
+    nb.extending.register_jitable(**USUAL, **LEAN, **STRICT)(function)
+
+
 def _name(function: Callable[..., Any]) -> str:
     return f"{function.__module__}.{function.__qualname__}"
 

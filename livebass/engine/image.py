@@ -6,6 +6,7 @@ plugins and page of one in a file.
 
 from __future__ import annotations
 
+from array import array
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -14,18 +15,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livebass.arrays import Floats
-from livebass.engine.prepare import Note, Pool, Rows, Voice, bass_numbers, note_numbers, pickup_taps, zeroed_lines
+from livebass.engine.prepare import Pool, Rows, Voice, bass_numbers, pickups_under, zeroed_lines
+from livebass.kernels.bass.bench import BENCH, CROWN_ABOVE, MADE, fill_bench, measure_bench
 from livebass.kernels.bass.instrument import FILE, MAGIC, POOL, TIERS, VERSION, WORD, checksum, fill_pool, measure_pool
 from livebass.kernels.bass.records import BASS
 from livebass.kernels.bass.setup import BUILDING, fill_bass, measure_bass
 from livebass.kernels.player.performer import PERFORMER
 from livebass.kernels.string.board import over_board
 from livebass.kernels.string.frets import over_frets
-from livebass.kernels.string.preparing import DONE, FROZEN, OVERDAMPED
+from livebass.kernels.string.preparing import DONE, FROZEN, NOTE, OVERDAMPED
 from livebass.kernels.string.records import OPERATOR, STRING
-from livebass.model.answers import admittances, answering_frequencies
-from livebass.model.instrument import Instrument, speaking
-from livebass.model.quality import Quality, modes_for
+from livebass.model.answers import answering_modes
+from livebass.model.instrument import Instrument, on_bench
+from livebass.model.neck import flat
+from livebass.model.quality import MOST_MODES, Quality
 
 SEEDS = 0x7FFF_FFFF_FFFF_FFFF  # the bits of a seed: kernels take int64
 WHY = {
@@ -133,9 +136,7 @@ class Bass:
 def image_bytes(instrument: Instrument, qualities: Sequence[Quality]) -> bytes:
     """The image of a bass in its tiers, of a quality each. Raises ValueError for a neck that cannot be played."""
     frets = frets_of(instrument)
-    rows = [notes(instrument, quality, frets) for quality in qualities]
-    given, numbers = note_numbers([note for row in rows[0] for note in row], playable=True)
-    modes = np.array([[note.modes for row in tier for note in row] for tier in rows], "<i8")
+    given, modes, numbers = bench_notes(instrument, qualities, frets)
     head = np.zeros(1, FILE)
     head["magic"], head["version"] = MAGIC, VERSION
     head["name"][0] = _text(instrument.name, head["name"].shape[1])
@@ -168,19 +169,48 @@ def frets_of(instrument: Instrument) -> int:
     return min(len(neck.fret_positions) for neck in instrument.necks)
 
 
-def notes(instrument: Instrument, quality: Quality, frets: int) -> list[list[Note]]:
-    """The notes of a bass, by string and fret. Raises ValueError for a neck that cannot be played."""
-    output, rows = instrument.output, []
-    sensed = output.kind == "displacement"
-    for i, (string, neck) in enumerate(zip(instrument.strings, instrument.necks, strict=True)):
-        row, others = [], answering_frequencies(instrument, i)
-        for fret in range(frets + 1):
-            s = speaking(string, neck, fret)
-            modes = modes_for(quality, s.length, string.length, s.grid_points)
-            sensors: Rows = (s.length - output.sensor,), (s.length - output.sensor_v,)
-            row.append(Note(s, modes, sensors if sensed else pickup_taps(s, output), admittances(others, s, neck)))
-        rows.append(row)
-    return rows
+def bench_notes(
+    instrument: Instrument, qualities: Sequence[Quality], frets: int
+) -> tuple[NDArray[np.void], NDArray[np.int64], Floats]:
+    """The notes of a bass: NOTE (strings, frets + 1), their modes in each tier of a quality, and the numbers of lists.
+
+    Raises ValueError for a neck that cannot be played.
+    """
+    bench, numbers, output = np.zeros(1, BENCH), array("d"), instrument.output
+    strings, answering = list(zip(instrument.strings, instrument.necks, strict=True)), answering_modes(instrument)
+    bench["strings"], bench["frets"], bench["most_modes"] = len(strings), frets, MOST_MODES
+    bench["tiers"] = [quality.modes or 0 for quality in qualities]
+    for i, (string, neck) in enumerate(strings):
+        to = bench["string"][0, i]
+        given, lists = on_bench(string, neck, any(answering))
+        for name, value in vars(given).items():
+            to[name] = value + len(numbers) if f"{name}_count" in vars(given) else value
+        numbers.extend(lists)
+        taps: Rows = tuple((p.position, p.aperture) for p in pickups_under(output, string.name))
+        if output.kind == "displacement":
+            taps = (output.sensor,), (output.sensor_v,)
+        to["taps"], to["taps_count"], to["tap_width"] = len(numbers), len(taps), len(taps[0]) if taps else 1
+        numbers.extend(flat(taps))
+        to["answering_modes"] = answering[i]
+    made = np.zeros((len(strings), frets + 1), NOTE)
+    modes = np.zeros((len(qualities), *made.shape), np.int64)
+    bench["numbers"], bench["notes"], bench["modes"] = numbers.buffer_info()[0], made.ctypes.data, modes.ctypes.data
+    measure_bench(bench.ctypes.data)
+    listed = np.zeros(int(bench["room"][0]))
+    bench["lists"] = listed.ctypes.data
+    state = int(fill_bench(bench.ctypes.data))
+    if state != MADE:
+        raise ValueError(stands_above(bench[0], state, instrument))
+    return made, modes, listed[: int(bench["used"][0])]
+
+
+def stands_above(bench: np.void, state: int, instrument: Instrument) -> str:
+    """What stands above a string at rest where `fill_bench` returned `state`."""
+    name, stop = instrument.strings[bench["fault_string"]].name, bench["fault_fret"]
+    above = f"stands {bench['fault_height'] * 1e3:.2f} mm above string {name} at rest"
+    if state == CROWN_ABOVE:
+        return f"fret {bench['fault_place']:.0f} {above}"
+    return f"the board {above}, {bench['fault_place'] * 1e3:.0f} mm from {f'fret {stop}' if stop else 'the nut'}"
 
 
 def _text(text: str, size: int) -> NDArray[np.uint8]:

@@ -34,7 +34,7 @@ from livebass.kernels.voice import run_string
 from livebass.model.answers import answering_modes
 from livebass.model.instrument import ANSWERING, STROKES, Coil, Instrument, Output, Pickup, Player, Speaking, String
 from livebass.model.keymap import velocity_parts
-from livebass.model.modes import CARRIED, bending, clamped_mode, damped_fundamental, held_stiffness
+from livebass.model.modes import CARRIED
 from livebass.model.quality import MOST_MODES, QUALITIES, Quality
 from livebass.techniques import FUNCTION_ROWS, TECHNIQUE_ROWS
 
@@ -82,7 +82,6 @@ class Note:
     speaking: Speaking
     modes: int
     taps: Rows  # of the kind that `operators` is told
-    answers: Rows = ()  # of the nut by this stop, for each mode that may answer: model.answers.admittances
 
 
 @dataclass
@@ -161,30 +160,6 @@ def _give(to: NDArray[np.void], note: Note, numbers: array[float], playable: boo
     """Fills the NOTE `to`, whose lists go to the end of `numbers`."""
     s, string = note.speaking, note.speaking.string
     on_grid = playable and s.surface
-    values = {
-        "modes": note.modes,
-        "grid_points": s.grid_points,
-        "paper_law": string.stiffness_law == "paper",
-        "length": s.length,
-        "fundamental": s.fundamental,
-        "damped_fundamental": damped_fundamental(s),
-        "clamp": clamped_mode(s),
-        "inharmonicity": s.inharmonicity,
-        "linear_density": string.linear_density,
-        "diameter": string.diameter,
-        "tension": string.tension,
-        "bending": bending(s),
-        "viscoelastic_angle": string.viscoelastic_angle,
-        "thermoelastic": string.thermoelastic,
-        "extra_damping": string.extra_damping,
-        "extra_damping_slope": string.extra_damping_slope,
-        "held_stiffness": held_stiffness(s),
-        "contact_stiffness": s.contact_stiffness,
-        "contact_exponent": s.contact_exponent,
-        "friction": s.friction,
-        "friction_speed": s.friction_speed,
-        "stop": s.admittance.stop,
-    }
     lists: dict[str, Iterable[tuple[float, ...]]] = {
         "resonances": ((r.frequency, r.quality, r.mass) for r in s.admittance.resonances),
         "table": s.admittance.table,
@@ -193,9 +168,9 @@ def _give(to: NDArray[np.void], note: Note, numbers: array[float], playable: boo
         "obstacles": () if on_grid else zip(s.contact_position, s.contact_height, strict=True),
         "surface": s.surface if on_grid else (),
         "taps": note.taps,
-        "answers": note.answers,
     }
-    for name, value in values.items():
+    to["modes"] = note.modes
+    for name, value in vars(s.note).items():
         to[name] = value
     for name, rows in lists.items():
         to[name], count = len(numbers), 0

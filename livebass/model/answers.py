@@ -2,7 +2,8 @@
 
 A string that ends where the neck yields pushes it with the force T u'. The nut, where the open strings end, then moves
 at Y times that force, with a resonance of the neck counted by its bending shape at the place of the force: at a fret it
-may have the other sign. The saddle is rigid here. kernels/string/answers.py has the equations of motion.
+may have the other sign. The saddle is rigid here. kernels/bass/bench.py works out how it moves, and
+kernels/string/answers.py has the equations of motion.
 """
 
 from __future__ import annotations
@@ -10,9 +11,8 @@ from __future__ import annotations
 import numpy as np
 
 from livebass.arrays import Floats
-from livebass.model.instrument import Instrument, Neck, Speaking, speaking
+from livebass.model.instrument import Instrument, speaking
 from livebass.model.modes import frequencies
-from livebass.model.neck import FREE_PART
 
 HIGHEST = 700.0  # Hz, of modes that answer: above, answers stay 60 dB below the note
 MOST_ANSWERS = 128  # of one string (kernels.records)
@@ -31,22 +31,6 @@ def answering_modes(instrument: Instrument) -> tuple[int, ...]:
         if sum(counts) - min(counts) <= MOST_ANSWERS:
             return counts
         highest *= LOWER
-
-
-def answering_frequencies(instrument: Instrument, i: int) -> Floats:
-    """Frequencies (Hz) of all modes of other strings that may answer string `i`, string after string, (n,)."""
-    counts = answering_modes(instrument)
-    others = [_open_frequencies(instrument, t)[: counts[t]] for t in range(len(counts)) if t != i and counts[t]]
-    return np.concatenate(others) if others else np.zeros(0)
-
-
-def admittances(nu: Floats, s: Speaking, neck: Neck) -> tuple[tuple[float, ...], ...]:
-    """(Re Y, Im Y) in m/s/N of the nut by a force at the stop of `s` on its `neck`, at each of `nu` (Hz)."""
-    if not nu.size:
-        return ()
-    length = s.string.length
-    y = neck.admittance.toward_nut(length - s.length, neck.free_length or FREE_PART * length).at(nu)
-    return tuple(zip(y.real.tolist(), y.imag.tolist(), strict=True))
 
 
 def _open_frequencies(instrument: Instrument, t: int) -> Floats:

@@ -8,22 +8,24 @@ Issanchou et al. (2018).
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
+from types import SimpleNamespace
 
 import numpy as np
 
 from livebass.arrays import Floats
+from livebass.kernels.bass import bench
+from livebass.kernels.bass.bench import BOARD_ROUGH
+from livebass.kernels.string import law as modal
 from livebass.model.keymap import MODO, PLACE, Curve, KeyMap
-from livebass.model.neck import FREE_PART, Admittance, Surface, detuning, neck_damping, surface_beyond, surface_on_grid
+from livebass.model.neck import FREE_PART, Admittance, Surface, flat, rows_of, surface_on_grid
 
 A4_NOTE, A4_HZ = 69, 440.0
 STIFFNESS_LAWS = ("hinged", "paper")  # see model/modes.py
 STROKES = ("finger", "pick", "nail", "pop")  # in the order of the performer's numbers
 ANSWERING = ("off", "pedal", "always")  # likewise
-ROUNDING = 1e-9  # m, by which a crown may stand above the string at rest and still count as level with it
-BOARD_ROUGH = 20e-6  # m, by which a board may stand above the string at rest; it is pressed flat
-MOST_DETUNING = 0.05  # relative shift of a mode by the neck: beyond, eq. 8 fails, as it is of first order
 
 
 @dataclass(frozen=True)
@@ -238,6 +240,35 @@ class Speaking:
         """Grid step dx, m."""
         return self.length / self.grid_points
 
+    @cached_property
+    def note(self) -> SimpleNamespace:
+        """The numbers of its NOTE (kernels/string/preparing.py), without the lists, for the law of the modes."""
+        string, paper = self.string, int(self.string.stiffness_law == "paper")
+        measured = self.stop == 0 and string.law_fundamental
+        return SimpleNamespace(
+            grid_points=self.grid_points,
+            paper_law=paper,
+            length=self.length,
+            fundamental=self.fundamental,
+            damped_fundamental=string.nominal_fundamental if measured else self.fundamental,
+            clamp=float(modal.clamped_mode(self.length)),
+            inharmonicity=self.inharmonicity,
+            linear_density=string.linear_density,
+            diameter=string.diameter,
+            tension=string.tension,
+            bending=modal.bending_stiffness(string.inharmonicity, string.tension, string.length),
+            viscoelastic_angle=string.viscoelastic_angle,
+            thermoelastic=string.thermoelastic,
+            extra_damping=string.extra_damping,
+            extra_damping_slope=string.extra_damping_slope,
+            held_stiffness=modal.held_part(paper, self.inharmonicity, self.length),
+            contact_stiffness=self.contact_stiffness,
+            contact_exponent=self.contact_exponent,
+            friction=self.friction,
+            friction_speed=self.friction_speed,
+            stop=self.admittance.stop,
+        )
+
 
 def frets_from_geometry(
     length: float, count: int, action: float, relief: float, nut_height: float, lift: dict[int, float] | None = None
@@ -269,63 +300,95 @@ def speaking(string: String, neck: Neck, fret: int) -> Speaking:
     A note is in tune (`String.frequency`) wherever its fret is exactly, as a compensated saddle would do; one with an
     offset of its own has another tension. If a crown nearer the saddle stands above the line from the pressed fret to
     the saddle, the string rests on that crown. The neck shifts each mode by a different part (eq. 8): the first one is
-    in tune.
+    in tune. kernels/bass/bench.py makes the note.
 
     Raises ValueError for a fret the neck does not have, and if a fret or the board stands above the string at rest.
     """
     count = len(neck.fret_positions)
     if not 0 <= fret <= count:
         raise ValueError(f"fret {fret}: this neck has frets 0 to {count}")
-    x, h, total = neck.fret_positions, neck.fret_heights, string.length
-    stop = fret
-    if fret:
-        stop = max(range(fret, count + 1), key=lambda k: (h[k - 1] / (total - x[k - 1]), -k))
-    string = _tuned_for(string, string.open_note + stop)
-    x_stop, h_stop = (x[stop - 1], h[stop - 1]) if stop else (0.0, 0.0)
-    length = total - x_stop
-    points = max(8, round(length / neck.grid_step))
-    step = length / points
-    crowns = tuple(range(stop + 1, count + 1))
-    heights = tuple(h[k - 1] - h_stop * (total - x[k - 1]) / length for k in crowns)
-    places = tuple(round((x[k - 1] - x_stop) / step) * step for k in crowns)
-    for k, height in zip(crowns, heights, strict=True):
-        if height > ROUNDING:
-            raise ValueError(f"fret {k} stands {height * 1e3:.2f} mm above string {string.name} at rest")
-    surface = surface_beyond(neck.surface, x_stop, h_stop, total)
-    stiffness = string.inharmonicity * (total / length) ** 2
-    admittance = neck.admittance.moved(neck.capo + x_stop, neck.free_length or FREE_PART * total)
-    if stop or neck.capo:
-        admittance = replace(admittance, stop=neck.stop_conductance)
-    if stop == 0 and string.law_fundamental:
-        fundamental = string.law_fundamental
-    else:
-        note = string.frequency(string.open_note + stop)
-        mass = 2 * string.linear_density * length  # kg
-        mute = string.extra_damping / (2 * math.pi) + string.extra_damping_slope * note  # Hz
-        if admittance.stop:
-            mute += float(neck_damping(admittance.at(note), mass * note, note)) / (2 * math.pi)
-        sounds = math.hypot(note, mute)  # tuned higher, as a damped mode rings lower than its eigenfrequency
-        stretch = float(stretched(string.stiffness_law, stiffness, np.ones(1))[0])
-        fundamental = _tuned(sounds, stretch, mass, admittance)
+    given, numbers = on_bench(string, neck)
+    note, lists = SimpleNamespace(), [0.0] * (3 * len(numbers) + 2)
+    stop, state, crown, height, behind = bench.make_note(given, numbers, fret, note, lists, 0)
+    if state != bench.MADE:
+        raise ValueError(f"fret {crown} stands {height * 1e3:.2f} mm above string {string.name} at rest")
+    surface = rows_of(lists, note.surface, note.surface_count)
+    bench.set_obstacles(given, numbers, stop, note, lists, behind)  # over a board, too
+    obstacles = rows_of(lists, behind, note.obstacles_count)
+    first = given.parts + stop * (len(neck.admittance.resonances) + 1)
     s = Speaking(
-        string=string,
+        string=_tuned_for(string, string.open_note + stop),
         fret=fret,
         stop=stop,
-        length=length,
-        fundamental=fundamental,
-        inharmonicity=stiffness,
-        grid_points=points,
-        contact_fret=crowns,
-        contact_position=places,
-        contact_height=tuple(min(height, 0.0) for height in heights),
+        length=note.length,
+        fundamental=float(note.fundamental),
+        inharmonicity=note.inharmonicity,
+        grid_points=note.grid_points,
+        contact_fret=tuple(range(stop + 1, count + 1)),
+        contact_position=tuple(x for x, _ in obstacles),
+        contact_height=tuple(h for _, h in obstacles),
         contact_stiffness=neck.contact_stiffness,
         contact_exponent=neck.contact_exponent,
-        admittance=admittance,
+        admittance=_felt(neck.admittance, numbers[first:], note, lists),
         friction=neck.friction,
         friction_speed=neck.friction_speed,
         surface=surface,
     )
-    return on_grid(s, points) if neck.surface else s
+    return on_grid(s, s.grid_points) if neck.surface else s
+
+
+@lru_cache(maxsize=256)
+def on_bench(string: String, neck: Neck, answering: bool = False) -> tuple[SimpleNamespace, list[float]]:
+    """`string` and `neck` as a BENCH_STRING, and the numbers of its lists; without taps.
+
+    answering: with what strings need that answer each other.
+    """
+    numbers: list[float] = []
+    given = SimpleNamespace(answering_modes=0, tap_width=1, capo=int(neck.capo > 0))
+    given.paper_law = int(string.stiffness_law == "paper")
+    for source, names in ((string, FROM_STRING), (neck, FROM_NECK)):
+        vars(given).update({name: getattr(source, name) for name in names})
+    y, free = neck.admittance, neck.free_length or FREE_PART * string.length
+    given.nut_conductance = y.stop
+    places, taken = (0.0, *neck.fret_positions), len(y.resonances) + 1
+    felt = [y.parts(neck.capo + x, free) if neck.capo + x else (1.0,) * taken for x in places]
+    lists: dict[str, Iterable[tuple[float, ...]]] = {
+        "pitches": [
+            (string.frequency(n), _ratio(string, n)) for n in range(string.open_note, string.open_note + len(places))
+        ],
+        "frets": zip(neck.fret_positions, neck.fret_heights, strict=True),
+        "resonances": ((r.frequency, r.quality, r.mass) for r in y.resonances),
+        "parts": ((part**2,) for row in felt for part in row),
+        "nut_parts": (
+            (part,) for x in places * answering for part in y.parts(string.length - (string.length - x), free)
+        ),
+        "table": y.table,
+        "frequencies": ((nu,) for nu in string.measured_frequencies),
+        "dampings": ((sigma,) for sigma in string.measured_dampings),
+        "surface": neck.surface,
+        "taps": (),
+    }
+    for name, rows in lists.items():
+        listed = list(rows)
+        vars(given).update({name: len(numbers), f"{name}_count": len(listed)})
+        numbers.extend(flat(listed))
+    return given, numbers
+
+
+FROM_STRING = (
+    "length", "linear_density", "tension", "diameter", "inharmonicity", "viscoelastic_angle", "thermoelastic",
+    "extra_damping", "extra_damping_slope", "law_fundamental",
+)  # fmt: skip
+FROM_NECK = ("contact_stiffness", "contact_exponent", "friction", "friction_speed", "grid_step", "stop_conductance")
+
+
+def _felt(y: Admittance, parts: Sequence[float], note: SimpleNamespace, lists: list[float]) -> Admittance:
+    """The admittance at the stop of `note`, of a neck with `y` at its nut; `parts` of y are felt there."""
+    felt = (r for r, part in zip(y.resonances, parts, strict=False) if part)
+    masses = lists[note.resonances + 2 : note.resonances + 3 * note.resonances_count : 3]
+    table = [tuple(lists[k : k + 3]) for k in range(note.table, note.table + 3 * note.table_count, 3)]
+    resonances = tuple(replace(r, mass=mass) for r, mass in zip(felt, masses, strict=True))
+    return Admittance(resonances, tuple(table), note.stop)  # type: ignore[arg-type]
 
 
 def tensioned(string: String, ratio: float) -> String:
@@ -334,23 +397,30 @@ def tensioned(string: String, ratio: float) -> String:
     Measured modes follow nu^2 + (r^2 - 1) (j f0)^2, as tension is the only part of a mode's stiffness that changes;
     their damping stays.
     """
-    square, f0 = ratio**2, string.law_fundamental or string.nominal_fundamental
+    square, f0 = ratio * ratio, string.law_fundamental or string.nominal_fundamental
+    tension, inharmonicity = bench.under_tension(string.tension, string.inharmonicity, ratio)
     measured = (math.sqrt(nu**2 + (square - 1) * (j * f0) ** 2) for j, nu in enumerate(string.measured_frequencies, 1))
     return replace(
         string,
-        tension=string.tension * square,
-        inharmonicity=string.inharmonicity / square,
+        tension=tension,
+        inharmonicity=inharmonicity,
         law_fundamental=string.law_fundamental * ratio,
         measured_frequencies=tuple(measured),
     )
 
 
+def _ratio(string: String, note: int) -> float:
+    """How many times as high `string` must be tuned for `note` to have its own offset."""
+    if not string.offsets:
+        return 1.0
+    cents = string.offsets[note % 12] - string.offsets[string.open_note % 12]
+    return 2.0 ** (cents / 1200) if cents else 1.0
+
+
 def _tuned_for(string: String, note: int) -> String:
     """`string` as its open note would have to be tuned for `note` to have its own offset."""
-    if not string.offsets:
-        return string
-    cents = string.offsets[note % 12] - string.offsets[string.open_note % 12]
-    return tensioned(string, 2.0 ** (cents / 1200)) if cents else string
+    ratio = _ratio(string, note)
+    return tensioned(string, ratio) if ratio != 1.0 else string
 
 
 def on_grid(s: Speaking, points: int) -> Speaking:
@@ -391,22 +461,4 @@ def stretched(law: str, inharmonicity: float, mode: Floats) -> Floats:
     "hinged": sqrt(1 + B j^2), the stiff string on hinges (Fletcher 1964). "paper": 1 + B j^2 / 2, eq. 8 as printed, a
     fit to one G string that holds for B j^2 below about 0.04.
     """
-    square = inharmonicity * mode**2
-    return np.asarray(1 + square / 2 if law == "paper" else np.sqrt(1 + square))
-
-
-def _tuned(sounds: float, stretch: float, mass: float, admittance: Admittance) -> float:
-    """f0 (Hz) for a first mode at `sounds` (Hz). mass: 2 mu L, kg, so that mu c is mass times f0.
-
-    stretch: nu_1 / f0 on a rigid neck.
-    """
-    fundamental = sounds / stretch
-    if not admittance:
-        return fundamental
-    for _ in range(8):  # fixed-point iteration; each pass gains digits, as the neck's part is small
-        aside = float(detuning(admittance.at(fundamental), mass * fundamental, 1))
-        aside = min(max(aside, -MOST_DETUNING), MOST_DETUNING)
-        before, fundamental = fundamental, sounds / (stretch + aside)
-        if abs(fundamental / before - 1) < 1e-12:
-            break
-    return fundamental
+    return np.asarray(modal.stretched(law == "paper", inharmonicity, mode))

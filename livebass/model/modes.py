@@ -1,4 +1,6 @@
-"""Modes of a speaking string: frequencies, the damping law (eqs. 9 to 11), shapes (eq. 3), and plucks in them.
+"""Modes of a speaking string: frequencies and dampings (eqs. 8 to 11), shapes (eq. 3), and plucks in them.
+
+The laws of both are kernels/string/law.py.
 
 Bending stiffness acts by one of two laws (`String.stiffness_law`), with B = pi^2 E I / (T L^2):
 
@@ -15,16 +17,14 @@ Equation numbers: Issanchou et al. (2018).
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 
 from livebass.arrays import Floats
+from livebass.kernels.string import law
 from livebass.model.instrument import Pluck, Speaking, stretched
 from livebass.model.neck import detuning, neck_damping
-
-AIR_VISCOSITY = 1.8e-5  # kg/m/s, eta_air of eq. 10
-AIR_DENSITY = 1.2  # kg/m3, rho_air
-CLAMP_WAVENUMBER = 800 / 0.863  # modes per metre; above, the published damping is constant
 
 CARRIED = 0.45  # of the contact rate: the highest mode that a bass is played with (kernels.string.modal.MOST_TURN)
 
@@ -53,7 +53,7 @@ def dampings(s: Speaking, count: int, ringing_at: Floats | None = None) -> Float
     known already.
     """
     ringing_at = frequencies(s, count) if ringing_at is None else ringing_at
-    nu = law_frequencies(s, np.arange(1.0, count + 1), damped_fundamental(s))
+    nu = law_frequencies(s, np.arange(1.0, count + 1))
     sigma = math.pi * nu * loss_factor(s, nu) + neck_damping(s.admittance.at(ringing_at), impedance(s), s.fundamental)
     if s.stop == 0:
         known = np.asarray(s.string.measured_dampings[:count])
@@ -61,29 +61,19 @@ def dampings(s: Speaking, count: int, ringing_at: Floats | None = None) -> Float
     return sigma + s.string.extra_damping + s.string.extra_damping_slope * 2 * math.pi * nu
 
 
-def damped_fundamental(s: Speaking) -> float:
-    """Returns the fundamental (Hz) over which the damping law is taken.
+def law_frequencies(s: Speaking, mode: Floats, fundamental: float | None = None) -> Floats:
+    """Returns the frequencies (Hz), (n,), at which the damping law is taken for `mode` (n,) over `fundamental` (Hz).
 
-    If f0 was measured, the published dampings still follow c / 2L of the tension in the table.
+    If that is left out: over f0, or, where f0 was measured, over c / 2L of the tension in the table, as the published
+    dampings follow that.
     """
-    return s.string.nominal_fundamental if s.stop == 0 and s.string.law_fundamental else s.fundamental
-
-
-def law_frequencies(s: Speaking, mode: Floats, fundamental: float) -> Floats:
-    """Returns the frequencies (Hz), (n,), at which the damping law is taken for `mode` (n,) over `fundamental` (Hz)."""
-    if s.string.stiffness_law == "paper":
-        return np.minimum(mode, clamped_mode(s)) * fundamental
-    return np.asarray(mode * fundamental * stretched("hinged", s.inharmonicity, mode))
-
-
-def clamped_mode(s: Speaking) -> int:
-    """Returns the number of the mode from which on damping by the law "paper" is constant."""
-    return max(1, math.floor(CLAMP_WAVENUMBER * s.length))
+    note = s.note if fundamental is None else SimpleNamespace(**vars(s.note) | {"damped_fundamental": fundamental})
+    return np.asarray(law.damped_at(note, mode))
 
 
 def bending(s: Speaking) -> float:
     """Returns the bending stiffness E I of the core, N m^2, by the inharmonicity: B = pi^2 E I / (T L^2)."""
-    return s.string.inharmonicity * s.string.tension * s.string.length**2 / math.pi**2
+    return float(s.note.bending)
 
 
 def loss_factor(s: Speaking, nu: Floats) -> Floats:
@@ -91,24 +81,12 @@ def loss_factor(s: Speaking, nu: Floats) -> Floats:
 
     Friction with the air (eq. 10), the viscoelastic term (eq. 11) and the thermoelastic one (eq. 9).
     """
-    string = s.string
-    mu = string.linear_density
-    friction = 2 * math.pi * AIR_VISCOSITY + 2 * math.pi * string.diameter * np.sqrt(
-        math.pi * AIR_VISCOSITY * AIR_DENSITY * nu
-    )
-    air = friction / (2 * math.pi * mu * nu)
-    if string.stiffness_law == "paper":
-        viscoelastic = 4 * math.pi**2 * mu * bending(s) * string.viscoelastic_angle / string.tension**2 * nu**2
-    else:
-        product = 4 * math.pi**2 * mu * bending(s) / string.tension**2 * nu**2  # B j^2 (1 + B j^2)
-        square = 2 * product / (1 + np.sqrt(1 + 4 * product))  # B j^2
-        viscoelastic = string.viscoelastic_angle * square / (1 + square)
-    return np.asarray(air + viscoelastic + string.thermoelastic)
+    return np.asarray(law.loss_factor(s.note, nu))
 
 
 def impedance(s: Speaking) -> float:
     """Wave impedance mu c of the string, kg/s, with c = 2 L f0."""
-    return 2 * s.string.linear_density * s.length * s.fundamental
+    return float(law.impedance(s.string.linear_density, s.length, s.fundamental))
 
 
 def neck_detuning(s: Speaking, count: int) -> Floats:
@@ -143,7 +121,7 @@ def pluck_amplitudes(s: Speaking, count: int, pluck: Pluck) -> Floats:
 
 def held_stiffness(s: Speaking) -> float:
     """Returns E I / T (m^2) for the shape that a finger holds; 0 by the law "paper", whose shape is a triangle."""
-    return 0.0 if s.string.stiffness_law == "paper" else s.inharmonicity * (s.length / math.pi) ** 2
+    return float(s.note.held_stiffness)
 
 
 def grazing_apex(s: Speaking, position: float) -> float:

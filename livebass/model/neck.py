@@ -14,13 +14,16 @@ is as high as the surface at the point, or as the crown that lies within its ste
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from livebass.arrays import Complexes, Floats
+from livebass.kernels.bass import bench
+from livebass.kernels.string import law
 
 FREE_PART = 0.6  # of the scale length, from the nut to the body, if a preset does not say
 MOST_SHAPE = 40  # number of the highest bending mode
@@ -63,37 +66,20 @@ class Admittance:
         y: Complexes = np.full(nu.shape, self.stop, np.complex128)
         if self.resonances:
             f, q, mass = np.array([(r.frequency, r.quality, r.mass) for r in self.resonances]).T
-            off, width = f**2 - nu[..., None] ** 2, nu[..., None] * f / q
-            part = 1 / (2 * math.pi * mass * (off**2 + width**2))  # real arithmetic: presets are checked at every fret
-            y = y + nu * (np.sum(width * part, axis=-1) + 1j * np.sum(off * part, axis=-1))
+            real, imaginary = law.resonance(f, q, mass, nu[..., None])
+            y = y + nu * (np.sum(real, axis=-1) + 1j * np.sum(imaginary, axis=-1))
         if self.table:
             known, real, imaginary = np.array(self.table).T
             y = y + np.interp(nu, known, real, 0.0, 0.0) + 1j * np.interp(nu, known, imaginary, 0.0, 0.0)
         return y
 
-    def moved(self, place: float, free_length: float) -> Admittance:
-        """The admittance `place` (m) from the nut, on a neck that is free over `free_length` (m) from the nut.
+    def parts(self, place: float, free_length: float) -> tuple[float, ...]:
+        """By which part a force `place` (m) from the nut moves the nut, for each resonance, and last for the table.
 
-        Each resonance counts by the square of its bending shape, as if its mass were greater. A table, whose
-        vibrations are not known, counts by the shape of the first. Where the body begins, bending ends.
+        The neck is free over `free_length` (m) from the nut. A resonance counts by its bending shape; a table, whose
+        vibrations are not known, by the shape of the first. Where the body begins, bending ends.
         """
-        if place == 0 or not self:
-            return self
-        return self._weighted(place / free_length, 2)
-
-    def toward_nut(self, place: float, free_length: float) -> Admittance:
-        """The velocity of the nut over a force `place` (m) from it: each resonance counts by its bending shape."""
-        return self._weighted(place / free_length, 1)
-
-    def _weighted(self, place: float, power: int) -> Admittance:
-        """Each resonance times a power of its bending shape at `place`, a part of the free length."""
-        moved = []
-        for r in self.resonances:
-            if part := bending_shape(r.shape, place) ** power:
-                moved.append(replace(r, mass=r.mass / part))
-        part = bending_shape(1, place) ** power
-        table = tuple((nu, part * real, part * imaginary) for nu, real, imaginary in self.table) if part else ()
-        return Admittance(tuple(moved), table)
+        return tuple(bending_shape(k, place / free_length) for k in (*(r.shape for r in self.resonances), 1))
 
 
 def detuning(y: ArrayLike, impedance: float, mode: ArrayLike) -> Floats:
@@ -101,7 +87,7 @@ def detuning(y: ArrayLike, impedance: float, mode: ArrayLike) -> Floats:
 
     Eq. 8 with the sign for exp(+i omega t). y: Y at omega_{0,j}, m/s/N; impedance: mu c, kg/s; mode: j. Shaped as y.
     """
-    return np.asarray(-impedance / (math.pi * np.asarray(mode)) * np.imag(y))
+    return np.asarray(law.detuning(np.imag(y), impedance, np.asarray(mode)))
 
 
 def neck_damping(y: ArrayLike, impedance: float, fundamental: float) -> Floats:
@@ -109,7 +95,7 @@ def neck_damping(y: ArrayLike, impedance: float, fundamental: float) -> Floats:
 
     y: Y at omega_j, m/s/N; impedance: mu c, kg/s; fundamental: f0, Hz, as c / L = 2 f0. Shaped as y.
     """
-    return np.asarray(2 * fundamental * impedance * np.real(y))
+    return np.asarray(law.neck_damping(np.real(y), impedance, fundamental))
 
 
 def bending_shape(number: int, place: float) -> float:
@@ -200,11 +186,19 @@ def surface_beyond(surface: Surface, stop: float, height: float, total: float) -
     stop: m from the nut, at `height` (m); total: m from the nut to the saddle. Places in the result count from the
     stop, heights from the straight line between stop and saddle.
     """
-    length = total - stop
-    rest = [(x - stop, h - height * (total - x) / length) for x, h in surface if stop < x < total]
-    if not rest:
-        return ()
-    return ((0.0, height_at(surface, stop) - height), *rest) if stop >= surface[0][0] else tuple(rest)
+    lists = [0.0] * (2 * len(surface) + 2)
+    end = bench.surface_beyond(flat(surface), 0, len(surface), stop, height, total, lists, 0)
+    return rows_of(lists, 0, end // 2)
+
+
+def flat(rows: Iterable[tuple[float, ...]]) -> list[float]:
+    """The numbers of `rows`, one after the other."""
+    return [number for row in rows for number in row]
+
+
+def rows_of(numbers: Sequence[float], first: int, count: int) -> tuple[tuple[float, float], ...]:
+    """The `count` pairs that begin at place `first`."""
+    return tuple((float(numbers[k]), float(numbers[k + 1])) for k in range(first, first + 2 * count, 2))
 
 
 def surface_on_grid(surface: Surface, length: float, points: int) -> tuple[Floats, Floats]:

@@ -14,8 +14,9 @@ from typing import Any
 
 import numpy as np
 
+from livebass.kernels.bass.bench import MOST_DETUNING
 from livebass.model import modes
-from livebass.model.instrument import MOST_DETUNING, Neck, String, speaking
+from livebass.model.instrument import Neck, String, speaking
 from livebass.model.neck import MOST_SHAPE, Admittance, Resonance, Surface, fretted_surface, height_at, wooden_surface
 from livebass.model.quality import MOST_MODES
 from livebass.units import DIMENSIONS, format_quantity

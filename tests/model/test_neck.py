@@ -137,9 +137,12 @@ def test_bending_shapes() -> None:
 
 def test_a_table_follows_the_first_bending_mode() -> None:
     y = Admittance(table=((50.0, 1e-3, 2e-3), (500.0, 2e-3, -1e-3)))
-    part = bending_shape(1, 0.5) ** 2
-    assert y.moved(0.25, 0.5).at(50.0) == pytest.approx(part * (1e-3 + 2e-3j))
-    assert y.moved(0.0, 0.5) == y and not y.moved(0.5, 0.5)
+    neck = replace(g_neck(), admittance=y, free_length=0.5, stop_conductance=0.0)
+    for fret, place in enumerate((0.0, *neck.fret_positions)):
+        part = bending_shape(1, place / 0.5) ** 2
+        found = speaking(g_string(), neck, fret).admittance
+        assert found.at(50.0) == pytest.approx(part * (1e-3 + 2e-3j)) and bool(found) == (place < 0.5)
+    assert speaking(g_string(), neck, 0).admittance == y and place > 0.5
 
 
 def decay(bass: Instrument, string: int) -> list[float]:

@@ -6,17 +6,18 @@ numbers, and of the memory to fill. A NOTE is one string at one fret. Lists of a
 admittance, measured modes, obstacles, taps) lie in one array of float64, and a note holds where: an offset and a length
 in rows.
 
-model/modes.py and model/neck.py have the physics in numpy, with explanations; here it is again, mode by mode. Mode
-shapes at the obstacles, which lie on a grid of N steps, come from a table of sin(pi k / N), as sin(pi j k / N) has a
-period of 2 N in j k: exact to rounding for any mode, and without a sine a number. Nothing in here is reassociated:
-every processor makes the same rows of the same sines. Equation numbers: Issanchou et al. (2018). [any thread]
+law.py has the law of the modes. Mode shapes at the obstacles, which lie on a grid of N steps, come from a table of
+sin(pi k / N), as sin(pi j k / N) has a period of 2 N in j k: exact to rounding for any mode, and without a sine a
+number. Nothing in here is reassociated: every processor makes the same rows of the same sines. Equation numbers:
+Issanchou et al. (2018). [any thread]
 """
 
 import numpy as np
 
-from livebass.compiling import entry, jit
+from livebass.compiling import entry, inlined, jit
 from livebass.kernels.machine.elementary import cos, exp, sin
 from livebass.kernels.machine.native import floats_at, record_at, words_at
+from livebass.kernels.string.law import damping, frequency
 from livebass.kernels.string.operators import (
     COEFFICIENT_ROWS,
     DOUBLE,
@@ -43,8 +44,7 @@ FADE_FROM, FADE_TO = 0.40, 0.46  # of the audio rate: modes fade from the output
 FREE_APEX = 2e-3  # of the length: the pluck that counts as grazing where there is no obstacle
 LEAST_SINE = 1e-9  # of a fine step, of a mode whose motion between two fine steps can be told
 ON_GRID = 1e-9  # of a grid step, by which an obstacle may be off the grid
-AIR_VISCOSITY = 1.8e-5  # kg/m/s, eta_air of eq. 10
-AIR_DENSITY = 1.2  # kg/m3, rho_air
+ALL = 1 << 40  # no list of numbers is as long
 
 # Taps: through pickups, rows (m from the stop, aperture in m); the displacement at two sensors, for u and for v, a row
 # of (m from the stop,) each, with the modes that the audio rate carries, or with all, at each phase of a frame
@@ -53,7 +53,7 @@ PICKUPS, SENSORS, SAMPLED = 0, 1, 2
 DONE, OVERDAMPED, FROZEN = 0, 1, 2
 
 
-def _rows(name: str) -> list[tuple[str, str]]:
+def listed(name: str) -> list[tuple[str, str]]:
     """A list among the numbers: where its first row begins, and how many rows it has."""
     return [(name, "i8"), (f"{name}_count", "i8")]
 
@@ -82,14 +82,14 @@ NOTE = np.dtype(
         ("friction", "f8"),  # N/m, A of eq. 7
         ("friction_speed", "f8"),  # m/s, s of eq. 7
         ("stop", "f8"),  # m/s/N, Re Y at every frequency
-        *_rows("resonances"),  # (Hz, Q, kg) each
-        *_rows("table"),  # (Hz, Re Y, Im Y) each, ascending
-        *_rows("frequencies"),  # (Hz,) each, measured, of the first modes
-        *_rows("dampings"),  # (1/s,) each, measured
-        *_rows("obstacles"),  # (m from the stop, height in m) each
-        *_rows("surface"),  # (m from the stop, height in m) each, ascending: in place of obstacles
-        *_rows("taps"),
-        *_rows("answers"),  # (Re Y, Im Y) each, m/s/N: of the nut by this stop, for each mode that may answer
+        *listed("resonances"),  # (Hz, Q, kg) each
+        *listed("table"),  # (Hz, Re Y, Im Y) each, ascending
+        *listed("frequencies"),  # (Hz,) each, measured, of the first modes
+        *listed("dampings"),  # (1/s,) each, measured
+        *listed("obstacles"),  # (m from the stop, height in m) each
+        *listed("surface"),  # (m from the stop, height in m) each, ascending: in place of obstacles
+        *listed("taps"),
+        *listed("answers"),  # (Re Y, Im Y) each, m/s/N: of the nut by this stop, for each mode that may answer
     ],
     align=True,
 )
@@ -221,91 +221,10 @@ def lay_out(work, note, op, place):
     op.answering = note.answers_count
 
 
-# The modes of a note: model/modes.py. j counts from 1.
-
-
-@jit
-def stretched(note, j):
-    """nu_j / (j f0) on a rigid neck."""
-    square = note.inharmonicity * (j * j)
-    return 1 + square / 2 if note.paper_law else np.sqrt(1 + square)
-
-
-@jit
-def admittance(work, note, nu):
-    """Re Y and Im Y (m/s/N) of the neck at `nu` (Hz)."""
-    real = 0.0
-    imaginary = 0.0
-    for i in range(note.resonances_count):
-        row = note.resonances + 3 * i
-        f, quality, mass = number(work, row, 0), number(work, row, 1), number(work, row, 2)
-        off = f * f - nu * nu
-        width = nu * f / quality
-        part = 1 / (2 * np.pi * mass * (off * off + width * width))
-        real += width * part
-        imaginary += off * part
-    real = note.stop + nu * real
-    imaginary = nu * imaginary
-    n = note.table_count
-    if n > 0 and number(work, note.table, 0) <= nu <= number(work, note.table, 3 * (n - 1)):
-        i = 0
-        while i < n - 1 and number(work, note.table, 3 * (i + 1)) <= nu:
-            i += 1
-        row = note.table + 3 * i
-        a = number(work, row, 1)
-        b = number(work, row, 2)
-        if i < n - 1:
-            x = nu - number(work, row, 0)
-            step = number(work, row, 3) - number(work, row, 0)
-            a += (number(work, row, 4) - a) / step * x
-            b += (number(work, row, 5) - b) / step * x
-        real += a
-        imaginary += b
-    return real, imaginary
-
-
-@jit
-def impedance(note):
-    """mu c, kg/s."""
-    return 2 * note.linear_density * note.length * note.fundamental
-
-
-@jit
-def frequency(work, note, j):
-    """nu_j, Hz: eq. 8, or measured."""
-    if j <= note.frequencies_count:
-        return number(work, note.frequencies, j - 1)
-    nu = j * note.fundamental
-    yielding = -impedance(note) / (np.pi * j) * admittance(work, note, nu)[1]
-    return nu * (stretched(note, float(j)) + yielding)
-
-
-@jit
-def damping(work, note, j, nu):
-    """sigma_j, 1/s, of the mode at `nu` (Hz): eqs. 9 to 11, or measured."""
-    if note.paper_law:
-        law = min(float(j), note.clamp) * note.damped_fundamental
-    else:
-        law = j * note.damped_fundamental * stretched(note, float(j))
-    if j <= note.dampings_count:
-        sigma = number(work, note.dampings, j - 1)
-    else:
-        sigma = np.pi * law * loss_factor(note, law)
-        sigma += 2 * note.fundamental * impedance(note) * admittance(work, note, nu)[0]
-    return sigma + note.extra_damping + note.extra_damping_slope * 2 * np.pi * law
-
-
-@jit
-def loss_factor(note, nu):
-    """1/Q at `nu` (Hz) without the neck: air, viscoelastic and thermoelastic losses."""
-    mu = note.linear_density
-    rubbing = 2 * np.pi * AIR_VISCOSITY + 2 * np.pi * note.diameter * np.sqrt(np.pi * AIR_VISCOSITY * AIR_DENSITY * nu)
-    air = rubbing / (2 * np.pi * mu * nu)
-    product = 4 * np.pi**2 * mu * note.bending / (note.tension * note.tension) * (nu * nu)  # hinged: B j^2 (1 + B j^2)
-    if note.paper_law:
-        return air + product * note.viscoelastic_angle + note.thermoelastic
-    square = 2 * product / (1 + np.sqrt(1 + 4 * product))  # B j^2
-    return air + note.viscoelastic_angle * square / (1 + square) + note.thermoelastic
+@inlined
+def numbers_of(work):
+    """The numbers that the notes point into, as many as there are."""
+    return floats_at(work.numbers, ALL)
 
 
 @jit
@@ -313,7 +232,7 @@ def carried(work, note):
     """Number of the wanted modes that lie below `work.carried` of the contact rate, at least 1."""
     count = 0
     for j in range(1, note.modes + 1):
-        if frequency(work, note, j) < work.carried * work.contact_rate:
+        if frequency(note, numbers_of(work), j) < work.carried * work.contact_rate:
             count += 1
     return max(count, 1)
 
@@ -354,8 +273,8 @@ def set_coefficients(work, note, op):
         kappa[k] = 1.0
         omega[k] = 1.0
     for k in range(op.modes):
-        nu = frequency(work, note, k + 1)
-        s = 0.0 if work.lossless else damping(work, note, k + 1, nu)
+        nu = frequency(note, numbers_of(work), k + 1)
+        s = 0.0 if work.lossless else damping(note, numbers_of(work), k + 1, nu)
         w = 2 * np.pi * nu
         if s >= w:
             return np.int64(OVERDAMPED)
@@ -508,7 +427,7 @@ def set_coupling(work, note, op):
         turn[m] = grid_point(note, x[m]) * op.modes % (2 * n)
     scale = np.sqrt(2 / note.length)
     for j in range(op.modes + 1, n):
-        w = 2 * np.pi * frequency(work, note, j)
+        w = 2 * np.pi * frequency(note, numbers_of(work), j)
         part = 1 / (w * w)
         for m in range(points):
             k = grid_point(note, x[m])

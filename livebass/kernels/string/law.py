@@ -1,0 +1,148 @@
+"""The modes of a note: frequencies (eq. 8) and damping (eqs. 9 to 11), for kernels and for Python.
+
+A `note` is a NOTE (preparing.py) or any object with its fields; its lists lie in `numbers`. Modes `j` count from 1. All
+but `admittance` and what calls it take arrays as well as numbers. model/modes.py and model/neck.py explain the physics.
+Equation numbers: Issanchou et al. (2018). [any thread]
+"""
+
+import numpy as np
+
+from livebass.compiling import shared
+
+AIR_VISCOSITY = 1.8e-5  # kg/m/s, eta_air of eq. 10
+AIR_DENSITY = 1.2  # kg/m3, rho_air
+CLAMP_WAVENUMBER = 800 / 0.863  # modes per metre; above, the published damping is constant
+SQUARE_PI = np.pi**2
+
+
+@shared
+def stretched(paper_law, inharmonicity, j):
+    """nu_j / (j f0) on a rigid neck."""
+    square = inharmonicity * (j * j)
+    return 1 + square / 2 if paper_law else np.sqrt(1 + square)
+
+
+@shared
+def impedance(linear_density, length, fundamental):
+    """mu c of a string, kg/s."""
+    return 2 * linear_density * length * fundamental
+
+
+@shared
+def resonance(f, quality, mass, nu):
+    """Re and Im of the admittance of one resonance (Hz, Q, kg) at `nu` (Hz), over nu, m/N."""
+    off = f * f - nu * nu
+    width = nu * f / quality
+    part = 1 / (2 * np.pi * mass * (off * off + width * width))
+    return width * part, off * part
+
+
+@shared
+def detuning(susceptance, impedance, j):
+    """Relative shift of mode `j` by the neck, its term in nu_j / (j f0), by Im Y at its frequency."""
+    return -impedance / (np.pi * j) * susceptance
+
+
+@shared
+def neck_damping(conductance, impedance, fundamental):
+    """Damping (1/s) of a mode by the neck, its term in sigma_j, by Re Y at its frequency."""
+    return 2 * fundamental * impedance * conductance
+
+
+@shared
+def damped_at(note, j):
+    """The frequency (Hz) at which the damping law is taken."""
+    if note.paper_law:
+        return np.minimum(j, note.clamp) * note.damped_fundamental
+    return j * note.damped_fundamental * stretched(0, note.inharmonicity, j)
+
+
+@shared
+def loss_factor(note, nu):
+    """1/Q at `nu` (Hz) without the neck: air, viscoelastic and thermoelastic losses."""
+    mu = note.linear_density
+    rubbing = 2 * np.pi * AIR_VISCOSITY + 2 * np.pi * note.diameter * np.sqrt(np.pi * AIR_VISCOSITY * AIR_DENSITY * nu)
+    air = rubbing / (2 * np.pi * mu * nu)
+    product = 4 * SQUARE_PI * mu * note.bending / (note.tension * note.tension) * (nu * nu)
+    if note.paper_law:
+        return air + product * note.viscoelastic_angle + note.thermoelastic
+    square = 2 * product / (1 + np.sqrt(1 + 4 * product))  # B j^2, of which `product` is B j^2 (1 + B j^2)
+    return air + note.viscoelastic_angle * square / (1 + square) + note.thermoelastic
+
+
+@shared
+def bending_stiffness(inharmonicity, tension, length):
+    """E I of a string's core, N m^2: B = pi^2 E I / (T L^2)."""
+    return inharmonicity * tension * (length * length) / SQUARE_PI
+
+
+@shared
+def held_part(paper_law, inharmonicity, length):
+    """E I / T (m^2) for the shape that a finger holds; 0 by the law "paper", whose shape is a triangle."""
+    part = length / np.pi
+    return 0.0 if paper_law else inharmonicity * (part * part)
+
+
+@shared
+def clamped_mode(length):
+    """The number of the mode from which on damping by the law "paper" is constant."""
+    return max(1.0, np.floor(CLAMP_WAVENUMBER * length))
+
+
+@shared
+def admittance(note, numbers, nu):
+    """Re Y and Im Y (m/s/N) of the neck at `nu` (Hz)."""
+    real = 0.0
+    imaginary = 0.0
+    for i in range(note.resonances_count):
+        row = note.resonances + 3 * i
+        width, off = resonance(numbers[row], numbers[row + 1], numbers[row + 2], nu)
+        real += width
+        imaginary += off
+    real = note.stop + nu * real
+    imaginary = nu * imaginary
+    a, b = tabled(numbers, note.table, note.table_count, 1.0, nu)
+    return real + a, imaginary + b
+
+
+@shared
+def tabled(numbers, first, count, part, nu):
+    """A `part` of Re Y and Im Y (m/s/N) by `count` rows (Hz, Re Y, Im Y) from `first` on, lines between; 0 outside."""
+    if count == 0 or not numbers[first] <= nu <= numbers[first + 3 * (count - 1)]:
+        return 0.0, 0.0
+    i = 0
+    while i < count - 1 and numbers[first + 3 * (i + 1)] <= nu:
+        i += 1
+    row = first + 3 * i
+    a = part * numbers[row + 1]
+    b = part * numbers[row + 2]
+    if i < count - 1:
+        x = nu - numbers[row]
+        step = numbers[row + 3] - numbers[row]
+        a += (part * numbers[row + 4] - a) / step * x
+        b += (part * numbers[row + 5] - b) / step * x
+    return a, b
+
+
+@shared
+def frequency(note, numbers, j):
+    """nu_j, Hz: eq. 8, or measured."""
+    if j <= note.frequencies_count:
+        return numbers[note.frequencies + j - 1]
+    nu = j * note.fundamental
+    through = impedance(note.linear_density, note.length, note.fundamental)
+    aside = detuning(admittance(note, numbers, nu)[1], through, j)
+    return nu * (stretched(note.paper_law, note.inharmonicity, float(j)) + aside)
+
+
+@shared
+def damping(note, numbers, j, nu):
+    """sigma_j, 1/s, of the mode at `nu` (Hz): eqs. 9 to 11, or measured."""
+    law = damped_at(note, float(j))
+    if j <= note.dampings_count:
+        sigma = numbers[note.dampings + j - 1]
+    else:
+        through = impedance(note.linear_density, note.length, note.fundamental)
+        sigma = np.pi * law * loss_factor(note, law)
+        sigma += neck_damping(admittance(note, numbers, nu)[0], through, note.fundamental)
+    return sigma + note.extra_damping + note.extra_damping_slope * 2 * np.pi * law

@@ -1,0 +1,57 @@
+"""The law of the modes is the paper's: eqs. 8 to 11 written down once more, as printed."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.strings import g_neck, g_string
+
+from livebass import load_preset
+from livebass.model.instrument import Neck, String, speaking
+from livebass.model.modes import bending, dampings, frequencies
+from livebass.model.neck import Admittance, Resonance
+
+VISCOSITY, AIR = 1.8e-5, 1.2  # kg/m/s, kg/m3
+PAPER_LENGTH = 0.863  # m, of the string of which 800 modes have published dampings
+NECK = Admittance((Resonance(70.0, 6.0, 2.0), Resonance(312.0, 20.0, 0.5)), stop=0.0)
+
+
+def g(law: str) -> tuple[String, Neck]:
+    """The measured G string on a neck that yields, by the law alone."""
+    string = replace(g_string(), measured_frequencies=(), measured_dampings=(), law_fundamental=0.0)
+    string = replace(string, stiffness_law=law, extra_damping=0.7, extra_damping_slope=1e-4)
+    return string, replace(g_neck(), admittance=NECK, stop_conductance=1e-4)
+
+
+@pytest.mark.parametrize("law", ["hinged", "paper"])
+@pytest.mark.parametrize("fret", [0, 7])
+def test_frequencies_and_dampings_are_those_of_the_paper(law: str, fret: int) -> None:
+    string, neck = g(law)
+    s, count = speaking(string, neck, fret), 850
+    j, f0, mu, c = np.arange(1, count + 1), s.fundamental, string.linear_density, 2 * s.length * s.fundamental
+    b = string.inharmonicity * (string.length / s.length) ** 2
+    rigid = 1 + b * j**2 / 2 if law == "paper" else np.sqrt(1 + b * j**2)
+    nu = j * f0 * (rigid - mu * c / (j * math.pi) * s.admittance.at(j * f0).imag)
+    np.testing.assert_allclose(frequencies(s, count), nu, rtol=1e-13)
+    at = np.minimum(j, math.floor(800 * s.length / PAPER_LENGTH)) * f0 if law == "paper" else j * f0 * rigid
+    friction = 2 * math.pi * VISCOSITY + 2 * math.pi * string.diameter * np.sqrt(math.pi * VISCOSITY * AIR * at)
+    stiffness = math.pi**2 * string.tension**-2 * mu * bending(s) * 4 * at**2
+    if law == "hinged":  # the part of a mode's elastic energy that is in bending
+        stiffness = 1 - 1 / ((np.sqrt(1 + 4 * stiffness) + 1) / 2)
+    quality = friction / (2 * math.pi * mu * at) + string.viscoelastic_angle * stiffness + string.thermoelastic
+    sigma = math.pi * at * quality + mu * c**2 / s.length * s.admittance.at(nu).real
+    sigma += string.extra_damping + 2 * math.pi * at * string.extra_damping_slope
+    np.testing.assert_allclose(dampings(s, count), sigma, rtol=1e-11)
+    assert sigma[-1] > 10 * sigma[0]
+
+
+def test_bending_is_that_of_the_core() -> None:
+    """B = pi^2 E I / (T L^2), whatever the string is tuned to."""
+    for name in ("jazz-finger", "paper-bass"):
+        bass = load_preset(name)
+        for string, neck in zip(bass.strings, bass.necks, strict=True):
+            ei = string.inharmonicity * string.tension * string.length**2 / math.pi**2
+            assert bending(speaking(string, neck, 5)) == pytest.approx(ei, rel=1e-14)
