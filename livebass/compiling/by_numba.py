@@ -163,7 +163,6 @@ def kernel(**options: Any) -> Callable[[Callable[..., Any]], Any]:
 
 def share(function: Callable[..., Any]) -> None:
     """Makes a Python function known to the kernels that call it."""
-    _kernels.add(_name(function))
     nb.extending.register_jitable(**USUAL, **LEAN, **STRICT)(function)
 
 
