@@ -120,9 +120,16 @@ def test_javascript_has_the_records_of_the_kernels() -> None:
         assert of.fields and of.names
         found = record(of)
         assert found["bytes"] == of.itemsize
-        assert {name: offset for name, (offset, _) in found["fields"].items()} == {
+        offsets = {name: offset for name, (offset, _) in found["fields"].items()}
+        assert {name: offset for name, offset in offsets.items() if "." not in name} == {
             name: of.fields[name][1] for name in of.names
         }
+        for name in offsets:
+            inner, at = of, 0
+            for part in name.split("."):
+                assert inner.fields
+                inner, at = inner.fields[part][0], at + inner.fields[part][1]
+            assert offsets[name] == at
         assert {kind for _, kind in found["fields"].values()} <= {"", "i8", "f8", "u1"}
 
 

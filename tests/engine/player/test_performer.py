@@ -622,9 +622,10 @@ def test_volume_and_expression() -> None:
 def test_what_is_passed_over(message: Message) -> None:
     hands = Hands()
     hands(on(33), *RPN_RANGE)
-    before = hands.p.tobytes()
+    before = hands.p.copy()
     assert kinds(hands(message)) == []
-    assert hands.p.tobytes() == before
+    before["out"] = hands.p["out"]  # where its events would have gone
+    assert hands.p.tobytes() == before.tobytes()
 
 
 @pytest.mark.parametrize("channel", range(16))
@@ -722,7 +723,7 @@ def check(hands: Hands, events: NDArray[np.void]) -> None:
             assert 0 <= e["finger"] < at.TOUCHES and 0.0 <= e["resistance"] < 100.0
             assert e["place"] > 0.0 or e["resistance"] == 0.0
         elif e["kind"] == at.HAMMER:
-            assert 0.29 < e["speed"] < 2.51
+            assert 0.0 < e["speed"] < 2.51
         elif e["kind"] in (at.TONE, at.BLEND):
             assert -1.0 <= e["value"] <= 1.0
         elif e["kind"] == at.IDLE:
