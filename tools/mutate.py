@@ -103,7 +103,7 @@ def turned_round(k, x):
 def choose_mutant(k):
     choose(k)
 '''
-CHOOSE = '''
+CHOOSE = """
 
 _unswitched, _switched = library, []
 
@@ -115,7 +115,7 @@ def library(progress=None):  # noqa: F811
         address = found.address("choose_mutant")
         ctypes.CFUNCTYPE(None, ctypes.c_int64)(address)(int(os.environ.get("LIVEBASS_MUTANT", 0)))
     return found
-'''
+"""
 
 
 @dataclass(frozen=True)
@@ -309,7 +309,7 @@ class Changing(ast.NodeTransformer):
         self.changed = False
         self._inside = False
         self._count = 0
-        self._constants = {name: rest for name, *rest in constants(file, parsed(file))}
+        self._constants = {name: (key, value, line) for name, key, value, line in constants(file, parsed(file))}
 
     def _may_change(self, key: Key, mutant: Mutant, node: ast.expr, new: str) -> ast.expr:
         """Returns `node`, or what stands for it, `new` with {k} for the number and {x} for itself."""
