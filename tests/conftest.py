@@ -69,10 +69,17 @@ NEXT = (
 )
 
 
+# Of the live path and of measurements, what asks a fake device for blocks, or renders: no clock tells these when
+AT_ANY_PACE = (
+    "tests/bench/test_decay.py", "tests/bench/test_render.py", "tests/live/test_desk.py", "tests/live/test_live.py",
+    "tests/live/test_parameters.py", "tests/live/test_takes.py",
+)  # fmt: skip
+
+
 def scope_of(nodeid: str) -> str:
     """The scope one worker takes whole: a file; or all tests that play in real time or measure time, in turn."""
     file = nodeid.split("::")[0]
-    return "timed" if file.startswith(("tests/live/", "tests/bench/")) else file
+    return "timed" if file.startswith(("tests/live/", "tests/bench/")) and file not in AT_ANY_PACE else file
 
 
 def turn_of(scope: str) -> int:

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.jack import PATIENCE
-from support.live import CLOCK, QUICK, RATE, address_of, offline, run_ahead, stopped, synth_and_device
+from support.live import CLOCK, QUICK, RATE, Load, address_of, offline, run_ahead, stopped, synth_and_device
 from support.scores import busy_score
 
 from livebass import QUALITIES, demo_score, load_preset
@@ -465,15 +465,19 @@ def test_coarse_strings_go_on_in_tune() -> None:
     quality = QUALITIES["live"]
     sounds = []
     for exchanged in (False, True):
-        synth, device = synth_and_device("jazz-finger", quality, adaptive=False)
-        bass = synth.bass
+        synth, device = synth_and_device("jazz-finger", quality)
+        load, bass = Load(synth), synth.bass
         assert bass is not None
         synth.send(0x90, 40, 50)
         blocks = [device.block(4800)]
-        for which in (1, 0):
-            if exchanged:
-                block.switch_operators(bass.record[0], 2, which, synth.frame)
-            blocks.append(device.block(4800))
+        load.heavy = exchanged
+        blocks += [device.block(64) for _ in range(4)]
+        assert bass.coarse_strings == [2] * exchanged
+        load.heavy = False
+        blocks.append(device.block(4800))
+        block.stay(synth.address)
+        assert not bass.coarse_strings
+        blocks.append(device.block(4800))
         sounds.append(np.concatenate(blocks))
     plain, changed = sounds
     assert np.array_equal(plain[:4800], changed[:4800])
@@ -483,16 +487,19 @@ def test_coarse_strings_go_on_in_tune() -> None:
 @pytest.mark.parametrize("preset", ["slap", "fretless"])
 def test_changing_operators_in_the_midst_of_contact_is_no_blow(preset: str) -> None:
     """Operators exchanged to and fro within the first contacts: the padding of a block of modes stays at rest."""
-    synth, device = synth_and_device(preset, QUALITIES["live"], adaptive=False)
-    run_ahead(synth, "never")
-    bass = synth.bass
+    synth, device = synth_and_device(preset, QUALITIES["live"])
+    load, bass = Load(synth), synth.bass
     assert bass is not None
     string = bass.engine.strings - 1
     synth.send(0x90, bass.engine.instrument.strings[-1].open_note + 7, 127)
     device.block(544)
     for k in range(50):
-        block.switch_operators(bass.record[0], string, 1 - k % 2, synth.frame)
+        load.heavy = k % 2 == 0
         device.block(5 + 8 * (k % 5))
+        if load.heavy:
+            assert bass.coarse_strings == [string]
+        else:
+            block.stay(synth.address)
     voice, op = bass.engine.voices[string], bass.engine.pool.records[string, 7]
     rest = np.stack(voice.modal_state())[..., op["modes"] : op["padded"]]
     assert op["modes"] < op["padded"] and not rest.any()

@@ -6,6 +6,7 @@ import functools
 
 import numpy as np
 import pytest
+from support.costs import quick
 
 from livebass import QUALITIES, load_preset, preset_names, render_to_array, score_of
 from livebass.analysis.sound import loudness
@@ -19,6 +20,7 @@ HARD, USUAL, SOFT = 127, 90, 20  # velocities
 LOUDEST = (-6.0, -3.0)  # dBFS, peak of a hard line
 APART = 2.0  # LU, at most, between any two basses but those whose notes are short
 SHORT = {"muted"}
+QUICK = set(preset_names()) - {"paper-fretless"}
 DYNAMICS = 12.0  # dB, at least, between a soft line and a hard one
 DC = -60.0  # dBFS, at most, of the mean of the steady part
 
@@ -31,7 +33,7 @@ def line(name: str, velocity: int) -> np.ndarray:
     return render_to_array(load_preset(name), score_of(notes, RATE), QUALITIES["live"], tail=0.5).sum(axis=0)
 
 
-@pytest.mark.parametrize("name", preset_names())
+@pytest.mark.parametrize("name", quick(preset_names(), QUICK))
 def test_levels(name: str) -> None:
     peak = decibels(np.abs(line(name, HARD)).max())
     assert LOUDEST[0] <= peak <= LOUDEST[1], f"{name}: a hard line peaks at {peak:.1f} dBFS, allowed {LOUDEST}"
@@ -39,12 +41,13 @@ def test_levels(name: str) -> None:
     assert below >= DYNAMICS, f"{name}: a soft line is {below:.1f} dB below a hard one, at least {DYNAMICS}"
 
 
-def test_basses_are_as_loud_as_one_another() -> None:
-    found = {name: loudness(line(name, USUAL), RATE) for name in preset_names() if name not in SHORT}
+@pytest.mark.parametrize("names", [QUICK - SHORT, pytest.param(set(preset_names()) - SHORT, marks=pytest.mark.slow)])
+def test_basses_are_as_loud_as_one_another(names: set[str]) -> None:
+    found = {name: loudness(line(name, USUAL), RATE) for name in names}
     assert max(found.values()) - min(found.values()) <= APART, found
 
 
-@pytest.mark.parametrize("name", preset_names())
+@pytest.mark.parametrize("name", quick(preset_names(), set(preset_names()) - {"fretless"}))
 def test_nothing_beyond_full_scale(name: str) -> None:
     """A chromatic run, each note struck hard while the one before still sounds."""
     bass = load_preset(name)

@@ -14,6 +14,7 @@ from collections.abc import Iterable
 
 import numpy as np
 import pytest
+from support.costs import quick
 
 from livebass import QUALITIES, load_preset, preset_names
 from livebass.engine.engine import Engine
@@ -30,7 +31,9 @@ STROKES = ("own", "pick", "thumb and pops")
 SOME, FEW = (0, 1, 4, 9, 12, 16, 19, 20, 24), (0, 7, 14, 20, 24)  # frets, for hard notes and for others
 PAPER = ("paper-bass", "paper-fretless", "paper-g")  # strings of a laboratory, that nobody slaps
 SLAPPED = ("slap", "slap-thumb")
+DEAR = (("own", "paper-fretless"), ("thumb and pops", "fretless"))  # over a board
 PLAYED = sorted(set(preset_names()) - set(PAPER))
+HAMMERED = sorted(set(PLAYED) - {"muted"})
 THUMB_AND_POPS, GUESTS = 2.0, 3.0  # dB, between typical notes of the thumb and of pops; on a bass of fingers
 UP_STROKE = (0.5, 1.5)  # dB of a pick's stroke that goes up under one that goes down
 LEGATO, ANY_LEGATO = (3.0, 6.0), (1.0, 9.0)  # dB of typical hammer-ons and taps at velocity 80 under plucks; of any
@@ -90,11 +93,15 @@ def is_last_of_thumb(name: str, stroke: str, i: int) -> bool:
     return bass.player.thumb_mass > 0.0 and stroke != "pick" and i < bass.player.slapped_strings
 
 
-@pytest.mark.parametrize("name", preset_names())
-@pytest.mark.parametrize("stroke", STROKES)
+@pytest.mark.parametrize(
+    ("stroke", "name"),
+    [
+        pytest.param(stroke, name, marks=pytest.mark.slow if (stroke, name) in DEAR else ())
+        for stroke, name in itertools.product(STROKES, preset_names())
+        if stroke != "thumb and pops" or name not in (*PAPER, *SLAPPED)  # a slapped bass begins with them
+    ],
+)
 def test_a_string_is_even(name: str, stroke: str) -> None:
-    if stroke == "thumb and pops" and name in (*PAPER, *SLAPPED):
-        return  # a slapped bass begins with them
     more = 0.0 if stroke == "own" else GUEST
     bass = engine(name).instrument
     dear = bass.over_board and stroke != "own"  # a hard pop over a board takes many times its own length to compute
@@ -158,7 +165,7 @@ def hammered(name: str, i: int, first: int, second: int, after: float, velocity:
     return rms(player.process(round(LENGTH * RATE)).sum(axis=0))
 
 
-@pytest.mark.parametrize("name", sorted(set(PLAYED) - {"muted"}))
+@pytest.mark.parametrize("name", quick(HAMMERED, set(HAMMERED) - {"fretless"}))
 def test_a_hammer_on_is_a_little_softer_than_a_pluck_at_any_moment(name: str) -> None:
     """Whatever the string does as the finger lands; a tap, out of silence, likewise."""
     strings = range(len(engine(name).instrument.strings))

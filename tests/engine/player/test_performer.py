@@ -723,7 +723,7 @@ def check(hands: Hands, events: NDArray[np.void]) -> None:
             assert 0 <= e["finger"] < at.TOUCHES and 0.0 <= e["resistance"] < 100.0
             assert e["place"] > 0.0 or e["resistance"] == 0.0
         elif e["kind"] == at.HAMMER:
-            assert 0.0 < e["speed"] < 2.51
+            assert 0.003 < e["speed"] < 30.0  # m/s, with 12 dB less or more
         elif e["kind"] in (at.TONE, at.BLEND):
             assert -1.0 <= e["value"] <= 1.0
         elif e["kind"] == at.IDLE:
@@ -743,6 +743,7 @@ RING = [m for s in EIGHT.strings for m in (on(s.open_note), off(s.open_note))]
 
 @given(st.lists(any_message, max_size=60), st.sampled_from([bass(), loaded("slap"), EIGHT]))
 @example([control(64, 127), *RING, control(121)], EIGHT)
+@example([on(2, 1), on(29, 1)], bass())  # a tap as soft as can be
 def test_any_bytes_leave_the_performer_sane(sequence: list[Message], instrument: Instrument) -> None:
     hands = Hands(instrument, switches=True)
     for m in sequence:

@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from support.live import offline, run_ahead, synth_and_device
+from support.live import Load, offline, run_ahead, synth_and_device
 from support.modal import third_octaves
 from support.scores import in_blocks
 
@@ -203,9 +203,9 @@ def test_whatever_interrupts_a_glide_the_sound_is_sane(seed: int) -> None:
 
 
 def test_operators_may_change_while_a_finger_glides() -> None:
-    synth, device = synth_and_device("fretless", adaptive=False)
-    run_ahead(synth, "never")
-    bass = synth.bass
+    """To coarse ones by overload, and back."""
+    synth, device = synth_and_device("fretless")
+    load, bass = Load(synth), synth.bass
     assert bass is not None
     for message in ((0xB0, 65, 127), (0x90, 19, 100), (0x90, 45, 100)):
         synth.send(*message)
@@ -213,7 +213,13 @@ def test_operators_may_change_while_a_finger_glides() -> None:
     synth.send(0x90, 55, 100)
     device.block(3000)
     assert int(bass.engine.voices[3].slots["between"].any())
-    for which in (1, 0):
-        block.switch_operators(bass.record[0], 3, which, synth.frame)
-        assert 0 < np.abs(device.block(3000)).max() < 0.5
+    load.heavy = True
+    for _ in range(bass.engine.strings):
+        device.block(64)
+    load.heavy = False
+    assert 3 in bass.coarse_strings
+    assert 0 < np.abs(device.block(3000)).max() < 0.5
+    block.stay(synth.address)
+    assert not bass.coarse_strings
+    assert 0 < np.abs(device.block(3000)).max() < 0.5
     assert not bass.engine.voices[3].slots["between"][int(bass.engine.voices[3].record["slot"][0])]

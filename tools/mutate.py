@@ -1,0 +1,386 @@
+#!/usr/bin/env python3
+"""Changes constants and signs of the kernels, one at a time, and lists those that no test notices.
+
+    python tools/mutate.py                          40 mutants by chance, noticed by the tests of the engine
+    python tools/mutate.py --count 100 --seed 3     others, and more of them
+    python tools/mutate.py --only tension.py        of files whose path ends so; repeat it for several
+    python tools/mutate.py --list                   all that can be changed; none is
+    python tools/mutate.py -- tests/engine/string   what pytest is to run
+
+A mutant is a number, a sign or a comparison: a constant or a number in a function is doubled (a whole one is one less),
+a term that is added is taken away, a comparison is turned round. All mutants of a run are compiled at once, each behind
+a switch (R. Untch, A. J. Offutt and M. J. Harrold, Mutation analysis using mutant schemata, 1993), in a copy of the
+tree: that takes one compilation, some minutes, and the checkout stays as it is. With no mutant switched on the tests
+must pass. Then the tests run once for each mutant, until one fails. The pinned sounds, which notice any change but do
+not say what is right, run last, for the mutants that no other test notices.
+
+Exit status 1 if there is a mutant that nothing notices. Not every one is a fault of the tests: a bound that is never
+met, or a tolerance, may be doubled without harm.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import importlib
+import os
+import random
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent.parent
+KERNELS = HERE / "livebass" / "kernels"
+TREE = ("livebass", "presets", "tests", "tools", "pyproject.toml", "README.md", "CHANGELOG.md", "docs")
+DECORATORS = ("jit", "entry", "inlined")
+LEFT = ("records.py", "machine/")  # sizes of memory; functions that have exact tests of their own
+SIZES = ("MOST_STRINGS", "KEYS", "CONTROLLERS", "CHANNELS", "PARAMETERS", "ACTIONS", "TOUCHES", "MOST_EVENTS")
+PINNED = "tests/engine/test_pinned.py"
+SWITCH = '''"""The switch of the mutants: the number of the one that is on, 0: none."""
+
+import os
+
+from livebass.compiling import FROM_SOURCE, entry, jit
+
+if FROM_SOURCE:
+    from llvmlite import ir
+    from numba.core import types
+    from numba.extending import intrinsic
+
+    WORD, FIXED = ir.IntType(64), "LIVEBASS_FROM_SOURCE" not in os.environ  # not in the process of the emitter
+
+    def word(module):
+        if "lb_mutant" in module.globals:
+            return module.globals["lb_mutant"]
+        made = ir.GlobalVariable(module, WORD, "lb_mutant")
+        made.linkage, made.initializer = "linkonce_odr", ir.Constant(WORD, 0)
+        return made
+
+    @intrinsic
+    def chosen(typing):
+        def generate(context, builder, signature, given):
+            if FIXED:
+                return ir.Constant(WORD, int(os.environ.get("LIVEBASS_MUTANT", 0)))
+            found = builder.load(word(builder.module))
+            found.set_metadata("invariant.load", builder.module.add_metadata([]))
+            return found
+
+        return types.int64(), generate
+
+    @intrinsic
+    def choose(typing, number):
+        def generate(context, builder, signature, given):
+            builder.store(given[0], word(builder.module))
+            return context.get_dummy_value()
+
+        return types.void(types.int64), generate
+else:
+    chosen = choose = None
+
+
+@jit
+def either(k, usual, other):
+    return other if chosen() == k else usual
+
+
+@jit
+def signed(k, x):
+    return -x if chosen() == k else x
+
+
+@jit
+def turned_round(k, x):
+    return (not x) if chosen() == k else x
+
+
+@entry("void(int64)")
+def choose_mutant(k):
+    choose(k)
+'''
+CHOOSE = """
+
+_unswitched, _switched = library, []
+
+
+def library(progress=None):  # noqa: F811
+    found = _unswitched(progress)
+    if not _switched:
+        _switched.append(True)
+        address = found.address("choose_mutant")
+        ctypes.CFUNCTYPE(None, ctypes.c_int64)(address)(int(os.environ.get("LIVEBASS_MUTANT", 0)))
+    return found
+"""
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """One change: where, and what becomes of it."""
+
+    file: str  # from the folder of the kernels
+    line: int
+    what: str
+
+
+Key = tuple[str, str]  # of a constant: its file and its name; of anything else its file and its number in it
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--count", type=int, default=40, help="how many mutants (40)")
+    parser.add_argument("--seed", type=int, default=1, help="chooses which (1)")
+    parser.add_argument("--only", action="append", default=[], metavar="END", help="files whose path ends so")
+    parser.add_argument("--like", default="", metavar="TEXT", help="mutants whose line in the list has this text")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="how many run at once (one a processor)")
+    parser.add_argument("--list", action="store_true", help="list what can be changed, and end")
+    parser.add_argument("tests", nargs="*", default=["tests/engine"], help="what pytest runs (tests/engine)")
+    given = parser.parse_args()
+    found = {
+        key: mutant
+        for key, mutant in all_mutants().items()
+        if mutant.file.endswith(tuple(given.only) or "") and given.like in said(mutant)
+    }
+    if not given.list and given.count < len(found):
+        kept = random.Random(given.seed).sample(sorted(found), given.count)
+        found = {key: found[key] for key in sorted(kept)}
+    if given.list:
+        print(*map(said, found.values()), sep="\n")
+        return
+    with tempfile.TemporaryDirectory(prefix="livebass-mutants-") as folder:
+        tree = Path(folder) / "tree"
+        copy_of_the_tree(tree, {key: number for number, key in enumerate(found, 1)})
+        sys.exit(run(tree, list(found.values()), given.tests, given.jobs))
+
+
+def said(mutant: Mutant) -> str:
+    return f"{mutant.file}:{mutant.line}: {mutant.what}"
+
+
+def run(tree: Path, mutants: list[Mutant], tests: list[str], jobs: int) -> int:
+    """Runs the tests on each mutant and prints what became of it; returns the exit status."""
+    start = time.monotonic()
+    compiled = subprocess.run(
+        [sys.executable, "-c", "from livebass.compiling import library; library.library()"],
+        cwd=tree, env=environment(tree, 0), capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    if compiled.returncode:
+        sys.exit(f"the mutants do not compile:\n{compiled.stderr[-3000:]}")
+    print(f"{len(mutants)} mutants compiled in {time.monotonic() - start:.0f} s", flush=True)
+    begun = time.monotonic()
+    for which in ([*tests, f"--deselect={PINNED}"], [PINNED]):
+        if failed := noticed(tree, 0, which, 3600.0):
+            sys.exit(f"without a mutant the tests fail: {failed}")
+    usual = time.monotonic() - begun
+    print(f"without a mutant the tests take {usual:.0f} s", flush=True)
+    living = pinned = 0
+    with ThreadPoolExecutor(jobs) as pool:
+        for k, by in enumerate(pool.map(lambda k: fate(tree, k, tests, 3 * usual + 60), range(1, len(mutants) + 1))):
+            living += not by
+            pinned += by == "the pinned sounds alone"
+            print(f"{k + 1:3} {'lives' if not by else 'dies '} {said(mutants[k])}  [{by or 'NOTHING'}]", flush=True)
+    dead = len(mutants) - living
+    print(f"{len(mutants)} mutants: {dead} noticed, {pinned} of them by the pinned sounds alone; {living} live")
+    return 1 if living else 0
+
+
+def fate(tree: Path, k: int, tests: list[str], most: float) -> str:
+    """What notices mutant `k`: a test, "the pinned sounds alone", or nothing, ""."""
+    return noticed(tree, k, [*tests, f"--deselect={PINNED}"], most) or (
+        "the pinned sounds alone" if noticed(tree, k, [PINNED], most) else ""
+    )
+
+
+def noticed(tree: Path, k: int, tests: list[str], most: float) -> str:
+    """The first test that fails with mutant `k` on; "" if none does. One that takes over `most` s hangs."""
+    command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:xdist", "-p", "no:cacheprovider"]
+    command += ["-m", "not slow", "--tb=no", "-rfE", *tests]
+    try:
+        done = subprocess.run(
+            command, cwd=tree, env=environment(tree, k), capture_output=True, text=True, timeout=most, check=False
+        )
+    except subprocess.TimeoutExpired:
+        return "it hangs"
+    for line in done.stdout.splitlines():
+        if line.startswith(("FAILED ", "ERROR ")):
+            return line.split()[1].removeprefix("tests/")
+    return "" if done.returncode == 0 else f"status {done.returncode}"
+
+
+def environment(tree: Path, k: int) -> dict[str, str]:
+    own = {"PYTHONPATH": str(tree), "NUMBA_CACHE_DIR": str(tree.parent / "cache"), "LIVEBASS_MUTANT": str(k)}
+    return {**os.environ, **own, "MPLBACKEND": "Agg"}
+
+
+def copy_of_the_tree(tree: Path, numbers: dict[Key, int]) -> None:
+    """Writes the tree with these mutants, each behind its number."""
+    for name in TREE:
+        if (HERE / name).is_dir():
+            shutil.copytree(HERE / name, tree / name, ignore=shutil.ignore_patterns("__pycache__", "built"))
+        else:
+            shutil.copy(HERE / name, tree / name)
+    for file in sources():
+        text = file.read_text()
+        changing = Changing(file, numbers)
+        made = ast.unparse(changing.visit(ast.parse(text)))
+        if changing.changed:
+            (tree / file.relative_to(HERE)).write_text(with_switch(made))
+    (tree / "livebass/kernels/machine/mutant.py").write_text(SWITCH)
+    library = tree / "livebass/compiling/library.py"
+    library.write_text(library.read_text() + CHOOSE)
+
+
+def with_switch(text: str) -> str:
+    """The source of a kernel that imports the switch, after the docstring and imports from the future."""
+    body = ast.parse(text).body
+    first = next(k for k, node in enumerate(body) if k and not ast.unparse(node).startswith("from __future__"))
+    lines = text.splitlines()
+    lines.insert(body[first].lineno - 1, "from livebass.kernels.machine.mutant import either, signed, turned_round")
+    return "\n".join(lines) + "\n"
+
+
+def sources() -> list[Path]:
+    """The files of kernels that are changed."""
+    found = (file for file in sorted(KERNELS.rglob("*.py")) if file.name != "__init__.py")
+    return [f for f in found if not f.relative_to(KERNELS).as_posix().startswith(LEFT) and f.name not in LEFT]
+
+
+def all_mutants() -> dict[Key, Mutant]:
+    """All that can be changed."""
+    found: dict[Key, Mutant] = {}
+    for file in sources():
+        changing = Changing(file, {})
+        changing.visit(ast.parse(file.read_text()))
+        found.update({key: mutant for key, mutant in changing.found.items() if key not in found})
+    return found
+
+
+def module_of(file: Path) -> str:
+    return file.relative_to(HERE).with_suffix("").as_posix().replace("/", ".")
+
+
+def constants(file: Path, tree: ast.Module) -> Iterator[tuple[str, Key, object, int]]:
+    """(name in the file, key, value, line) of the numbers that the functions of a file read."""
+    module = importlib.import_module(module_of(file))
+    here = file.relative_to(KERNELS).as_posix()
+    for node in tree.body:
+        if isinstance(node, ast.Assign) and not isinstance(node.value, ast.Call):
+            for target in node.targets:
+                names = target.elts if isinstance(target, ast.Tuple) else [target]
+                for name in names:
+                    if isinstance(name, ast.Name) and name.id.isupper() and name.id not in SIZES:
+                        yield name.id, (here, name.id), getattr(module, name.id), node.lineno
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("livebass.kernels."):
+            other = HERE / f"{(node.module or '').replace('.', '/')}.py"
+            if other in sources():
+                own = {key[1]: (key, value, line) for _, key, value, line in constants(other, parsed(other))}
+                for alias in node.names:
+                    if alias.name in own:
+                        yield alias.asname or alias.name, *own[alias.name]
+
+
+def parsed(file: Path) -> ast.Module:
+    return ast.parse(file.read_text())
+
+
+def other_value(value: object) -> object:
+    """What a constant becomes; None: it stays."""
+    if isinstance(value, bool):
+        return None
+    if isinstance(value, int):
+        return value - 1 if value > 1 else None
+    if isinstance(value, float):
+        return 2 * value if value and abs(value) < 1e300 else None
+    if isinstance(value, tuple) and value and all(isinstance(x, float) for x in value) and any(value):
+        return tuple(2 * x for x in value)
+    return None
+
+
+class Changing(ast.NodeTransformer):
+    """Finds what can be changed in a file, and puts what has a number behind the switch."""
+
+    def __init__(self, file: Path, numbers: dict[Key, int]) -> None:
+        self.file, self.numbers = file.relative_to(KERNELS).as_posix(), numbers
+        self.found: dict[Key, Mutant] = {}
+        self.changed = False
+        self._inside = False
+        self._count = 0
+        self._constants = {name: (key, value, line) for name, key, value, line in constants(file, parsed(file))}
+
+    def _may_change(self, key: Key, mutant: Mutant, node: ast.expr, new: str) -> ast.expr:
+        """Returns `node`, or what stands for it, `new` with {k} for the number and {x} for itself."""
+        self.found[key] = mutant
+        if key not in self.numbers:
+            return node
+        self.changed = True
+        made = ast.parse(new.format(k=self.numbers[key], x=ast.unparse(node)), mode="eval").body
+        return ast.copy_location(made, node)
+
+    def _next(self) -> Key:
+        self._count += 1
+        return self.file, f"{self._count:04}"
+
+    def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.FunctionDef:
+        if any(ast.unparse(d).split("(")[0] in DECORATORS for d in node.decorator_list):
+            self._inside = True
+            node.body = [self.visit(statement) for statement in node.body]
+            self._inside = False
+        return node
+
+    def visit_Subscript(self, node: ast.Subscript) -> ast.Subscript:
+        node.value = self.visit(node.value)  # an index stays
+        return node
+
+    def visit_Constant(self, node: ast.Constant) -> ast.expr:
+        if not self._inside or not isinstance(node.value, float) or not (other := other_value(node.value)):
+            return node
+        mutant = Mutant(self.file, node.lineno, f"{node.value!r} -> {other!r}")
+        return self._may_change(self._next(), mutant, node, f"either({{k}}, {{x}}, {other!r})")
+
+    def visit_Name(self, node: ast.Name) -> ast.expr:
+        if not self._inside or not isinstance(node.ctx, ast.Load) or node.id not in self._constants:
+            return node
+        key, value, line = self._constants[node.id]
+        if (other := other_value(value)) is None:
+            return node
+        mutant = Mutant(key[0], line, f"{key[1]} = {value!r} -> {other!r}")
+        return self._may_change(key, mutant, node, f"either({{k}}, {{x}}, {other!r})")
+
+    def visit_Call(self, node: ast.Call) -> ast.Call:
+        if isinstance(node.func, ast.Name) and node.func.id == "range":
+            return node
+        node.args = [self.visit(argument) for argument in node.args]
+        return node
+
+    def visit_BinOp(self, node: ast.BinOp) -> ast.expr:
+        sites = isinstance(node.op, ast.Add | ast.Sub) and not is_whole(node.left) and not is_whole(node.right)
+        key, sign = self._next(), "+" if isinstance(node.op, ast.Add) else "-"
+        said = f"{ast.unparse(node)}: {sign} turned"
+        node.left = self.visit(node.left)
+        node.right = node.right if isinstance(node.op, ast.Pow) else self.visit(node.right)
+        if self._inside and sites:
+            mutant = Mutant(self.file, node.lineno, said)
+            node.right = self._may_change(key, mutant, node.right, "signed({k}, {x})")
+        return node
+
+    def visit_Compare(self, node: ast.Compare) -> ast.expr:
+        key, said = self._next(), ast.unparse(node)
+        self.generic_visit(node)
+        if not self._inside or len(node.ops) > 1 or isinstance(node.ops[0], ast.Is | ast.IsNot | ast.In | ast.NotIn):
+            return node
+        return self._may_change(
+            key, Mutant(self.file, node.lineno, f"{said}: turned round"), node, "turned_round({k}, {x})"
+        )
+
+
+def is_whole(node: ast.expr) -> bool:
+    """True for a whole number, a count or an index for all that can be seen."""
+    return isinstance(node, ast.Constant) and isinstance(node.value, int)
+
+
+if __name__ == "__main__":
+    main()
