@@ -12,29 +12,16 @@ from livebass import units
 @pytest.mark.parametrize(
     ("text", "dimension", "si"),
     [
-        ("34 in", "length", 0.8636),
-        ("0.43 mm", "length", 0.43e-3),
-        ("-2.33 mm", "length", -2.33e-3),
-        ("5\u00b5m", "length", 5e-6),
-        ("191.6 N", "force", 191.6),
-        ("48.6 lbf", "force", 216.18357),
-        ("1 kgf", "force", 9.80665),
-        ("24.3 kHz", "frequency", 24300.0),
-        ("1.2 ms", "time", 1.2e-3),
-        ("35.43 g/m", "linear density", 35.43e-3),
-        ("0.001984 lb/in", "linear density", 35.43e-3),
-        ("7.5 kohm", "resistance", 7500.0),
-        ("7.5k\u03a9", "resistance", 7500.0),
-        ("600 pF", "capacitance", 600e-12),
-        ("4 H", "inductance", 4.0),
-        ("90 /s", "decay rate", 90.0),
-        ("90 1/s", "decay rate", 90.0),
-        ("0.64 mm/s/N", "conductance", 0.64e-3),
-        ("200 GPa", "modulus", 200e9),
-        ("  +1.5e-3   m ", "length", 1.5e-3),
+        ("34 in", "length", 0.8636), ("0.43 mm", "length", 0.43e-3), ("-2.33 mm", "length", -2.33e-3),
+        ("5\u00b5m", "length", 5e-6), ("191.6 N", "force", 191.6), ("48.6 lbf", "force", 216.18357),
+        ("1 kgf", "force", 9.80665), ("24.3 kHz", "frequency", 24300.0), ("1.2 ms", "time", 1.2e-3),
+        ("35.43 g/m", "linear density", 35.43e-3), ("0.001984 lb/in", "linear density", 35.43e-3),
+        ("7.5 kohm", "resistance", 7500.0), ("7.5k\u03a9", "resistance", 7500.0), ("600 pF", "capacitance", 600e-12),
+        ("4 H", "inductance", 4.0), ("90 /s", "decay rate", 90.0), ("90 1/s", "decay rate", 90.0),
+        ("0.64 mm/s/N", "conductance", 0.64e-3), ("200 GPa", "modulus", 200e9), ("  +1.5e-3   m ", "length", 1.5e-3),
         (".5 in", "length", 0.0127),
     ],
-)
+)  # fmt: skip
 def test_quantity(text: str, dimension: str, si: float) -> None:
     assert units.quantity(text, dimension) == pytest.approx(si, rel=2e-4 if "lb/in" in text else 1e-6)
 
@@ -42,22 +29,14 @@ def test_quantity(text: str, dimension: str, si: float) -> None:
 @pytest.mark.parametrize(
     ("text", "dimension", "says"),
     [
-        ("2", "length", "units: mm, m, cm, um or in"),
-        ("2 parsec", "length", "units: mm, m, cm, um or in"),
-        ("2 MM", "length", "'MM'"),
-        ("", "force", "units: N, lbf or kgf"),
-        ("N 5", "force", "a number and a unit"),
-        ("nan N", "force", "a number and a unit"),
-        ("inf N", "force", "a number and a unit"),
-        ("1e999 N", "force", "finite"),
-        ("1e308 kHz", "frequency", "finite"),
-        ("-1 N", "force", "negative"),
-        ("-1 /s", "decay rate", "negative"),
-        ("1_0 mm", "length", "units"),
-        ("1 N 2 N", "force", "units"),
+        ("2", "length", "units: mm, m, cm, um or in"), ("2 parsec", "length", "units: mm, m, cm, um or in"),
+        ("2 MM", "length", "'MM'"), ("", "force", "units: N, lbf or kgf"), ("N 5", "force", "a number and a unit"),
+        ("nan N", "force", "a number and a unit"), ("inf N", "force", "a number and a unit"),
+        ("1e999 N", "force", "finite"), ("1e308 kHz", "frequency", "finite"), ("-1 N", "force", "negative"),
+        ("-1 /s", "decay rate", "negative"), ("1_0 mm", "length", "units"), ("1 N 2 N", "force", "units"),
         ("\u0663 mm", "length", "a number and a unit"),
     ],
-)
+)  # fmt: skip
 def test_quantity_refuses(text: str, dimension: str, says: str) -> None:
     with pytest.raises(ValueError) as caught:
         units.quantity(text, dimension)

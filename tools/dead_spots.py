@@ -6,7 +6,6 @@ python tools/dead_spots.py jazz-finger dead-spots.png
 from __future__ import annotations
 
 import argparse
-import sys
 
 import matplotlib as mpl
 import numpy as np
@@ -14,6 +13,7 @@ import numpy as np
 mpl.use("Agg")  # needs no display
 
 import matplotlib.pyplot as plt
+from errors import clear_errors
 
 from livebass.analysis.motion import t60
 from livebass.model.instrument import Instrument, speaking
@@ -58,12 +58,8 @@ def main() -> None:
     parser.add_argument("preset", nargs="?", default="jazz-finger", help="name or file; default: jazz-finger")
     parser.add_argument("picture", nargs="?", default="dead-spots.png", help="default: dead-spots.png")
     options = parser.parse_args()
-    try:
+    with clear_errors("dead_spots.py"):
         draw(load_preset(options.preset), options.picture)
-    except (ValueError, LookupError, OSError) as error:
-        sys.exit(f"dead_spots.py: {error}")
-    except KeyboardInterrupt:
-        sys.exit(130)
 
 
 if __name__ == "__main__":

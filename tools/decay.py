@@ -6,8 +6,9 @@ python tools/decay.py jazz-finger ~/notes-of-a-real-bass
 from __future__ import annotations
 
 import argparse
-import sys
 from pathlib import Path
+
+from errors import clear_errors
 
 from livebass.bench.decay import preset_notes, recorded_notes, table
 from livebass.preset.load import load_preset
@@ -18,15 +19,11 @@ def main() -> None:
     parser.add_argument("preset", nargs="?", default="jazz-finger", help="name or file; default: jazz-finger")
     parser.add_argument("recordings", nargs="*", type=Path, help="sound files of single notes, or folders")
     options = parser.parse_args()
-    try:
+    with clear_errors("decay.py"):
         bass = load_preset(options.preset)
         groups = [(bass.name, preset_notes(bass))]
         if options.recordings:
             groups.append(("recordings", recorded_notes(options.recordings, bass)))
-    except (ValueError, LookupError, OSError) as error:
-        sys.exit(f"decay.py: {error}")
-    except KeyboardInterrupt:
-        sys.exit(130)
     print(table(groups))
     if options.recordings:
         print("of recordings, open is what sounds like an open string: they do not tell their string")

@@ -9,7 +9,8 @@ A neck that the preset has is kept as it is where moving it gains next to nothin
 from __future__ import annotations
 
 import argparse
-import sys
+
+from errors import clear_errors
 
 from livebass.identification.fit import NeckFit, fit_neck
 from livebass.preset.load import load_preset
@@ -40,15 +41,11 @@ def main() -> None:
     parser.add_argument("string", nargs="?", help="name of the string; default: the highest")
     parser.add_argument("--anew", action="store_true", help="begin with no resonances, not with those of the preset")
     options = parser.parse_args()
-    try:
+    with clear_errors("fit_neck.py"):
         bass = load_preset(options.preset)
         which = bass.string_index(options.string) if options.string else -1
         bending = tuple(r for r in bass.necks[which].admittance.resonances if r.shape)
         fit = fit_neck(bass.strings[which], start=() if options.anew else bending)
-    except (ValueError, LookupError, OSError) as error:
-        sys.exit(f"fit_neck.py: {error}")
-    except KeyboardInterrupt:
-        sys.exit(130)
     print(table(fit))
     if fit.below:
         print(f"# modes {', '.join(map(str, fit.below))} are damped less than by the law: no neck can do that")

@@ -188,7 +188,7 @@ def zeroed_lines(count: int) -> Floats:
 
 
 def coil_filter(circuit: Coil, rate: float) -> tuple[Floats, Floats]:
-    """Coefficients (b, a), each (4,), of the filter at `rate` Hz that stands for the circuit: model.circuit.digital."""
+    """Coefficients (b, a), each (4,), of the filter at `rate` Hz that stands for the circuit, by `fit_coil`."""
     work = np.zeros(1, COIL)
     for name in ("inductance", "resistance", "capacitance", "volume_pot", "tone_pot", "tone_capacitor", "tone"):
         work[name] = getattr(circuit, name)

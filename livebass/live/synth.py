@@ -39,7 +39,6 @@ from livebass.live.thread.ring import (
 )
 from livebass.model.instrument import Instrument
 from livebass.model.quality import Quality
-from livebass.score.score import Score
 from livebass.techniques import FUNCTION_ROWS
 from livebass.units import note_name
 
@@ -224,17 +223,6 @@ class Synth:
         """Sends a MIDI message for `frame`, or to be played at once; False if the ring is full. [any thread]"""
         with self._writer:
             return bool(push_message(self.rings[0].ctypes.data, RING, frame, status, first, second))
-
-    def feed(self, score: Score, first: int, start: int) -> int:
-        """Sends the messages of `score` from index `first` on while there is room; returns the next index.
-
-        The score's frame 0 is `start`.
-        """
-        ring = self.rings[1].ctypes.data
-        for k in range(first, len(score.frames)):
-            if not push_message(ring, RING, start + int(score.frames[k]), *score.messages[k].tolist()):
-                return k
-        return len(score.frames)
 
     def receive(self, status: int, first: int = 0, second: int = 0, frame: int = NOW) -> bool:
         """Sends a message from a MIDI port, unless it is for another channel than the synth's. [any thread]

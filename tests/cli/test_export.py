@@ -145,17 +145,13 @@ def test_wrong_usage(run: Run, elsewhere: Path, arguments: list[str], says: str)
 
 
 BAD = [
-    (["-p", "none"], "none"),
-    (["-p", "none.toml"], "none.toml"),
-    (["-p", "odd.toml"], "odd.toml"),
-    (["-p", "./two words.toml"], "two words"),
-    (["-p", "slap", "-o", "file"], "file"),
-    (["-p", "slap", "-o", "file/deeper"], "file/deeper"),
-    (["-p", "slap", "-o", "/dev/full"], "/dev/full"),
+    (["-p", "none"], "none"), (["-p", "none.toml"], "none.toml"), (["-p", "odd.toml"], "odd.toml"),
+    (["-p", "./two words.toml"], "two words"), (["-p", "slap", "-o", "file"], "file"),
+    (["-p", "slap", "-o", "file/deeper"], "file/deeper"), (["-p", "slap", "-o", "/dev/full"], "/dev/full"),
     (["-p", "slap", "-o", "/proc/here"], "/proc/here"),
     (["-p", "slap", "-o", "taken"], "holds other files, such as notes.txt"),
     (["-p", "slap", "-o", "bad"], "is not a directory"),
-]
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(("arguments", "says"), BAD, ids=str)

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.jack import PATIENCE
-from support.live import CLOCK, QUICK, RATE, Load, address_of, offline, run_ahead, stopped, synth_and_device
+from support.live import CLOCK, QUICK, RATE, Load, address_of, feed, offline, run_ahead, stopped, synth_and_device
 from support.scores import busy_score
 
 from livebass import QUALITIES, demo_score, load_preset
@@ -34,7 +34,7 @@ def test_a_score_sounds_as_rendered_bit_for_bit(sizes: list[int], ahead: str) ->
     run_ahead(synth, ahead)
     blocks, fed = [], 0
     while synth.frame < 3 * RATE:
-        fed = synth.feed(score, fed, 0)
+        fed = feed(synth, score, fed)
         blocks.append(device.block(sizes[len(blocks) % len(sizes)]))
     heard = np.concatenate(blocks)[: 3 * RATE]
     messages = [(int(f), *map(int, m)) for f, m in zip(score.frames, score.messages, strict=True)]
@@ -365,7 +365,7 @@ def test_nothing_is_compiled_once_it_plays() -> None:
     """In a process of its own: a compiler, or a module that is imported then, would make the first notes late."""
     program = """
 import sys
-from support.live import synth_and_device
+from support.live import feed, synth_and_device
 from livebass import score_of
 from livebass.compiling import library
 from livebass.live.synth import Gauge
@@ -377,7 +377,7 @@ synth.start_recording(); synth.keep_messages()
 score = score_of([(0.0, 0.1, 40, 100)], 48000)
 gauge = Gauge(synth)
 for k in range(50):
-    synth.feed(score, 0 if k == 0 else len(score.frames), 0)
+    feed(synth, score, 0 if k == 0 else len(score.frames))
     synth.receive(0xB0, 7, 100, synth.frame_now(64)); synth.send(0x90, 45, 50)
     device.block(64)
     synth.recorded(); synth.played(); synth.release_faded(); gauge.read(); synth.frame; synth.program

@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 import pytest
+from support.circuit import digital, response
 
-from livebass.model.circuit import digital, response
 from livebass.model.instrument import Coil
 
 RATES = [22050, 44100, 48000, 96000, 192000]

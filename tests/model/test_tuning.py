@@ -57,19 +57,14 @@ def test_the_usual_tuning_changes_nothing(preset: str) -> None:
 @pytest.mark.parametrize(
     ("preset", "tuning", "expected"),
     [
-        ("jazz-finger", "drop-d", "D1 A1 D2 G2"),
-        ("jazz-finger", "Drop D", "D1 A1 D2 G2"),
-        ("jazz-finger", "half-step-down", "D#1 G#1 C#2 F#2"),
-        ("jazz-finger", "whole_step_down", "D1 G1 C2 F2"),
-        ("jazz-finger", "drop-db", "C#1 G#1 C#2 F#2"),
-        ("jazz-finger", "drop-c", "C1 G1 C2 F2"),
-        ("jazz-finger", "bead", "B0 E1 A1 D2"),
-        ("jazz-finger", "tenor", "A1 D2 G2 C3"),
-        ("jazz-finger", "d1, a1, 38, 97.5 Hz", "D1 A1 D2 G2"),
-        ("five-string", "drop-d", "B0 D1 A1 D2 G2"),
+        ("jazz-finger", "drop-d", "D1 A1 D2 G2"), ("jazz-finger", "Drop D", "D1 A1 D2 G2"),
+        ("jazz-finger", "half-step-down", "D#1 G#1 C#2 F#2"), ("jazz-finger", "whole_step_down", "D1 G1 C2 F2"),
+        ("jazz-finger", "drop-db", "C#1 G#1 C#2 F#2"), ("jazz-finger", "drop-c", "C1 G1 C2 F2"),
+        ("jazz-finger", "bead", "B0 E1 A1 D2"), ("jazz-finger", "tenor", "A1 D2 G2 C3"),
+        ("jazz-finger", "d1, a1, 38, 97.5 Hz", "D1 A1 D2 G2"), ("five-string", "drop-d", "B0 D1 A1 D2 G2"),
         ("six-string", "drop-a", "A0 E1 A1 D2 G2 C3"),
     ],
-)
+)  # fmt: skip
 def test_tunings(preset: str, tuning: str, expected: str) -> None:
     assert opens(load_preset(preset, tuning=tuning)) == notes(expected)
 

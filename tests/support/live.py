@@ -15,7 +15,9 @@ from livebass.engine.engine import Engine
 from livebass.engine.render import mixed
 from livebass.live.outputs import FakeDevice
 from livebass.live.session import Session, Summary
-from livebass.live.synth import LiveBass, Synth
+from livebass.live.synth import RING, LiveBass, Synth
+from livebass.live.thread.ring import push_message
+from livebass.score import Score
 from support.jack import PATIENCE, wait_for
 
 RATE = 48000
@@ -28,6 +30,15 @@ def synth_and_device(preset: str = "slap", quality: Quality = QUICK, **more: obj
     synth = Synth(RATE, **more)  # type: ignore[arg-type]
     synth.switch_to(LiveBass(load_preset(preset), quality, RATE))
     return synth, FakeDevice(synth)
+
+
+def feed(synth: Synth, score: Score, first: int = 0) -> int:
+    """Sends a score from message `first` on while there is room, its frame 0 at the synth's; returns the next one."""
+    ring = synth.rings[1].ctypes.data
+    for k in range(first, len(score.frames)):
+        if not push_message(ring, RING, int(score.frames[k]), *score.messages[k].tolist()):
+            return k
+    return len(score.frames)
 
 
 def offline(

@@ -1,8 +1,14 @@
-"""Fits the digital filter that stands for a pickup's circuit: model/circuit.py has the circuit and says why.
+"""Fits the digital filter that stands for a pickup's circuit: coil, cable, volume and tone pot.
+
+The coil (L, R) feeds three things in parallel: the volume pot, the cable's capacitance, and the tone branch, which is
+the tone pot, as far as it is open, in series with its capacitor. The filter has the circuit's poles. Its numerator is
+fitted by least squares of the relative error up to `FITTED` of the rate: there the response is within 0.7 dB of the
+circuit's (1.2 dB with the tone closed, far below the low notes) and `LATE` samples late, where a bilinear transform
+would be 18 dB off.
 
 `fit_coil` takes the address of one record, COIL: the parts of the circuit in, the coefficients of the filter out. The
-poles are the roots of the circuit's cubic; the numerator is a least-squares fit, solved by Givens rotations one row
-after the other, so that 800 equations need the room of 4. [any thread]
+poles are the roots of the circuit's cubic; the fit is solved by Givens rotations one row after the other, so that 800
+equations need the room of 4. [any thread]
 """
 
 import numpy as np
@@ -73,7 +79,7 @@ def fit(coil):
 
 @jit
 def set_circuit(coil, time):
-    """Sets the circuit's denominator; its numerator is 1 + s time (model.circuit.analogue)."""
+    """Sets the circuit's denominator; its numerator is 1 + s time (as in the head of this file)."""
     loss = 1.0 / coil.volume_pot
     first = coil.capacitance + loss * time + coil.tone_capacitor
     second = coil.capacitance * time

@@ -11,6 +11,7 @@ import math
 
 import numpy as np
 import pytest
+from support.circuit import digital
 
 from livebass.arrays import Floats
 from livebass.engine.image import image
@@ -19,7 +20,6 @@ from livebass.kernels.bass.instrument import COARSE, LIVE
 from livebass.kernels.string import operators as rows
 from livebass.kernels.string.preparing import FADE_FROM, FADE_TO, SAMPLED, SENSORS
 from livebass.kernels.string.records import BLOCK, MOST_NEAR
-from livebass.model.circuit import digital
 from livebass.model.instrument import Coil, Output, Speaking, for_modes, speaking
 from livebass.model.modes import carried, dampings, frequencies, held_stiffness, shapes
 from livebass.model.neck import Admittance, Resonance

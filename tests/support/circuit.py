@@ -1,4 +1,4 @@
-"""The circuit of a pickup, coil, cable, volume and tone pot, and the digital filter that stands for it."""
+"""The circuit of a pickup, and the filter that stands for it, by numpy: what kernels/pickup/coil.py is held against."""
 
 from __future__ import annotations
 
