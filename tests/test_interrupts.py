@@ -145,7 +145,7 @@ def compilers(place: Path) -> list[int]:
     for status in Path("/proc").glob("[0-9]*"):
         with contextlib.suppress(OSError):
             settings = (status / "environ").read_bytes().split(b"\0")
-            if b"livebass.compiling.emitter" in (status / "cmdline").read_bytes():
+            if b"livebass.compiling." in (status / "cmdline").read_bytes():  # emitter, and lowering in its processes
                 found += [int(status.name)] * (f"NUMBA_CACHE_DIR={place}".encode() in settings)
     return found
 

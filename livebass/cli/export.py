@@ -154,7 +154,7 @@ def web(
     Chrome 97, Edge 97, Firefox 113 or Safari 16.4, or a later one.
 
     From a release wheel this takes a second. From a checkout the kernels are first compiled for browsers, once, in
-    about a minute, by numba and the extra `export`.
+    about half a minute, by numba and the extra `export`.
 
     \b
     Examples:

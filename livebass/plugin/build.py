@@ -25,7 +25,7 @@ from livebass.extras import install
 from livebass.plugin.header import header
 from livebass.plugin.systems import System, this_system
 
-BUILD_TIME = 60  # s, about
+BUILD_TIME = 45  # s, about
 C = Path(__file__).parent / "c"
 FLAGS = (
     "-std=gnu11", "-O2", "-shared", "-s", "-fvisibility=hidden", "-ffp-contract=off", "-fno-math-errno",
@@ -130,7 +130,7 @@ def zig(system: System) -> list[str]:
 
 def _built_here(system: System, folder: Path) -> bytes:
     """Builds the binary for a system, with everything in between in `folder`. Raises BuildError."""
-    using = compiler(system)  # before half a minute of work
+    using = compiler(system)  # before the work
     emit(folder, [system], [PLUGIN])
     return link(folder, system, using)
 

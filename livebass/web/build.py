@@ -19,7 +19,7 @@ from livebass.plugin.build import BuildError
 from livebass.web.layout import ENTRIES
 
 LEVEL = "wasm32"
-BUILD_TIME = 60  # s, about
+BUILD_TIME = 30  # s, about
 STACK = 1 << 20  # bytes
 BUILT = store.BUILT / f"kernels-{store.digest()}-{LEVEL}.wasm"
 
