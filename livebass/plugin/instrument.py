@@ -30,7 +30,6 @@ from livebass.kernels.bass.instrument import (
     POOL,
     STUDIO,
     TIERS,
-    VERSION,
     WORD,
     check_file,
     checksum,
@@ -42,6 +41,7 @@ from livebass.kernels.string.records import OPERATOR
 from livebass.live import synth
 from livebass.model.instrument import Instrument
 from livebass.model.quality import QUALITIES, Quality
+from livebass.parts import VERSION
 
 ENDING = ".lbass"
 REASONS = {
