@@ -29,6 +29,7 @@ from livebass.model.answers import answering_modes
 from livebass.model.instrument import Instrument, on_bench
 from livebass.model.neck import flat
 from livebass.model.quality import MOST_MODES, Quality
+from livebass.parts import VERSION
 
 SEEDS = 0x7FFF_FFFF_FFFF_FFFF  # the bits of a seed: kernels take int64
 WHY = {

@@ -9,6 +9,7 @@ import math
 from array import array
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,10 +33,11 @@ from livebass.kernels.string.preparing import FROZEN, NOTE, OVERDAMPED, PREPARIN
 from livebass.kernels.string.records import EVENT, MOST_NEAR, OPERATOR, ROW, STRING
 from livebass.kernels.voice import run_string
 from livebass.model.answers import answering_modes
-from livebass.model.instrument import ANSWERING, STROKES, Coil, Instrument, Output, Pickup, Player, Speaking, String
+from livebass.model.instrument import Coil, Instrument, Output, Pickup, Player, Speaking, String
 from livebass.model.keymap import velocity_parts
 from livebass.model.modes import CARRIED
 from livebass.model.quality import MOST_MODES, QUALITIES, Quality
+from livebass.rows import rows, words
 from livebass.techniques import FUNCTION_ROWS, TECHNIQUE_ROWS
 
 MOST_PHASES = 2000
@@ -172,10 +174,10 @@ def _give(to: NDArray[np.void], note: Note, numbers: array[float], playable: boo
     to["modes"] = note.modes
     for name, value in vars(s.note).items():
         to[name] = value
-    for name, rows in lists.items():
+    for name, listed in lists.items():
         to[name], count = len(numbers), 0
-        for row in rows:
-            numbers.extend(row)
+        for items in listed:
+            numbers.extend(items)
             count += 1
         to[f"{name}_count"] = count
 
@@ -190,8 +192,7 @@ def zeroed_lines(count: int) -> Floats:
 def coil_filter(circuit: Coil, rate: float) -> tuple[Floats, Floats]:
     """Coefficients (b, a), each (4,), of the filter at `rate` Hz that stands for the circuit, by `fit_coil`."""
     work = np.zeros(1, COIL)
-    for name in ("inductance", "resistance", "capacitance", "volume_pot", "tone_pot", "tone_capacitor", "tone"):
-        work[name] = getattr(circuit, name)
+    fill(work[0], circuit)
     work["rate"] = rate
     coil.fit_coil(work.ctypes.data)
     return work["b"][0], work["a"][0]
@@ -315,17 +316,16 @@ def instrument_numbers(
     to = made[0]
     to["strings"], to["frets"] = len(strings), frets
     to["sensed"], to["gain"], to["carried"] = output.kind == "displacement", output.gain, CARRIED
-    to["slap"], to["drop"] = player.technique == "slap", player.out_of_range == "drop"
-    to["stroke"] = STROKES.index(player.stroke)
-    to["wheel_slides"], to["part"] = player.wheel == "slide", velocity_parts(player.velocity_curve)
+    to["part"] = velocity_parts(player.velocity_curve)
     fill_key_map(to["key_map"], player)
-    to["answering"] = ANSWERING.index(player.answering)
+    for name, row in rows(Player).items():
+        if row.record:
+            to[row.record] = row.choices.index(getattr(player, name))
     to["answering_modes"][: len(answering)] = answering
     for k, quality in enumerate(tiers):
         to["tiers"][k] = quality.contact_rate, is_heavy(quality)
-    for record, source in (("circuit", output.coil), ("player", player)):
-        for name in to[record].dtype.names:
-            to[record][name] = getattr(source, name)
+    fill(to["circuit"], output.coil)
+    fill(to["player"], player)
     for i, string in enumerate(strings):
         pickups = pickups_under(output, string.name)
         to["open_note"][i], to["pickups"][i] = string.open_note, len(pickups)
@@ -344,6 +344,12 @@ def instrument_numbers(
             to["across"][i, 0] = output.across
             to["saddle"][i, :2] = output.sensor, output.sensor_v
     return made
+
+
+def fill(to: Any, source: Coil | Player) -> None:
+    """Fills a record with those rows of `source` that have a word in it."""
+    for word in words(type(source)):
+        to[word.name] = getattr(source, word.name)
 
 
 def fill_key_map(to: NDArray[np.void], player: Player) -> None:

@@ -19,13 +19,15 @@ from livebass.arrays import Floats
 from livebass.kernels.bass import bench
 from livebass.kernels.bass.bench import BOARD_ROUGH
 from livebass.kernels.string import law as modal
-from livebass.model.keymap import MODO, PLACE, Curve, KeyMap
+from livebass.model.keymap import MODO, Curve, KeyMap
 from livebass.model.neck import FREE_PART, Admittance, Surface, flat, rows_of, surface_on_grid
+from livebass.parts import STROKES as STROKES
+from livebass.parts import Coil as Coil
+from livebass.parts import PlayerNumbers
+from livebass.rows import choice, number
 
 A4_NOTE, A4_HZ = 69, 440.0
 STIFFNESS_LAWS = ("hinged", "paper")  # see model/modes.py
-STROKES = ("finger", "pick", "nail", "pop")  # in the order of the performer's numbers
-ANSWERING = ("off", "pedal", "always")  # likewise
 
 
 @dataclass(frozen=True)
@@ -39,15 +41,17 @@ class String:
     tension: float  # N, nominal: the pitch itself is set by the notes, see `speaking`
     diameter: float  # m, outside, for friction with the air (eq. 10)
     inharmonicity: float  # B = pi^2 E I / (T L^2), open string
-    stiffness_law: str = "hinged"  # or "paper": how B acts on partials, losses and the held shape, see model/modes.py
-    viscoelastic_angle: float = 0.01  # delta_ve of eq. 11
-    thermoelastic: float = 6e-6  # 1/Q_te of eq. 9
-    extra_damping: float = 0.0  # 1/s, added to every mode: mute, tape, palm
-    extra_damping_slope: float = 0.0  # dimensionless, 1/s added per rad/s of the mode
-    level: float = 1.0  # how strongly pickups sense it: its steel, and how high their poles are set
-    axial_stiffness: float = 0.0  # N, E A: large motion stretches the string, which raises its tension; 0: it does not
-    winding: float = 0.0  # m, pitch of a round winding, on which a finger that slides squeaks; 0: it is flat or plain
-    law_fundamental: float = 0.0  # Hz, f0 of the law of partials if measured; 0: from open_note
+    stiffness_law: str = choice("hinged", STIFFNESS_LAWS, "f0 j sqrt(1 + B j^2); eq. 8, for B j^2 < 0.04")
+    viscoelastic_angle: float = number(0.01, "number", "0", "0.5", "delta_ve of eq. 11")
+    thermoelastic: float = number(6e-6, "number", "0", "0.01", "1/Q_te of eq. 9")
+    extra_damping: float = number(0.0, "decay rate", "0 /s", "10000 /s", "a mute, on every mode")
+    extra_damping_slope: float = number(0.0, "number", "0", "1", "1/s added per rad/s of the mode")
+    level: float = number(1.0, "number", "0", "10", "how strongly pickups sense it")  # its steel, its poles
+    axial_stiffness: float = number(0.0, "force", "0 N", "1000000 N", "E A: hard notes begin sharp; 0: they do not")
+    winding: float = number(0.0, "length", "0 mm", "2 mm", "pitch of a round winding: slides squeak; 0: flat")
+    law_fundamental: float = number(
+        0.0, "frequency", "5 Hz", "5000 Hz", "f0 of the law of partials if measured", optional=True
+    )  # 0: from open_note
     measured_frequencies: tuple[float, ...] = ()  # Hz, of the first modes of the open string
     measured_dampings: tuple[float, ...] = ()  # 1/s, of the same modes
     offsets: tuple[float, ...] = ()  # cents, (12,): notes over equal temperament at A4_HZ, C first; empty: none
@@ -76,30 +80,22 @@ class Neck:
 
     fret_positions: tuple[float, ...]  # m from the nut, ascending, fret 1 first
     fret_heights: tuple[float, ...]  # m relative to the open string at rest, negative is below
-    contact_stiffness: float = 1e13  # K of eq. 6, SI: force per unit length on one `grid_step`
-    contact_exponent: float = 1.5  # alpha of eq. 6
-    grid_step: float = 1e-3  # m, dx: frets sit on this grid, and a fret pushes on one step of it
+    # contact and friction: force per unit length on one `grid_step`
+    contact_stiffness: float = number(1e13, "number", "1e5", "1e15", "K of eq. 6, SI")
+    contact_exponent: float = number(1.5, "number", "1", "3", "alpha of eq. 6")
+    grid_step: float = number(1e-3, "length", "0.2 mm", "10 mm", "length of string that a fret pushes on")  # dx
+    friction: float = number(900.0, "force per length", "0 N/m", "1000000 N/m", "A of eq. 7", of="across")
+    friction_speed: float = number(
+        1e-5, "speed", "0.01 um/s", "1 m/s", "s of eq. 7: slower, a point sticks", of="across"
+    )
     admittance: Admittance = field(default_factory=Admittance)  # Y_nut of eqs. 8 and 9
-    free_length: float = 0.0  # m, from the nut to the body; 0: FREE_PART of the scale
-    stop_conductance: float = 0.0  # m/s/N, of a fret and the finger behind it; added to Re Y of stopped notes
-    friction: float = 900.0  # N/m, A of eq. 7: force per unit length on one `grid_step`
-    friction_speed: float = 1e-5  # m/s, s of eq. 7
+    free_length: float = number(
+        0.0, "length", "10 mm", "1500 mm", "nut to body; left out: 0.6 of the scale", optional=True
+    )  # 0: FREE_PART of the scale
+    stop_conductance: float = number(0.0, "conductance", "0 m/s/N", "0.1 m/s/N", "Re Y of a stop, on stopped notes")
     surface: Surface = ()  # board under the string, crowns included; empty: the string can touch the crowns only
     fretless: bool = False  # the fret positions are but places where notes are stopped
     capo: float = 0.0  # m from the nut to a capo: places count from it, heights from the string that it stops; 0: none
-
-
-@dataclass(frozen=True)
-class Coil:
-    """The circuit of a pickup: its coil, volume and tone pots, and the cable."""
-
-    inductance: float = 4.0  # H
-    resistance: float = 7500.0  # ohm
-    capacitance: float = 600e-12  # F, winding and cable
-    volume_pot: float = 250e3  # ohm
-    tone_pot: float = 250e3  # ohm, full resistance
-    tone_capacitor: float = 47e-9  # F
-    tone: float = 1.0  # position of the tone pot, 0 (closed) to 1 (open)
 
 
 @dataclass(frozen=True)
@@ -107,10 +103,12 @@ class Pickup:
     """A magnetic pickup under all strings, or under some, as half of a split coil is."""
 
     position: float  # m from the saddle
-    aperture: float = 0.02  # m, length of string it senses
-    decay_length: float = 4e-3  # m: the flux gradient falls e times when the string rises by this
-    level: float = 1.0  # in the mix; negative: reversed
-    across: float = 0.15  # sensitivity to v over that to u: the field changes less along the frets
+    aperture: float = number(0.02, "length", "0 mm", "100 mm", "length of string it senses")
+    decay_length: float = number(4e-3, "length", "0.5 mm", "50 mm", "rise that weakens the flux e times")
+    level: float = number(1.0, "number", "-10", "10", "in the mix; negative: reversed")
+    across: float = number(
+        0.15, "number", "-10", "10", "how strongly it senses motion across, of motion up", of="across"
+    )  # the field changes less along the frets
     strings: tuple[str, ...] = ()  # names of those it senses; empty: all
 
 
@@ -118,56 +116,21 @@ class Pickup:
 class Output:
     """How the motion of the strings becomes a signal: through pickups, or as the displacement at a sensor."""
 
-    kind: str = "pickups"  # or "displacement"
+    kind: str = choice("pickups", ("pickups", "displacement"), "magnetic, or the string at the sensor")
     pickups: tuple[Pickup, ...] = (Pickup(0.09),)
     coil: Coil = field(default_factory=Coil)
-    sensor: float = 0.009  # m from the saddle, for u in "displacement"
-    sensor_v: float = 0.018  # m from the saddle, for v
-    across: float = 0.0  # level of v in "displacement"
-    gain: float = 1.0  # signal per m/s of the pickups, or per m of displacement
+    sensor: float = number(0.009, "length", "1 mm", "500 mm", "displacement sensor, from the saddle", of="sensor")
+    sensor_v: float = number(0.018, "length", "1 mm", "500 mm", "the same for the motion across", of="sensor across")
+    across: float = number(0.0, "number", "-10", "10", "level of the motion across in displacement", of="sensor across")
+    gain: float = number(1.0, "number", "0", "1e9", "signal per volt, or per metre of displacement")
 
 
-@dataclass(frozen=True)
-class Player:
+@dataclass(frozen=True, kw_only=True)
+class Player(PlayerNumbers):
     """How notes become plucks. Strengths are forces of the hand over that by which the open string grazes a fret."""
 
-    technique: str = "pluck"  # or "slap": the thumb strikes the lower strings, a finger pops those above
-    stroke: str = "finger"  # or "pick", "nail", "pop", which have widths and release times of their own
-    slapped_strings: int = 0  # number of strings, from the lowest, that the thumb strikes
-    pluck_position: float = 0.74  # place over the body, fraction of the open string from the nut
-    pluck_nearest: float = 0.55  # the same for controller value 0 ...
-    pluck_farthest: float = 0.93  # ... and 127
-    nearer_when_hard: float = 0.0  # m, the hardest notes are plucked nearer to the saddle than the softest
-    rounding: float = 5e-3  # m, standard deviation of the Gaussian that rounds the corner, at velocity 127 ...
-    rounding_soft: float = 0.0  # ... and at velocity 1; 0: the same
-    release_time: float = 0.0  # s, how gradually the finger lets go (modes.pluck_amplitudes), at velocity 127 ...
-    release_time_soft: float = 0.0  # ... and at velocity 1; 0: the same
-    release_speed: float = 0.0  # m/s of the finger as it lets go at `greatest_apex`; in proportion to the apex
-    pluck_angle: float = 0.0  # rad, of the pull, from straight away from the neck
-    softest: float = 0.08  # force of a pluck at velocity 1 ...
-    hardest: float = 4.5  # ... and at velocity 127
-    greatest_apex: float = 0.010  # m, approached but never exceeded
-    unevenness: float = 0.0  # notes differ by up to this part in strength and by this times 10 cm in place
-    strike_position: float = 0.68  # place of the thumb over the body, as pluck_position
-    strike_force: float = 1.0  # depth of a strike over the apex of a pluck of the same velocity
-    strike_width: float = 0.02  # m, of the thumb
-    strike_time: float = 1.5e-3  # s the thumb stays on the string
-    thumb_mass: float = 0.0  # kg, of a thumb that bounces; 0: the strike is an impulse of the three above
-    strike_softest: float = 0.5  # m/s, of a thumb with a mass at velocity 1 ...
-    strike_hardest: float = 3.5  # ... and at velocity 127
-    thumb_width: float = 5e-3  # m, half of what touches the string
-    thumb_stiffness: float = 7e5  # N/m^1.5, of its contact with the string
-    thumb_loss: float = 0.35  # s/m, of that contact
-    pull_time: float = 2e-3  # s the finger takes to displace the string before it lets go
-    hand_damping: float = 90.0  # 1/s, by the hand that stops a note
-    answering: str = "off"  # or "pedal", "always": when idle strings may answer those that sound
-    bend_range: float = 2.0  # semitones
-    out_of_range: str = "transpose"  # or "drop": what becomes of notes the bass does not have
-    position_controller: int = PLACE  # MIDI controller of the pluck position, besides that of `keys`
     keys: KeyMap = MODO  # what MIDI keys below the notes, and controllers, do
     velocity_curve: Curve = "linear"  # how hard a velocity is played: model/keymap.py
-    ghost_below: int = 0  # notes of a velocity below are ghost notes
-    wheel: str = "bend"  # or "slide": the pitch wheel slides along the frets
 
 
 @dataclass(frozen=True)
@@ -437,10 +400,10 @@ def on_grid(s: Speaking, points: int) -> Speaking:
             why = f"the board stands {h * 1e3:.2f} mm above string {s.string.name} at rest, {x * 1e3:.0f} mm from"
             raise ValueError(f"{why} {f'fret {s.stop}' if s.stop else 'the nut'}")
     frets = np.zeros(place.size, np.int64)
-    for x, number in zip(s.contact_position, s.contact_fret, strict=True):
-        k = round((x - place[0]) / step) if number and place.size else -1
+    for x, fret in zip(s.contact_position, s.contact_fret, strict=True):
+        k = round((x - place[0]) / step) if fret and place.size else -1
         if 0 <= k < place.size:
-            frets[k] = number
+            frets[k] = fret
     return replace(
         s,
         grid_points=points,

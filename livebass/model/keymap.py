@@ -10,10 +10,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 
+from livebass.parts import PlayerNumbers
 from livebass.techniques import FUNCTION_ROWS, HAND_AT, LEARNABLE, LEARNED, ON_STRING, TECHNIQUE_ROWS, Technique
 
 KEYS = 128
-PLACE = 16  # the controller of the pluck position besides the map's, unless a preset has another
+PLACE = (
+    PlayerNumbers.position_controller
+)  # the controller of the pluck position besides the map's, unless a preset has another
 CURVES = {"linear": 1.0, "soft": 0.6, "hard": 1.6}  # exponents
 Curve = str | float | tuple[tuple[float, float], ...]  # a name, an exponent, or points: velocity played, velocity meant
 

@@ -11,7 +11,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from livebass import __version__, techniques
+from livebass import __version__, parts, techniques
 from livebass.compiling import Entry
 from livebass.kernels.bass import instrument
 from livebass.kernels.bass import setup as bass
@@ -44,7 +44,7 @@ RECORDS = {
 }
 NUMBERS = {
     "LB_KEY_COUNT": KEYS,
-    "LB_FILE_VERSION": instrument.VERSION,
+    "LB_FILE_VERSION": parts.VERSION,
     "LB_STRINGS": performer.MOST_STRINGS,
     "LB_RINGS": live.RINGS,
     "LB_CHUNK": live.CHUNK,
@@ -67,7 +67,7 @@ NUMBERS = {
     "LB_OTHER_VERSION": instrument.OTHER_VERSION,
     "LB_DAMAGED": instrument.DAMAGED,
     "LB_DONE": preparing.DONE,
-    "LB_MOST_BYTES": instrument.MOST_WORDS * instrument.WORD,
+    "LB_MOST_BYTES": preparing.MOST_WORDS * instrument.WORD,
 }
 ENTRIES: tuple[Entry, ...] = (
     instrument.check_file, instrument.checksum, instrument.measure_pool, instrument.fill_pool, bass.measure_bass,

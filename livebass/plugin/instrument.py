@@ -21,12 +21,12 @@ from livebass.kernels.bass.instrument import (
     OTHER_VERSION,
     STUDIO,
     TIERS,
-    VERSION,
     check_file,
 )
 from livebass.live import synth
 from livebass.model.instrument import Instrument
 from livebass.model.quality import QUALITIES, Quality
+from livebass.parts import VERSION
 
 ENDING = ".lbass"
 REASONS = {

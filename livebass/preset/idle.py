@@ -1,7 +1,7 @@
 """Finds the keys of a preset file that change no note whatever their value, and says why.
 
 A key is idle if the bass stays the same when its value is changed, fields that no note depends on left aside. RULES
-says which fields those are, on which basses.
+says which fields those are, on which basses: by the groups that their rows name (rows.py), or by name.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from livebass.model.keymap import CURVES, MAPS
 from livebass.preset.build import Builder
 from livebass.preset.keys import DATACLASSES, KEYS, Key, items, key_names
 from livebass.preset.source import PresetError
+from livebass.rows import rows
 from livebass.units import DIMENSIONS, quantity, split_quantity
 
 NAMES = {("", "name"), ("", "description"), ("string", "name"), ("string", "open_note"), ("pickup", "strings")}
@@ -54,30 +55,31 @@ def _alone(bass: Instrument, part: Any) -> bool:
 NO_PICKUPS = 'output.kind is "displacement", which takes no pickups'
 UP_AND_DOWN = "player.pluck_angle is 0: strings move up and down, not across"
 STRUCK = "the thumb strikes every string, and none is plucked"
-PLUCKING = (
-    "pluck_position", "pluck_nearest", "pluck_farthest", "position_controller", "pluck_angle", "rounding", "pull_time",
-    "stroke", "nearer_when_hard", "rounding_soft", "release_time", "release_time_soft", "release_speed",
-)  # fmt: skip
+
+
+def _group(name: str, why: str, holds: Callable[[Instrument, Any], bool]) -> list[Rule]:
+    """Rules for the rows of the group `name`, one for each section that has such."""
+    of = {section: tuple(n for n, row in rows(cls).items() if name in row.of) for section, cls in DATACLASSES.items()}
+    return [Rule(section, keys, why, holds) for section, keys in of.items() if keys]
+
+
 RULES = (
     Rule("coil", tuple(key_names("coil")), NO_PICKUPS, _displacement),
     Rule("pickup", tuple(key_names("pickup")), NO_PICKUPS, _displacement),
     Rule("string", ("level",), NO_PICKUPS, _displacement),
-    Rule(
-        "output",
-        ("sensor", "sensor_v", "across"),
+    *_group(
+        "sensor",
         'output.kind is "pickups", which takes no sensor',
         lambda bass, part: not _displacement(bass, part),
     ),
-    Rule("output", ("sensor_v", "across"), UP_AND_DOWN, _straight),
+    *_group("across", UP_AND_DOWN, _straight),
     Rule("output", ("sensor_v",), "output.across is 0", lambda bass, output: output.across == 0),
-    Rule("pickup", ("across",), UP_AND_DOWN, _straight),
     Rule(
         "pickup",
-        ("position", "aperture", "decay_length", "across"),
+        tuple(name for name in key_names("pickup") if name not in ("level", "strings")),
         "this pickup's level is 0",
         lambda bass, pickup: pickup.level == 0,
     ),
-    Rule("neck", ("friction", "friction_speed"), UP_AND_DOWN, _straight),
     Rule("neck", ("friction_speed",), "neck.friction is 0", lambda bass, neck: neck.friction == 0),
     Rule("neck", ("free_length",), "the neck is rigid", lambda bass, neck: not _bends(neck)),
     Rule("player", ("answering",), "no string moves another: the neck is rigid, or there is one string", _alone),
@@ -88,29 +90,20 @@ RULES = (
         'player.technique is "pluck"',
         lambda bass, player: player.technique == "pluck",
     ),
-    Rule(
-        "player",
-        ("strike_position", "strike_force", "strike_width", "strike_time", "thumb_mass"),
-        "no string is slapped: see player.technique",
-        _plucks_only,
-    ),
-    Rule(
-        "player",
-        ("strike_softest", "strike_hardest", "thumb_width", "thumb_stiffness", "thumb_loss"),
+    *_group("thumb", "no string is slapped: see player.technique", _plucks_only),
+    *_group(
+        "bounce",
         "no string is slapped by a thumb with a mass: see player.thumb_mass",
         lambda bass, player: _plucks_only(bass, player) or player.thumb_mass == 0 or bass.over_board,
     ),
-    Rule(
-        "player",
-        ("strike_force", "strike_width", "strike_time"),
+    *_group(
+        "impulse",
         "player.thumb_mass is given: the thumb is no impulse",
         lambda bass, player: player.thumb_mass > 0 and not bass.over_board,
     ),
     Rule("player", ("thumb_mass",), "over a board the thumb is an impulse", lambda bass, player: bass.over_board),
-    Rule("player", PLUCKING, STRUCK, _slaps_only),
-    Rule("neck", ("friction", "friction_speed"), STRUCK, _slaps_only),
-    Rule("pickup", ("across",), STRUCK, _slaps_only),
-    Rule("output", ("sensor_v", "across"), STRUCK, _slaps_only),
+    *_group("pluck", STRUCK, _slaps_only),
+    *_group("across", STRUCK, _slaps_only),
 )
 # Keys that make no field of their own: why they may be idle.
 NO_CORE = "string.inharmonicity is given, not core_diameter"

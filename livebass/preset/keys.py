@@ -1,7 +1,7 @@
 """The keys of a preset file, one row each: kind, limits, default and meaning.
 
 The checks of a value, the messages about it and the reference that `livebass presets keys` prints all follow the rows.
-A key that sets a field of model/instrument.py has that field's default.
+Keys that are rows of a dataclass of the model (rows.py) come from there.
 """
 
 from __future__ import annotations
@@ -13,14 +13,14 @@ from itertools import pairwise
 from typing import Any
 
 from livebass import units
-from livebass.model.instrument import ANSWERING, STIFFNESS_LAWS, STROKES, Coil, Neck, Output, Pickup, Player, String
+from livebass.model.instrument import Coil, Neck, Output, Pickup, Player, String
 from livebass.model.keymap import CURVES, MAPS
 from livebass.preset import tuning
+from livebass.rows import rows
 from livebass.techniques import FUNCTION_ROWS, RPN
 from livebass.units import DIMENSIONS, format_quantity, quantity, readable_quantity
 
 REQUIRED = object()
-FIELD = object()  # the default of the field of the same name in the section's dataclass
 DATACLASSES = {"neck": Neck, "string": String, "output": Output, "pickup": Pickup, "coil": Coil, "player": Player}
 MOST_POINTS = 16  # of a curve
 # MIDI controllers with a meaning of their own; those from 120 on are channel mode messages.
@@ -36,18 +36,23 @@ class Key:
     kind: str  # a dimension of `units`, choices "a|b", number, integer, text, note, tuning ...; with "[]": a list
     least: str
     most: str
-    default: Any  # or REQUIRED, FIELD, or None: may be left out, see `meaning`
+    default: Any  # or REQUIRED, or None: may be left out, see `meaning`
     meaning: str
 
-    def resolved(self) -> Key:
-        """The same key with FIELD replaced by the field's default, as a file would write it."""
-        if self.default is not FIELD:
-            return self
-        value = getattr(DATACLASSES[self.section], self.name)
-        return replace(self, default=readable_quantity(value, self.kind) if self.kind in DIMENSIONS else value)
+
+def _rows(section: str, after: str = "", last: str = "") -> list[Key]:
+    """The keys that are rows of the section's dataclass, if given those behind `after`, and up to `last`."""
+    cls, made = DATACLASSES[section], []
+    for name, row in rows(cls).items():
+        value = None if row.optional else getattr(cls, name)
+        if row.kind in DIMENSIONS and value is not None:
+            value = readable_quantity(value, row.kind)
+        made.append(Key(section, name, row.kind, row.least, row.most, value, row.meaning))
+    names = [key.name for key in made]
+    return made[names.index(after) + 1 if after else 0 : names.index(last) + 1 if last else None]
 
 
-_ROWS = (
+KEYS = (
     Key("", "name", "text", "1", "80", REQUIRED, "what the bass is called"),
     Key("", "description", "text", "0", "500", "", "one sentence about it"),
     Key("", "tuning", "tuning", "", "", "standard", "of the open strings; standard: as string.open_note says"),
@@ -77,13 +82,7 @@ _ROWS = (
     Key("neck", "board_end", "length", "50 mm", "1500 mm", None, "end of the wood; left out: 20 mm past the last fret"),
     Key("neck", "profile_positions", "length[]", "0 mm", "1500 mm", None, "of a measured surface, from the nut"),
     Key("neck", "profile_heights", "length[]", "-30 mm", "10 mm", None, "there; negative: below the string"),
-    Key("neck", "contact_stiffness", "number", "1e5", "1e15", FIELD, "K of eq. 6, SI"),
-    Key("neck", "contact_exponent", "number", "1", "3", FIELD, "alpha of eq. 6"),
-    Key("neck", "grid_step", "length", "0.2 mm", "10 mm", FIELD, "length of string that a fret pushes on"),
-    Key("neck", "friction", "force per length", "0 N/m", "1000000 N/m", FIELD, "A of eq. 7"),
-    Key("neck", "friction_speed", "speed", "0.01 um/s", "1 m/s", FIELD, "s of eq. 7: slower, a point sticks"),
-    Key("neck", "free_length", "length", "10 mm", "1500 mm", None, "nut to body; left out: 0.6 of the scale"),
-    Key("neck", "stop_conductance", "conductance", "0 m/s/N", "0.1 m/s/N", FIELD, "Re Y of a stop, on stopped notes"),
+    *_rows("neck"),
     Key("neck", "resonance_frequencies", "frequency[]", "1 Hz", "20 kHz", None, "of the neck, ascending"),
     Key("neck", "resonance_qualities", "number[]", "0.5", "1000", None, "Q of the same"),
     Key("neck", "resonance_masses", "mass[]", "0.001 kg", "1000 kg", None, "effective, at the nut"),
@@ -97,85 +96,31 @@ _ROWS = (
     Key("string", "tension", "force", "5 N", "1000 N", None, "left out: what the pitch needs"),
     Key("string", "diameter", "length", "0.1 mm", "10 mm", REQUIRED, "outside"),
     Key("string", "inharmonicity", "number", "0", "0.01", None, "B, see physics; or give core_diameter"),
-    Key(
-        "string",
-        "stiffness_law",
-        "|".join(STIFFNESS_LAWS),
-        "",
-        "",
-        FIELD,
-        "f0 j sqrt(1 + B j^2); eq. 8, for B j^2 < 0.04",
-    ),
+    *_rows("string", last="stiffness_law"),
     Key("string", "core_diameter", "length", "0.05 mm", "5 mm", None, "of the core; or give inharmonicity"),
     Key("string", "core_modulus", "modulus", "1 GPa", "500 GPa", "200 GPa", "E of the core; steel: 200 GPa"),
     Key("string", "stiffness_ratio", "number", "1", "10", 1.5, "bending stiffness over that of the core"),
-    Key("string", "viscoelastic_angle", "number", "0", "0.5", FIELD, "delta_ve of eq. 11"),
-    Key("string", "thermoelastic", "number", "0", "0.01", FIELD, "1/Q_te of eq. 9"),
-    Key("string", "extra_damping", "decay rate", "0 /s", "10000 /s", FIELD, "a mute, on every mode"),
-    Key("string", "extra_damping_slope", "number", "0", "1", FIELD, "1/s added per rad/s of the mode"),
-    Key("string", "level", "number", "0", "10", FIELD, "how strongly pickups sense it"),
-    Key("string", "axial_stiffness", "force", "0 N", "1000000 N", FIELD, "E A: hard notes begin sharp; 0: they do not"),
-    Key("string", "winding", "length", "0 mm", "2 mm", FIELD, "pitch of a round winding: slides squeak; 0: flat"),
-    Key("string", "law_fundamental", "frequency", "5 Hz", "5000 Hz", None, "f0 of the law of partials if measured"),
+    *_rows("string", after="stiffness_law"),
     Key("string", "measured_frequencies", "frequency[]", "5 Hz", "100 kHz", None, "first modes, open string"),
     Key("string", "measured_dampings", "decay rate[]", "0 /s", "100000 /s", None, "of the same modes"),
-    Key("output", "kind", "pickups|displacement", "", "", FIELD, "magnetic, or the string at the sensor"),
-    Key("output", "sensor", "length", "1 mm", "500 mm", FIELD, "displacement sensor, from the saddle"),
-    Key("output", "sensor_v", "length", "1 mm", "500 mm", FIELD, "the same for the motion across"),
-    Key("output", "across", "number", "-10", "10", FIELD, "level of the motion across in displacement"),
-    Key("output", "gain", "number", "0", "1e9", FIELD, "signal per volt, or per metre of displacement"),
+    *_rows("output"),
     Key("pickup", "position", "length", "1 mm", "800 mm", REQUIRED, "centre, from the saddle"),
-    Key("pickup", "aperture", "length", "0 mm", "100 mm", FIELD, "length of string it senses"),
-    Key("pickup", "decay_length", "length", "0.5 mm", "50 mm", FIELD, "rise that weakens the flux e times"),
-    Key("pickup", "level", "number", "-10", "10", FIELD, "in the mix; negative: reversed"),
-    Key("pickup", "across", "number", "-10", "10", FIELD, "how strongly it senses motion across, of motion up"),
+    *_rows("pickup"),
     Key("pickup", "strings", "text[]", "1", "20", None, "names of those it senses; left out: all"),
-    Key("coil", "inductance", "inductance", "0.01 H", "50 H", FIELD, "pickup"),
-    Key("coil", "resistance", "resistance", "1 ohm", "100 kohm", FIELD, "pickup"),
-    Key("coil", "capacitance", "capacitance", "1 pF", "100 nF", FIELD, "winding and cable"),
-    Key("coil", "volume_pot", "resistance", "1 kohm", "10 Mohm", FIELD, "whole track"),
-    Key("coil", "tone_pot", "resistance", "1 kohm", "10 Mohm", FIELD, "whole track"),
-    Key("coil", "tone_capacitor", "capacitance", "10 pF", "10 uF", FIELD, "behind the tone pot"),
-    Key("coil", "tone", "number", "0", "1", FIELD, "0 closed, 1 open"),
-    Key("player", "technique", "pluck|slap", "", "", FIELD, "slap: thumb below, pops above"),
-    Key("player", "stroke", "|".join(STROKES), "", "", FIELD, "what plucks; widths below are a finger's"),
-    Key("player", "slapped_strings", "integer", "0", "8", None, "lowest first; left out: the lower half, if slapped"),
-    Key("player", "pluck_position", "number", "0.01", "0.99", FIELD, "place over the body: part of the open string"),
-    Key("player", "pluck_nearest", "number", "0.01", "0.99", FIELD, "the same at controller value 0 ..."),
-    Key("player", "pluck_farthest", "number", "0.01", "0.99", FIELD, "... and at 127"),
-    Key("player", "pluck_angle", "angle", "-89 deg", "89 deg", FIELD, "of the pull, from straight up to across"),
-    Key("player", "nearer_when_hard", "length", "0 mm", "200 mm", FIELD, "the hardest notes, nearer to the saddle"),
-    Key("player", "rounding", "length", "0.5 mm", "50 mm", FIELD, "half width of the finger, at velocity 127 ..."),
-    Key("player", "rounding_soft", "length", "0 mm", "50 mm", FIELD, "... and at velocity 1; 0 mm: the same"),
-    Key("player", "release_time", "time", "0 us", "10 ms", FIELD, "how gradually it lets go, at velocity 127 ..."),
-    Key("player", "release_time_soft", "time", "0 us", "10 ms", FIELD, "... and at velocity 1; 0 us: the same"),
-    Key("player", "release_speed", "speed", "0 m/s", "10 m/s", FIELD, "of the finger letting go, at greatest_apex"),
-    Key("player", "softest", "number", "0", "100", FIELD, "force at velocity 1; 1: the open string grazes a fret"),
-    Key("player", "hardest", "number", "0", "100", FIELD, "force at velocity 127"),
-    Key("player", "greatest_apex", "length", "0.1 mm", "30 mm", FIELD, "approached, never exceeded"),
-    Key("player", "unevenness", "number", "0", "0.5", FIELD, "strength and place differ from note to note"),
-    Key("player", "strike_position", "number", "0.01", "0.99", FIELD, "of the thumb, over the body as pluck_position"),
-    Key("player", "strike_force", "number", "0.01", "10", FIELD, "depth of a strike over the apex of a pluck"),
-    Key("player", "strike_width", "length", "1 mm", "100 mm", FIELD, "of the thumb"),
-    Key("player", "strike_time", "time", "0.1 ms", "20 ms", FIELD, "the thumb stays on the string"),
-    Key("player", "thumb_mass", "mass", "0 kg", "0.1 kg", FIELD, "of a thumb that bounces; 0: it is an impulse"),
-    Key("player", "strike_softest", "speed", "10 mm/s", "8 m/s", FIELD, "of a thumb with a mass at velocity 1"),
-    Key("player", "strike_hardest", "speed", "10 mm/s", "8 m/s", FIELD, "of a thumb with a mass at velocity 127"),
-    Key("player", "thumb_width", "length", "1 mm", "50 mm", FIELD, "half of what touches the string"),
-    Key("player", "thumb_stiffness", "number", "0", "1e8", FIELD, "of the thumb on the string, N/m^1.5"),
-    Key("player", "thumb_loss", "number", "0", "10", FIELD, "of the same, s/m: of Hunt and Crossley"),
-    Key("player", "pull_time", "time", "0.1 ms", "100 ms", FIELD, "finger pulls before it lets go"),
-    Key("player", "hand_damping", "decay rate", "0 /s", "10000 /s", FIELD, "hand that stops a note"),
-    Key("player", "answering", "|".join(ANSWERING), "", "", FIELD, "idle strings ring along: with the pedal, always"),
-    Key("player", "bend_range", "number", "0", "96", FIELD, "of the pitch bend, semitones"),
-    Key("player", "out_of_range", "transpose|drop", "", "", FIELD, "notes the bass does not have"),
-    Key("player", "position_controller", "controller", "0", "119", FIELD, "MIDI controller of the pluck position"),
+    *_rows("coil"),
+    *_rows("player", last="position_controller"),
     Key("player", "keys", "key map", "", "", "modo", "what MIDI keys and controllers do"),
-    Key("player", "velocity_curve", "curve", "0.2", "5", FIELD, "soft: soft keys sound harder, hard: softer"),
-    Key("player", "ghost_below", "integer", "0", "128", FIELD, "notes of a velocity below are ghost notes"),
-    Key("player", "wheel", "bend|slide", "", "", FIELD, "the pitch wheel bends, or slides over the frets"),
+    Key(
+        "player",
+        "velocity_curve",
+        "curve",
+        "0.2",
+        "5",
+        Player.velocity_curve,
+        "soft: soft keys sound harder, hard: softer",
+    ),
+    *_rows("player", after="position_controller"),
 )
-KEYS = tuple(key.resolved() for key in _ROWS)
 SECTIONS = tuple(dict.fromkeys(key.section for key in KEYS if key.section))
 
 

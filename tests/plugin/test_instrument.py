@@ -16,12 +16,14 @@ from livebass import QUALITIES, load_preset, preset_names
 from livebass.engine.engine import Engine
 from livebass.engine.image import image
 from livebass.engine.prepare import Pool, new_performer
-from livebass.kernels.bass.instrument import COARSE, FILE, LIVE, STUDIO, TIERS, VERSION, WORD, checksum
-from livebass.kernels.player.constants import KEY_MAP, PLAYER
-from livebass.kernels.string.preparing import NOTE
+from livebass.kernels.bass.instrument import COARSE, FILE, INSTRUMENT_WORDS, LIVE, STUDIO, TIERS, WORD, checksum
+from livebass.kernels.player.performer import MOST_STRINGS
+from livebass.kernels.string.preparing import NOTE, NOTE_WORDS
 from livebass.model.keymap import MODO_12, velocity_parts
+from livebass.parts import VERSION
 from livebass.plugin.instrument import instrument_file, read_instrument, tiers, write_instrument
 from livebass.plugin.lv2 import write_bundle
+from livebass.rows import Limit, limits
 from livebass.techniques import GHOST
 
 ADDRESSES = ("coefficients", "taps", "shapes", "heights", "positions", "coupling", "left_out", "answers")
@@ -207,34 +209,51 @@ def test_what_is_accepted_plays_without_a_crash(cases: int, presets: list[str], 
     assert 0.3 * cases < int(done.stdout) < 0.8 * cases
 
 
-@pytest.mark.parametrize("name", PLAYER.names or ())
-def test_no_number_of_the_player_may_be_absurd(name: str, whole: bytes, tmp_path: Path) -> None:
-    words = np.frombuffer(whole, np.int64).copy()
-    player = words.view(np.uint8)[: FILE.itemsize].view(FILE)["instrument"]["player"]
-    values = (-1000, 1 << 40) if PLAYER[name].kind == "i" else (np.nan, np.inf, -1e9, 1e9)
-    for value in values:
-        player[name] = value
-        assert "damaged" in refused(sealed(words), tmp_path / "a.lbass"), value
+INSTRUMENT_PLACE = FILE.fields["instrument"][1]
+# Where each number of a file is, once for each string that it has, and its limits
+NUMBERS = [(INSTRUMENT_PLACE, limit) for limit in limits(INSTRUMENT_WORDS, MOST_STRINGS)]
+NUMBERS += [(FILE.itemsize, limit) for limit in limits(NOTE_WORDS)]
 
 
-@pytest.mark.parametrize("name", [*(KEY_MAP.names or ()), "part", "wheel_slides"])
-def test_no_number_of_keys_or_velocities_may_be_absurd(name: str, whole: bytes, tmp_path: Path) -> None:
-    words = np.frombuffer(whole, np.int64).copy()
+@pytest.mark.parametrize("place, limit", NUMBERS, ids=lambda value: getattr(value, "name", ""))
+def test_each_number_has_its_limits(place: int, limit: Limit, whole: bytes, tmp_path: Path) -> None:
+    """Beyond them a file is refused, and behind the strings of the bass there is no limit."""
+    strings = 1  # of paper-g
+    for k in {0, (limit.each * strings or limit.size) - 1}:
+        words = np.frombuffer(whole, np.int64).copy()
+        number = words[place // WORD + limit.first + k :][:1]
+        absurd = (limit.least - 1, limit.most + 1, 1 << 40, -(1 << 62))
+        if not limit.whole:
+            number = number.view(float)
+            absurd = (np.nextafter(limit.least, -np.inf), np.nextafter(limit.most, np.inf), np.nan, np.inf, -np.inf)
+        for value in absurd:
+            number[0] = value
+            assert "damaged" in refused(sealed(words), tmp_path / "a.lbass"), (k, value)
+    if limit.each:
+        words = np.frombuffer(whole, np.int64).copy()
+        words[place // WORD + limit.first + limit.each * strings] = 1 << 62
+        assert refused(sealed(words), tmp_path / "a.lbass") == ""
+
+
+@pytest.mark.parametrize("name", ["circuit", "player", "key_map", "part", "slap", "drop", "stroke", "wheel_slides"])
+def test_limits_themselves_are_allowed(name: str, whole: bytes, tmp_path: Path) -> None:
+    for place, limit in NUMBERS:
+        if limit.name.partition(".")[0] == name and place == INSTRUMENT_PLACE:
+            for value in (limit.least, limit.most):
+                words = np.frombuffer(whole, np.int64).copy()
+                number = words[place // WORD + limit.first :][: limit.size]
+                (number if limit.whole else number.view(float))[:] = value
+                assert refused(sealed(words), tmp_path / "a.lbass") == "", (limit.name, value)
+
+
+def test_too_many_answers_are_refused(whole: bytes, tmp_path: Path) -> None:
+    """No string may have more modes of others to answer than kernels take, be there so many strings or not."""
+    path = tmp_path / "a.lbass"
+    write_instrument(load_preset("jazz-finger"), path)
+    words = np.frombuffer(path.read_bytes(), np.int64).copy()
     numbers = words.view(np.uint8)[: FILE.itemsize].view(FILE)["instrument"]
-    field = numbers[name] if name in ("part", "wheel_slides") else numbers["key_map"][name]
-    for value in (-1, 1000) if field.dtype.kind == "i" else (np.nan, -0.1, 1.1):
-        field[..., -1] = value
-        assert "damaged" in refused(sealed(words), tmp_path / "a.lbass"), value
-
-
-@pytest.mark.parametrize(
-    "change", [("answering", 3), ("answering", -1), ("answering_modes", 129), ("answering_modes", -1)]
-)
-def test_no_number_of_answers_may_be_absurd(change: tuple[str, int], whole: bytes, tmp_path: Path) -> None:
-    words = np.frombuffer(whole, np.int64).copy()
-    name, value = change
-    words.view(np.uint8)[: FILE.itemsize].view(FILE)["instrument"][name] = value
-    assert "damaged" in refused(sealed(words), tmp_path / "a.lbass")
+    numbers["answering_modes"][0, :4] = 64
+    assert "damaged" in refused(sealed(words), path)
 
 
 def test_another_layout_has_another_version() -> None:

@@ -16,23 +16,27 @@ from livebass.kernels.machine.native import (
     float_control,
     floats_at,
     flush_bits,
+    record_address,
     record_at,
     records_at,
     set_float_control,
     words_at,
 )
 from livebass.kernels.pickup import tone
-from livebass.kernels.pickup.coil import CIRCUIT, COIL
-from livebass.kernels.player.constants import CONTROLLERS, KEY_MAP, KEYS, PLAYER, STROKES
+from livebass.kernels.pickup.coil import CIRCUIT, CIRCUIT_WORDS, COIL
+from livebass.kernels.player.constants import KEY_MAP_WORDS, KEYS, PLAYER_WORDS, STROKES
 from livebass.kernels.player.controls import reset_controllers
 from livebass.kernels.player.expression import VIBRATO_RATE, bend_ratio, loudness, vibrato_depth
-from livebass.kernels.player.performer import ANSWERS_WHEN, MOST_RANGE, MOST_STRINGS, performer_at
+from livebass.kernels.player.performer import ANSWERS_WHEN, MOST_STRINGS, performer_at
 from livebass.kernels.player.strokes import fill_strokes
 from livebass.kernels.string import answers
 from livebass.kernels.string.operators import DOUBLE
 from livebass.kernels.string.preparing import (
+    LISTS,
+    MOST_WORDS,
     NOTE,
     NOTE_BYTES,
+    NOTE_WORDS,
     OPERATOR_BYTES,
     PICKUPS,
     PREPARING,
@@ -43,58 +47,55 @@ from livebass.kernels.string.preparing import (
     operator_at,
 )
 from livebass.kernels.string.records import BLOCK, LINE, MOST_ANSWERS, MOST_NEAR, OPERATOR, ROW, STRING, VOICE_SLOTS
-from livebass.techniques import ACTIONS, FUNCTIONS
+from livebass.parts import VERSION
+from livebass.rows import LARGEST, TINY, Word, limits, record, table
 
 BLOCKER_HZ = 6.0  # DC blocker's corner
 GAIN_TIME = 6e-3  # s, how fast volume follows its controller
 MOST_PICKUPS = 4
+MOST_FRETS = 127
 
 # How finely it is computed: two qualities, and what overload falls back to
 LIVE, STUDIO, COARSE, TIERS = 0, 1, 2, 3
-TIER = np.dtype(
-    [
-        ("contact_rate", "f8"),  # Hz, at least
-        ("heavy", "i8"),  # 1: it needs most of a processor's time
-    ],
-    align=True,
-)
+TIER_WORDS = [
+    Word("contact_rate", "f8", 8000.0, 64e6),  # Hz, at least
+    Word("heavy", "i8", 0, 1),  # 1: it needs most of a processor's time
+]
+TIER = record(TIER_WORDS)
 
-INSTRUMENT = np.dtype(
-    [
-        ("strings", "i8"),
-        ("frets", "i8"),
-        ("sensed", "i8"),  # 1: the output is the displacement at sensors, 0: through pickups
-        ("slap", "i8"),  # 1: the thumb strikes the lower strings
-        ("drop", "i8"),  # 1: notes out of range are left out
-        ("stroke", "i8"),  # a row of player.constants.STROKE: FINGER, PICK, NAIL or POP
-        ("answering", "i8"),  # performer.NEVER, PEDAL or ALWAYS: when idle strings may answer those that sound
-        ("gain", "f8"),
-        ("carried", "f8"),  # of the contact rate: the highest mode that is played
-        ("tiers", TIER, (TIERS,)),
-        ("circuit", CIRCUIT),
-        ("player", PLAYER),
-        ("key_map", KEY_MAP),
-        ("part", "f8", (KEYS,)),  # by velocity: part of the way from the softest to the hardest note
-        ("wheel_slides", "i8"),  # 1: the pitch wheel slides along the frets
-        ("open_note", "i8", (MOST_STRINGS,)),
-        ("answering_modes", "i8", (MOST_STRINGS,)),  # of each string, from the lowest, that may answer others
-        ("pickups", "i8", (MOST_STRINGS,)),  # of each string, and of each of them:
-        ("decay", "f8", (MOST_STRINGS, MOST_PICKUPS)),  # 1/m
-        ("mix", "f8", (MOST_STRINGS, MOST_PICKUPS)),
-        ("across", "f8", (MOST_STRINGS, MOST_PICKUPS)),
-        ("stretch", "f8", (MOST_STRINGS,)),  # N/m, E A over twice the length that stretches
-        ("slack", "f8", (MOST_STRINGS,)),  # how far a force pulls it, over how far before it was tuned
-        ("called", "i8", (MOST_STRINGS,)),  # pitch class by which key switches call it
-        ("saddle", "f8", (MOST_STRINGS, MOST_PICKUPS)),  # m, distance from the saddle; of sensors, for u and v, too
-        ("aperture", "f8", (MOST_STRINGS, MOST_PICKUPS)),  # m
-        ("winding", "f8", (MOST_STRINGS,)),  # m, pitch of the winding; 0: it is flat
-        ("fretless", "i8", (MOST_STRINGS,)),  # 1: a finger slides along it without steps
-    ],
-    align=True,
-)
+INSTRUMENT_WORDS = [
+    Word("strings", "i8", 1, MOST_STRINGS),
+    Word("frets", "i8", 0, MOST_FRETS),
+    Word("sensed", "i8", 0, 1),  # 1: the output is the displacement at sensors, 0: through pickups
+    Word("slap", "i8", 0, 1),  # 1: the thumb strikes the lower strings
+    Word("drop", "i8", 0, 1),  # 1: notes out of range are left out
+    Word("stroke", "i8", 0, STROKES - 1),  # performer.FINGER, PICK, NAIL or POP
+    Word("answering", "i8", 0, ANSWERS_WHEN - 1),  # performer.NEVER, PEDAL or ALWAYS: when idle strings may answer
+    Word("gain", "f8"),
+    Word("carried", "f8", TINY, 0.5),  # of the contact rate: the highest mode that is played
+    Word("tiers", TIER_WORDS, shape=(TIERS,)),
+    Word("circuit", CIRCUIT_WORDS),
+    Word("player", PLAYER_WORDS),
+    Word("key_map", KEY_MAP_WORDS),
+    Word("part", "f8", 0.0, 1.0, (KEYS,)),  # by velocity: part of the way from the softest to the hardest note
+    Word("wheel_slides", "i8", 0, 1),  # 1: the pitch wheel slides along the frets
+    Word("open_note", "i8", 0, 127, (MOST_STRINGS,)),
+    Word("answering_modes", "i8", 0, MOST_ANSWERS, (MOST_STRINGS,)),  # of each string, that may answer others
+    Word("pickups", "i8", 0, MOST_PICKUPS, (MOST_STRINGS,)),  # of each string, and of each of them:
+    Word("decay", "f8", 0.0, shape=(MOST_STRINGS, MOST_PICKUPS)),  # 1/m
+    Word("mix", "f8", shape=(MOST_STRINGS, MOST_PICKUPS)),
+    Word("across", "f8", shape=(MOST_STRINGS, MOST_PICKUPS)),
+    Word("stretch", "f8", shape=(MOST_STRINGS,)),  # N/m, E A over twice the length that stretches
+    Word("slack", "f8", 1e-3, 1e3, (MOST_STRINGS,)),  # how far a force pulls it, over how far before it was tuned
+    Word("called", "i8", 0, 11, (MOST_STRINGS,)),  # pitch class by which key switches call it
+    Word("saddle", "f8", shape=(MOST_STRINGS, MOST_PICKUPS)),  # m, from the saddle; of sensors, for u and v, too
+    Word("aperture", "f8", 0.0, 1.0, (MOST_STRINGS, MOST_PICKUPS)),  # m
+    Word("winding", "f8", 0.0, 1.0, (MOST_STRINGS,)),  # m, pitch of the winding; 0: it is flat
+    Word("fretless", "i8", 0, 1, (MOST_STRINGS,)),  # 1: a finger slides along it without steps
+]
+INSTRUMENT = record(INSTRUMENT_WORDS)
 
 MAGIC = 0x5353_4142_4556_494C  # "LIVEBASS"
-VERSION = 5  # of the file: another one for any change of FILE, NOTE, or of what they mean
 FILE = np.dtype(
     [
         ("magic", "i8"),
@@ -109,10 +110,6 @@ FILE = np.dtype(
 # What `check_file` returns
 GOOD, FOREIGN, OTHER_VERSION, DAMAGED = 0, 1, 2, 3
 
-MOST_WORDS = 1 << 23  # of a file
-MOST_FRETS = 127
-MOST_GRID = 20_000  # steps
-LARGEST = 1e15  # of any number in a file
 
 # The operators of one tier of a file at one rate
 POOL = np.dtype(
@@ -135,8 +132,15 @@ pool_at = record_at(POOL)
 string_at = record_at(STRING)
 operators_at = records_at(OPERATOR, 2)
 coil_at = record_at(COIL)
-FILE_BYTES = FILE.itemsize
+FILE_BYTES, CIRCUIT_BYTES = FILE.itemsize, CIRCUIT.itemsize
 WORD = 8  # bytes
+
+# Limits of the words of an INSTRUMENT, and behind them of a NOTE: columns as rows.Limit
+LIMITS = table([*limits(INSTRUMENT_WORDS, MOST_STRINGS), *limits(NOTE_WORDS)])
+NOTE_LIMITS = len(limits(INSTRUMENT_WORDS, MOST_STRINGS))  # the first of a NOTE
+PLACE, COUNT, PER_STRING, WHOLE, LEAST, MOST = range(6)
+NOTE_LISTS = tuple((NOTE.fields[name][1] // WORD, width) for name, width in LISTS.items())  # type: ignore[index]
+TAPS = NOTE.fields["taps"][1] // WORD  # type: ignore[index]
 
 
 @jit
@@ -250,16 +254,17 @@ def settle(voice, p, i):
 
 
 @jit
+def copy_words(source, target, count):
+    """Copies `count` words from one address to another."""
+    taken, to = words_at(source, count), words_at(target, count)
+    for k in range(count):
+        to[k] = taken[k]
+
+
+@jit
 def take_circuit(coil, instrument, rate):
     """Gives a COIL the parts of the instrument's circuit, and the rate (Hz)."""
-    circuit = instrument.circuit
-    coil.inductance = circuit.inductance
-    coil.resistance = circuit.resistance
-    coil.capacitance = circuit.capacitance
-    coil.volume_pot = circuit.volume_pot
-    coil.tone_pot = circuit.tone_pot
-    coil.tone_capacitor = circuit.tone_capacitor
-    coil.tone = circuit.tone
+    copy_words(record_address(instrument.circuit), record_address(coil), CIRCUIT_BYTES // WORD)
     coil.rate = rate
 
 
@@ -352,12 +357,13 @@ def check_file(address, size):
     notes = notes_of(file)
     modes = words_at(address + FILE_BYTES + NOTE_BYTES * notes, TIERS * notes)
     for k in range(notes):
-        note = note_at(address + FILE_BYTES + NOTE_BYTES * k)
+        place = address + FILE_BYTES + NOTE_BYTES * k
+        note = note_at(place)
         taps = 2 if file.instrument.sensed else file.instrument.pickups[k // (file.instrument.frets + 1)]
         others = answers_of(file.instrument, k // (file.instrument.frets + 1))
         if note.answers_count != others:
             return np.int64(DAMAGED)
-        if note.taps_count != taps or not is_note(note, file.instrument.sensed, where, numbers):
+        if note.taps_count != taps or not is_note(place, file.instrument.sensed, where, numbers):
             return np.int64(DAMAGED)
         for tier in range(TIERS):
             count = modes[tier * notes + k]
@@ -396,137 +402,44 @@ def all_within(address, count, least, most):
 
 
 @jit
+def are_within(address, first, last, strings):
+    """True if the words of a record at an address are within LIMITS, rows `first` to `last`, of so many `strings`."""
+    for row in range(first, last):
+        place, count = address + WORD * np.int64(LIMITS[row, PLACE]), np.int64(LIMITS[row, COUNT])
+        if LIMITS[row, PER_STRING] > 0.0:
+            count = strings * np.int64(LIMITS[row, PER_STRING])
+        whole, numbers = words_at(place, count), floats_at(place, count)
+        for k in range(count):
+            x = np.float64(whole[k]) if LIMITS[row, WHOLE] > 0.0 else numbers[k]
+            if not LIMITS[row, LEAST] <= x <= LIMITS[row, MOST]:
+                return False
+    return True
+
+
+@jit
 def is_instrument(instrument):
     """True if the numbers of an INSTRUMENT are such as kernels take."""
-    if not 1 <= instrument.strings <= MOST_STRINGS or not 0 <= instrument.frets <= MOST_FRETS:
+    strings = min(max(instrument.strings, 0), MOST_STRINGS)
+    if not are_within(record_address(instrument), 0, NOTE_LIMITS, strings):
         return False
-    if not 0 <= instrument.sensed <= 1 or not abs(instrument.gain) <= LARGEST:
-        return False
-    if not 0 <= instrument.slap <= 1 or not 0 <= instrument.drop <= 1 or not 0 <= instrument.stroke < STROKES:
-        return False
-    if not 0.0 < instrument.carried <= 0.5:
-        return False
-    if not 0 <= instrument.answering < ANSWERS_WHEN:
-        return False
-    for i in range(instrument.strings):
-        if not 0 <= instrument.answering_modes[i] <= MOST_ANSWERS:
+    for i in range(strings):
+        if answers_of(instrument, i) > MOST_ANSWERS or (instrument.sensed and instrument.pickups[i] > 0):
             return False
-    for i in range(instrument.strings):
-        if answers_of(instrument, i) > MOST_ANSWERS:
-            return False
-    for tier in range(TIERS):
-        if not 8000.0 <= instrument.tiers[tier].contact_rate <= 64e6 or not 0 <= instrument.tiers[tier].heavy <= 1:
-            return False
-    for i in range(instrument.strings):
-        if not 0 <= instrument.pickups[i] <= (0 if instrument.sensed else MOST_PICKUPS):
-            return False
-        if not 0 <= instrument.open_note[i] <= 127 or not 0 <= instrument.called[i] < 12:
-            return False
-        if not 1e-3 <= instrument.slack[i] <= 1e3:
-            return False
-        if not 0.0 <= instrument.winding[i] <= 1.0 or not 0 <= instrument.fretless[i] <= 1:
-            return False
-        for k in range(MOST_PICKUPS):
-            if not 0.0 <= instrument.decay[i, k] <= LARGEST or not abs(instrument.mix[i, k]) <= LARGEST:
-                return False
-            if not abs(instrument.across[i, k]) <= LARGEST or not 0.0 <= instrument.aperture[i, k] <= 1.0:
-                return False
-    circuit, player = instrument.circuit, instrument.player
-    parts = min(circuit.inductance, circuit.resistance, circuit.capacitance, circuit.volume_pot, circuit.tone_pot)
-    if not min(parts, circuit.tone_capacitor) > 0.0 or not 0.0 <= circuit.tone <= 1.0:
-        return False
-    largest = max(circuit.inductance, circuit.resistance, circuit.capacitance, circuit.volume_pot, circuit.tone_pot)
-    if not max(largest, circuit.tone_capacitor) <= LARGEST:
-        return False
-    if not 0 <= instrument.wheel_slides <= 1:
-        return False
-    for velocity in range(KEYS):
-        if not 0.0 <= instrument.part[velocity] <= 1.0:
-            return False
-    return is_key_map(instrument.key_map) and is_player(player)
+    return True
 
 
 @jit
-def is_key_map(key_map):
-    """True if the numbers of a KEY_MAP are such as kernels take."""
-    for key in range(KEYS):
-        if not 0 <= key_map.action[key] < ACTIONS or not 0 <= key_map.value[key] < KEYS:
+def is_note(address, sensed, where, numbers):
+    """True if the NOTE at an address is such as kernels take, with its lists among the `numbers` at `where`."""
+    if not are_within(address, NOTE_LIMITS, len(LIMITS), 0):
+        return False
+    words = words_at(address, NOTE_BYTES // WORD)
+    for place, width in NOTE_LISTS:
+        first, count = words[place], words[place + 1]
+        if count > numbers or first > numbers - (1 if sensed and place == TAPS else width) * count:
             return False
-    for number in range(CONTROLLERS):
-        if not 0 <= key_map.function[number] < FUNCTIONS:
-            return False
-    return 0 <= key_map.over_notes <= 1
-
-
-@jit
-def is_player(player):
-    """True if the numbers of a PLAYER are such as kernels take."""
-    if not 0.0 <= player.pull_time <= 10.0 or not 0.0 <= player.strike_time <= 10.0:
-        return False
-    if not 0.0 <= player.rounding <= 1.0 or not 0.0 <= player.strike_width <= 1.0:
-        return False
-    if not 0.0 <= player.rounding_soft <= 1.0 or not abs(player.nearer_when_hard) <= 1.0:
-        return False
-    if not 0.0 <= player.release_time <= 1.0 or not 0.0 <= player.release_time_soft <= 1.0:
-        return False
-    if not 0.0 <= player.release_speed <= 100.0:
-        return False
-    if not 0.0 <= player.thumb_mass <= 10.0 or not 0.0 <= player.thumb_width <= 1.0:
-        return False
-    if not 0.0 <= player.thumb_stiffness <= 1e8 or not 0.0 <= player.thumb_loss <= 1e3:
-        return False
-    if not 1e-3 <= player.strike_softest <= 1e2 or not 1e-3 <= player.strike_hardest <= 1e2:
-        return False
-    if not abs(player.pluck_angle) <= 1.6 or not 0.0 <= player.bend_range <= MOST_RANGE:
-        return False
-    for place in (player.pluck_position, player.pluck_nearest, player.pluck_farthest, player.strike_position):
-        if not 0.0 <= place <= 1.0:
-            return False
-    if not 0.0 <= player.softest <= 1e3 or not 0.0 <= player.hardest <= 1e3:
-        return False
-    if not 1e-6 <= player.greatest_apex <= 1.0 or not 0.0 <= player.strike_force <= 1e3:
-        return False
-    if not 0.0 <= player.hand_damping <= 1e6 or not 0.0 <= player.unevenness <= 1.0:
-        return False
-    return 0 <= player.slapped_strings <= MOST_STRINGS and 0 <= player.ghost_below <= 128
-
-
-@jit
-def is_list(first, count, width, numbers):
-    """True if `count` rows of `width` numbers from `first` on are within the file's."""
-    return 0 <= count <= numbers and 0 <= first <= numbers - width * count
-
-
-@jit
-def is_note(note, sensed, where, numbers):
-    """True if a NOTE of a file is such as kernels take, with its lists among the `numbers` at an address."""
-    if not 2 <= note.grid_points <= MOST_GRID or not 0.05 <= note.length <= 5.0:
-        return False
-    if not 1.0 <= note.fundamental <= 20e3 or not 0.0 <= note.damped_fundamental <= 20e3:
-        return False
-    if not 1e-6 <= note.linear_density <= 1.0 or not 1e-3 <= note.tension <= 1e5 or not 0.0 <= note.clamp <= LARGEST:
-        return False
-    if not 1e-6 <= note.diameter <= 0.1 or not 0.0 <= note.bending <= 1e3 or not 0.0 <= note.inharmonicity <= 1.0:
-        return False
-    if not 0.0 < note.friction_speed <= LARGEST or not 0.0 <= note.friction <= LARGEST:
-        return False
-    if not 0.0 < note.contact_stiffness <= 1e30 or not 1.0 <= note.contact_exponent <= 5.0:
-        return False
-    for x in (
-        note.viscoelastic_angle, note.thermoelastic, note.extra_damping, note.extra_damping_slope, note.held_stiffness,
-        note.stop,
-    ):  # fmt: skip
-        if not 0.0 <= x <= LARGEST:
-            return False
-    lists = is_list(note.resonances, note.resonances_count, 3, numbers)
-    lists &= is_list(note.table, note.table_count, 3, numbers)
-    lists &= is_list(note.frequencies, note.frequencies_count, 1, numbers)
-    lists &= is_list(note.dampings, note.dampings_count, 1, numbers)
-    lists &= is_list(note.obstacles, note.obstacles_count, 2, numbers)
-    lists &= is_list(note.surface, note.surface_count, 2, numbers)
-    lists &= is_list(note.answers, note.answers_count, 2, numbers)
-    lists &= is_list(note.taps, note.taps_count, 1 if sensed else 2, numbers)
-    if not lists or note.obstacles_count > MOST_NEAR or note.surface_count == 1:
+    note = note_at(address)
+    if note.obstacles_count > MOST_NEAR or note.surface_count == 1:
         return False
     for k in range(note.obstacles_count):
         x = floats_at(where + DOUBLE * (note.obstacles + 2 * k), 1)[0]
@@ -564,10 +477,7 @@ def begin_pool(pool):
 def take_note(pool, k, note):
     """Copies note `k` of the file, with its modes in the pool's tier, to the NOTE at an address."""
     notes = notes_of(file_at(pool.file))
-    source = words_at(pool.file + FILE_BYTES + NOTE_BYTES * k, NOTE_BYTES // WORD)
-    target = words_at(note, NOTE_BYTES // WORD)
-    for word in range(NOTE_BYTES // WORD):
-        target[word] = source[word]
+    copy_words(pool.file + FILE_BYTES + NOTE_BYTES * k, note, NOTE_BYTES // WORD)
     modes = words_at(pool.file + FILE_BYTES + NOTE_BYTES * notes, TIERS * notes)
     note_at(note).modes = modes[pool.tier * notes + k]
 

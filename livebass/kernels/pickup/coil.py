@@ -16,6 +16,8 @@ import numpy as np
 from livebass.compiling import entry, jit
 from livebass.kernels.machine.elementary import cos, exp, sin
 from livebass.kernels.machine.native import record_at
+from livebass.parts import Coil
+from livebass.rows import record, words
 
 ORDER = 3  # poles of the circuit
 FITTED = 0.45  # of the sampling rate, up to which the response is fitted
@@ -23,19 +25,11 @@ LATE = 0.25  # samples of delay that the fit is allowed
 FREQUENCIES = 400  # at which the response is fitted
 ROOT_STEPS = 500  # at most
 
-_CIRCUIT = [
-    ("inductance", "f8"),  # H
-    ("resistance", "f8"),  # ohm
-    ("capacitance", "f8"),  # F
-    ("volume_pot", "f8"),  # ohm
-    ("tone_pot", "f8"),  # ohm
-    ("tone_capacitor", "f8"),  # F
-    ("tone", "f8"),  # 0 closed, 1 open
-]
-CIRCUIT = np.dtype(_CIRCUIT, align=True)
+CIRCUIT_WORDS = words(Coil)
+CIRCUIT = record(CIRCUIT_WORDS)
 COIL = np.dtype(
     [
-        *_CIRCUIT,
+        *((word.name, word.type) for word in CIRCUIT_WORDS),  # first: a CIRCUIT
         ("rate", "f8"),  # Hz
         ("b", "f8", (ORDER + 1,)),  # the filter's numerator ...
         ("a", "f8", (ORDER + 1,)),  # ... and denominator, a[0] = 1

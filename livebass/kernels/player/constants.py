@@ -2,35 +2,24 @@
 
 import numpy as np
 
+from livebass.parts import PlayerNumbers
+from livebass.rows import Word, record, words
+from livebass.techniques import ACTIONS, FUNCTIONS
+
 KEYS = 128
 CONTROLLERS = 128
 
-# Of model.instrument.Player, under the same names
-PLAYER = np.dtype(
-    [
-        *((name, "f8") for name in (
-            "pull_time", "strike_time", "rounding", "strike_width", "pluck_angle", "bend_range", "pluck_position",
-            "pluck_nearest", "pluck_farthest", "softest", "hardest", "greatest_apex", "strike_position", "strike_force",
-            "hand_damping", "unevenness", "rounding_soft", "release_time", "release_time_soft", "release_speed",
-            "nearer_when_hard", "strike_softest", "strike_hardest", "thumb_mass", "thumb_width", "thumb_stiffness",
-            "thumb_loss",
-        )),
-        ("slapped_strings", "i8"),
-        ("ghost_below", "i8"),
-    ],
-    align=True,
-)  # fmt: skip
+PLAYER_WORDS = words(PlayerNumbers)
+PLAYER = record(PLAYER_WORDS)
 
 # What keys and controllers do: numbers of techniques.py
-KEY_MAP = np.dtype(
-    [
-        ("action", "i8", (KEYS,)),
-        ("value", "i8", (KEYS,)),
-        ("function", "i8", (CONTROLLERS,)),
-        ("over_notes", "i8"),  # 1: keys switch although the bass has their notes
-    ],
-    align=True,
-)
+KEY_MAP_WORDS = [
+    Word("action", "i8", 0, ACTIONS - 1, (KEYS,)),
+    Word("value", "i8", 0, KEYS - 1, (KEYS,)),
+    Word("function", "i8", 0, FUNCTIONS - 1, (CONTROLLERS,)),
+    Word("over_notes", "i8", 0, 1),  # 1: keys switch although the bass has their notes
+]
+KEY_MAP = record(KEY_MAP_WORDS)
 
 # What plucks: a row each. Widths, releases, place, angle and `nearer` of 0 are the player's own.
 STROKE = np.dtype(

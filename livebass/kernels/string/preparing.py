@@ -37,6 +37,7 @@ from livebass.kernels.string.operators import (
     tap,
 )
 from livebass.kernels.string.records import BLOCK, LONGER, MOST_NEAR, OPERATOR, PART, WHOLE
+from livebass.rows import TINY, Word, record
 
 PART_TIME = 5.2e-6  # s, length of the parts a contact frame is cut into ...
 LEAST_PART = 16  # ... but so many fine steps at least: to look costs as much as some steps
@@ -58,41 +59,46 @@ def listed(name: str) -> list[tuple[str, str]]:
     return [(name, "i8"), (f"{name}_count", "i8")]
 
 
-NOTE = np.dtype(
-    [
-        ("modes", "i8"),  # wanted; `measure_operators` takes away those that the contact rate cannot carry
-        ("grid_points", "i8"),  # N, steps of the grid over the length; with a surface `measure_operators` sets it
-        ("paper_law", "i8"),  # 1: String.stiffness_law is "paper", 0: "hinged"
-        ("length", "f8"),  # m
-        ("fundamental", "f8"),  # Hz, f0
-        ("damped_fundamental", "f8"),  # Hz, over which the damping law is taken
-        ("clamp", "f8"),  # number of the mode from which on the law "paper" of damping is constant
-        ("inharmonicity", "f8"),  # B for this length
-        ("linear_density", "f8"),  # kg/m
-        ("diameter", "f8"),  # m
-        ("tension", "f8"),  # N
-        ("bending", "f8"),  # N m^2, E I
-        ("viscoelastic_angle", "f8"),
-        ("thermoelastic", "f8"),
-        ("extra_damping", "f8"),  # 1/s
-        ("extra_damping_slope", "f8"),
-        ("held_stiffness", "f8"),  # m^2, as OPERATOR
-        ("contact_stiffness", "f8"),  # K of eq. 6
-        ("contact_exponent", "f8"),  # alpha of eq. 6
-        ("friction", "f8"),  # N/m, A of eq. 7
-        ("friction_speed", "f8"),  # m/s, s of eq. 7
-        ("stop", "f8"),  # m/s/N, Re Y at every frequency
-        *listed("resonances"),  # (Hz, Q, kg) each
-        *listed("table"),  # (Hz, Re Y, Im Y) each, ascending
-        *listed("frequencies"),  # (Hz,) each, measured, of the first modes
-        *listed("dampings"),  # (1/s,) each, measured
-        *listed("obstacles"),  # (m from the stop, height in m) each
-        *listed("surface"),  # (m from the stop, height in m) each, ascending: in place of obstacles
-        *listed("taps"),
-        *listed("answers"),  # (Re Y, Im Y) each, m/s/N: of the nut by this stop, for each mode that may answer
-    ],
-    align=True,
-)
+# Lists among the numbers, and how many a row of each has
+LISTS = {
+    "resonances": 3,  # (Hz, Q, kg)
+    "table": 3,  # (Hz, Re Y, Im Y), ascending
+    "frequencies": 1,  # (Hz,), measured, of the first modes
+    "dampings": 1,  # (1/s,), measured
+    "obstacles": 2,  # (m from the stop, height in m)
+    "surface": 2,  # (m from the stop, height in m), ascending: in place of obstacles
+    "taps": 2,  # or 1: see PICKUPS
+    "answers": 2,  # (Re Y, Im Y), m/s/N: of the nut by this stop, for each mode that may answer
+}
+MOST_WORDS = 1 << 23  # of an instrument file
+MOST_GRID = 20_000  # steps
+NOTE_WORDS = [
+    Word("modes", "i8", 1, MOST_GRID),  # wanted; `measure_operators` takes away what the contact rate cannot carry
+    Word("grid_points", "i8", 2, MOST_GRID),  # N over the length; with a surface `measure_operators` sets it
+    Word("paper_law", "i8", 0, 1),  # 1: String.stiffness_law is "paper", 0: "hinged"
+    Word("length", "f8", 0.05, 5.0),  # m
+    Word("fundamental", "f8", 1.0, 20e3),  # Hz, f0
+    Word("damped_fundamental", "f8", 0.0, 20e3),  # Hz, over which the damping law is taken
+    Word("clamp", "f8", 0.0),  # number of the mode from which on the law "paper" of damping is constant
+    Word("inharmonicity", "f8", 0.0, 1.0),  # B for this length
+    Word("linear_density", "f8", 1e-6, 1.0),  # kg/m
+    Word("diameter", "f8", 1e-6, 0.1),  # m
+    Word("tension", "f8", 1e-3, 1e5),  # N
+    Word("bending", "f8", 0.0, 1e3),  # N m^2, E I
+    Word("viscoelastic_angle", "f8", 0.0),
+    Word("thermoelastic", "f8", 0.0),
+    Word("extra_damping", "f8", 0.0),  # 1/s
+    Word("extra_damping_slope", "f8", 0.0),
+    Word("held_stiffness", "f8", 0.0),  # m^2, as OPERATOR
+    Word("contact_stiffness", "f8", TINY, 1e30),  # K of eq. 6
+    Word("contact_exponent", "f8", 1.0, 5.0),  # alpha of eq. 6
+    Word("friction", "f8", 0.0),  # N/m, A of eq. 7
+    Word("friction_speed", "f8", TINY),  # m/s, s of eq. 7
+    Word("stop", "f8", 0.0),  # m/s/N, Re Y at every frequency
+    # of each list: where its first row begins, and how many rows it has
+    *(Word(f"{name}{end}", "i8", 0, MOST_WORDS) for name in LISTS for end in ("", "_count")),
+]
+NOTE = record(NOTE_WORDS)
 
 PREPARING = np.dtype(
     [

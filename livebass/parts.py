@@ -1,0 +1,105 @@
+"""The parts of a bass that reach the kernels number by number, a row each (rows.py): the circuit and the player.
+
+Words count the numbers of a record in the kernels and in instrument files. Their order there is that in which they
+came: a new number takes the next word, wherever its row stands, and files get another VERSION.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from livebass.rows import LARGEST, TINY, choice, number
+
+VERSION = 5  # of instrument files: another one for any change of their layout, or of what it means
+STROKES = ("finger", "pick", "nail", "pop")  # in the order of the performer's numbers
+ANSWERING = ("off", "pedal", "always")  # likewise
+ABOVE_ZERO = (TINY, LARGEST)
+
+
+@dataclass(frozen=True)
+class Coil:
+    """The circuit of a pickup: its coil, volume and tone pots, and the cable."""
+
+    # fmt: off
+    inductance: float = number(4.0, "inductance", "0.01 H", "50 H", "pickup", word=0, file=ABOVE_ZERO)
+    resistance: float = number(7500.0, "resistance", "1 ohm", "100 kohm", "pickup", word=1, file=ABOVE_ZERO)
+    capacitance: float = number(600e-12, "capacitance", "1 pF", "100 nF", "winding and cable", word=2, file=ABOVE_ZERO)
+    volume_pot: float = number(250e3, "resistance", "1 kohm", "10 Mohm", "whole track", word=3, file=ABOVE_ZERO)
+    tone_pot: float = number(250e3, "resistance", "1 kohm", "10 Mohm", "whole track", word=4, file=ABOVE_ZERO)
+    tone_capacitor: float = number(47e-9, "capacitance", "10 pF", "10 uF", "behind the tone pot",
+        word=5, file=ABOVE_ZERO)
+    tone: float = number(1.0, "number", "0", "1", "0 closed, 1 open", word=6)
+    # fmt: on
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlayerNumbers:
+    """The numbers of a `model.instrument.Player`, which says what they do, and its choices, numbers to the kernels."""
+
+    # fmt: off
+    technique: str = choice("pluck", ("pluck", "slap"), "slap: thumb below, pops above",
+        record="slap")  # the thumb strikes the lower strings, a finger pops those above
+    stroke: str = choice("finger", STROKES, "what plucks; widths below are a finger's",
+        record="stroke", of="pluck")  # pick, nail and pop have widths and release times of their own
+    slapped_strings: int = number(0, "integer", "0", "8", "lowest first; left out: the lower half, if slapped",
+        word=27, optional=True)  # from the lowest, that the thumb strikes
+    pluck_position: float = number(0.74, "number", "0.01", "0.99", "place over the body: part of the open string",
+        word=6, file=(0, 1), of="pluck")  # fraction of the open string from the nut
+    pluck_nearest: float = number(0.55, "number", "0.01", "0.99", "the same at controller value 0 ...",
+        word=7, file=(0, 1), of="pluck")
+    pluck_farthest: float = number(0.93, "number", "0.01", "0.99", "... and at 127", word=8, file=(0, 1), of="pluck")
+    pluck_angle: float = number(0.0, "angle", "-89 deg", "89 deg", "of the pull, from straight up to across",
+        word=4, file=(-1.6, 1.6), of="pluck")
+    nearer_when_hard: float = number(0.0, "length", "0 mm", "200 mm", "the hardest notes, nearer to the saddle",
+        word=20, file=(-1, 1), of="pluck")
+    rounding: float = number(5e-3, "length", "0.5 mm", "50 mm", "half width of the finger, at velocity 127 ...",
+        word=2, file=(0, 1), of="pluck")  # standard deviation of the Gaussian that rounds the corner
+    rounding_soft: float = number(0.0, "length", "0 mm", "50 mm", "... and at velocity 1; 0 mm: the same",
+        word=16, file=(0, 1), of="pluck")
+    release_time: float = number(0.0, "time", "0 us", "10 ms", "how gradually it lets go, at velocity 127 ...",
+        word=17, file=(0, 1), of="pluck")  # as modes.pluck_amplitudes has it
+    release_time_soft: float = number(0.0, "time", "0 us", "10 ms", "... and at velocity 1; 0 us: the same",
+        word=18, file=(0, 1), of="pluck")
+    release_speed: float = number(0.0, "speed", "0 m/s", "10 m/s", "of the finger letting go, at greatest_apex",
+        word=19, file=(0, 100), of="pluck")  # in proportion to the apex
+    softest: float = number(0.08, "number", "0", "100", "force at velocity 1; 1: the open string grazes a fret",
+        word=9, file=(0, 1e3))
+    hardest: float = number(4.5, "number", "0", "100", "force at velocity 127", word=10, file=(0, 1e3))
+    greatest_apex: float = number(0.010, "length", "0.1 mm", "30 mm", "approached, never exceeded",
+        word=11, file=(1e-6, 1))
+    unevenness: float = number(0.0, "number", "0", "0.5", "strength and place differ from note to note",
+        word=15, file=(0, 1))  # notes differ by up to this part in strength, and by this times 10 cm in place
+    strike_position: float = number(0.68, "number", "0.01", "0.99", "of the thumb, over the body as pluck_position",
+        word=12, file=(0, 1), of="thumb")
+    strike_force: float = number(1.0, "number", "0.01", "10", "depth of a strike over the apex of a pluck",
+        word=13, file=(0, 1e3), of="thumb impulse")  # of the same velocity
+    strike_width: float = number(0.02, "length", "1 mm", "100 mm", "of the thumb",
+        word=3, file=(0, 1), of="thumb impulse")
+    strike_time: float = number(1.5e-3, "time", "0.1 ms", "20 ms", "the thumb stays on the string",
+        word=1, file=(0, 10), of="thumb impulse")
+    thumb_mass: float = number(0.0, "mass", "0 kg", "0.1 kg", "of a thumb that bounces; 0: it is an impulse",
+        word=23, file=(0, 10), of="thumb")
+    strike_softest: float = number(0.5, "speed", "10 mm/s", "8 m/s", "of a thumb with a mass at velocity 1",
+        word=21, file=(1e-3, 100), of="bounce")
+    strike_hardest: float = number(3.5, "speed", "10 mm/s", "8 m/s", "of a thumb with a mass at velocity 127",
+        word=22, file=(1e-3, 100), of="bounce")
+    thumb_width: float = number(5e-3, "length", "1 mm", "50 mm", "half of what touches the string",
+        word=24, file=(0, 1), of="bounce")
+    thumb_stiffness: float = number(7e5, "number", "0", "1e8", "of the thumb on the string, N/m^1.5",
+        word=25, of="bounce")
+    thumb_loss: float = number(0.35, "number", "0", "10", "of the same, s/m: of Hunt and Crossley",
+        word=26, file=(0, 1e3), of="bounce")
+    pull_time: float = number(2e-3, "time", "0.1 ms", "100 ms", "finger pulls before it lets go",
+        word=0, file=(0, 10), of="pluck")
+    hand_damping: float = number(90.0, "decay rate", "0 /s", "10000 /s", "hand that stops a note",
+        word=14, file=(0, 1e6))
+    answering: str = choice("off", ANSWERING, "idle strings ring along: with the pedal, always",
+        record="answering")  # when idle strings may answer those that sound
+    bend_range: float = number(2.0, "number", "0", "96", "of the pitch bend, semitones", word=5)
+    out_of_range: str = choice("transpose", ("transpose", "drop"), "notes the bass does not have", record="drop")
+    position_controller: int = number(16, "controller", "0", "119", "MIDI controller of the pluck position",
+        of="pluck")  # besides that of `keys`
+    ghost_below: int = number(0, "integer", "0", "128", "notes of a velocity below are ghost notes", word=28)
+    wheel: str = choice("bend", ("bend", "slide"), "the pitch wheel bends, or slides over the frets",
+        record="wheel_slides")
+    # fmt: on
