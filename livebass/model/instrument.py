@@ -19,6 +19,7 @@ from livebass.arrays import Floats
 from livebass.kernels.bass import bench
 from livebass.kernels.bass.bench import BOARD_ROUGH
 from livebass.kernels.string import law as modal
+from livebass.model.exact import exp2
 from livebass.model.keymap import MODO, Curve, KeyMap
 from livebass.model.neck import FREE_PART, Admittance, Surface, flat, rows_of, surface_on_grid
 from livebass.parts import STROKES as STROKES
@@ -61,7 +62,7 @@ class String:
     def frequency(self, note: int) -> float:
         """Frequency (Hz) to which a MIDI note number is tuned on this string."""
         hertz = note_frequency(note)
-        return hertz * 2.0 ** (self.offsets[note % 12] / 1200) if self.offsets else hertz
+        return hertz * exp2(self.offsets[note % 12] / 1200) if self.offsets else hertz
 
     @property
     def called(self) -> int:
@@ -241,7 +242,7 @@ def frets_from_geometry(
     In m, `action` is the gap under the open string at fret 12, `nut_height` the gap at fret 1, `relief` the depth of
     the hollow between the first and the last fret, at its middle, and `lift` raises frets by number.
     """
-    x = [length * (1 - 2 ** (-k / 12)) for k in range(1, count + 1)]
+    x = [length * (1 - exp2(-k / 12)) for k in range(1, count + 1)]
     where = [(xi - x[0]) / (x[-1] - x[0]) if count > 1 else 0.0 for xi in x]
     bow = [4 * relief * s * (1 - s) for s in where]
     pivot = min(12, count) - 1
@@ -253,7 +254,7 @@ def frets_from_geometry(
 
 def note_frequency(note: float) -> float:
     """Frequency (Hz) of a MIDI note number in equal temperament; fractions allowed."""
-    return A4_HZ * 2.0 ** ((note - A4_NOTE) / 12)
+    return A4_HZ * exp2((note - A4_NOTE) / 12)
 
 
 @lru_cache(maxsize=1024)
@@ -321,7 +322,7 @@ def on_bench(string: String, neck: Neck, answering: bool = False) -> tuple[Simpl
         ],
         "frets": zip(neck.fret_positions, neck.fret_heights, strict=True),
         "resonances": ((r.frequency, r.quality, r.mass) for r in y.resonances),
-        "parts": ((part**2,) for row in felt for part in row),
+        "parts": ((part * part,) for row in felt for part in row),
         "nut_parts": (
             (part,) for x in places * answering for part in y.parts(string.length - (string.length - x), free)
         ),
@@ -362,7 +363,9 @@ def tensioned(string: String, ratio: float) -> String:
     """
     square, f0 = ratio * ratio, string.law_fundamental or string.nominal_fundamental
     tension, inharmonicity = bench.under_tension(string.tension, string.inharmonicity, ratio)
-    measured = (math.sqrt(nu**2 + (square - 1) * (j * f0) ** 2) for j, nu in enumerate(string.measured_frequencies, 1))
+    measured = (
+        math.sqrt(nu * nu + (square - 1) * ((j * f0) * (j * f0))) for j, nu in enumerate(string.measured_frequencies, 1)
+    )
     return replace(
         string,
         tension=tension,
@@ -377,7 +380,7 @@ def _ratio(string: String, note: int) -> float:
     if not string.offsets:
         return 1.0
     cents = string.offsets[note % 12] - string.offsets[string.open_note % 12]
-    return 2.0 ** (cents / 1200) if cents else 1.0
+    return exp2(cents / 1200) if cents else 1.0
 
 
 def _tuned_for(string: String, note: int) -> String:

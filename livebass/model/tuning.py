@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from livebass.model.exact import exp2
 from livebass.model.instrument import Neck, Player, String, tensioned
 from livebass.model.neck import FREE_PART, surface_beyond
 
@@ -20,7 +21,7 @@ def tuned(string: String, note: int, offsets: tuple[float, ...] = ()) -> String:
     if (wanted.open_note, wanted.offsets) == (string.open_note, string.offsets):
         return string
     ratio = wanted.frequency(note) / string.frequency(string.open_note)
-    return replace(tensioned(wanted, ratio), slack=min(string.slack / ratio**2, MOST_SLACK))
+    return replace(tensioned(wanted, ratio), slack=min(string.slack / (ratio * ratio), MOST_SLACK))
 
 
 def with_capo(string: String, neck: Neck, fret: int) -> tuple[String, Neck]:
@@ -34,13 +35,14 @@ def with_capo(string: String, neck: Neck, fret: int) -> tuple[String, Neck]:
     note = string.open_note + fret
     if string.offsets:
         cents = string.offsets[note % 12] - string.offsets[string.open_note % 12]
-        string = tensioned(string, 2.0 ** (cents / 1200))
+        string = tensioned(string, exp2(cents / 1200))
+    part = total / length
     shorter = replace(
         string,
         open_note=note,
         own_note=string.open_note if string.own_note is None else string.own_note,
         length=length,
-        inharmonicity=string.inharmonicity * (total / length) ** 2,
+        inharmonicity=string.inharmonicity * (part * part),
         law_fundamental=0.0,
         measured_frequencies=(),
         measured_dampings=(),

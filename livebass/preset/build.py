@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields, replace
+from fractions import Fraction
 from itertools import pairwise
 from typing import Any
 
@@ -289,7 +290,8 @@ class Builder:
         """A string of `length` (m) from its checked values: tension and inharmonicity follow if they are left out."""
         pitch = note_frequency(values["open_note"])  # Hz
         mu = values["linear_density"]
-        tension = values.setdefault("tension", mu * (2 * length * pitch) ** 2)
+        speed = 2 * length * pitch
+        tension = values.setdefault("tension", mu * (speed * speed))
         limits = next(k for k in KEYS if (k.section, k.name) == ("string", "tension"))
         if not units.quantity(limits.least, "force") <= tension <= units.quantity(limits.most, "force"):
             note = note_name(values["open_note"])
@@ -303,8 +305,9 @@ class Builder:
             if core > values["diameter"]:
                 why = f"at most the diameter, {mm(values['diameter'])}"
                 raise self.error(f"{where}.core_diameter", why, mm(core))
-            bending = ratio * modulus * math.pi * core**4 / 64  # N m2
-            values["inharmonicity"] = math.pi**2 * bending / (tension * length**2)
+            fourth = float(Fraction(core) ** 4)  # rounded once, on every system
+            bending = ratio * modulus * math.pi * fourth / 64  # N m2
+            values["inharmonicity"] = math.pi**2 * bending / (tension * (length * length))
             if values["inharmonicity"] > 0.01:
                 why = f"gives B = {values['inharmonicity']:.3g}, allowed up to 0.01"
                 raise self.error(f"{where}.core_diameter", why, mm(core))
@@ -315,7 +318,7 @@ class Builder:
         if abs(units.cents(hertz / pitch)) > 100:
             note = note_name(values["open_note"])
             why = f"sounds {hertz:.2f} Hz, more than a semitone off {note}, {pitch:.2f} Hz"
-            would = mu * (2 * length * pitch) ** 2 if name == "tension" else pitch
+            would = mu * (speed * speed) if name == "tension" else pitch
             dimension = "force" if name == "tension" else "frequency"
             shown = format_quantity(values[name], dimension)
             raise self.error(f"{where}.{name}", f"{why}; {format_quantity(would, dimension)} would do", shown)
