@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from livebass.arrays import Floats
 from livebass.engine.prepare import Pool, Rows, Voice, bass_numbers, pickups_under, zeroed_lines
 from livebass.kernels.bass.bench import BENCH, CROWN_ABOVE, MADE, fill_bench, measure_bench
-from livebass.kernels.bass.instrument import FILE, MAGIC, POOL, TIERS, VERSION, WORD, checksum, fill_pool, measure_pool
+from livebass.kernels.bass.instrument import FILE, MAGIC, POOL, TIERS, WORD, checksum, fill_pool, measure_pool
 from livebass.kernels.bass.records import BASS
 from livebass.kernels.bass.setup import BUILDING, fill_bass, measure_bass
 from livebass.kernels.player.performer import PERFORMER
