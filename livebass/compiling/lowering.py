@@ -157,11 +157,19 @@ def only_text() -> tuple[dict[str, str], dict[str, str]]:
             for note in module.metadata:
                 note.descr(notes)
             noted = [text for text in notes if text.strip()]
+            # numba calls the constants of every function alike: each is called after what is in it
+            data = {
+                item.name: f".const.{hashlib.sha256(str(item.initializer).encode()).hexdigest()[:16]}"
+                for item in module.globals.values()
+                if item.name.startswith(".const.")
+            }
             for item in module.globals.values():
                 declared = item.is_declaration if isinstance(item, ir.Function) else item.initializer is None
                 into = declarations if declared and item.linkage != "common" else definitions
                 text = re.sub(r"(?<=, )(!\w+) !(\d+)", lambda m: f"{m[1]} {noted[int(m[2])]}", internal(str(item)))
-                assert into.setdefault(item.name, text) == text, f"two definitions of {item.name}"
+                text = NAME.sub(lambda m: f'@"{data.get(m[1] or m[2], m[1] or m[2])}"', text)
+                name = data.get(item.name, item.name)
+                assert into.setdefault(name, text) == text, f"two definitions of {name}"
 
         def finalize(self) -> None:
             self._finalized = True
