@@ -16,13 +16,14 @@ from numpy.typing import NDArray
 
 from livebass.arrays import Floats
 from livebass.engine.prepare import Pool, Rows, Voice, bass_numbers, pickups_under, zeroed_lines
-from livebass.kernels.bass.bench import BENCH, CROWN_ABOVE, MADE, fill_bench, measure_bench
+from livebass.kernels.bass.bench import BENCH, fill_bench, measure_bench
 from livebass.kernels.bass.instrument import FILE, MAGIC, POOL, TIERS, WORD, checksum, fill_pool, measure_pool
 from livebass.kernels.bass.records import BASS
 from livebass.kernels.bass.setup import BUILDING, fill_bass, measure_bass
 from livebass.kernels.player.performer import PERFORMER
 from livebass.kernels.string.board import over_board
 from livebass.kernels.string.frets import over_frets
+from livebass.kernels.string.note import CROWN_ABOVE, MADE
 from livebass.kernels.string.preparing import DONE, FROZEN, NOTE, OVERDAMPED
 from livebass.kernels.string.records import OPERATOR, STRING
 from livebass.model.answers import answering_modes

@@ -16,9 +16,8 @@ from types import SimpleNamespace
 import numpy as np
 
 from livebass.arrays import Floats
-from livebass.kernels.bass import bench
-from livebass.kernels.bass.bench import BOARD_ROUGH
-from livebass.kernels.string import law as modal
+from livebass.kernels.string import law as modal_law
+from livebass.kernels.string.note import BOARD_ROUGH, MADE, make_note, set_obstacles, under_tension
 from livebass.model.exact import exp2
 from livebass.model.keymap import MODO, Curve, KeyMap
 from livebass.model.neck import FREE_PART, Admittance, Surface, flat, rows_of, surface_on_grid
@@ -215,17 +214,17 @@ class Speaking:
             length=self.length,
             fundamental=self.fundamental,
             damped_fundamental=string.nominal_fundamental if measured else self.fundamental,
-            clamp=float(modal.clamped_mode(self.length)),
+            clamp=float(modal_law.clamped_mode(self.length)),
             inharmonicity=self.inharmonicity,
             linear_density=string.linear_density,
             diameter=string.diameter,
             tension=string.tension,
-            bending=modal.bending_stiffness(string.inharmonicity, string.tension, string.length),
+            bending=modal_law.bending_stiffness(string.inharmonicity, string.tension, string.length),
             viscoelastic_angle=string.viscoelastic_angle,
             thermoelastic=string.thermoelastic,
             extra_damping=string.extra_damping,
             extra_damping_slope=string.extra_damping_slope,
-            held_stiffness=modal.held_part(paper, self.inharmonicity, self.length),
+            held_stiffness=modal_law.held_part(paper, self.inharmonicity, self.length),
             contact_stiffness=self.contact_stiffness,
             contact_exponent=self.contact_exponent,
             friction=self.friction,
@@ -264,7 +263,7 @@ def speaking(string: String, neck: Neck, fret: int) -> Speaking:
     A note is in tune (`String.frequency`) wherever its fret is exactly, as a compensated saddle would do; one with an
     offset of its own has another tension. If a crown nearer the saddle stands above the line from the pressed fret to
     the saddle, the string rests on that crown. The neck shifts each mode by a different part (eq. 8): the first one is
-    in tune. kernels/bass/bench.py makes the note.
+    in tune. kernels/string/note.py makes the note.
 
     Raises ValueError for a fret the neck does not have, and if a fret or the board stands above the string at rest.
     """
@@ -273,11 +272,11 @@ def speaking(string: String, neck: Neck, fret: int) -> Speaking:
         raise ValueError(f"fret {fret}: this neck has frets 0 to {count}")
     given, numbers = on_bench(string, neck)
     note, lists = SimpleNamespace(), [0.0] * (3 * len(numbers) + 2)
-    stop, state, crown, height, behind = bench.make_note(given, numbers, fret, note, lists, 0)
-    if state != bench.MADE:
+    stop, state, crown, height, behind = make_note(given, numbers, fret, note, lists, 0)
+    if state != MADE:
         raise ValueError(f"fret {crown} stands {height * 1e3:.2f} mm above string {string.name} at rest")
     surface = rows_of(lists, note.surface, note.surface_count)
-    bench.set_obstacles(given, numbers, stop, note, lists, behind)  # over a board, too
+    set_obstacles(given, numbers, stop, note, lists, behind)  # over a board, too
     obstacles = rows_of(lists, behind, note.obstacles_count)
     first = given.parts + stop * (len(neck.admittance.resonances) + 1)
     s = Speaking(
@@ -362,7 +361,7 @@ def tensioned(string: String, ratio: float) -> String:
     their damping stays.
     """
     square, f0 = ratio * ratio, string.law_fundamental or string.nominal_fundamental
-    tension, inharmonicity = bench.under_tension(string.tension, string.inharmonicity, ratio)
+    tension, inharmonicity = under_tension(string.tension, string.inharmonicity, ratio)
     measured = (
         math.sqrt(nu * nu + (square - 1) * ((j * f0) * (j * f0))) for j, nu in enumerate(string.measured_frequencies, 1)
     )
@@ -427,4 +426,4 @@ def stretched(law: str, inharmonicity: float, mode: Floats) -> Floats:
     "hinged": sqrt(1 + B j^2), the stiff string on hinges (Fletcher 1964). "paper": 1 + B j^2 / 2, eq. 8 as printed, a
     fit to one G string that holds for B j^2 below about 0.04.
     """
-    return np.asarray(modal.stretched(law == "paper", inharmonicity, mode))
+    return np.asarray(modal_law.stretched(law == "paper", inharmonicity, mode))

@@ -22,8 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from livebass.arrays import Complexes, Floats
-from livebass.kernels.bass import bench
-from livebass.kernels.string import law
+from livebass.kernels.string import law, note
 
 FREE_PART = 0.6  # of the scale length, from the nut to the body, if a preset does not say
 MOST_SHAPE = 40  # number of the highest bending mode
@@ -187,7 +186,7 @@ def surface_beyond(surface: Surface, stop: float, height: float, total: float) -
     stop, heights from the straight line between stop and saddle.
     """
     lists = [0.0] * (2 * len(surface) + 2)
-    end = bench.surface_beyond(flat(surface), 0, len(surface), stop, height, total, lists, 0)
+    end = note.surface_beyond(flat(surface), 0, len(surface), stop, height, total, lists, 0)
     return rows_of(lists, 0, end // 2)
 
 

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from livebass.kernels.bass.bench import MOST_DETUNING
+from livebass.kernels.string.note import MOST_DETUNING
 from livebass.model import modes
 from livebass.model.instrument import Neck, String, speaking
 from livebass.model.neck import MOST_SHAPE, Admittance, Resonance, Surface, fretted_surface, height_at, wooden_surface

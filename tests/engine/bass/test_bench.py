@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from livebass.engine.image import bench_notes, frets_of, image
-from livebass.kernels.bass.bench import BENCH, hypotenuse
+from livebass.kernels.bass.bench import BENCH
+from livebass.kernels.string.note import hypotenuse
 from livebass.kernels.string.preparing import NOTE
 from livebass.model.instrument import Instrument, Neck, speaking
 from livebass.model.neck import Surface, fretted_surface

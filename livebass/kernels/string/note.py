@@ -1,0 +1,262 @@
+"""Makes one note: a string with its neck, stopped at a fret, becomes a NOTE (preparing.py) and its lists.
+
+A `string` is a BENCH_STRING (kernels/bass/bench.py), a `note` a NOTE, or objects with their fields; `numbers` are the
+lists of the string, `lists` those of the note. What takes powers or bending shapes stands in the numbers, worked out
+once; here are additions, multiplications, divisions and square roots, which have the same bits everywhere. Python calls
+these functions as they are (model/instrument.py): a preset loads without compiled kernels. Equation numbers: Issanchou
+et al. (2018). [any thread]
+"""
+
+import numpy as np
+
+from livebass.compiling import shared
+from livebass.kernels.string.law import (
+    admittance,
+    bending_stiffness,
+    clamped_mode,
+    detuning,
+    held_part,
+    neck_damping,
+    stretched,
+)
+
+BOARD_ROUGH = 20e-6  # m, by which a board may stand above the string at rest; it is pressed flat
+ROUNDING = 1e-9  # m, by which a crown may stand above the string at rest and still count as level with it
+MOST_DETUNING = 0.05  # relative shift of a mode by the neck: beyond, eq. 8 fails, as it is of first order
+LEAST_GRID = 8  # steps
+SPLIT = 134217729.0  # 2^27 + 1: takes a float64 apart into two halves (Veltkamp)
+
+# What `make_note` returns
+MADE, CROWN_ABOVE = 0, 1
+
+
+@shared
+def crown(string, numbers, k):
+    """Place (m from the nut) and height (m) of fret `k`; 0 is the nut."""
+    if k == 0:
+        return 0.0, 0.0
+    row = string.frets + 2 * (k - 1)
+    return numbers[row], numbers[row + 1]
+
+
+@shared
+def resting_on(string, numbers, fret):
+    """The fret that the string rests on when stopped at `fret`: one beyond, if it stands so high that it chokes it."""
+    stop = fret
+    if fret == 0:
+        return stop
+    x, h = crown(string, numbers, fret)
+    steepest = h / (string.length - x)
+    for k in range(fret + 1, string.frets_count + 1):
+        x, h = crown(string, numbers, k)
+        steep = h / (string.length - x)
+        if steep > steepest:
+            stop, steepest = k, steep
+    return stop
+
+
+@shared
+def under_tension(tension, inharmonicity, ratio):
+    """T and B of a string that sounds `ratio` times as high: T r^2 and B / r^2, as E I stays."""
+    square = ratio * ratio
+    return tension * square, inharmonicity / square
+
+
+@shared
+def make_note(string, numbers, fret, note, lists, end):
+    """Makes the note of `string` at `fret`, but for its modes and answers, with its lists from `end` on.
+
+    A note is in tune wherever its fret is exactly, as a compensated saddle would do; one with an offset of its own has
+    another tension. The neck shifts each mode by a different part (eq. 8): the first one is in tune.
+
+    Returns the fret it rests on, MADE or CROWN_ABOVE, the crown and its height (m) if it is above the string at rest,
+    and the place behind the lists.
+    """
+    stop = resting_on(string, numbers, fret)
+    note.length = string.length - crown(string, numbers, stop)[0]
+    note.grid_points = max(LEAST_GRID, int(np.rint(note.length / string.grid_step)))
+    take_numbers(string, numbers, stop, note)
+    end = set_admittance(string, numbers, stop, note, lists, end)
+    end = set_measured(string, numbers, stop, note, lists, end)
+    tune(string, numbers, stop, note, lists)
+    note.damped_fundamental = note.fundamental
+    if stop == 0 and string.law_fundamental != 0.0:  # measured: the published dampings still follow c / 2L
+        note.damped_fundamental = np.sqrt(string.tension / string.linear_density) / (2 * string.length)
+    note.obstacles = end
+    state, which, height, behind = set_obstacles(string, numbers, stop, note, lists, end)
+    if state != MADE:
+        return stop, state, which, height, end
+    if string.surface_count > 0:  # in place of the crowns
+        x, h = crown(string, numbers, stop)
+        note.obstacles_count, note.surface = 0, end
+        end = surface_beyond(numbers, string.surface, string.surface_count, x, h, string.length, lists, end)
+        note.surface_count = (end - note.surface) // 2
+    else:
+        note.surface, note.surface_count = behind, 0
+        end = behind
+    note.taps, note.taps_count = end, string.taps_count
+    wide = string.tap_width
+    for k in range(string.taps_count):
+        lists[end] = note.length - numbers[string.taps + wide * k]
+        if wide == 2:
+            lists[end + 1] = numbers[string.taps + wide * k + 1]
+        end += wide
+    return stop, MADE, 0, 0.0, end
+
+
+@shared
+def take_numbers(string, numbers, stop, note):
+    """Sets what the note has of its string and neck."""
+    ratio = numbers[string.pitches + 2 * stop + 1]
+    tension, inharmonicity = under_tension(string.tension, string.inharmonicity, ratio)
+    part = string.length / note.length
+    note.paper_law = string.paper_law
+    note.tension = tension
+    note.inharmonicity = inharmonicity * (part * part)
+    note.bending = bending_stiffness(inharmonicity, tension, string.length)
+    note.held_stiffness = held_part(string.paper_law, note.inharmonicity, note.length)
+    note.clamp = clamped_mode(note.length)
+    note.linear_density = string.linear_density
+    note.diameter = string.diameter
+    note.viscoelastic_angle = string.viscoelastic_angle
+    note.thermoelastic = string.thermoelastic
+    note.extra_damping = string.extra_damping
+    note.extra_damping_slope = string.extra_damping_slope
+    note.contact_stiffness = string.contact_stiffness
+    note.contact_exponent = string.contact_exponent
+    note.friction = string.friction
+    note.friction_speed = string.friction_speed
+
+
+@shared
+def set_admittance(string, numbers, stop, note, lists, end):
+    """Sets the admittance of the neck at a stop: each resonance counts by its part there, as if its mass were greater.
+
+    Returns the place behind its lists.
+    """
+    note.stop = string.stop_conductance if stop > 0 or string.capo else string.nut_conductance
+    count = string.resonances_count
+    parts = string.parts + stop * (count + 1)
+    note.resonances, note.resonances_count = end, 0
+    for k in range(count):
+        part, row = numbers[parts + k], string.resonances + 3 * k
+        if part != 0.0:
+            lists[end] = numbers[row]
+            lists[end + 1] = numbers[row + 1]
+            lists[end + 2] = numbers[row + 2] / part
+            note.resonances_count += 1
+            end += 3
+    part = numbers[parts + count]
+    note.table, note.table_count = end, string.table_count if part != 0.0 else 0
+    for k in range(note.table_count):
+        row = string.table + 3 * k
+        lists[end] = numbers[row]
+        lists[end + 1] = part * numbers[row + 1]
+        lists[end + 2] = part * numbers[row + 2]
+        end += 3
+    return end
+
+
+@shared
+def set_measured(string, numbers, stop, note, lists, end):
+    """Copies the measured modes, which are those of the open string. Returns the place behind them."""
+    note.frequencies, note.frequencies_count = end, string.frequencies_count if stop == 0 else 0
+    for k in range(note.frequencies_count):
+        lists[end + k] = numbers[string.frequencies + k]
+    end += note.frequencies_count
+    note.dampings, note.dampings_count = end, string.dampings_count if stop == 0 else 0
+    for k in range(note.dampings_count):
+        lists[end + k] = numbers[string.dampings + k]
+    return end + note.dampings_count
+
+
+@shared
+def tune(string, numbers, stop, note, lists):
+    """Sets f0 so that the first mode sounds at the pitch of the note."""
+    if stop == 0 and string.law_fundamental != 0.0:
+        note.fundamental = string.law_fundamental
+        return
+    pitch = numbers[string.pitches + 2 * stop]
+    mass = 2 * string.linear_density * note.length  # kg, so that mu c is mass times f0
+    mute = string.extra_damping / (2 * np.pi) + string.extra_damping_slope * pitch  # Hz
+    if note.stop != 0.0:
+        mute += neck_damping(admittance(note, lists, pitch)[0], mass * pitch, pitch) / (2 * np.pi)
+    sounds = hypotenuse(pitch, mute)  # tuned higher, as a damped mode rings lower than its eigenfrequency
+    stretch = stretched(note.paper_law, note.inharmonicity, 1.0)
+    fundamental = sounds / stretch
+    if note.resonances_count + note.table_count > 0 or note.stop != 0.0:
+        for _ in range(8):  # fixed-point iteration; each pass gains digits, as the neck's part is small
+            aside = detuning(admittance(note, lists, fundamental)[1], mass * fundamental, 1)
+            aside = min(max(aside, -MOST_DETUNING), MOST_DETUNING)
+            before = fundamental
+            fundamental = sounds / (stretch + aside)
+            if abs(fundamental / before - 1) < 1e-12:
+                break
+    note.fundamental = fundamental
+
+
+@shared
+def square(x):
+    """x^2 rounded, and what rounding took away (Dekker 1971)."""
+    high = SPLIT * x - (SPLIT * x - x)
+    low = x - high
+    p = x * x
+    return p, ((high * high - p) + 2 * high * low) + low * low
+
+
+@shared
+def hypotenuse(a, b):
+    """The square root of a^2 + b^2 for a >= b >= 0, a > 0, rounded once."""
+    p, p_low = square(a)
+    q, q_low = square(b)
+    s = p + q
+    low = (q - (s - p)) + (p_low + q_low)
+    root = np.sqrt(s)
+    r, r_low = square(root)
+    return root + (((s - r) - r_low) + low) / (2 * root)
+
+
+@shared
+def set_obstacles(string, numbers, stop, note, lists, end):
+    """Lists the crowns beyond a stop, on the grid, as the string at rest sees them.
+
+    Returns MADE or CROWN_ABOVE, which crown is above the string at rest, its height (m), and the place behind.
+    """
+    x_stop, h_stop = crown(string, numbers, stop)
+    step = note.length / note.grid_points
+    note.obstacles_count = string.frets_count - stop
+    for k in range(stop + 1, string.frets_count + 1):
+        x, h = crown(string, numbers, k)
+        height = h - h_stop * (string.length - x) / note.length
+        if height > ROUNDING:
+            return CROWN_ABOVE, k, height, end
+        lists[end] = np.rint((x - x_stop) / step) * step
+        lists[end + 1] = height if height < 0.0 else 0.0
+        end += 2
+    return MADE, 0, 0.0, end
+
+
+@shared
+def surface_beyond(numbers, first, rows, stop, height, total, lists, end):
+    """Lists the part of a board beyond a stop, seen from the string that is stopped there.
+
+    The board is `rows` of (m from the nut, height in m) from `first` on, ascending, with straight lines between; the
+    stop is `stop` (m) from the nut, at `height` (m), the saddle `total` (m). Places count from the stop, heights from
+    the line between stop and saddle. Returns the place behind the list.
+    """
+    begun = False
+    for k in range(rows):
+        row = first + 2 * k
+        x, h = numbers[row], numbers[row + 1]
+        if stop < x < total:
+            if not begun and k > 0:
+                before, under = numbers[row - 2], numbers[row - 1]
+                at_stop = under if before == stop else (h - under) / (x - before) * (stop - before) + under
+                lists[end] = 0.0
+                lists[end + 1] = at_stop - height
+                end += 2
+            begun = True
+            lists[end] = x - stop
+            lists[end + 1] = h - height * (total - x) / (total - stop)
+            end += 2
+    return end
