@@ -430,7 +430,7 @@ def test_the_name_goes_by_all_that_kernels_import() -> None:
 
 SHARED = """
 import sys
-from livebass.compiling import Entry, entry, jit, lowering
+from livebass.compiling import entry, inlined, jit, lowering
 import numpy as np
 
 @jit
@@ -441,17 +441,24 @@ def square(x):
 def root(x):
     return np.sqrt(square(x) + 1.0)
 
+@inlined
+def halved(x):
+    half = 0.5 * x
+    while half > 1.0:
+        half *= 0.5
+    return half
+
 @entry("float64(float64)")
 def first(x):
     return root(x)
 
 @entry("int64(float64)")
 def second(x):
-    return np.int64(2.0 * root(x) + square(x))
+    return np.int64(2.0 * root(x) + square(x) + halved(x))
 
 @entry("float64(int64)")
 def third(x):
-    return 1.0 * square(x)
+    return halved(1.0 * square(x)) + halved(2.0)
 
 import json
 print(json.dumps(lowering.compiled([globals()[name] for name in sys.argv[1:]])))

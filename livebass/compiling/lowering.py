@@ -137,7 +137,7 @@ def compiled(entries: Iterable[Entry], tell: processes.Progress = processes.sile
 def only_text() -> tuple[dict[str, str], dict[str, str]]:
     """Makes numba stop at the text of definitions and declarations: returns where it goes, by name. Before its use."""
     from llvmlite import ir
-    from numba.core import base, codegen, funcdesc, lowering, types
+    from numba.core import base, codegen, funcdesc, inline_closurecall, ir_utils, lowering, types
 
     definitions: dict[str, str] = {}
     declarations: dict[str, str] = {}
@@ -190,6 +190,18 @@ def only_text() -> tuple[dict[str, str], dict[str, str]]:
     names.default_mangler = lambda name, arguments, *, abi_tags=(), uid=None: (
         f"_ZN{name}.{uid}-{hashlib.sha256(repr((arguments, abi_tags)).encode()).hexdigest()[:16]}"
     )
+    worker: Any = inline_closurecall.InlineWorker
+    inline = worker.inline_ir
+
+    def inline_numbered(self: Any, caller: Any, block: Any, i: int, callee: Any, *more: Any, **named: Any) -> Any:
+        """Names variables and blocks of an inlined function by its turn in the caller, not in this process."""
+        caller.turns = getattr(caller, "turns", 0) + 1
+        callee.func_id.unique_name = f"{callee.func_id.func_qualname}${caller.turns}"
+        label: Any = ir_utils._the_max_label  # at least that of the caller is taken
+        label._value = 0
+        return inline(self, caller, block, i, callee, *more, **named)
+
+    worker.inline_ir = inline_numbered
     record: Any = types.Record  # numba asks for the name of a type all the time; that of a record lists its fields
     described = record.__repr__
     record.__repr__ = lambda self: (
