@@ -17,10 +17,10 @@ HEAD, TAIL, DATA = 0, 8, 16
 WORD = 8  # bytes
 ENTRY = 2  # words of a message
 NOW = -1  # in place of a frame: as soon as possible
-# Kinds of messages: of MIDI; a parameter (techniques.py) and its value; the bend of a string, semitones; the pluck place
+# Kinds of messages: of MIDI; a parameter (techniques.py), its value; the bend of a string, semitones; the pluck place
 # of the next note of a key, as PLUCK_POSITION; the bend of the string that played a key last, semitones; the string of
-# the next note of a key; the amount of what a function of controllers does, 0 to 1 (`parameters.set_amount`); the
-# vibrato of the string that played a key last, 0 to 1; the end of a key's sound, whatever the pedal does
+# the next note of a key; the amount of what a function of controllers does, 0 to 1 (`set_amount`); the vibrato of the
+# string that played a key last, 0 to 1; the end of a key's sound, whatever the pedal does
 MIDI, PARAMETER, STRING_BEND, NOTE_PLACE, NOTE_BEND, NOTE_STRING, AMOUNT = 0, 1, 2, 3, 4, 5, 6
 NOTE_VIBRATO, NOTE_CUT = 7, 8
 KIND_BIT, VALUE_BIT, CHANNEL_BIT = 24, 8, 16
