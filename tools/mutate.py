@@ -23,6 +23,7 @@ from __future__ import annotations
 import argparse
 import ast
 import importlib
+import json
 import os
 import random
 import shutil
@@ -30,7 +31,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -116,6 +117,68 @@ def library(progress=None):  # noqa: F811
         ctypes.CFUNCTYPE(None, ctypes.c_int64)(address)(int(os.environ.get("LIVEBASS_MUTANT", 0)))
     return found
 """
+ALONE = "the pinned sounds alone"
+RUNNER = '''"""Runs the tests on mutants, each in a copy of this process; writes [number, what notices it]."""
+
+import ctypes
+import json
+import os
+import signal
+import sys
+import time
+
+import support.source  # noqa: F401, before any kernel
+
+# isort: split
+import hypothesis  # noqa: F401
+import pytest
+import scipy.signal  # noqa: F401
+
+import livebass.cli  # noqa: F401
+import livebass.engine.engine
+import livebass.live.synth  # noqa: F401
+from livebass.compiling.library import library
+
+CHOOSE = ctypes.CFUNCTYPE(None, ctypes.c_int64)(library().address("choose_mutant"))
+OPTIONS = ["-x", "-q", "-p", "no:xdist", "-p", "no:cacheprovider", "-m", "not slow", "--tb=no", "-rfE"]
+
+
+def noticed(k, most, *tests):
+    said = f"said-{k}.txt"
+    pid = os.fork()
+    if not pid:
+        out = os.open(said, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
+        os.dup2(out, 1)
+        os.dup2(out, 2)
+        os.environ["LIVEBASS_MUTANT"] = str(k)
+        CHOOSE(k)
+        status = 3
+        try:
+            status = int(pytest.main([*OPTIONS, *tests]))
+        finally:
+            sys.stdout.flush()
+            os._exit(status)
+    end = time.monotonic() + most
+    while not (ended := os.waitpid(pid, os.WNOHANG))[0]:
+        if time.monotonic() > end:
+            os.kill(pid, signal.SIGKILL)
+            os.waitpid(pid, 0)
+            return "it hangs"
+        time.sleep(0.02)
+    with open(said, errors="replace") as lines:
+        for line in lines:
+            if line.startswith(("FAILED ", "ERROR ")):
+                return line.split()[1].removeprefix("tests/")
+    return "" if ended[1] == 0 else f"status {ended[1]}"
+
+
+numbers, tests, pinned, alone, most = json.loads(sys.argv[1])
+for k in numbers:
+    by = noticed(k, most, *tests, f"--deselect={pinned}")
+    if not by and (last := noticed(k, most, pinned)):
+        by = alone if k else last
+    print(json.dumps([k, by]), flush=True)
+'''
 
 
 @dataclass(frozen=True)
@@ -166,53 +229,50 @@ def run(tree: Path, mutants: list[Mutant], tests: list[str], jobs: int) -> int:
     start = time.monotonic()
     compiled = subprocess.run(
         [sys.executable, "-c", "from livebass.compiling import library; library.library()"],
-        cwd=tree, env=environment(tree, 0), capture_output=True, text=True, check=False,
+        cwd=tree, env=environment(tree), capture_output=True, text=True, check=False,
     )  # fmt: skip
     if compiled.returncode:
         sys.exit(f"the mutants do not compile:\n{compiled.stderr[-3000:]}")
     print(f"{len(mutants)} mutants compiled in {time.monotonic() - start:.0f} s", flush=True)
     begun = time.monotonic()
-    for which in ([*tests, f"--deselect={PINNED}"], [PINNED]):
-        if failed := noticed(tree, 0, which, 3600.0):
-            sys.exit(f"without a mutant the tests fail: {failed}")
+    for _, by in fates(tree, [0], tests, 3600.0):
+        if by:
+            sys.exit(f"without a mutant the tests fail: {by}")
     usual = time.monotonic() - begun
     print(f"without a mutant the tests take {usual:.0f} s", flush=True)
     living = pinned = 0
+    shares = [list(range(1 + job, len(mutants) + 1, jobs)) for job in range(jobs)]
     with ThreadPoolExecutor(jobs) as pool:
-        for k, by in enumerate(pool.map(lambda k: fate(tree, k, tests, 3 * usual + 60), range(1, len(mutants) + 1))):
-            living += not by
-            pinned += by == "the pinned sounds alone"
-            print(f"{k + 1:3} {'lives' if not by else 'dies '} {said(mutants[k])}  [{by or 'NOTHING'}]", flush=True)
+        for found in pool.map(lambda share: list(fates(tree, share, tests, 3 * usual + 60, loud=mutants)), shares):
+            living += sum(not by for _, by in found)
+            pinned += sum(by == ALONE for _, by in found)
     dead = len(mutants) - living
     print(f"{len(mutants)} mutants: {dead} noticed, {pinned} of them by the pinned sounds alone; {living} live")
     return 1 if living else 0
 
 
-def fate(tree: Path, k: int, tests: list[str], most: float) -> str:
-    """What notices mutant `k`: a test, "the pinned sounds alone", or nothing, ""."""
-    return noticed(tree, k, [*tests, f"--deselect={PINNED}"], most) or (
-        "the pinned sounds alone" if noticed(tree, k, [PINNED], most) else ""
-    )
+def fates(
+    tree: Path, numbers: list[int], tests: list[str], most: float, loud: Sequence[Mutant] = ()
+) -> Iterator[tuple[int, str]]:
+    """What notices each mutant: (number, a test, ALONE, or ""). Tests that take over `most` s hang.
+
+    One process loads everything once, and a copy of it runs the tests of each mutant. `loud`: prints them.
+    """
+    (tree / "runner.py").write_text(RUNNER)
+    command = [sys.executable, "runner.py", json.dumps([numbers, tests, PINNED, ALONE, most])]
+    with subprocess.Popen(command, cwd=tree, env=environment(tree), stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout
+        for line in process.stdout:
+            k, by = json.loads(line)
+            if loud:
+                print(f"{k:3} {'dies ' if by else 'LIVES'} {said(loud[k - 1])}  [{by}]", flush=True)
+            yield k, by
+    if process.returncode:
+        sys.exit("the tests of the mutants ended early")
 
 
-def noticed(tree: Path, k: int, tests: list[str], most: float) -> str:
-    """The first test that fails with mutant `k` on; "" if none does. One that takes over `most` s hangs."""
-    command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:xdist", "-p", "no:cacheprovider"]
-    command += ["-m", "not slow", "--tb=no", "-rfE", *tests]
-    try:
-        done = subprocess.run(
-            command, cwd=tree, env=environment(tree, k), capture_output=True, text=True, timeout=most, check=False
-        )
-    except subprocess.TimeoutExpired:
-        return "it hangs"
-    for line in done.stdout.splitlines():
-        if line.startswith(("FAILED ", "ERROR ")):
-            return line.split()[1].removeprefix("tests/")
-    return "" if done.returncode == 0 else f"status {done.returncode}"
-
-
-def environment(tree: Path, k: int) -> dict[str, str]:
-    own = {"PYTHONPATH": str(tree), "NUMBA_CACHE_DIR": str(tree.parent / "cache"), "LIVEBASS_MUTANT": str(k)}
+def environment(tree: Path) -> dict[str, str]:
+    own = {"PYTHONPATH": f"{tree}:{tree / 'tests'}", "NUMBA_CACHE_DIR": str(tree.parent / "cache")}
     return {**os.environ, **own, "MPLBACKEND": "Agg"}
 
 
@@ -324,24 +384,24 @@ class Changing(ast.NodeTransformer):
         self._count += 1
         return self.file, f"{self._count:04}"
 
-    def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.FunctionDef:  # noqa: N802
+    def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.FunctionDef:
         if any(ast.unparse(d).split("(")[0] in DECORATORS for d in node.decorator_list):
             self._inside = True
             node.body = [self.visit(statement) for statement in node.body]
             self._inside = False
         return node
 
-    def visit_Subscript(self, node: ast.Subscript) -> ast.Subscript:  # noqa: N802
+    def visit_Subscript(self, node: ast.Subscript) -> ast.Subscript:
         node.value = self.visit(node.value)  # an index stays
         return node
 
-    def visit_Constant(self, node: ast.Constant) -> ast.expr:  # noqa: N802
+    def visit_Constant(self, node: ast.Constant) -> ast.expr:
         if not self._inside or not isinstance(node.value, float) or not (other := other_value(node.value)):
             return node
         mutant = Mutant(self.file, node.lineno, f"{node.value!r} -> {other!r}")
         return self._may_change(self._next(), mutant, node, f"either({{k}}, {{x}}, {other!r})")
 
-    def visit_Name(self, node: ast.Name) -> ast.expr:  # noqa: N802
+    def visit_Name(self, node: ast.Name) -> ast.expr:
         if not self._inside or not isinstance(node.ctx, ast.Load) or node.id not in self._constants:
             return node
         key, value, line = self._constants[node.id]
@@ -350,13 +410,13 @@ class Changing(ast.NodeTransformer):
         mutant = Mutant(key[0], line, f"{key[1]} = {value!r} -> {other!r}")
         return self._may_change(key, mutant, node, f"either({{k}}, {{x}}, {other!r})")
 
-    def visit_Call(self, node: ast.Call) -> ast.Call:  # noqa: N802
+    def visit_Call(self, node: ast.Call) -> ast.Call:
         if isinstance(node.func, ast.Name) and node.func.id == "range":
             return node
         node.args = [self.visit(argument) for argument in node.args]
         return node
 
-    def visit_BinOp(self, node: ast.BinOp) -> ast.expr:  # noqa: N802
+    def visit_BinOp(self, node: ast.BinOp) -> ast.expr:
         sites = isinstance(node.op, ast.Add | ast.Sub) and not is_whole(node.left) and not is_whole(node.right)
         key, sign = self._next(), "+" if isinstance(node.op, ast.Add) else "-"
         said = f"{ast.unparse(node)}: {sign} turned"
@@ -367,7 +427,7 @@ class Changing(ast.NodeTransformer):
             node.right = self._may_change(key, mutant, node.right, "signed({k}, {x})")
         return node
 
-    def visit_Compare(self, node: ast.Compare) -> ast.expr:  # noqa: N802
+    def visit_Compare(self, node: ast.Compare) -> ast.expr:
         key, said = self._next(), ast.unparse(node)
         self.generic_visit(node)
         if not self._inside or len(node.ops) > 1 or isinstance(node.ops[0], ast.Is | ast.IsNot | ast.In | ast.NotIn):
