@@ -22,6 +22,7 @@ from __future__ import annotations
 
 import argparse
 import ast
+import functools
 import importlib
 import json
 import os
@@ -303,6 +304,7 @@ def with_switch(text: str) -> str:
     return "\n".join(lines) + "\n"
 
 
+@functools.cache
 def sources() -> list[Path]:
     """The files of kernels that are changed."""
     found = (file for file in sorted(KERNELS.rglob("*.py")) if file.name != "__init__.py")
@@ -323,11 +325,16 @@ def module_of(file: Path) -> str:
     return file.relative_to(HERE).with_suffix("").as_posix().replace("/", ".")
 
 
-def constants(file: Path, tree: ast.Module) -> Iterator[tuple[str, Key, object, int]]:
+@functools.cache
+def constants(file: Path) -> tuple[tuple[str, Key, object, int], ...]:
     """(name in the file, key, value, line) of the numbers that the functions of a file read."""
+    return tuple(_constants(file))
+
+
+def _constants(file: Path) -> Iterator[tuple[str, Key, object, int]]:
     module = importlib.import_module(module_of(file))
     here = file.relative_to(KERNELS).as_posix()
-    for node in tree.body:
+    for node in ast.parse(file.read_text()).body:
         if isinstance(node, ast.Assign) and not isinstance(node.value, ast.Call):
             for target in node.targets:
                 names = target.elts if isinstance(target, ast.Tuple) else [target]
@@ -337,14 +344,10 @@ def constants(file: Path, tree: ast.Module) -> Iterator[tuple[str, Key, object, 
         if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("livebass.kernels."):
             other = HERE / f"{(node.module or '').replace('.', '/')}.py"
             if other in sources():
-                own = {key[1]: (key, value, line) for _, key, value, line in constants(other, parsed(other))}
+                own = {key[1]: (key, value, line) for _, key, value, line in constants(other)}
                 for alias in node.names:
                     if alias.name in own:
                         yield alias.asname or alias.name, *own[alias.name]
-
-
-def parsed(file: Path) -> ast.Module:
-    return ast.parse(file.read_text())
 
 
 def other_value(value: object) -> object:
@@ -369,7 +372,7 @@ class Changing(ast.NodeTransformer):
         self.changed = False
         self._inside = False
         self._count = 0
-        self._constants = {name: (key, value, line) for name, key, value, line in constants(file, parsed(file))}
+        self._constants = {name: (key, value, line) for name, key, value, line in constants(file)}
 
     def _may_change(self, key: Key, mutant: Mutant, node: ast.expr, new: str) -> ast.expr:
         """Returns `node`, or what stands for it, `new` with {k} for the number and {x} for itself."""
