@@ -22,7 +22,9 @@ from __future__ import annotations
 
 import argparse
 import ast
+import functools
 import importlib
+import json
 import os
 import random
 import shutil
@@ -30,7 +32,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -116,6 +118,68 @@ def library(progress=None):  # noqa: F811
         ctypes.CFUNCTYPE(None, ctypes.c_int64)(address)(int(os.environ.get("LIVEBASS_MUTANT", 0)))
     return found
 """
+ALONE = "the pinned sounds alone"
+RUNNER = '''"""Runs the tests on mutants, each in a copy of this process; writes [number, what notices it]."""
+
+import ctypes
+import json
+import os
+import signal
+import sys
+import time
+
+import support.source  # noqa: F401, before any kernel
+
+# isort: split
+import hypothesis  # noqa: F401
+import pytest
+import scipy.signal  # noqa: F401
+
+import livebass.cli  # noqa: F401
+import livebass.engine.engine
+import livebass.live.synth  # noqa: F401
+from livebass.compiling.library import library
+
+CHOOSE = ctypes.CFUNCTYPE(None, ctypes.c_int64)(library().address("choose_mutant"))
+OPTIONS = ["-x", "-q", "-p", "no:xdist", "-p", "no:cacheprovider", "-m", "not slow", "--tb=no", "-rfE"]
+
+
+def noticed(k, most, *tests):
+    said = f"said-{k}.txt"
+    pid = os.fork()
+    if not pid:
+        out = os.open(said, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
+        os.dup2(out, 1)
+        os.dup2(out, 2)
+        os.environ["LIVEBASS_MUTANT"] = str(k)
+        CHOOSE(k)
+        status = 3
+        try:
+            status = int(pytest.main([*OPTIONS, *tests]))
+        finally:
+            sys.stdout.flush()
+            os._exit(status)
+    end = time.monotonic() + most
+    while not (ended := os.waitpid(pid, os.WNOHANG))[0]:
+        if time.monotonic() > end:
+            os.kill(pid, signal.SIGKILL)
+            os.waitpid(pid, 0)
+            return "it hangs"
+        time.sleep(0.02)
+    with open(said, errors="replace") as lines:
+        for line in lines:
+            if line.startswith(("FAILED ", "ERROR ")):
+                return line.split()[1].removeprefix("tests/")
+    return "" if ended[1] == 0 else f"status {ended[1]}"
+
+
+numbers, tests, pinned, alone, most = json.loads(sys.argv[1])
+for k in numbers:
+    by = noticed(k, most, *tests, f"--deselect={pinned}")
+    if not by and (last := noticed(k, most, pinned)):
+        by = alone if k else last
+    print(json.dumps([k, by]), flush=True)
+'''
 
 
 @dataclass(frozen=True)
@@ -166,53 +230,50 @@ def run(tree: Path, mutants: list[Mutant], tests: list[str], jobs: int) -> int:
     start = time.monotonic()
     compiled = subprocess.run(
         [sys.executable, "-c", "from livebass.compiling import library; library.library()"],
-        cwd=tree, env=environment(tree, 0), capture_output=True, text=True, check=False,
+        cwd=tree, env=environment(tree), capture_output=True, text=True, check=False,
     )  # fmt: skip
     if compiled.returncode:
         sys.exit(f"the mutants do not compile:\n{compiled.stderr[-3000:]}")
     print(f"{len(mutants)} mutants compiled in {time.monotonic() - start:.0f} s", flush=True)
     begun = time.monotonic()
-    for which in ([*tests, f"--deselect={PINNED}"], [PINNED]):
-        if failed := noticed(tree, 0, which, 3600.0):
-            sys.exit(f"without a mutant the tests fail: {failed}")
+    for _, by in fates(tree, [0], tests, 3600.0):
+        if by:
+            sys.exit(f"without a mutant the tests fail: {by}")
     usual = time.monotonic() - begun
     print(f"without a mutant the tests take {usual:.0f} s", flush=True)
     living = pinned = 0
+    shares = [list(range(1 + job, len(mutants) + 1, jobs)) for job in range(jobs)]
     with ThreadPoolExecutor(jobs) as pool:
-        for k, by in enumerate(pool.map(lambda k: fate(tree, k, tests, 3 * usual + 60), range(1, len(mutants) + 1))):
-            living += not by
-            pinned += by == "the pinned sounds alone"
-            print(f"{k + 1:3} {'lives' if not by else 'dies '} {said(mutants[k])}  [{by or 'NOTHING'}]", flush=True)
+        for found in pool.map(lambda share: list(fates(tree, share, tests, 3 * usual + 60, loud=mutants)), shares):
+            living += sum(not by for _, by in found)
+            pinned += sum(by == ALONE for _, by in found)
     dead = len(mutants) - living
     print(f"{len(mutants)} mutants: {dead} noticed, {pinned} of them by the pinned sounds alone; {living} live")
     return 1 if living else 0
 
 
-def fate(tree: Path, k: int, tests: list[str], most: float) -> str:
-    """What notices mutant `k`: a test, "the pinned sounds alone", or nothing, ""."""
-    return noticed(tree, k, [*tests, f"--deselect={PINNED}"], most) or (
-        "the pinned sounds alone" if noticed(tree, k, [PINNED], most) else ""
-    )
+def fates(
+    tree: Path, numbers: list[int], tests: list[str], most: float, loud: Sequence[Mutant] = ()
+) -> Iterator[tuple[int, str]]:
+    """What notices each mutant: (number, a test, ALONE, or ""). Tests that take over `most` s hang.
+
+    One process loads everything once, and a copy of it runs the tests of each mutant. `loud`: prints them.
+    """
+    (tree / "runner.py").write_text(RUNNER)
+    command = [sys.executable, "runner.py", json.dumps([numbers, tests, PINNED, ALONE, most])]
+    with subprocess.Popen(command, cwd=tree, env=environment(tree), stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout
+        for line in process.stdout:
+            k, by = json.loads(line)
+            if loud:
+                print(f"{k:3} {'dies ' if by else 'LIVES'} {said(loud[k - 1])}  [{by}]", flush=True)
+            yield k, by
+    if process.returncode:
+        sys.exit("the tests of the mutants ended early")
 
 
-def noticed(tree: Path, k: int, tests: list[str], most: float) -> str:
-    """The first test that fails with mutant `k` on; "" if none does. One that takes over `most` s hangs."""
-    command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:xdist", "-p", "no:cacheprovider"]
-    command += ["-m", "not slow", "--tb=no", "-rfE", *tests]
-    try:
-        done = subprocess.run(
-            command, cwd=tree, env=environment(tree, k), capture_output=True, text=True, timeout=most, check=False
-        )
-    except subprocess.TimeoutExpired:
-        return "it hangs"
-    for line in done.stdout.splitlines():
-        if line.startswith(("FAILED ", "ERROR ")):
-            return line.split()[1].removeprefix("tests/")
-    return "" if done.returncode == 0 else f"status {done.returncode}"
-
-
-def environment(tree: Path, k: int) -> dict[str, str]:
-    own = {"PYTHONPATH": str(tree), "NUMBA_CACHE_DIR": str(tree.parent / "cache"), "LIVEBASS_MUTANT": str(k)}
+def environment(tree: Path) -> dict[str, str]:
+    own = {"PYTHONPATH": f"{tree}:{tree / 'tests'}", "NUMBA_CACHE_DIR": str(tree.parent / "cache")}
     return {**os.environ, **own, "MPLBACKEND": "Agg"}
 
 
@@ -243,6 +304,7 @@ def with_switch(text: str) -> str:
     return "\n".join(lines) + "\n"
 
 
+@functools.cache
 def sources() -> list[Path]:
     """The files of kernels that are changed."""
     found = (file for file in sorted(KERNELS.rglob("*.py")) if file.name != "__init__.py")
@@ -263,11 +325,16 @@ def module_of(file: Path) -> str:
     return file.relative_to(HERE).with_suffix("").as_posix().replace("/", ".")
 
 
-def constants(file: Path, tree: ast.Module) -> Iterator[tuple[str, Key, object, int]]:
+@functools.cache
+def constants(file: Path) -> tuple[tuple[str, Key, object, int], ...]:
     """(name in the file, key, value, line) of the numbers that the functions of a file read."""
+    return tuple(_constants(file))
+
+
+def _constants(file: Path) -> Iterator[tuple[str, Key, object, int]]:
     module = importlib.import_module(module_of(file))
     here = file.relative_to(KERNELS).as_posix()
-    for node in tree.body:
+    for node in ast.parse(file.read_text()).body:
         if isinstance(node, ast.Assign) and not isinstance(node.value, ast.Call):
             for target in node.targets:
                 names = target.elts if isinstance(target, ast.Tuple) else [target]
@@ -277,14 +344,10 @@ def constants(file: Path, tree: ast.Module) -> Iterator[tuple[str, Key, object, 
         if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("livebass.kernels."):
             other = HERE / f"{(node.module or '').replace('.', '/')}.py"
             if other in sources():
-                own = {key[1]: (key, value, line) for _, key, value, line in constants(other, parsed(other))}
+                own = {key[1]: (key, value, line) for _, key, value, line in constants(other)}
                 for alias in node.names:
                     if alias.name in own:
                         yield alias.asname or alias.name, *own[alias.name]
-
-
-def parsed(file: Path) -> ast.Module:
-    return ast.parse(file.read_text())
 
 
 def other_value(value: object) -> object:
@@ -309,7 +372,7 @@ class Changing(ast.NodeTransformer):
         self.changed = False
         self._inside = False
         self._count = 0
-        self._constants = {name: (key, value, line) for name, key, value, line in constants(file, parsed(file))}
+        self._constants = {name: (key, value, line) for name, key, value, line in constants(file)}
 
     def _may_change(self, key: Key, mutant: Mutant, node: ast.expr, new: str) -> ast.expr:
         """Returns `node`, or what stands for it, `new` with {k} for the number and {x} for itself."""
