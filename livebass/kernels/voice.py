@@ -12,7 +12,7 @@ from livebass.kernels.machine.elementary import exp
 from livebass.kernels.machine.native import call_4, floats_at, record_address, record_at, records_at
 from livebass.kernels.pickup import tone
 from livebass.kernels.string import answers, glide, modal, stop, tension, touch
-from livebass.kernels.string.operators import tap
+from livebass.kernels.string.operators import tap_weights
 from livebass.kernels.string.records import (
     BEND,
     BLEND,
@@ -37,7 +37,7 @@ from livebass.kernels.string.records import (
     WAVER,
     WHOLE,
 )
-from livebass.kernels.string.slot import HOUSEKEEPING, keep_house, take_thumb_away
+from livebass.kernels.string.slot import REST_EVERY, remove_thumb, rest_slot
 
 CUT_RATE = 900.0  # 1/s of all-sound-off
 DEEPEST = 8e-3  # m: a string cannot dip farther into a magnet's field
@@ -75,7 +75,7 @@ def run(string, ops, events, count, out, across):
             end = voice.frame + out.shape[0] - i
             if used < count:
                 end = min(end, events[used].frame)
-            i = be_silent(voice, taps, out, i, end)
+            i = write_silence(voice, taps, out, i, end)
             continue
         if voice.slide_to >= 0:
             techniques.follow_slide(string, ops)
@@ -89,37 +89,37 @@ def run(string, ops, events, count, out, across):
             tone.follow_blend(voice)
         slot = string.slots[voice.slot]
         if slot.on:
-            techniques.excite(voice, slot, glide.operator(string, ops, voice.slot))
-        listen(string, ops, taps)
+            techniques.excite(voice, slot, glide.current_operator(string, ops, voice.slot))
+        sense_string(string, ops, taps)
         if voice.raw:
             out[i] = taps[0]
             if i < across.shape[0]:
                 across[i] = taps[1]
         else:
-            out[i] = signal(
-                voice, taps, answers.hear(string.answers, string.answers.padded) if voice.answering else 0.0
+            out[i] = filter_sample(
+                voice, taps, answers.answers_signal(string.answers, string.answers.padded) if voice.answering else 0.0
             )
-        move(string, ops)
+        move_string(string, ops)
         i += 1
     return used
 
 
 @jit
-def be_silent(voice, taps, out, i, end):
+def write_silence(voice, taps, out, i, end):
     """Writes the silence of a string that is still to out[i:], up to frame `end`; returns the place behind it."""
     for k in range(taps.shape[0]):
         taps[k] = 0.0
-    x = signal(voice, taps, 0.0)
+    x = filter_sample(voice, taps, 0.0)
     until = i + end - voice.frame
     for k in range(i, until):
         out[k] = x
-    pass_over(voice, end)
+    skip_to(voice, end)
     return until
 
 
 @jit
-def pass_over(voice, end):
-    """Takes a string that is still to frame `end`."""
+def skip_to(voice, end):
+    """Moves the clock of a string that is still to frame `end`."""
     voice.frame = end
     voice.step = end * voice.numerator
     if voice.denominator > 1:
@@ -127,8 +127,8 @@ def pass_over(voice, end):
 
 
 @jit
-def become_still(string):
-    """Notes whether every later sample of the string at rest will be the one before, until there is an event.
+def note_stillness(string):
+    """Marks the string at rest as still if its output is constant until the next event.
 
     That is so once its filters hold nothing but zeros, all of HOUSEKEEPING frames old.
     """
@@ -202,16 +202,16 @@ def handle_event(string, ops, event):
     elif event.kind == CUT:
         if not slots[voice.slot].between:
             voice.slide_to = -1
-        techniques.interrupt(string, ops)
+        techniques.end_pull(string, ops)
         voice.striking = 0
         voice.cut = 1
         for k in range(2):
-            take_thumb_away(slots[k])
+            remove_thumb(slots[k])
             slots[k].hand = min(slots[k].hand, exp(-CUT_RATE / voice.rate))
 
 
 @jit
-def listen(string, ops, y):
+def sense_string(string, ops, y):
     """Fills y with what is sensed at this frame, of both slots and the held shape together.
 
     Displacement and velocity at each pickup; without one, the displacement alone.
@@ -222,29 +222,29 @@ def listen(string, ops, y):
     for k in range(2):
         slot = string.slots[k]
         if slot.on:
-            op = glide.operator(string, ops, k)
+            op = glide.current_operator(string, ops, k)
             n = min(slot.active, slot.heard)
             if voice.pickups == 0:
                 row = 2 * (voice.frame % voice.denominator if voice.denominator > 1 else 0)
-                y[0] += modal.tap(slot.u, tap(op, row), tap(op, row + 1), n)
+                y[0] += modal.read_tap(slot.u, tap_weights(op, row), tap_weights(op, row + 1), n)
             if slot.v_active > 0:
-                listen_across(voice, op, slot.v, min(slot.v_active, slot.heard), y)
+                sense_v(voice, op, slot.v, min(slot.v_active, slot.heard), y)
             if slot.moving or slot.offset != 0.0:
-                listen_to_end(voice, op, slot, y)
+                sense_end(voice, op, slot, y)
             i = 0
             while i + 1 < voice.pickups:
-                u, moving, other, other_moving = modal.sense_2(slot.u, tap(op, i), tap(op, i + 1), n)
+                u, moving, other, other_moving = modal.sense_2(slot.u, tap_weights(op, i), tap_weights(op, i + 1), n)
                 y[2 * i] += u
                 y[2 * i + 1] += moving
                 y[2 * i + 2] += other
                 y[2 * i + 3] += other_moving
                 i += 2
             if i < voice.pickups:
-                u, moving = modal.sense_1(slot.u, tap(op, i), n)
+                u, moving = modal.sense_1(slot.u, tap_weights(op, i), n)
                 y[2 * i] += u
                 y[2 * i + 1] += moving
     if voice.pulling > 0:
-        up, moving = techniques.pulled(voice, voice.pulling)
+        up, moving = techniques.pull_profile(voice, voice.pulling)
         if voice.pickups == 0:
             y[0] += up * voice.held[0]
             y[1] += up * voice.held_across[0]
@@ -254,7 +254,7 @@ def listen(string, ops, y):
 
 
 @jit
-def listen_to_end(voice, op, slot, y):
+def sense_end(voice, op, slot, y):
     """Adds what is sensed of the line from the moving stop to the saddle.
 
     Displacement is heard from the line that the string rests on, which is another one at each fret: the step between
@@ -270,24 +270,24 @@ def listen_to_end(voice, op, slot, y):
 
 
 @jit
-def listen_across(voice, op, v, n, y):
+def sense_v(voice, op, v, n, y):
     """Adds what is sensed of v: to the velocities, or as a displacement of its own, at its own sensor."""
     if voice.pickups == 0:
         row = 2 * (voice.denominator + (voice.frame % voice.denominator if voice.denominator > 1 else 0))
-        y[1] += modal.tap(v, tap(op, row), tap(op, row + 1), n)
+        y[1] += modal.read_tap(v, tap_weights(op, row), tap_weights(op, row + 1), n)
     i = 0
     while i + 1 < voice.pickups:
-        moving, other = modal.speed_2(v, tap(op, i), tap(op, i + 1), n)
+        moving, other = modal.speed_2(v, tap_weights(op, i), tap_weights(op, i + 1), n)
         y[2 * i + 1] += voice.across[i] * moving
         y[2 * i + 3] += voice.across[i + 1] * other
         i += 2
     if i < voice.pickups:
-        _, moving = modal.sense_1(v, tap(op, i), n)
+        _, moving = modal.sense_1(v, tap_weights(op, i), n)
         y[2 * i + 1] += voice.across[i] * moving
 
 
 @jit
-def signal(voice, y, answer):
+def filter_sample(voice, y, answer):
     """Turns taps into one sample: flux of each pickup, coil and tone circuit, DC blocker, volume.
 
     `answer` is what strings add that answer (answers.py).
@@ -312,8 +312,8 @@ def signal(voice, y, answer):
 
 
 @jit
-def settle(voice):
-    """Sets the filters to an exact zero once they are inaudible or NaN; left alone they would never get there."""
+def flush_filters(voice):
+    """Flushes the filters to zero once their memory is inaudible or NaN."""
     most = abs(voice.block_in) + abs(voice.block_out)
     for i in range(3):
         most += abs(voice.z[i])
@@ -325,7 +325,7 @@ def settle(voice):
 
 
 @jit
-def move(string, ops):
+def move_string(string, ops):
     """Moves both slots by one frame.
 
     Frames in which something may touch are taken by C functions, called by their addresses: they are compiled once,
@@ -343,7 +343,7 @@ def move(string, ops):
         slot = string.slots[k]
         if not slot.on:
             continue
-        op = glide.operator(string, ops, k)
+        op = glide.current_operator(string, ops, k)
         leap = LONGER if steps > op.steps else WHOLE
         if slot.thumb.on != NONE:
             thumb.press_on(slot, op, voice, steps, leap)
@@ -356,32 +356,32 @@ def move(string, ops):
         if slot.thumb.on != NONE:
             thumb.take_off(slot, op, after)
         if slot.offset != 0.0:
-            stop.settle(slot, voice.rate)
+            stop.fade_offset(slot, voice.rate)
         if slot.between:
-            glide.carry(slot, steps * op.fine)
+            glide.advance_ends(slot, steps * op.fine)
         elif slot.moving:
-            stop.advance(slot, op, steps * op.fine, after)
+            stop.advance_stop(slot, op, steps * op.fine, after)
         elif slot.sunk > 0:
-            stop.rise(slot, op, after)
-        touch.damp(voice, slot, op)
+            stop.raise_obstacles(slot, op, after)
+        touch.damp_by_touches(voice, slot, op)
         if voice.stretch > 0.0 and slot.active > 0:
-            tension.pull(voice, slot, op, steps * op.fine)
+            tension.tighten_by_motion(voice, slot, op, steps * op.fine)
         if tighter != 0.0:
-            tension.waver(slot, op, steps * op.fine, tighter)
+            tension.tighten_by_vibrato(slot, op, steps * op.fine, tighter)
         if slot.hand < 1.0:
             modal.scale(slot.u, slot.hand, slot.active)
             modal.scale(slot.v, slot.hand, slot.v_active)
     if voice.answering or voice.idle != 0:
-        answers.move(string, ops, after)
+        answers.move_answers(string, ops, after)
     voice.step = after
     voice.frame += 1
-    if voice.frame % HOUSEKEEPING == 0:
-        answers.keep(string)
+    if voice.frame % REST_EVERY == 0:
+        answers.drop_dead_answers(string)
         for k in range(2):
             slot = string.slots[k]
             busy = slot.thumb.on != NONE or (k == voice.slot and (voice.pulling > 0 or voice.striking > 0))
             if slot.on and not busy:
-                keep_house(slot, glide.operator(string, ops, k), voice)
+                rest_slot(slot, glide.current_operator(string, ops, k), voice)
         if at_rest(string):
-            become_still(string)  # before: zeros that have gone through the filters since they were set
-            settle(voice)
+            note_stillness(string)  # before: zeros that have gone through the filters since they were set
+            flush_filters(voice)

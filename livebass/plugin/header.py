@@ -72,7 +72,7 @@ NUMBERS = {
 ENTRIES: tuple[Entry, ...] = (
     instrument.check_file, instrument.checksum, instrument.measure_pool, instrument.fill_pool, bass.measure_bass,
     bass.fill_bass, setup.ring_bytes, setup.fill_synth, ring.push_message, ring.push_event, block.process,
-    block.stay, block.is_still, ahead.play_string, frets.over_frets, board.over_board,
+    block.return_to_clock, block.is_still, ahead.play_string, frets.over_frets, board.over_board,
 )  # fmt: skip
 C_TYPES = {"i8": "int64_t", "f8": "double", "i4": "int32_t", "u1": "uint8_t"}
 C_RESULTS = {"void": "void", "int64": "int64_t", "uint64": "uint64_t", "float64": "double"}

@@ -436,7 +436,7 @@ def test_offline_strings_are_with_the_clock_and_fine() -> None:
     run_ahead(synth, "far")
     first = [device.block(64) for _ in range(200)]
     assert max(int(v.record["frame"][0]) for v in bass.engine.voices) > synth.frame
-    block.stay(synth.address)
+    block.return_to_clock(synth.address)
     assert [int(v.record["frame"][0]) for v in bass.engine.voices] == [synth.frame] * 4
     run_ahead(synth, "never")
     assert np.array_equal(np.concatenate([*first, device.block(24000 - 200 * 64)]), wanted)
@@ -455,7 +455,7 @@ def test_offline_strings_are_with_the_clock_and_fine() -> None:
     for _ in range(4):
         device.block(64)
     assert bass.coarse_strings and synth.meters().overload
-    block.stay(synth.address)
+    block.return_to_clock(synth.address)
     assert not bass.coarse_strings and not synth.meters().overload
     assert {int(v.record["numerator"][0]) for v in bass.engine.voices} == fine
 
@@ -475,7 +475,7 @@ def test_coarse_strings_go_on_in_tune() -> None:
         assert bass.coarse_strings == [2] * exchanged
         load.heavy = False
         blocks.append(device.block(4800))
-        block.stay(synth.address)
+        block.return_to_clock(synth.address)
         assert not bass.coarse_strings
         blocks.append(device.block(4800))
         sounds.append(np.concatenate(blocks))
@@ -499,7 +499,7 @@ def test_changing_operators_in_the_midst_of_contact_is_no_blow(preset: str) -> N
         if load.heavy:
             assert bass.coarse_strings == [string]
         else:
-            block.stay(synth.address)
+            block.return_to_clock(synth.address)
     voice, op = bass.engine.voices[string], bass.engine.pool.records[string, 7]
     rest = np.stack(voice.modal_state())[..., op["modes"] : op["padded"]]
     assert op["modes"] < op["padded"] and not rest.any()

@@ -158,11 +158,11 @@ def rest_string(string, rate, numerator, denominator, over_frets, over_board):
 
     `numerator` fine steps make `denominator` frames; over_frets and over_board are addresses of these C functions.
     """
-    rest(string_at(string), rate, numerator, denominator, over_frets, over_board)
+    reset_string(string_at(string), rate, numerator, denominator, over_frets, over_board)
 
 
 @jit
-def rest(string, rate, numerator, denominator, over_frets, over_board):
+def reset_string(string, rate, numerator, denominator, over_frets, over_board):
     """`rest_string` for a record."""
     voice = string.voice
     voice.over_frets = over_frets
@@ -187,11 +187,11 @@ def rest(string, rate, numerator, denominator, over_frets, over_board):
 @entry("void(int64, int64, int64, int64)")
 def connect_string(string, instrument, i, coil):
     """Gives a string at rest the pickups and the hand of string `i` of an INSTRUMENT, and the filter of a COIL."""
-    connect(string_at(string), instrument_at(instrument), i, coil_at(coil))
+    connect_pickups(string_at(string), instrument_at(instrument), i, coil_at(coil))
 
 
 @jit
-def connect(string, instrument, i, coil):
+def connect_pickups(string, instrument, i, coil):
     """`connect_string` for records."""
     voice, player = string.voice, instrument.player
     voice.pickups = instrument.pickups[i]
@@ -229,17 +229,17 @@ def connect(string, instrument, i, coil):
 def connect_answers(string, i, instrument, ops):
     """Gives string `i` of an INSTRUMENT, connected, the answers of the others; ops: address of all operators."""
     bass = instrument_at(instrument)
-    answers.connect(string_at(string), i, bass, operators_at(ops, bass.strings, bass.frets + 1))
+    answers.fill_answers(string_at(string), i, bass, operators_at(ops, bass.strings, bass.frets + 1))
 
 
 @entry("void(int64, int64, int64)")
 def settle_string(string, performer, i):
-    """C function: `settle` for the address of a STRING, string `i` of the PERFORMER at an address."""
-    settle(string_at(string).voice, performer_at(performer), i)
+    """C function: `set_controls` for the address of a STRING, string `i` of the PERFORMER at an address."""
+    set_controls(string_at(string).voice, performer_at(performer), i)
 
 
 @jit
-def settle(voice, p, i):
+def set_controls(voice, p, i):
     """Sets the voice of string `i`, at rest, as the controllers of its performer stand, without a ramp."""
     voice.gain_wanted = loudness(p)
     voice.gain = voice.gain_wanted
@@ -511,7 +511,7 @@ def fill_pool(address):
     pool = pool_at(address)
     before = float_control()
     set_float_control(before & ~flush_bits())  # the same rows whatever a host has set
-    clear(pool.memory, pool.bytes)
+    clear_memory(pool.memory, pool.bytes)
     work, words = pool.preparing, pool.preparing.words
     begin_pool(pool)
     work.operators = pool.memory
@@ -527,7 +527,7 @@ def fill_pool(address):
 
 
 @jit
-def clear(address, size):
+def clear_memory(address, size):
     """Sets `size` bytes to zero, a whole number of words."""
     words = words_at(address, size // WORD)
     for k in range(size // WORD):

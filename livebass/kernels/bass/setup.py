@@ -10,12 +10,12 @@ import numpy as np
 from livebass.compiling import entry, jit
 from livebass.kernels.bass.instrument import (
     answers_of,
-    clear,
-    connect,
+    clear_memory,
+    connect_pickups,
     instrument_at,
     lines,
     make_performer,
-    rest,
+    reset_string,
     string_at,
     take_circuit,
     whole_steps,
@@ -37,7 +37,7 @@ from livebass.kernels.machine.native import record_at, records_at
 from livebass.kernels.pickup.coil import COIL
 from livebass.kernels.pickup.tone import ROW, TONES, fit_tones
 from livebass.kernels.player.performer import PERFORMER, performer_at
-from livebass.kernels.string.answers import connect as connect_answers
+from livebass.kernels.string.answers import fill_answers as connect_answers
 from livebass.kernels.string.records import EVENT, MOST_ANSWERS, OPERATOR, SLOT_STATE, STRING, VOICE_SLOTS
 
 # Running ahead: share of a block's time, and frames between looks at the clock. Qualities up to `live` leave most of
@@ -114,7 +114,7 @@ def measure_bass(address):
 def fill_bass(address):
     """Makes a bass in the memory of the BUILDING at an address that `measure_bass` has seen."""
     building = building_at(address)
-    clear(building.memory, building.bytes)
+    clear_memory(building.memory, building.bytes)
     instrument, b = instrument_at(building.instrument), bass_at(building.memory)
     tier, place = instrument.tiers[building.tier], building.memory + lines(BASS_BYTES)
     b.play_string = building.play_string
@@ -138,8 +138,8 @@ def fill_bass(address):
     for i in range(instrument.strings):
         b.string[i] = place
         string = string_at(place)
-        rest(string, building.rate, steps, 1, building.over_frets, building.over_board)
-        connect(string, instrument, i, building.coil)
+        reset_string(string, building.rate, steps, 1, building.over_frets, building.over_board)
+        connect_pickups(string, instrument, i, building.coil)
         ops = operators_at(building.operators[0], instrument.strings, instrument.frets + 1)
         connect_answers(string, i, instrument, ops)
         string.voice.tones = b.tones

@@ -20,7 +20,7 @@ NOISE = 0.55  # of a push, times the square root of pushes a frame: 10 dB under 
 
 @jit
 def fit_winding(voice, slot, op):
-    """Makes the velocities that a winding gives, once the string has another length."""
+    """Computes the modal velocities that one winding gives, for the present length of the string."""
     if voice.winding <= 0.0:
         return
     sine, cosine = sin_cos(np.pi / op.length * TIP)
@@ -42,4 +42,4 @@ def scrape(voice, slot, distance):
         voice.scraped -= 1.0 + JITTER * chance(voice.turn, 2 * voice.frame + 1)
         force += 1.0
     slot.active = max(slot.active, slot.heard)
-    modal.push(slot.u, force, slot.heard)
+    modal.add_strike(slot.u, force, slot.heard)

@@ -11,21 +11,21 @@ from livebass.compiling import jit
 from livebass.kernels.hands import scrape, thumb
 from livebass.kernels.machine.elementary import cos, exp, exp2, sin
 from livebass.kernels.string import glide, handover, modal, stop, touch
-from livebass.kernels.string.operators import heights, positions, tap
+from livebass.kernels.string.operators import heights, positions, tap_weights
 from livebass.kernels.string.records import COMING, TOUCHES
 from livebass.kernels.string.slot import (
     SAFETY,
     SAFETY_HANDED,
     SAFETY_STRUCK,
-    bend,
     change_operator,
-    disturb,
-    forget_contact,
-    highest,
+    highest_frequency,
+    invalidate_contact,
     load_tuned,
-    open_v,
+    remove_thumb,
     rms_velocity,
-    take_thumb_away,
+    tune_slot,
+    wake_slot,
+    wake_v,
 )
 
 PULLING_FINGER = 4e-3  # m, half width of the left hand's finger that plucks as it leaves a fret
@@ -61,7 +61,7 @@ def shape_of_pluck(w, op, apex, position, rounding, release):
     for j in range(op.padded):
         w.held[j] = 0.0
     for j in range(op.modes):
-        k = modal.number(j) * k1
+        k = modal.mode_number(j) * k1
         smooth = exp(-0.5 * (k * rounding) ** 2) / (1 + op.held_stiffness * (k * k))
         smooth /= 1 + (w.omega[j] * w.omega[j] + w.sigma[j] * w.sigma[j]) * (release * release)
         w.held[j] = corner * sin(k * position) / (k * k) * smooth
@@ -74,7 +74,7 @@ def shape_of_strike(w, op, depth, position, width):
     for j in range(op.padded):
         w.strike[j] = 0.0
     for j in range(op.modes):
-        k = modal.number(j) * k1
+        k = modal.mode_number(j) * k1
         smooth = exp(-0.5 * (k * width) ** 2)
         w.strike[j] = -2 * op.speed * depth * np.sqrt(2 / op.length) * sin(k * position) * smooth
 
@@ -105,16 +105,16 @@ def grip(voice, slot, op, position, frames, most, least):
     first = sin(k1 * position)
     nepers = max(FINGER_NEPERS, GRIPPED / max(first * first, GRIPPED / most))
     for j in range(op.padded):
-        shape = sin(modal.number(j) * k1 * position)
+        shape = sin(modal.mode_number(j) * k1 * position)
         u.finger[j] = exp(-nepers / frames * max(shape * shape, least))
     if slot.v_ready:
-        modal.copy(slot.v.finger, u.finger, op.padded)
+        modal.copy_row(slot.v.finger, u.finger, op.padded)
     voice.fingering = frames
 
 
 @jit
-def pulled(voice, left):
-    """Part of the held shape there is with `left` frames of the pull to go, and its change a second.
+def pull_profile(voice, left):
+    """Returns the fraction of the held shape with `left` frames of the pull to go, and its rate of change (1/s).
 
     At the end of the pull it changes by voice.follow: the finger still moves as it lets go.
     """
@@ -125,18 +125,18 @@ def pulled(voice, left):
 
 
 @jit
-def interrupt(string, ops):
-    """Takes away a finger in the middle of its pull: the string goes on from where it is, as fast as it is."""
+def end_pull(string, ops):
+    """Ends a pull before its end: the string goes on from its present displacement and velocity."""
     voice = string.voice
     if 0 < voice.pulling <= voice.pull:
         slot = string.slots[voice.slot]
-        op = glide.operator(string, ops, voice.slot)
-        up, moving = pulled(voice, voice.pulling - 1)
-        leave(slot.u, op, up, moving)
+        op = glide.current_operator(string, ops, voice.slot)
+        up, moving = pull_profile(voice, voice.pulling - 1)
+        add_held_shape(slot.u, op, up, moving)
         if slot.v_ready:
-            leave(slot.v, op, up, moving)
+            add_held_shape(slot.v, op, up, moving)
             slot.v_active = op.padded
-        disturb(slot, op, voice.step)
+        wake_slot(slot, op, voice.step)
     voice.pulling = 0
     voice.landing = 0
     slot = string.slots[voice.slot]
@@ -145,7 +145,7 @@ def interrupt(string, ops):
 
 
 @jit
-def leave(w, op, up, moving):
+def add_held_shape(w, op, up, moving):
     """Adds `up` times the held shape, moving by `moving` times it a second."""
     for j in range(op.padded):
         x = w.held[j]
@@ -154,11 +154,11 @@ def leave(w, op, up, moving):
 
 
 @jit
-def take_string(string, ops, fret):
-    """Gets the string ready to sound at `fret`, where a left hand presses it down gently if it moves."""
+def prepare_string(string, ops, fret):
+    """Prepares the string to sound at `fret`; one that sounds at another fret is pressed down gently."""
     voice, slots = string.voice, string.slots
     voice.slide_to = -1
-    interrupt(string, ops)
+    end_pull(string, ops)
     slot = slots[voice.slot]
     if slot.on and not stands_at(slot, fret):
         change_fret(string, ops, fret, GENTLY, 0.0)
@@ -174,28 +174,28 @@ def stands_at(slot, fret):
 
 
 @jit
-def take_fingers_off(string, frames):
-    """Lifts what lies on the string, within so many frames; at once if it is at rest."""
+def lift_fingers(string, frames):
+    """Lifts all fingers off the string within `frames`; at once if it is at rest."""
     voice, slot = string.voice, string.slots[string.voice.slot]
     if slot.on:
-        touch.lift_all(voice, frames / voice.rate)
+        touch.lift_touches(voice, frames / voice.rate)
     else:
-        touch.forget(voice)
+        touch.clear_touches(voice)
 
 
 @jit
 def begin_stroke(string, ops, fret, frames):
-    """Gets the string ready to be plucked or struck at `fret`; returns its slot.
+    """Prepares the string for a stroke at `fret`; returns its slot.
 
     What lies on it lifts within so many frames; a thumb that strikes it ends.
     """
     voice = string.voice
-    take_string(string, ops, fret)
-    take_fingers_off(string, frames)
+    prepare_string(string, ops, fret)
+    lift_fingers(string, frames)
     slot = string.slots[voice.slot]
     slot.on = 1
     slot.touching = 0
-    take_thumb_away(slot)
+    remove_thumb(slot)
     voice.striking = 0
     return slot
 
@@ -218,7 +218,7 @@ def change_fret(string, ops, fret, finger, held):
     voice = string.voice
     k = 1 - voice.slot
     old, new = string.slots[voice.slot], string.slots[k]
-    op, to = glide.operator(string, ops, voice.slot), ops[fret]
+    op, to = glide.current_operator(string, ops, voice.slot), ops[fret]
     voice.striking = 0
     voice.fingering = 0
     voice.landing = 0
@@ -227,22 +227,22 @@ def change_fret(string, ops, fret, finger, held):
     new.hand = old.hand
     new.safety = max(old.safety, SAFETY_HANDED if op.length > to.length else SAFETY)
     if old.v_active > 0 or old.stop_v.place != 0.0:
-        open_v(new, to)
+        wake_v(new, to)
     shorter = op.length - to.length
     if abs(shorter) < handover.CLOSE:  # one fret stands so high that both end on it
         copy_motion(old, op, new, to)
         if old.between:
-            stop.begin(new.stop_u, old.stop_u.place, old.stop_u.speed, GENTLY, voice)
-            stop.begin(new.stop_v, old.stop_v.place, old.stop_v.speed, GENTLY, voice)
+            stop.begin_path(new.stop_u, old.stop_u.place, old.stop_u.speed, GENTLY, voice)
+            stop.begin_path(new.stop_v, old.stop_v.place, old.stop_v.speed, GENTLY, voice)
     elif shorter > 0.0:
         # a finger that presses gently has done so before: only what the string moves by is stopped
         crown = handover.crown_height(op, shorter) if finger > 0.0 else 0.0
         part = to.length / op.length  # of the line from a stop that still moves
         x, v, x_v, v_v = handover.to_shorter(old, op, new, to)
         u_stop, v_stop = old.stop_u, old.stop_v
-        stop.begin(new.stop_u, x + part * u_stop.place - crown, v + part * u_stop.speed, finger, voice)
+        stop.begin_path(new.stop_u, x + part * u_stop.place - crown, v + part * u_stop.speed, finger, voice)
         if new.v_ready:
-            stop.begin(new.stop_v, x_v + part * v_stop.place, v_v + part * v_stop.speed, finger, voice)
+            stop.begin_path(new.stop_v, x_v + part * v_stop.place, v_v + part * v_stop.speed, finger, voice)
         new.moving = 1
         new.offset = crown + part * old.offset
         new.offset_speed = part * old.offset_speed
@@ -260,8 +260,8 @@ def change_fret(string, ops, fret, finger, held):
     old.on = 0
     voice.slot = k
     if not new.moving:
-        stop.sink(new, to)
-    disturb(new, to, voice.step)
+        stop.lower_obstacles(new, to)
+    wake_slot(new, to, voice.step)
 
 
 @jit
@@ -270,13 +270,13 @@ def copy_motion(old, op, new, to):
     n = min(op.modes, to.modes)
     handover.velocities(old.u, n)
     for j in range(n):
-        handover.put(new.u, j, old.u.q_before[j], old.u.p_before[j])
+        handover.set_mode_state(new.u, j, old.u.q_before[j], old.u.p_before[j])
     if new.v_ready:
         handover.velocities(old.v, n)
         for j in range(n):
-            handover.put(new.v, j, old.v.q_before[j], old.v.p_before[j])
-    stop.copy(new.stop_u, old.stop_u)
-    stop.copy(new.stop_v, old.stop_v)
+            handover.set_mode_state(new.v, j, old.v.q_before[j], old.v.p_before[j])
+    stop.copy_stop(new.stop_u, old.stop_u)
+    stop.copy_stop(new.stop_v, old.stop_v)
     new.moving = old.moving
     new.offset = old.offset
     new.offset_speed = old.offset_speed
@@ -290,9 +290,9 @@ def hammer_on(string, ops, event):
     """
     voice = string.voice
     voice.slide_to = -1
-    interrupt(string, ops)
+    end_pull(string, ops)
     slot = string.slots[voice.slot]
-    op = glide.operator(string, ops, voice.slot)
+    op = glide.current_operator(string, ops, voice.slot)
     x = op.length - ops[event.fret].length
     frames = np.int64(np.rint(event.seconds * voice.rate))
     if frames > 0 and slot.on and not slot.moving and x > handover.CLOSE:
@@ -306,7 +306,7 @@ def hammer_on(string, ops, event):
 
 @jit
 def follow_hammer(string, ops):
-    """Has the finger that lands on the string press it down when it is time."""
+    """Counts the landing of a hammering finger down, and presses the string down at its end."""
     voice = string.voice
     voice.landing -= 1
     if voice.landing == 0:
@@ -337,18 +337,18 @@ def pull_off(string, ops, event):
     fret, apex = event.fret, event.apex
     voice = string.voice
     voice.slide_to = -1
-    interrupt(string, ops)
+    end_pull(string, ops)
     slot = string.slots[voice.slot]
     if not slot.on:
         return
-    before = glide.operator(string, ops, voice.slot).length
+    before = glide.current_operator(string, ops, voice.slot).length
     if not stands_at(slot, fret):
         change_fret(string, ops, fret, GENTLY, 1.0)
     slot = string.slots[voice.slot]
     op = ops[fret]
     x = op.length - before
     if x > handover.CLOSE and apex != 0.0:
-        open_v(slot, op)
+        wake_v(slot, op)
         shape_of_pluck(slot.u, op, 0.0, x, PULLING_FINGER, 0.0)
         shape_of_pluck(slot.v, op, apex, x, PULLING_FINGER, 0.0)
         voice.pulse = SAFETY
@@ -358,12 +358,12 @@ def pull_off(string, ops, event):
 
 @jit
 def lay_finger(string, ops, event):
-    """Lays a finger on the string, or lifts it: touch.lay."""
+    """Lays a finger on the string, or lifts it: touch.begin_touch."""
     voice = string.voice
-    touch.lay(voice, event.finger, event.place, event.resistance, event.width, event.seconds, touch.LANDING)
+    touch.begin_touch(voice, event.finger, event.place, event.resistance, event.width, event.seconds, touch.LANDING)
     slot = string.slots[voice.slot]
     if slot.on:
-        touch.land(voice, slot, glide.operator(string, ops, voice.slot))
+        touch.note_landing(voice, slot, glide.current_operator(string, ops, voice.slot))
 
 
 @jit
@@ -377,12 +377,12 @@ def end_note(string, ops, damping):
     if damping <= 0.0 or not slot.on:
         return
     voice.slide_to = -1
-    interrupt(string, ops)
+    end_pull(string, ops)
     if not slot.on:
         return
-    take_thumb_away(slot)
-    firm = damping / USUAL_DAMPING * touch.impedance(ops[0])
-    stopped = glide.operator(string, ops, voice.slot).length
+    remove_thumb(slot)
+    firm = damping / USUAL_DAMPING * touch.characteristic_impedance(ops[0])
+    stopped = glide.current_operator(string, ops, voice.slot).length
     x = ops[0].length - stopped
     voice.striking = 0
     if x > handover.CLOSE or slot.between:
@@ -390,14 +390,14 @@ def end_note(string, ops, damping):
         change_fret(string, ops, np.int64(0), GENTLY, 0.0)
         for i in range(TOUCHES):
             place = min(max(stopped + EASED[i], 0.0), 0.98 * ops[0].length)
-            touch.lay(voice, i, place, EASING[i] * firm, FINGER_WIDTH if i > 0 else FRET_WIDTH, 0.0, ENDING)
-        touch.ease(voice, 0, PRESSED * firm, EASING_OFF)
+            touch.begin_touch(voice, i, place, EASING[i] * firm, FINGER_WIDTH if i > 0 else FRET_WIDTH, 0.0, ENDING)
+        touch.ramp_touch(voice, 0, PRESSED * firm, EASING_OFF)
     else:
         for i in range(TOUCHES):
-            touch.lay(voice, i, RESTED[i] * ops[0].length, RESTING[i] * firm, FINGER_WIDTH, 0.0, ENDING)
+            touch.begin_touch(voice, i, RESTED[i] * ops[0].length, RESTING[i] * firm, FINGER_WIDTH, 0.0, ENDING)
     slot = string.slots[voice.slot]
     slot.hand = exp(-ALL_OVER / USUAL_DAMPING * damping / voice.rate)
-    touch.land(voice, slot, ops[slot.fret])
+    touch.note_landing(voice, slot, ops[slot.fret])
 
 
 @jit
@@ -417,18 +417,18 @@ def begin_pluck(string, ops, event):
     part = position / op.length
     voice.pulse = max(SAFETY, NARROW / np.sqrt(max(part * (1.0 - part), 1e-4)))
     if angle != 0.0:
-        open_v(slot, op)
+        wake_v(slot, op)
     shape_of_pluck(slot.u, op, cos(angle) * apex, position, rounding, release)
     if slot.v_ready:
         shape_of_pluck(slot.v, op, sin(angle) * apex, position, rounding, release)
     if sounding and (slot.active > 0 or slot.v_active > 0):
         grip(voice, slot, op, position, max(voice.pull, 1), MOST_NEPERS, 0.0)
     for i in range(max(voice.pickups, 1)):
-        voice.held[i] = modal.tap_held(slot.u, tap(op, i), op.tap_modes)
+        voice.held[i] = modal.tap_held(slot.u, tap_weights(op, i), op.tap_modes)
         voice.held_across[i] = 0.0
         if slot.v_ready:
             row = i if voice.pickups > 0 else 2 * voice.denominator
-            voice.held_across[i] = modal.tap_held(slot.v, tap(op, row), op.tap_modes)
+            voice.held_across[i] = modal.tap_held(slot.v, tap_weights(op, row), op.tap_modes)
     voice.pulling = voice.pull + 1 if voice.pull > 0 else 0  # this frame counts one down already
     if voice.pull == 0:
         release_held_shape(voice, slot, op, voice.follow)
@@ -440,15 +440,15 @@ def release_held_shape(voice, slot, op, follow):
     u, n = slot.u, op.padded
     own = np.sqrt(modal.held_speed_square(u, follow, n) / op.length)
     fastest = slot.safety * rms_velocity(u, op, n) + voice.pulse * own
-    modal.release(u, follow, n)
+    modal.release_shape(u, follow, n)
     whole = rms_velocity(u, op, n)
     if whole > 0.0:  # what sounded before and the pluck need each its own
         slot.safety = max(SAFETY, min(max(slot.safety, voice.pulse), fastest / whole))
     if slot.v_ready:
-        modal.release(slot.v, follow, op.padded)
+        modal.release_shape(slot.v, follow, op.padded)
         slot.v_active = op.padded
-        forget_contact(slot.v, op)
-    disturb(slot, op, voice.step)
+        invalidate_contact(slot.v, op)
+    wake_slot(slot, op, voice.step)
 
 
 @jit
@@ -464,12 +464,12 @@ def begin_strike(string, ops, event):
     shape_of_strike(slot.u, op, event.apex, position, voice.strike_width)
     voice.striking = voice.strike
     slot.safety = SAFETY_STRUCK
-    disturb(slot, op, voice.step)
+    wake_slot(slot, op, voice.step)
 
 
 @jit
 def throw_mass(string, ops, event):
-    """Throws the thumb, or what the event says, on the string; one that sounds is touched a moment before.
+    """Throws the thumb, or the mass of the event, on the string; one that sounds is touched 0.5 ms before.
 
     Where the string has to get to another fret first, the thumb waits for it.
     """
@@ -483,23 +483,23 @@ def throw_mass(string, ops, event):
     if sounding and (slot.active > 0 or slot.v_active > 0):
         t = slot.thumb
         t.wait = np.int64(np.rint(TOUCHED_BEFORE * voice.rate))
-        touch.lay(voice, TOUCHES - 1, t.place, THUMB_TOUCH, FINGER_WIDTH, TOUCHED_BEFORE, TOUCHED_BEFORE)
+        touch.begin_touch(voice, TOUCHES - 1, t.place, THUMB_TOUCH, FINGER_WIDTH, TOUCHED_BEFORE, TOUCHED_BEFORE)
     slot.safety = SAFETY_STRUCK
-    disturb(slot, op, voice.step)
+    wake_slot(slot, op, voice.step)
 
 
 @jit
 def follow_bend(string, ops):
-    """Tunes the string a little nearer to the bend: no faster than an arm can, or a string would gain energy by it."""
+    """Tunes the string towards the bend, at BEND_SPEED at most: faster, the string would gain energy."""
     voice = string.voice
     most = exp2(BEND_SPEED * BEND_FRAMES / (12.0 * voice.rate))
     voice.tuned = min(max(voice.bend, voice.tuned / most), voice.tuned * most)
     for k in range(2):
         slot = string.slots[k]
         if slot.on:
-            op = glide.operator(string, ops, k)
-            bend(slot, op, voice.tuned, highest(voice))
-            disturb(slot, op, voice.step)
+            op = glide.current_operator(string, ops, k)
+            tune_slot(slot, op, voice.tuned, highest_frequency(voice))
+            wake_slot(slot, op, voice.step)
 
 
 @jit
@@ -544,7 +544,7 @@ def begin_slide(string, ops, fret, seconds):
     voice.scraped = 0.0
     voice.landing = 0
     if string.slots[voice.slot].on and glides(voice):
-        glide.begin(string, ops, ops[fret].length, voice.slide_every)
+        glide.begin_glide(string, ops, ops[fret].length, voice.slide_every)
     voice.slide_to = fret
 
 
@@ -556,7 +556,7 @@ def glides(voice):
 
 @jit
 def follow_slide(string, ops):
-    """Moves the finger that slides on by a frame."""
+    """Moves the sliding finger by one frame."""
     voice = string.voice
     slot = string.slots[voice.slot]
     if not slot.on or stands_at(slot, voice.slide_to):
@@ -581,7 +581,7 @@ def follow_frets(string, ops):
         return
     if slot.moving:
         return
-    interrupt(string, ops)
+    end_pull(string, ops)
     change_fret(string, ops, beside, SLIDING_HAND if up else GENTLY, 1.0)
     scrape.fit_winding(voice, string.slots[voice.slot], ops[beside])
     voice.slide_left = voice.slide_every - 1
@@ -595,7 +595,7 @@ def follow_glide(string, ops):
     if slot.moving and not slot.between:
         return
     if voice.slide_left == 0:
-        interrupt(string, ops)
+        end_pull(string, ops)
         if voice.glide_frame >= voice.glide_frames:
             change_fret(string, ops, voice.slide_to, GENTLY, 0.0)
             voice.slide_to = -1
@@ -603,7 +603,7 @@ def follow_glide(string, ops):
         voice.slide_left = min(glide.period(voice), voice.glide_frames - voice.glide_frame)
         glide.hand_over(string, ops, glide.length_at(voice, voice.glide_frame + voice.slide_left))
         scrape.fit_winding(voice, string.slots[voice.slot], string.between[voice.slot].op)
-    scrape.scrape(voice, string.slots[voice.slot], glide.aim(string))
+    scrape.scrape(voice, string.slots[voice.slot], glide.steer_ends(string))
     voice.glide_frame += 1
     voice.slide_left -= 1
 
@@ -613,10 +613,10 @@ def excite(voice, slot, op):
     """Applies finger and thumb to the string before this frame's motion."""
     n = op.padded
     if voice.fingering > 0:
-        modal.finger(slot.u, n)
-        modal.finger(slot.v, slot.v_active)
-        forget_contact(slot.u, op)  # it moves the string, so that a penetration known before is none
-        forget_contact(slot.v, op)
+        modal.damp_by_finger(slot.u, n)
+        modal.damp_by_finger(slot.v, slot.v_active)
+        invalidate_contact(slot.u, op)  # it moves the string, so that a penetration known before is none
+        invalidate_contact(slot.v, op)
         voice.fingering -= 1
     if voice.pulling > 0:
         voice.pulling -= 1
@@ -625,9 +625,9 @@ def excite(voice, slot, op):
     if voice.striking > 0 and voice.fingering == 0:
         # a raised cosine of force whose sum over the frames is one
         t = (voice.strike - voice.striking) / voice.strike
-        modal.push(slot.u, (1 - cos(2 * np.pi * t)) / voice.strike, n)
+        modal.add_strike(slot.u, (1 - cos(2 * np.pi * t)) / voice.strike, n)
         voice.striking -= 1
-        disturb(slot, op, voice.step)
+        wake_slot(slot, op, voice.step)
     if slot.thumb.on == COMING and not slot.moving:
         thumb.approach_string(slot, op)
 
@@ -649,5 +649,5 @@ def change_operators(string, old, ops):
         if slot.on:
             change_operator(slot, old[slot.fret], ops[slot.fret])
             if voice.tuned != 1.0:
-                bend(slot, ops[slot.fret], voice.tuned, highest(voice))
-            disturb(slot, ops[slot.fret], voice.step)
+                tune_slot(slot, ops[slot.fret], voice.tuned, highest_frequency(voice))
+            wake_slot(slot, ops[slot.fret], voice.step)

@@ -35,7 +35,7 @@ from livebass.kernels.machine.elementary import exp, sin
 from livebass.kernels.string import modal
 from livebass.kernels.string.operators import positions, shape
 from livebass.kernels.string.records import BLOCK, COMING, THERE, WHOLE
-from livebass.kernels.string.slot import SAFETY_HANDED, SAFETY_STRUCK, SLACK, disturb, take_thumb_away
+from livebass.kernels.string.slot import SAFETY_HANDED, SAFETY_STRUCK, SLACK, remove_thumb, wake_slot
 
 NARROWEST = 4.0  # of k a: the flesh moves no shorter waves ...
 MOST_TURN = 1.5  # rad in a fine step: ... nor faster ones
@@ -49,7 +49,7 @@ TURNS = 3  # for the depth in the middle of a frame
 
 @jit
 def set_out(t, voice, op, event):
-    """Sets out what a strike says, for the next frame: speed (m/s), place, and the mass if it is not the thumb's."""
+    """Sets speed (m/s), place, mass and flesh of what strikes the string in the next frame, from a THROW."""
     t.on = COMING
     t.wait = 0
     t.frames = 0
@@ -85,7 +85,7 @@ def shape_under(op, k, x, width):
 
 @jit
 def fit_thumb(slot, op):
-    """Makes what holds for the place of the thumb, where that or the tuning has changed."""
+    """Computes mode shapes and compliances under the thumb, if its place, its width or the tuning has changed."""
     t, key, row, c = slot.thumb, slot.thumb_key, slot.thumb_shape, slot.thumb_yield
     if key[0] == t.place and key[1] == t.width and key[2] == op.coefficients and key[3] == slot.ratio:
         return
@@ -98,7 +98,7 @@ def fit_thumb(slot, op):
     n: Any = np.int64(0)
     give = 0.0
     for j in range(op.padded):
-        k = modal.number(j) * k1
+        k = modal.mode_number(j) * k1
         row[j] = 0.0
         c[j] = 0.0
         if j < op.modes and k * t.width < NARROWEST and slot.u.omega[j] * op.fine < MOST_TURN:
@@ -110,12 +110,12 @@ def fit_thumb(slot, op):
     slot.thumb_modes = n
     slot.thumb_give = give
     for m in range(op.points):
-        slot.thumb_reach[m] = modal.product(c, shape(op, m), n)
+        slot.thumb_reach[m] = modal.dot(c, shape(op, m), n)
 
 
 @jit
 def press_on(slot, op, voice, steps, which):
-    """Has the thumb press on the string for the frame of `steps` fine steps to come, as `leaps[which]` makes it."""
+    """Finds the force of the thumb in the next frame (`steps` fine steps, leaps[which]) and applies it."""
     t = slot.thumb
     if t.on != THERE:
         return
@@ -129,7 +129,7 @@ def press_on(slot, op, voice, steps, which):
     path = t.depth + later - now - h * (t.speed + 0.5 * h * lift)  # the depth after a frame without frets or a force
     deep, free = max(t.depth, 0.0), max(path + t.pushed, 0.0)
     if t.frames > LONGEST * voice.rate or not deep < THROUGH:
-        take_thumb_away(slot)
+        remove_thumb(slot)
     elif deep > 0.0 or free > 0.0:
         give = slot.thumb_give + 0.5 * h * h / t.mass
         f = find_force(t, deep, free, give, h)
@@ -138,14 +138,14 @@ def press_on(slot, op, voice, steps, which):
         if f > 0.0:
             t.force = f
             t.foreseen = path - t.depth - give * f
-            put_on(slot, op, voice)
+            add_force_to_string(slot, op, voice)
     else:
         t.height += h * (t.speed + 0.5 * h * lift)
         t.speed += h * lift
         t.energy = 0.0
         t.pushed = 0.0
         if (t.speed > 0.0 and t.depth < -AWAY) or t.frames > GONE * voice.rate:
-            take_thumb_away(slot)
+            remove_thumb(slot)
 
 
 @jit
@@ -166,10 +166,10 @@ def find_force(t, deep, free, give, h):
 
 
 @jit
-def put_on(slot, op, voice):
-    """Puts the force of the frame on string and obstacles, and bounds the string's speed under it."""
+def add_force_to_string(slot, op, voice):
+    """Applies the force of the frame to string and obstacles, and bounds the string's speed under it."""
     f, height, x = slot.thumb.force, slot.u.height, positions(op)
-    modal.copy(slot.thumb_heights, height, op.points)
+    modal.copy_row(slot.thumb_heights, height, op.points)
     bent = 0.0  # m^2/s^2, as in `rms_velocity`: of the energy that the frets keep the string bent with
     for m in range(op.points):
         height[m] += f * slot.thumb_reach[m]
@@ -178,25 +178,25 @@ def put_on(slot, op, voice):
     bent *= (op.speed * slot.ratio) ** 2
     modal.shift(slot.u, slot.thumb_yield, f, slot.thumb_modes)
     slot.safety = SAFETY_STRUCK if slot.thumb.frames <= NARROW * voice.rate else SAFETY_HANDED
-    disturb(slot, op, voice.step)
+    wake_slot(slot, op, voice.step)
     rms = (slot.fastest - SLACK) / slot.safety
     slot.fastest = slot.safety * np.sqrt(max(rms * rms - bent, 0.0)) + SLACK
 
 
 @jit
 def take_off(slot, op, after):
-    """Takes the force off again after the frame, which ended at fine step `after`, and counts what the flesh got."""
+    """Removes the force after the frame, which ended at fine step `after`, and adds its work to the flesh's energy."""
     t, n = slot.thumb, slot.thumb_modes
     if t.on != THERE or not t.force > 0.0:
         return
-    modal.copy(slot.u.height, slot.thumb_heights, op.points)
+    modal.copy_row(slot.u.height, slot.thumb_heights, op.points)
     modal.shift(slot.u, slot.thumb_yield, -t.force, n)
     change = modal.displacement(slot.u, slot.thumb_shape, n) - t.height - t.depth
     t.pushed = change - t.foreseen
     t.energy += t.force * change
     t.energy -= min(t.friction * change * change, max(t.energy, 0.0))
-    if t.energy < 0.0:  # the thumb pays
+    if t.energy < 0.0:  # the thumb's kinetic energy makes up for it
         speed = np.sqrt(max(t.speed * t.speed + 2.0 * t.energy / t.mass, 0.0))
         t.speed = speed if t.speed > 0.0 else -speed
         t.energy = 0.0
-    disturb(slot, op, after)
+    wake_slot(slot, op, after)

@@ -12,8 +12,8 @@ Results are within one ulp of the exact ones. Worst of some million random argum
 up to 1e6 rad, exp 0.79 and exp2 0.77 (0.71 where the result is normal), log2 0.50, power 0.99, where its exponents are
 in the thousands, and 0.70 in the contact law. There are hardly any branches and no tables: values are selected, so that
 loops over modes become vector instructions. No fused multiply-add either, which older processors and WebAssembly lack:
-where a product must keep its lower half, `product` splits the factors. The sign of a NaN is not defined, that of a zero
-is not kept. Where the thread takes denormal numbers for zero (native.flush_bits), so do these functions.
+where a product must keep its lower half, `exact_product` splits the factors. The sign of a NaN is not defined, that of
+a zero is not kept. Where the thread takes denormal numbers for zero (native.flush_bits), so do these functions.
 
 Constants: tools/elementary.py derives them. A trailing digit counts the parts of a number, the highest first, or
 the powers of a polynomial. `rounded` adds and subtracts 1.5 * 2^52, whose last bit is worth 1. [any thread]
@@ -77,7 +77,7 @@ def upper(x):
 
 
 @joined
-def product(a, b):
+def exact_product(a, b):
     """Returns a * b rounded, and what rounding took away (Dekker 1971)."""
     a1, b1 = upper(a), upper(b)
     a2, b2 = a - a1, b - b1
@@ -185,7 +185,7 @@ def exp2(x):
     x = 1025.0 if x > 1025.0 else x
     x = -1076.0 if x < -1076.0 else x
     k = rounded(x)
-    high, low = product(x - k, LN2_WHOLE0)
+    high, low = exact_product(x - k, LN2_WHOLE0)
     return exp_of(high, low + (x - k) * LN2_WHOLE1, k)
 
 
@@ -208,15 +208,15 @@ def log_parts(x):
     left = (((top - s1 * d1) - s1 * d2) - s2 * d1) - s2 * d2
     s_low = (left - s * (m - (under - 1.0))) * inverse
     # s^2 and s^3
-    z, z_low = product(s, s)
+    z, z_low = exact_product(s, s)
     z_low += 2.0 * s * s_low
-    cube, cube_low = product(s, z)
+    cube, cube_low = exact_product(s, z)
     cube_low += s * z_low + s_low * z
     z2 = z * z
     rest = ((L0 + L1 * z) + z2 * (L2 + L3 * z)) + (z2 * z2) * ((L4 + L5 * z) + z2 * (L6 + L7 * z))
     p = THIRD0 + z * rest
     p_low = ((THIRD0 - p) + z * rest) + THIRD1
-    u, u_low = product(cube, p)
+    u, u_low = exact_product(cube, p)
     u_low += cube * p_low + cube_low * p
     high = s + u
     low = ((s - high) + u) + (s_low + u_low)
@@ -227,7 +227,7 @@ def log_parts(x):
 def log2(x):
     """Returns the binary logarithm of `x`, exact for powers of 2: -infinity at zero, NaN below."""
     k, high, low = log_parts(x)
-    w, w_low = product(high, OCTAVES0)
+    w, w_low = exact_product(high, OCTAVES0)
     w_low += high * OCTAVES1 + low * OCTAVES0
     y = k + w
     y += ((k - y) + w) + w_low
@@ -247,7 +247,7 @@ def power(x, y):
     ln = x if x == np.inf else ln
     ln = -np.inf if x == 0.0 else ln
     ln = ln if x >= 0.0 else np.nan
-    p, p_low = product(y, ln)
+    p, p_low = exact_product(y, ln)
     p_low += y * ln_low
     p_low = p_low if abs(p) < 746.0 else 0.0  # NaN where p is infinite
     p = 746.0 if p > 746.0 else p

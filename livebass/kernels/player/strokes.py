@@ -21,7 +21,7 @@ from livebass.kernels.player.touches import (
     touch_palm,
 )
 from livebass.kernels.string.records import MOST_NEAR
-from livebass.kernels.string.touch import impedance
+from livebass.kernels.string.touch import characteristic_impedance
 from livebass.techniques import DOWN_STROKE, HARMONIC, LEFT_SLAP, UP_STROKE
 
 LEAST_PLUCK, LEAST_STRIKE = 0.47, 0.12  # of the length: no nearer to the stop; the middle itself has no even partials
@@ -181,7 +181,7 @@ def throw_thumb(p, ops, i, stop, part, uneven, weaker, aside):
     speed *= p.dynamics * uneven * weaker
     speed *= power(op.length / ops[i, 0].length, THUMB_GENTLER)
     if op.points == 0:  # at the last fret no other stops the thumb: it comes no deeper than a hand pulls
-        give = where * (op.length - where) / op.length / (impedance(op) * op.speed)  # m/N, of the string
+        give = where * (op.length - where) / op.length / (characteristic_impedance(op) * op.speed)  # m/N, of the string
         speed = soft_limit(speed, player.greatest_apex / np.sqrt(give * player.thumb_mass))
     send_throw(p, i, stop, soft_limit(speed, FASTEST_STRIKE), where, 0.0, 0.0, 0.0)
 

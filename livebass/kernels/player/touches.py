@@ -11,7 +11,7 @@ from livebass.compiling import jit
 from livebass.kernels.machine.elementary import exp2, power
 from livebass.kernels.player.events import send_touch
 from livebass.kernels.player.performer import FREE
-from livebass.kernels.string.touch import impedance
+from livebass.kernels.string.touch import characteristic_impedance
 from livebass.techniques import PALM
 
 PALM_FINGERS, GHOST_FINGERS, NODE_FINGER = (0, 1, 2), (2, 3), 3
@@ -33,7 +33,7 @@ NODE_WIDTH, NODE_TIME = 2.3e-3, 65e-3  # m, half; s
 @jit
 def touch_node(p, op, i, number):
     """Lays a finger on the node of harmonic `number` that is nearest to the stop."""
-    resistance = NODE_RESISTANCE[number - 2] * impedance(op)
+    resistance = NODE_RESISTANCE[number - 2] * characteristic_impedance(op)
     seconds = max(NODE_TIME, NODE_PERIODS[number - 2] * 2.0 * op.length / op.speed)
     send_touch(p, i, np.int64(NODE_FINGER), op.length - op.length / number, resistance, NODE_WIDTH, seconds)
 
@@ -43,7 +43,9 @@ def touch_ghost(p, ops, i, stop, fret):
     """Lays two fingers about `fret` on a string that is stopped at `stop`."""
     for k in range(2):
         place = ops[i, 0].length * exp2(-(fret + GHOST_FRETS[k]) / 12.0)
-        send_touch(p, i, GHOST_FINGERS[k], place, GHOST_RESISTANCE * impedance(ops[i, stop]), GHOST_WIDTH, 0.0)
+        send_touch(
+            p, i, GHOST_FINGERS[k], place, GHOST_RESISTANCE * characteristic_impedance(ops[i, stop]), GHOST_WIDTH, 0.0
+        )
 
 
 @jit
@@ -57,7 +59,7 @@ def touch_palm(p, ops, i):
     """Lays the palm on string `i` as firmly as it is wanted, or lifts it."""
     amount = max(p.controls.palm, KEY_PALM if p.switched[PALM] > 0 else 0.0)
     firm = LIGHT_PALM * power(TIGHT_PALM / LIGHT_PALM, amount) if amount > 0.0 else 0.0
-    resistance = firm / 3.0 * impedance(ops[i, 0])
+    resistance = firm / 3.0 * characteristic_impedance(ops[i, 0])
     for k in range(3):
         send_touch(p, i, PALM_FINGERS[k], PALM_PLACES[k], resistance, PALM_WIDTH, 0.0)
 

@@ -27,9 +27,9 @@ from livebass.compiling import compiled, jit
 from livebass.kernels.machine.elementary import cos, exp, sin
 from livebass.kernels.machine.native import floats_at
 from livebass.kernels.string.modal import LANES
-from livebass.kernels.string.operators import OMEGA, SIGMA, coefficient, tap
+from livebass.kernels.string.operators import OMEGA, SIGMA, coefficient, tap_weights
 from livebass.kernels.string.records import BLOCK, UNKNOWN
-from livebass.kernels.string.touch import mass
+from livebass.kernels.string.touch import linear_density
 
 NEAR = 2 * np.pi * 20.0  # rad/s
 WEAK = 0.004  # |G| over the distance of the frequencies: an answer stays 48 dB below its partial
@@ -45,10 +45,10 @@ fast = compiled(fastmath=LANES)
 
 
 @jit
-def connect(string, i, instrument, ops):
+def fill_answers(string, i, instrument, ops):
     """Gives string `i` of an INSTRUMENT the modes of the others that may answer it; ops (strings, frets + 1)."""
     a, n = string.answers, 0
-    a.own_density = mass(ops[i, 0])
+    a.own_density = linear_density(ops[i, 0])
     h = 1.0 / string.voice.rate
     for t in range(instrument.strings):
         if t == i:
@@ -64,19 +64,19 @@ def connect(string, i, instrument, ops):
             w, s = omega[j], sigma[j]
             a.omega[g] = w
             a.sigma[g] = s
-            a.density[g] = mass(op)
-            a.stiffness[g] = mass(op) * op.speed * op.speed / op.length
+            a.density[g] = linear_density(op)
+            a.stiffness[g] = linear_density(op) * op.speed * op.speed / op.length
             a.cosine[g] = exp(-s * h) * cos(w * h)
             a.sine[g] = exp(-s * h) * sin(w * h)
             rate = ALL_OVER
             for place in RESTING:
                 shape = sin((j + 1) * np.pi * place)
-                rate += RESISTANCE / (mass(op) * op.length) * shape * shape
+                rate += RESISTANCE / (linear_density(op) * op.length) * shape * shape
             a.muted[g] = exp(-rate * h)
             if instrument.sensed:
-                a.of_q[g] = tap(op, 0)[j]
+                a.of_q[g] = tap_weights(op, 0)[j]
             for k in range(instrument.pickups[t]):
-                weight = instrument.mix[t, k] * tap(op, k)[j]
+                weight = instrument.mix[t, k] * tap_weights(op, k)[j]
                 a.of_q[g] -= s * weight
                 a.of_y[g] += w * weight
     a.count = n
@@ -86,7 +86,7 @@ def connect(string, i, instrument, ops):
 
 
 @fast
-def hear(a, n):
+def answers_signal(a, n):
     """Sums what `n` answering modes add to the signal before the filters."""
     x = 0.0
     for g in range(n):
@@ -95,8 +95,8 @@ def hear(a, n):
 
 
 @fast
-def turn(a, n):
-    """Moves `n` answering modes on by a frame, free but for the hands on their strings."""
+def rotate_answers(a, n):
+    """Moves `n` answering modes by one frame: free motion, damped by the hands on their strings."""
     for g in range(n):
         q = a.q[g]
         y = a.y[g]
@@ -105,8 +105,8 @@ def turn(a, n):
 
 
 @jit
-def take_hands(voice, a):
-    """Makes the coefficients of `turn` for the strings that hands rest on now."""
+def set_answer_damping(voice, a):
+    """Computes the damped coefficients of one frame for the strings that are muted now."""
     key = 2 * voice.idle + voice.cut
     if a.damped_for == key:
         return
@@ -141,7 +141,7 @@ def find_pairs(string, slot, op):
     key[1] = voice.idle
     a.pairs_ratio = slot.ratio
     admittance = floats_at(op.answers, 2 * op.answering)
-    gamma, time = mass(op) * op.speed * op.speed / op.length, EVERY / voice.rate
+    gamma, time = linear_density(op) * op.speed * op.speed / op.length, EVERY / voice.rate
     n = 0
     for g in range(min(a.count, op.answering)):
         w = a.omega[g]
@@ -169,7 +169,7 @@ def find_pairs(string, slot, op):
         a.pair_allowed[p] = min(1.0, MARGIN / np.sqrt(max(needed, 1e-300)))
     for p in range(n):
         g, i = a.pair_answer[p], a.pair_mode[p]
-        r = np.sqrt(mass(op) / a.density[g]) * u.omega[i] / a.omega[g]
+        r = np.sqrt(linear_density(op) / a.density[g]) * u.omega[i] / a.omega[g]
         set_flow(a, p, a.pair_allowed[p] * a.pair_real[p] * time, a.pair_imaginary[p] * time, r)
     a.pairs = n
 
@@ -190,7 +190,7 @@ def set_flow(a, p, x, y, r):
 
 
 @jit
-def presses(slot, op, step):
+def is_touching(slot, op, step):
     """True if the string touches something at fine step `step`."""
     if slot.due > step:
         return False
@@ -202,11 +202,11 @@ def presses(slot, op, step):
 
 @jit
 def exchange(string, slot, op, step):
-    """Lets the pairs whose turn it is exchange, after the slot has moved to fine step `step`.
+    """Exchanges energy between the pairs that are due in this frame, after the slot has moved to fine step `step`.
 
     A note that hands end gives and takes nothing more: answers must not keep its string awake.
     """
-    if slot.moving or slot.hand < 1.0 or slot.active == 0 or presses(slot, op, step):
+    if slot.moving or slot.hand < 1.0 or slot.active == 0 or is_touching(slot, op, step):
         return
     find_pairs(string, slot, op)
     voice, a, u = string.voice, string.answers, slot.u
@@ -225,20 +225,20 @@ def exchange(string, slot, op, step):
 
 
 @jit
-def move(string, ops, step):
+def move_answers(string, ops, step):
     """Moves the answers on by a frame, after the string has moved to fine step `step`."""
     voice, a = string.voice, string.answers
     if voice.answering:
-        take_hands(voice, a)
-        turn(a, a.padded)
+        set_answer_damping(voice, a)
+        rotate_answers(a, a.padded)
     slot = string.slots[voice.slot]
     if voice.idle != 0 and slot.on and a.count > 0 and not voice.cut:
         exchange(string, slot, ops[slot.fret], step)
 
 
 @jit
-def keep(string):
-    """Drops answers that have died away, and tells the slots what may come back from the others. In few frames only."""
+def drop_dead_answers(string):
+    """Silences answers that have died away, and bounds what the slots may get back from the others."""
     voice, a = string.voice, string.answers
     if not voice.answering:
         return

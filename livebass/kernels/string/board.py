@@ -7,7 +7,7 @@ Points are looked at in groups of GROUP first. The string is nowhere steeper tha
 so that the displacement at a group's middle and its highest point tell how clear all of it is at least. Only groups
 that this leaves in doubt are looked at point by point.
 
-Of a hundred points near the string some ten are looked at in a fine step (looks.py), and some five touch. v, across
+Of a hundred points near the string some ten are looked at in a fine step (watch.py), and some five touch. v, across
 the board, feels friction where u touches; it is sensed at the same points. [any thread]
 """
 
@@ -18,24 +18,24 @@ from livebass.kernels.string import modal
 from livebass.kernels.string.contact import friction_alone, solve_point
 from livebass.kernels.string.frame import (
     NEVER,
-    advance,
-    begin_contact,
+    advance_frame,
+    log_contact,
+    may_touch,
+    most_travel,
     operator_at,
     steps_clear,
     string_at,
-    suspicious,
-    way_of_step,
 )
-from livebass.kernels.string.looks import plan, take_steps
 from livebass.kernels.string.operators import positions, shape
 from livebass.kernels.string.records import GROUP
+from livebass.kernels.string.watch import schedule, take_fine_steps
 
 
 @entry("void(int64, int64, int64, int64)")
 def over_board(string, k, op, steps):
     """Moves slot `k` of the string at an address over a frame of `steps` fine steps; `op`: address of its operator."""
     s = string_at(string)
-    advance(s.slots[k], operator_at(op), s.voice, steps, find_suspects, next_look, fine_steps)
+    advance_frame(s.slots[k], operator_at(op), s.voice, steps, suspect_points, next_check_board, fine_steps_board)
 
 
 @jit
@@ -45,9 +45,9 @@ def groups_of(op):
 
 
 @jit
-def find_suspects(slot, op, step, end):
-    """Looks at groups that are due, then at points of those in doubt; `frame.advance` says what it returns."""
-    suspects = looks = np.int64(0)  # a constant would be a type of its own
+def suspect_points(slot, op, step, end):
+    """Looks at groups that are due, then at points of those in doubt; `frame.advance_frame` says what it returns."""
+    suspects = checks = np.int64(0)  # a constant would be a type of its own
     for g in range(groups_of(op)):
         slot.u.group_clearance_now[g] = 0.0
         if end <= slot.u.group_due[g] or not doubtful(slot, op, g, step, end):
@@ -55,18 +55,18 @@ def find_suspects(slot, op, step, end):
         for m in range(g * GROUP, min((g + 1) * GROUP, op.points)):
             if end <= slot.u.due[m]:
                 continue
-            slot.looked[looks] = m
-            looks += 1
-            if suspicious(slot, op, m, step, end):
+            slot.checked[checks] = m
+            checks += 1
+            if may_touch(slot, op, m, step, end):
                 slot.suspects[suspects] = m
                 suspects += 1
-    return suspects, looks
+    return suspects, checks
 
 
 @jit
 def doubtful(slot, op, g, step, end):
     """Looks at group `g`; True if a point of it may touch between `step` and `end`."""
-    u, way = slot.u, way_of_step(slot, op)
+    u, travel = slot.u, most_travel(slot, op)
     first = g * GROUP
     last = min(first + GROUP, op.points) - 1
     middle = (first + last) // 2
@@ -78,27 +78,27 @@ def doubtful(slot, op, g, step, end):
     clearance = modal.displacement(u, shape(op, middle), slot.active) - top
     known = u.group_known_at[g]
     before = u.group_clearance[g]
-    if known < 0 or known >= step or before + clearance <= way * (end - known):
+    if known < 0 or known >= step or before + clearance <= travel * (end - known):
         before = modal.displacement_before_leap(u, shape(op, middle), slot.active) - top
         known = step
         u.group_clearance[g] = before
         u.group_known_at[g] = known
-    if before <= 0.0 or clearance <= 0.0 or before + clearance <= way * (end - known):
+    if before <= 0.0 or clearance <= 0.0 or before + clearance <= travel * (end - known):
         return True
     u.group_clearance_now[g] = clearance
     return False
 
 
 @jit
-def next_look(slot, op, end):
+def next_check_board(slot, op, end):
     """Notes the clearance of the groups after a frame without contact; returns the fine step of the next look."""
-    u, way = slot.u, way_of_step(slot, op)
+    u, travel = slot.u, most_travel(slot, op)
     least = NEVER
     for g in range(groups_of(op)):
         if u.group_clearance_now[g] > 0.0:
             u.group_clearance[g] = u.group_clearance_now[g]
             u.group_known_at[g] = end
-            u.group_due[g] = end + steps_clear(u.group_clearance_now[g], way)
+            u.group_due[g] = end + steps_clear(u.group_clearance_now[g], travel)
         if u.group_due[g] > end:
             least = min(least, u.group_due[g])
             continue
@@ -108,21 +108,21 @@ def next_look(slot, op, end):
 
 
 @jit
-def fine_steps(slot, op, voice, near, count, steps, step):
+def fine_steps_board(slot, op, voice, near, count, steps, step):
     """Takes `steps` fine steps from `step` on, with contact and friction solved at the `count` points in `near`.
 
     u.clearance is that of the points, at least, before and after.
     """
-    take_steps(slot, op, voice, near, count, steps, step, slide, press)
+    take_fine_steps(slot, op, voice, near, count, steps, step, solve_friction_on_board, solve_contact_on_board)
 
 
 @jit
-def press(slot, op, voice, seen, count, step):
+def solve_contact_on_board(slot, op, voice, watched, count, step):
     """Solves contact at `step`, and notes when each point is to be looked at again."""
-    u, way, height = slot.u, way_of_step(slot, op), slot.u.height
+    u, travel, height = slot.u, most_travel(slot, op), slot.u.height
     touching = False
     for i in range(count):
-        m = seen[i]
+        m = watched[i]
         old, before = u.eta_before[m], u.eta[m]
         free = height[m] - u.free[m]
         eta = free
@@ -133,24 +133,24 @@ def press(slot, op, voice, seen, count, step):
             eta = free - op.weight * f
             touching = touching or f != 0.0
         if eta > 0.0 and before <= 0.0:
-            begin_contact(slot, voice, step, m)
+            log_contact(slot, voice, step, m)
         u.force_before[m] = u.force[m]
         u.force[m] = f
         u.eta_before[m] = before
         u.eta[m] = eta
         u.pending[m] = op.push * f
-        plan(u, m, way, step)
+        schedule(u, m, travel, step)
     if touching:
         slot.active = op.padded
 
 
 @jit
-def slide(slot, op, seen, count):
+def solve_friction_on_board(slot, op, watched, count):
     """Solves friction (eq. 7) of the step just made of v; u still has the penetration at its start."""
     u, v = slot.u, slot.v
     touching = False
     for i in range(count):
-        m = seen[i]
+        m = watched[i]
         f = 0.0
         if u.eta[m] > 0.0:
             f = friction_alone(op, v.free[m] - v.moved_before[m], op.weight)

@@ -7,9 +7,9 @@ can make in between. Otherwise the frame is taken back and cut into parts; parts
 steps that solve contact, the others in one leap. Both are the same exact solution of the equations; which of them is
 taken depends on frame numbers and on the string alone, never on blocks.
 
-`advance` is the skeleton. frets.py and board.py hand it their search for points that may touch, their bookkeeping of
-the next look, and their fine steps; it becomes part of their C functions. `slot` is a SLOT, `op` an OPERATOR, `voice`
-the string's VOICE; `way` is how far (m) the string can move in one fine step. [any thread]
+`advance_frame` is the skeleton. frets.py and board.py hand it their search for points that may touch, their
+bookkeeping of the next check, and their fine steps; it becomes part of their C functions. `slot` is a SLOT, `op` an
+OPERATOR, `voice` the string's VOICE; `travel` is how far (m) the string can move in one fine step. [any thread]
 """
 
 import numpy as np
@@ -28,48 +28,48 @@ operator_at = record_at(OPERATOR)
 
 
 @jit
-def way_of_step(slot, op):
-    """Greatest way (m) of any point of the string in one fine step."""
+def most_travel(slot, op):
+    """Farthest (m) that any point of the string moves in one fine step."""
     return slot.fastest * op.fine
 
 
 @jit
-def steps_clear(clearance, way):
+def steps_clear(clearance, travel):
     """Whole fine steps that a point `clearance` (m) away stays clear for sure; 0 for NaN."""
-    steps = clearance / way
+    steps = clearance / travel
     if steps > 0.0:
         return np.int64(steps) if steps < FAR else FAR
     return 0
 
 
 @jit
-def look(slot, op, m):
+def clearance_at(slot, op, m):
     """Clearance (m) of point `m` now."""
     return modal.displacement(slot.u, shape(op, m), slot.active) - slot.u.height[m]
 
 
 @jit
-def suspicious(slot, op, m, step, end):
+def may_touch(slot, op, m, step, end):
     """Looks at point `m`; True if it may touch between `step` and `end`. u.clearance_now[m] receives that at `end`."""
-    u, way = slot.u, way_of_step(slot, op)
-    clearance = look(slot, op, m)
+    u, travel = slot.u, most_travel(slot, op)
+    clearance = clearance_at(slot, op, m)
     u.clearance_now[m] = clearance
     known = u.known_at[m]
-    if 0 <= known < step and u.clearance[m] + clearance > way * (end - known):
+    if 0 <= known < step and u.clearance[m] + clearance > travel * (end - known):
         return False
     if known < step:
         u.clearance[m] = modal.displacement_before_leap(u, shape(op, m), slot.active) - slot.u.height[m]
         u.known_at[m] = step
     held = u.solved_at[m] == step and (u.eta[m] > 0.0 or u.eta_before[m] > 0.0)
-    return held or u.clearance[m] <= 0.0 or u.clearance[m] + clearance <= way * (end - step)
+    return held or u.clearance[m] <= 0.0 or u.clearance[m] + clearance <= travel * (end - step)
 
 
 @inlined
-def advance(slot, op, voice, steps, find_suspects, next_look, fine_steps):
+def advance_frame(slot, op, voice, steps, find_suspects, next_check, fine_steps):
     """Moves `slot` over one frame of `steps` fine steps from voice.step on.
 
-    find_suspects(slot, op, step, end) fills slot.suspects and slot.looked after a trial leap, and returns how many are
-    in each; next_look(slot, op, end) returns the fine step before which no point needs a look after a frame without
+    find_suspects(slot, op, step, end) fills slot.suspects and slot.checked after a trial leap, and returns how many are
+    in each; next_check(slot, op, end) returns the fine step before which no point needs a look after a frame without
     contact; fine_steps(slot, op, voice, near, count, steps, step) takes `steps` fine steps with contact at the `count`
     points in `near` and leaves their clearance.
     """
@@ -77,31 +77,31 @@ def advance(slot, op, voice, steps, find_suspects, next_look, fine_steps):
     step = voice.step
     end = step + steps
     modal.try_leap(slot.u, leap, slot.active)
-    suspects, looks = find_suspects(slot, op, step, end)
+    suspects, checks = find_suspects(slot, op, step, end)
     if suspects > 0:
         modal.take_back(slot.u, slot.active)
         contact_frame(slot, op, voice, suspects, steps, fine_steps)
         return
     modal.leap(slot.v, leap, slot.v_active)
-    stay_clear(slot, op, looks, end)
-    slot.due = next_look(slot, op, end)
+    note_clear(slot, op, checks, end)
+    slot.due = next_check(slot, op, end)
 
 
 @jit
-def stay_clear(slot, op, looks, end):
-    """Notes that the points in slot.looked did not touch up to `end`."""
-    u, way = slot.u, way_of_step(slot, op)
-    for i in range(looks):
-        m = slot.looked[i]
+def note_clear(slot, op, checks, end):
+    """Saves the clearances at `end` of the points that were checked and did not touch."""
+    u, travel = slot.u, most_travel(slot, op)
+    for i in range(checks):
+        m = slot.checked[i]
         u.clearance[m] = u.clearance_now[m]
         u.known_at[m] = end
-        u.due[m] = end + steps_clear(u.clearance_now[m], way)
+        u.due[m] = end + steps_clear(u.clearance_now[m], travel)
 
 
 @inlined
 def contact_frame(slot, op, voice, count, steps, fine_steps):
     """Moves `slot` over a frame in which the `count` suspects may touch: in parts, with fine steps where needed."""
-    u, suspects, way = slot.u, slot.suspects, way_of_step(slot, op)
+    u, suspects, travel = slot.u, slot.suspects, most_travel(slot, op)
     step = voice.step
     end = step + steps
     for i in range(count):  # of a point that was solved for up to `step` the penetration is known
@@ -110,7 +110,7 @@ def contact_frame(slot, op, voice, count, steps, fine_steps):
             u.clearance[m] = -u.eta[m]
     for _ in range(op.parts):
         modal.try_leap(u, PART, slot.active)
-        close = find_close(slot, op, count, step)
+        close = find_near(slot, op, count, step)
         if close == 0:
             modal.leap(slot.v, PART, slot.v_active)
             for i in range(count):
@@ -118,7 +118,7 @@ def contact_frame(slot, op, voice, count, steps, fine_steps):
         else:
             modal.take_back(u, slot.active)
             fine_steps(slot, op, voice, slot.near, close, op.part_steps, step)
-            follow_others(slot, op, count, close)
+            update_clearances(slot, op, count, close)
         step += op.part_steps
     if step < end:
         fine_steps(slot, op, voice, suspects, count, end - step, step)
@@ -127,17 +127,17 @@ def contact_frame(slot, op, voice, count, steps, fine_steps):
         u.known_at[m] = end
         u.due[m] = end
         if u.clearance[m] > 0.0:
-            u.due[m] = end + steps_clear(u.clearance[m], way)
+            u.due[m] = end + steps_clear(u.clearance[m], travel)
     slot.due = end
 
 
 @jit
-def find_close(slot, op, count, step):
+def find_near(slot, op, count, step):
     """Fills slot.near with the suspects that may touch within the part on trial, which begins at `step`.
 
     u.clearance_now receives the clearances at its end; over a board a lower bound where that is enough.
     """
-    u, reach = slot.u, way_of_step(slot, op) * op.part_steps
+    u, reach = slot.u, most_travel(slot, op) * op.part_steps
     close = np.int64(0)  # a constant would be a type of its own
     for i in range(count):
         m = slot.suspects[i]
@@ -146,7 +146,7 @@ def find_close(slot, op, count, step):
         if op.points > MOST_NEAR and not held and before > reach:
             u.clearance_now[m] = before - reach
             continue
-        clearance = look(slot, op, m)
+        clearance = clearance_at(slot, op, m)
         u.clearance_now[m] = clearance
         if held or before <= 0.0 or before + clearance <= reach:
             slot.near[close] = m
@@ -155,12 +155,12 @@ def find_close(slot, op, count, step):
 
 
 @jit
-def follow_others(slot, op, count, close):
-    """Notes the clearance, after fine steps of a part, of the suspects that are not among the `close` ones near.
+def update_clearances(slot, op, count, close):
+    """Updates the clearance of the suspects that took no part in the fine steps of a part.
 
     Over a board the string came nearer by no more than it can move; a look is needed only if that may be a touch.
     """
-    u, reach = slot.u, way_of_step(slot, op) * op.part_steps
+    u, reach = slot.u, most_travel(slot, op) * op.part_steps
     k = 0
     for i in range(count):
         m = slot.suspects[i]
@@ -169,11 +169,11 @@ def follow_others(slot, op, count, close):
             continue
         u.clearance[m] -= reach
         if op.points <= MOST_NEAR or u.clearance[m] <= 0.0:
-            u.clearance[m] = look(slot, op, m)
+            u.clearance[m] = clearance_at(slot, op, m)
 
 
 @jit
-def begin_contact(slot, voice, step, m):
+def log_contact(slot, voice, step, m):
     """Counts a contact at point `m` that begins at `step`, and logs it while there is room."""
     slot.touching += 1
     if voice.logged < voice.log_room:

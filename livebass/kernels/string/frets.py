@@ -1,7 +1,7 @@
 """A string over frets: up to MOST_NEAR contact points, whose forces move each other.
 
 A fine step is one pass over the modes of a polarisation: it adds the forces of the step before, moves on, and sums the
-displacements at the points that are looked at (looks.py). Then the forces are solved for at these points alone. v feels
+displacements at the points that are looked at (watch.py). Then the forces are solved for at these points alone. v feels
 the friction of eq. 7 where u touches; u does not feel v. [any thread]
 """
 
@@ -9,35 +9,43 @@ import numpy as np
 
 from livebass.compiling import entry, jit
 from livebass.kernels.string import contact
-from livebass.kernels.string.frame import NEVER, advance, begin_contact, operator_at, string_at, suspicious, way_of_step
-from livebass.kernels.string.looks import plan, take_steps
+from livebass.kernels.string.frame import (
+    NEVER,
+    advance_frame,
+    log_contact,
+    may_touch,
+    most_travel,
+    operator_at,
+    string_at,
+)
 from livebass.kernels.string.operators import coupling, left_out
+from livebass.kernels.string.watch import schedule, take_fine_steps
 
 
 @entry("void(int64, int64, int64, int64)")
 def over_frets(string, k, op, steps):
     """Moves slot `k` of the string at an address over a frame of `steps` fine steps; `op`: address of its operator."""
     s = string_at(string)
-    advance(s.slots[k], operator_at(op), s.voice, steps, find_suspects, next_look, fine_steps)
+    advance_frame(s.slots[k], operator_at(op), s.voice, steps, suspect_frets, next_check_frets, fine_steps_frets)
 
 
 @jit
-def find_suspects(slot, op, step, end):
-    """Looks at every point that is due; `frame.advance` says what it returns."""
-    suspects = looks = np.int64(0)  # a constant would be a type of its own
+def suspect_frets(slot, op, step, end):
+    """Looks at every point that is due; `frame.advance_frame` says what it returns."""
+    suspects = checks = np.int64(0)  # a constant would be a type of its own
     for m in range(op.points):
         if end <= slot.u.due[m]:
             continue
-        slot.looked[looks] = m
-        looks += 1
-        if suspicious(slot, op, m, step, end):
+        slot.checked[checks] = m
+        checks += 1
+        if may_touch(slot, op, m, step, end):
             slot.suspects[suspects] = m
             suspects += 1
-    return suspects, looks
+    return suspects, checks
 
 
 @jit
-def next_look(slot, op, end):
+def next_check_frets(slot, op, end):
     """Returns the fine step before which no point needs a look."""
     least = NEVER
     for m in range(op.points):
@@ -46,13 +54,13 @@ def next_look(slot, op, end):
 
 
 @jit
-def fine_steps(slot, op, voice, near, count, steps, step):
+def fine_steps_frets(slot, op, voice, near, count, steps, step):
     """Takes `steps` fine steps from `step` on, with contact and friction solved at the `count` points in `near`.
 
     u.clearance is that of the points, at least, before and after.
     """
     couple(slot, op)
-    take_steps(slot, op, voice, near, count, steps, step, slide, press)
+    take_fine_steps(slot, op, voice, near, count, steps, step, solve_friction_on_frets, solve_contact_on_frets)
 
 
 @jit
@@ -70,53 +78,53 @@ def couple(slot, op):
 
 
 @jit
-def press(slot, op, voice, seen, count, step):
+def solve_contact_on_frets(slot, op, voice, watched, count, step):
     """Solves contact at `step`, the one that `move` made, and notes when each point is to be looked at again."""
-    u, way, height = slot.u, way_of_step(slot, op), slot.u.height
+    u, travel, height = slot.u, most_travel(slot, op), slot.u.height
     hit = False
     for i in range(count):
-        m = seen[i]
+        m = watched[i]
         free = height[m] - u.free[m]
         hit = hit or free > 0.0 or u.eta_before[m] > 0.0
         u.wanted[m] = free - u.eta_before[m]
     if not hit:
         for i in range(count):
-            m = seen[i]
+            m = watched[i]
             eta = u.eta_before[m] + u.wanted[m]
             u.eta_before[m] = u.eta[m]
             u.eta[m] = eta
             u.force[m] = 0.0
             u.force_before[m] = 0.0
             u.pending[m] = 0.0
-            plan(u, m, way, step)
+            schedule(u, m, travel, step)
         return
     for i in range(count):  # first guesses: the forces go on as they went
-        m = seen[i]
+        m = watched[i]
         last = u.force[m]
         u.force[m] = max(2.0 * last - u.force_before[m], 0.0)
         u.force_before[m] = last
-    touching = contact.solve_points(u, op, seen, count)
+    touching = contact.solve_points(u, op, watched, count)
     for i in range(count):
-        m = seen[i]
-        eta = u.eta_before[m] + u.wanted[m] - contact.felt(op, u.coupling, u.force, seen, count, m)
+        m = watched[i]
+        eta = u.eta_before[m] + u.wanted[m] - contact.felt(op, u.coupling, u.force, watched, count, m)
         if eta > 0.0 and u.eta[m] <= 0.0:
-            begin_contact(slot, voice, step, m)
+            log_contact(slot, voice, step, m)
         u.eta_before[m] = u.eta[m]
         u.eta[m] = eta
         u.pending[m] = op.push * u.force[m]
-        plan(u, m, way, step)
+        schedule(u, m, travel, step)
     if touching > 0:
         slot.active = op.padded
 
 
 @jit
-def slide(slot, op, seen, count):
-    """Solves friction of the step that `move` made of v; before `press`, while u.eta is that at its start."""
+def solve_friction_on_frets(slot, op, watched, count):
+    """Solves friction of the fine step of v; before `solve_contact_on_frets`, while u.eta is that at its start."""
     v = slot.v
-    if contact.solve_friction(slot, op, seen, count):
+    if contact.solve_friction(slot, op, watched, count):
         slot.v_active = op.padded
     for i in range(count):
-        m = seen[i]
+        m = watched[i]
         v.moved_before[m] = v.moved[m]
-        v.moved[m] = v.free[m] + contact.felt(op, slot.u.coupling, v.force, seen, count, m)
+        v.moved[m] = v.free[m] + contact.felt(op, slot.u.coupling, v.force, watched, count, m)
         v.pending[m] = op.push * v.force[m]

@@ -17,21 +17,21 @@ from livebass.compiling import jit
 from livebass.kernels.machine.elementary import exp, log2, sin_cos
 from livebass.kernels.machine.native import record_address, words_at
 from livebass.kernels.string import handover, modal, operators
-from livebass.kernels.string.operators import DOUBLE, coefficient, tap
+from livebass.kernels.string.operators import DOUBLE, coefficient, tap_weights
 from livebass.kernels.string.preparing import faded
 from livebass.kernels.string.records import BETWEEN, BLOCK, OPERATOR, TOUCHES, WHOLE
-from livebass.kernels.string.slot import SAFETY_STRUCK, disturb, load_tuned, open_v
+from livebass.kernels.string.slot import SAFETY_STRUCK, load_tuned, wake_slot, wake_v
 
 PERIOD = 1e-3  # s
 LEAST_TIME = 40e-3  # s of a glide: faster, a hand would have to jump
 FLESH = 6e-3  # m, half width of the fingertip
-NARROWEST = 4.0  # of k a: shorter waves do not turn the string at the finger
+NARROWEST = 4.0  # of k a: shorter waves do not count for the slope under the fingertip
 ROWS = BETWEEN.fields["rows"][1]  # type: ignore[index]
 WORDS = OPERATOR.itemsize // DOUBLE
 
 
 @jit
-def operator(string, ops, k):
+def current_operator(string, ops, k):
     """The operator that slot `k` plays with: of its fret, or of a length between two."""
     slot = string.slots[k]
     if slot.between:
@@ -46,10 +46,10 @@ def period(voice):
 
 
 @jit
-def begin(string, ops, length, frames_a_fret):
+def begin_glide(string, ops, length, frames_a_fret):
     """Begins to glide from the length that the string has now to `length` (m)."""
     voice = string.voice
-    now = operator(string, ops, voice.slot).length
+    now = current_operator(string, ops, voice.slot).length
     if string.slots[voice.slot].between:
         now = length_at(voice, voice.glide_frame)
     voice.glide_from = now
@@ -72,10 +72,10 @@ def hand_over(string, ops, length):
     voice = string.voice
     k = 1 - voice.slot
     old, new = string.slots[voice.slot], string.slots[k]
-    op = operator(string, ops, voice.slot)
+    op = current_operator(string, ops, voice.slot)
     voice.striking = 0
     voice.fingering = 0
-    new.fret = make(string, ops, k, length)
+    new.fret = make_operator(string, ops, k, length)
     to = string.between[k].op
     load_tuned(new, to, voice)
     new.between = 1
@@ -85,7 +85,7 @@ def hand_over(string, ops, length):
     new.safety = SAFETY_STRUCK
     part = to.length / op.length
     if old.v_active > 0 or old.stop_v.place != 0.0:
-        open_v(new, to)
+        wake_v(new, to)
     x, v, x_v, v_v = handover.to_shorter(old, op, new, to)
     new.stop_u.place = x + part * old.stop_u.place
     new.stop_u.speed = v + part * old.stop_u.speed
@@ -98,26 +98,26 @@ def hand_over(string, ops, length):
     new.offset_speed = part * old.offset_speed
     old.on = 0
     voice.slot = k
-    disturb(new, to, voice.step)
+    wake_slot(new, to, voice.step)
 
 
 @jit
-def aim(string):
-    """Gives the string's end the speed of the next frame; returns the way (m) that the finger makes in it."""
+def steer_ends(string):
+    """Sets the speed of the string's end for the next frame; returns how far (m) the finger moves in it."""
     voice = string.voice
     slot, made = string.slots[voice.slot], string.between[voice.slot]
     then = length_at(voice, voice.glide_frame + 1)
-    turn(slot.stop_u, slot.u, made, then - made.op.length)
+    steer_end(slot.stop_u, slot.u, made, then - made.op.length)
     slot.active = made.op.padded
     if slot.v_ready:
-        turn(slot.stop_v, slot.v, made, then - made.op.length)
+        steer_end(slot.stop_v, slot.v, made, then - made.op.length)
         slot.v_active = made.op.padded
     return abs(then - length_at(voice, voice.glide_frame))
 
 
 @jit
-def turn(stop, w, made, behind):
-    """Has an end reach within a frame where the string is at it, if that is held `behind` m farther out."""
+def steer_end(stop, w, made, behind):
+    """Sets the speed of an end: after a frame it is to lie on the straight line to a finger `behind` m out."""
     op = made.op
     h = op.steps * op.fine
     slope = modal.slope_ahead(w, made.slope, h, made.slope_modes) - (stop.place + h * stop.speed) / op.length
@@ -127,14 +127,14 @@ def turn(stop, w, made, behind):
 
 
 @jit
-def carry(slot, h):
-    """Moves the ends on by a frame of `h` s."""
+def advance_ends(slot, h):
+    """Moves the ends of u and v by a frame of `h` s."""
     slot.stop_u.place += slot.stop_u.speed * h
     slot.stop_v.place += slot.stop_v.speed * h
 
 
 @jit
-def make(string, ops, k, length):
+def make_operator(string, ops, k, length):
     """Makes the operator of slot `k` for `length` (m); returns the fret that the finger has passed last."""
     voice, slot, made = string.voice, string.slots[k], string.between[k]
     low = 0
@@ -143,7 +143,7 @@ def make(string, ops, k, length):
     a, b = ops[low], ops[low + 1]
     x = min(max((a.length - length) / (a.length - b.length), 0.0), 1.0)
     op = made.op
-    modal.copy(words_at(record_address(op), WORDS), words_at(record_address(a), WORDS), WORDS)
+    modal.copy_row(words_at(record_address(op), WORDS), words_at(record_address(a), WORDS), WORDS)
     op.length = length
     op.speed = (1.0 - x) * a.speed + x * b.speed
     op.tap_modes = min(a.tap_modes, b.tap_modes)
@@ -152,8 +152,8 @@ def make(string, ops, k, length):
     op.points = 0
     op.coefficients = record_address(made) + ROWS
     op.taps = op.coefficients + DOUBLE * operators.COEFFICIENT_ROWS * op.padded
-    set_coefficients(slot.u, op, a, b, x)
-    set_taps(voice, op)
+    set_glide_coefficients(slot.u, op, a, b, x)
+    set_glide_taps(voice, op)
     set_slope(made, op)
     for i in range(TOUCHES):  # fingers on the string make their shapes anew
         slot.touch_key[i, 2] = 0.0
@@ -161,7 +161,7 @@ def make(string, ops, k, length):
 
 
 @jit
-def set_coefficients(w, op, a, b, x):
+def set_glide_coefficients(w, op, a, b, x):
     """Fills the coefficients of a length at the part `x` of the way between those of `a` and `b`.
 
     They are made in the rows of the silent working set `w`, where the compiler knows the distances.
@@ -177,28 +177,28 @@ def set_coefficients(w, op, a, b, x):
         w.sigma[j] = 0.0
     modal.tune(w, op.fine, op.steps, op.padded)
     row = operators.LEAPS + 3 * WHOLE
-    modal.copy(coefficient(op, operators.FINE_A), w.fine_a, op.padded)
-    modal.copy(coefficient(op, operators.FINE_B), w.fine_b, op.padded)
-    modal.copy(coefficient(op, row), w.leaps[WHOLE].a, op.padded)
-    modal.copy(coefficient(op, row + 1), w.leaps[WHOLE].b, op.padded)
-    modal.copy(coefficient(op, row + 2), w.leaps[WHOLE].g, op.padded)
-    modal.copy(coefficient(op, operators.KAPPA), w.kappa, op.padded)
-    modal.copy(coefficient(op, operators.OMEGA), w.omega, op.padded)
-    modal.copy(coefficient(op, operators.SIGMA), w.sigma, op.padded)
-    modal.copy(coefficient(op, operators.PACE), w.pace, op.padded)
+    modal.copy_row(coefficient(op, operators.FINE_A), w.fine_a, op.padded)
+    modal.copy_row(coefficient(op, operators.FINE_B), w.fine_b, op.padded)
+    modal.copy_row(coefficient(op, row), w.leaps[WHOLE].a, op.padded)
+    modal.copy_row(coefficient(op, row + 1), w.leaps[WHOLE].b, op.padded)
+    modal.copy_row(coefficient(op, row + 2), w.leaps[WHOLE].g, op.padded)
+    modal.copy_row(coefficient(op, operators.KAPPA), w.kappa, op.padded)
+    modal.copy_row(coefficient(op, operators.OMEGA), w.omega, op.padded)
+    modal.copy_row(coefficient(op, operators.SIGMA), w.sigma, op.padded)
+    modal.copy_row(coefficient(op, operators.PACE), w.pace, op.padded)
 
 
 @jit
-def set_taps(voice, op):
+def set_glide_taps(voice, op):
     """Fills the weights of the modes at the pickups, or of u and of v at their sensors."""
     omega, sigma = coefficient(op, operators.OMEGA), coefficient(op, operators.SIGMA)
     for i in range(voice.pickups if voice.pickups > 0 else 2):
-        row = tap(op, i if voice.pickups > 0 else 2 * i)
+        row = tap_weights(op, i if voice.pickups > 0 else 2 * i)
         k1 = np.pi / op.length
         before, now = 0.0, np.sqrt(2 / op.length)
         sine, cosine = sin_cos(k1 * (op.length - voice.saddle[i]))
         now *= sine
-        window, ratio, step = bell((k1 * voice.aperture[i]) ** 2 / 24)
+        window, ratio, step = gaussian_recurrence((k1 * voice.aperture[i]) ** 2 / 24)
         for j in range(op.modes):
             row[j] = now * window * faded(voice.rate, omega[j], sigma[j])
             before, now = now, 2.0 * cosine * now - before
@@ -207,7 +207,7 @@ def set_taps(voice, op):
         for j in range(op.modes, op.padded):
             row[j] = 0.0
         if voice.pickups == 0:
-            row = tap(op, 2 * i + 1)
+            row = tap_weights(op, 2 * i + 1)
             for j in range(op.padded):
                 row[j] = 0.0
 
@@ -218,7 +218,7 @@ def set_slope(made, op):
     k1 = np.pi / op.length
     n = (np.int64(NARROWEST / (k1 * FLESH)) + BLOCK) // BLOCK * BLOCK
     made.slope_modes = min(n, op.padded)
-    window, ratio, step = bell(0.5 * (k1 * FLESH) ** 2)
+    window, ratio, step = gaussian_recurrence(0.5 * (k1 * FLESH) ** 2)
     for j in range(made.slope_modes):
         made.slope[j] = np.sqrt(2 / op.length) * k1 * (j + 1) * window
         window *= ratio
@@ -226,6 +226,6 @@ def set_slope(made, op):
 
 
 @jit
-def bell(a):
-    """exp(-a j^2) for j = 1, the ratio of the next one to it, and by what that ratio shrinks each time."""
+def gaussian_recurrence(a):
+    """Returns exp(-a), the ratio of exp(-a j^2) at j = 2 to that at 1, and the factor of the ratio from j to j + 1."""
     return exp(-a), exp(-3.0 * a), exp(-2.0 * a)

@@ -24,7 +24,7 @@ import numpy as np
 
 from livebass.compiling import compiled, jit
 from livebass.kernels.machine.elementary import cos, sin
-from livebass.kernels.string.modal import LANES, number
+from livebass.kernels.string.modal import LANES, mode_number
 from livebass.kernels.string.operators import heights, positions
 from livebass.kernels.string.records import BLOCK
 
@@ -51,7 +51,7 @@ def crown_height(op, s):
 def fill_squares(squares, top, n):
     """Fills a row with the squares of the `n` wave numbers top (j + 1)."""
     for j in range(n):
-        k = top * number(j)
+        k = top * mode_number(j)
         squares[j] = k * k
 
 
@@ -136,15 +136,15 @@ def velocities(w, n):
 
 
 @jit
-def put(w, j, q, v):
-    """Gives mode `j` a displacement and a velocity."""
+def set_mode_state(w, j, q, v):
+    """Sets displacement and velocity of mode `j`."""
     w.q[j] = q
     w.p[j] = w.kappa[j] * (v + w.sigma[j] * q)
 
 
 @jit
-def share(w, op, new, to, n):
-    """Adds to modes of `to` what modes of `op` of the same wave number are in them."""
+def add_equal_modes(w, op, new, to, n):
+    """Adds the projection of modes of `op` on modes of `to` with the same wave number."""
     s = op.length - to.length
     k1, k1_new = np.pi / op.length, np.pi / to.length
     root = np.sqrt(min(op.length, to.length) / max(op.length, to.length))
@@ -190,9 +190,9 @@ def shorten(w, op, new, to, n):
     scale = 2.0 / np.sqrt(op.length * to.length) * k1_new
     line = np.sqrt(2.0 * to.length) / np.pi
     for m in range(to.modes):
-        k = number(m)
-        put(new, m, scale * k * new.q[m] - place * line / k, scale * k * new.p[m] - speed * line / k)
-    share(w, op, new, to, n)
+        k = mode_number(m)
+        set_mode_state(new, m, scale * k * new.q[m] - place * line / k, scale * k * new.p[m] - speed * line / k)
+    add_equal_modes(w, op, new, to, n)
     return place, speed
 
 
@@ -202,7 +202,7 @@ def weigh_at(w, op, s, n):
     velocities(w, n)
     k1 = np.pi / op.length
     for j in range(n):
-        phi = sin(number(j) * k1 * s)
+        phi = sin(mode_number(j) * k1 * s)
         w.q_before[j] *= phi
         w.p_before[j] *= phi
     root = np.sqrt(2 / op.length)
@@ -242,7 +242,7 @@ def lengthen(w, op, new, to, n, at):
             wanted[j] = 0.0
     velocities(w, n)
     for m in range(n):
-        k = number(m) * k1_old
+        k = mode_number(m) * k1_old
         w.q_before[m] *= k
         w.p_before[m] *= k
     all_sums(w, squares, n, new, wanted, to)
@@ -250,9 +250,9 @@ def lengthen(w, op, new, to, n, at):
     corner = np.sqrt(2 / to.length) * to.length / (s * (to.length - s))
     place, speed = at
     for j in range(to.modes):
-        k = number(j) * k1
+        k = mode_number(j) * k1
         phi = sin(k * s)
         shape = corner * phi / (k * k) / (1 + to.held_stiffness * (k * k))
         factor = -scale * phi if wanted[j] != 0.0 else 0.0
-        put(new, j, factor * new.q[j] + place * shape, factor * new.p[j] + speed * shape)
-    share(w, op, new, to, n)
+        set_mode_state(new, j, factor * new.q[j] + place * shape, factor * new.p[j] + speed * shape)
+    add_equal_modes(w, op, new, to, n)

@@ -61,8 +61,8 @@ def damped_at(note, j):
 def loss_factor(note, nu):
     """1/Q at `nu` (Hz) without the neck: air, viscoelastic and thermoelastic losses."""
     mu = note.linear_density
-    rubbing = 2 * np.pi * AIR_VISCOSITY + 2 * np.pi * note.diameter * np.sqrt(np.pi * AIR_VISCOSITY * AIR_DENSITY * nu)
-    air = rubbing / (2 * np.pi * mu * nu)
+    friction = 2 * np.pi * AIR_VISCOSITY + 2 * np.pi * note.diameter * np.sqrt(np.pi * AIR_VISCOSITY * AIR_DENSITY * nu)
+    air = friction / (2 * np.pi * mu * nu)
     product = 4 * SQUARE_PI * mu * note.bending / (note.tension * note.tension) * (nu * nu)
     if note.paper_law:
         return air + product * note.viscoelastic_angle + note.thermoelastic

@@ -32,7 +32,7 @@ MOST_TURN = 2 * np.pi * 0.45  # rad a fine step, of a mode that a string is play
 
 
 @jit
-def number(j):
+def mode_number(j):
     """The number j + 1 of mode `j`, from 1. Processors convert integers of 32 bits many at a time, of 64 bits not."""
     return np.float64(np.int32(j + 1))
 
@@ -119,7 +119,7 @@ def fine(w, n):
 
 
 @jit
-def kicked_2(w, op, points, f, n):
+def fine_kicked_2(w, op, points, f, n):
     """Takes one fine step after two forces `f` at two `points`."""
     first, second = shape(op, points[0]), shape(op, points[1])
     f0, f1 = f
@@ -133,7 +133,7 @@ def kicked_2(w, op, points, f, n):
 
 
 @jit
-def kicked_4(w, op, points, f, n):
+def fine_kicked_4(w, op, points, f, n):
     """Takes one fine step after four forces `f` at four `points`."""
     first, second = shape(op, points[0]), shape(op, points[1])
     third, fourth = shape(op, points[2]), shape(op, points[3])
@@ -245,7 +245,7 @@ def shift(w, c, f, n):
 
 
 @jit
-def product(phi, other, n):
+def dot(phi, other, n):
     """Sum of products of two rows."""
     x = 0.0
     for j in range(n):
@@ -262,14 +262,14 @@ def keep_step_before(w, n):
 
 
 @jit
-def copy(to, values, n):
+def copy_row(to, values, n):
     """Copies `n` numbers; numba's own assignment of slices allocates where they might overlap."""
     for j in range(n):
         to[j] = values[j]
 
 
 @jit
-def tap(w, of_q, of_p, n):
+def read_tap(w, of_q, of_p, n):
     """Linear output with the weights `of_q` and `of_p`."""
     y = 0.0
     for j in range(n):
@@ -336,7 +336,7 @@ def scale(w, factor, n):
 
 
 @jit
-def finger(w, n):
+def damp_by_finger(w, n):
     """Damps each mode as the finger that touches does in one frame."""
     for j in range(n):
         w.q[j] *= w.finger[j]
@@ -344,7 +344,7 @@ def finger(w, n):
 
 
 @jit
-def touch(w, shapes, products, c, n):
+def apply_dashpots(w, shapes, products, c, n):
     """Takes the parts `c` of the momentum that the motion has along each of three `shapes`, one after the other.
 
     `products` are those of the first and second, the first and third, the second and third: a finger on the string
@@ -370,7 +370,7 @@ def touch(w, shapes, products, c, n):
 def kick_end(w, x, n):
     """Adds the velocities x / m, m from 1: the string's end changes its speed (stop.py)."""
     for j in range(n):
-        w.p[j] += w.kappa[j] * (x / number(j))
+        w.p[j] += w.kappa[j] * (x / mode_number(j))
 
 
 @jit
@@ -388,7 +388,7 @@ def slope_square(w, n):
     """Sum of (j q_j)^2, j from 1."""
     s = 0.0
     for j in range(n):
-        x = number(j) * w.q[j]
+        x = mode_number(j) * w.q[j]
         s += x * x
     return s
 
@@ -397,7 +397,7 @@ def slope_square(w, n):
 def tighten(w, push, n):
     """Takes push j^2 q_j from the velocities, j from 1: more tension for a moment (tension.py)."""
     for j in range(n):
-        w.p[j] -= w.kappa[j] * push * (number(j) * number(j)) * w.q[j]
+        w.p[j] -= w.kappa[j] * push * (mode_number(j) * mode_number(j)) * w.q[j]
 
 
 @jit
@@ -409,7 +409,7 @@ def fade(w, factor, first, n):
 
 
 @jit
-def release(w, follow, n):
+def release_shape(w, follow, n):
     """Adds the held shape to the motion, its velocity `follow` (1/s) times itself: p = (q' + sigma q) / omega."""
     for j in range(n):
         x = w.held[j]
@@ -418,7 +418,7 @@ def release(w, follow, n):
 
 
 @jit
-def push(w, weight, n):
+def add_strike(w, weight, n):
     """Adds `weight` times the velocities of the strike."""
     for j in range(n):
         w.p[j] += weight * w.kappa[j] * w.strike[j]
@@ -469,7 +469,7 @@ def amplitude_sum(w, n):
 
 
 @jit
-def living(w, n):
+def drop_dead_modes(w, n):
     """Sets dead BLOCKs at the top to exact zero and returns the number of modes left."""
     while n > 0:
         most = 0.0
@@ -487,7 +487,7 @@ def living(w, n):
 
 
 @jit
-def clear(w, n):
+def clear_motion(w, n):
     """Sets the motion to zero."""
     for j in range(n):
         w.q[j] = 0.0
@@ -564,16 +564,16 @@ def tune(w, fine, steps, n):
 def take_coefficients(w, op):
     """Gives the working set the coefficients of operator `op`, untuned."""
     n = op.padded
-    copy(w.fine_a, coefficient(op, operators.FINE_A), n)
-    copy(w.fine_b, coefficient(op, operators.FINE_B), n)
+    copy_row(w.fine_a, coefficient(op, operators.FINE_A), n)
+    copy_row(w.fine_b, coefficient(op, operators.FINE_B), n)
     for which in (WHOLE, LONGER, PART):
-        copy(w.leaps[which].a, coefficient(op, operators.LEAPS + 3 * which), n)
-        copy(w.leaps[which].b, coefficient(op, operators.LEAPS + 3 * which + 1), n)
-        copy(w.leaps[which].g, coefficient(op, operators.LEAPS + 3 * which + 2), n)
-    copy(w.kappa, coefficient(op, operators.KAPPA), n)
-    copy(w.omega, coefficient(op, operators.OMEGA), n)
-    copy(w.sigma, coefficient(op, operators.SIGMA), n)
-    copy(w.pace, coefficient(op, operators.PACE), n)
+        copy_row(w.leaps[which].a, coefficient(op, operators.LEAPS + 3 * which), n)
+        copy_row(w.leaps[which].b, coefficient(op, operators.LEAPS + 3 * which + 1), n)
+        copy_row(w.leaps[which].g, coefficient(op, operators.LEAPS + 3 * which + 2), n)
+    copy_row(w.kappa, coefficient(op, operators.KAPPA), n)
+    copy_row(w.omega, coefficient(op, operators.OMEGA), n)
+    copy_row(w.sigma, coefficient(op, operators.SIGMA), n)
+    copy_row(w.pace, coefficient(op, operators.PACE), n)
 
 
 @jit

@@ -30,7 +30,7 @@ def shape(op, m):
 
 
 @inlined
-def tap(op, row):
+def tap_weights(op, row):
     """Weights of the modes in tap `row`, (padded,)."""
     return floats_at(op.taps + DOUBLE * row * op.padded, op.padded)
 

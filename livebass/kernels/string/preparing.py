@@ -34,7 +34,7 @@ from livebass.kernels.string.operators import (
     left_out,
     positions,
     shape,
-    tap,
+    tap_weights,
 )
 from livebass.kernels.string.records import BLOCK, LONGER, MOST_NEAR, OPERATOR, PART, WHOLE
 from livebass.rows import TINY, Word, record
@@ -146,7 +146,7 @@ def measure(work, note, op):
     op.modes = note.modes
     op.padded = blocks(note.modes)
     op.points = points_of(work, note)
-    work.words += words_of(work, note, op)
+    work.words += operator_words(work, note, op)
     work.table_words = max(work.table_words, note.grid_points + 1 + 2 * MOST_NEAR)
 
 
@@ -177,7 +177,7 @@ def fill(work):
         if op.points <= MOST_NEAR:
             set_coupling(work, note, op)
         set_answers(work, note, op)
-        place += DOUBLE * words_of(work, note, op)
+        place += DOUBLE * operator_words(work, note, op)
     return np.int64(DONE)
 
 
@@ -188,7 +188,7 @@ def blocks(n):
 
 
 @jit
-def number(work, first, k):
+def list_value(work, first, k):
     """Number `k` of the list that begins at `first`."""
     return floats_at(work.numbers + DOUBLE * (first + k), 1)[0]
 
@@ -202,7 +202,7 @@ def tap_rows(work, note):
 
 
 @jit
-def words_of(work, note, op):
+def operator_words(work, note, op):
     """Float64 of the rows of an operator."""
     square = op.points * op.points if op.points <= MOST_NEAR else 0
     return (COEFFICIENT_ROWS + tap_rows(work, note) + op.points) * op.padded + blocks(
@@ -329,8 +329,8 @@ def points_of(work, note):
 def grid_over(work, note):
     """The first and the last grid point over the surface."""
     step = note.length / note.grid_points
-    first = np.int64(np.ceil(number(work, note.surface, 0) / step - 1e-9))
-    last = np.int64(np.floor(number(work, note.surface, 2 * (note.surface_count - 1)) / step + 1e-9))
+    first = np.int64(np.ceil(list_value(work, note.surface, 0) / step - 1e-9))
+    last = np.int64(np.floor(list_value(work, note.surface, 2 * (note.surface_count - 1)) / step + 1e-9))
     return max(first, 1), min(last, note.grid_points - 1)
 
 
@@ -340,8 +340,8 @@ def set_points(work, note, op):
     x, h = positions(op), heights(op)
     if note.surface_count == 0:
         for m in range(op.points):
-            x[m] = number(work, note.obstacles, 2 * m)
-            h[m] = number(work, note.obstacles, 2 * m + 1)
+            x[m] = list_value(work, note.obstacles, 2 * m)
+            h[m] = list_value(work, note.obstacles, 2 * m + 1)
         return
     step = note.length / note.grid_points
     first, _ = grid_over(work, note)
@@ -349,18 +349,18 @@ def set_points(work, note, op):
     i = 0
     for m in range(op.points):
         x[m] = (first + m) * step
-        while i < rows - 1 and number(work, table, 2 * (i + 1)) <= x[m]:
+        while i < rows - 1 and list_value(work, table, 2 * (i + 1)) <= x[m]:
             i += 1
-        h[m] = number(work, table, 2 * i + 1)
-        if i < rows - 1 and x[m] > number(work, table, 2 * i):
-            slope = number(work, table, 2 * i + 3) - h[m]
-            slope /= number(work, table, 2 * i + 2) - number(work, table, 2 * i)
-            h[m] += slope * (x[m] - number(work, table, 2 * i))
+        h[m] = list_value(work, table, 2 * i + 1)
+        if i < rows - 1 and x[m] > list_value(work, table, 2 * i):
+            slope = list_value(work, table, 2 * i + 3) - h[m]
+            slope /= list_value(work, table, 2 * i + 2) - list_value(work, table, 2 * i)
+            h[m] += slope * (x[m] - list_value(work, table, 2 * i))
     for i in range(1, rows):  # a crown within a grid step counts there; the first place is never one
-        height = number(work, table, 2 * i + 1)
-        m = np.int64(np.rint(number(work, table, 2 * i) / step)) - first
-        beyond = i + 1 < rows and number(work, table, 2 * i + 3) > height
-        if 0 <= m < op.points and number(work, table, 2 * i - 1) <= height and not beyond:
+        height = list_value(work, table, 2 * i + 1)
+        m = np.int64(np.rint(list_value(work, table, 2 * i) / step)) - first
+        beyond = i + 1 < rows and list_value(work, table, 2 * i + 3) > height
+        if 0 <= m < op.points and list_value(work, table, 2 * i - 1) <= height and not beyond:
             h[m] = max(h[m], height)
     for m in range(op.points):
         h[m] = min(h[m], 0.0)
@@ -464,7 +464,7 @@ def set_answers(work, note, op):
     """Copies how the nut moves by a force at this stop."""
     row = floats_at(op.answers, 2 * op.answering)
     for k in range(2 * op.answering):
-        row[k] = number(work, note.answers, k)
+        row[k] = list_value(work, note.answers, k)
 
 
 # Taps
@@ -480,12 +480,12 @@ def set_taps(work, note, op):
         elif work.taps == SENSORS:
             fade = faded(work.rate, coefficient(op, OMEGA)[k], coefficient(op, SIGMA)[k])
             for i in range(2):
-                tap(op, 2 * i)[k] = shape_at(note, number(work, note.taps, i), k + 1) * fade
+                tap_weights(op, 2 * i)[k] = shape_at(note, list_value(work, note.taps, i), k + 1) * fade
         else:
             set_sampled(work, note, op, k)
     op.tap_modes = 0
     for row in range(rows):
-        weight = tap(op, row)
+        weight = tap_weights(op, row)
         for k in range(op.tap_modes, op.modes):
             if weight[k] != 0.0:
                 op.tap_modes = k + 1
@@ -509,9 +509,9 @@ def set_pickups(work, note, op, k, rows):
     if fade == 0.0:
         return
     for i in range(rows):
-        x, aperture = number(work, note.taps, 2 * i), number(work, note.taps, 2 * i + 1)
+        x, aperture = list_value(work, note.taps, 2 * i), list_value(work, note.taps, 2 * i + 1)
         wide = (k + 1) * (np.pi / note.length) * aperture
-        tap(op, i)[k] = shape_at(note, x, k + 1) * exp(-(wide * wide) / 24) * fade
+        tap_weights(op, i)[k] = shape_at(note, x, k + 1) * exp(-(wide * wide) / 24) * fade
 
 
 @jit
@@ -520,10 +520,10 @@ def set_sampled(work, note, op, k):
     w, s, es = coefficient(op, OMEGA)[k], coefficient(op, SIGMA)[k], coefficient(op, KAPPA)[k]
     es *= w
     for i in range(2):
-        weight = shape_at(note, number(work, note.taps, i), k + 1)
+        weight = shape_at(note, list_value(work, note.taps, i), k + 1)
         for phase in range(work.denominator):
             ahead = (-phase * work.numerator) % work.denominator / work.denominator / work.contact_rate  # s
             grown = exp(s * ahead) * weight
             row = 2 * (i * work.denominator + phase)
-            tap(op, row)[k] = grown * cos(w * ahead)
-            tap(op, row + 1)[k] = -grown * sin(w * ahead) / es
+            tap_weights(op, row)[k] = grown * cos(w * ahead)
+            tap_weights(op, row + 1)[k] = -grown * sin(w * ahead) / es

@@ -104,9 +104,9 @@ WORK = on_lines(
         _row("force"),
         _row("force_before"),
         _row("pending"),  # forces that the next pass over the modes adds
-        _row("next_look", "i8"),  # fine step at which a point near is looked at again ...
-        _row("last_look", "i8"),  # ... and was last ...
-        _row("streak", "i8"),  # ... in so many steps in a row
+        _row("next_watch", "i8"),  # fine step at which a near point is watched again ...
+        _row("last_watched", "i8"),  # ... and was last ...
+        _row("watched_steps", "i8"),  # ... and for how many steps in a row
         ("coupling", "f8", (MOST_NEAR, MOST_NEAR)),  # W between contact points over frets
         ("solver", SOLVER),
     ]
@@ -207,15 +207,12 @@ SLOT = on_lines(
     [
         ("on", "i8"),  # 0 silent, 1 sounding
         ("moving", "i8"),  # the stop moves: contact is off
-        ("between", "i8"),  # 1: it plays with the string's own operator, of a length between two frets (glide.py)
+        ("between", "i8"),  # 1: a glide: it uses string.between, an operator of a length between two frets (glide.py)
         ("sunk", "i8"),  # some obstacles are below their heights
         ("stop_u", STOP),
         ("stop_v", STOP),
-        (
-            "offset",
-            "f8",
-        ),  # m at the stop: what is heard of the line that the string rested on before ...
-        ("offset_speed", "f8"),  # ... and how fast that goes, m/s
+        ("offset", "f8"),  # m at the stop, of the old rest line from the new one, as far as it is not faded out yet ...
+        ("offset_speed", "f8"),  # ... and its speed, m/s
         ("fret", "i8"),
         ("active", "i8"),  # modes of u not known to be dead, whole BLOCKs
         ("v_ready", "i8"),  # v has its working set ready ...
@@ -235,10 +232,10 @@ SLOT = on_lines(
         ("v", WORK),
         # workspace of one frame: lists of contact points
         _row("suspects", "i8"),  # that may touch within the frame
-        _row("looked", "i8"),  # whose clearance at the end of the frame is known
+        _row("checked", "i8"),  # whose clearance at the end of the frame is known
         _row("near", "i8"),  # that may touch within a part of the frame
-        _row("seen", "i8"),  # looked at in this fine step ...
-        _row("rubbing", "i8"),  # ... and in v
+        _row("watched", "i8"),  # looked at in this fine step ...
+        _row("friction_points", "i8"),  # ... and in v
         ("coupled", "i8"),  # what u.coupling holds for: the address of W ...
         ("coupled_ratio", "f8"),  # ... and `ratio`
         # of the fingers that touch: made of their places when these change
@@ -289,7 +286,7 @@ VOICE = np.dtype(
         ("saddle", "f8", (4,)),  # m, distance of each pickup or sensor from the saddle
         ("bend", "f8"),  # frequency ratio wanted ...
         ("tuned", "f8"),  # ... and the one it has got to
-        ("turn", "i8"),  # frames by which this string follows a bend before the others
+        ("turn", "i8"),  # frames, phase of this string in the round in which strings follow a bend
         ("stretch", "f8"),  # N/m, by which tension grows with the integral of the squared slope; 0: it is constant
         ("depth", "f8"),  # semitones, of the vibrato, ...
         ("depth_wanted", "f8"),  # ... where that goes, ...
@@ -314,7 +311,7 @@ VOICE = np.dtype(
         ("log", "i8"),  # address of int64 pairs (fine step, point), one a contact begun ...
         ("log_room", "i8"),  # ... and how many there is room for
         ("logged", "i8"),  # contacts begun, also beyond the log's length
-        ("weakened", "i8"),  # times that the motion was scaled back to what a string bears (slot.weaken)
+        ("weakened", "i8"),  # times that the motion was scaled back to what a string bears (slot.limit_motion)
         ("pickups", "i8"),  # 0: the displacement itself
         ("held", "f8", (4,)),  # displacement at each of the shape the finger holds
         ("held_across", "f8", (4,)),  # the same of v

@@ -16,15 +16,15 @@ FOR_EVER = 1 << 60  # a fine step
 # (hard, near the bridge), a string stopped at a higher fret 4.8; the narrow pulse of a thumb more.
 SAFETY, SAFETY_HANDED, SAFETY_STRUCK = 5.0, 6.5, 10.0
 SLACK = 0.02  # m/s
-HOUSEKEEPING = 64  # frames between looks for dead modes
-STEEPEST = 0.1  # root mean square velocity over wave speed that a string bears: no playing reaches a third of it
+REST_EVERY = 64  # frames between looks for dead modes
+STEEPEST = 0.1  # rms velocity over wave speed above which a motion is scaled back: no playing reaches a third of it
 
 
 @jit
 def load(slot, op, step):
     """Makes the silent `slot` ready to play operator `op`."""
     modal.take_coefficients(slot.u, op)
-    modal.clear(slot.u, op.padded)
+    modal.clear_motion(slot.u, op.padded)
     slot.ratio = 1.0
     slot.heard = op.tap_modes
     slot.v_ready = 0
@@ -38,11 +38,11 @@ def load(slot, op, step):
     rest_stop(slot.stop_v)
     slot.offset = 0.0
     slot.offset_speed = 0.0
-    take_heights(slot, op)
+    reset_obstacles(slot, op)
     slot.hand = 1.0
-    take_thumb_away(slot)
-    forget_contact(slot.u, op)
-    disturb(slot, op, step)
+    remove_thumb(slot)
+    invalidate_contact(slot.u, op)
+    wake_slot(slot, op, step)
 
 
 @jit
@@ -50,11 +50,11 @@ def load_tuned(slot, op, voice):
     """Makes the silent slot ready for operator `op`, in tune with the bend."""
     load(slot, op, voice.step)
     if voice.tuned != 1.0:
-        bend(slot, op, voice.tuned, highest(voice))
+        tune_slot(slot, op, voice.tuned, highest_frequency(voice))
 
 
 @jit
-def highest(voice):
+def highest_frequency(voice):
     """Highest frequency (rad/s) that the audio rate carries: what a bend takes above is left out."""
     return 2 * np.pi * FADE_TO * voice.rate
 
@@ -67,41 +67,41 @@ def rest_stop(stop):
 
 
 @jit
-def take_heights(slot, op):
+def reset_obstacles(slot, op):
     """Gives the obstacles the operator's heights."""
-    modal.copy(slot.u.height, heights(op), op.points)
+    modal.copy_row(slot.u.height, heights(op), op.points)
     slot.sunk = 0
 
 
 @jit
-def take_thumb_away(slot):
+def remove_thumb(slot):
     """Takes the mass that strikes the string away from it, wherever it is."""
     slot.thumb.on = NONE
 
 
 @jit
-def forget_contact(w, op):
-    """Marks what fine steps left at the contact points of a polarisation as out of date."""
+def invalidate_contact(w, op):
+    """Marks the penetrations at the contact points of a polarisation as unknown."""
     for m in range(op.points):
         w.solved_at[m] = UNKNOWN
 
 
 @jit
-def open_v(slot, op):
+def wake_v(slot, op):
     """Makes the second polarisation ready to move, where it is not."""
     if slot.v_ready:
         return
     modal.take_coefficients(slot.v, op)
-    modal.clear(slot.v, op.padded)
-    forget_contact(slot.v, op)
+    modal.clear_motion(slot.v, op.padded)
+    invalidate_contact(slot.v, op)
     if slot.ratio != 1.0:
         modal.retune(slot.v, op, slot.ratio)
     slot.v_ready = 1
 
 
 @jit
-def disturb(slot, op, step):
-    """After an event at `step`: every point needs a look, all modes may sound."""
+def wake_slot(slot, op, step):
+    """Makes all modes active and all contact points due after an event at `step`."""
     u = slot.u
     if slot.on:
         slot.active = op.padded
@@ -133,7 +133,7 @@ def rms_velocity_with_answers(slot, op, n):
 
 
 @jit
-def bend(slot, op, ratio, most):
+def tune_slot(slot, op, ratio, most):
     """Tunes the slot to `ratio` times the operator's frequencies without a jump of displacement or velocity.
 
     Modes that get above `most` (rad/s) are not heard any more.
@@ -152,11 +152,11 @@ def bend(slot, op, ratio, most):
 def change_operator(slot, old, op):
     """Makes the sounding slot go on with `op`, untuned, in place of `old`."""
     modal.change_coefficients(slot.u, old, op)
-    take_heights(slot, op)
-    forget_contact(slot.u, op)
+    reset_obstacles(slot, op)
+    invalidate_contact(slot.u, op)
     if slot.v_ready:
         modal.change_coefficients(slot.v, old, op)
-        forget_contact(slot.v, op)
+        invalidate_contact(slot.v, op)
         slot.v_active = op.padded
     slot.ratio = 1.0
     slot.heard = op.tap_modes
@@ -164,16 +164,16 @@ def change_operator(slot, old, op):
 
 
 @jit
-def weaken(slot, op, factor):
-    """Scales a motion back to what a string bears; ends one that is NaN."""
+def limit_motion(slot, op, factor):
+    """Scales the motion by `factor`, the limit over its steepness; silences the slot where that is NaN."""
     if factor > 0.0:
         modal.scale(slot.u, factor, slot.active)
         modal.scale(slot.v, factor, slot.v_active)
-        forget_contact(slot.u, op)
-        forget_contact(slot.v, op)
+        invalidate_contact(slot.u, op)
+        invalidate_contact(slot.v, op)
     else:
-        modal.clear(slot.u, op.padded)
-        modal.clear(slot.v, op.padded)
+        modal.clear_motion(slot.u, op.padded)
+        modal.clear_motion(slot.v, op.padded)
         slot.active = 0
         slot.v_active = 0
         slot.on = 0
@@ -189,12 +189,15 @@ def steepness(w, op, n):
 
 
 @jit
-def keep_house(slot, op, voice):
-    """Drops dead modes, and finds out whether a contact is still possible. At fixed frame numbers only."""
+def rest_slot(slot, op, voice):
+    """Drops dead modes, limits the motion, and marks the string as quiet if it cannot touch any more.
+
+    Called every HOUSEKEEPING frames.
+    """
     u, step = slot.u, voice.step
-    slot.active = modal.living(u, slot.active)
+    slot.active = modal.drop_dead_modes(u, slot.active)
     if slot.v_active:
-        slot.v_active = modal.living(slot.v, slot.v_active)
+        slot.v_active = modal.drop_dead_modes(slot.v, slot.v_active)
     if slot.active == 0 and slot.v_active == 0:
         slot.on = 0
         return
@@ -202,7 +205,7 @@ def keep_house(slot, op, voice):
     if slot.v_active:
         steepest = max(steepest, steepness(slot.v, op, slot.v_active))
     if not steepest < STEEPEST:
-        weaken(slot, op, STEEPEST / steepest)
+        limit_motion(slot, op, STEEPEST / steepest)
         voice.weakened += 1
         return
     if op.points == 0 or slot.moving or slot.quiet > step:

@@ -20,17 +20,17 @@ from livebass.kernels.machine.elementary import exp
 from livebass.kernels.string import modal
 from livebass.kernels.string.operators import heights, shape
 from livebass.kernels.string.records import UNKNOWN
-from livebass.kernels.string.slot import disturb, forget_contact
+from livebass.kernels.string.slot import invalidate_contact, wake_slot
 
-SHORTEST, LONGEST = 0.25e-3, 32e-3  # s of a hammering finger's way to the fret: one that takes longer is made faster
+SHORTEST, LONGEST = 0.25e-3, 32e-3  # s, limits of the time that a hammering finger takes to the fret
 ROOM = 2e-6  # m, between the string and an obstacle it has been freed from
-GENTLE = 4e-3  # s in which a finger that does not hammer gets there
-SETTLING = 1e-3  # s, time constant of the change from one line of rest to another, as it is heard
-NEAREST = 1e-9  # m: no way at all
+GENTLE = 4e-3  # s that a finger takes that does not hammer
+SETTLING = 1e-3  # s, time constant with which the step between two rest lines (at two frets) is faded out in the signal
+NEAREST = 1e-9  # m: closer than this to rest, the end is at rest
 
 
 @jit
-def begin(stop, place, speed, finger, voice):
+def begin_path(stop, place, speed, finger, voice):
     """Begins the path of a string's end from `place` (m) and `speed` (m/s) to rest.
 
     A finger takes it there and arrives at `finger` m/s; with 0 it comes to rest gently, within GENTLE seconds.
@@ -49,8 +49,8 @@ def begin(stop, place, speed, finger, voice):
 
 
 @jit
-def copy(to, stop):
-    """Puts an end on the path of another."""
+def copy_stop(to, stop):
+    """Copies the state of one end to another."""
     to.place = stop.place
     to.speed = stop.speed
     to.first = stop.first
@@ -74,8 +74,8 @@ def next_speed(stop, h):
 
 
 @jit
-def step(stop, w, op, h, n):
-    """Moves the end on by the frame that is over, and kicks the modes where its speed changes; True: it is at rest."""
+def advance_end(stop, w, op, h, n):
+    """Moves the end by one frame, and kicks the modes where its speed changes; returns True once it is at rest."""
     stop.place += stop.speed * h
     if abs(stop.place) < NEAREST:
         stop.place = 0.0
@@ -87,23 +87,23 @@ def step(stop, w, op, h, n):
 
 
 @jit
-def advance(slot, op, h, after):
-    """Moves the stop on by the frame of `h` s that ended at fine step `after`; contact goes on once it is at rest."""
-    done = step(slot.stop_u, slot.u, op, h, op.modes)
+def advance_stop(slot, op, h, after):
+    """Moves the stop by a frame of `h` s, which ended at fine step `after`; once at rest, contact is on again."""
+    done = advance_end(slot.stop_u, slot.u, op, h, op.modes)
     slot.active = op.padded
     if slot.v_ready:
-        done = step(slot.stop_v, slot.v, op, h, op.modes) and done
+        done = advance_end(slot.stop_v, slot.v, op, h, op.modes) and done
         slot.v_active = op.padded
     if done:
         slot.moving = 0
-        sink(slot, op)
-        forget_contact(slot.v, op)
-        disturb(slot, op, after)
+        lower_obstacles(slot, op)
+        invalidate_contact(slot.v, op)
+        wake_slot(slot, op, after)
 
 
 @jit
-def settle(slot, rate):
-    """Lets what is heard of the former line of rest go, critically damped, by a frame."""
+def fade_offset(slot, rate):
+    """Fades out the offset between the old and the new rest line over about 1 ms, critically damped; one frame."""
     pole = exp(-1.0 / (SETTLING * rate))
     toward = slot.offset_speed + slot.offset / SETTLING
     slot.offset = pole * (slot.offset + toward / rate)
@@ -114,10 +114,10 @@ def settle(slot, rate):
 
 
 @jit
-def sink(slot, op):
-    """Lowers the obstacles that the string is inside, or within ROOM of, to ROOM below it."""
+def lower_obstacles(slot, op):
+    """Lowers each obstacle that the string penetrates, or is nearer to than ROOM, to ROOM below the string."""
     u, height = slot.u, heights(op)
-    forget_contact(u, op)
+    invalidate_contact(u, op)
     slot.sunk = 0
     modal.keep_step_before(u, slot.active)
     for m in range(op.points):
@@ -129,8 +129,8 @@ def sink(slot, op):
 
 
 @jit
-def rise(slot, op, after):
-    """Lets lowered obstacles rise by half of what the string is clear of them at fine step `after`."""
+def raise_obstacles(slot, op, after):
+    """Raises each lowered obstacle by half of its clearance at fine step `after`."""
     u, height = slot.u, heights(op)
     left = np.int64(0)
     modal.keep_step_before(u, slot.active)
@@ -146,4 +146,4 @@ def rise(slot, op, after):
         if u.height[m] != height[m]:
             left += 1
     slot.sunk = left
-    disturb(slot, op, after)
+    wake_slot(slot, op, after)

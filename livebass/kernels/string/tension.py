@@ -15,7 +15,7 @@ import numpy as np
 from livebass.compiling import jit
 from livebass.kernels.string import modal
 from livebass.kernels.string.records import BLOCK
-from livebass.kernels.string.touch import mass
+from livebass.kernels.string.touch import linear_density
 
 MOST = 0.2  # of the tension, by which it grows
 MOST_TURN, FEW = 2.0, 8  # rad a frame, and modes, of a string in vibrato
@@ -34,15 +34,15 @@ def modes_below(slot, op, h, turn, most):
 
 
 @jit
-def pull(voice, slot, op, h):
-    """Lets the tension of the motion act on the slot for a frame of `h` s."""
+def tighten_by_motion(voice, slot, op, h):
+    """Applies the tension that the motion adds to the slot, for a frame of `h` s."""
     n = modes_below(slot, op, h, 1.0, slot.active)
     if n <= 0:
         return
     k1 = np.pi / op.length
     across = min(n, slot.v_active)
     total = k1 * k1 * (modal.slope_square(slot.u, n) + modal.slope_square(slot.v, across))
-    mu = mass(op)
+    mu = linear_density(op)
     more = min(voice.stretch * total, MOST * mu * op.speed * op.speed)
     push = h * more / mu * k1 * k1
     modal.tighten(slot.u, push, n)
@@ -50,8 +50,8 @@ def pull(voice, slot, op, h):
 
 
 @jit
-def waver(slot, op, h, tighter):
-    """Lets the hand pull a string in vibrato tighter by the part `tighter` of its tension, for a frame of `h` s.
+def tighten_by_vibrato(slot, op, h, tighter):
+    """Raises the tension by the part `tighter`, as a hand in vibrato does, for a frame of `h` s.
 
     Only modes that the audio rate carries take part, and no more than turn by MOST_TURN a frame.
     """

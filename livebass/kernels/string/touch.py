@@ -28,7 +28,7 @@ from livebass.kernels.machine.elementary import exp, sin
 from livebass.kernels.string import modal
 from livebass.kernels.string.operators import KAPPA, coefficient
 from livebass.kernels.string.records import BLOCK, DASHPOTS, TOUCHES
-from livebass.kernels.string.slot import SAFETY_STRUCK, disturb
+from livebass.kernels.string.slot import SAFETY_STRUCK, wake_slot
 
 NARROWEST, HIGHEST = 4.5, 8e3  # of k a; Hz: what dashpots move
 ASIDE, PART = (0.0, np.sqrt(3.0), -np.sqrt(3.0)), (2 / 3, 1 / 6, 1 / 6)  # of a; of R: where they are, how strong
@@ -37,7 +37,7 @@ STAYS = -1  # in place of the frames until a finger lifts
 
 
 @jit
-def lay(voice, i, place, resistance, width, seconds, landing):
+def begin_touch(voice, i, place, resistance, width, seconds, landing):
     """Lays finger `i` on the string at `place` (m from the saddle); it lifts after `seconds`, 0: it stays.
 
     `resistance` is in N s/m, `width`, half of it, in m, `landing` in s. With no resistance the finger lifts now, within
@@ -45,7 +45,7 @@ def lay(voice, i, place, resistance, width, seconds, landing):
     """
     t = voice.touches[i]
     if resistance <= 0.0:
-        lift(voice, i, seconds if seconds > 0.0 else LIFTING)
+        lift_touch(voice, i, seconds if seconds > 0.0 else LIFTING)
         return
     if place != t.place or width != t.width:
         t.resistance = 0.0  # another place: it lands anew
@@ -57,15 +57,15 @@ def lay(voice, i, place, resistance, width, seconds, landing):
 
 
 @jit
-def ease(voice, i, resistance, seconds):
-    """Has finger `i` begin with another `resistance`, and come to the wanted one in `seconds`."""
+def ramp_touch(voice, i, resistance, seconds):
+    """Sets the `resistance` of finger `i`, and ramps it to the wanted one in `seconds`."""
     t = voice.touches[i]
     t.resistance = resistance
     t.ramp = abs(resistance - t.wanted) / max(seconds * voice.rate, 1.0)
 
 
 @jit
-def forget(voice):
+def clear_touches(voice):
     """Takes all fingers away from a string at rest."""
     for i in range(TOUCHES):
         t = voice.touches[i]
@@ -75,7 +75,7 @@ def forget(voice):
 
 
 @jit
-def lift(voice, i, seconds):
+def lift_touch(voice, i, seconds):
     """Lifts finger `i` within `seconds`."""
     t = voice.touches[i]
     t.wanted = 0.0
@@ -84,22 +84,22 @@ def lift(voice, i, seconds):
 
 
 @jit
-def lift_all(voice, seconds):
+def lift_touches(voice, seconds):
     """Lifts all fingers within `seconds`."""
     for i in range(TOUCHES):
-        lift(voice, i, seconds)
+        lift_touch(voice, i, seconds)
 
 
 @jit
-def land(voice, slot, op):
-    """After fingers have landed: what they leave of the motion may be a narrow pulse, more peaked than a pluck."""
+def note_landing(voice, slot, op):
+    """Widens the slot's safety factor: landing fingers may leave a pulse more peaked than a pluck."""
     slot.safety = SAFETY_STRUCK
-    disturb(slot, op, voice.step)
+    wake_slot(slot, op, voice.step)
 
 
 @jit
-def follow(t, rate):
-    """Moves the resistance of a finger on by a frame."""
+def follow_ramp(t, rate):
+    """Ramps the resistance of a finger by one frame."""
     if t.lifts > 0:
         t.lifts -= 1
         if t.lifts == 0:
@@ -127,8 +127,8 @@ def modes_under(op, width):
 
 
 @jit
-def take_place(slot, op, i, t):
-    """Makes the mode shapes at the dashpots of finger `i`, where its place has changed."""
+def place_dashpots(slot, op, i, t):
+    """Computes the mode shapes at the dashpots of finger `i`, if its place, its width or the operator has changed."""
     key, kappa = slot.touch_key[i], coefficient(op, KAPPA)
     if key[0] == t.place and key[1] == t.width and key[2] == op.coefficients:
         return
@@ -144,17 +144,17 @@ def take_place(slot, op, i, t):
         x = min(max(op.length - place, 0.0), op.length)  # beyond the ends of the string there is nothing to move
         shape = shapes[d]
         for j in range(n):
-            shape[j] = np.sqrt(2 / op.length) * sin(modal.number(j) * k1 * x) * kappa[j] / op.fine
+            shape[j] = np.sqrt(2 / op.length) * sin(modal.mode_number(j) * k1 * x) * kappa[j] / op.fine
         for j in range(op.modes, n):
             shape[j] = 0.0
-        squares[d] = modal.product(shape, shape, n)
-    products[0] = modal.product(shapes[0], shapes[1], n)
-    products[1] = modal.product(shapes[0], shapes[2], n)
-    products[2] = modal.product(shapes[1], shapes[2], n)
+        squares[d] = modal.dot(shape, shape, n)
+    products[0] = modal.dot(shapes[0], shapes[1], n)
+    products[1] = modal.dot(shapes[0], shapes[2], n)
+    products[2] = modal.dot(shapes[1], shapes[2], n)
 
 
 @jit
-def strength(t, d, square, over_mass):
+def dashpot_factor(t, d, square, over_mass):
     """c of dashpot `d` of a finger whose mode shapes have that `square` (1/m); `over_mass`: h / mu (s m/kg)."""
     _, resistance = dashpot(t, d)
     r = resistance * over_mass
@@ -162,42 +162,42 @@ def strength(t, d, square, over_mass):
 
 
 @jit
-def mass(op):
+def linear_density(op):
     """Linear density, kg/m."""
     return op.fine * op.fine / op.weight
 
 
 @jit
-def impedance(op):
+def characteristic_impedance(op):
     """mu c, kg/s."""
-    return mass(op) * op.speed
+    return linear_density(op) * op.speed
 
 
 @jit
-def damp(voice, slot, op):
-    """Lets the fingers damp the slot for one frame, after it has moved."""
-    over_mass = op.steps * op.fine / mass(op)
+def damp_by_touches(voice, slot, op):
+    """Damps the slot by all fingers for one frame, after it has moved."""
+    over_mass = op.steps * op.fine / linear_density(op)
     all_over = 0.0
     above: Any = np.int64(0)
     for i in range(TOUCHES):
         t = voice.touches[i]
         if t.resistance == 0.0 and t.wanted == 0.0:
             continue
-        follow(t, voice.rate)
+        follow_ramp(t, voice.rate)
         if t.resistance == 0.0 or slot.active + slot.v_active == 0:
             continue
-        take_place(slot, op, i, t)
+        place_dashpots(slot, op, i, t)
         shapes, squares, products = slot.touch_shape[i], slot.touch_square[i], slot.touch_product[i]
         n = slot.touch_modes[i]
         c = (
-            strength(t, 0, squares[0], over_mass), strength(t, 1, squares[1], over_mass),
-            strength(t, 2, squares[2], over_mass),
+            dashpot_factor(t, 0, squares[0], over_mass), dashpot_factor(t, 1, squares[1], over_mass),
+            dashpot_factor(t, 2, squares[2], over_mass),
         )  # fmt: skip
         if slot.active > 0:
-            modal.touch(slot.u, shapes, products, c, n)
+            modal.apply_dashpots(slot.u, shapes, products, c, n)
             slot.active = max(slot.active, n)
         if slot.v_active > 0:
-            modal.touch(slot.v, shapes, products, c, n)
+            modal.apply_dashpots(slot.v, shapes, products, c, n)
             slot.v_active = max(slot.v_active, n)
         all_over += t.resistance
         above = max(above, n)

@@ -14,9 +14,9 @@ from livebass.compiling import entry, inlined, jit
 from livebass.kernels import voice
 from livebass.kernels.bass.records import SAVES, SOUND_RING, VOICE_WORDS, bass_at
 from livebass.kernels.machine.native import call_4, record_address, words_at
-from livebass.kernels.string.modal import clear, copy
+from livebass.kernels.string.modal import clear_motion, copy_row
 from livebass.kernels.string.records import GROUP_ROOM, MOST_NEAR, SLOT_STATE, VOICE_SLOTS
-from livebass.kernels.string.slot import forget_contact
+from livebass.kernels.string.slot import invalidate_contact
 from livebass.live.thread.records import (
     SAVE_EVERY,
     ahead_of,
@@ -39,18 +39,18 @@ def save(b, i):
     a.saved += 1
     a.first = max(a.first, a.saved - SAVES)
     a.frame[place] = string.voice.frame
-    copy(saved_voice(a, place), words_at(record_address(string.voice), VOICE_WORDS), VOICE_WORDS)
+    copy_row(saved_voice(a, place), words_at(record_address(string.voice), VOICE_WORDS), VOICE_WORDS)
     for k in range(VOICE_SLOTS):
         slot = string.slots[k]
-        copy(saved_slot(a, place, k), words_at(record_address(slot), SLOT_STATE), SLOT_STATE)
+        copy_row(saved_slot(a, place, k), words_at(record_address(slot), SLOT_STATE), SLOT_STATE)
         if slot.on:
             move_u(save_row, saved_motion(a, place, k, 0), slot, operator_of(b, i, slot.fret))
             if slot.v_active > 0:
                 move_v(save_row, saved_motion(a, place, k, 1), slot, operator_of(b, i, slot.fret))
     if string.voice.answering:
         n = string.answers.count
-        copy(saved_answers(a, place, 0), string.answers.q, n)
-        copy(saved_answers(a, place, 1), string.answers.y, n)
+        copy_row(saved_answers(a, place, 0), string.answers.q, n)
+        copy_row(saved_answers(a, place, 1), string.answers.y, n)
 
 
 @jit
@@ -64,19 +64,19 @@ def go_back(b, i, frame):
         return
     place = last % SAVES
     a.saved = last + 1
-    copy(words_at(record_address(string.voice), VOICE_WORDS), saved_voice(a, place), VOICE_WORDS)
+    copy_row(words_at(record_address(string.voice), VOICE_WORDS), saved_voice(a, place), VOICE_WORDS)
     for k in range(VOICE_SLOTS):
         slot = string.slots[k]
-        copy(words_at(record_address(slot), SLOT_STATE), saved_slot(a, place, k), SLOT_STATE)
+        copy_row(words_at(record_address(slot), SLOT_STATE), saved_slot(a, place, k), SLOT_STATE)
         if slot.on:
             op = operator_of(b, i, slot.fret)
-            clear(slot.u, op.padded)
-            clear(slot.v, op.padded)
+            clear_motion(slot.u, op.padded)
+            clear_motion(slot.v, op.padded)
             move_u(restore_row, saved_motion(a, place, k, 0), slot, op)
             if slot.v_active > 0:
                 move_v(restore_row, saved_motion(a, place, k, 1), slot, op)
             else:  # it had not moved yet: nothing was saved of it
-                forget_contact(slot.v, op)
+                invalidate_contact(slot.v, op)
     n, answers = string.answers.count, string.voice.answering
     for g in range(n):
         string.answers.q[g] = saved_answers(a, place, 0)[g] if answers else 0.0
@@ -92,13 +92,13 @@ def operator_of(b, i, fret):
 # What is saved of a polarisation, and restored, row after row; `at` is the place of the next one in `memory`.
 @jit
 def save_row(memory, at, row, n):
-    copy(memory[at : at + n], row, n)
+    copy_row(memory[at : at + n], row, n)
     return at + n
 
 
 @jit
 def restore_row(memory, at, row, n):
-    copy(row, memory[at : at + n], n)
+    copy_row(row, memory[at : at + n], n)
     return at + n
 
 

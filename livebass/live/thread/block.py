@@ -66,7 +66,7 @@ from livebass.live.thread.ring import (
     controller_of,
     next_frame,
     pop,
-    push,
+    push_midi,
     push_sound,
     unpack,
 )
@@ -80,7 +80,7 @@ SAMPLE = 4  # bytes of a float32
 def keep_message(synth, frame, status, first, second):
     """Hands a message that is played to the recorder, if there is one."""
     played = load_acquire(record_address(synth) + PLAYED_RING)
-    if played != 0 and not push(played, synth.played_size, frame, status, first, second):
+    if played != 0 and not push_midi(played, synth.played_size, frame, status, first, second):
         synth.played_lost += 1
 
 
@@ -106,8 +106,8 @@ def performer_for(b, frame):
 
 
 @jit
-def know_gains(synth, until):
-    """Lets the gain go on towards its target, up to frame `until` of this chunk."""
+def extend_gains(synth, until):
+    """Computes the ramp of the gain up to frame `until` of this chunk."""
     gain = synth.gain
     for j in range(synth.gains_known, until):
         gain += GAIN_POLE * (synth.gain_target - gain)
@@ -126,7 +126,7 @@ def play_event(synth, b, frame, word, value):
             keep_message(synth, frame, 0xB0 | (word >> CHANNEL_BIT) & 0x0F, LEARNED + number, controller)
         synth.parameters[number] = parameters.within_limits(number, value)
         if number == GAIN_DB:
-            know_gains(synth, frame - synth.frame)
+            extend_gains(synth, frame - synth.frame)
             set_gain(synth, synth.parameters[number])
             if frame == 0:
                 synth.gain = synth.gain_target
@@ -184,7 +184,7 @@ def take_controllers(b, old):
     p = performer_of(b)
     controls.take_over(p, performer_of(old))
     for i in range(b.strings):
-        instrument.settle(string_of(b, i).voice, p, i)
+        instrument.set_controls(string_of(b, i).voice, p, i)
 
 
 @entry("void(int64, int64)")
@@ -263,7 +263,7 @@ def mix_strings(synth, b, out, n, fade, whole):
                 used += 1
         v = string_of(b, i).voice
         if v.still and v.frame == start and used == 0:
-            voice.pass_over(v, start + n)
+            voice.skip_to(v, start + n)
             continue
         ahead.play_to(b, i, start + n, used)
         sound = sound_of(ahead_of(b, i))
@@ -290,7 +290,7 @@ def render_chunk(synth, out, n):
     if synth.bass != 0:
         b = bass_at(synth.bass)
         collect_events(synth, b, n)
-        know_gains(synth, n)
+        extend_gains(synth, n)
         mix_strings(synth, b, out, n, np.int64(RINGING), np.int64(1))
     if synth.old_bass != 0:
         mix_strings(synth, bass_at(synth.old_bass), out, n, synth.fade_left, fade_frames(synth))
@@ -299,7 +299,7 @@ def render_chunk(synth, out, n):
         if synth.fade_left == 0 or is_silent(bass_at(synth.old_bass), synth.frame + n):
             store_release(record_address(synth) + FADED_BASS, synth.old_bass)
             synth.old_bass = 0
-    know_gains(synth, n)
+    extend_gains(synth, n)
     most = synth.peak
     for j in range(n):
         level = abs(np.float64(out[j]))
@@ -418,7 +418,7 @@ def is_still(address):
 
 
 @entry("void(int64)")
-def stay(address):
+def return_to_clock(address):
     """C function: takes all strings of the synth at `address` back to the clock and to their fine operators.
 
     What it plays from then on, without a clock, is what it plays without one from the start. [audio thread]

@@ -17,9 +17,9 @@ from livebass.kernels.machine.native import (
     status_from,
 )
 from livebass.kernels.player.performer import MOST_STRINGS
-from livebass.live.thread.desk import add_clicks, desk_at, hear_controller, play_score
+from livebass.live.thread.desk import add_clicks, desk_at, note_controller, play_score
 from livebass.live.thread.records import CHUNK, field_offset, synth_at
-from livebass.live.thread.ring import push
+from livebass.live.thread.ring import push_midi
 
 OUTPUT_UNDERFLOW = 4  # paOutputUnderflow
 MOST_CHANNELS = 2
@@ -140,9 +140,9 @@ def read_midi(data, n):
         frame = synth.frame + (event[0] & 0xFFFFFFFF)
         if data.desk != 0 and status & 0xF0 == 0xB0:
             ring, room = synth.midi_ring[2], synth.midi_ring_size[2]
-            if hear_controller(desk_at(data.desk), ring, room, frame, status & 0x0F, first, second):
+            if note_controller(desk_at(data.desk), ring, room, frame, status & 0x0F, first, second):
                 continue
-        push(synth.midi_ring[2], synth.midi_ring_size[2], frame, status, first, second)
+        push_midi(synth.midi_ring[2], synth.midi_ring_size[2], frame, status, first, second)
 
 
 @entry("int32(uint32, voidptr)")

@@ -15,7 +15,7 @@ from livebass.kernels.player.controls import PEDAL
 from livebass.kernels.player.parameters import value_at
 from livebass.kernels.player.performer import CHANNELS
 from livebass.live.thread.records import field_offset
-from livebass.live.thread.ring import push, push_learned, unpack
+from livebass.live.thread.ring import push_learned, push_midi, unpack
 from livebass.techniques import CHANNEL_MODES, PARAMETERS
 
 WHEEL = CONTROLLERS  # place of the pitch bend behind the controllers
@@ -79,7 +79,7 @@ desk_at = record_at(DESK)
 
 
 @jit
-def hear_controller(desk, address, size, frame, channel, controller, value):
+def note_controller(desk, address, size, frame, channel, controller, value):
     """Notes that a controller has moved. If it is a learned one, moves its parameter at `frame`, by the ring.
 
     Returns True then: the message is not for the bass. [writing thread of the ring]
@@ -95,35 +95,35 @@ def hear_controller(desk, address, size, frame, channel, controller, value):
 
 @entry("int64(int64, int64, int64, int64, int64, int64, int64)")
 def take_controller(desk, address, size, frame, channel, controller, value):
-    """C function: `hear_controller` for the address of a DESK; returns 1 or 0."""
-    return np.int64(hear_controller(desk_at(desk), address, size, frame, channel, controller, value))
+    """C function: `note_controller` for the address of a DESK; returns 1 or 0."""
+    return np.int64(note_controller(desk_at(desk), address, size, frame, channel, controller, value))
 
 
 @jit
-def tell(synth, frame, status, first, second):
+def send_message(synth, frame, status, first, second):
     """Sends a message of the score at `frame`."""
-    push(synth.midi_ring[SCORE_RING], synth.midi_ring_size[SCORE_RING], frame, status, first, second)
+    push_midi(synth.midi_ring[SCORE_RING], synth.midi_ring_size[SCORE_RING], frame, status, first, second)
 
 
 @jit
-def let_go(desk, synth, frame):
+def release_score(desk, synth, frame):
     """Ends what the score holds: its notes, its pedal, its bend. What the player holds stays."""
     for channel in range(CHANNELS):
         for key in range(KEYS):
             if desk.held[channel, key]:
                 desk.held[channel, key] = 0
-                tell(synth, frame, 0x80 | np.int64(channel), np.int64(key), np.int64(0))
+                send_message(synth, frame, 0x80 | np.int64(channel), np.int64(key), np.int64(0))
     if desk.pedal:
         desk.pedal = 0
-        tell(synth, frame, np.int64(0xB0), np.int64(PEDAL), np.int64(0))
+        send_message(synth, frame, np.int64(0xB0), np.int64(PEDAL), np.int64(0))
     for channel in range(CHANNELS):
         if desk.bent[channel]:
             desk.bent[channel] = 0
-            tell(synth, frame, 0xE0 | np.int64(channel), np.int64(0), np.int64(64))
+            send_message(synth, frame, 0xE0 | np.int64(channel), np.int64(0), np.int64(64))
 
 
 @jit
-def watch(desk, status, first, second):
+def note_message(desk, status, first, second):
     """Keeps what a message of the score leaves on."""
     kind, channel = status & 0xF0, status & 0x0F
     if kind == 0x90 or kind == 0x80:
@@ -143,7 +143,7 @@ def is_chased(controller):
 
 
 @jit
-def tell_settings(desk, synth, low, frame):
+def send_settings(desk, synth, low, frame):
     """Sends RPNs and modes (`settings`) until the synth has those that are before message `low`.
 
     Going back, it begins with the first of them; channels mean nothing before.
@@ -154,10 +154,10 @@ def tell_settings(desk, synth, low, frame):
         wanted += 1
     if wanted < desk.told:
         desk.told = 0
-        tell(synth, frame, np.int64(0xB0), np.int64(127), np.int64(0))
+        send_message(synth, frame, np.int64(0xB0), np.int64(127), np.int64(0))
     for k in range(max(desk.told, wanted - CHASED), wanted):
         status, first, second = unpack(words[settings[k]])
-        tell(synth, frame, status, first, second)
+        send_message(synth, frame, status, first, second)
     desk.told = wanted
 
 
@@ -167,7 +167,7 @@ def go_to(desk, synth, place, frame):
 
     Program, modes and the ranges of bends; and the last value of each controller and wheel of each channel.
     """
-    let_go(desk, synth, frame)
+    release_score(desk, synth, frame)
     frames, words = words_at(desk.frames, desk.count), words_at(desk.words, desk.count)
     low: Any = np.int64(0)
     high: Any = desk.count
@@ -183,8 +183,8 @@ def go_to(desk, synth, place, frame):
     program = words_at(desk.programs, desk.count + 1)[low]
     if program >= 0 and program != desk.program:
         desk.program = program
-        tell(synth, frame, np.int64(0xC0), program, np.int64(0))
-    tell_settings(desk, synth, low, frame)
+        send_message(synth, frame, np.int64(0xC0), program, np.int64(0))
+    send_settings(desk, synth, low, frame)
     for channel in range(CHANNELS):
         for k in range(CONTROLLERS + 1):
             desk.met[channel, k] = 0
@@ -199,8 +199,8 @@ def go_to(desk, synth, place, frame):
             if again == 0:
                 desk.met[channel, slot] = k + 1
             elif desk.met[channel, slot] == k + 1:
-                watch(desk, status, first, second)
-                tell(synth, frame, status, first, second)
+                note_message(desk, status, first, second)
+                send_message(synth, frame, status, first, second)
 
 
 @jit
@@ -240,7 +240,7 @@ def play_score(desk, synth, n):
         rolling = follow_transport(desk, synth, step)
     if not rolling:
         if desk.running:
-            let_go(desk, synth, synth.frame)
+            release_score(desk, synth, synth.frame)
         desk.running = 0
         desk.due = ELSEWHERE
         return
@@ -273,9 +273,9 @@ def play_until(desk, synth, until, end):
             return
         status, first, second = unpack(words[k])
         frame = max(frame, desk.anchor_frame, synth.frame)
-        if not push(synth.midi_ring[SCORE_RING], synth.midi_ring_size[SCORE_RING], frame, status, first, second):
+        if not push_midi(synth.midi_ring[SCORE_RING], synth.midi_ring_size[SCORE_RING], frame, status, first, second):
             return  # in the next block
-        watch(desk, status, first, second)
+        note_message(desk, status, first, second)
         if desk.told < desk.setting_count and words_at(desk.settings, desk.setting_count)[desk.told] == k:
             desk.told += 1
         desk.next = k + 1

@@ -52,7 +52,7 @@ def unpack(word):
 
 
 @inlined
-def words_of(address, size):
+def ring_words(address, size):
     """The array of a ring of `size` messages."""
     return words_at(address, DATA + ENTRY * size)
 
@@ -63,7 +63,7 @@ def push_word(address, size, frame, word, value):
 
     `word` is what happens, with bits 32 to 63 of zero: they become `value`.
     """
-    words = words_of(address, size)
+    words = ring_words(address, size)
     head = words[HEAD]
     if head - load_acquire(address + WORD * TAIL) >= size:
         return False
@@ -76,15 +76,15 @@ def push_word(address, size, frame, word, value):
 
 
 @jit
-def push(address, size, frame, status, first, second):
+def push_midi(address, size, frame, status, first, second):
     """Adds a MIDI message for `frame`; returns False if the ring is full. [writing thread]"""
     return push_word(address, size, frame, pack(status, first, second), np.float32(0.0))
 
 
 @entry("int64(int64, int64, int64, int64, int64, int64)")
 def push_message(address, size, frame, status, first, second):
-    """C function: `push`; returns 1 or 0."""
-    return np.int64(push(address, size, frame, status, first, second))
+    """C function: `push_midi`; returns 1 or 0."""
+    return np.int64(push_midi(address, size, frame, status, first, second))
 
 
 @jit
@@ -116,7 +116,7 @@ def push_event(address, size, frame, kind, number, value):
 @jit
 def next_frame(address, size, empty):
     """Returns the frame of the next message, or NOW, or `empty` if there is no message. [reading thread]"""
-    words = words_of(address, size)
+    words = ring_words(address, size)
     tail = words[TAIL]
     if load_acquire(address + WORD * HEAD) == tail:
         return empty
@@ -126,7 +126,7 @@ def next_frame(address, size, empty):
 @jit
 def pop(address, size):
     """Removes the next message, which must be there; returns its word and the value in it. [reading thread]"""
-    words = words_of(address, size)
+    words = ring_words(address, size)
     tail = words[TAIL]
     place = DATA + ENTRY * (tail % size) + 1
     word, value = words[place], np.float64(samples_at(address + WORD * place, 2)[1])

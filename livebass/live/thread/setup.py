@@ -4,7 +4,7 @@ kernels/bass/setup.py makes its basses.
 """
 
 from livebass.compiling import entry, jit
-from livebass.kernels.bass.instrument import clear, lines
+from livebass.kernels.bass.instrument import clear_memory, lines
 from livebass.kernels.bass.records import WORD
 from livebass.live.thread.records import RINGS, SYNTH, synth_at
 from livebass.live.thread.ring import DATA, ENTRY
@@ -25,8 +25,8 @@ def fill_synth(address, rings, size, rate, channel, gain, process):
     `rings` is the address of their memory; `process` that of block.process. It is heard on `channel` (0-15; -1: all),
     at a linear `gain`; beyond full scale its sound is cut.
     """
-    clear(address, SYNTH_BYTES)
-    clear(rings, ring_bytes_of(size))
+    clear_memory(address, SYNTH_BYTES)
+    clear_memory(rings, ring_bytes_of(size))
     synth = synth_at(address)
     synth.process = process
     synth.rate = rate

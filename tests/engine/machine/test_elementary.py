@@ -271,7 +271,7 @@ def test_the_constants_are_those_that_are_derived() -> None:
 
 
 # What kernels may call of numpy and math: IEEE defines the result, and processors have it.
-EXACT_CALLS = {"sqrt", "floor", "ceil", "rint", "isinf", "isnan", "absolute"}
+EXACT_CALLS = {"sqrt", "floor", "ceil", "rint", "isinf", "isnan", "absolute", "minimum"}
 MODULES, ALIASES = ("math", "cmath", "numpy"), (None, "np")
 
 

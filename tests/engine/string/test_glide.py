@@ -219,7 +219,7 @@ def test_operators_may_change_while_a_finger_glides() -> None:
     load.heavy = False
     assert 3 in bass.coarse_strings
     assert 0 < np.abs(device.block(3000)).max() < 0.5
-    block.stay(synth.address)
+    block.return_to_clock(synth.address)
     assert not bass.coarse_strings
     assert 0 < np.abs(device.block(3000)).max() < 0.5
     assert not bass.engine.voices[3].slots["between"][int(bass.engine.voices[3].record["slot"][0])]

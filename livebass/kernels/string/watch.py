@@ -1,0 +1,188 @@
+"""Fine steps with contact: which near contact points are watched in each, over frets and boards alike.
+
+Eq. 12 needs a point's penetration at n - 1, n and n + 1. So a point is looked at when it could be reached, from EARLY
+steps before it could touch in every one: of a dozen frets, or a hundred points of a board, near the string some few are
+looked at in a step. frets.py and board.py solve for the forces at these, and note by `schedule` when each is next. [any
+thread]
+"""
+
+import numpy as np
+
+from livebass.compiling import inlined, jit
+from livebass.kernels.string import modal
+from livebass.kernels.string.frame import most_travel, steps_clear
+from livebass.kernels.string.operators import shape
+
+EARLY = 2  # steps that a point is looked at before it could touch
+FAR = EARLY + 2  # steps: a point that could not touch in so many is left alone for a while
+
+
+@inlined
+def take_fine_steps(slot, op, voice, near, count, steps, step, solve_friction, solve_contact):
+    """Takes `steps` fine steps from `step` on, with contact and friction solved at the `count` points in `near`.
+
+    solve_friction(slot, op, points, count) solves friction of the step just made of v, solve_contact(slot, op, voice,
+    points, count, step) contact of that of u. u.clearance is that of the points, at least, before and after.
+    """
+    u, v, watched = slot.u, slot.v, slot.watched
+    load_points(slot, op, near, count, step)
+    for _ in range(steps):
+        step += 1
+        watching = find_watched(slot, near, count, step)
+        if slot.v_active > 0:
+            friction_points = find_friction_points(slot, op, watching)
+            fine_step(v, op, slot.friction_points, friction_points, slot.v_active)
+            solve_friction(slot, op, slot.friction_points, friction_points)
+        fine_step(u, op, watched, watching, slot.active)
+        solve_contact(slot, op, voice, watched, watching, step)
+    save_points(slot, op, near, count, step)
+
+
+@jit
+def load_points(slot, op, near, count, step):
+    """Loads penetrations of the points in `near` at `step` and before, or marks them as clear for a while."""
+    u, v, travel, height = slot.u, slot.v, most_travel(slot, op), slot.u.height
+    for i in range(count):
+        m = near[i]
+        u.force[m] = 0.0
+        u.force_before[m] = 0.0
+        u.pending[m] = 0.0
+        v.force[m] = 0.0
+        v.pending[m] = 0.0
+        u.last_watched[m] = step
+        u.watched_steps[m] = 2
+        u.next_watch[m] = step + 1
+        if u.solved_at[m] != step:
+            if u.clearance[m] <= FAR * travel:
+                u.clearance[m] = modal.displacement(u, shape(op, m), slot.active) - height[m]
+            u.eta[m] = -u.clearance[m]
+            if u.clearance[m] > FAR * travel:
+                u.eta_before[m] = -u.clearance[m]
+                u.next_watch[m] = step + steps_clear(u.clearance[m], travel) - EARLY
+                u.watched_steps[m] = 0
+                continue
+            u.eta_before[m] = height[m] - modal.displacement_step_before(u, shape(op, m), slot.active)
+        if slot.v_active > 0 and v.solved_at[m] != step and u.eta[m] > -EARLY * travel:
+            v.moved[m] = modal.displacement(v, shape(op, m), slot.v_active)
+            if u.eta[m] > 0.0:
+                v.moved_before[m] = modal.displacement_step_before(v, shape(op, m), slot.v_active)
+
+
+@jit
+def find_watched(slot, near, count, step):
+    """Fills slot.watched with the points in `near` that are looked at in fine step `step`; returns how many."""
+    watching = np.int64(0)  # a constant would be a type of its own
+    for i in range(count):
+        if slot.u.next_watch[near[i]] <= step:
+            slot.watched[watching] = near[i]
+            watching += 1
+    return watching
+
+
+@jit
+def find_friction_points(slot, op, count):
+    """Fills slot.friction_points with those of the `count` points in slot.watched that sense v; returns how many.
+
+    Friction at n + 1 acts where u touches at n, and needs v at n - 1 and n: v is sensed while u could touch in EARLY
+    steps.
+    """
+    u, v, travel = slot.u, slot.v, most_travel(slot, op)
+    friction_points = np.int64(0)
+    for i in range(count):
+        m = slot.watched[i]
+        if u.eta[m] > -EARLY * travel or v.pending[m] != 0.0:
+            slot.friction_points[friction_points] = m
+            friction_points += 1
+    return friction_points
+
+
+@jit
+def fine_step(w, op, watched, count, n):
+    """Takes one fine step of `n` modes after the pending forces; w.free receives the displacements at the points."""
+    if count == 0:
+        modal.fine(w, n)
+    elif count == 1:
+        w.free[watched[0]] = modal.fine_1(w, op, watched[0], w.pending[watched[0]], n)
+    elif count == 2:
+        a, b = watched[0], watched[1]
+        w.free[a], w.free[b] = modal.fine_2(w, op, (a, b), (w.pending[a], w.pending[b]), n)
+    elif count <= 4:
+        a, b, c, d = watched[0], watched[1], watched[2], watched[count - 1]
+        forces = w.pending[a], w.pending[b], w.pending[c], w.pending[d] if count > 3 else 0.0
+        w.free[a], w.free[b], w.free[c], w.free[d] = modal.fine_4(w, op, (a, b, c, d), forces, n)
+    else:
+        fine_step_with_forces(w, op, watched, count, n)
+        read_displacements(w, op, watched, count, n)
+
+
+@jit
+def fine_step_with_forces(w, op, watched, count, n):
+    """`fine_step` without the displacements; four forces go in the same pass as the step."""
+    pending = np.int64(0)
+    a = b = c = d = np.int64(0)
+    for i in range(count):
+        m = watched[i]
+        if w.pending[m] == 0.0:
+            continue
+        if pending == 0:
+            a = b = c = d = m
+        elif pending == 1:
+            b = m
+        elif pending == 2:
+            c = m
+        elif pending == 3:
+            d = m
+        else:
+            modal.kick(w, shape(op, m), w.pending[m], n)
+        pending += 1
+    if pending == 0:
+        modal.fine(w, n)
+    elif pending <= 2:
+        modal.fine_kicked_2(w, op, (a, b), (w.pending[a], w.pending[b] if pending > 1 else 0.0), n)
+    else:
+        forces = w.pending[a], w.pending[b], w.pending[c], w.pending[d] if pending > 3 else 0.0
+        modal.fine_kicked_4(w, op, (a, b, c, d), forces, n)
+
+
+@jit
+def read_displacements(w, op, watched, count, n):
+    """Gives w.free the displacements at the points in `watched`."""
+    i = 0
+    while i + 3 < count:
+        a, b, c, d = watched[i], watched[i + 1], watched[i + 2], watched[i + 3]
+        u0, u1, u2, u3 = modal.displacement_4(w, op, (a, b, c, d), n)
+        w.free[a] = u0
+        w.free[b] = u1
+        w.free[c] = u2
+        w.free[d] = u3
+        i += 4
+    while i < count:
+        w.free[watched[i]] = modal.displacement(w, shape(op, watched[i]), n)
+        i += 1
+
+
+@jit
+def schedule(u, m, travel, step):
+    """Marks point `m` as solved in fine step `step`, and schedules the step in which it is watched next."""
+    u.watched_steps[m] = u.watched_steps[m] + 1 if u.last_watched[m] == step - 1 else 1
+    u.last_watched[m] = step
+    u.next_watch[m] = step + 1
+    if u.eta[m] < 0.0 and u.eta_before[m] <= 0.0 and u.force[m] == 0.0:
+        u.next_watch[m] = step + max(steps_clear(-u.eta[m], travel) - EARLY, 1)
+
+
+@jit
+def save_points(slot, op, near, count, step):
+    """Applies the last step's forces; saves which points are solved at `step`, and lower bounds of all clearances."""
+    u, v, travel = slot.u, slot.v, most_travel(slot, op)
+    v_moves = slot.v_active > 0
+    for i in range(count):
+        m = near[i]
+        if u.pending[m] != 0.0:
+            modal.kick(u, shape(op, m), u.pending[m], slot.active)
+        if v_moves and v.pending[m] != 0.0:
+            modal.kick(v, shape(op, m), v.pending[m], slot.v_active)
+        known = u.last_watched[m] == step and u.watched_steps[m] > 1
+        u.solved_at[m] = step if known else -1
+        v.solved_at[m] = u.solved_at[m] if v_moves else -1
+        u.clearance[m] = -u.eta[m] if u.last_watched[m] == step else (u.next_watch[m] + EARLY - step) * travel
