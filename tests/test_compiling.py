@@ -305,17 +305,18 @@ def test_a_compiler_tells_how_far_it_is(monkeypatch: pytest.MonkeyPatch, tmp_pat
         library.compiled_for(store.level())
 
 
-PARTS = """
-from livebass.compiling import Entry, by_numba, jit, lowering
-
-@jit
+THRICE = """
+@{0}
 def twice(x):
     return 2 * x
 
-@jit
+@{0}
 def thrice(x):
     return twice(x) + x
-
+"""
+PARTS = f"""
+from livebass.compiling import Entry, by_numba, jit, lowering
+{THRICE.format("jit")}
 @jit
 def never(x):
     return x
@@ -633,17 +634,9 @@ def test_code_that_needs_what_it_must_not_is_refused() -> None:
     assert b"lb_f" in data and not needs and b"flush_bits" not in data, "all but the entries is internal"
 
 
-BY_NUMBA = """
+BY_NUMBA = f"""
 from livebass.compiling.by_numba import counted
-
-@counted
-def twice(x):
-    return 2 * x
-
-@counted
-def thrice(x):
-    return twice(x) + x
-
+{THRICE.format("counted")}
 if __name__ == "__main__":
     print(thrice(14.0), "loaded" if thrice.stats.cache_hits else "compiled")
 """

@@ -7,7 +7,7 @@ touches only what it is handed. [audio thread]
 import numpy as np
 
 from livebass.compiling import entry, jit
-from livebass.kernels.hands import techniques, thumb
+from livebass.kernels.hands import damping, fretting, pulling, sliding, striking, thumb
 from livebass.kernels.machine.elementary import exp
 from livebass.kernels.machine.native import call_4, floats_at, record_address, record_at, records_at
 from livebass.kernels.pickup import tone
@@ -78,18 +78,18 @@ def run(string, ops, events, count, out, across):
             i = write_silence(voice, taps, out, i, end)
             continue
         if voice.slide_to >= 0:
-            techniques.follow_slide(string, ops)
+            sliding.follow_slide(string, ops)
         if voice.landing > 0:
-            techniques.follow_hammer(string, ops)
-        if voice.tuned != voice.bend and (voice.frame + voice.turn) % techniques.BEND_FRAMES == 0:
-            techniques.follow_bend(string, ops)
+            fretting.follow_hammer(string, ops)
+        if voice.tuned != voice.bend and (voice.frame + voice.turn) % sliding.BEND_FRAMES == 0:
+            sliding.follow_bend(string, ops)
         if voice.tone != voice.tone_wanted and voice.frame % tone.FRAMES == 0:
             tone.follow_tone(voice)
         if voice.blend != voice.blend_wanted:
             tone.follow_blend(voice)
         slot = string.slots[voice.slot]
         if slot.on:
-            techniques.excite(voice, slot, glide.current_operator(string, ops, voice.slot))
+            pulling.excite(voice, slot, glide.current_operator(string, ops, voice.slot))
         sense_string(string, ops, taps)
         if voice.raw:
             out[i] = taps[0]
@@ -164,23 +164,23 @@ def handle_event(string, ops, event):
     if event.kind in (PLUCK, STRIKE_EVENT, THROW, HAMMER):
         voice.cut = 0
     if event.kind == PLUCK:
-        techniques.begin_pluck(string, ops, event)
+        striking.begin_pluck(string, ops, event)
     elif event.kind == STRIKE_EVENT:
-        techniques.begin_strike(string, ops, event)
+        striking.begin_strike(string, ops, event)
     elif event.kind == THROW:
-        techniques.throw_mass(string, ops, event)
+        striking.throw_mass(string, ops, event)
     elif event.kind == HAND:
-        techniques.end_note(string, ops, event.value)
+        damping.end_note(string, ops, event.value)
     elif event.kind == HAMMER:
-        techniques.hammer_on(string, ops, event)
+        fretting.hammer_on(string, ops, event)
     elif event.kind == PULL_OFF:
-        techniques.pull_off(string, ops, event)
+        fretting.pull_off(string, ops, event)
     elif event.kind == GLIDE:
-        techniques.begin_slide(string, ops, event.fret, event.seconds)
+        sliding.begin_slide(string, ops, event.fret, event.seconds)
     elif event.kind == WAVER:
-        techniques.set_vibrato(voice, event.value, event.rate)
+        sliding.set_vibrato(voice, event.value, event.rate)
     elif event.kind == TOUCH_EVENT:
-        techniques.lay_finger(string, ops, event)
+        damping.lay_finger(string, ops, event)
     elif event.kind == IDLE:
         voice.idle = np.int64(event.value)
     elif event.kind == BEND:
@@ -202,7 +202,7 @@ def handle_event(string, ops, event):
     elif event.kind == CUT:
         if not slots[voice.slot].between:
             voice.slide_to = -1
-        techniques.end_pull(string, ops)
+        pulling.end_pull(string, ops)
         voice.striking = 0
         voice.cut = 1
         for k in range(2):
@@ -244,7 +244,7 @@ def sense_string(string, ops, y):
                 y[2 * i] += u
                 y[2 * i + 1] += moving
     if voice.pulling > 0:
-        up, moving = techniques.pull_profile(voice, voice.pulling)
+        up, moving = pulling.pull_profile(voice, voice.pulling)
         if voice.pickups == 0:
             y[0] += up * voice.held[0]
             y[1] += up * voice.held_across[0]
@@ -337,8 +337,8 @@ def move_string(string, ops):
         after = -(-after // voice.denominator)  # rounded up: a tap may look back, not ahead
     steps = after - voice.step
     tighter = 0.0
-    if techniques.is_vibrating(voice):
-        tighter = techniques.vibrato_tension(voice, string.slots[voice.slot])
+    if sliding.is_vibrating(voice):
+        tighter = sliding.vibrato_tension(voice, string.slots[voice.slot])
     for k in range(2):
         slot = string.slots[k]
         if not slot.on:

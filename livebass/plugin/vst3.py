@@ -22,11 +22,7 @@ BINARIES = {  # within the bundle, by the name of the system; macOS has a bundle
 
 
 def write_bundle(basses: dict[str, Instrument], folder: Path, system: System | None = None) -> None:
-    """Writes a bundle of `basses`, by short name; the folder appears complete, over an older bundle, or not at all.
-
-    `system`: the one that it is for, None: this one. Raises ValueError for names or basses that do not fit,
-    OutputError, BuildError.
-    """
+    """Writes a bundle of `basses`, by short name, as `clap.write_bundle` does its folder."""
     system = system or this_system()
     instruments, code = instrument_files(basses), binary(system)
     if is_macos(system):

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from support.live import RATE, offline, run_ahead, synth_and_device
 
-from livebass import Quality, load_preset
+from livebass import Quality, load_preset, techniques
 from livebass.arrays import Floats
 from livebass.engine.prepare import coil_filter
 from livebass.kernels.pickup.tone import ABOVE, BELOW, ROW, TONES
@@ -26,23 +26,6 @@ from livebass.live.thread.ring import (
     STRING_BEND,
     push_event,
     push_message,
-)
-from livebass.techniques import (
-    BEND_RANGE,
-    CC_PALM,
-    CC_VIBRATO,
-    DYNAMICS,
-    GAIN_DB,
-    HAND_DAMPING,
-    LEAST,
-    MOST,
-    PARAMETERS,
-    PLUCK_POSITION,
-    PLUCKED,
-    TECHNIQUE,
-    THUMB_ON_ALL,
-    TONE_POT,
-    UNEVENNESS,
 )
 
 MOVED = (4, 5, 7, 9, 17, 17, 18, 18, 18, *range(102, 110))  # controllers of hand, bend, volume, palm, tone, blend, ...
@@ -69,14 +52,14 @@ def random_events(seed: int, frames: int, count: int) -> list[Event]:
     events: list[Event] = []
     for frame in np.sort(rng.integers(0, frames, count)).tolist():
         key, x = int(rng.integers(28, 60)), float(rng.uniform(-1, 1))
-        parameter = int(rng.integers(0, PARAMETERS))
-        value = LEAST[parameter] + 0.5 * (x + 1) * (MOST[parameter] - LEAST[parameter])
+        parameter = int(rng.integers(0, techniques.PARAMETERS))
+        value = techniques.LEAST[parameter] + 0.5 * (x + 1) * (techniques.MOST[parameter] - techniques.LEAST[parameter])
         events += [
             [midi(frame, 0x90, key, int(rng.integers(60, 128))), midi(frame + 2000, 0x80, key)],
             [midi(frame, 0xE0, 0, int(rng.integers(0, 128)))],
             [(frame, PARAMETER, parameter, value)],
             [(frame, PARAMETER, parameter, value)],
-            [(frame, PARAMETER, TONE_POT, x)],
+            [(frame, PARAMETER, techniques.TONE_POT, x)],
             [(frame, STRING_BEND, int(rng.integers(0, 4)), 2 * x)],
             [(frame, NOTE_PLACE, key, x), midi(frame, 0x90, key, 100)],
             [(frame, NOTE_STRING, key, float(rng.integers(-1, 5))), midi(frame, 0x90, key, 100)],
@@ -120,9 +103,9 @@ def test_usual_values_change_nothing() -> None:
     events = [midi(*note) for note in notes]
     rng = np.random.default_rng(3)
     for frame in rng.integers(0, RATE, 60).tolist():
-        events.append((frame, PARAMETER, frame % PARAMETERS, 0.0))
+        events.append((frame, PARAMETER, frame % techniques.PARAMETERS, 0.0))
         events.append((frame, STRING_BEND, frame % 4, 0.0))
-        events.append((frame, AMOUNT, CC_PALM if frame % 2 else CC_VIBRATO, 0.0))
+        events.append((frame, AMOUNT, techniques.CC_PALM if frame % 2 else techniques.CC_VIBRATO, 0.0))
     wanted = offline("slap", notes, RATE, LIGHT)
     assert np.array_equal(played(sorted(events, key=lambda e: e[0]), RATE, [256]), wanted)
 
@@ -143,25 +126,29 @@ def one_note(number: int, value: float, preset: str = "jazz-finger", kind: int =
 
 
 def test_every_parameter_does_what_it_says() -> None:
-    usual = one_note(GAIN_DB, 0.0)
-    assert np.allclose(one_note(GAIN_DB, -6.0)[12000:], usual[12000:] * 10 ** (-6 / 20), rtol=1e-4, atol=1e-9)
-    assert np.abs(one_note(GAIN_DB, -60.0)[12000:]).max() < 1e-18
-    tones = [brightness(one_note(TONE_POT, x)) for x in (-1.0, -0.5, 0.0, 1.0)]
+    usual = one_note(techniques.GAIN_DB, 0.0)
+    assert np.allclose(
+        one_note(techniques.GAIN_DB, -6.0)[12000:], usual[12000:] * 10 ** (-6 / 20), rtol=1e-4, atol=1e-9
+    )
+    assert np.abs(one_note(techniques.GAIN_DB, -60.0)[12000:]).max() < 1e-18
+    tones = [brightness(one_note(techniques.TONE_POT, x)) for x in (-1.0, -0.5, 0.0, 1.0)]
     assert tones == sorted(tones) and tones[0] < 0.6 * tones[-1]
-    forces = [loudness(one_note(DYNAMICS, x)) for x in (-12.0, 0.0, 12.0)]
+    forces = [loudness(one_note(techniques.DYNAMICS, x)) for x in (-12.0, 0.0, 12.0)]
     assert forces == sorted(forces) and forces[0] < 0.5 * forces[1]
-    assert not np.array_equal(one_note(TECHNIQUE, THUMB_ON_ALL), usual)
-    assert np.array_equal(one_note(TECHNIQUE, PLUCKED), usual)
-    tails = [loudness(one_note(HAND_DAMPING, x)[26000:]) for x in (1.0, 0.0, -1.0)]
+    assert not np.array_equal(one_note(techniques.TECHNIQUE, techniques.THUMB_ON_ALL), usual)
+    assert np.array_equal(one_note(techniques.TECHNIQUE, techniques.PLUCKED), usual)
+    tails = [loudness(one_note(techniques.HAND_DAMPING, x)[26000:]) for x in (1.0, 0.0, -1.0)]
     assert tails == sorted(tails) and tails[1] < 0.5 * tails[2]
-    assert not np.array_equal(one_note(UNEVENNESS, 1.0), one_note(UNEVENNESS, -1.0))
+    assert not np.array_equal(one_note(techniques.UNEVENNESS, 1.0), one_note(techniques.UNEVENNESS, -1.0))
     assert np.array_equal(one_note(NOTE_PLACE, 0.0), usual)
-    assert np.array_equal(one_note(33, 1.0, kind=NOTE_PLACE), one_note(PLUCK_POSITION, 1.0))
-    bent = played([(0, PARAMETER, BEND_RANGE, 12.0), midi(1, 0xE0, 127, 127), midi(99, 0x90, 33, 90)], RATE, [512])
+    assert np.array_equal(one_note(33, 1.0, kind=NOTE_PLACE), one_note(techniques.PLUCK_POSITION, 1.0))
+    bent = played(
+        [(0, PARAMETER, techniques.BEND_RANGE, 12.0), midi(1, 0xE0, 127, 127), midi(99, 0x90, 33, 90)], RATE, [512]
+    )
     assert np.array_equal(bent, played([(0, STRING_BEND, 1, 12.0), midi(99, 0x90, 33, 90)], RATE, [512]))
 
 
-@pytest.mark.parametrize(("function", "controller"), [(CC_PALM, 9), (CC_VIBRATO, 1)])
+@pytest.mark.parametrize(("function", "controller"), [(techniques.CC_PALM, 9), (techniques.CC_VIBRATO, 1)])
 def test_an_amount_is_what_its_controller_does(function: int, controller: int) -> None:
     note, ends = midi(100, 0x90, 40, 100), (24000, 36000)
     moved = played([note, *(midi(at, 0xB0, controller, v) for at, v in zip(ends, (127, 0), strict=True))], RATE, [512])
@@ -177,7 +164,7 @@ def test_the_pluck_position_goes_from_the_bridge_over_the_usual_one_away_from_it
     wanted = {-1.0: player.pluck_farthest, 0.0: player.pluck_position, 1.0: player.pluck_nearest}
     for x, place in wanted.items():
         synth, device = synth_and_device("jazz-finger", LIGHT)
-        push(synth, (0, PARAMETER, PLUCK_POSITION, x))
+        push(synth, (0, PARAMETER, techniques.PLUCK_POSITION, x))
         push(synth, midi(1, 0xB0, 121))  # a reset of the controllers goes back to it
         device.block(64)
         assert synth.bass and synth.bass.engine.performer["position"][0] == place
@@ -187,7 +174,7 @@ def test_a_note_place_is_for_one_note() -> None:
     notes = [midi(4800, 0x90, 33, 100), midi(24000, 0x90, 33, 100)]
     placed = played([(0, NOTE_PLACE, 33, 1.0), *notes], RATE, [512], preset="jazz-finger")
     usual = played(notes, RATE, [512], preset="jazz-finger")
-    always = played([(0, PARAMETER, PLUCK_POSITION, 1.0), *notes], RATE, [512], preset="jazz-finger")
+    always = played([(0, PARAMETER, techniques.PLUCK_POSITION, 1.0), *notes], RATE, [512], preset="jazz-finger")
     assert np.array_equal(placed[:24000], always[:24000]) and not np.array_equal(placed[:24000], usual[:24000])
     assert not np.array_equal(placed[24000:], always[24000:])
 
@@ -231,14 +218,17 @@ def test_no_value_does_harm() -> None:
     for frame in range(0, RATE, 300):
         kind, number = int(rng.integers(0, 256)), int(rng.integers(0, 256))
         kind = int(rng.choice([PARAMETER, STRING_BEND, NOTE_PLACE, NOTE_BEND, NOTE_STRING, AMOUNT, kind or 9]))
-        number = number if rng.random() < 0.2 else int(rng.integers(0, PARAMETERS))
+        number = number if rng.random() < 0.2 else int(rng.integers(0, techniques.PARAMETERS))
         events.append((frame, kind, number, float(rng.choice(values))))
         events.append(midi(frame, 0x90, 28 + frame // 300 % 30, 110))
     sound = played(events, RATE, [512])
     assert np.isfinite(sound).all() and np.abs(sound).max() > 0.1
     notes = [midi(100, 0x90, 33, 100)]
-    strange = [(0, PARAMETER, k, np.nan) for k in range(PARAMETERS)] + [(0, PARAMETER, 200, 1.0), (0, 77, 1, 1.0)]
-    strange += [(0, AMOUNT, CC_PALM, np.nan), (0, AMOUNT, CC_VIBRATO, -3.0), (0, AMOUNT, 99, 1.0)]
+    strange = [(0, PARAMETER, k, np.nan) for k in range(techniques.PARAMETERS)] + [
+        (0, PARAMETER, 200, 1.0),
+        (0, 77, 1, 1.0),
+    ]
+    strange += [(0, AMOUNT, techniques.CC_PALM, np.nan), (0, AMOUNT, techniques.CC_VIBRATO, -3.0), (0, AMOUNT, 99, 1.0)]
     assert np.array_equal(played([*strange, *notes], 4800, [512]), played(notes, 4800, [512]))
 
 
@@ -271,8 +261,8 @@ def test_the_tone_moves_without_a_click() -> None:
     """A turn of the pot under a ringing note makes no jump beyond what the note itself does."""
     note = midi(0, 0x90, 28, 60)
     usual = played([note], RATE, [512], preset="jazz-finger")
-    turned = played([note, (24000, PARAMETER, TONE_POT, -1.0), (36000, PARAMETER, TONE_POT, 1.0)], RATE, [512],
-                    preset="jazz-finger")  # fmt: skip
+    turns = [(24000, PARAMETER, techniques.TONE_POT, -1.0), (36000, PARAMETER, techniques.TONE_POT, 1.0)]
+    turned = played([note, *turns], RATE, [512], preset="jazz-finger")
     assert np.array_equal(turned[:24000], usual[:24000])
     steps, limit = np.abs(np.diff(turned[20000:])), np.abs(np.diff(usual[20000:])).max()
     assert steps.max() < 2 * limit
@@ -282,7 +272,7 @@ def test_the_tone_moves_without_a_click() -> None:
 def test_strings_that_are_still_play_on_as_if_they_had_been_computed(preset: str) -> None:
     """Against strings that a repeated controller keeps from being still; the tone and the bend move in between."""
     low = load_preset(preset).strings[0].open_note
-    events = [midi(0, 0x90, low, 100), midi(4000, 0xB0, 120), (30000, PARAMETER, TONE_POT, -0.5),
+    events = [midi(0, 0x90, low, 100), midi(4000, 0xB0, 120), (30000, PARAMETER, techniques.TONE_POT, -0.5),
               midi(31000, 0xE0, 0, 100), midi(70077, 0x90, low, 120), midi(70900, 0x90, low + 5, 120)]  # fmt: skip
     often = [midi(frame, 0xB0, 7, 127) for frame in range(0, 2 * RATE, 40)]
     wanted = played(sorted(events + often, key=lambda e: e[0]), 2 * RATE, [512], preset=preset)

@@ -18,7 +18,18 @@ from livebass.preset.idle import given_keys, idle_keys, other_values
 from livebass.preset.keys import KEYS
 from livebass.preset.load import laboratory_names, preset_names, preset_tables
 
-TWO_STRINGS = """\
+G_STRING = """\
+[[string]]
+name = "G"
+open_note = "G2"
+linear_density = "6.7 g/m"
+diameter = "0.045 in"
+inharmonicity = 4e-5
+[[pickup]]
+position = "90 mm"
+"""
+TWO_STRINGS = (
+    """\
 name = "Two strings"
 [neck]
 scale_length = "34 in"
@@ -28,17 +39,13 @@ open_note = "E1"
 linear_density = "35.4 g/m"
 diameter = "0.105 in"
 inharmonicity = 1e-4
-[[string]]
-name = "G"
-open_note = "G2"
-linear_density = "6.7 g/m"
-diameter = "0.045 in"
-inharmonicity = 4e-5
-[[pickup]]
-position = "90 mm"
+"""
+    + G_STRING
+    + """\
 [player]
 softest = 0.1
 """
+)
 SHARED = 'scale_length = "34 in"\n'
 OWN = 'inharmonicity = 1e-4\nneck.action = "2 mm"\n', 'inharmonicity = 4e-5\nneck.action = "2 mm"\n'
 RESONANT = 'resonance_frequencies = ["150 Hz"]\nresonance_qualities = [30]\nresonance_masses = ["1 kg"]\n'
@@ -151,7 +158,8 @@ def test_what_is_idle_is_not_heard(changes: tuple[tuple[str, str], ...], expecte
                     assert np.array_equal(sound(given.with_value(data, raw)), before), given.place
 
 
-ALL_KEYS = """\
+ALL_KEYS = (
+    """\
 name = "All keys"
 [neck]
 scale_length = "34 in"
@@ -192,14 +200,9 @@ level = 1
 law_fundamental = "41.2 Hz"
 measured_frequencies = ["41.2 Hz", "82.5 Hz"]
 measured_dampings = ["1 /s", "2 /s"]
-[[string]]
-name = "G"
-open_note = "G2"
-linear_density = "6.7 g/m"
-diameter = "0.045 in"
-inharmonicity = 4e-5
-[[pickup]]
-position = "90 mm"
+"""
+    + G_STRING
+    + """\
 aperture = "20 mm"
 decay_length = "4 mm"
 level = 1
@@ -257,6 +260,7 @@ velocity_curve = "linear"
 ghost_below = 90
 wheel = "bend"
 """
+)
 ELSEWHERE = {  # the neck may be given in another way
     "neck.fret_positions", "neck.fret_heights", "neck.height_scale", "neck.height_offset", "neck.fret_height",
     "neck.board_end", "neck.profile_positions", "neck.profile_heights", "neck.conductance_frequencies",

@@ -17,7 +17,7 @@ from livebass.live.outputs import FakeDevice
 from livebass.live.session import Session, Summary
 from livebass.live.synth import RING, LiveBass, Synth
 from livebass.live.thread.ring import push_message
-from livebass.score import Score
+from livebass.score.score import Score
 from support.jack import PATIENCE, wait_for
 
 RATE = 48000

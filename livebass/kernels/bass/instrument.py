@@ -9,7 +9,7 @@ or write outside their memory: what it accepts may be played. [any thread]
 import numpy as np
 
 from livebass.compiling import entry, jit
-from livebass.kernels.hands.techniques import BEND_FRAMES, set_vibrato
+from livebass.kernels.hands.sliding import BEND_FRAMES, set_vibrato
 from livebass.kernels.machine.elementary import exp
 from livebass.kernels.machine.native import (
     copy_record,

@@ -7,7 +7,7 @@ stopped, `open_op` that of the open string.
 import numpy as np
 
 from livebass.compiling import jit
-from livebass.kernels.hands.techniques import grazing
+from livebass.kernels.hands.pulling import grazing
 from livebass.kernels.machine.elementary import chance, cos, log2, power
 from livebass.kernels.machine.native import copy_record
 from livebass.kernels.player.constants import STANDARD, STROKES

@@ -49,18 +49,6 @@ def begin_path(stop, place, speed, finger, voice):
 
 
 @jit
-def copy_stop(to, stop):
-    """Copies the state of one end to another."""
-    to.place = stop.place
-    to.speed = stop.speed
-    to.first = stop.first
-    to.away = stop.away
-    to.wanted = stop.wanted
-    to.frame = stop.frame
-    to.blend = stop.blend
-
-
-@jit
 def next_speed(stop, h):
     """The speed (m/s) of the next frame, of `h` s, on the way to rest."""
     stop.frame += 1

@@ -12,7 +12,7 @@ from livebass.compiling import entry, jit
 from livebass.kernels import voice
 from livebass.kernels.bass import instrument
 from livebass.kernels.bass.records import EVENT_ROOM, SOUND_RING, bass_at
-from livebass.kernels.hands import techniques
+from livebass.kernels.hands import fretting
 from livebass.kernels.machine.elementary import log2, power
 from livebass.kernels.machine.native import (
     float_control,
@@ -520,5 +520,5 @@ def adapt(synth, load, n):
 def switch_operators(b, i, which, now):
     """Gives string `i` the operators `which` (0 fine, 1 coarse) from synth frame `now` on."""
     ahead.drop_ahead(b, i, now - b.frame)
-    techniques.change_operators(string_of(b, i), operators_of(b, 1 - which)[i], operators_of(b, which)[i])
+    fretting.change_operators(string_of(b, i), operators_of(b, 1 - which)[i], operators_of(b, which)[i])
     b.coarse ^= 1 << i

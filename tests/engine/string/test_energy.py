@@ -14,7 +14,7 @@ import pytest
 from livebass import QUALITIES, load_preset
 from livebass.engine.engine import Engine
 from livebass.engine.prepare import play_frames
-from livebass.kernels.hands import techniques
+from livebass.kernels.hands import fretting
 from livebass.kernels.string import tension
 from livebass.kernels.string.records import (
     BEND,
@@ -261,7 +261,7 @@ def test_a_pull_off_adds_what_the_finger_held_and_its_pluck(preset: str, i: int,
             string.play(none)
         before, x = string.energy(), s.length - length
         crown = s.contact_height[int(np.argmin(np.abs(np.array(s.contact_position) - x)))]
-        finger = Pluck(deflection, x, techniques.PULLING_FINGER)
+        finger = Pluck(deflection, x, fretting.PULLING_FINGER)
         wanted = before + held_energy(s, crown, x) + plucked_energy(s, finger, count)
         string.play(event(PULL_OFF, low, apex=deflection))
         assert string.voice.note() == (low, 0)

@@ -1,0 +1,159 @@
+"""How a finger holds a string out: shapes, grips, the pluck in progress, and letting go.
+
+`string` is a STRING, `ops` the operators of its frets. [audio thread]
+"""
+
+import numpy as np
+
+from livebass.compiling import jit
+from livebass.kernels.hands import thumb
+from livebass.kernels.machine.elementary import cos, exp, sin
+from livebass.kernels.string import glide, modal
+from livebass.kernels.string.operators import heights, positions
+from livebass.kernels.string.records import COMING
+from livebass.kernels.string.slot import SAFETY, invalidate_contact, rms_velocity, wake_slot
+
+FINGER_NEPERS = 5.0  # damping, at an antinode, of a finger that takes hold of a sounding string
+GRIPPED, MOST_NEPERS = 2.35, 12.0  # of the fundamental, at least: near the saddle it holds more firmly, up to so much
+
+
+@jit
+def shape_of_pluck(w, op, apex, position, rounding, release):
+    """Fills w.held with the modal amplitudes that a pluck leaves (model.modes.pluck_amplitudes)."""
+    length = op.length
+    k1 = np.pi / length
+    corner = np.sqrt(2 / length) * apex * length / (position * (length - position))
+    for j in range(op.padded):
+        w.held[j] = 0.0
+    for j in range(op.modes):
+        k = modal.mode_number(j) * k1
+        smooth = exp(-0.5 * (k * rounding) ** 2) / (1 + op.held_stiffness * (k * k))
+        smooth /= 1 + (w.omega[j] * w.omega[j] + w.sigma[j] * w.sigma[j]) * (release * release)
+        w.held[j] = corner * sin(k * position) / (k * k) * smooth
+
+
+@jit
+def shape_of_strike(w, op, depth, position, width):
+    """Fills w.strike with modal velocities: an impulse that pushes an endless string down by `depth`."""
+    k1 = np.pi / op.length
+    for j in range(op.padded):
+        w.strike[j] = 0.0
+    for j in range(op.modes):
+        k = modal.mode_number(j) * k1
+        smooth = exp(-0.5 * (k * width) ** 2)
+        w.strike[j] = -2 * op.speed * depth * np.sqrt(2 / op.length) * sin(k * position) * smooth
+
+
+@jit
+def grazing(op, position):
+    """Apex (m) of a pluck at `position` (m) that just reaches a fret: model.modes.grazing_apex."""
+    a = op.length - position
+    place, height = positions(op), heights(op)
+    least = np.inf
+    for m in range(op.points):
+        x = place[m]
+        shape = x / a if x < a else (op.length - x) / (op.length - a)
+        least = min(least, -height[m] / shape)
+    if np.isinf(least):
+        return op.graze
+    return least
+
+
+@jit
+def grip(voice, slot, op, position, frames, most, least):
+    """Lays a finger on the string at `position` for some frames: modes with a node there go on.
+
+    An antinode is damped by `most` nepers at the most, a node by the part `least` of that.
+    """
+    u = slot.u
+    k1 = np.pi / op.length
+    first = sin(k1 * position)
+    nepers = max(FINGER_NEPERS, GRIPPED / max(first * first, GRIPPED / most))
+    for j in range(op.padded):
+        shape = sin(modal.mode_number(j) * k1 * position)
+        u.finger[j] = exp(-nepers / frames * max(shape * shape, least))
+    if slot.v_ready:
+        modal.copy_row(slot.v.finger, u.finger, op.padded)
+    voice.fingering = frames
+
+
+@jit
+def pull_profile(voice, left):
+    """Returns the fraction of the held shape with `left` frames of the pull to go, and its rate of change (1/s).
+
+    At the end of the pull it changes by voice.follow: the finger still moves as it lets go.
+    """
+    t = (voice.pull - left) / voice.pull
+    seconds = voice.pull / voice.rate
+    up = 0.5 - 0.5 * cos(np.pi * t) + voice.follow * seconds * (t * t * (t - 1.0))
+    return up, 0.5 * np.pi * sin(np.pi * t) / voice.pull * voice.rate + voice.follow * (t * (3.0 * t - 2.0))
+
+
+@jit
+def end_pull(string, ops):
+    """Ends a pull before its end: the string goes on from its present displacement and velocity."""
+    voice = string.voice
+    if 0 < voice.pulling <= voice.pull:
+        slot = string.slots[voice.slot]
+        op = glide.current_operator(string, ops, voice.slot)
+        up, moving = pull_profile(voice, voice.pulling - 1)
+        add_held_shape(slot.u, op, up, moving)
+        if slot.v_ready:
+            add_held_shape(slot.v, op, up, moving)
+            slot.v_active = op.padded
+        wake_slot(slot, op, voice.step)
+    voice.pulling = 0
+    voice.landing = 0
+    slot = string.slots[voice.slot]
+    if slot.active == 0 and slot.v_active == 0:
+        slot.on = 0  # the finger had not pulled it yet
+
+
+@jit
+def add_held_shape(w, op, up, moving):
+    """Adds `up` times the held shape, moving by `moving` times it a second."""
+    for j in range(op.padded):
+        x = w.held[j]
+        w.q[j] += up * x
+        w.p[j] += w.kappa[j] * (moving + w.sigma[j] * up) * x
+
+
+@jit
+def release_held_shape(voice, slot, op, follow):
+    """Releases the held shape, which grows by `follow` times itself a second."""
+    u, n = slot.u, op.padded
+    own = np.sqrt(modal.held_speed_square(u, follow, n) / op.length)
+    fastest = slot.safety * rms_velocity(u, op, n) + voice.pulse * own
+    modal.release_shape(u, follow, n)
+    whole = rms_velocity(u, op, n)
+    if whole > 0.0:  # what sounded before and the pluck need each its own
+        slot.safety = max(SAFETY, min(max(slot.safety, voice.pulse), fastest / whole))
+    if slot.v_ready:
+        modal.release_shape(slot.v, follow, op.padded)
+        slot.v_active = op.padded
+        invalidate_contact(slot.v, op)
+    wake_slot(slot, op, voice.step)
+
+
+@jit
+def excite(voice, slot, op):
+    """Applies finger and thumb to the string before this frame's motion."""
+    n = op.padded
+    if voice.fingering > 0:
+        modal.damp_by_finger(slot.u, n)
+        modal.damp_by_finger(slot.v, slot.v_active)
+        invalidate_contact(slot.u, op)  # it moves the string, so that a penetration known before is none
+        invalidate_contact(slot.v, op)
+        voice.fingering -= 1
+    if voice.pulling > 0:
+        voice.pulling -= 1
+        if voice.pulling == 0:
+            release_held_shape(voice, slot, op, voice.follow)
+    if voice.striking > 0 and voice.fingering == 0:
+        # a raised cosine of force whose sum over the frames is one
+        t = (voice.strike - voice.striking) / voice.strike
+        modal.add_strike(slot.u, (1 - cos(2 * np.pi * t)) / voice.strike, n)
+        voice.striking -= 1
+        wake_slot(slot, op, voice.step)
+    if slot.thumb.on == COMING and not slot.moving:
+        thumb.approach_string(slot, op)

@@ -1,0 +1,139 @@
+"""The left hand that moves along and across the string: slides, bends, vibrato.
+
+`string` is a STRING, `ops` the operators of its frets. [audio thread]
+"""
+
+import numpy as np
+
+from livebass.compiling import jit
+from livebass.kernels.hands import scrape
+from livebass.kernels.hands.fretting import GENTLY, change_fret, stands_at
+from livebass.kernels.hands.pulling import end_pull
+from livebass.kernels.machine.elementary import cos, exp2, sin
+from livebass.kernels.string import glide
+from livebass.kernels.string.slot import highest_frequency, tune_slot, wake_slot
+
+SLIDING_HAND = 0.5  # m/s, of a finger that crosses a crown
+ONSET = 0.6  # s in which a vibrato gets a semitone deeper
+BEND_FRAMES = 128  # pitch bend is followed so often, one string after the other ...
+BEND_SPEED = 400.0  # semitones/s, ... and not faster
+
+
+@jit
+def follow_bend(string, ops):
+    """Tunes the string towards the bend, at BEND_SPEED at most: faster, the string would gain energy."""
+    voice = string.voice
+    most = exp2(BEND_SPEED * BEND_FRAMES / (12.0 * voice.rate))
+    voice.tuned = min(max(voice.bend, voice.tuned / most), voice.tuned * most)
+    for k in range(2):
+        slot = string.slots[k]
+        if slot.on:
+            op = glide.current_operator(string, ops, k)
+            tune_slot(slot, op, voice.tuned, highest_frequency(voice))
+            wake_slot(slot, op, voice.step)
+
+
+@jit
+def set_vibrato(voice, depth, rate):
+    """Begins or ends a vibrato of `depth` semitones at `rate` Hz."""
+    if voice.depth == 0.0 and depth > 0.0:
+        voice.phase = 0.0
+    voice.depth_wanted = depth
+    voice.waver = rate
+
+
+@jit
+def is_vibrating(voice):
+    """True if the string is in vibrato, or was until now."""
+    return voice.depth > 0.0 or voice.depth_wanted > 0.0
+
+
+@jit
+def vibrato_tension(voice, slot):
+    """The part of its tension by which a string in vibrato is tighter in this frame.
+
+    It grows by the square of the frequency ratio, less one: upwards from a fret, both ways on a board. Open strings
+    have none.
+    """
+    most = 1.0 / (ONSET * voice.rate)
+    voice.depth += min(max(voice.depth_wanted - voice.depth, -most), most)
+    voice.phase += voice.waver / voice.rate
+    voice.phase -= np.floor(voice.phase)
+    if slot.fret == 0:
+        return 0.0
+    turn = 2 * np.pi * voice.phase
+    up = sin(turn) if voice.fretless else 1.0 - cos(turn)
+    return exp2(voice.depth * up / 12.0) - 1.0
+
+
+@jit
+def begin_slide(string, ops, fret, seconds):
+    """Begins to slide to `fret`, `seconds` a fret: over the crowns, or along a board."""
+    voice = string.voice
+    voice.slide_every = np.int64(np.rint(seconds * voice.rate))
+    voice.slide_left = 0
+    voice.scraped = 0.0
+    voice.landing = 0
+    if string.slots[voice.slot].on and glides(voice):
+        glide.begin_glide(string, ops, ops[fret].length, voice.slide_every)
+    voice.slide_to = fret
+
+
+@jit
+def glides(voice):
+    """True if a finger slides on the string without steps."""
+    return voice.fretless and voice.denominator == 1
+
+
+@jit
+def follow_slide(string, ops):
+    """Moves the sliding finger by one frame."""
+    voice = string.voice
+    slot = string.slots[voice.slot]
+    if not slot.on or stands_at(slot, voice.slide_to):
+        voice.slide_to = -1
+    elif glides(voice):
+        follow_glide(string, ops)
+    else:
+        follow_frets(string, ops)
+
+
+@jit
+def follow_frets(string, ops):
+    """Moves the finger that slides over the next crown when it is time; until then it scrapes."""
+    voice = string.voice
+    slot = string.slots[voice.slot]
+    up = voice.slide_to > slot.fret
+    beside = slot.fret + 1 if up else slot.fret - 1
+    if voice.slide_left > 0:
+        distance = abs(ops[slot.fret].length - ops[beside].length)
+        scrape.scrape(voice, slot, distance / voice.slide_every)
+        voice.slide_left -= 1
+        return
+    if slot.moving:
+        return
+    end_pull(string, ops)
+    change_fret(string, ops, beside, SLIDING_HAND if up else GENTLY, 1.0)
+    scrape.fit_winding(voice, string.slots[voice.slot], ops[beside])
+    voice.slide_left = voice.slide_every - 1
+
+
+@jit
+def follow_glide(string, ops):
+    """Moves the finger that glides: to the next length when it is time, and towards that; at last to its fret."""
+    voice = string.voice
+    slot = string.slots[voice.slot]
+    if slot.moving and not slot.between:
+        return
+    if voice.slide_left == 0:
+        end_pull(string, ops)
+        if voice.glide_frame >= voice.glide_frames:
+            change_fret(string, ops, voice.slide_to, GENTLY, 0.0)
+            voice.slide_to = -1
+            return
+        voice.slide_left = min(glide.period(voice), voice.glide_frames - voice.glide_frame)
+        glide.hand_over(string, ops, glide.length_at(voice, voice.glide_frame + voice.slide_left))
+        scrape.fit_winding(voice, string.slots[voice.slot], string.between[voice.slot].op)
+    scrape.scrape(voice, string.slots[voice.slot], glide.steer_ends(string))
+    voice.glide_frame += 1
+    voice.slide_left -= 1
