@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 from livebass.model.keymap import MODO, PLACE
 from livebass.techniques import (
+    BUTTONS,
     FRETS,
     FUNCTION_ROWS,
     HAND_AT,
@@ -126,11 +127,11 @@ def controller_table() -> str:
 
 
 def short_table() -> str:
-    """README's table: the keys of techniques in the usual map, by name."""
-    rows = [row for row in TECHNIQUE_ROWS.values() if row.modo]
+    """README's table: how the techniques that the page has buttons for are asked for in the usual map, by name."""
+    rows = [TECHNIQUE_ROWS[button.symbol] for button in BUTTONS if button.symbol in TECHNIQUE_ROWS]
     return table(
         ("technique", "key", "controller"),
-        *((row.name.format(open_notes(row)), f"{row.asked} {keys_text(row.modo)}", controller_of(row)) for row in rows),
+        *((row.name, f"{row.asked} {keys_text(row.modo)}", controller_of(row)) for row in rows),
     )
 
 

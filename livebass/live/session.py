@@ -9,16 +9,13 @@ When the server's rate changes, the bass is prepared anew in a synth of its own.
 
 from __future__ import annotations
 
-import ctypes
 import logging
 import math
-import os
-import sys
 import threading
 import time
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -29,15 +26,15 @@ from livebass.live.guards import TIMEOUT
 from livebass.live.inputs import LOOK_EVERY, MidiLost, MidiPort, TerminalKeys, let_go
 from livebass.live.osc import HOST, OscServer, Value
 from livebass.live.outputs import JackOutput, OutputLost, PortAudioOutput, restart_portaudio, silence_jack
+from livebass.live.presets import PresetSwitch, return_freed_memory
 from livebass.live.recording import MidiRecorder, Recorder
 from livebass.live.synth import Gauge, LiveBass, Meters, Reading, Synth, strings
 from livebass.live.thread import block
 from livebass.live.tuner import frequency_of, tuning_text
 from livebass.model.instrument import A4_HZ, Instrument
 from livebass.model.keymap import KeyMap
-from livebass.model.quality import QUALITIES, Quality
-from livebass.preset.load import load_preset, preset_names
-from livebass.preset.programs import PROGRAMS
+from livebass.model.quality import Quality
+from livebass.preset.load import load_preset
 from livebass.score.score import Score
 
 LOG = logging.getLogger(__name__)
@@ -51,8 +48,6 @@ WAIT = 30.0  # s for a sound card that has gone
 SETTLED = 1.0  # s after the start in which underruns are nobody's fault
 LOW_LOAD = 0.5  # part of a block's time: with less, underruns are the system's fault ...
 SEVERAL = 3  # ... which is said from so many on
-M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3  # parameters of glibc's mallopt ...
-LARGE = 1 << 20  # ... in bytes: with less, to prepare a bass takes longer, up to 40 %
 Output = PortAudioOutput | JackOutput
 
 
@@ -563,124 +558,3 @@ def clock(seconds: float) -> str:
     """`1:05` for a time in a score."""
     whole = max(int(seconds), 0)
     return f"{whole // 60}:{whole % 60:02d}"
-
-
-NICENESS = 10  # of the thread that prepares basses: sound comes first
-
-
-class PresetSwitch:
-    """Switches preset and quality while the synth plays; requests that another one overtakes are never prepared."""
-
-    def __init__(
-        self, synth: Synth, preset: str, quality: Quality, load: Callable[[str], Instrument] = load_preset
-    ) -> None:
-        """`preset`, a name or path, and `quality` are those of the bass that plays; `load` loads the next ones."""
-        self.synth, self.load = synth, load
-        self.qualities = {**QUALITIES, quality.name: quality}
-        self.playing = self.wanted = (preset, quality.name)
-        self._thread = ThreadPoolExecutor(1, "presets", _step_back)
-        self._coming: tuple[tuple[str, str], Future[LiveBass]] | None = None
-        self._ringing = False  # the bass before
-        self._programs = synth.program[0]
-        self._unknown: set[int] = set()  # programs that were said to choose nothing
-
-    def next_preset(self) -> None:
-        names = preset_names()
-        known = self.wanted[0] in names
-        self.wanted = names[(names.index(self.wanted[0]) + 1) % len(names) if known else 0], self.wanted[1]
-
-    def choose(self, preset: str | None = None, quality: str | None = None) -> None:
-        """Wishes for a preset or a quality by its name. Raises ValueError for one that there is not. [any thread]"""
-        if preset is not None and preset not in preset_names():
-            raise ValueError(f"preset {preset!r}: there is {', '.join(preset_names())}")
-        if quality is not None and quality not in self.qualities:
-            raise ValueError(f"quality {quality!r}: there is {', '.join(self.qualities)}")
-        self.wanted = preset or self.wanted[0], quality or self.wanted[1]
-
-    def next_quality(self) -> None:
-        names = list(self.qualities)
-        self.wanted = self.wanted[0], names[(names.index(self.wanted[1]) + 1) % len(names)]
-
-    def turn(self) -> str | None:
-        """Answers program changes, starts preparing, switches to what is ready; returns a line to show, or None.
-
-        Returns at once. An error in a preset file is such a line as well, and the bass before plays on.
-        """
-        self._answer_program_changes()
-        self.synth.release_faded()
-        if self._ringing and not self.synth.ringing:
-            self._ringing = False
-            self._thread.submit(return_freed_memory)
-        if self._coming is None:
-            if self.wanted != self.playing:
-                preset, quality = self.wanted
-                self._coming = (
-                    self.wanted,
-                    self._thread.submit(prepared, preset, self.qualities[quality], self.synth.rate, self.load),
-                )
-            return None
-        wanted, future = self._coming
-        if not future.done():
-            return None
-        if wanted == self.wanted and self.synth.switching:
-            return None
-        self._coming = None
-        if wanted != self.wanted:
-            return None
-        try:
-            bass = future.result()
-            if bass.engine.rate != self.synth.rate:
-                return None  # the rate has changed meanwhile: prepared again in the next turn
-        except (ValueError, OSError) as error:
-            self.wanted = self.playing
-            return f"{wanted[0]}: {error}"
-        self.playing = wanted
-        self.synth.switch_to(bass)
-        self._ringing = True
-        return f"preset {wanted[0]}, quality {wanted[1]}"
-
-    def _answer_program_changes(self) -> None:
-        """A program change chooses the preset that fits it by General MIDI; others are said once and ignored."""
-        count, number = self.synth.program
-        if count != self._programs:
-            self._programs = count
-            name = PROGRAMS.get(number + 1)
-            if name is not None:
-                self.wanted = name, self.wanted[1]
-            elif number not in self._unknown:
-                self._unknown.add(number)
-                LOG.info("program %d chooses no bass: %d to %d do", number + 1, min(PROGRAMS), max(PROGRAMS))
-
-    def prepare(self, instrument: Instrument, quality: Quality, rate: int) -> Future[LiveBass]:
-        """Prepares a bass beside the sound, after those that are being prepared."""
-        return self._thread.submit(LiveBass, instrument, quality, rate)
-
-    def close(self) -> None:
-        self._thread.shutdown(wait=False, cancel_futures=True)
-
-
-def prepared(preset: str, quality: Quality, rate: int, load: Callable[[str], Instrument] = load_preset) -> LiveBass:
-    """Loads a preset for a synth. Raises PresetError and ValueError. [any thread]"""
-    bass = LiveBass(load(preset), quality, rate)
-    return_freed_memory()
-    return bass
-
-
-def return_freed_memory() -> None:
-    """Returns freed memory to the system, and from now on large blocks as soon as they are freed. [any thread]
-
-    glibc would raise its thresholds by itself whenever a larger block is freed, and then keep tens of MB of basses that
-    were replaced. It has these settings for the whole process. Does nothing with a C library that has none of this.
-    """
-    with suppress(AttributeError, OSError, TypeError):
-        library = ctypes.CDLL(None)
-        for parameter in (M_TRIM_THRESHOLD, M_MMAP_THRESHOLD):
-            library.mallopt(parameter, LARGE)
-        library.malloc_trim(0)
-
-
-def _step_back() -> None:
-    """Lowers the priority of this thread, on systems where threads have one of their own."""
-    if sys.platform == "linux":
-        with suppress(OSError):
-            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICENESS)

@@ -26,7 +26,7 @@ FILES = (README, *sorted((ROOT / "livebass" / "help").glob("*.md")))
 FIRST_SCREEN = 40  # lines
 WIDEST = 100  # characters of a line on a page: it is read in a terminal
 LARGEST_PICTURE = 150_000  # bytes
-OTHER_OPTIONS = {"--all", "--anew"}  # of tools/test and tools/fit_neck.py
+OTHER_OPTIONS = {"--all", "--anew", "--sdist"}  # of tools/test, tools/fit_neck.py, and the program build
 
 
 @pytest.mark.parametrize("page", handbook.PAGES)

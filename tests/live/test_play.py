@@ -38,8 +38,9 @@ from livebass.live import inputs, session
 from livebass.live.desk import LEAD, Desk
 from livebass.live.inputs import DIGITS, NOTES, STROKES, WAYS, TerminalKeys
 from livebass.live.outputs import FakeDevice, JackOutput, PortAudioOutput
+from livebass.live.presets import PresetSwitch
 from livebass.live.recording import MidiRecorder, Recorder
-from livebass.live.session import PresetSwitch, Session, Settings, Summary, _Loop
+from livebass.live.session import Session, Settings, Summary, _Loop
 from livebass.live.synth import Gauge, LiveBass, Synth, median_load, strings
 from livebass.live.thread.records import HISTOGRAM
 from livebass.model.keymap import MODO, MODO_12

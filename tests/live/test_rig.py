@@ -29,7 +29,8 @@ from livebass.live.desk import Desk
 from livebass.live.osc import OscLost, OscServer
 from livebass.live.outputs import JackOutput
 from livebass.live.parameters import NUMBERS, PARAMETERS, event
-from livebass.live.session import PresetSwitch, Session, Settings
+from livebass.live.presets import PresetSwitch
+from livebass.live.session import Session, Settings
 from livebass.live.synth import Gauge, LiveBass, Meters, Synth
 from livebass.score.score import score_of
 from livebass.techniques import LEARNED
