@@ -13,7 +13,7 @@ from support.command import Run, assert_one_clear_line
 
 from livebass import load_preset
 from livebass.compiling import store
-from livebass.kernels.player.performer import PERFORMER
+from livebass.kernels.player.performer import CONTROLS
 from livebass.techniques import BUTTONS, GHOST, NO_SWITCH, PALM
 from livebass.web import build
 from livebass.web.export import export_page, shown
@@ -37,7 +37,7 @@ def test_ways_to_play_are_switches_and_fields_of_the_performer() -> None:
         == [button.symbol for button in BUTTONS if not button.strikes]
         == [button.symbol for button in BUTTONS[3:]]
     )
-    assert all((action or field) and (not field or field in PERFORMER.names) for action, field in WAYS.values())
+    assert all((action or field) and (not field or field in CONTROLS.names) for action, field in WAYS.values())
     assert (WAYS["palm_mute"], WAYS["ghost"], WAYS["let_ring"]) == ((PALM, "palm"), (GHOST, ""), (NO_SWITCH, "pedal"))
 
 

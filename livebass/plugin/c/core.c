@@ -424,14 +424,14 @@ int lb_overload(const lb_synth *s) {
 void lb_offline(lb_synth *s, int on) {
     if (s->offline == !!on) return;
     s->offline = !!on;
-    if (on) s->kernels->stay(ADDRESS(&s->record));
+    if (on) s->kernels->return_to_clock(ADDRESS(&s->record));
     set_clock(s);
 }
 
 void lb_relieve(lb_synth *s, int on) {
     if (s->relief == !!on) return;
     s->relief = !!on;
-    if (!on) s->kernels->stay(ADDRESS(&s->record));
+    if (!on) s->kernels->return_to_clock(ADDRESS(&s->record));
     set_clock(s);
 }
 
