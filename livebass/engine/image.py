@@ -17,16 +17,28 @@ from numpy.typing import NDArray
 from livebass.arrays import Floats
 from livebass.engine.prepare import Pool, Rows, Voice, bass_numbers, pickups_under, zeroed_lines
 from livebass.kernels.bass.bench import BENCH, CROWN_ABOVE, MADE, fill_bench, measure_bench
-from livebass.kernels.bass.instrument import FILE, MAGIC, POOL, TIERS, VERSION, WORD, checksum, fill_pool, measure_pool
+from livebass.kernels.bass.instrument import (
+    FILE,
+    MAGIC,
+    POOL,
+    TIERS,
+    VERSION,
+    WITH_STROKES,
+    WORD,
+    checksum,
+    fill_pool,
+    measure_pool,
+)
 from livebass.kernels.bass.records import BASS
 from livebass.kernels.bass.setup import BUILDING, fill_bass, measure_bass
+from livebass.kernels.player.constants import PICK, STANDARD
 from livebass.kernels.player.performer import PERFORMER
 from livebass.kernels.string.board import over_board
 from livebass.kernels.string.frets import over_frets
 from livebass.kernels.string.preparing import DONE, FROZEN, NOTE, OVERDAMPED
 from livebass.kernels.string.records import OPERATOR, STRING
 from livebass.model.answers import answering_modes
-from livebass.model.instrument import Instrument, on_bench
+from livebass.model.instrument import Instrument, Player, on_bench
 from livebass.model.neck import flat
 from livebass.model.quality import MOST_MODES, Quality
 
@@ -90,7 +102,7 @@ class Image:
         the C function by which strings run ahead of the clock; 0: they do not.
         """
         building = np.zeros(1, BUILDING)
-        building["instrument"], building["tier"], building["rate"] = self.numbers.ctypes.data, tier, rate
+        building["file"], building["tier"], building["rate"] = self.address, tier, rate
         building["seed"], building["ahead"], building["play_string"] = seed & SEEDS, play_string != 0, play_string
         building["operators"] = [[pools[k].records.ctypes.data for k in (0, -1)]]
         building["over_frets"], building["over_board"] = over_frets.address, over_board.address
@@ -138,15 +150,25 @@ def image_bytes(instrument: Instrument, qualities: Sequence[Quality]) -> bytes:
     frets = frets_of(instrument)
     given, modes, numbers = bench_notes(instrument, qualities, frets)
     head = np.zeros(1, FILE)
-    head["magic"], head["version"] = MAGIC, VERSION
+    own = own_strokes(instrument.player)
+    head["magic"], head["version"] = MAGIC, WITH_STROKES if len(own) else VERSION
     head["name"][0] = _text(instrument.name, head["name"].shape[1])
     for i, string in enumerate(instrument.strings):
         head["string_names"][0, i] = _text(string.name, head["string_names"].shape[2])
     head["instrument"] = bass_numbers(instrument, qualities, frets)
-    rest = given.tobytes() + modes.tobytes() + numbers.tobytes()
+    rest = given.tobytes() + modes.tobytes() + numbers.tobytes() + own.tobytes()
     head["words"] = (head.nbytes + len(rest)) // WORD + 1
     words = np.frombuffer(head.tobytes() + rest, "<i8")
     return words.tobytes() + int(checksum(words.ctypes.data, len(words))).to_bytes(WORD, "little")
+
+
+def own_strokes(player: Player) -> NDArray[np.void]:
+    """All strokes, (STROKES,) STROKE, of a player with a pick of its own; (0,) for one without."""
+    given = {name: value for name, value in vars(player.pick).items() if value is not None}
+    rows = STANDARD.copy() if given else STANDARD[:0]
+    for name, value in given.items():
+        rows[name][PICK] = value
+    return rows
 
 
 def image_of(data: bytes) -> Image:

@@ -128,10 +128,25 @@ class Output:
 
 
 @dataclass(frozen=True)
+class Pick:
+    """A pick of the player's own; where a number is None it is as the usual pick."""
+
+    soft_width: float | None = None  # m, half of what touches the string, at the softest ...
+    hard_width: float | None = None  # ... and at the hardest
+    soft_release: float | None = None  # s, how gradually it lets go, likewise
+    hard_release: float | None = None
+    place: float | None = None  # over the body, fraction of the open string from the nut
+    angle: float | None = None  # rad, of its pull, from straight away from the neck
+    nearer: float | None = None  # m: the hardest strokes are nearer to the saddle than the softest
+    lift: float | None = None  # how far it lifts the string from the neck, over a finger
+
+
+@dataclass(frozen=True)
 class Player:
     """How notes become plucks. Strengths are forces of the hand over that by which the open string grazes a fret."""
 
     technique: str = "pluck"  # or "slap": the thumb strikes the lower strings, a finger pops those above
+    pick: Pick = Pick()
     stroke: str = "finger"  # or "pick", "nail", "pop", which have widths and release times of their own
     slapped_strings: int = 0  # number of strings, from the lowest, that the thumb strikes
     pluck_position: float = 0.74  # place over the body, fraction of the open string from the nut

@@ -64,4 +64,7 @@ def over_same_body(player: Player, part: float) -> Player:
         name: min(max(1 - (1 - getattr(player, name)) / part, LEAST_PLACE), MOST_PLACE)
         for name in ("pluck_position", "pluck_nearest", "pluck_farthest", "strike_position")
     }
-    return replace(player, **places)
+    pick = player.pick
+    if pick.place is not None:
+        pick = replace(pick, place=min(max(1 - (1 - pick.place) / part, LEAST_PLACE), MOST_PLACE))
+    return replace(player, pick=pick, **places)

@@ -22,6 +22,7 @@ from livebass.kernels.bass.instrument import (
     STUDIO,
     TIERS,
     VERSION,
+    WITH_STROKES,
     check_file,
 )
 from livebass.live import synth
@@ -31,7 +32,7 @@ from livebass.model.quality import QUALITIES, Quality
 ENDING = ".lbass"
 REASONS = {
     FOREIGN: "not an instrument file",
-    OTHER_VERSION: f"an instrument file of another version, this one reads {VERSION}: export it anew",
+    OTHER_VERSION: f"a file of another version, this one reads {VERSION} and {WITH_STROKES}: export it anew",
     DAMAGED: "a damaged instrument file: export it anew",
 }
 

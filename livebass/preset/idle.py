@@ -58,6 +58,7 @@ PLUCKING = (
     "pluck_position", "pluck_nearest", "pluck_farthest", "position_controller", "pluck_angle", "rounding", "pull_time",
     "stroke", "nearer_when_hard", "rounding_soft", "release_time", "release_time_soft", "release_speed",
 )  # fmt: skip
+PICKING = tuple(key_names("pick"))
 RULES = (
     Rule("coil", tuple(key_names("coil")), NO_PICKUPS, _displacement),
     Rule("pickup", tuple(key_names("pickup")), NO_PICKUPS, _displacement),
@@ -108,6 +109,10 @@ RULES = (
     ),
     Rule("player", ("thumb_mass",), "over a board the thumb is an impulse", lambda bass, player: bass.over_board),
     Rule("player", PLUCKING, STRUCK, _slaps_only),
+    Rule("pick", PICKING, STRUCK, _slaps_only),
+    Rule(
+        "pick", PICKING, 'player.stroke is not "pick": only keys bring it', lambda bass, _: bass.player.stroke != "pick"
+    ),
     Rule("neck", ("friction", "friction_speed"), STRUCK, _slaps_only),
     Rule("pickup", ("across",), STRUCK, _slaps_only),
     Rule("output", ("sensor_v", "across"), STRUCK, _slaps_only),
@@ -234,13 +239,15 @@ def _heard(bass: Instrument) -> Instrument:
         "coil": [bass.output.coil],
         "output": [bass.output],
         "player": [bass.player],
+        "pick": [bass.player.pick],
     }
     for rule in RULES:
         defaults = {name: getattr(DATACLASSES[rule.section], name, None) for name in rule.keys}
         parts[rule.section] = [replace(p, **defaults) if rule.holds(bass, p) else p for p in parts[rule.section]]
     output = replace(parts["output"][0], pickups=tuple(parts["pickup"]), coil=parts["coil"][0])
+    player = replace(parts["player"][0], pick=parts["pick"][0])
     strings, necks = tuple(parts["string"]), tuple(parts["neck"])
-    return replace(bass, strings=strings, necks=necks, output=output, player=parts["player"][0])
+    return replace(bass, strings=strings, necks=necks, output=output, player=player)
 
 
 def _why(given: Given, data: dict[str, Any], bass: Instrument) -> str:

@@ -13,7 +13,19 @@ from itertools import pairwise
 from typing import Any
 
 from livebass import units
-from livebass.model.instrument import ANSWERING, STIFFNESS_LAWS, STROKES, Coil, Neck, Output, Pickup, Player, String
+from livebass.kernels.player.constants import PICK, STANDARD
+from livebass.model.instrument import (
+    ANSWERING,
+    STIFFNESS_LAWS,
+    STROKES,
+    Coil,
+    Neck,
+    Output,
+    Pick,
+    Pickup,
+    Player,
+    String,
+)
 from livebass.model.keymap import CURVES, MAPS
 from livebass.preset import tuning
 from livebass.techniques import FUNCTION_ROWS, RPN
@@ -21,7 +33,15 @@ from livebass.units import DIMENSIONS, format_quantity, quantity, readable_quant
 
 REQUIRED = object()
 FIELD = object()  # the default of the field of the same name in the section's dataclass
-DATACLASSES = {"neck": Neck, "string": String, "output": Output, "pickup": Pickup, "coil": Coil, "player": Player}
+DATACLASSES = {
+    "neck": Neck,
+    "string": String,
+    "output": Output,
+    "pickup": Pickup,
+    "coil": Coil,
+    "player": Player,
+    "pick": Pick,
+}
 MOST_POINTS = 16  # of a curve
 # MIDI controllers with a meaning of their own; those from 120 on are channel mode messages.
 RESERVED = (*RPN, *(n for name in ("volume", "expression", "let_ring") for n in FUNCTION_ROWS[name].controllers))
@@ -175,7 +195,29 @@ _ROWS = (
     Key("player", "ghost_below", "integer", "0", "128", FIELD, "notes of a velocity below are ghost notes"),
     Key("player", "wheel", "bend|slide", "", "", FIELD, "the pitch wheel bends, or slides over the frets"),
 )
-KEYS = tuple(key.resolved() for key in _ROWS)
+# Of a pick of one's own. What its strokes up have over those down stays as it is.
+_PICK = (
+    Key("pick", "soft_width", "length", "0.1 mm", "50 mm", None, "half of what touches the string, at velocity 1 ..."),
+    Key("pick", "hard_width", "length", "0.1 mm", "50 mm", None, "... and at 127"),
+    Key("pick", "soft_release", "time", "1 us", "10 ms", None, "how gradually it lets go, at velocity 1 ..."),
+    Key("pick", "hard_release", "time", "1 us", "10 ms", None, "... and at 127"),
+    Key("pick", "place", "number", "0.01", "0.99", None, "as player.pluck_position, when a pick plucks"),
+    Key("pick", "angle", "angle", "-89 deg", "89 deg", None, "of its pull, from straight up to across"),
+    Key("pick", "nearer", "length", "0 mm", "200 mm", None, "the hardest strokes, nearer to the saddle"),
+    Key("pick", "lift", "number", "0.1", "4", None, "how far it lifts the string, over a finger"),
+)
+
+
+def _usual(key: Key) -> str:
+    """What a key of the pick is if it is left out, as a file would write it."""
+    value = float(STANDARD[PICK][key.name])
+    return readable_quantity(value, key.kind) if key.kind in DIMENSIONS else f"{value:g}"
+
+
+KEYS = (
+    *(key.resolved() for key in _ROWS),
+    *(replace(key, meaning=f"{key.meaning}; left out: {_usual(key)}") for key in _PICK),
+)
 SECTIONS = tuple(dict.fromkeys(key.section for key in KEYS if key.section))
 
 

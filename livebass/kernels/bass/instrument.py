@@ -1,9 +1,10 @@
 """A bass as numbers for any audio rate, INSTRUMENT, and the records of strings and player that are made of it.
 
 An instrument file is a FILE record, which holds an INSTRUMENT; then a NOTE (preparing.py) for each string and fret;
-their modes in each tier, int64 (TIERS, notes); the numbers that the notes point into, float64; and a checksum. All of
-it is words of 8 bytes, little-endian. `check_file` refuses what is damaged, and whatever would make other kernels read
-or write outside their memory: what it accepts may be played. [any thread]
+their modes in each tier, int64 (TIERS, notes); the numbers that the notes point into, float64; where a bass has strokes
+of its own, STROKES rows of STROKE; and a checksum. All of it is words of 8 bytes, little-endian. `check_file` refuses
+what is damaged, and whatever would make other kernels read or write outside their memory: what it accepts may be
+played. [any thread]
 """
 
 import numpy as np
@@ -23,11 +24,11 @@ from livebass.kernels.machine.native import (
 )
 from livebass.kernels.pickup import tone
 from livebass.kernels.pickup.coil import CIRCUIT, COIL
-from livebass.kernels.player.constants import CONTROLLERS, KEY_MAP, KEYS, PLAYER, STROKES
+from livebass.kernels.player.constants import CONTROLLERS, KEY_MAP, KEYS, PLAYER, STROKE, STROKES
 from livebass.kernels.player.controls import reset_controllers
 from livebass.kernels.player.expression import VIBRATO_RATE, bend_ratio, loudness, vibrato_depth
 from livebass.kernels.player.performer import ANSWERS_WHEN, MOST_RANGE, MOST_STRINGS, performer_at
-from livebass.kernels.player.strokes import fill_strokes
+from livebass.kernels.player.strokes import fill_strokes, strokes_at
 from livebass.kernels.string import answers
 from livebass.kernels.string.operators import DOUBLE
 from livebass.kernels.string.preparing import (
@@ -94,7 +95,8 @@ INSTRUMENT = np.dtype(
 )
 
 MAGIC = 0x5353_4142_4556_494C  # "LIVEBASS"
-VERSION = 5  # of the file: another one for any change of FILE, NOTE, or of what they mean
+VERSION = 5  # of the file: another one for any change of FILE, NOTE, STROKE, or of what they mean
+WITH_STROKES = 6  # the version of a file that has them, and is one of VERSION else
 FILE = np.dtype(
     [
         ("magic", "i8"),
@@ -137,6 +139,7 @@ operators_at = records_at(OPERATOR, 2)
 coil_at = record_at(COIL)
 FILE_BYTES = FILE.itemsize
 WORD = 8  # bytes
+STROKE_WORDS = STROKES * STROKE.itemsize // WORD
 
 
 @jit
@@ -265,13 +268,16 @@ def take_circuit(coil, instrument, rate):
 
 @entry("void(int64, int64, int64)")
 def new_performer(performer, instrument, seed):
-    """Makes the player of an INSTRUMENT of the PERFORMER of zeros at an address; `seed` of its unevenness."""
-    make_performer(performer_at(performer), instrument_at(instrument), seed)
+    """Makes the player of an INSTRUMENT of the PERFORMER of zeros at an address; `seed` of its unevenness.
+
+    It has the standard strokes.
+    """
+    make_performer(performer_at(performer), instrument_at(instrument), seed, 0)
 
 
 @jit
-def make_performer(p, instrument, seed):
-    """`new_performer` for records."""
+def make_performer(p, instrument, seed, strokes):
+    """`new_performer` for records; strokes: address of the bass's own, 0: it has none."""
     p.strings = instrument.strings
     p.frets = instrument.frets
     for i in range(instrument.strings):
@@ -280,7 +286,7 @@ def make_performer(p, instrument, seed):
         p.called[i] = instrument.called[i]
     copy_record(p.player, instrument.player)
     copy_record(p.key_map, instrument.key_map)
-    fill_strokes(p)
+    fill_strokes(p, strokes)
     for i in range(MOST_STRINGS):
         p.hands.key[i] = -1
     for velocity in range(KEYS):
@@ -329,6 +335,13 @@ def words_before_numbers(file):
     return FILE_BYTES // WORD + notes_of(file) * (NOTE_BYTES // WORD + TIERS)
 
 
+@jit
+def strokes_of(address):
+    """Address of the own strokes of the file at an address; 0: it has none."""
+    file = file_at(address)
+    return address + WORD * (file.words - 1 - STROKE_WORDS) if file.version == WITH_STROKES else np.int64(0)
+
+
 @entry("int64(int64, int64)")
 def check_file(address, size):
     """Returns GOOD for the file of `size` bytes at an address, or why it cannot be played."""
@@ -337,14 +350,18 @@ def check_file(address, size):
     file, last = file_at(address), size // WORD - 1
     if file.magic != MAGIC:
         return np.int64(FOREIGN)
-    if file.version != VERSION:
+    if file.version != VERSION and file.version != WITH_STROKES:
         return np.int64(OTHER_VERSION)
     if file.words != last + 1 or checksum_of(address, last) != np.uint64(words_at(address + WORD * last, 1)[0]):
         return np.int64(DAMAGED)
     if not is_instrument(file.instrument):
         return np.int64(DAMAGED)
     numbers = last - words_before_numbers(file)
+    if file.version == WITH_STROKES:
+        numbers -= STROKE_WORDS
     if numbers < 0:
+        return np.int64(DAMAGED)
+    if file.version == WITH_STROKES and not are_strokes(strokes_of(address)):
         return np.int64(DAMAGED)
     where = address + WORD * words_before_numbers(file)
     if not all_within(where, numbers, -LARGEST, LARGEST):
@@ -444,6 +461,27 @@ def is_instrument(instrument):
         if not 0.0 <= instrument.part[velocity] <= 1.0:
             return False
     return is_key_map(instrument.key_map) and is_player(player)
+
+
+@jit
+def are_strokes(address):
+    """True if the numbers of STROKES rows of STROKE at an address are such as kernels take."""
+    for row in strokes_at(address, STROKES):
+        if not 0.0 <= row.soft_width <= 1.0 or not 0.0 <= row.hard_width <= 1.0:
+            return False
+        if not 0.0 <= row.soft_release <= 1.0 or not 0.0 <= row.hard_release <= 1.0:
+            return False
+        if not 0.0 <= row.place <= 1.0 or not abs(row.angle) <= 1.6 or not abs(row.other_angle) <= 1.6:
+            return False
+        if not abs(row.nearer) <= 1.0 or not abs(row.other_nearer) <= 1.0:
+            return False
+        if not 0.0 < row.lift <= 10.0 or not 0.0 <= row.gentler <= 10.0:
+            return False
+        if not 0.0 < row.other_level <= 10.0 or not 0.0 <= row.other_release <= 10.0:
+            return False
+        if not 0 <= row.two_ways <= 1:
+            return False
+    return True
 
 
 @jit
