@@ -10,7 +10,8 @@ from dataclasses import dataclass
 
 from livebass.rows import LARGEST, TINY, choice, number
 
-VERSION = 5  # of instrument files: another one for any change of their layout, or of what it means
+VERSION = 5  # of instrument files: another one for any change of their layout, or of what it means ...
+WITH_STROKES = 6  # ... and the one of files that have strokes, and are of VERSION else
 STROKES = ("finger", "pick", "nail", "pop")  # in the order of the performer's numbers
 ANSWERING = ("off", "pedal", "always")  # likewise
 ABOVE_ZERO = (TINY, LARGEST)
@@ -102,4 +103,26 @@ class PlayerNumbers:
     ghost_below: int = number(0, "integer", "0", "128", "notes of a velocity below are ghost notes", word=28)
     wheel: str = choice("bend", ("bend", "slide"), "the pitch wheel bends, or slides over the frets",
         record="wheel_slides")
+    # fmt: on
+
+
+@dataclass(frozen=True)
+class Pick:
+    """A pick: how its strokes down pluck. Those up differ from them as the usual pick's do."""
+
+    # fmt: off
+    soft_width: float = number(1.5e-3, "length", "0.1 mm", "50 mm", "half of what touches it, at velocity 1 ...",
+        word=0, file=(0, 1))
+    hard_width: float = number(1e-3, "length", "0.1 mm", "50 mm", "... and at 127", word=1, file=(0, 1))
+    soft_release: float = number(240e-6, "time", "1 us", "10 ms", "how gradually it lets go, at velocity 1 ...",
+        word=2, file=(0, 1))
+    hard_release: float = number(12e-6, "time", "1 us", "10 ms", "... and at 127", word=3, file=(0, 1))
+    place: float = number(0.94, "number", "0.01", "0.99", "as player.pluck_position, when a pick plucks",
+        word=4, file=(0, 1))
+    angle: float = number(0.8, "angle", "-89 deg", "89 deg", "of its pull, from straight up to across",
+        word=5, file=(-1.6, 1.6))
+    nearer: float = number(60e-3, "length", "0 mm", "200 mm", "the hardest strokes, nearer to the saddle",
+        word=6, file=(-1, 1))
+    lift: float = number(0.75, "number", "0.1", "4", "how far it lifts the string, over a finger",
+        word=7, file=(TINY, 10))
     # fmt: on

@@ -20,6 +20,7 @@ from livebass.kernels.bass.bench import BENCH, fill_bench, measure_bench
 from livebass.kernels.bass.instrument import FILE, MAGIC, POOL, TIERS, WORD, checksum, fill_pool, measure_pool
 from livebass.kernels.bass.records import BASS
 from livebass.kernels.bass.setup import BUILDING, fill_bass, measure_bass
+from livebass.kernels.player.constants import PICK, STANDARD
 from livebass.kernels.player.performer import PERFORMER
 from livebass.kernels.string.board import over_board
 from livebass.kernels.string.frets import over_frets
@@ -27,10 +28,10 @@ from livebass.kernels.string.note import CROWN_ABOVE, MADE
 from livebass.kernels.string.preparing import DONE, FROZEN, NOTE, OVERDAMPED
 from livebass.kernels.string.records import OPERATOR, STRING
 from livebass.model.answers import answering_modes
-from livebass.model.instrument import Instrument, on_bench
+from livebass.model.instrument import Instrument, Player, on_bench
 from livebass.model.neck import flat
 from livebass.model.quality import MOST_MODES, Quality
-from livebass.parts import VERSION
+from livebass.parts import VERSION, WITH_STROKES, Pick
 
 SEEDS = 0x7FFF_FFFF_FFFF_FFFF  # the bits of a seed: kernels take int64
 WHY = {
@@ -92,7 +93,7 @@ class Image:
         the C function by which strings run ahead of the clock; 0: they do not.
         """
         building = np.zeros(1, BUILDING)
-        building["instrument"], building["tier"], building["rate"] = self.numbers.ctypes.data, tier, rate
+        building["file"], building["tier"], building["rate"] = self.address, tier, rate
         building["seed"], building["ahead"], building["play_string"] = seed & SEEDS, play_string != 0, play_string
         building["operators"] = [[pools[k].records.ctypes.data for k in (0, -1)]]
         building["over_frets"], building["over_board"] = over_frets.address, over_board.address
@@ -140,15 +141,26 @@ def image_bytes(instrument: Instrument, qualities: Sequence[Quality]) -> bytes:
     frets = frets_of(instrument)
     given, modes, numbers = bench_notes(instrument, qualities, frets)
     head = np.zeros(1, FILE)
-    head["magic"], head["version"] = MAGIC, VERSION
+    own = own_strokes(instrument.player)
+    head["magic"], head["version"] = MAGIC, WITH_STROKES if len(own) else VERSION
     head["name"][0] = _text(instrument.name, head["name"].shape[1])
     for i, string in enumerate(instrument.strings):
         head["string_names"][0, i] = _text(string.name, head["string_names"].shape[2])
     head["instrument"] = bass_numbers(instrument, qualities, frets)
-    rest = given.tobytes() + modes.tobytes() + numbers.tobytes()
+    rest = given.tobytes() + modes.tobytes() + numbers.tobytes() + own.tobytes()
     head["words"] = (head.nbytes + len(rest)) // WORD + 1
     words = np.frombuffer(head.tobytes() + rest, "<i8")
     return words.tobytes() + int(checksum(words.ctypes.data, len(words))).to_bytes(WORD, "little")
+
+
+def own_strokes(player: Player) -> NDArray[np.void]:
+    """All strokes, (STROKES,) STROKE, of a player with a pick of its own; (0,) for one with the usual one."""
+    if player.pick == Pick():
+        return STANDARD[:0]
+    rows = STANDARD.copy()
+    for name, value in vars(player.pick).items():
+        rows[name][PICK] = value
+    return rows
 
 
 def image_of(data: bytes) -> Image:

@@ -23,6 +23,7 @@ from livebass.model.keymap import MODO, Curve, KeyMap
 from livebass.model.neck import FREE_PART, Admittance, Surface, flat, rows_of, surface_on_grid
 from livebass.parts import STROKES as STROKES
 from livebass.parts import Coil as Coil
+from livebass.parts import Pick as Pick
 from livebass.parts import PlayerNumbers
 from livebass.rows import choice, number
 
@@ -129,6 +130,7 @@ class Output:
 class Player(PlayerNumbers):
     """How notes become plucks. Strengths are forces of the hand over that by which the open string grazes a fret."""
 
+    pick: Pick = field(default_factory=Pick)
     keys: KeyMap = MODO  # what MIDI keys below the notes, and controllers, do
     velocity_curve: Curve = "linear"  # how hard a velocity is played: model/keymap.py
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from livebass.model.exact import exp2
-from livebass.model.instrument import Neck, Player, String, tensioned
+from livebass.model.instrument import Neck, Pick, Player, String, tensioned
 from livebass.model.neck import FREE_PART, surface_beyond
 
 MOST_SLACK = 2.0  # times as far: nobody pulls a slack string farther
@@ -66,4 +66,7 @@ def over_same_body(player: Player, part: float) -> Player:
         name: min(max(1 - (1 - getattr(player, name)) / part, LEAST_PLACE), MOST_PLACE)
         for name in ("pluck_position", "pluck_nearest", "pluck_farthest", "strike_position")
     }
-    return replace(player, **places)
+    pick = player.pick
+    if pick.place != Pick.place:
+        pick = replace(pick, place=min(max(1 - (1 - pick.place) / part, LEAST_PLACE), MOST_PLACE))
+    return replace(player, pick=pick, **places)

@@ -45,6 +45,7 @@ RECORDS = {
 NUMBERS = {
     "LB_KEY_COUNT": KEYS,
     "LB_FILE_VERSION": parts.VERSION,
+    "LB_FILE_WITH_STROKES": parts.WITH_STROKES,
     "LB_STRINGS": performer.MOST_STRINGS,
     "LB_RINGS": live.RINGS,
     "LB_CHUNK": live.CHUNK,

@@ -26,12 +26,12 @@ from livebass.kernels.bass.instrument import (
 from livebass.live import synth
 from livebass.model.instrument import Instrument
 from livebass.model.quality import QUALITIES, Quality
-from livebass.parts import VERSION
+from livebass.parts import VERSION, WITH_STROKES
 
 ENDING = ".lbass"
 REASONS = {
     FOREIGN: "not an instrument file",
-    OTHER_VERSION: f"an instrument file of another version, this one reads {VERSION}: export it anew",
+    OTHER_VERSION: f"a file of another version, this one reads {VERSION} and {WITH_STROKES}: export it anew",
     DAMAGED: "a damaged instrument file: export it anew",
 }
 

@@ -18,6 +18,7 @@ from livebass.model.instrument import (
     Instrument,
     Neck,
     Output,
+    Pick,
     Pickup,
     Player,
     String,
@@ -130,7 +131,9 @@ class Builder:
             values["keys"] = keys_of_player(values["keys"], self.label)
         except ValueError as error:
             raise self.error("player.keys", str(error)) from None
-        player = over_same_body(Player(**values), pairs[0][0].length / made[0][0].length)
+        given = data.get("pick", {})
+        pick = Pick(**{name: value for name, value in self.table("pick", given, "pick").items() if name in given})
+        player = over_same_body(Player(**values, pick=pick), pairs[0][0].length / made[0][0].length)
         for low, high in (
             ("pluck_nearest", "pluck_farthest"),
             ("softest", "hardest"),

@@ -56,6 +56,8 @@ NO_PICKUPS = 'output.kind is "displacement", which takes no pickups'
 UP_AND_DOWN = "player.pluck_angle is 0: strings move up and down, not across"
 STRUCK = "the thumb strikes every string, and none is plucked"
 
+PICKING = tuple(key_names("pick"))
+
 
 def _group(name: str, why: str, holds: Callable[[Instrument, Any], bool]) -> list[Rule]:
     """Rules for the rows of the group `name`, one for each section that has such."""
@@ -104,6 +106,10 @@ RULES = (
     Rule("player", ("thumb_mass",), "over a board the thumb is an impulse", lambda bass, player: bass.over_board),
     *_group("pluck", STRUCK, _slaps_only),
     *_group("across", STRUCK, _slaps_only),
+    Rule("pick", PICKING, STRUCK, _slaps_only),
+    Rule(
+        "pick", PICKING, 'player.stroke is not "pick": only keys bring it', lambda bass, _: bass.player.stroke != "pick"
+    ),
 )
 # Keys that make no field of their own: why they may be idle.
 NO_CORE = "string.inharmonicity is given, not core_diameter"
@@ -227,13 +233,15 @@ def _heard(bass: Instrument) -> Instrument:
         "coil": [bass.output.coil],
         "output": [bass.output],
         "player": [bass.player],
+        "pick": [bass.player.pick],
     }
     for rule in RULES:
         defaults = {name: getattr(DATACLASSES[rule.section], name, None) for name in rule.keys}
         parts[rule.section] = [replace(p, **defaults) if rule.holds(bass, p) else p for p in parts[rule.section]]
     output = replace(parts["output"][0], pickups=tuple(parts["pickup"]), coil=parts["coil"][0])
+    player = replace(parts["player"][0], pick=parts["pick"][0])
     strings, necks = tuple(parts["string"]), tuple(parts["neck"])
-    return replace(bass, strings=strings, necks=necks, output=output, player=parts["player"][0])
+    return replace(bass, strings=strings, necks=necks, output=output, player=player)
 
 
 def _why(given: Given, data: dict[str, Any], bass: Instrument) -> str:

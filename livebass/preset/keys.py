@@ -13,7 +13,7 @@ from itertools import pairwise
 from typing import Any
 
 from livebass import units
-from livebass.model.instrument import Coil, Neck, Output, Pickup, Player, String
+from livebass.model.instrument import Coil, Neck, Output, Pick, Pickup, Player, String
 from livebass.model.keymap import CURVES, MAPS
 from livebass.preset import tuning
 from livebass.rows import rows
@@ -21,7 +21,15 @@ from livebass.techniques import FUNCTION_ROWS, RPN
 from livebass.units import DIMENSIONS, format_quantity, quantity, readable_quantity
 
 REQUIRED = object()
-DATACLASSES = {"neck": Neck, "string": String, "output": Output, "pickup": Pickup, "coil": Coil, "player": Player}
+DATACLASSES = {
+    "neck": Neck,
+    "string": String,
+    "output": Output,
+    "pickup": Pickup,
+    "coil": Coil,
+    "player": Player,
+    "pick": Pick,
+}
 MOST_POINTS = 16  # of a curve
 # MIDI controllers with a meaning of their own; those from 120 on are channel mode messages.
 RESERVED = (*RPN, *(n for name in ("volume", "expression", "let_ring") for n in FUNCTION_ROWS[name].controllers))
@@ -120,6 +128,7 @@ KEYS = (
         "soft: soft keys sound harder, hard: softer",
     ),
     *_rows("player", after="position_controller"),
+    *_rows("pick"),
 )
 SECTIONS = tuple(dict.fromkeys(key.section for key in KEYS if key.section))
 

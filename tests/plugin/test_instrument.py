@@ -17,10 +17,11 @@ from livebass.engine.engine import Engine
 from livebass.engine.image import image
 from livebass.engine.prepare import Pool, new_performer
 from livebass.kernels.bass.instrument import COARSE, FILE, INSTRUMENT_WORDS, LIVE, STUDIO, TIERS, WORD, checksum
+from livebass.kernels.player.constants import FINGER, PICK, POP, STANDARD, STROKE, STROKES
 from livebass.kernels.player.performer import MOST_STRINGS
 from livebass.kernels.string.preparing import NOTE, NOTE_WORDS
 from livebass.model.keymap import MODO_12, velocity_parts
-from livebass.parts import VERSION
+from livebass.parts import VERSION, WITH_STROKES, Pick
 from livebass.plugin.instrument import instrument_file, read_instrument, tiers, write_instrument
 from livebass.plugin.lv2 import write_bundle
 from livebass.rows import Limit, limits
@@ -28,7 +29,13 @@ from livebass.techniques import GHOST
 
 ADDRESSES = ("coefficients", "taps", "shapes", "heights", "positions", "coupling", "left_out", "answers")
 # Of every version so far: what is stored, and how. A file of another layout must have another version.
-LAYOUTS = {1: "4a97951d4a5441f0", 3: "0e201a4e5c4026f4", 4: "6a8a25d173eb4522", 5: "4165266b974932bb"}
+LAYOUTS = {
+    1: "4a97951d4a5441f0",
+    3: "0e201a4e5c4026f4",
+    4: "6a8a25d173eb4522",
+    5: "4165266b974932bb",
+    6: "fac1e29a111396d4",
+}
 
 
 def assert_same_pool(made: Pool, wanted: Pool) -> None:
@@ -110,7 +117,7 @@ def test_damaged_files_are_refused(whole: bytes, tmp_path: Path) -> None:
     for data in (whole[:-WORD], whole + b"\0" * WORD, whole[:-800] + whole[-792:]):
         assert "damaged" in refused(data, path)
     later = np.frombuffer(whole, np.int64).copy()
-    later[1] = VERSION + 1
+    later[1] = WITH_STROKES + 1
     assert "another version" in refused(sealed(later), path)
     rng = np.random.default_rng(5)
     for place in rng.integers(2 * WORD, len(whole), 200).tolist():
@@ -149,7 +156,7 @@ import faulthandler, sys
 from pathlib import Path
 import numpy as np
 from livebass.kernels.bass.instrument import FILE, GOOD, WORD, check_file, checksum
-from livebass.kernels.player.constants import KEY_MAP, PLAYER
+from livebass.kernels.player.constants import FINGER, KEY_MAP, PICK, PLAYER, POP, STANDARD, STROKE, STROKES
 from livebass.kernels.string.preparing import NOTE
 from support.lv2 import Plugin
 faulthandler.enable()
@@ -258,7 +265,43 @@ def test_too_many_answers_are_refused(whole: bytes, tmp_path: Path) -> None:
 
 def test_another_layout_has_another_version() -> None:
     layout = hashlib.sha256(repr((FILE.descr, FILE.itemsize, NOTE.descr)).encode()).hexdigest()[:16]
-    assert LAYOUTS[VERSION] == layout
+    assert LAYOUTS[VERSION] == layout and WITH_STROKES == VERSION + 1
+    layout += repr((STROKE.descr, STROKE.itemsize, STROKES))
+    assert LAYOUTS[WITH_STROKES] == hashlib.sha256(layout.encode()).hexdigest()[:16]
+
+
+OWN_PICK = Pick(soft_width=1.2e-3, hard_width=0.8e-3, place=0.9, angle=0.3, nearer=0.04, lift=0.9)
+
+
+def test_a_pick_of_ones_own_is_in_the_file_and_is_played(tmp_path: Path) -> None:
+    bass = load_preset("precision-finger")
+    own = replace(bass, player=replace(bass.player, pick=OWN_PICK))
+    plain, data = instrument_file(bass), instrument_file(own)
+    assert [int(np.frombuffer(d, np.int64)[1]) for d in (plain, data)] == [VERSION, WITH_STROKES]
+    assert data[3 * WORD : len(plain) - WORD] == plain[3 * WORD : -WORD], "all else is the same"
+    assert len(data) - len(plain) == STROKES * STROKE.itemsize
+    (tmp_path / "a.lbass").write_bytes(data)
+    file = read_instrument(tmp_path / "a.lbass")
+    pools = [file.pool(tier, 48000) for tier in (LIVE, COARSE)]
+    rows = file.bass(LIVE, 48000, 0, pools).performer["strokes"][0]
+    given = {name: value for name, value in vars(OWN_PICK).items() if value is not None}
+    assert {name: float(rows[name][PICK]) for name in given} == given
+    assert rows["soft_release"][PICK] == STANDARD["soft_release"][PICK]
+    assert rows["hard_width"][FINGER] == bass.player.rounding and rows["lift"][POP] == STANDARD["lift"][POP]
+    engines = [Engine(one, QUALITIES["live"], 48000) for one in (bass, own)]
+    assert np.array_equal(engines[1].performer["strokes"][0], rows)
+    assert not np.array_equal(engines[0].performer["strokes"][0], rows)
+
+
+@pytest.mark.parametrize("name", STROKE.names or ())
+def test_no_number_of_a_stroke_may_be_absurd(name: str, tmp_path: Path) -> None:
+    bass = load_preset("precision-finger")
+    data = instrument_file(replace(bass, player=replace(bass.player, pick=OWN_PICK)))
+    for k in range(STROKES):
+        for value in (-1000, 1 << 40) if STROKE[name].kind == "i" else (np.nan, np.inf, -1e9, 1e9):
+            words = np.frombuffer(data, np.int64).copy()
+            words.view(np.uint8)[-WORD - STROKES * STROKE.itemsize : -WORD].view(STROKE)[name][k] = value
+            assert "damaged" in refused(sealed(words), tmp_path / "a.lbass"), value
 
 
 def test_a_file_has_the_players_keys_and_velocities(tmp_path: Path) -> None:

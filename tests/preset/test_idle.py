@@ -93,6 +93,7 @@ CASES = [  # changes of TWO_STRINGS, and the keys that do nothing then
         {"pickup[1].position": "no pickups", "coil.tone": "no pickups", "output.across": "pluck_angle is 0"},
     ),
     ((("[player]", '[output]\nsensor = "20 mm"\n[player]'),), {"output.sensor": "no sensor"}),
+    ((("softest = 0.1", "softest = 0.1\n[pick]\nlift = 0.7"),), {"pick.lift": 'stroke is not "pick"'}),
 ]
 
 
@@ -156,6 +157,16 @@ def test_what_is_idle_is_not_heard(changes: tuple[tuple[str, str], ...], expecte
             for raw in other_values(given.key, given.raw):
                 with suppress(PresetError):
                     assert np.array_equal(sound(given.with_value(data, raw)), before), given.place
+
+
+def test_every_number_of_a_pick_is_heard_where_it_plucks() -> None:
+    table = tomllib.loads(f"[pick]{ALL_KEYS.partition('[pick]')[2]}")["pick"]
+    data = tomllib.loads(text_of((("softest = 0.1", 'stroke = "pick"'),))) | {"pick": table}
+    before = sound(data)
+    for given in (given for given in given_keys(data) if given.key.section == "pick"):
+        for raw in list(other_values(given.key, given.raw))[:1]:
+            assert not np.array_equal(sound(given.with_value(data, raw)), before), given.place
+    assert {key.name for key in KEYS if key.section == "pick"} == set(table)
 
 
 ALL_KEYS = (
@@ -259,6 +270,15 @@ keys = "modo"
 velocity_curve = "linear"
 ghost_below = 90
 wheel = "bend"
+[pick]
+soft_width = "1.4 mm"
+hard_width = "0.9 mm"
+soft_release = "0.2 ms"
+hard_release = "20 us"
+place = 0.9
+angle = "30 deg"
+nearer = "40 mm"
+lift = 0.8
 """
 )
 ELSEWHERE = {  # the neck may be given in another way

@@ -13,7 +13,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from support.examples import costly
 
-from livebass.model.instrument import Coil, Neck, Output, Pickup, Player, String, note_frequency, speaking
+from livebass.model.instrument import Coil, Neck, Output, Pick, Pickup, Player, String, note_frequency, speaking
 from livebass.model.neck import Admittance, Resonance
 from livebass.preset.build import LARGEST_COUNTS, MOST_FRETS, MOST_SENSING, Builder, PresetError
 from livebass.preset.checks import overdamped
@@ -494,6 +494,7 @@ SECTIONS = {
     "pickup": Pickup,
     "coil": Coil,
     "player": Player,
+    "pick": Pick,
 }
 
 
@@ -501,16 +502,17 @@ SECTIONS = {
 def test_default_is_the_instruments_own(key: Key) -> None:
     own = {f.name: f.default for f in fields(SECTIONS[key.section])}
     if key.default in (REQUIRED, None):
-        assert own.get(key.name, MISSING) in (MISSING, (), 0.0)
+        assert own.get(key.name, MISSING) in (MISSING, (), 0.0, None)
     elif key.kind == "key map":
         assert load_key_map(checked(key, key.default)) == own[key.name]
     elif own.get(key.name, MISSING) is not MISSING:
-        assert checked(key, key.default) == pytest.approx(own[key.name])
+        near = {"rel": 1e-3} if key.kind == "angle" else {}  # degrees are written with three digits
+        assert checked(key, key.default) == pytest.approx(own[key.name], **near)
 
 
-@pytest.mark.parametrize("section", ["output", "pickup", "coil", "player"])
+@pytest.mark.parametrize("section", ["output", "pickup", "coil", "player", "pick"])
 def test_every_field_has_a_key(section: str) -> None:
-    made_elsewhere = {"pickups", "coil"}
+    made_elsewhere = {"pickups", "coil", "pick"}
     assert {f.name for f in fields(SECTIONS[section])} - made_elsewhere == set(key_names(section))
 
 

@@ -13,7 +13,7 @@ import wasmtime
 
 from livebass.arrays import Floats
 from livebass.compiling import Entry
-from livebass.kernels.bass.instrument import COARSE, FILE, GOOD, LIVE, POOL
+from livebass.kernels.bass.instrument import COARSE, GOOD, LIVE, POOL
 from livebass.kernels.bass.setup import BUILDING
 from livebass.kernels.string.preparing import DONE
 from livebass.live.thread.records import SYNTH
@@ -57,10 +57,8 @@ class Module:
             self.set(POOL, pool, memory=self.place(int(self.record(POOL, pool)["bytes"])))
             assert self.call("fill_pool", pool) == DONE
             self.record(BUILDING, building)["operators"][k] = self.record(POOL, pool)["memory"]
-        assert FILE.fields
         called = {name: numbers[name] for name in ("over_frets", "over_board", "play_string")}
-        instrument = self.file + FILE.fields["instrument"][1]
-        self.set(BUILDING, building, instrument=instrument, tier=tier, rate=rate, **called)
+        self.set(BUILDING, building, file=self.file, tier=tier, rate=rate, **called)
         self.call("measure_bass", building)
         self.bass = self.place(int(self.record(BUILDING, building)["bytes"]))
         self.set(BUILDING, building, memory=self.bass)

@@ -1,9 +1,10 @@
 """A bass as numbers for any audio rate, INSTRUMENT, and the records of strings and player that are made of it.
 
 An instrument file is a FILE record, which holds an INSTRUMENT; then a NOTE (preparing.py) for each string and fret;
-their modes in each tier, int64 (TIERS, notes); the numbers that the notes point into, float64; and a checksum. All of
-it is words of 8 bytes, little-endian. `check_file` refuses what is damaged, and whatever would make other kernels read
-or write outside their memory: what it accepts may be played. [any thread]
+their modes in each tier, int64 (TIERS, notes); the numbers that the notes point into, float64; where a bass has strokes
+of its own, STROKES rows of STROKE; and a checksum. All of it is words of 8 bytes, little-endian. `check_file` refuses
+what is damaged, and whatever would make other kernels read or write outside their memory: what it accepts may be
+played. [any thread]
 """
 
 import numpy as np
@@ -24,7 +25,7 @@ from livebass.kernels.machine.native import (
 )
 from livebass.kernels.pickup import tone
 from livebass.kernels.pickup.coil import CIRCUIT, CIRCUIT_WORDS, COIL
-from livebass.kernels.player.constants import KEY_MAP_WORDS, KEYS, PLAYER_WORDS, STROKES
+from livebass.kernels.player.constants import KEY_MAP_WORDS, KEYS, PLAYER_WORDS, STROKE, STROKE_WORDS, STROKES
 from livebass.kernels.player.controls import reset_controllers
 from livebass.kernels.player.expression import VIBRATO_RATE, bend_ratio, loudness, vibrato_depth
 from livebass.kernels.player.performer import ANSWERS_WHEN, MOST_STRINGS, performer_at
@@ -47,7 +48,7 @@ from livebass.kernels.string.preparing import (
     operator_at,
 )
 from livebass.kernels.string.records import BLOCK, LINE, MOST_ANSWERS, MOST_NEAR, OPERATOR, ROW, STRING, VOICE_SLOTS
-from livebass.parts import VERSION
+from livebass.parts import VERSION, WITH_STROKES
 from livebass.rows import LARGEST, TINY, Word, limits, record, table
 
 BLOCKER_HZ = 6.0  # DC blocker's corner
@@ -134,10 +135,13 @@ operators_at = records_at(OPERATOR, 2)
 coil_at = record_at(COIL)
 FILE_BYTES, CIRCUIT_BYTES = FILE.itemsize, CIRCUIT.itemsize
 WORD = 8  # bytes
+STROKE_BYTES = STROKE.itemsize
+ROOM_OF_STROKES = STROKES * STROKE_BYTES // WORD
 
-# Limits of the words of an INSTRUMENT, and behind them of a NOTE: columns as rows.Limit
-LIMITS = table([*limits(INSTRUMENT_WORDS, MOST_STRINGS), *limits(NOTE_WORDS)])
-NOTE_LIMITS = len(limits(INSTRUMENT_WORDS, MOST_STRINGS))  # the first of a NOTE
+# Limits of the words of an INSTRUMENT, and behind them of a NOTE and of a STROKE: columns as rows.Limit
+LIMITS = table([*limits(INSTRUMENT_WORDS, MOST_STRINGS), *limits(NOTE_WORDS), *limits(STROKE_WORDS)])
+NOTE_LIMITS = len(limits(INSTRUMENT_WORDS, MOST_STRINGS))  # the first of a NOTE ...
+STROKE_LIMITS = NOTE_LIMITS + len(limits(NOTE_WORDS))  # ... and of a STROKE
 PLACE, COUNT, PER_STRING, WHOLE, LEAST, MOST = range(6)
 NOTE_LISTS = tuple((NOTE.fields[name][1] // WORD, width) for name, width in LISTS.items())  # type: ignore[index]
 TAPS = NOTE.fields["taps"][1] // WORD  # type: ignore[index]
@@ -270,13 +274,16 @@ def take_circuit(coil, instrument, rate):
 
 @entry("void(int64, int64, int64)")
 def new_performer(performer, instrument, seed):
-    """Makes the player of an INSTRUMENT of the PERFORMER of zeros at an address; `seed` of its unevenness."""
-    make_performer(performer_at(performer), instrument_at(instrument), seed)
+    """Makes the player of an INSTRUMENT of the PERFORMER of zeros at an address; `seed` of its unevenness.
+
+    It has the standard strokes.
+    """
+    make_performer(performer_at(performer), instrument_at(instrument), seed, 0)
 
 
 @jit
-def make_performer(p, instrument, seed):
-    """`new_performer` for records."""
+def make_performer(p, instrument, seed, strokes):
+    """`new_performer` for records; strokes: address of the bass's own, 0: it has none."""
     p.strings = instrument.strings
     p.frets = instrument.frets
     for i in range(instrument.strings):
@@ -285,7 +292,7 @@ def make_performer(p, instrument, seed):
         p.called[i] = instrument.called[i]
     copy_record(p.player, instrument.player)
     copy_record(p.key_map, instrument.key_map)
-    fill_strokes(p)
+    fill_strokes(p, strokes)
     for i in range(MOST_STRINGS):
         p.hands.key[i] = -1
     for velocity in range(KEYS):
@@ -334,6 +341,13 @@ def words_before_numbers(file):
     return FILE_BYTES // WORD + notes_of(file) * (NOTE_BYTES // WORD + TIERS)
 
 
+@jit
+def strokes_of(address):
+    """Address of the own strokes of the file at an address; 0: it has none."""
+    file = file_at(address)
+    return address + WORD * (file.words - 1 - ROOM_OF_STROKES) if file.version == WITH_STROKES else np.int64(0)
+
+
 @entry("int64(int64, int64)")
 def check_file(address, size):
     """Returns GOOD for the file of `size` bytes at an address, or why it cannot be played."""
@@ -342,14 +356,18 @@ def check_file(address, size):
     file, last = file_at(address), size // WORD - 1
     if file.magic != MAGIC:
         return np.int64(FOREIGN)
-    if file.version != VERSION:
+    if file.version != VERSION and file.version != WITH_STROKES:
         return np.int64(OTHER_VERSION)
     if file.words != last + 1 or checksum_of(address, last) != np.uint64(words_at(address + WORD * last, 1)[0]):
         return np.int64(DAMAGED)
     if not is_instrument(file.instrument):
         return np.int64(DAMAGED)
     numbers = last - words_before_numbers(file)
+    if file.version == WITH_STROKES:
+        numbers -= ROOM_OF_STROKES
     if numbers < 0:
+        return np.int64(DAMAGED)
+    if file.version == WITH_STROKES and not are_strokes(strokes_of(address)):
         return np.int64(DAMAGED)
     where = address + WORD * words_before_numbers(file)
     if not all_within(where, numbers, -LARGEST, LARGEST):
@@ -429,9 +447,18 @@ def is_instrument(instrument):
 
 
 @jit
+def are_strokes(address):
+    """True if the numbers of STROKES rows of STROKE at an address are such as kernels take."""
+    good = True
+    for k in range(STROKES):
+        good &= are_within(address + STROKE_BYTES * k, STROKE_LIMITS, len(LIMITS), 0)
+    return good
+
+
+@jit
 def is_note(address, sensed, where, numbers):
     """True if the NOTE at an address is such as kernels take, with its lists among the `numbers` at `where`."""
-    if not are_within(address, NOTE_LIMITS, len(LIMITS), 0):
+    if not are_within(address, NOTE_LIMITS, STROKE_LIMITS, 0):
         return False
     words = words_at(address, NOTE_BYTES // WORD)
     for place, width in NOTE_LISTS:

@@ -12,11 +12,12 @@ from livebass.kernels.bass.instrument import (
     answers_of,
     clear_memory,
     connect_pickups,
-    instrument_at,
+    file_at,
     lines,
     make_performer,
     reset_string,
     string_at,
+    strokes_of,
     take_circuit,
     whole_steps,
 )
@@ -47,7 +48,7 @@ HEAVY_SHARE, HEAVY_STRIDE = 0.7, 1
 
 BUILDING = np.dtype(
     [
-        ("instrument", "i8"),  # address of INSTRUMENT
+        ("file", "i8"),  # address of a file that `check_file` accepts
         ("tier", "i8"),
         ("rate", "f8"),  # audio, Hz
         ("seed", "i8"),  # of the player's unevenness
@@ -76,7 +77,7 @@ def rows_kept(building, i):
     """Float64 that save the motion of one polarisation of string `i`, with whichever operators; 0: none are saved."""
     if not building.ahead:
         return np.int64(0)
-    instrument = instrument_at(building.instrument)
+    instrument = file_at(building.file).instrument
     modes, points = 0, 0
     for which in range(2):
         ops = operators_at(building.operators[which], instrument.strings, instrument.frets + 1)
@@ -104,7 +105,7 @@ def measure_bass(address):
     """Sets the `bytes` that the BUILDING at an address needs."""
     building = building_at(address)
     needed = lines(BASS_BYTES) + lines(PERFORMER_BYTES) + 2 * lines(EVENT_BYTES * EVENT_ROOM) + lines(TONES_BYTES)
-    instrument = instrument_at(building.instrument)
+    instrument = file_at(building.file).instrument
     for i in range(instrument.strings):
         needed += lines(STRING_BYTES) + bytes_ahead(rows_kept(building, i), answers_of(instrument, i))
     building.bytes = needed
@@ -115,7 +116,7 @@ def fill_bass(address):
     """Makes a bass in the memory of the BUILDING at an address that `measure_bass` has seen."""
     building = building_at(address)
     clear_memory(building.memory, building.bytes)
-    instrument, b = instrument_at(building.instrument), bass_at(building.memory)
+    instrument, b = file_at(building.file).instrument, bass_at(building.memory)
     tier, place = instrument.tiers[building.tier], building.memory + lines(BASS_BYTES)
     b.play_string = building.play_string
     b.strings = instrument.strings
@@ -126,7 +127,7 @@ def fill_bass(address):
         b.share = HEAVY_SHARE if tier.heavy else LIGHT_SHARE
     b.stride = HEAVY_STRIDE if tier.heavy else LIGHT_STRIDE
     b.performer = place
-    make_performer(performer_at(place), instrument, building.seed)
+    make_performer(performer_at(place), instrument, building.seed, strokes_of(building.file))
     b.events = b.performer + lines(PERFORMER_BYTES)
     performer_at(place).out.events = b.events
     b.string_events = b.events + lines(EVENT_BYTES * EVENT_ROOM)

@@ -1,9 +1,11 @@
 """What a performer is made of and never changes: PLAYER, the hands; STROKE, what plucks; KEY_MAP, what keys do."""
 
+from dataclasses import astuple
+
 import numpy as np
 
-from livebass.parts import PlayerNumbers
-from livebass.rows import Word, record, words
+from livebass.parts import Pick, PlayerNumbers
+from livebass.rows import TINY, Word, record, words
 from livebass.techniques import ACTIONS, FUNCTIONS
 
 KEYS = 128
@@ -22,28 +24,19 @@ KEY_MAP_WORDS = [
 KEY_MAP = record(KEY_MAP_WORDS)
 
 # What plucks: a row each. Widths, releases, place, angle and `nearer` of 0 are the player's own.
-STROKE = np.dtype(
-    [
-        ("soft_width", "f8"),  # m, half of what touches the string, at the softest ...
-        ("hard_width", "f8"),  # ... and at the hardest
-        ("soft_release", "f8"),  # s, how gradually it lets go, likewise
-        ("hard_release", "f8"),
-        ("place", "f8"),  # part of the open string
-        ("angle", "f8"),  # rad, from u, away from the neck, towards v, across
-        ("nearer", "f8"),  # m: the hardest are plucked nearer to the saddle than the softest
-        ("lift", "f8"),  # how far it lifts the string from the neck, over a finger
-        ("gentler", "f8"),  # power of its part of the open length by which a shorter string is played more gently
-        # Every other stroke: nearer to the saddle (m), factors of apex and release, angle (rad; 0: the same)
-        ("other_nearer", "f8"),
-        ("other_level", "f8"),
-        ("other_release", "f8"),
-        ("other_angle", "f8"),
-        # 1: it goes down and up in turn. 0: index and middle finger take turns, alike if the player is even; one
-        # that goes on to a lower string rakes, by itself.
-        ("two_ways", "i8"),
-    ],
-    align=True,
-)
+STROKE_WORDS = [
+    *words(Pick),
+    Word("gentler", "f8", 0.0, 10.0),  # power of its part of the length by which a shorter string is played more gently
+    # Every other stroke: nearer to the saddle (m), factors of apex and release, angle (rad; 0: the same)
+    Word("other_nearer", "f8", -1.0, 1.0),
+    Word("other_level", "f8", TINY, 10.0),
+    Word("other_release", "f8", 0.0, 10.0),
+    Word("other_angle", "f8", -1.6, 1.6),
+    # 1: it goes down and up in turn. 0: index and middle finger take turns, alike if the player is even; one that goes
+    # on to a lower string rakes, by itself.
+    Word("two_ways", "i8", 0, 1),
+]
+STROKE = record(STROKE_WORDS)
 FINGER, PICK, NAIL, POP = range(4)
 STROKES = 4
 # Estimates. The tip of a pick bends and slips off where flesh rolls; a pop pulls the string up. A pick's place and
@@ -56,7 +49,7 @@ _MIDDLE = (4e-3, 0.933, 0.9, 0.0)  # the middle finger, which follows the index
 STANDARD = np.array(
     [
         (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.5, *_MIDDLE, 0),  # FINGER
-        (1.5e-3, 1e-3, 240e-6, 12e-6, 0.94, 0.8, 60e-3, 0.75, 0.5, 3e-3, 0.89, 1.0, -0.5, 1),  # PICK
+        (*astuple(Pick()), 0.5, 3e-3, 0.89, 1.0, -0.5, 1),  # PICK
         (2.5e-3, 2e-3, 400e-6, 40e-6, 0.0, 0.0, 0.0, 1.0, 0.5, *_MIDDLE, 0),  # NAIL
         (3e-3, 2.5e-3, 300e-6, 30e-6, 0.70, 0.2, 0.0, 1.7, 0.8, *_MIDDLE, 0),  # POP
     ],

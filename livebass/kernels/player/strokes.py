@@ -9,8 +9,8 @@ import numpy as np
 from livebass.compiling import jit
 from livebass.kernels.hands.pulling import grazing
 from livebass.kernels.machine.elementary import chance, cos, log2, power
-from livebass.kernels.machine.native import copy_record
-from livebass.kernels.player.constants import STANDARD, STROKES
+from livebass.kernels.machine.native import copy_record, records_at
+from livebass.kernels.player.constants import STANDARD, STROKE, STROKES
 from livebass.kernels.player.events import send_pluck, send_strike, send_throw
 from livebass.kernels.player.touches import (
     GHOST_FORCE,
@@ -24,6 +24,7 @@ from livebass.kernels.string.records import MOST_NEAR
 from livebass.kernels.string.touch import characteristic_impedance
 from livebass.techniques import DOWN_STROKE, HARMONIC, LEFT_SLAP, UP_STROKE
 
+strokes_at = records_at(STROKE)
 LEAST_PLUCK, LEAST_STRIKE = 0.47, 0.12  # of the length: no nearer to the stop; the middle itself has no even partials
 MOST_PLACE = 0.99  # of the length
 LEAST_GRAZE = 1e-4  # m, where a string lies on a fret
@@ -42,12 +43,18 @@ LEFT_SPEED = 0.5  # of that by which a pluck of the same force moves the string
 
 
 @jit
-def fill_strokes(p):
-    """Fills the strokes of a performer: the standard ones, with the player's own numbers in place of 0."""
+def fill_strokes(p, own):
+    """Fills the strokes of a performer, with the player's own numbers in place of 0.
+
+    own: address of STROKES rows of STROKE, the bass's own; 0: the standard ones.
+    """
     player = p.player
     for k in range(STROKES):
         row = p.strokes[k]
-        copy_record(row, STANDARD[k])
+        if own:
+            copy_record(row, strokes_at(own, STROKES)[k])
+        else:
+            copy_record(row, STANDARD[k])
         if row.hard_width == 0.0:
             row.soft_width = player.rounding_soft
             row.hard_width = player.rounding

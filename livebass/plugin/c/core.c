@@ -195,7 +195,7 @@ lb_bass *lb_load_bass(const char *path, int tier, double rate, int64_t seed, int
         return 0;
     }
     LB_BUILDING *building = &b->building;
-    building->instrument = ADDRESS(&((LB_FILE *)b->source.words)->instrument);
+    building->file = ADDRESS(b->source.words);
     building->tier = tier;
     building->rate = rate;
     building->seed = seed;
@@ -492,7 +492,7 @@ static void add(lb_shelf *s, const char *folder, const char *name) {
     memset(p->switches, 0, sizeof p->switches);
     if (in && fread(&head, sizeof head, 1, in) == 1 && memchr(head.name, 0, sizeof head.name) && head.name[0]) {
         memcpy(p->title, head.name, strlen((const char *)head.name) + 1);
-        p->known = head.version == LB_FILE_VERSION;
+        p->known = head.version == LB_FILE_VERSION || head.version == LB_FILE_WITH_STROKES;
         if (p->known) find_switches(p, &head.instrument.key_map);
         p->player = head.instrument.player;
     }

@@ -65,7 +65,7 @@ class Engine {
       this.reserve(end);
       if (Number(x.lb_fill_pool(BigInt(pool))) !== N.DONE) throw new Error(`cannot be played at ${rate} Hz`);
     });
-    this.set("BUILDING", building, "instrument", at + RECORDS.FILE.fields.instrument[0]);
+    this.set("BUILDING", building, "file", at);
     this.set("BUILDING", building, "tier", tier);
     this.set("BUILDING", building, "rate", rate);
     for (const name of ["over_frets", "over_board", "play_string"])
