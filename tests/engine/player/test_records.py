@@ -75,3 +75,22 @@ def test_controls_outlive_a_change_of_bass_whole() -> None:
     follow_performer(new.ctypes.data, old.ctypes.data)
     assert new["controls"].tobytes() == old["controls"].tobytes()
     assert new["player"].tobytes() != old["player"].tobytes() and new["notes"] == 0
+
+
+@pytest.mark.parametrize("key", [9, 14, 16])  # of the strings A, D and E
+def test_a_string_whose_key_is_held_is_played_after_a_change_of_bass(key: int) -> None:
+    old, new = (Engine(load_preset(name), QUALITIES["live"], 48_000) for name in ("jazz-finger", "slap"))
+    note, events = 45, np.zeros(2 * MOST_EVENTS, EVENT)  # which E, A, D and G have
+    wanted = [string.called for string in load_preset("slap").strings].index(key % 12)
+
+    def string_of_note() -> int:
+        p = new_performer(new.numbers)
+        follow_performer(p.ctypes.data, old.performer.ctypes.data)
+        assert take_message(p, new.pool.records, 0, (0x90, note, 60), events, 0) >= 1
+        return int(events["string"][0])
+
+    usual = string_of_note()
+    take_message(old.performer, old.pool.records, 0, (0x90, key, 100), events, 0)
+    assert string_of_note() == wanted != usual
+    take_message(old.performer, old.pool.records, 0, (0x80, key, 0), events, 0)
+    assert string_of_note() == usual
