@@ -17,7 +17,9 @@ from numpy.typing import NDArray
 from livebass.arrays import Floats
 from livebass.engine.prepare import Pool, Rows, Voice, bass_numbers, pickups_under, zeroed_lines
 from livebass.kernels.bass.bench import BENCH, fill_bench, measure_bench
-from livebass.kernels.bass.instrument import FILE, MAGIC, POOL, TIERS, WORD, checksum, fill_pool, measure_pool
+from livebass.kernels.bass.check import checksum
+from livebass.kernels.bass.instrument import FILE, MAGIC, TIERS, WORD
+from livebass.kernels.bass.pool import POOL, fill_pool, measure_pool
 from livebass.kernels.bass.records import BASS
 from livebass.kernels.bass.setup import BUILDING, fill_bass, measure_bass
 from livebass.kernels.player.constants import PICK, STANDARD

@@ -15,14 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livebass.arrays import Floats
-from livebass.kernels.bass.instrument import (
-    INSTRUMENT,
-    connect_string,
-    rest_string,
-    settle_string,
-    whole_steps,
-)
-from livebass.kernels.bass.instrument import new_performer as make_performer
+from livebass.kernels.bass.instrument import INSTRUMENT, whole_steps
+from livebass.kernels.bass.strings import connect_string, rest_string, settle_string
+from livebass.kernels.bass.strings import new_performer as make_performer
 from livebass.kernels.pickup import coil
 from livebass.kernels.pickup.coil import COIL
 from livebass.kernels.player import controls, messages, performer

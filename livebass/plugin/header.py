@@ -13,7 +13,7 @@ import numpy as np
 
 from livebass import __version__, parts, techniques
 from livebass.compiling import Entry
-from livebass.kernels.bass import instrument
+from livebass.kernels.bass import check, instrument, pool
 from livebass.kernels.bass import setup as bass
 from livebass.kernels.pickup import coil
 from livebass.kernels.player import constants, parameters, performer
@@ -37,7 +37,7 @@ RECORDS = {
     "LB_OPERATOR": records.OPERATOR,
     "LB_NOTE": preparing.NOTE,
     "LB_PREPARING": preparing.PREPARING,
-    "LB_POOL": instrument.POOL,
+    "LB_POOL": pool.POOL,
     "LB_COIL": coil.COIL,
     "LB_BUILDING": bass.BUILDING,
     "LB_SYNTH": live.SYNTH,
@@ -63,15 +63,15 @@ NUMBERS = {
     "LB_LIVE": instrument.LIVE,
     "LB_STUDIO": instrument.STUDIO,
     "LB_COARSE": instrument.COARSE,
-    "LB_GOOD": instrument.GOOD,
-    "LB_FOREIGN": instrument.FOREIGN,
-    "LB_OTHER_VERSION": instrument.OTHER_VERSION,
-    "LB_DAMAGED": instrument.DAMAGED,
+    "LB_GOOD": check.GOOD,
+    "LB_FOREIGN": check.FOREIGN,
+    "LB_OTHER_VERSION": check.OTHER_VERSION,
+    "LB_DAMAGED": check.DAMAGED,
     "LB_DONE": preparing.DONE,
     "LB_MOST_BYTES": preparing.MOST_WORDS * instrument.WORD,
 }
 ENTRIES: tuple[Entry, ...] = (
-    instrument.check_file, instrument.checksum, instrument.measure_pool, instrument.fill_pool, bass.measure_bass,
+    check.check_file, check.checksum, pool.measure_pool, pool.fill_pool, bass.measure_bass,
     bass.fill_bass, setup.ring_bytes, setup.fill_synth, ring.push_message, ring.push_event, block.process,
     block.return_to_clock, block.is_still, ahead.play_string, frets.over_frets, board.over_board,
 )  # fmt: skip

@@ -1,6 +1,6 @@
 """Instrument files, `.lbass`: a bass in numbers, for any audio rate and in each tier, as the plugins read it.
 
-A file is the image of a bass (engine/image.py); the kernels that read it are in kernels/bass/instrument.py, with the
+A file is the image of a bass (engine/image.py); the kernels that read it are in kernels/bass, with the
 format. It holds what a preset says, worked out as far as it does not depend on the audio rate.
 """
 
@@ -12,17 +12,8 @@ from pathlib import Path
 
 from livebass.engine.image import Image, image_bytes, image_of
 from livebass.files import Transaction
-from livebass.kernels.bass.instrument import (
-    COARSE,
-    DAMAGED,
-    FOREIGN,
-    GOOD,
-    LIVE,
-    OTHER_VERSION,
-    STUDIO,
-    TIERS,
-    check_file,
-)
+from livebass.kernels.bass.check import DAMAGED, FOREIGN, GOOD, OTHER_VERSION, check_file
+from livebass.kernels.bass.instrument import COARSE, LIVE, STUDIO, TIERS
 from livebass.live import synth
 from livebass.model.instrument import Instrument
 from livebass.model.quality import QUALITIES, Quality

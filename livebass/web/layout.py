@@ -8,7 +8,9 @@ from typing import Any
 import numpy as np
 
 from livebass.compiling import Entry
-from livebass.kernels.bass.instrument import COARSE, FILE, GOOD, POOL, check_file, fill_pool, measure_pool
+from livebass.kernels.bass.check import GOOD, check_file
+from livebass.kernels.bass.instrument import COARSE, FILE
+from livebass.kernels.bass.pool import POOL, fill_pool, measure_pool
 from livebass.kernels.bass.records import BASS
 from livebass.kernels.bass.setup import BUILDING, fill_bass, measure_bass
 from livebass.kernels.player.constants import CONTROLLERS, FINGER, PICK

@@ -35,7 +35,7 @@ from support.scores import SWITCH_KEYS
 
 from livebass import load_preset, score_of
 from livebass.arrays import Floats
-from livebass.kernels.bass.instrument import checksum
+from livebass.kernels.bass.check import checksum
 from livebass.live.parameters import OUTPUTS, PARAMETERS
 from livebass.plugin import build, clap
 from livebass.plugin.bundle import distinct_titles

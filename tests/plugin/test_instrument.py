@@ -16,7 +16,8 @@ from livebass import QUALITIES, load_preset, preset_names
 from livebass.engine.engine import Engine
 from livebass.engine.image import image
 from livebass.engine.prepare import Pool, new_performer
-from livebass.kernels.bass.instrument import COARSE, FILE, INSTRUMENT_WORDS, LIVE, STUDIO, TIERS, WORD, checksum
+from livebass.kernels.bass.check import checksum
+from livebass.kernels.bass.instrument import COARSE, FILE, INSTRUMENT_WORDS, LIVE, STUDIO, TIERS, WORD
 from livebass.kernels.player.constants import FINGER, PICK, POP, STANDARD, STROKE, STROKES
 from livebass.kernels.player.performer import MOST_STRINGS
 from livebass.kernels.string.preparing import NOTE, NOTE_WORDS

@@ -13,7 +13,9 @@ import wasmtime
 
 from livebass.arrays import Floats
 from livebass.compiling import Entry
-from livebass.kernels.bass.instrument import COARSE, GOOD, LIVE, POOL
+from livebass.kernels.bass.check import GOOD
+from livebass.kernels.bass.instrument import COARSE, LIVE
+from livebass.kernels.bass.pool import POOL
 from livebass.kernels.bass.setup import BUILDING
 from livebass.kernels.string.preparing import DONE
 from livebass.live.thread.records import SYNTH

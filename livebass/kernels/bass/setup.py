@@ -8,19 +8,7 @@ do the same. [any thread, not the one that plays]
 import numpy as np
 
 from livebass.compiling import entry, jit
-from livebass.kernels.bass.instrument import (
-    answers_of,
-    clear_memory,
-    connect_pickups,
-    file_at,
-    lines,
-    make_performer,
-    reset_string,
-    string_at,
-    strokes_of,
-    take_circuit,
-    whole_steps,
-)
+from livebass.kernels.bass.instrument import answers_of, clear_memory, file_at, lines, strokes_of, whole_steps
 from livebass.kernels.bass.records import (
     AHEAD,
     BASS,
@@ -34,6 +22,7 @@ from livebass.kernels.bass.records import (
     bass_at,
     kept,
 )
+from livebass.kernels.bass.strings import connect_pickups, make_performer, reset_string, string_at, take_circuit
 from livebass.kernels.machine.native import record_at, records_at
 from livebass.kernels.pickup.coil import COIL
 from livebass.kernels.pickup.tone import ROW, TONES, fit_tones

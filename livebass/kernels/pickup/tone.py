@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from livebass.compiling import entry, inlined, jit
+from livebass.compiling import inlined, jit
 from livebass.kernels.machine.elementary import exp
-from livebass.kernels.machine.native import floats_at, record_at
-from livebass.kernels.pickup.coil import COIL, ORDER, fit
+from livebass.kernels.machine.native import floats_at
+from livebass.kernels.pickup.coil import ORDER, fit
 
 BELOW, ABOVE = 32, 16  # filters between the bass's own one and the pot closed, and open
 TONES = BELOW + 1 + ABOVE
@@ -27,15 +27,6 @@ NEAR = 1e-3  # of the way: it is there
 def filters_at(address):
     """The filters at an address, (TONES * ROW,)."""
     return floats_at(address, TONES * ROW)
-
-
-coil_at = record_at(COIL)
-
-
-@entry("void(int64, int64, float64)")
-def fill_tones(address, coil, gain):
-    """C function: `fit_tones` for the address of a COIL."""
-    fit_tones(address, coil_at(coil), gain)
 
 
 @jit

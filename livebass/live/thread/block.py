@@ -10,7 +10,7 @@ import numpy as np
 
 from livebass.compiling import entry, jit
 from livebass.kernels import voice
-from livebass.kernels.bass import instrument
+from livebass.kernels.bass import strings
 from livebass.kernels.bass.records import EVENT_ROOM, SOUND_RING, bass_at
 from livebass.kernels.hands import fretting
 from livebass.kernels.machine.elementary import log2, power
@@ -184,7 +184,7 @@ def take_controllers(b, old):
     p = performer_of(b)
     controls.take_over(p, performer_of(old))
     for i in range(b.strings):
-        instrument.set_controls(string_of(b, i).voice, p, i)
+        strings.set_controls(string_of(b, i).voice, p, i)
 
 
 @entry("void(int64, int64)")

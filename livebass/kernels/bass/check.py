@@ -1,0 +1,168 @@
+"""Checks instrument files: what `check_file` accepts may be played.
+
+It refuses what is damaged, and whatever would make other kernels read or write outside their memory. Limits come from
+the rows of the numbers (rows.py). [any thread]
+"""
+
+import numpy as np
+
+from livebass.compiling import entry, jit
+from livebass.kernels.bass.instrument import (
+    FILE_BYTES,
+    INSTRUMENT_WORDS,
+    MAGIC,
+    ROOM_OF_STROKES,
+    STROKE_BYTES,
+    TIERS,
+    WORD,
+    answers_of,
+    file_at,
+    notes_of,
+    strokes_of,
+    words_before_numbers,
+)
+from livebass.kernels.machine.native import floats_at, record_address, words_at
+from livebass.kernels.player.constants import STROKE_WORDS, STROKES
+from livebass.kernels.player.performer import MOST_STRINGS
+from livebass.kernels.string.operators import DOUBLE
+from livebass.kernels.string.preparing import LISTS, MOST_WORDS, NOTE, NOTE_BYTES, NOTE_WORDS, note_at
+from livebass.kernels.string.records import BLOCK, MOST_ANSWERS, MOST_NEAR, ROW
+from livebass.parts import VERSION, WITH_STROKES
+from livebass.rows import LARGEST, limits, table
+
+# What `check_file` returns
+GOOD, FOREIGN, OTHER_VERSION, DAMAGED = 0, 1, 2, 3
+# Limits of the words of an INSTRUMENT, and behind them of a NOTE and of a STROKE: columns as rows.Limit
+LIMITS = table([*limits(INSTRUMENT_WORDS, MOST_STRINGS), *limits(NOTE_WORDS), *limits(STROKE_WORDS)])
+NOTE_LIMITS = len(limits(INSTRUMENT_WORDS, MOST_STRINGS))  # the first of a NOTE ...
+STROKE_LIMITS = NOTE_LIMITS + len(limits(NOTE_WORDS))  # ... and of a STROKE
+PLACE, COUNT, PER_STRING, WHOLE, LEAST, MOST = range(6)
+NOTE_LISTS = tuple((NOTE.fields[name][1] // WORD, width) for name, width in LISTS.items())  # type: ignore[index]
+TAPS = NOTE.fields["taps"][1] // WORD  # type: ignore[index]
+
+
+@entry("uint64(int64, int64)")
+def checksum(address, count):
+    """FNV-1a of `count` words at an address (Fowler, Noll, Vo), a word at a time."""
+    return checksum_of(address, count)
+
+
+@entry("int64(int64, int64)")
+def check_file(address, size):
+    """Returns GOOD for the file of `size` bytes at an address, or why it cannot be played."""
+    if size < FILE_BYTES + WORD or size % WORD != 0 or size > WORD * MOST_WORDS:
+        return np.int64(FOREIGN)
+    file, last = file_at(address), size // WORD - 1
+    if file.magic != MAGIC:
+        return np.int64(FOREIGN)
+    if file.version != VERSION and file.version != WITH_STROKES:
+        return np.int64(OTHER_VERSION)
+    if file.words != last + 1 or checksum_of(address, last) != np.uint64(words_at(address + WORD * last, 1)[0]):
+        return np.int64(DAMAGED)
+    if not is_instrument(file.instrument):
+        return np.int64(DAMAGED)
+    numbers = last - words_before_numbers(file)
+    if file.version == WITH_STROKES:
+        numbers -= ROOM_OF_STROKES
+    if numbers < 0:
+        return np.int64(DAMAGED)
+    if file.version == WITH_STROKES and not are_strokes(strokes_of(address)):
+        return np.int64(DAMAGED)
+    where = address + WORD * words_before_numbers(file)
+    if not all_within(where, numbers, -LARGEST, LARGEST):
+        return np.int64(DAMAGED)
+    notes = notes_of(file)
+    modes = words_at(address + FILE_BYTES + NOTE_BYTES * notes, TIERS * notes)
+    for k in range(notes):
+        place = address + FILE_BYTES + NOTE_BYTES * k
+        note = note_at(place)
+        taps = 2 if file.instrument.sensed else file.instrument.pickups[k // (file.instrument.frets + 1)]
+        others = answers_of(file.instrument, k // (file.instrument.frets + 1))
+        if note.answers_count != others:
+            return np.int64(DAMAGED)
+        if note.taps_count != taps or not is_note(place, file.instrument.sensed, where, numbers):
+            return np.int64(DAMAGED)
+        for tier in range(TIERS):
+            count = modes[tier * notes + k]
+            if count < 1 or count > min(note.grid_points - 1, ROW - BLOCK):
+                return np.int64(DAMAGED)
+    return np.int64(GOOD)
+
+
+@jit
+def checksum_of(address, count):
+    """`checksum`, for kernels."""
+    words, total = words_at(address, count), np.uint64(0xCBF29CE484222325)
+    for k in range(count):
+        total = (total ^ np.uint64(words[k])) * np.uint64(0x100000001B3)
+    return total
+
+
+@jit
+def all_within(address, count, least, most):
+    """True if `count` float64 at an address are numbers from `least` to `most`."""
+    numbers, good = floats_at(address, count), True
+    for k in range(count):
+        if not least <= numbers[k] <= most:
+            good = False
+    return good
+
+
+@jit
+def are_within(address, first, last, strings):
+    """True if the words of a record at an address are within LIMITS, rows `first` to `last`, of so many `strings`."""
+    for row in range(first, last):
+        place, count = address + WORD * np.int64(LIMITS[row, PLACE]), np.int64(LIMITS[row, COUNT])
+        if LIMITS[row, PER_STRING] > 0.0:
+            count = strings * np.int64(LIMITS[row, PER_STRING])
+        whole, numbers = words_at(place, count), floats_at(place, count)
+        for k in range(count):
+            x = np.float64(whole[k]) if LIMITS[row, WHOLE] > 0.0 else numbers[k]
+            if not LIMITS[row, LEAST] <= x <= LIMITS[row, MOST]:
+                return False
+    return True
+
+
+@jit
+def is_instrument(instrument):
+    """True if the numbers of an INSTRUMENT are such as kernels take."""
+    strings = min(max(instrument.strings, 0), MOST_STRINGS)
+    if not are_within(record_address(instrument), 0, NOTE_LIMITS, strings):
+        return False
+    for i in range(strings):
+        if answers_of(instrument, i) > MOST_ANSWERS or (instrument.sensed and instrument.pickups[i] > 0):
+            return False
+    return True
+
+
+@jit
+def are_strokes(address):
+    """True if the numbers of STROKES rows of STROKE at an address are such as kernels take."""
+    good = True
+    for k in range(STROKES):
+        good &= are_within(address + STROKE_BYTES * k, STROKE_LIMITS, len(LIMITS), 0)
+    return good
+
+
+@jit
+def is_note(address, sensed, where, numbers):
+    """True if the NOTE at an address is such as kernels take, with its lists among the `numbers` at `where`."""
+    if not are_within(address, NOTE_LIMITS, STROKE_LIMITS, 0):
+        return False
+    words = words_at(address, NOTE_BYTES // WORD)
+    for place, width in NOTE_LISTS:
+        first, count = words[place], words[place + 1]
+        if count > numbers or first > numbers - (1 if sensed and place == TAPS else width) * count:
+            return False
+    note = note_at(address)
+    if note.obstacles_count > MOST_NEAR or note.surface_count == 1:
+        return False
+    for k in range(note.obstacles_count):
+        x = floats_at(where + DOUBLE * (note.obstacles + 2 * k), 1)[0]
+        if not 0.0 <= x <= note.length:
+            return False
+    for k in range(note.surface_count):
+        x = floats_at(where + DOUBLE * (note.surface + 2 * k), 1)[0]
+        if not -note.length <= x <= 2.0 * note.length:
+            return False
+    return True

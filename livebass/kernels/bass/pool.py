@@ -1,0 +1,116 @@
+"""The pool of an instrument file: the operators of all its notes in one tier, at one rate. [any thread]"""
+
+import numpy as np
+
+from livebass.compiling import entry, jit
+from livebass.kernels.bass.instrument import (
+    FILE_BYTES,
+    TIERS,
+    WORD,
+    clear_memory,
+    copy_words,
+    file_at,
+    lines,
+    notes_of,
+    whole_steps,
+    words_before_numbers,
+)
+from livebass.kernels.machine.native import float_control, flush_bits, record_at, set_float_control, words_at
+from livebass.kernels.string.operators import DOUBLE
+from livebass.kernels.string.preparing import (
+    NOTE,
+    NOTE_BYTES,
+    OPERATOR_BYTES,
+    PICKUPS,
+    PREPARING,
+    SENSORS,
+    fill,
+    measure,
+    note_at,
+    operator_at,
+)
+from livebass.kernels.string.records import OPERATOR
+
+# The operators of one tier of a file at one rate
+POOL = np.dtype(
+    [
+        ("file", "i8"),  # address of a file that `check_file` accepts
+        ("tier", "i8"),
+        ("rate", "f8"),  # audio, Hz
+        ("memory", "i8"),  # address, on a cache line; OPERATOR (strings, frets + 1) come first
+        ("bytes", "i8"),  # of memory: `measure_pool` sets them
+        ("preparing", PREPARING),
+        ("note", NOTE),  # workspace
+        ("operator", OPERATOR),  # workspace
+    ],
+    align=True,
+)
+pool_at = record_at(POOL)
+
+
+@jit
+def begin_pool(pool):
+    """Sets what the operators of all notes share, and forgets what was measured."""
+    file, work = file_at(pool.file), pool.preparing
+    notes, tier = notes_of(file), file.instrument.tiers[pool.tier]
+    work.count = notes
+    work.numbers = pool.file + WORD * words_before_numbers(file)
+    work.taps = SENSORS if file.instrument.sensed else PICKUPS
+    work.lossless = 0
+    work.rate = pool.rate
+    work.numerator = np.int64(whole_steps(tier.contact_rate, pool.rate))
+    work.denominator = 1
+    work.contact_rate = work.numerator * pool.rate
+    work.carried = file.instrument.carried
+    work.words = 0
+    work.table_words = 0
+
+
+@jit
+def take_note(pool, k, note):
+    """Copies note `k` of the file, with its modes in the pool's tier, to the NOTE at an address."""
+    notes = notes_of(file_at(pool.file))
+    copy_words(pool.file + FILE_BYTES + NOTE_BYTES * k, note, NOTE_BYTES // WORD)
+    modes = words_at(pool.file + FILE_BYTES + NOTE_BYTES * notes, TIERS * notes)
+    note_at(note).modes = modes[pool.tier * notes + k]
+
+
+@entry("void(int64)")
+def measure_pool(address):
+    """Sets the `bytes` that the POOL at an address needs."""
+    pool = pool_at(address)
+    begin_pool(pool)
+    work = pool.preparing
+    for k in range(work.count):
+        take_note(pool, k, address + NOTE_PLACE)
+        measure(work, pool.note, pool.operator)
+    records = lines(OPERATOR_BYTES * work.count) + lines(NOTE_BYTES * work.count)
+    pool.bytes = records + lines(DOUBLE * work.words) + lines(DOUBLE * work.table_words)
+
+
+@entry("int64(int64)")
+def fill_pool(address):
+    """Fills the memory of the POOL at an address that `measure_pool` has seen.
+
+    Returns DONE, or why the file's modes cannot be played at this rate: OVERDAMPED or FROZEN (preparing.py). The memory
+    needs no care before; afterwards it only is read, and any number of basses may share it.
+    """
+    pool = pool_at(address)
+    before = float_control()
+    set_float_control(before & ~flush_bits())  # the same rows whatever a host has set
+    clear_memory(pool.memory, pool.bytes)
+    work, words = pool.preparing, pool.preparing.words
+    begin_pool(pool)
+    work.operators = pool.memory
+    work.notes = work.operators + lines(OPERATOR_BYTES * work.count)
+    work.memory = work.notes + lines(NOTE_BYTES * work.count)
+    work.table = work.memory + lines(DOUBLE * words)
+    for k in range(work.count):
+        take_note(pool, k, work.notes + NOTE_BYTES * k)
+        measure(work, note_at(work.notes + NOTE_BYTES * k), operator_at(work.operators + OPERATOR_BYTES * k))
+    state = fill(work)
+    set_float_control(before)
+    return state
+
+
+NOTE_PLACE = POOL.fields["note"][1]  # type: ignore[index]
