@@ -156,8 +156,8 @@ FUZZ = """
 import faulthandler, sys
 from pathlib import Path
 import numpy as np
-from livebass.kernels.bass.instrument import FILE, GOOD, WORD, check_file, checksum
-from livebass.kernels.player.constants import FINGER, KEY_MAP, PICK, PLAYER, POP, STANDARD, STROKE, STROKES
+from livebass.kernels.bass.check import GOOD, check_file, checksum
+from livebass.kernels.bass.instrument import FILE, WORD
 from livebass.kernels.string.preparing import NOTE
 from support.lv2 import Plugin
 faulthandler.enable()
