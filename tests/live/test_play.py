@@ -190,7 +190,7 @@ def test_freed_memory_is_returned() -> None:
     code = """if True:
         import numpy as np
         from livebass.bench.endurance import _memory
-        from livebass.live.session import return_freed_memory
+        from livebass.live.presets import return_freed_memory
         return_freed_memory()
         for _ in range(2):
             before, block = _memory(), np.ones(24 << 17)
