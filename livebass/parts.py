@@ -119,9 +119,9 @@ class Pick:
     hard_release: float = number(12e-6, "time", "1 us", "10 ms", "... and at 127", word=3, file=(0, 1))
     place: float = number(0.94, "number", "0.01", "0.99", "as player.pluck_position, when a pick plucks",
         word=4, file=(0, 1))
-    angle: float = number(0.8, "angle", "-89 deg", "89 deg", "of its pull, from straight up to across",
+    angle: float = number(0.8, "angle", "-89 deg", "89 deg", "of its pull, up to across; 0: player.pluck_angle",
         word=5, file=(-1.6, 1.6))
-    nearer: float = number(60e-3, "length", "0 mm", "200 mm", "the hardest strokes, nearer to the saddle",
+    nearer: float = number(60e-3, "length", "0 mm", "200 mm", "the hardest, to the saddle; 0: player.nearer_when_hard",
         word=6, file=(-1, 1))
     lift: float = number(0.75, "number", "0.1", "4", "how far it lifts the string, over a finger",
         word=7, file=(TINY, 10))

@@ -7,6 +7,7 @@ import os
 import platform
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,8 @@ from livebass import QUALITIES, load_preset, render_to_array, score_of
 from livebass.arrays import Floats
 from livebass.compiling import X86
 from livebass.engine.render import mixed
+from livebass.model.instrument import Instrument
+from livebass.parts import Pick
 from livebass.plugin.instrument import instrument_file
 from livebass.score.score import Score
 from livebass.web import build
@@ -38,8 +41,9 @@ TECHNIQUES = [
 ]  # fmt: skip
 
 
-def in_wasm(preset: str, score: Score, seconds: float = 1.0) -> Floats:
-    module = Module(instrument_file(load_preset(preset)), score.rate)
+def in_wasm(preset: str | Instrument, score: Score, seconds: float = 1.0) -> Floats:
+    bass = load_preset(preset) if isinstance(preset, str) else preset
+    module = Module(instrument_file(bass), score.rate)
     for message in messages_of(score):
         module.send(*message)
     frames = round(seconds * score.rate) // QUANTUM * QUANTUM
@@ -48,9 +52,10 @@ def in_wasm(preset: str, score: Score, seconds: float = 1.0) -> Floats:
     return sound
 
 
-def natively(preset: str, score: Score) -> Floats:
+def natively(preset: str | Instrument, score: Score) -> Floats:
     """As `livebass render` has it, cut at full scale, as the page does."""
-    sound = render_to_array(load_preset(preset), score, QUALITIES["live"], tail=1.0)
+    bass = load_preset(preset) if isinstance(preset, str) else preset
+    sound = render_to_array(bass, score, QUALITIES["live"], tail=1.0)
     return np.clip(mixed(sound.astype(np.float32)), -1, 1)
 
 
@@ -78,6 +83,16 @@ def test_soft_notes_are_those_of_the_native_engine(preset: str, notes: list[tupl
     score = score_of(notes, RATE)
     sound = in_wasm(preset, score)
     assert np.abs(sound - natively(preset, score)[: len(sound)]).max() <= CLOSE < 0.01 < np.abs(sound).max()
+
+
+def test_a_pick_of_ones_own_is_heard_as_in_render() -> None:
+    bass = load_preset("jazz-finger")
+    usual = replace(bass, player=replace(bass.player, stroke="pick"))
+    own = replace(usual, player=replace(usual.player, pick=Pick(soft_width=6e-3, hard_width=4e-3, place=0.8)))
+    score = score_of(SOFT, RATE)
+    here, there = in_wasm(own, score), natively(own, score)
+    assert np.abs(here - there[: len(here)]).max() < CLOSE
+    assert np.abs(here - in_wasm(usual, score)).max() > 0.1 * np.abs(here).max()
 
 
 @pytest.mark.slow  # may have to compile that level
