@@ -11,6 +11,7 @@ import zipfile
 from pathlib import Path
 
 import pytest
+from support.plugins import MOST_BYTES
 
 from livebass.compiling import ENTRIES, emitter, store
 from livebass.plugin.build import name_of
@@ -18,7 +19,6 @@ from livebass.plugin.systems import SYSTEMS
 
 ROOT = Path(__file__).parents[1]
 SYSTEM = f"linux-{platform.machine()}"
-MOST_BYTES = 750_000
 
 pytestmark = [
     pytest.mark.slow,

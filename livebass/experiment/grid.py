@@ -104,7 +104,7 @@ def target(dotted: str) -> Target:
     key = _row(home, rest[0]) if len(rest) == 1 else None
     if key is None:
         raise ValueError(f"{dotted}: unknown key; {nearest(dotted, names())}")
-    if key.name == "lift":
+    if key.kind == "lift":
         if not fret:
             raise ValueError(f"{dotted}: needs the number of a fret, such as {dotted}.6")
         key = replace(key, kind="length")

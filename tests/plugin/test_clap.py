@@ -42,7 +42,6 @@ from livebass.plugin.bundle import distinct_titles
 from livebass.plugin.instrument import write_instrument
 from livebass.plugin.systems import SYSTEMS, this_system
 
-MOST_BYTES = 750_000
 GAIN, TONE, POSITION, DYNAMICS, TECHNIQUE, DAMPING, UNEVENNESS, BEND_RANGE, BASS, QUALITY, AHEAD, RELIEF = range(12)
 PALM, VIBRATO = 12, 13
 

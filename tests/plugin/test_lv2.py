@@ -33,7 +33,6 @@ from livebass.plugin.systems import this_system
 from livebass.score.score import Score
 
 PRESETS = ("jazz-finger", "slap", "paper-bass", "fretless", "five-string", "six-string")
-MOST_BYTES = 750_000
 TAIL = 0.5  # s
 
 
