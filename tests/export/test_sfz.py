@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 import signal
+import threading
 import time
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -392,7 +393,7 @@ def test_nothing_half_written(
         def played(*_: object) -> np.ndarray:
             quick.append(1)
             if len(quick) == 90:
-                signal.raise_signal(signal.SIGINT)
+                signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
             if len(quick) >= 90:  # the main thread, which takes the signal, has time before the last sample is done
                 time.sleep(0.02)
             return np.zeros(100, np.float32)
