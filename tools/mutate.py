@@ -110,7 +110,7 @@ CHOOSE = """
 _unswitched, _switched = library, []
 
 
-def library(progress=None):  # noqa: F811
+def library(progress=processes.silent):  # noqa: F811
     found = _unswitched(progress)
     if not _switched:
         _switched.append(True)
