@@ -1,4 +1,4 @@
-"""What MIDI messages do, in words: `play --controllers`, and the tables of README and handbook, from the rows."""
+"""Explains MIDI messages by the rows of techniques: `play --controllers`, and the tables of README and handbook."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ sound, the oldest first. They change back one by one when the load has stayed be
 
 
 def controllers_text() -> str:
-    """What messages do, where the usual key map holds."""
+    """Returns the text of `play --controllers` for the usual key map."""
     lines = [*NOTES.items(), *((f"controller {label}", said) for label, said in controllers()), *OTHERS.items()]
     keys = [
         (keys_text(row.modo), keys_text(row.modo_12), f"{row.asked}: {meaning(row)}") for row in TECHNIQUE_ROWS.values()
@@ -94,7 +94,7 @@ def controller_of(row: Technique) -> str:
 
 
 def meaning(row: Technique) -> str:
-    """What a technique does, and with which values."""
+    """Says what a technique does, and with which values."""
     values = {ON_STRING: f": {open_notes(row)}", HAND_AT: f", 1 to {FRETS}"}
     return row.help + values.get(row.number, "")
 

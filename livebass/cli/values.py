@@ -126,7 +126,7 @@ class Learn(click.ParamType):
 
 
 class Parsed(click.ParamType):
-    """What `parse` makes of a text; where that raises ValueError, the text is refused."""
+    """Reads a text by `parse`, and refuses one for which that raises ValueError."""
 
     def __init__(self, name: str, parse: Callable[[Any], Any], metavar: str | None = None) -> None:
         self.name, self.parse, self.metavar = name, parse, metavar or name.upper()

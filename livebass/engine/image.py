@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livebass.arrays import Floats
-from livebass.engine.prepare import Pool, Rows, Voice, bass_numbers, pickups_under, zeroed_lines
+from livebass.engine.prepare import SEEDS, Pool, Rows, Voice, bass_numbers, pickups_under, zeroed_lines
 from livebass.kernels.bass.bench import BENCH, fill_bench, measure_bench
 from livebass.kernels.bass.check import checksum
 from livebass.kernels.bass.instrument import FILE, MAGIC, TIERS, WORD
@@ -35,7 +35,6 @@ from livebass.model.neck import flat
 from livebass.model.quality import MOST_MODES, Quality
 from livebass.parts import VERSION, WITH_STROKES, Pick
 
-SEEDS = 0x7FFF_FFFF_FFFF_FFFF  # the bits of a seed: kernels take int64
 WHY = {
     OVERDAMPED: "damping is above critical for a mode: lower the extra damping",
     FROZEN: "a mode stands still at this contact rate: take another one",
