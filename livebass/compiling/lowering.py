@@ -166,7 +166,7 @@ def only_text() -> tuple[dict[str, str], dict[str, str]]:
             for item in module.globals.values():
                 declared = item.is_declaration if isinstance(item, ir.Function) else item.initializer is None
                 into = declarations if declared and item.linkage != "common" else definitions
-                text = re.sub(r"(?<=, )(!\w+) !(\d+)", lambda m: f"{m[1]} {noted[int(m[2])]}", internal(str(item)))
+                text = re.sub(r"(?<=, )(![\w.]+) !(\d+)", lambda m: f"{m[1]} {noted[int(m[2])]}", internal(str(item)))
                 text = NAME.sub(lambda m: f'@"{data.get(m[1] or m[2], m[1] or m[2])}"', text)
                 name = data.get(item.name, item.name)
                 assert into.setdefault(name, text) == text, f"two definitions of {name}"
