@@ -34,6 +34,7 @@ WINDOW = 0.04  # s, of a centroid
 EDGES = (300.0, 700.0, 1500.0, 3000.0, 6000.0)  # Hz, of the bands; the first begins at 1.5 f0
 OCTAVES = (31.25, 62.5, 125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0)  # Hz, middles
 GAPS = (200.0, 500.0, 1500.0, 4000.0)  # Hz: between partials
+AT_ONCE = 6  # periods of a window at 50 ms
 GLIDING = 5  # partials
 EARLY, LATE, STEADY = (0.05, 0.11), (0.13, 0.23), (0.8, 1.5)  # s, of glides
 GLIDE_PERIODS = 4.1  # in a window of a glide
@@ -41,7 +42,6 @@ STABLE, WILDEST = 15.0, 200.0  # cents: of the two halves of the steady part; of
 WAVER = (0.1, 0.6)  # s
 WAVERING = (5, 12)  # partials
 FRAME = 0.01  # s, of the level of a band of high frequencies
-FAINT = 100.0  # dB below the peak: less is nothing
 
 LEVEL_KEYS = ("level_1s", "level_2s")
 BAND_KEYS = ("band_low", "band_300", "band_700", "band_1500", "band_3000")
@@ -360,9 +360,13 @@ def _free(note: _Note, nu: Floats, near: float) -> NDArray[np.bool_]:
 
 
 def _between_at_once(note: _Note, rings: Ringing) -> dict[str, Any]:
-    """What sounds halfway between partials at 50 ms, 0.5 to 4 kHz, over the partials beside it."""
-    n = round(4 * note.rate / note.pitch)
-    piece = note.around(max(0.05, 2 / note.pitch), n / note.rate)[:n]
+    """What sounds halfway between partials at 50 ms, 0.5 to 4 kHz, over the partials; of low notes some 20 ms later.
+
+    In a window of six periods, whose zeros lie on the partials.
+    """
+    note.attacked()
+    n = round(AT_ONCE * note.rate / note.pitch)
+    piece = note.around(max(0.05, AT_ONCE / 2 / note.pitch), n / note.rate)[:n]
     found = note.partials[(note.partials >= 500) & (note.partials < 4000)]
     if found.size < 5:
         raise _Unknown("fewer than five partials from 0.5 to 4 kHz")
@@ -371,7 +375,7 @@ def _between_at_once(note: _Note, rings: Ringing) -> dict[str, Any]:
     tones, gaps = (
         np.abs(np.exp(-2j * math.pi * np.outer(nu, t)) @ windowed) ** 2 for nu in (found, found + note.pitch / 2)
     )
-    return {"between_50ms": _db(float(np.median(gaps))) - _db(float(np.median(tones)))}
+    return {"between_50ms": _db(float(np.mean(gaps))) - _db(float(np.mean(tones)))}
 
 
 def band(sound: Floats, rate: float, low: float, high: float) -> Floats:
