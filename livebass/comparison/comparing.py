@@ -52,17 +52,16 @@ class Comparison:
         text = columns(lines, 2)
         text += ["", *self._distances()]
         if reasons:
-            text += ["", *reasons]
+            text += ["", *(f"{NOTHING} ({_letter(k)})  {said}" for k, said in enumerate(reasons))]
         return "\n".join(line.rstrip() for line in text)
 
     def _cells(self, each: Compared, row: Row, reasons: list[str]) -> tuple[str, str]:
         figure = each.figure(row)
         if math.isnan(figure.value):
             said = f"{figure.reason} ({each.bass.title})"
-            known = next((i for i, line in enumerate(reasons) if line.partition("  ")[2] == said), len(reasons))
-            if known == len(reasons):
-                reasons.append(f"{NOTHING}{known + 1}  {said}")
-            return f"{NOTHING}{known + 1}", ""
+            if said not in reasons:
+                reasons.append(said)
+            return f"{NOTHING} ({_letter(reasons.index(said))})", ""
         return row.shown(figure.value), row.verdict(figure.value, each.bass.technique)
 
     def ranges(self, row: Row) -> str:
@@ -76,7 +75,7 @@ class Comparison:
     def _distances(self) -> list[str]:
         """Returns lines with the distance of each bass to each real one."""
         rows = [
-            (f"{each.bass.title} to {title}", "—" if math.isnan(f.value) else f"{f.value:.1f} dB")
+            (f"{each.bass.title} to {title}", NOTHING if math.isnan(f.value) else f"{f.value:.1f} dB")
             for each in self.basses
             for title, f in sorted(each.to_real, key=lambda pair: (math.isnan(pair[1].value), pair[1].value))
         ]
@@ -85,6 +84,11 @@ class Comparison:
     def json(self) -> str:
         """Returns everything as JSON: rows with values, verdicts and reasons, figures by dynamic, each note's."""
         return json_text({"basses": [_json(each) for each in self.basses]})
+
+
+def _letter(number: int) -> str:
+    """Returns a, b ... z, aa, ab ... for 0, 1 ..."""
+    return ("" if number < 26 else _letter(number // 26 - 1)) + chr(ord("a") + number % 26)
 
 
 def compare(basses: Sequence[Bass], progress: Progress | None = None) -> Comparison:

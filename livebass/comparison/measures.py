@@ -37,7 +37,7 @@ GAPS = (200.0, 500.0, 1500.0, 4000.0)  # Hz: between partials
 AT_ONCE = 6  # periods of a window at 50 ms
 GLIDING = 5  # partials
 EARLY, LATE, STEADY = (0.05, 0.11), (0.13, 0.23), (0.8, 1.5)  # s, of glides
-GLIDE_PERIODS = 4.1  # in a window of a glide
+GLIDE_PERIODS = 4.5  # in a window of a glide at least
 STABLE, WILDEST = 15.0, 200.0  # cents: of the two halves of the steady part; of a glide
 WAVER = (0.1, 0.6)  # s
 WAVERING = (5, 12)  # partials
@@ -282,8 +282,8 @@ def _glides(note: _Note, rings: Ringing) -> dict[str, Any]:
     note.until(STEADY[1])
     each: dict[str, list[float]] = {key: [] for key in GLIDE_KEYS}
     half = (STEADY[0] + STEADY[1]) / 2
+    step = 1.5 / note.pitch  # two thirds of the window are whole periods: its zeros lie on the other partials
     steady = note.part(*STEADY)
-    loudest = 0.0
     found: dict[str, Any] = {}
     lines = [(j, *partial(steady, note.rate, j * note.pitch)) for j in range(1, GLIDING + 1)]
     loudest = max(level for _, _, level in lines)
@@ -296,8 +296,8 @@ def _glides(note: _Note, rings: Ringing) -> dict[str, Any]:
         for key, (begin, end) in zip(GLIDE_KEYS, (EARLY, LATE), strict=True):
             found[f"{key}_{j}"] = "the partial is faint or beats"
             if stable:
-                span = max(end - begin, GLIDE_PERIODS / note.pitch)
-                at = partial(note.part(begin, begin + span), note.rate, nu)[0]
+                whole = math.ceil(max(end - begin, GLIDE_PERIODS / note.pitch) / step - 1e-6)
+                at = partial(note.part(begin, begin + whole * step), note.rate, nu)[0]
                 if at > 0 and abs(cents(at / nu)) < WILDEST:
                     found[f"{key}_{j}"] = cents(at / nu)
                     each[key].append(cents(at / nu))

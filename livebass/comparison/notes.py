@@ -93,7 +93,7 @@ def measured(paths: Iterable[str | PathLike[str]], technique: str | None = None)
         if not files:
             raise RecordingError(f"{path}: no sound file is in it; allowed are {', '.join(sorted(SOUNDS))}")
         for file in files:
-            told = [file.stem] if file == path else [path.name, *file.relative_to(path).with_suffix("").parts]
+            told = (file.stem,) if file == path else file.relative_to(path).with_suffix("").parts
             notes += _of_file(file, told, technique)
     return _by_dynamics(notes)
 
@@ -108,7 +108,7 @@ def _of_file(file: Path, told: Sequence[str], technique: str | None) -> list[Not
     known = [WORDS[w] for w in words if w in WORDS]
     kind = next((name for name in known if name in KINDS), "note")
     played = technique or next((name for name in known if name in TECHNIQUES), USUAL)
-    last = _words(told[-1:])
+    last = _words(told[-1:])  # a folder may be called "f"
     dynamic = next((w for w in reversed(last) if w in LOUDNESS), "")
     layers = [m[1] for w in last if (m := LAYER.fullmatch(w))]
     place = " ".join(
@@ -259,7 +259,7 @@ def _playable(bass: Instrument, key: int) -> bool:
 
 
 def _played(engine: Engine, key: int, velocity: int, held: float, tail: float) -> tuple[Floats, bool]:
-    """Returns one note, `held` (s) and heard for `tail` (s) more, all strings together, (n,); and if it is an open one."""
+    """Returns one note, `held` (s) and `tail` (s) more of it, all strings together, (n,); and if the string is open."""
     score = score_of([(0.0, held, key, velocity)], RATE)
     told = engine.another(engine.seed).play_messages(score.frames, score.messages)
     sound = np.concatenate([block.sum(axis=0) for block in engine.play(score, tail)])

@@ -205,6 +205,7 @@ def _release(bass: Bass) -> dict[str, Figure]:
     over, middle = [], []
     for release in bass.releases:
         alike = [n for n in bass.notes if n.place == release.place] or list(bass.notes)
+        alike = [n for n in alike if n.dynamic == release.dynamic] or alike
         rest = [_peak(n, 1.0, 1.1) for n in alike if n.sound.size > 1.2 * n.rate]
         part = release.sound[: round(KNOCK * release.rate)]
         loud = float(np.abs(part).max(initial=0.0))
