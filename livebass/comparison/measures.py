@@ -9,7 +9,7 @@ reason beside it: it is never a guess.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
@@ -19,8 +19,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from livebass.analysis.sound import partial
 from livebass.arrays import Floats, Ints
+from livebass.comparison.ringing import NO_RINGING, Ringing, partials, ringing
 from livebass.comparison.ringing import OCTAVES as T60_OCTAVES
-from livebass.comparison.ringing import Ringing, partials, ringing
 from livebass.units import cents
 
 PITCH = (20.0, 700.0)  # Hz, of a note
@@ -109,18 +109,24 @@ class _Note:
         return np.concatenate([np.zeros(max(0, -first)), self.sound[max(0, first) : first + n]])
 
 
-def measure(sound: ArrayLike, rate: float, pitch: float) -> Measures:
+def measure(sound: ArrayLike, rate: float, pitch: float, only: Collection[str] | None = None) -> Measures:
     """Measures `sound` (n,), full scale 1, `rate` in Hz: one note of `pitch` (Hz, to 3 %), with what is before it.
 
     Returns figures by name (`rows.ROWS` says what each is); a figure that the note does not tell is NaN, and `missing`
-    has the reason. Raises ValueError for a sound that is silent, not finite, shorter than 50 ms or of more than one
-    dimension, and for a rate or pitch that is not allowed.
+    has the reason. `only` names the figures that are wanted: others are left out where that saves time, and partials
+    are followed for those of T60 alone. Raises ValueError for a sound that is silent, not finite, shorter than 50 ms or
+    of more than one dimension, for a rate or pitch that is not allowed, and for a name that is not a figure's.
     """
+    unknown = sorted(set(only or ()) - KEYS)
+    if unknown:
+        raise ValueError(f"figure {unknown[0]!r}: allowed are {', '.join(sorted(KEYS))}")
+    wanted = [(keys, function) for keys, function in PARTS if only is None or set(keys) & set(only)]
     note = _note(sound, rate, pitch)
-    rings = ringing(note.sound, rate, note.pitch, (note.numbers, note.partials))
+    followed = any(function is _t60 for _, function in wanted)
+    rings = ringing(note.sound, rate, note.pitch, (note.numbers, note.partials)) if followed else NO_RINGING
     values: dict[str, float] = {}
     missing: dict[str, str] = {}
-    for keys, function in PARTS:
+    for keys, function in wanted:
         try:
             found = function(note, rings)
         except _Unknown as reason:
@@ -453,3 +459,4 @@ PARTS = (
     (HIGH_KEYS, _highs),
     (("thump", *SHARE_KEYS), _thump),
 )
+KEYS = frozenset(key for keys, _ in PARTS for key in keys)

@@ -13,7 +13,7 @@ import numpy as np
 from livebass.comparison.distance import SPANS, between
 from livebass.comparison.notes import TECHNIQUES, Note
 from livebass.comparison.ringing import OCTAVES
-from livebass.comparison.rows import ALL, HARD, MEDIUM, SOFT
+from livebass.comparison.rows import ALL, HARD, MEDIUM, ROWS, SOFT
 from livebass.units import cents
 
 SAME = 50.0  # cents: notes of one pitch
@@ -116,6 +116,19 @@ def figures(bass: Bass) -> Figures:
         **_release(bass), "touch_distance": _touch(bass),
     }  # fmt: skip
     return found | {(key, ALL): figure for key, figure in of_all.items()}
+
+
+def outside(found: Figures, technique: str) -> dict[tuple[str, str], float]:
+    """Returns how far figures lie outside the range of five real basses, by key and when, in the unit of each row.
+
+    Above is positive, below negative, inside 0; rows without a range or a value are left out.
+    """
+    off = {}
+    for row in ROWS:
+        real, figure = row.range_of(technique), found.get((row.key, row.when))
+        if real is not None and figure is not None and not math.isnan(figure.value):
+            off[row.key, row.when] = max(0.0, figure.value - real.high) + min(0.0, figure.value - real.low)
+    return off
 
 
 def reason(bass: Bass, when: str) -> str:

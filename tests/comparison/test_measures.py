@@ -153,6 +153,17 @@ def test_the_same_note_has_the_same_figures() -> None:
     assert repr(a.figures) == repr(b.figures) and a.missing == b.missing
 
 
+def test_only_some_figures() -> None:
+    """They are the same as among all; a name that there is not is refused, with those there are."""
+    sound = note()
+    every, some = measure(sound, RATE, F0), measure(sound, RATE, F0, only=["centroid_20", "t60_100"])
+    assert {"centroid_20", "t60_100"} <= set(some) < set(every)
+    assert all(some[key] == pytest.approx(every[key], nan_ok=True) for key in some)
+    assert not measure(sound, RATE, F0, only=["snap"]).ringing.number.size
+    with pytest.raises(ValueError, match=r"figure 'snapp': allowed are .*snap"):
+        measure(sound, RATE, F0, only=["snapp"])
+
+
 @pytest.mark.parametrize(
     ("sound", "rate", "pitch", "why"),
     [

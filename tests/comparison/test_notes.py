@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 import soundfile
 
+from livebass import comparison
 from livebass.arrays import Floats
-from livebass.comparison import measured, rendered, summary
+from livebass.comparison import measured, outside, rendered, summary
 from livebass.comparison.notes import spread
 from livebass.comparison.rows import ROWS, SLAPPED
-from livebass.comparison.summary import Bass, basses, figures
+from livebass.comparison.summary import Bass, Figure, basses, figures
 from livebass.preset.source import PresetError
 from livebass.units import cents
 
@@ -163,3 +164,22 @@ def test_verdicts() -> None:
     assert fall.verdict(-11.0, "pop") == "inside" and fall.verdict(-11.0, "fingers") == "9.3 below"
     assert rows["thump", "hard"].verdict(9.9, "fingers") == "" and level.verdict(-99.0, "slap") == ""
     assert len(SLAPPED) == 9
+
+
+def test_how_far_outside() -> None:
+    """In units of the row, above positive; nothing where there is no range or no value."""
+    found = {("level_1s", "soft"): Figure(-4.4), ("level_2s", "soft"): Figure(math.nan, "short"),
+             ("wobble", "soft"): Figure(0.2), ("thump", "hard"): Figure(3.0), ("snap", "hard"): Figure(20.0)}  # fmt: skip
+    off = outside(found, "fingers")
+    assert off["level_1s", "soft"] == pytest.approx(1.0) and off["wobble", "soft"] == pytest.approx(-0.4)
+    assert off["snap", "hard"] == 0 and len(off) == 3
+    assert outside(found, "slap")["thump", "hard"] == pytest.approx(-4.0)
+
+
+def test_the_example_runs(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The example of the room's docstring, from the source tree."""
+    monkeypatch.chdir(Path(__file__).parents[2])
+    lines = [line[4:] for line in (comparison.__doc__ or "").splitlines() if line.startswith("    ")]
+    names: dict[str, object] = {}
+    exec(compile("\n".join(lines), "comparison", "exec"), names)
+    assert len(names["ours"]) == 3 * 3 + 3  # type: ignore[arg-type]
