@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+from collections import Counter
+from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
 
@@ -105,27 +107,28 @@ def compare(
     for path in places:
         if path.exists() and any(r.exists() and os.path.samefile(r, path) for r in (*recordings, *beside)):
             raise click.UsageError(f"{path}: is a recording itself; name another file")
-    loaded = {Path(name).stem: load_preset(name) for name in presets}
+    loaded = [load_preset(name) for name in presets]
     folders = [path for path in recordings if path.is_dir()]
     files = [path for path in recordings if not path.is_dir()]
-    real = [*([("recordings", files)] if files else []), *((_name(path), [path]) for path in folders)]
+    names = _names([*folders, *beside, *map(Path, presets)])
+    real = [*([("recordings", files)] if files else []), *((names[path], [path]) for path in folders)]
     found: list[Bass] = []
     for name, paths in real:
         found += basses(name, measured(paths, technique))
     if not found:
         raise click.UsageError(f"{recordings[0]}: only noises of hands are there; at least one plucked note is needed")
     for path in beside:
-        found += basses(_name(path), measured([path], technique), rendered=True)
+        found += basses(names[path], measured([path], technique), rendered=True)
     if loaded:
         have_kernels()
         like = [note for bass in found if not bass.rendered for note in bass.notes]
-        for name, preset in loaded.items():
+        for name, preset in zip(presets, loaded, strict=True):
             notes = rendered(
                 preset, like, velocities=velocities, takes=takes, quality=quality, technique=technique, seed=seed
             )
             if not notes:
                 raise click.UsageError(f"--preset {name}: it has none of the pitches of {recordings[0]}")
-            found += basses(name, notes, rendered=True)
+            found += basses(names[Path(name)], notes, rendered=True)
     with shown_progress("measuring") as progress:
         result = compared(found, progress)
     try:
@@ -144,6 +147,8 @@ def compare(
     say(f"{notes_count} notes of {len(found)} bass{'es' * (len(found) != 1)}{written}")
 
 
-def _name(path: Path) -> str:
-    """The name of a folder or file, as a bass is called by it."""
-    return path.resolve().name if path.is_dir() else path.stem
+def _names(paths: Sequence[Path]) -> dict[Path, str]:
+    """What basses are called by their folders, files and presets: by the last part, or by all where two are alike."""
+    short = {path: path.resolve().name if path.is_dir() else path.stem for path in paths}
+    taken = Counter(short.values())
+    return {path: name if taken[name] == 1 else os.fspath(path) for path, name in short.items()}

@@ -70,6 +70,14 @@ def test_two_real_basses_and_renders_of_ones_own(run: Run, tmp_path: Path) -> No
     assert ours["rows"][0]["reason"] == "one dynamic, taken for hard"
 
 
+def test_folders_of_one_name_are_two_basses(run: Run, tmp_path: Path) -> None:
+    for owner in ("ann", "bob"):
+        (tmp_path / owner / "bass").mkdir(parents=True)
+        shutil.copy(GROWLY / "C2_ff_rr1.flac", tmp_path / owner / "bass")
+    text = cli_text(run, "compare", tmp_path / "ann" / "bass", tmp_path / "bob" / "bass")
+    assert f"{tmp_path}/ann/bass, fingers to {tmp_path}/bob/bass, fingers  0.0 dB" in text
+
+
 def bad(folder: Path) -> dict[str, Path]:
     """Recordings that cannot be used, by what is said of them."""
     (folder / "empty").mkdir()

@@ -168,8 +168,8 @@ def test_verdicts() -> None:
 
 def test_how_far_outside() -> None:
     """In units of the row, above positive; nothing where there is no range or no value."""
-    found = {("level_1s", "soft"): Figure(-4.4), ("level_2s", "soft"): Figure(math.nan, "short"),
-             ("wobble", "soft"): Figure(0.2), ("thump", "hard"): Figure(3.0), ("snap", "hard"): Figure(20.0)}  # fmt: skip
+    values = {("level_1s", "soft"): -4.4, ("wobble", "soft"): 0.2, ("thump", "hard"): 3.0, ("snap", "hard"): 20.0}
+    found = {key: Figure(value) for key, value in values.items()} | {("level_2s", "soft"): Figure(math.nan, "short")}
     off = outside(found, "fingers")
     assert off["level_1s", "soft"] == pytest.approx(1.0) and off["wobble", "soft"] == pytest.approx(-0.4)
     assert off["snap", "hard"] == 0 and len(off) == 3
