@@ -113,12 +113,16 @@ def compare(
     names = _names([*folders, *beside, *map(Path, presets)])
     real = [*([("recordings", files)] if files else []), *((names[path], [path]) for path in folders)]
     found: list[Bass] = []
+    left_out: list[str] = []
     for name, paths in real:
-        found += basses(name, measured(paths, technique))
+        found += basses(name, measured(paths, technique, left_out))
     if not found:
         raise click.UsageError(f"{recordings[0]}: only noises of hands are there; at least one plucked note is needed")
     for path in beside:
-        found += basses(names[path], measured([path], technique), rendered=True)
+        found += basses(names[path], measured([path], technique, left_out), rendered=True)
+    if left_out:
+        more = f" and {len(left_out) - 1} more" if len(left_out) > 1 else ""
+        say(f"left out, as no note with a pitch is heard: {left_out[0]}{more}")
     if loaded:
         have_kernels()
         like = [note for bass in found if not bass.rendered for note in bass.notes]
@@ -144,7 +148,7 @@ def compare(
         click.echo(result.table())
     notes_count = sum(len(bass.notes) for bass in found)
     written = f" -> {', '.join(map(str, places))}" if places else ""
-    say(f"{notes_count} notes of {len(found)} bass{'es' * (len(found) != 1)}{written}")
+    say(f"{notes_count} note{'s' * (notes_count != 1)} of {len(found)} bass{'es' * (len(found) != 1)}{written}")
 
 
 def _names(paths: Sequence[Path]) -> dict[Path, str]:

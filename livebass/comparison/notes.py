@@ -2,7 +2,8 @@
 
 The words of a file's name, and of the folders it is in below the one given, tell how hard it was played (pp p mp mf f
 ff, soft medium hard, v1 or v100, or a number that grows with the level), by what (fingers, pick, slap, pop), whether
-the string is open or stopped, and what else it is (release, scrape). Where no name tells how hard, the level does.
+the string is open or stopped, and what else it is (release, scrape, and muted notes and harmonics, which are not
+compared). Where no name tells how hard, the level does.
 """
 
 from __future__ import annotations
@@ -39,7 +40,11 @@ TECHNIQUES = {
     "slap": "slap slapped thumb slp",
     "pop": "pop popped",
 }
-KINDS = {"release": "release rel releases noteoff", "scrape": "scrape scrapes squeak squeaks"}
+KINDS = {
+    "release": "release rel releases noteoff",
+    "scrape": "scrape scrapes squeak squeaks",
+    "other": "dead ghost mute muted palm harmonic harmonics",
+}
 WORDS = {word: name for table in (TECHNIQUES, KINDS) for name, words in table.items() for word in words.split()}
 LOUDNESS = ("ppp", "pp", "p", "soft", "mp", "medium", "mf", "f", "hard", "ff", "fff")  # from soft to hard
 TAKES = re.compile(r"(rr|take|tk|alt|var)_?\d*")
@@ -62,7 +67,7 @@ class Note:
     rate: int  # Hz
     pitch: float  # Hz; 0 if it has none
     technique: str = USUAL
-    kind: str = "note"  # or "release", "scrape"
+    kind: str = "note"  # or "release", "scrape", "other"
     dynamic: str = ""  # as it is called; "" before it is known
     rank: int = 0  # of the dynamic, 0 the softest
     place: str = ""  # the words of the name that tell neither dynamic nor take: what is alike in notes of one key
@@ -79,12 +84,15 @@ class Note:
         return shape(self.sound, self.rate)
 
 
-def measured(paths: Iterable[str | PathLike[str]], technique: str | None = None) -> list[Note]:
+def measured(
+    paths: Iterable[str | PathLike[str]], technique: str | None = None, left_out: list[str] | None = None
+) -> list[Note]:
     """Returns the notes of recordings, sound files or folders of them, each with `measures`.
 
     technique: fingers, pick, slap or pop; by default what names tell, or else fingers. A file may hold several notes of
-    one dynamic. Raises RecordingError for a file that cannot be read, a folder without sound files and, by name, for a
-    file without a note that has a pitch.
+    one dynamic. Files of a folder in which no note with a pitch is heard are left out, and named in `left_out`. Raises
+    RecordingError, one line with the name, for a file that cannot be read, a folder without sound files and, where
+    nothing else is given, for a file without a note that has a pitch.
     """
     notes: list[Note] = []
     for each in paths:
@@ -92,9 +100,20 @@ def measured(paths: Iterable[str | PathLike[str]], technique: str | None = None)
         files = sorted(p for p in path.rglob("*") if p.suffix.lower() in SOUNDS) if path.is_dir() else [path]
         if not files:
             raise RecordingError(f"{path}: no sound file is in it; allowed are {', '.join(sorted(SOUNDS))}")
+        unheard = []
+        found: list[Note] = []
         for file in files:
             told = (file.stem,) if file == path else file.relative_to(path).with_suffix("").parts
-            notes += _of_file(file, told, technique)
+            heard = _of_file(file, told, technique)
+            found += heard
+            unheard += [] if heard else [str(file)]
+        if not found:
+            raise RecordingError(
+                f"{path}: no note of {SHORTEST:g} s with a pitch of {PITCHES[0]:g} to {PITCHES[1]:g} Hz is heard in it"
+            )
+        notes += found
+        if left_out is not None:
+            left_out += unheard
     return _by_dynamics(notes)
 
 
@@ -120,12 +139,7 @@ def _of_file(file: Path, told: Sequence[str], technique: str | None) -> list[Not
     first = replace(first, dynamic=dynamic or (f"v{int(layers[-1])}" if layers else ""))
     if kind != "note":
         return [first]
-    found = _with_pitch(recording, first)
-    if not found:
-        raise RecordingError(
-            f"{file}: no note of {SHORTEST:g} s with a pitch from {PITCHES[0]:g} to {PITCHES[1]:g} Hz is heard in it"
-        )
-    return found
+    return _with_pitch(recording, first)
 
 
 def _with_pitch(recording: Recording, first: Note) -> list[Note]:

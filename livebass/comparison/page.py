@@ -90,7 +90,7 @@ def _pitch(shown: Sequence[Compared], pitch: float) -> tuple[bytes, str]:
     for row, when in enumerate((SOFT, HARD)):
         for column, each in enumerate(shown):
             ax = axes[row][column]
-            ax.set_title(f"{each.bass.title}, {when}", fontsize=8)
+            ax.set_title(f"{when}: {each.bass.title}", fontsize=8)
             found = [n for n in each.bass.dynamic(when) if same_pitch(n.pitch, pitch)]
             if not found:
                 ax.text(0.5, 0.5, "no such note", ha="center", va="center", transform=ax.transAxes, fontsize=8)

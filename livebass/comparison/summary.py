@@ -50,7 +50,8 @@ class Bass:
 
     @property
     def title(self) -> str:
-        return f"{self.name}, {self.technique}"
+        """Its name with its technique; one that is rendered is only taken for it."""
+        return f"{self.name} as {self.technique}" if self.rendered else f"{self.name}, {self.technique}"
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ def test_shipped_notes_beside_a_preset(run: Run, tmp_path: Path) -> None:
     arguments = ("compare", GROWLY, "-p", "jazz-finger", "--takes", 1)
     text = cli_text(run, *arguments, "-o", page, "--json", figures)
     lines = text.splitlines()
-    assert lines[0].split() == ["unit", "five", "real", "growlybass,", "fingers", "jazz-finger,", "fingers"]
+    assert lines[0].split() == ["unit", "five", "real", "growlybass,", "fingers", "jazz-finger", "as", "fingers"]
     found = json.loads(figures.read_text())
     real, ours = found["basses"]
     assert (real["name"], real["rendered"], ours["name"], ours["rendered"]) == (
@@ -43,7 +43,7 @@ def test_shipped_notes_beside_a_preset(run: Run, tmp_path: Path) -> None:
     for reason in ("not told which strings are open", "no other real bass", "one take of each note"):
         assert sum(reason in line for line in lines) == 1
     assert 3 < ours["distances"]["growlybass, fingers"] < 15
-    assert "jazz-finger, fingers to growlybass, fingers" in text
+    assert "jazz-finger as fingers to growlybass, fingers" in text
     html = page.read_text()
     assert html.count("data:image/png;base64,") == 6 and "http" not in html and len(html) < 2_000_000
     assert "level 1 s after the peak" in html and "not told which strings are open" in html
@@ -61,7 +61,7 @@ def test_two_real_basses_and_renders_of_ones_own(run: Run, tmp_path: Path) -> No
     soundfile.write(mine / "C2_slap.wav", 0.5 * sound, rate)
     figures = tmp_path / "compared.json"
     cli_text(
-        run, "compare", GROWLY / "C2_p_rr1.flac", GROWLY / "C2_f_rr1.flac", other, "--beside", mine, "--json", figures
+        run, "compare", GROWLY / "C2_pp_rr1.flac", GROWLY / "C2_f_rr1.flac", other, "--beside", mine, "--json", figures
     )
     first, second, ours = json.loads(figures.read_text())["basses"]
     assert [b["name"] for b in (first, second, ours)] == ["recordings", "other", "mine"]
@@ -78,6 +78,15 @@ def test_folders_of_one_name_are_two_basses(run: Run, tmp_path: Path) -> None:
     assert f"{tmp_path}/ann/bass, fingers to {tmp_path}/bob/bass, fingers  0.0 dB" in text
 
 
+def test_files_without_a_pitch_are_named(run: Run, tmp_path: Path) -> None:
+    shutil.copy(GROWLY / "C2_ff_rr1.flac", tmp_path)
+    soundfile.write(tmp_path / "hiss_ff.wav", 0.1 * np.random.default_rng(5).normal(size=44_100), 44_100)
+    status, _, err = run("compare", tmp_path)
+    assert status == 0 and err.splitlines() == [
+        f"left out, as no note with a pitch is heard: {tmp_path / 'hiss_ff.wav'}", "1 note of 1 bass"
+    ]  # fmt: skip
+
+
 def bad(folder: Path) -> dict[str, Path]:
     """Recordings that cannot be used, by what is said of them."""
     (folder / "empty").mkdir()
@@ -90,7 +99,7 @@ def bad(folder: Path) -> dict[str, Path]:
         "only noises of hands": noises,
         "cannot be read as sound": folder / "text.wav",
         "silent": folder / "silent.wav",
-        "no note of 0.1 s with a pitch from 25 to 500 Hz": folder / "noise.wav",
+        "no note of 0.1 s with a pitch of 25 to 500 Hz": folder / "noise.wav",
     }
     paths["cannot be read as sound"].write_text("no sound at all")
     soundfile.write(paths["silent"], np.zeros(44_100), 44_100)
