@@ -15,7 +15,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import pairwise, product
 
 import numpy as np
 
@@ -30,10 +30,10 @@ LOWEST, BANDS = 40.0, 24  # Hz, centre of the first third octave, and how many: 
 WINDOW = 0.4  # s of the take whose third octaves are measured
 DEPTH = 50.0  # dB below the loudest partial or third octave: fainter ones are left out
 FEWEST = 8  # partials that tell anything
-SURE = 4.0  # dB, standard deviation of a level
+SURE = 1.0, 4.0  # dB, least and greatest standard deviation of a level
 ROBUST = 2.0  # standard deviations from which on a level counts less
-MIX_TRIED = 1.5  # standard deviations of the mix of pickups
-NOTCH = 25.0  # dB below its neighbours: how deep the comb cuts into a partial
+MIX_TRIED, DARK_TRIED = 1.5, -2.0  # standard deviations of the mix of pickups, and of the tone
+NOTCH = 30.0  # dB below its neighbours: how deep the comb cuts into a partial
 # Bounds, and standard deviations of the prior around the values of the preset.
 PLACES = (0.015, 0.45)  # m from the saddle, of the pluck ...
 PICKUPS = (0.015, 0.25)  # ... and of pickups
@@ -42,6 +42,7 @@ MIXED = 20.0  # dB, the most that one pickup is louder than it was
 SPREADS = {"place": 0.08, "rounding": 0.6, "release": 0.8, "position": 0.025, "level": 1.0, "tone": 1.0}  # m, or of the
 # logarithm
 NEARLY_CLOSED = 0.02  # of the tone pot, which turns the tone by its logarithm
+TONES_TRIED = 0.02, 0.2, 1.0  # of which the levels may not tell one from another
 GRID = 0.015  # m from one place of the pluck that is tried to the next
 KEPT = 12  # of the starts that are refined
 APART, ALIKE = 0.02, 1.1  # m between two places, and ratio of misfits, of which neither is preferred by the levels
@@ -196,23 +197,27 @@ def fit_onset(s: Speaking, bass: Instrument, found: Sequence[Found], bands: Floa
     )  # fmt: skip
     space = _Space(usual)
 
+    sure = SURE[1]
+
     def residuals(x: Floats) -> Floats:
-        return np.concatenate([problem.off(space.values(x)) / SURE, x])
+        return np.concatenate([problem.off(space.values(x)) / sure, x])
 
     def cost(x: Floats) -> float:
         return float(np.sum(2 * ROBUST**2 * (np.sqrt(1 + (residuals(x) / ROBUST) ** 2) - 1)))
 
-    def refined(x: Floats) -> Floats:
-        ends = space.low, space.high
+    def refined(x: Floats, ends: tuple[Floats, Floats] = (space.low, space.high)) -> Floats:
         return np.asarray(least_squares(residuals, x, bounds=ends, loss="soft_l1", f_scale=ROBUST, max_nfev=60).x)
 
     ends = sorted((refined(x) for x in sorted(space.starts(), key=cost)[:KEPT]), key=cost)
+    sure = min(max(problem.misfit(space.values(ends[0])), SURE[0]), SURE[1])  # the levels say how much they say
+    ends = sorted(map(refined, ends), key=cost)
     best = space.values(ends[0])
     others = [space.values(x) for x in ends[1:]]
     # the same comb with pluck and pickup exchanged, wherever the preset has them
     others += [space.values(refined(space.inside(x))) for x in space.exchanged(ends[0])]
     misfit, before = problem.misfit(best), problem.misfit(usual)
-    doubts = _doubts(problem, best, misfit, others)
+    tones = [space.values(refined(*space.with_tone(ends[0], other))) for other in TONES_TRIED]
+    doubts = _doubts(problem, best, misfit, others, tones)
     power = [float(np.sum((problem.amplitudes(v) ** 2) * problem.energy)) for v in (usual, best)]
     pickups = tuple(
         replace(p, position=x, level=level)
@@ -264,13 +269,21 @@ class _Space:
         """Returns the vectors that are tried first: places of the pluck and of the pickups, and mixes of these."""
         count = len(self.usual.positions)
         found = []
-        for place in np.arange(*PLACES, GRID):
-            for mix in (-MIX_TRIED, 0.0, MIX_TRIED) if count > 1 else (0.0,):
-                for moved in (-1.0, 0.0, 1.0):
-                    x = np.zeros(self.low.size)
-                    x[0], x[4 : 4 + count], x[4 + count :] = (place - self.usual.place) / SPREADS["place"], moved, mix
-                    found.append(self.inside(x))
+        places = (np.arange(*PLACES, GRID) - self.usual.place) / SPREADS["place"]
+        mixes = (-MIX_TRIED, 0.0, MIX_TRIED) if count > 1 else (0.0,)
+        moves = list(product((-1.0, 0.0, 1.0), repeat=min(count, 2)))
+        for darker, place, mix, moved in product((0.0, DARK_TRIED), places, mixes, moves):
+            x = np.zeros(self.low.size)
+            x[0], x[3], x[4 : 4 + len(moved)], x[4 + count :] = place, darker, moved, mix
+            found.append(self.inside(x))
         return found
+
+    def with_tone(self, x: Floats, tone: float) -> tuple[Floats, tuple[Floats, Floats]]:
+        """Returns `x` with another tone, and bounds that hold it there."""
+        low, high, at = self.low.copy(), self.high.copy(), x.copy()
+        at[3] = math.log((tone + NEARLY_CLOSED) / (self.usual.tone + NEARLY_CLOSED)) / SPREADS["tone"]
+        low[3], high[3] = at[3] - 1e-6, at[3] + 1e-6
+        return np.clip(at, low + 1e-7, high - 1e-7), (low, high)
 
     def exchanged(self, x: Floats) -> list[Floats]:
         """Returns `x` with the place of the pluck exchanged with that of each pickup."""
@@ -283,8 +296,10 @@ class _Space:
         return found
 
 
-def _doubts(problem: _Levels, best: _Values, misfit: float, others: Sequence[_Values]) -> tuple[str, ...]:
-    """Says where the levels leave a choice."""
+def _doubts(
+    problem: _Levels, best: _Values, misfit: float, others: Sequence[_Values], tones: Sequence[_Values]
+) -> tuple[str, ...]:
+    """Says where the levels leave a choice: `others` have other places, `tones` other tones."""
     said = []
     for other in others:
         if problem.misfit(other) < ALIKE * misfit and abs(other.place - best.place) > APART:
@@ -292,6 +307,14 @@ def _doubts(problem: _Levels, best: _Values, misfit: float, others: Sequence[_Va
                 f"the levels leave a choice: plucked {_mm(best.place)} from the saddle with {_pickups(best)} they are "
                 f"{misfit:.1f} dB off, {_mm(other.place)} with {_pickups(other)} {problem.misfit(other):.1f} dB: the "
                 "first is nearer to the preset, or the better"
+            )
+            break
+    for other in tones:
+        far = abs(math.log((other.tone + NEARLY_CLOSED) / (best.tone + NEARLY_CLOSED))) > 1
+        if far and problem.misfit(other) < ALIKE * misfit:
+            said.append(
+                f"the levels leave a choice: a tone of {other.tone:.2f} under a finger of {_mm(other.rounding)} is as "
+                f"dark as {best.tone:.2f} under {_mm(best.rounding)}, which is nearer to the preset"
             )
             break
     at_end = [

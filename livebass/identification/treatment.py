@@ -181,13 +181,14 @@ def shared_gain(take: Take, partials: Sequence[Partial], f0: float) -> Gain | No
     for place in PLACES:
         hinge = np.maximum(seconds - seconds[int(place * count)], 0.0)
         columns = np.column_stack([np.ones(count), seconds, hinge])
-        slopes = -np.linalg.lstsq(columns, rows.T, rcond=None)[0][2]
+        fitted = np.linalg.lstsq(columns, rows.T, rcond=None)[0]
+        left = float(np.sum(np.std(rows.T - columns @ fitted, axis=0)))
+        slopes = -fitted[2]
         middle = float(np.median(slopes))
         spread = 1.4826 * float(np.median(np.abs(slopes - middle))) * 1.25 / math.sqrt(slopes.size)
-        sure = middle / max(spread, 1e-9)
-        if middle > STEEPER and sure > SURE and (best is None or sure > best[0]):
+        if middle > max(STEEPER, SURE * spread) and (best is None or left < best[0]):
             alike = int(np.count_nonzero(slopes > middle / 2))
-            best = sure, Gain(float(seconds[int(place * count)]), middle, alike, len(rows))
+            best = left, Gain(float(seconds[int(place * count)]), middle, alike, len(rows))
     return best[1] if best else None
 
 
