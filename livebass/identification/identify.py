@@ -67,7 +67,7 @@ class Identified:
     takes: tuple[Take, ...]
     rejected: int  # takes of another pitch, too short, or without enough partials
     missing: tuple[int, ...]  # partials below the highest, not found or in doubt: `string` has values of the laws
-    doubts: tuple[str, ...]  # a sentence each: what in the recordings was left out, and why
+    doubts: tuple[str, ...]  # a sentence each: what in the recordings was left out, or done to them, and why
     glides: tuple[Glide | None, ...]  # of the takes: how sharp each begins; taken out of what the partials are
     across: Across | None  # how v differs from u; None: no partial is two lines
     onset: Onset | None = (
@@ -139,7 +139,7 @@ def identify(
     if only_string:
         return result
     onset = fit_onset(speaking(result.string, neck, 0), bass, found, third_octaves(takes), start)
-    return replace(result, onset=onset, doubts=(*result.doubts, *(onset.doubts if onset else ())))
+    return replace(result, onset=onset)
 
 
 def _steady(take: Take, partials: list[Partial], pitch: float, modes: int) -> tuple[Take, list[Partial], Glide | None]:
@@ -390,6 +390,7 @@ def _onset_data(found: Onset | None) -> dict[str, Any] | None:
         "tone": found.tone,
         "misfit_db": found.misfit,
         "preset_misfit_db": found.before,
+        "doubts": list(found.doubts),
     }
 
 
@@ -443,7 +444,8 @@ def table(result: Identified) -> str:
     lines += _motion(result)
     if result.missing:
         lines.append(f"not measured: {', '.join(map(str, result.missing))}; the preset takes them from the laws")
-    lines += [f"doubt: {doubt}" for doubt in result.doubts]
+    choices = result.onset.doubts if result.onset else ()
+    lines += [f"doubt: {doubt}" for doubt in (*result.doubts, *choices)]
     return "\n".join(lines) + "\n"
 
 

@@ -60,7 +60,7 @@ class Onset:
     gain: float  # of the output over that of the preset, so that the string stays as loud
     misfit: float  # dB, root mean square of what is left ...
     before: float  # ... and of what the preset as it was leaves
-    doubts: tuple[str, ...]
+    doubts: tuple[str, ...]  # a sentence each: where the levels leave a choice
 
 
 @dataclass(frozen=True)

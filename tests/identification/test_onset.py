@@ -14,7 +14,7 @@ from support.command import Run, cli_text
 
 from livebass import load_preset
 from livebass.engine.solve import heard
-from livebass.identification.identify import Identified, identify
+from livebass.identification.identify import Identified, identify, table
 from livebass.identification.onset import can_be_fitted
 from livebass.model.instrument import Instrument, Pluck, speaking
 from livebass.model.trial import Trial
@@ -96,6 +96,7 @@ def test_the_preset_gets_them(run: Run, tmp_path: Path) -> None:
     out = cli_text(run, "identify", path, "--modes", 40, "-o", mine, "--json", tmp_path / "a.json")
     assert "plucked 9" in out or "plucked 8" in out
     said = json.loads((tmp_path / "a.json").read_text())["onset"]
+    assert all(f"doubt: {doubt}" in out for doubt in said["doubts"])
     made, base = load_preset(str(mine)), load_preset("jazz-finger")
     length = base.strings[string].length
     assert (1 - made.player.pluck_position) * length == pytest.approx(said["pluck_from_saddle_m"], abs=1e-4)
@@ -130,4 +131,4 @@ def test_one_pickup_leaves_a_choice(tmp_path: Path) -> None:
     result = identify(path, one, modes=40)
     assert result.onset is not None and result.onset.place == pytest.approx(0.1, abs=0.012)
     doubt = result.onset.doubts[0]
-    assert doubt.startswith("the levels leave a choice: plucked 1") and doubt in result.doubts
+    assert doubt.startswith("the levels leave a choice: plucked 1") and f"doubt: {doubt}\n" in table(result)
