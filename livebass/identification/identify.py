@@ -614,7 +614,8 @@ def _put_onset(document: Any, bass: Instrument, string: str, onset: Onset) -> No
             _put(document[table], name, value)
         if below:
             document[table].value.body.extend((None, item) for item in below)
-    under = [k for k, p in enumerate(bass.output.pickups) if p in pickups_under(bass.output, string)]
+    ours = pickups_under(bass.output, string)
+    under = [k for k, pickup in enumerate(bass.output.pickups) if any(pickup is p for p in ours)]
     for k, pickup in zip(under, onset.pickups, strict=True):
         below = _cut_end(document["pickup"][k])
         _put(document["pickup"][k], "position", f'"{pickup.position * 1e3:.4g} mm"')

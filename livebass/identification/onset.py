@@ -39,6 +39,7 @@ PLACES = (0.015, 0.45)  # m from the saddle, of the pluck ...
 PICKUPS = (0.015, 0.25)  # ... and of pickups
 WIDTHS, RELEASES = (0.5e-3, 30e-3), (5e-6, 3e-3)  # m, s
 MIXED = 20.0  # dB, the most that one pickup is louder than it was
+LOUDEST = 10.0  # level of a pickup that a preset allows
 SPREADS = {"place": 0.08, "rounding": 0.6, "release": 0.8, "position": 0.025, "level": 1.0, "tone": 1.0}  # m, or of the
 # logarithm
 NEARLY_CLOSED = 0.02  # of the tone pot, which turns the tone by its logarithm
@@ -243,7 +244,10 @@ class _Space:
             [math.log(e / usual.release) / SPREADS["release"] for e in RELEASES],
             [math.log((e + NEARLY_CLOSED) / closed) / SPREADS["tone"] for e in (0.0, 1.0)],
             *([(e - p) / SPREADS["position"] for e in PICKUPS] for p in usual.positions),
-            *([-most / SPREADS["level"], most / SPREADS["level"]] for _ in usual.levels[1:]),
+            *(
+                [-most / SPREADS["level"], min(most, math.log(LOUDEST / max(abs(v), 1e-3))) / SPREADS["level"]]
+                for v in usual.levels[1:]
+            ),
         ]
         self.low, self.high = np.array([(min(low, -1e-6), max(high, 1e-6)) for low, high in bounds]).T
 

@@ -114,6 +114,33 @@ def test_the_preset_gets_them(run: Run, tmp_path: Path) -> None:
     assert kept.strings[string].measured_dampings == made.strings[string].measured_dampings
 
 
+MINIMAL = """
+name = "Small"
+[neck]
+scale_length = "34 in"
+[[string]]
+name = "A"
+open_note = "A1"
+linear_density = "23.88 g/m"
+diameter = "0.085 in"
+core_diameter = "0.020 in"
+[[pickup]]
+position = "90 mm"
+"""
+
+
+def test_a_preset_of_few_words_gets_them(run: Run, tmp_path: Path) -> None:
+    """One that leaves out coil, output and player."""
+    _, place, rounding, pickups, tone = CASES["near the bridge"]
+    path, small, mine = tmp_path / "a.wav", tmp_path / "small.toml", tmp_path / "mine.toml"
+    soundfile.write(path, note_of(other_bass(place, rounding, pickups, tone), 1), RATE, subtype="FLOAT")
+    small.write_text(MINIMAL)
+    cli_text(run, "identify", path, "-p", small, "--modes", 20, "-o", mine)
+    made, base = load_preset(str(mine)), load_preset(str(small))
+    assert len(made.output.pickups) == 1 and made.output.pickups[0].position != base.output.pickups[0].position
+    assert made.player.pluck_position != base.player.pluck_position and made.player.release_time > 0
+
+
 def test_what_the_preset_cannot_have() -> None:
     """A bass that is slapped, or heard by a displacement sensor, keeps its own."""
     assert can_be_fitted(load_preset("jazz-finger"), "A")
