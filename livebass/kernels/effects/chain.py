@@ -23,7 +23,7 @@ from livebass.kernels.effects.response import place_response, take_response
 from livebass.kernels.effects.valve import drive_valve, fill_valve, set_drive, silence_valve
 from livebass.kernels.machine.native import floats_at, samples_at
 
-COMPRESSION, DRIVE = range(KNOBS)
+COMPRESSION, DRIVE = range(KNOBS)  # as techniques.EFFECTS has them
 SETTLES = 1.0  # s of silence, behind that of the response, after which nothing of a sound is left
 NOTHING = 1e-200  # a state below that is zero: numbers never become denormal
 LEAST_SAMPLE = 1.1754943508222875e-38  # normal, of a float32

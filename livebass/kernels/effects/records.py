@@ -4,6 +4,7 @@ import numpy as np
 
 from livebass.compiling import inlined, jit
 from livebass.kernels.machine.native import floats_at, record_at
+from livebass.techniques import EFFECTS as EFFECT_KNOBS
 
 PART = 128  # frames of a partition of the response: the first one is convolved directly, without latency
 TURNS = 2 * PART  # points of the Fourier transform
@@ -13,7 +14,7 @@ LEAST_RATE, MOST_RATE = 8000, 192_000  # Hz, of a response
 LATE = 24  # samples that a response comes later where it had to be resampled: half the length of the interpolation
 WORD = 8  # bytes
 ALLPASSES = 8  # of a half-band filter
-KNOBS = 2  # compression and drive
+KNOBS = len(EFFECT_KNOBS)
 CURVE = 2049  # points of the valve's curve
 
 EFFECTS = np.dtype(
