@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from pathlib import Path
+import stat
 
 import numpy as np
 
@@ -24,19 +24,24 @@ def load_response(path: str | os.PathLike[str]) -> Response:
 
     name = os.fspath(path)
     try:
-        if Path(name).is_dir():
-            raise PresetError(f"{name}: is a directory; a response is a sound file")
+        found = os.stat(name).st_mode
+        if not stat.S_ISREG(found):
+            what = "a directory" if stat.S_ISDIR(found) else "not a regular file"
+            raise PresetError(f"{name}: is {what}; a response is a sound file")
         with soundfile.SoundFile(name) as file:
-            rate, channels, count = file.samplerate, file.channels, file.frames
-            _check(name, rate, channels, count)
+            rate = file.samplerate
+            _check(name, rate, file.channels, file.frames)
             samples = file.read(dtype="float64")
+    except PresetError:
+        raise
     except FileNotFoundError:
         raise PresetError(f"{name}: no such file") from None
     except soundfile.LibsndfileError as error:
-        why = f"not a sound file: {error.error_string}" if os.path.exists(name) else "no such file"
-        raise PresetError(f"{name}: {why}") from None
-    except (OSError, ValueError) as error:
-        raise error if isinstance(error, PresetError) else PresetError(f"{name}: cannot be read: {error}") from None
+        raise PresetError(f"{name}: not a sound file: {error.error_string}") from None
+    except OSError as error:
+        raise PresetError(f"{name}: cannot be read: {error.strerror}") from None
+    except ValueError:
+        raise PresetError(f"{name}: not a file name") from None
     if not np.isfinite(samples).all():
         raise PresetError(f"{name}: sample {int(np.argmin(np.isfinite(samples)))} is not a finite number")
     loudest = float(np.max(np.abs(samples), initial=0.0))

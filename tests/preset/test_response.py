@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import numpy as np
@@ -48,7 +49,13 @@ def test_what_is_no_response_is_one_line(name: str, run: Run, tmp_path: Path) ->
 
 def test_a_missing_file_and_a_file_of_another_kind(run: Run, tmp_path: Path) -> None:
     (tmp_path / "text.wav").write_text("no sound")
-    for name, says in (("none.wav", "no such file"), ("text.wav", "not a sound file"), (".", "is a directory")):
+    os.mkfifo(tmp_path / "pipe")
+    for name, says in (
+        ("none.wav", "no such file"),
+        ("text.wav", "not a sound file"),
+        (".", "is a directory"),
+        ("pipe", "is not a regular file"),
+    ):
         status, _, err = run("play", "--response", tmp_path / name)
         assert_one_clear_line(status, err)
         assert says in err

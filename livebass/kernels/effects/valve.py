@@ -24,6 +24,7 @@ SUPPLY, LOAD = 250.0, 100e3  # V, ohm
 BIAS = -1.3  # V at the grid, at rest
 GRID, CONDUCTING, SOFT = 68e3, 2e3, 0.15  # ohm before the grid, ohm of the grid above 0 V, V over which it begins
 FARTHEST = 16.0  # V at the grid, to either side, that the curve has
+NEAR, STEPS = 1e-9, 60  # V, of a voltage at the plate; steps to it, at most
 GAIN = 60.0  # of the triode, about: what is taken back
 LN_2 = 0.6931471805599453
 # --- the knob ---
@@ -102,26 +103,38 @@ def plate_current(plate, grid):
 
 
 @jit
-def plate_voltage(volts):
-    """The voltage at the plate for `volts` before the grid's resistor, by bisection."""
+def plate_voltage(volts, high):
+    """The voltage at the plate for `volts` before the grid's resistor, `high` at most, by the Illinois method."""
     grid = volts - GRID / (GRID + CONDUCTING) * SOFT * soft_plus(volts / SOFT)
-    low, high = 0.0, SUPPLY
-    for _ in range(48):
-        middle = 0.5 * (low + high)
-        if middle + LOAD * plate_current(middle, grid) < SUPPLY:
-            low = middle
+    low, below = 0.0, -SUPPLY
+    above = high + LOAD * plate_current(high, grid) - SUPPLY
+    last = 0
+    for _ in range(STEPS):
+        if above <= 0.0 or high - low < NEAR:
+            break
+        v = high - above * (high - low) / (above - below)
+        excess = v + LOAD * plate_current(v, grid) - SUPPLY
+        if excess > 0.0:
+            below = 0.5 * below if last > 0 else below
+            high, above, last = v, excess, 1
         else:
-            high = middle
-    return 0.5 * (low + high)
+            above = 0.5 * above if last < 0 else above
+            low, below, last = v, excess, -1
+        if abs(excess) < NEAR:
+            return v
+    return high
 
 
 @jit
 def fill_valve(e):
     """Computes the curve and the tone stack of an EFFECTS. [not the thread that plays]"""
-    rest = plate_voltage(BIAS)
+    plate = SUPPLY
     for k in range(CURVE):
-        e.curve[k] = rest - plate_voltage(BIAS + FARTHEST * (2.0 * k / (CURVE - 1) - 1.0))
-    e.curve[CURVE // 2] = 0.0
+        plate = plate_voltage(BIAS + FARTHEST * (2.0 * k / (CURVE - 1) - 1.0), plate + NEAR)
+        e.curve[k] = plate
+    rest = e.curve[CURVE // 2]
+    for k in range(CURVE):
+        e.curve[k] = rest - e.curve[k]
     c = 2.0 * e.rate
     for k in range(4):
         e.tone_b[k] = 0.0
