@@ -11,7 +11,8 @@ from dataclasses import dataclass
 from livebass.rows import LARGEST, TINY, choice, number
 
 VERSION = 5  # of instrument files: another one for any change of their layout, or of what it means ...
-WITH_STROKES = 6  # ... and the one of files that have strokes, and are of VERSION else
+WITH_STROKES = 6  # ... the one of files that have strokes, and are of VERSION else ...
+WITH_EFFECTS = 7  # ... and the one of files that have strokes and effects
 STROKES = ("finger", "pick", "nail", "pop")  # in the order of the performer's numbers
 ANSWERING = ("off", "pedal", "always")  # likewise
 ABOVE_ZERO = (TINY, LARGEST)
@@ -125,4 +126,14 @@ class Pick:
         word=6, file=(-1, 1))
     lift: float = number(0.75, "number", "0.1", "4", "how far it lifts the string, over a finger",
         word=7, file=(TINY, 10))
+    # fmt: on
+
+
+@dataclass(frozen=True)
+class Knobs:
+    """The knobs of the effects behind the DI; at 0 an effect is not there."""
+
+    # fmt: off
+    compression: float = number(0.0, "number", "0", "1", "of the mix; 0: none", word=0)
+    drive: float = number(0.0, "number", "0", "1", "of a valve stage with a tone stack; 0: none", word=1)
     # fmt: on

@@ -219,6 +219,9 @@ parameter("running_ahead", "Running ahead", "Processor", points=SWITCH)
 parameter("relief", "Relief under overload", "Processor", points=SWITCH, usual=1.0)  # never offline
 parameter("palm_mute", "Palm mute", "Playing")  # these two are amounts that functions of controllers move, too
 parameter("vibrato", "Vibrato", "Playing")
+EFFECTS = ("compression", "drive")  # knobs of the effects behind the DI, by number; 0: as the bass has it
+for knob in EFFECTS:
+    parameter(knob, knob.capitalize(), "Effects")
 
 # --- number keys of the page and of a terminal ---
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from livebass.cli.effects import effects_options
 from livebass.cli.hands import Hands, hands_options, loader, velocity_curve_option
 from livebass.cli.options import count_option, file_option, folder_option, preset_option, quality_option
 from livebass.cli.render import DEFAULT_PRESET, have_kernels, rendered_quality, shown_progress
@@ -73,6 +74,7 @@ def plugin_command(kind: str) -> click.Command:
     )
     @presets_option
     @hands_options
+    @effects_options
     @folder_option(
         f"The folder in which to write {BUNDLES[kind]}; made if missing. An older one is replaced.  "
         "[default: the current directory]",
@@ -137,6 +139,7 @@ def _basses(
 @export.command()
 @presets_option
 @hands_options
+@effects_options
 @folder_option(
     "The folder to write; made if missing. It may be empty or hold an older page, which is replaced.", required=True
 )
@@ -181,6 +184,7 @@ def web(
 @export.command()
 @click.argument("preset", metavar="NAME|FILE")
 @hands_options
+@effects_options
 @file_option(
     "-o",
     "--output",

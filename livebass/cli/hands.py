@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from livebass.cli.effects import Behind
 from livebass.cli.tuning import tuning_of_options
 
 if TYPE_CHECKING:
@@ -100,8 +101,11 @@ class Hands:
 
 
 def loader(options: dict[str, Any]) -> Callable[[str], Instrument]:
-    """Takes hands and tuning out of a command's `options`; returns what loads a preset so. Raises PresetError."""
+    """Takes hands, tuning and effects out of a command's `options`; returns what loads a preset so.
+
+    Raises PresetError.
+    """
     from livebass.preset.load import load_preset
 
-    hands, tuning = Hands.taken(options), tuning_of_options(options)
-    return lambda preset: hands.play(load_preset(preset, **tuning))
+    hands, tuning, behind = Hands.taken(options), tuning_of_options(options), Behind.taken(options)
+    return lambda preset: behind.put(hands.play(load_preset(preset, **tuning)))

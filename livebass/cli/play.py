@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from livebass.cli.effects import Behind, effects_options
 from livebass.cli.groups import GroupedCommand
 from livebass.cli.hands import Hands, hands_options
 from livebass.cli.options import file_option, preset_option, quality_option
@@ -39,6 +40,7 @@ LOG = logging.getLogger("livebass")
 GROUPS = {
     "Sound": "--preset --quality --gain --tuning --capo --a4 --temperament",
     "Hands": "--keys --velocity-curve --wheel --learn --controllers",
+    "Effects": "--compression --drive --response",
     "Song": "--file --demo --loop --tempo --metronome --tuner",
     "Take": "--record --record-midi --log",
     "Devices": "--backend --audio --midi --channel --rate --block --latency --osc",
@@ -75,6 +77,7 @@ GROUPS = {
     "--channel", type=Number("channel", 1, 16, whole=True), help="Listen to this MIDI channel only.  [default: all]"
 )
 @hands_options
+@effects_options
 @click.option("--gain", type=Number("dB", -60, 20), default=0.0, show_default=True, help="Output level.")
 @file_option("--file", "song", metavar="SONG.MID", help="Also play the bass part of this MIDI file.")
 @click.option(
@@ -134,7 +137,7 @@ def play(**options: Any) -> None:
 
     Bass, tuning, capo, A, temperament, gain, devices and learned controllers are remembered until the next time.
     """
-    hands = Hands.taken(options)
+    hands, behind = Hands.taken(options), Behind.taken(options)
     if options["controllers"]:
         from livebass.cli.messages import controllers_text
         from livebass.preset.keymap import key_map_text
@@ -158,7 +161,7 @@ def play(**options: Any) -> None:
     tuning = tuning_of_options(options)
 
     def load(preset: str) -> Instrument:
-        return ready_for(demo, hands.play(load_preset(preset, **tuning)))
+        return ready_for(demo, behind.put(hands.play(load_preset(preset, **tuning))))
 
     demo = options["demo"]
     song, device, channel = options["song"], options["audio"], options["channel"]

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from livebass.cli.effects import effects_options
 from livebass.cli.groups import GroupedCommand
 from livebass.cli.hands import Hands, hands_options, loader
 from livebass.cli.options import PATH, file_option, preset_option, quality_option
@@ -61,6 +62,7 @@ GROUPS = {
     "Music": "--note --velocity --duration --demo --all-presets --channel --list --tail",
     "Sound": "--preset --quality --gain --normalize --tuning --capo --a4 --temperament --modes --contact-rate --seed",
     "Hands": "--keys --velocity-curve --wheel",
+    "Effects": "--compression --drive --response",
     "File": "--output --format --bits --rate --stems",
     "Help": "--help",
 }
@@ -93,6 +95,7 @@ GROUPS = {
 @tuning_options
 @rendered_quality
 @hands_options
+@effects_options
 @click.option(
     "--velocity",
     type=Number("1-127", 1, 127, whole=True),

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import astuple, dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from livebass.engine.engine import Engine, Playing, Report
+from livebass.engine.engine import Block, Engine, Playing, Report, mixed, single
 from livebass.kernels.player.performer import FADE, OVER
 from livebass.model.instrument import Instrument
 from livebass.score.score import PROGRAM
@@ -74,16 +74,34 @@ class Basses(Playing):
         self._members.insert(0, _Member(new, frame))
 
     def process(self, count: int, pool: ThreadPoolExecutor | None = None) -> NDArray[np.float64]:
+        return self._process(count, lambda engine, n: (engine.process(n, pool), None))[0]
+
+    def process_with_mix(self, count: int, pool: ThreadPoolExecutor | None = None) -> Block:
+        def process(engine: Engine, n: int) -> Block:
+            strings, mix = engine.process_with_mix(n, pool)
+            return strings, mixed(single(strings)) if mix is None else mix
+
+        return self._process(count, process)
+
+    def _process(self, count: int, process: Callable[[Engine, int], Block]) -> Block:
+        """The sum of what `process` gives for each bass that plays or rings out, and of the mixes if it gives them."""
         out, whole = np.zeros((self.strings, count)), int(FADE * self.rate)
+        mix = np.zeros(count, np.float32)
+        mixes = False
         for member in self._members:
             first = max(member.began - self.frame, 0)
             if first >= count:
                 continue
-            sound = member.engine.process(count - first, pool)
+            sound, own = process(member.engine, count - first)
             if member.fades is not None:
                 since = np.arange(self.frame + first, self.frame + count) - member.fades
-                sound *= np.clip((whole - since) / whole, 0.0, 1.0)
+                shape = np.clip((whole - since) / whole, 0.0, 1.0)
+                sound *= shape
+                own = own if own is None else single(own * shape)
             out[:, first:] += sound
+            if own is not None:
+                mix[first:] += own
+                mixes = True
             member.level = float(np.abs(sound[:, -1]).max())
         self.frame += count
         for member in self._members[1:]:
@@ -91,7 +109,7 @@ class Basses(Playing):
             if faded or not (member.engine.sounding() or member.level > OVER):
                 self._ended.append(member.engine.report())
                 self._members.remove(member)
-        return out
+        return out, mix if mixes else None
 
     def sounding(self) -> bool:
         return any(member.engine.sounding() for member in self._members)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import os
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Self
@@ -24,9 +24,10 @@ from livebass.engine.prepare import (
     whole_contact_rate,
 )
 from livebass.kernels.bass.instrument import COARSE, LIVE
+from livebass.kernels.effects.chain import add_effects, still_ring
 from livebass.kernels.player import performer
 from livebass.kernels.string.records import EVENT
-from livebass.model.instrument import Instrument
+from livebass.model.instrument import Effects, Instrument
 from livebass.model.quality import Quality
 from livebass.score.score import LONGEST, Score, checked_rate
 
@@ -35,6 +36,10 @@ SILENCE = 10 ** (-80 / 20)  # full scale: the tail ends when no string is louder
 QUIET_FOR = 0.3  # s
 LONGEST_TAIL = 12.0  # s
 FADE = 0.02  # s, where a tail is cut
+
+
+Block = tuple[NDArray[np.float64], NDArray[np.float32] | None]  # of each string, and the mix behind the effects
+Process = Callable[[int, ThreadPoolExecutor | None], Block]
 
 
 @dataclass(frozen=True)
@@ -64,26 +69,39 @@ class Playing(ABC):
         """Computes the next `count` frames of every string, (strings, count). [main thread]"""
 
     @abstractmethod
+    def process_with_mix(self, count: int, pool: ThreadPoolExecutor | None = None) -> Block:
+        """As `process`, and the mix behind the effects, (count,); None: there are no effects. [main thread]"""
+
+    @abstractmethod
     def sounding(self) -> bool:
-        """True if any string still moves."""
+        """True if any string still moves, or effects still sound."""
 
     @abstractmethod
     def report(self) -> Report:
         """Returns the counts so far."""
 
     def play(self, score: Score, tail: float | None = None) -> Iterator[NDArray[np.float64]]:
-        """Renders `score` from here on: blocks (strings, n) until the last note has died away.
+        """Renders `score` from here on: blocks (strings, n) until the last note has died away, without effects.
 
         The score's frame 0 is this `frame` when the first block is asked for; whatever still sounds then
         sounds on. `tail` seconds after the score's end, or None: until silent, at most `LONGEST_TAIL`. Raises
         ValueError for a score at another rate and a tail that is not a time.
         """
+        self._check(score, tail)
+        return (strings for strings, _ in self._play(score, tail, lambda *given: (self.process(*given), None)))
+
+    def play_with_mix(self, score: Score, tail: float | None = None) -> Iterator[Block]:
+        """As `play`, and the mix behind the effects, (n,), of each block; None: there are no effects."""
+        self._check(score, tail)
+        return self._play(score, tail, self.process_with_mix)
+
+    def _check(self, score: Score, tail: float | None) -> None:
+        """Raises ValueError for what `play` does not take."""
         if score.rate != self.rate:
             raise ValueError(f"the score is in frames of {score.rate} Hz, the engine in {self.rate} Hz: take the same")
         check_tail(tail)
-        return self._play(score, tail)
 
-    def _play(self, score: Score, tail: float | None) -> Iterator[NDArray[np.float64]]:
+    def _play(self, score: Score, tail: float | None, process: Process) -> Iterator[Block]:
         chunk = max(1, int(CHUNK * self.rate))
         longest = LONGEST_TAIL if tail is None else tail
         frames, end = score.frames + self.frame, score.end_frame + self.frame
@@ -96,20 +114,25 @@ class Playing(ABC):
                 self.send(frames[sent:until], score.messages[sent:until])
                 sent = until
                 past = self.frame - end
-                block = self.process(count, pool)
+                block, mix = process(count, pool)
                 ended = self.frame >= last
                 if tail is None and past >= 0 and not ended:
-                    quiet = np.flatnonzero(np.abs(block).max(axis=0) > SILENCE)
+                    level = np.abs(block).max(axis=0)
+                    quiet = np.flatnonzero((level if mix is None else np.maximum(level, np.abs(mix))) > SILENCE)
                     keep = (int(quiet[-1]) + 1 if quiet.size else 0) + int(QUIET_FOR * self.rate)
                     if keep < count or not self.sounding():
                         block, ended = block[:, : min(keep, count)], True
+                        mix = mix if mix is None else mix[: min(keep, count)]
                 if ended:
                     fade = min(block.shape[1], int(FADE * self.rate))
                     if fade:
-                        block[:, -fade:] *= np.cos(0.5 * np.pi * (np.arange(fade) + 1) / fade) ** 2
+                        shape = np.cos(0.5 * np.pi * (np.arange(fade) + 1) / fade) ** 2
+                        block[:, -fade:] *= shape
+                        if mix is not None:
+                            mix[-fade:] = single(mix[-fade:] * shape)
                     rest = slice(sent, int(np.searchsorted(frames, self.frame, "right")))
                     self.send(frames[rest], score.messages[rest])  # notes that end here are not held into the next play
-                yield block
+                yield block, mix
                 if ended:
                     return
 
@@ -200,12 +223,21 @@ class Engine(Playing):
         self.frame += count
         return out
 
+    def process_with_mix(self, count: int, pool: ThreadPoolExecutor | None = None) -> Block:
+        first = self.frame
+        strings = self.process(count, pool)
+        if self.instrument.effects == Effects():
+            return strings, None
+        mix = mixed(single(strings))
+        add_effects(self.bass.effects, mix.ctypes.data, first, count)
+        return strings, mix
+
     def _run(self, i: int, out: NDArray[np.float64]) -> int:
         events = self._pending[i]
         return play_frames(self.voices[i], self.pool.records[i], events, out)
 
     def sounding(self) -> bool:
-        return any(v.sounding() for v in self.voices)
+        return any(v.sounding() for v in self.voices) or bool(still_ring(self.bass.effects))
 
     def report(self) -> Report:
         p = self.performer[0]
@@ -217,3 +249,18 @@ def check_tail(tail: float | None) -> None:
     """Raises ValueError for a `tail` that `Engine.play` does not take."""
     if tail is not None and not 0 <= tail <= LONGEST:
         raise ValueError(f"tail {tail} s: allowed are 0 to {LONGEST} s, or None")
+
+
+def mixed(strings: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Adds (n_strings, n_frames) string after string in float32, so that stems add up to the mix: (n_frames,)."""
+    mix = strings[0].copy()
+    for string in strings[1:]:
+        mix += string
+    return mix
+
+
+def single(sound: NDArray[np.float64]) -> NDArray[np.float32]:
+    """Returns a sound in float32, with 0 for what is below its normal numbers, as the audio thread has it."""
+    out = sound.astype(np.float32)
+    out[np.abs(out) < np.finfo(np.float32).tiny] = 0.0
+    return out

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -18,10 +18,11 @@ from livebass.arrays import Floats
 from livebass.engine.prepare import SEEDS, Pool, Rows, Voice, bass_numbers, pickups_under, zeroed_lines
 from livebass.kernels.bass.bench import BENCH, fill_bench, measure_bench
 from livebass.kernels.bass.check import checksum
-from livebass.kernels.bass.instrument import FILE, MAGIC, TIERS, WORD
+from livebass.kernels.bass.instrument import ADDED, FILE, MAGIC, TIERS, WORD
 from livebass.kernels.bass.pool import POOL, fill_pool, measure_pool
 from livebass.kernels.bass.records import BASS
 from livebass.kernels.bass.setup import BUILDING, fill_bass, measure_bass
+from livebass.kernels.effects.records import LEAST_RATE
 from livebass.kernels.player.constants import PICK, STANDARD
 from livebass.kernels.player.performer import PERFORMER
 from livebass.kernels.string.board import over_board
@@ -30,10 +31,10 @@ from livebass.kernels.string.note import CROWN_ABOVE, MADE
 from livebass.kernels.string.preparing import DONE, FROZEN, NOTE, OVERDAMPED
 from livebass.kernels.string.records import OPERATOR, STRING
 from livebass.model.answers import answering_modes
-from livebass.model.instrument import Instrument, Player, on_bench
+from livebass.model.instrument import Effects, Instrument, Player, on_bench
 from livebass.model.neck import flat
 from livebass.model.quality import MOST_MODES, Quality
-from livebass.parts import VERSION, WITH_STROKES, Pick
+from livebass.parts import VERSION, WITH_EFFECTS, WITH_STROKES, Knobs, Pick
 
 WHY = {
     OVERDAMPED: "damping is above critical for a mode: lower the extra damping",
@@ -121,6 +122,11 @@ class Bass:
         return self._view(self.address, BASS)
 
     @property
+    def effects(self) -> int:
+        """The address of its EFFECTS."""
+        return int(self.record["effects"][0])
+
+    @property
     def performer(self) -> NDArray[np.void]:
         """Its PERFORMER, (1,)."""
         return self._view(self.record["performer"][0], PERFORMER)
@@ -142,13 +148,16 @@ def image_bytes(instrument: Instrument, qualities: Sequence[Quality]) -> bytes:
     frets = frets_of(instrument)
     given, modes, numbers = bench_notes(instrument, qualities, frets)
     head = np.zeros(1, FILE)
-    own = own_strokes(instrument.player)
+    own, effects = own_strokes(instrument.player), b""
     head["magic"], head["version"] = MAGIC, WITH_STROKES if len(own) else VERSION
+    if instrument.effects != Effects():
+        own, effects = all_strokes(instrument.player), effect_bytes(instrument.effects)
+        head["version"] = WITH_EFFECTS
     head["name"][0] = _text(instrument.name, head["name"].shape[1])
     for i, string in enumerate(instrument.strings):
         head["string_names"][0, i] = _text(string.name, head["string_names"].shape[2])
     head["instrument"] = bass_numbers(instrument, qualities, frets)
-    rest = given.tobytes() + modes.tobytes() + numbers.tobytes() + own.tobytes()
+    rest = given.tobytes() + modes.tobytes() + numbers.tobytes() + own.tobytes() + effects
     head["words"] = (head.nbytes + len(rest)) // WORD + 1
     words = np.frombuffer(head.tobytes() + rest, "<i8")
     return words.tobytes() + int(checksum(words.ctypes.data, len(words))).to_bytes(WORD, "little")
@@ -156,12 +165,24 @@ def image_bytes(instrument: Instrument, qualities: Sequence[Quality]) -> bytes:
 
 def own_strokes(player: Player) -> NDArray[np.void]:
     """All strokes, (STROKES,) STROKE, of a player with a pick of its own; (0,) for one with the usual one."""
-    if player.pick == Pick():
-        return STANDARD[:0]
+    return STANDARD[:0] if player.pick == Pick() else all_strokes(player)
+
+
+def all_strokes(player: Player) -> NDArray[np.void]:
+    """All strokes of a player, (STROKES,) STROKE."""
     rows = STANDARD.copy()
     for name, value in vars(player.pick).items():
         rows[name][PICK] = value
     return rows
+
+
+def effect_bytes(effects: Effects) -> bytes:
+    """The effects of a bass as a file has them: the samples of the response, and their ADDED."""
+    added, response = np.zeros(1, ADDED), effects.response
+    for knob in fields(Knobs):
+        added[knob.name] = getattr(effects, knob.name)
+    added["rate"], added["count"] = (response.rate, response.count) if response else (LEAST_RATE, 0)
+    return (response.samples if response else b"") + added.tobytes()
 
 
 def image_of(data: bytes) -> Image:

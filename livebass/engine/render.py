@@ -16,14 +16,16 @@ from numpy.typing import NDArray
 
 from livebass.audiofile import AudioWriter, encoding
 from livebass.engine.basses import Basses
-from livebass.engine.engine import Engine, Playing, check_tail
+from livebass.engine.engine import Block, Engine, Playing, check_tail, single
+from livebass.engine.engine import mixed as mixed
 from livebass.files import Transaction, checked_place, output_error
 from livebass.meter import LoudnessMeter
-from livebass.model.instrument import Instrument
+from livebass.model.instrument import Effects, Instrument
 from livebass.model.quality import Quality
 from livebass.score.score import Score
 
 CEILING = -1.0  # dB re full scale: normalizing brings no peak beyond
+Sound = tuple[NDArray[np.float32], NDArray[np.float32] | None]  # of each string, and the mix behind the effects
 USUAL_TAIL = 1.0  # s, guess of the engine's own tail, for the progress shown
 
 
@@ -84,11 +86,12 @@ def render_to_file(
 
     `format` is "wav", "flac" or "ogg", by default what `out` ends in; `bits` "16", "24" (the default) or "float".
     `stems` adds a file a string, beside `out` or in that directory; in "float" their sum in float32, string after
-    string, is bitwise the mix. `normalize` is the integrated loudness (LUFS) to give the mix, in place of `gain_db`, as
-    far as its peak stays below CEILING; the sound goes through a temporary file. `tail` s are played after the last
-    event (None: until the strings are still). `basses`, by General MIDI's program from 0, are those that program
-    changes of the score choose; by default none do. `progress` is called with the fraction done. With `files` given,
-    the files appear when that transaction ends. The same arguments give the same bytes on the same kind of processor.
+    string, is bitwise the mix, if the bass has no effects: these are heard in the mix alone. `normalize` is the
+    integrated loudness (LUFS) to give the mix, in place of `gain_db`, as far as its peak stays below CEILING; the sound
+    goes through a temporary file. `tail` s are played after the last event (None: until the strings are still).
+    `basses`, by General MIDI's program from 0, are those that program changes of the score choose; by default none do.
+    `progress` is called with the fraction done. With `files` given, the files appear when that transaction ends. The
+    same arguments give the same bytes on the same kind of processor.
     Raises ValueError, OutputError, RenderError. [main thread]
     """
     started = time.perf_counter()
@@ -113,13 +116,14 @@ def render_to_file(
             progress(min(1.0, rendered / max(1, expected)))
 
     with Transaction() if files is None else nullcontext(files) as files, ExitStack() as ends:
-        sound = _scaled(engine.play(score, tail), 10 ** (gain_db / 20) if meter is None else 1.0, rate, tick)
+        blocks = _blocks(engine, score, tail, [instrument, *(basses or {}).values()])
+        sound = _scaled(blocks, 10 ** (gain_db / 20) if meter is None else 1.0, rate, tick)
         if meter is not None and normalize is not None:
             sound, gain_db = ends.enter_context(_normalized(sound, meter, normalize, out))
         writers = [AudioWriter(files, path, kind) for path in paths]
         mix_writer = AudioWriter(files, out, kind)
-        for strings in sound:
-            mix = mixed(strings)
+        for strings, wet in sound:
+            mix = mixed(strings) if wet is None else wet
             for writer, string in zip(writers, strings, strict=bool(paths)):
                 writer.write(string)
             mix_writer.write(mix)
@@ -155,6 +159,8 @@ def render_to_array(
 ) -> NDArray[np.float64]:
     """Renders `score` at its own rate: (n_strings, n_frames), full scale 1; the mix is the sum over strings.
 
+    It is what the strings sound like: effects of the bass, which work on their mix, are left out.
+
     `basses`, by General MIDI's program from 0, are those that program changes of the score choose.
     """
     blocks = _player(instrument, score, quality, seed, basses).play(score, tail)
@@ -170,28 +176,13 @@ def _player(
     return Basses(engine, chosen) if chosen else engine
 
 
-def mixed(strings: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Adds (n_strings, n_frames) string after string in float32, so that stems add up to the mix: (n_frames,)."""
-    mix = strings[0].copy()
-    for string in strings[1:]:
-        mix += string
-    return mix
-
-
-def single(sound: NDArray[np.float64]) -> NDArray[np.float32]:
-    """Returns a sound in float32, with 0 for what is below its normal numbers, as the audio thread has it."""
-    out = sound.astype(np.float32)
-    out[np.abs(out) < np.finfo(np.float32).tiny] = 0.0
-    return out
-
-
 @contextmanager
 def _normalized(
-    blocks: Iterator[NDArray[np.float32]], meter: LoudnessMeter, target: float, out: Path
-) -> Iterator[tuple[Iterator[NDArray[np.float32]], float]]:
+    blocks: Iterator[Sound], meter: LoudnessMeter, target: float, out: Path
+) -> Iterator[tuple[Iterator[Sound], float]]:
     """Yields `blocks` at the `target` loudness (LUFS), and the gain for it, dB; lower if the peak would pass CEILING.
 
-    The blocks, (n_strings, n), go through a file without a name beside `out`: an hour of sound has no room in memory.
+    The blocks go through a file without a name beside `out`: an hour of sound has no room in memory.
     Raises OutputError if it has none there.
     """
     folder = checked_place(out).parent
@@ -199,12 +190,13 @@ def _normalized(
         sizes, peak = [], 0.0
         try:
             kept = ends.enter_context(tempfile.TemporaryFile(dir=folder))
-            for block in blocks:
-                mix = mixed(block)
+            for strings, wet in blocks:
+                mix = mixed(strings) if wet is None else wet
                 meter.add(mix)
                 peak = max(peak, float(np.max(np.abs(mix), initial=0.0)))
-                sizes.append(block.shape)
-                kept.write(block.tobytes())
+                sizes.append((*strings.shape, wet is not None))
+                kept.write(strings.tobytes())
+                kept.write(b"" if wet is None else wet.tobytes())
             kept.seek(0)
         except OSError as error:
             raise output_error(out, error) from None
@@ -213,22 +205,28 @@ def _normalized(
         gain_db = 0.0 if silent else min(target - loudness, CEILING - 20 * math.log10(peak))
         gain = np.float32(10 ** (gain_db / 20))
 
-        def again() -> Iterator[NDArray[np.float32]]:
-            for count, frames in sizes:
-                data = kept.read(count * frames * np.dtype(np.float32).itemsize)
-                yield np.frombuffer(data, np.float32).reshape(count, frames) * gain
+        def again() -> Iterator[Sound]:
+            for count, frames, behind in sizes:
+                data = kept.read((count + behind) * frames * np.dtype(np.float32).itemsize)
+                rows = np.frombuffer(data, np.float32).reshape(count + behind, frames) * gain
+                yield rows[:count], rows[count] if behind else None
 
         yield again(), gain_db
 
 
-def _scaled(
-    blocks: Iterator[NDArray[np.float64]], gain: float, rate: int, tick: Callable[[int], None]
-) -> Iterator[NDArray[np.float32]]:
+def _blocks(engine: Playing, score: Score, tail: float | None, basses: list[Instrument]) -> Iterator[Block]:
+    """What `engine` plays, with the mix behind the effects where any of the `basses` has some."""
+    if any(bass.effects != Effects() for bass in basses):
+        return engine.play_with_mix(score, tail)
+    return ((strings, None) for strings in engine.play(score, tail))
+
+
+def _scaled(blocks: Iterator[Block], gain: float, rate: int, tick: Callable[[int], None]) -> Iterator[Sound]:
     """Applies the gain to each block, and ticks once it was used. Raises RenderError for NaN and infinity."""
     frame = 0
-    for block in blocks:
-        if not np.isfinite(block).all():
+    for block, wet in blocks:
+        if not np.isfinite(block).all() or not (wet is None or np.isfinite(wet).all()):
             raise RenderError(f"the sound is not finite near {frame / rate:.3f} s; please report the preset")
-        yield single(block * gain)
+        yield single(block * gain), wet if wet is None else single(wet * np.float64(gain))
         frame += block.shape[1]
         tick(block.shape[1])

@@ -10,7 +10,7 @@ from livebass.live.desk import BEATS, TEMPOS, Desk
 from livebass.live.osc import Control, Value
 from livebass.live.parameters import PARAMETERS, event
 from livebass.live.synth import Reading, Synth, decibels
-from livebass.live.thread.ring import AMOUNT, PARAMETER
+from livebass.live.thread.ring import AMOUNT, EFFECT, PARAMETER
 from livebass.live.tuner import tuning
 from livebass.model.instrument import A4_HZ
 from livebass.preset.load import preset_names
@@ -80,7 +80,13 @@ def control_table(
 
         return Control(write, lambda: synth().amount(function))
 
-    kinds = {PARAMETER: playing, AMOUNT: amount}
+    def effect(p: Parameter, knob: int) -> Control:
+        def write(value: Value) -> None:
+            synth().set_effect(knob, held(p, value))
+
+        return Control(write, lambda: synth().effect(knob))
+
+    kinds = {PARAMETER: playing, AMOUNT: amount, EFFECT: effect}
     table = {p.symbol: kinds[found[0]](p, found[1]) for p in PARAMETERS if (found := event(p))}
     table |= {
         "bass": Control(bass, lambda: presets.playing[0]),

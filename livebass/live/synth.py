@@ -25,6 +25,7 @@ from livebass.live.thread.records import RINGS, SYNTH, field_offset
 from livebass.live.thread.ring import (
     AMOUNT,
     DATA,
+    EFFECT,
     ENTRY,
     NOW,
     PARAMETER,
@@ -50,7 +51,7 @@ QUIETEST = -99.0  # dB
 FIELDS = {row.number: row.field for row in FUNCTION_ROWS.values() if row.field}  # of the performer's controls
 KEPT = (
     "program", "program_count", "blocks", "messages", "late", "underruns", "clipped", "faults", "capture_lost",
-    "parameters",
+    "parameters", "effects",
 )  # fmt: skip
 PAGE = 4096  # bytes, no more than any system's
 
@@ -248,6 +249,18 @@ class Synth:
         """Sets what a function of controllers, CC_PALM or CC_VIBRATO, moves, 0 to 1; False: no room. [any thread]"""
         with self._writer:
             return bool(push_event(self.rings[0].ctypes.data, RING, frame, AMOUNT, function, value))
+
+    def set_effect(self, number: int, value: float, frame: int = NOW) -> bool:
+        """Sets a knob of the effects (techniques.EFFECTS) from a frame on, 0 to 1; 0: as the bass has it. [any thread]
+
+        False if the ring is full.
+        """
+        with self._writer:
+            return bool(push_event(self.rings[0].ctypes.data, RING, frame, EFFECT, number, value))
+
+    def effect(self, number: int) -> float:
+        """The value of a knob of the effects as it was set last. [any thread]"""
+        return float(self.record["effects"][0, number])
 
     def amount(self, function: int) -> float:
         """The value that `set_amount`, or a controller, has set last. [any thread]"""

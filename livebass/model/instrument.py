@@ -23,8 +23,8 @@ from livebass.model.keymap import MODO, Curve, KeyMap
 from livebass.model.neck import FREE_PART, Admittance, Surface, flat, rows_of, surface_on_grid
 from livebass.parts import STROKES as STROKES
 from livebass.parts import Coil as Coil
+from livebass.parts import Knobs, PlayerNumbers
 from livebass.parts import Pick as Pick
-from livebass.parts import PlayerNumbers
 from livebass.rows import choice, number
 
 A4_NOTE, A4_HZ = 69, 440.0
@@ -136,6 +136,26 @@ class Player(PlayerNumbers):
 
 
 @dataclass(frozen=True)
+class Response:
+    """An impulse response, of a cabinet or a room."""
+
+    rate: int  # Hz
+    samples: bytes = field(repr=False)  # float64, 1: as loud as without it
+
+    @property
+    def count(self) -> int:
+        """How many samples it has."""
+        return len(self.samples) // 8
+
+
+@dataclass(frozen=True)
+class Effects(Knobs):
+    """What comes after the DI, on the mix of all strings: compressor, valve stage, impulse response; off by default."""
+
+    response: Response | None = None
+
+
+@dataclass(frozen=True)
 class Instrument:
     """A bass: strings from the lowest to the highest, a neck for each, output and player."""
 
@@ -146,6 +166,7 @@ class Instrument:
     output: Output
     player: Player
     a4: float = A4_HZ  # Hz, of the A above middle C
+    effects: Effects = field(default_factory=Effects)
 
     @property
     def note_range(self) -> tuple[int, int]:

@@ -46,6 +46,7 @@ NUMBERS = {
     "LB_KEY_COUNT": KEYS,
     "LB_FILE_VERSION": parts.VERSION,
     "LB_FILE_WITH_STROKES": parts.WITH_STROKES,
+    "LB_FILE_WITH_EFFECTS": parts.WITH_EFFECTS,
     "LB_STRINGS": performer.MOST_STRINGS,
     "LB_RINGS": live.RINGS,
     "LB_CHUNK": live.CHUNK,
@@ -75,7 +76,7 @@ ENTRIES: tuple[Entry, ...] = (
     bass.fill_bass, setup.ring_bytes, setup.fill_synth, ring.push_message, ring.push_event, block.process,
     block.return_to_clock, block.is_still, ahead.play_string, frets.over_frets, board.over_board,
 )  # fmt: skip
-C_TYPES = {"i8": "int64_t", "f8": "double", "i4": "int32_t", "u1": "uint8_t"}
+C_TYPES = {"i8": "int64_t", "f8": "double", "f4": "float", "i4": "int32_t", "u1": "uint8_t"}
 C_RESULTS = {"void": "void", "int64": "int64_t", "uint64": "uint64_t", "float64": "double"}
 
 

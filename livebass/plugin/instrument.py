@@ -17,12 +17,13 @@ from livebass.kernels.bass.instrument import COARSE, LIVE, STUDIO, TIERS
 from livebass.live import synth
 from livebass.model.instrument import Instrument
 from livebass.model.quality import QUALITIES, Quality
-from livebass.parts import VERSION, WITH_STROKES
+from livebass.parts import VERSION, WITH_EFFECTS, WITH_STROKES
 
 ENDING = ".lbass"
 REASONS = {
     FOREIGN: "not an instrument file",
-    OTHER_VERSION: f"a file of another version, this one reads {VERSION} and {WITH_STROKES}: export it anew",
+    OTHER_VERSION: f"a file of another version, this one reads {VERSION}, {WITH_STROKES} and {WITH_EFFECTS}: "
+    "export it anew",
     DAMAGED: "a damaged instrument file: export it anew",
 }
 

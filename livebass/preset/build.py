@@ -10,11 +10,13 @@ import math
 from dataclasses import dataclass, fields, replace
 from fractions import Fraction
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 from livebass import units
 from livebass.model.instrument import (
     Coil,
+    Effects,
     Instrument,
     Neck,
     Output,
@@ -49,6 +51,7 @@ from livebass.preset.keys import (
     nearest,
     quoted,
 )
+from livebass.preset.response import load_response
 from livebass.preset.source import PresetError
 from livebass.preset.tuning import open_strings
 from livebass.units import format_quantity, note_name
@@ -153,7 +156,18 @@ class Builder:
             necks=tuple(neck for _, neck in pairs),
             output=output,
             player=player,
+            effects=self.effects(data.get("effects", {})),
         )
+
+    def effects(self, raw: Any) -> Effects:
+        """What comes after the DI. The path of a response goes from where the file is."""
+        values = self.table("effects", raw, "effects")
+        if "response" in values:
+            try:
+                values["response"] = load_response(Path(self.label).parent / values["response"])
+            except PresetError as error:
+                raise self.error("effects.response", str(error)) from None
+        return Effects(**values)
 
     def tuned(
         self, made: list[tuple[String, Neck, str, str]], head: dict[str, Any], data: dict[str, Any]

@@ -13,7 +13,8 @@ from itertools import pairwise
 from typing import Any
 
 from livebass import units
-from livebass.model.instrument import Coil, Neck, Output, Pick, Pickup, Player, String
+from livebass.kernels.effects.records import LEAST_RATE, LONGEST, MOST_RATE
+from livebass.model.instrument import Coil, Effects, Neck, Output, Pick, Pickup, Player, String
 from livebass.model.keymap import CURVES, MAPS
 from livebass.preset import tuning
 from livebass.rows import rows
@@ -29,6 +30,7 @@ DATACLASSES = {
     "coil": Coil,
     "player": Player,
     "pick": Pick,
+    "effects": Effects,
 }
 MOST_POINTS = 16  # of a curve
 # MIDI controllers with a meaning of their own; those from 120 on are channel mode messages.
@@ -129,6 +131,8 @@ KEYS = (
     ),
     *_rows("player", after="position_controller"),
     *_rows("pick"),
+    *_rows("effects"),
+    Key("effects", "response", "sound file", "", "", None, "impulse response of a cabinet or a room; left out: none"),
 )
 SECTIONS = tuple(dict.fromkeys(key.section for key in KEYS if key.section))
 
@@ -168,6 +172,8 @@ def allowed(key: Key, unit: str | None = None) -> str:
         return f"a whole number from {key.least} to {key.most} except {', '.join(map(str, sorted(RESERVED)))}"
     if kind == "key map":
         return f"{', '.join(MAPS)}, or a TOML file, see `livebass presets keymap`"
+    if kind == "sound file":
+        return f"a mono WAV file of at most {LONGEST:g} s, {LEAST_RATE} to {MOST_RATE} Hz"
     if kind == "curve":
         points = f"or points of velocities, at most {MOST_POINTS}, such as [[1, 1], [64, 90], [127, 127]]"
         return f"{', '.join(CURVES)}, an exponent from {key.least} to {key.most}, {points}"
@@ -199,7 +205,7 @@ def checked(key: Key, raw: Any) -> Any:
         good = quantity(key.least, kind) <= value <= quantity(key.most, kind)
     elif kind == "curve":
         value, good = _curve(key, raw)
-    elif kind == "key map":
+    elif kind in ("key map", "sound file"):
         value, good = raw, isinstance(raw, str) and bool(raw.strip())
     elif kind == "text":
         value, good = raw, isinstance(raw, str) and int(key.least) <= len(raw.strip()) <= int(key.most)

@@ -21,7 +21,7 @@ from livebass.live.parameters import PARAMETERS
 from livebass.model.instrument import Instrument
 from livebass.plugin.bundle import LIST, instrument_files, write_files
 from livebass.plugin.instrument import ENDING
-from livebass.techniques import BUTTONS
+from livebass.techniques import BUTTONS, EFFECTS
 from livebass.web import build
 from livebass.web.layout import layout
 
@@ -92,7 +92,14 @@ def page_files(basses: dict[str, Instrument], quality: str) -> dict[str, bytes]:
         "digest": digest_of(files),
         "tier": TIERS[quality],
         "parameters": {
-            p.symbol: {"number": k, "least": p.least, "most": p.most, "usual": p.usual, "unit": p.unit}
+            p.symbol: {
+                "number": k,
+                "least": p.least,
+                "most": p.most,
+                "usual": p.usual,
+                "unit": p.unit,
+                "effect": EFFECTS.index(p.symbol) if p.symbol in EFFECTS else -1,
+            }
             for k, p in enumerate(PARAMETERS)
         },
         "buttons": [b._asdict() for b in BUTTONS],
@@ -113,6 +120,7 @@ def shown(name: str, bass: Instrument) -> dict[str, Any]:
         "fretless": bass.over_board,
         "stroke": "slap" if bass.player.technique == "slap" else bass.player.stroke,
         "keys": {name: key for key, name, _ in bass.player.keys.keys if name in SWITCHED},
+        "effects": {knob: getattr(bass.effects, knob) for knob in EFFECTS},
         "controllers": {name: number for number, name in bass.player.keys.controllers if name in CONTROLLED},
     }
 

@@ -28,7 +28,7 @@ RECORDS = {
 }  # fmt: skip
 NUMBERS = {
     "COARSE": COARSE, "GOOD": GOOD, "DONE": DONE, "LINE": LINE, "CHUNK": CHUNK, "NOW": ring.NOW, "FREE": FREE,
-    "PARAMETER": ring.PARAMETER, "NOTE_STRING": ring.NOTE_STRING, "MOST_STRINGS": MOST_STRINGS,
+    "PARAMETER": ring.PARAMETER, "EFFECT": ring.EFFECT, "NOTE_STRING": ring.NOTE_STRING, "MOST_STRINGS": MOST_STRINGS,
     "FINGER": FINGER, "PICK": PICK, "GAIN_DB": GAIN_DB, "CC_PARAMETER": CC_PARAMETER, "CONTROLLERS": CONTROLLERS,
 }  # fmt: skip
 # Of each way to play: its switch, if it has one, and the performer's field that its controller moves, if it has one
@@ -50,7 +50,7 @@ ENTRIES: tuple[Entry, ...] = (
 def layout() -> str:
     """A line of JavaScript that defines LAYOUT.
 
-    Its `ways` are WAYS; its `records` hold their bytes and each field's offset and kind: "i8", "f8" or "u1".
+    Its `ways` are WAYS; its `records` hold their bytes and each field's offset and kind: "i8", "f8", "f4" or "u1".
     """
     found = {"records": {name: record(of) for name, of in RECORDS.items()}, "numbers": NUMBERS, "ways": WAYS}
     called = [entry.name for entry in CALLED]

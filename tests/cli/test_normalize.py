@@ -107,15 +107,15 @@ def test_a_long_sound_is_not_held_in_memory(tmp_path: Path) -> None:
     rate, block = 48_000, np.full((4, 48_000), 0.01, np.float32)
     block[:, ::2] *= -1
 
-    def blocks() -> Iterator[Floats]:
+    def blocks() -> Iterator[tuple[Floats, None]]:
         for _ in range(240):
-            yield block.copy()
+            yield block.copy(), None
 
     frames = 0
     tracemalloc.start()
     try:
         with render._normalized(blocks(), LoudnessMeter(rate), -20.0, tmp_path / "a.wav") as (again, gain):  # type: ignore[arg-type]
-            for one in again:
+            for one, _ in again:
                 frames += one.shape[1]
         peak = tracemalloc.get_traced_memory()[1]
     finally:

@@ -7,6 +7,7 @@ import shutil
 import subprocess
 from collections.abc import Callable, Iterator
 from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -33,17 +34,19 @@ from support.clap import (
 from support.plugins import DAMAGES, NOTES, PRESETS, RATE, check_binary, hard_score, midi_score, mono, rendered, written
 from support.scores import SWITCH_KEYS
 
-from livebass import load_preset, score_of
+from livebass import QUALITIES, Instrument, load_preset, score_of
 from livebass.arrays import Floats
+from livebass.engine.engine import Engine
 from livebass.kernels.bass.check import checksum
 from livebass.live.parameters import OUTPUTS, PARAMETERS
+from livebass.model.instrument import Effects, Response
 from livebass.plugin import build, clap
 from livebass.plugin.bundle import distinct_titles
 from livebass.plugin.instrument import write_instrument
 from livebass.plugin.systems import SYSTEMS, this_system
 
 GAIN, TONE, POSITION, DYNAMICS, TECHNIQUE, DAMPING, UNEVENNESS, BEND_RANGE, BASS, QUALITY, AHEAD, RELIEF = range(12)
-PALM, VIBRATO = 12, 13
+PALM, VIBRATO, COMPRESSION, DRIVE = range(12, 16)
 
 
 @pytest.fixture(scope="module")
@@ -67,6 +70,38 @@ def test_it_plays_what_is_rendered_bit_for_bit(folder: Path, preset: str) -> Non
     for sizes in [(512,), (4096, 3, 100), (17,)] if preset == "slap" else [(4096, 3, 100)]:
         plugin.plugin.reset(plugin.handle)
         assert np.array_equal(plugin.play(score, len(wanted), sizes), wanted), sizes
+    plugin.close()
+
+
+def test_effects_of_an_instrument_and_of_a_host_are_those_of_a_render(tmp_path: Path) -> None:
+    samples = np.exp(-np.arange(9000) / 900) * np.cos(np.arange(9000.0)) / 9
+    jazz = load_preset("jazz-finger")
+    own = replace(jazz, effects=Effects(0.4, 0.3, Response(44100, samples.tobytes())))
+    clap.write_bundle({"own": own, "plain": jazz}, tmp_path / "livebass")
+    score = hard_score()
+
+    def wanted(bass: Instrument) -> Floats:
+        engine = Engine(bass, QUALITIES["live"], RATE)
+        engine.send(score.frames, score.messages)
+        mix = engine.process_with_mix(RATE)[1]
+        assert mix is not None and np.abs(mix).max() > 0.01
+        return mix
+
+    plugin = Plugin(tmp_path / "livebass")
+    for sizes in ((512,), (1000, 1, 77)):
+        plugin.plugin.reset(plugin.handle)
+        assert np.array_equal(plugin.play(score, RATE, sizes), wanted(own)), sizes
+    plugin.close()
+    plugin = Plugin(tmp_path / "livebass", active=False)
+    assert plugin.load_preset("plain")
+    plugin.set(COMPRESSION, 0.5)
+    plugin.set(DRIVE, 0.25)
+    state = plugin.save()
+    plugin.close()
+    plugin = Plugin(tmp_path / "livebass", active=False)
+    assert plugin.load(state)
+    plugin.activate()
+    assert np.array_equal(plugin.play(score, RATE), wanted(replace(jazz, effects=Effects(0.5, 0.25))))
     plugin.close()
 
 
@@ -182,6 +217,8 @@ CHANGES = {
     BEND_RANGE: 12,
     PALM: 0.6,
     VIBRATO: 0.8,
+    COMPRESSION: 0.5,
+    DRIVE: 0.9,
 }
 
 
@@ -430,21 +467,19 @@ def test_a_session_brings_its_sound_back(folder: Path, plugin: Plugin) -> None:
     other.close()
 
 
-def test_a_session_of_a_plugin_without_palm_mute_and_vibrato_is_taken_over(folder: Path, plugin: Plugin) -> None:
-    """Older ones have twelve parameters; what they do not have is as usual."""
+@pytest.mark.parametrize("less", [2, 4])
+def test_a_session_of_a_plugin_with_fewer_parameters_is_taken_over(folder: Path, plugin: Plugin, less: int) -> None:
+    """Older ones have twelve or fourteen parameters; what they do not have is as usual."""
     plugin.set(TONE, -0.5)
     words = np.frombuffer(plugin.save(), np.int64).copy()
-    assert words[3] == len(PARAMETERS) == PALM + 2
-    older = np.concatenate([words[: -1 - 2], words[-1:]])
-    older[3] = PALM
+    assert words[3] == len(PARAMETERS) == PALM + 4
+    older = np.concatenate([words[: -1 - less], words[-1:]])
+    older[3] -= less
     older[-1:] = np.array([checksum(older.ctypes.data, len(older) - 1)], np.uint64).view(np.int64)
-    plugin.set(PALM, 1.0)
-    plugin.set(TONE, 0.0)
-    assert plugin.load(older.tobytes()) and (plugin.value(TONE), plugin.value(PALM), plugin.value(VIBRATO)) == (
-        -0.5,
-        0,
-        0,
-    )
+    for number, wanted in ((PALM, 1.0), (DRIVE, 0.5), (TONE, 0.0)):
+        plugin.set(number, wanted)
+    assert plugin.load(older.tobytes())
+    assert [plugin.value(k) for k in (TONE, PALM, VIBRATO, COMPRESSION, DRIVE)] == [-0.5, 0, 0, 0, 0]
     plugin.set(PALM, 0.7)
     state = plugin.save()
     plugin.set(PALM, 0.0)

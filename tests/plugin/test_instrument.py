@@ -17,12 +17,14 @@ from livebass.engine.engine import Engine
 from livebass.engine.image import image
 from livebass.engine.prepare import Pool, new_performer
 from livebass.kernels.bass.check import checksum
-from livebass.kernels.bass.instrument import COARSE, FILE, INSTRUMENT_WORDS, LIVE, STUDIO, TIERS, WORD
+from livebass.kernels.bass.instrument import ADDED, COARSE, FILE, INSTRUMENT_WORDS, LIVE, STUDIO, TIERS, WORD
+from livebass.kernels.effects.records import EFFECTS, LATE
 from livebass.kernels.player.constants import FINGER, PICK, POP, STANDARD, STROKE, STROKES
 from livebass.kernels.player.performer import MOST_STRINGS
 from livebass.kernels.string.preparing import NOTE, NOTE_WORDS
+from livebass.model.instrument import Effects, Response
 from livebass.model.keymap import MODO_12, velocity_parts
-from livebass.parts import VERSION, WITH_STROKES, Pick
+from livebass.parts import VERSION, WITH_EFFECTS, WITH_STROKES, Pick
 from livebass.plugin.instrument import instrument_file, read_instrument, tiers, write_instrument
 from livebass.plugin.lv2 import write_bundle
 from livebass.rows import Limit, limits
@@ -36,6 +38,7 @@ LAYOUTS = {
     4: "6a8a25d173eb4522",
     5: "4165266b974932bb",
     6: "fac1e29a111396d4",
+    7: "37f95241d0bb29b5",
 }
 
 
@@ -118,7 +121,7 @@ def test_damaged_files_are_refused(whole: bytes, tmp_path: Path) -> None:
     for data in (whole[:-WORD], whole + b"\0" * WORD, whole[:-800] + whole[-792:]):
         assert "damaged" in refused(data, path)
     later = np.frombuffer(whole, np.int64).copy()
-    later[1] = WITH_STROKES + 1
+    later[1] = WITH_EFFECTS + 1
     assert "another version" in refused(sealed(later), path)
     rng = np.random.default_rng(5)
     for place in rng.integers(2 * WORD, len(whole), 200).tolist():
@@ -269,6 +272,9 @@ def test_another_layout_has_another_version() -> None:
     assert LAYOUTS[VERSION] == layout and WITH_STROKES == VERSION + 1
     layout += repr((STROKE.descr, STROKE.itemsize, STROKES))
     assert LAYOUTS[WITH_STROKES] == hashlib.sha256(layout.encode()).hexdigest()[:16]
+    layout += repr((ADDED.descr, ADDED.itemsize))
+    assert LAYOUTS[WITH_EFFECTS] == hashlib.sha256(layout.encode()).hexdigest()[:16]
+    assert WITH_EFFECTS == WITH_STROKES + 1
 
 
 OWN_PICK = Pick(soft_width=1.2e-3, hard_width=0.8e-3, place=0.9, angle=0.3, nearer=0.04, lift=0.9)
@@ -303,6 +309,40 @@ def test_no_number_of_a_stroke_may_be_absurd(name: str, tmp_path: Path) -> None:
             words = np.frombuffer(data, np.int64).copy()
             words.view(np.uint8)[-WORD - STROKES * STROKE.itemsize : -WORD].view(STROKE)[name][k] = value
             assert "damaged" in refused(sealed(words), tmp_path / "a.lbass"), value
+
+
+HALL = Response(32_000, np.cos(np.arange(1000.0)).tobytes())
+
+
+def test_effects_are_in_the_file_and_behind_the_bass(tmp_path: Path) -> None:
+    bass = load_preset("precision-finger")
+    own = replace(bass, effects=Effects(0.25, 0.75, HALL))
+    plain, data = instrument_file(bass), instrument_file(own)
+    assert [int(np.frombuffer(d, np.int64)[1]) for d in (plain, data)] == [VERSION, WITH_EFFECTS]
+    assert data[3 * WORD : len(plain) - WORD] == plain[3 * WORD : -WORD], "all else is the same"
+    assert len(data) - len(plain) == STROKES * STROKE.itemsize + len(HALL.samples) + ADDED.itemsize
+    (tmp_path / "a.lbass").write_bytes(data)
+    file = read_instrument(tmp_path / "a.lbass")
+    made = file.bass(LIVE, 48000, 0, [file.pool(tier, 48000) for tier in (LIVE, COARSE)])
+    effects = made.memory.view(np.uint8)[made.effects - made.address :][: EFFECTS.itemsize].view(EFFECTS)[0]
+    assert (effects["own_compression"], effects["own_drive"], effects["rate"]) == (0.25, 0.75, 48000)
+    assert effects["taps"] == 1500 + 2 * LATE * 1.5
+    rows = made.performer["strokes"][0]
+    assert np.array_equal(rows, Engine(bass, QUALITIES["live"], 48000).performer["strokes"][0])
+    picked = replace(own, player=replace(bass.player, pick=OWN_PICK))
+    assert Engine(picked, QUALITIES["live"], 48000).performer["strokes"][0]["lift"][PICK] == OWN_PICK.lift
+
+
+@pytest.mark.parametrize("name", ADDED.names or ())
+def test_no_number_of_an_effect_may_be_absurd(name: str, tmp_path: Path) -> None:
+    data = instrument_file(replace(load_preset("paper-g"), effects=Effects(0.25, 0.75, HALL)))
+    for value in (-1, 1 << 40, -(1 << 62)) if ADDED[name].kind == "i" else (np.nan, np.inf, -1e-9, 1e9):
+        words = np.frombuffer(data, np.int64).copy()
+        words.view(np.uint8)[-WORD - ADDED.itemsize : -WORD].view(ADDED)[name] = value
+        assert "damaged" in refused(sealed(words), tmp_path / "a.lbass"), value
+    words = np.frombuffer(data, np.int64).copy()
+    words[-2 - ADDED.itemsize // WORD] = np.array(np.nan).view(np.int64)  # in the response
+    assert "damaged" in refused(sealed(words), tmp_path / "a.lbass")
 
 
 def test_a_file_has_the_players_keys_and_velocities(tmp_path: Path) -> None:

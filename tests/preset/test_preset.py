@@ -13,7 +13,18 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from support.examples import costly
 
-from livebass.model.instrument import Coil, Neck, Output, Pick, Pickup, Player, String, note_frequency, speaking
+from livebass.model.instrument import (
+    Coil,
+    Effects,
+    Neck,
+    Output,
+    Pick,
+    Pickup,
+    Player,
+    String,
+    note_frequency,
+    speaking,
+)
 from livebass.model.neck import Admittance, Resonance
 from livebass.preset.build import LARGEST_COUNTS, MOST_FRETS, MOST_SENSING, Builder, PresetError
 from livebass.preset.checks import overdamped
@@ -495,6 +506,7 @@ SECTIONS = {
     "coil": Coil,
     "player": Player,
     "pick": Pick,
+    "effects": Effects,
 }
 
 
@@ -521,7 +533,7 @@ scalars = st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_
 values = st.recursive(
     scalars, lambda v: st.lists(v, max_size=3) | st.dictionaries(st.text(max_size=8), v, max_size=3), max_leaves=6
 )
-names = st.sampled_from([k.name for k in KEYS] + ["neck", "string", "pickup", "player", "coil", "output"])
+names = st.sampled_from([k.name for k in KEYS] + ["neck", "string", "pickup", "player", "coil", "output", "effects"])
 trees = st.recursive(
     values,
     lambda v: st.dictionaries(names | st.text(max_size=6), v, max_size=6) | st.lists(v, max_size=2),
@@ -585,7 +597,7 @@ def spread(low: float, high: float) -> st.SearchStrategy[float]:
     return st.floats(0.001, 0.999).map(lambda part: least * (high / least) ** part)
 
 
-APART = ("note", "text", "lift", "tuning", "key map", "curve")  # kinds with values of their own
+APART = ("note", "text", "lift", "tuning", "key map", "curve", "sound file")  # kinds with values of their own
 PLAIN = [k for k in KEYS if k.section and k.kind not in APART and not k.kind.endswith("[]")]
 TAKEN_CARE_OF = {"core_diameter", "law_fundamental", "linear_density", "tension", "scale_length"}
 

@@ -41,7 +41,9 @@ def compiled() -> tuple[Any, Any]:
 class Module:
     """A synth with one bass, from its instrument file, at `rate`."""
 
-    def __init__(self, file: bytes, rate: int = 48000, tier: int = LIVE, adaptive: bool = False) -> None:
+    def __init__(
+        self, file: bytes, rate: int = 48000, tier: int = LIVE, adaptive: bool = False, response: Floats | None = None
+    ) -> None:
         engine, module = compiled()
         self.store = wasmtime.Store(engine)
         self.x = wasmtime.Instance(self.store, module, []).exports(self.store)
@@ -61,6 +63,10 @@ class Module:
             self.record(BUILDING, building)["operators"][k] = self.record(POOL, pool)["memory"]
         called = {name: numbers[name] for name in ("over_frets", "over_board", "play_string")}
         self.set(BUILDING, building, file=self.file, tier=tier, rate=rate, **called)
+        if response is not None:
+            place = self.place(response.nbytes)
+            self.bytes(place, response.nbytes)[:] = response.view(np.uint8)
+            self.set(BUILDING, building, response=place, response_count=len(response), response_rate=rate)
         self.call("measure_bass", building)
         self.bass = self.place(int(self.record(BUILDING, building)["bytes"]))
         self.set(BUILDING, building, memory=self.bass)

@@ -12,13 +12,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.wasm import HARD, PINNED, PINS, QUANTUM, RATE, Module, messages_of, sound_hash
+from support.wasm import HARD, MESSAGES, PINNED, PINS, QUANTUM, RATE, Module, messages_of, sound_hash
 
 from livebass import QUALITIES, load_preset, render_to_array, score_of
 from livebass.arrays import Floats
 from livebass.compiling import X86
+from livebass.engine.engine import Engine
 from livebass.engine.render import mixed
-from livebass.model.instrument import Instrument
+from livebass.live.thread.ring import EFFECT
+from livebass.model.instrument import Effects, Instrument, Response
 from livebass.parts import Pick
 from livebass.plugin.instrument import instrument_file
 from livebass.score.score import Score
@@ -95,6 +97,26 @@ def test_a_pick_of_ones_own_is_heard_as_in_render() -> None:
     assert np.abs(here - in_wasm(usual, score)).max() > 0.1 * np.abs(here).max()
 
 
+def test_effects_are_those_of_a_render() -> None:
+    """A response goes into a bass with its file, or by the page in place of the file's."""
+    samples = np.exp(-np.arange(9000) / 900) * np.cos(np.arange(9000.0)) / 9
+    bass, score = load_preset("jazz-finger"), score_of(SOFT, RATE)
+    bass = replace(bass, effects=Effects(0.5, 0.75, Response(RATE, samples.tobytes())))
+    engine = Engine(bass, QUALITIES["live"], RATE)
+    engine.send(score.frames, score.messages)
+    wanted, sound = engine.process_with_mix(RATE)[1], in_wasm(bass, score)
+    assert wanted is not None and np.abs(sound - wanted[: len(sound)]).max() < CLOSE < 0.005 < np.abs(sound).max()
+    dry = replace(bass, effects=Effects())
+    by_page = Module(instrument_file(dry), RATE, response=samples)
+    rings = int(by_page.field("midi_ring")[0])
+    for knob, value in enumerate((0.5, 0.75)):
+        by_page.call("push_event", rings, MESSAGES, 0, EFFECT, knob, value)
+    for message in messages_of(score):
+        by_page.send(*message)
+    assert np.abs(by_page.play(len(sound)) - sound).max() < CLOSE
+    assert np.abs(in_wasm(dry, score) - sound).max() > 0.005
+
+
 @pytest.mark.slow  # may have to compile that level
 @pytest.mark.skipif(platform.machine().lower() not in X86, reason="another kind of processor")
 def test_hard_notes_are_those_of_processors_without_fused_multiplication() -> None:
@@ -145,7 +167,7 @@ def test_javascript_has_the_records_of_the_kernels() -> None:
                 assert inner.fields
                 inner, at = inner.fields[part][0], at + inner.fields[part][1]
             assert offsets[name] == at
-        assert {kind for _, kind in found["fields"].values()} <= {"", "i8", "f8", "u1"}
+        assert {kind for _, kind in found["fields"].values()} <= {"", "i8", "f8", "f4", "u1"}
 
 
 if __name__ == "__main__":

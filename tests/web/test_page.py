@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import soundfile
 from support.browser import chromium, firefox, served
 from support.wasm import HARD, PINNED, QUANTUM, RATE, messages_of, sound_hash
 
@@ -353,6 +354,54 @@ def test_controls_panic_and_stop(page: Any) -> None:
     wait(lambda: page.execute_script("return context.state") == "running")
     hold(page, "f")
     chain(page).key_up("f").perform()
+
+
+def test_knobs_of_effects_say_what_they_come_to_and_are_heard(page: Any) -> None:
+    start(page)
+    assert (text(page, "compression-text"), text(page, "drive-text")) == ("off", "off")
+    for knob, value in (("compression", 0.5), ("drive", 1)):
+        page.execute_script(f"$('{knob}').value = {value}; $('{knob}').oninput()")
+    assert (text(page, "compression-text"), text(page, "drive-text")) == ("50 %", "100 %")
+    hold(page, "a")
+    chain(page).key_up("a").perform()
+
+
+def test_a_response_of_ones_own_is_heard_until_it_is_taken_away(page: Any, tmp_path: Path) -> None:
+    def give(name: str, sound: np.ndarray, rate: int = 32_000) -> str:
+        soundfile.write(tmp_path / name, sound, rate)
+        page.find_element("id", "response-file").send_keys(str(tmp_path / name))
+        wait(lambda: name in text(page, "response-text"))
+        return text(page, "response-text")
+
+    def plays(most: float) -> None:
+        """Notes come to be quieter than this."""
+        for _ in range(20):
+            chain(page).key_down("a").pause(0.3).perform()
+            shown = text(page, "level-text").removesuffix(" dB")
+            chain(page).key_up("a").pause(0.2).perform()
+            if shown == "silent" or float(shown) < most:
+                return
+        raise AssertionError(shown)
+
+    start(page)
+    hold(page, "a")
+    chain(page).key_up("a").perform()
+    assert give("quiet.wav", np.array([0.0, 1e-3])) == "Through quiet.wav."
+    plays(-45)
+    for name, sound, says in (
+        ("stereo.wav", np.ones((9, 2)), "has 2 channels; a response is mono"),
+        ("long.wav", np.ones(40_000), "lasts 1.3 s; a response lasts 1 s at most"),
+        ("silent.wav", np.zeros(99), "has no sound that can be played"),
+    ):
+        assert give(name, sound) == f"{name}: {says}"
+    (tmp_path / "none.wav").write_text("none")
+    page.find_element("id", "response-file").send_keys(str(tmp_path / "none.wav"))
+    wait(lambda: text(page, "response-text") == "none.wav: not an audio file")
+    page.find_element("id", "response-off").click()
+    wait(lambda: text(page, "response-text") == "")
+    time.sleep(0.5)  # the bass is built anew
+    hold(page, "a")
+    chain(page).key_up("a").perform()
 
 
 def test_a_page_that_is_interrupted_says_so_and_goes_on_by_the_next_press(page: Any) -> None:

@@ -8,6 +8,8 @@ import numpy as np
 
 from livebass.compiling import entry, jit
 from livebass.kernels.bass.instrument import (
+    ADDED_BYTES,
+    ADDED_WORDS,
     FILE_BYTES,
     INSTRUMENT_WORDS,
     MAGIC,
@@ -15,9 +17,11 @@ from livebass.kernels.bass.instrument import (
     STROKE_BYTES,
     TIERS,
     WORD,
+    added_of,
     answers_of,
     file_at,
     notes_of,
+    room_of_effects,
     strokes_of,
     words_before_numbers,
 )
@@ -27,15 +31,18 @@ from livebass.kernels.player.performer import MOST_STRINGS
 from livebass.kernels.string.operators import DOUBLE
 from livebass.kernels.string.preparing import LISTS, MOST_WORDS, NOTE, NOTE_BYTES, NOTE_WORDS, note_at
 from livebass.kernels.string.records import BLOCK, MOST_ANSWERS, MOST_NEAR, ROW
-from livebass.parts import VERSION, WITH_STROKES
+from livebass.parts import VERSION, WITH_EFFECTS, WITH_STROKES
 from livebass.rows import LARGEST, limits, table
 
 # What `check_file` returns
 GOOD, FOREIGN, OTHER_VERSION, DAMAGED = 0, 1, 2, 3
-# Limits of the words of an INSTRUMENT, and behind them of a NOTE and of a STROKE: columns as rows.Limit
-LIMITS = table([*limits(INSTRUMENT_WORDS, MOST_STRINGS), *limits(NOTE_WORDS), *limits(STROKE_WORDS)])
+# Limits of the words of an INSTRUMENT, behind them of a NOTE, of a STROKE and of an ADDED: columns as rows.Limit
+LIMITS = table(
+    [*limits(INSTRUMENT_WORDS, MOST_STRINGS), *limits(NOTE_WORDS), *limits(STROKE_WORDS), *limits(ADDED_WORDS)]
+)
 NOTE_LIMITS = len(limits(INSTRUMENT_WORDS, MOST_STRINGS))  # the first of a NOTE ...
-STROKE_LIMITS = NOTE_LIMITS + len(limits(NOTE_WORDS))  # ... and of a STROKE
+STROKE_LIMITS = NOTE_LIMITS + len(limits(NOTE_WORDS))  # ... of a STROKE ...
+ADDED_LIMITS = STROKE_LIMITS + len(limits(STROKE_WORDS))  # ... and of an ADDED
 PLACE, COUNT, PER_STRING, WHOLE, LEAST, MOST = range(6)
 NOTE_LISTS = tuple((NOTE.fields[name][1] // WORD, width) for name, width in LISTS.items())  # type: ignore[index]
 TAPS = NOTE.fields["taps"][1] // WORD  # type: ignore[index]
@@ -55,18 +62,21 @@ def check_file(address, size):
     file, last = file_at(address), size // WORD - 1
     if file.magic != MAGIC:
         return np.int64(FOREIGN)
-    if file.version != VERSION and file.version != WITH_STROKES:
+    if file.version != VERSION and file.version != WITH_STROKES and file.version != WITH_EFFECTS:
         return np.int64(OTHER_VERSION)
     if file.words != last + 1 or checksum_of(address, last) != np.uint64(words_at(address + WORD * last, 1)[0]):
         return np.int64(DAMAGED)
     if not is_instrument(file.instrument):
         return np.int64(DAMAGED)
     numbers = last - words_before_numbers(file)
-    if file.version == WITH_STROKES:
+    if file.version != VERSION:
         numbers -= ROOM_OF_STROKES
+    if file.version == WITH_EFFECTS and (numbers < ADDED_BYTES // WORD or not are_effects(address, numbers)):
+        return np.int64(DAMAGED)
+    numbers -= room_of_effects(address)
     if numbers < 0:
         return np.int64(DAMAGED)
-    if file.version == WITH_STROKES and not are_strokes(strokes_of(address)):
+    if file.version != VERSION and not are_strokes(strokes_of(address)):
         return np.int64(DAMAGED)
     where = address + WORD * words_before_numbers(file)
     if not all_within(where, numbers, -LARGEST, LARGEST):
@@ -140,8 +150,18 @@ def are_strokes(address):
     """True if the numbers of STROKES rows of STROKE at an address are such as kernels take."""
     good = True
     for k in range(STROKES):
-        good &= are_within(address + STROKE_BYTES * k, STROKE_LIMITS, len(LIMITS), 0)
+        good &= are_within(address + STROKE_BYTES * k, STROKE_LIMITS, ADDED_LIMITS, 0)
     return good
+
+
+@jit
+def are_effects(address, room):
+    """True if the effects of the file at an address are such as kernels take, and fit into `room` words."""
+    place = added_of(address)
+    if not are_within(place, ADDED_LIMITS, len(LIMITS), 0) or room_of_effects(address) > room:
+        return False
+    count = room_of_effects(address) - ADDED_BYTES // WORD
+    return all_within(place - WORD * count, count, -LARGEST, LARGEST)
 
 
 @jit

@@ -2,20 +2,22 @@
 
 An instrument file is a FILE record, which holds an INSTRUMENT; then a NOTE (preparing.py) for each string and fret;
 their modes in each tier, int64 (TIERS, notes); the numbers that the notes point into, float64; where a bass has strokes
-of its own, STROKES rows of STROKE; and a checksum. All of it is words of 8 bytes, little-endian. [any thread]
+of its own, or effects, STROKES rows of STROKE; where it has effects, the samples of an impulse response, float64, and
+an ADDED; and a checksum. All of it is words of 8 bytes, little-endian. [any thread]
 """
 
 import numpy as np
 
 from livebass.compiling import jit
+from livebass.kernels.effects.records import LEAST_RATE, LONGEST, MOST_RATE
 from livebass.kernels.machine.native import record_at, words_at
 from livebass.kernels.pickup.coil import CIRCUIT_WORDS
 from livebass.kernels.player.constants import KEY_MAP_WORDS, KEYS, PLAYER_WORDS, STROKE, STROKES
 from livebass.kernels.player.performer import ANSWERS_WHEN, MOST_STRINGS
 from livebass.kernels.string.preparing import NOTE_BYTES
 from livebass.kernels.string.records import LINE, MOST_ANSWERS
-from livebass.parts import WITH_STROKES
-from livebass.rows import TINY, Word, record
+from livebass.parts import WITH_EFFECTS, WITH_STROKES, Knobs
+from livebass.rows import TINY, Word, record, words
 
 MOST_PICKUPS = 4
 MOST_FRETS = 127
@@ -57,6 +59,13 @@ INSTRUMENT_WORDS = [
     Word("fretless", "i8", 0, 1, (MOST_STRINGS,)),  # 1: a finger slides along it without steps
 ]
 INSTRUMENT = record(INSTRUMENT_WORDS)
+# The effects of a file
+ADDED_WORDS = [
+    *words(Knobs),
+    Word("rate", "f8", LEAST_RATE, MOST_RATE),  # Hz, of the response
+    Word("count", "i8", 0, int(LONGEST * MOST_RATE)),  # samples of the response; 0: there is none
+]
+ADDED = record(ADDED_WORDS)
 MAGIC = 0x5353_4142_4556_494C  # "LIVEBASS"
 FILE = np.dtype(
     [
@@ -71,10 +80,12 @@ FILE = np.dtype(
 )
 file_at = record_at(FILE)
 instrument_at = record_at(INSTRUMENT)
+added_at = record_at(ADDED)
 FILE_BYTES = FILE.itemsize
 WORD = 8  # bytes
 STROKE_BYTES = STROKE.itemsize
 ROOM_OF_STROKES = STROKES * STROKE_BYTES // WORD
+ADDED_BYTES = ADDED.itemsize
 
 
 @jit
@@ -107,7 +118,23 @@ def words_before_numbers(file):
 def strokes_of(address):
     """Address of the own strokes of the file at an address; 0: it has none."""
     file = file_at(address)
-    return address + WORD * (file.words - 1 - ROOM_OF_STROKES) if file.version == WITH_STROKES else np.int64(0)
+    if file.version != WITH_STROKES and file.version != WITH_EFFECTS:
+        return np.int64(0)
+    return address + WORD * (file.words - 1 - ROOM_OF_STROKES - room_of_effects(address))
+
+
+@jit
+def added_of(address):
+    """Address of the ADDED of the file at an address; 0: it has none."""
+    file = file_at(address)
+    return address + WORD * (file.words - 1) - ADDED_BYTES if file.version == WITH_EFFECTS else np.int64(0)
+
+
+@jit
+def room_of_effects(address):
+    """Words that the effects of the file at an address take."""
+    place = added_of(address)
+    return added_at(place).count + ADDED_BYTES // WORD if place != 0 else np.int64(0)
 
 
 @jit

@@ -56,6 +56,7 @@ BASS = np.dtype(
         ("tones", "i8"),  # the strings' filters (tone.py)
         ("share", "f8"),  # of a block's time that strings may take to run ahead
         ("stride", "i8"),  # frames between looks at the clock while they do
+        ("effects", "i8"),  # EFFECTS of the mix of its strings
     ],
     align=True,
 )

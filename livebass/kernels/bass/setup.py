@@ -8,7 +8,16 @@ do the same. [any thread, not the one that plays]
 import numpy as np
 
 from livebass.compiling import entry, jit
-from livebass.kernels.bass.instrument import answers_of, clear_memory, file_at, lines, strokes_of, whole_steps
+from livebass.kernels.bass.instrument import (
+    added_at,
+    added_of,
+    answers_of,
+    clear_memory,
+    file_at,
+    lines,
+    strokes_of,
+    whole_steps,
+)
 from livebass.kernels.bass.records import (
     AHEAD,
     BASS,
@@ -23,6 +32,7 @@ from livebass.kernels.bass.records import (
     kept,
 )
 from livebass.kernels.bass.strings import connect_pickups, make_performer, reset_string, string_at, take_circuit
+from livebass.kernels.effects.chain import bytes_of_effects, make_effects
 from livebass.kernels.machine.native import record_at, records_at
 from livebass.kernels.pickup.coil import COIL
 from livebass.kernels.pickup.tone import ROW, TONES, fit_tones
@@ -50,6 +60,10 @@ BUILDING = np.dtype(
         ("memory", "i8"),  # address, on a cache line; a BASS comes first
         ("bytes", "i8"),  # of memory: `measure_bass` sets them
         ("coil", COIL),  # workspace
+        # an impulse response in place of the file's: address of float64, how many (0: the file's), and their rate, Hz
+        ("response", "i8"),
+        ("response_count", "i8"),
+        ("response_rate", "f8"),
     ],
     align=True,
 )
@@ -97,7 +111,19 @@ def measure_bass(address):
     instrument = file_at(building.file).instrument
     for i in range(instrument.strings):
         needed += lines(STRING_BYTES) + bytes_ahead(rows_kept(building, i), answers_of(instrument, i))
+    take_response_of_file(building)
+    needed += lines(bytes_of_effects(building.response_count, building.response_rate, building.rate))
     building.bytes = needed
+
+
+@jit
+def take_response_of_file(building):
+    """Has a BUILDING without a response use that of its file, if this has one."""
+    added = added_of(building.file)
+    if building.response_count == 0 and added != 0:
+        building.response_count = added_at(added).count
+        building.response_rate = added_at(added).rate
+        building.response = added - WORD * building.response_count
 
 
 @entry("void(int64)")
@@ -138,6 +164,12 @@ def fill_bass(address):
         others = answers_of(instrument, i)
         lay_out_ahead(b.ahead[i], rows, others)
         place = b.ahead[i] + bytes_ahead(rows, others)
+    b.effects = place
+    added, compression, drive = added_of(building.file), 0.0, 0.0
+    if added != 0:
+        compression, drive = added_at(added).compression, added_at(added).drive
+    count, given = building.response_count, building.response_rate
+    make_effects(place, building.rate, compression, drive, building.response, count, given)
 
 
 @jit

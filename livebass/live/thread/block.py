@@ -12,6 +12,8 @@ from livebass.compiling import entry, jit
 from livebass.kernels import voice
 from livebass.kernels.bass import strings
 from livebass.kernels.bass.records import EVENT_ROOM, SOUND_RING, bass_at
+from livebass.kernels.effects import chain
+from livebass.kernels.effects.records import KNOBS
 from livebass.kernels.hands import fretting
 from livebass.kernels.machine.elementary import log2, power
 from livebass.kernels.machine.native import (
@@ -35,6 +37,7 @@ from livebass.live.thread.records import (
     FADED_BASS,
     HISTOGRAM,
     HORIZON,
+    KNOBS_PLACE,
     MOST_MESSAGES,
     NEXT_BASS,
     PANIC,
@@ -42,6 +45,7 @@ from livebass.live.thread.records import (
     RINGING,
     RINGS,
     ahead_of,
+    effects_of,
     events_of,
     operators_of,
     performer_of,
@@ -53,6 +57,7 @@ from livebass.live.thread.records import (
 from livebass.live.thread.ring import (
     AMOUNT,
     CHANNEL_BIT,
+    EFFECT,
     KIND_BIT,
     MIDI,
     NOTE_BEND,
@@ -117,9 +122,21 @@ def extend_gains(synth, until):
 
 
 @jit
+def extend_knobs(synth, until):
+    """Writes down the knobs of effects up to frame `until` of this chunk."""
+    for which in range(KNOBS):
+        for j in range(synth.knobs_known, until):
+            synth.knobs[which, j] = synth.effects[which]
+    synth.knobs_known = max(synth.knobs_known, until)
+
+
+@jit
 def play_event(synth, b, frame, word, value):
     """Handles an event other than MIDI for synth frame `frame`."""
     kind, number = (word >> KIND_BIT) & 0xFF, word & 0xFF
+    if kind == EFFECT and number < KNOBS:
+        extend_knobs(synth, frame - synth.frame)
+        synth.effects[number] = min(max(value, 0.0), 1.0) if not np.isnan(value) else 0.0
     if kind == PARAMETER and number < PARAMETERS:
         controller = controller_of(word)
         if controller >= 0:
@@ -251,10 +268,17 @@ def collect_events(synth, b, n):
 def mix_strings(synth, b, out, n, fade, whole):
     """Adds n frames of every string of `b` to out (n,) float32, and to the string's own output if there is one.
 
-    `fade` of `whole` frames are left of a fade-out; RINGING: no fade.
+    `fade` of `whole` frames are left of a fade-out; RINGING: no fade. Where effects are on, `out` gets the mix behind
+    them: they come before the gain.
     """
     events, string_events = events_of(b), string_events_of(b)
     start, count = synth.frame - b.frame, performer_of(b).out.count
+    knobs = record_address(synth) + KNOBS_PLACE
+    effects = chain.may_be_heard(effects_of(b), knobs, n, np.int64(CHUNK))
+    if effects:
+        for j in range(n):
+            synth.before[j] = out[j]
+            synth.dry[j] = 0.0
     for i in range(b.strings):
         used = 0
         for k in range(count):
@@ -270,7 +294,10 @@ def mix_strings(synth, b, out, n, fade, whole):
         apart = synth.apart[i] != 0
         own = samples_at(synth.apart[i] + SAMPLE * (synth.frame - synth.block_frame) if apart else np.int64(0), n)
         for j in range(n):
-            x = sound[(start + j) % SOUND_RING] * synth.gains[j]
+            x = sound[(start + j) % SOUND_RING]
+            if effects and abs(x) < 1e6:
+                synth.dry[j] += np.float32(x)
+            x *= synth.gains[j]
             if fade >= 0:
                 x *= max(fade - j, 0) / whole
             if not abs(x) < 1e6:
@@ -279,6 +306,22 @@ def mix_strings(synth, b, out, n, fade, whole):
             out[j] += np.float32(x)
             if apart:
                 own[j] += np.float32(x)
+    if effects:
+        add_effects(synth, b, out, start, n, fade, whole)
+
+
+@jit
+def add_effects(synth, b, out, start, n, fade, whole):
+    """Puts the mix of `b` behind its effects in place of that before them, in the frames in which any is on."""
+    knobs = record_address(synth) + KNOBS_PLACE
+    chain.play_effects(effects_of(b), synth.dry, synth.heard, start, knobs, np.int64(CHUNK), n)
+    for j in range(n):
+        if synth.heard[j] == 0.0:
+            continue
+        x = np.float64(synth.dry[j]) * synth.gains[j]
+        if fade >= 0:
+            x *= max(fade - j, 0) / whole
+        out[j] = synth.before[j] + np.float32(x)
 
 
 @jit
@@ -287,10 +330,12 @@ def render_chunk(synth, out, n):
     for j in range(n):
         out[j] = 0.0
     synth.gains_known = 0
+    synth.knobs_known = 0
     if synth.bass != 0:
         b = bass_at(synth.bass)
         collect_events(synth, b, n)
         extend_gains(synth, n)
+        extend_knobs(synth, n)
         mix_strings(synth, b, out, n, np.int64(RINGING), np.int64(1))
     if synth.old_bass != 0:
         mix_strings(synth, bass_at(synth.old_bass), out, n, synth.fade_left, fade_frames(synth))
@@ -317,7 +362,9 @@ def fade_frames(synth):
 
 @jit
 def is_silent(b, end):
-    """True if no string of `b` sounds or answers, and none has sound computed ahead of synth frame `end`."""
+    """True if no string or effect of `b` sounds or answers, and none has sound computed ahead of synth frame `end`."""
+    if chain.rings(effects_of(b)):
+        return False
     for i in range(b.strings):
         string = string_of(b, i)
         moves = string.slots[0].on or string.slots[1].on or string.voice.answering
@@ -410,6 +457,8 @@ def is_still(address):
         if next_frame(synth.midi_ring[k], synth.midi_ring_size[k], np.int64(-2)) != -2:
             return np.int64(0)
     b = bass_at(synth.bass)
+    if chain.rings(effects_of(b)):
+        return np.int64(0)
     for i in range(b.strings):
         v = string_of(b, i).voice
         if not v.still or v.frame != synth.frame - b.frame:

@@ -15,6 +15,7 @@ from livebass.kernels.bass.records import (
     WORD,
     ahead_at,
 )
+from livebass.kernels.effects.records import KNOBS, effects_at
 from livebass.kernels.machine.native import floats_at, record_at, records_at, words_at
 from livebass.kernels.player.performer import MOST_STRINGS, PERFORMER
 from livebass.kernels.string.records import (
@@ -90,6 +91,13 @@ SYNTH = np.dtype(
         ("overload", "i8"),  # strings on coarse operators
         ("calm_frames", "i8"),  # since the load was last high
         ("histogram", "i8", (HISTOGRAM,)),  # blocks by load: bin 32 + 4 log2(load)
+        # effects
+        ("effects", "f8", (KNOBS,)),  # their knobs, as they were set last; 0: as the bass has it ...
+        ("knobs", "f8", (KNOBS, CHUNK)),  # ... and in the frames of this chunk ...
+        ("knobs_known", "i8"),  # ... as far as they are known
+        ("dry", "f4", (CHUNK,)),  # the mix of a bass on its way through its effects
+        ("before", "f4", (CHUNK,)),  # what the bass before has sounded like in this chunk
+        ("heard", "f4", (CHUNK,)),  # 1 for frames of `dry` that an effect has changed, else 0
     ],
     align=True,
 )
@@ -105,6 +113,7 @@ BLOCK_TIME, NEXT_BASS, FADED_BASS, CAPTURE_RING, PLAYED_RING, PANIC = (
     field_offset(SYNTH, name)
     for name in ("block_time", "next_bass", "faded_bass", "capture_ring", "played_ring", "panic")
 )
+KNOBS_PLACE = field_offset(SYNTH, "knobs")
 
 
 synth_at = record_at(SYNTH)
@@ -121,6 +130,11 @@ def ahead_of(b, i):
 @jit
 def string_of(b, i):
     return string_at(b.string[i])
+
+
+@jit
+def effects_of(b):
+    return effects_at(b.effects)
 
 
 @inlined

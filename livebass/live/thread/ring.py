@@ -21,9 +21,9 @@ NOW = -1  # in place of a frame: as soon as possible
 # where the next note of a key is plucked, as PLUCK_POSITION; the bend of the string that played a key last, semitones;
 # the string of the next note of a key; the amount of what a function of controllers does, 0 to 1
 # (`parameters.set_amount`); the vibrato of the string that played a key last, 0 to 1; the end of a key's sound,
-# whatever the pedal does
+# whatever the pedal does; a knob of the effects, 0 to 1
 MIDI, PARAMETER, STRING_BEND, NOTE_PLACE, NOTE_BEND, NOTE_STRING, AMOUNT = 0, 1, 2, 3, 4, 5, 6
-NOTE_VIBRATO, NOTE_CUT = 7, 8
+NOTE_VIBRATO, NOTE_CUT, EFFECT = 7, 8, 9
 KIND_BIT, VALUE_BIT, CHANNEL_BIT = 24, 8, 16
 
 

@@ -492,7 +492,8 @@ static void add(lb_shelf *s, const char *folder, const char *name) {
     memset(p->switches, 0, sizeof p->switches);
     if (in && fread(&head, sizeof head, 1, in) == 1 && memchr(head.name, 0, sizeof head.name) && head.name[0]) {
         memcpy(p->title, head.name, strlen((const char *)head.name) + 1);
-        p->known = head.version == LB_FILE_VERSION || head.version == LB_FILE_WITH_STROKES;
+        p->known = head.version == LB_FILE_VERSION || head.version == LB_FILE_WITH_STROKES ||
+                   head.version == LB_FILE_WITH_EFFECTS;
         if (p->known) find_switches(p, &head.instrument.key_map);
         p->player = head.instrument.player;
     }

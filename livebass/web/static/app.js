@@ -10,6 +10,7 @@ const NAMES = ["C", "C♯", "D", "D♯", "E", "F", "F♯", "G", "G♯", "A", "A�
 const WARM = 400; // ms
 const FLOOR = -60; // dB
 const MOST_AHEAD = 0.5; // s
+const LONGEST_RESPONSE = 1; // s
 const LEAST_FRET = 30; // px
 const LONG_PRESS = 400; // ms
 const MOST_LATE = 2000; // ms: what was pressed longer before the sound ran is forgotten
@@ -90,10 +91,12 @@ function ask(message, moved = []) {
   return answer;
 }
 
+let response; // the player's own impulse response, at the rate of the context; undefined: that of the bass
+
 // Builds a bass of the page at a rate (Hz): {bass, at, image}.
 async function build(name, rate, warm = 0) {
   const file = await read(`basses/${name}.lbass`);
-  return ask({name, file, tier: PAGE.tier, rate, warm}, [file]);
+  return ask({name, file, tier: PAGE.tier, rate, warm, response}, [file]);
 }
 
 const free = built => worker.postMessage({free: built.bass});
@@ -679,10 +682,19 @@ const CONTROLS = {
   gain: value => value > PAGE.parameters.gain.least ? `${value} dB` : "silent",
   tone: value => value < 0 ? "darker" : value > 0 ? "brighter" : "its own",
   pluck_position: value => value < 0 ? "to the bridge" : value > 0 ? "to the neck" : "its own",
+  compression: value => sayKnob("compression", value),
+  drive: value => sayKnob("drive", value),
 };
 
+// What a knob of the effects comes to: at 0 it is as the bass has it.
+function sayKnob(symbol, value) {
+  const all = value || bassCalled($("bass").value)?.effects[symbol];
+  return all ? `${Math.round(100 * all)} %` : "off";
+}
+
 function tellParameter(symbol) {
-  if (node) change({parameter: [PAGE.parameters[symbol].number, +$(symbol).value]});
+  const {number, effect} = PAGE.parameters[symbol], value = +$(symbol).value;
+  if (node) change(effect < 0 ? {parameter: [number, value]} : {effect: [effect, value]});
 }
 
 function sayControl(symbol) {
@@ -713,6 +725,8 @@ for (const symbol of Object.keys(CONTROLS)) {
 
 function showBass() {
   const bass = bassCalled($("bass").value);
+  sayControl("compression");
+  sayControl("drive");
   $("about").textContent = bass.about;
   ownStroke(bass);
   showNeck();
@@ -730,6 +744,36 @@ $("panic").onclick = () => {
   letGo();
   for (const way of WAYS) latch(way, false);
   panic();
+};
+
+// Builds the bass anew with the impulse response in an audio file, whose rate the browser makes that of the sound; or
+// without one of the player's own.
+async function takeResponse(file) {
+  let taken;
+  if (file) {
+    const bytes = await file.arrayBuffer();
+    const sound = await context.decodeAudioData(bytes).catch(() => { throw new Error("not an audio file"); });
+    const samples = sound.getChannelData(0);
+    if (sound.numberOfChannels !== 1) throw new Error(`has ${sound.numberOfChannels} channels; a response is mono`);
+    if (sound.duration > LONGEST_RESPONSE)
+      throw new Error(`lasts ${sound.duration.toFixed(1)} s; a response lasts ${LONGEST_RESPONSE} s at most`);
+    if (!samples.some(x => x) || !samples.every(Number.isFinite)) throw new Error("has no sound that can be played");
+    taken = Float64Array.from(samples);
+  }
+  response = taken;
+  $("response-text").textContent = file ? `Through ${file.name}.` : "";
+  $("response-off").hidden = !file;
+  prepare($("bass").value);
+  if (node) await put();
+}
+
+$("response").onclick = () => $("response-file").click();
+$("response-off").onclick = () => takeResponse().catch(() => {});
+$("response-file").onchange = async () => {
+  const [file] = $("response-file").files;
+  $("response-file").value = ""; // the same file may be chosen again
+  if (!file || !ready) return;
+  await takeResponse(file).catch(error => { $("response-text").textContent = `${file.name}: ${error.message}`; });
 };
 
 async function connectMidi() {

@@ -45,10 +45,12 @@ class Engine {
   // --- basses ---
 
   // Lays out an instrument file, its operators and its bass from `at` on, at a rate (Hz); returns where it ends and the
-  // address of the bass. Throws an Error for a file that cannot be played.
-  build(file, tier, rate, at) {
+  // address of the bass. An impulse response at that rate, a Float64Array, takes the place of the file's. Throws an
+  // Error for a file that cannot be played.
+  build(file, tier, rate, at, response = new Float64Array(0)) {
     const x = this.x, size = file.byteLength;
-    const pool = lines(at + size), building = pool + lines(RECORDS.POOL.bytes);
+    const samples = lines(at + size), pool = lines(samples + response.byteLength);
+    const building = pool + lines(RECORDS.POOL.bytes);
     let end = building + lines(RECORDS.BUILDING.bytes);
     this.reserve(end);
     this.bytes.fill(0, at, end);
@@ -70,6 +72,10 @@ class Engine {
     this.set("BUILDING", building, "rate", rate);
     for (const name of ["over_frets", "over_board", "play_string"])
       this.set("BUILDING", building, name, this.numbers[name]);
+    this.bytes.set(new Uint8Array(response.buffer), samples);
+    this.set("BUILDING", building, "response", samples);
+    this.set("BUILDING", building, "response_count", response.length);
+    this.set("BUILDING", building, "response_rate", rate);
     x.lb_measure_bass(BigInt(building));
     this.set("BUILDING", building, "memory", end);
     const bass = end;
@@ -106,6 +112,9 @@ class Engine {
 
   // Sets a parameter of the playing, by its number.
   setParameter(number, value) { this.tell(N.NOW, N.PARAMETER, number, value); }
+
+  // Sets a knob of the effects, by its number.
+  setEffect(number, value) { this.tell(N.NOW, N.EFFECT, number, value); }
 
   // Plays n <= N.CHUNK frames; returns them as a view that lasts until the next call.
   play(n) {

@@ -2,7 +2,7 @@
 // over: the audio thread only copies them. engine.js stands before this in the same script.
 let module, home;
 const taken = new Map(); // address of a bass: [where its memory begins, where it ends]
-const sizes = new Map(); // of basses built before, by file, tier and rate
+const sizes = new Map(); // of basses built before, by file, tier, rate and length of an impulse response
 
 // Where `size` bytes are free; beyond everything if the size is not known yet.
 function place(size) {
@@ -15,10 +15,10 @@ function place(size) {
   return at;
 }
 
-function build({id, name, file, tier, rate}) {
-  const key = `${name} ${tier} ${rate}`, at = place(sizes.get(key));
+function build({id, name, file, tier, rate, response}) {
+  const key = `${name} ${tier} ${rate} ${response?.length}`, at = place(sizes.get(key));
   const engine = new Engine(module); // new: the memory of the last one was all this bass's
-  const {bass, end} = engine.build(file, tier, rate, at);
+  const {bass, end} = engine.build(file, tier, rate, at, response);
   taken.set(bass, [at, end]);
   sizes.set(key, end - at);
   const image = engine.memory.buffer.slice(at, end);

@@ -31,13 +31,14 @@ class LivebassProcessor extends AudioWorkletProcessor {
     this.port.onmessage = ({data}) => this.hear(data);
   }
 
-  hear({midi, string, frame, bass, parameter, panic, change}) {
+  hear({midi, string, frame, bass, parameter, effect, panic, change}) {
     const e = this.engine, now = e.field("frame"), most = now + Math.round(MOST_AHEAD * sampleRate);
     const when = frame === undefined ? N.NOW : Math.min(most, Math.max(now, frame - (this.start || 0)));
     if (string !== undefined) e.tell(when, N.NOTE_STRING, midi[1], string);
     if (midi) e.send(when, ...midi);
     if (bass) this.take(bass);
     if (parameter) this.setParameter(...parameter);
+    if (effect) e.setEffect(...effect);
     if (panic) e.setField("panic", 1);
     if (change) {
       this.changes = change;

@@ -1,0 +1,59 @@
+"""Options of `play`, `render` and `export` for what comes after the DI: compressor, valve stage, impulse response."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+from livebass.cli.options import file_option
+from livebass.cli.values import Number
+
+if TYPE_CHECKING:
+    from livebass.model.instrument import Instrument
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+NAMES = ("compression", "drive", "response")
+KNOB = Number("number", 0, 1)
+
+
+def effects_options(command: Command) -> Command:
+    """Adds the options that `Behind.taken` reads to a command."""
+    for option in (
+        file_option(
+            "--response",
+            help="Effect: the impulse response of a cabinet or a room, mono WAV, 1 s at most.  [default: none]",
+        ),
+        click.option(
+            "--drive", type=KNOB, help="Effect: a valve stage with a tone stack, from 0, none, to 1.  [default: 0]"
+        ),
+        click.option(
+            "--compression", type=KNOB, help="Effect: compression of the mix, from 0, none, to 1.  [default: 0]"
+        ),
+    ):  # the last one comes first in --help
+        command = option(command)
+    return command
+
+
+@dataclass(frozen=True)
+class Behind:
+    """Holds what the options put behind a bass; where none is given its preset holds."""
+
+    changes: dict[str, Any]
+
+    @classmethod
+    def taken(cls, options: dict[str, Any]) -> Behind:
+        """Takes the options of `effects_options` out of a command's `options`. Raises PresetError for a bad file."""
+        given = {name: options.pop(name) for name in NAMES}
+        if isinstance(given["response"], Path):
+            from livebass.preset.response import load_response
+
+            given["response"] = load_response(given["response"])
+        return cls({name: value for name, value in given.items() if value is not None})
+
+    def put(self, bass: Instrument) -> Instrument:
+        """Returns `bass` with these effects."""
+        return replace(bass, effects=replace(bass.effects, **self.changes)) if self.changes else bass

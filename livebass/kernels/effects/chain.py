@@ -1,0 +1,170 @@
+"""The effects of a bass, one behind the other: compressor, valve stage, impulse response.
+
+They work on the mix of its strings, before the gain of a synth. All of them off are not there, bit for bit; splitting
+a block anywhere changes nothing. What is measured never goes through them.
+"""
+
+import numpy as np
+
+from livebass.compiling import entry, jit
+from livebass.kernels.effects.compressor import compress, silence_compressor
+from livebass.kernels.effects.convolution import convolve, silence_response
+from livebass.kernels.effects.records import (
+    ALLPASSES,
+    EFFECTS_BYTES,
+    KNOBS,
+    PART,
+    WORD,
+    effects_at,
+    taps_at,
+    words_behind,
+)
+from livebass.kernels.effects.response import place_response, take_response
+from livebass.kernels.effects.valve import drive_valve, fill_valve, set_drive, silence_valve
+from livebass.kernels.machine.native import floats_at, samples_at
+
+COMPRESSION, DRIVE = range(KNOBS)  # as techniques.EFFECTS has them
+SETTLES = 1.0  # s of silence, behind that of the response, after which nothing of a sound is left
+NOTHING = 1e-200  # a state below that is zero: numbers never become denormal
+LEAST_SAMPLE = 1.1754943508222875e-38  # normal, of a float32
+
+
+@jit
+def bytes_of_effects(count, given, rate):
+    """Bytes of effects at `rate` (Hz), with a response of `count` samples at the rate `given` (Hz)."""
+    return EFFECTS_BYTES + WORD * words_behind(taps_at(count, given, rate))
+
+
+@jit
+def make_effects(address, rate, compression, drive, response, count, given):
+    """Makes effects in memory of zeros: the bass's own knobs, and `count` samples of a response at an address."""
+    e = effects_at(address)
+    e.rate = rate
+    e.own_compression = compression
+    e.own_drive = drive
+    fill_valve(e)
+    place_response(e, address + EFFECTS_BYTES, count, given)
+    take_response(e, response, count, given)
+    e.settles = e.taps + np.int64(SETTLES * rate)
+    e.idle = 1
+
+
+@jit
+def may_be_heard(e, knobs, n, stride):
+    """True if any effect is on in these n frames; `knobs` as for `play_effects`."""
+    if e.taps > 0 or e.own_compression > 0.0 or e.own_drive > 0.0 or e.compression > 0.0 or e.wet > 0.0:
+        return True
+    if knobs == 0:
+        return False
+    for which in range(KNOBS):
+        asked = floats_at(knobs + WORD * stride * which, n)
+        for j in range(n):
+            if asked[j] > 0.0:
+                return True
+    return False
+
+
+@jit
+def rings(e):
+    """True if effects still sound after the strings have become silent."""
+    return (e.taps > 0 or e.compression > 0.0 or e.wet > 0.0) and e.idle == 0
+
+
+@jit
+def play_effects(e, sound, heard, frame, knobs, stride, n):
+    """Sends n frames of `sound`, float32, through the effects; `frame`: how many came before, since the bass began.
+
+    knobs: address of what is asked of the knobs, float64 (KNOBS, stride), 0: as the bass has it; or 0 for all.
+    heard: (n,) float32, becomes 0 for frames on which no effect is on, which stay as they are, else 1.
+    """
+    done = 0
+    while done < n:
+        place = (frame + done) % PART
+        m = min(PART - place, n - done)
+        for which in range(KNOBS):
+            for j in range(m):
+                e.asked[which, j] = 0.0
+            if knobs != 0:
+                asked = floats_at(knobs + WORD * (stride * which + done), m)
+                for j in range(m):
+                    e.asked[which, j] = asked[j]
+        if frame + done == 0:
+            begin(e)
+        play_part(e, sound[done : done + m], heard[done : done + m], place, m)
+        if place + m == PART:
+            if e.quiet >= e.settles:
+                silence_all(e)
+            forget_nothings(e)
+        done += m
+
+
+@jit
+def begin(e):
+    """Sets the knobs as they are asked for in the first frame, at once."""
+    wanted = e.asked[COMPRESSION, 0] if e.asked[COMPRESSION, 0] > 0.0 else e.own_compression
+    e.compression = wanted
+    wanted = e.asked[DRIVE, 0] if e.asked[DRIVE, 0] > 0.0 else e.own_drive
+    if wanted > 0.0:
+        set_drive(e, wanted)
+        e.wet = 1.0
+
+
+@jit
+def play_part(e, sound, heard, place, n):
+    """Plays n frames from frame `place` of a partition on, not beyond it."""
+    for j in range(n):
+        e.sound[j] = sound[j]
+        e.heard[j] = 0.0
+        if sound[j] != 0.0:
+            e.idle = 0
+    compress(e, e.asked[COMPRESSION], n)
+    drive_valve(e, e.asked[DRIVE], n)
+    convolve(e, place, n)
+    for j in range(n):
+        heard[j] = np.float32(e.heard[j])
+        if e.heard[j] == 0.0:
+            e.quiet = 0
+            continue
+        e.quiet = e.quiet + 1 if sound[j] == 0.0 else 0
+        y = e.sound[j]
+        sound[j] = np.float32(y if abs(y) >= LEAST_SAMPLE else 0.0)
+
+
+@jit
+def silence_all(e):
+    """Forgets all input."""
+    silence_compressor(e)
+    silence_valve(e)
+    silence_response(e)
+    e.idle = 1
+
+
+@jit
+def forget_nothings(e):
+    """Sets states of which nothing is left to zero."""
+    for k in range(ALLPASSES):
+        for i in range(2):
+            e.up[k, i] = e.up[k, i] if abs(e.up[k, i]) > NOTHING else 0.0
+            e.down[k, i] = e.down[k, i] if abs(e.down[k, i]) > NOTHING else 0.0
+    for k in range(3):
+        e.tone[k] = e.tone[k] if abs(e.tone[k]) > NOTHING else 0.0
+    e.held = e.held if abs(e.held) > NOTHING else 0.0
+    e.reduction = e.reduction if abs(e.reduction) > NOTHING else 0.0
+
+
+@entry("void(int64, int64, int64, int64)")
+def add_effects(effects, sound, frame, n):
+    """Sends n frames of float32 at the address `sound` through EFFECTS; `frame`: how many came before."""
+    e = effects_at(effects)
+    done = 0
+    while done < n:
+        m = min(PART, n - done)
+        out = samples_at(sound + 4 * done, m)
+        play_effects(e, out, e.flags, frame + done, np.int64(0), np.int64(0), m)
+        done += m
+
+
+@entry("int64(int64)")
+def still_ring(effects):
+    """Returns 1 if EFFECTS still sound after the strings have become silent."""
+    return np.int64(rings(effects_at(effects)))

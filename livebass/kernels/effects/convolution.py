@@ -1,0 +1,104 @@
+"""Convolves the mix with an impulse response, without latency and at the same cost in every block. [audio thread]
+
+The first partition of the response is a sum over its taps. The others are multiplied with the spectra of the input's
+partitions before (Gardner 1995, Wefers 2015: uniform partitions, overlap and save): of these products all but that of
+the newest spectrum are known a partition ahead, and are summed little by little while it passes. Partitions are counted
+from the bass's first frame on, so that it changes nothing how a host splits blocks.
+"""
+
+import numpy as np
+
+from livebass.compiling import jit
+from livebass.kernels.effects.fourier import signal_of, spectrum_of
+from livebass.kernels.effects.records import BINS, PART, TURNS, WORD, spectrum_at
+from livebass.kernels.machine.native import floats_at
+
+
+@jit
+def convolve(e, place, n):
+    """Convolves the sound of an EFFECTS with its response: n frames from frame `place` of this partition on."""
+    if e.taps == 0:
+        return
+    response, line, tail = floats_at(e.response, PART), floats_at(e.line, TURNS), floats_at(e.tail, PART)
+    for j in range(n):
+        line[PART + place + j] = e.sound[j]
+        e.sound[j] = tail[place + j]
+        e.heard[j] = 1.0
+    add_products(e.sound, line, response, PART + place, n)
+    add_ahead(e, 2 + (e.parts - 1) * (place + n) // PART)
+    if place + n == PART:
+        end_partition(e)
+
+
+@jit
+def add_products(sound, line, response, first, n):
+    """Adds to n frames of `sound` those of `line`, from `first` on, through the taps of the first partition."""
+    for i in range(PART):
+        tap = response[i]
+        for j in range(n):
+            sound[j] += tap * line[first + j - i]
+
+
+@jit
+def add_ahead(e, end):
+    """Sums products for the next partition, of the partitions 2 up to `end` of the response."""
+    real, imaginary = spectrum_at(e.sums, 0, 0), spectrum_at(e.sums, 0, 1)
+    while e.done + 2 < end:
+        k = e.done + 2
+        at = (e.newest + e.parts - (k - 2)) % e.parts
+        add_product(
+            real, imaginary, spectrum_at(e.inputs, at, 0), spectrum_at(e.inputs, at, 1),
+            spectrum_at(e.spectra, k - 1, 0), spectrum_at(e.spectra, k - 1, 1),
+        )  # fmt: skip
+        e.done += 1
+
+
+@jit
+def add_product(real, imaginary, x, y, u, v):
+    """Adds the spectrum x + iy times u + iv, (BINS,) each."""
+    for k in range(BINS):
+        real[k] += x[k] * u[k] - y[k] * v[k]
+    for k in range(BINS):
+        imaginary[k] += x[k] * v[k] + y[k] * u[k]
+
+
+@jit
+def end_partition(e):
+    """Transforms the partition that has ended, and has ready what it and those before add to the next one."""
+    line, tail = floats_at(e.line, TURNS), floats_at(e.tail, PART)
+    if e.parts > 0:
+        cosines, sines = floats_at(e.turns, PART), floats_at(e.turns + WORD * PART, PART)
+        work_real, work_imaginary = floats_at(e.work, TURNS), floats_at(e.work + WORD * TURNS, TURNS)
+        real, imaginary = spectrum_at(e.sums, 0, 0), spectrum_at(e.sums, 0, 1)
+        e.newest = (e.newest + 1) % e.parts
+        x, y = spectrum_at(e.inputs, e.newest, 0), spectrum_at(e.inputs, e.newest, 1)
+        spectrum_of(line, x, y, work_real, work_imaginary, cosines, sines)
+        add_product(real, imaginary, x, y, spectrum_at(e.spectra, 0, 0), spectrum_at(e.spectra, 0, 1))
+        signal_of(real, imaginary, work_real, work_imaginary, cosines, sines)
+        for k in range(PART):
+            tail[k] = work_real[PART + k]
+        for k in range(BINS):
+            real[k] = 0.0
+            imaginary[k] = 0.0
+        e.done = 0
+    for k in range(PART):
+        line[k] = line[PART + k]
+
+
+@jit
+def silence_response(e):
+    """Forgets all input."""
+    if e.taps == 0:
+        return
+    line, tail = floats_at(e.line, TURNS), floats_at(e.tail, PART)
+    for k in range(PART):
+        line[k] = 0.0
+        line[PART + k] = 0.0
+        tail[k] = 0.0
+    sums, inputs = floats_at(e.sums, 2 * BINS), floats_at(e.inputs, 2 * BINS * e.parts)
+    for k in range(2 * BINS):
+        sums[k] = 0.0
+    for k in range(2 * BINS * e.parts):
+        inputs[k] = 0.0
+    e.newest = np.int64(0)
+    e.done = 0
