@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 from livebass.rows import LARGEST, TINY, choice, number
 
-VERSION = 5  # of instrument files: another one for any change of their layout, or of what it means ...
-WITH_STROKES = 6  # ... and the one of files that have strokes, and are of VERSION else
+VERSION = 7  # of instrument files: another one for any change of their layout, or of what it means ...
+WITH_STROKES = 8  # ... and the one of files that have strokes, and are of VERSION else
 STROKES = ("finger", "pick", "nail", "pop")  # in the order of the performer's numbers
 ANSWERING = ("off", "pedal", "always")  # likewise
 ABOVE_ZERO = (TINY, LARGEST)
