@@ -12,7 +12,8 @@ import soundfile
 
 from livebass import load_preset
 from livebass.arrays import Floats
-from livebass.bench.decay import OCTAVES, Note, by_octave, preset_notes, recorded_notes, ringing, table
+from livebass.bench.decay import Note, by_octave, preset_notes, recorded_notes, table
+from livebass.comparison.ringing import OCTAVES, ringing
 
 RATE = 44_100
 
@@ -29,7 +30,8 @@ def note(f0: float, t60_s: Floats, seconds: float = 4.0, noise_db: float = -90.0
 @pytest.mark.parametrize("f0", [41.2, 98.0, 220.0])
 def test_known_decays(f0: float) -> None:
     t60 = 12.0 / np.arange(1, 25) ** 0.7
-    nu, found = ringing(note(f0, t60), RATE, 1.01 * f0)
+    rings = ringing(note(f0, t60), RATE, 1.01 * f0)
+    nu, found = rings.frequency, rings.t60
     j = np.rint(nu / f0 / np.sqrt(1 + 1e-4 * np.rint(nu / f0) ** 2)).astype(int)
     assert len(j) >= 22 and np.all(np.diff(j) > 0)
     np.testing.assert_allclose(found, t60[j - 1], rtol=0.05)
@@ -38,11 +40,12 @@ def test_known_decays(f0: float) -> None:
 def test_noise_is_no_decay() -> None:
     """Noise and what does not decay are left out; the rest is as without them."""
     t60 = 4.0 / np.arange(1, 21)
-    nu, found = ringing(note(98.0, t60, noise_db=-50.0), RATE, 98.0)
+    rings = ringing(note(98.0, t60, noise_db=-50.0), RATE, 98.0)
+    nu, found = rings.frequency, rings.t60
     assert 5 <= nu.size < 20
     np.testing.assert_allclose(found, t60[: nu.size], rtol=0.15)
     hum = np.sin(2 * math.pi * 98 * np.arange(2 * RATE) / RATE)
-    assert ringing(hum, RATE, 98.0)[0].size == 0 and ringing(0 * hum, RATE, 98.0)[0].size == 0
+    assert ringing(hum, RATE, 98.0).t60.size == 0 and ringing(0 * hum, RATE, 98.0).t60.size == 0
 
 
 def test_recordings_in_a_folder(tmp_path: Path) -> None:

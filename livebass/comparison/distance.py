@@ -1,0 +1,75 @@
+"""Tells how far two notes are apart: the mean difference of their levels over time and third octaves, in dB.
+
+Levels are those of Hann windows of 0.1 s, half a window apart, in third octaves from 40 Hz to 8 kHz, from the attack
+on; what is 60 dB below the loudest or less counts as 60 dB below. How loud a note is as a whole does not count; with
+`equalized`, neither does how loud each of its bands is, and only its change in time is left.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from livebass.arrays import Floats
+from livebass.comparison.measures import attack
+
+WINDOW, HOP = 0.1, 0.05  # s
+FLOOR = 60.0  # dB below the loudest
+BANDS = 1000.0 * 2.0 ** (np.arange(-14, 10) / 3)  # Hz, middles of third octaves
+SPANS = (1.0, 2.5)  # s, of which distances are told
+FINEST = 2.0  # Hz between bins: the lowest band is 9 Hz wide
+
+
+@dataclass(frozen=True)
+class Shape:
+    """Levels of a note over time and bands, dB."""
+
+    levels: Floats  # (frames, bands), 0 is the loudest; none below -FLOOR
+
+    def frames(self, seconds: float) -> int:
+        """Returns how many windows end within `seconds`."""
+        return 1 + int((seconds - WINDOW) / HOP + 1e-9)
+
+
+def shape(sound: Floats, rate: float, longest: float = SPANS[-1]) -> Shape:
+    """Returns the levels of the first `longest` seconds of `sound` (n,) from its attack; ValueError below 0.1 s."""
+    sound = sound[attack(sound, rate) :][: round(longest * rate) + 1]
+    n, hop = round(WINDOW * rate), HOP * rate
+    if sound.size < n:
+        raise ValueError(f"{sound.size / rate:.3g} s of sound: at least {WINDOW:g} s are needed")
+    count = 1 + int((sound.size - n) / hop + 1e-9)
+    starts = np.round(np.arange(count) * hop).astype(np.int64)
+    starts = starts[starts + n <= sound.size]
+    size = 1 << (max(n, round(rate / FINEST)) - 1).bit_length()
+    frames = sound[starts[:, None] + np.arange(n)] * np.hanning(n + 1)[:-1]
+    power = np.abs(np.fft.rfft(frames, size)) ** 2 @ _shares(size, rate)
+    return Shape(np.maximum(10 * np.log10(np.maximum(power / power.max(), 1e-30)), -FLOOR))
+
+
+def _shares(size: int, rate: float) -> Floats:
+    """Returns how much of each bin belongs to each band, (bins, bands)."""
+    edges = BANDS[:, None] * 2.0 ** (np.array([-1, 1]) / 6) * size / rate  # in bins, which reach half a bin each way
+    low = np.arange(size // 2 + 1)[:, None] - 0.5
+    inside = np.minimum(low + 1, edges[:, 1]) - np.maximum(low, edges[:, 0])
+    return np.asarray(np.maximum(inside, 0.0))
+
+
+def between(a: Shape, b: Shape, seconds: float = SPANS[0], equalized: bool = False) -> float:
+    """Returns the distance of two notes over `seconds`, dB; NaN where one of them is shorter."""
+    count = a.frames(seconds)
+    if min(len(a.levels), len(b.levels)) < count:
+        return float("nan")
+    off = a.levels[:count] - b.levels[:count]
+    return float(np.mean(np.abs(off - (off.mean(axis=0) if equalized else off.mean()))))
+
+
+def distance(
+    a: Floats, b: Floats, rate: float, seconds: float = SPANS[0], *, other_rate: float | None = None,
+    equalized: bool = False,
+) -> float:  # fmt: skip
+    """Returns the distance of two notes, `a` (n,) of `rate` Hz and `b` (m,) of `other_rate` or the same, dB.
+
+    `seconds` from the attack are compared; `equalized`: the level of each band is free. NaN where a note is shorter.
+    """
+    return between(shape(a, rate, seconds), shape(b, other_rate or rate, seconds), seconds, equalized)

@@ -1,0 +1,451 @@
+"""Measures one note: what players hear of its attack, touch, pitch and decay, as figures with names.
+
+Times are in s from the attack, where the sound first comes within 30 dB of its peak. Spectra are those of Hann windows
+unless another is named, centroids are weighted with power (eq. 14 of C. Issanchou et al., 2018), and bands are cut out
+of the Fourier transform of the whole note. A figure that the note is too short for, or does not show, is NaN with the
+reason beside it: it is never a guess.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from livebass.analysis.sound import partial
+from livebass.arrays import Floats, Ints
+from livebass.comparison.ringing import OCTAVES as T60_OCTAVES
+from livebass.comparison.ringing import Ringing, partials, ringing
+from livebass.units import cents
+
+PITCH = (20.0, 700.0)  # Hz, of a note
+ATTACK = 30.0  # dB below the peak
+BEGUN = 0.3  # of the peak: a file that begins so loud begins within its note
+SHORTEST = 0.05  # s of a note
+PEAK = 0.5  # s in which the peak is looked for
+LEVEL = 0.05  # s, of which the level after 1 s and 2 s is the mean
+BODY = 0.3  # s, in which bands are compared
+WINDOW = 0.04  # s, of a centroid
+EDGES = (300.0, 700.0, 1500.0, 3000.0, 6000.0)  # Hz, of the bands; the first begins at 1.5 f0
+OCTAVES = (31.25, 62.5, 125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0)  # Hz, middles
+GAPS = (200.0, 500.0, 1500.0, 4000.0)  # Hz: between partials
+GLIDING = 5  # partials
+EARLY, LATE, STEADY = (0.05, 0.11), (0.13, 0.23), (0.8, 1.5)  # s, of glides
+GLIDE_PERIODS = 4.1  # in a window of a glide
+STABLE, WILDEST = 15.0, 200.0  # cents: of the two halves of the steady part; of a glide
+WAVER = (0.1, 0.6)  # s
+WAVERING = (5, 12)  # partials
+FRAME = 0.01  # s, of the level of a band of high frequencies
+FAINT = 100.0  # dB below the peak: less is nothing
+
+LEVEL_KEYS = ("level_1s", "level_2s")
+BAND_KEYS = ("band_low", "band_300", "band_700", "band_1500", "band_3000")
+GLIDE_KEYS = tuple(f"glide_{when}" for when in ("early", "late"))
+NOISE_KEYS = ("between_200", "between_500", "between_1500")
+HIGH_KEYS = ("high_100", "high_200", "high_400")
+T60_KEYS = tuple(f"t60_{low:.0f}" for low in T60_OCTAVES[:-1])
+SHARE_KEYS = tuple(f"octave_{middle:.0f}" for middle in OCTAVES)
+
+
+@dataclass(frozen=True)
+class Measures(Mapping[str, float]):
+    """The figures of a note by name, as a mapping; NaN where `missing` has a reason."""
+
+    figures: dict[str, float]
+    missing: dict[str, str]
+    pitch: float  # Hz, of the fundamental
+    ringing: Ringing  # its partials
+
+    def __getitem__(self, key: str) -> float:
+        return self.figures[key]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.figures)
+
+    def __len__(self) -> int:
+        return len(self.figures)
+
+
+class _Unknown(Exception):
+    """A figure cannot be told of this note: the reason."""
+
+
+@dataclass(frozen=True)
+class _Note:
+    """A note from its attack on."""
+
+    sound: Floats
+    rate: float  # Hz
+    pitch: float  # Hz
+    begun: bool  # the attack is cut off
+    numbers: Ints  # of the partials found
+    partials: Floats  # Hz
+
+    def until(self, end: float) -> None:
+        """Raises _Unknown if the note ends before `end` (s)."""
+        if self.sound.size < math.floor(end * self.rate):
+            raise _Unknown(f"{self.sound.size / self.rate:.2f} s long: {end:.2g} s are needed")
+
+    def attacked(self) -> None:
+        """Raises _Unknown if the attack is cut off."""
+        if self.begun:
+            raise _Unknown("the recording begins within the note")
+
+    def part(self, begin: float, end: float) -> Floats:
+        """Returns the samples from `begin` to `end` (s), which must be there."""
+        self.until(end)
+        return self.sound[round(begin * self.rate) : round(end * self.rate)]
+
+    def around(self, middle: float, length: float) -> Floats:
+        """Returns the samples of a window; those before the attack are 0."""
+        n = round(length * self.rate)
+        first = round(middle * self.rate) - n // 2
+        self.until((first + n) / self.rate)
+        return np.concatenate([np.zeros(max(0, -first)), self.sound[max(0, first) : first + n]])
+
+
+def measure(sound: ArrayLike, rate: float, pitch: float) -> Measures:
+    """Measures `sound` (n,), full scale 1, `rate` in Hz: one note of `pitch` (Hz, to 3 %), with what is before it.
+
+    Returns figures by name (`rows.ROWS` says what each is); a figure that the note does not tell is NaN, and `missing`
+    has the reason. Raises ValueError for a sound that is silent, not finite, shorter than 50 ms or of more than one
+    dimension, and for a rate or pitch that is not allowed.
+    """
+    note = _note(sound, rate, pitch)
+    rings = ringing(note.sound, rate, note.pitch, (note.numbers, note.partials))
+    values: dict[str, float] = {}
+    missing: dict[str, str] = {}
+    for keys, function in PARTS:
+        try:
+            found = function(note, rings)
+        except _Unknown as reason:
+            found = dict.fromkeys(keys, str(reason))
+        for key in keys:
+            value = found[key]
+            values[key] = math.nan if isinstance(value, str) else float(value)
+            if isinstance(value, str):
+                missing[key] = value
+    return Measures(values, missing, note.pitch, rings)
+
+
+def attack(sound: Floats, rate: float) -> int:
+    """Returns the sample with which a note begins: the first within 30 dB of the peak of its first half second."""
+    loud = np.abs(sound)
+    peak = float(loud[: round(PEAK * rate)].max())
+    return int(np.argmax(loud >= peak * 10 ** (-ATTACK / 20)))
+
+
+def _note(sound: ArrayLike, rate: float, pitch: float) -> _Note:
+    samples = np.asarray(sound, np.float64)
+    if samples.ndim != 1:
+        raise ValueError(f"sound of shape {samples.shape}: allowed is one dimension; sum over strings or choose one")
+    if not 8000 <= rate < math.inf:
+        raise ValueError(f"rate {rate:g} Hz: allowed are 8000 Hz and more")
+    if not PITCH[0] <= pitch <= PITCH[1]:
+        raise ValueError(f"pitch {pitch:g} Hz: allowed are {PITCH[0]:g} to {PITCH[1]:g} Hz")
+    if not np.isfinite(samples).all():
+        raise ValueError("the sound has samples that are not finite numbers")
+    if not samples.size or not np.abs(samples).max() > 0:
+        raise ValueError("nothing sounds: there is nothing to measure")
+    start = attack(samples, rate)
+    begun = start == 0 and abs(samples[0]) > BEGUN * float(np.abs(samples[: round(PEAK * rate)]).max())
+    samples = samples[start:]
+    if samples.size < SHORTEST * rate:
+        raise ValueError(f"{samples.size / rate:.3g} s of sound: at least {SHORTEST:g} s are needed")
+    refined = _refined(samples, rate, pitch)
+    return _Note(samples, float(rate), refined, begun, *partials(samples, rate, refined))
+
+
+def _refined(sound: Floats, rate: float, pitch: float) -> float:
+    """Returns the frequency of the fundamental (Hz) from 0.1 to 1 s, or `pitch` if none is found there."""
+    piece = sound[round(0.1 * rate) : round(1.0 * rate)]
+    if piece.size * pitch < 8 * rate:
+        return pitch
+    found = partial(piece, rate, pitch)[0]
+    return found if abs(found / pitch - 1) < 0.04 else pitch
+
+
+def _db(power: float) -> float:
+    """Returns 10 log10 of a power; _Unknown for none."""
+    if not power > 0:
+        raise _Unknown("nothing sounds there")
+    return 10 * math.log10(power)
+
+
+def _power(sound: Floats) -> float:
+    return float(np.mean(sound**2)) if sound.size else 0.0
+
+
+def _spectrum(sound: Floats, rate: float, window: Floats, least: float = 1.0) -> tuple[Floats, Floats]:
+    """Returns frequencies (bins,), at most `least` Hz apart, and power (bins,) of a windowed sound."""
+    size = max(sound.size, math.ceil(rate / least))
+    size = 1 << (size - 1).bit_length()
+    return np.arange(size // 2 + 1) * rate / size, np.abs(np.fft.rfft(sound * window, size)) ** 2
+
+
+def _hann(n: int) -> Floats:
+    return np.asarray(np.hanning(n + 1)[:-1])
+
+
+def _faded(n: int, fade: int) -> Floats:
+    """Returns a window that is 1, and falls in its last `fade` samples."""
+    window = np.ones(n)
+    fade = min(fade, n)
+    window[n - fade :] = 0.5 + 0.5 * np.cos(np.pi * (np.arange(fade) + 1) / (fade + 1))
+    return window
+
+
+def _levels(note: _Note, rings: Ringing) -> dict[str, Any]:
+    """Peak and mean level, and what is left of the level after 1 s and 2 s."""
+    start = note.sound[: round(PEAK * note.rate)]
+    found: dict[str, Any] = {
+        "peak": 20 * math.log10(float(np.abs(start).max())),
+        "level": _db(_power(note.sound[: round(BODY * note.rate)])),
+    }
+    n = round(LEVEL * note.rate)
+    total = np.cumsum(np.concatenate([[0.0], note.sound**2]))
+    mean = (total[n:] - total[:-n]) / n
+    if not mean.size:
+        return found | dict.fromkeys(LEVEL_KEYS, "shorter than 50 ms")
+    top = int(np.argmax(mean[: round(PEAK * note.rate)]))
+    for key, seconds in zip(LEVEL_KEYS, (1.0, 2.0), strict=True):
+        k = top + round(seconds * note.rate)
+        if k < mean.size and mean[k] > 0:
+            found[key] = 10 * math.log10(mean[k] / mean[top])
+        else:
+            found[key] = f"{note.sound.size / note.rate:.2f} s long: {(k + n) / note.rate:.2g} s are needed"
+    return found
+
+
+def _t60(note: _Note, rings: Ringing) -> dict[str, Any]:
+    """Median T60 of the partials of each octave, and how they scatter from one to the next."""
+    note.until(0.6)
+    found: dict[str, Any] = {}
+    for key, (low, high) in zip(T60_KEYS, pairwise(T60_OCTAVES), strict=True):
+        inside = rings.t60[(rings.frequency >= low) & (rings.frequency < high)]
+        found[key] = float(np.median(inside)) if inside.size else "no partial that decays clearly"
+    steps = np.diff(np.log(rings.t60))
+    found["t60_scatter"] = float(np.std(steps)) / math.sqrt(2) if steps.size >= 5 else "fewer than six partials"
+    return found
+
+
+def _bands(note: _Note, rings: Ringing) -> dict[str, Any]:
+    """Levels of bands in the first 0.3 s over the fundamental's."""
+    piece = note.part(0.0, BODY)
+    nu, power = _spectrum(piece, note.rate, _faded(piece.size, round(0.03 * note.rate)))
+    base = float(power[(nu > 0.5 * note.pitch) & (nu < 1.5 * note.pitch)].sum())
+    if not base > 0:
+        raise _Unknown("no fundamental")
+
+    def level(low: float, high: float) -> float | str:
+        if high > 0.45 * note.rate:
+            return f"rate {note.rate:g} Hz: nothing is known up to {high:g} Hz"
+        inside = float(power[(nu >= low) & (nu < high)].sum())
+        return 10 * math.log10(inside / base) if inside > 0 else "nothing sounds there"
+
+    found: dict[str, Any] = {"growth": level(700.0, 3000.0)}
+    edges = (1.5 * note.pitch, *EDGES)
+    for key, (low, high) in zip(BAND_KEYS, pairwise(edges), strict=True):
+        found[key] = level(low, high) if low < 0.9 * high else "the fundamental is in it"
+    return found
+
+
+def _centroids(note: _Note, rings: Ringing) -> dict[str, Any]:
+    """Centroids at 20 and at 100 ms."""
+    note.attacked()
+    found: dict[str, Any] = {}
+    for key, middle in (("centroid_20", 0.02), ("centroid_100", 0.1)):
+        piece = note.around(middle, WINDOW)
+        nu, power = _spectrum(piece, note.rate, _hann(piece.size), 10.0)
+        found[key] = float(power @ nu / power.sum())
+    found["centroid_fall"] = found["centroid_20"] / found["centroid_100"]
+    return found
+
+
+def _fundamental(note: _Note, rings: Ringing) -> dict[str, Any]:
+    """Level of the fundamental at 100 ms over that at 20 ms, in windows of two periods, whose zeros lie on others."""
+    note.attacked()
+    n = round(2 * note.rate / note.pitch)
+    turn = np.exp(-2j * math.pi * note.pitch * np.arange(n) / note.rate) * _hann(n)
+    middle = max(0.02, 1 / note.pitch)
+    before, after = (abs(np.sum(note.around(at, n / note.rate)[:n] * turn)) for at in (middle, 0.1))
+    return {"fundamental_fall": _db(float(after) ** 2) - _db(float(before) ** 2)}
+
+
+def _glides(note: _Note, rings: Ringing) -> dict[str, Any]:
+    """Cents of partials 1 to 5, early and late, over 0.8 to 1.5 s."""
+    note.until(STEADY[1])
+    each: dict[str, list[float]] = {key: [] for key in GLIDE_KEYS}
+    half = (STEADY[0] + STEADY[1]) / 2
+    steady = note.part(*STEADY)
+    loudest = 0.0
+    found: dict[str, Any] = {}
+    lines = [(j, *partial(steady, note.rate, j * note.pitch)) for j in range(1, GLIDING + 1)]
+    loudest = max(level for _, _, level in lines)
+    for j, nu, level in lines:
+        clear = level > 1e-3 * loudest and abs(nu - j * note.pitch) < 0.1 * note.pitch
+        halves = [
+            partial(note.part(*ends), note.rate, nu)[0] for ends in ((STEADY[0], half), (half, STEADY[1]))
+        ] if clear else []  # fmt: skip
+        stable = bool(halves) and min(halves) > 0 and abs(cents(halves[1] / halves[0])) < STABLE
+        for key, (begin, end) in zip(GLIDE_KEYS, (EARLY, LATE), strict=True):
+            found[f"{key}_{j}"] = "the partial is faint or beats"
+            if stable:
+                span = max(end - begin, GLIDE_PERIODS / note.pitch)
+                at = partial(note.part(begin, begin + span), note.rate, nu)[0]
+                if at > 0 and abs(cents(at / nu)) < WILDEST:
+                    found[f"{key}_{j}"] = cents(at / nu)
+                    each[key].append(cents(at / nu))
+    for key, values in each.items():
+        found[key] = float(np.median(values)) if len(values) > 1 else "fewer than two steady partials"
+    return found
+
+
+def _wobble(note: _Note, rings: Ringing) -> dict[str, Any]:
+    """Median distance of the levels of partials 5 to 12 from a straight line through 0.1 to 0.6 s.
+
+    In windows of eight periods; a partial counts that stands 15 dB over what lies between partials.
+    """
+    note.until(WAVER[1])
+    found = note.partials[(note.numbers >= WAVERING[0]) & (note.numbers <= WAVERING[1])]
+    n = round(8 * note.rate / note.pitch)
+    hop = max(1, n // 16)
+    starts = np.arange(round(WAVER[0] * note.rate), round(WAVER[1] * note.rate) - n + 1, hop)
+    if starts.size < 6:
+        raise _Unknown("too low a note")
+    if not found.size:
+        raise _Unknown("no partials 5 to 12")
+    frames = note.sound[starts[:, None] + np.arange(n)] * _hann(n)
+    t = np.arange(n) / note.rate
+
+    def level(nu: Floats) -> Floats:
+        return np.asarray(20 * np.log10(np.abs(frames @ np.exp(-2j * math.pi * np.outer(t, nu))) + 1e-30))
+
+    tones, gaps = level(found), np.median(level(found + note.pitch / 2), axis=0)
+    tones = tones[:, np.median(tones, axis=0) > gaps + 15]
+    if not tones.size:
+        raise _Unknown("partials 5 to 12 do not stand out of the noise")
+    x = np.vander(np.arange(starts.size, dtype=np.float64), 2)
+    off = tones - x @ np.linalg.lstsq(x, tones, rcond=None)[0]
+    return {"wobble": float(np.median(np.median(np.abs(off), axis=0)))}
+
+
+def _between(note: _Note, rings: Ringing) -> dict[str, Any]:
+    """What sounds between partials at 0.4 s in three bands over the whole note then."""
+    length = max(0.2, 12 / note.pitch)
+    piece = note.around(0.4, length)
+    nu, power = _spectrum(piece, note.rate, np.kaiser(piece.size, 12.0), 2.0)
+    free = _free(note, nu, 0.3)
+    step = nu[1]
+    whole = float(power[nu > 0.5 * note.pitch].sum())
+    found: dict[str, Any] = {}
+    for key, (low, high) in zip(NOISE_KEYS, pairwise(GAPS), strict=True):
+        inside = free & (nu >= low) & (nu < high)
+        density = float(np.median(power[inside])) if inside.any() else 0.0
+        found[key] = 10 * math.log10(density * (high - low) / step / whole) if density > 0 else "no gap in it"
+    return found
+
+
+def _free(note: _Note, nu: Floats, near: float) -> NDArray[np.bool_]:
+    """Returns which frequencies (bins,) lie farther than `near` fundamentals from every partial."""
+    free = nu > 0.5 * note.pitch
+    for each in note.partials:
+        free &= np.abs(nu - each) > near * note.pitch
+    return free
+
+
+def _between_at_once(note: _Note, rings: Ringing) -> dict[str, Any]:
+    """What sounds halfway between partials at 50 ms, 0.5 to 4 kHz, over the partials beside it."""
+    n = round(4 * note.rate / note.pitch)
+    piece = note.around(max(0.05, 2 / note.pitch), n / note.rate)[:n]
+    found = note.partials[(note.partials >= 500) & (note.partials < 4000)]
+    if found.size < 5:
+        raise _Unknown("fewer than five partials from 0.5 to 4 kHz")
+    t = np.arange(piece.size) / note.rate
+    windowed = piece * _hann(piece.size)
+    tones, gaps = (
+        np.abs(np.exp(-2j * math.pi * np.outer(nu, t)) @ windowed) ** 2 for nu in (found, found + note.pitch / 2)
+    )
+    return {"between_50ms": _db(float(np.median(gaps))) - _db(float(np.median(tones)))}
+
+
+def band(sound: Floats, rate: float, low: float, high: float) -> Floats:
+    """Returns the part of `sound` (n,) from `low` to `high` Hz, cut out of its Fourier transform: (n,)."""
+    size = 1 << (sound.size + round(0.1 * rate) - 1).bit_length()
+    spectrum = np.fft.rfft(sound, size)
+    nu = np.arange(spectrum.size) * rate / size
+    spectrum[(nu < low) | (nu >= high)] = 0.0
+    return np.asarray(np.fft.irfft(spectrum, size)[: sound.size])
+
+
+def _peak(sound: Floats, rate: float) -> tuple[int, float]:
+    """Returns where a band is loudest in its first 0.3 s, in samples, and its mean power there, over 10 ms."""
+    n = max(1, round(FRAME * rate))
+    total = np.cumsum(np.concatenate([[0.0], np.pad(sound, (n // 2, n - n // 2)) ** 2]))
+    mean = (total[n:] - total[:-n]) / n
+    k = int(np.argmax(mean[: round(BODY * rate)]))
+    return k, float(mean[k])
+
+
+def _snap(note: _Note, rings: Ringing) -> dict[str, Any]:
+    """How far 2 to 4 kHz stand out at the attack: their peak over their level from 100 to 150 ms."""
+    note.attacked()
+    note.until(0.15)
+    high = band(note.sound, note.rate, 2000.0, 4000.0)
+    rest = high[round(0.1 * note.rate) : round(0.15 * note.rate)]
+    return {"snap": _db(_peak(high, note.rate)[1]) - _db(_power(rest))}
+
+
+def _highs(note: _Note, rings: Ringing) -> dict[str, Any]:
+    """Level of 2 to 8 kHz over 40 ms, 100, 200 and 400 ms after its peak."""
+    high = band(note.sound, note.rate, 2000.0, min(8000.0, 0.45 * note.rate))
+    k, peak = _peak(high, note.rate)
+    found: dict[str, Any] = {}
+    for key, later in zip(HIGH_KEYS, (0.1, 0.2, 0.4), strict=True):
+        begin, end = (k + round((later + side) * note.rate) for side in (-0.02, 0.02))
+        if end > high.size:
+            found[key] = f"{note.sound.size / note.rate:.2f} s long: {end / note.rate:.2g} s are needed"
+        else:
+            found[key] = _db(_power(high[begin:end])) - _db(peak)
+    return found
+
+
+def _thump(note: _Note, rings: Ringing) -> dict[str, Any]:
+    """Level of the first 30 ms over that of 100 to 200 ms, and the octaves of the first 30 ms."""
+    note.attacked()
+    begin = note.part(0.0, 0.03)
+    found: dict[str, Any] = {}
+    nu, power = _spectrum(begin, note.rate, _faded(begin.size, round(0.005 * note.rate)), 2.0)
+    total = float(power.sum())
+    for key, middle in zip(SHARE_KEYS, OCTAVES, strict=True):
+        low, high = middle / math.sqrt(2), middle * math.sqrt(2)
+        share = float(power[(nu >= low) & (nu < high)].sum()) / total
+        known = low < 0.45 * note.rate and share > 0
+        found[key] = 10 * math.log10(share) if known else f"rate {note.rate:g} Hz: nothing is known there"
+    try:
+        found["thump"] = _db(_power(begin)) - _db(_power(note.part(0.1, 0.2)))
+    except _Unknown as reason:
+        found["thump"] = str(reason)
+    return found
+
+
+GLIDE_EACH = tuple(f"{key}_{j}" for key in GLIDE_KEYS for j in range(1, GLIDING + 1))
+PARTS = (
+    (("peak", "level", *LEVEL_KEYS), _levels),
+    ((*T60_KEYS, "t60_scatter"), _t60),
+    (("growth", *BAND_KEYS), _bands),
+    (("centroid_20", "centroid_100", "centroid_fall"), _centroids),
+    (("fundamental_fall",), _fundamental),
+    ((*GLIDE_KEYS, *GLIDE_EACH), _glides),
+    (("wobble",), _wobble),
+    (NOISE_KEYS, _between),
+    (("between_50ms",), _between_at_once),
+    (("snap",), _snap),
+    (HIGH_KEYS, _highs),
+    (("thump", *SHARE_KEYS), _thump),
+)

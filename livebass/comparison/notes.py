@@ -1,0 +1,272 @@
+"""Finds single notes: in recordings, whose pitch is heard and whose names tell the rest, or by rendering a preset.
+
+The words of a file's name, and of the folders it is in below the one given, tell how hard it was played (pp p mp mf f
+ff, soft medium hard, v1 or v100, or a number that grows with the level), by what (fingers, pick, slap, pop), and what
+else it is (release, scrape). Where no name tells how hard, the level does.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections import defaultdict
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from os import PathLike, fspath
+from pathlib import Path
+
+import numpy as np
+
+from livebass.arrays import Floats
+from livebass.comparison.distance import Shape, shape
+from livebass.comparison.measures import Measures, measure
+from livebass.engine.engine import Engine
+from livebass.identification.partials import Recording, RecordingError, find_takes, pitch_of, read_recording
+from livebass.model.instrument import Instrument, note_frequency
+from livebass.model.quality import QUALITIES
+from livebass.preset.load import load_preset
+from livebass.score.score import score_of
+from livebass.units import cents
+
+SOUNDS = {".wav", ".flac", ".ogg", ".aif", ".aiff"}
+PITCHES = (25.0, 500.0)  # Hz, of recordings
+BEFORE = 0.03  # s, kept before the attack of a note
+LONGEST = 6.0  # s of a note
+SHORTEST = 0.1  # s of a note
+TECHNIQUES = {
+    "fingers": "fingers finger fing fng index middle fingered",
+    "pick": "pick picked plectrum plec plek",
+    "slap": "slap slapped thumb slp",
+    "pop": "pop popped",
+}
+KINDS = {"release": "release rel releases noteoff", "scrape": "scrape scrapes squeak squeaks"}
+WORDS = {word: name for table in (TECHNIQUES, KINDS) for name, words in table.items() for word in words.split()}
+LOUDNESS = ("ppp", "pp", "p", "soft", "mp", "medium", "mf", "f", "hard", "ff", "fff")  # from soft to hard
+TAKES = re.compile(r"(rr|take|tk|alt|var)_?\d*")
+LAYER = re.compile(r"(?:v|vel|velocity|layer|dyn)(\d{1,3})")
+NOTE_NAME = re.compile(r"[a-g](?:#|b|s|sharp|flat)?-?\d")
+USUAL = "fingers"  # a technique, where nothing tells it
+SPREAD = 6.0  # dB from the softest to the loudest notes: less is one dynamic
+VELOCITIES = (30, 127)  # of the softest and of the hardest dynamic
+ONLY = 100  # velocity, where there is one dynamic
+HELD, AFTER = 2.8, 0.3  # s: how long a rendered note is held, and how long it is heard after
+RELEASED = 1.0  # s, after which a note is released whose release is heard
+RATE = 48_000  # Hz, of rendered notes
+
+
+@dataclass(frozen=True)
+class Note:
+    """One note, or one noise of a hand."""
+
+    name: str  # of the file, or of what is rendered
+    sound: Floats  # (n,), full scale 1
+    rate: int  # Hz
+    pitch: float  # Hz; 0 if it has none
+    technique: str = USUAL
+    kind: str = "note"  # or "release", "scrape"
+    dynamic: str = ""  # as it is called; "" before it is known
+    rank: int = 0  # of the dynamic, 0 the softest
+    place: str = ""  # the words of the name that tell neither dynamic nor take: what is alike in notes of one key
+
+    @cached_property
+    def measures(self) -> Measures:
+        """The figures of the note."""
+        return measure(self.sound, self.rate, self.pitch)
+
+    @cached_property
+    def shape(self) -> Shape:
+        """Its levels over time and bands."""
+        return shape(self.sound, self.rate)
+
+
+def measured(paths: Iterable[str | PathLike[str]], technique: str | None = None) -> list[Note]:
+    """Returns the notes of recordings, sound files or folders of them, each with `measures`.
+
+    technique: fingers, pick, slap or pop; by default what names tell, or else fingers. A file may hold several notes of
+    one dynamic. Raises RecordingError for a file that cannot be read, a folder without sound files and, by name, for a
+    file without a note that has a pitch.
+    """
+    notes: list[Note] = []
+    for each in paths:
+        path = Path(fspath(each))
+        files = sorted(p for p in path.rglob("*") if p.suffix.lower() in SOUNDS) if path.is_dir() else [path]
+        if not files:
+            raise RecordingError(f"{path}: no sound file is in it; allowed are {', '.join(sorted(SOUNDS))}")
+        for file in files:
+            told = [file.stem] if file == path else [path.name, *file.relative_to(path).with_suffix("").parts]
+            notes += _of_file(file, told, technique)
+    return _by_dynamics(notes)
+
+
+def _words(parts: Sequence[str]) -> list[str]:
+    """Returns the words of names, in small letters."""
+    return [word for part in parts for word in re.split(r"[^0-9a-zA-Z#]+", part.lower()) if word]
+
+
+def _of_file(file: Path, told: Sequence[str], technique: str | None) -> list[Note]:
+    words = _words(told)
+    known = [WORDS[w] for w in words if w in WORDS]
+    kind = next((name for name in known if name in KINDS), "note")
+    played = technique or next((name for name in known if name in TECHNIQUES), USUAL)
+    last = _words(told[-1:])
+    dynamic = next((w for w in reversed(last) if w in LOUDNESS), "")
+    layers = [m[1] for w in last if (m := LAYER.fullmatch(w))]
+    place = " ".join(
+        w for w in last if w != dynamic and w not in WORDS and not TAKES.fullmatch(w) and not LAYER.fullmatch(w)
+    )
+    recording = read_recording(file)
+    first = Note(str(file), recording.sound, recording.rate, 0.0, played, kind, place=place)
+    first = replace(first, dynamic=dynamic or (f"v{int(layers[-1])}" if layers else ""))
+    if kind != "note":
+        return [first]
+    found = _with_pitch(recording, first)
+    if not found:
+        raise RecordingError(
+            f"{file}: no note of {SHORTEST:g} s with a pitch from {PITCHES[0]:g} to {PITCHES[1]:g} Hz is heard in it"
+        )
+    return found
+
+
+def _with_pitch(recording: Recording, first: Note) -> list[Note]:
+    notes = []
+    end = 0.0
+    for take in find_takes(recording, 0.0, LONGEST):
+        begin, end_before = max(take.start_s - BEFORE, end), take.start_s + take.duration_s
+        end = end_before
+        pitch = pitch_of(take, *PITCHES) if take.duration_s >= SHORTEST else None
+        if pitch is not None:
+            sound = recording.sound[round(begin * take.rate) : round(end * take.rate)]
+            notes.append(replace(first, sound=sound, pitch=pitch))
+    return notes
+
+
+def _by_dynamics(notes: list[Note]) -> list[Note]:
+    """Gives each note its dynamic and the rank of it: by names if all have one, else by numbers, else by level."""
+    plucked = [n for n in notes if n.kind == "note"]
+    if not plucked:
+        return notes
+    if not all(n.dynamic for n in plucked):
+        names = _numbered(plucked) or _by_level(plucked)
+        plucked = [replace(n, dynamic=name) for n, name in zip(plucked, names, strict=True)]
+    order = sorted({n.dynamic for n in plucked}, key=_loudness)
+    plucked = [replace(n, rank=order.index(n.dynamic)) for n in plucked]
+    return plucked + [n for n in notes if n.kind != "note"]
+
+
+def _loudness(dynamic: str) -> tuple[int, float]:
+    if dynamic in LOUDNESS:
+        return 0, LOUDNESS.index(dynamic)
+    number = re.search(r"\d+", dynamic)
+    return 1, float(number[0]) if number else 0.0
+
+
+def _level(note: Note) -> float:
+    start = note.sound[: round(0.5 * note.rate)]
+    return 10 * math.log10(float(np.mean(start**2)) + 1e-30)
+
+
+def _numbered(notes: Sequence[Note]) -> list[str] | None:
+    """Returns the number in each name by which the level grows at every pitch, if all have one and there is such."""
+    words = [[w for w in _words([Path(n.name).stem]) if w.isdigit()] for n in notes]
+    count = {len(w) for w in words}
+    if len(count) != 1 or not count - {0}:
+        return None
+    levels = np.array([_level(n) for n in notes])
+    best: tuple[float, list[str]] | None = None
+    for i in range(count.pop()):
+        numbers = np.array([float(w[i]) for w in words])
+        if not 2 <= len(set(numbers)) <= 16:
+            continue
+        grown = [
+            np.sign(levels[b] - levels[a])
+            for a in range(len(notes))
+            for b in range(len(notes))
+            if numbers[a] < numbers[b] and abs(cents(notes[a].pitch / notes[b].pitch)) < 50
+        ]
+        if len(grown) >= 2 and np.mean(grown) > 0.8 and (best is None or np.mean(grown) > best[0]):
+            best = float(np.mean(grown)), [str(int(n)) for n in numbers]
+    return best and best[1]
+
+
+def _by_level(notes: Sequence[Note]) -> list[str]:
+    """Returns soft, medium and hard by thirds of the range of levels, or one name for all where that is small."""
+    levels = np.array([_level(n) for n in notes])
+    low, high = float(levels.min()), float(levels.max())
+    if high - low < SPREAD:
+        return ["hard"] * len(notes)
+    return [("soft", "medium", "hard")[min(2, int(3 * (level - low) / (high - low)))] for level in levels]
+
+
+def rendered(
+    preset: str | Instrument,
+    like: Sequence[Note],
+    *,
+    velocities: Sequence[int] | None = None,
+    takes: int = 2,
+    quality: str = "studio",
+    technique: str | None = None,
+    seed: int = 0,
+) -> list[Note]:
+    """Returns notes of a preset, a name, file or bass: at the pitches of `like`, in as many dynamics, `takes` of each.
+
+    velocities: of the dynamics, from soft to hard; by default spread from 30 to 127 over those of `like`. Each note is
+    played alone, by a player with a `seed` of its own; one of each pitch is released after 1 s. Pitches the bass cannot
+    play are left out. Raises PresetError, and ValueError for a quality, velocity or number of takes that there is not.
+    """
+    bass = load_preset(preset) if isinstance(preset, str) else preset
+    if quality not in QUALITIES:
+        raise ValueError(f"quality {quality!r}: allowed are {', '.join(QUALITIES)}")
+    plucked = [n for n in like if n.kind == "note"]
+    count = 1 + max((n.rank for n in plucked), default=0)
+    speeds = list(velocities) if velocities is not None else spread(count)
+    if not 1 <= takes <= 16:
+        raise ValueError(f"takes {takes}: allowed are 1 to 16")
+    if not speeds or any(not 1 <= v <= 127 for v in speeds) or sorted(speeds) != speeds:
+        raise ValueError(f"velocities {speeds}: allowed are 1 to 127, from soft to hard")
+    engine = Engine(bass, QUALITIES[quality], RATE, seed)
+    played = technique or (plucked[0].technique if plucked else USUAL)
+    keys = sorted({round(69 + 12 * math.log2(n.pitch / 440)) for n in plucked})
+    keys = [key for key in keys if _playable(bass, key)]
+    notes = []
+    for key in keys:
+        for rank, velocity in enumerate(speeds):
+            for take in range(takes):
+                number = seed + 1 + take + takes * (rank + len(speeds) * key)
+                sound = _played(engine.another(number), key, velocity, HELD)
+                notes.append(
+                    Note(f"{bass.name} {key} v{velocity}", sound, RATE, note_frequency(key), played, "note",
+                         f"v{velocity}", rank, str(key))
+                )  # fmt: skip
+        middle = speeds[len(speeds) // 2]
+        sound = _played(engine.another(seed), key, middle, RELEASED)
+        notes.append(Note(f"{bass.name} {key} released", sound, RATE, note_frequency(key), played, "release",
+                          f"v{middle}", place=str(key)))  # fmt: skip
+    return notes
+
+
+def spread(count: int) -> list[int]:
+    """Returns the velocities of `count` dynamics, from soft to hard."""
+    return [ONLY] if count == 1 else [round(float(v)) for v in np.linspace(*VELOCITIES, count)]
+
+
+def _playable(bass: Instrument, key: int) -> bool:
+    return any(
+        s.open_note <= key <= s.open_note + len(neck.fret_positions)
+        for s, neck in zip(bass.strings, bass.necks, strict=True)
+    )
+
+
+def _played(engine: Engine, key: int, velocity: int, held: float) -> Floats:
+    """Returns one note, all strings together, (n,): `held` seconds of it and AFTER more."""
+    score = score_of([(0.0, held, key, velocity)], RATE)
+    return np.concatenate([block.sum(axis=0) for block in engine.play(score, AFTER)])
+
+
+def groups(notes: Iterable[Note]) -> dict[tuple[str, int], list[Note]]:
+    """Returns plucked notes by technique and rank of their dynamic."""
+    found: dict[tuple[str, int], list[Note]] = defaultdict(list)
+    for note in notes:
+        if note.kind == "note":
+            found[note.technique, note.rank].append(note)
+    return dict(found)
