@@ -17,6 +17,7 @@ import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import numba
 import pytest
 from support.command import assert_one_clear_line, command
 
@@ -486,6 +487,18 @@ def test_the_program_is_the_same_whoever_compiles_what(tmp_path: Path) -> None:
     assert program.count("define internal i32") == 3 + 3, "root, and square of two types; a function for each entry"
     data, needs = emitter.emit(program, store.level())
     assert not needs and all(f"lb_{name}".encode() in data for name in ("first", "second", "third"))
+
+
+def test_the_program_names_no_place() -> None:
+    """It is the same wherever numba and livebass are installed: an error of Python's would name its file."""
+    text = emitter.program()
+    assert str(Path(numba.__file__).parent) not in text and "site-packages" not in text
+    assert str(store.PACKAGE) not in text
+
+
+def test_at_signs_in_data_are_no_names() -> None:
+    text = '@".const.1" = internal constant [4 x i8] c"@b@\\22", !dbg @other, @"a name"'
+    assert list(lowering.names_in(text)) == [".const.1", "other", "a name"]
 
 
 @pytest.mark.slow

@@ -38,7 +38,7 @@ SETTINGS = {
 }  # fmt: skip
 NAMED = "livebass.compiling.lowering"  # this module
 COLLECTED = 200_000, 50, 1000  # thresholds of the garbage collector: by itself it takes a fifth of numba's time
-NAME = re.compile(r'@(?:"([^"]+)"|([\w.$]+))')
+NAME = re.compile(r'(?<= )c"[^"]*"|@(?:"([^"]+)"|([\w.$]+))')  # or bytes of data, in which @ is a letter
 NO_ADDRESS = 1  # for Python's objects, which no machine code may need: emitter.emit refuses what has it
 
 Weights = dict[str, int]  # names of functions, and how long each is
@@ -96,7 +96,7 @@ def linked(parts: Iterable[Mapping[str, Mapping[str, str]]]) -> str:
 
 def names_in(text: str) -> Iterator[str]:
     """The names of functions and data in IR."""
-    return (quoted or plain for quoted, plain in NAME.findall(text))
+    return (quoted or plain for quoted, plain in NAME.findall(text) if quoted or plain)
 
 
 def compiled(entries: Iterable[Entry], tell: processes.Progress = processes.silent) -> dict[str, dict[str, str]]:
@@ -166,8 +166,8 @@ def only_text() -> tuple[dict[str, str], dict[str, str]]:
             for item in module.globals.values():
                 declared = item.is_declaration if isinstance(item, ir.Function) else item.initializer is None
                 into = declarations if declared and item.linkage != "common" else definitions
-                text = re.sub(r"(?<=, )(!\w+) !(\d+)", lambda m: f"{m[1]} {noted[int(m[2])]}", internal(str(item)))
-                text = NAME.sub(lambda m: f'@"{data.get(m[1] or m[2], m[1] or m[2])}"', text)
+                text = re.sub(r"(?<=, )(![\w.]+) !(\d+)", lambda m: f"{m[1]} {noted[int(m[2])]}", internal(str(item)))
+                text = NAME.sub(lambda m: f'@"{data.get(m[1] or m[2], m[1] or m[2])}"' if m[1] or m[2] else m[0], text)
                 name = data.get(item.name, item.name)
                 assert into.setdefault(name, text) == text, f"two definitions of {name}"
 

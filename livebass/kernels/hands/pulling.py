@@ -7,7 +7,7 @@ import numpy as np
 
 from livebass.compiling import jit
 from livebass.kernels.hands import thumb
-from livebass.kernels.machine.elementary import cos, exp, sin
+from livebass.kernels.machine.elementary import cos, exp, sin, squared
 from livebass.kernels.string import glide, modal
 from livebass.kernels.string.operators import heights, positions
 from livebass.kernels.string.records import COMING
@@ -27,7 +27,7 @@ def shape_of_pluck(w, op, apex, position, rounding, release):
         w.held[j] = 0.0
     for j in range(op.modes):
         k = modal.mode_number(j) * k1
-        smooth = exp(-0.5 * (k * rounding) ** 2) / (1 + op.held_stiffness * (k * k))
+        smooth = exp(-0.5 * squared(k * rounding)) / (1 + op.held_stiffness * (k * k))
         smooth /= 1 + (w.omega[j] * w.omega[j] + w.sigma[j] * w.sigma[j]) * (release * release)
         w.held[j] = corner * sin(k * position) / (k * k) * smooth
 
@@ -40,7 +40,7 @@ def shape_of_strike(w, op, depth, position, width):
         w.strike[j] = 0.0
     for j in range(op.modes):
         k = modal.mode_number(j) * k1
-        smooth = exp(-0.5 * (k * width) ** 2)
+        smooth = exp(-0.5 * squared(k * width))
         w.strike[j] = -2 * op.speed * depth * np.sqrt(2 / op.length) * sin(k * position) * smooth
 
 

@@ -31,7 +31,7 @@ from typing import Any
 import numpy as np
 
 from livebass.compiling import jit
-from livebass.kernels.machine.elementary import exp, sin
+from livebass.kernels.machine.elementary import exp, sin, squared
 from livebass.kernels.string import modal
 from livebass.kernels.string.operators import positions, shape
 from livebass.kernels.string.records import BLOCK, COMING, THERE, WHOLE
@@ -80,7 +80,7 @@ def approach_string(slot, op):
 @jit
 def shape_under(op, k, x, width):
     """The mode shape with the wave number `k` (1/m), m^-0.5, under a thumb at `x` (m) of half that `width` (m)."""
-    return np.sqrt(2 / op.length) * sin(k * x) * exp(-0.5 * (k * width) ** 2)
+    return np.sqrt(2 / op.length) * sin(k * x) * exp(-0.5 * squared(k * width))
 
 
 @jit
@@ -175,7 +175,7 @@ def add_force_to_string(slot, op, voice):
         height[m] += f * slot.thumb_reach[m]
         if height[m] > 0.0:
             bent = max(bent, height[m] * height[m] / (x[m] * (op.length - x[m])))
-    bent *= (op.speed * slot.ratio) ** 2
+    bent *= squared(op.speed * slot.ratio)
     modal.shift(slot.u, slot.thumb_yield, f, slot.thumb_modes)
     slot.safety = SAFETY_STRUCK if slot.thumb.frames <= NARROW * voice.rate else SAFETY_HANDED
     wake_slot(slot, op, voice.step)

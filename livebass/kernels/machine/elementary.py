@@ -55,6 +55,7 @@ MANTISSA = (1 << 52) - 1
 EXPONENT = 1023  # of 1.0
 ROOT_HALF = 0x3FE6A09E667F3BCD  # the bits of the square root of 1/2
 LEAST_NORMAL = 2.0**-1022
+RAISE, LAST_BIT = 2.0**54, 2.0**-52  # a power in a function would be one of numba's, with errors of Python's
 FARTHEST = 2.0**50  # argument above which sine and cosine mean nothing
 
 
@@ -68,6 +69,12 @@ def rounded(x):
 def two_to(k):
     """Returns 2^k for an integer -1023 < k < 1024."""
     return from_bits((bits(k + MAGIC) + EXPONENT) << 52)
+
+
+@joined
+def squared(x):
+    """Returns x^2."""
+    return x * x
 
 
 @joined
@@ -193,7 +200,7 @@ def exp2(x):
 def log_parts(x):
     """Returns k and ln m in two parts, good to 2^-63 of it: x = 2^k m and 1 / 2 <= m^2 < 2, for finite x > 0."""
     tiny = x < LEAST_NORMAL
-    x = x * 2.0**54 if tiny else x
+    x = x * RAISE if tiny else x
     word = bits(x) + ((EXPONENT << 52) - ROOT_HALF)
     m = from_bits((word & MANTISSA) + ROOT_HALF)
     # not by a conversion, whose instruction waits for the last value of its register: calls would not overlap
@@ -264,4 +271,4 @@ def chance(seed, count):
     z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
     z = z ^ (z >> np.uint64(31))
-    return np.float64(z >> np.uint64(11)) * 2.0**-52 - 1.0
+    return np.float64(z >> np.uint64(11)) * LAST_BIT - 1.0

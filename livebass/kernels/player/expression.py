@@ -3,7 +3,7 @@
 import numpy as np
 
 from livebass.compiling import jit
-from livebass.kernels.machine.elementary import exp2
+from livebass.kernels.machine.elementary import exp2, squared
 from livebass.kernels.player.events import send_bend, send_gain, send_slide, send_vibrato
 from livebass.kernels.player.fingering import stopped_at, string_of_key
 from livebass.kernels.player.performer import FREE
@@ -76,7 +76,7 @@ def follow_wheel(p):
 @jit
 def loudness(p):
     """Gain of volume and expression, by the square as General MIDI asks."""
-    return (p.controls.volume * p.controls.expression) ** 2 * p.controls.level
+    return squared(p.controls.volume * p.controls.expression) * p.controls.level
 
 
 @jit

@@ -8,7 +8,7 @@ import numpy as np
 
 from livebass.compiling import jit
 from livebass.kernels.hands.pulling import grazing
-from livebass.kernels.machine.elementary import chance, cos, log2, power
+from livebass.kernels.machine.elementary import chance, cos, log2, power, squared
 from livebass.kernels.machine.native import copy_record, records_at
 from livebass.kernels.player.constants import STANDARD, STROKE, STROKES
 from livebass.kernels.player.events import send_pluck, send_strike, send_throw
@@ -96,7 +96,7 @@ def between(soft, hard, hardness):
 @jit
 def soft_limit(x, most):
     """Soft limit: about x when small, increasing, always below `most`."""
-    return x / np.sqrt(np.sqrt(1.0 + (x / most) ** 4))
+    return x / np.sqrt(np.sqrt(1.0 + squared(squared(x / most))))
 
 
 @jit

@@ -14,7 +14,7 @@ goes on where it stops. So it needs no modes but those that are heard. [audio th
 import numpy as np
 
 from livebass.compiling import jit
-from livebass.kernels.machine.elementary import exp, log2, sin_cos
+from livebass.kernels.machine.elementary import exp, log2, sin_cos, squared
 from livebass.kernels.machine.native import record_address, words_at
 from livebass.kernels.string import handover, modal, operators
 from livebass.kernels.string.operators import DOUBLE, coefficient, coefficient_at, tap_weights
@@ -202,7 +202,7 @@ def set_glide_taps(voice, op):
         before, now = 0.0, np.sqrt(2 / op.length)
         sine, cosine = sin_cos(k1 * (op.length - voice.saddle[i]))
         now *= sine
-        window, ratio, step = gaussian_recurrence((k1 * voice.aperture[i]) ** 2 / 24)
+        window, ratio, step = gaussian_recurrence(squared(k1 * voice.aperture[i]) / 24)
         for j in range(op.modes):
             row[j] = now * window * faded(voice.rate, omega[j], sigma[j])
             before, now = now, 2.0 * cosine * now - before
@@ -222,7 +222,7 @@ def set_slope(made, op):
     k1 = np.pi / op.length
     n = (np.int64(NARROWEST / (k1 * FLESH)) + BLOCK) // BLOCK * BLOCK
     made.slope_modes = min(n, op.padded)
-    window, ratio, step = gaussian_recurrence(0.5 * (k1 * FLESH) ** 2)
+    window, ratio, step = gaussian_recurrence(0.5 * squared(k1 * FLESH))
     for j in range(made.slope_modes):
         made.slope[j] = np.sqrt(2 / op.length) * k1 * (j + 1) * window
         window *= ratio
