@@ -176,6 +176,11 @@ class Instrument:
         return self.strings[0].open_note, max(string.open_note for string in self.strings) + frets
 
     @property
+    def over_lossless_board(self) -> bool:
+        """True if any string is over a board whose contact gives all energy back."""
+        return any(neck.surface and not neck.contact_loss for neck in self.necks)
+
+    @property
     def over_board(self) -> bool:
         """True if any string is over a board instead of frets."""
         return any(neck.surface for neck in self.necks)
