@@ -19,6 +19,7 @@ import click
 
 from livebass import __version__
 from livebass.cli.bench import bench
+from livebass.cli.compare import compare
 from livebass.cli.export import export
 from livebass.cli.help import help_
 from livebass.cli.play import devices, play
@@ -63,7 +64,7 @@ def livebass() -> None:
     """
 
 
-for command in (play, render, presets, devices, export, simulate, study, identify, bench, help_):
+for command in (play, render, presets, devices, export, simulate, study, identify, compare, bench, help_):
     livebass.add_command(command)
 
 

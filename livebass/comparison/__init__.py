@@ -1,25 +1,36 @@
 """Compares notes of a bass with notes of another: what players hear of attack, touch, pitch and decay, in numbers.
 
-`measure` gives the figures of one note, and `distance` how far two notes are apart. To fit a preset:
+`measure` gives the figures of one note, `figures` those of a bass, and `distance` how far two notes are apart. To fit a
+preset:
 
     from livebass import QUALITIES, load_preset, render_to_array, single_note
-    from livebass.comparison import distance, measure
+    from livebass.comparison import basses, distance, figures, measure, measured, outside, rendered, summary
 
-    bass = load_preset("jazz-finger")
-    sound = render_to_array(bass, single_note(36, 127, 3.0, 48_000), QUALITIES["studio"]).sum(axis=0)
-    figures = measure(sound, 48_000, 65.4)
-    figures["centroid_20"], figures["fundamental_fall"]         # Hz and dB; NaN where the note does not tell
-    figures.missing                                             # {"level_2s": "2.1 s: is shorter"}: why it does not
+    preset = load_preset("jazz-finger")
+    sound = render_to_array(preset, single_note(36, 127, 3.0, 48_000), QUALITIES["studio"]).sum(axis=0)
+    note = measure(sound, 48_000, 65.4)
+    note["centroid_20"], note["fundamental_fall"]               # Hz and dB; NaN where the note does not tell
+    note.missing                                                # {"t60_3200": "no partial ..."}: why it does not
+    measure(sound, 48_000, 65.4, only=["centroid_20"])          # in a fraction of the time
 
-    real = measured(["a-folder-of-notes"])                      # a note for each sound file
-    ours = rendered("jazz-finger", real)                        # the same pitches, velocities over the dynamics
-    summary(ours)["hard"]["centroid_20"]                        # median over the notes
-    distance(ours[0].sound, real[0].sound)                      # dB
+    real = measured(["tests/comparison/recordings/growlybass"]) # the notes of sound files, or folders of them
+    ours = rendered(preset, real, takes=1)                      # the same pitches, velocities over the dynamics
+    summary(ours)["hard"]["centroid_20"]                        # median over the hardest notes; "soft", "v78" ...
+    (bass,) = basses("mine", ours, rendered=True)               # one for each technique
+    outside(figures(bass), bass.technique)                      # {("centroid_20", "hard"): 241.2, ...}, 0 inside
+    distance(ours[0].sound, real[0].sound, ours[0].rate, other_rate=real[0].rate)  # dB
+
+`livebass compare` prints all of it; `comparing.compare` is what it calls.
 """
 
+from livebass.comparison.comparing import Comparison, compare
 from livebass.comparison.distance import distance
 from livebass.comparison.measures import Measures, measure
 from livebass.comparison.notes import Note, measured, rendered
-from livebass.comparison.summary import summary
+from livebass.comparison.rows import ROWS, Row
+from livebass.comparison.summary import Bass, Figure, basses, figures, outside, summary
 
-__all__ = ["Measures", "Note", "distance", "measure", "measured", "rendered", "summary"]
+__all__ = [
+    "ROWS", "Bass", "Comparison", "Figure", "Measures", "Note", "Row", "basses", "compare", "distance", "figures",
+    "measure", "measured", "outside", "rendered", "summary",
+]  # fmt: skip

@@ -8,6 +8,7 @@ on; what is 60 dB below the loudest or less counts as 60 dB below. How loud a no
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -47,6 +48,7 @@ def shape(sound: Floats, rate: float, longest: float = SPANS[-1]) -> Shape:
     return Shape(np.maximum(10 * np.log10(np.maximum(power / power.max(), 1e-30)), -FLOOR))
 
 
+@lru_cache(4)
 def _shares(size: int, rate: float) -> Floats:
     """Returns how much of each bin belongs to each band, (bins, bands)."""
     edges = BANDS[:, None] * 2.0 ** (np.array([-1, 1]) / 6) * size / rate  # in bins, which reach half a bin each way

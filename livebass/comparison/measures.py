@@ -9,7 +9,7 @@ reason beside it: it is never a guess.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
@@ -19,8 +19,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from livebass.analysis.sound import partial
 from livebass.arrays import Floats, Ints
+from livebass.comparison.ringing import NO_RINGING, Ringing, partials, ringing
 from livebass.comparison.ringing import OCTAVES as T60_OCTAVES
-from livebass.comparison.ringing import Ringing, partials, ringing
 from livebass.units import cents
 
 PITCH = (20.0, 700.0)  # Hz, of a note
@@ -34,14 +34,14 @@ WINDOW = 0.04  # s, of a centroid
 EDGES = (300.0, 700.0, 1500.0, 3000.0, 6000.0)  # Hz, of the bands; the first begins at 1.5 f0
 OCTAVES = (31.25, 62.5, 125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0)  # Hz, middles
 GAPS = (200.0, 500.0, 1500.0, 4000.0)  # Hz: between partials
+AT_ONCE = 6  # periods of a window at 50 ms
 GLIDING = 5  # partials
 EARLY, LATE, STEADY = (0.05, 0.11), (0.13, 0.23), (0.8, 1.5)  # s, of glides
-GLIDE_PERIODS = 4.1  # in a window of a glide
+GLIDE_PERIODS = 4.5  # in a window of a glide at least
 STABLE, WILDEST = 15.0, 200.0  # cents: of the two halves of the steady part; of a glide
 WAVER = (0.1, 0.6)  # s
 WAVERING = (5, 12)  # partials
 FRAME = 0.01  # s, of the level of a band of high frequencies
-FAINT = 100.0  # dB below the peak: less is nothing
 
 LEVEL_KEYS = ("level_1s", "level_2s")
 BAND_KEYS = ("band_low", "band_300", "band_700", "band_1500", "band_3000")
@@ -109,18 +109,24 @@ class _Note:
         return np.concatenate([np.zeros(max(0, -first)), self.sound[max(0, first) : first + n]])
 
 
-def measure(sound: ArrayLike, rate: float, pitch: float) -> Measures:
+def measure(sound: ArrayLike, rate: float, pitch: float, only: Collection[str] | None = None) -> Measures:
     """Measures `sound` (n,), full scale 1, `rate` in Hz: one note of `pitch` (Hz, to 3 %), with what is before it.
 
     Returns figures by name (`rows.ROWS` says what each is); a figure that the note does not tell is NaN, and `missing`
-    has the reason. Raises ValueError for a sound that is silent, not finite, shorter than 50 ms or of more than one
-    dimension, and for a rate or pitch that is not allowed.
+    has the reason. `only` names the figures that are wanted: others are left out where that saves time, and partials
+    are followed for those of T60 alone. Raises ValueError for a sound that is silent, not finite, shorter than 50 ms or
+    of more than one dimension, for a rate or pitch that is not allowed, and for a name that is not a figure's.
     """
+    unknown = sorted(set(only or ()) - KEYS)
+    if unknown:
+        raise ValueError(f"figure {unknown[0]!r}: allowed are {', '.join(sorted(KEYS))}")
+    wanted = [(keys, function) for keys, function in PARTS if only is None or set(keys) & set(only)]
     note = _note(sound, rate, pitch)
-    rings = ringing(note.sound, rate, note.pitch, (note.numbers, note.partials))
+    followed = any(function is _t60 for _, function in wanted)
+    rings = ringing(note.sound, rate, note.pitch, (note.numbers, note.partials)) if followed else NO_RINGING
     values: dict[str, float] = {}
     missing: dict[str, str] = {}
-    for keys, function in PARTS:
+    for keys, function in wanted:
         try:
             found = function(note, rings)
         except _Unknown as reason:
@@ -282,8 +288,8 @@ def _glides(note: _Note, rings: Ringing) -> dict[str, Any]:
     note.until(STEADY[1])
     each: dict[str, list[float]] = {key: [] for key in GLIDE_KEYS}
     half = (STEADY[0] + STEADY[1]) / 2
+    step = 1.5 / note.pitch  # two thirds of the window are whole periods: its zeros lie on the other partials
     steady = note.part(*STEADY)
-    loudest = 0.0
     found: dict[str, Any] = {}
     lines = [(j, *partial(steady, note.rate, j * note.pitch)) for j in range(1, GLIDING + 1)]
     loudest = max(level for _, _, level in lines)
@@ -296,8 +302,8 @@ def _glides(note: _Note, rings: Ringing) -> dict[str, Any]:
         for key, (begin, end) in zip(GLIDE_KEYS, (EARLY, LATE), strict=True):
             found[f"{key}_{j}"] = "the partial is faint or beats"
             if stable:
-                span = max(end - begin, GLIDE_PERIODS / note.pitch)
-                at = partial(note.part(begin, begin + span), note.rate, nu)[0]
+                whole = math.ceil(max(end - begin, GLIDE_PERIODS / note.pitch) / step - 1e-6)
+                at = partial(note.part(begin, begin + whole * step), note.rate, nu)[0]
                 if at > 0 and abs(cents(at / nu)) < WILDEST:
                     found[f"{key}_{j}"] = cents(at / nu)
                     each[key].append(cents(at / nu))
@@ -360,9 +366,13 @@ def _free(note: _Note, nu: Floats, near: float) -> NDArray[np.bool_]:
 
 
 def _between_at_once(note: _Note, rings: Ringing) -> dict[str, Any]:
-    """What sounds halfway between partials at 50 ms, 0.5 to 4 kHz, over the partials beside it."""
-    n = round(4 * note.rate / note.pitch)
-    piece = note.around(max(0.05, 2 / note.pitch), n / note.rate)[:n]
+    """What sounds halfway between partials at 50 ms, 0.5 to 4 kHz, over the partials; of low notes some 20 ms later.
+
+    In a window of six periods, whose zeros lie on the partials.
+    """
+    note.attacked()
+    n = round(AT_ONCE * note.rate / note.pitch)
+    piece = note.around(max(0.05, AT_ONCE / 2 / note.pitch), n / note.rate)[:n]
     found = note.partials[(note.partials >= 500) & (note.partials < 4000)]
     if found.size < 5:
         raise _Unknown("fewer than five partials from 0.5 to 4 kHz")
@@ -371,7 +381,7 @@ def _between_at_once(note: _Note, rings: Ringing) -> dict[str, Any]:
     tones, gaps = (
         np.abs(np.exp(-2j * math.pi * np.outer(nu, t)) @ windowed) ** 2 for nu in (found, found + note.pitch / 2)
     )
-    return {"between_50ms": _db(float(np.median(gaps))) - _db(float(np.median(tones)))}
+    return {"between_50ms": _db(float(np.mean(gaps))) - _db(float(np.mean(tones)))}
 
 
 def band(sound: Floats, rate: float, low: float, high: float) -> Floats:
@@ -449,3 +459,4 @@ PARTS = (
     (HIGH_KEYS, _highs),
     (("thump", *SHARE_KEYS), _thump),
 )
+KEYS = frozenset(key for keys, _ in PARTS for key in keys)

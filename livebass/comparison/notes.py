@@ -1,15 +1,15 @@
 """Finds single notes: in recordings, whose pitch is heard and whose names tell the rest, or by rendering a preset.
 
 The words of a file's name, and of the folders it is in below the one given, tell how hard it was played (pp p mp mf f
-ff, soft medium hard, v1 or v100, or a number that grows with the level), by what (fingers, pick, slap, pop), and what
-else it is (release, scrape). Where no name tells how hard, the level does.
+ff, soft medium hard, v1 or v100, or a number that grows with the level), by what (fingers, pick, slap, pop), whether
+the string is open or stopped, and what else it is (release, scrape, and muted notes and harmonics, which are not
+compared). Where no name tells how hard, the level does.
 """
 
 from __future__ import annotations
 
 import math
 import re
-from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -40,22 +40,25 @@ TECHNIQUES = {
     "slap": "slap slapped thumb slp",
     "pop": "pop popped",
 }
-KINDS = {"release": "release rel releases noteoff", "scrape": "scrape scrapes squeak squeaks"}
+KINDS = {
+    "release": "release rel releases noteoff",
+    "scrape": "scrape scrapes squeak squeaks",
+    "other": "dead ghost mute muted palm harmonic harmonics",
+}
 WORDS = {word: name for table in (TECHNIQUES, KINDS) for name, words in table.items() for word in words.split()}
 LOUDNESS = ("ppp", "pp", "p", "soft", "mp", "medium", "mf", "f", "hard", "ff", "fff")  # from soft to hard
 TAKES = re.compile(r"(rr|take|tk|alt|var)_?\d*")
 LAYER = re.compile(r"(?:v|vel|velocity|layer|dyn)(\d{1,3})")
-NOTE_NAME = re.compile(r"[a-g](?:#|b|s|sharp|flat)?-?\d")
 USUAL = "fingers"  # a technique, where nothing tells it
 SPREAD = 6.0  # dB from the softest to the loudest notes: less is one dynamic
 VELOCITIES = (30, 127)  # of the softest and of the hardest dynamic
 ONLY = 100  # velocity, where there is one dynamic
-HELD, AFTER = 2.8, 0.3  # s: how long a rendered note is held, and how long it is heard after
-RELEASED = 1.0  # s, after which a note is released whose release is heard
+HELD = 3.5  # s, of a rendered note
+RELEASED, AFTER = 1.0, 0.3  # s: when a note is released whose release is heard, and for how long
 RATE = 48_000  # Hz, of rendered notes
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Note:
     """One note, or one noise of a hand."""
 
@@ -64,10 +67,11 @@ class Note:
     rate: int  # Hz
     pitch: float  # Hz; 0 if it has none
     technique: str = USUAL
-    kind: str = "note"  # or "release", "scrape"
+    kind: str = "note"  # or "release", "scrape", "other"
     dynamic: str = ""  # as it is called; "" before it is known
     rank: int = 0  # of the dynamic, 0 the softest
     place: str = ""  # the words of the name that tell neither dynamic nor take: what is alike in notes of one key
+    open: bool | None = None  # whether the string is; None: not told
 
     @cached_property
     def measures(self) -> Measures:
@@ -80,12 +84,15 @@ class Note:
         return shape(self.sound, self.rate)
 
 
-def measured(paths: Iterable[str | PathLike[str]], technique: str | None = None) -> list[Note]:
+def measured(
+    paths: Iterable[str | PathLike[str]], technique: str | None = None, left_out: list[str] | None = None
+) -> list[Note]:
     """Returns the notes of recordings, sound files or folders of them, each with `measures`.
 
     technique: fingers, pick, slap or pop; by default what names tell, or else fingers. A file may hold several notes of
-    one dynamic. Raises RecordingError for a file that cannot be read, a folder without sound files and, by name, for a
-    file without a note that has a pitch.
+    one dynamic. Files of a folder in which no note with a pitch is heard are left out, and named in `left_out`. Raises
+    RecordingError, one line with the name, for a file that cannot be read, a folder without sound files and, where
+    nothing else is given, for a file without a note that has a pitch.
     """
     notes: list[Note] = []
     for each in paths:
@@ -93,9 +100,20 @@ def measured(paths: Iterable[str | PathLike[str]], technique: str | None = None)
         files = sorted(p for p in path.rglob("*") if p.suffix.lower() in SOUNDS) if path.is_dir() else [path]
         if not files:
             raise RecordingError(f"{path}: no sound file is in it; allowed are {', '.join(sorted(SOUNDS))}")
+        unheard = []
+        found: list[Note] = []
         for file in files:
-            told = [file.stem] if file == path else [path.name, *file.relative_to(path).with_suffix("").parts]
-            notes += _of_file(file, told, technique)
+            told = (file.stem,) if file == path else file.relative_to(path).with_suffix("").parts
+            heard = _of_file(file, told, technique)
+            found += heard
+            unheard += [] if heard else [str(file)]
+        if not found:
+            raise RecordingError(
+                f"{path}: no note of {SHORTEST:g} s with a pitch of {PITCHES[0]:g} to {PITCHES[1]:g} Hz is heard in it"
+            )
+        notes += found
+        if left_out is not None:
+            left_out += unheard
     return _by_dynamics(notes)
 
 
@@ -109,7 +127,7 @@ def _of_file(file: Path, told: Sequence[str], technique: str | None) -> list[Not
     known = [WORDS[w] for w in words if w in WORDS]
     kind = next((name for name in known if name in KINDS), "note")
     played = technique or next((name for name in known if name in TECHNIQUES), USUAL)
-    last = _words(told[-1:])
+    last = _words(told[-1:])  # a folder may be called "f"
     dynamic = next((w for w in reversed(last) if w in LOUDNESS), "")
     layers = [m[1] for w in last if (m := LAYER.fullmatch(w))]
     place = " ".join(
@@ -117,15 +135,11 @@ def _of_file(file: Path, told: Sequence[str], technique: str | None) -> list[Not
     )
     recording = read_recording(file)
     first = Note(str(file), recording.sound, recording.rate, 0.0, played, kind, place=place)
+    first = replace(first, open=True if "open" in words else False if "stopped" in words else None)
     first = replace(first, dynamic=dynamic or (f"v{int(layers[-1])}" if layers else ""))
     if kind != "note":
         return [first]
-    found = _with_pitch(recording, first)
-    if not found:
-        raise RecordingError(
-            f"{file}: no note of {SHORTEST:g} s with a pitch from {PITCHES[0]:g} to {PITCHES[1]:g} Hz is heard in it"
-        )
-    return found
+    return _with_pitch(recording, first)
 
 
 def _with_pitch(recording: Recording, first: Note) -> list[Note]:
@@ -233,14 +247,15 @@ def rendered(
         for rank, velocity in enumerate(speeds):
             for take in range(takes):
                 number = seed + 1 + take + takes * (rank + len(speeds) * key)
-                sound = _played(engine.another(number), key, velocity, HELD)
+                sound, is_open = _played(engine.another(number), key, velocity, HELD, 0.0)
                 notes.append(
                     Note(f"{bass.name} {key} v{velocity}", sound, RATE, note_frequency(key), played, "note",
-                         f"v{velocity}", rank, str(key))
+                         f"v{velocity}", rank, str(key), is_open)
                 )  # fmt: skip
         middle = speeds[len(speeds) // 2]
-        sound = _played(engine.another(seed), key, middle, RELEASED)
-        notes.append(Note(f"{bass.name} {key} released", sound, RATE, note_frequency(key), played, "release",
+        sound, _ = _played(engine.another(seed), key, middle, RELEASED, AFTER)
+        released = sound[round(RELEASED * RATE) :]
+        notes.append(Note(f"{bass.name} {key} released", released, RATE, note_frequency(key), played, "release",
                           f"v{middle}", place=str(key)))  # fmt: skip
     return notes
 
@@ -257,16 +272,9 @@ def _playable(bass: Instrument, key: int) -> bool:
     )
 
 
-def _played(engine: Engine, key: int, velocity: int, held: float) -> Floats:
-    """Returns one note, all strings together, (n,): `held` seconds of it and AFTER more."""
+def _played(engine: Engine, key: int, velocity: int, held: float, tail: float) -> tuple[Floats, bool]:
+    """Returns one note, `held` (s) and `tail` (s) more of it, all strings together, (n,); and if the string is open."""
     score = score_of([(0.0, held, key, velocity)], RATE)
-    return np.concatenate([block.sum(axis=0) for block in engine.play(score, AFTER)])
-
-
-def groups(notes: Iterable[Note]) -> dict[tuple[str, int], list[Note]]:
-    """Returns plucked notes by technique and rank of their dynamic."""
-    found: dict[tuple[str, int], list[Note]] = defaultdict(list)
-    for note in notes:
-        if note.kind == "note":
-            found[note.technique, note.rank].append(note)
-    return dict(found)
+    told = engine.another(engine.seed).play_messages(score.frames, score.messages)
+    sound = np.concatenate([block.sum(axis=0) for block in engine.play(score, tail)])
+    return sound, not told["fret"].any()

@@ -34,15 +34,17 @@ class Ringing:
     wobble: Floats  # dB, root mean square of what the level is off a straight line
 
 
+NO_RINGING = Ringing(np.zeros(0, np.int64), np.zeros(0), np.zeros(0), np.zeros(0))
+
+
 def ringing(sound: Floats, rate: float, f0: float, known: tuple[Ints, Floats] | None = None) -> Ringing:
     """Returns the partials of `sound` (samples,), a note of f0 (Hz) to 3 %, which begins with its attack.
 
     Partials that are too faint, too short or do not decay are left out; `known` are the `partials`, if already found.
     """
     numbers, found = known or partials(sound, rate, f0)
-    none = Ringing(np.zeros(0, np.int64), np.zeros(0), np.zeros(0), np.zeros(0))
     if not found.size:
-        return none
+        return NO_RINGING
     window = min(round(PERIODS * rate / f0), sound.size)
     hop = max(1, window // 8)
     starts = np.arange(round(FROM * rate), sound.size - window + 1, hop)
@@ -54,7 +56,7 @@ def ringing(sound: Floats, rate: float, f0: float, known: tuple[Ints, Floats] | 
         return np.asarray(20 * np.log10(np.abs(frames @ np.exp(-2j * math.pi * np.outer(t, nu))) + 1e-30))
 
     if starts.size < 2:
-        return none
+        return NO_RINGING
     tones, noise = level(found), level(found + f0 / 2)
     kept: list[tuple[int, float, float, float]] = []
     for k in range(found.size):
@@ -71,7 +73,7 @@ def ringing(sound: Floats, rate: float, f0: float, known: tuple[Ints, Floats] | 
             off = tones[:count, k] - begin - slope * seconds
             kept.append((int(numbers[k]), float(found[k]), float(-60 / slope), float(np.sqrt(np.mean(off**2)))))
     if not kept:
-        return none
+        return NO_RINGING
     number, frequency, t60, wobble = (np.array(column) for column in zip(*kept, strict=True))
     return Ringing(number, frequency, t60, wobble)
 

@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
+from importlib import resources
 from typing import Any
 
 
 def html_page(room: str, template: str, **values: Any) -> str:
-    """Fill the template of that name in the package `room` with `values`, which are escaped. Needs Jinja2."""
+    """Fill the template of that name in the package `room` with `values`, which are escaped. Needs Jinja2.
+
+    `style` is the style sheet of all pages.
+    """
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
     environment = Environment(
         loader=PackageLoader(room), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True,
         keep_trailing_newline=True,
     )  # fmt: skip
-    return environment.get_template(template).render(values)
+    return environment.get_template(template).render(values, style=style())
+
+
+def style() -> str:
+    """The style sheet of the pages."""
+    return (resources.files("livebass.report") / "style.css").read_text(encoding="utf-8")

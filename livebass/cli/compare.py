@@ -1,0 +1,158 @@
+"""`livebass compare`: single notes of real basses beside rendered ones, figure by figure."""
+
+from __future__ import annotations
+
+import os
+from collections import Counter
+from collections.abc import Sequence
+from itertools import pairwise
+from pathlib import Path
+
+import click
+
+from livebass.cli.groups import GroupedCommand
+from livebass.cli.options import count_option, file_option, preset_option
+from livebass.cli.render import have_kernels, shown_progress
+from livebass.cli.said import say
+from livebass.cli.values import Number, Parsed
+from livebass.extras import install
+from livebass.model.quality import QUALITIES
+
+PATH = click.Path(path_type=Path)
+TECHNIQUES = ("fingers", "pick", "slap", "pop")
+NEEDED = f"-o needs matplotlib: {install('plots')}"
+GROUPS = {
+    "Beside the real ones": "--preset --beside --quality --velocities --takes --seed",
+    "Notes": "--technique",
+    "Results": "--output --json",
+    "Help": "--help",
+}
+
+
+def _velocities(text: str) -> tuple[int, ...]:
+    """Velocities with commas between them, from soft to hard."""
+    allowed = "allowed are velocities from 1 to 127 that grow, with commas, such as 30,60,90,127"
+    try:
+        found = tuple(int(part) for part in text.split(","))
+    except ValueError:
+        raise ValueError(allowed) from None
+    if any(not 1 <= v <= 127 for v in found) or any(b <= a for a, b in pairwise(found)):
+        raise ValueError(allowed)
+    return found
+
+
+@click.command(cls=GroupedCommand, groups=GROUPS)
+@click.argument("recordings", nargs=-1, required=True, type=PATH, metavar="REAL...")
+@preset_option("A preset that plays the same notes; may be given again.", "presets", multiple=True)
+@click.option(
+    "--beside", type=PATH, multiple=True, metavar="FILE|DIR",
+    help="Recordings, or a folder of them, that are compared as rendered ones are; may be given again.",
+)  # fmt: skip
+@click.option(
+    "-q", "--quality", type=click.Choice(list(QUALITIES)), default="studio", show_default=True,
+    help="How finely the strings of a preset are computed.",
+)  # fmt: skip
+@click.option(
+    "--velocities", type=Parsed("velocities", _velocities, "N,N..."),
+    help="How hard a preset plays, from soft to hard.  [default: from 30 to 127, as many as the REAL ones' dynamics]",
+)  # fmt: skip
+@count_option("--takes", 16, "How often a preset plays each note.", default=2)
+@click.option(
+    "--seed", type=Number("number", 0, 2**31, whole=True), default=0, show_default=True,
+    help="Of the player's small irregularities.",
+)  # fmt: skip
+@click.option(
+    "--technique", type=click.Choice(TECHNIQUES),
+    help="How all notes were played.  [default: what the names of files tell, or else fingers]",
+)  # fmt: skip
+@file_option("-o", "--output", metavar="PAGE.html", help="Draw spectrograms, decays and bands into a page.")
+@file_option("--json", "json_file", help="Write all figures, of every note too, as JSON.")
+def compare(
+    recordings: tuple[Path, ...], presets: tuple[str, ...], beside: tuple[Path, ...], quality: str,
+    velocities: tuple[int, ...] | None, takes: int, seed: int, technique: str | None, output: Path | None,
+    json_file: Path | None,
+) -> None:  # fmt: skip
+    """Compare notes of real basses with rendered ones.
+
+    REAL are sound files of single notes, or folders of them: each folder is a bass, files together are one. Their pitch
+    is heard. Words of their names and of folders tell how hard they were played (pp p mp mf f ff, soft medium hard, v1
+    or v100, or a number that grows with the level), by what (fingers, pick, slap, pop), on an open or a stopped string,
+    and what is the noise of a release; without such words the level tells how hard.
+
+    Prints what attack, touch, pitch and decay are like, a row each: medians over the notes of each bass, beside the
+    range of five real basses, and whether they lie inside. Then the distances from each bass to each real one, of
+    notes of the same pitch; what takes and dynamics of one bass differ by is the yardstick. A value that the notes do
+    not tell, as they are too short or cut, is a dash with its reason below the table.
+
+    \b
+    Examples:
+      livebass compare tests/comparison/recordings/growlybass --preset jazz-finger
+      livebass compare my-bass other-bass --preset mine.toml --preset jazz-finger -o compared.html
+      livebass compare my-bass --beside renders --json compared.json
+    """
+    from livebass.comparison.comparing import compare as compared
+    from livebass.comparison.notes import measured, rendered
+    from livebass.comparison.summary import Bass, basses
+    from livebass.files import Transaction, checked_place
+    from livebass.preset.load import load_preset
+    from livebass.report.picture import check_matplotlib
+
+    places = [path for path in (output, json_file) if path is not None]
+    if len({checked_place(path) for path in places}) < len(places):
+        raise click.UsageError("--output and --json: the same file")
+    if output is not None:
+        if output.suffix.lower() not in (".html", ".htm"):
+            raise click.UsageError(f"-o {os.fspath(output)}: a page's name ends in .html")
+        check_matplotlib(NEEDED)
+    for path in places:
+        if path.exists() and any(r.exists() and os.path.samefile(r, path) for r in (*recordings, *beside)):
+            raise click.UsageError(f"{path}: is a recording itself; name another file")
+    loaded = [load_preset(name) for name in presets]
+    folders = [path for path in recordings if path.is_dir()]
+    files = [path for path in recordings if not path.is_dir()]
+    names = _names([*folders, *beside, *map(Path, presets)])
+    real = [*([("recordings", files)] if files else []), *((names[path], [path]) for path in folders)]
+    found: list[Bass] = []
+    left_out: list[str] = []
+    for name, paths in real:
+        found += basses(name, measured(paths, technique, left_out))
+    if not found:
+        raise click.UsageError(f"{recordings[0]}: only noises of hands are there; at least one plucked note is needed")
+    for path in beside:
+        found += basses(names[path], measured([path], technique, left_out), rendered=True)
+    if left_out:
+        more = f" and {len(left_out) - 1} more" if len(left_out) > 1 else ""
+        say(f"left out, as no note with a pitch is heard: {left_out[0]}{more}")
+    if loaded:
+        have_kernels()
+        like = [note for bass in found if not bass.rendered for note in bass.notes]
+        for name, preset in zip(presets, loaded, strict=True):
+            notes = rendered(
+                preset, like, velocities=velocities, takes=takes, quality=quality, technique=technique, seed=seed
+            )
+            if not notes:
+                raise click.UsageError(f"--preset {name}: it has none of the pitches of {recordings[0]}")
+            found += basses(names[Path(name)], notes, rendered=True)
+    with shown_progress("measuring") as progress:
+        result = compared(found, progress)
+    try:
+        if places:
+            with Transaction() as transaction:
+                if json_file is not None:
+                    transaction.write(json_file, result.json().encode())
+                if output is not None:
+                    from livebass.comparison.page import page
+
+                    transaction.write(output, page(result).encode())
+    finally:  # a full disk does not lose the figures
+        click.echo(result.table())
+    notes_count = sum(len(bass.notes) for bass in found)
+    written = f" -> {', '.join(map(str, places))}" if places else ""
+    say(f"{notes_count} note{'s' * (notes_count != 1)} of {len(found)} bass{'es' * (len(found) != 1)}{written}")
+
+
+def _names(paths: Sequence[Path]) -> dict[Path, str]:
+    """What basses are called by their folders, files and presets: by the last part, or by all where two are alike."""
+    short = {path: path.resolve().name if path.is_dir() else path.stem for path in paths}
+    taken = Counter(short.values())
+    return {path: name if taken[name] == 1 else os.fspath(path) for path, name in short.items()}

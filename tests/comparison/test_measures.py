@@ -1,0 +1,201 @@
+"""Figures of notes that are made to have them, and of sounds that have none."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from livebass.arrays import Floats
+from livebass.comparison import distance, measure
+from livebass.comparison.measures import SHARE_KEYS
+from livebass.comparison.ringing import ringing
+
+RATE = 44_100
+F0 = 65.4
+TIME = np.arange(3 * RATE) / RATE
+
+
+def note(
+    f0: float = F0, count: int = 24, t60: float = 8.0, cents: Callable[[Floats], Floats] | None = None,
+    level: Callable[[int, Floats], Floats] | None = None, seconds: float = 3.0,
+) -> Floats:  # fmt: skip
+    """A note of `count` partials, each 2 dB below the one before; `cents` by time, `level` by number and time."""
+    t = TIME[: round(seconds * RATE)]
+    frequency = f0 * 2 ** ((cents(t) if cents else 0 * t) / 1200)
+    turns = np.cumsum(frequency) / RATE
+    sound = np.zeros(t.size)
+    for j in range(1, count + 1):
+        strength = 10 ** (-0.1 * (j - 1)) * (level(j, t) if level else 1.0)
+        sound += strength * np.sin(2 * math.pi * j * turns + j**2)
+    sound *= 10 ** (-3 * t / t60)
+    return 0.2 * sound / np.abs(sound).max()
+
+
+def test_decay_and_levels() -> None:
+    """A T60 of 8 s is 7.5 dB a second, in every octave."""
+    found = measure(note(), RATE, F0)
+    for key in ("t60_50", "t60_100", "t60_200", "t60_400", "t60_800"):
+        assert found[key] == pytest.approx(8.0, rel=0.01), key
+    assert found["level_1s"] == pytest.approx(-7.5, abs=0.3) and found["level_2s"] == pytest.approx(-15, abs=0.3)
+    assert found["t60_scatter"] < 0.01 and found["wobble"] < 0.02
+    assert found["peak"] == pytest.approx(20 * math.log10(0.2), abs=0.01)
+    assert found.pitch == pytest.approx(F0, rel=1e-4)
+    assert math.isnan(found["t60_3200"]) and "no partial" in found.missing["t60_3200"]
+
+
+@pytest.mark.parametrize("f0", [41.2, 65.4, 130.8])
+def test_glide_of_ten_cents(f0: float) -> None:
+    """Ten cents until 0.5 s, none later: each partial has them early and late."""
+    found = measure(note(f0, cents=lambda t: np.where(t < 0.5, 10.0, 0.0)), RATE, f0)
+    for key in ("glide_early", "glide_late", *(f"glide_late_{j}" for j in range(1, 6))):
+        assert found[key] == pytest.approx(10.0, abs=0.3), key
+    still = measure(note(f0), RATE, f0)
+    assert abs(still["glide_early"]) < 0.1 and abs(still["glide_late"]) < 0.1
+
+
+def test_glide_that_fades() -> None:
+    """A glide that halves in the time between the two windows is half as far in the later one."""
+    found = measure(note(cents=lambda t: 40 * 2 ** (-t / 0.1)), RATE, F0)
+    assert 1.8 < found["glide_early"] / found["glide_late"] < 2.4
+
+
+def test_beats_are_wobble() -> None:
+    """Partials that beat by 6 dB up and down are 6 / sqrt(2) off in the median; those without beats are not off."""
+
+    def beating(j: int, t: Floats) -> Floats:
+        return 10 ** (6 * np.sin(2 * math.pi * 4 * t + j) / 20) if j >= 5 else 1 + 0 * t
+
+    assert measure(note(130.8, level=beating), RATE, 130.8)["wobble"] == pytest.approx(6 / math.sqrt(2), rel=0.25)
+    assert measure(note(130.8), RATE, 130.8)["wobble"] < 0.05
+
+
+def test_noise_between_partials() -> None:
+    """White noise: each band has its share, whatever the partials; a note without noise has less than a floor."""
+    rng = np.random.default_rng(1)
+    clean = note(130.8, t60=60.0)
+    noise = 1e-3 * rng.normal(size=clean.size)
+    found, quiet = measure(clean + noise, RATE, 130.8), measure(clean, RATE, 130.8)
+    power = 10 * math.log10(np.mean(clean[round(0.3 * RATE) : round(0.5 * RATE)] ** 2))
+    for key, width in (("between_200", 300), ("between_500", 1000), ("between_1500", 2500)):
+        expected = -60 + 10 * math.log10(width / (RATE / 2)) - power
+        assert found[key] == pytest.approx(expected, abs=2.5), key
+        assert quiet[key] < found[key] - 10, key
+    assert quiet["between_50ms"] < -40
+    rattling = clean + 0.3 * rng.normal(size=clean.size) * np.exp(-TIME / 0.2)
+    assert measure(rattling, RATE, 130.8)["between_50ms"] > -10
+
+
+def test_bands_and_centroids() -> None:
+    """Two partials of known levels: the bands over the fundamental and the centroid follow from them."""
+    sound = 0.3 * np.sin(2 * math.pi * 100 * TIME) + 0.03 * np.sin(2 * math.pi * 1000 * TIME)
+    found = measure(sound, RATE, 100.0)
+    assert found["band_700"] == pytest.approx(-20, abs=0.1) and found["growth"] == pytest.approx(-20, abs=0.1)
+    assert found["band_low"] < -25 and found["band_300"] < -35
+    assert found["centroid_100"] == pytest.approx((100 + 1000 / 100) / 1.01, rel=0.05)
+    assert found["fundamental_fall"] == pytest.approx(0, abs=0.3)
+
+
+def test_fundamental_that_falls() -> None:
+    """A fundamental that falls by 12 dB in 80 ms, beside partials that stay."""
+
+    def level(j: int, t: Floats) -> Floats:
+        return np.where(j == 1, 10 ** (-0.6 * np.clip((t - 0.02) / 0.08, 0, 1)), 1.0)
+
+    assert measure(note(130.8, level=level, t60=60), RATE, 130.8)["fundamental_fall"] == pytest.approx(-12, abs=1)
+
+
+def test_high_bands_that_fall() -> None:
+    """Noise of 2 to 8 kHz that falls by 20 dB in 0.1 s is so much lower 0.1 s after its peak, and twice that after."""
+    noise = np.random.default_rng(2).normal(size=TIME.size) * 10 ** (-TIME / 0.1)
+    found = measure(noise + 1e-3 * note(), RATE, F0)
+    assert found["high_100"] == pytest.approx(-20, abs=3) and found["high_200"] == pytest.approx(-40, abs=3)
+    assert found["snap"] == pytest.approx(24, abs=4)
+
+
+def test_thump_before_the_note() -> None:
+    """A burst of 63 Hz in the first 30 ms, 12 dB over a note of 1 kHz."""
+    sound = 0.1 * np.sin(2 * math.pi * 1000 * TIME)
+    sound[: round(0.03 * RATE)] += 0.4 * np.sin(2 * math.pi * 63 * TIME[: round(0.03 * RATE)])
+    found = measure(sound, RATE, 100.0)
+    assert found["thump"] == pytest.approx(12.3, abs=1) and max(SHARE_KEYS, key=found.__getitem__) == "octave_62"
+
+
+def test_what_a_short_note_does_not_tell() -> None:
+    """A note of 0.7 s has an attack, and neither levels after 1 s nor glides; the reason says what is needed."""
+    found = measure(note(seconds=0.7), RATE, F0)
+    assert math.isfinite(found["centroid_20"]) and math.isfinite(found["band_300"])
+    for key in ("level_1s", "level_2s", "glide_early", "glide_late_3"):
+        assert math.isnan(found[key]) and "0.70 s long" in found.missing[key], key
+    assert set(found.missing) == {key for key in found if math.isnan(found[key])}
+
+
+def test_a_file_that_begins_within_the_note() -> None:
+    """Without an attack there are no figures of it, but those of the decay."""
+    sound = note(count=1)[round(1.003 / 65.4 * RATE) + 90 :]
+    found = measure(sound, RATE, F0)
+    for key in ("centroid_20", "thump", "snap", "fundamental_fall", "octave_62"):
+        assert found.missing[key] == "the recording begins within the note", key
+    assert math.isfinite(found["level_1s"])
+
+
+def test_silence_before_a_note_does_not_count() -> None:
+    sound = note()
+    later = np.concatenate([np.zeros(4410), sound])
+    a, b = measure(sound, RATE, F0), measure(later, RATE, F0)
+    assert list(a) == list(b) and a.figures == pytest.approx(b.figures, nan_ok=True)
+
+
+def test_the_same_note_has_the_same_figures() -> None:
+    a, b = (measure(note(), RATE, 1.02 * F0) for _ in range(2))
+    assert repr(a.figures) == repr(b.figures) and a.missing == b.missing
+
+
+def test_only_some_figures() -> None:
+    """They are the same as among all; a name that there is not is refused, with those there are."""
+    sound = note()
+    every, some = measure(sound, RATE, F0), measure(sound, RATE, F0, only=["centroid_20", "t60_100"])
+    assert {"centroid_20", "t60_100"} <= set(some) < set(every)
+    assert all(some[key] == pytest.approx(every[key], nan_ok=True) for key in some)
+    assert not measure(sound, RATE, F0, only=["snap"]).ringing.number.size
+    with pytest.raises(ValueError, match=r"figure 'snapp': allowed are .*snap"):
+        measure(sound, RATE, F0, only=["snapp"])
+
+
+@pytest.mark.parametrize(
+    ("sound", "rate", "pitch", "why"),
+    [
+        (np.zeros(RATE), RATE, 100.0, "nothing sounds"),
+        (np.zeros((2, RATE)), RATE, 100.0, "one dimension"),
+        (np.full(RATE, np.nan), RATE, 100.0, "not finite"),
+        (np.ones(100), RATE, 100.0, "at least 0.05 s"),
+        (np.ones(RATE), 4000, 100.0, "allowed are 8000 Hz"),
+        (np.ones(RATE), RATE, 5.0, "allowed are 20 to 700 Hz"),
+        (np.ones(RATE), RATE, math.nan, "allowed are 20 to 700 Hz"),
+    ],
+)
+def test_sounds_that_cannot_be_measured(sound: Floats, rate: float, pitch: float, why: str) -> None:
+    with pytest.raises(ValueError, match=why):
+        measure(sound, rate, pitch)
+
+
+def test_partials_that_waver() -> None:
+    """`ringing` numbers the partials, and tells how far each is off its line."""
+    found = ringing(note(130.8, count=12), RATE, 130.8)
+    assert found.number.tolist() == list(range(1, 13)) and np.all(found.wobble < 0.05)
+
+
+def test_distances() -> None:
+    """None to itself, however loud; 6 dB in half of the bands is 3 dB off their mean, and none with bands free."""
+    sound = np.random.default_rng(3).normal(size=2 * RATE) * np.exp(-np.arange(2 * RATE) / RATE)
+    assert distance(sound, 0.1 * sound, RATE) == pytest.approx(0, abs=1e-9)
+    spectrum = np.fft.rfft(sound)
+    nu = np.arange(spectrum.size) * RATE / sound.size
+    tilted = np.fft.irfft(spectrum * np.where(nu > 566, 2.0, 1.0))  # half of 24 bands from 40 Hz to 8 kHz
+    assert distance(sound, tilted, RATE) == pytest.approx(3.01, abs=0.25)
+    assert distance(sound, tilted, RATE, equalized=True) < 0.4
+    assert math.isnan(distance(sound, sound, RATE, 2.5))
+    longer = np.repeat(sound, 2)
+    assert distance(longer, longer, 2 * RATE, other_rate=2 * RATE) == 0
