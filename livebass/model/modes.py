@@ -111,8 +111,8 @@ def shapes(s: Speaking, count: int, x: Floats) -> Floats:
     return np.sqrt(2 / s.length) * np.sin(np.outer(np.asarray(x), j) * (math.pi / s.length))
 
 
-def pluck_amplitudes(s: Speaking, count: int, pluck: Pluck) -> Floats:
-    """Modal amplitudes q_j(0), (count,), m^1.5, of `pluck`; its angle does not matter.
+def pluck_amplitudes(s: Speaking, count: int, pluck: Pluck, across: bool = False) -> Floats:
+    """Modal amplitudes q_j(0), (count,), m^1.5, of `pluck` in the modes of u, or of v, if `across`; without its angle.
 
     A triangle, rounded by the finger and, by the law "hinged", by the string's own stiffness: the static shape under a
     force at one point has (c k_j / omega_j)^2 = 1 / (1 + B j^2) of a triangle's amplitudes.
@@ -125,7 +125,7 @@ def pluck_amplitudes(s: Speaking, count: int, pluck: Pluck) -> Floats:
     bend = pluck.apex * s.length / (a * (s.length - a))  # change of slope at the corner
     corner = np.exp(-((k * pluck.rounding) ** 2) / 2) / (1 + held_stiffness(s) * k**2)
     if pluck.release:
-        corner /= 1 + (2 * math.pi * frequencies(s, count) * pluck.release) ** 2
+        corner /= 1 + (2 * math.pi * frequencies(s, count, across=across) * pluck.release) ** 2
     return np.asarray(math.sqrt(2 / s.length) * bend * np.sin(k * a) / k**2 * corner)
 
 

@@ -80,7 +80,7 @@ def initial_amplitudes(trial: Trial) -> Floats:
 
 def initial_amplitudes_across(trial: Trial) -> Floats:
     """Modal amplitudes of v, the second polarisation, as `initial_amplitudes` gives those of u."""
-    return math.sin(trial.pluck.angle) * pluck_amplitudes(trial.speaking, trial.modes, trial.pluck)
+    return math.sin(trial.pluck.angle) * pluck_amplitudes(trial.speaking, trial.modes, trial.pluck, across=True)
 
 
 def speaking_string(instrument: Instrument, string: str, fret: int) -> Speaking:

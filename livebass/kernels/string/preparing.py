@@ -530,9 +530,10 @@ def set_pickups(work, note, op, k, rows):
 @jit
 def set_sampled(work, note, op, k):
     """Fills the weights of q and P of mode `k` for u, then for v, at each phase a frame can have between fine steps."""
-    w, s, es = coefficient(op, OMEGA)[k], coefficient(op, SIGMA)[k], coefficient(op, KAPPA)[k]
-    es *= w
     for i in range(2):
+        rows = op.coefficients if i == 0 else op.coefficients_v
+        w, s = coefficient_at(rows, op, OMEGA)[k], coefficient_at(rows, op, SIGMA)[k]
+        es = coefficient_at(rows, op, KAPPA)[k] * w
         weight = shape_at(note, list_value(work, note.taps, i), k + 1)
         for phase in range(work.denominator):
             ahead = (-phase * work.numerator) % work.denominator / work.denominator / work.contact_rate  # s
