@@ -51,7 +51,7 @@ class PlayerNumbers:
     pluck_farthest: float = number(0.93, "number", "0.01", "0.99", "... and at 127", word=8, file=(0, 1), of="pluck")
     pluck_angle: float = number(0.0, "angle", "-89 deg", "89 deg", "of the pull, from straight up to across",
         word=4, file=(-1.6, 1.6), of="pluck")
-    angle_when_hard: float = number(0.0, "angle", "-89 deg", "89 deg", "by which the hardest notes are pulled more across",
+    angle_when_hard: float = number(0.0, "angle", "-89 deg", "89 deg", "by which the hardest are pulled more across",
         word=29, file=(-1.6, 1.6), of="pluck")
     nearer_when_hard: float = number(0.0, "length", "0 mm", "200 mm", "the hardest notes, nearer to the saddle",
         word=20, file=(-1, 1), of="pluck")
