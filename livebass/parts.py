@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 from livebass.rows import LARGEST, TINY, choice, number
 
-VERSION = 5  # of instrument files: another one for any change of their layout, or of what it means ...
-WITH_STROKES = 6  # ... the one of files that have strokes, and are of VERSION else ...
-WITH_EFFECTS = 7  # ... and the one of files that have strokes and effects
+VERSION = 7  # of instrument files: another one for any change of their layout, or of what it means ...
+WITH_STROKES = 8  # ... the one of files that have strokes, and are of VERSION else ...
+WITH_EFFECTS = 9  # ... and the one of files that have strokes and effects
 STROKES = ("finger", "pick", "nail", "pop")  # in the order of the performer's numbers
 ANSWERING = ("off", "pedal", "always")  # likewise
 ABOVE_ZERO = (TINY, LARGEST)
@@ -52,6 +52,8 @@ class PlayerNumbers:
     pluck_farthest: float = number(0.93, "number", "0.01", "0.99", "... and at 127", word=8, file=(0, 1), of="pluck")
     pluck_angle: float = number(0.0, "angle", "-89 deg", "89 deg", "of the pull, from straight up to across",
         word=4, file=(-1.6, 1.6), of="pluck")
+    angle_when_hard: float = number(0.0, "angle", "-89 deg", "89 deg", "by which the hardest are pulled more across",
+        word=29, file=(-1.6, 1.6), of="pluck")
     nearer_when_hard: float = number(0.0, "length", "0 mm", "200 mm", "the hardest notes, nearer to the saddle",
         word=20, file=(-1, 1), of="pluck")
     rounding: float = number(5e-3, "length", "0.5 mm", "50 mm", "half width of the finger, at velocity 127 ...",

@@ -35,6 +35,7 @@ DIMENSIONS: dict[str, Dimension] = {
         Dimension("susceptance", {"m/s/N": 1.0, "mm/s/N": 1e-3, "s/kg": 1.0}, signed=True),
         Dimension("mass", {"kg": 1.0, "g": 1e-3}),
         Dimension("inductance", {"H": 1.0, "mH": 1e-3}),
+        Dimension("mechanical resistance", {"N s/m": 1.0, "kg/s": 1.0}),
         Dimension("resistance", {"kohm": 1e3, "ohm": 1.0, "Mohm": 1e6}),
         Dimension("capacitance", {"pF": 1e-12, "nF": 1e-9, "uF": 1e-6, "F": 1.0}),
     )

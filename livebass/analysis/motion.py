@@ -53,10 +53,10 @@ def shape_at(s: Speaking, q: ArrayLike, velocity: ArrayLike, time_s: ArrayLike, 
     return string_shape(s, free, x)
 
 
-def modal_energies(s: Speaking, q: ArrayLike, velocity: ArrayLike) -> Floats:
-    """mu/2 (q'^2 + omega^2 q^2) of each mode, J, shape (..., modes)."""
+def modal_energies(s: Speaking, q: ArrayLike, velocity: ArrayLike, across: bool = False) -> Floats:
+    """mu/2 (q'^2 + omega^2 q^2) of each mode of u, or of v, if `across`, J, shape (..., modes)."""
     amplitude, rate = np.asarray(q, np.float64), np.asarray(velocity, np.float64)
-    omega = 2 * math.pi * modes.frequencies(s, amplitude.shape[-1])
+    omega = 2 * math.pi * modes.frequencies(s, amplitude.shape[-1], across=across)
     return np.asarray(s.string.linear_density / 2 * (rate**2 + (omega * amplitude) ** 2))
 
 
@@ -191,7 +191,8 @@ class Solved:
         """
         s, states = self.speaking, self._states()
         q, velocity = states[:, :, 0], states[:, :, 1]
-        each = modal_energies(s, q, velocity).sum(axis=1)
+        both = [modal_energies(s, q[:, i], velocity[:, i], across=i == 1) for i in range(q.shape[1])]
+        each = np.sum(both, axis=0)
         total = each.sum(axis=1) + contact_energy(s, q[:, 0])
         return np.asarray(self.trial.states) / self.rate, each, np.asarray(total)
 

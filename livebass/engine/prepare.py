@@ -160,6 +160,8 @@ def _give(to: NDArray[np.void], note: Note, numbers: array[float], playable: boo
     lists: dict[str, Iterable[tuple[float, ...]]] = {
         "resonances": ((r.frequency, r.quality, r.mass) for r in s.admittance.resonances),
         "table": s.admittance.table,
+        "resonances_across": ((r.frequency, r.quality, r.mass) for r in s.admittance_across.resonances if s.own_across),
+        "table_across": s.admittance_across.table if s.own_across else (),
         "frequencies": ((nu,) for nu in string.measured_frequencies if s.stop == 0),
         "dampings": ((sigma,) for sigma in string.measured_dampings if s.stop == 0),
         "obstacles": () if on_grid else zip(s.contact_position, s.contact_height, strict=True),

@@ -78,8 +78,10 @@ def _energies(solved: Solved) -> tuple[float, float]:
     s, states = solved.speaking, solved.motion.states
     assert states is not None
     q, across = initial_amplitudes(solved.trial), initial_amplitudes_across(solved.trial)
-    start = energy(s, q, 0 * q) + modal_energies(s, across, 0 * across).sum()
-    end = contact_energy(s, states[0, 0, 0]) + modal_energies(s, states[0, :, 0], states[0, :, 1]).sum()
+    start = energy(s, q, 0 * q) + modal_energies(s, across, 0 * across, across=True).sum()
+    end = contact_energy(s, states[0, 0, 0])
+    for i, (now, velocity) in enumerate(states[0]):
+        end += modal_energies(s, now, velocity, across=i == 1).sum()
     return float(start), float(end)
 
 

@@ -28,6 +28,7 @@ from livebass.parts import Pick as Pick
 from livebass.rows import choice, number
 
 A4_NOTE, A4_HZ = 69, 440.0
+LOG_PRESSED = -13.287712379549449  # log2 of 1e-4, m: the penetration at which `Neck.contact_loss` holds
 STIFFNESS_LAWS = ("hinged", "paper")  # see model/modes.py
 
 
@@ -84,6 +85,9 @@ class Neck:
     # contact and friction: force per unit length on one `grid_step`
     contact_stiffness: float = number(1e13, "number", "1e5", "1e15", "K of eq. 6, SI")
     contact_exponent: float = number(1.5, "number", "1", "3", "alpha of eq. 6")
+    contact_loss: float = number(
+        0.0, "mechanical resistance", "0 N s/m", "10000 N s/m", "of a fret that the string presses in by 0.1 mm"
+    )
     grid_step: float = number(1e-3, "length", "0.2 mm", "10 mm", "length of string that a fret pushes on")  # dx
     friction: float = number(900.0, "force per length", "0 N/m", "1000000 N/m", "A of eq. 7", of="across")
     friction_speed: float = number(
@@ -94,9 +98,27 @@ class Neck:
         0.0, "length", "10 mm", "1500 mm", "nut to body; left out: 0.6 of the scale", optional=True
     )  # 0: FREE_PART of the scale
     stop_conductance: float = number(0.0, "conductance", "0 m/s/N", "0.1 m/s/N", "Re Y of a stop, on stopped notes")
+    stiffness_across: float = number(
+        1.0, "number", "0.1", "100", "of the neck bent across, over that bent back", of="across"
+    )
+    stop_across: float = number(
+        1.0, "number", "0", "10", "what a stop takes across, over stop_conductance", of="across"
+    )
+    longer_across: float = number(0.0, "length", "-10 mm", "10 mm", "by which the string is longer across", of="across")
     surface: Surface = ()  # board under the string, crowns included; empty: the string can touch the crowns only
     fretless: bool = False  # the fret positions are but places where notes are stopped
     capo: float = 0.0  # m from the nut to a capo: places count from it, heights from the string that it stops; 0: none
+
+    @property
+    def loss(self) -> float:
+        """The loss c of Hunt and Crossley, s/m: f = K eta^alpha (1 + c eta') resists by `contact_loss` at 0.1 mm."""
+        fret = self.contact_stiffness * self.grid_step * exp2(self.contact_exponent * LOG_PRESSED)  # N
+        return self.contact_loss / fret
+
+    @property
+    def own_across(self) -> bool:
+        """True if the string moves across by a law of its own."""
+        return (self.stiffness_across, self.stop_across, self.longer_across) != (1.0, 1.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -175,6 +197,11 @@ class Instrument:
         return self.strings[0].open_note, max(string.open_note for string in self.strings) + frets
 
     @property
+    def over_lossless_board(self) -> bool:
+        """True if any string is over a board whose contact gives all energy back."""
+        return any(neck.surface and not neck.contact_loss for neck in self.necks)
+
+    @property
     def over_board(self) -> bool:
         """True if any string is over a board instead of frets."""
         return any(neck.surface for neck in self.necks)
@@ -216,7 +243,11 @@ class Speaking:
     contact_height: tuple[float, ...]  # (P,) g, m; negative: below the string at rest
     contact_stiffness: float  # K of eq. 6
     contact_exponent: float  # alpha of eq. 6
+    contact_loss: float  # s/m, c of kernels/string/contact.py
     admittance: Admittance  # of the neck at the stop
+    own_across: bool  # the string moves across by a law of its own: the next two
+    admittance_across: Admittance  # of the neck at the stop, as motion across meets it
+    longer_across: float  # part of the length, by which the string is longer across
     friction: float  # N/m, A of eq. 7
     friction_speed: float  # m/s, s of eq. 7
     surface: Surface = ()  # of the board, in m from the stop and m above the string at rest
@@ -250,9 +281,13 @@ class Speaking:
             held_stiffness=modal_law.held_part(paper, self.inharmonicity, self.length),
             contact_stiffness=self.contact_stiffness,
             contact_exponent=self.contact_exponent,
+            contact_loss=self.contact_loss,
             friction=self.friction,
             friction_speed=self.friction_speed,
             stop=self.admittance.stop,
+            own_across=int(self.own_across),
+            stop_across=self.admittance_across.stop,
+            longer_across=self.longer_across,
         )
 
 
@@ -315,7 +350,11 @@ def speaking(string: String, neck: Neck, fret: int) -> Speaking:
         contact_height=tuple(h for _, h in obstacles),
         contact_stiffness=neck.contact_stiffness,
         contact_exponent=neck.contact_exponent,
+        contact_loss=neck.loss,
         admittance=_felt(neck.admittance, numbers[first:], note, lists),
+        own_across=neck.own_across,
+        admittance_across=_felt(neck.admittance, numbers[first:], note, lists, across=True),
+        longer_across=note.longer_across,
         friction=neck.friction,
         friction_speed=neck.friction_speed,
         surface=surface,
@@ -330,7 +369,9 @@ def on_bench(string: String, neck: Neck, answering: bool = False) -> tuple[Simpl
     answering: with what strings need that answer each other.
     """
     numbers: list[float] = []
-    given = SimpleNamespace(answering_modes=0, tap_width=1, capo=int(neck.capo > 0))
+    given = SimpleNamespace(answering_modes=0, tap_width=1, capo=int(neck.capo > 0), contact_loss=neck.loss)
+    given.own_across, given.higher_across = int(neck.own_across), math.sqrt(neck.stiffness_across)
+    given.stop_conductance_across = neck.stop_conductance * neck.stop_across
     given.paper_law = int(string.stiffness_law == "paper")
     for source, names in ((string, FROM_STRING), (neck, FROM_NECK)):
         vars(given).update({name: getattr(source, name) for name in names})
@@ -344,6 +385,7 @@ def on_bench(string: String, neck: Neck, answering: bool = False) -> tuple[Simpl
         ],
         "frets": zip(neck.fret_positions, neck.fret_heights, strict=True),
         "resonances": ((r.frequency, r.quality, r.mass) for r in y.resonances),
+        "bending": ((float(r.shape > 0),) for r in y.resonances),
         "parts": ((part * part,) for row in felt for part in row),
         "nut_parts": (
             (part,) for x in places * answering for part in y.parts(string.length - (string.length - x), free)
@@ -365,16 +407,26 @@ FROM_STRING = (
     "length", "linear_density", "tension", "diameter", "inharmonicity", "viscoelastic_angle", "thermoelastic",
     "extra_damping", "extra_damping_slope", "law_fundamental",
 )  # fmt: skip
-FROM_NECK = ("contact_stiffness", "contact_exponent", "friction", "friction_speed", "grid_step", "stop_conductance")
+FROM_NECK = (
+    "contact_stiffness", "contact_exponent", "friction", "friction_speed", "grid_step", "stop_conductance",
+    "longer_across",
+)  # fmt: skip
 
 
-def _felt(y: Admittance, parts: Sequence[float], note: SimpleNamespace, lists: list[float]) -> Admittance:
+def _felt(
+    y: Admittance, parts: Sequence[float], note: SimpleNamespace, lists: list[float], across: bool = False
+) -> Admittance:
     """The admittance at the stop of `note`, of a neck with `y` at its nut; `parts` of y are felt there."""
-    felt = (r for r, part in zip(y.resonances, parts, strict=False) if part)
-    masses = lists[note.resonances + 2 : note.resonances + 3 * note.resonances_count : 3]
-    table = [tuple(lists[k : k + 3]) for k in range(note.table, note.table + 3 * note.table_count, 3)]
-    resonances = tuple(replace(r, mass=mass) for r, mass in zip(felt, masses, strict=True))
-    return Admittance(resonances, tuple(table), note.stop)  # type: ignore[arg-type]
+    own = across and note.own_across
+    first, count = (
+        (note.resonances_across, note.resonances_across_count) if own else (note.resonances, note.resonances_count)
+    )
+    row, rows = (note.table_across, note.table_across_count) if own else (note.table, note.table_count)
+    felt = [r for r, part in zip(y.resonances, parts, strict=False) if part]
+    numbers = [lists[k : k + 3] for k in range(first, first + 3 * count, 3)]
+    table = tuple(tuple(lists[k : k + 3]) for k in range(row, row + 3 * rows, 3))
+    resonances = tuple(replace(r, frequency=f, mass=m) for r, (f, _, m) in zip(felt, numbers, strict=True))
+    return Admittance(resonances, table, note.stop_across if own else note.stop)  # type: ignore[arg-type]
 
 
 def tensioned(string: String, ratio: float) -> String:

@@ -29,8 +29,10 @@ from livebass.model.neck import detuning, neck_damping
 CARRIED = 0.45  # of the contact rate: the highest mode that a bass is played with (kernels.string.modal.MOST_TURN)
 
 
-def frequencies(s: Speaking, count: int, shift: Floats | None = None) -> Floats:
+def frequencies(s: Speaking, count: int, shift: Floats | None = None, across: bool = False) -> Floats:
     """Eigenfrequencies nu_j of modes j = 1 to `count`, (count,), Hz: measured ones where there are any, then the law.
+
+    across: of v, which may have a law of its own; a measured frequency is that of u, and v as far off as the law says.
 
     At j = 862 the two laws differ 2.7 times. The neck's term, that of eq. 8, is taken at omega_{0,j}, with the sign
     that model/neck.py explains. shift: `neck_detuning` of these modes, where it is known already.
@@ -41,20 +43,24 @@ def frequencies(s: Speaking, count: int, shift: Floats | None = None) -> Floats:
     if s.stop == 0:
         known = np.asarray(s.string.measured_frequencies[:count])
         nu[: known.size] = known
+    if across and s.own_across:
+        nu += j * s.fundamental * (neck_detuning(s, count, across=True) - shift)
+        nu /= 1 + s.longer_across
     return nu
 
 
-def dampings(s: Speaking, count: int, ringing_at: Floats | None = None) -> Floats:
+def dampings(s: Speaking, count: int, ringing_at: Floats | None = None, across: bool = False) -> Floats:
     """The damping law: coefficients sigma_j of modes j = 1 to `count`, (count,), 1/s.
 
     Measured ones where there are any, then pi nu_j / Q_j of eqs. 9 to 11; the string's extra damping is added to all.
     By the law "paper" it is as in the published data: evaluated at j f0 and constant above `CLAMP_WAVENUMBER`; only the
     neck's part is taken at the frequency of the mode itself. ringing_at: `frequencies` of these modes, where they are
-    known already.
+    known already; across: of v.
     """
-    ringing_at = frequencies(s, count) if ringing_at is None else ringing_at
+    ringing_at = frequencies(s, count, across=across) if ringing_at is None else ringing_at
     nu = law_frequencies(s, np.arange(1.0, count + 1))
-    sigma = math.pi * nu * loss_factor(s, nu) + neck_damping(s.admittance.at(ringing_at), impedance(s), s.fundamental)
+    y = s.admittance_across if across else s.admittance
+    sigma = math.pi * nu * loss_factor(s, nu) + neck_damping(y.at(ringing_at), impedance(s), s.fundamental)
     if s.stop == 0:
         known = np.asarray(s.string.measured_dampings[:count])
         sigma[: known.size] = known
@@ -89,10 +95,14 @@ def impedance(s: Speaking) -> float:
     return float(law.impedance(s.string.linear_density, s.length, s.fundamental))
 
 
-def neck_detuning(s: Speaking, count: int) -> Floats:
-    """Relative shift of modes 1 to `count` by the neck, (count,): the last term of eq. 8, as part of nu_j / (j f0)."""
+def neck_detuning(s: Speaking, count: int, across: bool = False) -> Floats:
+    """Relative shift of modes 1 to `count` by the neck, (count,): the last term of eq. 8, as part of nu_j / (j f0).
+
+    across: of v.
+    """
     j = np.arange(1, count + 1)
-    return detuning(s.admittance.at(j * s.fundamental), impedance(s), j)
+    y = s.admittance_across if across else s.admittance
+    return detuning(y.at(j * s.fundamental), impedance(s), j)
 
 
 def shapes(s: Speaking, count: int, x: Floats) -> Floats:
@@ -101,8 +111,8 @@ def shapes(s: Speaking, count: int, x: Floats) -> Floats:
     return np.sqrt(2 / s.length) * np.sin(np.outer(np.asarray(x), j) * (math.pi / s.length))
 
 
-def pluck_amplitudes(s: Speaking, count: int, pluck: Pluck) -> Floats:
-    """Modal amplitudes q_j(0), (count,), m^1.5, of `pluck`; its angle does not matter.
+def pluck_amplitudes(s: Speaking, count: int, pluck: Pluck, across: bool = False) -> Floats:
+    """Modal amplitudes q_j(0), (count,), m^1.5, of `pluck` in the modes of u, or of v, if `across`; without its angle.
 
     A triangle, rounded by the finger and, by the law "hinged", by the string's own stiffness: the static shape under a
     force at one point has (c k_j / omega_j)^2 = 1 / (1 + B j^2) of a triangle's amplitudes.
@@ -115,7 +125,7 @@ def pluck_amplitudes(s: Speaking, count: int, pluck: Pluck) -> Floats:
     bend = pluck.apex * s.length / (a * (s.length - a))  # change of slope at the corner
     corner = np.exp(-((k * pluck.rounding) ** 2) / 2) / (1 + held_stiffness(s) * k**2)
     if pluck.release:
-        corner /= 1 + (2 * math.pi * frequencies(s, count) * pluck.release) ** 2
+        corner /= 1 + (2 * math.pi * frequencies(s, count, across=across) * pluck.release) ** 2
     return np.asarray(math.sqrt(2 / s.length) * bend * np.sin(k * a) / k**2 * corner)
 
 

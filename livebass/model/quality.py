@@ -19,17 +19,18 @@ LEAST_CONTACT_RATE, MOST_CONTACT_RATE = 44_100.0, 64e6  # Hz
 class Quality:
     """A tier: number of modes and contact rate. The same kernel runs them all.
 
-    Over a board contact goes on from point to point: it needs more of both, and then `on_board` holds.
+    Over a board that gives all energy back contact goes on from point to point: it needs more of both, and then
+    `on_board` holds. Contact that loses ends soon, and is not chaotic.
     """
 
     name: str
     modes: int | None  # of the open string, a stopped one has proportionally fewer; None: all that the grid carries
     contact_rate: float  # Hz, 1/dt of eq. 12; the engine takes the next whole multiple of the audio rate
-    on_board: Quality | None = None  # for strings over a board; None: the same
+    on_board: Quality | None = None  # for strings over a board that loses nothing; None: the same
 
-    def over(self, board: bool) -> Quality:
-        """Returns the quality for strings over a `board`, or over frets alone."""
-        return self.on_board if board and self.on_board is not None else self
+    def over(self, lossless_board: bool) -> Quality:
+        """Returns the quality for strings over a board that loses nothing, or over frets, or a board that does."""
+        return self.on_board if lossless_board and self.on_board is not None else self
 
 
 QUALITIES = {

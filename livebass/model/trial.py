@@ -80,7 +80,7 @@ def initial_amplitudes(trial: Trial) -> Floats:
 
 def initial_amplitudes_across(trial: Trial) -> Floats:
     """Modal amplitudes of v, the second polarisation, as `initial_amplitudes` gives those of u."""
-    return math.sin(trial.pluck.angle) * pluck_amplitudes(trial.speaking, trial.modes, trial.pluck)
+    return math.sin(trial.pluck.angle) * pluck_amplitudes(trial.speaking, trial.modes, trial.pluck, across=True)
 
 
 def speaking_string(instrument: Instrument, string: str, fret: int) -> Speaking:
@@ -136,7 +136,7 @@ def checked_trial(
 
 def in_quality(s: Speaking, quality: Quality) -> tuple[int, float]:
     """Returns the number of modes and the contact rate (Hz) of `quality` for `s`: over a board, those it has there."""
-    chosen = quality.over(bool(s.surface))
+    chosen = quality.over(bool(s.surface) and not s.contact_loss)
     return modes_for(chosen, s.length, s.string.length, s.grid_points), chosen.contact_rate
 
 

@@ -4,7 +4,8 @@ Contact. A penetration that goes from a to b = a + r feels the force (psi(b) - p
 0/0 where the penetration hardly changes, so force and slope are written as quotients that do not cancel. For
 alpha = 1.5, with a and b now the square roots of the penetrations, the force is a ratio of polynomials:
 (a^5 - b^5) / (a^2 - b^2). `solve_forces` solves r = r* - coupling f(r) by Newton's method, each point with a law of its
-own: contact, with the loss of Hunt and Crossley if it has one, or a linear spring with a dashpot.
+own: contact, as of frets or of flesh, with the loss of Hunt and Crossley if it has one, or a linear spring with a
+dashpot.
 
 Friction. At a point that touches (u^n < g), w = v^{n+1} - v^{n-1} solves w + C A sat(w / delta) = w*, where w* is w
 without friction, delta = 2 dt s, and sat(x) is x between -1 and 1 and its sign beyond. C is positive definite and sat
@@ -32,26 +33,28 @@ NEARLY_EQUAL = 1e-4  # relative change of penetration, below which the slope is 
 MOST_GUESSES = 40  # of the points that stick
 MOST_SWEEPS = 100_000  # over the points, if no guess is right
 
-ABSENT, CONTACT, LINEAR = 0, 1, 2  # kinds of law
+ABSENT, CONTACT, LINEAR, FLESH = 0, 1, 2, 3  # kinds of law
 
 
 class Laws(NamedTuple):
     """The law of each of P points, which gives its force f by its penetration eta; all force per m of string.
 
-    CONTACT: psi = K / (alpha + 1) [eta]_+^(alpha + 1), and the loss K [middle eta]_+^alpha `loss` r, after Hunt and
-    Crossley, which may not make f negative. LINEAR: psi = K eta^2 / 2, and the loss `loss` r. ABSENT: no force.
+    CONTACT: psi = K / (alpha + 1) [eta]_+^(alpha + 1), and its force times max(0, 1 + `loss` r), after Hunt and
+    Crossley. FLESH: the same psi, and the loss K [middle eta]_+^alpha `loss` r, which may not make f negative. LINEAR:
+    psi = K eta^2 / 2, and the loss `loss` r. ABSENT: no force.
     """
 
     kind: Ints  # (P,)
     stiffness: Floats  # (P,) K: N/m per m^alpha; LINEAR: N/m per m
     exponent: Floats  # (P,) alpha
-    loss: Floats  # (P,) CONTACT: beta / (2 dt), 1/m; LINEAR: R / (2 dt), N/m per m
+    loss: Floats  # (P,) CONTACT, FLESH: c / (2 dt), 1/m; LINEAR: R / (2 dt), N/m per m
 
 
-def uniform(points: int, stiffness: float, exponent: float) -> Laws:
-    """Lossless contact, as of frets, at each of `points` points."""
+@counted
+def contacts(points: int, stiffness: float, exponent: float, loss: float) -> Laws:
+    """Contact as of frets at each of `points` points."""
     shape = np.ones(points)
-    return Laws(np.full(points, CONTACT), stiffness * shape, exponent * shape, 0 * shape)
+    return Laws(np.full(points, CONTACT), stiffness * shape, exponent * shape, loss * shape)
 
 
 @counted
@@ -106,7 +109,7 @@ def stored(kind: int, eta: float, stiffness: float, exponent: float) -> float:
     """psi(eta) of a law of `Laws`, J per m of string."""
     if kind == LINEAR:
         return stiffness * eta * eta / 2
-    return potential(eta, stiffness, exponent) if kind == CONTACT else 0.0
+    return potential(eta, stiffness, exponent) if kind != ABSENT else 0.0
 
 
 @counted
@@ -119,6 +122,9 @@ def law_force(
     if kind == ABSENT:
         return 0.0, 0.0
     force, slope = contact_force(before, r, stiffness, exponent)
+    if kind == CONTACT:
+        part = max(1 + loss * r, 0.0)
+        return force * part, slope * part + (force * loss if part > 0 else 0.0)
     middle = before + r / 2
     if loss > 0 and middle > 0:
         resistance = loss * stiffness * middle**exponent
@@ -153,10 +159,7 @@ def solve_contact(
     after: Floats,
 ) -> bool:
     """`solve_forces` for lossless contact of one stiffness and exponent at all points."""
-    kind, shape = np.full(free.size, CONTACT), np.ones(free.size)
-    return solve_forces(
-        coupling, free, before, Laws(kind, stiffness * shape, exponent * shape, 0 * shape), force, after
-    )
+    return solve_forces(coupling, free, before, contacts(free.size, stiffness, exponent, 0.0), force, after)
 
 
 @counted
@@ -172,7 +175,7 @@ def solve_forces(coupling: Floats, free: Floats, before: Floats, laws: Laws, for
     chosen = np.zeros(points, dtype=np.bool_)
     count = 0
     for m in range(points):
-        if laws.kind[m] == LINEAR or (laws.kind[m] == CONTACT and (free[m] > 0 or before[m] > 0)):
+        if laws.kind[m] == LINEAR or (laws.kind[m] != ABSENT and (free[m] > 0 or before[m] > 0)):
             active[count] = m
             chosen[m] = True
             count += 1
@@ -185,7 +188,7 @@ def solve_forces(coupling: Floats, free: Floats, before: Floats, laws: Laws, for
                 after[m] = free[m]
                 for k in active[:known]:
                     after[m] -= coupling[m, k] * force[k]
-                if after[m] > 0 and laws.kind[m] == CONTACT:
+                if after[m] > 0 and laws.kind[m] != ABSENT:
                     active[count] = m
                     chosen[m] = True
                     count += 1

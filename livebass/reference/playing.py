@@ -20,9 +20,9 @@ from livebass.arrays import Floats, Ints
 from livebass.model import modes
 from livebass.model.trial import Trial, initial_amplitudes, initial_amplitudes_across
 from livebass.reference.hands import Finger, Hand, Mass, Stop
-from livebass.reference.laws import ABSENT, CONTACT, LINEAR, Laws
-from livebass.reference.solver import CHUNK, Plan, State, make_plan, make_state
-from livebass.reference.stepping import FINGER, MASS, STOP, Ears, Grips, Sheets, run_held, stored_energy
+from livebass.reference.laws import ABSENT, CONTACT, FLESH, LINEAR, Laws
+from livebass.reference.solver import CHUNK, Modes, Plan, State, make_plan, make_state
+from livebass.reference.stepping import FINGER, MASS, STOP, Ears, Grips, Pace, Sheets, run_held, stored_energy
 
 YIELDING = 200_000  # modes of the string that a hand feels: those that do not swing follow its force at once
 
@@ -37,6 +37,7 @@ class Balance:
     hands_j: Floats  # (H, n), stored in the spring or contact of a hand, and in the motion of a mass
     damping_j: Floats  # (n,), taken by the string's own losses (and by the static compliance of modes left out)
     friction_j: Floats  # (n,), taken by friction on the frets
+    contact_j: Floats  # (n,), taken by the loss of contact with the frets
     taken_j: Floats  # (H, n), taken by a finger, or by the loss of a mass's contact
     put_in_j: Floats  # (H, n), work done by a hand, with what it brought when it came, less what it took when it left
 
@@ -47,13 +48,18 @@ class Balance:
 
     @property
     def closing_j(self) -> Floats:
-        """Stored + taken - put in, (n,): constant."""
-        return self.stored_j + self.damping_j + self.friction_j + self.taken_j.sum(0) - self.put_in_j.sum(0)
+        """Stored + lost - put in, (n,): constant."""
+        return self.stored_j + self.lost_j - self.put_in_j.sum(0)
+
+    @property
+    def lost_j(self) -> Floats:
+        """All energy taken so far, (n,)."""
+        return self.damping_j + self.friction_j + self.contact_j + self.taken_j.sum(0)
 
     @property
     def error(self) -> float:
         """How far `closing_j` strays from its first value, relative to the greatest of what is stored and taken."""
-        closing, most = self.closing_j, self.stored_j + self.damping_j + self.friction_j + self.taken_j.sum(0)
+        closing, most = self.closing_j, self.stored_j + self.lost_j
         return float(np.abs(closing - closing[0]).max() / (most.max() or 1.0))
 
 
@@ -153,14 +159,14 @@ class _Player:
         frets = np.arange(room) < points
         self.laws = Laws(
             np.where(frets, CONTACT, ABSENT), np.where(frets, self.plan.stiffness, 0.0),
-            np.where(frets, self.plan.exponent, 1.0), np.zeros(room),
+            np.where(frets, self.plan.exponent, 1.0), np.where(frets, self.plan.loss, 0.0),
         )  # fmt: skip
         self.across = Laws(np.full(room, ABSENT), np.zeros(room), np.ones(room), np.zeros(room))
         kind = [FINGER if isinstance(h, Finger) else STOP if isinstance(h, Stop) else MASS for h in hands]
         mass = np.array([h.mass if isinstance(h, Mass) else 0.0 for h in hands])
         y, move, across, across_before, taken, put_in = np.zeros((6, count))
         kinds = np.array(kind, dtype=np.int64)
-        self.grips = Grips(kinds, sign, mass, y, move, across, across_before, taken, put_in, np.zeros(2))
+        self.grips = Grips(kinds, sign, mass, y, move, across, across_before, taken, put_in, np.zeros(3))
         rate = trial.contact_rate
         self.on = [round(h.start * rate) for h in hands]
         ends = [h.end + h.lifting if isinstance(h, Finger) else h.end for h in hands]
@@ -211,7 +217,7 @@ class _Player:
             return
         law.stiffness[m] = hand.stiffness / dx
         if isinstance(hand, Stop):
-            law.kind[m] = LINEAR if hand.side == 0 else CONTACT
+            law.kind[m] = LINEAR if hand.side == 0 else FLESH
             y = float(hand.path(np.zeros(1), *self.begun[h][:2])[0])
             move = u - before  # its spring is neither strained nor relieved when it comes
             if hand.across is not None and oblique:
@@ -219,7 +225,7 @@ class _Player:
                 grips.across[h] = float(hand.across(np.zeros(1), *self.begun[h][2:])[0])
                 grips.across_before[h] = grips.across[h] - (v - v_before)
         else:
-            law.kind[m], law.exponent[m], law.loss[m] = CONTACT, hand.exponent, hand.loss / (2 * dt)
+            law.kind[m], law.exponent[m], law.loss[m] = FLESH, hand.exponent, hand.loss / (2 * dt)
             y = u if hand.height is None else hand.height
             move = -hand.speed * dt
             if y < u:
@@ -248,6 +254,13 @@ class _Player:
         return told[0], told[1]
 
 
+def _pace(of: Modes, dt: float) -> Pace:
+    """How modes give their velocity by fine steps of `dt` s."""
+    turn, shrink = of.omega * dt, of.sigma * dt
+    pace = of.omega / (2 * np.sin(turn))
+    return Pace(2 * pace * np.sinh(shrink) - of.sigma, pace * np.exp(shrink), pace * np.exp(-shrink))
+
+
 def _ears(trial: Trial, plan: Plan, listen: Sequence[float] | None) -> Ears:
     """Places to listen at. Raises ValueError for one that is not on the string, and for rates that do not fit."""
     s, every = trial.speaking, round(trial.contact_rate / trial.output_rate)
@@ -260,15 +273,12 @@ def _ears(trial: Trial, plan: Plan, listen: Sequence[float] | None) -> Ears:
     for place in (*places, *over):
         if not 0 <= place <= s.length:
             raise ValueError(f"listening at {place * 1e3:g} mm: allowed are 0 to {s.length * 1e3:g} mm")
-    turn, shrink = plan.omega * plan.dt, plan.sigma * plan.dt
-    pace = plan.omega / (2 * np.sin(turn))
     return Ears(
         every=every,
         place=modes.shapes(s, trial.modes, np.array(places)),
         place_across=modes.shapes(s, trial.modes, np.array(over)),
-        by_q=2 * pace * np.sinh(shrink) - plan.sigma,
-        by_next=pace * np.exp(shrink),
-        by_last=pace * np.exp(-shrink),
+        u=_pace(plan.u, plan.dt),
+        v=_pace(plan.v, plan.dt),
         states=np.array(trial.states, dtype=np.int64),
     )
 
@@ -309,7 +319,7 @@ def play(
     heard, per_hand = (ears.place.shape[0], 2, samples), (count, samples)
     sheets = Sheets(
         np.zeros(heard), np.zeros(heard), np.zeros(per_hand), np.zeros(per_hand), np.zeros((2 + count, samples)),
-        np.zeros((2, samples)), np.zeros(per_hand), np.zeros(per_hand),
+        np.zeros((3, samples)), np.zeros(per_hand), np.zeros(per_hand),
         np.zeros((len(trial.states), 2, 2, trial.modes)),
     )  # fmt: skip
     onset = np.zeros((CHUNK * player.points // 2 + player.points, 2), dtype=np.int64)
@@ -342,7 +352,7 @@ def play(
         hand_height_m=sheets.height,
         balance=Balance(
             instants + player.plan.dt / 2, sheets.stored[0], sheets.stored[1], sheets.stored[2:],
-            sheets.lost[0], sheets.lost[1], sheets.taken, sheets.put_in,
+            sheets.lost[0], sheets.lost[1], sheets.lost[2], sheets.taken, sheets.put_in,
         ),
         contact_step=contacts[:, 0].copy(),
         contact_index=contacts[:, 1].copy(),

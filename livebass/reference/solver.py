@@ -20,10 +20,11 @@ Contact (eq. 6), with eta = g - u, psi = K/(alpha+1) [eta]_+^(alpha+1), r = eta^
     f^n = (psi(eta^{n+1}) - psi(eta^{n-1})) / r,   r = r* - (W + R) f^n,   W = (dt^2/mu) dx Phi Phi^T.
 
 Here r* is r without force, and R the static compliance of the modes left out (zero for a full set), which follow the
-force at once: u^{n+1} = Phi^T q^{n+1} + R f^n.
+force at once: u^{n+1} = Phi^T q^{n+1} + R f^n. Frets that lose, after Hunt and Crossley, multiply this f by
+max(0, 1 + c r / (2 dt)).
 
-The second polarisation v is the same string without obstacle. Where u^n < g it feels the friction of eq. 7,
-ff = -A sat((v^{n+1} - v^{n-1}) / (2 dt s)); u does not feel v.
+The second polarisation v is the same string without obstacle, or one with C and Ct of its own. Where u^n < g it feels
+the friction of eq. 7, ff = -A sat((v^{n+1} - v^{n-1}) / (2 dt s)); u does not feel v.
 
 Energy at n + 1/2, from eq. 12 times (q^{n+1} - q^{n-1}) / 2:
 
@@ -34,7 +35,8 @@ A step changes H by
 
     -(mu/dt^2) sum_j (1 - Ct)/4 (q^{n+1} - q^{n-1})^2 - dx/4 (f^n - f^{n-2}) R (f^n - f^{n-2}),
 
-so H is constant without losses for a full set of modes, and otherwise never rises. Without losses its first line is
+so H is constant without losses for a full set of modes, and otherwise never rises. Frets that lose take
+dx/2 (f r - psi(eta^{n+1}) + psi(eta^{n-1})) >= 0 each more. Without losses its first line is
 mu/(2 dt^2) sum [q1^2 - 2 cos(theta) q1 q0 + q0^2]. For v the first line and the term with R of its own forces are
 added, and friction changes H by dx sum_m ff (v^{n+1} - v^{n-1}) / 2 <= 0 more a step.
 
@@ -56,11 +58,20 @@ from livebass.arrays import Floats, Ints
 from livebass.compiling.by_numba import compiled, counted
 from livebass.model import modes
 from livebass.model.trial import Motion, Trial, initial_amplitudes, initial_amplitudes_across
-from livebass.reference.laws import potential, solve_contact, solve_friction
+from livebass.reference.laws import contacts, potential, solve_forces, solve_friction
 
 CHUNK = 16384  # steps between two returns to Python, which then notices Ctrl-C
 FLUSH_EVERY = 64  # steps
 FLUSH_BELOW = 1e-200  # of both q and d: far below the rounding of any sum over modes
+
+
+class Modes(NamedTuple):
+    """Coefficients of the N modes of one polarisation."""
+
+    decay: Floats  # (N,) Ct
+    pull: Floats  # (N,) 1 - C + Ct
+    sigma: Floats  # (N,) 1/s
+    omega: Floats  # (N,) rad/s, damped
 
 
 class Plan(NamedTuple):
@@ -69,10 +80,8 @@ class Plan(NamedTuple):
     dt: float  # s
     density: float  # mu, kg/m
     dx: float  # m
-    decay: Floats  # (N,) Ct
-    pull: Floats  # (N,) 1 - C + Ct
-    sigma: Floats  # (N,) 1/s
-    omega: Floats  # (N,) rad/s, damped
+    u: Modes  # of both polarisations; the same, unless v has a law of its own
+    v: Modes
     shape: Floats  # (P, N) Phi: phi_j(x_m), m^-0.5
     sensor: Floats  # (N,) phi_j at the sensor of u, m^-0.5
     height: Floats  # (P,) g, m
@@ -80,6 +89,7 @@ class Plan(NamedTuple):
     compliance: Floats  # (P, P) R, m per N/m
     stiffness: float  # K, SI
     exponent: float  # alpha
+    loss: float  # c / (2 dt), 1/m
     across: Floats  # (N,) phi_j at the sensor of v, m^-0.5; (0,) without a second polarisation
     friction: float  # A, N/m
     slip: float  # 2 dt s, m
@@ -110,14 +120,21 @@ def static_compliance(trial: Trial) -> Floats:
     return np.asarray(s.step / s.string.linear_density * (shape / omega**2) @ shape.T)
 
 
-def make_plan(trial: Trial) -> Plan:
-    """Coefficients of eq. 12 for `trial`. Raises ValueError for a mode that is damped beyond critical."""
+def make_modes(trial: Trial, across: bool) -> Modes:
+    """The modes of u, or of v. Raises ValueError for one that is damped beyond critical."""
     s, count, dt = trial.speaking, trial.modes, 1 / trial.contact_rate
-    sigma = np.zeros(count) if trial.lossless else modes.dampings(s, count)
-    natural = 2 * math.pi * modes.frequencies(s, count)
+    sigma = np.zeros(count) if trial.lossless else modes.dampings(s, count, across=across)
+    natural = 2 * math.pi * modes.frequencies(s, count, across=across)
     if np.any(sigma >= natural):
         raise ValueError(f"mode {int(np.argmax(sigma >= natural)) + 1} does not swing: damping above 2 pi frequency")
     omega = np.sqrt((natural - sigma) * (natural + sigma))
+    pull = np.expm1(-sigma * dt) ** 2 + 4 * np.exp(-sigma * dt) * np.sin(omega * dt / 2) ** 2
+    return Modes(np.exp(-2 * sigma * dt), pull, sigma, omega)
+
+
+def make_plan(trial: Trial) -> Plan:
+    """Coefficients of eq. 12 for `trial`. Raises ValueError for a mode that is damped beyond critical."""
+    s, count, dt = trial.speaking, trial.modes, 1 / trial.contact_rate
     shape = modes.shapes(s, count, np.asarray(s.contact_position))
     compliance = static_compliance(trial)
     place = trial.sensor if trial.sensor_v is None else trial.sensor_v
@@ -125,10 +142,8 @@ def make_plan(trial: Trial) -> Plan:
         dt=dt,
         density=s.string.linear_density,
         dx=s.step,
-        decay=np.exp(-2 * sigma * dt),
-        pull=np.expm1(-sigma * dt) ** 2 + 4 * np.exp(-sigma * dt) * np.sin(omega * dt / 2) ** 2,
-        sigma=sigma,
-        omega=omega,
+        u=make_modes(trial, across=False),
+        v=make_modes(trial, across=True),
         shape=np.ascontiguousarray(shape),
         sensor=modes.shapes(s, count, np.array([trial.sensor]))[0],
         height=np.asarray(s.contact_height, dtype=np.float64),
@@ -136,10 +151,18 @@ def make_plan(trial: Trial) -> Plan:
         compliance=compliance,
         stiffness=float(s.contact_stiffness),
         exponent=float(s.contact_exponent),
+        loss=s.contact_loss / (2 * dt),
         across=modes.shapes(s, count, np.array([place]))[0] if trial.pluck.angle else np.zeros(0),
         friction=s.friction,
         slip=2 * dt * s.friction_speed,
     )
+
+
+def _step_before(plan: Plan, of: Modes, q: Floats, pace: Floats | None) -> Floats:
+    """d^0, (N,), of the modes `of` a polarisation with the amplitudes `q`; see `make_state`."""
+    s, theta = of.sigma * plan.dt, of.omega * plan.dt
+    d = q * (-np.expm1(s) + np.exp(s) * (2 * np.sin(theta / 2) ** 2 + of.sigma / of.omega * np.sin(theta)))
+    return d if pace is None else d + pace * (np.exp(s) * np.sin(theta) / of.omega)
 
 
 def make_state(
@@ -150,18 +173,11 @@ def make_state(
     pace and pace_across: dq/dt of u and v, (N,), m^1.5/s; None: released at rest. The free damped motion through q(0)
     and dq/dt(0), followed back to -dt, gives d^0.
     """
-    s, theta = plan.sigma * plan.dt, plan.omega * plan.dt
-    back = -np.expm1(s) + np.exp(s) * (2 * np.sin(theta / 2) ** 2 + plan.sigma / plan.omega * np.sin(theta))
-    forth = np.exp(s) * np.sin(theta) / plan.omega  # s
-    d, points = q * back, plan.height.size
-    if pace is not None:
-        d += pace * forth
+    d, points = _step_before(plan, plan.u, q, pace), plan.height.size
     if not plan.across.size:
         second = [np.zeros(0)] * 2 + [np.zeros(points) for _ in range(4)]
     else:
-        e = across * back
-        if pace_across is not None:
-            e += pace_across * forth
+        e = _step_before(plan, plan.v, across, pace_across)
         v = plan.shape @ across, plan.shape @ (across - e)
         second = [across.copy(), e, *v, np.zeros(points), np.zeros(points)]
     heights = plan.height - plan.shape @ q, plan.height - plan.shape @ (q - d)
@@ -178,11 +194,11 @@ def dot(a: Floats, b: Floats) -> float:
 
 
 @counted
-def _between(plan: Plan, sensor: Floats, before: Floats, after: Floats, offset: float) -> float:
+def _between(plan: Plan, of: Modes, sensor: Floats, before: Floats, after: Floats, offset: float) -> float:
     """Displacement (m) at `sensor`, `offset` s after step n: the free motion through q^n = before, q^{n+1} = after."""
     total = 0.0
     for j in range(before.size):
-        s, w = plan.sigma[j], plan.omega[j]
+        s, w = of.sigma[j], of.omega[j]
         late = before[j] * math.exp(-s * offset) * math.sin(w * (plan.dt - offset))
         early = after[j] * math.exp(s * (plan.dt - offset)) * math.sin(w * offset)
         total += sensor[j] * (late + early) / math.sin(w * plan.dt)
@@ -190,11 +206,11 @@ def _between(plan: Plan, sensor: Floats, before: Floats, after: Floats, offset: 
 
 
 @counted
-def linear_energy(plan: Plan, q: Floats, d: Floats, force: Floats, force_before: Floats) -> float:
-    """Energy of one polarisation without the potential of the contact, J."""
+def linear_energy(plan: Plan, of: Modes, q: Floats, d: Floats, force: Floats, force_before: Floats) -> float:
+    """Energy of one polarisation, with the modes `of`, without the potential of the contact, J."""
     total = 0.0
     for j in range(q.size):
-        total += (1 + plan.decay[j]) / 2 * d[j] * d[j] + plan.pull[j] * q[j] * (q[j] - d[j])
+        total += (1 + of.decay[j]) / 2 * d[j] * d[j] + of.pull[j] * q[j] * (q[j] - d[j])
     total *= plan.density / (2 * plan.dt**2)
     for m in range(plan.height.size):
         spring = force[m] * dot(plan.compliance[m], force)
@@ -206,8 +222,8 @@ def linear_energy(plan: Plan, q: Floats, d: Floats, force: Floats, force_before:
 @counted
 def _energy(plan: Plan, state: State) -> float:
     """H at n - 1/2 of a state at step n, J."""
-    total = linear_energy(plan, state.q, state.d, state.force, state.force_before)
-    total += linear_energy(plan, state.q_across, state.d_across, state.friction, state.friction_before)
+    total = linear_energy(plan, plan.u, state.q, state.d, state.force, state.force_before)
+    total += linear_energy(plan, plan.v, state.q_across, state.d_across, state.friction, state.friction_before)
     for m in range(plan.height.size):
         stored = potential(state.eta[m], plan.stiffness, plan.exponent)
         stored += potential(state.eta_before[m], plan.stiffness, plan.exponent)
@@ -230,9 +246,9 @@ def _slide(plan: Plan, state: State) -> bool:
 
     Returns False if the friction does not converge.
     """
-    q, d = state.q_across, state.d_across
+    q, d, of = state.q_across, state.d_across, plan.v
     for j in range(q.size):
-        d[j] = plan.decay[j] * d[j] - plan.pull[j] * q[j]
+        d[j] = of.decay[j] * d[j] - of.pull[j] * q[j]
         q[j] += d[j]
     points = plan.height.size
     free = np.empty(points)
@@ -277,6 +293,7 @@ def run(
     force, force_before = state.force, state.force_before
     oblique = plan.across.size > 0
     modes_count, points = q.size, eta.size
+    laws = contacts(points, plan.stiffness, plan.exponent, plan.loss)
     q_before, free, solved = np.empty(modes_count), np.empty(points), np.empty(points)
     v_before = np.empty(state.q_across.size)
     i = np.searchsorted(sample_step, first)
@@ -289,7 +306,7 @@ def run(
         if oblique and not _slide(plan, state):
             return -(n + 1)
         for j in range(modes_count):
-            d[j] = plan.decay[j] * d[j] - plan.pull[j] * q[j]
+            d[j] = plan.u.decay[j] * d[j] - plan.u.pull[j] * q[j]
             q[j] += d[j]
         touch = False
         for m in range(points):
@@ -299,7 +316,7 @@ def run(
         force[:] = 0.0
         solved[:] = free
         if touch:
-            if not solve_contact(plan.coupling, free, eta_before, plan.stiffness, plan.exponent, force, solved):
+            if not solve_forces(plan.coupling, free, eta_before, laws, force, solved):
                 return -(n + 1)
             scale = plan.dt**2 / plan.density * plan.dx
             for m in range(points):
@@ -320,8 +337,8 @@ def run(
                 displacement[i] = dot(plan.sensor, q_before)
                 across[i] = dot(plan.across, v_before)
             else:
-                displacement[i] = _between(plan, plan.sensor, q_before, q, offset[i] * plan.dt)
-                across[i] = _between(plan, plan.across, v_before, state.q_across, offset[i] * plan.dt)
+                displacement[i] = _between(plan, plan.u, plan.sensor, q_before, q, offset[i] * plan.dt)
+                across[i] = _between(plan, plan.v, plan.across, v_before, state.q_across, offset[i] * plan.dt)
             i += 1
             due = i < sample_step.size and sample_step[i] == n
         if energy_every and n % energy_every == 0:

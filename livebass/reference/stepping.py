@@ -15,7 +15,7 @@ All are implicit, so none adds energy at any time step. For a step of eq. 12, wi
 
     H + sum over hands of dx [psi(eta^{n+1}) + psi(eta^n)] / 2 + m ((y^{n+1} - y^n) / dt)^2 / 2
 
-changes by minus what damping and friction (both there) and each hand take, R r^2 / (4 dt) a finger and
+changes by minus what damping, friction and frets (all there) and each hand take, R r^2 / (4 dt) a finger and
 dx [f r - psi(eta^{n+1}) + psi(eta^{n-1})] / 2 >= 0 a mass, plus what each hand puts in, the force it gives (sign f dx a
 stop, F a mass) times (y^{n+1} - y^{n-1}) / 2. When a hand begins or ends, it brings or takes with it what its spring,
 contact and motion hold (livebass.reference.playing).
@@ -36,7 +36,6 @@ from livebass.arrays import Floats, Ints
 from livebass.compiling.by_numba import counted
 from livebass.reference.laws import (
     ABSENT,
-    CONTACT,
     LINEAR,
     Laws,
     eliminate,
@@ -45,7 +44,7 @@ from livebass.reference.laws import (
     stored,
     taken,
 )
-from livebass.reference.solver import FLUSH_EVERY, Plan, State, dot, flush, linear_energy
+from livebass.reference.solver import FLUSH_EVERY, Modes, Plan, State, dot, flush, linear_energy
 
 FINGER, STOP, MASS = 0, 1, 2  # kinds of hand
 
@@ -62,7 +61,7 @@ class Grips(NamedTuple):
     across_before: Floats  # (H,)
     taken: Floats  # (H,) J so far
     put_in: Floats  # (H,) J so far
-    lost: Floats  # (2,) J so far, to damping and to friction
+    lost: Floats  # (3,) J so far, to damping, to friction and to frets
 
 
 class Sheets(NamedTuple):
@@ -73,30 +72,37 @@ class Sheets(NamedTuple):
     force: Floats  # (H, n) N on the string, upwards
     height: Floats  # (H, n) m
     stored: Floats  # (2 + H, n) J: string, frets, each hand
-    lost: Floats  # (2, n) J: damping, friction
+    lost: Floats  # (3, n) J: damping, friction, frets
     taken: Floats  # (H, n) J
     put_in: Floats  # (H, n) J
     states: Floats  # (c, 2, 2, N)
 
 
+class Pace(NamedTuple):
+    """How the velocity of N modes follows from q^n, d^{n+1} and d^n."""
+
+    by_q: Floats  # (N,) 1/s
+    by_next: Floats  # (N,) 1/s
+    by_last: Floats  # (N,) 1/s
+
+
 class Ears(NamedTuple):
-    """Places where `run_held` listens, and how it makes the velocity of a mode: by q^n, d^{n+1} and d^n."""
+    """Places where `run_held` listens, and the pace of the modes of u and v."""
 
     every: int  # fine steps a sample
     place: Floats  # (p, N) phi_j at the places of u
     place_across: Floats  # (p, N) and of v
-    by_q: Floats  # (N,) 1/s
-    by_next: Floats  # (N,) 1/s
-    by_last: Floats  # (N,) 1/s
+    u: Pace
+    v: Pace
     states: Ints  # (c,) samples
 
 
 @counted
-def _freely(plan: Plan, q: Floats, d: Floats, d_before: Floats) -> None:
+def _freely(of: Modes, q: Floats, d: Floats, d_before: Floats) -> None:
     """Moves the modes of one polarisation a step without forces; keeps d^n."""
     for j in range(q.size):
         d_before[j] = d[j]
-        d[j] = plan.decay[j] * d[j] - plan.pull[j] * q[j]
+        d[j] = of.decay[j] * d[j] - of.pull[j] * q[j]
         q[j] += d[j]
 
 
@@ -113,12 +119,12 @@ def _push(plan: Plan, q: Floats, d: Floats, force: Floats) -> None:
 
 
 @counted
-def _damped(plan: Plan, d: Floats, d_before: Floats, change: Floats) -> float:
+def _damped(plan: Plan, of: Modes, d: Floats, d_before: Floats, change: Floats) -> float:
     """J that one polarisation loses in a step to its damping and to static compliance; change: f^n - f^{n-2}, N/m."""
     total = 0.0
     for j in range(d.size):
         both = d[j] + d_before[j]  # q^{n+1} - q^{n-1}
-        total += (1 - plan.decay[j]) * both * both
+        total += (1 - of.decay[j]) * both * both
     total *= plan.density / (4 * plan.dt**2)
     for m in range(change.size):
         if change[m] != 0:
@@ -179,7 +185,7 @@ def _step_across(plan: Plan, laws: Laws, state: State, grips: Grips, drive: Floa
     """
     q, d, points, hands = state.q_across, state.d_across, plan.height.size, grips.kind.size
     contacts = points - hands
-    _freely(plan, q, d, d_before)
+    _freely(plan.v, q, d, d_before)
     free, wanted = np.empty(points), np.empty(points)
     for m in range(points):
         free[m] = dot(plan.shape[m], q)
@@ -200,7 +206,7 @@ def _step_across(plan: Plan, laws: Laws, state: State, grips: Grips, drive: Floa
         force[held[a]] = -(gain[a] * moved + offset[a])
     _push(plan, q, d, force)
     change += force
-    grips.lost[0] += _damped(plan, d, d_before, change)
+    grips.lost[0] += _damped(plan, plan.v, d, d_before, change)
     for m in range(points):
         new = free[m] + dot(plan.coupling[m], force)
         moved = new - state.v_before[m]
@@ -226,8 +232,8 @@ def stored_energy(plan: Plan, laws: Laws, across: Laws, state: State, grips: Gri
     """Writes the energy at n - 1/2 of a state at step n, (2 + H,) J: of the string, the frets, and each hand."""
     hands = grips.kind.size
     contacts = plan.height.size - hands
-    energy[0] = linear_energy(plan, state.q, state.d, state.force, state.force_before)
-    energy[0] += linear_energy(plan, state.q_across, state.d_across, state.friction, state.friction_before)
+    energy[0] = linear_energy(plan, plan.u, state.q, state.d, state.force, state.force_before)
+    energy[0] += linear_energy(plan, plan.v, state.q_across, state.d_across, state.friction, state.friction_before)
     energy[1] = 0.0
     for m in range(plan.height.size):
         h = m - contacts
@@ -245,11 +251,11 @@ def stored_energy(plan: Plan, laws: Laws, across: Laws, state: State, grips: Gri
 
 
 @counted
-def _sample(plan: Plan, ears: Ears, q: Floats, d: Floats, d_before: Floats, velocity: Floats) -> None:
+def _sample(pace: Pace, q: Floats, d: Floats, d_before: Floats, velocity: Floats) -> None:
     """Writes dq/dt at step n, (N,), of a string that has moved on to n + 1: the mean of before and after its forces."""
     for j in range(q.size):
         now = q[j] - d[j]
-        velocity[j] = ears.by_q[j] * now + ears.by_next[j] * d[j] + ears.by_last[j] * d_before[j]
+        velocity[j] = pace.by_q[j] * now + pace.by_next[j] * d[j] + pace.by_last[j] * d_before[j]
 
 
 @counted
@@ -309,13 +315,13 @@ def run_held(
                 sheets.height[h, i] = grips.y[h] if there else np.nan
         if oblique and not _step_across(plan, across, state, grips, given_across, e_before):
             return -(n + 1)
-        _freely(plan, q, d, d_before)
+        _freely(plan.u, q, d, d_before)
         touch = False
         for m in range(points):
             height = plan.height[m] if m < contacts else grips.sign[m - contacts] * y[m - contacts]
             free[m] = height - dot(plan.shape[m], q)
             touch = touch or laws.kind[m] == LINEAR
-            touch = touch or (laws.kind[m] == CONTACT and (free[m] > 0 or eta_before[m] > 0))
+            touch = touch or (laws.kind[m] != ABSENT and (free[m] > 0 or eta_before[m] > 0))
         change = -force_before
         force_before[:] = force
         force[:] = 0.0
@@ -325,7 +331,7 @@ def run_held(
                 return -(n + 1)
             _push(plan, q, d, force)
         change += force
-        grips.lost[0] += _damped(plan, d, d_before, change)
+        grips.lost[0] += _damped(plan, plan.u, d, d_before, change)
         for h in range(hands):
             m = contacts + h
             if laws.kind[m] == ABSENT:
@@ -342,22 +348,25 @@ def run_held(
             grips.taken[h] += plan.dx * taken(laws.kind[m], force[m], eta_before[m], solved[m], *law) / 2
             grips.y[h], grips.move[h] = y[h], move[h]
         for m in range(points):
-            if m < contacts and solved[m] > 0 and eta[m] <= 0:
-                onset[found, 0] = n + 1
-                onset[found, 1] = m
-                found += 1
+            if m < contacts:
+                law = laws.stiffness[m], laws.exponent[m], laws.loss[m]
+                grips.lost[2] += plan.dx * taken(laws.kind[m], force[m], eta_before[m], solved[m], *law) / 2
+                if solved[m] > 0 and eta[m] <= 0:
+                    onset[found, 0] = n + 1
+                    onset[found, 1] = m
+                    found += 1
             eta_before[m] = eta[m]
             eta[m] = solved[m]
         if due:
             wanted = s < ears.states.size and ears.states[s] == i
-            _sample(plan, ears, q, d, d_before, velocity)
+            _sample(ears.u, q, d, d_before, velocity)
             for k in range(ears.place.shape[0]):
                 sheets.velocity[k, 0, i] = dot(ears.place[k], velocity)
             if wanted:
                 sheets.states[s, 0, 0] = q - d
                 sheets.states[s, 0, 1] = velocity
             if oblique:
-                _sample(plan, ears, state.q_across, state.d_across, e_before, velocity)
+                _sample(ears.v, state.q_across, state.d_across, e_before, velocity)
                 for k in range(ears.place.shape[0]):
                     sheets.velocity[k, 1, i] = dot(ears.place_across[k], velocity)
                 if wanted:

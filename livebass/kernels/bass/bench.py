@@ -38,14 +38,20 @@ BENCH_STRING = np.dtype(
         ("law_fundamental", "f8"),  # Hz, f0 of the open string if measured; 0: from its pitch
         ("contact_stiffness", "f8"),  # K of eq. 6
         ("contact_exponent", "f8"),  # alpha of eq. 6
+        ("contact_loss", "f8"),  # s/m, c of contact.py
         ("friction", "f8"),  # N/m, A of eq. 7
         ("friction_speed", "f8"),  # m/s, s of eq. 7
         ("grid_step", "f8"),  # m, dx
         ("nut_conductance", "f8"),  # m/s/N, Re Y at every frequency, of the nut ...
         ("stop_conductance", "f8"),  # ... and of a fret and the finger behind it
+        ("own_across", "i8"),  # 1: v has a neck of its own, the next three; 0: it is as u
+        ("stop_conductance_across", "f8"),  # m/s/N
+        ("higher_across", "f8"),  # by which factor the neck's bending is higher, Hz
+        ("longer_across", "f8"),  # m, by which the string is longer
         *listed("pitches"),  # (Hz, and how many times as high the string is tuned for it) of the notes, the open first
         *listed("frets"),  # (m from the nut, height of the crown in m) each
         *listed("resonances"),  # (Hz, Q, kg) each
+        *listed("bending"),  # (1 if it bends the neck, 0 if the whole bass moves,) of each resonance
         # For the nut and each fret, one after the other, the part of each resonance, and then that of the table, that
         # is felt there; and the part by which a force there moves the nut, where strings answer
         *listed("parts"),
@@ -96,7 +102,8 @@ def measure_bench(address):
         answering += bench.string[i].answering_modes
     for i in range(bench.strings):
         string = bench.string[i]
-        rows = 3 * (string.resonances_count + string.table_count) + string.frequencies_count + string.dampings_count
+        rows = 3 * (1 + string.own_across) * (string.resonances_count + string.table_count)
+        rows += string.frequencies_count + string.dampings_count
         rows += 2 * (string.frets_count + string.surface_count + 1 + string.taps_count + answering)
         bench.room += rows * (bench.frets + 1)
     bench.room += answering
@@ -181,7 +188,7 @@ def list_answering(bench, numbers, lists):
         if bench.string[t].answering_modes > 0:
             make_note(bench.string[t], numbers, 0, bench.note, lists, 0)
             for j in range(1, bench.string[t].answering_modes + 1):
-                lists[place] = frequency(bench.note, lists, j)
+                lists[place] = frequency(bench.note, lists, j, False)
                 place += 1
     return first
 

@@ -220,6 +220,8 @@ def pluck_string(p, ops, i, stop, force, position, aside, touched):
     angle, lift, level = row.angle, row.lift, 1.0
     if angle != player.pluck_angle:
         lift *= abs(cos(player.pluck_angle)) / cos(angle)
+    else:
+        angle += player.angle_when_hard * hard
     if is_other(p, op, i) and (row.two_ways or p.unevenness > 0.0):
         shift += row.other_nearer
         level = row.other_level

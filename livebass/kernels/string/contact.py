@@ -1,10 +1,11 @@
 """Forces at the contact points of a fine step: contact by eqs. 6 and 12, friction by eq. 7.
 
 Contact. At point m, r = eta^{n+1} - eta^{n-1} solves r + sum_k W_mk f_k = r*, where r* is what r would be without
-force and f = (psi(eta^{n+1}) - psi(eta^{n-1})) / r, which conserves energy. f is convex and grows with r, so that
-Newton's method from r* comes down to the root without overshoot. Points that W couples are solved together: one or
-two alone where no more may touch, as is usual, else by Newton's method in all of them, or one after the other until
-nothing changes.
+force and f = f_c max(0, 1 + c r / (2 dt)), with f_c = (psi(eta^{n+1}) - psi(eta^{n-1})) / r, which conserves energy,
+and c, s/m, the loss of Hunt and Crossley (1975). It takes f_c c r^2 / (2 dt) a fine step; where it holds the obstacle
+back, f = 0, it takes what psi gives up. f is convex and grows with r, so that Newton's method from r* comes down to the
+root without overshoot. Points that W couples are solved together: one or two alone where no more may touch, as is
+usual, else by Newton's method in all of them, or one after the other until nothing changes.
 
 Friction. At a point that touches, x = v^{n+1} - v^{n-1} solves x + sum_k W_mk A sat(x_k / slip) = x*, slip = 2 dt s:
 the point sticks (|x| < slip) or slides. Alone it is a formula, f = -A sat(x* / (slip + W_mm A)); coupled points take
@@ -30,8 +31,20 @@ FRICTION_ENOUGH = 1e-13  # of A
 
 
 @jit
-def force(r, old, stiffness, exponent):
-    """Contact force f and df/dr: the divided difference of psi between penetrations `old` and `old` + r."""
+def force(r, old, op):
+    """Contact force f and df/dr as the penetration goes from `old` to `old` + r (m)."""
+    f, slope = lossless_force(r, old, op.stiffness, op.exponent)
+    if op.loss != 0.0:
+        part = 1.0 + op.loss * r
+        if part <= 0.0:
+            return 0.0, 0.0
+        return f * part, slope * part + f * op.loss
+    return f, slope
+
+
+@jit
+def lossless_force(r, old, stiffness, exponent):
+    """f_c and df_c/dr: the divided difference of psi between penetrations `old` and `old` + r."""
     if exponent == 1.5:
         return force_of_three_halves(r, old, stiffness / 2.5)
     a = max(old + r, 0.0)
@@ -52,7 +65,7 @@ def force(r, old, stiffness, exponent):
 
 @jit
 def force_of_three_halves(r, old, k):
-    """`force` for alpha = 1.5, k = K / 2.5.
+    """`lossless_force` for alpha = 1.5, k = K / 2.5.
 
     Where both penetrations are positive f = k (x^5 - y^5) / (x^2 - y^2), x and y their roots: no cancellation.
     """
@@ -86,7 +99,7 @@ def solve_point(wanted, old, weight, op, guess):
     if old <= 0.0 and old + r <= 0.0:
         r = wanted
     for _ in range(MOST_ITERATIONS):
-        f, slope = force(r, old, op.stiffness, op.exponent)
+        f, slope = force(r, old, op)
         step = (r + weight * f - wanted) / (1.0 + weight * slope)
         r -= step
         if abs(step) <= ENOUGH * abs(r) + SMALL:
@@ -165,8 +178,8 @@ def solve_two(w, op, a, b):
     if old_2 <= 0.0 and old_2 + s <= 0.0:
         s = wanted_2
     for _ in range(MOST_TOGETHER):
-        f, slope = force(r, old, op.stiffness, op.exponent)
-        g, slope_2 = force(s, old_2, op.stiffness, op.exponent)
+        f, slope = force(r, old, op)
+        g, slope_2 = force(s, old_2, op)
         rest = wanted - r - w11 * f - w12 * g
         rest_2 = wanted_2 - s - w21 * f - w22 * g
         # the inverse of 1 + W D, a 2 by 2 matrix
@@ -248,7 +261,7 @@ def newton(w, op, near, count):
         r[i] = x
     for _ in range(MOST_TOGETHER):
         for i in range(count):
-            law[i], slope[i] = force(r[i], old[i], op.stiffness, op.exponent)
+            law[i], slope[i] = force(r[i], old[i], op)
         for i in range(count):
             x = wanted[i] - r[i]
             for k in range(count):

@@ -17,7 +17,7 @@ from livebass.compiling import jit
 from livebass.kernels.machine.elementary import exp, log2, sin_cos, squared
 from livebass.kernels.machine.native import record_address, words_at
 from livebass.kernels.string import handover, modal, operators
-from livebass.kernels.string.operators import DOUBLE, coefficient, tap_weights
+from livebass.kernels.string.operators import DOUBLE, coefficient, coefficient_at, tap_weights
 from livebass.kernels.string.preparing import faded
 from livebass.kernels.string.records import BETWEEN, BLOCK, OPERATOR, TOUCHES, WHOLE
 from livebass.kernels.string.slot import SAFETY_STRUCK, load_tuned, wake_slot, wake_v
@@ -151,8 +151,12 @@ def make_operator(string, ops, k, length):
     op.padded = (op.modes + BLOCK - 1) // BLOCK * BLOCK
     op.points = 0
     op.coefficients = record_address(made) + ROWS
-    op.taps = op.coefficients + DOUBLE * operators.COEFFICIENT_ROWS * op.padded
-    set_glide_coefficients(slot.u, op, a, b, x)
+    op.coefficients_v = op.coefficients
+    set_glide_coefficients(slot.u, op, op.coefficients, a, a.coefficients, b, b.coefficients, x)
+    if a.coefficients_v != a.coefficients:
+        op.coefficients_v += DOUBLE * operators.COEFFICIENT_ROWS * op.padded
+        set_glide_coefficients(slot.u, op, op.coefficients_v, a, a.coefficients_v, b, b.coefficients_v, x)
+    op.taps = op.coefficients_v + DOUBLE * operators.COEFFICIENT_ROWS * op.padded
     set_glide_taps(voice, op)
     set_slope(made, op)
     for i in range(TOUCHES):  # fingers on the string make their shapes anew
@@ -161,13 +165,13 @@ def make_operator(string, ops, k, length):
 
 
 @jit
-def set_glide_coefficients(w, op, a, b, x):
-    """Fills the coefficients of a length at the part `x` of the way between those of `a` and `b`.
+def set_glide_coefficients(w, op, rows, a, rows_a, b, rows_b, x):
+    """Fills the coefficients at `rows` of a length at the part `x` of the way between those of `a` and `b`.
 
     They are made in the rows of the silent working set `w`, where the compiler knows the distances.
     """
-    omega_a, omega_b = coefficient(a, operators.OMEGA), coefficient(b, operators.OMEGA)
-    sigma_a, sigma_b = coefficient(a, operators.SIGMA), coefficient(b, operators.SIGMA)
+    omega_a, omega_b = coefficient_at(rows_a, a, operators.OMEGA), coefficient_at(rows_b, b, operators.OMEGA)
+    sigma_a, sigma_b = coefficient_at(rows_a, a, operators.SIGMA), coefficient_at(rows_b, b, operators.SIGMA)
     of_a, of_b = (1.0 - x) * a.length / op.length, x * b.length / op.length
     for j in range(op.modes):
         w.omega[j] = of_a * omega_a[j] + of_b * omega_b[j]
@@ -177,15 +181,15 @@ def set_glide_coefficients(w, op, a, b, x):
         w.sigma[j] = 0.0
     modal.tune(w, op.fine, op.steps, op.padded)
     row = operators.LEAPS + 3 * WHOLE
-    modal.copy_row(coefficient(op, operators.FINE_A), w.fine_a, op.padded)
-    modal.copy_row(coefficient(op, operators.FINE_B), w.fine_b, op.padded)
-    modal.copy_row(coefficient(op, row), w.leaps[WHOLE].a, op.padded)
-    modal.copy_row(coefficient(op, row + 1), w.leaps[WHOLE].b, op.padded)
-    modal.copy_row(coefficient(op, row + 2), w.leaps[WHOLE].g, op.padded)
-    modal.copy_row(coefficient(op, operators.KAPPA), w.kappa, op.padded)
-    modal.copy_row(coefficient(op, operators.OMEGA), w.omega, op.padded)
-    modal.copy_row(coefficient(op, operators.SIGMA), w.sigma, op.padded)
-    modal.copy_row(coefficient(op, operators.PACE), w.pace, op.padded)
+    modal.copy_row(coefficient_at(rows, op, operators.FINE_A), w.fine_a, op.padded)
+    modal.copy_row(coefficient_at(rows, op, operators.FINE_B), w.fine_b, op.padded)
+    modal.copy_row(coefficient_at(rows, op, row), w.leaps[WHOLE].a, op.padded)
+    modal.copy_row(coefficient_at(rows, op, row + 1), w.leaps[WHOLE].b, op.padded)
+    modal.copy_row(coefficient_at(rows, op, row + 2), w.leaps[WHOLE].g, op.padded)
+    modal.copy_row(coefficient_at(rows, op, operators.KAPPA), w.kappa, op.padded)
+    modal.copy_row(coefficient_at(rows, op, operators.OMEGA), w.omega, op.padded)
+    modal.copy_row(coefficient_at(rows, op, operators.SIGMA), w.sigma, op.padded)
+    modal.copy_row(coefficient_at(rows, op, operators.PACE), w.pace, op.padded)
 
 
 @jit

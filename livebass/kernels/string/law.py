@@ -90,19 +90,28 @@ def clamped_mode(length):
 
 
 @shared
-def admittance(note, numbers, nu):
-    """Re Y and Im Y (m/s/N) of the neck at `nu` (Hz)."""
+def admittance(note, numbers, nu, across):
+    """Re Y and Im Y (m/s/N) of the neck at `nu` (Hz) as u feels it, or v, if `across`."""
+    if across and note.own_across:
+        y = summed(numbers, note.resonances_across, note.resonances_across_count, note.stop_across, nu)
+        a, b = tabled(numbers, note.table_across, note.table_across_count, 1.0, nu)
+    else:
+        y = summed(numbers, note.resonances, note.resonances_count, note.stop, nu)
+        a, b = tabled(numbers, note.table, note.table_count, 1.0, nu)
+    return y[0] + a, y[1] + b
+
+
+@shared
+def summed(numbers, first, count, stop, nu):
+    """Re Y and Im Y (m/s/N) of `count` resonances, rows (Hz, Q, kg) from `first` on, and of a stop."""
     real = 0.0
     imaginary = 0.0
-    for i in range(note.resonances_count):
-        row = note.resonances + 3 * i
+    for i in range(count):
+        row = first + 3 * i
         width, off = resonance(numbers[row], numbers[row + 1], numbers[row + 2], nu)
         real += width
         imaginary += off
-    real = note.stop + nu * real
-    imaginary = nu * imaginary
-    a, b = tabled(numbers, note.table, note.table_count, 1.0, nu)
-    return real + a, imaginary + b
+    return stop + nu * real, nu * imaginary
 
 
 @shared
@@ -125,24 +134,33 @@ def tabled(numbers, first, count, part, nu):
 
 
 @shared
-def frequency(note, numbers, j):
-    """nu_j, Hz: eq. 8, or measured."""
-    if j <= note.frequencies_count:
-        return numbers[note.frequencies + j - 1]
+def frequency(note, numbers, j, across):
+    """nu_j, Hz, of u, or of v, if `across`: eq. 8, or measured.
+
+    v has a measured frequency of u, but as far off as its neck and length say.
+    """
     nu = j * note.fundamental
     through = impedance(note.linear_density, note.length, note.fundamental)
-    aside = detuning(admittance(note, numbers, nu)[1], through, j)
-    return nu * (stretched(note.paper_law, note.inharmonicity, float(j)) + aside)
+    own = across and note.own_across
+    if j <= note.frequencies_count:
+        found = numbers[note.frequencies + j - 1]
+        if own:
+            aside = detuning(admittance(note, numbers, nu, True)[1], through, j)
+            found += nu * (aside - detuning(admittance(note, numbers, nu, False)[1], through, j))
+    else:
+        aside = detuning(admittance(note, numbers, nu, across)[1], through, j)
+        found = nu * (stretched(note.paper_law, note.inharmonicity, float(j)) + aside)
+    return found / (1 + note.longer_across) if own else found
 
 
 @shared
-def damping(note, numbers, j, nu):
-    """sigma_j, 1/s, of the mode at `nu` (Hz): eqs. 9 to 11, or measured."""
+def damping(note, numbers, j, nu, across):
+    """sigma_j, 1/s, of the mode of u, or of v, if `across`, at `nu` (Hz): eqs. 9 to 11, or measured, of both alike."""
     law = damped_at(note, float(j))
     if j <= note.dampings_count:
         sigma = numbers[note.dampings + j - 1]
     else:
         through = impedance(note.linear_density, note.length, note.fundamental)
         sigma = np.pi * law * loss_factor(note, law)
-        sigma += neck_damping(admittance(note, numbers, nu)[0], through, note.fundamental)
+        sigma += neck_damping(admittance(note, numbers, nu, across)[0], through, note.fundamental)
     return sigma + note.extra_damping + note.extra_damping_slope * 2 * np.pi * law

@@ -21,7 +21,7 @@ import numpy as np
 from livebass.compiling import compiled
 from livebass.kernels.machine.elementary import exp, sin_cos
 from livebass.kernels.string import operators
-from livebass.kernels.string.operators import coefficient, shape
+from livebass.kernels.string.operators import coefficient_at, shape
 from livebass.kernels.string.records import BLOCK, LONGER, PART, WHOLE
 
 LANES = {"reassoc", "contract", "nsz", "arcp"}
@@ -495,15 +495,15 @@ def clear_motion(w, n):
 
 
 @jit
-def retune(w, op, ratio):
-    """Sets coefficients for `ratio` times the frequencies of operator `op` (1/s stay), the motion kept.
+def retune(w, op, rows, ratio):
+    """Sets coefficients for `ratio` times the frequencies of those of `op` at `rows` (1/s stay), the motion kept.
 
     P follows kappa, so that displacement and velocity stay. sigma stays, the undamped frequency scales; sigma << omega.
     Modes that would get above MOST_TURN stay there: above, the contact rate cannot carry them.
     """
     fine = op.fine
     highest = MOST_TURN / fine
-    omega = coefficient(op, operators.OMEGA)
+    omega = coefficient_at(rows, op, operators.OMEGA)
     for j in range(op.padded):
         w.omega[j] = omega[j] * ratio
         if w.omega[j] > highest and w.omega[j] > omega[j]:
@@ -561,24 +561,24 @@ def tune(w, fine, steps, n):
 
 
 @jit
-def take_coefficients(w, op):
-    """Gives the working set the coefficients of operator `op`, untuned."""
+def take_coefficients(w, op, rows):
+    """Gives the working set the coefficients of operator `op` at `rows`, those of u or of v, untuned."""
     n = op.padded
-    copy_row(w.fine_a, coefficient(op, operators.FINE_A), n)
-    copy_row(w.fine_b, coefficient(op, operators.FINE_B), n)
+    copy_row(w.fine_a, coefficient_at(rows, op, operators.FINE_A), n)
+    copy_row(w.fine_b, coefficient_at(rows, op, operators.FINE_B), n)
     for which in (WHOLE, LONGER, PART):
-        copy_row(w.leaps[which].a, coefficient(op, operators.LEAPS + 3 * which), n)
-        copy_row(w.leaps[which].b, coefficient(op, operators.LEAPS + 3 * which + 1), n)
-        copy_row(w.leaps[which].g, coefficient(op, operators.LEAPS + 3 * which + 2), n)
-    copy_row(w.kappa, coefficient(op, operators.KAPPA), n)
-    copy_row(w.omega, coefficient(op, operators.OMEGA), n)
-    copy_row(w.sigma, coefficient(op, operators.SIGMA), n)
-    copy_row(w.pace, coefficient(op, operators.PACE), n)
+        copy_row(w.leaps[which].a, coefficient_at(rows, op, operators.LEAPS + 3 * which), n)
+        copy_row(w.leaps[which].b, coefficient_at(rows, op, operators.LEAPS + 3 * which + 1), n)
+        copy_row(w.leaps[which].g, coefficient_at(rows, op, operators.LEAPS + 3 * which + 2), n)
+    copy_row(w.kappa, coefficient_at(rows, op, operators.KAPPA), n)
+    copy_row(w.omega, coefficient_at(rows, op, operators.OMEGA), n)
+    copy_row(w.sigma, coefficient_at(rows, op, operators.SIGMA), n)
+    copy_row(w.pace, coefficient_at(rows, op, operators.PACE), n)
 
 
 @jit
-def change_coefficients(w, old, op):
-    """Gives the working set the coefficients of `op` in place of those of `old`, displacement and velocity kept.
+def change_coefficients(w, old, op, rows):
+    """Gives the working set the coefficients of `op` at `rows` in place of those of `old`, the motion kept.
 
     Modes that come in anew are at rest, and no hand touches them; so are those that only fill up a block.
     """
@@ -591,6 +591,6 @@ def change_coefficients(w, old, op):
         w.held[j] = 0.0
         w.strike[j] = 0.0
         w.finger[j] = 1.0
-    take_coefficients(w, op)
+    take_coefficients(w, op, rows)
     for j in range(op.padded):
         w.p[j] *= w.kappa[j]

@@ -124,6 +124,7 @@ def take_numbers(string, numbers, stop, note):
     note.extra_damping_slope = string.extra_damping_slope
     note.contact_stiffness = string.contact_stiffness
     note.contact_exponent = string.contact_exponent
+    note.contact_loss = string.contact_loss
     note.friction = string.friction
     note.friction_speed = string.friction_speed
 
@@ -134,26 +135,59 @@ def set_admittance(string, numbers, stop, note, lists, end):
 
     Returns the place behind its lists.
     """
-    note.stop = string.stop_conductance if stop > 0 or string.capo else string.nut_conductance
-    count = string.resonances_count
-    parts = string.parts + stop * (count + 1)
-    note.resonances, note.resonances_count = end, 0
-    for k in range(count):
+    stopped = stop > 0 or string.capo
+    note.stop = string.stop_conductance if stopped else string.nut_conductance
+    note.resonances = end
+    end = felt_resonances(string, numbers, stop, 1.0, lists, end)
+    note.resonances_count = (end - note.resonances) // 3
+    note.table = end
+    end = felt_table(string, numbers, stop, 1.0, lists, end)
+    note.table_count = (end - note.table) // 3
+    note.own_across = string.own_across
+    note.stop_across = string.stop_conductance_across if stopped else string.nut_conductance
+    note.longer_across = string.longer_across / note.length
+    note.resonances_across = end
+    if string.own_across:
+        end = felt_resonances(string, numbers, stop, string.higher_across, lists, end)
+    note.resonances_across_count = (end - note.resonances_across) // 3
+    note.table_across = end
+    if string.own_across:
+        end = felt_table(string, numbers, stop, string.higher_across, lists, end)
+    note.table_across_count = (end - note.table_across) // 3
+    return end
+
+
+@shared
+def felt_resonances(string, numbers, stop, higher, lists, end):
+    """Lists the resonances that are felt at a stop, those that bend the neck `higher` times as high.
+
+    Returns the place behind.
+    """
+    parts = string.parts + stop * (string.resonances_count + 1)
+    for k in range(string.resonances_count):
         part, row = numbers[parts + k], string.resonances + 3 * k
         if part != 0.0:
-            lists[end] = numbers[row]
+            lists[end] = numbers[row] * higher if numbers[string.bending + k] else numbers[row]
             lists[end + 1] = numbers[row + 1]
             lists[end + 2] = numbers[row + 2] / part
-            note.resonances_count += 1
             end += 3
-    part = numbers[parts + count]
-    note.table, note.table_count = end, string.table_count if part != 0.0 else 0
-    for k in range(note.table_count):
-        row = string.table + 3 * k
-        lists[end] = numbers[row]
-        lists[end + 1] = part * numbers[row + 1]
-        lists[end + 2] = part * numbers[row + 2]
-        end += 3
+    return end
+
+
+@shared
+def felt_table(string, numbers, stop, higher, lists, end):
+    """Lists the measured admittance that is felt at a stop, as of a neck that vibrates `higher` times as high.
+
+    Returns the place behind.
+    """
+    part = numbers[string.parts + stop * (string.resonances_count + 1) + string.resonances_count]
+    if part != 0.0:
+        for k in range(string.table_count):
+            row = string.table + 3 * k
+            lists[end] = numbers[row] * higher
+            lists[end + 1] = part * numbers[row + 1] / higher
+            lists[end + 2] = part * numbers[row + 2] / higher
+            end += 3
     return end
 
 
@@ -180,13 +214,13 @@ def tune(string, numbers, stop, note, lists):
     mass = 2 * string.linear_density * note.length  # kg, so that mu c is mass times f0
     mute = string.extra_damping / (2 * np.pi) + string.extra_damping_slope * pitch  # Hz
     if note.stop != 0.0:
-        mute += neck_damping(admittance(note, lists, pitch)[0], mass * pitch, pitch) / (2 * np.pi)
+        mute += neck_damping(admittance(note, lists, pitch, False)[0], mass * pitch, pitch) / (2 * np.pi)
     sounds = hypotenuse(pitch, mute)  # tuned higher, as a damped mode rings lower than its eigenfrequency
     stretch = stretched(note.paper_law, note.inharmonicity, 1.0)
     fundamental = sounds / stretch
     if note.resonances_count + note.table_count > 0 or note.stop != 0.0:
         for _ in range(8):  # fixed-point iteration; each pass gains digits, as the neck's part is small
-            aside = detuning(admittance(note, lists, fundamental)[1], mass * fundamental, 1)
+            aside = detuning(admittance(note, lists, fundamental, False)[1], mass * fundamental, 1)
             aside = min(max(aside, -MOST_DETUNING), MOST_DETUNING)
             before = fundamental
             fundamental = sounds / (stretch + aside)

@@ -19,8 +19,14 @@ COEFFICIENT_ROWS = 15
 
 @inlined
 def coefficient(op, row):
-    """Row FINE_A to PACE of the coefficients of the modes, (padded,)."""
-    return floats_at(op.coefficients + DOUBLE * row * op.padded, op.padded)
+    """Row FINE_A to PACE of the coefficients of the modes of u, (padded,)."""
+    return coefficient_at(op.coefficients, op, row)
+
+
+@inlined
+def coefficient_at(address, op, row):
+    """Row FINE_A to PACE of the coefficients at `address`, those of u or of v, (padded,)."""
+    return floats_at(address + DOUBLE * row * op.padded, op.padded)
 
 
 @inlined

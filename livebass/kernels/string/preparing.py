@@ -29,6 +29,7 @@ from livebass.kernels.string.operators import (
     PACE,
     SIGMA,
     coefficient,
+    coefficient_at,
     coupling,
     heights,
     left_out,
@@ -62,7 +63,9 @@ def listed(name: str) -> list[tuple[str, str]]:
 # Lists among the numbers, and how many a row of each has
 LISTS = {
     "resonances": 3,  # (Hz, Q, kg)
+    "resonances_across": 3,  # the same as v feels them, if `own_across`
     "table": 3,  # (Hz, Re Y, Im Y), ascending
+    "table_across": 3,  # the same for v
     "frequencies": 1,  # (Hz,), measured, of the first modes
     "dampings": 1,  # (1/s,), measured
     "obstacles": 2,  # (m from the stop, height in m)
@@ -92,9 +95,13 @@ NOTE_WORDS = [
     Word("held_stiffness", "f8", 0.0),  # m^2, as OPERATOR
     Word("contact_stiffness", "f8", TINY, 1e30),  # K of eq. 6
     Word("contact_exponent", "f8", 1.0, 5.0),  # alpha of eq. 6
+    Word("contact_loss", "f8", 0.0),  # s/m, c of contact.py
     Word("friction", "f8", 0.0),  # N/m, A of eq. 7
     Word("friction_speed", "f8", TINY),  # m/s, s of eq. 7
     Word("stop", "f8", 0.0),  # m/s/N, Re Y at every frequency
+    Word("own_across", "i8", 0, 1),  # 1: v has a neck of its own, the following and the lists "across"; 0: it is as u
+    Word("stop_across", "f8", 0.0),  # m/s/N, as `stop`
+    Word("longer_across", "f8", -0.1, 0.1),  # part of the length by which v is longer
     # of each list: where its first row begins, and how many rows it has
     *(Word(f"{name}{end}", "i8", 0, MOST_WORDS) for name in LISTS for end in ("", "_count")),
 ]
@@ -168,7 +175,9 @@ def fill(work):
         op = operator_at(work.operators + OPERATOR_BYTES * k)
         lay_out(work, note, op, place)
         set_numbers(work, note, op)
-        state = set_coefficients(work, note, op)
+        state = set_coefficients(work, note, op, op.coefficients, False)
+        if state == DONE and note.own_across:
+            state = set_coefficients(work, note, op, op.coefficients_v, True)
         if state != DONE:
             return state
         set_points(work, note, op)
@@ -205,16 +214,16 @@ def tap_rows(work, note):
 def operator_words(work, note, op):
     """Float64 of the rows of an operator."""
     square = op.points * op.points if op.points <= MOST_NEAR else 0
-    return (COEFFICIENT_ROWS + tap_rows(work, note) + op.points) * op.padded + blocks(
-        2 * (op.points + square + note.answers_count)
-    )
+    rows = COEFFICIENT_ROWS * (1 + note.own_across) + tap_rows(work, note) + op.points
+    return rows * op.padded + blocks(2 * (op.points + square + note.answers_count))
 
 
 @jit
 def lay_out(work, note, op, place):
     """Gives the operator the addresses of its rows from `place` on."""
     op.coefficients = place
-    op.taps = op.coefficients + DOUBLE * COEFFICIENT_ROWS * op.padded
+    op.coefficients_v = op.coefficients + DOUBLE * COEFFICIENT_ROWS * op.padded * note.own_across
+    op.taps = op.coefficients_v + DOUBLE * COEFFICIENT_ROWS * op.padded
     op.shapes = op.taps + DOUBLE * tap_rows(work, note) * op.padded
     op.heights = op.shapes + DOUBLE * op.points * op.padded
     op.positions = op.heights + DOUBLE * op.points
@@ -238,7 +247,7 @@ def carried(work, note):
     """Number of the wanted modes that lie below `work.carried` of the contact rate, at least 1."""
     count = 0
     for j in range(1, note.modes + 1):
-        if frequency(note, numbers_of(work), j) < work.carried * work.contact_rate:
+        if frequency(note, numbers_of(work), j, False) < work.carried * work.contact_rate:
             count += 1
     return max(count, 1)
 
@@ -261,6 +270,7 @@ def set_numbers(work, note, op):
     op.slip = 2 * dt * note.friction_speed
     op.stiffness = note.contact_stiffness
     op.exponent = note.contact_exponent
+    op.loss = note.contact_loss / (2.0 * dt)
     op.length = note.length
     op.speed = 2 * note.length * note.fundamental
     op.graze = FREE_APEX * note.length
@@ -268,19 +278,22 @@ def set_numbers(work, note, op):
 
 
 @jit
-def set_coefficients(work, note, op):
-    """Fills the coefficients of the modes; those that fill up the last block stay zero and must not divide by zero."""
+def set_coefficients(work, note, op, rows, across):
+    """Fills the coefficients of the modes of u, or those `across`, at `rows`.
+
+    Modes that fill up the last block stay zero and must not divide by zero.
+    """
     dt = 1.0 / work.contact_rate
-    fine_a, fine_b = coefficient(op, FINE_A), coefficient(op, FINE_B)
-    kappa, pace = coefficient(op, KAPPA), coefficient(op, PACE)
-    omega, sigma = coefficient(op, OMEGA), coefficient(op, SIGMA)
+    fine_a, fine_b = coefficient_at(rows, op, FINE_A), coefficient_at(rows, op, FINE_B)
+    kappa, pace = coefficient_at(rows, op, KAPPA), coefficient_at(rows, op, PACE)
+    omega, sigma = coefficient_at(rows, op, OMEGA), coefficient_at(rows, op, SIGMA)
     for k in range(op.modes, op.padded):
         fine_a[k] = 1.0
         kappa[k] = 1.0
         omega[k] = 1.0
     for k in range(op.modes):
-        nu = frequency(note, numbers_of(work), k + 1)
-        s = 0.0 if work.lossless else damping(note, numbers_of(work), k + 1, nu)
+        nu = frequency(note, numbers_of(work), k + 1, across)
+        s = 0.0 if work.lossless else damping(note, numbers_of(work), k + 1, nu, across)
         w = 2 * np.pi * nu
         if s >= w:
             return np.int64(OVERDAMPED)
@@ -307,9 +320,9 @@ def set_coefficients(work, note, op):
                 row = LEAPS + 3 * PART
             damp = exp(-s * steps * dt)
             turned = damp * sin(w * steps * dt)
-            coefficient(op, row)[k] = damp * cos(w * steps * dt)
-            coefficient(op, row + 1)[k] = turned / es
-            coefficient(op, row + 2)[k] = turned * es
+            coefficient_at(rows, op, row)[k] = damp * cos(w * steps * dt)
+            coefficient_at(rows, op, row + 1)[k] = turned / es
+            coefficient_at(rows, op, row + 2)[k] = turned * es
     return np.int64(DONE)
 
 
@@ -433,7 +446,7 @@ def set_coupling(work, note, op):
         turn[m] = grid_point(note, x[m]) * op.modes % (2 * n)
     scale = np.sqrt(2 / note.length)
     for j in range(op.modes + 1, n):
-        w = 2 * np.pi * frequency(note, numbers_of(work), j)
+        w = 2 * np.pi * frequency(note, numbers_of(work), j, False)
         part = 1 / (w * w)
         for m in range(points):
             k = grid_point(note, x[m])
@@ -517,9 +530,10 @@ def set_pickups(work, note, op, k, rows):
 @jit
 def set_sampled(work, note, op, k):
     """Fills the weights of q and P of mode `k` for u, then for v, at each phase a frame can have between fine steps."""
-    w, s, es = coefficient(op, OMEGA)[k], coefficient(op, SIGMA)[k], coefficient(op, KAPPA)[k]
-    es *= w
     for i in range(2):
+        rows = op.coefficients if i == 0 else op.coefficients_v
+        w, s = coefficient_at(rows, op, OMEGA)[k], coefficient_at(rows, op, SIGMA)[k]
+        es = coefficient_at(rows, op, KAPPA)[k] * w
         weight = shape_at(note, list_value(work, note.taps, i), k + 1)
         for phase in range(work.denominator):
             ahead = (-phase * work.numerator) % work.denominator / work.denominator / work.contact_rate  # s

@@ -17,7 +17,7 @@ BLOCK = 16  # modes are woken and dropped in blocks
 GROUP, GROUP_ROOM = 16, 128  # contact points in a group of a board; most groups
 UNKNOWN = -1  # a step number: never
 MOST_ANSWERS = 128  # modes of other strings that may answer one string
-BETWEEN_ROWS = 15 + 4  # coefficients of operators.py, and a tap for each pickup, or for u and v of sensors
+BETWEEN_ROWS = 15 + 15 + 4  # coefficients of operators.py, of u and v, and a tap for each pickup, or sensors' of both
 
 
 def _row(name: str, kind: str = "f8") -> tuple[str, str, tuple[int]]:
@@ -116,7 +116,8 @@ WORK = on_lines(
 # there are modes or points (operators.py).
 OPERATOR = np.dtype(
     [
-        ("coefficients", "i8"),  # address of the coefficients of the modes, a row each
+        ("coefficients", "i8"),  # address of the coefficients of the modes of u, a row each ...
+        ("coefficients_v", "i8"),  # ... and of v: the same, unless v has a law of its own
         ("taps", "i8"),  # address of the weights of pickups, a row each; without one, of q and of P for each phase
         ("shapes", "i8"),  # address of the mode shapes at the contact points, a row each
         ("heights", "i8"),  # address: m, of each contact point
@@ -140,6 +141,7 @@ OPERATOR = np.dtype(
         ("slip", "f8"),  # m, 2 dt s: slower than that a point sticks
         ("stiffness", "f8"),  # K
         ("exponent", "f8"),  # alpha
+        ("loss", "f8"),  # 1/m, c / (2 dt) of a contact (contact.py)
         ("length", "f8"),  # m
         ("speed", "f8"),  # m/s of transverse waves, 2 L f0
         ("graze", "f8"),  # m, a pluck amplitude to use where there is no obstacle

@@ -23,7 +23,7 @@ STEEPEST = 0.1  # rms velocity over wave speed above which a motion is scaled ba
 @jit
 def load(slot, op, step):
     """Makes the silent `slot` ready to play operator `op`."""
-    modal.take_coefficients(slot.u, op)
+    modal.take_coefficients(slot.u, op, op.coefficients)
     modal.clear_motion(slot.u, op.padded)
     slot.ratio = 1.0
     slot.heard = op.tap_modes
@@ -91,11 +91,11 @@ def wake_v(slot, op):
     """Makes the second polarisation ready to move, where it is not."""
     if slot.v_ready:
         return
-    modal.take_coefficients(slot.v, op)
+    modal.take_coefficients(slot.v, op, op.coefficients_v)
     modal.clear_motion(slot.v, op.padded)
     invalidate_contact(slot.v, op)
     if slot.ratio != 1.0:
-        modal.retune(slot.v, op, slot.ratio)
+        modal.retune(slot.v, op, op.coefficients_v, slot.ratio)
     slot.v_ready = 1
 
 
@@ -138,9 +138,9 @@ def tune_slot(slot, op, ratio, most):
 
     Modes that get above `most` (rad/s) are not heard any more.
     """
-    modal.retune(slot.u, op, ratio)
+    modal.retune(slot.u, op, op.coefficients, ratio)
     if slot.v_ready:
-        modal.retune(slot.v, op, ratio)
+        modal.retune(slot.v, op, op.coefficients_v, ratio)
     slot.ratio = ratio
     slot.heard = op.tap_modes
     if ratio > 1.0:
@@ -151,11 +151,11 @@ def tune_slot(slot, op, ratio, most):
 @jit
 def change_operator(slot, old, op):
     """Makes the sounding slot go on with `op`, untuned, in place of `old`."""
-    modal.change_coefficients(slot.u, old, op)
+    modal.change_coefficients(slot.u, old, op, op.coefficients)
     reset_obstacles(slot, op)
     invalidate_contact(slot.u, op)
     if slot.v_ready:
-        modal.change_coefficients(slot.v, old, op)
+        modal.change_coefficients(slot.v, old, op, op.coefficients_v)
         invalidate_contact(slot.v, op)
         slot.v_active = op.padded
     slot.ratio = 1.0
