@@ -19,6 +19,7 @@ from livebass.model.instrument import (
     frets_from_geometry,
     speaking,
 )
+from livebass.model.neck import Admittance, Resonance
 from livebass.model.trial import Trial
 
 # First 34 modes of the open G string as published with siconos-tutorials, examples/mechanics/Music,
@@ -110,6 +111,22 @@ def tiny(
 def oblique(trial: Trial, angle: float, apex: float) -> Trial:
     """`trial` plucked by `apex` (m) at `angle` (rad) from the normal of the board."""
     return dataclasses.replace(trial, pluck=dataclasses.replace(trial.pluck, angle=angle, apex=apex))
+
+
+def losing(trial: Trial, stiffness: float, loss: float) -> Trial:
+    """`trial` over frets of `stiffness` (K, SI) that lose `loss` s/m."""
+    s = dataclasses.replace(trial.speaking, contact_stiffness=stiffness, contact_loss=loss)
+    return dataclasses.replace(trial, speaking=s)
+
+
+def with_own_across(s: Speaking) -> Speaking:
+    """`s` with a neck that gives way otherwise across, and v a little longer."""
+    back = Admittance((Resonance(110.0, 20.0, 0.4), Resonance(730.0, 30.0, 0.3)), (), 1e-3)
+    across = Admittance((Resonance(180.0, 20.0, 0.4), Resonance(1210.0, 30.0, 0.3)), (), 4e-4)
+    string = dataclasses.replace(s.string, measured_frequencies=(), measured_dampings=())
+    return dataclasses.replace(
+        s, string=string, admittance=back, own_across=True, admittance_across=across, longer_across=4e-4
+    )
 
 
 def even(bass: Instrument) -> Instrument:
