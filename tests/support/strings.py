@@ -129,6 +129,13 @@ def with_own_across(s: Speaking) -> Speaking:
     )
 
 
+def yielding(bass: Instrument, longer: float = 2e-3) -> Instrument:
+    """`bass` over frets that give way and lose, on necks that are stiffer across, v `longer` (m)."""
+    own = {"stiffness_across": 3.0, "stop_across": 0.4, "longer_across": longer}
+    necks = tuple(dataclasses.replace(n, contact_stiffness=3e8, contact_loss=15.0, **own) for n in bass.necks)
+    return dataclasses.replace(bass, necks=necks)
+
+
 def even(bass: Instrument) -> Instrument:
     """`bass` in the hands of a player who plays each note alike."""
     return dataclasses.replace(bass, player=dataclasses.replace(bass.player, unevenness=0.0))
