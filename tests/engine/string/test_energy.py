@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-
 from support.played import RATE, YIELDS, Played, event
 
 from livebass import load_preset
