@@ -140,13 +140,18 @@ MOST_RESONANCES = 16
     "--neck", type=click.Choice(["table", "resonances"]), default="table", show_default=True,
     help="How the preset describes what the neck takes: by partial, or by resonances, which take about 10 s to find.",
 )  # fmt: skip
+@click.option(
+    "--only-string",
+    is_flag=True,
+    help="Leave pluck, pickups and tone as the preset has them, and fit the string alone.",
+)
 @file_option("-o", "--output", metavar="FILE.toml", help="Preset to write.")
 @file_option("--json", "json_file", help="Write everything found as JSON.")
 @file_option("--csv", "csv_file", help="Write the partials as CSV.")
 def identify(
     recordings: tuple[Path, ...], preset: str, string: str | None, note: int | None, f0: float | None, modes: int,
-    start: float, duration: float, channel: int | None, neck: str, output: Path | None, json_file: Path | None,
-    csv_file: Path | None,
+    start: float, duration: float, channel: int | None, neck: str, only_string: bool, output: Path | None,
+    json_file: Path | None, csv_file: Path | None,
 ) -> None:  # fmt: skip
     """Measure an open string from recordings.
 
@@ -156,11 +161,14 @@ def identify(
     most partials. The RECORDINGs (WAV, FLAC, Ogg ...) may hold several notes; then medians and their scatter are given.
 
     Prints the frequency and damping of each partial (found by ESPRIT), the f0 and B of the law that describes them
-    better, j f0 sqrt(1 + B j^2) or j f0 (1 + B j^2 / 2), and the losses through them. Clipped sound, other notes and
-    partials that no string has are left out and named in lines that begin "doubt:". If a partial is double, as the
-    string swings in two directions or the pickup adds an overtone, the stronger counts and the other is printed beside
-    it. With -o it also writes a preset for `livebass render`, `play` and `simulate`: the given one with this string as
-    measured.
+    better, j f0 sqrt(1 + B j^2) or j f0 (1 + B j^2 / 2), and the losses through them. A note that begins sharp, as hard
+    ones do, is measured as if it did not. T60 is that heard. Where a partial is two lines, as the string swings in two
+    directions, both are printed: the one that dies sooner as u, away from the neck, the other as v, across it. From the
+    levels of the partials it finds where the string was plucked, the finger, the pickups and the tone.
+
+    Clipped sound, loops, fades, other notes and partials that no string has are left out and named in lines that begin
+    "doubt:", as are cuts and compression. With -o it also writes a preset for `livebass render`, `play` and `simulate`:
+    the given one with this string, and with this pluck, pickups and tone.
 
     \b
     Examples:
@@ -196,8 +204,9 @@ def identify(
     from livebass.identification.identify import identify as identify_string
 
     result = identify_string(
-        recordings, bass, string=string, note=note, f0=f0, modes=modes, start=start, duration=duration, channel=channel
-    )
+        recordings, bass, string=string, note=note, f0=f0, modes=modes, start=start, duration=duration,
+        channel=channel, only_string=only_string,
+    )  # fmt: skip
     fit = fit_neck(result.string, most=MOST_RESONANCES) if neck == "resonances" else None
     resonances = fit.resonances if fit else ()
     with Transaction() as files:

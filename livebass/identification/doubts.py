@@ -41,7 +41,7 @@ def without_clipping(recording: Recording, takes: Sequence[Take]) -> tuple[list[
             kept.append(take)
             continue
         cut = int(inside[-1]) - first + round(SETTLE * take.rate)
-        said.append(f"{_place(take)} clips for {cut / take.rate:.2g} s: that part is left out")
+        said.append(f"{take.place} clips for {cut / take.rate:.2g} s: that part is left out")
         if cut < take.sound.size:
             kept.append(replace(take, start_s=take.start_s + cut / take.rate, sound=take.sound[cut:]))
     return kept, said
@@ -108,10 +108,10 @@ def other_note(take: Take, partials: Sequence[Partial], f0: float) -> float | No
 def left_out(take: Take, pitch: float | None, beside: bool) -> str:
     """Says that `take` is another note of `pitch` (Hz), or none (None), or has one beside the string's."""
     if pitch is None:
-        return f"{_place(take)} has no clear pitch: left out"
+        return f"{take.place} has no clear pitch: left out"
     note = f"{note_name(round(69 + 12 * math.log2(pitch / 440)))} ({pitch:.1f} Hz)"
     what = f"has another note, {note}, beside the string's" if beside else f"is another note, {note}"
-    return f"{_place(take)} {what}: left out"
+    return f"{take.place} {what}: left out"
 
 
 ASTRAY = 0.1  # of f0, from the line that its neighbours draw: the necks of the presets pull a partial by 0.014
@@ -165,8 +165,3 @@ def _neighbours(values: Floats) -> Floats:
     """The median of the `BESIDE` values on each side of each of `values` (n,), itself left out."""
     around = (np.r_[max(0, i - BESIDE) : i, i + 1 : i + 1 + BESIDE] for i in range(values.size))
     return np.array([np.median(values[k[k < values.size]]) for k in around])
-
-
-def _place(take: Take) -> str:
-    name = "".join(c for c in take.name if c.isprintable())
-    return f"{name}: the note at {take.start_s:.2f} s"

@@ -16,10 +16,16 @@ from typing import Any
 
 import numpy as np
 
+from livebass.analysis.motion import t60
 from livebass.arrays import Ints
+from livebass.engine.prepare import pickups_under
+from livebass.identification.across import Across, across
 from livebass.identification.doubts import doubtful, left_out, other_note, without_clipping
 from livebass.identification.fit import FEW, Law, Losses, NeckFit, fit_laws, fit_losses, rigid_neck
+from livebass.identification.glide import Glide, glide_of, straightened
 from livebass.identification.limits import check
+from livebass.identification.lines import Line
+from livebass.identification.onset import Onset, fit_onset, rounded, third_octaves
 from livebass.identification.partials import (
     Found,
     Partial,
@@ -31,12 +37,13 @@ from livebass.identification.partials import (
     read_recording,
     track,
 )
+from livebass.identification.treatment import compressed, cuts, is_fade, shared_gain, without_fade, without_loops
 from livebass.model.instrument import Instrument, String, note_frequency, speaking
-from livebass.model.modes import dampings, frequencies
+from livebass.model.modes import dampings, frequencies, impedance
 from livebass.model.neck import Admittance, Resonance
 from livebass.preset.build import Builder
 from livebass.preset.checks import RESONANCE_KEYS, TABLE_KEYS
-from livebass.preset.load import preset_source
+from livebass.preset.load import load_preset, preset_source
 from livebass.report.text import columns, csv_text, json_text, plain
 from livebass.units import cents, note_name, note_number
 
@@ -60,7 +67,12 @@ class Identified:
     takes: tuple[Take, ...]
     rejected: int  # takes of another pitch, too short, or without enough partials
     missing: tuple[int, ...]  # partials below the highest, not found or in doubt: `string` has values of the laws
-    doubts: tuple[str, ...]  # a sentence each: what in the recordings was left out, and why
+    doubts: tuple[str, ...]  # a sentence each: what in the recordings was left out, or done to them, and why
+    glides: tuple[Glide | None, ...]  # of the takes: how sharp each begins; taken out of what the partials are
+    across: Across | None  # how v differs from u; None: no partial is two lines
+    onset: Onset | None = (
+        None  # pluck, pickups and tone by the levels of partials; None: not asked for, or not possible
+    )
 
 
 def identify(
@@ -74,12 +86,14 @@ def identify(
     start: float = 0.02,
     duration: float = 5.0,
     channel: int | None = None,
+    only_string: bool = False,
 ) -> Identified:
     """Identifies the open string that is plucked, alone, in every note of the `recordings`, one or several sound files.
 
     string: its name in `bass`; by default the one tuned nearest. note (MIDI) or f0 (Hz, to a semitone): its pitch; by
     default it is found. modes: the most partials to look for. start, duration: each note is used from `start` (s) after
-    its attack, for `duration` (s) at most. channel: from 1; by default the loudest.
+    its attack, for `duration` (s) at most. channel: from 1; by default the loudest. only_string: pluck, pickups and
+    tone are left as `bass` has them.
 
     Returns an `Identified`: `partials`, each with frequency (Hz), damping (1/s), their uncertainties and `t60` (s);
     `law` with f0 (Hz) and B; `string`, that of `bass` as measured; `doubts`, a sentence for each thing left out. Raises
@@ -99,8 +113,12 @@ def identify(
     good = [(take, partials) for take, partials in tracks if _plausible(partials, pitch)]
     if not good:
         raise RecordingError(_why_not([partials for _, partials in tracks], paths, pitch))
+    heard = [_steady(take, partials, pitch, modes) for take, partials in good]
+    good, gains = _unfaded([(take, partials) for take, partials, _ in heard], pitch, modes)
+    doubts += gains
     beside = [other_note(take, partials, pitch) for take, partials in good]
     doubts += [left_out(take, other, beside=True) for (take, _), other in zip(good, beside, strict=True) if other]
+    glides = tuple(each[2] for each, other in zip(heard, beside, strict=True) if not other)
     good = [each for each, other in zip(good, beside, strict=True) if not other]
     if not good:
         raise RecordingError(f"{doubts[-1]}; only a string that sounds alone can be identified")
@@ -115,7 +133,42 @@ def identify(
         fitted, neck, _numbers(found), np.array([p.damping for p in found]), np.array([p.damping_u for p in found]) / 2
     )
     takes = [take for take, _ in good]
-    return _identified(fitted, losses, found, (law, other), takes, all_takes - len(good), (*doubts, *more))
+    result = _identified(
+        fitted, losses, found, (law, other), takes, all_takes - len(good), (*doubts, *more), glides
+    )  # fmt: skip
+    if only_string:
+        return result
+    onset = fit_onset(speaking(result.string, neck, 0), bass, found, third_octaves(takes), start)
+    return replace(result, onset=onset)
+
+
+def _steady(take: Take, partials: list[Partial], pitch: float, modes: int) -> tuple[Take, list[Partial], Glide | None]:
+    """The take and its partials without the glide that they share, and that glide."""
+    glide = glide_of(take, partials, pitch)
+    if glide is None:
+        return take, partials, None
+    steady = straightened(take, glide)
+    again = track(steady.sound, steady.rate, pitch, modes)
+    return (steady, again, glide) if _plausible(again, pitch) else (take, partials, None)
+
+
+def _unfaded(
+    good: Sequence[tuple[Take, list[Partial]]], pitch: float, modes: int
+) -> tuple[list[tuple[Take, list[Partial]]], list[str]]:
+    """The takes and their partials without fades, and sentences about these and about compressors."""
+    kept, said = [], []
+    for take, partials in good:
+        gain = shared_gain(take, partials, pitch)
+        if gain is not None and is_fade(gain, take):
+            shorter, why = without_fade(take, gain)
+            again = track(shorter.sound, shorter.rate, pitch, modes)
+            if _plausible(again, pitch):
+                take, partials = shorter, again
+            said.append(why)
+        elif gain is not None:
+            said.append(compressed(take, gain))
+        kept.append((take, partials))
+    return kept, said
 
 
 def _index(bass: Instrument, string: str) -> int:
@@ -152,6 +205,7 @@ def _takes(
         raise RecordingError("no recording")
     takes: list[Take] = []
     count, doubts = 0, []
+    cut: dict[int, list[str]] = {}
     for path in paths:
         recording = read_recording(path, channel)
         new = find_takes(recording, start, duration)
@@ -159,8 +213,10 @@ def _takes(
             raise RecordingError(f"{path}: {recording.sound.size / recording.rate:.3g} s, too short or without a note")
         count += len(new)
         new, clipping = without_clipping(recording, new)
+        new, loops = without_loops(new)
         takes += new
-        doubts += clipping
+        doubts += clipping + loops
+        cut |= {id(take): cuts(recording, take, start) for take in new}
     if not takes:
         raise RecordingError(doubts[-1])
     low, high = (hint / SEMITONE, hint * SEMITONE) if hint else PITCHES
@@ -183,7 +239,7 @@ def _takes(
         longest = max(t.duration_s for t in good)
         why = f"too short: {PERIODS} periods, {PERIODS / pitch:.2g} s, are needed"
         raise RecordingError(f"{good[0].name}: {longest:.3g} s of note, {why}")
-    return long, pitch, count, doubts
+    return long, pitch, count, [*doubts, *(said for take in long for said in cut[id(take)])]
 
 
 def _plausible(partials: Sequence[Partial], pitch: float) -> bool:
@@ -227,7 +283,7 @@ def _tuned(base: String, law: Law, note: int | None) -> String:
 
 def _identified(
     fitted: String, losses: Losses, found: list[Found], laws: tuple[Law, Law], takes: list[Take], rejected: int,
-    doubts: tuple[str, ...],
+    doubts: tuple[str, ...], glides: tuple[Glide | None, ...],
 ) -> Identified:  # fmt: skip
     """The result, with measured modes without a gap: partials that were not found follow the laws."""
     fitted = replace(
@@ -250,13 +306,18 @@ def _identified(
         if not below < nu[j - 1] < above:
             nu[j - 1] = below + (above - below) / gap
     string = replace(fitted, measured_frequencies=tuple(map(float, nu)), measured_dampings=tuple(map(float, sigma)))
-    return Identified(string, losses.conductance, tuple(found), *laws, tuple(takes), rejected, missing, doubts)
+    aside = across(found, impedance(s), s.fundamental)
+    return Identified(
+        string, losses.conductance, tuple(found), *laws, tuple(takes), rejected, missing, doubts, glides, aside
+    )  # fmt: skip
 
 
 MARK = "identified"
+WIDTH_LIMITS, RELEASE_LIMITS = (0.5e-3, 50e-3), (1e-6, 10e-3)  # m, s, that a preset allows
 COLUMNS = (
     "partial", "frequency_hz", "frequency_u95_hz", "damping_per_s", "damping_u95_per_s", "q", "t60_s", "level_db",
-    "takes", "law_frequency_hz", "twin_frequency_hz", "twin_damping_per_s",
+    "takes", "law_frequency_hz", "u_frequency_hz", "u_damping_per_s", "u_t60_s", "v_frequency_hz", "v_damping_per_s",
+    "v_t60_s", "v_over_u_db",
 )  # fmt: skip
 
 
@@ -270,9 +331,11 @@ def rows(result: Identified) -> list[dict[str, float | None]]:
 
 def _row(p: Found, law: float) -> tuple[float, ...]:
     q = math.pi * p.frequency / p.damping  # section 2.2
+    v = p.v or Line(math.nan, math.nan, math.nan)
     return (
         p.number, p.frequency, p.frequency_u, p.damping, p.damping_u, q, p.t60, p.level_db, p.takes, law,
-        p.twin_frequency, p.twin_damping,
+        p.u.frequency, p.u.damping, float(t60(p.u.damping)), v.frequency, v.damping, float(t60(v.damping)),
+        20 * math.log10(v.amplitude / p.u.amplitude),
     )  # fmt: skip
 
 
@@ -301,6 +364,11 @@ def identified_json(result: Identified, resonances: Sequence[Resonance] = ()) ->
         "thermoelastic": s.thermoelastic,
         "conductance": [{"frequency_hz": nu, "conductance_m_per_s_per_n": y} for nu, y in result.conductance],
         "resonances": [{"frequency_hz": r.frequency, "q": r.quality, "mass_kg": r.mass} for r in resonances],
+        "onset": _onset_data(result.onset),
+        "across": _across_data(result.across),
+        "glides": [
+            [{"part": part, "time_s": time} for part, time in glide.parts] if glide else [] for glide in result.glides
+        ],
         "missing_partials": list(result.missing),
         "rejected_takes": result.rejected,
         "doubts": list(result.doubts),
@@ -310,11 +378,50 @@ def identified_json(result: Identified, resonances: Sequence[Resonance] = ()) ->
     return json_text(data)
 
 
+def _onset_data(found: Onset | None) -> dict[str, Any] | None:
+    """Pluck, pickups and tone, for JSON."""
+    if found is None:
+        return None
+    return {
+        "pluck_from_saddle_m": found.place,
+        "rounding_m": found.rounding,
+        "release_s": found.release,
+        "pickups": [{"position_m": p.position, "level": p.level} for p in found.pickups],
+        "tone": found.tone,
+        "misfit_db": found.misfit,
+        "preset_misfit_db": found.before,
+        "doubts": list(found.doubts),
+    }
+
+
+def _across_data(v: Across | None) -> dict[str, Any] | None:
+    """What tells v from u, for JSON: v less u in each key."""
+    if v is None:
+        return None
+    return {
+        "detuning": v.detuning,
+        "detuning_spread": v.detuning_spread,
+        "damping_per_s": v.damping,
+        "damping_spread_per_s": v.damping_spread,
+        "partials": [
+            {
+                "partial": d.number,
+                "frequency_hz": d.frequency,
+                "detuning": d.detuning,
+                "damping_per_s": d.damping,
+                "conductance_m_per_s_per_n": d.conductance,
+                "susceptance_m_per_s_per_n": d.susceptance,
+            }
+            for d in v.partials
+        ],
+    }
+
+
 def table(result: Identified) -> str:
     """Returns the partials and the laws through them as text."""
     several = len(result.takes) > 1
     shown = [("partial", "Hz", "+-", "1/s", "+-", "T60 s", "dB", "off law", *(["takes"] if several else []))]
-    beside = ["beside it"]
+    beside = ["its two lines"]
     for row, p in zip(rows(result), result.partials, strict=True):
         off = 1e6 * (p.frequency / (row["law_frequency_hz"] or math.nan) - 1)
         shown.append(
@@ -323,7 +430,7 @@ def table(result: Identified) -> str:
                 f"{p.t60:.3g}", f"{p.level_db:.1f}", f"{off:+.0f} ppm", *([str(p.takes)] if several else []),
             )
         )  # fmt: skip
-        beside.append("" if math.isnan(p.twin_frequency) else f"{p.twin_frequency:.3f} Hz, {p.twin_damping:.3g} /s")
+        beside.append("" if p.v is None else f"u {_line(p.u)}; v {_line(p.v)}")
     lines = [f"{line}  {twin}".rstrip() for line, twin in zip(columns(shown, left=0), beside, strict=True)]
     s = result.string
     lines += [
@@ -334,10 +441,44 @@ def table(result: Identified) -> str:
         f"losses: air as diameter {s.diameter * 1e3:.3g} mm, viscoelastic angle {s.viscoelastic_angle:.3g}, "
         f"thermoelastic {s.thermoelastic:.2g}, " + _neck(result),
     ]
+    lines += _motion(result)
     if result.missing:
         lines.append(f"not measured: {', '.join(map(str, result.missing))}; the preset takes them from the laws")
-    lines += [f"doubt: {doubt}" for doubt in result.doubts]
+    choices = result.onset.doubts if result.onset else ()
+    lines += [f"doubt: {doubt}" for doubt in (*result.doubts, *choices)]
     return "\n".join(lines) + "\n"
+
+
+def _onset(found: Onset) -> list[str]:
+    """Says where the string was plucked and heard, and how well that meets the levels."""
+    pickups = ", ".join(f"{p.position * 1e3:.0f} mm (level {p.level:.2f})" for p in found.pickups)
+    return [
+        f"plucked {found.place * 1e3:.0f} mm from the saddle, finger {found.rounding * 1e3:.2g} mm, let go in "
+        f"{found.release * 1e6:.0f} us; pickups at {pickups}; tone {found.tone:.2f}: the levels are "
+        f"{found.misfit:.1f} dB off, {found.before:.1f} dB by the preset"
+    ]
+
+
+def _line(line: Line) -> str:
+    return f"{line.frequency:.3f} Hz, {float(t60(line.damping)):.3g} s"
+
+
+def _motion(result: Identified) -> list[str]:
+    """Says how sharp the takes begin, and how v differs from u."""
+    lines = []
+    sharp = [glide.cents for glide in result.glides if glide]
+    if sharp:
+        of = f"{len(sharp)} of {len(result.glides)} takes begin" if len(result.glides) > 1 else "the note begins"
+        lines.append(f"{of} {max(sharp):.1f} cents sharp, all partials alike, as its tension falls: taken out")
+    if result.onset is not None:
+        lines += _onset(result.onset)
+    if (v := result.across) is not None:
+        lines.append(
+            f"{len(v.partials)} partials are two lines: v, across the neck, is {cents(1 + v.detuning):+.2f} cents "
+            f"(+- {cents(1 + v.detuning_spread):.2f}) off u, and loses {-v.damping:.3g} /s "
+            f"(+- {v.damping_spread:.2g}) less, medians; T60 is that heard of both"
+        )
+    return lines
 
 
 def neck_table(fit: NeckFit) -> str:
@@ -395,6 +536,8 @@ def new_preset(
     _put_neck(document, target, result, resonances)
     if below:
         target.value.body.extend((None, item) for item in below)
+    if result.onset is not None:
+        _put_onset(document, load_preset(base), old, result.onset)
     document["description"] = f"String {old} identified from {files}; the rest is {label}"[:500]
     head = f"# String {old} is identified from {files}, where marked so. The rest is {label}.\n"
     done = head + tomlkit.dumps(document)
@@ -439,6 +582,50 @@ def _put_neck(document: Any, string: Any, result: Identified, resonances: Sequen
         string["neck"].pop(name, None)
     for name, value in (_resonance_keys(resonances) if resonances else _table_keys(pairs)).items():
         _put(string["neck"], name, value)
+
+
+def _put_onset(document: Any, bass: Instrument, string: str, onset: Onset) -> None:
+    """Sets the pluck, the pickups under `string`, the tone and the gain, as far as they differ from those of `bass`."""
+    import tomlkit
+
+    length = bass.strings[bass.string_index(string)].length
+    width, release = rounded(bass.player)
+    player = {"pluck_position": f"{1 - onset.place / length:.4g}"}
+    wider, slower = onset.rounding / width, onset.release / release if release else 0.0
+    for name in ("rounding", "rounding_soft"):
+        if value := getattr(bass.player, name) * wider:
+            player[name] = _quantity(value, 1e-3, "mm", WIDTH_LIMITS)
+    if slower:
+        for name in ("release_time", "release_time_soft"):
+            if value := getattr(bass.player, name) * slower:
+                player[name] = _quantity(value, 1e-6, "us", RELEASE_LIMITS)
+    else:
+        player["release_time"] = _quantity(onset.release, 1e-6, "us", RELEASE_LIMITS)
+    tables = {
+        "player": player,
+        "coil": {"tone": f"{onset.tone:.3g}"},
+        "output": {"gain": f"{bass.output.gain * onset.gain:.4g}"},
+    }
+    for table, values in tables.items():
+        if table not in document:
+            document[table] = tomlkit.table()
+        below = _cut_end(document[table])
+        for name, value in values.items():
+            _put(document[table], name, value)
+        if below:
+            document[table].value.body.extend((None, item) for item in below)
+    ours = pickups_under(bass.output, string)
+    under = [k for k, pickup in enumerate(bass.output.pickups) if any(pickup is p for p in ours)]
+    for k, pickup in zip(under, onset.pickups, strict=True):
+        below = _cut_end(document["pickup"][k])
+        _put(document["pickup"][k], "position", f'"{pickup.position * 1e3:.4g} mm"')
+        _put(document["pickup"][k], "level", f"{pickup.level:.4g}")
+        if below:
+            document["pickup"][k].value.body.extend((None, item) for item in below)
+
+
+def _quantity(value: float, unit: float, name: str, limits: tuple[float, float]) -> str:
+    return f'"{min(max(value, limits[0]), limits[1]) / unit:.4g} {name}"'
 
 
 def _table_keys(pairs: Sequence[tuple[float, float]]) -> dict[str, str]:

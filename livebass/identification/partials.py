@@ -6,14 +6,8 @@ so that strings of the other law of stiffness are followed too, in a band that s
 where the string was plucked or is heard at a node. `combine` makes one list of the partials of several takes: medians,
 and their scatter.
 
-The damped sines in a band are found by ESPRIT. A sum of damped exponentials z_k^n makes a Hankel matrix whose column
-space, read one row lower, is itself times a small matrix with the eigenvalues z_k: R. Roy, A. Paulraj and T. Kailath,
-IEEE Trans. Acoust. Speech Signal Process. 34 (1986), 1340-1342. Their number is the one for which that holds best,
-ESTER: R. Badeau, B. David and G. Richard, IEEE Trans. Signal Process. 54 (2006), 450-458.
-
-A band is cut out by shifting its centre to 0 Hz, filtering, and keeping one sample in many. Only samples for which the
-filter lies within the sound are used: an exponential leaves it as the same exponential times a known factor, so the
-filter adds no error at the beginning of the note.
+esprit.py finds the damped sines of a band; lines.py tells whether a partial is one of them or two, and how long it is
+heard.
 """
 
 from __future__ import annotations
@@ -31,7 +25,9 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from livebass.analysis.motion import t60
 from livebass.analysis.sound import fundamental
-from livebass.arrays import Complexes, Floats
+from livebass.arrays import Floats
+from livebass.identification.esprit import WIDTH, Component, band, components, shortest
+from livebass.identification.lines import LEAST_DAMPING, Decay, Line, decay, envelope
 
 LONGEST = 1200.0  # s of recording
 RATES = (8_000, 400_000)  # Hz
@@ -71,6 +67,12 @@ class Take:
     @property
     def duration_s(self) -> float:
         return self.sound.size / self.rate
+
+    @property
+    def place(self) -> str:
+        """File and time, for a sentence."""
+        name = "".join(c for c in self.name if c.isprintable())
+        return f"{name}: the note at {self.start_s:.2f} s"
 
 
 def read_recording(path: Path, channel: int | None = None) -> Recording:
@@ -171,130 +173,11 @@ def _stopped(level: Floats, begin: float, end: float) -> float:
     return end
 
 
-SAMPLES = 200  # of a band at most: a Hankel matrix of 100 by 101
-PASS, STOP = 0.125, 0.5  # where the filter begins and ends to fall, in sampling rates of the band
-USABLE = 0.35  # in sampling rates of the band: what lies farther from the centre may be an alias
-REJECTION = 100.0  # dB beyond STOP
-BANDWIDTH = PASS + STOP  # of noise through the filter, in sampling rates of the band
-MOST_ORDER = 16  # exponentials in a band
-FLATNESS = 0.1  # the order is the largest with a tenth of the best merit: one exponential too many does little harm
-
-
-@dataclass(frozen=True)
-class Band:
-    """A band of a sound, shifted to 0 Hz."""
-
-    samples: Complexes  # (n,), the first one is of the first `taps.size` samples of the sound
-    rate: float  # Hz, of these samples
-    centre: float  # Hz, now at 0 Hz
-    taps: Complexes  # of the filter, before the shift
-    sound_rate: float  # Hz
-
-    def gain(self, s: Complexes) -> Complexes:
-        """Returns the factors by which the filter multiplied exp(s t) of the sound; s (k,), 1/s."""
-        return np.exp(np.outer(s / self.sound_rate, np.arange(self.taps.size))) @ self.taps
-
-
-@dataclass(frozen=True)
-class Component:
-    """One damped sine, a exp(-damping t) cos(2 pi frequency t + phase) from the first sample of the sound."""
-
-    frequency: float  # Hz, undamped: omega^2 = omega_d^2 + sigma^2, as eq. 4 has it
-    damping: float  # 1/s
-    amplitude: float  # a, in units of the sound
-    energy: float  # sum of its squared samples in the band, over the mean square of the noise
-    frequency_sd: float  # Hz, Cramer-Rao bound with the noise found
-    damping_sd: float  # 1/s
-
-
-def shortest(width: float) -> float:
-    """Returns the length (s) of the filter of a band `width` Hz wide: a shorter sound gives no sample."""
-    return (REJECTION - 8) / (2.285 * 2 * math.pi * (STOP - PASS) * width)
-
-
-def band(sound: Floats, rate: float, centre: float, width: float) -> Band:
-    """Cuts the band around `centre` (Hz) out of `sound` (n,), at a rate of about `width` (Hz).
-
-    The samples are the first of the sound, SAMPLES at most; half of `width` passes with little loss. Raises ValueError
-    if the sound is too short for a single sample.
-    """
-    count = math.ceil(shortest(width) * rate) | 1
-    if sound.size < count:
-        raise ValueError(f"{sound.size / rate:.3g} s of sound: a band of {width:.3g} Hz takes {count / rate:.3g} s")
-    k = np.arange(count, dtype=np.float64)
-    step = max(1, math.floor(rate / width))
-    cutoff = (PASS + STOP) / step  # of both sides together, in cycles a sample
-    low = np.sinc(cutoff * (k - (count - 1) / 2)) * np.kaiser(count, 0.1102 * (REJECTION - 8.7))
-    taps = low / low.sum() * np.exp(-2j * np.pi * centre / rate * k)
-    windows = sliding_window_view(sound, count)[::step][:SAMPLES]
-    turn = np.exp(-2j * np.pi * centre / rate * step * np.arange(len(windows)))
-    return Band((windows @ taps) * turn, rate / step, centre, taps, rate)
-
-
-def components(b: Band) -> list[Component]:
-    """Finds the damped sines in the usable part of a band, the strongest first; growing ones are left out."""
-    y = b.samples
-    if y.size < 8:
-        return []
-    hankel = sliding_window_view(y, y.size // 2).T
-    vectors = np.linalg.svd(hankel, full_matrices=False)[0]
-    turn = _invariance(vectors, order(vectors))[0]
-    z = np.linalg.eigvals(turn)
-    z = z[np.abs(z) > 1e-6]
-    n = np.arange(y.size)
-    powers = z[None, :] ** n[:, None]
-    scale = np.sqrt(np.sum(np.abs(powers) ** 2, axis=0))  # growing ones would spoil the least squares
-    amplitude = np.linalg.lstsq(powers / scale, y, rcond=None)[0] / scale
-    rest = y - powers @ amplitude
-    spare = max(1.0, y.size - 2 * z.size)
-    noise = max(float(np.sum(np.abs(rest) ** 2)) / spare / BANDWIDTH, 1e-30 * float(np.max(np.abs(y))) ** 2, 1e-300)
-    deviation = _deviations(powers, amplitude, noise) * b.rate
-    s = np.log(z) * b.rate  # 1/s
-    heard = np.abs(amplitude) / np.maximum(np.abs(b.gain(s + 2j * np.pi * b.centre)), 1e-300)
-    found = []
-    for k in range(z.size):
-        if s[k].real < 0 and abs(s[k].imag) < 2 * math.pi * USABLE * b.rate:
-            damped = s[k].imag + 2 * math.pi * b.centre
-            frequency, sigma = math.hypot(damped, s[k].real) / (2 * math.pi), -float(s[k].real)
-            energy = float(np.sum(np.abs(powers[:, k] * amplitude[k]) ** 2)) / noise
-            sd = float(deviation[k])
-            found.append(Component(frequency, sigma, 2 * float(heard[k]), energy, sd / (2 * math.pi), sd))
-    return sorted(found, key=lambda c: -c.energy)
-
-
-def order(vectors: Complexes) -> int:
-    """Returns the number of exponentials, by ESTER, from left singular vectors (rows, columns) of the Hankel matrix."""
-    most = min(MOST_ORDER, vectors.shape[0] // 3)
-    merit = np.array([1 / max(_invariance(vectors, p)[1], 1e-30) ** 2 for p in range(1, most + 1)])
-    return 1 + int(np.flatnonzero(merit >= FLATNESS * merit.max())[-1])
-
-
-def _invariance(vectors: Complexes, p: int) -> tuple[Complexes, float]:
-    """The matrix that maps the first p vectors to themselves one row lower, and the norm of its error."""
-    above, below = vectors[:-1, :p], vectors[1:, :p]
-    turn: Complexes = np.linalg.lstsq(above, below, rcond=None)[0].astype(np.complex128)
-    return turn, float(np.linalg.norm(below - above @ turn, 2))
-
-
-def _deviations(powers: Complexes, amplitude: Complexes, noise: float) -> Floats:
-    """Standard deviations of the real and of the imaginary part of ln z, (components,): the Cramer-Rao bound."""
-    n = np.arange(len(powers))[:, None]
-    slopes = np.concatenate([powers, powers * amplitude * n], axis=1)
-    size = np.linalg.norm(slopes, axis=0) + 1e-300
-    covariance = np.linalg.pinv((slopes / size).conj().T @ (slopes / size), hermitian=True)
-    variance = np.real(np.diag(covariance)) / size**2 * noise / 2
-    return np.sqrt(np.maximum(variance[amplitude.size :], 0.0))
-
-
-WIDTH = 1.6  # rate of a band, in fundamentals: neighbours fall where the filter rejects them
 SCALES = (0.25, 0.5, 1.0, 2.0, 4.0)  # widths of bands, as multiples of WIDTH
 FIT = 25.0  # scale that suits a decay, in damping / f0: SAMPLES then last about five decay times
 NEAR = 0.15  # of f0: farthest that a partial may lie from where it is expected
-TWIN = 0.04  # of f0: a sine this near to a partial belongs to it, such as the string's other polarisation
-TWIN_LEVEL = 30.0  # dB below the partial
 LEAST_ENERGY = 60.0  # over the noise of a sample; noise alone reaches about 20
 FAINTEST = 85.0  # dB below the peak of the sound: more than a band lets through of the rest
-LEAST_DAMPING = 0.02  # 1/s: a sine that hardly decays is hum
 MOST_UNSURE = 0.2  # standard deviation over damping
 MISSING = 8  # missing partials in a row that end the search
 HIGHEST = 0.45  # frequency of a partial, in sampling rates
@@ -306,11 +189,12 @@ class Partial:
 
     number: int  # j
     frequency: float  # Hz
-    damping: float  # 1/s
-    amplitude: float  # at the beginning of the window, in units of the sound
+    damping: float  # 1/s, as heard
+    amplitude: float  # at the beginning of the take, in units of the sound, of both lines
     frequency_sd: float  # Hz, of this take alone: the Cramer-Rao bound
     damping_sd: float  # 1/s
-    twin: Component | None = None  # a weaker one beside it
+    u: Line  # the only one, or the one that dies sooner
+    v: Line | None = None  # the one that stays
 
 
 def track(sound: Floats, rate: float, f0: float, most: int) -> list[Partial]:
@@ -358,7 +242,14 @@ def find(sound: Floats, rate: float, expected: float, f0: float, j: int) -> Part
                 centre = tried[scale][0].frequency
                 scale = _nearest(FIT * tried[scale][0].damping / f0, scales)
         if tried[scale]:
-            return _partial(j, tried[scale], f0)
+            best = tried[scale][0]
+            seen = envelope(sound, rate, best.frequency, f0)
+            if seen is not None:
+                scale = _nearest(FIT * seen.damping / f0, scales)
+                if scale not in tried:
+                    tried[scale] = _near(sound, rate, best.frequency, f0, scale, expected)
+            near = [c for each in tried.values() for c in each]
+            return _partial(j, best, decay(best, near, seen, f0))
     return None
 
 
@@ -384,13 +275,12 @@ def _near(sound: Floats, rate: float, centre: float, f0: float, scale: float, ex
     ]
 
 
-def _partial(j: int, near: list[Component], f0: float) -> Partial:
-    best = near[0]
-    limit = best.amplitude * 10 ** (-TWIN_LEVEL / 20)
-    twins = [c for c in near[1:] if abs(c.frequency - best.frequency) < TWIN * f0 and c.amplitude > limit]
+def _partial(j: int, found: Component, heard: Decay) -> Partial:
+    line = heard.loudest
+    deviation = heard.deviation or found.damping_sd
     return Partial(
-        j, best.frequency, best.damping, best.amplitude, best.frequency_sd, best.damping_sd, twins[0] if twins else None
-    )
+        j, line.frequency, heard.damping, heard.amplitude, found.frequency_sd, deviation, heard.u, heard.v
+    )  # fmt: skip
 
 
 NORMAL_95 = 1.959964
@@ -402,17 +292,17 @@ class Found:
 
     number: int  # j
     frequency: float  # Hz, median
-    damping: float  # 1/s, median
+    damping: float  # 1/s, as heard, median
     frequency_u: float  # Hz
     damping_u: float  # 1/s
     level_db: float  # relative to the strongest partial of the take, median
     takes: int  # in which it was found
-    twin_frequency: float  # Hz, of a weaker one beside it; NaN if there is none
-    twin_damping: float  # 1/s; NaN if there is none
+    u: Line  # the only one, or the one that dies sooner; amplitudes over that of the strongest partial
+    v: Line | None = None  # the one that stays, if at least half of the takes have two
 
     @property
     def t60(self) -> float:
-        """Time in which it decays by 60 dB, s."""
+        """Time in which it decays by 60 dB as it is heard, s."""
         return float(t60(self.damping))
 
 
@@ -426,7 +316,7 @@ def combine(tracks: Sequence[Sequence[Partial]]) -> list[Found]:
     seen: dict[int, list[tuple[Partial, float]]] = defaultdict(list)
     for partials, top in zip(tracks, loudest, strict=True):
         for p in partials:
-            seen[p.number].append((p, 20 * math.log10(p.amplitude / top)))
+            seen[p.number].append((p, top))
     found: list[Found] = []
     for j in sorted(seen):
         if 2 * len(seen[j]) < len(tracks):
@@ -434,17 +324,21 @@ def combine(tracks: Sequence[Sequence[Partial]]) -> list[Found]:
         group = [p for p, _ in seen[j]]
         frequency, u_frequency = _median([p.frequency for p in group], [p.frequency_sd for p in group])
         damping, u_damping = _median([p.damping for p in group], [p.damping_sd for p in group])
-        twins = [p.twin for p in group if p.twin is not None]
-        both = len(twins) * 2 >= len(group) and bool(twins)
+        double = [(p, top) for p, top in seen[j] if p.v is not None]
+        both = len(double) * 2 >= len(group)
         if found and frequency <= found[-1].frequency:
             continue
-        level = float(np.median([level for _, level in seen[j]]))
-        found.append(Found(
-            j, frequency, damping, u_frequency, u_damping, level, len(group),
-            float(np.median([t.frequency for t in twins])) if both else math.nan,
-            float(np.median([t.damping for t in twins])) if both else math.nan,
-        ))  # fmt: skip
+        level = float(np.median([20 * math.log10(p.amplitude / top) for p, top in seen[j]]))
+        u = _median_line([(p.u, top) for p, top in (double if both else seen[j])])
+        v = _median_line([(p.v, top) for p, top in double if p.v is not None]) if both else None
+        found.append(Found(j, frequency, damping, u_frequency, u_damping, level, len(group), u, v))
     return found
+
+
+def _median_line(lines: Sequence[tuple[Line, float]]) -> Line:
+    """Medians of lines, each with the amplitude of the strongest partial beside it."""
+    rows = [(line.frequency, line.damping, line.amplitude / top) for line, top in lines]
+    return Line(*(float(x) for x in np.median(rows, axis=0)))
 
 
 def _median(values: list[float], bounds: list[float]) -> tuple[float, float]:
