@@ -10,8 +10,10 @@ from dataclasses import dataclass
 
 from livebass.rows import LARGEST, TINY, choice, number
 
-VERSION = 7  # of instrument files: another one for any change of their layout, or of what it means ...
-WITH_STROKES = 8  # ... the one of files that have strokes, and are of VERSION else ...
+# Of instrument files: another one for any change of their layout, or of what it means. Files of 5 and 6 know no contact
+# that loses, no law of its own for the motion across, and no pull that goes more across when hard.
+VERSION = 7
+WITH_STROKES = 8  # the one of files that have strokes, and are of VERSION else, as 6 was of 5 ...
 WITH_EFFECTS = 9  # ... and the one of files that have strokes and effects
 STROKES = ("finger", "pick", "nail", "pop")  # in the order of the performer's numbers
 ANSWERING = ("off", "pedal", "always")  # likewise

@@ -4,7 +4,8 @@ A field that `number` or `choice` makes is a row of its dataclass. From it follo
 checks, messages and help (preset/keys.py), and for fields with a `word` the record of the kernels, its struct in C, and
 the limits within which instrument files may have it. A record of the kernels alone is a list of Words.
 
-To add a number of the player: its row in parts.py, with the next word and another VERSION; and the kernel that uses it.
+To add a number of the player: its row in parts.py, with the next word and another VERSION and WITH_STROKES;
+and the kernel that uses it.
 """
 
 from __future__ import annotations

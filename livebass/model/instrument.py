@@ -252,6 +252,10 @@ class Speaking:
     friction_speed: float  # m/s, s of eq. 7
     surface: Surface = ()  # of the board, in m from the stop and m above the string at rest
 
+    def felt(self, across: bool) -> Admittance:
+        """The admittance of the neck at the stop as u meets it, or v, if `across`."""
+        return self.admittance_across if across and self.own_across else self.admittance
+
     @property
     def step(self) -> float:
         """Grid step dx, m."""

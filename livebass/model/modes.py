@@ -59,8 +59,7 @@ def dampings(s: Speaking, count: int, ringing_at: Floats | None = None, across: 
     """
     ringing_at = frequencies(s, count, across=across) if ringing_at is None else ringing_at
     nu = law_frequencies(s, np.arange(1.0, count + 1))
-    y = s.admittance_across if across else s.admittance
-    sigma = math.pi * nu * loss_factor(s, nu) + neck_damping(y.at(ringing_at), impedance(s), s.fundamental)
+    sigma = math.pi * nu * loss_factor(s, nu) + neck_damping(s.felt(across).at(ringing_at), impedance(s), s.fundamental)
     if s.stop == 0:
         known = np.asarray(s.string.measured_dampings[:count])
         sigma[: known.size] = known
@@ -101,8 +100,7 @@ def neck_detuning(s: Speaking, count: int, across: bool = False) -> Floats:
     across: of v.
     """
     j = np.arange(1, count + 1)
-    y = s.admittance_across if across else s.admittance
-    return detuning(y.at(j * s.fundamental), impedance(s), j)
+    return detuning(s.felt(across).at(j * s.fundamental), impedance(s), j)
 
 
 def shapes(s: Speaking, count: int, x: Floats) -> Floats:

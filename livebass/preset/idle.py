@@ -33,7 +33,8 @@ class Rule:
 
 
 def _straight(bass: Instrument, part: Any) -> bool:
-    return bass.player.pluck_angle == 0 and bass.player.stroke not in ("pick", "pop")
+    player = bass.player
+    return player.pluck_angle == 0 and player.angle_when_hard == 0 and player.stroke not in ("pick", "pop")
 
 
 def _displacement(bass: Instrument, part: Any) -> bool:
@@ -53,7 +54,7 @@ def _alone(bass: Instrument, part: Any) -> bool:
 
 
 NO_PICKUPS = 'output.kind is "displacement", which takes no pickups'
-UP_AND_DOWN = "player.pluck_angle is 0: strings move up and down, not across"
+UP_AND_DOWN = "player.pluck_angle is 0, when hard too: strings move up and down, not across"
 STRUCK = "the thumb strikes every string, and none is plucked"
 
 PICKING = tuple(key_names("pick"))
@@ -83,7 +84,8 @@ RULES = (
         lambda bass, pickup: pickup.level == 0,
     ),
     Rule("neck", ("friction_speed",), "neck.friction is 0", lambda bass, neck: neck.friction == 0),
-    Rule("neck", ("free_length",), "the neck is rigid", lambda bass, neck: not _bends(neck)),
+    Rule("neck", ("free_length", "stiffness_across"), "the neck is rigid", lambda bass, neck: not _bends(neck)),
+    Rule("neck", ("stop_across",), "neck.stop_conductance is 0", lambda bass, neck: neck.stop_conductance == 0),
     Rule("player", ("answering",), "no string moves another: the neck is rigid, or there is one string", _alone),
     Rule("player", ("technique",), "player.slapped_strings is 0", lambda bass, player: player.slapped_strings == 0),
     Rule(

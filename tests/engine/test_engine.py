@@ -8,11 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 from support.agreement import assert_agree
+from support.motion import energies
 from support.strings import case_b, oblique, random_trial
 
-from livebass.arrays import Floats
-from livebass.engine.prepare import play_frames
-from livebass.engine.solve import pluck_event, solve_trial, trial_voice
+from livebass.engine.solve import solve_trial
 from livebass.model import modes
 from livebass.model.trial import Trial
 
@@ -65,30 +64,6 @@ def test_random_setups_with_friction(first: int) -> None:
         trial, rng = random_trial(seed, 0.02), np.random.default_rng(seed)
         law = {"friction": 10 ** rng.uniform(1, 3.5), "friction_speed": 10 ** rng.uniform(-6, -2)}
         assert_agree(heard_across(trial, rng.uniform(0.1, 1.0), trial.pluck.apex, **law), f"seed {seed}")
-
-
-def energies(trial: Trial) -> tuple[Floats, int]:
-    """Energies (J) of the frames at which no fret pushes, and the number of frames at which one does.
-
-    H = mu / (2 dt^2) sum P^2 + s^2 q^2 with s = exp(-sigma dt) sin(omega dt), which eq. 12 conserves without losses.
-    """
-    state, pool = trial_voice(trial)
-    s, n, dt = trial.speaking, trial.modes, 1 / trial.contact_rate
-    sigma = np.zeros(n) if trial.lossless else modes.dampings(s, n)
-    omega = np.sqrt((2 * np.pi * modes.frequencies(s, n)) ** 2 - sigma**2)
-    sine = np.exp(-sigma * dt) * np.sin(omega * dt)
-    q, p = (rows[0, :n] for rows in state.modal_state())
-    events, out = pluck_event(trial.pluck), np.zeros(1)
-    values, pushed = [], 0
-    for frame in range(trial.samples):
-        play_frames(state, pool.records[0], events[: int(frame == 0)], out)
-        if state.pressed():
-            pushed += 1
-        else:
-            values.append(s.string.linear_density / (2 * dt**2) * np.sum(p**2 + (sine * q) ** 2))
-    _, contacts = state.note()
-    assert contacts > 100
-    return np.array(values), pushed
 
 
 def test_energy_is_constant_without_losses() -> None:

@@ -30,15 +30,28 @@ from livebass.plugin.lv2 import write_bundle
 from livebass.rows import Limit, limits
 from livebass.techniques import GHOST
 
-ADDRESSES = ("coefficients", "taps", "shapes", "heights", "positions", "coupling", "left_out", "answers")
-# Of every version so far: what is stored, and how. A file of another layout must have another version.
+ADDRESSES = (
+    "coefficients",
+    "coefficients_v",
+    "taps",
+    "shapes",
+    "heights",
+    "positions",
+    "coupling",
+    "left_out",
+    "answers",
+)
+# Of every version so far: what is stored, and how. A file of another layout must have another version. From 5 on the
+# next one is that of files with strokes: 5 and 6, then 7 and 8.
 LAYOUTS = {
     1: "4a97951d4a5441f0",
     3: "0e201a4e5c4026f4",
     4: "6a8a25d173eb4522",
     5: "4165266b974932bb",
     6: "fac1e29a111396d4",
-    7: "37f95241d0bb29b5",
+    7: "3a316b556e3996c8",
+    8: "6d94015671f8b943",
+    9: "0",
 }
 
 
@@ -121,8 +134,9 @@ def test_damaged_files_are_refused(whole: bytes, tmp_path: Path) -> None:
     for data in (whole[:-WORD], whole + b"\0" * WORD, whole[:-800] + whole[-792:]):
         assert "damaged" in refused(data, path)
     later = np.frombuffer(whole, np.int64).copy()
-    later[1] = WITH_EFFECTS + 1
-    assert "another version" in refused(sealed(later), path)
+    for version in (5, 6, WITH_EFFECTS + 1):
+        later[1] = version
+        assert "another version, this one reads" in refused(sealed(later), path)
     rng = np.random.default_rng(5)
     for place in rng.integers(2 * WORD, len(whole), 200).tolist():
         damaged = bytearray(whole)

@@ -47,6 +47,12 @@ def rough(modes: int = 23, rate: float = 2e5) -> Trial:
     return oblique(strings.tiny(modes=modes, contact_rate=rate, duration=0.03), 0.6, 3e-3)
 
 
+def yielding(trial: Trial, stiffness: float, loss: float) -> Trial:
+    """`trial` over frets of that K that lose `loss` s/m, v with a law of its own."""
+    made = strings.losing(trial, stiffness, loss)
+    return dataclasses.replace(made, speaking=strings.with_own_across(made.speaking))
+
+
 @pytest.mark.parametrize("angle", [0.0, 0.6])
 @pytest.mark.parametrize("modes", [23, 12])
 def test_hands_that_do_not_come_change_nothing(angle: float, modes: int) -> None:
@@ -78,6 +84,29 @@ def test_the_balance_closes(name: str, modes: int, frets: bool) -> None:
         lossy = isinstance(hand, Finger) or (isinstance(hand, Mass) and hand.loss > 0)
         assert (taken[-1] > 1e-6) == lossy
         assert not (isinstance(hand, Finger) and given.any())
+
+
+@pytest.mark.parametrize(("stiffness", "loss"), [(1e13, 1.0), (1e10, 3.0), (1e8, 100.0), (1e8, 1e5)])
+@pytest.mark.parametrize("modes", [23, 12])
+@pytest.mark.parametrize("name", SETS)
+def test_the_balance_closes_over_frets_that_lose(name: str, modes: int, stiffness: float, loss: float) -> None:
+    played = play(yielding(rough(modes), stiffness, loss), SETS[name])
+    balance = played.balance
+    assert played.contact_step.size > 3
+    assert balance.error < CLOSED, f"{balance.error:.1e} of the energy is missing, allowed {CLOSED:.0e}"
+    turned = balance.stored_j.max() + balance.taken_j.sum(0)[-1]
+    for taken in (*balance.taken_j, balance.damping_j, balance.friction_j, balance.contact_j):
+        assert np.diff(taken).min() > -1e-15 * turned, "nothing but hands may give energy"
+    assert balance.contact_j[-1] > 1e-3 * balance.stored_j[0]
+
+
+def test_without_hands_frets_that_lose_are_those_of_the_solver() -> None:
+    trial = yielding(rough(12), 1e10, 3.0)
+    with_none, played = solve(trial), play(trial)
+    np.testing.assert_array_equal(played.displacement_m[0], with_none.displacement_m)
+    np.testing.assert_array_equal(played.contact_step, with_none.contact_step)
+    assert played.across_m is not None and with_none.across_m is not None
+    np.testing.assert_allclose(played.across_m[0], with_none.across_m, rtol=0, atol=1e-15)
 
 
 @pytest.mark.parametrize("name", SETS)
@@ -122,6 +151,8 @@ def test_the_balance_closes_with_random_hands(seed: int) -> None:
     rng = np.random.default_rng(100 + seed)
     modes, rate = int(rng.integers(8, 24)), 10 ** rng.uniform(4.8, 6)
     trial = oblique(strings.tiny(modes=modes, contact_rate=rate, duration=0.02), rng.uniform(0, 1.5), 3e-3)
+    if seed % 2:
+        trial = yielding(trial, 10 ** rng.uniform(8, 13), 10 ** rng.uniform(-2, 3))
     hands = random_hands(seed, trial.speaking.length, trial.duration)
     balance = play(trial, hands, frets=bool(rng.random() < 0.7)).balance
     assert balance.error < CLOSED, f"{hands}: {balance.error:.1e}"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import dataclasses
 import math
+from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
 
@@ -12,10 +13,10 @@ import numpy as np
 import pytest
 from support import strings
 
-from livebass.arrays import Floats
+from livebass.arrays import Floats, Ints
 from livebass.model import modes
 from livebass.model.instrument import Pluck
-from livebass.model.trial import Motion, Trial, initial_amplitudes
+from livebass.model.trial import Motion, Trial, initial_amplitudes, initial_amplitudes_across
 from livebass.reference.solver import make_plan, solve, static_compliance
 
 PUBLISHED = Path(__file__).parents[3] / "shared" / "data" / "issanchou-bass" / "fretted_modes.csv"
@@ -108,23 +109,64 @@ def test_free_motion_is_the_exact_modal_solution(contact_rate: float, output_rat
     assert error < 1e-10, f"{error:.1e} of the peak, allowed 1e-10"
 
 
-def plain_solution(trial: Trial) -> tuple[Floats, list[tuple[int, int]]]:
-    """Solves eq. 12 as printed, with dense matrices on the grid and forces by bisection: (u (n, N-1), contacts)."""
-    s, count = trial.speaking, trial.speaking.grid_points - 1
-    dt, mu = 1 / trial.contact_rate, s.string.linear_density
-    x = np.arange(1, count + 1) * s.step
-    phi = modes.shapes(s, count, x)  # (grid, modes)
-    inverse = s.step * phi.T
-    sigma = np.zeros(count) if trial.lossless else modes.dampings(s, count)
-    omega = np.sqrt((2 * math.pi * modes.frequencies(s, count)) ** 2 - sigma**2)
-    kept = np.arange(count) < trial.modes
+def plain_modes(trial: Trial, phi: Floats, across: bool) -> tuple[Floats, Floats, Floats, Floats]:
+    """Of u, or of v, if `across`: the two matrices of eq. 12 on the grid, and the displacements at 0 and one dt before.
+
+    phi: the modes at the points of the grid, (N-1, N-1).
+    """
+    s, count, dt = trial.speaking, len(phi), 1 / trial.contact_rate
+    sigma = np.zeros(count) if trial.lossless else modes.dampings(s, count, across=across)
+    omega = np.sqrt((2 * math.pi * modes.frequencies(s, count, across=across)) ** 2 - sigma**2)
+    kept, inverse = np.arange(count) < trial.modes, s.step * phi.T
     one = phi @ np.diag(kept * 2 * np.exp(-sigma * dt) * np.cos(omega * dt)) @ inverse
     two = phi @ np.diag(kept * np.exp(-2 * sigma * dt)) @ inverse
+    q = np.zeros(count)
+    q[: trial.modes] = initial_amplitudes_across(trial) if across else initial_amplitudes(trial)
+    swing = np.cos(omega * dt) - sigma / omega * np.sin(omega * dt)
+    return one, two, phi @ q, phi @ (q * np.exp(sigma * dt) * swing)
+
+
+def bisected(law: Callable[[float], float], low: float, high: float) -> float:
+    """The x between `low` and `high` that `law` gives back; law falls."""
+    for _ in range(70):
+        middle = (low + high) / 2
+        if law(middle) > middle:
+            low = middle
+        else:
+            high = middle
+    return (low + high) / 2
+
+
+def in_turn(points: Ints, coupling: Floats, alone: Floats, solved: Callable[[int, float], float]) -> Floats:
+    """Forces (P,), zero but at `points`, by Gauss and Seidel: solved(m, x) gives that at m, which the others move to x.
+
+    alone: where the points are without forces, (P,).
+    """
+    force = np.zeros(alone.size)
+    for _ in range(200):
+        last = force.copy()
+        for m in points:
+            others = coupling[m] @ force - coupling[m, m] * force[m]
+            force[m] = solved(m, alone[m] + others)
+        if np.array_equal(force, last):
+            break
+    return force
+
+
+def plain_solution(trial: Trial) -> tuple[Floats, Floats, list[tuple[int, int]]]:
+    """Solves eqs. 12 and 7 as printed, with dense matrices on the grid and forces by bisection.
+
+    Contact loses as Hunt and Crossley say. Returns u and v, (n, N-1) each, and the contacts.
+    """
+    s, count = trial.speaking, trial.speaking.grid_points - 1
+    dt, mu = 1 / trial.contact_rate, s.string.linear_density
+    phi = modes.shapes(s, count, np.arange(1, count + 1) * s.step)  # (grid, modes)
+    inverse, kept = s.step * phi.T, np.arange(count) < trial.modes
     push = phi @ np.diag(kept * dt**2 / mu) @ inverse
     at_once = phi @ np.diag(~kept / (mu * (2 * math.pi * modes.frequencies(s, count)) ** 2)) @ inverse
     where = np.round(np.asarray(s.contact_position) / s.step).astype(int) - 1
     height, k, alpha = np.asarray(s.contact_height), s.contact_stiffness, s.contact_exponent
-    both = (push + at_once)[np.ix_(where, where)]
+    both, everywhere = (push + at_once)[np.ix_(where, where)], np.arange(where.size)
 
     def psi(eta: float) -> float:
         return k / (alpha + 1) * max(eta, 0.0) ** (alpha + 1)
@@ -134,35 +176,47 @@ def plain_solution(trial: Trial) -> tuple[Floats, list[tuple[int, int]]]:
             return k * max((after + before) / 2, 0.0) ** alpha
         return (psi(after) - psi(before)) / (after - before)
 
-    q = np.zeros(count)
-    q[: trial.modes] = initial_amplitudes(trial)
-    swing = np.cos(omega * dt) - sigma / omega * np.sin(omega * dt)
-    moving, before_moving = phi @ q, phi @ (q * np.exp(sigma * dt) * swing)
-    eta, eta_before = height - moving[where], height - before_moving[where]
-    result, contacts = [moving], []
+    def contact(m: int, below: float) -> float:
+        def pushed(f: float) -> float:
+            after = height[m] - below - both[m, m] * f
+            return quotient(after, eta_before[m]) * max(0.0, 1 + s.contact_loss * (after - eta_before[m]) / (2 * dt))
+
+        return bisected(pushed, 0.0, pushed(0.0) + 1e-30)
+
+    def friction(m: int, place: float) -> float:
+        def rubbed(f: float) -> float:
+            speed = (place + both[m, m] * f - at_before[m]) / (2 * dt)
+            return -s.friction * min(max(speed / s.friction_speed, -1.0), 1.0)
+
+        return bisected(rubbed, -s.friction, s.friction)
+
+    one, two, u, u_before = plain_modes(trial, phi, across=False)
+    one_v, two_v, v, v_before = plain_modes(trial, phi, across=True)
+    eta, eta_before = height - u[where], height - u_before[where]
+    at, at_before = v[where], v_before[where]
+    result, across, contacts = [u], [v], []
     for n in range(trial.steps):
-        following = one @ moving - two @ before_moving
-        free = height - following[where]
-        force = np.zeros(where.size)
-        for _ in range(200 if np.any(free > 0) or np.any(eta_before > 0) else 0):  # Gauss-Seidel
-            for m in range(where.size):
-                alone = free[m] - both[m] @ force + both[m, m] * force[m]
-                low, high = 0.0, quotient(max(alone, -1.0), eta_before[m]) + 1e-30
-                for _ in range(70):
-                    middle = (low + high) / 2
-                    if quotient(alone - both[m, m] * middle, eta_before[m]) > middle:
-                        low = middle
-                    else:
-                        high = middle
-                force[m] = (low + high) / 2
-            if trial.modes == count:
-                break  # the points do not see each other
-        after = free - both @ force
+        free = one_v @ v - two_v @ v_before
+        force = in_turn(np.flatnonzero(eta > 0), both, free[where], friction)
+        at_before, at = at, free[where] + both @ force
+        v_before, v = v, free + push[:, where] @ force
+        free = one @ u - two @ u_before
+        after, force = height - free[where], np.zeros(where.size)
+        if np.any(after > 0) or np.any(eta_before > 0):
+            force = in_turn(everywhere, both, free[where], contact)
+            after = after - both @ force
         contacts += [(n + 1, m) for m in range(where.size) if after[m] > 0 and eta[m] <= 0]
-        before_moving, moving = moving, following + push[:, where] @ force
+        u_before, u = u, free + push[:, where] @ force
         eta_before, eta = eta, after
-        result.append(moving)
-    return np.array(result), contacts
+        result.append(u)
+        across.append(v)
+    return np.array(result), np.array(across), contacts
+
+
+def losing(trial: Trial, loss: float) -> Trial:
+    """`trial` over frets that lose `loss` s/m, plucked obliquely; v has a law of its own."""
+    s = strings.with_own_across(dataclasses.replace(trial.speaking, contact_loss=loss))
+    return strings.oblique(dataclasses.replace(trial, speaking=s), 0.7, 4e-3)
 
 
 @pytest.mark.parametrize(
@@ -172,20 +226,31 @@ def plain_solution(trial: Trial) -> tuple[Floats, list[tuple[int, int]]]:
         strings.tiny(stiffness=1e9, duration=0.02),
         strings.tiny(stiffness=1e10, exponent=2.0),
         strings.tiny(modes=9, duration=0.004),
+        strings.oblique(strings.tiny(), 0.7, 4e-3),
+        losing(strings.tiny(), 0.1),
+        losing(strings.tiny(stiffness=1e9, duration=0.02), 3.0),
+        losing(strings.tiny(stiffness=1e8, duration=0.02), 100.0),
+        losing(strings.tiny(stiffness=1e10, exponent=2.0), 10.0),
+        losing(strings.tiny(modes=9, stiffness=1e10, duration=0.004), 1.0),
     ],
-    ids=["hard", "soft", "square", "nine modes"],
-)
-def test_agrees_with_eq_12_as_printed(trial: Trial) -> None:
+    ids=[
+        "hard", "soft", "square", "nine modes", "oblique", "hard, loses", "soft, loses", "lets go", "square, loses",
+        "nine modes, lose",
+    ],
+)  # fmt: skip
+def test_agrees_with_the_equations_as_printed(trial: Trial) -> None:
     motion = solve(trial)
-    u, contacts = plain_solution(trial)
+    u, v, contacts = plain_solution(trial)
     s = trial.speaking
     inside = modes.shapes(s, trial.modes, np.arange(1, s.grid_points) * s.step)
     sensor = modes.shapes(s, trial.modes, np.array([trial.sensor]))[0]
-    expected = u @ (s.step * inside) @ sensor
     assert contacts, "the case should touch"
     assert list(zip(motion.contact_step.tolist(), motion.contact_index.tolist(), strict=True)) == contacts
-    error = np.max(np.abs(motion.displacement_m - expected)) / np.max(np.abs(expected))
-    assert error < 1e-7, f"{error:.1e} of the peak, allowed 1e-7"
+    for solved, plain in ((motion.displacement_m, u), (motion.across_m, v)):
+        if solved is not None:
+            expected = plain @ (s.step * inside) @ sensor
+            error = np.max(np.abs(solved - expected)) / np.max(np.abs(expected))
+            assert error < 1e-7, f"{error:.1e} of the peak, allowed 1e-7"
 
 
 def test_full_set_uncouples_the_points() -> None:

@@ -5,7 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from livebass.arrays import Floats
-from livebass.engine.prepare import Voice
+from livebass.engine.prepare import Voice, play_frames
+from livebass.engine.solve import pluck_event, trial_voice
+from livebass.model import modes
+from livebass.model.trial import Trial
 
 
 def mode_speeds(string: Voice, count: int) -> Floats:
@@ -16,3 +19,31 @@ def mode_speeds(string: Voice, count: int) -> Floats:
             q, p, pace, sigma, omega = (w[name][:count] for name in ("q", "p", "pace", "sigma", "omega"))
             total += (omega * q) ** 2 + (pace * p - sigma * q) ** 2
     return np.sqrt(total)
+
+
+def energies(trial: Trial) -> tuple[Floats, int]:
+    """Energies (J) of the frames at which no fret pushes, and the number of frames at which one does.
+
+    H = mu / (2 dt^2) sum P^2 + s^2 q^2 with s = exp(-sigma dt) sin(omega dt), which eq. 12 conserves without losses, of
+    u and, if the pluck has an angle, of v.
+    """
+    state, pool = trial_voice(trial)
+    s, n, dt = trial.speaking, trial.modes, 1 / trial.contact_rate
+    rows = []
+    for i, name in enumerate(("u", "v") if trial.pluck.angle else ("u",)):
+        sigma = np.zeros(n) if trial.lossless else modes.dampings(s, n, across=i == 1)
+        omega = np.sqrt((2 * np.pi * modes.frequencies(s, n, across=i == 1)) ** 2 - sigma**2)
+        w = state.slots[name][0]
+        rows.append((np.exp(-sigma * dt) * np.sin(omega * dt), w["q"][:n], w["p"][:n]))
+    events, out = pluck_event(trial.pluck), np.zeros(1)
+    values, pushed = [], 0
+    for frame in range(trial.samples):
+        play_frames(state, pool.records[0], events[: int(frame == 0)], out)
+        if state.pressed():
+            pushed += 1
+        else:
+            total = sum(float(np.sum(p**2 + (sine * q) ** 2)) for sine, q, p in rows)
+            values.append(s.string.linear_density / (2 * dt**2) * total)
+    _, contacts = state.note()
+    assert contacts > 20
+    return np.array(values), pushed

@@ -19,6 +19,7 @@ from livebass.model.instrument import (
     frets_from_geometry,
     speaking,
 )
+from livebass.model.neck import Admittance, Resonance
 from livebass.model.trial import Trial
 
 # First 34 modes of the open G string as published with siconos-tutorials, examples/mechanics/Music,
@@ -110,6 +111,29 @@ def tiny(
 def oblique(trial: Trial, angle: float, apex: float) -> Trial:
     """`trial` plucked by `apex` (m) at `angle` (rad) from the normal of the board."""
     return dataclasses.replace(trial, pluck=dataclasses.replace(trial.pluck, angle=angle, apex=apex))
+
+
+def losing(trial: Trial, stiffness: float, loss: float) -> Trial:
+    """`trial` over frets of `stiffness` (K, SI) that lose `loss` s/m."""
+    s = dataclasses.replace(trial.speaking, contact_stiffness=stiffness, contact_loss=loss)
+    return dataclasses.replace(trial, speaking=s)
+
+
+def with_own_across(s: Speaking) -> Speaking:
+    """`s` with a neck that gives way otherwise across, and v a little longer."""
+    back = Admittance((Resonance(110.0, 20.0, 0.4), Resonance(730.0, 30.0, 0.3)), (), 1e-3)
+    across = Admittance((Resonance(180.0, 20.0, 0.4), Resonance(1210.0, 30.0, 0.3)), (), 4e-4)
+    string = dataclasses.replace(s.string, measured_frequencies=(), measured_dampings=())
+    return dataclasses.replace(
+        s, string=string, admittance=back, own_across=True, admittance_across=across, longer_across=4e-4
+    )
+
+
+def yielding(bass: Instrument, longer: float = 2e-3) -> Instrument:
+    """`bass` over frets that give way and lose, on necks that are stiffer across, v `longer` (m)."""
+    own = {"stiffness_across": 3.0, "stop_across": 0.4, "longer_across": longer}
+    necks = tuple(dataclasses.replace(n, contact_stiffness=3e8, contact_loss=15.0, **own) for n in bass.necks)
+    return dataclasses.replace(bass, necks=necks)
 
 
 def even(bass: Instrument) -> Instrument:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.scores import busy_score, in_blocks
-from support.strings import g_neck, g_string
+from support.strings import g_neck, g_string, losing, with_own_across
 
 from livebass import Instrument, PresetError, Quality, load_preset
 from livebass.engine.engine import Engine
@@ -37,6 +37,11 @@ def trial(s: Speaking, apex: float, angle: float = 0.0, rate: float = 1e6, durat
     return Trial(s, pluck, s.grid_points - 1, rate, 50_000.0, duration, s.length - 9e-3)
 
 
+def with_v(trial: Trial) -> Trial:
+    """`trial` with a law of its own for v."""
+    return dataclasses.replace(trial, speaking=with_own_across(trial.speaking))
+
+
 CASES = {
     "open": trial(fretless(), 3.6e-3),
     "hard": trial(fretless(), 9e-3),
@@ -45,6 +50,10 @@ CASES = {
     "stopped": trial(fretless(130, fret=5), 3e-3, 0.2),
     "few points": trial(fretless(60, fret=17), 2e-3),
     "coarse steps": trial(fretless(), 3.6e-3, 0.4, rate=100_000.0),
+    "loses": losing(trial(fretless(), 4e-3, 0.4), 1e10, 10.0),
+    "soft, loses": losing(trial(fretless(), 9e-3), 3e8, 50.0),
+    "loses much": losing(trial(fretless(130, fret=5), 4e-3, 0.3, rate=300_000.0), 1e8, 1000.0),
+    "loses, v of its own": with_v(losing(trial(fretless(), 4e-3, 1.1), 1e9, 30.0)),
 }
 
 
@@ -74,10 +83,11 @@ def test_the_paper_s_resolution_over_its_fretless_board() -> None:
     assert np.abs(fast.displacement_m - slow.displacement_m).max() < 1e-9 * np.abs(slow.displacement_m).max()
 
 
-def test_energy_never_rises_over_a_board() -> None:
-    """Losses and friction only take energy, and contact gives none."""
-    motion = solve(trial(fretless(), 4e-3, 0.7), energy_every=1)
-    assert motion.energy_j is not None and motion.contact_step.size > 30
+@pytest.mark.parametrize(("stiffness", "loss"), [(1e10, 0.0), (1e10, 10.0), (1e9, 30.0), (3e8, 50.0), (1e8, 1000.0)])
+def test_energy_never_rises_over_a_board(stiffness: float, loss: float) -> None:
+    """Losses, friction and contact only take energy."""
+    motion = solve(losing(trial(fretless(), 4e-3, 0.7), stiffness, loss), energy_every=1)
+    assert motion.energy_j is not None and motion.contact_step.size > 20
     assert np.diff(motion.energy_j).max() < 1e-12 * motion.energy_j[0]
     assert motion.energy_j[-1] < 0.99 * motion.energy_j[0]
 

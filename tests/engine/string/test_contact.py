@@ -1,4 +1,7 @@
-"""The contact solver satisfies r_i + sum_k W_ik f_k = r*_i, f of eq. 6, for any number of points and any guess."""
+"""The contact solver satisfies r_i + sum_k W_ik f_k = r*_i, f of eq. 6, for any number of points and any guess.
+
+Also with the loss of Hunt and Crossley.
+"""
 
 from __future__ import annotations
 
@@ -7,14 +10,14 @@ import pytest
 
 from livebass.kernels.string import contact
 from livebass.kernels.string.records import OPERATOR, WORK
-from livebass.reference.laws import contact_force
+from livebass.reference.laws import CONTACT, law_force
 
 STIFFNESS, DEPTH, COMPLIANCE = 1e13, 1e-7, 3e-10  # N/m^2.5; m; m per N/m
 
 
-def residuals(wanted: np.ndarray, old: np.ndarray, coupling: np.ndarray, exponent: float, guess: np.ndarray) -> tuple[
-    np.ndarray, np.ndarray
-]:  # fmt: skip
+def residuals(
+    wanted: np.ndarray, old: np.ndarray, coupling: np.ndarray, exponent: float, guess: np.ndarray, loss: float = 0.0
+) -> tuple[np.ndarray, np.ndarray]:
     """The residual of each equation relative to DEPTH, and the forces found."""
     count = len(wanted)
     near = np.random.default_rng(count).permutation(20)[:count].astype(np.int64)
@@ -22,38 +25,40 @@ def residuals(wanted: np.ndarray, old: np.ndarray, coupling: np.ndarray, exponen
     w = work[0]
     w["wanted"][near], w["eta_before"][near], w["force"][near] = wanted, old, guess
     w["coupling"][np.ix_(near, near)] = coupling
-    op["stiffness"], op["exponent"] = STIFFNESS, exponent
+    op["stiffness"], op["exponent"], op["loss"] = STIFFNESS, exponent, loss
     touching = contact.solve_points(w, op[0], near, count)
     f = w["force"][near]
     r = wanted - coupling @ f
-    law = np.array([contact_force(y, x, STIFFNESS, exponent)[0] for x, y in zip(r, old, strict=True)])
+    law = np.array([law_force(CONTACT, y, x, STIFFNESS, exponent, loss)[0] for x, y in zip(r, old, strict=True)])
     assert touching == np.count_nonzero(f)
     return (coupling @ (law - f)) / DEPTH, f
 
 
+@pytest.mark.parametrize("loss", [0.0, 0.2, 1.0, 10.0, 100.0])  # of 1 / DEPTH
 @pytest.mark.parametrize("exponent", [1.5, 1.3])
 @pytest.mark.parametrize("seed", range(40))
-def test_the_equations_hold(seed: int, exponent: float) -> None:
+def test_the_equations_hold(seed: int, exponent: float, loss: float) -> None:
     rng = np.random.default_rng(seed)
     count = 2 + seed % 5
     a = rng.standard_normal((count, 3 * count))
     coupling = COMPLIANCE * (a @ a.T / (3 * count) + np.eye(count))
     wanted, old = DEPTH * rng.standard_normal((2, count))
     guess = np.maximum(rng.standard_normal(count), 0.0) * STIFFNESS * DEPTH**1.5
-    left, f = residuals(wanted, old, coupling, exponent, guess)
+    left, f = residuals(wanted, old, coupling, exponent, guess, loss / DEPTH)
     assert np.abs(left).max() < 1e-9
-    again, g = residuals(wanted, old, coupling, exponent, 0.0 * guess)
+    again, g = residuals(wanted, old, coupling, exponent, 0.0 * guess, loss / DEPTH)
     assert np.abs(again).max() < 1e-9
     np.testing.assert_allclose(coupling @ f, coupling @ g, rtol=0, atol=1e-9 * DEPTH)
 
 
+@pytest.mark.parametrize("loss", [0.0, 3.0])  # of 1 / DEPTH
 @pytest.mark.parametrize("touching", [1, 2])
-def test_a_force_may_press_another_point_on(touching: int) -> None:
+def test_a_force_may_press_another_point_on(touching: int, loss: float) -> None:
     """With truncated modes some W are negative, so a force may press down a point that would not touch by itself."""
     coupling = COMPLIANCE * (1.3 * np.eye(3) - 0.4 * (1 - np.eye(3)))
     old = np.full(3, -0.1 * DEPTH)
     wanted = np.array([2.0, 2.0 if touching == 2 else -0.5, 0.05]) * DEPTH
-    left, f = residuals(wanted, old, coupling, 1.5, np.zeros(3))
+    left, f = residuals(wanted, old, coupling, 1.5, np.zeros(3), loss / DEPTH)
     assert np.abs(left).max() < 1e-9 and f[0] > 0 and f[2] > 0
 
 

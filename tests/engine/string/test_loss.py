@@ -1,40 +1,30 @@
-"""Contact that loses, and a second polarisation with a law of its own: engine, brute force and energy agree."""
+"""Contact that loses: engine and brute force agree, energy only falls, and nothing hangs on grid or tier."""
 
 from __future__ import annotations
 
 import dataclasses
+import math
 
 import numpy as np
 import pytest
 from support.agreement import assert_agree
-from support.strings import case_b, g_neck, g_string, oblique, random_trial
+from support.motion import energies
+from support.strings import case_b, g_neck, g_string, losing, oblique, random_trial, with_own_across
 
+from livebass.arrays import Floats
 from livebass.engine.solve import solve_trial
-from livebass.model import modes
-from livebass.model.instrument import Speaking, speaking
-from livebass.model.neck import Admittance, Resonance
+from livebass.kernels.string.records import MOST_NEAR
+from livebass.model.instrument import speaking
 from livebass.model.trial import Trial
 from livebass.preset.load import load_preset
-from livebass.reference.playing import play
 from livebass.reference.solver import solve
 
-LOSSES = ((1e13, 3.0), (1e10, 30.0), (3e8, 50.0), (1e8, 100.0))  # K, SI, and c, s/m
-
-
-def losing(trial: Trial, stiffness: float, loss: float) -> Trial:
-    """`trial` over frets of `stiffness` that lose `loss` s/m."""
-    s = dataclasses.replace(trial.speaking, contact_stiffness=stiffness, contact_loss=loss)
-    return dataclasses.replace(trial, speaking=s)
-
-
-def with_own_across(s: Speaking) -> Speaking:
-    """`s` with a neck that gives way otherwise across."""
-    back = Admittance((Resonance(110.0, 20.0, 0.4), Resonance(730.0, 30.0, 0.3)), (), 1e-3)
-    across = Admittance((Resonance(180.0, 20.0, 0.4), Resonance(1210.0, 30.0, 0.3)), (), 4e-4)
-    string = dataclasses.replace(s.string, measured_frequencies=(), measured_dampings=())
-    return dataclasses.replace(
-        s, string=string, admittance=back, own_across=True, admittance_across=across, longer_across=4e-4
-    )
+# K, SI; c, s/m; what of the energy is left of case B, which loses nothing else, after 80 ms
+LEFT = (
+    (1e13, 0.01, 0.990), (1e13, 3.0, 0.806), (1e11, 10.0, 0.632), (1e10, 30.0, 0.519), (1e9, 100.0, 0.452),
+    (3e8, 50.0, 0.378), (1e8, 100.0, 0.385), (1e8, 1e5, 0.684),
+)  # fmt: skip
+LOSSES = tuple(pair[:2] for pair in LEFT[1:-1])
 
 
 @pytest.mark.parametrize(("stiffness", "loss"), LOSSES)
@@ -45,52 +35,93 @@ def test_engine_and_brute_force_agree(stiffness: float, loss: float) -> None:
     assert_agree(slant, f"K {stiffness:g}, c {loss:g}, oblique", least=0.5)
 
 
-@pytest.mark.parametrize("seed", range(6))
-def test_random_losses(seed: int) -> None:
+def random_losing_trial(seed: int) -> Trial:
+    """A random string over frets of K 1e8 to 1e13 that lose K c of 1e9 to 1e11 (SI)."""
     rng = np.random.default_rng(seed)
-    trial = losing(random_trial(seed, 0.02), 10 ** rng.uniform(8, 12), 10 ** rng.uniform(-1, 3))
+    stiffness = 10 ** rng.uniform(8, 13)
+    return losing(random_trial(seed, 0.02), stiffness, 10 ** rng.uniform(9, 11) / stiffness)
+
+
+@pytest.mark.parametrize("seed", [*range(10), *(pytest.param(k, marks=pytest.mark.slow) for k in range(10, 60))])
+def test_random_losses(seed: int) -> None:
+    """With friction, and with a law of its own for v."""
+    trial, rng = random_losing_trial(seed), np.random.default_rng(seed)
     assert_agree(trial, f"seed {seed}", least=0.1)
-    assert solve(trial).contact_step.size > 0
-    s = with_own_across(trial.speaking)
-    trial = oblique(dataclasses.replace(trial, speaking=s), rng.uniform(0.2, 1.2), trial.pluck.apex)
+    law = {"friction": 10 ** rng.uniform(1, 3.5), "friction_speed": 10 ** rng.uniform(-6, -2)}
+    s = dataclasses.replace(with_own_across(trial.speaking), **law)
+    trial = oblique(dataclasses.replace(trial, speaking=s), rng.uniform(0.2, 1.2), 1.5 * trial.pluck.apex)
     assert_agree(trial, f"seed {seed}, v of its own", least=0.1, touches=False)
 
 
-@pytest.mark.parametrize(("stiffness", "loss"), LOSSES)
-def test_energy_never_rises_and_is_lost_to_the_frets(stiffness: float, loss: float) -> None:
+@pytest.mark.parametrize(("stiffness", "loss", "left"), LEFT)
+def test_frets_only_take_energy(stiffness: float, loss: float, left: float) -> None:
     trial = losing(case_b(duration=0.08, lossless=True, contact_rate=4e6), stiffness, loss)
     motion = solve(trial, energy_every=1)
     assert motion.energy_j is not None and motion.contact_step.size > 0
     assert np.max(np.diff(motion.energy_j)) <= 1e-12 * motion.energy_j[0]
-    assert 0.3 * motion.energy_j[0] < motion.energy_j[-1] < 0.97 * motion.energy_j[0]
+    assert motion.energy_j[-1] / motion.energy_j[0] == pytest.approx(left, abs=0.02)
 
 
-def test_what_frets_take_closes_the_balance() -> None:
-    trial = losing(oblique(case_b(modes=400, contact_rate=44100 * 40, duration=0.03), 0.5, 5e-3), 3e8, 50.0)
-    trial = dataclasses.replace(trial, speaking=with_own_across(trial.speaking))
-    balance = play(trial).balance
-    assert balance.error < 1e-11
-    assert np.all(np.diff(balance.contact_j) >= -1e-12 * balance.stored_j[0])
-    assert balance.contact_j[-1] > 0.02 * balance.stored_j[0]
+@pytest.mark.parametrize("seed", range(0, 40, 4))
+def test_energy_never_rises_on_random_strings(seed: int) -> None:
+    """Nor where the maximum cuts: a string that comes back faster than the fret is held by nothing."""
+    rng = np.random.default_rng(seed)
+    trial = random_losing_trial(seed)
+    s = dataclasses.replace(with_own_across(trial.speaking), contact_loss=10 ** rng.uniform(-2, 5))
+    trial = oblique(dataclasses.replace(trial, speaking=s), rng.uniform(0.2, 1.2), 1.5 * trial.pluck.apex)
+    energy = solve(trial, energy_every=1).energy_j
+    assert energy is not None and np.max(np.diff(energy)) <= 1e-13 * energy[0]
+
+
+@pytest.mark.parametrize("modes", [862, 400])
+@pytest.mark.parametrize(("stiffness", "loss"), [(1e13, 3.0), (3e8, 50.0), (1e8, 1e4)])
+def test_energy_never_rises_in_the_engine(stiffness: float, loss: float, modes: int) -> None:
+    trial = losing(case_b(modes, 8e6 if modes == 862 else 800e3, duration=0.05, output_rate=50000), stiffness, loss)
+    for played in (trial, oblique(dataclasses.replace(trial, speaking=with_own_across(trial.speaking)), 0.6, 5e-3)):
+        values, pushed = energies(played)
+        assert pushed > 20
+        assert np.max(np.diff(values)) <= 1e-13 * values[0]
+        assert values[-1] < 0.8 * values[0]
+
+
+# ---- a property of the fret
+
+
+def plucked(step: float, stiffness: float, loss: float = 50.0) -> Floats:
+    """u (n,) over frets that push on `step` (m) of string with that K and c (s/m), which 15 N s/m must mean."""
+    neck = dataclasses.replace(g_neck(stiffness), grid_step=step, contact_loss=15.0 * loss / 50.0)
+    assert neck.loss == pytest.approx(loss * 3e8 * 1e-3 / (stiffness * step), rel=1e-12)
+    trial = dataclasses.replace(case_b(200, 4e6, duration=0.04), speaking=speaking(g_string(), neck, 0))
+    return solve_trial(trial).displacement_m
+
+
+def apart(a: Floats, b: Floats) -> float:
+    """The root mean square of the difference of two motions, as part of the second."""
+    return float(np.sqrt(np.mean((a - b) ** 2) / np.mean(b**2)))
 
 
 def test_a_fret_loses_alike_on_every_grid() -> None:
-    """Neck.contact_loss is that of a fret: K dx and R stay, whatever the length of string that a fret pushes on."""
-    heard = []
-    for step in (1e-3, 2e-3):
-        neck = dataclasses.replace(g_neck(3e8 * 1e-3 / step), grid_step=step, contact_loss=15.0)
-        assert neck.loss == pytest.approx(50.0, rel=1e-12)
-        trial = case_b(modes=300, contact_rate=4e6, duration=0.03)
-        moved = solve_trial(dataclasses.replace(trial, speaking=speaking(g_string(), neck, 0)))
-        heard.append(moved.displacement_m)
-    # what the modes left out of the coarser grid yield is all that differs, and places of frets on the grid
-    assert np.sqrt(np.mean((heard[0] - heard[1]) ** 2) / np.mean(heard[0] ** 2)) < 0.05
+    """It is a fret that has K dx and a loss, whatever the length of string that it pushes on; all lie on each grid."""
+    usual = plucked(0.5e-3, 6e8)
+    for step in (0.25e-3, 1e-3):
+        assert apart(plucked(step, 3e8 * 1e-3 / step), usual) < 3e-4, step
+        assert apart(plucked(step, 6e8), usual) > 0.03, "another fret"
+    assert apart(plucked(0.5e-3, 6e8, loss=25.0), usual) > 0.1
 
 
-def far_from_reference(stiffness: float, loss: float) -> float:
-    """Worst distance (dB) of the waveforms of three hard plucks by 450 modes at 672 kHz from all modes at 8 MHz."""
-    bass, worst = load_preset("jazz-finger"), -300.0
-    for i, fret in ((0, 1), (1, 5), (3, 4)):
+@pytest.mark.parametrize(("stiffness", "exponent"), [(1e13, 1.5), (3e8, 1.5), (1e10, 1.0), (1e10, 2.3)])
+def test_contact_loss_is_the_resistance_at_a_tenth_of_a_millimetre(stiffness: float, exponent: float) -> None:
+    neck = dataclasses.replace(g_neck(stiffness), contact_exponent=exponent, contact_loss=7.0)
+    s, pressed, speed = speaking(g_string(), neck, 0), 1e-4, 1e-3
+    force = s.contact_stiffness * pressed**exponent * s.step  # N
+    assert s.step == pytest.approx(neck.grid_step, rel=1e-3)
+    assert force * s.contact_loss * speed == pytest.approx(7.0 * speed, rel=2e-3)
+
+
+def far_from_reference(stiffness: float, loss: float) -> list[float]:
+    """How far (dB) 450 modes at 672 kHz are from all modes at 8 MHz, the waveforms of hard plucks of jazz-finger."""
+    bass, found = load_preset("jazz-finger"), []
+    for i, fret in ((0, 1), (1, 5), (2, 0), (3, 4)):
         neck = dataclasses.replace(bass.necks[i], contact_stiffness=stiffness, contact_loss=loss)
         s = speaking(bass.strings[i], neck, fret)
         trial = case_b(duration=0.3, output_rate=48_000.0)
@@ -101,27 +132,21 @@ def far_from_reference(stiffness: float, loss: float) -> float:
             for n, rate in ((few, 672e3), (all_modes, 8.016e6))
         )
         a, b = solve_trial(coarse).displacement_m, solve_trial(fine).displacement_m
-        worst = max(worst, 10 * np.log10(np.sum((a - b) ** 2) / np.sum(b**2)))
-    return worst
+        found.append(20 * math.log10(apart(a, b)))
+    return found
 
 
 def test_contact_that_loses_needs_few_modes_and_steps() -> None:
     """Stiff frets that lose nothing are chaotic: the same pluck is another motion at another rate."""
-    assert far_from_reference(3e8, 15.0) < -45.0
-    assert far_from_reference(1e13, 0.0) > -20.0
+    assert np.median(far_from_reference(3e8, 15.0)) < -50.0 and max(far_from_reference(3e8, 15.0)) < -45.0
+    assert np.median(far_from_reference(1e13, 0.0)) > -20.0
 
 
-def test_v_has_the_frequencies_and_dampings_of_its_own_neck() -> None:
-    """An oblique pluck that touches nothing: v is the free motion by `modes` across."""
-    s = with_own_across(speaking(g_string(), g_neck(), 0))
-    trial = dataclasses.replace(oblique(case_b(modes=60, duration=0.3), 1.2, 1e-3), speaking=s)
-    motion, t = solve_trial(trial), np.arange(trial.samples) / trial.output_rate
-    nu, sigma = modes.frequencies(s, 60, across=True), modes.dampings(s, 60, across=True)
-    assert np.all(np.abs(nu / modes.frequencies(s, 60) - 1) > 1e-5) and np.all(sigma != modes.dampings(s, 60))
-    omega = np.sqrt((2 * np.pi * nu) ** 2 - sigma**2)
-    swing = np.cos(np.outer(t, omega)) + sigma / omega * np.sin(np.outer(t, omega))
-    q = np.sin(1.2) * modes.pluck_amplitudes(s, 60, trial.pluck)
-    place = trial.sensor if trial.sensor_v is None else trial.sensor_v
-    exact = (np.exp(-np.outer(t, sigma)) * swing * q) @ modes.shapes(s, 60, np.array([place]))[0]
-    assert motion.across_m is not None and motion.contact_step.size == 0
-    assert np.abs(motion.across_m - exact).max() < 1e-6 * np.abs(exact).max()
+def test_a_board_that_loses_has_the_modes_and_rate_of_frets() -> None:
+    """Contact that gives all energy back goes on from point to point; then alone a board asks for more of both."""
+    bass = load_preset("fretless")
+    assert bass.over_lossless_board == (not all(neck.contact_loss for neck in bass.necks))
+    for loss in (0.0, 10.0):
+        necks = tuple(dataclasses.replace(neck, contact_loss=loss) for neck in bass.necks)
+        assert dataclasses.replace(bass, necks=necks).over_lossless_board == (loss == 0.0)
+        assert len(speaking(bass.strings[0], necks[0], 0).contact_fret) > MOST_NEAR

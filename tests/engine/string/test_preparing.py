@@ -26,7 +26,8 @@ from livebass.model.neck import Admittance, Resonance
 from livebass.model.quality import QUALITIES, Quality, modes_for
 from livebass.model.trial import Trial
 from livebass.preset.load import load_preset
-from tests.support.strings import paper_g, random_trial
+from tests.support.played import YIELDS
+from tests.support.strings import paper_g, random_trial, yielding
 
 
 def row(pool: Pool, address: int, count: int) -> Floats:
@@ -58,13 +59,13 @@ def fade(s: Speaking, count: int, rate: int) -> Floats:
     return np.where(nu >= high, 0.0, 0.5 + 0.5 * np.cos(np.pi * np.clip((nu - low) / (high - low), 0, 1)))
 
 
-def assert_operator(pool: Pool, op: np.void, s: Speaking, count: int, rates: Rates, lossless: bool = False) -> None:
-    """Fails if coefficients, contact points, mode shapes, W or R differ from those in numpy."""
-    n, points, dt = -(-count // BLOCK) * BLOCK, len(s.contact_position), 1 / rates.contact_rate
-    assert (op["modes"], op["padded"], op["points"]) == (count, n, points)
-    assert op["diagonal"] == (count == s.grid_points - 1)
-    sigma = np.zeros(count) if lossless else dampings(s, count)
-    omega = np.sqrt((2 * np.pi * frequencies(s, count)) ** 2 - sigma**2)
+def assert_coefficients(
+    pool: Pool, op: np.void, s: Speaking, rates: Rates, across: bool = False, lossless: bool = False
+) -> None:
+    """Fails if the coefficients of the modes of u, or of v, if `across`, differ from those in numpy."""
+    n, count, dt = int(op["padded"]), int(op["modes"]), 1 / rates.contact_rate
+    sigma = np.zeros(count) if lossless else dampings(s, count, across=across)
+    omega = np.sqrt((2 * np.pi * frequencies(s, count, across=across)) ** 2 - sigma**2)
     es = np.exp(-sigma * dt) * np.sin(omega * dt)
     steps = rates.numerator // rates.denominator
     wanted = {
@@ -81,12 +82,24 @@ def assert_operator(pool: Pool, op: np.void, s: Speaking, count: int, rates: Rat
         wanted[rows.LEAPS + 3 * which + 1] = damp * np.sin(omega * k * dt) / es
         wanted[rows.LEAPS + 3 * which + 2] = damp * np.sin(omega * k * dt) * es
     assert sorted(wanted) == list(range(rows.COEFFICIENT_ROWS))
-    coefficients = row(pool, op["coefficients"], rows.COEFFICIENT_ROWS * n).reshape(-1, n)
+    address = op["coefficients_v" if across else "coefficients"]
+    coefficients = row(pool, address, rows.COEFFICIENT_ROWS * n).reshape(-1, n)
     rest = np.zeros(rows.COEFFICIENT_ROWS)
     rest[[rows.FINE_A, rows.KAPPA, rows.OMEGA]] = 1.0
     assert (coefficients[:, count:] == rest[:, None]).all()
     for k, numbers in wanted.items():
-        assert_same(coefficients[k, :count], numbers, 1e-13, f"coefficients {k}")
+        assert_same(coefficients[k, :count], numbers, 1e-13, f"coefficients {k}, across: {across}")
+
+
+def assert_operator(pool: Pool, op: np.void, s: Speaking, count: int, rates: Rates, lossless: bool = False) -> None:
+    """Fails if coefficients, contact points, mode shapes, W or R differ from those in numpy."""
+    n, points, dt = -(-count // BLOCK) * BLOCK, len(s.contact_position), 1 / rates.contact_rate
+    assert (op["modes"], op["padded"], op["points"]) == (count, n, points)
+    assert op["diagonal"] == (count == s.grid_points - 1)
+    steps = rates.numerator // rates.denominator
+    assert (op["coefficients_v"] != op["coefficients"]) == s.own_across
+    for across in (False, True):
+        assert_coefficients(pool, op, s, rates, across, lossless)
     assert_same(row(pool, op["positions"], points), np.asarray(s.contact_position), 1e-15, "positions")
     assert_same(row(pool, op["heights"], points), np.asarray(s.contact_height), 1e-13, "heights")
     made = row(pool, op["shapes"], points * n).reshape(points, n)
@@ -109,6 +122,7 @@ def assert_operator(pool: Pool, op: np.void, s: Speaking, count: int, rates: Rat
         "slip": 2 * dt * s.friction_speed,
         "stiffness": s.contact_stiffness,
         "exponent": s.contact_exponent,
+        "loss": s.contact_loss / (2 * dt),
         "length": s.length,
         "speed": 2 * s.length * s.fundamental,
         "graze": 2e-3 * s.length,
@@ -147,11 +161,11 @@ def sensor_rows(s: Speaking, places: list[float], count: int, rate: int) -> Floa
     return np.array([u, np.zeros(count), v, np.zeros(count)])
 
 
-def sampled_rows(trial: Trial, place: float, rates: Rates) -> Floats:
-    """(2 phases, modes) weights of q and of P at `place`, at each phase a frame can have between two fine steps."""
+def sampled_rows(trial: Trial, place: float, rates: Rates, across: bool) -> Floats:
+    """(2 phases, modes) weights of q and of P at `place` of u, or of v, at each phase of a frame between fine steps."""
     s, count, dt = trial.speaking, trial.modes, 1 / rates.contact_rate
-    sigma = np.zeros(count) if trial.lossless else dampings(s, count)
-    omega = np.sqrt((2 * np.pi * frequencies(s, count)) ** 2 - sigma**2)
+    sigma = np.zeros(count) if trial.lossless else dampings(s, count, across=across)
+    omega = np.sqrt((2 * np.pi * frequencies(s, count, across=across)) ** 2 - sigma**2)
     es, weights = np.exp(-sigma * dt) * np.sin(omega * dt), shapes(s, count, np.array([place]))[0]
     made = []
     for i in range(rates.denominator):
@@ -170,11 +184,15 @@ def sampled_rows(trial: Trial, place: float, rates: Rates) -> Floats:
         ("paper-bass", "studio", 48000),
         ("paper-fretless", "live", 44100),
         ("fretless", "live", 48000),
+        ("jazz-finger that yields", "live", 48000),
+        ("paper-bass that yields", "live", 44100),
+        ("fretless that yields", "live", 48000),
     ],
 )
 def test_a_bass_has_the_rows_of_numpy(preset: str, quality: str, rate: int) -> None:
-    bass = load_preset(preset)
-    tier = QUALITIES[quality].over(bass.over_board)
+    bass = load_preset(preset.removesuffix(YIELDS))
+    bass = yielding(bass) if preset.endswith(YIELDS) else bass
+    tier = QUALITIES[quality].over(bass.over_lossless_board)
     rates = Rates(rate, whole_contact_rate(tier.contact_rate, rate))
     pool = image(bass, tier).pool(LIVE, rate)
     for i, (string, neck) in enumerate(zip(bass.strings, bass.necks, strict=True)):
@@ -204,7 +222,7 @@ def test_the_pool_is_as_long_as_modes_and_points() -> None:
 
 @pytest.mark.parametrize("seed", range(12))
 def test_a_trial_has_the_rows_of_numpy(seed: int) -> None:
-    """Rates whose ratio is not whole, places off the grid, without losses, with a neck that yields."""
+    """Rates whose ratio is not whole, places off the grid, without losses, with a neck that yields, v of its own."""
     trial, rng = random_trial(seed), np.random.default_rng(seed)
     y = Admittance(
         tuple(Resonance(*row) for row in ((40.0, 20.0, 2.0), (210.0, 35.0, 0.7), (1500.0, 50.0, 0.4))[: seed % 4]),
@@ -213,7 +231,10 @@ def test_a_trial_has_the_rows_of_numpy(seed: int) -> None:
     )
     law = "paper" if seed % 5 == 0 else "hinged"
     string = dataclasses.replace(trial.speaking.string, stiffness_law=law, extra_damping_slope=1e-4)
-    s = dataclasses.replace(trial.speaking, string=string, admittance=y, inharmonicity=1e-6)
+    s = dataclasses.replace(trial.speaking, string=string, admittance=y, inharmonicity=1e-6, contact_loss=seed * 7.0)
+    if seed % 2:
+        across = Admittance((Resonance(60.0, 25.0, 1.3),), tuple((1.7 * f, *y) for f, *y in y.table), 3e-5)
+        s = dataclasses.replace(s, own_across=True, admittance_across=across, longer_across=1e-3)
     trial = dataclasses.replace(trial, speaking=s, lossless=seed % 4 == 3, sensor_v=float(rng.uniform(0.01, s.length)))
     rates = Rates(int(trial.output_rate), int(trial.contact_rate))
     assert trial.sensor_v is not None
@@ -222,8 +243,8 @@ def test_a_trial_has_the_rows_of_numpy(seed: int) -> None:
     op = pool.records[0, 0]
     assert_operator(pool, op, s, trial.modes, rates, trial.lossless)
     made = taps_of(pool, op, 4 * rates.denominator).reshape(2, -1, trial.modes)
-    for mine, place in zip(made, (trial.sensor, trial.sensor_v), strict=True):
-        wanted = sampled_rows(trial, place, rates)
+    for mine, place, across in zip(made, (trial.sensor, trial.sensor_v), (False, True), strict=True):
+        wanted = sampled_rows(trial, place, rates, across)
         assert_same(mine[::2], wanted[::2], 1e-12, "weights of q")
         assert_same(mine[1::2], wanted[1::2], 1e-12, "weights of P")
 

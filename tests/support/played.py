@@ -1,0 +1,84 @@
+"""One string of a bass, played frame by frame, and its energy."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+
+from livebass import QUALITIES, load_preset
+from livebass.engine.engine import Engine
+from livebass.engine.prepare import play_frames
+from livebass.kernels.string import tension
+from livebass.kernels.string.records import BLOCK, EVENT
+from support.strings import yielding
+
+RATE = 48000
+YIELDS = " that yields"  # behind the name of a preset: with necks as `yielding` makes them
+
+
+@cache
+def engine(preset: str) -> Engine:
+    bass = load_preset(preset.removesuffix(YIELDS))
+    return Engine(yielding(bass) if preset.endswith(YIELDS) else bass, QUALITIES["live"], RATE)
+
+
+class Played:
+    """One string, frame by frame."""
+
+    def __init__(self, preset: str, i: int) -> None:
+        made = engine(preset).another()
+        self.voice, self.ops, self.frets = made.voices[i], made.pool.records[i], made.frets
+        self.record = self.voice.record[0]
+        self.frame, self.out = 0, np.zeros(1)
+
+    def play(self, events: np.ndarray) -> None:
+        """Plays the next frame, with `events` at its beginning."""
+        events["frame"] = self.frame
+        play_frames(self.voice, self.ops, events, self.out)
+        self.frame += 1
+
+    def energy(self) -> float:
+        """J, of both slots, but for what contact stores."""
+        total = 0.0
+        for slot in self.voice.slots:
+            if slot["on"]:
+                op = self.ops[int(slot["fret"])]
+                total += self._of_slot(slot, op)
+        return total
+
+    def _of_slot(self, slot: np.void, op: np.void) -> float:
+        total = slope = 0.0
+        length, speed = float(op["length"]), float(op["speed"])
+        low = min(int(length / (np.pi * speed * float(op["fine"] * op["steps"]))) // BLOCK * BLOCK, int(slot["active"]))
+        while low and slot["u"]["omega"][min(low, int(op["modes"])) - 1] * float(op["fine"] * op["steps"]) > 1:
+            low -= BLOCK
+        for name, count in (("u", int(slot["active"])), ("v", int(slot["v_active"]))):
+            w = slot[name]
+            q, p = w["q"][:count], w["p"][:count]
+            total += float(p @ p + (w["fine_b"][:count] * q) @ q) / (2 * float(op["weight"]))
+            few = min(low, count)
+            bent = np.arange(1, few + 1) * np.pi / length * q[:few]
+            slope += float(bent @ bent)
+        stretch = float(self.record["stretch"])
+        if stretch:  # the tension grows by stretch times slope, up to a limit
+            most = tension.MOST * float(op["fine"] ** 2 / op["weight"]) * speed**2 / stretch
+            below = min(slope, most)
+            total += stretch * (below**2 / 4 + most * (slope - below) / 2)
+        return total
+
+    def hands(self) -> tuple[bool, float, int]:
+        """True if a hand is at work on the string; the tuning, and the slot, which change while one is."""
+        r = self.record
+        works = r["pulling"] > 0 or r["striking"] > 0 or r["depth"] > 0 or self.voice.slots["moving"].any()
+        works = works or r["slide_to"] >= 0  # and scrapes the windings
+        works = works or any(slot["on"] and slot["thumb"]["on"] for slot in self.voice.slots)
+        return bool(works), float(r["tuned"]), int(r["slot"])
+
+
+def event(kind: int, fret: int = 0, **values: float) -> np.ndarray:
+    made = np.zeros(1, EVENT)
+    made["kind"], made["fret"] = kind, fret
+    for name, value in values.items():
+        made[name] = value
+    return made
