@@ -182,7 +182,7 @@ def test_a_fretless_note_is_in_tune_where_no_fret_is() -> None:
     for string, neck in zip(bass.strings, bass.necks, strict=True):
         for fret in (0, 7, 20):
             s = speaking(string, neck, fret)
-            assert s.stop == fret and s.contact_stiffness == 1e10
+            assert s.stop == fret and s.contact_stiffness == neck.contact_stiffness < 1e10
             assert s.fundamental == pytest.approx(note_frequency(string.open_note + fret), rel=5e-3)
             assert min(s.contact_height, default=0) < 0 <= 1e-9 - max(s.contact_height, default=0)
 
