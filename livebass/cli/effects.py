@@ -25,13 +25,17 @@ def effects_options(command: Command) -> Command:
     for option in (
         file_option(
             "--response",
-            help="Effect: the impulse response of a cabinet or a room, mono WAV, 1 s at most.  [default: none]",
+            help="Effect: an impulse response, of a cabinet or a room: mono WAV, 1 s.  [default: as the preset]",
         ),
         click.option(
-            "--drive", type=KNOB, help="Effect: a valve stage with a tone stack, from 0, none, to 1.  [default: 0]"
+            "--drive",
+            type=KNOB,
+            help="Effect: a valve stage with a tone stack, from 0, none, to 1.  [default: as the preset]",
         ),
         click.option(
-            "--compression", type=KNOB, help="Effect: compression of the mix, from 0, none, to 1.  [default: 0]"
+            "--compression",
+            type=KNOB,
+            help="Effect: compression of the mix, from 0, none, to 1.  [default: as the preset]",
         ),
     ):  # the last one comes first in --help
         command = option(command)
