@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from livebass.rows import LARGEST, TINY, choice, number
+from livebass.units import OFF
 
 # Of instrument files: another one for any change of their layout, or of what it means. Files of 5 and 6 know no contact
 # that loses, no law of its own for the motion across, and no pull that goes more across when hard.
@@ -99,6 +100,14 @@ class PlayerNumbers:
         word=0, file=(0, 10), of="pluck")
     hand_damping: float = number(90.0, "decay rate", "0 /s", "10000 /s", "hand that stops a note",
         word=14, file=(0, 1e6))
+    skin_noise: float = number(OFF, "level", "-200 dB", "20 dB", "of the hardest pluck over its peak; softer: less",
+        word=30, of="pickups pluck")  # rms at its loudest
+    release_noise: float = number(OFF, "level", "-200 dB", "40 dB", "knock of a hand over a medium note after 1 s",
+        word=31, of="pickups")  # rms at its loudest
+    floor_noise: float = number(OFF, "level", "-200 dB", "0 dB", "of the electronics, over a medium note",
+        word=32, of="pickups")  # rms
+    squeak: float = number(0.0, "level", "-200 dB", "20 dB", "of fingers that slide on round windings",
+        word=33)
     answering: str = choice("off", ANSWERING, "idle strings ring along: with the pedal, always",
         record="answering")  # when idle strings may answer those that sound
     bend_range: float = number(2.0, "number", "0", "96", "of the pitch bend, semitones", word=5)

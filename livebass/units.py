@@ -14,8 +14,10 @@ class Dimension:
     name: str
     units: dict[str, float]  # unit -> its size in SI units
     signed: bool = False  # may be negative
+    off: float | None = None  # what the word "off" stands for; None: nothing
 
 
+OFF = -200.0  # dB: nothing at all
 INCH, POUND, GRAVITY = 0.0254, 0.45359237, 9.80665  # m, kg, m/s2: exact by definition
 
 DIMENSIONS: dict[str, Dimension] = {
@@ -35,6 +37,7 @@ DIMENSIONS: dict[str, Dimension] = {
         Dimension("susceptance", {"m/s/N": 1.0, "mm/s/N": 1e-3, "s/kg": 1.0}, signed=True),
         Dimension("mass", {"kg": 1.0, "g": 1e-3}),
         Dimension("inductance", {"H": 1.0, "mH": 1e-3}),
+        Dimension("level", {"dB": 1.0}, signed=True, off=OFF),
         Dimension("mechanical resistance", {"N s/m": 1.0, "kg/s": 1.0}),
         Dimension("resistance", {"kohm": 1e3, "ohm": 1.0, "Mohm": 1e6}),
         Dimension("capacitance", {"pF": 1e-12, "nF": 1e-9, "uF": 1e-6, "F": 1.0}),
@@ -61,9 +64,12 @@ def split_quantity(text: str, dimension: str) -> tuple[float, str]:
     """
     known, units = DIMENSIONS[dimension], allowed_units(dimension)
     example = f'"{2 if dimension != "force" else 180} {next(iter(known.units))}"'
+    if known.off is not None and text.strip() == "off":
+        return known.off, next(iter(known.units))
     match = _QUANTITY.fullmatch(text.translate(_SAME))
     if not match:
-        raise ValueError(f"a {dimension} is a number and a unit such as {example}; units: {units}")
+        or_off = ', or "off"' if known.off is not None else ""
+        raise ValueError(f"a {dimension} is a number and a unit such as {example}; units: {units}{or_off}")
     number, unit = float(match[1]), match[2] or ""
     if unit not in known.units:
         missing = "has no unit" if not unit else f"has the unit {unit!r}"
@@ -96,7 +102,9 @@ def unit_of(text: str, dimension: str) -> str:
 
 
 def format_quantity(value: float, dimension: str, unit: str | None = None) -> str:
-    """`value` (SI) with four digits in `unit`, or in the usual unit of `dimension`: "34 in"."""
+    """`value` (SI) with four digits in `unit`, or in the usual unit of `dimension`: "34 in", or "off"."""
+    if value == DIMENSIONS[dimension].off:
+        return "off"
     unit = unit or next(iter(DIMENSIONS[dimension].units))
     rounded = float(f"{value / DIMENSIONS[dimension].units[unit]:.4g}")
     return f"{rounded:.12g} {unit}"

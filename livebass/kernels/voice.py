@@ -7,7 +7,7 @@ touches only what it is handed. [audio thread]
 import numpy as np
 
 from livebass.compiling import entry, jit
-from livebass.kernels.hands import damping, fretting, pulling, sliding, striking, thumb
+from livebass.kernels.hands import damping, fretting, noise, pulling, sliding, striking, thumb
 from livebass.kernels.machine.elementary import exp
 from livebass.kernels.machine.native import call_4, floats_at, record_address, record_at, records_at
 from livebass.kernels.pickup import tone
@@ -91,6 +91,7 @@ def run(string, ops, events, count, out, across):
         if slot.on:
             pulling.excite(voice, slot, glide.current_operator(string, ops, voice.slot))
         sense_string(string, ops, taps)
+        noise.hear_hands(voice, taps)
         if voice.raw:
             out[i] = taps[0]
             if i < across.shape[0]:
@@ -152,7 +153,7 @@ def note_stillness(string):
 @jit
 def at_rest(string):
     """True if nothing of the string can be heard, or its signal is NaN: what could jump may be set at once."""
-    moves = string.slots[0].on or string.slots[1].on or string.voice.answering
+    moves = string.slots[0].on or string.slots[1].on or string.voice.answering or noise.is_noisy(string.voice)
     return not moves or not abs(string.voice.block_out) < np.inf
 
 

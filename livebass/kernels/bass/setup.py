@@ -31,7 +31,14 @@ from livebass.kernels.bass.records import (
     bass_at,
     kept,
 )
-from livebass.kernels.bass.strings import connect_pickups, make_performer, reset_string, string_at, take_circuit
+from livebass.kernels.bass.strings import (
+    connect_pickups,
+    fit_noises,
+    make_performer,
+    reset_string,
+    string_at,
+    take_circuit,
+)
 from livebass.kernels.effects.chain import bytes_of_effects, make_effects
 from livebass.kernels.machine.native import record_at, records_at
 from livebass.kernels.pickup.coil import COIL
@@ -50,7 +57,7 @@ BUILDING = np.dtype(
         ("file", "i8"),  # address of a file that `check_file` accepts
         ("tier", "i8"),
         ("rate", "f8"),  # audio, Hz
-        ("seed", "i8"),  # of the player's unevenness
+        ("seed", "i8"),  # of the player's unevenness and noises
         ("ahead", "i8"),  # 1: strings can run ahead of the clock, which takes memory
         ("operators", "i8", (2,)),  # addresses: OPERATOR (strings, frets + 1), fine and coarse
         # addresses of these C functions
@@ -158,6 +165,7 @@ def fill_bass(address):
         connect_pickups(string, instrument, i, building.coil)
         ops = operators_at(building.operators[0], instrument.strings, instrument.frets + 1)
         connect_answers(string, i, instrument, ops)
+        fit_noises(string, i, instrument, performer_at(b.performer), ops, building.seed)
         string.voice.tones = b.tones
         b.ahead[i] = place + lines(STRING_BYTES)
         rows = rows_kept(building, i)

@@ -4,19 +4,22 @@ import numpy as np
 
 from livebass.compiling import entry, jit
 from livebass.kernels.bass.instrument import MOST_PICKUPS, WORD, copy_words, instrument_at
+from livebass.kernels.hands.noise import LATER, tune_noises
 from livebass.kernels.hands.sliding import BEND_FRAMES, set_vibrato
 from livebass.kernels.machine.elementary import exp
 from livebass.kernels.machine.native import copy_record, record_address, record_at, records_at
+from livebass.kernels.machine.noise import amplitude
 from livebass.kernels.pickup import tone
 from livebass.kernels.pickup.coil import CIRCUIT, COIL
 from livebass.kernels.player.constants import KEYS
 from livebass.kernels.player.controls import reset_controllers
 from livebass.kernels.player.expression import VIBRATO_RATE, bend_ratio, loudness, vibrato_depth
 from livebass.kernels.player.performer import MOST_STRINGS, performer_at
-from livebass.kernels.player.strokes import fill_strokes
+from livebass.kernels.player.strokes import fill_strokes, force_at, speed_of_pluck
 from livebass.kernels.string import answers
 from livebass.kernels.string.records import OPERATOR, STRING, VOICE_SLOTS
 
+MEDIUM = 0.5  # of the way from the softest to the hardest note
 BLOCKER_HZ = 6.0  # DC blocker's corner
 GAIN_TIME = 6e-3  # s, how fast volume follows its controller
 string_at = record_at(STRING)
@@ -69,7 +72,8 @@ def connect_pickups(string, instrument, i, coil):
     voice, player = string.voice, instrument.player
     voice.pickups = instrument.pickups[i]
     voice.stretch = instrument.stretch[i]
-    voice.winding = instrument.winding[i]
+    voice.squeak = amplitude(player.squeak)
+    voice.winding = instrument.winding[i] if voice.squeak > 0.0 else 0.0
     voice.fretless = instrument.fretless[i]
     for k in range(MOST_PICKUPS):
         voice.decay[k] = instrument.decay[i, k]
@@ -95,7 +99,17 @@ def connect_pickups(string, instrument, i, coil):
     voice.thumb_loss = player.thumb_loss
     voice.angle = player.pluck_angle
     voice.follow = player.release_speed / player.greatest_apex
+    tune_noises(voice)
     voice.turn = i * BEND_FRAMES // instrument.strings
+
+
+@jit
+def fit_noises(string, i, instrument, p, ops, seed):
+    """Gives string `i` of an INSTRUMENT, connected, the noise of the performer's hands; `seed` of it."""
+    voice = string.voice
+    voice.seed = seed + i
+    voice.medium = 0.5 * speed_of_pluck(p, ops[i, 0], i, force_at(p, MEDIUM))
+    voice.landing_noise = LATER * voice.medium * amplitude(instrument.player.release_noise)
 
 
 @entry("void(int64, int64, int64, int64)")

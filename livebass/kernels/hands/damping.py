@@ -7,6 +7,7 @@ import numpy as np
 
 from livebass.compiling import jit
 from livebass.kernels.hands.fretting import GENTLY, change_fret
+from livebass.kernels.hands.noise import knock_string
 from livebass.kernels.hands.pulling import end_pull
 from livebass.kernels.machine.elementary import exp
 from livebass.kernels.string import glide, handover, touch
@@ -50,6 +51,7 @@ def end_note(string, ops, damping):
     if not slot.on:
         return
     remove_thumb(slot)
+    knock_string(voice, slot, glide.current_operator(string, ops, voice.slot))
     firm = damping / USUAL_DAMPING * touch.characteristic_impedance(ops[0])
     stopped = glide.current_operator(string, ops, voice.slot).length
     x = ops[0].length - stopped

@@ -24,7 +24,7 @@ def fit_winding(voice, slot, op):
     if voice.winding <= 0.0:
         return
     sine, cosine = sin_cos(np.pi / op.length * TIP)
-    before, now = 0.0, PUSH * op.steps * op.fine * op.speed * np.sqrt(2 / op.length) * sine
+    before, now = 0.0, voice.squeak * PUSH * op.steps * op.fine * op.speed * np.sqrt(2 / op.length) * sine
     for j in range(op.padded):
         slot.u.strike[j] = now if j < op.modes else 0.0
         before, now = now, 2.0 * cosine * now - before

@@ -9,6 +9,7 @@ from livebass.compiling import jit
 from livebass.kernels.hands import thumb
 from livebass.kernels.hands.damping import FINGER_WIDTH
 from livebass.kernels.hands.fretting import prepare_string
+from livebass.kernels.hands.noise import begin_skin
 from livebass.kernels.hands.pulling import MOST_NEPERS, grip, release_held_shape, shape_of_pluck, shape_of_strike
 from livebass.kernels.machine.elementary import cos, sin
 from livebass.kernels.string import modal, touch
@@ -76,6 +77,7 @@ def begin_pluck(string, ops, event):
         if slot.v_ready:
             row = i if voice.pickups > 0 else 2 * voice.denominator
             voice.held_across[i] = modal.tap_held(slot.v, tap_weights(op, row), op.tap_modes)
+    begin_skin(voice, event.speed)
     voice.pulling = voice.pull + 1 if voice.pull > 0 else 0  # this frame counts one down already
     if voice.pull == 0:
         release_held_shape(voice, slot, op, voice.follow)

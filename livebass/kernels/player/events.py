@@ -53,7 +53,7 @@ def next_event(p, i):
 
 @jit
 def send_pluck(p, i, fret, apex, place, width, release, angle):
-    """Plucks the string."""
+    """Plucks the string; returns the event, as yet without noise of skin."""
     e = next_event(p, i)
     e.kind = PLUCK
     e.fret = fret
@@ -62,6 +62,7 @@ def send_pluck(p, i, fret, apex, place, width, release, angle):
     e.width = width
     e.seconds = release
     e.angle = angle
+    return e
 
 
 @jit

@@ -10,6 +10,7 @@ from livebass.compiling import jit
 from livebass.kernels.hands.pulling import grazing
 from livebass.kernels.machine.elementary import chance, cos, log2, power, squared
 from livebass.kernels.machine.native import copy_record, records_at
+from livebass.kernels.machine.noise import amplitude
 from livebass.kernels.player.constants import STANDARD, STROKE, STROKES
 from livebass.kernels.player.events import send_pluck, send_strike, send_throw
 from livebass.kernels.player.touches import (
@@ -36,6 +37,9 @@ PRESSED_APEX = 0.8  # of the way down to the frets that a stroke towards the nec
 RAKE = 80e-3  # s within which a finger goes on to a lower string, by which it does not take turns
 # For an unevenness of 1: m; part of width and release; rad
 UNEVEN_PLACE, UNEVEN_TIP, UNEVEN_ANGLE = 0.1, 1.6, 0.5
+# Noise of skin: over the speed of the corner, as coil and tone take some of it; dB by which the softest have less than
+# the hardest, so that velocities 60, 90 and 127 have -24, -7 and 0 dB; part heard of a pluck straight across
+SKIN, SKIN_SOFTER, LEAST_SKIN = 1.4, 95.0, 0.2
 MORE_CHANCE = 1 << 40  # chances beyond those of force and place
 # The left hand that slaps the strings: fret, kg, half width (m) and stiffness (N/m^1.5) of its fingers
 LEFT_FRET, LEFT_MASS, LEFT_WIDTH, LEFT_STIFFNESS = 7, 0.06, 15e-3, 3e5
@@ -139,6 +143,12 @@ def speed_of_pluck(p, op, i, force):
 
 
 @jit
+def corner_speed(op, apex, where):
+    """Speed (m/s) by which the corner of a pluck of `apex` (m) at `where` (m from the stop) moves what it passes."""
+    return 0.5 * apex * op.length / (where * (op.length - where)) * op.speed
+
+
+@jit
 def play_stroke(p, ops, i, fret, node, part, ghost, own_place):
     """Plucks or strikes string `i` at `fret`, at `part` of the way from the softest to the hardest.
 
@@ -237,7 +247,9 @@ def pluck_string(p, ops, i, stop, force, position, aside, touched):
         angle += UNEVEN_ANGLE * p.unevenness * chance(p.seed, MORE_CHANCE + 2 * p.notes + 1)
         if cos(angle) < 0.0:
             apex = min(apex, PRESSED_APEX * max(grazing(op, op.length - where), LEAST_GRAZE) / -cos(angle))
-    send_pluck(p, i, stop, apex, where, uneven * width, uneven * release, angle)
+    e = send_pluck(p, i, stop, apex, where, uneven * width, uneven * release, angle)
+    level = player.skin_noise - SKIN_SOFTER * squared(1.0 - hard)
+    e.speed = SKIN * amplitude(level) * corner_speed(op, apex, where) * max(abs(cos(angle)), LEAST_SKIN)
 
 
 @jit

@@ -10,6 +10,8 @@ from typing import Any
 
 import numpy as np
 
+from livebass.kernels.machine.noise import BAND
+
 ROW = 1048  # float64; the most modes, and the most contact points, of one string
 MOST_NEAR = 32  # contact points solved together in one fine step
 LINE = 64  # bytes of a cache line
@@ -258,6 +260,17 @@ SLOT = on_lines(
 )
 SLOT_STATE = SLOT.fields["u"][1] // 8  # type: ignore[index]  # 8-byte fields of a slot before its working sets
 
+# A noise of the hands, as speed of the string under the pickups (hands/noise.py)
+NOISE = np.dtype(
+    [
+        ("speed", "f8"),  # m/s, rms, now ...
+        ("growth", "f8"),  # ... by which it grows each frame of a pull ...
+        ("fade", "f8"),  # ... and the factor per frame by which it fades
+        ("band", BAND),
+    ],
+    align=True,
+)
+
 VOICE = np.dtype(
     [
         ("over_frets", "i8"),  # address of frets.over_frets
@@ -306,7 +319,13 @@ VOICE = np.dtype(
         ("glide_frame", "i8"),  # ... and those that are over
         ("fretless", "i8"),  # 1: fingers slide and waver on it as on a board
         ("winding", "f8"),  # m, pitch of the winding; 0: it is flat, and fingers make no noise on it
+        ("squeak", "f8"),  # level of that noise, 1 as usual
         ("scraped", "f8"),  # windings that the finger has passed since it last fell off one
+        ("seed", "i8"),  # of the noises of the hands
+        ("medium", "f8"),  # m/s by which a medium pluck moves the open string
+        ("landing_noise", "f8"),  # m/s, rms, of a hand that ends a note; 0: it makes none
+        ("skin", NOISE),
+        ("knock", NOISE),
         ("idle", "i8"),  # strings that nobody plays or mutes, a bit each: they may answer (answers.py)
         ("answering", "i8"),  # 1: some answer
         ("cut", "i8"),  # 1: all sound is off until the next note, that of answers, too
@@ -415,7 +434,7 @@ EVENT = np.dtype(
         # Numbers that its kind has; all others are 0
         ("apex", "f8"),  # m, of a pluck; of a pull-off, across the neck; how deep a strike pushes the string
         ("place", "f8"),  # m from the stop; of a touch, from the saddle
-        ("speed", "f8"),  # m/s, of a mass that is thrown, and of a finger that hammers
+        ("speed", "f8"),  # m/s, of a mass that is thrown, of a finger that hammers, and of the noise of a pluck
         ("width", "f8"),  # m, half of what touches the string; 0: that of the player's finger or thumb
         ("angle", "f8"),  # rad, of a pluck, from u towards v; 0: the player's
         # How gradually a pluck lets go, 0: as the player does; until a touch lifts, 0: it stays; how long a finger that

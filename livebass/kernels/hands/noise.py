@@ -1,0 +1,104 @@
+"""What hands make heard besides the string's motion: skin and winding in a pluck, the knock of a release.
+
+Both are added to the speed of the string that every pickup senses, ahead of coil, tone and volume. That is not where
+they come from: a fingertip slips off a winding as a force of noise at its place, and a hand that lands knocks on
+string, fret and neck. As forces they would cost a pass over all modes in every frame of theirs; the string would ring
+on with them, some 20 dB below, and each pickup would hear them through a comb of its own. What is left out is that.
+
+- Skin: 0.8 to 5 kHz. It grows while the finger pulls, is loudest as that lets go, and fades by e in SKIN_TIME. The
+  performer says how loud: it grows with force (player/strokes.py).
+- Knock: 130 to 1300 Hz, at once as a hand comes to end a note, faded by e in KNOCK_TIME, by 20 dB in 51 ms. Hands come
+  alike to medium and to hard notes. To a string whose motion has fallen below FAINT of a medium pluck they come more
+  gently, in proportion, so that a knock never stands far above what it ends; one at rest gets none. A note that another
+  one on the same string ends, and one that is cut, do not knock.
+
+Levels: real electric basses, notes and release noises of five. Noise is a chance a frame, by seed and frame.
+[audio thread]
+"""
+
+import numpy as np
+
+from livebass.compiling import jit
+from livebass.kernels.machine.elementary import chance, exp
+from livebass.kernels.machine.noise import clear_band, next_of_band, tune_band
+from livebass.kernels.string import modal
+
+SKIN_BAND, SKIN_TIME = (800.0, 5000.0), 3.5e-3  # Hz; s
+KNOCK_BAND, KNOCK_TIME = (130.0, 1300.0), 22e-3
+LATER = 0.32  # level of a medium note 1 s after its onset, over the speed of its corner
+FAINT = 0.15  # rms speed of the string over that of the corner of a medium pluck
+INAUDIBLE = 1e-6  # m/s
+APART = 1 << 41  # chances beyond those of others
+
+
+@jit
+def tune_noises(voice):
+    """Sets the bands of the string's noises, silent."""
+    tune_noise(voice.skin, SKIN_BAND, SKIN_TIME, voice.rate)
+    tune_noise(voice.knock, KNOCK_BAND, KNOCK_TIME, voice.rate)
+
+
+@jit
+def tune_noise(noise, ends, seconds, rate):
+    """Sets a NOISE between two `ends` (Hz) that fades by e within `seconds`."""
+    tune_band(noise.band, ends[0], ends[1], rate)
+    noise.fade = exp(-1.0 / (seconds * rate))
+    noise.speed = 0.0
+    noise.growth = 0.0
+
+
+@jit
+def begin_skin(voice, speed):
+    """Begins the noise of a pluck, to grow to `speed` (m/s, rms) until the finger lets go."""
+    voice.skin.growth = speed / max(voice.pull, 1)
+    if voice.pull == 0:
+        voice.skin.speed += speed
+
+
+@jit
+def knock_string(voice, slot, op):
+    """Begins the knock of a hand that ends the note of a slot."""
+    if voice.landing_noise > 0.0:
+        square = modal.speed_square(slot.u, slot.active) + modal.speed_square(slot.v, slot.v_active)
+        moving = np.sqrt(square / op.length) / (FAINT * voice.medium)
+        voice.knock.speed = max(voice.knock.speed, min(moving, 1.0) * voice.landing_noise)
+
+
+@jit
+def is_noisy(voice):
+    """True if a noise of the hands sounds."""
+    return voice.skin.speed > 0.0 or voice.knock.speed > 0.0
+
+
+@jit
+def end_noise(noise):
+    noise.speed = 0.0
+    noise.growth = 0.0
+    clear_band(noise.band)
+
+
+@jit
+def hear_hands(voice, y):
+    """Adds the noises of this frame to the speed at each pickup in `y`, which lies behind its displacement."""
+    skin, knock = voice.skin, voice.knock
+    x = 0.0
+    if voice.pulling > 0:
+        skin.speed += skin.growth
+    if skin.speed > 0.0:
+        x += skin.speed * next_of_band(skin.band, chance(voice.seed, APART + 2 * voice.frame))
+        if voice.pulling == 0:
+            fade_noise(skin)
+    if knock.speed > 0.0:
+        x += knock.speed * next_of_band(knock.band, chance(voice.seed, APART + 2 * voice.frame + 1))
+        fade_noise(knock)
+    if x != 0.0:
+        for i in range(voice.pickups):
+            y[2 * i + 1] += x
+
+
+@jit
+def fade_noise(noise):
+    """Fades a NOISE by a frame."""
+    noise.speed *= noise.fade
+    if not INAUDIBLE < noise.speed < np.inf:
+        end_noise(noise)

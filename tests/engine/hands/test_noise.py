@@ -1,0 +1,231 @@
+"""The noise of hands: how loud, in which bands and for how long, and that it is the same however it is computed."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.live import QUICK, offline, run_ahead
+from support.scores import busy_score
+
+from livebass import QUALITIES, Instrument, Score, load_preset, render_to_array, score_of
+from livebass.arrays import Floats
+from livebass.comparison.measures import band
+from livebass.engine.engine import Engine
+from livebass.live.outputs import FakeDevice
+from livebass.live.synth import LiveBass, Synth
+from livebass.units import OFF
+
+RATE = 48000
+NOISES = {"skin_noise": -14.0, "release_noise": 0.0}
+
+
+def bass(preset: str = "jazz-finger", **player: float) -> Instrument:
+    """A preset under an even player with these numbers."""
+    made = load_preset(preset)
+    return replace(made, player=replace(made.player, **{"unevenness": 0.0, **player}))  # type: ignore[arg-type]
+
+
+def note(velocity: int, preset: str = "jazz-finger", seconds: float = 1.0, **player: float) -> Floats:
+    """A note of the second string at 0.1 s, ended after `seconds`."""
+    made = bass(preset, **player)
+    score = score_of([(0.1, seconds, made.strings[1].open_note + 5, velocity)], RATE)
+    return np.asarray(render_to_array(made, score, QUALITIES["live"], tail=0.5).sum(axis=0))
+
+
+def db(ratio: float) -> float:
+    return float(20 * np.log10(ratio))
+
+
+def rms(x: Floats) -> float:
+    return float(np.sqrt(np.mean(x**2)))
+
+
+def loudest(x: Floats, seconds: float) -> float:
+    """The greatest rms of `seconds`."""
+    n = round(seconds * RATE)
+    return float(np.sqrt(np.convolve(x**2, np.ones(n) / n, "valid").max()))
+
+
+def takes(velocity: int, seeds: int = 12, **noise: float) -> list[Floats]:
+    """The noise alone, of a note by each of some seeds."""
+    with_noise, made = bass(**noise), bass()
+    key = made.strings[1].open_note + 5
+    score = score_of([(0.1, 1.0, key, velocity)], RATE)
+    silent = render_to_array(made, score, QUALITIES["live"], tail=0.5).sum(axis=0)
+    engine = Engine(with_noise, QUALITIES["live"], RATE)
+    blocks = (list(engine.another(seed).play(score, 0.5)) for seed in range(seeds))
+    return [np.concatenate(block, axis=1).sum(axis=0) - silent for block in blocks]
+
+
+# How loud
+
+
+@pytest.mark.parametrize(("velocity", "level"), [(60, -38.0), (90, -20.0), (127, -14.0)])
+def test_skin_is_as_loud_as_of_real_players(velocity: int, level: float) -> None:
+    peak = float(np.abs(note(velocity)).max())
+    heard = np.median([db(loudest(x[: round(0.2 * RATE)], 2e-3) / peak) for x in takes(velocity, skin_noise=-14.0)])
+    assert abs(heard - level) < 2.5
+
+
+def test_skin_is_a_burst_of_highs_with_the_release() -> None:
+    sounds = takes(127, skin_noise=-14.0)
+    power = np.mean([x**2 for x in sounds], axis=0)
+    begun = np.flatnonzero(power > 1e-12)[0]
+    pull = round(load_preset("jazz-finger").player.pull_time * RATE)
+    assert begun >= 0.1 * RATE - 1  # with the pull, not before
+    at = round(0.1 * RATE) + pull
+    n = round(1e-3 * RATE)
+    levels = [power[at + k * n : at + (k + 1) * n].mean() for k in range(1, 12)]
+    fall = -np.polyfit(np.arange(11) * 1e-3, np.log(levels) / 2, 1)[0]
+    assert 1 / fall == pytest.approx(3.5e-3, rel=0.2)
+    before = power[at - pull : at].mean()
+    assert 0.0 < before < power[at : at + pull].mean()
+    inside = sum(float(np.sum(band(x, RATE, 600.0, 5000.0) ** 2)) for x in sounds)
+    assert inside > 0.8 * sum(float(np.sum(x**2)) for x in sounds)
+
+
+def test_the_knock_of_a_release_is_within_6_db_of_recordings() -> None:
+    """Peak over that of the note after 1 s: +4 to +11 dB in recordings; 130 to 1300 Hz; 20 dB less in 30 to 90 ms."""
+    sounds = takes(64, release_noise=0.0)
+    played = note(64, seconds=1.2)
+    rest = float(np.abs(played[round(1.1 * RATE) : round(1.2 * RATE)]).max())
+    over = np.median([db(float(np.abs(x).max()) / rest) for x in sounds])
+    assert -2.0 <= over <= 17.0
+    assert not any(x[: round(1.1 * RATE) - 1].any() for x in sounds)
+    spectrum = np.sum([np.abs(np.fft.rfft(x)) ** 2 for x in sounds], axis=0)
+    nu = np.fft.rfftfreq(sounds[0].size, 1 / RATE)
+    assert 130.0 <= spectrum @ nu / spectrum.sum() <= 1350.0
+    assert spectrum[(nu > 100.0) & (nu < 1600.0)].sum() > 0.7 * spectrum.sum()
+    power = np.mean([x**2 for x in sounds], axis=0)[round(1.1 * RATE) :]
+    n = round(5e-3 * RATE)
+    fall = [power[k * n : (k + 1) * n].mean() for k in range(24)]
+    late = next(k for k in range(24) if fall[k] < 0.01 * max(fall)) * 5
+    assert 30 <= late <= 90
+
+
+def test_a_level_more_is_a_level_more() -> None:
+    quiet = note(100)
+    one = note(100, skin_noise=-20.0, release_noise=-10.0) - quiet
+    more = note(100, skin_noise=-14.0, release_noise=-4.0) - quiet
+    assert np.allclose(more, 10 ** (6 / 20) * one, atol=1e-5) and np.abs(one).max() > 1e-4
+
+
+# When there is none
+
+
+def test_off_is_as_without_the_keys() -> None:
+    plain = note(120)
+    assert np.array_equal(plain, note(120, skin_noise=OFF, release_noise=OFF))
+    assert not np.array_equal(plain, note(120, **NOISES))
+
+
+def test_a_hand_does_not_knock_on_a_string_at_rest() -> None:
+    made = bass("muted", release_noise=0.0)
+    engine = Engine(made, QUALITIES["live"], RATE)
+    key = made.strings[1].open_note
+    engine.send(np.array([0]), np.array([[0x90, key, 40]], np.uint8))
+    for _ in range(40):
+        engine.process(RATE // 2)
+        if not engine.sounding():
+            break
+    assert not engine.sounding()
+    engine.process(RATE)
+    engine.send(np.array([engine.frame]), np.array([[0x80, key, 40]], np.uint8))
+    assert not engine.process(RATE).any()
+
+
+def test_the_next_note_on_the_string_ends_one_without_a_knock() -> None:
+    made, quiet = bass(release_noise=0.0), bass()
+    key = made.strings[0].open_note + 3
+    notes = [(0.1, 0.6, key, 100), (0.5, 0.4, key + 1, 100)]  # the string is taken while the first is held
+    sounds = [render_to_array(b, score_of(notes, RATE), QUALITIES["live"], tail=0.4) for b in (made, quiet)]
+    knock = (sounds[0] - sounds[1]).sum(axis=0)
+    assert not knock[: round(0.85 * RATE)].any()
+    assert knock[round(0.85 * RATE) :].any()  # the second one ends by the hand
+
+
+def test_a_note_that_has_all_but_died_ends_with_less() -> None:
+    loud, faint = (loudest((note(100, seconds=s, release_noise=0.0) - note(100, seconds=s))[-RATE // 2 :], 0.01)
+                   for s in (0.3, 20.0))  # fmt: skip
+    assert 0.0 < faint < 0.1 * loud
+
+
+def test_noise_ends() -> None:
+    """Nothing of it is left in the string: filters and noises are at rest, and the string is still."""
+    engine = Engine(bass(**NOISES), QUICK, RATE)
+    engine.send(np.array([0, 9600]), np.array([[0x90, 33, 127], [0x80, 33, 64]], np.uint8))
+    engine.process(4 * RATE)
+    assert not engine.sounding() and not engine.process(RATE).any()
+    for voice in engine.voices:
+        assert voice.record["still"][0] == 1
+        for name in ("skin", "knock"):
+            assert voice.record[name]["speed"][0] == 0.0
+            assert not voice.record[name]["band"]["low_pass"].any()
+
+
+def test_displacement_has_no_noise() -> None:
+    made = bass("paper-bass")
+    loud = replace(made, player=replace(made.player, **NOISES))  # type: ignore[arg-type]
+    score = score_of([(0.0, 0.3, made.strings[1].open_note, 100)], RATE)
+    sounds = [render_to_array(b, score, QUALITIES["live"], tail=0.3) for b in (made, loud)]
+    assert np.array_equal(*sounds)
+
+
+# The same however it is computed
+
+
+def played(made: Instrument, score: Score, sizes: list[int], seed: int = 0) -> Floats:
+    """The strings of `score` in blocks of these sizes, over and over."""
+    engine, blocks, sent = Engine(made, QUICK, score.rate, seed), [], 0
+    while engine.frame < score.end_frame:
+        count = min(sizes[len(blocks) % len(sizes)], score.end_frame - engine.frame)
+        until = int(np.searchsorted(score.frames, engine.frame + count))
+        engine.send(score.frames[sent:until], score.messages[sent:until])
+        blocks.append(engine.process(count))
+        sent = until
+    return np.concatenate(blocks, axis=1)
+
+
+def test_blocks_of_any_sizes_play_the_same() -> None:
+    score, made = busy_score(RATE), bass(**NOISES)
+    whole = played(made, score, [score.end_frame])
+    assert np.isfinite(whole).all()
+    assert not np.array_equal(whole, played(bass(), score, [score.end_frame]))
+    for sizes in ([64], [1, 500, 33], [4096]):
+        assert np.array_equal(whole, played(made, score, sizes))
+
+
+def test_a_seed_is_one_noise() -> None:
+    score, made = score_of([(0.0, 0.3, 40, 120), (0.1, 0.3, 40, 120)], RATE), bass(**NOISES)
+    one, same, other = (played(made, score, [512], seed) for seed in (1, 1, 2))
+    assert np.array_equal(one, same) and not np.array_equal(one, other)
+    ours, theirs = one.sum(axis=0) - note_of(score), other.sum(axis=0) - note_of(score)
+    assert abs(float(np.corrcoef(ours, theirs)[0, 1])) < 0.3
+
+
+def note_of(score: Score) -> Floats:
+    return np.asarray(played(bass(), score, [512]).sum(axis=0))
+
+
+@pytest.mark.parametrize("preset", ["slap", "jazz-finger", "fretless"])
+def test_strings_that_ran_ahead_come_back_to_the_same_noise(preset: str) -> None:
+    made, total = bass(preset, **NOISES), 2 * RATE
+    score = busy_score(RATE)
+    messages = [(int(f), *map(int, m)) for f, m in zip(score.frames, score.messages, strict=True)]
+    synth = Synth(RATE, adaptive=False)
+    synth.switch_to(LiveBass(made, QUICK, RATE))
+    device = FakeDevice(synth)
+    run_ahead(synth, "far")
+    blocks, sent, frame, lead = [], 0, 0, 0
+    while frame < total:
+        while sent < len(messages) and messages[sent][0] < frame + 64:
+            assert synth.send(*messages[sent][1:], frame=messages[sent][0])
+            sent += 1
+        blocks.append(device.block(64))
+        frame += 64
+        assert synth.bass is not None
+        lead = max(lead, *(int(v.record["frame"][0]) - frame for v in synth.bass.engine.voices))
+    assert lead >= 700, "nothing ran ahead"
+    assert np.array_equal(np.concatenate(blocks)[:total], offline(made, messages, total))
