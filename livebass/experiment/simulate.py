@@ -181,6 +181,8 @@ def _write(files: Transaction, directory: Path, solved: Solved, found: dict[str,
             "initial_modal_amplitudes_across": initial_amplitudes_across(trial),
             "friction_n_per_m": s.friction,
             "friction_speed_m_per_s": s.friction_speed,
+            "frequencies_across_hz": frequencies(s, trial.modes, across=True),
+            "dampings_across_per_s": dampings(s, trial.modes, across=True),
         }
     np.savez(
         arrays,
@@ -196,6 +198,7 @@ def _write(files: Transaction, directory: Path, solved: Solved, found: dict[str,
         contact_heights_m=np.asarray(s.contact_height, dtype=np.float64),
         contact_stiffness=s.contact_stiffness,
         contact_exponent=s.contact_exponent,
+        contact_loss_s_per_m=s.contact_loss,
         contact_compliance=static_compliance(trial),  # m per N/m, of the modes left out
         contact_rate_hz=trial.contact_rate,
         initial_modal_amplitudes=initial_amplitudes(trial),

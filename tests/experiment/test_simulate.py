@@ -21,8 +21,10 @@ from livebass.experiment import simulate
 from livebass.experiment.simulate import simulate_to_directory
 from livebass.files import OutputError
 from livebass.model import modes
+from livebass.model.instrument import speaking
 from livebass.model.quality import Quality
 from livebass.model.trial import Trial
+from livebass.preset.load import load_preset
 from livebass.reference.solver import solve
 
 CASE: dict[str, Any] = {
@@ -34,7 +36,7 @@ KEYS = """
     length_m linear_density_kg_per_m grid_points frequencies_hz dampings_per_s contact_positions_m
     contact_heights_m contact_stiffness contact_exponent contact_rate_hz initial_modal_amplitudes
     sensor_position_m output_rate_hz time_s displacement_m contact_time_s contact_index wall_s
-    contact_frets contact_compliance wav_metres_per_unit modes
+    contact_frets contact_compliance wav_metres_per_unit modes contact_loss_s_per_m
 """.split()  # noqa: SIM905
 
 
@@ -158,6 +160,21 @@ def test_what_is_found_in_the_motion_on_demand(tmp_path: Path) -> None:
     assert data["pitch_hz"].shape == data["pitch_time_s"].shape == data["pitch_aperiodicity"].shape
     assert data["characteristic_frequency_hz"].min() > 98
     np.testing.assert_allclose(data["t60_s"] * data["dampings_per_s"], 3 * math.log(10))
+    np.testing.assert_array_equal(data["frequencies_across_hz"], data["frequencies_hz"])
+    np.testing.assert_array_equal(data["dampings_across_per_s"], data["dampings_per_s"])
+
+
+def test_what_v_has_of_its_own_is_told(tmp_path: Path) -> None:
+    bass = strings.yielding(load_preset("jazz-finger"))
+    asked = {**CASE, "angle": 0.5, "duration": 1e-3}
+    quality = Quality("of this test", None, asked.pop("contact_rate"))
+    simulate_to_directory(bass, **asked, quality=quality, directory=tmp_path / "out")
+    s = speaking(bass.strings[3], bass.necks[3], 0)
+    with np.load(tmp_path / "out" / "result.npz") as result:
+        assert float(result["contact_loss_s_per_m"]) == s.contact_loss > 0
+        np.testing.assert_array_equal(result["frequencies_across_hz"], modes.frequencies(s, 60, across=True))
+        np.testing.assert_array_equal(result["dampings_across_per_s"], modes.dampings(s, 60, across=True))
+        assert np.all(result["frequencies_across_hz"] < result["frequencies_hz"])
 
 
 def test_what_cannot_be_found_is_left_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

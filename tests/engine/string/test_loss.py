@@ -14,7 +14,7 @@ from support.strings import case_b, g_neck, g_string, losing, oblique, random_tr
 from livebass.arrays import Floats
 from livebass.engine.solve import solve_trial
 from livebass.kernels.string.records import MOST_NEAR
-from livebass.model.instrument import speaking
+from livebass.model.instrument import Pluck, speaking
 from livebass.model.trial import Trial
 from livebass.preset.load import load_preset
 from livebass.reference.solver import solve
@@ -119,27 +119,24 @@ def test_contact_loss_is_the_resistance_at_a_tenth_of_a_millimetre(stiffness: fl
 
 
 def far_from_reference(stiffness: float, loss: float) -> list[float]:
-    """How far (dB) 450 modes at 672 kHz are from all modes at 8 MHz, the waveforms of hard plucks of jazz-finger."""
-    bass, found = load_preset("jazz-finger"), []
-    for i, fret in ((0, 1), (1, 5), (2, 0), (3, 4)):
-        neck = dataclasses.replace(bass.necks[i], contact_stiffness=stiffness, contact_loss=loss)
-        s = speaking(bass.strings[i], neck, fret)
-        trial = case_b(duration=0.3, output_rate=48_000.0)
-        pluck = dataclasses.replace(trial.pluck, position=0.75 * s.length, apex=4e-3, rounding=7e-3)
+    """How far (dB) 450 modes at 672 kHz are from all modes at 8 MHz, the waveforms of hard plucks of the paper's G."""
+    found = []
+    for fret in (0, 2, 5, 9):
+        s = speaking(g_string(), dataclasses.replace(g_neck(stiffness), contact_loss=loss), fret)
+        pluck = Pluck(4e-3, 0.75 * s.length, 7e-3)
         few, all_modes = round(450 * s.length / s.string.length), s.grid_points - 1
         coarse, fine = (
-            dataclasses.replace(trial, speaking=s, pluck=pluck, modes=n, contact_rate=rate, sensor=s.length - 0.09)
+            solve_trial(Trial(s, pluck, n, rate, 48_000.0, 0.3, s.length - 0.09)).displacement_m
             for n, rate in ((few, 672e3), (all_modes, 8.016e6))
         )
-        a, b = solve_trial(coarse).displacement_m, solve_trial(fine).displacement_m
-        found.append(20 * math.log10(apart(a, b)))
+        found.append(20 * math.log10(apart(coarse, fine)))
     return found
 
 
 def test_contact_that_loses_needs_few_modes_and_steps() -> None:
     """Stiff frets that lose nothing are chaotic: the same pluck is another motion at another rate."""
-    assert np.median(far_from_reference(3e8, 15.0)) < -50.0 and max(far_from_reference(3e8, 15.0)) < -45.0
-    assert np.median(far_from_reference(1e13, 0.0)) > -20.0
+    assert max(far_from_reference(3e8, 15.0)) < -50.0  # -57 to -62
+    assert min(far_from_reference(1e13, 0.0)) > -30.0  # -16 to -21
 
 
 def test_a_board_that_loses_has_the_modes_and_rate_of_frets() -> None:
