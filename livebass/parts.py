@@ -104,10 +104,8 @@ class PlayerNumbers:
         word=30, of="pickups pluck")  # rms at its loudest
     release_noise: float = number(OFF, "level", "-200 dB", "40 dB", "knock of a hand over a medium note after 1 s",
         word=31, of="pickups")  # rms at its loudest
-    floor_noise: float = number(OFF, "level", "-200 dB", "0 dB", "of the electronics, over a medium note",
-        word=32, of="pickups")  # rms
     squeak: float = number(0.0, "level", "-200 dB", "20 dB", "of fingers that slide on round windings",
-        word=33)
+        word=32)
     answering: str = choice("off", ANSWERING, "idle strings ring along: with the pedal, always",
         record="answering")  # when idle strings may answer those that sound
     bend_range: float = number(2.0, "number", "0", "96", "of the pitch bend, semitones", word=5)

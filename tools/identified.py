@@ -24,7 +24,7 @@ import numpy as np
 from errors import clear_errors
 
 from livebass.arrays import Floats
-from livebass.bench.decay import ringing
+from livebass.comparison.ringing import ringing
 from livebass.engine.render import render_to_array
 from livebass.identification.identify import identify, new_preset
 from livebass.identification.partials import find_takes, read_recording
@@ -113,8 +113,8 @@ def shipped_notes(preset: str, note: int) -> dict[int, Floats] | None:
 def ln_t60(sound: Floats, recorded: tuple[Floats, int], f0: float) -> float:
     """Returns the median of ln(T60 of `sound` / T60 recorded) over the partials that both have."""
     mine, real = (
-        {round(nu / f0): t for nu, t in zip(*ringing(samples, rate, f0), strict=True)}
-        for samples, rate in ((sound, RATE), recorded)
+        {round(nu / f0): t for nu, t in zip(rings.frequency, rings.t60, strict=True)}
+        for rings in (ringing(samples, rate, f0) for samples, rate in ((sound, RATE), recorded))
     )
     both = [j for j in mine if j in real and j <= PARTIALS]
     return float(np.median([math.log(mine[j] / real[j]) for j in both])) if both else math.nan

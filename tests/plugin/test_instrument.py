@@ -42,16 +42,16 @@ ADDRESSES = (
     "answers",
 )
 # Of every version so far: what is stored, and how. A file of another layout must have another version. From 5 on the
-# next one is that of files with strokes: 5 and 6, then 7 and 8.
+# next one is that of files with strokes: 5 and 6, then 7 and 8; 9 is that of files with effects.
 LAYOUTS = {
     1: "4a97951d4a5441f0",
     3: "0e201a4e5c4026f4",
     4: "6a8a25d173eb4522",
     5: "4165266b974932bb",
     6: "fac1e29a111396d4",
-    7: "3a316b556e3996c8",
-    8: "6d94015671f8b943",
-    9: "0",
+    7: "8fc181f3543f2fb5",
+    8: "85f48577f0105f46",
+    9: "7156ad3c176f909f",
 }
 
 
