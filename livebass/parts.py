@@ -18,6 +18,7 @@ WITH_STROKES = 8  # the one of files that have strokes, and are of VERSION else,
 WITH_EFFECTS = 9  # ... and the one of files that have strokes and effects
 STROKES = ("finger", "pick", "nail", "pop")  # in the order of the performer's numbers
 ANSWERING = ("off", "pedal", "always")  # likewise
+NOISES = ("skin_noise", "release_noise", "squeak")  # of the player
 ABOVE_ZERO = (TINY, LARGEST)
 
 

@@ -19,7 +19,7 @@ from livebass import units
         ("7.5 kohm", "resistance", 7500.0), ("7.5k\u03a9", "resistance", 7500.0), ("600 pF", "capacitance", 600e-12),
         ("4 H", "inductance", 4.0), ("90 /s", "decay rate", 90.0), ("90 1/s", "decay rate", 90.0),
         ("0.64 mm/s/N", "conductance", 0.64e-3), ("200 GPa", "modulus", 200e9), ("  +1.5e-3   m ", "length", 1.5e-3),
-        (".5 in", "length", 0.0127),
+        (".5 in", "length", 0.0127), ("-14 dB", "level", -14.0), (" off", "level", units.OFF),
     ],
 )  # fmt: skip
 def test_quantity(text: str, dimension: str, si: float) -> None:
@@ -29,6 +29,7 @@ def test_quantity(text: str, dimension: str, si: float) -> None:
 @pytest.mark.parametrize(
     ("text", "dimension", "says"),
     [
+        ("quiet", "level", 'units: dB, or "off"'), ("off", "length", "a number and a unit"),
         ("2", "length", "units: mm, m, cm, um or in"), ("2 parsec", "length", "units: mm, m, cm, um or in"),
         ("2 MM", "length", "'MM'"), ("", "force", "units: N, lbf or kgf"), ("N 5", "force", "a number and a unit"),
         ("nan N", "force", "a number and a unit"), ("inf N", "force", "a number and a unit"),
@@ -53,6 +54,8 @@ def test_quantity_refuses(text: str, dimension: str, says: str) -> None:
         (3600.0, "time", "3600 s"),
         (1e-9, "length", "1e-06 mm"),
         (0.0, "angle", "0 deg"),
+        (-14.0, "level", "-14 dB"),
+        (units.OFF, "level", "off"),
     ],
 )
 def test_readable_quantity(value: float, dimension: str, text: str) -> None:

@@ -1,4 +1,4 @@
-"""Options of `play`, `render` and `export` that stand for entries of a preset: keys, velocity curve, pitch wheel."""
+"""Options of `play`, `render` and `export` for a preset's player: keys, velocity curve, pitch wheel, noise."""
 
 from __future__ import annotations
 
@@ -65,6 +65,9 @@ def hands_options(command: Command) -> Command:
     """Adds the options that `Hands.taken` reads to a command."""
     for option in (
         click.option(
+            "--no-noise", is_flag=True, help="Hands without noise: no skin, knock and squeak."
+        ),
+        click.option(
             "--wheel", type=click.Choice(["bend", "slide"]), help="What the pitch wheel does.  [default: bend]"
         ),
         velocity_curve_option,
@@ -93,7 +96,13 @@ class Hands:
             from livebass.preset.keymap import load_key_map
 
             given["keys"] = load_key_map(given["keys"])
-        return cls({name: value for name, value in given.items() if value is not None})
+        changes = {name: value for name, value in given.items() if value is not None}
+        if options.pop("no_noise"):
+            from livebass.parts import NOISES
+            from livebass.units import OFF
+
+            changes |= dict.fromkeys(NOISES, OFF)
+        return cls(changes)
 
     def play(self, bass: Instrument) -> Instrument:
         """Returns `bass` in these hands."""

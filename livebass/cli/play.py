@@ -39,7 +39,7 @@ LOG = logging.getLogger("livebass")
 
 GROUPS = {
     "Sound": "--preset --quality --gain --tuning --capo --a4 --temperament",
-    "Hands": "--keys --velocity-curve --wheel --learn --controllers",
+    "Hands": "--keys --velocity-curve --wheel --no-noise --learn --controllers",
     "Effects": "--compression --drive --response",
     "Song": "--file --demo --loop --tempo --metronome --tuner",
     "Take": "--record --record-midi --log",

@@ -61,7 +61,7 @@ rendered_quality = quality_option(
 GROUPS = {
     "Music": "--note --velocity --duration --demo --all-presets --channel --list --tail",
     "Sound": "--preset --quality --gain --normalize --tuning --capo --a4 --temperament --modes --contact-rate --seed",
-    "Hands": "--keys --velocity-curve --wheel",
+    "Hands": "--keys --velocity-curve --wheel --no-noise",
     "Effects": "--compression --drive --response",
     "File": "--output --format --bits --rate --stems",
     "Help": "--help",

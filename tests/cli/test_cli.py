@@ -16,6 +16,8 @@ from support.engine import FakeEngine
 
 from livebass import Instrument, load_preset
 from livebass.engine import render as render_module
+from livebass.parts import NOISES
+from livebass.units import OFF
 
 ROOT = Path(__file__).parents[2]
 
@@ -385,7 +387,7 @@ def test_options_of_the_hands_reach_the_bass(
             super().__init__(instrument, *rest, **more)
 
     monkeypatch.setattr(render_module, "Engine", Listening)
-    hands = ("--keys", "modo-12", "--velocity-curve", "0.5", "--wheel", "slide", "-q", "live")
+    hands = ("--keys", "modo-12", "--velocity-curve", "0.5", "--wheel", "slide", "--no-noise", "-q", "live")
     for source in (("--note", "E1"), ("--demo",), ("--demo", "techniques")):
         assert run("render", *source, *hands, "-o", tmp_path / "a.wav")[0] == 0
     maps = [bass.player.keys.name for bass in played]
@@ -393,6 +395,7 @@ def test_options_of_the_hands_reach_the_bass(
     assert run("render", "--all-presets", tmp_path / "all", *hands)[0] == 0
     assert len(played) > 6 and {bass.player.keys.name for bass in played[3:]} == {"modo-12"}
     assert {(bass.player.velocity_curve, bass.player.wheel) for bass in played} == {(0.5, "slide")}
+    assert {getattr(bass.player, name) for bass in played for name in NOISES} == {OFF}
     played.clear()
     assert run("render", "--note", "E1", "-o", tmp_path / "a.wav")[0] == 0
     assert played == [load_preset("jazz-finger")]

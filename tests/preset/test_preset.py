@@ -592,7 +592,12 @@ def some(key: Key) -> st.SearchStrategy[Any]:
 
 
 def spread(low: float, high: float) -> st.SearchStrategy[float]:
-    """Values between the ends, even in the logarithm over at most six decades: small values are likely, too."""
+    """Values between the ends, even in the logarithm over at most six decades: small values are likely, too.
+
+    Even themselves up to an end that is not positive.
+    """
+    if high <= 0.0:
+        return st.floats(low, high)
     least = max(low, high * 1e-6)
     return st.floats(0.001, 0.999).map(lambda part: least * (high / least) ** part)
 
