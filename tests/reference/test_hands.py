@@ -10,7 +10,8 @@ import pytest
 from support import strings
 from support.strings import oblique
 
-from livebass.model.trial import Trial
+from livebass.model import modes
+from livebass.model.trial import Trial, initial_amplitudes_across
 from livebass.reference import playing
 from livebass.reference.hands import Finger, Hand, Mass, Stop, hammer, held, landing, lift
 from livebass.reference.playing import Played, play
@@ -253,3 +254,15 @@ def test_same_hands_same_bits() -> None:
 def test_what_is_not_allowed_is_named(make: object, named: str) -> None:
     with pytest.raises(ValueError, match=named):
         make()  # type: ignore[operator]
+
+
+def test_the_velocity_of_v_is_that_of_its_own_modes() -> None:
+    trial = yielding(rough(12), 1e10, 3.0)
+    s, played = trial.speaking, play(trial, frets=False)
+    nu, sigma = modes.frequencies(s, 12, across=True), modes.dampings(s, 12, across=True)
+    omega = np.sqrt((2 * math.pi * nu) ** 2 - sigma**2)
+    q = initial_amplitudes_across(trial) * modes.shapes(s, 12, np.array([trial.sensor]))[0]
+    t = played.time_s[:, None]
+    exact = (-np.exp(-sigma * t) * (omega + sigma**2 / omega) * np.sin(omega * t)) @ q
+    assert played.across_velocity_m_s is not None
+    assert np.abs(played.across_velocity_m_s[0] - exact).max() < 1e-9 * np.abs(exact).max()
