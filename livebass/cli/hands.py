@@ -64,9 +64,7 @@ velocity_curve_option = click.option(
 def hands_options(command: Command) -> Command:
     """Adds the options that `Hands.taken` reads to a command."""
     for option in (
-        click.option(
-            "--no-noise", is_flag=True, help="Hands without noise: no skin, knock and squeak."
-        ),
+        click.option("--no-noise", is_flag=True, help="Hands without noise: no skin, knock and squeak."),
         click.option(
             "--wheel", type=click.Choice(["bend", "slide"]), help="What the pitch wheel does.  [default: bend]"
         ),

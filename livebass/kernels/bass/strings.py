@@ -15,11 +15,11 @@ from livebass.kernels.player.constants import KEYS
 from livebass.kernels.player.controls import reset_controllers
 from livebass.kernels.player.expression import VIBRATO_RATE, bend_ratio, loudness, vibrato_depth
 from livebass.kernels.player.performer import MOST_STRINGS, performer_at
-from livebass.kernels.player.strokes import fill_strokes, force_at, speed_of_pluck
+from livebass.kernels.player.strokes import fill_strokes, force_at, speed_of_corner
 from livebass.kernels.string import answers
 from livebass.kernels.string.records import OPERATOR, STRING, VOICE_SLOTS
 
-MEDIUM = 0.5  # of the way from the softest to the hardest note
+MEDIUM, MEDIUM_PLACE = 0.5, 0.74  # of the way from the softest to the hardest note, and of the open string from the nut
 BLOCKER_HZ = 6.0  # DC blocker's corner
 GAIN_TIME = 6e-3  # s, how fast volume follows its controller
 string_at = record_at(STRING)
@@ -108,7 +108,7 @@ def fit_noises(string, i, instrument, p, ops, seed):
     """Gives string `i` of an INSTRUMENT, connected, the noise of the performer's hands; `seed` of it."""
     voice = string.voice
     voice.seed = seed + i
-    voice.medium = 0.5 * speed_of_pluck(p, ops[i, 0], i, force_at(p, MEDIUM))
+    voice.medium = 0.5 * speed_of_corner(p, ops[i, 0], i, force_at(p, MEDIUM), MEDIUM_PLACE * ops[i, 0].length)
     voice.landing_noise = LATER * voice.medium * amplitude(instrument.player.release_noise)
 
 

@@ -138,7 +138,12 @@ def apex_by(open_op, op, where, gentler):
 @jit
 def speed_of_pluck(p, op, i, force):
     """Speed (m/s) at which the corner of a pluck by `force` passes along the open string `i`: c F / T."""
-    x = over_body(op, op, p.player.pluck_position, 0.0, LEAST_PLUCK)
+    return speed_of_corner(p, op, i, force, over_body(op, op, p.player.pluck_position, 0.0, LEAST_PLUCK))
+
+
+@jit
+def speed_of_corner(p, op, i, force, x):
+    """`speed_of_pluck` for a pluck at `x` (m)."""
     return p.slack[i] * force * apex_by(op, op, x, 0.0) * op.length / (x * (op.length - x)) * op.speed
 
 
