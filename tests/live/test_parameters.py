@@ -138,7 +138,7 @@ def test_every_parameter_does_what_it_says() -> None:
     assert not np.array_equal(one_note(techniques.TECHNIQUE, techniques.THUMB_ON_ALL), usual)
     assert np.array_equal(one_note(techniques.TECHNIQUE, techniques.PLUCKED), usual)
     tails = [loudness(one_note(techniques.HAND_DAMPING, x)[26000:]) for x in (1.0, 0.0, -1.0)]
-    assert tails == sorted(tails) and tails[1] < 0.5 * tails[2]
+    assert max(tails[:2]) < 0.05 * tails[2], "of either hand only what is faint is left"
     assert not np.array_equal(one_note(techniques.UNEVENNESS, 1.0), one_note(techniques.UNEVENNESS, -1.0))
     assert np.array_equal(one_note(NOTE_PLACE, 0.0), usual)
     assert np.array_equal(one_note(33, 1.0, kind=NOTE_PLACE), one_note(techniques.PLUCK_POSITION, 1.0))

@@ -216,15 +216,15 @@ def test_a_pull_off_from_a_string_that_rattles_is_that_of_brute_force(
 
 
 @pytest.mark.slow
-def test_a_pull_off_from_the_hardest_pluck_is_chaos_and_no_worse() -> None:
-    """At velocity 127, plucks within 0.3 % differ by dB in brute force: its medians, and the engine's beside them."""
+def test_a_pull_off_from_the_hardest_pluck_is_that_of_brute_force_in_the_median() -> None:
+    """At velocity 127, plucks within 0.3 % differ by less than 1 dB, as frets that lose end the chaos."""
     whole, stopped = string_over_frets("G", 5)
     plucks = [Pluck(3.34e-3 * s, 0.74 * stopped.length, 5e-3) for s in 1 + 0.003 * np.linspace(-1, 1, 12)]
     ours, theirs = (np.array(x) for x in zip(*(pulled_off(whole, stopped, p, 1_920_000) for p in plucks), strict=True))
     single = np.mean([difference(theirs[k], theirs[k - 6])[0] for k in range(12)])
     null = difference(np.median(theirs[::2], axis=0), np.median(theirs[1::2], axis=0))
     mean, worst = difference(np.median(ours, axis=0), np.median(theirs, axis=0))
-    assert single > 1.5, single
+    assert 0.1 < single < 1.0, single
     assert mean < null[0] + 0.5 and worst < null[1] + 1.5, (mean, worst, null)
 
 
