@@ -4,15 +4,18 @@
     python tools/mutate.py                          40 mutants by chance, noticed by the tests of the engine
     python tools/mutate.py --count 100 --seed 3     others, and more of them
     python tools/mutate.py --only tension.py        of files whose path ends so; repeat it for several
+    python tools/mutate.py --minutes 20             what can be tried in that time
     python tools/mutate.py --list                   all that can be changed; none is
-    python tools/mutate.py -- tests/engine/string   what pytest is to run
+    python tools/mutate.py tests/engine/string      what pytest is to run
+    python tools/mutate.py tests/engine/test_pinned.py    a sieve: what lives changes no pinned sound
 
 A mutant is a number, a sign or a comparison: a constant or a number in a function is doubled (a whole one is one less),
 a term that is added is taken away, a comparison is turned round. All mutants of a run are compiled at once, each behind
 a switch (R. Untch, A. J. Offutt and M. J. Harrold, Mutation analysis using mutant schemata, 1993), in a copy of the
 tree: that takes one compilation, some minutes, and the checkout stays as it is. With no mutant switched on the tests
-must pass. Then the tests run once for each mutant, until one fails. The pinned sounds, which notice any change but do
-not say what is right, run last, for the mutants that no other test notices.
+must pass. Then the tests run once for each mutant, until one fails; those of the room that it stands in go first. The
+pinned sounds, which notice any change but do not say what is right, run last, for the mutants that no other test
+notices. A mutant that lives takes as long as all tests; none is begun after --minutes.
 
 Exit status 1 if there is a mutant that nothing notices. Not every one is a fault of the tests: a bound that is never
 met, or a tolerance, may be doubled without harm.
@@ -25,6 +28,7 @@ import ast
 import functools
 import importlib
 import json
+import math
 import os
 import random
 import shutil
@@ -142,9 +146,20 @@ from livebass.compiling.library import library
 
 CHOOSE = ctypes.CFUNCTYPE(None, ctypes.c_int64)(library().address("choose_mutant"))
 OPTIONS = ["-x", "-q", "-p", "no:xdist", "-p", "no:cacheprovider", "-m", "not slow", "--tb=no", "-rfE"]
+PARENT = os.getppid()
 
 
-def noticed(k, most, *tests):
+class Order:
+    """Puts the tests of a room first, and the pinned sounds last."""
+
+    def __init__(self, room):
+        self.room = room
+
+    def pytest_collection_modifyitems(self, items):
+        items.sort(key=lambda item: (item.nodeid.startswith(pinned), not item.nodeid.startswith(self.room)))
+
+
+def noticed(k, room):
     said = f"said-{k}.txt"
     pid = os.fork()
     if not pid:
@@ -155,12 +170,15 @@ def noticed(k, most, *tests):
         CHOOSE(k)
         status = 3
         try:
-            status = int(pytest.main([*OPTIONS, *tests]))
+            status = int(pytest.main([*OPTIONS, *tests, pinned], plugins=[Order(room)]))
         finally:
             sys.stdout.flush()
             os._exit(status)
     end = time.monotonic() + most
     while not (ended := os.waitpid(pid, os.WNOHANG))[0]:
+        if os.getppid() != PARENT:  # which was ended
+            os.kill(pid, signal.SIGKILL)
+            sys.exit(1)
         if time.monotonic() > end:
             os.kill(pid, signal.SIGKILL)
             os.waitpid(pid, 0)
@@ -173,12 +191,13 @@ def noticed(k, most, *tests):
     return "" if ended[1] == 0 else f"status {ended[1]}"
 
 
-numbers, tests, pinned, alone, most = json.loads(sys.argv[1])
-for k in numbers:
-    by = noticed(k, most, *tests, f"--deselect={pinned}")
-    if not by and (last := noticed(k, most, pinned)):
-        by = alone if k else last
-    print(json.dumps([k, by]), flush=True)
+rooms, tests, pinned, alone, most, minutes = json.loads(sys.argv[1])
+begun = time.monotonic()
+for k, room in rooms:
+    if time.monotonic() - begun > 60 * minutes:
+        break
+    by = noticed(k, room)
+    print(json.dumps([k, alone if k and by.startswith(pinned.removeprefix("tests/")) else by]), flush=True)
 '''
 
 
@@ -199,7 +218,10 @@ def main() -> None:
     parser.add_argument("--count", type=int, default=40, help="how many mutants (40)")
     parser.add_argument("--seed", type=int, default=1, help="chooses which (1)")
     parser.add_argument("--only", action="append", default=[], metavar="END", help="files whose path ends so")
-    parser.add_argument("--like", default="", metavar="TEXT", help="mutants whose line in the list has this text")
+    parser.add_argument(
+        "--like", action="append", default=[], metavar="TEXT", help="whose line in the list has this text"
+    )
+    parser.add_argument("--minutes", type=float, default=60.0, help="after which no other mutant is begun (60)")
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="how many run at once (one a processor)")
     parser.add_argument("--list", action="store_true", help="list what can be changed, and end")
     parser.add_argument("tests", nargs="*", default=["tests/engine"], help="what pytest runs (tests/engine)")
@@ -207,7 +229,7 @@ def main() -> None:
     found = {
         key: mutant
         for key, mutant in all_mutants().items()
-        if mutant.file.endswith(tuple(given.only) or "") and given.like in said(mutant)
+        if mutant.file.endswith(tuple(given.only) or "") and any(text in said(mutant) for text in given.like or [""])
     }
     if not given.list and given.count < len(found):
         kept = random.Random(given.seed).sample(sorted(found), given.count)
@@ -218,14 +240,14 @@ def main() -> None:
     with tempfile.TemporaryDirectory(prefix="livebass-mutants-") as folder:
         tree = Path(folder) / "tree"
         copy_of_the_tree(tree, {key: number for number, key in enumerate(found, 1)})
-        sys.exit(run(tree, list(found.values()), given.tests, given.jobs))
+        sys.exit(run(tree, list(found.values()), given.tests, given.jobs, given.minutes))
 
 
 def said(mutant: Mutant) -> str:
     return f"{mutant.file}:{mutant.line}: {mutant.what}"
 
 
-def run(tree: Path, mutants: list[Mutant], tests: list[str], jobs: int) -> int:
+def run(tree: Path, mutants: list[Mutant], tests: list[str], jobs: int, minutes: float) -> int:
     """Runs the tests on each mutant and prints what became of it; returns the exit status."""
     start = time.monotonic()
     compiled = subprocess.run(
@@ -236,31 +258,46 @@ def run(tree: Path, mutants: list[Mutant], tests: list[str], jobs: int) -> int:
         sys.exit(f"the mutants do not compile:\n{compiled.stderr[-3000:]}")
     print(f"{len(mutants)} mutants compiled in {time.monotonic() - start:.0f} s", flush=True)
     begun = time.monotonic()
-    for _, by in fates(tree, [0], tests, 3600.0):
+    for _, by in fates(tree, [(0, "")], tests, 3600.0):
         if by:
             sys.exit(f"without a mutant the tests fail: {by}")
     usual = time.monotonic() - begun
     print(f"without a mutant the tests take {usual:.0f} s", flush=True)
-    living = pinned = 0
-    shares = [list(range(1 + job, len(mutants) + 1, jobs)) for job in range(jobs)]
+    rooms = [(k, room_of(mutant)) for k, mutant in enumerate(mutants, 1)]
+
+    def of(share: list[tuple[int, str]]) -> list[str]:
+        return [by for _, by in fates(tree, share, tests, 3 * usual + 60, minutes, loud=mutants)]
+
     with ThreadPoolExecutor(jobs) as pool:
-        for found in pool.map(lambda share: list(fates(tree, share, tests, 3 * usual + 60, loud=mutants)), shares):
-            living += sum(not by for _, by in found)
-            pinned += sum(by == ALONE for _, by in found)
-    dead = len(mutants) - living
-    print(f"{len(mutants)} mutants: {dead} noticed, {pinned} of them by the pinned sounds alone; {living} live")
+        found = [by for each in pool.map(of, (rooms[job::jobs] for job in range(jobs))) for by in each]
+    living, pinned = found.count(""), found.count(ALONE)
+    tried, late, dead = len(found), len(mutants) - len(found), len(found) - living
+    print(f"{tried} mutants: {dead} noticed, {pinned} of them by the pinned sounds alone; {living} live")
+    if late:
+        print(f"{late} not tried for want of time")
     return 1 if living else 0
 
 
-def fates(
-    tree: Path, numbers: list[int], tests: list[str], most: float, loud: Sequence[Mutant] = ()
-) -> Iterator[tuple[int, str]]:
-    """What notices each mutant: (number, a test, ALONE, or ""). Tests that take over `most` s hang.
+def room_of(mutant: Mutant) -> str:
+    """The folder of the tests of the room of kernels that a mutant stands in."""
+    return f"tests/engine/{mutant.file.split('/')[0]}/"
 
-    One process loads everything once, and a copy of it runs the tests of each mutant. `loud`: prints them.
+
+def fates(
+    tree: Path,
+    rooms: list[tuple[int, str]],
+    tests: list[str],
+    most: float,
+    minutes: float = math.inf,
+    loud: Sequence[Mutant] = (),
+) -> Iterator[tuple[int, str]]:
+    """What notices each mutant: (number, a test, ALONE, or ""), for (number, folder of the tests that go first).
+
+    One process loads everything once, and a copy of it runs the tests of each mutant. Tests that take over `most` s
+    hang; after `minutes` no mutant is begun. `loud`: prints what becomes of these.
     """
     (tree / "runner.py").write_text(RUNNER)
-    command = [sys.executable, "runner.py", json.dumps([numbers, tests, PINNED, ALONE, most])]
+    command = [sys.executable, "runner.py", json.dumps([rooms, tests, PINNED, ALONE, most, minutes])]
     with subprocess.Popen(command, cwd=tree, env=environment(tree), stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout
         for line in process.stdout:

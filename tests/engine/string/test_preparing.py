@@ -262,6 +262,30 @@ def test_obstacles_off_the_grid_are_where_they_are() -> None:
     assert_same(r, s.step / s.string.linear_density * left, 1e-12, "R")
 
 
+@pytest.mark.parametrize("seed", range(8))
+def test_a_board_has_its_points_from_end_to_end_and_crowns_where_they_are_nearest(seed: int) -> None:
+    """A straight board whose ends lie on the grid, with crowns narrower than a grid step, some above the string."""
+    rng, bass = np.random.default_rng(seed), load_preset("fretless")
+    s, modes = speaking(bass.strings[0], bass.necks[0], 0), int(rng.integers(60, 400))
+    step = s.length / (modes + 1)
+    first, last = int(rng.integers(2, 9)), modes - int(rng.integers(1, 20))
+    wanted = np.linspace(-1e-3, -3e-3, last - first + 1)
+    ends = first * step, last * step
+    knots = [(ends[0], wanted[0]), (ends[1], wanted[-1])]
+    for k in sorted(rng.choice(np.arange(first + 1, last), 12, replace=False)):
+        x, top = (k + rng.choice([-1, 1]) * rng.uniform(0.2, 0.45)) * step, rng.uniform(-0.9e-3, 0.2e-3)
+        knots += [(x + side * step, np.interp(x + side * step, ends, wanted[[0, -1]])) for side in (-0.04, 0.04)]
+        knots.append((x, top))
+        wanted[k - first] = min(top, 0.0)
+    board = tuple((float(x), float(h)) for x, h in sorted(knots))
+    note = Note(dataclasses.replace(s, surface=board), modes, ((0.8,), (0.8,)))
+    pool = operators([[note]], SENSORS, Rates(48000, 960_000), playable=True)
+    op = pool.records[0, 0]
+    assert (op["modes"], op["points"]) == (modes, last - first + 1)
+    assert_same(row(pool, op["positions"], wanted.size), np.arange(first, last + 1) * step, 1e-15, "positions")
+    assert_same(row(pool, op["heights"], wanted.size), wanted, 1e-12, "heights")
+
+
 def test_what_cannot_be_prepared_is_refused() -> None:
     s, taps = paper_g(), ((0.8,), (0.8,))
     for count in (0, s.grid_points):

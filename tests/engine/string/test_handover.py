@@ -1,0 +1,46 @@
+"""The modes that count when a motion is handed over to another length."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from livebass.arrays import Floats
+from livebass.compiling import jit
+from livebass.kernels.string import handover
+from livebass.kernels.string.records import BLOCK, WORK
+
+MODES = 8 * BLOCK
+
+
+@jit
+def needed(working, n):
+    return handover.needed(working[0], n)
+
+
+def counted(q: Floats, p: Floats) -> int:
+    """Number of the modes that are handed over, of weighed displacements `q` and velocities `p`, (MODES,) each."""
+    working = np.zeros(1, WORK)
+    working["q_before"][0, :MODES], working["p_before"][0, :MODES] = q, p
+    return int(needed(working, MODES))
+
+
+def spectrum(blocks: int, above: float = 0.0) -> Floats:
+    """Amplitudes of modes, (MODES,): 1 in so many blocks of them, `above` beyond."""
+    return np.where(np.arange(MODES) < blocks * BLOCK, 1.0, above)
+
+
+@pytest.mark.parametrize("places, speeds", [(5, 1), (1, 5), (3, 3), (8, 2), (2, 8), (0, 4), (4, 0)])
+def test_modes_with_displacement_or_velocity_are_handed_over(places: int, speeds: int) -> None:
+    assert counted(spectrum(places), spectrum(speeds)) == BLOCK * max(places, speeds)
+
+
+def test_modes_that_have_a_part_in_1e14_are_left_out_and_those_that_have_one_in_1e9_are_not() -> None:
+    for few, many in ((1e-14, 1e-9), (0.0, 1e-9), (1e-14, 1.0)):
+        assert counted(spectrum(3, few), spectrum(2, few)) == 3 * BLOCK
+        assert counted(spectrum(3, few), spectrum(2, many)) == MODES
+        assert counted(spectrum(3, many), spectrum(2, few)) == MODES
+
+
+def test_a_string_at_rest_hands_nothing_over() -> None:
+    assert counted(np.zeros(MODES), np.zeros(MODES)) == 0
