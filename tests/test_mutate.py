@@ -1,8 +1,9 @@
-"""`tools/mutate.py`: what it finds in the kernels, and that it changes a copy alone."""
+"""`tools/mutate.py`: what it finds in the kernels, that it changes a copy alone, and that one switch is for all."""
 
 from __future__ import annotations
 
 import importlib.util
+import subprocess
 import sys
 from pathlib import Path
 from typing import Any
@@ -10,6 +11,39 @@ from typing import Any
 from livebass.compiling import store
 
 ROOT = Path(__file__).parent.parent
+KERNELS = '''"""Two entries with mutants."""
+
+from livebass.compiling import entry, jit
+from livebass.kernels.machine.mutant import either, signed, turned_round
+
+
+@jit
+def share(x):
+    return x + signed(1, 1.0)
+
+
+@entry("float64(float64)")
+def first(x):
+    return share(x) * either(2, 3.0, 5.0)
+
+
+@entry("float64(float64)")
+def second(x):
+    return share(x) if turned_round(3, x > 10.0) else x
+'''
+PLAYED = """
+from ctypes import CFUNCTYPE, c_double, c_int64
+import livebass.kernels.machine.sample
+from livebass.compiling import ENTRIES, emitter, library, lowering, store
+names = "choose_mutant", "first", "second"
+text = lowering.linked([lowering.compiled([ENTRIES[name] for name in names])])
+made = library.ObjectFile(emitter.emit(text, store.level())[0])
+choose = CFUNCTYPE(None, c_int64)(made.address("choose_mutant"))
+first, second = (CFUNCTYPE(c_double, c_double)(made.address(name)) for name in names[1:])
+for k in (0, 1, 2, 3, 4, 0):
+    choose(k)
+    print(first(7.0), second(7.0), second(11.0))
+"""
 
 
 def mutate() -> Any:
@@ -45,3 +79,18 @@ def test_constants_signs_and_comparisons_of_a_copy_are_changed(tmp_path: Path) -
     assert [file.name for file in changed] == ["library.py", "stop.py"]
     assert [file.read_bytes() for file in store.sources()] == before
     assert not any(mutant.what.startswith("MOST_STRINGS") for mutant in found.values()), "a size of memory"
+
+
+def test_one_switch_is_for_all_that_is_compiled(tmp_path: Path) -> None:
+    """The program that is made of text, by digests for names, has one word for the number of the mutant."""
+    tool, tree = mutate(), tmp_path / "tree"
+    tool.copy_of_the_tree(tree, {})
+    (tree / "livebass/kernels/machine/sample.py").write_text(KERNELS)
+    ran = subprocess.run(
+        [sys.executable, "-c", PLAYED], env=tool.environment(tree) | {"LIVEBASS_FROM_SOURCE": "1"},
+        cwd=tree, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    usual = "24.0 7.0 12.0"
+    assert ran.stdout.splitlines() == [
+        usual, "18.0 7.0 10.0", "40.0 7.0 12.0", "24.0 8.0 11.0", usual, usual
+    ], ran.stderr  # fmt: skip

@@ -47,6 +47,10 @@ TREE = ("livebass", "presets", "tests", "tools", "pyproject.toml", "README.md", 
 DECORATORS = ("jit", "entry", "inlined")
 LEFT = ("records.py", "machine/")  # sizes of memory; functions that have exact tests of their own
 SIZES = ("MOST_STRINGS", "KEYS", "CONTROLLERS", "CHANNELS", "PARAMETERS", "ACTIONS", "TOUCHES", "MOST_EVENTS")
+TESTS = ["tests/engine", "tests/plugin/test_instrument.py"]
+OWN = {
+    "bass": "tests/plugin/test_instrument.py"
+}  # tests of a room of kernels besides those in its room of the engine's
 PINNED = "tests/engine/test_pinned.py"
 SWITCH = '''"""The switch of the mutants: the number of the one that is on, 0: none."""
 
@@ -150,13 +154,13 @@ PARENT = os.getppid()
 
 
 class Order:
-    """Puts the tests of a room first, and the pinned sounds last."""
+    """Puts the tests of a room first, which are in these files or folders, and the pinned sounds last."""
 
     def __init__(self, room):
         self.room = room
 
     def pytest_collection_modifyitems(self, items):
-        items.sort(key=lambda item: (item.nodeid.startswith(pinned), not item.nodeid.startswith(self.room)))
+        items.sort(key=lambda item: (item.nodeid.startswith(pinned), not item.nodeid.startswith(tuple(self.room))))
 
 
 def noticed(k, room):
@@ -224,7 +228,7 @@ def main() -> None:
     parser.add_argument("--minutes", type=float, default=60.0, help="after which no other mutant is begun (60)")
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="how many run at once (one a processor)")
     parser.add_argument("--list", action="store_true", help="list what can be changed, and end")
-    parser.add_argument("tests", nargs="*", default=["tests/engine"], help="what pytest runs (tests/engine)")
+    parser.add_argument("tests", nargs="*", default=TESTS, help=f"what pytest runs ({' '.join(TESTS)})")
     given = parser.parse_args()
     found = {
         key: mutant
@@ -258,14 +262,14 @@ def run(tree: Path, mutants: list[Mutant], tests: list[str], jobs: int, minutes:
         sys.exit(f"the mutants do not compile:\n{compiled.stderr[-3000:]}")
     print(f"{len(mutants)} mutants compiled in {time.monotonic() - start:.0f} s", flush=True)
     begun = time.monotonic()
-    for _, by in fates(tree, [(0, "")], tests, 3600.0):
+    for _, by in fates(tree, [(0, [])], tests, 3600.0):
         if by:
             sys.exit(f"without a mutant the tests fail: {by}")
     usual = time.monotonic() - begun
     print(f"without a mutant the tests take {usual:.0f} s", flush=True)
     rooms = [(k, room_of(mutant)) for k, mutant in enumerate(mutants, 1)]
 
-    def of(share: list[tuple[int, str]]) -> list[str]:
+    def of(share: list[tuple[int, list[str]]]) -> list[str]:
         return [by for _, by in fates(tree, share, tests, 3 * usual + 60, minutes, loud=mutants)]
 
     with ThreadPoolExecutor(jobs) as pool:
@@ -278,20 +282,21 @@ def run(tree: Path, mutants: list[Mutant], tests: list[str], jobs: int, minutes:
     return 1 if living else 0
 
 
-def room_of(mutant: Mutant) -> str:
-    """The folder of the tests of the room of kernels that a mutant stands in."""
-    return f"tests/engine/{mutant.file.split('/')[0]}/"
+def room_of(mutant: Mutant) -> list[str]:
+    """Where the tests of the room of kernels are that a mutant stands in."""
+    room = mutant.file.split("/")[0]
+    return [f"tests/engine/{room}/", *filter(None, [OWN.get(room)])]
 
 
 def fates(
     tree: Path,
-    rooms: list[tuple[int, str]],
+    rooms: list[tuple[int, list[str]]],
     tests: list[str],
     most: float,
     minutes: float = math.inf,
     loud: Sequence[Mutant] = (),
 ) -> Iterator[tuple[int, str]]:
-    """What notices each mutant: (number, a test, ALONE, or ""), for (number, folder of the tests that go first).
+    """What notices each mutant: (number, a test, ALONE, or ""), for (number, where the tests are that go first).
 
     One process loads everything once, and a copy of it runs the tests of each mutant. Tests that take over `most` s
     hang; after `minutes` no mutant is begun. `loud`: prints what becomes of these.
