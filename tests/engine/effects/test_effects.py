@@ -264,6 +264,22 @@ def test_the_curve_of_the_valve_is_that_of_a_triode() -> None:
     assert gain == pytest.approx(valve.GAIN, rel=0.05)
 
 
+def test_the_curve_between_its_points_is_a_cubic_and_level_beyond() -> None:
+    """Catmull and Rom's cubic is exact for parabolas. The curve ends one cell before its last points."""
+    cell = 2 * valve.FARTHEST / (CURVE - 1)
+    points = np.linspace(-valve.FARTHEST, valve.FARTHEST, CURVE)
+
+    def parabola(volts: np.ndarray) -> np.ndarray:
+        return 3.0 + volts * (2.0 - 0.1 * volts)
+
+    volts = np.random.default_rng(1).uniform(points[1], points[-3], 200)
+    volts[:4] = points[1], points[1] + 0.3 * cell, points[-3] - 0.3 * cell, points[-3]
+    found = [valve.triode(parabola(points), v) for v in volts]
+    np.testing.assert_allclose(found, parabola(volts), rtol=1e-12, atol=1e-11)
+    for far, end in ((-1e3, points[1]), (points[0], points[1]), (points[-1], points[-3]), (1e3, points[-3])):
+        assert valve.triode(parabola(points), far) == pytest.approx(parabola(end), abs=1e-11), "level beyond the end"
+
+
 def stack(hertz: np.ndarray) -> np.ndarray:
     """The tone stack's gain by its nodes: input through C1 and R4, wiper of the treble's track is the output."""
     low, mid, high = valve.LOW, valve.MIDDLE, valve.HIGH

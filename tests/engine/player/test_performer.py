@@ -16,9 +16,10 @@ from numpy.typing import NDArray
 from support.messages import Message, control, off, on, wheel
 
 from livebass import load_preset, techniques
+from livebass.compiling import jit
 from livebass.engine.engine import Engine
 from livebass.engine.prepare import bass_numbers, new_performer, take_message
-from livebass.kernels.player import fingering, performer, strokes
+from livebass.kernels.player import controls, fingering, performer, strokes
 from livebass.kernels.player.constants import FINGER, STANDARD
 from livebass.kernels.string import records as at
 from livebass.model.instrument import Instrument, speaking
@@ -59,6 +60,11 @@ def bass_tuned(open_notes: Sequence[int], frets: int = 20, **player: object) -> 
     neck = model.necks[0]
     neck = replace(neck, fret_positions=neck.fret_positions[:frets], fret_heights=neck.fret_heights[:frets])
     return replace(model, strings=strings, necks=(neck,) * len(strings))
+
+
+@jit
+def take_over(new: NDArray[np.void], old: NDArray[np.void]) -> None:
+    controls.take_over(new[0], old[0])
 
 
 class Hands:
@@ -522,6 +528,17 @@ def test_all_notes_off(number: int) -> None:
     hands(on(33), control(64, 127))
     assert kinds(hands(control(number))) == [], "the pedal holds"
     assert kinds(hands(control(64, 0))) == hands_on(1)
+
+
+@pytest.mark.parametrize("value", [0, 32, 64, 127])
+def test_a_hand_that_was_moved_is_as_far_between_the_ends_of_another_bass(value: int) -> None:
+    old = Hands(bass(pluck_nearest=0.9, pluck_farthest=0.6))
+    new = Hands(bass(pluck_nearest=0.95, pluck_farthest=0.75, pluck_position=0.8))
+    take_over(new.record, old.record)
+    assert new.p["position"] == 0.8, "a hand that was not moved goes where this bass is plucked"
+    old(control(16, value))
+    take_over(new.record, old.record)
+    assert new.p["position"] == pytest.approx(0.95 - 0.2 * value / 127, rel=1e-12)
 
 
 def test_all_sound_off() -> None:
