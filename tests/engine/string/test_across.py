@@ -7,11 +7,13 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 from support.agreement import assert_agree
 from support.played import RATE, YIELDS, Played, event
 from support.strings import case_b, g_neck, g_string, oblique, with_own_across, yielding
 
 from livebass.arrays import Floats
+from livebass.engine.prepare import play_frames
 from livebass.engine.solve import solve_trial
 from livebass.kernels.string.records import BEND, EVENT, GLIDE, HAMMER, PLUCK, PULL_OFF, TOUCH_EVENT, WAVER
 from livebass.model import modes
@@ -310,3 +312,37 @@ def test_fingers_only_take_from_v(places: tuple[float, ...], resistance: float) 
         most = min(most, now)
     assert most < before
     assert slot_of(string)["v_active"] > 0
+
+
+# Heard by sensors of displacement, one of u and one of v
+
+
+def sensed(level: float, raw: bool, before: int = 1000, after: int = 1000) -> tuple[Floats, Floats, Played]:
+    """Output, and v if `raw`, (before + after,) each, of a string of the paper's bass: a pluck, then a hammer-on."""
+    string = Played("paper-bass", 1)
+    string.record["across"][0], string.record["raw"] = level, raw
+    place = 0.7 * float(string.ops[0]["length"])
+    pluck = event(PLUCK, apex=1e-5, place=place, width=5e-3, seconds=1e-4, angle=0.9)
+    hammer = event(HAMMER, 5, speed=1.0)
+    hammer["frame"] = before
+    out, across = np.zeros((2, before + after))
+    play_frames(string.voice, string.ops, np.concatenate([pluck, hammer]), out, across)
+    return out, across, string
+
+
+@pytest.mark.parametrize("level", [0.0, 0.6, -2.0])
+def test_output_of_sensors_is_u_and_v_at_its_level(level: float) -> None:
+    u, v, _ = sensed(level, raw=True)
+    heard, _, string = sensed(level, raw=False)
+    assert np.abs(v[:1000]).max() > np.abs(u[:1000]).max() > 1e-7
+    r = string.record
+    signal = lfilter([1.0, -1.0], [1.0, -float(r["block"])], lfilter(r["b"], r["a"], u + level * v))
+    assert np.abs(heard - float(r["gain"]) * signal).max() < 1e-12 * np.abs(signal).max()
+
+
+def test_the_sensor_of_u_does_not_jump_when_a_finger_comes_down() -> None:
+    """It hears the string from the line that it rests on, which is another one from then on."""
+    u, _, string = sensed(0.0, raw=True, after=10)
+    line = float(string.record["saddle"][0] / string.ops[5]["length"] * slot_of(string)["offset"])
+    assert abs(line) > 5e-6
+    assert np.abs(np.diff(u[-20:])).max() < 0.02 * abs(line)
