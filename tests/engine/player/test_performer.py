@@ -720,7 +720,7 @@ def check(hands: Hands, events: NDArray[np.void]) -> None:
     assert len(set(held)) == len(held) and -1 not in held, "a key sounds on one string"
     assert p["controls"]["pedal"] or PEDALLED not in states
     controls = p["controls"]
-    assert 1 <= p["hands"]["place"] <= FRETS and 0.0 <= p["range"] <= 24.99
+    assert 1 <= p["hands"]["place"] <= FRETS and 0.0 <= p["range"] <= performer.MOST_RANGE + 0.99
     assert -1.0 <= controls["wheel"] <= 1.0
     assert 0.0 <= controls["volume"] <= 1.0 and 0.0 <= controls["expression"] <= 1.0
     assert 0 <= controls["rpn"] <= NO_RPN and 0.0 < p["position"] < 1.0
