@@ -152,7 +152,7 @@ def compare(
 
 
 def _names(paths: Sequence[Path]) -> dict[Path, str]:
-    """What basses are called by their folders, files and presets: by the last part, or by all where two are alike."""
+    """Names basses by the last part of their folders, files and presets, or by the whole path where two are alike."""
     short = {path: path.resolve().name if path.is_dir() else path.stem for path in paths}
     taken = Counter(short.values())
     return {path: name if taken[name] == 1 else os.fspath(path) for path, name in short.items()}

@@ -342,7 +342,7 @@ def _wobble(note: _Note, rings: Ringing) -> dict[str, Any]:
 
 
 def _between(note: _Note, rings: Ringing) -> dict[str, Any]:
-    """What sounds between partials at 0.4 s in three bands over the whole note then."""
+    """Measures the sound between partials at 0.4 s, in three bands, over the whole note then."""
     length = max(0.2, 12 / note.pitch)
     piece = note.around(0.4, length)
     nu, power = _spectrum(piece, note.rate, np.kaiser(piece.size, 12.0), 2.0)
@@ -366,7 +366,7 @@ def _free(note: _Note, nu: Floats, near: float) -> NDArray[np.bool_]:
 
 
 def _between_at_once(note: _Note, rings: Ringing) -> dict[str, Any]:
-    """What sounds halfway between partials at 50 ms, 0.5 to 4 kHz, over the partials; of low notes some 20 ms later.
+    """Measures the sound halfway between partials at 50 ms, 0.5 to 4 kHz, over them; of low notes some 20 ms later.
 
     In a window of six periods, whose zeros lie on the partials.
     """

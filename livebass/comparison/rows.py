@@ -14,7 +14,7 @@ SOFT, MEDIUM, HARD, ALL = "soft", "medium", "hard", "all"
 
 
 class Range(NamedTuple):
-    """What real basses have, from `low` to `high`."""
+    """Holds the figures of real basses, from `low` to `high`."""
 
     low: float
     high: float

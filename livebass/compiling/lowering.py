@@ -144,7 +144,7 @@ def only_text() -> tuple[dict[str, str], dict[str, str]]:
     library: Any = codegen.JITCodeLibrary
 
     class Text(library):
-        """What is compiled for a function; the functions that it calls are found by name."""
+        """Keeps the text of a compiled function; the functions that it calls are found by name."""
 
         def __init__(self, codegen_: Any, name: str) -> None:
             codegen.CodeLibrary.__init__(self, codegen_, name)

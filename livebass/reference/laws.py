@@ -149,20 +149,6 @@ def taken(
 
 
 @counted
-def solve_contact(
-    coupling: Floats,
-    free: Floats,
-    before: Floats,
-    stiffness: float,
-    exponent: float,
-    force: Floats,
-    after: Floats,
-) -> bool:
-    """`solve_forces` for lossless contact of one stiffness and exponent at all points."""
-    return solve_forces(coupling, free, before, contacts(free.size, stiffness, exponent, 0.0), force, after)
-
-
-@counted
 def solve_forces(coupling: Floats, free: Floats, before: Floats, laws: Laws, force: Floats, after: Floats) -> bool:
     """Solves r = r* - coupling f(r), r* = free - before, for the forces f at the points. Returns False if it fails.
 

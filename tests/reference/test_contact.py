@@ -15,7 +15,6 @@ from livebass.reference.laws import (
     contacts,
     law_force,
     potential,
-    solve_contact,
     solve_forces,
     taken,
 )
@@ -51,7 +50,7 @@ def test_point_pushed_in_by_its_neighbour_gets_its_force() -> None:
     coupling = np.array([[2e-12, -1.5e-12], [-1.5e-12, 2e-12]])
     free, before = np.array([1e-5, -1e-8]), np.array([-1e-6, -2e-6])
     force, after = np.zeros(2), free.copy()
-    assert solve_contact(coupling, free, before, 1e13, 1.5, force, after)
+    assert solve_forces(coupling, free, before, contacts(2, 1e13, 1.5, 0.0), force, after)
     np.testing.assert_allclose(after, free - coupling @ force, rtol=0, atol=1e-16)
     assert force[1] > 0 and after[1] > 0
 
