@@ -131,7 +131,7 @@ class Pickup:
     decay_length: float = number(4e-3, "length", "0.5 mm", "50 mm", "rise that weakens the flux e times")
     level: float = number(1.0, "number", "-10", "10", "in the mix; negative: reversed")
     across: float = number(
-        0.15, "number", "-10", "10", "how strongly it senses motion across, of motion up", of="across"
+        0.3, "number", "-10", "10", "how strongly it senses motion across, of motion up", of="across"
     )  # the field changes less along the frets
     strings: tuple[str, ...] = ()  # names of those it senses; empty: all
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 PROGRAMS = {
-    33: "flatwound",  # Acoustic Bass
+    33: "upright",  # Acoustic Bass
     34: "jazz-finger",  # Electric Bass (finger)
-    35: "precision-finger",  # Electric Bass (pick)
+    35: "precision-pick",  # Electric Bass (pick)
     36: "fretless",  # Fretless Bass
     37: "slap",  # Slap Bass 1
-    38: "slap",  # Slap Bass 2
+    38: "slap-impulse",  # Slap Bass 2
 }
 
 

@@ -35,7 +35,7 @@ TECHNIQUES = (
 PERFORMERS = {
     "jazz-finger": {"answering": "pedal", "ghost_below": 24},
     "precision-finger": {"stroke": "nail", "wheel": "slide", "velocity_curve": "soft"},
-    "slap-thumb": {"ghost_below": 24, "answering": "always"},
+    "slap": {"ghost_below": 24, "answering": "always"},
     "fretless": {"wheel": "slide", "out_of_range": "drop"},
 }
 BAR = 0.07  # s
@@ -124,7 +124,7 @@ def performed_hash(preset: str) -> str:
     frames = np.array([round(time * RATE) for time, *_ in played])
     messages = np.array([message for _, *message in played], np.uint8)
     score = Score(frames, messages, int(frames[-1]), 0, "everything", RATE)
-    basses: dict[int, Instrument] = {0: bass, 1: load_preset("slap" if preset != "slap-thumb" else "muted")}
+    basses: dict[int, Instrument] = {0: bass, 1: load_preset("slap-impulse" if preset != "slap-impulse" else "muted")}
     sound = render_to_array(bass, score, QUALITIES["live"], tail=0.1, seed=7, basses=basses)
     assert np.isfinite(sound).all() and np.abs(sound).max() > 0.1
     return hashlib.sha256(sound.tobytes()).hexdigest()[:16]

@@ -41,7 +41,7 @@ FINGER, PICK, NAIL, POP = range(4)
 STROKES = 4
 # Estimates. The tip of a pick bends and slips off where flesh rolls; a pop pulls the string up. A pick's place and
 # release times are such that notes brighten by 4 dB from velocity 30 to 60 and to 90, and click by 8 dB more than a
-# finger's at the least of these. A pickup hears v with its sign: mirrored, a stroke up would be 2.7 dB under one down;
+# finger's at the least of these. A pickup hears v with its sign: mirrored, a stroke up would be far under one down;
 # it lifts the string out of that more than one down does. A hand plays a shorter string more gently: the same force
 # would be heard up to 8 dB louder near the body, where a pickup lies under the middle of the string and no fret takes
 # its fundamental; that of a pop, which frets take most from, up to 15 dB.
@@ -49,7 +49,7 @@ _MIDDLE = (4e-3, 0.933, 0.9, 0.0)  # the middle finger, which follows the index
 STANDARD = np.array(
     [
         (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.5, *_MIDDLE, 0),  # FINGER
-        (*astuple(Pick()), 0.5, 3e-3, 0.89, 1.0, -0.5, 1),  # PICK
+        (*astuple(Pick()), 0.5, 3e-3, 1.0, 1.0, -0.5, 1),  # PICK
         (2.5e-3, 2e-3, 400e-6, 40e-6, 0.0, 0.0, 0.0, 1.0, 0.5, *_MIDDLE, 0),  # NAIL
         (3e-3, 2.5e-3, 300e-6, 30e-6, 0.70, 0.2, 0.0, 1.7, 0.8, *_MIDDLE, 0),  # POP
     ],

@@ -28,11 +28,12 @@ from livebass.techniques import DOWN_STROKE, HARMONIC, LEFT_SLAP, UP_STROKE
 strokes_at = records_at(STROKE)
 LEAST_PLUCK, LEAST_STRIKE = 0.47, 0.12  # of the length: no nearer to the stop; the middle itself has no even partials
 MOST_PLACE = 0.99  # of the length
+USUAL_PLACE = 0.8  # of the length: where hands pluck that are neither here nor there
 LEAST_GRAZE = 1e-4  # m, where a string lies on a fret
 LEAST_FORCE = 1e-3  # multiple of the grazing apex: a curve cannot start at zero
 FASTEST_STRIKE = 8.0  # m/s: no hand is faster
 THUMB_GENTLER = 0.2  # power of its part of the open length by which a thumb strikes a shorter string more gently
-GUEST_THUMB = 0.38  # part of a strike's depth on a bass whose level is that of fingers
+GUEST_THUMB = 0.34  # part of a strike's depth on a bass whose level is that of fingers
 PRESSED_APEX = 0.8  # of the way down to the frets that a stroke towards the neck may pull the string
 RAKE = 80e-3  # s within which a finger goes on to a lower string, by which it does not take turns
 # For an unevenness of 1: m; part of width and release; rad
@@ -137,8 +138,11 @@ def apex_by(open_op, op, where, gentler):
 
 @jit
 def speed_of_pluck(p, op, i, force):
-    """Speed (m/s) at which the corner of a pluck by `force` passes along the open string `i`: c F / T."""
-    return speed_of_corner(p, op, i, force, over_body(op, op, p.player.pluck_position, 0.0, LEAST_PLUCK))
+    """Speed (m/s) by which a pluck of `force` at USUAL_PLACE moves the open string `i`: c F / T.
+
+    A left hand is as fast wherever the right one plucks.
+    """
+    return speed_of_corner(p, op, i, force, USUAL_PLACE * op.length)
 
 
 @jit

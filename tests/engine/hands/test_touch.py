@@ -23,15 +23,22 @@ FINGERS = ("jazz-finger", "precision-finger", "flatwound", "five-string", "six-s
 FRETS = (0, 5, 12)
 VELOCITIES = (30, 60, 90)
 BRIGHT = 700.0, 3000.0  # Hz
-GROWTH = 4.0  # dB, from one of these velocities to the next; of the worst note, and ...
-MEDIAN_GROWTH = 4.4  # ... of a typical one
-LEAST_DULLING = 0.85  # centroid at 20 ms over that at 100 ms of the worst note; a typical one: 1
-CLICK = 8.0  # dB, at least, of a pick over a finger, 2 to 8 kHz
+GROWTH = 4.0, 2.0  # dB, from one of these velocities to the next; of the worst note, and ...
+PICK_GROWTH = 3.8  # ... of one of a pick
+MEDIAN_GROWTH = 5.0, 3.5  # ... of a typical one; real basses grow by 8 to 21 dB from soft to medium notes
+LEAST_DULLING = 0.65  # centroid at 20 ms over that at 100 ms of the worst note; ...
+DULLING = 1.02, 3.5  # ... and of a typical one, which in real basses has 1.1 to 1.9 times
+# dB, at least, of a pick over a finger, 2 to 8 kHz; over one that plucks by the bridge, or that a bass of picks has
+CLICK, CLICK_NEAR = 8.0, 0.0
 PAPER = ("paper-g", "paper-bass", "paper-fretless")
 PLAYERS = sorted(set(preset_names()) - set(PAPER))  # the paper's finger is a wire, as narrow as a pick
-OVER_FRETS = sorted(set(preset_names()) - {"fretless", "paper-fretless"})
-POP_OVER = 5.0  # dB, at most, of the peak of a pop over that of the loudest ordinary note
-OLD_NOTE = -20.0  # dB, of the fundamental of a note, 9 ms after a finger has taken its string
+OVER_FRETS = sorted(name for name in preset_names() if not load_preset(name).over_board)
+POPPED = [name for name in OVER_FRETS if load_preset(name).player.stroke != "pick"]
+POP_OVER = 10.0  # dB, at most, of the peak of a pop, straight up, over that of the loudest note of fingers, across
+FARTHER = 1.15  # factor, at least, by which a soft pop lifts the string over what a finger does, where it can
+# dB, of the fundamental of a note, 9 ms after a finger has taken its string: in front of the bridge pickup, and by it,
+# where the string gives a finger less to take
+OLD_NOTE, OLD_NOTE_NEAR, NEAR = -20.0, -8.0, 0.85
 TAKEN = 9e-3  # s
 
 
@@ -78,15 +85,6 @@ def even(name: str, **player: object) -> Instrument:
     return dataclasses.replace(bass, player=dataclasses.replace(bass.player, unevenness=0.0, **player))
 
 
-# Hands that pull the string mostly across, away from the frets: what they press out of the string is their own. The
-# presets' hands pull it up from the neck, so that hard notes rattle, and brighten while they do.
-ACROSS: dict[str, dict[str, object]] = {
-    "jazz-finger": {"pluck_angle": 1.33, "softest": 0.21, "hardest": 10.5, "release_speed": 0.3},
-    "precision-finger": {"pluck_angle": 1.26, "softest": 0.18, "hardest": 7.3, "release_speed": 0.3},
-    "flatwound": {"pluck_angle": 1.1, "softest": 0.145, "hardest": 5.4, "release_speed": 0.3},
-}
-
-
 def band(x: Floats, low: float, high: float) -> float:
     """Level (dB) of `x` between two frequencies (Hz)."""
     window = np.hanning(2 * len(x))[len(x) :]  # the signal begins at rest
@@ -124,30 +122,38 @@ def dulled(hand: Hand, frets: tuple[int, ...] = FRETS) -> Floats:
 @pytest.mark.parametrize("name", FINGERS)
 def test_notes_brighten_with_force(name: str) -> None:
     growth = grown(Hand(even(name)))
-    assert growth.min() >= GROWTH, f"{name}: {growth.min():.1f} dB, asked: {GROWTH}"
-    assert np.median(growth, axis=0).min() >= MEDIAN_GROWTH
+    assert (growth.min(axis=0) >= GROWTH).all(), f"{name}: {growth.min(axis=0).round(1)} dB, asked: {GROWTH}"
+    assert (np.median(growth, axis=0) >= MEDIAN_GROWTH).all(), f"{name}: {np.median(growth, axis=0).round(1)} dB"
 
 
-@pytest.mark.parametrize("name", ACROSS)
-def test_hard_notes_that_do_not_rattle_dull_from_the_attack_on(name: str) -> None:
-    ratio = dulled(Hand(even(name, **ACROSS[name])))
-    assert np.median(ratio) > 1.0, f"{name}: centroid at 20 ms {np.median(ratio):.2f} times that at 100 ms"
+@pytest.mark.parametrize("name", FINGERS)
+def test_hard_notes_dull_from_the_attack_on(name: str) -> None:
+    """A cone, as recorded ones are: what they lose on the frets lets them rattle for moments only."""
+    ratio = dulled(Hand(even(name)))
+    typical = float(np.median(ratio))
+    assert DULLING[0] < typical < DULLING[1], f"{name}: centroid at 20 ms {typical:.2f} times that at 100 ms"
     assert ratio.min() >= LEAST_DULLING, f"{name}: {ratio.min():.2f}"
 
 
 @pytest.mark.parametrize("name", ["jazz-finger", "precision-finger"])
 def test_so_do_those_of_a_pick(name: str) -> None:
-    hand = Hand(even(name, **ACROSS[name]), PICK)
+    hand = Hand(even(name), PICK)
     growth, ratio = grown(hand), dulled(hand)
-    assert np.median(growth, axis=0).min() >= GROWTH
+    assert (np.median(growth, axis=0) >= PICK_GROWTH).all()
     assert np.median(ratio) > 1.0
+
+
+def click_of(name: str) -> float:
+    """By how much a pick clicks over the finger of a preset, dB at least."""
+    player = load_preset(name).player
+    return CLICK if player.pluck_position < NEAR and player.stroke == "finger" else CLICK_NEAR
 
 
 @pytest.mark.parametrize("name", ["jazz-finger", "precision-finger", "flatwound"])
 @pytest.mark.parametrize("velocity", [60, 90, 110])
 def test_a_pick_clicks(name: str, velocity: int) -> None:
     """2 to 8 kHz of the first 20 ms, both at the same level of the fundamental."""
-    bass = even(name, **ACROSS[name])
+    bass = even(name)
     finger, pick = Hand(bass), Hand(bass, PICK)
     over = []
     for i in range(len(finger.bass.strings)):
@@ -157,7 +163,7 @@ def test_a_pick_clicks(name: str, velocity: int) -> None:
             x = hand.note(i, 5, velocity)
             click.append(band(x[: round(0.02 * RATE)], 2000, 8000) - band(x, 0.75 * f0, 1.4 * f0))
         over.append(click[0] - click[1])
-    assert min(over) >= CLICK
+    assert min(over) >= click_of(name)
 
 
 def attack_over_fundamental(x: Floats, fundamental: float) -> tuple[float, float]:
@@ -178,10 +184,10 @@ def test_a_pick_clicks_over_a_finger_whose_fundamental_is_as_loud(name: str) -> 
         levels = [attack_over_fundamental(finger.note(i, 5, v), f0) for v in range(1, 128, 9)]
         for velocity in (30, 45, 60, 90, 127):
             fundamental, click = attack_over_fundamental(pick.note(i, 5, velocity), f0)
-            above = max(next(k for k, level in enumerate(levels) if level[0] >= fundamental), 1)
+            above = max(next((k for k, level in enumerate(levels) if level[0] >= fundamental), len(levels) - 1), 1)
             (low, under), (high, over) = levels[above - 1 : above + 1]
             least = min(least, click - under - (over - under) * (fundamental - low) / (high - low))
-    assert least >= CLICK, f"{name}: {least:.1f} dB"
+    assert least >= click_of(name), f"{name}: {least:.1f} dB"
 
 
 @pytest.mark.parametrize("name", OVER_FRETS)
@@ -191,8 +197,9 @@ def test_a_pop_starts_no_higher_than_the_greatest_apex(name: str) -> None:
     notes = [(i, fret) for i in range(len(pop.bass.strings)) for fret in (0, 5, 12, 17, 20) if fret <= pop.engine.frets]
     for i, fret in notes:
         assert pop.strokes(i, fret, 127)["apex"][0] <= pop.bass.player.greatest_apex, (i, fret)
-        soft = pop.strokes(i, fret, 20)["apex"][0] / finger.strokes(i, fret, 20)["apex"][0]
-        assert soft > 1.2, "it pulls farther than a finger where it can"
+        popped, plucked = (hand.strokes(i, fret, 20)[0] for hand in (pop, finger))
+        lifted, wanted = (float(e["apex"] * np.cos(e["angle"])) for e in (popped, plucked))
+        assert lifted > FARTHER * wanted, (i, fret, lifted, wanted)
     loudest = [max(float(np.abs(hand.note(*note, 127)).max()) for note in notes) for hand in (finger, pop)]
     over = decibels(loudest[1] / loudest[0])
     assert over <= POP_OVER, f"{name}: {over:.1f} dB"
@@ -206,7 +213,7 @@ def test_the_centroid_rises_with_velocity_below_all_contact(name: str) -> None:
         assert all(soft < hard for soft, hard in pairwise(heard)), (i, heard)
 
 
-@pytest.mark.parametrize("name", OVER_FRETS)
+@pytest.mark.parametrize("name", POPPED)
 def test_a_pop_hits_a_fret_within_a_half_period(name: str) -> None:
     """Of the note, from the release on; not before it. Softer ones swing clear of all frets, high up first.
 
@@ -244,13 +251,13 @@ def test_a_finger_takes_the_old_fundamental_away(name: str, fret: int) -> None:
     for i in range(len(hand.bass.strings)):
         both, new, old = (motion(hand, i, fret, starts, again + TAKEN) for starts in ((0.0, again), (again,), (0.0,)))
         left = decibels(abs(both - new) / abs(old))
-        assert left <= OLD_NOTE, f"string {i}: {left:.1f} dB"
+        most = OLD_NOTE if hand.bass.player.pluck_position < NEAR else OLD_NOTE_NEAR
+        assert left <= most, f"string {i}: {left:.1f} dB"
 
 
 @pytest.mark.parametrize("stroke", [FINGER, PICK, NAIL, POP])
 def test_equal_notes_differ_and_a_seed_repeats_them(stroke: int) -> None:
     bass = load_preset("jazz-finger")
-    bass = dataclasses.replace(bass, player=dataclasses.replace(bass.player, **ACROSS["jazz-finger"]))
     first, again, other = (Hand(bass, stroke, seed).strokes(1, 5, 90, 16) for seed in (1, 1, 2))
     assert first.tobytes() == again.tobytes() != other.tobytes()
     for field in ("apex", "place", "width", "seconds", "angle"):
@@ -297,7 +304,7 @@ def test_a_pick_goes_down_and_up() -> None:
     assert (down["angle"] > 0.5).all() and (up["angle"] < -0.3).all()
     even_hand = Hand(even("jazz-finger"), PICK)
     down, up = even_hand.strokes(0, 5, 60, 2)
-    assert -2.0 < decibels(up["apex"] / down["apex"]) < -0.9
+    assert -0.5 < decibels(up["apex"] / down["apex"]) < 0.5
     assert up["place"] - down["place"] == pytest.approx(STANDARD["other_nearer"][PICK])
 
 

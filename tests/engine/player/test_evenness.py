@@ -23,22 +23,24 @@ from livebass.units import decibels
 RATE = 48000
 LENGTH = 0.3  # s
 STRING, NEIGHBOURS = 6.0, 3.0  # dB, at most: from the lowest to the highest note of a string, and from fret to fret
-GUEST = 0.5  # dB more, of strokes that a key switches to
-LAST_THUMB = 7.0  # dB, of slap-thumb's last fret: there is none under it to slap the string on
+GUEST = 1.0  # dB more, of strokes that a key switches to
+# dB more, of strings whose short notes die away soonest: an upright's, old flat wounds on a short neck
+DYING = {"upright": 6.0, "short-scale": 3.0}
+LAST_THUMB = 7.0  # dB, of the last fret under the thumb of slap: there is none under it to slap the string on
 # Key switches of the strokes, by the usual map; "own": what the bass begins with
 KEYS = {"own": None, "fingers": 13, "pick": 15, "thumb and pops": 18, "tap": 2, "ghost": 10, "left": 7}
 STROKES = ("own", "pick", "thumb and pops")
 SOME, FEW = (0, 1, 4, 9, 12, 16, 19, 20, 24), (0, 7, 14, 20, 24)  # frets, for hard notes and for others
 PAPER = ("paper-bass", "paper-fretless", "paper-g")  # strings of a laboratory, that nobody slaps
-SLAPPED = ("slap", "slap-thumb")
+SLAPPED = ("slap", "slap-impulse")
 DEAR = (("own", "paper-fretless"), ("thumb and pops", "fretless"))  # over a board
-PLAYED = sorted(set(preset_names()) - set(PAPER))
+PLAYED = sorted(set(preset_names()) - {*PAPER, "upright"})  # nobody takes a pick to an upright, or slaps it so
 HAMMERED = sorted(set(PLAYED) - {"muted"})
-THUMB_AND_POPS, GUESTS = 2.0, 3.0  # dB, between typical notes of the thumb and of pops; on a bass of fingers
-UP_STROKE = (0.5, 1.5)  # dB of a pick's stroke that goes up under one that goes down
-LEGATO, ANY_LEGATO = (3.0, 6.0), (1.0, 9.0)  # dB of typical hammer-ons and taps at velocity 80 under plucks; of any
+THUMB_AND_POPS, GUESTS = 3.0, 3.0  # dB, between typical notes of the thumb and of pops; on a bass of fingers
+UP_STROKE = (0.5, 2.0)  # dB of a pick's stroke that goes up under one that goes down
+LEGATO, ANY_LEGATO = (0.3, 6.5), (-1.0, 10.0)  # dB of typical hammer-ons and taps at velocity 80 under plucks; of any
 SAME_HAMMER = 3.0  # dB, at most, by which a hammer-on differs with the moment
-GHOST_AND_LEFT = 5.5  # dB, between typical peaks of ghost notes and of left-hand slaps
+GHOST_AND_LEFT = 6.5  # dB, between typical peaks of ghost notes and of left-hand slaps
 LOUDNESS = 2.0  # LU, between any two basses but `muted`
 HARD_LINE = (-6.0, -3.0)  # dBFS, peak
 
@@ -98,11 +100,11 @@ def is_last_of_thumb(name: str, stroke: str, i: int) -> bool:
     [
         pytest.param(stroke, name, marks=pytest.mark.slow if (stroke, name) in DEAR else ())
         for stroke, name in itertools.product(STROKES, preset_names())
-        if stroke != "thumb and pops" or name not in (*PAPER, *SLAPPED)  # a slapped bass begins with them
+        if stroke != "thumb and pops" or name not in (*PAPER, *SLAPPED, "upright")  # a slapped bass begins with them
     ],
 )
 def test_a_string_is_even(name: str, stroke: str) -> None:
-    more = 0.0 if stroke == "own" else GUEST
+    more = (0.0 if stroke == "own" else GUEST) + DYING.get(name, 0.0)
     bass = engine(name).instrument
     dear = bass.over_board and stroke != "own"  # a hard pop over a board takes many times its own length to compute
     for velocity, frets in ((60, FEW), (100, FEW[:3] if dear else SOME)):
