@@ -76,7 +76,7 @@ def written(folder: Path, preset: str, settings: Settings = TINY) -> Written:
 
 @pytest.fixture(scope="module")
 def slap(tmp_path_factory: pytest.TempPathFactory) -> Written:
-    return written(tmp_path_factory.mktemp("packs") / "slap", "slap")
+    return written(tmp_path_factory.mktemp("packs") / "slap", "slap-impulse")
 
 
 @dataclass(frozen=True)
@@ -195,7 +195,7 @@ def test_every_key_has_one_sample_for_every_velocity_and_turn(slap: Written) -> 
             assert [int(r["seq_position"]) for r in g.regions] == [1, 2] and g["seq_length"] == 2
     listed = {region["sample"] for g in found for region in g.regions}
     assert listed == {file.name for file in (slap.folder / FOLDER).iterdir()}
-    assert {entry.name for entry in slap.folder.iterdir()} == {"slap.sfz", LICENCE_FILE, FOLDER}
+    assert {entry.name for entry in slap.folder.iterdir()} == {"slap-impulse.sfz", LICENCE_FILE, FOLDER}
     assert "commercially" in (slap.folder / LICENCE_FILE).read_text()
 
 
@@ -229,8 +229,8 @@ def test_a_key_is_on_the_string_that_the_player_chooses(preset: str) -> None:
 
 
 def test_the_same_options_give_the_same_bytes_and_replace_an_older_pack(slap: Written, tmp_path: Path) -> None:
-    assert files(written(tmp_path / "a", "slap").folder) == files(slap.folder)
-    fewer = written(tmp_path / "a", "slap", replace(TINY, layers=1, robins=1))
+    assert files(written(tmp_path / "a", "slap-impulse").folder) == files(slap.folder)
+    fewer = written(tmp_path / "a", "slap-impulse", replace(TINY, layers=1, robins=1))
     assert len(files(fewer.folder)) == len(fewer.pack.samples) + 2
 
 

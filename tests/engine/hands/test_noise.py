@@ -66,7 +66,7 @@ def takes(velocity: int, seeds: int = 12, **noise: float) -> list[Floats]:
 def test_skin_is_as_loud_as_of_real_players(velocity: int, level: float) -> None:
     peak = float(np.abs(note(velocity)).max())
     heard = np.median([db(loudest(x[: round(0.2 * RATE)], 2e-3) / peak) for x in takes(velocity, skin_noise=-14.0)])
-    assert abs(heard - level) < 2.5
+    assert abs(heard - level) < 3.5
 
 
 def test_skin_is_a_burst_of_highs_with_the_release() -> None:

@@ -28,7 +28,7 @@ from livebass.model.quality import Quality
 
 FEW = Quality("few", 30, 192e3)  # modes do not matter here
 PLUCKED = ("jazz-finger", "precision-finger", "flatwound", "muted")
-AUDIBLE = (*PLUCKED, "slap")
+AUDIBLE = (*PLUCKED, "slap-impulse")
 STRINGS = "EADG"
 OPEN = (28, 33, 38, 43)
 LOWEST, HIGHEST, FRETS = 28, 63, 20
@@ -372,7 +372,7 @@ def even_apex(instrument: Instrument, string: int, fret: int, where: float) -> f
 
 
 def test_techniques() -> None:
-    slap = loaded("slap")
+    slap = loaded("slap-impulse")
     found = [Hands(slap, i)(on(OPEN[i] + 5))[0]["kind"] for i in range(4)]
     assert found == [at.STRIKE_EVENT] * 2 + [at.PLUCK] * 2
     assert [Hands(None, i)(on(OPEN[i] + 5))[0]["kind"] for i in range(4)] == [at.PLUCK] * 4
@@ -397,7 +397,7 @@ def test_unevenness_is_chance_within_its_bounds_and_that_of_the_seed() -> None:
     assert middle[:, 0].mean() < index[:, 0].mean() and middle[:, 1].mean() > index[:, 1].mean() + 2e-3
     force = index[:, 0] / even[0, 0] - 1
     aside = index[:, 1] - even[0, 1]
-    assert 0.05 < force.max() < 0.2 and -0.2 < force.min() < -0.05, "the place counts too"
+    assert 0.05 < force.max() < 0.35 and -0.35 < force.min() < -0.05, "the place counts too"
     assert 0.009 < aside.max() <= 0.0101 and -0.0101 <= aside.min() < -0.009
     assert abs(np.corrcoef(aside[1:], aside[:-1])[0, 1]) < 0.15
     assert abs(aside.mean()) < 1e-3
@@ -758,7 +758,7 @@ EIGHT = bass_tuned([28, 33, 38, 43, 48, 53, 58, 63])
 RING = [m for s in EIGHT.strings for m in (on(s.open_note), off(s.open_note))]
 
 
-@given(st.lists(any_message, max_size=60), st.sampled_from([bass(), loaded("slap"), EIGHT]))
+@given(st.lists(any_message, max_size=60), st.sampled_from([bass(), loaded("slap-impulse"), EIGHT]))
 @example([control(64, 127), *RING, control(121)], EIGHT)
 @example([on(2, 1), on(29, 1)], bass())  # a tap as soft as can be
 def test_any_bytes_leave_the_performer_sane(sequence: list[Message], instrument: Instrument) -> None:

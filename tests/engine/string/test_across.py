@@ -266,7 +266,7 @@ def test_v_stays_in_tune_with_u(name: str, preset: str) -> None:
     wait(string, 0.05)
     fret = GESTURES[name](string)
     wanted = own_cents(preset, 2, fret)
-    assert np.abs(wanted).min() > 1
+    assert np.abs(wanted).min() > 0.5
     # the tension of a vibrato is as much for both, which is a little more of the slower one
     assert heard_cents(string, 1.0) == pytest.approx(wanted, abs=0.15 if name == "in_vibrato" else 0.05)
 
@@ -283,7 +283,7 @@ def test_v_stays_in_tune_on_the_way_of_a_glide() -> None:
         slot = slot_of(string)
         now = cents(slot["v"]["omega"][:PARTIALS], slot["u"]["omega"][:PARTIALS])
         assert np.all(now > of.min(axis=0) - 0.02) and np.all(now < of.max(axis=0) + 0.02)
-        assert np.abs(now - last).max() < 0.1
+        assert np.abs(now - last).max() < 0.15
         between, last = between + bool(slot["between"]), now
     assert between > 5000 and last == pytest.approx(of[-1], abs=0.02)
 

@@ -210,11 +210,11 @@ def test_a_bass_has_the_rows_of_numpy(preset: str, quality: str, rate: int) -> N
 
 
 def test_the_pool_is_as_long_as_modes_and_points() -> None:
-    """Little is left of the 30 MB that rows of 1048 took for both tiers of a four-string bass."""
+    """Little is left of the 30 MB that rows of 1048 took for both tiers of four strings; v of its own has rows, too."""
     bass = load_preset("jazz-finger")
     made = image(bass, QUALITIES["live"], Quality("coarse", 150, 192e3))
     fine, coarse = made.pool(LIVE, 48000), made.pool(COARSE, 48000)
-    assert sum(pool.records.nbytes + pool.memory.nbytes for pool in (fine, coarse)) < 8e6
+    assert sum(pool.records.nbytes + pool.memory.nbytes for pool in (fine, coarse)) < 12e6
     ends = np.sort(fine.records["coefficients"], axis=None)
     assert (ends % 64 == 0).all()
     assert 0 < ends[0] - fine.memory.ctypes.data < 1e6 and np.diff(ends).min() > 0
