@@ -161,7 +161,7 @@ def test_a_file_is_played_on_the_bass_it_asks_for(run: Run, tmp_path: Path) -> N
         (
             (b"\x24", (), "slap"),
             (b"\x24\x21\x21", ("-p", "muted"), "muted"),
-            (b"\x24\x25\x10", (), "slap"),
+            (b"\x24\x24\x10", (), "slap"),
             (b"\x27", (), "jazz-finger"),
             (b"\x18", (), "jazz-finger"),
         )
@@ -218,7 +218,7 @@ def test_key_switches_are_listed_and_notes_without_a_string_counted(run: Run, tm
 
 def test_the_list_of_presets_has_their_programs(run: Run) -> None:
     lines = {line.split()[0]: line.split()[1:3] for line in cli_text(run, "presets", "list").splitlines()}
-    assert lines["slap"] == ["37", "38"] and lines["fretless"][0] == "36" and lines["flatwound"][0] == "33"
+    assert [lines[name][0] for name in ("upright", "fretless", "slap", "slap-impulse")] == ["33", "36", "37", "38"]
     assert not lines["muted"][0].isdigit() and not lines["one-contact"][0].isdigit()
 
 

@@ -122,7 +122,7 @@ def test_a_bass_that_a_file_chose_is_not_remembered(
 ) -> None:
     """One that it changed to no more than the one that it began with; one that the player chose is."""
     (tmp_path / "song.mid").write_bytes(song(b"\x00\xc0\x20", NOTE, b"\x00\xc0\x24", NOTE))
-    for ended, kept in (("flatwound", None), ("slap", None), ("muted", "muted")):
+    for ended, kept in (("upright", None), ("slap", None), ("muted", "muted")):
         played.ends_with = {"preset": ended}
         assert run("play", "--file", tmp_path / "song.mid")[0] == 0
         assert load(file).preset == kept
