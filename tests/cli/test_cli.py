@@ -229,7 +229,7 @@ def test_the_list_of_presets_has_their_programs(run: Run) -> None:
         (["--note", "D1"], "Jazz bass, fingers has E1 to D#4; -p drop-d plays it"),
         (["--note", "E1", "-p", "paper-g"], "has G2 to D#4; -p jazz-finger plays it"),
         (["--note", "A0", "-p", "five-string"], "has B0 to D#4; no preset that comes with livebass has it"),
-        (["--note", "E4"], "has E1 to D#4; -p six-string plays it"),
+        (["--note", "E4"], "has E1 to D#4; -p five-string-active plays it"),
         (["--note", "C#5"], "has E1 to D#4; no preset that comes with livebass has it"),
         (["--note", "E1", "--capo", "3"], "Jazz bass, fingers has G1 to D#4; -p jazz-finger plays it"),
         (["--note", "C1", "--tuning", "drop-d"], "Jazz bass, fingers has D1 to D#4; -p five-string plays it"),
