@@ -285,7 +285,7 @@ def reached(function: Any) -> Weights:
 
 
 def _named(function: FunctionType, code: CodeType) -> Iterator[Any]:
-    """What `code`, of `function`, names: in its module, in the function around it, or in a module of these."""
+    """Yields the values that `code`, of `function`, names: of its module, the function around it, modules of these."""
     cells = function.__closure__ or ()
     around = {name: cell.cell_contents for name, cell in zip(function.__code__.co_freevars, cells, strict=True)}
     for name in (*code.co_names, *code.co_freevars):

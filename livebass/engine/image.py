@@ -241,7 +241,7 @@ def bench_notes(
 
 
 def stands_above(bench: np.void, state: int, instrument: Instrument) -> str:
-    """What stands above a string at rest where `fill_bench` returned `state`."""
+    """Names the crown or board that stands above a string at rest, where `fill_bench` returned `state`."""
     name, stop = instrument.strings[bench["fault_string"]].name, bench["fault_fret"]
     above = f"stands {bench['fault_height'] * 1e3:.2f} mm above string {name} at rest"
     if state == CROWN_ABOVE:

@@ -215,7 +215,7 @@ def _normalized(
 
 
 def _blocks(engine: Playing, score: Score, tail: float | None, basses: list[Instrument]) -> Iterator[Block]:
-    """What `engine` plays, with the mix behind the effects where any of the `basses` has some."""
+    """Plays `score` on `engine`; with the mix behind the effects if any of the `basses` has some."""
     if any(bass.effects != Effects() for bass in basses):
         return engine.play_with_mix(score, tail)
     return ((strings, None) for strings in engine.play(score, tail))

@@ -1,4 +1,4 @@
-"""What tells the motion across the neck, v, from that away from it, u: how v is tuned and damped beside u.
+"""Finds how the motion across the neck, v, is tuned and damped beside that away from it, u.
 
 By the lines of those partials that are two. In the terms of eqs. 8 and 9 of C. Issanchou et al. (2018) the neck has
 another admittance for v: the difference of the dampings is that of the conductances, the detuning that of the

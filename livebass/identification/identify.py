@@ -395,7 +395,7 @@ def _onset_data(found: Onset | None) -> dict[str, Any] | None:
 
 
 def _across_data(v: Across | None) -> dict[str, Any] | None:
-    """What tells v from u, for JSON: v less u in each key."""
+    """Returns the law of v for JSON: v less u in each key; None if there is none."""
     if v is None:
         return None
     return {
