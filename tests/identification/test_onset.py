@@ -22,9 +22,21 @@ from livebass.model.trial import Trial
 RATE, CONTACT_RATE = 48_000, 384_000
 
 
-def other_bass(place: float, rounding: float, pickups: tuple[float, ...], tone: float) -> Instrument:
-    """`jazz-finger` with another pluck (m from the saddle, m), pickups (m) and tone."""
+def usual_bass() -> Instrument:
+    """A Jazz Bass that is plucked near the neck pickup, with a pot half open: what is sought lies on either side."""
     bass = load_preset("jazz-finger")
+    levels = (1.0, 0.8)
+    pickups = tuple(replace(p, level=level) for p, level in zip(bass.output.pickups, levels, strict=True))
+    player = replace(
+        bass.player, pluck_position=0.8, rounding=7e-3, rounding_soft=14e-3, release_time=60e-6, release_time_soft=6e-4
+    )
+    output = replace(bass.output, pickups=pickups, coil=replace(bass.output.coil, tone=0.8))
+    return replace(bass, output=output, player=player)
+
+
+def other_bass(place: float, rounding: float, pickups: tuple[float, ...], tone: float) -> Instrument:
+    """The usual bass with another pluck (m from the saddle, m), pickups (m) and tone."""
+    bass = usual_bass()
     moved = tuple(replace(p, position=x) for p, x in zip(bass.output.pickups, pickups, strict=True))
     output = replace(bass.output, pickups=moved, coil=replace(bass.output.coil, tone=tone))
     length = bass.strings[0].length
@@ -62,19 +74,18 @@ def found(case: str, folder: Path) -> Identified:
     string, place, rounding, pickups, tone = CASES[case]
     path = folder / f"{case}.wav"
     soundfile.write(path, note_of(other_bass(place, rounding, pickups, tone), string), RATE, subtype="FLOAT")
-    return identify(path, load_preset("jazz-finger"), modes=40)
+    return identify(path, usual_bass(), modes=40)
 
 
 @pytest.mark.parametrize("case", CASES)
 def test_pluck_pickups_and_tone(case: str, tmp_path: Path) -> None:
     _, place, rounding, pickups, tone = CASES[case]
     onset = found(case, tmp_path).onset
-    assert onset is not None and onset.misfit < 2.0 < 4.0 < onset.before
+    assert onset is not None and onset.misfit < 2.0 < 8.0 < onset.before
     assert onset.place == pytest.approx(place, abs=3e-3)
-    assert [p.position for p in onset.pickups] == pytest.approx(pickups, abs=8e-3)
+    assert [p.position for p in onset.pickups] == pytest.approx(pickups, abs=4e-3)
     levels = [p.level for p in onset.pickups]
-    neck, bridge = load_preset("jazz-finger").output.pickups
-    assert levels[1] / levels[0] == pytest.approx(bridge.level / neck.level, rel=0.1)
+    assert levels[1] / levels[0] == pytest.approx(0.8, rel=0.05)
     # what dims high partials alike is told from the preset, and a doubt
     known = abs(np.log((onset.tone + 0.02) / (tone + 0.02))) < 0.3 and onset.rounding == pytest.approx(
         rounding, rel=0.3
@@ -86,7 +97,7 @@ def test_a_finger_may_be_as_dark_as_a_tone(tmp_path: Path) -> None:
     """The tone is all but closed; an open one under a wider finger is as dark, and the doubt has the truth."""
     onset = found("dark", tmp_path).onset
     assert onset is not None and onset.tone > 0.4
-    assert any("a tone of 0.02 under a finger of " in doubt for doubt in onset.doubts)
+    assert any("a tone of 0.02 under a finger of 7 mm is as dark as" in doubt for doubt in onset.doubts)
 
 
 def test_the_preset_gets_them(run: Run, tmp_path: Path) -> None:
@@ -151,7 +162,7 @@ def test_what_the_preset_cannot_have() -> None:
 
 def test_one_pickup_leaves_a_choice(tmp_path: Path) -> None:
     """The comb of a lone pickup is that of the pluck: which is which is a doubt."""
-    bass = load_preset("jazz-finger")
+    bass = usual_bass()
     one = replace(bass, output=replace(bass.output, pickups=bass.output.pickups[:1]))
     played = replace(one, player=replace(one.player, pluck_position=1 - 0.1 / one.strings[1].length, rounding=2e-3))
     path = tmp_path / "a.wav"

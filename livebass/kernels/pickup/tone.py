@@ -19,7 +19,8 @@ BELOW, ABOVE = 32, 16  # filters between the bass's own one and the pot closed, 
 TONES = BELOW + 1 + ABOVE
 ROW = 3 * (ORDER + 1)  # float64 of a filter: b, a, reflection coefficients and the gain at 0 Hz
 FRAMES = 8  # between steps of a string after the pot
-TIME = 6e-3  # s, how fast it follows
+TIME = 6e-3  # s, how fast it follows ...
+SWEEP = 0.05  # s, ... but no faster from the bass's own tone to either end: a pot that opens at once would click
 NEAR = 1e-3  # of the way: it is there
 
 
@@ -105,7 +106,8 @@ def set_tone(voice, x):
 def follow_tone(voice):
     """Takes a string's filter a step nearer to the tone that is wanted."""
     step = 1.0 - exp(-FRAMES / (TIME * voice.rate))
-    x = voice.tone + step * (voice.tone_wanted - voice.tone)
+    most = FRAMES / (SWEEP * voice.rate)
+    x = voice.tone + min(max(step * (voice.tone_wanted - voice.tone), -most), most)
     if abs(voice.tone_wanted - x) < NEAR:
         x = voice.tone_wanted
     set_tone(voice, x)
