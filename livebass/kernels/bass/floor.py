@@ -20,7 +20,7 @@ from livebass.kernels.string.records import EVENT, GAIN
 FLOOR_BAND = (40.0, 3000.0)  # Hz: no hum, and the coil takes what is higher
 OPENS = 1e-6  # of full scale
 HOLD, FADE = 4.0, 0.5  # s
-NOTE = 0.4  # level of a medium note's first 0.3 s, over that of a signal of the string's speed as it is plucked
+NOTE = 0.32  # level of a medium note's first 0.3 s, over that of a signal of the string's speed as it is plucked
 APART = 1 << 42  # chances beyond those of others
 NEVER = 1 << 62  # a frame
 
