@@ -60,7 +60,7 @@ class Playing(ABC):
     rate: int  # Hz
     workers: int  # threads
     frame: int  # the next to be computed
-    floor: NDArray[np.float64] | None = None  # (count,): the noise of electronics in the last block; None: there is none
+    floor: NDArray[np.float64] | None = None  # (count,): that of the last block; None: the bass has none
 
     @abstractmethod
     def send(self, frames: NDArray[np.int64], messages: NDArray[np.uint8]) -> None:

@@ -253,6 +253,7 @@ def test_another_bass_takes_the_floor_over() -> None:
     """That of the bass before fades within half a second, although its string rings on; the level stays."""
     here, there = bass(**FLOOR), bass("precision-finger")
     messages = [(0, 0xB0, 64, 127), (10, 0x90, 28, 100), (RATE, 0xC0, 33, 0), (RATE, 0x90, 45, 60)]
+    once = []
     for size in (RATE * 3, 777):
         sounds = []
         for floor in (True, False):
@@ -269,6 +270,8 @@ def test_another_bass_takes_the_floor_over() -> None:
         noise = sounds[0] - sounds[1]
         assert noise[0, RATE // 2 : RATE].any() and noise[0, RATE : RATE + RATE // 4].any()
         assert np.abs(noise[:, round(1.51 * RATE) :]).max() < 1e-12
+        once.append(sounds[0])
+    assert np.array_equal(*once)
 
 
 # The same however it is computed
