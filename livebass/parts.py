@@ -11,14 +11,13 @@ from dataclasses import dataclass
 from livebass.rows import LARGEST, TINY, choice, number
 from livebass.units import OFF
 
-# Of instrument files: another one for any change of their layout, or of what it means. Files of 5 and 6 know no contact
-# that loses, no law of its own for the motion across, and no pull that goes more across when hard.
-VERSION = 7
-WITH_STROKES = 8  # the one of files that have strokes, and are of VERSION else, as 6 was of 5 ...
-WITH_EFFECTS = 9  # ... and the one of files that have strokes and effects
+# Of instrument files: another one for any change of their layout, or of what it means. Files of 7 to 9 know no floor.
+VERSION = 10
+WITH_STROKES = 11  # the one of files that have strokes, and are of VERSION else ...
+WITH_EFFECTS = 12  # ... and the one of files that have strokes and effects
 STROKES = ("finger", "pick", "nail", "pop")  # in the order of the performer's numbers
 ANSWERING = ("off", "pedal", "always")  # likewise
-NOISES = ("skin_noise", "release_noise", "squeak")  # of the player
+NOISES = ("skin_noise", "release_noise", "floor_noise", "squeak")  # of the player
 ABOVE_ZERO = (TINY, LARGEST)
 
 
@@ -105,6 +104,8 @@ class PlayerNumbers:
         word=30, of="pickups pluck")  # rms at its loudest
     release_noise: float = number(OFF, "level", "-200 dB", "40 dB", "knock of a hand over a medium note after 1 s",
         word=31, of="pickups")  # rms at its loudest
+    floor_noise: float = number(OFF, "level", "-200 dB", "0 dB", "of the electronics, over a medium note",
+        word=33, of="pickups")  # rms
     squeak: float = number(0.0, "level", "-200 dB", "20 dB", "of fingers that slide on round windings",
         word=32)
     answering: str = choice("off", ANSWERING, "idle strings ring along: with the pedal, always",

@@ -64,7 +64,9 @@ velocity_curve_option = click.option(
 def hands_options(command: Command) -> Command:
     """Adds the options that `Hands.taken` reads to a command."""
     for option in (
-        click.option("--no-noise", is_flag=True, help="Hands without noise: no skin, knock and squeak."),
+        click.option(
+            "--no-noise", is_flag=True, help="Hands and electronics without noise: no skin, knock, floor and squeak."
+        ),
         click.option(
             "--wheel", type=click.Choice(["bend", "slide"]), help="What the pitch wheel does.  [default: bend]"
         ),

@@ -69,6 +69,7 @@ class Basses(Playing):
             return
         new = self._prepared[id(bass)].another(self._seed)
         new.follow(member.engine)
+        member.engine.close_floor(frame - member.began)
         for other in self._members[1:]:
             other.fades = frame if other.fades is None else other.fades
         self._members.insert(0, _Member(new, frame))
@@ -88,17 +89,23 @@ class Basses(Playing):
         out, whole = np.zeros((self.strings, count)), int(FADE * self.rate)
         mix = np.zeros(count, np.float32)
         mixes = False
+        self.floor = None
         for member in self._members:
             first = max(member.began - self.frame, 0)
             if first >= count:
                 continue
             sound, own = process(member.engine, count - first)
+            floor = member.engine.floor
             if member.fades is not None:
                 since = np.arange(self.frame + first, self.frame + count) - member.fades
                 shape = np.clip((whole - since) / whole, 0.0, 1.0)
                 sound *= shape
                 own = own if own is None else single(own * shape)
+                floor = None if floor is None else floor * shape
             out[:, first:] += sound
+            if floor is not None:
+                self.floor = np.zeros(count) if self.floor is None else self.floor
+                self.floor[first:] += floor
             if own is not None:
                 mix[first:] += own
                 mixes = True
@@ -106,7 +113,7 @@ class Basses(Playing):
         self.frame += count
         for member in self._members[1:]:
             faded = member.fades is not None and self.frame >= member.fades + whole
-            if faded or not (member.engine.sounding() or member.level > OVER):
+            if faded or not (member.engine.sounding() or member.engine.floor_open() or member.level > OVER):
                 self._ended.append(member.engine.report())
                 self._members.remove(member)
         return out, mix if mixes else None

@@ -23,6 +23,7 @@ from livebass.engine.prepare import (
     take_message_ringing,
     whole_contact_rate,
 )
+from livebass.kernels.bass.floor import add_floor
 from livebass.kernels.bass.instrument import COARSE, LIVE
 from livebass.kernels.effects.chain import add_effects, still_ring
 from livebass.kernels.player import performer
@@ -59,6 +60,7 @@ class Playing(ABC):
     rate: int  # Hz
     workers: int  # threads
     frame: int  # the next to be computed
+    floor: NDArray[np.float64] | None = None  # (count,): that of the last block; None: the bass has none
 
     @abstractmethod
     def send(self, frames: NDArray[np.int64], messages: NDArray[np.uint8]) -> None:
@@ -74,7 +76,7 @@ class Playing(ABC):
 
     @abstractmethod
     def sounding(self) -> bool:
-        """True if any string still moves, or effects still sound."""
+        """True if any string still moves, or effects still sound; a floor does not count."""
 
     @abstractmethod
     def report(self) -> Report:
@@ -117,7 +119,7 @@ class Playing(ABC):
                 block, mix = process(count, pool)
                 ended = self.frame >= last
                 if tail is None and past >= 0 and not ended:
-                    level = np.abs(block).max(axis=0)
+                    level = self._loudness(block)
                     quiet = np.flatnonzero((level if mix is None else np.maximum(level, np.abs(mix))) > SILENCE)
                     keep = (int(quiet[-1]) + 1 if quiet.size else 0) + int(QUIET_FOR * self.rate)
                     if keep < count or not self.sounding():
@@ -135,6 +137,14 @@ class Playing(ABC):
                 yield block, mix
                 if ended:
                     return
+
+    def _loudness(self, block: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The loudest string, without the floor, in each frame of the last block: (n,)."""
+        if self.floor is None:
+            return np.asarray(np.abs(block).max(axis=0))
+        strings = block.copy()
+        strings[0] -= self.floor
+        return np.asarray(np.abs(strings).max(axis=0))
 
 
 class Engine(Playing):
@@ -208,6 +218,7 @@ class Engine(Playing):
     def follow(self, old: Engine) -> None:
         """Sets the controllers of this engine, which has not played, as they stand at `old`."""
         follow_performer(self.voices, self.performer, old.performer)
+        self._floor["gain_wanted"] = self.voices[0].record["gain_wanted"]
 
     def _take(self, events: NDArray[np.void]) -> None:
         """Has the strings carry out events, besides those that they have."""
@@ -218,6 +229,8 @@ class Engine(Playing):
         out = np.zeros((self.strings, count))
         jobs = range(self.strings)
         used = list(pool.map(lambda i: self._run(i, out[i]), jobs) if pool else (self._run(i, out[i]) for i in jobs))
+        if self._floor["level"][0] > 0:
+            self.floor = self._add_floor(out, self._pending[0][: used[0]])
         for i, n in enumerate(used):
             self._pending[i] = self._pending[i][n:]
         self.frame += count
@@ -231,6 +244,26 @@ class Engine(Playing):
         mix = mixed(single(strings))
         add_effects(self.bass.effects, mix.ctypes.data, first, count)
         return strings, mix
+
+    @property
+    def _floor(self) -> NDArray[np.void]:
+        """The FLOOR of the bass, (1,)."""
+        return self.bass.record["floor"]
+
+    def _add_floor(self, out: NDArray[np.float64], events: NDArray[np.void]) -> NDArray[np.float64]:
+        """Adds the floor to a block of the first string, and returns it; `events` (n,) are those that this one had."""
+        floor, told = np.abs(out).max(axis=0), np.ascontiguousarray(events)
+        add_floor(self.bass.address, floor.ctypes.data, len(floor), told.ctypes.data, len(told))
+        out[0] += floor
+        return np.asarray(floor)
+
+    def close_floor(self, frame: int) -> None:
+        """Has the floor fade from `frame` on for good, as another bass takes over. [main thread]"""
+        self._floor["closes"] = frame
+
+    def floor_open(self) -> bool:
+        """True if the floor is heard, or fades."""
+        return bool(self._floor["left"][0] > 0)
 
     def _run(self, i: int, out: NDArray[np.float64]) -> int:
         events = self._pending[i]

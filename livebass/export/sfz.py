@@ -20,7 +20,7 @@ from collections import deque
 from collections.abc import Generator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
@@ -41,7 +41,7 @@ from livebass.model.quality import Quality
 from livebass.report.progress import Progress, steps
 from livebass.report.text import runs
 from livebass.score.score import single_note
-from livebass.units import note_name
+from livebass.units import OFF, note_name
 
 HARDEST = 127  # velocity
 SOFT_SHARE = 0.35  # of the layers lie below the velocity at which a pluck grazes the frets
@@ -147,8 +147,12 @@ class Pack:
 
     @cached_property
     def engine(self) -> Engine:
-        """The bass, prepared. Raises ValueError for one that cannot be played at this rate. [main thread]"""
-        return Engine(self.bass, self.settings.quality, self.settings.rate, workers=1)
+        """The bass, prepared, without its floor, which samples that sound together would add up.
+
+        Raises ValueError for a bass that cannot be played at this rate. [main thread]
+        """
+        bass = replace(self.bass, player=replace(self.bass.player, floor_noise=OFF))
+        return Engine(bass, self.settings.quality, self.settings.rate, workers=1)
 
 
 def zones(bass: Instrument, frets: int) -> list[Zone]:

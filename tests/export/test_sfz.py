@@ -271,6 +271,14 @@ def test_the_softest_notes_are_as_loud_as_the_velocity_curve_has_them(curve: Cur
         )
 
 
+def test_samples_have_no_floor(slap: Written) -> None:
+    """Notes that sound together would add it up."""
+    player = replace(slap.bass.player, floor_noise=-40.0)
+    pack = Pack(replace(slap.bass, player=player), "slap", TINY)
+    pack.engine.send(np.array([0]), np.array([[0x90, slap.bass.strings[0].open_note, 100]], np.uint8))
+    assert np.abs(pack.engine.process(4800)).max() > 1e-3 and pack.engine.floor is None
+
+
 def test_an_even_player_takes_no_turns() -> None:
     assert Pack(load_preset("paper-g"), "paper-g", TINY).robins == 1
 

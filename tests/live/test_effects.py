@@ -80,6 +80,17 @@ def test_a_synth_plays_what_a_render_has(kind: str) -> None:
         assert np.array_equal(played(bass, sizes=sizes), wanted), sizes
 
 
+@pytest.mark.parametrize("kind", ON)
+def test_the_floor_goes_through_the_effects_as_in_a_render(kind: str) -> None:
+    """The same bits in any blocks, through a rest, too."""
+    bass = behind(replace(SLAP, player=replace(SLAP.player, floor_noise=-30.0)), **ON[kind])
+    wanted = rendered(bass)
+    floor = wanted - rendered(behind(SLAP, **ON[kind]))
+    assert np.abs(floor[-1000:]).max() > 1e-4
+    for sizes in ((512,), (37, 700, 1, 2000)):
+        assert np.array_equal(played(bass, sizes=sizes), wanted), sizes
+
+
 def test_knobs_of_a_host_take_the_place_of_the_bass() -> None:
     asked = [(0, EFFECT, COMPRESSION, 0.5), (0, EFFECT, DRIVE, 0.25)]
     wanted = rendered(behind(SLAP, compression=0.5, drive=0.25))

@@ -42,7 +42,7 @@ ADDRESSES = (
     "answers",
 )
 # Of every version so far: what is stored, and how. A file of another layout must have another version. From 5 on the
-# next one is that of files with strokes: 5 and 6, then 7 and 8; 9 is that of files with effects.
+# next one is that of files with strokes: 5 and 6, then 7 and 8; 9 is that of files with effects, as 12 is of 10 and 11.
 LAYOUTS = {
     1: "4a97951d4a5441f0",
     3: "0e201a4e5c4026f4",
@@ -52,6 +52,9 @@ LAYOUTS = {
     7: "8fc181f3543f2fb5",
     8: "85f48577f0105f46",
     9: "7156ad3c176f909f",
+    10: "718182b51d284d6b",
+    11: "8c1deb19b4b71602",
+    12: "099076a2a13df472",
 }
 
 

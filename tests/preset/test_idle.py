@@ -282,6 +282,7 @@ pull_time = "2 ms"
 hand_damping = "90 /s"
 skin_noise = "-14 dB"
 release_noise = "-3 dB"
+floor_noise = "-65 dB"
 squeak = "-6 dB"
 answering = "pedal"
 bend_range = 2

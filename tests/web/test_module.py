@@ -97,6 +97,13 @@ def test_a_pick_of_ones_own_is_heard_as_in_render() -> None:
     assert np.abs(here - in_wasm(usual, score)).max() > 0.1 * np.abs(here).max()
 
 
+def test_the_floor_is_that_of_a_render() -> None:
+    usual = load_preset("jazz-finger")
+    bass, score = replace(usual, player=replace(usual.player, floor_noise=-20.0)), score_of(SOFT, RATE)
+    here, there = in_wasm(bass, score), natively(bass, score)
+    assert np.abs(here - there[: len(here)]).max() < CLOSE < 1e-3 < np.abs(here - in_wasm(usual, score)).max()
+
+
 def test_effects_are_those_of_a_render() -> None:
     """A response goes into a bass with its file, or by the page in place of the file's."""
     samples = np.exp(-np.arange(9000) / 900) * np.cos(np.arange(9000.0)) / 9

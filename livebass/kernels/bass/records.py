@@ -7,6 +7,7 @@ import numpy as np
 
 from livebass.compiling import jit
 from livebass.kernels.machine.native import record_at
+from livebass.kernels.machine.noise import BAND
 from livebass.kernels.player.performer import MOST_EVENTS, MOST_STRINGS
 from livebass.kernels.string.records import GROUP_ROOM, MOST_NEAR, VOICE
 
@@ -40,6 +41,24 @@ AHEAD = np.dtype(
     align=True,
 )
 
+# The noise of the electronics (floor.py)
+FLOOR = np.dtype(
+    [
+        ("level", "f8"),  # rms at full volume; 0: there is none
+        ("seed", "i8"),
+        ("frame", "i8"),  # of the bass
+        ("left", "i8"),  # frames until it is silent, if no string sounds ...
+        ("hold", "i8"),  # ... which are so many and ...
+        ("fade", "i8"),  # ... so many that it fades in, after one has sounded
+        ("closes", "i8"),  # frame from which it fades, and opens no more
+        ("gain", "f8"),  # volume, now ...
+        ("gain_wanted", "f8"),  # ... where it goes ...
+        ("gain_pole", "f8"),  # ... and part of the way there each frame
+        ("band", BAND),
+    ],
+    align=True,
+)
+
 BASS = np.dtype(
     [
         ("play_string", "i8"),  # address of the C function ahead.play_string
@@ -54,6 +73,7 @@ BASS = np.dtype(
         ("ahead", "i8", (MOST_STRINGS,)),  # AHEAD of each string
         ("frame", "i8"),  # of the synth, when this bass began
         ("tones", "i8"),  # the strings' filters (tone.py)
+        ("floor", FLOOR),
         ("share", "f8"),  # of a block's time that strings may take to run ahead
         ("stride", "i8"),  # frames between looks at the clock while they do
         ("effects", "i8"),  # EFFECTS of the mix of its strings

@@ -8,6 +8,7 @@ do the same. [any thread, not the one that plays]
 import numpy as np
 
 from livebass.compiling import entry, jit
+from livebass.kernels.bass.floor import make_floor
 from livebass.kernels.bass.instrument import (
     added_at,
     added_of,
@@ -36,6 +37,7 @@ from livebass.kernels.bass.strings import (
     fit_noises,
     make_performer,
     reset_string,
+    signal_of_medium,
     string_at,
     take_circuit,
 )
@@ -46,6 +48,7 @@ from livebass.kernels.pickup.tone import ROW, TONES, fit_tones
 from livebass.kernels.player.performer import PERFORMER, performer_at
 from livebass.kernels.string.answers import fill_answers as connect_answers
 from livebass.kernels.string.records import EVENT, MOST_ANSWERS, OPERATOR, SLOT_STATE, STRING, VOICE_SLOTS
+from livebass.units import OFF
 
 # Running ahead: share of a block's time, and frames between looks at the clock. Qualities up to `live` leave most of
 # the time to other programs; heavier ones need all there is.
@@ -157,6 +160,7 @@ def fill_bass(address):
     place = b.tones + lines(TONES_BYTES)
     take_circuit(building.coil, instrument, building.rate)
     fit_tones(b.tones, building.coil, instrument.gain)
+    note = 0.0  # signal of a medium pluck, on the mean
     steps = np.int64(whole_steps(tier.contact_rate, building.rate))
     for i in range(instrument.strings):
         b.string[i] = place
@@ -166,12 +170,16 @@ def fill_bass(address):
         ops = operators_at(building.operators[0], instrument.strings, instrument.frets + 1)
         connect_answers(string, i, instrument, ops)
         fit_noises(string, i, instrument, performer_at(b.performer), ops, building.seed)
+        note += signal_of_medium(string.voice) / instrument.strings
         string.voice.tones = b.tones
         b.ahead[i] = place + lines(STRING_BYTES)
         rows = rows_kept(building, i)
         others = answers_of(instrument, i)
         lay_out_ahead(b.ahead[i], rows, others)
         place = b.ahead[i] + bytes_ahead(rows, others)
+    if instrument.player.floor_noise > OFF and note > 0.0:
+        pole = string_at(b.string[0]).voice.gain_pole
+        make_floor(b.floor, instrument.player.floor_noise, note, building.rate, pole, building.seed)
     b.effects = place
     added, compression, drive = added_of(building.file), 0.0, 0.0
     if added != 0:

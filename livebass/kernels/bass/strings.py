@@ -112,6 +112,18 @@ def fit_noises(string, i, instrument, p, ops, seed):
     voice.landing_noise = LATER * voice.medium * amplitude(instrument.player.release_noise)
 
 
+@jit
+def signal_of_medium(voice):
+    """Signal of the speed by which a medium pluck moves the string, below the resonance of the coil; 0: no pickup."""
+    level, top, bottom = 0.0, 0.0, 0.0
+    for k in range(voice.pickups):
+        level += abs(voice.level[k])
+    for k in range(4):
+        top += voice.b[k]
+        bottom += voice.a[k]
+    return voice.medium * level * top / bottom
+
+
 @entry("void(int64, int64, int64, int64)")
 def connect_answers(string, i, instrument, ops):
     """Gives string `i` of an INSTRUMENT, connected, the answers of the others; ops: address of all operators."""

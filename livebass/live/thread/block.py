@@ -10,7 +10,7 @@ import numpy as np
 
 from livebass.compiling import entry, jit
 from livebass.kernels import voice
-from livebass.kernels.bass import strings
+from livebass.kernels.bass import floor, strings
 from livebass.kernels.bass.records import EVENT_ROOM, SOUND_RING, bass_at
 from livebass.kernels.effects import chain
 from livebass.kernels.effects.records import KNOBS
@@ -202,6 +202,7 @@ def take_controllers(b, old):
     controls.take_over(p, performer_of(old))
     for i in range(b.strings):
         strings.set_controls(string_of(b, i).voice, p, i)
+    b.floor.gain_wanted = expression.loudness(p)
 
 
 @entry("void(int64, int64)")
@@ -279,6 +280,7 @@ def mix_strings(synth, b, out, n, fade, whole):
         for j in range(n):
             synth.before[j] = out[j]
             synth.dry[j] = 0.0
+    played: Any = np.int64(0)  # strings, a bit each
     for i in range(b.strings):
         used = 0
         for k in range(count):
@@ -290,11 +292,19 @@ def mix_strings(synth, b, out, n, fade, whole):
             voice.skip_to(v, start + n)
             continue
         ahead.play_to(b, i, start + n, used)
+        played |= np.int64(1) << i
+    hisses = b.floor.level > 0.0 and hear_floor(synth, b, n, played)
+    for i in range(b.strings):
+        sounds, with_floor = (played >> i) & 1 != 0, hisses and i == 0
+        if not sounds and not with_floor:
+            continue
         sound = sound_of(ahead_of(b, i))
         apart = synth.apart[i] != 0
         own = samples_at(synth.apart[i] + SAMPLE * (synth.frame - synth.block_frame) if apart else np.int64(0), n)
         for j in range(n):
-            x = sound[(start + j) % SOUND_RING]
+            x = sound[(start + j) % SOUND_RING] if sounds else 0.0
+            if with_floor:
+                x += synth.floor[j]
             if effects and abs(x) < 1e6:
                 synth.dry[j] += np.float32(x)
             x *= synth.gains[j]
@@ -308,6 +318,22 @@ def mix_strings(synth, b, out, n, fade, whole):
                 own[j] += np.float32(x)
     if effects:
         add_effects(synth, b, out, start, n, fade, whole)
+
+
+@jit
+def hear_floor(synth, b, n, played):
+    """Fills synth.floor with n frames of the floor of `b`, whose strings `played`; returns whether it is heard."""
+    loud, start = synth.floor[:n], synth.frame - b.frame
+    for j in range(n):
+        loud[j] = 0.0
+    for i in range(b.strings):
+        if (played >> i) & 1:
+            sound = sound_of(ahead_of(b, i))
+            for j in range(n):
+                loud[j] = max(loud[j], abs(sound[(start + j) % SOUND_RING]))
+    before = b.floor.left
+    floor.play_floor(b.floor, loud, events_of(b), performer_of(b).out.count)
+    return before > 0 or b.floor.left > 0
 
 
 @jit
@@ -362,8 +388,8 @@ def fade_frames(synth):
 
 @jit
 def is_silent(b, end):
-    """True if no string or effect of `b` sounds or answers, and none has sound computed ahead of synth frame `end`."""
-    if chain.rings(effects_of(b)):
+    """True if no string or effect of `b` sounds or answers, nor its floor, and none is ahead of synth frame `end`."""
+    if chain.rings(effects_of(b)) or b.floor.left > 0:
         return False
     for i in range(b.strings):
         string = string_of(b, i)
@@ -400,6 +426,7 @@ def switch_bass(synth):
         bass_at(wanted).frame = synth.frame
         apply_parameters(synth, bass_at(wanted))
         if synth.old_bass != 0:
+            bass_at(synth.old_bass).floor.closes = synth.frame - bass_at(synth.old_bass).frame
             take_controllers(bass_at(wanted), bass_at(synth.old_bass))
         synth.overload = 0
 
@@ -457,7 +484,7 @@ def is_still(address):
         if next_frame(synth.midi_ring[k], synth.midi_ring_size[k], np.int64(-2)) != -2:
             return np.int64(0)
     b = bass_at(synth.bass)
-    if chain.rings(effects_of(b)):
+    if chain.rings(effects_of(b)) or b.floor.left > 0:
         return np.int64(0)
     for i in range(b.strings):
         v = string_of(b, i).voice

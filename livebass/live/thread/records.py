@@ -74,6 +74,7 @@ SYNTH = np.dtype(
         ("gain_target", "f8"),
         ("gains", "f8", (CHUNK,)),  # of the frames of this chunk ...
         ("gains_known", "i8"),  # ... as far as they are known
+        ("floor", "f8", (CHUNK,)),  # workspace: of a bass
         ("parameters", "f8", (PARAMETERS,)),  # as they were set last (player/parameters.py)
         ("apart", "i8", (MOST_STRINGS,)),  # addresses of float32, as many as a block has: each string's sound; 0: none
         ("ceiling", "f8"),  # samples beyond it are cut: 1 where the sound goes to a device

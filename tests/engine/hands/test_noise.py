@@ -12,13 +12,16 @@ from support.scores import busy_score
 from livebass import QUALITIES, Instrument, Score, load_preset, render_to_array, score_of
 from livebass.arrays import Floats
 from livebass.comparison.measures import band
+from livebass.engine.basses import Basses
 from livebass.engine.engine import Engine
 from livebass.live.outputs import FakeDevice
 from livebass.live.synth import LiveBass, Synth
+from livebass.live.thread.block import is_still
 from livebass.units import OFF
 
 RATE = 48000
 NOISES = {"skin_noise": -14.0, "release_noise": 0.0}
+ALL = {**NOISES, "floor_noise": -40.0}
 
 
 def bass(preset: str = "jazz-finger", **player: float) -> Instrument:
@@ -173,6 +176,104 @@ def test_displacement_has_no_noise() -> None:
     assert np.array_equal(*sounds)
 
 
+# The floor
+
+
+FLOOR = {"floor_noise": -65.0}
+
+
+def floor_of(messages: list[tuple[int, int, int, int]], seconds: float, **player: float) -> Floats:
+    """The floor alone of a performance."""
+    sounds = []
+    for made in (bass(**FLOOR, **player), bass(**player)):
+        engine = Engine(made, QUICK, RATE)
+        engine.send(np.array([m[0] for m in messages]), np.array([m[1:] for m in messages], np.uint8))
+        sounds.append(engine.process(round(seconds * RATE)))
+    return np.asarray((sounds[0] - sounds[1]).sum(axis=0))
+
+
+def test_the_floor_is_as_far_under_a_medium_note_as_it_says() -> None:
+    medium = note(64)[round(0.1 * RATE) : round(0.4 * RATE)]
+    noise = floor_of([(0, 0x90, 38, 64)], 2.0)[RATE // 2 :]
+    assert abs(db(rms(noise) / rms(medium)) + 65.0) < 2.0
+    louder = floor_of([(0, 0x90, 38, 127), (0, 0x90, 28, 127)], 2.0)[RATE // 2 :]
+    assert rms(louder) == pytest.approx(rms(noise), rel=0.01)  # it hangs on no note
+    parts = [rms(band(noise, RATE, low, high)) / rms(noise) for low, high in ((40.0, 1500.0), (6000.0, 20000.0))]
+    assert parts[0] > 0.5 and parts[1] < 0.3
+
+
+def test_the_floor_follows_the_volume() -> None:
+    quarter = floor_of([(0, 0x90, 38, 100), (RATE, 0xB0, 7, 50)], 2.0)
+    full, turned = quarter[RATE // 2 : RATE], quarter[3 * RATE // 2 :]
+    whole = floor_of([(0, 0x90, 38, 100)], 2.0)
+    assert np.array_equal(quarter[:RATE], whole[:RATE]) and rms(full) > 0
+    engine = Engine(bass(), QUICK, RATE)
+    engine.send(np.array([0]), np.array([[0xB0, 7, 50]], np.uint8))
+    engine.process(1)
+    ratio = float(engine.voices[0].record["gain_wanted"][0])
+    assert 0.0 < ratio < 0.5 and np.allclose(turned, ratio * whole[3 * RATE // 2 :], rtol=1e-6, atol=1e-15)
+
+
+def test_the_floor_lasts_through_rests_and_ends() -> None:
+    engine = Engine(bass(**FLOOR), QUICK, RATE)
+    assert not engine.process(RATE).any()  # nobody has played yet
+    engine.send(np.array([RATE, RATE + 4800]), np.array([[0x90, 40, 100], [0x80, 40, 64]], np.uint8))
+    engine.process(2 * RATE)
+    assert not engine.sounding()
+    rest = engine.process(RATE)
+    assert rest[0].any() and not rest[1:].any()
+    engine.process(4 * RATE)
+    assert not engine.process(RATE).any()
+
+
+def test_a_render_ends_with_its_tail_with_a_floor_too() -> None:
+    key = bass().strings[1].open_note
+    score = score_of([(0.0, 0.3, key, 100)], RATE)
+    sounds = [render_to_array(b, score, QUALITIES["live"]) for b in (bass(), bass(**FLOOR), bass(floor_noise=0.0))]
+    assert sounds[0].shape == sounds[1].shape == sounds[2].shape
+    assert np.abs(sounds[2][:, -RATE // 10 : -RATE // 20]).max() > 1e-3  # louder than what counts as silence
+
+
+def test_a_synth_with_a_floor_is_still_once_it_has_faded() -> None:
+    synth = Synth(RATE, adaptive=False)
+    synth.switch_to(LiveBass(bass(**FLOOR), QUICK, RATE))
+    device = FakeDevice(synth)
+    device.block(512)
+    assert is_still(synth.address) == 1
+    assert synth.send(0x90, 40, 100, frame=512) and synth.send(0x80, 40, 64, frame=2000)
+    still = []
+    for _ in range(7 * RATE // 4800):
+        heard = device.block(4800)
+        still.append(int(is_still(synth.address)))
+        assert still[-1] == 0 or not device.block(64).any()
+    assert heard.any() == (not still[-1]) and still[0] == still[20] == 0 and still[-1] == 1
+
+
+def test_another_bass_takes_the_floor_over() -> None:
+    """That of the bass before fades within half a second, although its string rings on; the level stays."""
+    here, there = bass(**FLOOR), bass("precision-finger")
+    messages = [(0, 0xB0, 64, 127), (10, 0x90, 28, 100), (RATE, 0xC0, 33, 0), (RATE, 0x90, 45, 60)]
+    once = []
+    for size in (RATE * 3, 777):
+        sounds = []
+        for floor in (True, False):
+            first = here if floor else bass()
+            basses, blocks, sent = Basses(Engine(first, QUICK, RATE), {33: there}), [], 0
+            while basses.frame < 3 * RATE:
+                count = min(size, 3 * RATE - basses.frame)
+                until = sum(m[0] < basses.frame + count for m in messages)
+                now, sent = messages[sent:until], until
+                basses.send(np.array([m[0] for m in now], np.int64),
+                            np.array([m[1:] for m in now], np.uint8).reshape(-1, 3))  # fmt: skip
+                blocks.append(basses.process(count))
+            sounds.append(np.concatenate(blocks, axis=1))
+        noise = sounds[0] - sounds[1]
+        assert noise[0, RATE // 2 : RATE].any() and noise[0, RATE : RATE + RATE // 4].any()
+        assert np.abs(noise[:, round(1.51 * RATE) :]).max() < 1e-12
+        once.append(sounds[0])
+    assert np.array_equal(*once)
+
+
 # The same however it is computed
 
 
@@ -189,7 +290,7 @@ def played(made: Instrument, score: Score, sizes: list[int], seed: int = 0) -> F
 
 
 def test_blocks_of_any_sizes_play_the_same() -> None:
-    score, made = busy_score(RATE), bass(**NOISES)
+    score, made = busy_score(RATE), bass(**ALL)
     whole = played(made, score, [score.end_frame])
     assert np.isfinite(whole).all()
     assert not np.array_equal(whole, played(bass(), score, [score.end_frame]))
@@ -198,7 +299,7 @@ def test_blocks_of_any_sizes_play_the_same() -> None:
 
 
 def test_a_seed_is_one_noise() -> None:
-    score, made = score_of([(0.0, 0.3, 40, 120), (0.1, 0.3, 40, 120)], RATE), bass(**NOISES)
+    score, made = score_of([(0.0, 0.3, 40, 120), (0.1, 0.3, 40, 120)], RATE), bass(**ALL)
     one, same, other = (played(made, score, [512], seed) for seed in (1, 1, 2))
     assert np.array_equal(one, same) and not np.array_equal(one, other)
     ours, theirs = one.sum(axis=0) - note_of(score), other.sum(axis=0) - note_of(score)
@@ -211,7 +312,7 @@ def note_of(score: Score) -> Floats:
 
 @pytest.mark.parametrize("preset", ["slap", "jazz-finger", "fretless"])
 def test_strings_that_ran_ahead_come_back_to_the_same_noise(preset: str) -> None:
-    made, total = bass(preset, **NOISES), 2 * RATE
+    made, total = bass(preset, **ALL), 2 * RATE
     score = busy_score(RATE)
     messages = [(int(f), *map(int, m)) for f, m in zip(score.frames, score.messages, strict=True)]
     synth = Synth(RATE, adaptive=False)

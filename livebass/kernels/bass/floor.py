@@ -1,0 +1,90 @@
+"""The floor of a bass: the noise of its electronics, which follows its volume and no note.
+
+It belongs to the whole bass, so that no string has to stay awake for it, and is added to the signal of the lowest
+string where the strings are mixed: so the strings' signals add up to the mix. It opens with the first frame in which a
+string is louder than OPENS, stays for HOLD after the last one, through rests, and fades away within FADE: a bass that
+nobody plays is silent. That, and each chance of its noise, is a function of the frame and of the strings' signals, the
+same in blocks of any sizes. Nothing that asks whether strings sound counts it: it holds up no tail. Once another bass
+has taken over, it fades at once. [audio thread]
+"""
+
+import numpy as np
+
+from livebass.compiling import entry, jit
+from livebass.kernels.bass.records import bass_at
+from livebass.kernels.machine.elementary import chance
+from livebass.kernels.machine.native import floats_at, records_at
+from livebass.kernels.machine.noise import amplitude, clear_band, next_of_band, tune_band
+from livebass.kernels.string.records import EVENT, GAIN
+
+FLOOR_BAND = (40.0, 3000.0)  # Hz: no hum, and the coil takes what is higher
+OPENS = 1e-6  # of full scale
+HOLD, FADE = 4.0, 0.5  # s
+NOTE = 0.32  # level of a medium note's first 0.3 s, over that of a signal of the string's speed as it is plucked
+APART = 1 << 42  # chances beyond those of others
+NEVER = 1 << 62  # a frame
+
+events_at = records_at(EVENT)
+
+
+@jit
+def make_floor(f, level, note, rate, gain_pole, seed):
+    """Makes the floor of a bass of a FLOOR of zeros, `level` (dB) over a medium note.
+
+    `note` is the signal that the speed of its pluck would give, `rate` in Hz.
+    """
+    f.level = amplitude(level) * NOTE * note
+    f.seed = seed
+    f.hold = np.int64(HOLD * rate)
+    f.fade = np.int64(FADE * rate)
+    f.gain = 1.0
+    f.gain_wanted = 1.0
+    f.gain_pole = gain_pole
+    f.closes = NEVER
+    tune_band(f.band, FLOOR_BAND[0], FLOOR_BAND[1], rate)
+
+
+@jit
+def play_floor(f, loud, events, count):
+    """Replaces `loud`, how loud the strings are in each of the next frames, (n,), by the floor.
+
+    `events[:count]` are those of the bass in these frames, by frame: the floor takes the volume that they set.
+    """
+    k = 0
+    for j in range(loud.shape[0]):
+        while k < count and events[k].frame <= f.frame:
+            if events[k].kind == GAIN and events[k].string == 0:
+                f.gain_wanted = events[k].value
+            k += 1
+        if f.frame >= f.closes:
+            f.left = min(f.left, f.fade)
+        elif loud[j] > OPENS:
+            f.left = f.hold + f.fade
+        loud[j] = next_of_floor(f)
+        f.frame += 1
+    while k < count:
+        if events[k].kind == GAIN and events[k].string == 0:
+            f.gain_wanted = events[k].value
+        k += 1
+
+
+@jit
+def next_of_floor(f):
+    """Returns the next sample of the floor."""
+    if f.left == 0:
+        f.gain = f.gain_wanted
+        return 0.0
+    f.gain += f.gain_pole * (f.gain_wanted - f.gain)
+    x = f.level * f.gain * next_of_band(f.band, chance(f.seed, APART + f.frame))
+    if f.left < f.fade:
+        x *= f.left / f.fade
+    f.left -= 1
+    if f.left == 0:
+        clear_band(f.band)
+    return x
+
+
+@entry("void(int64, int64, int64, int64, int64)")
+def add_floor(bass, loud, frames, events, count):
+    """C function: `play_floor` of the BASS at an address, for the addresses of float64 (frames,) and EVENT (count,)."""
+    play_floor(bass_at(bass).floor, floats_at(loud, frames), events_at(events, count), count)
