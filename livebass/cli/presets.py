@@ -200,7 +200,14 @@ def identify(
     except ImportError as error:
         raise click.ClickException(f"{error}; {install('analysis')}") from None
     from livebass.identification.fit import fit_neck
-    from livebass.identification.identify import identified_json, neck_table, new_preset, partials_csv, table
+    from livebass.identification.identify import (
+        identified_json,
+        neck_table,
+        new_preset,
+        partials_csv,
+        table,
+        with_resonances,
+    )
     from livebass.identification.identify import identify as identify_string
 
     result = identify_string(
@@ -209,6 +216,8 @@ def identify(
     )  # fmt: skip
     fit = fit_neck(result.string, most=MOST_RESONANCES) if neck == "resonances" else None
     resonances = fit.resonances if fit else ()
+    if fit:
+        result = with_resonances(result, bass, resonances)
     with Transaction() as files:
         if output is not None:
             text = new_preset(preset, result.string.name, result, recordings, resonances)

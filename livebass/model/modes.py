@@ -21,7 +21,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from livebass.arrays import Floats
+from livebass.arrays import Floats, Ints
 from livebass.kernels.string import law
 from livebass.model.instrument import Pluck, Speaking, stretched
 from livebass.model.neck import detuning, neck_damping
@@ -55,15 +55,33 @@ def dampings(s: Speaking, count: int, ringing_at: Floats | None = None, across: 
     Measured ones where there are any, then pi nu_j / Q_j of eqs. 9 to 11; the string's extra damping is added to all.
     By the law "paper" it is as in the published data: evaluated at j f0 and constant above `CLAMP_WAVENUMBER`; only the
     neck's part is taken at the frequency of the mode itself. ringing_at: `frequencies` of these modes, where they are
-    known already; across: of v.
+    known already; across: of v, whose measured dampings follow from those of u by `damping_across`.
     """
     ringing_at = frequencies(s, count, across=across) if ringing_at is None else ringing_at
     nu = law_frequencies(s, np.arange(1.0, count + 1))
     sigma = math.pi * nu * loss_factor(s, nu) + neck_damping(s.felt(across).at(ringing_at), impedance(s), s.fundamental)
     if s.stop == 0:
         known = np.asarray(s.string.measured_dampings[:count])
+        if across and s.own_across and known.size:
+            number, of_u = np.arange(1, known.size + 1), frequencies(s, known.size)
+            known = damping_across(s, number, of_u, ringing_at[: known.size], known)
         sigma[: known.size] = known
     return sigma + s.string.extra_damping + s.string.extra_damping_slope * 2 * math.pi * nu
+
+
+def damping_across(s: Speaking, number: Ints, nu: Floats, nu_across: Floats, measured: Floats) -> Floats:
+    """Damping of v (n,), 1/s, in modes `number` (n,) whose u has the dampings `measured` (n,).
+
+    nu, nu_across (n,): frequencies of u and v, Hz. It is that of u without what the neck takes of u, and with what it
+    takes of v: the string keeps what it loses by its own law, or all that was measured if that is less.
+    """
+    law = law_frequencies(s, number.astype(np.float64))
+    alone = math.pi * law * loss_factor(s, law)
+    u, v = (
+        neck_damping(s.felt(across).at(at), impedance(s), s.fundamental)
+        for across, at in ((False, nu), (True, nu_across))
+    )
+    return np.asarray(np.maximum(measured - u, np.minimum(measured, alone)) + v)
 
 
 def law_frequencies(s: Speaking, mode: Floats, fundamental: float | None = None) -> Floats:
