@@ -163,8 +163,9 @@ def identify(
     Prints the frequency and damping of each partial (found by ESPRIT), the f0 and B of the law that describes them
     better, j f0 sqrt(1 + B j^2) or j f0 (1 + B j^2 / 2), and the losses through them. A note that begins sharp, as hard
     ones do, is measured as if it did not. T60 is that heard. Where a partial is two lines, as the string swings in two
-    directions, both are printed: the one that dies sooner as u, away from the neck, the other as v, across it. From the
-    levels of the partials it finds where the string was plucked, the finger, the pickups and the tone.
+    directions, both are printed: the one that dies sooner as u, away from the neck, the other as v, across it. Where
+    several are, the preset gets a law of v, neck.stiffness_across and neck.longer_across, if one explains them. From
+    the levels of the partials it finds where the string was plucked, the finger, the pickups and the tone.
 
     Clipped sound, loops, fades, other notes and partials that no string has are left out and named in lines that begin
     "doubt:", as are cuts and compression. With -o it also writes a preset for `livebass render`, `play` and `simulate`:

@@ -33,7 +33,7 @@ SOFTEST = 0.1
 COARSE, FINE = 61, 21  # values of stiffness that are tried
 HEARD = math.log(10) * DOWN / 20  # nepers, over which a decay is heard
 U_OVER_HEARD, TRIED = (0.5, 5.0), 161  # dampings of u that are tried, over that heard of both, and how many
-BY_ITSELF = 0.2  # part by which the damping of u found counts beside that heard of both
+BY_ITSELF, ELSE = 0.5, 0.05  # part by which u's own damping counts beside that heard of both; that of one line
 INSTANTS = 200  # of a decay
 STEEPEST = math.radians(80)  # angle of a pluck: one that goes straight across has some u, too
 
@@ -150,17 +150,18 @@ def _median(values: Floats, weight: Floats) -> float:
     return float(values[order[int(np.argmax(share >= 0.5))]])
 
 
-def heard_of_both(s: Speaking, found: Sequence[Found], level: float) -> Floats:
+def heard_of_both(s: Speaking, found: Sequence[Found], level: float, own: bool) -> Floats:
     """Dampings of u (n,), 1/s, with which u and v of the open string `s` are heard to decay as the partials `found`.
 
-    level: of v over u as the note begins. What is heard is the straight line through the level over `DOWN` dB. Where u
-    was found by itself, it stays near that.
+    level: of v over u as the note begins. What is heard is the straight line through the level over `DOWN` dB. own: the
+    law of v is that of these partials, and u stays near its own damping where it was found beside v.
     """
     nu, heard = np.array([(p.frequency, p.damping) for p in found]).T
     if level == 0 or not s.own_across:
         return np.asarray(heard)
     number = np.array([p.number for p in found])
-    alone = np.array([p.damping if p.v is None else p.u.damping for p in found])
+    both_found = np.array([own and p.v is not None for p in found])
+    alone = np.array([p.u.damping if two else p.damping for p, two in zip(found, both_found, strict=True)])
     aside = _aside(s, number, nu)
     tried = heard * np.geomspace(*U_OVER_HEARD, TRIED)[:, None]  # (tried, n)
     other = np.array([damping_across(s, number, nu, nu + aside, sigma) for sigma in tried])
@@ -168,8 +169,8 @@ def heard_of_both(s: Speaking, found: Sequence[Found], level: float) -> Floats:
     both = np.log(np.abs(np.exp(-tried * t) + level * np.exp((2j * math.pi * aside - other) * t)) + 1e-300)
     centred = t - t.mean(axis=0)
     slope = -np.sum(centred * both, axis=0) / np.sum(centred**2, axis=0)
-    off = np.abs(np.log(np.maximum(slope, 1e-3 * heard) / heard)) + BY_ITSELF * np.abs(np.log(tried / alone))
-    best = np.argmin(off, axis=0)
+    off = np.abs(np.log(np.maximum(slope, 1e-3 * heard) / heard))
+    best = np.argmin(off + np.where(both_found, BY_ITSELF, ELSE) * np.abs(np.log(tried / alone)), axis=0)
     return np.asarray(np.take_along_axis(tried, best[None], axis=0)[0])
 
 

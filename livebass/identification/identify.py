@@ -332,7 +332,7 @@ def _identified(
         gap = next(p.number for p in found if p.number > j) - j + 1
         if not below < nu[j - 1] < above:
             nu[j - 1] = below + (above - below) / gap
-    sigma[_numbers(found) - 1] = heard_of_both(s, found, level)
+    sigma[_numbers(found) - 1] = heard_of_both(s, found, level, own is not None)
     string = replace(fitted, measured_frequencies=tuple(map(float, nu)), measured_dampings=tuple(map(float, sigma)))
     aside = across(found, impedance(s), s.fundamental)
     return Identified(
@@ -349,7 +349,7 @@ def with_resonances(result: Identified, bass: Instrument, resonances: Sequence[R
     own = fit_own(unmeasured, _neck_with(base, unmeasured, y, None), found) if result.level_across else None
     sigma = np.array(result.string.measured_dampings)
     s = speaking(unmeasured, _neck_with(base, unmeasured, y, own), 0)
-    sigma[_numbers(found) - 1] = heard_of_both(s, found, result.level_across)
+    sigma[_numbers(found) - 1] = heard_of_both(s, found, result.level_across, own is not None)
     return replace(result, string=replace(result.string, measured_dampings=tuple(map(float, sigma))), own=own)
 
 
@@ -529,7 +529,7 @@ def _motion(result: Identified) -> list[str]:
 def _own(own: Own | None) -> str:
     """Says which law of v goes into the preset."""
     if own is None:
-        return "v of its own: no law explains these lines, the preset keeps the one it has"
+        return "v of its own: these lines tell no law, or v is not heard; the preset keeps what it has"
     return (
         f"v of its own: neck {own.stiffness:.3g} times as stiff, string {own.longer * 1e3:+.2f} mm longer across; that "
         f"leaves {100 * own.misfit:.0f} % of detunings and dampings unexplained"
