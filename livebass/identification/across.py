@@ -16,12 +16,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from livebass.arrays import Floats, Ints
+from livebass.arrays import Floats
 from livebass.engine.prepare import pickups_under
 from livebass.identification.lines import DOWN
 from livebass.identification.partials import Found
 from livebass.model.instrument import Instrument, Neck, Speaking, String, speaking
-from livebass.model.modes import damping_across, neck_detuning
+from livebass.model.modes import dampings_across, frequencies_across
 from livebass.model.neck import neck_damping
 
 FEWEST = 3  # partials of two lines that tell a law of v
@@ -120,7 +120,7 @@ class _Problem:
     def __init__(self, string: String, neck: Neck, double: Sequence[Found]) -> None:
         self.neck, self.string = neck, string
         lines = [(p.u, p.v) for p in double if p.v is not None]
-        self.number = np.array([p.number for p in double])
+        self.number = np.array([float(p.number) for p in double])
         self.nu, self.sigma = np.array([(u.frequency, u.damping) for u, _ in lines]).T
         self.ratio = np.array([v.frequency / u.frequency for u, v in lines])
         self.less = np.array([u.damping - v.damping for u, v in lines])
@@ -130,11 +130,11 @@ class _Problem:
         """Returns the law with that stiffness, and with the length that suits it best."""
         neck = replace(self.neck, stiffness_across=float(stiffness), longer_across=0.0)
         s = speaking(self.string, neck, 0)
-        moved = 1 + _aside(s, self.number, self.nu) / self.nu
+        moved = frequencies_across(s, self.number, self.nu) / self.nu
         asked = moved / self.ratio - 1
         longer = float(np.clip(_median(asked, self.weight) * s.length, -LONGEST, LONGEST))
         off = self.ratio - moved / (1 + longer / s.length)
-        left = self.less - (self.sigma - damping_across(s, self.number, self.nu, self.nu, self.sigma))
+        left = self.less - (self.sigma - dampings_across(s, self.number, self.nu, self.nu, self.sigma))
         parts = (self._share(off, self.ratio - 1), self._share(left, self.less))
         return Own(float(stiffness), longer, float(np.mean(parts)))
 
@@ -159,25 +159,19 @@ def heard_of_both(s: Speaking, found: Sequence[Found], level: float, own: bool) 
     nu, heard = np.array([(p.frequency, p.damping) for p in found]).T
     if level == 0 or not s.own_across:
         return np.asarray(heard)
-    number = np.array([p.number for p in found])
+    number = np.array([float(p.number) for p in found])
     both_found = np.array([own and p.v is not None for p in found])
     alone = np.array([p.u.damping if two else p.damping for p, two in zip(found, both_found, strict=True)])
-    aside = _aside(s, number, nu)
+    nu_across = frequencies_across(s, number, nu)
     tried = heard * np.geomspace(*U_OVER_HEARD, TRIED)[:, None]  # (tried, n)
-    other = np.array([damping_across(s, number, nu, nu + aside, sigma) for sigma in tried])
+    other = np.array([dampings_across(s, number, nu, nu_across, sigma) for sigma in tried])
     t = np.linspace(0.0, 1.0, INSTANTS)[:, None, None] * HEARD / heard  # (instants, 1, n)
-    both = np.log(np.abs(np.exp(-tried * t) + level * np.exp((2j * math.pi * aside - other) * t)) + 1e-300)
+    both = np.log(np.abs(np.exp(-tried * t) + level * np.exp((2j * math.pi * (nu_across - nu) - other) * t)) + 1e-300)
     centred = t - t.mean(axis=0)
     slope = -np.sum(centred * both, axis=0) / np.sum(centred**2, axis=0)
     off = np.abs(np.log(np.maximum(slope, 1e-3 * heard) / heard))
     best = np.argmin(off + np.where(both_found, BY_ITSELF, ELSE) * np.abs(np.log(tried / alone)), axis=0)
     return np.asarray(np.take_along_axis(tried, best[None], axis=0)[0])
-
-
-def _aside(s: Speaking, number: Ints, nu: Floats) -> Floats:
-    """How far v lies above u (n,), Hz, in partials `number` whose u is at `nu` (n,), Hz."""
-    u, v = (neck_detuning(s, int(number.max()), across)[number - 1] for across in (False, True))
-    return np.asarray((nu + number * s.fundamental * (v - u)) / (1 + s.longer_across) - nu)
 
 
 def level_across(bass: Instrument, name: str) -> float:

@@ -157,8 +157,8 @@ def frequency(note, numbers, j, across):
 def damping(note, numbers, j, nu, across):
     """sigma_j, 1/s, of the mode of u, or of v, if `across`, at `nu` (Hz): eqs. 9 to 11, or measured.
 
-    v has a measured damping of u, without what the neck takes of u, and with what it takes of v; the string keeps what
-    it loses by its own law, or all that was measured if that is less.
+    v has a measured damping of u, without what the neck takes of u, and with all that it takes of v; the string itself
+    loses no less than by its own law, or than was measured if that is less.
     """
     law = damped_at(note, float(j))
     own = across and note.own_across

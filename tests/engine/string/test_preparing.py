@@ -249,8 +249,13 @@ def test_a_trial_has_the_rows_of_numpy(seed: int) -> None:
         assert_same(mine[1::2], wanted[1::2], 1e-12, "weights of P")
 
 
-def test_measured_modes_of_v_lose_to_its_own_neck() -> None:
-    s = dataclasses.replace(with_own_across(speaking(g_string(), g_neck(), 0)), string=g_string())
+@pytest.mark.parametrize("part", [0.0, 1.0, 30.0])
+def test_measured_modes_of_v_lose_to_its_own_neck(part: float) -> None:
+    """However little or much was measured: the engine's coefficients are those of the model."""
+    string = dataclasses.replace(
+        g_string(), measured_dampings=tuple(part * sigma for sigma in g_string().measured_dampings)
+    )
+    s = dataclasses.replace(with_own_across(speaking(g_string(), g_neck(), 0)), string=string)
     rates = Rates(48000, 768000)
     pool = operators([[Note(s, 60, ((0.8,), (0.8,)))]], SAMPLED, rates)
     assert_operator(pool, pool.records[0, 0], s, 60, rates, False)
