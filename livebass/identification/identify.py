@@ -70,7 +70,7 @@ class Identified:
     doubts: tuple[str, ...]  # a sentence each: what in the recordings was left out, or done to them, and why
     glides: tuple[Glide | None, ...]  # of the takes: how sharp each begins; taken out of what the partials are
     across: Across | None  # how v differs from u; None: no partial is two lines
-    own: Own | None  # the law of v for a preset; None: that of the base preset does as well
+    own: Own | None  # the law of v for a preset; None: it keeps that of the base preset
     level_across: float  # of v over u in the base preset; the dampings of `string` are those of u that go with it
     onset: Onset | None = (
         None  # pluck, pickups and tone by the levels of partials; None: not asked for, or not possible
