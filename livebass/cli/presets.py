@@ -163,8 +163,9 @@ def identify(
     Prints the frequency and damping of each partial (found by ESPRIT), the f0 and B of the law that describes them
     better, j f0 sqrt(1 + B j^2) or j f0 (1 + B j^2 / 2), and the losses through them. A note that begins sharp, as hard
     ones do, is measured as if it did not. T60 is that heard. Where a partial is two lines, as the string swings in two
-    directions, both are printed: the one that dies sooner as u, away from the neck, the other as v, across it. From the
-    levels of the partials it finds where the string was plucked, the finger, the pickups and the tone.
+    directions, both are printed: the one that dies sooner as u, away from the neck, the other as v, across it. Where
+    several are, the preset gets a law of v, neck.stiffness_across and neck.longer_across, if one explains them. From
+    the levels of the partials it finds where the string was plucked, the finger, the pickups and the tone.
 
     Clipped sound, loops, fades, other notes and partials that no string has are left out and named in lines that begin
     "doubt:", as are cuts and compression. With -o it also writes a preset for `livebass render`, `play` and `simulate`:
@@ -200,7 +201,14 @@ def identify(
     except ImportError as error:
         raise click.ClickException(f"{error}; {install('analysis')}") from None
     from livebass.identification.fit import fit_neck
-    from livebass.identification.identify import identified_json, neck_table, new_preset, partials_csv, table
+    from livebass.identification.identify import (
+        identified_json,
+        neck_table,
+        new_preset,
+        partials_csv,
+        table,
+        with_resonances,
+    )
     from livebass.identification.identify import identify as identify_string
 
     result = identify_string(
@@ -209,6 +217,8 @@ def identify(
     )  # fmt: skip
     fit = fit_neck(result.string, most=MOST_RESONANCES) if neck == "resonances" else None
     resonances = fit.resonances if fit else ()
+    if fit:
+        result = with_resonances(result, bass, resonances)
     with Transaction() as files:
         if output is not None:
             text = new_preset(preset, result.string.name, result, recordings, resonances)

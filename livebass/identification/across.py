@@ -3,18 +3,39 @@
 By the lines of those partials that are two. In the terms of eqs. 8 and 9 of C. Issanchou et al. (2018) the neck has
 another admittance for v: the difference of the dampings is that of the conductances, the detuning that of the
 susceptances.
+
+A preset has two keys for that: how much stiffer the neck is across, and by how much the string is longer. What u and v
+are heard to do together hangs on how loud v is, too.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from livebass.arrays import Floats
+from livebass.engine.prepare import pickups_under
+from livebass.identification.lines import DOWN
 from livebass.identification.partials import Found
+from livebass.model.instrument import Instrument, Neck, Speaking, String, speaking
+from livebass.model.modes import dampings_across, frequencies_across
 from livebass.model.neck import neck_damping
+
+FEWEST = 3  # partials of two lines that tell a law of v
+BEATEN = 0.9  # of the misfit of a v that is as u: a law that leaves more is not taken
+AS_GOOD = 1.01  # ratio of misfits of which neither stiffness is preferred: the one nearest to 1 is taken
+FAINTER = 0.3  # power of a line's amplitude by which it counts: 20 dB fainter, half as much
+STIFFEST, LONGEST = 100.0, 10e-3  # limits of a preset's keys: times as stiff, or 1/10 as stiff; m, to either side
+SOFTEST = 0.1
+COARSE, FINE = 61, 21  # values of stiffness that are tried
+HEARD = math.log(10) * DOWN / 20  # nepers, over which a decay is heard
+U_OVER_HEARD, TRIED = (0.5, 5.0), 161  # dampings of u that are tried, over that heard of both, and how many
+BY_ITSELF, ELSE = 0.5, 0.05  # part by which u's own damping counts beside that heard of both; that of one line
+INSTANTS = 200  # of a decay
+STEEPEST = math.radians(80)  # angle of a pluck: one that goes straight across has some u, too
 
 
 @dataclass(frozen=True)
@@ -60,3 +81,114 @@ def across(found: Sequence[Found], impedance: float, fundamental: float) -> Acro
     spread = (float(np.median(np.abs(x - m))) for x, m in zip((detunings, dampings), middle, strict=True))
     detuning_spread, damping_spread = spread
     return Across(middle[0], detuning_spread, middle[1], damping_spread, tuple(double))
+
+
+@dataclass(frozen=True)
+class Own:
+    """The law of v as a preset has it."""
+
+    stiffness: float  # neck.stiffness_across
+    longer: float  # m, neck.longer_across
+    misfit: float  # what it leaves of detunings and dampings, weighted mean, over what a v as u leaves
+
+
+def fit_own(string: String, neck: Neck, found: Sequence[Found]) -> Own | None:
+    """Fits `neck.stiffness_across` and `neck.longer_across` to the partials `found` of two lines of an open string.
+
+    string: with f0, tension and losses as fitted; neck: with the admittance that u meets. For each stiffness the length
+    is the weighted median of those that the detunings ask for; the stiffness leaves least of detunings and dampings, in
+    the mean of both. None for fewer than `FEWEST` such partials, or if no law leaves less than `BEATEN` of them.
+    """
+    double = [p for p in found if p.v is not None]
+    if len(double) < FEWEST:
+        return None
+    problem = _Problem(string, neck, double)
+    bends = bool(neck.admittance.table) or any(r.shape for r in neck.admittance.resonances)
+    tried = [problem.best(h) for h in (np.geomspace(SOFTEST, STIFFEST, COARSE) if bends else [1.0])]
+    good = [own for own in tried if own.misfit <= AS_GOOD * min(o.misfit for o in tried)]
+    own = min(good, key=lambda o: abs(math.log(o.stiffness)))
+    if bends:
+        step = (STIFFEST / SOFTEST) ** (1 / (COARSE - 1))
+        near = np.clip(own.stiffness * np.geomspace(1 / step, step, FINE), SOFTEST, STIFFEST)
+        own = min((own, *map(problem.best, near.tolist())), key=lambda o: o.misfit)
+    return own if own.misfit < BEATEN else None
+
+
+class _Problem:
+    """Partials (n,) of two lines, and what a stiffness says of them."""
+
+    def __init__(self, string: String, neck: Neck, double: Sequence[Found]) -> None:
+        self.neck, self.string = neck, string
+        lines = [(p.u, p.v) for p in double if p.v is not None]
+        self.number = np.array([float(p.number) for p in double])
+        self.nu, self.sigma = np.array([(u.frequency, u.damping) for u, _ in lines]).T
+        self.ratio = np.array([v.frequency / u.frequency for u, v in lines])
+        self.less = np.array([u.damping - v.damping for u, v in lines])
+        self.weight = np.array([min(u.amplitude, v.amplitude) for u, v in lines]) ** FAINTER
+
+    def best(self, stiffness: float) -> Own:
+        """Returns the law with that stiffness, and with the length that suits it best."""
+        neck = replace(self.neck, stiffness_across=float(stiffness), longer_across=0.0)
+        s = speaking(self.string, neck, 0)
+        moved = frequencies_across(s, self.number, self.nu) / self.nu
+        asked = moved / self.ratio - 1
+        longer = float(np.clip(_median(asked, self.weight) * s.length, -LONGEST, LONGEST))
+        off = self.ratio - moved / (1 + longer / s.length)
+        left = self.less - (self.sigma - dampings_across(s, self.number, self.nu, self.nu, self.sigma))
+        parts = (self._share(off, self.ratio - 1), self._share(left, self.less))
+        return Own(float(stiffness), longer, float(np.mean(parts)))
+
+    def _share(self, left: Floats, of: Floats) -> float:
+        """Weighted mean size of what is `left`, over that `of` all."""
+        return float(np.sum(self.weight * np.abs(left)) / (np.sum(self.weight * np.abs(of)) + 1e-300))
+
+
+def _median(values: Floats, weight: Floats) -> float:
+    """The value below and above which the weights are alike."""
+    order = np.argsort(values)
+    share = np.cumsum(weight[order]) / np.sum(weight)
+    return float(values[order[int(np.argmax(share >= 0.5))]])
+
+
+def heard_of_both(s: Speaking, found: Sequence[Found], level: float, own: bool) -> Floats:
+    """Dampings of u (n,), 1/s, with which u and v of the open string `s` are heard to decay as the partials `found`.
+
+    level: of v over u as the note begins. What is heard is the straight line through the level over `DOWN` dB. own: the
+    law of v is that of these partials, and u stays near its own damping where it was found beside v.
+    """
+    nu, heard = np.array([(p.frequency, p.damping) for p in found]).T
+    if level == 0 or not s.own_across:
+        return np.asarray(heard)
+    number = np.array([float(p.number) for p in found])
+    both_found = np.array([own and p.v is not None for p in found])
+    alone = np.array([p.u.damping if two else p.damping for p, two in zip(found, both_found, strict=True)])
+    nu_across = frequencies_across(s, number, nu)
+    tried = heard * np.geomspace(*U_OVER_HEARD, TRIED)[:, None]  # (tried, n)
+    other = np.array([dampings_across(s, number, nu, nu_across, sigma) for sigma in tried])
+    t = np.linspace(0.0, 1.0, INSTANTS)[:, None, None] * HEARD / heard  # (instants, 1, n)
+    both = np.log(np.abs(np.exp(-tried * t) + level * np.exp((2j * math.pi * (nu_across - nu) - other) * t)) + 1e-300)
+    centred = t - t.mean(axis=0)
+    slope = -np.sum(centred * both, axis=0) / np.sum(centred**2, axis=0)
+    off = np.abs(np.log(np.maximum(slope, 1e-3 * heard) / heard))
+    best = np.argmin(off + np.where(both_found, BY_ITSELF, ELSE) * np.abs(np.log(tried / alone)), axis=0)
+    return np.asarray(np.take_along_axis(tried, best[None], axis=0)[0])
+
+
+def level_across(bass: Instrument, name: str) -> float:
+    """How loud v is over u on string `name` of `bass` as a note begins, plucked half way from soft to hard.
+
+    0 where v is not heard: on a bass that is slapped, or plucked straight upwards.
+    """
+    player = bass.player
+    if player.technique == "slap":
+        return 0.0
+    angle = player.pluck_angle + player.angle_when_hard / 2
+    if player.stroke == "pick":
+        angle = player.pick.angle or player.pluck_angle
+    if bass.output.kind == "displacement":
+        sensed = abs(bass.output.across)
+    else:
+        under = pickups_under(bass.output, name)
+        whole = sum(abs(p.level) for p in under)
+        sensed = sum(abs(p.level * p.across) for p in under) / whole if whole else 0.0
+    return sensed * math.tan(min(abs(angle), STEEPEST))

@@ -19,7 +19,7 @@ import numpy as np
 from livebass.analysis.motion import t60
 from livebass.arrays import Ints
 from livebass.engine.prepare import pickups_under
-from livebass.identification.across import Across, across
+from livebass.identification.across import Across, Own, across, fit_own, heard_of_both, level_across
 from livebass.identification.doubts import doubtful, left_out, other_note, without_clipping
 from livebass.identification.fit import FEW, Law, Losses, NeckFit, fit_laws, fit_losses, rigid_neck
 from livebass.identification.glide import Glide, glide_of, straightened
@@ -38,7 +38,7 @@ from livebass.identification.partials import (
     track,
 )
 from livebass.identification.treatment import compressed, cuts, is_fade, shared_gain, without_fade, without_loops
-from livebass.model.instrument import Instrument, String, note_frequency, speaking
+from livebass.model.instrument import Instrument, Neck, String, note_frequency, speaking
 from livebass.model.modes import dampings, frequencies, impedance
 from livebass.model.neck import Admittance, Resonance
 from livebass.preset.build import Builder
@@ -70,6 +70,8 @@ class Identified:
     doubts: tuple[str, ...]  # a sentence each: what in the recordings was left out, or done to them, and why
     glides: tuple[Glide | None, ...]  # of the takes: how sharp each begins; taken out of what the partials are
     across: Across | None  # how v differs from u; None: no partial is two lines
+    own: Own | None  # the law of v for a preset; None: it keeps that of the base preset
+    level_across: float  # of v over u in the base preset; the dampings of `string` are those of u that go with it
     onset: Onset | None = (
         None  # pluck, pickups and tone by the levels of partials; None: not asked for, or not possible
     )
@@ -129,12 +131,12 @@ def identify(
     law, other = _laws(found, base)
     neck = bass.necks[bass.strings.index(base)]
     fitted = _tuned(base, law, note)
-    losses = fit_losses(
-        fitted, neck, _numbers(found), np.array([p.damping for p in found]), np.array([p.damping_u for p in found]) / 2
-    )
+    level = level_across(bass, base.name)
+    losses, own = _losses(fitted, neck, found, level)
     takes = [take for take, _ in good]
     result = _identified(
-        fitted, losses, found, (law, other), takes, all_takes - len(good), (*doubts, *more), glides
+        fitted, _neck_with(neck, fitted, Admittance(table=_table(losses)), own), losses, found, (law, other), takes,
+        all_takes - len(good), (*doubts, *more), glides, own, level,
     )  # fmt: skip
     if only_string:
         return result
@@ -281,22 +283,47 @@ def _tuned(base: String, law: Law, note: int | None) -> String:
     )  # fmt: skip
 
 
-def _identified(
-    fitted: String, losses: Losses, found: list[Found], laws: tuple[Law, Law], takes: list[Take], rejected: int,
-    doubts: tuple[str, ...], glides: tuple[Glide | None, ...],
-) -> Identified:  # fmt: skip
-    """The result, with measured modes without a gap: partials that were not found follow the laws."""
-    fitted = replace(
-        fitted, diameter=losses.diameter, viscoelastic_angle=losses.viscoelastic_angle,
+def _losses(fitted: String, neck: Neck, found: Sequence[Found], level: float) -> tuple[Losses, Own | None]:
+    """The losses of u, and the law of v where it explains the partials of two lines; else losses as heard, and None."""
+    number, deviation = _numbers(found), np.array([p.damping_u for p in found]) / 2
+    heard = fit_losses(fitted, neck, number, np.array([p.damping for p in found]), deviation)
+    if level == 0:
+        return heard, None
+    of_u = np.array([p.damping if p.v is None else p.u.damping for p in found])
+    losses = fit_losses(fitted, neck, number, of_u, deviation)
+    lossy = _lossy(fitted, losses)
+    own = fit_own(lossy, _neck_with(neck, lossy, Admittance(table=_table(losses)), None), found)
+    return (losses, own) if own else (heard, None)
+
+
+def _lossy(string: String, losses: Losses) -> String:
+    return replace(
+        string, diameter=losses.diameter, viscoelastic_angle=losses.viscoelastic_angle,
         thermoelastic=losses.thermoelastic,
     )  # fmt: skip
-    table = Admittance(table=tuple((nu, y, 0.0) for nu, y in losses.conductance))
-    neck = replace(rigid_neck(fitted), admittance=table)
+
+
+def _table(losses: Losses) -> tuple[tuple[float, float, float], ...]:
+    return tuple((nu, y, 0.0) for nu, y in losses.conductance)
+
+
+def _neck_with(neck: Neck, string: String, y: Admittance, own: Own | None) -> Neck:
+    """A neck with `y` alone under the open `string`, and with the law of v found, or with that of `neck`."""
+    stiffness, longer = (own.stiffness, own.longer) if own else (neck.stiffness_across, neck.longer_across)
+    return replace(rigid_neck(string), admittance=y, stiffness_across=stiffness, longer_across=longer)
+
+
+def _identified(
+    fitted: String, neck: Neck, losses: Losses, found: list[Found], laws: tuple[Law, Law], takes: list[Take],
+    rejected: int, doubts: tuple[str, ...], glides: tuple[Glide | None, ...], own: Own | None, level: float,
+) -> Identified:  # fmt: skip
+    """The result, with measured modes without a gap: partials that were not found follow the laws."""
+    fitted = _lossy(fitted, losses)
     count = found[-1].number
     s = speaking(fitted, neck, 0)
     nu, sigma = frequencies(s, count), dampings(s, count)
     for p in found:
-        nu[p.number - 1], sigma[p.number - 1] = p.frequency, p.damping
+        nu[p.number - 1] = p.frequency
     have = {p.number for p in found}
     missing = tuple(j for j in range(1, count + 1) if j not in have)
     for j in missing:  # the law's value may not lie between the neighbours
@@ -305,11 +332,25 @@ def _identified(
         gap = next(p.number for p in found if p.number > j) - j + 1
         if not below < nu[j - 1] < above:
             nu[j - 1] = below + (above - below) / gap
+    sigma[_numbers(found) - 1] = heard_of_both(s, found, level, own is not None)
     string = replace(fitted, measured_frequencies=tuple(map(float, nu)), measured_dampings=tuple(map(float, sigma)))
     aside = across(found, impedance(s), s.fundamental)
     return Identified(
-        string, losses.conductance, tuple(found), *laws, tuple(takes), rejected, missing, doubts, glides, aside
+        string, losses.conductance, tuple(found), *laws, tuple(takes), rejected, missing, doubts, glides, aside, own,
+        level,
     )  # fmt: skip
+
+
+def with_resonances(result: Identified, bass: Instrument, resonances: Sequence[Resonance]) -> Identified:
+    """Returns `result`, found with `bass`, with the law of v and the dampings of u for a neck of `resonances`."""
+    base = bass.necks[bass.string_index(result.string.name)]
+    y, found = Admittance(tuple(resonances)), result.partials
+    unmeasured = replace(result.string, measured_frequencies=(), measured_dampings=())
+    own = fit_own(unmeasured, _neck_with(base, unmeasured, y, None), found) if result.level_across else None
+    sigma = np.array(result.string.measured_dampings)
+    s = speaking(unmeasured, _neck_with(base, unmeasured, y, own), 0)
+    sigma[_numbers(found) - 1] = heard_of_both(s, found, result.level_across, own is not None)
+    return replace(result, string=replace(result.string, measured_dampings=tuple(map(float, sigma))), own=own)
 
 
 MARK = "identified"
@@ -365,7 +406,7 @@ def identified_json(result: Identified, resonances: Sequence[Resonance] = ()) ->
         "conductance": [{"frequency_hz": nu, "conductance_m_per_s_per_n": y} for nu, y in result.conductance],
         "resonances": [{"frequency_hz": r.frequency, "q": r.quality, "mass_kg": r.mass} for r in resonances],
         "onset": _onset_data(result.onset),
-        "across": _across_data(result.across),
+        "across": _across_data(result.across, result.own),
         "glides": [
             [{"part": part, "time_s": time} for part, time in glide.parts] if glide else [] for glide in result.glides
         ],
@@ -394,8 +435,8 @@ def _onset_data(found: Onset | None) -> dict[str, Any] | None:
     }
 
 
-def _across_data(v: Across | None) -> dict[str, Any] | None:
-    """Returns the law of v for JSON: v less u in each key; None if there is none."""
+def _across_data(v: Across | None, own: Own | None) -> dict[str, Any] | None:
+    """Returns the law of v for JSON: v less u in each key, and the keys of a preset; None if there is none."""
     if v is None:
         return None
     return {
@@ -403,6 +444,9 @@ def _across_data(v: Across | None) -> dict[str, Any] | None:
         "detuning_spread": v.detuning_spread,
         "damping_per_s": v.damping,
         "damping_spread_per_s": v.damping_spread,
+        "stiffness_across": own.stiffness if own else None,
+        "longer_across_m": own.longer if own else None,
+        "misfit": own.misfit if own else None,
         "partials": [
             {
                 "partial": d.number,
@@ -478,7 +522,18 @@ def _motion(result: Identified) -> list[str]:
             f"(+- {cents(1 + v.detuning_spread):.2f}) off u, and loses {-v.damping:.3g} /s "
             f"(+- {v.damping_spread:.2g}) less, medians; T60 is that heard of both"
         )
+        lines.append(_own(result.own))
     return lines
+
+
+def _own(own: Own | None) -> str:
+    """Says which law of v goes into the preset."""
+    if own is None:
+        return "v of its own: these lines tell no law, or v is not heard; the preset keeps what it has"
+    return (
+        f"v of its own: neck {own.stiffness:.3g} times as stiff, string {own.longer * 1e3:+.2f} mm longer across; that "
+        f"leaves {100 * own.misfit:.0f} % of detunings and dampings unexplained"
+    )
 
 
 def neck_table(fit: NeckFit) -> str:
@@ -568,20 +623,30 @@ def _put(target: Any, name: str, value: str) -> None:
 
 def _put_neck(document: Any, string: Any, result: Identified, resonances: Sequence[Resonance]) -> None:
     """Sets the neck under this string alone; to a rigid one if nothing was found and the preset had something."""
-    pairs = result.conductance
-    if not pairs and not resonances:
-        given = {**document.get("neck", {}), **string.get("neck", {})}
-        if not given.keys() & {"conductance_values", "resonance_masses"}:
-            return
-        pairs = ((result.law.fundamental, 0.0),)
-    if "neck" not in string:
+    values = _neck_keys(document, string, result, resonances)
+    if values and "neck" not in string:
         import tomlkit
 
         string["neck"] = tomlkit.table()
-    for name in TABLE_KEYS | RESONANCE_KEYS:
-        string["neck"].pop(name, None)
-    for name, value in (_resonance_keys(resonances) if resonances else _table_keys(pairs)).items():
+    if values.keys() & (TABLE_KEYS | RESONANCE_KEYS):
+        for name in TABLE_KEYS | RESONANCE_KEYS:
+            string["neck"].pop(name, None)
+    for name, value in values.items():
         _put(string["neck"], name, value)
+
+
+def _neck_keys(document: Any, string: Any, result: Identified, resonances: Sequence[Resonance]) -> dict[str, str]:
+    """Keys of the neck under this string with their values in TOML."""
+    pairs = result.conductance
+    given = {**document.get("neck", {}), **string.get("neck", {})}
+    if not pairs and given.keys() & {"conductance_values", "resonance_masses"}:
+        pairs = ((result.law.fundamental, 0.0),)
+    keys = _resonance_keys(resonances) if resonances else _table_keys(pairs) if pairs else {}
+    if result.own is not None:
+        keys["longer_across"] = f'"{result.own.longer * 1e3:.4g} mm"'
+        if pairs or resonances:
+            keys["stiffness_across"] = f"{result.own.stiffness:.4g}"
+    return keys
 
 
 def _put_onset(document: Any, bass: Instrument, string: str, onset: Onset) -> None:

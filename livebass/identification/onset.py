@@ -121,6 +121,9 @@ class _Levels:
         self.nu, count = self.nu[:inside], inside
         self.number = np.arange(1, count + 1)
         sigma = modes.dampings(s, s.grid_points - 1)[:count]
+        for p in found:
+            if p.number <= count:
+                sigma[p.number - 1] = p.damping  # as u and v are heard to decay together; those of `s` are of u
         t = since + np.linspace(0, WINDOW, 200)
         window = np.hanning(t.size) ** 2
         self.energy = np.exp(-2 * np.outer(sigma, t)) @ window / window.sum()

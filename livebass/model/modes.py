@@ -43,10 +43,17 @@ def frequencies(s: Speaking, count: int, shift: Floats | None = None, across: bo
     if s.stop == 0:
         known = np.asarray(s.string.measured_frequencies[:count])
         nu[: known.size] = known
-    if across and s.own_across:
-        nu += j * s.fundamental * (neck_detuning(s, count, across=True) - shift)
-        nu /= 1 + s.longer_across
-    return nu
+    return frequencies_across(s, j, nu) if across and s.own_across else nu
+
+
+def frequencies_across(s: Speaking, number: Floats, nu: Floats) -> Floats:
+    """Frequencies of v (n,), Hz, in modes `number` (n,) whose u has the frequencies `nu` (n,), Hz.
+
+    As far off as the two necks shift these modes, and lower by the greater length.
+    """
+    at = number * s.fundamental
+    u, v = (detuning(s.felt(across).at(at), impedance(s), number) for across in (False, True))
+    return np.asarray((nu + at * (v - u)) / (1 + s.longer_across))
 
 
 def dampings(s: Speaking, count: int, ringing_at: Floats | None = None, across: bool = False) -> Floats:
@@ -55,15 +62,34 @@ def dampings(s: Speaking, count: int, ringing_at: Floats | None = None, across: 
     Measured ones where there are any, then pi nu_j / Q_j of eqs. 9 to 11; the string's extra damping is added to all.
     By the law "paper" it is as in the published data: evaluated at j f0 and constant above `CLAMP_WAVENUMBER`; only the
     neck's part is taken at the frequency of the mode itself. ringing_at: `frequencies` of these modes, where they are
-    known already; across: of v.
+    known already; across: of v, whose measured dampings follow from those of u by `dampings_across`.
     """
     ringing_at = frequencies(s, count, across=across) if ringing_at is None else ringing_at
     nu = law_frequencies(s, np.arange(1.0, count + 1))
     sigma = math.pi * nu * loss_factor(s, nu) + neck_damping(s.felt(across).at(ringing_at), impedance(s), s.fundamental)
     if s.stop == 0:
         known = np.asarray(s.string.measured_dampings[:count])
+        if across and s.own_across and known.size:
+            of_u = frequencies(s, known.size)
+            known = dampings_across(s, np.arange(1.0, known.size + 1), of_u, ringing_at[: known.size], known)
         sigma[: known.size] = known
     return sigma + s.string.extra_damping + s.string.extra_damping_slope * 2 * math.pi * nu
+
+
+def dampings_across(s: Speaking, number: Floats, nu: Floats, nu_across: Floats, measured: Floats) -> Floats:
+    """Dampings of v (n,), 1/s, in modes `number` (n,) whose u has the dampings `measured` (n,).
+
+    nu, nu_across (n,): frequencies of u and v, Hz. Those of u without what the neck takes of u, and with all that it
+    takes of v. Where the neck takes nearly all that was measured, or more, the string still loses in v what it loses by
+    its own law, but no more than was measured: there v may lose more than u on a neck that is the same for both.
+    """
+    law = law_frequencies(s, number)
+    alone = math.pi * law * loss_factor(s, law)
+    u, v = (
+        neck_damping(s.felt(across).at(at), impedance(s), s.fundamental)
+        for across, at in ((False, nu), (True, nu_across))
+    )
+    return np.asarray(np.maximum(measured - u, np.minimum(measured, alone)) + v)
 
 
 def law_frequencies(s: Speaking, mode: Floats, fundamental: float | None = None) -> Floats:

@@ -13,10 +13,12 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from livebass.arrays import Floats
 from livebass.kernels.string.note import MOST_DETUNING
 from livebass.model import modes
-from livebass.model.instrument import Neck, String, speaking
+from livebass.model.instrument import Neck, Speaking, String, speaking
 from livebass.model.neck import MOST_SHAPE, Admittance, Resonance, Surface, fretted_surface, height_at, wooden_surface
 from livebass.model.quality import MOST_MODES
 from livebass.units import DIMENSIONS, format_quantity
@@ -145,12 +147,13 @@ def mm(length: float) -> str:
 class Overdamped:
     """A mode that cannot ring, and the key of the preset that has the largest part in it.
 
-    The mode is damped beyond `MOST_DAMPING`, or shifted by the neck beyond `MOST_DETUNING`.
+    The mode is damped beyond `MOST_DAMPING`, or, of u, shifted by the neck beyond `MOST_DETUNING`.
     """
 
     fret: int
     mode: int
     detuned: bool  # shifted, not damped
+    across: bool  # a mode of v, which has a law of its own
     key: str
     item: int  # of the key's list, from 1; 0: the key is no list, or all its items count
     value: float  # of the key or its item, SI; of conductance_values and susceptance_values the greatest
@@ -169,7 +172,8 @@ class Overdamped:
             value = digit * (math.ceil if heavier else math.floor)(self.allowed / digit)
             shown = format_quantity(value, kind) if kind in DIMENSIONS else f"{value:.4g}"
             cure = f"allowed {'from' if heavier else 'up to'} {shown} with all else as it is"
-        return f"{item}{verb} mode {self.mode} at fret {self.fret} {how_far}; {cure}"
+        whose = " of the motion across" if self.across else ""
+        return f"{item}{verb} mode {self.mode}{whose} at fret {self.fret} {how_far}; {cure}"
 
 
 def overdamped(string: String, neck: Neck) -> Overdamped | None:
@@ -177,10 +181,10 @@ def overdamped(string: String, neck: Neck) -> Overdamped | None:
     found = _first_fault(string, neck)
     if found is None:
         return None
-    fret, j, detuned = found
+    fret, j, detuned, across = found
     keys = [*COLUMNS, "resonance_masses"] if detuned else DAMPING_KEYS
     items = {key: _item(string, neck, key, fret, j) for key in keys}
-    parts = {key: _part(string, neck, key, fret, j, items[key], detuned) for key in keys}
+    parts = {key: _part(string, neck, key, fret, j, items[key], detuned, across) for key in keys}
     key = max(parts, key=parts.__getitem__)
     # By bisection, as damping is not linear in the value: the tuning depends on the mute.
     item, low, high = items[key], 0.0, 1.0  # parts of the value
@@ -193,22 +197,29 @@ def overdamped(string: String, neck: Neck) -> Overdamped | None:
                 high = middle
     value = _value(string, neck, key, item)
     allowed = (value / low if low else 0.0) if key == "resonance_masses" else low * value
-    return Overdamped(fret, j + 1, detuned, key, item, value, allowed)
+    return Overdamped(fret, j + 1, detuned, across, key, item, value, allowed)
 
 
 @lru_cache(maxsize=256)  # presets are tuned and built again with the same strings
-def _first_fault(string: String, neck: Neck) -> tuple[int, int, bool] | None:
-    """(fret, index of the mode, True if it is shifted too much, False if damped too much) of the first such mode."""
+def _first_fault(string: String, neck: Neck) -> tuple[int, int, bool, bool] | None:
+    """The first mode that is shifted or damped too much: (fret, index of the mode, whether shifted, whether of v)."""
     for fret in range(len(neck.fret_positions) + 1):
         s = speaking(string, neck, fret)
         count = min(s.grid_points - 1, MOST_MODES)
         shift = modes.neck_detuning(s, count)
         shifted, nu = np.abs(shift) > MOST_DETUNING, modes.frequencies(s, count, shift)
-        over = shifted | (modes.dampings(s, count, nu) > MOST_DAMPING * 2 * math.pi * nu)
+        over = shifted | _cannot_ring(s, nu, False)
         if over.any():
             j = int(np.argmax(over))
-            return fret, j, bool(shifted[j])
+            return fret, j, bool(shifted[j]), False
+        if s.own_across and (over := _cannot_ring(s, modes.frequencies(s, count, shift, True), True)).any():
+            return fret, int(np.argmax(over)), False, True
     return None
+
+
+def _cannot_ring(s: Speaking, nu: Floats, across: bool) -> NDArray[np.bool_]:
+    """Returns whether each mode of u, or of v, if `across`, at `nu` (n,), Hz, is damped beyond `MOST_DAMPING`, (n,)."""
+    return np.asarray(modes.dampings(s, nu.size, nu, across) > MOST_DAMPING * 2 * math.pi * nu)
 
 
 def _item(string: String, neck: Neck, key: str, fret: int, j: int) -> int:
@@ -220,12 +231,12 @@ def _item(string: String, neck: Neck, key: str, fret: int, j: int) -> int:
     return j + 1 if key == "measured_dampings" else 0
 
 
-def _part(string: String, neck: Neck, key: str, fret: int, j: int, item: int, detuned: bool) -> float:
+def _part(string: String, neck: Neck, key: str, fret: int, j: int, item: int, detuned: bool, across: bool) -> float:
     """The part of `key` in the damping of mode j + 1, 1/s, or in its relative shift."""
 
     def amount(by: float) -> float:
         s = speaking(*_scaled(string, neck, key, item, by), fret)
-        return float(abs(modes.neck_detuning(s, j + 1)[j]) if detuned else modes.dampings(s, j + 1)[j])
+        return float(abs(modes.neck_detuning(s, j + 1)[j]) if detuned else modes.dampings(s, j + 1, across=across)[j])
 
     return amount(1.0) - amount(0.0)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import math
+import re
 import tomllib
 from dataclasses import replace
 from functools import cache
@@ -26,6 +27,7 @@ from livebass.identification.partials import find_takes, read_recording, track
 from livebass.model import modes
 from livebass.model.instrument import STIFFNESS_LAWS, Pluck, Speaking, speaking
 from livebass.model.neck import neck_damping
+from livebass.preset.load import preset_source
 from livebass.units import cents
 
 RATE = 48_000
@@ -308,12 +310,19 @@ def test_the_neck_takes_the_rest() -> None:
     np.testing.assert_allclose(nu, modes.frequencies(s, 20), rtol=1e-9)
 
 
+def straight(folder: Path) -> Path:
+    """Jazz-finger plucked straight up: what is heard is u alone."""
+    text = re.sub("(?m)^(pluck_angle|angle_when_hard) = .*$", r'\1 = "0 deg"', preset_source("jazz-finger")[1])
+    (folder / "straight.toml").write_text(text)
+    return folder / "straight.toml"
+
+
 def test_a_preset_that_plays(run: Run, tmp_path: Path) -> None:
     save(tmp_path / "g.wav", noisy(pluck(), 60))
     out = cli_text(run, "identify", tmp_path / "g.wav", "--modes", 30, "-o", tmp_path / "mine.toml", "--only-string",
-                   "--json", tmp_path / "g.json", "--csv", tmp_path / "g.csv")  # fmt: skip
+                   "--json", tmp_path / "g.json", "--csv", tmp_path / "g.csv", "-p", straight(tmp_path))  # fmt: skip
     assert "97.9732" in out and "f0 98." in out and "viscoelastic angle" in out
-    made, base = load_preset(str(tmp_path / "mine.toml")), load_preset("jazz-finger")
+    made, base = load_preset(str(tmp_path / "mine.toml")), load_preset(str(straight(tmp_path)))
     assert (made.strings[:3], made.output, made.player) == (base.strings[:3], base.output, base.player)
     np.testing.assert_allclose(made.strings[3].measured_frequencies, FREQUENCIES[:30], rtol=1e-6)
     np.testing.assert_allclose(made.strings[3].measured_dampings, DAMPINGS[:30], rtol=5e-3)
@@ -331,7 +340,7 @@ def test_a_neck_of_resonances(run: Run, tmp_path: Path) -> None:
     save(tmp_path / "g.wav", noisy(pluck(), 60))
     mine, again = tmp_path / "mine.toml", tmp_path / "again.toml"
     arguments = ["identify", tmp_path / "g.wav", "--modes", 20, "--json", tmp_path / "g.json"]
-    out = cli_text(run, *arguments, "--neck", "resonances", "-o", mine)
+    out = cli_text(run, *arguments, "--neck", "resonances", "-p", straight(tmp_path), "-o", mine)
     assert "% rms" in out and "neck Hz" in out
     neck, said = load_preset(str(mine)).necks[3].admittance, json.loads((tmp_path / "g.json").read_text())
     assert 4 <= len(neck.resonances) == len(said["resonances"]) <= 16 and not neck.table

@@ -9,6 +9,8 @@ from types import ModuleType
 import numpy as np
 import pytest
 
+from livebass.comparison.distance import distance, shape
+
 TOOLS = Path(__file__).parents[2] / "tools"
 RATE = 44_100
 
@@ -29,17 +31,14 @@ def note(bright: float, damping: float = 1.0) -> np.ndarray:
     return sum(j**-bright * np.exp(-damping * t) * np.sin(2 * np.pi * 55 * j * t) for j in range(1, 80))
 
 
-def test_loudness_does_not_count(tool: ModuleType) -> None:
-    one = tool.third_octaves(note(1.0), RATE, 1.0)
-    assert one.shape == (36, tool.BANDS)
-    assert tool.distance(one, tool.third_octaves(0.1 * note(1.0), RATE, 1.0)) < 0.1
-
-
-def test_what_decays_or_shines_otherwise_is_farther(tool: ModuleType) -> None:
-    one = tool.third_octaves(note(1.0), RATE, 1.0)
-    near, far = (tool.distance(one, tool.third_octaves(note(b), RATE, 1.0)) for b in (1.1, 1.5))
-    assert 0.1 < near < far
-    assert tool.distance(one, tool.third_octaves(note(1.0, 4.0), RATE, 1.0)) > 3
+def test_the_best_velocity_counts_and_loudness_does_not(tool: ModuleType) -> None:
+    """The distance is that of the product, over the span or over a recording that is shorter."""
+    near, far = note(1.1), note(1.5)
+    recorded = shape(0.1 * note(1.0), RATE, 3.0)
+    found = tool.nearness(tool.shapes({30: far, 90: near}), recorded)
+    assert found.velocities == (90, 90)
+    assert found.distances[0] == pytest.approx(distance(near, note(1.0), RATE), abs=0.01)
+    assert 0.1 < found.distances[1] < tool.nearness(tool.shapes({30: far}), recorded).distances[1]
 
 
 def test_t60_of_both_are_compared(tool: ModuleType) -> None:

@@ -352,11 +352,14 @@ def test_limits_are_what_the_engine_has_room_for() -> None:
     admittance=st.sampled_from([0.0, 0.01, 0.1, 1.0]),
     inharmonicity=st.sampled_from([0.0, 1e-4, 0.01]),
     law=st.sampled_from([0.0, 41.0]),
+    softness=st.sampled_from([1.0, 0.1]),
+    measured=st.sampled_from([(), (1.0, 0.0, 3.0)]),
 )
 def test_no_overdamped_mode_is_overlooked(
-    mute: float, slope: float, angle: float, admittance: float, inharmonicity: float, law: float
-) -> None:
-    """A value that the message allows is allowed, too."""
+    mute: float, slope: float, angle: float, admittance: float, inharmonicity: float, law: float, softness: float,
+    measured: tuple[float, ...],
+) -> None:  # fmt: skip
+    """Of u and of v. A value that the message allows is allowed, too."""
     import numpy as np
 
     from livebass.model.modes import dampings, frequencies
@@ -364,15 +367,17 @@ def test_no_overdamped_mode_is_overlooked(
     bass = shipped("jazz-finger")
     string = replace(
         bass.strings[0], extra_damping=mute, extra_damping_slope=slope, viscoelastic_angle=angle,
-        inharmonicity=inharmonicity, law_fundamental=law,
+        inharmonicity=inharmonicity, law_fundamental=law, measured_dampings=measured,
+        measured_frequencies=tuple(41.0 * j for j in range(1, len(measured) + 1)),
     )  # fmt: skip
     table = ((30.0, admittance, 0.0), (300.0, 0.0, 0.0), (2000.0, admittance, 0.0))
-    neck = replace(bass.necks[0], admittance=Admittance(table=table))
+    neck = replace(bass.necks[0], admittance=Admittance(table=table), stiffness_across=softness)
     worst = 0.0
     for fret in range(21):
         s = speaking(string, neck, fret)
         count = s.grid_points - 1
-        worst = max(worst, np.max(dampings(s, count) / (2 * np.pi * frequencies(s, count))))
+        for v in (False, True):
+            worst = max(worst, np.max(dampings(s, count, across=v) / (2 * np.pi * frequencies(s, count, across=v))))
     found = overdamped(string, neck)
     assert (found is not None) == (worst > 0.999)
     if found and found.key in ("extra_damping", "extra_damping_slope", "viscoelastic_angle") and found.allowed > 0:
@@ -409,6 +414,23 @@ def test_what_is_said_to_be_heavy_enough_is(mass: float) -> None:
     assert found and found.key == "resonance_masses" and found.item == 1 and found.allowed > found.value == mass
     heavier = Admittance((replace(resonance, mass=found.allowed),))
     assert overdamped(bass.strings[0], replace(bass.necks[0], admittance=heavier)) is None
+
+
+@pytest.mark.parametrize("measured", [(), (1.0, 1.0)], ids=["by the law", "measured"])
+def test_a_v_that_cannot_ring_is_named(measured: tuple[float, ...]) -> None:
+    """On a neck that is softer across, v may die where u rings, whatever was measured of u."""
+    bass = shipped("jazz-finger")
+    nu = tuple(98.0 * j for j in range(1, len(measured) + 1))
+    string = replace(bass.strings[3], measured_frequencies=nu, measured_dampings=measured)
+    table = ((240.0, 0.0, 0.0), (245.0, 3.0, 0.0), (320.0, 3.0, 0.0), (330.0, 0.0, 0.0))  # felt across about 90 Hz
+    neck = replace(bass.necks[3], admittance=Admittance(table=table), stiffness_across=0.1)
+    assert overdamped(string, replace(neck, stiffness_across=1.0)) is None
+    found = overdamped(string, neck)
+    assert found and found.across and (found.fret, found.mode, found.key) == (0, 1, "conductance_values")
+    assert "damps mode 1 of the motion across at fret 0 beyond critical" in found.why("conductance")
+    part = found.allowed / found.value
+    weaker = Admittance(table=tuple((f, part * y, 0.0) for f, y, _ in table))
+    assert 0.1 < part < 1 and overdamped(string, replace(neck, admittance=weaker)) is None
 
 
 def test_no_permission(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -155,12 +155,22 @@ def frequency(note, numbers, j, across):
 
 @shared
 def damping(note, numbers, j, nu, across):
-    """sigma_j, 1/s, of the mode of u, or of v, if `across`, at `nu` (Hz): eqs. 9 to 11, or measured, of both alike."""
+    """sigma_j, 1/s, of the mode of u, or of v, if `across`, at `nu` (Hz): eqs. 9 to 11, or measured.
+
+    v has a measured damping of u, without what the neck takes of u, and with all that it takes of v; the string itself
+    loses no less than by its own law, or than was measured if that is less.
+    """
     law = damped_at(note, float(j))
-    if j <= note.dampings_count:
+    own = across and note.own_across
+    sigma = 0.0
+    if j <= note.dampings_count and not own:
         sigma = numbers[note.dampings + j - 1]
     else:
         through = impedance(note.linear_density, note.length, note.fundamental)
         sigma = np.pi * law * loss_factor(note, law)
+        if j <= note.dampings_count:
+            found = numbers[note.dampings + j - 1]
+            y = admittance(note, numbers, frequency(note, numbers, j, False), False)[0]
+            sigma = max(found - neck_damping(y, through, note.fundamental), min(found, sigma))
         sigma += neck_damping(admittance(note, numbers, nu, across)[0], through, note.fundamental)
     return sigma + note.extra_damping + note.extra_damping_slope * 2 * np.pi * law

@@ -17,7 +17,7 @@ from livebass.engine.prepare import play_frames
 from livebass.engine.solve import solve_trial
 from livebass.kernels.string.records import BEND, EVENT, GLIDE, HAMMER, PLUCK, PULL_OFF, TOUCH_EVENT, WAVER
 from livebass.model import modes
-from livebass.model.instrument import Neck, Speaking, speaking
+from livebass.model.instrument import Neck, Speaking, String, speaking
 from livebass.model.neck import Admittance, Resonance, bending_shape
 from livebass.preset.load import load_preset
 
@@ -50,8 +50,10 @@ def test_a_v_that_is_as_u_changes_nothing() -> None:
     assert np.array_equal(plain.displacement_m, same.displacement_m) and np.array_equal(plain.across_m, same.across_m)
 
 
-def test_brute_force_agrees_where_it_touches() -> None:
+@pytest.mark.parametrize("string", [None, g_string()], ids=["by the law", "measured"])
+def test_brute_force_agrees_where_it_touches(string: String | None) -> None:
     s = with_own_across(speaking(g_string(), g_neck(3e8), 0))
+    s = dataclasses.replace(s, string=string or s.string)
     trial = dataclasses.replace(oblique(case_b(duration=0.03), 1.0, 6e-3), speaking=s)
     assert assert_agree(dataclasses.replace(trial, sensor_v=s.length - 0.03), "v of its own, frets that give way")
 
@@ -127,15 +129,36 @@ def test_v_is_longer_stiffer_and_stopped_by_itself(y: Admittance, capo: float) -
         assert s.admittance_across.stop == pytest.approx(2e-3 * 0.3 if stopped else 0.0)
 
 
-def test_measured_frequencies_are_those_of_u() -> None:
-    """v is as far off as the law says, and has the dampings that were measured."""
+def test_what_was_measured_is_of_u() -> None:
+    """v is as far off as the law says, in frequency and, above what the string loses by itself, in damping."""
     s = with_own_across(speaking(g_string(), g_neck(), 0))
     measured = dataclasses.replace(s, string=g_string())
     far = modes.frequencies(s, 34, across=True) - modes.frequencies(s, 34) / (1 + s.longer_across)
     away = modes.frequencies(measured, 34, across=True) - modes.frequencies(measured, 34) / (1 + s.longer_across)
     assert away == pytest.approx(far, rel=1e-6)
-    assert modes.dampings(measured, 34, across=True) == pytest.approx(modes.dampings(measured, 34), rel=1e-12)
-    assert np.all(modes.dampings(s, 34, across=True) != modes.dampings(s, 34))
+    u, v = (modes.dampings(measured, 34, across=across) for across in (False, True))
+    takes = [
+        2 * modes.impedance(s) * s.fundamental * np.real(y.at(modes.frequencies(measured, 34, across=across)))
+        for across, y in ((False, s.admittance), (True, s.admittance_across))
+    ]
+    law = modes.law_frequencies(measured, np.arange(1.0, 35))
+    alone = np.minimum(np.pi * law * modes.loss_factor(measured, law), u)
+    assert u == pytest.approx(g_string().measured_dampings, rel=1e-12)
+    assert v == pytest.approx(np.maximum(u - takes[0], alone) + takes[1], rel=1e-12)
+    assert 5 < np.count_nonzero(u - takes[0] > alone) < 30  # both cases are there
+    assert np.all(v > 0)
+
+
+@pytest.mark.parametrize("part", [0.0, 0.1, 1.0])
+def test_v_loses_at_least_what_its_neck_takes(part: float) -> None:
+    """However little was measured of u: v never grows, and what the neck takes of it is gone."""
+    few = tuple(part * sigma for sigma in g_string().measured_dampings)
+    s = with_own_across(speaking(g_string(), g_neck(), 0))
+    s = dataclasses.replace(s, string=dataclasses.replace(g_string(), measured_dampings=few))
+    taken = 2 * modes.impedance(s) * s.fundamental * np.real(s.felt(True).at(modes.frequencies(s, 34, across=True)))
+    v = modes.dampings(s, 34, across=True)
+    assert np.all(taken > 0) and np.all(v >= taken) and np.all(v <= (few + taken) * (1 + 1e-12))
+    assert np.any(modes.dampings(s, 34) < taken)  # so that it is said of modes whose u loses less
 
 
 @pytest.mark.parametrize("partial", [1, 2, 3, 5])

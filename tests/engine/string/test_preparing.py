@@ -27,7 +27,7 @@ from livebass.model.quality import QUALITIES, Quality, modes_for
 from livebass.model.trial import Trial
 from livebass.preset.load import load_preset
 from tests.support.played import YIELDS
-from tests.support.strings import paper_g, random_trial, yielding
+from tests.support.strings import g_neck, g_string, paper_g, random_trial, with_own_across, yielding
 
 
 def row(pool: Pool, address: int, count: int) -> Floats:
@@ -247,6 +247,19 @@ def test_a_trial_has_the_rows_of_numpy(seed: int) -> None:
         wanted = sampled_rows(trial, place, rates, across)
         assert_same(mine[::2], wanted[::2], 1e-12, "weights of q")
         assert_same(mine[1::2], wanted[1::2], 1e-12, "weights of P")
+
+
+@pytest.mark.parametrize("part", [0.0, 1.0, 30.0])
+def test_measured_modes_of_v_lose_to_its_own_neck(part: float) -> None:
+    """However little or much was measured: the engine's coefficients are those of the model."""
+    string = dataclasses.replace(
+        g_string(), measured_dampings=tuple(part * sigma for sigma in g_string().measured_dampings)
+    )
+    s = dataclasses.replace(with_own_across(speaking(g_string(), g_neck(), 0)), string=string)
+    rates = Rates(48000, 768000)
+    pool = operators([[Note(s, 60, ((0.8,), (0.8,)))]], SAMPLED, rates)
+    assert_operator(pool, pool.records[0, 0], s, 60, rates, False)
+    assert np.all(dampings(s, 34, across=True) != dampings(s, 34))
 
 
 def test_obstacles_off_the_grid_are_where_they_are() -> None:
