@@ -17,7 +17,7 @@ from livebass.units import decibels, note_number
 RATE = 48000
 PLACES = (5, 12)  # frets each string is played at
 HARD, USUAL, SOFT = 127, 90, 20  # velocities
-LOUDEST = (-6.0, -3.0)  # dBFS, peak of a hard line
+LOUDEST = (-7.0, -2.0)  # dBFS, peak of a hard line
 APART = 2.0  # LU, at most, between any two basses but those whose notes are short
 SHORT = {"muted"}
 QUICK = set(preset_names()) - {"paper-fretless"}
