@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import soundfile
 import tomlkit
+from support.quiet import without_noise
 
 from livebass import load_preset
 from livebass.engine.render import render_to_array
@@ -38,9 +39,9 @@ def bass(stiffness: float, longer: float, neck: bool = True, angle: float = 0.8)
     own = {"stiffness_across": stiffness, "longer_across": longer, "stop_across": 1.0}
     y = Admittance((), LEVEL) if neck else Admittance()
     necks = (replace(base.necks[0], admittance=y, **own), *base.necks[1:])
-    player = replace(base.player, pluck_angle=angle, angle_when_hard=0.0, unevenness=0.0)
     pickups = tuple(replace(p, across=0.8) for p in base.output.pickups)
-    return replace(base, necks=necks, player=player, output=replace(base.output, pickups=pickups))
+    made = replace(base, necks=necks, output=replace(base.output, pickups=pickups))
+    return without_noise(made, pluck_angle=angle, angle_when_hard=0.0, unevenness=0.0)
 
 
 def heard(folder: Path, played: Instrument, by: Instrument | None = None) -> Identified:

@@ -23,8 +23,11 @@ RATE, CONTACT_RATE = 48_000, 384_000
 
 
 def usual_bass() -> Instrument:
-    """A Jazz Bass that is plucked near the neck pickup, with a pot half open: what is sought lies on either side."""
-    bass = load_preset("jazz-finger")
+    """A Jazz Bass that is plucked near the neck pickup, with a pot half open: what is sought lies on either side.
+
+    Its neck takes less than that of `jazz-finger`, under which the levels of single partials say less.
+    """
+    bass = replace(load_preset("jazz-finger"), necks=load_preset("muted").necks)
     levels = (1.0, 0.8)
     pickups = tuple(replace(p, level=level) for p, level in zip(bass.output.pickups, levels, strict=True))
     player = replace(

@@ -103,7 +103,7 @@ def test_a_mass_that_meets_nothing_flies_as_it_is_thrown() -> None:
 
 def slap(speed: float, modes: int = 400, rate: float = 384e3, lossless: bool = False, **values: float) -> Played:
     """A thumb of 30 g on the resting E string, at 0.7 of its length, 2.5 mm beyond the last frets."""
-    bass = load_preset("slap")
+    bass = load_preset("slap-impulse")
     i = bass.string_index("E")
     s = for_modes(speaking(bass.strings[i], bass.necks[i], 0), modes)
     trial = Trial(s, Pluck(0.0, 0.5), modes, rate, 48000.0, 0.03, s.length - 0.15, lossless)

@@ -26,9 +26,12 @@ RATE = 48000
 QUICK = Quality("quick", 150, 384e3)
 
 
-def synth_and_device(preset: str = "slap", quality: Quality = QUICK, **more: object) -> tuple[Synth, FakeDevice]:
+def synth_and_device(
+    preset: str | Instrument = "slap", quality: Quality = QUICK, **more: object
+) -> tuple[Synth, FakeDevice]:
     synth = Synth(RATE, **more)  # type: ignore[arg-type]
-    synth.switch_to(LiveBass(load_preset(preset), quality, RATE))
+    bass = load_preset(preset) if isinstance(preset, str) else preset
+    synth.switch_to(LiveBass(bass, quality, RATE))
     return synth, FakeDevice(synth)
 
 

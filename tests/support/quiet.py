@@ -1,0 +1,15 @@
+"""Basses without the noise of hands and electronics, for tests that ask what strings alone do."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from livebass import Instrument, load_preset
+from livebass.parts import NOISES
+from livebass.units import OFF
+
+
+def without_noise(bass: str | Instrument, **player: float) -> Instrument:
+    """A preset, or a bass, whose player makes no noise and has these numbers besides."""
+    made = load_preset(bass) if isinstance(bass, str) else bass
+    return replace(made, player=replace(made.player, **{**dict.fromkeys(NOISES, OFF), **player}))  # type: ignore[arg-type]
