@@ -1,12 +1,13 @@
-"""Basses without the noise of hands and electronics, for tests that ask what strings alone do."""
+"""Basses without the noise of fingers, hands and electronics, for tests that ask what strings alone do."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
 from livebass import Instrument, load_preset
-from livebass.parts import NOISES
 from livebass.units import OFF
+
+NOISES = ("skin_noise", "release_noise", "floor_noise")  # a slide may squeak: no other test hears one
 
 
 def without_noise(bass: str | Instrument, **player: float) -> Instrument:

@@ -21,6 +21,7 @@ from livebass.model.instrument import (
 )
 from livebass.model.neck import Admittance, Resonance
 from livebass.model.trial import Trial
+from support.quiet import without_noise
 
 # First 34 modes of the open G string as published with siconos-tutorials, examples/mechanics/Music,
 # Apache-2.0.
@@ -137,8 +138,8 @@ def yielding(bass: Instrument, longer: float = 2e-3) -> Instrument:
 
 
 def even(bass: Instrument) -> Instrument:
-    """`bass` in the hands of a player who plays each note alike."""
-    return dataclasses.replace(bass, player=dataclasses.replace(bass.player, unevenness=0.0))
+    """`bass` in the hands of a player who plays each note alike, without a noise."""
+    return without_noise(bass, unevenness=0.0)
 
 
 def one_string(bass: Instrument, i: int) -> Instrument:

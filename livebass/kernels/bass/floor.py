@@ -75,11 +75,13 @@ def next_of_floor(f):
         f.gain = f.gain_wanted
         return 0.0
     f.gain += f.gain_pole * (f.gain_wanted - f.gain)
-    x = f.level * f.gain * next_of_band(f.band, chance(f.seed, APART + f.frame))
+    x = f.level * f.gain * next_of_band(f.band, chance(f.seed, APART + f.heard))
+    f.heard += 1
     if f.left < f.fade:
         x *= f.left / f.fade
     f.left -= 1
     if f.left == 0:
+        f.heard = 0
         clear_band(f.band)
     return x
 

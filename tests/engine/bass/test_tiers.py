@@ -8,8 +8,9 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 from support.agreement import assert_agree
+from support.quiet import without_noise
 
-from livebass import QUALITIES, load_preset, preset_names
+from livebass import QUALITIES, preset_names
 from livebass.engine.engine import Engine
 from livebass.engine.prepare import play_frames, take_message
 from livebass.kernels.player import performer
@@ -75,7 +76,7 @@ def test_notes_are_those_of_brute_force_at_the_settings_of_the_tier(preset: str,
 
     Chaos parted two of 264 of them, both at fret 19 of the board of `paper-fretless`.
     """
-    engine = Engine(load_preset(preset), QUALITIES[quality], rate)
+    engine = Engine(without_noise(preset), QUALITIES[quality], rate)
     rng = np.random.default_rng([*map(ord, preset), len(quality), rate])
     notes = [random_note(engine, rng) for _ in range(NOTES)]
 
@@ -89,7 +90,7 @@ def test_notes_are_those_of_brute_force_at_the_settings_of_the_tier(preset: str,
 @pytest.mark.parametrize("preset", preset_names())
 def test_no_bass_has_modes_that_its_contact_rate_cannot_carry(preset: str) -> None:
     """Above 0.45 of it a mode turns too far in a step; static compliance stands for those left out."""
-    bass = load_preset(preset)
+    bass = without_noise(preset)
     for rate in (44100, 48000):
         engine = Engine(bass, QUALITIES["live"], rate)
         for i, (string, neck) in enumerate(zip(bass.strings, bass.necks, strict=True)):
@@ -104,7 +105,7 @@ def test_no_bass_has_modes_that_its_contact_rate_cannot_carry(preset: str) -> No
 @pytest.mark.parametrize("preset", preset_names())
 def test_no_hard_note_trips_the_safety_net(preset: str, rate: int) -> None:
     """Every string and fret at velocity 127, one after the other, at the tier whose contact rate is the lowest."""
-    engine = Engine(load_preset(preset), QUALITIES["live"], rate)
+    engine = Engine(without_noise(preset), QUALITIES["live"], rate)
     apart = rate // 40
     for i, v in enumerate(engine.voices):
         events = np.array([event_of(engine, i, fret, 127) for fret in range(engine.frets + 1)], EVENT)
@@ -116,7 +117,7 @@ def test_no_hard_note_trips_the_safety_net(preset: str, rate: int) -> None:
 
 
 def test_a_motion_that_no_string_bears_is_scaled_back_and_counted() -> None:
-    engine = Engine(load_preset("jazz-finger"), QUALITIES["live"], 48000)
+    engine = Engine(without_noise("jazz-finger"), QUALITIES["live"], 48000)
     engine.send(np.array([0]), np.array([[0x90, 28, 100]], np.uint8))
     engine.process(1000)
     assert engine.report().weakened == 0

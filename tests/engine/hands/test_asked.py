@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from support.motion import mode_speeds
+from support.quiet import without_noise
 
-from livebass import QUALITIES, load_preset
+from livebass import QUALITIES
 from livebass.arrays import Floats
 from livebass.engine.engine import Engine
 from livebass.engine.prepare import play_frames
@@ -23,7 +24,7 @@ ACROSS = 1.3  # rad: a pluck along the frets
 def engine(preset: str = "jazz-finger") -> Engine:
     """A new player of the preset, at `live`; operators are shared."""
     if preset not in ENGINES:
-        ENGINES[preset] = Engine(load_preset(preset), QUALITIES["live"], RATE)
+        ENGINES[preset] = Engine(without_noise(preset), QUALITIES["live"], RATE)
     return ENGINES[preset].another()
 
 

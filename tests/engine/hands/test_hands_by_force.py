@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from support.costs import quick
 from support.modal import modal, solved, third_octaves
+from support.quiet import without_noise
 
-from livebass import load_preset
 from livebass.arrays import Floats
 from livebass.engine.prepare import Note, Pool, Rates, Voice, new_voice, operators, play_frames
 from livebass.kernels.player import touches
@@ -35,7 +35,7 @@ def string_over_one_fret(name: str, fret: int, stiff: bool = False) -> tuple[Spe
     It bends without effort if it is not `stiff`: a stiff one bends on behind a stop, so that it sounds some cents
     higher than on a hinge.
     """
-    bass = load_preset("jazz-finger")
+    bass = without_noise("jazz-finger")
     i = bass.string_index(name)
     heights = tuple(CROWN if k + 1 == fret else -0.05 for k in range(len(bass.necks[i].fret_heights)))
     neck = dataclasses.replace(bass.necks[i], fret_heights=heights, admittance=Admittance(), stop_conductance=0.0)
@@ -138,7 +138,7 @@ PULLED = 0.1  # s after the pluck
 
 def string_over_frets(name: str, fret: int, stiff: bool = False) -> tuple[Speaking, Speaking]:
     """A string of jazz-finger, open and stopped at `fret`, over the same crowns; under the stop there is none."""
-    bass = load_preset("jazz-finger")
+    bass = without_noise("jazz-finger")
     i = bass.string_index(name)
     neck = dataclasses.replace(bass.necks[i], admittance=Admittance(), stop_conductance=0.0)
     string = bass.strings[i] if stiff else dataclasses.replace(bass.strings[i], inharmonicity=0.0)

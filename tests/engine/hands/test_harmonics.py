@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from support.motion import mode_speeds
+from support.quiet import without_noise
 
 from livebass import QUALITIES, load_preset
 from livebass.arrays import Floats
@@ -25,7 +26,7 @@ SWITCHES = {(action, value): key for key, action, value in MODO.keys}
 def engine(preset: str) -> Engine:
     """A new player of the preset, at `live`; operators are shared."""
     if preset not in ENGINES:
-        ENGINES[preset] = Engine(load_preset(preset), QUALITIES["live"], RATE)
+        ENGINES[preset] = Engine(without_noise(preset), QUALITIES["live"], RATE)
     return ENGINES[preset].another()
 
 

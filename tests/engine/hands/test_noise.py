@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.live import QUICK, offline, run_ahead
+from support.quiet import without_noise
 from support.scores import busy_score
 
 from livebass import QUALITIES, Instrument, Score, load_preset, render_to_array, score_of
@@ -25,9 +26,8 @@ ALL = {**NOISES, "floor_noise": -40.0}
 
 
 def bass(preset: str = "jazz-finger", **player: float) -> Instrument:
-    """A preset under an even player with these numbers."""
-    made = load_preset(preset)
-    return replace(made, player=replace(made.player, **{"unevenness": 0.0, **player}))  # type: ignore[arg-type]
+    """A preset under an even player with these numbers, and no other noise."""
+    return without_noise(preset, **{"unevenness": 0.0, **player})
 
 
 def note(velocity: int, preset: str = "jazz-finger", seconds: float = 1.0, **player: float) -> Floats:

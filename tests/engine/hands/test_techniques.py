@@ -8,6 +8,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from support.quiet import without_noise
 
 from livebass import QUALITIES, load_preset, preset_names
 from livebass.arrays import Floats
@@ -32,7 +33,7 @@ def off(when: float, key: int, velocity: int = 64) -> Message:
 def engine(preset: str) -> Engine:
     """A new player of the preset, at `live`; operators are shared."""
     if preset not in ENGINES:
-        ENGINES[preset] = Engine(load_preset(preset), QUALITIES["live"], RATE)
+        ENGINES[preset] = Engine(without_noise(preset), QUALITIES["live"], RATE)
     return ENGINES[preset].another()
 
 
@@ -426,7 +427,7 @@ def cents_at(sound: Floats, when: float, note: float) -> float:
 @pytest.mark.parametrize(("key", "apex", "least", "most"), [(28, 6e-3, 6, 22), (33, 6e-3, 4, 16), (43, 6e-3, 3, 14)])
 def test_hard_notes_begin_sharp(key: int, apex: float, least: float, most: float) -> None:
     """Cents of open strings without frets near, plucked by 6 mm; without axial stiffness none."""
-    bass = load_preset("jazz-finger")
+    bass = without_noise("jazz-finger")
     far = replace(
         bass, necks=tuple(replace(n, fret_heights=tuple(h - 0.03 for h in n.fret_heights)) for n in bass.necks)
     )
@@ -446,7 +447,7 @@ def test_hard_notes_begin_sharp(key: int, apex: float, least: float, most: float
 @pytest.mark.parametrize("angle", [0.4, 1.3])
 def test_the_tension_follows_both_polarisations_alike(angle: float) -> None:
     """Without frets near, a string swings the same whichever way it is plucked: all of it glides."""
-    bass = load_preset("jazz-finger")
+    bass = without_noise("jazz-finger")
     alike = {"stiffness_across": 1.0, "stop_across": 1.0, "longer_across": 0.0}  # one law for both
     far = tuple(replace(n, fret_heights=tuple(h - 0.03 for h in n.fret_heights), **alike) for n in bass.necks)
     strings = tuple(replace(s, measured_frequencies=()) for s in bass.strings)

@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from support.quiet import without_noise
 from support.scores import in_blocks
 from support.strings import paper_g
 
@@ -41,7 +42,7 @@ def strike(speed: float, place: float, fret: int = 0, **mass: float) -> np.ndarr
 
 def slapped(preset: str = "slap", i: int = 0, **player: float) -> Engine:
     """String `i` of `preset` alone, under an even thumb."""
-    bass = load_preset(preset)
+    bass = without_noise(preset)
     thumb = dataclasses.replace(
         bass.player, unevenness=0.0, technique="slap", slapped_strings=len(bass.strings), **player
     )
@@ -139,7 +140,7 @@ def third_octaves(motion: Floats) -> Floats:
 def trial_of(
     preset: str, name: str, fret: int, count: int, rate: float, seconds: float, lossless: bool = False
 ) -> Trial:
-    bass = load_preset(preset)
+    bass = without_noise(preset)
     i = bass.string_index(name)
     s = for_modes(speaking(bass.strings[i], bass.necks[i], fret), count)
     return Trial(s, Pluck(0.0, 0.5), min(count, s.grid_points - 1), rate, RATE, seconds, s.length - 0.15, lossless)

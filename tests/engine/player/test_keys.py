@@ -12,8 +12,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from support.messages import Message, control, off, on, wheel
+from support.quiet import without_noise
 
-from livebass import Instrument, Quality, load_preset, read_score, techniques
+from livebass import Instrument, Quality, read_score, techniques
 from livebass.arrays import Floats
 from livebass.engine.engine import Engine
 from livebass.engine.prepare import bass_numbers, fill_key_map, new_performer, take_message
@@ -33,7 +34,7 @@ KEY, HIGHER = 45, 48  # an A that every string has, and a C above it
 
 @cache
 def engine_of(preset: str = "jazz-finger") -> Engine:
-    return Engine(load_preset(preset), FEW, RATE)
+    return Engine(without_noise(preset), FEW, RATE)
 
 
 def bass(preset: str = "jazz-finger", **player: object) -> Instrument:

@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 from support.live import Load, offline, run_ahead, synth_and_device
 from support.modal import third_octaves
+from support.quiet import without_noise
 from support.scores import in_blocks
 
-from livebass import Score, load_preset
+from livebass import Score
 from livebass.arrays import Floats
 from livebass.engine.prepare import Note, Rates, new_voice, operators, play_frames
 from livebass.kernels.string.preparing import SENSORS
@@ -31,7 +32,7 @@ A_FRET = 22e-3  # s
 
 def row_of_strings(name: str) -> list[Speaking]:
     """An ideal string of `fretless` at all semitones: it does not bend, nothing gives way, the board is far below."""
-    bass = load_preset("fretless")
+    bass = without_noise("fretless")
     i = bass.string_index(name)
     far = tuple((x, h - 0.05) for x, h in bass.necks[i].surface)
     neck = dataclasses.replace(bass.necks[i], surface=far, admittance=Admittance(), stop_conductance=0.0)

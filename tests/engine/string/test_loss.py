@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from support.agreement import assert_agree
 from support.motion import energies
+from support.quiet import without_noise
 from support.strings import case_b, g_neck, g_string, losing, oblique, random_trial, with_own_across
 
 from livebass.arrays import Floats
@@ -16,7 +17,6 @@ from livebass.engine.solve import solve_trial
 from livebass.kernels.string.records import MOST_NEAR
 from livebass.model.instrument import Pluck, speaking
 from livebass.model.trial import Trial
-from livebass.preset.load import load_preset
 from livebass.reference.solver import solve
 
 # K, SI; c, s/m; what of the energy is left of case B, which loses nothing else, after 80 ms
@@ -141,7 +141,7 @@ def test_contact_that_loses_needs_few_modes_and_steps() -> None:
 
 def test_a_board_that_loses_has_the_modes_and_rate_of_frets() -> None:
     """Contact that gives all energy back goes on from point to point; then alone a board asks for more of both."""
-    bass = load_preset("fretless")
+    bass = without_noise("fretless")
     assert bass.over_lossless_board == (not all(neck.contact_loss for neck in bass.necks))
     for loss in (0.0, 10.0):
         necks = tuple(dataclasses.replace(neck, contact_loss=loss) for neck in bass.necks)
