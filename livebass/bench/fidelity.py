@@ -8,6 +8,9 @@ Contacts amplify the smallest difference: of two plucks that no ear tells apart 
 the other, in any quality. So a note is plucked `PLUCKS` times, with forces within `WITHIN` of its own, and medians over
 these plucks are compared, frame by frame. How far such medians are apart by chance is measured the same way, by
 `reference` beside itself: `PLUCKS` plucks beside as many others. What a quality is off by more than that is its own.
+
+Contact that loses amplifies little: there even the waveform of a quality is near to that of `reference`, pluck by
+pluck. `waveforms` tells how near, of the same sounds.
 """
 
 from __future__ import annotations
@@ -45,6 +48,14 @@ GROUPS = {
     "thumb": "the same with a thumb that has a mass",
     "board": "strings that touched a board",
 }
+KINDS = {
+    "frets with loss": "plucked, over frets whose contact loses energy",
+    "thumb": "struck by a thumb that has a mass, over such frets",
+    "pops": "popped, over such frets",
+    "boards": "over a board whose contact loses energy",
+    "lossless": "over frets or a board that give all energy back",
+}
+SAME = 1e-12  # of the reference's root mean square: sounds that differ by less are alike
 
 
 @dataclass(frozen=True)
@@ -106,8 +117,8 @@ def with_force(bass: Instrument, force: float) -> Instrument:
         bass,
         player=replace(
             p, softest=p.softest * force, hardest=p.hardest * force, greatest_apex=p.greatest_apex * force,
-            strike_force=p.strike_force * force, strike_softest=p.strike_softest * force,
-            strike_hardest=p.strike_hardest * force,
+            release_speed=p.release_speed * force, strike_force=p.strike_force * force,
+            strike_softest=p.strike_softest * force, strike_hardest=p.strike_hardest * force,
         ),
     )  # fmt: skip
 
@@ -225,11 +236,64 @@ def group_of(bass: Instrument, note: Note, heard: Heard) -> str:
     return "thumb" if bass.player.thumb_mass > 0 else "slap"
 
 
+def waveforms(notes: Sequence[Note], sounds: Sequence[Heard], wanted: Sequence[Heard]) -> dict[str, Row]:
+    """Compares waveforms of hard `notes` that touched, pluck by pluck with those that are `wanted`, by KINDS.
+
+    Left out are presets by the paper's laws, which are experiments. Each of KINDS that occurs has "notes", "plucks", of
+    all of them together "median_db" and "worst_db" of the `waveform_error`, and "worst", the note of the latter.
+    """
+    presets = {note.preset: load_preset(note.preset) for note in notes}
+    found: dict[str, list[tuple[Note, Floats]]] = {}
+    for note, one, two in zip(notes, sounds, wanted, strict=True):
+        bass = presets[note.preset]
+        experiment = any(string.stiffness_law == "paper" for string in bass.strings)
+        if note.dynamics == "hard" and two.contacts and not experiment:
+            found.setdefault(kind_of(bass, note.string), []).append((note, waveform_error(one.sounds, two.sounds)))
+    out: dict[str, Row] = {}
+    for kind in [kind for kind in KINDS if kind in found]:
+        errors = np.concatenate([error for _, error in found[kind]])
+        worst = max(found[kind], key=lambda each: float(each[1].max()))[0]
+        string = presets[worst.preset].strings[worst.string].name
+        out[kind] = {
+            "notes": len(found[kind]), "plucks": errors.size, "median_db": float(np.median(errors)),
+            "worst_db": float(errors.max()), "worst": _called(worst.preset, string, worst.fret, worst.velocity),
+        }  # fmt: skip
+    return out
+
+
+def kind_of(bass: Instrument, string: int) -> str:
+    """Returns the one of KINDS that hard notes of a `string` of `bass` belong to."""
+    neck, player = bass.necks[string], bass.player
+    if not neck.contact_loss:
+        return "lossless"
+    if neck.surface:
+        return "boards"
+    if player.technique != "slap":
+        return "frets with loss"
+    return "thumb" if string < player.slapped_strings and player.thumb_mass > 0 else "pops"
+
+
+def waveform_error(sounds: Floats, others: Floats) -> Floats:
+    """Returns the root mean square of the difference over that of `others`, pluck by pluck: dB, (plucks,).
+
+    sounds, others (n,) or (plucks, n). Raises ValueError if one of `others` is silent.
+    """
+    a, b = np.atleast_2d(sounds), np.atleast_2d(others)
+    size = np.sqrt((b**2).mean(axis=1))
+    if not size.all():
+        raise ValueError("nothing sounds: there is nothing to compare")
+    return np.asarray(20 * np.log10(np.maximum(np.sqrt(((a - b) ** 2).mean(axis=1)) / size, SAME)))
+
+
+def _called(preset: str, string: str, fret: int, velocity: int) -> str:
+    return f"{preset} {string} fret {fret}, velocity {velocity}"
+
+
 def _summary(rows: list[Row]) -> Row:
     keys = ("frequency", "brighter", "spectrum_db", "heard_db")
     means = {key: float(np.mean([row[key] for row in rows])) for key in keys}
     worst = max(rows, key=lambda row: row["frequency"])
-    name = f"{worst['preset']} {worst['string']} fret {worst['fret']}, velocity {worst['velocity']}"
+    name = _called(worst["preset"], worst["string"], worst["fret"], worst["velocity"])
     most = float(np.quantile([row["frequency"] for row in rows], 0.95))
     return {
         "notes": len(rows), **means, "most_frequency": most, "worst_frequency": worst["frequency"], "worst": name,

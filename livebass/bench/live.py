@@ -26,6 +26,7 @@ from livebass.bench.fidelity import (
     ALL_SOUND_OFF,
     CONTROL,
     GROUPS,
+    KINDS,
     NOTE_OFF,
     NOTE_ON,
     PLUCKS,
@@ -36,6 +37,7 @@ from livebass.bench.fidelity import (
     forces,
     played,
     representative_notes,
+    waveforms,
 )
 from livebass.bench.measure import OtherLoad, Result, Row, heading, load_lines
 from livebass.engine.prepare import whole_contact_rate
@@ -54,6 +56,8 @@ EDGES = 10.0 ** np.linspace(-2.0, 1.5, 71)  # of the histograms, parts of the de
 NULL = "reference, again"
 # What a quality may be off in the characteristic frequency beside what `reference` is beside itself: mean, worst note.
 MOST_BIAS, MOST_BIAS_FREE = (0.02, 0.15), (0.001, 0.001)  # of notes with and without contacts
+# dB, of the waveform over frets that lose, median and worst; pops and boards are told, and promised nothing.
+MOST_WAVEFORM, PROMISED = (-45.0, -35.0), ("frets with loss", "thumb")
 ALONE_PRESET, ALONE_BLOCK, ALONE_RATE = "paper-g", 128, 4e6  # Hz, of the contact steps
 
 POPPED = (0.0, 0.5)  # s, all open strings at velocity 127 at once; the second time while they sound
@@ -92,8 +96,9 @@ def bench_live(preset: str = "jazz-finger", progress: Say = silent, extent: Exte
     """Measures all in about six minutes; nothing else should run on the machine. `progress` is told what comes next.
 
     "rows" has one for each quality ("tier") and block size, "moonshot" one of a single string at full fidelity,
-    "fidelity" the `distance` of each quality, and of `reference` by other plucks, from `reference`, over all presets;
-    "wanted" the targets. Raises what `load_preset` and `Engine` raise. [main thread]
+    "fidelity" the `distance` of each quality, and of `reference` by other plucks, from `reference`, over all presets,
+    "waveforms" the `waveforms` of each quality beside those of `reference`; "wanted" the targets.
+    Raises what `load_preset` and `Engine` raise. [main thread]
     """
     bass = even(load_preset(preset))
     result, load = heading(), OtherLoad()
@@ -105,7 +110,7 @@ def bench_live(preset: str = "jazz-finger", progress: Say = silent, extent: Exte
     progress("one string, all modes, 4 MHz")
     alone = _alone_row(extent)
     result |= load.shares()
-    fidelity = _fidelity(extent, progress)
+    fidelity, near = _fidelity(extent, progress)
     return result | {
         "preset": preset,
         "rate_hz": RATE,
@@ -113,7 +118,8 @@ def bench_live(preset: str = "jazz-finger", progress: Say = silent, extent: Exte
         "rows": rows,
         "moonshot": alone,
         "fidelity": fidelity,
-        "wanted": _targets(rows, alone, fidelity),
+        "waveforms": near,
+        "wanted": _targets(rows, alone, fidelity, near),
         "histogram_edges": EDGES.tolist(),
     }
 
@@ -226,7 +232,7 @@ def block_figures(times: NDArray[np.int64], block: int, rate: int) -> dict[str, 
 
 
 def _row(bass: Instrument, quality: Quality, block: int, strings: int, runs: int, line: float) -> Row:
-    quality = quality.over(bass.over_lossless_board)
+    quality = quality.over(bass.board_loss)
     script = worst_case(bass, RATE, strings, line)
     times = block_times(bass, quality, block, script, runs)
     loads = times * 1e-9 * RATE / block
@@ -289,22 +295,24 @@ def _alone_row(extent: Extent) -> Row:
     return row | {"tier": f"one string, {ALONE_PRESET}", "modes": modes}
 
 
-def _fidelity(extent: Extent, progress: Say) -> dict[str, Result]:
-    """The distance from `reference` of each other quality, and of itself by other plucks."""
+def _fidelity(extent: Extent, progress: Say) -> tuple[dict[str, Result], dict[str, dict[str, Row]]]:
+    """The distance from `reference` of each other quality, and of itself by other plucks; waveforms of the former."""
     notes = representative_notes() if extent.notes is None else extent.notes
     reference = QUALITIES["reference"]
     others = [quality for quality in extent.qualities if quality != reference.name]
     if not others:
-        return {}
+        return {}, {}
     plucks = forces(extent.plucks)
     progress(f"{len(notes)} notes, {len(plucks)} plucks each, in reference")
     wanted = played(notes, reference, plucks)
-    found = {}
+    found, near = {}, {}
     for quality in others:
         progress(f"{quality} against reference")
-        found[quality] = distance(notes, played(notes, QUALITIES[quality], plucks), wanted)
+        sounds = played(notes, QUALITIES[quality], plucks)
+        found[quality], near[quality] = distance(notes, sounds, wanted), waveforms(notes, sounds, wanted)
     progress("reference against itself")
-    return found | {NULL: distance(notes, played(notes, reference, forces(extent.plucks, other=True)), wanted)}
+    found[NULL] = distance(notes, played(notes, reference, forces(extent.plucks, other=True)), wanted)
+    return found, near
 
 
 def allowed(group: str, null: Row) -> tuple[float, float]:
@@ -313,7 +321,9 @@ def allowed(group: str, null: Row) -> tuple[float, float]:
     return null["frequency"] + mean, null["worst_frequency"] + worst
 
 
-def _targets(rows: list[Row], alone: Row, fidelity: dict[str, Any]) -> list[dict[str, Any]]:
+def _targets(
+    rows: list[Row], alone: Row, fidelity: dict[str, Any], near: dict[str, dict[str, Row]]
+) -> list[dict[str, Any]]:
     """Targets and measured values, of what was measured; "met" judges the plain figure."""
     out = []
     for row in rows:
@@ -339,6 +349,11 @@ def _targets(rows: list[Row], alone: Row, fidelity: dict[str, Any]) -> list[dict
             label = f"{quality} from reference, {group}: characteristic frequency"
             out.append(_target(f"{label}, mean", mean, far["frequency"]))
             out.append(_target(f"{label}, worst note", worst, far["worst_frequency"]))
+    for quality, kinds in near.items():
+        for kind in [kind for kind in PROMISED if kind in kinds]:
+            label = f"{quality} from reference, {kind}: waveform of hard notes"
+            for name, limit, key in zip(("median", "worst"), MOST_WAVEFORM, ("median_db", "worst_db"), strict=True):
+                out.append(_target(f"{label}, {name}", limit, kinds[kind][key], unit="dB"))
     label = f"one string at full fidelity, {ALONE_BLOCK} frames: worst block"
     return [*out, _target(label, 1.0, alone["worst"], alone)]
 
@@ -356,6 +371,11 @@ HEAD = (
 FIDELITY_HEAD = (
     "from reference", "group", "notes", "frequency", "95 %", "worst", "brighter", "spectrum", "audible", "worst note",
 )  # fmt: skip
+WAVEFORM_HEAD = ("hard notes from reference", "kind", "notes", "waveform, median", "worst", "worst note")
+WAVEFORM_EXPLAINED = (
+    "waveform: the difference over the reference, root mean squares of 0.3 s of each pluck of hard notes that touched",
+    *(f"{kind}: {meaning}" for kind, meaning in KINDS.items()),
+)
 EXPLAINED = (
     f"medians of several plucks of each note, with forces within {WITHIN:.1%} of its own: no ear tells them apart",
     "frequency: the characteristic frequency of the first 0.3 s, eq. 14: mean over notes; 95 % of them; worst",
@@ -381,6 +401,11 @@ def table(result: Result) -> str:
         for quality, found in result["fidelity"].items()
         for group, far in found["groups"].items()
     ]  # fmt: skip
+    waveform = [
+        (quality, kind, str(row["notes"]), f"{row['median_db']:.1f} dB", f"{row['worst_db']:.1f} dB", row["worst"])
+        for quality, kinds in result["waveforms"].items()
+        for kind, row in kinds.items()
+    ]
     return "\n".join(
         [
             f"{result['preset']}, {result['strings']} strings popped at once at velocity 127, again, then sixteenths; "
@@ -390,6 +415,7 @@ def table(result: Result) -> str:
             "fit: how many strings can be popped at once with every block in time, plain / quiet",
             "",
             *([*columns([FIDELITY_HEAD, *fidelity], left=2), *EXPLAINED, ""] if fidelity else []),
+            *([*columns([WAVEFORM_HEAD, *waveform], left=2), *WAVEFORM_EXPLAINED, ""] if waveform else []),
             *columns([TARGET_HEAD, *targets]),
             "",
             *load_lines(result),

@@ -198,9 +198,9 @@ class Instrument:
         return self.strings[0].open_note, max(string.open_note for string in self.strings) + frets
 
     @property
-    def over_lossless_board(self) -> bool:
-        """True if any string is over a board whose contact gives all energy back."""
-        return any(neck.surface and not neck.contact_loss for neck in self.necks)
+    def board_loss(self) -> float | None:
+        """The least `Neck.loss`, s/m, of the boards that strings are over; None where all are over frets."""
+        return min((neck.loss for neck in self.necks if neck.surface), default=None)
 
     @property
     def over_board(self) -> bool:

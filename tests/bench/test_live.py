@@ -33,6 +33,8 @@ from livebass.bench.fidelity import (
     play_notes,
     played,
     representative_notes,
+    waveform_error,
+    waveforms,
 )
 from livebass.bench.live import (
     EDGES,
@@ -61,6 +63,7 @@ FEW = (
     Note("jazz-finger", 0, 5, "soft", 30, RATE),
     Note("jazz-finger", 1, 3, "hard", 120, 44_100),
     Note("slap", 0, 5, "hard", 110, RATE),
+    Note("slap-impulse", 0, 5, "hard", 110, RATE),
     Note("muted", 3, 7, "medium", 70, RATE),
 )
 TINY = Extent(
@@ -94,8 +97,8 @@ def test_all_is_measured_and_named(measured: tuple[dict[str, Any], list[str]]) -
         assert row["fit"] < 4 or row["worst"] < 1
     assert list(result["fidelity"]) == ["live", "studio", bench.NULL]
     for found in result["fidelity"].values():
-        assert found["notes"] == len(found["each"]) == 4
-        assert {"no contact", "contact", "slap"} <= set(found["groups"])
+        assert found["notes"] == len(found["each"]) == 5
+        assert {"no contact", "contact", "slap", "thumb"} <= set(found["groups"])
         assert found["groups"]["no contact"]["frequency"] < 1e-3 and found["plucks"] == TINY.plucks
     for target in result["wanted"]:
         name, _, rest = target["what"].partition(" from reference, ")
@@ -110,6 +113,19 @@ def test_all_is_measured_and_named(measured: tuple[dict[str, Any], list[str]]) -
             )
             assert target["met"] == (target["value"] <= target["limit"])
     assert sum(" from reference, contact: " in target["what"] for target in result["wanted"]) == 4
+    assert list(result["waveforms"]) == ["live", "studio"]
+    for quality, kinds in result["waveforms"].items():
+        assert list(kinds) == ["frets with loss", "thumb", "lossless"]
+        for kind, row in kinds.items():
+            assert (row["notes"], row["plucks"]) == (1, TINY.plucks) and row["median_db"] <= row["worst_db"] < 0
+            label = f"{quality} from reference, {kind}: waveform of hard notes, "
+            wanted = [target for target in result["wanted"] if target["what"].startswith(label)]
+            if kind == "lossless":
+                assert not wanted
+                continue
+            assert [target["value"] for target in wanted] == [row["median_db"], row["worst_db"]]
+            assert [target["limit"] for target in wanted] == [-45.0, -35.0]
+            assert all(target["met"] == (target["value"] <= target["limit"]) for target in wanted)
     for share in ("stolen", "others"):
         assert result[share] is None or 0 <= result[share] <= 1
 
@@ -222,14 +238,17 @@ def test_the_notes_that_are_compared_represent_all() -> None:
         assert least <= note.velocity <= most
 
 
-def test_a_string_alone_is_played_as_on_its_bass() -> None:
-    """The thumb strikes E and A of `slap`; D and G are popped."""
-    bass, live = even(load_preset("slap")), QUALITIES["live"]
+@pytest.mark.parametrize("preset", ["slap", "slap-impulse"])
+def test_a_string_alone_is_played_as_on_its_bass(preset: str) -> None:
+    """The thumb strikes E and A; D and G are popped. A thumb with a mass is on the string at once, and sounds."""
+    bass, live = even(load_preset(preset)), QUALITIES["live"]
+    assert (bass.player.thumb_mass > 0) == (preset == "slap")
     for i, string in enumerate(bass.strings):
-        ((sound, _),) = play_notes(bass, live, [Note("slap", i, 0, "hard", 120, RATE)])
+        ((sound, _),) = play_notes(bass, live, [Note(preset, i, 0, "hard", 120, RATE)])
         engine = Engine(bass, live, RATE, workers=1)
         engine.send(np.array([0]), np.array([[0x90, string.open_note, 120]], np.uint8))
-        engine.process(round((bass.player.strike_time if i < 2 else bass.player.pull_time) * RATE))
+        strike = 0.0 if bass.player.thumb_mass > 0 else bass.player.strike_time
+        engine.process(round((strike if i < 2 else bass.player.pull_time) * RATE))
         np.testing.assert_array_equal(sound, engine.process(sound.size)[i], string.name)
 
 
@@ -284,12 +303,55 @@ def far_off(notes: list[Note], *qualities: Quality) -> list[tuple[float, float, 
 def test_live_is_near_to_reference_and_a_coarse_quality_is_far() -> None:
     """On two hard notes, beside what `reference` is beside itself; so few may miss the mean twice as far."""
     notes = [
-        Note("precision-finger", 2, 5, "hard", 120, RATE), Note("slap", 1, 2, "hard", 110, 44_100),
+        Note("precision-finger", 2, 5, "hard", 120, RATE), Note("slap-impulse", 1, 2, "hard", 110, 44_100),
     ]  # fmt: skip
     live, coarse, null = far_off(notes, QUALITIES["live"], Quality("coarse", 60, 96e3))
     assert live[0] <= null[0] + 2 * bench.MOST_BIAS[0] and live[1] <= null[1] + bench.MOST_BIAS[1]
     assert coarse[0] > null[0] + 2 * bench.MOST_BIAS[0] and coarse[1] > null[1] + bench.MOST_BIAS[1]
     assert coarse[2] > 2 * max(live[2], null[2]) > 0 and live[2] < 1.5 * null[2]
+
+
+def test_a_waveform_that_is_off_by_a_thousandth_is_60_db_away() -> None:
+    """A known error is found in every pluck, and each kind of string has its own row; soft and paper's notes none."""
+    rng = np.random.default_rng(5)
+    sounds = rng.standard_normal((3, 4800))
+    louder = np.array([[1 + 1e-3], [1 + 1e-3], [1 - 1e-2]])
+    np.testing.assert_allclose(waveform_error(louder * sounds, sounds), [-60, -60, -40], atol=1e-9)
+    np.testing.assert_allclose(waveform_error(sounds, sounds), -240, atol=1e-9)
+    assert waveform_error(-sounds[0], sounds[0]) == pytest.approx(20 * np.log10(2))
+    with pytest.raises(ValueError, match="nothing sounds"):
+        waveform_error(sounds, 0 * sounds)
+    hard = {
+        "frets with loss": ("jazz-finger", 1), "thumb": ("slap", 1), "pops": ("slap", 2), "boards": ("upright", 0),
+        "lossless": ("slap-impulse", 2),
+    }  # fmt: skip
+    notes = [Note(preset, i, 3, "hard", 110, RATE) for preset, i in hard.values()]
+    aside = [replace(FEW[0], string=1), Note("paper-bass", 0, 5, "hard", 120, RATE), replace(notes[0], fret=4)]
+    wanted = [*[Heard(sounds, 4)] * 7, Heard(sounds, 0)]  # the last one touched nothing
+    found = waveforms(notes + aside, [Heard(louder * sounds, 4)] * 5 + [Heard(2 * sounds, 4)] * 3, wanted)
+    assert list(found) == list(hard)
+    for kind, row in found.items():
+        assert (row["notes"], row["plucks"], row["median_db"]) == (1, 3, pytest.approx(-60))
+        assert row["worst_db"] == pytest.approx(-40) and row["worst"].startswith(f"{hard[kind][0]} ")
+    far = waveforms(2 * notes[:1], [Heard(louder * sounds, 1), Heard(1.1 * sounds, 1)], wanted[:2])
+    assert far["frets with loss"]["worst_db"] == pytest.approx(-20) and far["frets with loss"]["notes"] == 2
+    assert far["frets with loss"]["median_db"] == pytest.approx(-30)
+
+
+def test_where_contact_loses_the_waveform_of_live_is_that_of_reference() -> None:
+    """Over frets, by a thumb and over a board. A coarse quality is another sound, and so are frets without loss."""
+    notes = [
+        Note("precision-finger", 2, 5, "hard", 120, RATE), Note("slap", 1, 2, "hard", 110, 44_100),
+        Note("upright", 3, 2, "hard", 127, RATE), Note("slap-impulse", 3, 3, "hard", 107, 96_000),
+    ]  # fmt: skip
+    wanted, live, coarse = (
+        played(notes, quality, [1.0]) for quality in (QUALITIES["reference"], QUALITIES["live"], Quality("c", 60, 96e3))
+    )
+    near, far = waveforms(notes, live, wanted), waveforms(notes, coarse, wanted)
+    assert list(near) == list(far) == ["frets with loss", "thumb", "boards", "lossless"]
+    assert near["lossless"]["worst_db"] > -35
+    for kind in ("frets with loss", "thumb", "boards"):
+        assert near[kind]["worst_db"] <= bench.MOST_WAVEFORM[0] < bench.MOST_WAVEFORM[1] < far[kind]["worst_db"]
 
 
 def test_a_quality_is_itself() -> None:
@@ -303,7 +365,10 @@ def test_a_quality_is_itself() -> None:
 
 @pytest.mark.slow
 def test_live_is_as_near_to_reference_as_promised() -> None:
-    """A sixth of the hard notes over frets, and one over a board: all of them take `bench live`."""
+    """A sixth of the hard notes over frets, and one over a board: all of them take `bench live`.
+
+    Waveforms of one pluck each of all hard notes over frets that lose, and over boards that do.
+    """
     hard = [note for note in representative_notes() if note.dynamics == "hard"]
     over = [load_preset(note.preset).over_board for note in hard]
     frets = [note for note, board in zip(hard, over, strict=True) if not board][::6]
@@ -311,6 +376,13 @@ def test_live_is_as_near_to_reference_as_promised() -> None:
     assert len(frets) >= 12 and len({note.preset for note in frets}) >= 9 and len(boards) == 1
     live, null = far_off(frets + boards, QUALITIES["live"])
     assert live[0] <= null[0] + bench.MOST_BIAS[0] and live[1] <= null[1] + bench.MOST_BIAS[1]
+    losing = [note for note in hard if load_preset(note.preset).necks[note.string].contact_loss]
+    sounds = [played(losing, QUALITIES[quality], [1.0]) for quality in ("live", "reference")]
+    found = waveforms(losing, *sounds)
+    assert sorted(found) == ["boards", "frets with loss", "pops", "thumb"]
+    for kind in (*bench.PROMISED, "boards"):
+        assert found[kind]["median_db"] <= bench.MOST_WAVEFORM[0], kind
+        assert found[kind]["worst_db"] <= bench.MOST_WAVEFORM[1], kind
 
 
 def test_the_characteristic_frequency_is_the_mean_of_power() -> None:

@@ -357,7 +357,7 @@ def test_a_vibrato_has_no_sidebands_at_the_rate_of_a_retuning(preset: str) -> No
 
 def wound(preset: str, winding: float) -> str:
     """The name among ENGINES of a bass with strings of that winding (m)."""
-    bass, name = load_preset(preset), f"{preset} {winding}"
+    bass, name = without_noise(preset), f"{preset} {winding}"
     strings = tuple(replace(s, winding=winding) for s in bass.strings)
     ENGINES[name] = Engine(replace(bass, strings=strings), QUALITIES["live"], RATE)
     return name

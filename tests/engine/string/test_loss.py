@@ -16,6 +16,7 @@ from livebass.arrays import Floats
 from livebass.engine.solve import solve_trial
 from livebass.kernels.string.records import MOST_NEAR
 from livebass.model.instrument import Pluck, speaking
+from livebass.model.quality import QUALITIES, quality_with
 from livebass.model.trial import Trial
 from livebass.reference.solver import solve
 
@@ -139,11 +140,20 @@ def test_contact_that_loses_needs_few_modes_and_steps() -> None:
     assert min(far_from_reference(1e13, 0.0)) > -30.0  # -16 to -21
 
 
-def test_a_board_that_loses_has_the_modes_and_rate_of_frets() -> None:
-    """Contact that gives all energy back goes on from point to point; then alone a board asks for more of both."""
-    bass = without_noise("fretless")
-    assert bass.over_lossless_board == (not all(neck.contact_loss for neck in bass.necks))
-    for loss in (0.0, 10.0):
-        necks = tuple(dataclasses.replace(neck, contact_loss=loss) for neck in bass.necks)
-        assert dataclasses.replace(bass, necks=necks).over_lossless_board == (loss == 0.0)
-        assert len(speaking(bass.strings[0], necks[0], 0).contact_fret) > MOST_NEAR
+def test_the_loss_of_a_board_says_how_finely_it_is_computed() -> None:
+    """The least of all strings: nothing lost takes all modes and megahertz, much of it is over soon."""
+    bass, live = without_noise("fretless"), QUALITIES["live"]
+    for loss, modes, rate in ((0.0, None, 2.5e6), (1.0, 450, 672e3), (45.0, 450, 240e3)):
+        last = dataclasses.replace(bass.necks[-1], contact_loss=loss)
+        assert last.loss == pytest.approx(loss / 2.0)  # 2e9 on a grid of 1 mm, at 0.1 mm
+        other = dataclasses.replace(bass, necks=(*bass.necks[:-1], last))
+        assert other.board_loss == last.loss
+        quality = live.over(other.board_loss)
+        assert (quality.name, quality.modes, quality.contact_rate) == ("live", modes, rate)
+        assert len(speaking(bass.strings[-1], last, 0).contact_fret) > MOST_NEAR
+    assert without_noise("jazz-finger").board_loss is None and live.over(None) == live
+    for name in ("fretless", "upright"):
+        assert live.over(load_preset(name).board_loss).contact_rate == 240e3
+    assert quality_with("live", contact_rate=400e3).over(22.5).contact_rate == 400e3
+    for name in ("studio", "reference"):
+        assert QUALITIES[name].over(22.5) == QUALITIES[name]
