@@ -6,12 +6,12 @@ import math
 import re
 import subprocess
 import sys
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from support.quiet import without_noise
 
 import livebass
 from livebass.model.quality import quality_with
@@ -24,9 +24,8 @@ LINE = [(0.0, 0.1, 28, 100), (0.15, 0.1, 43, 60), (0.2, 0.05, 33, 127)]
 
 @pytest.fixture(scope="module")
 def bass() -> livebass.Instrument:
-    """Without a player's unevenness: the same line sounds the same twice."""
-    loaded = livebass.load_preset("jazz-finger")
-    return replace(loaded, player=replace(loaded.player, unevenness=0.0))
+    """Without a player's unevenness and noise: the same line sounds the same twice."""
+    return without_noise("jazz-finger", unevenness=0.0)
 
 
 def engine(bass: livebass.Instrument, rate: int = RATE) -> livebass.Engine:

@@ -12,7 +12,8 @@ on with them, some 20 dB below, and each pickup would hear them through a comb o
   gently, in proportion, so that a knock never stands far above what it ends; one at rest gets none. A note that another
   one on the same string ends, and one that is cut, do not knock.
 
-Levels: real electric basses, notes and release noises of five. Noise is a chance a frame, by seed and frame.
+Levels: real electric basses, notes and release noises of five. Noise is a chance a frame, by seed and by how many
+frames of it have sounded: a note sounds the same whenever it is played, and no two alike.
 [audio thread]
 """
 
@@ -85,11 +86,13 @@ def hear_hands(voice, y):
     if voice.pulling > 0:
         skin.speed += skin.growth
     if skin.speed > 0.0:
-        x += skin.speed * next_of_band(skin.band, chance(voice.seed, APART + 2 * voice.frame))
+        x += skin.speed * next_of_band(skin.band, chance(voice.seed, APART + 2 * skin.frames))
+        skin.frames += 1
         if voice.pulling == 0:
             fade_noise(skin)
     if knock.speed > 0.0:
-        x += knock.speed * next_of_band(knock.band, chance(voice.seed, APART + 2 * voice.frame + 1))
+        x += knock.speed * next_of_band(knock.band, chance(voice.seed, APART + 2 * knock.frames + 1))
+        knock.frames += 1
         fade_noise(knock)
     if x != 0.0:
         for i in range(voice.pickups):

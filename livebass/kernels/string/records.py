@@ -267,6 +267,7 @@ NOISE = np.dtype(
         ("growth", "f8"),  # ... by which it grows each frame of a pull ...
         ("fade", "f8"),  # ... and the factor per frame by which it fades
         ("band", BAND),
+        ("frames", "i8"),  # in which it has sounded so far
     ],
     align=True,
 )
