@@ -122,7 +122,7 @@ def _checks(synth: Synth, client: Any, seconds: float, seed: int, say: Say) -> l
             xruns = synth.meters().underruns - underruns
             totals[name] += passed, max(0, lost - PERIOD), load.stolen_seconds(), xruns
         synth.panic()
-        time.sleep(1.0)
+        time.sleep(6.0)  # the floor goes last
     grown = _settled_memory(synth) - memory
     synth.meters()
     time.sleep(1.0)

@@ -337,7 +337,7 @@ def test_a_vibrato_on_a_string_that_is_bent_by_octaves_puts_no_energy_into_it(se
 
 @pytest.mark.parametrize("preset", ["jazz-finger", "fretless", "paper-fretless"])
 def test_a_vibrato_has_no_sidebands_at_the_rate_of_a_retuning(preset: str) -> None:
-    """Frequencies set anew every 128 frames would have spurs 375 Hz beside partials: under -70 dB, measured -110."""
+    """Frequencies set anew every 128 frames would have spurs 375 Hz beside partials: 75 dB under the loudest partial, measured 88."""
     sound = play([(0.0, 0x90, 19, 100), on(0.1, 50, 60), (0.2, 0xB0, 1, 127)], 2.4, preset)
     rest = part(sound, 0.8, 1.5)
     spectrum = 20 * np.log10(np.abs(np.fft.rfft(rest * np.blackman(len(rest)))) + 1e-20)
@@ -346,10 +346,11 @@ def test_a_vibrato_has_no_sidebands_at_the_rate_of_a_retuning(preset: str) -> No
     def level(near: float) -> float:
         return float(spectrum[np.abs(frequency - near) < 12].max())
 
+    loudest = max(level(hz(50) * j) for j in (1, 2, 3, 5, 7))
     for j in (1, 2, 3, 5, 7):
         for spur in (hz(50) * j + 375, abs(hz(50) * j - 375)):
             if abs(spur / hz(50) - round(spur / hz(50))) > 0.3:
-                assert level(spur) < level(hz(50) * j) - 70, (j, spur)
+                assert level(spur) < loudest - 75, (j, spur)
 
 
 # The noise of a winding
@@ -373,7 +374,7 @@ def test_a_slide_squeaks_on_a_wound_string(preset: str, string: int, first: int,
     assert -46 < db(rms(part(note - flat, 0.43, 0.16)) / rms(part(note, 0.43, 0.16))) < -27
 
 
-@pytest.mark.parametrize(("string", "fret"), [(16, 4), (9, 6)])
+@pytest.mark.parametrize(("string", "fret"), [(16, 4), (9, 5)])
 def test_the_squeak_has_its_tone_where_the_finger_passes_windings(string: int, fret: int) -> None:
     """V / p over three frets, 22 ms each: of two windings each is louder at its own."""
     bass, i = load_preset("jazz-finger"), {16: 0, 9: 1}[string]
