@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 from support.jack import PATIENCE
 from support.live import CLOCK, QUICK, RATE, Load, address_of, feed, offline, run_ahead, stopped, synth_and_device
+from support.quiet import without_noise
 from support.scores import busy_score
 
 from livebass import QUALITIES, demo_score, load_preset
@@ -129,7 +130,7 @@ def test_a_held_note_rings_on_in_the_bass_that_was_replaced() -> None:
     """As if nothing had changed, until it is let go; then the old bass is released."""
     sounds = []
     for replaced in (False, True):
-        synth, device = synth_and_device("jazz-finger", adaptive=False)
+        synth, device = synth_and_device(without_noise("jazz-finger"), adaptive=False)
         synth.send(0x90, 40, 60)
         blocks = [device.block(64) for _ in range(200)]
         if replaced:
@@ -292,7 +293,7 @@ def test_panic_ends_everything() -> None:
         synth.send(0x90, key, 120)
     assert device.block(4000).any()
     synth.panic()
-    device.block(RATE)
+    device.block(6 * RATE)  # the floor goes last
     assert not device.block(RATE).any()
 
 
@@ -516,7 +517,7 @@ def test_wild_messages_leave_sound_that_is_finite() -> None:
         sound = device.block(int(rng.integers(1, 300)))
         assert np.isfinite(sound).all() and np.abs(sound).max() <= 1
     synth.panic()
-    device.block(RATE)
+    device.block(6 * RATE)  # the floor goes last
     assert not device.block(RATE).any()
     assert synth.meters().faults == 0
 
