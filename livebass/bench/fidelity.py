@@ -30,6 +30,7 @@ from livebass.engine.engine import Engine
 from livebass.model.instrument import Instrument
 from livebass.model.quality import Quality
 from livebass.preset.load import load_preset, preset_names
+from livebass.units import OFF
 
 NOTE_ON, NOTE_OFF, CONTROL, ALL_SOUND_OFF = 0x90, 0x80, 0xB0, 120  # status bytes of channel 1, and a controller
 SPAN = 0.3  # s of each note
@@ -101,8 +102,9 @@ def representative_notes(presets: Iterable[str] | None = None, seed: int = 2018)
 
 
 def even(bass: Instrument) -> Instrument:
-    """Returns `bass` with a player whose every stroke is alike."""
-    return replace(bass, player=replace(bass.player, unevenness=0.0))
+    """Returns `bass` with a player whose every stroke is alike, and without noise: it would hide what is compared."""
+    player = replace(bass.player, unevenness=0.0, skin_noise=OFF, release_noise=OFF, floor_noise=OFF)
+    return replace(bass, player=player)
 
 
 def forces(plucks: int = PLUCKS, other: bool = False) -> list[float]:

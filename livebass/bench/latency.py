@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from livebass.bench.fidelity import ALL_SOUND_OFF, CONTROL, NOTE_ON
+from livebass.bench.fidelity import ALL_SOUND_OFF, CONTROL, NOTE_ON, even
 from livebass.bench.jack import HEARD, AudioProbe, Lost, MidiProbe, in_child, new_client, server, since, wait_for
 from livebass.bench.live import silence
 from livebass.bench.measure import OtherLoad, Result, Row, heading, load_lines
@@ -103,7 +103,7 @@ def latency_figures(frames: list[float], rate: int) -> dict[str, Any]:
 def _queue_row(rate: int, block: int, extent: Extent) -> Row:
     """From `Synth.send`, for a frame of the next block, to the first sample: the call's time and the frames between."""
     synth = Synth(rate, adaptive=False)
-    bass = LiveBass(load_preset(PRESET), QUALITIES[extent.quality], rate)
+    bass = LiveBass(even(load_preset(PRESET)), QUALITIES[extent.quality], rate)
     synth.switch_to(bass)
     device, rng = FakeDevice(synth), np.random.default_rng(0)
     key = bass.engine.instrument.strings[-1].open_note
@@ -134,7 +134,7 @@ def _native(rate: int, block: int, quality: str) -> Iterator[tuple[str, str]]:
     """`livebass play --backend jack`, in this process: its MIDI port and its output."""
     output = JackOutput("livebass-bench", Synth, connect=False)
     try:
-        output.synth.switch_to(LiveBass(load_preset(PRESET), QUALITIES[quality], rate))
+        output.synth.switch_to(LiveBass(even(load_preset(PRESET)), QUALITIES[quality], rate))
         output.start()
         yield output.midi.name, output.outputs[0].name
     finally:

@@ -12,6 +12,7 @@ import sys
 import threading
 from typing import Any
 
+from livebass.bench.fidelity import even
 from livebass.bench.jack import end_after
 from livebass.extras import install
 from livebass.live.inputs import MidiLost
@@ -58,7 +59,7 @@ def _play(preset: str, quality: str, rate: int, block: int) -> Any:
     if rtmidi.API_UNIX_JACK not in rtmidi.get_compiled_api():
         raise MidiLost("this python-rtmidi has no JACK")
     synth = Synth(rate)
-    synth.switch_to(LiveBass(load_preset(preset), QUALITIES[quality], rate))
+    synth.switch_to(LiveBass(even(load_preset(preset)), QUALITIES[quality], rate))
     output = PortAudioOutput(synth, device, block, "low")
     port = rtmidi.MidiIn(rtapi=rtmidi.API_UNIX_JACK, name=NAME)
 
