@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from support.quiet import without_noise
 
 from livebass import Quality, load_preset
 from livebass.arrays import Floats
@@ -13,7 +14,7 @@ from livebass.kernels.player.performer import FADE
 
 RATE = 48000
 LIGHT = Quality("light", 60, 192e3)
-JAZZ, SLAP, FRETLESS = (load_preset(name) for name in ("jazz-finger", "slap", "fretless"))
+JAZZ, SLAP, FRETLESS = (without_noise(name) for name in ("jazz-finger", "slap", "fretless"))
 Message = tuple[int, int, int, int]  # frame, status, first, second
 LOW: list[Message] = [(0, 0xB0, 64, 127), (10, 0x90, 28, 100)]  # the E string rings on
 

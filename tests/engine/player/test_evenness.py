@@ -26,7 +26,7 @@ LENGTH = 0.3  # s
 STRING, NEIGHBOURS = 6.0, 3.0  # dB, at most: from the lowest to the highest note of a string, and from fret to fret
 GUEST = 1.0  # dB more, of strokes that a key switches to
 # dB more, of strings whose short notes die away soonest: an upright's, old flat wounds on a short neck
-DYING = {"upright": 6.0, "short-scale": 3.0}
+DYING = {"upright": 6.0, "short-scale": 3.0, "six-string": 0.5}
 LAST_THUMB = 7.0  # dB, of the last fret under the thumb of slap: there is none under it to slap the string on
 # Key switches of the strokes, by the usual map; "own": what the bass begins with
 KEYS = {"own": None, "fingers": 13, "pick": 15, "thumb and pops": 18, "tap": 2, "ghost": 10, "left": 7}
