@@ -31,11 +31,21 @@ PEDAL_DOWN, PEDAL_UP = (0xB0, 64, 127), (0xB0, 64, 0)
 
 
 def answering(when: str = "always", preset: str = "jazz-finger") -> Instrument:
-    """A preset; jazz-finger on the neck and with the strings of `muted`, which the levels below are of."""
+    """A preset; jazz-finger with the losses of neck and strings of `muted`, which the levels below are of."""
     bass = even(load_preset(preset))
     if preset == "jazz-finger":
-        ringing = load_preset("muted")
-        bass = replace(bass, necks=ringing.necks, strings=ringing.strings)
+        other = load_preset("muted")
+        necks = tuple(
+            replace(
+                a, admittance=b.admittance, stop_conductance=b.stop_conductance, stiffness_across=1.0, longer_across=0.0
+            )
+            for a, b in zip(bass.necks, other.necks, strict=True)
+        )
+        strings = tuple(
+            replace(a, viscoelastic_angle=b.viscoelastic_angle, thermoelastic=b.thermoelastic)
+            for a, b in zip(bass.strings, other.strings, strict=True)
+        )
+        bass = replace(bass, necks=necks, strings=strings)
     return replace(bass, player=replace(bass.player, answering=when))
 
 
