@@ -51,7 +51,7 @@ APART, ALIKE = 0.02, 1.1  # m between two places, and ratio of misfits, of which
 
 @dataclass(frozen=True)
 class Onset:
-    """What the levels of partials tell of the player and of the electronics."""
+    """Holds what the levels of partials tell of the player and of the electronics."""
 
     place: float  # m from the saddle, of the pluck
     rounding: float  # m, of the finger, at a force half way from the softest to the hardest

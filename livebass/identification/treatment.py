@@ -74,7 +74,7 @@ def loop_of(sound: Floats, rate: float) -> tuple[int, int] | None:
 
 
 def _left(sound: Floats, begin: int, end: int, lag: int) -> float:
-    """What is left (dB) of sound[begin:end] that what is `lag` earlier does not explain."""
+    """Returns what is left (dB) of sound[begin:end] that what is `lag` earlier does not explain."""
     a, b = sound[begin:end], sound[begin - lag : end - lag]
     most = float(a @ a) * float(b @ b)
     return 10 * math.log10(max(1 - float(a @ b) ** 2 / most, 1e-16)) if most > 0 else 0.0

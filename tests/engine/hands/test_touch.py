@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from itertools import pairwise
 
 import numpy as np
@@ -80,10 +79,9 @@ class Hand:
         return note_frequency(self.bass.strings[i].open_note + fret)
 
 
-def even(name: str, **player: object) -> Instrument:
+def even(name: str, **player: float) -> Instrument:
     """A bass whose player is even."""
-    bass = without_noise(name)
-    return dataclasses.replace(bass, player=dataclasses.replace(bass.player, unevenness=0.0, **player))
+    return without_noise(name, **{"unevenness": 0.0, **player})
 
 
 def band(x: Floats, low: float, high: float) -> float:
