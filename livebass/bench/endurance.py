@@ -35,6 +35,7 @@ from livebass.report.progress import Say
 PERIOD, RATE = 256, 48_000  # frames, Hz
 PRESET = "slap"
 PROGRAM, BEND = 0xC0, 0xE0  # status bytes
+OTHER = next(number for number, name in PROGRAMS.items() if name != PRESET)
 BASSES = range(32, 40)  # General MIDI's programs of basses, counted from 0; the last two choose no preset
 CONTROLLERS = (7, 11, 16, 64, 1, 121, 123)
 CYCLES = 10
@@ -96,6 +97,9 @@ def _judged(session: Session, seconds: float, seed: int, say: Say) -> bool:
         for text, passed in checks:
             say(f"{'ok' if passed else 'FAILED'}: {text}")
         return all(passed for _, passed in checks)
+    except Lost as error:
+        say(f"FAILED: {error}")
+        return False
     finally:
         session.stop.set()
 
@@ -104,8 +108,8 @@ def _checks(synth: Synth, client: Any, seconds: float, seed: int, say: Say) -> l
     """Goes through the phases; returns a line for each check, and True if it is passed."""
     say(f"{seconds:.0f} s, {'with' if client.realtime else 'without'} real-time scheduling")
     rng = np.random.default_rng(seed)
-    for preset in PROGRAMS.values() if WARM_UP else ():
-        _settle(synth, preset)
+    for program in PROGRAMS if WARM_UP else ():
+        _settle(synth, program)
     random_playing(synth, rng, WARM_UP)
     memory = highest = _settled_memory(synth)
     before = synth.meters()
@@ -122,7 +126,7 @@ def _checks(synth: Synth, client: Any, seconds: float, seed: int, say: Say) -> l
             xruns = synth.meters().underruns - underruns
             totals[name] += passed, max(0, lost - PERIOD), load.stolen_seconds(), xruns
         synth.panic()
-        time.sleep(6.0)  # the floor goes last
+        time.sleep(1.0)
     grown = _settled_memory(synth) - memory
     synth.meters()
     time.sleep(1.0)
@@ -147,20 +151,22 @@ def _checks(synth: Synth, client: Any, seconds: float, seed: int, say: Say) -> l
 
 def _settled_memory(synth: Synth) -> float:
     """Memory with the same bass each time, MB."""
-    for preset in ("flatwound", PRESET):
-        _settle(synth, preset)
+    for program in (OTHER, program_of(PRESET) or 0):
+        _settle(synth, program)
     return_freed_memory()
     return _memory()
 
 
-def _settle(synth: Synth, preset: str) -> None:
-    """Changes to `preset`, and waits until it plays and the bass before is released."""
+def _settle(synth: Synth, program: int) -> None:
+    """Changes to the preset of a program, and waits until it plays and the bass before is released; may raise Lost."""
+    preset = PROGRAMS[program]
     instrument = load_preset(preset)
     synth.panic()  # nothing rings out
-    synth.send(PROGRAM, (program_of(preset) or 0) - 1)
-    wait_for(
+    synth.send(PROGRAM, program - 1)
+    if not wait_for(
         lambda: not synth.ringing and synth.bass is not None and synth.bass.engine.instrument == instrument, SETTLING
-    )
+    ):
+        raise Lost(f"program {program}, {preset}, does not play after {SETTLING:.0f} s")
 
 
 def random_playing(synth: Synth, rng: np.random.Generator, seconds: float) -> float:

@@ -31,7 +31,7 @@ def assert_panic_silences(synth: Synth, device: FakeDevice) -> None:
     while any(unread(ring) for ring in synth.rings):  # what was sent before comes first
         device.block(512)
     synth.panic()
-    device.block(6 * RATE)  # the floor goes last
+    device.block(RATE)
     assert not device.block(RATE).any(), "a note is stuck"
     assert not any(sounding for _, _, sounding, _ in synth.bass.fingers())  # type: ignore[union-attr]
 

@@ -288,7 +288,7 @@ def test_dense_playing_under_a_busy_interpreter(server: SimpleNamespace) -> None
             while synth.meters().messages <= 100 and time.monotonic() < end:
                 random_playing(synth, rng, 1.0)
         synth.panic()
-        played_on(synth, 6.0)  # the floor goes last
+        played_on(synth, 2.0)
         synth.meters()
         played_on(synth, 0.3)
         stuck.append(synth.meters().peak > 0 or any(f[2] for f in synth.bass.fingers()))  # type: ignore[union-attr]

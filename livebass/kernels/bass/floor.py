@@ -3,7 +3,7 @@
 It belongs to the whole bass, so that no string has to stay awake for it, and is added to the signal of the lowest
 string where the strings are mixed: so the strings' signals add up to the mix. It opens with the first frame in which a
 string is louder than OPENS, stays for HOLD after the last one, through rests, and fades away within FADE: a bass that
-nobody plays is silent. That, and each chance of its noise, is a function of the frame and of the strings' signals, the
+nobody plays is silent. Strings that a panic cuts take it along: it is not held then. That, and each chance of its noise, is a function of the frame and of the strings' signals, the
 same in blocks of any sizes. Nothing that asks whether strings sound counts it: it holds up no tail. Once another bass
 has taken over, it fades at once. [audio thread]
 """
@@ -15,7 +15,7 @@ from livebass.kernels.bass.records import bass_at
 from livebass.kernels.machine.elementary import chance
 from livebass.kernels.machine.native import floats_at, records_at
 from livebass.kernels.machine.noise import amplitude, clear_band, next_of_band, tune_band
-from livebass.kernels.string.records import EVENT, GAIN
+from livebass.kernels.string.records import CUT, EVENT, GAIN
 
 FLOOR_BAND = (40.0, 3000.0)  # Hz: no hum, and the coil takes what is higher
 OPENS = 1e-6  # of full scale
@@ -53,19 +53,28 @@ def play_floor(f, loud, events, count):
     k = 0
     for j in range(loud.shape[0]):
         while k < count and events[k].frame <= f.frame:
-            if events[k].kind == GAIN and events[k].string == 0:
-                f.gain_wanted = events[k].value
+            take_event(f, events[k])
             k += 1
         if f.frame >= f.closes:
             f.left = min(f.left, f.fade)
         elif loud[j] > OPENS:
             f.left = f.hold + f.fade
+        elif f.frame < f.cut:
+            f.left = min(f.left, f.fade)
         loud[j] = next_of_floor(f)
         f.frame += 1
     while k < count:
-        if events[k].kind == GAIN and events[k].string == 0:
-            f.gain_wanted = events[k].value
+        take_event(f, events[k])
         k += 1
+
+
+@jit
+def take_event(f, event):
+    """Takes the volume that an event sets, or the cut of a string."""
+    if event.kind == GAIN and event.string == 0:
+        f.gain_wanted = event.value
+    elif event.kind == CUT:
+        f.cut = event.frame + f.fade
 
 
 @jit

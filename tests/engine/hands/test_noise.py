@@ -226,6 +226,22 @@ def test_the_floor_lasts_through_rests_and_ends() -> None:
     assert not engine.process(RATE).any()
 
 
+def test_a_panic_takes_the_floor_along() -> None:
+    """In blocks of any sizes; a string that sounds before or after holds the floor as ever."""
+    for later, ends in ((None, True), (RATE + 200, False)):
+        once = []
+        for size in (RATE, 777):
+            engine = Engine(bass(**FLOOR), QUICK, RATE)
+            engine.send(np.array([0, RATE]), np.array([[0x90, 40, 100], [0xB0, 120, 0]], np.uint8))
+            if later is not None:
+                engine.send(np.array([later, later + 30000]), np.array([[0x90, 45, 100], [0x80, 45, 64]], np.uint8))
+            sound = np.concatenate([engine.process(min(size, 3 * RATE - n)) for n in range(0, 3 * RATE, size)], axis=1)
+            once.append(sound)
+            assert sound[:, RATE // 2 : RATE].any() and sound[0, RATE : RATE + RATE // 5].any()
+            assert sound[:, RATE + RATE * 6 // 10 :].any() != ends
+        assert np.array_equal(*once)
+
+
 def test_a_render_ends_with_its_tail_with_a_floor_too() -> None:
     key = bass().strings[1].open_note
     score = score_of([(0.0, 0.3, key, 100)], RATE)

@@ -199,7 +199,7 @@ def test_whatever_interrupts_a_glide_the_sound_is_sane(seed: int) -> None:
     assert bass is not None
     assert [int(v.record["weakened"][0]) for v in bass.engine.voices] == [0] * 4
     synth.panic()
-    device.block(6 * RATE)  # the floor goes last
+    device.block(RATE)
     assert not device.block(RATE).any() and synth.meters().faults == 0
 
 
