@@ -103,7 +103,7 @@ def test_the_quality_sets_the_modes_of_a_stopped_string() -> None:
 
 def test_a_board_that_loses_nothing_gets_the_modes_and_contact_rate_that_it_needs() -> None:
     bass, live = livebass.load_preset("paper-fretless"), livebass.QUALITIES["live"]
-    over_board = live.over(board_loss=0.0)
+    over_board = live.for_contact(0.0, board=True)
     assert over_board != live
     moved = livebass.simulate(bass, duration=0.001, quality=live)
     s = speaking(bass.strings[0], bass.necks[0], 0)

@@ -232,7 +232,7 @@ def block_figures(times: NDArray[np.int64], block: int, rate: int) -> dict[str, 
 
 
 def _row(bass: Instrument, quality: Quality, block: int, strings: int, runs: int, line: float) -> Row:
-    quality = quality.over(bass.board_loss)
+    quality = quality.for_contact(bass.loss, bass.over_board)
     script = worst_case(bass, RATE, strings, line)
     times = block_times(bass, quality, block, script, runs)
     loads = times * 1e-9 * RATE / block

@@ -163,8 +163,8 @@ class Engine(Playing):
         """
         checked_rate(rate)
         self.instrument, self.rate = instrument, rate
-        self.quality = quality = quality.over(instrument.board_loss)
-        coarse = self.coarse and self.coarse.over(instrument.board_loss)
+        self.quality = quality = quality.for_contact(instrument.loss, instrument.over_board)
+        coarse = self.coarse and self.coarse.for_contact(instrument.loss, instrument.over_board)
         self.rates = Rates(rate, whole_contact_rate(quality.contact_rate, rate))
         self.frets = frets_of(instrument)
         self.image = image(instrument, quality, coarse)

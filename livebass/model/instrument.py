@@ -198,9 +198,9 @@ class Instrument:
         return self.strings[0].open_note, max(string.open_note for string in self.strings) + frets
 
     @property
-    def board_loss(self) -> float | None:
-        """The least `Neck.loss`, s/m, of the boards that strings are over; None where all are over frets."""
-        return min((neck.loss for neck in self.necks if neck.surface), default=None)
+    def loss(self) -> float:
+        """The least `Neck.loss`, s/m, of all strings; of those over a board, if any are."""
+        return min(neck.loss for neck in self.necks if bool(neck.surface) == self.over_board)
 
     @property
     def over_board(self) -> bool:

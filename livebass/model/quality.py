@@ -14,7 +14,7 @@ MOST_MODES = 1024
 BLOCK = 16, 1024  # frames of a block of live sound, least and most
 LEAST_CONTACT_RATE, MOST_CONTACT_RATE = 44_100.0, 64e6  # Hz
 # Loss c of Hunt and Crossley (`Neck.loss`: contact_loss over contact_stiffness), s/m: contact lets go no faster than at
-# 1 / c. From this on 240 kHz are as near to `reference` as 672 kHz over a board of K 3e8 to 3e10.
+# 1 / c. From this on lower contact rates are as near to `reference`, or nearly so, with a K of 3e8 to 3e10.
 ENDS_SOON = 5.0
 
 
@@ -22,9 +22,8 @@ ENDS_SOON = 5.0
 class Quality:
     """A tier: number of modes and contact rate. The same kernel runs them all.
 
-    Over a board that gives all energy back contact goes on from point to point: it needs more of both, and then
-    `on_board` holds. Contact that loses enough ends soon, and is not chaotic: then a board, whose many points make
-    contact dear, does with `damped_rate`. Frets are few, and would save little.
+    Contact that loses enough ends soon, and is not chaotic: then `damped_rates` do. Over a board that gives all energy
+    back it goes on from point to point: it needs more modes and a higher rate, and `on_board` holds.
     """
 
     name: str
@@ -32,19 +31,20 @@ class Quality:
     contact_rate: float  # Hz, 1/dt of eq. 12; the engine takes the next whole multiple of the audio rate
     on_board: Quality | None = None  # for strings over a board that loses nothing; None: the same
 
-    damped_rate: float | None = None  # Hz, contact rate over a board whose loss is ENDS_SOON or more; None: the same
+    # Hz, contact rate over frets, and over a board, whose loss is ENDS_SOON or more; None: the same
+    damped_rates: tuple[float, float] | None = None
 
-    def over(self, board_loss: float | None) -> Quality:
-        """Returns the quality for strings over a board whose contact has the loss c `board_loss`, s/m; None: frets."""
-        if board_loss == 0.0 and self.on_board is not None:
+    def for_contact(self, loss: float, board: bool) -> Quality:
+        """Returns the quality for strings whose contact, with a `board` or with frets, has the loss c `loss`, s/m."""
+        if board and loss == 0.0 and self.on_board is not None:
             return self.on_board
-        if board_loss is not None and board_loss >= ENDS_SOON and self.damped_rate is not None:
-            return replace(self, contact_rate=self.damped_rate)
+        if loss >= ENDS_SOON and self.damped_rates is not None:
+            return replace(self, contact_rate=self.damped_rates[board])
         return self
 
 
 QUALITIES = {
-    "live": Quality("live", 450, 672e3, on_board=Quality("live", None, 2.5e6), damped_rate=240e3),
+    "live": Quality("live", 450, 672e3, on_board=Quality("live", None, 2.5e6), damped_rates=(336e3, 240e3)),
     "studio": Quality("studio", 600, 4e6, on_board=Quality("studio", None, 4e6)),
     "reference": Quality("reference", None, 8e6),
 }
@@ -69,7 +69,7 @@ def quality_with(name: str, modes: int | None = None, contact_rate: float | None
                 f"contact rate {contact_rate:g} Hz: allowed are {LEAST_CONTACT_RATE:g} to {MOST_CONTACT_RATE:g} Hz"
             )
         board = quality.on_board and replace(quality.on_board, contact_rate=contact_rate)
-        quality = replace(quality, contact_rate=contact_rate, on_board=board, damped_rate=None)
+        quality = replace(quality, contact_rate=contact_rate, on_board=board, damped_rates=None)
     return quality
 
 

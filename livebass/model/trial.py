@@ -135,8 +135,8 @@ def checked_trial(
 
 
 def in_quality(s: Speaking, quality: Quality) -> tuple[int, float]:
-    """Returns the number of modes and the contact rate (Hz) of `quality` for `s`: over a board, those it has there."""
-    chosen = quality.over(s.contact_loss if s.surface else None)
+    """Returns the number of modes and the contact rate (Hz) of `quality` for `s`, by its contact."""
+    chosen = quality.for_contact(s.contact_loss, bool(s.surface))
     return modes_for(chosen, s.length, s.string.length, s.grid_points), chosen.contact_rate
 
 

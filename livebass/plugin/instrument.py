@@ -31,7 +31,7 @@ REASONS = {
 def tiers(instrument: Instrument) -> list[Quality]:
     """The qualities of an instrument file, by tier."""
     of = {LIVE: QUALITIES["live"], STUDIO: QUALITIES["studio"], COARSE: synth.COARSE}
-    return [of[k].over(instrument.board_loss) for k in range(TIERS)]
+    return [of[k].for_contact(instrument.loss, instrument.over_board) for k in range(TIERS)]
 
 
 def instrument_file(instrument: Instrument) -> bytes:

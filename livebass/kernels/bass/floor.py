@@ -3,9 +3,9 @@
 It belongs to the whole bass, so that no string has to stay awake for it, and is added to the signal of the lowest
 string where the strings are mixed: so the strings' signals add up to the mix. It opens with the first frame in which a
 string is louder than OPENS, stays for HOLD after the last one, through rests, and fades away within FADE: a bass that
-nobody plays is silent. Strings that a panic cuts take it along: it is not held then. That, and each chance of its noise, is a function of the frame and of the strings' signals, the
-same in blocks of any sizes. Nothing that asks whether strings sound counts it: it holds up no tail. Once another bass
-has taken over, it fades at once. [audio thread]
+nobody plays is silent. Strings that a panic cuts take it along: it is not held then. That, and each chance of its
+noise, is a function of the frame and of the strings' signals, the same in blocks of any sizes. Nothing that asks
+whether strings sound counts it: it holds up no tail. Once another bass has taken over, it fades at once. [audio thread]
 """
 
 import numpy as np

@@ -28,7 +28,7 @@ def test_notes_are_those_that_python_makes(preset: str, how: dict[str, str | int
     if how and preset in ("paper-fretless", "paper-g"):
         how = {"capo": 2}
     bass = load_preset(preset, **how)  # type: ignore[arg-type]
-    qualities = [QUALITIES[name].over(bass.board_loss) for name in ("live", "studio", "reference")]
+    qualities = [QUALITIES[name].for_contact(bass.loss, bass.over_board) for name in ("live", "studio", "reference")]
     notes, modes, lists = bench_notes(bass, qualities, frets_of(bass))
     for i, (string, neck) in enumerate(zip(bass.strings, bass.necks, strict=True)):
         for fret in range(frets_of(bass) + 1):

@@ -238,7 +238,7 @@ def test_a_panic_takes_the_floor_along() -> None:
             sound = np.concatenate([engine.process(min(size, 3 * RATE - n)) for n in range(0, 3 * RATE, size)], axis=1)
             once.append(sound)
             assert sound[:, RATE // 2 : RATE].any() and sound[0, RATE : RATE + RATE // 5].any()
-            assert sound[:, RATE + RATE * 6 // 10 :].any() != ends
+            assert sound[:, RATE + RATE * 9 // 10 :].any() != ends
         assert np.array_equal(*once)
 
 

@@ -140,20 +140,21 @@ def test_contact_that_loses_needs_few_modes_and_steps() -> None:
     assert min(far_from_reference(1e13, 0.0)) > -30.0  # -16 to -21
 
 
-def test_the_loss_of_a_board_says_how_finely_it_is_computed() -> None:
-    """The least of all strings: nothing lost takes all modes and megahertz, much of it is over soon."""
+def test_the_loss_says_how_finely_contact_is_computed() -> None:
+    """The least of all strings: a board that loses nothing takes all modes and megahertz; much loss is over soon."""
     bass, live = without_noise("fretless"), QUALITIES["live"]
     for loss, modes, rate in ((0.0, None, 2.5e6), (1.0, 450, 672e3), (45.0, 450, 240e3)):
         last = dataclasses.replace(bass.necks[-1], contact_loss=loss)
         assert last.loss == pytest.approx(loss / 2.0)  # 2e9 on a grid of 1 mm, at 0.1 mm
         other = dataclasses.replace(bass, necks=(*bass.necks[:-1], last))
-        assert other.board_loss == last.loss
-        quality = live.over(other.board_loss)
+        assert other.loss == last.loss and other.over_board
+        quality = live.for_contact(other.loss, board=True)
         assert (quality.name, quality.modes, quality.contact_rate) == ("live", modes, rate)
         assert len(speaking(bass.strings[-1], last, 0).contact_fret) > MOST_NEAR
-    assert without_noise("jazz-finger").board_loss is None and live.over(None) == live
-    for name in ("fretless", "upright"):
-        assert live.over(without_noise(name).board_loss).contact_rate == 240e3
-    assert quality_with("live", contact_rate=400e3).over(22.5).contact_rate == 400e3
+    for name, rate in (("fretless", 240e3), ("upright", 240e3), ("slap", 336e3), ("muted", 336e3), ("paper-g", 672e3)):
+        bass = without_noise(name)
+        assert live.for_contact(bass.loss, bass.over_board).contact_rate == rate
+    assert quality_with("live", contact_rate=400e3).for_contact(22.5, board=True).contact_rate == 400e3
     for name in ("studio", "reference"):
-        assert QUALITIES[name].over(22.5) == QUALITIES[name]
+        for board in (False, True):
+            assert QUALITIES[name].for_contact(22.5, board) == QUALITIES[name]

@@ -192,7 +192,7 @@ def sampled_rows(trial: Trial, place: float, rates: Rates, across: bool) -> Floa
 def test_a_bass_has_the_rows_of_numpy(preset: str, quality: str, rate: int) -> None:
     bass = load_preset(preset.removesuffix(YIELDS))
     bass = yielding(bass) if preset.endswith(YIELDS) else bass
-    tier = QUALITIES[quality].over(bass.board_loss)
+    tier = QUALITIES[quality].for_contact(bass.loss, bass.over_board)
     rates = Rates(rate, whole_contact_rate(tier.contact_rate, rate))
     pool = image(bass, tier).pool(LIVE, rate)
     for i, (string, neck) in enumerate(zip(bass.strings, bass.necks, strict=True)):
