@@ -14,16 +14,17 @@ string while a finger glides (glide.py).
 To the longer: q_j = sum_m M_mj q'_m + T_j, where T is the shape that the finger held, a triangle with its corner at s:
 beyond s the string was straight and at rest.
 
-A sum over the modes of the old length for each mode of the new one takes nearly all the time, most of it for divisions.
-So four sums go side by side, and one division serves four quotients: with r = 1 / (a b c d), 1 / a = (r c d) b. The
-highest modes are left out if all of them together are NEGLIGIBLE. `a` is the slot that sounds, `b` the other, loaded
-and silent; `op` and `to` are their operators. [audio thread]
+A sum over the modes of the old length for each mode of the new one takes nearly all the time. So u and v go together,
+and one division serves two quotients: with r = 1 / (a b), 1 / a = r b. The highest modes are left out if all of them
+together are NEGLIGIBLE. `a` is the slot that sounds, `b` the other, loaded and silent; `op` and `to` are their
+operators. [audio thread]
 """
 
 import numpy as np
 
 from livebass.compiling import compiled, jit
 from livebass.kernels.machine.elementary import cos, sin
+from livebass.kernels.string import modal
 from livebass.kernels.string.modal import LANES, mode_number
 from livebass.kernels.string.operators import heights, positions
 from livebass.kernels.string.records import BLOCK
@@ -79,45 +80,43 @@ def needed(w, n):
 
 
 @fast
-def four_sums(w, squares, n, new, wanted, m):
+def two_sums(u, v, squares, n, new, new_v, wanted, m):
     """Gives new.q[m] the sum of the first `n` weighed displacements over (wanted[m] - squares[j]), new.p[m] velocities.
 
-    The same for the next three modes. No difference may be zero.
+    The same for the next mode, and for `v` and `new_v`. No difference may be zero.
     """
-    a, b, c, d = wanted[m], wanted[m + 1], wanted[m + 2], wanted[m + 3]
-    q_a = q_b = q_c = q_d = 0.0
-    p_a = p_b = p_c = p_d = 0.0
+    a, b = wanted[m], wanted[m + 1]
+    q_a = q_b = p_a = p_b = 0.0
+    y_a = y_b = z_a = z_b = 0.0
     for j in range(n):
-        square, q, p = squares[j], w.q_before[j], w.p_before[j]
-        x, y, z, u = a - square, b - square, c - square, d - square
-        x_y, z_u = x * y, z * u
-        inverse = 1.0 / (x_y * z_u)
-        over_x_y, over_z_u = inverse * z_u, inverse * x_y
-        part = over_x_y * y
-        q_a += q * part
-        p_a += p * part
-        part = over_x_y * x
-        q_b += q * part
-        p_b += p * part
-        part = over_z_u * u
-        q_c += q * part
-        p_c += p * part
-        part = over_z_u * z
-        q_d += q * part
-        p_d += p * part
-    new.q[m], new.q[m + 1], new.q[m + 2], new.q[m + 3] = q_a, q_b, q_c, q_d
-    new.p[m], new.p[m + 1], new.p[m + 2], new.p[m + 3] = p_a, p_b, p_c, p_d
+        square = squares[j]
+        to_a, to_b = a - square, b - square
+        inverse = 1.0 / (to_a * to_b)
+        over_a, over_b = inverse * to_b, inverse * to_a
+        q, p, y, z = u.q_before[j], u.p_before[j], v.q_before[j], v.p_before[j]
+        q_a += q * over_a
+        q_b += q * over_b
+        p_a += p * over_a
+        p_b += p * over_b
+        y_a += y * over_a
+        y_b += y * over_b
+        z_a += z * over_a
+        z_b += z * over_b
+    new.q[m], new.q[m + 1], new.p[m], new.p[m + 1] = q_a, q_b, p_a, p_b
+    new_v.q[m], new_v.q[m + 1], new_v.p[m], new_v.p[m + 1] = y_a, y_b, z_a, z_b
 
 
 @jit
-def all_sums(w, squares, n, new, wanted, to):
-    """`four_sums` for all modes of `to`."""
-    n = needed(w, n)
-    for m in range(0, to.modes, 4):
-        four_sums(w, squares, n, new, wanted, m)
+def all_sums(u, v, squares, n, new, new_v, wanted, to):
+    """`two_sums` for all modes of `to`."""
+    n = max(needed(u, n), needed(v, n))
+    for m in range(0, to.modes, 2):
+        two_sums(u, v, squares, n, new, new_v, wanted, m)
     for m in range(to.modes, to.padded):
         new.q[m] = 0.0
         new.p[m] = 0.0
+        new_v.q[m] = 0.0
+        new_v.p[m] = 0.0
 
 
 @jit
@@ -164,36 +163,41 @@ def to_shorter(a, op, b, to):
 
     Returns displacement and velocity at its stop by the modes, of u, then of v.
     """
-    x, v = shorten(a.u, op, b.u, to, a.active)
-    x_v = v_v = 0.0
-    if a.v_active > 0:
-        x_v, v_v = shorten(a.v, op, b.v, to, a.v_active)
-    return x, v, x_v, v_v
-
-
-@jit
-def shorten(w, op, new, to, n):
-    """`to_shorter` of the `n` modes of one polarisation."""
+    n, across = max(a.active, a.v_active), a.v_active > 0
+    old_v, new_v = (a.v, b.v) if across else (a.u, b.u)
     s = op.length - to.length
     k1, k1_new = np.pi / op.length, np.pi / to.length
-    squares, wanted = new.q_before, new.p_before
+    squares, wanted = b.u.q_before, b.u.p_before
     fill_squares(squares, k1, n)
     fill_squares(wanted, k1_new, to.padded)
-    place, speed = weigh_at(w, op, s, n)
+    x, v = weigh_at(a.u, op, s, n)
+    x_v = v_v = 0.0
+    if across:
+        x_v, v_v = weigh_at(a.v, op, s, n)
     for m in range(to.padded):
         j = equal_mode((m + 1) * k1_new, k1, n)
         if j >= 0:  # it has a node at the new stop: no other mode takes anything of it
             squares[j] = 0.0
-            w.q_before[j] = 0.0
-            w.p_before[j] = 0.0
-    all_sums(w, squares, n, new, wanted, to)
-    scale = 2.0 / np.sqrt(op.length * to.length) * k1_new
+            a.u.q_before[j] = 0.0
+            a.u.p_before[j] = 0.0
+            old_v.q_before[j] = 0.0
+            old_v.p_before[j] = 0.0
+    all_sums(a.u, old_v, squares, n, b.u, new_v, wanted, to)
+    end_on_line(a.u, op, b.u, to, n, x, v)
+    if across:
+        end_on_line(a.v, op, b.v, to, n, x_v, v_v)
+    return x, v, x_v, v_v
+
+
+@jit
+def end_on_line(w, op, new, to, n, place, speed):
+    """Turns the sums of one polarisation into the motion over the line to its stop, at `place` with `speed`."""
+    scale = 2.0 / np.sqrt(op.length * to.length) * (np.pi / to.length)
     line = np.sqrt(2.0 * to.length) / np.pi
     for m in range(to.modes):
         k = mode_number(m)
         set_mode_state(new, m, scale * k * new.q[m] - place * line / k, scale * k * new.p[m] - speed * line / k)
     add_equal_modes(w, op, new, to, n)
-    return place, speed
 
 
 @jit
@@ -220,32 +224,46 @@ def sum_of(values, n):
 
 @jit
 def to_longer(a, op, b, to, at, at_v):
-    """Hands the motion of slot `a` over to the longer `b`, of u and, where it moves, of v.
+    """Hands the motion of slot `a` over to the longer `b`, of u and, where `b` has one, of v.
 
     The stop of u was at[0] m over the line that the longer string rests on, and moved at at[1] m/s; that of v `at_v`.
     """
-    lengthen(a.u, op, b.u, to, a.active, at)
-    if b.v_ready:
-        lengthen(a.v, op, b.v, to, a.v_active, at_v)
-
-
-@jit
-def lengthen(w, op, new, to, n, at):
-    """`to_longer` of the `n` modes of one polarisation."""
-    s = to.length - op.length
+    n, across = max(a.active, a.v_active), b.v_ready > 0 and a.v_active > 0
+    old_v, new_v = (a.v, b.v) if across else (a.u, b.u)
     k1, k1_old = np.pi / to.length, np.pi / op.length
-    squares, wanted = new.q_before, new.p_before
+    squares, wanted = b.u.q_before, b.u.p_before
     fill_squares(squares, k1_old, n)
     fill_squares(wanted, k1, to.padded)
     for j in range(to.padded):
         if equal_mode((j + 1) * k1, k1_old, n) >= 0:  # it has a node at the old stop: it takes nothing of other modes
             wanted[j] = 0.0
+    weigh_slopes(a.u, k1_old, n)
+    if across:
+        weigh_slopes(a.v, k1_old, n)
+    all_sums(a.u, old_v, squares, n, b.u, new_v, wanted, to)
+    add_corner(a.u, op, b.u, to, n, wanted, at)
+    if across:
+        add_corner(a.v, op, b.v, to, n, wanted, at_v)
+    elif b.v_ready:
+        modal.clear_motion(b.v, to.padded)
+        add_corner(a.v, op, b.v, to, np.int64(0), wanted, at_v)
+
+
+@jit
+def weigh_slopes(w, k1, n):
+    """Weighs `n` modes by their wave numbers, of which `k1` is the first, for `all_sums`."""
     velocities(w, n)
     for m in range(n):
-        k = mode_number(m) * k1_old
+        k = mode_number(m) * k1
         w.q_before[m] *= k
         w.p_before[m] *= k
-    all_sums(w, squares, n, new, wanted, to)
+
+
+@jit
+def add_corner(w, op, new, to, n, wanted, at):
+    """Turns the sums of one polarisation into the motion of the longer string, and adds the corner at the old stop."""
+    s = to.length - op.length
+    k1 = np.pi / to.length
     scale = 2.0 / np.sqrt(op.length * to.length)
     corner = np.sqrt(2 / to.length) * to.length / (s * (to.length - s))
     place, speed = at
