@@ -15,6 +15,7 @@ from livebass.kernels.machine.noise import BAND
 ROW = 1048  # float64; the most modes, and the most contact points, of one string
 MOST_NEAR = 32  # contact points solved together in one fine step
 LINE = 64  # bytes of a cache line
+BATCH = 16  # frames that are filtered together
 BLOCK = 16  # modes are woken and dropped in blocks
 GROUP, GROUP_ROOM = 16, 128  # contact points in a group of a board; most groups
 UNKNOWN = -1  # a step number: never
@@ -421,6 +422,10 @@ STRING = on_lines(
         ("slots", SLOT, (VOICE_SLOTS,)),
         ("answers", ANSWERS),
         ("taps", "f8", (8,)),  # workspace: displacement and velocity at each pickup
+        ("batch", "f8", (8, BATCH)),  # the same of frames that wait for the filters ...
+        ("answer", "f8", (BATCH,)),  # ... what answering strings add ...
+        ("flux", "f8", (BATCH,)),  # ... gradient of a pickup's flux, over that at rest ...
+        ("mixed", "f8", (BATCH,)),  # ... and the signal before the filters
         ("between", BETWEEN, (VOICE_SLOTS,)),  # of each slot
     ]
 )
