@@ -25,6 +25,7 @@ from livebass.compiling.library import library
 from livebass.live.outputs import FakeDevice
 from livebass.live.synth import CAPTURE_SECONDS, LiveBass, Synth
 from livebass.live.thread import block
+from livebass.model.quality import quality_with
 
 
 @pytest.mark.parametrize("ahead", ["never", "as time allows", "far"])
@@ -285,6 +286,16 @@ def test_a_bass_fades_out_at_the_same_frames_in_any_blocks(size: int) -> None:
     assert np.abs(sounds[0][:1000]).max() > 0.01
     assert np.array_equal(*sounds)
     assert not sounds[0][1440:].any()
+
+
+def test_strings_run_ahead_for_as_long_as_their_contact_lasts() -> None:
+    for preset, quality, share in (
+        ("slap", "live", 0.15), ("slap-impulse", "live", 0.38), ("fretless", "live", 0.38), ("slap", "studio", 0.7),
+    ):  # fmt: skip
+        bass = LiveBass(load_preset(preset), quality_with(quality, modes=30), RATE)
+        assert bass.record["share"][0] == share, preset
+        bass.run_ahead(False)
+        assert bass.record["share"][0] == 0.0
 
 
 def test_panic_ends_everything() -> None:

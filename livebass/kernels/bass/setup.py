@@ -47,12 +47,13 @@ from livebass.kernels.pickup.coil import COIL
 from livebass.kernels.pickup.tone import ROW, TONES, fit_tones
 from livebass.kernels.player.performer import PERFORMER, performer_at
 from livebass.kernels.string.answers import fill_answers as connect_answers
-from livebass.kernels.string.records import EVENT, MOST_ANSWERS, OPERATOR, SLOT_STATE, STRING, VOICE_SLOTS
+from livebass.kernels.string.records import EVENT, MOST_ANSWERS, MOST_NEAR, OPERATOR, SLOT_STATE, STRING, VOICE_SLOTS
 from livebass.units import OFF
 
-# Running ahead: share of a block's time, and frames between looks at the clock. Qualities up to `live` leave most of
-# the time to other programs; heavier ones need all there is.
-LIGHT_SHARE, LIGHT_STRIDE = 0.38, 2
+# Running ahead: share of a block's time, and frames between looks at the clock. Contact with frets that lose energy is
+# over soon, and leaves most of the time to other programs; other contact comes in bursts, and heavy qualities need all
+# there is.
+SOON_SHARE, LIGHT_SHARE, LIGHT_STRIDE = 0.15, 0.38, 2
 HEAVY_SHARE, HEAVY_STRIDE = 0.7, 1
 
 BUILDING = np.dtype(
@@ -136,6 +137,15 @@ def take_response_of_file(building):
         building.response = added - WORD * building.response_count
 
 
+@jit
+def ends_soon(b):
+    """True if all strings are over frets whose contact loses energy."""
+    ops, lasting = operators_at(b.operators[0], b.strings, b.frets + 1), 0
+    for i in range(b.strings):
+        lasting += ops[i, 0].points > MOST_NEAR or ops[i, 0].loss == 0.0
+    return lasting == 0
+
+
 @entry("void(int64)")
 def fill_bass(address):
     """Makes a bass in the memory of the BUILDING at an address that `measure_bass` has seen."""
@@ -149,7 +159,7 @@ def fill_bass(address):
     b.operators[0] = building.operators[0]
     b.operators[1] = building.operators[1]
     if building.ahead:
-        b.share = HEAVY_SHARE if tier.heavy else LIGHT_SHARE
+        b.share = HEAVY_SHARE if tier.heavy else (SOON_SHARE if ends_soon(b) else LIGHT_SHARE)
     b.stride = HEAVY_STRIDE if tier.heavy else LIGHT_STRIDE
     b.performer = place
     make_performer(performer_at(place), instrument, building.seed, strokes_of(building.file))
