@@ -292,7 +292,7 @@ def test_strings_run_ahead_for_as_long_as_their_contact_lasts() -> None:
     for preset, quality, share in (
         ("slap", "live", 0.15), ("slap-impulse", "live", 0.38), ("fretless", "live", 0.38), ("slap", "studio", 0.7),
     ):  # fmt: skip
-        bass = LiveBass(load_preset(preset), quality_with(quality, modes=30), RATE)
+        bass = LiveBass(load_preset(preset), quality_with(quality, modes=60), RATE)
         assert bass.record["share"][0] == share, preset
         bass.run_ahead(False)
         assert bass.record["share"][0] == 0.0
