@@ -45,7 +45,7 @@ class Quality:
 
 QUALITIES = {
     "live": Quality("live", 450, 672e3, on_board=Quality("live", None, 2.5e6), damped_rates=(336e3, 240e3)),
-    "studio": Quality("studio", 600, 4e6, on_board=Quality("studio", None, 4e6)),
+    "studio": Quality("studio", 600, 4e6, on_board=Quality("studio", None, 4e6), damped_rates=(1.344e6, 672e3)),
     "reference": Quality("reference", None, 8e6),
 }
 

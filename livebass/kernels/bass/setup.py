@@ -50,11 +50,11 @@ from livebass.kernels.string.answers import fill_answers as connect_answers
 from livebass.kernels.string.records import EVENT, MOST_ANSWERS, MOST_NEAR, OPERATOR, SLOT_STATE, STRING, VOICE_SLOTS
 from livebass.units import OFF
 
-# Running ahead: share of a block's time, and frames between looks at the clock. Contact with frets that lose energy is
-# over soon, and leaves most of the time to other programs; other contact comes in bursts, and heavy qualities need all
-# there is.
-SOON_SHARE, LIGHT_SHARE, LIGHT_STRIDE = 0.15, 0.38, 2
-HEAVY_SHARE, HEAVY_STRIDE = 0.7, 1
+# Running ahead: share of a block's time where contact ends soon, where it does not, and frames between looks at the
+# clock. Contact with frets that lose energy is over soon, and leaves most of the time to other programs; other contact
+# comes in bursts, and those of a heavy quality need all there is.
+LIGHT_SHARES, LIGHT_STRIDE = (0.15, 0.38), 2
+HEAVY_SHARES, HEAVY_STRIDE = (0.3, 0.7), 1
 
 BUILDING = np.dtype(
     [
@@ -159,7 +159,8 @@ def fill_bass(address):
     b.operators[0] = building.operators[0]
     b.operators[1] = building.operators[1]
     if building.ahead:
-        b.share = HEAVY_SHARE if tier.heavy else (SOON_SHARE if ends_soon(b) else LIGHT_SHARE)
+        soon, later = HEAVY_SHARES if tier.heavy else LIGHT_SHARES
+        b.share = soon if ends_soon(b) else later
     b.stride = HEAVY_STRIDE if tier.heavy else LIGHT_STRIDE
     b.performer = place
     make_performer(performer_at(place), instrument, building.seed, strokes_of(building.file))

@@ -155,6 +155,7 @@ def test_the_loss_says_how_finely_contact_is_computed() -> None:
         bass = without_noise(name)
         assert live.for_contact(bass.loss, bass.over_board).contact_rate == rate
     assert quality_with("live", contact_rate=400e3).for_contact(22.5, board=True).contact_rate == 400e3
-    for name in ("studio", "reference"):
-        for board in (False, True):
-            assert QUALITIES[name].for_contact(22.5, board) == QUALITIES[name]
+    studio, reference = QUALITIES["studio"], QUALITIES["reference"]
+    assert [studio.for_contact(22.5, board).contact_rate for board in (False, True)] == [1.344e6, 672e3]
+    assert studio.for_contact(0.0, board=False) == studio
+    assert reference.for_contact(22.5, board=True) == reference.for_contact(22.5, board=False) == reference
