@@ -19,7 +19,7 @@ from livebass.score.score import Score
 RATE = 48000
 PRESETS = ("jazz-finger", "slap", "paper-bass", "fretless")
 TAIL = 0.1  # s
-MOST_BYTES = 880_000
+MOST_BYTES = 890_000
 EXPORTED = ["GetPluginFactory", "ModuleEntry", "ModuleExit", "clap_entry", "lv2_descriptor"]
 FADE = 0.02  # s, that render fades out at its end
 NOTES = [(0.05 * k, 0.3, 28 + 5 * (k % 4) + k // 4, 127 - 8 * k) for k in range(12)]
