@@ -26,7 +26,7 @@ from livebass.cli.tuning import TUNING_KEYS, tuning_of_options, tuning_options
 from livebass.cli.values import RATE, Learn, Number, Quantity, Span
 from livebass.files import OutputError, output_error
 from livebass.interrupts import stop_instead
-from livebass.model.quality import BLOCK, QUALITIES
+from livebass.model.quality import BLOCK, CORES, QUALITIES
 from livebass.units import one_line
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ GROUPS = {
     "Effects": "--compression --drive --response",
     "Song": "--file --demo --loop --tempo --metronome --tuner",
     "Take": "--record --record-midi --log",
-    "Devices": "--backend --audio --midi --channel --rate --block --latency --osc",
+    "Devices": "--backend --audio --midi --channel --rate --block --latency --cores --osc",
     "JACK": "--transport --metronome-port --strings --client-name --no-connect",
     "Session": "--no-settings --forget --quiet --help",
 }
@@ -73,6 +73,11 @@ GROUPS = {
     help="Length of a block, for PortAudio and PipeWire; a JACK server has its own.",
 )
 @click.option("--latency", type=Quantity("time", 0.0, 1.0), help="Latency to ask PortAudio for; default: the lowest.")
+@click.option(
+    "--cores",
+    type=Number("cores", *CORES, whole=True),
+    help="Processor cores that play strings; 1: the audio thread alone.  [default: all, at most one a string]",
+)
 @click.option(
     "--channel", type=Number("channel", 1, 16, whole=True), help="Listen to this MIDI channel only.  [default: all]"
 )
@@ -217,6 +222,7 @@ def play(**options: Any) -> None:
         metronome=options["metronome"] or 0.0,
         metronome_port=options["metronome_port"],
         tuner=options["tuner"],
+        cores=options["cores"],
     )
     console = Console(options["quiet"])
     with own_stderr(), logged(console, options["log"]):

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import logging
 import math
+import os
 import threading
 import time
 from collections.abc import Callable, Mapping
@@ -85,6 +86,7 @@ class Settings:
     metronome: float = 0.0  # beats a minute; 0: none
     metronome_port: bool = False  # in a JACK port of its own
     tuner: bool = False
+    cores: int | None = None  # of the processor, that play strings; None: as many as there are
 
 
 @dataclass(frozen=True)
@@ -149,6 +151,8 @@ class Session:
             if messages:
                 ends.callback(messages.discard)
             synth.switch_to(coming.pop().result())
+            self.start_helpers(synth)
+            ends.callback(lambda: self.output.synth.stop_helpers())
             presets = PresetSwitch(synth, settings.preset, settings.quality, settings.load)
             ends.callback(presets.close)
             osc = self._control_socket(presets)
@@ -252,6 +256,11 @@ class Session:
 
     def _new_synth(self, rate: int) -> Synth:
         return Synth(rate, self.settings.channel, self.settings.gain, desk=self.desk)
+
+    def start_helpers(self, synth: Synth) -> None:
+        """Starts the threads that play strings beside the audio thread: one a core that is left, and a string."""
+        cores = self.settings.cores or os.cpu_count() or 1
+        synth.start_helpers(min(cores, len(self.settings.instrument.strings)) - 1)
 
     def _say_playing(self) -> None:
         output = self.output
@@ -504,11 +513,13 @@ class _Loop:
         if old.bass is not None:
             block.keep_controllers(bass.address, old.bass.address)
         synth.switch_to(bass)
+        self.session.start_helpers(synth)
         if self.recorder:
             self.recorder.follow(synth)
         if self.messages:
             self.messages.follow(synth)
         self.output.play(synth)
+        old.stop_helpers()
         self.session.synth = self.presets.synth = synth
         self.gauge.follow(synth)
         if self.midi:

@@ -19,9 +19,10 @@ from numpy.typing import NDArray
 from livebass.engine.engine import Engine
 from livebass.kernels.bass.records import WORD
 from livebass.live.desk import Desk
-from livebass.live.thread import ahead, block, setup
+from livebass.live.priority import make_realtime
+from livebass.live.thread import ahead, block, helpers, setup
 from livebass.live.thread.desk import take_controller
-from livebass.live.thread.records import RINGS, SYNTH, field_offset
+from livebass.live.thread.records import MOST_HELPERS, RINGS, SYNTH, TEAM, field_offset
 from livebass.live.thread.ring import (
     AMOUNT,
     DATA,
@@ -153,6 +154,7 @@ class Synth:
         self.recent = np.zeros(0, np.float32)  # the last sound that `recorded` has returned, up to RECENT
         self._runs_ahead = True
         self._writer = threading.Lock()  # of the first ring, between Python's threads
+        self._helpers: list[threading.Thread] = []
         self._basses: list[LiveBass] = []
         self._dropped = 0  # by basses that were released
         r = self.record
@@ -162,6 +164,42 @@ class Synth:
     @property
     def address(self) -> int:
         return int(self.record.ctypes.data)
+
+    def start_helpers(self, count: int) -> str | None:
+        """Starts threads that play strings beside the audio thread, up to MOST_HELPERS; returns why they have no
+        real-time priority, or None.
+
+        They look for work until `stop_helpers`. None are started on systems without `usleep`. [any thread]
+        """
+        refused: list[str | None] = []
+        usleep = _function("usleep")
+        for _ in range(min(count, MOST_HELPERS) if usleep else 0):
+            thread = threading.Thread(target=self._help, args=(usleep, refused), daemon=True, name="livebass helper")
+            self._helpers.append(thread)
+            thread.start()
+        while len(refused) < len(self._helpers):
+            time.sleep(0.001)
+        return next((why for why in refused if why), None)
+
+    def _help(self, usleep: int, refused: list[str | None]) -> None:
+        refused.append(make_realtime(threading.get_native_id()))
+        helpers.help_out(self.address, usleep)
+
+    def stop_helpers(self) -> None:
+        """Ends the helper threads, once they have played what they play. [any thread]"""
+        self._write_team("stop", 1)
+        for thread in self._helpers:
+            thread.join()
+        self._helpers.clear()
+        self._write_team("stop", 0)
+
+    @property
+    def helped(self) -> int:
+        """How many times a helper thread has played a string in the audio thread's place."""
+        return int(self.record["team"]["helped"][0])
+
+    def _write_team(self, field: str, value: int) -> None:
+        write_word(self.address + field_offset(SYNTH, "team") + field_offset(TEAM, field), value)
 
     @property
     def frame(self) -> int:
@@ -366,11 +404,16 @@ class Synth:
 
 def _clock() -> tuple[int, int]:
     """Address of clock_gettime and the number of the monotonic clock; zeros on systems without."""
+    function = _function("clock_gettime")
+    return (function, time.CLOCK_MONOTONIC) if function else (0, 0)
+
+
+def _function(name: str) -> int:
+    """The address of a function of the C library; 0 on systems without."""
     try:
-        function = ctypes.CDLL(None).clock_gettime
-        return int(ctypes.cast(function, ctypes.c_void_p).value or 0), time.CLOCK_MONOTONIC
+        return int(ctypes.cast(getattr(ctypes.CDLL(None), name), ctypes.c_void_p).value or 0)
     except (AttributeError, OSError, TypeError):
-        return 0, 0
+        return 0
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from livebass.units import DIMENSIONS, readable_quantity
 
 MOST_MODES = 1024
 BLOCK = 16, 1024  # frames of a block of live sound, least and most
+CORES = 1, 64  # of the processor that play live, least and most
 LEAST_CONTACT_RATE, MOST_CONTACT_RATE = 44_100.0, 64e6  # Hz
 # Loss c of Hunt and Crossley (`Neck.loss`: contact_loss over contact_stiffness), s/m: contact lets go no faster than at
 # 1 / c. From this on lower contact rates are as near to `reference`, or nearly so, with a K of 3e8 to 3e10.

@@ -37,6 +37,8 @@ AHEAD = np.dtype(
         ("kept", "i8"),
         ("answers", "i8"),  # address: float64 (SAVES, 2, MOST_ANSWERS), where strings may answer
         ("sound", "i8"),  # float64 (SOUND_RING,): frame n is at n % SOUND_RING
+        ("events", "i8"),  # place of its first event among the string_events of the bass ...
+        ("count", "i8"),  # ... and how many there are, in this chunk
     ],
     align=True,
 )
@@ -71,7 +73,7 @@ BASS = np.dtype(
         ("string", "i8", (MOST_STRINGS,)),  # address: STRING
         ("performer", "i8"),
         ("events", "i8"),  # EVENT (EVENT_ROOM,), of all strings
-        ("string_events", "i8"),  # EVENT (EVENT_ROOM,), of the string that plays
+        ("string_events", "i8"),  # EVENT (EVENT_ROOM,), by string
         ("ahead", "i8", (MOST_STRINGS,)),  # AHEAD of each string
         ("frame", "i8"),  # of the synth, when this bass began
         ("tones", "i8"),  # the strings' filters (tone.py)

@@ -46,6 +46,21 @@ def store_release(_context: Any, address: Any, value: Any) -> Any:
 
 
 @intrinsic
+def replace_word(_context: Any, address: Any, old: Any, new: Any) -> Any:
+    """Stores the int64 `new` at `address` if `old` is there, in one step; returns 1 if so, else 0.
+
+    Who stores sees all that was written before `old` was stored by `store_release` or `replace_word`.
+    """
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        pointer = builder.inttoptr(args[0], WORD.as_pointer())
+        found = builder.cmpxchg(pointer, args[1], args[2], "acq_rel", "acquire")
+        return builder.zext(builder.extract_value(found, 1), WORD)
+
+    return types.int64(types.int64, types.int64, types.int64), generate
+
+
+@intrinsic
 def address_of(_context: Any, value: Any) -> Any:
     """Converts a C pointer to an address."""
 
@@ -220,6 +235,12 @@ def pointer_from(_context: Any, function: Any, pointer: Any, count: Any) -> Any:
 def count_from(_context: Any, function: Any, pointer: Any) -> Any:
     """Calls uint32 function(void *pointer): jack_midi_get_event_count, jack_last_frame_time."""
     return _c_function(U32, [BYTES], [types.int64])
+
+
+@intrinsic
+def wait_by(_context: Any, function: Any, microseconds: Any) -> Any:
+    """Calls int function(uint32 microseconds): usleep."""
+    return _c_function(U32, [U32], [types.int64])
 
 
 @intrinsic

@@ -13,7 +13,7 @@ import numpy as np
 from livebass.compiling import entry, inlined, jit
 from livebass.kernels import voice
 from livebass.kernels.bass.records import SAVES, SOUND_RING, VOICE_WORDS, bass_at
-from livebass.kernels.machine.native import call_4, record_address, words_at
+from livebass.kernels.machine.native import call_3, record_address, words_at
 from livebass.kernels.string.modal import clear_motion, copy_row
 from livebass.kernels.string.records import GROUP_ROOM, MOST_NEAR, SLOT_STATE, VOICE_SLOTS
 from livebass.kernels.string.slot import invalidate_contact
@@ -133,17 +133,19 @@ def move_v(move_row, memory, slot, op):
     move_row(memory, at, v.solved_at, points)
 
 
-@entry("void(int64, int64, int64, int64)")
-def play_string(bass, i, end, count):
+@entry("void(int64, int64, int64)")
+def play_string(bass, i, end):
     """C function: `play_to` for the bass at address `bass`."""
     b = bass_at(bass)
     a, string = ahead_of(b, i), string_of(b, i)
     v = string.voice
-    events = string_events_of(b)
+    count = a.count
+    events = string_events_of(b)[a.events : a.events + count]
     if count > 0:
         if v.frame > events[0].frame:
             go_back(b, i, events[0].frame)
         a.first = a.saved  # states saved so far know nothing of these events
+        a.count = 0
     sound = sound_of(a)
     which = (b.coarse >> i) & 1
     used = 0
@@ -155,9 +157,9 @@ def play_string(bass, i, end, count):
 
 
 @jit
-def play_to(b, i, end, count):
-    """Plays string `i` to frame `end` of its bass into its ring of sound, with `count` of b.string_events."""
-    call_4(b.play_string, record_address(b), i, end, count)
+def play_to(b, i, end):
+    """Plays string `i` to frame `end` of its bass into its ring of sound, with its string_events, if it has any."""
+    call_3(b.play_string, record_address(b), np.int64(i), end)
 
 
 @jit
@@ -166,7 +168,7 @@ def step_ahead(b, i, end):
     v = string_of(b, i).voice
     if v.frame == end or v.frame % SAVE_EVERY == 0:
         save(b, i)
-    play_to(b, i, v.frame + b.stride - v.frame % b.stride, 0)
+    play_to(b, i, v.frame + b.stride - v.frame % b.stride)
 
 
 @jit
@@ -174,7 +176,7 @@ def drop_ahead(b, i, frame):
     """Takes string `i` back to `frame` if it ran ahead of it, and drops its saved states."""
     if string_of(b, i).voice.frame > frame:
         go_back(b, i, frame)
-        play_to(b, i, frame, 0)
+        play_to(b, i, frame)
     a = ahead_of(b, i)
     a.first = a.saved
 

@@ -29,7 +29,7 @@ from livebass.kernels.machine.native import (
 from livebass.kernels.pickup import tone
 from livebass.kernels.player import controls, expression, messages, notes, parameters
 from livebass.kernels.player.performer import FADE, MOST_EVENTS, MOST_STRINGS, OVER
-from livebass.live.thread import ahead
+from livebass.live.thread import ahead, helpers
 from livebass.live.thread.records import (
     BLOCK_TIME,
     CAPTURE_RING,
@@ -280,19 +280,24 @@ def mix_strings(synth, b, out, n, fade, whole):
         for j in range(n):
             synth.before[j] = out[j]
             synth.dry[j] = 0.0
-    played: Any = np.int64(0)  # strings, a bit each
+    played: Any = np.int64(0)  # strings, a bit each ...
+    wanting: Any = np.int64(0)  # ... and those of them that are not ahead of the end of the chunk
+    used = 0
     for i in range(b.strings):
-        used = 0
+        v, a = string_of(b, i).voice, ahead_of(b, i)
+        a.events = used
         for k in range(count):
             if events[k].string == i:
                 string_events[used] = events[k]
                 used += 1
-        v = string_of(b, i).voice
-        if v.still and v.frame == start and used == 0:
+        a.count = used - a.events
+        if v.still and v.frame == start and a.count == 0:
             voice.skip_to(v, start + n)
             continue
-        ahead.play_to(b, i, start + n, used)
         played |= np.int64(1) << i
+        if v.frame < start + n or a.count > 0:
+            wanting |= np.int64(1) << i
+    helpers.play_strings(synth, b, wanting, start + n)
     hisses = b.floor.level > 0.0 and hear_floor(synth, b, n, played)
     for i in range(b.strings):
         sounds, with_floor = (played >> i) & 1 != 0, hisses and i == 0

@@ -32,12 +32,29 @@ RINGS = 3  # of messages: from Python's threads, of the score, from the MIDI por
 MOST_MESSAGES = 256  # taken into one chunk, if their events find room; the others wait for the next
 CHUNK = 1024  # frames computed at once, at most
 HISTOGRAM = 64
+MOST_HELPERS = MOST_STRINGS - 1
 RINGING = -1  # in place of the frames left of a fade-out
 
 # Running ahead of the clock
 HORIZON = 768  # frames
 SAVE_EVERY = 16  # frames between saved states, whole strides
 assert CHUNK + HORIZON < SOUND_RING
+
+# Strings that the audio thread and its helpers play side by side (helpers.py)
+TEAM = np.dtype(
+    [
+        ("before", "i8", (8,)),  # what other threads write lies on other cache lines
+        ("job", "i8"),  # strings that nobody plays yet, a bit each, under the number of the job
+        ("done", "i8"),  # strings that helpers have played, of this job
+        ("bass", "i8"),  # address
+        ("end", "i8"),  # frame of the bass to which they are played
+        ("helpers", "i8"),  # threads that help now; 0: the audio thread plays all strings
+        ("stop", "i8"),  # raised by Python: they end
+        ("helped", "i8"),  # strings that helpers have played, in all jobs
+        ("after", "i8", (8,)),
+    ],
+    align=True,
+)
 
 SYNTH = np.dtype(
     [
@@ -92,6 +109,7 @@ SYNTH = np.dtype(
         ("overload", "i8"),  # strings on coarse operators
         ("calm_frames", "i8"),  # since the load was last high
         ("histogram", "i8", (HISTOGRAM,)),  # blocks by load: bin 32 + 4 log2(load)
+        ("team", TEAM),
         # effects
         ("effects", "f8", (KNOBS,)),  # their knobs, as they were set last; 0: as the bass has it ...
         ("knobs", "f8", (KNOBS, CHUNK)),  # ... and in the frames of this chunk ...
@@ -115,6 +133,9 @@ BLOCK_TIME, NEXT_BASS, FADED_BASS, CAPTURE_RING, PLAYED_RING, PANIC = (
     for name in ("block_time", "next_bass", "faded_bass", "capture_ring", "played_ring", "panic")
 )
 KNOBS_PLACE = field_offset(SYNTH, "knobs")
+JOB, DONE, HELPERS, STOP, HELPED = (
+    field_offset(SYNTH, "team") + field_offset(TEAM, name) for name in ("job", "done", "helpers", "stop", "helped")
+)
 
 
 synth_at = record_at(SYNTH)

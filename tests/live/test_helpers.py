@@ -1,0 +1,100 @@
+"""Threads that play strings beside the audio thread: the same bits, whoever plays; they come and go with the session."""
+
+from __future__ import annotations
+
+import threading
+import time
+
+import numpy as np
+import pytest
+from support.jack import PATIENCE
+from support.live import QUICK, RATE, Session, run_ahead, synth_and_device
+from support.quiet import without_noise
+
+from livebass.arrays import Floats
+from livebass.live.outputs import FakeDevice
+from livebass.live.session import Settings
+from livebass.live.synth import LiveBass, Synth
+from livebass.live.thread.records import MOST_HELPERS
+
+BLOCKS = (64, 16, 256, 1000, 64, 64)  # frames
+
+
+def helping() -> int:
+    return sum(thread.name == "livebass helper" for thread in threading.enumerate())
+
+
+def played(preset: str, count: int, how: str, least: int) -> Floats:
+    """Wild playing of all strings with `count` helpers, which have played `least` strings at least."""
+    synth, device = synth_and_device(preset, QUICK, adaptive=False)
+    run_ahead(synth, how)
+    synth.start_helpers(count)
+    assert helping() == count
+    rng, sounds = np.random.default_rng(11), []
+    try:
+        for k in range(600):
+            for _ in range(int(rng.integers(0, 5))):
+                first, second, frame = int(rng.integers(26, 60)), int(rng.integers(1, 128)), int(rng.integers(64))
+                kind = int(rng.choice([0x90, 0x90, 0x90, 0x80, 0xE0]))
+                synth.send(kind, first if kind != 0xE0 else 0, second, frame=synth.frame + frame)
+            if k == 300:
+                synth.switch_to(LiveBass(without_noise("five-string"), QUICK, RATE))  # the one before rings out
+            sounds.append(device.block(BLOCKS[k % len(BLOCKS)]))
+        end = time.monotonic() + PATIENCE
+        while synth.helped < least and time.monotonic() < end:
+            more(synth, device)
+        assert synth.helped >= least
+        assert synth.meters().faults == 0
+    finally:
+        synth.stop_helpers()
+    assert helping() == 0
+    return np.concatenate(sounds)
+
+
+def more(synth: Synth, device: FakeDevice) -> None:
+    for key in (23, 28, 33, 38, 43):
+        synth.send(0x90, key, 120)
+    device.block(256)
+
+
+@pytest.mark.parametrize(("preset", "how"), [("slap", "far"), ("slap", "never"), ("fretless", "as time allows")])
+def test_strings_sound_the_same_whoever_plays_them(preset: str, how: str) -> None:
+    alone = played(preset, 0, how, 0)
+    assert np.abs(alone).max() > 0.05
+    for count in (1, 3):
+        assert np.array_equal(played(preset, count, how, 50), alone), count
+
+
+def test_helpers_come_and_go() -> None:
+    synth, device = synth_and_device("slap", QUICK)
+    synth.start_helpers(100)
+    assert helping() == MOST_HELPERS
+    synth.stop_helpers()
+    synth.stop_helpers()
+    assert helping() == 0
+    before = synth.helped
+    more(synth, device)
+    assert synth.helped == before, "the audio thread plays alone again"
+    synth.start_helpers(1)
+    assert helping() == 1
+    synth.stop_helpers()
+
+
+def test_on_a_system_that_lacks_a_rest_there_are_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("livebass.live.synth._function", lambda name: 0)
+    synth, device = synth_and_device("slap", QUICK)
+    assert synth.start_helpers(2) is None and helping() == 0
+    more(synth, device)
+    assert synth.helped == 0
+
+
+@pytest.mark.parametrize(("cores", "wanted"), [(1, 0), (2, 1), (16, 3), (None, None)])
+def test_a_session_has_one_a_core_that_is_left_and_a_string(
+    cores: int | None, wanted: int | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("os.cpu_count", lambda: 3)
+    session = Session(Settings(without_noise("slap"), QUICK, cores=cores))
+    synth = Synth(RATE)
+    session.start_helpers(synth)
+    assert helping() == (2 if wanted is None else wanted)
+    synth.stop_helpers()
