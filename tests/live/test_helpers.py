@@ -1,4 +1,4 @@
-"""Threads that play strings beside the audio thread: the same bits, whoever plays; they come and go with the session."""
+"""Threads that play strings beside the audio thread: the same bits, whoever plays; a session starts and ends them."""
 
 from __future__ import annotations
 
