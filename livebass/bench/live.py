@@ -13,6 +13,7 @@ coarse string, and the player is even, so that runs are alike: nearly, as string
 from __future__ import annotations
 
 import gc
+import os
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -58,6 +59,7 @@ NULL = "reference, again"
 MOST_BIAS, MOST_BIAS_FREE = (0.02, 0.15), (0.001, 0.001)  # of notes with and without contacts
 # dB, of the waveform over frets that lose, median and worst; pops and boards are told, and promised nothing.
 MOST_WAVEFORM, PROMISED = (-45.0, -35.0), ("frets with loss", "thumb")
+TEAM_BLOCK = 64  # frames, of strings side by side
 ALONE_PRESET, ALONE_BLOCK, ALONE_RATE = "paper-g", 128, 4e6  # Hz, of the contact steps
 
 POPPED = (0.0, 0.5)  # s, all open strings at velocity 127 at once; the second time while they sound
@@ -95,18 +97,24 @@ FULL = Extent()
 def bench_live(preset: str = "jazz-finger", progress: Say = silent, extent: Extent = FULL) -> Result:
     """Measures all in about six minutes; nothing else should run on the machine. `progress` is told what comes next.
 
-    "rows" has one for each quality ("tier") and block size, "moonshot" one of a single string at full fidelity,
-    "fidelity" the `distance` of each quality, and of `reference` by other plucks, from `reference`, over all presets,
-    "waveforms" the `waveforms` of each quality beside those of `reference`; "wanted" the targets.
+    "rows" has one for each quality ("tier") and block size, "team" one for each quality with strings side by side on
+    all cores, where there are several, "moonshot" one of a single string at full fidelity, "fidelity" the `distance` of
+    each quality, and of `reference` by other plucks, from `reference`, over all presets, "waveforms" the `waveforms` of
+    each quality beside those of `reference`; "wanted" the targets.
     Raises what `load_preset` and `Engine` raise. [main thread]
     """
     bass = even(load_preset(preset))
     result, load = heading(), OtherLoad()
-    rows = []
+    rows, team = [], []
     for quality in extent.qualities:
         for block in extent.blocks:
             progress(f"{quality}, {block} frames")
             rows.append(_quality_row(bass, quality, block, extent))
+    every = min(os.cpu_count() or 1, len(bass.strings))
+    for name in extent.qualities if every > 1 else ():
+        progress(f"{name}, {TEAM_BLOCK} frames, {every} cores")
+        quality = QUALITIES[name]
+        team.append(_row(bass, quality, TEAM_BLOCK, len(bass.strings), extent.other_runs, extent.line, every))
     progress("one string, all modes, 4 MHz")
     alone = _alone_row(extent)
     result |= load.shares()
@@ -116,6 +124,7 @@ def bench_live(preset: str = "jazz-finger", progress: Say = silent, extent: Exte
         "rate_hz": RATE,
         "strings": len(bass.strings),
         "rows": rows,
+        "team": team,
         "moonshot": alone,
         "fidelity": fidelity,
         "waveforms": near,
@@ -202,16 +211,22 @@ def silence(device: FakeDevice, block: int) -> None:
         device.block(block)
 
 
-def block_times(bass: Instrument, quality: Quality, block: int, script: Script, runs: int) -> NDArray[np.int64]:
+def block_times(
+    bass: Instrument, quality: Quality, block: int, script: Script, runs: int, cores: int = 1
+) -> NDArray[np.int64]:
     """Returns the times of the blocks of `script`, (runs, blocks), ns; a first run is not counted."""
     synth = Synth(script.rate, adaptive=False)
     synth.switch_to(LiveBass(bass, quality, script.rate))
     device = FakeDevice(synth)
-    play_script(device, replace(script, frames=script.popped), block)
-    times = []
-    for _ in range(runs):
-        silence(device, block)
-        times.append(play_script(device, script, block))
+    synth.start_helpers(cores - 1)
+    try:
+        play_script(device, replace(script, frames=script.popped), block)
+        times = []
+        for _ in range(runs):
+            silence(device, block)
+            times.append(play_script(device, script, block))
+    finally:
+        synth.stop_helpers()
     return np.array(times)
 
 
@@ -231,10 +246,10 @@ def block_figures(times: NDArray[np.int64], block: int, rate: int) -> dict[str, 
     }
 
 
-def _row(bass: Instrument, quality: Quality, block: int, strings: int, runs: int, line: float) -> Row:
+def _row(bass: Instrument, quality: Quality, block: int, strings: int, runs: int, line: float, cores: int = 1) -> Row:
     quality = quality.for_contact(bass.loss, bass.over_board)
     script = worst_case(bass, RATE, strings, line)
-    times = block_times(bass, quality, block, script, runs)
+    times = block_times(bass, quality, block, script, runs, cores)
     loads = times * 1e-9 * RATE / block
     counts = np.histogram(np.clip(loads, EDGES[0], EDGES[-1]), EDGES)[0]
     return {
@@ -244,6 +259,7 @@ def _row(bass: Instrument, quality: Quality, block: int, strings: int, runs: int
         "block": block,
         "deadline_us": block / RATE * 1e6,
         "strings": strings,
+        "cores": cores,
         "runs": runs,
         "blocks": int(times.size),
         **block_figures(times, block, RATE),
@@ -410,7 +426,7 @@ def table(result: Result) -> str:
         [
             f"{result['preset']}, {result['strings']} strings popped at once at velocity 127, again, then sixteenths; "
             f"{result['rate_hz'] / 1e3:g} kHz; times of a block in parts of its deadline",
-            *columns([HEAD, *map(_cells, [*result["rows"], result["moonshot"]])]),
+            *columns([HEAD, *map(_cells, [*result["rows"], *result["team"], result["moonshot"]])]),
             "quiet: the best run of each block, without what else the machine did",
             "fit: how many strings can be popped at once with every block in time, plain / quiet",
             "",
@@ -425,7 +441,7 @@ def table(result: Result) -> str:
 
 def _cells(row: Row) -> tuple[str, ...]:
     return (
-        row["tier"],
+        row["tier"] + (f", {row['cores']} cores" if row["cores"] > 1 else ""),
         "all" if row["modes"] is None else str(row["modes"]),
         _rate(row["contact_rate_hz"]),
         str(row["block"]),

@@ -258,9 +258,15 @@ class Session:
         return Synth(rate, self.settings.channel, self.settings.gain, desk=self.desk)
 
     def start_helpers(self, synth: Synth) -> None:
-        """Starts the threads that play strings beside the audio thread: one a core that is left, and a string."""
+        """Starts the threads that play strings beside the audio thread: one a core that is left, and a string.
+
+        Without real-time priority other programs can hold them up in the middle of a string, and the audio thread with
+        them: then they help only if cores were asked for.
+        """
         cores = self.settings.cores or os.cpu_count() or 1
-        synth.start_helpers(min(cores, len(self.settings.instrument.strings)) - 1)
+        refused = synth.start_helpers(min(cores, len(self.settings.instrument.strings)) - 1)
+        if refused and self.settings.cores is None:
+            synth.stop_helpers()
 
     def _say_playing(self) -> None:
         output = self.output

@@ -82,8 +82,11 @@ def test_all_is_measured_and_named(measured: tuple[dict[str, Any], list[str]]) -
     assert [(row["tier"], row["block"]) for row in result["rows"]] == [
         (tier, block) for tier in TINY.qualities for block in TINY.blocks
     ]
-    assert len(said) == len(set(said)) == 9
-    for row in [*result["rows"], result["moonshot"]]:
+    assert [(row["tier"], row["block"], row["cores"]) for row in result["team"]] == [
+        (tier, 64, min(os.cpu_count() or 1, 4)) for tier in TINY.qualities if (os.cpu_count() or 1) > 1
+    ]
+    assert len(said) == len(set(said)) == 9 + len(result["team"])
+    for row in [*result["rows"], *result["team"], result["moonshot"]]:
         assert 0 < row["median"] <= row["p999"] <= row["worst"]
         assert row["quiet_p999"] <= row["quiet_worst"] <= row["worst"]
         assert 0 <= row["late"] <= 1 and sum(row["histogram"]) == row["blocks"]
@@ -422,10 +425,12 @@ def test_stolen_time_is_counted(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_the_table_has_every_row(measured: tuple[dict[str, Any], list[str]]) -> None:
     result = measured[0]
     lines = bench.table(result).splitlines()
-    rows = lines[1:7]
+    found = [*result["rows"], *result["team"], result["moonshot"]]
+    rows = lines[1 : 2 + len(found)]
     assert len({len(line) for line in rows}) == 1 and max(map(len, lines)) <= 130
-    for line, row in zip(rows[1:], [*result["rows"], result["moonshot"]], strict=True):
-        assert line.startswith(row["tier"]) and f"{row['worst']:.1%}" in line and f"{row['median']:.1%}" in line
+    for line, row in zip(rows[1:], found, strict=True):
+        assert line.startswith(row["tier"]) and (row["cores"] == 1 or f", {row['cores']} cores " in line)
+        assert f"{row['worst']:.1%}" in line and f"{row['median']:.1%}" in line
     for target in result["wanted"]:
         assert any(line.startswith(target["what"]) and line.endswith("missed") != target["met"] for line in lines)
     assert any(line.startswith("livebass") and "numba" in line for line in lines)

@@ -410,7 +410,7 @@ def test_nothing_half_written(
             if len(quick) == 90:
                 signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
             if len(quick) >= 90:  # the main thread, which takes the signal, has time before the last sample is done
-                time.sleep(0.02)
+                time.sleep(0.05)
             return np.zeros(100, np.float32)
 
         monkeypatch.setattr(sfz, "_stored", lambda *_: played() is None or sfz.Stored(-20.0, 0.0))

@@ -88,13 +88,18 @@ def test_on_a_system_that_lacks_a_rest_there_are_none(monkeypatch: pytest.Monkey
     assert synth.helped == 0
 
 
-@pytest.mark.parametrize(("cores", "wanted"), [(1, 0), (2, 1), (16, 3), (None, None)])
+@pytest.mark.parametrize(
+    ("cores", "refused", "wanted"),
+    [(1, None, 0), (2, None, 1), (16, None, 3), (None, None, 2), (None, "no rights", 0), (2, "no rights", 1)],
+)
 def test_a_session_has_one_a_core_that_is_left_and_a_string(
-    cores: int | None, wanted: int | None, monkeypatch: pytest.MonkeyPatch
+    cores: int | None, refused: str | None, wanted: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """Of three cores; without real-time priority only as asked for."""
     monkeypatch.setattr("os.cpu_count", lambda: 3)
+    monkeypatch.setattr("livebass.live.synth.make_realtime", lambda thread: refused)
     session = Session(Settings(without_noise("slap"), QUICK, cores=cores))
     synth = Synth(RATE)
     session.start_helpers(synth)
-    assert helping() == (2 if wanted is None else wanted)
+    assert helping() == wanted
     synth.stop_helpers()
