@@ -113,8 +113,8 @@ def bench_live(preset: str = "jazz-finger", progress: Say = silent, extent: Exte
     every = min(os.cpu_count() or 1, len(bass.strings))
     for name in extent.qualities if every > 1 else ():
         progress(f"{name}, {TEAM_BLOCK} frames, {every} cores")
-        quality = QUALITIES[name]
-        team.append(_row(bass, quality, TEAM_BLOCK, len(bass.strings), extent.other_runs, extent.line, every))
+        tier = QUALITIES[name]
+        team.append(_row(bass, tier, TEAM_BLOCK, len(bass.strings), extent.other_runs, extent.line, every))
     progress("one string, all modes, 4 MHz")
     alone = _alone_row(extent)
     result |= load.shares()

@@ -40,6 +40,7 @@ RECORDS = {
     "LB_POOL": pool.POOL,
     "LB_COIL": coil.COIL,
     "LB_BUILDING": bass.BUILDING,
+    "LB_TEAM": live.TEAM,
     "LB_SYNTH": live.SYNTH,
 }
 NUMBERS = {
