@@ -56,7 +56,8 @@ class Played:
         for name, count in (("u", int(slot["active"])), ("v", int(slot["v_active"]))):
             w = slot[name]
             q, p = w["q"][:count], w["p"][:count]
-            total += float(p @ p + (w["fine_b"][:count] * q) @ q) / (2 * float(op["weight"]))
+            slow = (w["kappa"] * w["omega"])[:count] * q
+            total += float(p @ p + slow @ slow) / (2 * float(op["weight"]))
             few = min(low, count)
             bent = np.arange(1, few + 1) * np.pi / length * q[:few]
             slope += float(bent @ bent)

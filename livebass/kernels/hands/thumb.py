@@ -8,7 +8,7 @@ width, so that F changes little within a frame. It is constant there, and found 
 steps know nothing of it:
 
 A string under a constant force moves freely about the shape -F c_j that the force would hold it in,
-c_j = dt^2 s_j / (mu b_j) in the terms of eq. 12's invariant, b_j = FINE_B. So q_j gets F c_j for the frame, and every
+c_j = dt^2 s_j / (mu b_j) in the terms of eq. 12's invariant, b_j = (kappa_j omega_j)^2. So q_j gets F c_j for the frame, and every
 obstacle F sum_j phi_j c_j; both lose it after. The energy that string and thumb lose to the flesh is exactly F times
 what eta has grown by, frets or not.
 
@@ -103,7 +103,7 @@ def fit_thumb(slot, op):
         c[j] = 0.0
         if j < op.modes and k * t.width < NARROWEST and slot.u.omega[j] * op.fine < MOST_TURN:
             row[j] = shape_under(op, k, x, t.width)
-            c[j] = op.weight * row[j] / slot.u.fine_b[j]
+            c[j] = op.weight * row[j] / squared(slot.u.kappa[j] * slot.u.omega[j])
             give += row[j] * c[j] * (1.0 - slot.u.leaps[WHOLE].a[j])
             n = j + 1
     n = (n + BLOCK - 1) // BLOCK * BLOCK

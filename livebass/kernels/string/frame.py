@@ -79,7 +79,6 @@ def advance_frame(slot, op, voice, steps, find_suspects, next_check, fine_steps)
     modal.try_leap(slot.u, leap, slot.active)
     suspects, checks = find_suspects(slot, op, step, end)
     if suspects > 0:
-        modal.take_back(slot.u, slot.active)
         contact_frame(slot, op, voice, suspects, steps, fine_steps)
         return
     modal.leap(slot.v, leap, slot.v_active)
@@ -100,7 +99,10 @@ def note_clear(slot, op, checks, end):
 
 @inlined
 def contact_frame(slot, op, voice, count, steps, fine_steps):
-    """Moves `slot` over a frame in which the `count` suspects may touch: in parts, with fine steps where needed."""
+    """Moves `slot` over a frame in which the `count` suspects may touch: in parts, with fine steps where needed.
+
+    It begins where the last modal.try_leap of u began.
+    """
     u, suspects, travel = slot.u, slot.suspects, most_travel(slot, op)
     step = voice.step
     end = step + steps
@@ -108,19 +110,23 @@ def contact_frame(slot, op, voice, count, steps, fine_steps):
         m = suspects[i]
         if u.solved_at[m] == step:
             u.clearance[m] = -u.eta[m]
-    for _ in range(op.parts):
-        modal.try_leap(u, PART, slot.active)
+    for part in range(op.parts):
+        if part == 0:
+            modal.leap_from_before(u, PART, slot.active)
+        else:
+            modal.try_leap(u, PART, slot.active)
         close = find_near(slot, op, count, step)
         if close == 0:
             modal.leap(slot.v, PART, slot.v_active)
             for i in range(count):
                 u.clearance[suspects[i]] = u.clearance_now[suspects[i]]
         else:
-            modal.take_back(u, slot.active)
             fine_steps(slot, op, voice, slot.near, close, op.part_steps, step)
             update_clearances(slot, op, count, close)
         step += op.part_steps
     if step < end:
+        if op.parts > 0:
+            modal.keep(u, slot.active)
         fine_steps(slot, op, voice, suspects, count, end - step, step)
     for i in range(count):
         m = suspects[i]

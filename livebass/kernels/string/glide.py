@@ -181,8 +181,8 @@ def set_glide_coefficients(w, op, rows, a, rows_a, b, rows_b, x):
         w.sigma[j] = 0.0
     modal.tune(w, op.fine, op.steps, op.padded)
     row = operators.LEAPS + 3 * WHOLE
-    modal.copy_row(coefficient_at(rows, op, operators.FINE_A), w.fine_a, op.padded)
-    modal.copy_row(coefficient_at(rows, op, operators.FINE_B), w.fine_b, op.padded)
+    modal.copy_row(coefficient_at(rows, op, operators.LOSS), w.loss, op.padded)
+    modal.copy_row(coefficient_at(rows, op, operators.SPRING), w.spring, op.padded)
     modal.copy_row(coefficient_at(rows, op, row), w.leaps[WHOLE].a, op.padded)
     modal.copy_row(coefficient_at(rows, op, row + 1), w.leaps[WHOLE].b, op.padded)
     modal.copy_row(coefficient_at(rows, op, row + 2), w.leaps[WHOLE].g, op.padded)

@@ -5,10 +5,16 @@ E = exp(-sigma dt), s = sin(omega dt), p = (q' + sigma q) / omega. One fine step
 
     q <- a q + P,   P <- a P - b q,   a = E cos(omega dt),  b = (E s)^2
 
-and k fine steps at once, exactly, with three numbers: q <- A q + B P, P <- A P - G q. A force f of eq. 12 acting
-during a step adds dt^2 dx/mu phi f to q and a times that to P, after the step: this is the scheme of eq. 12,
-q^{n+1} = C q^n - Ct q^{n-1} + F, in a form with one state instead of two displacements, whose difference
-would lose digits.
+and k fine steps at once, exactly, with three numbers: q <- A q + B P, P <- A P - G q.
+
+Fine steps with contact are taken one by one, in (q, d), d = q^n - q^{n-1}, which needs the fewest operations:
+
+    d <- d - (l d + s q),   q <- q + d,   l = 1 - E^2,   s = (1 - E)^2 + 4 E sin^2(omega dt / 2).
+
+A force f of eq. 12 acting during a step adds dt^2 dx/mu phi f to q and to d, after the step: this is the scheme of
+eq. 12, q^{n+1} = C q^n - Ct q^{n-1} + F, with the difference of two displacements as a number of its own, which loses
+no digits. The first of them has no force before it, and turns (q, P) into (q, d) on its way: d = P - (1 - a) q,
+1 - a = (l + s) / 2. `to_momenta` turns it back: P = E^2 d - (E^2 - a) q, E^2 - a = (s - l) / 2.
 
 Each loop reads a mode once and adds, multiplies and stores; exp and sin stand only where coefficients are made. The
 compiler may reassociate sums into vector lanes (`LANES`), the same way each time on one kind of processor. Loops
@@ -19,7 +25,7 @@ operator, phi the mode shapes at a point, n a number of modes, whole BLOCKs. [an
 import numpy as np
 
 from livebass.compiling import compiled
-from livebass.kernels.machine.elementary import exp, sin_cos
+from livebass.kernels.machine.elementary import exp, exp_less_one, sin_cos
 from livebass.kernels.string import operators
 from livebass.kernels.string.operators import coefficient_at, shape
 from livebass.kernels.string.records import BLOCK, LONGER, PART, WHOLE
@@ -37,21 +43,60 @@ def mode_number(j):
     return np.float64(np.int32(j + 1))
 
 
-# fine_1, fine_2 and fine_4 take one fine step after the forces `f` at that many points, and return the displacements
-# (m) there; a point may stand twice in the list, with the force 0 the second time.
+@jit
+def fine_coefficients(decay, half_sine):
+    """Returns loss l, spring s and E of a mode that loses exp(-`decay`) a fine step; `half_sine`: sin(omega dt / 2).
+
+    The first two are small: nothing of them is the difference of larger numbers.
+    """
+    gone = -exp_less_one(-decay)
+    left = 1.0 - gone
+    return gone * (1.0 + left), gone * gone + 4.0 * left * (half_sine * half_sine), left
+
+
+@jit
+def first_step(w, n):
+    """Takes the first of the fine steps: (q, P) becomes (q, d) a step later."""
+    for j in range(n):
+        x = w.q[j]
+        d = w.p[j] - 0.5 * (w.loss[j] + w.spring[j]) * x
+        w.p[j] = d
+        w.q[j] = x + d
+
+
+@jit
+def first_step_before_leap(w, n):
+    """`first_step` from where the last `try_leap` began."""
+    for j in range(n):
+        x = w.q_before[j]
+        d = w.p_before[j] - 0.5 * (w.loss[j] + w.spring[j]) * x
+        w.p[j] = d
+        w.q[j] = x + d
+
+
+@jit
+def to_momenta(w, n):
+    """Turns (q, d) back into (q, P)."""
+    for j in range(n):
+        loss = w.loss[j]
+        w.p[j] = (1.0 - loss) * w.p[j] - 0.5 * (w.spring[j] - loss) * w.q[j]
+
+
+# Fine steps after the first, and their forces, of (q, d). fine_1, fine_2 and fine_4 take one after the forces `f` at that many
+# points, and return the displacements (m) there; a point may stand twice in the list, with the force 0 the second time.
 @jit
 def fine_1(w, op, point, f, n):
     phi = shape(op, point)
     u0 = 0.0
     for j in range(n):
         kick = f * phi[j]
-        a = w.fine_a[j]
         x = w.q[j] + kick
-        y = w.p[j] + a * kick
-        q = a * x + y
-        w.p[j] = a * y - w.fine_b[j] * x
-        w.q[j] = q
-        u0 += phi[j] * q
+        d = w.p[j] + kick
+        d = (d - w.loss[j] * d) - w.spring[j] * x
+        x += d
+        w.p[j] = d
+        w.q[j] = x
+        u0 += phi[j] * x
     return u0
 
 
@@ -63,14 +108,14 @@ def fine_2(w, op, points, f, n):
     u1 = 0.0
     for j in range(n):
         kick = f0 * first[j] + f1 * second[j]
-        a = w.fine_a[j]
         x = w.q[j] + kick
-        y = w.p[j] + a * kick
-        q = a * x + y
-        w.p[j] = a * y - w.fine_b[j] * x
-        w.q[j] = q
-        u0 += first[j] * q
-        u1 += second[j] * q
+        d = w.p[j] + kick
+        d = (d - w.loss[j] * d) - w.spring[j] * x
+        x += d
+        w.p[j] = d
+        w.q[j] = x
+        u0 += first[j] * x
+        u1 += second[j] * x
     return u0, u1
 
 
@@ -85,16 +130,16 @@ def fine_4(w, op, points, f, n):
     u3 = 0.0
     for j in range(n):
         kick = f0 * first[j] + f1 * second[j] + f2 * third[j] + f3 * fourth[j]
-        a = w.fine_a[j]
         x = w.q[j] + kick
-        y = w.p[j] + a * kick
-        q = a * x + y
-        w.p[j] = a * y - w.fine_b[j] * x
-        w.q[j] = q
-        u0 += first[j] * q
-        u1 += second[j] * q
-        u2 += third[j] * q
-        u3 += fourth[j] * q
+        d = w.p[j] + kick
+        d = (d - w.loss[j] * d) - w.spring[j] * x
+        x += d
+        w.p[j] = d
+        w.q[j] = x
+        u0 += first[j] * x
+        u1 += second[j] * x
+        u2 += third[j] * x
+        u3 += fourth[j] * x
     return u0, u1, u2, u3
 
 
@@ -104,18 +149,19 @@ def kick(w, phi, f, n):
     for j in range(n):
         x = f * phi[j]
         w.q[j] += x
-        w.p[j] += w.fine_a[j] * x
+        w.p[j] += x
 
 
 @jit
 def fine(w, n):
     """Takes one fine step, free."""
     for j in range(n):
-        a = w.fine_a[j]
         x = w.q[j]
-        y = w.p[j]
-        w.q[j] = a * x + y
-        w.p[j] = a * y - w.fine_b[j] * x
+        d = w.p[j]
+        d = (d - w.loss[j] * d) - w.spring[j] * x
+        x += d
+        w.p[j] = d
+        w.q[j] = x
 
 
 @jit
@@ -125,11 +171,12 @@ def fine_kicked_2(w, op, points, f, n):
     f0, f1 = f
     for j in range(n):
         kick = f0 * first[j] + f1 * second[j]
-        a = w.fine_a[j]
         x = w.q[j] + kick
-        y = w.p[j] + a * kick
-        w.q[j] = a * x + y
-        w.p[j] = a * y - w.fine_b[j] * x
+        d = w.p[j] + kick
+        d = (d - w.loss[j] * d) - w.spring[j] * x
+        x += d
+        w.p[j] = d
+        w.q[j] = x
 
 
 @jit
@@ -140,11 +187,12 @@ def fine_kicked_4(w, op, points, f, n):
     f0, f1, f2, f3 = f
     for j in range(n):
         kick = f0 * first[j] + f1 * second[j] + f2 * third[j] + f3 * fourth[j]
-        a = w.fine_a[j]
         x = w.q[j] + kick
-        y = w.p[j] + a * kick
-        w.q[j] = a * x + y
-        w.p[j] = a * y - w.fine_b[j] * x
+        d = w.p[j] + kick
+        d = (d - w.loss[j] * d) - w.spring[j] * x
+        x += d
+        w.p[j] = d
+        w.q[j] = x
 
 
 @jit
@@ -190,11 +238,22 @@ def try_leap(w, which, n):
 
 
 @jit
-def take_back(w, n):
-    """Undoes `try_leap`."""
+def leap_from_before(w, which, n):
+    """Leaps from where the last `try_leap` began."""
+    a, b, g = w.leaps[which].a, w.leaps[which].b, w.leaps[which].g
     for j in range(n):
-        w.q[j] = w.q_before[j]
-        w.p[j] = w.p_before[j]
+        x = w.q_before[j]
+        y = w.p_before[j]
+        w.q[j] = a[j] * x + b[j] * y
+        w.p[j] = a[j] * y - g[j] * x
+
+
+@jit
+def keep(w, n):
+    """Keeps the state in q_before and p_before, as `try_leap` does."""
+    for j in range(n):
+        w.q_before[j] = w.q[j]
+        w.p_before[j] = w.p[j]
 
 
 @jit
@@ -217,11 +276,23 @@ def displacement_before_leap(w, phi, n):
 
 @jit
 def displacement_step_before(w, phi, n):
-    """Displacement (m) one fine step ago: q^{n-1} = (a q - P) / E^2, and E^2 = a^2 + b."""
+    """Displacement (m) one fine step ago: q^{n-1} = q - (P + (E^2 - a) q) / E^2."""
     u = 0.0
     for j in range(n):
-        a = w.fine_a[j]
-        u += phi[j] * (a * w.q[j] - w.p[j]) / (a * a + w.fine_b[j])
+        loss = w.loss[j]
+        x = w.q[j]
+        u += phi[j] * (x - (w.p[j] + 0.5 * (w.spring[j] - loss) * x) / (1.0 - loss))
+    return u
+
+
+@jit
+def displacement_step_before_leap(w, phi, n):
+    """Displacement (m) one fine step before the last `try_leap` began."""
+    u = 0.0
+    for j in range(n):
+        loss = w.loss[j]
+        x = w.q_before[j]
+        u += phi[j] * (x - (w.p_before[j] + 0.5 * (w.spring[j] - loss) * x) / (1.0 - loss))
     return u
 
 
@@ -257,8 +328,9 @@ def dot(phi, other, n):
 def keep_step_before(w, n):
     """Puts the displacements of the modes one fine step ago into q_before, for `displacement_before_leap`."""
     for j in range(n):
-        a = w.fine_a[j]
-        w.q_before[j] = (a * w.q[j] - w.p[j]) / (a * a + w.fine_b[j])
+        loss = w.loss[j]
+        q = w.q[j]
+        w.q_before[j] = q - (w.p[j] + 0.5 * (w.spring[j] - loss) * q) / (1.0 - loss)
 
 
 @jit
@@ -447,13 +519,14 @@ def held_speed_square(w, follow, n):
 
 @jit
 def invariant(w, n):
-    """Sum of P^2 + b q^2, m^3: the energy that eq. 12 conserves, in units of mu / (2 dt^2).
+    """Sum of P^2 + b q^2, m^3, b = (kappa omega)^2: the energy that eq. 12 conserves, in units of mu / (2 dt^2).
 
     It never divides by kappa, which vanishes for a mode at a multiple of half the contact rate.
     """
     e = 0.0
     for j in range(n):
-        e += w.p[j] * w.p[j] + w.fine_b[j] * w.q[j] * w.q[j]
+        x = w.kappa[j] * w.omega[j] * w.q[j]
+        e += w.p[j] * w.p[j] + x * x
     return e
 
 
@@ -511,15 +584,13 @@ def retune(w, op, rows, ratio):
     for j in range(op.padded):
         w_d = w.omega[j]
         sigma = w.sigma[j]
-        damp = exp(-sigma * fine)
-        sine, cosine = sin_cos(w_d * fine)
-        es = damp * sine
+        sine, cosine = sin_cos(0.5 * w_d * fine)
+        w.loss[j], w.spring[j], damp = fine_coefficients(sigma * fine, sine)
+        es = damp * (2.0 * sine * cosine)
         kappa = es / w_d
         w.p[j] *= kappa / w.kappa[j]
         w.kappa[j] = kappa
         w.pace[j] = 1.0 / kappa
-        w.fine_a[j] = damp * cosine
-        w.fine_b[j] = es * es
         for which in range(3):
             row = WHOLE
             k = op.steps
@@ -545,13 +616,11 @@ def tune(w, fine, steps, n):
     for j in range(n):
         w_d = w.omega[j]
         sigma = w.sigma[j]
-        damp = exp(-sigma * fine)
-        sine, cosine = sin_cos(w_d * fine)
-        es = damp * sine
+        sine, cosine = sin_cos(0.5 * w_d * fine)
+        w.loss[j], w.spring[j], damp = fine_coefficients(sigma * fine, sine)
+        es = damp * (2.0 * sine * cosine)
         w.kappa[j] = es / w_d
         w.pace[j] = w_d / es
-        w.fine_a[j] = damp * cosine
-        w.fine_b[j] = es * es
         damp_k = exp(-sigma * h)
         sine, cosine = sin_cos(w_d * h)
         sin_k = damp_k * sine
@@ -564,8 +633,8 @@ def tune(w, fine, steps, n):
 def take_coefficients(w, op, rows):
     """Gives the working set the coefficients of operator `op` at `rows`, those of u or of v, untuned."""
     n = op.padded
-    copy_row(w.fine_a, coefficient_at(rows, op, operators.FINE_A), n)
-    copy_row(w.fine_b, coefficient_at(rows, op, operators.FINE_B), n)
+    copy_row(w.loss, coefficient_at(rows, op, operators.LOSS), n)
+    copy_row(w.spring, coefficient_at(rows, op, operators.SPRING), n)
     for which in (WHOLE, LONGER, PART):
         copy_row(w.leaps[which].a, coefficient_at(rows, op, operators.LEAPS + 3 * which), n)
         copy_row(w.leaps[which].b, coefficient_at(rows, op, operators.LEAPS + 3 * which + 1), n)

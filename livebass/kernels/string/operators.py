@@ -12,20 +12,20 @@ from livebass.kernels.machine.native import floats_at
 DOUBLE = 8  # bytes
 
 # The rows of coefficients in their order; LEAPS: rows a, b and g of each of the three leaps
-FINE_A, FINE_B, LEAPS = 0, 1, 2
+LOSS, SPRING, LEAPS = 0, 1, 2
 KAPPA, OMEGA, SIGMA, PACE = 11, 12, 13, 14
 COEFFICIENT_ROWS = 15
 
 
 @inlined
 def coefficient(op, row):
-    """Row FINE_A to PACE of the coefficients of the modes of u, (padded,)."""
+    """Row LOSS to PACE of the coefficients of the modes of u, (padded,)."""
     return coefficient_at(op.coefficients, op, row)
 
 
 @inlined
 def coefficient_at(address, op, row):
-    """Row FINE_A to PACE of the coefficients at `address`, those of u or of v, (padded,)."""
+    """Row LOSS to PACE of the coefficients at `address`, those of u or of v, (padded,)."""
     return floats_at(address + DOUBLE * row * op.padded, op.padded)
 
 

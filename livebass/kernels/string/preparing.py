@@ -18,16 +18,17 @@ from livebass.compiling import entry, inlined, jit
 from livebass.kernels.machine.elementary import cos, exp, sin
 from livebass.kernels.machine.native import floats_at, record_at, words_at
 from livebass.kernels.string.law import damping, frequency
+from livebass.kernels.string.modal import fine_coefficients
 from livebass.kernels.string.operators import (
     COEFFICIENT_ROWS,
     DOUBLE,
-    FINE_A,
-    FINE_B,
     KAPPA,
     LEAPS,
+    LOSS,
     OMEGA,
     PACE,
     SIGMA,
+    SPRING,
     coefficient,
     coefficient_at,
     coupling,
@@ -284,11 +285,10 @@ def set_coefficients(work, note, op, rows, across):
     Modes that fill up the last block stay zero and must not divide by zero.
     """
     dt = 1.0 / work.contact_rate
-    fine_a, fine_b = coefficient_at(rows, op, FINE_A), coefficient_at(rows, op, FINE_B)
+    loss, spring = coefficient_at(rows, op, LOSS), coefficient_at(rows, op, SPRING)
     kappa, pace = coefficient_at(rows, op, KAPPA), coefficient_at(rows, op, PACE)
     omega, sigma = coefficient_at(rows, op, OMEGA), coefficient_at(rows, op, SIGMA)
     for k in range(op.modes, op.padded):
-        fine_a[k] = 1.0
         kappa[k] = 1.0
         omega[k] = 1.0
     for k in range(op.modes):
@@ -301,10 +301,8 @@ def set_coefficients(work, note, op, rows, across):
         sine = sin(w * dt)
         if abs(sine) < LEAST_SINE:
             return np.int64(FROZEN)
-        damp = exp(-s * dt)
+        loss[k], spring[k], damp = fine_coefficients(s * dt, sin(0.5 * w * dt))
         es = damp * sine
-        fine_a[k] = damp * cos(w * dt)
-        fine_b[k] = es * es
         kappa[k] = es / w
         pace[k] = w / es
         omega[k] = w

@@ -71,12 +71,12 @@ WORK = on_lines(
     [
         # modes
         _row("q"),  # displacement
-        _row("p"),  # momentum scaled to one fine step (modal.py)
+        _row("p"),  # P, momentum scaled to one fine step; while fine steps are taken, d (modal.py)
         _row("q_before"),  # the state before a trial step
         _row("p_before"),
         # coefficients of the modes: those of the operator (operators.py), or tuned
-        _row("fine_a"),  # one fine step: q <- a q + P ...
-        _row("fine_b"),  # ... and P <- a P - b q
+        _row("loss"),  # one fine step: d <- d - (loss d + spring q) ...
+        _row("spring"),  # ... and q <- q + d
         ("leaps", LEAP, (3,)),
         _row("kappa"),  # P of a unit modal velocity
         _row("omega"),  # rad/s, damped

@@ -21,21 +21,31 @@ FAR = EARLY + 2  # steps: a point that could not touch in so many is left alone 
 def take_fine_steps(slot, op, voice, near, count, steps, step, solve_friction, solve_contact):
     """Takes `steps` fine steps from `step` on, with contact and friction solved at the `count` points in `near`.
 
-    solve_friction(slot, op, points, count) solves friction of the step just made of v, solve_contact(slot, op, voice,
+    u begins where the last modal.try_leap of it began. solve_friction(slot, op, points, count) solves friction of the step just made of v, solve_contact(slot, op, voice,
     points, count, step) contact of that of u. u.clearance is that of the points, at least, before and after.
     """
     u, v, watched = slot.u, slot.v, slot.watched
     load_points(slot, op, near, count, step)
-    for _ in range(steps):
+    for k in range(steps):
         step += 1
         watching = find_watched(slot, near, count, step)
         if slot.v_active > 0:
             friction_points = find_friction_points(slot, op, watching)
-            fine_step(v, op, slot.friction_points, friction_points, slot.v_active)
+            if k == 0:
+                modal.first_step(v, slot.v_active)
+                read_displacements(v, op, slot.friction_points, friction_points, slot.v_active)
+            else:
+                fine_step(v, op, slot.friction_points, friction_points, slot.v_active)
             solve_friction(slot, op, slot.friction_points, friction_points)
-        fine_step(u, op, watched, watching, slot.active)
+        if k == 0:
+            modal.first_step_before_leap(u, slot.active)
+            read_displacements(u, op, watched, watching, slot.active)
+        else:
+            fine_step(u, op, watched, watching, slot.active)
         solve_contact(slot, op, voice, watched, watching, step)
     save_points(slot, op, near, count, step)
+    modal.to_momenta(u, slot.active)
+    modal.to_momenta(v, slot.v_active)
 
 
 @jit
@@ -54,14 +64,14 @@ def load_points(slot, op, near, count, step):
         u.next_watch[m] = step + 1
         if u.solved_at[m] != step:
             if u.clearance[m] <= FAR * travel:
-                u.clearance[m] = modal.displacement(u, shape(op, m), slot.active) - height[m]
+                u.clearance[m] = modal.displacement_before_leap(u, shape(op, m), slot.active) - height[m]
             u.eta[m] = -u.clearance[m]
             if u.clearance[m] > FAR * travel:
                 u.eta_before[m] = -u.clearance[m]
                 u.next_watch[m] = step + steps_clear(u.clearance[m], travel) - EARLY
                 u.watched_steps[m] = 0
                 continue
-            u.eta_before[m] = height[m] - modal.displacement_step_before(u, shape(op, m), slot.active)
+            u.eta_before[m] = height[m] - modal.displacement_step_before_leap(u, shape(op, m), slot.active)
         if slot.v_active > 0 and v.solved_at[m] != step and u.eta[m] > -EARLY * travel:
             v.moved[m] = modal.displacement(v, shape(op, m), slot.v_active)
             if u.eta[m] > 0.0:

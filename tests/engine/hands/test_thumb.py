@@ -187,7 +187,7 @@ def energy(state: Voice, op: np.void, s: Speaking) -> Floats:
     slot = state.slots[int(state.record["slot"][0])]
     u, t, n = slot["u"], slot["thumb"], int(op["modes"])
     mu, dt = s.string.linear_density, float(op["fine"])
-    string = mu / (2 * dt**2) * np.sum(u["p"][:n] ** 2 + u["fine_b"][:n] * u["q"][:n] ** 2)
+    string = mu / (2 * dt**2) * np.sum(u["p"][:n] ** 2 + (u["kappa"] * u["omega"] * u["q"])[:n] ** 2)
     points = int(op["points"])
     now = (u["solved_at"] == state.record["step"])[:points]
     deep = [np.maximum(u[name][:points][now], 0) for name in ("eta", "eta_before")]
@@ -326,7 +326,7 @@ def test_any_thumb_of_a_preset_lets_go(i: int, mass: float, stiffness: float, lo
         play_frames(voice, ops, event if n == 0 else none, one)
         slot = voice.slots[int(voice.record["slot"][0])]
         u, m = slot["u"], int(op["padded"])
-        total = float(np.sum(u["p"][:m] ** 2 + u["fine_b"][:m] * u["q"][:m] ** 2)) / (2 * float(op["weight"]))
+        total = float(np.sum(u["p"][:m] ** 2 + (u["kappa"] * u["omega"] * u["q"])[:m] ** 2)) / (2 * float(op["weight"]))
         lifting = 0.5 * mass * (50 * 0.06) ** 2 + mass * 50 * 0.03  # J, at most, by the hand
         assert total < 1.05 * (0.5 * mass * 8.0**2 + lifting), n
     assert not slot["thumb"]["on"]

@@ -315,8 +315,8 @@ def energy_across(string: Played) -> float:
     """J of v, by what eq. 12 conserves."""
     slot = slot_of(string)
     op, n = string.ops[int(slot["fret"])], int(slot["v_active"])
-    q, p, b = (slot["v"][row][:n] for row in ("q", "p", "fine_b"))
-    return float(p @ p + (b * q) @ q) / (2 * float(op["weight"]))
+    q, p, kappa, omega = (slot["v"][row][:n] for row in ("q", "p", "kappa", "omega"))
+    return float(p @ p + (kappa * omega * q) @ (kappa * omega * q)) / (2 * float(op["weight"]))
 
 
 @pytest.mark.parametrize("resistance", [1e-3, 0.1, 3.0, 100.0, 1e5])

@@ -69,8 +69,8 @@ def assert_coefficients(
     es = np.exp(-sigma * dt) * np.sin(omega * dt)
     steps = rates.numerator // rates.denominator
     wanted = {
-        rows.FINE_A: np.exp(-sigma * dt) * np.cos(omega * dt),
-        rows.FINE_B: es**2,
+        rows.LOSS: -np.expm1(-2 * sigma * dt),
+        rows.SPRING: np.expm1(-sigma * dt) ** 2 + 4 * np.exp(-sigma * dt) * np.sin(omega * dt / 2) ** 2,
         rows.KAPPA: es / omega,
         rows.PACE: omega / es,
         rows.OMEGA: omega,
@@ -85,7 +85,7 @@ def assert_coefficients(
     address = op["coefficients_v" if across else "coefficients"]
     coefficients = row(pool, address, rows.COEFFICIENT_ROWS * n).reshape(-1, n)
     rest = np.zeros(rows.COEFFICIENT_ROWS)
-    rest[[rows.FINE_A, rows.KAPPA, rows.OMEGA]] = 1.0
+    rest[[rows.KAPPA, rows.OMEGA]] = 1.0
     assert (coefficients[:, count:] == rest[:, None]).all()
     for k, numbers in wanted.items():
         assert_same(coefficients[k, :count], numbers, 1e-13, f"coefficients {k}, across: {across}")
