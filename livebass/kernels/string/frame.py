@@ -17,7 +17,6 @@ import numpy as np
 from livebass.compiling import inlined, jit
 from livebass.kernels.machine.native import record_at, words_at
 from livebass.kernels.string import modal
-from livebass.kernels.string.operators import shape
 from livebass.kernels.string.records import LONGER, MOST_NEAR, OPERATOR, PART, STRING, WHOLE
 
 NEVER = 1 << 60  # a fine step
@@ -45,7 +44,7 @@ def steps_clear(clearance, travel):
 @jit
 def clearance_at(slot, op, m):
     """Clearance (m) of point `m` now."""
-    return modal.displacement(slot.u, shape(op, m), slot.active) - slot.u.height[m]
+    return modal.displacement(slot.u, op, m, slot.active) - slot.u.height[m]
 
 
 @jit
@@ -58,7 +57,7 @@ def may_touch(slot, op, m, step, end):
     if 0 <= known < step and u.clearance[m] + clearance > travel * (end - known):
         return False
     if known < step:
-        u.clearance[m] = modal.displacement_before_leap(u, shape(op, m), slot.active) - slot.u.height[m]
+        u.clearance[m] = modal.displacement_before_leap(u, op, m, slot.active) - slot.u.height[m]
         u.known_at[m] = step
     held = u.solved_at[m] == step and (u.eta[m] > 0.0 or u.eta_before[m] > 0.0)
     return held or u.clearance[m] <= 0.0 or u.clearance[m] + clearance <= travel * (end - step)

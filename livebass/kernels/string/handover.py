@@ -24,6 +24,7 @@ import numpy as np
 
 from livebass.compiling import compiled, jit
 from livebass.kernels.machine.elementary import cos, sin
+from livebass.kernels.string import modal
 from livebass.kernels.string.modal import LANES, mode_number
 from livebass.kernels.string.operators import heights, positions
 from livebass.kernels.string.records import BLOCK
@@ -130,14 +131,15 @@ def equal_mode(k, top, n):
 @jit
 def velocities(w, n):
     """Puts the velocities of `n` modes into w.p_before, and their displacements into w.q_before."""
+    modal.widen(w, n)
     for j in range(n):
         w.q_before[j] = w.q[j]
-        w.p_before[j] = w.pace[j] * w.p[j] - w.sigma[j] * w.q[j]
+        w.p_before[j] = w.p[j] / w.kappa[j] - w.sigma[j] * w.q[j]
 
 
 @jit
 def set_mode_state(w, j, q, v):
-    """Sets displacement and velocity of mode `j`."""
+    """Sets displacement and velocity of mode `j` in w.q and w.p, for modal.narrow."""
     w.q[j] = q
     w.p[j] = w.kappa[j] * (v + w.sigma[j] * q)
 
@@ -153,7 +155,7 @@ def add_equal_modes(w, op, new, to, n):
         j = equal_mode(k, k1, n)
         if j >= 0:
             part = root * cos(k * s)
-            q, v = part * w.q[j], part * (w.pace[j] * w.p[j] - w.sigma[j] * w.q[j])
+            q, v = part * w.q[j], part * (w.p[j] / w.kappa[j] - w.sigma[j] * w.q[j])
             new.q[m] += q
             new.p[m] += new.kappa[m] * (v + new.sigma[m] * q)
 
@@ -193,6 +195,7 @@ def shorten(w, op, new, to, n):
         k = mode_number(m)
         set_mode_state(new, m, scale * k * new.q[m] - place * line / k, scale * k * new.p[m] - speed * line / k)
     add_equal_modes(w, op, new, to, n)
+    modal.narrow(new, to.padded)
     return place, speed
 
 
@@ -256,3 +259,4 @@ def lengthen(w, op, new, to, n, at):
         factor = -scale * phi if wanted[j] != 0.0 else 0.0
         set_mode_state(new, j, factor * new.q[j] + place * shape, factor * new.p[j] + speed * shape)
     add_equal_modes(w, op, new, to, n)
+    modal.narrow(new, to.padded)
