@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,7 @@ from livebass.arrays import Floats
 from livebass.engine.prepare import SEEDS, Pool, Rows, Voice, bass_numbers, pickups_under, zeroed_lines
 from livebass.kernels.bass.bench import BENCH, fill_bench, measure_bench
 from livebass.kernels.bass.check import checksum
-from livebass.kernels.bass.instrument import ADDED, FILE, MAGIC, TIERS, WORD
+from livebass.kernels.bass.instrument import ADDED, COARSE, FILE, MAGIC, TIERS, WORD
 from livebass.kernels.bass.pool import POOL, fill_pool, measure_pool
 from livebass.kernels.bass.records import BASS
 from livebass.kernels.bass.setup import BUILDING, fill_bass, measure_bass
@@ -47,6 +47,7 @@ class Image:
     """A bass as bytes, in the layout of an instrument file (kernels/bass/instrument.py)."""
 
     words: Floats  # (n,)
+    exact: bool = False  # all modes are float64, but those of the last tier
 
     @property
     def address(self) -> int:
@@ -78,6 +79,7 @@ class Image:
         """The operators of one tier at an audio rate (Hz). Raises ValueError for a rate that cannot be played."""
         pool = np.zeros(1, POOL)
         pool["file"], pool["tier"], pool["rate"] = self.address, tier, rate
+        pool["exact"] = self.exact and tier != COARSE
         measure_pool(pool.ctypes.data)
         memory = zeroed_lines(int(pool["bytes"][0]) // WORD)
         pool["memory"] = memory.ctypes.data
@@ -197,7 +199,8 @@ def image(instrument: Instrument, fine: Quality, coarse: Quality | None = None) 
 
     Raises ValueError for a neck that cannot be played.
     """
-    return image_of(image_bytes(instrument, [fine] * (TIERS - 1) + [coarse or fine]))
+    made = image_of(image_bytes(instrument, [fine] * (TIERS - 1) + [coarse or fine]))
+    return replace(made, exact=fine.exact)
 
 
 def frets_of(instrument: Instrument) -> int:

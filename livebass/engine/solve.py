@@ -16,6 +16,7 @@ from livebass.engine.prepare import (
     Rows,
     Voice,
     instrument_numbers,
+    modal_row,
     new_voice,
     operators,
     pickup_taps,
@@ -96,7 +97,8 @@ def modal_state(state: Voice, trial: Trial) -> Floats:
         return np.stack([held, trial.follow * held], axis=1)
     slot = state.slots[int(state.record[0]["slot"])]
     polarisations = [slot["u"], slot["v"]] if trial.pluck.angle else [slot["u"]]
-    rows = ([w[name][: trial.modes] for w in polarisations] for name in ("q", "p", "pace", "sigma"))
+    names = "q", "p", "pace", "sigma"
+    rows = ([modal_row(w, name)[: trial.modes] for w in polarisations] for name in names)
     q, p, pace, sigma = map(np.array, rows)
     return np.stack([q, pace * p - sigma * q], axis=1)
 

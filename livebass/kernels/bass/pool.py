@@ -36,6 +36,7 @@ POOL = np.dtype(
     [
         ("file", "i8"),  # address of a file that `check_file` accepts
         ("tier", "i8"),
+        ("exact", "i8"),  # 1: all modes in float64
         ("rate", "f8"),  # audio, Hz
         ("memory", "i8"),  # address, on a cache line; OPERATOR (strings, frets + 1) come first
         ("bytes", "i8"),  # of memory: `measure_pool` sets them
@@ -57,6 +58,7 @@ def begin_pool(pool):
     work.numbers = pool.file + WORD * words_before_numbers(file)
     work.taps = SENSORS if file.instrument.sensed else PICKUPS
     work.lossless = 0
+    work.exact = pool.exact
     work.rate = pool.rate
     work.numerator = np.int64(whole_steps(tier.contact_rate, pool.rate))
     work.denominator = 1

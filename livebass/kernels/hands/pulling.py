@@ -97,9 +97,9 @@ def end_pull(string, ops):
         slot = string.slots[voice.slot]
         op = glide.current_operator(string, ops, voice.slot)
         up, moving = pull_profile(voice, voice.pulling - 1)
-        add_held_shape(slot.u, op, up, moving)
+        modal.add_shape(slot.u, up, moving, op.padded)
         if slot.v_ready:
-            add_held_shape(slot.v, op, up, moving)
+            modal.add_shape(slot.v, up, moving, op.padded)
             slot.v_active = op.padded
         wake_slot(slot, op, voice.step)
     voice.pulling = 0
@@ -110,26 +110,17 @@ def end_pull(string, ops):
 
 
 @jit
-def add_held_shape(w, op, up, moving):
-    """Adds `up` times the held shape, moving by `moving` times it a second."""
-    for j in range(op.padded):
-        x = w.held[j]
-        w.q[j] += up * x
-        w.p[j] += w.kappa[j] * (moving + w.sigma[j] * up) * x
-
-
-@jit
 def release_held_shape(voice, slot, op, follow):
     """Releases the held shape, which grows by `follow` times itself a second."""
     u, n = slot.u, op.padded
     own = np.sqrt(modal.held_speed_square(u, follow, n) / op.length)
     fastest = slot.safety * rms_velocity(u, op, n) + voice.pulse * own
-    modal.release_shape(u, follow, n)
+    modal.add_shape(u, 1.0, follow, n)
     whole = rms_velocity(u, op, n)
     if whole > 0.0:  # what sounded before and the pluck need each its own
         slot.safety = max(SAFETY, min(max(slot.safety, voice.pulse), fastest / whole))
     if slot.v_ready:
-        modal.release_shape(slot.v, follow, op.padded)
+        modal.add_shape(slot.v, 1.0, follow, op.padded)
         slot.v_active = op.padded
         invalidate_contact(slot.v, op)
     wake_slot(slot, op, voice.step)
