@@ -131,6 +131,25 @@ def to_momenta_of(rows, n):
 
 
 @jit
+def to_momenta_after_of(rows, phi, f, n):
+    half, one, f = like(rows, 0.5), like(rows, 1.0), like(rows, f)
+    for j in range(n):
+        kick = f * phi[j]
+        loss = rows.loss[j]
+        x = rows.q[j] + kick
+        rows.p[j] = (one - loss) * (rows.p[j] + kick) - half * (rows.spring[j] - loss) * x
+        rows.q[j] = x
+
+
+@jit
+def to_momenta_after(w, op, m, f, n):
+    """`kick` at point `m`, then `to_momenta`."""
+    split = lower(w, n)
+    to_momenta_after_of(w.low, low_shape(op, m), f, split)
+    to_momenta_after_of(w.high, high_shape(op, m), f, n - split)
+
+
+@jit
 def to_momenta(w, n):
     """Turns (q, d) back into (q, P)."""
     split = lower(w, n)

@@ -44,8 +44,24 @@ def take_fine_steps(slot, op, voice, near, count, steps, step, solve_friction, s
             fine_step(u, op, watched, watching, slot.active)
         solve_contact(slot, op, voice, watched, watching, step)
     save_points(slot, op, near, count, step)
-    modal.to_momenta(u, slot.active)
-    modal.to_momenta(v, slot.v_active)
+    end_fine_steps(u, op, near, count, slot.active)
+    end_fine_steps(v, op, near, count, slot.v_active)
+
+
+@jit
+def end_fine_steps(w, op, near, count, n):
+    """Applies the last step's forces at the points in `near` to `n` modes, which become (q, P) again."""
+    last = np.int64(-1)
+    for i in range(count):
+        m = near[i]
+        if w.pending[m] != 0.0:
+            if last >= 0:
+                modal.kick(w, op, last, w.pending[last], n)
+            last = m
+    if last >= 0:
+        modal.to_momenta_after(w, op, last, w.pending[last], n)
+    else:
+        modal.to_momenta(w, n)
 
 
 @jit
@@ -183,15 +199,11 @@ def schedule(u, m, travel, step):
 
 @jit
 def save_points(slot, op, near, count, step):
-    """Applies the last step's forces; saves which points are solved at `step`, and lower bounds of all clearances."""
+    """Saves which points are solved at `step`, and lower bounds of all clearances."""
     u, v, travel = slot.u, slot.v, most_travel(slot, op)
     v_moves = slot.v_active > 0
     for i in range(count):
         m = near[i]
-        if u.pending[m] != 0.0:
-            modal.kick(u, op, m, u.pending[m], slot.active)
-        if v_moves and v.pending[m] != 0.0:
-            modal.kick(v, op, m, v.pending[m], slot.v_active)
         known = u.last_watched[m] == step and u.watched_steps[m] > 1
         u.solved_at[m] = step if known else -1
         v.solved_at[m] = u.solved_at[m] if v_moves else -1
