@@ -90,11 +90,11 @@ SOLVER = np.dtype(
 # The working set of one polarisation: u, away from the neck, or v, across it
 WORK = on_lines(
     [
-        # modes: those below `split` are in `low`, those from there on in `high`, whose first number is that of mode `split`
+        # modes: those below `split` are in `low`, those from there on in `high`, which begins with mode `split`
         ("low", LOW_ROWS),
         ("high", HIGH_ROWS),
         ("split", "i8"),
-        # the rest of them, what events read, in float64. Coefficients are those of the operator (operators.py), or tuned
+        # the rest of them, what events read, in float64. Coefficients: those of the operator (operators.py), or tuned
         _row("q"),  # workspace of an event: state (modal.widen) ...
         _row("p"),
         _row("q_before"),  # ... and what it makes of that
