@@ -18,7 +18,7 @@ DOUBLE, SINGLE = 8, 4  # bytes
 # The rows of coefficients in their order; LEAPS: rows a, b and g of each of the three leaps
 KAPPA, OMEGA, SIGMA = 0, 1, 2  # float64 all ...
 WIDE_ROWS = 3
-LOSS, SPRING, PACE, LEAPS = 0, 1, 2, 3  # ... and these not
+KEPT, SPRING, PACE, LEAPS = 0, 1, 2, 3  # ... and these not
 MIXED_ROWS = 12
 
 
@@ -77,13 +77,13 @@ def coefficient_at(address, op, row):
 
 @jit
 def mixed_coefficient(address, op, row):
-    """Address of row LOSS to LEAPS + 8 of the coefficients at `address`."""
+    """Address of row KEPT to LEAPS + 8 of the coefficients at `address`."""
     return address + WIDE_ROWS * DOUBLE * op.padded + row * mixed_bytes(op)
 
 
 @inlined
 def low_coefficient(address, op, row):
-    """Row LOSS to LEAPS + 8 of the coefficients at `address`, those of u or of v, (split,)."""
+    """Row KEPT to LEAPS + 8 of the coefficients at `address`, those of u or of v, (split,)."""
     return low_part(mixed_coefficient(address, op, row), op)
 
 

@@ -57,7 +57,7 @@ def _rows_of_modes(kind: str) -> np.dtype[Any]:
             _row("p", kind),  # P, momentum scaled to one fine step; while fine steps are taken, d (modal.py)
             _row("q_before", kind),  # the state before a trial step
             _row("p_before", kind),
-            _row("loss", kind),  # one fine step: d <- d - (loss d + spring q) ...
+            _row("kept", kind),  # one fine step: d <- kept d - spring q ...
             _row("spring", kind),  # ... and q <- q + d
             ("leaps", leap, (3,)),
             _row("pace", kind),  # 1 / kappa: modal velocity is pace P - sigma q
