@@ -107,8 +107,8 @@ def operators(
     """Makes the operators of `notes`, given by string and fret, with taps of a `kind` (kernels.preparing).
 
     playable: modes that the contact rate cannot carry are left out, and a board is on the grid that the others need
-    (`carried` and `for_modes`). All numbers are float64. Raises ValueError for more modes or contact points than the kernels take, or a rate
-    that freezes a mode.
+    (`carried` and `for_modes`). All numbers are float64. Raises ValueError for more modes or contact points than the
+    kernels take, or a rate that freezes a mode.
     """
     given, numbers = note_numbers([note for row in notes for note in row], playable)
     numbers.append(0.0)  # an empty array has no address

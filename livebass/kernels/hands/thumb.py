@@ -8,9 +8,9 @@ width, so that F changes little within a frame. It is constant there, and found 
 steps know nothing of it:
 
 A string under a constant force moves freely about the shape -F c_j that the force would hold it in,
-c_j = dt^2 s_j / (mu b_j) in the terms of eq. 12's invariant, b_j = (kappa_j omega_j)^2. So q_j gets F c_j for the frame, and
-every obstacle F sum_j phi_j c_j; both lose it after. The energy that string and thumb lose to the flesh is exactly F times
-what eta has grown by, frets or not.
+c_j = dt^2 s_j / (mu b_j) in the terms of eq. 12's invariant, b_j = (kappa_j omega_j)^2. So q_j gets F c_j for the
+frame, and every obstacle F sum_j phi_j c_j; both lose it after. The energy that string and thumb lose to the flesh is
+exactly F times what eta has grown by, frets or not.
 
 F is that of a discrete gradient. With psi = phi^2 / 2 and eta deep in the middle of the frame,
 

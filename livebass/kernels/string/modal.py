@@ -7,7 +7,7 @@ E = exp(-sigma dt), s = sin(omega dt), p = (q' + sigma q) / omega. One fine step
 
 and k fine steps at once, exactly, with three numbers: q <- A q + B P, P <- A P - G q.
 
-Fine steps with contact are taken one by one, in (q, d), d = q^n - q^{n-1}, which needs the fewest operations:
+Fine steps with contact are taken one by one, in (q, d), d = q^n - q^{n-1}, which float32 can carry:
 
     d <- E^2 d - s q,   q <- q + d,   s = (1 - E)^2 + 4 E sin^2(omega dt / 2).
 
@@ -26,8 +26,8 @@ added in float64. An event that computes with the state takes it out in float64 
 Each loop reads a mode once and adds, multiplies and stores; exp and sin stand only where coefficients are made. The
 compiler may reassociate sums into vector lanes (`LANES`), the same way each time on one kind of processor. Loops
 vectorise because distances between the rows of a working set are constants (records.py). w is a working set, op an
-operator, m a contact point of it, n a number of modes, whole BLOCKs; rows are those of w.low or of w.high, and
-then n is the number of modes that are taken of them, first that of the first of them where it counts. [any thread]
+operator, m a contact point of it, n a number of modes, whole BLOCKs. A function whose name ends in `_of` takes the
+first n of `rows`, those of w.low or of w.high; `first` is the mode of rows[0] where that counts. [any thread]
 """
 
 import numpy as np
@@ -37,6 +37,7 @@ from livebass.kernels.machine.elementary import exp, sin_cos
 from livebass.kernels.string import operators
 from livebass.kernels.string.operators import (
     coefficient_at,
+    fine_coefficients,
     high_coefficient,
     high_shape,
     high_taps,
@@ -76,14 +77,6 @@ def number_like(rows, j):
 def lower(w, n):
     """How many of `n` modes are in w.low."""
     return min(w.split, n)
-
-
-@jit
-def fine_coefficients(decay, half_sine):
-    """Returns E^2, s and E of a mode that loses exp(-`decay`) a fine step; `half_sine`: sin(omega dt / 2)."""
-    left = exp(-decay)
-    gone = 1.0 - left
-    return left * left, gone * gone + 4.0 * left * (half_sine * half_sine), left
 
 
 @ordered
@@ -157,9 +150,9 @@ def to_momenta(w, n):
     to_momenta_of(w.high, n - split)
 
 
-# Fine steps after the first, and their forces, of (q, d). fine_1, fine_2 and fine_4 take one after the forces `f` at that
-# many points, and return the displacements (m) there; a point may stand twice in the list, with the force 0 the second
-# time. phi and chi are the mode shapes at the first two points, psi and xi at the others.
+# Fine steps after the first, and their forces, of (q, d). fine_1, fine_2 and fine_4 take one after the forces `f` at
+# that many points, and return the displacements (m) there; a point may stand twice in the list, with the force 0 the
+# second time. phi and chi are the mode shapes at the first two points, psi and xi at the others.
 @jit
 def fine_1_of(rows, phi, f, n):
     f0 = like(rows, f)

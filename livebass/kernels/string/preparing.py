@@ -18,7 +18,6 @@ from livebass.compiling import entry, inlined, jit
 from livebass.kernels.machine.elementary import cos, exp, sin
 from livebass.kernels.machine.native import floats_at, record_at, words_at
 from livebass.kernels.string.law import damping, frequency
-from livebass.kernels.string.modal import fine_coefficients
 from livebass.kernels.string.operators import (
     DOUBLE,
     KAPPA,
@@ -32,6 +31,7 @@ from livebass.kernels.string.operators import (
     coefficient_at,
     coefficient_bytes,
     coupling,
+    fine_coefficients,
     heights,
     left_out,
     mixed_bytes,

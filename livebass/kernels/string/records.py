@@ -19,7 +19,7 @@ BLOCK = 16  # modes are woken and dropped in blocks
 GROUP, GROUP_ROOM = 16, 128  # contact points in a group of a board; most groups
 UNKNOWN = -1  # a step number: never
 MOST_ANSWERS = 128  # modes of other strings that may answer one string
-LOW = 64  # modes in float64, in qualities that are not exact
+LOW = 64  # modes in float64, in qualities that are not exact: whole BLOCKs
 BETWEEN_ROWS = 15 + 15 + 4  # coefficients of operators.py, of u and v, and a tap for each pickup, or sensors' of both
 
 
@@ -89,11 +89,11 @@ SOLVER = np.dtype(
 # The working set of one polarisation: u, away from the neck, or v, across it
 WORK = on_lines(
     [
-        # modes: those below `split` are in `low`, those from there on in `high`, whose first number is that of mode `split`
+        # modes: those below `split` are in `low`, those from there on in `high`, which begins with mode `split`
         ("low", LOW_ROWS),
         ("high", HIGH_ROWS),
         ("split", "i8"),
-        # the rest of them, what events read, in float64. Coefficients are those of the operator (operators.py), or tuned
+        # the rest of them, what events read, in float64. Coefficients: those of the operator (operators.py), or tuned
         _row("q"),  # workspace of an event: state (modal.widen) ...
         _row("p"),
         _row("q_before"),  # ... and what it makes of that

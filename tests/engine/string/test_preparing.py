@@ -40,7 +40,7 @@ def row(pool: Pool, address: int, count: int) -> Floats:
 
 
 def mixed_rows(pool: Pool, op: np.void, address: int, count: int) -> Floats:
-    """`count` rows of modes at an address, (count, padded): the first op["split"] of each float64, the others float32."""
+    """`count` rows of modes at an address, (count, padded): op["split"] of each are float64, the others float32."""
     split, n = int(op["split"]), int(op["padded"])
     words = split + (n - split) // 2
     made = row(pool, address, count * words).reshape(count, words)
