@@ -155,20 +155,14 @@ def cos(x):
 
 
 @joined
-def curve_of_exp(high, low):
-    """Returns exp(high + low) - 1 - high, |high| <= ln 2 / 2."""
+def exp_of(high, low, k):
+    """Returns exp(high + low) 2^k, |high| <= ln 2 / 2, for an integer -2046 < k < 2047; 2^k in two factors."""
     z = high * high
     z2 = z * z
     first = (E0 + E1 * high) + z * (E2 + E3 * high)
     second = (E4 + E5 * high) + z * (E6 + E7 * high)
     third = (E8 + E9 * high) + z * E10
-    return z * (first + z2 * (second + z2 * third)) + low
-
-
-@joined
-def exp_of(high, low, k):
-    """Returns exp(high + low) 2^k, |high| <= ln 2 / 2, for an integer -2046 < k < 2047; 2^k in two factors."""
-    w = curve_of_exp(high, low)
+    w = z * (first + z2 * (second + z2 * third)) + low
     t = 1.0 + high
     half = rounded(0.5 * k)
     return (t + ((high - (t - 1.0)) + w)) * two_to(half) * two_to(k - half)
@@ -190,18 +184,6 @@ def exp(x):
     x = 710.0 if x > 710.0 else x
     x = -746.0 if x < -746.0 else x
     return exp_of_parts(x, 0.0)
-
-
-@joined
-def exp_less_one(x):
-    """Returns e^x - 1, whose digits are all right however small x is; -1 from -40 down."""
-    x = -40.0 if x < -40.0 else x
-    k = rounded(x * OCTAVES0)
-    near = x - k * LN20
-    less = k * LN21
-    high = near - less
-    power = two_to(k)
-    return power * (high + curve_of_exp(high, (near - high) - less)) + (power - 1.0)
 
 
 @joined

@@ -195,8 +195,8 @@ def set_glide_coefficients(w, op, rows, a, rows_a, b, rows_b, x):
     modal.copy_row(coefficient_at(rows, op, operators.OMEGA), w.omega, op.padded)
     modal.copy_row(coefficient_at(rows, op, operators.SIGMA), w.sigma, op.padded)
     row, n, split = operators.LEAPS + 3 * WHOLE, op.padded, op.split
-    modal.copy_row(low_coefficient(rows, op, operators.LOSS), w.low.loss, split)
-    modal.copy_row(high_coefficient(rows, op, operators.LOSS), w.high.loss, n - split)
+    modal.copy_row(low_coefficient(rows, op, operators.KEPT), w.low.kept, split)
+    modal.copy_row(high_coefficient(rows, op, operators.KEPT), w.high.kept, n - split)
     modal.copy_row(low_coefficient(rows, op, operators.SPRING), w.low.spring, split)
     modal.copy_row(high_coefficient(rows, op, operators.SPRING), w.high.spring, n - split)
     modal.copy_row(low_coefficient(rows, op, operators.PACE), w.low.pace, split)

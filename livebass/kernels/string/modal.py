@@ -7,14 +7,16 @@ E = exp(-sigma dt), s = sin(omega dt), p = (q' + sigma q) / omega. One fine step
 
 and k fine steps at once, exactly, with three numbers: q <- A q + B P, P <- A P - G q.
 
-Fine steps with contact are taken one by one, in (q, d), d = q^n - q^{n-1}, which needs the fewest operations:
+Fine steps with contact are taken one by one, in (q, d), d = q^n - q^{n-1}, which float32 can carry:
 
-    d <- d - (l d + s q),   q <- q + d,   l = 1 - E^2,   s = (1 - E)^2 + 4 E sin^2(omega dt / 2).
+    d <- E^2 d - s q,   q <- q + d,   s = (1 - E)^2 + 4 E sin^2(omega dt / 2).
 
 A force f of eq. 12 acting during a step adds dt^2 dx/mu phi f to q and to d, after the step: this is the scheme of
 eq. 12, q^{n+1} = C q^n - Ct q^{n-1} + F, with the difference of two displacements as a number of its own, which loses
 no digits. The first of them has no force before it, and turns (q, P) into (q, d) on its way: d = P - (1 - a) q,
-1 - a = (l + s) / 2. `to_momenta` turns it back: P = E^2 d - (E^2 - a) q, E^2 - a = (s - l) / 2.
+1 - a = (s + l) / 2, l = 1 - E^2. `to_momenta` turns it back: P = E^2 d - (E^2 - a) q, E^2 - a = (s - l) / 2. E^2
+rounded to float32 is another damping, in all of these the same, and never above 1; s, which makes the frequency, is
+small, and keeps its digits where nothing adds it to 1 (`ordered`).
 
 The lowest `split` modes of a working set are float64, in the rows w.low, those above may be float32, in w.high: each
 loop stands here once, for the rows of either width, and is compiled for both. In it a number of float64 would make the
@@ -24,17 +26,18 @@ added in float64. An event that computes with the state takes it out in float64 
 Each loop reads a mode once and adds, multiplies and stores; exp and sin stand only where coefficients are made. The
 compiler may reassociate sums into vector lanes (`LANES`), the same way each time on one kind of processor. Loops
 vectorise because distances between the rows of a working set are constants (records.py). w is a working set, op an
-operator, m a contact point of it, n a number of modes, whole BLOCKs; rows are those of w.low or of w.high, and
-then n is the number of modes that are taken of them, first that of the first of them where it counts. [any thread]
+operator, m a contact point of it, n a number of modes, whole BLOCKs. A function whose name ends in `_of` takes the
+first n of `rows`, those of w.low or of w.high; `first` is the mode of rows[0] where that counts. [any thread]
 """
 
 import numpy as np
 
 from livebass.compiling import compiled
-from livebass.kernels.machine.elementary import exp, exp_less_one, sin_cos
+from livebass.kernels.machine.elementary import exp, sin_cos
 from livebass.kernels.string import operators
 from livebass.kernels.string.operators import (
     coefficient_at,
+    fine_coefficients,
     high_coefficient,
     high_shape,
     high_taps,
@@ -46,6 +49,7 @@ from livebass.kernels.string.records import BLOCK, LONGER, PART, WHOLE
 
 LANES = {"reassoc", "contract", "nsz", "arcp"}
 jit = compiled(fastmath=LANES)
+ordered = compiled(fastmath=LANES - {"reassoc"})  # sums as they are written
 
 DEAD = 1e-17  # m^1.5: a mode below this is silence
 MOST_TURN = 2 * np.pi * 0.45  # rad a fine step, of a mode that a string is played with
@@ -75,23 +79,12 @@ def lower(w, n):
     return min(w.split, n)
 
 
-@jit
-def fine_coefficients(decay, half_sine):
-    """Returns loss l, spring s and E of a mode that loses exp(-`decay`) a fine step; `half_sine`: sin(omega dt / 2).
-
-    The first two are small: nothing of them is the difference of larger numbers.
-    """
-    gone = -exp_less_one(-decay)
-    left = 1.0 - gone
-    return gone * (1.0 + left), gone * gone + 4.0 * left * (half_sine * half_sine), left
-
-
-@jit
+@ordered
 def first_step_of(rows, n):
-    half = like(rows, 0.5)
+    half, one = like(rows, 0.5), like(rows, 1.0)
     for j in range(n):
         x = rows.q[j]
-        d = rows.p[j] - half * (rows.loss[j] + rows.spring[j]) * x
+        d = rows.p[j] - half * ((one - rows.kept[j]) + rows.spring[j]) * x
         rows.p[j] = d
         rows.q[j] = x + d
 
@@ -104,12 +97,12 @@ def first_step(w, n):
     first_step_of(w.high, n - split)
 
 
-@jit
+@ordered
 def first_step_before_leap_of(rows, n):
-    half = like(rows, 0.5)
+    half, one = like(rows, 0.5), like(rows, 1.0)
     for j in range(n):
         x = rows.q_before[j]
-        d = rows.p_before[j] - half * (rows.loss[j] + rows.spring[j]) * x
+        d = rows.p_before[j] - half * ((one - rows.kept[j]) + rows.spring[j]) * x
         rows.p[j] = d
         rows.q[j] = x + d
 
@@ -122,22 +115,22 @@ def first_step_before_leap(w, n):
     first_step_before_leap_of(w.high, n - split)
 
 
-@jit
+@ordered
 def to_momenta_of(rows, n):
     half, one = like(rows, 0.5), like(rows, 1.0)
     for j in range(n):
-        loss = rows.loss[j]
-        rows.p[j] = (one - loss) * rows.p[j] - half * (rows.spring[j] - loss) * rows.q[j]
+        kept = rows.kept[j]
+        rows.p[j] = kept * rows.p[j] - half * (rows.spring[j] - (one - kept)) * rows.q[j]
 
 
-@jit
+@ordered
 def to_momenta_after_of(rows, phi, f, n):
     half, one, f = like(rows, 0.5), like(rows, 1.0), like(rows, f)
     for j in range(n):
         kick = f * phi[j]
-        loss = rows.loss[j]
+        kept = rows.kept[j]
         x = rows.q[j] + kick
-        rows.p[j] = (one - loss) * (rows.p[j] + kick) - half * (rows.spring[j] - loss) * x
+        rows.p[j] = kept * (rows.p[j] + kick) - half * (rows.spring[j] - (one - kept)) * x
         rows.q[j] = x
 
 
@@ -157,9 +150,9 @@ def to_momenta(w, n):
     to_momenta_of(w.high, n - split)
 
 
-# Fine steps after the first, and their forces, of (q, d). fine_1, fine_2 and fine_4 take one after the forces `f` at that
-# many points, and return the displacements (m) there; a point may stand twice in the list, with the force 0 the second
-# time. phi and chi are the mode shapes at the first two points, psi and xi at the others.
+# Fine steps after the first, and their forces, of (q, d). fine_1, fine_2 and fine_4 take one after the forces `f` at
+# that many points, and return the displacements (m) there; a point may stand twice in the list, with the force 0 the
+# second time. phi and chi are the mode shapes at the first two points, psi and xi at the others.
 @jit
 def fine_1_of(rows, phi, f, n):
     f0 = like(rows, f)
@@ -167,7 +160,7 @@ def fine_1_of(rows, phi, f, n):
     for j in range(n):
         kick = f0 * phi[j]
         x, d = rows.q[j] + kick, rows.p[j] + kick
-        d = (d - rows.loss[j] * d) - rows.spring[j] * x
+        d = rows.kept[j] * d - rows.spring[j] * x
         x += d
         rows.p[j] = d
         rows.q[j] = x
@@ -190,7 +183,7 @@ def fine_2_of(rows, phi, chi, f, n):
     for j in range(n):
         kick = f0 * phi[j] + f1 * chi[j]
         x, d = rows.q[j] + kick, rows.p[j] + kick
-        d = (d - rows.loss[j] * d) - rows.spring[j] * x
+        d = rows.kept[j] * d - rows.spring[j] * x
         x += d
         rows.p[j] = d
         rows.q[j] = x
@@ -215,7 +208,7 @@ def fine_4_of(rows, phi, chi, psi, xi, f, n):
     for j in range(n):
         kick = f0 * phi[j] + f1 * chi[j] + f2 * psi[j] + f3 * xi[j]
         x, d = rows.q[j] + kick, rows.p[j] + kick
-        d = (d - rows.loss[j] * d) - rows.spring[j] * x
+        d = rows.kept[j] * d - rows.spring[j] * x
         x += d
         rows.p[j] = d
         rows.q[j] = x
@@ -258,7 +251,7 @@ def kick(w, op, m, f, n):
 def fine_of(rows, n):
     for j in range(n):
         x, d = rows.q[j], rows.p[j]
-        d = (d - rows.loss[j] * d) - rows.spring[j] * x
+        d = rows.kept[j] * d - rows.spring[j] * x
         x += d
         rows.p[j] = d
         rows.q[j] = x
@@ -278,7 +271,7 @@ def fine_kicked_2_of(rows, phi, chi, f, n):
     for j in range(n):
         kick = f0 * phi[j] + f1 * chi[j]
         x, d = rows.q[j] + kick, rows.p[j] + kick
-        d = (d - rows.loss[j] * d) - rows.spring[j] * x
+        d = rows.kept[j] * d - rows.spring[j] * x
         x += d
         rows.p[j] = d
         rows.q[j] = x
@@ -299,7 +292,7 @@ def fine_kicked_4_of(rows, phi, chi, psi, xi, f, n):
     for j in range(n):
         kick = f0 * phi[j] + f1 * chi[j] + f2 * psi[j] + f3 * xi[j]
         x, d = rows.q[j] + kick, rows.p[j] + kick
-        d = (d - rows.loss[j] * d) - rows.spring[j] * x
+        d = rows.kept[j] * d - rows.spring[j] * x
         x += d
         rows.p[j] = d
         rows.q[j] = x
@@ -470,11 +463,11 @@ def displacement_before_leap(w, op, m, n):
     return u + sum_of_products(high_shape(op, m), w.high.q_before, like(w.high, 0.0), n - split)
 
 
-@jit
+@ordered
 def step_before(rows, j, q, p):
     """Displacement of mode `j` a fine step before (q, P): q^{n-1} = q - (P + (E^2 - a) q) / E^2."""
-    loss = rows.loss[j]
-    return q - (p + like(rows, 0.5) * (rows.spring[j] - loss) * q) / (like(rows, 1.0) - loss)
+    kept = rows.kept[j]
+    return q - (p + like(rows, 0.5) * (rows.spring[j] - (like(rows, 1.0) - kept)) * q) / kept
 
 
 @jit
@@ -994,7 +987,7 @@ def retune_of(rows, kappas, omega, sigmas, op, n):
         w_d = omega[j]
         sigma = sigmas[j]
         sine, cosine = sin_cos(0.5 * w_d * fine)
-        rows.loss[j], rows.spring[j], damp = fine_coefficients(sigma * fine, sine)
+        rows.kept[j], rows.spring[j], damp = fine_coefficients(sigma * fine, sine)
         es = damp * (2.0 * sine * cosine)
         kappa = es / w_d
         rows.p[j] *= kappa / kappas[j]
@@ -1044,7 +1037,7 @@ def tune_of(rows, kappas, omega, sigmas, fine, steps, n):
         w_d = omega[j]
         sigma = sigmas[j]
         sine, cosine = sin_cos(0.5 * w_d * fine)
-        rows.loss[j], rows.spring[j], damp = fine_coefficients(sigma * fine, sine)
+        rows.kept[j], rows.spring[j], damp = fine_coefficients(sigma * fine, sine)
         es = damp * (2.0 * sine * cosine)
         kappas[j] = es / w_d
         rows.pace[j] = w_d / es
@@ -1072,8 +1065,8 @@ def take_coefficients(w, op, rows):
     copy_row(w.kappa, coefficient_at(rows, op, operators.KAPPA), n)
     copy_row(w.omega, coefficient_at(rows, op, operators.OMEGA), n)
     copy_row(w.sigma, coefficient_at(rows, op, operators.SIGMA), n)
-    copy_row(w.low.loss, low_coefficient(rows, op, operators.LOSS), split)
-    copy_row(w.high.loss, high_coefficient(rows, op, operators.LOSS), n - split)
+    copy_row(w.low.kept, low_coefficient(rows, op, operators.KEPT), split)
+    copy_row(w.high.kept, high_coefficient(rows, op, operators.KEPT), n - split)
     copy_row(w.low.spring, low_coefficient(rows, op, operators.SPRING), split)
     copy_row(w.high.spring, high_coefficient(rows, op, operators.SPRING), n - split)
     copy_row(w.low.pace, low_coefficient(rows, op, operators.PACE), split)

@@ -3,14 +3,15 @@
 An operator holds their addresses (records.py): the coefficients of its modes, the weights of taps and the mode shapes
 at contact points, a row of `padded` numbers each; heights and positions of the contact points; W and R between them, a
 row of `points` each, which a board does without. Where a mode is read in every frame, the first `split` numbers of a
-row are float64, the others float32: each such row is two arrays, low_... and high_..., whose first number is that of
-mode `split`. No other file knows how the pool is laid out, but preparing.py, which
+row are float64, the others float32: each such row is two arrays, low_... and high_..., which begins with mode
+`split`. No other file knows how the pool is laid out, but preparing.py, which
 fills it. [any thread]
 """
 
 import numpy as np
 
 from livebass.compiling import inlined, jit
+from livebass.kernels.machine.elementary import exp
 from livebass.kernels.machine.native import floats_at, samples_at
 
 DOUBLE, SINGLE = 8, 4  # bytes
@@ -18,8 +19,16 @@ DOUBLE, SINGLE = 8, 4  # bytes
 # The rows of coefficients in their order; LEAPS: rows a, b and g of each of the three leaps
 KAPPA, OMEGA, SIGMA = 0, 1, 2  # float64 all ...
 WIDE_ROWS = 3
-LOSS, SPRING, PACE, LEAPS = 0, 1, 2, 3  # ... and these not
+KEPT, SPRING, PACE, LEAPS = 0, 1, 2, 3  # ... and these not
 MIXED_ROWS = 12
+
+
+@jit
+def fine_coefficients(decay, half_sine):
+    """Returns E^2, s and E of a mode that loses exp(-`decay`) a fine step; `half_sine`: sin(omega dt / 2)."""
+    left = exp(-decay)
+    gone = 1.0 - left
+    return left * left, gone * gone + 4.0 * left * (half_sine * half_sine), left
 
 
 @jit
@@ -77,13 +86,13 @@ def coefficient_at(address, op, row):
 
 @jit
 def mixed_coefficient(address, op, row):
-    """Address of row LOSS to LEAPS + 8 of the coefficients at `address`."""
+    """Address of row KEPT to LEAPS + 8 of the coefficients at `address`."""
     return address + WIDE_ROWS * DOUBLE * op.padded + row * mixed_bytes(op)
 
 
 @inlined
 def low_coefficient(address, op, row):
-    """Row LOSS to LEAPS + 8 of the coefficients at `address`, those of u or of v, (split,)."""
+    """Row KEPT to LEAPS + 8 of the coefficients at `address`, those of u or of v, (split,)."""
     return low_part(mixed_coefficient(address, op, row), op)
 
 

@@ -18,12 +18,11 @@ from livebass.compiling import entry, inlined, jit
 from livebass.kernels.machine.elementary import cos, exp, sin
 from livebass.kernels.machine.native import floats_at, record_at, words_at
 from livebass.kernels.string.law import damping, frequency
-from livebass.kernels.string.modal import fine_coefficients
 from livebass.kernels.string.operators import (
     DOUBLE,
     KAPPA,
+    KEPT,
     LEAPS,
-    LOSS,
     OMEGA,
     PACE,
     SIGMA,
@@ -32,6 +31,7 @@ from livebass.kernels.string.operators import (
     coefficient_at,
     coefficient_bytes,
     coupling,
+    fine_coefficients,
     heights,
     left_out,
     mixed_bytes,
@@ -296,6 +296,7 @@ def set_coefficients(work, note, op, rows, across):
     for k in range(op.modes, op.padded):
         kappa[k] = 1.0
         omega[k] = 1.0
+        put_number(mixed_coefficient(rows, op, KEPT), op, k, 1.0)
     for k in range(op.modes):
         nu = frequency(note, numbers_of(work), k + 1, across)
         s = 0.0 if work.lossless else damping(note, numbers_of(work), k + 1, nu, across)
@@ -306,9 +307,9 @@ def set_coefficients(work, note, op, rows, across):
         sine = sin(w * dt)
         if abs(sine) < LEAST_SINE:
             return np.int64(FROZEN)
-        loss, spring, damp = fine_coefficients(s * dt, sin(0.5 * w * dt))
+        kept, spring, damp = fine_coefficients(s * dt, sin(0.5 * w * dt))
         es = damp * sine
-        put_number(mixed_coefficient(rows, op, LOSS), op, k, loss)
+        put_number(mixed_coefficient(rows, op, KEPT), op, k, kept)
         put_number(mixed_coefficient(rows, op, SPRING), op, k, spring)
         put_number(mixed_coefficient(rows, op, PACE), op, k, w / es)
         kappa[k] = es / w

@@ -20,7 +20,7 @@ BLOCK = 16  # modes are woken and dropped in blocks
 GROUP, GROUP_ROOM = 16, 128  # contact points in a group of a board; most groups
 UNKNOWN = -1  # a step number: never
 MOST_ANSWERS = 128  # modes of other strings that may answer one string
-LOW = 64  # modes in float64, in qualities that are not exact
+LOW = 64  # modes in float64, in qualities that are not exact: whole BLOCKs
 BETWEEN_ROWS = 15 + 15 + 4  # coefficients of operators.py, of u and v, and a tap for each pickup, or sensors' of both
 
 
@@ -58,7 +58,7 @@ def _rows_of_modes(kind: str) -> np.dtype[Any]:
             _row("p", kind),  # P, momentum scaled to one fine step; while fine steps are taken, d (modal.py)
             _row("q_before", kind),  # the state before a trial step
             _row("p_before", kind),
-            _row("loss", kind),  # one fine step: d <- d - (loss d + spring q) ...
+            _row("kept", kind),  # one fine step: d <- kept d - spring q ...
             _row("spring", kind),  # ... and q <- q + d
             ("leaps", leap, (3,)),
             _row("pace", kind),  # 1 / kappa: modal velocity is pace P - sigma q

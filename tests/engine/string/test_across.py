@@ -225,9 +225,8 @@ def heard_cents(string: Played, seconds: float) -> Floats:
     for frame in range(round(seconds * RATE) + 1):
         for k, name in enumerate("uv"):
             w = slot_of(string)[name]
-            q, p, kappa, omega = (
-                w[row][:PARTIALS] for w, row in ((w["low"], "q"), (w["low"], "p"), (w, "kappa"), (w, "omega"))
-            )
+            q, p = (w["low"][row][:PARTIALS] for row in ("q", "p"))
+            kappa, omega = (w[row][:PARTIALS] for row in ("kappa", "omega"))
             phase = np.arctan2(-p / (kappa * omega), q)
             if frame:
                 total[k] += (phase - last[k]) % (2 * np.pi)

@@ -40,7 +40,7 @@ def row(pool: Pool, address: int, count: int) -> Floats:
 
 
 def mixed_rows(pool: Pool, op: np.void, address: int, count: int) -> Floats:
-    """`count` rows of modes at an address, (count, padded): op["split"] of each float64, the others float32."""
+    """`count` rows of modes at an address, (count, padded): op["split"] of each are float64, the others float32."""
     split, n = int(op["split"]), int(op["padded"])
     words = split + (n - split) // 2
     made = row(pool, address, count * words).reshape(count, words)
@@ -87,7 +87,7 @@ def assert_coefficients(
     es = np.exp(-sigma * dt) * np.sin(omega * dt)
     steps = rates.numerator // rates.denominator
     wanted = {
-        rows.LOSS: -np.expm1(-2 * sigma * dt),
+        rows.KEPT: np.exp(-2 * sigma * dt),
         rows.SPRING: np.expm1(-sigma * dt) ** 2 + 4 * np.exp(-sigma * dt) * np.sin(omega * dt / 2) ** 2,
         rows.PACE: omega / es,
     }
@@ -104,7 +104,8 @@ def assert_coefficients(
     mixed = mixed_rows(pool, op, address + coefficients.nbytes, rows.MIXED_ROWS)
     rest = np.zeros(rows.WIDE_ROWS)
     rest[[rows.KAPPA, rows.OMEGA]] = 1.0
-    assert (coefficients[:, count:] == rest[:, None]).all() and not mixed[:, count:].any()
+    assert (coefficients[:, count:] == rest[:, None]).all() and (mixed[rows.KEPT, count:] == 1).all()
+    assert not np.delete(mixed, rows.KEPT, axis=0)[:, count:].any()
     for k, numbers in wide.items():
         assert_same(coefficients[k, :count], numbers, 1e-13, f"coefficients {k}, across: {across}")
     for k, numbers in wanted.items():
