@@ -1,4 +1,4 @@
-"""Where a string was plucked, how round the finger, where the pickups are and how far the tone pot is open.
+"""Finds where a string was plucked, how round the finger, where the pickups are and how far the tone pot is open.
 
 These shape the levels with which the partials begin. Partial j of a string plucked `a` from the saddle, over a pickup
 `p` from it, has sin(j pi a / L) sin(j pi p / L) / j of the level, times what the finger's width and release, the

@@ -17,6 +17,7 @@ RTKIT_PRIORITY = 20  # the most that rtkit grants
 SLOW, ENDED = 100_000, 200_000
 TIMEOUT = 2.0  # s
 RTKIT = "org.freedesktop.RealtimeKit1"
+_asked: set[int] = set()  # threads that rtkit was asked to make real-time
 
 
 def make_realtime(thread: int) -> str | None:
@@ -40,10 +41,11 @@ def _ask_rtkit(thread: int) -> str | None:
     busctl = shutil.which("busctl")
     if not busctl:
         return "rtkit cannot be asked without busctl"
+    _asked.add(thread)
     before = resource.getrlimit(resource.RLIMIT_RTTIME)
     with suppress(OSError, ValueError):
         resource.setrlimit(resource.RLIMIT_RTTIME, (SLOW, ENDED))
-        signal.signal(signal.SIGXCPU, lambda number, frame: _usual_priority(thread))
+        signal.signal(signal.SIGXCPU, lambda number, frame: _usual_priorities())
     command = [busctl, "--system", "call", RTKIT, "/org/freedesktop/RealtimeKit1", RTKIT, "MakeThreadRealtimeWithPID"]
     command += ["ttu", str(os.getpid()), str(thread), str(RTKIT_PRIORITY)]
     try:
@@ -59,6 +61,9 @@ def _ask_rtkit(thread: int) -> str | None:
     return why
 
 
-def _usual_priority(thread: int) -> None:
-    with suppress(OSError):
-        os.sched_setscheduler(thread, os.SCHED_OTHER, os.sched_param(0))
+def _usual_priorities() -> None:
+    """Takes real-time priority from all threads that rtkit was asked to give it."""
+    for thread in _asked:
+        with suppress(OSError):
+            os.sched_setscheduler(thread, os.SCHED_OTHER, os.sched_param(0))
+    _asked.clear()

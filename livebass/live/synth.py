@@ -22,7 +22,7 @@ from livebass.live.desk import Desk
 from livebass.live.priority import make_realtime
 from livebass.live.thread import ahead, block, helpers, setup
 from livebass.live.thread.desk import take_controller
-from livebass.live.thread.records import MOST_HELPERS, RINGS, SYNTH, TEAM, field_offset
+from livebass.live.thread.records import MOST_HELPERS, RINGS, STOP, SYNTH, field_offset
 from livebass.live.thread.ring import (
     AMOUNT,
     DATA,
@@ -169,37 +169,30 @@ class Synth:
         """Starts threads that play strings beside the audio thread, up to MOST_HELPERS; returns why they have no
         real-time priority, or None.
 
-        They look for work until `stop_helpers`. None are started on systems without `usleep`. [any thread]
+        They look for work until `stop_helpers`. None are started on systems without `usleep`. [main thread]
         """
-        refused: list[str | None] = []
         usleep = _function("usleep")
         for _ in range(min(count, MOST_HELPERS) if usleep else 0):
-            thread = threading.Thread(target=self._help, args=(usleep, refused), daemon=True, name="livebass helper")
+            thread = threading.Thread(
+                target=helpers.help_out, args=(self.address, usleep), daemon=True, name="livebass helper"
+            )
             self._helpers.append(thread)
             thread.start()
-        while len(refused) < len(self._helpers):
-            time.sleep(0.001)
+        refused = [make_realtime(thread.native_id or 0) for thread in self._helpers]
         return next((why for why in refused if why), None)
-
-    def _help(self, usleep: int, refused: list[str | None]) -> None:
-        refused.append(make_realtime(threading.get_native_id()))
-        helpers.help_out(self.address, usleep)
 
     def stop_helpers(self) -> None:
         """Ends the helper threads, once they have played what they play. [any thread]"""
-        self._write_team("stop", 1)
+        write_word(self.address + STOP, 1)
         for thread in self._helpers:
             thread.join()
         self._helpers.clear()
-        self._write_team("stop", 0)
+        write_word(self.address + STOP, 0)
 
     @property
     def helped(self) -> int:
         """How many times a helper thread has played a string in the audio thread's place."""
         return int(self.record["team"]["helped"][0])
-
-    def _write_team(self, field: str, value: int) -> None:
-        write_word(self.address + field_offset(SYNTH, "team") + field_offset(TEAM, field), value)
 
     @property
     def frame(self) -> int:

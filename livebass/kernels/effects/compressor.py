@@ -26,7 +26,7 @@ def threshold_of(knob):
 
 @jit
 def slope_of(knob):
-    """What is taken away of each dB above the threshold: 1 - 1 / ratio."""
+    """Returns what is taken away of each dB above the threshold: 1 - 1 / ratio."""
     return RATIO * knob / (1.0 + RATIO * knob)
 
 

@@ -186,7 +186,7 @@ def triode(curve, volts):
 
 @jit
 def branch(states, first, x):
-    """What every second allpass from `first` on makes of the next sample `x`."""
+    """Returns what every second allpass from `first` on makes of the next sample `x`."""
     for k in range(first, ALLPASSES, 2):
         y = states[k, 0] + BRANCHES[k] * (x - states[k, 1])
         states[k, 0] = x
