@@ -833,7 +833,7 @@ def test_a_system_without_single_keys_says_so(
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_playing_in_a_narrow_terminal(server: SimpleNamespace, number: signal.Signals) -> None:
-    terminal = InTerminal("play", columns=44)
+    terminal = InTerminal("play", "--quality", "live", columns=44)
     try:
         terminal.wait("jazz-finger   load")
         assert not terminal.cooked
