@@ -27,12 +27,11 @@ from livebass.analysis.sound import RANGE, characteristic_frequencies, spectrogr
 from livebass.arrays import Floats
 from livebass.bench.measure import Result, Row
 from livebass.engine.engine import Engine
+from livebass.live.worst import ALL_SOUND_OFF, CONTROL, NOTE_ON, even
 from livebass.model.instrument import Instrument
 from livebass.model.quality import Quality
 from livebass.preset.load import load_preset, preset_names
-from livebass.units import OFF
 
-NOTE_ON, NOTE_OFF, CONTROL, ALL_SOUND_OFF = 0x90, 0x80, 0xB0, 120  # status bytes of channel 1, and a controller
 SPAN = 0.3  # s of each note
 GAP = 0.05  # s of silence between notes
 DYNAMICS = {"soft": (25, 50), "medium": (60, 90), "hard": (100, 127)}  # velocities from and to
@@ -99,12 +98,6 @@ def representative_notes(presets: Iterable[str] | None = None, seed: int = 2018)
             rate = RATES[(sum(name) + i + (turn if strings < len(RATES) else 0)) % len(RATES)]
             notes.append(Note(preset, i, int(frets[k]), dynamics, int(rng.integers(least, most + 1)), rate))
     return notes
-
-
-def even(bass: Instrument) -> Instrument:
-    """Returns `bass` with a player whose every stroke is alike, and without noise: it would hide what is compared."""
-    player = replace(bass.player, unevenness=0.0, skin_noise=OFF, release_noise=OFF, floor_noise=OFF)
-    return replace(bass, player=player)
 
 
 def forces(plucks: int = PLUCKS, other: bool = False) -> list[float]:

@@ -18,13 +18,12 @@ from typing import Any
 
 import numpy as np
 
-from livebass.bench.fidelity import ALL_SOUND_OFF, CONTROL, NOTE_ON, even
 from livebass.bench.jack import HEARD, AudioProbe, Lost, MidiProbe, in_child, new_client, server, since, wait_for
-from livebass.bench.live import silence
 from livebass.bench.measure import OtherLoad, Result, Row, heading, load_lines
 from livebass.bench.player import NAME
 from livebass.live.outputs import FakeDevice, JackOutput
 from livebass.live.synth import LiveBass, Synth
+from livebass.live.worst import ALL_SOUND_OFF, CONTROL, NOTE_ON, even, silence
 from livebass.model.quality import QUALITIES
 from livebass.preset.load import load_preset
 from livebass.report.picture import figure, image

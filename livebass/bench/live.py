@@ -1,22 +1,17 @@
 """`livebass bench live`: times of the native callback's blocks while a player does the worst.
 
-A `FakeDevice` asks the callback for the blocks of a script in each quality and block size, several times over, one
-block after the other without a pause. The synth's own meter, inside the callback, takes the times: what Python does
-between two blocks does not count. A message is sent just before its block, as from a keyboard.
+The script (livebass/live/worst.py) is played in each quality and block size, several times over.
 
 All figures are parts of a block's deadline, the time it lasts. "plain" ones are over all blocks of all runs, with
 whatever disturbed the machine; "quiet" ones take the least time of each block over the runs, the same work with nothing
-in between; the best run is the one whose worst block took least. The synth is not adaptive, so that no block is of a
-coarse string, and the player is even, so that runs are alike: nearly, as strings run ahead of the clock.
+in between; the best run is the one whose worst block took least.
 """
 
 from __future__ import annotations
 
-import gc
 import os
-import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -24,17 +19,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livebass.bench.fidelity import (
-    ALL_SOUND_OFF,
-    CONTROL,
     GROUPS,
     KINDS,
-    NOTE_OFF,
-    NOTE_ON,
     PLUCKS,
     WITHIN,
     Note,
     distance,
-    even,
     forces,
     played,
     representative_notes,
@@ -42,10 +32,8 @@ from livebass.bench.fidelity import (
 )
 from livebass.bench.measure import OtherLoad, Result, Row, heading, load_lines
 from livebass.engine.prepare import whole_contact_rate
-from livebass.live.outputs import FakeDevice
-from livebass.live.synth import LiveBass, Synth
+from livebass.live.worst import HAND_NAMES, LINE, block_times, even, hand_blocks, worst_case
 from livebass.model.instrument import Instrument, speaking
-from livebass.model.keymap import MODO
 from livebass.model.quality import QUALITIES, Quality, modes_for, quality_with
 from livebass.preset.load import load_preset
 from livebass.report.picture import figure, image
@@ -62,20 +50,6 @@ MOST_WAVEFORM, PROMISED = (-45.0, -35.0), ("frets with loss", "thumb")
 TEAM_BLOCK = 64  # frames, of strings side by side
 ALONE_PRESET, ALONE_BLOCK, ALONE_RATE = "paper-g", 128, 4e6  # Hz, of the contact steps
 
-POPPED = (0.0, 0.5)  # s, all open strings at velocity 127 at once; the second time while they sound
-LINE_FROM = 1.0  # s
-SIXTEENTH = 60 / 110 / 4  # s
-# Fret and velocity of each round over the strings. No step up is a fourth or two: the new note would be one that the
-# next string still plays from the old fret, and be taken from it.
-ROUNDS = ((0, 127), (3, 100), (7, 127), (2, 115))
-# One hand after the other on every string: a controller and its value, the frets and velocities that are then played.
-# No step up is a fourth or two here either.
-HANDS = ((0, 0, ((0, 127),)), (68, 127, ((7, 127),)), (65, 127, ((13, 127),)), (65, 0, ((0, 127),)))
-HAND_NAMES = ("plucked open again", "hammered on", "slid", "pulled off")
-HANDS_APART = 0.15  # s
-STRING_KEYS = {pitch_class: key for key, technique, pitch_class in MODO.keys if technique == "string"}
-REST = 0.3  # s of silence after each run
-
 
 @dataclass(frozen=True)
 class Extent:
@@ -86,7 +60,7 @@ class Extent:
     runs: int = 5  # of `live`
     other_runs: int = 3  # of the other qualities
     fit_runs: int = 3  # with fewer strings
-    line: float = len(ROUNDS) * 4 * SIXTEENTH  # s of sixteenths
+    line: float = LINE  # s of sixteenths
     notes: tuple[Note, ...] | None = None  # with which qualities are compared; None: `representative_notes`
     plucks: int = PLUCKS  # of each of them
 
@@ -131,103 +105,6 @@ def bench_live(preset: str = "jazz-finger", progress: Say = silent, extent: Exte
         "wanted": _targets(rows, alone, fidelity, near),
         "histogram_edges": EDGES.tolist(),
     }
-
-
-@dataclass(frozen=True)
-class Script:
-    """Messages for a `FakeDevice` in the order of their frames, from frame 0 on."""
-
-    rate: int  # Hz
-    messages: tuple[tuple[int, int, int, int], ...]  # frame, status, first and second data byte
-    popped: int  # frames before the line begins
-    hands: int  # frames before the hands begin
-    frames: int
-
-
-def worst_case(bass: Instrument, rate: int, strings: int, line: float = FULL.line) -> Script:
-    """Pops the first `strings` strings of `bass` at once, and again, then plays `line` s of sixteenths over them.
-
-    At the end all are, at once, plucked open from the frets they sound at, hammered on, slid up and pulled off.
-    """
-    keys = [string.open_note for string in bass.strings[:strings]]
-    messages = [(round(beat * rate), NOTE_ON, key, 127) for beat in POPPED for key in keys]
-    playing = list(keys)
-    count = int(line / SIXTEENTH + 1e-9)
-    for k in range(count):
-        frame, i = round((LINE_FROM + k * SIXTEENTH) * rate), k % strings
-        fret, velocity = ROUNDS[k // strings % len(ROUNDS)]
-        messages.append((frame, NOTE_OFF, playing[i], 0))
-        playing[i] = keys[i] + fret
-        messages.append((frame, NOTE_ON, playing[i], velocity))
-    hands = LINE_FROM + count * SIXTEENTH
-    after = hands
-    for control, value, notes in HANDS:
-        frame = round(after * rate)
-        messages += [(frame, CONTROL, control, value)] if control else []
-        for string, key in zip(bass.strings, keys, strict=False):
-            messages += [(frame, NOTE_ON, STRING_KEYS[string.called], 100)]
-            messages += [(frame, NOTE_ON, key + fret, velocity) for fret, velocity in notes]
-            messages += [(frame, NOTE_OFF, STRING_KEYS[string.called], 0)]
-        after += HANDS_APART
-    messages += [(round(after * rate), CONTROL, control, 0) for control in (65, 68)]
-    return Script(
-        rate, tuple(messages), round(LINE_FROM * rate), round(hands * rate), round((after + HANDS_APART) * rate)
-    )
-
-
-def hand_blocks(script: Script, k: int, block: int) -> slice:
-    """Returns which blocks of `block` frames belong to the hand HANDS[k]."""
-    begin, end = (script.hands + round((k + i) * HANDS_APART * script.rate) for i in range(2))
-    return slice(begin // block, -(-end // block))
-
-
-def play_script(device: FakeDevice, script: Script, block: int) -> NDArray[np.int64]:
-    """Plays `script` in blocks of `block` frames; returns the time of each, ns. Runs are alike after `silence`."""
-    synth, messages = device.synth, script.messages
-    metered, busy, begin = bool(synth.record["clock"][0]), synth.record["busy"], synth.frame
-    times, out = np.zeros(-(-script.frames // block), np.int64), np.zeros(block, np.float32)
-    sent, collected = 0, gc.isenabled()
-    gc.disable()
-    try:
-        for k in range(len(times)):
-            end = (k + 1) * block
-            while sent < len(messages) and messages[sent][0] < end:
-                frame, status, first, second = messages[sent]
-                synth.send(status, first, second, begin + frame)
-                sent += 1
-            began = time.perf_counter_ns()
-            device.fill(out)
-            times[k] = busy[0] if metered else time.perf_counter_ns() - began
-    finally:
-        if collected:
-            gc.enable()
-    return times
-
-
-def silence(device: FakeDevice, block: int) -> None:
-    """Ends all sound and waits until it is over, in blocks of `block` frames."""
-    device.synth.send(CONTROL, ALL_SOUND_OFF, 0)
-    for _ in range(-(-round(REST * device.synth.rate) // block)):
-        device.block(block)
-
-
-def block_times(
-    bass: Instrument, quality: Quality, block: int, script: Script, runs: int, cores: int = 1
-) -> NDArray[np.int64]:
-    """Returns the times of the blocks of `script`, (runs, blocks), ns; a first run is not counted."""
-    synth = Synth(script.rate, adaptive=False)
-    synth.switch_to(LiveBass(bass, quality, script.rate))
-    device = FakeDevice(synth)
-    synth.start_helpers(cores - 1)
-    try:
-        play_script(device, replace(script, frames=script.popped), block)
-        times = []
-        for _ in range(runs):
-            silence(device, block)
-            times.append(play_script(device, script, block))
-    finally:
-        synth.stop_helpers()
-    return np.array(times)
 
 
 def block_figures(times: NDArray[np.int64], block: int, rate: int) -> dict[str, float]:

@@ -12,12 +12,12 @@ import sys
 import threading
 from typing import Any
 
-from livebass.bench.fidelity import even
 from livebass.bench.jack import end_after
 from livebass.extras import install
 from livebass.live.inputs import MidiLost
 from livebass.live.outputs import OutputLost, PortAudioOutput
 from livebass.live.synth import LiveBass, Synth
+from livebass.live.worst import even
 from livebass.model.quality import QUALITIES
 from livebass.preset.load import load_preset
 

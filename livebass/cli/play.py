@@ -26,7 +26,7 @@ from livebass.cli.tuning import TUNING_KEYS, tuning_of_options, tuning_options
 from livebass.cli.values import RATE, Learn, Number, Quantity, Span
 from livebass.files import OutputError, output_error
 from livebass.interrupts import stop_instead
-from livebass.model.quality import BLOCK, CORES, QUALITIES
+from livebass.model.quality import AUTO, BLOCK, CORES, QUALITIES
 from livebass.units import one_line
 
 if TYPE_CHECKING:
@@ -52,7 +52,11 @@ GROUPS = {
 @click.command(cls=GroupedCommand, groups=GROUPS)
 @preset_option(f"The bass. [default: the last one, at first {DEFAULT_PRESET}; or the bass that --file asks for]")
 @tuning_options
-@quality_option("live", "How finely strings are computed; see `livebass help cost`.")
+@quality_option(
+    AUTO,
+    "How finely strings are computed; auto: studio where this machine carries it, else live. See `livebass help cost`.",
+    among=(AUTO, *QUALITIES),
+)
 @click.option(
     "--backend",
     type=click.Choice(["auto", "portaudio", "jack"]),
@@ -195,7 +199,7 @@ def play(**options: Any) -> None:
     settings = Settings(
         instrument=bass,
         load=load,
-        quality=QUALITIES[options["quality"]],
+        quality=QUALITIES.get(options["quality"]),
         preset=preset,
         backend=options["backend"],
         audio=int(device) if device and device.isdigit() else device,

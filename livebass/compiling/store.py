@@ -38,7 +38,7 @@ ROOMS = ("kernels", "live/thread", "compiling")  # folders whose functions are c
 FILES = ("techniques.py", "parts.py", "rows.py", "units.py")  # ... and what they take their numbers from
 BUILT = PACKAGE / "built"  # libraries that came with the package
 CHECKSUM = hashlib.sha256().digest_size  # bytes at the end of a file
-KEPT = re.compile(r"(kernels|objects|plugin|reference)-[0-9a-f]{16}")  # directories of compiled code, by version
+KEPT = re.compile(r"(kernels|objects|plugin|reference|loads)-[0-9a-f]{16}")  # directories of compiled code, by version
 UNUSED = 90 * 24 * 3600  # s after which one that nothing has used is deleted
 WAITING = "compiling the kernels: another process does so already, waiting for it"
 

@@ -26,6 +26,9 @@ class Presets(Protocol):
     @property
     def playing(self) -> tuple[str, str]: ...
 
+    @property
+    def quality(self) -> str: ...
+
     def choose(self, preset: str | None = None, quality: str | None = None) -> None: ...
 
 
@@ -90,7 +93,7 @@ def control_table(
     table = {p.symbol: kinds[found[0]](p, found[1]) for p in PARAMETERS if (found := event(p))}
     table |= {
         "bass": Control(bass, lambda: presets.playing[0]),
-        "quality": Control(quality, lambda: presets.playing[1]),
+        "quality": Control(quality, lambda: presets.quality),
         "running_ahead": Control(running_ahead, lambda: int(synth().runs_ahead)),
         "relief": Control(relief, lambda: int(synth().record["adaptive"][0])),
         "note": Control(note),

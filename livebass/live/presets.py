@@ -14,9 +14,10 @@ from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 
+from livebass.live.carried import prepared
 from livebass.live.synth import LiveBass, Synth
 from livebass.model.instrument import Instrument
-from livebass.model.quality import QUALITIES, Quality
+from livebass.model.quality import AUTO, QUALITIES, Quality
 from livebass.preset.load import load_preset, preset_names
 from livebass.preset.programs import PROGRAMS
 
@@ -30,17 +31,28 @@ class PresetSwitch:
     """Switches preset and quality while the synth plays; requests that another one overtakes are never prepared."""
 
     def __init__(
-        self, synth: Synth, preset: str, quality: Quality, load: Callable[[str], Instrument] = load_preset
+        self, synth: Synth, preset: str, quality: Quality | None, load: Callable[[str], Instrument] = load_preset
     ) -> None:
-        """`preset`, a name or path, and `quality` are those of the bass that plays; `load` loads the next ones."""
+        """`preset`, a name or path, and `quality` are those of the bass that plays; `load` loads the next ones.
+
+        A quality of None is the one that the machine carries.
+        """
         self.synth, self.load = synth, load
-        self.qualities = {**QUALITIES, quality.name: quality}
-        self.playing = self.wanted = (preset, quality.name)
+        self.qualities: dict[str, Quality | None] = {AUTO: None, **QUALITIES}
+        if quality is not None:
+            self.qualities[quality.name] = quality
+        self.playing = self.wanted = (preset, quality.name if quality is not None else AUTO)
         self._thread = ThreadPoolExecutor(1, "presets", _step_back)
         self._coming: tuple[tuple[str, str], Future[LiveBass]] | None = None
         self._ringing = False  # the bass before
         self._programs = synth.program[0]
         self._unknown: set[int] = set()  # programs that were said to choose nothing
+
+    @property
+    def quality(self) -> str:
+        """The name of the quality that plays. [any thread]"""
+        bass = self.synth.bass
+        return bass.engine.quality.name if bass else self.playing[1]
 
     def next_preset(self) -> None:
         names = preset_names()
@@ -74,7 +86,7 @@ class PresetSwitch:
                 preset, quality = self.wanted
                 self._coming = (
                     self.wanted,
-                    self._thread.submit(prepared, preset, self.qualities[quality], self.synth.rate, self.load),
+                    self._thread.submit(_loaded, preset, self.qualities[quality], self.synth.rate, self.load),
                 )
             return None
         wanted, future = self._coming
@@ -95,7 +107,7 @@ class PresetSwitch:
         self.playing = wanted
         self.synth.switch_to(bass)
         self._ringing = True
-        return f"preset {wanted[0]}, quality {wanted[1]}"
+        return f"preset {wanted[0]}, quality {bass.engine.quality.name}"
 
     def _answer_program_changes(self) -> None:
         """A program change chooses the preset that fits it by General MIDI; others are said once and ignored."""
@@ -109,17 +121,17 @@ class PresetSwitch:
                 self._unknown.add(number)
                 LOG.info("program %d chooses no bass: %d to %d do", number + 1, min(PROGRAMS), max(PROGRAMS))
 
-    def prepare(self, instrument: Instrument, quality: Quality, rate: int) -> Future[LiveBass]:
-        """Prepares a bass beside the sound, after those that are being prepared."""
-        return self._thread.submit(LiveBass, instrument, quality, rate)
+    def prepare(self, instrument: Instrument, rate: int) -> Future[LiveBass]:
+        """Prepares a bass in the quality that plays beside the sound, after those that are being prepared."""
+        return self._thread.submit(prepared, instrument, self.qualities[self.playing[1]], rate)
 
     def close(self) -> None:
         self._thread.shutdown(wait=False, cancel_futures=True)
 
 
-def prepared(preset: str, quality: Quality, rate: int, load: Callable[[str], Instrument] = load_preset) -> LiveBass:
+def _loaded(preset: str, quality: Quality | None, rate: int, load: Callable[[str], Instrument]) -> LiveBass:
     """Loads a preset for a synth. Raises PresetError and ValueError. [any thread]"""
-    bass = LiveBass(load(preset), quality, rate)
+    bass = prepared(load(preset), quality, rate)
     return_freed_memory()
     return bass
 

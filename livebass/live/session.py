@@ -21,6 +21,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from livebass.interrupts import StopFlag
+from livebass.live.carried import prepared
 from livebass.live.control import control_table, meter_table, tuner_meters
 from livebass.live.desk import Desk, MidiLearn
 from livebass.live.guards import TIMEOUT
@@ -57,7 +58,7 @@ class Settings:
     """The bass that a session plays, and the devices to play through."""
 
     instrument: Instrument
-    quality: Quality
+    quality: Quality | None  # None: the one that the machine carries
     preset: str = ""  # the instrument's name or path as a preset, if it has one
     load: Callable[[str], Instrument] = load_preset  # of each preset that is chosen
     backend: str = "auto"  # "auto", "portaudio" or "jack"
@@ -134,7 +135,7 @@ class Session:
             coming: list[Future[LiveBass]] = []  # prepared while the output opens
 
             def make_synth(rate: int) -> Synth:
-                coming.append(beside.submit(LiveBass, settings.instrument, settings.quality, rate))
+                coming.append(beside.submit(prepared, settings.instrument, settings.quality, rate))
                 return self._new_synth(rate)
 
             self.output = output = self._open_output(make_synth)
@@ -173,6 +174,10 @@ class Session:
                 if take:
                     ends.push(take)  # ends first: a device that hangs later cannot lose the recording
             self._say_playing()
+            if settings.quality is None:
+                LOG.info(
+                    "quality %s, by what this machine carries; --quality and Enter choose another", presets.quality
+                )
             if osc:
                 LOG.info("control socket: OSC at %s:%d", HOST, osc.port)
             gauge, self.synth = Gauge(synth), synth
@@ -451,10 +456,10 @@ class _Loop:
 
     def meters(self) -> dict[str, Value]:
         """All meters for the control socket, by name. [any thread]"""
-        preset, quality = self.presets.playing
         desk, notes = self.session.desk, strings(self.output.synth)
         return meter_table(self.reading) | {
-            "notes": notes, "preset": preset, "quality": quality, "position": desk.position, "tempo": desk.tempo,
+            "notes": notes, "preset": self.presets.playing[0], "quality": self.presets.quality,
+            "position": desk.position, "tempo": desk.tempo,
         } | tuner_meters(self.frequency(), self.a4())  # fmt: skip
 
     def _status(self, reading: Reading) -> str:
@@ -500,7 +505,7 @@ class _Loop:
             assert playing is not None and isinstance(self.output, JackOutput)
             self.gain = float(old.record["gain_target"][0])
             old.set_gain(0.0)
-            self.moving = self.presets.prepare(playing.engine.instrument, playing.engine.quality, rate)
+            self.moving = self.presets.prepare(playing.engine.instrument, rate)
             return f"{self.output.name} now runs at {rate} Hz: preparing the bass for it"
         if not self.moving.done():
             return None

@@ -50,6 +50,7 @@ QUALITIES = {
     "studio": Quality("studio", 600, 4e6, on_board=Quality("studio", None, 4e6), damped_rates=(1.344e6, 672e3)),
     "reference": Quality("reference", None, 8e6, exact=True),
 }
+AUTO = "auto"  # in place of a quality's name: the one that the machine carries (livebass/live/carried.py)
 
 
 def quality_with(name: str, modes: int | None = None, contact_rate: float | None = None) -> Quality:

@@ -26,7 +26,6 @@ from livebass.bench.fidelity import (
     Heard,
     Note,
     distance,
-    even,
     forces,
     frequency_error,
     log_spectral_distance,
@@ -38,23 +37,26 @@ from livebass.bench.fidelity import (
 )
 from livebass.bench.live import (
     EDGES,
+    Extent,
+    block_figures,
+    most_that_fit,
+)
+from livebass.bench.measure import OtherLoad
+from livebass.engine.engine import Engine
+from livebass.live.outputs import FakeDevice
+from livebass.live.synth import LiveBass, Synth
+from livebass.live.worst import (
     HAND_NAMES,
     HANDS,
     HANDS_APART,
     LINE_FROM,
     ROUNDS,
     SIXTEENTH,
-    Extent,
-    block_figures,
-    most_that_fit,
+    even,
     play_script,
     silence,
     worst_case,
 )
-from livebass.bench.measure import OtherLoad
-from livebass.engine.engine import Engine
-from livebass.live.outputs import FakeDevice
-from livebass.live.synth import LiveBass, Synth
 from livebass.model.quality import QUALITIES, Quality
 from livebass.preset.load import load_preset, preset_names
 

@@ -404,12 +404,15 @@ def test_nothing_half_written(
     before = files(tmp_path)
     no_space = OSError(28, "No space left on device")
     if how == "interrupted":
+        counting = threading.Lock()
 
         def played(*_: object) -> np.ndarray:
-            quick.append(1)
-            if len(quick) == 90:
+            with counting:  # several threads play: without it two of them could count past 90 before one looks
+                quick.append(1)
+                count = len(quick)
+            if count == 90:
                 signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
-            if len(quick) >= 90:  # the main thread, which takes the signal, has time before the last sample is done
+            if count >= 90:  # the main thread, which takes the signal, has time before the last sample is done
                 time.sleep(0.05)
             return np.zeros(100, np.float32)
 

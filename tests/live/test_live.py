@@ -25,6 +25,7 @@ from livebass.compiling.library import library
 from livebass.live.outputs import FakeDevice
 from livebass.live.synth import CAPTURE_SECONDS, LiveBass, Synth
 from livebass.live.thread import block
+from livebass.live.thread.block import FORGOTTEN, MOST_SHARE
 from livebass.model.quality import quality_with
 
 
@@ -297,6 +298,37 @@ def test_strings_run_ahead_for_as_long_as_their_contact_lasts() -> None:
         assert bass.record["share"][0] == share, preset
         bass.run_ahead(False)
         assert bass.record["share"][0] == 0.0
+
+
+def test_they_run_ahead_for_as_long_as_the_costliest_block_took() -> None:
+    """A fake clock: each block takes `load` of its time."""
+    synth, device = synth_and_device("slap")
+    record, now = synth.bass.record, 1_000_000  # type: ignore[union-attr]
+    least, load = float(record["share"][0]), 0.0
+
+    def clock(_kind: int, spec: ctypes.POINTER(ctypes.c_int64)) -> int:  # type: ignore[valid-type]
+        nonlocal now
+        now += round(load * 64 / RATE * 1e9)
+        spec[0], spec[1] = divmod(now, 10**9)
+        return 0
+
+    keep: Callable[..., int] = CLOCK(clock)
+    synth.set_clock(address_of(keep))
+    shares = []
+    for took in (0.01, 0.4, 0.2, 5.0, 0.01):
+        load = took
+        device.block(64)
+        shares.append(float(record["share_now"][0]))
+    forgotten = FORGOTTEN * 64 / RATE
+    assert shares == pytest.approx([least, 0.4, 0.4 - forgotten, MOST_SHARE, MOST_SHARE - forgotten], abs=5e-7)
+    load = 0.0
+    for _ in range(round(1.01 * (MOST_SHARE - least) / FORGOTTEN)):
+        device.block(RATE)
+    assert record["share_now"][0] == least
+    record["share"], load = 0.0, 0.5  # they do not run ahead
+    record["share_now"] = 0.0
+    device.block(64)
+    assert record["share_now"][0] == 0.0
 
 
 def test_panic_ends_everything() -> None:

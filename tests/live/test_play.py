@@ -148,7 +148,7 @@ def test_basses_that_were_replaced_are_gone(monkeypatch: pytest.MonkeyPatch) -> 
             parts = (self, self.engine, *self.engine.pools, self.engine.voices[0], self.memory)
             made.extend(weakref.ref(part) for part in parts)
 
-    monkeypatch.setattr("livebass.live.presets.LiveBass", Watched)
+    monkeypatch.setattr("livebass.live.carried.LiveBass", Watched)
     rate = LEAST_RATE
     synth = Synth(rate)
     synth.switch_to(LiveBass(load_preset("slap"), QUICK, rate))
@@ -833,7 +833,7 @@ def test_a_system_without_single_keys_says_so(
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_playing_in_a_narrow_terminal(server: SimpleNamespace, number: signal.Signals) -> None:
-    terminal = InTerminal("play", columns=44)
+    terminal = InTerminal("play", "--quality", "live", columns=44)
     try:
         terminal.wait("jazz-finger   load")
         assert not terminal.cooked

@@ -361,7 +361,7 @@ def test_a_session_with_a_file_keys_and_settings(server: SimpleNamespace, tmp_pa
         "--file", tmp_path / "song.mid", "--loop", "1s:2s", "--learn", "tone=74", "--record", tmp_path / "take.wav",
         "--record-midi", tmp_path / "take.mid", "--osc", free_port(),
     )  # fmt: skip
-    terminal = InTerminal("play", "--backend", "jack", *arguments, columns=160)
+    terminal = InTerminal("play", "--quality", "live", "--backend", "jack", *arguments, columns=160)
     try:
         terminal.wait("file: k pause")
         terminal.wait("OSC at 127.0.0.1:")

@@ -78,7 +78,8 @@ BASS = np.dtype(
         ("frame", "i8"),  # of the synth, when this bass began
         ("tones", "i8"),  # the strings' filters (tone.py)
         ("floor", FLOOR),
-        ("share", "f8"),  # of a block's time that strings may take to run ahead
+        ("share", "f8"),  # of a block's time that strings may take at least to run ahead; 0: they do not
+        ("share_now", "f8"),  # as much as the costliest block lately took
         ("stride", "i8"),  # frames between looks at the clock while they do
         ("effects", "i8"),  # EFFECTS of the mix of its strings
     ],

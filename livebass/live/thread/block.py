@@ -472,7 +472,7 @@ def process(address, sound, n):
         load = (nanoseconds(synth.clock, synth.clock_id) - began) * 1e-9 * synth.rate / n
         update_meters(synth, load)
         adapt(synth, load, n)
-        run_ahead(synth, began, n)
+        run_ahead(synth, began, n, load)
         synth.busy = nanoseconds(synth.clock, synth.clock_id) - began
         if synth.busy * 1e-9 * synth.rate > n:
             synth.late += 1
@@ -520,13 +520,24 @@ def return_to_clock(address):
     set_float_control(before)
 
 
+MOST_SHARE = 0.6  # of a block's time to run ahead, whatever blocks took
+FORGOTTEN = 1e-3  # of it a second
+
+
 @jit
-def run_ahead(synth, began, n):
-    """Lets strings play past the end of a block of n frames that began at `began` (ns), for a share of its time."""
+def run_ahead(synth, began, n, load):
+    """Lets strings play past the end of a block of n frames that began at `began` (ns) and took `load` of its time.
+
+    They may for a share of its time: what the costliest block lately took, so that no quiet block takes more than that.
+    """
     if synth.bass == 0:
         return
     b = bass_at(synth.bass)
-    until = began + np.int64(b.share * 1e9 * n / synth.rate)
+    if b.share <= 0.0:
+        return
+    b.share_now = min(max(load, b.share_now - FORGOTTEN * n / synth.rate), MOST_SHARE)
+    b.share_now = max(b.share_now, b.share)
+    until = began + np.int64(b.share_now * 1e9 * n / synth.rate)
     end = synth.frame - b.frame
     while nanoseconds(synth.clock, synth.clock_id) < until:
         i = ahead.rearmost(b, end + HORIZON)

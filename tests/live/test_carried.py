@@ -1,0 +1,116 @@
+"""The quality by what a machine carries: measured once, kept, told, and chosen by it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from support.jack import wait_for
+
+from livebass.compiling import store
+from livebass.live import carried
+from livebass.live.carried import MOST, kept_share, prepared, worst_share
+from livebass.live.outputs import FakeDevice
+from livebass.live.presets import PresetSwitch
+from livebass.live.synth import LiveBass, Synth
+from livebass.model.quality import QUALITIES
+from livebass.preset.load import load_preset
+
+RATE = 48_000
+
+
+@pytest.fixture(autouse=True)
+def own_directory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    place = tmp_path / "kept"
+    place.mkdir()
+    monkeypatch.setattr(store, "directory", lambda name: place)
+    return place
+
+
+def bass(preset: str = "muted", rate: int = RATE) -> LiveBass:
+    return LiveBass(load_preset(preset), QUALITIES["studio"], rate)
+
+
+def test_a_share_is_measured_once_and_kept_by_bass_and_rate(own_directory: Path) -> None:
+    measured: list[str] = []
+
+    def measure(b: LiveBass) -> float:
+        measured.append(f"{b.engine.instrument.name} {b.engine.rate}")
+        return 0.25 * len(measured)
+
+    assert [kept_share(bass(), measure) for _ in range(3)] == [0.25] * 3
+    assert kept_share(bass(rate=44_100), measure) == 0.5
+    assert kept_share(bass("slap"), measure) == 0.75
+    assert kept_share(bass(), measure) == 0.25 and len(measured) == 3
+    for file in own_directory.iterdir():
+        file.write_bytes(b"damaged")
+    assert kept_share(bass(), measure) == 1.0, "a damaged file is made anew"
+    assert kept_share(bass(), measure) == 1.0
+
+
+def test_without_a_directory_a_share_is_measured_each_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(store, "directory", lambda name: None)
+    found = iter((0.1, 0.2))
+    assert [kept_share(bass(), lambda _: next(found)) for _ in range(2)] == [0.1, 0.2]
+
+
+@pytest.mark.parametrize(("share", "quality"), [(MOST, "studio"), (np.nextafter(MOST, 1), "live")])
+def test_the_finest_quality_that_is_carried(monkeypatch: pytest.MonkeyPatch, share: float, quality: str) -> None:
+    monkeypatch.setattr(carried, "worst_share", lambda _: share)
+    assert prepared(load_preset("muted"), None, RATE).engine.quality.name == quality
+    for asked in QUALITIES.values():
+        assert prepared(load_preset("muted"), asked, RATE).engine.quality.name == asked.name
+
+
+def test_what_is_measured_is_the_work_of_a_bass(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The share is that of the worst block, the quickest of its runs; one far too slow is played once."""
+    blocks, asked = 7, []
+
+    def times(*given: object) -> np.ndarray:
+        asked.append(given[-1])
+        found = np.full((given[-1], blocks), 100_000)  # type: ignore[call-overload]
+        found[-1, 3] = 400_000  # ns; a block of 64 frames lasts 1.333 ms
+        found[0, 4] = 200_000
+        return found
+
+    monkeypatch.setattr(carried, "block_times", times)
+    assert worst_share(bass()) == pytest.approx(0.1e-3 * RATE / 64) and asked == [1, carried.RUNS]
+    monkeypatch.setattr(carried, "block_times", lambda *given: times(*given) * 10)
+    del asked[:]
+    assert worst_share(bass()) == pytest.approx(4e-3 * RATE / 64) and asked == [1]
+
+
+def test_a_share_as_measured_here() -> None:
+    assert 0.0 < worst_share(bass("paper-g")) < 1000.0
+
+
+def test_a_change_of_bass_chooses_anew(monkeypatch: pytest.MonkeyPatch) -> None:
+    shares = {"muted": 0.2, "slap": 3.0}
+    by_name = {load_preset(preset).name: share for preset, share in shares.items()}
+    monkeypatch.setattr(carried, "worst_share", lambda b: by_name[b.engine.instrument.name])
+    synth = Synth(RATE)
+    device = FakeDevice(synth)
+    synth.switch_to(prepared(load_preset("muted"), None, RATE))
+    changes = PresetSwitch(synth, "muted", None)
+    try:
+        assert changes.quality == "studio"
+        for wanted, said in (
+            (SimpleNamespace(preset="slap"), "preset slap, quality live"),
+            (SimpleNamespace(preset="muted"), "preset muted, quality studio"),
+            (SimpleNamespace(quality="live"), "preset muted, quality live"),
+            (SimpleNamespace(quality="auto"), "preset muted, quality studio"),
+        ):
+            changes.choose(**vars(wanted))
+            lines: list[str] = []
+
+            def turn(lines: list[str] = lines) -> bool:
+                device.block(64)
+                lines.extend(line for line in [changes.turn()] if line)
+                return bool(lines)
+
+            wait_for(turn)
+            assert lines == [said]
+    finally:
+        changes.close()
