@@ -13,7 +13,6 @@ coarse string, and the player is even, so that runs are alike: nearly, as string
 from __future__ import annotations
 
 import gc
-import os
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -41,6 +40,7 @@ from livebass.bench.fidelity import (
     waveforms,
 )
 from livebass.bench.measure import OtherLoad, Result, Row, heading, load_lines
+from livebass.cores import core_count
 from livebass.engine.prepare import whole_contact_rate
 from livebass.live.outputs import FakeDevice
 from livebass.live.synth import LiveBass, Synth
@@ -110,7 +110,7 @@ def bench_live(preset: str = "jazz-finger", progress: Say = silent, extent: Exte
         for block in extent.blocks:
             progress(f"{quality}, {block} frames")
             rows.append(_quality_row(bass, quality, block, extent))
-    every = min(os.cpu_count() or 1, len(bass.strings))
+    every = min(core_count(), len(bass.strings))
     for name in extent.qualities if every > 1 else ():
         progress(f"{name}, {TEAM_BLOCK} frames, {every} cores")
         tier = QUALITIES[name]
