@@ -18,6 +18,7 @@ from livebass.kernels.bass import setup as bass
 from livebass.kernels.pickup import coil
 from livebass.kernels.player import constants, parameters, performer
 from livebass.kernels.string import board, frets, preparing, records
+from livebass.live import priority
 from livebass.live.parameters import GROUPS, OUTPUTS, PARAMETERS, event
 from livebass.live.thread import ahead, block, helpers, ring, setup
 from livebass.live.thread import records as live
@@ -54,6 +55,7 @@ NUMBERS = {
     "LB_MOST_MESSAGES": live.MOST_MESSAGES,
     "LB_MOST_BASSES": techniques.MOST_BASSES,
     "LB_LEARNED": techniques.LEARNED,
+    "LB_PRIORITY": priority.PRIORITY,
     "LB_MOST_UNEVENNESS": parameters.MOST_UNEVENNESS,
     "LB_KIND_STRING_BEND": ring.STRING_BEND,
     "LB_KIND_NOTE_PLACE": ring.NOTE_PLACE,

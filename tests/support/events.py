@@ -55,8 +55,9 @@ class Borne:
     def text(self) -> str:
         """One line."""
         return (
-            f"{self.preset:18} {self.tier:9} {self.events:6} events, {self.seconds:5.1f} s of sound in {self.took:6.1f} s,"
-            f" peak {self.peak:.2f} of {LOUDEST:g}, {self.fallen:4.0f} dB afterwards, {self.helped} strings helped"
+            f"{self.preset:18} {self.tier:9} {self.events:6} events, {self.seconds:5.1f} s of sound"
+            f" in {self.took:6.1f} s, peak {self.peak:.2f} of {LOUDEST:g},"
+            f" {self.fallen:4.0f} dB afterwards, {self.helped} strings helped"
         )
 
 
