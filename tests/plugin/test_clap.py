@@ -749,15 +749,15 @@ def test_process_allocates_nothing(folder: Path, tmp_path: Path) -> None:
     source = Path(__file__).parents[1] / "support/claphost.c"
     host = tmp_path / "claphost"
     command = [*build.compiler(this_system()), "-O1", "-rdynamic", "-DCOUNT", f"-I{build.C}", source, "-o", host, "-lm"]
-    subprocess.run([*command, "-ldl"], check=True)
-    for seed in ("1", "2"):
-        done = subprocess.run([host, folder / "livebass.clap", "1", seed], capture_output=True, text=True)
+    subprocess.run([*command, "-ldl", "-lpthread"], check=True)
+    for seed, pool in (("1", "0"), ("2", "3")):
+        done = subprocess.run([host, folder / "livebass.clap", "1", seed, pool], capture_output=True, text=True)
         assert done.returncode == 0, done.stderr
         blocks, allocations, greatest = done.stdout.split()
         assert int(blocks) > 50 and allocations == "0" and 0 < float(greatest) < 1000
     written = [tmp_path / name for name in ("a.raw", "b.raw")]  # by the clock nothing changes: the same in every run
     for path in written:
-        subprocess.run([host, folder / "livebass.clap", "1", "2", path], check=True, capture_output=True)
+        subprocess.run([host, folder / "livebass.clap", "1", "2", "2", path], check=True, capture_output=True)
     assert written[0].stat().st_size > 100_000 and written[0].read_bytes() == written[1].read_bytes()
 
 
