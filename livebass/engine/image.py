@@ -31,7 +31,7 @@ from livebass.kernels.string.note import CROWN_ABOVE, MADE
 from livebass.kernels.string.preparing import DONE, FROZEN, NOTE, OVERDAMPED
 from livebass.kernels.string.records import OPERATOR, STRING
 from livebass.model.answers import answering_modes
-from livebass.model.instrument import Effects, Instrument, Player, on_bench
+from livebass.model.instrument import Effects, Instrument, Player, on_bench, speaking
 from livebass.model.neck import flat
 from livebass.model.quality import MOST_MODES, Quality
 from livebass.parts import VERSION, WITH_EFFECTS, WITH_STROKES, Knobs, Pick
@@ -152,8 +152,10 @@ def image_bytes(instrument: Instrument, qualities: Sequence[Quality]) -> bytes:
     head = np.zeros(1, FILE)
     own, effects = own_strokes(instrument.player), b""
     head["magic"], head["version"] = MAGIC, WITH_STROKES if len(own) else VERSION
-    if instrument.effects != Effects():
-        own, effects = all_strokes(instrument.player), effect_bytes(instrument.effects)
+    if instrument.effects != Effects() or instrument.grazed:
+        hands, heights = hand_heights(instrument, given, len(numbers))
+        numbers = np.concatenate([numbers, heights])
+        own, effects = all_strokes(instrument.player), added_bytes(instrument.effects, hands)
         head["version"] = WITH_EFFECTS
     head["name"][0] = _text(instrument.name, head["name"].shape[1])
     for i, string in enumerate(instrument.strings):
@@ -178,12 +180,29 @@ def all_strokes(player: Player) -> NDArray[np.void]:
     return rows
 
 
-def effect_bytes(effects: Effects) -> bytes:
-    """The effects of a bass as a file has them: the samples of the response, and their ADDED."""
+def hand_heights(instrument: Instrument, notes: NDArray[np.void], behind: int) -> tuple[NDArray[np.int64], Floats]:
+    """Where the heights by which the hand measures its force begin, as ADDED has it, (strings,), and all of them.
+
+    notes: NOTE (strings, frets + 1); behind: the place behind the numbers that there are.
+    """
+    places, heights = np.zeros(len(instrument.strings), np.int64), array("d")
+    for i, neck in enumerate(instrument.grazed):
+        s = speaking(instrument.strings[i], neck, 0)
+        found = [h for _, h in s.surface] if neck.surface else list(s.contact_height)
+        if len(found) != notes[i, 0]["surface_count"] + notes[i, 0]["obstacles_count"]:
+            raise ValueError(f"string {instrument.strings[i].name}: the neck that force 1 grazes has other contacts")
+        places[i] = behind + len(heights) + 1
+        heights.extend(found)
+    return places, np.array(heights)
+
+
+def added_bytes(effects: Effects, hands: NDArray[np.int64]) -> bytes:
+    """What only some basses have, as a file has it: the samples of the response, and ADDED; `hands`: its places."""
     added, response = np.zeros(1, ADDED), effects.response
     for knob in fields(Knobs):
         added[knob.name] = getattr(effects, knob.name)
     added["rate"], added["count"] = (response.rate, response.count) if response else (LEAST_RATE, 0)
+    added["hand"][0, : len(hands)] = hands
     return (response.samples if response else b"") + added.tobytes()
 
 

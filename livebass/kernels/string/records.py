@@ -143,6 +143,7 @@ OPERATOR = np.dtype(
         ("taps", "i8"),  # address of the weights of pickups, a row each; without one, of q and of P for each phase
         ("shapes", "i8"),  # address of the mode shapes at the contact points, a row each
         ("heights", "i8"),  # address: m, of each contact point
+        ("hand_heights", "i8"),  # address: the heights by whose grazing the hand measures its force (strokes.py)
         ("positions", "i8"),  # address: m from the stop, of each contact point
         ("coupling", "i8"),  # address of W: m of u at a point per unit f at another; a board has none
         ("left_out", "i8"),  # address of R: the same by the modes left out, static
