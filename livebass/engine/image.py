@@ -29,7 +29,8 @@ from livebass.kernels.string.board import over_board
 from livebass.kernels.string.frets import over_frets
 from livebass.kernels.string.note import CROWN_ABOVE, MADE
 from livebass.kernels.string.preparing import DONE, FROZEN, NOTE, OVERDAMPED
-from livebass.kernels.string.records import OPERATOR, STRING
+from livebass.kernels.string.records import CONTACT, EVENT, OPERATOR, STRING
+from livebass.kernels.string.told import TOLD
 from livebass.model.answers import answering_modes
 from livebass.model.instrument import Effects, Instrument, Player, on_bench, speaking
 from livebass.model.neck import flat
@@ -90,16 +91,21 @@ class Image:
         size = strings * (frets + 1) * OPERATOR.itemsize
         return Pool(memory.view(np.uint8)[:size].view(OPERATOR).reshape(strings, frets + 1), memory)
 
-    def bass(self, tier: int, rate: int, seed: int, pools: Sequence[Pool], play_string: int = 0) -> Bass:
+    def bass(
+        self, tier: int, rate: int, seed: int, pools: Sequence[Pool], play_string: int = 0, contacts: int = 0,
+        events: int = 0,
+    ) -> Bass:  # fmt: skip
         """Makes the bass, silent, as new; `seed` of the player's unevenness.
 
         pools: its operators at this `rate` (Hz), fine and, for strings under overload, coarse. play_string: address of
-        the C function by which strings run ahead of the clock; 0: they do not.
+        the C function by which strings run ahead of the clock; 0: they do not. contacts, events: so many of the last
+        each string keeps, for who looks at it.
         """
         building = np.zeros(1, BUILDING)
         building["file"], building["tier"], building["rate"] = self.address, tier, rate
         building["seed"], building["ahead"], building["play_string"] = seed & SEEDS, play_string != 0, play_string
         building["operators"] = [[pools[k].records.ctypes.data for k in (0, -1)]]
+        building["log_room"], building["told_room"] = contacts, events
         building["over_frets"], building["over_board"] = over_frets.address, over_board.address
         measure_bass(building.ctypes.data)
         memory = zeroed_lines(int(building["bytes"][0]) // WORD)
@@ -136,13 +142,28 @@ class Bass:
     @property
     def voices(self) -> list[Voice]:
         """Its strings."""
-        b = self.record[0]
-        return [Voice(self._view(place, STRING), np.zeros((0, 2), np.int64)) for place in b["string"][: b["strings"]]]
+        b, made = self.record[0], []
+        for place in b["string"][: b["strings"]]:
+            string = self._view(place, STRING)
+            v = string["voice"][0]
+            made.append(Voice(string, self._view(v["log"], CONTACT, int(v["log_room"]))))
+        return made
 
-    def _view(self, address: int, kind: np.dtype[Any]) -> NDArray[np.void]:
-        """The record, (1,), at an address in this memory."""
+    def _view(self, address: int, kind: np.dtype[Any], count: int = 1) -> NDArray[np.void]:
+        """The records, (count,), at an address in this memory."""
         first = int(address) - self.address
-        return self.memory.view(np.uint8)[first : first + kind.itemsize].view(kind)
+        return self.memory.view(np.uint8)[first : first + count * kind.itemsize].view(kind)
+
+    def told(self, i: int) -> tuple[NDArray[np.void], NDArray[np.void]]:
+        """The TOLD of string `i`, (1,), and the events that it was handed since it was still, (n,) EVENT, in order.
+
+        Raises LookupError if these are more than it keeps.
+        """
+        v = self.voices[i].record[0]
+        place, room, count = (int(v[name]) for name in ("told", "told_room", "told_count"))
+        if count > room:
+            raise LookupError(f"string {i}: {count} events since it was still, {room} of them kept")
+        return self._view(place, TOLD), self._view(place + TOLD.itemsize, EVENT, count)
 
 
 def image_bytes(instrument: Instrument, qualities: Sequence[Quality]) -> bytes:
