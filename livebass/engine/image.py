@@ -248,13 +248,53 @@ def frets_of(instrument: Instrument) -> int:
     return min(len(neck.fret_positions) for neck in instrument.necks)
 
 
-def bench_notes(
-    instrument: Instrument, qualities: Sequence[Quality], frets: int
-) -> tuple[NDArray[np.void], NDArray[np.int64], Floats]:
-    """The notes of a bass: NOTE (strings, frets + 1), their modes in each tier of a quality, and the numbers of lists.
+Notes = tuple[NDArray[np.void], NDArray[np.int64], Floats]
+
+
+@dataclass(frozen=True)
+class Bench:
+    """A bass as its maker decides it: a BENCH, and the numbers of its lists. Both may be changed."""
+
+    record: NDArray[np.void]  # (1,)
+    numbers: Floats
+    names: tuple[str, ...]  # of the strings
+
+    def notes(self) -> Notes:
+        """The notes: NOTE (strings, frets + 1), their modes in each tier, and the numbers of their lists.
+
+        The record has their addresses. Raises ValueError for a neck that cannot be played.
+        """
+        bench = self.record
+        strings, frets = (int(bench[name][0]) for name in ("strings", "frets"))
+        made = np.zeros((strings, frets + 1), NOTE)
+        modes = np.zeros((TIERS, *made.shape), np.int64)
+        bench["numbers"], bench["notes"], bench["modes"] = (a.ctypes.data for a in (self.numbers, made, modes))
+        measure_bench(bench.ctypes.data)
+        listed = np.zeros(int(bench["room"][0]))
+        bench["lists"] = listed.ctypes.data
+        state = int(fill_bench(bench.ctypes.data))
+        if state != MADE:
+            raise ValueError(stands_above(bench[0], state, self.names))
+        return made, modes, listed[: int(bench["used"][0])]
+
+    def data(self) -> bytes:
+        """Its bytes: the BENCH, whose addresses are 0, and the numbers."""
+        bench = self.record.copy()
+        for name in ("numbers", "notes", "modes", "lists"):
+            bench[name] = 0
+        return bytes(bench.tobytes() + self.numbers.tobytes())
+
+
+def bench_notes(instrument: Instrument, qualities: Sequence[Quality], frets: int) -> Notes:
+    """The notes of a bass, as `Bench.notes`, with tiers of a quality each.
 
     Raises ValueError for a neck that cannot be played.
     """
+    return bench_of(instrument, qualities, frets).notes()
+
+
+def bench_of(instrument: Instrument, qualities: Sequence[Quality], frets: int) -> Bench:
+    """A bass on the bench, with so many frets that every string is played at, and tiers of a quality each."""
     bench, numbers, output = np.zeros(1, BENCH), array("d"), instrument.output
     strings, answering = list(zip(instrument.strings, instrument.necks, strict=True)), answering_modes(instrument)
     bench["strings"], bench["frets"], bench["most_modes"] = len(strings), frets, MOST_MODES
@@ -271,21 +311,12 @@ def bench_notes(
         to["taps"], to["taps_count"], to["tap_width"] = len(numbers), len(taps), len(taps[0]) if taps else 1
         numbers.extend(flat(taps))
         to["answering_modes"] = answering[i]
-    made = np.zeros((len(strings), frets + 1), NOTE)
-    modes = np.zeros((len(qualities), *made.shape), np.int64)
-    bench["numbers"], bench["notes"], bench["modes"] = numbers.buffer_info()[0], made.ctypes.data, modes.ctypes.data
-    measure_bench(bench.ctypes.data)
-    listed = np.zeros(int(bench["room"][0]))
-    bench["lists"] = listed.ctypes.data
-    state = int(fill_bench(bench.ctypes.data))
-    if state != MADE:
-        raise ValueError(stands_above(bench[0], state, instrument))
-    return made, modes, listed[: int(bench["used"][0])]
+    return Bench(bench, np.array(numbers), tuple(string.name for string in instrument.strings))
 
 
-def stands_above(bench: np.void, state: int, instrument: Instrument) -> str:
+def stands_above(bench: np.void, state: int, names: Sequence[str]) -> str:
     """Names the crown or board that stands above a string at rest, where `fill_bench` returned `state`."""
-    name, stop = instrument.strings[bench["fault_string"]].name, bench["fault_fret"]
+    name, stop = names[bench["fault_string"]], bench["fault_fret"]
     above = f"stands {bench['fault_height'] * 1e3:.2f} mm above string {name} at rest"
     if state == CROWN_ABOVE:
         return f"fret {bench['fault_place']:.0f} {above}"

@@ -33,7 +33,8 @@ RECORDS = {
 NUMBERS = {
     "COARSE": COARSE, "GOOD": GOOD, "DONE": DONE, "LINE": LINE, "CHUNK": CHUNK, "NOW": ring.NOW, "FREE": FREE,
     "PARAMETER": ring.PARAMETER, "EFFECT": ring.EFFECT, "NOTE_STRING": ring.NOTE_STRING, "MOST_STRINGS": MOST_STRINGS,
-    "SEEN": sight.SEEN, "FINGER": FINGER, "PICK": PICK, "GAIN_DB": GAIN_DB, "CC_PARAMETER": CC_PARAMETER, "CONTROLLERS": CONTROLLERS,
+    "FINGER": FINGER, "PICK": PICK, "GAIN_DB": GAIN_DB, "CC_PARAMETER": CC_PARAMETER, "CONTROLLERS": CONTROLLERS,
+    "SEEN": sight.SEEN,
 }  # fmt: skip
 # Of each way to play: its switch, if it has one, and the performer's field that its controller moves, if it has one
 WAYS = {

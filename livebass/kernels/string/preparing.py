@@ -162,7 +162,7 @@ def measure(work, note, op):
     op.split = op.padded if work.exact else min(op.padded, LOW)
     op.points = points_of(work, note)
     work.words += operator_words(work, note, op)
-    work.table_words = max(work.table_words, note.grid_points + 1 + 2 * MOST_NEAR)
+    work.table_words = max(work.table_words, behind_table(note) + op.points)
 
 
 @entry("int64(int64)")
@@ -182,20 +182,29 @@ def fill(work):
         note = note_at(work.notes + NOTE_BYTES * k)
         op = operator_at(work.operators + OPERATOR_BYTES * k)
         lay_out(work, note, op, place)
-        set_numbers(work, note, op)
-        state = set_coefficients(work, note, op, op.coefficients, False)
-        if state == DONE and note.own_across:
-            state = set_coefficients(work, note, op, op.coefficients_v, True)
+        state = fill_operator(work, note, op)
         if state != DONE:
             return state
-        set_points(work, note, op)
         measure_by_own(op)
-        set_shapes(work, note, op)
-        set_taps(work, note, op)
-        if op.points <= MOST_NEAR:
-            set_coupling(work, note, op)
-        set_answers(work, note, op)
         place += DOUBLE * operator_words(work, note, op)
+    return np.int64(DONE)
+
+
+@jit
+def fill_operator(work, note, op):
+    """Fills an operator, and its rows of zeros, but for the heights by which the hand measures; returns as `fill`."""
+    set_numbers(work, note, op)
+    state = set_coefficients(work, note, op, op.coefficients, False)
+    if state == DONE and note.own_across:
+        state = set_coefficients(work, note, op, op.coefficients_v, True)
+    if state != DONE:
+        return state
+    set_points(work, note, op)
+    set_shapes(work, note, op)
+    set_taps(work, note, op)
+    if op.points <= MOST_NEAR:
+        set_coupling(work, note, op)
+    set_answers(work, note, op)
     return np.int64(DONE)
 
 
@@ -407,6 +416,12 @@ def measure_by_own(op):
     kept, h = hand_heights(op), heights(op)
     for m in range(op.points):
         kept[m] = h[m]
+
+
+@jit
+def behind_table(note):
+    """Float64 of the workspace for a note, with room for as many as there are points behind (bass/refill.py)."""
+    return note.grid_points + 1 + 2 * MOST_NEAR
 
 
 @jit
