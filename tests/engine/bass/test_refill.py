@@ -8,18 +8,21 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.wasm import QUANTUM, Module, messages_of
 
-from livebass import QUALITIES, Instrument
+from livebass import QUALITIES, Instrument, score_of
 from livebass.arrays import Floats
 from livebass.engine.engine import Engine
 from livebass.engine.image import Bench, Image, bench_of, frets_of, image
 from livebass.engine.prepare import Pool
-from livebass.kernels.bass.bench import NOT_BY_GEOMETRY, SET, set_neck
+from livebass.kernels.bass.bench import BENCH, NOT_BY_GEOMETRY, SET, set_neck
 from livebass.kernels.bass.check import GOOD, check_file
 from livebass.kernels.bass.instrument import LIVE, TIERS
 from livebass.kernels.bass.pool import POOL, fill_pool, measure_pool
 from livebass.kernels.bass.refill import NO_ROOM, OTHER_PLACES, keep_notes, refill_notes, take_heights
-from livebass.kernels.string.preparing import DONE
+from livebass.kernels.string.note import MADE
+from livebass.kernels.string.preparing import DONE, NOTE
+from livebass.plugin.instrument import instrument_file, tiers
 from livebass.preset.build import Builder
 from livebass.preset.load import preset_tables
 
@@ -221,6 +224,38 @@ def test_what_is_not_by_geometry_is_said() -> None:
         bench = Workshop(Builder("f").instrument(data)).bench
         bench.record["numbers"] = bench.numbers.ctypes.data
         assert set_neck(bench.record.ctypes.data, 0, 2e-3, 3e-4, 5e-4, 0) == NOT_BY_GEOMETRY
+
+
+def test_a_page_lowers_a_neck_as_python_does() -> None:
+    """In WebAssembly: heights by the kernels, written while it plays, sound as the file of the same numbers."""
+    action, hand = {"unit": "mm", "values": [1.6, 1.6, 1.6, 1.6]}, {"graze_action": ACTION}
+    usual, low = bass_of("jazz-finger", {}), bass_of("jazz-finger", {"neck": {"action": action}, "player": hand})
+    data, score = instrument_file(usual), score_of([(0.1, 0.1, 30, 120), (0.15, 0.1, 36, 110)], RATE)
+    page, anew = Module(data), Module(instrument_file(low))
+    bench = bench_of(usual, tiers(usual), frets_of(usual))
+    page.play(QUANTUM * 10)
+    anew.play(QUANTUM * 10)
+    at = page.place(len(bench.data()))
+    page.bytes(at, len(bench.data()))[:] = np.frombuffer(bench.data(), np.uint8)
+    page.set(BENCH, at, numbers=at + BENCH.itemsize)
+    for i in range(4):
+        assert page.call("set_neck", at, i, 1.6e-3, 0.3e-3, 0.5e-3, 0) == SET
+    page.call("measure_bench", at)
+    lists = page.place(8 * int(page.record(BENCH, at)["room"]))
+    page.set(BENCH, at, notes=page.place(84 * NOTE.itemsize), modes=page.place(8 * TIERS * 84), lists=lists)
+    assert page.call("fill_bench", at) == MADE
+    assert page.call("keep_notes", at, page.file) == DONE
+    for pool in page.pools:
+        assert page.call("take_heights", pool, 0, 84) == DONE
+    for module in (page, anew):
+        for message in messages_of(score):
+            module.send(*message)
+    sounds = [module.play(QUANTUM * 90) for module in (page, anew)]
+    assert np.array_equal(*sounds) and abs(sounds[0]).max() > 0.05
+    plain = Module(data)
+    for message in messages_of(score):
+        plain.send(*message)
+    assert not np.array_equal(plain.play(QUANTUM * 100)[QUANTUM * 10 :], sounds[0])
 
 
 def test_a_bench_is_bytes() -> None:
