@@ -25,7 +25,7 @@ from livebass.kernels.player.performer import PERFORMER
 from livebass.kernels.string import board, frets, preparing
 from livebass.kernels.string.operators import DOUBLE
 from livebass.kernels.string.preparing import FROZEN, NOTE, OVERDAMPED, PREPARING
-from livebass.kernels.string.records import EVENT, MOST_NEAR, OPERATOR, ROW, STRING
+from livebass.kernels.string.records import CONTACT, EVENT, MOST_NEAR, OPERATOR, ROW, STRING
 from livebass.kernels.voice import run_string
 from livebass.model.answers import answering_modes
 from livebass.model.instrument import Coil, Instrument, Output, Pickup, Player, Speaking, String
@@ -210,7 +210,7 @@ class Voice:
     """One string's state and workspace, as `voice.run` takes it, and the log of contacts whose address it holds."""
 
     string: NDArray[np.void]  # (1,) records.STRING
-    log: NDArray[np.int64]  # (n, 2): fine step and point
+    log: NDArray[np.void]  # (n,) records.CONTACT, a ring
 
     @property
     def record(self) -> NDArray[np.void]:
@@ -378,7 +378,7 @@ def bass_numbers(instrument: Instrument, tiers: Sequence[Quality], frets: int) -
 
 def new_voice(rates: Rates, log: int = 0) -> Voice:
     """Makes a silent string whose output is its displacement, with room for `log` contacts."""
-    voice = Voice(zeroed_lines(STRING.itemsize // DOUBLE).view(STRING), np.zeros((log, 2), np.int64))
+    voice = Voice(zeroed_lines(STRING.itemsize // DOUBLE).view(STRING), np.zeros(log, CONTACT))
     rest_string(
         voice.string.ctypes.data, rates.rate, rates.numerator, rates.denominator, frets.over_frets.address,
         board.over_board.address,

@@ -11,7 +11,7 @@ from livebass.kernels.hands import damping, fretting, noise, pulling, sliding, s
 from livebass.kernels.machine.elementary import exp
 from livebass.kernels.machine.native import call_4, floats_at, record_address, record_at, records_at
 from livebass.kernels.pickup import tone
-from livebass.kernels.string import answers, glide, modal, stop, tension, touch
+from livebass.kernels.string import answers, glide, modal, stop, tension, told, touch
 from livebass.kernels.string.records import (
     BATCH,
     BEND,
@@ -72,6 +72,7 @@ def run(string, ops, events, count, out, across):
         if used < count and events[used].frame <= voice.frame:
             held = filter_batch(string, out, i, held)
         while used < count and events[used].frame <= voice.frame:
+            told.remember(voice, events[used])
             handle_event(string, ops, events[used])
             used += 1
         if voice.still:

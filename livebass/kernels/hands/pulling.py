@@ -9,11 +9,12 @@ from livebass.compiling import jit
 from livebass.kernels.hands import thumb
 from livebass.kernels.machine.elementary import cos, exp, sin, squared
 from livebass.kernels.string import glide, modal
-from livebass.kernels.string.operators import heights, positions
+from livebass.kernels.string.operators import hand_heights, heights, positions
 from livebass.kernels.string.records import COMING
 from livebass.kernels.string.slot import SAFETY, invalidate_contact, rms_velocity, wake_slot
 
 FINGER_NEPERS = 5.0  # damping, at an antinode, of a finger that takes hold of a sounding string
+LEAST_GRAZE = 1e-4  # m, where a string lies on a fret
 GRIPPED, MOST_NEPERS = 2.35, 12.0  # of the fundamental, at least: near the saddle it holds more firmly, up to so much
 
 
@@ -47,8 +48,20 @@ def shape_of_strike(w, op, depth, position, width):
 @jit
 def grazing(op, position):
     """Apex (m) of a pluck at `position` (m) that just reaches a fret: model.modes.grazing_apex."""
+    return grazing_over(op, position, heights(op))
+
+
+@jit
+def unit_apex(op, position):
+    """Apex (m) of a pluck of the open string at `position` (m) with a force of 1: it grazes where the hand measures."""
+    return max(grazing_over(op, position, hand_heights(op)), LEAST_GRAZE)
+
+
+@jit
+def grazing_over(op, position, height):
+    """`grazing` where the contact points have other heights, (points,)."""
     a = op.length - position
-    place, height = positions(op), heights(op)
+    place = positions(op)
     least = np.inf
     for m in range(op.points):
         x = place[m]

@@ -133,7 +133,7 @@ def solve_contact_on_board(slot, op, voice, watched, count, step):
             eta = free - op.weight * f
             touching = touching or f != 0.0
         if eta > 0.0 and before <= 0.0:
-            log_contact(slot, voice, step, m)
+            log_contact(slot, voice, step, m, (eta - before) / op.fine)
         u.force_before[m] = u.force[m]
         u.force[m] = f
         u.eta_before[m] = before

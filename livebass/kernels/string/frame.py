@@ -15,15 +15,17 @@ OPERATOR, `voice` the string's VOICE; `travel` is how far (m) the string can mov
 import numpy as np
 
 from livebass.compiling import inlined, jit
-from livebass.kernels.machine.native import record_at, words_at
+from livebass.kernels.machine.native import record_at
 from livebass.kernels.string import modal
-from livebass.kernels.string.records import LONGER, MOST_NEAR, OPERATOR, PART, STRING, WHOLE
+from livebass.kernels.string.records import CONTACT, LONGER, MOST_NEAR, OPERATOR, PART, STRING, WHOLE
 
 NEVER = 1 << 60  # a fine step
 FAR = 1 << 40  # fine steps: days
 
 string_at = record_at(STRING)
 operator_at = record_at(OPERATOR)
+contact_at = record_at(CONTACT)
+CONTACT_BYTES = CONTACT.itemsize
 
 
 @jit
@@ -178,11 +180,13 @@ def update_clearances(slot, op, count, close):
 
 
 @jit
-def log_contact(slot, voice, step, m):
-    """Counts a contact at point `m` that begins at `step`, and logs it while there is room."""
+def log_contact(slot, voice, step, m, speed):
+    """Counts a contact at point `m` that begins at `step` with a `speed` (m/s), and logs it if it has room."""
     slot.touching += 1
-    if voice.logged < voice.log_room:
-        entry = words_at(voice.log + 16 * voice.logged, 2)
-        entry[0] = step
-        entry[1] = m
+    if voice.log_room > 0:
+        contact = contact_at(voice.log + CONTACT_BYTES * (voice.logged % voice.log_room))
+        contact.step = step
+        contact.point = m
+        contact.fret = slot.fret
+        contact.speed = speed
     voice.logged += 1

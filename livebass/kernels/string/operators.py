@@ -148,6 +148,12 @@ def heights(op):
 
 
 @inlined
+def hand_heights(op):
+    """Heights of the contact points on the neck by which the hand measures its force, (points,), m."""
+    return floats_at(op.hand_heights, op.points)
+
+
+@inlined
 def positions(op):
     """Positions of the contact points, (points,), m from the stop."""
     return floats_at(op.positions, op.points)

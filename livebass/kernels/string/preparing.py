@@ -33,6 +33,7 @@ from livebass.kernels.string.operators import (
     coefficient_bytes,
     coupling,
     fine_coefficients,
+    hand_heights,
     heights,
     left_out,
     mixed_bytes,
@@ -162,7 +163,7 @@ def measure(work, note, op):
     op.split = op.padded if work.exact else min(op.padded, LOW)
     op.points = points_of(work, note)
     work.words += operator_words(work, note, op)
-    work.table_words = max(work.table_words, note.grid_points + 1 + 2 * MOST_NEAR)
+    work.table_words = max(work.table_words, behind_table(note) + op.points)
 
 
 @entry("int64(int64)")
@@ -182,19 +183,29 @@ def fill(work):
         note = note_at(work.notes + NOTE_BYTES * k)
         op = operator_at(work.operators + OPERATOR_BYTES * k)
         lay_out(work, note, op, place)
-        set_numbers(work, note, op)
-        state = set_coefficients(work, note, op, op.coefficients, False)
-        if state == DONE and note.own_across:
-            state = set_coefficients(work, note, op, op.coefficients_v, True)
+        state = fill_operator(work, note, op)
         if state != DONE:
             return state
-        set_points(work, note, op)
-        set_shapes(work, note, op)
-        set_taps(work, note, op)
-        if op.points <= MOST_NEAR:
-            set_coupling(work, note, op)
-        set_answers(work, note, op)
+        measure_by_own(op)
         place += DOUBLE * operator_words(work, note, op)
+    return np.int64(DONE)
+
+
+@jit
+def fill_operator(work, note, op):
+    """Fills an operator, and its rows of zeros, but for the heights by which the hand measures; returns as `fill`."""
+    set_numbers(work, note, op)
+    state = set_coefficients(work, note, op, op.coefficients, False)
+    if state == DONE and note.own_across:
+        state = set_coefficients(work, note, op, op.coefficients_v, True)
+    if state != DONE:
+        return state
+    set_points(work, note, op)
+    set_shapes(work, note, op)
+    set_taps(work, note, op)
+    if op.points <= MOST_NEAR:
+        set_coupling(work, note, op)
+    set_answers(work, note, op)
     return np.int64(DONE)
 
 
@@ -223,7 +234,7 @@ def operator_words(work, note, op):
     """Float64 of the rows of an operator."""
     square = op.points * op.points if op.points <= MOST_NEAR else 0
     size = coefficient_bytes(op) * (1 + note.own_across) + mixed_bytes(op) * (tap_rows(work, note) + op.points)
-    return size // DOUBLE + blocks(2 * (op.points + square + note.answers_count))
+    return size // DOUBLE + blocks(3 * op.points + 2 * (square + note.answers_count))
 
 
 @jit
@@ -234,7 +245,8 @@ def lay_out(work, note, op, place):
     op.taps = op.coefficients_v + coefficient_bytes(op)
     op.shapes = op.taps + mixed_bytes(op) * tap_rows(work, note)
     op.heights = op.shapes + mixed_bytes(op) * op.points
-    op.positions = op.heights + DOUBLE * op.points
+    op.hand_heights = op.heights + DOUBLE * op.points
+    op.positions = op.hand_heights + DOUBLE * op.points
     op.coupling = op.positions + DOUBLE * op.points
     op.left_out = op.coupling + DOUBLE * op.points * op.points
     op.answers = op.left_out + DOUBLE * op.points * op.points
@@ -359,33 +371,60 @@ def grid_over(work, note):
 @jit
 def set_points(work, note, op):
     """Fills positions and heights of the contact points; what stands above the string at rest is pressed flat."""
-    x, h = positions(op), heights(op)
+    x = positions(op)
     if note.surface_count == 0:
         for m in range(op.points):
             x[m] = list_value(work, note.obstacles, 2 * m)
-            h[m] = list_value(work, note.obstacles, 2 * m + 1)
+        set_heights(work, note, op, heights(op), note.obstacles + 1, 2)
         return
     step = note.length / note.grid_points
+    first, _ = grid_over(work, note)
+    for m in range(op.points):
+        x[m] = (first + m) * step
+    set_heights(work, note, op, heights(op), note.surface + 1, 2)
+
+
+@jit
+def set_heights(work, note, op, h, given, stride):
+    """Fills the heights `h` of the contact points by the list of the note whose first is `given`, each `stride` on."""
+    if note.surface_count == 0:
+        for m in range(op.points):
+            h[m] = list_value(work, given, stride * m)
+        return
+    x, step = positions(op), note.length / note.grid_points
     first, _ = grid_over(work, note)
     rows, table = note.surface_count, note.surface
     i = 0
     for m in range(op.points):
-        x[m] = (first + m) * step
         while i < rows - 1 and list_value(work, table, 2 * (i + 1)) <= x[m]:
             i += 1
-        h[m] = list_value(work, table, 2 * i + 1)
+        h[m] = list_value(work, given, stride * i)
         if i < rows - 1 and x[m] > list_value(work, table, 2 * i):
-            slope = list_value(work, table, 2 * i + 3) - h[m]
+            slope = list_value(work, given, stride * (i + 1)) - h[m]
             slope /= list_value(work, table, 2 * i + 2) - list_value(work, table, 2 * i)
             h[m] += slope * (x[m] - list_value(work, table, 2 * i))
     for i in range(1, rows):  # a crown within a grid step counts there; the first place is never one
-        height = list_value(work, table, 2 * i + 1)
+        height = list_value(work, given, stride * i)
         m = np.int64(np.rint(list_value(work, table, 2 * i) / step)) - first
-        beyond = i + 1 < rows and list_value(work, table, 2 * i + 3) > height
-        if 0 <= m < op.points and list_value(work, table, 2 * i - 1) <= height and not beyond:
+        beyond = i + 1 < rows and list_value(work, given, stride * (i + 1)) > height
+        if 0 <= m < op.points and list_value(work, given, stride * (i - 1)) <= height and not beyond:
             h[m] = max(h[m], height)
     for m in range(op.points):
         h[m] = min(h[m], 0.0)
+
+
+@jit
+def measure_by_own(op):
+    """Has the hand measure its force by the heights that the contact points have now."""
+    kept, h = hand_heights(op), heights(op)
+    for m in range(op.points):
+        kept[m] = h[m]
+
+
+@jit
+def behind_table(note):
+    """Float64 of the workspace for a note, with room for as many as there are points behind (bass/refill.py)."""
+    return note.grid_points + 1 + 2 * MOST_NEAR
 
 
 @jit

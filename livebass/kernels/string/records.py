@@ -143,6 +143,7 @@ OPERATOR = np.dtype(
         ("taps", "i8"),  # address of the weights of pickups, a row each; without one, of q and of P for each phase
         ("shapes", "i8"),  # address of the mode shapes at the contact points, a row each
         ("heights", "i8"),  # address: m, of each contact point
+        ("hand_heights", "i8"),  # address: the heights by whose grazing the hand measures its force (strokes.py)
         ("positions", "i8"),  # address: m from the stop, of each contact point
         ("coupling", "i8"),  # address of W: m of u at a point per unit f at another; a board has none
         ("left_out", "i8"),  # address of R: the same by the modes left out, static
@@ -352,9 +353,12 @@ VOICE = np.dtype(
         ("idle", "i8"),  # strings that nobody plays or mutes, a bit each: they may answer (answers.py)
         ("answering", "i8"),  # 1: some answer
         ("cut", "i8"),  # 1: all sound is off until the next note, that of answers, too
-        ("log", "i8"),  # address of int64 pairs (fine step, point), one a contact begun ...
-        ("log_room", "i8"),  # ... and how many there is room for
-        ("logged", "i8"),  # contacts begun, also beyond the log's length
+        ("log", "i8"),  # address of a ring of CONTACT, one a contact begun ...
+        ("log_room", "i8"),  # ... how many there is room for, 0: none is kept ...
+        ("logged", "i8"),  # ... and how many have begun: the last is at (logged - 1) % log_room
+        ("told", "i8"),  # address of a TOLD and a ring of EVENT (told.py) ...
+        ("told_room", "i8"),  # ... how many events there is room for, 0: none is kept ...
+        ("told_count", "i8"),  # ... and how many there have been since the string was still
         ("weakened", "i8"),  # times that the motion was scaled back to what a string bears (slot.limit_motion)
         ("pickups", "i8"),  # 0: the displacement itself
         ("held", "f8", (4,)),  # displacement at each of the shape the finger holds
@@ -383,6 +387,17 @@ VOICE = np.dtype(
     align=True,
 )
 VOICE_SLOTS = 2
+
+# A contact that begins
+CONTACT = np.dtype(
+    [
+        ("step", "i8"),  # fine step, of the string's
+        ("point", "i8"),  # contact point of the operator: over frets the one of fret `fret` + 1 + point
+        ("fret", "i8"),  # where the string is stopped
+        ("speed", "f8"),  # m/s, by which it comes
+    ],
+    align=True,
+)
 
 # The modes of other strings that may answer one string, string after string (answers.py)
 ANSWERS = np.dtype(
