@@ -11,6 +11,37 @@ const FADE = 0.86; // of a flash from one picture to the next, 60 a second
 const HELD_FLASH = 300; // ms that a flash stays where motion is not wanted
 const MM = 1e-3;
 
+// The fundamental (Hz) of a sound, by McLeod's normalised square difference over the last samples; undefined: there is none.
+function pitchOf(sound, rate) {
+  const every = Math.max(1, Math.round(rate / 12000)), n = Math.floor(sound.length / every), x = new Float32Array(n);
+  for (let k = 0; k < n; k++) {
+    let sum = 0;
+    for (let j = 0; j < every; j++) sum += sound[k * every + j];
+    x[k] = sum / every;
+  }
+  let energy = 0;
+  for (const value of x) energy += value * value;
+  if (energy / n < 1e-7) return undefined;
+  const least = Math.floor(rate / every / 420), most = Math.ceil(rate / every / 28), like = new Float32Array(most + 2);
+  const room = n - most - 2;
+  for (let lag = least - 1; lag < like.length; lag++) {
+    let product = 0, square = 0;
+    for (let k = 0; k < room; k++) {
+      product += x[k] * x[k + lag];
+      square += x[k] * x[k] + x[k + lag] * x[k + lag];
+    }
+    like[lag] = 2 * product / (square || 1);
+  }
+  const highest = like.reduce((a, b) => Math.max(a, b));
+  if (highest < 0.6) return undefined;
+  for (let lag = least; lag <= most; lag++) {
+    const [a, b, c] = [like[lag - 1], like[lag], like[lag + 1]];
+    if (b < 0.92 * highest || b < a || b < c) continue;
+    return rate / every / (lag + (a - c) / (2 * (a - 2 * b + c) || 1));
+  }
+  return undefined;
+}
+
 class See {
   // `canvases`: neck, side, note, spectrum; `records`: SIGHT and SLOT_SIGHT, as the kernels lay them out; `told` is
   // called with a line for who cannot see, half a second after a note.
@@ -210,7 +241,7 @@ class See {
   // The last string from the side over its crowns; an axis in mm.
   drawSide(colour) {
     const [g, w, h, dpr] = this.sheet(this.canvases.side), {string} = this.note, s = this.bass.strings[string];
-    const below = Math.min(-1 * MM, ...s.heights) - 0.4 * MM, above = 4 * MM, left = 34 * dpr;
+    const below = Math.min(-1 * MM, ...s.heights) - 0.4 * MM, above = 4 * MM, left = 42 * dpr;
     const x = place => left + (w - left - 6 * dpr) * place / s.length, y = height => h * (above - height) / (above - below);
     g.font = `${11 * dpr}px system-ui, sans-serif`;
     g.textBaseline = "middle";
