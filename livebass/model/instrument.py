@@ -190,6 +190,7 @@ class Instrument:
     player: Player
     a4: float = A4_HZ  # Hz, of the A above middle C
     effects: Effects = field(default_factory=Effects)
+    grazed: tuple[Neck, ...] = ()  # that force 1 of the player grazes, one under each string; empty: its own
 
     @property
     def note_range(self) -> tuple[int, int]:
@@ -312,6 +313,14 @@ def frets_from_geometry(
     gap = [nut_height + (last - nut_height) * s + b for s, b in zip(where, bow, strict=True)]
     raised = lift or {}
     return tuple(x), tuple(raised.get(k + 1, 0.0) - g for k, g in enumerate(gap))
+
+
+def tilted(x: Sequence[float], heights: Sequence[float], action: float) -> tuple[float, ...]:
+    """Measured `heights` (n,) of frets at `x` (n,), all in m, with another `action`: tilted about the first fret."""
+    pivot = min(12, len(x)) - 1
+    reach = (x[pivot] - x[0]) or 1.0
+    lower = action + heights[pivot]
+    return tuple(h - lower * (xi - x[0]) / reach for xi, h in zip(x, heights, strict=True))
 
 
 def note_frequency(note: float) -> float:
