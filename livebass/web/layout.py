@@ -18,7 +18,20 @@ from livebass.kernels.player.performer import FREE, MOST_STRINGS, PERFORMER
 from livebass.kernels.string import frets
 from livebass.kernels.string.board import over_board
 from livebass.kernels.string.preparing import DONE
-from livebass.kernels.string.records import CONTACT, EVENT, LINE, STRING, VOICE
+from livebass.kernels.string.records import (
+    CONTACT,
+    EVENT,
+    HAMMER,
+    LINE,
+    MOST_NEAR,
+    OPERATOR,
+    PLUCK,
+    PULL_OFF,
+    STRIKE_EVENT,
+    STRING,
+    THROW,
+    VOICE,
+)
 from livebass.kernels.string.told import TOLD, begin_again
 from livebass.kernels.voice import run_string
 from livebass.live.thread import ahead, block, ring, setup, sight
@@ -28,12 +41,14 @@ from livebass.techniques import BUTTONS, CC_PARAMETER, FUNCTION_ROWS, GAIN_DB, N
 RECORDS = {
     "FILE": FILE, "POOL": POOL, "BUILDING": BUILDING, "SYNTH": SYNTH, "BASS": BASS, "PERFORMER": PERFORMER,
     "SIGHT": sight.SIGHT, "SLOT_SIGHT": sight.SLOT_SIGHT, "STRING": STRING, "VOICE": VOICE, "CONTACT": CONTACT,
-    "TOLD": TOLD, "EVENT": EVENT,
+    "TOLD": TOLD, "EVENT": EVENT, "OPERATOR": OPERATOR,
 }  # fmt: skip
 NUMBERS = {
     "COARSE": COARSE, "GOOD": GOOD, "DONE": DONE, "LINE": LINE, "CHUNK": CHUNK, "NOW": ring.NOW, "FREE": FREE,
     "PARAMETER": ring.PARAMETER, "EFFECT": ring.EFFECT, "NOTE_STRING": ring.NOTE_STRING, "MOST_STRINGS": MOST_STRINGS,
-    "SEEN": sight.SEEN, "FINGER": FINGER, "PICK": PICK, "GAIN_DB": GAIN_DB, "CC_PARAMETER": CC_PARAMETER, "CONTROLLERS": CONTROLLERS,
+    "SEEN": sight.SEEN, "MOST_NEAR": MOST_NEAR, "FINGER": FINGER, "PICK": PICK, "GAIN_DB": GAIN_DB,
+    "CC_PARAMETER": CC_PARAMETER, "CONTROLLERS": CONTROLLERS, "PLUCK": PLUCK, "STRIKE_EVENT": STRIKE_EVENT,
+    "THROW": THROW, "HAMMER": HAMMER, "PULL_OFF": PULL_OFF,
 }  # fmt: skip
 # Of each way to play: its switch, if it has one, and the performer's field that its controller moves, if it has one
 WAYS = {

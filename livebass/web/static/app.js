@@ -188,6 +188,7 @@ async function begin() {
   node.port.onmessage = hear;
   node.onprocessorerror = () => say("The audio thread stopped. Load the page again.");
   for (const symbol of Object.keys(CONTROLS)) tellParameter(symbol);
+  node.port.postMessage({seeing: !document.hidden});
   analyser = new AnalyserNode(context, {fftSize: 8192, smoothingTimeConstant: 0.5});
   see.rate = context.sampleRate;
   node.connect(analyser).connect(context.destination);
@@ -776,6 +777,8 @@ function showPitch() {
   const note = 69 + 12 * Math.log2(hertz / 440), nearest = Math.round(note), cents = Math.round(100 * (note - nearest));
   $("pitch").textContent = `${noteName(nearest)} ${cents < 0 ? "−" : "+"}${Math.abs(cents)} cents, ${hertz.toFixed(1)} Hz`;
 }
+
+document.addEventListener("visibilitychange", () => node?.port.postMessage({seeing: !document.hidden}));
 
 $("zoom").oninput = () => {
   see.zoom = +$("zoom").value;

@@ -2,8 +2,11 @@
 "use strict";
 
 const PAGE_BYTES = 65536, MESSAGES = 4096;
+const CONTACTS = 512; // of a string, that begin before they are taken
+const EVENTS = 256; // that a string was handed since it was still
 const {records: RECORDS, numbers: N} = LAYOUT;
 const lines = bytes => Math.ceil(bytes / N.LINE) * N.LINE;
+const TOLD_BYTES = lines(RECORDS.TOLD.bytes + EVENTS * RECORDS.EVENT.bytes);
 
 class Engine {
   constructor(module) {
@@ -15,7 +18,10 @@ class Engine {
     this.synth = lines(this.x.__heap_base.value);
     this.rings = this.synth + lines(RECORDS.SYNTH.bytes);
     this.sound = this.rings + Number(this.x.lb_ring_bytes(BigInt(MESSAGES)));
-    this.home = lines(this.sound + 4 * N.CHUNK); // where basses may begin
+    this.sights = lines(this.sound + 4 * N.CHUNK); // what is drawn of each string ...
+    this.logs = lines(this.sights + N.MOST_STRINGS * RECORDS.SIGHT.bytes); // ... and rings of its contacts
+    this.tolds = lines(this.logs + N.MOST_STRINGS * CONTACTS * RECORDS.CONTACT.bytes); // ... and of its events
+    this.home = this.tolds + N.MOST_STRINGS * TOLD_BYTES; // where basses may begin
     this.reserve(this.home);
     this.synthAddress = BigInt(this.synth);
     this.soundAddress = BigInt(this.sound);
@@ -115,6 +121,73 @@ class Engine {
 
   // Sets a knob of the effects, by its number.
   setEffect(number, value) { this.tell(N.NOW, N.EFFECT, number, value); }
+
+  // --- what the strings do ---
+
+  // The address of the VOICE of string `i`.
+  voice(bass, i) { return this.get("BASS", bass, "string", i) + RECORDS.STRING.fields.voice[0]; }
+
+  // Gives the strings of a bass room for their contacts and their events.
+  openLogs(bass) {
+    for (let i = 0; i < this.get("BASS", bass, "strings"); i++) {
+      const voice = this.voice(bass, i);
+      this.set("VOICE", voice, "log", this.logs + i * CONTACTS * RECORDS.CONTACT.bytes);
+      this.set("VOICE", voice, "log_room", CONTACTS);
+      this.set("VOICE", voice, "told", this.tolds + i * TOLD_BYTES);
+      this.set("VOICE", voice, "told_room", EVENTS);
+    }
+  }
+
+  // Adds to `list` the contacts that began since the last time, of which `taken` counts those of each string: string,
+  // fret (over a board, m from the nut), frame, speed (m/s).
+  takeContacts(bass, taken, list) {
+    const began = this.get("BASS", bass, "frame"), board = this.get("BASS", bass, "frets") + 1;
+    for (let i = 0; i < this.get("BASS", bass, "strings"); i++) {
+      const voice = this.voice(bass, i), logged = this.get("VOICE", voice, "logged");
+      if (logged === taken[i]) continue;
+      const steps = this.get("VOICE", voice, "numerator") / this.get("VOICE", voice, "denominator");
+      for (let k = Math.max(taken[i] || 0, logged - CONTACTS); k < logged; k++) {
+        const at = this.logs + (i * CONTACTS + k % CONTACTS) * RECORDS.CONTACT.bytes;
+        const of = name => this.get("CONTACT", at, name), stop = of("fret"), point = of("point");
+        list.push(i, this.placeOf(bass, board * i + stop, stop, point), began + of("step") / steps, of("speed"));
+      }
+      taken[i] = logged;
+    }
+  }
+
+  // Adds to `list` the notes that began since the last time, of which `told` counts the events of each string: string,
+  // fret, and the frame at which a finger lets go or a string is struck.
+  takeNotes(bass, told, list) {
+    const began = this.get("BASS", bass, "frame"), strikes = [N.STRIKE_EVENT, N.THROW, N.HAMMER, N.PULL_OFF];
+    for (let i = 0; i < this.get("BASS", bass, "strings"); i++) {
+      const voice = this.voice(bass, i), count = this.get("VOICE", voice, "told_count");
+      const first = count < told[i] ? 0 : told[i] || 0; // it was still, and counts anew
+      for (let k = Math.max(first, count - EVENTS); k < count; k++) {
+        const event = this.tolds + i * TOLD_BYTES + RECORDS.TOLD.bytes + (k % EVENTS) * RECORDS.EVENT.bytes;
+        const kind = this.get("EVENT", event, "kind"), frame = began + this.get("EVENT", event, "frame");
+        if (kind === N.PLUCK) list.push(i, this.get("EVENT", event, "fret"), frame + this.get("VOICE", voice, "pull"));
+        else if (strikes.includes(kind)) list.push(i, this.get("EVENT", event, "fret"), frame);
+      }
+      told[i] = count;
+    }
+  }
+
+  // The fret of a contact point of an operator; over a board its place, m from the nut.
+  placeOf(bass, index, stop, point) {
+    const op = this.get("BASS", bass, "operators") + RECORDS.OPERATOR.bytes * index;
+    if (this.get("OPERATOR", op, "points") <= N.MOST_NEAR) return stop + 1 + point;
+    const open = op - RECORDS.OPERATOR.bytes * stop, length = this.get("OPERATOR", op, "length");
+    return this.get("OPERATOR", open, "length") - length + this.view.getFloat64(this.get("OPERATOR", op, "positions") + 8 * point, true);
+  }
+
+  // Copies what is seen of the strings of a bass into `buffer`, an ArrayBuffer as large as that, or a new one.
+  see(bass, buffer) {
+    const size = this.get("BASS", bass, "strings") * RECORDS.SIGHT.bytes;
+    this.x.lb_see_bass(BigInt(bass), BigInt(this.sights));
+    if (!buffer || buffer.byteLength !== size) buffer = new ArrayBuffer(size);
+    new Uint8Array(buffer).set(this.bytes.subarray(this.sights, this.sights + size));
+    return buffer;
+  }
 
   // Plays n <= N.CHUNK frames; returns them as a view that lasts until the next call.
   play(n) {

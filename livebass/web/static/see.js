@@ -55,6 +55,7 @@ class See {
     this.zoom = 20;
     this.sights = []; // {frame, buffer}, the oldest first
     this.waiting = []; // contacts that are not heard yet: {string, fret, frame, speed}
+    this.plucks = []; // notes that are not heard yet: {string, fret, frame}
     this.flashes = new Map(); // "string fret": {bright, since}
     this.note = {string: 0, frame: undefined, contacts: []}; // the last one
     this.shape = new Float32Array(POINTS + 1);
@@ -65,25 +66,21 @@ class See {
   // Takes the strings, frets and pickups of another bass.
   setBass(bass) {
     this.bass = bass;
-    this.sights.length = this.waiting.length = this.note.contacts.length = 0;
+    this.sights.length = this.waiting.length = this.plucks.length = 0;
     this.flashes.clear();
     this.note = {string: 0, frame: undefined, contacts: []};
-    this.sight = undefined;
+    this.view = undefined;
     this.needed = true;
   }
 
   // Takes what the audio thread saw at a frame; returns a buffer that it can use again, or undefined.
-  take({sight, frame, contacts}) {
+  take({sight, frame, contacts, notes}) {
+    for (let k = 0; k < notes.length; k += 3)
+      this.plucks.push({string: notes[k], fret: notes[k + 1], frame: notes[k + 2]});
     for (let k = 0; k < contacts.length; k += 4)
       this.waiting.push({string: contacts[k], fret: contacts[k + 1], frame: contacts[k + 2], speed: contacts[k + 3]});
     this.sights.push({frame, buffer: sight});
     return this.sights.length > MOST_SIGHTS ? this.sights.shift().buffer : undefined;
-  }
-
-  // Notes that a string was let go of at a frame: what it hits from then on is the last note.
-  pluck(string, frame) {
-    this.note = {string, frame, contacts: [], said: false};
-    this.needed = true;
   }
 
   // The number in a field of a slot (`index`) of the sight that is drawn.
@@ -120,19 +117,25 @@ class See {
 
   // --- time ---
 
-  // Goes on to the frame that is heard now: the newest sight of it, the contacts until then.
+  // Goes on to the frame that is heard now: the newest sight of it, the contacts until then. Returns the buffer of the
+  // sight before, which can be used again, or undefined.
   follow(frame, now) {
     let newest;
+    const before = this.view?.buffer;
     while (this.sights.length && this.sights[0].frame <= frame) newest = this.sights.shift();
     if (newest) {
       this.view = new DataView(newest.buffer);
+      this.needed = true;
+    }
+    while (this.plucks.length && this.plucks[0].frame <= frame) {
+      this.note = {...this.plucks.shift(), contacts: [], said: false};
       this.needed = true;
     }
     const heard = this.waiting.filter(contact => contact.frame <= frame);
     if (heard.length) this.waiting = this.waiting.filter(contact => contact.frame > frame);
     for (const contact of heard) this.flash(contact, now);
     if (this.note.frame !== undefined && !this.note.said && frame > this.note.frame + this.rate / 2) this.tell();
-    return newest?.buffer;
+    return newest && before;
   }
 
   flash({string, fret, frame, speed}, now) {
