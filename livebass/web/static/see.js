@@ -91,7 +91,11 @@ class See {
 
   // Calls draw({string, fret, length, u}) for each part of a string that sounds; u: m, (POINTS + 1), stop to saddle.
   eachString(draw) {
-    if (this.replay) return draw(this.replay);
+    if (this.replay) {
+      const {rows, slots, at, string} = this.replay, k = Math.floor(at), [length, stop, fret] = slots.subarray(3 * k, 3 * k + 3);
+      if (length) draw({string, fret, length, u: this.shapeOf(rows.subarray(k * this.seen, (k + 1) * this.seen), this.seen, length, stop)});
+      return;
+    }
     if (!this.view) return;
     for (let string = 0; string < this.bass.strings.length; string++)
       for (let index = 0; index < 2; index++) {
@@ -163,6 +167,40 @@ class See {
     return this.told(`${name} string: ${contacts.length} contact${contacts.length > 1 ? "s" : ""}, ${where} hit hardest.`);
   }
 
+  // --- the last note again ---
+
+  // Shows what `Engine.again` made, from its first frame on.
+  show(made) {
+    const hits = [];
+    for (let k = 0; k < made.contacts.length; k += 4)
+      hits.push({string: made.contacts[k], fret: made.contacts[k + 1], frame: made.contacts[k + 2], speed: made.contacts[k + 3]});
+    this.replay = {...made, hits, at: 0, length: made.slots.length / 3};
+    this.note = {string: made.string, frame: made.frame, contacts: hits.filter(hit => hit.frame >= made.frame), said: true};
+    this.flashes.clear();
+    this.needed = true;
+  }
+
+  // Goes to frame `at` of the replay; what was hit on the way flashes.
+  goTo(at, now) {
+    const r = this.replay, before = r.at;
+    r.at = Math.min(r.length - 1, Math.max(0, at));
+    if (r.at < before) this.flashes.clear();
+    for (const hit of r.hits) {
+      const k = hit.frame - r.first;
+      if (k > before && k <= r.at) this.flashes.set(`${hit.string} ${hit.fret}`, {bright: Math.min(1, Math.sqrt(hit.speed / FULL_SPEED)), since: now});
+    }
+    this.needed = true;
+  }
+
+  // ms after the release, of the moment that is shown.
+  get moment() { return 1000 * (this.replay.first + this.replay.at - this.replay.frame) / this.rate; }
+
+  leave() {
+    this.replay = undefined;
+    this.flashes.clear();
+    this.needed = true;
+  }
+
   // --- drawing ---
 
   colours() {
@@ -210,7 +248,7 @@ class See {
     g.globalAlpha = 1;
     g.lineJoin = "round";
     const moving = new Map();
-    this.eachString(({string, length, u}) => {
+    if (!this.still.matches || this.replay) this.eachString(({string, length, u}) => {
       const scale = strings[string].length, path = new Path2D(), middle = lane(string);
       const metre = (place(scale) - place(0)) / scale; // px
       const most = 0.48 * gap;
@@ -284,7 +322,7 @@ class See {
     g.strokeStyle = colour.ink;
     g.lineWidth = 1.75 * dpr;
     let drawn = false;
-    this.eachString(({string: i, fret, length, u}) => {
+    if (!this.still.matches || this.replay) this.eachString(({string: i, fret, length, u}) => {
       if (i !== string || drawn) return;
       drawn = true;
       const stop = fret ? s.heights[fret - 1] : 0;
@@ -323,6 +361,14 @@ class See {
     g.textAlign = "center";
     for (let ms = 0; ms <= NOTE_SPAN; ms += 20) g.fillText(ms === NOTE_SPAN ? `${ms} ms` : ms, Math.min(x(ms), w - 16 * dpr), h - foot / 2);
     if (frame === undefined) return;
+    if (this.replay) {
+      const at = x(Math.max(0, Math.min(NOTE_SPAN, this.moment)));
+      g.strokeStyle = colour.ink;
+      g.beginPath();
+      g.moveTo(at, 0);
+      g.lineTo(at, h - foot);
+      g.stroke();
+    }
     g.fillStyle = colour.accent;
     for (const {fret, frame: at, speed} of contacts) {
       const ms = 1000 * (at - frame) / this.rate, r = dpr * (1.2 + 3.8 * Math.min(1, Math.sqrt(speed / FULL_SPEED)));

@@ -28,7 +28,7 @@ class LivebassProcessor extends AudioWorkletProcessor {
     this.changes = this.changed = 0; // of the playing, by the page: how many have come; frame of the last one
     this.live = !o.score; // with a score: offline, always the same sound
     this.seeing = false; // the page draws
-    this.seen = 0; // bass whose strings have rooms for contacts
+    this.seen = 0; // bass that was seen last
     this.unseen = 0; // quanta since it was seen
     this.spare = []; // buffers that the page gave back
     this.contacts = [];
@@ -40,8 +40,12 @@ class LivebassProcessor extends AudioWorkletProcessor {
     this.port.onmessage = ({data}) => this.hear(data);
   }
 
-  hear({midi, string, frame, bass, parameter, effect, panic, change, spare, seeing}) {
+  hear({midi, string, frame, bass, parameter, effect, panic, change, spare, seeing, recall}) {
     if (spare) this.spare.push(spare);
+    if (recall !== undefined && this.engine.field("bass")) {
+      const found = this.engine.recall(this.engine.field("bass"), recall);
+      this.port.postMessage({recalled: found || null, bass: this.engine.field("bass")});
+    }
     if (seeing !== undefined) this.seeing = seeing;
     const e = this.engine, now = e.field("frame"), most = now + Math.round(MOST_AHEAD * sampleRate);
     const when = frame === undefined ? N.NOW : Math.min(most, Math.max(now, frame - (this.start || 0)));
@@ -171,7 +175,6 @@ class LivebassProcessor extends AudioWorkletProcessor {
     const e = this.engine, bass = e.field("bass");
     if (!bass) return;
     if (bass !== this.seen) {
-      e.openLogs(bass);
       this.seen = bass;
       this.taken = [];
       this.told = [];
