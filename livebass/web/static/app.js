@@ -832,6 +832,61 @@ function backToNow() {
   $("moment-text").textContent = "";
 }
 
+const POSTER = [1600, 1000], CLIP_RATE = 30, LONGEST_CLIP = 12; // px; pictures a second; s
+
+function titleOf() {
+  const {string, fret} = see.note, bass = bassCalled($("bass").value);
+  const at = fret ? `, fret ${bass.capo + fret}` : "";
+  return `livebass: ${bass.title}, ${bass.strings[string].name} string${at}, ${see.moment.toFixed(2)} ms after the release, ${see.zoom} times enlarged`;
+}
+
+function keep(blob, name) {
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(blob);
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+}
+
+const sheetOf = () => Object.assign(document.createElement("canvas"), {width: POSTER[0], height: POSTER[1]});
+const fileName = ending => `livebass-${$("bass").value}-${see.moment.toFixed(1)}ms.${ending}`;
+
+function savePicture() {
+  const sheet = sheetOf();
+  see.poster(sheet, titleOf());
+  sheet.toBlob(blob => keep(blob, fileName("png")));
+}
+
+// Records the note from its beginning to its end, at the speed that was chosen or, if that would take too long, faster.
+async function saveClip() {
+  const sheet = sheetOf(), kind = ["video/mp4", "video/webm"].find(type => MediaRecorder.isTypeSupported(type));
+  const recorder = new MediaRecorder(sheet.captureStream(CLIP_RATE), {mimeType: kind, videoBitsPerSecond: 6e6}), parts = [];
+  recorder.ondataavailable = ({data}) => parts.push(data);
+  const ended = new Promise(done => { recorder.onstop = done; });
+  const {length} = see.replay, seconds = Math.min(LONGEST_CLIP, length / context.sampleRate * slowness());
+  rolling = false;
+  $("clip").disabled = true;
+  recorder.start();
+  const began = performance.now();
+  for (let part = 0; part < 1 && see.replay;) {
+    part = Math.min(1, (performance.now() - began) / 1000 / seconds);
+    see.goTo(part * (length - 1), performance.now());
+    $("moment").value = see.replay.at;
+    sayMoment();
+    see.poster(sheet, titleOf());
+    await new Promise(done => setTimeout(done, 1000 / CLIP_RATE));
+    see.fade(performance.now());
+  }
+  recorder.stop();
+  await ended;
+  if (!see.replay) return;
+  $("clip").disabled = false;
+  keep(new Blob(parts, {type: kind}), fileName(kind.slice(6)));
+}
+
+$("picture").onclick = savePicture;
+$("clip").onclick = () => saveClip().catch(error => say(`The clip cannot be recorded: ${error.message}`));
+if (!window.MediaRecorder || !HTMLCanvasElement.prototype.captureStream) $("clip").hidden = true;
 $("again").onclick = () => showAgain().catch(error => say(`The note cannot be made again: ${error.message}`));
 $("now").onclick = backToNow;
 $("slow").oninput = () => { $("slow-text").textContent = slowness() === 1 ? "as it was" : `1/${slowness()}`; };

@@ -175,7 +175,7 @@ class See {
     for (let k = 0; k < made.contacts.length; k += 4)
       hits.push({string: made.contacts[k], fret: made.contacts[k + 1], frame: made.contacts[k + 2], speed: made.contacts[k + 3]});
     this.replay = {...made, hits, at: 0, length: made.slots.length / 3};
-    this.note = {string: made.string, frame: made.frame, contacts: hits.filter(hit => hit.frame >= made.frame), said: true};
+    this.note = {string: made.string, fret: this.note.fret, frame: made.frame, contacts: hits.filter(hit => hit.frame >= made.frame), said: true};
     this.flashes.clear();
     this.needed = true;
   }
@@ -211,8 +211,9 @@ class See {
 
   // The context of a canvas as large as it is shown, cleared: [context, width, height, device pixels a pixel].
   sheet(canvas) {
-    const dpr = Math.min(2, devicePixelRatio || 1);
-    const w = Math.max(1, Math.round(canvas.clientWidth * dpr)), h = Math.max(1, Math.round(canvas.clientHeight * dpr));
+    const shown = canvas.isConnected, dpr = shown ? Math.min(2, devicePixelRatio || 1) : 2;
+    const w = shown ? Math.max(1, Math.round(canvas.clientWidth * dpr)) : canvas.width;
+    const h = shown ? Math.max(1, Math.round(canvas.clientHeight * dpr)) : canvas.height;
     if (canvas.width !== w || canvas.height !== h) [canvas.width, canvas.height] = [w, h];
     const g = canvas.getContext("2d");
     g.clearRect(0, 0, w, h);
@@ -230,6 +231,55 @@ class See {
     if (shown(this.canvases.side)) this.drawSide(colour);
     if (shown(this.canvases.note)) this.drawNote(colour);
     if (analyser && shown(this.canvases.spectrum)) this.drawSpectrum(colour, analyser);
+  }
+
+  // Draws neck, side and last note into a canvas of its own, with a line of text above: a picture to keep.
+  poster(canvas, title) {
+    const g = canvas.getContext("2d"), [w, h] = [canvas.width, canvas.height], colour = this.colours(), edge = w / 40;
+    this.parts ||= {neck: document.createElement("canvas"), side: document.createElement("canvas"), note: document.createElement("canvas")};
+    const {neck, side, note} = this.parts, of = this.canvases, tall = (h - 5 * edge) / 2;
+    Object.assign(neck, {width: w - 2 * edge, height: tall});
+    Object.assign(side, {width: (w - 3 * edge) * 0.58, height: tall});
+    Object.assign(note, {width: (w - 3 * edge) * 0.42, height: tall});
+    const scale = Math.max(...this.bass.strings.map(string => string.length)), many = this.bass.strings.length;
+    const place = x => (neck.width / 2) * (0.015 + 0.97 * x / scale), lane = i => (neck.height / 2) * (many - 0.5 - i) / many;
+    this.canvases = this.parts;
+    this.drawNeck(colour, place, lane);
+    this.drawSide(colour);
+    this.drawNote(colour);
+    this.canvases = of;
+    g.fillStyle = getComputedStyle(document.documentElement).getPropertyValue("--ground");
+    g.fillRect(0, 0, w, h);
+    g.fillStyle = colour.ink;
+    g.font = `${edge * 0.62}px system-ui, sans-serif`;
+    g.textBaseline = "middle";
+    g.fillText(title, edge, 1.25 * edge, w - 2 * edge);
+    this.drawBoard(g, edge, 2 * edge, neck.width, tall, x => 2 * place(x), this.bass.strings[0]);
+    g.drawImage(neck, edge, 2 * edge);
+    for (const [part, x] of [[side, edge], [note, 2 * edge + side.width]]) {
+      g.fillStyle = colour.ground;
+      g.fillRect(x, 3.2 * edge + tall, part.width, tall);
+      g.drawImage(part, x, 3.2 * edge + tall);
+    }
+  }
+
+  // The board with frets or without, and the pickups beyond it, as the page has them behind its strings.
+  drawBoard(g, left, top, width, height, place, {frets, length}) {
+    const end = place(frets.at(-1) + 0.008);
+    g.fillStyle = "#5d1c0c";
+    g.fillRect(left, top, width, height);
+    g.fillStyle = "#432717";
+    g.fillRect(left + place(0), top, end - place(0), height);
+    g.fillStyle = this.bass.fretless ? "#cbb38b66" : "#b5b0a6";
+    for (const fret of frets) g.fillRect(left + place(fret) - 2, top, 4, height);
+    g.fillStyle = "#f7efdc";
+    g.fillRect(left + place(0) - 4, top, 8, height);
+    g.fillStyle = "#171412";
+    for (const {position, aperture, strings} of this.bass.pickups) {
+      const many = this.bass.strings.length, row = height / many, first = many - 1 - Math.max(...strings);
+      const wide = Math.max(12, place(aperture) - place(0));
+      g.fillRect(left + place(length - position) - wide / 2, top + row * first, wide, row * (Math.max(...strings) - Math.min(...strings) + 1));
+    }
   }
 
   // Strings and flashes, over the board that the page has behind them.
