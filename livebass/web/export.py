@@ -18,12 +18,13 @@ from typing import Any
 from livebass import __version__
 from livebass.kernels.bass.instrument import LIVE, STUDIO
 from livebass.live.parameters import PARAMETERS
-from livebass.model.instrument import Instrument
+from livebass.live.thread.sight import SEEN, SIGHT, SLOT_SIGHT
+from livebass.model.instrument import Instrument, Neck, Pickup, String
 from livebass.plugin.bundle import LIST, instrument_files, write_files
 from livebass.plugin.instrument import ENDING
 from livebass.techniques import BUTTONS, EFFECTS
 from livebass.web import build
-from livebass.web.layout import layout
+from livebass.web.layout import layout, record
 
 STATIC = Path(__file__).parent / "static"
 INDEX, SINGLE = "index.html", "livebass.html"
@@ -31,6 +32,7 @@ BASSES, MODULE = "basses", "livebass.wasm"
 SOURCES = ("app.js", "style.css", "worker.js", "worklet.js")
 TITLE, DATA = "<title>livebass</title>", '<script type="application/json" id="page">'
 HEAD = 1 << 16  # bytes of a page that hold both
+BODY = 0.3  # m from the saddle that the page shows beside some frets: pickups and the right hand
 TIERS = {"live": LIVE, "studio": STUDIO}
 SWITCHED = {b.symbol for b in BUTTONS if not b.value}  # techniques that the page calls by keys ...
 CONTROLLED = {b.symbol for b in BUTTONS if b.value}  # ... and by controllers
@@ -84,7 +86,7 @@ def page_files(basses: dict[str, Instrument], quality: str) -> dict[str, bytes]:
         MODULE: build.module(),
         "worker.js": engine + text("worker.js").encode(),
         "worklet.js": engine + text("worklet.js").encode(),
-        "app.js": text("app.js").encode(),
+        "app.js": (text("see.js") + text("app.js")).encode(),
         "style.css": text("style.css").encode(),
     }
     page = {
@@ -102,6 +104,7 @@ def page_files(basses: dict[str, Instrument], quality: str) -> dict[str, bytes]:
             }
             for k, p in enumerate(PARAMETERS)
         },
+        "sight": {"SIGHT": record(SIGHT), "SLOT_SIGHT": record(SLOT_SIGHT) | {"seen": SEEN}},
         "buttons": [b._asdict() for b in BUTTONS],
         "basses": [shown(name, bass) for name, bass in basses.items()],
     }
@@ -114,7 +117,9 @@ def shown(name: str, bass: Instrument) -> dict[str, Any]:
         "name": name,
         "title": bass.name,
         "about": bass.description,
-        "strings": [{"name": s.name, "note": s.open_note, "gauge": round(s.diameter * 1e3, 2)} for s in bass.strings],
+        "strings": [shown_string(s, neck) for s, neck in zip(bass.strings, bass.necks, strict=True)],
+        "pickups": [shown_pickup(pickup, bass) for pickup in bass.output.pickups],
+        "body": bass.strings[0].length - BODY,
         "capo": round(12 * math.log2(1 + bass.necks[0].capo / bass.strings[0].length)),  # its fret, from the nut
         "frets": min(len(neck.fret_positions) for neck in bass.necks),
         "fretless": bass.over_board,
@@ -123,6 +128,25 @@ def shown(name: str, bass: Instrument) -> dict[str, Any]:
         "effects": {knob: getattr(bass.effects, knob) for knob in EFFECTS},
         "controllers": {name: number for number, name in bass.player.keys.controllers if name in CONTROLLED},
     }
+
+
+def shown_string(string: String, neck: Neck) -> dict[str, Any]:
+    """Returns the numbers of a string for the page: lengths in m, its gauge in mm."""
+    return {
+        "name": string.name,
+        "note": string.open_note,
+        "gauge": round(string.diameter * 1e3, 2),
+        "length": string.length,
+        "frets": [round(x, 6) for x in neck.fret_positions],
+        "heights": [round(h, 7) for h in neck.fret_heights],
+    }
+
+
+def shown_pickup(pickup: Pickup, bass: Instrument) -> dict[str, Any]:
+    """Returns where a pickup is, m from the saddle, and which strings it senses, by number."""
+    names = [s.name for s in bass.strings]
+    strings = [names.index(name) for name in pickup.strings] or list(range(len(names)))
+    return {"position": pickup.position, "aperture": pickup.aperture, "strings": strings}
 
 
 def single_page(files: dict[str, bytes]) -> bytes:

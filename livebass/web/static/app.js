@@ -11,9 +11,11 @@ const WARM = 400; // ms
 const FLOOR = -60; // dB
 const MOST_AHEAD = 0.5; // s
 const LONGEST_RESPONSE = 1; // s
-const LEAST_FRET = 30; // px
+const LEAST_FRET = matchMedia("(pointer: coarse)").matches ? 30 : 20; // px
+const BODY_PART = 26; // %, of the width, where not all frets are shown
 const LONG_PRESS = 400; // ms
 const MOST_LATE = 2000; // ms: what was pressed longer before the sound ran is forgotten
+const PITCH_EVERY = 120; // ms
 const SOON = 30; // ms after the sound runs, when it is played
 const held = new Map(); // what is pressed: note, and where
 let ready = false, sounding = false, context, node, module, wasm, worker, playing, octave = 28, from = 0;
@@ -93,10 +95,10 @@ function ask(message, moved = []) {
 
 let response; // the player's own impulse response, at the rate of the context; undefined: that of the bass
 
-// Builds a bass of the page at a rate (Hz): {bass, at, image}.
+// Builds a bass of the page at a rate (Hz): {bass, at, image, file, response}.
 async function build(name, rate, warm = 0) {
-  const file = await read(`basses/${name}.lbass`);
-  return ask({name, file, tier: PAGE.tier, rate, warm, response}, [file]);
+  const file = await read(`basses/${name}.lbass`), kept = file.slice(0), by = response;
+  return {...await ask({name, file, tier: PAGE.tier, rate, warm, response}, [file]), file: kept, response: by};
 }
 
 const free = built => worker.postMessage({free: built.bass});
@@ -129,13 +131,16 @@ async function put() {
   const built = await wanted.built.catch(() => undefined);
   if (!built || next !== wanted) return;
   next = undefined;
-  names.set(built.bass, wanted.name);
-  const there = new Promise(resolve => copied.set(built.bass, resolve));
-  node.port.postMessage({bass: built}, [built.image]);
+  const {bass, at, image, ...made} = built;
+  names.set(bass, wanted.name);
+  basses.set(bass, made);
+  const there = new Promise(resolve => copied.set(bass, resolve));
+  node.port.postMessage({bass: {bass, at, image}}, [image]);
   await there;
 }
 
-const names = new Map(); // of basses in the audio thread, by address
+const names = new Map(); // of basses in the audio thread, by address ...
+const basses = new Map(); // ... and {file, response} that they were made of
 const copied = new Map(); // what to call when the audio thread has them
 let changes = 0; // of the playing, that the page has asked the audio thread for
 
@@ -150,9 +155,19 @@ function hear({data}) {
   }
   if (data.faded) {
     names.delete(data.faded);
+    basses.delete(data.faded);
     free({bass: data.faded});
   }
   if (there) return;
+  if (data.recalled !== undefined) {
+    recalled?.(data);
+    return;
+  }
+  if (data.sight) {
+    const spare = see.take(data);
+    if (spare) node.port.postMessage({spare}, [spare]);
+    return;
+  }
   const name = names.get(data.bass);
   if (name && name !== playing) {
     playing = name;
@@ -181,7 +196,10 @@ async function begin() {
   node.port.onmessage = hear;
   node.onprocessorerror = () => say("The audio thread stopped. Load the page again.");
   for (const symbol of Object.keys(CONTROLS)) tellParameter(symbol);
-  node.connect(context.destination);
+  node.port.postMessage({seeing: !document.hidden});
+  analyser = new AnalyserNode(context, {fftSize: 8192, smoothingTimeConstant: 0.5});
+  see.rate = context.sampleRate;
+  node.connect(analyser).connect(context.destination);
   await put();
 }
 
@@ -556,10 +574,12 @@ WAYS.forEach((way, k) => {
 const bassCalled = name => PAGE.basses.find(bass => bass.name === name);
 const INLAYS = [3, 5, 7, 9, 12, 15, 17, 19, 21, 24]; // frets from the nut
 
-// How many frets fit, none narrower than a finger.
+// How many frets fit, none narrower than a finger: all, with the rest of the string to scale, or some, and less of that.
 function fitting(width, frets) {
-  let count = Math.min(frets, 5);
-  while (count < frets && width * (2 ** (-count / 12) - 2 ** (-(count + 1) / 12)) / (1 - 2 ** (-(count + 1) / 12)) >= LEAST_FRET) count++;
+  if (width * (2 ** (-(frets - 1) / 12) - 2 ** (-frets / 12)) >= LEAST_FRET) return frets;
+  width *= 1 - BODY_PART / 100;
+  let count = Math.min(frets - 1, 4);
+  while (count < frets - 1 && width * (2 ** (-count / 12) - 2 ** (-(count + 1) / 12)) / (1 - 2 ** (-(count + 1) / 12)) >= LEAST_FRET) count++;
   return count;
 }
 
@@ -568,9 +588,11 @@ function showNeck() {
   const bass = bassCalled($("bass").value), neck = $("neck"), focused = neck.contains(document.activeElement);
   const count = fitting(neck.clientWidth - 64, bass.frets);
   from = Math.max(0, Math.min(from, bass.frets - count));
+  const whole = count === bass.frets;
   const numbers = Array.from({length: count}, (_, k) => from + 1 + k);
   const widths = numbers.map(n => (2 ** (-n / 12) * 100 / 2 ** (-from / 12)).toFixed(2) + "fr");
-  neck.style.gridTemplateColumns = `3.25rem ${widths.join(" ")}`;
+  const beyond = whole ? `${(100 * 2 ** (-count / 12) / (2 ** (1 / 12) - 1)).toFixed(2)}fr` : `${BODY_PART}%`;
+  neck.style.gridTemplateColumns = `3.25rem ${widths.join(" ")} ${beyond}`;
   neck.style.setProperty("--strings", bass.strings.length);
   neck.classList.toggle("fretless", bass.fretless);
   neck.classList.toggle("nut", from === 0);
@@ -578,12 +600,6 @@ function showNeck() {
   const parts = [];
   [...bass.strings].reverse().forEach((string, row) => {
     const i = bass.strings.length - 1 - row;
-    const line = document.createElement("i");
-    line.className = "string" + (string.gauge > 0.8 ? " wound" : "");
-    line.dataset.string = i;
-    line.style.gridRow = row + 1;
-    line.style.setProperty("--gauge", `${string.gauge}px`);
-    parts.push(line);
     for (const fret of [0, ...numbers]) {
       const cell = document.createElement("button"), note = string.note + fret;
       cell.type = "button";
@@ -611,7 +627,9 @@ function showNeck() {
     number.ariaHidden = "true";
     parts.push(number);
   }
+  parts.push(bodyOf(bass, whole ? bass.strings[0].frets[count - 1] : bass.body));
   neck.replaceChildren(...parts);
+  see.needed = true;
   const first = neck.querySelector(".open");
   first.tabIndex = 0;
   if (focused) first.focus();
@@ -622,9 +640,51 @@ function showNeck() {
   neck.dataset.count = count;
 }
 
+// The rest of the strings, from `begin` (m from the nut) to the saddle: pickups, and the place of the right hand.
+function bodyOf(bass, begin) {
+  const body = document.createElement("div"), end = bass.strings[0].length;
+  body.className = "body";
+  body.dataset.begin = begin;
+  for (const {position, aperture, strings} of bass.pickups) {
+    const pickup = document.createElement("i"), rows = strings.map(i => bass.strings.length - 1 - i);
+    pickup.className = "pickup";
+    pickup.style.left = `${100 * (end - position - begin) / (end - begin)}%`;
+    pickup.style.width = `${100 * aperture / (end - begin)}%`;
+    pickup.style.top = `${100 * Math.min(...rows) / bass.strings.length}%`;
+    pickup.style.bottom = `${100 * (1 - (Math.max(...rows) + 1) / bass.strings.length)}%`;
+    body.append(pickup);
+  }
+  return body;
+}
+
+// Where a place (m from the nut) of a string is drawn on the neck, px; frets that are not shown are at its edges.
+function placing() {
+  const neck = $("neck"), at = neck.getBoundingClientRect().left, bass = bassCalled($("bass").value);
+  const cells = [...neck.querySelectorAll('.fret[data-string="0"]')], body = neck.querySelector(".body").getBoundingClientRect();
+  const {frets, length} = bass.strings[0], begin = +neck.querySelector(".body").dataset.begin;
+  const metres = [from ? frets[from - 1] : 0], pixels = [cells[0].getBoundingClientRect().left - at];
+  for (const cell of cells) {
+    metres.push(frets[cell.dataset.fret - 1]);
+    pixels.push(cell.getBoundingClientRect().right - at);
+  }
+  if (begin > metres.at(-1) + 1e-9) {
+    metres.push(begin);
+    pixels.push(body.left - at);
+  }
+  metres.push(length);
+  pixels.push(body.right - at);
+  return place => {
+    let k = 1;
+    while (k < metres.length - 1 && place > metres[k]) k++;
+    const part = (place - metres[k - 1]) / (metres[k] - metres[k - 1]);
+    return pixels[k - 1] + Math.min(1, Math.max(0, part)) * (pixels[k] - pixels[k - 1]);
+  };
+}
+
 function shiftNeck(by) {
   from += by * Math.max(1, $("neck").dataset.count - 2);
   showNeck();
+  layOut();
 }
 $("down").onclick = () => shiftNeck(-1);
 $("up").onclick = () => shiftNeck(1);
@@ -649,6 +709,7 @@ $("neck").addEventListener("keydown", e => {
 let width = 0;
 new ResizeObserver(() => {
   if ($("neck").clientWidth !== width) showNeck();
+  layOut();
   width = $("neck").clientWidth;
 }).observe($("neck"));
 
@@ -674,6 +735,206 @@ function showMeters({load, peak, overload, faults, held}) {
     if (fret >= 0) $("neck").querySelectorAll(`button[data-string="${string}"][data-fret="${fret}"], i[data-string="${string}"]`).forEach(cell => cell.classList.add("on"));
   });
 }
+
+// --- the pictures ---
+
+const see = new See({neck: $("strings"), side: $("side"), note: $("note"), spectrum: $("spectrum")}, PAGE.sight, text => { $("seen").textContent = text; });
+let analyser, place, lane, pitched = 0;
+
+// Measures where the neck is, when it was drawn anew.
+function layOut() {
+  const neck = $("neck"), strings = bassCalled($("bass").value).strings.length;
+  const tall = neck.querySelector(".open").getBoundingClientRect().height;
+  place = placing();
+  lane = i => (strings - 0.5 - i) * tall;
+  $("strings").style.height = `${tall * strings}px`;
+  see.needed = true;
+}
+
+// The frame that is heard now; browsers without a time for it hear what was computed last.
+function heardFrame() {
+  const {contextTime, performanceTime} = context.getOutputTimestamp?.() || {};
+  const time = performanceTime ? contextTime + (performance.now() - performanceTime) / 1000 : context.currentTime;
+  return time * context.sampleRate - began;
+}
+
+let began = 0; // frame of the context at which the audio thread began
+
+// Looks at the sound that is heard now, as often as the screen shows it; nothing is drawn while nothing changes.
+function look(now) {
+  requestAnimationFrame(look);
+  if (context && sounding) {
+    const spare = see.follow(heardFrame(), now);
+    if (spare && node) node.port.postMessage({spare}, [spare]);
+    if (analyser && now - pitched > PITCH_EVERY) {
+      pitched = now;
+      showPitch();
+      see.needed = true;
+    }
+  }
+  if (see.replay) goOn(now);
+  else see.fade(now);
+  see.draw(place, lane, analyser);
+  $("again").disabled = !ready || see.note.frame === undefined;
+}
+
+// --- the last note again ---
+
+const BEFORE = 0.005, AFTER = 0.1; // s that are shown, before the release and after it
+let recalled, lastLook = 0, rolling = false;
+
+// Asks the audio thread what the string was handed, and has the worker make its motion again from that.
+async function showAgain() {
+  const {string} = see.note;
+  const {recalled: found, bass} = await new Promise(done => {
+    recalled = done;
+    node.port.postMessage({recall: string});
+  });
+  if (!found) return say("There is too much to make again: play the string from rest.");
+  const {file, response} = basses.get(bass), rate = context.sampleRate, copy = file.slice(0);
+  const made = await ask({recalled: found, file: copy, tier: PAGE.tier, rate, response,
+                          before: Math.round(BEFORE * rate), frames: Math.round(AFTER * rate)}, [copy, found.told]);
+  see.show(made);
+  Object.assign($("moment"), {max: see.replay.length - 1, value: 0, disabled: false});
+  for (const id of ["picture", "clip"]) $(id).disabled = false;
+  $("now").hidden = false;
+  rolling = true;
+  lastLook = performance.now();
+  sayMoment();
+}
+
+// Goes on by the time since the last picture, at the speed that was chosen; at the end it stays.
+function goOn(now) {
+  if (rolling) {
+    const frames = (now - lastLook) / 1000 * context.sampleRate / slowness();
+    see.goTo(see.replay.at + frames, now);
+    if (see.replay.at >= see.replay.length - 1) rolling = false;
+    $("moment").value = see.replay.at;
+    sayMoment();
+    see.fade(now);
+  }
+  lastLook = now;
+}
+
+const slowness = () => Math.round(10 ** $("slow").value);
+
+function sayMoment() {
+  const text = `${see.moment.toFixed(2)} ms`;
+  $("moment-text").textContent = text;
+  $("moment").ariaValueText = `${text} after the release`;
+}
+
+function backToNow() {
+  rolling = false;
+  see.leave();
+  $("now").hidden = true;
+  for (const id of ["moment", "picture", "clip"]) $(id).disabled = true;
+  $("moment-text").textContent = "";
+}
+
+const POSTER = [1600, 1000], CLIP_RATE = 30, LONGEST_CLIP = 12; // px; pictures a second; s
+
+function titleOf() {
+  const {string, fret} = see.note, bass = bassCalled($("bass").value);
+  const at = fret ? `, fret ${bass.capo + fret}` : "";
+  return `livebass: ${bass.title}, ${bass.strings[string].name} string${at}, ${see.moment.toFixed(2)} ms after the release, ${see.zoom} times enlarged`;
+}
+
+function keep(blob, name) {
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(blob);
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+}
+
+const sheetOf = () => Object.assign(document.createElement("canvas"), {width: POSTER[0], height: POSTER[1]});
+const fileName = ending => `livebass-${$("bass").value}-${see.moment.toFixed(1)}ms.${ending}`;
+
+function savePicture() {
+  const sheet = sheetOf();
+  see.poster(sheet, titleOf());
+  sheet.toBlob(blob => keep(blob, fileName("png")));
+}
+
+// Records the note from its beginning to its end, at the speed that was chosen or, if that would take too long, faster.
+async function saveClip() {
+  const sheet = sheetOf(), kind = ["video/mp4", "video/webm"].find(type => MediaRecorder.isTypeSupported(type));
+  const recorder = new MediaRecorder(sheet.captureStream(CLIP_RATE), {mimeType: kind, videoBitsPerSecond: 6e6}), parts = [];
+  recorder.ondataavailable = ({data}) => parts.push(data);
+  const ended = new Promise(done => { recorder.onstop = done; });
+  const {length} = see.replay, seconds = Math.min(LONGEST_CLIP, length / context.sampleRate * slowness());
+  rolling = false;
+  $("clip").disabled = true;
+  recorder.start();
+  const began = performance.now();
+  for (let part = 0; part < 1 && see.replay;) {
+    part = Math.min(1, (performance.now() - began) / 1000 / seconds);
+    see.goTo(part * (length - 1), performance.now());
+    $("moment").value = see.replay.at;
+    sayMoment();
+    see.poster(sheet, titleOf());
+    await new Promise(done => setTimeout(done, 1000 / CLIP_RATE));
+    see.fade(performance.now());
+  }
+  recorder.stop();
+  await ended;
+  if (!see.replay) return;
+  $("clip").disabled = false;
+  keep(new Blob(parts, {type: kind}), fileName(kind.slice(6)));
+}
+
+$("picture").onclick = savePicture;
+$("clip").onclick = () => saveClip().catch(error => say(`The clip cannot be recorded: ${error.message}`));
+if (!window.MediaRecorder || !HTMLCanvasElement.prototype.captureStream) $("clip").hidden = true;
+$("again").onclick = () => showAgain().catch(error => say(`The note cannot be made again: ${error.message}`));
+$("now").onclick = backToNow;
+$("slow").oninput = () => { $("slow-text").textContent = slowness() === 1 ? "as it was" : `1/${slowness()}`; };
+$("slow").oninput();
+$("moment").oninput = () => {
+  rolling = false;
+  see.goTo(+$("moment").value, performance.now());
+  sayMoment();
+};
+
+// Shows the note that sounds, and by how many cents it is off.
+function showPitch() {
+  const sound = new Float32Array(analyser.fftSize);
+  analyser.getFloatTimeDomainData(sound);
+  const hertz = pitchOf(sound, context.sampleRate);
+  if (!hertz) { $("pitch").textContent = ""; return; }
+  const note = 69 + 12 * Math.log2(hertz / 440), nearest = Math.round(note), cents = Math.round(100 * (note - nearest));
+  $("pitch").textContent = `${noteName(nearest)} ${cents < 0 ? "−" : "+"}${Math.abs(cents)} cents, ${hertz.toFixed(1)} Hz`;
+}
+
+document.addEventListener("visibilitychange", () => node?.port.postMessage({seeing: !document.hidden}));
+
+$("zoom").oninput = () => {
+  see.zoom = +$("zoom").value;
+  $("zoom-text").textContent = `${see.zoom} times`;
+  see.needed = true;
+};
+$("zoom").oninput();
+
+// One picture at a time where there is no room for three.
+const PICTURES = [["side", "Side"], ["note", "Last note"], ["spectrum", "Spectrum"]];
+for (const [id, name] of PICTURES) {
+  const tab = document.createElement("button");
+  tab.type = "button";
+  tab.textContent = name;
+  tab.onclick = () => choosePicture(id);
+  tab.dataset.picture = id;
+  document.querySelector(".tabs").append(tab);
+}
+
+function choosePicture(chosen) {
+  for (const tab of document.querySelectorAll(".tabs button")) tab.setAttribute("aria-pressed", tab.dataset.picture === chosen);
+  for (const [id] of PICTURES) $(`${id}-figure`).classList.toggle("chosen", id === chosen);
+  see.needed = true;
+}
+choosePicture("side");
+for (const query of ["(prefers-color-scheme: light)", "(forced-colors: active)"])
+  matchMedia(query).addEventListener("change", () => { see.needed = true; });
 
 // --- controls ---
 
@@ -724,12 +985,15 @@ for (const symbol of Object.keys(CONTROLS)) {
 }
 
 function showBass() {
+  if (see.replay) backToNow();
   const bass = bassCalled($("bass").value);
   sayControl("compression");
   sayControl("drive");
   $("about").textContent = bass.about;
   ownStroke(bass);
+  see.setBass(bass);
   showNeck();
+  layOut();
 }
 
 $("bass").onchange = () => {
@@ -818,3 +1082,4 @@ if (lack) {
     say(`The page cannot be opened: ${error.message}`);
   });
 }
+requestAnimationFrame(look);

@@ -1,0 +1,463 @@
+// Draws what the strings do: their shapes from their modes, and the frets that they hit. Pictures follow the sound that
+// is heard, not the one that is computed; where there is no sound, nothing is drawn anew.
+"use strict";
+
+const POINTS = 160; // steps of a drawn string
+const MOST_SIGHTS = 8; // that wait for their sound
+const NOTE_SPAN = 80; // ms of the picture of the last note
+const LOWEST_HZ = 30, HIGHEST_HZ = 10000, LEAST_DB = -110; // of the spectrum
+const FULL_SPEED = 4; // m/s of a string that hits a fret as hard as is drawn
+const FADE = 0.86; // of a flash from one picture to the next, 60 a second
+const HELD_FLASH = 300; // ms that a flash stays where motion is not wanted
+const MM = 1e-3;
+
+// The fundamental (Hz) of a sound, by McLeod's normalised square difference over the last samples; undefined: there is none.
+function pitchOf(sound, rate) {
+  const every = Math.max(1, Math.round(rate / 12000)), n = Math.floor(sound.length / every), x = new Float32Array(n);
+  for (let k = 0; k < n; k++) {
+    let sum = 0;
+    for (let j = 0; j < every; j++) sum += sound[k * every + j];
+    x[k] = sum / every;
+  }
+  let energy = 0;
+  for (const value of x) energy += value * value;
+  if (energy / n < 1e-7) return undefined;
+  const least = Math.floor(rate / every / 420), most = Math.ceil(rate / every / 28), like = new Float32Array(most + 2);
+  const room = n - most - 2;
+  for (let lag = least - 1; lag < like.length; lag++) {
+    let product = 0, square = 0;
+    for (let k = 0; k < room; k++) {
+      product += x[k] * x[k + lag];
+      square += x[k] * x[k] + x[k + lag] * x[k + lag];
+    }
+    like[lag] = 2 * product / (square || 1);
+  }
+  const highest = like.reduce((a, b) => Math.max(a, b));
+  if (highest < 0.6) return undefined;
+  for (let lag = least; lag <= most; lag++) {
+    const [a, b, c] = [like[lag - 1], like[lag], like[lag + 1]];
+    if (b < 0.92 * highest || b < a || b < c) continue;
+    return rate / every / (lag + (a - c) / (2 * (a - 2 * b + c) || 1));
+  }
+  return undefined;
+}
+
+class See {
+  // `canvases`: neck, side, note, spectrum; `records`: SIGHT and SLOT_SIGHT, as the kernels lay them out; `told` is
+  // called with a line for who cannot see, half a second after a note.
+  constructor(canvases, records, told) {
+    Object.assign(this, {canvases, told});
+    [this.record, this.slot] = [records.SIGHT, records.SLOT_SIGHT];
+    this.seen = this.slot.seen;
+    this.sines = new Float32Array((POINTS + 1) * this.seen);
+    for (let k = 0; k <= POINTS; k++)
+      for (let j = 0; j < this.seen; j++) this.sines[k * this.seen + j] = Math.sin(Math.PI * (j + 1) * k / POINTS);
+    this.zoom = 20;
+    this.sights = []; // {frame, buffer}, the oldest first
+    this.waiting = []; // contacts that are not heard yet: {string, fret, frame, speed}
+    this.plucks = []; // notes that are not heard yet: {string, fret, frame}
+    this.flashes = new Map(); // "string fret": {bright, since}
+    this.note = {string: 0, frame: undefined, contacts: []}; // the last one
+    this.shape = new Float32Array(POINTS + 1);
+    this.still = matchMedia("(prefers-reduced-motion: reduce)");
+    this.needed = true; // something is to be drawn anew
+  }
+
+  // Takes the strings, frets and pickups of another bass.
+  setBass(bass) {
+    this.bass = bass;
+    this.sights.length = this.waiting.length = this.plucks.length = 0;
+    this.flashes.clear();
+    this.note = {string: 0, frame: undefined, contacts: []};
+    this.view = undefined;
+    this.needed = true;
+  }
+
+  // Takes what the audio thread saw at a frame; returns a buffer that it can use again, or undefined.
+  take({sight, frame, contacts, notes}) {
+    for (let k = 0; k < notes.length; k += 3)
+      this.plucks.push({string: notes[k], fret: notes[k + 1], frame: notes[k + 2]});
+    for (let k = 0; k < contacts.length; k += 4)
+      this.waiting.push({string: contacts[k], fret: contacts[k + 1], frame: contacts[k + 2], speed: contacts[k + 3]});
+    this.sights.push({frame, buffer: sight});
+    return this.sights.length > MOST_SIGHTS ? this.sights.shift().buffer : undefined;
+  }
+
+  // The number in a field of a slot (`index`) of the sight that is drawn.
+  read(string, index, name) {
+    const at = string * this.record.bytes + this.record.fields.slot[0] + index * this.slot.bytes + this.slot.fields[name][0];
+    return this.slot.fields[name][1] === "f8" ? this.view.getFloat64(at, true) : Number(this.view.getBigInt64(at, true));
+  }
+
+  // Calls draw({string, fret, length, u}) for each part of a string that sounds; u: m, (POINTS + 1), stop to saddle.
+  eachString(draw) {
+    if (this.replay) {
+      const {rows, slots, at, string} = this.replay, k = Math.floor(at), [length, stop, fret] = slots.subarray(3 * k, 3 * k + 3);
+      if (length) draw({string, fret, length, u: this.shapeOf(rows.subarray(k * this.seen, (k + 1) * this.seen), this.seen, length, stop)});
+      return;
+    }
+    if (!this.view) return;
+    for (let string = 0; string < this.bass.strings.length; string++)
+      for (let index = 0; index < 2; index++) {
+        if (!this.read(string, index, "on")) continue;
+        const at = string * this.record.bytes + this.record.fields.slot[0] + index * this.slot.bytes;
+        const q = new Float32Array(this.view.buffer, at + this.slot.fields.u[0], this.seen);
+        const length = this.read(string, index, "length");
+        this.shapeOf(q, Math.min(this.seen, this.read(string, index, "modes")), length, this.read(string, index, "stop"));
+        draw({string, fret: this.read(string, index, "fret"), length, u: this.shape});
+      }
+  }
+
+  // u (m) of amplitudes `q` on a string of `length` m whose stop stands at `stop` m.
+  shapeOf(q, modes, length, stop) {
+    const scale = Math.sqrt(2 / length), {seen, sines, shape} = this;
+    for (let k = 0; k <= POINTS; k++) {
+      let u = 0;
+      for (let j = 0, at = k * seen; j < modes; j++) u += q[j] * sines[at + j];
+      shape[k] = scale * u + stop * (1 - k / POINTS);
+    }
+    return shape;
+  }
+
+  // --- time ---
+
+  // Goes on to the frame that is heard now: the newest sight of it, the contacts until then. Returns the buffer of the
+  // sight before, which can be used again, or undefined.
+  follow(frame, now) {
+    let newest;
+    const before = this.view?.buffer;
+    while (this.sights.length && this.sights[0].frame <= frame) newest = this.sights.shift();
+    if (newest) {
+      this.view = new DataView(newest.buffer);
+      this.needed = true;
+    }
+    while (this.plucks.length && this.plucks[0].frame <= frame) {
+      this.note = {...this.plucks.shift(), contacts: [], said: false};
+      this.needed = true;
+    }
+    const heard = this.waiting.filter(contact => contact.frame <= frame);
+    if (heard.length) this.waiting = this.waiting.filter(contact => contact.frame > frame);
+    for (const contact of heard) this.flash(contact, now);
+    if (this.note.frame !== undefined && !this.note.said && frame > this.note.frame + this.rate / 2) this.tell();
+    return newest && before;
+  }
+
+  flash({string, fret, frame, speed}, now) {
+    const key = `${string} ${fret}`, bright = Math.min(1, Math.sqrt(speed / FULL_SPEED));
+    this.flashes.set(key, {bright: Math.max(bright, this.flashes.get(key)?.bright || 0), since: now});
+    if (string === this.note.string && frame >= this.note.frame) this.note.contacts.push({fret, frame, speed});
+    this.needed = true;
+  }
+
+  // Flashes fade; where motion is not wanted they stay for a moment, and go.
+  fade(now) {
+    for (const [key, flash] of this.flashes) {
+      if (this.still.matches ? now - flash.since > HELD_FLASH : (flash.bright *= FADE) < 0.04) this.flashes.delete(key);
+      this.needed = true;
+    }
+  }
+
+  // Says what the last note did, for who cannot see it.
+  tell() {
+    this.note.said = true;
+    const {contacts, string} = this.note, name = this.bass.strings[string].name;
+    if (!contacts.length) return this.told(`${name} string: it touches nothing.`);
+    const hardest = contacts.reduce((a, b) => a.speed >= b.speed ? a : b);
+    const where = this.bass.fretless ? `${Math.round(1000 * hardest.fret)} mm from the stop` : `fret ${this.bass.capo + hardest.fret}`;
+    return this.told(`${name} string: ${contacts.length} contact${contacts.length > 1 ? "s" : ""}, ${where} hit hardest.`);
+  }
+
+  // --- the last note again ---
+
+  // Shows what `Engine.again` made, from its first frame on.
+  show(made) {
+    const hits = [];
+    for (let k = 0; k < made.contacts.length; k += 4)
+      hits.push({string: made.contacts[k], fret: made.contacts[k + 1], frame: made.contacts[k + 2], speed: made.contacts[k + 3]});
+    this.replay = {...made, hits, at: 0, length: made.slots.length / 3};
+    this.note = {string: made.string, fret: this.note.fret, frame: made.frame, contacts: hits.filter(hit => hit.frame >= made.frame), said: true};
+    this.flashes.clear();
+    this.needed = true;
+  }
+
+  // Goes to frame `at` of the replay; what was hit on the way flashes.
+  goTo(at, now) {
+    const r = this.replay, before = r.at;
+    r.at = Math.min(r.length - 1, Math.max(0, at));
+    if (r.at < before) this.flashes.clear();
+    for (const hit of r.hits) {
+      const k = hit.frame - r.first;
+      if (k > before && k <= r.at) this.flashes.set(`${hit.string} ${hit.fret}`, {bright: Math.min(1, Math.sqrt(hit.speed / FULL_SPEED)), since: now});
+    }
+    this.needed = true;
+  }
+
+  // ms after the release, of the moment that is shown.
+  get moment() { return 1000 * (this.replay.first + this.replay.at - this.replay.frame) / this.rate; }
+
+  leave() {
+    this.replay = undefined;
+    this.flashes.clear();
+    this.needed = true;
+  }
+
+  // --- drawing ---
+
+  colours() {
+    const style = getComputedStyle(document.documentElement), of = name => style.getPropertyValue(`--${name}`).trim();
+    return {ink: of("ink"), soft: of("soft"), line: of("line"), edge: of("edge"), accent: of("accent"), ground: of("trough"),
+            string: of("string"), shade: of("string-shade"), flash: of("flash")};
+  }
+
+  // The context of a canvas as large as it is shown, cleared: [context, width, height, device pixels a pixel].
+  sheet(canvas) {
+    const shown = canvas.isConnected, dpr = shown ? Math.min(2, devicePixelRatio || 1) : 2;
+    const w = shown ? Math.max(1, Math.round(canvas.clientWidth * dpr)) : canvas.width;
+    const h = shown ? Math.max(1, Math.round(canvas.clientHeight * dpr)) : canvas.height;
+    if (canvas.width !== w || canvas.height !== h) [canvas.width, canvas.height] = [w, h];
+    const g = canvas.getContext("2d");
+    g.clearRect(0, 0, w, h);
+    return [g, w, h, dpr];
+  }
+
+  // Draws all pictures that are shown. `place` maps a string's place (m from the nut) on the neck to CSS pixels, `lane`
+  // a string to the middle of its lane.
+  draw(place, lane, analyser) {
+    if (!this.needed || !this.bass) return;
+    this.needed = false;
+    const colour = this.colours();
+    const shown = canvas => canvas.clientWidth > 0;
+    if (shown(this.canvases.neck)) this.drawNeck(colour, place, lane);
+    if (shown(this.canvases.side)) this.drawSide(colour);
+    if (shown(this.canvases.note)) this.drawNote(colour);
+    if (analyser && shown(this.canvases.spectrum)) this.drawSpectrum(colour, analyser);
+  }
+
+  // Draws neck, side and last note into a canvas of its own, with a line of text above: a picture to keep.
+  poster(canvas, title) {
+    const g = canvas.getContext("2d"), [w, h] = [canvas.width, canvas.height], colour = this.colours(), edge = w / 40;
+    this.parts ||= {neck: document.createElement("canvas"), side: document.createElement("canvas"), note: document.createElement("canvas")};
+    const {neck, side, note} = this.parts, of = this.canvases, tall = (h - 5 * edge) / 2;
+    Object.assign(neck, {width: w - 2 * edge, height: tall});
+    Object.assign(side, {width: (w - 3 * edge) * 0.58, height: tall});
+    Object.assign(note, {width: (w - 3 * edge) * 0.42, height: tall});
+    const scale = Math.max(...this.bass.strings.map(string => string.length)), many = this.bass.strings.length;
+    const place = x => (neck.width / 2) * (0.015 + 0.97 * x / scale), lane = i => (neck.height / 2) * (many - 0.5 - i) / many;
+    this.canvases = this.parts;
+    this.drawNeck(colour, place, lane);
+    this.drawSide(colour);
+    this.drawNote(colour);
+    this.canvases = of;
+    g.fillStyle = getComputedStyle(document.documentElement).getPropertyValue("--ground");
+    g.fillRect(0, 0, w, h);
+    g.fillStyle = colour.ink;
+    g.font = `${edge * 0.62}px system-ui, sans-serif`;
+    g.textBaseline = "middle";
+    g.fillText(title, edge, 1.25 * edge, w - 2 * edge);
+    this.drawBoard(g, edge, 2 * edge, neck.width, tall, x => 2 * place(x), this.bass.strings[0]);
+    g.drawImage(neck, edge, 2 * edge);
+    for (const [part, x] of [[side, edge], [note, 2 * edge + side.width]]) {
+      g.fillStyle = colour.ground;
+      g.fillRect(x, 3.2 * edge + tall, part.width, tall);
+      g.drawImage(part, x, 3.2 * edge + tall);
+    }
+  }
+
+  // The board with frets or without, and the pickups beyond it, as the page has them behind its strings.
+  drawBoard(g, left, top, width, height, place, {frets, length}) {
+    const end = place(frets.at(-1) + 0.008);
+    g.fillStyle = "#5d1c0c";
+    g.fillRect(left, top, width, height);
+    g.fillStyle = "#432717";
+    g.fillRect(left + place(0), top, end - place(0), height);
+    g.fillStyle = this.bass.fretless ? "#cbb38b66" : "#b5b0a6";
+    for (const fret of frets) g.fillRect(left + place(fret) - 2, top, 4, height);
+    g.fillStyle = "#f7efdc";
+    g.fillRect(left + place(0) - 4, top, 8, height);
+    g.fillStyle = "#171412";
+    for (const {position, aperture, strings} of this.bass.pickups) {
+      const many = this.bass.strings.length, row = height / many, first = many - 1 - Math.max(...strings);
+      const wide = Math.max(12, place(aperture) - place(0));
+      g.fillRect(left + place(length - position) - wide / 2, top + row * first, wide, row * (Math.max(...strings) - Math.min(...strings) + 1));
+    }
+  }
+
+  // Strings and flashes, over the board that the page has behind them.
+  drawNeck(colour, place, lane) {
+    const [g, , h, dpr] = this.sheet(this.canvases.neck), {strings} = this.bass;
+    const gap = Math.abs(lane(0) - lane(strings.length - 1)) / Math.max(1, strings.length - 1) || h / dpr;
+    for (const [key, {bright}] of this.flashes) {
+      const [string, fret] = key.split(" ").map(Number), x = place(this.placeOf(string, fret));
+      g.globalAlpha = 0.25 + 0.75 * bright;
+      g.fillStyle = colour.flash;
+      const tall = gap * (0.35 + 0.45 * bright), wide = 4 + 6 * bright;
+      g.beginPath();
+      g.ellipse(dpr * x, dpr * lane(string), dpr * wide, dpr * tall / 2, 0, 0, 2 * Math.PI);
+      g.fill();
+    }
+    g.globalAlpha = 1;
+    g.lineJoin = "round";
+    const moving = new Map();
+    if (!this.still.matches || this.replay) this.eachString(({string, length, u}) => {
+      const scale = strings[string].length, path = new Path2D(), middle = lane(string);
+      const metre = (place(scale) - place(0)) / scale; // px
+      const most = 0.48 * gap;
+      const enlarged = x => Math.max(-most, Math.min(most, x * metre * this.zoom));
+      path.moveTo(dpr * place(0), dpr * middle);
+      for (let k = 0; k <= POINTS; k++)
+        path.lineTo(dpr * place(scale - length + length * k / POINTS), dpr * (middle - enlarged(u[k])));
+      moving.set(string, [...(moving.get(string) || []), path]);
+    });
+    strings.forEach((string, i) => {
+      const rest = new Path2D(), wide = dpr * Math.max(1.5, 1.8 * string.gauge);
+      rest.moveTo(dpr * place(0), dpr * lane(i));
+      rest.lineTo(dpr * place(string.length), dpr * lane(i));
+      for (const path of moving.get(i) || [rest]) {
+        g.lineWidth = wide + 2 * dpr;
+        g.strokeStyle = colour.shade;
+        g.stroke(path);
+        g.lineWidth = wide;
+        g.strokeStyle = colour.string;
+        g.stroke(path);
+      }
+    });
+  }
+
+  // Where a contact is, m from the nut: at a fret, or at a place of a board.
+  placeOf(string, fret) {
+    const {frets} = this.bass.strings[string];
+    return this.bass.fretless ? fret : frets[fret - 1];
+  }
+
+  // The last string from the side over its crowns; an axis in mm.
+  drawSide(colour) {
+    const [g, w, h, dpr] = this.sheet(this.canvases.side), {string} = this.note, s = this.bass.strings[string];
+    const below = Math.min(-1 * MM, ...s.heights) - 0.4 * MM, above = 4 * MM, left = 42 * dpr;
+    const x = place => left + (w - left - 6 * dpr) * place / s.length, y = height => h * (above - height) / (above - below);
+    g.font = `${11 * dpr}px system-ui, sans-serif`;
+    g.textBaseline = "middle";
+    for (let mm = Math.ceil(below / MM); mm <= above / MM - 0.5; mm++) {
+      g.strokeStyle = mm ? colour.line : colour.edge;
+      g.lineWidth = dpr;
+      g.beginPath();
+      g.moveTo(left, y(mm * MM));
+      g.lineTo(w, y(mm * MM));
+      g.stroke();
+      g.fillStyle = colour.soft;
+      g.textAlign = "right";
+      if (mm % 2 === 0) g.fillText(mm === 0 ? "0 mm" : mm, left - 4 * dpr, y(mm * MM));
+    }
+    if (this.bass.fretless) {
+      g.strokeStyle = colour.soft;
+      g.lineWidth = 2 * dpr;
+      g.beginPath();
+      s.frets.forEach((place, k) => g.lineTo(x(place), y(s.heights[k])));
+      g.stroke();
+    }
+    s.frets.forEach((place, k) => {
+      const flash = this.flashes.get(`${string} ${k + 1}`), wide = (flash ? 4 : 2) * dpr;
+      if (this.bass.fretless) return;
+      g.fillStyle = flash ? colour.accent : colour.soft;
+      g.fillRect(x(place) - wide / 2, y(s.heights[k]), wide, h);
+    });
+    if (this.bass.fretless)
+      for (const [key, {bright}] of this.flashes) {
+        const [of, place] = key.split(" ").map(Number);
+        if (of !== string) continue;
+        g.globalAlpha = 0.3 + 0.7 * bright;
+        g.fillStyle = colour.accent;
+        g.fillRect(x(place) - 2 * dpr, y(below * 0.6), 4 * dpr, h);
+        g.globalAlpha = 1;
+      }
+    g.strokeStyle = colour.ink;
+    g.lineWidth = 1.75 * dpr;
+    let drawn = false;
+    if (!this.still.matches || this.replay) this.eachString(({string: i, fret, length, u}) => {
+      if (i !== string || drawn) return;
+      drawn = true;
+      const stop = fret ? s.heights[fret - 1] : 0;
+      g.beginPath();
+      for (let k = 0; k <= POINTS; k++)
+        g.lineTo(x(s.length - length + length * k / POINTS), y(u[k] + stop * (1 - k / POINTS)));
+      g.stroke();
+    });
+    if (drawn) return;
+    g.beginPath();
+    g.moveTo(x(0), y(0));
+    g.lineTo(x(s.length), y(0));
+    g.stroke();
+  }
+
+  // What the last note hit, from its release on: time to the right, frets upwards.
+  drawNote(colour) {
+    const [g, w, h, dpr] = this.sheet(this.canvases.note), {string, frame, contacts} = this.note;
+    const s = this.bass.strings[string], left = 30 * dpr, foot = 18 * dpr, count = s.frets.length;
+    const far = this.bass.fretless ? s.length : count + 0.5;
+    const x = ms => left + (w - left - 8 * dpr) * ms / NOTE_SPAN, y = fret => (h - foot) * (1 - fret / far);
+    g.font = `${11 * dpr}px system-ui, sans-serif`;
+    g.fillStyle = colour.soft;
+    g.strokeStyle = colour.line;
+    g.lineWidth = dpr;
+    g.textBaseline = "middle";
+    g.textAlign = "right";
+    for (const fret of [5, 12, 17].filter(n => n <= count)) {
+      const at = y(this.bass.fretless ? s.frets[fret - 1] : fret);
+      g.beginPath();
+      g.moveTo(left, at);
+      g.lineTo(w, at);
+      g.stroke();
+      g.fillText(this.bass.capo + fret, left - 5 * dpr, at);
+    }
+    g.textAlign = "center";
+    for (let ms = 0; ms <= NOTE_SPAN; ms += 20) g.fillText(ms === NOTE_SPAN ? `${ms} ms` : ms, Math.min(x(ms), w - 16 * dpr), h - foot / 2);
+    if (frame === undefined) return;
+    if (this.replay) {
+      const at = x(Math.max(0, Math.min(NOTE_SPAN, this.moment)));
+      g.strokeStyle = colour.ink;
+      g.beginPath();
+      g.moveTo(at, 0);
+      g.lineTo(at, h - foot);
+      g.stroke();
+    }
+    g.fillStyle = colour.accent;
+    for (const {fret, frame: at, speed} of contacts) {
+      const ms = 1000 * (at - frame) / this.rate, r = dpr * (1.2 + 3.8 * Math.min(1, Math.sqrt(speed / FULL_SPEED)));
+      if (ms > NOTE_SPAN) continue;
+      g.globalAlpha = 0.8;
+      g.beginPath();
+      g.arc(x(Math.max(0, ms)), y(fret), r, 0, 2 * Math.PI);
+      g.fill();
+    }
+    g.globalAlpha = 1;
+  }
+
+  drawSpectrum(colour, analyser) {
+    const [g, w, h, dpr] = this.sheet(this.canvases.spectrum), foot = 18 * dpr;
+    this.bins ||= new Float32Array(analyser.frequencyBinCount);
+    analyser.getFloatFrequencyData(this.bins);
+    const bin = this.rate / 2 / this.bins.length, ratio = HIGHEST_HZ / LOWEST_HZ;
+    g.font = `${11 * dpr}px system-ui, sans-serif`;
+    g.fillStyle = colour.soft;
+    g.strokeStyle = colour.line;
+    g.textAlign = "center";
+    g.textBaseline = "middle";
+    for (const [hz, text] of [[50, "50"], [100, "100"], [200, "200"], [500, "500"], [1000, "1 kHz"], [2000, "2"], [5000, "5"]]) {
+      const x = w * Math.log(hz / LOWEST_HZ) / Math.log(ratio);
+      g.beginPath();
+      g.moveTo(x, 0);
+      g.lineTo(x, h - foot);
+      g.stroke();
+      g.fillText(text, x, h - foot / 2);
+    }
+    g.strokeStyle = colour.accent;
+    g.lineWidth = 1.5 * dpr;
+    g.beginPath();
+    for (let x = 0; x < w; x += 2 * dpr) {
+      const from = LOWEST_HZ * ratio ** (x / w) / bin, to = LOWEST_HZ * ratio ** ((x + 2 * dpr) / w) / bin;
+      let most = -Infinity;
+      for (let k = Math.floor(from); k <= Math.ceil(to); k++) most = Math.max(most, this.bins[k]);
+      g.lineTo(x, (h - foot) * Math.min(1, Math.max(0, most / LEAST_DB)));
+    }
+    g.stroke();
+  }
+}
