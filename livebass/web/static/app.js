@@ -11,7 +11,7 @@ const WARM = 400; // ms
 const FLOOR = -60; // dB
 const MOST_AHEAD = 0.5; // s
 const LONGEST_RESPONSE = 1; // s
-const LEAST_FRET = matchMedia("(pointer: coarse)").matches ? 30 : 20; // px
+const LEAST_FRET = {finger: 30, mouse: 20}; // px
 const BODY_PART = 26; // %, of the width, where not all frets are shown
 const LONG_PRESS = 400; // ms
 const MOST_LATE = 2000; // ms: what was pressed longer before the sound ran is forgotten
@@ -576,10 +576,12 @@ const INLAYS = [3, 5, 7, 9, 12, 15, 17, 19, 21, 24]; // frets from the nut
 
 // How many frets fit, none narrower than a finger: all, with the rest of the string to scale, or some, and less of that.
 function fitting(width, frets) {
-  if (width * (2 ** (-(frets - 1) / 12) - 2 ** (-frets / 12)) >= LEAST_FRET) return frets;
+  const mouse = matchMedia("(min-width: 60rem)").matches && !matchMedia("(pointer: coarse)").matches;
+  const least = mouse ? LEAST_FRET.mouse : LEAST_FRET.finger;
+  if (width * (2 ** (-(frets - 1) / 12) - 2 ** (-frets / 12)) >= least) return frets;
   width *= 1 - BODY_PART / 100;
   let count = Math.min(frets - 1, 4);
-  while (count < frets - 1 && width * (2 ** (-count / 12) - 2 ** (-(count + 1) / 12)) / (1 - 2 ** (-(count + 1) / 12)) >= LEAST_FRET) count++;
+  while (count < frets - 1 && width * (2 ** (-count / 12) - 2 ** (-(count + 1) / 12)) / (1 - 2 ** (-(count + 1) / 12)) >= least) count++;
   return count;
 }
 
@@ -659,7 +661,7 @@ function bodyOf(bass, begin) {
 
 // Where a place (m from the nut) of a string is drawn on the neck, px; frets that are not shown are at its edges.
 function placing() {
-  const neck = $("neck"), at = neck.getBoundingClientRect().left, bass = bassCalled($("bass").value);
+  const neck = $("neck"), at = $("strings").getBoundingClientRect().left, bass = bassCalled($("bass").value);
   const cells = [...neck.querySelectorAll('.fret[data-string="0"]')], body = neck.querySelector(".body").getBoundingClientRect();
   const {frets, length} = bass.strings[0], begin = +neck.querySelector(".body").dataset.begin;
   const metres = [from ? frets[from - 1] : 0], pixels = [cells[0].getBoundingClientRect().left - at];
