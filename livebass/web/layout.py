@@ -74,7 +74,7 @@ ENTRIES: tuple[Entry, ...] = (
 def layout() -> str:
     """A line of JavaScript that defines LAYOUT.
 
-    Its `ways` are WAYS; its `records` hold their bytes and each field's offset and kind: "i8", "f8", "i4", "f4" or "u1".
+    Its `ways` are WAYS; its `records` hold their bytes and each field's offset and kind: "i8", "i4", "f8", "f4", "u1".
     """
     found = {"records": {name: record(of) for name, of in RECORDS.items()}, "numbers": NUMBERS, "ways": WAYS}
     called = [entry.name for entry in CALLED]

@@ -19,7 +19,7 @@ from livebass.kernels.bass.bench import BENCH, NOT_BY_GEOMETRY, SET, set_neck
 from livebass.kernels.bass.check import GOOD, check_file
 from livebass.kernels.bass.instrument import LIVE, TIERS
 from livebass.kernels.bass.pool import POOL, fill_pool, measure_pool
-from livebass.kernels.bass.refill import NO_ROOM, OTHER_PLACES, keep_notes, refill_notes, take_heights
+from livebass.kernels.bass.refill import NO_ROOM, OTHER_PLACES, keep_hand, keep_notes, refill_notes, take_heights
 from livebass.kernels.string.note import MADE
 from livebass.kernels.string.preparing import DONE, NOTE
 from livebass.plugin.instrument import instrument_file, tiers
@@ -193,6 +193,22 @@ def test_a_fret_that_chokes_notes_and_one_that_does_so_no_more() -> None:
     assert refill_notes(shop.pool.ctypes.data, 21, 21) == DONE
     assert same(rows(own_pool(shop)), usual)
     assert np.array_equal(shop.image.words.view(np.int64), file.view(np.int64))
+
+
+def test_a_pool_built_anew_keeps_the_hand() -> None:
+    """Of a file that was changed in place: every row is that of the bass whose preset says which hand."""
+    preset, keys, change = HEIGHTS[0]
+    old, new = Workshop(bass_of(preset, {})), Workshop(bass_of(preset, {}))
+    assert new.keep(change) == DONE
+    measure_pool(new.pool.ctypes.data)
+    assert fill_pool(new.pool.ctypes.data) == DONE
+    wanted = bass_of(preset, keys)
+    anew = image(wanted, QUALITIES["live"].for_contact(wanted.loss, False)).pool(LIVE, RATE)
+    assert not same(rows(own_pool(new)), rows(anew))
+    assert keep_hand(new.pool.ctypes.data, old.pool.ctypes.data) == DONE
+    assert same(rows(own_pool(new)), rows(anew))
+    other = Workshop(bass_of("five-string", {}))
+    assert keep_hand(new.pool.ctypes.data, other.pool.ctypes.data) == OTHER_PLACES
 
 
 def test_what_takes_more_room_is_left_as_it_is() -> None:
