@@ -953,3 +953,186 @@ def test_firefox_plays_the_same_samples(addresses: dict[str, str], tmp_path: Pat
             fox.get(address)
             for preset in PINNED:
                 assert sound_hash(offline(fox.run, preset)) == PINNED[preset]["hash"]
+
+
+# --- what the strings do ---
+
+
+def pluck(driver: Any, string: int, fret: int, velocity: int) -> dict[str, Any]:
+    """Plays a note until the page has heard its first 0.3 s; returns what the page knows of it."""
+    before = driver.execute_script("return see.note.frame ?? -1")
+    driver.execute_script(
+        "const [string, fret, velocity] = arguments, cell = document.querySelector("
+        "`button[data-string='${string}'][data-fret='${fret}']`);"
+        "press('test', +cell.dataset.note, velocity, performance.now(), cell)",
+        string, fret, velocity,
+    )  # fmt: skip
+    heard = f"return see.note.frame > {before} && see.note.string === {string} && see.note.fret === {fret}"
+    heard += " && heardFrame() > see.note.frame + 0.3 * see.rate"
+    wait(lambda: driver.execute_script(heard))
+    note: dict[str, Any] = driver.execute_script("return see.note")
+    return note
+
+
+def lift(driver: Any) -> None:
+    driver.execute_script("release('test', performance.now())")
+
+
+def test_strings_move_and_frets_flash_where_they_are_hit(page: Any) -> None:
+    """A hard note hits frets beyond its own, a soft one none; the picture of the neck changes with the string."""
+    start(page)
+    rest = picture(page, ".stage")
+    page.execute_script(
+        "window.flashed = new Set(); const flash = see.flash.bind(see);"
+        "see.flash = (hit, now) => { flashed.add(`${hit.string} ${hit.fret}`); flash(hit, now); }"
+    )
+    soft = pluck(page, 2, 5, 20)
+    assert soft["contacts"] == [] and page.execute_script("return [...flashed]") == []
+    assert np.count_nonzero(np.abs(picture(page, ".stage") - rest) > 60) > 200
+    wait(lambda: text_of(page, "seen") == "D string: it touches nothing.")
+    lift(page)
+    hard = pluck(page, 2, 5, 127)
+    frets = {hit["fret"] for hit in hard["contacts"]}
+    assert frets and all(5 < fret <= 20 for fret in frets)
+    assert set(page.execute_script("return [...flashed]")) >= {f"2 {fret}" for fret in frets}
+    assert all(0 < hit["speed"] < 20 and hit["frame"] >= hard["frame"] for hit in hard["contacts"])
+    hardest = max(hard["contacts"], key=lambda hit: hit["speed"])["fret"]
+    wait(lambda: f"fret {hardest} hit hardest" in text_of(page, "seen"))
+    lift(page)
+
+
+def text_of(driver: Any, name: str) -> str:
+    return str(driver.execute_script("return $(arguments[0]).textContent", name))
+
+
+@pytest.mark.parametrize("preset", ["jazz-finger", "fretless"])
+def test_the_last_note_again_is_the_same_motion(page: Any, preset: str) -> None:
+    """Its contacts are those that were heard, to the step; its shapes are those that were seen, to the bit."""
+    page.execute_script("$('bass').value = arguments[0]; $('bass').dispatchEvent(new Event('change'))", preset)
+    start(page)
+    wait(lambda: page.execute_script("return playing === arguments[0]", preset))
+    page.execute_script(
+        "window.kept = []; const take = see.take.bind(see);"
+        "see.take = m => { kept.push([m.frame, m.sight.slice(0)]); return take(m); }"
+    )
+    note = pluck(page, 1, 3, 127)
+    page.find_element("id", "again").click()
+    wait(lambda: page.execute_script("return see.replay !== undefined"))
+    lift(page)
+    made = page.execute_script("const {hits, first, frame, length} = see.replay; return {hits, first, frame, length}")
+    began = note["frame"] - made["frame"]  # of the bass, by the synth's clock
+    end = began + made["first"] + made["length"]
+    heard = [(h["fret"], h["frame"] - began, h["speed"]) for h in note["contacts"] if h["frame"] < end]
+    again = [(h["fret"], h["frame"], h["speed"]) for h in made["hits"] if h["frame"] >= made["frame"]]
+    assert heard and len(again) - len(heard) < 3
+    assert [hit[::2] for hit in again[: len(heard)]] == [hit[::2] for hit in heard]
+    assert np.allclose([hit[1] for hit in again[: len(heard)]], [hit[1] for hit in heard], rtol=0, atol=1e-6)
+    same = page.execute_script(
+        """
+        const [began] = arguments, r = see.replay, of = see.record.fields.slot[0], size = see.slot.bytes;
+        let same = 0, other = 0;
+        for (const [frame, buffer] of kept) {
+          const k = frame - began - r.first - 1; // what is seen after a frame is its row
+          if (k < 0 || k >= r.length || !r.slots[3 * k]) continue;
+          const at = r.string * see.record.bytes + of, view = new DataView(buffer);
+          for (let slot = 0; slot < 2; slot++) {
+            if (!Number(view.getBigInt64(at + slot * size + see.slot.fields.on[0], true))) continue;
+            if (view.getFloat64(at + slot * size + see.slot.fields.length[0], true) !== r.slots[3 * k]) continue;
+            const u = new Float32Array(buffer, at + slot * size + see.slot.fields.u[0], see.seen);
+            if (u.every((x, j) => x === r.rows[k * see.seen + j])) same++;
+            else other++;
+          }
+        }
+        return [same, other];
+        """,
+        began,
+    )
+    assert same[0] >= 3 and same[1] == 0, same
+
+
+def test_slow_motion_goes_shape_by_shape_from_the_keyboard_too(page: Any) -> None:
+    start(page)
+    assert not page.find_element("id", "again").is_enabled()
+    pluck(page, 0, 0, 120)
+    page.find_element("id", "again").click()
+    wait(lambda: page.execute_script("return see.replay !== undefined"))
+    lift(page)
+    moment = page.find_element("id", "moment")
+    page.execute_script("$('moment').focus()")
+    before = page.execute_script("return see.replay.at")
+    chain(page).send_keys("\ue014").perform()  # to the right: one frame on
+    assert page.execute_script("return !rolling")
+    release = page.execute_script("return see.replay.frame - see.replay.first")
+    page.execute_script("$('moment').value = arguments[0]; $('moment').oninput()", release)
+    assert text_of(page, "moment-text") == "0.00 ms" and 0 < before < page.execute_script("return see.replay.length")
+    assert moment.get_attribute("aria-valuetext") == "0.00 ms after the release"
+    shapes = page.execute_script(
+        "const at = k => { see.goTo(k, 0); let found; see.eachString(({u}) => { found = [...u]; }); return found; };"
+        "return [at(arguments[0] / 2), at(arguments[0]), at(arguments[0] + 300)]",
+        release,
+    )
+    apex = [max(shape) for shape in shapes]
+    assert 1e-4 < apex[0] < apex[1] < 15e-3 and apex[1] > 1e-3 and apex[2] < apex[1], "the finger pulls, lets go, and the string moves on"
+    page.find_element("id", "now").click()
+    assert page.execute_script("return see.replay === undefined && $('moment').disabled")
+
+
+def test_a_picture_and_a_clip_of_the_last_note(page: Any) -> None:
+    page.execute_script("window.saved = []; keep = (blob, name) => saved.push([blob, name])")
+    start(page)
+    pluck(page, 0, 3, 120)
+    page.find_element("id", "again").click()
+    wait(lambda: page.execute_script("return see.replay !== undefined"))
+    lift(page)
+    page.execute_script(
+        "$('moment').value = see.replay.frame - see.replay.first + 0.01 * see.rate; $('moment').oninput()"
+    )
+    page.find_element("id", "picture").click()
+    wait(lambda: page.execute_script("return saved.length === 1"))
+    shot = page.execute_async_script(
+        "const [done] = arguments, reader = new FileReader();"
+        "reader.onload = () => done([reader.result, saved[0][1]]); reader.readAsDataURL(saved[0][0])"
+    )
+    from PIL import Image
+
+    made = Image.open(io.BytesIO(base64.b64decode(shot[0].partition(",")[2])))
+    assert made.size == (1600, 1000) and shot[1] == "livebass-jazz-finger-10.0ms.png"
+    assert len(set(made.convert("RGB").resize((80, 50)).getdata())) > 50, "something is drawn"
+    page.execute_script("$('slow').value = 0.5; $('slow').oninput()")
+    page.find_element("id", "clip").click()
+    wait(lambda: page.execute_script("return saved.length === 2"))
+    size, name = page.execute_script("return [saved[1][0].size, saved[1][1]]")
+    assert size > 5000 and name.rpartition(".")[2] in ("mp4", "webm")
+
+
+def test_pictures_show_the_pitch_that_sounds(page: Any) -> None:
+    start(page)
+    pluck(page, 1, 0, 60)
+    wait(lambda: text_of(page, "pitch").startswith("A1 "))
+    cents = int(text_of(page, "pitch").split()[1].replace("\u2212", "-"))
+    assert abs(cents) < 25
+    lift(page)
+
+
+def test_where_motion_is_not_wanted_strings_stay_and_flashes_are_held(page: Any) -> None:
+    with seen_by(page, prefers_reduced_motion="reduce"):
+        start(page)
+        rest = picture(page, ".stage")[:, 700:]
+        pluck(page, 3, 5, 20)  # it touches nothing
+        assert np.count_nonzero(np.abs(picture(page, ".stage")[:, 700:] - rest) > 60) == 0
+        lift(page)
+        page.execute_script("see.flash({string: 0, fret: 5, frame: 0, speed: 4}, performance.now())")
+        assert page.execute_script("see.fade(performance.now() + 200); return see.flashes.get('0 5').bright") == 1
+        assert page.execute_script("see.fade(performance.now() + 400); return see.flashes.size") == 0
+
+
+def test_a_phone_shows_one_picture_at_a_time(page: Any) -> None:
+    shown = "return ['side', 'note', 'spectrum'].filter(id => $(id).clientWidth > 0)"
+    with sized(page, 390, 844):
+        assert page.execute_script(shown) == ["side"]
+        for tab, name in (("Last note", "note"), ("Spectrum", "spectrum"), ("Side", "side")):
+            button = page.find_element("xpath", f"//div[@class='tabs']/button[text()='{tab}']")
+            button.click()
+            assert page.execute_script(shown) == [name] and button.get_attribute("aria-pressed") == "true"
+    with sized(page, 1280, 900):
+        assert page.execute_script(shown) == ["side", "note", "spectrum"]
