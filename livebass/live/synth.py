@@ -190,6 +190,11 @@ class Synth:
         write_word(self.address + STOP, 0)
 
     @property
+    def cores(self) -> int:
+        """How many threads play strings, with the audio thread."""
+        return 1 + len(self._helpers)
+
+    @property
     def helped(self) -> int:
         """How many times a helper thread has played a string in the audio thread's place."""
         return int(self.record["team"]["helped"][0])
