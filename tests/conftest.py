@@ -72,8 +72,8 @@ NEXT = (
 # Of the live path and of measurements, what asks a fake device for blocks, or renders: no clock tells these when
 AT_ANY_PACE = (
     "tests/bench/test_decay.py", "tests/bench/test_render.py", "tests/live/test_desk.py",
-    "tests/live/test_effects.py", "tests/live/test_live.py",
-    "tests/live/test_parameters.py", "tests/live/test_takes.py",
+    "tests/live/test_effects.py", "tests/live/test_events.py", "tests/live/test_live.py",
+    "tests/live/test_parameters.py", "tests/live/test_takes.py", "tests/live/test_team.py",
 )  # fmt: skip
 
 

@@ -14,6 +14,7 @@ import re
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 from livebass.compiling import lowering, processes, store
 
@@ -102,13 +103,10 @@ def packed_program(progress: processes.Progress = processes.silent) -> bytes:
     return store.kept_or_made(store.program_kept(), made) if came is None else came
 
 
-def emit(
-    text: str, level: str, triple: str | None = None, optimised: Callable[[], None] = lambda: None
-) -> tuple[bytes, set[str]]:
-    """Returns the object file of the program `text` for `level`, and the symbols that it needs.
+def parsed(text: str, level: str, triple: str | None = None) -> tuple[Any, Any]:
+    """Returns the machine of `level`, and the program `text` as a module for it that exports the entries alone.
 
-    `triple`: another system than this one; `optimised` is called before machine code is made. Raises ValueError if the
-    code needs what it must not.
+    `triple`: another system than this one.
     """
     import llvmlite.binding as llvm
 
@@ -132,6 +130,20 @@ def emit(
         if not function.is_declaration and SMALL.match(function.name):
             function.add_function_attribute("optsize")
     module.verify()
+    return machine, module
+
+
+def emit(
+    text: str, level: str, triple: str | None = None, optimised: Callable[[], None] = lambda: None
+) -> tuple[bytes, set[str]]:
+    """Returns the object file of the program `text` for `level`, and the symbols that it needs.
+
+    `triple`: another system than this one; `optimised` is called before machine code is made. Raises ValueError if the
+    code needs what it must not.
+    """
+    import llvmlite.binding as llvm
+
+    machine, module = parsed(text, level, triple)
     options = llvm.create_pipeline_tuning_options(speed_level=3)
     options.loop_vectorization, options.loop_interleaving, options.loop_unrolling = True, True, True
     options.slp_vectorization = False

@@ -53,6 +53,9 @@ def control_table(
     def running_ahead(value: Value) -> None:
         synth().runs_ahead = switch(value)
 
+    def cores(value: Value) -> None:
+        synth().ask_for_cores(round(held(PARAMETER_ROWS["cores"], value)))
+
     def bass(value: Value) -> None:
         presets.choose(preset=value if isinstance(value, str) else at(preset_names(), value))
 
@@ -96,6 +99,7 @@ def control_table(
         "quality": Control(quality, lambda: presets.quality),
         "running_ahead": Control(running_ahead, lambda: int(synth().runs_ahead)),
         "relief": Control(relief, lambda: int(synth().record["adaptive"][0])),
+        "cores": Control(cores, lambda: synth().cores),
         "note": Control(note),
         "panic": Control(lambda *_: synth().panic()),
         "metronome": Control(metronome, lambda: desk.beats),

@@ -385,6 +385,7 @@ class _Loop:
             if self.learn:
                 self.learn.turn()
             synth.release_faded()
+            synth.follow_cores()
             try:
                 preset = self.presets.playing[0]
                 line = self.presets.turn() if self.output.rate == synth.rate else self._follow_rate()
@@ -524,7 +525,7 @@ class _Loop:
         if old.bass is not None:
             block.keep_controllers(bass.address, old.bass.address)
         synth.switch_to(bass)
-        self.session.start_helpers(synth)
+        synth.start_helpers(old.cores - 1)
         if self.recorder:
             self.recorder.follow(synth)
         if self.messages:

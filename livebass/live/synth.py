@@ -155,6 +155,7 @@ class Synth:
         self._runs_ahead = True
         self._writer = threading.Lock()  # of the first ring, between Python's threads
         self._helpers: list[threading.Thread] = []
+        self._cores: int | None = None  # that were asked for while it plays
         self._basses: list[LiveBass] = []
         self._dropped = 0  # by basses that were released
         r = self.record
@@ -188,6 +189,22 @@ class Synth:
             thread.join()
         self._helpers.clear()
         write_word(self.address + STOP, 0)
+
+    @property
+    def cores(self) -> int:
+        """How many threads play strings, with the audio thread."""
+        return 1 + len(self._helpers)
+
+    def ask_for_cores(self, count: int) -> None:
+        """Wishes for so many, which `follow_cores` sees to. [any thread]"""
+        self._cores = count
+
+    def follow_cores(self) -> None:
+        """Starts and ends helper threads, if another number was asked for. [main thread]"""
+        cores, self._cores = self._cores, None
+        if cores not in (None, self.cores):
+            self.stop_helpers()
+            self.start_helpers(cores - 1)
 
     @property
     def helped(self) -> int:

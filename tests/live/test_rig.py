@@ -304,6 +304,11 @@ def test_the_control_socket_has_every_parameter_and_every_meter() -> None:
             remote.send(name, value)
             settles(name, value)
         assert synth.bass is not None and synth.bass.record["share"][0] == 0
+        for cores in (3, 1):
+            remote.send("cores", cores)
+            assert remote.ask("cores") == (1 if cores == 3 else 3), "until the main thread has seen to it"
+            synth.follow_cores()
+            assert remote.ask("cores") == cores
         remote.send("bass", "slap")
         remote.send("quality", 1)
         remote.send("note", 33, 100)
