@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -193,6 +194,36 @@ def test_a_fret_that_chokes_notes_and_one_that_does_so_no_more() -> None:
     assert refill_notes(shop.pool.ctypes.data, 21, 21) == DONE
     assert same(rows(own_pool(shop)), usual)
     assert np.array_equal(shop.image.words.view(np.int64), file.view(np.int64))
+
+
+def row(pool: Pool, op: np.void, name: str) -> Floats:
+    """The heights of an operator's contact points, or those of the hand."""
+    first = (int(op[name]) - pool.memory.ctypes.data) // 8
+    return pool.memory[first : first + int(op["points"])].copy()
+
+
+def test_measured_heights_are_written_one_by_one() -> None:
+    """Frets that were filed, of a neck with measured heights: the hand stays on the open string."""
+    usual = bass_of("paper-bass", {})
+    filed = tuple(h - 0.1e-3 * (k in (4, 9)) for k, h in enumerate(usual.necks[1].fret_heights))
+    wanted = replace(
+        usual, necks=tuple(replace(n, fret_heights=filed) if i == 1 else n for i, n in enumerate(usual.necks))
+    )
+    shop, anew = Workshop(usual), image(wanted, QUALITIES["live"]).pool(LIVE, RATE)
+    old = shop.image.pool(LIVE, RATE)
+
+    def change(bench: Bench) -> None:
+        first, count = (int(bench.record["string"][0, 1][name]) for name in ("frets", "frets_count"))
+        bench.numbers[first + 1 : first + 2 * count : 2] = filed
+
+    assert shop.keep(change) == DONE and take_heights(shop.pool.ctypes.data, 0, shop.notes) == DONE
+    ours = own_pool(shop)
+    for i, fret in np.ndindex(ours.records.shape):
+        op = ours.records[i, fret]
+        assert np.array_equal(row(ours, op, "heights"), row(anew, anew.records[i, fret], "heights"))
+        if fret == 0:
+            assert np.array_equal(row(ours, op, "hand_heights"), row(old, old.records[i, 0], "heights"))
+    assert not np.array_equal(row(ours, ours.records[1, 0], "heights"), row(old, old.records[1, 0], "heights"))
 
 
 def test_a_pool_built_anew_keeps_the_hand() -> None:
