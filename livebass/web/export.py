@@ -86,7 +86,7 @@ def page_files(basses: dict[str, Instrument], quality: str) -> dict[str, bytes]:
         MODULE: build.module(),
         "worker.js": engine + text("worker.js").encode(),
         "worklet.js": engine + text("worklet.js").encode(),
-        "app.js": (text("see.js") + text("app.js")).encode(),
+        "app.js": (text("see.js") + text("song.js") + text("app.js")).encode(),
         "style.css": text("style.css").encode(),
     }
     page = {

@@ -159,6 +159,10 @@ function hear({data}) {
     free({bass: data.faded});
   }
   if (there) return;
+  if (data.taped) {
+    taped(data);
+    return;
+  }
   if (data.recalled !== undefined) {
     recalled?.(data);
     return;
@@ -222,6 +226,8 @@ async function sound() {
 }
 
 function silence() {
+  stopSong();
+  if ($("record").ariaPressed === "true") switchRecording();
   letGo();
   showPower(false);
   panic();
@@ -937,6 +943,98 @@ function choosePicture(chosen) {
 choosePicture("side");
 for (const query of ["(prefers-color-scheme: light)", "(forced-colors: active)"])
   matchMedia(query).addEventListener("change", () => { see.needed = true; });
+
+// --- a song, and a recording ---
+
+const AHEAD = 0.15, LOOK_EVERY = 30; // s of a song that are sent ahead; ms between looks
+let song, songName = "", rollingFrom, songAt = 0, timer;
+
+// Opens a MIDI file and chooses the part that is a bass.
+async function openSong(file) {
+  stopSong();
+  song = new Song(await file.arrayBuffer());
+  songName = file.name;
+  $("part").replaceChildren(...song.parts().map(({channel, name, program, notes}) =>
+    new Option(`Channel ${channel + 1}${name ? `, ${name}` : ""}: ${notes} note${notes > 1 ? "s" : ""}`, channel)));
+  const bass = song.bass();
+  if (bass !== undefined) $("part").value = bass;
+  $("part").hidden = $("part").options.length < 2;
+  $("roll").disabled = $("loop").disabled = false;
+  const minutes = Math.floor(song.length / 60), seconds = String(Math.floor(song.length % 60)).padStart(2, "0");
+  const which = bass === undefined ? "no part is called a bass: choose one" : `channel ${bass + 1} plays`;
+  $("song-text").textContent = `${songName}, ${minutes}:${seconds}: ${which}.`;
+}
+
+async function rollSong() {
+  if (rollingFrom !== undefined) return stopSong();
+  await sound();
+  rollingFrom = context.currentTime + 0.1;
+  songAt = 0;
+  $("roll").textContent = "Stop song";
+  $("roll").setAttribute("aria-pressed", true);
+  timer = setInterval(sendSong, LOOK_EVERY);
+  return sendSong();
+}
+
+// Sends what comes in the next moments; begins again at the end of a loop.
+function sendSong() {
+  const messages = song.messages(+$("part").value), until = context.currentTime + AHEAD - rollingFrom;
+  while (songAt < messages.length && messages[songAt].seconds <= until) {
+    const {seconds, midi} = messages[songAt++];
+    send(0, midi, undefined, Math.round((rollingFrom + seconds) * context.sampleRate));
+  }
+  if (songAt < messages.length || until < song.length + AHEAD) return;
+  if ($("loop").ariaPressed !== "true") return stopSong();
+  rollingFrom += Math.max(1, song.length);
+  songAt = 0;
+}
+
+function stopSong() {
+  clearInterval(timer);
+  if (rollingFrom !== undefined) setTimeout(() => change({panic: true}), 1000 * AHEAD); // what was sent ahead ends, too
+  rollingFrom = undefined;
+  $("roll").textContent = "Play";
+  $("roll").setAttribute("aria-pressed", false);
+}
+
+$("open").onclick = () => $("song-file").click();
+const tryToOpen = file => openSong(file).catch(error => { $("song-text").textContent = `${file.name}: ${error.message}`; });
+$("song-file").onchange = () => {
+  const [file] = $("song-file").files;
+  $("song-file").value = "";
+  if (file) tryToOpen(file);
+};
+$("part").onchange = () => { if (rollingFrom !== undefined) change({panic: true}); };
+$("roll").onclick = () => rollSong().catch(error => say(error.message));
+$("loop").onclick = () => $("loop").setAttribute("aria-pressed", $("loop").ariaPressed !== "true");
+addEventListener("dragover", e => e.preventDefault());
+addEventListener("drop", e => {
+  e.preventDefault();
+  const [file] = e.dataTransfer.files;
+  if (file) tryToOpen(file);
+});
+
+let tape; // blocks of a recording
+
+// Takes a part of the recording; the last one makes the file.
+function taped({taped, last}) {
+  tape?.push(taped);
+  if (!last || !tape) return;
+  keep(wavOf(tape, context.sampleRate), `livebass-${$("bass").value}.wav`);
+  tape = undefined;
+}
+
+async function switchRecording() {
+  const on = $("record").ariaPressed !== "true";
+  if (on) {
+    await sound();
+    tape = [];
+  }
+  node.port.postMessage({record: on});
+  $("record").setAttribute("aria-pressed", on);
+  $("record").textContent = on ? "Stop and save" : "Record";
+}
+$("record").onclick = () => switchRecording().catch(error => say(error.message));
 
 // --- controls ---
 
