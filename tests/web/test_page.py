@@ -1249,3 +1249,104 @@ def test_a_recording_is_what_was_heard(page: Any) -> None:
     assert sound.ndim == 1 and len(sound) > 0.3 * rate and 0.05 < np.abs(sound).max() < 1.5
     steps = np.abs(np.diff(sound.astype(float)))
     assert steps.max() < 0.25, "no quantum is missing"
+
+
+# --- two hands ---
+
+
+class Glass:
+    """A touch screen, on which time goes as the test says: events come `after` ms after the last one."""
+
+    def __init__(self, driver: Any) -> None:
+        self.driver = driver
+        self.now = float(driver.execute_script("return performance.now()"))
+
+    def touch(self, kind: str, finger: int, place: tuple[float, float], after: float = 20.0) -> None:
+        """A pointer event of a finger, by number, "down", "move" or "up"."""
+        self.now += after
+        self.driver.execute_script(
+            "const [kind, pointerId, x, y, time] = arguments, where = {clientX: x, clientY: y, bubbles: true};"
+            "const e = new PointerEvent('pointer' + kind, {pointerId, pointerType: 'touch', ...where});"
+            "Object.defineProperty(e, 'timeStamp', {value: time}); document.elementFromPoint(x, y).dispatchEvent(e);",
+            kind, finger, *place, self.now,
+        )  # fmt: skip
+
+
+def middle_of(driver: Any, selector: str) -> tuple[float, float]:
+    box = driver.execute_script(
+        "const r = document.querySelector(arguments[0]).getBoundingClientRect();"
+        "return [r.left, r.top, r.width, r.height]",
+        selector,
+    )
+    return box[0] + box[2] / 2, box[1] + box[3] / 2
+
+
+SEND = """
+window.messages = [];
+const post = send;
+send = (time, midi, string, frame) => {
+  messages.push([midi[0] & 0xf0, midi[1], midi[2], string]);
+  post(time, midi, string, frame);
+};
+"""
+
+
+def test_two_hands_fret_and_pluck(page: Any) -> None:
+    """A held fret plucks nothing; the other finger across the strings does, harder when it is faster."""
+    start(page)
+    page.find_element("id", "hands").click()
+    page.execute_script(SEND)
+    glass = Glass(page)
+    left, (x, _) = middle_of(page, 'button[data-string="1"][data-fret="3"]'), middle_of(page, ".body")
+    lane = page.execute_script("return document.querySelector('.open').getBoundingClientRect().height")
+    glass.touch("down", 1, left)
+    assert page.execute_script("return messages") == []
+    assert page.execute_script("return document.querySelectorAll('.held').length") == 1
+    top = left[1] - 0.5 * lane
+
+    def across(ms: float) -> list[list[int]]:
+        page.execute_script("messages.length = 0")
+        glass.touch("down", 2, (x, top + 0.1 * lane), 300)
+        glass.touch("move", 2, (x, top + 0.9 * lane), ms)
+        glass.touch("move", 2, (x, top + 0.4 * lane), 10)  # too soon to be another pluck
+        glass.touch("up", 2, (x, top + 0.4 * lane), ms)
+        return list(page.execute_script("return messages.filter(m => m[0] === 0x90)"))
+
+    slow, fast = across(250), across(25)
+    assert [m[1] for m in slow + fast] == [36, 36] and [m[3] for m in slow + fast] == [1, 1]
+    assert 30 <= slow[0][2] < 60 < 120 < fast[0][2] <= 127
+    hear(page)
+    page.execute_script("messages.length = 0")
+    higher = middle_of(page, 'button[data-string="1"][data-fret="5"]')
+
+    def notes() -> list[list[int]]:
+        return list(page.execute_script("return messages.filter(m => m[0] < 0xa0).map(m => m.slice(0, 2))"))
+
+    glass.touch("down", 3, higher)  # hammered on
+    assert notes() == [[0x90, 38], [0x80, 36]]
+    glass.touch("up", 3, higher)  # pulled off
+    assert notes()[2:] == [[0x90, 36], [0x80, 38]]
+    glass.touch("up", 1, left)
+    assert notes()[4:] == [[0x80, 36]]
+    assert page.execute_script("return held.size") == 0
+
+
+def test_a_finger_on_the_body_plucks_open_strings_where_it_is_and_stops_them(page: Any) -> None:
+    start(page)
+    page.execute_script(SEND)
+    glass = Glass(page)
+    body = page.execute_script("return document.querySelector('.body').getBoundingClientRect().toJSON()")
+    lane = body["height"] / 4
+    values = []
+    for part in (0.15, 0.9):
+        place = (body["left"] + part * body["width"], body["top"] + 3.5 * lane)
+        glass.touch("down", 1, place)
+        glass.touch("up", 1, place, 80)  # a tap
+        assert page.execute_script("return messages.at(-1).slice(0, 2)") == [0x90, 28]
+        values.append(float(page.execute_script("return $('pluck_position').value")))
+    assert values[0] > values[1] and -1 <= values[1] < 0 < values[0] <= 1
+    hear(page)
+    page.execute_script("messages.length = 0")
+    glass.touch("down", 1, place)
+    glass.touch("up", 1, place, 800)  # it rested there
+    assert page.execute_script("return messages.map(m => m.slice(0, 2))") == [[0x80, 28]]
