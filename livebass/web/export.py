@@ -86,7 +86,7 @@ def page_files(basses: dict[str, Instrument], quality: str) -> dict[str, bytes]:
         MODULE: build.module(),
         "worker.js": engine + text("worker.js").encode(),
         "worklet.js": engine + text("worklet.js").encode(),
-        "app.js": (text("see.js") + text("app.js")).encode(),
+        "app.js": (text("see.js") + text("song.js") + text("app.js")).encode(),
         "style.css": text("style.css").encode(),
     }
     page = {
@@ -120,6 +120,7 @@ def shown(name: str, bass: Instrument) -> dict[str, Any]:
         "strings": [shown_string(s, neck) for s, neck in zip(bass.strings, bass.necks, strict=True)],
         "pickups": [shown_pickup(pickup, bass) for pickup in bass.output.pickups],
         "body": bass.strings[0].length - BODY,
+        "pluck": [bass.player.pluck_nearest, bass.player.pluck_position, bass.player.pluck_farthest],
         "capo": round(12 * math.log2(1 + bass.necks[0].capo / bass.strings[0].length)),  # its fret, from the nut
         "frets": min(len(neck.fret_positions) for neck in bass.necks),
         "fretless": bass.over_board,

@@ -12,6 +12,7 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
+import mido
 import numpy as np
 import pytest
 import soundfile
@@ -1072,7 +1073,9 @@ def test_slow_motion_goes_shape_by_shape_from_the_keyboard_too(page: Any) -> Non
         release,
     )
     apex = [max(shape) for shape in shapes]
-    assert 1e-4 < apex[0] < apex[1] < 15e-3 and apex[1] > 5e-4 and apex[2] < apex[1], "the finger pulls, lets go, and the string moves on"
+    assert 1e-4 < apex[0] < apex[1] < 15e-3 and apex[1] > 5e-4 and apex[2] < apex[1], (
+        "the finger pulls, lets go, and the string moves on"
+    )
     page.find_element("id", "now").click()
     assert page.execute_script("return see.replay === undefined && $('moment').disabled")
 
@@ -1136,3 +1139,212 @@ def test_a_phone_shows_one_picture_at_a_time(page: Any) -> None:
             assert page.execute_script(shown) == [name] and button.get_attribute("aria-pressed") == "true"
     with sized(page, 1280, 900):
         assert page.execute_script(shown) == ["side", "note", "spectrum"]
+
+
+# --- songs and recordings ---
+
+
+def open_file(driver: Any, name: str, data: bytes, drop: bool = False) -> None:
+    """Gives the page a file: by its button's input, or dropped on it."""
+    script = (
+        "const [name, data, drop] = arguments, bytes = Uint8Array.from(atob(data), c => c.charCodeAt(0));"
+        "const file = new File([bytes], name);"
+        "const held = new DataTransfer(); held.items.add(file);"
+        "const how = {dataTransfer: held, bubbles: true, cancelable: true};"
+        "if (drop) document.body.dispatchEvent(new DragEvent('drop', how));"
+        "else { $('song-file').files = held.files; $('song-file').dispatchEvent(new Event('change')); }"
+    )
+    driver.execute_script(script, name, base64.b64encode(data).decode(), drop)
+
+
+def midi_file(*tracks: list[Any], kind: int = 1) -> bytes:
+    file, out = mido.MidiFile(type=kind), io.BytesIO()
+    for messages in tracks:
+        file.tracks.append(mido.MidiTrack(messages))
+    file.save(file=out)
+    return out.getvalue()
+
+
+def song_of(notes: list[int], length: int = 240) -> list[Any]:
+    """Notes one after the other, of `length` ticks (480 a quarter) each."""
+    found = [mido.MetaMessage("track_name", name="Bass"), mido.Message("program_change", program=33, channel=2)]
+    for note in notes:
+        found += [
+            mido.Message("note_on", note=note, velocity=90, channel=2),
+            mido.Message("note_off", note=note, channel=2, time=length),
+        ]
+    return found
+
+
+NOTES = [28, 31, 33, 35, 38, 40]
+
+
+@pytest.mark.parametrize("drop", [False, True])
+def test_a_midi_file_plays_all_its_notes_in_time(page: Any, drop: bool) -> None:
+    drums = [mido.Message("note_on", note=36, channel=9), mido.Message("note_off", note=36, channel=9, time=960)]
+    tempo = [mido.MetaMessage("set_tempo", tempo=400_000), mido.MetaMessage("set_tempo", tempo=600_000, time=480)]
+    data = midi_file(tempo, drums, song_of(NOTES))
+    page.execute_script("window.sent = []; const post = send; send = (t, midi, s, frame) => "
+                        "{ sent.push([...midi, frame]); post(t, midi, s, frame); }")  # fmt: skip
+    open_file(page, "song.mid", data, drop)
+    wait(lambda: "channel 3 plays" in text_of(page, "song-text"))
+    assert page.execute_script("return [...$('part').options].map(o => o.text)") == [
+        "Channel 3, Bass: 6 notes", "Channel 10: 1 note",
+    ]  # fmt: skip
+    page.find_element("id", "roll").click()
+    wait(lambda: text_of(page, "roll") == "Play" and page.execute_script("return sent.length") >= 12)
+    found = page.execute_script("return sent")
+    assert [m[1] for m in found if m[0] == 0x90] == NOTES and [m[1] for m in found if m[0] == 0x80] == NOTES
+    rate = page.execute_script("return context.sampleRate")
+    frames = np.array([m[3] for m in found if m[0] == 0x90])
+    assert np.allclose((frames - frames[0]) / rate, [0, 0.2, 0.4, 0.7, 1.0, 1.3], atol=1e-3)
+
+
+def test_a_song_loops_until_it_is_stopped(page: Any) -> None:
+    open_file(page, "song.mid", midi_file(song_of([28, 40], 480)))
+    wait(lambda: page.find_element("id", "roll").is_enabled())
+    page.execute_script(
+        "window.notes = []; const take = see.take.bind(see);see.take = m => { notes.push(...m.notes); return take(m); }"
+    )
+    page.find_element("id", "loop").click()
+    page.find_element("id", "roll").click()
+    wait(lambda: page.execute_script("return notes.length") >= 3 * 5)
+    page.find_element("id", "roll").click()
+    wait(lambda: text(page, "level-text") == "silent")
+    played = page.execute_script("return notes.length")
+    time.sleep(1.2)
+    assert page.execute_script("return notes.length") == played
+
+
+@pytest.mark.parametrize(
+    ("data", "says"),
+    [
+        (b"no MIDI", "is no MIDI file"),
+        (b"", "is no MIDI file"),
+        (midi_file([mido.MetaMessage("text", text="nothing")]), "has no notes"),
+        (midi_file(song_of(NOTES))[:40], "ends in the middle of a message"),
+    ],
+)
+def test_what_is_no_song_gets_one_line(page: Any, data: bytes, says: str) -> None:
+    open_file(page, "bad.mid", data)
+    wait(lambda: text_of(page, "song-text") == f"bad.mid: {says}" or says in text_of(page, "song-text"))
+    assert text_of(page, "song-text").startswith("bad.mid: ")
+
+
+def test_a_recording_is_what_was_heard(page: Any) -> None:
+    page.execute_script("window.saved = []; keep = (blob, name) => saved.push([blob, name])")
+    start(page)
+    page.find_element("id", "record").click()
+    wait(lambda: text_of(page, "record") == "Stop and save")
+    pluck(page, 0, 0, 110)
+    page.find_element("id", "record").click()
+    wait(lambda: page.execute_script("return saved.length === 1"))
+    lift(page)
+    data, name = page.execute_async_script(
+        "const [done] = arguments, reader = new FileReader();"
+        "reader.onload = () => done([reader.result, saved[0][1]]); reader.readAsDataURL(saved[0][0])"
+    )
+    sound, rate = soundfile.read(io.BytesIO(base64.b64decode(data.partition(",")[2])), dtype="float32")
+    assert name == "livebass-jazz-finger.wav" and rate == page.execute_script("return context.sampleRate")
+    assert sound.ndim == 1 and len(sound) > 0.3 * rate and 0.05 < np.abs(sound).max() < 1.5
+    steps = np.abs(np.diff(sound.astype(float)))
+    assert steps.max() < 0.25, "no quantum is missing"
+
+
+# --- two hands ---
+
+
+class Glass:
+    """A touch screen, on which time goes as the test says: events come `after` ms after the last one."""
+
+    def __init__(self, driver: Any) -> None:
+        self.driver = driver
+        self.now = float(driver.execute_script("return performance.now()"))
+
+    def touch(self, kind: str, finger: int, place: tuple[float, float], after: float = 20.0) -> None:
+        """A pointer event of a finger, by number, "down", "move" or "up"."""
+        self.now += after
+        self.driver.execute_script(
+            "const [kind, pointerId, x, y, time] = arguments, where = {clientX: x, clientY: y, bubbles: true};"
+            "const e = new PointerEvent('pointer' + kind, {pointerId, pointerType: 'touch', ...where});"
+            "Object.defineProperty(e, 'timeStamp', {value: time}); document.elementFromPoint(x, y).dispatchEvent(e);",
+            kind, finger, *place, self.now,
+        )  # fmt: skip
+
+
+def middle_of(driver: Any, selector: str) -> tuple[float, float]:
+    box = driver.execute_script(
+        "const r = document.querySelector(arguments[0]).getBoundingClientRect();"
+        "return [r.left, r.top, r.width, r.height]",
+        selector,
+    )
+    return box[0] + box[2] / 2, box[1] + box[3] / 2
+
+
+SEND = """
+window.messages = [];
+const post = send;
+send = (time, midi, string, frame) => {
+  messages.push([midi[0] & 0xf0, midi[1], midi[2], string]);
+  post(time, midi, string, frame);
+};
+"""
+
+
+def test_two_hands_fret_and_pluck(page: Any) -> None:
+    """A held fret plucks nothing; the other finger across the strings does, harder when it is faster."""
+    start(page)
+    page.find_element("id", "hands").click()
+    page.execute_script(SEND)
+    glass = Glass(page)
+    left, (x, _) = middle_of(page, 'button[data-string="1"][data-fret="3"]'), middle_of(page, ".body")
+    lane = page.execute_script("return document.querySelector('.open').getBoundingClientRect().height")
+    glass.touch("down", 1, left)
+    assert page.execute_script("return messages") == []
+    assert page.execute_script("return document.querySelectorAll('.held').length") == 1
+    top = left[1] - 0.5 * lane
+
+    def across(ms: float) -> list[list[int]]:
+        page.execute_script("messages.length = 0")
+        glass.touch("down", 2, (x, top + 0.1 * lane), 300)
+        glass.touch("move", 2, (x, top + 0.9 * lane), ms)
+        glass.touch("move", 2, (x, top + 0.4 * lane), 10)  # too soon to be another pluck
+        glass.touch("up", 2, (x, top + 0.4 * lane), ms)
+        return list(page.execute_script("return messages.filter(m => m[0] === 0x90)"))
+
+    slow, fast = across(250), across(25)
+    assert [m[1] for m in slow + fast] == [36, 36] and [m[3] for m in slow + fast] == [1, 1]
+    assert 30 <= slow[0][2] < 60 < 120 < fast[0][2] <= 127
+    hear(page)
+    page.execute_script("messages.length = 0")
+    higher = middle_of(page, 'button[data-string="1"][data-fret="5"]')
+
+    def notes() -> list[list[int]]:
+        return list(page.execute_script("return messages.filter(m => m[0] < 0xa0).map(m => m.slice(0, 2))"))
+
+    glass.touch("down", 3, higher)  # hammered on
+    assert notes() == [[0x90, 38], [0x80, 36]]
+    glass.touch("up", 3, higher)  # pulled off
+    assert notes()[2:] == [[0x90, 36], [0x80, 38]]
+    glass.touch("up", 1, left)
+    assert notes()[4:] == [[0x80, 36]]
+    assert page.execute_script("return held.size") == 0
+
+
+def test_a_finger_on_the_body_plucks_open_strings_where_it_is_and_stops_them(page: Any) -> None:
+    start(page)
+    page.execute_script(SEND)
+    glass = Glass(page)
+    body = page.execute_script("return document.querySelector('.body').getBoundingClientRect().toJSON()")
+    lane = body["height"] / 4
+    for part, toward in ((0.15, "neck"), (0.9, "bridge")):
+        place = (body["left"] + part * body["width"], body["top"] + 3.5 * lane)
+        glass.touch("down", 1, place)
+        glass.touch("up", 1, place, 80)  # a tap
+        assert page.execute_script("return messages.at(-1).slice(0, 2)") == [0x90, 28]
+        wait(lambda toward=toward: text_of(page, "pluck_position-text") == f"to the {toward}")
+    hear(page)
+    page.execute_script("messages.length = 0")
+    glass.touch("down", 1, place)
+    glass.touch("up", 1, place, 800)  # it rested there
+    assert page.execute_script("return messages.map(m => m.slice(0, 2))") == [[0x80, 28]]
