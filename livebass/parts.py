@@ -14,7 +14,7 @@ from livebass.units import OFF
 # Of instrument files: another one for any change of their layout, or of what it means. Files of 7 to 9 know no floor.
 VERSION = 10
 WITH_STROKES = 11  # the one of files that have strokes, and are of VERSION else ...
-WITH_EFFECTS = 12  # ... and the one of files that have strokes and effects
+WITH_EFFECTS = 13  # ... and the one of files that have strokes and effects, or a hand of another neck; 12 knew none
 STROKES = ("finger", "pick", "nail", "pop")  # in the order of the performer's numbers
 ANSWERING = ("off", "pedal", "always")  # likewise
 NOISES = ("skin_noise", "release_noise", "floor_noise", "squeak")  # of the player

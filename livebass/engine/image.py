@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,7 @@ from livebass.arrays import Floats
 from livebass.engine.prepare import SEEDS, Pool, Rows, Voice, bass_numbers, pickups_under, zeroed_lines
 from livebass.kernels.bass.bench import BENCH, fill_bench, measure_bench
 from livebass.kernels.bass.check import checksum
-from livebass.kernels.bass.instrument import ADDED, FILE, MAGIC, TIERS, WORD
+from livebass.kernels.bass.instrument import ADDED, COARSE, FILE, MAGIC, TIERS, WORD
 from livebass.kernels.bass.pool import POOL, fill_pool, measure_pool
 from livebass.kernels.bass.records import BASS
 from livebass.kernels.bass.setup import BUILDING, fill_bass, measure_bass
@@ -29,9 +29,10 @@ from livebass.kernels.string.board import over_board
 from livebass.kernels.string.frets import over_frets
 from livebass.kernels.string.note import CROWN_ABOVE, MADE
 from livebass.kernels.string.preparing import DONE, FROZEN, NOTE, OVERDAMPED
-from livebass.kernels.string.records import OPERATOR, STRING
+from livebass.kernels.string.records import CONTACT, EVENT, OPERATOR, STRING
+from livebass.kernels.string.told import TOLD
 from livebass.model.answers import answering_modes
-from livebass.model.instrument import Effects, Instrument, Player, on_bench
+from livebass.model.instrument import Effects, Instrument, Player, on_bench, speaking
 from livebass.model.neck import flat
 from livebass.model.quality import MOST_MODES, Quality
 from livebass.parts import VERSION, WITH_EFFECTS, WITH_STROKES, Knobs, Pick
@@ -47,6 +48,7 @@ class Image:
     """A bass as bytes, in the layout of an instrument file (kernels/bass/instrument.py)."""
 
     words: Floats  # (n,)
+    exact: bool = False  # all modes are float64, but those of the last tier
 
     @property
     def address(self) -> int:
@@ -78,6 +80,7 @@ class Image:
         """The operators of one tier at an audio rate (Hz). Raises ValueError for a rate that cannot be played."""
         pool = np.zeros(1, POOL)
         pool["file"], pool["tier"], pool["rate"] = self.address, tier, rate
+        pool["exact"] = self.exact and tier != COARSE
         measure_pool(pool.ctypes.data)
         memory = zeroed_lines(int(pool["bytes"][0]) // WORD)
         pool["memory"] = memory.ctypes.data
@@ -88,16 +91,21 @@ class Image:
         size = strings * (frets + 1) * OPERATOR.itemsize
         return Pool(memory.view(np.uint8)[:size].view(OPERATOR).reshape(strings, frets + 1), memory)
 
-    def bass(self, tier: int, rate: int, seed: int, pools: Sequence[Pool], play_string: int = 0) -> Bass:
+    def bass(
+        self, tier: int, rate: int, seed: int, pools: Sequence[Pool], play_string: int = 0, contacts: int = 0,
+        events: int = 0,
+    ) -> Bass:  # fmt: skip
         """Makes the bass, silent, as new; `seed` of the player's unevenness.
 
         pools: its operators at this `rate` (Hz), fine and, for strings under overload, coarse. play_string: address of
-        the C function by which strings run ahead of the clock; 0: they do not.
+        the C function by which strings run ahead of the clock; 0: they do not. contacts, events: so many of the last
+        each string keeps, for who looks at it.
         """
         building = np.zeros(1, BUILDING)
         building["file"], building["tier"], building["rate"] = self.address, tier, rate
         building["seed"], building["ahead"], building["play_string"] = seed & SEEDS, play_string != 0, play_string
         building["operators"] = [[pools[k].records.ctypes.data for k in (0, -1)]]
+        building["log_room"], building["told_room"] = contacts, events
         building["over_frets"], building["over_board"] = over_frets.address, over_board.address
         measure_bass(building.ctypes.data)
         memory = zeroed_lines(int(building["bytes"][0]) // WORD)
@@ -134,13 +142,28 @@ class Bass:
     @property
     def voices(self) -> list[Voice]:
         """Its strings."""
-        b = self.record[0]
-        return [Voice(self._view(place, STRING), np.zeros((0, 2), np.int64)) for place in b["string"][: b["strings"]]]
+        b, made = self.record[0], []
+        for place in b["string"][: b["strings"]]:
+            string = self._view(place, STRING)
+            v = string["voice"][0]
+            made.append(Voice(string, self._view(v["log"], CONTACT, int(v["log_room"]))))
+        return made
 
-    def _view(self, address: int, kind: np.dtype[Any]) -> NDArray[np.void]:
-        """The record, (1,), at an address in this memory."""
+    def _view(self, address: int, kind: np.dtype[Any], count: int = 1) -> NDArray[np.void]:
+        """The records, (count,), at an address in this memory."""
         first = int(address) - self.address
-        return self.memory.view(np.uint8)[first : first + kind.itemsize].view(kind)
+        return self.memory.view(np.uint8)[first : first + count * kind.itemsize].view(kind)
+
+    def told(self, i: int) -> tuple[NDArray[np.void], NDArray[np.void]]:
+        """The TOLD of string `i`, (1,), and the events that it was handed since it was still, (n,) EVENT, in order.
+
+        Raises LookupError if these are more than it keeps.
+        """
+        v = self.voices[i].record[0]
+        place, room, count = (int(v[name]) for name in ("told", "told_room", "told_count"))
+        if count > room:
+            raise LookupError(f"string {i}: {count} events since it was still, {room} of them kept")
+        return self._view(place, TOLD), self._view(place + TOLD.itemsize, EVENT, count)
 
 
 def image_bytes(instrument: Instrument, qualities: Sequence[Quality]) -> bytes:
@@ -150,8 +173,10 @@ def image_bytes(instrument: Instrument, qualities: Sequence[Quality]) -> bytes:
     head = np.zeros(1, FILE)
     own, effects = own_strokes(instrument.player), b""
     head["magic"], head["version"] = MAGIC, WITH_STROKES if len(own) else VERSION
-    if instrument.effects != Effects():
-        own, effects = all_strokes(instrument.player), effect_bytes(instrument.effects)
+    if instrument.effects != Effects() or instrument.grazed:
+        hands, heights = hand_heights(instrument, given, len(numbers))
+        numbers = np.concatenate([numbers, heights])
+        own, effects = all_strokes(instrument.player), added_bytes(instrument.effects, hands)
         head["version"] = WITH_EFFECTS
     head["name"][0] = _text(instrument.name, head["name"].shape[1])
     for i, string in enumerate(instrument.strings):
@@ -176,12 +201,29 @@ def all_strokes(player: Player) -> NDArray[np.void]:
     return rows
 
 
-def effect_bytes(effects: Effects) -> bytes:
-    """The effects of a bass as a file has them: the samples of the response, and their ADDED."""
+def hand_heights(instrument: Instrument, notes: NDArray[np.void], behind: int) -> tuple[NDArray[np.int64], Floats]:
+    """Where the heights by which the hand measures its force begin, as ADDED has it, (strings,), and all of them.
+
+    notes: NOTE (strings, frets + 1); behind: the place behind the numbers that there are.
+    """
+    places, heights = np.zeros(len(instrument.strings), np.int64), array("d")
+    for i, neck in enumerate(instrument.grazed):
+        s = speaking(instrument.strings[i], neck, 0)
+        found = [h for _, h in s.surface] if neck.surface else list(s.contact_height)
+        if len(found) != notes[i, 0]["surface_count"] + notes[i, 0]["obstacles_count"]:
+            raise ValueError(f"string {instrument.strings[i].name}: the neck that force 1 grazes has other contacts")
+        places[i] = behind + len(heights) + 1
+        heights.extend(found)
+    return places, np.array(heights)
+
+
+def added_bytes(effects: Effects, hands: NDArray[np.int64]) -> bytes:
+    """What only some basses have, as a file has it: the samples of the response, and ADDED; `hands`: its places."""
     added, response = np.zeros(1, ADDED), effects.response
     for knob in fields(Knobs):
         added[knob.name] = getattr(effects, knob.name)
     added["rate"], added["count"] = (response.rate, response.count) if response else (LEAST_RATE, 0)
+    added["hand"][0, : len(hands)] = hands
     return (response.samples if response else b"") + added.tobytes()
 
 
@@ -197,7 +239,8 @@ def image(instrument: Instrument, fine: Quality, coarse: Quality | None = None) 
 
     Raises ValueError for a neck that cannot be played.
     """
-    return image_of(image_bytes(instrument, [fine] * (TIERS - 1) + [coarse or fine]))
+    made = image_of(image_bytes(instrument, [fine] * (TIERS - 1) + [coarse or fine]))
+    return replace(made, exact=fine.exact)
 
 
 def frets_of(instrument: Instrument) -> int:
@@ -205,13 +248,53 @@ def frets_of(instrument: Instrument) -> int:
     return min(len(neck.fret_positions) for neck in instrument.necks)
 
 
-def bench_notes(
-    instrument: Instrument, qualities: Sequence[Quality], frets: int
-) -> tuple[NDArray[np.void], NDArray[np.int64], Floats]:
-    """The notes of a bass: NOTE (strings, frets + 1), their modes in each tier of a quality, and the numbers of lists.
+Notes = tuple[NDArray[np.void], NDArray[np.int64], Floats]
+
+
+@dataclass(frozen=True)
+class Bench:
+    """A bass as its maker decides it: a BENCH, and the numbers of its lists. Both may be changed."""
+
+    record: NDArray[np.void]  # (1,)
+    numbers: Floats
+    names: tuple[str, ...]  # of the strings
+
+    def notes(self) -> Notes:
+        """The notes: NOTE (strings, frets + 1), their modes in each tier, and the numbers of their lists.
+
+        The record has their addresses. Raises ValueError for a neck that cannot be played.
+        """
+        bench = self.record
+        strings, frets = (int(bench[name][0]) for name in ("strings", "frets"))
+        made = np.zeros((strings, frets + 1), NOTE)
+        modes = np.zeros((TIERS, *made.shape), np.int64)
+        bench["numbers"], bench["notes"], bench["modes"] = (a.ctypes.data for a in (self.numbers, made, modes))
+        measure_bench(bench.ctypes.data)
+        listed = np.zeros(int(bench["room"][0]))
+        bench["lists"] = listed.ctypes.data
+        state = int(fill_bench(bench.ctypes.data))
+        if state != MADE:
+            raise ValueError(stands_above(bench[0], state, self.names))
+        return made, modes, listed[: int(bench["used"][0])]
+
+    def data(self) -> bytes:
+        """Its bytes: the BENCH, whose addresses are 0, and the numbers."""
+        bench = self.record.copy()
+        for name in ("numbers", "notes", "modes", "lists"):
+            bench[name] = 0
+        return bytes(bench.tobytes() + self.numbers.tobytes())
+
+
+def bench_notes(instrument: Instrument, qualities: Sequence[Quality], frets: int) -> Notes:
+    """The notes of a bass, as `Bench.notes`, with tiers of a quality each.
 
     Raises ValueError for a neck that cannot be played.
     """
+    return bench_of(instrument, qualities, frets).notes()
+
+
+def bench_of(instrument: Instrument, qualities: Sequence[Quality], frets: int) -> Bench:
+    """A bass on the bench, with so many frets that every string is played at, and tiers of a quality each."""
     bench, numbers, output = np.zeros(1, BENCH), array("d"), instrument.output
     strings, answering = list(zip(instrument.strings, instrument.necks, strict=True)), answering_modes(instrument)
     bench["strings"], bench["frets"], bench["most_modes"] = len(strings), frets, MOST_MODES
@@ -228,21 +311,12 @@ def bench_notes(
         to["taps"], to["taps_count"], to["tap_width"] = len(numbers), len(taps), len(taps[0]) if taps else 1
         numbers.extend(flat(taps))
         to["answering_modes"] = answering[i]
-    made = np.zeros((len(strings), frets + 1), NOTE)
-    modes = np.zeros((len(qualities), *made.shape), np.int64)
-    bench["numbers"], bench["notes"], bench["modes"] = numbers.buffer_info()[0], made.ctypes.data, modes.ctypes.data
-    measure_bench(bench.ctypes.data)
-    listed = np.zeros(int(bench["room"][0]))
-    bench["lists"] = listed.ctypes.data
-    state = int(fill_bench(bench.ctypes.data))
-    if state != MADE:
-        raise ValueError(stands_above(bench[0], state, instrument))
-    return made, modes, listed[: int(bench["used"][0])]
+    return Bench(bench, np.array(numbers), tuple(string.name for string in instrument.strings))
 
 
-def stands_above(bench: np.void, state: int, instrument: Instrument) -> str:
+def stands_above(bench: np.void, state: int, names: Sequence[str]) -> str:
     """Names the crown or board that stands above a string at rest, where `fill_bench` returned `state`."""
-    name, stop = instrument.strings[bench["fault_string"]].name, bench["fault_fret"]
+    name, stop = names[bench["fault_string"]], bench["fault_fret"]
     above = f"stands {bench['fault_height'] * 1e3:.2f} mm above string {name} at rest"
     if state == CROWN_ABOVE:
         return f"fret {bench['fault_place']:.0f} {above}"

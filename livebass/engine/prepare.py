@@ -25,7 +25,7 @@ from livebass.kernels.player.performer import PERFORMER
 from livebass.kernels.string import board, frets, preparing
 from livebass.kernels.string.operators import DOUBLE
 from livebass.kernels.string.preparing import FROZEN, NOTE, OVERDAMPED, PREPARING
-from livebass.kernels.string.records import EVENT, MOST_NEAR, OPERATOR, ROW, STRING
+from livebass.kernels.string.records import CONTACT, EVENT, MOST_NEAR, OPERATOR, ROW, STRING
 from livebass.kernels.voice import run_string
 from livebass.model.answers import answering_modes
 from livebass.model.instrument import Coil, Instrument, Output, Pickup, Player, Speaking, String
@@ -107,8 +107,8 @@ def operators(
     """Makes the operators of `notes`, given by string and fret, with taps of a `kind` (kernels.preparing).
 
     playable: modes that the contact rate cannot carry are left out, and a board is on the grid that the others need
-    (`carried` and `for_modes`). Raises ValueError for more modes or contact points than the kernels take, or a rate
-    that freezes a mode.
+    (`carried` and `for_modes`). All numbers are float64. Raises ValueError for more modes or contact points than the
+    kernels take, or a rate that freezes a mode.
     """
     given, numbers = note_numbers([note for row in notes for note in row], playable)
     numbers.append(0.0)  # an empty array has no address
@@ -116,7 +116,7 @@ def operators(
     work = np.zeros(1, PREPARING)
     work["notes"], work["operators"], work["count"] = given.ctypes.data, records.ctypes.data, len(given)
     work["numbers"], _ = numbers.buffer_info()
-    work["taps"], work["lossless"] = kind, lossless
+    work["taps"], work["lossless"], work["exact"] = kind, lossless, True
     work["rate"], work["contact_rate"] = rates.rate, rates.contact_rate
     work["numerator"], work["denominator"] = rates.numerator, rates.denominator
     work["carried"] = CARRIED if playable else math.inf
@@ -199,12 +199,18 @@ BEYOND = 0.12  # m of string behind nut and saddle, which stretches too
 SEEDS = 0x7FFF_FFFF_FFFF_FFFF  # the bits of a seed: kernels take int64
 
 
+def modal_row(w: np.void, name: str) -> Floats:
+    """A row of the modes of a working set, a WORK, in float64, (ROW,)."""
+    split = int(w["split"])
+    return np.concatenate([w["low"][name][:split], w["high"][name][: ROW - split].astype(float)])
+
+
 @dataclass
 class Voice:
     """One string's state and workspace, as `voice.run` takes it, and the log of contacts whose address it holds."""
 
     string: NDArray[np.void]  # (1,) records.STRING
-    log: NDArray[np.int64]  # (n, 2): fine step and point
+    log: NDArray[np.void]  # (n,) records.CONTACT, a ring
 
     @property
     def record(self) -> NDArray[np.void]:
@@ -226,8 +232,9 @@ class Voice:
         return int(slot["fret"]), int(slot["touching"])
 
     def modal_state(self) -> tuple[Floats, Floats]:
-        """Views of q and P of u, (VOICE_SLOTS, ROW) each, for tests to look into or to spoil."""
-        return self.slots["u"]["q"], self.slots["u"]["p"]
+        """q and P of u, (VOICE_SLOTS, ROW) each, for tests to look into."""
+        q, p = ([modal_row(w, name) for w in self.slots["u"]] for name in ("q", "p"))
+        return np.array(q), np.array(p)
 
     def pressed(self) -> bool:
         """True if a contact point pushes the note that was played last, at the fine step it has got to."""
@@ -371,7 +378,7 @@ def bass_numbers(instrument: Instrument, tiers: Sequence[Quality], frets: int) -
 
 def new_voice(rates: Rates, log: int = 0) -> Voice:
     """Makes a silent string whose output is its displacement, with room for `log` contacts."""
-    voice = Voice(zeroed_lines(STRING.itemsize // DOUBLE).view(STRING), np.zeros((log, 2), np.int64))
+    voice = Voice(zeroed_lines(STRING.itemsize // DOUBLE).view(STRING), np.zeros(log, CONTACT))
     rest_string(
         voice.string.ctypes.data, rates.rate, rates.numerator, rates.denominator, frets.over_frets.address,
         board.over_board.address,

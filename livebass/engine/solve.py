@@ -16,6 +16,7 @@ from livebass.engine.prepare import (
     Rows,
     Voice,
     instrument_numbers,
+    modal_row,
     new_voice,
     operators,
     pickup_taps,
@@ -74,13 +75,13 @@ def solve_trial(trial: Trial) -> Motion:
         contacts.append(state.log[: int(state.record[0]["logged"])].copy())
         state.record["logged"] = 0
     logged = np.concatenate(contacts)
-    logged = logged[logged[:, 0] <= trial.steps]
-    order = np.lexsort((logged[:, 1], logged[:, 0]))
+    logged = logged[logged["step"] <= trial.steps]
+    order = np.lexsort((logged["point"], logged["step"]))
     return Motion(
         time_s=np.arange(trial.samples) / trial.output_rate,
         displacement_m=out,
-        contact_step=logged[order, 0],
-        contact_index=logged[order, 1],
+        contact_step=logged["step"][order],
+        contact_index=logged["point"][order],
         contact_rate_hz=trial.contact_rate,
         wall_s=time.perf_counter() - began,
         across_m=across if trial.pluck.angle else None,
@@ -96,7 +97,8 @@ def modal_state(state: Voice, trial: Trial) -> Floats:
         return np.stack([held, trial.follow * held], axis=1)
     slot = state.slots[int(state.record[0]["slot"])]
     polarisations = [slot["u"], slot["v"]] if trial.pluck.angle else [slot["u"]]
-    rows = ([w[name][: trial.modes] for w in polarisations] for name in ("q", "p", "pace", "sigma"))
+    names = "q", "p", "pace", "sigma"
+    rows = ([modal_row(w, name)[: trial.modes] for w in polarisations] for name in names)
     q, p, pace, sigma = map(np.array, rows)
     return np.stack([q, pace * p - sigma * q], axis=1)
 

@@ -11,8 +11,7 @@ from livebass.kernels.hands import damping, fretting, noise, pulling, sliding, s
 from livebass.kernels.machine.elementary import exp
 from livebass.kernels.machine.native import call_4, floats_at, record_address, record_at, records_at
 from livebass.kernels.pickup import tone
-from livebass.kernels.string import answers, glide, modal, stop, tension, touch
-from livebass.kernels.string.operators import tap_weights
+from livebass.kernels.string import answers, glide, modal, stop, tension, told, touch
 from livebass.kernels.string.records import (
     BATCH,
     BEND,
@@ -73,6 +72,7 @@ def run(string, ops, events, count, out, across):
         if used < count and events[used].frame <= voice.frame:
             held = filter_batch(string, out, i, held)
         while used < count and events[used].frame <= voice.frame:
+            told.remember(voice, events[used])
             handle_event(string, ops, events[used])
             used += 1
         if voice.still:
@@ -234,21 +234,21 @@ def sense_string(string, ops, y):
             n = min(slot.active, slot.heard)
             if voice.pickups == 0:
                 row = 2 * (voice.frame % voice.denominator if voice.denominator > 1 else 0)
-                y[0] += modal.read_tap(slot.u, tap_weights(op, row), tap_weights(op, row + 1), n)
+                y[0] += modal.read_tap(slot.u, op, row, n)
             if slot.v_active > 0:
                 sense_v(voice, op, slot.v, min(slot.v_active, slot.heard), y)
             if slot.moving or slot.offset != 0.0:
                 sense_end(voice, op, slot, y)
             i = 0
             while i + 1 < voice.pickups:
-                u, moving, other, other_moving = modal.sense_2(slot.u, tap_weights(op, i), tap_weights(op, i + 1), n)
+                u, moving, other, other_moving = modal.sense_2(slot.u, op, i, n)
                 y[2 * i] += u
                 y[2 * i + 1] += moving
                 y[2 * i + 2] += other
                 y[2 * i + 3] += other_moving
                 i += 2
             if i < voice.pickups:
-                u, moving = modal.sense_1(slot.u, tap_weights(op, i), n)
+                u, moving = modal.sense_1(slot.u, op, i, n)
                 y[2 * i] += u
                 y[2 * i + 1] += moving
     if voice.pulling > 0:
@@ -282,15 +282,15 @@ def sense_v(voice, op, v, n, y):
     """Adds what is sensed of v: to the velocities, or as a displacement of its own, at its own sensor."""
     if voice.pickups == 0:
         row = 2 * (voice.denominator + (voice.frame % voice.denominator if voice.denominator > 1 else 0))
-        y[1] += modal.read_tap(v, tap_weights(op, row), tap_weights(op, row + 1), n)
+        y[1] += modal.read_tap(v, op, row, n)
     i = 0
     while i + 1 < voice.pickups:
-        moving, other = modal.speed_2(v, tap_weights(op, i), tap_weights(op, i + 1), n)
+        moving, other = modal.speed_2(v, op, i, n)
         y[2 * i + 1] += voice.across[i] * moving
         y[2 * i + 3] += voice.across[i + 1] * other
         i += 2
     if i < voice.pickups:
-        _, moving = modal.sense_1(v, tap_weights(op, i), n)
+        _, moving = modal.sense_1(v, op, i, n)
         y[2 * i + 1] += voice.across[i] * moving
 
 

@@ -17,10 +17,10 @@ import numpy as np
 
 from livebass.arrays import Floats
 from livebass.kernels.string import law as modal_law
-from livebass.kernels.string.note import BOARD_ROUGH, MADE, make_note, set_obstacles, under_tension
+from livebass.kernels.string.note import BOARD_ROUGH, MADE, gap_under, make_note, set_obstacles, under_tension
 from livebass.model.exact import exp2
 from livebass.model.keymap import MODO, Curve, KeyMap
-from livebass.model.neck import FREE_PART, Admittance, Surface, flat, rows_of, surface_on_grid
+from livebass.model.neck import FREE_PART, Admittance, Surface, flat, rows_of, surface_on_grid, wooden_surface
 from livebass.parts import STROKES as STROKES
 from livebass.parts import Coil as Coil
 from livebass.parts import Knobs, PlayerNumbers
@@ -190,6 +190,7 @@ class Instrument:
     player: Player
     a4: float = A4_HZ  # Hz, of the A above middle C
     effects: Effects = field(default_factory=Effects)
+    grazed: tuple[Neck, ...] = ()  # that force 1 of the player grazes, one under each string; empty: its own
 
     @property
     def note_range(self) -> tuple[int, int]:
@@ -305,13 +306,18 @@ def frets_from_geometry(
     the hollow between the first and the last fret, at its middle, and `lift` raises frets by number.
     """
     x = [length * (1 - exp2(-k / 12)) for k in range(1, count + 1)]
-    where = [(xi - x[0]) / (x[-1] - x[0]) if count > 1 else 0.0 for xi in x]
-    bow = [4 * relief * s * (1 - s) for s in where]
-    pivot = min(12, count) - 1
-    last = nut_height + (action - bow[pivot] - nut_height) / (where[pivot] or 1.0)
-    gap = [nut_height + (last - nut_height) * s + b for s, b in zip(where, bow, strict=True)]
+    rows = flat((xi, 0.0) for xi in x)
+    gap = [gap_under(rows, 0, count, k, action, relief, nut_height) for k in range(count)]
     raised = lift or {}
     return tuple(x), tuple(raised.get(k + 1, 0.0) - g for k, g in enumerate(gap))
+
+
+def tilted(x: Sequence[float], heights: Sequence[float], action: float) -> tuple[float, ...]:
+    """Measured `heights` (n,) of frets at `x` (n,), all in m, with another `action`: tilted about the first fret."""
+    pivot = min(12, len(x)) - 1
+    reach = (x[pivot] - x[0]) or 1.0
+    lower = action + heights[pivot]
+    return tuple(h - lower * (xi - x[0]) / reach for xi, h in zip(x, heights, strict=True))
 
 
 def note_frequency(note: float) -> float:
@@ -381,7 +387,7 @@ def on_bench(string: String, neck: Neck, answering: bool = False) -> tuple[Simpl
     for source, names in ((string, FROM_STRING), (neck, FROM_NECK)):
         vars(given).update({name: getattr(source, name) for name in names})
     y, free = neck.admittance, neck.free_length or FREE_PART * string.length
-    given.nut_conductance = y.stop
+    given.nut_conductance, given.bowed = y.stop, int(_is_bowed(neck))
     places, taken = (0.0, *neck.fret_positions), len(y.resonances) + 1
     felt = [y.parts(neck.capo + x, free) if neck.capo + x else (1.0,) * taken for x in places]
     lists: dict[str, Iterable[tuple[float, ...]]] = {
@@ -406,6 +412,12 @@ def on_bench(string: String, neck: Neck, answering: bool = False) -> tuple[Simpl
         vars(given).update({name: len(numbers), f"{name}_count": len(listed)})
         numbers.extend(flat(listed))
     return given, numbers
+
+
+def _is_bowed(neck: Neck) -> bool:
+    """True for a bare board that follows the parabola of its places, as those by geometry do."""
+    x, h = neck.fret_positions, neck.fret_heights
+    return len(x) > 2 and bool(neck.surface) and neck.surface == wooden_surface(x, h, neck.surface[-1][0], bowed=True)
 
 
 FROM_STRING = (

@@ -147,16 +147,10 @@ def wooden_surface(positions: tuple[float, ...], heights: tuple[float, ...], end
     inner = x
     if bowed and x.size > 2:
         inner = np.linspace(x[0], x[-1], max(2, math.ceil((x[-1] - x[0]) / BOW_STEP)))
-        h = _parabola(x[[0, x.size // 2, -1]], h[[0, x.size // 2, -1]], inner)
+        rows = np.column_stack([x, h]).ravel()
+        h = np.asarray(note.bow_through(rows, 0, x.size, inner))
     first, last = (float(h[0]), float(h[0])) if x.size == 1 else _ends(inner, h, end)
     return _table(np.concatenate([[0.0], inner, [end]]), np.concatenate([[first], h, [last]]))
-
-
-def _parabola(x: Floats, h: Floats, at: Floats) -> Floats:
-    """Heights `at` (n,) of the parabola through three points, by Newton; a fit would hang on the machine's LAPACK."""
-    slope, next_slope = (h[1] - h[0]) / (x[1] - x[0]), (h[2] - h[1]) / (x[2] - x[1])
-    bow = (next_slope - slope) / (x[2] - x[0])
-    return np.asarray(h[0] + (at - x[0]) * (slope + (at - x[1]) * bow))
 
 
 def _ends(x: Floats, h: Floats, end: float) -> tuple[float, float]:

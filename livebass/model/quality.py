@@ -34,6 +34,7 @@ class Quality:
 
     # Hz, contact rate over frets, and over a board, whose loss is ENDS_SOON or more; None: the same
     damped_rates: tuple[float, float] | None = None
+    exact: bool = False  # all modes in float64, not the lowest alone
 
     def for_contact(self, loss: float, board: bool) -> Quality:
         """Returns the quality for strings whose contact, with a `board` or with frets, has the loss c `loss`, s/m."""
@@ -47,7 +48,7 @@ class Quality:
 QUALITIES = {
     "live": Quality("live", 450, 672e3, on_board=Quality("live", None, 2.5e6), damped_rates=(336e3, 240e3)),
     "studio": Quality("studio", 600, 4e6, on_board=Quality("studio", None, 4e6), damped_rates=(1.344e6, 672e3)),
-    "reference": Quality("reference", None, 8e6),
+    "reference": Quality("reference", None, 8e6, exact=True),
 }
 AUTO = "auto"  # in place of a quality's name: the one that the machine carries (livebass/live/carried.py)
 

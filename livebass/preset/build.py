@@ -27,6 +27,7 @@ from livebass.model.instrument import (
     frets_from_geometry,
     note_frequency,
     speaking,
+    tilted,
 )
 from livebass.model.tuning import over_same_body, tuned, with_capo
 from livebass.preset.checks import (
@@ -40,6 +41,7 @@ from livebass.preset.checks import (
 )
 from livebass.preset.keymap import keys_of_player
 from livebass.preset.keys import (
+    HAND,
     KEYS,
     REQUIRED,
     SECTIONS,
@@ -115,10 +117,12 @@ class Builder:
                 raise self.unknown("", name, top)
         head = self.table("", {k: v for k, v in data.items() if k not in SECTIONS}, "")
         raws = self.tables(data, "string")
-        necks = self.shared_necks(data.get("neck", {}), len(raws))
+        necks = self.for_each_string("neck", data.get("neck", {}), len(raws))
         if not raws:
             raise self.error("string", "missing; at least one [[string]]")
+        players = self.for_each_string("player", data.get("player", {}), len(raws))
         made = [self.string_and_neck(raw, i, neck) for i, (raw, neck) in enumerate(zip(raws, necks, strict=True), 1)]
+        hands = [self.hand_neck(*given) for given in zip(raws, necks, players, strict=True)]
         names = [s.name.casefold() for s, *_ in made]
         for i, (string, *_) in enumerate(made):
             if names[i] in names[:i]:
@@ -127,7 +131,8 @@ class Builder:
                 place, note = f"string[{string.name}].open_note", note_name(string.open_note)
                 raise self.error(place, "strings go from the lowest to the highest", note)
         pairs = self.tuned(made, head, data)
-        values = self.table("player", data.get("player", {}), "player")
+        own = {name: raw for name, raw in players[0].items() if not name.startswith(HAND)}
+        values = self.table("player", own, "player")
         if values["technique"] == "slap":
             values.setdefault("slapped_strings", (len(pairs) + 1) // 2)
         try:
@@ -157,6 +162,9 @@ class Builder:
             output=output,
             player=player,
             effects=self.effects(data.get("effects", {})),
+            grazed=tuple(
+                with_capo(string, hand, head["capo"])[1] for (string, *_), hand in zip(made, hands, strict=True) if hand
+            ),
         )
 
     def effects(self, raw: Any) -> Effects:
@@ -197,16 +205,16 @@ class Builder:
             pairs.append((string, neck))
         return pairs
 
-    def shared_necks(self, raw: Any, count: int) -> list[dict[str, Any]]:
-        """The [neck] table as it holds for each of `count` strings: of a list in place of a number, each has its item.
+    def for_each_string(self, section: str, raw: Any, count: int) -> list[dict[str, Any]]:
+        """The table `raw` as it holds for each of `count` strings: of a list in place of a number, each has its item.
 
         Its values are checked; the dicts are as a file would have them.
         """
         lists = {}
         if isinstance(raw, dict):
             for key in KEYS:
-                if each_string(key) and (listed := items(raw.get(key.name))) is not None:
-                    place = f"neck.{key.name}"
+                if key.section == section and each_string(key) and (listed := items(raw.get(key.name))) is not None:
+                    place = f"{section}.{key.name}"
                     try:
                         checked(replace(key, kind=f"{key.kind}[]"), listed)
                     except ValueError as error:
@@ -216,7 +224,7 @@ class Builder:
                         raise self.error(place, why)
                     lists[key.name] = listed
             raw = {name: value for name, value in raw.items() if name not in lists}
-        self.table("neck", raw, "neck", defaults=False)
+        self.table(section, raw, section, defaults=False)
         return [raw | {name: listed[i] for name, listed in lists.items()} for i in range(count)]
 
     def output(self, data: dict[str, Any], pairs: list[tuple[String, Neck]]) -> Output:
@@ -263,11 +271,28 @@ class Builder:
         rest = {k: v for k, v in raw.items() if k != "neck"} if isinstance(raw, dict) else raw
         values = self.table("string", rest, where)
         self.table("neck", own, f"{where}.neck", defaults=False)
-        drop = _GEOMETRY if own.keys() & _FRETS else _MEASURED if own.keys() & _GEOMETRY else set()
-        drop = drop | replaced(set(own))
-        merged = {k: v for k, v in shared.items() if k not in drop} | own
-        length, neck = self.neck(merged, f"{where}.neck" if own else "neck")
+        length, neck = self.neck(_merged(shared, own), f"{where}.neck" if own else "neck")
         return self.string(values, length, where), neck, where, f"{where}.neck" if own else "neck"
+
+    def hand_neck(self, raw: dict[str, Any], shared: dict[str, Any], player: dict[str, Any]) -> Neck | None:
+        """The frets or board by whose grazing the hand measures its force on a string; None: by the string's own.
+
+        `raw` and `shared` as for `string_and_neck`, which has checked them; `player` as the file has it for the string.
+        """
+        given = {name: value for name, value in player.items() if name.startswith(HAND)}
+        if not given:
+            return None
+        values = {name.removeprefix(HAND): v for name, v in self.table("player", given, "player", False).items()}
+        merged = _merged(shared, raw.get("neck", {}))
+        why = "not allowed together with a measured"
+        if "profile_positions" in merged:
+            raise self.error(f"player.{next(iter(given))}", f"{why} profile")
+        if merged.keys() & _MEASURED and (bent := [name for name in given if name != f"{HAND}action"]):
+            raise self.error(f"player.{bent[0]}", f"{why} neck", given[bent[0]])
+        _, neck = self.neck({k: v for k, v in merged.items() if k != "lift"}, "neck", values)
+        if (high := max(neck.fret_heights)) > 0.0:
+            raise self.error(f"player.{next(iter(given))}", f"a fret of this neck stands {mm(high)} above the string")
+        return Neck(neck.fret_positions, neck.fret_heights, surface=neck.surface)
 
     def check_notes(self, string: String, neck: Neck, where: str, place: str) -> None:
         """Checks the notes of every fret; `where` is the string's table, `place` that of its neck."""
@@ -346,9 +371,12 @@ class Builder:
             raise self.error(f"{where}.measured_dampings", why)
         return String(**values, length=length)
 
-    def neck(self, raw: dict[str, Any], where: str) -> tuple[float, Neck]:
-        """Scale length (m) and neck of one string, from measured frets or by geometry."""
-        v = self.table("neck", raw, where)
+    def neck(self, raw: dict[str, Any], where: str, hand: dict[str, float] | None = None) -> tuple[float, Neck]:
+        """Scale length (m) and neck of one string, from measured frets or by geometry.
+
+        hand: heights by geometry (m) in place of the string's own, of the neck by which the hand measures its force.
+        """
+        v = self.table("neck", raw, where) | (hand or {})
         length, lift = v["scale_length"], v.get("lift", {})
         if raw.keys() & _MEASURED:
             if raw.keys() & _GEOMETRY:
@@ -366,6 +394,8 @@ class Builder:
                 raise self.error(f"{where}.fret_positions", f"allowed: between 0 mm and {mm(length)}", off)
             h = tuple(v["height_scale"] * height + v["height_offset"] for height in h)
             h = tuple(height + lift.get(k, 0.0) for k, height in enumerate(h, 1))
+            if hand:
+                h = tilted(x, h, v["action"])
         else:
             x, h = frets_from_geometry(length, v["frets"], v["action"], v["relief"], v["nut_height"], lift)
         if lift and max(lift) > len(x):
@@ -390,6 +420,13 @@ class Builder:
             if b <= a or b - a < least * (1 - 1e-9):
                 why = f"must ascend, by at least {format_quantity(least, dimension)}" if least else "must ascend"
                 raise self.error(where, f"item {number}, {format_quantity(b, dimension)}: {why}")
+
+
+def _merged(shared: dict[str, Any], own: dict[str, Any]) -> dict[str, Any]:
+    """The keys of a string's neck: `shared` by all, but for those that its `own` take the place of."""
+    drop = _GEOMETRY if own.keys() & _FRETS else _MEASURED if own.keys() & _GEOMETRY else set()
+    drop = drop | replaced(set(own))
+    return {k: v for k, v in shared.items() if k not in drop} | own
 
 
 def _neck_end(neck: Neck) -> float:

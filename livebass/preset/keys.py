@@ -130,16 +130,28 @@ KEYS = (
         "soft: soft keys sound harder, hard: softer",
     ),
     *_rows("player", after="position_controller"),
+    Key(
+        "player",
+        "graze_action",
+        "length",
+        "0.1 mm",
+        "20 mm",
+        None,
+        "of the neck that force 1 grazes; left out: its own",
+    ),
+    Key("player", "graze_relief", "length", "0 mm", "5 mm", None, "likewise: neck.relief"),
+    Key("player", "graze_nut_height", "length", "0 mm", "10 mm", None, "likewise: neck.nut_height"),
     *_rows("pick"),
     *_rows("effects"),
     Key("effects", "response", "sound file", "", "", None, "impulse response of a cabinet or a room; left out: none"),
 )
+HAND = "graze_"  # begins the keys of the neck by which the hand measures its force: those of [neck] follow
 SECTIONS = tuple(dict.fromkeys(key.section for key in KEYS if key.section))
 
 
 def each_string(key: Key) -> bool:
-    """True for a key of [neck] that may be a list with one number for each string."""
-    return key.section == "neck" and (key.kind in DIMENSIONS or key.kind == "number")
+    """True for a key of [neck], or of the hand's neck, that may be a list with one number for each string."""
+    return (key.section == "neck" and (key.kind in DIMENSIONS or key.kind == "number")) or key.name.startswith(HAND)
 
 
 def key_names(section: str) -> list[str]:

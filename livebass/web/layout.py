@@ -8,28 +8,36 @@ from typing import Any
 import numpy as np
 
 from livebass.compiling import Entry
+from livebass.kernels.bass.bench import BENCH, BENCH_STRING, SET, fill_bench, measure_bench, set_neck
 from livebass.kernels.bass.check import GOOD, check_file
 from livebass.kernels.bass.instrument import COARSE, FILE
 from livebass.kernels.bass.pool import POOL, fill_pool, measure_pool
 from livebass.kernels.bass.records import BASS
+from livebass.kernels.bass.refill import NO_ROOM, OTHER_PLACES, keep_notes, refill_notes, take_heights
 from livebass.kernels.bass.setup import BUILDING, fill_bass, measure_bass
 from livebass.kernels.player.constants import CONTROLLERS, FINGER, PICK
 from livebass.kernels.player.performer import FREE, MOST_STRINGS, PERFORMER
 from livebass.kernels.string import frets
 from livebass.kernels.string.board import over_board
-from livebass.kernels.string.preparing import DONE
-from livebass.kernels.string.records import LINE
-from livebass.live.thread import ahead, block, ring, setup
+from livebass.kernels.string.note import MADE
+from livebass.kernels.string.preparing import DONE, NOTE
+from livebass.kernels.string.records import CONTACT, EVENT, LINE, OPERATOR, STRING, VOICE
+from livebass.kernels.string.told import TOLD, begin_again
+from livebass.kernels.voice import run_string
+from livebass.live.thread import ahead, block, ring, setup, sight
 from livebass.live.thread.records import CHUNK, SYNTH
 from livebass.techniques import BUTTONS, CC_PARAMETER, FUNCTION_ROWS, GAIN_DB, NO_SWITCH, TECHNIQUE_ROWS
 
 RECORDS = {
     "FILE": FILE, "POOL": POOL, "BUILDING": BUILDING, "SYNTH": SYNTH, "BASS": BASS, "PERFORMER": PERFORMER,
+    "SIGHT": sight.SIGHT, "SLOT_SIGHT": sight.SLOT_SIGHT, "STRING": STRING, "VOICE": VOICE, "CONTACT": CONTACT,
+    "TOLD": TOLD, "EVENT": EVENT, "BENCH": BENCH, "BENCH_STRING": BENCH_STRING, "NOTE": NOTE, "OPERATOR": OPERATOR,
 }  # fmt: skip
 NUMBERS = {
     "COARSE": COARSE, "GOOD": GOOD, "DONE": DONE, "LINE": LINE, "CHUNK": CHUNK, "NOW": ring.NOW, "FREE": FREE,
     "PARAMETER": ring.PARAMETER, "EFFECT": ring.EFFECT, "NOTE_STRING": ring.NOTE_STRING, "MOST_STRINGS": MOST_STRINGS,
     "FINGER": FINGER, "PICK": PICK, "GAIN_DB": GAIN_DB, "CC_PARAMETER": CC_PARAMETER, "CONTROLLERS": CONTROLLERS,
+    "SEEN": sight.SEEN, "SET": SET, "MADE": MADE, "NO_ROOM": NO_ROOM, "OTHER_PLACES": OTHER_PLACES,
 }  # fmt: skip
 # Of each way to play: its switch, if it has one, and the performer's field that its controller moves, if it has one
 WAYS = {
@@ -43,7 +51,8 @@ WAYS = {
 CALLED: tuple[Entry, ...] = (block.process, ahead.play_string, frets.over_frets, over_board)  # by kernels, by address
 ENTRIES: tuple[Entry, ...] = (
     check_file, measure_pool, fill_pool, measure_bass, fill_bass, setup.ring_bytes, setup.fill_synth,
-    ring.push_message, ring.push_event, block.relieve, *CALLED,
+    ring.push_message, ring.push_event, block.relieve, sight.see_bass, begin_again, run_string,
+    set_neck, measure_bench, fill_bench, keep_notes, take_heights, refill_notes, *CALLED,
 )  # fmt: skip
 
 

@@ -69,12 +69,12 @@ def test_what_48_khz_gives_is_what_192_khz_has_below_its_limit(preset: str) -> N
     """Below 18 kHz nothing is folded down or lost: contacts are solved at the same 768 kHz for both rates.
 
     The tone circuit is left out, as its digital filter differs a little from rate to rate, and so is the tension that
-    follows the motion, once a frame.
+    follows the motion, once a frame. In float64: another rounding at each rate grows where frets lose nothing.
     """
     wire = np.array([1.0, 0, 0, 0])
     bass = without_noise(preset)
     bass = dataclasses.replace(bass, strings=tuple(dataclasses.replace(s, axial_stiffness=0.0) for s in bass.strings))
-    quality = Quality("the same contacts", 200, 768e3)
+    quality = Quality("the same contacts", 200, 768e3, exact=True)
     spectra = []
     for rate in (48000, 192000):
         engine = Engine(bass, quality, rate)

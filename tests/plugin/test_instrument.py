@@ -36,6 +36,7 @@ ADDRESSES = (
     "taps",
     "shapes",
     "heights",
+    "hand_heights",
     "positions",
     "coupling",
     "left_out",
@@ -55,6 +56,7 @@ LAYOUTS = {
     10: "718182b51d284d6b",
     11: "8c1deb19b4b71602",
     12: "099076a2a13df472",
+    13: "c561b35c442efc4b",
 }
 
 
@@ -291,7 +293,7 @@ def test_another_layout_has_another_version() -> None:
     assert LAYOUTS[WITH_STROKES] == hashlib.sha256(layout.encode()).hexdigest()[:16]
     layout += repr((ADDED.descr, ADDED.itemsize))
     assert LAYOUTS[WITH_EFFECTS] == hashlib.sha256(layout.encode()).hexdigest()[:16]
-    assert WITH_EFFECTS == WITH_STROKES + 1
+    assert WITH_EFFECTS > WITH_STROKES
 
 
 OWN_PICK = Pick(soft_width=1.2e-3, hard_width=0.8e-3, place=0.9, angle=0.3, nearer=0.04, lift=0.9)
@@ -353,7 +355,7 @@ def test_effects_are_in_the_file_and_behind_the_bass(tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", ADDED.names or ())
 def test_no_number_of_an_effect_may_be_absurd(name: str, tmp_path: Path) -> None:
     data = instrument_file(replace(load_preset("paper-g"), effects=Effects(0.25, 0.75, HALL)))
-    for value in (-1, 1 << 40, -(1 << 62)) if ADDED[name].kind == "i" else (np.nan, np.inf, -1e-9, 1e9):
+    for value in (-1, 1 << 40, -(1 << 62)) if ADDED[name].base.kind == "i" else (np.nan, np.inf, -1e-9, 1e9):
         words = np.frombuffer(data, np.int64).copy()
         words.view(np.uint8)[-WORD - ADDED.itemsize : -WORD].view(ADDED)[name] = value
         assert "damaged" in refused(sealed(words), tmp_path / "a.lbass"), value

@@ -292,6 +292,9 @@ keys = "modo"
 velocity_curve = "linear"
 ghost_below = 90
 wheel = "bend"
+graze_action = "1.8 mm"
+graze_relief = "0.25 mm"
+graze_nut_height = "0.4 mm"
 [pick]
 soft_width = "1.4 mm"
 hard_width = "0.9 mm"
@@ -339,7 +342,10 @@ def test_every_key_is_heard_or_idle(technique: str, slapped: int, kind: str, ang
     behind = {f"effects.{name}" for name in key_names("effects")}  # the DI, on a mix that no string is heard in alone
     assert all_keys - written - behind == ELSEWHERE
     # Over a board the grid is finer than its step but at the quality `reference`.
-    assert assert_idle_is_not_heard(data, {"neck.grid_step"} if obstacle == "board" else set()) > 60
+    but = {"neck.grid_step"} if obstacle == "board" else set()
+    if slapped == 2 and kind == "displacement":  # a thumb's strike counts by fret 12, whose height these leave
+        but |= {"player.graze_relief", "player.graze_nut_height"}
+    assert assert_idle_is_not_heard(data, but) > 60
 
 
 @pytest.mark.parametrize("name", preset_names() + laboratory_names())

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from livebass.arrays import Floats
-from livebass.engine.prepare import Voice, play_frames
+from livebass.engine.prepare import Voice, modal_row, play_frames
 from livebass.engine.solve import pluck_event, trial_voice
 from livebass.model import modes
 from livebass.model.trial import Trial
@@ -16,7 +16,8 @@ def mode_speeds(string: Voice, count: int) -> Floats:
     slot, total = string.slots[int(string.record["slot"][0])], np.zeros(count)
     for w, active in ((slot["u"], True), (slot["v"], int(slot["v_active"]) > 0)):
         if active:
-            q, p, pace, sigma, omega = (w[name][:count] for name in ("q", "p", "pace", "sigma", "omega"))
+            q, p, pace = (modal_row(w, name)[:count] for name in ("q", "p", "pace"))
+            sigma, omega = w["sigma"][:count], w["omega"][:count]
             total += (omega * q) ** 2 + (pace * p - sigma * q) ** 2
     return np.sqrt(total)
 
@@ -34,7 +35,7 @@ def energies(trial: Trial) -> tuple[Floats, int]:
         sigma = np.zeros(n) if trial.lossless else modes.dampings(s, n, across=i == 1)
         omega = np.sqrt((2 * np.pi * modes.frequencies(s, n, across=i == 1)) ** 2 - sigma**2)
         w = state.slots[name][0]
-        rows.append((np.exp(-sigma * dt) * np.sin(omega * dt), w["q"][:n], w["p"][:n]))
+        rows.append((np.exp(-sigma * dt) * np.sin(omega * dt), w["low"]["q"][:n], w["low"]["p"][:n]))  # all float64
     events, out = pluck_event(trial.pluck), np.zeros(1)
     values, pushed = [], 0
     for frame in range(trial.samples):

@@ -8,7 +8,7 @@ import numpy as np
 
 from livebass import QUALITIES, load_preset
 from livebass.engine.engine import Engine
-from livebass.engine.prepare import play_frames
+from livebass.engine.prepare import modal_row, play_frames
 from livebass.kernels.string import tension
 from livebass.kernels.string.records import BLOCK, EVENT
 from support.strings import yielding
@@ -55,8 +55,9 @@ class Played:
             low -= BLOCK
         for name, count in (("u", int(slot["active"])), ("v", int(slot["v_active"]))):
             w = slot[name]
-            q, p = w["q"][:count], w["p"][:count]
-            total += float(p @ p + (w["fine_b"][:count] * q) @ q) / (2 * float(op["weight"]))
+            q, p = modal_row(w, "q")[:count], modal_row(w, "p")[:count]
+            slow = (w["kappa"] * w["omega"])[:count] * q
+            total += float(p @ p + slow @ slow) / (2 * float(op["weight"]))
             few = min(low, count)
             bent = np.arange(1, few + 1) * np.pi / length * q[:few]
             slope += float(bent @ bent)

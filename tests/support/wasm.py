@@ -54,8 +54,10 @@ class Module:
         self.bytes(self.file, len(file))[:] = np.frombuffer(file, np.uint8)
         assert self.call("check_file", self.file, len(file)) == GOOD
         building = self.place(BUILDING.itemsize)
+        self.pools = []
         for k, which in enumerate((tier, COARSE)):
             pool = self.place(POOL.itemsize)
+            self.pools.append(pool)
             self.set(POOL, pool, file=self.file, tier=which, rate=rate)
             self.call("measure_pool", pool)
             self.set(POOL, pool, memory=self.place(int(self.record(POOL, pool)["bytes"])))

@@ -15,7 +15,7 @@ from livebass.kernels.bass.instrument import TIERS
 from livebass.kernels.machine.native import floats_at, record_at, words_at
 from livebass.kernels.player.performer import MOST_STRINGS
 from livebass.kernels.string.law import frequency, resonance, tabled
-from livebass.kernels.string.note import BOARD_ROUGH, MADE, make_note
+from livebass.kernels.string.note import BOARD_ROUGH, MADE, bow_through, gap_under, make_note
 from livebass.kernels.string.preparing import ALL, NOTE, NOTE_BYTES, listed, note_at
 
 LANES = 8  # partial sums of a long sum: of every eighth number
@@ -26,6 +26,7 @@ BENCH_STRING = np.dtype(
         ("answering_modes", "i8"),  # of the open string, that may answer others
         ("tap_width", "i8"),  # numbers of a tap
         ("capo", "i8"),  # 1: the neck has one, and even the open string a stop
+        ("bowed", "i8"),  # 1: the surface is a bare board through the frets, as `bow_through` has it
         ("length", "f8"),  # m, nut to saddle
         ("linear_density", "f8"),  # kg/m
         ("tension", "f8"),  # N
@@ -90,6 +91,7 @@ BENCH = np.dtype(
 bench_at = record_at(BENCH)
 
 BOARD_ABOVE = 2  # what `fill_bench` returns besides MADE and CROWN_ABOVE
+SET, NOT_BY_GEOMETRY = 0, 1  # what `set_neck` returns
 
 
 @entry("void(int64)")
@@ -135,6 +137,39 @@ def fill_bench(address):
             end = set_answers(bench, i, stop, note, numbers, lists, answering, end)
     bench.used = end
     return np.int64(MADE)
+
+
+@entry("int64(int64, int64, float64, float64, float64, int64)")
+def set_neck(address, i, action, relief, nut_height, lifts):
+    """Gives string `i` of the BENCH at an address the heights of frets that these say (m, `gap_under`).
+
+    lifts: address of float64, by which each fret stands higher, m; 0: none does. Returns SET, or NOT_BY_GEOMETRY for
+    frets that count from a capo, wood between frets, and a board that was measured.
+    """
+    bench = bench_at(address)
+    string, numbers = bench.string[i], floats_at(bench.numbers, ALL)
+    if string.capo or (string.surface_count > 0 and (not string.bowed or lifts != 0)):
+        return np.int64(NOT_BY_GEOMETRY)
+    frets, count = string.frets, string.frets_count
+    for k in range(count):
+        lift = floats_at(lifts, count)[k] if lifts != 0 else 0.0
+        numbers[frets + 2 * k + 1] = lift - gap_under(numbers, frets, count, k, action, relief, nut_height)
+    if string.surface_count > 0:
+        bow_surface(numbers, frets, count, string.surface, string.surface_count)
+    return np.int64(SET)
+
+
+@jit
+def bow_surface(numbers, frets, count, first, rows):
+    """Gives a board of `rows` (place, height) from `first` on the bow of the frets, straight beyond them."""
+    for k in range(1, rows - 1):
+        numbers[first + 2 * k + 1] = bow_through(numbers, frets, count, numbers[first + 2 * k])
+    near, next_near = first + 2, first + 4
+    slope = (numbers[next_near + 1] - numbers[near + 1]) / (numbers[next_near] - numbers[near])
+    numbers[first + 1] = numbers[near + 1] - slope * numbers[near]
+    last, before, end = first + 2 * (rows - 2), first + 2 * (rows - 3), first + 2 * (rows - 1)
+    slope = (numbers[last + 1] - numbers[before + 1]) / (numbers[last] - numbers[before])
+    numbers[end + 1] = numbers[last + 1] + slope * (numbers[end] - numbers[last])
 
 
 @jit

@@ -17,6 +17,7 @@ from livebass.kernels.bass.instrument import (
     STROKE_BYTES,
     TIERS,
     WORD,
+    added_at,
     added_of,
     answers_of,
     file_at,
@@ -88,6 +89,10 @@ def check_file(address, size):
         note = note_at(place)
         taps = 2 if file.instrument.sensed else file.instrument.pickups[k // (file.instrument.frets + 1)]
         others = answers_of(file.instrument, k // (file.instrument.frets + 1))
+        if k % (file.instrument.frets + 1) == 0 and not is_hand(
+            address, k // (file.instrument.frets + 1), note, numbers
+        ):
+            return np.int64(DAMAGED)
         if note.answers_count != others:
             return np.int64(DAMAGED)
         if note.taps_count != taps or not is_note(place, file.instrument.sensed, where, numbers):
@@ -162,6 +167,16 @@ def are_effects(address, room):
         return False
     count = room_of_effects(address) - ADDED_BYTES // WORD
     return all_within(place - WORD * count, count, -LARGEST, LARGEST)
+
+
+@jit
+def is_hand(address, i, note, numbers):
+    """True if the heights by which the hand measures its force on string `i` are among so many numbers of the file."""
+    added = added_of(address)
+    if added == 0 or added_at(added).hand[i] == 0:
+        return True
+    count = note.obstacles_count + note.surface_count
+    return count <= numbers and added_at(added).hand[i] - 1 <= numbers - count
 
 
 @jit

@@ -14,7 +14,7 @@ from livebass.kernels.machine.native import record_at, words_at
 from livebass.kernels.pickup.coil import CIRCUIT_WORDS
 from livebass.kernels.player.constants import KEY_MAP_WORDS, KEYS, PLAYER_WORDS, STROKE, STROKES
 from livebass.kernels.player.performer import ANSWERS_WHEN, MOST_STRINGS
-from livebass.kernels.string.preparing import NOTE_BYTES
+from livebass.kernels.string.preparing import MOST_WORDS, NOTE_BYTES
 from livebass.kernels.string.records import LINE, MOST_ANSWERS
 from livebass.parts import WITH_EFFECTS, WITH_STROKES, Knobs
 from livebass.rows import TINY, Word, record, words
@@ -59,11 +59,14 @@ INSTRUMENT_WORDS = [
     Word("fretless", "i8", 0, 1, (MOST_STRINGS,)),  # 1: a finger slides along it without steps
 ]
 INSTRUMENT = record(INSTRUMENT_WORDS)
-# The effects of a file
+# What only some files have: effects, and a hand of another neck
 ADDED_WORDS = [
     *words(Knobs),
     Word("rate", "f8", LEAST_RATE, MOST_RATE),  # Hz, of the response
     Word("count", "i8", 0, int(LONGEST * MOST_RATE)),  # samples of the response; 0: there is none
+    # Of each string, where among the numbers those heights (m) of the contacts of its open note begin, one after the
+    # other, by which the hand measures its force, and 1; 0: by those that it has
+    Word("hand", "i8", 0, MOST_WORDS, (MOST_STRINGS,)),
 ]
 ADDED = record(ADDED_WORDS)
 MAGIC = 0x5353_4142_4556_494C  # "LIVEBASS"

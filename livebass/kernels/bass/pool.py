@@ -7,6 +7,8 @@ from livebass.kernels.bass.instrument import (
     FILE_BYTES,
     TIERS,
     WORD,
+    added_at,
+    added_of,
     clear_memory,
     copy_words,
     file_at,
@@ -16,7 +18,7 @@ from livebass.kernels.bass.instrument import (
     words_before_numbers,
 )
 from livebass.kernels.machine.native import float_control, flush_bits, record_at, set_float_control, words_at
-from livebass.kernels.string.operators import DOUBLE
+from livebass.kernels.string.operators import DOUBLE, hand_heights
 from livebass.kernels.string.preparing import (
     NOTE,
     NOTE_BYTES,
@@ -28,6 +30,7 @@ from livebass.kernels.string.preparing import (
     measure,
     note_at,
     operator_at,
+    set_heights,
 )
 from livebass.kernels.string.records import OPERATOR
 
@@ -36,6 +39,7 @@ POOL = np.dtype(
     [
         ("file", "i8"),  # address of a file that `check_file` accepts
         ("tier", "i8"),
+        ("exact", "i8"),  # 1: all modes in float64
         ("rate", "f8"),  # audio, Hz
         ("memory", "i8"),  # address, on a cache line; OPERATOR (strings, frets + 1) come first
         ("bytes", "i8"),  # of memory: `measure_pool` sets them
@@ -57,6 +61,7 @@ def begin_pool(pool):
     work.numbers = pool.file + WORD * words_before_numbers(file)
     work.taps = SENSORS if file.instrument.sensed else PICKUPS
     work.lossless = 0
+    work.exact = pool.exact
     work.rate = pool.rate
     work.numerator = np.int64(whole_steps(tier.contact_rate, pool.rate))
     work.denominator = 1
@@ -109,8 +114,23 @@ def fill_pool(address):
         take_note(pool, k, work.notes + NOTE_BYTES * k)
         measure(work, note_at(work.notes + NOTE_BYTES * k), operator_at(work.operators + OPERATOR_BYTES * k))
     state = fill(work)
+    take_hands(pool)
     set_float_control(before)
     return state
+
+
+@jit
+def take_hands(pool):
+    """Has the hand measure its force by the heights that the file says, where it does."""
+    added, work = added_of(pool.file), pool.preparing
+    if added == 0:
+        return
+    frets = file_at(pool.file).instrument.frets + 1
+    for i in range(work.count // frets):
+        if added_at(added).hand[i] > 0:
+            note = note_at(work.notes + NOTE_BYTES * i * frets)
+            op = operator_at(work.operators + OPERATOR_BYTES * i * frets)
+            set_heights(work, note, op, hand_heights(op), added_at(added).hand[i] - 1, 1)
 
 
 NOTE_PLACE = POOL.fields["note"][1]  # type: ignore[index]

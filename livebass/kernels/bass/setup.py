@@ -47,7 +47,17 @@ from livebass.kernels.pickup.coil import COIL
 from livebass.kernels.pickup.tone import ROW, TONES, fit_tones
 from livebass.kernels.player.performer import PERFORMER, performer_at
 from livebass.kernels.string.answers import fill_answers as connect_answers
-from livebass.kernels.string.records import EVENT, MOST_ANSWERS, MOST_NEAR, OPERATOR, SLOT_STATE, STRING, VOICE_SLOTS
+from livebass.kernels.string.records import (
+    CONTACT,
+    EVENT,
+    MOST_ANSWERS,
+    MOST_NEAR,
+    OPERATOR,
+    SLOT_STATE,
+    STRING,
+    VOICE_SLOTS,
+)
+from livebass.kernels.string.told import TOLD_BYTES
 from livebass.units import OFF
 
 # Running ahead: share of a block's time where contact ends soon, where it does not, and frames between looks at the
@@ -75,6 +85,9 @@ BUILDING = np.dtype(
         ("response", "i8"),
         ("response_count", "i8"),
         ("response_rate", "f8"),
+        # for who looks at the strings (told.py), of each: contacts and events that it keeps; 0: none
+        ("log_room", "i8"),
+        ("told_room", "i8"),
     ],
     align=True,
 )
@@ -82,7 +95,7 @@ BUILDING = np.dtype(
 building_at = record_at(BUILDING)
 operators_at = records_at(OPERATOR, 2)
 BASS_BYTES, PERFORMER_BYTES, STRING_BYTES, AHEAD_BYTES = (r.itemsize for r in (BASS, PERFORMER, STRING, AHEAD))
-EVENT_BYTES = EVENT.itemsize
+EVENT_BYTES, CONTACT_BYTES = EVENT.itemsize, CONTACT.itemsize
 TONES_BYTES = WORD * ROW * TONES
 
 
@@ -122,9 +135,19 @@ def measure_bass(address):
     instrument = file_at(building.file).instrument
     for i in range(instrument.strings):
         needed += lines(STRING_BYTES) + bytes_ahead(rows_kept(building, i), answers_of(instrument, i))
+        needed += bytes_told(building)
     take_response_of_file(building)
     needed += lines(bytes_of_effects(building.response_count, building.response_rate, building.rate))
     building.bytes = needed
+
+
+@jit
+def bytes_told(building):
+    """Bytes of what a string keeps for who looks at it."""
+    kept = lines(CONTACT_BYTES * building.log_room)
+    if building.told_room > 0:
+        kept += TOLD_BYTES + lines(EVENT_BYTES * building.told_room)
+    return kept
 
 
 @jit
@@ -188,6 +211,11 @@ def fill_bass(address):
         others = answers_of(instrument, i)
         lay_out_ahead(b.ahead[i], rows, others)
         place = b.ahead[i] + bytes_ahead(rows, others)
+        string.voice.log = place
+        string.voice.log_room = building.log_room
+        string.voice.told = place + lines(CONTACT_BYTES * building.log_room)
+        string.voice.told_room = building.told_room
+        place += bytes_told(building)
     if instrument.player.floor_noise > OFF and note > 0.0:
         pole = string_at(b.string[0]).voice.gain_pole
         make_floor(b.floor, instrument.player.floor_noise, note, building.rate, pole, building.seed)

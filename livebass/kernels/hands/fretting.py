@@ -8,7 +8,7 @@ import numpy as np
 from livebass.compiling import jit
 from livebass.kernels.hands.pulling import end_pull, grip, release_held_shape, shape_of_pluck
 from livebass.kernels.machine.native import copy_record
-from livebass.kernels.string import glide, handover, stop
+from livebass.kernels.string import glide, handover, modal, stop
 from livebass.kernels.string.slot import (
     SAFETY,
     SAFETY_HANDED,
@@ -117,10 +117,12 @@ def copy_motion(old, op, new, to):
     handover.velocities(old.u, n)
     for j in range(n):
         handover.set_mode_state(new.u, j, old.u.q_before[j], old.u.p_before[j])
+    modal.narrow(new.u, n)
     if new.v_ready:
         handover.velocities(old.v, n)
         for j in range(n):
             handover.set_mode_state(new.v, j, old.v.q_before[j], old.v.p_before[j])
+        modal.narrow(new.v, n)
     copy_record(new.stop_u, old.stop_u)
     copy_record(new.stop_v, old.stop_v)
     new.moving = old.moving

@@ -9,11 +9,12 @@ from livebass.compiling import jit
 from livebass.kernels.hands import thumb
 from livebass.kernels.machine.elementary import cos, exp, sin, squared
 from livebass.kernels.string import glide, modal
-from livebass.kernels.string.operators import heights, positions
+from livebass.kernels.string.operators import hand_heights, heights, positions
 from livebass.kernels.string.records import COMING
 from livebass.kernels.string.slot import SAFETY, invalidate_contact, rms_velocity, wake_slot
 
 FINGER_NEPERS = 5.0  # damping, at an antinode, of a finger that takes hold of a sounding string
+LEAST_GRAZE = 1e-4  # m, where a string lies on a fret
 GRIPPED, MOST_NEPERS = 2.35, 12.0  # of the fundamental, at least: near the saddle it holds more firmly, up to so much
 
 
@@ -47,8 +48,20 @@ def shape_of_strike(w, op, depth, position, width):
 @jit
 def grazing(op, position):
     """Apex (m) of a pluck at `position` (m) that just reaches a fret: model.modes.grazing_apex."""
+    return grazing_over(op, position, heights(op))
+
+
+@jit
+def unit_apex(op, position):
+    """Apex (m) of a pluck of the open string at `position` (m) with a force of 1: it grazes where the hand measures."""
+    return max(grazing_over(op, position, hand_heights(op)), LEAST_GRAZE)
+
+
+@jit
+def grazing_over(op, position, height):
+    """`grazing` where the contact points have other heights, (points,)."""
     a = op.length - position
-    place, height = positions(op), heights(op)
+    place = positions(op)
     least = np.inf
     for m in range(op.points):
         x = place[m]
@@ -97,9 +110,9 @@ def end_pull(string, ops):
         slot = string.slots[voice.slot]
         op = glide.current_operator(string, ops, voice.slot)
         up, moving = pull_profile(voice, voice.pulling - 1)
-        add_held_shape(slot.u, op, up, moving)
+        modal.add_shape(slot.u, up, moving, op.padded)
         if slot.v_ready:
-            add_held_shape(slot.v, op, up, moving)
+            modal.add_shape(slot.v, up, moving, op.padded)
             slot.v_active = op.padded
         wake_slot(slot, op, voice.step)
     voice.pulling = 0
@@ -110,26 +123,17 @@ def end_pull(string, ops):
 
 
 @jit
-def add_held_shape(w, op, up, moving):
-    """Adds `up` times the held shape, moving by `moving` times it a second."""
-    for j in range(op.padded):
-        x = w.held[j]
-        w.q[j] += up * x
-        w.p[j] += w.kappa[j] * (moving + w.sigma[j] * up) * x
-
-
-@jit
 def release_held_shape(voice, slot, op, follow):
     """Releases the held shape, which grows by `follow` times itself a second."""
     u, n = slot.u, op.padded
     own = np.sqrt(modal.held_speed_square(u, follow, n) / op.length)
     fastest = slot.safety * rms_velocity(u, op, n) + voice.pulse * own
-    modal.release_shape(u, follow, n)
+    modal.add_shape(u, 1.0, follow, n)
     whole = rms_velocity(u, op, n)
     if whole > 0.0:  # what sounded before and the pluck need each its own
         slot.safety = max(SAFETY, min(max(slot.safety, voice.pulse), fastest / whole))
     if slot.v_ready:
-        modal.release_shape(slot.v, follow, op.padded)
+        modal.add_shape(slot.v, 1.0, follow, op.padded)
         slot.v_active = op.padded
         invalidate_contact(slot.v, op)
     wake_slot(slot, op, voice.step)

@@ -8,9 +8,9 @@ width, so that F changes little within a frame. It is constant there, and found 
 steps know nothing of it:
 
 A string under a constant force moves freely about the shape -F c_j that the force would hold it in,
-c_j = dt^2 s_j / (mu b_j) in the terms of eq. 12's invariant, b_j = FINE_B. So q_j gets F c_j for the frame, and every
-obstacle F sum_j phi_j c_j; both lose it after. The energy that string and thumb lose to the flesh is exactly F times
-what eta has grown by, frets or not.
+c_j = dt^2 s_j / (mu b_j) in the terms of eq. 12's invariant, b_j = (kappa_j omega_j)^2. So q_j gets F c_j for the
+frame, and every obstacle F sum_j phi_j c_j; both lose it after. The energy that string and thumb lose to the flesh is
+exactly F times what eta has grown by, frets or not.
 
 F is that of a discrete gradient. With psi = phi^2 / 2 and eta deep in the middle of the frame,
 
@@ -33,8 +33,8 @@ import numpy as np
 from livebass.compiling import jit
 from livebass.kernels.machine.elementary import exp, sin, squared
 from livebass.kernels.string import modal
-from livebass.kernels.string.operators import positions, shape
-from livebass.kernels.string.records import BLOCK, COMING, THERE, WHOLE
+from livebass.kernels.string.operators import positions
+from livebass.kernels.string.records import BLOCK, COMING, THERE
 from livebass.kernels.string.slot import SAFETY_HANDED, SAFETY_STRUCK, SLACK, remove_thumb, wake_slot
 
 NARROWEST = 4.0  # of k a: the flesh moves no shorter waves ...
@@ -69,7 +69,7 @@ def approach_string(slot, op):
         t.wait -= 1
         return
     fit_thumb(slot, op)
-    t.height = modal.displacement(slot.u, slot.thumb_shape, slot.thumb_modes)
+    t.height = modal.displacement_under(slot.u, slot.thumb_shape, slot.thumb_modes)
     t.energy = 0.0
     t.force = 0.0
     t.pushed = 0.0
@@ -103,14 +103,14 @@ def fit_thumb(slot, op):
         c[j] = 0.0
         if j < op.modes and k * t.width < NARROWEST and slot.u.omega[j] * op.fine < MOST_TURN:
             row[j] = shape_under(op, k, x, t.width)
-            c[j] = op.weight * row[j] / slot.u.fine_b[j]
-            give += row[j] * c[j] * (1.0 - slot.u.leaps[WHOLE].a[j])
+            c[j] = op.weight * row[j] / squared(slot.u.kappa[j] * slot.u.omega[j])
+            give += row[j] * c[j] * (1.0 - modal.whole_leap(slot.u, j))
             n = j + 1
     n = (n + BLOCK - 1) // BLOCK * BLOCK
     slot.thumb_modes = n
     slot.thumb_give = give
     for m in range(op.points):
-        slot.thumb_reach[m] = modal.dot(c, shape(op, m), n)
+        slot.thumb_reach[m] = modal.dot_of_shape(op, m, c, n)
 
 
 @jit
@@ -191,7 +191,7 @@ def take_off(slot, op, after):
         return
     modal.copy_row(slot.u.height, slot.thumb_heights, op.points)
     modal.shift(slot.u, slot.thumb_yield, -t.force, n)
-    change = modal.displacement(slot.u, slot.thumb_shape, n) - t.height - t.depth
+    change = modal.displacement_under(slot.u, slot.thumb_shape, n) - t.height - t.depth
     t.pushed = change - t.foreseen
     t.energy += t.force * change
     t.energy -= min(t.friction * change * change, max(t.energy, 0.0))

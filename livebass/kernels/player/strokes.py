@@ -7,7 +7,7 @@ stopped, `open_op` that of the open string.
 import numpy as np
 
 from livebass.compiling import jit
-from livebass.kernels.hands.pulling import grazing
+from livebass.kernels.hands.pulling import LEAST_GRAZE, grazing, unit_apex
 from livebass.kernels.machine.elementary import chance, cos, log2, power, squared
 from livebass.kernels.machine.native import copy_record, records_at
 from livebass.kernels.machine.noise import amplitude
@@ -29,7 +29,6 @@ strokes_at = records_at(STROKE)
 LEAST_PLUCK, LEAST_STRIKE = 0.47, 0.12  # of the length: no nearer to the stop; the middle itself has no even partials
 MOST_PLACE = 0.99  # of the length
 USUAL_PLACE = 0.8  # of the length: where hands pluck that are neither here nor there
-LEAST_GRAZE = 1e-4  # m, where a string lies on a fret
 LEAST_FORCE = 1e-3  # multiple of the grazing apex: a curve cannot start at zero
 FASTEST_STRIKE = 8.0  # m/s: no hand is faster
 THUMB_GENTLER = 0.2  # power of its part of the open length by which a thumb strikes a shorter string more gently
@@ -132,8 +131,7 @@ def apex_by(open_op, op, where, gentler):
     """
     x = open_op.length - (op.length - where)
     part = op.length / open_op.length
-    apex = max(grazing(open_op, x), LEAST_GRAZE)
-    return apex * where / (x * part) * power(part, gentler)
+    return unit_apex(open_op, x) * where / (x * part) * power(part, gentler)
 
 
 @jit
@@ -218,7 +216,7 @@ def strike_string(p, ops, i, stop, force, aside):
     open_op, player = ops[i, 0], p.player
     where = over_body(open_op, ops[i, stop], player.strike_position, aside, LEAST_STRIKE)
     depth = player.strike_force * np.sqrt(p.slack[i])
-    depth *= soft_limit(force * max(grazing(open_op, 0.5 * open_op.length), LEAST_GRAZE), player.greatest_apex)
+    depth *= soft_limit(force * unit_apex(open_op, 0.5 * open_op.length), player.greatest_apex)
     if p.usual_slapped == 0:
         depth *= GUEST_THUMB
     send_strike(p, i, stop, depth, where)

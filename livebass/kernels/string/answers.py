@@ -26,8 +26,9 @@ import numpy as np
 from livebass.compiling import compiled, jit
 from livebass.kernels.machine.elementary import cos, exp, sin
 from livebass.kernels.machine.native import floats_at
+from livebass.kernels.string import modal
 from livebass.kernels.string.modal import LANES
-from livebass.kernels.string.operators import OMEGA, SIGMA, coefficient, tap_weights
+from livebass.kernels.string.operators import OMEGA, SIGMA, coefficient, number_at, tap_row
 from livebass.kernels.string.records import BLOCK, UNKNOWN
 from livebass.kernels.string.touch import linear_density
 
@@ -74,9 +75,9 @@ def fill_answers(string, i, instrument, ops):
                 rate += RESISTANCE / (linear_density(op) * op.length) * shape * shape
             a.muted[g] = exp(-rate * h)
             if instrument.sensed:
-                a.of_q[g] = tap_weights(op, 0)[j]
+                a.of_q[g] = number_at(tap_row(op, 0), op, j)
             for k in range(instrument.pickups[t]):
-                weight = instrument.mix[t, k] * tap_weights(op, k)[j]
+                weight = instrument.mix[t, k] * number_at(tap_row(op, k), op, j)
                 a.of_q[g] -= s * weight
                 a.of_y[g] += w * weight
     a.count = n
@@ -213,11 +214,12 @@ def exchange(string, slot, op, step):
     for p in range(voice.frame % EVERY, a.pairs, EVERY):
         g, i = a.pair_answer[p], a.pair_mode[p]
         scale = u.kappa[i] * u.omega[i]
-        q, y = u.q[i], -u.p[i] / scale
+        q, y = modal.state_of(u, i)
+        y = -y / scale
         x, z = a.q[g], -a.y[g]
         c_x, c_y = a.flow_x[p], a.flow_y[p]
-        u.q[i] = c_x * q - c_y * y + a.back_x[p] * x - a.back_y[p] * z
-        u.p[i] = -scale * (c_x * y + c_y * q + a.back_x[p] * z + a.back_y[p] * x)
+        back = c_x * q - c_y * y + a.back_x[p] * x - a.back_y[p] * z
+        modal.set_state(u, i, back, -scale * (c_x * y + c_y * q + a.back_x[p] * z + a.back_y[p] * x))
         a.q[g] = c_x * x - c_y * z + a.on_x[p] * q - a.on_y[p] * y
         a.y[g] = -(c_x * z + c_y * x + a.on_x[p] * y + a.on_y[p] * q)
         slot.active = max(slot.active, (i + BLOCK) // BLOCK * BLOCK)

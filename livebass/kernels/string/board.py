@@ -26,7 +26,7 @@ from livebass.kernels.string.frame import (
     steps_clear,
     string_at,
 )
-from livebass.kernels.string.operators import positions, shape
+from livebass.kernels.string.operators import positions
 from livebass.kernels.string.records import GROUP
 from livebass.kernels.string.watch import schedule, take_fine_steps
 
@@ -75,11 +75,11 @@ def doubtful(slot, op, g, step, end):
     for m in range(first + 1, last + 1):
         top = max(top, height[m])
     top += slot.fastest / (op.speed * slot.ratio) * max(x[last] - x[middle], x[middle] - x[first])
-    clearance = modal.displacement(u, shape(op, middle), slot.active) - top
+    clearance = modal.displacement(u, op, middle, slot.active) - top
     known = u.group_known_at[g]
     before = u.group_clearance[g]
     if known < 0 or known >= step or before + clearance <= travel * (end - known):
-        before = modal.displacement_before_leap(u, shape(op, middle), slot.active) - top
+        before = modal.displacement_before_leap(u, op, middle, slot.active) - top
         known = step
         u.group_clearance[g] = before
         u.group_known_at[g] = known
@@ -133,7 +133,7 @@ def solve_contact_on_board(slot, op, voice, watched, count, step):
             eta = free - op.weight * f
             touching = touching or f != 0.0
         if eta > 0.0 and before <= 0.0:
-            log_contact(slot, voice, step, m)
+            log_contact(slot, voice, step, m, (eta - before) / op.fine)
         u.force_before[m] = u.force[m]
         u.force[m] = f
         u.eta_before[m] = before

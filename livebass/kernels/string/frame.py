@@ -15,16 +15,17 @@ OPERATOR, `voice` the string's VOICE; `travel` is how far (m) the string can mov
 import numpy as np
 
 from livebass.compiling import inlined, jit
-from livebass.kernels.machine.native import record_at, words_at
+from livebass.kernels.machine.native import record_at
 from livebass.kernels.string import modal
-from livebass.kernels.string.operators import shape
-from livebass.kernels.string.records import LONGER, MOST_NEAR, OPERATOR, PART, STRING, WHOLE
+from livebass.kernels.string.records import CONTACT, LONGER, MOST_NEAR, OPERATOR, PART, STRING, WHOLE
 
 NEVER = 1 << 60  # a fine step
 FAR = 1 << 40  # fine steps: days
 
 string_at = record_at(STRING)
 operator_at = record_at(OPERATOR)
+contact_at = record_at(CONTACT)
+CONTACT_BYTES = CONTACT.itemsize
 
 
 @jit
@@ -45,7 +46,7 @@ def steps_clear(clearance, travel):
 @jit
 def clearance_at(slot, op, m):
     """Clearance (m) of point `m` now."""
-    return modal.displacement(slot.u, shape(op, m), slot.active) - slot.u.height[m]
+    return modal.displacement(slot.u, op, m, slot.active) - slot.u.height[m]
 
 
 @jit
@@ -58,7 +59,7 @@ def may_touch(slot, op, m, step, end):
     if 0 <= known < step and u.clearance[m] + clearance > travel * (end - known):
         return False
     if known < step:
-        u.clearance[m] = modal.displacement_before_leap(u, shape(op, m), slot.active) - slot.u.height[m]
+        u.clearance[m] = modal.displacement_before_leap(u, op, m, slot.active) - slot.u.height[m]
         u.known_at[m] = step
     held = u.solved_at[m] == step and (u.eta[m] > 0.0 or u.eta_before[m] > 0.0)
     return held or u.clearance[m] <= 0.0 or u.clearance[m] + clearance <= travel * (end - step)
@@ -79,7 +80,6 @@ def advance_frame(slot, op, voice, steps, find_suspects, next_check, fine_steps)
     modal.try_leap(slot.u, leap, slot.active)
     suspects, checks = find_suspects(slot, op, step, end)
     if suspects > 0:
-        modal.take_back(slot.u, slot.active)
         contact_frame(slot, op, voice, suspects, steps, fine_steps)
         return
     modal.leap(slot.v, leap, slot.v_active)
@@ -100,7 +100,10 @@ def note_clear(slot, op, checks, end):
 
 @inlined
 def contact_frame(slot, op, voice, count, steps, fine_steps):
-    """Moves `slot` over a frame in which the `count` suspects may touch: in parts, with fine steps where needed."""
+    """Moves `slot` over a frame in which the `count` suspects may touch: in parts, with fine steps where needed.
+
+    It begins where the last modal.try_leap of u began.
+    """
     u, suspects, travel = slot.u, slot.suspects, most_travel(slot, op)
     step = voice.step
     end = step + steps
@@ -108,19 +111,23 @@ def contact_frame(slot, op, voice, count, steps, fine_steps):
         m = suspects[i]
         if u.solved_at[m] == step:
             u.clearance[m] = -u.eta[m]
-    for _ in range(op.parts):
-        modal.try_leap(u, PART, slot.active)
+    for part in range(op.parts):
+        if part == 0:
+            modal.leap_from_before(u, PART, slot.active)
+        else:
+            modal.try_leap(u, PART, slot.active)
         close = find_near(slot, op, count, step)
         if close == 0:
             modal.leap(slot.v, PART, slot.v_active)
             for i in range(count):
                 u.clearance[suspects[i]] = u.clearance_now[suspects[i]]
         else:
-            modal.take_back(u, slot.active)
             fine_steps(slot, op, voice, slot.near, close, op.part_steps, step)
             update_clearances(slot, op, count, close)
         step += op.part_steps
     if step < end:
+        if op.parts > 0:
+            modal.keep(u, slot.active)
         fine_steps(slot, op, voice, suspects, count, end - step, step)
     for i in range(count):
         m = suspects[i]
@@ -173,11 +180,13 @@ def update_clearances(slot, op, count, close):
 
 
 @jit
-def log_contact(slot, voice, step, m):
-    """Counts a contact at point `m` that begins at `step`, and logs it while there is room."""
+def log_contact(slot, voice, step, m, speed):
+    """Counts a contact at point `m` that begins at `step` with a `speed` (m/s), and logs it if it has room."""
     slot.touching += 1
-    if voice.logged < voice.log_room:
-        entry = words_at(voice.log + 16 * voice.logged, 2)
-        entry[0] = step
-        entry[1] = m
+    if voice.log_room > 0:
+        contact = contact_at(voice.log + CONTACT_BYTES * (voice.logged % voice.log_room))
+        contact.step = step
+        contact.point = m
+        contact.fret = slot.fret
+        contact.speed = speed
     voice.logged += 1

@@ -108,7 +108,7 @@ def solve_contact_on_frets(slot, op, voice, watched, count, step):
         m = watched[i]
         eta = u.eta_before[m] + u.wanted[m] - contact.felt(op, u.coupling, u.force, watched, count, m)
         if eta > 0.0 and u.eta[m] <= 0.0:
-            log_contact(slot, voice, step, m)
+            log_contact(slot, voice, step, m, (eta - u.eta[m]) / op.fine)
         u.eta_before[m] = u.eta[m]
         u.eta[m] = eta
         u.pending[m] = op.push * u.force[m]

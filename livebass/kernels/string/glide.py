@@ -17,7 +17,16 @@ from livebass.compiling import jit
 from livebass.kernels.machine.elementary import exp, log2, sin_cos, squared
 from livebass.kernels.machine.native import record_address, words_at
 from livebass.kernels.string import handover, modal, operators
-from livebass.kernels.string.operators import DOUBLE, coefficient, coefficient_at, tap_weights
+from livebass.kernels.string.operators import (
+    DOUBLE,
+    coefficient,
+    coefficient_at,
+    coefficient_bytes,
+    high_coefficient,
+    low_coefficient,
+    put_number,
+    tap_row,
+)
 from livebass.kernels.string.preparing import faded
 from livebass.kernels.string.records import BETWEEN, BLOCK, OPERATOR, TOUCHES, WHOLE
 from livebass.kernels.string.slot import SAFETY_STRUCK, load_tuned, wake_slot, wake_v
@@ -149,14 +158,15 @@ def make_operator(string, ops, k, length):
     op.tap_modes = min(a.tap_modes, b.tap_modes)
     op.modes = min(min(a.modes, b.modes), op.tap_modes)
     op.padded = (op.modes + BLOCK - 1) // BLOCK * BLOCK
+    op.split = min(min(a.split, b.split), op.padded)
     op.points = 0
     op.coefficients = record_address(made) + ROWS
     op.coefficients_v = op.coefficients
     set_glide_coefficients(slot.u, op, op.coefficients, a, a.coefficients, b, b.coefficients, x)
     if a.coefficients_v != a.coefficients:
-        op.coefficients_v += DOUBLE * operators.COEFFICIENT_ROWS * op.padded
+        op.coefficients_v += coefficient_bytes(op)
         set_glide_coefficients(slot.u, op, op.coefficients_v, a, a.coefficients_v, b, b.coefficients_v, x)
-    op.taps = op.coefficients_v + DOUBLE * operators.COEFFICIENT_ROWS * op.padded
+    op.taps = op.coefficients_v + coefficient_bytes(op)
     set_glide_taps(voice, op)
     set_slope(made, op)
     for i in range(TOUCHES):  # fingers on the string make their shapes anew
@@ -179,17 +189,24 @@ def set_glide_coefficients(w, op, rows, a, rows_a, b, rows_b, x):
     for j in range(op.modes, op.padded):
         w.omega[j] = 1.0
         w.sigma[j] = 0.0
+    w.split = op.split
     modal.tune(w, op.fine, op.steps, op.padded)
-    row = operators.LEAPS + 3 * WHOLE
-    modal.copy_row(coefficient_at(rows, op, operators.FINE_A), w.fine_a, op.padded)
-    modal.copy_row(coefficient_at(rows, op, operators.FINE_B), w.fine_b, op.padded)
-    modal.copy_row(coefficient_at(rows, op, row), w.leaps[WHOLE].a, op.padded)
-    modal.copy_row(coefficient_at(rows, op, row + 1), w.leaps[WHOLE].b, op.padded)
-    modal.copy_row(coefficient_at(rows, op, row + 2), w.leaps[WHOLE].g, op.padded)
     modal.copy_row(coefficient_at(rows, op, operators.KAPPA), w.kappa, op.padded)
     modal.copy_row(coefficient_at(rows, op, operators.OMEGA), w.omega, op.padded)
     modal.copy_row(coefficient_at(rows, op, operators.SIGMA), w.sigma, op.padded)
-    modal.copy_row(coefficient_at(rows, op, operators.PACE), w.pace, op.padded)
+    row, n, split = operators.LEAPS + 3 * WHOLE, op.padded, op.split
+    modal.copy_row(low_coefficient(rows, op, operators.KEPT), w.low.kept, split)
+    modal.copy_row(high_coefficient(rows, op, operators.KEPT), w.high.kept, n - split)
+    modal.copy_row(low_coefficient(rows, op, operators.SPRING), w.low.spring, split)
+    modal.copy_row(high_coefficient(rows, op, operators.SPRING), w.high.spring, n - split)
+    modal.copy_row(low_coefficient(rows, op, operators.PACE), w.low.pace, split)
+    modal.copy_row(high_coefficient(rows, op, operators.PACE), w.high.pace, n - split)
+    modal.copy_row(low_coefficient(rows, op, row), w.low.leaps[WHOLE].a, split)
+    modal.copy_row(high_coefficient(rows, op, row), w.high.leaps[WHOLE].a, n - split)
+    modal.copy_row(low_coefficient(rows, op, row + 1), w.low.leaps[WHOLE].b, split)
+    modal.copy_row(high_coefficient(rows, op, row + 1), w.high.leaps[WHOLE].b, n - split)
+    modal.copy_row(low_coefficient(rows, op, row + 2), w.low.leaps[WHOLE].g, split)
+    modal.copy_row(high_coefficient(rows, op, row + 2), w.high.leaps[WHOLE].g, n - split)
 
 
 @jit
@@ -197,23 +214,23 @@ def set_glide_taps(voice, op):
     """Fills the weights of the modes at the pickups, or of u and of v at their sensors."""
     omega, sigma = coefficient(op, operators.OMEGA), coefficient(op, operators.SIGMA)
     for i in range(voice.pickups if voice.pickups > 0 else 2):
-        row = tap_weights(op, i if voice.pickups > 0 else 2 * i)
+        row = tap_row(op, i if voice.pickups > 0 else 2 * i)
         k1 = np.pi / op.length
         before, now = 0.0, np.sqrt(2 / op.length)
         sine, cosine = sin_cos(k1 * (op.length - voice.saddle[i]))
         now *= sine
         window, ratio, step = gaussian_recurrence(squared(k1 * voice.aperture[i]) / 24)
         for j in range(op.modes):
-            row[j] = now * window * faded(voice.rate, omega[j], sigma[j])
+            put_number(row, op, j, now * window * faded(voice.rate, omega[j], sigma[j]))
             before, now = now, 2.0 * cosine * now - before
             window *= ratio
             ratio *= step
         for j in range(op.modes, op.padded):
-            row[j] = 0.0
+            put_number(row, op, j, 0.0)
         if voice.pickups == 0:
-            row = tap_weights(op, 2 * i + 1)
+            row = tap_row(op, 2 * i + 1)
             for j in range(op.padded):
-                row[j] = 0.0
+                put_number(row, op, j, 0.0)
 
 
 @jit

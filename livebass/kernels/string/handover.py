@@ -129,14 +129,15 @@ def equal_mode(k, top, n):
 @jit
 def velocities(w, n):
     """Puts the velocities of `n` modes into w.p_before, and their displacements into w.q_before."""
+    modal.widen(w, n)
     for j in range(n):
         w.q_before[j] = w.q[j]
-        w.p_before[j] = w.pace[j] * w.p[j] - w.sigma[j] * w.q[j]
+        w.p_before[j] = w.p[j] / w.kappa[j] - w.sigma[j] * w.q[j]
 
 
 @jit
 def set_mode_state(w, j, q, v):
-    """Sets displacement and velocity of mode `j`."""
+    """Sets displacement and velocity of mode `j` in w.q and w.p, for modal.narrow."""
     w.q[j] = q
     w.p[j] = w.kappa[j] * (v + w.sigma[j] * q)
 
@@ -152,7 +153,7 @@ def add_equal_modes(w, op, new, to, n):
         j = equal_mode(k, k1, n)
         if j >= 0:
             part = root * cos(k * s)
-            q, v = part * w.q[j], part * (w.pace[j] * w.p[j] - w.sigma[j] * w.q[j])
+            q, v = part * w.q[j], part * (w.p[j] / w.kappa[j] - w.sigma[j] * w.q[j])
             new.q[m] += q
             new.p[m] += new.kappa[m] * (v + new.sigma[m] * q)
 
@@ -198,6 +199,7 @@ def end_on_line(w, op, new, to, n, place, speed):
         k = mode_number(m)
         set_mode_state(new, m, scale * k * new.q[m] - place * line / k, scale * k * new.p[m] - speed * line / k)
     add_equal_modes(w, op, new, to, n)
+    modal.narrow(new, to.padded)
 
 
 @jit
@@ -245,7 +247,7 @@ def to_longer(a, op, b, to, at, at_v):
     if across:
         add_corner(a.v, op, b.v, to, n, wanted, at_v)
     elif b.v_ready:
-        modal.clear_motion(b.v, to.padded)
+        clear_sums(b.v, to)
         add_corner(a.v, op, b.v, to, np.int64(0), wanted, at_v)
 
 
@@ -257,6 +259,14 @@ def weigh_slopes(w, k1, n):
         k = mode_number(m) * k1
         w.q_before[m] *= k
         w.p_before[m] *= k
+
+
+@jit
+def clear_sums(new, to):
+    """Gives all modes of `to` the sums of a string at rest."""
+    for j in range(to.padded):
+        new.q[j] = 0.0
+        new.p[j] = 0.0
 
 
 @jit
@@ -274,3 +284,4 @@ def add_corner(w, op, new, to, n, wanted, at):
         factor = -scale * phi if wanted[j] != 0.0 else 0.0
         set_mode_state(new, j, factor * new.q[j] + place * shape, factor * new.p[j] + speed * shape)
     add_equal_modes(w, op, new, to, n)
+    modal.narrow(new, to.padded)

@@ -40,6 +40,40 @@ def crown(string, numbers, k):
 
 
 @shared
+def gap_under(numbers, frets, count, k, action, relief, nut_height):
+    """Gap (m) under the open string at fret `k`, from 0, of `count` whose rows (place, height) begin at `frets`.
+
+    By geometry, all in m: `action` is the gap at fret 12, `nut_height` that at fret 1, `relief` the depth of the hollow
+    between the first and the last fret, at its middle.
+    """
+    s = along(numbers, frets, count, k)
+    pivot = along(numbers, frets, count, min(12, count) - 1)
+    hollow = 4 * relief * pivot * (1 - pivot)
+    last = nut_height + (action - hollow - nut_height) / (pivot if pivot != 0.0 else 1.0)
+    return nut_height + (last - nut_height) * s + 4 * relief * s * (1 - s)
+
+
+@shared
+def along(numbers, frets, count, k):
+    """Part of the way from the first to the last fret at fret `k`, from 0."""
+    if count == 1:
+        return 0.0
+    first = numbers[frets]
+    return (numbers[frets + 2 * k] - first) / (numbers[frets + 2 * (count - 1)] - first)
+
+
+@shared
+def bow_through(numbers, frets, count, x):
+    """Height (m) at `x` (m from the nut) of the parabola through the first, the middle and the last fret, by Newton."""
+    low, middle, high = frets, frets + 2 * (count // 2), frets + 2 * (count - 1)
+    x_0, x_1, x_2 = numbers[low], numbers[middle], numbers[high]
+    h_0, h_1, h_2 = numbers[low + 1], numbers[middle + 1], numbers[high + 1]
+    slope, next_slope = (h_1 - h_0) / (x_1 - x_0), (h_2 - h_1) / (x_2 - x_1)
+    bow = (next_slope - slope) / (x_2 - x_0)
+    return h_0 + (x - x_0) * (slope + (x - x_1) * bow)
+
+
+@shared
 def resting_on(string, numbers, fret):
     """The fret that the string rests on when stopped at `fret`: one beyond, if it stands so high that it chokes it."""
     stop = fret

@@ -1,50 +1,153 @@
 """The rows of an operator that lie in the pool, as arrays.
 
 An operator holds their addresses (records.py): the coefficients of its modes, the weights of taps and the mode shapes
-at contact points, a row of `padded` float64 each; heights and positions of the contact points; W and R between them, a
-row of `points` each, which a board does without. No other file knows how the pool is laid out, but preparing.py, which
+at contact points, a row of `padded` numbers each; heights and positions of the contact points; W and R between them, a
+row of `points` each, which a board does without. Where a mode is read in every frame, the first `split` numbers of a
+row are float64, the others float32: each such row is two arrays, low_... and high_..., which begins with mode
+`split`. No other file knows how the pool is laid out, but preparing.py, which
 fills it. [any thread]
 """
 
-from livebass.compiling import inlined
-from livebass.kernels.machine.native import floats_at
+import numpy as np
 
-DOUBLE = 8  # bytes
+from livebass.compiling import inlined, jit
+from livebass.kernels.machine.elementary import exp
+from livebass.kernels.machine.native import floats_at, samples_at
+
+DOUBLE, SINGLE = 8, 4  # bytes
 
 # The rows of coefficients in their order; LEAPS: rows a, b and g of each of the three leaps
-FINE_A, FINE_B, LEAPS = 0, 1, 2
-KAPPA, OMEGA, SIGMA, PACE = 11, 12, 13, 14
-COEFFICIENT_ROWS = 15
+KAPPA, OMEGA, SIGMA = 0, 1, 2  # float64 all ...
+WIDE_ROWS = 3
+KEPT, SPRING, PACE, LEAPS = 0, 1, 2, 3  # ... and these not
+MIXED_ROWS = 12
+
+
+@jit
+def fine_coefficients(decay, half_sine):
+    """Returns E^2, s and E of a mode that loses exp(-`decay`) a fine step; `half_sine`: sin(omega dt / 2)."""
+    left = exp(-decay)
+    gone = 1.0 - left
+    return left * left, gone * gone + 4.0 * left * (half_sine * half_sine), left
+
+
+@jit
+def mixed_bytes(op):
+    """Bytes of a row whose modes from op.split on are float32."""
+    return DOUBLE * op.split + SINGLE * (op.padded - op.split)
+
+
+@jit
+def coefficient_bytes(op):
+    """Bytes of all coefficients of a polarisation."""
+    return WIDE_ROWS * DOUBLE * op.padded + MIXED_ROWS * mixed_bytes(op)
+
+
+@inlined
+def low_part(address, op):
+    """The float64 of a mixed row at an address, (split,)."""
+    return floats_at(address, op.split)
+
+
+@inlined
+def high_part(address, op):
+    """The float32 of a mixed row at an address, from mode `split` on, (padded - split,)."""
+    return samples_at(address + DOUBLE * op.split, op.padded - op.split)
+
+
+@jit
+def number_at(address, op, j):
+    """Number `j` of a mixed row at an address."""
+    if j < op.split:
+        return low_part(address, op)[j]
+    return np.float64(high_part(address, op)[j - op.split])
+
+
+@jit
+def put_number(address, op, j, x):
+    """Sets number `j` of a mixed row at an address, rounded where it is float32."""
+    if j < op.split:
+        low_part(address, op)[j] = x
+    else:
+        high_part(address, op)[j - op.split] = x
 
 
 @inlined
 def coefficient(op, row):
-    """Row FINE_A to PACE of the coefficients of the modes of u, (padded,)."""
+    """Row KAPPA, OMEGA or SIGMA of the coefficients of the modes of u, (padded,)."""
     return coefficient_at(op.coefficients, op, row)
 
 
 @inlined
 def coefficient_at(address, op, row):
-    """Row FINE_A to PACE of the coefficients at `address`, those of u or of v, (padded,)."""
+    """Row KAPPA, OMEGA or SIGMA of the coefficients at `address`, those of u or of v, (padded,)."""
     return floats_at(address + DOUBLE * row * op.padded, op.padded)
 
 
-@inlined
-def shape(op, m):
-    """Mode shapes at contact point `m`, (padded,), m^-0.5."""
-    return floats_at(op.shapes + DOUBLE * m * op.padded, op.padded)
+@jit
+def mixed_coefficient(address, op, row):
+    """Address of row KEPT to LEAPS + 8 of the coefficients at `address`."""
+    return address + WIDE_ROWS * DOUBLE * op.padded + row * mixed_bytes(op)
 
 
 @inlined
-def tap_weights(op, row):
-    """Weights of the modes in tap `row`, (padded,)."""
-    return floats_at(op.taps + DOUBLE * row * op.padded, op.padded)
+def low_coefficient(address, op, row):
+    """Row KEPT to LEAPS + 8 of the coefficients at `address`, those of u or of v, (split,)."""
+    return low_part(mixed_coefficient(address, op, row), op)
+
+
+@inlined
+def high_coefficient(address, op, row):
+    """The rest of `low_coefficient`, (padded - split,)."""
+    return high_part(mixed_coefficient(address, op, row), op)
+
+
+@jit
+def shape_row(op, m):
+    """Address of the mode shapes at contact point `m`."""
+    return op.shapes + m * mixed_bytes(op)
+
+
+@inlined
+def low_shape(op, m):
+    """Mode shapes at contact point `m`, (split,), m^-0.5."""
+    return low_part(shape_row(op, m), op)
+
+
+@inlined
+def high_shape(op, m):
+    """The rest of `low_shape`, (padded - split,)."""
+    return high_part(shape_row(op, m), op)
+
+
+@jit
+def tap_row(op, row):
+    """Address of the weights of the modes in tap `row`."""
+    return op.taps + row * mixed_bytes(op)
+
+
+@inlined
+def low_taps(op, row):
+    """Weights of the modes in tap `row`, (split,)."""
+    return low_part(tap_row(op, row), op)
+
+
+@inlined
+def high_taps(op, row):
+    """The rest of `low_taps`, (padded - split,)."""
+    return high_part(tap_row(op, row), op)
 
 
 @inlined
 def heights(op):
     """Heights of the contact points, (points,), m."""
     return floats_at(op.heights, op.points)
+
+
+@inlined
+def hand_heights(op):
+    """Heights of the contact points on the neck by which the hand measures its force, (points,), m."""
+    return floats_at(op.hand_heights, op.points)
 
 
 @inlined

@@ -19,25 +19,31 @@ from livebass.kernels.machine.elementary import cos, exp, sin
 from livebass.kernels.machine.native import floats_at, record_at, words_at
 from livebass.kernels.string.law import damping, frequency
 from livebass.kernels.string.operators import (
-    COEFFICIENT_ROWS,
     DOUBLE,
-    FINE_A,
-    FINE_B,
     KAPPA,
+    KEPT,
     LEAPS,
     OMEGA,
     PACE,
     SIGMA,
+    SPRING,
     coefficient,
     coefficient_at,
+    coefficient_bytes,
     coupling,
+    fine_coefficients,
+    hand_heights,
     heights,
     left_out,
+    mixed_bytes,
+    mixed_coefficient,
+    number_at,
     positions,
-    shape,
-    tap_weights,
+    put_number,
+    shape_row,
+    tap_row,
 )
-from livebass.kernels.string.records import BLOCK, LONGER, MOST_NEAR, OPERATOR, PART, WHOLE
+from livebass.kernels.string.records import BLOCK, LONGER, LOW, MOST_NEAR, OPERATOR, PART, WHOLE
 from livebass.rows import TINY, Word, record
 
 PART_TIME = 5.2e-6  # s, length of the parts a contact frame is cut into ...
@@ -119,6 +125,7 @@ PREPARING = np.dtype(
         ("table_words", "i8"),  # `measure_operators` sets them
         ("taps", "i8"),  # PICKUPS, SENSORS or SAMPLED
         ("lossless", "i8"),  # 1: all sigma_j zero
+        ("exact", "i8"),  # 1: all modes are float64, 0: the first LOW
         ("rate", "f8"),  # audio, Hz
         ("contact_rate", "f8"),  # Hz
         ("numerator", "i8"),  # fine steps ...
@@ -152,9 +159,10 @@ def measure(work, note, op):
         note.grid_points = note.modes + 1
     op.modes = note.modes
     op.padded = blocks(note.modes)
+    op.split = op.padded if work.exact else min(op.padded, LOW)
     op.points = points_of(work, note)
     work.words += operator_words(work, note, op)
-    work.table_words = max(work.table_words, note.grid_points + 1 + 2 * MOST_NEAR)
+    work.table_words = max(work.table_words, behind_table(note) + op.points)
 
 
 @entry("int64(int64)")
@@ -174,19 +182,29 @@ def fill(work):
         note = note_at(work.notes + NOTE_BYTES * k)
         op = operator_at(work.operators + OPERATOR_BYTES * k)
         lay_out(work, note, op, place)
-        set_numbers(work, note, op)
-        state = set_coefficients(work, note, op, op.coefficients, False)
-        if state == DONE and note.own_across:
-            state = set_coefficients(work, note, op, op.coefficients_v, True)
+        state = fill_operator(work, note, op)
         if state != DONE:
             return state
-        set_points(work, note, op)
-        set_shapes(work, note, op)
-        set_taps(work, note, op)
-        if op.points <= MOST_NEAR:
-            set_coupling(work, note, op)
-        set_answers(work, note, op)
+        measure_by_own(op)
         place += DOUBLE * operator_words(work, note, op)
+    return np.int64(DONE)
+
+
+@jit
+def fill_operator(work, note, op):
+    """Fills an operator, and its rows of zeros, but for the heights by which the hand measures; returns as `fill`."""
+    set_numbers(work, note, op)
+    state = set_coefficients(work, note, op, op.coefficients, False)
+    if state == DONE and note.own_across:
+        state = set_coefficients(work, note, op, op.coefficients_v, True)
+    if state != DONE:
+        return state
+    set_points(work, note, op)
+    set_shapes(work, note, op)
+    set_taps(work, note, op)
+    if op.points <= MOST_NEAR:
+        set_coupling(work, note, op)
+    set_answers(work, note, op)
     return np.int64(DONE)
 
 
@@ -214,19 +232,20 @@ def tap_rows(work, note):
 def operator_words(work, note, op):
     """Float64 of the rows of an operator."""
     square = op.points * op.points if op.points <= MOST_NEAR else 0
-    rows = COEFFICIENT_ROWS * (1 + note.own_across) + tap_rows(work, note) + op.points
-    return rows * op.padded + blocks(2 * (op.points + square + note.answers_count))
+    size = coefficient_bytes(op) * (1 + note.own_across) + mixed_bytes(op) * (tap_rows(work, note) + op.points)
+    return size // DOUBLE + blocks(3 * op.points + 2 * (square + note.answers_count))
 
 
 @jit
 def lay_out(work, note, op, place):
     """Gives the operator the addresses of its rows from `place` on."""
     op.coefficients = place
-    op.coefficients_v = op.coefficients + DOUBLE * COEFFICIENT_ROWS * op.padded * note.own_across
-    op.taps = op.coefficients_v + DOUBLE * COEFFICIENT_ROWS * op.padded
-    op.shapes = op.taps + DOUBLE * tap_rows(work, note) * op.padded
-    op.heights = op.shapes + DOUBLE * op.points * op.padded
-    op.positions = op.heights + DOUBLE * op.points
+    op.coefficients_v = op.coefficients + coefficient_bytes(op) * note.own_across
+    op.taps = op.coefficients_v + coefficient_bytes(op)
+    op.shapes = op.taps + mixed_bytes(op) * tap_rows(work, note)
+    op.heights = op.shapes + mixed_bytes(op) * op.points
+    op.hand_heights = op.heights + DOUBLE * op.points
+    op.positions = op.hand_heights + DOUBLE * op.points
     op.coupling = op.positions + DOUBLE * op.points
     op.left_out = op.coupling + DOUBLE * op.points * op.points
     op.answers = op.left_out + DOUBLE * op.points * op.points
@@ -284,13 +303,12 @@ def set_coefficients(work, note, op, rows, across):
     Modes that fill up the last block stay zero and must not divide by zero.
     """
     dt = 1.0 / work.contact_rate
-    fine_a, fine_b = coefficient_at(rows, op, FINE_A), coefficient_at(rows, op, FINE_B)
-    kappa, pace = coefficient_at(rows, op, KAPPA), coefficient_at(rows, op, PACE)
+    kappa = coefficient_at(rows, op, KAPPA)
     omega, sigma = coefficient_at(rows, op, OMEGA), coefficient_at(rows, op, SIGMA)
     for k in range(op.modes, op.padded):
-        fine_a[k] = 1.0
         kappa[k] = 1.0
         omega[k] = 1.0
+        put_number(mixed_coefficient(rows, op, KEPT), op, k, 1.0)
     for k in range(op.modes):
         nu = frequency(note, numbers_of(work), k + 1, across)
         s = 0.0 if work.lossless else damping(note, numbers_of(work), k + 1, nu, across)
@@ -301,12 +319,12 @@ def set_coefficients(work, note, op, rows, across):
         sine = sin(w * dt)
         if abs(sine) < LEAST_SINE:
             return np.int64(FROZEN)
-        damp = exp(-s * dt)
+        kept, spring, damp = fine_coefficients(s * dt, sin(0.5 * w * dt))
         es = damp * sine
-        fine_a[k] = damp * cos(w * dt)
-        fine_b[k] = es * es
+        put_number(mixed_coefficient(rows, op, KEPT), op, k, kept)
+        put_number(mixed_coefficient(rows, op, SPRING), op, k, spring)
+        put_number(mixed_coefficient(rows, op, PACE), op, k, w / es)
         kappa[k] = es / w
-        pace[k] = w / es
         omega[k] = w
         sigma[k] = s
         for which in range(3):
@@ -320,9 +338,9 @@ def set_coefficients(work, note, op, rows, across):
                 row = LEAPS + 3 * PART
             damp = exp(-s * steps * dt)
             turned = damp * sin(w * steps * dt)
-            coefficient_at(rows, op, row)[k] = damp * cos(w * steps * dt)
-            coefficient_at(rows, op, row + 1)[k] = turned / es
-            coefficient_at(rows, op, row + 2)[k] = turned * es
+            put_number(mixed_coefficient(rows, op, row), op, k, damp * cos(w * steps * dt))
+            put_number(mixed_coefficient(rows, op, row + 1), op, k, turned / es)
+            put_number(mixed_coefficient(rows, op, row + 2), op, k, turned * es)
     return np.int64(DONE)
 
 
@@ -350,33 +368,60 @@ def grid_over(work, note):
 @jit
 def set_points(work, note, op):
     """Fills positions and heights of the contact points; what stands above the string at rest is pressed flat."""
-    x, h = positions(op), heights(op)
+    x = positions(op)
     if note.surface_count == 0:
         for m in range(op.points):
             x[m] = list_value(work, note.obstacles, 2 * m)
-            h[m] = list_value(work, note.obstacles, 2 * m + 1)
+        set_heights(work, note, op, heights(op), note.obstacles + 1, 2)
         return
     step = note.length / note.grid_points
+    first, _ = grid_over(work, note)
+    for m in range(op.points):
+        x[m] = (first + m) * step
+    set_heights(work, note, op, heights(op), note.surface + 1, 2)
+
+
+@jit
+def set_heights(work, note, op, h, given, stride):
+    """Fills the heights `h` of the contact points by the list of the note whose first is `given`, each `stride` on."""
+    if note.surface_count == 0:
+        for m in range(op.points):
+            h[m] = list_value(work, given, stride * m)
+        return
+    x, step = positions(op), note.length / note.grid_points
     first, _ = grid_over(work, note)
     rows, table = note.surface_count, note.surface
     i = 0
     for m in range(op.points):
-        x[m] = (first + m) * step
         while i < rows - 1 and list_value(work, table, 2 * (i + 1)) <= x[m]:
             i += 1
-        h[m] = list_value(work, table, 2 * i + 1)
+        h[m] = list_value(work, given, stride * i)
         if i < rows - 1 and x[m] > list_value(work, table, 2 * i):
-            slope = list_value(work, table, 2 * i + 3) - h[m]
+            slope = list_value(work, given, stride * (i + 1)) - h[m]
             slope /= list_value(work, table, 2 * i + 2) - list_value(work, table, 2 * i)
             h[m] += slope * (x[m] - list_value(work, table, 2 * i))
     for i in range(1, rows):  # a crown within a grid step counts there; the first place is never one
-        height = list_value(work, table, 2 * i + 1)
+        height = list_value(work, given, stride * i)
         m = np.int64(np.rint(list_value(work, table, 2 * i) / step)) - first
-        beyond = i + 1 < rows and list_value(work, table, 2 * i + 3) > height
-        if 0 <= m < op.points and list_value(work, table, 2 * i - 1) <= height and not beyond:
+        beyond = i + 1 < rows and list_value(work, given, stride * (i + 1)) > height
+        if 0 <= m < op.points and list_value(work, given, stride * (i - 1)) <= height and not beyond:
             h[m] = max(h[m], height)
     for m in range(op.points):
         h[m] = min(h[m], 0.0)
+
+
+@jit
+def measure_by_own(op):
+    """Has the hand measure its force by the heights that the contact points have now."""
+    kept, h = hand_heights(op), heights(op)
+    for m in range(op.points):
+        kept[m] = h[m]
+
+
+@jit
+def behind_table(note):
+    """Float64 of the workspace for a note, with room for as many as there are points behind (bass/refill.py)."""
+    return note.grid_points + 1 + 2 * MOST_NEAR
 
 
 @jit
@@ -416,18 +461,18 @@ def set_shapes(work, note, op):
     table, n = floats_at(work.table, work.table_words), note.grid_points
     scale = np.sqrt(2 / note.length)
     for m in range(op.points):
-        row, x = shape(op, m), positions(op)[m]
+        row, x = shape_row(op, m), positions(op)[m]
         k = grid_point(note, x)
         if k < 0:
             for j in range(op.modes):
-                row[j] = shape_at(note, x, j + 1)
+                put_number(row, op, j, shape_at(note, x, j + 1))
             continue
         turn = 0
         for j in range(op.modes):
             turn += k
             if turn >= 2 * n:
                 turn -= 2 * n
-            row[j] = scale * sine(table, turn, n)
+            put_number(row, op, j, scale * sine(table, turn, n))
 
 
 @jit
@@ -439,7 +484,7 @@ def set_coupling(work, note, op):
     phi, turn = floats_at(behind, points), words_at(behind + DOUBLE * points, points)
     for j in range(op.modes):
         for m in range(points):
-            phi[m] = shape(op, m)[j]
+            phi[m] = number_at(shape_row(op, m), op, j)
         for m in range(points):
             add_products(coupling(op, m), phi, phi[m], m + 1)
     for m in range(points):
@@ -493,14 +538,15 @@ def set_taps(work, note, op):
         elif work.taps == SENSORS:
             fade = faded(work.rate, coefficient(op, OMEGA)[k], coefficient(op, SIGMA)[k])
             for i in range(2):
-                tap_weights(op, 2 * i)[k] = shape_at(note, list_value(work, note.taps, i), k + 1) * fade
+                weight = shape_at(note, list_value(work, note.taps, i), k + 1) * fade
+                put_number(tap_row(op, 2 * i), op, k, weight)
         else:
             set_sampled(work, note, op, k)
     op.tap_modes = 0
     for row in range(rows):
-        weight = tap_weights(op, row)
+        weights = tap_row(op, row)
         for k in range(op.tap_modes, op.modes):
-            if weight[k] != 0.0:
+            if number_at(weights, op, k) != 0.0:
                 op.tap_modes = k + 1
     op.tap_modes = blocks(op.tap_modes)
 
@@ -524,7 +570,7 @@ def set_pickups(work, note, op, k, rows):
     for i in range(rows):
         x, aperture = list_value(work, note.taps, 2 * i), list_value(work, note.taps, 2 * i + 1)
         wide = (k + 1) * (np.pi / note.length) * aperture
-        tap_weights(op, i)[k] = shape_at(note, x, k + 1) * exp(-(wide * wide) / 24) * fade
+        put_number(tap_row(op, i), op, k, shape_at(note, x, k + 1) * exp(-(wide * wide) / 24) * fade)
 
 
 @jit
@@ -539,5 +585,5 @@ def set_sampled(work, note, op, k):
             ahead = (-phase * work.numerator) % work.denominator / work.denominator / work.contact_rate  # s
             grown = exp(s * ahead) * weight
             row = 2 * (i * work.denominator + phase)
-            tap_weights(op, row)[k] = grown * cos(w * ahead)
-            tap_weights(op, row + 1)[k] = -grown * sin(w * ahead) / es
+            put_number(tap_row(op, row), op, k, grown * cos(w * ahead))
+            put_number(tap_row(op, row + 1), op, k, -grown * sin(w * ahead) / es)

@@ -1,6 +1,6 @@
 """The records that kernels work on: a string with its slots and their working sets, its operators, events.
 
-Memory is named, never addressed by arithmetic: `slot.u.eta[m]`, `op.points`, `w.leaps[WHOLE].a[j]`. Index j counts
+Memory is named, never addressed by arithmetic: `slot.u.eta[m]`, `op.points`, `w.low.leaps[WHOLE].a[j]`. Index j counts
 modes, m contact points. All rows of a working set have the same constant length ROW: the compiler knows every distance
 and vectorises the loops of modal.py without checks at run time. ROW is an odd number of cache lines, so that rows do
 not collide in the cache.
@@ -12,7 +12,7 @@ import numpy as np
 
 from livebass.kernels.machine.noise import BAND
 
-ROW = 1048  # float64; the most modes, and the most contact points, of one string
+ROW = 1048  # the most modes, and the most contact points, of one string
 MOST_NEAR = 32  # contact points solved together in one fine step
 LINE = 64  # bytes of a cache line
 BATCH = 16  # frames that are filtered together
@@ -20,6 +20,7 @@ BLOCK = 16  # modes are woken and dropped in blocks
 GROUP, GROUP_ROOM = 16, 128  # contact points in a group of a board; most groups
 UNKNOWN = -1  # a step number: never
 MOST_ANSWERS = 128  # modes of other strings that may answer one string
+LOW = 64  # modes in float64, in qualities that are not exact: whole BLOCKs
 BETWEEN_ROWS = 15 + 15 + 4  # coefficients of operators.py, of u and v, and a tap for each pickup, or sensors' of both
 
 
@@ -47,8 +48,27 @@ def on_lines(fields: list[Any]) -> np.dtype[Any]:
     return np.dtype({"names": names, "formats": formats, "offsets": offsets, "itemsize": whole}, align=True)
 
 
-# k fine steps at once, free: q <- a q + b P, P <- a P - g q
-LEAP = np.dtype([_row("a"), _row("b"), _row("g")], align=True)
+def _rows_of_modes(kind: str) -> np.dtype[Any]:
+    """What frames and fine steps read and write of the modes of one polarisation, in numbers of one kind."""
+    # k fine steps at once, free: q <- a q + b P, P <- a P - g q
+    leap = on_lines([_row("a", kind), _row("b", kind), _row("g", kind)])
+    return on_lines(
+        [
+            _row("q", kind),  # displacement
+            _row("p", kind),  # P, momentum scaled to one fine step; while fine steps are taken, d (modal.py)
+            _row("q_before", kind),  # the state before a trial step
+            _row("p_before", kind),
+            _row("kept", kind),  # one fine step: d <- kept d - spring q ...
+            _row("spring", kind),  # ... and q <- q + d
+            ("leaps", leap, (3,)),
+            _row("pace", kind),  # 1 / kappa: modal velocity is pace P - sigma q
+            _row("kappa", kind),
+            _row("sigma", kind),
+        ]
+    )
+
+
+LOW_ROWS, HIGH_ROWS = _rows_of_modes("f8"), _rows_of_modes("f4")
 WHOLE, LONGER, PART = 0, 1, 2  # leaps: one frame; one fine step more, where frames are no whole steps; part of a frame
 
 # Newton's method in several contact points at once (contact.py)
@@ -70,19 +90,18 @@ SOLVER = np.dtype(
 # The working set of one polarisation: u, away from the neck, or v, across it
 WORK = on_lines(
     [
-        # modes
-        _row("q"),  # displacement
-        _row("p"),  # momentum scaled to one fine step (modal.py)
-        _row("q_before"),  # the state before a trial step
+        # modes: those below `split` are in `low`, those from there on in `high`, which begins with mode `split`
+        ("low", LOW_ROWS),
+        ("high", HIGH_ROWS),
+        ("split", "i8"),
+        # the rest of them, what events read, in float64. Coefficients: those of the operator (operators.py), or tuned
+        _row("q"),  # workspace of an event: state (modal.widen) ...
+        _row("p"),
+        _row("q_before"),  # ... and what it makes of that
         _row("p_before"),
-        # coefficients of the modes: those of the operator (operators.py), or tuned
-        _row("fine_a"),  # one fine step: q <- a q + P ...
-        _row("fine_b"),  # ... and P <- a P - b q
-        ("leaps", LEAP, (3,)),
         _row("kappa"),  # P of a unit modal velocity
         _row("omega"),  # rad/s, damped
         _row("sigma"),  # 1/s
-        _row("pace"),  # 1 / kappa: modal velocity is pace P - sigma q
         _row("held"),  # amplitudes of the shape that a finger holds
         _row("strike"),  # velocity per frame of the strike in progress
         _row("finger"),  # factor per frame of the finger that plucks or strikes
@@ -124,6 +143,7 @@ OPERATOR = np.dtype(
         ("taps", "i8"),  # address of the weights of pickups, a row each; without one, of q and of P for each phase
         ("shapes", "i8"),  # address of the mode shapes at the contact points, a row each
         ("heights", "i8"),  # address: m, of each contact point
+        ("hand_heights", "i8"),  # address: the heights by whose grazing the hand measures its force (strokes.py)
         ("positions", "i8"),  # address: m from the stop, of each contact point
         ("coupling", "i8"),  # address of W: m of u at a point per unit f at another; a board has none
         ("left_out", "i8"),  # address of R: the same by the modes left out, static
@@ -131,6 +151,7 @@ OPERATOR = np.dtype(
         ("answering", "i8"),  # ... and how many these are
         ("modes", "i8"),
         ("padded", "i8"),  # modes, up to a whole BLOCK
+        ("split", "i8"),  # so many of them are float64 in the rows of the pool, the others float32; whole BLOCKs
         ("tap_modes", "i8"),  # up to a whole BLOCK: the taps have no weight above
         ("points", "i8"),  # contact points; more than MOST_NEAR: a board
         ("diagonal", "i8"),  # W couples no points ...
@@ -245,6 +266,7 @@ SLOT = on_lines(
         ("coupled_ratio", "f8"),  # ... and `ratio`
         # of the fingers that touch: made of their places when these change
         ("touch_shape", "f8", (TOUCHES, DASHPOTS, ROW)),  # mode shapes at the dashpots of each ...
+        ("touch_shape_high", "f4", (TOUCHES, DASHPOTS, ROW)),  # the same of modes in `high` ...
         ("touch_square", "f8", (TOUCHES, DASHPOTS)),  # ... the sums of their squares, 1/m ...
         ("touch_product", "f8", (TOUCHES, DASHPOTS)),  # ... and of products of two of them: 0 1, 0 2, 1 2 ...
         ("touch_modes", "i8", (TOUCHES,)),  # ... and the number of modes that it moves
@@ -331,9 +353,12 @@ VOICE = np.dtype(
         ("idle", "i8"),  # strings that nobody plays or mutes, a bit each: they may answer (answers.py)
         ("answering", "i8"),  # 1: some answer
         ("cut", "i8"),  # 1: all sound is off until the next note, that of answers, too
-        ("log", "i8"),  # address of int64 pairs (fine step, point), one a contact begun ...
-        ("log_room", "i8"),  # ... and how many there is room for
-        ("logged", "i8"),  # contacts begun, also beyond the log's length
+        ("log", "i8"),  # address of a ring of CONTACT, one a contact begun ...
+        ("log_room", "i8"),  # ... how many there is room for, 0: none is kept ...
+        ("logged", "i8"),  # ... and how many have begun: the last is at (logged - 1) % log_room
+        ("told", "i8"),  # address of a TOLD and a ring of EVENT (told.py) ...
+        ("told_room", "i8"),  # ... how many events there is room for, 0: none is kept ...
+        ("told_count", "i8"),  # ... and how many there have been since the string was still
         ("weakened", "i8"),  # times that the motion was scaled back to what a string bears (slot.limit_motion)
         ("pickups", "i8"),  # 0: the displacement itself
         ("held", "f8", (4,)),  # displacement at each of the shape the finger holds
@@ -362,6 +387,17 @@ VOICE = np.dtype(
     align=True,
 )
 VOICE_SLOTS = 2
+
+# A contact that begins
+CONTACT = np.dtype(
+    [
+        ("step", "i8"),  # fine step, of the string's
+        ("point", "i8"),  # contact point of the operator: over frets the one of fret `fret` + 1 + point
+        ("fret", "i8"),  # where the string is stopped
+        ("speed", "f8"),  # m/s, by which it comes
+    ],
+    align=True,
+)
 
 # The modes of other strings that may answer one string, string after string (answers.py)
 ANSWERS = np.dtype(

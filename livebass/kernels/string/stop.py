@@ -18,7 +18,7 @@ import numpy as np
 from livebass.compiling import jit
 from livebass.kernels.machine.elementary import exp
 from livebass.kernels.string import modal
-from livebass.kernels.string.operators import heights, shape
+from livebass.kernels.string.operators import heights
 from livebass.kernels.string.records import UNKNOWN
 from livebass.kernels.string.slot import invalidate_contact, wake_slot
 
@@ -109,8 +109,8 @@ def lower_obstacles(slot, op):
     slot.sunk = 0
     modal.keep_step_before(u, slot.active)
     for m in range(op.points):
-        now = modal.displacement(u, shape(op, m), slot.active)
-        before = modal.displacement_before_leap(u, shape(op, m), slot.active)
+        now = modal.displacement(u, op, m, slot.active)
+        before = modal.displacement_before_leap(u, op, m, slot.active)
         u.height[m] = min(height[m], min(now, before) - ROOM)
         if u.height[m] < height[m]:
             slot.sunk += 1
@@ -125,8 +125,8 @@ def raise_obstacles(slot, op, after):
     for m in range(op.points):
         if u.height[m] == height[m]:
             continue
-        now = modal.displacement(u, shape(op, m), slot.active)
-        before = modal.displacement_before_leap(u, shape(op, m), slot.active)
+        now = modal.displacement(u, op, m, slot.active)
+        before = modal.displacement_before_leap(u, op, m, slot.active)
         clear = min(now, before) - u.height[m]
         if clear > 0.0:
             u.height[m] = min(height[m], u.height[m] + 0.5 * clear)

@@ -147,6 +147,7 @@ def place_dashpots(slot, op, i, t):
             shape[j] = np.sqrt(2 / op.length) * sin(modal.mode_number(j) * k1 * x) * kappa[j] / op.fine
         for j in range(op.modes, n):
             shape[j] = 0.0
+        modal.copy_row(slot.touch_shape_high[i, d], shape[op.split :], n - op.split)
         squares[d] = modal.dot(shape, shape, n)
     products[0] = modal.dot(shapes[0], shapes[1], n)
     products[1] = modal.dot(shapes[0], shapes[2], n)
@@ -188,16 +189,17 @@ def damp_by_touches(voice, slot, op):
             continue
         place_dashpots(slot, op, i, t)
         shapes, squares, products = slot.touch_shape[i], slot.touch_square[i], slot.touch_product[i]
+        high = slot.touch_shape_high[i]
         n = slot.touch_modes[i]
         c = (
             dashpot_factor(t, 0, squares[0], over_mass), dashpot_factor(t, 1, squares[1], over_mass),
             dashpot_factor(t, 2, squares[2], over_mass),
         )  # fmt: skip
         if slot.active > 0:
-            modal.apply_dashpots(slot.u, shapes, products, c, n)
+            modal.apply_dashpots(slot.u, shapes, high, products, c, n)
             slot.active = max(slot.active, n)
         if slot.v_active > 0:
-            modal.apply_dashpots(slot.v, shapes, products, c, n)
+            modal.apply_dashpots(slot.v, shapes, high, products, c, n)
             slot.v_active = max(slot.v_active, n)
         all_over += t.resistance
         above = max(above, n)

@@ -11,7 +11,6 @@ import numpy as np
 from livebass.compiling import inlined, jit
 from livebass.kernels.string import modal
 from livebass.kernels.string.frame import most_travel, steps_clear
-from livebass.kernels.string.operators import shape
 
 EARLY = 2  # steps that a point is looked at before it could touch
 FAR = EARLY + 2  # steps: a point that could not touch in so many is left alone for a while
@@ -21,21 +20,48 @@ FAR = EARLY + 2  # steps: a point that could not touch in so many is left alone 
 def take_fine_steps(slot, op, voice, near, count, steps, step, solve_friction, solve_contact):
     """Takes `steps` fine steps from `step` on, with contact and friction solved at the `count` points in `near`.
 
-    solve_friction(slot, op, points, count) solves friction of the step just made of v, solve_contact(slot, op, voice,
-    points, count, step) contact of that of u. u.clearance is that of the points, at least, before and after.
+    u begins where the last modal.try_leap of it began. solve_friction(slot, op, points, count) solves friction of the
+    step just made of v, solve_contact(slot, op, voice, points, count, step) contact of that of u. u.clearance is that
+    of the points, at least, before and after.
     """
     u, v, watched = slot.u, slot.v, slot.watched
     load_points(slot, op, near, count, step)
-    for _ in range(steps):
+    for k in range(steps):
         step += 1
         watching = find_watched(slot, near, count, step)
         if slot.v_active > 0:
             friction_points = find_friction_points(slot, op, watching)
-            fine_step(v, op, slot.friction_points, friction_points, slot.v_active)
+            if k == 0:
+                modal.first_step(v, slot.v_active)
+                read_displacements(v, op, slot.friction_points, friction_points, slot.v_active)
+            else:
+                fine_step(v, op, slot.friction_points, friction_points, slot.v_active)
             solve_friction(slot, op, slot.friction_points, friction_points)
-        fine_step(u, op, watched, watching, slot.active)
+        if k == 0:
+            modal.first_step_before_leap(u, slot.active)
+            read_displacements(u, op, watched, watching, slot.active)
+        else:
+            fine_step(u, op, watched, watching, slot.active)
         solve_contact(slot, op, voice, watched, watching, step)
     save_points(slot, op, near, count, step)
+    end_fine_steps(u, op, near, count, slot.active)
+    end_fine_steps(v, op, near, count, slot.v_active)
+
+
+@jit
+def end_fine_steps(w, op, near, count, n):
+    """Applies the last step's forces at the points in `near` to `n` modes, which become (q, P) again."""
+    last = np.int64(-1)
+    for i in range(count):
+        m = near[i]
+        if w.pending[m] != 0.0:
+            if last >= 0:
+                modal.kick(w, op, last, w.pending[last], n)
+            last = m
+    if last >= 0:
+        modal.to_momenta_after(w, op, last, w.pending[last], n)
+    else:
+        modal.to_momenta(w, n)
 
 
 @jit
@@ -54,18 +80,18 @@ def load_points(slot, op, near, count, step):
         u.next_watch[m] = step + 1
         if u.solved_at[m] != step:
             if u.clearance[m] <= FAR * travel:
-                u.clearance[m] = modal.displacement(u, shape(op, m), slot.active) - height[m]
+                u.clearance[m] = modal.displacement_before_leap(u, op, m, slot.active) - height[m]
             u.eta[m] = -u.clearance[m]
             if u.clearance[m] > FAR * travel:
                 u.eta_before[m] = -u.clearance[m]
                 u.next_watch[m] = step + steps_clear(u.clearance[m], travel) - EARLY
                 u.watched_steps[m] = 0
                 continue
-            u.eta_before[m] = height[m] - modal.displacement_step_before(u, shape(op, m), slot.active)
+            u.eta_before[m] = height[m] - modal.displacement_step_before_leap(u, op, m, slot.active)
         if slot.v_active > 0 and v.solved_at[m] != step and u.eta[m] > -EARLY * travel:
-            v.moved[m] = modal.displacement(v, shape(op, m), slot.v_active)
+            v.moved[m] = modal.displacement(v, op, m, slot.v_active)
             if u.eta[m] > 0.0:
-                v.moved_before[m] = modal.displacement_step_before(v, shape(op, m), slot.v_active)
+                v.moved_before[m] = modal.displacement_step_before(v, op, m, slot.v_active)
 
 
 @jit
@@ -133,7 +159,7 @@ def fine_step_with_forces(w, op, watched, count, n):
         elif pending == 3:
             d = m
         else:
-            modal.kick(w, shape(op, m), w.pending[m], n)
+            modal.kick(w, op, m, w.pending[m], n)
         pending += 1
     if pending == 0:
         modal.fine(w, n)
@@ -157,7 +183,7 @@ def read_displacements(w, op, watched, count, n):
         w.free[d] = u3
         i += 4
     while i < count:
-        w.free[watched[i]] = modal.displacement(w, shape(op, watched[i]), n)
+        w.free[watched[i]] = modal.displacement(w, op, watched[i], n)
         i += 1
 
 
@@ -173,15 +199,11 @@ def schedule(u, m, travel, step):
 
 @jit
 def save_points(slot, op, near, count, step):
-    """Applies the last step's forces; saves which points are solved at `step`, and lower bounds of all clearances."""
+    """Saves which points are solved at `step`, and lower bounds of all clearances."""
     u, v, travel = slot.u, slot.v, most_travel(slot, op)
     v_moves = slot.v_active > 0
     for i in range(count):
         m = near[i]
-        if u.pending[m] != 0.0:
-            modal.kick(u, shape(op, m), u.pending[m], slot.active)
-        if v_moves and v.pending[m] != 0.0:
-            modal.kick(v, shape(op, m), v.pending[m], slot.v_active)
         known = u.last_watched[m] == step and u.watched_steps[m] > 1
         u.solved_at[m] = step if known else -1
         v.solved_at[m] = u.solved_at[m] if v_moves else -1

@@ -10,7 +10,7 @@ from support.quiet import without_noise
 from livebass import QUALITIES
 from livebass.arrays import Floats
 from livebass.engine.engine import Engine
-from livebass.engine.prepare import play_frames
+from livebass.engine.prepare import modal_row, play_frames
 from livebass.kernels.string.records import EVENT, PLUCK
 
 RATE = 48000
@@ -38,7 +38,8 @@ def energy(player: Engine, i: int) -> float:
     slot = player.voices[i].slots[int(player.voices[i].record["slot"][0])]
     op, total = player.pool.records[i, int(slot["fret"])], 0.0
     for w in (slot["u"], slot["v"])[: 2 if int(slot["v_active"]) else 1]:
-        q, p, pace, sigma, omega = (w[name][: int(op["modes"])] for name in ("q", "p", "pace", "sigma", "omega"))
+        q, p, pace = (modal_row(w, name)[: int(op["modes"])] for name in ("q", "p", "pace"))
+        sigma, omega = (w[name][: int(op["modes"])] for name in ("sigma", "omega"))
         total += float(np.sum((pace * p - sigma * q) ** 2 + (omega**2 + sigma**2) * q**2))
     return 0.5 * float(op["fine"]) ** 2 / float(op["weight"]) * total
 

@@ -464,7 +464,7 @@ def test_the_tension_follows_both_polarisations_alike(angle: float) -> None:
         event["kind"], event["apex"], event["place"], event["angle"] = PLUCK, 6e-3, 0.8 * 0.8636, towards
         play_frames(voice, made.pool.records[3], event, np.zeros(RATE // 4))
         slot = voice.slots[int(voice.record["slot"][0])]
-        u, v = slot["u"]["q"][:32], slot["v"]["q"][:32] if slot["v_active"] else np.zeros(32)
+        u, v = slot["u"]["low"]["q"][:32], slot["v"]["low"]["q"][:32] if slot["v_active"] else np.zeros(32)
         return np.array([u, v])
 
     straight, slack = modes(1.0, 0.0)[0], modes(0.0, 0.0)[0]

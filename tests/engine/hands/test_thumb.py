@@ -15,7 +15,7 @@ from livebass import QUALITIES, load_preset, score_of
 from livebass.arrays import Floats
 from livebass.bench.fidelity import string_alone
 from livebass.engine.engine import Engine
-from livebass.engine.prepare import Pool, Voice, play_frames
+from livebass.engine.prepare import Pool, Voice, modal_row, play_frames
 from livebass.engine.solve import trial_voice
 from livebass.kernels.string.records import EVENT, THERE, THROW
 from livebass.model import modes
@@ -187,7 +187,9 @@ def energy(state: Voice, op: np.void, s: Speaking) -> Floats:
     slot = state.slots[int(state.record["slot"][0])]
     u, t, n = slot["u"], slot["thumb"], int(op["modes"])
     mu, dt = s.string.linear_density, float(op["fine"])
-    string = mu / (2 * dt**2) * np.sum(u["p"][:n] ** 2 + u["fine_b"][:n] * u["q"][:n] ** 2)
+    string = (
+        mu / (2 * dt**2) * np.sum(modal_row(u, "p")[:n] ** 2 + (u["kappa"] * u["omega"] * modal_row(u, "q"))[:n] ** 2)
+    )
     points = int(op["points"])
     now = (u["solved_at"] == state.record["step"])[:points]
     deep = [np.maximum(u[name][:points][now], 0) for name in ("eta", "eta_before")]
@@ -326,7 +328,9 @@ def test_any_thumb_of_a_preset_lets_go(i: int, mass: float, stiffness: float, lo
         play_frames(voice, ops, event if n == 0 else none, one)
         slot = voice.slots[int(voice.record["slot"][0])]
         u, m = slot["u"], int(op["padded"])
-        total = float(np.sum(u["p"][:m] ** 2 + u["fine_b"][:m] * u["q"][:m] ** 2)) / (2 * float(op["weight"]))
+        total = float(np.sum(modal_row(u, "p")[:m] ** 2 + (u["kappa"] * u["omega"] * modal_row(u, "q"))[:m] ** 2)) / (
+            2 * float(op["weight"])
+        )
         lifting = 0.5 * mass * (50 * 0.06) ** 2 + mass * 50 * 0.03  # J, at most, by the hand
         assert total < 1.05 * (0.5 * mass * 8.0**2 + lifting), n
     assert not slot["thumb"]["on"]

@@ -237,8 +237,8 @@ def motion(hand: Hand, i: int, fret: int, starts: tuple[float, ...], until: floa
     events["frame"] = [round(t * RATE) for t in starts]
     play_frames(string, hand.engine.pool.records[i], events, np.zeros(round(until * RATE)))
     w = string.slots[string.record["slot"][0]]["u"]
-    q, p, pace, sigma, omega = (float(w[name][0]) for name in ("q", "p", "pace", "sigma", "omega"))
-    return complex(q, (pace * p - sigma * q) / omega)
+    q, p, pace, sigma = (float(w["low"][name][0]) for name in ("q", "p", "pace", "sigma"))
+    return complex(q, (pace * p - sigma * q) / float(w["omega"][0]))
 
 
 @pytest.mark.parametrize("name", preset_names())

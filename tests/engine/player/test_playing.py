@@ -17,7 +17,7 @@ from support.strings import even, one_string
 from livebass import load_preset, preset_names
 from livebass.arrays import Floats
 from livebass.engine.engine import Engine
-from livebass.kernels.string.records import LINE, WORK
+from livebass.kernels.string.records import LINE
 from livebass.live.synth import LiveBass
 from livebass.model.instrument import note_frequency
 from livebass.model.quality import QUALITIES
@@ -461,8 +461,7 @@ def test_a_string_that_is_no_number_ends_and_plays_again() -> None:
     bass.send(np.array([0]), messages)
     bass.process(1000)
     assert bass.voices[2].sounding()
-    displacements, _ = bass.voices[2].modal_state()
-    displacements[:, :20] = np.nan
+    bass.voices[2].slots["u"]["low"]["q"][:, :20] = np.nan
     bass.process(1000)
     bass.send(np.array([bass.frame]), messages)
     again = bass.process(4000)
@@ -494,5 +493,9 @@ def test_rows_of_working_sets_begin_on_cache_lines() -> None:
     live = LiveBass(bass, QUALITIES["live"], RATE)
     for voice in [*engine.voices, *live.engine.voices]:
         for slot in voice.slots:
-            rows = [slot["touch_shape"], *(slot[w][name] for w in "uv" for name in WORK.names or ())]
+            works = [slot["u"], slot["v"]]
+            modes = [w[half] for w in works for half in ("low", "high")]
+            records = [*works, *modes, *(m["leaps"][k] for m in modes for k in range(len(m["leaps"])))]
+            rows = [slot["touch_shape"], slot["touch_shape_high"]]
+            rows += [record[name] for record in records for name in record.dtype.names]
             assert {row.ctypes.data % LINE for row in rows if isinstance(row, np.ndarray)} == {0}

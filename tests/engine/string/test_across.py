@@ -13,7 +13,7 @@ from support.played import RATE, YIELDS, Played, event
 from support.strings import case_b, g_neck, g_string, oblique, with_own_across, yielding
 
 from livebass.arrays import Floats
-from livebass.engine.prepare import play_frames
+from livebass.engine.prepare import modal_row, play_frames
 from livebass.engine.solve import solve_trial
 from livebass.kernels.string.records import BEND, EVENT, GLIDE, HAMMER, PLUCK, PULL_OFF, TOUCH_EVENT, WAVER
 from livebass.model import modes
@@ -225,7 +225,8 @@ def heard_cents(string: Played, seconds: float) -> Floats:
     for frame in range(round(seconds * RATE) + 1):
         for k, name in enumerate("uv"):
             w = slot_of(string)[name]
-            q, p, kappa, omega = (w[row][:PARTIALS] for row in ("q", "p", "kappa", "omega"))
+            q, p = (w["low"][row][:PARTIALS] for row in ("q", "p"))
+            kappa, omega = (w[row][:PARTIALS] for row in ("kappa", "omega"))
             phase = np.arctan2(-p / (kappa * omega), q)
             if frame:
                 total[k] += (phase - last[k]) % (2 * np.pi)
@@ -315,8 +316,9 @@ def energy_across(string: Played) -> float:
     """J of v, by what eq. 12 conserves."""
     slot = slot_of(string)
     op, n = string.ops[int(slot["fret"])], int(slot["v_active"])
-    q, p, b = (slot["v"][row][:n] for row in ("q", "p", "fine_b"))
-    return float(p @ p + (b * q) @ q) / (2 * float(op["weight"]))
+    q, p = (modal_row(slot["v"], row)[:n] for row in ("q", "p"))
+    kappa, omega = (slot["v"][row][:n] for row in ("kappa", "omega"))
+    return float(p @ p + (kappa * omega * q) @ (kappa * omega * q)) / (2 * float(op["weight"]))
 
 
 @pytest.mark.parametrize("resistance", [1e-3, 0.1, 3.0, 100.0, 1e5])

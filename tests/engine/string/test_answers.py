@@ -16,7 +16,7 @@ from support.strings import even
 from livebass import QUALITIES, Instrument, load_preset
 from livebass.arrays import Floats
 from livebass.engine.engine import Engine
-from livebass.engine.prepare import Voice, play_frames
+from livebass.engine.prepare import Voice, modal_row, play_frames
 from livebass.kernels.player.performer import MOST_STRINGS
 from livebass.kernels.string.answers import EVERY
 from livebass.kernels.string.records import EVENT, IDLE, MOST_ANSWERS, PLUCK
@@ -78,7 +78,8 @@ def amplitudes(voice: Voice) -> Floats:
 def state(voice: Voice) -> tuple[Floats, Floats]:
     """Displacements and velocities of the modes of u in the slot that plays."""
     u = voice.slots[voice.record["slot"][0]]["u"]
-    return u["q"].copy(), u["pace"] * u["p"] - u["sigma"] * u["q"]
+    q, p, pace, sigma = (modal_row(u, name) for name in ("q", "p", "pace", "sigma"))
+    return q, pace * p - sigma * q
 
 
 def db(x: float) -> float:
@@ -135,7 +136,8 @@ def energy(engine: Engine, i: int) -> float:
     for slot in voice.slots[voice.slots["on"] == 1]:
         for w in (slot["u"], slot["v"]):
             moves = w["kappa"] > 0
-            total += float(np.sum((w["p"][moves] / w["kappa"][moves]) ** 2 + (w["omega"] * w["q"])[moves] ** 2))
+            q, p = (modal_row(w, name)[moves] for name in ("q", "p"))
+            total += float(np.sum((p / w["kappa"][moves]) ** 2 + (w["omega"][moves] * q) ** 2))
     total *= float(a["own_density"])
     return 0.5 * (total + float(np.sum(a["density"] * a["omega"] ** 2 * amplitudes(voice) ** 2)))
 

@@ -60,8 +60,8 @@ def glided(row: list[Speaking], first: int, last: int, seconds: float, partials:
     events["seconds"][1] = A_FRET
     out = np.zeros(round(seconds * RATE))
     play_frames(voice, pool.records[0], events[:1], out[:1])
-    for state in voice.modal_state():
-        state[:, partials:] = 0.0
+    for name in ("q", "p"):
+        voice.slots["u"]["low"][name][:, partials:] = 0.0
     play_frames(voice, pool.records[0], events[1:], out[1:])
     return out
 

@@ -29,12 +29,30 @@ from livebass.preset.load import load_preset
 from tests.support.played import YIELDS
 from tests.support.strings import g_neck, g_string, paper_g, random_trial, with_own_across, yielding
 
+SINGLE = 2.0**-24  # of a number: by which rounding to float32 may change it
+
 
 def row(pool: Pool, address: int, count: int) -> Floats:
     """`count` float64 of the pool at an address."""
     first = (int(address) - pool.memory.ctypes.data) // rows.DOUBLE
     assert 0 <= first <= first + count <= len(pool.memory)
     return pool.memory[first : first + count]
+
+
+def mixed_rows(pool: Pool, op: np.void, address: int, count: int) -> Floats:
+    """`count` rows of modes at an address, (count, padded): op["split"] of each are float64, the others float32."""
+    split, n = int(op["split"]), int(op["padded"])
+    words = split + (n - split) // 2
+    made = row(pool, address, count * words).reshape(count, words)
+    return np.hstack([made[:, :split], np.ascontiguousarray(made[:, split:]).view(np.float32).astype(float)])
+
+
+def assert_mixed(made: Floats, wanted: Floats, op: np.void, within: float, name: str) -> None:
+    """`assert_same` of rows of modes, (..., modes): rounded to float32 from op["split"] on."""
+    assert made.shape == wanted.shape, name
+    rounded = np.where(np.arange(wanted.shape[-1]) < int(op["split"]), 0.0, SINGLE * np.abs(wanted))
+    error = np.maximum(np.abs(made - wanted) - rounded, 0.0)
+    assert error.max(initial=0.0) <= within * np.abs(wanted).max(initial=0.0), f"{name}: {error.max():.1e}"
 
 
 def assert_same(made: Floats, wanted: Floats, within: float, name: str) -> None:
@@ -69,26 +87,29 @@ def assert_coefficients(
     es = np.exp(-sigma * dt) * np.sin(omega * dt)
     steps = rates.numerator // rates.denominator
     wanted = {
-        rows.FINE_A: np.exp(-sigma * dt) * np.cos(omega * dt),
-        rows.FINE_B: es**2,
-        rows.KAPPA: es / omega,
+        rows.KEPT: np.exp(-2 * sigma * dt),
+        rows.SPRING: np.expm1(-sigma * dt) ** 2 + 4 * np.exp(-sigma * dt) * np.sin(omega * dt / 2) ** 2,
         rows.PACE: omega / es,
-        rows.OMEGA: omega,
-        rows.SIGMA: sigma,
     }
     for which, k in ((0, steps), (1, steps + 1), (2, int(op["part_steps"]))):
         damp = np.exp(-sigma * k * dt)
         wanted[rows.LEAPS + 3 * which] = damp * np.cos(omega * k * dt)
         wanted[rows.LEAPS + 3 * which + 1] = damp * np.sin(omega * k * dt) / es
         wanted[rows.LEAPS + 3 * which + 2] = damp * np.sin(omega * k * dt) * es
-    assert sorted(wanted) == list(range(rows.COEFFICIENT_ROWS))
-    address = op["coefficients_v" if across else "coefficients"]
-    coefficients = row(pool, address, rows.COEFFICIENT_ROWS * n).reshape(-1, n)
-    rest = np.zeros(rows.COEFFICIENT_ROWS)
-    rest[[rows.FINE_A, rows.KAPPA, rows.OMEGA]] = 1.0
-    assert (coefficients[:, count:] == rest[:, None]).all()
-    for k, numbers in wanted.items():
+    assert sorted(wanted) == list(range(rows.MIXED_ROWS))
+    wide = {rows.KAPPA: es / omega, rows.OMEGA: omega, rows.SIGMA: sigma}
+    assert sorted(wide) == list(range(rows.WIDE_ROWS))
+    address = int(op["coefficients_v" if across else "coefficients"])
+    coefficients = row(pool, address, rows.WIDE_ROWS * n).reshape(-1, n)
+    mixed = mixed_rows(pool, op, address + coefficients.nbytes, rows.MIXED_ROWS)
+    rest = np.zeros(rows.WIDE_ROWS)
+    rest[[rows.KAPPA, rows.OMEGA]] = 1.0
+    assert (coefficients[:, count:] == rest[:, None]).all() and (mixed[rows.KEPT, count:] == 1).all()
+    assert not np.delete(mixed, rows.KEPT, axis=0)[:, count:].any()
+    for k, numbers in wide.items():
         assert_same(coefficients[k, :count], numbers, 1e-13, f"coefficients {k}, across: {across}")
+    for k, numbers in wanted.items():
+        assert_mixed(mixed[k, :count], numbers, op, 1e-13, f"mixed {k}, across: {across}")
 
 
 def assert_operator(pool: Pool, op: np.void, s: Speaking, count: int, rates: Rates, lossless: bool = False) -> None:
@@ -102,13 +123,13 @@ def assert_operator(pool: Pool, op: np.void, s: Speaking, count: int, rates: Rat
         assert_coefficients(pool, op, s, rates, across, lossless)
     assert_same(row(pool, op["positions"], points), np.asarray(s.contact_position), 1e-15, "positions")
     assert_same(row(pool, op["heights"], points), np.asarray(s.contact_height), 1e-13, "heights")
-    made = row(pool, op["shapes"], points * n).reshape(points, n)
+    made = mixed_rows(pool, op, op["shapes"], points)
     phi = shapes_on_grid(s, s.grid_points - 1)
-    assert_same(made[:, :count], phi[:, :count], 4e-15, "mode shapes")
+    assert_mixed(made[:, :count], phi[:, :count], op, 4e-15, "mode shapes")
     assert not made[:, count:].any()
     if points and points <= MOST_NEAR:
         dx_mu = s.step / s.string.linear_density
-        w = dt**2 * dx_mu * phi[:, :count] @ phi[:, :count].T
+        w = dt**2 * dx_mu * made[:, :count] @ made[:, :count].T
         full = 2 * np.pi * frequencies(s, s.grid_points - 1)[count:]
         r = dx_mu * (phi[:, count:] / full**2) @ phi[:, count:].T
         assert_same(row(pool, op["coupling"], points**2).reshape(points, -1), w, 1e-13, "W")
@@ -136,7 +157,7 @@ def assert_operator(pool: Pool, op: np.void, s: Speaking, count: int, rates: Rat
 
 
 def taps_of(pool: Pool, op: np.void, count: int) -> Floats:
-    made = row(pool, op["taps"], count * int(op["padded"])).reshape(count, -1)
+    made = mixed_rows(pool, op, op["taps"], count)
     heard = np.flatnonzero(made.any(axis=0))
     assert op["tap_modes"] == (-(-(int(heard[-1]) + 1) // BLOCK) * BLOCK if heard.size else 0)
     assert not made[:, int(op["modes"]) :].any()
@@ -203,10 +224,10 @@ def test_a_bass_has_the_rows_of_numpy(preset: str, quality: str, rate: int) -> N
             assert_operator(pool, op, s, count, rates)
             if bass.output.kind == "displacement":
                 places = [s.length - bass.output.sensor, s.length - bass.output.sensor_v]
-                assert_same(taps_of(pool, op, 4), sensor_rows(s, places, count, rate), 1e-12, "sensors")
+                assert_mixed(taps_of(pool, op, 4), sensor_rows(s, places, count, rate), op, 1e-12, "sensors")
             else:
                 wanted = pickup_rows(s, bass.output, count, rate)
-                assert_same(taps_of(pool, op, len(wanted)), wanted, 1e-12, "pickups")
+                assert_mixed(taps_of(pool, op, len(wanted)), wanted, op, 1e-12, "pickups")
 
 
 def test_the_pool_is_as_long_as_modes_and_points() -> None:

@@ -1,0 +1,90 @@
+"""What is drawn of a bass: the amplitudes of the lowest modes of each string, as they are between two blocks.
+
+`see_bass` reads, and changes nothing. A slot has the shape u(x) = sqrt(2 / length) sum_j u[j - 1] sin(j pi x / length)
++ stop (1 - x / length), m, x from its stop to the saddle, over the line of rest from there; v likewise. Contacts and
+events are told elsewhere (kernels/string/told.py). [audio thread]
+"""
+
+import numpy as np
+
+from livebass.compiling import entry, jit
+from livebass.kernels.bass.records import bass_at
+from livebass.kernels.hands.pulling import pull_profile
+from livebass.kernels.machine.native import record_at
+from livebass.kernels.string import glide, modal
+from livebass.kernels.string.records import VOICE_SLOTS
+from livebass.live.thread.records import operators_of, string_of
+
+SEEN = 96  # modes at most: of the paper's case B 20 um are missing at 5 ms, and less before
+
+SLOT_SIGHT = np.dtype(
+    [
+        ("on", "i8"),  # 0 silent, 1 sounding
+        ("fret", "i8"),
+        ("length", "f8"),  # m, from the stop to the saddle
+        ("stop", "f8"),  # m, displacement of the string's end at its stop ...
+        ("stop_across", "f8"),  # ... and across
+        ("modes", "i8"),  # how many numbers hold, here:
+        ("u", "f4", (SEEN,)),  # m^1.5
+        ("v", "f4", (SEEN,)),
+    ],
+    align=True,
+)
+SIGHT = np.dtype(
+    [
+        ("frame", "i8"),  # of the bass: what is seen is so far; beyond the clock where strings run ahead of it
+        ("pulling", "i8"),  # frames left until a finger lets go; its shape is seen, too
+        ("logged", "i8"),  # contacts begun
+        ("slot", SLOT_SIGHT, (VOICE_SLOTS,)),
+    ],
+    align=True,
+)
+SIGHT_BYTES = SIGHT.itemsize
+sight_at = record_at(SIGHT)
+
+
+@entry("void(int64, int64)")
+def see_bass(bass, sights):
+    """Fills SIGHT (strings,) at the address `sights` by the BASS at an address."""
+    b = bass_at(bass)
+    for i in range(b.strings):
+        see_string(string_of(b, i), operators_of(b, (b.coarse >> i) & 1)[i], sight_at(sights + SIGHT_BYTES * i))
+
+
+@jit
+def see_string(string, ops, sight):
+    """Fills a SIGHT by a STRING with the operators `ops`."""
+    voice = string.voice
+    sight.frame = voice.frame
+    sight.pulling = voice.pulling
+    sight.logged = voice.logged
+    for k in range(VOICE_SLOTS):
+        slot, seen = string.slots[k], sight.slot[k]
+        seen.on = slot.on
+        seen.modes = 0
+        if not slot.on:
+            continue
+        op = glide.current_operator(string, ops, k)
+        up = 0.0
+        if k == voice.slot and voice.pulling > 0:
+            up, _ = pull_profile(voice, voice.pulling)
+        n = min(op.modes, SEEN)
+        seen.fret = slot.fret
+        seen.length = op.length
+        seen.stop = slot.stop_u.place
+        seen.stop_across = slot.stop_v.place
+        seen.modes = n
+        for j in range(n):
+            seen.u[j] = amplitude_of(slot.u, j, slot.active, up)
+            seen.v[j] = amplitude_of(slot.v, j, slot.v_active, up if slot.v_ready else 0.0)
+
+
+@jit
+def amplitude_of(w, j, active, up):
+    """Amplitude of mode `j` of a polarisation, of which so many are `active`, with `up` of the shape that is held."""
+    x = 0.0
+    if j < active:
+        x, _ = modal.state_of(w, j)
+    if up != 0.0:
+        x += up * w.held[j]
+    return x

@@ -1,0 +1,128 @@
+"""What a string tells: contacts with their speed, and the events from which its motion can be made again."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from livebass import QUALITIES, load_preset
+from livebass.arrays import Floats
+from livebass.engine.engine import Engine
+from livebass.engine.image import Bass
+from livebass.engine.prepare import play_frames
+from livebass.kernels.bass.instrument import LIVE
+from livebass.kernels.string.records import PLUCK, THROW
+from livebass.kernels.string.told import begin_again
+from livebass.units import OFF
+
+RATE = 48000
+# Keys, switches and controllers (modo): palm and bend stay on from note to note, so that a replay must know of them
+PHRASE = [
+    (100, 0x90, 28, 100), (4000, 0xB0, 1, 90), (5000, 0x90, 31, 80), (9000, 0xE0, 0, 80), (12000, 0x80, 31, 0),
+    (30000, 0x90, 33, 120), (36000, 0x80, 33, 0), (36000, 0x80, 28, 0),
+]  # fmt: skip
+
+
+class Watched(Engine):
+    """An engine whose strings keep contacts and events."""
+
+    contacts, events = 4096, 64
+
+    def _begin(self, seed: int) -> None:
+        super()._begin(seed)
+        self.bass = self.kept()
+        self.voices, self.performer = self.bass.voices, self.bass.performer
+
+    def kept(self) -> Bass:
+        """The bass as new."""
+        return self.image.bass(
+            LIVE, self.rate, self.seed, self.pools, self.play_string, contacts=self.contacts, events=self.events
+        )
+
+
+def sent(engine: Engine, messages: list[tuple[int, int, int, int]]) -> None:
+    engine.send(np.array([m[0] for m in messages]), np.array([m[1:] for m in messages], np.uint8))
+
+
+@pytest.mark.parametrize("preset", ["jazz-finger", "fretless", "slap"])
+def test_keeping_is_not_heard(preset: str) -> None:
+    bass = load_preset(preset)
+    engines = [kind(bass, QUALITIES["live"], RATE) for kind in (Engine, Watched)]
+    for engine in engines:
+        sent(engine, PHRASE)
+    plain, kept = (engine.process(15000) for engine in engines)
+    assert np.array_equal(plain, kept)
+    counts = [int(engine.voices[0].record["logged"][0]) for engine in engines]
+    assert counts[0] == counts[1] > 0
+
+
+def test_contacts_have_fret_and_speed() -> None:
+    """A ring of the last contacts. None is slower than standing still, or faster than hard plucks are."""
+    bass = load_preset("paper-g")
+    engines = [Watched(bass, QUALITIES["live"], RATE), Watched(bass, QUALITIES["live"], RATE)]
+    engines[1].contacts = 4
+    engines[1]._begin(0)
+    for engine in engines:
+        sent(engine, [(0, 0x90, 48, 127)])
+        engine.process(4800)
+    voice, short = (engine.voices[0] for engine in engines)
+    count = int(voice.record["logged"][0])
+    assert 4 < count <= len(voice.log)
+    log = voice.log[:count]
+    op = engines[0].pool.records[0, 5]
+    assert (log["fret"] == 5).all() and (np.diff(log["step"]) >= 0).all()
+    assert (log["point"] >= 0).all() and (log["point"] < op["points"]).all()
+    assert (log["speed"] > 0).all() and log["speed"].max() < 20 and log["speed"].max() > 1
+    last = log[-4:]
+    assert sorted(short.log.tolist()) == sorted(last.tolist()) and len(short.log) == 4
+
+
+def replayed(engine: Watched, i: int, frames: int) -> Floats:
+    """The motion of string `i` from the first of the events it has kept on, made again on a bass as new."""
+    told, events = engine.bass.told(i)
+    bass = engine.kept()
+    string = bass.voices[i]
+    begin_again(string.string.ctypes.data, told.ctypes.data)
+    out = np.zeros(frames - int(told["from_frame"][0]))
+    assert play_frames(string, engine.pool.records[i], events.copy(), out) == len(events)
+    return out
+
+
+@pytest.mark.parametrize("preset", ["jazz-finger", "slap", "fretless", "precision-pick"])
+def test_the_same_events_make_the_same_motion(preset: str) -> None:
+    """Of notes on a string at rest, with what controllers did before: bit for bit, after notes long gone, too."""
+    bass = load_preset(preset)
+    engine = Watched(replace(bass, player=replace(bass.player, floor_noise=OFF)), QUALITIES["live"], RATE)
+    sent(engine, PHRASE)
+    sound = [engine.process(40000)]
+    (voice,) = engine.voices[:1]
+    while not voice.record["still"][0]:
+        sound.append(engine.process(48000))
+        assert len(sound) < 40
+    first = int(engine.bass.told(0)[0]["from_frame"][0])
+    whole = np.concatenate([s[0] for s in sound])
+    assert np.array_equal(replayed(engine, 0, len(whole)), whole[first:])
+    sent(engine, [(engine.frame + 77, 0x90, 29, 127), (engine.frame + 3000, 0x90, 30, 90)])
+    begun = engine.frame
+    again = engine.process(24000)[0]
+    told, events = engine.bass.told(0)
+    assert told["from_frame"] == begun + 77 and np.isin(events["kind"], (PLUCK, THROW)).sum() == 2
+    assert np.array_equal(replayed(engine, 0, engine.frame), again[77:]) and abs(again).max() > 1e-3
+
+
+def test_a_string_without_room_keeps_nothing() -> None:
+    engine = Engine(load_preset("paper-g"), QUALITIES["live"], RATE)
+    sent(engine, [(0, 0x90, 50, 127)])
+    engine.process(4800)
+    v = engine.voices[0].record[0]
+    assert (v["told_room"], v["told_count"], v["log_room"]) == (0, 0, 0) and v["logged"] > 0
+
+
+def test_more_events_than_there_is_room_for_are_told() -> None:
+    engine = Watched(load_preset("paper-g"), QUALITIES["live"], RATE)
+    sent(engine, [(40 * k, 0x90, 50, 60) for k in range(90)])
+    engine.process(4000)
+    with pytest.raises(LookupError, match="events since it was still"):
+        engine.bass.told(0)
