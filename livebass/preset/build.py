@@ -271,7 +271,7 @@ class Builder:
         rest = {k: v for k, v in raw.items() if k != "neck"} if isinstance(raw, dict) else raw
         values = self.table("string", rest, where)
         self.table("neck", own, f"{where}.neck", defaults=False)
-        length, neck = self.neck(_merged(shared, own), f"{where}.neck" if own else "neck")
+        length, neck = self.neck(merged_neck(shared, own), f"{where}.neck" if own else "neck")
         return self.string(values, length, where), neck, where, f"{where}.neck" if own else "neck"
 
     def hand_neck(self, raw: dict[str, Any], shared: dict[str, Any], player: dict[str, Any]) -> Neck | None:
@@ -283,7 +283,7 @@ class Builder:
         if not given:
             return None
         values = {name.removeprefix(HAND): v for name, v in self.table("player", given, "player", False).items()}
-        merged = _merged(shared, raw.get("neck", {}))
+        merged = merged_neck(shared, raw.get("neck", {}))
         why = "not allowed together with a measured"
         if "profile_positions" in merged:
             raise self.error(f"player.{next(iter(given))}", f"{why} profile")
@@ -422,7 +422,7 @@ class Builder:
                 raise self.error(where, f"item {number}, {format_quantity(b, dimension)}: {why}")
 
 
-def _merged(shared: dict[str, Any], own: dict[str, Any]) -> dict[str, Any]:
+def merged_neck(shared: dict[str, Any], own: dict[str, Any]) -> dict[str, Any]:
     """The keys of a string's neck: `shared` by all, but for those that its `own` take the place of."""
     drop = _GEOMETRY if own.keys() & _FRETS else _MEASURED if own.keys() & _GEOMETRY else set()
     drop = drop | replaced(set(own))
