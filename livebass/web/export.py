@@ -103,10 +103,7 @@ def page_files(basses: dict[str, Instrument], quality: str) -> dict[str, bytes]:
             }
             for k, p in enumerate(PARAMETERS)
         },
-        "sight": {
-            "SIGHT": {"bytes": 8, "fields": {"slot": [0, ""]}},
-            "SLOT_SIGHT": {"bytes": 8, "fields": {"u": [0, "f4"]}, "seen": 64},
-        },
+        "sight": {"SIGHT": {"bytes": 8, "fields": {"slot": [0, ""]}}, "SLOT_SIGHT": {"bytes": 8, "fields": {"u": [0, "f4"]}, "seen": 64}},
         "buttons": [b._asdict() for b in BUTTONS],
         "basses": [shown(name, bass) for name, bass in basses.items()],
     }
