@@ -86,7 +86,7 @@ def plugin_command(kind: str) -> click.Command:
     def write(
         presets: tuple[str, ...], output: Path, system: str | None, more: tuple[str, ...], **options: Any
     ) -> None:
-        _write_plugin(kind, _basses(presets, more, loader(options)), output, system)
+        _write_plugin(kind, basses_of(presets, more, loader(options)), output, system)
 
     return write
 
@@ -116,7 +116,7 @@ def _write_plugin(kind: str, basses: dict[str, Instrument], output: Path, wanted
     say(f"copy it into {folder_of_plugins(system, kind)} and let your host look for new plugins")
 
 
-def _basses(
+def basses_of(
     presets: tuple[str, ...], more: tuple[str, ...], load: Callable[[str], Instrument]
 ) -> dict[str, Instrument]:
     """The basses of `presets` and `more` as `load` makes them, by name; if none is named all, the usual one first.
@@ -134,6 +134,15 @@ def _basses(
             raise click.UsageError(f"-p {preset}: there are two basses called {name}")
         basses[name] = load(preset)
     return basses
+
+
+def page_ready() -> None:
+    """Compiles what a page needs, if it is not there; says so."""
+    from livebass.web import build
+
+    have_kernels()
+    if not build.cached():
+        say(f"compiling the kernels for browsers, once (about {build.BUILD_TIME} s) ...")
 
 
 @export.command()
@@ -166,14 +175,11 @@ def web(
       livebass export web -p ./mine.toml -o site/bass -q studio
     """
     from livebass.files import checked_directory
-    from livebass.web import build
     from livebass.web.export import export_page, is_page
 
-    basses = _basses(presets, more, loader(options))
+    basses = basses_of(presets, more, loader(options))
     checked_directory(output, is_page)  # now, not after a minute of work
-    have_kernels()
-    if not build.cached():
-        say(f"compiling the kernels for browsers, once (about {build.BUILD_TIME} s) ...")
+    page_ready()
     page = export_page(basses, output, single, quality)
     size = sum(file.stat().st_size for file in output.rglob("*") if file.is_file())
     several = "es" if len(basses) > 1 else ""

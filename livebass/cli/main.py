@@ -22,6 +22,7 @@ from livebass.cli.bench import bench
 from livebass.cli.compare import compare
 from livebass.cli.export import export
 from livebass.cli.help import help_
+from livebass.cli.page import page
 from livebass.cli.play import devices, play
 from livebass.cli.presets import identify, presets
 from livebass.cli.render import render
@@ -56,6 +57,7 @@ def livebass() -> None:
     \b
     Examples:
       livebass play                                  live, from a MIDI or the computer keyboard
+      livebass page                                  on a page that shows the strings, in a browser
       livebass render --note G2 --velocity 120       one hard note into G2.wav
       livebass render song.mid -o song.wav           the bass part of a MIDI file
       livebass presets list                          the basses there are
@@ -64,7 +66,7 @@ def livebass() -> None:
     """
 
 
-for command in (play, render, presets, devices, export, simulate, study, identify, compare, bench, help_):
+for command in (play, page, render, presets, devices, export, simulate, study, identify, compare, bench, help_):
     livebass.add_command(command)
 
 

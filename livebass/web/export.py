@@ -18,12 +18,13 @@ from typing import Any
 from livebass import __version__
 from livebass.kernels.bass.instrument import LIVE, STUDIO
 from livebass.live.parameters import PARAMETERS
+from livebass.live.thread.sight import SEEN, SIGHT, SLOT_SIGHT
 from livebass.model.instrument import Instrument, Neck, Pickup, String
 from livebass.plugin.bundle import LIST, instrument_files, write_files
 from livebass.plugin.instrument import ENDING
 from livebass.techniques import BUTTONS, EFFECTS
 from livebass.web import build
-from livebass.web.layout import layout
+from livebass.web.layout import layout, record
 
 STATIC = Path(__file__).parent / "static"
 INDEX, SINGLE = "index.html", "livebass.html"
@@ -103,7 +104,7 @@ def page_files(basses: dict[str, Instrument], quality: str) -> dict[str, bytes]:
             }
             for k, p in enumerate(PARAMETERS)
         },
-        "sight": {"SIGHT": {"bytes": 8, "fields": {"slot": [0, ""]}}, "SLOT_SIGHT": {"bytes": 8, "fields": {"u": [0, "f4"]}, "seen": 64}},
+        "sight": {"SIGHT": record(SIGHT), "SLOT_SIGHT": record(SLOT_SIGHT) | {"seen": SEEN}},
         "buttons": [b._asdict() for b in BUTTONS],
         "basses": [shown(name, bass) for name, bass in basses.items()],
     }

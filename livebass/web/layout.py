@@ -21,7 +21,20 @@ from livebass.kernels.string import frets
 from livebass.kernels.string.board import over_board
 from livebass.kernels.string.note import MADE
 from livebass.kernels.string.preparing import DONE, NOTE
-from livebass.kernels.string.records import CONTACT, EVENT, LINE, OPERATOR, STRING, VOICE
+from livebass.kernels.string.records import (
+    CONTACT,
+    EVENT,
+    HAMMER,
+    LINE,
+    MOST_NEAR,
+    OPERATOR,
+    PLUCK,
+    PULL_OFF,
+    STRIKE_EVENT,
+    STRING,
+    THROW,
+    VOICE,
+)
 from livebass.kernels.string.told import TOLD, begin_again
 from livebass.kernels.voice import run_string
 from livebass.live.thread import ahead, block, ring, setup, sight
@@ -36,8 +49,10 @@ RECORDS = {
 NUMBERS = {
     "COARSE": COARSE, "GOOD": GOOD, "DONE": DONE, "LINE": LINE, "CHUNK": CHUNK, "NOW": ring.NOW, "FREE": FREE,
     "PARAMETER": ring.PARAMETER, "EFFECT": ring.EFFECT, "NOTE_STRING": ring.NOTE_STRING, "MOST_STRINGS": MOST_STRINGS,
-    "FINGER": FINGER, "PICK": PICK, "GAIN_DB": GAIN_DB, "CC_PARAMETER": CC_PARAMETER, "CONTROLLERS": CONTROLLERS,
-    "SEEN": sight.SEEN, "SET": SET, "MADE": MADE, "NO_ROOM": NO_ROOM, "OTHER_PLACES": OTHER_PLACES,
+    "SEEN": sight.SEEN, "MOST_NEAR": MOST_NEAR, "FINGER": FINGER, "PICK": PICK, "GAIN_DB": GAIN_DB,
+    "CC_PARAMETER": CC_PARAMETER, "CONTROLLERS": CONTROLLERS, "PLUCK": PLUCK, "STRIKE_EVENT": STRIKE_EVENT,
+    "THROW": THROW, "HAMMER": HAMMER, "PULL_OFF": PULL_OFF, "SET": SET, "MADE": MADE, "NO_ROOM": NO_ROOM,
+    "OTHER_PLACES": OTHER_PLACES,
 }  # fmt: skip
 # Of each way to play: its switch, if it has one, and the performer's field that its controller moves, if it has one
 WAYS = {

@@ -95,10 +95,10 @@ function ask(message, moved = []) {
 
 let response; // the player's own impulse response, at the rate of the context; undefined: that of the bass
 
-// Builds a bass of the page at a rate (Hz): {bass, at, image}.
+// Builds a bass of the page at a rate (Hz): {bass, at, image, file, response}.
 async function build(name, rate, warm = 0) {
-  const file = await read(`basses/${name}.lbass`);
-  return ask({name, file, tier: PAGE.tier, rate, warm, response}, [file]);
+  const file = await read(`basses/${name}.lbass`), kept = file.slice(0), by = response;
+  return {...await ask({name, file, tier: PAGE.tier, rate, warm, response}, [file]), file: kept, response: by};
 }
 
 const free = built => worker.postMessage({free: built.bass});
@@ -131,13 +131,16 @@ async function put() {
   const built = await wanted.built.catch(() => undefined);
   if (!built || next !== wanted) return;
   next = undefined;
-  names.set(built.bass, wanted.name);
-  const there = new Promise(resolve => copied.set(built.bass, resolve));
-  node.port.postMessage({bass: built}, [built.image]);
+  const {bass, at, image, ...made} = built;
+  names.set(bass, wanted.name);
+  basses.set(bass, made);
+  const there = new Promise(resolve => copied.set(bass, resolve));
+  node.port.postMessage({bass: {bass, at, image}}, [image]);
   await there;
 }
 
-const names = new Map(); // of basses in the audio thread, by address
+const names = new Map(); // of basses in the audio thread, by address ...
+const basses = new Map(); // ... and {file, response} that they were made of
 const copied = new Map(); // what to call when the audio thread has them
 let changes = 0; // of the playing, that the page has asked the audio thread for
 
@@ -152,9 +155,14 @@ function hear({data}) {
   }
   if (data.faded) {
     names.delete(data.faded);
+    basses.delete(data.faded);
     free({bass: data.faded});
   }
   if (there) return;
+  if (data.recalled !== undefined) {
+    recalled?.(data);
+    return;
+  }
   if (data.sight) {
     const spare = see.take(data);
     if (spare) node.port.postMessage({spare}, [spare]);
@@ -188,6 +196,7 @@ async function begin() {
   node.port.onmessage = hear;
   node.onprocessorerror = () => say("The audio thread stopped. Load the page again.");
   for (const symbol of Object.keys(CONTROLS)) tellParameter(symbol);
+  node.port.postMessage({seeing: !document.hidden});
   analyser = new AnalyserNode(context, {fftSize: 8192, smoothingTimeConstant: 0.5});
   see.rate = context.sampleRate;
   node.connect(analyser).connect(context.destination);
@@ -763,9 +772,130 @@ function look(now) {
       see.needed = true;
     }
   }
-  see.fade(now);
+  if (see.replay) goOn(now);
+  else see.fade(now);
   see.draw(place, lane, analyser);
+  $("again").disabled = !ready || see.note.frame === undefined;
 }
+
+// --- the last note again ---
+
+const BEFORE = 0.005, AFTER = 0.1; // s that are shown, before the release and after it
+let recalled, lastLook = 0, rolling = false;
+
+// Asks the audio thread what the string was handed, and has the worker make its motion again from that.
+async function showAgain() {
+  const {string} = see.note;
+  const {recalled: found, bass} = await new Promise(done => {
+    recalled = done;
+    node.port.postMessage({recall: string});
+  });
+  if (!found) return say("There is too much to make again: play the string from rest.");
+  const {file, response} = basses.get(bass), rate = context.sampleRate, copy = file.slice(0);
+  const made = await ask({recalled: found, file: copy, tier: PAGE.tier, rate, response,
+                          before: Math.round(BEFORE * rate), frames: Math.round(AFTER * rate)}, [copy, found.told]);
+  see.show(made);
+  Object.assign($("moment"), {max: see.replay.length - 1, value: 0, disabled: false});
+  for (const id of ["picture", "clip"]) $(id).disabled = false;
+  $("now").hidden = false;
+  rolling = true;
+  lastLook = performance.now();
+  sayMoment();
+}
+
+// Goes on by the time since the last picture, at the speed that was chosen; at the end it stays.
+function goOn(now) {
+  if (rolling) {
+    const frames = (now - lastLook) / 1000 * context.sampleRate / slowness();
+    see.goTo(see.replay.at + frames, now);
+    if (see.replay.at >= see.replay.length - 1) rolling = false;
+    $("moment").value = see.replay.at;
+    sayMoment();
+    see.fade(now);
+  }
+  lastLook = now;
+}
+
+const slowness = () => Math.round(10 ** $("slow").value);
+
+function sayMoment() {
+  const text = `${see.moment.toFixed(2)} ms`;
+  $("moment-text").textContent = text;
+  $("moment").ariaValueText = `${text} after the release`;
+}
+
+function backToNow() {
+  rolling = false;
+  see.leave();
+  $("now").hidden = true;
+  for (const id of ["moment", "picture", "clip"]) $(id).disabled = true;
+  $("moment-text").textContent = "";
+}
+
+const POSTER = [1600, 1000], CLIP_RATE = 30, LONGEST_CLIP = 12; // px; pictures a second; s
+
+function titleOf() {
+  const {string, fret} = see.note, bass = bassCalled($("bass").value);
+  const at = fret ? `, fret ${bass.capo + fret}` : "";
+  return `livebass: ${bass.title}, ${bass.strings[string].name} string${at}, ${see.moment.toFixed(2)} ms after the release, ${see.zoom} times enlarged`;
+}
+
+function keep(blob, name) {
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(blob);
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+}
+
+const sheetOf = () => Object.assign(document.createElement("canvas"), {width: POSTER[0], height: POSTER[1]});
+const fileName = ending => `livebass-${$("bass").value}-${see.moment.toFixed(1)}ms.${ending}`;
+
+function savePicture() {
+  const sheet = sheetOf();
+  see.poster(sheet, titleOf());
+  sheet.toBlob(blob => keep(blob, fileName("png")));
+}
+
+// Records the note from its beginning to its end, at the speed that was chosen or, if that would take too long, faster.
+async function saveClip() {
+  const sheet = sheetOf(), kind = ["video/mp4", "video/webm"].find(type => MediaRecorder.isTypeSupported(type));
+  const recorder = new MediaRecorder(sheet.captureStream(CLIP_RATE), {mimeType: kind, videoBitsPerSecond: 6e6}), parts = [];
+  recorder.ondataavailable = ({data}) => parts.push(data);
+  const ended = new Promise(done => { recorder.onstop = done; });
+  const {length} = see.replay, seconds = Math.min(LONGEST_CLIP, length / context.sampleRate * slowness());
+  rolling = false;
+  $("clip").disabled = true;
+  recorder.start();
+  const began = performance.now();
+  for (let part = 0; part < 1 && see.replay;) {
+    part = Math.min(1, (performance.now() - began) / 1000 / seconds);
+    see.goTo(part * (length - 1), performance.now());
+    $("moment").value = see.replay.at;
+    sayMoment();
+    see.poster(sheet, titleOf());
+    await new Promise(done => setTimeout(done, 1000 / CLIP_RATE));
+    see.fade(performance.now());
+  }
+  recorder.stop();
+  await ended;
+  if (!see.replay) return;
+  $("clip").disabled = false;
+  keep(new Blob(parts, {type: kind}), fileName(kind.slice(6)));
+}
+
+$("picture").onclick = savePicture;
+$("clip").onclick = () => saveClip().catch(error => say(`The clip cannot be recorded: ${error.message}`));
+if (!window.MediaRecorder || !HTMLCanvasElement.prototype.captureStream) $("clip").hidden = true;
+$("again").onclick = () => showAgain().catch(error => say(`The note cannot be made again: ${error.message}`));
+$("now").onclick = backToNow;
+$("slow").oninput = () => { $("slow-text").textContent = slowness() === 1 ? "as it was" : `1/${slowness()}`; };
+$("slow").oninput();
+$("moment").oninput = () => {
+  rolling = false;
+  see.goTo(+$("moment").value, performance.now());
+  sayMoment();
+};
 
 // Shows the note that sounds, and by how many cents it is off.
 function showPitch() {
@@ -776,6 +906,8 @@ function showPitch() {
   const note = 69 + 12 * Math.log2(hertz / 440), nearest = Math.round(note), cents = Math.round(100 * (note - nearest));
   $("pitch").textContent = `${noteName(nearest)} ${cents < 0 ? "−" : "+"}${Math.abs(cents)} cents, ${hertz.toFixed(1)} Hz`;
 }
+
+document.addEventListener("visibilitychange", () => node?.port.postMessage({seeing: !document.hidden}));
 
 $("zoom").oninput = () => {
   see.zoom = +$("zoom").value;
@@ -853,6 +985,7 @@ for (const symbol of Object.keys(CONTROLS)) {
 }
 
 function showBass() {
+  if (see.replay) backToNow();
   const bass = bassCalled($("bass").value);
   sayControl("compression");
   sayControl("drive");

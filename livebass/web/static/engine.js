@@ -2,6 +2,8 @@
 "use strict";
 
 const PAGE_BYTES = 65536, MESSAGES = 4096;
+const CONTACTS = 512; // of a string, that it keeps until they are taken
+const EVENTS = 256; // that it was handed since it was still
 const {records: RECORDS, numbers: N} = LAYOUT;
 const lines = bytes => Math.ceil(bytes / N.LINE) * N.LINE;
 
@@ -15,7 +17,8 @@ class Engine {
     this.synth = lines(this.x.__heap_base.value);
     this.rings = this.synth + lines(RECORDS.SYNTH.bytes);
     this.sound = this.rings + Number(this.x.lb_ring_bytes(BigInt(MESSAGES)));
-    this.home = lines(this.sound + 4 * N.CHUNK); // where basses may begin
+    this.sights = lines(this.sound + 8 * N.CHUNK); // what is drawn of each string
+    this.home = lines(this.sights + N.MOST_STRINGS * RECORDS.SIGHT.bytes); // where basses may begin
     this.reserve(this.home);
     this.synthAddress = BigInt(this.synth);
     this.soundAddress = BigInt(this.sound);
@@ -76,6 +79,8 @@ class Engine {
     this.set("BUILDING", building, "response", samples);
     this.set("BUILDING", building, "response_count", response.length);
     this.set("BUILDING", building, "response_rate", rate);
+    this.set("BUILDING", building, "log_room", CONTACTS);
+    this.set("BUILDING", building, "told_room", EVENTS);
     x.lb_measure_bass(BigInt(building));
     this.set("BUILDING", building, "memory", end);
     const bass = end;
@@ -115,6 +120,114 @@ class Engine {
 
   // Sets a knob of the effects, by its number.
   setEffect(number, value) { this.tell(N.NOW, N.EFFECT, number, value); }
+
+  // --- what the strings do ---
+
+  // The address of the VOICE of string `i`.
+  voice(bass, i) { return this.get("BASS", bass, "string", i) + RECORDS.STRING.fields.voice[0]; }
+
+  // Adds to `list` the contacts that began since the last time, of which `taken` counts those of each string: string,
+  // fret (over a board, m from the nut), frame, speed (m/s).
+  takeContacts(bass, taken, list) {
+    const began = this.get("BASS", bass, "frame"), board = this.get("BASS", bass, "frets") + 1;
+    for (let i = 0; i < this.get("BASS", bass, "strings"); i++) {
+      const voice = this.voice(bass, i), logged = this.get("VOICE", voice, "logged");
+      if (logged === taken[i]) continue;
+      const steps = this.get("VOICE", voice, "numerator") / this.get("VOICE", voice, "denominator");
+      for (let k = Math.max(taken[i] || 0, logged - CONTACTS); k < logged; k++) {
+        const at = this.get("VOICE", voice, "log") + (k % CONTACTS) * RECORDS.CONTACT.bytes;
+        const of = name => this.get("CONTACT", at, name), stop = of("fret"), point = of("point");
+        list.push(i, this.placeOf(bass, board * i + stop, stop, point), began + of("step") / steps, of("speed"));
+      }
+      taken[i] = logged;
+    }
+  }
+
+  // Adds to `list` the notes that began since the last time: string, fret, and the frame at which a finger lets go or a
+  // string is struck. `told` holds for each string the frame from which its events are kept, and how many were taken.
+  takeNotes(bass, told, list) {
+    for (let i = 0; i < this.get("BASS", bass, "strings"); i++) {
+      const from = this.get("TOLD", this.get("VOICE", this.voice(bass, i), "told"), "from_frame"), [before, taken] = told[i] || [];
+      told[i] = [from, this.takeNotesOf(bass, i, from === before ? taken : 0, list)];
+    }
+  }
+
+  // The same of string `i`, from its event `first` on; returns how many it was handed.
+  takeNotesOf(bass, i, first, list) {
+    const began = this.get("BASS", bass, "frame"), strikes = [N.STRIKE_EVENT, N.THROW, N.HAMMER, N.PULL_OFF];
+    const voice = this.voice(bass, i), count = this.get("VOICE", voice, "told_count");
+    for (let k = Math.max(first, count - EVENTS); k < count; k++) {
+      const event = this.get("VOICE", voice, "told") + RECORDS.TOLD.bytes + (k % EVENTS) * RECORDS.EVENT.bytes;
+      const kind = this.get("EVENT", event, "kind"), frame = began + this.get("EVENT", event, "frame");
+      if (kind === N.PLUCK) list.push(i, this.get("EVENT", event, "fret"), frame + this.get("VOICE", voice, "pull"));
+      else if (strikes.includes(kind)) list.push(i, this.get("EVENT", event, "fret"), frame);
+    }
+    return count;
+  }
+
+  // What string `i` was handed since it was still, to make its motion again: its TOLD and events, their number, and
+  // frame and fret of the last note; undefined: there was none, or more than are kept.
+  recall(bass, i) {
+    const voice = this.voice(bass, i), count = this.get("VOICE", voice, "told_count"), notes = [];
+    if (!count || count > EVENTS) return undefined;
+    this.takeNotesOf(bass, i, 0, notes);
+    const at = this.get("VOICE", voice, "told"), size = RECORDS.TOLD.bytes + count * RECORDS.EVENT.bytes;
+    if (!notes.length) return undefined;
+    return {told: this.memory.buffer.slice(at, at + size), count, string: i, frame: notes.at(-1) - this.get("BASS", bass, "frame")};
+  }
+
+  // Makes the motion of a string of `bass`, which is as new, again by what `recall` returned, from `before` frames before
+  // its last note to `frames` after it. Returns {rows, slots, contacts, frame}: amplitudes (m^1.5), SEEN for each of the
+  // frames; [length, stop, fret] of each; contacts as `takeContacts` lists them; the frame of the first.
+  again(bass, {told, count, string, frame}, before, frames) {
+    const x = this.x, strings = this.get("BASS", bass, "strings"), board = this.get("BASS", bass, "frets") + 1;
+    const place = lines(this.memory.buffer.byteLength), events = place + RECORDS.TOLD.bytes;
+    this.reserve(place + told.byteLength);
+    this.bytes.set(new Uint8Array(told), place);
+    const at = this.get("BASS", bass, "string", string), voice = this.voice(bass, string);
+    x.lb_begin_again(BigInt(at), BigInt(place));
+    const ops = this.get("BASS", bass, "operators") + RECORDS.OPERATOR.bytes * board * string;
+    let used = 0;
+    const run = n => {
+      for (let left = n; left > 0; left -= N.CHUNK)
+        used += Number(x.lb_run_string(BigInt(at), BigInt(ops), BigInt(board - 1), BigInt(events + used * RECORDS.EVENT.bytes),
+                                       BigInt(count - used), this.soundAddress, 0n, BigInt(Math.min(N.CHUNK, left))));
+    };
+    const first = Math.max(this.get("VOICE", voice, "frame"), frame - before);
+    run(first - this.get("VOICE", voice, "frame"));
+    const length = frame + frames - first, rows = new Float32Array(length * N.SEEN), slots = new Float64Array(length * 3);
+    const contacts = [], taken = Array(strings).fill(0);
+    taken[string] = this.get("VOICE", voice, "logged");
+    const sight = this.sights + string * RECORDS.SIGHT.bytes, [slot] = RECORDS.SIGHT.fields.slot, size = RECORDS.SLOT_SIGHT.bytes;
+    for (let k = 0; k < length; k++) {
+      run(1);
+      x.lb_see_bass(BigInt(bass), BigInt(this.sights));
+      this.takeContacts(bass, taken, contacts);
+      let here = sight + slot + size * this.get("VOICE", voice, "slot");
+      if (!this.get("SLOT_SIGHT", here, "on")) continue;
+      const modes = this.get("SLOT_SIGHT", here, "modes");
+      rows.set(new Float32Array(this.memory.buffer, here + RECORDS.SLOT_SIGHT.fields.u[0], modes), k * N.SEEN);
+      slots.set(["length", "stop", "fret"].map(name => this.get("SLOT_SIGHT", here, name)), k * 3);
+    }
+    return {rows, slots, contacts: contacts.map((value, k) => k % 4 === 2 ? value - this.get("BASS", bass, "frame") : value), first, string, frame};
+  }
+
+  // The fret of a contact point of an operator; over a board its place, m from the nut.
+  placeOf(bass, index, stop, point) {
+    const op = this.get("BASS", bass, "operators") + RECORDS.OPERATOR.bytes * index;
+    if (this.get("OPERATOR", op, "points") <= N.MOST_NEAR) return stop + 1 + point;
+    const open = op - RECORDS.OPERATOR.bytes * stop, length = this.get("OPERATOR", op, "length");
+    return this.get("OPERATOR", open, "length") - length + this.view.getFloat64(this.get("OPERATOR", op, "positions") + 8 * point, true);
+  }
+
+  // Copies what is seen of the strings of a bass into `buffer`, an ArrayBuffer as large as that, or a new one.
+  see(bass, buffer) {
+    const size = this.get("BASS", bass, "strings") * RECORDS.SIGHT.bytes;
+    this.x.lb_see_bass(BigInt(bass), BigInt(this.sights));
+    if (!buffer || buffer.byteLength !== size) buffer = new ArrayBuffer(size);
+    new Uint8Array(buffer).set(this.bytes.subarray(this.sights, this.sights + size));
+    return buffer;
+  }
 
   // Plays n <= N.CHUNK frames; returns them as a view that lasts until the next call.
   play(n) {

@@ -55,6 +55,7 @@ class See {
     this.zoom = 20;
     this.sights = []; // {frame, buffer}, the oldest first
     this.waiting = []; // contacts that are not heard yet: {string, fret, frame, speed}
+    this.plucks = []; // notes that are not heard yet: {string, fret, frame}
     this.flashes = new Map(); // "string fret": {bright, since}
     this.note = {string: 0, frame: undefined, contacts: []}; // the last one
     this.shape = new Float32Array(POINTS + 1);
@@ -65,25 +66,21 @@ class See {
   // Takes the strings, frets and pickups of another bass.
   setBass(bass) {
     this.bass = bass;
-    this.sights.length = this.waiting.length = this.note.contacts.length = 0;
+    this.sights.length = this.waiting.length = this.plucks.length = 0;
     this.flashes.clear();
     this.note = {string: 0, frame: undefined, contacts: []};
-    this.sight = undefined;
+    this.view = undefined;
     this.needed = true;
   }
 
   // Takes what the audio thread saw at a frame; returns a buffer that it can use again, or undefined.
-  take({sight, frame, contacts}) {
+  take({sight, frame, contacts, notes}) {
+    for (let k = 0; k < notes.length; k += 3)
+      this.plucks.push({string: notes[k], fret: notes[k + 1], frame: notes[k + 2]});
     for (let k = 0; k < contacts.length; k += 4)
       this.waiting.push({string: contacts[k], fret: contacts[k + 1], frame: contacts[k + 2], speed: contacts[k + 3]});
     this.sights.push({frame, buffer: sight});
     return this.sights.length > MOST_SIGHTS ? this.sights.shift().buffer : undefined;
-  }
-
-  // Notes that a string was let go of at a frame: what it hits from then on is the last note.
-  pluck(string, frame) {
-    this.note = {string, frame, contacts: [], said: false};
-    this.needed = true;
   }
 
   // The number in a field of a slot (`index`) of the sight that is drawn.
@@ -94,7 +91,11 @@ class See {
 
   // Calls draw({string, fret, length, u}) for each part of a string that sounds; u: m, (POINTS + 1), stop to saddle.
   eachString(draw) {
-    if (this.replay) return draw(this.replay);
+    if (this.replay) {
+      const {rows, slots, at, string} = this.replay, k = Math.floor(at), [length, stop, fret] = slots.subarray(3 * k, 3 * k + 3);
+      if (length) draw({string, fret, length, u: this.shapeOf(rows.subarray(k * this.seen, (k + 1) * this.seen), this.seen, length, stop)});
+      return;
+    }
     if (!this.view) return;
     for (let string = 0; string < this.bass.strings.length; string++)
       for (let index = 0; index < 2; index++) {
@@ -120,19 +121,25 @@ class See {
 
   // --- time ---
 
-  // Goes on to the frame that is heard now: the newest sight of it, the contacts until then.
+  // Goes on to the frame that is heard now: the newest sight of it, the contacts until then. Returns the buffer of the
+  // sight before, which can be used again, or undefined.
   follow(frame, now) {
     let newest;
+    const before = this.view?.buffer;
     while (this.sights.length && this.sights[0].frame <= frame) newest = this.sights.shift();
     if (newest) {
       this.view = new DataView(newest.buffer);
+      this.needed = true;
+    }
+    while (this.plucks.length && this.plucks[0].frame <= frame) {
+      this.note = {...this.plucks.shift(), contacts: [], said: false};
       this.needed = true;
     }
     const heard = this.waiting.filter(contact => contact.frame <= frame);
     if (heard.length) this.waiting = this.waiting.filter(contact => contact.frame > frame);
     for (const contact of heard) this.flash(contact, now);
     if (this.note.frame !== undefined && !this.note.said && frame > this.note.frame + this.rate / 2) this.tell();
-    return newest?.buffer;
+    return newest && before;
   }
 
   flash({string, fret, frame, speed}, now) {
@@ -160,6 +167,40 @@ class See {
     return this.told(`${name} string: ${contacts.length} contact${contacts.length > 1 ? "s" : ""}, ${where} hit hardest.`);
   }
 
+  // --- the last note again ---
+
+  // Shows what `Engine.again` made, from its first frame on.
+  show(made) {
+    const hits = [];
+    for (let k = 0; k < made.contacts.length; k += 4)
+      hits.push({string: made.contacts[k], fret: made.contacts[k + 1], frame: made.contacts[k + 2], speed: made.contacts[k + 3]});
+    this.replay = {...made, hits, at: 0, length: made.slots.length / 3};
+    this.note = {string: made.string, fret: this.note.fret, frame: made.frame, contacts: hits.filter(hit => hit.frame >= made.frame), said: true};
+    this.flashes.clear();
+    this.needed = true;
+  }
+
+  // Goes to frame `at` of the replay; what was hit on the way flashes.
+  goTo(at, now) {
+    const r = this.replay, before = r.at;
+    r.at = Math.min(r.length - 1, Math.max(0, at));
+    if (r.at < before) this.flashes.clear();
+    for (const hit of r.hits) {
+      const k = hit.frame - r.first;
+      if (k > before && k <= r.at) this.flashes.set(`${hit.string} ${hit.fret}`, {bright: Math.min(1, Math.sqrt(hit.speed / FULL_SPEED)), since: now});
+    }
+    this.needed = true;
+  }
+
+  // ms after the release, of the moment that is shown.
+  get moment() { return 1000 * (this.replay.first + this.replay.at - this.replay.frame) / this.rate; }
+
+  leave() {
+    this.replay = undefined;
+    this.flashes.clear();
+    this.needed = true;
+  }
+
   // --- drawing ---
 
   colours() {
@@ -170,8 +211,9 @@ class See {
 
   // The context of a canvas as large as it is shown, cleared: [context, width, height, device pixels a pixel].
   sheet(canvas) {
-    const dpr = Math.min(2, devicePixelRatio || 1);
-    const w = Math.max(1, Math.round(canvas.clientWidth * dpr)), h = Math.max(1, Math.round(canvas.clientHeight * dpr));
+    const shown = canvas.isConnected, dpr = shown ? Math.min(2, devicePixelRatio || 1) : 2;
+    const w = shown ? Math.max(1, Math.round(canvas.clientWidth * dpr)) : canvas.width;
+    const h = shown ? Math.max(1, Math.round(canvas.clientHeight * dpr)) : canvas.height;
     if (canvas.width !== w || canvas.height !== h) [canvas.width, canvas.height] = [w, h];
     const g = canvas.getContext("2d");
     g.clearRect(0, 0, w, h);
@@ -191,6 +233,55 @@ class See {
     if (analyser && shown(this.canvases.spectrum)) this.drawSpectrum(colour, analyser);
   }
 
+  // Draws neck, side and last note into a canvas of its own, with a line of text above: a picture to keep.
+  poster(canvas, title) {
+    const g = canvas.getContext("2d"), [w, h] = [canvas.width, canvas.height], colour = this.colours(), edge = w / 40;
+    this.parts ||= {neck: document.createElement("canvas"), side: document.createElement("canvas"), note: document.createElement("canvas")};
+    const {neck, side, note} = this.parts, of = this.canvases, tall = (h - 5 * edge) / 2;
+    Object.assign(neck, {width: w - 2 * edge, height: tall});
+    Object.assign(side, {width: (w - 3 * edge) * 0.58, height: tall});
+    Object.assign(note, {width: (w - 3 * edge) * 0.42, height: tall});
+    const scale = Math.max(...this.bass.strings.map(string => string.length)), many = this.bass.strings.length;
+    const place = x => (neck.width / 2) * (0.015 + 0.97 * x / scale), lane = i => (neck.height / 2) * (many - 0.5 - i) / many;
+    this.canvases = this.parts;
+    this.drawNeck(colour, place, lane);
+    this.drawSide(colour);
+    this.drawNote(colour);
+    this.canvases = of;
+    g.fillStyle = getComputedStyle(document.documentElement).getPropertyValue("--ground");
+    g.fillRect(0, 0, w, h);
+    g.fillStyle = colour.ink;
+    g.font = `${edge * 0.62}px system-ui, sans-serif`;
+    g.textBaseline = "middle";
+    g.fillText(title, edge, 1.25 * edge, w - 2 * edge);
+    this.drawBoard(g, edge, 2 * edge, neck.width, tall, x => 2 * place(x), this.bass.strings[0]);
+    g.drawImage(neck, edge, 2 * edge);
+    for (const [part, x] of [[side, edge], [note, 2 * edge + side.width]]) {
+      g.fillStyle = colour.ground;
+      g.fillRect(x, 3.2 * edge + tall, part.width, tall);
+      g.drawImage(part, x, 3.2 * edge + tall);
+    }
+  }
+
+  // The board with frets or without, and the pickups beyond it, as the page has them behind its strings.
+  drawBoard(g, left, top, width, height, place, {frets, length}) {
+    const end = place(frets.at(-1) + 0.008);
+    g.fillStyle = "#5d1c0c";
+    g.fillRect(left, top, width, height);
+    g.fillStyle = "#432717";
+    g.fillRect(left + place(0), top, end - place(0), height);
+    g.fillStyle = this.bass.fretless ? "#cbb38b66" : "#b5b0a6";
+    for (const fret of frets) g.fillRect(left + place(fret) - 2, top, 4, height);
+    g.fillStyle = "#f7efdc";
+    g.fillRect(left + place(0) - 4, top, 8, height);
+    g.fillStyle = "#171412";
+    for (const {position, aperture, strings} of this.bass.pickups) {
+      const many = this.bass.strings.length, row = height / many, first = many - 1 - Math.max(...strings);
+      const wide = Math.max(12, place(aperture) - place(0));
+      g.fillRect(left + place(length - position) - wide / 2, top + row * first, wide, row * (Math.max(...strings) - Math.min(...strings) + 1));
+    }
+  }
+
   // Strings and flashes, over the board that the page has behind them.
   drawNeck(colour, place, lane) {
     const [g, , h, dpr] = this.sheet(this.canvases.neck), {strings} = this.bass;
@@ -207,7 +298,7 @@ class See {
     g.globalAlpha = 1;
     g.lineJoin = "round";
     const moving = new Map();
-    this.eachString(({string, length, u}) => {
+    if (!this.still.matches || this.replay) this.eachString(({string, length, u}) => {
       const scale = strings[string].length, path = new Path2D(), middle = lane(string);
       const metre = (place(scale) - place(0)) / scale; // px
       const most = 0.48 * gap;
@@ -281,7 +372,7 @@ class See {
     g.strokeStyle = colour.ink;
     g.lineWidth = 1.75 * dpr;
     let drawn = false;
-    this.eachString(({string: i, fret, length, u}) => {
+    if (!this.still.matches || this.replay) this.eachString(({string: i, fret, length, u}) => {
       if (i !== string || drawn) return;
       drawn = true;
       const stop = fret ? s.heights[fret - 1] : 0;
@@ -320,6 +411,14 @@ class See {
     g.textAlign = "center";
     for (let ms = 0; ms <= NOTE_SPAN; ms += 20) g.fillText(ms === NOTE_SPAN ? `${ms} ms` : ms, Math.min(x(ms), w - 16 * dpr), h - foot / 2);
     if (frame === undefined) return;
+    if (this.replay) {
+      const at = x(Math.max(0, Math.min(NOTE_SPAN, this.moment)));
+      g.strokeStyle = colour.ink;
+      g.beginPath();
+      g.moveTo(at, 0);
+      g.lineTo(at, h - foot);
+      g.stroke();
+    }
     g.fillStyle = colour.accent;
     for (const {fret, frame: at, speed} of contacts) {
       const ms = 1000 * (at - frame) / this.rate, r = dpr * (1.2 + 3.8 * Math.min(1, Math.sqrt(speed / FULL_SPEED)));

@@ -37,6 +37,13 @@ function warm(engine, bass, rate, ms) {
   }
 }
 
+// Makes the last note of a string again, on a bass as new.
+function again({id, file, tier, rate, response, recalled, before, frames}) {
+  const engine = new Engine(module), {bass} = engine.build(file, tier, rate, home, response);
+  const made = engine.again(bass, recalled, before, frames);
+  postMessage({id, built: made}, [made.rows.buffer, made.slots.buffer]);
+}
+
 onmessage = ({data}) => {
   if (data.module) {
     module = data.module;
@@ -46,6 +53,10 @@ onmessage = ({data}) => {
     taken.delete(data.free);
   } else {
     try {
+      if (data.recalled) {
+        again(data);
+        return;
+      }
       const [engine, bass] = build(data);
       if (data.warm) warm(engine, bass, data.rate, data.warm);
     } catch (error) {

@@ -14,6 +14,7 @@ const HARD = 1; // highest load down to which strings are relieved as they begin
 const MOST_TOLD = 0.7; // of the highest load, which relieves no string
 const OVERLOAD = 2; // a load that relieves one string
 const MOST_AHEAD = 0.5; // s: what waits for its frame holds up what was sent after it
+const SEE_EVERY = 6; // quanta between two sights: 62 a second at 48 kHz
 const SLICE = 1 << 20; // bytes of a bass that are copied in one quantum
 
 class LivebassProcessor extends AudioWorkletProcessor {
@@ -26,12 +27,26 @@ class LivebassProcessor extends AudioWorkletProcessor {
     this.sinceBehind = AGAIN;
     this.changes = this.changed = 0; // of the playing, by the page: how many have come; frame of the last one
     this.live = !o.score; // with a score: offline, always the same sound
+    this.seeing = false; // the page draws
+    this.seen = 0; // bass that was seen last
+    this.unseen = 0; // quanta since it was seen
+    this.spare = []; // buffers that the page gave back
+    this.contacts = [];
+    this.notes = [];
+    this.taken = []; // contacts of each string so far ...
+    this.told = []; // ... and its events
     if (o.bass) this.take(o.bass);
     for (const message of o.score || []) this.engine.send(...message);
     this.port.onmessage = ({data}) => this.hear(data);
   }
 
-  hear({midi, string, frame, bass, parameter, effect, panic, change}) {
+  hear({midi, string, frame, bass, parameter, effect, panic, change, spare, seeing, recall}) {
+    if (spare) this.spare.push(spare);
+    if (recall !== undefined && this.engine.field("bass")) {
+      const found = this.engine.recall(this.engine.field("bass"), recall);
+      this.port.postMessage({recalled: found || null, bass: this.engine.field("bass")});
+    }
+    if (seeing !== undefined) this.seeing = seeing;
     const e = this.engine, now = e.field("frame"), most = now + Math.round(MOST_AHEAD * sampleRate);
     const when = frame === undefined ? N.NOW : Math.min(most, Math.max(now, frame - (this.start || 0)));
     if (string !== undefined) e.tell(when, N.NOTE_STRING, midi[1], string);
@@ -155,12 +170,31 @@ class LivebassProcessor extends AudioWorkletProcessor {
     if (this.live) this.keepUp(Date.now() - began, n);
   }
 
+  // Tells the page what the strings do, every SEE_EVERY quanta.
+  see() {
+    const e = this.engine, bass = e.field("bass");
+    if (!bass) return;
+    if (bass !== this.seen) {
+      this.seen = bass;
+      this.taken = [];
+      this.told = [];
+    }
+    e.takeContacts(bass, this.taken, this.contacts);
+    e.takeNotes(bass, this.told, this.notes);
+    if (++this.unseen < SEE_EVERY) return;
+    this.unseen = 0;
+    const sight = e.see(bass, this.spare.pop());
+    this.port.postMessage({sight, frame: e.field("frame"), contacts: this.contacts, notes: this.notes}, [sight]);
+    [this.contacts, this.notes] = [[], []];
+  }
+
   process(inputs, [out]) {
     const n = out[0].length, e = this.engine, began = Date.now();
     if (this.start === undefined) this.start = currentFrame;
     for (let at = 0; at < n; at += PART) this.playPart(out, at, Math.min(PART, n - at));
     if (this.coming) this.copy(SLICE);
     if (!this.live) return true;
+    if (this.seeing) this.see();
     this.busy += Date.now() - began;
     this.quanta += 1;
     if (this.quanta === WINDOW) {

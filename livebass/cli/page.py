@@ -1,0 +1,69 @@
+"""`livebass page`: the page that plays and shows the bass, on this machine alone."""
+
+from __future__ import annotations
+
+import time
+
+import click
+
+from livebass.cli.effects import effects_options
+from livebass.cli.export import basses_of, page_ready, presets_option
+from livebass.cli.hands import hands_options, loader
+from livebass.cli.options import quality_option
+from livebass.cli.said import say
+from livebass.cli.tuning import tuning_options
+from livebass.cli.values import Number
+from livebass.interrupts import StopFlag, stop_instead
+
+LOOK_EVERY = 0.2  # s, for a signal that ends it
+
+
+@click.command()
+@presets_option
+@hands_options
+@effects_options
+@quality_option("live", "How finely the strings are computed; studio needs a fast computer.", among=("live", "studio"))
+@click.option(
+    "--port", type=Number("port", 0, 65535, whole=True), default=0, help="Serve at this port.  [default: any free one]"
+)
+@click.option("--no-browser", is_flag=True, help="Open no browser: the address is printed.")
+@tuning_options
+@click.argument("more", nargs=-1, metavar="")
+def page(
+    presets: tuple[str, ...], quality: str, port: int, no_browser: bool, more: tuple[str, ...], **options: object
+) -> None:
+    """Open the page that plays the bass and shows its strings, in a browser on this machine.
+
+    It is the page that `livebass export web` writes, served to this machine alone until Ctrl-C. Its address is printed
+    on standard output.
+
+    \b
+    Examples:
+      livebass page
+      livebass page -p slap -p ./mine.toml
+      livebass page --port 8000 --no-browser
+    """
+    from livebass.web.export import page_files
+    from livebass.web.serve import PageServer
+
+    basses = basses_of(presets, more, loader(options))
+    page_ready()
+    stop = StopFlag()
+    with PageServer(page_files(basses, quality), port) as server:
+        stop_instead(stop, lambda: True)
+        click.echo(server.address)
+        if not no_browser and not opened(server.address):
+            say("no browser could be opened: open the address yourself")
+        say("Ctrl-C ends it")
+        while not stop.is_set():
+            time.sleep(LOOK_EVERY)
+
+
+def opened(address: str) -> bool:
+    """Opens an address in the browser of the user; returns whether there is one."""
+    import webbrowser
+
+    try:
+        return webbrowser.open(address)
+    except webbrowser.Error:
+        return False

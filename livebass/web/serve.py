@@ -1,0 +1,88 @@
+"""Serves the page on this machine alone: its files, from memory, at a port of 127.0.0.1. [threads of their own]"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Mapping
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from types import TracebackType
+from typing import Self
+from urllib.parse import unquote, urlsplit
+
+from livebass.web.export import INDEX
+
+HOST = "127.0.0.1"
+KINDS = {
+    "html": "text/html; charset=utf-8", "js": "text/javascript; charset=utf-8", "css": "text/css; charset=utf-8",
+    "wasm": "application/wasm",
+}  # fmt: skip
+PATIENCE = 10.0  # s, for a browser that says nothing
+
+
+class PageLost(OSError):
+    """The port cannot be opened; one line."""
+
+
+class PageServer:
+    """Serves `files`, by their paths, until it is closed; `port` 0: any that is free. Raises PageLost."""
+
+    def __init__(self, files: Mapping[str, bytes], port: int = 0) -> None:
+        class Handler(BaseHTTPRequestHandler):
+            timeout = PATIENCE
+
+            def do_GET(self) -> None:
+                self._answer(True)
+
+            def do_HEAD(self) -> None:
+                self._answer(False)
+
+            def _answer(self, with_data: bool) -> None:
+                path = unquote(urlsplit(self.path).path).removeprefix("/") or INDEX
+                data = files.get(path)
+                if data is None:
+                    self.send_error(HTTPStatus.NOT_FOUND)
+                    return
+                self.send_response(HTTPStatus.OK)
+                self.send_header("Content-Type", KINDS.get(path.rpartition(".")[2], "application/octet-stream"))
+                self.send_header("Content-Length", str(len(data)))
+                self.send_header("Cache-Control", "no-store")  # the next page at this port may be another one
+                self.send_header("X-Content-Type-Options", "nosniff")
+                self.end_headers()
+                if with_data:
+                    self.wfile.write(data)
+
+            def log_message(self, *_: object) -> None:
+                pass
+
+        class Server(ThreadingHTTPServer):
+            daemon_threads = True
+
+            def handle_error(self, *_: object) -> None:
+                pass  # a browser that went away
+
+        try:
+            self._server = Server((HOST, port), Handler)
+        except OSError as error:
+            raise PageLost(f"--port {port}: {error.strerror or error}") from None
+        self._thread = threading.Thread(target=self._server.serve_forever, name="page", daemon=True)
+        self._thread.start()
+
+    @property
+    def address(self) -> str:
+        """Where a browser on this machine finds the page."""
+        return f"http://{HOST}:{self._server.server_port}/"
+
+    def close(self) -> None:
+        """Ends the server."""
+        self._server.shutdown()
+        self._server.server_close()
+        self._thread.join()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()

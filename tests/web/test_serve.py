@@ -1,0 +1,98 @@
+"""`livebass page`: the page on this machine alone, until Ctrl-C."""
+
+from __future__ import annotations
+
+import http.client
+import signal
+import socket
+import subprocess
+import sys
+import time
+import urllib.request
+from collections.abc import Iterator
+from urllib.parse import urlsplit
+
+import pytest
+from support.command import Run, assert_one_clear_line
+
+from livebass import load_preset
+from livebass.web.export import page_files
+from livebass.web.serve import HOST, PageLost, PageServer
+
+FILES = {"index.html": b"<!doctype html>", "basses/a b.lbass": b"\0\1", "livebass.wasm": b"\0asm", "app.js": b"1"}
+
+
+@pytest.fixture
+def server() -> Iterator[PageServer]:
+    with PageServer(FILES) as made:
+        yield made
+
+
+@pytest.mark.parametrize(
+    ("path", "file", "kind"),
+    [
+        ("", "index.html", "text/html; charset=utf-8"),
+        ("app.js?v=0123", "app.js", "text/javascript; charset=utf-8"),
+        ("basses/a%20b.lbass", "basses/a b.lbass", "application/octet-stream"),
+        ("livebass.wasm", "livebass.wasm", "application/wasm"),
+    ],
+)
+def test_it_serves_its_files_by_kind(server: PageServer, path: str, file: str, kind: str) -> None:
+    with urllib.request.urlopen(server.address + path, timeout=20) as answer:
+        assert answer.read() == FILES[file]
+        assert answer.headers["Content-Type"] == kind and answer.headers["Cache-Control"] == "no-store"
+
+
+@pytest.mark.parametrize("path", ["/none", "/../pyproject.toml", "/etc/passwd", "/%2e%2e/pyproject.toml"])
+def test_it_serves_nothing_else(server: PageServer, path: str) -> None:
+    there = http.client.HTTPConnection(urlsplit(server.address).netloc, timeout=20)
+    for method in ("GET", "HEAD"):
+        there.request(method, path)
+        answer = there.getresponse()
+        body = answer.read()
+        assert answer.status == 404 and b"livebass" not in body
+    there.request("POST", "/", b"1")
+    assert there.getresponse().status == 501
+    there.close()
+
+
+def test_it_is_for_this_machine_alone_and_ends(server: PageServer) -> None:
+    assert server._server.server_address[0] == HOST == "127.0.0.1"
+    port = server._server.server_port
+    with pytest.raises(PageLost, match=f"--port {port}: "):
+        PageServer(FILES, port)
+    server.close()
+    with pytest.raises(OSError, match="refused"):
+        urllib.request.urlopen(server.address, timeout=5)
+
+
+def test_the_command_prints_its_address_and_ends_by_ctrl_c() -> None:
+    command = [sys.executable, "-m", "livebass", "page", "-p", "slap", "--no-browser"]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    try:
+        assert process.stdout is not None
+        address = process.stdout.readline().strip()  # once all is ready
+        wanted = page_files({"slap": load_preset("slap")}, "live")
+        with urllib.request.urlopen(address, timeout=20) as answer:
+            assert answer.read() == wanted["index.html"]
+        time.sleep(0.5)
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=30)
+        assert process.returncode == 0 and not out and err.splitlines()[-1] == "Ctrl-C ends it", err
+    finally:
+        process.kill()
+        process.wait()
+
+
+def test_a_port_that_is_taken_and_other_mistakes_get_one_line(run: Run) -> None:
+    with socket.socket() as taken:
+        taken.bind((HOST, 0))
+        taken.listen()
+        port = taken.getsockname()[1]
+        status, out, err = run("page", "-p", "slap", "--no-browser", "--port", str(port))
+        assert_one_clear_line(status, err)
+        assert f"--port {port}" in err and not out
+    for bad in (["--port", "70000"], ["-p", "none"], ["-q", "reference"], ["slap"]):
+        status, out, err = run("page", "--no-browser", *bad)
+        assert_one_clear_line(status, err)
+        assert not out
