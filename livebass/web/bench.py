@@ -1,7 +1,7 @@
 """The luthier's bench of a page: what can be changed of a bass there, and the numbers that the page needs for it.
 
-A row of CONTROLS is a slider. It stands for a key of preset files, whose unit and limits are in preset/keys.py; the page
-(static/bench.js) writes the keys that differ into a preset that is like the bass, and makes the notes anew by the
+A row of CONTROLS is a slider. It stands for a key of preset files, whose unit and limits are in preset/keys.py; the
+page (static/bench.js) writes the keys that differ into a preset that is like the bass, and makes the notes anew by the
 kernels (static/maker.js), as `livebass render` of that preset does.
 """
 
@@ -11,6 +11,7 @@ import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -23,6 +24,7 @@ from livebass.model.quality import ENDS_SOON
 from livebass.plugin.instrument import tiers
 from livebass.preset.build import MEASURED, Builder, merged_neck, neck_end
 from livebass.preset.load import load_preset, preset_tables
+from livebass.preset.source import is_path
 from livebass.rows import TINY, rows
 from livebass.units import DIMENSIONS
 
@@ -44,24 +46,78 @@ class Control(NamedTuple):
 
 
 CONTROLS = (
-    Control("action", "neck", "Action", "neck.action", "mm", 0.5, 6, 0.05, "gap under the lowest string at fret 12; the others go with it"),
-    Control("relief", "neck", "Relief", "neck.relief", "mm", 0, 2, 0.02, "hollow of the neck at its middle"),
-    Control("nut_height", "neck", "Nut", "neck.nut_height", "mm", 0.1, 2, 0.02, "gap under the open strings at fret 1"),
-    Control("lift", "neck", "Fret up or down", "neck.lift", "mm", -0.5, 1.5, 0.02, "one fret stands proud, or is worn"),
-    Control("contact_loss", "neck", "Loss at the frets", "neck.contact_loss", "N s/m", 0, 800, 5, "what a fret takes from a string that hits it"),
-    Control("resonance", "neck", "Neck resonance", "neck.resonance_frequencies", "Hz", 80, 250, 0.5, "the lowest at which the neck bends; notes near it die early"),
-    Control("resonance_mass", "neck", "Neck mass there", "neck.resonance_masses", "kg", 0.2, 3, 0.01, "lighter: the dead spot is deeper"),
-    Control("gauge", "strings", "Gauge", "string.diameter", "x", 0.7, 1.4, 0.01, "thickness of all strings, at the same pitch"),
-    Control("tension", "strings", "Tension", "string.tension", "x", 0.75, 1.3, 0.01, "of all strings, heavier for their thickness"),
-    Control("damping", "strings", "Wear", "string.thermoelastic", "x", 0.5, 12, 0.1, "losses inside the strings: new ones have little, old ones much"),
-    Control("mute", "strings", "Foam", "string.extra_damping", "/s", 0, 60, 0.5, "damping that a mute adds to all strings"),
-    Control("pickup", "pickups", "Place", "pickup.position", "mm", 10, 400, 0.5, "centre, from the saddle"),
-    Control("height", "pickups", "Height", "pickup.level", "mm", -3, 3, 0.05, "nearer to the strings, or farther away"),
-    Control("tone", "pickups", "Tone pot", "coil.tone", "", 0, 1, 0.01, "0 closed, 1 open"),
-    Control("cable", "pickups", "Cable", "coil.capacitance", "pF", 200, 5000, 10, "capacitance of windings and cable"),
-    Control("pluck_position", "hand", "Plucks at", "player.pluck_position", "", 0.5, 0.98, 0.005, "part of the open string, from the nut"),
-    Control("rounding", "hand", "Finger", "player.rounding", "mm", 0.5, 20, 0.1, "half of what touches the string: narrow is bright"),
-    Control("hardest", "hand", "Hardest pluck", "player.hardest", "", 1, 12, 0.05, "at velocity 127; at 1 the open string grazes a fret"),
+    Control(
+        "action", "neck", "Action", "neck.action", "mm", 0.5, 6, 0.05,
+        "gap under the lowest string at fret 12; the others go with it",
+    ),
+    Control(
+        "relief", "neck", "Relief", "neck.relief", "mm", 0, 2, 0.02,
+        "hollow of the neck at its middle",
+    ),
+    Control(
+        "nut_height", "neck", "Nut", "neck.nut_height", "mm", 0.1, 2, 0.02,
+        "gap under the open strings at fret 1",
+    ),
+    Control(
+        "lift", "neck", "Fret up or down", "neck.lift", "mm", -0.5, 1.5, 0.02,
+        "one fret stands proud, or is worn",
+    ),
+    Control(
+        "contact_loss", "neck", "Loss at the frets", "neck.contact_loss", "N s/m", 0, 800, 5,
+        "what a fret takes from a string that hits it",
+    ),
+    Control(
+        "resonance", "neck", "Neck resonance", "neck.resonance_frequencies", "Hz", 80, 250, 0.5,
+        "the lowest at which the neck bends; notes near it die early",
+    ),
+    Control(
+        "resonance_mass", "neck", "Neck mass there", "neck.resonance_masses", "kg", 0.2, 3, 0.01,
+        "lighter: the dead spot is deeper",
+    ),
+    Control(
+        "gauge", "strings", "Gauge", "string.diameter", "x", 0.7, 1.4, 0.01,
+        "thickness of all strings, at the same pitch",
+    ),
+    Control(
+        "tension", "strings", "Tension", "string.tension", "x", 0.75, 1.3, 0.01,
+        "of all strings, heavier for their thickness",
+    ),
+    Control(
+        "damping", "strings", "Wear", "string.thermoelastic", "x", 0.5, 12, 0.1,
+        "losses inside the strings: new ones have little, old ones much",
+    ),
+    Control(
+        "mute", "strings", "Foam", "string.extra_damping", "/s", 0, 60, 0.5,
+        "damping that a mute adds to all strings",
+    ),
+    Control(
+        "pickup", "pickups", "Place", "pickup.position", "mm", 10, 400, 0.5,
+        "centre, from the saddle",
+    ),
+    Control(
+        "height", "pickups", "Height", "pickup.level", "mm", -3, 3, 0.05,
+        "nearer to the strings, or farther away",
+    ),
+    Control(
+        "tone", "pickups", "Tone pot", "coil.tone", "", 0, 1, 0.01,
+        "0 closed, 1 open",
+    ),
+    Control(
+        "cable", "pickups", "Cable", "coil.capacitance", "pF", 200, 5000, 10,
+        "capacitance of windings and cable",
+    ),
+    Control(
+        "pluck_position", "hand", "Plucks at", "player.pluck_position", "", 0.5, 0.98, 0.005,
+        "part of the open string, from the nut",
+    ),
+    Control(
+        "rounding", "hand", "Finger", "player.rounding", "mm", 0.5, 20, 0.1,
+        "half of what touches the string: narrow is bright",
+    ),
+    Control(
+        "hardest", "hand", "Hardest pluck", "player.hardest", "", 1, 12, 0.05,
+        "at velocity 127; at 1 the open string grazes a fret",
+    ),
 )  # fmt: skip
 MM = 1e-3
 LEAST_FRETS = 3  # of a neck whose heights follow from action, relief and nut
@@ -91,7 +147,7 @@ def bench(bass: Instrument, source: Source) -> dict[str, Any] | None:
         return None
     label, data = preset_tables(source.preset)
     known: dict[str, Any] = {
-        "like": source.preset,
+        "like": Path(source.preset).name if is_path(source.preset) else source.preset,
         "head": head(bass, same, source),
         "neck": neck_numbers(bass, label, data),
         "contact": contact_numbers(bass),
@@ -250,7 +306,8 @@ def between(ascending: Sequence[float], k: int) -> tuple[float, float]:
 
 def bench_file(bass: Instrument) -> bytes:
     """The BENCH of a bass, for the kernels: how many numbers it has, the record, the numbers; and the strokes and
-    effects of a file whose hand measures its force by another neck (kernels/bass/instrument.py)."""
+    effects of a file whose hand measures its force by another neck (kernels/bass/instrument.py).
+    """
     made = bench_of(bass, tiers(bass), frets_of(bass))
     rest = all_strokes(bass.player).tobytes() + added_bytes(bass.effects, np.zeros(len(bass.strings), np.int64))
     return len(made.numbers).to_bytes(WORD, "little") + made.data() + rest

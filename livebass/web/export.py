@@ -91,10 +91,8 @@ def page_files(basses: dict[str, Instrument], quality: str, sources: Sources = N
     """The files of the page in a folder, by their paths; `sources` as for `export_page`."""
     engine = (layout() + text("engine.js")).encode()
     files = {f"{BASSES}/{name}": data for name, data in instrument_files(basses).items() if name != LIST}
-    benches = {name: bench(bass, sources[name]) for name, bass in basses.items() if name in sources}
-    benches |= {
-        name: bench(bass, Source(name)) for name, bass in basses.items() if name not in sources and name in preset_names()
-    }
+    known = {name: Source(name) for name in preset_names()} | dict(sources)
+    benches = {name: bench(bass, known[name]) for name, bass in basses.items() if name in known}
     files |= {f"{BASSES}/{name}{BENCH_ENDING}": bench_file(basses[name]) for name, found in benches.items() if found}
     files |= {
         MODULE: build.module(),

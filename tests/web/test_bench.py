@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from support.browser import chromium, open_page, wait
+from support.browser import chromium, open_page
 
 from livebass import load_preset
 from livebass.model.instrument import Effects
