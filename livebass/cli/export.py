@@ -15,7 +15,7 @@ from livebass.cli.hands import Hands, hands_options, loader, velocity_curve_opti
 from livebass.cli.options import count_option, file_option, folder_option, preset_option, quality_option
 from livebass.cli.render import DEFAULT_PRESET, have_kernels, rendered_quality, shown_progress
 from livebass.cli.said import say
-from livebass.cli.tuning import tuning_of_options, tuning_options
+from livebass.cli.tuning import given_tuning, tuning_of_options, tuning_options
 from livebass.cli.values import RATE, Number, Quantity
 from livebass.model.quality import QUALITIES
 
@@ -123,17 +123,22 @@ def basses_of(
 
     `more` are names behind the last -p, which has to be there; `tuning` is that of all of them.
     """
+    return {name: load(preset) for name, preset in names_of(presets, more).items()}
+
+
+def names_of(presets: tuple[str, ...], more: tuple[str, ...]) -> dict[str, str]:
+    """The presets that `basses_of` loads, by the names of their basses."""
     if more and not presets:
         raise click.UsageError(f"{more[0]}: name presets with -p")
     from livebass.preset.load import preset_names
 
-    basses: dict[str, Instrument] = {}
+    found: dict[str, str] = {}
     for preset in [*presets, *more] or sorted(preset_names(), key=lambda name: name != DEFAULT_PRESET):
         name = Path(preset).stem
-        if name in basses:
+        if name in found:
             raise click.UsageError(f"-p {preset}: there are two basses called {name}")
-        basses[name] = load(preset)
-    return basses
+        found[name] = preset
+    return found
 
 
 def page_ready() -> None:
@@ -175,12 +180,15 @@ def web(
       livebass export web -p ./mine.toml -o site/bass -q studio
     """
     from livebass.files import checked_directory
+    from livebass.web.bench import Source
     from livebass.web.export import export_page, is_page
 
+    given = given_tuning(options)
     basses = basses_of(presets, more, loader(options))
     checked_directory(output, is_page)  # now, not after a minute of work
     page_ready()
-    page = export_page(basses, output, single, quality)
+    sources = {name: Source(preset, given) for name, preset in names_of(presets, more).items()}
+    page = export_page(basses, output, single, quality, sources)
     size = sum(file.stat().st_size for file in output.rglob("*") if file.is_file())
     several = "es" if len(basses) > 1 else ""
     where = "open it in a browser" if single else "put the folder on a web server"

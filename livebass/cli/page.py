@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import time
+from typing import Any
 
 import click
 
 from livebass.cli.effects import effects_options
-from livebass.cli.export import basses_of, page_ready, presets_option
+from livebass.cli.export import basses_of, names_of, page_ready, presets_option
 from livebass.cli.hands import hands_options, loader
 from livebass.cli.options import quality_option
 from livebass.cli.said import say
-from livebass.cli.tuning import tuning_options
+from livebass.cli.tuning import given_tuning, tuning_options
 from livebass.cli.values import Number
 from livebass.interrupts import StopFlag, stop_instead
 
@@ -30,7 +31,7 @@ LOOK_EVERY = 0.2  # s, for a signal that ends it
 @tuning_options
 @click.argument("more", nargs=-1, metavar="")
 def page(
-    presets: tuple[str, ...], quality: str, port: int, no_browser: bool, more: tuple[str, ...], **options: object
+    presets: tuple[str, ...], quality: str, port: int, no_browser: bool, more: tuple[str, ...], **options: Any
 ) -> None:
     """Open the page that plays the bass and shows its strings, in a browser on this machine.
 
@@ -43,13 +44,16 @@ def page(
       livebass page -p slap -p ./mine.toml
       livebass page --port 8000 --no-browser
     """
+    from livebass.web.bench import Source
     from livebass.web.export import page_files
     from livebass.web.serve import PageServer
 
+    given = given_tuning(options)
     basses = basses_of(presets, more, loader(options))
+    sources = {name: Source(preset, given) for name, preset in names_of(presets, more).items()}
     page_ready()
     stop = StopFlag()
-    with PageServer(page_files(basses, quality), port) as server:
+    with PageServer(page_files(basses, quality, sources), port) as server:
         stop_instead(stop, lambda: True)
         click.echo(server.address)
         if not no_browser and not opened(server.address):

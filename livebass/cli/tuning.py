@@ -77,5 +77,12 @@ def tuning_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 def tuning_of_options(options: dict[str, Any]) -> dict[str, Any]:
     """Takes the tuning out of a command's options; returns what was given, as `load_preset` takes it."""
-    taken = {name: options.pop(name) for name in TUNING_KEYS}
-    return {name: value for name, value in taken.items() if value is not None}
+    given = given_tuning(options)
+    for name in TUNING_KEYS:
+        del options[name]
+    return given
+
+
+def given_tuning(options: dict[str, Any]) -> dict[str, Any]:
+    """The tuning that was given among a command's options, which keep it."""
+    return {name: options[name] for name in TUNING_KEYS if options[name] is not None}

@@ -43,7 +43,9 @@ from livebass.model.modes import dampings, frequencies, impedance
 from livebass.model.neck import Admittance, Resonance
 from livebass.preset.build import Builder
 from livebass.preset.checks import RESONANCE_KEYS, TABLE_KEYS
+from livebass.preset.keys import quoted
 from livebass.preset.load import load_preset, preset_source
+from livebass.preset.source import PresetError
 from livebass.report.text import columns, csv_text, json_text, plain
 from livebass.units import cents, note_name, note_number
 
@@ -579,6 +581,9 @@ def new_preset(
 
     label, text = preset_source(base)
     document: Any = tomlkit.parse(text)
+    if "like" in document:
+        why = "an identified string is written into a preset that says all itself"
+        raise PresetError(f"{label}: like = {quoted(document['like'])}: {why}")
     target: Any = next(s for s in document["string"] if s["name"].casefold() == old.casefold())
     s = result.string
     files = ", ".join("".join(c for c in p.name if c.isprintable()) for p in sources)

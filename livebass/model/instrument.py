@@ -111,10 +111,14 @@ class Neck:
     capo: float = 0.0  # m from the nut to a capo: places count from it, heights from the string that it stops; 0: none
 
     @property
+    def pressing(self) -> float:
+        """The force that presses the string by 0.1 mm into a fret, N."""
+        return self.contact_stiffness * self.grid_step * exp2(self.contact_exponent * LOG_PRESSED)
+
+    @property
     def loss(self) -> float:
         """The loss c of Hunt and Crossley, s/m: f = K eta^alpha (1 + c eta') resists by `contact_loss` at 0.1 mm."""
-        fret = self.contact_stiffness * self.grid_step * exp2(self.contact_exponent * LOG_PRESSED)  # N
-        return self.contact_loss / fret
+        return self.contact_loss / self.pressing
 
     @property
     def own_across(self) -> bool:

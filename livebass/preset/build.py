@@ -63,8 +63,8 @@ LARGEST_COUNTS = {"string": 8, "pickup": 8}  # tables of a section
 MOST_SENSING = 4  # pickups that sense one string
 MOST_FRETS = 32
 _FRETS = {"fret_positions", "fret_heights"}
-_MEASURED = _FRETS | {"height_scale", "height_offset"}
-_GEOMETRY = {"frets", *HEIGHTS_BY_GEOMETRY}
+MEASURED = _FRETS | {"height_scale", "height_offset"}
+GEOMETRY = {"frets", *HEIGHTS_BY_GEOMETRY}
 
 
 @dataclass(frozen=True)
@@ -240,7 +240,7 @@ class Builder:
             sensing = sum(not p.strings or name in p.strings for p in pickups)
             if pickups and not 1 <= sensing <= MOST_SENSING:
                 raise self.error("pickup", f"{sensing} of them sense string {name}, allowed: 1 to {MOST_SENSING}")
-        room = min(string.length - _neck_end(neck) for string, neck in pairs)
+        room = min(string.length - neck_end(neck) for string, neck in pairs)
         ends = f"allowed: between the saddle and the neck, 0 mm to {mm(room)}"
         for i, p in enumerate(pickups, 1):
             if not p.aperture / 2 <= p.position <= room - p.aperture / 2:
@@ -271,7 +271,7 @@ class Builder:
         rest = {k: v for k, v in raw.items() if k != "neck"} if isinstance(raw, dict) else raw
         values = self.table("string", rest, where)
         self.table("neck", own, f"{where}.neck", defaults=False)
-        length, neck = self.neck(_merged(shared, own), f"{where}.neck" if own else "neck")
+        length, neck = self.neck(merged_neck(shared, own), f"{where}.neck" if own else "neck")
         return self.string(values, length, where), neck, where, f"{where}.neck" if own else "neck"
 
     def hand_neck(self, raw: dict[str, Any], shared: dict[str, Any], player: dict[str, Any]) -> Neck | None:
@@ -283,11 +283,11 @@ class Builder:
         if not given:
             return None
         values = {name.removeprefix(HAND): v for name, v in self.table("player", given, "player", False).items()}
-        merged = _merged(shared, raw.get("neck", {}))
+        merged = merged_neck(shared, raw.get("neck", {}))
         why = "not allowed together with a measured"
         if "profile_positions" in merged:
             raise self.error(f"player.{next(iter(given))}", f"{why} profile")
-        if merged.keys() & _MEASURED and (bent := [name for name in given if name != f"{HAND}action"]):
+        if merged.keys() & MEASURED and (bent := [name for name in given if name != f"{HAND}action"]):
             raise self.error(f"player.{bent[0]}", f"{why} neck", given[bent[0]])
         _, neck = self.neck({k: v for k, v in merged.items() if k != "lift"}, "neck", values)
         if (high := max(neck.fret_heights)) > 0.0:
@@ -378,9 +378,9 @@ class Builder:
         """
         v = self.table("neck", raw, where) | (hand or {})
         length, lift = v["scale_length"], v.get("lift", {})
-        if raw.keys() & _MEASURED:
-            if raw.keys() & _GEOMETRY:
-                both = sorted(raw.keys() & _GEOMETRY)[0]
+        if raw.keys() & MEASURED:
+            if raw.keys() & GEOMETRY:
+                both = sorted(raw.keys() & GEOMETRY)[0]
                 raise self.error(f"{where}.{both}", "not allowed together with measured frets", raw[both])
             x, h = (v.get(k, ()) for k in ("fret_positions", "fret_heights"))
             if not x or len(x) != len(h):
@@ -422,13 +422,13 @@ class Builder:
                 raise self.error(where, f"item {number}, {format_quantity(b, dimension)}: {why}")
 
 
-def _merged(shared: dict[str, Any], own: dict[str, Any]) -> dict[str, Any]:
+def merged_neck(shared: dict[str, Any], own: dict[str, Any]) -> dict[str, Any]:
     """The keys of a string's neck: `shared` by all, but for those that its `own` take the place of."""
-    drop = _GEOMETRY if own.keys() & _FRETS else _MEASURED if own.keys() & _GEOMETRY else set()
+    drop = GEOMETRY if own.keys() & _FRETS else MEASURED if own.keys() & GEOMETRY else set()
     drop = drop | replaced(set(own))
     return {k: v for k, v in shared.items() if k not in drop} | own
 
 
-def _neck_end(neck: Neck) -> float:
+def neck_end(neck: Neck) -> float:
     """End of the board, or the last fret, m from the nut: pickups lie beyond."""
     return max([neck.fret_positions[-1], *(x for x, _ in neck.surface[-1:])])

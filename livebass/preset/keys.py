@@ -63,6 +63,7 @@ def _rows(section: str, after: str = "", last: str = "") -> list[Key]:
 
 
 KEYS = (
+    Key("", "like", "text", "1", "1000", None, "name or path of a preset: what this one leaves out is as there"),
     Key("", "name", "text", "1", "80", REQUIRED, "what the bass is called"),
     Key("", "description", "text", "0", "500", "", "one sentence about it"),
     Key("", "tuning", "tuning", "", "", "standard", "of the open strings; standard: as string.open_note says"),

@@ -13,6 +13,7 @@ from typing import Any
 from livebass.model.instrument import Instrument
 from livebass.preset.build import Builder
 from livebass.preset.keys import KEYS, REQUIRED, Key, allowed, nearest, quoted
+from livebass.preset.like import whole
 from livebass.preset.source import PresetError, decoded, file_bytes, is_path, parsed
 
 LABORATORY = "laboratory"  # folder of the presets that are experiments, not basses
@@ -68,15 +69,24 @@ def _ranges() -> dict[str, tuple[int, int]]:
 
 
 def preset_tables(name_or_path: str | os.PathLike[str]) -> tuple[str, dict[str, Any]]:
-    """The file's name for messages, and its tables, parsed but not checked. Raises PresetError."""
+    """The file's name for messages, and its tables, parsed but not checked. Raises PresetError.
+
+    Those of the preset that it is like are among them, and its key `like` is not.
+    """
+    label, own = own_tables(name_or_path)
+    return label, whole(label, own, own_tables)
+
+
+def own_tables(name_or_path: str | os.PathLike[str]) -> tuple[str, dict[str, Any]]:
+    """The file's name for messages, and its tables as they stand there, parsed but not checked. Raises PresetError."""
     label, text = preset_source(name_or_path)
     return label, _parse(label, text)
 
 
 def preset_text(name_or_path: str | os.PathLike[str]) -> str:
     """The text of a preset file, followed by comments with the keys left at their defaults. Raises PresetError."""
-    label, text = preset_source(name_or_path)
-    data = _parse(label, text)
+    _, text = preset_source(name_or_path)
+    label, data = preset_tables(name_or_path)
     Builder(label).instrument(data)
     lines = []
     for key in KEYS:
@@ -128,4 +138,4 @@ def preset_source(name_or_path: str | os.PathLike[str]) -> tuple[str, str]:
 
 
 def _parse(label: str, text: str) -> dict[str, Any]:
-    return parsed(label, text, "preset", "name, [neck] and [[string]]")
+    return parsed(label, text, "preset", "name, [neck] and [[string]], or like")

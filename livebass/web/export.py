@@ -11,6 +11,7 @@ import gzip
 import hashlib
 import json
 import math
+from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -22,13 +23,17 @@ from livebass.live.thread.sight import SEEN, SIGHT, SLOT_SIGHT
 from livebass.model.instrument import Instrument, Neck, Pickup, String
 from livebass.plugin.bundle import LIST, instrument_files, write_files
 from livebass.plugin.instrument import ENDING
+from livebass.preset.load import preset_names
 from livebass.techniques import BUTTONS, EFFECTS
+from livebass.units import DIMENSIONS
 from livebass.web import build
+from livebass.web.bench import BENCH_ENDING, UNITS, Source, bench, bench_file
 from livebass.web.layout import layout, record
 
 STATIC = Path(__file__).parent / "static"
 INDEX, SINGLE = "index.html", "livebass.html"
 BASSES, MODULE = "basses", "livebass.wasm"
+APP = ("see.js", "song.js", "bench.js", "benchview.js", "app.js")  # of the page itself, in this order
 SOURCES = ("app.js", "style.css", "worker.js", "worklet.js")
 TITLE, DATA = "<title>livebass</title>", '<script type="application/json" id="page">'
 HEAD = 1 << 16  # bytes of a page that hold both
@@ -36,6 +41,8 @@ BODY = 0.3  # m from the saddle that the page shows beside some frets: pickups a
 TIERS = {"live": LIVE, "studio": STUDIO}
 SWITCHED = {b.symbol for b in BUTTONS if not b.value}  # techniques that the page calls by keys ...
 CONTROLLED = {b.symbol for b in BUTTONS if b.value}  # ... and by controllers
+Sources = Mapping[str, Source]  # by short name of a bass
+NONE: Sources = {}
 # The audio thread of a page from a disk is a data: address, the worker a blob: one
 POLICIES = {
     False: "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self'; worker-src 'self';"
@@ -45,13 +52,16 @@ POLICIES = {
 }
 
 
-def export_page(basses: dict[str, Instrument], folder: Path, single: bool = False, quality: str = "live") -> Path:
+def export_page(
+    basses: dict[str, Instrument], folder: Path, single: bool = False, quality: str = "live", sources: Sources = NONE
+) -> Path:
     """Writes a page that plays `basses`, by short name; returns the HTML file.
 
+    sources: the presets of which basses were made, for the bench; of one that is left out, that of its short name.
     The folder appears complete, over an older page, or not at all. The first bass is the one that the page begins with.
     Raises ValueError for names or basses that do not fit, OutputError, BuildError where the module cannot be built.
     """
-    files = page_files(basses, quality)
+    files = page_files(basses, quality, sources)
     if single:
         files = {SINGLE: single_page(files)}
     write_files(folder, files, is_page)
@@ -65,7 +75,7 @@ def is_page(entries: list[Path]) -> bool:
         return is_single_page(found[SINGLE])
     if set(found) != {INDEX, BASSES, MODULE, *SOURCES} or not found[BASSES].is_dir():
         return False
-    return all(entry.suffix == ENDING for entry in found[BASSES].iterdir())
+    return all(entry.suffix in (ENDING, BENCH_ENDING) for entry in found[BASSES].iterdir())
 
 
 def is_single_page(file: Path) -> bool:
@@ -78,15 +88,18 @@ def is_single_page(file: Path) -> bool:
     return False
 
 
-def page_files(basses: dict[str, Instrument], quality: str) -> dict[str, bytes]:
-    """The files of the page in a folder, by their paths."""
+def page_files(basses: dict[str, Instrument], quality: str, sources: Sources = NONE) -> dict[str, bytes]:
+    """The files of the page in a folder, by their paths; `sources` as for `export_page`."""
     engine = (layout() + text("engine.js")).encode()
     files = {f"{BASSES}/{name}": data for name, data in instrument_files(basses).items() if name != LIST}
+    known = {name: Source(name) for name in preset_names()} | dict(sources)
+    benches = {name: bench(bass, known[name]) for name, bass in basses.items() if name in known}
+    files |= {f"{BASSES}/{name}{BENCH_ENDING}": bench_file(basses[name]) for name, found in benches.items() if found}
     files |= {
         MODULE: build.module(),
-        "worker.js": engine + text("worker.js").encode(),
+        "worker.js": engine + text("maker.js").encode() + text("worker.js").encode(),
         "worklet.js": engine + text("worklet.js").encode(),
-        "app.js": (text("see.js") + text("song.js") + text("app.js")).encode(),
+        "app.js": "".join(map(text, APP)).encode(),
         "style.css": text("style.css").encode(),
     }
     page = {
@@ -106,7 +119,8 @@ def page_files(basses: dict[str, Instrument], quality: str) -> dict[str, bytes]:
         },
         "sight": {"SIGHT": record(SIGHT), "SLOT_SIGHT": record(SLOT_SIGHT) | {"seen": SEEN}},
         "buttons": [b._asdict() for b in BUTTONS],
-        "basses": [shown(name, bass) for name, bass in basses.items()],
+        "basses": [shown(name, bass) | {"bench": benches.get(name)} for name, bass in basses.items()],
+        "units": {unit: DIMENSIONS[dimension].units[unit] for unit, dimension in UNITS.items()},
     }
     return files | {INDEX: html(page, POLICIES[False]).encode()}
 

@@ -10,7 +10,7 @@ import numpy as np
 from livebass.compiling import Entry
 from livebass.kernels.bass.bench import BENCH, BENCH_STRING, SET, fill_bench, measure_bench, set_neck
 from livebass.kernels.bass.check import GOOD, check_file
-from livebass.kernels.bass.instrument import COARSE, FILE
+from livebass.kernels.bass.instrument import ADDED, COARSE, FILE, MOST_PICKUPS, ROOM_OF_STROKES, TIER, TIERS
 from livebass.kernels.bass.pool import POOL, fill_pool, measure_pool
 from livebass.kernels.bass.records import BASS
 from livebass.kernels.bass.refill import NO_ROOM, OTHER_PLACES, keep_notes, refill_notes, take_heights
@@ -19,7 +19,7 @@ from livebass.kernels.player.constants import CONTROLLERS, FINGER, PICK
 from livebass.kernels.player.performer import FREE, MOST_STRINGS, PERFORMER
 from livebass.kernels.string import frets
 from livebass.kernels.string.board import over_board
-from livebass.kernels.string.note import MADE
+from livebass.kernels.string.note import CROWN_ABOVE, MADE
 from livebass.kernels.string.preparing import DONE, NOTE
 from livebass.kernels.string.records import (
     CONTACT,
@@ -39,12 +39,14 @@ from livebass.kernels.string.told import TOLD, begin_again
 from livebass.kernels.voice import run_string
 from livebass.live.thread import ahead, block, ring, setup, sight
 from livebass.live.thread.records import CHUNK, SYNTH
+from livebass.parts import WITH_EFFECTS, WITH_STROKES
 from livebass.techniques import BUTTONS, CC_PARAMETER, FUNCTION_ROWS, GAIN_DB, NO_SWITCH, TECHNIQUE_ROWS
 
 RECORDS = {
     "FILE": FILE, "POOL": POOL, "BUILDING": BUILDING, "SYNTH": SYNTH, "BASS": BASS, "PERFORMER": PERFORMER,
     "SIGHT": sight.SIGHT, "SLOT_SIGHT": sight.SLOT_SIGHT, "STRING": STRING, "VOICE": VOICE, "CONTACT": CONTACT,
     "TOLD": TOLD, "EVENT": EVENT, "BENCH": BENCH, "BENCH_STRING": BENCH_STRING, "NOTE": NOTE, "OPERATOR": OPERATOR,
+    "TIER": TIER, "ADDED": ADDED,
 }  # fmt: skip
 NUMBERS = {
     "COARSE": COARSE, "GOOD": GOOD, "DONE": DONE, "LINE": LINE, "CHUNK": CHUNK, "NOW": ring.NOW, "FREE": FREE,
@@ -52,7 +54,8 @@ NUMBERS = {
     "SEEN": sight.SEEN, "MOST_NEAR": MOST_NEAR, "FINGER": FINGER, "PICK": PICK, "GAIN_DB": GAIN_DB,
     "CC_PARAMETER": CC_PARAMETER, "CONTROLLERS": CONTROLLERS, "PLUCK": PLUCK, "STRIKE_EVENT": STRIKE_EVENT,
     "THROW": THROW, "HAMMER": HAMMER, "PULL_OFF": PULL_OFF, "SET": SET, "MADE": MADE, "NO_ROOM": NO_ROOM,
-    "OTHER_PLACES": OTHER_PLACES,
+    "OTHER_PLACES": OTHER_PLACES, "CROWN_ABOVE": CROWN_ABOVE, "MOST_PICKUPS": MOST_PICKUPS, "TIERS": TIERS,
+    "WITH_STROKES": WITH_STROKES, "WITH_EFFECTS": WITH_EFFECTS, "ROOM_OF_STROKES": ROOM_OF_STROKES,
 }  # fmt: skip
 # Of each way to play: its switch, if it has one, and the performer's field that its controller moves, if it has one
 WAYS = {

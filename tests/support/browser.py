@@ -10,7 +10,8 @@ import re
 import shutil
 import subprocess
 import threading
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,8 @@ from typing import Any
 import pytest
 
 from livebass.bench.jack import end_process
+
+PATIENCE = 20.0  # s
 
 
 @contextmanager
@@ -111,3 +114,18 @@ def served(folder: Path) -> Iterator[str]:
         threading.Thread(target=server.serve_forever, daemon=True).start()
         yield f"http://127.0.0.1:{server.server_port}"
         server.shutdown()
+
+
+def open_page(driver: Any, address: str) -> None:
+    """Opens the page of an export; it is ready to start then."""
+    driver.get(address)
+    wait(lambda: driver.execute_script("return ready"))
+
+
+def wait(condition: Callable[[], Any]) -> Any:
+    """Waits until a condition holds; returns its value."""
+    end = time.monotonic() + PATIENCE
+    while not (found := condition()):
+        assert time.monotonic() < end, "the page did not get there"
+        time.sleep(0.05)
+    return found

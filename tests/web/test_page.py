@@ -16,7 +16,7 @@ import mido
 import numpy as np
 import pytest
 import soundfile
-from support.browser import chromium, firefox, served
+from support.browser import chromium, firefox, open_page, served, wait
 from support.wasm import HARD, PINNED, QUANTUM, RATE, messages_of, sound_hash
 
 from livebass import load_preset, score_of
@@ -24,7 +24,6 @@ from livebass.arrays import Floats
 from livebass.web.export import shown
 
 LOUD = -30.0  # dBFS
-PATIENCE = 20.0  # s
 LEAST_TARGET = 24  # px, of WCAG 2.5.8
 WIDTHS = (360, 800, 1400, 2560)  # px
 KEYS = {"a": 28, "s": 29, "d": 31, "f": 33, "g": 35}  # and the notes they play
@@ -105,20 +104,6 @@ def page(browser: Any, addresses: dict[str, str]) -> Iterator[Any]:
     open_page(browser, addresses["disk"])
     yield browser
     assert not [line for line in browser.get_log("browser") if line["level"] == "SEVERE"]
-
-
-def open_page(driver: Any, address: str) -> None:
-    driver.get(address)
-    wait(lambda: driver.execute_script("return ready"))
-
-
-def wait(condition: Callable[[], Any]) -> Any:
-    """Waits until a condition holds; returns its value."""
-    end = time.monotonic() + PATIENCE
-    while not (found := condition()):
-        assert time.monotonic() < end, "the page did not get there"
-        time.sleep(0.05)
-    return found
 
 
 def text(driver: Any, name: str) -> str:

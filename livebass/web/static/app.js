@@ -97,7 +97,7 @@ let response; // the player's own impulse response, at the rate of the context; 
 
 // Builds a bass of the page at a rate (Hz): {bass, at, image, file, response}.
 async function build(name, rate, warm = 0) {
-  const file = await read(`basses/${name}.lbass`), kept = file.slice(0), by = response;
+  const file = await changedFile(name, await read(`basses/${name}.lbass`)), kept = file.slice(0), by = response;
   return {...await ask({name, file, tier: PAGE.tier, rate, warm, response}, [file]), file: kept, response: by};
 }
 
@@ -137,6 +137,9 @@ async function put() {
   const there = new Promise(resolve => copied.set(bass, resolve));
   node.port.postMessage({bass: {bass, at, image}}, [image]);
   await there;
+  if (wanted.name !== $("bass").value) return;
+  toldStroke = STROKES.find(one => one.symbol === bassCalled(wanted.name).stroke); // its own; the player's goes on
+  if (stroke && stroke !== toldStroke) tellStroke();
 }
 
 const names = new Map(); // of basses in the audio thread, by address ...
@@ -1233,11 +1236,13 @@ function showBass() {
   see.setBass(bass);
   showNeck();
   layOut();
+  showBench();
 }
 
 $("bass").onchange = () => {
   letGo();
   showBass();
+  keepLink();
   if (ready) prepare($("bass").value);
   if (node) put();
 };
@@ -1304,8 +1309,10 @@ if (!navigator.requestMIDIAccess) {
 
 for (const bass of PAGE.basses) $("bass").add(new Option(bass.title, bass.name));
 makePiano();
+makeBench();
 showKeys();
 showBass();
+takeLink();
 const lack = lacking();
 if (lack) {
   $("lacks").textContent = lack;

@@ -1,5 +1,5 @@
 // Builds basses in a memory of its own, each at addresses that are free in the audio thread, and hands their bytes
-// over: the audio thread only copies them. engine.js stands before this in the same script.
+// over: the audio thread only copies them. engine.js and maker.js stand before this in the same script.
 let module, home;
 const taken = new Map(); // address of a bass: [where its memory begins, where it ends]
 const sizes = new Map(); // of basses built before, by file, tier, rate and length of an impulse response
@@ -55,6 +55,11 @@ onmessage = ({data}) => {
     try {
       if (data.recalled) {
         again(data);
+        return;
+      }
+      if (data.make) {
+        const made = new Maker(module, data.bench).make(data.file, data.make, data.names);
+        postMessage({id: data.id, built: made}, [made.file]);
         return;
       }
       const [engine, bass] = build(data);

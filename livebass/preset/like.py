@@ -1,0 +1,121 @@
+"""A preset that is like another: `like` names that one, and what the file says takes the place of what is there.
+
+Tables go key by key, [[string]] by their names, [[pickup]] in their order. What [neck] says holds for every string,
+whose own neck in the other preset may have said otherwise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from livebass.preset.build import merged_neck
+from livebass.preset.keys import SECTIONS, quoted
+from livebass.preset.source import PresetError, is_path
+
+MOST = 8  # presets, each like the next
+PATHS = (("effects", "response"), ("player", "keys"))  # keys whose paths go from where their file is
+EITHER = ("core_diameter", "inharmonicity")  # of a string: one takes the place of the other
+
+Tables = dict[str, Any]
+
+
+def whole(label: str, data: Tables, read: Callable[[str], tuple[str, Tables]], deep: int = 1) -> Tables:
+    """The tables of a preset with those of the one it is like, if it names one.
+
+    label: its file; `read` returns the label and the tables of a preset by its name or path. Raises PresetError.
+    """
+    if "like" not in data:
+        return data
+    name = data["like"]
+    if not isinstance(name, str) or not name.strip():
+        raise PresetError(
+            f'{label}: like = {quoted(name)}: allowed: the name of a preset, or the path of one, "x.toml"'
+        )
+    if deep == MOST:
+        raise PresetError(f"{label}: like = {quoted(name)}: more than {MOST} presets, each like the next")
+    try:
+        base_label, base = read(str(Path(label).parent / name) if is_path(name) else name)
+    except PresetError as error:
+        raise PresetError(f"{label}: like = {quoted(name)}: {error}") from None
+    base = whole(base_label, base, read, deep + 1)
+    own = {key: value for key, value in data.items() if key != "like"}
+    return _merged(label, _with_paths(base_label, base), own)
+
+
+def _with_paths(label: str, base: Tables) -> Tables:
+    """`base`, of a file, with its paths as they are from anywhere."""
+    for section, key in PATHS:
+        table = base.get(section)
+        if not isinstance(table, dict):
+            continue
+        path = table.get(key)
+        if isinstance(path, str) and (key == "response" or is_path(path)):
+            base = base | {section: table | {key: str((Path(label).parent / path).absolute())}}
+    return base
+
+
+def _merged(label: str, base: Tables, own: Tables) -> Tables:
+    """The tables of `base` with those that a file has of its `own`."""
+    made = base | {key: value for key, value in own.items() if key not in SECTIONS}
+    for section in (section for section in SECTIONS if section in own):
+        given, there = own[section], base.get(section, {})
+        if section == "string":
+            made[section] = _strings(label, base.get(section), given, own.get("neck"))
+        elif section == "pickup":
+            made[section] = _pickups(label, base.get(section), given)
+        elif isinstance(given, dict) and isinstance(there, dict):
+            made[section] = merged_neck(there, given) if section == "neck" else there | given
+        else:
+            made[section] = given  # a fault that is told where it is checked
+    if "neck" in own and "string" not in own:
+        made["string"] = _strings(label, base.get("string"), [], own["neck"])
+    return made
+
+
+def _strings(label: str, base: Any, own: Any, neck: Any) -> Any:
+    """The [[string]] tables of `base` with the keys of its `own` by name, and without neck keys that `neck` says."""
+    if not _are_tables(base) or not _are_tables(own):
+        return own
+    made = [_under(string, neck) for string in base]
+    names = [str(string.get("name", "")).casefold() for string in made]
+    for number, given in enumerate(own, 1):
+        name = str(given.get("name", "")).casefold()
+        if name not in names:
+            known = [str(string.get("name", "")) for string in made]
+            why = f"the bass that it is like has {', '.join(known)}" + ("" if "name" in given else "; say which one")
+            raise PresetError(f"{label}: string[{number}].name{_shown(given)}: {why}")
+        there = made[names.index(name)]
+        if any(key in given for key in EITHER):
+            there = {key: value for key, value in there.items() if key not in EITHER}
+        joined = there | given
+        if isinstance(there.get("neck"), dict) and isinstance(given.get("neck"), dict):
+            joined["neck"] = merged_neck(there["neck"], given["neck"])
+        made[names.index(name)] = joined
+    return made
+
+
+def _under(string: Tables, neck: Any) -> Tables:
+    """A [[string]] table without those keys of its own neck that [neck] of the file takes the place of."""
+    if not isinstance(neck, dict) or not isinstance(string.get("neck"), dict):
+        return string
+    left = {key: value for key, value in merged_neck(string["neck"], neck).items() if key not in neck}
+    return string | {"neck": left} if left else {key: value for key, value in string.items() if key != "neck"}
+
+
+def _pickups(label: str, base: Any, own: Any) -> Any:
+    """The [[pickup]] tables of `base` with the keys of its `own`, in their order."""
+    if not _are_tables(base) or not _are_tables(own):
+        return own
+    if len(own) > len(base):
+        raise PresetError(f"{label}: pickup: {len(own)} of them; the bass that it is like has {len(base)}")
+    return [there | given for there, given in zip(base, own, strict=False)] + base[len(own) :]
+
+
+def _are_tables(raw: Any) -> bool:
+    return isinstance(raw, list) and all(isinstance(one, dict) for one in raw)
+
+
+def _shown(given: Tables) -> str:
+    return f" = {quoted(given['name'])}" if "name" in given else ""

@@ -1,0 +1,245 @@
+// The bench on the page: its sliders, stories and buttons; what they change is built by the worker and heard from the
+// next note on. app.js, behind this in the same script, calls makeBench and showBench.
+"use strict";
+
+const GROUPS = {neck: "Neck", strings: "Strings", pickups: "Pickups", hand: "Hand"};
+const HOLD_TO_RESET = 600; // ms
+const LONGEST_COPY = 250; // ms that the next bass waits for the last one to get to the audio thread
+const WIDE = "(min-width: 46.01rem)"; // where the bench is open from the beginning
+// What to try: values of the bench, and what to play and hear. One is a bass of its own.
+const STORIES = [
+  {name: "A high fret", values: {lift7: 0.12}, says: "Fret 7 stands 0.12 mm proud. Play frets 4 to 6 hard: they rattle on it. Fret 7 and those above are clean."},
+  {name: "Too much relief", values: {relief: 1.2}, says: "The neck is bowed. Play frets 12 to 16 hard: they rattle on the frets above. The low ones ring free."},
+  {name: "Dead spot", values: {resonance: 138.5, resonance_mass: 0.3}, says: "The neck moves at the pitch of C♯3. Hold fret 6 of the G string, then fret 9: the first dies early."},
+  {name: "Fretless", fretless: true, values: {}, says: "A bare board. Play fret 5 hard and hold it: the string growls along the wood. Drag along the string: it slides."},
+  {name: "Old strings", values: {damping: 6}, says: "Six times the losses. Play an open string hard and hold it: the brightness is gone in a moment."},
+];
+const benches = new Map(); // of the basses that have one, by name
+const bench = () => benches.get($("bass").value);
+const sayBench = text => { $("bench-said").textContent = text; };
+
+// Makes the benches and all that does not depend on the bass; takes the link that the page was opened by.
+function makeBench() {
+  for (const bass of PAGE.basses) if (bass.bench) benches.set(bass.name, new Bench(bass, PAGE.units));
+  for (const story of STORIES) {
+    const button = document.createElement("button");
+    button.type = "button";
+    button.textContent = story.name;
+    button.onclick = () => tell(story);
+    button.hidden = story.fretless && !fretlessBass();
+    story.button = button;
+    $("stories").append(button);
+  }
+  for (const slot of SLOTS) $(`slot-${slot}`).onclick = () => onBench(() => bench().choose(slot));
+  $("undo").onclick = () => onBench(() => bench().undo());
+  $("redo").onclick = () => onBench(() => bench().redo());
+  $("reset").onclick = () => onBench(() => bench().reset());
+  $("save").onclick = saveBench;
+  $("link").onclick = () => copyLink();
+  $("bench-fold").open = matchMedia(WIDE).matches;
+  addEventListener("hashchange", takeLink);
+}
+
+const fretlessBass = () => PAGE.basses.find(({fretless, bench}) => fretless && bench);
+
+// --- its sliders ---
+
+// Shows the sliders of the bass that is chosen.
+function showBench() {
+  $("bench").hidden = !bench();
+  $("bench-controls").replaceChildren();
+  if (!bench()) return;
+  for (const [group, title] of Object.entries(GROUPS)) {
+    const rows = [...bench().controls.values()].filter(control => control.group === group);
+    if (!rows.length) continue;
+    const fieldset = document.createElement("fieldset"), legend = document.createElement("legend");
+    legend.textContent = title;
+    fieldset.append(legend, ...rows.map(makeSlider));
+    $("bench-controls").append(fieldset);
+  }
+  showValues();
+}
+
+// A slider of a row of the bench, with its name and value; that of a fret's lift with a list of frets.
+function makeSlider({symbol, name, help, least, most, step}) {
+  const row = document.createElement("div"), label = document.createElement("label"), value = document.createElement("output");
+  const slider = document.createElement("input"), id = `bench-${symbol}`;
+  row.className = "control";
+  row.title = help;
+  Object.assign(slider, {type: "range", id, min: least, max: most, step});
+  slider.dataset.symbol = symbol === "lift" ? "lift7" : symbol;
+  label.htmlFor = value.htmlFor = id;
+  label.textContent = name;
+  row.append(label, value, slider);
+  if (symbol === "lift") row.insertBefore(makeFrets(slider), slider);
+  const reset = () => moveSlider(slider, bench().usual(slider.dataset.symbol), true);
+  slider.oninput = () => moveSlider(slider, +slider.value, false);
+  slider.onchange = () => onBench(() => bench().settle());
+  slider.onkeydown = e => { if (e.key === "Delete" || e.key === "Backspace") reset(); };
+  row.ondblclick = reset;
+  let held;
+  label.onpointerdown = () => { held = setTimeout(reset, HOLD_TO_RESET); };
+  label.onpointerup = label.onpointerleave = label.onpointercancel = () => clearTimeout(held);
+  label.oncontextmenu = e => e.preventDefault();
+  return row;
+}
+
+// The list of frets whose lift a slider sets.
+function makeFrets(slider) {
+  const frets = document.createElement("select");
+  frets.id = "bench-fret";
+  frets.ariaLabel = "Fret that stands up or down";
+  for (let fret = 1; fret <= bench().bass.frets; fret++) frets.add(new Option(`fret ${fret}`, fret));
+  frets.onchange = () => {
+    slider.dataset.symbol = `lift${frets.value}`;
+    bench().settle();
+    showValues();
+  };
+  frets.value = 7;
+  return frets;
+}
+
+// Gives the bench the value of a slider; `done`: at once, else until it is let go all is one step.
+function moveSlider(slider, value, done) {
+  onBench(() => {
+    bench().set(slider.dataset.symbol, value);
+    if (done) bench().settle();
+  });
+}
+
+// A value as a text, with its unit.
+function benchText(symbol, value) {
+  const {unit, step} = bench().control(symbol), digits = Math.max(0, Math.ceil(-Math.log10(step) - 1e-9));
+  const sign = symbol.startsWith("height") || symbol.startsWith("lift") ? (value > 0 ? "+" : "") : "";
+  return unit === "x" ? `× ${value.toFixed(digits)}` : `${sign}${value.toFixed(digits).replace("-", "−")} ${unit}`.trimEnd();
+}
+
+function showValues() {
+  const b = bench(), count = Object.keys(b.values).length;
+  for (const slider of $("bench-controls").querySelectorAll("input")) {
+    const {symbol} = slider.dataset, value = b.value(symbol), changed = symbol in b.values, own = benchText(symbol, b.usual(symbol));
+    if (document.activeElement !== slider || Math.abs(slider.value - value) > slider.step / 2 + 1e-9) slider.value = value;
+    slider.parentElement.classList.toggle("changed", changed);
+    slider.parentElement.querySelector("output").textContent = benchText(symbol, value);
+    slider.ariaValueText = benchText(symbol, value) + (changed ? `, the preset has ${own}` : "");
+    if (symbol.startsWith("lift")) slider.ariaLabel = `Fret ${symbol.slice(4)} up or down`;
+  }
+  for (const option of $("bench-fret")?.options || [])
+    option.text = `fret ${option.value}${b.value(`lift${option.value}`) ? ` (${benchText(`lift${option.value}`, b.value(`lift${option.value}`))})` : ""}`;
+  for (const slot of SLOTS) $(`slot-${slot}`).setAttribute("aria-pressed", b.slot === slot);
+  $("undo").disabled = !b.before.length;
+  $("redo").disabled = !b.after.length;
+  $("reset").disabled = !count;
+  $("bench-count").textContent = count ? `${count} change${count === 1 ? "" : "s"}` : "";
+}
+
+// --- what is changed is heard ---
+
+// Carries out a change of the bench; shows it, and has the bass built that is wanted now.
+function onBench(act) {
+  const before = bench().link();
+  act();
+  showValues();
+  if (bench().moving === undefined) keepLink();
+  if (bench().link() === before) return;
+  showPickups();
+  rebuild();
+}
+
+let rebuilding = false, wanted = false;
+
+// Builds the bass as the bench has it, and hands it over; what is wished meanwhile comes next, and of that the newest.
+async function rebuild() {
+  wanted = true;
+  if (rebuilding || !ready) return;
+  rebuilding = true;
+  while (wanted) {
+    wanted = false;
+    await prepare($("bass").value).built.catch(() => {}); // said where it is prepared
+    if (node) await Promise.race([put(), new Promise(done => setTimeout(done, LONGEST_COPY))]); // none is taken in a pause
+  }
+  rebuilding = false;
+}
+
+// The instrument file of a bass as its bench has it.
+async function changedFile(name, file) {
+  const own = benches.get(name);
+  if (!own?.changed) {
+    if (own) showCrowns(name, own.crowns);
+    return file;
+  }
+  const numbers = own.numbers(), names = own.bass.strings.map(string => string.name);
+  const made = await ask({make: numbers, names, file, bench: await read(`basses/${name}.bench`)});
+  showCrowns(name, made.heights);
+  return made.file;
+}
+
+// Draws the crowns of a bass where they are, m from the open strings.
+function showCrowns(name, heights) {
+  const {bass} = benches.get(name);
+  benches.get(name).crowns ||= bass.strings.map(string => string.heights);
+  if (!heights) return;
+  bass.strings.forEach((string, i) => { string.heights = heights[i]; });
+  see.needed = true;
+}
+
+// Draws the pickups where they are.
+function showPickups() {
+  const {bass} = bench(), places = bass.pickups.map((_, k) => bench().control(`pickup${k + 1}`) && bench().value(`pickup${k + 1}`) * PAGE.units.mm);
+  if (!places.some((place, k) => place && Math.abs(place - bass.pickups[k].position) > 1e-9)) return;
+  places.forEach((place, k) => { if (place) bass.pickups[k].position = place; });
+  showNeck();
+  layOut();
+}
+
+// --- stories, links, files ---
+
+function tell({fretless, values, says}) {
+  if (fretless && !bassCalled($("bass").value).fretless) {
+    $("bass").value = fretlessBass().name;
+    $("bass").dispatchEvent(new Event("change"));
+  }
+  onBench(() => bench().setAll(values));
+  sayBench(says);
+}
+
+// Puts what differs from the preset into the address of the page.
+function keepLink() {
+  const hash = bench()?.changed ? `#${bench().link()}` : "";
+  if (hash !== location.hash) history.replaceState(null, "", hash || location.href.split("#")[0]);
+}
+
+// Takes the bass and the values of the page's address; a link that cannot be followed is told, and changes nothing.
+function takeLink() {
+  try {
+    const {name, values} = Bench.fromLink(location.hash, benches);
+    if (!name || (name === $("bass").value && bench().link() === location.hash.slice(1))) return;
+    if (name !== $("bass").value) {
+      $("bass").value = name;
+      $("bass").dispatchEvent(new Event("change"));
+    }
+    onBench(() => bench().setAll(values));
+    sayBench("The bass is as the link says.");
+  } catch (error) {
+    sayBench(`${error.message}. The bass is as its preset has it.`);
+  }
+}
+
+function saveBench() {
+  const place = document.createElement("a"), file = new Blob([bench().toml()], {type: "application/toml"});
+  place.href = URL.createObjectURL(file);
+  place.download = `${bench().bass.name}-bench.toml`;
+  place.click();
+  setTimeout(() => URL.revokeObjectURL(place.href), 1000);
+  sayBench(`Saved: livebass play -p ./${place.download} plays it.`);
+}
+
+async function copyLink() {
+  const address = `${location.href.split("#")[0]}#${bench().link()}`;
+  try {
+    await navigator.clipboard.writeText(address);
+    sayBench("The link is copied.");
+  } catch {
+    sayBench(`The browser copies nothing; the link is ${address}`);
+  }
+}
