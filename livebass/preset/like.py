@@ -16,7 +16,8 @@ from livebass.preset.source import PresetError, is_path
 
 MOST = 8  # presets, each like the next
 PATHS = (("effects", "response"), ("player", "keys"))  # keys whose paths go from where their file is
-EITHER = ("core_diameter", "inharmonicity")  # of a string: one takes the place of the other
+# Of a string: what a key takes the place of
+INSTEAD = {"inharmonicity": ("core_diameter", "core_modulus", "stiffness_ratio"), "core_diameter": ("inharmonicity",)}
 
 Tables = dict[str, Any]
 
@@ -87,8 +88,8 @@ def _strings(label: str, base: Any, own: Any, neck: Any) -> Any:
             why = f"the bass that it is like has {', '.join(known)}" + ("" if "name" in given else "; say which one")
             raise PresetError(f"{label}: string[{number}].name{_shown(given)}: {why}")
         there = made[names.index(name)]
-        if any(key in given for key in EITHER):
-            there = {key: value for key, value in there.items() if key not in EITHER}
+        void = {key for said, others in INSTEAD.items() if said in given for key in others}
+        there = {key: value for key, value in there.items() if key not in void}
         joined = there | given
         if isinstance(there.get("neck"), dict) and isinstance(given.get("neck"), dict):
             joined["neck"] = merged_neck(there["neck"], given["neck"])

@@ -275,10 +275,13 @@ def controls(bass: Instrument, known: dict[str, Any]) -> Iterator[Control]:
         "rounding": True, "hardest": True,
     }  # fmt: skip
     for control in CONTROLS:
-        if control.symbol in ("pickup", "height"):
+        if control.symbol == "pickup":  # and its height
+            height = CONTROLS[CONTROLS.index(control) + 1]
             for k, pickup in enumerate(known["pickups"], 1):
-                own = control._replace(symbol=f"{control.symbol}{k}", name=f"{pickup['name']}: {control.name.lower()}")
-                yield within(own, *(end / MM for end in pickup["ends"])) if control.symbol == "pickup" else own
+                yield within(numbered(control, k, pickup), *(end / MM for end in pickup["ends"]))
+                yield numbered(height, k, pickup)
+        elif control.symbol == "height":
+            continue
         elif control.symbol == "hardest":
             yield within(control, bass.player.softest, control.most)
         elif control.symbol == "damping" and known["strings"]:
@@ -290,6 +293,11 @@ def controls(bass: Instrument, known: dict[str, Any]) -> Iterator[Control]:
             yield within(control, *between(resonance["frequencies"], resonance["lowest"]))
         elif there[control.symbol]:
             yield control
+
+
+def numbered(control: Control, k: int, pickup: dict[str, Any]) -> Control:
+    """The slider of the `k`-th pickup, from 1."""
+    return control._replace(symbol=f"{control.symbol}{k}", name=f"{pickup['name']}: {control.name.lower()}")
 
 
 def within(control: Control, least: float, most: float) -> Control:

@@ -10,10 +10,14 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
-from support.browser import chromium, open_page
+from support.browser import chromium, open_page, wait
+from support.command import Run
+from support.wasm import QUANTUM, RATE, messages_of
 
-from livebass import load_preset
+from livebass import QUALITIES, load_preset, render_to_array, score_of
+from livebass.engine.render import mixed
 from livebass.model.instrument import Effects
 from livebass.plugin.instrument import instrument_file
 from livebass.preset.build import PresetError
@@ -50,7 +54,8 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
     file = export_page({name: load_preset(name) for name in BASSES}, folder / "page", single=True)
     with chromium(folder / "profile", loggingPrefs={"browser": "ALL"}) as driver:
         driver.set_script_timeout(60)
-        open_page(driver, file.as_uri())
+        driver.home = file.as_uri()
+        open_page(driver, driver.home)
         yield driver
 
 
@@ -67,6 +72,10 @@ def each_slider(name: str) -> Iterator[dict[str, float]]:
         span = control["most"] - control["least"]
         for part in (0.3, 0.62):
             yield {symbol: round(control["least"] + part * span, 6)}
+
+
+# What `page` has to say of its bench
+STATE = "const b = bench(); return [b.slot, b.values, b.before.length, b.after.length, $('bench-said').textContent]"
 
 
 def sliders(name: str) -> list[dict[str, Any]]:
@@ -128,3 +137,243 @@ def test_sliders_stay_within_what_their_keys_allow() -> None:
         least, most = (quantity(x, kind) if kind in DIMENSIONS else float(x) for x in (key.least, key.most))
         size = DIMENSIONS[kind].units[control.unit] if control.unit else 1.0
         assert least <= control.least * size and control.most * size <= most, control
+
+
+def set_slider(page: Any, symbol: str, *values: float) -> None:
+    """Moves a slider to each of `values`, and lets it go."""
+    page.execute_script(
+        "const slider = $(`bench-${arguments[0]}`);"
+        "for (const value of arguments[1]) { slider.value = value; slider.dispatchEvent(new Event('input')); }"
+        "slider.dispatchEvent(new Event('change'))",
+        symbol,
+        values,
+    )
+
+
+def state(page: Any) -> Any:
+    """The slot of the bench, its values, how many steps can be undone and done again, and what it says."""
+    return page.execute_script(STATE)
+
+
+@pytest.fixture
+def opened(page: Any) -> Iterator[Any]:
+    """The page as new; whatever goes wrong in it fails the test."""
+    page.get("about:blank")
+    page.get_log("browser")
+    open_page(page, page.home)
+    yield page
+    assert not [line for line in page.get_log("browser") if line["level"] in ("SEVERE", "WARNING")]
+
+
+OFFLINE = """
+const [name, values, score, frames, rate, done] = arguments;
+(async () => {
+  benches.get(name).setAll(values);
+  const context = new OfflineAudioContext(1, frames, rate);
+  const node = await makeNode(context, {bass: await build(name, rate), score, channels: 1});
+  node.connect(context.destination);
+  const bytes = new Uint8Array((await context.startRendering()).getChannelData(0).buffer);
+  let text = "";
+  for (let k = 0; k < bytes.length; k += 32768) text += String.fromCharCode(...bytes.subarray(k, k + 32768));
+  done([benches.get(name).toml(), btoa(text)]);
+})();
+"""
+SOFT = [(0.2 * k, 0.18, 33 + 5 * (k % 3), 25) for k in range(4)]  # as test_module.py has them: nothing is chaotic
+HIT = [(0.05, 0.8, 47, 127)]  # fret 4 of the G string, as hard as can be
+CLOSE = 1e-7
+
+
+def test_the_sound_of_each_slider_is_that_of_a_render_of_the_saved_preset(opened: Any, tmp_path: Path) -> None:
+    """Of those that change frets by a note that hits them: contact that loses energy is not chaotic."""
+    heights = {"action", "relief", "nut_height", "lift7", "contact_loss"}
+    usual: dict[bool, Any] = {}
+    moved = list(each_slider("jazz-finger"))[::2]
+    for hit, values in [(False, {}), (True, {}), *((bool(heights & set(values)), values) for values in moved)]:
+        score = score_of(HIT if hit else SOFT, RATE)
+        frames = RATE // QUANTUM * QUANTUM
+        toml, text = opened.execute_async_script(OFFLINE, "jazz-finger", values, messages_of(score), frames, RATE)
+        sound = np.frombuffer(base64.b64decode(text), np.float32)
+        (tmp_path / "saved.toml").write_text(toml)
+        bass = load_preset(tmp_path / "saved.toml")
+        wanted = np.clip(mixed(render_to_array(bass, score, QUALITIES["live"], tail=1.0).astype(np.float32)), -1, 1)
+        assert np.abs(sound - wanted[: len(sound)]).max() <= CLOSE < 0.01 < np.abs(sound).max(), values
+        assert not values or np.abs(sound - usual[hit]).max() > 1e-6, values
+        usual.setdefault(hit, sound)
+
+
+def test_a_lower_action_buzzes_under_the_same_hand(opened: Any) -> None:
+    """The page's sound has more above 1 kHz, and the pluck is as far as it was: the saved preset keeps the hand."""
+    score, high = score_of([(0.0, 0.9, 43, 110)], RATE), []
+    for action in (4.0, 1.0):
+        given = messages_of(score), RATE // QUANTUM * QUANTUM, RATE
+        toml, text = opened.execute_async_script(OFFLINE, "jazz-finger", {"action": action}, *given)
+        spectrum = np.abs(np.fft.rfft(np.frombuffer(base64.b64decode(text), np.float32))) ** 2
+        high.append(spectrum[1000:].sum() / spectrum.sum())
+        assert 'graze_action = {unit = "mm", values = [2.4, 2.2, 2.1, 2]}' in toml
+    assert high[1] > 1.6 * high[0]
+
+
+def test_links_bring_the_bench_back(opened: Any) -> None:
+    for name in BASSES:
+        values = dict(pair for one in list(each_slider(name))[::2] for pair in one.items())
+        opened.execute_script("$('bass').value = arguments[0]; $('bass').dispatchEvent(new Event('change'))", name)
+        opened.execute_script("onBench(() => bench().setAll(arguments[0]))", values)
+        link, toml = opened.execute_script("return [location.hash, bench().toml()]")
+        assert link.startswith(f"#bass={name}&") and link.count("&") == len(values)
+        opened.get("about:blank")
+        open_page(opened, opened.home + link)
+        assert opened.execute_script("return [$('bass').value, bench().toml(), location.hash]") == [name, toml, link]
+        assert state(opened)[4] == "The bass is as the link says."
+
+
+@pytest.mark.parametrize(
+    "link, says",
+    [
+        ("bass=none&action=2", "the link names no bass of this page that can be changed: bass=none"),
+        ("action=2", "the link names no bass of this page that can be changed: action=2"),
+        ("bass=jazz-finger&lifft7=1", "the link changes what this bass does not have: lifft7"),
+        ("bass=fretless&lift7=1", "the link changes what this bass does not have: lift7"),
+        ("bass=jazz-finger&lift21=1", "the link changes what this bass does not have: lift21"),
+        ("bass=jazz-finger&lift=1", "the link changes what this bass does not have: lift"),
+        ("bass=jazz-finger&action=99", "the link says action = 99: allowed are 0.5 to 6 mm"),
+        ("bass=jazz-finger&tone=", "the link says tone = : allowed are 0 to 1"),
+        ("bass=jazz-finger&action=NaN", "the link says action = NaN: allowed are 0.5 to 6 mm"),
+        ("bass=jazz-finger&action=%3Cb%3E", "the link says action = <b>: allowed are 0.5 to 6 mm"),
+    ],
+)
+def test_a_bad_link_is_told_in_a_line_and_the_preset_plays(opened: Any, link: str, says: str) -> None:
+    opened.get("about:blank")
+    open_page(opened, f"{opened.home}#{link}")
+    slot, values, *_, said = state(opened)
+    assert (slot, values) == ("A", {}) and said == f"{says}. The bass is as its preset has it."
+    assert "\n" not in said and opened.execute_script("return $('bass').value") == "jazz-finger"
+    opened.find_element("id", "power").click()
+    wait(lambda: "plays" in opened.find_element("id", "said").text)
+
+
+def test_undo_redo_reset_and_two_benches(opened: Any) -> None:
+    set_slider(opened, "action", 2.0, 1.8, 1.5)  # one step
+    set_slider(opened, "tone", 0.5)
+    assert state(opened)[:4] == ["A", {"action": 1.5, "tone": 0.5}, 2, 0]
+
+    def press(name: str) -> list[Any]:
+        opened.execute_script("$(arguments[0]).click()", name)
+        return list(state(opened)[:4])
+
+    assert press("undo") == ["A", {"action": 1.5}, 1, 1]
+    assert press("undo") == ["A", {}, 0, 2] and not opened.find_element("id", "undo").is_enabled()
+    assert opened.execute_script("return location.hash") == ""
+    assert press("redo") == ["A", {"action": 1.5}, 1, 1]
+    assert press("slot-B")[:2] == ["B", {}]
+    set_slider(opened, "relief", 0.8)
+    assert press("slot-A")[:2] == ["A", {"action": 1.5}] and press("slot-B")[:2] == ["B", {"relief": 0.8}]
+    assert opened.find_element("id", "slot-B").get_attribute("aria-pressed") == "true"
+    assert press("reset")[:2] == ["B", {}] and press("undo")[:2] == ["B", {"relief": 0.8}]
+    assert press("undo")[:2] == ["B", {}] and press("undo") == ["A", {}, 0, 3]
+    assert press("redo")[:2] == ["A", {"action": 1.5}]
+
+
+def test_it_works_from_the_keyboard_and_has_a_name_for_everything(opened: Any) -> None:
+    from selenium.webdriver.common.keys import Keys
+
+    for element in opened.find_elements("css selector", "#bench :is(button, input, select, summary)"):
+        assert element.accessible_name, element.get_attribute("outerHTML")
+    slider = opened.find_element("id", "bench-action")
+    slider.send_keys(Keys.ARROW_LEFT, Keys.ARROW_LEFT)
+    assert state(opened)[1] == {"action": 2.3}
+    assert slider.get_attribute("aria-valuetext") == "2.30 mm, the preset has 2.40 mm"
+    assert opened.execute_script("return location.hash") == "#bass=jazz-finger&action=2.3"
+    slider.send_keys(Keys.DELETE)
+    assert state(opened)[1] == {} and slider.get_attribute("aria-valuetext") == "2.40 mm"
+    opened.execute_script("$('bench-fret').value = 5; $('bench-fret').dispatchEvent(new Event('change'))")
+    opened.find_element("id", "bench-lift").send_keys(Keys.ARROW_RIGHT)
+    assert state(opened)[1] == {"lift5": 0.02} and "fret 5 (+0.02 mm)" in opened.find_element("id", "bench-fret").text
+    opened.find_element("id", "bench-tone").send_keys("a")  # letters still play
+    wait(lambda: opened.execute_script("return sounding"))
+
+
+def test_what_is_changed_is_heard_without_a_gap_and_the_stroke_stays(opened: Any) -> None:
+    """Of a slider that is dragged the newest value comes, and few of those on the way."""
+    opened.find_element("id", "power").click()
+    wait(lambda: "plays" in opened.find_element("id", "said").text)
+    opened.execute_script("pluckWith(STROKES.find(one => one.symbol === 'pick'))")
+    count = (
+        "window.made = []; const before = ask; ask = (m, t) => { if (m.make) made.push(m.make); return before(m, t); };"
+    )
+    opened.execute_script(count)
+    opened.execute_script("press('test', 33, 100, performance.now())")
+    opened.execute_async_script(
+        "const done = arguments[0], slider = $('bench-action'); let k = 0;"
+        "const drag = () => { slider.value = 2.4 - 0.02 * ++k; slider.dispatchEvent(new Event('input'));"
+        " if (k < 60) setTimeout(drag, 4); else { slider.dispatchEvent(new Event('change')); done(); } }; drag();"
+    )
+    wait(lambda: opened.execute_script("return !rebuilding && !wanted && !next"))
+    found = opened.execute_script("return made.map(m => m.neck.action[0])")
+    # one at the beginning of the drag, which lets the note ring out, and one at its end
+    assert 1 <= len(found) <= 3 and found[-1] == pytest.approx(1.2e-3)
+    wait(lambda: opened.execute_script("return names.size === 1 || context.currentTime > 3"))
+    assert opened.execute_script("return stroke.symbol") == "pick"
+    told = "const done = arguments[0], old = node.port.onmessage;"
+    told += (
+        "node.port.onmessage = e => { old(e); if (e.data.playing) done([e.data.playing.pluckedWith, e.data.faults]); }"
+    )
+    assert opened.execute_async_script(told) == ["pick", 0]
+    heights = opened.execute_script("return bassCalled('jazz-finger').strings[0].heights[11]")
+    assert heights == pytest.approx(-1.2e-3, abs=1e-9)
+    opened.execute_script("release('test')")
+
+
+def test_a_neck_that_cannot_be_played_is_told_and_the_bass_before_goes_on(opened: Any) -> None:
+    opened.find_element("id", "power").click()
+    wait(lambda: "plays" in opened.find_element("id", "said").text)
+    bass = opened.execute_script("return [...names.keys()]")
+    opened.execute_script("onBench(() => bench().setAll({lift7: 1.5, action: 0.5}))")
+    wait(lambda: "stands" in opened.find_element("id", "said").text)
+    assert "fret 7 stands 0.86 mm above string E at rest" in opened.find_element("id", "said").text
+    assert opened.execute_script("return [...names.keys()]") == bass
+    opened.execute_script("$('undo').click()")
+    wait(lambda: opened.execute_script("return !rebuilding && !next"))
+
+
+def test_every_story_can_be_played(opened: Any) -> None:
+    for name in ("jazz-finger", "slap", "five-string-active"):
+        for k in range(5):
+            opened.execute_script("$('bass').value = arguments[0]; $('bass').dispatchEvent(new Event('change'))", name)
+            opened.execute_script("$('said').textContent = ''; STORIES[arguments[0]].button.click()", k)
+            wait(lambda: opened.execute_script("return !rebuilding"))
+            values, *_, said = state(opened)[1:]
+            assert said and "stands" not in opened.find_element("id", "said").text
+            playing = opened.execute_script("return [$('bass').value, bassCalled($('bass').value).fretless]")
+            assert playing == (["fretless", True] if k == 3 else [name, False]) and bool(values) == (k != 3)
+
+
+def test_the_preset_is_saved_as_a_file_that_the_commands_take(opened: Any, tmp_path: Path, run: Run) -> None:
+    opened.execute_cdp_cmd("Browser.setDownloadBehavior", {"behavior": "allow", "downloadPath": str(tmp_path)})
+    opened.execute_script("onBench(() => bench().setAll({action: 1.5, lift7: 0.12, gauge: 1.1, pickup2: 70}))")
+    opened.find_element("id", "save").click()
+    file = tmp_path / "jazz-finger-bench.toml"
+    wait(file.exists)
+    assert file.read_text() == opened.execute_script("return bench().toml()")
+    status, out, err = run("presets", "check", file)
+    assert status == 0 and "good; Jazz bass, fingers" in out and "no note" not in out, err
+    assert "jazz-finger-bench.toml" in state(opened)[4]
+
+
+def test_fingers_have_room_on_a_phone(opened: Any) -> None:
+    size = {"width": 390, "height": 844, "deviceScaleFactor": 1, "mobile": True}
+    opened.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+    try:
+        open_page(opened, opened.home + "?phone")
+        assert not opened.execute_script("return $('bench-fold').open")
+        bar = "const {top, bottom} = $('bench').getBoundingClientRect(); return [top, bottom, innerHeight]"
+        top, bottom, height = opened.execute_script(bar)  # the folded bar is in sight from the beginning
+        assert 40 <= bottom - top <= 60 and bottom <= height + 1
+        opened.execute_script("$('bench-fold').open = true")
+        top, bottom, height = opened.execute_script(bar)
+        assert bottom <= height + 1 and bottom - top <= 0.62 * height
+        found = "return [...document.querySelectorAll('#bench :is(button, input, select, summary)')].filter("
+        found += "e => !e.hidden).map(e => [e.id || e.textContent, e.getBoundingClientRect().height])"
+        assert all(height >= 44 for _, height in opened.execute_script(found)), opened.execute_script(found)
+        assert opened.execute_script("return document.documentElement.scrollWidth") == 390
+    finally:
+        opened.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})

@@ -137,14 +137,12 @@ async function put() {
   const there = new Promise(resolve => copied.set(bass, resolve));
   node.port.postMessage({bass: {bass, at, image}}, [image]);
   await there;
-  if (wanted.name !== $("bass").value) return;
-  toldStroke = STROKES.find(one => one.symbol === bassCalled(wanted.name).stroke); // its own; the player's goes on
-  if (stroke && stroke !== toldStroke) tellStroke();
 }
 
 const names = new Map(); // of basses in the audio thread, by address ...
 const basses = new Map(); // ... and {file, response} that they were made of
 const copied = new Map(); // what to call when the audio thread has them
+let heardBass; // the address of the one that plays
 let changes = 0; // of the playing, that the page has asked the audio thread for
 
 // Changes how the bass plays. The audio thread tells how it plays once it has carried out all changes.
@@ -160,6 +158,7 @@ function hear({data}) {
     names.delete(data.faded);
     basses.delete(data.faded);
     free({bass: data.faded});
+    buildWanted();
   }
   if (there) return;
   if (data.taped) {
@@ -176,6 +175,10 @@ function hear({data}) {
     return;
   }
   const name = names.get(data.bass);
+  if (data.bass !== heardBass && name === $("bass").value) {
+    heardBass = data.bass;
+    keepStroke();
+  }
   if (name && name !== playing) {
     playing = name;
     say(`${bassCalled(playing).title} plays.`);
@@ -259,6 +262,7 @@ function frameAt(time) {
 // While nothing sounds, nothing is kept for later. A note may be meant for one string.
 function send(time, midi, string, frame = frameAt(time)) {
   if (!node || context.state !== "running" || midi[0] >= 0xf0) return;
+  if ((midi[0] & 0xf0) === 0x90) struckSince();
   node.port.postMessage({midi, string, frame});
 }
 
@@ -663,6 +667,14 @@ function ownStroke(bass) {
   showStroke(STROKES.find(one => one.symbol === bass.stroke));
   toldStroke = stroke;
   for (const one of [...STROKES, ...WAYS]) one.button.disabled = numberOf(one) === undefined;
+}
+
+// A bass that was built anew begins with its own stroke: tells it the player's.
+function keepStroke() {
+  const own = STROKES.find(one => one.symbol === bassCalled($("bass").value).stroke);
+  if (toldStroke !== stroke) return;
+  toldStroke = own;
+  if (stroke && stroke !== own) tellStroke();
 }
 
 // Shows how the bass plays now, whatever made it so: the page, or key switches and controllers by MIDI.

@@ -141,24 +141,40 @@ function onBench(act) {
   act();
   showValues();
   if (bench().moving === undefined) keepLink();
-  if (bench().link() === before) return;
+  if (bench().link() === before) {
+    buildWanted();
+    return;
+  }
   showPickups();
   rebuild();
 }
 
-let rebuilding = false, wanted = false;
+let rebuilding = false, wanted = false, struck = false; // being built; to be built; a note began since the last one
 
 // Builds the bass as the bench has it, and hands it over; what is wished meanwhile comes next, and of that the newest.
-async function rebuild() {
+function rebuild() {
   wanted = true;
+  buildWanted();
+}
+
+async function buildWanted() {
   if (rebuilding || !ready) return;
   rebuilding = true;
-  while (wanted) {
-    wanted = false;
+  while (wanted && !mayRing()) {
+    wanted = struck = false;
     await prepare($("bass").value).built.catch(() => {}); // said where it is prepared
     if (node) await Promise.race([put(), new Promise(done => setTimeout(done, LONGEST_COPY))]); // none is taken in a pause
   }
   rebuilding = false;
+}
+
+// True while a slider moves under a note that rings out on a bass before: it would be cut by one more bass.
+const mayRing = () => bench()?.moving !== undefined && names.size > 1 && !struck;
+
+// A note begins: it does not have to ring any longer, or is heard on the bass as it was; the next one is not.
+function struckSince() {
+  struck = true;
+  buildWanted();
 }
 
 // The instrument file of a bass as its bench has it.
