@@ -31,7 +31,10 @@ ENTRIES: dict[str, Entry] = {}  # by name: all C functions of the library
 
 
 def compiled(**options: Any) -> Callable[[Callable[..., Any]], Any]:
-    """A decorator: the source of a kernel that is compiled with `options` of numba's njit."""
+    """A decorator: the source of a kernel that is compiled with `options` of numba's njit.
+
+    One more option, `attributes`, is words that LLVM knows of functions, such as "noinline".
+    """
 
     def decorate(function: Callable[..., Any]) -> Any:
         if not FROM_SOURCE:
@@ -47,6 +50,9 @@ jit = compiled()
 # Becomes part of its callers before they are compiled: for functions that take functions, or that return arrays they
 # made, which numba does not do without references.
 inlined = compiled(inline="always")
+# Stays one function, which its callers call: for loops long enough, in many places.
+apart = compiled(attributes="noinline")
+SMALL = "optsize"  # an attribute: short code, where that of others is fast, of what runs once a bass or a message
 
 
 def shared(function: Callable[..., Any]) -> Any:
@@ -61,8 +67,9 @@ def shared(function: Callable[..., Any]) -> Any:
 class Entry:
     """A C function of the library: call it, or take its `address`. Integers may be addresses."""
 
-    def __init__(self, function: Callable[..., Any], signature: str) -> None:
+    def __init__(self, function: Callable[..., Any], signature: str, attributes: str = "") -> None:
         self.function, self.signature, self.name = function, signature, function.__name__
+        self.attributes = attributes
         self.result, arguments = signature.rstrip(")").split("(")
         self.arguments = [name.strip() for name in arguments.split(",") if name.strip()]
         functools.update_wrapper(self, function)
@@ -83,14 +90,14 @@ class Entry:
         return self.call(*arguments)
 
 
-def entry(signature: str) -> Callable[[Callable[..., Any]], Entry]:
+def entry(signature: str, attributes: str = "") -> Callable[[Callable[..., Any]], Entry]:
     """A decorator: the function is a C function of the library, with a `signature` such as "int64(int64, float64)".
 
-    Raises ValueError if there is another one of its name.
+    `attributes`: as of `compiled`. Raises ValueError if there is another one of its name.
     """
 
     def decorate(function: Callable[..., Any]) -> Entry:
-        made = Entry(function, signature)
+        made = Entry(function, signature, attributes)
         if made.name in ENTRIES:
             raise ValueError(f"two entries called {made.name}")
         ENTRIES[made.name] = made

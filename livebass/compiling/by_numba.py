@@ -147,15 +147,21 @@ counted = compiled()  # counts references: for functions that allocate
 
 
 _inlined: set[str] = set()  # names of the functions that become code of their callers
+_attributes: dict[str, str] = {}  # of functions, by name, where they have any
 
 
-def kernel(**options: Any) -> Callable[[Callable[..., Any]], Any]:
-    """A decorator: a kernel, with `options` of numba's `njit` beside `USUAL`, `LEAN` and `STRICT`."""
+def kernel(attributes: str = "", **options: Any) -> Callable[[Callable[..., Any]], Any]:
+    """A decorator: a kernel, with `options` of numba's `njit` beside `USUAL`, `LEAN` and `STRICT`.
+
+    `attributes`, separated by spaces, are for LLVM (`attributes_of`).
+    """
     make = nb.njit(**USUAL, **LEAN, **{**STRICT, **options})
 
     def decorate(function: Callable[..., Any]) -> Any:
         if "inline" in options:
             _inlined.add(_name(function))
+        if attributes:
+            _attributes[_name(function)] = attributes
         return make(function)
 
     return decorate
@@ -168,6 +174,11 @@ def share(function: Callable[..., Any]) -> None:
 
 def _name(function: Callable[..., Any]) -> str:
     return f"{function.__module__}.{function.__qualname__}"
+
+
+def attributes_of(llvm_name: str) -> list[str]:
+    """The attributes of a function that LLVM is to know by `llvm_name`, as numba and lowering.py name it."""
+    return _attributes.get(llvm_name.removeprefix("_ZN").rpartition(".")[0], "").split()
 
 
 class _Compiled(event.Listener):
@@ -197,7 +208,7 @@ def tell_progress(tell: Callable[[float], None], names: Iterable[str]) -> None:
 def lowered(entry: Entry) -> str:
     """Compiles an entry; returns the name of numba's function for it."""
     assert FROM_SOURCE
-    made = kernel()(entry.function)
+    made = kernel(entry.attributes)(entry.function)
     made.compile(entry.signature)
     (found,) = made.overloads.values()
     return str(found.fndesc.llvm_func_name)

@@ -81,13 +81,6 @@ LEVELS = {
 }
 
 
-# Functions, by file and C name, that run once a bass or a message, and not while it sounds: compiled for size
-SMALL = re.compile(
-    r"(lb_(fill|measure|check|new|jack)_|(preparing|note|coil|answers|bench|check|pool|setup|strings|instrument|law|fourier"
-    r"|response|floor|glide|ahead|thumb|desk|controls|messages|notes)\.)"
-)
-
-
 def program(progress: processes.Progress = processes.silent) -> str:
     """Returns the program that LLVM compiles: `packed_program`."""
     return gzip.decompress(packed_program(progress)).decode()
@@ -127,8 +120,6 @@ def parsed(text: str, level: str, triple: str | None = None) -> tuple[Any, Any]:
     for function in module.functions:
         if not function.is_declaration and not function.name.startswith("lb_"):
             function.linkage = "internal"
-        if not function.is_declaration and SMALL.match(function.name):
-            function.add_function_attribute("optsize")
     module.verify()
     return machine, module
 

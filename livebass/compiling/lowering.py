@@ -139,6 +139,8 @@ def only_text() -> tuple[dict[str, str], dict[str, str]]:
     from llvmlite import ir
     from numba.core import base, codegen, funcdesc, inline_closurecall, ir_utils, lowering, types
 
+    from livebass.compiling import by_numba
+
     definitions: dict[str, str] = {}
     declarations: dict[str, str] = {}
     library: Any = codegen.JITCodeLibrary
@@ -166,6 +168,9 @@ def only_text() -> tuple[dict[str, str], dict[str, str]]:
             for item in module.globals.values():
                 declared = item.is_declaration if isinstance(item, ir.Function) else item.initializer is None
                 into = declarations if declared and item.linkage != "common" else definitions
+                if isinstance(item, ir.Function) and not declared:
+                    for attribute in by_numba.attributes_of(item.name):
+                        item.attributes.add(attribute)
                 text = re.sub(r"(?<=, )(![\w.]+) !(\d+)", lambda m: f"{m[1]} {noted[int(m[2])]}", internal(str(item)))
                 text = NAME.sub(lambda m: f'@"{data.get(m[1] or m[2], m[1] or m[2])}"' if m[1] or m[2] else m[0], text)
                 name = data.get(item.name, item.name)
@@ -234,7 +239,7 @@ def gate(entry: Entry, raw: str) -> str:
     given = "".join(f", {kind} %{i}" for i, kind in enumerate(kinds))
     held = "ptr" if result == "void" else result
     lines = [
-        f"define {result} @lb_{entry.name}({given.lstrip(', ')}) {{",
+        f"define {result} @lb_{entry.name}({given.lstrip(', ')}) {entry.attributes} {{",
         f"  %result = alloca {held}",
         "  %error = alloca ptr",
         f"  store {held} {ZEROS.get(held, '0')}, ptr %result",

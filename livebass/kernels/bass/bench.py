@@ -10,13 +10,15 @@ from typing import Any
 
 import numpy as np
 
-from livebass.compiling import entry, jit
+from livebass.compiling import SMALL, compiled, entry
 from livebass.kernels.bass.instrument import TIERS
 from livebass.kernels.machine.native import floats_at, record_at, words_at
 from livebass.kernels.player.performer import MOST_STRINGS
 from livebass.kernels.string.law import frequency, resonance, tabled
 from livebass.kernels.string.note import BOARD_ROUGH, MADE, bow_through, gap_under, make_note
 from livebass.kernels.string.preparing import ALL, NOTE, NOTE_BYTES, listed, note_at
+
+jit = compiled(attributes=SMALL)
 
 LANES = 8  # partial sums of a long sum: of every eighth number
 
@@ -94,7 +96,7 @@ BOARD_ABOVE = 2  # what `fill_bench` returns besides MADE and CROWN_ABOVE
 SET, NOT_BY_GEOMETRY = 0, 1  # what `set_neck` returns
 
 
-@entry("void(int64)")
+@entry("void(int64)", SMALL)
 def measure_bench(address):
     """Sets the `room` for lists that the BENCH at an address needs, at most."""
     bench = bench_at(address)
@@ -111,7 +113,7 @@ def measure_bench(address):
     bench.room += answering
 
 
-@entry("int64(int64)")
+@entry("int64(int64)", SMALL)
 def fill_bench(address):
     """Makes the notes of the BENCH at an address that `measure_bench` has seen; returns MADE or what stands above."""
     bench = bench_at(address)

@@ -6,7 +6,7 @@ the rows of the numbers (rows.py). [any thread]
 
 import numpy as np
 
-from livebass.compiling import entry, jit
+from livebass.compiling import SMALL, compiled, entry
 from livebass.kernels.bass.instrument import (
     ADDED_BYTES,
     ADDED_WORDS,
@@ -35,6 +35,8 @@ from livebass.kernels.string.records import BLOCK, MOST_ANSWERS, MOST_NEAR, ROW
 from livebass.parts import VERSION, WITH_EFFECTS, WITH_STROKES
 from livebass.rows import LARGEST, limits, table
 
+jit = compiled(attributes=SMALL)
+
 # What `check_file` returns
 GOOD, FOREIGN, OTHER_VERSION, DAMAGED = 0, 1, 2, 3
 # Limits of the words of an INSTRUMENT, behind them of a NOTE, of a STROKE and of an ADDED: columns as rows.Limit
@@ -49,13 +51,13 @@ NOTE_LISTS = tuple((NOTE.fields[name][1] // WORD, width) for name, width in LIST
 TAPS = NOTE.fields["taps"][1] // WORD  # type: ignore[index]
 
 
-@entry("uint64(int64, int64)")
+@entry("uint64(int64, int64)", SMALL)
 def checksum(address, count):
     """FNV-1a of `count` words at an address (Fowler, Noll, Vo), a word at a time."""
     return checksum_of(address, count)
 
 
-@entry("int64(int64, int64)")
+@entry("int64(int64, int64)", SMALL)
 def check_file(address, size):
     """Returns GOOD for the file of `size` bytes at an address, or why it cannot be played."""
     if size < FILE_BYTES + WORD or size % WORD != 0 or size > WORD * MOST_WORDS:

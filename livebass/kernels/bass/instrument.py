@@ -8,7 +8,7 @@ an ADDED; and a checksum. All of it is words of 8 bytes, little-endian. [any thr
 
 import numpy as np
 
-from livebass.compiling import jit
+from livebass.compiling import SMALL, compiled
 from livebass.kernels.effects.records import LEAST_RATE, LONGEST, MOST_RATE
 from livebass.kernels.machine.native import record_at, words_at
 from livebass.kernels.pickup.coil import CIRCUIT_WORDS
@@ -18,6 +18,8 @@ from livebass.kernels.string.preparing import MOST_WORDS, NOTE_BYTES
 from livebass.kernels.string.records import LINE, MOST_ANSWERS
 from livebass.parts import WITH_EFFECTS, WITH_STROKES, Knobs
 from livebass.rows import TINY, Word, record, words
+
+jit = compiled(attributes=SMALL)
 
 MOST_PICKUPS = 4
 MOST_FRETS = 127

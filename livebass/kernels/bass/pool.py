@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from livebass.compiling import entry, jit
+from livebass.compiling import SMALL, compiled, entry
 from livebass.kernels.bass.instrument import (
     FILE_BYTES,
     TIERS,
@@ -33,6 +33,8 @@ from livebass.kernels.string.preparing import (
     set_heights,
 )
 from livebass.kernels.string.records import OPERATOR
+
+jit = compiled(attributes=SMALL)
 
 # The operators of one tier of a file at one rate
 POOL = np.dtype(
@@ -80,7 +82,7 @@ def take_note(pool, k, note):
     note_at(note).modes = modes[pool.tier * notes + k]
 
 
-@entry("void(int64)")
+@entry("void(int64)", SMALL)
 def measure_pool(address):
     """Sets the `bytes` that the POOL at an address needs."""
     pool = pool_at(address)
@@ -93,7 +95,7 @@ def measure_pool(address):
     pool.bytes = records + lines(DOUBLE * work.words) + lines(DOUBLE * work.table_words)
 
 
-@entry("int64(int64)")
+@entry("int64(int64)", SMALL)
 def fill_pool(address):
     """Fills the memory of the POOL at an address that `measure_pool` has seen.
 

@@ -7,7 +7,7 @@ do the same. [any thread, not the one that plays]
 
 import numpy as np
 
-from livebass.compiling import entry, jit
+from livebass.compiling import SMALL, compiled, entry
 from livebass.kernels.bass.floor import make_floor
 from livebass.kernels.bass.instrument import (
     added_at,
@@ -59,6 +59,8 @@ from livebass.kernels.string.records import (
 )
 from livebass.kernels.string.told import TOLD_BYTES
 from livebass.units import OFF
+
+jit = compiled(attributes=SMALL)
 
 # Running ahead: share of a block's time where contact ends soon, where it does not, and frames between looks at the
 # clock. Contact with frets that lose energy is over soon, and leaves most of the time to other programs; other contact
@@ -127,7 +129,7 @@ def bytes_ahead(rows, answers):
     return lines(AHEAD_BYTES) + states + motion + answering + lines(WORD * SOUND_RING)
 
 
-@entry("void(int64)")
+@entry("void(int64)", SMALL)
 def measure_bass(address):
     """Sets the `bytes` that the BUILDING at an address needs."""
     building = building_at(address)
@@ -169,7 +171,7 @@ def ends_soon(b):
     return lasting == 0
 
 
-@entry("void(int64)")
+@entry("void(int64)", SMALL)
 def fill_bass(address):
     """Makes a bass in the memory of the BUILDING at an address that `measure_bass` has seen."""
     building = building_at(address)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from livebass.compiling import entry, jit
+from livebass.compiling import SMALL, compiled, entry
 from livebass.kernels.bass.instrument import MOST_PICKUPS, WORD, copy_words, instrument_at
 from livebass.kernels.hands.noise import LATER, tune_noises
 from livebass.kernels.hands.sliding import BEND_FRAMES, set_vibrato
@@ -19,6 +19,8 @@ from livebass.kernels.player.strokes import fill_strokes, force_at, speed_of_cor
 from livebass.kernels.string import answers
 from livebass.kernels.string.records import OPERATOR, STRING, VOICE_SLOTS
 
+jit = compiled(attributes=SMALL)
+
 MEDIUM, MEDIUM_PLACE = 0.5, 0.74  # of the way from the softest to the hardest note, and of the open string from the nut
 BLOCKER_HZ = 6.0  # DC blocker's corner
 GAIN_TIME = 6e-3  # s, how fast volume follows its controller
@@ -28,7 +30,7 @@ coil_at = record_at(COIL)
 CIRCUIT_BYTES = CIRCUIT.itemsize
 
 
-@entry("void(int64, float64, int64, int64, int64, int64)")
+@entry("void(int64, float64, int64, int64, int64, int64)", SMALL)
 def rest_string(string, rate, numerator, denominator, over_frets, over_board):
     """Makes a silent string of the STRING of zeros at an address; its output is its displacement.
 
@@ -60,7 +62,7 @@ def reset_string(string, rate, numerator, denominator, over_frets, over_board):
         string.slots[k].ratio = 1.0
 
 
-@entry("void(int64, int64, int64, int64)")
+@entry("void(int64, int64, int64, int64)", SMALL)
 def connect_string(string, instrument, i, coil):
     """Gives a string at rest the pickups and the hand of string `i` of an INSTRUMENT, and the filter of a COIL."""
     connect_pickups(string_at(string), instrument_at(instrument), i, coil_at(coil))
@@ -124,14 +126,14 @@ def signal_of_medium(voice):
     return voice.medium * level * top / bottom
 
 
-@entry("void(int64, int64, int64, int64)")
+@entry("void(int64, int64, int64, int64)", SMALL)
 def connect_answers(string, i, instrument, ops):
     """Gives string `i` of an INSTRUMENT, connected, the answers of the others; ops: address of all operators."""
     bass = instrument_at(instrument)
     answers.fill_answers(string_at(string), i, bass, operators_at(ops, bass.strings, bass.frets + 1))
 
 
-@entry("void(int64, int64, int64)")
+@entry("void(int64, int64, int64)", SMALL)
 def settle_string(string, performer, i):
     """C function: `set_controls` for the address of a STRING, string `i` of the PERFORMER at an address."""
     set_controls(string_at(string).voice, performer_at(performer), i)
@@ -159,7 +161,7 @@ def take_circuit(coil, instrument, rate):
     coil.rate = rate
 
 
-@entry("void(int64, int64, int64)")
+@entry("void(int64, int64, int64)", SMALL)
 def new_performer(performer, instrument, seed):
     """Makes the player of an INSTRUMENT of the PERFORMER of zeros at an address; `seed` of its unevenness.
 

@@ -5,7 +5,7 @@ What a change of bass keeps: `take_over`.
 
 import numpy as np
 
-from livebass.compiling import entry, jit
+from livebass.compiling import SMALL, compiled, entry
 from livebass.kernels.machine.native import copy_record
 from livebass.kernels.player.constants import FINGER, KEYS, PICK, POP
 from livebass.kernels.player.events import send_blend
@@ -42,6 +42,8 @@ from livebass.techniques import (
     WITH_PICK,
     WITH_THUMB,
 )
+
+jit = compiled(attributes=SMALL)
 
 BEND_UP = 2.0  # semitones of the controller that bends upwards
 BEND_STARTS = 3  # it bends once it has been lower: a file that sets a portamento time by it does not bend
@@ -249,7 +251,7 @@ def take_over(p, old):
                 p.forced = string_called(p, value)
 
 
-@entry("void(int64, int64)")
+@entry("void(int64, int64)", SMALL)
 def follow_performer(p, old):
     """C function: `take_over` for addresses."""
     take_over(performer_at(p), performer_at(old))

@@ -5,7 +5,7 @@ Before a message, its frame stands in `p.out`, and the place for its events.
 
 import numpy as np
 
-from livebass.compiling import entry, jit
+from livebass.compiling import SMALL, compiled, entry
 from livebass.kernels.machine.native import records_at
 from livebass.kernels.player.controls import (
     BEND_RANGE_RPN,
@@ -42,6 +42,8 @@ from livebass.kernels.player.performer import (
 from livebass.kernels.string.records import EVENT, PLUCK, STRIKE_EVENT, THROW
 from livebass.techniques import CC_VIBRATO
 
+jit = compiled(attributes=SMALL)
+
 GUITAR_RANGE, MPE_RANGE = 12.0, 48.0  # semitones of a channel's wheel, until RPN 0 says another range
 NOTE_OFF, NOTE_ON, CONTROL, PRESSURE, WHEEL = 0x80, 0x90, 0xB0, 0xD0, 0xE0  # kinds of messages
 RELEASE = 64  # velocity of a note-off that has none
@@ -52,7 +54,7 @@ MPE_RPN = 6
 events_at = records_at(EVENT)
 
 
-@entry("void(int64, int64, int64, int64, int64)")
+@entry("void(int64, int64, int64, int64, int64)", SMALL)
 def take_message(p, ops, status, first, second):
     """C function: `handle_message` for addresses."""
     performer = performer_at(p)
@@ -60,7 +62,7 @@ def take_message(p, ops, status, first, second):
     handle_message(performer, operators, status, first, second)
 
 
-@entry("void(int64, int64, int64, int64, int64, int64)")
+@entry("void(int64, int64, int64, int64, int64, int64)", SMALL)
 def take_message_ringing(p, ops, player, status, first, second):
     """C function: `ring_on` for addresses, with all events of `player`."""
     performer = performer_at(p)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from livebass.compiling import jit
+from livebass.compiling import SMALL, compiled
 from livebass.kernels.player.events import send_cut, send_hammer, send_pull_off, send_slide, send_stop, send_touch
 from livebass.kernels.player.expression import SLIDE_TIME, end_note_expression
 from livebass.kernels.player.fingering import (
@@ -20,6 +20,8 @@ from livebass.kernels.player.strokes import force_at, play_stroke, speed_of_pluc
 from livebass.kernels.player.touches import palm_is_on, touch_palm
 from livebass.kernels.string.records import TOUCHES
 from livebass.techniques import DETACH, GHOST, HARMONIC, LEGATO, SLIDE, TAP
+
+jit = compiled(attributes=SMALL)
 
 MONO_STEP = 2  # semitones
 HAMMER_SPEED = 0.36  # speed of a finger that hammers over that by which a pluck of the same force moves the string

@@ -52,6 +52,7 @@ from livebass.kernels.string.records import BLOCK, LONGER, PART, WHOLE
 LANES = {"reassoc", "contract", "nsz", "arcp"}
 jit = compiled(fastmath=LANES)
 ordered = compiled(fastmath=LANES - {"reassoc"})  # sums as they are written
+apart = compiled(fastmath=LANES, attributes="noinline")  # for events: many of them call it, of both widths
 
 DEAD = 1e-17  # m^1.5: a mode below this is silence
 MOST_TURN = 2 * np.pi * 0.45  # rad a fine step, of a mode that a string is played with
@@ -566,7 +567,7 @@ def keep_step_before(w, n):
     keep_step_before_of(w.high, n - split)
 
 
-@jit
+@apart
 def copy_row(to, values, n):
     """Copies `n` numbers; numba's own assignment of slices allocates where they might overlap."""
     for j in range(n):
@@ -944,7 +945,7 @@ def clear_motion_of(rows, n):
         rows.p[j] = like(rows, 0.0)
 
 
-@jit
+@apart
 def clear_motion(w, n):
     """Sets the motion to zero."""
     split = lower(w, n)
@@ -959,7 +960,7 @@ def widen_of(rows, q, p, n):
         p[j] = rows.p[j]
 
 
-@jit
+@apart
 def widen(w, n):
     """Takes the state of `n` modes out into w.q and w.p, float64, for an event that computes with it."""
     split = lower(w, n)
@@ -974,7 +975,7 @@ def narrow_of(rows, q, p, n):
         rows.p[j] = p[j]
 
 
-@jit
+@apart
 def narrow(w, n):
     """Puts the state of `n` modes back from w.q and w.p."""
     split = lower(w, n)
@@ -1021,7 +1022,7 @@ def retune_of(rows, kappas, omega, sigmas, op, n):
             rows.leaps[row].g[j] = sin_k * es
 
 
-@jit
+@apart
 def retune(w, op, rows, ratio):
     """Sets coefficients for `ratio` times the frequencies of those of `op` at `rows` (1/s stay), the motion kept.
 
@@ -1058,7 +1059,7 @@ def tune_of(rows, kappas, omega, sigmas, fine, steps, n):
         rows.leaps[WHOLE].g[j] = sin_k * es
 
 
-@jit
+@apart
 def tune(w, fine, steps, n):
     """Sets the coefficients of `n` modes, but of parts of a frame and of longer ones, by w.omega and w.sigma."""
     split = lower(w, n)
@@ -1066,7 +1067,7 @@ def tune(w, fine, steps, n):
     tune_of(w.high, w.kappa[split:], w.omega[split:], w.sigma[split:], fine, steps, n - split)
 
 
-@jit
+@apart
 def take_coefficients(w, op, rows):
     """Gives the working set the coefficients of operator `op` at `rows`, those of u or of v, untuned."""
     n, split = op.padded, op.split

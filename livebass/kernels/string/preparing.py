@@ -14,7 +14,7 @@ Issanchou et al. (2018). [any thread]
 
 import numpy as np
 
-from livebass.compiling import entry, inlined, jit
+from livebass.compiling import SMALL, compiled, entry, inlined
 from livebass.kernels.machine.elementary import cos, exp, sin
 from livebass.kernels.machine.native import floats_at, record_at, words_at
 from livebass.kernels.string.law import damping, frequency
@@ -46,6 +46,8 @@ from livebass.kernels.string.operators import (
 )
 from livebass.kernels.string.records import BLOCK, LONGER, LOW, MOST_NEAR, OPERATOR, PART, WHOLE
 from livebass.rows import TINY, Word, record
+
+jit = compiled(attributes=SMALL)
 
 PART_TIME = 5.2e-6  # s, length of the parts a contact frame is cut into ...
 LEAST_PART = 16  # ... but so many fine steps at least: to look costs as much as some steps
@@ -142,7 +144,7 @@ operator_at = record_at(OPERATOR)
 NOTE_BYTES, OPERATOR_BYTES = NOTE.itemsize, OPERATOR.itemsize
 
 
-@entry("void(int64)")
+@entry("void(int64)", SMALL)
 def measure_operators(address):
     """Sets modes, grids, `words` and `table_words` of the PREPARING at an address."""
     work = preparing_at(address)
@@ -166,7 +168,7 @@ def measure(work, note, op):
     work.table_words = max(work.table_words, behind_table(note) + op.points)
 
 
-@entry("int64(int64)")
+@entry("int64(int64)", SMALL)
 def fill_operators(address):
     """Writes operators and rows of the PREPARING at an address that `measure_operators` has seen.
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from livebass.compiling import entry, inlined, jit
+from livebass.compiling import apart, entry, inlined, jit
 from livebass.kernels import voice
 from livebass.kernels.bass.records import SAVES, SOUND_RING, VOICE_WORDS, bass_at
 from livebass.kernels.machine.native import call_3, record_address, words_at
@@ -90,13 +90,13 @@ def operator_of(b, i, fret):
 
 
 # What is saved of a polarisation, and restored, row after row; `at` is the place of the next one in `memory`.
-@jit
+@apart
 def save_row(memory, at, row, n):
     copy_row(memory[at : at + n], row, n)
     return at + n
 
 
-@jit
+@apart
 def restore_row(memory, at, row, n):
     copy_row(row, memory[at : at + n], n)
     return at + n

@@ -3,7 +3,7 @@
 kernels/bass/setup.py makes its basses.
 """
 
-from livebass.compiling import entry, jit
+from livebass.compiling import SMALL, entry, jit
 from livebass.kernels.bass.instrument import clear_memory, lines
 from livebass.kernels.bass.records import WORD
 from livebass.live.thread.records import RINGS, SYNTH, TEAM, TEAM_PLACE, synth_at
@@ -13,13 +13,13 @@ TEAM_END = TEAM_PLACE + TEAM.itemsize
 AFTER_TEAM = SYNTH.itemsize - TEAM_END
 
 
-@entry("int64(int64)")
+@entry("int64(int64)", SMALL)
 def ring_bytes(size):
     """Returns the bytes of the synth's rings, of `size` messages each."""
     return ring_bytes_of(size)
 
 
-@entry("void(int64, int64, int64, float64, int64, float64, int64)")
+@entry("void(int64, int64, int64, float64, int64, float64, int64)", SMALL)
 def fill_synth(address, rings, size, rate, channel, gain, process):
     """Makes a synth without a bass, as new, of the SYNTH at an address, with rings of `size` messages.
 
