@@ -27,7 +27,7 @@ enum { CONTROLLERS = 1000 }; /* id of the parameter that stands for MIDI control
 /* Ids of those that each channel has of its own, WAYS of them: wheel, pressure, controller 74. */
 enum { CHANNELS = 2000, MIDI_CHANNELS = 16, WHEEL = 0, PRESSURE, PLACE, WAYS, OWN = MIDI_CHANNELS * WAYS };
 enum { OVERLOAD = 500 }; /* id of the parameter, read only, that says how many strings are relieved */
-enum { COMPONENT, PROCESSOR, CONTROLLER, MAPPING, UNITS, EXPRESSIONS, SWITCHES, CONTEXT, PHYSICAL, INTERFACES };
+enum { COMPONENT, PROCESSOR, CONTROLLER, MAPPING, UNITS, EXPRESSIONS, SWITCHES, CONTEXT_NEEDS, PHYSICAL, INTERFACES };
 enum { SEMITONES = 240 };     /* of the range of tuning */
 enum { PROGRAMS = 1 }; /* the list of instruments */
 
@@ -272,7 +272,7 @@ UNKNOWN(mapping, MAPPING)
 UNKNOWN(units, UNITS)
 UNKNOWN(expressions, EXPRESSIONS)
 UNKNOWN(switches, SWITCHES)
-UNKNOWN(context, CONTEXT)
+UNKNOWN(context, CONTEXT_NEEDS)
 UNKNOWN(physical, PHYSICAL)
 
 /* --- component --- */

@@ -1,0 +1,34 @@
+"""The C of the plugins compiles for every system, without a warning; tools/wheels.py builds the binaries."""
+
+from __future__ import annotations
+
+import importlib.util
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from livebass.plugin import build
+from livebass.plugin.header import header
+from livebass.plugin.systems import SYSTEMS
+
+
+@pytest.mark.skipif(not importlib.util.find_spec("ziglang"), reason="needs ziglang")
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_the_c_compiles(name: str, tmp_path: Path) -> None:
+    system = SYSTEMS[name]
+    (tmp_path / "kernels.h").write_text(header(system.levels))
+    warnings = [flag for flag in build.FLAGS if flag.startswith(("-W", "-std"))]
+    for source in sorted(build.C.glob("*.c")):
+        command = [
+            *build.zig(system),
+            *warnings,
+            "-Os",
+            "-c",
+            f"-I{tmp_path}",
+            str(source),
+            "-o",
+            str(tmp_path / "a.o"),
+        ]
+        done = subprocess.run(command, capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr[:2000]
