@@ -79,7 +79,8 @@ BASS = np.dtype(
         ("tones", "i8"),  # the strings' filters (tone.py)
         ("floor", FLOOR),
         ("share", "f8"),  # of a block's time that strings may take at least to run ahead; 0: they do not
-        ("share_now", "f8"),  # as much as the costliest block lately took
+        ("share_now", "f8"),  # as much as two blocks lately took ...
+        ("share_once", "f8"),  # ... and the costliest one
         ("stride", "i8"),  # frames between looks at the clock while they do
         ("effects", "i8"),  # EFFECTS of the mix of its strings
     ],

@@ -521,22 +521,38 @@ def return_to_clock(address):
 
 
 MOST_SHARE = 0.6  # of a block's time to run ahead, whatever blocks took
-FORGOTTEN = 1e-3  # of it a second
+FORGOTTEN = 5e-3  # of it a second
+
+
+@jit
+def touches(b):
+    """True if a string of `b` has touched something since its last pluck."""
+    for i in range(b.strings):
+        slots = string_of(b, i).slots
+        if (slots[0].on and slots[0].touching > 0) or (slots[1].on and slots[1].touching > 0):
+            return True
+    return False
 
 
 @jit
 def run_ahead(synth, began, n, load):
     """Lets strings play past the end of a block of n frames that began at `began` (ns) and took `load` of its time.
 
-    They may for a share of its time: what the costliest block lately took, so that no quiet block takes more than that.
+    They may for a share of its time: what two blocks lately took in which strings touched, so that no quiet block takes
+    more than that. The system holds others up, and one of these now and then.
     """
     if synth.bass == 0:
         return
     b = bass_at(synth.bass)
     if b.share <= 0.0:
         return
-    b.share_now = min(max(load, b.share_now - FORGOTTEN * n / synth.rate), MOST_SHARE)
-    b.share_now = max(b.share_now, b.share)
+    forgotten = FORGOTTEN * n / synth.rate
+    b.share_now = max(b.share_now - forgotten, b.share)
+    b.share_once = max(b.share_once - forgotten, b.share)
+    if load > b.share_now and touches(b):
+        took = min(load, MOST_SHARE)
+        b.share_now = max(b.share_now, min(took, b.share_once))
+        b.share_once = max(b.share_once, took)
     until = began + np.int64(b.share_now * 1e9 * n / synth.rate)
     end = synth.frame - b.frame
     while nanoseconds(synth.clock, synth.clock_id) < until:
