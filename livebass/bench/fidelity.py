@@ -178,7 +178,9 @@ def play_notes(bass: Instrument, quality: Quality, notes: Sequence[Note]) -> lis
 def string_alone(bass: Instrument, i: int) -> Instrument:
     """Returns `bass` with string `i` alone, which the thumb strikes only where it does on `bass`."""
     player = replace(bass.player, slapped_strings=int(i < bass.player.slapped_strings))
-    return replace(bass, strings=(bass.strings[i],), necks=(bass.necks[i],), player=player)
+    return replace(
+        bass, strings=(bass.strings[i],), necks=(bass.necks[i],), grazed=bass.grazed[i : i + 1], player=player
+    )
 
 
 def struck(bass: Instrument) -> bool:

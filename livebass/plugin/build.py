@@ -37,13 +37,14 @@ EMIT = """
 import re, sys
 from pathlib import Path
 from livebass.compiling import emitter
-from livebass.plugin.header import suffix
+from livebass.plugin.header import ENTRIES, suffix
+called = {entry.name for entry in ENTRIES}
 text = emitter.program()
 for asked in sys.argv[2:]:
     use, level, triple = asked.split(",")
     given = text
-    if use == "plugin":  # several levels in one binary, which exports none of them
-        given = re.sub(r"@lb_(\\w+)", rf"@lb_\\1{suffix(level)}", text)
+    if use == "plugin":  # several levels in one binary, which exports none of them, and has no others than it calls
+        given = re.sub(r"@lb_(\\w+)", lambda m: f"@lb_{m[1]}{suffix(level)}" if m[1] in called else f"@{m[1]}", text)
         given = re.sub(r"^define (\\w+ @lb_)", r"define hidden \\1", given, flags=re.MULTILINE)
     Path(sys.argv[1], f"{use}-{level}-{triple}.o").write_bytes(emitter.emit(given, level, triple)[0])
 """

@@ -42,8 +42,9 @@ class Module:
     """A synth with one bass, from its instrument file, at `rate`."""
 
     def __init__(
-        self, file: bytes, rate: int = 48000, tier: int = LIVE, adaptive: bool = False, response: Floats | None = None
-    ) -> None:
+        self, file: bytes, rate: int = 48000, tier: int = LIVE, adaptive: bool = False, response: Floats | None = None,
+        told: int = 0,
+    ) -> None:  # fmt: skip
         engine, module = compiled()
         self.store = wasmtime.Store(engine)
         self.x = wasmtime.Instance(self.store, module, []).exports(self.store)
@@ -53,7 +54,7 @@ class Module:
         self.file = self.place(len(file))
         self.bytes(self.file, len(file))[:] = np.frombuffer(file, np.uint8)
         assert self.call("check_file", self.file, len(file)) == GOOD
-        building = self.place(BUILDING.itemsize)
+        building = self.building = self.place(BUILDING.itemsize)
         self.pools = []
         for k, which in enumerate((tier, COARSE)):
             pool = self.place(POOL.itemsize)
@@ -64,19 +65,24 @@ class Module:
             assert self.call("fill_pool", pool) == DONE
             self.record(BUILDING, building)["operators"][k] = self.record(POOL, pool)["memory"]
         called = {name: numbers[name] for name in ("over_frets", "over_board", "play_string")}
-        self.set(BUILDING, building, file=self.file, tier=tier, rate=rate, **called)
+        self.set(BUILDING, building, file=self.file, tier=tier, rate=rate, told_room=told, **called)
         if response is not None:
             place = self.place(response.nbytes)
             self.bytes(place, response.nbytes)[:] = response.view(np.uint8)
             self.set(BUILDING, building, response=place, response_count=len(response), response_rate=rate)
-        self.call("measure_bass", building)
-        self.bass = self.place(int(self.record(BUILDING, building)["bytes"]))
-        self.set(BUILDING, building, memory=self.bass)
-        self.call("fill_bass", building)
+        self.bass = self.new_bass()
         self.synth, self.sound = self.place(SYNTH.itemsize), self.place(4 * QUANTUM)
         rings = self.place(self.call("ring_bytes", MESSAGES))
         self.call("fill_synth", self.synth, rings, MESSAGES, float(rate), -1, 1.0, numbers["process"])
         self.set(SYNTH, self.synth, next_bass=self.bass, adaptive=adaptive)
+
+    def new_bass(self) -> int:
+        """The address of a bass as new."""
+        self.call("measure_bass", self.building)
+        bass = self.place(int(self.record(BUILDING, self.building)["bytes"]))
+        self.set(BUILDING, self.building, memory=bass)
+        self.call("fill_bass", self.building)
+        return bass
 
     def call(self, name: Entry | str, *arguments: float) -> Any:
         return self.x[f"lb_{name}"](self.store, *arguments)

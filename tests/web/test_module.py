@@ -178,7 +178,7 @@ def test_javascript_has_the_records_of_the_kernels() -> None:
                 assert inner.fields
                 inner, at = inner.fields[part][0], at + inner.fields[part][1]
             assert offsets[name] == at
-        assert {kind for _, kind in found["fields"].values()} <= {"", "i8", "f8", "f4", "u1"}
+        assert {kind for _, kind in found["fields"].values()} <= {"", "i8", "i4", "f8", "f4", "u1"}
 
 
 if __name__ == "__main__":

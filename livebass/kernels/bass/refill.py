@@ -174,6 +174,23 @@ def take_heights(pool, first, count):
     return np.int64(DONE)
 
 
+@entry("int64(int64, int64)")
+def keep_hand(pool, old):
+    """Has the hand measure its force on the filled POOL at an address as it does on an old one of the bass.
+
+    Returns DONE; or OTHER_PLACES, for a bass with other contacts under its open strings.
+    """
+    work, before = pool_at(pool).preparing, pool_at(old).preparing
+    for k in range(work.count):
+        if is_open(pool_at(pool), k):
+            op = operator_at(work.operators + OPERATOR_BYTES * k)
+            other = operator_at(before.operators + OPERATOR_BYTES * k)
+            if before.count != work.count or other.points != op.points:
+                return np.int64(OTHER_PLACES)
+            copy_row(hand_heights(op), hand_heights(other), op.points)
+    return np.int64(DONE)
+
+
 @jit
 def height_list(note):
     """Where the heights of the contacts of a note begin, among the numbers."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -19,7 +20,7 @@ from livebass.kernels.bass.bench import BENCH, NOT_BY_GEOMETRY, SET, set_neck
 from livebass.kernels.bass.check import GOOD, check_file
 from livebass.kernels.bass.instrument import LIVE, TIERS
 from livebass.kernels.bass.pool import POOL, fill_pool, measure_pool
-from livebass.kernels.bass.refill import NO_ROOM, OTHER_PLACES, keep_notes, refill_notes, take_heights
+from livebass.kernels.bass.refill import NO_ROOM, OTHER_PLACES, keep_hand, keep_notes, refill_notes, take_heights
 from livebass.kernels.string.note import MADE
 from livebass.kernels.string.preparing import DONE, NOTE
 from livebass.plugin.instrument import instrument_file, tiers
@@ -193,6 +194,52 @@ def test_a_fret_that_chokes_notes_and_one_that_does_so_no_more() -> None:
     assert refill_notes(shop.pool.ctypes.data, 21, 21) == DONE
     assert same(rows(own_pool(shop)), usual)
     assert np.array_equal(shop.image.words.view(np.int64), file.view(np.int64))
+
+
+def row(pool: Pool, op: np.void, name: str) -> Floats:
+    """The heights of an operator's contact points, or those of the hand."""
+    first = (int(op[name]) - pool.memory.ctypes.data) // 8
+    return pool.memory[first : first + int(op["points"])].copy()
+
+
+def test_measured_heights_are_written_one_by_one() -> None:
+    """Frets that were filed, of a neck with measured heights: the hand stays on the open string."""
+    usual = bass_of("paper-bass", {})
+    filed = tuple(h - 0.1e-3 * (k in (4, 9)) for k, h in enumerate(usual.necks[1].fret_heights))
+    wanted = replace(
+        usual, necks=tuple(replace(n, fret_heights=filed) if i == 1 else n for i, n in enumerate(usual.necks))
+    )
+    shop, anew = Workshop(usual), image(wanted, QUALITIES["live"]).pool(LIVE, RATE)
+    old = shop.image.pool(LIVE, RATE)
+
+    def change(bench: Bench) -> None:
+        first, count = (int(bench.record["string"][0, 1][name]) for name in ("frets", "frets_count"))
+        bench.numbers[first + 1 : first + 2 * count : 2] = filed
+
+    assert shop.keep(change) == DONE and take_heights(shop.pool.ctypes.data, 0, shop.notes) == DONE
+    ours = own_pool(shop)
+    for i, fret in np.ndindex(ours.records.shape):
+        op = ours.records[i, fret]
+        assert np.array_equal(row(ours, op, "heights"), row(anew, anew.records[i, fret], "heights"))
+        if fret == 0:
+            assert np.array_equal(row(ours, op, "hand_heights"), row(old, old.records[i, 0], "heights"))
+    assert not np.array_equal(row(ours, ours.records[1, 0], "heights"), row(old, old.records[1, 0], "heights"))
+
+
+def test_a_pool_built_anew_keeps_the_hand() -> None:
+    """Of a file that was changed in place: every row is that of the bass whose preset says which hand."""
+    preset, keys, change = HEIGHTS[0]
+    old, new = Workshop(bass_of(preset, {})), Workshop(bass_of(preset, {}))
+    assert new.keep(change) == DONE
+    measure_pool(new.pool.ctypes.data)
+    assert fill_pool(new.pool.ctypes.data) == DONE
+    wanted = bass_of(preset, keys)
+    anew = image(wanted, QUALITIES["live"].for_contact(wanted.loss, False)).pool(LIVE, RATE)
+    assert not same(rows(own_pool(new)), rows(anew))
+    assert keep_hand(new.pool.ctypes.data, old.pool.ctypes.data) == DONE
+    assert same(rows(own_pool(new)), rows(anew))
+    other = Workshop(bass_of("five-string", {}))
+    assert keep_hand(new.pool.ctypes.data, other.pool.ctypes.data) == OTHER_PLACES
 
 
 def test_what_takes_more_room_is_left_as_it_is() -> None:

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from support.wasm import QUANTUM, Module
 
 from livebass import QUALITIES, load_preset
 from livebass.arrays import Floats
@@ -13,8 +14,10 @@ from livebass.engine.engine import Engine
 from livebass.engine.image import Bass
 from livebass.engine.prepare import play_frames
 from livebass.kernels.bass.instrument import LIVE
-from livebass.kernels.string.records import PLUCK, THROW
-from livebass.kernels.string.told import begin_again
+from livebass.kernels.bass.records import BASS
+from livebass.kernels.string.records import PLUCK, STRING, THROW
+from livebass.kernels.string.told import TOLD, begin_again
+from livebass.plugin.instrument import instrument_file
 from livebass.units import OFF
 
 RATE = 48000
@@ -126,3 +129,24 @@ def test_more_events_than_there_is_room_for_are_told() -> None:
     engine.process(4000)
     with pytest.raises(LookupError, match="events since it was still"):
         engine.bass.told(0)
+
+
+def test_a_page_plays_the_last_note_again() -> None:
+    """In WebAssembly, on another bass: what a worker makes of the events is what was heard, bit for bit."""
+    page = Module(instrument_file(load_preset("paper-g")), RATE, told=64)
+    page.play(QUANTUM * 3)
+    page.send(500, 0x90, 48, 127)
+    page.send(3000, 0xE0, 0, 90)
+    heard = page.play(QUANTUM * 60)
+    string, other = (int(page.record(BASS, at)["string"][0]) for at in (page.bass, page.new_bass()))
+    voice = page.record(STRING, string)["voice"]
+    place, count = int(voice["told"]), int(voice["told_count"])
+    first = int(page.record(TOLD, place)["from_frame"])
+    assert first == 500 and 2 <= count <= 64
+    page.call("begin_again", other, place)
+    frames = 63 * QUANTUM - first
+    out = page.place(8 * frames)
+    ops, frets = int(page.record(BASS, page.bass)["operators"][0]), int(page.record(BASS, page.bass)["frets"])
+    assert page.call("run_string", other, ops, frets, place + TOLD.itemsize, count, out, 0, frames) == count
+    again = page.bytes(out, 8 * frames).view(np.float64).astype(np.float32)
+    assert np.array_equal(again, heard[first - 3 * QUANTUM :]) and abs(again).max() > 0.01
