@@ -222,6 +222,7 @@ parameter("vibrato", "Vibrato", "Playing")
 EFFECTS = ("compression", "drive")  # knobs of the effects behind the DI, by number; 0: as the bass has it
 for knob in EFFECTS:
     parameter(knob, knob.capitalize(), "Effects")
+parameter("cores", "Cores", "Processor", least=1.0, most=4.0, usual=1.0, whole=True)  # with threads of one's own
 
 # --- number keys of the page and of a terminal ---
 

@@ -16,7 +16,6 @@ pluck. `waveforms` tells how near, of the same sounds.
 from __future__ import annotations
 
 import itertools
-import os
 from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
@@ -26,6 +25,7 @@ import numpy as np
 from livebass.analysis.sound import RANGE, characteristic_frequencies, spectrogram
 from livebass.arrays import Floats
 from livebass.bench.measure import Result, Row
+from livebass.cores import core_count
 from livebass.engine.engine import Engine
 from livebass.live.worst import ALL_SOUND_OFF, CONTROL, NOTE_ON, even
 from livebass.model.instrument import Instrument
@@ -141,7 +141,7 @@ def played(
 
     jobs = list(itertools.product(groups, plucks))
     found: dict[int, list[tuple[Floats, int]]] = {}
-    with ThreadPoolExecutor(workers or os.cpu_count() or 1) as pool:
+    with ThreadPoolExecutor(workers or core_count()) as pool:
         for (group, _), heard in zip(jobs, pool.map(play, jobs), strict=True):
             for k, one in zip(group, heard, strict=True):
                 found.setdefault(k, []).append(one)

@@ -9,7 +9,6 @@ in between; the best run is the one whose worst block took least.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -31,6 +30,7 @@ from livebass.bench.fidelity import (
     waveforms,
 )
 from livebass.bench.measure import OtherLoad, Result, Row, heading, load_lines
+from livebass.cores import core_count
 from livebass.engine.prepare import whole_contact_rate
 from livebass.live.worst import HAND_NAMES, LINE, block_times, even, hand_blocks, worst_case
 from livebass.model.instrument import Instrument, speaking
@@ -84,7 +84,7 @@ def bench_live(preset: str = "jazz-finger", progress: Say = silent, extent: Exte
         for block in extent.blocks:
             progress(f"{quality}, {block} frames")
             rows.append(_quality_row(bass, quality, block, extent))
-    every = min(os.cpu_count() or 1, len(bass.strings))
+    every = min(core_count(), len(bass.strings))
     for name in extent.qualities if every > 1 else ():
         progress(f"{name}, {TEAM_BLOCK} frames, {every} cores")
         tier = QUALITIES[name]

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from livebass import __version__
+from livebass.cores import core_count
 from livebass.engine.prepare import whole_contact_rate
 from livebass.model.quality import QUALITIES
 from livebass.model.trial import Trial, in_quality
@@ -83,7 +84,7 @@ def _machine() -> dict[str, Any]:
         load = os.getloadavg()[0]
     return {
         "cpu": name,
-        "cores": os.cpu_count(),
+        "cores": core_count(),
         "system": f"{platform.system()} {platform.machine()}",
         "python": platform.python_version(),
         "numpy": np.__version__,

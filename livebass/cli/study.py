@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -15,6 +14,7 @@ from livebass.cli.options import CREATED, count_option, file_option, folder_opti
 from livebass.cli.render import have_kernels, shown_progress
 from livebass.cli.said import say
 from livebass.cli.values import CONTACT_RATE, MODES, RATE, Number, Quantity
+from livebass.cores import core_count
 from livebass.experiment.quantities import QUANTITIES, USUAL
 from livebass.extras import install
 from livebass.interrupts import INTERRUPTED
@@ -213,7 +213,7 @@ def sweep(
     sweeping.prepare(directory, file)
     results = sweeping.found(directory, points)
     try:
-        _complete(directory, points, results, workers or os.cpu_count() or 1, scheduler)
+        _complete(directory, points, results, workers or core_count(), scheduler)
         drawn: tuple[bytes, ...] = ()
         if draw:
             values = {name: _column(points, results, name) for name in quantities or USUAL}
@@ -378,7 +378,7 @@ def list_studies() -> None:
     "--duration", type=Quantity("time", 0.1, 10), help="Of each motion, instead of the study's own (mostly 1 s)."
 )
 @click.option(
-    "--workers", type=Number("count", 1, 256, whole=True), default=os.cpu_count() or 1, show_default="cores",
+    "--workers", type=Number("count", 1, 256, whole=True), default=core_count(), show_default="cores",
     help="Motions computed side by side.",
 )  # fmt: skip
 def run(names: tuple[str, ...], output: Path, json_file: Path | None, duration: float | None, workers: int) -> None:

@@ -80,6 +80,13 @@ LEVELS = {
 }
 
 
+# Functions, by file and C name, that run once a bass or a message, and not while it sounds: compiled for size
+SMALL = re.compile(
+    r"(lb_(fill|measure|check|new|jack)_|(preparing|note|coil|answers|bench|check|pool|setup|strings|instrument|law|fourier"
+    r"|response|floor|glide|ahead|thumb|desk|controls|messages|notes)\.)"
+)
+
+
 def program(progress: processes.Progress = processes.silent) -> str:
     """Returns the program that LLVM compiles: `packed_program`."""
     return gzip.decompress(packed_program(progress)).decode()
@@ -122,6 +129,8 @@ def emit(
     for function in module.functions:
         if not function.is_declaration and not function.name.startswith("lb_"):
             function.linkage = "internal"
+        if not function.is_declaration and SMALL.match(function.name):
+            function.add_function_attribute("optsize")
     module.verify()
     options = llvm.create_pipeline_tuning_options(speed_level=3)
     options.loop_vectorization, options.loop_interleaving, options.loop_unrolling = True, True, True

@@ -17,7 +17,6 @@ import gc
 import hashlib
 import importlib
 import json
-import os
 import re
 import sys
 from collections.abc import Iterable, Iterator, Mapping
@@ -26,6 +25,7 @@ from types import CodeType, FunctionType, ModuleType
 from typing import Any
 
 from livebass.compiling import ENTRIES, Entry, processes, store
+from livebass.cores import core_count
 
 LLVM_TYPES = {
     "void": "void", "voidptr": "ptr", "int32": "i32", "uint32": "i32", "int64": "i64", "uint64": "i64",
@@ -50,7 +50,7 @@ def program(progress: processes.Progress = processes.silent, parts: int | None =
     `progress` is called with the part that is done; `parts`: by how many processes, one or two. Raises
     processes.Failed.
     """
-    parts = parts or min(os.cpu_count() or 1, 2)
+    parts = parts or min(core_count(), 2)
     done = [0.0] * parts
 
     def of(part: int) -> dict[str, dict[str, str]]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import os
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -13,6 +12,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from livebass.cores import core_count
 from livebass.engine.image import frets_of, image
 from livebass.engine.prepare import (
     Pool,
@@ -158,7 +158,8 @@ class Engine(Playing):
 
         `rate` is a whole number of Hz from 8000 to 192000.
         `seed` picks the little differences from note to note of a player who has them (`Player.unevenness`).
-        `workers` threads compute strings side by side (default: as many as cores, at most one a string).
+        `workers` threads compute strings side by side (default: one for each core that the process may use,
+        at most one a string).
         [main thread]
         """
         checked_rate(rate)
@@ -170,7 +171,7 @@ class Engine(Playing):
         self.image = image(instrument, quality, coarse)
         self.numbers = self.image.numbers
         self.pools = [self.image.pool(tier, rate) for tier in ([LIVE, COARSE] if coarse else [LIVE])]
-        self.workers = workers or min(len(instrument.strings), os.cpu_count() or 1)
+        self.workers = workers or min(len(instrument.strings), core_count())
         self._begin(seed)
 
     def _begin(self, seed: int) -> None:

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import io
 import math
-import os
 import re
 from collections import deque
 from collections.abc import Generator
@@ -30,6 +29,7 @@ import soundfile
 from numpy.typing import NDArray
 
 from livebass.audiofile import SUBTYPES, AudioWriter, encoding
+from livebass.cores import core_count
 from livebass.engine.engine import Engine
 from livebass.engine.render import RenderError, mixed, string_names
 from livebass.files import Transaction, whole_directory
@@ -277,7 +277,7 @@ def _played(pack: Pack) -> Generator[tuple[Sample, NDArray[np.float32]], None, N
     def play(sample: Sample) -> NDArray[np.float32]:
         return played(engine.another(sample.seed), sample, pack.settings.length, stop)
 
-    cores, ahead = os.cpu_count() or 1, deque[tuple[Sample, Future[NDArray[np.float32]]]]()
+    cores, ahead = core_count(), deque[tuple[Sample, Future[NDArray[np.float32]]]]()
     with ThreadPoolExecutor(cores) as workers:
         try:
             for sample in pack.samples:

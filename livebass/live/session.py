@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import logging
 import math
-import os
 import threading
 import time
 from collections.abc import Callable, Mapping
@@ -20,6 +19,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from livebass.cores import core_count
 from livebass.interrupts import StopFlag
 from livebass.live.carried import prepared
 from livebass.live.control import control_table, meter_table, tuner_meters
@@ -268,7 +268,7 @@ class Session:
         Without real-time priority other programs can hold them up in the middle of a string, and the audio thread with
         them: then they help only if cores were asked for.
         """
-        cores = self.settings.cores or os.cpu_count() or 1
+        cores = self.settings.cores or core_count()
         refused = synth.start_helpers(min(cores, len(self.settings.instrument.strings)) - 1)
         if refused and self.settings.cores is None:
             synth.stop_helpers()

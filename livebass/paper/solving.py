@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, replace
@@ -10,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from livebass.analysis.motion import Solved
+from livebass.cores import core_count
 from livebass.engine.solve import solve_trial
 from livebass.model.trial import Motion, Trial
 
@@ -55,7 +55,7 @@ def solve_all(
         instant = replace(job.trial, duration=1 / job.trial.output_rate, states=())
         job.solver(instant)  # compiles, or loads the compiled code
     motions: dict[Job, Motion] = {}
-    with ThreadPoolExecutor(workers or os.cpu_count() or 1) as pool:
+    with ThreadPoolExecutor(workers or core_count()) as pool:
         futures = {pool.submit(job.solve): job for job in wanted}
         try:
             for future in as_completed(futures):

@@ -28,7 +28,7 @@ from livebass.plugin.systems import System, this_system
 BUILD_TIME = 45  # s, about
 C = Path(__file__).parent / "c"
 FLAGS = (
-    "-std=gnu11", "-O2", "-shared", "-s", "-fvisibility=hidden", "-ffp-contract=off", "-fno-math-errno",
+    "-std=gnu11", "-Os", "-shared", "-s", "-fvisibility=hidden", "-ffp-contract=off", "-fno-math-errno",
     "-Wall", "-Wextra", "-Werror",
 )  # fmt: skip
 LINKING = {"so": ("-fPIC", "-Wl,-z,now", "-Wl,-z,defs", "-lm", "-lpthread"), "dylib": ("-fPIC",), "dll": ()}

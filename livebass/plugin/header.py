@@ -18,8 +18,9 @@ from livebass.kernels.bass import setup as bass
 from livebass.kernels.pickup import coil
 from livebass.kernels.player import constants, parameters, performer
 from livebass.kernels.string import board, frets, preparing, records
+from livebass.live import priority
 from livebass.live.parameters import GROUPS, OUTPUTS, PARAMETERS, event
-from livebass.live.thread import ahead, block, ring, setup
+from livebass.live.thread import ahead, block, helpers, ring, setup
 from livebass.live.thread import records as live
 from livebass.model.keymap import KEYS
 from livebass.preset.programs import PROGRAMS
@@ -54,6 +55,7 @@ NUMBERS = {
     "LB_MOST_MESSAGES": live.MOST_MESSAGES,
     "LB_MOST_BASSES": techniques.MOST_BASSES,
     "LB_LEARNED": techniques.LEARNED,
+    "LB_PRIORITY": priority.PRIORITY,
     "LB_MOST_UNEVENNESS": parameters.MOST_UNEVENNESS,
     "LB_KIND_STRING_BEND": ring.STRING_BEND,
     "LB_KIND_NOTE_PLACE": ring.NOTE_PLACE,
@@ -75,7 +77,8 @@ NUMBERS = {
 ENTRIES: tuple[Entry, ...] = (
     check.check_file, check.checksum, pool.measure_pool, pool.fill_pool, bass.measure_bass,
     bass.fill_bass, setup.ring_bytes, setup.fill_synth, ring.push_message, ring.push_event, block.process,
-    block.return_to_clock, block.is_still, ahead.play_string, frets.over_frets, board.over_board,
+    block.return_to_clock, block.is_still, ahead.play_string, helpers.help_now, helpers.help_out, frets.over_frets,
+    board.over_board,
 )  # fmt: skip
 C_TYPES = {"i8": "int64_t", "f8": "double", "f4": "float", "i4": "int32_t", "u1": "uint8_t"}
 C_RESULTS = {"void": "void", "int64": "int64_t", "uint64": "uint64_t", "float64": "double"}

@@ -33,6 +33,7 @@ from livebass.web.layout import layout, record
 STATIC = Path(__file__).parent / "static"
 INDEX, SINGLE = "index.html", "livebass.html"
 BASSES, MODULE = "basses", "livebass.wasm"
+SCRIPTS = ("see.js", "song.js", "bench.js", "benchview.js", "app.js")  # of app.js, in their order
 SOURCES = ("app.js", "style.css", "worker.js", "worklet.js")
 TITLE, DATA = "<title>livebass</title>", '<script type="application/json" id="page">'
 HEAD = 1 << 16  # bytes of a page that hold both
@@ -98,7 +99,7 @@ def page_files(basses: dict[str, Instrument], quality: str, sources: Sources = N
         MODULE: build.module(),
         "worker.js": engine + text("maker.js").encode() + text("worker.js").encode(),
         "worklet.js": engine + text("worklet.js").encode(),
-        "app.js": (text("see.js") + text("bench.js") + text("benchview.js") + text("app.js")).encode(),
+        "app.js": "".join(text(name) for name in SCRIPTS).encode(),
         "style.css": text("style.css").encode(),
     }
     page = {
@@ -133,6 +134,7 @@ def shown(name: str, bass: Instrument) -> dict[str, Any]:
         "strings": [shown_string(s, neck) for s, neck in zip(bass.strings, bass.necks, strict=True)],
         "pickups": [shown_pickup(pickup, bass) for pickup in bass.output.pickups],
         "body": bass.strings[0].length - BODY,
+        "pluck": [bass.player.pluck_nearest, bass.player.pluck_position, bass.player.pluck_farthest],
         "capo": round(12 * math.log2(1 + bass.necks[0].capo / bass.strings[0].length)),  # its fret, from the nut
         "frets": min(len(neck.fret_positions) for neck in bass.necks),
         "fretless": bass.over_board,

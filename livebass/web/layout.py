@@ -13,7 +13,7 @@ from livebass.kernels.bass.check import GOOD, check_file
 from livebass.kernels.bass.instrument import ADDED, COARSE, FILE, MOST_PICKUPS, ROOM_OF_STROKES, TIER, TIERS
 from livebass.kernels.bass.pool import POOL, fill_pool, measure_pool
 from livebass.kernels.bass.records import BASS
-from livebass.kernels.bass.refill import NO_ROOM, OTHER_PLACES, keep_hand, keep_notes, refill_notes, take_heights
+from livebass.kernels.bass.refill import NO_ROOM, OTHER_PLACES, keep_notes, refill_notes, take_heights
 from livebass.kernels.bass.setup import BUILDING, fill_bass, measure_bass
 from livebass.kernels.player.constants import CONTROLLERS, FINGER, PICK
 from livebass.kernels.player.performer import FREE, MOST_STRINGS, PERFORMER
@@ -70,7 +70,7 @@ CALLED: tuple[Entry, ...] = (block.process, ahead.play_string, frets.over_frets,
 ENTRIES: tuple[Entry, ...] = (
     check_file, measure_pool, fill_pool, measure_bass, fill_bass, setup.ring_bytes, setup.fill_synth,
     ring.push_message, ring.push_event, block.relieve, sight.see_bass, begin_again, run_string,
-    set_neck, measure_bench, fill_bench, keep_notes, keep_hand, take_heights, refill_notes, *CALLED,
+    set_neck, measure_bench, fill_bench, keep_notes, take_heights, refill_notes, *CALLED,
 )  # fmt: skip
 
 

@@ -42,6 +42,7 @@ from livebass.bench.live import (
     most_that_fit,
 )
 from livebass.bench.measure import OtherLoad
+from livebass.cores import core_count
 from livebass.engine.engine import Engine
 from livebass.live.outputs import FakeDevice
 from livebass.live.synth import LiveBass, Synth
@@ -85,7 +86,7 @@ def test_all_is_measured_and_named(measured: tuple[dict[str, Any], list[str]]) -
         (tier, block) for tier in TINY.qualities for block in TINY.blocks
     ]
     assert [(row["tier"], row["block"], row["cores"]) for row in result["team"]] == [
-        (tier, 64, min(os.cpu_count() or 1, 4)) for tier in TINY.qualities if (os.cpu_count() or 1) > 1
+        (tier, 64, min(core_count(), 4)) for tier in TINY.qualities if (core_count()) > 1
     ]
     assert len(said) == len(set(said)) == 9 + len(result["team"])
     for row in [*result["rows"], *result["team"], result["moonshot"]]:

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.scores import SWITCH_KEYS
+from support.events import GAPS, LOUDEST, TOGETHER, random_message
 
 from livebass import QUALITIES, load_preset, preset_names
 from livebass.engine.engine import Engine
@@ -14,25 +14,6 @@ from livebass.score.score import score_of
 
 RATE = 48000
 EVENTS = 100_000  # in all presets together
-GAPS = (3, 50, 400)  # frames from one message to the next, on average, for a while
-TOGETHER = 25  # messages of one density, and of one channel
-CONTROLLERS = (1, 5, 6, 7, 9, 11, 16, 38, 64, 65, 68, 74, 98, 100, 101, 120, 121, 123, 126, 127)
-LOUDEST = 8.0  # times the loudest of single hard notes: pops lift strings twice as far, and bends tighten them
-
-
-def random_message(rng: np.random.Generator, channel: int) -> tuple[int, int, int]:
-    """A note on or off, a key switch, a controller, a bend or a pressure."""
-    value = int(rng.integers(128))
-    kind = rng.random()
-    if kind < 0.4:
-        return 0x90 | channel, int(rng.integers(20, 72)), max(value, 1)
-    if kind < 0.6:
-        return 0x80 | channel, int(rng.integers(20, 72)), value
-    if kind < 0.8:
-        return int(rng.choice([0x90, 0x80])) | channel, int(rng.choice(SWITCH_KEYS)), 100
-    if kind < 0.9:
-        return 0xB0 | channel, int(rng.choice(CONTROLLERS)), value
-    return int(rng.choice([0xE0, 0xE0, 0xD0])) | channel, value, int(rng.integers(128))
 
 
 def loudest_note(bass: Engine) -> float:

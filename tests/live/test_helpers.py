@@ -96,7 +96,7 @@ def test_a_session_has_one_a_core_that_is_left_and_a_string(
     cores: int | None, refused: str | None, wanted: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Of three cores; without real-time priority only as asked for."""
-    monkeypatch.setattr("os.cpu_count", lambda: 3)
+    monkeypatch.setattr("livebass.live.session.core_count", lambda: 3)
     monkeypatch.setattr("livebass.live.synth.make_realtime", lambda thread: refused)
     session = Session(Settings(without_noise("slap"), QUICK, cores=cores))
     synth = Synth(RATE)

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import ctypes as c
+import os
+import resource
 import shutil
 import subprocess
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import closing
 from dataclasses import replace
@@ -31,7 +34,20 @@ from support.clap import (
     tuning,
     value,
 )
-from support.plugins import DAMAGES, NOTES, PRESETS, RATE, check_binary, hard_score, midi_score, mono, rendered, written
+from support.plugins import (
+    DAMAGES,
+    NO_THREADS,
+    NOTES,
+    PRESETS,
+    RATE,
+    check_binary,
+    hard_score,
+    helpers,
+    midi_score,
+    mono,
+    rendered,
+    written,
+)
 from support.scores import SWITCH_KEYS
 
 from livebass import QUALITIES, Instrument, load_preset, score_of
@@ -46,7 +62,8 @@ from livebass.plugin.instrument import write_instrument
 from livebass.plugin.systems import SYSTEMS, this_system
 
 GAIN, TONE, POSITION, DYNAMICS, TECHNIQUE, DAMPING, UNEVENNESS, BEND_RANGE, BASS, QUALITY, AHEAD, RELIEF = range(12)
-PALM, VIBRATO, COMPRESSION, DRIVE = range(12, 16)
+PALM, VIBRATO, COMPRESSION, DRIVE, CORES = range(12, 17)
+NO_HELPERS = "one core plays: threads of the plugin's own need real-time priority, which the system refuses"
 
 
 @pytest.fixture(scope="module")
@@ -467,19 +484,19 @@ def test_a_session_brings_its_sound_back(folder: Path, plugin: Plugin) -> None:
     other.close()
 
 
-@pytest.mark.parametrize("less", [2, 4])
+@pytest.mark.parametrize("less", [1, 3, 5])
 def test_a_session_of_a_plugin_with_fewer_parameters_is_taken_over(folder: Path, plugin: Plugin, less: int) -> None:
-    """Older ones have twelve or fourteen parameters; what they do not have is as usual."""
+    """Older ones have twelve, fourteen or sixteen parameters; what they do not have is as usual."""
     plugin.set(TONE, -0.5)
     words = np.frombuffer(plugin.save(), np.int64).copy()
-    assert words[3] == len(PARAMETERS) == PALM + 4
+    assert words[3] == len(PARAMETERS) == CORES + 1
     older = np.concatenate([words[: -1 - less], words[-1:]])
     older[3] -= less
     older[-1:] = np.array([checksum(older.ctypes.data, len(older) - 1)], np.uint64).view(np.int64)
-    for number, wanted in ((PALM, 1.0), (DRIVE, 0.5), (TONE, 0.0)):
+    for number, wanted in ((PALM, 1.0), (DRIVE, 0.5), (CORES, 2.0), (TONE, 0.0)):
         plugin.set(number, wanted)
     assert plugin.load(older.tobytes())
-    assert [plugin.value(k) for k in (TONE, PALM, VIBRATO, COMPRESSION, DRIVE)] == [-0.5, 0, 0, 0, 0]
+    assert [plugin.value(k) for k in (TONE, PALM, VIBRATO, COMPRESSION, DRIVE, CORES)] == [-0.5, 0, 0, 0, 0, 1]
     plugin.set(PALM, 0.7)
     state = plugin.save()
     plugin.set(PALM, 0.0)
@@ -577,6 +594,124 @@ def test_running_ahead_changes_no_bit(folder: Path) -> None:
     plugin.close()
 
 
+@pytest.mark.parametrize(("preset", "name"), [("slap", MONO), ("paper-bass", STRINGS), ("fretless", MONO)])
+def test_threads_of_the_host_change_no_bit(folder: Path, preset: str, name: str) -> None:
+    """However many they are, and whatever the blocks; the host declines, or has none: as well."""
+    score = hard_score(notes=4 if preset == "fretless" else 12)
+
+    def played(pool: int, sizes: tuple[int, ...]) -> tuple[Floats, Plugin]:
+        plugin = Plugin(folder, name=name, active=False, pool=pool)
+        assert plugin.load_preset(preset)
+        plugin.activate()
+        sound = plugin.play(score, RATE // 2, sizes)
+        plugin.close()
+        return sound, plugin
+
+    alone, plugin = played(-1, (512,))
+    assert np.abs(alone).max() > 0.1 and not plugin.tasks
+    for pool, sizes in [(2, (512,)), (4, (4096, 3, 100)), (3, (64,)), (0, (512,))]:
+        sound, plugin = played(pool, sizes)
+        assert np.array_equal(sound, alone), (pool, sizes)
+        assert plugin.tasks and {*plugin.tasks} <= {2, 3, 4}, "a thread for one string is none too many"
+        assert (plugin.helped > 0.005) == (pool > 0)
+
+
+def test_offline_the_hosts_threads_are_not_asked(folder: Path) -> None:
+    plugin, score = Plugin(folder, pool=2), hard_score()
+    wanted = mono("jazz-finger", score)
+    plugin.offline()
+    assert np.array_equal(plugin.play(score, len(wanted)), wanted) and not plugin.tasks
+    plugin.close()
+
+
+def test_the_hosts_threads_play_on_after_a_reset_and_another_bass(folder: Path) -> None:
+    plugin, score = Plugin(folder, pool=2), hard_score()
+    plugin.set(CORES, 4)
+    for _ in range(2):
+        plugin.tasks.clear()
+        assert np.array_equal(plugin.play(score, RATE // 2), mono("jazz-finger", score)[: RATE // 2])
+        assert plugin.tasks and not plugin.asked and not helpers(), "none of the plugin's own besides"
+        plugin.plugin.reset(plugin.handle)
+    plugin.set(BASS, 1)
+    plugin.block(64)
+    plugin.work()
+    plugin.tasks.clear()
+    plugin.play(score, RATE)
+    assert plugin.tasks
+    plugin.close()
+
+
+def real_time(plugin: Plugin) -> bool:
+    """True if the system gave the threads that `plugin` asked for real-time priority."""
+    assert plugin.logged in ([], [NO_HELPERS])
+    return not plugin.logged
+
+
+@NO_THREADS
+def test_threads_of_its_own_change_no_bit_and_end(folder: Path) -> None:
+    score = hard_score()
+    wanted = mono("jazz-finger", score)
+    plugin = Plugin(folder)
+    assert plugin.value(CORES) == 1 and helpers() == 0
+    for cores in (2, 4, 2):
+        plugin.set(CORES, cores)
+        there = helpers()
+        plugin.block(0)
+        assert helpers() == there, "the audio thread starts none"
+        plugin.work()
+        own = min(cores, os.cpu_count() or 1) - 1 if real_time(plugin) else 0
+        assert helpers() == own
+        plugin.plugin.reset(plugin.handle)
+        assert np.array_equal(plugin.play(score, len(wanted), (64,)), wanted), cores
+        assert helpers() == own
+    plugin.offline()
+    plugin.block(64)
+    assert helpers() == 0, "none while the host renders"
+    plugin.offline(False)
+    plugin.block(64)
+    plugin.work()
+    assert helpers() == own
+    plugin.deactivate()
+    assert helpers() == 0
+    plugin.activate()
+    assert helpers() == own
+    plugin.set(CORES, 1)
+    plugin.block(0)
+    plugin.work()
+    assert helpers() == 0
+    plugin.set(CORES, 2)
+    plugin.block(0)
+    plugin.work()
+    plugin.close()
+    assert helpers() == 0
+
+
+REFUSED = """
+import os, sys
+from pathlib import Path
+from support.clap import Plugin
+from support.plugins import helpers
+plugin = Plugin(Path(sys.argv[1]))
+os.setuid(os.getuid() or 65534)
+plugin.set(16, 2)
+for _ in range(3):
+    plugin.block(64)
+    plugin.work()
+assert not helpers()
+print(*plugin.logged, sep="\\n")
+"""
+
+
+@NO_THREADS
+@pytest.mark.skipif(resource.getrlimit(resource.RLIMIT_RTPRIO)[0] > 0, reason="everyone may have real-time priority")
+def test_without_real_time_priority_it_says_so_once_and_plays_alone(folder: Path) -> None:
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
+    done = subprocess.run(
+        [sys.executable, "-c", REFUSED, folder], env=environment, capture_output=True, text=True, check=True
+    )
+    assert done.stdout == NO_HELPERS + "\n"
+
+
 @pytest.mark.parametrize("damage", DAMAGES.values(), ids=DAMAGES)
 def test_a_damaged_instrument_is_refused_with_one_line(
     folder: Path, tmp_path: Path, damage: Callable[[bytes], bytes]
@@ -614,15 +749,15 @@ def test_process_allocates_nothing(folder: Path, tmp_path: Path) -> None:
     source = Path(__file__).parents[1] / "support/claphost.c"
     host = tmp_path / "claphost"
     command = [*build.compiler(this_system()), "-O1", "-rdynamic", "-DCOUNT", f"-I{build.C}", source, "-o", host, "-lm"]
-    subprocess.run([*command, "-ldl"], check=True)
-    for seed in ("1", "2"):
-        done = subprocess.run([host, folder / "livebass.clap", "1", seed], capture_output=True, text=True)
+    subprocess.run([*command, "-ldl", "-lpthread"], check=True)
+    for seed, pool in (("1", "0"), ("2", "3")):
+        done = subprocess.run([host, folder / "livebass.clap", "1", seed, pool], capture_output=True, text=True)
         assert done.returncode == 0, done.stderr
         blocks, allocations, greatest = done.stdout.split()
         assert int(blocks) > 50 and allocations == "0" and 0 < float(greatest) < 1000
     written = [tmp_path / name for name in ("a.raw", "b.raw")]  # by the clock nothing changes: the same in every run
     for path in written:
-        subprocess.run([host, folder / "livebass.clap", "1", "2", path], check=True, capture_output=True)
+        subprocess.run([host, folder / "livebass.clap", "1", "2", "2", path], check=True, capture_output=True)
     assert written[0].stat().st_size > 100_000 and written[0].read_bytes() == written[1].read_bytes()
 
 

@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 from support import plugins
 from support.lv2 import Plugin
-from support.plugins import NOTES, RATE
+from support.plugins import NO_THREADS, NOTES, RATE, helpers
 
 from livebass import demo_score, load_preset, score_of
 from livebass.arrays import Floats
@@ -310,7 +310,7 @@ def test_the_turtle_tells_what_lists_and_automation_need(bundle: Path, tmp_path:
     names = [name for port in ports if "AudioPort" in port for name in re.findall(r'lv2:name "(.*?)"', port)]
     assert names == ["Out", *OUTPUTS]
     fixed = [s for port in ports if "notAutomatic" in port for s in re.findall(r'lv2:symbol "(.*?)"', port)]
-    assert fixed == 2 * ["bass", "quality", "running_ahead", "relief"]
+    assert fixed == 2 * ["bass", "quality", "running_ahead", "relief", "cores"]
 
 
 def test_hosts_show_what_keys_switch(tmp_path: Path) -> None:
@@ -526,3 +526,37 @@ def test_run_allocates_nothing(bundle: Path, tmp_path: Path) -> None:
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert done.stdout == "0\n"
+
+
+@NO_THREADS
+def test_the_worker_starts_threads_that_play_strings(bundle: Path) -> None:
+    score, wanted = hard("jazz-finger")
+    plugin = Plugin(bundle)
+    for cores, there in ((2.0, 1), (1.0, 0), (2.0, 1)):
+        plugin.controls["cores"].value = cores
+        plugin.block(0)
+        assert len(plugin.jobs) == 1
+        plugin.work()
+        plugin.block(0)
+        assert not plugin.jobs
+        if plugin.logged:
+            pytest.skip(plugin.logged[0])
+        assert helpers() == there
+    assert plugin.restore(plugin.save()) == 0  # as new, and they help still
+    assert np.array_equal(plugin.play(score, len(wanted), (64,)), wanted)
+    plugin.controls["freewheeling"].value = 1.0
+    plugin.block(64)
+    plugin.work()
+    assert helpers() == 0
+    plugin.controls["freewheeling"].value = 0.0
+    plugin.block(64)
+    plugin.work()
+    assert helpers() == 1
+    plugin.plugin.deactivate(plugin.handle)
+    assert helpers() == 0
+    plugin.plugin.activate(plugin.handle)
+    plugin.block(64)
+    plugin.work()
+    assert helpers() == 1
+    plugin.close()
+    assert helpers() == 0

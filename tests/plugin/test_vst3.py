@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import time
 from collections.abc import Sequence
@@ -14,7 +15,20 @@ import numpy as np
 import pytest
 from support import vst3 as low
 from support.clap import Plugin, note_off, note_on, value
-from support.plugins import DAMAGES, NOTES, PRESETS, RATE, hard_score, midi_score, mono, rendered, written
+from support.jack import wait_for
+from support.plugins import (
+    DAMAGES,
+    NO_THREADS,
+    NOTES,
+    PRESETS,
+    RATE,
+    hard_score,
+    helpers,
+    midi_score,
+    mono,
+    rendered,
+    written,
+)
 
 from livebass import load_preset
 from livebass.arrays import Floats
@@ -27,7 +41,7 @@ from livebass.score.score import Score
 pedalboard = pytest.importorskip("pedalboard")
 
 MONO, STRINGS = "livebass", "livebass strings"
-GAIN, TONE, BASS = 0, 1, 8
+GAIN, TONE, BASS, CORES = 0, 1, 8, 16
 CONTROLLERS, VOLUME, EXPRESSION, SUSTAIN, BEND = 1000, 7, 11, 64, 129  # hidden parameters
 OVERLOAD = 500
 
@@ -104,11 +118,11 @@ def test_parameters_and_presets_are_listed(plugin: Any) -> None:
     assert plugin.technique == "thumb on all" and plugin.gain_db == pytest.approx(-7.5)
 
 
-def test_the_bass_alone_is_not_automatable(bundle: Path) -> None:
+def test_bass_and_cores_are_not_automatable(bundle: Path) -> None:
     """A value between 0 and 1 is another bass once an instrument is added. The bass is the program of the list."""
     plugin = low.Plugin(bundle, low.STRINGS)
     flags = {number: info.flags for number, info in plugin.parameters().items() if number < len(PARAMETERS)}
-    assert [number for number, x in flags.items() if not x & low.CAN_AUTOMATE] == [BASS]
+    assert [number for number, x in flags.items() if not x & low.CAN_AUTOMATE] == [BASS, CORES]
     assert flags[BASS] == low.IS_LIST | low.IS_PROGRAM_CHANGE
     assert plugin.outputs_called() == list(OUTPUTS)
     plugin.close()
@@ -513,3 +527,27 @@ def test_bundles_of_ours_alone_are_replaced(tmp_path: Path, monkeypatch: pytest.
     (folder / "Contents/Resources/diary.txt").write_text("dear diary")
     with pytest.raises(OSError, match="holds other files"):
         vst3.write_bundle(basses, folder)
+
+
+@NO_THREADS
+def test_threads_of_its_own_change_no_bit_and_end(bundle: Path, capfd: Any) -> None:
+    """Hosts of VST3 have none to lend."""
+
+    def played(plugin: low.Plugin) -> Floats:
+        assert plugin.processor.call(8, c_uint8(0)) == plugin.processor.call(8, c_uint8(1)) == 0  # as new
+        notes = [[low.note_on(28 + 5 * (k % 4), 1.0, k)] if k < 12 else [] for k in range(200)]
+        return np.concatenate([plugin.block(64, events)[0, 0] for events in notes])
+
+    plugin = low.Plugin(bundle)
+    alone = played(plugin)
+    assert np.abs(alone).max() > 0.05 and not helpers()
+    for part in (1 / 3, 1.0):  # 2 cores, and 4
+        plugin.block(1, points=[(CORES, 0, part)])
+        own = min(round(1 + 3 * part), os.cpu_count() or 1) - 1
+        wait_for(lambda own=own: helpers() == own or capfd.readouterr().err)  # type: ignore[misc]
+        if not helpers():
+            pytest.skip("the system refuses them real-time priority")
+        assert np.array_equal(played(plugin), alone)
+    assert plugin.component.call(11, c_uint8(0)) == 0
+    assert not helpers()
+    plugin.close()

@@ -1,8 +1,9 @@
-/* A host of CLAP plugins for tests: claphost FILE.clap SECONDS SEED [OUT]
+/* A host of CLAP plugins for tests: claphost FILE.clap SECONDS SEED [THREADS [OUT]]
 
    Plays random events of every kind in blocks of random sizes, changes basses, saves and loads states, starts anew now
-   and then. Writes the sound to OUT, float32, the same in every run. Prints the number of blocks, the allocations made
-   within process() (counted when compiled with -DCOUNT), and the greatest sample. */
+   and then. It has THREADS for the tasks of plugins, if more than 0, and declines them now and then. Writes the sound to
+   OUT, float32, the same in every run. Prints the number of blocks, the allocations made within process() and tasks
+   (counted when compiled with -DCOUNT), and the greatest sample. With -DWITHIN the plugin is linked to it. */
 #include "clap_abi.h"
 
 #include <math.h>
@@ -15,9 +16,13 @@
 #define dlsym(library, name) ((void *)(intptr_t)GetProcAddress((HMODULE)(library), name))
 #else
 #include <dlfcn.h>
+#include <pthread.h>
+#endif
+#ifdef WITHIN
+extern const clap_plugin_entry clap_entry;
 #endif
 
-static int allocations;
+static _Atomic int allocations;
 static _Thread_local int inside;
 #ifdef COUNT
 extern void *__libc_malloc(size_t), *__libc_calloc(size_t, size_t), *__libc_realloc(void *, size_t);
@@ -56,9 +61,55 @@ static void say(const clap_host *h, int32_t severity, const char *line) {
     fprintf(stderr, "%s\n", line);
 }
 
+#ifndef _WIN32
+/* --- threads for tasks of plugins --- */
+
+static struct {
+    pthread_mutex_t lock;
+    pthread_cond_t given, done;
+    const clap_plugin *plugin;
+    const clap_thread_pool *tasks;
+    uint32_t next, count, left;
+} pool = {.lock = PTHREAD_MUTEX_INITIALIZER, .given = PTHREAD_COND_INITIALIZER, .done = PTHREAD_COND_INITIALIZER};
+
+static void *work(void *nothing) {
+    pthread_mutex_lock(&pool.lock);
+    for (;;) {
+        while (pool.next == pool.count) pthread_cond_wait(&pool.given, &pool.lock);
+        const uint32_t task = pool.next++;
+        pthread_mutex_unlock(&pool.lock);
+        inside = 1;
+        pool.tasks->exec(pool.plugin, task);
+        inside = 0;
+        pthread_mutex_lock(&pool.lock);
+        if (!--pool.left) pthread_cond_signal(&pool.done);
+    }
+    return nothing;
+}
+
+static bool share(const clap_host *h, uint32_t count) {
+    static uint32_t asked;
+    (void)h;
+    if (asked++ % 8 == 7) return false;
+    pthread_mutex_lock(&pool.lock);
+    pool.next = 0;
+    pool.count = pool.left = count;
+    pthread_cond_broadcast(&pool.given);
+    while (pool.left) pthread_cond_wait(&pool.done, &pool.lock);
+    pthread_mutex_unlock(&pool.lock);
+    return true;
+}
+#endif
+
+static int threads;
+
 static const void *extension(const clap_host *h, const char *id) {
     static const clap_host_log log = {say};
     (void)h;
+#ifndef _WIN32
+    static const clap_host_thread_pool sharing = {share};
+    if (threads && !strcmp(id, CLAP_THREAD_POOL)) return &sharing;
+#endif
     return strcmp(id, CLAP_LOG) ? 0 : &log;
 }
 
@@ -142,12 +193,17 @@ static void invent(event *e, const clap_plugin *p, const clap_params *params, ui
 
 int main(int count, char **words) {
     if (count < 4) return 2;
+#ifdef WITHIN
+    const clap_plugin_entry *entry = &clap_entry;
+#else
     void *library = dlopen(words[1], RTLD_NOW | RTLD_LOCAL);
     const clap_plugin_entry *entry = library ? dlsym(library, "clap_entry") : 0;
+#endif
     if (!entry || !entry->init(words[1])) return 3;
     const double seconds = atof(words[2]);
     seed = (uint32_t)atoi(words[3]);
-    FILE *out = count > 4 ? fopen(words[4], "wb") : 0;
+    threads = count > 4 ? atoi(words[4]) : 0;
+    FILE *out = count > 5 ? fopen(words[5], "wb") : 0;
     quiet = out != 0;
     const clap_plugin_factory *factory = entry->get_factory(CLAP_PLUGIN_FACTORY);
     const clap_host host = {CLAP_VERSION, 0, "claphost", "", "", "1", extension, nothing, nothing, ask};
@@ -156,6 +212,13 @@ int main(int count, char **words) {
     if (!p || !p->init(p) || !p->activate(p, RATE, 1, MOST) || !p->start_processing(p)) return 4;
     const clap_render *render = p->get_extension(p, CLAP_RENDER);
     if (quiet && !render->set(p, CLAP_OFFLINE)) return 4; /* relief and running ahead have a clock */
+#ifndef _WIN32
+    pool.plugin = p;
+    pool.tasks = p->get_extension(p, CLAP_THREAD_POOL);
+    pthread_t worker;
+    for (int k = 0; k < threads; k++)
+        if (pthread_create(&worker, 0, work, 0)) return 4;
+#endif
     const clap_params *params = p->get_extension(p, CLAP_PARAMS);
     const clap_state *states = p->get_extension(p, "clap.state");
     const clap_in_events in = {0, size, get};

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -11,15 +12,23 @@ from livebass.engine.engine import Engine
 from livebass.engine.prepare import modal_row, play_frames
 from livebass.kernels.string import tension
 from livebass.kernels.string.records import BLOCK, EVENT
+from livebass.model.neck import Admittance
+from livebass.model.quality import MOST_MODES
 from support.strings import yielding
 
 RATE = 48000
 YIELDS = " that yields"  # behind the name of a preset: with necks as `yielding` makes them
+RINGS_ON = " that rings on"  # the same: strings that lose nothing to speak of, on rigid necks
 
 
 @cache
 def engine(preset: str) -> Engine:
-    bass = load_preset(preset.removesuffix(YIELDS))
+    bass = load_preset(preset.removesuffix(YIELDS).removesuffix(RINGS_ON))
+    if preset.endswith(RINGS_ON):
+        lossless = {"measured_dampings": (1e-9,) * MOST_MODES, "extra_damping": 0.0, "extra_damping_slope": 0.0}
+        strings = tuple(replace(s, **lossless) for s in bass.strings)  # type: ignore[arg-type]
+        necks = tuple(replace(n, admittance=Admittance(), stop_conductance=0.0) for n in bass.necks)
+        bass = replace(bass, strings=strings, necks=necks)
     return Engine(yielding(bass) if preset.endswith(YIELDS) else bass, QUALITIES["live"], RATE)
 
 

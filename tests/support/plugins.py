@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import os
 import re
 import subprocess
+from contextlib import suppress
 from pathlib import Path
 from types import ModuleType
 
 import mido
 import numpy as np
+import pytest
 
 from livebass import QUALITIES, load_preset, render_to_array, score_of
 from livebass.arrays import Floats
+from livebass.cores import core_count
 from livebass.engine.render import mixed
+from livebass.plugin.systems import this_system
 from livebass.score.reading import read_score
 from livebass.score.score import Score
 
@@ -21,6 +26,9 @@ PRESETS = ("jazz-finger", "slap", "paper-bass", "fretless")
 TAIL = 0.1  # s
 MOST_BYTES = 890_000
 EXPORTED = ["GetPluginFactory", "ModuleEntry", "ModuleExit", "clap_entry", "lv2_descriptor"]
+NO_THREADS = pytest.mark.skipif(
+    this_system().ending != "so" or core_count() < 2, reason="plugins have no threads of their own here"
+)
 FADE = 0.02  # s, that render fades out at its end
 NOTES = [(0.05 * k, 0.3, 28 + 5 * (k % 4) + k // 4, 127 - 8 * k) for k in range(12)]
 DAMAGES = {
@@ -34,6 +42,15 @@ def written(plugin: ModuleType, folder: Path) -> Path:
     """Writes a bundle of PRESETS, by the module of a format, into `folder`; returns that."""
     plugin.write_bundle({name: load_preset(name) for name in PRESETS}, folder)
     return folder
+
+
+def helpers() -> int:
+    """How many threads of this process have real-time priority, as those of plugins have that play strings."""
+    policies = []
+    for number in os.listdir("/proc/self/task"):
+        with suppress(ProcessLookupError):
+            policies.append(os.sched_getscheduler(int(number)) & ~os.SCHED_RESET_ON_FORK)
+    return policies.count(os.SCHED_FIFO)
 
 
 def check_binary(file: Path) -> None:

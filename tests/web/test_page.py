@@ -12,6 +12,7 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
+import mido
 import numpy as np
 import pytest
 import soundfile
@@ -825,6 +826,8 @@ def test_forced_colours_keep_neck_and_meters(page: Any, scheme: str) -> None:
         page.execute_script("showMeters({load: 0.4, peak: 0.1, overload: 0, faults: 0, held: [3, -1, -1, -1]})")
         neck, frets = picture(page, "#neck"), int(page.execute_script("return $('neck').dataset.count"))
         lane = page.execute_script("return document.querySelector('.open').clientHeight")
+        body = page.find_element("css selector", ".body").rect
+        neck = neck[:, : round(body["x"] - page.find_element("id", "neck").rect["x"])]
         assert strokes_across(neck[round(0.2 * lane)]) == frets + 1  # and the nut
         cell = page.execute_script(
             "const r = document.querySelector('[data-fret=\"2\"]').getBoundingClientRect(); "
@@ -858,7 +861,7 @@ def test_it_fits_the_width(page: Any, width: int) -> None:
             used = "const r = $('neck').getBoundingClientRect(); return (r.right - r.left) / innerWidth"
             assert page.execute_script(used) > 0.9
             cells = page.find_elements("css selector", ".fret")
-            assert min(cell.size["width"] for cell in cells[:25]) >= 28
+            assert min(cell.size["width"] for cell in cells[:25]) >= (28 if width < 960 else 18)
             assert min(cell.size["height"] for cell in cells[:25]) >= 40
             keys = page.find_elements("css selector", "#piano button")
             assert len(keys) == 16 and min(key.size["width"] for key in keys) >= LEAST_TARGET
@@ -936,3 +939,397 @@ def test_firefox_plays_the_same_samples(addresses: dict[str, str], tmp_path: Pat
             fox.get(address)
             for preset in PINNED:
                 assert sound_hash(offline(fox.run, preset)) == PINNED[preset]["hash"]
+
+
+# --- what the strings do ---
+
+
+def pluck(driver: Any, string: int, fret: int, velocity: int) -> dict[str, Any]:
+    """Plays a note until the page has heard its first 0.3 s; returns what the page knows of it."""
+    before = driver.execute_script("return see.note.frame ?? -1")
+    driver.execute_script(
+        "const [string, fret, velocity] = arguments, cell = document.querySelector("
+        "`button[data-string='${string}'][data-fret='${fret}']`);"
+        "press('test', +cell.dataset.note, velocity, performance.now(), cell)",
+        string, fret, velocity,
+    )  # fmt: skip
+    heard = f"return see.note.frame > {before} && see.note.string === {string} && see.note.fret === {fret}"
+    heard += " && heardFrame() > see.note.frame + 0.3 * see.rate"
+    wait(lambda: driver.execute_script(heard))
+    note: dict[str, Any] = driver.execute_script("return see.note")
+    return note
+
+
+def lift(driver: Any) -> None:
+    driver.execute_script("release('test', performance.now())")
+
+
+def test_strings_move_and_frets_flash_where_they_are_hit(page: Any) -> None:
+    """A hard note hits frets beyond its own, a soft one none; the picture of the neck changes with the string."""
+    start(page)
+    rest = picture(page, ".stage")
+    page.execute_script(
+        "window.flashed = new Set(); const flash = see.flash.bind(see);"
+        "see.flash = (hit, now) => { flashed.add(`${hit.string} ${hit.fret}`); flash(hit, now); }"
+    )
+    soft = pluck(page, 2, 5, 20)
+    assert soft["contacts"] == [] and page.execute_script("return [...flashed]") == []
+    assert np.count_nonzero(np.abs(picture(page, ".stage") - rest) > 60) > 200
+    wait(lambda: text_of(page, "seen") == "D string: it touches nothing.")
+    lift(page)
+    hard = pluck(page, 2, 5, 127)
+    frets = {hit["fret"] for hit in hard["contacts"]}
+    assert frets and all(5 < fret <= 20 for fret in frets)
+    assert set(page.execute_script("return [...flashed]")) >= {f"2 {fret}" for fret in frets}
+    assert all(0 < hit["speed"] < 20 and hit["frame"] >= hard["frame"] for hit in hard["contacts"])
+    hardest = max(hard["contacts"], key=lambda hit: hit["speed"])["fret"]
+    wait(lambda: f"fret {hardest} hit hardest" in text_of(page, "seen"))
+    lift(page)
+
+
+def text_of(driver: Any, name: str) -> str:
+    return str(driver.execute_script("return $(arguments[0]).textContent", name))
+
+
+@pytest.mark.parametrize("preset", ["jazz-finger", "fretless"])
+def test_the_last_note_again_is_the_same_motion(page: Any, preset: str) -> None:
+    """Its contacts are those that were heard, to the step; its shapes are those that were seen, to the bit."""
+    page.execute_script("$('bass').value = arguments[0]; $('bass').dispatchEvent(new Event('change'))", preset)
+    start(page)
+    wait(lambda: page.execute_script("return playing === arguments[0]", preset))
+    page.execute_script(
+        "window.kept = []; const take = see.take.bind(see);"
+        "see.take = m => { kept.push([m.frame, m.sight.slice(0)]); return take(m); }"
+    )
+    note = pluck(page, 1, 3, 127)
+    page.find_element("id", "again").click()
+    wait(lambda: page.execute_script("return see.replay !== undefined"))
+    lift(page)
+    made = page.execute_script("const {hits, first, frame, length} = see.replay; return {hits, first, frame, length}")
+    began = note["frame"] - made["frame"]  # of the bass, by the synth's clock
+    end = began + made["first"] + made["length"]
+    heard = [(h["fret"], h["frame"] - began, h["speed"]) for h in note["contacts"] if h["frame"] < end]
+    again = [(h["fret"], h["frame"], h["speed"]) for h in made["hits"] if h["frame"] >= made["frame"]]
+    assert heard and len(again) - len(heard) < 3
+    assert [hit[::2] for hit in again[: len(heard)]] == [hit[::2] for hit in heard]
+    assert np.allclose([hit[1] for hit in again[: len(heard)]], [hit[1] for hit in heard], rtol=0, atol=1e-6)
+    same = page.execute_script(
+        """
+        const [began] = arguments, r = see.replay, of = see.record.fields.slot[0], size = see.slot.bytes;
+        let same = 0, other = 0;
+        for (const [frame, buffer] of kept) {
+          const k = frame - began - r.first - 1; // what is seen after a frame is its row
+          if (k < 0 || k >= r.length || !r.slots[3 * k]) continue;
+          const at = r.string * see.record.bytes + of, view = new DataView(buffer);
+          for (let slot = 0; slot < 2; slot++) {
+            if (!Number(view.getBigInt64(at + slot * size + see.slot.fields.on[0], true))) continue;
+            if (view.getFloat64(at + slot * size + see.slot.fields.length[0], true) !== r.slots[3 * k]) continue;
+            const u = new Float32Array(buffer, at + slot * size + see.slot.fields.u[0], see.seen);
+            if (u.every((x, j) => x === r.rows[k * see.seen + j])) same++;
+            else other++;
+          }
+        }
+        return [same, other];
+        """,
+        began,
+    )
+    assert same[0] >= 3 and same[1] == 0, same
+
+
+def test_slow_motion_goes_shape_by_shape_from_the_keyboard_too(page: Any) -> None:
+    start(page)
+    assert not page.find_element("id", "again").is_enabled()
+    pluck(page, 0, 0, 120)
+    page.find_element("id", "again").click()
+    wait(lambda: page.execute_script("return see.replay !== undefined"))
+    lift(page)
+    moment = page.find_element("id", "moment")
+    page.execute_script("$('moment').focus()")
+    before = page.execute_script("return see.replay.at")
+    chain(page).send_keys("\ue014").perform()  # to the right: one frame on
+    assert page.execute_script("return !rolling")
+    release = page.execute_script("return see.replay.frame - see.replay.first")
+    page.execute_script("$('moment').value = arguments[0]; $('moment').oninput()", release)
+    assert text_of(page, "moment-text") == "0.00 ms" and 0 < before < page.execute_script("return see.replay.length")
+    assert moment.get_attribute("aria-valuetext") == "0.00 ms after the release"
+    shapes = page.execute_script(
+        "const at = k => { see.goTo(k, 0); let found; see.eachString(({u}) => { found = [...u]; }); return found; };"
+        "return [at(arguments[0] / 2), at(arguments[0]), at(arguments[0] + 300)]",
+        release,
+    )
+    apex = [max(shape) for shape in shapes]
+    assert 1e-4 < apex[0] < apex[1] < 15e-3 and apex[1] > 5e-4 and apex[2] < apex[1], (
+        "the finger pulls, lets go, and the string moves on"
+    )
+    page.find_element("id", "now").click()
+    assert page.execute_script("return see.replay === undefined && $('moment').disabled")
+
+
+def test_a_picture_and_a_clip_of_the_last_note(page: Any) -> None:
+    page.execute_script("window.saved = []; keep = (blob, name) => saved.push([blob, name])")
+    start(page)
+    pluck(page, 0, 3, 120)
+    page.find_element("id", "again").click()
+    wait(lambda: page.execute_script("return see.replay !== undefined"))
+    lift(page)
+    page.execute_script(
+        "$('moment').value = see.replay.frame - see.replay.first + 0.01 * see.rate; $('moment').oninput()"
+    )
+    page.find_element("id", "picture").click()
+    wait(lambda: page.execute_script("return saved.length === 1"))
+    shot = page.execute_async_script(
+        "const [done] = arguments, reader = new FileReader();"
+        "reader.onload = () => done([reader.result, saved[0][1]]); reader.readAsDataURL(saved[0][0])"
+    )
+    from PIL import Image
+
+    made = Image.open(io.BytesIO(base64.b64decode(shot[0].partition(",")[2])))
+    assert made.size == (1600, 1000) and shot[1] == "livebass-jazz-finger-10.0ms.png"
+    assert len(set(made.convert("RGB").resize((80, 50)).getdata())) > 50, "something is drawn"
+    page.execute_script("$('slow').value = 0.5; $('slow').oninput()")
+    page.find_element("id", "clip").click()
+    wait(lambda: page.execute_script("return saved.length === 2"))
+    size, name = page.execute_script("return [saved[1][0].size, saved[1][1]]")
+    assert size > 5000 and name.rpartition(".")[2] in ("mp4", "webm")
+
+
+def test_pictures_show_the_pitch_that_sounds(page: Any) -> None:
+    start(page)
+    pluck(page, 1, 0, 60)
+    wait(lambda: text_of(page, "pitch").startswith("A1 "))
+    cents = int(text_of(page, "pitch").split()[1].replace("\u2212", "-"))
+    assert abs(cents) < 25
+    lift(page)
+
+
+def test_where_motion_is_not_wanted_strings_stay_and_flashes_are_held(page: Any) -> None:
+    with seen_by(page, prefers_reduced_motion="reduce"):
+        start(page)
+        rest = picture(page, ".stage")[:, 700:]
+        pluck(page, 3, 5, 20)  # it touches nothing
+        assert np.count_nonzero(np.abs(picture(page, ".stage")[:, 700:] - rest) > 60) == 0
+        lift(page)
+        page.execute_script("see.flash({string: 0, fret: 5, frame: 0, speed: 4}, performance.now())")
+        assert page.execute_script("see.fade(performance.now() + 200); return see.flashes.get('0 5').bright") == 1
+        assert page.execute_script("see.fade(performance.now() + 400); return see.flashes.size") == 0
+
+
+def test_a_phone_shows_one_picture_at_a_time(page: Any) -> None:
+    shown = "return ['side', 'note', 'spectrum'].filter(id => $(id).clientWidth > 0)"
+    with sized(page, 390, 844):
+        assert page.execute_script(shown) == ["side"]
+        for tab, name in (("Last note", "note"), ("Spectrum", "spectrum"), ("Side", "side")):
+            button = page.find_element("xpath", f"//div[@class='tabs']/button[text()='{tab}']")
+            button.click()
+            assert page.execute_script(shown) == [name] and button.get_attribute("aria-pressed") == "true"
+    with sized(page, 1280, 900):
+        assert page.execute_script(shown) == ["side", "note", "spectrum"]
+
+
+# --- songs and recordings ---
+
+
+def open_file(driver: Any, name: str, data: bytes, drop: bool = False) -> None:
+    """Gives the page a file: by its button's input, or dropped on it."""
+    script = (
+        "const [name, data, drop] = arguments, bytes = Uint8Array.from(atob(data), c => c.charCodeAt(0));"
+        "const file = new File([bytes], name);"
+        "const held = new DataTransfer(); held.items.add(file);"
+        "const how = {dataTransfer: held, bubbles: true, cancelable: true};"
+        "if (drop) document.body.dispatchEvent(new DragEvent('drop', how));"
+        "else { $('song-file').files = held.files; $('song-file').dispatchEvent(new Event('change')); }"
+    )
+    driver.execute_script(script, name, base64.b64encode(data).decode(), drop)
+
+
+def midi_file(*tracks: list[Any], kind: int = 1) -> bytes:
+    file, out = mido.MidiFile(type=kind), io.BytesIO()
+    for messages in tracks:
+        file.tracks.append(mido.MidiTrack(messages))
+    file.save(file=out)
+    return out.getvalue()
+
+
+def song_of(notes: list[int], length: int = 240) -> list[Any]:
+    """Notes one after the other, of `length` ticks (480 a quarter) each."""
+    found = [mido.MetaMessage("track_name", name="Bass"), mido.Message("program_change", program=33, channel=2)]
+    for note in notes:
+        found += [
+            mido.Message("note_on", note=note, velocity=90, channel=2),
+            mido.Message("note_off", note=note, channel=2, time=length),
+        ]
+    return found
+
+
+NOTES = [28, 31, 33, 35, 38, 40]
+
+
+@pytest.mark.parametrize("drop", [False, True])
+def test_a_midi_file_plays_all_its_notes_in_time(page: Any, drop: bool) -> None:
+    drums = [mido.Message("note_on", note=36, channel=9), mido.Message("note_off", note=36, channel=9, time=960)]
+    tempo = [mido.MetaMessage("set_tempo", tempo=400_000), mido.MetaMessage("set_tempo", tempo=600_000, time=480)]
+    data = midi_file(tempo, drums, song_of(NOTES))
+    page.execute_script("window.sent = []; const post = send; send = (t, midi, s, frame) => "
+                        "{ sent.push([...midi, frame]); post(t, midi, s, frame); }")  # fmt: skip
+    open_file(page, "song.mid", data, drop)
+    wait(lambda: "channel 3 plays" in text_of(page, "song-text"))
+    assert page.execute_script("return [...$('part').options].map(o => o.text)") == [
+        "Channel 3, Bass: 6 notes", "Channel 10: 1 note",
+    ]  # fmt: skip
+    page.find_element("id", "roll").click()
+    wait(lambda: text_of(page, "roll") == "Play" and page.execute_script("return sent.length") >= 12)
+    found = page.execute_script("return sent")
+    assert [m[1] for m in found if m[0] == 0x90] == NOTES and [m[1] for m in found if m[0] == 0x80] == NOTES
+    rate = page.execute_script("return context.sampleRate")
+    frames = np.array([m[3] for m in found if m[0] == 0x90])
+    assert np.allclose((frames - frames[0]) / rate, [0, 0.2, 0.4, 0.7, 1.0, 1.3], atol=1e-3)
+
+
+def test_a_song_loops_until_it_is_stopped(page: Any) -> None:
+    open_file(page, "song.mid", midi_file(song_of([28, 40], 480)))
+    wait(lambda: page.find_element("id", "roll").is_enabled())
+    page.execute_script(
+        "window.notes = []; const take = see.take.bind(see);see.take = m => { notes.push(...m.notes); return take(m); }"
+    )
+    page.find_element("id", "loop").click()
+    page.find_element("id", "roll").click()
+    wait(lambda: page.execute_script("return notes.length") >= 3 * 5)
+    page.find_element("id", "roll").click()
+    wait(lambda: text(page, "level-text") == "silent")
+    played = page.execute_script("return notes.length")
+    time.sleep(1.2)
+    assert page.execute_script("return notes.length") == played
+
+
+@pytest.mark.parametrize(
+    ("data", "says"),
+    [
+        (b"no MIDI", "is no MIDI file"),
+        (b"", "is no MIDI file"),
+        (midi_file([mido.MetaMessage("text", text="nothing")]), "has no notes"),
+        (midi_file(song_of(NOTES))[:40], "ends in the middle of a message"),
+    ],
+)
+def test_what_is_no_song_gets_one_line(page: Any, data: bytes, says: str) -> None:
+    open_file(page, "bad.mid", data)
+    wait(lambda: text_of(page, "song-text") == f"bad.mid: {says}" or says in text_of(page, "song-text"))
+    assert text_of(page, "song-text").startswith("bad.mid: ")
+
+
+def test_a_recording_is_what_was_heard(page: Any) -> None:
+    page.execute_script("window.saved = []; keep = (blob, name) => saved.push([blob, name])")
+    start(page)
+    page.find_element("id", "record").click()
+    wait(lambda: text_of(page, "record") == "Stop and save")
+    pluck(page, 0, 0, 110)
+    page.find_element("id", "record").click()
+    wait(lambda: page.execute_script("return saved.length === 1"))
+    lift(page)
+    data, name = page.execute_async_script(
+        "const [done] = arguments, reader = new FileReader();"
+        "reader.onload = () => done([reader.result, saved[0][1]]); reader.readAsDataURL(saved[0][0])"
+    )
+    sound, rate = soundfile.read(io.BytesIO(base64.b64decode(data.partition(",")[2])), dtype="float32")
+    assert name == "livebass-jazz-finger.wav" and rate == page.execute_script("return context.sampleRate")
+    assert sound.ndim == 1 and len(sound) > 0.3 * rate and 0.05 < np.abs(sound).max() < 1.5
+    steps = np.abs(np.diff(sound.astype(float)))
+    assert steps.max() < 0.25, "no quantum is missing"
+
+
+# --- two hands ---
+
+
+class Glass:
+    """A touch screen, on which time goes as the test says: events come `after` ms after the last one."""
+
+    def __init__(self, driver: Any) -> None:
+        self.driver = driver
+        self.now = float(driver.execute_script("return performance.now()"))
+
+    def touch(self, kind: str, finger: int, place: tuple[float, float], after: float = 20.0) -> None:
+        """A pointer event of a finger, by number, "down", "move" or "up"."""
+        self.now += after
+        self.driver.execute_script(
+            "const [kind, pointerId, x, y, time] = arguments, where = {clientX: x, clientY: y, bubbles: true};"
+            "const e = new PointerEvent('pointer' + kind, {pointerId, pointerType: 'touch', ...where});"
+            "Object.defineProperty(e, 'timeStamp', {value: time}); document.elementFromPoint(x, y).dispatchEvent(e);",
+            kind, finger, *place, self.now,
+        )  # fmt: skip
+
+
+def middle_of(driver: Any, selector: str) -> tuple[float, float]:
+    box = driver.execute_script(
+        "const r = document.querySelector(arguments[0]).getBoundingClientRect();"
+        "return [r.left, r.top, r.width, r.height]",
+        selector,
+    )
+    return box[0] + box[2] / 2, box[1] + box[3] / 2
+
+
+SEND = """
+window.messages = [];
+const post = send;
+send = (time, midi, string, frame) => {
+  messages.push([midi[0] & 0xf0, midi[1], midi[2], string]);
+  post(time, midi, string, frame);
+};
+"""
+
+
+def test_two_hands_fret_and_pluck(page: Any) -> None:
+    """A held fret plucks nothing; the other finger across the strings does, harder when it is faster."""
+    start(page)
+    page.find_element("id", "hands").click()
+    page.execute_script(SEND)
+    glass = Glass(page)
+    left, (x, _) = middle_of(page, 'button[data-string="1"][data-fret="3"]'), middle_of(page, ".body")
+    lane = page.execute_script("return document.querySelector('.open').getBoundingClientRect().height")
+    glass.touch("down", 1, left)
+    assert page.execute_script("return messages") == []
+    assert page.execute_script("return document.querySelectorAll('.held').length") == 1
+    top = left[1] - 0.5 * lane
+
+    def across(ms: float) -> list[list[int]]:
+        page.execute_script("messages.length = 0")
+        glass.touch("down", 2, (x, top + 0.1 * lane), 300)
+        glass.touch("move", 2, (x, top + 0.9 * lane), ms)
+        glass.touch("move", 2, (x, top + 0.4 * lane), 10)  # too soon to be another pluck
+        glass.touch("up", 2, (x, top + 0.4 * lane), ms)
+        return list(page.execute_script("return messages.filter(m => m[0] === 0x90)"))
+
+    slow, fast = across(250), across(25)
+    assert [m[1] for m in slow + fast] == [36, 36] and [m[3] for m in slow + fast] == [1, 1]
+    assert 30 <= slow[0][2] < 60 < 120 < fast[0][2] <= 127
+    hear(page)
+    page.execute_script("messages.length = 0")
+    higher = middle_of(page, 'button[data-string="1"][data-fret="5"]')
+
+    def notes() -> list[list[int]]:
+        return list(page.execute_script("return messages.filter(m => m[0] < 0xa0).map(m => m.slice(0, 2))"))
+
+    glass.touch("down", 3, higher)  # hammered on
+    assert notes() == [[0x90, 38], [0x80, 36]]
+    glass.touch("up", 3, higher)  # pulled off
+    assert notes()[2:] == [[0x90, 36], [0x80, 38]]
+    glass.touch("up", 1, left)
+    assert notes()[4:] == [[0x80, 36]]
+    assert page.execute_script("return held.size") == 0
+
+
+def test_a_finger_on_the_body_plucks_open_strings_where_it_is_and_stops_them(page: Any) -> None:
+    start(page)
+    page.execute_script(SEND)
+    glass = Glass(page)
+    body = page.execute_script("return document.querySelector('.body').getBoundingClientRect().toJSON()")
+    lane = body["height"] / 4
+    for part, toward in ((0.15, "neck"), (0.9, "bridge")):
+        place = (body["left"] + part * body["width"], body["top"] + 3.5 * lane)
+        glass.touch("down", 1, place)
+        glass.touch("up", 1, place, 80)  # a tap
+        assert page.execute_script("return messages.at(-1).slice(0, 2)") == [0x90, 28]
+        wait(lambda toward=toward: text_of(page, "pluck_position-text") == f"to the {toward}")
+    hear(page)
+    page.execute_script("messages.length = 0")
+    glass.touch("down", 1, place)
+    glass.touch("up", 1, place, 800)  # it rested there
+    assert page.execute_script("return messages.map(m => m.slice(0, 2))") == [[0x80, 28]]

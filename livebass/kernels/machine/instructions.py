@@ -262,6 +262,12 @@ def _call(arguments: int) -> Any:
 
 # By its address a function is called without being compiled into the caller.
 @intrinsic
+def call_2(_context: Any, function: Any, a: Any, b: Any) -> Any:
+    """Calls void function(int64, int64)."""
+    return _call(2)
+
+
+@intrinsic
 def call_3(_context: Any, function: Any, a: Any, b: Any, c: Any) -> Any:
     """Calls void function(int64, int64, int64)."""
     return _call(3)

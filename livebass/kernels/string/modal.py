@@ -36,6 +36,8 @@ from livebass.compiling import compiled
 from livebass.kernels.machine.elementary import exp, sin_cos
 from livebass.kernels.string import operators
 from livebass.kernels.string.operators import (
+    MOST_LEFT,
+    SINGLE,
     coefficient_at,
     fine_coefficients,
     high_coefficient,
@@ -981,6 +983,13 @@ def narrow(w, n):
 
 
 @jit
+def left_by_leap(rows, decay):
+    """The part exp(-`decay`) of the motion that a leap leaves, in rows of float32 MOST_LEFT at most."""
+    left = exp(-decay)
+    return min(left, MOST_LEFT) if rows.q.itemsize == SINGLE else left
+
+
+@jit
 def retune_of(rows, kappas, omega, sigmas, op, n):
     fine = op.fine
     for j in range(n):
@@ -1004,7 +1013,7 @@ def retune_of(rows, kappas, omega, sigmas, op, n):
                 row = PART
                 k = op.part_steps
             h = k * fine
-            damp_k = exp(-sigma * h)
+            damp_k = left_by_leap(rows, sigma * h)
             sine, cosine = sin_cos(w_d * h)
             sin_k = damp_k * sine
             rows.leaps[row].a[j] = damp_k * cosine
@@ -1041,7 +1050,7 @@ def tune_of(rows, kappas, omega, sigmas, fine, steps, n):
         es = damp * (2.0 * sine * cosine)
         kappas[j] = es / w_d
         rows.pace[j] = w_d / es
-        damp_k = exp(-sigma * h)
+        damp_k = left_by_leap(rows, sigma * h)
         sine, cosine = sin_cos(w_d * h)
         sin_k = damp_k * sine
         rows.leaps[WHOLE].a[j] = damp_k * cosine

@@ -63,6 +63,9 @@ def number_at(address, op, j):
     return np.float64(high_part(address, op)[j - op.split])
 
 
+MOST_LEFT = 1.0 - 2.0**-22  # by a leap of a float32 mode: rounded coefficients must not make it grow
+
+
 @jit
 def put_number(address, op, j, x):
     """Sets number `j` of a mixed row at an address, rounded where it is float32."""

@@ -23,6 +23,7 @@ from livebass.kernels.string.operators import (
     KAPPA,
     KEPT,
     LEAPS,
+    MOST_LEFT,
     OMEGA,
     PACE,
     SIGMA,
@@ -337,6 +338,8 @@ def set_coefficients(work, note, op, rows, across):
                 steps = op.part_steps
                 row = LEAPS + 3 * PART
             damp = exp(-s * steps * dt)
+            if k >= op.split:
+                damp = min(damp, MOST_LEFT)
             turned = damp * sin(w * steps * dt)
             put_number(mixed_coefficient(rows, op, row), op, k, damp * cos(w * steps * dt))
             put_number(mixed_coefficient(rows, op, row + 1), op, k, turned / es)

@@ -6,6 +6,9 @@ helpers take strings from the word, one at a time, by one atomic instruction; th
 from the highest on, so that a string mostly stays in the cache of one core. Once none is left, the audio thread waits
 for those that a helper still plays. No lock is taken, and no thread is woken: a helper looks for work by itself, often
 while strings sound, and now and then through rests; until it looks the audio thread plays alone.
+
+A plugin may have a host with threads for that, which waits until they are done: they are told of the job first, and the
+audio thread then plays what is left, all if the host declined.
 """
 
 import numpy as np
@@ -13,6 +16,7 @@ import numpy as np
 from livebass.compiling import entry, jit
 from livebass.kernels.bass.records import bass_at
 from livebass.kernels.machine.native import (
+    call_2,
     float_control,
     flush_bits,
     load_acquire,
@@ -64,7 +68,8 @@ def count_of(strings):
 def play_strings(synth, b, strings, end):
     """Plays `strings` of `b`, a bit each, to its frame `end`: with helpers, if there are several. [audio thread]"""
     here, wanted = record_address(synth), count_of(strings)
-    if wanted < 2 or load_acquire(here + HELPERS) == 0:
+    pool = synth.team.pool
+    if wanted < 2 or (pool == 0 and load_acquire(here + HELPERS) == 0):
         for i in range(b.strings):
             if (strings >> i) & 1:
                 ahead.play_to(b, i, end)
@@ -74,6 +79,8 @@ def play_strings(synth, b, strings, end):
     store_release(here + DONE, 0)
     number = (load_acquire(here + JOB) >> MOST_STRINGS) + 1
     store_release(here + JOB, number << MOST_STRINGS | strings)
+    if pool != 0:
+        call_2(pool, synth.team.owner, wanted)
     own = np.int64(0)
     while True:
         word = load_acquire(here + JOB)
@@ -109,6 +116,19 @@ def add_to(address, more):
         word = load_acquire(address)
         if replace_word(address, word, word + more):
             return
+
+
+@entry("void(int64)")
+def help_now(address):
+    """C function: plays strings of the job of the synth at `address` until none is left.
+
+    For a thread of a host that was told of the job; one that comes late finds nothing, or strings of a later job.
+    """
+    before = float_control()
+    set_float_control(before | flush_bits())
+    while help_once(address):
+        pass
+    set_float_control(before)
 
 
 @entry("void(int64, int64)")

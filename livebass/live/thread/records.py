@@ -48,9 +48,11 @@ TEAM = np.dtype(
         ("done", "i8"),  # strings that helpers have played, of this job
         ("bass", "i8"),  # address
         ("end", "i8"),  # frame of the bass to which they are played
-        ("helpers", "i8"),  # threads that help now; 0: the audio thread plays all strings
+        ("helpers", "i8"),  # threads that help now; 0, and no pool: the audio thread plays all strings
         ("stop", "i8"),  # raised by Python: they end
         ("helped", "i8"),  # strings that helpers have played, in all jobs
+        ("pool", "i8"),  # address of a C function (owner, count): has a host's threads call help_now; 0: none
+        ("owner", "i8"),  # what that takes
         ("after", "i8", (8,)),
     ],
     align=True,
@@ -133,8 +135,9 @@ BLOCK_TIME, NEXT_BASS, FADED_BASS, CAPTURE_RING, PLAYED_RING, PANIC = (
     for name in ("block_time", "next_bass", "faded_bass", "capture_ring", "played_ring", "panic")
 )
 KNOBS_PLACE = field_offset(SYNTH, "knobs")
+TEAM_PLACE = field_offset(SYNTH, "team")
 JOB, DONE, HELPERS, STOP, HELPED = (
-    field_offset(SYNTH, "team") + field_offset(TEAM, name) for name in ("job", "done", "helpers", "stop", "helped")
+    TEAM_PLACE + field_offset(TEAM, name) for name in ("job", "done", "helpers", "stop", "helped")
 )
 
 

@@ -6,10 +6,11 @@ kernels/bass/setup.py makes its basses.
 from livebass.compiling import entry, jit
 from livebass.kernels.bass.instrument import clear_memory, lines
 from livebass.kernels.bass.records import WORD
-from livebass.live.thread.records import RINGS, SYNTH, synth_at
+from livebass.live.thread.records import RINGS, SYNTH, TEAM, TEAM_PLACE, synth_at
 from livebass.live.thread.ring import DATA, ENTRY
 
-SYNTH_BYTES = SYNTH.itemsize
+TEAM_END = TEAM_PLACE + TEAM.itemsize
+AFTER_TEAM = SYNTH.itemsize - TEAM_END
 
 
 @entry("int64(int64)")
@@ -23,9 +24,11 @@ def fill_synth(address, rings, size, rate, channel, gain, process):
     """Makes a synth without a bass, as new, of the SYNTH at an address, with rings of `size` messages.
 
     `rings` is the address of their memory; `process` that of block.process. It is heard on `channel` (0-15; -1: all),
-    at a linear `gain`; beyond full scale its sound is cut.
+    at a linear `gain`; beyond full scale its sound is cut. Its team stays, since threads may look at it: it must be
+    zeros the first time.
     """
-    clear_memory(address, SYNTH_BYTES)
+    clear_memory(address, TEAM_PLACE)
+    clear_memory(address + TEAM_END, AFTER_TEAM)
     clear_memory(rings, ring_bytes_of(size))
     synth = synth_at(address)
     synth.process = process

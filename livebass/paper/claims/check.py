@@ -6,7 +6,6 @@ The results are written as a text table, CSV, JSON and an HTML page.
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
@@ -16,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from livebass.analysis.motion import Solved
+from livebass.cores import core_count
 from livebass.paper.claims import runs, section_4_1, section_4_2, sections_2_3
 from livebass.paper.claims.expect import AXIS, ONE_PLUCK, SETUP, Claim, Exactly, Value, numbers
 from livebass.paper.claims.null import centres, lies_between, null_of, null_rate
@@ -134,7 +134,7 @@ def over_plucks(
         solved = {name: Solved(job.trial, job.solve()) for name, job in jobs.items()}
         return {claim.id: _measured(claim, solved) for claim in varied}
 
-    with ThreadPoolExecutor(workers or os.cpu_count() or 1) as pool:
+    with ThreadPoolExecutor(workers or core_count()) as pool:
         futures = [pool.submit(measure, pull) for pull in pulls]
         try:
             for future in as_completed(futures):

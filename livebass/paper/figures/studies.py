@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
@@ -10,6 +9,7 @@ from typing import Any
 
 from livebass import __version__
 from livebass.analysis.motion import Solved
+from livebass.cores import core_count
 from livebass.extras import install
 from livebass.files import Transaction, checked_place
 from livebass.paper.claims import check, runs
@@ -164,7 +164,7 @@ def run_studies(
             summaries[study.name] = output.write(directory / study.name, study, study.report(motions), about)
             step()
         result = {
-            "version": __version__, "duration_s": duration, "workers": workers or os.cpu_count() or 1,
+            "version": __version__, "duration_s": duration, "workers": workers or core_count(),
             "solutions": solutions, "studies": summaries, "wall_s": time.perf_counter() - began,
         }  # fmt: skip
         files.write(directory / PAGE, _page_over_all(directory, summaries).encode())

@@ -22,6 +22,7 @@ typedef struct {
     clap_plugin plugin; /* first: hosts know its address */
     const clap_host *host;
     const clap_host_log *log;
+    const clap_host_thread_pool *pool;
     int apart; /* has an output a string */
     int asked; /* on_main_thread() will be called */
     int overload, bass; /* the host was told so last */
@@ -41,11 +42,26 @@ static void ask(void *owner) {
     if (!__atomic_exchange_n(&c->asked, 1, __ATOMIC_ACQ_REL)) c->host->request_callback(c->host);
 }
 
+/* --- strings side by side --- */
+
+/* Has the host's threads call `help`, and waits for them; a host that declines does nothing. */
+static void share(int64_t owner, int64_t strings) {
+    const clap *c = (const clap *)(intptr_t)owner;
+    c->pool->request_exec(c->host, (uint32_t)strings);
+}
+
+static void help(const clap_plugin *p, uint32_t task) {
+    (void)task; /* any string */
+    lb_help(of(p)->instance.synth);
+}
+
 /* --- the plugin --- */
 
 static bool init(const clap_plugin *p) {
     clap *c = of(p);
     c->log = c->host->get_extension(c->host, CLAP_LOG);
+    c->pool = c->host->get_extension(c->host, CLAP_THREAD_POOL);
+    if (c->pool) c->instance.pool = share;
     return lb_open_instance(&c->instance, folder);
 }
 
@@ -364,6 +380,7 @@ static const void *extension(const clap_plugin *p, const char *id) {
     static const clap_render render = {needs_real_time, set_rendering};
     static const clap_frames late = {latency}, after = {tail};
     static const clap_preset_load presets = {preset};
+    static const clap_thread_pool pool = {help};
     static const struct {
         const char *id;
         const void *extension;
@@ -371,7 +388,7 @@ static const void *extension(const clap_plugin *p, const char *id) {
         {CLAP_AUDIO_PORTS, &audio}, {CLAP_NOTE_PORTS, &notes},    {CLAP_PARAMS, &params},
         {CLAP_STATE, &state},       {CLAP_RENDER, &render},       {CLAP_LATENCY, &late},
         {CLAP_TAIL, &after},        {CLAP_PRESET_LOAD, &presets}, {CLAP_PRESET_LOAD_DRAFT, &presets},
-        {CLAP_NOTE_NAMES, &names},
+        {CLAP_NOTE_NAMES, &names},  {CLAP_THREAD_POOL, &pool},
     };
     (void)p;
     for (size_t k = 0; k < sizeof all / sizeof *all; k++)

@@ -16,6 +16,7 @@
 #define CLAP_LATENCY "clap.latency"
 #define CLAP_TAIL "clap.tail"
 #define CLAP_LOG "clap.log"
+#define CLAP_THREAD_POOL "clap.thread-pool"
 #define CLAP_PRESET_LOAD "clap.preset-load/2"
 #define CLAP_PRESET_LOAD_DRAFT "clap.preset-load.draft/2"
 
@@ -247,6 +248,13 @@ enum { CLAP_LOG_ERROR = 3 };
 typedef struct {
     void (*log)(const clap_host *, int32_t severity, const char *line);
 } clap_host_log;
+
+typedef struct {
+    void (*exec)(const clap_plugin *, uint32_t task);
+} clap_thread_pool;
+typedef struct {
+    bool (*request_exec)(const clap_host *, uint32_t tasks);
+} clap_host_thread_pool;
 
 /* --- presets in the host's browser --- */
 

@@ -10,6 +10,7 @@
 #ifndef _WIN32
 #include <dirent.h>
 #include <time.h>
+#include <unistd.h>
 #endif
 
 #define LINE 64      /* bytes in a cache line */
@@ -263,8 +264,9 @@ static int read_clock(int which, int64_t time[2]) {
     return 0;
 }
 
-/* Without a clock strings neither run ahead nor are relieved. */
+/* Without a clock strings neither run ahead nor are relieved. Offline no host's threads help, either. */
 static void set_clock(lb_synth *s) {
+    s->record.team.pool = s->offline ? 0 : s->pool;
     s->record.adaptive = s->relief;
     s->record.clock = !s->offline && (s->relief || s->ahead) ? ADDRESS(read_clock) : 0;
 }
@@ -323,6 +325,7 @@ void lb_reset_synth(lb_synth *s) {
 
 void lb_free_synth(lb_synth *s) {
     if (!s) return;
+    lb_set_helpers(s, 0);
     free_others(s, 0);
     free_lines(s->rings);
     free(s);
@@ -409,6 +412,70 @@ void lb_play_strings(lb_synth *s, float *const *outs, int64_t n) {
     }
     memset(s->record.apart, 0, sizeof s->record.apart);
 }
+
+/* --- strings side by side --- */
+
+void lb_share(lb_synth *s, void (*pool)(int64_t, int64_t), void *owner) {
+    s->pool = ADDRESS(pool);
+    s->record.team.owner = ADDRESS(owner);
+    set_clock(s);
+}
+
+void lb_help(lb_synth *s) { s->kernels->help_now(ADDRESS(&s->record)); }
+
+#ifdef _WIN32
+int lb_set_helpers(lb_synth *s, int count) {
+    (void)s;
+    return !count;
+}
+#else
+struct lb_helper {
+    struct lb_helper *next;
+    lb_synth *synth;
+    pthread_t thread;
+};
+
+static void *help(void *helper) {
+    lb_synth *s = ((struct lb_helper *)helper)->synth;
+    s->kernels->help_out(ADDRESS(&s->record), ADDRESS(usleep));
+    return 0;
+}
+
+/* Starts one thread; returns 0 if the system does not let it have real-time priority. */
+static int start_helper(lb_synth *s) {
+    const struct sched_param priority = {.sched_priority = LB_PRIORITY};
+    struct lb_helper *h = calloc(1, sizeof *h);
+    pthread_attr_t how;
+    if (!h) return 0;
+    h->synth = s;
+    h->next = s->helpers;
+    pthread_attr_init(&how);
+    pthread_attr_setinheritsched(&how, PTHREAD_EXPLICIT_SCHED);
+    pthread_attr_setschedpolicy(&how, SCHED_FIFO);
+    const int good = !pthread_attr_setschedparam(&how, &priority) && !pthread_create(&h->thread, &how, help, h);
+    pthread_attr_destroy(&how);
+    if (good) s->helpers = h;
+    else free(h);
+    return good;
+}
+
+int lb_set_helpers(lb_synth *s, int count) {
+    int64_t *stop = &s->record.team.stop;
+    int good = 1;
+    const long left = sysconf(_SC_NPROCESSORS_ONLN) - 1;
+    enter();
+    __atomic_store_n(stop, 1, __ATOMIC_RELEASE);
+    for (struct lb_helper *h; (h = s->helpers); free(h)) {
+        pthread_join(h->thread, 0);
+        s->helpers = h->next;
+    }
+    __atomic_store_n(stop, 0, __ATOMIC_RELEASE);
+    for (int k = 0; k < count && k < left && good; k++) good = start_helper(s);
+    leave();
+    if (!good) lb_set_helpers(s, 0);
+    return good;
+}
+#endif
 
 int lb_is_still(const lb_synth *s) {
     const LB_SYNTH *r = &s->record;

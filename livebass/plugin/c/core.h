@@ -6,11 +6,16 @@
 /* The line in a host's log about a session whose instrument is missing. */
 #define LB_NOT_INSTALLED "the session's instrument is not installed: %.63s"
 
+/* The line about threads of one's own that the system refuses. */
+#define LB_NO_HELPERS "one core plays: threads of the plugin's own need real-time priority, which the system refuses"
+
 typedef struct lb_bass lb_bass;
 typedef struct {
     LB_SYNTH record; /* first: the kernels take its address */
     const lb_kernels *kernels;
     void *rings;
+    int64_t pool;               /* address of the function that has a host's threads play strings; 0: none */
+    struct lb_helper *helpers;  /* threads of its own that do */
     int offline, relief, ahead; /* ahead: the bass that was put on last can run ahead */
     int64_t busy;               /* the frame until which parameters and bends keep the kernels busy */
     float mix[LB_CHUNK];        /* of lb_play_strings */
@@ -72,6 +77,18 @@ void lb_play(lb_synth *, float *out, int64_t n);
 /* Plays n frames, each of the LB_STRINGS strings into its own output, where that is not 0; their sum in float32, string
    after string, is what lb_play gives, bit for bit while one bass plays. [audio thread] */
 void lb_play_strings(lb_synth *, float *const *outs, int64_t n);
+
+/* --- strings side by side: whoever plays them, the sound is the same bit for bit --- */
+
+/* From now on `pool` is called while a block plays: it may have other threads call lb_help until the strings, so many,
+   are played, and returns then, or at once if it has none. Not offline. [not while it plays] */
+void lb_share(lb_synth *, void (*pool)(int64_t owner, int64_t strings), void *owner);
+/* Plays strings of the present block, if some are left. [a thread of the pool] */
+void lb_help(lb_synth *);
+/* Ends the threads of its own that it has, and starts `count`, at most one a core that is left. Returns 0 if the system
+   refuses them real-time priority, without which other programs could hold up a string: then there are none, as on
+   Windows, where none rests for less than a block. [not the audio thread, but offline] */
+int lb_set_helpers(lb_synth *, int count);
 
 /* True if it plays nothing but zeros until something is sent to it. [audio thread] */
 int lb_is_still(const lb_synth *);

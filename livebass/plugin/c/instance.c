@@ -154,13 +154,28 @@ static lb_bass *load(lb_instance *i) {
     return b;
 }
 
+/* How many threads of its own shall play strings: none where the host has some, or renders. */
+static int wanted_helpers(const lb_instance *i) {
+    return i->pool || __atomic_load_n(&i->offline, __ATOMIC_RELAXED) ? 0 : (int)lb_value(i, LB_CORES) - 1;
+}
+
+static void see_to_helpers(lb_instance *i) {
+    const int wanted = wanted_helpers(i);
+    if (wanted == __atomic_load_n(&i->helpers, __ATOMIC_RELAXED)) return;
+    __atomic_store_n(&i->helpers, wanted, __ATOMIC_RELAXED);
+    if (!lb_set_helpers(i->synth, wanted)) i->complain(i->owner, LB_NO_HELPERS);
+}
+
 int lb_activate_instance(lb_instance *i, double rate) {
     lb_deactivate_instance(i);
     i->rate = rate;
     lb_bass *b = load(i);
     i->synth = b ? lb_new_synth(rate, i->kernels) : 0;
-    if (i->synth) lb_put_on(i->synth, b);
-    else lb_free_bass(b);
+    if (i->synth) {
+        lb_put_on(i->synth, b);
+        if (i->pool) lb_share(i->synth, i->pool, i->owner);
+        see_to_helpers(i);
+    } else lb_free_bass(b);
     forget_notes(i);
     i->programs = 0;
     i->changed = ~0u;
@@ -172,6 +187,7 @@ void lb_deactivate_instance(lb_instance *i) {
     lb_free_bass(i->ready);
     lb_free_bass(i->done);
     i->synth = 0;
+    i->helpers = 0;
     i->ready = i->done = 0;
 }
 
@@ -192,6 +208,7 @@ void lb_serve(lb_instance *i) {
         lb_bass *b = load(i);
         if (b) lb_free_bass(__atomic_exchange_n(&i->ready, b, __ATOMIC_ACQ_REL));
     }
+    if (i->synth) see_to_helpers(i);
     leave();
 }
 
@@ -233,7 +250,7 @@ static void change_bass(lb_instance *i) {
         busy = faded != 0;
         __atomic_store_n(&i->done, faded, __ATOMIC_RELEASE);
     }
-    if (busy || wants_other(i)) {
+    if (busy || wants_other(i) || wanted_helpers(i) != __atomic_load_n(&i->helpers, __ATOMIC_RELAXED)) {
         if (__atomic_load_n(&i->offline, __ATOMIC_RELAXED)) lb_serve(i);
         else i->ask(i->owner);
     }

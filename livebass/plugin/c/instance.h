@@ -18,6 +18,7 @@ typedef struct {
     void *owner;
     void (*complain)(void *owner, const char *line); /* says a line in the host's log. [any thread] */
     void (*ask)(void *owner);                        /* has another thread call lb_serve soon. [audio thread] */
+    void (*pool)(int64_t owner, int64_t strings);    /* has a host's threads play strings (lb_share); 0: it has none */
     const lb_kernels *kernels;
     lb_shelf *shelf;
     lb_synth *synth; /* 0 while the instance is not active */
@@ -27,6 +28,7 @@ typedef struct {
     char missing_name[LB_STATE_NAME];
     uint32_t changed; /* parameters that the synth has not been told yet, a bit each */
     int offline;      /* the host does not play in real time: a change of bass may be waited for */
+    int helpers;               /* threads of its own that play strings, or that the system refused */
     int64_t loaded;            /* which bass was loaded last, or could not be, as one word */
     lb_bass *ready, *done;     /* handed to the audio thread to play, and by it to be freed */
     int32_t note_ids[LB_KEYS]; /* the host's number of the last note of each key; -1: none */

@@ -16,7 +16,7 @@
 /* Ports: MIDI, the outputs, the parameters in the order of their numbers, freewheeling; overload, an output. */
 enum { MIDI, FIRST_OUT, FREEWHEELING = LB_PARAMETERS, CONTROLS };
 enum { LINE = 1500, NAME = 64, MIDNAM = 1 << 14 };
-enum { LOAD, FREE };
+enum { LOAD, FREE, HELP };
 
 typedef struct {
     int bass, quality, ahead;
@@ -26,6 +26,7 @@ typedef struct {
     int kind, generation; /* the answer is stale if p->generation has changed since */
     choice of;
     lb_bass *bass;
+    int cores;
 } job;
 
 typedef struct {
@@ -43,6 +44,7 @@ typedef struct {
     int loading;    /* a job of this generation is under way */
     int generation; /* changed by restore() and activate(): jobs before are void, the host may have dropped them */
     lb_bass *faded; /* waits for the worker to free it */
+    int cores;      /* that the worker was asked for last */
     int outputs;
     const lv2_sequence *midi;
     float *outs[LB_STRINGS];
@@ -81,6 +83,7 @@ static void cleanup(void *handle) {
 
 static void forget_ports(plugin *p) {
     p->programs = 0; /* the synth is as new */
+    p->cores = 1;
     p->seen = (choice){-1, -1, -1};
     for (int k = 0; k < LB_PARAMETERS; k++) p->sent[k] = NAN;
 }
@@ -150,6 +153,7 @@ static int is_stale(const plugin *p, const job *j) {
 
 static void activate(void *handle) {
     plugin *p = handle;
+    lb_set_helpers(p->synth, 0);
     lb_reset_synth(p->synth);
     void_jobs(p);
     forget_ports(p);
@@ -176,7 +180,7 @@ static void follow_ports(plugin *p) {
     p->seen = now;
     if (p->loading || lb_changing(p->synth) || !p->worker) return;
     if (!memcmp(&p->wanted, &p->playing, sizeof p->wanted)) return;
-    const job j = {LOAD, p->generation, p->wanted, 0};
+    const job j = {LOAD, p->generation, p->wanted, 0, 0};
     p->loading = p->worker->schedule(p->worker->handle, sizeof j, &j) == LV2_SUCCESS;
 }
 
@@ -205,8 +209,17 @@ static void send_midi(plugin *p) {
 
 /* Has the worker free a bass; returns 0 if the host takes no job. */
 static int free_elsewhere(const plugin *p, lb_bass *b) {
-    const job j = {FREE, 0, {0, 0, 0}, b};
+    const job j = {FREE, 0, {0, 0, 0}, b, 0};
     return p->worker->schedule(p->worker->handle, sizeof j, &j) == LV2_SUCCESS;
+}
+
+/* Has the worker start and end threads that play strings; none while the host renders. */
+static void follow_cores(plugin *p) {
+    const int asked = chosen(p, LB_CORES, (int)lb_parameters[LB_CORES].most + 1, 1);
+    const int cores = asked && !p->synth->offline ? asked : 1;
+    if (cores == p->cores || !p->worker) return;
+    const job j = {HELP, p->generation, {0, 0, 0}, 0, cores};
+    if (p->worker->schedule(p->worker->handle, sizeof j, &j) == LV2_SUCCESS) p->cores = cores;
 }
 
 /* Wants the bass of a program change that was played, as `play` does; one of none that is here changes nothing. */
@@ -224,6 +237,7 @@ static void run(void *handle, uint32_t frames) {
     plugin *p = handle;
     follow_ports(p);
     send_parameters(p);
+    follow_cores(p);
     send_midi(p);
     if (p->outputs > 1) lb_play_strings(p->synth, p->outs, frames);
     else if (p->outs[0]) lb_play(p->synth, p->outs[0], frames);
@@ -235,7 +249,11 @@ static void run(void *handle, uint32_t frames) {
     p->named = p->playing.bass;
 }
 
-static void deactivate(void *handle) { (void)handle; }
+static void deactivate(void *handle) {
+    plugin *p = handle;
+    void_jobs(p);
+    lb_set_helpers(p->synth, 0);
+}
 
 static int work(void *handle, lv2_respond respond, void *to, uint32_t size, const void *data) {
     plugin *p = handle;
@@ -247,6 +265,10 @@ static int work(void *handle, lv2_respond respond, void *to, uint32_t size, cons
         return LV2_SUCCESS;
     }
     if (is_stale(p, &j)) return LV2_SUCCESS;
+    if (j.kind == HELP) {
+        if (!lb_set_helpers(p->synth, j.cores - 1)) complain(p, LB_NO_HELPERS);
+        return LV2_SUCCESS;
+    }
     j.bass = load(p, j.of);
     return respond(to, sizeof j, &j);
 }

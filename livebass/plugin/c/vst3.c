@@ -690,7 +690,7 @@ static vst3_result parameter_info(void *self, int32_t index, vst3_parameter *p) 
     p->usual = normal(v, p->id, known->usual);
     /* A value between 0 and 1 is another bass on a longer shelf; sessions name it. The rest must be automatable to be seen:
        Ardour hides what is not, but for programs. */
-    p->flags = index == LB_BASS ? 0 : VST3_CAN_AUTOMATE;
+    p->flags = index == LB_BASS || index == LB_CORES ? 0 : VST3_CAN_AUTOMATE;
     if (known->whole) p->steps = (int32_t)(lb_most(&v->instance, index) - known->least);
     if (known->points || index == LB_BASS) p->flags |= VST3_IS_LIST;
     if (index == LB_BASS) p->flags |= VST3_IS_PROGRAM_CHANGE;

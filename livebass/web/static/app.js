@@ -11,7 +11,7 @@ const WARM = 400; // ms
 const FLOOR = -60; // dB
 const MOST_AHEAD = 0.5; // s
 const LONGEST_RESPONSE = 1; // s
-const LEAST_FRET = matchMedia("(pointer: coarse)").matches ? 30 : 20; // px
+const LEAST_FRET = {finger: 30, mouse: 20}; // px
 const BODY_PART = 26; // %, of the width, where not all frets are shown
 const LONG_PRESS = 400; // ms
 const MOST_LATE = 2000; // ms: what was pressed longer before the sound ran is forgotten
@@ -161,6 +161,10 @@ function hear({data}) {
     buildWanted();
   }
   if (there) return;
+  if (data.taped) {
+    taped(data);
+    return;
+  }
   if (data.recalled !== undefined) {
     recalled?.(data);
     return;
@@ -228,6 +232,8 @@ async function sound() {
 }
 
 function silence() {
+  stopSong();
+  if ($("record").ariaPressed === "true") switchRecording();
   letGo();
   showPower(false);
   panic();
@@ -331,16 +337,155 @@ function forceAt(cell, y) {
   return 30 + 97 * Math.min(1, Math.max(0, (y - top) / height));
 }
 
+// Two hands: fingers on the frets hold strings down, and a finger over the body plucks them. Each finger on a fret, by
+// its pointer: {string, fret}.
+const fingers = new Map();
+const withTwoHands = () => $("hands").ariaPressed === "true";
+const cellOf = (string, fret) => $("neck").querySelector(`button[data-string="${string}"][data-fret="${fret}"]`);
+const plucked = string => `string${string}`; // what sounds by the right hand is held as this
+
+// The fret at which the left hand holds a string: the highest; 0: it is open.
+const heldFret = string => Math.max(0, ...[...fingers.values()].filter(finger => finger.string === string).map(finger => finger.fret));
+
+// Plucks a string where the left hand holds it.
+function pluck(string, force, time) {
+  const fret = heldFret(string);
+  release(plucked(string), time);
+  press(plucked(string), bassCalled($("bass").value).strings[string].note + fret, force, time, cellOf(string, fret) || cellOf(string, 0));
+}
+
+// A finger of the left hand came, moved or left: what sounds there goes on from the fret that is held now, hammered on or
+// pulled off. An open string rings on when it was so before; one that a finger lets go of ends.
+function follow(string, time, lifted = false) {
+  const key = held.get(plucked(string)), fret = heldFret(string);
+  if (!key) return;
+  const note = bassCalled($("bass").value).strings[string].note + fret;
+  if (note === key.note) return;
+  if (lifted && !fret) {
+    release(plucked(string), time);
+    return;
+  }
+  const legato = WAYS.find(way => way.symbol === "legato"), number = legato && numberOf(legato);
+  const already = number === undefined || isOn(legato);
+  held.delete(plucked(string));
+  if (!already) changeBy([0xb0, number, 127]);
+  press(plucked(string), note, key.velocity, time, cellOf(string, fret) || cellOf(string, 0), key.clock);
+  lift(key, time);
+  if (!already) changeBy([0xb0, number, 0]);
+}
+
+function putFinger(id, cell, time) {
+  const before = fingers.get(id), now = cell && {string: +cell.dataset.string, fret: +cell.dataset.fret};
+  if (before && now && before.string === now.string && before.fret === now.fret) return;
+  if (now) fingers.set(id, now);
+  else fingers.delete(id);
+  if (before && (!now || now.string !== before.string)) follow(before.string, time, true);
+  if (now) follow(now.string, time);
+  showFingers();
+}
+
+function showFingers() {
+  $("neck").querySelectorAll(".held").forEach(cell => cell.classList.remove("held"));
+  for (const {string, fret} of fingers.values()) if (fret) cellOf(string, fret)?.classList.add("held");
+}
+
+// The right hand, over the body: a finger that comes down on a string that sounds stops it, one that goes across it
+// plucks it, the faster the harder, and there; one that only taps plucks it, too, lower on the string harder.
+const rights = new Map(); // by pointer: {y, time, began, string, crossed, plucked}
+const PLUCK_SPEED = 30; // lanes a second, of the hardest pluck
+const AGAIN = 40; // ms, from which on a finger can pluck a string again
+
+// The string whose lane is at `y`, px from the top of the neck, and how far down in it, 0 to 1.
+function laneAt(y) {
+  const {height} = $("neck").querySelector(".open").getBoundingClientRect(), count = bassCalled($("bass").value).strings.length;
+  const row = Math.min(count - 1, Math.max(0, Math.floor(y / height)));
+  return {string: count - 1 - row, part: y / height - row};
+}
+
+// Sets the place of the pluck to that of a finger: the part of the body that it is at.
+function pluckAt(x) {
+  const {left, right} = $("neck").querySelector(".body").getBoundingClientRect(), bass = bassCalled($("bass").value);
+  const [nearest, usual, farthest] = bass.pluck, length = bass.strings[0].length, begin = +$("neck").querySelector(".body").dataset.begin;
+  const aside = (begin + (length - begin) * (x - left) / (right - left)) / length - usual;
+  const value = aside * (farthest - usual) > 0 ? -aside / (farthest - usual) : nearest === usual ? 0 : aside / (nearest - usual);
+  $("pluck_position").value = Math.min(1, Math.max(-1, value));
+  $("pluck_position").oninput();
+}
+
+function rightDown(e) {
+  const y = e.clientY - $("neck").getBoundingClientRect().top, {string} = laneAt(y);
+  release(plucked(string), e.timeStamp);
+  rights.set(e.pointerId, {y, time: e.timeStamp, began: e.timeStamp, string, crossed: false, plucked: {}});
+}
+
+function rightMoves(e, finger) {
+  const y = e.clientY - $("neck").getBoundingClientRect().top, tall = $("neck").querySelector(".open").getBoundingClientRect().height;
+  const count = bassCalled($("bass").value).strings.length;
+  for (let string = 0; string < count; string++) {
+    const middle = (count - 0.5 - string) * tall;
+    const across = (finger.y - middle) * (y - middle) < 0;
+    if (!across || e.timeStamp - finger.plucked[string] < AGAIN) continue; // screens tell where a finger will be, and take it back
+    finger.plucked[string] = e.timeStamp;
+    const speed = Math.abs(y - finger.y) / tall / Math.max(1e-3, (e.timeStamp - finger.time) / 1000);
+    pluckAt(e.clientX);
+    pluck(string, 30 + 97 * Math.min(1, speed / PLUCK_SPEED), e.timeStamp);
+    finger.crossed = true;
+  }
+  Object.assign(finger, {y, time: e.timeStamp});
+}
+
+function rightUp(e, finger) {
+  rights.delete(e.pointerId);
+  if (finger.crossed || e.timeStamp - finger.began > LONG_PRESS) return;
+  const {string, part} = laneAt(finger.y);
+  pluckAt(e.clientX);
+  pluck(string, 30 + 97 * part, e.timeStamp);
+}
+
+$("neck").addEventListener("pointerdown", e => {
+  if (e.button || !e.target.closest(".body")) return;
+  if (e.target.hasPointerCapture(e.pointerId)) e.target.releasePointerCapture(e.pointerId);
+  rightDown(e);
+});
+addEventListener("pointermove", e => {
+  const finger = rights.get(e.pointerId);
+  if (finger) for (const one of e.getCoalescedEvents?.().length ? e.getCoalescedEvents() : [e]) rightMoves(one, finger);
+});
+for (const kind of ["pointerup", "pointercancel"])
+  addEventListener(kind, e => {
+    const finger = rights.get(e.pointerId);
+    if (finger) rightUp(e, finger);
+    if (fingers.has(e.pointerId)) putFinger(e.pointerId, undefined, e.timeStamp);
+  });
+$("hands").onclick = () => {
+  const on = !withTwoHands();
+  letGo();
+  fingers.clear();
+  showFingers();
+  $("hands").setAttribute("aria-pressed", on);
+  $("how").textContent = on ? "Hold strings down on the frets, and pluck them over the body: across, or by a tap."
+    : "Press low on a string to play it hard.";
+};
+
 for (const place of [$("neck"), $("piano")]) {
   const cellAt = e => document.elementFromPoint(e.clientX, e.clientY)?.closest("[data-note]");
   place.addEventListener("pointerdown", e => {
     const cell = e.target.closest("[data-note]");
     if (!cell || e.button) return;
-    e.target.releasePointerCapture?.(e.pointerId); // touch would keep it: a finger may slide on
+    if (e.target.hasPointerCapture?.(e.pointerId)) e.target.releasePointerCapture(e.pointerId); // touch would keep it: a finger may slide on
+    if (withTwoHands() && cell.dataset.string !== undefined) {
+      putFinger(e.pointerId, cell, e.timeStamp);
+      return;
+    }
     press("pointer" + e.pointerId, +cell.dataset.note, forceAt(cell, e.clientY), e.timeStamp, cell);
   });
   place.addEventListener("pointermove", e => {
     const id = "pointer" + e.pointerId, key = held.get(id);
+    if (fingers.has(e.pointerId)) {
+      const cell = cellAt(e);
+      if (cell?.dataset.string !== undefined) putFinger(e.pointerId, cell, e.timeStamp);
+      return;
+    }
     if (!key) return;
     const cell = cellAt(e);
     if (!cell || cell === key.cell) return;
@@ -591,10 +736,12 @@ const INLAYS = [3, 5, 7, 9, 12, 15, 17, 19, 21, 24]; // frets from the nut
 
 // How many frets fit, none narrower than a finger: all, with the rest of the string to scale, or some, and less of that.
 function fitting(width, frets) {
-  if (width * (2 ** (-(frets - 1) / 12) - 2 ** (-frets / 12)) >= LEAST_FRET) return frets;
+  const mouse = matchMedia("(min-width: 60rem)").matches && !matchMedia("(pointer: coarse)").matches;
+  const least = mouse ? LEAST_FRET.mouse : LEAST_FRET.finger;
+  if (width * (2 ** (-(frets - 1) / 12) - 2 ** (-frets / 12)) >= least) return frets;
   width *= 1 - BODY_PART / 100;
   let count = Math.min(frets - 1, 4);
-  while (count < frets - 1 && width * (2 ** (-count / 12) - 2 ** (-(count + 1) / 12)) / (1 - 2 ** (-(count + 1) / 12)) >= LEAST_FRET) count++;
+  while (count < frets - 1 && width * (2 ** (-count / 12) - 2 ** (-(count + 1) / 12)) / (1 - 2 ** (-(count + 1) / 12)) >= least) count++;
   return count;
 }
 
@@ -674,7 +821,7 @@ function bodyOf(bass, begin) {
 
 // Where a place (m from the nut) of a string is drawn on the neck, px; frets that are not shown are at its edges.
 function placing() {
-  const neck = $("neck"), at = neck.getBoundingClientRect().left, bass = bassCalled($("bass").value);
+  const neck = $("neck"), at = $("strings").getBoundingClientRect().left, bass = bassCalled($("bass").value);
   const cells = [...neck.querySelectorAll('.fret[data-string="0"]')], body = neck.querySelector(".body").getBoundingClientRect();
   const {frets, length} = bass.strings[0], begin = +neck.querySelector(".body").dataset.begin;
   const metres = [from ? frets[from - 1] : 0], pixels = [cells[0].getBoundingClientRect().left - at];
@@ -950,6 +1097,98 @@ function choosePicture(chosen) {
 choosePicture("side");
 for (const query of ["(prefers-color-scheme: light)", "(forced-colors: active)"])
   matchMedia(query).addEventListener("change", () => { see.needed = true; });
+
+// --- a song, and a recording ---
+
+const AHEAD = 0.15, LOOK_EVERY = 30; // s of a song that are sent ahead; ms between looks
+let song, songName = "", rollingFrom, songAt = 0, timer;
+
+// Opens a MIDI file and chooses the part that is a bass.
+async function openSong(file) {
+  stopSong();
+  song = new Song(await file.arrayBuffer());
+  songName = file.name;
+  $("part").replaceChildren(...song.parts().map(({channel, name, program, notes}) =>
+    new Option(`Channel ${channel + 1}${name ? `, ${name}` : ""}: ${notes} note${notes > 1 ? "s" : ""}`, channel)));
+  const bass = song.bass();
+  if (bass !== undefined) $("part").value = bass;
+  $("part").hidden = $("part").options.length < 2;
+  $("roll").disabled = $("loop").disabled = false;
+  const minutes = Math.floor(song.length / 60), seconds = String(Math.floor(song.length % 60)).padStart(2, "0");
+  const which = bass === undefined ? "no part is called a bass: choose one" : `channel ${bass + 1} plays`;
+  $("song-text").textContent = `${songName}, ${minutes}:${seconds}: ${which}.`;
+}
+
+async function rollSong() {
+  if (rollingFrom !== undefined) return stopSong();
+  await sound();
+  rollingFrom = context.currentTime + 0.1;
+  songAt = 0;
+  $("roll").textContent = "Stop song";
+  $("roll").setAttribute("aria-pressed", true);
+  timer = setInterval(sendSong, LOOK_EVERY);
+  return sendSong();
+}
+
+// Sends what comes in the next moments; begins again at the end of a loop.
+function sendSong() {
+  const messages = song.messages(+$("part").value), until = context.currentTime + AHEAD - rollingFrom;
+  while (songAt < messages.length && messages[songAt].seconds <= until) {
+    const {seconds, midi} = messages[songAt++];
+    send(0, midi, undefined, Math.round((rollingFrom + seconds) * context.sampleRate));
+  }
+  if (songAt < messages.length || until < song.length + AHEAD) return;
+  if ($("loop").ariaPressed !== "true") return stopSong();
+  rollingFrom += Math.max(1, song.length);
+  songAt = 0;
+}
+
+function stopSong() {
+  clearInterval(timer);
+  if (rollingFrom !== undefined) setTimeout(() => change({panic: true}), 1000 * AHEAD); // what was sent ahead ends, too
+  rollingFrom = undefined;
+  $("roll").textContent = "Play";
+  $("roll").setAttribute("aria-pressed", false);
+}
+
+$("open").onclick = () => $("song-file").click();
+const tryToOpen = file => openSong(file).catch(error => { $("song-text").textContent = `${file.name}: ${error.message}`; });
+$("song-file").onchange = () => {
+  const [file] = $("song-file").files;
+  $("song-file").value = "";
+  if (file) tryToOpen(file);
+};
+$("part").onchange = () => { if (rollingFrom !== undefined) change({panic: true}); };
+$("roll").onclick = () => rollSong().catch(error => say(error.message));
+$("loop").onclick = () => $("loop").setAttribute("aria-pressed", $("loop").ariaPressed !== "true");
+addEventListener("dragover", e => e.preventDefault());
+addEventListener("drop", e => {
+  e.preventDefault();
+  const [file] = e.dataTransfer.files;
+  if (file) tryToOpen(file);
+});
+
+let tape; // blocks of a recording
+
+// Takes a part of the recording; the last one makes the file.
+function taped({taped, last}) {
+  tape?.push(taped);
+  if (!last || !tape) return;
+  keep(wavOf(tape, context.sampleRate), `livebass-${$("bass").value}.wav`);
+  tape = undefined;
+}
+
+async function switchRecording() {
+  const on = $("record").ariaPressed !== "true";
+  if (on) {
+    await sound();
+    tape = [];
+  }
+  node.port.postMessage({record: on});
+  $("record").setAttribute("aria-pressed", on);
+  $("record").textContent = on ? "Stop and save" : "Record";
+}
+$("record").onclick = () => switchRecording().catch(error => say(error.message));
 
 // --- controls ---
 

@@ -36,6 +36,7 @@ class Engine {
 
   get(record, address, name, index = 0) {
     const [offset, kind] = RECORDS[record].fields[name], at = address + offset + 8 * index;
+    if (kind === "i4") return this.view.getInt32(address + offset, true);
     return kind === "f8" ? this.view.getFloat64(at, true) : Number(this.view.getBigInt64(at, true));
   }
 

@@ -14,6 +14,7 @@ const HARD = 1; // highest load down to which strings are relieved as they begin
 const MOST_TOLD = 0.7; // of the highest load, which relieves no string
 const OVERLOAD = 2; // a load that relieves one string
 const MOST_AHEAD = 0.5; // s: what waits for its frame holds up what was sent after it
+const TAPE = 8192; // frames of a recording that are handed over at once
 const SEE_EVERY = 6; // quanta between two sights: 62 a second at 48 kHz
 const SLICE = 1 << 20; // bytes of a bass that are copied in one quantum
 
@@ -28,6 +29,7 @@ class LivebassProcessor extends AudioWorkletProcessor {
     this.changes = this.changed = 0; // of the playing, by the page: how many have come; frame of the last one
     this.live = !o.score; // with a score: offline, always the same sound
     this.seeing = false; // the page draws
+    this.tape = undefined; // what is recorded, until it is full: {samples, used}
     this.seen = 0; // bass that was seen last
     this.unseen = 0; // quanta since it was seen
     this.spare = []; // buffers that the page gave back
@@ -40,7 +42,8 @@ class LivebassProcessor extends AudioWorkletProcessor {
     this.port.onmessage = ({data}) => this.hear(data);
   }
 
-  hear({midi, string, frame, bass, parameter, effect, panic, change, spare, seeing, recall}) {
+  hear({midi, string, frame, bass, parameter, effect, panic, change, spare, seeing, recall, record}) {
+    if (record !== undefined) this.record(record);
     if (spare) this.spare.push(spare);
     if (recall !== undefined && this.engine.field("bass")) {
       const found = this.engine.recall(this.engine.field("bass"), recall);
@@ -170,6 +173,22 @@ class LivebassProcessor extends AudioWorkletProcessor {
     if (this.live) this.keepUp(Date.now() - began, n);
   }
 
+  // Begins to record what is heard, or ends it: the page gets the rest, and then the word that this was all.
+  record(on) {
+    if (!on && this.tape) this.port.postMessage({taped: this.tape.samples.slice(0, this.tape.used), last: true});
+    this.tape = on ? {samples: new Float32Array(TAPE), used: 0} : undefined;
+  }
+
+  // Records a quantum; hands over what is full.
+  keepOnTape(sound) {
+    this.tape.samples.set(sound, this.tape.used);
+    this.tape.used += sound.length;
+    if (this.tape.used + sound.length <= TAPE) return;
+    const full = this.tape.used === TAPE ? this.tape.samples : this.tape.samples.slice(0, this.tape.used);
+    this.port.postMessage({taped: full}, [full.buffer]);
+    this.tape = {samples: new Float32Array(TAPE), used: 0};
+  }
+
   // Tells the page what the strings do, every SEE_EVERY quanta.
   see() {
     const e = this.engine, bass = e.field("bass");
@@ -194,6 +213,7 @@ class LivebassProcessor extends AudioWorkletProcessor {
     for (let at = 0; at < n; at += PART) this.playPart(out, at, Math.min(PART, n - at));
     if (this.coming) this.copy(SLICE);
     if (!this.live) return true;
+    if (this.tape) this.keepOnTape(out[0]);
     if (this.seeing) this.see();
     this.busy += Date.now() - began;
     this.quanta += 1;
