@@ -7,6 +7,7 @@ import re
 import shutil
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 from support.command import Run, assert_one_clear_line
@@ -16,7 +17,7 @@ from livebass.compiling import store
 from livebass.kernels.player.performer import CONTROLS
 from livebass.techniques import BUTTONS, GHOST, NO_SWITCH, PALM
 from livebass.web import build
-from livebass.web.export import export_page, shown
+from livebass.web.export import export_page, is_page, shown
 from livebass.web.layout import WAYS
 
 FOUR = ("jazz-finger", "slap", "precision-finger", "fretless")
@@ -47,7 +48,7 @@ def test_one_file_or_a_folder_of_four_basses(run: Run, tmp_path: Path) -> None:
         (
             [],
             [
-                "app.js", *sorted(f"basses/{name}.lbass" for name in FOUR), "index.html", "livebass.wasm", "style.css",
+                "app.js", *sorted(f"basses/{name}{end}" for name in FOUR for end in (".bench", ".lbass")), "index.html", "livebass.wasm", "style.css",
                 "worker.js", "worklet.js",
             ],
         ),
@@ -190,3 +191,28 @@ def test_without_a_linker_a_line_says_what_to_install(
     status, _, err = run("export", "web", "-p", "slap", "-o", tmp_path / "page")
     assert_one_clear_line(status, err, (1,))
     assert "livebass[export]" in err and names(tmp_path) == []
+
+
+def page_of(html: Path) -> dict[str, Any]:
+    """What a page knows."""
+    found: dict[str, Any] = json.loads(html.read_text("utf-8").split('id="page">')[1].split("</script>")[0])
+    return found
+
+
+def test_a_bass_of_ones_own_and_a_tuned_one_have_their_bench(run: Run, tmp_path: Path) -> None:
+    (tmp_path / "mine.toml").write_text('like = "jazz-finger"\n[neck]\naction = "1.9 mm"\n')
+    page = tmp_path / "page"
+    status, _, err = run("export", "web", "-p", tmp_path / "mine.toml", "slap", "--tuning", "drop-d", "-o", page)
+    assert status == 0, err
+    mine, slap = (bass["bench"] for bass in page_of(page / "index.html")["basses"])
+    assert mine["like"] == "mine.toml" and mine["neck"]["action"] == [pytest.approx(1.9e-3)] * 4
+    assert slap["like"] == "slap" and slap["head"] == {"": {"tuning": '"drop-d"'}} == mine["head"]
+    assert names(page / "basses") == ["mine.bench", "mine.lbass", "slap.bench", "slap.lbass"]
+
+
+def test_a_bass_that_is_no_preset_has_no_bench(tmp_path: Path) -> None:
+    bass = load_preset("slap", capo=2)
+    page = export_page({"slap": bass, "mine": bass}, tmp_path / "page")
+    assert [bass["bench"] for bass in page_of(page)["basses"]] == [None, None]
+    assert names(page.parent / "basses") == ["mine.lbass", "slap.lbass"]
+    assert is_page(list(page.parent.iterdir()))

@@ -9,10 +9,10 @@ const WIDE = "(min-width: 46.01rem)"; // where the bench is open from the beginn
 // What to try: values of the bench, and what to play and hear. One is a bass of its own.
 const STORIES = [
   {name: "A high fret", values: {lift7: 0.12}, says: "Fret 7 stands 0.12 mm proud. Play frets 4 to 6 hard: they rattle on it. Fret 7 and those above are clean."},
-  {name: "Too much relief", values: {relief: 1.2}, says: "The neck is bowed. Play frets 12 to 16 hard: they rattle on the frets above. The low ones ring free."},
-  {name: "Dead spot", values: {resonance: 138.5, resonance_mass: 0.3}, says: "The neck moves at the pitch of C♯3. Hold fret 6 of the G string, then fret 9: the first dies early."},
+  {name: "Too much relief", values: {relief: 1.2}, says: "The neck is bowed. Play frets 6 to 9: they rattle on the frets beyond the hollow. The lowest frets have room."},
+  {name: "Dead spot", values: {resonance: 138.5, resonance_mass: 0.3, pluck_position: 0.75}, says: "The neck moves at the pitch of C♯3. Hold fret 6 of the G string, then fret 5: the fundamental of the first is gone in half the time."},
   {name: "Fretless", fretless: true, values: {}, says: "A bare board. Play fret 5 hard and hold it: the string growls along the wood. Drag along the string: it slides."},
-  {name: "Old strings", values: {damping: 6}, says: "Six times the losses. Play an open string hard and hold it: the brightness is gone in a moment."},
+  {name: "Old strings", values: {damping: 6}, says: "Six times the losses. Play an open string hard and hold it: the brightness is gone at once."},
 ];
 const benches = new Map(); // of the basses that have one, by name
 const bench = () => benches.get($("bass").value);
