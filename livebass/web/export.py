@@ -33,11 +33,7 @@ from livebass.web.layout import layout, record
 STATIC = Path(__file__).parent / "static"
 INDEX, SINGLE = "index.html", "livebass.html"
 BASSES, MODULE = "basses", "livebass.wasm"
-<<<<<<< HEAD
-APP = ("see.js", "song.js", "bench.js", "benchview.js", "app.js")  # of the page itself, in this order
-=======
 SCRIPTS = ("see.js", "song.js", "bench.js", "benchview.js", "app.js")  # of app.js, in their order
->>>>>>> w-bench
 SOURCES = ("app.js", "style.css", "worker.js", "worklet.js")
 TITLE, DATA = "<title>livebass</title>", '<script type="application/json" id="page">'
 HEAD = 1 << 16  # bytes of a page that hold both
@@ -103,11 +99,7 @@ def page_files(basses: dict[str, Instrument], quality: str, sources: Sources = N
         MODULE: build.module(),
         "worker.js": engine + text("maker.js").encode() + text("worker.js").encode(),
         "worklet.js": engine + text("worklet.js").encode(),
-<<<<<<< HEAD
-        "app.js": "".join(map(text, APP)).encode(),
-=======
         "app.js": "".join(text(name) for name in SCRIPTS).encode(),
->>>>>>> w-bench
         "style.css": text("style.css").encode(),
     }
     page = {
