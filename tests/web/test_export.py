@@ -48,8 +48,8 @@ def test_one_file_or_a_folder_of_four_basses(run: Run, tmp_path: Path) -> None:
         (
             [],
             [
-                "app.js", *sorted(f"basses/{name}{end}" for name in FOUR for end in (".bench", ".lbass")), "index.html", "livebass.wasm", "style.css",
-                "worker.js", "worklet.js",
+                "app.js", *sorted(f"basses/{name}{end}" for name in FOUR for end in (".bench", ".lbass")),
+                "index.html", "livebass.wasm", "style.css", "worker.js", "worklet.js",
             ],
         ),
     ):  # fmt: skip
