@@ -181,7 +181,7 @@ def test_all_of_it_works_from_a_keyboard(page: Any) -> None:
     from selenium.webdriver.common.keys import Keys
 
     seen = []
-    for _ in range(60):
+    for _ in range(140):
         chain(page).send_keys(Keys.TAB).perform()
         focused = page.switch_to.active_element
         if focused.tag_name == "body":  # after the last one
