@@ -377,3 +377,30 @@ def test_fingers_have_room_on_a_phone(opened: Any) -> None:
         assert opened.execute_script("return document.documentElement.scrollWidth") == 390
     finally:
         opened.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+def test_every_wish_ends_up_in_the_bass_that_plays(opened: Any, tmp_path: Path) -> None:
+    """While nothing sounds too: the file that the audio thread's bass was made of is that of the saved preset."""
+    opened.find_element("id", "power").click()
+    wait(lambda: "plays" in opened.find_element("id", "said").text)
+    opened.find_element("id", "power").click()
+    wait(lambda: opened.execute_script("return context.state === 'suspended'"))
+    for action in (2.2, 1.9, 1.6):
+        set_slider(opened, "action", action)
+    opened.execute_script("$('slot-B').click()")
+    set_slider(opened, "pickup2", 80)
+    places = "return bassCalled('jazz-finger').pickups.map(pickup => pickup.position)"
+    assert opened.execute_script(places) == [pytest.approx(0.1524), pytest.approx(0.08)]
+    opened.execute_script("$('slot-A').click()")
+    wait(lambda: opened.execute_script("return !rebuilding && !next"))
+    opened.find_element("id", "power").click()
+    wait(lambda: opened.execute_script("return context.state === 'running' && names.size === 1"))
+    text = "const bytes = new Uint8Array(basses.get([...names.keys()][0]).file); let text = '';"
+    text += (
+        "for (let k = 0; k < bytes.length; k += 32768) text += String.fromCharCode(...bytes.subarray(k, k + 32768));"
+    )
+    found, toml = opened.execute_script(text + "return [btoa(text), bench().toml()]")
+    (tmp_path / "saved.toml").write_text(toml)
+    assert "action" in toml and "position" not in toml
+    assert base64.b64decode(found) == instrument_file(load_preset(tmp_path / "saved.toml"))
+    assert opened.execute_script(places) == [pytest.approx(0.1524), pytest.approx(0.06096)]

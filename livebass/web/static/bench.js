@@ -227,8 +227,8 @@ class Bench {
     said.push(...lines(of.head[""] || {}));
     section("[neck]", keys.neck);
     keys.strings.forEach((string, i) => section("[[string]]", Object.keys(string).length ? {name: JSON.stringify(of.strings[i].name), ...string} : {}));
-    const last = keys.pickups.findLastIndex(pickup => Object.keys(pickup).length);
-    for (const pickup of keys.pickups.slice(0, last + 1)) said.push("", "[[pickup]]", ...lines(pickup));
+    const behind = Math.max(0, ...keys.pickups.map((pickup, k) => Object.keys(pickup).length ? k + 1 : 0));
+    for (const pickup of keys.pickups.slice(0, behind)) said.push("", "[[pickup]]", ...lines(pickup));
     section("[coil]", keys.coil);
     section("[player]", {...of.head.player, ...keys.player});
     section("[effects]", of.head.effects || {});
@@ -273,6 +273,6 @@ class Bench {
   tellLoss(loss, made) {
     const {pressing, tiers} = this.of.contact, each = pressing.map(force => loss / force); // s/m
     each.forEach((value, i) => made.strings.push([i, "contact_loss", value]));
-    made.tiers = tiers.findLast(({from}) => Math.min(...each) >= from).tiers;
+    made.tiers = tiers.filter(({from}) => Math.min(...each) >= from).pop().tiers;
   }
 }

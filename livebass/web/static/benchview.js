@@ -36,7 +36,9 @@ function makeBench() {
   $("reset").onclick = () => onBench(() => bench().reset());
   $("save").onclick = saveBench;
   $("link").onclick = () => copyLink();
-  $("bench-fold").open = matchMedia(WIDE).matches;
+  const wide = matchMedia(WIDE), fold = () => { $("bench-fold").open = wide.matches; };
+  wide.addEventListener("change", fold); // a phone is turned, say
+  fold();
   addEventListener("hashchange", takeLink);
 }
 
