@@ -22,21 +22,21 @@ RINGS_ON = " that rings on"  # the same: strings that lose nothing to speak of, 
 
 
 @cache
-def engine(preset: str) -> Engine:
+def engine(preset: str, quality: str = "live") -> Engine:
     bass = load_preset(preset.removesuffix(YIELDS).removesuffix(RINGS_ON))
     if preset.endswith(RINGS_ON):
         lossless = {"measured_dampings": (1e-9,) * MOST_MODES, "extra_damping": 0.0, "extra_damping_slope": 0.0}
         strings = tuple(replace(s, **lossless) for s in bass.strings)  # type: ignore[arg-type]
         necks = tuple(replace(n, admittance=Admittance(), stop_conductance=0.0) for n in bass.necks)
         bass = replace(bass, strings=strings, necks=necks)
-    return Engine(yielding(bass) if preset.endswith(YIELDS) else bass, QUALITIES["live"], RATE)
+    return Engine(yielding(bass) if preset.endswith(YIELDS) else bass, QUALITIES[quality], RATE)
 
 
 class Played:
     """One string, frame by frame."""
 
-    def __init__(self, preset: str, i: int) -> None:
-        made = engine(preset).another()
+    def __init__(self, preset: str, i: int, quality: str = "live") -> None:
+        made = engine(preset, quality).another()
         self.voice, self.ops, self.frets = made.voices[i], made.pool.records[i], made.frets
         self.record = self.voice.record[0]
         self.frame, self.out = 0, np.zeros(1)

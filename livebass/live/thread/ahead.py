@@ -14,7 +14,7 @@ from livebass.compiling import apart, entry, inlined, jit
 from livebass.kernels import voice
 from livebass.kernels.bass.records import SAVES, SOUND_RING, VOICE_WORDS, bass_at
 from livebass.kernels.machine.native import call_3, record_address, words_at
-from livebass.kernels.string.modal import clear_motion, copy_row, narrow, widen
+from livebass.kernels.string.modal import clear_motion, copy_row
 from livebass.kernels.string.records import GROUP_ROOM, MOST_NEAR, SLOT_STATE, VOICE_SLOTS
 from livebass.kernels.string.slot import invalidate_contact
 from livebass.live.thread.records import (
@@ -44,9 +44,9 @@ def save(b, i):
         slot = string.slots[k]
         copy_row(saved_slot(a, place, k), words_at(record_address(slot), SLOT_STATE), SLOT_STATE)
         if slot.on:
-            move_u(save_row, save_modes, saved_motion(a, place, k, 0), slot, operator_of(b, i, slot.fret))
+            move_u(save_row, saved_motion(a, place, k, 0), slot, operator_of(b, i, slot.fret))
             if slot.v_active > 0:
-                move_v(save_row, save_modes, saved_motion(a, place, k, 1), slot, operator_of(b, i, slot.fret))
+                move_v(save_row, saved_motion(a, place, k, 1), slot, operator_of(b, i, slot.fret))
     if string.voice.answering:
         n = string.answers.count
         copy_row(saved_answers(a, place, 0), string.answers.q, n)
@@ -72,9 +72,9 @@ def go_back(b, i, frame):
             op = operator_of(b, i, slot.fret)
             clear_motion(slot.u, op.padded)
             clear_motion(slot.v, op.padded)
-            move_u(restore_row, restore_modes, saved_motion(a, place, k, 0), slot, op)
+            move_u(restore_row, saved_motion(a, place, k, 0), slot, op)
             if slot.v_active > 0:
-                move_v(restore_row, restore_modes, saved_motion(a, place, k, 1), slot, op)
+                move_v(restore_row, saved_motion(a, place, k, 1), slot, op)
             else:  # it had not moved yet: nothing was saved of it
                 invalidate_contact(slot.v, op)
     n, answers = string.answers.count, string.voice.answering
@@ -102,24 +102,21 @@ def restore_row(memory, at, row, n):
     return at + n
 
 
-@jit
-def save_modes(memory, at, w, n):
-    widen(w, n)
-    return save_row(memory, save_row(memory, at, w.q, n), w.p, n)
-
-
-@jit
-def restore_modes(memory, at, w, n):
-    at = restore_row(memory, restore_row(memory, at, w.q, n), w.p, n)
-    narrow(w, n)
-    return at
+@inlined
+def move_modes(move_row, memory, at, w, n):
+    """Saves or restores the state of `n` modes, as `move_row` does a row; returns the place of what comes next."""
+    split = min(w.split, n)
+    at = move_row(memory, at, w.low.q, split)
+    at = move_row(memory, at, w.low.p, split)
+    at = move_row(memory, at, w.high.q, n - split)
+    return move_row(memory, at, w.high.p, n - split)
 
 
 @inlined
-def move_u(move_row, move_modes, memory, slot, op):
-    """Saves or restores u, as `move_row` does a row and `move_modes` the state of modes."""
+def move_u(move_row, memory, slot, op):
+    """Saves or restores u."""
     u, points = slot.u, op.points
-    at = move_modes(memory, 0, u, slot.active)
+    at = move_modes(move_row, memory, 0, u, slot.active)
     at = move_row(memory, at, u.clearance, points)
     at = move_row(memory, at, u.height, points)
     at = move_row(memory, at, u.known_at, points)
@@ -135,10 +132,10 @@ def move_u(move_row, move_modes, memory, slot, op):
 
 
 @inlined
-def move_v(move_row, move_modes, memory, slot, op):
+def move_v(move_row, memory, slot, op):
     """Saves or restores v."""
     v, points = slot.v, op.points
-    at = move_modes(memory, 0, v, slot.v_active)
+    at = move_modes(move_row, memory, 0, v, slot.v_active)
     at = move_row(memory, at, v.moved, points)
     at = move_row(memory, at, v.moved_before, points)
     move_row(memory, at, v.solved_at, points)
