@@ -224,6 +224,8 @@ def test_links_bring_the_bench_back(opened: Any) -> None:
         open_page(opened, opened.home + link)
         assert opened.execute_script("return [$('bass').value, bench().toml(), location.hash]") == [name, toml, link]
         assert state(opened)[4] == "The bass is as the link says."
+    opened.execute_script("location.hash = '#bass=slap&action=1.5'")  # as if it was pasted
+    wait(lambda: opened.execute_script("return $('bass').value === 'slap' && bench().values.action === 1.5"))
 
 
 @pytest.mark.parametrize(
@@ -236,6 +238,7 @@ def test_links_bring_the_bench_back(opened: Any) -> None:
         ("bass=jazz-finger&lift21=1", "the link changes what this bass does not have: lift21"),
         ("bass=jazz-finger&lift=1", "the link changes what this bass does not have: lift"),
         ("bass=jazz-finger&action=99", "the link says action = 99: allowed are 0.5 to 6 mm"),
+        ("bass=jazz-finger&action=0.1", "the link says action = 0.1: allowed are 0.5 to 6 mm"),
         ("bass=jazz-finger&tone=", "the link says tone = : allowed are 0 to 1"),
         ("bass=jazz-finger&action=NaN", "the link says action = NaN: allowed are 0.5 to 6 mm"),
         ("bass=jazz-finger&action=%3Cb%3E", "the link says action = <b>: allowed are 0.5 to 6 mm"),
@@ -303,10 +306,12 @@ def test_what_is_changed_is_heard_without_a_gap_and_the_stroke_stays(opened: Any
     opened.execute_script(count)
     opened.execute_script("press('test', 33, 100, performance.now())")
     opened.execute_async_script(
-        "const done = arguments[0], slider = $('bench-action'); let k = 0;"
-        "const drag = () => { slider.value = 2.4 - 0.02 * ++k; slider.dispatchEvent(new Event('input'));"
-        " if (k < 60) setTimeout(drag, 4); else { slider.dispatchEvent(new Event('change')); done(); } }; drag();"
+        "const done = arguments[0], slider = $('bench-action'); let k = 0; window.first = [...names.keys()][0];"
+        "const drag = () => { slider.value = 2.4 - 0.004 * ++k; slider.dispatchEvent(new Event('input'));"
+        " if (k < 300) return setTimeout(drag, 4); window.rings = names.has(first);"
+        " slider.dispatchEvent(new Event('change')); done(); }; drag();"
     )
+    assert opened.execute_script("return rings"), "the note that sounds is not cut"
     wait(lambda: opened.execute_script("return !rebuilding && !wanted && !next"))
     found = opened.execute_script("return made.map(m => m.neck.action[0])")
     # one at the beginning of the drag, which lets the note ring out, and one at its end
@@ -404,3 +409,7 @@ def test_every_wish_ends_up_in_the_bass_that_plays(opened: Any, tmp_path: Path) 
     assert "action" in toml and "position" not in toml
     assert base64.b64decode(found) == instrument_file(load_preset(tmp_path / "saved.toml"))
     assert opened.execute_script(places) == [pytest.approx(0.1524), pytest.approx(0.06096)]
+    crown = "return bassCalled('jazz-finger').strings[0].heights[11]"
+    assert opened.execute_script(crown) == pytest.approx(-1.6e-3, abs=1e-9)
+    opened.execute_script("$('reset').click()")
+    wait(lambda: opened.execute_script(crown) == pytest.approx(-2.4e-3, abs=1e-9))

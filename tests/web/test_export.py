@@ -43,13 +43,14 @@ def test_ways_to_play_are_switches_and_fields_of_the_performer() -> None:
 
 
 def test_one_file_or_a_folder_of_four_basses(run: Run, tmp_path: Path) -> None:
+    basses = sorted(f"basses/{name}{end}" for name in FOUR for end in (".bench", ".lbass"))
     for single, wanted in (
         (["--single"], ["livebass.html"]),
         (
             [],
             [
-                "app.js", *sorted(f"basses/{name}{end}" for name in FOUR for end in (".bench", ".lbass")),
-                "index.html", "livebass.wasm", "style.css", "worker.js", "worklet.js",
+                "app.js", *basses, "index.html", "livebass.wasm", "style.css",
+                "worker.js", "worklet.js",
             ],
         ),
     ):  # fmt: skip
