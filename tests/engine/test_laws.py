@@ -64,17 +64,18 @@ def test_stems_add_up_to_the_mix(tmp_path: Path) -> None:
     assert np.array_equal(total, mix)
 
 
-@pytest.mark.parametrize("preset", ["jazz-finger", "paper-bass"])
-def test_what_48_khz_gives_is_what_192_khz_has_below_its_limit(preset: str) -> None:
+@pytest.mark.parametrize(("preset", "exact"), [("jazz-finger", False), ("paper-bass", True)])
+def test_what_48_khz_gives_is_what_192_khz_has_below_its_limit(preset: str, exact: bool) -> None:
     """Below 18 kHz nothing is folded down or lost: contacts are solved at the same 768 kHz for both rates.
 
     The tone circuit is left out, as its digital filter differs a little from rate to rate, and so is the tension that
-    follows the motion, once a frame. In float64: another rounding at each rate grows where frets lose nothing.
+    follows the motion, once a frame. The frets of paper-bass lose nothing, so that its contacts let every difference
+    grow: what float32 rounds, another amount at each rate, to -47 dB. It is played in float64.
     """
     wire = np.array([1.0, 0, 0, 0])
     bass = without_noise(preset)
     bass = dataclasses.replace(bass, strings=tuple(dataclasses.replace(s, axial_stiffness=0.0) for s in bass.strings))
-    quality = Quality("the same contacts", 200, 768e3, exact=True)
+    quality = Quality("the same contacts", 200, 768e3, exact=exact)
     spectra = []
     for rate in (48000, 192000):
         engine = Engine(bass, quality, rate)

@@ -30,7 +30,7 @@ from livebass.web.layout import ENTRIES, RECORDS, record
 TESTS = Path(__file__).parents[1]
 MOST_BYTES = 700_000
 CLOSE = 1e-7
-ROUNDED = 4e-6  # of full scale, -108 dB
+OTHER_ORDER = 4e-6  # of full scale, that sums of float32 in another order make of hard notes: twice what was found
 SOFT = [(0.2 * k, 0.18, 33 + 5 * (k % 3), 25) for k in range(4)]
 # Soft notes under key switches: a lower one, and another one over it, for each of legato, slide, palm, ghost, harmonic,
 # vibrato
@@ -130,14 +130,15 @@ def test_effects_are_those_of_a_render() -> None:
 def test_hard_notes_are_those_of_processors_without_fused_multiplication() -> None:
     """Through all contacts: WebAssembly has the arithmetic of the level x86-64-v2, but not its order of sums.
 
-    In float64 that was within CLOSE; in float32, 24 bits of upper modes, 1.1e-6 was measured while a note is hit.
+    LLVM adds in as many lanes as it chooses for each. Where sums stay as they are written, both give the same bits,
+    through denormal numbers too, which WebAssembly keeps.
     """
     places = os.pathsep.join([str(TESTS), str(TESTS.parent), *filter(None, [os.environ.get("PYTHONPATH")])])
     environment = os.environ | {"LIVEBASS_LEVEL": "x86-64-v2", "PYTHONPATH": places}
     done = subprocess.run([sys.executable, __file__, "slap"], capture_output=True, env=environment)
     assert done.returncode == 0, done.stderr
     sound = in_wasm("slap", score_of(HARD, RATE))
-    assert np.abs(sound - np.frombuffer(done.stdout, np.float32)[: len(sound)]).max() <= ROUNDED
+    assert np.abs(sound - np.frombuffer(done.stdout, np.float32)[: len(sound)]).max() <= OTHER_ORDER
 
 
 def test_a_told_load_relieves_strings_and_lets_them_go() -> None:
