@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.browser import chromium, open_page, wait
+from support.browser import chromium, firefox, open_page, wait
 from support.command import Run
 from support.wasm import QUANTUM, RATE, messages_of
 
@@ -98,6 +98,17 @@ def test_each_slider_makes_the_instrument_file_of_the_saved_preset(page: Any, tm
         assert file == instrument_file(load_preset(tmp_path / "saved.toml")) != usual, (values, toml)
     wanted = [{"action": 3.91}, {"relief": 1.24}]  # a board that would begin above the strings
     assert refused == (wanted if name == "fretless" else [])
+
+
+def test_firefox_makes_the_same_file(page: Any, tmp_path: Path) -> None:
+    values = {"action": 1.5, "lift7": 0.12, "gauge": 1.1, "damping": 3, "pickup2": 70, "height1": -1, "resonance": 150}
+    function, arguments = "(function () {" + MADE + "})", json.dumps(["jazz-finger", values])
+    with firefox(tmp_path / "profile") as driver:
+        driver.get(page.home)
+        ready = "(async () => { while (!ready) await new Promise(done => setTimeout(done, 20)); })()"
+        driver.run(f"{ready}.then(() => 'ready')")
+        found = driver.run(f"new Promise(done => {function}(...{arguments}, made => done(JSON.stringify(made))))")
+    assert made(page, "jazz-finger", values) == (json.loads(found)["toml"], base64.b64decode(json.loads(found)["file"]))
 
 
 def test_all_at_once_is_the_saved_preset(page: Any, tmp_path: Path) -> None:

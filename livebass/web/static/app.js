@@ -994,7 +994,7 @@ function backToNow() {
   $("moment-text").textContent = "";
 }
 
-const POSTER = [1600, 1000], CLIP_RATE = 30, LONGEST_CLIP = 12; // px; pictures a second; s
+const POSTER = [1600, 1000], CLIP_RATE = 30, CLIP = {shortest: 3, longest: 12}; // px; pictures a second; s
 
 function titleOf() {
   const {string, fret} = see.note, bass = bassCalled($("bass").value);
@@ -1025,7 +1025,8 @@ async function saveClip() {
   const recorder = new MediaRecorder(sheet.captureStream(CLIP_RATE), {mimeType: kind, videoBitsPerSecond: 6e6}), parts = [];
   recorder.ondataavailable = ({data}) => parts.push(data);
   const ended = new Promise(done => { recorder.onstop = done; });
-  const {length} = see.replay, seconds = Math.min(LONGEST_CLIP, length / context.sampleRate * slowness());
+  const {length} = see.replay, wanted = length / context.sampleRate * slowness();
+  const seconds = Math.min(CLIP.longest, Math.max(CLIP.shortest, wanted));
   rolling = false;
   $("clip").disabled = true;
   recorder.start();
@@ -1043,6 +1044,7 @@ async function saveClip() {
   await ended;
   if (!see.replay) return;
   $("clip").disabled = false;
+  if (!parts.some(part => part.size)) throw new Error("this machine is too slow");
   keep(new Blob(parts, {type: kind}), fileName(kind.slice(6)));
 }
 
