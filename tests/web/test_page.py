@@ -967,7 +967,8 @@ def show_again(driver: Any) -> None:
     button = driver.find_element("id", "again")
     wait(button.is_enabled)
     button.click()
-    wait(lambda: driver.execute_script("return see.replay !== undefined"))
+    wait(lambda: driver.execute_script("return see.replay !== undefined || $('said').textContent.includes('again')"))
+    assert driver.execute_script("return see.replay !== undefined"), text(driver, "said")
 
 
 def lift(driver: Any) -> None:
@@ -1004,7 +1005,8 @@ def text_of(driver: Any, name: str) -> str:
 @pytest.mark.parametrize("preset", ["jazz-finger", "fretless"])
 def test_the_last_note_again_is_the_same_motion(page: Any, preset: str) -> None:
     """Its contacts are those that were heard, to the step; its shapes are those that were seen, to the bit."""
-    page.execute_script("$('bass').value = arguments[0]; $('bass').dispatchEvent(new Event('change'))", preset)
+    if preset != page.execute_script("return $('bass').value"):  # a note on the bass before cannot be made again
+        page.execute_script("$('bass').value = arguments[0]; $('bass').dispatchEvent(new Event('change'))", preset)
     start(page)
     wait(lambda: page.execute_script("return playing === arguments[0]", preset))
     page.execute_script(

@@ -952,7 +952,7 @@ async function showAgain() {
     recalled = done;
     node.port.postMessage({recall: string});
   });
-  if (!found) return say("There is too much to make again: play the string from rest.");
+  if (!found) return say("What that string did cannot be made again: play it from rest.");
   const {file, response} = basses.get(bass), rate = context.sampleRate, copy = file.slice(0);
   const made = await ask({recalled: found, file: copy, tier: PAGE.tier, rate, response,
                           before: Math.round(BEFORE * rate), frames: Math.round(AFTER * rate)}, [copy, found.told]);
