@@ -21,6 +21,7 @@ from livebass.model.quality import QUALITIES
 
 if TYPE_CHECKING:
     from livebass.model.instrument import Instrument
+    from livebass.web.bench import Source
 
 LENGTH = (0.1, 60.0)  # s
 BUNDLES = {"lv2": "livebass.lv2", "clap": "livebass-clap", "vst3": "livebass.vst3"}  # folders of plugins, by format
@@ -141,6 +142,17 @@ def names_of(presets: tuple[str, ...], more: tuple[str, ...]) -> dict[str, str]:
     return found
 
 
+def page_basses(
+    presets: tuple[str, ...], more: tuple[str, ...], options: dict[str, Any]
+) -> tuple[dict[str, Instrument], dict[str, Source]]:
+    """The basses of a page, by name, and what presets and tuning each is of. Takes the tuning out of `options`."""
+    from livebass.web.bench import Source
+
+    given = given_tuning(options)
+    basses = basses_of(presets, more, loader(options))
+    return basses, {name: Source(preset, given) for name, preset in names_of(presets, more).items()}
+
+
 def page_ready() -> None:
     """Compiles what a page needs, if it is not there; says so."""
     from livebass.web import build
@@ -180,14 +192,11 @@ def web(
       livebass export web -p ./mine.toml -o site/bass -q studio
     """
     from livebass.files import checked_directory
-    from livebass.web.bench import Source
     from livebass.web.export import export_page, is_page
 
-    given = given_tuning(options)
-    basses = basses_of(presets, more, loader(options))
+    basses, sources = page_basses(presets, more, options)
     checked_directory(output, is_page)  # now, not after a minute of work
     page_ready()
-    sources = {name: Source(preset, given) for name, preset in names_of(presets, more).items()}
     page = export_page(basses, output, single, quality, sources)
     size = sum(file.stat().st_size for file in output.rglob("*") if file.is_file())
     several = "es" if len(basses) > 1 else ""

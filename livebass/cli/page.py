@@ -8,11 +8,11 @@ from typing import Any
 import click
 
 from livebass.cli.effects import effects_options
-from livebass.cli.export import basses_of, names_of, page_ready, presets_option
-from livebass.cli.hands import hands_options, loader
+from livebass.cli.export import page_basses, page_ready, presets_option
+from livebass.cli.hands import hands_options
 from livebass.cli.options import quality_option
 from livebass.cli.said import say
-from livebass.cli.tuning import given_tuning, tuning_options
+from livebass.cli.tuning import tuning_options
 from livebass.cli.values import Number
 from livebass.interrupts import StopFlag, stop_instead
 
@@ -44,13 +44,10 @@ def page(
       livebass page -p slap -p ./mine.toml
       livebass page --port 8000 --no-browser
     """
-    from livebass.web.bench import Source
     from livebass.web.export import page_files
     from livebass.web.serve import PageServer
 
-    given = given_tuning(options)
-    basses = basses_of(presets, more, loader(options))
-    sources = {name: Source(preset, given) for name, preset in names_of(presets, more).items()}
+    basses, sources = page_basses(presets, more, options)
     page_ready()
     stop = StopFlag()
     with PageServer(page_files(basses, quality, sources), port) as server:

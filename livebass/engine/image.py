@@ -202,7 +202,7 @@ def all_strokes(player: Player) -> NDArray[np.void]:
 
 
 def hand_heights(instrument: Instrument, notes: NDArray[np.void], behind: int) -> tuple[NDArray[np.int64], Floats]:
-    """Where the heights by which the hand measures its force begin, as ADDED has it, (strings,), and all of them.
+    """Returns where the heights by which the hand measures its force begin, (strings,), as in ADDED, and all of them.
 
     notes: NOTE (strings, frets + 1); behind: the place behind the numbers that there are.
     """
@@ -218,7 +218,7 @@ def hand_heights(instrument: Instrument, notes: NDArray[np.void], behind: int) -
 
 
 def added_bytes(effects: Effects, hands: NDArray[np.int64]) -> bytes:
-    """What only some basses have, as a file has it: the samples of the response, and ADDED; `hands`: its places."""
+    """Returns what only some basses have: the samples of the response, and ADDED with the places of `hands`."""
     added, response = np.zeros(1, ADDED), effects.response
     for knob in fields(Knobs):
         added[knob.name] = getattr(effects, knob.name)

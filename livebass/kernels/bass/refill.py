@@ -38,6 +38,7 @@ from livebass.kernels.machine.native import (
     set_float_control,
     words_at,
 )
+from livebass.kernels.string.modal import copy_row
 from livebass.kernels.string.operators import DOUBLE, hand_heights, heights
 from livebass.kernels.string.preparing import (
     DONE,
@@ -145,13 +146,6 @@ def is_open(pool, k):
     return k % (file_at(pool.file).instrument.frets + 1) == 0
 
 
-@jit
-def copy_row(target, source, n):
-    """Copies `n` numbers."""
-    for k in range(n):
-        target[k] = source[k]
-
-
 @entry("int64(int64, int64, int64)")
 def take_heights(pool, first, count):
     """Gives `count` notes from `first` on of the filled POOL at an address the heights that its file has now.
@@ -193,5 +187,5 @@ def keep_hand(pool, old):
 
 @jit
 def height_list(note):
-    """Where the heights of the contacts of a note begin, among the numbers."""
+    """Returns where the heights of the contacts of a note begin, among the numbers."""
     return (note.obstacles if note.surface_count == 0 else note.surface) + 1

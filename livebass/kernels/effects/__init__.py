@@ -1,1 +1,1 @@
-"""What comes after the DI, off by default: compressor, valve stage and impulse response, on the mix of a bass."""
+"""Plays what comes after the DI, off by default: compressor, valve stage and impulse response, on a bass's mix."""

@@ -170,6 +170,7 @@ function hear({data}) {
     return;
   }
   if (data.sight) {
+    began = data.began;
     const spare = see.take(data);
     if (spare) node.port.postMessage({spare}, [spare]);
     return;
@@ -920,7 +921,7 @@ function heardFrame() {
   return time * context.sampleRate - began;
 }
 
-let began = 0; // frame of the context at which the audio thread began
+let began = 0; // frame of the context at which the audio thread began: it tells
 
 // Looks at the sound that is heard now, as often as the screen shows it; nothing is drawn while nothing changes.
 function look(now) {
@@ -1103,7 +1104,8 @@ for (const query of ["(prefers-color-scheme: light)", "(forced-colors: active)"]
 // --- a song, and a recording ---
 
 const AHEAD = 0.15, LOOK_EVERY = 30; // s of a song that are sent ahead; ms between looks
-let song, songName = "", rollingFrom, songAt = 0, timer;
+let song, songName = "", rollingFrom, timer;
+let songMessages = [], songAt = 0; // of the part that plays, and how many of them were sent
 
 // Opens a MIDI file and chooses the part that is a bass.
 async function openSong(file) {
@@ -1125,21 +1127,28 @@ async function rollSong() {
   if (rollingFrom !== undefined) return stopSong();
   await sound();
   rollingFrom = context.currentTime + 0.1;
-  songAt = 0;
+  takePart();
   $("roll").textContent = "Stop song";
   $("roll").setAttribute("aria-pressed", true);
   timer = setInterval(sendSong, LOOK_EVERY);
   return sendSong();
 }
 
+// Takes the messages of the part that was chosen, from where the song is.
+function takePart() {
+  const now = context.currentTime - rollingFrom;
+  songMessages = song.messages(+$("part").value);
+  songAt = songMessages.filter(({seconds}) => seconds < now).length;
+}
+
 // Sends what comes in the next moments; begins again at the end of a loop.
 function sendSong() {
-  const messages = song.messages(+$("part").value), until = context.currentTime + AHEAD - rollingFrom;
-  while (songAt < messages.length && messages[songAt].seconds <= until) {
-    const {seconds, midi} = messages[songAt++];
+  const until = context.currentTime + AHEAD - rollingFrom;
+  while (songAt < songMessages.length && songMessages[songAt].seconds <= until) {
+    const {seconds, midi} = songMessages[songAt++];
     send(0, midi, undefined, Math.round((rollingFrom + seconds) * context.sampleRate));
   }
-  if (songAt < messages.length || until < song.length + AHEAD) return;
+  if (songAt < songMessages.length || until < song.length + AHEAD) return;
   if ($("loop").ariaPressed !== "true") return stopSong();
   rollingFrom += Math.max(1, song.length);
   songAt = 0;
@@ -1160,7 +1169,11 @@ $("song-file").onchange = () => {
   $("song-file").value = "";
   if (file) tryToOpen(file);
 };
-$("part").onchange = () => { if (rollingFrom !== undefined) change({panic: true}); };
+$("part").onchange = () => {
+  if (rollingFrom === undefined) return;
+  change({panic: true});
+  takePart();
+};
 $("roll").onclick = () => rollSong().catch(error => say(error.message));
 $("loop").onclick = () => $("loop").setAttribute("aria-pressed", $("loop").ariaPressed !== "true");
 addEventListener("dragover", e => e.preventDefault());

@@ -204,7 +204,7 @@ class Engine {
       run(1);
       x.lb_see_bass(BigInt(bass), BigInt(this.sights));
       this.takeContacts(bass, taken, contacts);
-      let here = sight + slot + size * this.get("VOICE", voice, "slot");
+      const here = sight + slot + size * this.get("VOICE", voice, "slot");
       if (!this.get("SLOT_SIGHT", here, "on")) continue;
       const modes = this.get("SLOT_SIGHT", here, "modes");
       rows.set(new Float32Array(this.memory.buffer, here + RECORDS.SLOT_SIGHT.fields.u[0], modes), k * N.SEEN);
