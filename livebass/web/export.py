@@ -21,6 +21,7 @@ from livebass.kernels.bass.instrument import LIVE, STUDIO
 from livebass.live.parameters import PARAMETERS
 from livebass.live.thread.sight import SEEN, SIGHT, SLOT_SIGHT
 from livebass.model.instrument import Instrument, Neck, Pickup, String
+from livebass.paper.cases import CASES, PLAYED, PRESET
 from livebass.plugin.bundle import LIST, instrument_files, write_files
 from livebass.plugin.instrument import ENDING
 from livebass.preset.load import preset_names
@@ -119,7 +120,10 @@ def page_files(basses: dict[str, Instrument], quality: str, sources: Sources = N
         },
         "sight": {"SIGHT": record(SIGHT), "SLOT_SIGHT": record(SLOT_SIGHT) | {"seen": SEEN}},
         "buttons": [b._asdict() for b in BUTTONS],
-        "basses": [shown(name, bass) | {"bench": benches.get(name)} for name, bass in basses.items()],
+        "basses": [
+            shown(name, bass) | {"bench": benches.get(name), "cases": shown_cases(bass, known.get(name))}
+            for name, bass in basses.items()
+        ],
         "units": {unit: DIMENSIONS[dimension].units[unit] for unit, dimension in UNITS.items()},
     }
     return files | {INDEX: html(page, POLICIES[False]).encode()}
@@ -143,6 +147,24 @@ def shown(name: str, bass: Instrument) -> dict[str, Any]:
         "effects": {knob: getattr(bass.effects, knob) for knob in EFFECTS},
         "controllers": {name: number for number, name in bass.player.keys.controllers if name in CONTROLLED},
     }
+
+
+def shown_cases(bass: Instrument, source: Source | None) -> list[dict[str, Any]]:
+    """Returns plucks of the paper for the page (m), if the bass is the paper's own, as the preset has it."""
+    if source != Source(PRESET):
+        return []
+    return [
+        {
+            "symbol": name,
+            "title": f"Case {name.upper()}",
+            "apex": CASES[name].apex,
+            "place": CASES[name].position,
+            "width": bass.player.rounding,
+            "tier": TIERS["studio"],
+            "says": f"{CASES[name].title}, {CASES[name].position:g} m from the nut (section {CASES[name].section}).",
+        }
+        for name in PLAYED
+    ]
 
 
 def shown_string(string: String, neck: Neck) -> dict[str, Any]:
