@@ -34,7 +34,7 @@ from livebass.web.layout import layout, record
 STATIC = Path(__file__).parent / "static"
 INDEX, SINGLE = "index.html", "livebass.html"
 BASSES, MODULE = "basses", "livebass.wasm"
-SCRIPTS = ("see.js", "song.js", "bench.js", "benchview.js", "app.js")  # of app.js, in their order
+SCRIPTS = ("see.js", "song.js", "bench.js", "benchview.js", "watch.js", "app.js")  # of app.js, in their order
 SOURCES = ("app.js", "style.css", "worker.js", "worklet.js")
 TITLE, DATA = "<title>livebass</title>", '<script type="application/json" id="page">'
 HEAD = 1 << 16  # bytes of a page that hold both
@@ -103,10 +103,22 @@ def page_files(basses: dict[str, Instrument], quality: str, sources: Sources = N
         "app.js": "".join(text(name) for name in SCRIPTS).encode(),
         "style.css": text("style.css").encode(),
     }
-    page = {
-        "version": __version__,
-        "digest": digest_of(files),
-        "tier": TIERS[quality],
+    shown_basses = [
+        shown(name, bass) | {"bench": benches.get(name), "cases": shown_cases(bass, known.get(name))}
+        for name, bass in basses.items()
+    ]
+    return with_html(files, page_data(shown_basses) | {"tier": TIERS[quality]})
+
+
+def with_html(files: dict[str, bytes], page: dict[str, Any]) -> dict[str, bytes]:
+    """Adds to the files of a page its HTML, with what the `page` knows."""
+    known = {"version": __version__, "digest": digest_of(files)} | page
+    return files | {INDEX: html(known, POLICIES[False]).encode()}
+
+
+def page_data(basses: list[dict[str, Any]]) -> dict[str, Any]:
+    """What every page knows, with its `basses` as `shown` tells of them."""
+    return {
         "parameters": {
             p.symbol: {
                 "number": k,
@@ -120,13 +132,9 @@ def page_files(basses: dict[str, Instrument], quality: str, sources: Sources = N
         },
         "sight": {"SIGHT": record(SIGHT), "SLOT_SIGHT": record(SLOT_SIGHT) | {"seen": SEEN}},
         "buttons": [b._asdict() for b in BUTTONS],
-        "basses": [
-            shown(name, bass) | {"bench": benches.get(name), "cases": shown_cases(bass, known.get(name))}
-            for name, bass in basses.items()
-        ],
+        "basses": basses,
         "units": {unit: DIMENSIONS[dimension].units[unit] for unit, dimension in UNITS.items()},
     }
-    return files | {INDEX: html(page, POLICIES[False]).encode()}
 
 
 def shown(name: str, bass: Instrument) -> dict[str, Any]:

@@ -926,6 +926,7 @@ let began = 0; // frame of the context at which the audio thread began: it tells
 // Looks at the sound that is heard now, as often as the screen shows it; nothing is drawn while nothing changes.
 function look(now) {
   requestAnimationFrame(look);
+  if (PAGE.watching) see.follow(watched, now);
   if (context && sounding) {
     const spare = see.follow(heardFrame(), now);
     if (spare && node) node.port.postMessage({spare}, [spare]);
@@ -1401,8 +1402,10 @@ makeCases();
 showKeys();
 showBass();
 takeLink();
-const lack = lacking();
-if (lack) {
+const lack = !PAGE.watching && lacking();
+if (PAGE.watching) {
+  watch();
+} else if (lack) {
   $("lacks").textContent = lack;
   $("lacks").hidden = false;
 } else {
