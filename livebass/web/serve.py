@@ -59,7 +59,8 @@ class PageServer:
                 self._answer(False)
 
             def _answer(self, with_data: bool) -> None:
-                own = f"{HOST}:{self.server.server_address[1]}", f"localhost:{self.server.server_address[1]}"
+                port = self.connection.getsockname()[1]
+                own = f"{HOST}:{port}", f"localhost:{port}"
                 asked, place = unquote(urlsplit(self.path).path), self.headers.get("Host", "")
                 origin = self.headers.get("Origin")
                 if place not in own or origin not in (None, f"http://{place}") or not is_under(root, asked):
