@@ -1,9 +1,9 @@
 """What a plugin's window shows of a synth, LOOK: strings as they move, where they hit, who plays what, lamps.
 
-`see_synth` fills a LOOK at the end of a block, from the bass that plays, and changes nothing else. What it leaves in
-there it goes on from at the next block: contacts are counted by an index of its own, and a contact lights its place
-for a while. The place of a contact is the fret that is hit, or over a board the place where a fret would be. Strings
-that run ahead of the clock are seen as far as they are: some milliseconds early. [audio thread]
+`see_synth` fills a LOOK at the end of a block, by the bass that plays, and changes nothing else. It goes on from what
+it left in there before: contacts are counted by an index of its own, and each lights its place for a while. That is the
+fret that is hit, or over a board where a fret would be. Strings that run ahead of the clock are seen as far as they
+are, some milliseconds early. [audio thread]
 """
 
 import numpy as np
@@ -78,12 +78,13 @@ look_at = record_at(LOOK)
 contacts_at = records_at(CONTACT)
 
 
-@entry("void(int64, int64, int64)")
-def see_synth(synth, look, frames):
-    """Fills the LOOK at an address by the SYNTH at an address, `frames` after it was filled last."""
+@entry("void(int64, int64)")
+def see_synth(synth, look):
+    """Fills the LOOK at an address by the SYNTH at an address; in a new one all is zero."""
     s, seen = synth_at(synth), look_at(look)
     bass = s.bass if s.bass != 0 else s.next_bass
-    known = bass == seen.bass
+    known = bass == seen.bass and s.frame >= seen.frame
+    fades = exp((seen.frame - s.frame) / (GLOW * s.rate)) if known else 0.0
     seen.bass = bass
     seen.frame = s.frame
     seen.overload = s.overload
@@ -95,12 +96,15 @@ def see_synth(synth, look, frames):
     if not known:
         see_neck(b, seen)
     see_player(performer_of(b), seen)
-    fades = exp(-frames / (GLOW * s.rate))
     for i in range(b.strings):
-        see_lane(string_of(b, i), operators_of(b, (b.coarse >> i) & 1)[i], seen.string[i], known)
         see_hand(performer_of(b), i, seen.string[i])
+        string, ops = string_of(b, i), operators_of(b, (b.coarse >> i) & 1)[i]
+        see_lane(string, ops, seen.string[i])
         for k in range(PLACES):
             seen.string[i].light[k] *= fades
+        if not known:
+            seen.string[i].counted = string.voice.logged
+        see_contacts(string.voice, ops, seen.string[i])
 
 
 @jit
@@ -153,8 +157,8 @@ def see_hand(p, i, lane):
 
 
 @jit
-def see_lane(string, ops, lane, known):
-    """Sees one string: its shape, its pickups, and the contacts that have begun since; none unless it was `known`."""
+def see_lane(string, ops, lane):
+    """Sees one string: its shape and its pickups."""
     voice = string.voice
     see_string(string, ops, lane.sight)
     lane.bend = voice.tuned
@@ -163,18 +167,21 @@ def see_lane(string, ops, lane, known):
         lane.saddle[k] = voice.saddle[k]
         lane.aperture[k] = voice.aperture[k]
         lane.mix[k] = voice.mix[k]
-    if not known:
-        lane.counted = voice.logged
-        for k in range(PLACES):
-            lane.light[k] = 0.0
+
+
+@jit
+def see_contacts(voice, ops, lane):
+    """Lights the places of the contacts that have begun since a string was seen last."""
     if voice.log_room == 0:
         return
     log = contacts_at(voice.log, voice.log_room)
     for k in range(max(min(lane.counted, voice.logged), voice.logged - voice.log_room), voice.logged):
         contact = log[k % voice.log_room]
         place = place_of(contact, ops)
+        hard = min(1.0, np.sqrt(max(contact.speed, 0.0) / FULL_SPEED))
+        light = hard * exp(min(0.0, (contact.step - voice.step) * ops[contact.fret].fine / GLOW))
         if 0 <= place < PLACES:
-            lane.light[place] = max(lane.light[place], min(1.0, np.sqrt(max(contact.speed, 0.0) / FULL_SPEED)))
+            lane.light[place] = max(lane.light[place], light)
     lane.counted = voice.logged
 
 

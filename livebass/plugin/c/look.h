@@ -5,18 +5,20 @@
 
 enum { LB_LOOKS = 8, LB_LOOK_RATE = 240 }; /* the last so many are kept; at most so many a second are taken */
 typedef struct {
-    int watchers;        /* windows that are open */
-    int64_t frames;      /* since the last look */
-    uint64_t taken;      /* looks so far: the last is at (taken - 1) % LB_LOOKS */
-    uint32_t seen[LB_LOOKS]; /* sequence counters: odd while that look is written */
-    LB_LOOK now;         /* the writer's own */
+    int watchers;            /* windows that are open */
+    double peak;             /* of the sound since the last look */
+    LB_LOOK now;             /* the writer's own */
+    uint64_t taken;          /* looks so far: the last is at (taken - 1) % LB_LOOKS */
+    uint64_t seen[LB_LOOKS]; /* sequence counters, odd while that look is written: 2 + 2 the looks before in its place */
     LB_LOOK looks[LB_LOOKS];
 } lb_look; /* begins as zeros */
 
 /* Says that a window opens (1) or closes (0). [any thread] */
 void lb_watch(lb_look *, int on);
-/* After n frames, whose sound is `out`, 0: none; takes a look if a window watches, and if the bass is another one.
-   [audio thread, or no thread plays] */
+/* Takes the first look at a synth that begins, or was made as new. [no thread plays] */
+void lb_begin_looks(lb_look *, const lb_synth *);
+/* After n frames, whose sound is `out`, 0: none; takes a look if a window watches, or if the bass is another one.
+   [audio thread] */
 void lb_take_look(lb_look *, const lb_synth *, const float *out, int64_t n);
 /* Keeps a look that came from elsewhere as the newest: of a window in another process. [one thread] */
 void lb_put_look(lb_look *, const LB_LOOK *);
