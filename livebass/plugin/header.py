@@ -76,6 +76,9 @@ NUMBERS = {
     "LB_OTHER_VERSION": check.OTHER_VERSION,
     "LB_DAMAGED": check.DAMAGED,
     "LB_SLOTS": records.VOICE_SLOTS,
+    "LB_FREE": performer.FREE,
+    "LB_FINGER": constants.FINGER,
+    "LB_PICK": constants.PICK,
     "LB_SEEN": sight.SEEN,
     "LB_PLACES": look.PLACES,
     "LB_LOGGED": look.LOGGED,
@@ -134,7 +137,9 @@ def _switches() -> list[str]:
         for row in TECHNIQUE_ROWS.values()
         for value, called in values.get(row.number, {-1: ""}).items()
     ]
+    numbers = ", ".join(f"LB_SWITCH_{symbol.upper()} = {row.number}" for symbol, row in TECHNIQUE_ROWS.items())
     return [
+        f"enum {{ {numbers} }}; /* actions */",
         f"enum {{ LB_SWITCHES = {len(rows)} }};",
         "typedef struct {", "    int action, value; /* -1: any */", "    const char *name;", "} lb_switch;",
         "static const lb_switch lb_switches[LB_SWITCHES] = {", *rows, "};",

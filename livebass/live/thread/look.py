@@ -60,9 +60,9 @@ LOOK = np.dtype(
         ("forced", "i8"),  # string that all notes are played on while its key is held; -1: none
         ("hand", "i8"),  # fret of the first finger
         ("position", "f8"),  # of a pluck, part of the open string from the nut
-        ("nearest", "f8"),  # ... and where the parameter moves it to: -1 ...
+        ("nearest", "f8"),  # ... and where the parameter moves it to: 1 ...
         ("usual", "f8"),  # ... 0 ...
-        ("farthest", "f8"),  # ... and 1
+        ("farthest", "f8"),  # ... and -1
         ("latest", "i8"),  # string that was plucked last; -1: none
         ("notes", "i8"),  # how many have been played
         ("palm", "f8"),  # 0 to 1
