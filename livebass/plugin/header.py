@@ -20,7 +20,7 @@ from livebass.kernels.player import constants, parameters, performer
 from livebass.kernels.string import board, frets, preparing, records
 from livebass.live import priority
 from livebass.live.parameters import GROUPS, OUTPUTS, PARAMETERS, event
-from livebass.live.thread import ahead, block, helpers, ring, setup
+from livebass.live.thread import ahead, block, helpers, look, ring, setup, sight
 from livebass.live.thread import records as live
 from livebass.model.keymap import KEYS
 from livebass.preset.programs import PROGRAMS
@@ -43,6 +43,10 @@ RECORDS = {
     "LB_BUILDING": bass.BUILDING,
     "LB_TEAM": live.TEAM,
     "LB_SYNTH": live.SYNTH,
+    "LB_SLOT_SIGHT": sight.SLOT_SIGHT,
+    "LB_SIGHT": sight.SIGHT,
+    "LB_STRING_LOOK": look.STRING_LOOK,
+    "LB_LOOK": look.LOOK,
 }
 NUMBERS = {
     "LB_KEY_COUNT": KEYS,
@@ -71,6 +75,13 @@ NUMBERS = {
     "LB_FOREIGN": check.FOREIGN,
     "LB_OTHER_VERSION": check.OTHER_VERSION,
     "LB_DAMAGED": check.DAMAGED,
+    "LB_SLOTS": records.VOICE_SLOTS,
+    "LB_FREE": performer.FREE,
+    "LB_FINGER": constants.FINGER,
+    "LB_PICK": constants.PICK,
+    "LB_SEEN": sight.SEEN,
+    "LB_PLACES": look.PLACES,
+    "LB_LOGGED": look.LOGGED,
     "LB_DONE": preparing.DONE,
     "LB_MOST_BYTES": preparing.MOST_WORDS * instrument.WORD,
 }
@@ -78,7 +89,7 @@ ENTRIES: tuple[Entry, ...] = (
     check.check_file, check.checksum, pool.measure_pool, pool.fill_pool, bass.measure_bass,
     bass.fill_bass, setup.ring_bytes, setup.fill_synth, ring.push_message, ring.push_event, block.process,
     block.return_to_clock, block.is_still, ahead.play_string, helpers.help_now, helpers.help_out, frets.over_frets,
-    board.over_board,
+    board.over_board, look.see_synth,
 )  # fmt: skip
 C_TYPES = {"i8": "int64_t", "f8": "double", "f4": "float", "i4": "int32_t", "u1": "uint8_t"}
 C_RESULTS = {"void": "void", "int64": "int64_t", "uint64": "uint64_t", "float64": "double"}
@@ -126,7 +137,9 @@ def _switches() -> list[str]:
         for row in TECHNIQUE_ROWS.values()
         for value, called in values.get(row.number, {-1: ""}).items()
     ]
+    numbers = ", ".join(f"LB_SWITCH_{symbol.upper()} = {row.number}" for symbol, row in TECHNIQUE_ROWS.items())
     return [
+        f"enum {{ {numbers} }}; /* actions */",
         f"enum {{ LB_SWITCHES = {len(rows)} }};",
         "typedef struct {", "    int action, value; /* -1: any */", "    const char *name;", "} lb_switch;",
         "static const lb_switch lb_switches[LB_SWITCHES] = {", *rows, "};",

@@ -201,6 +201,7 @@ lb_bass *lb_load_bass(const char *path, int tier, double rate, int64_t seed, int
     building->rate = rate;
     building->seed = seed;
     building->ahead = ahead != 0;
+    building->log_room = LB_LOGGED;
     building->over_frets = ADDRESS(kernels->over_frets);
     building->over_board = ADDRESS(kernels->over_board);
     building->play_string = ADDRESS(kernels->play_string);

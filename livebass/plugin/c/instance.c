@@ -175,6 +175,7 @@ int lb_activate_instance(lb_instance *i, double rate) {
         lb_put_on(i->synth, b);
         if (i->pool) lb_share(i->synth, i->pool, i->owner);
         see_to_helpers(i);
+        lb_begin_looks(&i->look, i->synth);
     } else lb_free_bass(b);
     forget_notes(i);
     i->programs = 0;
@@ -196,6 +197,7 @@ void lb_reset_instance(lb_instance *i) {
     if (!i->synth) return;
     if (b) lb_put_on(i->synth, b);
     else lb_reset_synth(i->synth);
+    lb_begin_looks(&i->look, i->synth);
     forget_notes(i);
     i->programs = 0;
     __atomic_store_n(&i->changed, ~0u, __ATOMIC_RELEASE);
@@ -342,6 +344,7 @@ void lb_play_block(lb_instance *i, int apart, float *const outs[LB_STRINGS], int
     if (outs[0] && !apart) lb_play(i->synth, outs[0], n);
     else lb_play_strings(i->synth, outs, n);
     answer_program(i);
+    lb_take_look(&i->look, i->synth, outs[0] && !apart ? outs[0] : i->synth->mix, n < LB_CHUNK ? n : LB_CHUNK);
 }
 
 int lb_switch_key(const lb_instance *i, uint32_t *index) {

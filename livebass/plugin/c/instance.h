@@ -2,7 +2,7 @@
    shells of CLAP and VST3 hold one each. Values may be read and written by any thread. */
 #ifndef LB_INSTANCE_H
 #define LB_INSTANCE_H
-#include "core.h"
+#include "look.h"
 
 enum { LB_STATE_NAME = 64, LB_KEYS = 128 };
 typedef struct { /* all numbers little-endian; a later version with more parameters has them at the end of `values` */
@@ -39,6 +39,7 @@ typedef struct {
     uint8_t unvibrated[LB_KEYS];
     uint8_t channels[LB_KEYS]; /* of the last note of each key */
     int64_t programs;          /* program changes that have been answered */
+    lb_look look;              /* for windows */
 } lb_instance;
 
 /* Opens the shelf of instruments. Returns 0 after a line in the log if it is empty. [main thread] */

@@ -1,0 +1,195 @@
+"""What a plugin's window shows of a synth, LOOK: strings as they move, where they hit, who plays what, lamps.
+
+`see_synth` fills a LOOK at the end of a block, by the bass that plays, and changes nothing else. It goes on from what
+it left in there before: contacts are counted by an index of its own, and each lights its place for a while. That is the
+fret that is hit, or over a board where a fret would be. Strings that run ahead of the clock are seen as far as they
+are, some milliseconds early. [audio thread]
+"""
+
+import numpy as np
+
+from livebass.compiling import entry, jit
+from livebass.kernels.bass.records import bass_at
+from livebass.kernels.machine.elementary import exp, log2
+from livebass.kernels.machine.native import record_at, records_at
+from livebass.kernels.player.performer import MOST_STRINGS
+from livebass.kernels.string.operators import positions
+from livebass.kernels.string.records import CONTACT, MOST_NEAR
+from livebass.live.thread.records import operators_of, performer_of, string_of, synth_at
+from livebass.live.thread.sight import SIGHT, see_string
+from livebass.techniques import ACTIONS
+
+PLACES = 40  # along a neck that may light, from the nut on: of frets
+LOGGED = 256  # contacts of a string that a plugin keeps room for
+FULL_SPEED = 4.0  # m/s of a string that hits as hard as is shown
+GLOW = 0.11  # s in which a light fades to a third
+
+STRING_LOOK = np.dtype(
+    [
+        ("sight", SIGHT),
+        ("state", "i8"),  # of the hand: FREE, HELD or PEDALLED
+        ("key", "i8"),  # that plays it; -1: none
+        ("fret", "i8"),  # where the hand holds it; its sound may be on its way there
+        ("bend", "f8"),  # ratio of frequencies
+        ("open", "i8"),  # note
+        ("length", "f8"),  # m, open
+        ("speed", "f8"),  # m/s of waves: of two strings of one length and tension, the slower one is the heavier
+        ("pickups", "i8"),
+        ("saddle", "f8", (4,)),  # m, of each pickup from the saddle
+        ("aperture", "f8", (4,)),  # m
+        ("mix", "f8", (4,)),  # level in the signal
+        ("counted", "i8"),  # contacts that have been seen
+        ("light", "f4", (PLACES,)),  # 0 to 1, of each place: [fret] is hit that hard
+    ],
+    align=True,
+)
+LOOK = np.dtype(
+    [
+        ("bass", "i8"),  # address; 0: there is none
+        ("frame", "i8"),  # of the synth
+        ("strings", "i8"),
+        ("frets", "i8"),
+        ("fretless", "i8"),
+        ("place", "f8", (PLACES,)),  # m from the nut, of each fret; 0 is the nut
+        ("overload", "i8"),  # strings on coarse operators
+        ("load", "f8"),  # part of its time that the last block took
+        ("peak", "f8"),  # of the block's sound; the plugin writes it
+        ("stroke", "i8"),  # FINGER, PICK, NAIL or POP
+        ("slapped", "i8"),  # strings that the thumb strikes, from the lowest
+        ("switched", "i8"),  # techniques whose keys are held, a bit each
+        ("forced", "i8"),  # string that all notes are played on while its key is held; -1: none
+        ("hand", "i8"),  # fret of the first finger
+        ("position", "f8"),  # of a pluck, part of the open string from the nut
+        ("nearest", "f8"),  # ... and where the parameter moves it to: 1 ...
+        ("usual", "f8"),  # ... 0 ...
+        ("farthest", "f8"),  # ... and -1
+        ("latest", "i8"),  # string that was plucked last; -1: none
+        ("notes", "i8"),  # how many have been played
+        ("palm", "f8"),  # 0 to 1
+        ("vibrato", "f8"),  # likewise
+        ("pedal", "i8"),
+        ("legato", "i8"),
+        ("sliding", "i8"),
+        ("string", STRING_LOOK, (MOST_STRINGS,)),
+    ],
+    align=True,
+)
+look_at = record_at(LOOK)
+contacts_at = records_at(CONTACT)
+
+
+@entry("void(int64, int64)")
+def see_synth(synth, look):
+    """Fills the LOOK at an address by the SYNTH at an address; in a new one all is zero."""
+    s, seen = synth_at(synth), look_at(look)
+    bass = s.bass if s.bass != 0 else s.next_bass
+    known = bass == seen.bass and s.frame >= seen.frame
+    fades = exp((seen.frame - s.frame) / (GLOW * s.rate)) if known else 0.0
+    seen.bass = bass
+    seen.frame = s.frame
+    seen.overload = s.overload
+    seen.load = s.load
+    if bass == 0:
+        seen.strings = 0
+        return
+    b = bass_at(bass)
+    if not known:
+        see_neck(b, seen)
+    see_player(performer_of(b), seen)
+    for i in range(b.strings):
+        see_hand(performer_of(b), i, seen.string[i])
+        string, ops = string_of(b, i), operators_of(b, (b.coarse >> i) & 1)[i]
+        see_lane(string, ops, seen.string[i])
+        for k in range(PLACES):
+            seen.string[i].light[k] *= fades
+        if not known:
+            seen.string[i].counted = string.voice.logged
+        see_contacts(string.voice, ops, seen.string[i])
+
+
+@jit
+def see_neck(b, seen):
+    """Measures the neck of a bass."""
+    ops = operators_of(b, 0)
+    seen.strings = b.strings
+    seen.frets = min(b.frets, PLACES - 1)
+    seen.fretless = string_of(b, 0).voice.fretless
+    for k in range(PLACES):
+        seen.place[k] = ops[0, 0].length - ops[0, min(k, b.frets)].length
+    for i in range(b.strings):
+        lane = seen.string[i]
+        lane.open = performer_of(b).open[i]
+        lane.length = ops[i, 0].length
+        lane.speed = ops[i, 0].speed
+
+
+@jit
+def see_player(p, seen):
+    """Sees what the player's hands, keys and controllers do."""
+    controls, hands = p.controls, p.hands
+    seen.stroke = p.stroke
+    seen.slapped = p.slapped
+    seen.switched = 0
+    for k in range(ACTIONS):
+        if p.switched[k] > 0:
+            seen.switched |= 1 << k
+    seen.forced = p.forced
+    seen.hand = hands.place
+    seen.position = p.position
+    seen.nearest = p.player.pluck_nearest
+    seen.usual = p.player.pluck_position
+    seen.farthest = p.player.pluck_farthest
+    seen.latest = hands.latest
+    seen.notes = p.notes
+    seen.palm = controls.palm
+    seen.vibrato = controls.vibrato
+    seen.pedal = controls.pedal
+    seen.legato = controls.legato
+    seen.sliding = controls.sliding
+
+
+@jit
+def see_hand(p, i, lane):
+    """Sees what the hands do on string `i`."""
+    lane.state = p.hands.state[i]
+    lane.key = p.hands.key[i]
+    lane.fret = p.hands.fret[i]
+
+
+@jit
+def see_lane(string, ops, lane):
+    """Sees one string: its shape and its pickups."""
+    voice = string.voice
+    see_string(string, ops, lane.sight)
+    lane.bend = voice.tuned
+    lane.pickups = voice.pickups
+    for k in range(4):
+        lane.saddle[k] = voice.saddle[k]
+        lane.aperture[k] = voice.aperture[k]
+        lane.mix[k] = voice.mix[k]
+
+
+@jit
+def see_contacts(voice, ops, lane):
+    """Lights the places of the contacts that have begun since a string was seen last."""
+    if voice.log_room == 0:
+        return
+    log = contacts_at(voice.log, voice.log_room)
+    for k in range(max(min(lane.counted, voice.logged), voice.logged - voice.log_room), voice.logged):
+        contact = log[k % voice.log_room]
+        place = place_of(contact, ops)
+        hard = min(1.0, np.sqrt(max(contact.speed, 0.0) / FULL_SPEED))
+        light = hard * exp(min(0.0, (contact.step - voice.step) * ops[contact.fret].fine / GLOW))
+        if 0 <= place < PLACES:
+            lane.light[place] = max(lane.light[place], light)
+    lane.counted = voice.logged
+
+
+@jit
+def place_of(contact, ops):
+    """The fret that a contact hits, or the one that would be nearest to it on a board."""
+    op = ops[contact.fret]
+    if op.points <= MOST_NEAR:
+        return contact.fret + 1 + contact.point
+    left = op.length - positions(op)[min(contact.point, op.points - 1)]
+    return np.int64(np.rint(12.0 * log2(ops[0].length / max(left, 1e-3))))

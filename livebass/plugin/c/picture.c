@@ -1,0 +1,1238 @@
+/* The picture in the plugin's window: header, neck, lamps, and a panel of parameters by group.
+
+   What seldom changes is drawn into the ground, part by part, as each part's state changes; the neck's strings, lights
+   and notes go over it, anew for each look. */
+#include "picture.h"
+#include "paint.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* --- colours and measures --- */
+
+typedef struct {
+    uint32_t ground, raised, edge, ink, soft, accent, on_accent, trough, hot, good;
+} theme;
+static const theme themes[2] = {
+    {0xFFF1ECE4, 0xFFFCFAF6, 0xFFCFC4B5, 0xFF2A2119, 0xFF776A5B, 0xFFD08A1C, 0xFF221503, 0xFFDDD3C5, 0xFFD23A22, 0xFF4C8A3C},
+    {0xFF15110E, 0xFF241D17, 0xFF4A3E34, 0xFFF1E8DB, 0xFFA99A88, 0xFFF0A93B, 0xFF221503, 0xFF0B0907, 0xFFFF6B57, 0xFF7DB56B},
+};
+enum { WOOD = 0xFF3B2317, WOOD_LIGHT = 0xFF54341F, METAL = 0xFFC9C3B8, METAL_DARK = 0xFF6E6960, BONE = 0xFFF3E9D2 };
+enum { BLACK = 0xFF100D0B, STRING = 0xFFE3DCCF, STRING_DARK = 0xFF7A7267, MOVING = 0xFFFFD28A, FLASH = 0xFFFF8A3A };
+
+/* Pixels at scale 1. */
+enum { EDGE = 14, HEADER = 46, LAMPS = 28, TABS = 26, HEADING = 18, CELL = 38, CELL_WIDTH = 190, FOOT = 8 };
+#define SMALL 11.0
+#define MIDDLE 12.5
+#define LARGE 20.0
+
+enum { NODES = 160, STRIDE = 164, DRAWN = 64 }; /* steps of a string; numbers in a row; modes that are drawn */
+enum { MOST_PARTS = 256, MOST_PAGES = 16, MOST_COLUMNS = 8, MOST_TEXT = 160 };
+static const double zooms[] = {4, 8, 16, 32};
+#define FLOOR_DB -48.0
+#define FALL 20.0 /* dB/s of the meter */
+typedef float quad __attribute__((vector_size(16)));
+
+/* --- what is kept --- */
+
+enum { NOTHING, WORDMARK, PREVIOUS, NEXT, TITLE, QUALITY, LOAD, OVERLOAD, LAMP, TAB, HEAD, SLIDER, STEPPER, ITEM,
+       BOARD, PLUCK, MOTION };
+typedef struct {
+    int kind, number;
+    double x, y, w, h; /* pixels of the array */
+    uint64_t drawn;    /* what its state was as it was drawn; 0: it is to be drawn */
+} part;
+
+typedef struct { /* a string at one look */
+    int on, fret;
+    double stop; /* m from the nut */
+    quad u[STRIDE / 4];
+} shape;
+
+struct lb_picture {
+    lb_face face;
+    const theme *t;
+    lb_sheet sheet, ground;
+    double scale, seconds;
+    uint64_t laid_out; /* what the parts' places were made of */
+    part parts[MOST_PARTS];
+    int count, board; /* parts; the place of the neck among them */
+    int page, pages, listing, scrolled; /* listing: the basses are listed in place of the neck */
+    int groups[MOST_PAGES];   /* page of each group */
+    double values[LB_PARAMETERS];
+    /* the pointer */
+    int hovered, held; /* parts; -1: none */
+    double grabbed, from; /* place and value where a slider was grabbed */
+    int string, key, pressed_fret; /* the note that the pointer plays; string -1: none */
+    uint8_t toggled[LB_KEY_COUNT]; /* keys of switches that are held by hand */
+    /* looks */
+    LB_LOOK both[2];
+    int which;
+    uint64_t taken;
+    shape (*shapes)[LB_STRINGS]; /* of the last LB_LOOKS looks, the newest at (shaped - 1) % LB_LOOKS */
+    uint64_t shaped;
+    int fresh; /* shapes since the last picture */
+    quad *sines; /* DRAWN rows of STRIDE */
+    int zoom;
+    double level, told_load, told_at;
+    int lively; /* the last picture had something that moves */
+    uint64_t still; /* what else there was on the neck */
+    /* the neck: x of nut and saddle, pixels a metre along it; its middle, and half its width at nut and saddle */
+    double nut, saddle, metre, middle, half[2];
+};
+
+static const LB_LOOK *look_of(const lb_picture *p) { return &p->both[p->which]; }
+
+lb_picture *lb_new_picture(const lb_face *face) {
+    lb_picture *p = calloc(1, sizeof *p);
+    if (!p) return 0;
+    p->face = *face;
+    p->hovered = p->held = p->string = -1;
+    p->zoom = 1;
+    p->level = FLOOR_DB;
+    p->shapes = calloc(LB_LOOKS, sizeof *p->shapes);
+    p->sines = calloc(DRAWN * STRIDE, sizeof(float));
+    if (!p->shapes || !p->sines) {
+        lb_free_picture(p);
+        return 0;
+    }
+    float round[2 * NODES];
+    for (int k = 0; k < 2 * NODES; k++) round[k] = (float)sin(M_PI * k / NODES);
+    for (int j = 0; j < DRAWN; j++)
+        for (int k = 0; k <= NODES; k++) ((float *)p->sines)[j * STRIDE + k] = round[(j + 1) * k % (2 * NODES)];
+    return p;
+}
+
+static void end_note(lb_picture *p) {
+    if (p->string >= 0) p->face.note(p->face.owner, 0, p->string, p->key, 0);
+    p->string = -1;
+}
+
+void lb_free_picture(lb_picture *p) {
+    if (!p) return;
+    lb_point(p, LB_POINT_LEAVE, 0, 0, 0);
+    for (int key = 0; key < LB_KEY_COUNT; key++)
+        if (p->toggled[key]) p->face.note(p->face.owner, 0, -1, key, 0);
+    free(p->ground.pixels);
+    free(p->shapes);
+    free(p->sines);
+    free(p);
+}
+
+/* --- values --- */
+
+static double value(const lb_picture *p, int k) { return p->face.value(p->face.owner, k); }
+static double most(const lb_picture *p, int k) { return p->face.most(p->face.owner, k); }
+
+static void text_of(const lb_picture *p, int k, double v, char text[MOST_TEXT]) {
+    *text = 0;
+    p->face.text(p->face.owner, k, v, text, MOST_TEXT);
+}
+
+static double allowed(const lb_picture *p, int k, double v) {
+    v = fmin(fmax(v, lb_parameters[k].least), most(p, k));
+    return lb_parameters[k].whole ? rint(v) : v;
+}
+
+static void set(const lb_picture *p, int k, double v, int phase) { p->face.set(p->face.owner, k, v, phase); }
+
+/* A change at once. */
+static void change(const lb_picture *p, int k, double v) {
+    v = allowed(p, k, v);
+    set(p, k, value(p, k), LB_BEGIN);
+    set(p, k, v, LB_MOVE);
+    set(p, k, v, LB_END);
+}
+
+/* How many basses there are: with one, its parameter has two values of the same name. */
+static int basses(const lb_picture *p) {
+    char first[MOST_TEXT], second[MOST_TEXT];
+    const int count = (int)most(p, LB_BASS) + 1;
+    text_of(p, LB_BASS, 0, first);
+    text_of(p, LB_BASS, 1, second);
+    return count == 2 && !strcmp(first, second) ? 1 : count;
+}
+
+static void mix(uint64_t *hash, double v) {
+    uint64_t bits;
+    memcpy(&bits, &v, sizeof bits);
+    *hash = (*hash ^ bits) * 0x9E3779B97F4A7C15u;
+    *hash ^= *hash >> 29;
+}
+
+/* --- where everything is --- */
+
+static double px(const lb_picture *p, double units) { return p->scale * units; }
+
+static part *add(lb_picture *p, int kind, int number, double x, double y, double w, double h) {
+    static part none;
+    if (p->count == MOST_PARTS || w <= 0 || h <= 0) return &none;
+    part *q = &p->parts[p->count++];
+    *q = (part){kind, number, x, y, w, h, 0};
+    return q;
+}
+
+static int is_listed(int k) { return k != LB_BASS && k != LB_QUALITY; } /* those are in the header */
+
+static const char *const group_names[] = {LB_GROUPS};
+enum { GROUP_COUNT = sizeof group_names / sizeof *group_names };
+
+static int group_size(int group) {
+    int size = 0;
+    for (int k = 0; k < LB_PARAMETERS; k++) size += is_listed(k) && !strcmp(lb_parameters[k].group, group_names[group]);
+    return size;
+}
+
+static void lay_out_header(lb_picture *p, double width) {
+    const double y = px(p, 9), h = px(p, 28), left = px(p, 122), wide = fmin(px(p, 330), width * 0.36);
+    add(p, WORDMARK, 0, px(p, EDGE), y, px(p, 100), h);
+    add(p, PREVIOUS, 0, left, y, h, h);
+    add(p, TITLE, 0, left + h, y, wide - 2 * h, h);
+    add(p, NEXT, 0, left + wide - h, y, h, h);
+    const double right = width - px(p, EDGE);
+    add(p, OVERLOAD, 0, right - px(p, 82), y, px(p, 82), h);
+    add(p, LOAD, 0, right - px(p, 160), y, px(p, 72), h);
+    add(p, QUALITY, LB_QUALITY, right - px(p, 236), y, px(p, 70), h);
+}
+
+/* Puts groups into pages, each in columns of its own, as many cells as there are rows; those of this page are added. */
+static void lay_out_panel(lb_picture *p, double width, double top, int rows) {
+    const int columns = (int)fmin(fmax(floor((width - 2 * px(p, EDGE)) / px(p, CELL_WIDTH)), 1), MOST_COLUMNS);
+    const double wide = (width - 2 * px(p, EDGE) + px(p, EDGE)) / columns;
+    int page = 0, column = 0;
+    for (int g = 0; g < GROUP_COUNT; g++) {
+        const int size = group_size(g);
+        int needed = (size + rows - 1) / rows;
+        if (column && column + needed > columns) page++, column = 0;
+        p->groups[g] = page;
+        for (int k = 0, cell = 0; k < LB_PARAMETERS; k++) {
+            if (!is_listed(k) || strcmp(lb_parameters[k].group, group_names[g])) continue;
+            if (cell && cell % rows == 0 && ++column == columns) page++, column = 0; /* more than a page holds */
+            const double x = px(p, EDGE) + column * wide, y = top + px(p, TABS + HEADING) + cell % rows * px(p, CELL);
+            if (page == p->page) {
+                if (!cell || (!column && cell % rows == 0))
+                    add(p, HEAD, g, x, top + px(p, TABS), wide - px(p, EDGE), px(p, HEADING));
+                add(p, lb_parameters[k].points ? STEPPER : SLIDER, k, x, y, wide - px(p, EDGE), px(p, CELL));
+            }
+            cell++;
+        }
+        if (size) column++;
+    }
+    p->pages = page + 1;
+}
+
+/* A tab for each page, of the names of its groups. */
+static void tab_name(const lb_picture *p, int page, char text[MOST_TEXT]) {
+    *text = 0;
+    for (int g = 0; g < GROUP_COUNT; g++)
+        if (p->groups[g] == page && group_size(g)) {
+            const size_t end = strlen(text);
+            snprintf(text + end, MOST_TEXT - end, "%s%s", end ? ", " : "", group_names[g]);
+        }
+}
+
+static void lay_out_tabs(lb_picture *p, double top) {
+    char text[MOST_TEXT];
+    double x = px(p, EDGE);
+    for (int k = 0; k < p->pages; k++) {
+        tab_name(p, k, text);
+        const double wide = lb_text_width(px(p, MIDDLE), text) + px(p, 20);
+        add(p, TAB, k, x, top, wide, px(p, TABS - 4));
+        x += wide + px(p, 4);
+    }
+}
+
+/* The key that switches an action; -1: none. */
+static int key_of(const lb_picture *p, int action) {
+    int key = 0;
+    for (const lb_switch *s; key < LB_KEY_COUNT; key++)
+        if ((s = p->face.switched(p->face.owner, key)) && s->action == action) return key;
+    return -1;
+}
+
+static const char *switch_name(int action) {
+    for (int k = 0; k < LB_SWITCHES; k++)
+        if (lb_switches[k].action == action && lb_switches[k].value < 0) return lb_switches[k].name;
+    return 0;
+}
+
+static const char *const notes[] = {"C", "C#", "D", "D#", "E", "F", "F#", "G", "G#", "A", "A#", "B"};
+static void note_name(int key, char text[16]) {
+    if (key < 0 || key > 127) *text = 0;
+    else snprintf(text, 16, "%s%d", notes[key % 12], key / 12 - 1);
+}
+
+/* Lamps of what controllers do, too, are always there. */
+static int is_known(int action) {
+    static const int always[] = {LB_SWITCH_FINGER, LB_SWITCH_PICK, LB_SWITCH_SLAP, LB_SWITCH_PALM_MUTE,
+                                 LB_SWITCH_LEGATO, LB_SWITCH_SLIDE, LB_SWITCH_VIBRATO};
+    for (size_t k = 0; k < sizeof always / sizeof *always; k++)
+        if (always[k] == action) return 1;
+    return 0;
+}
+
+enum { LET_RING = 100, PLAYED_ON }; /* lamps besides those of actions: the pedal, and the string that keys call */
+
+static void lamp_name(const lb_picture *p, int lamp, int with_key, char text[64]) {
+    char key[16] = "";
+    const char *name = lamp == LET_RING ? "Let ring" : lamp == PLAYED_ON ? "String" : switch_name(lamp);
+    if (with_key && lamp < LET_RING) note_name(key_of(p, lamp), key);
+    snprintf(text, 64, "%s%s%s", name, *key ? "  " : "", key);
+}
+
+static void lay_out_lamps(lb_picture *p, double width, double top) {
+    int lamps[LB_SWITCHES + 2], count = 0, with_keys = 1;
+    char text[64];
+    static const int first[] = {LB_SWITCH_FINGER, LB_SWITCH_PICK, LB_SWITCH_SLAP};
+    for (int k = 0; k < 3; k++) lamps[count++] = first[k];
+    for (int k = 0; k < LB_SWITCHES; k++) {
+        const int action = lb_switches[k].action, is_first = action == first[0] || action == first[1] || action == first[2];
+        if (lb_switches[k].value < 0 && !is_first && (is_known(action) || key_of(p, action) >= 0)) lamps[count++] = action;
+    }
+    lamps[count++] = LET_RING;
+    if (key_of(p, LB_SWITCH_STRING) >= 0) lamps[count++] = PLAYED_ON;
+    for (;; with_keys = 0) {
+        double x = px(p, EDGE);
+        for (int k = 0; k < count; k++) {
+            lamp_name(p, lamps[k], with_keys, text);
+            x += lb_text_width(px(p, SMALL), text) + px(p, 22);
+        }
+        if (!with_keys || x <= width - px(p, EDGE)) break;
+    }
+    double x = px(p, EDGE);
+    for (int k = 0; k < count; k++) {
+        lamp_name(p, lamps[k], with_keys, text);
+        const double wide = lb_text_width(px(p, SMALL), text) + px(p, 18);
+        if (x + wide > width - px(p, EDGE)) continue;
+        add(p, LAMP, lamps[k] * 2 + with_keys, x, top + px(p, 3), wide, px(p, LAMPS - 6));
+        x += wide + px(p, 4);
+    }
+}
+
+static void lay_out_list(lb_picture *p, double x, double y, double w, double h) {
+    const int count = basses(p), rows = (int)fmax(h / px(p, 24), 1), columns = (int)fmax(w / px(p, 200), 1);
+    if (p->scrolled * columns >= count) p->scrolled = 0;
+    for (int k = 0; k < rows * columns && k + p->scrolled * rows < count; k++)
+        add(p, ITEM, k + p->scrolled * rows, x + k / rows * w / columns, y + k % rows * px(p, 24), w / columns - px(p, 6), px(p, 22));
+}
+
+/* The rows of cells that a height has room for. */
+static int rows_of(const lb_picture *p, double height) {
+    return height >= px(p, 560) ? 4 : height >= px(p, 400) ? 3 : 2;
+}
+
+static void lay_out_neck(lb_picture *p, const part *board) {
+    const LB_LOOK *l = look_of(p);
+    const int strings = l->strings ? (int)l->strings : 4;
+    double length = 0.86;
+    for (int i = 0; i < l->strings; i++) length = i ? fmax(length, l->string[i].length) : l->string[i].length;
+    p->nut = board->x + px(p, 52);
+    p->saddle = board->x + board->w - px(p, 74);
+    p->metre = (p->saddle - p->nut) / length;
+    p->middle = board->y + px(p, 20) + (board->h - px(p, 38)) / 2;
+    const double lane = fmin((board->h - px(p, 54)) / strings, px(p, 60));
+    p->half[0] = 0.42 * lane * strings;
+    p->half[1] = 0.5 * lane * strings;
+}
+
+static void lay_out(lb_picture *p) {
+    const double width = p->sheet.width, height = p->sheet.height;
+    const int rows = rows_of(p, height);
+    const double panel = height - px(p, TABS + HEADING + CELL * rows + FOOT), lamps = panel - px(p, LAMPS);
+    p->count = 0;
+    p->hovered = -1;
+    lay_out_header(p, width);
+    const double top = px(p, HEADER), tall = fmax(lamps - top, px(p, 60));
+    if (p->listing) lay_out_list(p, px(p, EDGE), top + px(p, 4), width - 2 * px(p, EDGE), tall - px(p, 8));
+    p->board = p->count;
+    part *board = add(p, BOARD, 0, 0, top, width, p->listing ? 0 : tall);
+    if (p->listing) p->board = -1;
+    else {
+        lay_out_neck(p, board);
+        add(p, PLUCK, LB_PLUCK_POSITION, 0, top, px(p, 16), px(p, 18));
+        add(p, MOTION, 0, p->nut, top + tall - px(p, 17), px(p, 76), px(p, 15));
+    }
+    lay_out_lamps(p, width, lamps);
+    const int before = p->count;
+    lay_out_panel(p, width, panel, rows);
+    if (p->page >= p->pages) { /* there were more in a smaller window */
+        p->page = 0;
+        p->count = before;
+        lay_out_panel(p, width, panel, rows);
+    }
+    lay_out_tabs(p, panel);
+}
+
+/* --- parts of the ground --- */
+
+/* Writes a text in the middle of a box, or from its left edge on. */
+static void label(lb_picture *p, lb_sheet *s, double x, double y, double w, double h, double units, uint32_t colour, const char *text,
+                  int centred) {
+    const double size = px(p, units), wide = lb_text_width(size, text);
+    lb_text(s, centred && wide < w ? x + (w - wide) / 2 : x, y + h / 2 + 0.36 * size, size, colour, text, w);
+}
+
+static void button(lb_picture *p, const part *q, int lit, int hot) {
+    const theme *t = p->t;
+    const uint32_t face = lit ? t->accent : hot ? lb_mixed(t->raised, t->edge, 0.5) : t->raised;
+    lb_round(&p->ground, q->x, q->y, q->w, q->h, px(p, 6), 0, face);
+    lb_round(&p->ground, q->x, q->y, q->w, q->h, px(p, 6), px(p, 1), lit ? t->accent : t->edge);
+}
+
+/* An arrow in a box, up (0), right (1), down (2) or left (3). */
+static void arrow(lb_picture *p, const part *q, int way, uint32_t colour) {
+    static const int ways[4][2] = {{0, -1}, {1, 0}, {0, 1}, {-1, 0}};
+    const double x = q->x + q->w / 2, y = q->y + q->h / 2, r = px(p, 4), dx = ways[way][0] * r, dy = ways[way][1] * r;
+    for (int side = -1; side < 2; side += 2)
+        lb_line(&p->ground, x + dx / 2, y + dy / 2, x - dx / 2 - side * dy, y - dy / 2 + side * dx, px(p, 1.8), colour);
+}
+
+/* "0.42 (74 % of the string)": what is in brackets says more, where there is no room for both. */
+static void shorten(lb_picture *p, char *text, double room) {
+    char *open = strstr(text, " (");
+    const size_t end = strlen(text);
+    if (!open || text[end - 1] != ')' || lb_text_width(px(p, SMALL), text) <= room) return;
+    text[end - 1] = 0;
+    memmove(text, open + 2, strlen(open + 2) + 1);
+}
+
+/* The track of a slider. */
+static void track_of(const lb_picture *p, const part *q, double *x, double *y, double *w) {
+    *x = q->x + px(p, 5);
+    *y = q->y + px(p, 25);
+    *w = q->w - px(p, 10);
+}
+
+static double place_on_track(const lb_picture *p, int k, double v) {
+    const double least = lb_parameters[k].least, range = most(p, k) - least;
+    return range > 0 ? fmin(fmax((v - least) / range, 0), 1) : 0;
+}
+
+static void draw_cell_text(lb_picture *p, const part *q, int hot) {
+    char text[MOST_TEXT];
+    const lb_parameter *k = &lb_parameters[q->number];
+    const double size = px(p, SMALL), y = q->y + px(p, 14), wide = lb_text_width(size, k->name);
+    lb_text(&p->ground, q->x, y, size, hot ? p->t->ink : p->t->soft, k->name, q->w);
+    if (q->kind == STEPPER) return;
+    const double room = q->w - wide - px(p, 8);
+    text_of(p, q->number, p->values[q->number], text);
+    shorten(p, text, room);
+    const double needed = lb_text_width(size, text);
+    lb_text(&p->ground, needed < room ? q->x + q->w - needed : q->x + wide + px(p, 8), y, size, p->t->ink, text, room + 1);
+}
+
+static void draw_slider(lb_picture *p, const part *q, int hot, int held) {
+    double x, y, w;
+    const theme *t = p->t;
+    const lb_parameter *k = &lb_parameters[q->number];
+    track_of(p, q, &x, &y, &w);
+    const double now = x + w * place_on_track(p, q->number, p->values[q->number]);
+    const double usual = x + w * place_on_track(p, q->number, k->usual), thick = px(p, 4);
+    lb_round(&p->ground, x, y - thick / 2, w, thick, thick / 2, 0, t->trough);
+    lb_round(&p->ground, fmin(now, usual), y - thick / 2, fabs(now - usual), thick, thick / 2, 0, t->accent);
+    if (k->usual > k->least && k->usual < most(p, q->number))
+        lb_box(&p->ground, usual - px(p, 0.75), y - px(p, 5), px(p, 1.5), px(p, 10), t->edge);
+    lb_round(&p->ground, now - px(p, 5), y - px(p, 7), px(p, 10), px(p, 14), px(p, 4), 0, BLACK);
+    lb_round(&p->ground, now - px(p, 4), y - px(p, 6), px(p, 8), px(p, 12), px(p, 3), 0, held ? t->accent : hot ? 0xFFFFFFFF : STRING);
+    lb_box(&p->ground, now - px(p, 0.5), y - px(p, 4), px(p, 1), px(p, 8), 0x80000000);
+}
+
+static void draw_stepper(lb_picture *p, const part *q, int hot) {
+    char text[MOST_TEXT];
+    const part face = {.x = q->x, .y = q->y + px(p, 17), .w = q->w, .h = px(p, 18)};
+    text_of(p, q->number, p->values[q->number], text);
+    const int on = p->values[q->number] != lb_parameters[q->number].least && most(p, q->number) == 1;
+    button(p, &face, 0, hot);
+    if (on) lb_round(&p->ground, face.x + px(p, 8), face.y + face.h / 2 - px(p, 3), px(p, 6), px(p, 6), px(p, 3), 0, p->t->accent);
+    label(p, &p->ground, face.x + px(p, 18), face.y, face.w - px(p, 34), face.h, SMALL, p->t->ink, text, 0);
+    const part end = {.x = face.x + face.w - px(p, 18), .y = face.y, .w = px(p, 14), .h = face.h};
+    arrow(p, &end, 1, hot ? p->t->ink : p->t->soft);
+}
+
+static int lamp_is_on(const lb_picture *p, int lamp) {
+    const LB_LOOK *l = look_of(p);
+    if (!l->strings) return 0;
+    switch (lamp) {
+    case LET_RING: return l->pedal != 0;
+    case PLAYED_ON: return l->forced >= 0;
+    case LB_SWITCH_SLAP: return l->slapped > 0;
+    case LB_SWITCH_PICK: return l->slapped == 0 && l->stroke == LB_PICK;
+    case LB_SWITCH_FINGER: return l->slapped == 0 && l->stroke != LB_PICK;
+    case LB_SWITCH_PALM_MUTE: if (l->palm > 0) return 1; break;
+    case LB_SWITCH_VIBRATO: if (l->vibrato > 0) return 1; break;
+    case LB_SWITCH_LEGATO: if (l->legato) return 1; break;
+    case LB_SWITCH_SLIDE: if (l->sliding) return 1; break;
+    default: break;
+    }
+    return l->switched >> lamp & 1;
+}
+
+static void draw_lamp(lb_picture *p, const part *q, int hot) {
+    char text[64];
+    const int lamp = q->number / 2, on = lamp_is_on(p, lamp);
+    const theme *t = p->t;
+    lamp_name(p, lamp, q->number % 2, text);
+    char *gap = strstr(text, "  ");
+    lb_round(&p->ground, q->x, q->y, q->w, q->h, q->h / 2, 0, on ? t->accent : hot ? t->edge : t->raised);
+    if (gap) *gap = 0;
+    const double y = q->y + q->h / 2 + px(p, 4), size = px(p, SMALL);
+    const double end = lb_text(&p->ground, q->x + px(p, 9), y, size, on ? t->on_accent : t->ink, text, q->w);
+    const uint32_t dim = on ? lb_faded(t->on_accent, 0.6) : t->soft;
+    if (gap) lb_text(&p->ground, end + lb_text_width(size, "  "), y, size, dim, gap + 2, q->w);
+}
+
+/* Draws a part onto the ground. */
+static void draw_part(lb_picture *p, const part *q, int hot, int held) {
+    const theme *t = p->t;
+    lb_sheet *s = &p->ground;
+    char text[MOST_TEXT];
+    lb_box(s, floor(q->x - 1), floor(q->y - 1), ceil(q->w + 3), ceil(q->h + 3), t->ground);
+    switch (q->kind) {
+    case WORDMARK: label(p, s, q->x, q->y, q->w, q->h, LARGE, t->accent, "livebass", 0); break;
+    case PREVIOUS:
+    case NEXT:
+        button(p, q, 0, hot);
+        arrow(p, q, q->kind == NEXT ? 1 : 3, t->ink);
+        break;
+    case TITLE:
+        button(p, q, p->listing, hot);
+        text_of(p, LB_BASS, p->values[LB_BASS], text);
+        label(p, s, q->x + px(p, 10), q->y, q->w - px(p, 30), q->h, MIDDLE, p->listing ? t->on_accent : t->ink, text, 0);
+        arrow(p, &(part){.x = q->x + q->w - q->h, .y = q->y, .w = q->h, .h = q->h}, 2, p->listing ? t->on_accent : t->soft);
+        break;
+    case QUALITY:
+        button(p, q, 0, hot);
+        text_of(p, LB_QUALITY, p->values[LB_QUALITY], text);
+        label(p, s, q->x, q->y, q->w, q->h, SMALL, t->ink, text, 1);
+        break;
+    case LOAD:
+        snprintf(text, sizeof text, "load %.0f %%", 100 * p->told_load);
+        label(p, s, q->x, q->y, q->w, q->h, SMALL, p->told_load > 0.9 ? t->hot : t->soft, text, 1);
+        break;
+    case OVERLOAD: {
+        const int on = look_of(p)->strings && look_of(p)->overload > 0;
+        lb_round(s, q->x, q->y + px(p, 4), q->w, q->h - px(p, 8), q->h / 2, on ? 0 : px(p, 1), on ? t->hot : t->edge);
+        label(p, s, q->x, q->y, q->w, q->h, 9.5, on ? 0xFFFFFFFF : t->soft, "OVERLOAD", 1);
+        break;
+    }
+    case LAMP: draw_lamp(p, q, hot); break;
+    case TAB:
+        tab_name(p, q->number, text);
+        label(p, s, q->x, q->y, q->w, q->h, MIDDLE, q->number == p->page || hot ? t->ink : t->soft, text, 1);
+        if (q->number == p->page) lb_box(s, q->x + px(p, 8), q->y + q->h - px(p, 2), q->w - px(p, 16), px(p, 2), t->accent);
+        break;
+    case HEAD:
+        for (int k = 0; (text[k] = group_names[q->number][k]); k++)
+            if (text[k] >= 'a' && text[k] <= 'z') text[k] = (char)(text[k] - 32);
+        label(p, s, q->x, q->y, q->w, q->h, 9.0, t->accent, text, 0);
+        break;
+    case SLIDER:
+        draw_cell_text(p, q, hot);
+        draw_slider(p, q, hot, held);
+        break;
+    case STEPPER:
+        draw_cell_text(p, q, hot);
+        draw_stepper(p, q, hot);
+        break;
+    case ITEM: {
+        const int now = (int)p->values[LB_BASS] == q->number;
+        if (now || hot) lb_round(s, q->x, q->y, q->w, q->h, px(p, 5), 0, now ? t->accent : t->raised);
+        text_of(p, LB_BASS, q->number, text);
+        label(p, s, q->x + px(p, 8), q->y, q->w - px(p, 16), q->h, MIDDLE, now ? t->on_accent : t->ink, text, 0);
+        break;
+    }
+    default: break;
+    }
+}
+
+/* --- the neck at rest --- */
+
+static double x_of(const lb_picture *p, double metres) { return p->nut + metres * p->metre; }
+
+static double part_along(const lb_picture *p, double x) { return (x - p->nut) / (p->saddle - p->nut); }
+
+/* Half the width of the neck at x. */
+static double half_at(const lb_picture *p, double x) {
+    return p->half[0] + (p->half[1] - p->half[0]) * fmax(part_along(p, x), -0.02);
+}
+
+static int64_t strings_of(const lb_picture *p) { return look_of(p)->strings; }
+
+/* The middle of a string's lane; the lowest string is below. */
+static double lane_at(const lb_picture *p, int string, double x) {
+    return p->middle - half_at(p, x) * ((2.0 * string + 1) / (double)strings_of(p) - 1);
+}
+
+/* Noise without steps along x and y, 0 to 1. */
+static float grain(float x, float y) {
+    const float fx = floorf(x), fy = floorf(y);
+    float corner[4];
+    for (int k = 0; k < 4; k++) {
+        uint32_t n = (uint32_t)((int)fx + (k & 1)) * 374761393u + (uint32_t)((int)fy + (k >> 1)) * 668265263u;
+        n = (n ^ n >> 13) * 1274126177u;
+        corner[k] = (float)((n ^ n >> 16) & 1023) / 1023;
+    }
+    const float sx = (x - fx) * (x - fx) * (3 - 2 * (x - fx)), sy = y - fy;
+    const float above = corner[0] + (corner[1] - corner[0]) * sx, below = corner[2] + (corner[3] - corner[2]) * sx;
+    return above + (below - above) * sy;
+}
+
+/* The end of the board, beyond the last fret. */
+static double board_end(const lb_picture *p) {
+    const LB_LOOK *l = look_of(p);
+    return x_of(p, l->place[l->frets] + 0.012);
+}
+
+static void draw_body(lb_picture *p, const part *q) {
+    lb_sheet *s = &p->ground;
+    const double left = x_of(p, look_of(p)->place[look_of(p)->frets] - 0.045), right = q->x + q->w - px(p, 34), r = px(p, 46);
+    const double top = q->y + px(p, 2), foot = q->y + q->h - px(p, 2), cx = (left + right) / 2 + px(p, 10), cy = p->middle;
+    const lb_area a = lb_common(lb_area_of(left, top, right - left, foot - top), (lb_area){0, 0, s->width, s->height});
+    for (int y = a.y0; y < a.y1; y++)
+        for (int x = a.x0; x < a.x1; x++) {
+            const double dx = (x - cx) / (right - left) * 2, dy = (y - cy) / (foot - top) * 2, far = dx * dx * dx * dx + dy * dy * dy * dy;
+            const float g = grain((float)((x - q->x) / p->scale) * 0.02f, (float)((y - q->y) / p->scale) * 0.35f);
+            const uint32_t wood = lb_mixed(0xFFB8631F, 0xFFD98E3C, g), rim = lb_mixed(0xFF6E1F12, 0xFF1A0D0A, far * 0.9 - 0.2);
+            const double ex = fmax(fmax(left + r - x, x - right + r), 0), ey = fmax(fmax(top + r - y, y - foot + r), 0);
+            lb_dot(s, x, y, lb_mixed(wood, rim, far * 0.95 + 0.12), (float)(r + 0.5 - sqrt(ex * ex + ey * ey)));
+        }
+}
+
+static void draw_board(lb_picture *p) {
+    const LB_LOOK *l = look_of(p);
+    lb_sheet *s = &p->ground;
+    const double end = board_end(p);
+    for (int x = (int)p->nut; x < (int)end; x++) {
+        const double half = half_at(p, x) + px(p, 3), top = p->middle - half, foot = p->middle + half;
+        for (int y = (int)top; y <= (int)foot; y++) {
+            const float g = grain((float)((x - p->nut) / p->scale) * 0.025f, (float)((y - p->middle) / p->scale) * 0.55f);
+            const double rim = 1 - fmin(fmin(y - top, foot - y) / px(p, 5), 1);
+            const double cover = fmin(fmin(y + 1 - top, foot - y), 1);
+            lb_dot(s, x, y, lb_mixed(lb_mixed(WOOD, WOOD_LIGHT, 0.15 + 0.7 * g), BLACK, 0.5 * rim), (float)cover);
+        }
+    }
+    char text[8];
+    for (int k = 1; k <= l->frets; k++) {
+        const double x = x_of(p, l->place[k]), half = half_at(p, x) + px(p, 3), before = x_of(p, l->place[k - 1]);
+        if (!l->fretless) {
+            lb_box(s, x - px(p, 0.2), p->middle - half, px(p, 2.6), 2 * half, 0x70000000);
+            lb_shade(s, x - px(p, 1.3), p->middle - half, px(p, 2.4), 2 * half, METAL, METAL_DARK);
+            lb_box(s, x - px(p, 0.9), p->middle - half, px(p, 0.9), 2 * half, 0xB0FFFFFF);
+        }
+        const int in_octave = k % 12, twice = !in_octave;
+        if (!twice && in_octave != 3 && in_octave != 5 && in_octave != 7 && in_octave != 9) continue;
+        const double mid = l->fretless ? x : (x + before) / 2, r = px(p, 4.2);
+        const double apart = twice ? half_at(p, mid) * 2 / (double)l->strings : 0;
+        if (l->fretless) lb_round(s, mid - px(p, 2.5), p->middle + half - px(p, 1), px(p, 5), px(p, 5), px(p, 2.5), 0, BONE);
+        for (int side = -1; side < 2 && !l->fretless; side += 2)
+            lb_round(s, mid - r, p->middle + side * apart - r, 2 * r, 2 * r, r, 0, lb_faded(BONE, twice ? 0.85 : 0.6));
+        snprintf(text, sizeof text, "%d", k);
+        const double wide = lb_text_width(px(p, 9.5), text);
+        if (x > end - px(p, 4) && k != l->frets) continue;
+        lb_text(s, mid - wide / 2, p->middle + p->half[1] + px(p, 15), px(p, 9.5), x_of(p, l->place[l->frets] - 0.045) < mid ? 0xC0F3E9D2 : p->t->soft, text, 100);
+    }
+    const double half = half_at(p, p->nut) + px(p, 3);
+    lb_round(s, p->nut - px(p, 5), p->middle - half, px(p, 6), 2 * half, px(p, 2), 0, BONE);
+    lb_box(s, p->nut + px(p, 1), p->middle - half, px(p, 2), 2 * half, 0x50000000);
+}
+
+/* A pickup: where strings beside each other have it at the same place, it is one. */
+static void draw_pickup(lb_picture *p, int k) {
+    const LB_LOOK *l = look_of(p);
+    lb_sheet *s = &p->ground;
+    for (int i = 0, last; i < l->strings; i = last) {
+        const LB_STRING_LOOK *string = &l->string[i];
+        for (last = i + 1; last < l->strings && fabs(l->string[last].saddle[k] - string->saddle[k]) < 2e-3; last++) {}
+        if (k >= string->pickups) continue;
+        const double x = x_of(p, string->length - string->saddle[k]), lane = half_at(p, x) * 2 / (double)l->strings;
+        const double top = lane_at(p, last - 1, x) - 0.48 * lane, foot = lane_at(p, i, x) + 0.48 * lane;
+        const double wide = fmax(string->aperture[k] * p->metre, px(p, 18));
+        const double loud = string->mix[k] != 0 ? 1 : 0.45;
+        lb_round(s, x - wide / 2 + px(p, 1), top + px(p, 2), wide, foot - top, px(p, 5), 0, 0x60000000);
+        lb_round(s, x - wide / 2, top, wide, foot - top, px(p, 5), 0, BLACK);
+        lb_round(s, x - wide / 2, top, wide, foot - top, px(p, 5), px(p, 1), 0xFF3A332D);
+        for (int at = i; at < last; at++)
+            for (int side = -1; side < 2; side += 2) {
+                const double y = lane_at(p, at, x) + side * 0.2 * lane, r = px(p, 2.8);
+                lb_round(s, x - r, y - r, 2 * r, 2 * r, r, 0, lb_faded(METAL, loud));
+            }
+    }
+}
+
+static void draw_bridge(lb_picture *p) {
+    lb_sheet *s = &p->ground;
+    const double half = half_at(p, p->saddle) + px(p, 2), x = p->saddle, lane = 2 * half_at(p, x) / (double)strings_of(p);
+    lb_round(s, x - px(p, 7), p->middle - half + px(p, 3), px(p, 34), 2 * half, px(p, 4), 0, 0x60000000);
+    lb_round(s, x - px(p, 8), p->middle - half, px(p, 34), 2 * half, px(p, 4), 0, METAL_DARK);
+    lb_round(s, x - px(p, 8), p->middle - half, px(p, 34), 2 * half, px(p, 4), px(p, 1), METAL);
+    for (int i = 0; i < strings_of(p); i++) {
+        const double y = lane_at(p, i, x);
+        lb_round(s, x - px(p, 3), y - 0.32 * lane, px(p, 22), 0.64 * lane, px(p, 3), 0, METAL);
+        lb_box(s, x - px(p, 0.8), y - 0.32 * lane, px(p, 1.6), 0.64 * lane, 0xFF8F897E);
+    }
+}
+
+static void draw_neck(lb_picture *p, const part *q) {
+    lb_sheet *s = &p->ground;
+    lb_box(s, q->x, q->y, q->w, q->h, p->t->ground);
+    if (!strings_of(p)) {
+        label(p, s, q->x, q->y, q->w, q->h, MIDDLE, p->t->soft, "No bass is loaded: the host has not switched the plugin on.", 1);
+        return;
+    }
+    s->clip = lb_area_of(q->x, q->y, q->w, q->h);
+    draw_body(p, q);
+    draw_board(p);
+    for (int k = 0; k < 4; k++) draw_pickup(p, k);
+    draw_bridge(p);
+    s->clip = (lb_area){0, 0, s->width, s->height};
+}
+
+/* What a neck at rest is drawn of. */
+static uint64_t neck_state(const lb_picture *p) {
+    const LB_LOOK *l = look_of(p);
+    uint64_t hash = 1;
+    mix(&hash, (double)l->strings * 1000 + (double)l->frets * 2 + (double)l->fretless);
+    for (int k = 0; k <= l->frets && k < LB_PLACES; k++) mix(&hash, l->place[k]);
+    for (int i = 0; i < l->strings; i++) {
+        mix(&hash, l->string[i].length);
+        mix(&hash, (double)l->string[i].pickups);
+        for (int k = 0; k < l->string[i].pickups && k < 4; k++) {
+            mix(&hash, l->string[i].saddle[k]);
+            mix(&hash, l->string[i].aperture[k]);
+            mix(&hash, l->string[i].mix[k] != 0);
+        }
+    }
+    return hash | 1;
+}
+
+/* --- looks --- */
+
+/* The slot of a string that sounds louder; 0: it is silent. */
+static const LB_SLOT_SIGHT *loudest(const LB_STRING_LOOK *l) {
+    const LB_SLOT_SIGHT *found = 0;
+    double most = -1;
+    for (int k = 0; k < LB_SLOTS; k++) {
+        const LB_SLOT_SIGHT *s = &l->sight.slot[k];
+        double sum = 0;
+        for (int j = 0; j < 16 && j < s->modes; j++) sum += (double)s->u[j] * s->u[j];
+        if (s->on && s->length > 0 && sum > most) found = s, most = sum;
+    }
+    return found;
+}
+
+static void take_shape(const lb_picture *p, const LB_STRING_LOOK *l, shape *to) {
+    const LB_SLOT_SIGHT *s = loudest(l);
+    to->on = s != 0;
+    if (!s) return;
+    const double scale = sqrt(2 / s->length);
+    to->fret = (int)s->fret;
+    to->stop = fmax(l->length - s->length, 0);
+    float *u = (float *)to->u;
+    for (int k = 0; k <= NODES; k++) u[k] = (float)(s->stop * (NODES - k) / NODES);
+    for (int j = 0; j < DRAWN && j < s->modes && j < LB_SEEN; j++) {
+        const float a = (float)scale * s->u[j];
+        const quad q = {a, a, a, a}, *row = p->sines + j * (STRIDE / 4);
+        for (int k = 0; k < STRIDE / 4; k++) to->u[k] += q * row[k];
+    }
+}
+
+/* Holds within its bounds what a look from elsewhere may have. */
+static void bound(LB_LOOK *l) {
+    if (l->strings < 0 || l->strings > LB_STRINGS) l->strings = 0;
+    l->frets = l->frets < 0 ? 0 : l->frets >= LB_PLACES ? LB_PLACES - 1 : l->frets;
+    for (int i = 0; i < l->strings; i++) {
+        if (!(l->string[i].length > 0.1)) l->string[i].length = 0.1;
+        if (l->string[i].pickups < 0 || l->string[i].pickups > 4) l->string[i].pickups = 0;
+    }
+}
+
+/* Reads the looks that are new. */
+static void read_looks(lb_picture *p) {
+    const uint64_t taken = lb_looks_taken(p->face.look);
+    const uint64_t fresh = taken - p->taken;
+    p->fresh = 0;
+    for (int k = fresh < LB_LOOKS - 1 ? (int)fresh - 1 : LB_LOOKS - 2; k >= 0; k--) {
+        LB_LOOK *to = &p->both[!p->which];
+        if (!lb_read_look(p->face.look, k, to)) continue;
+        bound(to);
+        if (to->bass != look_of(p)->bass || to->strings != look_of(p)->strings) p->shaped = 0;
+        p->which = !p->which;
+        for (int i = 0; i < to->strings; i++) take_shape(p, &to->string[i], &p->shapes[p->shaped % LB_LOOKS][i]);
+        p->shaped++;
+        p->fresh++;
+        p->level = fmax(p->level, 20 * log10(fmax(to->peak, 1e-9)));
+    }
+    p->taken = taken;
+}
+
+/* --- what moves on the neck --- */
+
+/* Half the thickness of a string: of steel of usual tension. */
+static double thickness(const lb_picture *p, int string) {
+    const double speed = look_of(p)->string[string].speed;
+    return fmax(0.095 / fmax(speed, 20) * p->metre, px(p, 0.7));
+}
+
+/* The colour across a string, from its upper edge (-1) to its lower one (1). */
+static uint32_t tone(double across) { return lb_mixed(STRING, STRING_DARK, 0.5 + 0.62 * across); }
+
+/* A column of a string: a stroke around y, of which its slope makes more. */
+static void stroke(lb_sheet *s, int x, double y, double half, double slope) {
+    const double tall = half * sqrt(1 + slope * slope);
+    for (int j = (int)floor(y - tall - 0.5); j <= (int)ceil(y + tall + 0.5); j++) {
+        const double away = j + 0.5 - y;
+        lb_dot(s, x, j, tone(fmin(fmax(away / tall, -1), 1)), (float)(tall + 0.5 - fabs(away)));
+    }
+}
+
+enum { MOST_TALL = 1024 }; /* pixels of a column that a blur may cover */
+
+/* Says that a stroke was between two heights for a part of the time. */
+static void smear(float *sums, int tall, double from, double to, double part) {
+    const double ends[2] = {fmin(fmax(from, 0), tall - 1), fmin(fmax(to, 0), tall - 1)};
+    for (int k = 0; k < 2; k++) {
+        const int i = (int)ends[k];
+        const double right = ends[k] - i, way = k ? -part : part;
+        sums[i] += (float)(way * (1 - right));
+        sums[i + 1] += (float)(way * right);
+    }
+}
+
+/* Where a string was in the looks of this picture, at a column, as displacements in pixels, the newest first. */
+static int heights(const lb_picture *p, int string, int looks, int x, double limit, double *y) {
+    int count = 0;
+    for (int k = 0; k < looks; k++) {
+        const shape *s = &p->shapes[(p->shaped - 1 - (uint64_t)k) % LB_LOOKS][string];
+        const double start = x_of(p, s->stop), at = (x + 0.5 - start) / (p->saddle - start) * NODES;
+        if (!s->on) break;
+        if (at < 0) {
+            y[count++] = 0;
+            continue;
+        }
+        const int node = at < NODES - 1 ? (int)at : NODES - 1;
+        const float *u = (const float *)s->u + node;
+        const double moved = (u[0] + (u[1] - u[0]) * fmin(at - node, 1)) * p->metre * zooms[p->zoom];
+        y[count++] = fmin(fmax(moved, -limit), limit);
+    }
+    return count;
+}
+
+static void draw_string(lb_picture *p, lb_sheet *s, int string) {
+    const int looks = p->shaped ? (int)fmin(fmax(p->fresh, 1) + 1, fmin((double)p->shaped, LB_LOOKS)) : 0;
+    const double half = thickness(p, string), limit = 1.9 * p->half[0] / (double)strings_of(p);
+    const int moving = looks && p->shapes[(p->shaped - 1) % LB_LOOKS][string].on, behind = (int)ceil(px(p, 14));
+    double before = 0, y[LB_LOOKS];
+    float sums[MOST_TALL + 2];
+    const double start = moving ? x_of(p, p->shapes[(p->shaped - 1) % LB_LOOKS][string].stop) : p->saddle;
+    for (int x = (int)p->nut - behind / 3; x < (int)p->saddle + behind; x++) {
+        const double rest = lane_at(p, string, x + 0.5), shadow = rest + px(p, 3.5);
+        const int count = moving && x >= (int)start && x < (int)p->saddle ? heights(p, string, looks, x, limit, y) : 0;
+        for (int j = (int)(shadow - half); j < (int)ceil(shadow + half); j++) lb_dot(s, x, j, 0x48000000, 1);
+        if (count > 1) {
+            double low = y[0], high = y[0];
+            for (int k = 1; k < count; k++) low = fmin(low, y[k]), high = fmax(high, y[k]);
+            const int top = (int)floor(rest - high - half) - 1, tall = (int)fmin(high - low + 2 * half + 4, MOST_TALL);
+            memset(sums, 0, (size_t)(tall + 2) * sizeof *sums);
+            for (int k = 1; k < count && high - low > 0.5; k++) {
+                const double a = rest - fmax(y[k], y[k - 1]) - half - top, b = rest - fmin(y[k], y[k - 1]) + half - top;
+                smear(sums, tall, a, b, fmin(2.4 * (2 * half + 0.6) / (b - a), 1) / (count - 1));
+            }
+            float sum = 0;
+            for (int j = 0; j < tall; j++) {
+                sum += sums[j];
+                if (sum > 0.004f) lb_dot(s, x, top + j, MOVING, 0.8f * sum);
+            }
+        }
+        const double now = count ? rest - y[0] : rest;
+        stroke(s, x, now, half, x > (int)p->nut && count ? now - before : 0);
+        before = now;
+    }
+}
+
+static void draw_lights(lb_picture *p, lb_sheet *s) {
+    const LB_LOOK *l = look_of(p);
+    for (int i = 0; i < l->strings; i++)
+        for (int k = 1; k <= l->frets; k++) {
+            const double bright = l->string[i].light[k], x = x_of(p, l->place[k]), y = lane_at(p, i, x);
+            if (!(bright > 0.02)) continue;
+            const double lane = 2 * half_at(p, x) / (double)l->strings, part = 0.3 + 0.7 * fmin(bright, 1);
+            lb_glow(s, x, y, px(p, 7 + 9 * bright), lane * (0.4 + 0.3 * bright), lb_faded(FLASH, part));
+            lb_box(s, x - px(p, 1.2), y - 0.42 * lane, px(p, 2.4), 0.84 * lane, lb_faded(0xFFFFF0C8, part));
+        }
+}
+
+static void draw_name(lb_picture *p, lb_sheet *s, double x, double y, const char *text, int lit) {
+    const double size = px(p, 10), wide = fmax(lb_text_width(size, text) + px(p, 8), px(p, 20)), tall = px(p, 17);
+    lb_round(s, x - wide / 2, y - tall / 2, wide, tall, tall / 2, 0, lit ? p->t->accent : p->t->raised);
+    if (!lit) lb_round(s, x - wide / 2, y - tall / 2, wide, tall, tall / 2, px(p, 1), p->t->edge);
+    lb_text(s, x - (wide - px(p, 8)) / 2 + px(p, 0), y + 0.36 * size, size, lit ? p->t->on_accent : p->t->ink, text, wide);
+}
+
+/* The names of the open strings, and of the notes where fingers hold them. */
+static void draw_names(lb_picture *p, lb_sheet *s) {
+    const LB_LOOK *l = look_of(p);
+    char text[16];
+    for (int i = 0; i < l->strings; i++) {
+        const LB_STRING_LOOK *string = &l->string[i];
+        const int held = string->state != LB_FREE;
+        const int fret = held && string->fret >= 0 && string->fret <= l->frets ? (int)string->fret : 0;
+        note_name((int)string->open, text);
+        draw_name(p, s, p->nut - px(p, 28), lane_at(p, i, p->nut), text, held && !fret);
+        if (!fret) continue;
+        note_name((int)string->open + fret, text);
+        const double at = x_of(p, l->place[fret]), before = x_of(p, l->place[fret - 1]);
+        const double x = l->fretless ? at : at - fmin((at - before) / 2, px(p, 16));
+        draw_name(p, s, x, lane_at(p, i, x), text, 1);
+    }
+}
+
+static void draw_pluck(lb_picture *p, lb_sheet *s) {
+    const LB_LOOK *l = look_of(p);
+    part *q = &p->parts[p->board + 1];
+    const int lively = p->held == p->board + 1 || p->hovered == p->board + 1;
+    const double x = x_of(p, l->position * l->string[0].length), r = px(p, lively ? 8 : 6.5), y = q->y + px(p, 10);
+    const uint32_t colour = lively ? 0xFFFFFFFF : p->t->accent;
+    q->x = x - px(p, 8);
+    for (double at = y; at < p->middle + half_at(p, x); at += px(p, 7))
+        lb_box(s, x - px(p, 0.75), at, px(p, 1.5), px(p, 3.5), lb_faded(colour, 0.55));
+    lb_round(s, x - r, y - r, 2 * r, 2 * r, r, 0, BLACK);
+    lb_round(s, x - r + px(p, 1.5), y - r + px(p, 1.5), 2 * r - px(p, 3), 2 * r - px(p, 3), r, 0, colour);
+    if (!lively) return;
+    char text[MOST_TEXT];
+    snprintf(text, sizeof text, "pluck at %.0f %%", 100 * l->position);
+    const double wide = lb_text_width(px(p, SMALL), text) + px(p, 12);
+    const double left = fmin(x + px(p, 12), p->sheet.width - wide - px(p, 40));
+    lb_round(s, left, y - px(p, 9), wide, px(p, 18), px(p, 5), 0, 0xD0100D0B);
+    lb_text(s, left + px(p, 6), y + px(p, 4), px(p, SMALL), 0xFFFFFFFF, text, wide);
+}
+
+/* How far the meter is, 0 to 1. */
+static double meter_part(const lb_picture *p) { return fmin(fmax((p->level - FLOOR_DB) / -FLOOR_DB, 0), 1); }
+
+static void draw_meter(lb_picture *p, lb_sheet *s, const part *q) {
+    const double w = px(p, 8), x = q->x + q->w - px(p, EDGE) - w, top = q->y + px(p, 6), tall = q->h - px(p, 24);
+    const double full = tall * meter_part(p);
+    lb_round(s, x, top, w, tall, px(p, 3), 0, p->t->trough);
+    for (double at = 0; at < full; at += px(p, 3)) {
+        const double db = FLOOR_DB * (1 - at / tall);
+        const uint32_t colour = db > -1 ? p->t->hot : db > -9 ? p->t->accent : p->t->good;
+        lb_box(s, x + px(p, 1), top + tall - at - px(p, 2), w - px(p, 2), px(p, 2), colour);
+    }
+    lb_text(s, x - px(p, 4), q->y + q->h - px(p, 6), px(p, 9.5), p->t->soft, "out", 100);
+}
+
+static void draw_motion(lb_picture *p, lb_sheet *s) {
+    const part *q = &p->parts[p->board + 2];
+    char text[32];
+    snprintf(text, sizeof text, "motion x %.0f", zooms[p->zoom]);
+    lb_text(s, q->x, q->y + px(p, 11), px(p, 9.5), p->hovered == p->board + 2 ? p->t->ink : p->t->soft, text, 200);
+}
+
+/* What moves on the neck, besides strings and lights. */
+static uint64_t still_state(const lb_picture *p) {
+    const LB_LOOK *l = look_of(p);
+    uint64_t hash = 1;
+    mix(&hash, l->position);
+    mix(&hash, rint(meter_part(p) * 200));
+    mix(&hash, p->zoom * 64 + (p->hovered > p->board && p->hovered <= p->board + 2 ? p->hovered - p->board : 0) * 8 +
+                   (p->held == p->board + 1));
+    for (int i = 0; i < l->strings; i++) mix(&hash, (double)(l->string[i].state * 100 + l->string[i].fret));
+    return hash;
+}
+
+static int is_lively(const lb_picture *p) {
+    const LB_LOOK *l = look_of(p);
+    for (int i = 0; i < l->strings; i++) {
+        if (loudest(&l->string[i])) return 1;
+        for (int k = 0; k < LB_PLACES; k++)
+            if (l->string[i].light[k] > 0.02f) return 1;
+    }
+    return 0;
+}
+
+/* --- drawing --- */
+
+static void copy_area(const lb_picture *p, lb_area a) {
+    const size_t width = (size_t)p->sheet.width;
+    a = lb_common(a, (lb_area){0, 0, p->sheet.width, p->sheet.height});
+    for (int y = a.y0; y < a.y1 && a.x1 > a.x0; y++)
+        memcpy(p->sheet.pixels + (size_t)y * width + a.x0, p->ground.pixels + (size_t)y * width + a.x0,
+               (size_t)(a.x1 - a.x0) * sizeof(uint32_t));
+}
+
+/* What the places of the parts are made of. */
+static uint64_t layout_state(const lb_picture *p) {
+    const LB_LOOK *l = look_of(p);
+    uint64_t hash = 1;
+    mix(&hash, p->sheet.width);
+    mix(&hash, p->sheet.height);
+    mix(&hash, p->scale);
+    mix(&hash, p->t == &themes[1]);
+    mix(&hash, p->page * 4 + p->listing * 2 + p->scrolled * 1000);
+    mix(&hash, (double)l->strings);
+    for (int i = 0; i < l->strings; i++) mix(&hash, l->string[i].length);
+    mix(&hash, p->values[LB_BASS]);
+    return hash | 1;
+}
+
+/* What a part of the ground shows now. */
+static uint64_t part_state(const lb_picture *p, int k) {
+    const part *q = &p->parts[k];
+    const LB_LOOK *l = look_of(p);
+    uint64_t hash = 1;
+    if (q->kind == BOARD) return neck_state(p);
+    mix(&hash, (p->hovered == k) + 2 * (p->held == k));
+    if (q->kind == SLIDER || q->kind == STEPPER || q->kind == QUALITY) mix(&hash, p->values[q->number]);
+    if (q->kind == SLIDER) mix(&hash, most(p, q->number));
+    if (q->kind == TITLE || q->kind == ITEM) mix(&hash, p->values[LB_BASS]);
+    if (q->kind == LOAD) mix(&hash, rint(100 * p->told_load));
+    if (q->kind == OVERLOAD) mix(&hash, l->strings && l->overload > 0);
+    if (q->kind == LAMP) mix(&hash, lamp_is_on(p, q->number / 2));
+    return hash | 1;
+}
+
+/* Takes the array to draw into; returns 0 if there is no memory. */
+static int take_sheet(lb_picture *p, uint32_t *pixels, int width, int height) {
+    const lb_area all = {0, 0, width, height};
+    if (p->sheet.width != width || p->sheet.height != height || !p->ground.pixels) {
+        free(p->ground.pixels);
+        p->ground = (lb_sheet){calloc((size_t)width * (size_t)height, sizeof(uint32_t)), width, height, all};
+        p->laid_out = 0;
+    }
+    if (p->sheet.pixels != pixels) p->laid_out = 0;
+    p->sheet = (lb_sheet){pixels, width, height, all};
+    return p->ground.pixels != 0;
+}
+
+static void tell_load(lb_picture *p) {
+    if (p->seconds - p->told_at < 0.5 && p->seconds >= p->told_at) return;
+    p->told_at = p->seconds;
+    p->told_load = look_of(p)->strings ? look_of(p)->load : 0;
+}
+
+/* Draws the neck as it moves; returns what has changed. */
+static lb_area draw_lively(lb_picture *p, int anew) {
+    const part *q = &p->parts[p->board];
+    const lb_area area = lb_area_of(q->x, q->y, q->w, q->h), nothing = {0, 0, 0, 0};
+    const int lively = is_lively(p);
+    const uint64_t still = still_state(p);
+    if (!anew && still == p->still && !(p->fresh && (lively || p->lively))) return nothing;
+    lb_sheet s = p->sheet;
+    p->still = still;
+    p->lively = lively;
+    copy_area(p, area);
+    s.clip = area;
+    if (strings_of(p)) {
+        draw_lights(p, &s);
+        for (int i = 0; i < strings_of(p); i++) draw_string(p, &s, i);
+        draw_names(p, &s);
+        draw_pluck(p, &s);
+        draw_motion(p, &s);
+    }
+    draw_meter(p, &s, q);
+    return area;
+}
+
+/* Ends what the pointer holds. */
+static void let_go(lb_picture *p) {
+    if (p->held >= 0 && (p->parts[p->held].kind == SLIDER || p->parts[p->held].kind == PLUCK)) {
+        const int k = p->parts[p->held].number;
+        set(p, k, value(p, k), LB_END);
+    }
+    p->held = -1;
+    end_note(p);
+}
+
+void lb_draw(lb_picture *p, uint32_t *pixels, int width, int height, double scale, int dark, double seconds,
+             int dirty[4]) {
+    memset(dirty, 0, 4 * sizeof *dirty);
+    if (width < 1 || height < 1 || !take_sheet(p, pixels, width, height)) return;
+    p->scale = fmin(fmax(scale, 1), 4);
+    p->t = &themes[dark != 0];
+    p->level = fmax(p->level - FALL * fmin(fmax(seconds - p->seconds, 0), 1), FLOOR_DB);
+    p->seconds = seconds;
+    read_looks(p);
+    tell_load(p);
+    for (int k = 0; k < LB_PARAMETERS; k++) p->values[k] = value(p, k);
+    lb_area changed = {0, 0, 0, 0};
+    int anew = 0;
+    if (p->laid_out != layout_state(p)) {
+        anew = 1;
+        let_go(p); /* parts get other numbers */
+        lay_out(p);
+        p->laid_out = layout_state(p);
+        changed = (lb_area){0, 0, width, height};
+        lb_box(&p->ground, 0, 0, width, height, p->t->ground);
+    }
+    for (int k = 0; k < p->count; k++) {
+        part *q = &p->parts[k];
+        const uint64_t now = part_state(p, k);
+        if (q->drawn == now || q->kind == PLUCK || q->kind == MOTION) continue;
+        q->drawn = now;
+        if (q->kind == BOARD) draw_neck(p, q);
+        else draw_part(p, q, p->hovered == k, p->held == k);
+        const lb_area area = lb_area_of(q->x - 1, q->y - 1, q->w + 3, q->h + 3);
+        if (k == p->board) p->lively = 1, p->still = 0;
+        if (!anew) copy_area(p, area);
+        changed = lb_joined(changed, area);
+    }
+    if (anew) copy_area(p, changed);
+    if (p->board >= 0) changed = lb_joined(changed, draw_lively(p, anew || !p->still));
+    changed = lb_common(changed, (lb_area){0, 0, width, height});
+    if (lb_empty(changed)) return;
+    dirty[0] = changed.x0;
+    dirty[1] = changed.y0;
+    dirty[2] = changed.x1 - changed.x0;
+    dirty[3] = changed.y1 - changed.y0;
+}
+
+/* --- the pointer --- */
+
+static int hit(const lb_picture *p, double x, double y) {
+    for (int k = p->count - 1; k >= 0; k--) {
+        const part *q = &p->parts[k];
+        if (x >= q->x && x < q->x + q->w && y >= q->y && y < q->y + q->h) return k;
+    }
+    return -1;
+}
+
+static int is_live(int kind) { return kind != NOTHING && kind != WORDMARK && kind != LOAD && kind != OVERLOAD && kind != HEAD; }
+
+/* The string and the fret at a place of the neck. */
+static int string_at(const lb_picture *p, double x, double y, int *fret) {
+    const LB_LOOK *l = look_of(p);
+    const double strings = (double)l->strings, at = (1 - (y - p->middle) / half_at(p, x)) * strings / 2;
+    if (!(x >= p->nut - px(p, 44) && x <= p->saddle && at >= 0 && at < strings)) return -1;
+    *fret = 0;
+    if (x > p->nut && l->frets && x < board_end(p)) {
+        while (*fret < l->frets && x_of(p, l->place[*fret]) < x) ++*fret;
+        if (l->fretless && *fret && x - x_of(p, l->place[*fret - 1]) < x_of(p, l->place[*fret]) - x) --*fret;
+    }
+    return (int)at;
+}
+
+/* Plays the note under the pointer, unless it sounds: the one before ends after it has begun, so that they are bound. */
+static void play_at(lb_picture *p, double x, double y) {
+    int fret = 0;
+    const int string = string_at(p, x, y, &fret), before = p->string, key_before = p->key;
+    if (string < 0) return;
+    const int key = (int)look_of(p)->string[string].open + fret;
+    if ((string == before && key == key_before) || key < 0 || key > 127) return;
+    p->string = string;
+    p->key = key;
+    p->face.note(p->face.owner, 1, string, key, 0.75);
+    if (before >= 0) p->face.note(p->face.owner, 0, before, key_before, 0);
+}
+
+/* The value of PLUCK_POSITION that plucks at a place, as the performer reads it. */
+static double pluck_value(const lb_picture *p, double x) {
+    const LB_LOOK *l = look_of(p);
+    const double place = (x - p->nut) / p->metre / l->string[0].length - l->usual;
+    const double near = l->nearest - l->usual, far = l->farthest - l->usual;
+    if (place * near > 0) return fmin(place / near, 1);
+    return place * far > 0 ? fmax(-place / far, -1) : 0;
+}
+
+static double slider_value(const lb_picture *p, const part *q, double x) {
+    double left, y, wide;
+    track_of(p, q, &left, &y, &wide);
+    const double least = lb_parameters[q->number].least;
+    return allowed(p, q->number, least + (most(p, q->number) - least) * (x - left) / wide);
+}
+
+/* The next value of a stepper, or the one before; round and round. */
+static void step(lb_picture *p, int k, int way) {
+    const double least = lb_parameters[k].least, range = most(p, k) - least + 1, at = value(p, k) + way - least;
+    change(p, k, least + at - range * floor(at / range));
+}
+
+static void step_bass(lb_picture *p, int way) {
+    const int count = basses(p), now = (int)value(p, LB_BASS);
+    if (count > 1) change(p, LB_BASS, (now + way + count) % count);
+}
+
+static void wheel(lb_picture *p, const part *q, int way, int modifiers) {
+    if (q->kind == SLIDER) {
+        const lb_parameter *k = &lb_parameters[q->number];
+        const double range = most(p, q->number) - k->least, fine = modifiers & LB_SHIFT ? 0.005 : 0.025;
+        change(p, q->number, value(p, q->number) + way * (k->whole ? 1 : range * fine));
+    } else if (q->kind == PLUCK) change(p, q->number, value(p, q->number) + way * -0.05);
+    else if (q->kind == STEPPER || q->kind == QUALITY) step(p, q->number, way);
+    else if (q->kind == TITLE || q->kind == PREVIOUS || q->kind == NEXT) step_bass(p, -way);
+    else if (q->kind == ITEM) p->scrolled = p->scrolled - way > 0 ? p->scrolled - way : 0;
+}
+
+/* Presses the key of a lamp's switch: one that acts while it is held stays down until the next press. */
+static void press_lamp(lb_picture *p, int lamp) {
+    const int key = lamp < LET_RING ? key_of(p, lamp) : -1;
+    if (key < 0) return;
+    const int at_once = lamp == LB_SWITCH_FINGER || lamp == LB_SWITCH_PICK || lamp == LB_SWITCH_SLAP || lamp == LB_SWITCH_STOP_ALL;
+    p->toggled[key] = !p->toggled[key] && !at_once;
+    if (p->toggled[key] || at_once) p->face.note(p->face.owner, 1, -1, key, 0.75);
+    if (!p->toggled[key]) p->face.note(p->face.owner, 0, -1, key, 0);
+}
+
+static void press(lb_picture *p, int k, double x, double y, int modifiers) {
+    const part *q = &p->parts[k];
+    p->held = k;
+    switch (q->kind) {
+    case PREVIOUS: step_bass(p, -1); break;
+    case NEXT: step_bass(p, 1); break;
+    case TITLE: p->listing = !p->listing; break;
+    case ITEM:
+        change(p, LB_BASS, q->number);
+        p->listing = 0;
+        break;
+    case TAB: p->page = q->number; break;
+    case MOTION: p->zoom = (p->zoom + 1) % (int)(sizeof zooms / sizeof *zooms); break;
+    case QUALITY:
+    case STEPPER: step(p, q->number, modifiers & LB_RIGHT ? -1 : 1); break;
+    case LAMP: press_lamp(p, q->number / 2); break;
+    case BOARD: play_at(p, x, y); break;
+    case SLIDER:
+    case PLUCK:
+        p->grabbed = x;
+        p->from = value(p, q->number);
+        set(p, q->number, p->from, LB_BEGIN);
+        if (q->kind == SLIDER && !(modifiers & LB_SHIFT)) set(p, q->number, p->from = slider_value(p, q, x), LB_MOVE);
+        break;
+    default: p->held = -1;
+    }
+}
+
+static void drag(lb_picture *p, double x, double y, int modifiers) {
+    const part *q = &p->parts[p->held];
+    if (q->kind == BOARD) play_at(p, x, y);
+    else if (q->kind == PLUCK) set(p, q->number, allowed(p, q->number, pluck_value(p, x)), LB_MOVE);
+    else if (q->kind == SLIDER) {
+        const double fine = modifiers & LB_SHIFT ? 0.1 : 1, way = slider_value(p, q, x);
+        const double range = most(p, q->number) - lb_parameters[q->number].least;
+        const double moved = p->from + fine * range * (x - p->grabbed) / (q->w - px(p, 10));
+        set(p, q->number, fine < 1 ? allowed(p, q->number, moved) : way, LB_MOVE);
+    }
+}
+
+static int pointer_on(const part *q) {
+    if (q->kind == SLIDER || q->kind == PLUCK) return LB_POINTER_ACROSS;
+    return is_live(q->kind) && q->kind != BOARD ? LB_POINTER_HAND : LB_POINTER_USUAL;
+}
+
+int lb_point(lb_picture *p, int kind, double x, double y, int modifiers) {
+    const int at = kind == LB_POINT_LEAVE || !(fabs(x) + fabs(y) < 1e6) ? -1 : hit(p, x, y);
+    if (kind == LB_POINT_RELEASE || kind == LB_POINT_LEAVE) let_go(p);
+    if (p->held >= 0 && kind == LB_POINT_MOVE) drag(p, x, y, modifiers);
+    if (p->held < 0) p->hovered = at;
+    if (kind == LB_POINT_UP || kind == LB_POINT_DOWN) {
+        if (at >= 0 && p->held < 0) wheel(p, &p->parts[at], kind == LB_POINT_UP ? 1 : -1, modifiers);
+    } else if (kind == LB_POINT_DOUBLE && at >= 0 && (p->parts[at].kind == SLIDER || p->parts[at].kind == PLUCK)) {
+        let_go(p);
+        change(p, p->parts[at].number, lb_parameters[p->parts[at].number].usual);
+    } else if (kind == LB_POINT_PRESS || kind == LB_POINT_DOUBLE) {
+        let_go(p);
+        if (at >= 0) press(p, at, x, y, modifiers);
+    }
+    const int shown = p->held >= 0 ? p->held : at;
+    return shown >= 0 ? pointer_on(&p->parts[shown]) : LB_POINTER_USUAL;
+}
