@@ -3,7 +3,7 @@
 #define LB_LOOK_H
 #include "core.h"
 
-enum { LB_LOOKS = 8, LB_LOOK_RATE = 240 }; /* the last so many are kept; at most so many a second are taken */
+enum { LB_LOOKS = 8, LB_LOOK_RATE = 160 }; /* the last so many are kept; at most so many a second are taken */
 typedef struct {
     int watchers;            /* windows that are open */
     double peak;             /* of the sound since the last look */

@@ -26,18 +26,12 @@ lb_area lb_joined(lb_area a, lb_area b) {
                      a.y1 > b.y1 ? a.y1 : b.y1};
 }
 
-/* `to` over `from`, opaque, by a part in 256. */
-static uint32_t over(uint32_t from, uint32_t to, uint32_t part) {
-    const uint32_t two = 0x00FF00FFu, a = from & two, b = to & two, c = from >> 8 & 0xFF, d = to >> 8 & 0xFF;
-    return 0xFF000000u | ((a * (256 - part) + b * part) >> 8 & two) | ((c * (256 - part) + d * part) & 0xFF00u);
-}
-
 static uint32_t opacity(uint32_t colour) { return (colour >> 24) + (colour >> 31); } /* in 256 */
 
 uint32_t lb_mixed(uint32_t a, uint32_t b, double part) {
     const uint32_t p = (uint32_t)(256 * fmin(fmax(part, 0), 1));
     const uint32_t alpha = ((a >> 24) * (256 - p) + (b >> 24) * p) >> 8;
-    return (over(a, b, p) & 0xFFFFFFu) | alpha << 24;
+    return (lb_over(a, b, p) & 0xFFFFFFu) | alpha << 24;
 }
 
 uint32_t lb_faded(uint32_t colour, double part) {
@@ -53,7 +47,7 @@ static uint32_t *row(const lb_sheet *s, int y) { return s->pixels + (size_t)y * 
 
 static void put(uint32_t *p, uint32_t colour, float cover) {
     const uint32_t part = (uint32_t)((float)opacity(colour) * cover + 0.5f);
-    *p = part >= 256 ? colour : over(*p, colour, part);
+    *p = part >= 256 ? colour : lb_over(*p, colour, part);
 }
 
 void lb_dot(lb_sheet *s, int x, int y, uint32_t colour, float cover) {
@@ -117,11 +111,16 @@ void lb_line(lb_sheet *s, double x0, double y0, double x1, double y1, double wid
 
 void lb_glow(lb_sheet *s, double x, double y, double rx, double ry, uint32_t colour) {
     const lb_area a = within(s, lb_area_of(x - rx, y - ry, 2 * rx, 2 * ry));
-    for (int j = a.y0; j < a.y1; j++)
-        for (int i = a.x0; i < a.x1; i++) {
-            const double dx = (i + 0.5 - x) / rx, dy = (j + 0.5 - y) / ry, left = 1 - dx * dx - dy * dy;
-            if (left > 0) put(row(s, j) + i, colour, (float)(left * left));
+    const float one = (float)(1 / rx), full = (float)opacity(colour);
+    for (int j = a.y0; j < a.y1; j++) {
+        const float dy = (float)((j + 0.5 - y) / ry), room = 1 - dy * dy;
+        uint32_t *p = row(s, j);
+        float dx = (float)((a.x0 + 0.5 - x) / rx);
+        for (int i = a.x0; i < a.x1; i++, dx += one) {
+            const float left = room - dx * dx;
+            if (left > 0) p[i] = lb_over(p[i], colour, (uint32_t)(full * left * left));
         }
+    }
 }
 
 /* --- letters --- */

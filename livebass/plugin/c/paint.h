@@ -18,6 +18,11 @@ lb_area lb_common(lb_area, lb_area);
 lb_area lb_joined(lb_area, lb_area); /* the least that holds both; an empty one counts for nothing */
 int lb_empty(lb_area);
 
+/* `to` over `from`, opaque, by a part in 256. */
+__attribute__((always_inline)) static inline uint32_t lb_over(uint32_t from, uint32_t to, uint32_t part) {
+    const uint32_t two = 0x00FF00FFu, a = from & two, b = to & two, c = from & 0xFF00u, d = to & 0xFF00u;
+    return 0xFF000000u | ((a * (256 - part) + b * part) >> 8 & two) | ((c * (256 - part) + d * part) >> 8 & 0xFF00u);
+}
 /* A colour between two, of which the second has the part 0 to 1. */
 uint32_t lb_mixed(uint32_t a, uint32_t b, double part);
 /* A colour with so much of its opacity. */

@@ -23,7 +23,7 @@ enum { WOOD = 0xFF3B2317, WOOD_LIGHT = 0xFF54341F, METAL = 0xFFC9C3B8, METAL_DAR
 enum { BLACK = 0xFF100D0B, STRING = 0xFFE3DCCF, STRING_DARK = 0xFF7A7267, MOVING = 0xFFFFD28A, FLASH = 0xFFFF8A3A };
 
 /* Pixels at scale 1. */
-enum { EDGE = 14, HEADER = 46, LAMPS = 28, TABS = 26, HEADING = 18, CELL = 38, CELL_WIDTH = 190, FOOT = 8 };
+enum { EDGE = 14, HEADER = 46, LAMPS = 28, TABS = 26, HEADING = 18, CELL = 38, CELL_WIDTH = 150, USUAL_WIDTH = 212, FOOT = 8 };
 #define SMALL 11.0
 #define MIDDLE 12.5
 #define LARGE 20.0
@@ -33,12 +33,13 @@ enum { MOST_PARTS = 256, MOST_PAGES = 16, MOST_COLUMNS = 8, MOST_TEXT = 160 };
 static const double zooms[] = {4, 8, 16, 32};
 #define FLOOR_DB -48.0
 #define FALL 20.0 /* dB/s of the meter */
+#define SHINE 2.4f /* of a blur, over the part of the time that the string is there */
 typedef float quad __attribute__((vector_size(16)));
 
 /* --- what is kept --- */
 
 enum { NOTHING, WORDMARK, PREVIOUS, NEXT, TITLE, QUALITY, LOAD, OVERLOAD, LAMP, TAB, HEAD, SLIDER, STEPPER, ITEM,
-       BOARD, PLUCK, MOTION };
+       BOARD, PLUCK, MOTION, NAME };
 typedef struct {
     int kind, number;
     double x, y, w, h; /* pixels of the array */
@@ -60,7 +61,7 @@ struct lb_picture {
     part parts[MOST_PARTS];
     int count, board; /* parts; the place of the neck among them */
     int page, pages, listing, scrolled; /* listing: the basses are listed in place of the neck */
-    int groups[MOST_PAGES];   /* page of each group */
+    uint32_t groups[MOST_PAGES]; /* on each page, a bit each */
     double values[LB_PARAMETERS];
     /* the pointer */
     int hovered, held; /* parts; -1: none */
@@ -166,6 +167,22 @@ static void mix(uint64_t *hash, double v) {
 
 static double px(const lb_picture *p, double units) { return p->scale * units; }
 
+static double x_of(const lb_picture *p, double metres) { return p->nut + metres * p->metre; }
+
+static double part_along(const lb_picture *p, double x) { return (x - p->nut) / (p->saddle - p->nut); }
+
+/* Half the width of the neck at x. */
+static double half_at(const lb_picture *p, double x) {
+    return p->half[0] + (p->half[1] - p->half[0]) * fmax(part_along(p, x), -0.02);
+}
+
+static int64_t strings_of(const lb_picture *p) { return look_of(p)->strings; }
+
+/* The middle of a string's lane; the lowest string is below. */
+static double lane_at(const lb_picture *p, int string, double x) {
+    return p->middle - half_at(p, x) * ((2.0 * string + 1) / (double)strings_of(p) - 1);
+}
+
 static part *add(lb_picture *p, int kind, int number, double x, double y, double w, double h) {
     static part none;
     if (p->count == MOST_PARTS || w <= 0 || h <= 0) return &none;
@@ -199,18 +216,21 @@ static void lay_out_header(lb_picture *p, double width) {
 
 /* Puts groups into pages, each in columns of its own, as many cells as there are rows; those of this page are added. */
 static void lay_out_panel(lb_picture *p, double width, double top, int rows) {
-    const int columns = (int)fmin(fmax(floor((width - 2 * px(p, EDGE)) / px(p, CELL_WIDTH)), 1), MOST_COLUMNS);
-    const double wide = (width - 2 * px(p, EDGE) + px(p, EDGE)) / columns;
+    const double units = width / p->scale - EDGE;
+    const double fitting = fmax(floor(units / USUAL_WIDTH), fmin(floor(units / CELL_WIDTH), 4));
+    const int columns = (int)fmin(fmax(fitting, 1), MOST_COLUMNS);
+    const double wide = px(p, units) / columns;
     int page = 0, column = 0;
+    memset(p->groups, 0, sizeof p->groups);
     for (int g = 0; g < GROUP_COUNT; g++) {
         const int size = group_size(g);
         int needed = (size + rows - 1) / rows;
         if (column && column + needed > columns) page++, column = 0;
-        p->groups[g] = page;
         for (int k = 0, cell = 0; k < LB_PARAMETERS; k++) {
             if (!is_listed(k) || strcmp(lb_parameters[k].group, group_names[g])) continue;
             if (cell && cell % rows == 0 && ++column == columns) page++, column = 0; /* more than a page holds */
             const double x = px(p, EDGE) + column * wide, y = top + px(p, TABS + HEADING) + cell % rows * px(p, CELL);
+            if (page < MOST_PAGES) p->groups[page] |= 1u << g;
             if (page == p->page) {
                 if (!cell || (!column && cell % rows == 0))
                     add(p, HEAD, g, x, top + px(p, TABS), wide - px(p, EDGE), px(p, HEADING));
@@ -220,14 +240,14 @@ static void lay_out_panel(lb_picture *p, double width, double top, int rows) {
         }
         if (size) column++;
     }
-    p->pages = page + 1;
+    p->pages = page < MOST_PAGES ? page + 1 : MOST_PAGES;
 }
 
 /* A tab for each page, of the names of its groups. */
 static void tab_name(const lb_picture *p, int page, char text[MOST_TEXT]) {
     *text = 0;
     for (int g = 0; g < GROUP_COUNT; g++)
-        if (p->groups[g] == page && group_size(g)) {
+        if (p->groups[page] >> g & 1) {
             const size_t end = strlen(text);
             snprintf(text + end, MOST_TEXT - end, "%s%s", end ? ", " : "", group_names[g]);
         }
@@ -264,16 +284,16 @@ static void note_name(int key, char text[16]) {
     else snprintf(text, 16, "%s%d", notes[key % 12], key / 12 - 1);
 }
 
-/* Lamps of what controllers do, too, are always there. */
-static int is_known(int action) {
-    static const int always[] = {LB_SWITCH_FINGER, LB_SWITCH_PICK, LB_SWITCH_SLAP, LB_SWITCH_PALM_MUTE,
-                                 LB_SWITCH_LEGATO, LB_SWITCH_SLIDE, LB_SWITCH_VIBRATO};
+enum { LET_RING = 100, PLAYED_ON }; /* lamps besides those of actions: the pedal, and the string that keys call */
+
+/* Lamps that are always there: of what controllers and parameters do, too. */
+static const int always[] = {LB_SWITCH_FINGER, LB_SWITCH_PICK, LB_SWITCH_SLAP, LB_SWITCH_PALM_MUTE, LB_SWITCH_LEGATO,
+                             LB_SWITCH_SLIDE, LB_SWITCH_VIBRATO, LET_RING};
+static int is_always(int lamp) {
     for (size_t k = 0; k < sizeof always / sizeof *always; k++)
-        if (always[k] == action) return 1;
+        if (always[k] == lamp) return 1;
     return 0;
 }
-
-enum { LET_RING = 100, PLAYED_ON }; /* lamps besides those of actions: the pedal, and the string that keys call */
 
 static void lamp_name(const lb_picture *p, int lamp, int with_key, char text[64]) {
     char key[16] = "";
@@ -283,15 +303,12 @@ static void lamp_name(const lb_picture *p, int lamp, int with_key, char text[64]
 }
 
 static void lay_out_lamps(lb_picture *p, double width, double top) {
-    int lamps[LB_SWITCHES + 2], count = 0, with_keys = 1;
+    int lamps[LB_SWITCHES + 16], count = 0, with_keys = 1;
     char text[64];
-    static const int first[] = {LB_SWITCH_FINGER, LB_SWITCH_PICK, LB_SWITCH_SLAP};
-    for (int k = 0; k < 3; k++) lamps[count++] = first[k];
-    for (int k = 0; k < LB_SWITCHES; k++) {
-        const int action = lb_switches[k].action, is_first = action == first[0] || action == first[1] || action == first[2];
-        if (lb_switches[k].value < 0 && !is_first && (is_known(action) || key_of(p, action) >= 0)) lamps[count++] = action;
-    }
-    lamps[count++] = LET_RING;
+    for (size_t k = 0; k < sizeof always / sizeof *always; k++) lamps[count++] = always[k];
+    for (int k = 0; k < LB_SWITCHES; k++)
+        if (lb_switches[k].value < 0 && !is_always(lb_switches[k].action) && key_of(p, lb_switches[k].action) >= 0)
+            lamps[count++] = lb_switches[k].action;
     if (key_of(p, LB_SWITCH_STRING) >= 0) lamps[count++] = PLAYED_ON;
     for (;; with_keys = 0) {
         double x = px(p, EDGE);
@@ -353,6 +370,10 @@ static void lay_out(lb_picture *p) {
         lay_out_neck(p, board);
         add(p, PLUCK, LB_PLUCK_POSITION, 0, top, px(p, 16), px(p, 18));
         add(p, MOTION, 0, p->nut, top + tall - px(p, 17), px(p, 76), px(p, 15));
+        for (int i = 0; i < strings_of(p); i++) {
+            const double lane = 2 * p->half[0] / (double)strings_of(p);
+            add(p, NAME, i, p->nut - px(p, 44), lane_at(p, i, p->nut) - lane / 2, px(p, 36), lane);
+        }
     }
     lay_out_lamps(p, width, lamps);
     const int before = p->count;
@@ -366,6 +387,23 @@ static void lay_out(lb_picture *p) {
 }
 
 /* --- parts of the ground --- */
+
+/* The fret at which a string is held, 0: open, -1: it is not. */
+static int fret_held(const lb_picture *p, int string) {
+    const LB_STRING_LOOK *l = &look_of(p)->string[string];
+    if (l->state == LB_FREE) return -1;
+    return l->fret > 0 && l->fret <= look_of(p)->frets ? (int)l->fret : 0;
+}
+
+/* The name of a note, as high as its lane lets it be. */
+static void draw_name(lb_picture *p, lb_sheet *s, double x, double y, const char *text, int lit) {
+    const double lane = 2 * p->half[0] / (double)strings_of(p), tall = fmin(px(p, 17), lane), size = 0.59 * tall;
+    const double wide = fmax(lb_text_width(size, text) + 0.47 * tall, 1.2 * tall);
+    lb_round(s, x - wide / 2, y - tall / 2, wide, tall, tall / 2, 0, lit ? p->t->accent : p->t->raised);
+    if (!lit) lb_round(s, x - wide / 2, y - tall / 2, wide, tall, tall / 2, px(p, 1), p->t->edge);
+    const uint32_t colour = lit ? p->t->on_accent : p->t->ink;
+    lb_text(s, x - lb_text_width(size, text) / 2, y + 0.36 * size, size, colour, text, wide);
+}
 
 /* Writes a text in the middle of a box, or from its left edge on. */
 static void label(lb_picture *p, lb_sheet *s, double x, double y, double w, double h, double units, uint32_t colour, const char *text,
@@ -443,10 +481,11 @@ static void draw_stepper(lb_picture *p, const part *q, int hot) {
     char text[MOST_TEXT];
     const part face = {.x = q->x, .y = q->y + px(p, 17), .w = q->w, .h = px(p, 18)};
     text_of(p, q->number, p->values[q->number], text);
-    const int on = p->values[q->number] != lb_parameters[q->number].least && most(p, q->number) == 1;
+    const int is_switch = most(p, q->number) == 1, on = p->values[q->number] > 0.5;
+    const double r = px(p, 3), left = px(p, is_switch ? 20 : 8);
     button(p, &face, 0, hot);
-    if (on) lb_round(&p->ground, face.x + px(p, 8), face.y + face.h / 2 - px(p, 3), px(p, 6), px(p, 6), px(p, 3), 0, p->t->accent);
-    label(p, &p->ground, face.x + px(p, 18), face.y, face.w - px(p, 34), face.h, SMALL, p->t->ink, text, 0);
+    if (is_switch) lb_round(&p->ground, face.x + px(p, 9), face.y + face.h / 2 - r, 2 * r, 2 * r, r, 0, on ? p->t->accent : p->t->trough);
+    label(p, &p->ground, face.x + left, face.y, face.w - left - px(p, 16), face.h, SMALL, p->t->ink, text, 0);
     const part end = {.x = face.x + face.w - px(p, 18), .y = face.y, .w = px(p, 14), .h = face.h};
     arrow(p, &end, 1, hot ? p->t->ink : p->t->soft);
 }
@@ -543,27 +582,15 @@ static void draw_part(lb_picture *p, const part *q, int hot, int held) {
         label(p, s, q->x + px(p, 8), q->y, q->w - px(p, 16), q->h, MIDDLE, now ? t->on_accent : t->ink, text, 0);
         break;
     }
+    case NAME:
+        note_name((int)look_of(p)->string[q->number].open, text);
+        draw_name(p, s, q->x + q->w / 2, q->y + q->h / 2, text, fret_held(p, q->number) == 0);
+        break;
     default: break;
     }
 }
 
 /* --- the neck at rest --- */
-
-static double x_of(const lb_picture *p, double metres) { return p->nut + metres * p->metre; }
-
-static double part_along(const lb_picture *p, double x) { return (x - p->nut) / (p->saddle - p->nut); }
-
-/* Half the width of the neck at x. */
-static double half_at(const lb_picture *p, double x) {
-    return p->half[0] + (p->half[1] - p->half[0]) * fmax(part_along(p, x), -0.02);
-}
-
-static int64_t strings_of(const lb_picture *p) { return look_of(p)->strings; }
-
-/* The middle of a string's lane; the lowest string is below. */
-static double lane_at(const lb_picture *p, int string, double x) {
-    return p->middle - half_at(p, x) * ((2.0 * string + 1) / (double)strings_of(p) - 1);
-}
 
 /* Noise without steps along x and y, 0 to 1. */
 static float grain(float x, float y) {
@@ -769,85 +796,121 @@ static void read_looks(lb_picture *p) {
 
 /* --- what moves on the neck --- */
 
-/* Half the thickness of a string: of steel of usual tension. */
+/* Half the thickness of a string, of steel of usual tension; somewhat more, as the neck is drawn wider than it is. */
 static double thickness(const lb_picture *p, int string) {
     const double speed = look_of(p)->string[string].speed;
-    return fmax(0.095 / fmax(speed, 20) * p->metre, px(p, 0.7));
+    return fmax(0.14 / fmax(speed, 20) * p->metre, px(p, 0.7));
 }
 
-/* The colour across a string, from its upper edge (-1) to its lower one (1). */
-static uint32_t tone(double across) { return lb_mixed(STRING, STRING_DARK, 0.5 + 0.62 * across); }
+enum { TONES = 16, MOST_TALL = 1024 }; /* colours across a string; pixels of a column that a blur may cover */
 
-/* A column of a string: a stroke around y, of which its slope makes more. */
-static void stroke(lb_sheet *s, int x, double y, double half, double slope) {
-    const double tall = half * sqrt(1 + slope * slope);
-    for (int j = (int)floor(y - tall - 0.5); j <= (int)ceil(y + tall + 0.5); j++) {
-        const double away = j + 0.5 - y;
-        lb_dot(s, x, j, tone(fmin(fmax(away / tall, -1), 1)), (float)(tall + 0.5 - fabs(away)));
+/* A column of the array that is drawn from above to below. */
+typedef struct {
+    uint32_t *first; /* its pixel of row 0 */
+    int width, top, foot;
+} column;
+
+static uint32_t *pixel(const column *c, int y) { return c->first + (ptrdiff_t)y * c->width; }
+
+/* A stroke around y, in `tones` from its upper edge to its lower one. */
+static void stroke(const column *c, float y, float half, const uint32_t *tones) {
+    const int from = (int)(y - half - 0.5f), to = (int)(y + half + 1.5f);
+    const float shades = (TONES - 1) / (2 * half + 1);
+    for (int j = from > c->top ? from : c->top; j < to && j < c->foot; j++) {
+        const float away = (float)j + 0.5f - y, cover = half + 0.5f - fabsf(away);
+        if (cover <= 0) continue;
+        uint32_t *p = pixel(c, j);
+        const uint32_t tone = tones[(int)((away + half + 0.5f) * shades)];
+        *p = cover >= 1 ? tone : lb_over(*p, tone, (uint32_t)(256 * cover));
     }
 }
-
-enum { MOST_TALL = 1024 }; /* pixels of a column that a blur may cover */
 
 /* Says that a stroke was between two heights for a part of the time. */
-static void smear(float *sums, int tall, double from, double to, double part) {
-    const double ends[2] = {fmin(fmax(from, 0), tall - 1), fmin(fmax(to, 0), tall - 1)};
-    for (int k = 0; k < 2; k++) {
-        const int i = (int)ends[k];
-        const double right = ends[k] - i, way = k ? -part : part;
-        sums[i] += (float)(way * (1 - right));
-        sums[i + 1] += (float)(way * right);
+static void smear(float *sums, float from, float to, float part) {
+    const int first = (int)from, last = (int)to;
+    sums[first] += part * (1 - (from - (float)first));
+    sums[first + 1] += part * (from - (float)first);
+    sums[last] -= part * (1 - (to - (float)last));
+    sums[last + 1] -= part * (to - (float)last);
+}
+
+/* The blur of a string that went through heights y, m pixels high beside its rest. */
+static void blur(const column *c, float rest, float half, const float *y, int count) {
+    float sums[MOST_TALL + 2], low = y[0], high = y[0], sum = 0;
+    for (int k = 1; k < count; k++) {
+        low = y[k] < low ? y[k] : low;
+        high = y[k] > high ? y[k] : high;
+    }
+    if (high - low < 0.5f || high - low + 2 * half + 4 > MOST_TALL) return;
+    const int top = (int)(rest - high - half) - 1, tall = (int)(high - low + 2 * half) + 4;
+    memset(sums, 0, (size_t)tall * sizeof *sums);
+    for (int k = 1; k < count; k++) {
+        const int up = y[k] > y[k - 1];
+        const float from = rest - y[k - !up] - half - (float)top, to = rest - y[k - up] + half - (float)top;
+        const float shine = SHINE * (2 * half + 0.6f) / (to - from);
+        smear(sums, from, to, (shine < 1 ? shine : 1) / (float)(count - 1));
+    }
+    for (int j = 0; j < tall; j++) {
+        sum += sums[j];
+        if (sum < 0.004f || top + j < c->top || top + j >= c->foot) continue;
+        uint32_t *p = pixel(c, top + j);
+        *p = lb_over(*p, MOVING, (uint32_t)(200 * (sum < 1 ? sum : 1)));
     }
 }
 
-/* Where a string was in the looks of this picture, at a column, as displacements in pixels, the newest first. */
-static int heights(const lb_picture *p, int string, int looks, int x, double limit, double *y) {
-    int count = 0;
-    for (int k = 0; k < looks; k++) {
-        const shape *s = &p->shapes[(p->shaped - 1 - (uint64_t)k) % LB_LOOKS][string];
-        const double start = x_of(p, s->stop), at = (x + 0.5 - start) / (p->saddle - start) * NODES;
-        if (!s->on) break;
-        if (at < 0) {
-            y[count++] = 0;
+/* A shape as columns go along it. */
+typedef struct {
+    const float *u;
+    float at, step; /* nodes */
+} walk;
+
+static float next_height(walk *w) {
+    const float at = w->at;
+    w->at += w->step;
+    if (at <= 0 || at >= NODES) return 0;
+    const int node = (int)at;
+    return w->u[node] + (w->u[node + 1] - w->u[node]) * (at - (float)node);
+}
+
+/* The newest shape of a string, or that so many before. */
+static const shape *shape_of(const lb_picture *p, int string, int before) {
+    return &p->shapes[(p->shaped - 1 - (uint64_t)before) % LB_LOOKS][string];
+}
+
+/* Draws a string as it is, over where it has been since the last picture. */
+static void draw_string(lb_picture *p, lb_sheet *s, int string, const uint32_t *tones) {
+    const int most = p->shaped < LB_LOOKS ? (int)p->shaped : LB_LOOKS, wanted = p->fresh > 0 ? p->fresh + 1 : 2;
+    const float half = (float)thickness(p, string), limit = (float)(1.9 * p->half[0] / (double)strings_of(p));
+    const float zoom = (float)(p->metre * zooms[p->zoom]), drop = (float)px(p, 3.5);
+    const int left = (int)(p->nut - px(p, 5)), right = (int)(p->saddle + px(p, 14)), end = (int)p->saddle;
+    walk walks[LB_LOOKS];
+    int count = 0, begin = right;
+    for (; count < most && count < wanted && shape_of(p, string, count)->on; count++) {
+        const shape *one = shape_of(p, string, count);
+        const double start = x_of(p, one->stop), step = NODES / (p->saddle - start);
+        if (!count) begin = (int)start > left ? (int)start : left;
+        walks[count] = (walk){(const float *)one->u, (float)((begin + 0.5 - start) * step), (float)step};
+    }
+    const double first = lane_at(p, string, p->nut), slope = (lane_at(p, string, p->saddle) - first) / (p->saddle - p->nut);
+    float y[LB_LOOKS], before = 0;
+    column c = {0, s->width, s->clip.y0 > 0 ? s->clip.y0 : 0, s->clip.y1 < s->height ? s->clip.y1 : s->height};
+    for (int x = left > 0 ? left : 0; x < right && x < s->width; x++) {
+        const float rest = (float)(first + (x + 0.5 - p->nut) * slope);
+        c.first = s->pixels + x;
+        for (int j = (int)(rest + drop - half); j < (int)(rest + drop + half) + 1; j++)
+            if (j >= c.top && j < c.foot) *pixel(&c, j) = lb_over(*pixel(&c, j), BLACK, 72);
+        if (!count || x < begin || x >= end) {
+            stroke(&c, rest, half, tones);
             continue;
         }
-        const int node = at < NODES - 1 ? (int)at : NODES - 1;
-        const float *u = (const float *)s->u + node;
-        const double moved = (u[0] + (u[1] - u[0]) * fmin(at - node, 1)) * p->metre * zooms[p->zoom];
-        y[count++] = fmin(fmax(moved, -limit), limit);
-    }
-    return count;
-}
-
-static void draw_string(lb_picture *p, lb_sheet *s, int string) {
-    const int looks = p->shaped ? (int)fmin(fmax(p->fresh, 1) + 1, fmin((double)p->shaped, LB_LOOKS)) : 0;
-    const double half = thickness(p, string), limit = 1.9 * p->half[0] / (double)strings_of(p);
-    const int moving = looks && p->shapes[(p->shaped - 1) % LB_LOOKS][string].on, behind = (int)ceil(px(p, 14));
-    double before = 0, y[LB_LOOKS];
-    float sums[MOST_TALL + 2];
-    const double start = moving ? x_of(p, p->shapes[(p->shaped - 1) % LB_LOOKS][string].stop) : p->saddle;
-    for (int x = (int)p->nut - behind / 3; x < (int)p->saddle + behind; x++) {
-        const double rest = lane_at(p, string, x + 0.5), shadow = rest + px(p, 3.5);
-        const int count = moving && x >= (int)start && x < (int)p->saddle ? heights(p, string, looks, x, limit, y) : 0;
-        for (int j = (int)(shadow - half); j < (int)ceil(shadow + half); j++) lb_dot(s, x, j, 0x48000000, 1);
-        if (count > 1) {
-            double low = y[0], high = y[0];
-            for (int k = 1; k < count; k++) low = fmin(low, y[k]), high = fmax(high, y[k]);
-            const int top = (int)floor(rest - high - half) - 1, tall = (int)fmin(high - low + 2 * half + 4, MOST_TALL);
-            memset(sums, 0, (size_t)(tall + 2) * sizeof *sums);
-            for (int k = 1; k < count && high - low > 0.5; k++) {
-                const double a = rest - fmax(y[k], y[k - 1]) - half - top, b = rest - fmin(y[k], y[k - 1]) + half - top;
-                smear(sums, tall, a, b, fmin(2.4 * (2 * half + 0.6) / (b - a), 1) / (count - 1));
-            }
-            float sum = 0;
-            for (int j = 0; j < tall; j++) {
-                sum += sums[j];
-                if (sum > 0.004f) lb_dot(s, x, top + j, MOVING, 0.8f * sum);
-            }
+        for (int k = 0; k < count; k++) {
+            const float moved = zoom * next_height(&walks[k]);
+            y[k] = moved > limit ? limit : moved < -limit ? -limit : moved;
         }
-        const double now = count ? rest - y[0] : rest;
-        stroke(s, x, now, half, x > (int)p->nut && count ? now - before : 0);
-        before = now;
+        blur(&c, rest, half, y, count);
+        const float steep = x > begin ? y[0] - before : 0;
+        stroke(&c, rest - y[0], half * sqrtf(1 + steep * steep), tones);
+        before = y[0];
     }
 }
 
@@ -859,29 +922,18 @@ static void draw_lights(lb_picture *p, lb_sheet *s) {
             if (!(bright > 0.02)) continue;
             const double lane = 2 * half_at(p, x) / (double)l->strings, part = 0.3 + 0.7 * fmin(bright, 1);
             lb_glow(s, x, y, px(p, 7 + 9 * bright), lane * (0.4 + 0.3 * bright), lb_faded(FLASH, part));
-            lb_box(s, x - px(p, 1.2), y - 0.42 * lane, px(p, 2.4), 0.84 * lane, lb_faded(0xFFFFF0C8, part));
+            if (!l->fretless) lb_box(s, x - px(p, 1.2), y - 0.42 * lane, px(p, 2.4), 0.84 * lane, lb_faded(0xFFFFF0C8, part));
         }
 }
 
-static void draw_name(lb_picture *p, lb_sheet *s, double x, double y, const char *text, int lit) {
-    const double size = px(p, 10), wide = fmax(lb_text_width(size, text) + px(p, 8), px(p, 20)), tall = px(p, 17);
-    lb_round(s, x - wide / 2, y - tall / 2, wide, tall, tall / 2, 0, lit ? p->t->accent : p->t->raised);
-    if (!lit) lb_round(s, x - wide / 2, y - tall / 2, wide, tall, tall / 2, px(p, 1), p->t->edge);
-    lb_text(s, x - (wide - px(p, 8)) / 2 + px(p, 0), y + 0.36 * size, size, lit ? p->t->on_accent : p->t->ink, text, wide);
-}
-
-/* The names of the open strings, and of the notes where fingers hold them. */
+/* The names of the notes where fingers hold them. */
 static void draw_names(lb_picture *p, lb_sheet *s) {
     const LB_LOOK *l = look_of(p);
     char text[16];
     for (int i = 0; i < l->strings; i++) {
-        const LB_STRING_LOOK *string = &l->string[i];
-        const int held = string->state != LB_FREE;
-        const int fret = held && string->fret >= 0 && string->fret <= l->frets ? (int)string->fret : 0;
-        note_name((int)string->open, text);
-        draw_name(p, s, p->nut - px(p, 28), lane_at(p, i, p->nut), text, held && !fret);
-        if (!fret) continue;
-        note_name((int)string->open + fret, text);
+        const int fret = fret_held(p, i);
+        if (fret < 1) continue;
+        note_name((int)l->string[i].open + fret, text);
         const double at = x_of(p, l->place[fret]), before = x_of(p, l->place[fret - 1]);
         const double x = l->fretless ? at : at - fmin((at - before) / 2, px(p, 16));
         draw_name(p, s, x, lane_at(p, i, x), text, 1);
@@ -926,7 +978,7 @@ static void draw_meter(lb_picture *p, lb_sheet *s, const part *q) {
 static void draw_motion(lb_picture *p, lb_sheet *s) {
     const part *q = &p->parts[p->board + 2];
     char text[32];
-    snprintf(text, sizeof text, "motion x %.0f", zooms[p->zoom]);
+    snprintf(text, sizeof text, "motion \xC3\x97%.0f", zooms[p->zoom]);
     lb_text(s, q->x, q->y + px(p, 11), px(p, 9.5), p->hovered == p->board + 2 ? p->t->ink : p->t->soft, text, 200);
 }
 
@@ -990,6 +1042,7 @@ static uint64_t part_state(const lb_picture *p, int k) {
     if (q->kind == LOAD) mix(&hash, rint(100 * p->told_load));
     if (q->kind == OVERLOAD) mix(&hash, l->strings && l->overload > 0);
     if (q->kind == LAMP) mix(&hash, lamp_is_on(p, q->number / 2));
+    if (q->kind == NAME) mix(&hash, (double)l->string[q->number].open * 2 + (fret_held(p, q->number) == 0));
     return hash | 1;
 }
 
@@ -1026,7 +1079,9 @@ static lb_area draw_lively(lb_picture *p, int anew) {
     s.clip = area;
     if (strings_of(p)) {
         draw_lights(p, &s);
-        for (int i = 0; i < strings_of(p); i++) draw_string(p, &s, i);
+        uint32_t tones[TONES];
+        for (int k = 0; k < TONES; k++) tones[k] = lb_mixed(STRING, STRING_DARK, 1.25 * k / TONES - 0.1);
+        for (int i = 0; i < strings_of(p); i++) draw_string(p, &s, i, tones);
         draw_names(p, &s);
         draw_pluck(p, &s);
         draw_motion(p, &s);
@@ -1093,12 +1148,14 @@ void lb_draw(lb_picture *p, uint32_t *pixels, int width, int height, double scal
 static int hit(const lb_picture *p, double x, double y) {
     for (int k = p->count - 1; k >= 0; k--) {
         const part *q = &p->parts[k];
-        if (x >= q->x && x < q->x + q->w && y >= q->y && y < q->y + q->h) return k;
+        if (q->kind != NAME && x >= q->x && x < q->x + q->w && y >= q->y && y < q->y + q->h) return k;
     }
     return -1;
 }
 
-static int is_live(int kind) { return kind != NOTHING && kind != WORDMARK && kind != LOAD && kind != OVERLOAD && kind != HEAD; }
+static int is_live(int kind) {
+    return kind != NOTHING && kind != WORDMARK && kind != LOAD && kind != OVERLOAD && kind != HEAD;
+}
 
 /* The string and the fret at a place of the neck. */
 static int string_at(const lb_picture *p, double x, double y, int *fret) {

@@ -1,0 +1,215 @@
+"""Pictures of the plugin's window without a window: the C of the picture by ctypes, with an instance or made-up looks."""
+
+from __future__ import annotations
+
+import ctypes as c
+import functools
+import subprocess
+import tempfile
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livebass.live.parameters import PARAMETERS
+from livebass.live.thread.look import LOOK, PLACES
+from livebass.plugin import build
+from livebass.plugin.header import header
+from livebass.plugin.systems import this_system
+
+SOURCES = ("core.c", "instance.c", "look.c", "paint.c", "picture.c")
+MOVE, PRESS, RELEASE, LEAVE, DOUBLE, UP, DOWN = range(7)
+BEGIN, MOVED, END = range(3)
+WIDTH, HEIGHT = 900, 460
+GUARD = 64  # numbers around the pixels, which nobody may write
+Pixels = NDArray[np.uint32]
+
+VALUE = c.CFUNCTYPE(c.c_double, c.c_void_p, c.c_int)
+SET = c.CFUNCTYPE(None, c.c_void_p, c.c_int, c.c_double, c.c_int)
+TEXT = c.CFUNCTYPE(None, c.c_void_p, c.c_int, c.c_double, c.POINTER(c.c_char), c.c_size_t)
+NOTE = c.CFUNCTYPE(None, c.c_void_p, c.c_int, c.c_int, c.c_int, c.c_double)
+SWITCHED = c.CFUNCTYPE(c.c_void_p, c.c_void_p, c.c_int)
+
+
+class Face(c.Structure):
+    """lb_face."""
+
+    _fields_ = [
+        ("owner", c.c_void_p), ("look", c.c_void_p), ("value", VALUE), ("most", VALUE), ("set", SET), ("text", TEXT),
+        ("note", NOTE), ("switched", SWITCHED),
+    ]  # fmt: skip
+
+
+@functools.cache
+def library() -> Any:
+    """The C of picture and instance with the kernels, built as plugins are."""
+    system = this_system()
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        build.emit(folder, [system], [build.PLUGIN])
+        (folder / "kernels.h").write_text(header(system.levels))
+        objects = [folder / build.object_name(build.PLUGIN, level, system) for level in system.levels]
+        sources = [*(build.C / source for source in SOURCES), Path(__file__).with_name("picturehost.c")]
+        flags = [flag for flag in build.FLAGS if flag not in ("-fvisibility=hidden", "-s")]
+        made = folder / f"picture.{system.ending}"
+        command = [*build.compiler(system), *flags, f"-I{folder}", f"-I{build.C}", *sources, *objects]
+        subprocess.run([*map(str, command), *build.LINKING[system.ending], "-o", str(made)], check=True)
+        found = c.CDLL(str(made))
+    address, whole, real = c.c_void_p, c.c_int, c.c_double
+    for name, result, arguments in (
+        ("lb_new_picture", address, [c.POINTER(Face)]),
+        ("lb_free_picture", None, [address]),
+        ("lb_draw", None, [address, address, whole, whole, real, whole, real, c.POINTER(c.c_int * 4)]),
+        ("lb_point", whole, [address, whole, real, real, whole]),
+        ("lb_watch", None, [address, whole]),
+        ("lb_put_look", None, [address, address]),
+        ("lb_read_look", whole, [address, whole, address]),
+        ("lb_looks_taken", c.c_uint64, [address]),
+        ("new_host", address, [c.c_char_p, real]),
+        ("free_host", None, [address]),
+        ("look_of_host", address, [address]),
+        ("set_host", None, [address, whole, real]),
+        ("host_value", real, [address, whole]),
+        ("host_most", real, [address, whole]),
+        ("host_text", None, [address, whole, real, c.POINTER(c.c_char), c.c_size_t]),
+        ("host_switched", address, [address, whole]),
+        ("play_host", None, [address, address, c.c_int64]),
+        ("note_host", None, [address, whole, whole, real]),
+        ("new_looks", address, []),
+        ("size_of_look", c.c_size_t, []),
+        ("race", c.c_int64, [c.c_int64]),
+    ):
+        function = getattr(found, name)
+        function.restype, function.argtypes = result, arguments
+    return found
+
+
+class Host:
+    """An instance that plays by itself."""
+
+    def __init__(self, folder: Path, rate: float = 48000.0) -> None:
+        self.address = library().new_host(str(folder).encode(), rate)
+        assert self.address
+        self.look = library().look_of_host(self.address)
+
+    def play(self, frames: int, block: int = 256) -> NDArray[np.float32]:
+        """Plays in blocks."""
+        out = np.zeros(frames, np.float32)
+        for at in range(0, frames, block):
+            n = min(block, frames - at)
+            library().play_host(self.address, out[at:].ctypes.data, n)
+        return out
+
+    def note(self, on: bool, key: int, velocity: float = 0.8) -> None:
+        """Starts or stops a note."""
+        library().note_host(self.address, on, key, velocity)
+
+    def watch(self, on: bool) -> None:
+        """A window opens, or closes."""
+        library().lb_watch(self.look, on)
+
+    def set(self, symbol: str, value: float) -> None:
+        """Sets a parameter."""
+        library().set_host(self.address, number(symbol), value)
+
+    def close(self) -> None:
+        """Frees it."""
+        library().free_host(self.address)
+
+
+def number(symbol: str) -> int:
+    """The number of a parameter."""
+    return next(p.number for p in PARAMETERS if p.symbol == symbol)
+
+
+class Picture:
+    """A picture, of a host's instance or, without one, of looks that `show` is given."""
+
+    def __init__(self, host: Host | None = None, size: tuple[int, int] = (WIDTH, HEIGHT), scale: float = 1.0) -> None:
+        self.host, self.scale, self.dark, self.seconds = host, scale, True, 0.0
+        self.values = {p.number: p.usual for p in PARAMETERS}
+        self.sets: list[tuple[int, float, int]] = []
+        self.notes: list[tuple[int, int, int]] = []
+        self.look = host.look if host else library().new_looks()
+        self.face = Face(
+            None, self.look, VALUE(self._value), VALUE(self._most), SET(self._set), TEXT(self._text), NOTE(self._note),
+            SWITCHED(lambda _, key: library().host_switched(host.address, key) if host else None),
+        )  # fmt: skip
+        self.address = library().lb_new_picture(self.face)
+        self.resize(*size)
+
+    def resize(self, width: int, height: int) -> None:
+        """Takes an array of another size, which nobody may write beyond."""
+        self.memory = np.full(width * height + 2 * GUARD, 0x12345678, np.uint32)
+        self.pixels: Pixels = self.memory[GUARD:-GUARD].reshape(height, width)
+
+    def _value(self, _: int, k: int) -> float:
+        return library().host_value(self.host.address, k) if self.host else self.values[k]
+
+    def _most(self, _: int, k: int) -> float:
+        return library().host_most(self.host.address, k) if self.host else PARAMETERS[k].most
+
+    def _set(self, _: int, k: int, value: float, phase: int) -> None:
+        self.sets.append((k, value, phase))
+        self.values[k] = value
+        if self.host and phase == MOVED:
+            library().set_host(self.host.address, k, value)
+
+    def _text(self, _: int, k: int, value: float, text: Any, room: int) -> None:
+        if self.host:
+            library().host_text(self.host.address, k, value, text, room)
+        else:
+            said = PARAMETERS[k].points[int(value)] if PARAMETERS[k].points else f"{value:.2f} {PARAMETERS[k].unit}"
+            c.memmove(text, said.encode()[: room - 1] + b"\0", min(len(said), room - 1) + 1)
+
+    def _note(self, _: int, on: int, string: int, key: int, velocity: float) -> None:
+        self.notes.append((on, string, key))
+        if self.host:
+            self.host.note(bool(on), key, velocity)
+
+    def show(self, look: NDArray[np.void]) -> None:
+        """Has a look, LOOK (1,), be the newest."""
+        library().lb_put_look(self.look, look.ctypes.data)
+
+    def draw(self, seconds: float = 1 / 30) -> tuple[int, int, int, int]:
+        """Draws the next picture; returns x, y, width and height of what has changed."""
+        self.seconds += seconds
+        dirty = (c.c_int * 4)()
+        height, width = self.pixels.shape
+        library().lb_draw(
+            self.address, self.pixels.ctypes.data, width, height, self.scale, self.dark, self.seconds, c.byref(dirty)
+        )
+        assert (self.memory[:GUARD] == 0x12345678).all() and (self.memory[-GUARD:] == 0x12345678).all()
+        return tuple(dirty)  # type: ignore[return-value]
+
+    def point(self, kind: int, x: float, y: float, modifiers: int = 0) -> int:
+        """Has the pointer do something; returns its shape."""
+        return int(library().lb_point(self.address, kind, x, y, modifiers))
+
+    def save(self, file: Path) -> None:
+        """Writes a PNG."""
+        from PIL import Image
+
+        planes = [(self.pixels >> shift & 255).astype(np.uint8) for shift in (16, 8, 0)]
+        Image.fromarray(np.dstack(planes)).save(file)
+
+    def close(self) -> None:
+        """Frees it."""
+        library().lb_free_picture(self.address)
+
+
+def made_look(open_notes: Iterable[int] = (28, 33, 38, 43), fretless: bool = False, length: float = 0.86) -> NDArray[Any]:
+    """A look at a bass at rest, LOOK (1,)."""
+    look = np.zeros(1, LOOK)
+    notes = list(open_notes)
+    look["bass"], look["strings"], look["frets"], look["fretless"], look["forced"] = 1, len(notes), 20, fretless, -1
+    look["place"][0] = length * (1 - 2 ** (-np.minimum(np.arange(PLACES), 20) / 12))
+    look["position"], look["nearest"], look["usual"], look["farthest"] = 0.74, 0.55, 0.74, 0.93
+    for i, note in enumerate(notes):
+        lane = look["string"][0, i]
+        lane["open"], lane["length"], lane["key"] = note, length, -1
+        lane["speed"] = 2 * length * 440 * 2 ** ((note - 69) / 12)
+        lane["pickups"], lane["saddle"], lane["aperture"], lane["mix"] = 2, (0.06, 0.15, 0, 0), 0.02, (1, 1, 0, 0)
+    return look

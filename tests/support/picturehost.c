@@ -1,0 +1,102 @@
+/* An instance of the plugin without a host, for tests of the picture: plays notes into blocks, and is looked at. */
+#include "instance.h"
+#include "picture.h"
+
+#include <pthread.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+typedef struct {
+    lb_instance instance;
+} host;
+
+static void complain(void *owner, const char *line) {
+    (void)owner;
+    fprintf(stderr, "%s\n", line);
+}
+static void ask(void *owner) { lb_serve(&((host *)owner)->instance); }
+
+host *new_host(const char *folder, double rate) {
+    host *h = calloc(1, sizeof *h);
+    h->instance.owner = h;
+    h->instance.complain = complain;
+    h->instance.ask = ask;
+    if (!lb_open_instance(&h->instance, folder) || !lb_activate_instance(&h->instance, rate)) return 0;
+    return h;
+}
+void free_host(host *h) {
+    lb_close_instance(&h->instance);
+    free(h);
+}
+lb_look *look_of_host(host *h) { return &h->instance.look; }
+void set_host(host *h, int parameter, double value) { lb_set_value(&h->instance, parameter, value); }
+double host_value(host *h, int parameter) { return lb_value(&h->instance, parameter); }
+double host_most(host *h, int parameter) { return lb_most(&h->instance, parameter); }
+void host_text(host *h, int parameter, double value, char *text, size_t room) {
+    lb_value_to_text(&h->instance, parameter, value, text, room);
+}
+const lb_switch *host_switched(host *h, int key) {
+    return lb_shelf_switch(h->instance.shelf, (int)lb_value(&h->instance, LB_BASS), key);
+}
+void play_host(host *h, float *out, int64_t n) {
+    float *outs[LB_STRINGS] = {out};
+    lb_begin_block(&h->instance);
+    lb_play_block(&h->instance, 0, outs, n);
+}
+void note_host(host *h, int on, int key, double velocity) {
+    if (on) lb_start_note(&h->instance, 0, 0, key, velocity, -1);
+    else lb_stop_note(&h->instance, 0, key, 0.5, -1);
+}
+
+/* --- looks without an instance --- */
+
+lb_look *new_looks(void) { return calloc(1, sizeof(lb_look)); }
+size_t size_of_look(void) { return sizeof(LB_LOOK); }
+
+typedef struct {
+    lb_look *look;
+    int64_t count;
+} writer;
+static void *write_looks(void *of) {
+    writer *w = of;
+    LB_LOOK l;
+    memset(&l, 0, sizeof l);
+    for (int64_t k = 1; k <= w->count; k++) {
+        l.strings = 1 + k % LB_STRINGS;
+        l.frame = k;
+        for (int i = 0; i < LB_STRINGS; i++) {
+            l.string[i].key = k * l.strings;
+            l.string[i].sight.slot[1].v[LB_SEEN - 1] = (float)k;
+            l.string[i].light[LB_PLACES - 1] = (float)k;
+        }
+        lb_put_look(w->look, &l);
+    }
+    return 0;
+}
+/* Writes looks in one thread and reads them in another; returns how many were read, -1: one was torn or older. */
+int64_t race(int64_t count) {
+    writer w = {new_looks(), count};
+    pthread_t thread;
+    int64_t read = 0, newest = 0;
+    LB_LOOK *l = malloc(sizeof *l);
+    pthread_create(&thread, 0, write_looks, &w);
+    while (newest < count && read >= 0) {
+        for (int before = 0; before < LB_LOOKS && read >= 0; before++) {
+            if (!lb_read_look(w.look, before, l)) continue;
+            read++;
+            int good = l->strings == 1 + l->frame % LB_STRINGS && (before || l->frame >= newest);
+            for (int i = 0; i < l->strings; i++) {
+                const LB_STRING_LOOK *s = &l->string[i];
+                good = good && s->key == l->frame * l->strings && s->light[LB_PLACES - 1] == (float)l->frame &&
+                       s->sight.slot[1].v[LB_SEEN - 1] == (float)l->frame;
+            }
+            if (!good) read = -1;
+            if (!before && good) newest = l->frame;
+        }
+    }
+    pthread_join(thread, 0);
+    free(w.look);
+    free(l);
+    return read;
+}
