@@ -4,7 +4,7 @@
    There are two: one with a mono output, one with an output a string. Instruments lie in the folder that holds the file
    livebass.clap (macOS: in its Contents/Resources), or in the user's directory. */
 #include "clap_abi.h"
-#include "instance.h"
+#include "editor.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -23,9 +23,13 @@ typedef struct {
     const clap_host *host;
     const clap_host_log *log;
     const clap_host_thread_pool *pool;
+    const clap_host_params *params;
     int apart; /* has an output a string */
     int asked; /* on_main_thread() will be called */
     int overload, bass; /* the host was told so last */
+    lb_editor *editor;
+    int width, height; /* of the window, pixels (Cocoa: points) ... */
+    double scale;      /* ... and its scale; 0: that of the system */
     lb_instance instance;
 } clap;
 
@@ -61,11 +65,13 @@ static bool init(const clap_plugin *p) {
     clap *c = of(p);
     c->log = c->host->get_extension(c->host, CLAP_LOG);
     c->pool = c->host->get_extension(c->host, CLAP_THREAD_POOL);
+    c->params = c->host->get_extension(c->host, CLAP_PARAMS);
     if (c->pool) c->instance.pool = share;
     return lb_open_instance(&c->instance, folder);
 }
 
 static void destroy(const clap_plugin *p) {
+    lb_close_editor(of(p)->editor);
     lb_close_instance(&of(p)->instance);
     free(of(p));
 }
@@ -159,6 +165,16 @@ static void tell_value(const clap_out_events *out, uint32_t id, double value) {
     if (out) out->try_push(out, &v.head);
 }
 
+/* Tells the host of what is done in the window. */
+static void tell_moves(clap *c, const clap_out_events *out) {
+    static const uint16_t types[] = {[LB_BEGIN] = CLAP_GESTURE_BEGIN, [LB_END] = CLAP_GESTURE_END};
+    for (lb_move m; out && lb_take_move(&c->instance.moves, &m);) {
+        const clap_param_gesture g = {{sizeof g, 0, CLAP_CORE_EVENTS, types[m.phase], 0}, (uint32_t)m.parameter};
+        if (m.phase == LB_MOVE) tell_value(out, (uint32_t)m.parameter, m.value);
+        else out->try_push(out, &g.head);
+    }
+}
+
 static void tell_changes(clap *c, const clap_out_events *out) {
     const int overload = lb_overload(c->instance.synth), bass = (int)lb_value(&c->instance, LB_BASS);
     if (overload != c->overload) tell_value(out, OVERLOAD, overload);
@@ -181,6 +197,7 @@ static int32_t process(const clap_plugin *p, const clap_process *b) {
             b->outputs[k].constant_mask = 0;
         }
     lb_play_block(i, c->apart, outs, b->frames);
+    tell_moves(c, b->out_events);
     tell_changes(c, b->out_events);
     return lb_may_sleep(i) ? CLAP_PROCESS_SLEEP : CLAP_PROCESS_CONTINUE;
 }
@@ -272,12 +289,12 @@ static bool param_from_text(const clap_plugin *p, uint32_t id, const char *text,
 }
 
 static void flush(const clap_plugin *p, const clap_in_events *in, const clap_out_events *out) {
-    (void)out; /* not while process() runs */
     for (uint32_t k = 0; k < in->size(in); k++) {
         const clap_param_value *v = (const clap_param_value *)in->get(in, k);
         if (v->head.space == CLAP_CORE_EVENTS && v->head.type == CLAP_PARAM_VALUE && v->id < LB_PARAMETERS)
             lb_set_value(&of(p)->instance, (int)v->id, v->value);
     }
+    tell_moves(of(p), out); /* not while process() runs */
 }
 
 /* Tells the host that values have changed by themselves. [main thread] */
@@ -371,6 +388,114 @@ static bool preset(const clap_plugin *p, uint32_t kind, const char *location, co
     return false;
 }
 
+/* --- the window --- */
+
+static bool has_windows(const clap_plugin *p, const char *api, bool floating) {
+    (void)p;
+    return !floating && !strcmp(api, LB_WINDOWS);
+}
+
+static bool preferred_windows(const clap_plugin *p, const char **api, bool *floating) {
+    (void)p;
+    *api = LB_WINDOWS;
+    *floating = false;
+    return true;
+}
+
+static bool create_window(const clap_plugin *p, const char *api, bool floating) {
+    clap *c = of(p);
+    if (!has_windows(p, api, floating)) return false;
+    if (c->scale <= 0) c->scale = lb_system_scale();
+    c->width = (int)(LB_WIDTH * c->scale);
+    c->height = (int)(LB_HEIGHT * c->scale);
+    return true;
+}
+
+static void destroy_window(const clap_plugin *p) {
+    lb_close_editor(of(p)->editor);
+    of(p)->editor = 0;
+    of(p)->scale = 0;
+}
+
+/* Before the window has a parent. */
+static bool set_scale(const clap_plugin *p, double scale) {
+    clap *c = of(p);
+    if (c->editor || !(scale >= 0.5 && scale <= 4) || !strcmp(LB_WINDOWS, "cocoa")) return false;
+    c->scale = scale;
+    c->width = (int)(LB_WIDTH * scale);
+    c->height = (int)(LB_HEIGHT * scale);
+    return true;
+}
+
+static bool window_size(const clap_plugin *p, uint32_t *width, uint32_t *height) {
+    *width = (uint32_t)of(p)->width;
+    *height = (uint32_t)of(p)->height;
+    return true;
+}
+
+static bool can_resize(const clap_plugin *p) {
+    (void)p;
+    return true;
+}
+
+static bool resize_hints(const clap_plugin *p, clap_resize_hints *hints) {
+    (void)p;
+    *hints = (clap_resize_hints){true, true, false, LB_WIDTH, LB_HEIGHT};
+    return true;
+}
+
+static bool adjust_size(const clap_plugin *p, uint32_t *width, uint32_t *height) {
+    int w = *width < LB_MOST_SIZE ? (int)*width : LB_MOST_SIZE, h = *height < LB_MOST_SIZE ? (int)*height : LB_MOST_SIZE;
+    lb_allowed_size(of(p)->scale, &w, &h);
+    *width = (uint32_t)w;
+    *height = (uint32_t)h;
+    return true;
+}
+
+static bool set_size(const clap_plugin *p, uint32_t width, uint32_t height) {
+    clap *c = of(p);
+    uint32_t w = width, h = height;
+    adjust_size(p, &w, &h);
+    if (w != width || h != height) return false;
+    c->width = (int)w;
+    c->height = (int)h;
+    if (c->editor) lb_resize_editor(c->editor, c->width, c->height, c->scale);
+    return true;
+}
+
+static bool set_parent(const clap_plugin *p, const clap_window *parent) {
+    clap *c = of(p);
+    if (c->editor || strcmp(parent->api, LB_WINDOWS)) return false;
+    c->editor = lb_edit_instance(&c->instance, parent->handle, c->width, c->height, c->scale);
+    return c->editor != 0;
+}
+
+static bool set_transient(const clap_plugin *p, const clap_window *parent) { /* for those that float */
+    (void)p;
+    (void)parent;
+    return false;
+}
+
+static void suggest_title(const clap_plugin *p, const char *title) {
+    (void)p;
+    (void)title;
+}
+
+static bool show(const clap_plugin *p) {
+    return of(p)->editor != 0;
+}
+
+static bool hide(const clap_plugin *p) {
+    return of(p)->editor != 0;
+}
+
+/* Has the host take what was done in the window, and play it. [the window's thread] */
+static void moved(void *owner) {
+    const clap *c = owner;
+    if (c->params) c->params->request_flush(c->host);
+    c->host->request_process(c->host);
+}
+
 static const void *extension(const clap_plugin *p, const char *id) {
     static const clap_audio_ports audio = {audio_count, audio_port};
     static const clap_note_ports notes = {note_count, note_port};
@@ -381,6 +506,10 @@ static const void *extension(const clap_plugin *p, const char *id) {
     static const clap_frames late = {latency}, after = {tail};
     static const clap_preset_load presets = {preset};
     static const clap_thread_pool pool = {help};
+    static const clap_gui gui = {
+        has_windows, preferred_windows, create_window, destroy_window, set_scale, window_size, can_resize, resize_hints,
+        adjust_size, set_size, set_parent, set_transient, suggest_title, show, hide,
+    };
     static const struct {
         const char *id;
         const void *extension;
@@ -389,6 +518,7 @@ static const void *extension(const clap_plugin *p, const char *id) {
         {CLAP_STATE, &state},       {CLAP_RENDER, &render},       {CLAP_LATENCY, &late},
         {CLAP_TAIL, &after},        {CLAP_PRESET_LOAD, &presets}, {CLAP_PRESET_LOAD_DRAFT, &presets},
         {CLAP_NOTE_NAMES, &names},  {CLAP_THREAD_POOL, &pool},
+        {CLAP_GUI, &gui},
     };
     (void)p;
     for (size_t k = 0; k < sizeof all / sizeof *all; k++)
@@ -484,6 +614,7 @@ static const clap_plugin *create(const clap_plugin_factory *f, const clap_host *
         c->instance.owner = c;
         c->instance.complain = complain;
         c->instance.ask = ask;
+        c->instance.moved = moved;
         return &c->plugin;
     }
     return 0;

@@ -17,6 +17,7 @@
 #define CLAP_TAIL "clap.tail"
 #define CLAP_LOG "clap.log"
 #define CLAP_THREAD_POOL "clap.thread-pool"
+#define CLAP_GUI "clap.gui"
 #define CLAP_PRESET_LOAD "clap.preset-load/2"
 #define CLAP_PRESET_LOAD_DRAFT "clap.preset-load.draft/2"
 
@@ -43,6 +44,8 @@ enum {
     CLAP_NOTE_CHOKE = 2,
     CLAP_NOTE_EXPRESSION = 4,
     CLAP_PARAM_VALUE = 5,
+    CLAP_GESTURE_BEGIN = 7,
+    CLAP_GESTURE_END = 8,
     CLAP_MIDI = 10,
 };
 enum { CLAP_CORE_EVENTS = 0 };
@@ -239,6 +242,41 @@ typedef struct {
     bool (*needs_real_time)(const clap_plugin *);
     bool (*set)(const clap_plugin *, int32_t mode);
 } clap_render;
+
+/* --- the window --- */
+
+typedef struct {
+    const char *api;
+    uintptr_t handle; /* a window of X11, an HWND, an NSView * */
+} clap_window;
+
+typedef struct {
+    bool wider, taller, preserve_ratio;
+    uint32_t ratio_width, ratio_height;
+} clap_resize_hints;
+
+typedef struct {
+    bool (*is_api_supported)(const clap_plugin *, const char *api, bool floating);
+    bool (*get_preferred_api)(const clap_plugin *, const char **api, bool *floating);
+    bool (*create)(const clap_plugin *, const char *api, bool floating);
+    void (*destroy)(const clap_plugin *);
+    bool (*set_scale)(const clap_plugin *, double);
+    bool (*get_size)(const clap_plugin *, uint32_t *width, uint32_t *height);
+    bool (*can_resize)(const clap_plugin *);
+    bool (*get_resize_hints)(const clap_plugin *, clap_resize_hints *);
+    bool (*adjust_size)(const clap_plugin *, uint32_t *width, uint32_t *height);
+    bool (*set_size)(const clap_plugin *, uint32_t width, uint32_t height);
+    bool (*set_parent)(const clap_plugin *, const clap_window *);
+    bool (*set_transient)(const clap_plugin *, const clap_window *);
+    void (*suggest_title)(const clap_plugin *, const char *);
+    bool (*show)(const clap_plugin *);
+    bool (*hide)(const clap_plugin *);
+} clap_gui;
+
+typedef struct { /* a change by hand begins or ends */
+    clap_event head;
+    uint32_t id;
+} clap_param_gesture;
 
 typedef struct { /* latency, tail */
     uint32_t (*get)(const clap_plugin *);

@@ -396,6 +396,10 @@ void lb_cut_note(lb_synth *s, int64_t offset, int key) {
     if (key >= 0 && key < 128) push(s, offset, LB_KIND_NOTE_CUT, key, 0);
 }
 
+void lb_choose_string(lb_synth *s, int64_t offset, int key, int string) {
+    if (key >= 0 && key < 128) push(s, offset, LB_KIND_NOTE_STRING, key, string);
+}
+
 void lb_place_note(lb_synth *s, int64_t offset, int key, double position) {
     if (key >= 0 && key < 128) push(s, offset, LB_KIND_NOTE_PLACE, key, position);
 }

@@ -69,6 +69,8 @@ int lb_bend_note(lb_synth *, int64_t offset, int key, double semitones);
 int lb_vibrate_note(lb_synth *, int64_t offset, int key, double amount);
 /* Ends the sound of a key's note at once, whatever the pedal does. */
 void lb_cut_note(lb_synth *, int64_t offset, int key);
+/* Has the next note of a key played on a string, counted from 0. */
+void lb_choose_string(lb_synth *, int64_t offset, int key, int string);
 /* Has the next note of a key plucked at a place of its own, -1 to 1 as the parameter LB_PLUCK_POSITION. */
 void lb_place_note(lb_synth *, int64_t offset, int key, double position);
 

@@ -214,6 +214,48 @@ void lb_serve(lb_instance *i) {
     leave();
 }
 
+/* --- by hand --- */
+
+enum { SPARE = 32 }; /* moves that only ends may take */
+
+void lb_put_move(lb_moves *m, int parameter, int phase, double value) {
+    const uint32_t put = m->put, used = put - __atomic_load_n(&m->taken, __ATOMIC_ACQUIRE);
+    if (used >= LB_MOVES || (phase != LB_END && used >= LB_MOVES - SPARE)) return;
+    m->moves[put % LB_MOVES] = (lb_move){parameter, phase, value};
+    __atomic_store_n(&m->put, put + 1, __ATOMIC_RELEASE);
+}
+
+int lb_take_move(lb_moves *m, lb_move *to) {
+    const uint32_t taken = m->taken;
+    if (taken == __atomic_load_n(&m->put, __ATOMIC_ACQUIRE)) return 0;
+    *to = m->moves[taken % LB_MOVES];
+    __atomic_store_n(&m->taken, taken + 1, __ATOMIC_RELEASE);
+    return 1;
+}
+
+void lb_put_touch(lb_touches *t, int on, int string, int key, double velocity) {
+    const uint32_t put = t->put;
+    if (put - __atomic_load_n(&t->taken, __ATOMIC_ACQUIRE) >= LB_BY_HAND) return;
+    const int seven = on ? (int)fmin(fmax(rint(127 * velocity), 1), 127) : 0;
+    t->touches[put % LB_BY_HAND] = (lb_touch){(uint8_t)string, (uint8_t)key, (uint8_t)seven};
+    __atomic_store_n(&t->put, put + 1, __ATOMIC_RELEASE);
+}
+
+void lb_play_touches(lb_touches *t, lb_synth *s) {
+    const uint32_t put = __atomic_load_n(&t->put, __ATOMIC_ACQUIRE);
+    for (; t->taken != put; __atomic_store_n(&t->taken, t->taken + 1, __ATOMIC_RELEASE)) {
+        const lb_touch *one = &t->touches[t->taken % LB_BY_HAND];
+        if (one->velocity) lb_choose_string(s, 0, one->key, one->string);
+        lb_send(s, 0, (const uint8_t[]){one->velocity ? 0x90 : 0x80, one->key, one->velocity ? one->velocity : 64}, 3);
+    }
+}
+
+void lb_move_value(lb_instance *i, int parameter, double value, int phase) {
+    if (phase == LB_MOVE) lb_set_value(i, parameter, value);
+    lb_put_move(&i->moves, parameter, phase, lb_value(i, parameter));
+    i->moved(i->owner);
+}
+
 /* --- playing --- */
 
 void lb_set_offline(lb_instance *i, int on) { __atomic_store_n(&i->offline, on, __ATOMIC_RELAXED); }
@@ -241,6 +283,7 @@ void lb_begin_block(lb_instance *i) {
         if (i->unvibrated[k]) vibrate(i, 0, k, i->vibratos[k]);
     lb_offline(i->synth, __atomic_load_n(&i->offline, __ATOMIC_RELAXED));
     lb_relieve(i->synth, lb_value(i, LB_RELIEF) > 0.5);
+    lb_play_touches(&i->touches, i->synth);
 }
 
 /* Has another bass loaded if one is wanted, hands over those that are ready and those that are done. */
@@ -327,6 +370,7 @@ void lb_express_place(lb_instance *i, int64_t offset, int key, int32_t id, doubl
 int lb_may_sleep(const lb_instance *i) {
     if (__atomic_load_n(&i->changed, __ATOMIC_RELAXED) || __atomic_load_n(&i->ready, __ATOMIC_RELAXED)) return 0;
     if (__atomic_load_n(&i->done, __ATOMIC_RELAXED) || wants_other(i)) return 0;
+    if (__atomic_load_n(&i->touches.put, __ATOMIC_RELAXED) != i->touches.taken) return 0;
     return lb_is_still(i->synth);
 }
 

@@ -4,7 +4,28 @@
 #define LB_INSTANCE_H
 #include "look.h"
 
-enum { LB_STATE_NAME = 64, LB_KEYS = 128 };
+enum { LB_STATE_NAME = 64, LB_KEYS = 128, LB_MOVES = 256, LB_BY_HAND = 64 };
+enum { LB_BEGIN, LB_MOVE, LB_END }; /* phases of a change by hand */
+typedef struct { /* a change of a parameter in the window */
+    int parameter, phase;
+    double value;
+} lb_move;
+typedef struct { /* changes that the host has not been told of: one thread puts them in, another takes them out */
+    uint32_t put, taken;
+    lb_move moves[LB_MOVES];
+} lb_moves;
+/* Of a flood, moves get lost, but not the end of one that has begun. */
+void lb_put_move(lb_moves *, int parameter, int phase, double value);
+int lb_take_move(lb_moves *, lb_move *); /* 0: there is none */
+typedef struct { /* a note that is played in the window; velocity 0 ends it */
+    uint8_t string, key, velocity;
+} lb_touch;
+typedef struct { /* such notes on their way to the audio thread */
+    uint32_t put, taken;
+    lb_touch touches[LB_BY_HAND];
+} lb_touches;
+void lb_put_touch(lb_touches *, int on, int string, int key, double velocity); /* velocity 0 to 1. [one thread] */
+void lb_play_touches(lb_touches *, lb_synth *);                                /* [audio thread] */
 typedef struct { /* all numbers little-endian; a later version with more parameters has them at the end of `values` */
     char magic[8];
     int64_t version, seed, count;
@@ -39,7 +60,10 @@ typedef struct {
     uint8_t unvibrated[LB_KEYS];
     uint8_t channels[LB_KEYS]; /* of the last note of each key */
     int64_t programs;          /* program changes that have been answered */
-    lb_look look;              /* for windows */
+    lb_look look;              /* for windows ... */
+    lb_moves moves;            /* ... and what is done in them */
+    lb_touches touches;
+    void (*moved)(void *owner); /* there is something to take. [the window's thread] */
 } lb_instance;
 
 /* Opens the shelf of instruments. Returns 0 after a line in the log if it is empty. [main thread] */
@@ -64,6 +88,8 @@ void lb_set_value_at(lb_instance *, int64_t offset, int parameter, double value)
 void lb_set_offline(lb_instance *, int on);
 /* Begins a block, before its events are sent. [audio thread] */
 void lb_begin_block(lb_instance *);
+/* Sets a value by hand, in the window: the host is told. [the window's thread] */
+void lb_move_value(lb_instance *, int parameter, double value, int phase);
 /* Loads another bass if one is wanted, and frees those that are done. [any thread; the audio thread only offline] */
 void lb_serve(lb_instance *);
 

@@ -2,11 +2,10 @@
    here is called by one thread, the window's. */
 #ifndef LB_PICTURE_H
 #define LB_PICTURE_H
-#include "look.h"
+#include "instance.h"
 
 enum { LB_WIDTH = 900, LB_HEIGHT = 460 };             /* as a window opens, of scale 1 ... */
 enum { LB_LEAST_WIDTH = 640, LB_LEAST_HEIGHT = 320 }; /* ... and the least that shows everything */
-enum { LB_BEGIN, LB_MOVE, LB_END };                   /* phases of a change by hand */
 enum { LB_POINT_MOVE, LB_POINT_PRESS, LB_POINT_RELEASE, LB_POINT_LEAVE, LB_POINT_DOUBLE, LB_POINT_UP, LB_POINT_DOWN };
 enum { LB_SHIFT = 1, LB_CONTROL = 2, LB_ALT = 4, LB_RIGHT = 8 }; /* modifiers; LB_RIGHT: the right button */
 /* The shape of the pointer that lb_point returns. */

@@ -1,0 +1,68 @@
+/* A picture in a window. */
+#include "editor.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+struct lb_editor {
+    lb_picture *picture;
+    lb_window *window;
+    lb_look *look;
+};
+
+lb_editor *lb_open_editor(const lb_face *face, lb_look *look, uintptr_t parent, int width, int height, double scale) {
+    lb_editor *e = calloc(1, sizeof *e);
+    if (!e) return 0;
+    e->look = look;
+    lb_watch(look, 1);
+    e->picture = lb_new_picture(face);
+    e->window = e->picture ? lb_open_window(e->picture, parent, width, height, scale) : 0;
+    if (e->window) return e;
+    lb_close_editor(e);
+    return 0;
+}
+
+void lb_close_editor(lb_editor *e) {
+    if (!e) return;
+    lb_close_window(e->window);
+    lb_free_picture(e->picture);
+    lb_watch(e->look, 0);
+    free(e);
+}
+
+void lb_resize_editor(lb_editor *e, int width, int height, double scale) {
+    lb_resize_window(e->window, width, height, scale);
+}
+
+uintptr_t lb_editor_handle(const lb_editor *e) { return lb_window_handle(e->window); }
+
+void lb_allowed_size(double scale, int *width, int *height) {
+    const int least_width = (int)ceil(LB_LEAST_WIDTH * scale), least_height = (int)ceil(LB_LEAST_HEIGHT * scale);
+    if (*width < least_width) *width = least_width;
+    if (*height < least_height) *height = least_height;
+}
+
+/* --- of an instance --- */
+
+static double value(void *i, int parameter) { return lb_value(i, parameter); }
+static double most(void *i, int parameter) { return lb_most(i, parameter); }
+static void set(void *i, int parameter, double value, int phase) { lb_move_value(i, parameter, value, phase); }
+static void text(void *i, int parameter, double value, char *to, size_t room) {
+    lb_value_to_text(i, parameter, value, to, room);
+}
+static void note(void *i, int on, int string, int key, double velocity) {
+    lb_instance *to = i;
+    lb_put_touch(&to->touches, on, string, key, velocity);
+    to->moved(to->owner);
+}
+static const lb_switch *switched(void *instance, int key) {
+    const lb_instance *i = instance;
+    const int bass = (int)lb_value(i, LB_BASS);
+    return bass < lb_shelf_count(i->shelf) ? lb_shelf_switch(i->shelf, bass, key) : 0;
+}
+
+lb_editor *lb_edit_instance(lb_instance *i, uintptr_t parent, int width, int height, double scale) {
+    const lb_face face = {.owner = i, .look = &i->look, .value = value, .most = most, .set = set, .text = text,
+                          .note = note, .switched = switched};
+    return lb_open_editor(&face, &i->look, parent, width, height, scale);
+}

@@ -1,0 +1,358 @@
+/* Windows of X11. Nothing of it is known when this is compiled or linked: libX11 is opened with the first window, and
+   what is needed of its types is below. Each window has a connection and a thread of its own, which alone uses it. */
+#if !defined(_WIN32) && !defined(__APPLE__)
+#include "window.h"
+
+#include <dlfcn.h>
+#include <math.h>
+#include <poll.h>
+#include <pthread.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+/* --- of X11 (X.h, Xlib.h) --- */
+
+typedef unsigned long xid;
+typedef struct display display;
+typedef struct visual visual;
+typedef struct gc *gc;
+typedef struct {
+    int width, height, xoffset, format;
+    char *data;
+    int byte_order, bitmap_unit, bitmap_bit_order, bitmap_pad, depth, bytes_per_line, bits_per_pixel;
+    unsigned long red_mask, green_mask, blue_mask;
+    char *obdata;
+    void *functions[6];
+} ximage;
+typedef struct {
+    xid background_pixmap;
+    unsigned long background_pixel;
+    xid border_pixmap;
+    unsigned long border_pixel;
+    int bit_gravity, win_gravity, backing_store;
+    unsigned long backing_planes, backing_pixel;
+    int save_under;
+    long event_mask, do_not_propagate_mask;
+    int override_redirect;
+    xid colormap, cursor;
+} xattributes;
+typedef struct { /* of a button, the pointer, and of it as it leaves */
+    int type;
+    unsigned long serial;
+    int send_event;
+    display *display;
+    xid window, root, subwindow;
+    unsigned long time;
+    int x, y, x_root, y_root;
+    unsigned state, button;
+    int same_screen;
+} xpointer;
+typedef struct {
+    int type;
+    unsigned long serial;
+    int send_event;
+    display *display;
+    xid window;
+    int x, y, width, height, count;
+} xexpose;
+typedef union {
+    int type;
+    xpointer pointer;
+    xexpose expose;
+    long room[24];
+} xevent;
+typedef struct {
+    int type;
+    display *display;
+} xerror; /* the beginning of it */
+typedef int (*handler)(display *, xerror *);
+
+enum { PRESS = 4, RELEASE = 5, MOTION = 6, LEAVE = 8, EXPOSE = 12, DESTROYED = 17 };
+enum { INPUT_OUTPUT = 1, Z_PIXMAP = 2, LSB_FIRST = 0, REPLACE = 0 };
+enum { BACK_PIXEL = 1 << 1, BORDER_PIXEL = 1 << 3, EVENTS = 1 << 11, COLORMAP = 1 << 13 };
+enum { WANTED = 1 << 2 | 1 << 3 | 1 << 5 | 1 << 6 | 1 << 15 | 1 << 17 }; /* press, release, leave, motion, exposure, structure */
+enum { HAND = 60, ACROSS = 108, SHIFT = 1, CONTROL = 4, MOD1 = 8 };
+
+static struct {
+    void *library;
+    display *(*OpenDisplay)(const char *);
+    int (*CloseDisplay)(display *);
+    int (*DefaultScreen)(display *);
+    visual *(*DefaultVisual)(display *, int);
+    int (*DefaultDepth)(display *, int);
+    xid (*DefaultColormap)(display *, int);
+    xid (*RootWindow)(display *, int);
+    char *(*GetDefault)(display *, const char *, const char *);
+    xid (*CreateWindow)(display *, xid, int, int, unsigned, unsigned, unsigned, int, unsigned, visual *, unsigned long,
+                        xattributes *);
+    int (*DestroyWindow)(display *, xid);
+    int (*MapWindow)(display *, xid);
+    int (*ResizeWindow)(display *, xid, unsigned, unsigned);
+    int (*StoreName)(display *, xid, const char *);
+    xid (*InternAtom)(display *, const char *, int);
+    int (*ChangeProperty)(display *, xid, xid, xid, int, int, const unsigned char *, int);
+    gc (*CreateGC)(display *, xid, unsigned long, void *);
+    int (*FreeGC)(display *, gc);
+    int (*InitImage)(ximage *);
+    int (*PutImage)(display *, xid, gc, ximage *, int, int, int, int, unsigned, unsigned);
+    int (*Pending)(display *);
+    int (*NextEvent)(display *, xevent *);
+    int (*Flush)(display *);
+    int (*Sync)(display *, int);
+    int (*ConnectionNumber)(display *);
+    xid (*CreateFontCursor)(display *, unsigned);
+    int (*DefineCursor)(display *, xid, xid);
+    int (*UndefineCursor)(display *, xid);
+    handler (*SetErrorHandler)(handler);
+} x;
+
+/* Hosts have the functions that open libraries; without them there is no window, and no library is linked for them. */
+extern void *dlopen(const char *, int) __attribute__((weak));
+extern void *dlsym(void *, const char *) __attribute__((weak));
+
+/* Finds the functions of libX11, which stays open; returns 0 if there is none. */
+static int find_x(void) {
+    static const char *const names[] = {
+        "XOpenDisplay", "XCloseDisplay", "XDefaultScreen", "XDefaultVisual", "XDefaultDepth", "XDefaultColormap",
+        "XRootWindow", "XGetDefault", "XCreateWindow", "XDestroyWindow", "XMapWindow", "XResizeWindow", "XStoreName",
+        "XInternAtom", "XChangeProperty", "XCreateGC", "XFreeGC", "XInitImage", "XPutImage", "XPending", "XNextEvent",
+        "XFlush", "XSync", "XConnectionNumber", "XCreateFontCursor", "XDefineCursor", "XUndefineCursor",
+        "XSetErrorHandler",
+    };
+    enum { COUNT = sizeof names / sizeof *names };
+    _Static_assert(sizeof x == (COUNT + 1) * sizeof(void *), "a function for each name");
+    void *found[COUNT];
+    if (x.library) return 1;
+    void *library = dlopen && dlsym ? dlopen("libX11.so.6", RTLD_NOW | RTLD_LOCAL) : 0;
+    for (int k = 0; library && k < COUNT; k++)
+        if (!(found[k] = dlsym(library, names[k]))) return 0;
+    if (!library) return 0;
+    memcpy(&x.OpenDisplay, found, sizeof found);
+    x.library = library;
+    return 1;
+}
+
+/* --- windows --- */
+
+struct lb_window {
+    lb_window *next;
+    lb_picture *picture;
+    display *display;
+    xid window, cursors[3];
+    gc context;
+    ximage image;
+    uint32_t *pixels;
+    int shown, pointer, exposed, x, y; /* the size of `pixels`, as one word; the pointer's shape; where it was pressed last, */
+    unsigned long pressed;             /* and when, ms */
+    pthread_t thread;
+    int stop;
+    uint64_t wanted; /* size and scale, packed: set by the main thread */
+};
+
+/* Windows that are open, under the lock; and whom errors of other connections are for: a host may not know of ours, and
+   would end. A window that the host has destroyed gives them. */
+static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
+static lb_window *open_windows;
+static handler others;
+
+static int pass_error(display *d, xerror *e) {
+    pthread_mutex_lock(&lock);
+    const lb_window *w = open_windows;
+    while (w && w->display != d) w = w->next;
+    const handler other = others;
+    pthread_mutex_unlock(&lock);
+    return w || !other ? 0 : other(d, e);
+}
+
+/* Adds a window to those whose errors do no harm, or takes it away. */
+static void count_window(lb_window *w, int on) {
+    pthread_mutex_lock(&lock);
+    if (on) {
+        w->next = open_windows;
+        open_windows = w;
+        if (!w->next) others = x.SetErrorHandler(pass_error);
+    } else {
+        lb_window **at = &open_windows;
+        while (*at != w) at = &(*at)->next;
+        *at = w->next;
+        if (!open_windows) {
+            const handler now = x.SetErrorHandler(others);
+            if (now != pass_error) x.SetErrorHandler(now); /* somebody's who came later */
+        }
+    }
+    pthread_mutex_unlock(&lock);
+}
+
+static uint64_t packed(int width, int height, double scale) {
+    return (uint64_t)(uint16_t)width << 32 | (uint64_t)(uint16_t)height << 16 | (uint16_t)lrint(scale * 256);
+}
+
+/* ms of a clock that does not jump. */
+static int64_t now_ms(void) {
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (int64_t)t.tv_sec * 1000 + t.tv_nsec / 1000000;
+}
+
+/* Makes room for a size; returns 0 without memory. */
+static int make_room(lb_window *w, int width, int height) {
+    uint32_t *pixels = calloc((size_t)width * (size_t)height, sizeof *pixels);
+    if (!pixels) return 0;
+    free(w->pixels);
+    w->pixels = pixels;
+    w->image = (ximage){.width = width, .height = height, .format = Z_PIXMAP, .data = (char *)pixels,
+                        .byte_order = LSB_FIRST, .bitmap_unit = 32, .bitmap_bit_order = LSB_FIRST, .bitmap_pad = 32,
+                        .depth = w->image.depth, .bytes_per_line = 4 * width, .bits_per_pixel = 32,
+                        .red_mask = 0xFF0000, .green_mask = 0xFF00, .blue_mask = 0xFF};
+    w->shown = 0;
+    return x.InitImage(&w->image);
+}
+
+static void point(lb_window *w, const xpointer *e, int kind, int more) {
+    const int modifiers = (e->state & SHIFT ? LB_SHIFT : 0) | (e->state & CONTROL ? LB_CONTROL : 0) |
+                          (e->state & MOD1 ? LB_ALT : 0) | more;
+    const int shape = lb_point(w->picture, kind, e->x, e->y, modifiers);
+    if (shape == w->pointer || shape < 0 || shape > 2) return;
+    w->pointer = shape;
+    if (w->cursors[shape]) x.DefineCursor(w->display, w->window, w->cursors[shape]);
+    else x.UndefineCursor(w->display, w->window);
+}
+
+static void press(lb_window *w, const xpointer *e) {
+    if (e->button == 4 || e->button == 5) point(w, e, e->button == 4 ? LB_POINT_UP : LB_POINT_DOWN, 0);
+    else if (e->button == 3) point(w, e, LB_POINT_PRESS, LB_RIGHT);
+    else if (e->button == 1) {
+        const int near = abs(e->x - w->x) < 5 && abs(e->y - w->y) < 5, twice = near && e->time - w->pressed < 400;
+        point(w, e, twice ? LB_POINT_DOUBLE : LB_POINT_PRESS, 0);
+        w->pressed = twice ? 0 : e->time;
+        w->x = e->x;
+        w->y = e->y;
+    }
+}
+
+static void take_events(lb_window *w) {
+    xevent e;
+    while (x.Pending(w->display)) {
+        x.NextEvent(w->display, &e);
+        if (e.type == PRESS) press(w, &e.pointer);
+        else if (e.type == RELEASE && (e.pointer.button == 1 || e.pointer.button == 3))
+            point(w, &e.pointer, LB_POINT_RELEASE, e.pointer.button == 3 ? LB_RIGHT : 0);
+        else if (e.type == MOTION) point(w, &e.pointer, LB_POINT_MOVE, 0);
+        else if (e.type == LEAVE && !(e.pointer.state & 0x700)) /* it may be dragged out */
+            point(w, &e.pointer, LB_POINT_LEAVE, 0);
+        else if (e.type == EXPOSE) w->exposed = 1;
+        else if (e.type == DESTROYED) w->window = 0; /* by the host */
+    }
+}
+
+static void draw(lb_window *w) {
+    const uint64_t wanted = __atomic_load_n(&w->wanted, __ATOMIC_ACQUIRE);
+    const int width = (int)(wanted >> 32), height = (int)(wanted >> 16 & 0xFFFF);
+    int dirty[4] = {0, 0, 0, 0};
+    if (width != w->image.width || height != w->image.height) {
+        if (!make_room(w, width, height)) return;
+        x.ResizeWindow(w->display, w->window, (unsigned)width, (unsigned)height);
+    }
+    const double seconds = (double)now_ms() * 1e-3, scale = (double)(wanted & 0xFFFF) / 256;
+    lb_draw(w->picture, w->pixels, width, height, scale, lb_is_dark(), seconds, dirty);
+    if (w->exposed) {
+        dirty[0] = dirty[1] = w->exposed = 0;
+        dirty[2] = width;
+        dirty[3] = height;
+    }
+    if (!dirty[2] || !dirty[3]) return;
+    x.PutImage(w->display, w->window, w->context, &w->image, dirty[0], dirty[1], dirty[0], dirty[1], (unsigned)dirty[2],
+               (unsigned)dirty[3]);
+    x.Flush(w->display);
+}
+
+static void *live(void *window) {
+    lb_window *w = window;
+    struct pollfd wait = {.fd = x.ConnectionNumber(w->display), .events = POLLIN};
+    int64_t next = now_ms();
+    while (!__atomic_load_n(&w->stop, __ATOMIC_ACQUIRE)) {
+        take_events(w);
+        const int64_t now = now_ms();
+        if (now >= next) {
+            if (w->window) draw(w);
+            next = now + 1000 / LB_PICTURES;
+        }
+        const int left = (int)(next - now_ms());
+        if (left > 0) poll(&wait, 1, left);
+        if (wait.revents & (POLLERR | POLLHUP)) break; /* the server has gone */
+    }
+    return 0;
+}
+
+lb_window *lb_open_window(lb_picture *picture, uintptr_t parent, int width, int height, double scale) {
+    if (!find_x()) return 0;
+    lb_window *w = calloc(1, sizeof *w);
+    if (!w) return 0;
+    if (!(w->display = x.OpenDisplay(0))) {
+        free(w);
+        return 0;
+    }
+    const int screen = x.DefaultScreen(w->display), depth = x.DefaultDepth(w->display, screen);
+    w->picture = picture;
+    w->image.depth = depth;
+    w->wanted = packed(width, height, scale);
+    count_window(w, 1);
+    if ((depth == 24 || depth == 32) && make_room(w, width, height)) {
+        const long embedded[2] = {0, 1}; /* _XEMBED_INFO: version, mapped */
+        xattributes how = {.background_pixel = 0, .border_pixel = 0, .event_mask = WANTED,
+                           .colormap = x.DefaultColormap(w->display, screen)};
+        w->window = x.CreateWindow(w->display, parent ? (xid)parent : x.RootWindow(w->display, screen), 0, 0,
+                                   (unsigned)width, (unsigned)height, 0, depth, INPUT_OUTPUT,
+                                   x.DefaultVisual(w->display, screen), BACK_PIXEL | BORDER_PIXEL | EVENTS | COLORMAP,
+                                   &how);
+        const xid info = x.InternAtom(w->display, "_XEMBED_INFO", 0);
+        x.ChangeProperty(w->display, w->window, info, info, 32, REPLACE, (const unsigned char *)embedded, 2);
+        x.StoreName(w->display, w->window, "livebass");
+        w->context = x.CreateGC(w->display, w->window, 0, 0);
+        w->cursors[LB_POINTER_HAND] = x.CreateFontCursor(w->display, HAND);
+        w->cursors[LB_POINTER_ACROSS] = x.CreateFontCursor(w->display, ACROSS);
+        x.MapWindow(w->display, w->window);
+        draw(w); /* at once: a host may show it before the thread runs */
+        x.Sync(w->display, 0);
+        if (!pthread_create(&w->thread, 0, live, w)) return w;
+    }
+    count_window(w, 0);
+    x.CloseDisplay(w->display);
+    free(w->pixels);
+    free(w);
+    return 0;
+}
+
+void lb_close_window(lb_window *w) {
+    if (!w) return;
+    __atomic_store_n(&w->stop, 1, __ATOMIC_RELEASE);
+    pthread_join(w->thread, 0);
+    if (w->window) x.DestroyWindow(w->display, w->window);
+    x.FreeGC(w->display, w->context);
+    x.Sync(w->display, 0); /* errors come now, while they do no harm */
+    x.CloseDisplay(w->display);
+    count_window(w, 0);
+    free(w->pixels);
+    free(w);
+}
+
+void lb_resize_window(lb_window *w, int width, int height, double scale) {
+    __atomic_store_n(&w->wanted, packed(width, height, scale), __ATOMIC_RELEASE);
+}
+
+uintptr_t lb_window_handle(const lb_window *w) { return (uintptr_t)w->window; }
+
+double lb_system_scale(void) {
+    display *d = find_x() ? x.OpenDisplay(0) : 0;
+    const char *dpi = d ? x.GetDefault(d, "Xft", "dpi") : 0;
+    const double scale = dpi ? strtod(dpi, 0) / 96 : 1;
+    if (d) x.CloseDisplay(d);
+    return scale >= 1 && scale <= 4 ? scale : 1;
+}
+
+int lb_is_dark(void) {
+    const char *theme = getenv("LIVEBASS_THEME"); /* X11 tells no theme */
+    return !theme || strcmp(theme, "light");
+}
+#endif
