@@ -44,6 +44,7 @@ NOTE_EXPRESSION = struct(
 PARAM_VALUE = struct(
     *HEAD, ("param", U32), ("cookie", P), ("id", I32), ("port", I16), ("channel", I16), ("key", I16), ("value", D)
 )
+GESTURE = struct(*HEAD, ("param", U32))
 MIDI_EVENT = struct(*HEAD, ("port", U16), ("data", c.c_uint8 * 3))
 IN_EVENTS = struct(("data", P), ("size", function(U32, P)), ("get", function(P, P, U32)))
 OUT_EVENTS = struct(("data", P), ("push", function(B, P, P)))
@@ -96,7 +97,7 @@ PRESET_LOAD = struct(("from_location", function(B, P, U32, S, S)))
 THREAD_POOL = struct(("exec", function(None, P, U32)))
 POOL_OF_HOST = struct(("request", function(B, P, U32)))
 LOG = struct(("log", function(None, P, I32, S)))
-PARAMS_OF_HOST = struct(("rescan", function(None, P, U32)), ("clear", P), ("request_flush", P))
+PARAMS_OF_HOST = struct(("rescan", function(None, P, U32)), ("clear", P), ("request_flush", function(None, P)))
 PROVIDER = struct(
     ("descriptor", P), ("data", P), ("init", function(B, P)), ("destroy", function(None, P)),
     ("metadata", function(B, P, U32, S, P)), ("extension", P),
@@ -165,10 +166,13 @@ class Plugin:
         self.logged: list[str] = []
         self.asked = self.rescanned = 0
         self.asleep = False  # after the last block
-        self.told: list[tuple[int, float]] = []  # values that it said have changed by themselves
+        self.told: list[tuple[int, float]] = []  # values that it said have changed by themselves, or by hand
+        self.gestures: list[tuple[int, int]] = []  # (parameter, type): changes by hand that began or ended
         self.library = Library(folder)
         self.log = LOG(LOG._fields_[0][1](lambda _, severity, line: self.logged.append(line.decode())))
-        self.params_of_host = PARAMS_OF_HOST(PARAMS_OF_HOST._fields_[0][1](self._rescan))
+        self.params_of_host = PARAMS_OF_HOST(
+            PARAMS_OF_HOST._fields_[0][1](self._rescan), None, PARAMS_OF_HOST._fields_[2][1](lambda _: None)
+        )
         given = {b"clap.log": c.addressof(self.log), b"clap.params": c.addressof(self.params_of_host)}
         self.threads = ThreadPoolExecutor(pool) if pool > 0 else None
         self.tasks: list[int] = []
@@ -215,7 +219,10 @@ class Plugin:
 
     def _hear(self, _: Any, event: int) -> bool:
         said = PARAM_VALUE.from_address(event)
-        self.told.append((said.param, said.value))
+        if said.type == VALUE:
+            self.told.append((said.param, said.value))
+        else:
+            self.gestures.append((GESTURE.from_address(event).param, said.type))
         return True
 
     def _rescan(self, _: Any, flags: int) -> None:

@@ -1,0 +1,107 @@
+"""A screen of X11 that nobody sees (Xvfb), a window on it for a plugin's, what is on it, and a hand at its pointer."""
+
+from __future__ import annotations
+
+import ctypes as c
+import os
+import shutil
+import subprocess
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+SIZE = 2000, 1400
+PATIENCE = 10.0  # s
+
+
+def needs_screen() -> None:
+    """Skips a test where Xvfb or xdotool is not installed, but not where CI says that they are."""
+    if not (shutil.which("Xvfb") and shutil.which("xdotool")) and not os.environ.get("LIVEBASS_NEEDS_WINDOW"):
+        pytest.skip("needs Xvfb and xdotool")
+
+
+@contextmanager
+def running_screen() -> Iterator[str]:
+    """A screen of its own, ended by its process id; DISPLAY names it meanwhile."""
+    reading, writing = os.pipe()
+    with subprocess.Popen(
+        ["Xvfb", "-displayfd", str(writing), "-screen", "0", f"{SIZE[0]}x{SIZE[1]}x24", "-nolisten", "tcp", "-noreset"],
+        pass_fds=[writing], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+    ) as server:  # fmt: skip
+        os.close(writing)
+        try:
+            with os.fdopen(reading) as said:
+                name = f":{said.readline().strip()}"
+            assert name != ":", "Xvfb does not start"
+            with pytest.MonkeyPatch.context() as patch:
+                patch.setenv("DISPLAY", name)
+                patch.delenv("LIVEBASS_THEME", raising=False)
+                yield name
+        finally:
+            server.terminate()
+            server.wait(PATIENCE)
+
+
+class Screen:
+    """A connection to the screen, and a window of the host's on it."""
+
+    def __init__(self, width: int, height: int, top: int = 0) -> None:
+        self._x = c.CDLL("libX11.so.6")
+        for name in ("XOpenDisplay", "XGetImage"):
+            getattr(self._x, name).restype = c.c_void_p
+        for name in ("XDefaultRootWindow", "XCreateSimpleWindow"):
+            getattr(self._x, name).restype = c.c_ulong
+        self._display = c.c_void_p(self._x.XOpenDisplay(None))
+        assert self._display
+        root = c.c_ulong(self._x.XDefaultRootWindow(self._display))
+        self.window: int = self._x.XCreateSimpleWindow(self._display, root, 0, top, width, height, 0, 0, 0)
+        self._x.XMapWindow(self._display, c.c_ulong(self.window))
+        self._x.XSync(self._display, 0)
+
+    def close(self) -> None:
+        self._x.XCloseDisplay(self._display)
+
+    def destroy_window(self) -> None:
+        """Takes the host's window away, with all that is in it."""
+        self._x.XDestroyWindow(self._display, c.c_ulong(self.window))
+        self._x.XSync(self._display, 0)
+
+    def children(self) -> int:
+        """How many windows there are in the host's."""
+        root, parent, list_, count = c.c_ulong(), c.c_ulong(), c.c_void_p(), c.c_uint()
+        self._x.XQueryTree(
+            self._display, c.c_ulong(self.window), *map(c.byref, (root, parent, list_, count))
+        )  # fmt: skip
+        return count.value
+
+    def picture(self, width: int, height: int) -> NDArray[np.uint8]:
+        """What is seen of the host's window, (height, width, 3)."""
+        image = self._x.XGetImage(
+            self._display, c.c_ulong(self.window), 0, 0, width, height, c.c_ulong(0xFFFFFFFF), 2
+        )  # fmt: skip
+        assert image
+        data = c.c_void_p.from_address(image + 16).value
+        assert data
+        pixels = np.ctypeslib.as_array((c.c_uint8 * (width * height * 4)).from_address(data)).copy()
+        self._x.XFree(c.c_void_p(data))
+        self._x.XFree(c.c_void_p(image))
+        return pixels.reshape(height, width, 4)[:, :, 2::-1]
+
+
+def hand(*commands: Any) -> None:
+    """Moves and presses by commands of xdotool: `"mousemove", 10, 20, "click", 1`."""
+    subprocess.run(["xdotool", *map(str, commands)], check=True, timeout=PATIENCE)
+
+
+def until(condition: Callable[[], Any]) -> Any:
+    """Waits until a condition holds; returns its value."""
+    end = time.monotonic() + PATIENCE
+    while not (found := condition()):
+        assert time.monotonic() < end, "it did not get there"
+        time.sleep(0.02)
+    return found
