@@ -200,7 +200,9 @@ class Picture:
         library().lb_free_picture(self.address)
 
 
-def made_look(open_notes: Iterable[int] = (28, 33, 38, 43), fretless: bool = False, length: float = 0.86) -> NDArray[Any]:
+def made_look(
+    open_notes: Iterable[int] = (28, 33, 38, 43), fretless: bool = False, length: float = 0.86
+) -> NDArray[Any]:
     """A look at a bass at rest, LOOK (1,)."""
     look = np.zeros(1, LOOK)
     notes = list(open_notes)
