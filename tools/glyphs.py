@@ -50,9 +50,9 @@ def rows(values: list[int]) -> list[str]:
     return [f"    {', '.join(map(str, values[k : k + 24]))}," for k in range(0, len(values), 24)]
 
 
-def main() -> None:
-    """Writes the outlines of the font that the command line names."""
-    font = TTFont(sys.argv[1])
+def header(file: Path) -> str:
+    """The text of glyphs.h, of the font in a file."""
+    font = TTFont(file)
     found = [outline(font, letter) for letter in LETTERS]
     points = [point for _, all_points in found for point in all_points]
     bits = [point[2] | point[3] << 1 for point in points]
@@ -71,8 +71,12 @@ def main() -> None:
         *rows([sum(bit << 2 * k for k, bit in enumerate(bits[at : at + 4])) for at in range(0, len(bits), 4)]),
         "};", "",
     ]  # fmt: skip
-    TO.write_text("\n".join(lines))
-    print(f"{len(found)} letters, {2 * len(points) + len(bits) // 4 + 2 * len(found)} bytes")
+    return "\n".join(lines)
+
+
+def main() -> None:
+    """Writes the outlines of the font that the command line names."""
+    TO.write_text(header(Path(sys.argv[1])))
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Pictures of the plugin's window without a window: the C of the picture by ctypes, with an instance or made-up looks."""
+"""The picture of the plugin's window without a window: its C by ctypes, with an instance or made-up looks."""
 
 from __future__ import annotations
 

@@ -46,7 +46,7 @@ static lb_area within(const lb_sheet *s, lb_area a) {
 static uint32_t *row(const lb_sheet *s, int y) { return s->pixels + (size_t)y * (size_t)s->width; }
 
 static void put(uint32_t *p, uint32_t colour, float cover) {
-    const uint32_t part = (uint32_t)((float)opacity(colour) * cover + 0.5f);
+    const uint32_t part = (uint32_t)(int)((float)opacity(colour) * cover + 0.5f);
     *p = part >= 256 ? colour : lb_over(*p, colour, part);
 }
 
@@ -118,7 +118,7 @@ void lb_glow(lb_sheet *s, double x, double y, double rx, double ry, uint32_t col
         float dx = (float)((a.x0 + 0.5 - x) / rx);
         for (int i = a.x0; i < a.x1; i++, dx += one) {
             const float left = room - dx * dx;
-            if (left > 0) p[i] = lb_over(p[i], colour, (uint32_t)(full * left * left));
+            if (left > 0) p[i] = lb_over(p[i], colour, (uint32_t)(int)(full * left * left));
         }
     }
 }

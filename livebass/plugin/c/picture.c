@@ -33,6 +33,7 @@ enum { MOST_PARTS = 256, MOST_PAGES = 16, MOST_COLUMNS = 8, MOST_TEXT = 160 };
 static const double zooms[] = {4, 8, 16, 32};
 #define FLOOR_DB -48.0
 #define FALL 20.0 /* dB/s of the meter */
+#define FARTHEST 0.1f /* m that a string may be from its rest; what is no number is drawn at rest */
 #define SHINE 2.4f /* of a blur, over the part of the time that the string is there */
 typedef float quad __attribute__((vector_size(16)));
 
@@ -337,19 +338,19 @@ static void lay_out_list(lb_picture *p, double x, double y, double w, double h) 
 
 /* The rows of cells that a height has room for. */
 static int rows_of(const lb_picture *p, double height) {
-    return height >= px(p, 560) ? 4 : height >= px(p, 400) ? 3 : 2;
+    return height >= px(p, 560) ? 4 : height >= px(p, 350) ? 3 : 2;
 }
 
 static void lay_out_neck(lb_picture *p, const part *board) {
     const LB_LOOK *l = look_of(p);
     const int strings = l->strings ? (int)l->strings : 4;
-    double length = 0.86;
-    for (int i = 0; i < l->strings; i++) length = i ? fmax(length, l->string[i].length) : l->string[i].length;
+    double length = l->strings ? 0 : 1;
+    for (int i = 0; i < l->strings; i++) length = fmax(length, l->string[i].length);
     p->nut = board->x + px(p, 52);
     p->saddle = board->x + board->w - px(p, 74);
     p->metre = (p->saddle - p->nut) / length;
     p->middle = board->y + px(p, 20) + (board->h - px(p, 38)) / 2;
-    const double lane = fmin((board->h - px(p, 54)) / strings, px(p, 60));
+    const double lane = fmin((board->h - px(p, 54)) / strings, px(p, 68));
     p->half[0] = 0.42 * lane * strings;
     p->half[1] = 0.5 * lane * strings;
 }
@@ -744,7 +745,7 @@ static const LB_SLOT_SIGHT *loudest(const LB_STRING_LOOK *l) {
         const LB_SLOT_SIGHT *s = &l->sight.slot[k];
         double sum = 0;
         for (int j = 0; j < 16 && j < s->modes; j++) sum += (double)s->u[j] * s->u[j];
-        if (s->on && s->length > 0 && sum > most) found = s, most = sum;
+        if (s->on && sum > most) found = s, most = sum;
     }
     return found;
 }
@@ -763,15 +764,30 @@ static void take_shape(const lb_picture *p, const LB_STRING_LOOK *l, shape *to) 
         const quad q = {a, a, a, a}, *row = p->sines + j * (STRIDE / 4);
         for (int k = 0; k < STRIDE / 4; k++) to->u[k] += q * row[k];
     }
+    for (int k = 0; k <= NODES; k++) u[k] = u[k] > -FARTHEST ? (u[k] < FARTHEST ? u[k] : FARTHEST) : u[k] < 0 ? -FARTHEST : 0;
 }
+
+static double within(double v, double least, double greatest) { return v > least ? (v < greatest ? v : greatest) : least; }
 
 /* Holds within its bounds what a look from elsewhere may have. */
 static void bound(LB_LOOK *l) {
     if (l->strings < 0 || l->strings > LB_STRINGS) l->strings = 0;
     l->frets = l->frets < 0 ? 0 : l->frets >= LB_PLACES ? LB_PLACES - 1 : l->frets;
+    for (int k = 0; k < LB_PLACES; k++) l->place[k] = within(l->place[k], 0, 5);
+    double *parts[] = {&l->load, &l->peak, &l->position, &l->nearest, &l->usual, &l->farthest};
+    for (size_t k = 0; k < sizeof parts / sizeof *parts; k++) *parts[k] = within(*parts[k], 0, k < 2 ? 100 : 1);
     for (int i = 0; i < l->strings; i++) {
-        if (!(l->string[i].length > 0.1)) l->string[i].length = 0.1;
-        if (l->string[i].pickups < 0 || l->string[i].pickups > 4) l->string[i].pickups = 0;
+        LB_STRING_LOOK *s = &l->string[i];
+        s->length = within(s->length, 0.1, 5);
+        s->speed = within(s->speed, 20, 2000);
+        s->open = s->open >= 0 && s->open < 128 ? s->open : 0;
+        if (s->pickups < 0 || s->pickups > 4) s->pickups = 0;
+        for (int k = 0; k < LB_PLACES; k++) s->light[k] = (float)within(s->light[k], 0, 1);
+        for (int k = 0; k < 4; k++) {
+            s->saddle[k] = within(s->saddle[k], 0, s->length);
+            s->aperture[k] = within(s->aperture[k], 0, 0.2);
+        }
+        for (int k = 0; k < LB_SLOTS; k++) s->sight.slot[k].length = within(s->sight.slot[k].length, 1e-3, s->length);
     }
 }
 
@@ -821,7 +837,7 @@ static void stroke(const column *c, float y, float half, const uint32_t *tones) 
         if (cover <= 0) continue;
         uint32_t *p = pixel(c, j);
         const uint32_t tone = tones[(int)((away + half + 0.5f) * shades)];
-        *p = cover >= 1 ? tone : lb_over(*p, tone, (uint32_t)(256 * cover));
+        *p = cover >= 1 ? tone : lb_over(*p, tone, (uint32_t)(int)(256 * cover));
     }
 }
 
@@ -834,8 +850,8 @@ static void smear(float *sums, float from, float to, float part) {
     sums[last + 1] -= part * (to - (float)last);
 }
 
-/* The blur of a string that went through heights y, m pixels high beside its rest. */
-static void blur(const column *c, float rest, float half, const float *y, int count) {
+/* The blur of a string that went through heights y over its rest, in this column and, with `wide` 2, in the next. */
+static void blur(const column *c, int wide, float rest, float half, const float *y, int count) {
     float sums[MOST_TALL + 2], low = y[0], high = y[0], sum = 0;
     for (int k = 1; k < count; k++) {
         low = y[k] < low ? y[k] : low;
@@ -854,7 +870,9 @@ static void blur(const column *c, float rest, float half, const float *y, int co
         sum += sums[j];
         if (sum < 0.004f || top + j < c->top || top + j >= c->foot) continue;
         uint32_t *p = pixel(c, top + j);
-        *p = lb_over(*p, MOVING, (uint32_t)(200 * (sum < 1 ? sum : 1)));
+        const uint32_t part = (uint32_t)(int)(200 * (sum < 1 ? sum : 1));
+        *p = lb_over(*p, MOVING, part);
+        if (wide > 1) p[1] = lb_over(p[1], MOVING, part);
     }
 }
 
@@ -894,11 +912,15 @@ static void draw_string(lb_picture *p, lb_sheet *s, int string, const uint32_t *
     const double first = lane_at(p, string, p->nut), slope = (lane_at(p, string, p->saddle) - first) / (p->saddle - p->nut);
     float y[LB_LOOKS], before = 0;
     column c = {0, s->width, s->clip.y0 > 0 ? s->clip.y0 : 0, s->clip.y1 < s->height ? s->clip.y1 : s->height};
+    for (int x = left > 0 ? left : 0; x < right && x < s->width; x++) { /* its shadow */
+        const float rest = (float)(first + (x + 0.5 - p->nut) * slope) + drop;
+        c.first = s->pixels + x;
+        for (int j = (int)(rest - half); j < (int)(rest + half) + 1; j++)
+            if (j >= c.top && j < c.foot) *pixel(&c, j) = lb_over(*pixel(&c, j), BLACK, 72);
+    }
     for (int x = left > 0 ? left : 0; x < right && x < s->width; x++) {
         const float rest = (float)(first + (x + 0.5 - p->nut) * slope);
         c.first = s->pixels + x;
-        for (int j = (int)(rest + drop - half); j < (int)(rest + drop + half) + 1; j++)
-            if (j >= c.top && j < c.foot) *pixel(&c, j) = lb_over(*pixel(&c, j), BLACK, 72);
         if (!count || x < begin || x >= end) {
             stroke(&c, rest, half, tones);
             continue;
@@ -907,7 +929,7 @@ static void draw_string(lb_picture *p, lb_sheet *s, int string, const uint32_t *
             const float moved = zoom * next_height(&walks[k]);
             y[k] = moved > limit ? limit : moved < -limit ? -limit : moved;
         }
-        blur(&c, rest, half, y, count);
+        if ((x - begin) % 2 == 0) blur(&c, x + 1 < end && x + 1 < s->width ? 2 : 1, rest, half, y, count);
         const float steep = x > begin ? y[0] - before : 0;
         stroke(&c, rest - y[0], half * sqrtf(1 + steep * steep), tones);
         before = y[0];

@@ -1,0 +1,517 @@
+"""The picture in the plugin's window shows what the looks and the parameters say, and the pointer moves these."""
+
+from __future__ import annotations
+
+import random
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from support.picture import (
+    BEGIN,
+    DOUBLE,
+    DOWN,
+    END,
+    HEIGHT,
+    LEAVE,
+    MOVE,
+    MOVED,
+    PRESS,
+    RELEASE,
+    UP,
+    WIDTH,
+    Host,
+    Picture,
+    Pixels,
+    library,
+    made_look,
+    number,
+)
+from support.plugins import RATE
+
+from livebass import load_preset
+from livebass.arrays import Floats
+from livebass.kernels.player.performer import HELD
+from livebass.live.parameters import PARAMETERS
+from livebass.live.thread.look import LOOK
+from livebass.plugin.build import C
+from livebass.plugin.instrument import write_instrument
+from livebass.techniques import PALM
+
+NAMES = ("slap", "five-string", "six-string", "fretless")
+STRINGS = {4: (28, 33, 38, 43), 5: (23, 28, 33, 38, 43), 6: (23, 28, 33, 38, 43, 48)}
+NUT, SADDLE, TOP = 52, 74, 46  # pixels from the picture's left, right and upper edge ...
+MIDDLE, HALF_NECK = 157, 83  # ... of the neck at its saddle; at scale 1
+LENGTH = 0.86  # m
+ACROSS, BY_HAND = 2, 1  # shapes of the pointer
+ZOOM = 8  # by which motion is enlarged
+SLOWER = 4  # than usual, a machine on which others work
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    made = tmp_path_factory.mktemp("picture")
+    for name in NAMES:
+        write_instrument(load_preset(name), made / f"{name}.lbass")
+    (made / "instruments.txt").write_text("\n".join(NAMES) + "\n")
+    return made
+
+
+@pytest.fixture
+def host(folder: Path) -> Iterator[Host]:
+    made = Host(folder)
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def picture() -> Iterator[Picture]:
+    made = Picture()
+    made.show(made_look())
+    yield made
+    made.close()
+
+
+def bright(pixels: Pixels) -> NDArray[Any]:
+    """The sum of red, green and blue."""
+    return (pixels >> 16 & 255).astype(int) + (pixels >> 8 & 255) + (pixels & 255)
+
+
+def x_of(metres: Any, picture: Picture) -> Any:
+    """Where a place, m from the nut, is along the neck."""
+    scale, width = picture.scale, picture.pixels.shape[1]
+    return scale * NUT + metres * (width - scale * (NUT + SADDLE)) / LENGTH
+
+
+def lane(picture: Picture, string: int, strings: int, x: Any) -> Any:
+    """The height of a string at rest, lowest first; and between two of them."""
+    scale, part = picture.scale, (x - x_of(0, picture)) / (x_of(LENGTH, picture) - x_of(0, picture))
+    half = scale * HALF_NECK * (0.84 + 0.16 * part)
+    return scale * MIDDLE - half * ((2 * string + 1) / strings - 1)
+
+
+def played(string: int, fret: int, amplitudes: list[float]) -> NDArray[Any]:
+    """A look at one string that sounds."""
+    look = made_look()
+    stop = float(look["place"][0, fret])
+    seen = look["string"][0, string]
+    seen["state"], seen["fret"] = HELD, fret
+    slot = seen["sight"]["slot"][1]
+    slot["on"], slot["fret"], slot["modes"], slot["length"] = 1, fret, len(amplitudes), LENGTH - stop
+    slot["u"][: len(amplitudes)] = amplitudes
+    return look
+
+
+@pytest.mark.parametrize("strings", STRINGS)
+@pytest.mark.parametrize(("scale", "dark"), [(1.0, True), (2.0, False)])
+def test_the_neck_is_drawn_to_scale(strings: int, scale: float, dark: bool) -> None:
+    """Frets are where they are, and a fretless neck has none; so many strings."""
+    for fretless in (False, True):
+        picture = Picture(size=(int(WIDTH * scale), int(HEIGHT * scale)), scale=scale)
+        picture.dark = dark
+        look = made_look(STRINGS[strings], fretless)
+        picture.show(look)
+        assert picture.draw() == (0, 0, int(WIDTH * scale), int(HEIGHT * scale))
+        frets, light = x_of(look["place"][0, 1:21], picture), bright(picture.pixels)
+        columns = np.arange(int(x_of(0.01, picture)), int(frets[-1] + 6 * scale))
+        rows = np.rint(lane(picture, 0, strings, columns) + 0.32 * 2 * scale * HALF_NECK / strings).astype(int)
+        lit = np.flatnonzero(light[rows, columns] > 400)
+        runs = [run.mean() + columns[0] for run in np.split(lit, np.flatnonzero(np.diff(lit) > 2) + 1) if len(run)]
+        assert len(runs) == (0 if fretless else 20)
+        assert fretless or np.allclose(runs, frets, atol=1.5 * scale)
+        x = int(x_of(0.03, picture))
+        for string in range(strings):
+            y = int(lane(picture, string, strings, x))
+            assert light[y - 2 : y + 3, x].max() > 400, string
+        picture.close()
+
+
+def height_of(picture: Picture, string: int, x: int) -> float:
+    """The height of a string in a column: the middle of what is bright around its place at rest."""
+    middle = int(lane(picture, string, 4, x + 0.5))
+    rows = np.arange(middle - 26, middle + 27)
+    light = np.clip(bright(picture.pixels)[rows, x] - 340.0, 0, None)
+    return float((light * (rows + 0.5)).sum() / light.sum())
+
+
+@pytest.mark.parametrize(("string", "fret"), [(1, 0), (2, 7), (0, 2)])
+def test_a_string_is_drawn_as_the_look_has_it(picture: Picture, string: int, fret: int) -> None:
+    """Enlarged as is said, from its stop to the saddle, over the neck at rest."""
+    picture.draw()
+    look = played(string, fret, [1.2e-3, 0.0, -0.5e-3])
+    places, stop = look["place"][0, :21], float(look["place"][0, fret])
+    dots = [(places[k - 1] + places[k]) / 2 for k in (3, 5, 7, 9, 12, 15, 17, 19)]
+    columns = [x for x in range(70, 570) if min(abs(x + 0.5 - x_of(np.array([*places, *dots]), picture))) > 7]
+    rest = [height_of(picture, string, x) for x in columns]
+    look["bass"] = 2  # another one: no blur of what was before
+    picture.show(look)
+    dirty = picture.draw()
+    assert dirty[1] >= TOP - 1 and dirty[1] + dirty[3] < 280
+    metre, compared = (WIDTH - NUT - SADDLE) / LENGTH, 0
+    for x, before in zip(columns, rest, strict=True):
+        t = ((x + 0.5 - NUT) / metre - stop) / (LENGTH - stop)
+        if fret and -0.08 < t < 0.03:
+            continue  # the name of the note lies there
+        shape = sum(a * np.sin((j + 1) * np.pi * t) for j, a in enumerate([1.2e-3, 0.0, -0.5e-3]))
+        wanted = ZOOM * metre * np.sqrt(2 / (LENGTH - stop)) * shape if t > 0 else 0
+        assert abs(before - height_of(picture, string, x) - wanted) < 0.6, x
+        compared += abs(wanted) > 3
+    assert compared > 10
+
+
+def test_looks_in_between_are_a_blur(picture: Picture) -> None:
+    """Where the string has been since the last picture is lighter than the wood, not as light as the string."""
+    picture.draw()
+    rest = bright(picture.pixels)
+    for amplitude in (-2e-3, 0.0, 2e-3):
+        picture.show(played(1, 0, [amplitude]))
+    picture.draw()
+    x, light = 300, bright(picture.pixels)
+    middle = int(lane(picture, 1, 4, x))
+    below, above = light[middle + 8, x] - rest[middle + 8, x], light[middle - 8, x] - rest[middle - 8, x]
+    assert 30 < below < 350 and 30 < above < 350
+    assert (light[middle + 60, x], light[middle - 60, x]) == (rest[middle + 60, x], rest[middle - 60, x])
+
+
+@pytest.mark.parametrize("fretless", [False, True])
+def test_a_contact_lights_its_fret(fretless: bool) -> None:
+    """The harder the brighter, on its string, and nothing else."""
+    picture = Picture()
+    picture.show(made_look(fretless=fretless))
+    picture.draw()
+    rest, gained = bright(picture.pixels), []
+    for hard in (0.3, 1.0):
+        look = made_look(fretless=fretless)
+        look["string"][0, 2]["light"][5] = hard
+        picture.show(look)
+        picture.draw()
+        more = bright(picture.pixels) - rest
+        x = float(x_of(look["place"][0, 5], picture))
+        rows, columns = np.nonzero(more)
+        assert abs(columns - x).max() < 20 and abs(rows - lane(picture, 2, 4, x)).max() < 32
+        gained.append(more.sum())
+    picture.show(made_look(fretless=fretless))
+    picture.draw()
+    assert 0 < 2 * gained[0] < gained[1] and (bright(picture.pixels) == rest).all()
+    picture.close()
+
+
+def test_names_of_notes_are_where_they_are_held(picture: Picture) -> None:
+    picture.draw()
+    rest = bright(picture.pixels)
+    look = made_look()
+    look["string"][0, 3]["state"], look["string"][0, 3]["fret"] = HELD, 9
+    look["string"][0, 0]["state"] = HELD
+    picture.show(look)
+    picture.draw()
+    rows, columns = np.nonzero(bright(picture.pixels) - rest)
+    held = columns > 60
+    assert abs(columns[held] - x_of(look["place"][0, 9], picture)).max() < 35
+    assert abs(rows[held] - lane(picture, 3, 4, 350)).max() < 12
+    assert len(columns[~held]) > 100 and abs(rows[~held] - lane(picture, 0, 4, NUT)).max() < 12
+
+
+def test_lamps_and_overload(picture: Picture) -> None:
+    """Each state lights a lamp of its own."""
+    lit = []
+    for name, value in (("palm", 0.5), ("legato", 1), ("pedal", 1), ("overload", 2), ("slapped", 2)):
+        picture.show(made_look())
+        picture.draw()
+        dark = picture.pixels.copy()
+        look = made_look()
+        look[name] = value
+        picture.show(look)
+        assert picture.draw() != (0, 0, 0, 0), name
+        rows, columns = np.nonzero(picture.pixels != dark)
+        lit.append((columns.min(), rows.min()))
+        assert name == "overload" or (rows.min() > 260 and rows.max() < 300)
+        assert name != "overload" or rows.max() < TOP
+    assert len(set(lit)) == len(lit)
+    look = made_look()
+    picture.show(look)
+    picture.draw()
+    dark = picture.pixels.copy()
+    look["switched"] = 1 << PALM
+    picture.show(look)
+    picture.draw()
+    assert np.nonzero(picture.pixels != dark)[1].min() == lit[0][0]
+
+
+# --- the pointer ---
+
+
+def sliders(picture: Picture) -> dict[int, tuple[int, int, int]]:
+    """Row, first and last column of the track of each slider that is shown, by parameter, found by the pointer."""
+    found = {}
+    for y in range(330, HEIGHT, 6):
+        x = 0
+        while x < WIDTH:
+            if picture.point(MOVE, x, y) != ACROSS:
+                x += 4
+                continue
+            picture.sets.clear()
+            picture.point(PRESS, x, y)
+            k = picture.sets[0][0]
+            picture.point(RELEASE, x, y)
+            first = x
+            while picture.point(MOVE, x, y) == ACROSS:
+                x += 1
+            found[k] = (y, next(c for c in range(first, 0, -1) if picture.point(MOVE, c, y) != ACROSS) + 6, x - 6)
+    picture.sets.clear()
+    return found
+
+
+def test_dragging_a_slider_sets_its_parameter(picture: Picture) -> None:
+    picture.draw()
+    places = sliders(picture)
+    shown = {number(name) for name in ("gain", "tone", "pluck_position", "dynamics", "palm_mute", "bend_range")}
+    assert shown <= set(places) and number("technique") not in places
+    for symbol, part in (("tone", 0.25), ("gain", 0.5), ("palm_mute", 1.0), ("bend_range", 0.5)):
+        p = PARAMETERS[number(symbol)]
+        y, first, last = places[p.number]
+        before = picture.values[p.number]
+        picture.point(PRESS, first, y)
+        picture.point(MOVE, (first + last) / 2, y)
+        picture.point(MOVE, first + part * (last - first), y + 100)
+        picture.point(RELEASE, 0, 0)
+        picture.point(MOVE, first, y)
+        phases = [phase for _, _, phase in picture.sets]
+        assert phases == [BEGIN, MOVED, MOVED, MOVED, END] and {k for k, *_ in picture.sets} == {p.number}
+        wanted = p.least + part * (p.most - p.least)
+        values = [value for _, value, _ in picture.sets]
+        assert values[0] == before and values[1] == pytest.approx(p.least, abs=0.02 * (p.most - p.least))
+        assert abs(values[3] - wanted) <= 0.02 * (p.most - p.least) and values[4] == values[3]
+        assert not p.whole or values[3] == round(values[3])
+        assert picture.draw() != (0, 0, 0, 0)
+        picture.sets.clear()
+        picture.point(DOUBLE, first + 9, y)
+        assert picture.sets == [(p.number, values[4], BEGIN), (p.number, p.usual, MOVED), (p.number, p.usual, END)]
+        picture.sets.clear()
+
+
+def test_wheel_and_fine_steps(picture: Picture) -> None:
+    picture.draw()
+    y, first, last = sliders(picture)[number("tone")]
+    picture.values[number("tone")] = 0.0
+    picture.point(UP, first, y)
+    assert picture.values[number("tone")] == pytest.approx(0.05)
+    picture.point(DOWN, first, y, 1)  # shift
+    assert picture.values[number("tone")] == pytest.approx(0.04)
+    picture.point(PRESS, first + 20, y, 1)
+    picture.point(MOVE, first + 20 + (last - first) / 2, y, 1)
+    picture.point(LEAVE, 0, 0)
+    assert picture.values[number("tone")] == pytest.approx(0.14, abs=0.01)
+    assert picture.sets[-1][2] == END
+
+
+def test_the_pluck_point_is_dragged(picture: Picture) -> None:
+    """It is where the look says, and asks for the value with which the performer plucks at the pointer."""
+    picture.draw()
+    x, y = float(x_of(0.74 * LENGTH, picture)), TOP + 10
+    assert picture.point(MOVE, x, y) == ACROSS
+    picture.point(PRESS, x, y)
+    for place in (0.80, 0.60, 0.99, 0.2):
+        picture.point(MOVE, float(x_of(place * LENGTH, picture)), y)
+    picture.point(RELEASE, x, y)
+    values = [value for k, value, phase in picture.sets if phase == MOVED and k == number("pluck_position")]
+    assert np.allclose(values, [-0.06 / 0.19, 0.14 / 0.19, -1, 1], atol=0.01)
+    assert (picture.sets[0][2], picture.sets[-1][2]) == (BEGIN, END)
+
+
+def test_strings_are_played_by_the_pointer(picture: Picture) -> None:
+    """A note behind each fret; one that follows begins before the one before ends. Leaving ends it."""
+    picture.draw()
+    places = made_look()["place"][0]
+    x = [float(x_of(places[fret] - 0.01, picture)) for fret in (3, 4)]
+    y = float(lane(picture, 1, 4, x[0]))
+    picture.point(PRESS, x[0], y)
+    picture.point(MOVE, x[1], y)
+    picture.point(MOVE, x[1] + 1, y)
+    picture.point(LEAVE, 0, 0)
+    assert picture.notes == [(1, 1, 36), (1, 1, 37), (0, 1, 36), (0, 1, 37)]
+    picture.notes.clear()
+    picture.point(PRESS, float(x_of(0.7, picture)), float(lane(picture, 3, 4, 680)))
+    picture.point(RELEASE, 0, 0)
+    assert picture.notes == [(1, 3, 43), (0, 3, 43)]
+
+
+def test_basses_are_chosen(folder: Path, host: Host) -> None:
+    """By the arrows, round and round, and from a list; the neck follows."""
+    picture = Picture(host)
+    picture.draw()
+    before = picture.pixels.copy()
+    picture.point(PRESS, 432, 23)
+    picture.point(RELEASE, 432, 23)
+    assert picture.sets == [(8, 0.0, BEGIN), (8, 1.0, MOVED), (8, 1.0, END)]
+    host.play(RATE // 100)
+    picture.draw()
+    assert (picture.pixels != before)[TOP:260].any()
+    for _ in range(3):
+        picture.point(PRESS, 432, 23)
+    assert picture.values[8] == 0
+    picture.point(PRESS, 136, 23)
+    picture.point(RELEASE, 136, 23)
+    assert picture.values[8] == len(NAMES) - 1
+    picture.point(PRESS, 300, 23)
+    picture.point(RELEASE, 300, 23)
+    picture.draw()
+    assert picture.point(MOVE, 60, 62) == BY_HAND
+    picture.point(PRESS, 60, 62 + 24)
+    assert picture.values[8] == 1
+    picture.draw()
+    assert picture.point(MOVE, 300, 60) != BY_HAND
+    picture.close()
+
+
+def test_lamps_press_keys(host: Host) -> None:
+    """A switch that is held stays down until the next press, or until the picture is gone."""
+    picture = Picture(host)
+    picture.draw()
+    lamps = [x for x in range(0, WIDTH, 3) if picture.point(MOVE, x, 280) == BY_HAND]
+    for x in lamps:
+        picture.point(PRESS, x, 280)
+        picture.point(RELEASE, x, 280)
+    down = {}
+    for on, string, key in picture.notes:
+        assert string == -1
+        down[key] = on
+    assert len(down) > 5 and sum(down.values()) > 0
+    picture.close()
+    for on, _, key in picture.notes:
+        down[key] = on
+    assert not any(down.values())
+
+
+def test_nothing_is_written_beyond_the_array(picture: Picture) -> None:
+    """Whatever size it has and whatever the pointer does; what is said to be the same is the same."""
+    chance = random.Random(1)
+    for _ in range(40):
+        picture.resize(chance.randrange(1, 900), chance.randrange(1, 500))
+        picture.scale, picture.dark = chance.choice((1.0, 1.5, 3.0)), chance.random() < 0.5
+        for _ in range(8):
+            height, width = picture.pixels.shape
+            kind = chance.randrange(7)
+            picture.point(kind, chance.uniform(-20, width + 20), chance.uniform(-20, height + 20), chance.randrange(16))
+            if chance.random() < 0.5:
+                look = played(chance.randrange(4), chance.randrange(20), [chance.gauss(0, 3e-3) for _ in range(20)])
+                look["string"]["light"] = chance.random()
+                picture.show(look)
+            before = picture.pixels.copy()
+            x, y, w, h = picture.draw()
+            assert 0 <= x <= x + w <= width and 0 <= y <= y + h <= height
+            before[y : y + h, x : x + w] = picture.pixels[y : y + h, x : x + w]
+            assert (before == picture.pixels).all()
+    held: dict[int, int] = {}
+    picture.point(LEAVE, 0, 0)
+    for k, value, phase in picture.sets:
+        p = PARAMETERS[k]
+        held[k] = held.get(k, 0) + (phase == BEGIN) - (phase == END)
+        assert held[k] in (0, 1) and p.least <= value <= p.most
+    assert not any(held.values())
+
+
+def test_drawing_is_cheap(host: Host) -> None:
+    """About 0.6 ms a picture while all strings move, 20 ms for the first one: of processor time."""
+    picture = Picture(host)
+    host.watch(True)
+    start = time.process_time()
+    picture.draw()
+    assert time.process_time() - start < 0.05 * SLOWER
+    spent = 0.0
+    for k in range(45):
+        if k % 9 == 0:
+            host.note(True, 28 + 6 * (k // 9), 0.9)
+        host.play(RATE // 30)
+        start = time.process_time()
+        picture.draw()
+        spent += time.process_time() - start
+    assert spent / 45 < 0.02 / 30 * SLOWER
+    for _ in range(3):
+        picture.draw(seconds=5)
+    assert picture.draw() == (0, 0, 0, 0)
+    picture.close()
+
+
+# --- looks ---
+
+
+def phrase(host: Host, block: int) -> Floats:
+    """Hard notes on several strings, and one that ends."""
+    sound = []
+    for key in (28, 45, 35, 52, 31):
+        host.note(True, key, 0.95)
+        sound.append(host.play(3000, block))
+    host.note(False, 31)
+    sound.append(host.play(9000, block))
+    return np.concatenate(sound)
+
+
+@pytest.mark.parametrize("block", [64, 1024])
+def test_who_watches_changes_nothing(folder: Path, block: int) -> None:
+    """Sound with a window is sound without, bit for bit; without one no look is taken but the first."""
+    sounds = []
+    for watched in (False, True):
+        host = Host(folder)
+        host.set("relief", 0.0)
+        if watched:
+            host.watch(True)
+        sounds.append(phrase(host, block))
+        taken = library().lb_looks_taken(host.look)
+        assert taken == 1 if not watched else 20 < taken <= 24000 / block + 2, taken
+        host.close()
+    assert abs(sounds[0]).max() > 0.05 and (sounds[0] == sounds[1]).all()
+
+
+def test_looks_of_a_bass_that_plays(host: Host) -> None:
+    """Who plays what, shapes, and the frets that are hit, which fade."""
+    assert library().size_of_look() == LOOK.itemsize
+    look = np.zeros(1, LOOK)
+    assert library().lb_read_look(host.look, 0, look.ctypes.data)  # there is one before the first block
+    first = look[0]
+    assert (first["strings"], first["frets"], first["fretless"]) == (4, 20, 0) and list(
+        first["string"]["open"][:4]
+    ) == [28, 33, 38, 43]
+    assert np.allclose(first["place"][:13], first["string"]["length"][0] * (1 - 2 ** (-np.arange(13) / 12)), atol=1e-3)
+    host.watch(True)
+    host.note(True, 31, 1.0)
+    host.play(4800)
+    assert library().lb_read_look(host.look, 0, look.ctypes.data)
+    now = look[0]
+    string = now["string"][0]
+    assert (string["state"], string["key"], string["fret"]) == (HELD, 31, 3) and now["peak"] > 0.01
+    assert max(abs(slot["u"]).max() for slot in string["sight"]["slot"] if slot["on"]) > 1e-4
+    lit = np.flatnonzero(string["light"] > 0.1)
+    assert len(lit) and lit.min() > 3 and lit.max() <= 20
+    assert not now["string"][1]["light"].any()
+    host.note(False, 31)
+    host.play(RATE)
+    assert library().lb_read_look(host.look, 0, look.ctypes.data)
+    assert look[0]["string"][0]["state"] != HELD and look[0]["string"][0]["light"].max() < 0.01
+    host.set("bass", float(NAMES.index("six-string")))
+    host.play(RATE // 10)
+    assert library().lb_read_look(host.look, 0, look.ctypes.data) and look[0]["strings"] == 6
+
+
+def test_a_look_is_never_torn() -> None:
+    """One thread writes as fast as it can while another one reads."""
+    assert library().race(20_000) > 100
+
+
+# --- letters ---
+
+
+def test_letters_are_those_of_the_font(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What the tool writes of the font that matplotlib brings, whose licence is beside it."""
+    matplotlib = pytest.importorskip("matplotlib")
+    pytest.importorskip("fontTools")
+    monkeypatch.syspath_prepend(str(Path(__file__).parents[2] / "tools"))
+    header: Callable[[Path], str] = __import__("glyphs").header
+    fonts = Path(matplotlib.get_data_path()) / "fonts/ttf"
+    assert header(fonts / "DejaVuSans.ttf") == (C / "glyphs.h").read_text()
+    assert (C / "DEJAVU.txt").read_text() == (fonts / "LICENSE_DEJAVU").read_text()
+    sys.modules.pop("glyphs", None)
