@@ -4,8 +4,8 @@
    loads basses. VST3 knows no MIDI controllers: each is a hidden parameter. The host's points of parameters, and its
    notes, come in lists of their own; the synth gets them in the order of their frames. */
 #define _GNU_SOURCE
-#include "instance.h"
 #include "vst3_abi.h"
+#include "vst3_view.h"
 
 #include <math.h>
 #include <stdbool.h>
@@ -53,6 +53,8 @@ typedef struct {
     int stereo;
     double shown[LB_PARAMETERS], controllers[VST3_CONTROLLERS], own[OWN]; /* what the host's controls say */
     int overload; /* the host was told so last */
+    vst3_handler **handler; /* the host's; 0: none */
+    int timed;              /* its timer asks what was done in the window */
     lb_instance instance;
     change changes[CHANGES];
     int change_count;
@@ -244,6 +246,8 @@ static vst3_result query(vst3 *v, const vst3_id id, void **out) {
 
 static void shut(vst3 *v) {
     stop_loader(v);
+    if (v->handler) (*v->handler)->unknown.drop(v->handler);
+    v->handler = 0;
     lb_close_instance(&v->instance);
 }
 
@@ -740,10 +744,43 @@ static vst3_result set_value(void *self, uint32_t id, double x) {
     return VST3_OK;
 }
 
+static vst3_result set_handler(void *self, void *handler) {
+    static const vst3_id wanted = VST3_HANDLER;
+    vst3 *v = of(self, CONTROLLER);
+    vst3_unknown **given = handler;
+    void *found = 0;
+    if (given && (*given)->query(given, wanted, &found) != VST3_OK) found = 0;
+    if (v->handler) (*v->handler)->unknown.drop(v->handler);
+    v->handler = found;
+    return VST3_OK;
+}
+
+/* --- the window --- */
+
+static void tell_moves(void *owner) {
+    vst3 *v = owner;
+    for (lb_move m; lb_take_move(&v->instance.moves, &m);) {
+        const uint32_t id = (uint32_t)m.parameter;
+        v->shown[id] = m.value;
+        if (!v->handler) continue;
+        if (m.phase == LB_BEGIN) (*v->handler)->begin(v->handler, id);
+        else if (m.phase == LB_MOVE) (*v->handler)->perform(v->handler, id, normal(v, id, m.value));
+        else (*v->handler)->end(v->handler, id);
+    }
+}
+
+static void moved(void *owner) {
+    vst3 *v = owner;
+    if (!__atomic_load_n(&v->timed, __ATOMIC_RELAXED)) tell_moves(v);
+}
+
+static void take_owner(void *owner) { take(owner); }
+static void drop_owner(void *owner) { drop(owner); }
+
 static void *create_view(void *self, const char *name) {
-    (void)self;
-    (void)name;
-    return 0;
+    vst3 *v = of(self, CONTROLLER);
+    const lb_view_owner owner = {v, &v->instance, take_owner, drop_owner, tell_moves, &v->timed};
+    return strcmp(name, "editor") || !v->instance.shelf ? 0 : lb_new_vst3_view(&owner);
 }
 
 /* --- MIDI controllers --- */
@@ -969,7 +1006,7 @@ static const vst3_processor processor_table = {
 static const vst3_controller controller_table = {
     {controller_query, controller_take, controller_drop}, nothing, nothing_to_end, nothing_kept, nothing_kept,
     nothing_kept, parameter_count, parameter_info, value_to_text, text_to_value, to_plain, to_normal, value, set_value,
-    nothing, create_view,
+    set_handler, create_view,
 };
 static const vst3_midi_mapping mapping_table = {{mapping_query, mapping_take, mapping_drop}, mapped};
 static const vst3_units units_table = {
@@ -1056,6 +1093,7 @@ static vst3_result create(void *self, const vst3_id class_id, const vst3_id inte
         v->instance.owner = v;
         v->instance.complain = complain;
         v->instance.ask = ask;
+        v->instance.moved = moved;
         v->instance.rate = 48000;
 #ifdef _WIN32
         InitializeSRWLock(&v->lock);

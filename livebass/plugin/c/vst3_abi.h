@@ -38,6 +38,11 @@ enum { VST3_NO_INTERFACE = -1, VST3_OK = 0, VST3_NO = 1, VST3_INVALID = 2, VST3_
 #define VST3_SWITCHES VST3_ID(0x1F2F76D3u, 0xBFFB4B96u, 0xB99527A5u, 0x5EBCCEF4u)
 #define VST3_CONTEXT VST3_ID(0x2A654303u, 0xEF764E3Du, 0x95B5FE83u, 0x730EF6D0u)
 #define VST3_PHYSICAL VST3_ID(0xB03078FFu, 0x94D24AC8u, 0x90CCD303u, 0xD4133324u)
+#define VST3_HANDLER VST3_ID(0x93A0BEA3u, 0x0BD045DBu, 0x8E890B0Cu, 0xC1E46AC6u)
+#define VST3_VIEW VST3_ID(0x5BC32507u, 0xD06049EAu, 0xA6151B52u, 0x2B755B29u)
+#define VST3_VIEW_SCALE VST3_ID(0x65ED9690u, 0x8AC44525u, 0x8AADEF7Au, 0x72EA703Fu)
+#define VST3_TIMER VST3_ID(0x10BDD94Fu, 0x41424774u, 0x821FAD8Fu, 0xECA72CA9u)
+#define VST3_RUN_LOOP VST3_ID(0x18C35366u, 0x97764F1Au, 0x9C5B8385u, 0x7A871389u)
 #define VST3_FACTORY VST3_ID(0x7A4D811Cu, 0x52114A1Fu, 0xAED9D2EEu, 0x0B43BF9Fu)
 #define VST3_FACTORY_2 VST3_ID(0x0007B650u, 0xF24B4C0Bu, 0xA464EDB9u, 0xF00B2ABBu)
 
@@ -68,6 +73,52 @@ typedef struct {
     vst3_queue **(*queue)(void *, int32_t index);
     vst3_queue **(*add)(void *, const uint32_t *id, int32_t *index);
 } vst3_changes;
+
+typedef struct { /* of the controls: told of changes by hand */
+    vst3_unknown unknown;
+    vst3_result (*begin)(void *, uint32_t id);
+    vst3_result (*perform)(void *, uint32_t id, double value);
+    vst3_result (*end)(void *, uint32_t id);
+    vst3_result (*restart)(void *, int32_t flags);
+} vst3_handler;
+
+typedef struct { /* of the host's thread for windows, on Linux */
+    vst3_unknown unknown;
+    vst3_result (*register_handler)(void *, void *handler, int file);
+    vst3_result (*drop_handler)(void *, void *handler);
+    vst3_result (*register_timer)(void *, void *timer, uint64_t ms);
+    vst3_result (*drop_timer)(void *, void *timer);
+} vst3_run_loop;
+
+typedef struct {
+    vst3_unknown unknown;
+    void (*on_timer)(void *);
+} vst3_timer;
+
+typedef struct {
+    int32_t left, top, right, bottom;
+} vst3_box;
+
+typedef struct {
+    vst3_unknown unknown;
+    vst3_result (*supported)(void *, const char *type);
+    vst3_result (*attached)(void *, void *parent, const char *type);
+    vst3_result (*removed)(void *);
+    vst3_result (*wheel)(void *, float);
+    vst3_result (*key_down)(void *, int16_t, int16_t, int16_t);
+    vst3_result (*key_up)(void *, int16_t, int16_t, int16_t);
+    vst3_result (*size)(void *, vst3_box *);
+    vst3_result (*on_size)(void *, const vst3_box *);
+    vst3_result (*focus)(void *, uint8_t);
+    vst3_result (*set_frame)(void *, void *frame);
+    vst3_result (*can_resize)(void *);
+    vst3_result (*check_size)(void *, vst3_box *);
+} vst3_view;
+
+typedef struct {
+    vst3_unknown unknown;
+    vst3_result (*set_scale)(void *, float);
+} vst3_view_scale;
 
 enum { VST3_NOTE_ON = 0, VST3_NOTE_OFF = 1, VST3_NOTE_PRESSURE = 3, VST3_NOTE_EXPRESSION = 4 };
 /* Of note expressions: 0 to 1, of the tuning -120 to 120 semitones */
