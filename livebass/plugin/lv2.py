@@ -8,6 +8,7 @@ from pathlib import Path
 from livebass import __version__
 from livebass.kernels.player.performer import MOST_STRINGS
 from livebass.live.parameters import GROUPS, OUTPUTS, PARAMETERS, event
+from livebass.live.thread.look import LOOK
 from livebass.model.instrument import Instrument
 from livebass.plugin.build import binary
 from livebass.plugin.bundle import LIST, checked_name, distinct_titles, instrument_files, with_name, write_files
@@ -32,6 +33,8 @@ PREFIXES = {
     "rdf": "http://www.w3.org/1999/02/22-rdf-syntax-ns#",
     "rdfs": "http://www.w3.org/2000/01/rdf-schema#",
     "state": "http://lv2plug.in/ns/ext/state#",
+    "rsz": "http://lv2plug.in/ns/ext/resize-port#",
+    "ui": "http://lv2plug.in/ns/extensions/ui#",
     "units": "http://lv2plug.in/ns/extensions/units#",
     "urid": "http://lv2plug.in/ns/ext/urid#",
     "work": "http://lv2plug.in/ns/ext/worker#",
@@ -60,6 +63,15 @@ PROJECT = (
     ' doap:maintainer [ a foaf:Organization ; foaf:name "livebass" ] .\n'
 )
 UNITS = {"dB": "units:db", "semitones": "units:semitone12TET"}
+WINDOWS = {"so": "X11UI", "dylib": "CocoaUI", "dll": "WindowsUI"}  # by the ending of libraries
+ROOM = 256  # bytes around a look
+WINDOW = f"""
+<{URI}#ui> lv2:requiredFeature urid:map , ui:idleInterface ; lv2:optionalFeature ui:parent , ui:resize , ui:touch ;
+  lv2:extensionData ui:idleInterface , ui:resize ;
+  ui:portNotification {
+    " , ".join(f'[ ui:plugin <{uri}> ; lv2:symbol "look" ; ui:protocol atom:eventTransfer ]' for uri in (URI, STRINGS))
+} .
+"""
 PLUGINS = {URI: ("Out",), STRINGS: OUTPUTS}  # the names of their outputs
 
 
@@ -106,7 +118,7 @@ def write_bundle(basses: dict[str, Instrument], folder: Path, system: System | N
     files = instrument_files(basses) | {
         binary_name(system): binary(system),
         TURTLE: (
-            HEAD + KEPT + MIDNAM + GROUPS_OF_PORTS + PROJECT + "".join(plugin(uri, titles) for uri in PLUGINS)
+            HEAD + KEPT + MIDNAM + GROUPS_OF_PORTS + PROJECT + WINDOW + "".join(plugin(uri, titles) for uri in PLUGINS)
         ).encode(),
         PRESETS: (HEAD + "".join(preset(*row) for row in rows)).encode(),
         MANIFEST: (HEAD + manifest(list(basses), binary_name(system))).encode(),
@@ -143,6 +155,8 @@ def plugin(uri: str, titles: Sequence[str]) -> str:
             for k, name in enumerate(PLUGINS[uri], 1)
         ),
         *controls(titles),
+        'a lv2:OutputPort , atom:AtomPort ; lv2:symbol "look" ; lv2:name "Look" ; atom:bufferType atom:Sequence ;'
+        f" rsz:minimumSize {LOOK.itemsize + ROOM} ; lv2:portProperty lv2:connectionOptional , pprops:notOnGUI",
     ]
     described = " ,\n    ".join(f"[ lv2:index {index} ; {port} ]" for index, port in enumerate(ports))
     _, minor, micro = (int(part) for part in __version__.split(".")[:3])
@@ -153,6 +167,7 @@ def plugin(uri: str, titles: Sequence[str]) -> str:
   lv2:minorVersion {2 * minor} ; lv2:microVersion {micro} ;
   lv2:requiredFeature urid:map ; lv2:optionalFeature lv2:hardRTCapable , work:schedule , log:log , midnam:update ;
   lv2:extensionData state:interface , work:interface , midnam:interface ;
+  ui:ui <{URI}#ui> ;
   lv2:port {described} .
 """
 
@@ -174,6 +189,9 @@ def preset(uri: str, short: str, title: str, number: int | None = None) -> str:
 def manifest(shorts: Sequence[str], binary: str | None = None) -> str:
     """The manifest of a bundle that has the presets of these basses, and the plugins themselves if it has a binary."""
     made = ""
+    if binary:
+        kind = WINDOWS[binary.rpartition(".")[2]]
+        made += f"\n<{URI}#ui> a ui:{kind} ; lv2:binary <{binary}> ; ui:binary <{binary}> ; rdfs:seeAlso <{TURTLE}> .\n"
     for uri in PLUGINS:
         if binary:
             made += f"\n<{uri}> a lv2:Plugin ; lv2:binary <{binary}> ; rdfs:seeAlso <{TURTLE}> .\n"

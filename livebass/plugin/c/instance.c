@@ -241,13 +241,17 @@ void lb_put_touch(lb_touches *t, int on, int string, int key, double velocity) {
     __atomic_store_n(&t->put, put + 1, __ATOMIC_RELEASE);
 }
 
-void lb_play_touches(lb_touches *t, lb_synth *s) {
-    const uint32_t put = __atomic_load_n(&t->put, __ATOMIC_ACQUIRE);
-    for (; t->taken != put; __atomic_store_n(&t->taken, t->taken + 1, __ATOMIC_RELEASE)) {
-        const lb_touch *one = &t->touches[t->taken % LB_BY_HAND];
-        if (one->velocity) lb_choose_string(s, 0, one->key, one->string);
-        lb_send(s, 0, (const uint8_t[]){one->velocity ? 0x90 : 0x80, one->key, one->velocity ? one->velocity : 64}, 3);
-    }
+int lb_take_touch(lb_touches *t, lb_touch *to) {
+    const uint32_t taken = t->taken;
+    if (taken == __atomic_load_n(&t->put, __ATOMIC_ACQUIRE)) return 0;
+    *to = t->touches[taken % LB_BY_HAND];
+    __atomic_store_n(&t->taken, taken + 1, __ATOMIC_RELEASE);
+    return 1;
+}
+
+void lb_play_touch(lb_synth *s, const lb_touch *t) {
+    if (t->velocity) lb_choose_string(s, 0, t->key, t->string);
+    lb_send(s, 0, (const uint8_t[]){t->velocity ? 0x90 : 0x80, t->key, t->velocity ? t->velocity : 64}, 3);
 }
 
 void lb_move_value(lb_instance *i, int parameter, double value, int phase) {
@@ -283,7 +287,7 @@ void lb_begin_block(lb_instance *i) {
         if (i->unvibrated[k]) vibrate(i, 0, k, i->vibratos[k]);
     lb_offline(i->synth, __atomic_load_n(&i->offline, __ATOMIC_RELAXED));
     lb_relieve(i->synth, lb_value(i, LB_RELIEF) > 0.5);
-    lb_play_touches(&i->touches, i->synth);
+    for (lb_touch t; lb_take_touch(&i->touches, &t);) lb_play_touch(i->synth, &t);
 }
 
 /* Has another bass loaded if one is wanted, hands over those that are ready and those that are done. */

@@ -25,7 +25,8 @@ typedef struct { /* such notes on their way to the audio thread */
     lb_touch touches[LB_BY_HAND];
 } lb_touches;
 void lb_put_touch(lb_touches *, int on, int string, int key, double velocity); /* velocity 0 to 1. [one thread] */
-void lb_play_touches(lb_touches *, lb_synth *);                                /* [audio thread] */
+int lb_take_touch(lb_touches *, lb_touch *);                                   /* 0: there is none. [one thread] */
+void lb_play_touch(lb_synth *, const lb_touch *);                              /* [audio thread] */
 typedef struct { /* all numbers little-endian; a later version with more parameters has them at the end of `values` */
     char magic[8];
     int64_t version, seed, count;

@@ -3,8 +3,7 @@
    There are two: one with a mono output, one with an output a string. The bundle holds instrument files, NAME.lbass, and
    instruments.txt, their names, a line each; they and the user's own (lb_open_shelf) are the values of the port `bass`.
    The first one is loaded by instantiate(); others by the host's worker, or when a state is restored. */
-#include "core.h"
-#include "lv2_abi.h"
+#include "lv2_ports.h"
 
 #include <math.h>
 #include <stdarg.h>
@@ -12,9 +11,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define URI "urn:livebass:bass"
-/* Ports: MIDI, the outputs, the parameters in the order of their numbers, freewheeling; overload, an output. */
-enum { MIDI, FIRST_OUT, FREEWHEELING = LB_PARAMETERS, CONTROLS };
 enum { LINE = 1500, NAME = 64, MIDNAM = 1 << 14 };
 enum { LOAD, FREE, HELP };
 
@@ -50,6 +46,11 @@ typedef struct {
     float *outs[LB_STRINGS];
     const float *controls[CONTROLS];
     float *overload;  /* the strings that are relieved */
+    lv2_sequence *shown;    /* looks, for a window */
+    lb_look look;
+    uint64_t looks;         /* that were sent */
+    double watched;         /* s until there is no window, unless it says again that there is one */
+    uint32_t sequence, look_atom, watch_atom, touch_atom;
     int64_t programs; /* program changes that have been answered */
     float sent[LB_PARAMETERS]; /* what the synth was told last; NaN: nothing */
     uint32_t midi_event, string, whole, error, key_bass, key_quality, key_seed;
@@ -107,6 +108,10 @@ static void *instantiate(const lv2_plugin *d, double rate, const char *folder, c
     p->kernels = lb_best_kernels();
     p->error = map->map(map->handle, LV2_LOG_ERROR);
     p->midi_event = map->map(map->handle, LV2_MIDI_EVENT);
+    p->sequence = map->map(map->handle, LV2_SEQUENCE);
+    p->look_atom = map->map(map->handle, LOOK_ATOM);
+    p->watch_atom = map->map(map->handle, WATCH_ATOM);
+    p->touch_atom = map->map(map->handle, TOUCH_ATOM);
     p->string = map->map(map->handle, LV2_STRING);
     p->whole = map->map(map->handle, LV2_LONG);
     p->key_bass = map->map(map->handle, URI "#bass");
@@ -128,6 +133,7 @@ static void *instantiate(const lv2_plugin *d, double rate, const char *folder, c
         return 0;
     }
     lb_put_on(p->synth, b);
+    lb_begin_looks(&p->look, p->synth);
     forget_ports(p);
     return p;
 }
@@ -139,6 +145,7 @@ static void connect_port(void *handle, uint32_t port, void *data) {
     else if (port < first_control) p->outs[port - FIRST_OUT] = data;
     else if (port < first_control + CONTROLS) p->controls[port - first_control] = data;
     else if (port == first_control + CONTROLS) p->overload = data;
+    else if (port == first_control + CONTROLS + 1) p->shown = data;
 }
 
 /* Makes the answers that are still to come stale. [not while run() is called] */
@@ -155,6 +162,7 @@ static void activate(void *handle) {
     plugin *p = handle;
     lb_set_helpers(p->synth, 0);
     lb_reset_synth(p->synth);
+    lb_begin_looks(&p->look, p->synth);
     void_jobs(p);
     forget_ports(p);
 }
@@ -194,6 +202,35 @@ static void send_parameters(plugin *p) {
     lb_offline(p->synth, chosen(p, FREEWHEELING, 2, 0));
 }
 
+/* Takes what a window says. */
+static void take_atom(plugin *p, const lv2_atom *atom) {
+    lb_touch touch;
+    if (atom->type == p->watch_atom) p->watched = WATCHED;
+    if (atom->type != p->touch_atom || atom->size != sizeof touch) return;
+    memcpy(&touch, atom + 1, sizeof touch);
+    if (touch.string < LB_STRINGS && touch.key < 128 && touch.velocity < 128) lb_play_touch(p->synth, &touch);
+}
+
+/* Sends a window what is to be seen, if there is one, and something new. */
+static void send_look(plugin *p, const float *out, uint32_t frames) {
+    const int watched = p->watched > 0;
+    if (watched != p->look.watchers) lb_watch(&p->look, watched);
+    p->watched = watched ? p->watched - frames / p->rate : 0;
+    lb_take_look(&p->look, p->synth, out, frames < LB_CHUNK ? frames : LB_CHUNK);
+    if (!p->shown) return;
+    const uint32_t size = (uint32_t)(sizeof(lv2_event) + sizeof(LB_LOOK)), head = sizeof(lv2_sequence) - sizeof(lv2_atom);
+    const uint32_t room = p->shown->atom.size;
+    p->shown->atom = (lv2_atom){head, p->sequence};
+    p->shown->unit = p->shown->pad = 0;
+    lv2_event *e = (lv2_event *)(p->shown + 1);
+    if (!watched || p->looks == lb_looks_taken(&p->look) || room < head + size) return;
+    if (!lb_read_look(&p->look, 0, (LB_LOOK *)(e + 1))) return;
+    p->looks = lb_looks_taken(&p->look);
+    e->frame = 0;
+    e->body = (lv2_atom){sizeof(LB_LOOK), p->look_atom};
+    p->shown->atom.size = head + (size + 7) / 8 * 8;
+}
+
 static void send_midi(plugin *p) {
     if (!p->midi) return;
     const char *at = (const char *)(p->midi + 1), *end = (const char *)p->midi + sizeof(lv2_atom) + p->midi->atom.size;
@@ -201,6 +238,7 @@ static void send_midi(plugin *p) {
         const lv2_event *e = (const lv2_event *)at;
         if (e->body.size > (size_t)(end - at) - sizeof *e) return;
         if (e->body.type == p->midi_event) lb_send(p->synth, e->frame, (const uint8_t *)(e + 1), e->body.size);
+        else take_atom(p, &e->body);
         const size_t whole = sizeof *e + ((size_t)e->body.size + 7) / 8 * 8;
         if (whole > (size_t)(end - at)) return;
         at += whole;
@@ -242,6 +280,7 @@ static void run(void *handle, uint32_t frames) {
     if (p->outputs > 1) lb_play_strings(p->synth, p->outs, frames);
     else if (p->outs[0]) lb_play(p->synth, p->outs[0], frames);
     answer_program(p);
+    send_look(p, p->outputs > 1 ? p->synth->mix : p->outs[0], frames);
     if (p->overload) *p->overload = (float)lb_overload(p->synth);
     if (!p->faded && p->worker) p->faded = lb_take_faded(p->synth);
     if (p->faded && free_elsewhere(p, p->faded)) p->faded = 0;
@@ -333,6 +372,7 @@ static int restore(void *handle, lv2_retrieve get, void *from, uint32_t flags, c
     lb_bass *b = load(p, c);
     if (!b) return LV2_UNKNOWN;
     lb_put_on(p->synth, b);
+    lb_begin_looks(&p->look, p->synth);
     p->playing = p->wanted = c;
     p->missing = missing; /* all else is as the state says */
     if (missing) snprintf(p->missing_name, NAME, "%s", name);

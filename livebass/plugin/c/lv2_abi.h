@@ -1,6 +1,7 @@
 /* What this plugin uses of the interface of LV2 (lv2plug.in): names and layouts, in our words. */
 #ifndef LB_LV2_ABI_H
 #define LB_LV2_ABI_H
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -63,6 +64,35 @@ typedef struct {
     int64_t frame;
     lv2_atom body;
 } lv2_event;
+
+#define LV2_SEQUENCE "http://lv2plug.in/ns/ext/atom#Sequence"
+#define LV2_EVENT_TRANSFER "http://lv2plug.in/ns/ext/atom#eventTransfer"
+
+/* ui: windows */
+#define LV2_UI_PARENT "http://lv2plug.in/ns/extensions/ui#parent"
+#define LV2_UI_RESIZE "http://lv2plug.in/ns/extensions/ui#resize"
+#define LV2_UI_TOUCH "http://lv2plug.in/ns/extensions/ui#touch"
+#define LV2_UI_IDLE "http://lv2plug.in/ns/extensions/ui#idleInterface"
+typedef void (*lv2_ui_write)(void *controller, uint32_t port, uint32_t size, uint32_t format, const void *data);
+typedef struct lv2_ui {
+    const char *uri;
+    void *(*instantiate)(const struct lv2_ui *, const char *plugin, const char *bundle, lv2_ui_write, void *controller,
+                         void **widget, const lv2_feature *const *);
+    void (*cleanup)(void *);
+    void (*port_event)(void *, uint32_t port, uint32_t size, uint32_t format, const void *data);
+    const void *(*extension_data)(const char *uri);
+} lv2_ui;
+typedef struct {
+    int (*idle)(void *);
+} lv2_ui_idle;
+typedef struct {
+    void *handle;
+    int (*resize)(void *handle, int width, int height);
+} lv2_ui_resize;
+typedef struct {
+    void *handle;
+    void (*touch)(void *handle, uint32_t port, bool begins);
+} lv2_ui_touch;
 
 /* work:schedule and work:interface */
 #define LV2_SCHEDULE "http://lv2plug.in/ns/ext/worker#schedule"

@@ -1,0 +1,141 @@
+/* The window of the LV2 plugin. It speaks to it by its ports alone: values, and atoms (lv2_ports.h). */
+#include "editor.h"
+#include "lv2_ports.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+typedef struct {
+    lb_instance instance; /* shelf, values and look: it plays nothing */
+    lb_editor *editor;
+    lv2_ui_write write;
+    void *controller;
+    const lv2_ui_touch *touch;
+    uint32_t outputs, event_transfer, look, watch, touched;
+    time_t told; /* when the plugin was told last that there is a window */
+} ui;
+
+static void complain(void *owner, const char *line) {
+    (void)owner;
+    fprintf(stderr, "livebass: %s\n", line);
+}
+
+static void nothing(void *owner) { (void)owner; }
+
+static void *instantiate(const lv2_ui *d, const char *plugin, const char *folder, lv2_ui_write write, void *controller,
+                         void **widget, const lv2_feature *const *features) {
+    const lv2_map *map = 0;
+    const lv2_ui_resize *resize = 0;
+    void *parent = 0;
+    ui *u = calloc(1, sizeof *u);
+    (void)d;
+    for (; u && *features; features++) {
+        if (!strcmp((*features)->uri, LV2_MAP)) map = (*features)->data;
+        if (!strcmp((*features)->uri, LV2_UI_PARENT)) parent = (*features)->data;
+        if (!strcmp((*features)->uri, LV2_UI_RESIZE)) resize = (*features)->data;
+        if (!strcmp((*features)->uri, LV2_UI_TOUCH)) u->touch = (*features)->data;
+    }
+    if (!u || !map) {
+        free(u);
+        return 0;
+    }
+    u->write = write;
+    u->controller = controller;
+    u->outputs = strcmp(plugin, URI) ? LB_STRINGS : 1;
+    u->event_transfer = map->map(map->handle, LV2_EVENT_TRANSFER);
+    u->look = map->map(map->handle, LOOK_ATOM);
+    u->watch = map->map(map->handle, WATCH_ATOM);
+    u->touched = map->map(map->handle, TOUCH_ATOM);
+    u->instance.owner = u;
+    u->instance.complain = complain;
+    u->instance.moved = nothing; /* `idle` asks */
+    const double scale = lb_system_scale();
+    const int width = (int)(LB_WIDTH * scale), height = (int)(LB_HEIGHT * scale);
+    if (lb_open_instance(&u->instance, folder))
+        u->editor = lb_edit_instance(&u->instance, (uintptr_t)parent, width, height, scale);
+    if (!u->editor) {
+        lb_close_instance(&u->instance);
+        free(u);
+        return 0;
+    }
+    *widget = (void *)lb_editor_handle(u->editor);
+    if (resize) resize->resize(resize->handle, width, height);
+    return u;
+}
+
+static void cleanup(void *handle) {
+    ui *u = handle;
+    lb_close_editor(u->editor);
+    lb_close_instance(&u->instance);
+    free(u);
+}
+
+static void port_event(void *handle, uint32_t port, uint32_t size, uint32_t format, const void *data) {
+    ui *u = handle;
+    const uint32_t first = FIRST_OUT + u->outputs;
+    if (!format && port >= first && port < first + LB_PARAMETERS && size == sizeof(float)) {
+        float value;
+        memcpy(&value, data, sizeof value);
+        lb_set_value(&u->instance, (int)(port - first), value);
+    }
+    const lv2_atom *atom = data;
+    if (format != u->event_transfer || size < sizeof *atom || atom->type != u->look) return;
+    if (atom->size == sizeof(LB_LOOK) && size >= sizeof *atom + sizeof(LB_LOOK)) {
+        LB_LOOK look;
+        memcpy(&look, atom + 1, sizeof look);
+        if (look.strings >= 0 && look.strings <= LB_STRINGS) lb_put_look(&u->instance.look, &look);
+    }
+}
+
+/* Sends the plugin an atom. */
+static void send(const ui *u, uint32_t type, const void *body, uint32_t size) {
+    struct {
+        lv2_atom atom;
+        uint8_t body[8];
+    } message = {{size, type}, {0}};
+    memcpy(message.body, body, size);
+    u->write(u->controller, MIDI, sizeof message.atom + size, u->event_transfer, &message);
+}
+
+static int idle(void *handle) {
+    ui *u = handle;
+    const time_t now = time(0);
+    const int32_t on = 1;
+    for (lb_move m; lb_take_move(&u->instance.moves, &m);) {
+        const uint32_t port = FIRST_OUT + u->outputs + (uint32_t)m.parameter;
+        const float value = (float)m.value;
+        if (m.phase == LB_MOVE) u->write(u->controller, port, sizeof value, 0, &value);
+        else if (u->touch) u->touch->touch(u->touch->handle, port, m.phase == LB_BEGIN);
+    }
+    for (lb_touch t; lb_take_touch(&u->instance.touches, &t);) send(u, u->touched, &t, sizeof t);
+    if (now != u->told) send(u, u->watch, &on, sizeof on);
+    u->told = now;
+    return 0;
+}
+
+static int resized(void *handle, int width, int height) {
+    const ui *u = handle;
+    const double scale = lb_system_scale();
+    lb_allowed_size(scale, &width, &height);
+    lb_resize_editor(u->editor, width, height, scale);
+    return 0;
+}
+
+static const void *extension_data(const char *uri) {
+    static const lv2_ui_idle idling = {idle};
+    static const lv2_ui_resize resizing = {0, resized};
+    if (!strcmp(uri, LV2_UI_IDLE)) return &idling;
+    return strcmp(uri, LV2_UI_RESIZE) ? 0 : &resizing;
+}
+
+#ifdef _WIN32
+__declspec(dllexport)
+#else
+__attribute__((visibility("default")))
+#endif
+const lv2_ui *lv2ui_descriptor(uint32_t index) {
+    static const lv2_ui only = {URI "#ui", instantiate, cleanup, port_event, extension_data};
+    return index ? 0 : &only;
+}
