@@ -143,7 +143,7 @@ def _switches() -> list[str]:
         f"enum {{ {numbers} }}; /* actions */",
         f"enum {{ LB_SWITCHES = {len(rows)} }};",
         "typedef struct {", "    int action, value; /* -1: any */", "    const char *name;", "} lb_switch;",
-        "static const lb_switch lb_switches[LB_SWITCHES] = {", *rows, "};",
+        *_table("lb_switch lb_switches[LB_SWITCHES]", rows),
     ]  # fmt: skip
 
 
@@ -157,17 +157,23 @@ def _parameters() -> list[str]:
         f"enum {{ {', '.join(f'LB_{p.symbol.upper()}' for p in PARAMETERS)}, LB_PARAMETERS }};",
     ]
     lines += [f"enum {{ LB_PLAYED_PARAMETERS = {techniques.PARAMETERS} }}; /* those that controllers learn */"]
-    rows = []
+    rows, points = [], []
     for p in PARAMETERS:
-        points = f"lb_points_{p.symbol}" if p.points else "0"
+        named = f"lb_points_{p.symbol}" if p.points else "0"
         if p.points:
             texts = ", ".join(map(json.dumps, p.points))
-            lines.append(f"static const char *const {points}[] = {{{texts}, 0}};")
+            points.append(f"static const char *const {named}[] = {{{texts}, 0}};")
         texts = ", ".join(map(json.dumps, (p.symbol, p.name, p.unit, p.group)))
         kind, number = event(p) or (-1, 0)
         limits = f"{float(p.least)}, {float(p.most)}, {float(p.usual)}, {int(p.whole)}"
-        rows.append(f"    {{{texts}, {limits}, {points}, {kind}, {number}}},")
-    return [*lines, "static const lb_parameter lb_parameters[LB_PARAMETERS] = {", *rows, "};"]
+        rows.append(f"    {{{texts}, {limits}, {named}, {kind}, {number}}},")
+    return [*lines, *_table("lb_parameter lb_parameters[LB_PARAMETERS]", rows, points)]
+
+
+def _table(declared: str, rows: list[str], before: Iterable[str] = ()) -> list[str]:
+    """A table that stands in core.c, once, with what its rows name `before` it."""
+    made = [*before, f"const {declared} = {{", *rows, "};"]
+    return ["#ifdef LB_TABLES", *made, "#else", f"extern const {declared};", "#endif"]
 
 
 def _struct(name: str, record: np.dtype[np.void]) -> list[str]:

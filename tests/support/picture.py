@@ -182,7 +182,7 @@ class Picture:
             self.address, self.pixels.ctypes.data, width, height, self.scale, self.dark, self.seconds, c.byref(dirty)
         )
         assert (self.memory[:GUARD] == 0x12345678).all() and (self.memory[-GUARD:] == 0x12345678).all()
-        return tuple(dirty)  # type: ignore[return-value]
+        return tuple(dirty)
 
     def point(self, kind: int, x: float, y: float, modifiers: int = 0) -> int:
         """Has the pointer do something; returns its shape."""

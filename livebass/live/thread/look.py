@@ -8,7 +8,7 @@ are, some milliseconds early. [audio thread]
 
 import numpy as np
 
-from livebass.compiling import entry, jit
+from livebass.compiling import SMALL, entry, jit
 from livebass.kernels.bass.records import bass_at
 from livebass.kernels.machine.elementary import exp, log2
 from livebass.kernels.machine.native import record_at, records_at
@@ -78,7 +78,7 @@ look_at = record_at(LOOK)
 contacts_at = records_at(CONTACT)
 
 
-@entry("void(int64, int64)")
+@entry("void(int64, int64)", SMALL)
 def see_synth(synth, look):
     """Fills the LOOK at an address by the SYNTH at an address; in a new one all is zero."""
     s, seen = synth_at(synth), look_at(look)

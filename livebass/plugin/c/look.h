@@ -9,7 +9,7 @@ typedef struct {
     double peak;             /* of the sound since the last look */
     LB_LOOK now;             /* the writer's own */
     uint64_t taken;          /* looks so far: the last is at (taken - 1) % LB_LOOKS */
-    uint64_t seen[LB_LOOKS]; /* sequence counters, odd while that look is written: 2 + 2 the looks before in its place */
+    uint64_t seen[LB_LOOKS]; /* sequence counters: odd while that look is written, twice the looks in its place */
     LB_LOOK looks[LB_LOOKS];
 } lb_look; /* begins as zeros */
 

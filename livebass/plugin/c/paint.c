@@ -99,7 +99,8 @@ void lb_round(lb_sheet *s, double x, double y, double w, double h, double r, dou
 
 void lb_line(lb_sheet *s, double x0, double y0, double x1, double y1, double wide, uint32_t colour) {
     const double dx = x1 - x0, dy = y1 - y0, square = fmax(dx * dx + dy * dy, 1e-9), most = wide / 2 + 1;
-    const lb_area a = within(s, lb_area_of(fmin(x0, x1) - most, fmin(y0, y1) - most, fabs(dx) + 2 * most, fabs(dy) + 2 * most));
+    const double left = fmin(x0, x1) - most, top = fmin(y0, y1) - most;
+    const lb_area a = within(s, lb_area_of(left, top, fabs(dx) + 2 * most, fabs(dy) + 2 * most));
     for (int j = a.y0; j < a.y1; j++)
         for (int i = a.x0; i < a.x1; i++) {
             const double px = i + 0.5 - x0, py = j + 0.5 - y0, t = fmin(fmax((px * dx + py * dy) / square, 0), 1);
@@ -154,7 +155,8 @@ static void curve(outline *o, const double a[2], const double c[2], const double
     double from[2] = {a[0], a[1]};
     for (int k = 1; k <= CURVE; k++) {
         const double t = (double)k / CURVE, s = 1 - t;
-        const double to[2] = {s * s * a[0] + 2 * s * t * c[0] + t * t * b[0], s * s * a[1] + 2 * s * t * c[1] + t * t * b[1]};
+        double to[2];
+        for (int n = 0; n < 2; n++) to[n] = s * s * a[n] + 2 * s * t * c[n] + t * t * b[n];
         edge(o, from[0], from[1], to[0], to[1]);
         memcpy(from, to, sizeof from);
     }

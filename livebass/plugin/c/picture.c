@@ -16,14 +16,18 @@ typedef struct {
     uint32_t ground, raised, edge, ink, soft, accent, on_accent, trough, hot, good;
 } theme;
 static const theme themes[2] = {
-    {0xFFF1ECE4, 0xFFFCFAF6, 0xFFCFC4B5, 0xFF2A2119, 0xFF776A5B, 0xFFD08A1C, 0xFF221503, 0xFFDDD3C5, 0xFFD23A22, 0xFF4C8A3C},
-    {0xFF15110E, 0xFF241D17, 0xFF4A3E34, 0xFFF1E8DB, 0xFFA99A88, 0xFFF0A93B, 0xFF221503, 0xFF0B0907, 0xFFFF6B57, 0xFF7DB56B},
+    {0xFFF1ECE4, 0xFFFCFAF6, 0xFFCFC4B5, 0xFF2A2119, 0xFF776A5B, 0xFFD08A1C, 0xFF221503, 0xFFDDD3C5, 0xFFD23A22,
+     0xFF4C8A3C},
+    {0xFF15110E, 0xFF241D17, 0xFF4A3E34, 0xFFF1E8DB, 0xFFA99A88, 0xFFF0A93B, 0xFF221503, 0xFF0B0907, 0xFFFF6B57,
+     0xFF7DB56B},
 };
 enum { WOOD = 0xFF3B2317, WOOD_LIGHT = 0xFF54341F, METAL = 0xFFC9C3B8, METAL_DARK = 0xFF6E6960, BONE = 0xFFF3E9D2 };
 enum { BLACK = 0xFF100D0B, STRING = 0xFFE3DCCF, STRING_DARK = 0xFF7A7267, MOVING = 0xFFFFD28A, FLASH = 0xFFFF8A3A };
+enum { SUN = 0xFFD98E3C, SUN_DARK = 0xFFB8631F, RIM = 0xFF6E1F12, RIM_DARK = 0xFF1A0D0A };
 
 /* Pixels at scale 1. */
-enum { EDGE = 14, HEADER = 46, LAMPS = 28, TABS = 26, HEADING = 18, CELL = 38, CELL_WIDTH = 150, USUAL_WIDTH = 212, FOOT = 8 };
+enum { EDGE = 14, HEADER = 46, LAMPS = 28, TABS = 26, HEADING = 18, CELL = 38, FOOT = 8 };
+enum { LEAST_CELL = 150, USUAL_CELL = 212 }; /* widths */
 #define SMALL 11.0
 #define MIDDLE 12.5
 #define LARGE 20.0
@@ -218,7 +222,7 @@ static void lay_out_header(lb_picture *p, double width) {
 /* Puts groups into pages, each in columns of its own, as many cells as there are rows; those of this page are added. */
 static void lay_out_panel(lb_picture *p, double width, double top, int rows) {
     const double units = width / p->scale - EDGE;
-    const double fitting = fmax(floor(units / USUAL_WIDTH), fmin(floor(units / CELL_WIDTH), 4));
+    const double fitting = fmax(floor(units / USUAL_CELL), fmin(floor(units / LEAST_CELL), 4));
     const int columns = (int)fmin(fmax(fitting, 1), MOST_COLUMNS);
     const double wide = px(p, units) / columns;
     int page = 0, column = 0;
@@ -333,7 +337,8 @@ static void lay_out_list(lb_picture *p, double x, double y, double w, double h) 
     const int count = basses(p), rows = (int)fmax(h / px(p, 24), 1), columns = (int)fmax(w / px(p, 200), 1);
     if (p->scrolled * columns >= count) p->scrolled = 0;
     for (int k = 0; k < rows * columns && k + p->scrolled * rows < count; k++)
-        add(p, ITEM, k + p->scrolled * rows, x + k / rows * w / columns, y + k % rows * px(p, 24), w / columns - px(p, 6), px(p, 22));
+        add(p, ITEM, k + p->scrolled * rows, x + k / rows * w / columns, y + k % rows * px(p, 24),
+            w / columns - px(p, 6), px(p, 22));
 }
 
 /* The rows of cells that a height has room for. */
@@ -407,8 +412,8 @@ static void draw_name(lb_picture *p, lb_sheet *s, double x, double y, const char
 }
 
 /* Writes a text in the middle of a box, or from its left edge on. */
-static void label(lb_picture *p, lb_sheet *s, double x, double y, double w, double h, double units, uint32_t colour, const char *text,
-                  int centred) {
+static void label(lb_picture *p, lb_sheet *s, double x, double y, double w, double h, double units, uint32_t colour,
+                  const char *text, int centred) {
     const double size = px(p, units), wide = lb_text_width(size, text);
     lb_text(s, centred && wide < w ? x + (w - wide) / 2 : x, y + h / 2 + 0.36 * size, size, colour, text, w);
 }
@@ -459,7 +464,8 @@ static void draw_cell_text(lb_picture *p, const part *q, int hot) {
     text_of(p, q->number, p->values[q->number], text);
     shorten(p, text, room);
     const double needed = lb_text_width(size, text);
-    lb_text(&p->ground, needed < room ? q->x + q->w - needed : q->x + wide + px(p, 8), y, size, p->t->ink, text, room + 1);
+    const double from = needed < room ? q->x + q->w - needed : q->x + wide + px(p, 8);
+    lb_text(&p->ground, from, y, size, p->t->ink, text, room + 1);
 }
 
 static void draw_slider(lb_picture *p, const part *q, int hot, int held) {
@@ -474,7 +480,8 @@ static void draw_slider(lb_picture *p, const part *q, int hot, int held) {
     if (k->usual > k->least && k->usual < most(p, q->number))
         lb_box(&p->ground, usual - px(p, 0.75), y - px(p, 5), px(p, 1.5), px(p, 10), t->edge);
     lb_round(&p->ground, now - px(p, 5), y - px(p, 7), px(p, 10), px(p, 14), px(p, 4), 0, BLACK);
-    lb_round(&p->ground, now - px(p, 4), y - px(p, 6), px(p, 8), px(p, 12), px(p, 3), 0, held ? t->accent : hot ? 0xFFFFFFFF : STRING);
+    const uint32_t colour = held ? t->accent : hot ? 0xFFFFFFFF : STRING;
+    lb_round(&p->ground, now - px(p, 4), y - px(p, 6), px(p, 8), px(p, 12), px(p, 3), 0, colour);
     lb_box(&p->ground, now - px(p, 0.5), y - px(p, 4), px(p, 1), px(p, 8), 0x80000000);
 }
 
@@ -485,7 +492,8 @@ static void draw_stepper(lb_picture *p, const part *q, int hot) {
     const int is_switch = most(p, q->number) == 1, on = p->values[q->number] > 0.5;
     const double r = px(p, 3), left = px(p, is_switch ? 20 : 8);
     button(p, &face, 0, hot);
-    if (is_switch) lb_round(&p->ground, face.x + px(p, 9), face.y + face.h / 2 - r, 2 * r, 2 * r, r, 0, on ? p->t->accent : p->t->trough);
+    const uint32_t colour = on ? p->t->accent : p->t->trough;
+    if (is_switch) lb_round(&p->ground, face.x + px(p, 9), face.y + face.h / 2 - r, 2 * r, 2 * r, r, 0, colour);
     label(p, &p->ground, face.x + left, face.y, face.w - left - px(p, 16), face.h, SMALL, p->t->ink, text, 0);
     const part end = {.x = face.x + face.w - px(p, 18), .y = face.y, .w = px(p, 14), .h = face.h};
     arrow(p, &end, 1, hot ? p->t->ink : p->t->soft);
@@ -527,6 +535,7 @@ static void draw_lamp(lb_picture *p, const part *q, int hot) {
 static void draw_part(lb_picture *p, const part *q, int hot, int held) {
     const theme *t = p->t;
     lb_sheet *s = &p->ground;
+    const uint32_t colour = p->listing ? t->on_accent : t->ink; /* of the title */
     char text[MOST_TEXT];
     lb_box(s, floor(q->x - 1), floor(q->y - 1), ceil(q->w + 3), ceil(q->h + 3), t->ground);
     switch (q->kind) {
@@ -539,8 +548,8 @@ static void draw_part(lb_picture *p, const part *q, int hot, int held) {
     case TITLE:
         button(p, q, p->listing, hot);
         text_of(p, LB_BASS, p->values[LB_BASS], text);
-        label(p, s, q->x + px(p, 10), q->y, q->w - px(p, 30), q->h, MIDDLE, p->listing ? t->on_accent : t->ink, text, 0);
-        arrow(p, &(part){.x = q->x + q->w - q->h, .y = q->y, .w = q->h, .h = q->h}, 2, p->listing ? t->on_accent : t->soft);
+        label(p, s, q->x + px(p, 10), q->y, q->w - px(p, 30), q->h, MIDDLE, colour, text, 0);
+        arrow(p, &(part){.x = q->x + q->w - q->h, .y = q->y, .w = q->h, .h = q->h}, 2, colour);
         break;
     case QUALITY:
         button(p, q, 0, hot);
@@ -561,7 +570,8 @@ static void draw_part(lb_picture *p, const part *q, int hot, int held) {
     case TAB:
         tab_name(p, q->number, text);
         label(p, s, q->x, q->y, q->w, q->h, MIDDLE, q->number == p->page || hot ? t->ink : t->soft, text, 1);
-        if (q->number == p->page) lb_box(s, q->x + px(p, 8), q->y + q->h - px(p, 2), q->w - px(p, 16), px(p, 2), t->accent);
+        if (q->number == p->page)
+            lb_box(s, q->x + px(p, 8), q->y + q->h - px(p, 2), q->w - px(p, 16), px(p, 2), t->accent);
         break;
     case HEAD:
         for (int k = 0; (text[k] = group_names[q->number][k]); k++)
@@ -613,19 +623,61 @@ static double board_end(const lb_picture *p) {
     return x_of(p, l->place[l->frets] + 0.012);
 }
 
+/* Where the body begins. */
+static double body_begin(const lb_picture *p) {
+    const LB_LOOK *l = look_of(p);
+    return x_of(p, l->place[l->frets] - 0.045);
+}
+
+/* How far a place is from the middle between two others, where it is 0, to them, 1; its fourth power. */
+static double towards(double x, double from, double to) {
+    const double part = (2 * x - from - to) / (to - from);
+    return part * part * part * part;
+}
+
 static void draw_body(lb_picture *p, const part *q) {
     lb_sheet *s = &p->ground;
-    const double left = x_of(p, look_of(p)->place[look_of(p)->frets] - 0.045), right = q->x + q->w - px(p, 34), r = px(p, 46);
-    const double top = q->y + px(p, 2), foot = q->y + q->h - px(p, 2), cx = (left + right) / 2 + px(p, 10), cy = p->middle;
+    const double left = body_begin(p), right = q->x + q->w - px(p, 34), r = px(p, 46);
+    const double top = q->y + px(p, 2), foot = q->y + q->h - px(p, 2);
     const lb_area a = lb_common(lb_area_of(left, top, right - left, foot - top), (lb_area){0, 0, s->width, s->height});
     for (int y = a.y0; y < a.y1; y++)
         for (int x = a.x0; x < a.x1; x++) {
-            const double dx = (x - cx) / (right - left) * 2, dy = (y - cy) / (foot - top) * 2, far = dx * dx * dx * dx + dy * dy * dy * dy;
-            const float g = grain((float)((x - q->x) / p->scale) * 0.02f, (float)((y - q->y) / p->scale) * 0.35f);
-            const uint32_t wood = lb_mixed(0xFFB8631F, 0xFFD98E3C, g), rim = lb_mixed(0xFF6E1F12, 0xFF1A0D0A, far * 0.9 - 0.2);
+            const double far = towards(x, left + px(p, 20), right) + towards(y, top, foot);
+            const float along = (float)((x - q->x) / p->scale), across = (float)((y - q->y) / p->scale);
+            const uint32_t wood = lb_mixed(SUN_DARK, SUN, grain(along * 0.02f, across * 0.35f));
+            const uint32_t colour = lb_mixed(wood, lb_mixed(RIM, RIM_DARK, far * 0.9 - 0.2), far * 0.95 + 0.12);
             const double ex = fmax(fmax(left + r - x, x - right + r), 0), ey = fmax(fmax(top + r - y, y - foot + r), 0);
-            lb_dot(s, x, y, lb_mixed(wood, rim, far * 0.95 + 0.12), (float)(r + 0.5 - sqrt(ex * ex + ey * ey)));
+            lb_dot(s, x, y, colour, (float)(r + 0.5 - sqrt(ex * ex + ey * ey)));
         }
+}
+
+/* The number of a fret, under it. */
+static void draw_number(lb_picture *p, int fret, double x) {
+    char text[8];
+    const double size = px(p, 9.5);
+    snprintf(text, sizeof text, "%d", fret);
+    const uint32_t colour = x > body_begin(p) ? lb_faded(BONE, 0.75) : p->t->soft;
+    lb_text(&p->ground, x - lb_text_width(size, text) / 2, p->middle + p->half[1] + px(p, 15), size, colour, text, 100);
+}
+
+static void draw_fret(lb_picture *p, double x, double half) {
+    lb_sheet *s = &p->ground;
+    lb_box(s, x - px(p, 0.2), p->middle - half, px(p, 2.6), 2 * half, 0x70000000);
+    lb_shade(s, x - px(p, 1.3), p->middle - half, px(p, 2.4), 2 * half, METAL, METAL_DARK);
+    lb_box(s, x - px(p, 0.9), p->middle - half, px(p, 0.9), 2 * half, 0xB0FFFFFF);
+}
+
+/* The mark of a fret in the board: a dot, or two; without frets one at the edge. */
+static void draw_mark(lb_picture *p, int fret, double x, double half) {
+    const LB_LOOK *l = look_of(p);
+    const int in_octave = fret % 12;
+    if (in_octave && in_octave != 3 && in_octave != 5 && in_octave != 7 && in_octave != 9) return;
+    const double mid = l->fretless ? x : (x + x_of(p, l->place[fret - 1])) / 2, r = px(p, l->fretless ? 2.5 : 4.2);
+    const double apart = l->fretless ? half - px(p, 2) : in_octave ? 0 : half_at(p, mid) * 2 / (double)l->strings;
+    const uint32_t colour = lb_faded(BONE, apart > 0 ? 0.85 : 0.6);
+    for (int side = l->fretless ? 1 : -1; side < 2; side += 2)
+        lb_round(&p->ground, mid - r, p->middle + side * apart - r, 2 * r, 2 * r, r, 0, colour);
+    draw_number(p, fret, mid);
 }
 
 static void draw_board(lb_picture *p) {
@@ -635,31 +687,17 @@ static void draw_board(lb_picture *p) {
     for (int x = (int)p->nut; x < (int)end; x++) {
         const double half = half_at(p, x) + px(p, 3), top = p->middle - half, foot = p->middle + half;
         for (int y = (int)top; y <= (int)foot; y++) {
-            const float g = grain((float)((x - p->nut) / p->scale) * 0.025f, (float)((y - p->middle) / p->scale) * 0.55f);
+            const float along = (float)((x - p->nut) / p->scale), across = (float)((y - p->middle) / p->scale);
+            const float g = grain(along * 0.025f, across * 0.55f);
             const double rim = 1 - fmin(fmin(y - top, foot - y) / px(p, 5), 1);
             const double cover = fmin(fmin(y + 1 - top, foot - y), 1);
             lb_dot(s, x, y, lb_mixed(lb_mixed(WOOD, WOOD_LIGHT, 0.15 + 0.7 * g), BLACK, 0.5 * rim), (float)cover);
         }
     }
-    char text[8];
     for (int k = 1; k <= l->frets; k++) {
-        const double x = x_of(p, l->place[k]), half = half_at(p, x) + px(p, 3), before = x_of(p, l->place[k - 1]);
-        if (!l->fretless) {
-            lb_box(s, x - px(p, 0.2), p->middle - half, px(p, 2.6), 2 * half, 0x70000000);
-            lb_shade(s, x - px(p, 1.3), p->middle - half, px(p, 2.4), 2 * half, METAL, METAL_DARK);
-            lb_box(s, x - px(p, 0.9), p->middle - half, px(p, 0.9), 2 * half, 0xB0FFFFFF);
-        }
-        const int in_octave = k % 12, twice = !in_octave;
-        if (!twice && in_octave != 3 && in_octave != 5 && in_octave != 7 && in_octave != 9) continue;
-        const double mid = l->fretless ? x : (x + before) / 2, r = px(p, 4.2);
-        const double apart = twice ? half_at(p, mid) * 2 / (double)l->strings : 0;
-        if (l->fretless) lb_round(s, mid - px(p, 2.5), p->middle + half - px(p, 1), px(p, 5), px(p, 5), px(p, 2.5), 0, BONE);
-        for (int side = -1; side < 2 && !l->fretless; side += 2)
-            lb_round(s, mid - r, p->middle + side * apart - r, 2 * r, 2 * r, r, 0, lb_faded(BONE, twice ? 0.85 : 0.6));
-        snprintf(text, sizeof text, "%d", k);
-        const double wide = lb_text_width(px(p, 9.5), text);
-        if (x > end - px(p, 4) && k != l->frets) continue;
-        lb_text(s, mid - wide / 2, p->middle + p->half[1] + px(p, 15), px(p, 9.5), x_of(p, l->place[l->frets] - 0.045) < mid ? 0xC0F3E9D2 : p->t->soft, text, 100);
+        const double x = x_of(p, l->place[k]), rim = half_at(p, x) + px(p, 3);
+        if (!l->fretless) draw_fret(p, x, rim);
+        draw_mark(p, k, x, rim);
     }
     const double half = half_at(p, p->nut) + px(p, 3);
     lb_round(s, p->nut - px(p, 5), p->middle - half, px(p, 6), 2 * half, px(p, 2), 0, BONE);
@@ -691,7 +729,7 @@ static void draw_pickup(lb_picture *p, int k) {
 
 static void draw_bridge(lb_picture *p) {
     lb_sheet *s = &p->ground;
-    const double half = half_at(p, p->saddle) + px(p, 2), x = p->saddle, lane = 2 * half_at(p, x) / (double)strings_of(p);
+    const double x = p->saddle, half = half_at(p, x) + px(p, 2), lane = 2 * half_at(p, x) / (double)strings_of(p);
     lb_round(s, x - px(p, 7), p->middle - half + px(p, 3), px(p, 34), 2 * half, px(p, 4), 0, 0x60000000);
     lb_round(s, x - px(p, 8), p->middle - half, px(p, 34), 2 * half, px(p, 4), 0, METAL_DARK);
     lb_round(s, x - px(p, 8), p->middle - half, px(p, 34), 2 * half, px(p, 4), px(p, 1), METAL);
@@ -706,7 +744,8 @@ static void draw_neck(lb_picture *p, const part *q) {
     lb_sheet *s = &p->ground;
     lb_box(s, q->x, q->y, q->w, q->h, p->t->ground);
     if (!strings_of(p)) {
-        label(p, s, q->x, q->y, q->w, q->h, MIDDLE, p->t->soft, "No bass is loaded: the host has not switched the plugin on.", 1);
+        static const char *const why = "No bass is loaded: the host has not switched the plugin on.";
+        label(p, s, q->x, q->y, q->w, q->h, MIDDLE, p->t->soft, why, 1);
         return;
     }
     s->clip = lb_area_of(q->x, q->y, q->w, q->h);
@@ -764,10 +803,15 @@ static void take_shape(const lb_picture *p, const LB_STRING_LOOK *l, shape *to) 
         const quad q = {a, a, a, a}, *row = p->sines + j * (STRIDE / 4);
         for (int k = 0; k < STRIDE / 4; k++) to->u[k] += q * row[k];
     }
-    for (int k = 0; k <= NODES; k++) u[k] = u[k] > -FARTHEST ? (u[k] < FARTHEST ? u[k] : FARTHEST) : u[k] < 0 ? -FARTHEST : 0;
+    for (int k = 0; k <= NODES; k++) {
+        if (!(u[k] == u[k])) u[k] = 0;
+        u[k] = u[k] > FARTHEST ? FARTHEST : u[k] < -FARTHEST ? -FARTHEST : u[k];
+    }
 }
 
-static double within(double v, double least, double greatest) { return v > least ? (v < greatest ? v : greatest) : least; }
+static double within(double v, double least, double greatest) {
+    return v > least ? (v < greatest ? v : greatest) : least;
+}
 
 /* Holds within its bounds what a look from elsewhere may have. */
 static void bound(LB_LOOK *l) {
@@ -909,7 +953,8 @@ static void draw_string(lb_picture *p, lb_sheet *s, int string, const uint32_t *
         if (!count) begin = (int)start > left ? (int)start : left;
         walks[count] = (walk){(const float *)one->u, (float)((begin + 0.5 - start) * step), (float)step};
     }
-    const double first = lane_at(p, string, p->nut), slope = (lane_at(p, string, p->saddle) - first) / (p->saddle - p->nut);
+    const double first = lane_at(p, string, p->nut), last = lane_at(p, string, p->saddle);
+    const double slope = (last - first) / (p->saddle - p->nut);
     float y[LB_LOOKS], before = 0;
     column c = {0, s->width, s->clip.y0 > 0 ? s->clip.y0 : 0, s->clip.y1 < s->height ? s->clip.y1 : s->height};
     for (int x = left > 0 ? left : 0; x < right && x < s->width; x++) { /* its shadow */
@@ -944,7 +989,8 @@ static void draw_lights(lb_picture *p, lb_sheet *s) {
             if (!(bright > 0.02)) continue;
             const double lane = 2 * half_at(p, x) / (double)l->strings, part = 0.3 + 0.7 * fmin(bright, 1);
             lb_glow(s, x, y, px(p, 7 + 9 * bright), lane * (0.4 + 0.3 * bright), lb_faded(FLASH, part));
-            if (!l->fretless) lb_box(s, x - px(p, 1.2), y - 0.42 * lane, px(p, 2.4), 0.84 * lane, lb_faded(0xFFFFF0C8, part));
+            if (l->fretless) continue;
+            lb_box(s, x - px(p, 1.2), y - 0.42 * lane, px(p, 2.4), 0.84 * lane, lb_faded(0xFFFFF0C8, part));
         }
 }
 
@@ -1192,7 +1238,7 @@ static int string_at(const lb_picture *p, double x, double y, int *fret) {
     return (int)at;
 }
 
-/* Plays the note under the pointer, unless it sounds: the one before ends after it has begun, so that they are bound. */
+/* Plays the note under the pointer, unless it sounds; the one before ends after it has begun: they are bound. */
 static void play_at(lb_picture *p, double x, double y) {
     int fret = 0;
     const int string = string_at(p, x, y, &fret), before = p->string, key_before = p->key;
@@ -1247,7 +1293,8 @@ static void wheel(lb_picture *p, const part *q, int way, int modifiers) {
 static void press_lamp(lb_picture *p, int lamp) {
     const int key = lamp < LET_RING ? key_of(p, lamp) : -1;
     if (key < 0) return;
-    const int at_once = lamp == LB_SWITCH_FINGER || lamp == LB_SWITCH_PICK || lamp == LB_SWITCH_SLAP || lamp == LB_SWITCH_STOP_ALL;
+    const int at_once = lamp == LB_SWITCH_FINGER || lamp == LB_SWITCH_PICK || lamp == LB_SWITCH_SLAP ||
+                        lamp == LB_SWITCH_STOP_ALL;
     p->toggled[key] = !p->toggled[key] && !at_once;
     if (p->toggled[key] || at_once) p->face.note(p->face.owner, 1, -1, key, 0.75);
     if (!p->toggled[key]) p->face.note(p->face.owner, 0, -1, key, 0);
