@@ -13,11 +13,16 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support import lv2, vst3
 from support.clap import Plugin, function, note_on, struct, value
 from support.plugins import RATE, hard_score, written
 from support.screen import Screen, hand, needs_screen, running_screen, until
 
+from livebass.live.parameters import PARAMETERS
+from livebass.live.thread.look import LOOK
 from livebass.plugin import clap
+from livebass.plugin import lv2 as lv2_plugin
+from livebass.plugin import vst3 as vst3_plugin
 from livebass.plugin.systems import this_system
 
 pytestmark = pytest.mark.skipif(not this_system().name.startswith("linux"), reason="windows of X11")
@@ -31,6 +36,11 @@ GUI = struct(
     ("title", function(None, P, S)), ("show", function(B, P)), ("hide", function(B, P)),
 )  # fmt: skip
 BASS, BEGIN, END = 8, 7, 8
+UI = struct(
+    ("uri", S), ("instantiate", function(P, P, S, S, P, P, P, P)), ("cleanup", function(None, P)),
+    ("port_event", function(None, P, U32, U32, U32, P)), ("extension", function(P, S)),
+)  # fmt: skip
+LOOK_PORT = 2 + len(PARAMETERS) + 2  # behind MIDI, the output, parameters, freewheeling and overload
 
 
 @pytest.fixture(scope="module")
@@ -191,3 +201,165 @@ def test_two_windows_and_changes_of_bass(screen_name: str, folder: Path) -> None
             pictures.append((first.picture(), second.picture()))
         assert different(pictures[0][0], pictures[1][0]) > 20
         assert different(*pictures[1]) < 2000
+
+
+# --- VST3 ---
+
+HANDLER, RUN_LOOP = "93A0BEA30BD045DB8E890B0CC1E46AC6", "18C3536697764F1A9C5B83857A871389"
+
+
+def answering(iid: str, given: vst3.Given) -> vst3.Given:
+    """An object of the host that also says which interface it is."""
+
+    def query(_: Any, wanted: int, to: int) -> int:
+        found = c.string_at(wanted, 16) == bytes.fromhex(iid)
+        P.from_address(to).value = given.address if found else None
+        return 0 if found else -1
+
+    asked = c.CFUNCTYPE(vst3.I32, P, P, P)(query), c.CFUNCTYPE(U32, P)(lambda _: 1)
+    given.table[0], given.table[1], given.table[2] = (c.cast(f, P).value for f in (asked[0], asked[1], asked[1]))
+    given.kept = asked  # type: ignore[attr-defined]
+    return given
+
+
+@pytest.mark.parametrize("timed", [True, False])
+def test_a_hand_in_the_vst3_window_edits_in_order(screen_name: str, tmp_path: Path, timed: bool) -> None:
+    """By the timer of the host's run loop; a host without one is told by the window's own thread."""
+    bundle = written(vst3_plugin, tmp_path / "livebass.vst3")
+    edits: list[tuple[str, int, float]] = []
+    timers: list[int] = []
+    one, two = c.CFUNCTYPE(vst3.I32, P, U32), c.CFUNCTYPE(vst3.I32, P, U32, D)
+    handler = answering(
+        HANDLER,
+        vst3.Given(
+            one(lambda _, k: edits.append(("begin", k, 0)) or 0), two(lambda _, k, v: edits.append(("to", k, v)) or 0),
+            one(lambda _, k: edits.append(("end", k, 0)) or 0), one(lambda _, flags: 0),
+        ),
+    )  # fmt: skip
+    no = c.CFUNCTYPE(vst3.I32, P, P, vst3.I32)(lambda *_: -1)
+    loop = answering(
+        RUN_LOOP,
+        vst3.Given(
+            no, no, c.CFUNCTYPE(vst3.I32, P, P, vst3.U64)(lambda _, timer, ms: timers.append(timer) or 0),
+            c.CFUNCTYPE(vst3.I32, P, P)(lambda _, timer: timers.remove(timer) or 0),
+        ),
+    )  # fmt: skip
+    with closing(vst3.Plugin(bundle)) as plugin:
+        plugin.controller.call(16, P(handler.address))
+        view = vst3.Object(plugin.controller.call(17, b"editor", result=P))
+        assert view.call(3, b"X11EmbedWindowID") == 0 != view.call(3, b"HWND")
+        box = (vst3.I32 * 4)()
+        assert view.call(9, box) == 0 and list(box) == [0, 0, 900, 460]
+        if timed:
+            view.call(12, P(loop.address))
+        with closing(Screen(900, 460)) as screen:
+            assert view.call(4, P(screen.window), b"X11EmbedWindowID") == 0
+            assert len(timers) == timed and screen.children() == 1
+            until(lambda: len(np.unique(screen.picture(900, 460).reshape(-1, 3), axis=0)) > 50)
+            for y in range(440, 230, -14):
+                hand("mousemove", 120, y, "mousedown", 1, "mousemove", 150, y, "mouseup", 1)
+                time.sleep(0.08)
+                for timer in timers:
+                    vst3.Object(timer).call(3)
+                if any(what == "to" for what, *_ in edits):
+                    break
+            moved = [edit for edit in edits if edit[1] == edits[-1][1]]
+            assert moved[0][0] == "begin" and moved[-1][0] == "end" and moved[1][0] == "to"
+            values = [value for what, _, value in moved if what == "to"]
+            number = moved[0][1]
+            assert plugin.controller.call(14, U32(number), result=D) == pytest.approx(values[-1])
+            box[:] = [0, 0, 100, 100]
+            assert view.call(14, box) == 0 and list(box) == [0, 0, 640, 320]
+            assert view.call(5) == 0 and not timers and screen.children() == 0
+        assert view.call(2) == 0
+
+
+# --- LV2 ---
+
+
+def test_the_lv2_window_knows_the_plugin_by_its_ports_alone(screen_name: str, tmp_path: Path) -> None:
+    """What is seen comes as atoms, what a hand does goes back as values and atoms; without a window nothing is sent."""
+    bundle = written(lv2_plugin, tmp_path / "livebass.lv2")
+    with closing(lv2.Plugin(bundle)) as plugin:
+        room = c.create_string_buffer(1 << 17)
+        looks: list[bytes] = []
+        plugin.plugin.connect(plugin.handle, LOOK_PORT, c.addressof(room))
+
+        def run(frames: int, events: Any = ()) -> Any:
+            c.memmove(room, np.array([len(room) - 8, 0], "u4").tobytes(), 8)
+            sound = plugin.block(frames, events)
+            size = int(np.frombuffer(room, "u4", 1)[0])
+            if size > 8:
+                looks.append(bytes(room)[32 : 32 + LOOK.itemsize])
+            return sound
+
+        for _ in range(20):
+            run(512)
+        assert not looks
+        sent: list[tuple[int, int, bytes]] = []
+        write = c.CFUNCTYPE(None, P, U32, U32, U32, P)(
+            lambda _, port, size, form, data: sent.append((port, form, c.string_at(data, size)))
+        )
+        library = c.CDLL(str(bundle / "livebass.so"))
+        library.lv2ui_descriptor.restype = c.POINTER(UI)
+        ui = library.lv2ui_descriptor(0).contents
+        with closing(Screen(900, 460)) as screen:
+            tables = [(P * 2)(None, c.cast(plugin.calls[0], P))]
+            features = [
+                lv2.FEATURE(b"http://lv2plug.in/ns/ext/urid#map", c.addressof(tables[0])),
+                lv2.FEATURE(b"http://lv2plug.in/ns/extensions/ui#parent", screen.window),
+            ]
+            listed = (P * 3)(*map(c.addressof, features))
+            widget = P()
+            handle = ui.instantiate(
+                c.addressof(ui), b"urn:livebass:bass", f"{bundle}/".encode(), write, None, c.byref(widget), listed
+            )
+            assert handle and screen.children() == 1
+            idle = struct(("idle", function(vst3.I32, P))).from_address(
+                ui.extension(b"http://lv2plug.in/ns/extensions/ui#idleInterface")
+            )
+            assert idle.idle(handle) == 0
+            atoms = [data for port, form, data in sent if port == 0 and form]
+            kind = int(np.frombuffer(atoms[0], "u4")[1])
+            assert plugin.uris[kind - 1] == "urn:livebass:bass#watch"
+
+            def give(data: bytes) -> tuple[int, bytes]:
+                """An atom of the window as the plugin gets it, with its type in place of MIDI's."""
+                return int(np.frombuffer(data, "u4")[1]), data[8:]
+
+            def play_atoms(found: list[bytes]) -> Any:
+                events = b""
+                for kind, body in map(give, found):
+                    head = np.zeros(1, np.int64).tobytes() + np.array([len(body), kind], "u4").tobytes()
+                    events += head + body.ljust((len(body) + 7) // 8 * 8, b"\0")
+                sequence = np.array([8 + len(events), 1, 0, 0], "u4").tobytes() + events
+                c.memmove(plugin.midi, sequence, len(sequence))
+                c.memmove(room, np.array([len(room) - 8, 0], "u4").tobytes(), 8)
+                out = np.zeros(512, np.float32)
+                plugin.plugin.connect(plugin.handle, 1, out.ctypes.data)
+                plugin.plugin.run(plugin.handle, 512)
+                return out
+
+            play_atoms(atoms)
+            for _ in range(6):
+                run(512)
+            assert looks and np.frombuffer(looks[-1], LOOK)["strings"][0] == 4
+            transfer = plugin.number("http://lv2plug.in/ns/ext/atom#eventTransfer")
+            kind = plugin.number("urn:livebass:bass#look")
+            rest = screen.picture(900, 460)
+            run(512, [(0, bytes([0x90, 28, 127]))])
+            for _ in range(4):
+                run(512)
+                atom = np.array([LOOK.itemsize, kind], "u4").tobytes() + looks[-1]
+                ui.port_event(handle, LOOK_PORT, len(atom), transfer, atom)
+            until(lambda: different(screen.picture(900, 460), rest) > 200)
+            sent.clear()
+            for y in range(440, 230, -14):
+                hand("mousemove", 120, y, "mousedown", 1, "mousemove", 150, y, "mouseup", 1)
+                time.sleep(0.08)
+                idle.idle(handle)
+                if any(not form for _, form, _ in sent):
+                    break
+            assert any(not form and len(data) == 4 and 2 <= port < 2 + 40 for port, form, data in sent)
+            ui.cleanup(handle)
+            assert screen.children() == 0
