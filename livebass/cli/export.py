@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
@@ -60,16 +59,17 @@ def plugin_command(kind: str) -> click.Command:
         help=f"""
         Write a plugin that plays presets in hosts of {kind.upper()}, without Python.
 
-        The plugin is a folder, {BUNDLES[kind]}: copy it to where your host looks for plugins; the command ends by
-        saying where that is. It appears when it is complete; an interrupted export leaves nothing behind.
+        The plugin is a folder, {BUNDLES[kind]}. With --install it goes where hosts look for your plugins; else copy
+        it there yourself: the command ends by saying where that is. It appears when it is complete; an interrupted
+        export leaves nothing behind. To uninstall it, delete the folder.
 
         From a release wheel this takes a second or two. From a checkout the plugin is built first, once, in about a
         minute, by numba and a C compiler or the extra `export`.
 
         \b
         Examples:
-          livebass export {kind}
-          livebass export {kind} -p slap -p ./mine.toml -o ~/.{kind}
+          livebass export {kind} --install
+          livebass export {kind} --install -p slap -p ./mine.toml
           livebass export {kind} --system windows-x86_64 -o for-windows
         """,
     )
@@ -79,15 +79,20 @@ def plugin_command(kind: str) -> click.Command:
     @folder_option(
         f"The folder in which to write {BUNDLES[kind]}; made if missing. An older one is replaced.  "
         "[default: the current directory]",
-        default=Path(),
     )
+    @click.option("--install", is_flag=True, help="Write it where hosts on this system look for your plugins.")
     @click.option("--system", cls=SystemOption, metavar="NAME")
     @tuning_options
     @click.argument("more", nargs=-1, metavar="")
     def write(
-        presets: tuple[str, ...], output: Path, system: str | None, more: tuple[str, ...], **options: Any
-    ) -> None:
-        _write_plugin(kind, basses_of(presets, more, loader(options)), output, system)
+        presets: tuple[str, ...], output: Path | None, install: bool, system: str | None, more: tuple[str, ...],
+        **options: Any,
+    ) -> None:  # fmt: skip
+        if install and (output is not None or system is not None):
+            raise click.UsageError(
+                f"--install and {'-o' if output is not None else '--system'}: allowed is one of them"
+            )
+        _write_plugin(kind, basses_of(presets, more, loader(options)), output, install, system)
 
     return write
 
@@ -96,16 +101,18 @@ for format_ in BUNDLES:
     export.add_command(plugin_command(format_))
 
 
-def _write_plugin(kind: str, basses: dict[str, Instrument], output: Path, wanted: str | None) -> None:
+def _write_plugin(
+    kind: str, basses: dict[str, Instrument], output: Path | None, install: bool, wanted: str | None
+) -> None:
     from livebass.files import checked_directory
     from livebass.plugin import build
-    from livebass.plugin.systems import SYSTEMS, folder_of_plugins, this_system
+    from livebass.plugin.systems import SYSTEMS, folder_of_plugins, own_folder_of_plugins, this_system
 
     if wanted is not None and wanted not in SYSTEMS:
         raise click.UsageError(f"--system {wanted}: allowed are {', '.join(SYSTEMS)}")
     system = SYSTEMS[wanted] if wanted else this_system()
     plugin: Any = import_module(f"livebass.plugin.{kind}")
-    folder = output / BUNDLES[kind]
+    folder = (own_folder_of_plugins(kind) if install else output or Path()) / BUNDLES[kind]
     checked_directory(folder, plugin.is_bundle)  # now, not after a minute of work
     have_kernels()
     if not build.built(system):
@@ -114,7 +121,8 @@ def _write_plugin(kind: str, basses: dict[str, Instrument], output: Path, wanted
     size = sum(file.stat().st_size for file in folder.rglob("*") if file.is_file())
     several = "es" if len(basses) > 1 else ""
     say(f"{folder}: {len(basses)} bass{several}, {_megabytes(size)}, for {system.name}")
-    say(f"copy it into {folder_of_plugins(system, kind)} and let your host look for new plugins")
+    copy = "" if install else f"copy it into {folder_of_plugins(system, kind)} and "
+    say(f"{copy}let your host look for new plugins")
 
 
 def basses_of(
@@ -229,7 +237,7 @@ def instrument(preset: str, output: Path | None, **options: Any) -> None:
     from livebass.plugin import lv2
     from livebass.plugin.bundle import checked_name, own_instruments
     from livebass.plugin.instrument import ENDING, write_instrument
-    from livebass.plugin.systems import folder_of_plugins, this_system
+    from livebass.plugin.systems import own_folder_of_plugins
     from livebass.preset.load import preset_names
 
     if output is not None and output.suffix != ENDING:
@@ -248,8 +256,9 @@ def instrument(preset: str, output: Path | None, **options: Any) -> None:
     elif name in preset_names():
         where = f"a plugin that comes with a bass called {name} lists its own instead: give the file another name"
     say(f"{file}: {bass.name}; {where}")
-    folder = Path(os.path.expandvars(folder_of_plugins(this_system(), "lv2"))).expanduser()
-    if output is None and (folder / BUNDLES["lv2"]).is_dir():  # LV2 hosts know no basses but those of bundles
+    if (
+        output is None and ((folder := own_folder_of_plugins("lv2")) / BUNDLES["lv2"]).is_dir()
+    ):  # LV2 hosts know no basses but those of bundles
         lv2.write_preset(name, bass.name, folder / f"livebass-{name}.lv2")
         say(f"{folder / f'livebass-{name}.lv2'}: a preset with it, for the menus of LV2 hosts")
 
