@@ -25,12 +25,16 @@ def write_bundle(basses: dict[str, Instrument], folder: Path, system: System | N
     OutputError, BuildError.
     """
     system = system or this_system()
-    files, code = instrument_files(basses), binary(system)
+    write_files(folder, bundle_files(basses, instrument_files(basses), binary(system), system), is_bundle)
+
+
+def bundle_files(
+    basses: dict[str, Instrument], instruments: dict[str, bytes], code: bytes, system: System
+) -> dict[str, bytes]:
+    """The files of such a folder, by their places in it: those that `instrument_files` gives, and the binary `code`."""
     if is_macos(system):
-        files = {f"{BINARY}/{name}": data for name, data in macos_files(IDENTIFIER, code, files).items()}
-    else:
-        files[BINARY] = code
-    write_files(folder, files, is_bundle)
+        return {f"{BINARY}/{name}": data for name, data in macos_files(IDENTIFIER, code, instruments).items()}
+    return instruments | {BINARY: code}
 
 
 def is_bundle(entries: list[Path]) -> bool:

@@ -101,17 +101,23 @@ def write_bundle(basses: dict[str, Instrument], folder: Path, system: System | N
     OutputError, BuildError.
     """
     system = system or this_system()
+    write_files(folder, bundle_files(basses, instrument_files(basses), binary(system), system), is_bundle)
+
+
+def bundle_files(
+    basses: dict[str, Instrument], instruments: dict[str, bytes], code: bytes, system: System
+) -> dict[str, bytes]:
+    """The files of a bundle, as `clap.bundle_files` has them."""
     titles = distinct_titles(basses)
     rows = [(uri, short, titles[k], k) for uri in PLUGINS for k, short in enumerate(basses)]
-    files = instrument_files(basses) | {
-        binary_name(system): binary(system),
+    return instruments | {
+        binary_name(system): code,
         TURTLE: (
             HEAD + KEPT + MIDNAM + GROUPS_OF_PORTS + PROJECT + "".join(plugin(uri, titles) for uri in PLUGINS)
         ).encode(),
         PRESETS: (HEAD + "".join(preset(*row) for row in rows)).encode(),
         MANIFEST: (HEAD + manifest(list(basses), binary_name(system))).encode(),
     }
-    write_files(folder, files, is_bundle)
 
 
 def is_bundle(entries: list[Path]) -> bool:
