@@ -223,6 +223,16 @@ def test_parameters_are_those_of_the_table(plugin: Plugin) -> None:
     assert plugin.value(GAIN) == 0.0
 
 
+def test_every_parameter_is_on_a_page_of_its_group(plugin: Plugin) -> None:
+    pages = plugin.pages()
+    assert sorted(number for numbers in pages.values() for number in numbers) == list(range(len(PARAMETERS)))
+    assert all(1 <= len(numbers) <= 8 for numbers in pages.values())
+    for name, numbers in pages.items():
+        group = name.rstrip(" 123456789")
+        assert {PARAMETERS[number].group for number in numbers} == {group}
+        assert (name == group) == (sum(p.group == group for p in PARAMETERS) <= 8)
+
+
 CHANGES = {
     GAIN: -6.0,
     TONE: -0.5,

@@ -287,6 +287,48 @@ static void tell_values(const clap *c) {
     tell_names(c);
 }
 
+/* --- pages of parameters for the knobs of hosts and keyboards: each group, eight at a time --- */
+
+static const char *const groups[] = {LB_GROUPS};
+enum { GROUPS = sizeof groups / sizeof *groups };
+
+/* Finds the parameters of a page of a group, counted from 0; returns how many pages the group has. */
+static uint32_t find_page(uint32_t group, uint32_t page, uint32_t found[CLAP_CONTROLS]) {
+    uint32_t count = 0;
+    for (uint32_t k = 0; k < CLAP_CONTROLS; k++) found[k] = CLAP_NO_ID;
+    for (uint32_t k = 0; k < LB_PARAMETERS; k++) {
+        if (strcmp(lb_parameters[k].group, groups[group])) continue;
+        if (count / CLAP_CONTROLS == page) found[count % CLAP_CONTROLS] = k;
+        count++;
+    }
+    return (count + CLAP_CONTROLS - 1) / CLAP_CONTROLS;
+}
+
+static uint32_t page_count(const clap_plugin *p) {
+    uint32_t count = 0, unused[CLAP_CONTROLS];
+    (void)p;
+    for (uint32_t group = 0; group < GROUPS; group++) count += find_page(group, 0, unused);
+    return count;
+}
+
+static bool remote_page(const clap_plugin *p, uint32_t index, clap_remote_page *page) {
+    (void)p;
+    memset(page, 0, sizeof *page);
+    for (uint32_t group = 0; group < GROUPS; group++) {
+        const uint32_t pages = find_page(group, index, page->parameters);
+        if (index >= pages) {
+            index -= pages;
+            continue;
+        }
+        page->id = group << 8 | index;
+        snprintf(page->section, sizeof page->section, "%s", groups[group]);
+        if (pages > 1) snprintf(page->name, sizeof page->name, "%s %d", groups[group], (int)index + 1);
+        else snprintf(page->name, sizeof page->name, "%s", groups[group]);
+        return true;
+    }
+    return false;
+}
+
 /* --- state --- */
 
 static bool save(const clap_plugin *p, const clap_out_stream *to) {
@@ -381,6 +423,7 @@ static const void *extension(const clap_plugin *p, const char *id) {
     static const clap_frames late = {latency}, after = {tail};
     static const clap_preset_load presets = {preset};
     static const clap_thread_pool pool = {help};
+    static const clap_remote_controls controls = {page_count, remote_page};
     static const struct {
         const char *id;
         const void *extension;
@@ -389,6 +432,7 @@ static const void *extension(const clap_plugin *p, const char *id) {
         {CLAP_STATE, &state},       {CLAP_RENDER, &render},       {CLAP_LATENCY, &late},
         {CLAP_TAIL, &after},        {CLAP_PRESET_LOAD, &presets}, {CLAP_PRESET_LOAD_DRAFT, &presets},
         {CLAP_NOTE_NAMES, &names},  {CLAP_THREAD_POOL, &pool},
+        {CLAP_REMOTE_CONTROLS, &controls}, {CLAP_REMOTE_CONTROLS_DRAFT, &controls},
     };
     (void)p;
     for (size_t k = 0; k < sizeof all / sizeof *all; k++)
