@@ -16,13 +16,14 @@ from livebass.cli.render import DEFAULT_PRESET, have_kernels, rendered_quality, 
 from livebass.cli.said import say
 from livebass.cli.tuning import given_tuning, tuning_of_options, tuning_options
 from livebass.cli.values import RATE, Number, Quantity
-from livebass.model.quality import QUALITIES
+from livebass.model.quality import AUTO, QUALITIES
 
 if TYPE_CHECKING:
     from livebass.model.instrument import Instrument
     from livebass.web.bench import Source
 
 LENGTH = (0.1, 60.0)  # s
+RATE_OF_HOSTS = 48000  # Hz, at which this machine is measured
 BUNDLES = {"lv2": "livebass.lv2", "clap": "livebass-clap", "vst3": "livebass.vst3"}  # folders of plugins, by format
 presets_option = preset_option(
     "A bass: a name from `livebass presets list`, or your own file; repeat it for several.  [default: all]",
@@ -82,17 +83,23 @@ def plugin_command(kind: str) -> click.Command:
     )
     @click.option("--install", is_flag=True, help="Write it where hosts on this system look for your plugins.")
     @click.option("--system", cls=SystemOption, metavar="NAME")
+    @quality_option(
+        AUTO,
+        "In which quality a new track begins; auto: with --install studio for basses that this machine carries so, "
+        "else live.",
+        among=(AUTO, "live", "studio"),
+    )
     @tuning_options
     @click.argument("more", nargs=-1, metavar="")
     def write(
-        presets: tuple[str, ...], output: Path | None, install: bool, system: str | None, more: tuple[str, ...],
-        **options: Any,
+        presets: tuple[str, ...], output: Path | None, install: bool, system: str | None, quality: str,
+        more: tuple[str, ...], **options: Any,
     ) -> None:  # fmt: skip
         if install and (output is not None or system is not None):
             raise click.UsageError(
                 f"--install and {'-o' if output is not None else '--system'}: allowed is one of them"
             )
-        _write_plugin(kind, basses_of(presets, more, loader(options)), output, install, system)
+        _write_plugin(kind, basses_of(presets, more, loader(options)), output, install, system, quality)
 
     return write
 
@@ -102,7 +109,7 @@ for format_ in BUNDLES:
 
 
 def _write_plugin(
-    kind: str, basses: dict[str, Instrument], output: Path | None, install: bool, wanted: str | None
+    kind: str, basses: dict[str, Instrument], output: Path | None, install: bool, wanted: str | None, quality: str
 ) -> None:
     from livebass.files import checked_directory
     from livebass.plugin import build
@@ -117,12 +124,25 @@ def _write_plugin(
     have_kernels()
     if not build.built(system):
         say(f"building the plugins for {system.name}, once (about {build.BUILD_TIME} s) ...")
-    plugin.write_bundle(basses, folder, system)
+    plugin.write_bundle(basses, folder, system, _qualities(basses, install, quality))
     size = sum(file.stat().st_size for file in folder.rglob("*") if file.is_file())
     several = "es" if len(basses) > 1 else ""
     say(f"{folder}: {len(basses)} bass{several}, {_megabytes(size)}, for {system.name}")
     copy = "" if install else f"copy it into {folder_of_plugins(system, kind)} and "
     say(f"{copy}let your host look for new plugins")
+
+
+def _qualities(basses: dict[str, Instrument], install: bool, quality: str) -> dict[str, str]:
+    """The qualities in which plugins begin, by name of a bass; says what it chose."""
+    if quality != AUTO or not install:
+        return dict.fromkeys(basses, quality)
+    from livebass.live.carried import best_qualities
+
+    found = best_qualities(basses, RATE_OF_HOSTS)
+    fine = [name for name, best in found.items() if best != "live"]
+    chosen = "live" if not fine else "studio" if len(fine) == len(found) else f"studio for {', '.join(fine)}, else live"
+    say(f"new tracks begin in the quality that this machine carries: {chosen}; --quality sets another")
+    return found
 
 
 def basses_of(

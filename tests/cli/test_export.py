@@ -78,12 +78,33 @@ def test_a_plugin_is_installed_where_hosts_look(run: Run, elsewhere: Path, kind:
     home = elsewhere / "home"
     folder = home / f".{kind}" / BUNDLES[kind]
     for preset in "slap", "fretless":  # the older one is replaced
-        status, out, err = run("export", kind, "--install", "-p", preset)
+        status, out, err = run("export", kind, "--install", "-p", preset, "--quality", "live")
         assert status == 0 and not out, err
         assert err.startswith(f"{folder}: 1 bass, ") and "copy" not in err and "let your host look" in err
         assert {Path(name).stem for name in contents(folder) if name.endswith(".lbass")} == {preset}
     assert list(elsewhere.iterdir()) == [home] and list(home.iterdir()) == [folder.parent]
     assert list(folder.parent.iterdir()) == [folder]
+
+
+def test_an_installed_plugin_begins_in_the_quality_that_is_carried(
+    run: Run, elsewhere: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(
+        "livebass.live.carried.best_qualities", lambda basses, rate: dict(zip(basses, found, strict=True))
+    )
+    listed = elsewhere / "home/.clap/livebass-clap/instruments.txt"
+    for found, says, lines in [
+        (("studio", "live"), "carries: studio for slap, else live", "slap studio\nmuted\n"),
+        (("live", "live"), "carries: live;", "slap\nmuted\n"),
+        (("studio", "studio"), "carries: studio;", "slap studio\nmuted studio\n"),
+    ]:
+        status, _, err = run("export", "clap", "--install", "-p", "slap", "muted")
+        assert status == 0 and says in err.splitlines()[0], err
+        assert listed.read_text() == lines
+    assert run("export", "clap", "-p", "slap")[0] == 0
+    assert (elsewhere / "livebass-clap/instruments.txt").read_text() == "slap\n", "not for this machine alone"
+    assert run("export", "clap", "-p", "slap", "-q", "studio")[0] == 0
+    assert (elsewhere / "livebass-clap/instruments.txt").read_text() == "slap studio\n"
 
 
 @pytest.mark.parametrize("system", ["linux", "macos", "windows"])
@@ -109,7 +130,7 @@ def test_a_place_that_cannot_be_written_is_one_line(run: Run, elsewhere: Path, p
     taken.parent.mkdir(parents=True, exist_ok=True)
     taken.touch()
     before = sorted(elsewhere.rglob("*"))
-    status, _, err = run("export", "lv2", "--install", "-p", "slap")
+    status, _, err = run("export", "lv2", "--install", "-p", "slap", "-q", "live")
     assert_one_clear_line(status, err, (1,))
     assert says in err and sorted(elsewhere.rglob("*")) == before
 

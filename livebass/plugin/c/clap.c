@@ -25,7 +25,7 @@ typedef struct {
     const clap_host_thread_pool *pool;
     int apart; /* has an output a string */
     int asked; /* on_main_thread() will be called */
-    int overload, bass; /* the host was told so last */
+    int overload, bass, quality; /* the host was told so last, or has said so */
     lb_instance instance;
 } clap;
 
@@ -62,7 +62,9 @@ static bool init(const clap_plugin *p) {
     c->log = c->host->get_extension(c->host, CLAP_LOG);
     c->pool = c->host->get_extension(c->host, CLAP_THREAD_POOL);
     if (c->pool) c->instance.pool = share;
-    return lb_open_instance(&c->instance, folder);
+    if (!lb_open_instance(&c->instance, folder)) return false;
+    c->quality = (int)lb_value(&c->instance, LB_QUALITY);
+    return true;
 }
 
 static void destroy(const clap_plugin *p) {
@@ -108,6 +110,7 @@ static void take(clap *c, const clap_event *e) {
         if (v->id >= LB_PARAMETERS) return;
         if (i->synth) lb_set_value_at(i, e->time, (int)v->id, v->value);
         else lb_set_value(i, (int)v->id, v->value);
+        if (v->id == LB_QUALITY) c->quality = (int)lb_value(i, LB_QUALITY);
     }
     if (!i->synth) return;
     const clap_note *note = (const clap_note *)e;
@@ -165,6 +168,9 @@ static void tell_changes(clap *c, const clap_out_events *out) {
     c->overload = overload;
     if (bass != c->bass) tell_value(out, LB_BASS, bass);
     c->bass = bass;
+    const int quality = (int)lb_value(&c->instance, LB_QUALITY); /* may follow the bass */
+    if (quality != c->quality) tell_value(out, LB_QUALITY, quality);
+    c->quality = quality;
 }
 
 static int32_t process(const clap_plugin *p, const clap_process *b) {
@@ -245,7 +251,7 @@ static bool param_info(const clap_plugin *p, uint32_t index, clap_param_info *in
     snprintf(info->name, sizeof info->name, "%s", known->name);
     info->least = known->least;
     info->most = lb_most(&of(p)->instance, (int)index);
-    info->usual = known->usual;
+    info->usual = lb_usual(&of(p)->instance, (int)index);
     return true;
 }
 
@@ -275,8 +281,9 @@ static void flush(const clap_plugin *p, const clap_in_events *in, const clap_out
     (void)out; /* not while process() runs */
     for (uint32_t k = 0; k < in->size(in); k++) {
         const clap_param_value *v = (const clap_param_value *)in->get(in, k);
-        if (v->head.space == CLAP_CORE_EVENTS && v->head.type == CLAP_PARAM_VALUE && v->id < LB_PARAMETERS)
-            lb_set_value(&of(p)->instance, (int)v->id, v->value);
+        if (v->head.space != CLAP_CORE_EVENTS || v->head.type != CLAP_PARAM_VALUE || v->id >= LB_PARAMETERS) continue;
+        lb_set_value(&of(p)->instance, (int)v->id, v->value);
+        if (v->id == LB_QUALITY) of(p)->quality = (int)lb_value(&of(p)->instance, LB_QUALITY);
     }
 }
 

@@ -19,7 +19,11 @@ double lb_value(const lb_instance *i, int parameter) {
 }
 
 static void keep(lb_instance *i, int parameter, double value) {
-    if (parameter == LB_BASS && value != lb_value(i, LB_BASS)) __atomic_store_n(&i->missing, 0, __ATOMIC_RELAXED);
+    if (parameter == LB_BASS && value != lb_value(i, LB_BASS)) {
+        const double before = lb_shelf_quality(i->shelf, (int)lb_value(i, LB_BASS));
+        __atomic_store_n(&i->missing, 0, __ATOMIC_RELAXED);
+        if (lb_value(i, LB_QUALITY) == before) keep(i, LB_QUALITY, lb_shelf_quality(i->shelf, (int)value));
+    }
     __atomic_store(&i->values[parameter], &value, __ATOMIC_RELAXED);
 }
 
@@ -29,9 +33,13 @@ double lb_most(const lb_instance *i, int parameter) {
     return last > 0 ? last : 1; /* a host may divide by the range */
 }
 
+double lb_usual(const lb_instance *i, int parameter) {
+    return parameter == LB_QUALITY ? lb_shelf_quality(i->shelf, 0) : lb_parameters[parameter].usual;
+}
+
 double lb_allowed(const lb_instance *i, int parameter, double value) {
     const lb_parameter *p = &lb_parameters[parameter];
-    if (!(value == value)) value = p->usual;
+    if (!(value == value)) value = lb_usual(i, parameter);
     value = fmin(fmax(value, p->least), lb_most(i, parameter));
     return p->whole ? rint(value) : value;
 }
@@ -113,7 +121,7 @@ int lb_open_instance(lb_instance *i, const char *folder) {
     i->kernels = lb_best_kernels();
     forget_notes(i);
     i->shelf = lb_open_shelf(folder);
-    for (int k = 0; k < LB_PARAMETERS; k++) i->values[k] = lb_parameters[k].usual;
+    for (int k = 0; i->shelf && k < LB_PARAMETERS; k++) i->values[k] = lb_usual(i, k);
     if (i->shelf && lb_shelf_count(i->shelf)) return 1;
     snprintf(line, sizeof line, "%.1400s: there is no instrument here, nor in the user's directory", folder);
     i->complain(i->owner, line);
@@ -408,10 +416,10 @@ int lb_load_state(lb_instance *i, const void *bytes, size_t count) {
     }
     const int64_t seed = s->seed;
     __atomic_store_n(&i->seed, seed, __ATOMIC_RELAXED);
+    if (!missing) lb_set_value(i, LB_BASS, number); /* the quality may follow: the state has its own */
     for (int k = 0; k < LB_PARAMETERS; k++)
         if (k != LB_BASS) lb_set_value(i, k, k < s->count ? s->values[k] : lb_parameters[k].usual);
     if (missing) memcpy(i->missing_name, s->bass, sizeof i->missing_name);
-    else lb_set_value(i, LB_BASS, number);
     __atomic_store_n(&i->missing, missing, __ATOMIC_RELAXED);
     return 1;
 }

@@ -55,7 +55,10 @@ double lb_value(const lb_instance *, int parameter);
 /* The value as the parameter allows it: within its bounds, whole where it is. NaN gives the usual one. */
 double lb_allowed(const lb_instance *, int parameter, double value);
 double lb_most(const lb_instance *, int parameter);
-/* Sets a value that the next block begins with. [any thread] */
+/* What a new instance has: the quality is that of the first bass, as the list of instruments says. */
+double lb_usual(const lb_instance *, int parameter);
+/* Sets a value that the next block begins with. With another bass the quality becomes what the list of instruments says
+   of that one, if it was what the list says of the one before. [any thread] */
 void lb_set_value(lb_instance *, int parameter, double value);
 /* Sets a value from the frame `offset` of the next block on. [audio thread] */
 void lb_set_value_at(lb_instance *, int64_t offset, int parameter, double value);

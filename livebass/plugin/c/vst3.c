@@ -52,7 +52,7 @@ typedef struct {
     int apart; /* has an output a string */
     int stereo;
     double shown[LB_PARAMETERS], controllers[VST3_CONTROLLERS], own[OWN]; /* what the host's controls say */
-    int overload; /* the host was told so last */
+    int overload, quality; /* the host was told so last, or has said so */
     lb_instance instance;
     change changes[CHANGES];
     int change_count;
@@ -220,6 +220,7 @@ static int is_own(uint32_t id) { return id >= CHANNELS && id < CHANNELS + OWN; }
 
 static void show_all(vst3 *v) {
     for (int k = 0; k < LB_PARAMETERS; k++) v->shown[k] = lb_value(&v->instance, k);
+    v->quality = (int)v->shown[LB_QUALITY];
 }
 
 /* --- the object --- */
@@ -558,7 +559,10 @@ static void tell(vst3 *v, const change *c) {
         const int own = (int)(c->id - CHANNELS);
         tell_controller(v, at, own / WAYS, controller_of(own % WAYS), c->value);
     }
-    else if (c->kind == CHANGE) lb_set_value_at(i, at, (int)c->id, plain(v, c->id, c->value));
+    else if (c->kind == CHANGE) {
+        lb_set_value_at(i, at, (int)c->id, plain(v, c->id, c->value));
+        if (c->id == LB_QUALITY) v->quality = (int)lb_value(i, LB_QUALITY);
+    }
     else if (c->kind == VST3_NOTE_ON) {
         lb_start_note(i, at, e->on.channel, e->on.key, e->on.velocity, e->on.id);
         if (e->on.tuning != 0) lb_express_bend(i, at, e->on.key, e->on.id, e->on.tuning / 100);
@@ -569,14 +573,12 @@ static void tell(vst3 *v, const change *c) {
         express(v, at, e->expression.type, -1, e->expression.id, e->expression.value);
 }
 
-/* Tells the host how many strings are relieved, if that has changed. */
-static void tell_overload(vst3 *v, const vst3_process_data *d) {
-    const uint32_t id = OVERLOAD;
+/* Tells the host of a parameter that has changed by itself, if it has: it was told `last`. */
+static void tell_change(const vst3_process_data *d, uint32_t id, int now, double most, int *last) {
     int32_t index;
-    const int now = lb_overload(v->instance.synth);
-    if (now == v->overload || !d->output_changes) return;
+    if (now == *last || !d->output_changes) return;
     vst3_queue **q = (*d->output_changes)->add(d->output_changes, &id, &index);
-    if (q && (*q)->add(q, 0, (double)now / LB_STRINGS, &index) == VST3_OK) v->overload = now;
+    if (q && (*q)->add(q, 0, now / most, &index) == VST3_OK) *last = now;
 }
 
 static vst3_result process(void *self, vst3_process_data *d) {
@@ -598,7 +600,8 @@ static vst3_result process(void *self, vst3_process_data *d) {
     }
     if (d->frames <= 0) return VST3_OK; /* the host wanted to tell parameters */
     lb_play_block(i, v->apart, outs, d->frames);
-    tell_overload(v, d);
+    tell_change(d, OVERLOAD, lb_overload(i->synth), LB_STRINGS, &v->overload);
+    tell_change(d, LB_QUALITY, (int)lb_value(i, LB_QUALITY), 1, &v->quality); /* it may follow the bass */
     for (int32_t k = 0; k < d->output_count && k < LB_STRINGS; k++) {
         int32_t j = 0;
         while (outs[k] && j < d->frames && outs[k][j] == 0) j++;
@@ -687,7 +690,7 @@ static vst3_result parameter_info(void *self, int32_t index, vst3_parameter *p) 
     p->unit = index == LB_BASS ? VST3_ROOT_UNIT : group_of(known->group); /* the root has the list of programs */
     to_wide(p->title, known->name);
     to_wide(p->unit_name, known->unit);
-    p->usual = normal(v, p->id, known->usual);
+    p->usual = normal(v, p->id, lb_usual(&v->instance, index));
     /* A value between 0 and 1 is another bass on a longer shelf; sessions name it. The rest must be automatable to be seen:
        Ardour hides what is not, but for programs. */
     p->flags = index == LB_BASS || index == LB_CORES ? 0 : VST3_CAN_AUTOMATE;
@@ -736,7 +739,9 @@ static vst3_result set_value(void *self, uint32_t id, double x) {
     if (is_own(id)) v->own[id - CHANNELS] = x;
     if (id >= LB_PARAMETERS) return is_controller(id) || is_own(id) || id == OVERLOAD ? VST3_OK : VST3_INVALID;
     v->shown[id] = plain(v, id, x);
-    if (!v->instance.synth) lb_set_value(&v->instance, (int)id, v->shown[id]); /* while it plays, process() is told */
+    if (v->instance.synth) return VST3_OK; /* process() is told */
+    lb_set_value(&v->instance, (int)id, v->shown[id]);
+    v->quality = (int)(v->shown[LB_QUALITY] = lb_value(&v->instance, LB_QUALITY)); /* it may follow the bass */
     return VST3_OK;
 }
 
