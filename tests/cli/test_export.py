@@ -89,15 +89,14 @@ def test_a_plugin_is_installed_where_hosts_look(run: Run, elsewhere: Path, kind:
 def test_an_installed_plugin_begins_in_the_quality_that_is_carried(
     run: Run, elsewhere: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(
-        "livebass.live.carried.best_qualities", lambda basses, rate: dict(zip(basses, found, strict=True))
-    )
     listed = elsewhere / "home/.clap/livebass-clap/instruments.txt"
     for found, says, lines in [
         (("studio", "live"), "carries: studio for slap, else live", "slap studio\nmuted\n"),
         (("live", "live"), "carries: live;", "slap\nmuted\n"),
         (("studio", "studio"), "carries: studio;", "slap studio\nmuted studio\n"),
     ]:
+        best = dict(zip(("slap", "muted"), found, strict=True))
+        monkeypatch.setattr("livebass.live.carried.best_qualities", lambda basses, rate, best=best: best)
         status, _, err = run("export", "clap", "--install", "-p", "slap", "muted")
         assert status == 0 and says in err.splitlines()[0], err
         assert listed.read_text() == lines
