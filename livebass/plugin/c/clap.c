@@ -119,7 +119,7 @@ static void take(clap *c, const clap_event *e) {
         lb_start_note(i, e->time, note->channel, note->key, note->velocity, note->note_id);
     else if (e->type == CLAP_NOTE_OFF) lb_stop_note(i, e->time, note->key, note->velocity, note->note_id);
     else if (e->type == CLAP_NOTE_CHOKE) lb_choke_note(i, e->time, note->key, note->note_id);
-    else if (e->type == CLAP_MIDI) lb_send(i->synth, e->time, ((const clap_midi *)e)->data, 3);
+    else if (e->type == CLAP_MIDI) lb_take_midi(i, e->time, ((const clap_midi *)e)->data, 3);
     if (e->type != CLAP_NOTE_EXPRESSION) return;
     if (x->expression == CLAP_TUNING) lb_express_bend(i, e->time, x->key, x->note_id, x->value);
     else if (x->expression == CLAP_VIBRATO || x->expression == CLAP_PRESSURE)
@@ -164,6 +164,8 @@ static void tell_value(const clap_out_events *out, uint32_t id, double value) {
 
 static void tell_changes(clap *c, const clap_out_events *out) {
     const int overload = lb_overload(c->instance.synth), bass = (int)lb_value(&c->instance, LB_BASS);
+    for (int moved; (moved = lb_next_moved(&c->instance)) >= 0;)
+        tell_value(out, (uint32_t)moved, lb_value(&c->instance, moved));
     if (overload != c->overload) tell_value(out, OVERLOAD, overload);
     c->overload = overload;
     if (bass != c->bass) tell_value(out, LB_BASS, bass);
@@ -340,9 +342,9 @@ static bool remote_page(const clap_plugin *p, uint32_t index, clap_remote_page *
 
 static bool save(const clap_plugin *p, const clap_out_stream *to) {
     lb_state state;
-    lb_save_state(&of(p)->instance, &state);
-    for (size_t done = 0; done < sizeof state;) {
-        const int64_t written = to->write(to, (const char *)&state + done, sizeof state - done);
+    const size_t count = lb_save_state(&of(p)->instance, &state);
+    for (size_t done = 0; done < count;) {
+        const int64_t written = to->write(to, (const char *)&state + done, count - done);
         if (written <= 0) return false;
         done += (size_t)written;
     }

@@ -8,7 +8,7 @@
 #include <string.h>
 
 #define MAGIC "LBSTATE\n"
-enum { VERSION = 1, LINE = 1600 };
+enum { VERSION = 1, WITH_LEARNED = 2, LINE = 1600 };
 
 /* --- values --- */
 
@@ -371,7 +371,7 @@ static uint64_t checksum(const lb_instance *i, const lb_state *s, size_t count) 
     return i->kernels->checksum((int64_t)(intptr_t)s, (int64_t)(count / 8));
 }
 
-void lb_save_state(const lb_instance *i, lb_state *s) {
+size_t lb_save_state(const lb_instance *i, lb_state *s) {
     memset(s, 0, sizeof *s);
     memcpy(s->magic, MAGIC, sizeof s->magic);
     s->version = VERSION;
@@ -382,7 +382,12 @@ void lb_save_state(const lb_instance *i, lb_state *s) {
     const char *name = lb_shelf_name(i->shelf, number < lb_shelf_count(i->shelf) ? number : 0);
     if (__atomic_load_n(&i->missing, __ATOMIC_RELAXED)) name = i->missing_name;
     snprintf(s->bass, sizeof s->bass, "%s", name);
-    s->checksum = checksum(i, s, offsetof(lb_state, checksum));
+    const int learned = lb_write_learned(i, s->rest);
+    if (learned) s->version = WITH_LEARNED;
+    const size_t count = offsetof(lb_state, rest) + (learned ? LB_CONTROLLERS : 0);
+    const uint64_t sum = checksum(i, s, count);
+    memcpy((char *)s + count, &sum, sizeof sum);
+    return count + sizeof sum;
 }
 
 /* Why a state is none; 0 if it is one. */
@@ -392,8 +397,10 @@ static const char *fault(const lb_instance *i, const lb_state *s, size_t count) 
     static const char *const damaged = "the session's state is damaged";
     if (count < head || memcmp(s->magic, MAGIC, sizeof s->magic))
         return "the session's state is not one of this plugin";
-    if (s->version != VERSION) return "the session's state was written by another version of the plugin";
-    if (s->count < 1 || s->count > 1000 || count != head + 8 * ((size_t)s->count + 1)) return damaged;
+    if (s->version != VERSION && s->version != WITH_LEARNED)
+        return "the session's state was written by another version of the plugin";
+    const size_t learned = s->version == WITH_LEARNED ? LB_CONTROLLERS : 0;
+    if (s->count < 1 || s->count > 1000 || count != head + 8 * ((size_t)s->count + 1) + learned) return damaged;
     memcpy(&sum, (const char *)s + count - 8, 8);
     if (sum != checksum(i, s, count - 8) || !memchr(s->bass, 0, sizeof s->bass)) return damaged;
     for (int k = 0; k < LB_PARAMETERS && k < s->count; k++)
@@ -419,6 +426,7 @@ int lb_load_state(lb_instance *i, const void *bytes, size_t count) {
     if (!missing) lb_set_value(i, LB_BASS, number); /* the quality may follow: the state has its own */
     for (int k = 0; k < LB_PARAMETERS; k++)
         if (k != LB_BASS) lb_set_value(i, k, k < s->count ? s->values[k] : lb_parameters[k].usual);
+    lb_read_learned(i, s->version == WITH_LEARNED ? (const uint8_t *)bytes + count - 8 - LB_CONTROLLERS : 0);
     if (missing) memcpy(i->missing_name, s->bass, sizeof i->missing_name);
     __atomic_store_n(&i->missing, missing, __ATOMIC_RELAXED);
     return 1;

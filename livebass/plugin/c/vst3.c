@@ -374,8 +374,8 @@ static vst3_result get_state(void *self, vst3_stream **to) {
     lb_state state;
     int32_t written = 0;
     if (!v->instance.shelf) return VST3_NO;
-    lb_save_state(&v->instance, &state);
-    return (*to)->write(to, &state, sizeof state, &written);
+    const size_t count = lb_save_state(&v->instance, &state);
+    return (*to)->write(to, &state, (int32_t)count, &written);
 }
 
 /* --- processor --- */
@@ -512,10 +512,10 @@ static void sort(vst3 *v) {
 
 static void tell_controller(vst3 *v, int64_t offset, int channel, uint32_t number, double value) {
     const int wheel = (int)lrint(fmin(fmax(value, 0), 1) * 16383), seven = (int)lrint(fmin(fmax(value, 0), 1) * 127);
-    lb_synth *s = v->instance.synth;
-    if (number == VST3_BEND) lb_send(s, offset, (const uint8_t[]){(uint8_t)(0xE0 | channel), wheel & 127, (uint8_t)(wheel >> 7)}, 3);
-    else if (number == VST3_PRESSURE) lb_send(s, offset, (const uint8_t[]){(uint8_t)(0xD0 | channel), (uint8_t)seven}, 2);
-    else lb_send(s, offset, (const uint8_t[]){(uint8_t)(0xB0 | channel), (uint8_t)number, (uint8_t)seven}, 3);
+    lb_instance *i = &v->instance;
+    if (number == VST3_BEND) lb_take_midi(i, offset, (const uint8_t[]){(uint8_t)(0xE0 | channel), wheel & 127, (uint8_t)(wheel >> 7)}, 3);
+    else if (number == VST3_PRESSURE) lb_take_midi(i, offset, (const uint8_t[]){(uint8_t)(0xD0 | channel), (uint8_t)seven}, 2);
+    else lb_take_midi(i, offset, (const uint8_t[]){(uint8_t)(0xB0 | channel), (uint8_t)number, (uint8_t)seven}, 3);
 }
 
 /* The controller that a way of a channel's own is. */
@@ -573,12 +573,20 @@ static void tell(vst3 *v, const change *c) {
         express(v, at, e->expression.type, -1, e->expression.id, e->expression.value);
 }
 
-/* Tells the host of a parameter that has changed by itself, if it has: it was told `last`. */
-static void tell_change(const vst3_process_data *d, uint32_t id, int now, double most, int *last) {
+/* Tells the host a value, 0 to 1, of a parameter that has changed by itself; returns 0 if it does not hear it. */
+static int tell_value(const vst3_process_data *d, uint32_t id, double value) {
     int32_t index;
-    if (now == *last || !d->output_changes) return;
-    vst3_queue **q = (*d->output_changes)->add(d->output_changes, &id, &index);
-    if (q && (*q)->add(q, 0, now / most, &index) == VST3_OK) *last = now;
+    vst3_queue **q = d->output_changes ? (*d->output_changes)->add(d->output_changes, &id, &index) : 0;
+    return q && (*q)->add(q, 0, value, &index) == VST3_OK;
+}
+
+static void tell_changes(vst3 *v, const vst3_process_data *d) {
+    const lb_instance *i = &v->instance;
+    const int overload = lb_overload(i->synth), quality = (int)lb_value(i, LB_QUALITY); /* it may follow the bass */
+    for (int moved; (moved = lb_next_moved(&v->instance)) >= 0;)
+        tell_value(d, (uint32_t)moved, normal(v, (uint32_t)moved, lb_value(i, moved)));
+    if (overload != v->overload && tell_value(d, OVERLOAD, (double)overload / LB_STRINGS)) v->overload = overload;
+    if (quality != v->quality && tell_value(d, LB_QUALITY, quality)) v->quality = quality;
 }
 
 static vst3_result process(void *self, vst3_process_data *d) {
@@ -600,8 +608,7 @@ static vst3_result process(void *self, vst3_process_data *d) {
     }
     if (d->frames <= 0) return VST3_OK; /* the host wanted to tell parameters */
     lb_play_block(i, v->apart, outs, d->frames);
-    tell_change(d, OVERLOAD, lb_overload(i->synth), LB_STRINGS, &v->overload);
-    tell_change(d, LB_QUALITY, (int)lb_value(i, LB_QUALITY), 1, &v->quality); /* it may follow the bass */
+    tell_changes(v, d);
     for (int32_t k = 0; k < d->output_count && k < LB_STRINGS; k++) {
         int32_t j = 0;
         while (outs[k] && j < d->frames && outs[k][j] == 0) j++;
