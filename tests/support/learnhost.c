@@ -57,6 +57,14 @@ int main(int count, char **words) {
     CHECK(lb_open_instance(&other, words[1]) && lb_load_state(&other, &state, size));
     CHECK(lb_learned_by(&other, 21) == LB_DRIVE && lb_learned_by(&other, 20) == -1);
     CHECK(!lb_load_state(&other, &state, size - 8));
+    CHECK(lb_learn(i, LB_GAIN));
+    turn(i, 23, 127);
+    CHECK(lb_value(i, LB_GAIN) == 0);
+    CHECK(lb_learn(i, LB_TECHNIQUE));
+    turn(i, 24, 64); /* the third of four */
+    CHECK(lb_value(i, LB_TECHNIQUE) == 2);
+    lb_forget(i, LB_GAIN);
+    lb_forget(i, LB_TECHNIQUE);
     lb_forget(i, LB_DRIVE);
     CHECK(lb_learned_by(i, 21) == -1 && lb_save_state(i, &state) < size);
     lb_close_instance(i);

@@ -1,9 +1,10 @@
 /* MIDI learn: controllers that move parameters of an instance, in place of what the key map has them do. */
 #include "instance.h"
 
+#include <math.h>
 #include <string.h>
 
-enum { CONTROLLER = 0xB0, MIDDLE = 64, MOST = 127 };
+enum { CONTROLLER = 0xB0, MIDDLE = 64, MOST = 127, VOLUME_LAW = 40 /* dB for ten times as much */ };
 _Static_assert(LB_PARAMETERS <= 64, "a bit each of `moved`");
 static const uint8_t reserved[] = {LB_RESERVED}; /* controllers that come in sequences: no knob's */
 
@@ -28,9 +29,12 @@ int lb_learned_by(const lb_instance *i, int controller) {
     return __atomic_load_n(&i->learned.of[controller], __ATOMIC_RELAXED) - 1;
 }
 
-/* What a controller's value stands for: its middle is 0 where a parameter has both signs. */
+/* What a controller's value stands for, as those that the kernels learn (value_at of kernels/player/parameters.py): the
+   gain of a volume controller, names in equal parts, the middle as 0 where a parameter has both signs. */
 static double value_of(const lb_instance *i, int parameter, int seven) {
     const double least = lb_parameters[parameter].least, most = lb_most(i, parameter);
+    if (parameter == LB_GAIN) return seven ? fmax(VOLUME_LAW * log10((double)seven / MOST), least) : least;
+    if (lb_parameters[parameter].points) return least + seven * (int)(most - least + 1) / (MOST + 1);
     if (least >= 0) return least + (most - least) * seven / MOST;
     return seven <= MIDDLE ? least * (MIDDLE - seven) / MIDDLE : most * (seven - MIDDLE) / (MOST - MIDDLE);
 }
