@@ -76,6 +76,7 @@ static void add_real_value(const lb_instance *i, int parameter, double value, ch
 void lb_value_to_text(const lb_instance *i, int parameter, double value, char *text, size_t room) {
     const lb_parameter *p = &lb_parameters[parameter];
     value = lb_allowed(i, parameter, value);
+    if (!p->whole) value = rint(100 * value) / 100 + 0.0; /* as its text is read back: that has the same text again */
     if (parameter == LB_BASS) {
         const int number = (int)value < lb_shelf_count(i->shelf) ? (int)value : 0;
         snprintf(text, room, "%s", lb_shelf_title(i->shelf, number));
