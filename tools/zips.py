@@ -86,7 +86,8 @@ def readme(system: System) -> str:
     places = ", ".join(
         f"{kind.upper()}/{BUNDLES[kind]} into {folder_of_plugins(system, kind)}" for kind in ("vst3", "clap", "lv2")
     )
-    allowed = " Then run, in a terminal: xattr -dr com.apple.quarantine on the copies." if is_macos(system) else ""
+    allow = "Then run, in a terminal: xattr -dr com.apple.quarantine ~/Library/Audio/Plug-Ins."
+    allowed = f" {allow}" if is_macos(system) else ""
     return (
         f"Unpack, and copy what your host plays, one or all: {places}.{allowed}\n"
         "Load: have your host look for new plugins, and put livebass on a track for instruments.\n"
