@@ -1,8 +1,9 @@
-"""Builds wheels that hold what is compiled for a system, for all systems on one machine; `tools/wheel` runs it.
+"""Builds wheels and zip archives that hold what is compiled for a system, for all on one machine; for `tools/wheel`.
 
 The kernels become raw IR once for each kind of processor, and machine code once for each level of it, system and use
 (emitter.py). ziglang links for Linux, macOS and Windows alike: a shared library of kernels for each level, and the
 binary of the plugins with all levels (plugin/build.py). The module of the page is the same for all (web/build.py).
+Archives, for those without Python, hold the same plugins and page (zips.py).
 """
 
 from __future__ import annotations
@@ -16,10 +17,16 @@ import zipfile
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+import zips
+
+from livebass.cli.export import names_of
 from livebass.compiling import store
 from livebass.plugin import build as plugins
+from livebass.plugin.bundle import instrument_files
 from livebass.plugin.systems import SYSTEMS, System
+from livebass.preset.load import load_preset
 from livebass.web import build as pages
+from livebass.web.export import page_files, single_page
 
 ROOT = Path(__file__).parents[1]
 
@@ -38,8 +45,8 @@ def library(objects: Path, system: System, level: str, out: Path) -> None:
     made.write_bytes(store.sealed(made.read_bytes()))
 
 
-def build(system: System, objects: Path, page: bytes, out: Path) -> Path:
-    """Builds the wheel of a system, with the module `page`, from a copy of the sources; returns its file."""
+def build(system: System, objects: Path, binary: bytes, page: bytes, out: Path) -> Path:
+    """Builds the wheel of a system, with the plugins' `binary` and the module `page`; returns its file."""
     with tempfile.TemporaryDirectory() as folder:
         tree = Path(folder)
         for name in ("livebass", "presets"):
@@ -50,7 +57,6 @@ def build(system: System, objects: Path, page: bytes, out: Path) -> Path:
         built.mkdir()
         for level in system.levels:
             library(objects, system, level, built)
-        binary = plugins.link(objects, system, plugins.zig(system))
         (built / plugins.name_of(system)).write_bytes(store.sealed(binary))
         (built / pages.BUILT.name).write_bytes(store.sealed(page))
         with (tree / "pyproject.toml").open("a") as project:
@@ -86,15 +92,23 @@ def main() -> None:
     if unknown:
         parser.error(f"system {unknown[0]}: allowed are {', '.join(SYSTEMS)}")
     systems = [SYSTEMS[name] for name in given.systems or SYSTEMS]
+    binaries = {}
     with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(1) as beside:
         page = beside.submit(pages.module)  # compiled in a process of its own
         plugins.emit(Path(folder), systems, (plugins.LIBRARY, plugins.PLUGIN))
         for system in systems:
-            wheel = build(system, Path(folder), page.result(), given.output)
+            binary = binaries[system.name] = plugins.link(Path(folder), system, plugins.zig(system))
+            wheel = build(system, Path(folder), binary, page.result(), given.output)
             print(f"{wheel} ({_size(wheel.stat().st_size)})")
             for file in zipfile.ZipFile(wheel).infolist():
                 if file.filename.startswith("livebass/built/"):
                     print(f"    {Path(file.filename).name} ({_size(file.file_size)})")
+    basses = {name: load_preset(name) for name in names_of((), ())}
+    files, html = instrument_files(basses), single_page(page_files(basses, "live"))
+    for name, of in zips.archives(binaries).items():
+        made = given.output / f"{zips.title(name)}.zip"
+        made.write_bytes(zips.archive(name, of, basses, files, html))
+        print(f"{made} ({_size(made.stat().st_size)})")
 
 
 def _size(size: int) -> str:

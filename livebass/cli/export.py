@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
@@ -17,13 +16,14 @@ from livebass.cli.render import DEFAULT_PRESET, have_kernels, rendered_quality, 
 from livebass.cli.said import say
 from livebass.cli.tuning import given_tuning, tuning_of_options, tuning_options
 from livebass.cli.values import RATE, Number, Quantity
-from livebass.model.quality import QUALITIES
+from livebass.model.quality import AUTO, QUALITIES
 
 if TYPE_CHECKING:
     from livebass.model.instrument import Instrument
     from livebass.web.bench import Source
 
 LENGTH = (0.1, 60.0)  # s
+RATE_OF_HOSTS = 48000  # Hz, at which this machine is measured
 BUNDLES = {"lv2": "livebass.lv2", "clap": "livebass-clap", "vst3": "livebass.vst3"}  # folders of plugins, by format
 presets_option = preset_option(
     "A bass: a name from `livebass presets list`, or your own file; repeat it for several.  [default: all]",
@@ -60,16 +60,17 @@ def plugin_command(kind: str) -> click.Command:
         help=f"""
         Write a plugin that plays presets in hosts of {kind.upper()}, without Python.
 
-        The plugin is a folder, {BUNDLES[kind]}: copy it to where your host looks for plugins; the command ends by
-        saying where that is. It appears when it is complete; an interrupted export leaves nothing behind.
+        The plugin is a folder, {BUNDLES[kind]}. With --install it goes where hosts look for your plugins; else copy
+        it there yourself: the command ends by saying where that is. It appears when it is complete; an interrupted
+        export leaves nothing behind. To uninstall it, delete the folder.
 
         From a release wheel this takes a second or two. From a checkout the plugin is built first, once, in about a
         minute, by numba and a C compiler or the extra `export`.
 
         \b
         Examples:
-          livebass export {kind}
-          livebass export {kind} -p slap -p ./mine.toml -o ~/.{kind}
+          livebass export {kind} --install
+          livebass export {kind} --install -p slap -p ./mine.toml
           livebass export {kind} --system windows-x86_64 -o for-windows
         """,
     )
@@ -79,15 +80,26 @@ def plugin_command(kind: str) -> click.Command:
     @folder_option(
         f"The folder in which to write {BUNDLES[kind]}; made if missing. An older one is replaced.  "
         "[default: the current directory]",
-        default=Path(),
     )
+    @click.option("--install", is_flag=True, help="Write it where hosts on this system look for your plugins.")
     @click.option("--system", cls=SystemOption, metavar="NAME")
+    @quality_option(
+        AUTO,
+        "In which quality a new track begins; auto: with --install studio for basses that this machine carries so, "
+        "else live.",
+        among=(AUTO, "live", "studio"),
+    )
     @tuning_options
     @click.argument("more", nargs=-1, metavar="")
     def write(
-        presets: tuple[str, ...], output: Path, system: str | None, more: tuple[str, ...], **options: Any
-    ) -> None:
-        _write_plugin(kind, basses_of(presets, more, loader(options)), output, system)
+        presets: tuple[str, ...], output: Path | None, install: bool, system: str | None, quality: str,
+        more: tuple[str, ...], **options: Any,
+    ) -> None:  # fmt: skip
+        if install and (output is not None or system is not None):
+            raise click.UsageError(
+                f"--install and {'-o' if output is not None else '--system'}: allowed is one of them"
+            )
+        _write_plugin(kind, basses_of(presets, more, loader(options)), output, install, system, quality)
 
     return write
 
@@ -96,25 +108,41 @@ for format_ in BUNDLES:
     export.add_command(plugin_command(format_))
 
 
-def _write_plugin(kind: str, basses: dict[str, Instrument], output: Path, wanted: str | None) -> None:
+def _write_plugin(
+    kind: str, basses: dict[str, Instrument], output: Path | None, install: bool, wanted: str | None, quality: str
+) -> None:
     from livebass.files import checked_directory
     from livebass.plugin import build
-    from livebass.plugin.systems import SYSTEMS, folder_of_plugins, this_system
+    from livebass.plugin.systems import SYSTEMS, folder_of_plugins, own_folder_of_plugins, this_system
 
     if wanted is not None and wanted not in SYSTEMS:
         raise click.UsageError(f"--system {wanted}: allowed are {', '.join(SYSTEMS)}")
     system = SYSTEMS[wanted] if wanted else this_system()
     plugin: Any = import_module(f"livebass.plugin.{kind}")
-    folder = output / BUNDLES[kind]
+    folder = (own_folder_of_plugins(kind) if install else output or Path()) / BUNDLES[kind]
     checked_directory(folder, plugin.is_bundle)  # now, not after a minute of work
     have_kernels()
     if not build.built(system):
         say(f"building the plugins for {system.name}, once (about {build.BUILD_TIME} s) ...")
-    plugin.write_bundle(basses, folder, system)
+    plugin.write_bundle(basses, folder, system, _qualities(basses, install, quality))
     size = sum(file.stat().st_size for file in folder.rglob("*") if file.is_file())
     several = "es" if len(basses) > 1 else ""
     say(f"{folder}: {len(basses)} bass{several}, {_megabytes(size)}, for {system.name}")
-    say(f"copy it into {folder_of_plugins(system, kind)} and let your host look for new plugins")
+    copy = "" if install else f"copy it into {folder_of_plugins(system, kind)} and "
+    say(f"{copy}let your host look for new plugins")
+
+
+def _qualities(basses: dict[str, Instrument], install: bool, quality: str) -> dict[str, str]:
+    """The qualities in which plugins begin, by name of a bass; says what it chose."""
+    if quality != AUTO or not install:
+        return dict.fromkeys(basses, quality)
+    from livebass.live.carried import best_qualities
+
+    found = best_qualities(basses, RATE_OF_HOSTS)
+    fine = [name for name, best in found.items() if best != "live"]
+    chosen = "live" if not fine else "studio" if len(fine) == len(found) else f"studio for {', '.join(fine)}, else live"
+    say(f"new tracks begin in the quality that this machine carries: {chosen}; --quality sets another")
+    return found
 
 
 def basses_of(
@@ -229,7 +257,7 @@ def instrument(preset: str, output: Path | None, **options: Any) -> None:
     from livebass.plugin import lv2
     from livebass.plugin.bundle import checked_name, own_instruments
     from livebass.plugin.instrument import ENDING, write_instrument
-    from livebass.plugin.systems import folder_of_plugins, this_system
+    from livebass.plugin.systems import own_folder_of_plugins
     from livebass.preset.load import preset_names
 
     if output is not None and output.suffix != ENDING:
@@ -248,8 +276,9 @@ def instrument(preset: str, output: Path | None, **options: Any) -> None:
     elif name in preset_names():
         where = f"a plugin that comes with a bass called {name} lists its own instead: give the file another name"
     say(f"{file}: {bass.name}; {where}")
-    folder = Path(os.path.expandvars(folder_of_plugins(this_system(), "lv2"))).expanduser()
-    if output is None and (folder / BUNDLES["lv2"]).is_dir():  # LV2 hosts know no basses but those of bundles
+    if (
+        output is None and ((folder := own_folder_of_plugins("lv2")) / BUNDLES["lv2"]).is_dir()
+    ):  # LV2 hosts know no basses but those of bundles
         lv2.write_preset(name, bass.name, folder / f"livebass-{name}.lv2")
         say(f"{folder / f'livebass-{name}.lv2'}: a preset with it, for the menus of LV2 hosts")
 

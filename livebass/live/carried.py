@@ -9,7 +9,8 @@ from __future__ import annotations
 import hashlib
 import platform
 import struct
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
 
@@ -25,6 +26,7 @@ BLOCK = 64  # frames
 RUNS = 4  # of which each block counts as the quickest: other programs hold blocks up ...
 FAR = 2 * MOST  # ... or one, if its worst block takes more than that
 SHARE = struct.Struct("<d")  # content of a file
+ENOUGH = 5.0  # s that measuring several basses may take: another one is not begun then
 
 
 def prepared(instrument: Instrument, quality: Quality | None, rate: int) -> LiveBass:
@@ -38,17 +40,33 @@ def prepared(instrument: Instrument, quality: Quality | None, rate: int) -> Live
     return fine if kept_share(fine) <= MOST else LiveBass(instrument, QUALITIES[LIGHT], rate)
 
 
+def best_qualities(basses: Mapping[str, Instrument], rate: int, enough: float = ENOUGH) -> dict[str, str]:
+    """The qualities that this machine carries, by name: of the first basses, or known; `live` for all others."""
+    found, began = {}, time.monotonic()
+    for name, instrument in basses.items():
+        bass = LiveBass(instrument, QUALITIES[FINE], rate)
+        share = kept_share(bass) if time.monotonic() < began + enough else _known_share(bass)
+        found[name] = FINE if share is not None and share <= MOST else LIGHT
+    return found
+
+
 def kept_share(bass: LiveBass, measure: Callable[[LiveBass], float] | None = None) -> float:
     """Returns the part of its time that the worst block of `bass` takes here: as kept, or measured, and then kept."""
-    path = _file(bass)
-    data = store.whole(path) if path else None
-    if data is not None and len(data) == SHARE.size:
-        return float(SHARE.unpack(data)[0])
-    share = (measure or worst_share)(bass)
+    known = _known_share(bass)
+    if known is not None:
+        return known
+    path, share = _file(bass), (measure or worst_share)(bass)
     if path:
         with suppress(OSError):
             store.write(path, SHARE.pack(share))
     return share
+
+
+def _known_share(bass: LiveBass) -> float | None:
+    """Returns what `kept_share` has kept; None if it has to be measured."""
+    path = _file(bass)
+    data = store.whole(path) if path else None
+    return float(SHARE.unpack(data)[0]) if data is not None and len(data) == SHARE.size else None
 
 
 def worst_share(bass: LiveBass) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import plistlib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import platformdirs
@@ -17,20 +17,25 @@ from livebass.techniques import MOST_BASSES
 
 LONGEST_NAME = 63  # bytes of an instrument's short name, of c/core.c
 LIST = "instruments.txt"
+STUDIO = "studio"  # in the list, behind a name
+Qualities = Mapping[str, str]  # in which the plugins begin, by short name of a bass
+LIVE: Qualities = {}  # all in that
 RESOURCES = "Contents/Resources"  # of bundles of macOS and of VST3: the instruments
 
 
-def instrument_files(basses: dict[str, Instrument]) -> dict[str, bytes]:
+def instrument_files(basses: dict[str, Instrument], qualities: Qualities = LIVE) -> dict[str, bytes]:
     """The instrument files of `basses`, by short name, and the list of them, by the names of the files.
 
-    Raises ValueError for names or basses that do not fit.
+    The list says behind a name in which quality the plugins begin with that bass, if that is not `live`. Raises
+    ValueError for names or basses that do not fit.
     """
     if not 1 <= len(basses) <= MOST_BASSES:
         raise ValueError(f"{len(basses)} instruments: allowed are 1 to {MOST_BASSES}")
     for name in basses:
         checked_name(name)
     files = {f"{name}{ENDING}": instrument_file(bass) for name, bass in basses.items()}
-    return files | {LIST: "".join(f"{name}\n" for name in basses).encode()}
+    lines = [f"{name} {STUDIO}\n" if qualities.get(name) == STUDIO else f"{name}\n" for name in basses]
+    return files | {LIST: "".join(lines).encode()}
 
 
 def checked_name(name: str) -> str:

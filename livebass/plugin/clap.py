@@ -11,26 +11,41 @@ from pathlib import Path
 
 from livebass.model.instrument import Instrument
 from livebass.plugin.build import binary
-from livebass.plugin.bundle import RESOURCES, are_instruments, instrument_files, is_macos, macos_files, write_files
+from livebass.plugin.bundle import (
+    LIVE,
+    RESOURCES,
+    Qualities,
+    are_instruments,
+    instrument_files,
+    is_macos,
+    macos_files,
+    write_files,
+)
 from livebass.plugin.systems import System, this_system
 
 BINARY = "livebass.clap"
 IDENTIFIER = "org.livebass.clap"
 
 
-def write_bundle(basses: dict[str, Instrument], folder: Path, system: System | None = None) -> None:
+def write_bundle(
+    basses: dict[str, Instrument], folder: Path, system: System | None = None, qualities: Qualities = LIVE
+) -> None:
     """Writes a folder of `basses`, by short name; it appears complete, over an older one, or not at all.
 
-    `system`: the one that it is for, None: this one. Raises ValueError for names or basses that do not fit,
-    OutputError, BuildError.
+    `system`: the one that it is for, None: this one; `qualities`: those to begin in. Raises ValueError for names
+    or basses that do not fit, OutputError, BuildError.
     """
     system = system or this_system()
-    files, code = instrument_files(basses), binary(system)
+    write_files(folder, bundle_files(basses, instrument_files(basses, qualities), binary(system), system), is_bundle)
+
+
+def bundle_files(
+    basses: dict[str, Instrument], instruments: dict[str, bytes], code: bytes, system: System
+) -> dict[str, bytes]:
+    """The files of such a folder, by their places in it: those that `instrument_files` gives, and the binary `code`."""
     if is_macos(system):
-        files = {f"{BINARY}/{name}": data for name, data in macos_files(IDENTIFIER, code, files).items()}
-    else:
-        files[BINARY] = code
-    write_files(folder, files, is_bundle)
+        return {f"{BINARY}/{name}": data for name, data in macos_files(IDENTIFIER, code, instruments).items()}
+    return instruments | {BINARY: code}
 
 
 def is_bundle(entries: list[Path]) -> bool:

@@ -59,6 +59,8 @@ NUMBERS = {
     "LB_MOST_MESSAGES": live.MOST_MESSAGES,
     "LB_MOST_BASSES": techniques.MOST_BASSES,
     "LB_LEARNED": techniques.LEARNED,
+    "LB_RESERVED": ", ".join(map(str, techniques.RESERVED)),
+    "LB_CONTROLLERS": techniques.CHANNEL_MODES,
     "LB_PRIORITY": priority.PRIORITY,
     "LB_MOST_UNEVENNESS": parameters.MOST_UNEVENNESS,
     "LB_KIND_STRING_BEND": ring.STRING_BEND,

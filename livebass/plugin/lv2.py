@@ -11,7 +11,16 @@ from livebass.live.parameters import GROUPS, OUTPUTS, PARAMETERS, event
 from livebass.live.thread.look import LOOK
 from livebass.model.instrument import Instrument
 from livebass.plugin.build import binary
-from livebass.plugin.bundle import LIST, checked_name, distinct_titles, instrument_files, with_name, write_files
+from livebass.plugin.bundle import (
+    LIST,
+    LIVE,
+    Qualities,
+    checked_name,
+    distinct_titles,
+    instrument_files,
+    with_name,
+    write_files,
+)
 from livebass.plugin.instrument import ENDING
 from livebass.plugin.systems import SYSTEMS, System, this_system
 
@@ -75,8 +84,8 @@ WINDOW = f"""
 PLUGINS = {URI: ("Out",), STRINGS: OUTPUTS}  # the names of their outputs
 
 
-def controls(titles: Sequence[str]) -> list[str]:
-    """The control ports in Turtle, but for their index, where the basses of the bundle have these titles."""
+def controls(titles: Sequence[str], quality: int) -> list[str]:
+    """The control ports in Turtle, but for their index: the basses have these titles, `quality` is the first one's."""
     ports = []
     for p in PARAMETERS:
         names = tuple(titles) if p.symbol == "bass" else p.points
@@ -91,7 +100,8 @@ def controls(titles: Sequence[str]) -> list[str]:
             points = " , ".join(f"[ rdfs:label {quoted(name)} ; rdf:value {k} ]" for k, name in enumerate(names))
             more += f" ; lv2:scalePoint {points}"
         more += f" ; pg:group <{URI}#group-{p.group.lower()}>"
-        ports.append(_control(p.symbol, p.name, p.usual, p.least, p.most) + more)
+        usual = quality if p.symbol == "quality" else p.usual
+        ports.append(_control(p.symbol, p.name, usual, p.least, p.most) + more)
     toggled = " ; lv2:portProperty lv2:integer , lv2:toggled , pprops:notOnGUI ; lv2:designation lv2:freeWheeling"
     overload = _control("overload", "Overload", 0, 0, MOST_STRINGS).replace("InputPort", "OutputPort")
     return [
@@ -106,24 +116,39 @@ def _control(symbol: str, name: str, usual: float, least: float, most: float) ->
     return f'a lv2:InputPort , lv2:ControlPort ; lv2:symbol "{symbol}" ; lv2:name "{name}" ; {limits}'
 
 
-def write_bundle(basses: dict[str, Instrument], folder: Path, system: System | None = None) -> None:
+def write_bundle(
+    basses: dict[str, Instrument], folder: Path, system: System | None = None, qualities: Qualities = LIVE
+) -> None:
     """Writes a bundle of `basses`, by short name; the folder appears complete, over an older bundle, or not at all.
 
-    `system`: the one that it is for, None: this one. Raises ValueError for names or basses that do not fit,
-    OutputError, BuildError.
+    `system`: the one that it is for, None: this one; `qualities`: those to begin in. Raises ValueError for names
+    or basses that do not fit, OutputError, BuildError.
     """
     system = system or this_system()
+    write_files(folder, bundle_files(basses, instrument_files(basses, qualities), binary(system), system), is_bundle)
+
+
+def bundle_files(
+    basses: dict[str, Instrument], instruments: dict[str, bytes], code: bytes, system: System
+) -> dict[str, bytes]:
+    """The files of a bundle, as `clap.bundle_files` has them."""
     titles = distinct_titles(basses)
-    rows = [(uri, short, titles[k], k) for uri in PLUGINS for k, short in enumerate(basses)]
-    files = instrument_files(basses) | {
-        binary_name(system): binary(system),
+    qualities = [" " in line for line in instruments[LIST].decode().splitlines()]  # 1: studio
+    rows = [(uri, short, titles[k], k, qualities[k]) for uri in PLUGINS for k, short in enumerate(basses)]
+    return instruments | {
+        binary_name(system): code,
         TURTLE: (
-            HEAD + KEPT + MIDNAM + GROUPS_OF_PORTS + PROJECT + WINDOW + "".join(plugin(uri, titles) for uri in PLUGINS)
+            HEAD
+            + KEPT
+            + MIDNAM
+            + GROUPS_OF_PORTS
+            + PROJECT
+            + WINDOW
+            + "".join(plugin(uri, titles, qualities[0]) for uri in PLUGINS)
         ).encode(),
         PRESETS: (HEAD + "".join(preset(*row) for row in rows)).encode(),
         MANIFEST: (HEAD + manifest(list(basses), binary_name(system))).encode(),
     }
-    write_files(folder, files, is_bundle)
 
 
 def is_bundle(entries: list[Path]) -> bool:
@@ -143,8 +168,8 @@ def quoted(text: str) -> str:
     return '"' + text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", " ") + '"'
 
 
-def plugin(uri: str, titles: Sequence[str]) -> str:
-    """The description of a plugin whose bundle has basses of these titles."""
+def plugin(uri: str, titles: Sequence[str], quality: int) -> str:
+    """The description of a plugin whose bundle has basses of these titles; it begins in that quality."""
     strings = uri == STRINGS
     ports = [
         'a lv2:InputPort , atom:AtomPort ; lv2:symbol "midi" ; lv2:name "MIDI" ;'
@@ -154,7 +179,7 @@ def plugin(uri: str, titles: Sequence[str]) -> str:
             + f'lv2:symbol "{f"string_{k}" if strings else "out"}" ; lv2:name {quoted(name)}'
             for k, name in enumerate(PLUGINS[uri], 1)
         ),
-        *controls(titles),
+        *controls(titles, quality),
         'a lv2:OutputPort , atom:AtomPort ; lv2:symbol "look" ; lv2:name "Look" ; atom:bufferType atom:Sequence ;'
         f" rsz:minimumSize {LOOK.itemsize + ROOM} ; lv2:portProperty lv2:connectionOptional , pprops:notOnGUI",
     ]
@@ -172,13 +197,13 @@ def plugin(uri: str, titles: Sequence[str]) -> str:
 """
 
 
-def preset(uri: str, short: str, title: str, number: int | None = None) -> str:
+def preset(uri: str, short: str, title: str, number: int | None = None, quality: int = 0) -> str:
     """A preset: the bass called `short`, with every parameter as usual; `number` is its place in the bundle."""
-    values = {p.symbol: p.usual for p in PARAMETERS if p.symbol != "bass"}
+    values = {p.symbol: p.usual for p in PARAMETERS if p.symbol != "bass"} | {"quality": quality}
     if number is not None:
         values["bass"] = number
     ports = " , ".join(f'[ lv2:symbol "{symbol}" ; pset:value {value:g} ]' for symbol, value in values.items())
-    kept = f'<{URI}#bass> {quoted(short)} ; <{URI}#quality> "0"^^xsd:long'
+    kept = f'<{URI}#bass> {quoted(short)} ; <{URI}#quality> "{quality:d}"^^xsd:long'
     return f"""
 <{uri}#preset-{short}> a pset:Preset ; lv2:appliesTo <{uri}> ; rdfs:label {quoted(title)} ;
   lv2:port {ports} ;

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import platform
 import sys
 from dataclasses import dataclass
+from pathlib import Path
 
 from livebass.compiling import ARM, X86, emitter
 
@@ -71,3 +73,12 @@ def this_system() -> System:
 def folder_of_plugins(system: System, kind: str) -> str:
     """The folder of the user in which hosts on `system` look for plugins of a format, as one writes it there."""
     return FOLDERS[system.name.partition("-")[0]][kind]
+
+
+def own_folder_of_plugins(kind: str) -> Path:
+    """The folder of this user in which hosts on this system look for plugins of a format. Raises OSError."""
+    written = folder_of_plugins(this_system(), kind)
+    found = os.path.expanduser(os.path.expandvars(written))
+    if not os.path.isabs(found):
+        raise OSError(f"{written}: there is no such folder, as what it begins with is not set")
+    return Path(found)

@@ -10,7 +10,16 @@ from pathlib import Path
 
 from livebass.model.instrument import Instrument
 from livebass.plugin.build import binary
-from livebass.plugin.bundle import RESOURCES, are_instruments, instrument_files, is_macos, macos_files, write_files
+from livebass.plugin.bundle import (
+    LIVE,
+    RESOURCES,
+    Qualities,
+    are_instruments,
+    instrument_files,
+    is_macos,
+    macos_files,
+    write_files,
+)
 from livebass.plugin.systems import System, this_system
 
 IDENTIFIER = "org.livebass.vst3"
@@ -21,15 +30,21 @@ BINARIES = {  # within the bundle, by the name of the system; macOS has a bundle
 }
 
 
-def write_bundle(basses: dict[str, Instrument], folder: Path, system: System | None = None) -> None:
+def write_bundle(
+    basses: dict[str, Instrument], folder: Path, system: System | None = None, qualities: Qualities = LIVE
+) -> None:
     """Writes a bundle of `basses`, by short name, as `clap.write_bundle` does its folder."""
     system = system or this_system()
-    instruments, code = instrument_files(basses), binary(system)
+    write_files(folder, bundle_files(basses, instrument_files(basses, qualities), binary(system), system), is_bundle)
+
+
+def bundle_files(
+    basses: dict[str, Instrument], instruments: dict[str, bytes], code: bytes, system: System
+) -> dict[str, bytes]:
+    """The files of a bundle, as `clap.bundle_files` has them."""
     if is_macos(system):
-        files = macos_files(IDENTIFIER, code, instruments) | {"Contents/PkgInfo": b"BNDL????"}
-    else:
-        files = {f"{RESOURCES}/{name}": data for name, data in instruments.items()} | {BINARIES[system.name]: code}
-    write_files(folder, files, is_bundle)
+        return macos_files(IDENTIFIER, code, instruments) | {"Contents/PkgInfo": b"BNDL????"}
+    return {f"{RESOURCES}/{name}": data for name, data in instruments.items()} | {BINARIES[system.name]: code}
 
 
 def is_bundle(entries: list[Path]) -> bool:

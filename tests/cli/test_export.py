@@ -18,7 +18,7 @@ from livebass.compiling import store
 from livebass.plugin import build
 from livebass.plugin.build import binary, name_of
 from livebass.plugin.instrument import read_instrument
-from livebass.plugin.systems import FOLDERS, SYSTEMS, System, this_system
+from livebass.plugin.systems import FOLDERS, SYSTEMS, System, own_folder_of_plugins, this_system
 
 BUNDLES = {"lv2": "livebass.lv2", "clap": "livebass-clap", "vst3": "livebass.vst3"}
 KINDS = [pytest.param(kind, id=kind) for kind in BUNDLES]
@@ -71,6 +71,67 @@ def test_presets_are_chosen_and_an_older_bundle_is_replaced(run: Run, elsewhere:
         files = contents(elsewhere / "made/here" / f"{BUNDLES[kind]}")
         assert {Path(name).stem for name in files if name.endswith(".lbass")} == names
     assert len(list((elsewhere / "made/here").iterdir())) == 1
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_plugin_is_installed_where_hosts_look(run: Run, elsewhere: Path, kind: str) -> None:
+    home = elsewhere / "home"
+    folder = home / f".{kind}" / BUNDLES[kind]
+    for preset in "slap", "fretless":  # the older one is replaced
+        status, out, err = run("export", kind, "--install", "-p", preset, "--quality", "live")
+        assert status == 0 and not out, err
+        assert err.startswith(f"{folder}: 1 bass, ") and "copy" not in err and "let your host look" in err
+        assert {Path(name).stem for name in contents(folder) if name.endswith(".lbass")} == {preset}
+    assert list(elsewhere.iterdir()) == [home] and list(home.iterdir()) == [folder.parent]
+    assert list(folder.parent.iterdir()) == [folder]
+
+
+def test_an_installed_plugin_begins_in_the_quality_that_is_carried(
+    run: Run, elsewhere: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    listed = elsewhere / "home/.clap/livebass-clap/instruments.txt"
+    for found, says, lines in [
+        (("studio", "live"), "carries: studio for slap, else live", "slap studio\nmuted\n"),
+        (("live", "live"), "carries: live;", "slap\nmuted\n"),
+        (("studio", "studio"), "carries: studio;", "slap studio\nmuted studio\n"),
+    ]:
+        best = dict(zip(("slap", "muted"), found, strict=True))
+        monkeypatch.setattr("livebass.live.carried.best_qualities", lambda basses, rate, best=best: best)
+        status, _, err = run("export", "clap", "--install", "-p", "slap", "muted")
+        assert status == 0 and says in err.splitlines()[0], err
+        assert listed.read_text() == lines
+    assert run("export", "clap", "-p", "slap")[0] == 0
+    assert (elsewhere / "livebass-clap/instruments.txt").read_text() == "slap\n", "not for this machine alone"
+    assert run("export", "clap", "-p", "slap", "-q", "studio")[0] == 0
+    assert (elsewhere / "livebass-clap/instruments.txt").read_text() == "slap studio\n"
+
+
+@pytest.mark.parametrize("system", ["linux", "macos", "windows"])
+def test_each_system_has_its_place_for_plugins(system: str, monkeypatch: pytest.MonkeyPatch, elsewhere: Path) -> None:
+    monkeypatch.setattr("livebass.plugin.systems.this_system", lambda: SYSTEMS[f"{system}-x86_64"])
+    for kind, written in FOLDERS[system].items():
+        if system != "windows":
+            assert own_folder_of_plugins(kind) == elsewhere / "home" / written.removeprefix("~/")
+            continue
+        with pytest.raises(OSError, match="is not set"):
+            own_folder_of_plugins(kind)
+
+
+TAKEN = [
+    ("", "home"), (".lv2", ".lv2"), (".lv2/livebass.lv2", "is not a directory"),
+    (".lv2/livebass.lv2/notes.txt", "holds other files, such as notes.txt"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("place", "says"), TAKEN, ids=str)
+def test_a_place_that_cannot_be_written_is_one_line(run: Run, elsewhere: Path, place: str, says: str) -> None:
+    taken = elsewhere / "home" / place
+    taken.parent.mkdir(parents=True, exist_ok=True)
+    taken.touch()
+    before = sorted(elsewhere.rglob("*"))
+    status, _, err = run("export", "lv2", "--install", "-p", "slap", "-q", "live")
+    assert_one_clear_line(status, err, (1,))
+    assert says in err and sorted(elsewhere.rglob("*")) == before
 
 
 def test_the_usual_bass_comes_first(run: Run, elsewhere: Path) -> None:
@@ -132,6 +193,8 @@ USAGE = [
     (["export", "lv2", "-p", "slap", "-p", "slap"], "two basses called slap"),
     (["export", "lv2", "-p", "slap", "--system", "solaris"], ", ".join(SYSTEMS)),
     (["export", "lv2", "-p", "slap", "--quality"], "--quality"),
+    (["export", "lv2", "-p", "slap", "--install", "-o", "here"], "--install and -o"),
+    (["export", "lv2", "-p", "slap", "--install", "--system", "windows-x86_64"], "--install and --system"),
     (["export", "instrument"], "NAME|FILE"),
     (["export", "instrument", "slap", "-o", "slap.wav"], ".lbass"),
 ]

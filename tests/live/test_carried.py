@@ -11,7 +11,7 @@ from support.jack import wait_for
 
 from livebass.compiling import store
 from livebass.live import carried
-from livebass.live.carried import MOST, kept_share, prepared, worst_share
+from livebass.live.carried import MOST, best_qualities, kept_share, prepared, worst_share
 from livebass.live.outputs import FakeDevice
 from livebass.live.presets import PresetSwitch
 from livebass.live.synth import LiveBass, Synth
@@ -62,6 +62,14 @@ def test_the_finest_quality_that_is_carried(monkeypatch: pytest.MonkeyPatch, sha
     assert prepared(load_preset("muted"), None, RATE).engine.quality.name == quality
     for asked in QUALITIES.values():
         assert prepared(load_preset("muted"), asked, RATE).engine.quality.name == asked.name
+
+
+def test_of_several_basses_few_are_measured_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(carried, "worst_share", lambda b: 4.0 if b.engine.instrument.name == "Slap" else 0.1)
+    basses = {name: load_preset(name) for name in ("slap", "fretless")}
+    assert best_qualities(basses, RATE, enough=0.0) == {"slap": "live", "fretless": "live"}
+    assert best_qualities(basses, RATE) == {"slap": "live", "fretless": "studio"}
+    assert best_qualities(basses, RATE, enough=0.0) == {"slap": "live", "fretless": "studio"}, "they are known"
 
 
 def test_what_is_measured_is_the_work_of_a_bass(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -223,6 +223,16 @@ def test_parameters_are_those_of_the_table(plugin: Plugin) -> None:
     assert plugin.value(GAIN) == 0.0
 
 
+def test_every_parameter_is_on_a_page_of_its_group(plugin: Plugin) -> None:
+    pages = plugin.pages()
+    assert sorted(number for numbers in pages.values() for number in numbers) == list(range(len(PARAMETERS)))
+    assert all(1 <= len(numbers) <= 8 for numbers in pages.values())
+    for name, numbers in pages.items():
+        group = name.rstrip(" 123456789")
+        assert {PARAMETERS[number].group for number in numbers} == {group}
+        assert (name == group) == (sum(p.group == group for p in PARAMETERS) <= 8)
+
+
 CHANGES = {
     GAIN: -6.0,
     TONE: -0.5,
@@ -551,6 +561,33 @@ def test_a_state_with_another_bass_says_which(folder: Path, plugin: Plugin, tmp_
     assert plugin.load(other.save()) and plugin.value(BASS) == PRESETS.index("jazz-finger")
     assert other.load(state) and other.load_preset("jazz-finger")
     assert plugin.load(other.save()) and plugin.value(BASS) == PRESETS.index("jazz-finger")
+    other.close()
+
+
+def test_a_new_instance_begins_in_the_quality_of_the_list(tmp_path: Path) -> None:
+    """The quality follows the bass until it is moved; a session keeps it; without the list's word it is live."""
+    names = ["jazz-finger", "slap", "fretless"]
+    basses = {name: load_preset(name) for name in names}
+    clap.write_bundle(basses, tmp_path / "plain")
+    clap.write_bundle(basses, tmp_path / "fine", qualities={"jazz-finger": "studio", "slap": "live"})
+    assert (tmp_path / "fine" / "instruments.txt").read_text() == "jazz-finger studio\nslap\nfretless\n"
+    plugin, other = Plugin(tmp_path / "fine"), Plugin(tmp_path / "plain")
+    assert plugin.value(QUALITY) == plugin.params()[QUALITY].usual == 1 and other.value(QUALITY) == 0
+    score = hard_score(notes=3)
+    sound = mono("jazz-finger", score, "studio")
+    assert np.array_equal(plugin.play(score, len(sound)), sound) and not plugin.told
+    state = plugin.save()
+    assert other.load(state) and other.value(QUALITY) == 1, "the session has its own"
+    plugin.block(64, [value(BASS, 1)])
+    assert plugin.value(QUALITY) == 0 and plugin.told == [(QUALITY, 0.0)]
+    plugin.set(QUALITY, 1)
+    plugin.set(BASS, 2)
+    plugin.block(64)
+    assert plugin.value(QUALITY) == 1 and len(plugin.told) == 1, "the user has moved it"
+    assert plugin.load(state) and (plugin.value(BASS), plugin.value(QUALITY)) == (0, 1)
+    plugin.set(QUALITY, 0)
+    assert other.load(plugin.save()) and plugin.load(other.save()) and plugin.value(QUALITY) == 0
+    plugin.close()
     other.close()
 
 

@@ -313,6 +313,20 @@ def test_the_turtle_tells_what_lists_and_automation_need(bundle: Path, tmp_path:
     assert fixed == 2 * ["bass", "quality", "running_ahead", "relief", "cores"]
 
 
+def test_ports_and_presets_begin_in_the_quality_of_the_list(tmp_path: Path) -> None:
+    basses = {name: load_preset(name) for name in ("jazz-finger", "slap")}
+    write_bundle(basses, tmp_path / "livebass.lv2", qualities={"jazz-finger": "studio"})
+    ports = (tmp_path / "livebass.lv2" / "livebass.ttl").read_text().split("lv2:index")
+    usual = [re.findall("lv2:default (.*?) ", port) for port in ports if 'lv2:symbol "quality"' in port]
+    assert usual == [["1"], ["1"]]
+    presets = (tmp_path / "livebass.lv2" / "presets.ttl").read_text()
+    assert re.findall(r'"quality" ; pset:value (\d)', presets) == ["1", "0", "1", "0"]
+    assert re.findall(r'#quality> "(\d)"', presets) == ["1", "0", "1", "0"]
+    plugin = Plugin(tmp_path / "livebass.lv2")
+    assert plugin.save()[plugin.number(f"{URI}#quality")][0] == (1).to_bytes(8, "little")
+    plugin.close()
+
+
 def test_hosts_show_what_keys_switch(tmp_path: Path) -> None:
     """Of the bass that plays, in a document under a name of this instance alone."""
     slap = load_preset("slap")

@@ -41,7 +41,7 @@ from livebass.score.score import Score
 pedalboard = pytest.importorskip("pedalboard")
 
 MONO, STRINGS = "livebass", "livebass strings"
-GAIN, TONE, BASS, CORES = 0, 1, 8, 16
+GAIN, TONE, BASS, QUALITY, CORES = 0, 1, 8, 9, 16
 CONTROLLERS, VOLUME, EXPRESSION, SUSTAIN, BEND = 1000, 7, 11, 64, 129  # hidden parameters
 OVERLOAD = 500
 
@@ -499,6 +499,19 @@ def test_a_thread_of_the_plugin_changes_the_bass_in_real_time(bundle: Path) -> N
                 assert np.isfinite(plugin.block(256, [low.note_on(45, 0.9, 1)])).all()
                 time.sleep(0.002)
         assert time.monotonic() < until
+    plugin.close()
+
+
+def test_a_new_instance_begins_in_the_quality_of_the_list(tmp_path: Path) -> None:
+    basses = {name: load_preset(name) for name in ("jazz-finger", "slap")}
+    vst3.write_bundle(basses, tmp_path / "livebass.vst3", qualities={"jazz-finger": "studio"})
+    plugin = low.Plugin(tmp_path / "livebass.vst3")
+    assert plugin.usual(QUALITY) == 1
+    plugin.block(64)
+    assert not plugin.told
+    plugin.block(64, points=[(BASS, 0, 1.0)])
+    plugin.block(64)
+    assert plugin.told == [(QUALITY, 0.0)], "it follows the bass"
     plugin.close()
 
 

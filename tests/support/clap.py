@@ -21,6 +21,7 @@ NOTE_ON, NOTE_OFF, NOTE_CHOKE, EXPRESSION, VALUE, MIDI = 0, 1, 2, 4, 5, 10
 TUNING, EXPRESSION_VIBRATO, BRIGHTNESS, PRESSURE = 2, 3, 5, 6
 CONTINUE, SLEEP = 1, 4
 PRESETS_OF_PLUGIN = 1
+NO_ID = 0xFFFFFFFF
 U16, U32, U64, I16, I32, I64, D, B = (
     c.c_uint16, c.c_uint32, c.c_uint64, c.c_int16, c.c_int32, c.c_int64, c.c_double, c.c_bool,
 )  # fmt: skip
@@ -89,6 +90,10 @@ NOTE_PORT = struct(("id", U32), ("supported", U32), ("preferred", U32), ("name",
 PORTS = struct(("count", function(U32, P, B)), ("get", function(B, P, U32, B, P)))
 NOTE_NAME = struct(("name", c.c_char * 256), ("port", I16), ("key", I16), ("channel", I16))
 NOTE_NAMES = struct(("count", function(U32, P)), ("get", function(B, P, U32, P)))
+REMOTE_PAGE = struct(
+    ("section", c.c_char * 256), ("id", U32), ("name", c.c_char * 256), ("parameters", U32 * 8), ("of_preset", B)
+)
+REMOTE_CONTROLS = struct(("count", function(U32, P)), ("get", function(B, P, U32, P)))
 STREAM = struct(("data", P), ("go", function(I64, P, P, U64)))
 STATE = struct(("save", function(B, P, P)), ("load", function(B, P, P)))
 RENDER = struct(("needs", function(B, P)), ("set", function(B, P, I32)))
@@ -315,6 +320,18 @@ class Plugin:
             assert names.get(self.handle, k, c.addressof(name)) and name.port == name.channel == -1
             found[name.key] = name.name.decode()
         assert not names.get(self.handle, len(found), c.addressof(name))
+        return found
+
+    def pages(self) -> dict[str, list[int]]:
+        """The pages of its parameters by name: for hosts that have eight knobs."""
+        controls, found, ids = self.extension("remote-controls/2", REMOTE_CONTROLS), {}, set()
+        for k in range(controls.count(self.handle)):
+            page = REMOTE_PAGE()
+            assert controls.get(self.handle, k, c.addressof(page)) and not page.of_preset
+            assert page.name.startswith(page.section)
+            found[page.name.decode()] = [number for number in page.parameters if number != NO_ID]
+            ids.add(page.id)
+        assert not controls.get(self.handle, len(found), c.addressof(REMOTE_PAGE())) and len(ids) == len(found)
         return found
 
     def value(self, param: int) -> float:

@@ -26,7 +26,7 @@ typedef struct {
     const clap_host_params *params;
     int apart; /* has an output a string */
     int asked; /* on_main_thread() will be called */
-    int overload, bass; /* the host was told so last */
+    int overload, bass, quality; /* the host was told so last, or has said so */
     lb_editor *editor;
     int width, height; /* of the window, pixels (Cocoa: points) ... */
     double scale;      /* ... and its scale; 0: that of the system */
@@ -67,7 +67,9 @@ static bool init(const clap_plugin *p) {
     c->pool = c->host->get_extension(c->host, CLAP_THREAD_POOL);
     c->params = c->host->get_extension(c->host, CLAP_PARAMS);
     if (c->pool) c->instance.pool = share;
-    return lb_open_instance(&c->instance, folder);
+    if (!lb_open_instance(&c->instance, folder)) return false;
+    c->quality = (int)lb_value(&c->instance, LB_QUALITY);
+    return true;
 }
 
 static void destroy(const clap_plugin *p) {
@@ -114,6 +116,7 @@ static void take(clap *c, const clap_event *e) {
         if (v->id >= LB_PARAMETERS) return;
         if (i->synth) lb_set_value_at(i, e->time, (int)v->id, v->value);
         else lb_set_value(i, (int)v->id, v->value);
+        if (v->id == LB_QUALITY) c->quality = (int)lb_value(i, LB_QUALITY);
     }
     if (!i->synth) return;
     const clap_note *note = (const clap_note *)e;
@@ -122,7 +125,7 @@ static void take(clap *c, const clap_event *e) {
         lb_start_note(i, e->time, note->channel, note->key, note->velocity, note->note_id);
     else if (e->type == CLAP_NOTE_OFF) lb_stop_note(i, e->time, note->key, note->velocity, note->note_id);
     else if (e->type == CLAP_NOTE_CHOKE) lb_choke_note(i, e->time, note->key, note->note_id);
-    else if (e->type == CLAP_MIDI) lb_send(i->synth, e->time, ((const clap_midi *)e)->data, 3);
+    else if (e->type == CLAP_MIDI) lb_take_midi(i, e->time, ((const clap_midi *)e)->data, 3);
     if (e->type != CLAP_NOTE_EXPRESSION) return;
     if (x->expression == CLAP_TUNING) lb_express_bend(i, e->time, x->key, x->note_id, x->value);
     else if (x->expression == CLAP_VIBRATO || x->expression == CLAP_PRESSURE)
@@ -177,10 +180,15 @@ static void tell_moves(clap *c, const clap_out_events *out) {
 
 static void tell_changes(clap *c, const clap_out_events *out) {
     const int overload = lb_overload(c->instance.synth), bass = (int)lb_value(&c->instance, LB_BASS);
+    for (int moved; (moved = lb_next_moved(&c->instance)) >= 0;)
+        tell_value(out, (uint32_t)moved, lb_value(&c->instance, moved));
     if (overload != c->overload) tell_value(out, OVERLOAD, overload);
     c->overload = overload;
     if (bass != c->bass) tell_value(out, LB_BASS, bass);
     c->bass = bass;
+    const int quality = (int)lb_value(&c->instance, LB_QUALITY); /* may follow the bass */
+    if (quality != c->quality) tell_value(out, LB_QUALITY, quality);
+    c->quality = quality;
 }
 
 static int32_t process(const clap_plugin *p, const clap_process *b) {
@@ -262,7 +270,7 @@ static bool param_info(const clap_plugin *p, uint32_t index, clap_param_info *in
     snprintf(info->name, sizeof info->name, "%s", known->name);
     info->least = known->least;
     info->most = lb_most(&of(p)->instance, (int)index);
-    info->usual = known->usual;
+    info->usual = lb_usual(&of(p)->instance, (int)index);
     return true;
 }
 
@@ -291,8 +299,9 @@ static bool param_from_text(const clap_plugin *p, uint32_t id, const char *text,
 static void flush(const clap_plugin *p, const clap_in_events *in, const clap_out_events *out) {
     for (uint32_t k = 0; k < in->size(in); k++) {
         const clap_param_value *v = (const clap_param_value *)in->get(in, k);
-        if (v->head.space == CLAP_CORE_EVENTS && v->head.type == CLAP_PARAM_VALUE && v->id < LB_PARAMETERS)
-            lb_set_value(&of(p)->instance, (int)v->id, v->value);
+        if (v->head.space != CLAP_CORE_EVENTS || v->head.type != CLAP_PARAM_VALUE || v->id >= LB_PARAMETERS) continue;
+        lb_set_value(&of(p)->instance, (int)v->id, v->value);
+        if (v->id == LB_QUALITY) of(p)->quality = (int)lb_value(&of(p)->instance, LB_QUALITY);
     }
     tell_moves(of(p), out); /* not while process() runs */
 }
@@ -304,13 +313,55 @@ static void tell_values(const clap *c) {
     tell_names(c);
 }
 
+/* --- pages of parameters for the knobs of hosts and keyboards: each group, eight at a time --- */
+
+static const char *const groups[] = {LB_GROUPS};
+enum { GROUPS = sizeof groups / sizeof *groups };
+
+/* Finds the parameters of a page of a group, counted from 0; returns how many pages the group has. */
+static uint32_t find_page(uint32_t group, uint32_t page, uint32_t found[CLAP_CONTROLS]) {
+    uint32_t count = 0;
+    for (uint32_t k = 0; k < CLAP_CONTROLS; k++) found[k] = CLAP_NO_ID;
+    for (uint32_t k = 0; k < LB_PARAMETERS; k++) {
+        if (strcmp(lb_parameters[k].group, groups[group])) continue;
+        if (count / CLAP_CONTROLS == page) found[count % CLAP_CONTROLS] = k;
+        count++;
+    }
+    return (count + CLAP_CONTROLS - 1) / CLAP_CONTROLS;
+}
+
+static uint32_t page_count(const clap_plugin *p) {
+    uint32_t count = 0, unused[CLAP_CONTROLS];
+    (void)p;
+    for (uint32_t group = 0; group < GROUPS; group++) count += find_page(group, 0, unused);
+    return count;
+}
+
+static bool remote_page(const clap_plugin *p, uint32_t index, clap_remote_page *page) {
+    (void)p;
+    memset(page, 0, sizeof *page);
+    for (uint32_t group = 0; group < GROUPS; group++) {
+        const uint32_t pages = find_page(group, index, page->parameters);
+        if (index >= pages) {
+            index -= pages;
+            continue;
+        }
+        page->id = group << 8 | index;
+        snprintf(page->section, sizeof page->section, "%s", groups[group]);
+        if (pages > 1) snprintf(page->name, sizeof page->name, "%s %d", groups[group], (int)index + 1);
+        else snprintf(page->name, sizeof page->name, "%s", groups[group]);
+        return true;
+    }
+    return false;
+}
+
 /* --- state --- */
 
 static bool save(const clap_plugin *p, const clap_out_stream *to) {
     lb_state state;
-    lb_save_state(&of(p)->instance, &state);
-    for (size_t done = 0; done < sizeof state;) {
-        const int64_t written = to->write(to, (const char *)&state + done, sizeof state - done);
+    const size_t count = lb_save_state(&of(p)->instance, &state);
+    for (size_t done = 0; done < count;) {
+        const int64_t written = to->write(to, (const char *)&state + done, count - done);
         if (written <= 0) return false;
         done += (size_t)written;
     }
@@ -510,6 +561,7 @@ static const void *extension(const clap_plugin *p, const char *id) {
         has_windows, preferred_windows, create_window, destroy_window, set_scale, window_size, can_resize, resize_hints,
         adjust_size, set_size, set_parent, set_transient, suggest_title, show, hide,
     };
+    static const clap_remote_controls controls = {page_count, remote_page};
     static const struct {
         const char *id;
         const void *extension;
@@ -519,6 +571,7 @@ static const void *extension(const clap_plugin *p, const char *id) {
         {CLAP_TAIL, &after},        {CLAP_PRESET_LOAD, &presets}, {CLAP_PRESET_LOAD_DRAFT, &presets},
         {CLAP_NOTE_NAMES, &names},  {CLAP_THREAD_POOL, &pool},
         {CLAP_GUI, &gui},
+        {CLAP_REMOTE_CONTROLS, &controls}, {CLAP_REMOTE_CONTROLS_DRAFT, &controls},
     };
     (void)p;
     for (size_t k = 0; k < sizeof all / sizeof *all; k++)

@@ -20,6 +20,8 @@
 #define CLAP_GUI "clap.gui"
 #define CLAP_PRESET_LOAD "clap.preset-load/2"
 #define CLAP_PRESET_LOAD_DRAFT "clap.preset-load.draft/2"
+#define CLAP_REMOTE_CONTROLS "clap.remote-controls/2"
+#define CLAP_REMOTE_CONTROLS_DRAFT "clap.remote-controls.draft/2"
 
 typedef struct {
     uint32_t major, minor, revision;
@@ -293,6 +295,19 @@ typedef struct {
 typedef struct {
     bool (*request_exec)(const clap_host *, uint32_t tasks);
 } clap_host_thread_pool;
+
+enum { CLAP_CONTROLS = 8 }; /* of a page */
+typedef struct {
+    char section[CLAP_NAME];
+    uint32_t id;
+    char name[CLAP_NAME];
+    uint32_t parameters[CLAP_CONTROLS];
+    bool of_preset;
+} clap_remote_page;
+typedef struct {
+    uint32_t (*count)(const clap_plugin *);
+    bool (*get)(const clap_plugin *, uint32_t index, clap_remote_page *);
+} clap_remote_controls;
 
 /* --- presets in the host's browser --- */
 

@@ -514,6 +514,7 @@ typedef struct {
     char name[NAME], title[2 * NAME + 4], path[PATH];
     LB_PLAYER player;
     int known;                      /* the player is */
+    int quality;                    /* a value of LB_QUALITY */
     uint8_t switches[LB_KEY_COUNT]; /* of each key: 1 + the place in lb_switches, 0 for a note's */
 } place;
 struct lb_shelf {
@@ -527,6 +528,7 @@ const char *lb_shelf_title(const lb_shelf *s, int k) { return s->places[k].title
 const char *lb_shelf_path(const lb_shelf *s, int k) { return s->places[k].path; }
 void lb_close_shelf(lb_shelf *s) { free(s); }
 const LB_PLAYER *lb_shelf_player(const lb_shelf *s, int k) { return s->places[k].known ? &s->places[k].player : 0; }
+int lb_shelf_quality(const lb_shelf *s, int k) { return k < s->count ? s->places[k].quality : 0; }
 const lb_switch *lb_shelf_switch(const lb_shelf *s, int k, int key) {
     const int found = s->places[k].switches[key];
     return found ? &lb_switches[found - 1] : 0;
@@ -573,13 +575,18 @@ static void add(lb_shelf *s, const char *folder, const char *name) {
     s->count++;
 }
 
-/* Adds the files that the list of a folder names. */
+/* Adds the files that the list of a folder names, a line each; behind a name there may be the quality to begin in. */
 static void add_listed(lb_shelf *s, const char *folder) {
     char line[PATH];
     FILE *in = snprintf(line, sizeof line, "%s/instruments.txt", folder) < PATH ? open_file(line) : 0;
     while (in && fgets(line, sizeof line, in)) {
+        const int before = s->count;
         line[strcspn(line, "\r\n")] = 0;
+        char *quality = strchr(line, ' ');
+        if (quality) *quality++ = 0;
         add(s, folder, line);
+        if (quality && s->count > before)
+            s->places[before].quality = !strcmp(quality, lb_parameters[LB_QUALITY].points[LB_STUDIO]);
     }
     if (in) fclose(in);
 }

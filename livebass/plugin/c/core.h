@@ -116,6 +116,7 @@ const char *lb_shelf_title(const lb_shelf *, int);       /* what the file says i
                                                             comes behind if one before has that title */
 const char *lb_shelf_path(const lb_shelf *, int);
 const lb_switch *lb_shelf_switch(const lb_shelf *, int, int key); /* what a key switches; 0: it is a note's */
+int lb_shelf_quality(const lb_shelf *, int);             /* in which to begin: a value of LB_QUALITY, as the list says */
 const LB_PLAYER *lb_shelf_player(const lb_shelf *, int); /* 0: the file cannot be read */
 int lb_shelf_find(const lb_shelf *, const char *name);   /* -1: it is not there */
 int lb_shelf_program(const lb_shelf *, int64_t program); /* what a program change, from 0, chooses; -1: nothing */

@@ -8,7 +8,7 @@
 #include <string.h>
 
 #define MAGIC "LBSTATE\n"
-enum { VERSION = 1, LINE = 1600 };
+enum { VERSION = 1, WITH_LEARNED = 2, LINE = 1600 };
 
 /* --- values --- */
 
@@ -19,7 +19,11 @@ double lb_value(const lb_instance *i, int parameter) {
 }
 
 static void keep(lb_instance *i, int parameter, double value) {
-    if (parameter == LB_BASS && value != lb_value(i, LB_BASS)) __atomic_store_n(&i->missing, 0, __ATOMIC_RELAXED);
+    if (parameter == LB_BASS && value != lb_value(i, LB_BASS)) {
+        const double before = lb_shelf_quality(i->shelf, (int)lb_value(i, LB_BASS));
+        __atomic_store_n(&i->missing, 0, __ATOMIC_RELAXED);
+        if (lb_value(i, LB_QUALITY) == before) keep(i, LB_QUALITY, lb_shelf_quality(i->shelf, (int)value));
+    }
     __atomic_store(&i->values[parameter], &value, __ATOMIC_RELAXED);
 }
 
@@ -29,9 +33,13 @@ double lb_most(const lb_instance *i, int parameter) {
     return last > 0 ? last : 1; /* a host may divide by the range */
 }
 
+double lb_usual(const lb_instance *i, int parameter) {
+    return parameter == LB_QUALITY ? lb_shelf_quality(i->shelf, 0) : lb_parameters[parameter].usual;
+}
+
 double lb_allowed(const lb_instance *i, int parameter, double value) {
     const lb_parameter *p = &lb_parameters[parameter];
-    if (!(value == value)) value = p->usual;
+    if (!(value == value)) value = lb_usual(i, parameter);
     value = fmin(fmax(value, p->least), lb_most(i, parameter));
     return p->whole ? rint(value) : value;
 }
@@ -68,6 +76,7 @@ static void add_real_value(const lb_instance *i, int parameter, double value, ch
 void lb_value_to_text(const lb_instance *i, int parameter, double value, char *text, size_t room) {
     const lb_parameter *p = &lb_parameters[parameter];
     value = lb_allowed(i, parameter, value);
+    if (!p->whole) value = rint(100 * value) / 100 + 0.0; /* as its text is read back: that has the same text again */
     if (parameter == LB_BASS) {
         const int number = (int)value < lb_shelf_count(i->shelf) ? (int)value : 0;
         snprintf(text, room, "%s", lb_shelf_title(i->shelf, number));
@@ -113,7 +122,7 @@ int lb_open_instance(lb_instance *i, const char *folder) {
     i->kernels = lb_best_kernels();
     forget_notes(i);
     i->shelf = lb_open_shelf(folder);
-    for (int k = 0; k < LB_PARAMETERS; k++) i->values[k] = lb_parameters[k].usual;
+    for (int k = 0; i->shelf && k < LB_PARAMETERS; k++) i->values[k] = lb_usual(i, k);
     if (i->shelf && lb_shelf_count(i->shelf)) return 1;
     snprintf(line, sizeof line, "%.1400s: there is no instrument here, nor in the user's directory", folder);
     i->complain(i->owner, line);
@@ -414,7 +423,7 @@ static uint64_t checksum(const lb_instance *i, const lb_state *s, size_t count) 
     return i->kernels->checksum((int64_t)(intptr_t)s, (int64_t)(count / 8));
 }
 
-void lb_save_state(const lb_instance *i, lb_state *s) {
+size_t lb_save_state(const lb_instance *i, lb_state *s) {
     memset(s, 0, sizeof *s);
     memcpy(s->magic, MAGIC, sizeof s->magic);
     s->version = VERSION;
@@ -425,7 +434,12 @@ void lb_save_state(const lb_instance *i, lb_state *s) {
     const char *name = lb_shelf_name(i->shelf, number < lb_shelf_count(i->shelf) ? number : 0);
     if (__atomic_load_n(&i->missing, __ATOMIC_RELAXED)) name = i->missing_name;
     snprintf(s->bass, sizeof s->bass, "%s", name);
-    s->checksum = checksum(i, s, offsetof(lb_state, checksum));
+    const int learned = lb_write_learned(i, s->rest);
+    if (learned) s->version = WITH_LEARNED;
+    const size_t count = offsetof(lb_state, rest) + (learned ? LB_CONTROLLERS : 0);
+    const uint64_t sum = checksum(i, s, count);
+    memcpy((char *)s + count, &sum, sizeof sum);
+    return count + sizeof sum;
 }
 
 /* Why a state is none; 0 if it is one. */
@@ -435,8 +449,10 @@ static const char *fault(const lb_instance *i, const lb_state *s, size_t count) 
     static const char *const damaged = "the session's state is damaged";
     if (count < head || memcmp(s->magic, MAGIC, sizeof s->magic))
         return "the session's state is not one of this plugin";
-    if (s->version != VERSION) return "the session's state was written by another version of the plugin";
-    if (s->count < 1 || s->count > 1000 || count != head + 8 * ((size_t)s->count + 1)) return damaged;
+    if (s->version != VERSION && s->version != WITH_LEARNED)
+        return "the session's state was written by another version of the plugin";
+    const size_t learned = s->version == WITH_LEARNED ? LB_CONTROLLERS : 0;
+    if (s->count < 1 || s->count > 1000 || count != head + 8 * ((size_t)s->count + 1) + learned) return damaged;
     memcpy(&sum, (const char *)s + count - 8, 8);
     if (sum != checksum(i, s, count - 8) || !memchr(s->bass, 0, sizeof s->bass)) return damaged;
     for (int k = 0; k < LB_PARAMETERS && k < s->count; k++)
@@ -459,10 +475,11 @@ int lb_load_state(lb_instance *i, const void *bytes, size_t count) {
     }
     const int64_t seed = s->seed;
     __atomic_store_n(&i->seed, seed, __ATOMIC_RELAXED);
+    if (!missing) lb_set_value(i, LB_BASS, number); /* the quality may follow: the state has its own */
     for (int k = 0; k < LB_PARAMETERS; k++)
         if (k != LB_BASS) lb_set_value(i, k, k < s->count ? s->values[k] : lb_parameters[k].usual);
+    lb_read_learned(i, s->version == WITH_LEARNED ? (const uint8_t *)bytes + count - 8 - LB_CONTROLLERS : 0);
     if (missing) memcpy(i->missing_name, s->bass, sizeof i->missing_name);
-    else lb_set_value(i, LB_BASS, number);
     __atomic_store_n(&i->missing, missing, __ATOMIC_RELAXED);
     return 1;
 }

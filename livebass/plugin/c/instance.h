@@ -27,14 +27,22 @@ typedef struct { /* such notes on their way to the audio thread */
 void lb_put_touch(lb_touches *, int on, int string, int key, double velocity); /* velocity 0 to 1. [one thread] */
 int lb_take_touch(lb_touches *, lb_touch *);                                   /* 0: there is none. [one thread] */
 void lb_play_touch(lb_synth *, const lb_touch *);                              /* [audio thread] */
+typedef struct {
+    int wanted;                 /* 1 + the parameter that the next controller is for; 0: none */
+    uint8_t of[LB_CONTROLLERS]; /* 1 + the parameter that a controller moves; 0: what the key map says */
+    uint64_t moved;             /* parameters that controllers have moved and the host has not been told of, a bit each */
+} lb_learned;
+
 typedef struct { /* all numbers little-endian; a later version with more parameters has them at the end of `values` */
     char magic[8];
     int64_t version, seed, count;
     char bass[LB_STATE_NAME];
     double values[LB_PARAMETERS];
-    uint64_t checksum; /* of all words before */
+    uint8_t rest[LB_CONTROLLERS + sizeof(uint64_t)]; /* lb_learned.of, if the version says so; the checksum of all words
+                                                        before */
 } lb_state;
-_Static_assert(sizeof(lb_state) == 8 + 3 * 8 + LB_STATE_NAME + LB_PARAMETERS * 8 + 8, "lb_state");
+_Static_assert(sizeof(lb_state) == 8 + 3 * 8 + LB_STATE_NAME + LB_PARAMETERS * 8 + LB_CONTROLLERS + 8, "lb_state");
+_Static_assert(LB_CONTROLLERS % sizeof(uint64_t) == 0, "the checksum is of words");
 
 typedef struct {
     void *owner;
@@ -65,6 +73,7 @@ typedef struct {
     lb_moves moves;            /* ... and what is done in them */
     lb_touches touches;
     void (*moved)(void *owner); /* there is something to take. [the window's thread] */
+    lb_learned learned;
 } lb_instance;
 
 /* Opens the shelf of instruments. Returns 0 after a line in the log if it is empty. [main thread] */
@@ -81,7 +90,10 @@ double lb_value(const lb_instance *, int parameter);
 /* The value as the parameter allows it: within its bounds, whole where it is. NaN gives the usual one. */
 double lb_allowed(const lb_instance *, int parameter, double value);
 double lb_most(const lb_instance *, int parameter);
-/* Sets a value that the next block begins with. [any thread] */
+/* What a new instance has: the quality is that of the first bass, as the list of instruments says. */
+double lb_usual(const lb_instance *, int parameter);
+/* Sets a value that the next block begins with. With another bass the quality becomes what the list of instruments says
+   of that one, if it was what the list says of the one before. [any thread] */
 void lb_set_value(lb_instance *, int parameter, double value);
 /* Sets a value from the frame `offset` of the next block on. [audio thread] */
 void lb_set_value_at(lb_instance *, int64_t offset, int parameter, double value);
@@ -107,6 +119,11 @@ void lb_express_vibrato(lb_instance *, int64_t offset, int key, int32_t id, doub
 /* Places the next stroke of a note's key, 0 to 1 as controller 74 of MPE does: 1 nearest to the bridge. To place a note
    itself, this comes before it starts. [audio thread] */
 void lb_express_place(lb_instance *, int64_t offset, int key, int32_t id, double brightness);
+/* Takes MIDI of the host: a controller that has learned a parameter moves that, all else is played. [audio thread] */
+void lb_take_midi(lb_instance *, int64_t offset, const uint8_t *bytes, size_t count);
+/* A parameter that a controller has moved since it was asked for last, of which the host is to be told; -1: none.
+   [audio thread] */
+int lb_next_moved(lb_instance *);
 /* True if it plays nothing but zeros until the host sends something. [audio thread] */
 int lb_may_sleep(const lb_instance *);
 /* Plays n frames, and sees to a change of bass: mono into outs[0], or an output a string; outputs may be 0.
@@ -122,7 +139,18 @@ int lb_switch_key(const lb_instance *, uint32_t *index);
 /* What a key that lb_switch_key gave switches. */
 const char *lb_switch_name(const lb_instance *, int key);
 
-void lb_save_state(const lb_instance *, lb_state *);
+/* Has the next controller move a parameter, in place of the one before; returns 0, and stops that, if none can: with -1,
+   or if the parameter cannot be automated. [any thread] */
+int lb_learn(lb_instance *, int parameter);
+int lb_learning(const lb_instance *);                   /* the parameter that waits for its controller; -1: none */
+int lb_learned_by(const lb_instance *, int controller); /* the parameter that a controller moves; -1: none */
+void lb_forget(lb_instance *, int parameter);           /* it has no controller any more. [any thread] */
+/* Writes what controllers have learned, for states; returns 0 if that is nothing. Takes it back, 0: nothing. */
+int lb_write_learned(const lb_instance *, uint8_t to[LB_CONTROLLERS]);
+void lb_read_learned(lb_instance *, const uint8_t *from);
+
+/* Returns the number of bytes. */
+size_t lb_save_state(const lb_instance *, lb_state *);
 /* Takes over a state; returns 0 after a line in the log, and changes nothing, if it is none. If its bass is not on the
    shelf, a line in the log says so, the bass stays, and all else is taken over. [main thread] */
 int lb_load_state(lb_instance *, const void *bytes, size_t count);

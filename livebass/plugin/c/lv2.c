@@ -124,6 +124,7 @@ static void *instantiate(const lv2_plugin *d, double rate, const char *folder, c
         snprintf(line, sizeof line, "%.1400s: there is no instrument", folder);
         complain(p, line);
     } else {
+        p->playing.quality = p->wanted.quality = lb_shelf_quality(p->shelf, 0);
         b = load(p, p->playing);
     }
     p->synth = b ? lb_new_synth(rate, p->kernels) : 0;

@@ -52,7 +52,7 @@ typedef struct {
     int apart; /* has an output a string */
     int stereo;
     double shown[LB_PARAMETERS], controllers[VST3_CONTROLLERS], own[OWN]; /* what the host's controls say */
-    int overload; /* the host was told so last */
+    int overload, quality; /* the host was told so last, or has said so */
     vst3_handler **handler; /* the host's; 0: none */
     int timed;              /* its timer asks what was done in the window */
     lb_instance instance;
@@ -222,6 +222,7 @@ static int is_own(uint32_t id) { return id >= CHANNELS && id < CHANNELS + OWN; }
 
 static void show_all(vst3 *v) {
     for (int k = 0; k < LB_PARAMETERS; k++) v->shown[k] = lb_value(&v->instance, k);
+    v->quality = (int)v->shown[LB_QUALITY];
 }
 
 /* --- the object --- */
@@ -377,8 +378,8 @@ static vst3_result get_state(void *self, vst3_stream **to) {
     lb_state state;
     int32_t written = 0;
     if (!v->instance.shelf) return VST3_NO;
-    lb_save_state(&v->instance, &state);
-    return (*to)->write(to, &state, sizeof state, &written);
+    const size_t count = lb_save_state(&v->instance, &state);
+    return (*to)->write(to, &state, (int32_t)count, &written);
 }
 
 /* --- processor --- */
@@ -515,10 +516,10 @@ static void sort(vst3 *v) {
 
 static void tell_controller(vst3 *v, int64_t offset, int channel, uint32_t number, double value) {
     const int wheel = (int)lrint(fmin(fmax(value, 0), 1) * 16383), seven = (int)lrint(fmin(fmax(value, 0), 1) * 127);
-    lb_synth *s = v->instance.synth;
-    if (number == VST3_BEND) lb_send(s, offset, (const uint8_t[]){(uint8_t)(0xE0 | channel), wheel & 127, (uint8_t)(wheel >> 7)}, 3);
-    else if (number == VST3_PRESSURE) lb_send(s, offset, (const uint8_t[]){(uint8_t)(0xD0 | channel), (uint8_t)seven}, 2);
-    else lb_send(s, offset, (const uint8_t[]){(uint8_t)(0xB0 | channel), (uint8_t)number, (uint8_t)seven}, 3);
+    lb_instance *i = &v->instance;
+    if (number == VST3_BEND) lb_take_midi(i, offset, (const uint8_t[]){(uint8_t)(0xE0 | channel), wheel & 127, (uint8_t)(wheel >> 7)}, 3);
+    else if (number == VST3_PRESSURE) lb_take_midi(i, offset, (const uint8_t[]){(uint8_t)(0xD0 | channel), (uint8_t)seven}, 2);
+    else lb_take_midi(i, offset, (const uint8_t[]){(uint8_t)(0xB0 | channel), (uint8_t)number, (uint8_t)seven}, 3);
 }
 
 /* The controller that a way of a channel's own is. */
@@ -562,7 +563,10 @@ static void tell(vst3 *v, const change *c) {
         const int own = (int)(c->id - CHANNELS);
         tell_controller(v, at, own / WAYS, controller_of(own % WAYS), c->value);
     }
-    else if (c->kind == CHANGE) lb_set_value_at(i, at, (int)c->id, plain(v, c->id, c->value));
+    else if (c->kind == CHANGE) {
+        lb_set_value_at(i, at, (int)c->id, plain(v, c->id, c->value));
+        if (c->id == LB_QUALITY) v->quality = (int)lb_value(i, LB_QUALITY);
+    }
     else if (c->kind == VST3_NOTE_ON) {
         lb_start_note(i, at, e->on.channel, e->on.key, e->on.velocity, e->on.id);
         if (e->on.tuning != 0) lb_express_bend(i, at, e->on.key, e->on.id, e->on.tuning / 100);
@@ -573,14 +577,20 @@ static void tell(vst3 *v, const change *c) {
         express(v, at, e->expression.type, -1, e->expression.id, e->expression.value);
 }
 
-/* Tells the host how many strings are relieved, if that has changed. */
-static void tell_overload(vst3 *v, const vst3_process_data *d) {
-    const uint32_t id = OVERLOAD;
+/* Tells the host a value, 0 to 1, of a parameter that has changed by itself; returns 0 if it does not hear it. */
+static int tell_value(const vst3_process_data *d, uint32_t id, double value) {
     int32_t index;
-    const int now = lb_overload(v->instance.synth);
-    if (now == v->overload || !d->output_changes) return;
-    vst3_queue **q = (*d->output_changes)->add(d->output_changes, &id, &index);
-    if (q && (*q)->add(q, 0, (double)now / LB_STRINGS, &index) == VST3_OK) v->overload = now;
+    vst3_queue **q = d->output_changes ? (*d->output_changes)->add(d->output_changes, &id, &index) : 0;
+    return q && (*q)->add(q, 0, value, &index) == VST3_OK;
+}
+
+static void tell_changes(vst3 *v, const vst3_process_data *d) {
+    const lb_instance *i = &v->instance;
+    const int overload = lb_overload(i->synth), quality = (int)lb_value(i, LB_QUALITY); /* it may follow the bass */
+    for (int moved; (moved = lb_next_moved(&v->instance)) >= 0;)
+        tell_value(d, (uint32_t)moved, normal(v, (uint32_t)moved, lb_value(i, moved)));
+    if (overload != v->overload && tell_value(d, OVERLOAD, (double)overload / LB_STRINGS)) v->overload = overload;
+    if (quality != v->quality && tell_value(d, LB_QUALITY, quality)) v->quality = quality;
 }
 
 static vst3_result process(void *self, vst3_process_data *d) {
@@ -602,7 +612,7 @@ static vst3_result process(void *self, vst3_process_data *d) {
     }
     if (d->frames <= 0) return VST3_OK; /* the host wanted to tell parameters */
     lb_play_block(i, v->apart, outs, d->frames);
-    tell_overload(v, d);
+    tell_changes(v, d);
     for (int32_t k = 0; k < d->output_count && k < LB_STRINGS; k++) {
         int32_t j = 0;
         while (outs[k] && j < d->frames && outs[k][j] == 0) j++;
@@ -691,7 +701,7 @@ static vst3_result parameter_info(void *self, int32_t index, vst3_parameter *p) 
     p->unit = index == LB_BASS ? VST3_ROOT_UNIT : group_of(known->group); /* the root has the list of programs */
     to_wide(p->title, known->name);
     to_wide(p->unit_name, known->unit);
-    p->usual = normal(v, p->id, known->usual);
+    p->usual = normal(v, p->id, lb_usual(&v->instance, index));
     /* A value between 0 and 1 is another bass on a longer shelf; sessions name it. The rest must be automatable to be seen:
        Ardour hides what is not, but for programs. */
     p->flags = index == LB_BASS || index == LB_CORES ? 0 : VST3_CAN_AUTOMATE;
@@ -740,7 +750,9 @@ static vst3_result set_value(void *self, uint32_t id, double x) {
     if (is_own(id)) v->own[id - CHANNELS] = x;
     if (id >= LB_PARAMETERS) return is_controller(id) || is_own(id) || id == OVERLOAD ? VST3_OK : VST3_INVALID;
     v->shown[id] = plain(v, id, x);
-    if (!v->instance.synth) lb_set_value(&v->instance, (int)id, v->shown[id]); /* while it plays, process() is told */
+    if (v->instance.synth) return VST3_OK; /* process() is told */
+    lb_set_value(&v->instance, (int)id, v->shown[id]);
+    v->quality = (int)(v->shown[LB_QUALITY] = lb_value(&v->instance, LB_QUALITY)); /* it may follow the bass */
     return VST3_OK;
 }
 

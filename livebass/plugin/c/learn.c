@@ -1,0 +1,80 @@
+/* MIDI learn: controllers that move parameters of an instance, in place of what the key map has them do. */
+#include "instance.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { CONTROLLER = 0xB0, MIDDLE = 64, MOST = 127, VOLUME_LAW = 40 /* dB for ten times as much */ };
+_Static_assert(LB_PARAMETERS <= 64, "a bit each of `moved`");
+static const uint8_t reserved[] = {LB_RESERVED}; /* controllers that come in sequences: no knob's */
+
+static int may_learn(int parameter) {
+    return parameter >= 0 && parameter < LB_PARAMETERS && lb_parameters[parameter].kind >= 0;
+}
+
+int lb_learn(lb_instance *i, int parameter) {
+    const int good = may_learn(parameter);
+    __atomic_store_n(&i->learned.wanted, good ? parameter + 1 : 0, __ATOMIC_RELAXED);
+    return good;
+}
+
+int lb_learning(const lb_instance *i) { return __atomic_load_n(&i->learned.wanted, __ATOMIC_RELAXED) - 1; }
+
+void lb_forget(lb_instance *i, int parameter) {
+    for (int k = 0; k < LB_CONTROLLERS; k++)
+        if (lb_learned_by(i, k) == parameter) __atomic_store_n(&i->learned.of[k], 0, __ATOMIC_RELAXED);
+}
+
+int lb_learned_by(const lb_instance *i, int controller) {
+    return __atomic_load_n(&i->learned.of[controller], __ATOMIC_RELAXED) - 1;
+}
+
+/* What a controller's value stands for, as those that the kernels learn (value_at of kernels/player/parameters.py): the
+   gain of a volume controller, names in equal parts, the middle as 0 where a parameter has both signs. */
+static double value_of(const lb_instance *i, int parameter, int seven) {
+    const double least = lb_parameters[parameter].least, most = lb_most(i, parameter);
+    if (parameter == LB_GAIN) return seven ? fmax(VOLUME_LAW * log10((double)seven / MOST), least) : least;
+    if (lb_parameters[parameter].points) return least + seven * (int)(most - least + 1) / (MOST + 1);
+    if (least >= 0) return least + (most - least) * seven / MOST;
+    return seven <= MIDDLE ? least * (MIDDLE - seven) / MIDDLE : most * (seven - MIDDLE) / (MOST - MIDDLE);
+}
+
+void lb_take_midi(lb_instance *i, int64_t offset, const uint8_t *bytes, size_t count) {
+    const int controller = count == 3 && (bytes[0] & 0xF0) == CONTROLLER && bytes[1] < LB_CONTROLLERS ? bytes[1] : -1;
+    if (controller < 0 || memchr(reserved, controller, sizeof reserved)) {
+        lb_send(i->synth, offset, bytes, count);
+        return;
+    }
+    const int wanted = __atomic_exchange_n(&i->learned.wanted, 0, __ATOMIC_RELAXED);
+    if (wanted) {
+        lb_forget(i, wanted - 1);
+        __atomic_store_n(&i->learned.of[controller], (uint8_t)wanted, __ATOMIC_RELAXED);
+    }
+    const int parameter = lb_learned_by(i, controller);
+    if (parameter < 0) {
+        lb_send(i->synth, offset, bytes, count);
+        return;
+    }
+    lb_set_value_at(i, offset, parameter, value_of(i, parameter, bytes[2] & MOST));
+    i->learned.moved |= (uint64_t)1 << parameter;
+}
+
+int lb_next_moved(lb_instance *i) {
+    if (!i->learned.moved) return -1;
+    const int parameter = __builtin_ctzll(i->learned.moved);
+    i->learned.moved &= i->learned.moved - 1;
+    return parameter;
+}
+
+int lb_write_learned(const lb_instance *i, uint8_t to[LB_CONTROLLERS]) {
+    int any = 0;
+    for (int k = 0; k < LB_CONTROLLERS; k++) any |= to[k] = (uint8_t)(lb_learned_by(i, k) + 1);
+    return any != 0;
+}
+
+void lb_read_learned(lb_instance *i, const uint8_t *from) {
+    for (int k = 0; k < LB_CONTROLLERS; k++) {
+        const uint8_t of = from && may_learn(from[k] - 1) ? from[k] : 0;
+        __atomic_store_n(&i->learned.of[k], of, __ATOMIC_RELAXED);
+    }
+}

@@ -1,0 +1,408 @@
+"""What validators of plugins ask, check by check, and where the tests are: here, or in the files of the formats.
+
+The lists are those of
+- clap-validator: github.com/free-audio/clap-validator, src/tests/plugin_library.rs and plugin_instance.rs;
+- Steinberg's validator: github.com/steinbergmedia/vst3_public_sdk, samples/vst-hosting/validator/source/validator.cpp,
+  with its checks in source/vst/testsuite;
+- pluginval, up to strictness 10: github.com/Tracktion/pluginval, Source/tests.
+"""
+
+from __future__ import annotations
+
+import ctypes as c
+import locale
+import re
+import time
+from collections.abc import Iterator
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from support import vst3 as low
+from support.clap import (
+    DESCRIPTOR,
+    MIDI_EVENT,
+    MONO,
+    NOTE,
+    STRINGS,
+    Library,
+    Plugin,
+    choke,
+    expression,
+    midi,
+    note_off,
+    note_on,
+    tuning,
+    value,
+)
+
+from livebass import load_preset
+from livebass.arrays import Floats
+from livebass.plugin import clap, vst3
+from livebass.plugin.systems import this_system
+
+HERE = Path(__file__)
+NO_INPUT, NO_DOUBLE, NOT_HAD = "- there is no audio input", "- samples are of 32 bits", "- it has no such extension"
+CLAP_VALIDATOR = {
+    "scan-time": "test_scanning_is_quick_and_takes_known_names_alone",
+    "scan-rtld-now": "test_clap.py::test_the_binary_is_small_and_exports_its_entries_alone",  # linked -z now
+    "query-nonexistent-factory": "test_scanning_is_quick_and_takes_known_names_alone",
+    "create-id-with-trailing-garbage": "test_scanning_is_quick_and_takes_known_names_alone",
+    "preset-discovery-crawl": "test_clap.py::test_two_plugins_and_their_presets_are_listed",
+    "preset-discovery-load": "test_clap.py::test_a_state_with_another_bass_says_which",
+    "descriptor-consistency": "test_an_instance_is_described_as_its_factory_says",
+    "features-categories": "test_an_instance_is_described_as_its_factory_says",
+    "features-duplicates": "test_an_instance_is_described_as_its_factory_says",
+    "process-audio-basic": NO_INPUT,
+    "process-audio-double": NO_DOUBLE,
+    "process-audio-denormals": NO_INPUT,
+    "process-sleep-constant-mask": "test_vst3.py::test_blocks_of_zeros_are_called_silent",
+    "process-sleep-process-status": "test_clap.py::test_it_sleeps_when_no_string_moves",
+    "process-note-out-of-place-basic": "test_any_notes_give_a_sound_without_subnormal_numbers",
+    "process-note-inconsistent": "test_any_notes_give_a_sound_without_subnormal_numbers",
+    "process-note-wildcard": "test_any_notes_give_a_sound_without_subnormal_numbers",
+    "process-varying-sample-rates": "test_it_plays_at_any_rate",
+    "process-varying-block-sizes": "test_clap.py::test_it_plays_what_is_rendered_bit_for_bit",
+    "process-random-block-sizes": "test_clap.py::test_it_plays_what_is_rendered_bit_for_bit",
+    "process-reset-reactivate": "test_clap.py::test_reset_makes_it_as_new",
+    "layout-audio-ports-activation": NOT_HAD,
+    "layout-audio-ports-config": NOT_HAD,
+    "layout-configurable-audio-ports": NOT_HAD,
+    "param-set-events": "test_values_are_the_same_by_flush_and_by_process",
+    "param-set-no-cookies": "test_values_are_the_same_by_flush_and_by_process",  # those of our host are null
+    "param-set-wrong-namespace": "test_events_of_another_space_change_nothing",
+    "param-fuzz-basic": "test_any_values_give_a_sound",
+    "param-fuzz-bounds": "test_any_values_give_a_sound",
+    "param-fuzz-sample-accurate": "test_any_values_give_a_sound",
+    "param-fuzz-modulation": "- no parameter says that it can be modulated",
+    "param-conversions": "test_values_and_texts_agree",
+    "param-default-values": "test_clap.py::test_parameters_are_those_of_the_table",
+    "state-invalid-empty": "test_clap.py::test_a_state_that_is_none_is_refused_with_one_line",
+    "state-invalid-random": "test_a_state_of_random_bytes_is_refused",
+    "state-reproducibility-basic": "test_a_state_is_the_same_when_saved_again",
+    "state-reproducibility-binary": "test_a_state_is_the_same_when_saved_again",
+    "state-reproducibility-buffered": "test_a_state_is_the_same_when_saved_again",
+    "transport-null": "test_clap.py::test_it_plays_what_is_rendered_bit_for_bit",  # our host gives none
+    "transport-fuzz": "test_events_of_another_space_change_nothing",
+    "transport-fuzz-sample-accurate": "test_events_of_another_space_change_nothing",
+}
+STEINBERG = {
+    "Scan Editor Classes": "test_buses_are_as_they_say",
+    "Scan Buses": "test_buses_are_as_they_say",
+    "Scan Parameters": "test_parameters_of_vst3_have_what_hosts_need",
+    "MIDI Mapping": "test_vst3.py::test_channels_bend_apart_and_pressure_vibrates_one_string",
+    "MIDI Learn": "- IMidiLearn is not there",
+    "Scan Units": "test_vst3.py::test_parameters_come_in_groups",
+    "Scan Programs": "test_vst3.py::test_a_thread_of_the_plugin_changes_the_bass_in_real_time",
+    "Terminate/Initialize": "test_it_begins_and_ends_in_any_legal_order",
+    "Unit Structure": "test_vst3.py::test_parameters_come_in_groups",
+    "Valid State Transition": "test_it_begins_and_ends_in_any_legal_order",
+    "Bus Consistency": "test_buses_are_as_they_say",
+    "Bus Activation": "test_buses_are_as_they_say",
+    "Audio Bus Arrangement": "test_buses_are_as_they_say",
+    "Suspend/Resume": "test_it_begins_and_ends_in_any_legal_order",
+    "Note Expression": "test_vst3.py::test_a_thread_of_the_plugin_changes_the_bass_in_real_time",
+    "Keyswitch": "test_vst3.py::test_hosts_show_what_keys_switch",
+    "Process": "test_it_plays_at_any_rate",
+    "Silence Flags": "test_vst3.py::test_blocks_of_zeros_are_called_silent",
+    "Silence Processing": "test_vst3.py::test_blocks_of_zeros_are_called_silent",
+    "Parameters Flush": "test_values_without_sound_are_taken",
+    "Parameters Flush 2": "test_values_without_sound_are_taken",
+    "Parameters Flush 3": "test_values_without_sound_are_taken",
+    "Variable Block Size": "test_vst3.py::test_it_plays_what_is_rendered_bit_for_bit",
+    "Process Format": "test_it_plays_at_any_rate",
+    "Speaker Arrangement": "test_vst3.py::test_stereo_is_twice_the_same",
+    "Accuracy": "test_vst3.py::test_points_of_parameters_are_heard_at_their_frames",
+    "Double Precision (64 bit)": NO_DOUBLE,
+}
+PLUGINVAL = {
+    "Plugin info": "test_an_instance_is_described_as_its_factory_says",
+    "Plugin programs": "test_vst3.py::test_a_session_names_its_bass",
+    "Audio processing": "test_it_plays_at_any_rate",
+    "Non-releasing audio processing": "test_it_begins_and_ends_in_any_legal_order",
+    "Plugin state": "test_a_state_is_the_same_when_saved_again",
+    "Plugin state restoration": "test_a_state_is_the_same_when_saved_again",
+    "Automation": "test_any_values_give_a_sound",
+    "Automatable Parameters": "test_parameters_of_vst3_have_what_hosts_need",
+    "Parameters": "test_parameters_of_vst3_have_what_hosts_need",
+    "Background thread state": "test_sanitizers.py::test_threads_of_a_host_and_of_the_plugin_itself",
+    "Parameter thread safety": "test_sanitizers.py::test_threads_of_a_host_and_of_the_plugin_itself",
+    "Fuzz parameters": "test_any_values_give_a_sound",
+    "Basic bus": "test_buses_are_as_they_say",
+    "Listing available buses": "test_buses_are_as_they_say",
+    "Enabling all buses": "test_vst3.py::test_the_plugin_with_an_output_a_string",
+    "Disabling non-main busses": "test_buses_are_as_they_say",
+    "Restoring default layout": "test_vst3.py::test_stereo_is_twice_the_same",
+    "Allocations during process": "test_clap.py::test_process_allocates_nothing",
+    "Process called with a larger than prepared block size": "test_it_begins_and_ends_in_any_legal_order",
+    "Locale": "test_the_locale_stays",
+}
+RATES = (1000.0, 1234.5678, 22050.0, 44100.0, 123456.78, 768000.0, 1234567.8)  # Hz
+TINY = float(np.finfo(np.float32).tiny)
+ROUNDS = 12  # of random values and events
+
+
+@pytest.mark.parametrize(
+    "asked", [CLAP_VALIDATOR, STEINBERG, PLUGINVAL], ids=["clap-validator", "Steinberg", "pluginval"]
+)
+def test_each_check_has_its_test(asked: dict[str, str]) -> None:
+    for check, where in asked.items():
+        file, _, name = where.rpartition("::")
+        text = (HERE.with_name(file) if file else HERE).read_text()
+        assert where.startswith("- ") or re.search(rf"^def {name}\(", text, re.MULTILINE), check
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    made = tmp_path_factory.mktemp("asked") / "clap"
+    clap.write_bundle({name: load_preset(name) for name in ("jazz-finger", "slap")}, made)
+    return made
+
+
+@pytest.fixture(scope="module")
+def bundle(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    made = tmp_path_factory.mktemp("asked") / "livebass.vst3"
+    vst3.write_bundle({"jazz-finger": load_preset("jazz-finger")}, made)
+    return made
+
+
+@pytest.fixture
+def plugin(folder: Path) -> Iterator[Plugin]:
+    with closing(Plugin(folder)) as made:
+        yield made
+
+
+def assert_sound(sound: Floats) -> None:
+    assert np.isfinite(sound).all()
+    assert not ((sound != 0) & (abs(sound) < TINY)).any(), "subnormal"
+
+
+# --- CLAP ---
+
+
+def test_scanning_is_quick_and_takes_known_names_alone(folder: Path) -> None:
+    began = time.process_time()
+    library = Library(folder)
+    assert [name for name, _ in library.plugins()] == [MONO, STRINGS]
+    assert time.process_time() - began < 0.1
+    assert not library.entry.factory(b"clap.plugin-factory-of-ours")
+    factory, address = library.factory()
+    with closing(Plugin(folder, active=False)) as plugin:
+        assert not factory.create(address, c.addressof(plugin.host), f"{MONO}x1".encode())
+        assert not factory.create(address, c.addressof(plugin.host), b"")
+    assert not factory.descriptor(address, 2)
+
+
+def test_an_instance_is_described_as_its_factory_says(folder: Path) -> None:
+    for k, name in enumerate((MONO, STRINGS)):
+        with closing(Plugin(folder, name=name, active=False)) as plugin:
+            factory, address = plugin.library.factory()
+            told, own = factory.descriptor(address, k).contents, plugin.plugin.descriptor.contents
+            for field in dict(DESCRIPTOR._fields_).keys() - {"version", "features"}:
+                assert getattr(told, field) == getattr(own, field)
+            assert told.name and told.vendor and told.release and list(told.version) == list(own.version)
+            features = []
+            while told.features[len(features)]:
+                features.append(told.features[len(features)])
+            assert b"instrument" in features and len(set(features)) == len(features)
+
+
+def events(rng: np.random.Generator, count: int, frames: int) -> list[Any]:
+    """Random events that need not fit each other: keys and channels of -1 stand for any."""
+    made = []
+    for _ in range(count):
+        key, number, low7 = int(rng.integers(-1, 128)), int(rng.integers(-1, 20)), rng.integers(0, 128, 2).tolist()
+        any_event = [
+            note_on(max(key, 0), rng.uniform(0, 1), number, int(rng.integers(-1, 16))), note_off(key, number),
+            choke(key), tuning(rng.uniform(-120, 120), key, number),
+            expression(int(rng.integers(0, 8)), rng.uniform(-2, 2), key, number),
+            midi(rng.integers(0, 256, 3, dtype=np.uint8).tobytes()), midi(bytes([0xB0, *low7])),
+        ]  # fmt: skip
+        made.append(any_event[rng.integers(len(any_event))])
+    for event, when in zip(made, sorted(rng.integers(0, frames, count).tolist()), strict=True):
+        event.time = when
+    return made
+
+
+def test_any_notes_give_a_sound_without_subnormal_numbers(plugin: Plugin) -> None:
+    rng = np.random.default_rng(1)
+    for k in range(ROUNDS):
+        assert_sound(plugin.block(512, events(rng, 40, 512)))
+        assert_sound(plugin.block(512, [note_on(28 + k, 0.9), note_on(43 + k, 0.5)]))
+    plugin.block(1, [note_off(-1)])
+    assert_sound(plugin.block(48000))
+
+
+def test_any_values_give_a_sound(plugin: Plugin) -> None:
+    """At random, at their limits, and at random frames."""
+    rng = np.random.default_rng(2)
+    params = [p for p in plugin.params() if not p.flags & 1 << 3]  # 3: read only
+    for k in range(ROUNDS):
+        moved = [
+            value(p.id, rng.uniform(p.least, p.most) if k % 2 else (p.least, p.most)[rng.integers(2)]) for p in params
+        ]
+        for event, when in zip(moved, sorted(rng.integers(0, 1000, len(moved)).tolist()), strict=True):
+            event.time = when
+        assert_sound(plugin.block(1000, [note_on(28 + 2 * k, 0.9), *moved]))
+        plugin.work()
+
+
+def test_values_are_the_same_by_flush_and_by_process(folder: Path) -> None:
+    rng = np.random.default_rng(3)
+    with closing(Plugin(folder)) as one, closing(Plugin(folder)) as other:
+        wanted = {p.id: rng.uniform(p.least, p.most) for p in one.params() if not p.flags & 1 << 3}
+        for number, x in wanted.items():
+            one.set(number, x)
+        other.block(64, [value(number, x) for number, x in wanted.items()])
+        assert [one.value(number) for number in wanted] == [other.value(number) for number in wanted]
+        assert one.save() == other.save()
+
+
+def test_events_of_another_space_change_nothing(plugin: Plugin) -> None:
+    """Nor do events of the transport, 9."""
+    before = plugin.save()
+    foreign = [value(p.id, p.most) for p in plugin.params()] + [note_on(40, 0.9)]
+    for event in foreign:
+        event.space = 0xB33F
+    transport = MIDI_EVENT(c.sizeof(NOTE), 0, 0, 9)
+    assert not plugin.block(512, [*foreign, transport]).any() and plugin.save() == before
+
+
+def test_values_and_texts_agree(plugin: Plugin) -> None:
+    rng = np.random.default_rng(4)
+    for p in plugin.params():
+        for x in rng.uniform(p.least, p.most, 20):
+            x = round(x) if p.flags & 1 else x  # 1: stepped
+            text = plugin.text(p.id, x)
+            read = plugin.value_of(p.id, text)
+            assert read is not None and abs(read - x) <= 0.005 + 1e-9, (p.name, text)
+            assert plugin.text(p.id, read) == text
+
+
+def test_a_state_of_random_bytes_is_refused(plugin: Plugin) -> None:
+    rng, before = np.random.default_rng(5), plugin.save()
+    for size in (1, 8, 300, 1 << 16, 1 << 18):
+        assert not plugin.load(rng.bytes(size))
+    assert plugin.save() == before
+
+
+def test_a_state_is_the_same_when_saved_again(folder: Path, plugin: Plugin) -> None:
+    """Our host takes and gives it in pieces of a few bytes."""
+    rng = np.random.default_rng(6)
+    for _ in range(ROUNDS):
+        plugin.block(64, [value(p.id, rng.uniform(p.least, p.most)) for p in plugin.params() if not p.flags & 1 << 3])
+        state = plugin.save()
+        assert state == plugin.save()
+        with closing(Plugin(folder, active=False)) as other:
+            assert other.load(state) and other.save() == state
+            assert [other.value(p.id) for p in other.params()] == [plugin.value(p.id) for p in plugin.params()]
+
+
+def test_it_plays_at_any_rate(folder: Path) -> None:
+    for rate in RATES:
+        with closing(Plugin(folder, rate=rate)) as plugin:  # type: ignore[arg-type]
+            sound = plugin.block(1024, [note_on(40, 0.9)])
+            assert_sound(sound)
+            assert sound.any()
+
+
+def test_the_locale_stays(plugin: Plugin) -> None:
+    before = locale.setlocale(locale.LC_ALL)
+    plugin.block(64, [note_on(40, 0.9)])
+    assert plugin.load(plugin.save()) and plugin.text(0, -3.5) == "-3.50 dB"
+    assert locale.setlocale(locale.LC_ALL) == before
+
+
+# --- VST3 ---
+
+LINUX = pytest.mark.skipif(this_system().name != "linux-x86_64", reason="the host is for Linux on x86-64")
+
+
+@pytest.fixture
+def other(bundle: Path) -> Iterator[low.Plugin]:
+    plugin = low.Plugin(bundle)
+    yield plugin
+    plugin.close()
+
+
+@LINUX
+def test_parameters_of_vst3_have_what_hosts_need(other: low.Plugin) -> None:
+    parameters = other.parameters()
+    assert len(parameters) == other.controller.call(8), "each has an id of its own"
+    units = other.units()
+    for number, p in parameters.items():
+        assert number < 1 << 31 and low.wide(p.title) and p.steps >= 0 and 0 <= p.usual <= 1 and p.unit in units
+        assert not p.flags & low.IS_READ_ONLY or not p.flags & (low.CAN_AUTOMATE | low.IS_PROGRAM_CHANGE)
+        assert not p.flags & low.IS_PROGRAM_CHANGE or p.flags & low.IS_LIST
+        for x in (0.0, 0.25, 1.0):
+            plain = other.controller.call(12, low.U32(number), x, result=low.D)
+            normal = other.controller.call(13, low.U32(number), plain, result=low.D)
+            assert p.steps or normal == pytest.approx(x, abs=1e-12)
+            assert other.text(number, x)
+    assert other.controller.call(9, low.I32(len(parameters)), c.addressof(low.Parameter())) != 0
+
+
+@LINUX
+@pytest.mark.parametrize("which", [low.MONO, low.STRINGS])
+def test_buses_are_as_they_say(bundle: Path, which: int) -> None:
+    plugin = low.Plugin(bundle, which)
+    component, found = plugin.component, c.create_string_buffer(16)
+    assert component.call(5, c.addressof(found)) != 0, "the object is its own controller"
+    assert component.call(7, low.I32(1), low.I32(0)) == 1 and component.call(7, low.I32(0), low.I32(0)) == 0
+    for media, direction in ((0, 0), (0, 1), (1, 0), (1, 1)):
+        kind = (low.I32(media), low.I32(direction))
+        count = component.call(7, *kind)
+        for index in range(-1, count + 1):
+            bus, exists = low.Bus(), 0 <= index < count
+            assert (component.call(8, *kind, low.I32(index), c.addressof(bus)) == 0) == exists
+            if exists:
+                assert low.wide(bus.name) and bus.channels > 0 and (bus.media, bus.direction) == (media, direction)
+                assert bus.type == (index > 0) and bus.flags == 1
+            for on in (0, 1):
+                assert (component.call(10, *kind, low.I32(index), c.c_uint8(on)) == 0) == exists
+            arrangement = low.U64()
+            if media == 0:
+                told = plugin.processor.call(4, low.I32(direction), low.I32(index), c.addressof(arrangement))
+                assert (told == 0) == exists and arrangement.value.bit_count() == (bus.channels if exists else 0)
+    plugin.close()
+
+
+@LINUX
+def test_it_begins_and_ends_in_any_legal_order(bundle: Path) -> None:
+    """Terminated and initialized again, prepared anew without an end, with blocks longer than was said."""
+    plugin = low.Plugin(bundle)
+    for rate, most in ((44100.0, 64), (96000.0, 1024), (48000.0, 32)):
+        for on in (0, 1, 0, 1):  # setActive, setProcessing
+            setup = low.Setup(low.REAL_TIME, 0, most, rate)
+            if not on:
+                assert plugin.component.call(11, c.c_uint8(0)) == 0
+                assert plugin.processor.call(7, c.addressof(setup)) == 0
+                continue
+            assert plugin.component.call(11, c.c_uint8(1)) == 0 == plugin.processor.call(8, c.c_uint8(1))
+            sound = plugin.block(2 * most, [low.note_on(40, 0.9, 1)])
+            assert_sound(sound)
+            assert sound.any() and plugin.processor.call(8, c.c_uint8(0)) == 0
+    for _ in range(2):
+        assert plugin.component.call(11, c.c_uint8(0)) == plugin.component.call(4) == 0
+        assert plugin.component.call(11, c.c_uint8(1)) != 0, "not while it is terminated"
+        assert plugin.component.call(3, None) == 0 == plugin.component.call(11, c.c_uint8(1))
+        assert plugin.block(256, [low.note_on(40, 0.9, 1)]).any()
+    plugin.close()
+
+
+@LINUX
+def test_values_without_sound_are_taken(bundle: Path) -> None:
+    """A block of no frames, without outputs, moves parameters all the same."""
+    sounds = []
+    for flush in (False, True):
+        plugin = low.Plugin(bundle)
+        points = [(0, 0, 0.5), (1, 0, 0.1)]
+        if flush:
+            outputs, plugin.outputs = plugin.outputs, 0
+            plugin.block(0, points=points)
+            plugin.outputs = outputs
+        sounds.append(plugin.block(2048, [low.note_on(40, 0.9, 1)], [] if flush else points))
+        plugin.close()
+    assert np.array_equal(*sounds) and sounds[0].any()

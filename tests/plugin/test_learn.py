@@ -1,0 +1,68 @@
+"""Controllers that the plugin learns: as a window asks for it, in C, and in the states of hosts."""
+
+from __future__ import annotations
+
+import shutil
+import struct
+import subprocess
+from contextlib import closing
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.clap import Plugin, midi, note_on
+
+from livebass import load_preset
+from livebass.kernels.bass.check import checksum
+from livebass.live.parameters import PARAMETERS
+from livebass.plugin import build, clap
+from livebass.plugin.header import header
+from livebass.plugin.systems import this_system
+from livebass.techniques import CHANNEL_MODES, PARAMETER_ROWS
+
+SUPPORT = Path(__file__).parents[1] / "support"
+TONE, BASS = PARAMETER_ROWS["tone"].number, PARAMETER_ROWS["bass"].number
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    made = tmp_path_factory.mktemp("learn") / "livebass"
+    clap.write_bundle({"slap": load_preset("slap")}, made)
+    return made
+
+
+@pytest.mark.skipif(not shutil.which("cc") or this_system().ending != "so", reason="needs a C compiler on Linux")
+def test_the_next_controller_is_learned(folder: Path, tmp_path: Path) -> None:
+    build.emit(tmp_path, [this_system()], [build.PLUGIN])
+    levels = this_system().levels
+    (tmp_path / "kernels.h").write_text(header(levels))
+    objects = [tmp_path / build.object_name(build.PLUGIN, level, this_system()) for level in levels]
+    sources = [*sorted(build.C.glob("*.c")), SUPPORT / "learnhost.c"]
+    where = [f"-I{tmp_path}", f"-I{build.C}", "-o", tmp_path / "learnhost", "-lm", "-lpthread"]
+    subprocess.run(["cc", "-std=gnu11", *sources, *objects, *where], check=True)
+    assert subprocess.run([tmp_path / "learnhost", folder], timeout=60).returncode == 0
+
+
+def with_learned(state: bytes, learned: dict[int, int]) -> bytes:
+    """A state in which controllers have learned parameters."""
+    of = bytes(1 + learned[k] if k in learned else 0 for k in range(CHANNEL_MODES))
+    words = np.frombuffer(state[:8] + struct.pack("<q", 2) + state[16:-8] + of + bytes(8), np.uint64).copy()
+    words[-1] = checksum(words.ctypes.data, len(words) - 1)
+    return words.tobytes()
+
+
+def test_a_session_keeps_what_was_learned(folder: Path) -> None:
+    with closing(Plugin(folder)) as plugin:
+        plain = plugin.save()
+        state = with_learned(plain, {20: TONE, 7: 0, 30: BASS, 31: 200})
+        assert plugin.load(state) and plugin.save() == with_learned(plain, {20: TONE, 7: 0}), (
+            "the rest has no controller"
+        )
+        silent = plugin.block(4000, [midi(bytes([0xB0, 20, 127])), midi(bytes([0xB5, 7, 0])), note_on(40, 0.8)])
+        assert plugin.value(TONE) == 1 and plugin.value(0) == PARAMETERS[0].least and abs(silent[500:]).max() == 0
+        assert sorted(plugin.told) == [(0, PARAMETERS[0].least), (TONE, 1.0)]
+        for damaged in (state[:-16] + state[-8:], state[:200] + b"?" + state[201:], with_learned(plain, {})[:-8]):
+            assert not plugin.load(damaged)
+        assert plugin.load(plain) and plugin.save() == plain
+        plugin.block(64, [midi(bytes([0xB0, 20, 0]))])
+        assert plugin.value(TONE) == 0 and np.isfinite(plugin.block(64)).all()

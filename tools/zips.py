@@ -1,0 +1,95 @@
+"""Writes the zip archives for those who have neither Python nor pip; tools/wheels.py calls it.
+
+An archive holds the plugins of all formats with every preset, the page, the licence and three lines that say what to
+do. The same sources and tools give the same bytes: files are sorted and have one date.
+"""
+
+from __future__ import annotations
+
+import io
+import struct
+import zipfile
+from collections.abc import Mapping
+from pathlib import Path
+from types import ModuleType
+
+from livebass import __version__
+from livebass.cli.export import BUNDLES
+from livebass.model.instrument import Instrument
+from livebass.plugin import clap, lv2, vst3
+from livebass.plugin.bundle import is_macos
+from livebass.plugin.systems import SYSTEMS, System, folder_of_plugins
+from livebass.web.export import SINGLE
+
+LICENSE = Path(__file__).parents[1] / "LICENSE"
+FORMATS: dict[str, ModuleType] = {"lv2": lv2, "clap": clap, "vst3": vst3}
+UNIVERSAL = "macos"  # one archive for both kinds of processor
+DATE = (1980, 1, 1, 0, 0, 0)  # the first that an archive can have
+FILE, PROGRAM, UNIX = 0o100644, 0o100755, 3
+FAT, ALIGNMENT = 0xCAFEBABE, 14  # of a binary for several processors: its first word; 2^14 bytes, a page of arm64
+
+
+def archives(asked: Mapping[str, bytes]) -> dict[str, dict[str, bytes]]:
+    """The archives that can be made of the binaries `asked`, by name: binaries by their system's name.
+
+    That of macOS needs those of all its systems.
+    """
+    macos = [name for name, system in SYSTEMS.items() if is_macos(system)]
+    found = {name: {name: code} for name, code in asked.items() if name not in macos}
+    if set(macos) <= set(asked):
+        found[UNIVERSAL] = {name: asked[name] for name in macos}
+    return found
+
+
+def universal(slices: list[bytes]) -> bytes:
+    """Joins Mach-O binaries of several kinds of processor into one file."""
+    table, body = struct.pack(">II", FAT, len(slices)), b""
+    start = 1 << ALIGNMENT
+    for code in slices:
+        kind, subtype = struct.unpack_from("<II", code, 4)
+        body += b"\0" * (-len(body) % (1 << ALIGNMENT))
+        table += struct.pack(">IIIII", kind, subtype, start + len(body), len(code), ALIGNMENT)
+        body += code
+    return table.ljust(start, b"\0") + body
+
+
+def archive(
+    name: str, binaries: Mapping[str, bytes], basses: dict[str, Instrument], instruments: dict[str, bytes], page: bytes
+) -> bytes:
+    """The archive called `name` of `basses`, with the binaries that `archives` gives for it.
+
+    instruments: what `instrument_files` makes of the basses; page: the page with them, in one file.
+    """
+    system = SYSTEMS[next(iter(binaries))]
+    code = universal(list(binaries.values())) if name == UNIVERSAL else binaries[name]
+    files = {"README.txt": readme(system).encode(), "LICENSE.txt": LICENSE.read_bytes(), SINGLE: page}
+    for kind, module in FORMATS.items():
+        made = module.bundle_files(basses, instruments, code, system)
+        files |= {f"{kind.upper()}/{BUNDLES[kind]}/{place}": data for place, data in made.items()}
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w") as to:
+        for place, data in sorted(files.items()):
+            entry = zipfile.ZipInfo(f"{title(name)}/{place}", DATE)
+            entry.create_system, entry.compress_type = UNIX, zipfile.ZIP_DEFLATED
+            entry.external_attr = (PROGRAM if data == code else FILE) << 16
+            to.writestr(entry, data, compresslevel=9)
+    return packed.getvalue()
+
+
+def title(name: str) -> str:
+    """The name of an archive's file, without .zip, and of the folder in it."""
+    return f"livebass-{__version__}-{name}"
+
+
+def readme(system: System) -> str:
+    """Three lines: where to, how to load it, how to play it."""
+    places = ", ".join(
+        f"{kind.upper()}/{BUNDLES[kind]} into {folder_of_plugins(system, kind)}" for kind in ("vst3", "clap", "lv2")
+    )
+    allow = "Then run, in a terminal: xattr -dr com.apple.quarantine ~/Library/Audio/Plug-Ins."
+    allowed = f" {allow}" if is_macos(system) else ""
+    return (
+        f"Unpack, and copy what your host plays, one or all: {places}.{allowed}\n"
+        "Load: have your host look for new plugins, and put livebass on a track for instruments.\n"
+        f"Play: MIDI from E1 (28) up; or open {SINGLE} in a browser and play there. To uninstall, delete the copies.\n"
+    )
