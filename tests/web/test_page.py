@@ -848,8 +848,12 @@ def test_forced_colours_keep_neck_and_meters(page: Any, scheme: str) -> None:
             assert abs(np.count_nonzero(full) / row.size - part) < 0.03
             assert strokes_across(bar[:, -20]) == 2  # its frame
         colour = "return getComputedStyle(arguments[0]).backgroundColor"
-        on, off = way(page, "Fingers"), way(page, "Pick")
-        assert page.execute_script(colour, on) != page.execute_script(colour, off)
+        for button in page.find_elements("css selector", "[aria-pressed]:not(#power)"):
+            seen = []
+            for on in ("true", "false"):
+                page.execute_script("arguments[0].setAttribute('aria-pressed', arguments[1])", button, on)
+                seen.append(page.execute_script(colour, button))
+            assert seen[0] != seen[1], button.get_attribute("outerHTML")
 
 
 @pytest.mark.parametrize("width", WIDTHS)
