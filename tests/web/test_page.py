@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 import soundfile
 from support.browser import chromium, firefox, open_page, served, wait
+from support.song import midi_file, song_of
 from support.wasm import HARD, PINNED, QUANTUM, RATE, messages_of, sound_hash
 
 from livebass import load_preset, score_of
@@ -1153,25 +1154,6 @@ def open_file(driver: Any, name: str, data: bytes, drop: bool = False) -> None:
         "else { $('song-file').files = held.files; $('song-file').dispatchEvent(new Event('change')); }"
     )
     driver.execute_script(script, name, base64.b64encode(data).decode(), drop)
-
-
-def midi_file(*tracks: list[Any], kind: int = 1) -> bytes:
-    file, out = mido.MidiFile(type=kind), io.BytesIO()
-    for messages in tracks:
-        file.tracks.append(mido.MidiTrack(messages))
-    file.save(file=out)
-    return out.getvalue()
-
-
-def song_of(notes: list[int], length: int = 240) -> list[Any]:
-    """Notes one after the other, of `length` ticks (480 a quarter) each."""
-    found = [mido.MetaMessage("track_name", name="Bass"), mido.Message("program_change", program=33, channel=2)]
-    for note in notes:
-        found += [
-            mido.Message("note_on", note=note, velocity=90, channel=2),
-            mido.Message("note_off", note=note, channel=2, time=length),
-        ]
-    return found
 
 
 NOTES = [28, 31, 33, 35, 38, 40]

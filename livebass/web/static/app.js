@@ -173,7 +173,7 @@ function hear({data}) {
   }
   if (data.sight) {
     began = data.began;
-    const spare = see.take(data);
+    const spare = names.get(data.of) === $("bass").value ? see.take(data) : data.sight; // another one may still ring
     if (spare) node.port.postMessage({spare}, [spare]);
     return;
   }
