@@ -1127,6 +1127,63 @@ def test_where_motion_is_not_wanted_strings_stay_and_flashes_are_held(page: Any)
         assert page.execute_script("see.fade(performance.now() + 400); return see.flashes.size") == 0
 
 
+# What `count` finds in so many ms: pictures a second, frames that were recorded for each that passed, faults
+PICTURES = """
+window.count = async ms => {
+  let pictures = 0, frames = 0;
+  const draw = see.drawNeck, keep = taped, before = context.currentTime, began = performance.now();
+  see.drawNeck = (...all) => { pictures++; draw.apply(see, all); };
+  tape = [];
+  node.port.postMessage({record: true});
+  const told = node.port.onmessage;
+  node.port.onmessage = e => { if (e.data.taped) frames += e.data.taped.length; else told(e); };
+  await new Promise(done => setTimeout(done, ms));
+  const after = context.currentTime, seconds = (performance.now() - began) / 1000;
+  node.port.postMessage({record: false});
+  await new Promise(done => setTimeout(done, 300));
+  see.drawNeck = draw;
+  node.port.onmessage = told;
+  return [pictures / seconds, frames / context.sampleRate / (after - before), late, $("faults").textContent];
+};
+"""
+# At the end of an audio thread: 14 of 16 ms are gone
+BURDEN = """
+const quantum = LivebassProcessor.prototype.process;
+LivebassProcessor.prototype.process = function (inputs, outputs) {
+  const until = Date.now() + (currentFrame % 768 ? 0 : 14);
+  const goesOn = quantum.call(this, inputs, outputs);
+  this.busy += Math.max(0, until - Date.now());
+  while (Date.now() < until);
+  return goesOn;
+};
+"""
+
+
+@pytest.mark.parametrize("loaded", ["audio thread", "main thread"])
+def test_pictures_are_shed_before_sound(browser: Any, pages: dict[bool, Path], tmp_path: Path, loaded: str) -> None:
+    """On an audio thread that is busy, or a main thread, there are fewer pictures; all that is played is recorded."""
+    shutil.copytree(pages[False].parent, tmp_path / "page")
+    script = tmp_path / "page" / "worklet.js"
+    if loaded == "audio thread":
+        script.write_text(script.read_text() + BURDEN)
+    found = []
+    with served(tmp_path / "page") as home, served(pages[False].parent) as idle:
+        for address in (idle, home):
+            open_page(browser, f"{address}/index.html")
+            start(browser)
+            browser.execute_script(PICTURES)
+            if address == home and loaded == "main thread":
+                busy = "const until = performance.now() + 80; while (performance.now() < until);"
+                browser.execute_script(f"setInterval(() => {{ {busy} }}, 100)")
+            browser.execute_script("press('test', 28, 127, performance.now()); late = 0")
+            browser.execute_async_script("setTimeout(arguments[0], 600)")
+            found.append(browser.execute_async_script("count(1000).then(arguments[0])"))
+            browser.execute_script("release('test')")
+    (pictures, recorded, _, _), (fewer, still, _, faults) = found
+    assert fewer < 0.6 * pictures, found
+    assert abs(recorded - 1) < 0.2 and abs(still - 1) < 0.2 and faults == "0 faults", found
+
+
 def test_a_phone_shows_one_picture_at_a_time(page: Any) -> None:
     shown = "return ['side', 'note', 'spectrum'].filter(id => $(id).clientWidth > 0)"
     with sized(page, 390, 844):
