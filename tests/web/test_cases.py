@@ -77,6 +77,11 @@ def test_buttons_play_and_show_the_cases(page: Any) -> None:
     assert page.execute_script("return see.replay === undefined")
 
 
+def test_a_case_that_there_is_not_is_told(page: Any) -> None:
+    page.execute_script("location.hash = '#case=z'")
+    wait(lambda: "no case of this page: case=z" in page.find_element("id", "said").text)
+
+
 def test_only_the_string_of_the_paper_itself_has_cases() -> None:
     bass = load_preset(PRESET)
     assert [case["symbol"] for case in shown_cases(bass, Source(PRESET))] == list(PLAYED)
