@@ -2,6 +2,9 @@
 
     LIVEBASS_LEVEL=x86-64-v2 .venv/bin/python tools/in_browser.py jazz-finger slap
     .venv/bin/python tools/in_browser.py --play 60 jazz-finger fretless
+    .venv/bin/python tools/in_browser.py --play 60 --line --runs 5 slap
+
+With --runs it plays so many times with pictures and as many without, by turns, and prints the medians of both.
 
 Work is in seconds a second of sound: eight seconds of chords in quanta of 128 frames, of each quantum the least of six
 runs, natively by the thread's time, in a worker of the browser by the wall clock.
@@ -12,6 +15,7 @@ from __future__ import annotations
 import argparse
 import functools
 import http.server
+import os
 import shutil
 import sys
 import tempfile
@@ -70,10 +74,16 @@ const [name, given, source, done] = arguments;
 PLAY = """
 $("bass").value = arguments[0];
 $("bass").dispatchEvent(new Event("change"));
-const [, seconds, strings, done] = arguments;
+const [, seconds, strings, line, drawn, done] = arguments;
 const underruns = () => context.playbackStats?.underrunEvents;
+let pictures = 0;
+const draw = see.drawNeck;
+see.drawNeck = (...all) => { pictures++; draw.apply(see, all); };
+if (!drawn) see.draw = () => {};
 sound().then(() => new Promise(later => setTimeout(later, 2000))).then(() => {
   const loads = [], told = node.port.onmessage;
+  if (!drawn) node.port.postMessage({seeing: false});
+  pictures = 0;
   const before = underruns();
   let most = 0, peak = 0;
   node.port.onmessage = e => {
@@ -84,19 +94,23 @@ sound().then(() => new Promise(later => setTimeout(later, 2000))).then(() => {
     }
     told(e);
   };
-  const chord = () => [31, 38, 43, 50].slice(0, strings).forEach((key, k) => {
-    send(performance.now() + 10 * k, [0x90, key, 125]);
-    setTimeout(() => send(performance.now(), [0x80, key, 0]), 1200 + 10 * k);
-  });
+  const play = (key, late, long) => {
+    send(performance.now() + late, [0x90, key, 125]);
+    setTimeout(() => send(performance.now(), [0x80, key, 0]), long + late);
+  };
+  let beats = 0;
+  const chord = line ? () => play([28, 40][beats++ % 2], 0, 120)
+    : () => [31, 38, 43, 50].slice(0, strings).forEach((key, k) => play(key, 10 * k, 1200));
   chord();
-  const chords = setInterval(chord, 1500);
+  const chords = setInterval(chord, line ? 150 : 1500);
   setTimeout(() => clearInterval(chords), 1000 * seconds - 100);
   let first, last; // underruns by the second chord, and by the time that the last one has decayed
   setTimeout(() => { first = underruns(); }, 1500);
   setTimeout(() => { last = underruns(); }, 1000 * seconds + 1500);
   setTimeout(() => {
     const end = underruns();
-    done({loads, most, peak, first: first - before, then: last - first, after: end - last});
+    pictures /= seconds + 4.5;
+    done({loads, most, peak, pictures, first: first - before, then: last - first, after: end - last});
   }, 1000 * seconds + 4500);
 });
 """
@@ -141,11 +155,40 @@ def in_browser(driver: Any, preset: str) -> float:
     return float(np.min(runs, axis=0).sum() * 1e-3 / SECONDS)
 
 
+def played(driver: Any, preset: str, given: argparse.Namespace, drawn: bool = True) -> dict[str, Any]:
+    """What came of playing on the page that is open, once it is warm."""
+    time.sleep(2)
+    found: dict[str, Any] = driver.execute_async_script(PLAY, preset, given.play, given.strings, given.line, drawn)
+    if found["peak"] < LEAST_PEAK:
+        sys.exit(f"{preset}: silent: a peak of {found['peak']:.1e}")
+    return found
+
+
+def compare(driver: Any, preset: str, given: argparse.Namespace) -> None:
+    """Plays with pictures and without by turns; prints each run, and the medians."""
+    address, underruns = driver.current_url, dict[bool, list[int]]({True: [], False: []})
+    for _ in range(given.runs):
+        for drawn in underruns:
+            driver.get(address)
+            found = played(driver, preset, given, drawn)
+            underruns[drawn].append(found["first"] + found["then"] + found["after"])
+            print(
+                f"{preset}, {'with' if drawn else 'without'} pictures: {underruns[drawn][-1]} underruns,"
+                f" {found['pictures']:.0f} pictures a second, load mean {np.mean(found['loads']):.3f},"
+                f" machine {os.getloadavg()[0]:.1f}",
+                flush=True,
+            )
+    with_, without = (f"{np.median(underruns[drawn]):g}" for drawn in (True, False))
+    print(f"{preset}: median of {given.runs}: {with_} underruns with pictures, {without} without")
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("presets", nargs="+", metavar="PRESET")
     parser.add_argument("--play", type=float, metavar="SECONDS", help="play hard chords in real time instead")
     parser.add_argument("--strings", type=int, default=4, metavar="N", help="of the chords that --play plays")
+    parser.add_argument("--line", action="store_true", help="--play plays a line of single notes instead of chords")
+    parser.add_argument("--runs", type=int, metavar="N", help="of --play with pictures, and as many without")
     given = parser.parse_args()
     options = webdriver.ChromeOptions()
     for option in ("headless=new", "no-sandbox", "disable-gpu", "autoplay-policy=no-user-gesture-required"):
@@ -159,11 +202,10 @@ def main() -> None:
             driver.set_script_timeout(600)
             for preset in given.presets:
                 driver.get(f"http://127.0.0.1:{server.server_port}/{page.name}")
-                if given.play:
-                    time.sleep(2)
-                    found = driver.execute_async_script(PLAY, preset, given.play, given.strings)
-                    if found["peak"] < LEAST_PEAK:
-                        sys.exit(f"{preset}: silent: a peak of {found['peak']:.1e}")
+                if given.play and given.runs:
+                    compare(driver, preset, given)
+                elif given.play:
+                    found = played(driver, preset, given)
                     loads = np.array(found["loads"])
                     print(
                         f"{preset}: load mean {loads.mean():.3f}, worst {loads.max():.2f}; {found['most']} strings"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from typing import Any
+from urllib.parse import quote
 
 import click
 
@@ -27,22 +28,33 @@ LOOK_EVERY = 0.2  # s, for a signal that ends it
 @click.option(
     "--port", type=Number("port", 0, 65535, whole=True), default=0, help="Serve at this port.  [default: any free one]"
 )
+@click.option(
+    "--link", metavar="LINK", default="", help="Open it as a link says: case=b, or one that its bench copied."
+)
 @click.option("--no-browser", is_flag=True, help="Open no browser: the address is printed.")
 @tuning_options
 @click.argument("more", nargs=-1, metavar="")
 def page(
-    presets: tuple[str, ...], quality: str, port: int, no_browser: bool, more: tuple[str, ...], **options: Any
+    presets: tuple[str, ...],
+    quality: str,
+    port: int,
+    link: str,
+    no_browser: bool,
+    more: tuple[str, ...],
+    **options: Any,
 ) -> None:
     """Open the page that plays the bass and shows its strings, in a browser on this machine.
 
     It is the page that `livebass export web` writes, served to this machine alone until Ctrl-C. Its address is printed
-    on standard output.
+    on standard output. LINK is the address of such a page, or what stands behind the # there: a bass as its bench was,
+    or a case of the paper, a, b or c, which is shown slowly.
 
     \b
     Examples:
       livebass page
       livebass page -p slap -p ./mine.toml
       livebass page --port 8000 --no-browser
+      livebass page --link case=b
     """
     from livebass.web.export import page_files
     from livebass.web.serve import PageServer
@@ -52,8 +64,9 @@ def page(
     stop = StopFlag()
     with PageServer(page_files(basses, quality, sources), port) as server:
         stop_instead(stop, lambda: True)
-        click.echo(server.address)
-        if not no_browser and not opened(server.address):
+        address = server.address + (f"#{quote(link.rpartition('#')[2], safe='=&%')}" if link else "")
+        click.echo(address)
+        if not no_browser and not opened(address):
             say("no browser could be opened: open the address yourself")
         say("Ctrl-C ends it")
         while not stop.is_set():

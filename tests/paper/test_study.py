@@ -188,7 +188,8 @@ def test_cases_link_to_the_page_that_plays_them_where_there_is_one(tmp_path: Pat
     ]
     link = 'href="page/livebass.html#case=b"'
     run_studies(told, tmp_path)
-    assert link not in (tmp_path / "index.html").read_text()
+    text = (tmp_path / "index.html").read_text()
+    assert link not in text and text.count("<code>livebass page --link case=b</code>") == text.count("case=") == 1
     (tmp_path / PLAYER).parent.mkdir()
     (tmp_path / PLAYER).touch()
     run_studies(told, tmp_path)

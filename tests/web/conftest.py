@@ -8,6 +8,8 @@ import pytest
 from support.wasm import PINNED
 
 from livebass import load_preset
+from livebass.paper.cases import PRESET
+from livebass.web.bench import Source
 from livebass.web.export import export_page
 
 
@@ -16,3 +18,11 @@ def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[bool, Path]:
     """The HTML files of the page in a folder, and (True) in one file."""
     basses = {name: load_preset(name) for name in PINNED}
     return {single: export_page(basses, tmp_path_factory.mktemp("page"), single) for single in (False, True)}
+
+
+@pytest.fixture(scope="session")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """The address of a page, in one file, that has all there can be: benches, a board, and the cases of the paper."""
+    basses = {name: load_preset(name) for name in ("jazz-finger", "fretless", PRESET)}
+    folder = tmp_path_factory.mktemp("whole")
+    return export_page(basses, folder, True, sources={name: Source(name) for name in basses}).as_uri()

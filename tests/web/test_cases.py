@@ -14,7 +14,7 @@ from livebass import load_preset
 from livebass.engine.solve import solve_trial
 from livebass.paper.cases import CASES, PLAYED, PRESET
 from livebass.web.bench import Source
-from livebass.web.export import export_page, shown_cases
+from livebass.web.export import shown_cases
 
 TIMES = (1e-3, 3.8e-3, 5e-3)  # s after the release
 MADE = """
@@ -24,16 +24,9 @@ return {rows: [...rows], slots: [...slots], hits, first, frame};
 
 
 @pytest.fixture(scope="module")
-def address(tmp_path_factory: pytest.TempPathFactory) -> str:
-    folder = tmp_path_factory.mktemp("cases")
-    basses = {name: load_preset(name) for name in ("jazz-finger", PRESET)}
-    return export_page(basses, folder, True, sources={name: Source(name) for name in basses}).as_uri()
-
-
-@pytest.fixture(scope="module")
-def page(address: str, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
+def page(whole: str, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
     with chromium(tmp_path_factory.mktemp("chromium") / "profile") as driver:
-        driver.get(f"{address}#case=b")
+        driver.get(f"{whole}#case=b")
         yield driver
         assert not [line for line in driver.get_log("browser") if line["level"] == "SEVERE"]
 
@@ -82,6 +75,11 @@ def test_buttons_play_and_show_the_cases(page: Any) -> None:
     assert counts["a"] == 0 < 20 < counts["b"] < counts["c"]
     page.find_element("id", "now").click()
     assert page.execute_script("return see.replay === undefined")
+
+
+def test_a_case_that_there_is_not_is_told(page: Any) -> None:
+    page.execute_script("location.hash = '#case=z'")
+    wait(lambda: "no case of this page: case=z" in page.find_element("id", "said").text)
 
 
 def test_only_the_string_of_the_paper_itself_has_cases() -> None:

@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 import soundfile
 from support.browser import chromium, firefox, open_page, served, wait
+from support.song import midi_file, song_of
 from support.wasm import HARD, PINNED, QUANTUM, RATE, messages_of, sound_hash
 
 from livebass import load_preset, score_of
@@ -848,8 +849,12 @@ def test_forced_colours_keep_neck_and_meters(page: Any, scheme: str) -> None:
             assert abs(np.count_nonzero(full) / row.size - part) < 0.03
             assert strokes_across(bar[:, -20]) == 2  # its frame
         colour = "return getComputedStyle(arguments[0]).backgroundColor"
-        on, off = way(page, "Fingers"), way(page, "Pick")
-        assert page.execute_script(colour, on) != page.execute_script(colour, off)
+        for button in page.find_elements("css selector", "[aria-pressed]:not(#power)"):
+            seen = []
+            for on in ("true", "false"):
+                page.execute_script("arguments[0].setAttribute('aria-pressed', arguments[1])", button, on)
+                seen.append(page.execute_script(colour, button))
+            assert seen[0] != seen[1], button.get_attribute("outerHTML")
 
 
 @pytest.mark.parametrize("width", WIDTHS)
@@ -1122,6 +1127,60 @@ def test_where_motion_is_not_wanted_strings_stay_and_flashes_are_held(page: Any)
         assert page.execute_script("see.fade(performance.now() + 400); return see.flashes.size") == 0
 
 
+# What `count` finds in so many ms: pictures a second, frames that were recorded for each that passed, faults
+PICTURES = """
+window.count = async ms => {
+  let pictures = 0, frames = 0;
+  const draw = see.drawNeck, keep = taped, before = context.currentTime, began = performance.now();
+  see.drawNeck = (...all) => { pictures++; draw.apply(see, all); };
+  tape = [];
+  node.port.postMessage({record: true});
+  const told = node.port.onmessage;
+  node.port.onmessage = e => { if (e.data.taped) frames += e.data.taped.length; else told(e); };
+  await new Promise(done => setTimeout(done, ms));
+  const after = context.currentTime, seconds = (performance.now() - began) / 1000;
+  node.port.postMessage({record: false});
+  await new Promise(done => setTimeout(done, 300));
+  see.drawNeck = draw;
+  node.port.onmessage = told;
+  return [pictures / seconds, frames / context.sampleRate / (after - before), late, $("faults").textContent];
+};
+"""
+# At the end of an audio thread, which tells that 14 of 16 ms are gone: if they were, pictures might be fewer anyway
+BURDEN = """
+const quantum = LivebassProcessor.prototype.process;
+LivebassProcessor.prototype.process = function (inputs, outputs) {
+  if (currentFrame % 768 === 0) this.busy += 14;
+  return quantum.call(this, inputs, outputs);
+};
+"""
+
+
+@pytest.mark.parametrize("loaded", ["audio thread", "main thread"])
+def test_pictures_are_shed_before_sound(browser: Any, pages: dict[bool, Path], tmp_path: Path, loaded: str) -> None:
+    """Where the audio thread has much to do, or the main thread, pictures are fewer; all that is played is recorded."""
+    shutil.copytree(pages[False].parent, tmp_path / "page")
+    script = tmp_path / "page" / "worklet.js"
+    if loaded == "audio thread":
+        script.write_text(script.read_text() + BURDEN)
+    found = []
+    with served(tmp_path / "page") as home, served(pages[False].parent) as idle:
+        for address in (idle, home):
+            open_page(browser, f"{address}/index.html")
+            start(browser)
+            browser.execute_script(PICTURES)
+            if address == home and loaded == "main thread":
+                busy = "const until = performance.now() + 80; while (performance.now() < until);"
+                browser.execute_script(f"setInterval(() => {{ {busy} }}, 100)")
+            browser.execute_script("press('test', 28, 127, performance.now()); late = 0")
+            browser.execute_async_script("setTimeout(arguments[0], 600)")
+            found.append(browser.execute_async_script("count(1000).then(arguments[0])"))
+            browser.execute_script("release('test')")
+    (pictures, recorded, _, _), (fewer, still, _, faults) = found
+    assert fewer < 0.6 * pictures, found
+    assert abs(recorded - 1) < 0.2 and abs(still - 1) < 0.2 and faults == "0 faults", found
+
+
 def test_a_phone_shows_one_picture_at_a_time(page: Any) -> None:
     shown = "return ['side', 'note', 'spectrum'].filter(id => $(id).clientWidth > 0)"
     with sized(page, 390, 844):
@@ -1149,25 +1208,6 @@ def open_file(driver: Any, name: str, data: bytes, drop: bool = False) -> None:
         "else { $('song-file').files = held.files; $('song-file').dispatchEvent(new Event('change')); }"
     )
     driver.execute_script(script, name, base64.b64encode(data).decode(), drop)
-
-
-def midi_file(*tracks: list[Any], kind: int = 1) -> bytes:
-    file, out = mido.MidiFile(type=kind), io.BytesIO()
-    for messages in tracks:
-        file.tracks.append(mido.MidiTrack(messages))
-    file.save(file=out)
-    return out.getvalue()
-
-
-def song_of(notes: list[int], length: int = 240) -> list[Any]:
-    """Notes one after the other, of `length` ticks (480 a quarter) each."""
-    found = [mido.MetaMessage("track_name", name="Bass"), mido.Message("program_change", program=33, channel=2)]
-    for note in notes:
-        found += [
-            mido.Message("note_on", note=note, velocity=90, channel=2),
-            mido.Message("note_off", note=note, channel=2, time=length),
-        ]
-    return found
 
 
 NOTES = [28, 31, 33, 35, 38, 40]

@@ -67,11 +67,22 @@ def test_it_is_for_this_machine_alone_and_ends(server: PageServer) -> None:
 
 
 def test_the_command_prints_its_address_and_ends_by_ctrl_c() -> None:
-    command = [sys.executable, "-m", "livebass", "page", "-p", "slap", "--no-browser"]
+    command = [
+        sys.executable,
+        "-m",
+        "livebass",
+        "page",
+        "-p",
+        "slap",
+        "--link",
+        "http://there/#bass=slap&action=1.5",
+        "--no-browser",
+    ]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     try:
         assert process.stdout is not None
         address = process.stdout.readline().strip()  # once all is ready
+        assert address.startswith(f"http://{HOST}:") and address.endswith("/#bass=slap&action=1.5")
         wanted = page_files({"slap": load_preset("slap")}, "live")
         with urllib.request.urlopen(address, timeout=20) as answer:
             assert answer.read() == wanted["index.html"]

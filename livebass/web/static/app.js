@@ -16,6 +16,8 @@ const BODY_PART = 26; // %, of the width, where not all frets are shown
 const LONG_PRESS = 400; // ms
 const MOST_LATE = 2000; // ms: what was pressed longer before the sound ran is forgotten
 const PITCH_EVERY = 120; // ms
+const FULL = 0.7; // load of the audio thread from which pictures are shed, so that the sound has the machine
+const SHED = 100; // ms from one picture to the next then
 const SOON = 30; // ms after the sound runs, when it is played
 const held = new Map(); // what is pressed: note, and where
 let ready = false, sounding = false, context, node, module, wasm, worker, playing, octave = 28, from = 0;
@@ -171,7 +173,7 @@ function hear({data}) {
   }
   if (data.sight) {
     began = data.began;
-    const spare = see.take(data);
+    const spare = names.get(data.of) === $("bass").value ? see.take(data) : data.sight; // another one may still ring
     if (spare) node.port.postMessage({spare}, [spare]);
     return;
   }
@@ -471,7 +473,7 @@ $("hands").onclick = () => {
 for (const place of [$("neck"), $("piano")]) {
   const cellAt = e => document.elementFromPoint(e.clientX, e.clientY)?.closest("[data-note]");
   place.addEventListener("pointerdown", e => {
-    const cell = e.target.closest("[data-note]");
+    const cell = cellAt(e); // where the finger is: browsers take a touch near an edge for one beyond it
     if (!cell || e.button) return;
     if (e.target.hasPointerCapture?.(e.pointerId)) e.target.releasePointerCapture(e.pointerId); // touch would keep it: a finger may slide on
     if (withTwoHands() && cell.dataset.string !== undefined) {
@@ -902,7 +904,7 @@ function showMeters({load, peak, overload, faults, held}) {
 // --- the pictures ---
 
 const see = new See({neck: $("strings"), side: $("side"), note: $("note"), spectrum: $("spectrum")}, PAGE.sight, text => { $("seen").textContent = text; });
-let analyser, place, lane, pitched = 0;
+let analyser, place, lane, pitched = 0, drawn = 0;
 
 // Measures where the neck is, when it was drawn anew.
 function layOut() {
@@ -938,7 +940,10 @@ function look(now) {
   }
   if (see.replay) goOn(now);
   else see.fade(now);
-  see.draw(place, lane, analyser);
+  if (!sounding || late < FULL || now - drawn >= SHED) {
+    drawn = now;
+    see.draw(place, lane, analyser);
+  }
   $("again").disabled = !ready || see.note.frame === undefined;
 }
 
@@ -946,7 +951,7 @@ function look(now) {
 
 const BEFORE = 0.005, AFTER = 0.1; // s that are shown, before the release and after it
 const HEARD = 1.5; // s of a pluck of the paper
-let recalled, lastLook = 0, rolling = false;
+let recalled, lastLook = 0, rolling = false, usualZoom;
 
 // Asks the audio thread what the string was handed, and has the worker make its motion again from that.
 async function showAgain() {
@@ -964,7 +969,9 @@ async function showAgain() {
 
 // Shows a motion that the worker made, slowly, from its beginning.
 function showSlowly(made) {
+  if (!see.replay) usualZoom = see.zoom;
   see.show(made);
+  enlarge(Math.min(usualZoom, Math.max(1, Math.floor(see.mostZoom(place, lane)))));
   Object.assign($("moment"), {max: see.replay.length - 1, value: 0, disabled: false});
   for (const id of ["picture", "clip"]) $(id).disabled = false;
   $("now").hidden = false;
@@ -1007,8 +1014,10 @@ const failed = error => say(`The case cannot be shown: ${error.message}`);
 // Shows the case that the address of the page names, if it names one; it is silent until somebody asks for sound.
 function showLinked() {
   const symbol = new URLSearchParams(location.hash.slice(1)).get("case");
+  if (symbol === null) return;
   const one = paperBass()?.cases.find(one => one.symbol === symbol);
   if (one) showCase(one, false).catch(failed);
+  else say(`The link names no case of this page: case=${symbol.slice(0, 20)}.`);
 }
 
 // A button for each case, where the page has the string of the paper.
@@ -1051,6 +1060,7 @@ function sayMoment() {
 function backToNow() {
   rolling = false;
   see.leave();
+  enlarge(usualZoom);
   $("now").hidden = true;
   for (const id of ["moment", "picture", "clip"]) $(id).disabled = true;
   $("moment-text").textContent = "";
@@ -1142,6 +1152,11 @@ $("zoom").oninput = () => {
 };
 $("zoom").oninput();
 
+function enlarge(times) {
+  $("zoom").value = times;
+  $("zoom").oninput();
+}
+
 // One picture at a time where there is no room for three.
 const PICTURES = [["side", "Side"], ["note", "Last note"], ["spectrum", "Spectrum"]];
 for (const [id, name] of PICTURES) {
@@ -1177,7 +1192,7 @@ async function openSong(file) {
     new Option(`Channel ${channel + 1}${name ? `, ${name}` : ""}: ${notes} note${notes > 1 ? "s" : ""}`, channel)));
   const bass = song.bass();
   if (bass !== undefined) $("part").value = bass;
-  $("part").hidden = $("part").options.length < 2;
+  $("parts").hidden = $("part").options.length < 2;
   $("roll").disabled = $("loop").disabled = false;
   const minutes = Math.floor(song.length / 60), seconds = String(Math.floor(song.length % 60)).padStart(2, "0");
   const which = bass === undefined ? "no part is called a bass: choose one" : `channel ${bass + 1} plays`;

@@ -9,6 +9,9 @@ const LOWEST_HZ = 30, HIGHEST_HZ = 10000, LEAST_DB = -110; // of the spectrum
 const FULL_SPEED = 4; // m/s of a string that hits a fret as hard as is drawn
 const FADE = 0.86; // of a flash from one picture to the next, 60 a second
 const HELD_FLASH = 300; // ms that a flash stays where motion is not wanted
+const LANE_PART = 0.48; // of the way to the next string, that a string is drawn away from its place
+const NARROW = 280; // px of a spectrum that has no room for all its names
+const SOME = 48; // frames from one shape to the next that is measured
 const MM = 1e-3;
 
 // The fundamental (Hz) of a sound, by McLeod's normalised square difference over the last samples; undefined: there is none.
@@ -209,7 +212,8 @@ class See {
             string: of("string"), shade: of("string-shade"), flash: of("flash")};
   }
 
-  // The context of a canvas as large as it is shown, cleared: [context, width, height, device pixels a pixel].
+  // The context of a canvas as large as it is shown, cleared: [context, width, height, device pixels a pixel, and those
+  // of a pixel that grows with the page's text].
   sheet(canvas) {
     const shown = canvas.isConnected, dpr = shown ? Math.min(2, devicePixelRatio || 1) : 2;
     const w = shown ? Math.max(1, Math.round(canvas.clientWidth * dpr)) : canvas.width;
@@ -217,7 +221,7 @@ class See {
     if (canvas.width !== w || canvas.height !== h) [canvas.width, canvas.height] = [w, h];
     const g = canvas.getContext("2d");
     g.clearRect(0, 0, w, h);
-    return [g, w, h, dpr];
+    return [g, w, h, dpr, shown ? dpr * parseFloat(getComputedStyle(document.documentElement).fontSize) / 16 : dpr];
   }
 
   // Draws all pictures that are shown. `place` maps a string's place (m from the nut) on the neck to CSS pixels, `lane`
@@ -282,10 +286,25 @@ class See {
     }
   }
 
+  // px from a string to the next one; on a neck of one string all `height` there is.
+  gap(lane, height) {
+    const many = this.bass.strings.length;
+    return Math.abs(lane(0) - lane(many - 1)) / Math.max(1, many - 1) || height;
+  }
+
+  // By how much the motion that is shown slowly can be enlarged on the neck, that it stays within its lane.
+  mostZoom(place, lane) {
+    const {rows, slots, length, string} = this.replay, scale = this.bass.strings[string].length;
+    let most = 1e-6; // m
+    for (let k = 0; k < length; k += SOME)
+      if (slots[3 * k]) for (const u of this.shapeOf(rows.subarray(k * this.seen, (k + 1) * this.seen), this.seen, slots[3 * k], slots[3 * k + 1])) most = Math.max(most, Math.abs(u));
+    return LANE_PART * this.gap(lane, this.canvases.neck.clientHeight) / (most * (place(scale) - place(0)) / scale);
+  }
+
   // Strings and flashes, over the board that the page has behind them.
   drawNeck(colour, place, lane) {
     const [g, , h, dpr] = this.sheet(this.canvases.neck), {strings} = this.bass;
-    const gap = Math.abs(lane(0) - lane(strings.length - 1)) / Math.max(1, strings.length - 1) || h / dpr;
+    const gap = this.gap(lane, h / dpr);
     for (const [key, {bright}] of this.flashes) {
       const [string, fret] = key.split(" ").map(Number), x = place(this.placeOf(string, fret));
       g.globalAlpha = 0.25 + 0.75 * bright;
@@ -300,8 +319,7 @@ class See {
     const moving = new Map();
     if (!this.still.matches || this.replay) this.eachString(({string, length, u}) => {
       const scale = strings[string].length, path = new Path2D(), middle = lane(string);
-      const metre = (place(scale) - place(0)) / scale; // px
-      const most = 0.48 * gap;
+      const metre = (place(scale) - place(0)) / scale, most = LANE_PART * gap; // px
       const enlarged = x => Math.max(-most, Math.min(most, x * metre * this.zoom));
       path.moveTo(dpr * place(0), dpr * middle);
       for (let k = 0; k <= POINTS; k++)
@@ -331,31 +349,31 @@ class See {
 
   // The last string from the side over its crowns; an axis in mm.
   drawSide(colour) {
-    const [g, w, h, dpr] = this.sheet(this.canvases.side), {string} = this.note, s = this.bass.strings[string];
-    const below = Math.min(-1 * MM, ...s.heights) - 0.4 * MM, above = 4 * MM, left = 42 * dpr;
-    const x = place => left + (w - left - 6 * dpr) * place / s.length, y = height => h * (above - height) / (above - below);
-    g.font = `${11 * dpr}px system-ui, sans-serif`;
+    const [g, w, h, , px] = this.sheet(this.canvases.side), {string} = this.note, s = this.bass.strings[string];
+    const below = Math.min(-1 * MM, ...s.heights) - 0.4 * MM, above = 4 * MM, left = 42 * px;
+    const x = place => left + (w - left - 6 * px) * place / s.length, y = height => h * (above - height) / (above - below);
+    g.font = `${11 * px}px system-ui, sans-serif`;
     g.textBaseline = "middle";
     for (let mm = Math.ceil(below / MM); mm <= above / MM - 0.5; mm++) {
       g.strokeStyle = mm ? colour.line : colour.edge;
-      g.lineWidth = dpr;
+      g.lineWidth = px;
       g.beginPath();
       g.moveTo(left, y(mm * MM));
       g.lineTo(w, y(mm * MM));
       g.stroke();
       g.fillStyle = colour.soft;
       g.textAlign = "right";
-      if (mm % 2 === 0) g.fillText(mm === 0 ? "0 mm" : mm, left - 4 * dpr, y(mm * MM));
+      if (mm % 2 === 0) g.fillText(mm === 0 ? "0 mm" : mm, left - 4 * px, y(mm * MM));
     }
     if (this.bass.fretless) {
       g.strokeStyle = colour.soft;
-      g.lineWidth = 2 * dpr;
+      g.lineWidth = 2 * px;
       g.beginPath();
       s.frets.forEach((place, k) => g.lineTo(x(place), y(s.heights[k])));
       g.stroke();
     }
     s.frets.forEach((place, k) => {
-      const flash = this.flashes.get(`${string} ${k + 1}`), wide = (flash ? 4 : 2) * dpr;
+      const flash = this.flashes.get(`${string} ${k + 1}`), wide = (flash ? 4 : 2) * px;
       if (this.bass.fretless) return;
       g.fillStyle = flash ? colour.accent : colour.soft;
       g.fillRect(x(place) - wide / 2, y(s.heights[k]), wide, h);
@@ -366,11 +384,11 @@ class See {
         if (of !== string) continue;
         g.globalAlpha = 0.3 + 0.7 * bright;
         g.fillStyle = colour.accent;
-        g.fillRect(x(place) - 2 * dpr, y(below * 0.6), 4 * dpr, h);
+        g.fillRect(x(place) - 2 * px, y(below * 0.6), 4 * px, h);
         g.globalAlpha = 1;
       }
     g.strokeStyle = colour.ink;
-    g.lineWidth = 1.75 * dpr;
+    g.lineWidth = 1.75 * px;
     let drawn = false;
     if (!this.still.matches || this.replay) this.eachString(({string: i, fret, length, u}) => {
       if (i !== string || drawn) return;
@@ -390,14 +408,14 @@ class See {
 
   // What the last note hit, from its release on: time to the right, frets upwards.
   drawNote(colour) {
-    const [g, w, h, dpr] = this.sheet(this.canvases.note), {string, frame, contacts} = this.note;
-    const s = this.bass.strings[string], left = 30 * dpr, foot = 18 * dpr, count = s.frets.length;
+    const [g, w, h, , px] = this.sheet(this.canvases.note), {string, frame, contacts} = this.note;
+    const s = this.bass.strings[string], left = 30 * px, foot = 18 * px, count = s.frets.length;
     const far = this.bass.fretless ? s.length : count + 0.5;
-    const x = ms => left + (w - left - 8 * dpr) * ms / NOTE_SPAN, y = fret => (h - foot) * (1 - fret / far);
-    g.font = `${11 * dpr}px system-ui, sans-serif`;
+    const x = ms => left + (w - left - 8 * px) * ms / NOTE_SPAN, y = fret => (h - foot) * (1 - fret / far);
+    g.font = `${11 * px}px system-ui, sans-serif`;
     g.fillStyle = colour.soft;
     g.strokeStyle = colour.line;
-    g.lineWidth = dpr;
+    g.lineWidth = px;
     g.textBaseline = "middle";
     g.textAlign = "right";
     for (const fret of [5, 12, 17].filter(n => n <= count)) {
@@ -406,10 +424,10 @@ class See {
       g.moveTo(left, at);
       g.lineTo(w, at);
       g.stroke();
-      g.fillText(this.bass.capo + fret, left - 5 * dpr, at);
+      g.fillText(this.bass.capo + fret, left - 5 * px, at);
     }
     g.textAlign = "center";
-    for (let ms = 0; ms <= NOTE_SPAN; ms += 20) g.fillText(ms === NOTE_SPAN ? `${ms} ms` : ms, Math.min(x(ms), w - 16 * dpr), h - foot / 2);
+    for (let ms = 0; ms <= NOTE_SPAN; ms += 20) g.fillText(ms === NOTE_SPAN ? `${ms} ms` : ms, Math.min(x(ms), w - 16 * px), h - foot / 2);
     if (frame === undefined) return;
     if (this.replay) {
       const at = x(Math.max(0, Math.min(NOTE_SPAN, this.moment)));
@@ -421,7 +439,7 @@ class See {
     }
     g.fillStyle = colour.accent;
     for (const {fret, frame: at, speed} of contacts) {
-      const ms = 1000 * (at - frame) / this.rate, r = dpr * (1.2 + 3.8 * Math.min(1, Math.sqrt(speed / FULL_SPEED)));
+      const ms = 1000 * (at - frame) / this.rate, r = px * (1.2 + 3.8 * Math.min(1, Math.sqrt(speed / FULL_SPEED)));
       if (ms > NOTE_SPAN) continue;
       g.globalAlpha = 0.8;
       g.beginPath();
@@ -432,28 +450,29 @@ class See {
   }
 
   drawSpectrum(colour, analyser) {
-    const [g, w, h, dpr] = this.sheet(this.canvases.spectrum), foot = 18 * dpr;
+    const [g, w, h, , px] = this.sheet(this.canvases.spectrum), foot = 18 * px;
     this.bins ||= new Float32Array(analyser.frequencyBinCount);
     analyser.getFloatFrequencyData(this.bins);
     const bin = this.rate / 2 / this.bins.length, ratio = HIGHEST_HZ / LOWEST_HZ;
-    g.font = `${11 * dpr}px system-ui, sans-serif`;
+    g.font = `${11 * px}px system-ui, sans-serif`;
     g.fillStyle = colour.soft;
     g.strokeStyle = colour.line;
     g.textAlign = "center";
     g.textBaseline = "middle";
-    for (const [hz, text] of [[50, "50"], [100, "100"], [200, "200"], [500, "500"], [1000, "1 kHz"], [2000, "2"], [5000, "5"]]) {
+    const every = w < NARROW * px ? 2 : 1;
+    for (const [k, [hz, text]] of [[50, "50"], [100, "100"], [200, "200"], [500, "500"], [1000, "1 kHz"], [2000, "2"], [5000, "5"]].entries()) {
       const x = w * Math.log(hz / LOWEST_HZ) / Math.log(ratio);
       g.beginPath();
       g.moveTo(x, 0);
       g.lineTo(x, h - foot);
       g.stroke();
-      g.fillText(text, x, h - foot / 2);
+      if (k % every === 0) g.fillText(text, x, h - foot / 2);
     }
     g.strokeStyle = colour.accent;
-    g.lineWidth = 1.5 * dpr;
+    g.lineWidth = 1.5 * px;
     g.beginPath();
-    for (let x = 0; x < w; x += 2 * dpr) {
-      const from = LOWEST_HZ * ratio ** (x / w) / bin, to = LOWEST_HZ * ratio ** ((x + 2 * dpr) / w) / bin;
+    for (let x = 0; x < w; x += 2 * px) {
+      const from = LOWEST_HZ * ratio ** (x / w) / bin, to = LOWEST_HZ * ratio ** ((x + 2 * px) / w) / bin;
       let most = -Infinity;
       for (let k = Math.floor(from); k <= Math.ceil(to); k++) most = Math.max(most, this.bins[k]);
       g.lineTo(x, (h - foot) * Math.min(1, Math.max(0, most / LEAST_DB)));

@@ -203,7 +203,7 @@ class LivebassProcessor extends AudioWorkletProcessor {
     if (++this.unseen < SEE_EVERY) return;
     this.unseen = 0;
     const sight = e.see(bass, this.spare.pop());
-    this.port.postMessage({sight, frame: e.field("frame"), began: this.start, contacts: this.contacts, notes: this.notes}, [sight]);
+    this.port.postMessage({sight, of: bass, frame: e.field("frame"), began: this.start, contacts: this.contacts, notes: this.notes}, [sight]);
     [this.contacts, this.notes] = [[], []];
   }
 
