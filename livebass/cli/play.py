@@ -5,9 +5,10 @@ from __future__ import annotations
 import functools
 import logging
 import os
+import secrets
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, nullcontext, suppress
 from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
@@ -30,7 +31,7 @@ from livebass.model.quality import AUTO, BLOCK, CORES, QUALITIES
 from livebass.units import one_line
 
 if TYPE_CHECKING:
-    from livebass.live.session import Summary
+    from livebass.live.session import Session, Summary
     from livebass.model.instrument import Instrument
     from livebass.score.score import Score
 
@@ -45,7 +46,7 @@ GROUPS = {
     "Take": "--record --record-midi --log",
     "Devices": "--backend --audio --midi --channel --rate --block --latency --cores --osc",
     "JACK": "--transport --metronome-port --strings --client-name --no-connect",
-    "Session": "--no-settings --forget --quiet --help",
+    "Session": "--watch --no-settings --forget --quiet --help",
 }
 
 
@@ -125,6 +126,9 @@ GROUPS = {
 @file_option("--record", metavar="TAKE.WAV", help="Record the sound into this file.")
 @file_option("--record-midi", metavar="TAKE.MID", help="Record the notes as a MIDI file.")
 @file_option("--log", help="Append messages and load to this file.")
+@click.option(
+    "--watch", is_flag=True, help="Serve a page that shows the strings, to this machine alone; print its address."
+)
 @click.option("--no-settings", is_flag=True, help="Neither use nor keep what is remembered of the last time.")
 @click.option("--forget", "forgotten", is_flag=True, help="Forget what is remembered, and start anew.")
 @click.option("--controllers", is_flag=True, help="Explain what MIDI messages do, and exit.")
@@ -229,11 +233,12 @@ def play(**options: Any) -> None:
         cores=options["cores"],
     )
     console = Console(options["quiet"])
-    with own_stderr(), logged(console, options["log"]):
+    with own_stderr(), logged(console, options["log"]), ExitStack() as stack:
         if not cached():
             check_output(settings.backend, settings.audio)
             have_kernels()
         session = Session(settings, console.status if console.terminal else None)
+        stack.enter_context(watching(session, bass) if options["watch"] else nullcontext())
         stop_instead(session.stop, lambda: session.synth is not None)
         if memory.used and (said := memory.said()):
             console.show(f"as the last time: {said}")
@@ -261,6 +266,18 @@ def play(**options: Any) -> None:
             raise OutputGone(f"{summary.lost}{kept}")
         if summary.short:
             raise OutputError(f"not all was recorded: {summary.short}")
+
+
+@contextmanager
+def watching(session: Session, bass: Instrument) -> Iterator[None]:
+    """Serves the page that watches the session, which begins with `bass`; prints its address."""
+    from livebass.web.serve import PageServer
+    from livebass.web.watch import STREAM, stream, watch_files
+
+    streams = {STREAM: functools.partial(stream, lambda: session.output.synth if session.synth else None)}
+    with PageServer(watch_files(bass), streams=streams, token=secrets.token_urlsafe()) as server:
+        click.echo(server.address)
+        yield
 
 
 def first_bass(

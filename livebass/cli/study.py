@@ -381,12 +381,18 @@ def list_studies() -> None:
     "--workers", type=Number("count", 1, 256, whole=True), default=core_count(), show_default="cores",
     help="Motions computed side by side.",
 )  # fmt: skip
-def run(names: tuple[str, ...], output: Path, json_file: Path | None, duration: float | None, workers: int) -> None:
+@click.option("--player", is_flag=True, help="Write the page that plays, too, and link the cases to it.")
+def run(
+    names: tuple[str, ...], output: Path, json_file: Path | None, duration: float | None, workers: int, player: bool
+) -> None:
     """Run studies: those of the NAMEs, or `all`. The word `run` may be left out.
 
     Into DIR/NAME go figures (PNG, SVG), data (result.npz, CSV), sounds (WAV, 44.1 kHz, peak -1 dBFS) and summary.json;
     over all the studies in DIR goes the page DIR/index.html. A study's files appear together, or none of them. Needs
     pip install 'livebass[analysis,plots]'. The study `statements` is what `livebass study claims` checks.
+
+    With --player DIR/page/livebass.html is what `livebass export web --single` writes, with the string of the paper:
+    the cases A, B and C link to it and are shown there slowly, with their sound.
     """
     from livebass.paper.figures.studies import check_extras, chosen, run_studies
 
@@ -396,12 +402,29 @@ def run(names: tuple[str, ...], output: Path, json_file: Path | None, duration: 
         raise click.UsageError(str(error)) from None
     check_extras()
     have_kernels()
+    if player:
+        _write_player(output)
     with shown_progress("studies") as progress:
         result = run_studies(
             studies, output, duration=duration, workers=workers, progress=progress, json_file=json_file
         )
     count = f"{len(studies)} stud{'y' if len(studies) == 1 else 'ies'} from {result['solutions']} motions"
     say(f"{count} in {result['wall_s']:.1f} s -> {output / 'index.html'}")
+
+
+def _write_player(directory: Path) -> None:
+    """Writes the page that plays the string of the paper where the studies in `directory` link to it."""
+    from livebass.cli.export import page_ready
+    from livebass.paper.cases import PRESET
+    from livebass.paper.figures.studies import PLAYER
+    from livebass.preset.load import load_preset
+    from livebass.web.bench import Source
+    from livebass.web.export import export_page
+
+    page_ready()
+    place = (directory / PLAYER).parent
+    place.mkdir(parents=True, exist_ok=True)
+    export_page({PRESET: load_preset(PRESET)}, place, single=True, sources={PRESET: Source(PRESET)})
 
 
 study.add_command(claims)

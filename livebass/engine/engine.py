@@ -152,6 +152,7 @@ class Engine(Playing):
 
     coarse: Quality | None = None  # in which strings go on under overload
     play_string = 0  # address of the C function by which strings run ahead of the clock
+    contacts, events = 0, 0  # so many of the last each string keeps, for who looks at it
 
     def __init__(self, instrument: Instrument, quality: Quality, rate: int, seed: int = 0, workers: int | None = None):
         """Prepares all strings and frets; raises ValueError for a neck or rate that cannot be played.
@@ -177,7 +178,7 @@ class Engine(Playing):
     def _begin(self, seed: int) -> None:
         """Makes all that changes while it plays: strings at rest, and a player with that seed."""
         self.seed = seed
-        self.bass = self.image.bass(LIVE, self.rate, seed, self.pools, self.play_string)
+        self.bass = self.image.bass(LIVE, self.rate, seed, self.pools, self.play_string, self.contacts, self.events)
         self.voices, self.performer = self.bass.voices, self.bass.performer
         self.frame = 0
         self._pending: list[NDArray[np.void]] = [np.zeros(0, EVENT) for _ in self.voices]

@@ -159,11 +159,17 @@ class Bass:
 
         Raises LookupError if these are more than it keeps.
         """
+        told, events = self.ring_of_events(i)
+        count = int(self.voices[i].record[0]["told_count"])
+        if count > len(events):
+            raise LookupError(f"string {i}: {count} events since it was still, {len(events)} of them kept")
+        return told, events[:count]
+
+    def ring_of_events(self, i: int) -> tuple[NDArray[np.void], NDArray[np.void]]:
+        """The TOLD of string `i`, (1,), and the ring of the events that it was handed, (room,) EVENT."""
         v = self.voices[i].record[0]
-        place, room, count = (int(v[name]) for name in ("told", "told_room", "told_count"))
-        if count > room:
-            raise LookupError(f"string {i}: {count} events since it was still, {room} of them kept")
-        return self._view(place, TOLD), self._view(place + TOLD.itemsize, EVENT, count)
+        place, room = int(v["told"]), int(v["told_room"])
+        return self._view(place, TOLD), self._view(place + TOLD.itemsize, EVENT, room)
 
 
 def image_bytes(instrument: Instrument, qualities: Sequence[Quality]) -> bytes:

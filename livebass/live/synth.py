@@ -85,6 +85,7 @@ class _AheadEngine(Engine):
     """An engine whose strings can run ahead of the clock, and go on in the coarse quality."""
 
     coarse = COARSE
+    contacts, events = 512, 256
 
     @property
     def play_string(self) -> int:  # type: ignore[override]

@@ -21,6 +21,7 @@ from livebass.kernels.bass.instrument import LIVE, STUDIO
 from livebass.live.parameters import PARAMETERS
 from livebass.live.thread.sight import SEEN, SIGHT, SLOT_SIGHT
 from livebass.model.instrument import Instrument, Neck, Pickup, String
+from livebass.paper.cases import CASES, PLAYED, PRESET
 from livebass.plugin.bundle import LIST, instrument_files, write_files
 from livebass.plugin.instrument import ENDING
 from livebass.preset.load import preset_names
@@ -33,7 +34,7 @@ from livebass.web.layout import layout, record
 STATIC = Path(__file__).parent / "static"
 INDEX, SINGLE = "index.html", "livebass.html"
 BASSES, MODULE = "basses", "livebass.wasm"
-SCRIPTS = ("see.js", "song.js", "bench.js", "benchview.js", "app.js")  # of app.js, in their order
+SCRIPTS = ("see.js", "song.js", "bench.js", "benchview.js", "watch.js", "app.js")  # of app.js, in their order
 SOURCES = ("app.js", "style.css", "worker.js", "worklet.js")
 TITLE, DATA = "<title>livebass</title>", '<script type="application/json" id="page">'
 HEAD = 1 << 16  # bytes of a page that hold both
@@ -102,10 +103,22 @@ def page_files(basses: dict[str, Instrument], quality: str, sources: Sources = N
         "app.js": "".join(text(name) for name in SCRIPTS).encode(),
         "style.css": text("style.css").encode(),
     }
-    page = {
-        "version": __version__,
-        "digest": digest_of(files),
-        "tier": TIERS[quality],
+    shown_basses = [
+        shown(name, bass) | {"bench": benches.get(name), "cases": shown_cases(bass, known.get(name))}
+        for name, bass in basses.items()
+    ]
+    return with_html(files, page_data(shown_basses) | {"tier": TIERS[quality]})
+
+
+def with_html(files: dict[str, bytes], page: dict[str, Any]) -> dict[str, bytes]:
+    """Adds to the files of a page its HTML, with what the `page` knows."""
+    known = {"version": __version__, "digest": digest_of(files)} | page
+    return files | {INDEX: html(known, POLICIES[False]).encode()}
+
+
+def page_data(basses: list[dict[str, Any]]) -> dict[str, Any]:
+    """What every page knows, with its `basses` as `shown` tells of them."""
+    return {
         "parameters": {
             p.symbol: {
                 "number": k,
@@ -119,10 +132,9 @@ def page_files(basses: dict[str, Instrument], quality: str, sources: Sources = N
         },
         "sight": {"SIGHT": record(SIGHT), "SLOT_SIGHT": record(SLOT_SIGHT) | {"seen": SEEN}},
         "buttons": [b._asdict() for b in BUTTONS],
-        "basses": [shown(name, bass) | {"bench": benches.get(name)} for name, bass in basses.items()],
+        "basses": basses,
         "units": {unit: DIMENSIONS[dimension].units[unit] for unit, dimension in UNITS.items()},
     }
-    return files | {INDEX: html(page, POLICIES[False]).encode()}
 
 
 def shown(name: str, bass: Instrument) -> dict[str, Any]:
@@ -143,6 +155,24 @@ def shown(name: str, bass: Instrument) -> dict[str, Any]:
         "effects": {knob: getattr(bass.effects, knob) for knob in EFFECTS},
         "controllers": {name: number for number, name in bass.player.keys.controllers if name in CONTROLLED},
     }
+
+
+def shown_cases(bass: Instrument, source: Source | None) -> list[dict[str, Any]]:
+    """Returns plucks of the paper for the page (m), if the bass is the paper's own, as the preset has it."""
+    if source != Source(PRESET):
+        return []
+    return [
+        {
+            "symbol": name,
+            "title": f"Case {name.upper()}",
+            "apex": CASES[name].apex,
+            "place": CASES[name].position,
+            "width": bass.player.rounding,
+            "tier": TIERS["studio"],
+            "says": f"{CASES[name].title}, {CASES[name].position:g} m from the nut (section {CASES[name].section}).",
+        }
+        for name in PLAYED
+    ]
 
 
 def shown_string(string: String, neck: Neck) -> dict[str, Any]:

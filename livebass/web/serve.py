@@ -1,9 +1,13 @@
-"""Serves the page on this machine alone: its files, from memory, at a port of 127.0.0.1. [threads of their own]"""
+"""Serves the page on this machine alone: its files, from memory, at a port of 127.0.0.1. [threads of their own]
+
+Whoever asks for another host's name is refused: a page of that name would come from elsewhere, and read what is here.
+"""
 
 from __future__ import annotations
 
+import hmac
 import threading
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from types import TracebackType
@@ -18,16 +22,33 @@ KINDS = {
     "wasm": "application/wasm",
 }  # fmt: skip
 PATIENCE = 10.0  # s, for a browser that says nothing
+Streams = Mapping[str, Callable[[], Iterator[bytes]]]
+NO_STREAMS: Streams = {}
 
 
 class PageLost(OSError):
     """The port cannot be opened; one line."""
 
 
-class PageServer:
-    """Serves `files`, by their paths, until it is closed; `port` 0: any that is free. Raises PageLost."""
+def is_under(root: str, path: str) -> bool:
+    """True if a path begins with `root`; in a time that does not tell by how much."""
+    return hmac.compare_digest(path[: len(root)].encode(), root.encode())
 
-    def __init__(self, files: Mapping[str, bytes], port: int = 0) -> None:
+
+class PageServer:
+    """Serves `files`, by their paths, until it is closed; `port` 0: any that is free. Raises PageLost.
+
+    A path of `streams` is answered by what that yields, for as long as it does. With a `token` all paths begin with it,
+    and nobody who does not know it gets anything.
+    """
+
+    def __init__(
+        self, files: Mapping[str, bytes], port: int = 0, streams: Streams = NO_STREAMS, token: str = ""
+    ) -> None:
+        closing = self._closing = threading.Event()
+        self._root = f"/{token}/" if token else "/"
+        root = self._root
+
         class Handler(BaseHTTPRequestHandler):
             timeout = PATIENCE
 
@@ -38,7 +59,17 @@ class PageServer:
                 self._answer(False)
 
             def _answer(self, with_data: bool) -> None:
-                path = unquote(urlsplit(self.path).path).removeprefix("/") or INDEX
+                port = self.connection.getsockname()[1]
+                own = f"{HOST}:{port}", f"localhost:{port}"
+                asked, place = unquote(urlsplit(self.path).path), self.headers.get("Host", "")
+                origin = self.headers.get("Origin")
+                if place not in own or origin not in (None, f"http://{place}") or not is_under(root, asked):
+                    self.send_error(HTTPStatus.FORBIDDEN)
+                    return
+                path = asked[len(root) :] or INDEX
+                if path in streams:
+                    self._stream(streams[path](), with_data)
+                    return
                 data = files.get(path)
                 if data is None:
                     self.send_error(HTTPStatus.NOT_FOUND)
@@ -50,6 +81,16 @@ class PageServer:
                 self.send_header("X-Content-Type-Options", "nosniff")
                 self.end_headers()
                 if with_data:
+                    self.wfile.write(data)
+
+            def _stream(self, found: Iterator[bytes], with_data: bool) -> None:
+                self.send_response(HTTPStatus.OK)
+                self.send_header("Content-Type", "application/octet-stream")
+                self.send_header("Cache-Control", "no-store")
+                self.end_headers()
+                for data in found if with_data else ():
+                    if closing.is_set():
+                        break
                     self.wfile.write(data)
 
             def log_message(self, *_: object) -> None:
@@ -71,10 +112,11 @@ class PageServer:
     @property
     def address(self) -> str:
         """Where a browser on this machine finds the page."""
-        return f"http://{HOST}:{self._server.server_port}/"
+        return f"http://{HOST}:{self._server.server_port}{self._root}"
 
     def close(self) -> None:
-        """Ends the server."""
+        """Ends the server and its streams."""
+        self._closing.set()
         self._server.shutdown()
         self._server.server_close()
         self._thread.join()

@@ -25,7 +25,7 @@ from livebass.engine.solve import solve_trial
 from livebass.model.trial import Motion
 from livebass.paper.figures.measure import case_job
 from livebass.paper.figures.section_4 import convergence, convergence_jobs
-from livebass.paper.figures.studies import STUDIES, chosen, run_studies
+from livebass.paper.figures.studies import PLAYER, STUDIES, chosen, run_studies
 from livebass.paper.figures.study import Findings, Study, Table
 from livebass.paper.solving import Job, solve_all
 
@@ -180,6 +180,20 @@ def test_the_page_keeps_studies_of_earlier_runs(tmp_path: Path) -> None:
     assert 'id="a"' not in (directory / "index.html").read_text()
     assert {name: (directory / "linear" / name).read_bytes() for name in first} == first
     assert a.title
+
+
+def test_cases_link_to_the_page_that_plays_them_where_there_is_one(tmp_path: Path) -> None:
+    told = [
+        Study(name, "Told", "1", "a table", lambda duration: {}, lambda motions: Findings()) for name in ("b", "neck")
+    ]
+    link = 'href="page/livebass.html#case=b"'
+    run_studies(told, tmp_path)
+    assert link not in (tmp_path / "index.html").read_text()
+    (tmp_path / PLAYER).parent.mkdir()
+    (tmp_path / PLAYER).touch()
+    run_studies(told, tmp_path)
+    text = (tmp_path / "index.html").read_text()
+    assert link in text and text.count("#case=") == 1
 
 
 def test_what_studies_share_is_solved_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

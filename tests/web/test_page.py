@@ -30,7 +30,7 @@ KEYS = {"a": 28, "s": 29, "d": 31, "f": 33, "g": 35}  # and the notes they play
 # The sound of a score as samples in base64
 OFFLINE = """
 (async (name, score, frames, rate) => {
-  while (!module) await new Promise(done => setTimeout(done, 20));
+  while (!worker) await new Promise(done => setTimeout(done, 20));
   const context = new OfflineAudioContext(1, frames, rate);
   const node = await makeNode(context, {bass: await build(name, rate), score, channels: 1});
   node.connect(context.destination);

@@ -16,6 +16,7 @@ import numpy as np
 from livebass import __version__
 from livebass.audiofile import AudioWriter, encoding
 from livebass.files import Transaction
+from livebass.paper.cases import PLAYED
 from livebass.paper.figures.study import Findings, Picture, Sound, Study, Table
 from livebass.report.page import html_page
 from livebass.report.picture import image
@@ -85,11 +86,22 @@ def _table(files: Transaction, directory: Path, table: Table) -> dict[str, Any]:
     return about | ({"columns": list(table.columns), "rows": plain(table.rows)} if table.shown else {})
 
 
-def page(summaries: Iterable[Mapping[str, Any]], version: str) -> str:
-    """The HTML page over studies, by their summaries; the files of each are in the directory of its name."""
+def page(summaries: Iterable[Mapping[str, Any]], version: str, player: str = "") -> str:
+    """The HTML page over studies, by their summaries; the files of each are in the directory of its name.
+
+    Studies of one of the PLAYED cases link to it on the page that plays, at the address `player`, if there is one.
+    """
     studies = [
         {**s, "files": [*([s["data"]] if s["data"] else []), *(table["csv"] for table in s["tables"])]}
         for s in summaries
     ]
     verdict = next((s["numbers"]["verdict"] for s in studies if "verdict" in (s["numbers"] or {})), None)
-    return html_page("livebass.paper", "studies.html", version=version, studies=studies, verdict=verdict)
+    return html_page(
+        "livebass.paper",
+        "studies.html",
+        version=version,
+        studies=studies,
+        verdict=verdict,
+        player=player,
+        played=PLAYED,
+    )

@@ -121,6 +121,7 @@ def chosen(names: Iterable[str]) -> list[Study]:
 
 NEEDED = f"study needs matplotlib, Jinja2 and SciPy: {install('analysis,plots')}"
 PAGE = "index.html"
+PLAYER = Path("page", "livebass.html")  # that plays and shows cases; links go there where it is
 
 
 def check_extras() -> None:
@@ -182,6 +183,7 @@ def _claim(files: Transaction, studies: Sequence[Study], directory: Path, json_f
 
 
 def _page_over_all(directory: Path, summaries: Mapping[str, dict[str, Any]]) -> str:
-    """The page, with the studies of earlier runs in `directory` too."""
+    """The page, with the studies of earlier runs in `directory` too, and links to the page that plays."""
     found = (summaries.get(name) or output.read_summary(directory / name) for name in STUDIES)
-    return output.page([summary for summary in found if summary], __version__)
+    player = PLAYER.as_posix() if (directory / PLAYER).is_file() else ""
+    return output.page([summary for summary in found if summary], __version__, player)

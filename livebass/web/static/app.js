@@ -926,6 +926,7 @@ let began = 0; // frame of the context at which the audio thread began: it tells
 // Looks at the sound that is heard now, as often as the screen shows it; nothing is drawn while nothing changes.
 function look(now) {
   requestAnimationFrame(look);
+  if (PAGE.watching) see.follow(watched, now);
   if (context && sounding) {
     const spare = see.follow(heardFrame(), now);
     if (spare && node) node.port.postMessage({spare}, [spare]);
@@ -944,6 +945,7 @@ function look(now) {
 // --- the last note again ---
 
 const BEFORE = 0.005, AFTER = 0.1; // s that are shown, before the release and after it
+const HEARD = 1.5; // s of a pluck of the paper
 let recalled, lastLook = 0, rolling = false;
 
 // Asks the audio thread what the string was handed, and has the worker make its motion again from that.
@@ -957,6 +959,11 @@ async function showAgain() {
   const {file, response} = basses.get(bass), rate = context.sampleRate, copy = file.slice(0);
   const made = await ask({recalled: found, file: copy, tier: PAGE.tier, rate, response,
                           before: Math.round(BEFORE * rate), frames: Math.round(AFTER * rate)}, [copy, found.told]);
+  showSlowly(made);
+}
+
+// Shows a motion that the worker made, slowly, from its beginning.
+function showSlowly(made) {
   see.show(made);
   Object.assign($("moment"), {max: see.replay.length - 1, value: 0, disabled: false});
   for (const id of ["picture", "clip"]) $(id).disabled = false;
@@ -965,6 +972,60 @@ async function showAgain() {
   lastLook = performance.now();
   sayMoment();
 }
+
+// --- the cases of the paper ---
+
+let source; // of the case that sounds
+
+// Plucks the string of the paper as one of its cases, by no player: it is seen slowly, and heard where sound is wished.
+// The bench counts.
+async function showCase({apex, place, width, tier, says}, heard = true) {
+  const {name} = paperBass();
+  if ($("bass").value !== name) {
+    $("bass").value = name;
+    $("bass").dispatchEvent(new Event("change"));
+  }
+  if (heard) await sound();
+  const rate = context.sampleRate, file = await changedFile(name, await read(`basses/${name}.lbass`));
+  const [before, frames, length] = [BEFORE, AFTER, heard ? HEARD : 0].map(seconds => Math.round(seconds * rate));
+  const made = await ask({pluck: {apex, place, width}, file, tier, rate, before, frames, heard: length}, [file]);
+  see.rate = rate;
+  see.note.fret = 0;
+  showSlowly(made);
+  $("case-said").textContent = says;
+  if (!heard) return;
+  source?.stop();
+  source = new AudioBufferSourceNode(context, {buffer: new AudioBuffer({length, sampleRate: rate})});
+  source.buffer.copyToChannel(made.sound, 0);
+  source.connect(analyser);
+  source.start();
+}
+
+const paperBass = () => PAGE.basses.find(({cases}) => cases.length);
+const failed = error => say(`The case cannot be shown: ${error.message}`);
+
+// Shows the case that the address of the page names, if it names one; it is silent until somebody asks for sound.
+function showLinked() {
+  const symbol = new URLSearchParams(location.hash.slice(1)).get("case");
+  const one = paperBass()?.cases.find(one => one.symbol === symbol);
+  if (one) showCase(one, false).catch(failed);
+}
+
+// A button for each case, where the page has the string of the paper.
+function makeCases() {
+  $("cases").hidden = !paperBass();
+  addEventListener("hashchange", () => { if (ready) showLinked(); });
+  for (const one of paperBass()?.cases || []) {
+    const button = document.createElement("button");
+    button.type = "button";
+    button.id = `case-${one.symbol}`;
+    button.textContent = one.title;
+    button.onclick = () => showCase(one).catch(failed);
+    $("cases").insertBefore(button, $("case-said"));
+  }
+}
+
+// --- slow motion ---
 
 // Goes on by the time since the last picture, at the speed that was chosen; at the end it stays.
 function goOn(now) {
@@ -1337,11 +1398,14 @@ if (!navigator.requestMIDIAccess) {
 for (const bass of PAGE.basses) $("bass").add(new Option(bass.title, bass.name));
 makePiano();
 makeBench();
+makeCases();
 showKeys();
 showBass();
 takeLink();
-const lack = lacking();
-if (lack) {
+const lack = !PAGE.watching && lacking();
+if (PAGE.watching) {
+  watch();
+} else if (lack) {
   $("lacks").textContent = lack;
   $("lacks").hidden = false;
 } else {
@@ -1350,6 +1414,7 @@ if (lack) {
     $("power").disabled = false;
     ready = true;
     start().catch(() => {}); // said where it happened
+    showLinked();
   }, error => {
     loading = undefined;
     say(`The page cannot be opened: ${error.message}`);

@@ -230,6 +230,7 @@ function keepLink() {
 // Takes the bass and the values of the page's address; a link that cannot be followed is told, and changes nothing.
 function takeLink() {
   try {
+    if (location.hash.startsWith("#case=")) return; // showLinked does
     const {name, values} = Bench.fromLink(location.hash, benches);
     if (!name || (name === $("bass").value && bench().link() === location.hash.slice(1))) return;
     if (name !== $("bass").value) {

@@ -43,6 +43,7 @@ class Engine {
   set(record, address, name, value, index = 0) {
     const [offset, kind] = RECORDS[record].fields[name], at = address + offset + 8 * index;
     if (kind === "f8") this.view.setFloat64(at, value, true);
+    else if (kind === "i4") this.view.setInt32(address + offset, value, true);
     else this.view.setBigInt64(at, BigInt(value), true);
   }
 
@@ -178,15 +179,35 @@ class Engine {
   }
 
   // Makes the motion of a string of `bass`, which is as new, again by what `recall` returned, from `before` frames before
-  // its last note to `frames` after it. Returns {rows, slots, contacts, frame}: amplitudes (m^1.5), SEEN for each of the
-  // frames; [length, stop, fret] of each; contacts as `takeContacts` lists them; the frame of the first.
+  // its last note to `frames` after it. Returns what `motion` does.
   again(bass, {told, count, string, frame}, before, frames) {
-    const x = this.x, strings = this.get("BASS", bass, "strings"), board = this.get("BASS", bass, "frets") + 1;
-    const place = lines(this.memory.buffer.byteLength), events = place + RECORDS.TOLD.bytes;
+    const place = lines(this.memory.buffer.byteLength);
     this.reserve(place + told.byteLength);
     this.bytes.set(new Uint8Array(told), place);
+    this.x.lb_begin_again(BigInt(this.get("BASS", bass, "string", string)), BigInt(place));
+    return this.motion(bass, string, place + RECORDS.TOLD.bytes, count, frame, before, frames);
+  }
+
+  // Makes the motion of the first string of `bass`, which is as new, after a finger that pulls it to `apex` (m) at
+  // `place` (m from the nut), over so much `width` (m) of it, and lets go. Returns what `motion` does, and in `sound` so
+  // many frames of what is heard from its first frame on.
+  pluck(bass, {apex, place, width}, before, frames, heard) {
+    const event = lines(this.memory.buffer.byteLength);
+    this.reserve(event + RECORDS.EVENT.bytes);
+    this.set("EVENT", event, "kind", N.PLUCK);
+    this.set("EVENT", event, "apex", apex);
+    this.set("EVENT", event, "place", place);
+    this.set("EVENT", event, "width", width);
+    return this.motion(bass, 0, event, 1, this.get("VOICE", this.voice(bass, 0), "pull"), before, frames, heard);
+  }
+
+  // Plays `count` events, at an address, to string `string` of `bass`; from `before` frames before a `frame` to `frames`
+  // after it returns {rows, slots, contacts, first, string, frame, sound}: amplitudes (m^1.5), SEEN for each of the
+  // frames; [length, stop, fret] of each; contacts as `takeContacts` lists them; the frame of the first; what is heard
+  // from there on, `heard` frames of it.
+  motion(bass, string, events, count, frame, before, frames, heard = 0) {
+    const x = this.x, strings = this.get("BASS", bass, "strings"), board = this.get("BASS", bass, "frets") + 1;
     const at = this.get("BASS", bass, "string", string), voice = this.voice(bass, string);
-    x.lb_begin_again(BigInt(at), BigInt(place));
     const ops = this.get("BASS", bass, "operators") + RECORDS.OPERATOR.bytes * board * string;
     let used = 0;
     const run = n => {
@@ -194,7 +215,7 @@ class Engine {
         used += Number(x.lb_run_string(BigInt(at), BigInt(ops), BigInt(board - 1), BigInt(events + used * RECORDS.EVENT.bytes),
                                        BigInt(count - used), this.soundAddress, 0n, BigInt(Math.min(N.CHUNK, left))));
     };
-    const first = Math.max(this.get("VOICE", voice, "frame"), frame - before);
+    const first = Math.max(this.get("VOICE", voice, "frame"), frame - before), sound = new Float32Array(heard);
     run(first - this.get("VOICE", voice, "frame"));
     const length = frame + frames - first, rows = new Float32Array(length * N.SEEN), slots = new Float64Array(length * 3);
     const contacts = [], taken = Array(strings).fill(0);
@@ -202,6 +223,7 @@ class Engine {
     const sight = this.sights + string * RECORDS.SIGHT.bytes, [slot] = RECORDS.SIGHT.fields.slot, size = RECORDS.SLOT_SIGHT.bytes;
     for (let k = 0; k < length; k++) {
       run(1);
+      if (k < heard) sound[k] = this.view.getFloat64(this.sound, true);
       x.lb_see_bass(BigInt(bass), BigInt(this.sights));
       this.takeContacts(bass, taken, contacts);
       const here = sight + slot + size * this.get("VOICE", voice, "slot");
@@ -210,7 +232,11 @@ class Engine {
       rows.set(new Float32Array(this.memory.buffer, here + RECORDS.SLOT_SIGHT.fields.u[0], modes), k * N.SEEN);
       slots.set(["length", "stop", "fret"].map(name => this.get("SLOT_SIGHT", here, name)), k * 3);
     }
-    return {rows, slots, contacts: contacts.map((value, k) => k % 4 === 2 ? value - this.get("BASS", bass, "frame") : value), first, string, frame};
+    for (let k = length; k < heard; k++) {
+      run(1);
+      sound[k] = this.view.getFloat64(this.sound, true);
+    }
+    return {rows, slots, sound, contacts: contacts.map((value, k) => k % 4 === 2 ? value - this.get("BASS", bass, "frame") : value), first, string, frame};
   }
 
   // The fret of a contact point of an operator; over a board its place, m from the nut.

@@ -37,11 +37,11 @@ function warm(engine, bass, rate, ms) {
   }
 }
 
-// Makes the last note of a string again, on a bass as new.
-function again({id, file, tier, rate, response, recalled, before, frames}) {
+// Makes the last note of a string again, or a pluck of the first string, on a bass as new.
+function again({id, file, tier, rate, response, recalled, pluck, before, frames, heard}) {
   const engine = new Engine(module), {bass} = engine.build(file, tier, rate, home, response);
-  const made = engine.again(bass, recalled, before, frames);
-  postMessage({id, built: made}, [made.rows.buffer, made.slots.buffer]);
+  const made = recalled ? engine.again(bass, recalled, before, frames) : engine.pluck(bass, pluck, before, frames, heard);
+  postMessage({id, built: made}, [made.rows.buffer, made.slots.buffer, made.sound.buffer]);
 }
 
 onmessage = ({data}) => {
@@ -53,7 +53,7 @@ onmessage = ({data}) => {
     taken.delete(data.free);
   } else {
     try {
-      if (data.recalled) {
+      if (data.recalled || data.pluck) {
         again(data);
         return;
       }

@@ -65,7 +65,7 @@ def test_the_engine_is_brute_force_over_a_board(name: str) -> None:
     assert slow.contact_step.size > 30 and (len(asked.speaking.contact_fret) > at.MOST_NEAR) == (name != "few points")
     assert np.array_equal(fast.contact_step, slow.contact_step)
     assert np.array_equal(fast.contact_index, slow.contact_index)
-    assert np.abs(fast.displacement_m - slow.displacement_m).max() < 1e-8 * np.abs(slow.displacement_m).max()
+    assert np.abs(fast.displacement_m - slow.displacement_m).max() < 1e-7 * np.abs(slow.displacement_m).max()
     if asked.pluck.angle:
         assert fast.across_m is not None and slow.across_m is not None
         assert np.abs(fast.across_m - slow.across_m).max() < 1e-8 * np.abs(slow.across_m).max()

@@ -1,0 +1,114 @@
+"""What the strings of a bass do while it plays, for who looks on: shapes, contacts, notes. [any thread of Python]
+
+The audio thread does not know of it: it keeps its last contacts and events in rings anyway (kernels/string/told.py),
+and whoever reads while it writes reads again. Strings that run ahead of the clock are seen as far as they are; contacts
+and notes are told once they are heard, as before that they may be taken back.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livebass.kernels.string.records import (
+    HAMMER,
+    MOST_NEAR,
+    PLUCK,
+    PULL_OFF,
+    STRIKE_EVENT,
+    THROW,
+)
+from livebass.live.synth import LiveBass
+from livebass.live.thread.sight import SIGHT, see_bass
+
+DOUBLE = 8  # bytes
+TRIES = 8  # to read a bass between two of its frames
+STRUCK = (STRIKE_EVENT, THROW, HAMMER, PULL_OFF)  # events that begin a note at once
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What a bass does at a frame of the synth, and what happened since it was seen last."""
+
+    frame: int
+    sights: NDArray[np.void]  # SIGHT (strings,)
+    contacts: list[tuple[int, float, float, float]]  # string; fret, or over a board m from the nut; frame; m/s
+    notes: list[tuple[int, int, int]]  # string, fret, and the frame at which it is let go or struck
+
+
+class Onlooker:
+    """Looks at one bass; whoever looks must keep it from being freed, as this does."""
+
+    def __init__(self, bass: LiveBass) -> None:
+        self.bass = bass
+        engine = bass.engine
+        self._voices = [voice.record[0] for voice in engine.voices]
+        self._logs = [voice.log for voice in engine.voices]
+        self._told = [engine.bass.ring_of_events(i) for i in range(engine.strings)]
+        self._contacts = [int(v["logged"]) for v in self._voices]  # that were told so far
+        self._events = [(int(told["from_frame"][0]), 0) for told, _ in self._told]
+
+    def look(self, frame: int) -> Seen | None:
+        """Returns what is new until a `frame` of the synth; None: the bass has not begun."""
+        began = self.bass.began
+        if began is None:
+            return None
+        contacts: list[tuple[int, float, float, float]] = []
+        notes: list[tuple[int, int, int]] = []
+        for i in range(len(self._voices)):
+            self._take_contacts(i, began, frame, contacts)
+            self._take_notes(i, began, frame, notes)
+        return Seen(frame, self._sights(), contacts, notes)
+
+    def _sights(self) -> NDArray[np.void]:
+        """The shapes, of one moment for each string."""
+        sights = np.zeros(len(self._voices), SIGHT)
+        for _ in range(TRIES):
+            before = [int(v["frame"]) for v in self._voices]
+            see_bass(self.bass.address, sights.ctypes.data)
+            if before == [int(v["frame"]) for v in self._voices]:
+                break
+        return sights
+
+    def _take_contacts(self, i: int, began: int, end: int, found: list[tuple[int, float, float, float]]) -> None:
+        voice, log = self._voices[i], self._logs[i]
+        logged = int(voice["logged"])
+        first = max(min(self._contacts[i], logged), logged - len(log) // 2)  # the rest may be written over meanwhile
+        steps = int(voice["numerator"]) / int(voice["denominator"])
+        for k in range(first, logged):
+            contact = log[k % len(log)].copy()
+            at = began + int(contact["step"]) / steps
+            if at > end:
+                logged = k
+                break
+            found.append((i, self._place(i, int(contact["fret"]), int(contact["point"])), at, float(contact["speed"])))
+        self._contacts[i] = logged
+
+    def _place(self, i: int, stop: int, point: int) -> float:
+        """The fret of a contact point of a string that is stopped; over a board its place, m from the nut."""
+        coarse = int(self.bass.record["coarse"][0]) >> i & 1
+        ops = self.bass.engine.pools[coarse].records[i]
+        if int(ops[stop]["points"]) <= MOST_NEAR:
+            return float(stop + 1 + point)
+        from_stop = ctypes.c_double.from_address(int(ops[stop]["positions"]) + DOUBLE * point).value
+        return float(ops[0]["length"] - ops[stop]["length"]) + from_stop
+
+    def _take_notes(self, i: int, began: int, end: int, found: list[tuple[int, int, int]]) -> None:
+        voice, (told, events) = self._voices[i], self._told[i]
+        from_frame, count = int(told["from_frame"][0]), int(voice["told_count"])
+        before, taken = self._events[i]
+        first = max(min(taken if before == from_frame else 0, count), count - len(events) // 2)
+        for k in range(first, count):
+            event = events[k % len(events)].copy()
+            at = began + int(event["frame"])
+            if at > end:
+                count = k
+                break
+            if event["kind"] == PLUCK:
+                found.append((i, int(event["fret"]), at + int(voice["pull"])))
+            elif event["kind"] in STRUCK:
+                found.append((i, int(event["fret"]), at))
+        self._events[i] = from_frame, count

@@ -1,0 +1,90 @@
+"""The cases of the paper on the page: from a link, slowly and without a sound; from a button, with their sound."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from support.browser import chromium, wait
+
+from livebass import load_preset
+from livebass.engine.solve import solve_trial
+from livebass.paper.cases import CASES, PLAYED, PRESET
+from livebass.web.bench import Source
+from livebass.web.export import export_page, shown_cases
+
+TIMES = (1e-3, 3.8e-3, 5e-3)  # s after the release
+MADE = """
+const {rows, slots, hits, first, frame} = see.replay;
+return {rows: [...rows], slots: [...slots], hits, first, frame};
+"""
+
+
+@pytest.fixture(scope="module")
+def address(tmp_path_factory: pytest.TempPathFactory) -> str:
+    folder = tmp_path_factory.mktemp("cases")
+    basses = {name: load_preset(name) for name in ("jazz-finger", PRESET)}
+    return export_page(basses, folder, True, sources={name: Source(name) for name in basses}).as_uri()
+
+
+@pytest.fixture(scope="module")
+def page(address: str, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
+    with chromium(tmp_path_factory.mktemp("chromium") / "profile") as driver:
+        driver.get(f"{address}#case=b")
+        yield driver
+        assert not [line for line in driver.get_log("browser") if line["level"] == "SEVERE"]
+
+
+def replayed(page: Any, says: str) -> dict[str, Any]:
+    """What the page shows slowly, once it shows the case that it `says`."""
+    wait(lambda: says in page.find_element("id", "case-said").text)
+    made: dict[str, Any] = page.execute_script(MADE)
+    return made
+
+
+def test_a_link_shows_case_b_as_it_is_simulated(page: Any) -> None:
+    made = replayed(page, "Case B: 3.6 mm")
+    assert page.execute_script("return [$('bass').value, sounding]") == [PRESET, False]
+    rate = int(page.execute_script("return context.sampleRate"))
+    trial = CASES["b"].trial(rate)
+    samples = np.rint(np.array(TIMES) * rate).astype(int)
+    trial = replace(trial, duration=5.5e-3, states=tuple(samples.tolist()))
+    states = solve_trial(trial).states
+    assert states is not None
+    rows = np.array(made["rows"]).reshape(len(made["slots"]) // 3, -1)
+    x = np.linspace(0, trial.speaking.length, 401)
+    for sample, state in zip(samples, states, strict=True):
+        k = made["frame"] - made["first"] + sample - 1  # what is seen after a frame is its row
+        assert made["slots"][3 * k] == pytest.approx(trial.speaking.length)
+        drawn, wanted = (
+            np.sqrt(2 / trial.speaking.length)
+            * np.sin(np.outer(x, np.arange(1, len(q) + 1)) * np.pi / trial.speaking.length)
+            @ q
+            for q in (rows[k], state[0, 0])
+        )
+        assert abs(drawn - wanted).max() < 20e-6 < 1e-3 < abs(wanted).max()
+
+
+def test_buttons_play_and_show_the_cases(page: Any) -> None:
+    """A touches no fret, C more than B; each is heard, and leaves the bench and the keys as they were."""
+    counts = {}
+    for name in PLAYED:
+        page.find_element("id", f"case-{name}").click()
+        counts[name] = len(replayed(page, CASES[name].title)["hits"])
+        wait(lambda: page.execute_script("return sounding && source && source.buffer.length > context.sampleRate"))
+        peak = page.execute_script(
+            "return source.buffer.getChannelData(0).reduce((a, b) => Math.max(a, Math.abs(b)), 0)"
+        )
+        assert 1e-3 < peak < 4
+    assert counts["a"] == 0 < 20 < counts["b"] < counts["c"]
+    page.find_element("id", "now").click()
+    assert page.execute_script("return see.replay === undefined")
+
+
+def test_only_the_string_of_the_paper_itself_has_cases() -> None:
+    bass = load_preset(PRESET)
+    assert [case["symbol"] for case in shown_cases(bass, Source(PRESET))] == list(PLAYED)
+    assert not shown_cases(bass, None) and not shown_cases(bass, Source("jazz-finger"))

@@ -1,0 +1,168 @@
+"""A page that watches the bass of `livebass play`: what is told of it, to whom, and that the sound is the same."""
+
+from __future__ import annotations
+
+import http.client
+import json
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from urllib.parse import urlsplit
+
+import numpy as np
+import pytest
+from support.browser import chromium, wait
+from support.live import RATE, feed, run_ahead, synth_and_device
+
+from livebass import Quality, load_preset
+from livebass.live.onlooker import Onlooker
+from livebass.live.outputs import FakeDevice
+from livebass.live.synth import LiveBass, Synth
+from livebass.live.thread.sight import SIGHT, see_bass
+from livebass.score.score import score_of
+from livebass.web.serve import PageServer
+from livebass.web.watch import LENGTHS, STREAM, stream, watch_files
+
+HARD = [(0.06 * k, 0.25, 28 + 5 * (k % 4) + 5 * (k // 4) % 12, 127 - 5 * k) for k in range(8)]
+FINE = Quality("fine", 150, 240e3)
+TOKEN = "a-token"
+EVERY, LOOKS = 7, 50  # blocks between two looks
+
+
+@pytest.mark.parametrize("preset", ["jazz-finger", "fretless"])
+@pytest.mark.parametrize("ahead", ["never", "far"])
+def test_all_contacts_and_notes_are_told_once_they_are_heard(preset: str, ahead: str) -> None:
+    """Also of strings that run ahead of the clock and are taken back; the samples are those without anybody looking."""
+    sounds, contacts, notes = [], [], []
+    for looks in (False, True):
+        synth, device = synth_and_device(preset, FINE)
+        run_ahead(synth, ahead)
+        feed(synth, score_of(HARD, RATE))
+        assert synth.bass
+        onlooker, sound = Onlooker(synth.bass), []
+        assert onlooker.look(0) is None
+        for k in range(LOOKS * EVERY):
+            sound.append(device.block(64).copy())
+            if not looks or k % EVERY < EVERY - 1:
+                continue
+            seen = onlooker.look(synth.frame)
+            assert seen and all(frame <= synth.frame for _, _, frame, _ in seen.contacts)
+            contacts += seen.contacts
+            notes += seen.notes
+            sights = np.zeros(4, SIGHT)
+            see_bass(synth.bass.address, sights.ctypes.data)
+            assert sights.tobytes() == seen.sights.tobytes()
+        sounds.append(np.concatenate(sound))
+    assert np.array_equal(*sounds)
+    assert len(notes) == len(HARD)
+    synth, device = synth_and_device(preset, FINE)
+    run_ahead(synth, "never")
+    feed(synth, score_of(HARD, RATE))
+    for _ in range(LOOKS * EVERY):
+        device.block(64)
+    assert synth.bass
+    assert len(contacts) == sum(int(v.record["logged"][0]) for v in synth.bass.engine.voices) > 10
+    if preset == "jazz-finger":
+        assert all(fret == int(fret) and 1 <= fret <= 20 for _, fret, _, _ in contacts)
+    else:
+        assert all(0 < place < 0.9 and place != int(place) for _, place, _, _ in contacts)
+
+
+@contextmanager
+def playing(synth: Synth, device: FakeDevice) -> Iterator[None]:
+    """Plays in a thread, about as fast as the clock."""
+    end = threading.Event()
+
+    def play() -> None:
+        while not end.is_set():
+            device.block(480)
+            time.sleep(0.01)
+
+    thread = threading.Thread(target=play)
+    thread.start()
+    try:
+        yield
+    finally:
+        end.set()
+        thread.join()
+
+
+@pytest.fixture
+def server() -> Iterator[tuple[PageServer, Synth]]:
+    synth, device = synth_and_device("jazz-finger", FINE)
+    files = watch_files(load_preset("jazz-finger"))
+    with (
+        PageServer(files, streams={STREAM: lambda: stream(lambda: synth)}, token=TOKEN) as server,
+        playing(synth, device),
+    ):
+        yield server, synth
+
+
+@pytest.mark.parametrize(
+    ("path", "headers", "status"),
+    [
+        (f"/{TOKEN}/", {}, 200),
+        (f"/{TOKEN}/app.js?v=1", {}, 200),
+        ("/", {}, 403),
+        (f"/{STREAM}", {}, 403),
+        (f"/{TOKEN}x/{STREAM}", {}, 403),
+        (f"/{TOKEN[:-1]}/{STREAM}", {}, 403),
+        (f"/{TOKEN}/{STREAM}", {"Host": "elsewhere.example"}, 403),
+        (f"/{TOKEN}/{STREAM}", {"Origin": "http://elsewhere.example"}, 403),
+        (f"/{TOKEN}/livebass.wasm", {}, 404),
+    ],
+)
+def test_only_who_knows_the_token_gets_anything(
+    server: tuple[PageServer, Synth], path: str, headers: dict[str, str], status: int
+) -> None:
+    connection = http.client.HTTPConnection("127.0.0.1", urlsplit(server[0].address).port, timeout=5)
+    connection.request("GET", path, headers=headers)
+    assert connection.getresponse().status == status
+    connection.close()
+
+
+def test_the_stream_tells_the_bass_then_what_it_does_and_follows_another(server: tuple[PageServer, Synth]) -> None:
+    made, synth = server
+    url = urlsplit(made.address)
+    connection = http.client.HTTPConnection("127.0.0.1", url.port, timeout=10)
+    connection.request("GET", f"{url.path}{STREAM}")
+    answer = connection.getresponse()
+
+    def message() -> tuple[dict[str, object], bytes]:
+        text, size = LENGTHS.unpack(answer.read(LENGTHS.size))
+        return json.loads(answer.read(text)), answer.read(size)
+
+    said, sights = message()
+    assert said["bass"]["title"] == load_preset("jazz-finger").name  # type: ignore[index]
+    assert len(sights) == 4 * SIGHT.itemsize and said["rate"] == RATE
+    synth.send(0x90, 28, 127)
+    messages = [message() for _ in range(20)]
+    assert all("bass" not in said for said, _ in messages)
+    assert [note for said, _ in messages for note in said["notes"]][:2] == [0, 0]  # type: ignore[attr-defined]
+    assert any(np.frombuffer(sights, SIGHT)["slot"]["u"].any() for _, sights in messages)
+    synth.switch_to(LiveBass(load_preset("five-string"), FINE, RATE))
+    while "bass" not in (found := message())[0]:
+        pass
+    assert len(found[1]) == 5 * SIGHT.itemsize
+    connection.close()
+
+
+def test_a_page_shows_the_strings_that_play_elsewhere(server: tuple[PageServer, Synth], tmp_path: Path) -> None:
+    made, synth = server
+    with chromium(tmp_path / "profile") as page:
+        page.get(made.address)
+        wait(lambda: "plays, in livebass play" in page.find_element("id", "said").text)
+        page.execute_script(
+            "window.flashed = new Set(); const flash = see.flash.bind(see);"
+            "see.flash = (hit, now) => { flashed.add(hit.fret); flash(hit, now); }"
+        )
+        synth.send(0x90, 33, 127)
+        wait(lambda: page.execute_script("return flashed.size") > 0)
+        wait(lambda: "A string" in page.execute_script("return $('seen').textContent"))
+        assert not page.find_element("id", "piano").is_displayed()
+        assert page.execute_script("return see.view && see.read(1, 0, 'on') + see.read(1, 1, 'on')") > 0
+        made.close()
+        wait(lambda: "play has ended" in page.find_element("id", "said").text)
+        assert page.execute_script("return typeof context") == "undefined"
