@@ -79,7 +79,7 @@ static void draw_number(lb_picture *p, int fret, double x) {
     char text[8];
     const double size = px(p, 9.5);
     snprintf(text, sizeof text, "%d", fret);
-    const uint32_t colour = x > body_begin(p) ? lb_faded(BONE, 0.75) : p->t->soft;
+    const uint32_t colour = x > body_begin(p) + px(p, 24) ? lb_faded(BONE, 0.75) : p->t->soft;
     lb_text(&p->ground, x - lb_text_width(size, text) / 2, p->middle + p->half[1] + px(p, 15), size, colour, text, 100);
 }
 

@@ -119,7 +119,8 @@ static void lay_out_header(lb_picture *p, double width) {
     add(p, QUALITY, LB_QUALITY, right - px(p, 236), y, px(p, 70), h);
 }
 
-/* Puts groups into pages, each in columns of its own, as many cells as there are rows; those of this page are added. */
+/* Puts groups into pages, each in columns of its own, as many cells as there are rows; those of this page are added. A
+   group goes on on the next page if at least half of it has room on the one before. */
 static void lay_out_panel(lb_picture *p, double width, double top, int rows) {
     const double units = width / p->scale - EDGE;
     const double fitting = fmax(floor(units / USUAL_CELL), fmin(floor(units / LEAST_CELL), 4));
@@ -129,8 +130,8 @@ static void lay_out_panel(lb_picture *p, double width, double top, int rows) {
     memset(p->groups, 0, sizeof p->groups);
     for (int g = 0; g < GROUP_COUNT; g++) {
         const int size = group_size(g);
-        int needed = (size + rows - 1) / rows;
-        if (column && column + needed > columns) page++, column = 0;
+        const int needed = (size + rows - 1) / rows;
+        if (column && 2 * (columns - column) < needed) page++, column = 0;
         for (int k = 0, cell = 0; k < LB_PARAMETERS; k++) {
             if (!is_listed(k) || strcmp(lb_parameters[k].group, group_names[g])) continue;
             if (cell && cell % rows == 0 && ++column == columns) page++, column = 0; /* more than a page holds */
@@ -398,6 +399,7 @@ static void draw_lamp(lb_picture *p, const part *q, int hot) {
     const int lamp = q->number / 2, on = lamp_is_on(p, lamp);
     const theme *t = p->t;
     lamp_name(p, lamp, q->number % 2, text);
+    if (hot && key_of(p, lamp) >= 0) lb_note_name(key_of(p, lamp), text); /* its key, where both have no room */
     char *gap = strstr(text, "  ");
     lb_round(&p->ground, q->x, q->y, q->w, q->h, q->h / 2, 0, on ? t->accent : hot ? t->edge : t->raised);
     if (gap) *gap = 0;
