@@ -25,7 +25,18 @@ from livebass.plugin.systems import this_system
 LEVEL, OTHER = "x86-64-v2", "x86-64-v3"
 SUPPORT = Path(__file__).parents[1] / "support"
 BASSES = ("slap", "five-string")
-SHELLS = ("core.c", "look.c", "instance.c", "learn.c", "clap.c", "editor.c", "picture.c", "paint.c", "window_x11.c")
+SHELLS = (
+    "core.c",
+    "look.c",
+    "instance.c",
+    "learn.c",
+    "clap.c",
+    "editor.c",
+    "picture.c",
+    "neck.c",
+    "paint.c",
+    "window_x11.c",
+)
 KINDS = ("thread", "address")
 FLAGS = ("-g", "-O1", "-ffp-contract=off", "-DWITHIN", f"-Dkernels{suffix(OTHER)}=kernels{suffix(LEVEL)}")
 

@@ -19,7 +19,7 @@ from livebass.plugin import build
 from livebass.plugin.header import header
 from livebass.plugin.systems import this_system
 
-SOURCES = ("core.c", "instance.c", "look.c", "paint.c", "picture.c")
+SOURCES = ("core.c", "instance.c", "learn.c", "look.c", "neck.c", "paint.c", "picture.c")
 MOVE, PRESS, RELEASE, LEAVE, DOUBLE, UP, DOWN = range(7)
 BEGIN, MOVED, END = range(3)
 WIDTH, HEIGHT = 900, 460

@@ -2,94 +2,19 @@
 
    What seldom changes is drawn into the ground, part by part, as each part's state changes; the neck's strings, lights
    and notes go over it, anew for each look. */
-#include "picture.h"
-#include "paint.h"
+#include "drawing.h"
 
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
-/* --- colours and measures --- */
+#define FALL 20.0 /* dB/s of the meter */
 
-typedef struct {
-    uint32_t ground, raised, edge, ink, soft, accent, on_accent, trough, hot, good;
-} theme;
 static const theme themes[2] = {
     {0xFFF1ECE4, 0xFFFCFAF6, 0xFFCFC4B5, 0xFF2A2119, 0xFF776A5B, 0xFFD08A1C, 0xFF221503, 0xFFDDD3C5, 0xFFD23A22,
      0xFF4C8A3C},
     {0xFF15110E, 0xFF241D17, 0xFF4A3E34, 0xFFF1E8DB, 0xFFA99A88, 0xFFF0A93B, 0xFF221503, 0xFF0B0907, 0xFFFF6B57,
      0xFF7DB56B},
 };
-enum { WOOD = 0xFF3B2317, WOOD_LIGHT = 0xFF54341F, METAL = 0xFFC9C3B8, METAL_DARK = 0xFF6E6960, BONE = 0xFFF3E9D2 };
-enum { BLACK = 0xFF100D0B, STRING = 0xFFE3DCCF, STRING_DARK = 0xFF7A7267, MOVING = 0xFFFFD28A, FLASH = 0xFFFF8A3A };
-enum { SUN = 0xFFD98E3C, SUN_DARK = 0xFFB8631F, RIM = 0xFF6E1F12, RIM_DARK = 0xFF1A0D0A };
-
-/* Pixels at scale 1. */
-enum { EDGE = 14, HEADER = 46, LAMPS = 28, TABS = 26, HEADING = 18, CELL = 38, FOOT = 8 };
-enum { LEAST_CELL = 150, USUAL_CELL = 212 }; /* widths */
-#define SMALL 11.0
-#define MIDDLE 12.5
-#define LARGE 20.0
-
-enum { NODES = 160, STRIDE = 164, DRAWN = 64 }; /* steps of a string; numbers in a row; modes that are drawn */
-enum { MOST_PARTS = 256, MOST_PAGES = 16, MOST_COLUMNS = 8, MOST_TEXT = 160 };
-static const double zooms[] = {4, 8, 16, 32};
-#define FLOOR_DB -48.0
-#define FALL 20.0 /* dB/s of the meter */
-#define FARTHEST 0.1f /* m that a string may be from its rest; what is no number is drawn at rest */
-#define SHINE 2.4f /* of a blur, over the part of the time that the string is there */
-typedef float quad __attribute__((vector_size(16)));
-
-/* --- what is kept --- */
-
-enum { NOTHING, WORDMARK, PREVIOUS, NEXT, TITLE, QUALITY, LOAD, OVERLOAD, LAMP, TAB, HEAD, SLIDER, STEPPER, ITEM,
-       BOARD, PLUCK, MOTION, NAME };
-typedef struct {
-    int kind, number;
-    double x, y, w, h; /* pixels of the array */
-    uint64_t drawn;    /* what its state was as it was drawn; 0: it is to be drawn */
-} part;
-
-typedef struct { /* a string at one look */
-    int on, fret;
-    double stop; /* m from the nut */
-    quad u[STRIDE / 4];
-} shape;
-
-struct lb_picture {
-    lb_face face;
-    const theme *t;
-    lb_sheet sheet, ground;
-    double scale, seconds;
-    uint64_t laid_out; /* what the parts' places were made of */
-    part parts[MOST_PARTS];
-    int count, board; /* parts; the place of the neck among them */
-    int page, pages, listing, scrolled; /* listing: the basses are listed in place of the neck */
-    uint32_t groups[MOST_PAGES]; /* on each page, a bit each */
-    double values[LB_PARAMETERS];
-    /* the pointer */
-    int hovered, held; /* parts; -1: none */
-    double grabbed, from; /* place and value where a slider was grabbed */
-    int string, key, pressed_fret; /* the note that the pointer plays; string -1: none */
-    uint8_t toggled[LB_KEY_COUNT]; /* keys of switches that are held by hand */
-    /* looks */
-    LB_LOOK both[2];
-    int which;
-    uint64_t taken;
-    shape (*shapes)[LB_STRINGS]; /* of the last LB_LOOKS looks, the newest at (shaped - 1) % LB_LOOKS */
-    uint64_t shaped;
-    int fresh; /* shapes since the last picture */
-    quad *sines; /* DRAWN rows of STRIDE */
-    int zoom;
-    double level, told_load, told_at;
-    int lively; /* the last picture had something that moves */
-    uint64_t still; /* what else there was on the neck */
-    /* the neck: x of nut and saddle, pixels a metre along it; its middle, and half its width at nut and saddle */
-    double nut, saddle, metre, middle, half[2];
-};
-
-static const LB_LOOK *look_of(const lb_picture *p) { return &p->both[p->which]; }
 
 lb_picture *lb_new_picture(const lb_face *face) {
     lb_picture *p = calloc(1, sizeof *p);
@@ -161,32 +86,7 @@ static int basses(const lb_picture *p) {
     return count == 2 && !strcmp(first, second) ? 1 : count;
 }
 
-static void mix(uint64_t *hash, double v) {
-    uint64_t bits;
-    memcpy(&bits, &v, sizeof bits);
-    *hash = (*hash ^ bits) * 0x9E3779B97F4A7C15u;
-    *hash ^= *hash >> 29;
-}
-
 /* --- where everything is --- */
-
-static double px(const lb_picture *p, double units) { return p->scale * units; }
-
-static double x_of(const lb_picture *p, double metres) { return p->nut + metres * p->metre; }
-
-static double part_along(const lb_picture *p, double x) { return (x - p->nut) / (p->saddle - p->nut); }
-
-/* Half the width of the neck at x. */
-static double half_at(const lb_picture *p, double x) {
-    return p->half[0] + (p->half[1] - p->half[0]) * fmax(part_along(p, x), -0.02);
-}
-
-static int64_t strings_of(const lb_picture *p) { return look_of(p)->strings; }
-
-/* The middle of a string's lane; the lowest string is below. */
-static double lane_at(const lb_picture *p, int string, double x) {
-    return p->middle - half_at(p, x) * ((2.0 * string + 1) / (double)strings_of(p) - 1);
-}
 
 static part *add(lb_picture *p, int kind, int number, double x, double y, double w, double h) {
     static part none;
@@ -219,7 +119,8 @@ static void lay_out_header(lb_picture *p, double width) {
     add(p, QUALITY, LB_QUALITY, right - px(p, 236), y, px(p, 70), h);
 }
 
-/* Puts groups into pages, each in columns of its own, as many cells as there are rows; those of this page are added. */
+/* Puts groups into pages, each in columns of its own, as many cells as there are rows; those of this page are added. A
+   group goes on on the next page if at least half of it has room on the one before. */
 static void lay_out_panel(lb_picture *p, double width, double top, int rows) {
     const double units = width / p->scale - EDGE;
     const double fitting = fmax(floor(units / USUAL_CELL), fmin(floor(units / LEAST_CELL), 4));
@@ -229,8 +130,8 @@ static void lay_out_panel(lb_picture *p, double width, double top, int rows) {
     memset(p->groups, 0, sizeof p->groups);
     for (int g = 0; g < GROUP_COUNT; g++) {
         const int size = group_size(g);
-        int needed = (size + rows - 1) / rows;
-        if (column && column + needed > columns) page++, column = 0;
+        const int needed = (size + rows - 1) / rows;
+        if (column && 2 * (columns - column) < needed) page++, column = 0;
         for (int k = 0, cell = 0; k < LB_PARAMETERS; k++) {
             if (!is_listed(k) || strcmp(lb_parameters[k].group, group_names[g])) continue;
             if (cell && cell % rows == 0 && ++column == columns) page++, column = 0; /* more than a page holds */
@@ -283,12 +184,6 @@ static const char *switch_name(int action) {
     return 0;
 }
 
-static const char *const notes[] = {"C", "C#", "D", "D#", "E", "F", "F#", "G", "G#", "A", "A#", "B"};
-static void note_name(int key, char text[16]) {
-    if (key < 0 || key > 127) *text = 0;
-    else snprintf(text, 16, "%s%d", notes[key % 12], key / 12 - 1);
-}
-
 enum { LET_RING = 100, PLAYED_ON }; /* lamps besides those of actions: the pedal, and the string that keys call */
 
 /* Lamps that are always there: of what controllers and parameters do, too. */
@@ -303,7 +198,7 @@ static int is_always(int lamp) {
 static void lamp_name(const lb_picture *p, int lamp, int with_key, char text[64]) {
     char key[16] = "";
     const char *name = lamp == LET_RING ? "Let ring" : lamp == PLAYED_ON ? "String" : switch_name(lamp);
-    if (with_key && lamp < LET_RING) note_name(key_of(p, lamp), key);
+    if (with_key && lamp < LET_RING) lb_note_name(key_of(p, lamp), key);
     snprintf(text, 64, "%s%s%s", name, *key ? "  " : "", key);
 }
 
@@ -394,25 +289,7 @@ static void lay_out(lb_picture *p) {
 
 /* --- parts of the ground --- */
 
-/* The fret at which a string is held, 0: open, -1: it is not. */
-static int fret_held(const lb_picture *p, int string) {
-    const LB_STRING_LOOK *l = &look_of(p)->string[string];
-    if (l->state == LB_FREE) return -1;
-    return l->fret > 0 && l->fret <= look_of(p)->frets ? (int)l->fret : 0;
-}
-
-/* The name of a note, as high as its lane lets it be. */
-static void draw_name(lb_picture *p, lb_sheet *s, double x, double y, const char *text, int lit) {
-    const double lane = 2 * p->half[0] / (double)strings_of(p), tall = fmin(px(p, 17), lane), size = 0.59 * tall;
-    const double wide = fmax(lb_text_width(size, text) + 0.47 * tall, 1.2 * tall);
-    lb_round(s, x - wide / 2, y - tall / 2, wide, tall, tall / 2, 0, lit ? p->t->accent : p->t->raised);
-    if (!lit) lb_round(s, x - wide / 2, y - tall / 2, wide, tall, tall / 2, px(p, 1), p->t->edge);
-    const uint32_t colour = lit ? p->t->on_accent : p->t->ink;
-    lb_text(s, x - lb_text_width(size, text) / 2, y + 0.36 * size, size, colour, text, wide);
-}
-
-/* Writes a text in the middle of a box, or from its left edge on. */
-static void label(lb_picture *p, lb_sheet *s, double x, double y, double w, double h, double units, uint32_t colour,
+void lb_label(lb_picture *p, lb_sheet *s, double x, double y, double w, double h, double units, uint32_t colour,
                   const char *text, int centred) {
     const double size = px(p, units), wide = lb_text_width(size, text);
     lb_text(s, centred && wide < w ? x + (w - wide) / 2 : x, y + h / 2 + 0.36 * size, size, colour, text, w);
@@ -494,7 +371,7 @@ static void draw_stepper(lb_picture *p, const part *q, int hot) {
     button(p, &face, 0, hot);
     const uint32_t colour = on ? p->t->accent : p->t->trough;
     if (is_switch) lb_round(&p->ground, face.x + px(p, 9), face.y + face.h / 2 - r, 2 * r, 2 * r, r, 0, colour);
-    label(p, &p->ground, face.x + left, face.y, face.w - left - px(p, 16), face.h, SMALL, p->t->ink, text, 0);
+    lb_label(p, &p->ground, face.x + left, face.y, face.w - left - px(p, 16), face.h, SMALL, p->t->ink, text, 0);
     const part end = {.x = face.x + face.w - px(p, 18), .y = face.y, .w = px(p, 14), .h = face.h};
     arrow(p, &end, 1, hot ? p->t->ink : p->t->soft);
 }
@@ -522,6 +399,7 @@ static void draw_lamp(lb_picture *p, const part *q, int hot) {
     const int lamp = q->number / 2, on = lamp_is_on(p, lamp);
     const theme *t = p->t;
     lamp_name(p, lamp, q->number % 2, text);
+    if (hot && key_of(p, lamp) >= 0) lb_note_name(key_of(p, lamp), text); /* its key, where both have no room */
     char *gap = strstr(text, "  ");
     lb_round(&p->ground, q->x, q->y, q->w, q->h, q->h / 2, 0, on ? t->accent : hot ? t->edge : t->raised);
     if (gap) *gap = 0;
@@ -539,7 +417,7 @@ static void draw_part(lb_picture *p, const part *q, int hot, int held) {
     char text[MOST_TEXT];
     lb_box(s, floor(q->x - 1), floor(q->y - 1), ceil(q->w + 3), ceil(q->h + 3), t->ground);
     switch (q->kind) {
-    case WORDMARK: label(p, s, q->x, q->y, q->w, q->h, LARGE, t->accent, "livebass", 0); break;
+    case WORDMARK: lb_label(p, s, q->x, q->y, q->w, q->h, LARGE, t->accent, "livebass", 0); break;
     case PREVIOUS:
     case NEXT:
         button(p, q, 0, hot);
@@ -548,35 +426,35 @@ static void draw_part(lb_picture *p, const part *q, int hot, int held) {
     case TITLE:
         button(p, q, p->listing, hot);
         text_of(p, LB_BASS, p->values[LB_BASS], text);
-        label(p, s, q->x + px(p, 10), q->y, q->w - px(p, 30), q->h, MIDDLE, colour, text, 0);
+        lb_label(p, s, q->x + px(p, 10), q->y, q->w - px(p, 30), q->h, MIDDLE, colour, text, 0);
         arrow(p, &(part){.x = q->x + q->w - q->h, .y = q->y, .w = q->h, .h = q->h}, 2, colour);
         break;
     case QUALITY:
         button(p, q, 0, hot);
         text_of(p, LB_QUALITY, p->values[LB_QUALITY], text);
-        label(p, s, q->x, q->y, q->w, q->h, SMALL, t->ink, text, 1);
+        lb_label(p, s, q->x, q->y, q->w, q->h, SMALL, t->ink, text, 1);
         break;
     case LOAD:
         snprintf(text, sizeof text, "load %.0f %%", 100 * p->told_load);
-        label(p, s, q->x, q->y, q->w, q->h, SMALL, p->told_load > 0.9 ? t->hot : t->soft, text, 1);
+        lb_label(p, s, q->x, q->y, q->w, q->h, SMALL, p->told_load > 0.9 ? t->hot : t->soft, text, 1);
         break;
     case OVERLOAD: {
         const int on = look_of(p)->strings && look_of(p)->overload > 0;
         lb_round(s, q->x, q->y + px(p, 4), q->w, q->h - px(p, 8), q->h / 2, on ? 0 : px(p, 1), on ? t->hot : t->edge);
-        label(p, s, q->x, q->y, q->w, q->h, 9.5, on ? 0xFFFFFFFF : t->soft, "OVERLOAD", 1);
+        lb_label(p, s, q->x, q->y, q->w, q->h, 9.5, on ? 0xFFFFFFFF : t->soft, "OVERLOAD", 1);
         break;
     }
     case LAMP: draw_lamp(p, q, hot); break;
     case TAB:
         tab_name(p, q->number, text);
-        label(p, s, q->x, q->y, q->w, q->h, MIDDLE, q->number == p->page || hot ? t->ink : t->soft, text, 1);
+        lb_label(p, s, q->x, q->y, q->w, q->h, MIDDLE, q->number == p->page || hot ? t->ink : t->soft, text, 1);
         if (q->number == p->page)
             lb_box(s, q->x + px(p, 8), q->y + q->h - px(p, 2), q->w - px(p, 16), px(p, 2), t->accent);
         break;
     case HEAD:
         for (int k = 0; (text[k] = group_names[q->number][k]); k++)
             if (text[k] >= 'a' && text[k] <= 'z') text[k] = (char)(text[k] - 32);
-        label(p, s, q->x, q->y, q->w, q->h, 9.0, t->accent, text, 0);
+        lb_label(p, s, q->x, q->y, q->w, q->h, 9.0, t->accent, text, 0);
         break;
     case SLIDER:
         draw_cell_text(p, q, hot);
@@ -590,491 +468,20 @@ static void draw_part(lb_picture *p, const part *q, int hot, int held) {
         const int now = (int)p->values[LB_BASS] == q->number;
         if (now || hot) lb_round(s, q->x, q->y, q->w, q->h, px(p, 5), 0, now ? t->accent : t->raised);
         text_of(p, LB_BASS, q->number, text);
-        label(p, s, q->x + px(p, 8), q->y, q->w - px(p, 16), q->h, MIDDLE, now ? t->on_accent : t->ink, text, 0);
+        lb_label(p, s, q->x + px(p, 8), q->y, q->w - px(p, 16), q->h, MIDDLE, now ? t->on_accent : t->ink, text, 0);
         break;
     }
     case NAME:
-        note_name((int)look_of(p)->string[q->number].open, text);
-        draw_name(p, s, q->x + q->w / 2, q->y + q->h / 2, text, fret_held(p, q->number) == 0);
+        lb_note_name((int)look_of(p)->string[q->number].open, text);
+        lb_draw_name(p, s, q->x + q->w / 2, q->y + q->h / 2, text, lb_fret_held(p, q->number) == 0);
         break;
     default: break;
     }
 }
 
-/* --- the neck at rest --- */
-
-/* Noise without steps along x and y, 0 to 1. */
-static float grain(float x, float y) {
-    const float fx = floorf(x), fy = floorf(y);
-    float corner[4];
-    for (int k = 0; k < 4; k++) {
-        uint32_t n = (uint32_t)((int)fx + (k & 1)) * 374761393u + (uint32_t)((int)fy + (k >> 1)) * 668265263u;
-        n = (n ^ n >> 13) * 1274126177u;
-        corner[k] = (float)((n ^ n >> 16) & 1023) / 1023;
-    }
-    const float sx = (x - fx) * (x - fx) * (3 - 2 * (x - fx)), sy = y - fy;
-    const float above = corner[0] + (corner[1] - corner[0]) * sx, below = corner[2] + (corner[3] - corner[2]) * sx;
-    return above + (below - above) * sy;
-}
-
-/* The end of the board, beyond the last fret. */
-static double board_end(const lb_picture *p) {
-    const LB_LOOK *l = look_of(p);
-    return x_of(p, l->place[l->frets] + 0.012);
-}
-
-/* Where the body begins. */
-static double body_begin(const lb_picture *p) {
-    const LB_LOOK *l = look_of(p);
-    return x_of(p, l->place[l->frets] - 0.045);
-}
-
-/* How far a place is from the middle between two others, where it is 0, to them, 1; its fourth power. */
-static double towards(double x, double from, double to) {
-    const double part = (2 * x - from - to) / (to - from);
-    return part * part * part * part;
-}
-
-static void draw_body(lb_picture *p, const part *q) {
-    lb_sheet *s = &p->ground;
-    const double left = body_begin(p), right = q->x + q->w - px(p, 34), r = px(p, 46);
-    const double top = q->y + px(p, 2), foot = q->y + q->h - px(p, 2);
-    const lb_area a = lb_common(lb_area_of(left, top, right - left, foot - top), (lb_area){0, 0, s->width, s->height});
-    for (int y = a.y0; y < a.y1; y++)
-        for (int x = a.x0; x < a.x1; x++) {
-            const double far = towards(x, left + px(p, 20), right) + towards(y, top, foot);
-            const float along = (float)((x - q->x) / p->scale), across = (float)((y - q->y) / p->scale);
-            const uint32_t wood = lb_mixed(SUN_DARK, SUN, grain(along * 0.02f, across * 0.35f));
-            const uint32_t colour = lb_mixed(wood, lb_mixed(RIM, RIM_DARK, far * 0.9 - 0.2), far * 0.95 + 0.12);
-            const double ex = fmax(fmax(left + r - x, x - right + r), 0), ey = fmax(fmax(top + r - y, y - foot + r), 0);
-            lb_dot(s, x, y, colour, (float)(r + 0.5 - sqrt(ex * ex + ey * ey)));
-        }
-}
-
-/* The number of a fret, under it. */
-static void draw_number(lb_picture *p, int fret, double x) {
-    char text[8];
-    const double size = px(p, 9.5);
-    snprintf(text, sizeof text, "%d", fret);
-    const uint32_t colour = x > body_begin(p) ? lb_faded(BONE, 0.75) : p->t->soft;
-    lb_text(&p->ground, x - lb_text_width(size, text) / 2, p->middle + p->half[1] + px(p, 15), size, colour, text, 100);
-}
-
-static void draw_fret(lb_picture *p, double x, double half) {
-    lb_sheet *s = &p->ground;
-    lb_box(s, x - px(p, 0.2), p->middle - half, px(p, 2.6), 2 * half, 0x70000000);
-    lb_shade(s, x - px(p, 1.3), p->middle - half, px(p, 2.4), 2 * half, METAL, METAL_DARK);
-    lb_box(s, x - px(p, 0.9), p->middle - half, px(p, 0.9), 2 * half, 0xB0FFFFFF);
-}
-
-/* The mark of a fret in the board: a dot, or two; without frets one at the edge. */
-static void draw_mark(lb_picture *p, int fret, double x, double half) {
-    const LB_LOOK *l = look_of(p);
-    const int in_octave = fret % 12;
-    if (in_octave && in_octave != 3 && in_octave != 5 && in_octave != 7 && in_octave != 9) return;
-    const double mid = l->fretless ? x : (x + x_of(p, l->place[fret - 1])) / 2, r = px(p, l->fretless ? 2.5 : 4.2);
-    const double apart = l->fretless ? half - px(p, 2) : in_octave ? 0 : half_at(p, mid) * 2 / (double)l->strings;
-    const uint32_t colour = lb_faded(BONE, apart > 0 ? 0.85 : 0.6);
-    for (int side = l->fretless ? 1 : -1; side < 2; side += 2)
-        lb_round(&p->ground, mid - r, p->middle + side * apart - r, 2 * r, 2 * r, r, 0, colour);
-    draw_number(p, fret, mid);
-}
-
-static void draw_board(lb_picture *p) {
-    const LB_LOOK *l = look_of(p);
-    lb_sheet *s = &p->ground;
-    const double end = board_end(p);
-    for (int x = (int)p->nut; x < (int)end; x++) {
-        const double half = half_at(p, x) + px(p, 3), top = p->middle - half, foot = p->middle + half;
-        for (int y = (int)top; y <= (int)foot; y++) {
-            const float along = (float)((x - p->nut) / p->scale), across = (float)((y - p->middle) / p->scale);
-            const float g = grain(along * 0.025f, across * 0.55f);
-            const double rim = 1 - fmin(fmin(y - top, foot - y) / px(p, 5), 1);
-            const double cover = fmin(fmin(y + 1 - top, foot - y), 1);
-            lb_dot(s, x, y, lb_mixed(lb_mixed(WOOD, WOOD_LIGHT, 0.15 + 0.7 * g), BLACK, 0.5 * rim), (float)cover);
-        }
-    }
-    for (int k = 1; k <= l->frets; k++) {
-        const double x = x_of(p, l->place[k]), rim = half_at(p, x) + px(p, 3);
-        if (!l->fretless) draw_fret(p, x, rim);
-        draw_mark(p, k, x, rim);
-    }
-    const double half = half_at(p, p->nut) + px(p, 3);
-    lb_round(s, p->nut - px(p, 5), p->middle - half, px(p, 6), 2 * half, px(p, 2), 0, BONE);
-    lb_box(s, p->nut + px(p, 1), p->middle - half, px(p, 2), 2 * half, 0x50000000);
-}
-
-/* A pickup: where strings beside each other have it at the same place, it is one. */
-static void draw_pickup(lb_picture *p, int k) {
-    const LB_LOOK *l = look_of(p);
-    lb_sheet *s = &p->ground;
-    for (int i = 0, last; i < l->strings; i = last) {
-        const LB_STRING_LOOK *string = &l->string[i];
-        for (last = i + 1; last < l->strings && fabs(l->string[last].saddle[k] - string->saddle[k]) < 2e-3; last++) {}
-        if (k >= string->pickups) continue;
-        const double x = x_of(p, string->length - string->saddle[k]), lane = half_at(p, x) * 2 / (double)l->strings;
-        const double top = lane_at(p, last - 1, x) - 0.48 * lane, foot = lane_at(p, i, x) + 0.48 * lane;
-        const double wide = fmax(string->aperture[k] * p->metre, px(p, 18));
-        const double loud = string->mix[k] != 0 ? 1 : 0.45;
-        lb_round(s, x - wide / 2 + px(p, 1), top + px(p, 2), wide, foot - top, px(p, 5), 0, 0x60000000);
-        lb_round(s, x - wide / 2, top, wide, foot - top, px(p, 5), 0, BLACK);
-        lb_round(s, x - wide / 2, top, wide, foot - top, px(p, 5), px(p, 1), 0xFF3A332D);
-        for (int at = i; at < last; at++)
-            for (int side = -1; side < 2; side += 2) {
-                const double y = lane_at(p, at, x) + side * 0.2 * lane, r = px(p, 2.8);
-                lb_round(s, x - r, y - r, 2 * r, 2 * r, r, 0, lb_faded(METAL, loud));
-            }
-    }
-}
-
-static void draw_bridge(lb_picture *p) {
-    lb_sheet *s = &p->ground;
-    const double x = p->saddle, half = half_at(p, x) + px(p, 2), lane = 2 * half_at(p, x) / (double)strings_of(p);
-    lb_round(s, x - px(p, 7), p->middle - half + px(p, 3), px(p, 34), 2 * half, px(p, 4), 0, 0x60000000);
-    lb_round(s, x - px(p, 8), p->middle - half, px(p, 34), 2 * half, px(p, 4), 0, METAL_DARK);
-    lb_round(s, x - px(p, 8), p->middle - half, px(p, 34), 2 * half, px(p, 4), px(p, 1), METAL);
-    for (int i = 0; i < strings_of(p); i++) {
-        const double y = lane_at(p, i, x);
-        lb_round(s, x - px(p, 3), y - 0.32 * lane, px(p, 22), 0.64 * lane, px(p, 3), 0, METAL);
-        lb_box(s, x - px(p, 0.8), y - 0.32 * lane, px(p, 1.6), 0.64 * lane, 0xFF8F897E);
-    }
-}
-
-static void draw_neck(lb_picture *p, const part *q) {
-    lb_sheet *s = &p->ground;
-    lb_box(s, q->x, q->y, q->w, q->h, p->t->ground);
-    if (!strings_of(p)) {
-        static const char *const why = "No bass is loaded: the host has not switched the plugin on.";
-        label(p, s, q->x, q->y, q->w, q->h, MIDDLE, p->t->soft, why, 1);
-        return;
-    }
-    s->clip = lb_area_of(q->x, q->y, q->w, q->h);
-    draw_body(p, q);
-    draw_board(p);
-    for (int k = 0; k < 4; k++) draw_pickup(p, k);
-    draw_bridge(p);
-    s->clip = (lb_area){0, 0, s->width, s->height};
-}
-
-/* What a neck at rest is drawn of. */
-static uint64_t neck_state(const lb_picture *p) {
-    const LB_LOOK *l = look_of(p);
-    uint64_t hash = 1;
-    mix(&hash, (double)l->strings * 1000 + (double)l->frets * 2 + (double)l->fretless);
-    for (int k = 0; k <= l->frets && k < LB_PLACES; k++) mix(&hash, l->place[k]);
-    for (int i = 0; i < l->strings; i++) {
-        mix(&hash, l->string[i].length);
-        mix(&hash, (double)l->string[i].pickups);
-        for (int k = 0; k < l->string[i].pickups && k < 4; k++) {
-            mix(&hash, l->string[i].saddle[k]);
-            mix(&hash, l->string[i].aperture[k]);
-            mix(&hash, l->string[i].mix[k] != 0);
-        }
-    }
-    return hash | 1;
-}
-
-/* --- looks --- */
-
-/* The slot of a string that sounds louder; 0: it is silent. */
-static const LB_SLOT_SIGHT *loudest(const LB_STRING_LOOK *l) {
-    const LB_SLOT_SIGHT *found = 0;
-    double most = -1;
-    for (int k = 0; k < LB_SLOTS; k++) {
-        const LB_SLOT_SIGHT *s = &l->sight.slot[k];
-        double sum = 0;
-        for (int j = 0; j < 16 && j < s->modes; j++) sum += (double)s->u[j] * s->u[j];
-        if (s->on && sum > most) found = s, most = sum;
-    }
-    return found;
-}
-
-static void take_shape(const lb_picture *p, const LB_STRING_LOOK *l, shape *to) {
-    const LB_SLOT_SIGHT *s = loudest(l);
-    to->on = s != 0;
-    if (!s) return;
-    const double scale = sqrt(2 / s->length);
-    to->fret = (int)s->fret;
-    to->stop = fmax(l->length - s->length, 0);
-    float *u = (float *)to->u;
-    for (int k = 0; k <= NODES; k++) u[k] = (float)(s->stop * (NODES - k) / NODES);
-    for (int j = 0; j < DRAWN && j < s->modes && j < LB_SEEN; j++) {
-        const float a = (float)scale * s->u[j];
-        const quad q = {a, a, a, a}, *row = p->sines + j * (STRIDE / 4);
-        for (int k = 0; k < STRIDE / 4; k++) to->u[k] += q * row[k];
-    }
-    for (int k = 0; k <= NODES; k++) {
-        if (!(u[k] == u[k])) u[k] = 0;
-        u[k] = u[k] > FARTHEST ? FARTHEST : u[k] < -FARTHEST ? -FARTHEST : u[k];
-    }
-}
-
-static double within(double v, double least, double greatest) {
-    return v > least ? (v < greatest ? v : greatest) : least;
-}
-
-/* Holds within its bounds what a look from elsewhere may have. */
-static void bound(LB_LOOK *l) {
-    if (l->strings < 0 || l->strings > LB_STRINGS) l->strings = 0;
-    l->frets = l->frets < 0 ? 0 : l->frets >= LB_PLACES ? LB_PLACES - 1 : l->frets;
-    for (int k = 0; k < LB_PLACES; k++) l->place[k] = within(l->place[k], 0, 5);
-    double *parts[] = {&l->load, &l->peak, &l->position, &l->nearest, &l->usual, &l->farthest};
-    for (size_t k = 0; k < sizeof parts / sizeof *parts; k++) *parts[k] = within(*parts[k], 0, k < 2 ? 100 : 1);
-    for (int i = 0; i < l->strings; i++) {
-        LB_STRING_LOOK *s = &l->string[i];
-        s->length = within(s->length, 0.1, 5);
-        s->speed = within(s->speed, 20, 2000);
-        s->open = s->open >= 0 && s->open < 128 ? s->open : 0;
-        if (s->pickups < 0 || s->pickups > 4) s->pickups = 0;
-        for (int k = 0; k < LB_PLACES; k++) s->light[k] = (float)within(s->light[k], 0, 1);
-        for (int k = 0; k < 4; k++) {
-            s->saddle[k] = within(s->saddle[k], 0, s->length);
-            s->aperture[k] = within(s->aperture[k], 0, 0.2);
-        }
-        for (int k = 0; k < LB_SLOTS; k++) s->sight.slot[k].length = within(s->sight.slot[k].length, 1e-3, s->length);
-    }
-}
-
-/* Reads the looks that are new. */
-static void read_looks(lb_picture *p) {
-    const uint64_t taken = lb_looks_taken(p->face.look);
-    const uint64_t fresh = taken - p->taken;
-    p->fresh = 0;
-    for (int k = fresh < LB_LOOKS - 1 ? (int)fresh - 1 : LB_LOOKS - 2; k >= 0; k--) {
-        LB_LOOK *to = &p->both[!p->which];
-        if (!lb_read_look(p->face.look, k, to)) continue;
-        bound(to);
-        if (to->bass != look_of(p)->bass || to->strings != look_of(p)->strings) p->shaped = 0;
-        p->which = !p->which;
-        for (int i = 0; i < to->strings; i++) take_shape(p, &to->string[i], &p->shapes[p->shaped % LB_LOOKS][i]);
-        p->shaped++;
-        p->fresh++;
-        p->level = fmax(p->level, 20 * log10(fmax(to->peak, 1e-9)));
-    }
-    p->taken = taken;
-}
-
-/* --- what moves on the neck --- */
-
-/* Half the thickness of a string, of steel of usual tension; somewhat more, as the neck is drawn wider than it is. */
-static double thickness(const lb_picture *p, int string) {
-    const double speed = look_of(p)->string[string].speed;
-    return fmax(0.14 / fmax(speed, 20) * p->metre, px(p, 0.7));
-}
-
-enum { TONES = 16, MOST_TALL = 1024 }; /* colours across a string; pixels of a column that a blur may cover */
-
-/* A column of the array that is drawn from above to below. */
-typedef struct {
-    uint32_t *first; /* its pixel of row 0 */
-    int width, top, foot;
-} column;
-
-static uint32_t *pixel(const column *c, int y) { return c->first + (ptrdiff_t)y * c->width; }
-
-/* A stroke around y, in `tones` from its upper edge to its lower one. */
-static void stroke(const column *c, float y, float half, const uint32_t *tones) {
-    const int from = (int)(y - half - 0.5f), to = (int)(y + half + 1.5f);
-    const float shades = (TONES - 1) / (2 * half + 1);
-    for (int j = from > c->top ? from : c->top; j < to && j < c->foot; j++) {
-        const float away = (float)j + 0.5f - y, cover = half + 0.5f - fabsf(away);
-        if (cover <= 0) continue;
-        uint32_t *p = pixel(c, j);
-        const uint32_t tone = tones[(int)((away + half + 0.5f) * shades)];
-        *p = cover >= 1 ? tone : lb_over(*p, tone, (uint32_t)(int)(256 * cover));
-    }
-}
-
-/* Says that a stroke was between two heights for a part of the time. */
-static void smear(float *sums, float from, float to, float part) {
-    const int first = (int)from, last = (int)to;
-    sums[first] += part * (1 - (from - (float)first));
-    sums[first + 1] += part * (from - (float)first);
-    sums[last] -= part * (1 - (to - (float)last));
-    sums[last + 1] -= part * (to - (float)last);
-}
-
-/* The blur of a string that went through heights y over its rest, in this column and, with `wide` 2, in the next. */
-static void blur(const column *c, int wide, float rest, float half, const float *y, int count) {
-    float sums[MOST_TALL + 2], low = y[0], high = y[0], sum = 0;
-    for (int k = 1; k < count; k++) {
-        low = y[k] < low ? y[k] : low;
-        high = y[k] > high ? y[k] : high;
-    }
-    if (high - low < 0.5f || high - low + 2 * half + 4 > MOST_TALL) return;
-    const int top = (int)(rest - high - half) - 1, tall = (int)(high - low + 2 * half) + 4;
-    memset(sums, 0, (size_t)tall * sizeof *sums);
-    for (int k = 1; k < count; k++) {
-        const int up = y[k] > y[k - 1];
-        const float from = rest - y[k - !up] - half - (float)top, to = rest - y[k - up] + half - (float)top;
-        const float shine = SHINE * (2 * half + 0.6f) / (to - from);
-        smear(sums, from, to, (shine < 1 ? shine : 1) / (float)(count - 1));
-    }
-    for (int j = 0; j < tall; j++) {
-        sum += sums[j];
-        if (sum < 0.004f || top + j < c->top || top + j >= c->foot) continue;
-        uint32_t *p = pixel(c, top + j);
-        const uint32_t part = (uint32_t)(int)(200 * (sum < 1 ? sum : 1));
-        *p = lb_over(*p, MOVING, part);
-        if (wide > 1) p[1] = lb_over(p[1], MOVING, part);
-    }
-}
-
-/* A shape as columns go along it. */
-typedef struct {
-    const float *u;
-    float at, step; /* nodes */
-} walk;
-
-static float next_height(walk *w) {
-    const float at = w->at;
-    w->at += w->step;
-    if (at <= 0 || at >= NODES) return 0;
-    const int node = (int)at;
-    return w->u[node] + (w->u[node + 1] - w->u[node]) * (at - (float)node);
-}
-
-/* The newest shape of a string, or that so many before. */
-static const shape *shape_of(const lb_picture *p, int string, int before) {
-    return &p->shapes[(p->shaped - 1 - (uint64_t)before) % LB_LOOKS][string];
-}
-
-/* Draws a string as it is, over where it has been since the last picture. */
-static void draw_string(lb_picture *p, lb_sheet *s, int string, const uint32_t *tones) {
-    const int most = p->shaped < LB_LOOKS ? (int)p->shaped : LB_LOOKS, wanted = p->fresh > 0 ? p->fresh + 1 : 2;
-    const float half = (float)thickness(p, string), limit = (float)(1.9 * p->half[0] / (double)strings_of(p));
-    const float zoom = (float)(p->metre * zooms[p->zoom]), drop = (float)px(p, 3.5);
-    const int left = (int)(p->nut - px(p, 5)), right = (int)(p->saddle + px(p, 14)), end = (int)p->saddle;
-    walk walks[LB_LOOKS];
-    int count = 0, begin = right;
-    for (; count < most && count < wanted && shape_of(p, string, count)->on; count++) {
-        const shape *one = shape_of(p, string, count);
-        const double start = x_of(p, one->stop), step = NODES / (p->saddle - start);
-        if (!count) begin = (int)start > left ? (int)start : left;
-        walks[count] = (walk){(const float *)one->u, (float)((begin + 0.5 - start) * step), (float)step};
-    }
-    const double first = lane_at(p, string, p->nut), last = lane_at(p, string, p->saddle);
-    const double slope = (last - first) / (p->saddle - p->nut);
-    float y[LB_LOOKS], before = 0;
-    column c = {0, s->width, s->clip.y0 > 0 ? s->clip.y0 : 0, s->clip.y1 < s->height ? s->clip.y1 : s->height};
-    for (int x = left > 0 ? left : 0; x < right && x < s->width; x++) { /* its shadow */
-        const float rest = (float)(first + (x + 0.5 - p->nut) * slope) + drop;
-        c.first = s->pixels + x;
-        for (int j = (int)(rest - half); j < (int)(rest + half) + 1; j++)
-            if (j >= c.top && j < c.foot) *pixel(&c, j) = lb_over(*pixel(&c, j), BLACK, 72);
-    }
-    for (int x = left > 0 ? left : 0; x < right && x < s->width; x++) {
-        const float rest = (float)(first + (x + 0.5 - p->nut) * slope);
-        c.first = s->pixels + x;
-        if (!count || x < begin || x >= end) {
-            stroke(&c, rest, half, tones);
-            continue;
-        }
-        for (int k = 0; k < count; k++) {
-            const float moved = zoom * next_height(&walks[k]);
-            y[k] = moved > limit ? limit : moved < -limit ? -limit : moved;
-        }
-        if ((x - begin) % 2 == 0) blur(&c, x + 1 < end && x + 1 < s->width ? 2 : 1, rest, half, y, count);
-        const float steep = x > begin ? y[0] - before : 0;
-        stroke(&c, rest - y[0], half * sqrtf(1 + steep * steep), tones);
-        before = y[0];
-    }
-}
-
-static void draw_lights(lb_picture *p, lb_sheet *s) {
-    const LB_LOOK *l = look_of(p);
-    for (int i = 0; i < l->strings; i++)
-        for (int k = 1; k <= l->frets; k++) {
-            const double bright = l->string[i].light[k], x = x_of(p, l->place[k]), y = lane_at(p, i, x);
-            if (!(bright > 0.02)) continue;
-            const double lane = 2 * half_at(p, x) / (double)l->strings, part = 0.3 + 0.7 * fmin(bright, 1);
-            lb_glow(s, x, y, px(p, 7 + 9 * bright), lane * (0.4 + 0.3 * bright), lb_faded(FLASH, part));
-            if (l->fretless) continue;
-            lb_box(s, x - px(p, 1.2), y - 0.42 * lane, px(p, 2.4), 0.84 * lane, lb_faded(0xFFFFF0C8, part));
-        }
-}
-
-/* The names of the notes where fingers hold them. */
-static void draw_names(lb_picture *p, lb_sheet *s) {
-    const LB_LOOK *l = look_of(p);
-    char text[16];
-    for (int i = 0; i < l->strings; i++) {
-        const int fret = fret_held(p, i);
-        if (fret < 1) continue;
-        note_name((int)l->string[i].open + fret, text);
-        const double at = x_of(p, l->place[fret]), before = x_of(p, l->place[fret - 1]);
-        const double x = l->fretless ? at : at - fmin((at - before) / 2, px(p, 16));
-        draw_name(p, s, x, lane_at(p, i, x), text, 1);
-    }
-}
-
-static void draw_pluck(lb_picture *p, lb_sheet *s) {
-    const LB_LOOK *l = look_of(p);
-    part *q = &p->parts[p->board + 1];
-    const int lively = p->held == p->board + 1 || p->hovered == p->board + 1;
-    const double x = x_of(p, l->position * l->string[0].length), r = px(p, lively ? 8 : 6.5), y = q->y + px(p, 10);
-    const uint32_t colour = lively ? 0xFFFFFFFF : p->t->accent;
-    q->x = x - px(p, 8);
-    for (double at = y; at < p->middle + half_at(p, x); at += px(p, 7))
-        lb_box(s, x - px(p, 0.75), at, px(p, 1.5), px(p, 3.5), lb_faded(colour, 0.55));
-    lb_round(s, x - r, y - r, 2 * r, 2 * r, r, 0, BLACK);
-    lb_round(s, x - r + px(p, 1.5), y - r + px(p, 1.5), 2 * r - px(p, 3), 2 * r - px(p, 3), r, 0, colour);
-    if (!lively) return;
-    char text[MOST_TEXT];
-    snprintf(text, sizeof text, "pluck at %.0f %%", 100 * l->position);
-    const double wide = lb_text_width(px(p, SMALL), text) + px(p, 12);
-    const double left = fmin(x + px(p, 12), p->sheet.width - wide - px(p, 40));
-    lb_round(s, left, y - px(p, 9), wide, px(p, 18), px(p, 5), 0, 0xD0100D0B);
-    lb_text(s, left + px(p, 6), y + px(p, 4), px(p, SMALL), 0xFFFFFFFF, text, wide);
-}
-
-/* How far the meter is, 0 to 1. */
-static double meter_part(const lb_picture *p) { return fmin(fmax((p->level - FLOOR_DB) / -FLOOR_DB, 0), 1); }
-
-static void draw_meter(lb_picture *p, lb_sheet *s, const part *q) {
-    const double w = px(p, 8), x = q->x + q->w - px(p, EDGE) - w, top = q->y + px(p, 6), tall = q->h - px(p, 24);
-    const double full = tall * meter_part(p);
-    lb_round(s, x, top, w, tall, px(p, 3), 0, p->t->trough);
-    for (double at = 0; at < full; at += px(p, 3)) {
-        const double db = FLOOR_DB * (1 - at / tall);
-        const uint32_t colour = db > -1 ? p->t->hot : db > -9 ? p->t->accent : p->t->good;
-        lb_box(s, x + px(p, 1), top + tall - at - px(p, 2), w - px(p, 2), px(p, 2), colour);
-    }
-    lb_text(s, x - px(p, 4), q->y + q->h - px(p, 6), px(p, 9.5), p->t->soft, "out", 100);
-}
-
-static void draw_motion(lb_picture *p, lb_sheet *s) {
-    const part *q = &p->parts[p->board + 2];
-    char text[32];
-    snprintf(text, sizeof text, "motion \xC3\x97%.0f", zooms[p->zoom]);
-    lb_text(s, q->x, q->y + px(p, 11), px(p, 9.5), p->hovered == p->board + 2 ? p->t->ink : p->t->soft, text, 200);
-}
-
-/* What moves on the neck, besides strings and lights. */
-static uint64_t still_state(const lb_picture *p) {
-    const LB_LOOK *l = look_of(p);
-    uint64_t hash = 1;
-    mix(&hash, l->position);
-    mix(&hash, rint(meter_part(p) * 200));
-    mix(&hash, p->zoom * 64 + (p->hovered > p->board && p->hovered <= p->board + 2 ? p->hovered - p->board : 0) * 8 +
-                   (p->held == p->board + 1));
-    for (int i = 0; i < l->strings; i++) mix(&hash, (double)(l->string[i].state * 100 + l->string[i].fret));
-    return hash;
-}
-
-static int is_lively(const lb_picture *p) {
-    const LB_LOOK *l = look_of(p);
-    for (int i = 0; i < l->strings; i++) {
-        if (loudest(&l->string[i])) return 1;
-        for (int k = 0; k < LB_PLACES; k++)
-            if (l->string[i].light[k] > 0.02f) return 1;
-    }
-    return 0;
-}
-
 /* --- drawing --- */
 
-static void copy_area(const lb_picture *p, lb_area a) {
+void lb_copy_area(const lb_picture *p, lb_area a) {
     const size_t width = (size_t)p->sheet.width;
     a = lb_common(a, (lb_area){0, 0, p->sheet.width, p->sheet.height});
     for (int y = a.y0; y < a.y1 && a.x1 > a.x0; y++)
@@ -1102,7 +509,7 @@ static uint64_t part_state(const lb_picture *p, int k) {
     const part *q = &p->parts[k];
     const LB_LOOK *l = look_of(p);
     uint64_t hash = 1;
-    if (q->kind == BOARD) return neck_state(p);
+    if (q->kind == BOARD) return lb_neck_state(p);
     mix(&hash, (p->hovered == k) + 2 * (p->held == k));
     if (q->kind == SLIDER || q->kind == STEPPER || q->kind == QUALITY) mix(&hash, p->values[q->number]);
     if (q->kind == SLIDER) mix(&hash, most(p, q->number));
@@ -1110,7 +517,7 @@ static uint64_t part_state(const lb_picture *p, int k) {
     if (q->kind == LOAD) mix(&hash, rint(100 * p->told_load));
     if (q->kind == OVERLOAD) mix(&hash, l->strings && l->overload > 0);
     if (q->kind == LAMP) mix(&hash, lamp_is_on(p, q->number / 2));
-    if (q->kind == NAME) mix(&hash, (double)l->string[q->number].open * 2 + (fret_held(p, q->number) == 0));
+    if (q->kind == NAME) mix(&hash, (double)l->string[q->number].open * 2 + (lb_fret_held(p, q->number) == 0));
     return hash | 1;
 }
 
@@ -1133,31 +540,6 @@ static void tell_load(lb_picture *p) {
     p->told_load = look_of(p)->strings ? look_of(p)->load : 0;
 }
 
-/* Draws the neck as it moves; returns what has changed. */
-static lb_area draw_lively(lb_picture *p, int anew) {
-    const part *q = &p->parts[p->board];
-    const lb_area area = lb_area_of(q->x, q->y, q->w, q->h), nothing = {0, 0, 0, 0};
-    const int lively = is_lively(p);
-    const uint64_t still = still_state(p);
-    if (!anew && still == p->still && !(p->fresh && (lively || p->lively))) return nothing;
-    lb_sheet s = p->sheet;
-    p->still = still;
-    p->lively = lively;
-    copy_area(p, area);
-    s.clip = area;
-    if (strings_of(p)) {
-        draw_lights(p, &s);
-        uint32_t tones[TONES];
-        for (int k = 0; k < TONES; k++) tones[k] = lb_mixed(STRING, STRING_DARK, 1.25 * k / TONES - 0.1);
-        for (int i = 0; i < strings_of(p); i++) draw_string(p, &s, i, tones);
-        draw_names(p, &s);
-        draw_pluck(p, &s);
-        draw_motion(p, &s);
-    }
-    draw_meter(p, &s, q);
-    return area;
-}
-
 /* Ends what the pointer holds. */
 static void let_go(lb_picture *p) {
     if (p->held >= 0 && (p->parts[p->held].kind == SLIDER || p->parts[p->held].kind == PLUCK)) {
@@ -1176,7 +558,7 @@ void lb_draw(lb_picture *p, uint32_t *pixels, int width, int height, double scal
     p->t = &themes[dark != 0];
     p->level = fmax(p->level - FALL * fmin(fmax(seconds - p->seconds, 0), 1), FLOOR_DB);
     p->seconds = seconds;
-    read_looks(p);
+    lb_read_looks(p);
     tell_load(p);
     for (int k = 0; k < LB_PARAMETERS; k++) p->values[k] = value(p, k);
     lb_area changed = {0, 0, 0, 0};
@@ -1194,15 +576,15 @@ void lb_draw(lb_picture *p, uint32_t *pixels, int width, int height, double scal
         const uint64_t now = part_state(p, k);
         if (q->drawn == now || q->kind == PLUCK || q->kind == MOTION) continue;
         q->drawn = now;
-        if (q->kind == BOARD) draw_neck(p, q);
+        if (q->kind == BOARD) lb_draw_neck(p, q);
         else draw_part(p, q, p->hovered == k, p->held == k);
         const lb_area area = lb_area_of(q->x - 1, q->y - 1, q->w + 3, q->h + 3);
         if (k == p->board) p->lively = 1, p->still = 0;
-        if (!anew) copy_area(p, area);
+        if (!anew) lb_copy_area(p, area);
         changed = lb_joined(changed, area);
     }
-    if (anew) copy_area(p, changed);
-    if (p->board >= 0) changed = lb_joined(changed, draw_lively(p, anew || !p->still));
+    if (anew) lb_copy_area(p, changed);
+    if (p->board >= 0) changed = lb_joined(changed, lb_draw_lively(p, anew || !p->still));
     changed = lb_common(changed, (lb_area){0, 0, width, height});
     if (lb_empty(changed)) return;
     dirty[0] = changed.x0;

@@ -1,0 +1,130 @@
+/* What the parts of the picture share: colours, measures, what is kept, and where places of the neck are drawn. */
+#ifndef LB_DRAWING_H
+#define LB_DRAWING_H
+#include "paint.h"
+#include "picture.h"
+
+#include <math.h>
+#include <string.h>
+
+typedef struct {
+    uint32_t ground, raised, edge, ink, soft, accent, on_accent, trough, hot, good;
+} theme;
+enum { BLACK = 0xFF100D0B, STRING = 0xFFE3DCCF };
+
+/* Pixels at scale 1. */
+enum { EDGE = 14, HEADER = 46, LAMPS = 28, TABS = 26, HEADING = 18, CELL = 38, FOOT = 8 };
+enum { LEAST_CELL = 150, USUAL_CELL = 212 }; /* widths */
+#define FLOOR_DB -48.0 /* where the meter begins */
+#define SMALL 11.0 /* letters */
+#define MIDDLE 12.5
+#define LARGE 20.0
+
+enum { NODES = 160, STRIDE = 164, DRAWN = 64 }; /* steps of a string; numbers in a row; modes that are drawn */
+enum { MOST_PARTS = 256, MOST_PAGES = 16, MOST_COLUMNS = 8, MOST_TEXT = 160 };
+static const double zooms[] = {4, 8, 16, 32};
+typedef float quad __attribute__((vector_size(16)));
+
+enum { NOTHING, WORDMARK, PREVIOUS, NEXT, TITLE, QUALITY, LOAD, OVERLOAD, LAMP, TAB, HEAD, SLIDER, STEPPER, ITEM,
+       BOARD, PLUCK, MOTION, NAME };
+typedef struct {
+    int kind, number;
+    double x, y, w, h; /* pixels of the array */
+    uint64_t drawn;    /* what its state was as it was drawn; 0: it is to be drawn */
+} part;
+
+typedef struct { /* a string at one look */
+    int on, fret;
+    double stop; /* m from the nut */
+    quad u[STRIDE / 4];
+} shape;
+
+struct lb_picture {
+    lb_face face;
+    const theme *t;
+    lb_sheet sheet, ground;
+    double scale, seconds;
+    uint64_t laid_out; /* what the parts' places were made of */
+    part parts[MOST_PARTS];
+    int count, board; /* parts; the place of the neck among them */
+    int page, pages, listing, scrolled; /* listing: the basses are listed in place of the neck */
+    uint32_t groups[MOST_PAGES]; /* on each page, a bit each */
+    double values[LB_PARAMETERS];
+    /* the pointer */
+    int hovered, held; /* parts; -1: none */
+    double grabbed, from; /* place and value where a slider was grabbed */
+    int string, key; /* the note that the pointer plays; string -1: none */
+    uint8_t toggled[LB_KEY_COUNT]; /* keys of switches that are held by hand */
+    /* looks */
+    LB_LOOK both[2];
+    int which;
+    uint64_t taken;
+    shape (*shapes)[LB_STRINGS]; /* of the last LB_LOOKS looks, the newest at (shaped - 1) % LB_LOOKS */
+    uint64_t shaped;
+    int fresh; /* shapes since the last picture */
+    quad *sines; /* DRAWN rows of STRIDE */
+    int zoom;
+    double level, told_load, told_at;
+    int lively; /* the last picture had something that moves */
+    uint64_t still; /* what else there was on the neck */
+    /* the neck: x of nut and saddle, pixels a metre along it; its middle, and half its width at nut and saddle */
+    double nut, saddle, metre, middle, half[2];
+};
+
+static inline const LB_LOOK *look_of(const lb_picture *p) { return &p->both[p->which]; }
+
+static inline double px(const lb_picture *p, double units) { return p->scale * units; }
+
+static inline double x_of(const lb_picture *p, double metres) { return p->nut + metres * p->metre; }
+
+static inline double part_along(const lb_picture *p, double x) { return (x - p->nut) / (p->saddle - p->nut); }
+
+/* Half the width of the neck at x. */
+static inline double half_at(const lb_picture *p, double x) {
+    return p->half[0] + (p->half[1] - p->half[0]) * fmax(part_along(p, x), -0.02);
+}
+
+static inline int64_t strings_of(const lb_picture *p) { return look_of(p)->strings; }
+
+/* The middle of a string's lane; the lowest string is below. */
+static inline double lane_at(const lb_picture *p, int string, double x) {
+    return p->middle - half_at(p, x) * ((2.0 * string + 1) / (double)strings_of(p) - 1);
+}
+
+/* The end of the board, beyond the last fret. */
+static inline double board_end(const lb_picture *p) {
+    const LB_LOOK *l = look_of(p);
+    return x_of(p, l->place[l->frets] + 0.012);
+}
+
+static inline void mix(uint64_t *hash, double v) {
+    uint64_t bits;
+    memcpy(&bits, &v, sizeof bits);
+    *hash = (*hash ^ bits) * 0x9E3779B97F4A7C15u;
+    *hash ^= *hash >> 29;
+}
+
+/* --- of picture.c --- */
+
+/* Writes a text in the middle of a box, or from its left edge on. */
+void lb_label(lb_picture *, lb_sheet *, double x, double y, double w, double h, double units, uint32_t colour,
+              const char *text, int centred);
+/* Copies from the ground to the array. */
+void lb_copy_area(const lb_picture *, lb_area);
+
+/* --- of neck.c --- */
+
+void lb_note_name(int key, char text[16]);
+/* The fret at which a string is held, 0: open, -1: it is not. */
+int lb_fret_held(const lb_picture *, int string);
+/* The name of a note, as high as its lane lets it be. */
+void lb_draw_name(lb_picture *, lb_sheet *, double x, double y, const char *text, int lit);
+/* What a neck at rest is drawn of, as one number that is not 0. */
+uint64_t lb_neck_state(const lb_picture *);
+/* Draws the neck at rest onto the ground. */
+void lb_draw_neck(lb_picture *, const part *);
+/* Reads the looks that are new. */
+void lb_read_looks(lb_picture *);
+/* Draws what moves on the neck, if that has changed or `anew`; returns where. */
+lb_area lb_draw_lively(lb_picture *, int anew);
+#endif

@@ -1,0 +1,518 @@
+/* The neck in the picture: at rest, with its body, and what moves on it: strings, lights, names, the pluck point. */
+#include "drawing.h"
+
+#include <stdio.h>
+
+enum { WOOD = 0xFF3B2317, WOOD_LIGHT = 0xFF54341F, METAL = 0xFFC9C3B8, METAL_DARK = 0xFF6E6960, BONE = 0xFFF3E9D2 };
+enum { STRING_DARK = 0xFF7A7267, MOVING = 0xFFFFD28A, FLASH = 0xFFFF8A3A };
+enum { SUN = 0xFFD98E3C, SUN_DARK = 0xFFB8631F, RIM = 0xFF6E1F12, RIM_DARK = 0xFF1A0D0A };
+#define FARTHEST 0.1f /* m that a string may be from its rest; what is no number is drawn at rest */
+#define SHINE 2.4f /* of a blur, over the part of the time that the string is there */
+
+static const char *const notes[] = {"C", "C#", "D", "D#", "E", "F", "F#", "G", "G#", "A", "A#", "B"};
+void lb_note_name(int key, char text[16]) {
+    if (key < 0 || key > 127) *text = 0;
+    else snprintf(text, 16, "%s%d", notes[key % 12], key / 12 - 1);
+}
+
+int lb_fret_held(const lb_picture *p, int string) {
+    const LB_STRING_LOOK *l = &look_of(p)->string[string];
+    if (l->state == LB_FREE) return -1;
+    return l->fret > 0 && l->fret <= look_of(p)->frets ? (int)l->fret : 0;
+}
+
+void lb_draw_name(lb_picture *p, lb_sheet *s, double x, double y, const char *text, int lit) {
+    const double lane = 2 * p->half[0] / (double)strings_of(p), tall = fmin(px(p, 17), lane), size = 0.59 * tall;
+    const double wide = fmax(lb_text_width(size, text) + 0.47 * tall, 1.2 * tall);
+    lb_round(s, x - wide / 2, y - tall / 2, wide, tall, tall / 2, 0, lit ? p->t->accent : p->t->raised);
+    if (!lit) lb_round(s, x - wide / 2, y - tall / 2, wide, tall, tall / 2, px(p, 1), p->t->edge);
+    const uint32_t colour = lit ? p->t->on_accent : p->t->ink;
+    lb_text(s, x - lb_text_width(size, text) / 2, y + 0.36 * size, size, colour, text, wide);
+}
+
+/* --- the neck at rest --- */
+
+/* Noise without steps along x and y, 0 to 1. */
+static float grain(float x, float y) {
+    const float fx = floorf(x), fy = floorf(y);
+    float corner[4];
+    for (int k = 0; k < 4; k++) {
+        uint32_t n = (uint32_t)((int)fx + (k & 1)) * 374761393u + (uint32_t)((int)fy + (k >> 1)) * 668265263u;
+        n = (n ^ n >> 13) * 1274126177u;
+        corner[k] = (float)((n ^ n >> 16) & 1023) / 1023;
+    }
+    const float sx = (x - fx) * (x - fx) * (3 - 2 * (x - fx)), sy = y - fy;
+    const float above = corner[0] + (corner[1] - corner[0]) * sx, below = corner[2] + (corner[3] - corner[2]) * sx;
+    return above + (below - above) * sy;
+}
+
+/* Where the body begins. */
+static double body_begin(const lb_picture *p) {
+    const LB_LOOK *l = look_of(p);
+    return x_of(p, l->place[l->frets] - 0.045);
+}
+
+/* How far a place is from the middle between two others, where it is 0, to them, 1; its fourth power. */
+static double towards(double x, double from, double to) {
+    const double part = (2 * x - from - to) / (to - from);
+    return part * part * part * part;
+}
+
+static void draw_body(lb_picture *p, const part *q) {
+    lb_sheet *s = &p->ground;
+    const double left = body_begin(p), right = q->x + q->w - px(p, 34), r = px(p, 46);
+    const double top = q->y + px(p, 2), foot = q->y + q->h - px(p, 2);
+    const lb_area a = lb_common(lb_area_of(left, top, right - left, foot - top), (lb_area){0, 0, s->width, s->height});
+    for (int y = a.y0; y < a.y1; y++)
+        for (int x = a.x0; x < a.x1; x++) {
+            const double far = towards(x, left + px(p, 20), right) + towards(y, top, foot);
+            const float along = (float)((x - q->x) / p->scale), across = (float)((y - q->y) / p->scale);
+            const uint32_t wood = lb_mixed(SUN_DARK, SUN, grain(along * 0.02f, across * 0.35f));
+            const uint32_t colour = lb_mixed(wood, lb_mixed(RIM, RIM_DARK, far * 0.9 - 0.2), far * 0.95 + 0.12);
+            const double ex = fmax(fmax(left + r - x, x - right + r), 0), ey = fmax(fmax(top + r - y, y - foot + r), 0);
+            lb_dot(s, x, y, colour, (float)(r + 0.5 - sqrt(ex * ex + ey * ey)));
+        }
+}
+
+/* The number of a fret, under it. */
+static void draw_number(lb_picture *p, int fret, double x) {
+    char text[8];
+    const double size = px(p, 9.5);
+    snprintf(text, sizeof text, "%d", fret);
+    const uint32_t colour = x > body_begin(p) + px(p, 24) ? lb_faded(BONE, 0.75) : p->t->soft;
+    lb_text(&p->ground, x - lb_text_width(size, text) / 2, p->middle + p->half[1] + px(p, 15), size, colour, text, 100);
+}
+
+static void draw_fret(lb_picture *p, double x, double half) {
+    lb_sheet *s = &p->ground;
+    lb_box(s, x - px(p, 0.2), p->middle - half, px(p, 2.6), 2 * half, 0x70000000);
+    lb_shade(s, x - px(p, 1.3), p->middle - half, px(p, 2.4), 2 * half, METAL, METAL_DARK);
+    lb_box(s, x - px(p, 0.9), p->middle - half, px(p, 0.9), 2 * half, 0xB0FFFFFF);
+}
+
+/* The mark of a fret in the board: a dot, or two; without frets one at the edge. */
+static void draw_mark(lb_picture *p, int fret, double x, double half) {
+    const LB_LOOK *l = look_of(p);
+    const int in_octave = fret % 12;
+    if (in_octave && in_octave != 3 && in_octave != 5 && in_octave != 7 && in_octave != 9) return;
+    const double mid = l->fretless ? x : (x + x_of(p, l->place[fret - 1])) / 2, r = px(p, l->fretless ? 2.5 : 4.2);
+    const double apart = l->fretless ? half - px(p, 2) : in_octave ? 0 : half_at(p, mid) * 2 / (double)l->strings;
+    const uint32_t colour = lb_faded(BONE, apart > 0 ? 0.85 : 0.6);
+    for (int side = l->fretless ? 1 : -1; side < 2; side += 2)
+        lb_round(&p->ground, mid - r, p->middle + side * apart - r, 2 * r, 2 * r, r, 0, colour);
+    draw_number(p, fret, mid);
+}
+
+static void draw_board(lb_picture *p) {
+    const LB_LOOK *l = look_of(p);
+    lb_sheet *s = &p->ground;
+    const double end = board_end(p);
+    for (int x = (int)p->nut; x < (int)end; x++) {
+        const double half = half_at(p, x) + px(p, 3), top = p->middle - half, foot = p->middle + half;
+        for (int y = (int)top; y <= (int)foot; y++) {
+            const float along = (float)((x - p->nut) / p->scale), across = (float)((y - p->middle) / p->scale);
+            const float g = grain(along * 0.025f, across * 0.55f);
+            const double rim = 1 - fmin(fmin(y - top, foot - y) / px(p, 5), 1);
+            const double cover = fmin(fmin(y + 1 - top, foot - y), 1);
+            lb_dot(s, x, y, lb_mixed(lb_mixed(WOOD, WOOD_LIGHT, 0.15 + 0.7 * g), BLACK, 0.5 * rim), (float)cover);
+        }
+    }
+    for (int k = 1; k <= l->frets; k++) {
+        const double x = x_of(p, l->place[k]), rim = half_at(p, x) + px(p, 3);
+        if (!l->fretless) draw_fret(p, x, rim);
+        draw_mark(p, k, x, rim);
+    }
+    const double half = half_at(p, p->nut) + px(p, 3);
+    lb_round(s, p->nut - px(p, 5), p->middle - half, px(p, 6), 2 * half, px(p, 2), 0, BONE);
+    lb_box(s, p->nut + px(p, 1), p->middle - half, px(p, 2), 2 * half, 0x50000000);
+}
+
+/* A pickup: where strings beside each other have it at the same place, it is one. */
+static void draw_pickup(lb_picture *p, int k) {
+    const LB_LOOK *l = look_of(p);
+    lb_sheet *s = &p->ground;
+    for (int i = 0, last; i < l->strings; i = last) {
+        const LB_STRING_LOOK *string = &l->string[i];
+        for (last = i + 1; last < l->strings && fabs(l->string[last].saddle[k] - string->saddle[k]) < 2e-3; last++) {}
+        if (k >= string->pickups) continue;
+        const double x = x_of(p, string->length - string->saddle[k]), lane = half_at(p, x) * 2 / (double)l->strings;
+        const double top = lane_at(p, last - 1, x) - 0.48 * lane, foot = lane_at(p, i, x) + 0.48 * lane;
+        const double wide = fmax(string->aperture[k] * p->metre, px(p, 18));
+        const double loud = string->mix[k] != 0 ? 1 : 0.45;
+        lb_round(s, x - wide / 2 + px(p, 1), top + px(p, 2), wide, foot - top, px(p, 5), 0, 0x60000000);
+        lb_round(s, x - wide / 2, top, wide, foot - top, px(p, 5), 0, BLACK);
+        lb_round(s, x - wide / 2, top, wide, foot - top, px(p, 5), px(p, 1), 0xFF3A332D);
+        for (int at = i; at < last; at++)
+            for (int side = -1; side < 2; side += 2) {
+                const double y = lane_at(p, at, x) + side * 0.2 * lane, r = px(p, 2.8);
+                lb_round(s, x - r, y - r, 2 * r, 2 * r, r, 0, lb_faded(METAL, loud));
+            }
+    }
+}
+
+static void draw_bridge(lb_picture *p) {
+    lb_sheet *s = &p->ground;
+    const double x = p->saddle, half = half_at(p, x) + px(p, 2), lane = 2 * half_at(p, x) / (double)strings_of(p);
+    lb_round(s, x - px(p, 7), p->middle - half + px(p, 3), px(p, 34), 2 * half, px(p, 4), 0, 0x60000000);
+    lb_round(s, x - px(p, 8), p->middle - half, px(p, 34), 2 * half, px(p, 4), 0, METAL_DARK);
+    lb_round(s, x - px(p, 8), p->middle - half, px(p, 34), 2 * half, px(p, 4), px(p, 1), METAL);
+    for (int i = 0; i < strings_of(p); i++) {
+        const double y = lane_at(p, i, x);
+        lb_round(s, x - px(p, 3), y - 0.32 * lane, px(p, 22), 0.64 * lane, px(p, 3), 0, METAL);
+        lb_box(s, x - px(p, 0.8), y - 0.32 * lane, px(p, 1.6), 0.64 * lane, 0xFF8F897E);
+    }
+}
+
+void lb_draw_neck(lb_picture *p, const part *q) {
+    lb_sheet *s = &p->ground;
+    lb_box(s, q->x, q->y, q->w, q->h, p->t->ground);
+    if (!strings_of(p)) {
+        static const char *const why = "No bass is loaded: the host has not switched the plugin on.";
+        lb_label(p, s, q->x, q->y, q->w, q->h, MIDDLE, p->t->soft, why, 1);
+        return;
+    }
+    s->clip = lb_area_of(q->x, q->y, q->w, q->h);
+    draw_body(p, q);
+    draw_board(p);
+    for (int k = 0; k < 4; k++) draw_pickup(p, k);
+    draw_bridge(p);
+    s->clip = (lb_area){0, 0, s->width, s->height};
+}
+
+uint64_t lb_neck_state(const lb_picture *p) {
+    const LB_LOOK *l = look_of(p);
+    uint64_t hash = 1;
+    mix(&hash, (double)l->strings * 1000 + (double)l->frets * 2 + (double)l->fretless);
+    for (int k = 0; k <= l->frets && k < LB_PLACES; k++) mix(&hash, l->place[k]);
+    for (int i = 0; i < l->strings; i++) {
+        mix(&hash, l->string[i].length);
+        mix(&hash, (double)l->string[i].pickups);
+        for (int k = 0; k < l->string[i].pickups && k < 4; k++) {
+            mix(&hash, l->string[i].saddle[k]);
+            mix(&hash, l->string[i].aperture[k]);
+            mix(&hash, l->string[i].mix[k] != 0);
+        }
+    }
+    return hash | 1;
+}
+
+/* --- looks --- */
+
+/* The slot of a string that sounds louder; 0: it is silent. */
+static const LB_SLOT_SIGHT *loudest(const LB_STRING_LOOK *l) {
+    const LB_SLOT_SIGHT *found = 0;
+    double most = -1;
+    for (int k = 0; k < LB_SLOTS; k++) {
+        const LB_SLOT_SIGHT *s = &l->sight.slot[k];
+        double sum = 0;
+        for (int j = 0; j < 16 && j < s->modes; j++) sum += (double)s->u[j] * s->u[j];
+        if (s->on && sum > most) found = s, most = sum;
+    }
+    return found;
+}
+
+static void take_shape(const lb_picture *p, const LB_STRING_LOOK *l, shape *to) {
+    const LB_SLOT_SIGHT *s = loudest(l);
+    to->on = s != 0;
+    if (!s) return;
+    const double scale = sqrt(2 / s->length);
+    to->fret = (int)s->fret;
+    to->stop = fmax(l->length - s->length, 0);
+    float *u = (float *)to->u;
+    for (int k = 0; k <= NODES; k++) u[k] = (float)(s->stop * (NODES - k) / NODES);
+    for (int j = 0; j < DRAWN && j < s->modes && j < LB_SEEN; j++) {
+        const float a = (float)scale * s->u[j];
+        const quad q = {a, a, a, a}, *row = p->sines + j * (STRIDE / 4);
+        for (int k = 0; k < STRIDE / 4; k++) to->u[k] += q * row[k];
+    }
+    for (int k = 0; k <= NODES; k++) {
+        if (!(u[k] == u[k])) u[k] = 0;
+        u[k] = u[k] > FARTHEST ? FARTHEST : u[k] < -FARTHEST ? -FARTHEST : u[k];
+    }
+}
+
+static double within(double v, double least, double greatest) {
+    return v > least ? (v < greatest ? v : greatest) : least;
+}
+
+/* Holds within its bounds what a look from elsewhere may have. */
+static void bound(LB_LOOK *l) {
+    if (l->strings < 0 || l->strings > LB_STRINGS) l->strings = 0;
+    l->frets = l->frets < 0 ? 0 : l->frets >= LB_PLACES ? LB_PLACES - 1 : l->frets;
+    for (int k = 0; k < LB_PLACES; k++) l->place[k] = within(l->place[k], 0, 5);
+    double *parts[] = {&l->load, &l->peak, &l->position, &l->nearest, &l->usual, &l->farthest};
+    for (size_t k = 0; k < sizeof parts / sizeof *parts; k++) *parts[k] = within(*parts[k], 0, k < 2 ? 100 : 1);
+    for (int i = 0; i < l->strings; i++) {
+        LB_STRING_LOOK *s = &l->string[i];
+        s->length = within(s->length, 0.1, 5);
+        s->speed = within(s->speed, 20, 2000);
+        s->open = s->open >= 0 && s->open < 128 ? s->open : 0;
+        if (s->pickups < 0 || s->pickups > 4) s->pickups = 0;
+        for (int k = 0; k < LB_PLACES; k++) s->light[k] = (float)within(s->light[k], 0, 1);
+        for (int k = 0; k < 4; k++) {
+            s->saddle[k] = within(s->saddle[k], 0, s->length);
+            s->aperture[k] = within(s->aperture[k], 0, 0.2);
+        }
+        for (int k = 0; k < LB_SLOTS; k++) s->sight.slot[k].length = within(s->sight.slot[k].length, 1e-3, s->length);
+    }
+}
+
+void lb_read_looks(lb_picture *p) {
+    const uint64_t taken = lb_looks_taken(p->face.look);
+    const uint64_t fresh = taken - p->taken;
+    p->fresh = 0;
+    for (int k = fresh < LB_LOOKS - 1 ? (int)fresh - 1 : LB_LOOKS - 2; k >= 0; k--) {
+        LB_LOOK *to = &p->both[!p->which];
+        if (!lb_read_look(p->face.look, k, to)) continue;
+        bound(to);
+        if (to->bass != look_of(p)->bass || to->strings != look_of(p)->strings) p->shaped = 0;
+        p->which = !p->which;
+        for (int i = 0; i < to->strings; i++) take_shape(p, &to->string[i], &p->shapes[p->shaped % LB_LOOKS][i]);
+        p->shaped++;
+        p->fresh++;
+        p->level = fmax(p->level, 20 * log10(fmax(to->peak, 1e-9)));
+    }
+    p->taken = taken;
+}
+
+/* --- what moves on the neck --- */
+
+/* Half the thickness of a string, of steel of usual tension; somewhat more, as the neck is drawn wider than it is. */
+static double thickness(const lb_picture *p, int string) {
+    const double speed = look_of(p)->string[string].speed;
+    return fmax(0.14 / fmax(speed, 20) * p->metre, px(p, 0.7));
+}
+
+enum { TONES = 16, MOST_TALL = 1024 }; /* colours across a string; pixels of a column that a blur may cover */
+
+/* A column of the array that is drawn from above to below. */
+typedef struct {
+    uint32_t *first; /* its pixel of row 0 */
+    int width, top, foot;
+} column;
+
+static uint32_t *pixel(const column *c, int y) { return c->first + (ptrdiff_t)y * c->width; }
+
+/* A stroke around y, in `tones` from its upper edge to its lower one. */
+static void stroke(const column *c, float y, float half, const uint32_t *tones) {
+    const int from = (int)(y - half - 0.5f), to = (int)(y + half + 1.5f);
+    const float shades = (TONES - 1) / (2 * half + 1);
+    for (int j = from > c->top ? from : c->top; j < to && j < c->foot; j++) {
+        const float away = (float)j + 0.5f - y, cover = half + 0.5f - fabsf(away);
+        if (cover <= 0) continue;
+        uint32_t *p = pixel(c, j);
+        const uint32_t tone = tones[(int)((away + half + 0.5f) * shades)];
+        *p = cover >= 1 ? tone : lb_over(*p, tone, (uint32_t)(int)(256 * cover));
+    }
+}
+
+/* Says that a stroke was between two heights for a part of the time. */
+static void smear(float *sums, float from, float to, float part) {
+    const int first = (int)from, last = (int)to;
+    sums[first] += part * (1 - (from - (float)first));
+    sums[first + 1] += part * (from - (float)first);
+    sums[last] -= part * (1 - (to - (float)last));
+    sums[last + 1] -= part * (to - (float)last);
+}
+
+/* The blur of a string that went through heights y over its rest, in this column and, with `wide` 2, in the next. */
+static void blur(const column *c, int wide, float rest, float half, const float *y, int count) {
+    float sums[MOST_TALL + 2], low = y[0], high = y[0], sum = 0;
+    for (int k = 1; k < count; k++) {
+        low = y[k] < low ? y[k] : low;
+        high = y[k] > high ? y[k] : high;
+    }
+    if (high - low < 0.5f || high - low + 2 * half + 4 > MOST_TALL) return;
+    const int top = (int)(rest - high - half) - 1, tall = (int)(high - low + 2 * half) + 4;
+    memset(sums, 0, (size_t)tall * sizeof *sums);
+    for (int k = 1; k < count; k++) {
+        const int up = y[k] > y[k - 1];
+        const float from = rest - y[k - !up] - half - (float)top, to = rest - y[k - up] + half - (float)top;
+        const float shine = SHINE * (2 * half + 0.6f) / (to - from);
+        smear(sums, from, to, (shine < 1 ? shine : 1) / (float)(count - 1));
+    }
+    for (int j = 0; j < tall; j++) {
+        sum += sums[j];
+        if (sum < 0.004f || top + j < c->top || top + j >= c->foot) continue;
+        uint32_t *p = pixel(c, top + j);
+        const uint32_t part = (uint32_t)(int)(200 * (sum < 1 ? sum : 1));
+        *p = lb_over(*p, MOVING, part);
+        if (wide > 1) p[1] = lb_over(p[1], MOVING, part);
+    }
+}
+
+/* A shape as columns go along it. */
+typedef struct {
+    const float *u;
+    float at, step; /* nodes */
+} walk;
+
+static float next_height(walk *w) {
+    const float at = w->at;
+    w->at += w->step;
+    if (at <= 0 || at >= NODES) return 0;
+    const int node = (int)at;
+    return w->u[node] + (w->u[node + 1] - w->u[node]) * (at - (float)node);
+}
+
+/* The newest shape of a string, or that so many before. */
+static const shape *shape_of(const lb_picture *p, int string, int before) {
+    return &p->shapes[(p->shaped - 1 - (uint64_t)before) % LB_LOOKS][string];
+}
+
+/* Draws a string as it is, over where it has been since the last picture. */
+static void draw_string(lb_picture *p, lb_sheet *s, int string, const uint32_t *tones) {
+    const int most = p->shaped < LB_LOOKS ? (int)p->shaped : LB_LOOKS, wanted = p->fresh > 0 ? p->fresh + 1 : 2;
+    const float half = (float)thickness(p, string), limit = (float)(1.9 * p->half[0] / (double)strings_of(p));
+    const float zoom = (float)(p->metre * zooms[p->zoom]), drop = (float)px(p, 3.5);
+    const int left = (int)(p->nut - px(p, 5)), right = (int)(p->saddle + px(p, 14)), end = (int)p->saddle;
+    walk walks[LB_LOOKS];
+    int count = 0, begin = right;
+    for (; count < most && count < wanted && shape_of(p, string, count)->on; count++) {
+        const shape *one = shape_of(p, string, count);
+        const double start = x_of(p, one->stop), step = NODES / (p->saddle - start);
+        if (!count) begin = (int)start > left ? (int)start : left;
+        walks[count] = (walk){(const float *)one->u, (float)((begin + 0.5 - start) * step), (float)step};
+    }
+    const double first = lane_at(p, string, p->nut), last = lane_at(p, string, p->saddle);
+    const double slope = (last - first) / (p->saddle - p->nut);
+    float y[LB_LOOKS], before = 0;
+    column c = {0, s->width, s->clip.y0 > 0 ? s->clip.y0 : 0, s->clip.y1 < s->height ? s->clip.y1 : s->height};
+    for (int x = left > 0 ? left : 0; x < right && x < s->width; x++) { /* its shadow */
+        const float rest = (float)(first + (x + 0.5 - p->nut) * slope) + drop;
+        c.first = s->pixels + x;
+        for (int j = (int)(rest - half); j < (int)(rest + half) + 1; j++)
+            if (j >= c.top && j < c.foot) *pixel(&c, j) = lb_over(*pixel(&c, j), BLACK, 72);
+    }
+    for (int x = left > 0 ? left : 0; x < right && x < s->width; x++) {
+        const float rest = (float)(first + (x + 0.5 - p->nut) * slope);
+        c.first = s->pixels + x;
+        if (!count || x < begin || x >= end) {
+            stroke(&c, rest, half, tones);
+            continue;
+        }
+        for (int k = 0; k < count; k++) {
+            const float moved = zoom * next_height(&walks[k]);
+            y[k] = moved > limit ? limit : moved < -limit ? -limit : moved;
+        }
+        if ((x - begin) % 2 == 0) blur(&c, x + 1 < end && x + 1 < s->width ? 2 : 1, rest, half, y, count);
+        const float steep = x > begin ? y[0] - before : 0;
+        stroke(&c, rest - y[0], half * sqrtf(1 + steep * steep), tones);
+        before = y[0];
+    }
+}
+
+static void draw_lights(lb_picture *p, lb_sheet *s) {
+    const LB_LOOK *l = look_of(p);
+    for (int i = 0; i < l->strings; i++)
+        for (int k = 1; k <= l->frets; k++) {
+            const double bright = l->string[i].light[k], x = x_of(p, l->place[k]), y = lane_at(p, i, x);
+            if (!(bright > 0.02)) continue;
+            const double lane = 2 * half_at(p, x) / (double)l->strings, part = 0.3 + 0.7 * fmin(bright, 1);
+            lb_glow(s, x, y, px(p, 7 + 9 * bright), lane * (0.4 + 0.3 * bright), lb_faded(FLASH, part));
+            if (l->fretless) continue;
+            lb_box(s, x - px(p, 1.2), y - 0.42 * lane, px(p, 2.4), 0.84 * lane, lb_faded(0xFFFFF0C8, part));
+        }
+}
+
+/* The names of the notes where fingers hold them. */
+static void draw_names(lb_picture *p, lb_sheet *s) {
+    const LB_LOOK *l = look_of(p);
+    char text[16];
+    for (int i = 0; i < l->strings; i++) {
+        const int fret = lb_fret_held(p, i);
+        if (fret < 1) continue;
+        lb_note_name((int)l->string[i].open + fret, text);
+        const double at = x_of(p, l->place[fret]), before = x_of(p, l->place[fret - 1]);
+        const double x = l->fretless ? at : at - fmin((at - before) / 2, px(p, 16));
+        lb_draw_name(p, s, x, lane_at(p, i, x), text, 1);
+    }
+}
+
+static void draw_pluck(lb_picture *p, lb_sheet *s) {
+    const LB_LOOK *l = look_of(p);
+    part *q = &p->parts[p->board + 1];
+    const int lively = p->held == p->board + 1 || p->hovered == p->board + 1;
+    const double x = x_of(p, l->position * l->string[0].length), r = px(p, lively ? 8 : 6.5), y = q->y + px(p, 10);
+    const uint32_t colour = lively ? 0xFFFFFFFF : p->t->accent;
+    q->x = x - px(p, 8);
+    for (double at = y; at < p->middle + half_at(p, x); at += px(p, 7))
+        lb_box(s, x - px(p, 0.75), at, px(p, 1.5), px(p, 3.5), lb_faded(colour, 0.55));
+    lb_round(s, x - r, y - r, 2 * r, 2 * r, r, 0, BLACK);
+    lb_round(s, x - r + px(p, 1.5), y - r + px(p, 1.5), 2 * r - px(p, 3), 2 * r - px(p, 3), r, 0, colour);
+    if (!lively) return;
+    char text[MOST_TEXT];
+    snprintf(text, sizeof text, "pluck at %.0f %%", 100 * l->position);
+    const double wide = lb_text_width(px(p, SMALL), text) + px(p, 12);
+    const double left = fmin(x + px(p, 12), p->sheet.width - wide - px(p, 40));
+    lb_round(s, left, y - px(p, 9), wide, px(p, 18), px(p, 5), 0, 0xD0100D0B);
+    lb_text(s, left + px(p, 6), y + px(p, 4), px(p, SMALL), 0xFFFFFFFF, text, wide);
+}
+
+/* How far the meter is, 0 to 1. */
+static double meter_part(const lb_picture *p) { return fmin(fmax((p->level - FLOOR_DB) / -FLOOR_DB, 0), 1); }
+
+static void draw_meter(lb_picture *p, lb_sheet *s, const part *q) {
+    const double w = px(p, 8), x = q->x + q->w - px(p, EDGE) - w, top = q->y + px(p, 6), tall = q->h - px(p, 24);
+    const double full = tall * meter_part(p);
+    lb_round(s, x, top, w, tall, px(p, 3), 0, p->t->trough);
+    for (double at = 0; at < full; at += px(p, 3)) {
+        const double db = FLOOR_DB * (1 - at / tall);
+        const uint32_t colour = db > -1 ? p->t->hot : db > -9 ? p->t->accent : p->t->good;
+        lb_box(s, x + px(p, 1), top + tall - at - px(p, 2), w - px(p, 2), px(p, 2), colour);
+    }
+    lb_text(s, x - px(p, 4), q->y + q->h - px(p, 6), px(p, 9.5), p->t->soft, "out", 100);
+}
+
+static void draw_motion(lb_picture *p, lb_sheet *s) {
+    const part *q = &p->parts[p->board + 2];
+    char text[32];
+    snprintf(text, sizeof text, "motion \xC3\x97%.0f", zooms[p->zoom]);
+    lb_text(s, q->x, q->y + px(p, 11), px(p, 9.5), p->hovered == p->board + 2 ? p->t->ink : p->t->soft, text, 200);
+}
+
+/* What moves on the neck, besides strings and lights. */
+static uint64_t still_state(const lb_picture *p) {
+    const LB_LOOK *l = look_of(p);
+    uint64_t hash = 1;
+    mix(&hash, l->position);
+    mix(&hash, rint(meter_part(p) * 200));
+    mix(&hash, p->zoom * 64 + (p->hovered > p->board && p->hovered <= p->board + 2 ? p->hovered - p->board : 0) * 8 +
+                   (p->held == p->board + 1));
+    for (int i = 0; i < l->strings; i++) mix(&hash, (double)(l->string[i].state * 100 + l->string[i].fret));
+    return hash;
+}
+
+static int is_lively(const lb_picture *p) {
+    const LB_LOOK *l = look_of(p);
+    for (int i = 0; i < l->strings; i++) {
+        if (loudest(&l->string[i])) return 1;
+        for (int k = 0; k < LB_PLACES; k++)
+            if (l->string[i].light[k] > 0.02f) return 1;
+    }
+    return 0;
+}
+
+lb_area lb_draw_lively(lb_picture *p, int anew) {
+    const part *q = &p->parts[p->board];
+    const lb_area area = lb_area_of(q->x, q->y, q->w, q->h), nothing = {0, 0, 0, 0};
+    const int lively = is_lively(p);
+    const uint64_t still = still_state(p);
+    if (!anew && still == p->still && !(p->fresh && (lively || p->lively))) return nothing;
+    lb_sheet s = p->sheet;
+    p->still = still;
+    p->lively = lively;
+    lb_copy_area(p, area);
+    s.clip = area;
+    if (strings_of(p)) {
+        draw_lights(p, &s);
+        uint32_t tones[TONES];
+        for (int k = 0; k < TONES; k++) tones[k] = lb_mixed(STRING, STRING_DARK, 1.25 * k / TONES - 0.1);
+        for (int i = 0; i < strings_of(p); i++) draw_string(p, &s, i, tones);
+        draw_names(p, &s);
+        draw_pluck(p, &s);
+        draw_motion(p, &s);
+    }
+    draw_meter(p, &s, q);
+    return area;
+}
