@@ -177,6 +177,19 @@ def test_a_host_that_takes_its_window_away_first_goes_on(screen_name: str, folde
     assert True
 
 
+def test_the_handler_of_errors_stays_the_hosts(screen_name: str, folder: Path) -> None:
+    """Libraries that change it in turns would call each other without end."""
+    x = c.CDLL("libX11.so.6")
+    x.XSetErrorHandler.restype = P
+    mine = c.CFUNCTYPE(c.c_int, P, P)(lambda _, error: 0)
+    before = x.XSetErrorHandler(mine)
+    try:
+        with opened(folder):
+            assert x.XSetErrorHandler(mine) == c.cast(mine, P).value
+    finally:
+        x.XSetErrorHandler(P(before))
+
+
 def test_the_sound_with_a_window_open_is_that_without(screen_name: str, folder: Path) -> None:
     score, sounds = hard_score(), []
     for seen in (False, True):

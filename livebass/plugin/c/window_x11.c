@@ -62,11 +62,7 @@ typedef union {
     xexpose expose;
     long room[24];
 } xevent;
-typedef struct {
-    int type;
-    display *display;
-} xerror; /* the beginning of it */
-typedef int (*handler)(display *, xerror *);
+typedef int (*handler)(display *, void *event, void *wire);
 
 enum { PRESS = 4, RELEASE = 5, MOTION = 6, LEAVE = 8, EXPOSE = 12, DESTROYED = 17 };
 enum { INPUT_OUTPUT = 1, Z_PIXMAP = 2, LSB_FIRST = 0, REPLACE = 0 };
@@ -104,7 +100,7 @@ static struct {
     xid (*CreateFontCursor)(display *, unsigned);
     int (*DefineCursor)(display *, xid, xid);
     int (*UndefineCursor)(display *, xid);
-    handler (*SetErrorHandler)(handler);
+    handler (*ESetWireToError)(display *, int, handler);
 } x;
 
 /* Hosts have the functions that open libraries; without them there is no window, and no library is linked for them. */
@@ -118,7 +114,7 @@ static int find_x(void) {
         "XRootWindow", "XGetDefault", "XCreateWindow", "XDestroyWindow", "XMapWindow", "XResizeWindow", "XStoreName",
         "XInternAtom", "XChangeProperty", "XCreateGC", "XFreeGC", "XInitImage", "XPutImage", "XPending", "XNextEvent",
         "XFlush", "XSync", "XConnectionNumber", "XCreateFontCursor", "XDefineCursor", "XUndefineCursor",
-        "XSetErrorHandler",
+        "XESetWireToError",
     };
     enum { COUNT = sizeof names / sizeof *names };
     _Static_assert(sizeof x == (COUNT + 1) * sizeof(void *), "a function for each name");
@@ -136,7 +132,6 @@ static int find_x(void) {
 /* --- windows --- */
 
 struct lb_window {
-    lb_window *next;
     lb_picture *picture;
     display *display;
     xid window, cursors[3];
@@ -150,38 +145,17 @@ struct lb_window {
     uint64_t wanted; /* size and scale, packed: set by the main thread */
 };
 
-/* Windows that are open, under the lock; and whom errors of other connections are for: a host may not know of ours, and
-   would end. A window that the host has destroyed gives them. */
-static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
-static lb_window *open_windows;
-static handler others;
-
-static int pass_error(display *d, xerror *e) {
-    pthread_mutex_lock(&lock);
-    const lb_window *w = open_windows;
-    while (w && w->display != d) w = w->next;
-    const handler other = others;
-    pthread_mutex_unlock(&lock);
-    return w || !other ? 0 : other(d, e);
+/* Errors of our connections go no further: a host's handler may not know of them, and would end. A window that the host
+   has destroyed gives them. The handler of the process is left as it is: it may be another library's. */
+static int no_error(display *d, void *event, void *wire) {
+    (void)d;
+    (void)event;
+    (void)wire;
+    return 0;
 }
 
-/* Adds a window to those whose errors do no harm, or takes it away. */
-static void count_window(lb_window *w, int on) {
-    pthread_mutex_lock(&lock);
-    if (on) {
-        w->next = open_windows;
-        open_windows = w;
-        if (!w->next) others = x.SetErrorHandler(pass_error);
-    } else {
-        lb_window **at = &open_windows;
-        while (*at != w) at = &(*at)->next;
-        *at = w->next;
-        if (!open_windows) {
-            const handler now = x.SetErrorHandler(others);
-            if (now != pass_error) x.SetErrorHandler(now); /* somebody's who came later */
-        }
-    }
-    pthread_mutex_unlock(&lock);
+static void keep_errors(lb_window *w) {
+    for (int k = 1; k < 256; k++) x.ESetWireToError(w->display, k, no_error);
 }
 
 static uint64_t packed(int width, int height, double scale) {
@@ -297,7 +271,7 @@ lb_window *lb_open_window(lb_picture *picture, uintptr_t parent, int width, int 
     w->picture = picture;
     w->image.depth = depth;
     w->wanted = packed(width, height, scale);
-    count_window(w, 1);
+    keep_errors(w);
     if ((depth == 24 || depth == 32) && make_room(w, width, height)) {
         const long embedded[2] = {0, 1}; /* _XEMBED_INFO: version, mapped */
         xattributes how = {.background_pixel = 0, .border_pixel = 0, .event_mask = WANTED,
@@ -317,7 +291,6 @@ lb_window *lb_open_window(lb_picture *picture, uintptr_t parent, int width, int 
         x.Sync(w->display, 0);
         if (!pthread_create(&w->thread, 0, live, w)) return w;
     }
-    count_window(w, 0);
     x.CloseDisplay(w->display);
     free(w->pixels);
     free(w);
@@ -330,9 +303,7 @@ void lb_close_window(lb_window *w) {
     pthread_join(w->thread, 0);
     if (w->window) x.DestroyWindow(w->display, w->window);
     x.FreeGC(w->display, w->context);
-    x.Sync(w->display, 0); /* errors come now, while they do no harm */
     x.CloseDisplay(w->display);
-    count_window(w, 0);
     free(w->pixels);
     free(w);
 }
