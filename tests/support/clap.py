@@ -331,7 +331,8 @@ class Plugin:
             assert page.name.startswith(page.section)
             found[page.name.decode()] = [number for number in page.parameters if number != NO_ID]
             ids.add(page.id)
-        assert not controls.get(self.handle, len(found), c.addressof(REMOTE_PAGE())) and len(ids) == len(found)
+        beyond = REMOTE_PAGE()  # lives through the call, which clears it
+        assert not controls.get(self.handle, len(found), c.addressof(beyond)) and len(ids) == len(found)
         return found
 
     def value(self, param: int) -> float:
