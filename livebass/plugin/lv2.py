@@ -11,7 +11,7 @@ from livebass.live.parameters import GROUPS, OUTPUTS, PARAMETERS, event
 from livebass.model.instrument import Instrument
 from livebass.plugin.build import binary
 from livebass.plugin.bundle import LIST, checked_name, distinct_titles, instrument_files, with_name, write_files
-from livebass.plugin.instrument import ENDING
+from livebass.plugin.instrument import ENDING, SLIDERS_ENDING
 from livebass.plugin.systems import SYSTEMS, System, this_system
 
 URI = "urn:livebass:bass"
@@ -59,7 +59,13 @@ PROJECT = (
     '\n<urn:livebass:project> a doap:Project ; doap:name "livebass" ;'
     ' doap:maintainer [ a foaf:Organization ; foaf:name "livebass" ] .\n'
 )
-UNITS = {"dB": "units:db", "semitones": "units:semitone12TET"}
+UNITS = {
+    "dB": "units:db", "semitones": "units:semitone12TET", "mm": "units:mm", "%": "units:pc", "deg": "units:degree",
+    **{
+        unit: f'[ a units:Unit ; rdfs:label "{unit}" ; units:symbol "{unit}" ; units:render "%f {unit}" ]'
+        for unit in ("1/s", "pF")
+    },
+}  # fmt: skip
 PLUGINS = {URI: ("Out",), STRINGS: OUTPUTS}  # the names of their outputs
 
 
@@ -118,7 +124,9 @@ def is_bundle(entries: list[Path]) -> bool:
     """True if these are the entries of a bundle that this file wrote: they may be replaced."""
     names, always = {entry.name for entry in entries}, {LIST, TURTLE, PRESETS, MANIFEST}
     binaries = {binary_name(system) for system in SYSTEMS.values()}
-    return always <= names and all(name in always | binaries or name.endswith(ENDING) for name in names)
+    return always <= names and all(
+        name in always | binaries or name.endswith((ENDING, SLIDERS_ENDING)) for name in names
+    )
 
 
 def binary_name(system: System) -> str:

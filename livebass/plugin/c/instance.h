@@ -4,7 +4,8 @@
 #define LB_INSTANCE_H
 #include "core.h"
 
-enum { LB_STATE_NAME = 64, LB_KEYS = 128 };
+enum { LB_STATE_NAME = 64, LB_KEYS = 128, LB_UNDONE = 32 };
+_Static_assert(LB_PARAMETERS <= 64, "a bit each");
 typedef struct { /* all numbers little-endian; a later version with more parameters has them at the end of `values` */
     char magic[8];
     int64_t version, seed, count;
@@ -26,7 +27,9 @@ typedef struct {
     int64_t seed;
     int missing; /* the state named a bass that is not on the shelf, `missing_name`: saved until another is chosen */
     char missing_name[LB_STATE_NAME];
-    uint32_t changed; /* parameters that the synth has not been told yet, a bit each */
+    uint64_t changed; /* parameters that the synth has not been told yet, a bit each */
+    double aside[LB_PARAMETERS], before[LB_UNDONE][LB_PARAMETERS]; /* the other side, and what lb_undo brings back */
+    int undone, undoable; /* where the last of these is, in a ring, and how many there are */
     int offline;      /* the host does not play in real time: a change of bass may be waited for */
     int helpers;               /* threads of its own that play strings, or that the system refused */
     int64_t loaded;            /* which bass was loaded last, or could not be, as one word */
@@ -93,6 +96,13 @@ int lb_text_to_value(const lb_instance *, int parameter, const char *text, doubl
 int lb_switch_key(const lb_instance *, uint32_t *index);
 /* What a key that lb_switch_key gave switches. */
 const char *lb_switch_name(const lb_instance *, int key);
+
+/* A and B: puts aside all values but the bass and those of the processor, and takes those that were. [main thread] */
+void lb_swap_sides(lb_instance *);
+/* Keeps these values for lb_undo: before a hand moves one. [main thread] */
+void lb_keep_values(lb_instance *);
+/* Brings back the values that were kept last; returns 0 if none are left. [main thread] */
+int lb_undo(lb_instance *);
 
 void lb_save_state(const lb_instance *, lb_state *);
 /* Takes over a state; returns 0 after a line in the log, and changes nothing, if it is none. If its bass is not on the
