@@ -13,6 +13,7 @@ from livebass.plugin.build import binary
 from livebass.plugin.bundle import LIST, checked_name, distinct_titles, instrument_files, with_name, write_files
 from livebass.plugin.instrument import ENDING, SLIDERS_ENDING
 from livebass.plugin.systems import SYSTEMS, System, this_system
+from livebass.techniques import BUILT_ROWS
 
 URI = "urn:livebass:bass"
 STRINGS = "urn:livebass:bass-strings"  # an output a string
@@ -78,7 +79,8 @@ def controls(titles: Sequence[str]) -> list[str]:
         properties = [
             *(["lv2:integer"] if p.whole else []),
             *(["lv2:enumeration"] if names else []),
-            *(["pprops:notAutomatic"] if event(p) is None else []),
+            *(["pprops:notAutomatic"] if event(p) is None and p.symbol not in BUILT_ROWS else []),
+            *(["pprops:expensive"] if p.symbol in BUILT_ROWS else []),
         ]
         more += f" ; lv2:portProperty {' , '.join(properties)}" if properties else ""
         if names:
