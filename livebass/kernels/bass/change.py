@@ -1,9 +1,9 @@
 """Makes the file of a bass whose neck, strings, pickups or hand are changed, from its own and its sliders' file.
 
 A sliders' file lies beside an instrument file: SLIDERS with the BENCH of the bass, the numbers of its lists, all
-strokes and effects as an instrument file may have them, and a checksum. A slider moves what the bass has, by a difference or in
-proportion; 0 leaves it. The hand stays while the neck changes: it goes on measuring its force by the heights of the
-bass's own file. [any thread]
+strokes and effects as an instrument file may have them, and a checksum. A slider moves what the bass has, by a
+difference or in proportion; 0 leaves it. The hand stays while the neck changes: it goes on measuring its force by the
+heights of the bass's own file. [any thread]
 """
 
 import math
