@@ -181,6 +181,8 @@ static int build_anew(file *f, const char *path, const double *built, const lb_k
     return made.words != 0;
 }
 
+double lb_hundredths(double value) { return rint(100 * value) / 100 + 0.0; /* + 0: not -0 */ }
+
 /* True if one of the values asks for a bass that is not as its file has it. */
 static int is_changed(const double *built) {
     int k = 0;

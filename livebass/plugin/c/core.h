@@ -35,6 +35,10 @@ lb_bass *lb_load_bass(const char *path, int tier, double rate, int64_t seed, int
 /* Frees a bass, which may be 0; it must not be playing. [not the audio thread] */
 void lb_free_bass(lb_bass *);
 
+/* A value of those that a bass is built by, in hundredths of its unit: a host that knows parts of the range in float
+   gives back 0 as 0, and the bass stays as its file has it. */
+double lb_hundredths(double value);
+
 /* --- synths --- */
 
 /* Returns 0 if there is no memory. [not the audio thread] */

@@ -33,6 +33,7 @@ double lb_allowed(const lb_instance *i, int parameter, double value) {
     const lb_parameter *p = &lb_parameters[parameter];
     if (!(value == value)) value = p->usual;
     value = fmin(fmax(value, p->least), lb_most(i, parameter));
+    if (parameter >= LB_ACTION && parameter < LB_ACTION + LB_BUILT) return lb_hundredths(value);
     return p->whole ? rint(value) : value;
 }
 

@@ -177,7 +177,7 @@ static void follow_ports(plugin *p) {
     for (int k = 0; k < LB_BUILT; k++) {
         const lb_parameter *known = &lb_parameters[LB_ACTION + k];
         const float *at = p->controls[LB_ACTION + k];
-        if (at && *at == *at) now.built[k] = fminf(fmaxf(*at, (float)known->least), (float)known->most);
+        if (at && *at == *at) now.built[k] = (float)lb_hundredths(fmin(fmax(*at, known->least), known->most));
     }
     if (p->seen.bass < 0 && p->restored) {
         p->seen.bass = now.bass;
