@@ -31,10 +31,10 @@ from livebass.plugin.instrument import write_instrument
 from livebass.plugin.lv2 import STRINGS, URI, write_bundle, write_preset
 from livebass.plugin.systems import this_system
 from livebass.score.score import Score
+from livebass.techniques import BUILT_ROWS
 
 PRESETS = ("jazz-finger", "slap", "paper-bass", "fretless", "five-string", "six-string")
 TAIL = 0.5  # s
-from livebass.techniques import BUILT_ROWS
 
 
 @pytest.fixture(scope="module")
